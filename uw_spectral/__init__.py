@@ -1,0 +1,5 @@
+"""Optics of water: spectra, bands, phase functions, light field, sensors.
+
+Pure numpy; never imports Blender. Modules load on demand, so importing the
+package costs nothing.
+"""

@@ -1,0 +1,40 @@
+"""The one error type for input that cannot be used."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable
+
+
+class InputError(ValueError):
+    """Input that cannot be used; the message names what, where and what to do."""
+
+
+class DataWarning(UserWarning):
+    """A caveat of the data that the user should know about."""
+
+
+def unknown_name(kind: str, name: str, known: Iterable[str]) -> InputError:
+    """Return the error for a name that is not in a catalogue.
+
+    Parameters
+    ----------
+    kind : str
+        What the name stands for, e.g. ``"Jerlov type"``.
+    name : str
+        The name as given.
+    known : iterable of str
+        The catalogue.
+
+    Examples
+    --------
+    >>> print(unknown_name("Jerlov type", "1B", ["I", "IA", "IB"]))
+    unknown Jerlov type '1B'. Near names: IB. Known: I, IA, IB
+    """
+    names = list(known)
+    lowered = {n.lower(): n for n in names}
+    near = [lowered[m] for m in difflib.get_close_matches(name.lower(), lowered, n=3, cutoff=0.4)]
+    near += [n for n in names if name and name.lower() in n.lower() and n not in near][:3]
+    hint = f" Near names: {', '.join(near)}." if near else ""
+    listed = names if len(names) <= 12 else [*names[:12], "…"]
+    return InputError(f"unknown {kind} {name!r}.{hint} Known: {', '.join(listed)}")
