@@ -1,0 +1,170 @@
+#!/usr/bin/env python3
+"""Set up this checkout and run its jobs. Needs only python3 (3.9 or later) and git.
+
+    python3 dev.py example          render the example reef to out/example/
+    python3 dev.py test [ARGS]      run the tests; ARGS go to pytest
+    python3 dev.py check            ruff: lint and format
+    python3 dev.py build            build and validate dist/underwater_spectral-*.zip
+    python3 dev.py run FILE [ARGS]  run a script in the project's environment
+    python3 dev.py lock             write requirements.lock from pyproject.toml
+
+Each does all set-up itself: uv, Python 3.13, the packages of requirements.lock
+with their hashes, and the system libraries that Blender needs.
+"""
+
+from __future__ import annotations
+
+import ctypes.util
+import hashlib
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent
+VENV = ROOT / ".venv"
+BOOTSTRAP = ROOT / ".venv-bootstrap"
+LOCK = ROOT / "requirements.lock"
+
+# Shared library → Debian package. EGL and GL are opened at run time, so ldd cannot see them.
+DEBIAN_PACKAGES = {
+    "libEGL.so.1": "libegl1",
+    "libGL.so.1": "libgl1",
+    "libICE.so.6": "libice6",
+    "libSM.so.6": "libsm6",
+    "libX11.so.6": "libx11-6",
+    "libXfixes.so.3": "libxfixes3",
+    "libXi.so.6": "libxi6",
+    "libXrender.so.1": "libxrender1",
+    "libXxf86vm.so.1": "libxxf86vm1",
+    "libxkbcommon.so.0": "libxkbcommon0",
+}
+OPENED_AT_RUN_TIME = {"libEGL.so.1": "EGL", "libGL.so.1": "GL"}
+SOFTWARE_RASTERISER = "libgl1-mesa-dri"
+
+EXAMPLE_OPTIONS = [
+    *("--water", "jerlov:IB", "--sensor", "ARRI D21", "--bands", "9"),
+    *("--illuminant", "clear-sky", "--sun-zenith", "30", "--sun-azimuth", "60"),
+    *("--floor-depth", "8", "--surface", "flat", "--white-balance", "daylight"),
+]
+
+
+def stop(message: str) -> None:
+    """End with a message."""
+    sys.exit(f"dev.py: {message}")
+
+
+def run(*command: str | Path, env: dict[str, str] | None = None) -> None:
+    """Run a command in the checkout; end with its status if it fails."""
+    status = subprocess.call([str(part) for part in command], cwd=ROOT, env=env)
+    if status:
+        sys.exit(status)
+
+
+def apt_install(packages: list[str]) -> None:
+    """Install Debian packages as root or through sudo, or say how."""
+    advice = f"apt-get install -y {' '.join(packages)}"
+    if not shutil.which("apt-get"):
+        stop(f"system packages are missing; on Debian: {advice} (elsewhere: their like)")
+    if os.geteuid() == 0:
+        prefix = []
+    elif shutil.which("sudo") and subprocess.call(["sudo", "-n", "true"]) == 0:
+        prefix = ["sudo", "-n"]
+    else:
+        stop(f"system packages are missing; run as root: {advice}")
+    run(*prefix, "apt-get", "update", "-q")
+    run(*prefix, "apt-get", "install", "-y", "-q", "--no-install-recommends", *packages)
+
+
+def find_uv() -> Path:
+    """Return uv: the one on the path that works, else one installed here."""
+    found = shutil.which("uv")
+    if found and subprocess.run([found, "--version"], capture_output=True).returncode == 0:
+        return Path(found)
+    own = BOOTSTRAP / "bin" / "uv"
+    if not own.exists():
+        command = [sys.executable, "-m", "venv", str(BOOTSTRAP)]
+        if subprocess.run(command, capture_output=True).returncode != 0:
+            shutil.rmtree(BOOTSTRAP, ignore_errors=True)
+            apt_install(["python3-venv"])
+            run(*command)
+        run(BOOTSTRAP / "bin" / "python", "-m", "pip", "install", "-q", "uv")
+    return own
+
+
+def missing_libraries() -> list[str]:
+    """Return the shared libraries that the bpy module needs and the system lacks."""
+    module = next(VENV.glob("lib/python*/site-packages/bpy/__init__*.so"), None)
+    if module is None or not shutil.which("ldd"):
+        return []
+    listing = subprocess.run(["ldd", str(module)], capture_output=True, text=True).stdout
+    missing = [line.split()[0] for line in listing.splitlines() if "not found" in line]
+    missing += [
+        name
+        for name, short in OPENED_AT_RUN_TIME.items()
+        if name not in missing and ctypes.util.find_library(short) is None
+    ]
+    return missing
+
+
+def set_up() -> Path:
+    """Make the environment match the lock file; return its Python."""
+    python = VENV / "bin" / "python"
+    stamp = VENV / "requirements.sha256"
+    wanted = hashlib.sha256(LOCK.read_bytes()).hexdigest()
+    if not (python.exists() and stamp.exists() and stamp.read_text() == wanted):
+        uv = find_uv()
+        if not python.exists():
+            command = [str(uv), "venv", "-q", "--python", "3.13", str(VENV)]
+            if subprocess.call(command, cwd=ROOT):
+                stop("Python 3.13 is needed and uv could not get it; install it and try again")
+        run(uv, "pip", "sync", "-q", "--require-hashes", "--python", python, LOCK)
+        stamp.write_text(wanted)
+    missing = missing_libraries()
+    if missing:
+        unknown = [name for name in missing if name not in DEBIAN_PACKAGES]
+        if unknown:
+            stop(f"Blender needs system libraries that are missing: {', '.join(unknown)}")
+        apt_install(sorted({DEBIAN_PACKAGES[name] for name in missing} | {SOFTWARE_RASTERISER}))
+    return python
+
+
+def example(python: Path) -> None:
+    """Build the reef and render it."""
+    scene = ROOT / "out" / "reef.blend"
+    if not scene.exists():
+        run(python, "examples/build_reef.py", scene)
+    folder = ROOT / "out" / "example"
+    options = [*EXAMPLE_OPTIONS, "--resolution", "640", "360", "--samples", "64"]
+    run(python, "render_bands.py", scene, *options, "--denoise", "--resume", "--out", folder)
+    print(f"picture: {(folder / '0001.png').relative_to(ROOT)}")
+
+
+def main() -> None:
+    """Run the job named on the command line."""
+    job, *arguments = sys.argv[1:] or ["help"]
+    if job == "lock":
+        uv = find_uv()
+        run(uv, "lock", "-q")
+        command = ["export", "-q", "--no-emit-project", "--format", "requirements.txt"]
+        run(uv, *command, "--no-header", "--no-annotate", "-o", LOCK)
+    elif job == "example":
+        example(set_up())
+    elif job == "test":
+        run(set_up(), "-m", "pytest", *arguments)
+    elif job == "check":
+        python = set_up()
+        run(python, "-m", "ruff", "check", ".")
+        run(python, "-m", "ruff", "format", "--check", ".")
+    elif job == "build":
+        run(set_up(), "tools/build_extension.py", *arguments)
+    elif job == "run" and arguments:
+        run(set_up(), *arguments)
+    else:
+        print(__doc__)
+        sys.exit(0 if job in {"help", "-h", "--help"} else 2)
+
+
+if __name__ == "__main__":
+    main()

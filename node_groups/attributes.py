@@ -1,0 +1,27 @@
+"""Names of the view-layer properties through which a render pass gets its values.
+
+Every value is a vector: one number for each of the (up to) three bands that
+the pass carries. Nodes read them with ``Attribute`` nodes of type
+``VIEW_LAYER``, so a pass changes no node and no link.
+"""
+
+from __future__ import annotations
+
+PREFIX = "uw_"
+
+ABSORPTION = "uw_absorption"
+SUN_IRRADIANCE = "uw_sun_irradiance"
+SKY_RADIANCE = "uw_sky_radiance"
+FLOOR_REFLECTANCE = "uw_floor_reflectance"
+REFLECTANCE_BASIS = ("uw_reflectance_red", "uw_reflectance_green", "uw_reflectance_blue")
+EMISSION_BASIS = ("uw_emission_red", "uw_emission_green", "uw_emission_blue")
+
+
+def scattering(component: int) -> str:
+    """Name of the scattering coefficient of one component of the phase function."""
+    return f"uw_scattering_{component}"
+
+
+def measured(index: int) -> str:
+    """Name of the reflectance of one material with a measured spectrum."""
+    return f"uw_measured_{index}"

@@ -1,0 +1,32 @@
+"""Lamp of the sun: irradiance per band on a plane normal to the in-water rays."""
+
+from __future__ import annotations
+
+import bpy
+
+from . import attributes
+
+NAME = "UW Sun"
+
+
+def build(angular_diameter: float) -> bpy.types.SunLight:
+    """Build the lamp.
+
+    Parameters
+    ----------
+    angular_diameter : float
+        Diameter of the sun's disc seen in the water, radians.
+    """
+    light = bpy.data.lights.new(NAME, "SUN")
+    light.energy = 1.0
+    light.angle = angular_diameter
+    tree = light.node_tree
+    tree.nodes.clear()
+    attribute = tree.nodes.new("ShaderNodeAttribute")
+    attribute.attribute_type = "VIEW_LAYER"
+    attribute.attribute_name = attributes.SUN_IRRADIANCE
+    emission = tree.nodes.new("ShaderNodeEmission")
+    output = tree.nodes.new("ShaderNodeOutputLight")
+    tree.links.new(attribute.outputs["Color"], emission.inputs["Color"])
+    tree.links.new(emission.outputs["Emission"], output.inputs["Surface"])
+    return light

@@ -1,0 +1,58 @@
+"""Material of the water body for Cycles: absorption and scattering per band."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import bpy
+from nodebpy import shader as s
+
+from . import attributes
+
+NAME = "UW Water"
+
+
+@dataclass(frozen=True)
+class ScatteringLobe:
+    """One phase function that Cycles knows.
+
+    Parameters
+    ----------
+    phase : str
+        Cycles' name, ``HENYEY_GREENSTEIN``, ``RAYLEIGH`` or ``FOURNIER_FORAND``.
+    anisotropy : float
+        Mean cosine, Henyey-Greenstein only.
+    index, backscatter : float
+        Relative refractive index of the particles and bb/b, Fournier-Forand only.
+    """
+
+    phase: str
+    anisotropy: float = 0.0
+    index: float = 1.10
+    backscatter: float = 0.0183
+
+
+def build(lobes: tuple[ScatteringLobe, ...]) -> bpy.types.Material:
+    """Build the material; lobe i reads the scattering coefficient ``uw_scattering_i``."""
+    with s.material(NAME) as material:
+        total = None
+        for index, lobe in enumerate(lobes):
+            absorption = (
+                s.Attribute.view_layer(attributes.ABSORPTION).o.vector
+                if index == 0
+                else (0.0, 0.0, 0.0)
+            )
+            node = s.VolumeCoefficients(
+                weight=1.0,
+                absorption_coefficients=absorption,
+                scatter_coefficients=s.Attribute.view_layer(
+                    attributes.scattering(index)
+                ).o.vector,
+                anisotropy=lobe.anisotropy,
+                ior=lobe.index,
+                backscatter=lobe.backscatter,
+                phase=lobe.phase,
+            )
+            total = node if total is None else s.AddShader(total, node)
+        total >> s.MaterialOutput().i.volume
+    return material.material

@@ -1,0 +1,1 @@
+"""Puts water into a scene, takes it out again, and renders its bands."""

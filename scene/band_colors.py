@@ -1,0 +1,296 @@
+"""Routes the colours of a scene's own shaders through the bands of the pass.
+
+Every colour that enters a shader node gets a group node in between: RGB goes
+in, the values of the pass's bands come out. Nothing else of the tree changes,
+and taking the groups out again leaves the tree as it was.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+
+import bpy
+import numpy as np
+
+from ..node_groups import attributes, uplift
+
+MEASURED_WAVELENGTHS = "uw_reflectance_wavelengths_nm"
+MEASURED_REFLECTANCE = "uw_reflectance"
+_MEASURED_INDEX = "uw_measured_index"
+_LAMP_COLOR = "uw_lamp_color"
+_LAMP_TEMPERATURE = "uw_lamp_use_temperature"
+
+# Vectors that hold one number per colour channel, so they follow the bands too.
+_SPECTRAL_VECTORS = {
+    "Subsurface Radius",
+    "Radius",
+    "IOR",
+    "Extinction",
+    "Absorption Coefficient",
+    "Absorption Coefficients",
+    "Scatter Coefficients",
+}
+_EMISSION_NODES = {"ShaderNodeEmission", "ShaderNodeBackground"}
+_BASE_COLORS = {"Base Color", "Color"}
+_UNTOUCHED = 1e-6
+
+
+def insert(scene: bpy.types.Scene) -> list[str]:
+    """Insert the groups into every material and lamp that the scene uses.
+
+    Returns
+    -------
+    list of str
+        What could not be treated, one line each.
+    """
+    notes = []
+    materials = _materials(scene)
+    for index, material in enumerate(_with_measured_reflectance(materials)):
+        material[_MEASURED_INDEX] = index
+    for material in materials:
+        if not material.is_editable:
+            notes.append(
+                f"material {material.name!r} is linked from {material.library.filepath} and keeps "
+                "its RGB colours; make it local to give it spectra"
+            )
+            continue
+        _insert_into_tree(material.node_tree, material.get(_MEASURED_INDEX))
+    for lamp in _lamps(scene):
+        if lamp.is_editable:
+            _insert_into_lamp(lamp)
+        else:
+            notes.append(f"lamp {lamp.name!r} is linked and keeps its RGB colour; make it local")
+    return notes
+
+
+def remove() -> None:
+    """Take every inserted group out again, wherever it is."""
+    trees = [
+        *(m.node_tree for m in bpy.data.materials if m.node_tree),
+        *(lamp.node_tree for lamp in bpy.data.lights if lamp.node_tree),
+        *(t for t in bpy.data.node_groups if t.bl_idname == "ShaderNodeTree"),
+    ]
+    for tree in trees:
+        for node in [n for n in tree.nodes if _is_inserted(n)]:
+            _take_out(tree, node)
+    for material in bpy.data.materials:
+        if _MEASURED_INDEX in material:
+            del material[_MEASURED_INDEX]
+    for lamp in bpy.data.lights:
+        if _LAMP_COLOR in lamp:
+            lamp.color = lamp[_LAMP_COLOR]
+            lamp.use_temperature = lamp[_LAMP_TEMPERATURE]
+            del lamp[_LAMP_COLOR], lamp[_LAMP_TEMPERATURE]
+    for name in uplift.GROUP_NAMES:
+        group = bpy.data.node_groups.get(name)
+        if group is not None and group.users == 0:
+            bpy.data.node_groups.remove(group)
+
+
+def measured_reflectances(
+    scene: bpy.types.Scene,
+) -> Iterator[tuple[str, bpy.types.Material, np.ndarray, np.ndarray]]:
+    """Yield attribute name, material, wavelengths (nm) and reflectance of measured materials."""
+    for material in _with_measured_reflectance(_materials(scene)):
+        if _MEASURED_INDEX in material:
+            yield (
+                attributes.measured(material[_MEASURED_INDEX]),
+                material,
+                np.array(material[MEASURED_WAVELENGTHS], dtype=np.float64),
+                np.array(material[MEASURED_REFLECTANCE], dtype=np.float64),
+            )
+
+
+def _with_measured_reflectance(
+    materials: Iterable[bpy.types.Material],
+) -> list[bpy.types.Material]:
+    return [m for m in materials if MEASURED_REFLECTANCE in m and MEASURED_WAVELENGTHS in m]
+
+
+def _materials(scene: bpy.types.Scene) -> list[bpy.types.Material]:
+    """Materials of the scene's objects and of the objects instanced there, in stable order."""
+    found: dict[str, bpy.types.Material] = {}
+
+    def visit(objects: Iterable[bpy.types.Object], seen: set[bpy.types.Collection]) -> None:
+        for item in objects:
+            for slot in item.material_slots:
+                if slot.material is not None and slot.material.node_tree is not None:
+                    found[slot.material.name_full] = slot.material
+            collection = item.instance_collection
+            if collection is not None and collection not in seen:
+                visit(collection.all_objects, seen | {collection})
+
+    visit(scene.objects, set())
+    return [found[name] for name in sorted(found)]
+
+
+def _lamps(scene: bpy.types.Scene) -> list[bpy.types.Light]:
+    lamps = {o.data.name_full: o.data for o in scene.objects if o.type == "LIGHT"}
+    return [lamp for name, lamp in sorted(lamps.items()) if lamp.type != "SUN"]
+
+
+def _insert_into_lamp(lamp: bpy.types.Light) -> None:
+    if _LAMP_COLOR in lamp:
+        return
+    tint = np.array(lamp.color)
+    if lamp.use_temperature:
+        tint = tint * np.array(lamp.temperature_color)
+    lamp[_LAMP_COLOR] = list(lamp.color)
+    lamp[_LAMP_TEMPERATURE] = lamp.use_temperature
+    lamp.color = (1.0, 1.0, 1.0)
+    lamp.use_temperature = False
+    tree = lamp.node_tree
+    for node in [n for n in tree.nodes if n.bl_idname == "ShaderNodeEmission"]:
+        inserted = _put_before(tree, node.inputs["Color"], uplift.EMISSION)
+        inserted.inputs[uplift.TINT_INPUT].default_value = tint
+
+
+def _insert_into_tree(tree: bpy.types.NodeTree, measured_index: int | None) -> None:
+    for node in list(tree.nodes):
+        if _is_inserted(node):
+            continue
+        if node.bl_idname == "ShaderNodeGroup":
+            if node.node_tree is not None and node.node_tree.is_editable:
+                _insert_into_tree(node.node_tree, None)
+            continue
+        if not any(output.type == "SHADER" for output in node.outputs):
+            continue
+        for socket in node.inputs:
+            kind = _group_for(node, socket)
+            if kind is None or _already_inserted(socket):
+                continue
+            if measured_index is not None and socket.name in _BASE_COLORS and _reflects(node):
+                _put_measured_before(tree, socket, measured_index)
+            elif not _has_no_effect(tree, node, socket, kind):
+                _put_before(tree, socket, kind)
+
+
+def _group_for(node: bpy.types.Node, socket: bpy.types.NodeSocket) -> str | None:
+    if not socket.enabled:
+        return None
+    if socket.type == "RGBA":
+        emits = node.bl_idname in _EMISSION_NODES or "Emissi" in socket.name
+        return uplift.EMISSION if emits else uplift.REFLECTANCE
+    if socket.type == "VECTOR" and socket.name == "Emission Coefficients":
+        return uplift.EMISSION
+    if socket.type == "VECTOR" and socket.name in _SPECTRAL_VECTORS:
+        return uplift.REFLECTANCE
+    return None
+
+
+def _reflects(node: bpy.types.Node) -> bool:
+    return node.bl_idname not in _EMISSION_NODES
+
+
+def _already_inserted(socket: bpy.types.NodeSocket) -> bool:
+    return any(_is_inserted(link.from_node) for link in socket.links)
+
+
+def _has_no_effect(
+    tree: bpy.types.NodeTree, node: bpy.types.Node, socket: bpy.types.NodeSocket, kind: str
+) -> bool:
+    """Whether the socket is a constant that the group would not change (white, or unused)."""
+
+    def constant(name: str) -> float | None:
+        other = node.inputs.get(name)
+        if other is None or other.is_linked or _curves(tree, other):
+            return None
+        return float(other.default_value)
+
+    if socket.name in {"Emission Color"} and constant("Emission Strength") == 0.0:
+        return True
+    if socket.name == "Subsurface Radius" and constant("Subsurface Weight") == 0.0:
+        return True
+    if socket.is_linked or _curves(tree, socket):
+        return False
+    value = np.array(socket.default_value)[:3]
+    return kind == uplift.REFLECTANCE and bool(np.all(np.abs(value - 1.0) < _UNTOUCHED))
+
+
+def _is_inserted(node: bpy.types.Node) -> bool:
+    return (
+        node.bl_idname == "ShaderNodeGroup"
+        and node.node_tree is not None
+        and node.node_tree.name in uplift.GROUP_NAMES
+    )
+
+
+def _put_before(
+    tree: bpy.types.NodeTree, socket: bpy.types.NodeSocket, kind: str
+) -> bpy.types.Node:
+    active = tree.nodes.active
+    node = tree.nodes.new("ShaderNodeGroup")
+    node.node_tree = uplift.group(kind)
+    node.select = False
+    node.hide = True
+    node.location = (socket.node.location.x - 200.0, socket.node.location.y)
+    tree.nodes.active = active
+    color = node.inputs[uplift.COLOR_INPUT]
+    color.default_value = np.array(socket.default_value)[:3]
+    _move_curves(tree, socket, color)
+    if socket.is_linked:
+        link = socket.links[0]
+        _link(tree, link.from_socket, color, link.is_muted)
+    tree.links.new(node.outputs[0], socket)
+    return node
+
+
+def _put_measured_before(
+    tree: bpy.types.NodeTree, socket: bpy.types.NodeSocket, index: int
+) -> None:
+    node = _put_before(tree, socket, uplift.MEASURED)
+    attribute = tree.nodes.new("ShaderNodeAttribute")
+    attribute.attribute_type = "VIEW_LAYER"
+    attribute.attribute_name = attributes.measured(index)
+    attribute.hide = True
+    attribute.select = False
+    attribute.location = (node.location.x - 200.0, node.location.y)
+    tree.links.new(attribute.outputs["Vector"], node.inputs[uplift.MEASURED_INPUT])
+
+
+def _take_out(tree: bpy.types.NodeTree, node: bpy.types.Node) -> None:
+    color = node.inputs[uplift.COLOR_INPUT]
+    source = color.links[0] if color.is_linked else None
+    for target in [link.to_socket for link in node.outputs[0].links]:
+        value = target.default_value
+        for channel, number in enumerate(color.default_value[:3]):
+            value[channel] = number
+        _move_curves(tree, color, target)
+        tree.links.remove(target.links[0])
+        if source is not None:
+            _link(tree, source.from_socket, target, source.is_muted)
+    if uplift.MEASURED_INPUT in node.inputs:
+        for link in list(node.inputs[uplift.MEASURED_INPUT].links):
+            tree.nodes.remove(link.from_node)
+    tree.nodes.remove(node)
+
+
+def _link(
+    tree: bpy.types.NodeTree,
+    source: bpy.types.NodeSocket,
+    target: bpy.types.NodeSocket,
+    muted: bool,
+) -> None:
+    tree.links.new(source, target).is_muted = muted
+
+
+def _curves(tree: bpy.types.NodeTree, socket: bpy.types.NodeSocket) -> list[bpy.types.FCurve]:
+    """Animation curves and drivers of a socket's value."""
+    if tree.animation_data is None:
+        return []
+    path = f"{socket.path_from_id()}.default_value"
+    curves = list(tree.animation_data.drivers)
+    action = tree.animation_data.action
+    if action is not None:
+        for layer in action.layers:
+            for strip in layer.strips:
+                for bag in strip.channelbags:
+                    curves.extend(bag.fcurves)
+    return [curve for curve in curves if curve.data_path == path]
+
+
+def _move_curves(
+    tree: bpy.types.NodeTree, source: bpy.types.NodeSocket, target: bpy.types.NodeSocket
+) -> None:
+    for curve in _curves(tree, source):
+        curve.data_path = f"{target.path_from_id()}.default_value"

@@ -1,0 +1,61 @@
+"""Build and validate the extension's zip with Blender's own command."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+import tempfile
+import tomllib
+from pathlib import Path
+
+import bpy
+
+ROOT = Path(__file__).resolve().parent.parent
+
+
+def blender_command() -> Path:
+    """Return the script behind ``blender --command extension`` in the bpy module."""
+    scripts = Path(bpy.utils.resource_path("LOCAL")) / "scripts"
+    return scripts / "addons_core" / "bl_pkg" / "cli" / "blender_ext.py"
+
+
+def locked(names: list[str]) -> str:
+    """Return the lines of requirements.lock, hashes included, for these packages."""
+    text = (ROOT / "requirements.lock").read_text()
+    entries = {
+        re.split(r"==", entry, maxsplit=1)[0]: entry
+        for entry in re.split(r"\n(?=\S)", text.strip())
+    }
+    return "\n".join(entries[name] for name in names) + "\n"
+
+
+def fetch_wheels() -> None:
+    """Download the wheels that the manifest lists and that are not here yet."""
+    manifest = tomllib.loads((ROOT / "blender_manifest.toml").read_text())
+    missing = [Path(wheel) for wheel in manifest["wheels"] if not (ROOT / wheel).exists()]
+    if not missing:
+        return
+    names = [wheel.name.split("-", maxsplit=1)[0].replace("_", "-") for wheel in missing]
+    with tempfile.TemporaryDirectory() as folder:
+        requirements = Path(folder) / "requirements.txt"
+        requirements.write_text(locked(names))
+        command = [sys.executable, "-m", "pip", "download", "-q", "--no-deps", "--require-hashes"]
+        command += ["--only-binary=:all:", "-r", str(requirements), "-d", str(ROOT / "wheels")]
+        subprocess.run(command, check=True)
+
+
+def build(destination: Path) -> Path:
+    """Build the zip into a folder and return its path."""
+    fetch_wheels()
+    destination.mkdir(parents=True, exist_ok=True)
+    command = [sys.executable, str(blender_command())]
+    source = ["--source-dir", str(ROOT), "--output-dir", str(destination)]
+    subprocess.run([*command, "build", *source], check=True)
+    built = max(destination.glob("underwater_spectral-*.zip"), key=lambda path: path.stat().st_mtime)
+    subprocess.run([*command, "validate", str(built)], check=True)
+    return built
+
+
+if __name__ == "__main__":
+    build(ROOT / "dist")
