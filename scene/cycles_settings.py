@@ -11,6 +11,8 @@ import bpy
 # White water with an inner reflecting surface needs them: 32 lose a percent, 64 do not.
 _VOLUME_BOUNCES = 64
 _SURFACE_BOUNCES = 32
+# The writer of the image sets these; restored in the reverse of this order.
+_IMAGE_SETTINGS = ("exr_codec", "color_depth", "color_mode", "file_format", "media_type")
 
 
 @contextlib.contextmanager
@@ -31,7 +33,6 @@ def reference_settings(
         Denoise every pass; shifts dark bands by a few percent, so for previews only.
     """
     render, cycles = scene.render, scene.cycles
-    image = render.image_settings
     wanted: list[tuple[Any, str, Any]] = [
         (scene, "camera", camera),
         (scene, "compositing_node_group", None),
@@ -41,14 +42,8 @@ def reference_settings(
         (render, "film_transparent", False),
         (render, "use_persistent_data", True),
         (render, "use_border", False),
-        (render, "use_file_extension", False),
         (render, "use_sequencer", False),
         (render, "use_stamp", False),
-        (image, "media_type", "IMAGE"),
-        (image, "file_format", "OPEN_EXR"),
-        (image, "color_mode", "RGB"),
-        (image, "color_depth", "32"),
-        (image, "exr_codec", "ZIP"),
         (cycles, "samples", samples),
         (cycles, "seed", seed),
         (cycles, "use_animated_seed", False),
@@ -76,5 +71,10 @@ def reference_settings(
         for owner, name, value in wanted:
             stack.callback(setattr, owner, name, getattr(owner, name))
             setattr(owner, name, value)
-        stack.callback(setattr, render, "filepath", render.filepath)
+        for owner, names in (
+            (render, ("filepath", "use_file_extension")),
+            (render.image_settings, _IMAGE_SETTINGS),
+        ):
+            for name in names:
+                stack.callback(setattr, owner, name, getattr(owner, name))
         yield

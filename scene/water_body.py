@@ -170,9 +170,7 @@ def _suns(scene: bpy.types.Scene) -> Iterator[bpy.types.Object]:
 
 
 def _sun(column: WaterColumn) -> bpy.types.Object:
-    lamp = bpy.data.objects.new(
-        sun.NAME, sun.build(_SUN_DIAMETER_IN_AIR / column.refractive_index)
-    )
+    lamp = bpy.data.objects.new(sun.NAME, sun.build(_SUN_DIAMETER_IN_AIR / column.refractive_index))
     direction = Vector([float(x) for x in column.sun_direction])
     lamp.rotation_mode = "QUATERNION"
     lamp.rotation_quaternion = direction.to_track_quat("-Z", "Y")

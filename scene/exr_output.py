@@ -1,0 +1,44 @@
+"""Writes a render as a float EXR: whole under its name, or not at all."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import bpy
+
+from ..uw_spectral.errors import InputError
+
+
+def write_float_exr(scene: bpy.types.Scene, destination: Path) -> None:
+    """Render a scene into a 32-bit RGB EXR.
+
+    Parameters
+    ----------
+    scene : Scene
+        What to render; its image format settings are changed and stay so.
+    destination : Path
+        The file; written under a temporary name beside it and renamed.
+
+    Raises
+    ------
+    InputError
+        If nothing was written (folder gone, disk full, render cancelled).
+    """
+    render = scene.render
+    image = render.image_settings
+    image.media_type = "IMAGE"
+    image.file_format = "OPEN_EXR"
+    image.color_mode = "RGB"
+    image.color_depth = "32"
+    image.exr_codec = "ZIP"
+    render.use_file_extension = False
+    partial = destination.with_name(f".{destination.stem}.partial{destination.suffix}")
+    render.filepath = str(partial)
+    try:
+        bpy.ops.render.render(write_still=True, scene=scene.name)
+    except RuntimeError as error:
+        raise InputError(f"rendering {destination} failed: {str(error).strip()}") from error
+    if not partial.exists():
+        raise InputError(f"{destination} was not written; is the folder writable and the disk free?")
+    os.replace(partial, destination)

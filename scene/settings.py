@@ -1,0 +1,234 @@
+"""The settings of a render: one table for the command line and for the .blend."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, field, fields
+from pathlib import Path
+from typing import Any
+
+from ..uw_spectral.errors import InputError
+from ..uw_spectral.water_column import SURFACES
+
+AUTO = "auto"
+NO_FLOOR = 0.0
+_RANGE = ("range_start", "range_end")
+
+
+def _setting(
+    default: str | float,
+    text: str,
+    choices: tuple[str, ...] = (),
+    limits: tuple[float, float] = (float("-inf"), float("inf")),
+) -> Any:  # noqa: ANN401 - like dataclasses.field
+    return field(default=default, metadata={"help": text, "choices": choices, "limits": limits})
+
+
+@dataclass(frozen=True)
+class SceneSettings:
+    """What a .blend stores and the options of ``render_bands.py`` override.
+
+    Raises
+    ------
+    InputError
+        If a word is not one of the choices, or a number outside its limits.
+    """
+
+    water: str = _setting(
+        "jerlov:IB",
+        "Water: jerlov:TYPE (see --list-waters) or file:PATH, a CSV with the columns "
+        "wavelength_nm, a, b in 1/m",
+    )
+    water_source: str = _setting(
+        "solonenko2015",
+        "Publication that the coefficients of a Jerlov type come from",
+        choices=("solonenko2015", "williamson2022"),
+    )
+    phase: str = _setting(
+        "mixture",
+        "Phase function: hg:G, tthg:G1,G2,SHARE, fournier-forand:INDEX,BACKSCATTER, petzold, "
+        "rayleigh, einstein-smoluchowski, isotropic, or mixture (molecules and sea particles "
+        "by their share in each band)",
+    )
+    bands: int = _setting(8, "Number of equal spectral bands", limits=(1, 512))
+    wavelengths: str = _setting("", "Band centres in nm, comma separated, instead of equal bands")
+    range_start: float = _setting(400.0, "Start of the spectral range in nm", limits=(300, 830))
+    range_end: float = _setting(700.0, "End of the spectral range in nm", limits=(300, 830))
+    sensor: str = _setting("cie1931", "Camera (see --list-sensors), cie1931, or file:PATH")
+    illuminant: str = _setting(
+        "d65", "Light above the water: d65, equal-energy, astm-g173, clear-sky, or file:PATH"
+    )
+    sun_zenith: float = _setting(
+        30.0, "Zenith angle of the sun in air, degrees", limits=(0.0, 89.9)
+    )
+    sun_azimuth: float = _setting(
+        0.0,
+        "Direction the sunlight travels to, degrees from +x towards +y",
+        limits=(-360.0, 360.0),
+    )
+    irradiance: str = _setting(
+        "below",
+        "Whether the illuminant is the sun's irradiance just below or above the surface",
+        choices=("below", "above"),
+    )
+    floor_depth: float = _setting(
+        NO_FLOOR, "Depth of an added flat floor in m; 0 adds none", limits=(0.0, 11000.0)
+    )
+    floor_reflectance: str = _setting(
+        "0.2", "Reflectance of the floor: a number, or file:PATH with wavelength_nm, reflectance"
+    )
+    surface: str = _setting("none", "Water surface", choices=SURFACES)
+    sky_radiance: float = _setting(
+        0.0,
+        "Radiance of a uniform sky in air, as a share of the illuminant, per steradian",
+        limits=(0.0, 1e6),
+    )
+    refractive_index: float = _setting(
+        1.34, "Refractive index of the water against air", limits=(1.0, 2.0)
+    )
+    white_balance: str = _setting(
+        "daylight",
+        "Light that is rendered white: at the surface, at the camera's depth, or none",
+        choices=("daylight", "depth", "none"),
+    )
+    exposure: str = _setting(
+        AUTO,
+        "Exposure in stops; at 0 a white surface in the light that is balanced for is white. "
+        "auto: a white surface at the camera's depth has luminance 0.9",
+    )
+    samples: int = _setting(64, "Samples per pixel", limits=(1, 2**24))
+
+    def __post_init__(self) -> None:
+        for setting in fields(self):
+            value, limits = getattr(self, setting.name), setting.metadata["limits"]
+            choices = setting.metadata["choices"]
+            if choices and value not in choices:
+                raise InputError(
+                    f"{flag(setting.name)}: {value!r} is not one of {', '.join(choices)}"
+                )
+            if not isinstance(value, str) and not limits[0] <= value <= limits[1]:
+                raise InputError(
+                    f"{flag(setting.name)}: {value:g} is outside {limits[0]:g} to {limits[1]:g}"
+                )
+
+
+def flag(name: str) -> str:
+    """Return the option of a setting."""
+    if name in _RANGE:
+        return "--range"
+    return f"--{name.replace('_', '-')}"
+
+
+@dataclass(frozen=True)
+class Job:
+    """What a batch renders besides the scene's settings."""
+
+    blend: Path | None
+    engine: str
+    frames: tuple[int, ...]
+    camera: str | None
+    resolution: tuple[int, int] | None
+    seed: int
+    out: Path
+    resume: bool
+    denoise: bool
+
+
+class _Parser(argparse.ArgumentParser):
+    def error(self, message: str) -> None:
+        raise InputError(f"{message}; see --help")
+
+
+def parser() -> argparse.ArgumentParser:
+    """Return the command line of ``render_bands.py``."""
+    result = _Parser(
+        prog="render_bands.py",
+        description="Render the spectral bands of an underwater scene and develop them.",
+        argument_default=argparse.SUPPRESS,
+        allow_abbrev=False,
+    )
+    result.add_argument("blend", nargs="?", type=Path, help="scene (python only)")
+    result.add_argument("--engine", default="cycles", choices=("cycles", "eevee"))
+    for setting in fields(SceneSettings):
+        if setting.name not in _RANGE:
+            result.add_argument(
+                flag(setting.name),
+                type=type(setting.default),
+                choices=setting.metadata["choices"] or None,
+                help=setting.metadata["help"].replace("%", "%%"),
+            )
+    result.add_argument("--range", nargs=2, type=float, metavar=("START", "END"), help="nm")
+    result.add_argument("--frames", default="", help="e.g. 1-24 or 1,5,9; default: current frame")
+    result.add_argument("--camera", default=None, help="name; default: the scene's camera")
+    result.add_argument("--resolution", nargs=2, type=int, default=None, metavar=("W", "H"))
+    result.add_argument("--seed", type=int, default=0)
+    result.add_argument("--out", type=Path, default=Path("bands"), metavar="DIR")
+    result.add_argument("--resume", action="store_true", default=False)
+    result.add_argument(
+        "--denoise", action="store_true", default=False, help="shifts dark bands by a few percent"
+    )
+    result.add_argument("--list-sensors", action="store_true", default=False)
+    result.add_argument("--list-waters", action="store_true", default=False)
+    return result
+
+
+def parse_frames(text: str) -> tuple[int, ...]:
+    """Read a list of frames.
+
+    Examples
+    --------
+    >>> parse_frames("1-3,8")
+    (1, 2, 3, 8)
+    """
+    frames: list[int] = []
+    for part in filter(None, (p.strip() for p in text.split(","))):
+        first, dash, last = part.partition("-")
+        try:
+            start = int(first)
+            end = int(last) if dash else start
+        except ValueError as error:
+            raise InputError(f"--frames: {part!r} is not a frame or a range like 1-24") from error
+        if end < start:
+            raise InputError(f"--frames: {part!r} runs backwards")
+        frames.extend(range(start, end + 1))
+    return tuple(dict.fromkeys(frames))
+
+
+def merge(stored: SceneSettings, options: argparse.Namespace) -> SceneSettings:
+    """Return the stored settings, overridden by the options that were given."""
+    given = vars(options)
+    values = {name: given.get(name, value) for name, value in asdict(stored).items()}
+    if "range" in given:
+        values["range_start"], values["range_end"] = given["range"]
+    if "bands" in given and "wavelengths" not in given:
+        values["wavelengths"] = ""
+    return SceneSettings(**values)
+
+
+def job(options: argparse.Namespace) -> Job:
+    """Return the job that the options describe."""
+    if options.resolution is not None and min(options.resolution) < 1:
+        raise InputError("--resolution: width and height must be at least 1 pixel")
+    return Job(
+        blend=getattr(options, "blend", None),
+        engine=options.engine,
+        frames=parse_frames(options.frames),
+        camera=options.camera,
+        resolution=tuple(options.resolution) if options.resolution else None,
+        seed=options.seed,
+        out=options.out,
+        resume=options.resume,
+        denoise=options.denoise,
+    )
+
+
+def parse(arguments: Sequence[str]) -> argparse.Namespace:
+    """Parse a command line.
+
+    Raises
+    ------
+    InputError
+        If an option is unknown or has a value that is not acceptable.
+    """
+    return parser().parse_args(list(arguments))

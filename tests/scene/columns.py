@@ -1,0 +1,29 @@
+"""Simple water columns for the tests: every band alike."""
+
+from __future__ import annotations
+
+import numpy as np
+from underwater_spectral.node_groups import attributes
+from underwater_spectral.node_groups.water_volume import ScatteringLobe
+from underwater_spectral.scene.pass_values import PassValues
+from underwater_spectral.uw_spectral.bands import Bands
+from underwater_spectral.uw_spectral.water_column import WaterColumn
+
+
+def grey_column(a: float, b: float, **changes) -> WaterColumn:
+    bands = Bands.uniform(3)
+    values = {
+        "sun_irradiance": 1.0,
+        "sun_cosine": 1.0,
+        "sun_direction": np.array([0.0, 0.0, -1.0]),
+        "sky_radiance": 0.0,
+        "floor_depth": np.inf,
+        "floor_reflectance": 0.0,
+        "surface": "none",
+        "refractive_index": 1.0,
+    }
+    return WaterColumn(bands, np.full(3, a), np.full(3, b), **(values | changes))
+
+
+def henyey_greenstein(g: float) -> tuple[ScatteringLobe, ...]:
+    return (ScatteringLobe("HENYEY_GREENSTEIN", g),)
