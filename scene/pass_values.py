@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import bpy
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from ..node_groups import attributes
+from ..uw_spectral.water_column import WaterColumn
 
 
 @dataclass(frozen=True, eq=False)
@@ -19,6 +21,35 @@ class PassValues:
     """
 
     values: dict[str, NDArray[np.float64]]
+
+    @classmethod
+    def of_column(
+        cls, column: WaterColumn, scattering_shares: Sequence[ArrayLike] = (1.0,)
+    ) -> PassValues:
+        """Return the values of the water itself.
+
+        Parameters
+        ----------
+        column : WaterColumn
+            The water, its light and its floor.
+        scattering_shares : sequence of array_like, shape () or (n,)
+            Share of each lobe of the phase function in the scattering.
+        """
+        # Radiance gains n² on its way into the denser medium; Cycles leaves that out.
+        gain = column.refractive_index**2 if column.surface == "flat" else 1.0
+        values = {
+            attributes.ABSORPTION: column.absorption,
+            attributes.SUN_IRRADIANCE: column.sun_irradiance / column.sun_cosine,
+            attributes.SKY_RADIANCE: column.sky_radiance * gain,
+            attributes.FLOOR_REFLECTANCE: column.floor_reflectance,
+        }
+        for index, share in enumerate(scattering_shares):
+            values[attributes.scattering(index)] = column.scattering * share
+        return cls(values)
+
+    def with_values(self, values: dict[str, NDArray[np.float64]]) -> PassValues:
+        """Return these values and more."""
+        return PassValues(self.values | values)
 
     def apply(self, layer: bpy.types.ViewLayer, indices: tuple[int, ...]) -> None:
         """Give a view layer the values of the pass that carries these bands.

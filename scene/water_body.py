@@ -21,8 +21,10 @@ _HIDDEN = "uw_hidden_objects"
 
 # Seen from the water the disc shrinks with refraction by about the index.
 _SUN_DIAMETER_IN_AIR = math.radians(0.53)
-# The volume box stays clear of the interface, or Cycles would nest the two media.
-_SURFACE_GAP = 0.01
+# The volume box stays clear of the interface, or Cycles would nest the two media; the
+# gap is water that is not there, so it is kept to this optical depth.
+_SURFACE_GAP = 1e-3
+_LARGEST_GAP = 0.01
 _FAR = 12.0
 _LARGEST = 5000.0
 _SMALLEST = 50.0
@@ -105,7 +107,8 @@ def add_water(
     if scene.world is not None:
         collection[_WORLD] = scene.world
 
-    top = -_SURFACE_GAP if column.surface == "flat" else 0.0
+    gap = min(_LARGEST_GAP, _SURFACE_GAP / max(float(column.attenuation.max()), _SURFACE_GAP))
+    top = -gap if column.surface == "flat" else 0.0
     box = _box("UW Water", extent, top)
     box.data.materials.append(water_volume.build(lobes))
     collection.objects.link(box)
