@@ -45,9 +45,7 @@ def build(lobes: tuple[ScatteringLobe, ...]) -> bpy.types.Material:
             node = s.VolumeCoefficients(
                 weight=1.0,
                 absorption_coefficients=absorption,
-                scatter_coefficients=s.Attribute.view_layer(
-                    attributes.scattering(index)
-                ).o.vector,
+                scatter_coefficients=s.Attribute.view_layer(attributes.scattering(index)).o.vector,
                 anisotropy=lobe.anisotropy,
                 ior=lobe.index,
                 backscatter=lobe.backscatter,

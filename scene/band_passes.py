@@ -26,6 +26,7 @@ class RenderedPass:
 
 def render_passes(
     scene: bpy.types.Scene,
+    layer: bpy.types.ViewLayer,
     values: PassValues,
     passes: Sequence[tuple[int, ...]],
     folder: Path,
@@ -39,6 +40,8 @@ def render_passes(
     ----------
     scene : Scene
         The scene with its water and camera, under the settings of the engine.
+    layer : ViewLayer
+        The layer that is rendered.
     values : PassValues
         What differs by band.
     passes : sequence of tuples
@@ -51,7 +54,6 @@ def render_passes(
         Called after each pass.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    layer = scene.view_layers[0]
     done = []
     for number, bands in enumerate(passes):
         path = folder / f"pass_{number:02d}.exr"

@@ -18,7 +18,7 @@ _IMAGE_SETTINGS = ("exr_codec", "color_depth", "color_mode", "file_format", "med
 @contextlib.contextmanager
 def reference_settings(
     scene: bpy.types.Scene, camera: bpy.types.Object, *, samples: int, seed: int, denoise: bool
-) -> Iterator[None]:
+) -> Iterator[bpy.types.ViewLayer]:
     """Render settings of the reference while the block runs, the scene's own afterwards.
 
     Parameters
@@ -31,6 +31,11 @@ def reference_settings(
         Samples per pixel, and seed of the noise.
     denoise : bool
         Denoise every pass; shifts dark bands by a few percent, so for previews only.
+
+    Yields
+    ------
+    ViewLayer
+        The one layer that is rendered.
     """
     render, cycles = scene.render, scene.cycles
     wanted: list[tuple[Any, str, Any]] = [
@@ -67,6 +72,8 @@ def reference_settings(
         (cycles, "film_exposure", 1.0),
         (cycles, "use_fast_gi", False),
     ]
+    rendered = next((layer for layer in scene.view_layers if layer.use), scene.view_layers[0])
+    wanted += [(layer, "use", layer == rendered) for layer in scene.view_layers]
     with contextlib.ExitStack() as stack:
         for owner, name, value in wanted:
             stack.callback(setattr, owner, name, getattr(owner, name))
@@ -77,4 +84,4 @@ def reference_settings(
         ):
             for name in names:
                 stack.callback(setattr, owner, name, getattr(owner, name))
-        yield
+        yield rendered

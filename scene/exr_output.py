@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
 
 import bpy
 
 from ..uw_spectral.errors import InputError
+from ..uw_spectral.spectral_image import replacing
 
 
 def write_float_exr(scene: bpy.types.Scene, destination: Path) -> None:
@@ -33,12 +33,13 @@ def write_float_exr(scene: bpy.types.Scene, destination: Path) -> None:
     image.color_depth = "32"
     image.exr_codec = "ZIP"
     render.use_file_extension = False
-    partial = destination.with_name(f".{destination.stem}.partial{destination.suffix}")
-    render.filepath = str(partial)
-    try:
-        bpy.ops.render.render(write_still=True, scene=scene.name)
-    except RuntimeError as error:
-        raise InputError(f"rendering {destination} failed: {str(error).strip()}") from error
-    if not partial.exists():
-        raise InputError(f"{destination} was not written; is the folder writable and the disk free?")
-    os.replace(partial, destination)
+    with replacing(destination) as temporary:
+        render.filepath = str(temporary)
+        try:
+            bpy.ops.render.render(write_still=True, scene=scene.name)
+        except RuntimeError as error:
+            raise InputError(f"rendering {destination} failed: {str(error).strip()}") from error
+        if not temporary.exists():
+            raise InputError(
+                f"{destination} was not written; is the folder writable and the disk free?"
+            )

@@ -52,7 +52,9 @@ def build(destination: Path) -> Path:
     command = [sys.executable, str(blender_command())]
     source = ["--source-dir", str(ROOT), "--output-dir", str(destination)]
     subprocess.run([*command, "build", *source], check=True)
-    built = max(destination.glob("underwater_spectral-*.zip"), key=lambda path: path.stat().st_mtime)
+    built = max(
+        destination.glob("underwater_spectral-*.zip"), key=lambda path: path.stat().st_mtime
+    )
     subprocess.run([*command, "validate", str(built)], check=True)
     return built
 
