@@ -111,6 +111,8 @@ class SceneSettings:
                 raise InputError(
                     f"{flag(setting.name)}: {value:g} is outside {limits[0]:g} to {limits[1]:g}"
                 )
+        if self.range_start >= self.range_end:
+            raise InputError(f"--range: {self.range_start:g} to {self.range_end:g} nm is empty")
 
 
 def flag(name: str) -> str:

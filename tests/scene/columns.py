@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from underwater_spectral.node_groups import attributes
 from underwater_spectral.node_groups.water_volume import ScatteringLobe
-from underwater_spectral.scene.pass_values import PassValues
 from underwater_spectral.uw_spectral.bands import Bands
 from underwater_spectral.uw_spectral.water_column import WaterColumn
 

@@ -15,4 +15,4 @@ def empty_blender():
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", DeprecationWarning)
         bpy.ops.wm.read_factory_settings(use_empty=True)
-    yield bpy.context.scene
+    return bpy.context.scene

@@ -91,8 +91,10 @@ def animated() -> bpy.types.Material:
         socket.default_value[0] = red
         socket.keyframe_insert("default_value", frame=frame)
     driven = principled("driven")
-    curve = driven.node_tree.nodes["Principled BSDF"].inputs["Base Color"].driver_add(
-        "default_value", 1
+    curve = (
+        driven.node_tree.nodes["Principled BSDF"]
+        .inputs["Base Color"]
+        .driver_add("default_value", 1)
     )
     curve.driver.expression = "0.25"
     return material

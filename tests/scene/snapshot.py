@@ -35,6 +35,8 @@ def snapshot() -> dict[str, object]:
         if not isinstance(collection, bpy.types.bpy_prop_collection):
             continue
         for block in collection:
+            if getattr(block, "type", "") == "RENDER_RESULT":
+                continue
             if isinstance(block, bpy.types.ID) and name not in _SKIPPED_BLOCKS:
                 _walk(result, f"{name}[{block.name_full}]", block, 0)
     return result
@@ -50,7 +52,9 @@ def differences(before: dict[str, object], after: dict[str, object]) -> list[str
 
 
 def _walk(result: dict[str, object], path: str, struct: object, depth: int) -> None:
-    for key in getattr(struct, "keys", list)() if isinstance(struct, bpy.types.ID | bpy.types.Node) else ():
+    for key in (
+        getattr(struct, "keys", list)() if isinstance(struct, bpy.types.ID | bpy.types.Node) else ()
+    ):
         value = struct[key]
         result[f"{path}[{key!r}]"] = value.to_list() if hasattr(value, "to_list") else repr(value)
     if isinstance(struct, bpy.types.NodeTree):
@@ -60,7 +64,9 @@ def _walk(result: dict[str, object], path: str, struct: object, depth: int) -> N
             for k in struct.links
         )
     for prop in struct.bl_rna.properties:
-        if prop.identifier in _SKIPPED or (isinstance(struct, bpy.types.NodeTree) and prop.identifier == "links"):
+        if prop.identifier in _SKIPPED or (
+            isinstance(struct, bpy.types.NodeTree) and prop.identifier == "links"
+        ):
             continue
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
@@ -83,11 +89,23 @@ def _walk(result: dict[str, object], path: str, struct: object, depth: int) -> N
                 embedded = isinstance(value, bpy.types.NodeTree) and value.is_embedded_data
                 if embedded and depth < _DEPTH:
                     _walk(result, here, value, depth + 1)
-            elif isinstance(value, bpy.types.bpy_struct) and depth < _DEPTH and prop.identifier in {
-                "animation_data", "cycles", "image_settings", "render", "color_ramp", "underwater",
-            }:
+            elif (
+                isinstance(value, bpy.types.bpy_struct)
+                and depth < _DEPTH
+                and prop.identifier
+                in {
+                    "animation_data",
+                    "cycles",
+                    "image_settings",
+                    "render",
+                    "color_ramp",
+                    "underwater",
+                }
+            ):
                 _walk(result, here, value, depth + 1)
         elif getattr(prop, "is_array", False):
-            result[here] = repr([*value] if prop.array_dimensions[1] == 0 else [list(v) for v in value])
+            result[here] = repr(
+                [*value] if prop.array_dimensions[1] == 0 else [list(v) for v in value]
+            )
         else:
             result[here] = repr(value)

@@ -68,10 +68,11 @@ def test_removing_no_water_does_nothing():
 
 
 def test_animation_moves_with_the_colour():
-    scene = scenes.varied_scene()
-    _add(scene)
+    _add(scenes.varied_scene())
     tree = bpy.data.materials["animated"].node_tree
-    paths = {c.data_path for c in tree.animation_data.action.layers[0].strips[0].channelbags[0].fcurves}
+    paths = {
+        c.data_path for c in tree.animation_data.action.layers[0].strips[0].channelbags[0].fcurves
+    }
     assert paths == {'nodes["Group"].inputs[0].default_value'}
     assert tree.nodes["Group"].node_tree.name == uplift.REFLECTANCE
 

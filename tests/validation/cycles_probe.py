@@ -8,7 +8,7 @@ from pathlib import Path
 
 import bpy
 import numpy as np
-from underwater_spectral.node_groups import attributes, water_volume
+from underwater_spectral.node_groups import water_volume
 from underwater_spectral.scene import cycles_settings, exr_output, pass_values, water_body
 from underwater_spectral.uw_spectral.spectral_image import read_exr
 from underwater_spectral.uw_spectral.water_column import WaterColumn

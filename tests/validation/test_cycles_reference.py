@@ -74,7 +74,7 @@ SHARES = (RAYLEIGH_SHARE, 1 - RAYLEIGH_SHARE)
 
 
 @pytest.mark.parametrize(("case", "a", "b"), [(1, 1.0, 0.25), (2, 1.0, 9.0)])
-def test_mobley1993_problem_1(empty_blender, tmp_path, case, a, b):
+def test_mobley1993_problem_1(empty_blender, tmp_path, record_property, case, a, b):
     index, zenith = 1.34, math.radians(60.0)
     sine = math.sin(zenith) / index
     cosine = math.sqrt(1 - sine**2)
@@ -107,6 +107,6 @@ def test_mobley1993_problem_1(empty_blender, tmp_path, case, a, b):
         mean, variation = published[1, case, round(depth, 6), quantity]
         found = meter()
         tolerance = max(3 * variation, 0.05 if quantity == "Lu" else 0.01) * mean
-        print(f"problem 1 case {case} {quantity}: {found.mean:.5g} ± {found.error:.2g}, {mean:g}")
+        record_property(f"{quantity} {mean:g}", f"{found.mean:.5g} ± {found.error:.2g}")
         assert found.error < tolerance / 2
         assert abs(found.mean - mean) <= tolerance

@@ -1,0 +1,4 @@
+"""Resolves settings into everything a render of bands needs."""
+
+from __future__ import annotations
+

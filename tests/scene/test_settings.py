@@ -1,0 +1,76 @@
+"""The command line and the stored settings."""
+
+from __future__ import annotations
+
+from dataclasses import fields
+
+import bpy
+import pytest
+from underwater_spectral.scene import property_group, settings
+from underwater_spectral.scene.settings import SceneSettings
+from underwater_spectral.uw_spectral.errors import InputError
+
+
+@pytest.fixture
+def registered():
+    property_group.register()
+    yield
+    property_group.unregister()
+
+
+def test_stored_settings_are_the_defaults(registered):
+    assert property_group.stored_settings(bpy.context.scene) == SceneSettings()
+
+
+def test_options_override_what_the_file_stores(registered, tmp_path):
+    group = bpy.context.scene.underwater
+    group.water, group.bands, group.refractive_index = "jerlov:3C", 12, 1.33
+    path = str(tmp_path / "scene.blend")
+    bpy.ops.wm.save_as_mainfile(filepath=path)
+    bpy.ops.wm.read_homefile(use_empty=True)
+    bpy.ops.wm.open_mainfile(filepath=path)
+    stored = property_group.stored_settings(bpy.context.scene)
+    merged = settings.merge(stored, settings.parse(["--water", "jerlov:I"]))
+    assert (merged.water, merged.bands, merged.refractive_index) == ("jerlov:I", 12, 1.33)
+
+
+def test_number_of_bands_replaces_stored_wavelengths():
+    stored = SceneSettings(wavelengths="450,550,650")
+    assert settings.merge(stored, settings.parse(["--bands", "4"])).wavelengths == ""
+    assert settings.merge(stored, settings.parse([])).wavelengths == "450,550,650"
+
+
+def test_every_setting_is_an_option():
+    options = settings.parse(["--range", "420", "680"])
+    assert settings.merge(SceneSettings(), options).range_start == 420.0
+    text = settings.parser().format_help()
+    for setting in fields(SceneSettings):
+        assert settings.flag(setting.name) in text
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["--sun-zenith", "95"], "--sun-zenith: 95 is outside 0 to 89.9"),
+        (["--bands", "0"], "--bands: 0 is outside 1 to 512"),
+        (["--bands", "nan"], "--bands"),
+        (["--sky-radiance", "nan"], "--sky-radiance: nan is outside"),
+        (["--surface", "waves"], "--surface"),
+        (["--colour=red"], "unrecognized arguments: --colour=red; see --help"),
+        (["--range", "700", "400"], "--range: 700 to 400 nm is empty"),
+    ],
+)
+def test_bad_options_are_named(arguments, message):
+    with pytest.raises(InputError, match=message):
+        settings.merge(SceneSettings(), settings.parse(arguments))
+
+
+@pytest.mark.parametrize("frames", ["a", "3-1", "1-x"])
+def test_bad_frames_are_named(frames):
+    with pytest.raises(InputError, match="--frames"):
+        settings.parse_frames(frames)
+
+
+def test_frames():
+    assert settings.parse_frames("1-3, 7") == (1, 2, 3, 7)
+    assert settings.parse_frames("") == ()
