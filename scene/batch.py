@@ -120,7 +120,7 @@ def _render(scene: bpy.types.Scene, chosen: settings.SceneSettings, job: setting
     _claim_folder(job, _fingerprint(scene, camera, chosen, job))
     progress = _Progress(len(frames) * len(plan.passes))
     extent = water_extent(scene, plan.column, max(depths.values()))
-    notes = add_water(scene, plan.column, plan.lobes, extent)
+    notes = add_water(scene, plan.column, plan.cycles.lobes, extent)
     for note in notes:
         print(f"note: {note}")
     record = {

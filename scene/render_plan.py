@@ -2,3 +2,196 @@
 
 from __future__ import annotations
 
+import importlib.metadata
+import math
+import platform
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import bpy
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..node_groups import attributes
+from ..uw_spectral.bands import Bands
+from ..uw_spectral.colour_rendering import SensorReduction, auto_exposure_stops, reduction
+from ..uw_spectral.errors import InputError
+from ..uw_spectral.illuminant import RELATIVE, Illuminant, parse_illuminant
+from ..uw_spectral.phase import BandPhase, parse_phase
+from ..uw_spectral.reflectance import emission_basis, parse_reflectance, uplift_basis
+from ..uw_spectral.sensor import Sensor, parse_sensor
+from ..uw_spectral.spectral_image import RADIANCE_UNITS
+from ..uw_spectral.spectrum import Spectrum
+from ..uw_spectral.sun import fresnel_reflectance, in_water_cosine, sun_travel_direction
+from ..uw_spectral.water import Water, molecular_scattering, parse_water
+from ..uw_spectral.water_column import WaterColumn
+from . import band_colors
+from .cycles_phase import CyclesPhase, cycles_phase
+from .pass_values import PassValues
+from .settings import AUTO, SceneSettings
+
+_RELATIVE_UNITS = "sr^-1, relative to an irradiance of 1 at 560 nm"
+_RECORDED_PACKAGES = ("numpy", "colour-science", "jerlov", "nodebpy", "OpenImageIO")
+
+
+@dataclass(frozen=True, eq=False)
+class RenderPlan:
+    """The settings of a scene, resolved: optics, passes, development."""
+
+    settings: SceneSettings
+    bands: Bands
+    water: Water
+    phase: BandPhase
+    illuminant: Illuminant
+    sensor: Sensor
+    floor: Spectrum
+    column: WaterColumn
+    cycles: CyclesPhase
+
+    @property
+    def passes(self) -> list[tuple[int, ...]]:
+        """The bands of each render pass."""
+        return self.bands.packed(self.cycles.bands_per_pass)
+
+    @property
+    def radiance_units(self) -> str:
+        """Unit of the band radiances."""
+        return _RELATIVE_UNITS if self.illuminant.unit == RELATIVE else RADIANCE_UNITS
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """Caveats of the data and of the renderer."""
+        return (*self.water.caveats_at(self.bands.centres), *self.cycles.notes)
+
+    def pass_values(self, scene: bpy.types.Scene) -> PassValues:
+        """Return every value that differs by band, for the materials of a scene."""
+        values: dict[str, NDArray[np.float64]] = {}
+        for names, basis in (
+            (attributes.REFLECTANCE_BASIS, uplift_basis(self.bands)),
+            (attributes.EMISSION_BASIS, emission_basis(self.bands)),
+        ):
+            values.update(zip(names, basis.T, strict=True))
+        for name, material, wavelengths, reflectance in band_colors.measured_reflectances(scene):
+            measured = Spectrum(
+                wavelengths, reflectance, f"reflectance of material {material.name!r}"
+            )
+            values[name] = measured.at(self.bands.centres)
+        return PassValues.of_column(self.column, self.cycles.shares).with_values(values)
+
+    def gather(self, images: Sequence[ArrayLike]) -> NDArray[np.float32]:
+        """Stack pass images, shape (h, w, 3) each, into bands, shape (h, w, n)."""
+        channels = [
+            np.asarray(image)[..., channel]
+            for image, indices in zip(images, self.passes, strict=True)
+            for channel in range(len(indices))
+        ]
+        return np.stack(channels, axis=-1).astype(np.float32)
+
+    def reduction(self, depth: float) -> SensorReduction:
+        """Return the sensor's map for a camera at a depth in m."""
+        light = self.column.light_field(self.phase).Ed(depth)
+        balance = self.settings.white_balance
+        as_is = reduction(self.sensor, self.bands, self.illuminant, light, balance)
+        if self.settings.exposure == AUTO:
+            stops = auto_exposure_stops(as_is, light)
+        else:
+            stops = _stops(self.settings.exposure)
+        return reduction(self.sensor, self.bands, self.illuminant, light, balance, stops)
+
+    def record(self) -> dict[str, Any]:
+        """Return bands, coefficients, sources and versions, for the record of a render."""
+        column = self.column
+        return {
+            "bands": {
+                "centres_nm": self.bands.centres.tolist(),
+                "widths_nm": self.bands.widths.tolist(),
+                "absorption_per_m": column.absorption.tolist(),
+                "scattering_per_m": column.scattering.tolist(),
+                "sun_irradiance_below_surface": column.sun_irradiance.tolist(),
+                "sky_radiance": column.sky_radiance.tolist(),
+                "floor_reflectance": column.floor_reflectance.tolist(),
+                "radiance_units": self.radiance_units,
+            },
+            "sources": {
+                "water": self.water.source,
+                "illuminant": self.illuminant.source,
+                "sensor": f"{self.sensor.source} ({self.sensor.licence})",
+            },
+            "versions": {
+                "blender": bpy.app.version_string,
+                "python": platform.python_version(),
+                **{name: _version(name) for name in _RECORDED_PACKAGES},
+            },
+        }
+
+
+def make_plan(settings: SceneSettings) -> RenderPlan:
+    """Resolve settings.
+
+    Raises
+    ------
+    InputError
+        If a name is unknown, a file cannot be used, or a table does not
+        reach the bands.
+    """
+    if settings.exposure != AUTO:
+        _stops(settings.exposure)
+    bands = _bands(settings)
+    water = parse_water(settings.water, settings.water_source)
+    water.warn_doubts(bands.centres)
+    b = water.b(bands.centres)
+    phase = parse_phase(settings.phase).for_bands(b, molecular_scattering(bands.centres))
+    illuminant = parse_illuminant(settings.illuminant, settings.sun_zenith)
+    floor = parse_reflectance(settings.floor_reflectance)
+    index, zenith = settings.refractive_index, settings.sun_zenith
+    direct = illuminant.direct_in(bands)
+    transmitted = 1.0
+    if settings.irradiance == "above":
+        transmitted = 1.0 - float(fresnel_reflectance(math.cos(math.radians(zenith)), index))
+    column = WaterColumn(
+        bands=bands,
+        absorption=water.a(bands.centres),
+        scattering=b,
+        sun_irradiance=direct * transmitted,
+        sun_cosine=float(in_water_cosine(zenith, index)),
+        sun_direction=sun_travel_direction(zenith, settings.sun_azimuth, index),
+        sky_radiance=illuminant.diffuse_in(bands) / math.pi + settings.sky_radiance * direct,
+        floor_depth=settings.floor_depth or math.inf,
+        floor_reflectance=floor.at(bands.centres),
+        surface=settings.surface,
+        refractive_index=index,
+    )
+    sensor = parse_sensor(settings.sensor)
+    return RenderPlan(
+        settings, bands, water, phase, illuminant, sensor, floor, column, cycles_phase(phase)
+    )
+
+
+def _bands(settings: SceneSettings) -> Bands:
+    if not settings.wavelengths:
+        return Bands.uniform(settings.bands, settings.range_start, settings.range_end)
+    try:
+        centres = [float(part) for part in settings.wavelengths.split(",")]
+    except ValueError as error:
+        raise InputError(
+            f"--wavelengths: {settings.wavelengths!r} is not a list of numbers like 450,550,650"
+        ) from error
+    return Bands.at_wavelengths(centres)
+
+
+def _stops(text: str) -> float:
+    try:
+        stops = float(text)
+    except ValueError:
+        stops = math.nan
+    if not math.isfinite(stops):
+        raise InputError(f"--exposure: {text!r} is neither {AUTO!r} nor a number of stops")
+    return stops
+
+
+def _version(package: str) -> str:
+    try:
+        return importlib.metadata.version(package)
+    except importlib.metadata.PackageNotFoundError:
+        return "bundled with Blender"

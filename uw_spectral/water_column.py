@@ -6,6 +6,7 @@ Cycles reference and the real-time groups all read these arrays.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,6 +14,9 @@ from numpy.typing import NDArray
 
 from .bands import Bands
 from .errors import InputError
+from .light_field import LightField, solve_light_field
+from .phase import BandPhase
+from .sun import diffuse_internal_reflectance, diffuse_transmittance
 
 SURFACES = ("none", "flat")
 
@@ -100,3 +104,29 @@ class WaterColumn:
         diffuse attenuation for every phase function that scatters forward.
         """
         return 0.5 * np.sqrt(self.absorption * self.attenuation)
+
+    def light_field(self, phase: BandPhase) -> LightField:
+        """Solve the light field of the column for a phase function.
+
+        Examples
+        --------
+        >>> from .phase import parse_phase
+        >>> column = WaterColumn(Bands.uniform(1), 0.05, 0.1, 1.0, 1.0, (0, 0, -1), 0.0,
+        ...                      math.inf, 0.0, "none", 1.34)
+        >>> column.light_field(parse_phase("hg:0.8").for_bands([0.1])).Ed(5.0).round(2)
+        array([0.74])
+        """
+        flat = self.surface == "flat"
+        n = self.refractive_index
+        return solve_light_field(
+            self.absorption,
+            self.scattering,
+            phase.chi1,
+            phase.chi2,
+            self.sun_irradiance,
+            self.sun_cosine,
+            E_sky=math.pi * self.sky_radiance * (diffuse_transmittance(n) if flat else 1.0),
+            R=diffuse_internal_reflectance(n) if flat else 0.0,
+            r=self.floor_reflectance,
+            y_f=self.floor_depth,
+        )

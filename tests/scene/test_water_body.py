@@ -30,8 +30,7 @@ def test_removal_restores_every_value(changes):
 
 
 def test_removal_after_save_and_load(tmp_path):
-    scene = scenes.varied_scene()
-    bpy.data.use_autopack = False
+    scenes.varied_scene()
     path = str(tmp_path / "scene.blend")
     bpy.ops.wm.save_as_mainfile(filepath=path)
     bpy.ops.wm.open_mainfile(filepath=path)

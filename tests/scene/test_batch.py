@@ -1,0 +1,205 @@
+"""The batch, end to end: files, resume after a kill, and messages about bad input."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import bpy
+import numpy as np
+import pytest
+from underwater_spectral.scene import batch
+from underwater_spectral.tests.scene import scenes, snapshot
+from underwater_spectral.uw_spectral.spectral_image import read_exr, read_spectral_exr
+
+ROOT = Path(__file__).resolve().parent.parent.parent
+FAST = ["--samples", "2", "--resolution", "32", "18", "--phase", "hg:0.8", "--floor-depth", "9"]
+
+
+@pytest.fixture
+def blend(tmp_path) -> Path:
+    scenes.varied_scene()
+    path = tmp_path / "scene.blend"
+    bpy.ops.wm.save_as_mainfile(filepath=str(path))
+    return path
+
+
+def _run(*arguments: object) -> int:
+    return batch.main([str(a) for a in arguments], inside_blender=False)
+
+
+def test_writes_picture_spectra_and_record(blend, tmp_path, capfd):
+    out = tmp_path / "out"
+    assert _run(blend, *FAST, "--bands", 4, "--sensor", "ARRI D21", "--out", out) == 0
+    assert {p.name for p in out.iterdir()} == {
+        "0001.exr", "0001.json", "0001.png", "0001_spectral.exr", "job.json", "passes",
+    }  # fmt: skip
+    radiance, bands, _ = read_spectral_exr(out / "0001_spectral.exr")
+    assert bands.centres.tolist() == [437.5, 512.5, 587.5, 662.5]
+    record = json.loads((out / "0001.json").read_text())
+    weights = np.array(record["development"]["weights"])
+    rgb = read_exr(out / "0001.exr")[0]
+    assert rgb.shape == (18, 32, 3)
+    assert np.abs(rgb - radiance @ weights.T).max() <= 1e-5 * np.abs(rgb).max()
+    assert rgb.max() > 0
+    assert [p["bands_nm"] for p in record["passes"]] == [[437.5, 512.5, 587.5], [662.5]]
+    assert all(p["seconds"] > 0 for p in record["passes"])
+    assert record["settings"]["sensor"] == "ARRI D21"
+    assert "Solonenko" in record["sources"]["water"]
+    assert "pass 2 of 2, 0 s left" in capfd.readouterr().out
+
+
+def test_scene_is_as_before(blend, tmp_path):
+    bpy.ops.wm.open_mainfile(filepath=str(blend))
+    before = snapshot.snapshot()
+    assert _run(blend, *FAST, "--bands", 3, "--surface", "flat", "--out", tmp_path / "out") == 0
+    unchanged = [
+        line
+        for line in snapshot.differences(before, snapshot.snapshot())
+        if ".resolution_" not in line and ".underwater" not in line
+    ]
+    assert unchanged == []
+
+
+def test_sensor_is_changed_without_rendering(blend, tmp_path):
+    out = tmp_path / "out"
+    assert _run(blend, *FAST, "--bands", 3, "--out", out) == 0
+    first = read_exr(out / "0001.exr")[0]
+    stamp = (out / "passes" / "0001" / "pass_00.exr").stat().st_mtime_ns
+    assert _run(blend, *FAST, "--bands", 3, "--out", out, "--resume", "--sensor", "ARRI D21") == 0
+    assert (out / "passes" / "0001" / "pass_00.exr").stat().st_mtime_ns == stamp
+    assert not np.allclose(read_exr(out / "0001.exr")[0], first)
+
+
+@pytest.mark.parametrize("damage", [b"", b"not an image", None])
+def test_damaged_pass_is_rendered_again(blend, tmp_path, damage):
+    out = tmp_path / "out"
+    arguments = [blend, *FAST, "--bands", 4, "--out", out]
+    assert _run(*arguments) == 0
+    path = out / "passes" / "0001" / "pass_01.exr"
+    whole = path.read_bytes()
+    path.write_bytes(whole[: len(whole) // 2] if damage is None else damage)
+    assert _run(*arguments, "--resume") == 0
+    assert np.isfinite(read_exr(path)[0]).all()
+    record = json.loads((out / "0001.json").read_text())
+    assert [p["seconds"] is None for p in record["passes"]] == [True, False]
+
+
+def test_killed_batch_resumes_to_the_same_pictures(blend, tmp_path):
+    options = ["--bands", "9", "--frames", "1-2", *FAST, "--samples", "48"]
+    script = [sys.executable, str(ROOT / "render_bands.py"), str(blend), *options]
+    killed = tmp_path / "killed"
+    environment = {**os.environ, "PYTHONUNBUFFERED": "1"}
+    process = subprocess.Popen(
+        [*script, "--out", str(killed)], stdout=subprocess.DEVNULL, env=environment
+    )
+    deadline = time.monotonic() + 240
+    while len(list((killed / "passes").glob("*/pass_*.exr"))) < 2:
+        assert process.poll() is None, "the batch ended before it could be killed"
+        assert time.monotonic() < deadline
+        time.sleep(0.01)
+    process.send_signal(signal.SIGKILL)
+    process.wait()
+    assert not (killed / "0002.json").exists()
+    assert subprocess.call([*script, "--out", str(killed), "--resume"]) == 0
+    assert _run(blend, *options, "--out", tmp_path / "whole") == 0
+    for path in sorted((tmp_path / "whole").rglob("*.exr")):
+        other = killed / path.relative_to(tmp_path / "whole")
+        assert np.array_equal(read_exr(path)[0], read_exr(other)[0]), path.name
+    pngs = [(tmp_path / folder / "0002.png").read_bytes() for folder in ("whole", "killed")]
+    assert pngs[0] == pngs[1]
+    kept = json.loads((killed / "0001.json").read_text())["passes"]
+    assert kept[0]["seconds"] is None
+
+
+def test_resume_with_other_settings_is_refused(blend, tmp_path, capsys):
+    out = tmp_path / "out"
+    assert _run(blend, *FAST, "--bands", 3, "--out", out) == 0
+    assert _run(blend, *FAST, "--bands", 6, "--out", out, "--resume") == 2
+    assert "other values of bands; use the same ones, or another --out" in capsys.readouterr().err
+
+
+def _csv(tmp_path: Path, text: str) -> str:
+    path = tmp_path / "table.csv"
+    path.write_text(text)
+    return f"file:{path}"
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (["--water", "jerlov:1B"], "unknown Jerlov type '1B'. Near names: IB"),
+        (["--water", "jerlov:7C", "--water-source", "williamson2022"], "has no Jerlov 7C"),
+        (["--water", "IB"], "write jerlov:IB or file:water.csv"),
+        (["--water", "file:none.csv"], "cannot read none.csv"),
+        (["--sensor", "ARRI D20"], "unknown sensor 'ARRI D20'. Near names: ARRI D21"),
+        (["--illuminant", "d56"], "unknown illuminant 'd56'"),
+        (["--phase", "hg:1.2"], "g must be between -1 and 1"),
+        (["--range", "400", "800"], "is known from 300 to 700 nm, but 750 nm"),
+        (["--wavelengths", "450,red"], "--wavelengths: '450,red' is not a list of numbers"),
+        (["--exposure", "bright"], "--exposure: 'bright' is neither 'auto' nor a number"),
+        (["--floor-reflectance", "2"], "reflectance 2 is not between 0 and 1"),
+        (["--camera", "Cam"], "no camera 'Cam' in 'Scene'; there are: Camera"),
+        (["--floor-depth", "4"], "the floor at 4 m is above camera 'Camera', which is at 5 m"),
+        (["--engine", "eevee"], "--engine eevee is not there yet"),
+        (["--out", "/proc/none/here"], "cannot write to /proc/none/here"),
+    ],
+)
+def test_bad_options_end_with_one_clear_line(blend, tmp_path, capsys, options, message):
+    arguments = [*FAST, "--bands", "4", "--out", tmp_path / "out", *options]
+    assert _run(blend, *arguments) == 2
+    printed = capsys.readouterr().err
+    assert message in printed
+    assert "Traceback" not in printed
+
+
+@pytest.mark.parametrize(
+    ("table", "message"),
+    [
+        ("wavelength_nm,a,b\n400,0.1,0.2\n700,-0.3,0.2\n", "-0.3"),
+        ("wavelength_nm,a,b\n400,0.1,0.2\n700,nan,0.2\n", "line 3, column a: 'nan'"),
+        ("wavelength_nm,alpha,beta\n400,0.1,0.2\n", "column a, b is missing"),
+        ("wavelength_nm,a,b\n450,0.1,0.2\n600,0.3,0.2\n", "is known from 450 to 600 nm"),
+        ("", "holds no table"),
+    ],
+)
+def test_bad_water_tables_name_the_place(blend, tmp_path, capsys, table, message):
+    assert _run(blend, "--water", _csv(tmp_path, table), "--out", tmp_path / "out") == 2
+    assert message in capsys.readouterr().err
+
+
+def test_no_camera(blend, tmp_path, capsys):
+    bpy.ops.wm.open_mainfile(filepath=str(blend))
+    bpy.data.objects.remove(bpy.context.scene.camera)
+    bpy.ops.wm.save_as_mainfile(filepath=str(blend))
+    assert _run(blend, "--out", tmp_path / "out") == 2
+    assert "has no active camera; add one" in capsys.readouterr().err
+
+
+def test_camera_above_the_water(blend, tmp_path, capsys):
+    bpy.ops.wm.open_mainfile(filepath=str(blend))
+    bpy.context.scene.camera.location.z = 2.0
+    bpy.ops.wm.save_as_mainfile(filepath=str(blend))
+    assert _run(blend, "--out", tmp_path / "out") == 2
+    assert "camera 'Camera' is 2 m above the water at frame 1" in capsys.readouterr().err
+
+
+def test_missing_and_broken_scenes(tmp_path, capfd):
+    assert _run(tmp_path / "none.blend", "--out", tmp_path / "out") == 2
+    assert "there is no such file" in capfd.readouterr().err
+    broken = tmp_path / "broken.blend"
+    broken.write_bytes(b"BLENDER")
+    assert _run(broken, "--out", tmp_path / "out") == 2
+    assert f"cannot open {broken}" in capfd.readouterr().err
+
+
+def test_lists(capsys):
+    assert _run("--list-waters") == 0
+    assert "solonenko2015: jerlov:I, jerlov:IA" in capsys.readouterr().out
+    assert _run("--list-sensors") == 0
+    assert len(capsys.readouterr().out.splitlines()) >= 54

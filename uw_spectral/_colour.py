@@ -1,0 +1,26 @@
+"""The one place that imports colour-science: on first use, without its warnings."""
+
+from __future__ import annotations
+
+import functools
+import importlib
+import warnings
+from types import ModuleType
+
+
+@functools.cache
+def colour_science() -> ModuleType:
+    """Return the ``colour`` package.
+
+    Importing it takes a second and warns about optional packages (matplotlib,
+    scipy) that nothing here needs, so it loads when first asked for and those
+    warnings stay inside.
+
+    Examples
+    --------
+    >>> colour_science().SpectralShape(400, 700, 10).interval
+    10
+    """
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        return importlib.import_module("colour")

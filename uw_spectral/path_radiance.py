@@ -1,0 +1,343 @@
+"""Radiance of the water between the camera and what it sees: the closed form.
+
+Directions are in Blender's axes (x, y horizontal, z up); depth is positive
+down. Arguments broadcast against the bands: give arrays a last axis of 1. The
+formulas are plain arithmetic over an injected :class:`.Mathematics`, so they
+also build shader nodes.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, DTypeLike, NDArray
+
+from .aureole import Aureole, solve_aureole
+from .errors import InputError
+from .light_field import LightField
+from .math_backend import NUMPY, Mathematics
+from .phase import BandPhase
+from .sun import fresnel_reflectance
+
+FARTHEST = 1e7
+"""Distance in m that stands for infinity along a level ray."""
+
+_NEAR_ZERO = 0.25  # below it phi comes from its series
+_STEP = math.exp(-_NEAR_ZERO)
+
+
+def phi(x: Any, m: Mathematics = NUMPY) -> Any:  # noqa: ANN401
+    """Return ``(1 - e^{-x})/x`` for x ≥ 0, stable in single precision.
+
+    The series serves up to 0.25 and the exact difference beyond; the two are
+    added, not chosen: each is constant where the other is valid.
+
+    Examples
+    --------
+    >>> phi(np.array([0.0, 1.0])).round(6)
+    array([1.      , 0.632121])
+    """
+    small, large = m.minimum(x, _NEAR_ZERO), m.maximum(x, _NEAR_ZERO)
+    series = 1.0 / 5040.0
+    for term in (720.0, 120.0, 24.0, 6.0, 2.0, 1.0):
+        series = 1.0 / term - small * series
+    return (_NEAR_ZERO * series + (_STEP - m.exp(-large))) / large
+
+
+def attenuated_path(
+    near: Any,  # noqa: ANN401
+    far: Any,  # noqa: ANN401
+    qP: Any,  # noqa: ANN401
+    P: Any,  # noqa: ANN401
+    m: Mathematics = NUMPY,
+) -> Any:  # noqa: ANN401
+    """Return ``e^near G(q, P)``, the integral of ``e^{near - q v}`` over the path.
+
+    Parameters
+    ----------
+    near, far : float or array
+        Exponents at the camera and at the end of the path, far = near - q P.
+    qP : float or array
+        q P; q may have either sign.
+    P : float or array
+        Length of the path, m.
+    m : Mathematics
+        Elementary functions.
+
+    Notes
+    -----
+    The larger exponent is taken out, so that nothing overflows for q < 0.
+    """
+    return P * m.exp(m.maximum(near, far)) * phi(m.absolute(qP), m)
+
+
+def distance_in_water(
+    y_o: Any,  # noqa: ANN401
+    w_y: Any,  # noqa: ANN401
+    y_f: Any,  # noqa: ANN401
+    m: Mathematics = NUMPY,
+) -> Any:  # noqa: ANN401
+    """Distance from depth y_o along w to the surface or the floor, at most :data:`FARTHEST`."""
+    # Each bound holds for one sign of w_y; at the other, and at zero, FARTHEST lifts it.
+    to_surface = y_o / m.maximum(-w_y, 1e-7) + FARTHEST * m.clamp(1.0 + 1e7 * w_y, 0.0, 1.0)
+    to_floor = m.maximum(y_f - y_o, 0.0) / m.maximum(w_y, 1e-7) + FARTHEST * m.clamp(
+        1.0 - 1e7 * w_y, 0.0, 1.0
+    )
+    return m.minimum(m.minimum(to_surface, to_floor), FARTHEST)
+
+
+def pixel_radiance(
+    field: LightField,
+    path: Any,  # noqa: ANN401
+    P: Any,  # noqa: ANN401
+    L_object: Any,  # noqa: ANN401
+    L_background: Any,  # noqa: ANN401
+    m: Mathematics = NUMPY,
+) -> Any:  # noqa: ANN401
+    """Radiance of a pixel: water, object, and the background scattered around it.
+
+    Parameters
+    ----------
+    field : LightField
+        The water.
+    path : array
+        :meth:`PathRadiance.path` up to the object.
+    P : array
+        Distance of the object, m.
+    L_object : array
+        Its radiance.
+    L_background : array
+        Radiance of the undisturbed water or floor beyond P. Light that is
+        scattered forward between it and the camera blurs over the object.
+    m : Mathematics
+        Elementary functions.
+    """
+    return path + m.exp(-field.c * P) * L_object + veil(field, P, m) * L_background
+
+
+def veil(field: LightField, P: Any, m: Mathematics = NUMPY) -> Any:  # noqa: ANN401
+    """Share of the background that reaches the camera scattered forward, over distance P."""
+    return m.maximum(m.exp(-field.cp * P) - m.exp(-field.c * P), 0.0)
+
+
+@dataclass(frozen=True, eq=False)
+class PathRadiance:
+    """The closed form for a camera in water; make it with :func:`solve_path_radiance`.
+
+    Attributes
+    ----------
+    field : LightField
+        Light field of the n bands.
+    phase : BandPhase
+        Phase function of the n bands.
+    aureole : Aureole
+        Spread of the sun at the depth of the camera.
+    sun : sequence of 3
+        Unit direction the sunlight travels to in the water.
+    """
+
+    field: LightField
+    phase: BandPhase
+    aureole: Aureole
+    sun: Sequence[Any]
+
+    def astype(self, dtype: DTypeLike) -> PathRadiance:
+        """Return the coefficients in another floating-point precision."""
+        cast = np.dtype(dtype).type
+        return dataclasses.replace(
+            self,
+            field=self.field.astype(dtype),
+            phase=dataclasses.replace(self.phase, weights=cast(self.phase.weights)),
+            aureole=self.aureole.astype(dtype),
+            sun=cast(self.sun),
+        )
+
+    def path(
+        self,
+        y_o: Any,  # noqa: ANN401
+        w: Sequence[Any],
+        P: Any,  # noqa: ANN401
+        m: Mathematics = NUMPY,
+    ) -> Any:  # noqa: ANN401
+        """Radiance of the water between depth y_o and distance P.
+
+        Parameters
+        ----------
+        y_o : float or array
+            Depth of the camera, m.
+        w : three floats or arrays
+            Components of the unit view direction, away from the camera, z up.
+        P : float or array
+            Length of the path, m; ends at the surface or the floor.
+        m : Mathematics
+            Elementary functions.
+
+        Returns
+        -------
+        array, shape (..., n)
+            In units of E per steradian, never negative.
+        """
+        f = self.field
+        w_y = -w[2]
+        P = m.minimum(P, distance_in_water(y_o, w_y, f.y_f, m))
+        y_e = m.clamp(y_o + w_y * P, 0.0, f.y_f)
+        cpP = f.cp * P
+        sun, down, up = self._source(w, m)
+        return m.maximum(
+            sun * attenuated_path(
+                -f.ks * y_o, -f.ks * y_e - cpP, (f.cp + f.ks * w_y) * P, P, m
+            )
+            + down * attenuated_path(
+                -f.k * y_o, -f.k * y_e - cpP, (f.cp + f.k * w_y) * P, P, m
+            )
+            + up * attenuated_path(
+                -f.k * (f.y_f - y_o), -f.k * (f.y_f - y_e) - cpP, (f.cp - f.k * w_y) * P, P, m
+            ),
+            0.0,
+        )  # fmt: skip
+
+    def background(
+        self,
+        y_o: Any,  # noqa: ANN401
+        w: Sequence[Any],
+        L_surface: Any = 0.0,  # noqa: ANN401
+        m: Mathematics = NUMPY,
+    ) -> Any:  # noqa: ANN401
+        """Radiance L(∞) of the undisturbed water with its floor or surface behind.
+
+        Parameters
+        ----------
+        y_o : float or array
+            Depth it is seen from, m.
+        w : three floats or arrays
+            View direction, as in :meth:`path`.
+        L_surface : float or array
+            Radiance that comes down from the surface against w.
+        m : Mathematics
+            Elementary functions.
+        """
+        f = self.field
+        w_y = -w[2]
+        P = distance_in_water(y_o, w_y, f.y_f, m)
+        looks_up = m.less(w_y, 0.0)
+        end = m.select(looks_up, L_surface, f.floor_radiance(m))
+        return self.path(y_o, w, P, m) + m.exp(-f.cp * P) * end
+
+    def under_surface(
+        self,
+        w: Sequence[Any],
+        L_sky: Any,  # noqa: ANN401
+        relative_index: float,
+        m: Mathematics = NUMPY,
+    ) -> Any:  # noqa: ANN401
+        """Radiance just below a flat surface, looking up along w.
+
+        The sky inside Snell's window and the mirrored water outside it.
+
+        Parameters
+        ----------
+        w : three floats or arrays
+            View direction, as in :meth:`path`; z > 0.
+        L_sky : float or array
+            Radiance of the sky, in air, where the refracted ray meets it.
+        relative_index : float
+            Index of the water against air, n; the radiance gains a factor n².
+        m : Mathematics
+            Elementary functions.
+        """
+        cosine = m.maximum(w[2], 0.0)
+        reflectance = fresnel_reflectance(cosine, 1.0 / relative_index, m)
+        n2 = relative_index * relative_index
+        mirrored = self.background(0.0 * w[2], (w[0], w[1], -cosine), m=m)
+        return (1.0 - reflectance) * n2 * L_sky + reflectance * mirrored
+
+    def single_scattering(
+        self,
+        y_o: Any,  # noqa: ANN401
+        w: Sequence[Any],
+        P: Any,  # noqa: ANN401
+        m: Mathematics = NUMPY,
+    ) -> Any:  # noqa: ANN401
+        """Radiance of sunlight scattered once, unshadowed.
+
+        Subtract it from :meth:`path` where shafts of light are drawn apart.
+        """
+        f = self.field
+        w_y = -w[2]
+        P = m.minimum(P, distance_in_water(y_o, w_y, f.y_f, m))
+        y_e = m.clamp(y_o + w_y * P, 0.0, f.y_f)
+        cs = f.c / f.mu_s
+        source = f.b * self.phase.per_steradian(self._s2(w, m), m) * f.E / f.mu_s
+        return source * attenuated_path(
+            -cs * y_o, -cs * y_e - f.c * P, (f.c + cs * w_y) * P, P, m
+        )  # fmt: skip
+
+    def _s2(self, w: Sequence[Any], m: Mathematics) -> Any:  # noqa: ANN401
+        """Squared sine of half the angle by which sunlight turns to reach the camera."""
+        x, y, z = (w[i] + self.sun[i] for i in range(3))
+        return m.clamp((x * x + y * y + z * z) / 4.0, 1e-14, 1.0)
+
+    def _source(self, w: Sequence[Any], m: Mathematics) -> tuple[Any, Any, Any]:
+        """Strength m1, m2, m3 of the three exponentials of depth along w."""
+        f = self.field
+        w_y = -w[2]
+        s2 = self._s2(w, m)
+        cosine = 1.0 - 2.0 * s2
+        spread = self.aureole.spread(self.phase.per_steradian(s2, m), s2, m)
+        diffuse = f.bp / (4.0 * math.pi)
+        tilt = 3.0 * f.gp * w_y
+        sideways = 3.0 * f.gp * f.Fx * (cosine + w_y * f.mu_s)
+        return (
+            f.b * spread * f.E / f.mu_s + diffuse * (f.A - tilt * f.B + sideways),
+            diffuse * f.C1 * (1.0 - tilt * f.h),
+            diffuse * f.C2 * (1.0 + tilt * f.h),
+        )
+
+
+def solve_path_radiance(
+    field: LightField, phase: BandPhase, y_o: float, sun: ArrayLike
+) -> PathRadiance:
+    """Prepare the closed form for a camera.
+
+    Parameters
+    ----------
+    field : LightField
+        Of the water.
+    phase : BandPhase
+        Its phase function, the one the field was solved with.
+    y_o : float
+        Depth of the camera, m: it sets how far the sun is spread.
+    sun : array_like, shape (3,)
+        Unit direction that sunlight travels to in the water, z up.
+
+    Returns
+    -------
+    PathRadiance
+
+    Raises
+    ------
+    InputError
+        If the camera is not between surface and floor.
+
+    Examples
+    --------
+    >>> from .phase import parse_phase
+    >>> from .light_field import solve_light_field
+    >>> phase = parse_phase("hg:0.8").for_bands([0.1])
+    >>> field = solve_light_field([0.05], [0.1], phase.chi1, phase.chi2, [1.0], 1.0, r=0.2, y_f=9)
+    >>> water = solve_path_radiance(field, phase, 5.0, (0, 0, -1))
+    >>> water.path(5.0, (1.0, 0.0, 0.0), 2.0).round(4)
+    array([0.0031])
+    """
+    if not 0 <= y_o <= field.y_f:
+        raise InputError(
+            f"the camera is at depth {y_o:g} m, but the water reaches from 0 to {field.y_f:g} m; "
+            "move the camera or the floor"
+        )
+    direction: NDArray[np.float64] = np.asarray(sun, dtype=np.float64)
+    return PathRadiance(field, phase, solve_aureole(field.b, phase, y_o, field.mu_s), direction)
