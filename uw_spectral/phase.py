@@ -22,6 +22,7 @@ from .math_backend import NUMPY, Mathematics
 from .spectrum import DATA_DIRECTORY, read_table
 
 _PER_SPHERE = 1.0 / (4.0 * math.pi)
+_LARGEST_PARTICLE_INDEX = 1.5
 _SMALLEST_S2 = 1e-16  # 2e-8 rad; the Fournier-Forand and Petzold functions have no value at 0
 
 
@@ -189,15 +190,14 @@ class FournierForand(PhaseFunction):
     Parameters
     ----------
     refractive_index : float
-        Real index of the particles relative to water, above 1.
+        Real index of the particles relative to water, above 1, at most 1.5.
     backscatter : float
-        bb/b of the closed form, 0 to 0.5. It fixes the Junge slope μ.
+        bb/b, between 0 and 0.5. It fixes the Junge slope μ between 3 and 5.
 
     Raises
     ------
     InputError
-        If the index is not above 1, or the slope is not between 3 and 5, where
-        the function is not defined.
+        If a parameter is out of its range.
 
     Notes
     -----
@@ -216,20 +216,13 @@ class FournierForand(PhaseFunction):
 
     def __post_init__(self) -> None:
         n, ratio = self.refractive_index, self.backscatter
-        if not (math.isfinite(n) and n > 1):
+        if not 1 < n <= _LARGEST_PARTICLE_INDEX:
             raise InputError(
-                f"Fournier-Forand: the index of the particles must be above 1, got {n:g}"
+                "Fournier-Forand: the index of the particles relative to water must be above 1 "
+                f"and at most {_LARGEST_PARTICLE_INDEX:g}, got {n:g}"
             )
         if not 0 < ratio < 0.5:
             raise InputError(f"Fournier-Forand: bb/b must be between 0 and 0.5, got {ratio:g}")
-        inside = 1 + 2 * ratio * (self._delta90 - 1)
-        slope = self.junge_slope if inside > 0 and self._delta90 != 1 else math.nan
-        if not 3 < slope < 5:
-            raise InputError(
-                f"Fournier-Forand: index {n:g} with bb/b {ratio:g} needs a Junge slope of "
-                f"{slope:.3g}, but it must be between 3 and 5; change bb/b (1.10,0.0183 is "
-                "average sea particles)"
-            )
 
     @classmethod
     def from_junge_slope(cls, refractive_index: float, slope: float) -> FournierForand:

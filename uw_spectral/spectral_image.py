@@ -215,7 +215,8 @@ def _write(
         if output is None:
             raise InputError(f"cannot write {path}: {oiio.geterror()}")
         try:
-            whole = output.open(str(temporary), spec) and output.write_image(np.ascontiguousarray(pixels))
+            contiguous = np.ascontiguousarray(pixels)
+            whole = output.open(str(temporary), spec) and output.write_image(contiguous)
         finally:
             # The last blocks reach the disk on closing: that can fail too.
             closed = output.close()

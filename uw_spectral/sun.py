@@ -43,9 +43,9 @@ def in_water_cosine(zenith: ArrayLike, refractive_index: float = REFRACTIVE_INDE
         raise InputError(f"sun zenith must be 0 to 90 degrees, got {np.ravel(zenith).tolist()}")
     if not (np.isfinite(refractive_index) and refractive_index >= 1):
         raise InputError(f"refractive index must be at least 1, got {refractive_index:g}")
-    sine, cosine = np.sin(np.radians(zenith)), np.cos(np.radians(zenith))
+    cosine = np.cos(np.radians(zenith))
     # n² - sin² as a sum of positive terms: exact at grazing incidence and for n = 1.
-    return np.sqrt(cosine**2 + (refractive_index**2 - 1) * sine**2) / refractive_index
+    return np.sqrt(cosine**2 + (refractive_index**2 - 1)) / refractive_index
 
 
 def sun_travel_direction(

@@ -1,0 +1,1 @@
+"""Measurements: accuracy tables and costs, each with the command that repeats it."""

@@ -1,0 +1,210 @@
+"""The grey scene: a sphere over a grey floor, by Cycles and by the closed form.
+
+    python3 dev.py run -m benchmarks.grey_scene [--samples N]
+
+writes docs/grey_scene.md and docs/grey_scene.png. The geometry is intersected
+analytically here, so nothing but the optics can differ between the two images.
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+import tempfile
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import bmesh
+import bpy
+import numpy as np
+from numpy.typing import NDArray
+
+from ..scene import band_passes, cycles_settings, render_plan, settings, water_body
+from ..uw_spectral.colour_rendering import delta_e_CIE2000_images, srgb_encode, srgb_rmse
+from ..uw_spectral.path_radiance import pixel_radiance, solve_path_radiance
+from ..uw_spectral.phase import BandPhase
+from ..uw_spectral.spectral_image import read_exr
+from ..uw_spectral.water_column import WaterColumn
+
+ABOVE_FLOOR = 3.0
+FLOOR_REFLECTANCE = 0.3
+SPHERE_REFLECTANCE = 0.5
+_SPHERE_RADIUS = 0.8
+_SPHERE_AHEAD = 4.0
+_SPHERE_DROP = 1.2
+_PITCH = math.radians(75.0)
+_FIELD_OF_VIEW = math.radians(70.0)
+
+
+@dataclass(frozen=True, eq=False)
+class Hits:
+    """What the camera's rays meet, each of shape (h, w).
+
+    ``distance`` in m (infinite for open water), ``normal`` and ``direction``
+    with z up and shape (h, w, 3), ``reflectance``, and ``sunlit``, 1 where the
+    sphere casts no shadow.
+    """
+
+    distance: NDArray[np.float64]
+    direction: NDArray[np.float64]
+    normal: NDArray[np.float64]
+    reflectance: NDArray[np.float64]
+    sunlit: NDArray[np.float64]
+
+
+def trace(depth: float, sun: NDArray[np.float64], width: int, height: int, oversampling: int) -> Hits:
+    """Intersect the camera's rays with sphere and floor.
+
+    Parameters
+    ----------
+    depth : float
+        Of the camera, m.
+    sun : array, shape (3,)
+        Direction the sunlight travels to.
+    width, height : int
+        Pixels.
+    oversampling : int
+        Rays per pixel and axis.
+    """
+    columns, rows = width * oversampling, height * oversampling
+    scale = 2.0 * math.tan(_FIELD_OF_VIEW / 2) / columns
+    x = (np.arange(columns) + 0.5 - columns / 2) * scale
+    y = (rows / 2 - np.arange(rows) - 0.5) * scale
+    right, up = np.meshgrid(x, y)
+    forward, lift = np.array([0.0, math.sin(_PITCH), -math.cos(_PITCH)]), np.array(
+        [0.0, math.cos(_PITCH), math.sin(_PITCH)]
+    )
+    direction = right[..., None] * np.array([1.0, 0.0, 0.0]) + up[..., None] * lift + forward
+    direction /= np.linalg.norm(direction, axis=-1, keepdims=True)
+    centre = np.array([0.0, _SPHERE_AHEAD, -_SPHERE_DROP])
+    to_sphere = _sphere_distance(np.zeros(3), direction, centre)
+    with np.errstate(divide="ignore"):
+        to_floor = np.where(direction[..., 2] < 0, -ABOVE_FLOOR / direction[..., 2], np.inf)
+    distance = np.minimum(to_sphere, to_floor)
+    on_sphere = to_sphere < to_floor
+    point = direction * np.where(np.isfinite(distance), distance, 0.0)[..., None]
+    normal = np.where(
+        on_sphere[..., None], (point - centre) / _SPHERE_RADIUS, np.array([0.0, 0.0, 1.0])
+    )
+    blocked = np.isfinite(_sphere_distance(point, -sun * np.ones_like(direction), centre))
+    return Hits(
+        distance,
+        direction,
+        normal,
+        np.where(on_sphere, SPHERE_REFLECTANCE, FLOOR_REFLECTANCE),
+        np.where(blocked & ~on_sphere, 0.0, 1.0),
+    )
+
+
+def closed_form_image(
+    column: WaterColumn,
+    phase: BandPhase,
+    depth: float,
+    width: int,
+    height: int,
+    oversampling: int = 3,
+) -> NDArray[np.float64]:
+    """Return the band radiances of the closed form, shape (h, w, n)."""
+    hits = trace(depth, column.sun_direction, width, height, oversampling)
+    field = column.light_field(phase)
+    water = solve_path_radiance(field, phase, depth, column.sun_direction)
+    w = tuple(hits.direction[..., i, None] for i in range(3))
+    seen = np.isfinite(hits.distance)[..., None]
+    P = np.where(seen, hits.distance[..., None], 0.0)
+    y = np.minimum(depth - w[2] * P, column.floor_depth)
+    cosine = -(hits.normal @ column.sun_direction)[..., None]
+    direct, forward, diffuse = field.surface_irradiance(y, cosine, hits.normal[..., 2, None])
+    lit = direct * hits.sunlit[..., None] + forward + diffuse
+    surface = hits.reflectance[..., None] / math.pi * lit
+    image = np.where(
+        seen,
+        pixel_radiance(field, water.path(depth, w, P), P, surface, water.background(y, w)),
+        water.background(depth, w),
+    )
+    shape = (height, oversampling, width, oversampling, len(column.bands))
+    return image.reshape(shape).mean(axis=(1, 3))
+
+
+def _sphere_distance(
+    origin: NDArray[np.float64], direction: NDArray[np.float64], centre: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    offset = origin - centre
+    along = np.sum(offset * direction, axis=-1)
+    inside = along**2 - np.sum(offset * offset, axis=-1) + _SPHERE_RADIUS**2
+    distance = -along - np.sqrt(np.maximum(inside, 0.0))
+    return np.where((inside > 0) & (distance > 1e-6), distance, np.inf)
+
+
+def build_scene(depth: float, width: int, height: int) -> bpy.types.Object:
+    """Fill the open, empty file with the sphere and return the camera."""
+    scene = bpy.context.scene
+    scene.render.resolution_x, scene.render.resolution_y = width, height
+    scene.render.resolution_percentage = 100
+    scene.cycles.pixel_filter_type = "BOX"
+    mesh = bpy.data.meshes.new("sphere")
+    shape = bmesh.new()
+    bmesh.ops.create_icosphere(shape, subdivisions=6, radius=_SPHERE_RADIUS)
+    shape.to_mesh(mesh)
+    shape.free()
+    mesh.shade_smooth()
+    material = bpy.data.materials.new("grey")
+    tree = material.node_tree
+    tree.nodes.clear()
+    diffuse = tree.nodes.new("ShaderNodeBsdfDiffuse")
+    diffuse.inputs["Color"].default_value = (*[SPHERE_REFLECTANCE] * 3, 1.0)
+    output = tree.nodes.new("ShaderNodeOutputMaterial")
+    tree.links.new(diffuse.outputs[0], output.inputs["Surface"])
+    mesh.materials.append(material)
+    sphere = bpy.data.objects.new("sphere", mesh)
+    sphere.location = (0.0, _SPHERE_AHEAD, -depth - _SPHERE_DROP)
+    camera = bpy.data.objects.new("camera", bpy.data.cameras.new("camera"))
+    camera.location = (0.0, 0.0, -depth)
+    camera.rotation_euler = (_PITCH, 0.0, 0.0)
+    camera.data.sensor_fit = "HORIZONTAL"
+    camera.data.angle = _FIELD_OF_VIEW
+    for item in (sphere, camera):
+        scene.collection.objects.link(item)
+    scene.camera = camera
+    return camera
+
+
+def cycles_image(
+    plan: render_plan.RenderPlan, camera: bpy.types.Object, samples: int, seed: int
+) -> NDArray[np.float64]:
+    """Render the scene's bands in Cycles, shape (h, w, n)."""
+    scene = bpy.context.scene
+    extent = water_body.water_extent(scene, plan.column, -camera.location.z)
+    water_body.add_water(scene, plan.column, plan.cycles.lobes, extent)
+    try:
+        with (
+            tempfile.TemporaryDirectory() as folder,
+            cycles_settings.reference_settings(
+                scene, camera, samples=samples, seed=seed, denoise=False
+            ) as layer,
+        ):
+            rendered = band_passes.render_passes(
+                scene,
+                layer,
+                plan.pass_values(scene),
+                plan.passes,
+                Path(folder),
+                resume=False,
+                report=lambda _: None,
+            )
+            return plan.gather([read_exr(p.path)[0] for p in rendered]).astype(np.float64)
+    finally:
+        water_body.remove_water(scene)
+
+
+def plan_for(water: str, depth: float, bands: int) -> render_plan.RenderPlan:
+    """Return the plan of one combination: HG 0.8, D65, sun at 30°, CIE 1931."""
+    return render_plan.make_plan(
+        settings.SceneSettings(
+            water=f"jerlov:{water}",
+            phase="hg:0.8",
+            bands=bands,
+            floor_depth=depth + ABOVE_FLOOR,
+            floor_reflectance=str(FLOOR_REFLECTANCE),
+        )
+    )

@@ -1,0 +1,91 @@
+"""The closed form against discrete ordinates; the cases are those of the benchmark."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from underwater_spectral.benchmarks import path_radiance_table as table
+from underwater_spectral.uw_spectral.light_field import solve_light_field
+from underwater_spectral.uw_spectral.phase import parse_phase
+
+pytest.importorskip("PythonicDISORT")
+
+
+def _medians(rows):
+    return dict(zip(table.FORMS, np.median(table.errors(rows), axis=0), strict=True))
+
+
+def test_path_radiance_quickly():
+    rows = [
+        row for water in ("I", "IB", "3C") for row in table.compare(water, (450.0, 600.0), (5.0,))
+    ]
+    medians = _medians(rows)
+    assert medians["closed form"] <= 0.03
+    assert medians["Eq. 9 corrected"] > 10 * medians["closed form"]
+    assert medians["Eq. 9 as printed"] > 10 * medians["closed form"]
+
+
+@pytest.mark.slow
+def test_path_radiance():
+    """Target: median relative error ≤ 3 % over all rays, none left out."""
+    rows = [row for water in table.WATERS for row in table.compare(water)]
+    assert len(rows) == 24300
+    assert _medians(rows)["closed form"] <= 0.03
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("phase", ["fournier-forand:1.10,0.0183", "hg:0.95"])
+def test_path_radiance_of_sea_particles(phase):
+    rows = [
+        row for water in table.WATERS for row in table.compare(water, (450.0, 550.0), (5.0,), phase)
+    ]
+    assert _medians(rows)["closed form"] <= 0.03
+
+
+@pytest.mark.parametrize("floor", [0.0, 0.2])
+def test_irradiance(floor):
+    phase, mu_s, y_f = parse_phase("hg:0.8"), math.cos(math.radians(30)), 8.0
+    worst = {"Ed": 0.0, "scalar_irradiance": 0.0, "Eu": 0.0}
+    for water in table.WATERS:
+        iops = table.Water.jerlov(water)
+        a, b = iops.a((450.0, 600.0)), iops.b((450.0, 600.0))
+        field = solve_light_field(a, b, 0.8, 0.64, 1.0, mu_s, r=floor, y_f=y_f)
+        for band in range(len(a)):
+            truth = table.reference(a[band], b[band], mu_s, y_f, floor, phase)
+            for y in (1.0, 3.0, 7.5):
+                down = truth.Ed(y)
+                for name in worst:
+                    error = abs(getattr(field, name)(y)[band] - getattr(truth, name)(y))
+                    worst[name] = max(worst[name], error / down)
+    # Absolute errors as a share of Ed at that depth.
+    assert worst["Ed"] <= 0.06
+    assert worst["scalar_irradiance"] <= 0.06
+    assert worst["Eu"] <= 0.06
+
+
+def test_reference_against_a_second_solver():
+    """PythonicDISORT against cdisort, two codes with nothing in common."""
+    nanodisort = pytest.importorskip("nanodisort")
+    phase, mu_s = parse_phase("hg:0.8"), 0.9
+    ours = table.reference(0.05, 0.1, mu_s, 6.0, 0.2, phase)
+    chosen = np.sort(ours.mu[[0, 10, 23, 24, 34, 47]])
+    theirs = nanodisort.DisortState()
+    theirs.nstr, theirs.nlyr, theirs.nmom = 48, 1, 299
+    theirs.ntau, theirs.numu, theirs.nphi, theirs.nphase = 2, len(chosen), 2, 20000
+    theirs.allocate()
+    theirs.usrtau = theirs.usrang = theirs.lamber = theirs.quiet = True
+    theirs.intensity_correction, theirs.old_intensity_correction = True, False
+    theirs.dtauc, theirs.ssalb = np.array([0.9]), np.array([2 / 3])
+    theirs.pmom = (0.8 ** np.arange(300)).reshape(-1, 1)
+    cosine = np.cos(np.linspace(math.pi, 0, 20000))
+    theirs.mu_phase, theirs.phase = cosine, (4 * math.pi * phase(cosine)).reshape(1, -1)
+    theirs.utau, theirs.umu, theirs.phi = np.array([0.3, 0.6]), chosen, np.array([0.0, 75.0])
+    theirs.fbeam, theirs.umu0, theirs.phi0, theirs.albedo, theirs.fisot = 1 / mu_s, mu_s, 0, 0.2, 0
+    theirs.solve()
+    for row, w_y in enumerate(chosen):
+        seen = ours.L([2.0, 4.0], w_y, (0.0, math.radians(75)))
+        np.testing.assert_allclose(theirs.uu[row], seen, rtol=1e-3)
+    np.testing.assert_allclose(theirs.flup, [ours.Eu(2.0), ours.Eu(4.0)], rtol=1e-6)
