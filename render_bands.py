@@ -16,7 +16,7 @@ from types import ModuleType
 _PACKAGE = "underwater_spectral"
 
 
-def _extension() -> ModuleType:
+def extension() -> ModuleType:
     """Return the extension this file is part of, loading it if Blender has not."""
     entry = Path(__file__).resolve().with_name("__init__.py")
     for module in list(sys.modules.values()):
@@ -39,7 +39,7 @@ def main() -> int:
         arguments = sys.argv[sys.argv.index("--") + 1 :] if "--" in sys.argv else []
     else:
         arguments = sys.argv[1:]
-    name = _extension().__name__
+    name = extension().__name__
     try:
         batch = importlib.import_module(f"{name}.scene.batch")
     except ModuleNotFoundError as error:

@@ -1,15 +1,13 @@
 """Closed-form path radiance against discrete ordinates: writes docs/path_radiance.md.
 
-Run it with ``python benchmarks/path_radiance_table.py``; the validation tests
-use the same cases. The reference is PythonicDISORT.
+``python3 dev.py run -m benchmarks path_radiance_table``; the validation tests use the
+same cases. The reference is PythonicDISORT.
 """
 
 from __future__ import annotations
 
-import importlib.util
 import itertools
 import math
-import sys
 import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -17,30 +15,14 @@ from pathlib import Path
 
 import numpy as np
 
+from ..uw_spectral.light_field import solve_light_field
+from ..uw_spectral.monzon import path_radiance_Monzon2024, path_radiance_Monzon2024_corrected
+from ..uw_spectral.path_radiance import distance_in_water, solve_path_radiance, veil
+from ..uw_spectral.phase import PhaseFunction, parse_phase
+from ..uw_spectral.sun import in_water_cosine
+from ..uw_spectral.water import Water
+
 ROOT = Path(__file__).resolve().parent.parent
-PACKAGE = "underwater_spectral"
-if PACKAGE not in sys.modules:
-    spec = importlib.util.spec_from_file_location(
-        PACKAGE, ROOT / "__init__.py", submodule_search_locations=[str(ROOT)]
-    )
-    package = importlib.util.module_from_spec(spec)
-    sys.modules[PACKAGE] = package
-    spec.loader.exec_module(package)
-
-from underwater_spectral.uw_spectral.light_field import solve_light_field  # noqa: E402
-from underwater_spectral.uw_spectral.monzon import (  # noqa: E402
-    path_radiance_Monzon2024,
-    path_radiance_Monzon2024_corrected,
-)
-from underwater_spectral.uw_spectral.path_radiance import (  # noqa: E402
-    distance_in_water,
-    solve_path_radiance,
-    veil,
-)
-from underwater_spectral.uw_spectral.phase import PhaseFunction, parse_phase  # noqa: E402
-from underwater_spectral.uw_spectral.sun import in_water_cosine  # noqa: E402
-from underwater_spectral.uw_spectral.water import Water  # noqa: E402
-
 WATERS = ("I", "IA", "IB", "II", "3C")
 WAVELENGTHS = (400.0, 450.0, 500.0, 550.0, 600.0, 650.0)
 DEPTHS = (3.0, 5.0, 9.0)
@@ -187,6 +169,28 @@ def compare(
     return rows
 
 
+def compare_irradiance() -> dict[str, np.ndarray]:
+    """Relative errors of the irradiances: all waters and bands, floor at 8 m, depths 1 to 7.5 m.
+
+    One array of shape (floors, cases) for each of Ed, Eu and the scalar
+    irradiance; ``"Eu share of Ed"`` is the error of Eu over Ed.
+    """
+    phase, mu_s, y_f = parse_phase("hg:0.8"), float(in_water_cosine(SUN_ZENITH, 1.0)), 8.0
+    names = ("Ed", "Eu", "scalar_irradiance")
+    found = {name: [] for name in (*names, "Eu share of Ed")}
+    for r, water in itertools.product(FLOORS, WATERS):
+        iops = Water.jerlov(water)
+        a, b = iops.a(WAVELENGTHS), iops.b(WAVELENGTHS)
+        field = solve_light_field(a, b, 0.8, 0.64, 1.0, mu_s, r=r, y_f=y_f)
+        for band, y in itertools.product(range(len(a)), (1.0, 3.0, 7.5)):
+            truth = reference(a[band], b[band], mu_s, y_f, r, phase)
+            for name in names:
+                error = abs(getattr(field, name)(y)[band] - getattr(truth, name)(y))
+                found[name].append(error / getattr(truth, name)(y))
+            found["Eu share of Ed"].append(abs(field.Eu(y)[band] - truth.Eu(y)) / truth.Ed(y))
+    return {name: np.reshape(values, (len(FLOORS), -1)) for name, values in found.items()}
+
+
 def errors(rows: list[dict]) -> np.ndarray:
     """Relative errors of the three forms, shape (rows, 3); no row is left out."""
     truth = np.array([row["truth"] for row in rows])
@@ -216,18 +220,40 @@ def markdown(rows: list[dict]) -> str:
     return "\n".join(lines)
 
 
-if __name__ == "__main__":
+def main(_arguments: list[str]) -> None:
+    """Measure everything and write docs/path_radiance.md."""
     everything = [row for water in WATERS for row in compare(water)]
+    particles = [
+        [row for water in WATERS for row in compare(water, (450.0, 550.0), (5.0,), name)]
+        for name in ("fournier-forand:1.10,0.0183", "hg:0.95")
+    ]
+    particle_lines = "\n".join(
+        f"| {name} | "
+        + " | ".join(f"{value:.1f} %" for value in 100 * np.median(errors(rows), axis=0))
+        + " |"
+        for name, rows in zip(("Fournier-Forand 1.10, 0.0183", "HG 0.95"), particles, strict=True)
+    )
+    irradiance_lines = "\n".join(
+        f"| {name} | "
+        + " | ".join(
+            f"{100 * value:.1f} %"
+            for row in values
+            for value in (np.median(row), np.percentile(row, 90), row.max())
+        )
+        + " |"
+        for name, values in compare_irradiance().items()
+    )
     text = f"""# Path radiance against discrete ordinates
 
 Median relative error of the path radiance L(y_o, w) - e^(-cP) L(y_o + w_y P, w).
-Written by `benchmarks/path_radiance_table.py`; every ray counts, none is left out.
+Written by `python3 dev.py run -m benchmarks path_radiance_table`; every ray counts, none is
+left out.
 
 - Reference: PythonicDISORT, 48 streams, delta-M with Nakajima-Tanaka correction.
 - Waters {", ".join(WATERS)} (Solonenko & Mobley 2015, repaired); bands
   {", ".join(f"{value:g}" for value in WAVELENGTHS)} nm.
-- Camera at {", ".join(f"{value:g}" for value in DEPTHS)} m, floor {FLOOR_BELOW_CAMERA:g} m below it,
-  Lambertian, reflectance {" and ".join(f"{value:g}" for value in FLOORS)}.
+- Camera at {", ".join(f"{value:g}" for value in DEPTHS)} m; Lambertian floor
+  {FLOOR_BELOW_CAMERA:g} m below it, reflectance {" and ".join(f"{value:g}" for value in FLOORS)}.
 - Henyey-Greenstein g = 0.8, sun {SUN_ZENITH:g}° from the zenith in the water, index-matched
   surface, no sky.
 - Views: five elevations up (15 to 75°), level (within 5°) and down, three azimuths each;
@@ -236,6 +262,22 @@ Written by `benchmarks/path_radiance_table.py`; every ray counts, none is left o
   between surface and camera, and E its irradiance below the surface.
 
 {markdown(everything)}
+
+The forward-peaked phase functions of sea particles, camera at 5 m, 450 and 550 nm,
+all rays; the reference adds single scattering by the true phase function:
+
+| phase function | {" | ".join(FORMS)} |
+|---|---|---|---|
+{particle_lines}
+
+## Irradiance
+
+Relative errors of the light field of the closed form, floor at 8 m, depths 1, 3 and 7.5 m,
+all waters and bands. The scalar irradiance of the reference is by Gershun's law.
+
+| | floor 0: median | 90th | worst | floor 0.2: median | 90th | worst |
+|---|---|---|---|---|---|---|
+{irradiance_lines}
 """
     (ROOT / "docs" / "path_radiance.md").write_text(text, encoding="utf-8")
     print(text)

@@ -10,28 +10,20 @@ from __future__ import annotations
 
 import argparse
 import importlib
-import importlib.util
 import os
+import runpy
 import sys
 from pathlib import Path
 from types import ModuleType
 
 import bpy
 
-PACKAGE = "underwater_spectral"
-
 
 def _reef() -> ModuleType:
     """Import the reef as part of the repository root, whatever folder that lies in."""
-    if PACKAGE not in sys.modules:
-        root = Path(__file__).resolve().parent.parent
-        spec = importlib.util.spec_from_file_location(
-            PACKAGE, root / "__init__.py", submodule_search_locations=[str(root)]
-        )
-        module = importlib.util.module_from_spec(spec)
-        sys.modules[PACKAGE] = module
-        spec.loader.exec_module(module)
-    return importlib.import_module(f"{PACKAGE}.examples.reef")
+    root = Path(__file__).resolve().parent.parent
+    extension = runpy.run_path(str(root / "render_bands.py"))["extension"]()
+    return importlib.import_module(f"{extension.__name__}.examples.reef")
 
 
 def save_atomically(path: Path) -> None:

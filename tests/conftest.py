@@ -2,24 +2,8 @@
 
 from __future__ import annotations
 
-import importlib.util
-import sys
+import runpy
 from pathlib import Path
 
-ROOT = Path(__file__).resolve().parent.parent
-PACKAGE = "underwater_spectral"
-
-
-def _load_root_package() -> None:
-    spec = importlib.util.spec_from_file_location(
-        PACKAGE, ROOT / "__init__.py", submodule_search_locations=[str(ROOT)]
-    )
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[PACKAGE] = module
-    spec.loader.exec_module(module)
-
-
-if PACKAGE not in sys.modules:
-    _load_root_package()
+_ROOT = Path(__file__).resolve().parent.parent
+runpy.run_path(str(_ROOT / "render_bands.py"))["extension"]()

@@ -139,9 +139,7 @@ def moments_of_spread(chi: NDArray[np.float64], x: NDArray[np.float64]) -> NDArr
     return moments
 
 
-def _least_squares(
-    lobes: NDArray[np.float64], target: NDArray[np.float64]
-) -> NDArray[np.float64]:
+def _least_squares(lobes: NDArray[np.float64], target: NDArray[np.float64]) -> NDArray[np.float64]:
     """Weights (k, n) of lobes (directions, k, n) for a target (directions, n)."""
     gram = np.einsum("dkn,djn->nkj", lobes, lobes)
     wanted = np.einsum("dkn,dn->nk", lobes, target)

@@ -24,7 +24,7 @@ DEEPEST_FLOOR = 1e6
 _SMALLEST_SUN_COSINE = 0.01
 _RESONANCE = 1e-3
 # k·y_f below which the two diffuse solutions can no longer be told apart in single
-# precision. It stands for so little absorption that E0 changes by less than 1e-3.
+# precision. It stands for so little absorption that E0 changes by at most 2e-3 (in water without absorption).
 _SMALLEST_DIFFUSE_DEPTH = 3e-2
 _SMALLEST_ABSORPTION = 1e-12
 
@@ -214,7 +214,9 @@ def solve_light_field(
         "surface reflectance": (R, 1.0),
         "floor reflectance": (r, 1.0),
     }
-    arrays = [np.atleast_1d(np.asarray(value, dtype=np.float64)) for value, _ in quantities.values()]
+    arrays = [
+        np.atleast_1d(np.asarray(value, dtype=np.float64)) for value, _ in quantities.values()
+    ]
     for (name, (_, bound)), values in zip(quantities.items(), arrays, strict=True):
         if not np.all(np.isfinite(values) & (values >= 0) & (values <= bound)):
             limit = "not negative" if bound == math.inf else f"0 to {bound:g}"

@@ -30,6 +30,7 @@ def path_radiance_Monzon2024(
 
     One factor with exponent ``c - Kd w_y`` serves sunlight and floor light (the
     sign is against the paper's own y = y_o + w_y v), and the floor carries r/π.
+    Written from a description of the errors of Eq. 9, not from the paper itself.
     Parameters and result as in :func:`path_radiance_Monzon2024_corrected`.
     """
     b, c, Kd, P = _prepared(b, c, Kd, y_o, w_y, P, y_f)

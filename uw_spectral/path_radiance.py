@@ -332,7 +332,7 @@ def solve_path_radiance(
     >>> field = solve_light_field([0.05], [0.1], phase.chi1, phase.chi2, [1.0], 1.0, r=0.2, y_f=9)
     >>> water = solve_path_radiance(field, phase, 5.0, (0, 0, -1))
     >>> water.path(5.0, (1.0, 0.0, 0.0), 2.0).round(4)
-    array([0.0031])
+    array([0.0036])
     """
     if not 0 <= y_o <= field.y_f:
         raise InputError(

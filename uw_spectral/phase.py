@@ -533,15 +533,16 @@ def _quadrature(kinks: tuple[float, ...]) -> tuple[NDArray[np.float64], NDArray[
     log_edges = np.union1d(np.linspace(-60, math.log(peak), 120), np.log(inner[inner < peak]))
     logs, log_weights = panels(log_edges)
     near, near_weights = np.exp(logs), np.exp(logs) * log_weights
-    middle = np.union1d(
-        np.concatenate(
-            [np.geomspace(peak, 0.2, 20), np.linspace(0.2, math.pi - 0.2, 40)]
-            + [math.pi - np.geomspace(peak, 0.2, 20)]
-        ),
-        inner[(inner > peak) & (inner < math.pi - peak)],
+    edges = np.concatenate(
+        [
+            np.geomspace(peak, 0.2, 20),
+            np.linspace(0.2, math.pi - 0.2, 40),
+            math.pi - np.geomspace(peak, 0.2, 20),
+            [math.pi / 2],
+            inner[(inner > peak) & (inner < math.pi - peak)],
+        ]
     )
-    middle = np.append(middle, math.pi / 2) if math.pi / 2 not in middle else middle
-    angles, angle_weights = panels(np.sort(middle))
+    angles, angle_weights = panels(np.unique(edges))
     theta = np.concatenate([near, angles, math.pi - near])
     widths = np.concatenate([near_weights, angle_weights, near_weights])
     return theta, 2 * math.pi * np.sin(theta) * widths

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-
 from underwater_spectral.uw_spectral.errors import InputError
 from underwater_spectral.uw_spectral.light_field import solve_light_field
 

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-
 from underwater_spectral.uw_spectral.errors import DataWarning, InputError
 from underwater_spectral.uw_spectral.phase import (
     BandPhase,
@@ -90,7 +89,9 @@ def test_fournier_forand_as_published():
     expected += (1 - d180**nu) / (16 * np.pi * (d180 - 1) * d180**nu) * (3 * np.cos(angle) ** 2 - 1)
     phase = FournierForand.from_junge_slope(n, mu)
     np.testing.assert_allclose(phase.per_steradian(u), expected, rtol=1e-9)
-    np.testing.assert_allclose(expected, [72.78378, 0.07305628, 0.004193319, 0.002673421], rtol=1e-6)
+    np.testing.assert_allclose(
+        expected, [72.78378, 0.07305628, 0.004193319, 0.002673421], rtol=1e-6
+    )
 
 
 @pytest.mark.parametrize("text", TEXTS)

@@ -2,7 +2,6 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-
 from underwater_spectral.uw_spectral.errors import InputError
 from underwater_spectral.uw_spectral.sun import (
     diffuse_internal_reflectance,
