@@ -322,12 +322,12 @@ def report(comparisons: Sequence[Comparison], samples: int) -> str:
 def main(arguments: Sequence[str]) -> None:
     """Compare every combination and write table and picture to docs/."""
     parser = argparse.ArgumentParser(prog="grey_scene")
-    parser.add_argument("--samples", type=int, default=256)
+    parser.add_argument("--samples", type=int, default=160)
     options = parser.parse_args(arguments)
     docs = Path(__file__).resolve().parent.parent / "docs"
     comparisons = []
     for water, depth in COMBINATIONS:
-        comparisons.append(compare(water, depth, 144, 81, options.samples))
+        comparisons.append(compare(water, depth, 90, 54, options.samples))
         last = comparisons[-1]
         print(f"{water} {depth:g} m: RMSE {last.srgb_rmse:.4f}, ΔE {last.delta_e:.2f}", flush=True)
     picture(comparisons, docs / "grey_scene.png")

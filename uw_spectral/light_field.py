@@ -24,7 +24,7 @@ DEEPEST_FLOOR = 1e6
 _SMALLEST_SUN_COSINE = 0.01
 _RESONANCE = 1e-3
 # k·y_f below which the two diffuse solutions can no longer be told apart in single
-# precision. It stands for so little absorption that E0 changes by at most 2e-3 (in water without absorption).
+# precision. The absorption it adds to water without any changes E0 by at most 2e-3.
 _SMALLEST_DIFFUSE_DEPTH = 3e-2
 _SMALLEST_ABSORPTION = 1e-12
 

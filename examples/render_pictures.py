@@ -1,0 +1,41 @@
+"""Render the pictures of the README: three waters through two cameras.
+
+    python3 dev.py run examples/render_pictures.py
+"""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent.parent
+WATERS = ("IB", "II", "3C")
+CAMERAS = {"arri": "ARRI D21", "nikon": "Nikon D7000"}
+OPTIONS = [
+    *("--phase", "hg:0.924", "--bands", "9", "--illuminant", "clear-sky"),
+    *("--sun-zenith", "30", "--sun-azimuth", "60", "--irradiance", "above"),
+    *("--floor-depth", "7", "--floor-reflectance", "0.3", "--surface", "flat"),
+    *("--white-balance", "depth", "--resolution", "384", "216", "--samples", "48"),
+    *("--denoise", "--resume"),
+]
+
+
+def main() -> None:
+    """Render each water once and develop it through each camera."""
+    scene = ROOT / "out" / "reef.blend"
+    pictures = ROOT / "docs" / "pictures"
+    pictures.mkdir(parents=True, exist_ok=True)
+    if not scene.exists():
+        subprocess.run([sys.executable, ROOT / "examples" / "build_reef.py", scene], check=True)
+    for water in WATERS:
+        out = ROOT / "out" / "pictures" / water
+        for short, camera in CAMERAS.items():
+            command = [sys.executable, ROOT / "render_bands.py", scene, *OPTIONS]
+            command += ["--water", f"jerlov:{water}", "--sensor", camera, "--out", out]
+            subprocess.run(command, check=True)
+            (pictures / f"{water}_{short}.png").write_bytes((out / "0001.png").read_bytes())
+
+
+if __name__ == "__main__":
+    main()
