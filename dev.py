@@ -44,9 +44,11 @@ OPENED_AT_RUN_TIME = {"libEGL.so.1": "EGL", "libGL.so.1": "GL"}
 SOFTWARE_RASTERISER = "libgl1-mesa-dri"
 
 EXAMPLE_OPTIONS = [
-    *("--water", "jerlov:IB", "--sensor", "ARRI D21", "--bands", "9"),
-    *("--illuminant", "clear-sky", "--sun-zenith", "30", "--sun-azimuth", "60"),
-    *("--floor-depth", "8", "--surface", "flat", "--white-balance", "daylight"),
+    *("--water", "jerlov:IB", "--phase", "hg:0.924", "--bands", "9", "--sensor", "ARRI D21"),
+    *("--illuminant", "clear-sky", "--irradiance", "above"),
+    *("--sun-zenith", "30", "--sun-azimuth", "60"),
+    *("--surface", "flat", "--floor-depth", "7", "--floor-reflectance", "0.3"),
+    *("--white-balance", "depth", "--resolution", "480", "270", "--samples", "32", "--denoise"),
 ]
 
 
@@ -136,8 +138,7 @@ def example(python: Path) -> None:
     if not scene.exists():
         run(python, "examples/build_reef.py", scene)
     folder = ROOT / "out" / "example"
-    options = [*EXAMPLE_OPTIONS, "--resolution", "640", "360", "--samples", "64"]
-    run(python, "render_bands.py", scene, *options, "--denoise", "--resume", "--out", folder)
+    run(python, "render_bands.py", scene, *EXAMPLE_OPTIONS, "--resume", "--out", folder)
     print(f"picture: {(folder / '0001.png').relative_to(ROOT)}")
 
 
