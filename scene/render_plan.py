@@ -18,6 +18,7 @@ from ..uw_spectral.bands import Bands
 from ..uw_spectral.colour_rendering import SensorReduction, auto_exposure_stops, reduction
 from ..uw_spectral.errors import InputError
 from ..uw_spectral.illuminant import RELATIVE, Illuminant, parse_illuminant
+from ..uw_spectral.path_radiance import PathRadiance, solve_path_radiance
 from ..uw_spectral.phase import BandPhase, parse_phase
 from ..uw_spectral.reflectance import emission_basis, parse_reflectance, uplift_basis
 from ..uw_spectral.sensor import Sensor, parse_sensor
@@ -87,6 +88,11 @@ class RenderPlan:
             for channel in range(len(indices))
         ]
         return np.stack(channels, axis=-1).astype(np.float32)
+
+    def path_radiance(self, depth: float) -> PathRadiance:
+        """Return the closed form for a camera at a depth in m."""
+        field = self.column.light_field(self.phase)
+        return solve_path_radiance(field, self.phase, depth, self.column.sun_direction)
 
     def reduction(self, depth: float) -> SensorReduction:
         """Return the sensor's map for a camera at a depth in m."""

@@ -1,0 +1,86 @@
+"""What others draw: the paper's formula, its RGB variant, and exponential fog.
+
+Only for comparison; nothing here reaches the add-on's interface.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..scene.render_plan import RenderPlan
+from ..uw_spectral.monzon import path_radiance_Monzon2024, path_radiance_Monzon2024_corrected
+from ..uw_spectral.path_radiance import distance_in_water
+from .grey_scene import Hits
+
+PathRadianceForm = Callable[..., NDArray[np.float64]]
+
+
+def paper_image(
+    plan: RenderPlan, hits: Hits, depth: float, form: PathRadianceForm
+) -> NDArray[np.float64]:
+    """Band radiances with the paper's path radiance and its surface lighting by Kd.
+
+    Parameters
+    ----------
+    plan : RenderPlan
+        The water, which must have a Kd, and the bands.
+    hits : Hits
+        What the camera's rays meet.
+    depth : float
+        Of the camera, m.
+    form : callable
+        :func:`path_radiance_Monzon2024` or its corrected form.
+
+    Returns
+    -------
+    array, shape (h, w, n)
+    """
+    column = plan.column
+    Kd = plan.water.Kd(plan.bands.centres)
+    w_y = -hits.direction[..., 2, None]
+    seen = np.isfinite(hits.distance)[..., None]
+    open_water = distance_in_water(depth, w_y, column.floor_depth)
+    P = np.where(seen, hits.distance[..., None], open_water)
+    y = depth + w_y * P
+    cosine = np.maximum(-(hits.normal @ column.sun_direction), 0.0) / column.sun_cosine
+    lit = (cosine * hits.sunlit)[..., None] * column.sun_irradiance * np.exp(-Kd * y)
+    surface = hits.reflectance[..., None] / math.pi * lit
+    path = form(
+        column.scattering,
+        column.attenuation,
+        Kd,
+        column.sun_irradiance,
+        column.floor_reflectance,
+        depth,
+        w_y,
+        P,
+        column.floor_depth,
+    )
+    return path + np.where(seen, np.exp(-column.attenuation * P) * surface, 0.0)
+
+
+def fog_image(plan: RenderPlan, hits: Hits, depth: float) -> NDArray[np.float64]:
+    """Band radiances with exponential fog towards the colour of level open water.
+
+    The fog gets the best constants there are, those of the closed form: its
+    colour is the radiance of the open water ahead, its density c.
+    """
+    column = plan.column
+    field = column.light_field(plan.phase)
+    P = hits.distance[..., None]
+    ahead = plan.path_radiance(depth).background(depth, (0.0, 1.0, 0.0))
+    cosine = np.maximum(-(hits.normal @ column.sun_direction), 0.0) / column.sun_cosine
+    lit = (cosine * hits.sunlit)[..., None] * field.Ed(depth)
+    surface = hits.reflectance[..., None] / math.pi * lit
+    transmitted = np.exp(-column.attenuation * P)
+    return transmitted * surface + (1.0 - transmitted) * ahead
+
+
+PAPER_FORMS = {
+    "paper, printed": path_radiance_Monzon2024,
+    "paper, corrected": path_radiance_Monzon2024_corrected,
+}
