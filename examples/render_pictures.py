@@ -1,6 +1,6 @@
 """Render the pictures of the README: three waters through two cameras.
 
-    python3 dev.py run examples/render_pictures.py
+python3 dev.py run examples/render_pictures.py
 """
 
 from __future__ import annotations
@@ -10,14 +10,14 @@ import sys
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
-WATERS = ("IB", "II", "3C")
-CAMERAS = {"arri": "ARRI D21", "nikon": "Nikon D7000"}
+WATERS = ("I", "IB", "II")
+# File name → camera and the light it is balanced for.
+CAMERAS = {"arri": ("ARRI D21", "depth"), "nikon": ("Nikon D7000", "daylight")}
 OPTIONS = [
     *("--phase", "hg:0.924", "--bands", "9", "--illuminant", "clear-sky"),
     *("--sun-zenith", "30", "--sun-azimuth", "60", "--irradiance", "above"),
     *("--floor-depth", "7", "--floor-reflectance", "0.3", "--surface", "flat"),
-    *("--white-balance", "depth", "--resolution", "384", "216", "--samples", "48"),
-    *("--denoise", "--resume"),
+    *("--resolution", "384", "216", "--samples", "48", "--denoise", "--resume"),
 ]
 
 
@@ -30,9 +30,10 @@ def main() -> None:
         subprocess.run([sys.executable, ROOT / "examples" / "build_reef.py", scene], check=True)
     for water in WATERS:
         out = ROOT / "out" / "pictures" / water
-        for short, camera in CAMERAS.items():
+        for short, (camera, balance) in CAMERAS.items():
             command = [sys.executable, ROOT / "render_bands.py", scene, *OPTIONS]
-            command += ["--water", f"jerlov:{water}", "--sensor", camera, "--out", out]
+            command += ["--water", f"jerlov:{water}", "--sensor", camera, "--white-balance"]
+            command += [balance, "--out", out]
             subprocess.run(command, check=True)
             (pictures / f"{water}_{short}.png").write_bytes((out / "0001.png").read_bytes())
 

@@ -7,6 +7,8 @@ import importlib
 import warnings
 from types import ModuleType
 
+import numpy as np
+
 
 @functools.cache
 def colour_science() -> ModuleType:
@@ -14,13 +16,13 @@ def colour_science() -> ModuleType:
 
     Importing it takes a second and warns about optional packages (matplotlib,
     scipy) that nothing here needs, so it loads when first asked for and those
-    warnings stay inside.
+    warnings stay inside. So does its change of numpy's print options.
 
     Examples
     --------
     >>> colour_science().SpectralShape(400, 700, 10).interval
     10
     """
-    with warnings.catch_warnings():
+    with warnings.catch_warnings(), np.printoptions():
         warnings.simplefilter("ignore")
         return importlib.import_module("colour")

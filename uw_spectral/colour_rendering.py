@@ -261,7 +261,8 @@ def _chromatic_adaptation(white_XYZ: NDArray[np.float64], transform: str) -> NDA
     cones = np.asarray(colour.CHROMATIC_ADAPTATION_TRANSFORMS[transform])
     if np.any(cones @ white_XYZ <= 0):
         raise InputError(
-            f"the light is too saturated for {transform} adaptation; use white balance none or depth"
+            f"the light is too saturated for {transform} adaptation; "
+            "use white balance none or depth"
         )
     white = white_XYZ / white_XYZ[1]
     return np.asarray(

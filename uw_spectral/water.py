@@ -345,7 +345,7 @@ def molecular_scattering(
     Examples
     --------
     >>> molecular_scattering([400, 500]).round(5)
-    array([0.00658, 0.00255])
+    array([0.00658, 0.00254])
     """
     table = read_table(DATA_DIRECTORY / "molecular_scattering.csv")
     models = [column for column in table.columns if column != "wavelength_nm"]
