@@ -12,18 +12,17 @@ import argparse
 import math
 import tempfile
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from ..scene import band_passes, cycles_settings, render_plan, settings, water_body
+from ..scene import band_passes, engines, render_plan, settings, water_body
 from ..uw_spectral.colour_rendering import delta_e_CIE2000_images, srgb_encode, srgb_rmse
 from ..uw_spectral.path_radiance import pixel_radiance, solve_path_radiance
 from ..uw_spectral.phase import BandPhase
-from ..uw_spectral.spectral_image import read_exr
 from ..uw_spectral.water_column import WaterColumn
 
 ABOVE_FLOOR = 3.0
@@ -174,27 +173,25 @@ def cycles_image(
 ) -> NDArray[np.float64]:
     """Render the scene's bands in Cycles, shape (h, w, n)."""
     scene = bpy.context.scene
+    plan = replace(plan, settings=replace(plan.settings, samples=samples))
     extent = water_body.water_extent(scene, plan.column, -camera.location.z)
-    water_body.add_water(scene, plan.column, plan.cycles.lobes, extent)
-    try:
-        with (
-            tempfile.TemporaryDirectory() as folder,
-            cycles_settings.reference_settings(
-                scene, camera, samples=samples, seed=seed, denoise=False
-            ) as layer,
-        ):
-            rendered = band_passes.render_passes(
-                scene,
-                layer,
-                plan.pass_values(scene),
-                plan.passes,
-                Path(folder),
-                resume=False,
-                report=lambda _: None,
-            )
-            return plan.gather([read_exr(p.path)[0] for p in rendered]).astype(np.float64)
-    finally:
-        water_body.remove_water(scene)
+    with engines.cycles_bands(scene, camera, plan, extent, seed=seed, denoise=False) as engine:
+        return band_image(engine, -camera.location.z)
+
+
+def band_image(engine: engines.BandEngine, depth: float) -> NDArray[np.float64]:
+    """Render the passes of an engine and stack them, shape (h, w, n)."""
+    render = bpy.context.scene.render
+    with tempfile.TemporaryDirectory() as folder:
+        rendered = band_passes.render_passes(
+            engine.frame(depth),
+            engine.passes,
+            Path(folder),
+            (render.resolution_x, render.resolution_y),
+            resume=False,
+            report=lambda _: None,
+        )
+        return band_passes.gather(rendered).astype(np.float64)
 
 
 def plan_for(water: str, depth: float, bands: int) -> render_plan.RenderPlan:
@@ -244,7 +241,7 @@ def compare(
     mean = (halves[0] + halves[1]) / 2
     noise = srgb_rmse(first, second) / 2
     # Blocks beat the noise down before a relative error is taken.
-    blocks = [_blocks(image, 9) for image in (closed, mean)]
+    averaged = [blocks(image, 9) for image in (closed, mean)]
     return Comparison(
         water,
         depth,
@@ -252,13 +249,13 @@ def compare(
         closed_rgb,
         math.sqrt(max(srgb_rmse(closed_rgb, reference) ** 2 - noise**2, 0.0)),
         noise,
-        float(delta_e_CIE2000_images(_blocks(closed_rgb, 9), _blocks(reference, 9)).mean()),
-        float(delta_e_CIE2000_images(_blocks(first, 9), _blocks(second, 9)).mean() / 2),
-        np.median(np.abs(blocks[0] / blocks[1] - 1), axis=(0, 1)),
+        float(delta_e_CIE2000_images(blocks(closed_rgb, 9), blocks(reference, 9)).mean()),
+        float(delta_e_CIE2000_images(blocks(first, 9), blocks(second, 9)).mean() / 2),
+        np.median(np.abs(averaged[0] / averaged[1] - 1), axis=(0, 1)),
     )
 
 
-def _blocks(image: NDArray[np.float64], size: int) -> NDArray[np.float64]:
+def blocks(image: NDArray[np.float64], size: int) -> NDArray[np.float64]:
     """Average over squares of pixels; the size must divide the image."""
     height, width, bands = image.shape
     shape = (height // size, size, width // size, size, bands)

@@ -13,6 +13,7 @@ import bpy
 import numpy as np
 
 from ..node_groups import attributes, uplift
+from ..uw_spectral.spectrum import Spectrum
 
 MEASURED_WAVELENGTHS = "uw_reflectance_wavelengths_nm"
 MEASURED_REFLECTANCE = "uw_reflectance"
@@ -44,10 +45,10 @@ def insert(scene: bpy.types.Scene) -> list[str]:
         What could not be treated, one line each.
     """
     notes = []
-    materials = _materials(scene)
-    for index, material in enumerate(_with_measured_reflectance(materials)):
+    own = materials(scene)
+    for index, material in enumerate(_with_measured_reflectance(own)):
         material[_MEASURED_INDEX] = index
-    for material in materials:
+    for material in own:
         if not material.is_editable:
             notes.append(
                 f"material {material.name!r} is linked from {material.library.filepath} and keeps "
@@ -89,16 +90,29 @@ def remove() -> None:
 
 def measured_reflectances(
     scene: bpy.types.Scene,
-) -> Iterator[tuple[str, bpy.types.Material, np.ndarray, np.ndarray]]:
-    """Yield attribute name, material, wavelengths (nm) and reflectance of measured materials."""
-    for material in _with_measured_reflectance(_materials(scene)):
-        if _MEASURED_INDEX in material:
-            yield (
-                attributes.measured(material[_MEASURED_INDEX]),
-                material,
+) -> Iterator[tuple[bpy.types.Material, Spectrum]]:
+    """Yield the materials that carry a measured reflectance, with it.
+
+    Raises
+    ------
+    InputError
+        If the custom properties of a material are not a spectrum.
+    """
+    for material in _with_measured_reflectance(materials(scene)):
+        yield (
+            material,
+            Spectrum(
                 np.array(material[MEASURED_WAVELENGTHS], dtype=np.float64),
                 np.array(material[MEASURED_REFLECTANCE], dtype=np.float64),
-            )
+                f"reflectance of material {material.name!r}",
+            ),
+        )
+
+
+def measured_attribute(material: bpy.types.Material) -> str | None:
+    """Name of the pass value that holds a material's measured reflectance, if it reads one."""
+    index = material.get(_MEASURED_INDEX)
+    return None if index is None else attributes.measured(index)
 
 
 def _with_measured_reflectance(
@@ -107,7 +121,7 @@ def _with_measured_reflectance(
     return [m for m in materials if MEASURED_REFLECTANCE in m and MEASURED_WAVELENGTHS in m]
 
 
-def _materials(scene: bpy.types.Scene) -> list[bpy.types.Material]:
+def materials(scene: bpy.types.Scene) -> list[bpy.types.Material]:
     """Materials of the scene's objects and of the objects instanced there, in stable order."""
     found: dict[str, bpy.types.Material] = {}
 

@@ -1,4 +1,4 @@
-"""Renders the band passes of a frame, each whole on disk before the next begins."""
+"""Renders the passes of a frame, each whole on disk before the next begins."""
 
 from __future__ import annotations
 
@@ -7,12 +7,12 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-import bpy
+import numpy as np
+from numpy.typing import NDArray
 
 from ..uw_spectral.errors import InputError
 from ..uw_spectral.spectral_image import read_exr
-from .exr_output import write_float_exr
-from .pass_values import PassValues
+from .engines import RenderPass
 
 
 @dataclass(frozen=True)
@@ -25,11 +25,10 @@ class RenderedPass:
 
 
 def render_passes(
-    scene: bpy.types.Scene,
-    layer: bpy.types.ViewLayer,
-    values: PassValues,
+    render: RenderPass,
     passes: Sequence[tuple[int, ...]],
     folder: Path,
+    size: tuple[int, int],
     *,
     resume: bool,
     report: Callable[[RenderedPass], None],
@@ -38,16 +37,14 @@ def render_passes(
 
     Parameters
     ----------
-    scene : Scene
-        The scene with its water and camera, under the settings of the engine.
-    layer : ViewLayer
-        The layer that is rendered.
-    values : PassValues
-        What differs by band.
+    render : callable
+        Renders one pass, see :data:`.engines.RenderPass`.
     passes : sequence of tuples
         The bands of each pass.
     folder : Path
         Where the passes go, ``pass_00.exr`` and so on.
+    size : tuple of int
+        Width and height of the render in pixels.
     resume : bool
         Keep passes that are there and whole; render damaged ones again.
     report : callable
@@ -58,26 +55,25 @@ def render_passes(
     for number, bands in enumerate(passes):
         path = folder / f"pass_{number:02d}.exr"
         seconds = None
-        if not (resume and is_whole(path, scene)):
-            values.apply(layer, bands)
-            values.refresh(scene)
+        if not (resume and is_whole(path, size)):
             start = time.perf_counter()
-            write_float_exr(scene, path)
+            render(bands, path)
             seconds = time.perf_counter() - start
         done.append(RenderedPass(path, bands, seconds))
         report(done[-1])
     return done
 
 
-def is_whole(path: Path, scene: bpy.types.Scene) -> bool:
+def is_whole(path: Path, size: tuple[int, int]) -> bool:
     """Whether a pass can be read to its end and has the size of the render."""
-    if not path.exists():
-        return False
     try:
         pixels, _ = read_exr(path)
     except InputError:
         return False
-    render = scene.render
-    scale = render.resolution_percentage / 100
-    width, height = int(render.resolution_x * scale), int(render.resolution_y * scale)
-    return pixels.shape[:2] == (height, width)
+    return pixels.shape[1::-1] == size
+
+
+def gather(rendered: Sequence[RenderedPass]) -> NDArray[np.float32]:
+    """Read passes of up to three bands and stack them into bands, shape (h, w, n)."""
+    images = [read_exr(item.path)[0][..., : len(item.bands)] for item in rendered]
+    return np.concatenate(images, axis=-1)

@@ -23,12 +23,14 @@ from ..uw_spectral.spectral_image import (
     read_exr,
     replacing,
     write_png,
+    write_rgb_exr,
     write_spectral_exr,
 )
 from ..uw_spectral.water import list_waters
-from . import band_passes, cameras, cycles_settings, development, property_group, settings
+from . import band_passes, cameras, development, engines, property_group, settings
+from .realtime import has_realtime
 from .render_plan import RenderPlan, make_plan
-from .water_body import add_water, has_water, remove_water, water_extent
+from .water_body import has_water, water_extent
 
 _JOB_FILE = "job.json"
 # Settings that only the development reads: bands can be developed again without rendering.
@@ -77,8 +79,6 @@ def run(options: argparse.Namespace, *, inside_blender: bool) -> None:
             print(f"{source}: {', '.join(names)}")
         return
     job = settings.job(options)
-    if job.engine != "cycles":
-        raise InputError("--engine eevee is not there yet; use --engine cycles")
     if not hasattr(bpy.types.Scene, property_group.PROPERTY):
         property_group.register()
     _open(job.blend, inside_blender)
@@ -102,7 +102,7 @@ def _open(blend: Path | None, inside_blender: bool) -> None:
 
 
 def _render(scene: bpy.types.Scene, chosen: settings.SceneSettings, job: settings.Job) -> None:
-    if has_water(scene):
+    if has_water(scene) or has_realtime(scene):
         raise InputError(
             f"scene {scene.name!r} holds water already; remove it and save, the batch adds its own"
         )
@@ -118,37 +118,53 @@ def _render(scene: bpy.types.Scene, chosen: settings.SceneSettings, job: setting
         depths[frame] = cameras.camera_depth(camera, floor_depth)
     plan = make_plan(chosen)
     _claim_folder(job, _fingerprint(scene, camera, chosen, job))
-    progress = _Progress(len(frames) * len(plan.passes))
-    extent = water_extent(scene, plan.column, max(depths.values()))
-    notes = add_water(scene, plan.column, plan.cycles.lobes, extent)
-    for note in notes:
-        print(f"note: {note}")
-    record = {
-        "settings": asdict(chosen),
-        "job": {**asdict(job), "blend": bpy.data.filepath, "camera": camera.name},
-        "notes": [*plan.notes, *notes],
-        **plan.record(),
-    }
-    try:
-        with cycles_settings.reference_settings(
-            scene, camera, samples=chosen.samples, seed=job.seed, denoise=job.denoise
-        ) as layer:
-            for frame in frames:
-                scene.frame_set(frame)
-                values = plan.pass_values(scene)
-                rendered = band_passes.render_passes(
-                    scene,
-                    layer,
-                    values,
-                    plan.passes,
-                    job.out / "passes" / f"{frame:04d}",
-                    resume=job.resume,
-                    report=functools.partial(progress.report, frame),
-                )
+    with _engine(scene, camera, plan, job, depths) as engine:
+        for note in engine.notes:
+            print(f"note: {note}")
+        record = {
+            "settings": asdict(chosen),
+            "job": {**asdict(job), "blend": bpy.data.filepath, "camera": camera.name},
+            "notes": [*plan.notes, *engine.notes],
+            **plan.record(),
+        }
+        progress = _Progress(len(frames) * len(engine.passes))
+        for frame in frames:
+            scene.frame_set(frame)
+            rendered = band_passes.render_passes(
+                engine.frame(depths[frame]),
+                engine.passes,
+                job.out / "passes" / f"{frame:04d}",
+                _size(scene),
+                resume=job.resume,
+                report=functools.partial(progress.report, frame),
+            )
+            if job.mode == settings.REALTIME:
+                _finish_realtime(plan, rendered, depths[frame], frame, job.out, record)
+            else:
                 _develop(plan, rendered, depths[frame], frame, job.out, record)
-    finally:
-        remove_water(scene)
     print(f"done: {len(frames)} frame(s) in {job.out}")
+
+
+def _engine(
+    scene: bpy.types.Scene,
+    camera: bpy.types.Object,
+    plan: RenderPlan,
+    job: settings.Job,
+    depths: dict[int, float],
+) -> contextlib.AbstractContextManager[engines.BandEngine]:
+    """Choose the engine; its water is as wide as the deepest camera needs."""
+    extent = water_extent(scene, plan.column, max(depths.values()))
+    if job.engine == "cycles":
+        return engines.cycles_bands(scene, camera, plan, extent, seed=job.seed, denoise=job.denoise)
+    make = engines.eevee_realtime if job.mode == settings.REALTIME else engines.eevee_bands
+    first = next(iter(depths.values()))
+    return make(scene, camera, plan, extent, first, shafts=job.shafts)
+
+
+def _size(scene: bpy.types.Scene) -> tuple[int, int]:
+    render = scene.render
+    scale = render.resolution_percentage / 100
+    return int(render.resolution_x * scale), int(render.resolution_y * scale)
 
 
 def _develop(
@@ -159,17 +175,47 @@ def _develop(
     out: Path,
     record: dict[str, Any],
 ) -> None:
-    """Write the pictures and the record of a frame; the record comes last."""
+    """Write the pictures and the record of a frame of bands; the record comes last."""
     reduction = plan.reduction(depth)
-    paths = [item.path for item in rendered]
     rgb_path = out / f"{frame:04d}.exr"
-    development.develop(paths, reduction.weights, plan.passes, rgb_path)
+    paths, passes = [item.path for item in rendered], [item.bands for item in rendered]
+    development.develop(paths, reduction.weights, passes, rgb_path)
     write_png(out / f"{frame:04d}.png", read_exr(rgb_path)[0])
-    bands = plan.gather([read_exr(path)[0] for path in paths])
     spectral = {"frame": frame, "illuminant": plan.illuminant.name, "water": plan.water.name}
     write_spectral_exr(
-        out / f"{frame:04d}_spectral.exr", bands, plan.bands, spectral, plan.radiance_units
+        out / f"{frame:04d}_spectral.exr",
+        band_passes.gather(rendered),
+        plan.bands,
+        spectral,
+        plan.radiance_units,
     )
+    _write_record(plan, rendered, depth, frame, out, record)
+
+
+def _finish_realtime(
+    plan: RenderPlan,
+    rendered: list[band_passes.RenderedPass],
+    depth: float,
+    frame: int,
+    out: Path,
+    record: dict[str, Any],
+) -> None:
+    """Write picture and record of a frame that one pass has developed already."""
+    picture = read_exr(rendered[0].path)[0]
+    write_rgb_exr(out / f"{frame:04d}.exr", picture)
+    write_png(out / f"{frame:04d}.png", picture)
+    _write_record(plan, rendered, depth, frame, out, record)
+
+
+def _write_record(
+    plan: RenderPlan,
+    rendered: list[band_passes.RenderedPass],
+    depth: float,
+    frame: int,
+    out: Path,
+    record: dict[str, Any],
+) -> None:
+    reduction = plan.reduction(depth)
     frame_record = {
         "frame": frame,
         "camera_depth_m": depth,
@@ -208,9 +254,16 @@ def _fingerprint(
             scene.render.resolution_percentage,
         ],
         "engine": job.engine,
+        "mode": job.mode,
+        "shafts": job.shafts,
         "seed": job.seed,
         "denoise": job.denoise,
-        **{k: v for k, v in asdict(chosen).items() if k not in _DEVELOPMENT},
+        # A real-time pass is developed as it is rendered.
+        **{
+            k: v
+            for k, v in asdict(chosen).items()
+            if job.mode == settings.REALTIME or k not in _DEVELOPMENT
+        },
     }
 
 

@@ -5,13 +5,12 @@ from __future__ import annotations
 import importlib.metadata
 import math
 import platform
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import bpy
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from ..node_groups import attributes
 from ..uw_spectral.bands import Bands
@@ -30,6 +29,7 @@ from ..uw_spectral.water_column import WaterColumn
 from . import band_colors
 from .cycles_phase import CyclesPhase, cycles_phase
 from .pass_values import PassValues
+from .realtime import RealtimeWater, realtime_water
 from .settings import AUTO, SceneSettings
 
 _RELATIVE_UNITS = "sr^-1, relative to an irradiance of 1 at 560 nm"
@@ -73,21 +73,28 @@ class RenderPlan:
             (attributes.EMISSION_BASIS, emission_basis(self.bands)),
         ):
             values.update(zip(names, basis.T, strict=True))
-        for name, material, wavelengths, reflectance in band_colors.measured_reflectances(scene):
-            measured = Spectrum(
-                wavelengths, reflectance, f"reflectance of material {material.name!r}"
-            )
-            values[name] = measured.at(self.bands.centres)
+        for material, reflectance in band_colors.measured_reflectances(scene):
+            name = band_colors.measured_attribute(material)
+            if name is not None:
+                values[name] = reflectance.at(self.bands.centres)
         return PassValues.of_column(self.column, self.cycles.shares).with_values(values)
 
-    def gather(self, images: Sequence[ArrayLike]) -> NDArray[np.float32]:
-        """Stack pass images, shape (h, w, 3) each, into bands, shape (h, w, n)."""
-        channels = [
-            np.asarray(image)[..., channel]
-            for image, indices in zip(images, self.passes, strict=True)
-            for channel in range(len(indices))
-        ]
-        return np.stack(channels, axis=-1).astype(np.float32)
+    def realtime(
+        self,
+        scene: bpy.types.Scene,
+        depth: float,
+        weights: NDArray[np.float64],
+        *,
+        shafts: bool,
+    ) -> RealtimeWater:
+        """Return the water of EEVEE for a camera at a depth in m, see :func:`realtime_water`."""
+        reflectances = {
+            material.name: reflectance.at(self.bands.centres)
+            for material, reflectance in band_colors.measured_reflectances(scene)
+        }
+        return realtime_water(
+            self.column, self.phase, depth, weights, shafts=shafts, reflectances=reflectances
+        )
 
     def path_radiance(self, depth: float) -> PathRadiance:
         """Return the closed form for a camera at a depth in m."""

@@ -12,6 +12,7 @@ from ..uw_spectral.errors import InputError
 from ..uw_spectral.water_column import SURFACES
 
 AUTO = "auto"
+BANDS, REALTIME = "bands", "realtime"
 NO_FLOOR = 0.0
 _RANGE = ("range_start", "range_end")
 
@@ -128,6 +129,8 @@ class Job:
 
     blend: Path | None
     engine: str
+    mode: str
+    shafts: bool
     frames: tuple[int, ...]
     camera: str | None
     resolution: tuple[int, int] | None
@@ -152,6 +155,18 @@ def parser() -> argparse.ArgumentParser:
     )
     result.add_argument("blend", nargs="?", type=Path, help="scene (python only)")
     result.add_argument("--engine", default="cycles", choices=("cycles", "eevee"))
+    result.add_argument(
+        "--mode",
+        default=BANDS,
+        choices=(BANDS, REALTIME),
+        help="eevee: three bands a pass, or all bands in one pass and no spectra",
+    )
+    result.add_argument(
+        "--shafts",
+        action="store_true",
+        default=False,
+        help="eevee: draw single scattering as a volume, with shadows",
+    )
     for setting in fields(SceneSettings):
         if setting.name not in _RANGE:
             result.add_argument(
@@ -212,9 +227,13 @@ def job(options: argparse.Namespace) -> Job:
     """Return the job that the options describe."""
     if options.resolution is not None and min(options.resolution) < 1:
         raise InputError("--resolution: width and height must be at least 1 pixel")
+    if options.engine == "cycles" and (options.mode == REALTIME or options.shafts):
+        raise InputError("--mode realtime and --shafts need --engine eevee")
     return Job(
         blend=getattr(options, "blend", None),
         engine=options.engine,
+        mode=options.mode,
+        shafts=options.shafts,
         frames=parse_frames(options.frames),
         camera=options.camera,
         resolution=tuple(options.resolution) if options.resolution else None,

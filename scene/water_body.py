@@ -109,16 +109,16 @@ def add_water(
 
     gap = min(_LARGEST_GAP, _SURFACE_GAP / max(float(column.attenuation.max()), _SURFACE_GAP))
     top = -gap if column.surface == "flat" else 0.0
-    box = _box("UW Water", extent, top)
-    box.data.materials.append(water_volume.build(lobes))
-    collection.objects.link(box)
+    water = box("UW Water", extent, top)
+    water.data.materials.append(water_volume.build(lobes))
+    collection.objects.link(water)
     # A floor wider than the water closes the view below the horizon.
     if math.isfinite(column.floor_depth):
-        floor = _plane("UW Floor", 2.0 * extent.half_width, -column.floor_depth)
+        floor = plane("UW Floor", 2.0 * extent.half_width, -column.floor_depth)
         floor.data.materials.append(sea_floor.build())
         collection.objects.link(floor)
     if column.surface == "flat":
-        surface = _plane("UW Surface", 2.0 * extent.half_width, 0.0)
+        surface = plane("UW Surface", 2.0 * extent.half_width, 0.0)
         surface.data.materials.append(water_surface.build(column.refractive_index))
         collection.objects.link(surface)
     collection.objects.link(_sun(column))
@@ -139,19 +139,24 @@ def remove_water(scene: bpy.types.Scene) -> None:
     scene.world = collection.get(_WORLD)
     bpy.data.worlds.remove(own_world)
     for item in list(collection.objects):
-        data = item.data
-        bpy.data.objects.remove(item)
-        if isinstance(data, bpy.types.Mesh):
-            materials = [m for m in data.materials if m is not None]
-            bpy.data.meshes.remove(data)
-            for material in materials:
-                bpy.data.materials.remove(material)
-        else:
-            bpy.data.lights.remove(data)
+        delete(item)
     bpy.data.collections.remove(collection)
     band_colors.remove()
     for layer in scene.view_layers:
         pass_values.clear(layer)
+
+
+def delete(item: bpy.types.Object) -> None:
+    """Delete a mesh or lamp with its data and materials."""
+    data = item.data
+    bpy.data.objects.remove(item)
+    if isinstance(data, bpy.types.Mesh):
+        materials = [m for m in data.materials if m is not None]
+        bpy.data.meshes.remove(data)
+        for material in materials:
+            bpy.data.materials.remove(material)
+    else:
+        bpy.data.lights.remove(data)
 
 
 def has_water(scene: bpy.types.Scene) -> bool:
@@ -183,7 +188,8 @@ def _sun(column: WaterColumn) -> bpy.types.Object:
     return lamp
 
 
-def _box(name: str, extent: WaterExtent, top: float) -> bpy.types.Object:
+def box(name: str, extent: WaterExtent, top: float) -> bpy.types.Object:
+    """Make the box of water, from its bottom up to the height ``top``."""
     w, bottom = extent.half_width, -extent.bottom
     corners = [(x, y, z) for z in (bottom, top) for x, y in ((-w, -w), (w, -w), (w, w), (-w, w))]
     faces = [(3, 2, 1, 0), (4, 5, 6, 7)]
@@ -191,7 +197,8 @@ def _box(name: str, extent: WaterExtent, top: float) -> bpy.types.Object:
     return _mesh_object(name, corners, faces)
 
 
-def _plane(name: str, half_width: float, height: float) -> bpy.types.Object:
+def plane(name: str, half_width: float, height: float) -> bpy.types.Object:
+    """Make a horizontal square around the origin, facing up."""
     w = half_width
     corners = [(-w, -w, height), (w, -w, height), (w, w, height), (-w, w, height)]
     return _mesh_object(name, corners, [(0, 1, 2, 3)])

@@ -1,9 +1,23 @@
-"""Load the repository root as the package that Blender sees."""
+"""Load the repository root as the package that Blender sees; a clean Blender for each test."""
 
 from __future__ import annotations
 
 import runpy
+import warnings
 from pathlib import Path
+
+import pytest
 
 _ROOT = Path(__file__).resolve().parent.parent
 runpy.run_path(str(_ROOT / "render_bands.py"))["extension"]()
+
+
+@pytest.fixture
+def empty_blender():
+    """Read an empty home file; bpy's own deprecation warnings are not ours."""
+    import bpy
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", DeprecationWarning)
+        bpy.ops.wm.read_factory_settings(use_empty=True)
+    return bpy.context.scene

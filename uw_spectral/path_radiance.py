@@ -272,10 +272,25 @@ class PathRadiance:
         P = m.minimum(P, distance_in_water(y_o, w_y, f.y_f, m))
         y_e = m.clamp(y_o + w_y * P, 0.0, f.y_f)
         cs = f.c / f.mu_s
-        source = f.b * self.phase.per_steradian(self._s2(w, m), m) * f.E / f.mu_s
-        return source * attenuated_path(
+        return self._sun_source(w, m) * attenuated_path(
             -cs * y_o, -cs * y_e - f.c * P, (f.c + cs * w_y) * P, P, m
         )  # fmt: skip
+
+    def single_scattering_at(
+        self,
+        y: Any,  # noqa: ANN401
+        w: Sequence[Any],
+        v: Any,  # noqa: ANN401
+        m: Mathematics = NUMPY,
+    ) -> Any:  # noqa: ANN401
+        """Integrand of :meth:`single_scattering` at depth y and distance v, per metre."""
+        f = self.field
+        return self._sun_source(w, m) * m.exp(-f.c * (y / f.mu_s + v))
+
+    def _sun_source(self, w: Sequence[Any], m: Mathematics) -> Any:  # noqa: ANN401
+        """Sunlight scattered once towards the camera, per metre, before any attenuation."""
+        f = self.field
+        return f.b * self.phase.per_steradian(self._s2(w, m), m) * f.E / f.mu_s
 
     def _s2(self, w: Sequence[Any], m: Mathematics) -> Any:  # noqa: ANN401
         """Squared sine of half the angle by which sunlight turns to reach the camera."""

@@ -146,7 +146,7 @@ def _csv(tmp_path: Path, text: str) -> str:
         (["--floor-reflectance", "2"], "reflectance 2 is not between 0 and 1"),
         (["--camera", "Cam"], "no camera 'Cam' in 'Scene'; there are: Camera"),
         (["--floor-depth", "4"], "the floor at 4 m is above camera 'Camera', which is at 5 m"),
-        (["--engine", "eevee"], "--engine eevee is not there yet"),
+        (["--mode", "realtime"], "--mode realtime and --shafts need --engine eevee"),
         (["--out", "/proc/none/here"], "cannot write to /proc/none/here"),
     ],
 )

@@ -73,7 +73,9 @@ MOLECULAR = (ScatteringLobe("RAYLEIGH"), ScatteringLobe("HENYEY_GREENSTEIN", 0.0
 SHARES = (RAYLEIGH_SHARE, 1 - RAYLEIGH_SHARE)
 
 
-@pytest.mark.parametrize(("case", "a", "b"), [(1, 1.0, 0.25), (2, 1.0, 9.0)])
+@pytest.mark.parametrize(
+    ("case", "a", "b"), [(1, 1.0, 0.25), pytest.param(2, 1.0, 9.0, marks=pytest.mark.slow)]
+)
 def test_mobley1993_problem_1(empty_blender, tmp_path, record_property, case, a, b):
     index, zenith = 1.34, math.radians(60.0)
     sine = math.sin(zenith) / index

@@ -1,0 +1,222 @@
+"""Every way to draw the grey scene, against the Cycles reference.
+
+``python3 dev.py run -m benchmarks realtime_accuracy`` writes
+docs/realtime_accuracy.md and docs/realtime_accuracy.png.
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+import tempfile
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import bpy
+import numpy as np
+from numpy.typing import NDArray
+
+from ..scene import engines, render_plan, settings, water_body
+from ..uw_spectral.colour_rendering import (
+    delta_e_CIE2000_images,
+    luminance,
+    srgb_encode,
+    srgb_rmse,
+)
+from ..uw_spectral.monzon import path_radiance_Monzon2024_corrected
+from ..uw_spectral.spectral_image import read_exr
+from . import baselines, grey_scene
+
+WIDTH, HEIGHT, OVERSAMPLING = 90, 54, 3
+_BLOCK = 9
+_EEVEE_SAMPLES = 16
+# One wavelength per channel, at the dominant wavelengths of the Rec.709 primaries.
+_RGB_WAVELENGTHS = "464,549,611"
+
+
+@dataclass(frozen=True, eq=False)
+class Result:
+    """Pictures of one combination by method, as scene-linear RGB within the display's range."""
+
+    water: str
+    depth: float
+    reference: NDArray[np.float64]
+    noise: float
+    delta_e_noise: float
+    pictures: dict[str, NDArray[np.float64]]
+
+    def rmse(self, method: str) -> float:
+        """RMSE in sRGB with the variance of the reference taken off."""
+        squared = srgb_rmse(self.pictures[method], self.reference) ** 2 - self.noise**2
+        return math.sqrt(max(squared, 0.0))
+
+    def delta_e(self, method: str) -> float:
+        """Mean ΔE2000 over blocks of pixels."""
+        return _delta_e(self.pictures[method], self.reference)
+
+
+def measure(water: str, depth: float, samples: int, bands: int) -> Result:
+    """Render one combination by every method."""
+    bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
+    camera = grey_scene.build_scene(depth, WIDTH, HEIGHT)
+    plan = grey_scene.plan_for(water, depth, bands)
+    develop = plan.reduction(depth).apply
+    halves = [
+        _displayable(develop(grey_scene.cycles_image(plan, camera, samples, seed)))
+        for seed in (1, 2)
+    ]
+    hits = grey_scene.trace(plan.column.sun_direction, WIDTH, HEIGHT, OVERSAMPLING)
+    closed = grey_scene.closed_form_image(
+        plan.column, plan.phase, depth, WIDTH, HEIGHT, OVERSAMPLING
+    )
+    three = _rgb_plan(plan)
+    pictures = {
+        "EEVEE, real time": _realtime(plan, camera, depth, shafts=False),
+        "EEVEE, real time, shafts": _realtime(plan, camera, depth, shafts=True),
+        "EEVEE, bands": develop(_bands(plan, camera, depth)),
+        "closed form, numpy": develop(closed),
+        **{
+            name: develop(_pixels(baselines.paper_image(plan, hits, depth, form)))
+            for name, form in baselines.PAPER_FORMS.items()
+        },
+        "paper, corrected, RGB": _as_rgb(
+            three,
+            depth,
+            baselines.paper_image(three, hits, depth, path_radiance_Monzon2024_corrected),
+        ),
+        "fog, RGB": _as_rgb(three, depth, baselines.fog_image(three, hits, depth)),
+    }
+    return Result(
+        water,
+        depth,
+        (halves[0] + halves[1]) / 2,
+        srgb_rmse(*halves) / 2,
+        _delta_e(*halves) / 2,
+        {name: _displayable(picture) for name, picture in pictures.items()},
+    )
+
+
+def _realtime(
+    plan: render_plan.RenderPlan, camera: bpy.types.Object, depth: float, *, shafts: bool
+) -> NDArray[np.float64]:
+    scene = bpy.context.scene
+    plan = replace(plan, settings=replace(plan.settings, samples=_EEVEE_SAMPLES))
+    extent = water_body.water_extent(scene, plan.column, depth)
+    with (
+        tempfile.TemporaryDirectory() as folder,
+        engines.eevee_realtime(scene, camera, plan, extent, depth, shafts=shafts) as engine,
+    ):
+        path = Path(folder) / "picture.exr"
+        engine.frame(depth)(engine.passes[0], path)
+        return read_exr(path)[0].astype(np.float64)
+
+
+def _bands(
+    plan: render_plan.RenderPlan, camera: bpy.types.Object, depth: float
+) -> NDArray[np.float64]:
+    scene = bpy.context.scene
+    plan = replace(plan, settings=replace(plan.settings, samples=_EEVEE_SAMPLES))
+    extent = water_body.water_extent(scene, plan.column, depth)
+    with engines.eevee_bands(scene, camera, plan, extent, depth, shafts=False) as engine:
+        return grey_scene.band_image(engine, depth)
+
+
+def _rgb_plan(plan: render_plan.RenderPlan) -> render_plan.RenderPlan:
+    return render_plan.make_plan(
+        settings.SceneSettings(**{**vars(plan.settings), "wavelengths": _RGB_WAVELENGTHS})
+    )
+
+
+def _as_rgb(
+    plan: render_plan.RenderPlan, depth: float, rays: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Take three wavelengths for blue, green, red; expose as the spectral pictures are."""
+    white = plan.column.sun_irradiance / math.pi
+    at_depth = plan.column.light_field(plan.phase).Ed(depth) / math.pi
+    exposure = 0.9 / luminance((at_depth / white)[::-1])
+    return (_pixels(rays) / white)[..., ::-1] * exposure
+
+
+def _pixels(rays: NDArray[np.float64]) -> NDArray[np.float64]:
+    shape = (HEIGHT, OVERSAMPLING, WIDTH, OVERSAMPLING, rays.shape[-1])
+    return rays.reshape(shape).mean(axis=(1, 3))
+
+
+def _displayable(picture: NDArray[np.float64]) -> NDArray[np.float64]:
+    return np.clip(picture, 0.0, 1.0)
+
+
+def _delta_e(picture: NDArray[np.float64], reference: NDArray[np.float64]) -> float:
+    blocks = [grey_scene.blocks(image, _BLOCK) for image in (picture, reference)]
+    return float(delta_e_CIE2000_images(*blocks).mean())
+
+
+def report(results: Sequence[Result], samples: int, bands: int) -> str:
+    """Return the tables as Markdown."""
+    methods = list(results[0].pictures)
+    lines = [
+        "# Real time against the reference",
+        "",
+        f"The grey scene, {bands} bands, CIE 1931, HG 0.8, sun at 30°, no surface, floor 3 m",
+        f"below the camera; pictures of {WIDTH} × {HEIGHT}, clipped to the display's range.",
+        f"Reference: two Cycles images of {samples} samples, whose noise is taken off the RMSE.",
+        f"ΔE2000 over blocks of {_BLOCK} × {_BLOCK} pixels. The paper's forms get the Kd of",
+        "Solonenko & Mobley (2015).",
+        "",
+    ]
+    for title, value in (("sRGB RMSE", Result.rmse), ("ΔE2000, mean", Result.delta_e)):
+        head = " | ".join(f"{r.water} {r.depth:g} m" for r in results)
+        lines += [f"## {title}", "", f"| method | {head} | mean |", "|---|" + "---|" * 7]
+        for method in methods:
+            values = [value(result, method) for result in results]
+            cells = " | ".join(f"{v:.3f}" for v in values)
+            lines.append(f"| {method} | {cells} | **{np.mean(values):.3f}** |")
+        noise = [r.noise if value is Result.rmse else r.delta_e_noise for r in results]
+        cells = " | ".join(f"{v:.3f}" for v in noise)
+        lines += [f"| noise of the reference | {cells} | |", ""]
+    lines += ["![Every method, every combination](realtime_accuracy.png)", ""]
+    lines += ["Repeat: `python3 dev.py run -m benchmarks realtime_accuracy`", ""]
+    return "\n".join(lines)
+
+
+def picture_sheet(results: Sequence[Result], path: Path) -> None:
+    """Draw the reference and every method, a row per combination."""
+    import matplotlib as mpl
+
+    mpl.use("agg")
+    import matplotlib.pyplot as plt
+
+    methods = list(results[0].pictures)
+    columns = 1 + len(methods)
+    figure, axes = plt.subplots(
+        len(results), columns, figsize=(1.6 * columns, 1.05 * len(results)), squeeze=False
+    )
+    for row, result in zip(axes, results, strict=True):
+        row[0].set_ylabel(f"{result.water} {result.depth:g} m", fontsize=7)
+        images = [result.reference, *result.pictures.values()]
+        for axis, image in zip(row, images, strict=True):
+            axis.imshow(srgb_encode(image))
+            axis.set(xticks=[], yticks=[])
+    for axis, title in zip(axes[0], ["Cycles", *methods], strict=True):
+        axis.set_title(title, fontsize=7)
+    figure.tight_layout(pad=0.3)
+    figure.savefig(path, dpi=90)
+
+
+def main(arguments: Sequence[str]) -> None:
+    """Measure the six combinations and write the report."""
+    parser = argparse.ArgumentParser(prog="realtime_accuracy")
+    parser.add_argument("--samples", type=int, default=160)
+    parser.add_argument("--bands", type=int, default=8)
+    options = parser.parse_args(arguments)
+    docs = Path(__file__).resolve().parent.parent / "docs"
+    results = []
+    for water, depth in grey_scene.COMBINATIONS:
+        results.append(measure(water, depth, options.samples, options.bands))
+        last = results[-1]
+        found = {m: (round(last.rmse(m), 4), round(last.delta_e(m), 2)) for m in last.pictures}
+        print(f"{water} {depth:g} m: {found}", flush=True)
+    picture_sheet(results, docs / "realtime_accuracy.png")
+    text = report(results, options.samples, options.bands)
+    (docs / "realtime_accuracy.md").write_text(text, encoding="utf-8")

@@ -1,0 +1,43 @@
+"""World of the real-time mode: open water with its floor or surface behind."""
+
+from __future__ import annotations
+
+import bpy
+from nodebpy import shader as s
+
+from .node_mathematics import NODES, Graph, Term, new_group
+from .realtime_rays import background, shaft, view_direction
+from .realtime_values import CAMERA_DEPTH, Shape, Values, build_triple, sum_of_triples
+
+NAME = "UW Background of Bands"
+TRIPLE_NAME = "UW Background of Three Bands"
+
+
+def build(values: bpy.types.ShaderNodeTree, shape: Shape) -> bpy.types.ShaderNodeTree:
+    """Build the group; output ``Color`` is what the sensor sees."""
+    triple = build_triple(TRIPLE_NAME, shape, {}, _picture)
+    tree = new_group(NAME)
+    tree.interface.new_socket("Color", in_out="OUTPUT", socket_type="NodeSocketColor")
+    graph = Graph(tree)
+    colour = sum_of_triples(graph, values, triple, shape, {})
+    graph.put(colour, graph.node("NodeGroupOutput").inputs[0])
+    return tree
+
+
+def _picture(graph: Graph, values: Values) -> Term:
+    w, y_o = view_direction(graph), NODES.maximum(values[CAMERA_DEPTH], 0.0)
+    seen = values.sensor(background(values, y_o, w))
+    if values.shape.shafts:
+        seen = seen - values.sensor(shaft(values, y_o, w, None), positive=True)
+    return seen
+
+
+def build_world(group: bpy.types.ShaderNodeTree) -> bpy.types.World:
+    """Build a world that shows the group to the camera and lights nothing."""
+    with s.world(NAME) as world:
+        node = world.tree.nodes.new("ShaderNodeGroup")
+        node.node_tree = group
+        background = s.Background(strength=s.LightPath().o.is_camera_ray)
+        world.tree.links.new(node.outputs[0], background.node.inputs["Color"])
+        background >> s.WorldOutput()
+    return world.world

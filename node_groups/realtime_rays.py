@@ -1,0 +1,42 @@
+"""What a pixel knows about its ray, and what lies at the ray's end in open water."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from .node_mathematics import NODES, Graph, Term
+from .realtime_values import INDEX, SHAFT_END, SKY, Values
+
+
+def view_direction(graph: Graph) -> tuple[Term, Term, Term]:
+    """Components of the unit view direction, away from the camera."""
+    geometry = graph.node("ShaderNodeNewGeometry")
+    x, y, z = graph.components(graph.term(geometry.outputs["Incoming"]))
+    return -x, -y, -z
+
+
+def depth_here(graph: Graph) -> Term:
+    """Depth of the shaded point, at least 0."""
+    geometry = graph.node("ShaderNodeNewGeometry")
+    z = graph.components(graph.term(geometry.outputs["Position"]))[2]
+    return NODES.maximum(-z, 0.0)
+
+
+def view_distance(graph: Graph) -> Term:
+    """Distance of the shaded point from the camera."""
+    return graph.term(graph.node("ShaderNodeCameraData").outputs["View Distance"])
+
+
+def background(values: Values, y: Term, w: tuple[Term, Term, Term]) -> Term:
+    """Radiance of undisturbed water with surface or floor behind, seen from depth y."""
+    sky: Any = values[SKY]
+    if values.shape.flat:
+        sky = values.water.under_surface(w, sky, values[INDEX], NODES)
+    return values.water.background(y, w, sky, NODES)
+
+
+def shaft(values: Values, y_o: Term, w: tuple[Term, Term, Term], P: Term | None) -> Term:
+    """Single scattering that the volume draws: up to its end, at most up to P."""
+    end = values[SHAFT_END]
+    reach = end if P is None else NODES.minimum(P, end)
+    return values.water.single_scattering(y_o, w, reach, NODES)

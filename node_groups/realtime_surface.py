@@ -1,0 +1,96 @@
+"""Node group that turns a lit surface into its picture through the water.
+
+It replaces the shader of a user's material: lit colour and base colour go in,
+a shader that emits what the sensor sees comes out. All bands in one pass.
+"""
+
+from __future__ import annotations
+
+import math
+
+import bpy
+
+from ..uw_spectral.path_radiance import pixel_radiance
+from .node_mathematics import NODES, Graph, Term, new_group
+from .realtime_rays import background, depth_here, shaft, view_direction, view_distance
+from .realtime_values import (
+    EMISSION,
+    REFLECTANCE,
+    Shape,
+    Values,
+    build_triple,
+    sum_of_triples,
+)
+
+NAME = "UW Surface of Bands"
+TRIPLE_NAME = "UW Surface of Three Bands"
+
+LIT, COLOR, EMITTED = "Lit", "Color", "Emission"
+COVERAGE, NORMAL, IS_MEASURED = "Coverage", "Normal", "Is Measured"
+_MEASURED = "Measured"
+_INPUTS = {
+    LIT: "NodeSocketColor",
+    COLOR: "NodeSocketColor",
+    EMITTED: "NodeSocketColor",
+    COVERAGE: "NodeSocketFloat",
+    NORMAL: "NodeSocketVector",
+    IS_MEASURED: "NodeSocketFloat",
+    _MEASURED: "NodeSocketVector",
+}
+_DARKEST = 1e-3  # reflectance below which an uplifted colour cannot carry a measured spectrum
+
+
+def measured(triple: int) -> str:
+    """Name of the input for a measured reflectance of three bands."""
+    return f"{_MEASURED} {triple}"
+
+
+def build(values: bpy.types.ShaderNodeTree, shape: Shape) -> bpy.types.ShaderNodeTree:
+    """Build the group.
+
+    Inputs: ``Lit``, the colour of the surface under a white sun of strength 1,
+    emission included; ``Color``, its reflectance; ``Emission``, its emitted
+    RGB radiance; ``Coverage``, the share that is not transparent, with which
+    the three are multiplied already; ``Normal``; ``Is Measured`` (0 or 1) and
+    ``Measured i``, reflectances that replace the colour.
+    """
+    triple = build_triple(TRIPLE_NAME, shape, _INPUTS, _picture)
+    tree = new_group(NAME)
+    inputs = {name: kind for name, kind in _INPUTS.items() if name != _MEASURED}
+    inputs |= {measured(t): "NodeSocketVector" for t in range(shape.triples)}
+    for name, kind in inputs.items():
+        socket = tree.interface.new_socket(name, in_out="INPUT", socket_type=kind)
+        if name == COVERAGE:
+            socket.default_value = 1.0
+    tree.interface.new_socket("Shader", in_out="OUTPUT", socket_type="NodeSocketShader")
+    graph = Graph(tree)
+    outputs = graph.node("NodeGroupInput").outputs
+    given = {socket.name: graph.term(socket) for socket in outputs if socket.name}
+    emission = graph.node("ShaderNodeEmission")
+    graph.put(sum_of_triples(graph, values, triple, shape, given), emission.inputs["Color"])
+    tree.links.new(emission.outputs[0], graph.node("NodeGroupOutput").inputs[0])
+    return tree
+
+
+def _picture(graph: Graph, values: Values) -> Term:
+    w, P, y = view_direction(graph), view_distance(graph), depth_here(graph)
+    y_o = NODES.maximum(y + w[2] * P, 0.0)
+    water = values.water
+    nx, ny, nz = graph.components(values[NORMAL])
+    cosine = -(nx * water.sun[0] + ny * water.sun[1] + nz * water.sun[2])
+    direct, forward, diffuse = water.field.surface_irradiance(y, 1.0, nz, NODES)
+    reflected = NODES.maximum(values[LIT] - values[EMITTED], 0.0)
+    base = values.uplift(values[COLOR], REFLECTANCE)
+    L_object = values.uplift(reflected, REFLECTANCE) * direct + base / math.pi * (
+        NODES.maximum(cosine, 0.0) * forward + diffuse
+    )
+    known = values[_MEASURED] / NODES.maximum(base, _DARKEST)
+    L_object = L_object * NODES.select(values[IS_MEASURED], known, 1.0)
+    L_object = L_object + values.uplift(values[EMITTED], EMISSION)
+    covered = values[COVERAGE]
+    path = water.path(y_o, w, P, NODES) * covered
+    beyond = background(values, y, w) * covered
+    seen = values.sensor(pixel_radiance(water.field, path, P, L_object, beyond, NODES))
+    if values.shape.shafts:
+        seen = seen - values.sensor(shaft(values, y_o, w, P) * covered, positive=True)
+    return seen

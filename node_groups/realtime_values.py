@@ -1,0 +1,312 @@
+"""Node group of every number that the real-time groups need: UW Values.
+
+The other groups hold an instance of it. A change of water, camera or sun
+writes numbers here and reaches every material; no node is added or removed.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, fields
+from typing import Any
+
+import bpy
+import numpy as np
+from numpy.typing import NDArray
+
+from ..uw_spectral.aureole import Aureole
+from ..uw_spectral.light_field import LightField
+from ..uw_spectral.path_radiance import PathRadiance
+from ..uw_spectral.phase import BandPhase, PhaseFunction
+from .node_mathematics import NODES, Graph, Term, new_group
+
+NAME = "UW Values"
+SHAPE = "uw_shape"
+
+_FIELD_NUMBERS = ("mu_s", "y_f")
+_NOT_PER_PIXEL = ("R",)
+_FIELD_BANDS = tuple(
+    f.name for f in fields(LightField) if f.name not in (*_FIELD_NUMBERS, *_NOT_PER_PIXEL)
+)
+_SUN = ("sun x", "sun y", "sun z")
+_SMOOTH = tuple(f"aureole moment {i}" for i in range(3))
+CAMERA_DEPTH = "camera depth"
+INDEX = "refractive index"
+SKY = "sky radiance"
+REFLECTANCE = tuple(f"reflectance {c}" for c in ("red", "green", "blue"))
+EMISSION = tuple(f"emission {c}" for c in ("red", "green", "blue"))
+SENSOR = tuple(f"sensor {c}" for c in ("red", "green", "blue"))
+SHAFT_END = "shaft end"
+SHAFT_SCALE = "shaft scale"
+SEEN = "Seen"
+
+
+@dataclass(frozen=True)
+class Shape:
+    """What decides the nodes of the groups; everything else is a number in them.
+
+    Parameters
+    ----------
+    bands : int
+        Number of bands n.
+    components : tuple of PhaseFunction
+        Parts of the phase function; their weights per band are numbers.
+    lobes : int
+        Terms of the sun's aureole, 0 leaves it out.
+    flat : bool
+        Whether the water has a flat surface that reflects.
+    shafts : bool
+        Whether single scattering comes from the volume.
+    """
+
+    bands: int
+    components: tuple[PhaseFunction, ...]
+    lobes: int
+    flat: bool
+    shafts: bool
+
+    @property
+    def triples(self) -> int:
+        """Number of vectors that carry the bands."""
+        return math.ceil(self.bands / 3)
+
+
+@dataclass(frozen=True, eq=False)
+class Numbers:
+    """The contents of UW Values.
+
+    Parameters
+    ----------
+    bands : mapping of str to array, shape (n,)
+        Quantities per band.
+    single : mapping of str to float
+        The others.
+    """
+
+    bands: Mapping[str, NDArray[np.float64]]
+    single: Mapping[str, float]
+
+
+def band_names(shape: Shape) -> list[str]:
+    """Names of the quantities per band."""
+    names = [*_FIELD_BANDS, SKY, *REFLECTANCE, *EMISSION, *SENSOR]
+    if len(shape.components) > 1:
+        names += [f"phase {i}" for i in range(len(shape.components))]
+    if shape.lobes:
+        names += ["aureole single", *_SMOOTH]
+        names += [
+            f"lobe {kind} {i}" for kind in ("weight", "asymmetry") for i in range(shape.lobes)
+        ]
+    return names
+
+
+def single_names() -> list[str]:
+    """Names of the quantities that are the same in every band."""
+    return [*_FIELD_NUMBERS, *_SUN, CAMERA_DEPTH, INDEX, SHAFT_END, SHAFT_SCALE]
+
+
+def of_water(water: PathRadiance, shape: Shape) -> Numbers:
+    """Return the numbers of the closed form itself."""
+    bands = {name: getattr(water.field, name) for name in _FIELD_BANDS}
+    if len(shape.components) > 1:
+        bands |= {f"phase {i}": row for i, row in enumerate(water.phase.weights)}
+    if shape.lobes:
+        aureole = water.aureole
+        bands["aureole single"] = aureole.single
+        bands |= dict(zip(_SMOOTH, aureole.smooth, strict=True))
+        for kind, rows in (("weight", aureole.weights), ("asymmetry", aureole.asymmetries)):
+            bands |= {f"lobe {kind} {i}": row for i, row in enumerate(rows)}
+    single = {name: getattr(water.field, name) for name in _FIELD_NUMBERS}
+    single |= dict(zip(_SUN, water.sun, strict=True))
+    return Numbers(bands, single)
+
+
+def build(shape: Shape) -> bpy.types.ShaderNodeTree:
+    """Build the group; its numbers are zero."""
+    tree = new_group(NAME)
+    tree[SHAPE] = repr(shape)
+    graph = Graph(tree)
+    output = tree.nodes.new("NodeGroupOutput")
+    sources = [
+        *((name, "ShaderNodeValue", "NodeSocketFloat") for name in single_names()),
+        *(
+            (f"{name} {triple}", "ShaderNodeCombineXYZ", "NodeSocketVector")
+            for name in band_names(shape)
+            for triple in range(shape.triples)
+        ),
+    ]
+    for row, (name, kind, socket) in enumerate(sources):
+        tree.interface.new_socket(name, in_out="OUTPUT", socket_type=socket)
+        node = graph.node(kind, name=name, label=name)
+        node.location = (0.0, -40.0 * row)
+        tree.links.new(node.outputs[0], output.inputs[row])
+    output.location = (300.0, 0.0)
+    return tree
+
+
+def write(tree: bpy.types.ShaderNodeTree, numbers: Numbers) -> None:
+    """Put numbers into the group; only what differs is touched."""
+    for name, value in numbers.single.items():
+        _assign(tree.nodes[name].outputs[0], float(value))
+    for name, values in numbers.bands.items():
+        for index, value in enumerate(filled(values)):
+            node = tree.nodes[f"{name} {index // 3}"]
+            _assign(node.inputs[index % 3], 0.0 if _beyond(name, index, values) else float(value))
+
+
+def filled(values: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Repeat the last band until the triples are full."""
+    return np.pad(np.asarray(values, dtype=np.float64), (0, -len(values) % 3), mode="edge")
+
+
+def _beyond(name: str, index: int, values: NDArray[np.float64]) -> bool:
+    """Whether a band only fills its triple; the sensor does not see it."""
+    return name in SENSOR and index >= len(values)
+
+
+def _assign(socket: bpy.types.NodeSocket, value: float) -> None:
+    if socket.default_value != np.float32(value):
+        socket.default_value = value
+
+
+@dataclass(frozen=True, eq=False)
+class Mixture:
+    """:class:`BandPhase` of one triple, its weights being terms."""
+
+    components: tuple[PhaseFunction, ...]
+    weights: tuple[Any, ...]
+
+    per_steradian = BandPhase.per_steradian
+
+
+class Values:
+    """The numbers of one triple of bands inside its group, read as terms.
+
+    Parameters
+    ----------
+    graph : Graph
+        The tree of :func:`build_triple`.
+    given : mapping of str to Term
+        Its inputs.
+    shape : Shape
+        Its shape.
+    """
+
+    def __init__(self, graph: Graph, given: Mapping[str, Term], shape: Shape) -> None:
+        self._graph, self._given, self.shape = graph, given, shape
+
+    def __getitem__(self, name: str) -> Term:
+        """Return a quantity by its name, a vector of three bands or a single number."""
+        return self._given[name]
+
+    @property
+    def water(self) -> PathRadiance:
+        """The closed form of three bands over terms."""
+        field = {name: self[name] for name in (*_FIELD_BANDS, *_FIELD_NUMBERS)}
+        field |= dict.fromkeys(_NOT_PER_PIXEL)
+        several = len(self.shape.components) > 1
+        weights = tuple(
+            self[f"phase {i}"] if several else 1.0 for i in range(len(self.shape.components))
+        )
+        sun = tuple(self[name] for name in _SUN)
+        return PathRadiance(
+            LightField(**field), Mixture(self.shape.components, weights), self._aureole(), sun
+        )
+
+    def _aureole(self) -> Aureole:
+        if not self.shape.lobes:
+            return Aureole(1.0, (0.0, 0.0, 0.0), (), ())
+        lobes = range(self.shape.lobes)
+        return Aureole(
+            self["aureole single"],
+            tuple(self[name] for name in _SMOOTH),
+            tuple(self[f"lobe weight {i}"] for i in lobes),
+            tuple(self[f"lobe asymmetry {i}"] for i in lobes),
+        )
+
+    def sensor(self, radiance: Term, *, positive: bool = False) -> Term:
+        """Return what three bands add to the colour that the sensor sees.
+
+        With ``positive``, negative sensitivities count as zero.
+        """
+        weights = [self[name] for name in SENSOR]
+        if positive:
+            weights = [NODES.maximum(weight, 0.0) for weight in weights]
+        return self._graph.vector(*(radiance.dot(weight) for weight in weights))
+
+    def uplift(self, colour: Term, names: tuple[str, str, str]) -> Term:
+        """Return the three bands of an RGB colour."""
+        rgb = self._graph.components(colour)
+        first, *rest = (c * self[n] for c, n in zip(rgb, names, strict=True))
+        return sum(rest, first)
+
+
+def build_triple(
+    name: str,
+    shape: Shape,
+    inputs: Mapping[str, str],
+    formula: Callable[[Graph, Values], Term],
+) -> bpy.types.ShaderNodeTree:
+    """Build the group that adds three bands to the picture.
+
+    Parameters
+    ----------
+    name : str
+        Of the group.
+    shape : Shape
+        Shape of the water.
+    inputs : mapping of str to str
+        Name and socket type of what it gets besides the numbers of the water.
+    formula : callable
+        Makes the nodes; returns what the bands add to the colour.
+    """
+    tree = new_group(name)
+    sockets = dict(inputs)
+    sockets |= dict.fromkeys(single_names(), "NodeSocketFloat")
+    sockets |= dict.fromkeys(band_names(shape), "NodeSocketVector")
+    for socket, kind in sockets.items():
+        tree.interface.new_socket(socket, in_out="INPUT", socket_type=kind)
+    tree.interface.new_socket(SEEN, in_out="OUTPUT", socket_type="NodeSocketVector")
+    graph = Graph(tree)
+    outputs = graph.node("NodeGroupInput").outputs
+    given = {socket.name: graph.term(socket) for socket in outputs if socket.name}
+    graph.put(formula(graph, Values(graph, given, shape)), graph.node("NodeGroupOutput").inputs[0])
+    return tree
+
+
+def sum_of_triples(
+    graph: Graph,
+    values: bpy.types.ShaderNodeTree,
+    triple: bpy.types.ShaderNodeTree,
+    shape: Shape,
+    given: Mapping[str, Term],
+) -> Term:
+    """Add up the triples in a tree.
+
+    Parameters
+    ----------
+    graph : Graph
+        The tree.
+    values : ShaderNodeTree
+        The group of :func:`build`.
+    triple : ShaderNodeTree
+        The group of :func:`build_triple`.
+    shape : Shape
+        Shape of the water.
+    given : mapping of str to Term
+        Its inputs besides the numbers; ``NAME i`` goes to ``NAME`` of triple i.
+    """
+    numbers = graph.node("ShaderNodeGroup", node_tree=values)
+    total: Any = 0.0
+    for index in range(shape.triples):
+        node = graph.node("ShaderNodeGroup", node_tree=triple)
+        for socket in node.inputs:
+            own = f"{socket.name} {index}"
+            source = given.get(socket.name) or given.get(own)
+            if source is None:
+                name = own if own in numbers.outputs else socket.name
+                source = graph.term(numbers.outputs[name])
+            graph.put(source, socket)
+        total = graph.term(node.outputs[0]) + total
+    return total

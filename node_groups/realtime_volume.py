@@ -1,0 +1,61 @@
+"""Material of the shafts of light: single scattering of the sun, with its shadows.
+
+EEVEE multiplies the scattering coefficient with the sun's visibility. So the
+coefficient holds the radiance that the sensor sees, made small by ``shaft
+scale``, and the lamp's volume factor makes it large again: the volume adds
+light and hardly dims what is behind it. Its phase function is a
+Henyey-Greenstein one, which takes most of the contrast between directions out
+of the coefficient (froxels hold few bits); the water's own phase function over
+that one is part of the coefficient.
+"""
+
+from __future__ import annotations
+
+import bpy
+
+from ..uw_spectral.phase import henyey_greenstein
+from .node_mathematics import NODES, Graph, Term
+from .realtime_rays import depth_here, view_direction, view_distance
+from .realtime_values import (
+    SHAFT_END,
+    SHAFT_SCALE,
+    Shape,
+    Values,
+    build_triple,
+    sum_of_triples,
+)
+
+NAME = "UW Shafts"
+ANISOTROPY = 0.8
+TRIPLE_NAME = "UW Shafts of Three Bands"
+
+
+def build(values: bpy.types.ShaderNodeTree, shape: Shape) -> bpy.types.Material:
+    """Build the material.
+
+    A coefficient cannot be negative: here negative sensitivities of the sensor
+    count as zero. What they take away stays in the surfaces, without shadows.
+    """
+    triple = build_triple(TRIPLE_NAME, shape, {}, _coefficient)
+    material = bpy.data.materials.new(NAME)
+    tree = material.node_tree
+    tree.nodes.clear()
+    graph = Graph(tree)
+    scatter = graph.node("ShaderNodeVolumeScatter")
+    coefficient = sum_of_triples(graph, values, triple, shape, {})
+    graph.put(coefficient, scatter.inputs["Color"])
+    scatter.inputs["Density"].default_value = 1.0
+    scatter.inputs["Anisotropy"].default_value = ANISOTROPY
+    output = graph.node("ShaderNodeOutputMaterial")
+    tree.links.new(scatter.outputs[0], output.inputs["Volume"])
+    return material
+
+
+def _coefficient(graph: Graph, values: Values) -> Term:
+    w, v, y = view_direction(graph), view_distance(graph), depth_here(graph)
+    per_metre = values.water.single_scattering_at(y, w, v, NODES)
+    inside = NODES.less(v, values[SHAFT_END])
+    sun = values.water.sun
+    cosine = -(w[0] * sun[0] + w[1] * sun[1] + w[2] * sun[2])
+    phase = henyey_greenstein(ANISOTROPY, 0.5 - 0.5 * cosine, NODES)
+    return values.sensor(per_metre, positive=True) * (values[SHAFT_SCALE] * inside / phase)

@@ -1,0 +1,98 @@
+"""EEVEE settings under which it shows the water: no clamping, froxels where the light is."""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Iterator
+from typing import Any
+
+import bpy
+
+from .realtime import ShaftRange
+
+# Froxels at their finest; each costs, so a session may coarsen them.
+_FROXELS = 256
+_FROXEL_TILE = "4"
+_FROXEL_DISTRIBUTION = 0.9
+_FROXEL_START = 0.01
+
+
+def wanted_settings(
+    scene: bpy.types.Scene, camera: bpy.types.Object, samples: int, shafts: ShaftRange | None
+) -> list[tuple[Any, str, Any]]:
+    """Owner, name and value of every setting of the real-time mode."""
+    render, eevee = scene.render, scene.eevee
+    wanted: list[tuple[Any, str, Any]] = [
+        (scene, "camera", camera),
+        (scene, "compositing_node_group", None),
+        (camera.data, "clip_start", min(camera.data.clip_start, 1e-2)),
+        (camera.data, "clip_end", max(camera.data.clip_end, 1e4)),
+        (render, "engine", "BLENDER_EEVEE"),
+        (render, "film_transparent", False),
+        (render, "use_border", False),
+        (render, "use_sequencer", False),
+        (render, "use_stamp", False),
+        (eevee, "taa_render_samples", samples),
+        (eevee, "use_raytracing", False),
+        (eevee, "use_fast_gi", False),
+        (eevee, "use_shadows", True),
+        (eevee, "clamp_surface_direct", 0.0),
+        (eevee, "clamp_surface_indirect", 0.0),
+        (eevee, "clamp_volume_direct", 0.0),
+        (eevee, "clamp_volume_indirect", 0.0),
+        (eevee, "direct_light_intensity", 1.0),
+        (eevee, "use_volumetric_shadows", False),
+    ]
+    if shafts is not None:
+        wanted += [
+            (eevee, "use_volume_custom_range", True),
+            (eevee, "volumetric_start", _FROXEL_START),
+            (eevee, "volumetric_end", shafts.end),
+            (eevee, "volumetric_samples", _FROXELS),
+            (eevee, "volumetric_tile_size", _FROXEL_TILE),
+            (eevee, "volumetric_sample_distribution", _FROXEL_DISTRIBUTION),
+            (eevee, "volumetric_light_clamp", 0.0),
+        ]
+    return wanted
+
+
+@contextlib.contextmanager
+def realtime_settings(
+    scene: bpy.types.Scene,
+    camera: bpy.types.Object,
+    *,
+    samples: int,
+    shafts: ShaftRange | None,
+) -> Iterator[bpy.types.ViewLayer]:
+    """EEVEE's settings while the block runs, the scene's own afterwards.
+
+    Parameters
+    ----------
+    scene : Scene
+        The scene.
+    camera : Object
+        The camera.
+    samples : int
+        Samples per pixel.
+    shafts : ShaftRange, optional
+        How far the froxel volume reaches; None without shafts.
+
+    Yields
+    ------
+    ViewLayer
+        The one layer that is rendered.
+    """
+    rendered = next((layer for layer in scene.view_layers if layer.use), scene.view_layers[0])
+    wanted = wanted_settings(scene, camera, samples, shafts)
+    wanted += [(layer, "use", layer == rendered) for layer in scene.view_layers]
+    image = scene.render.image_settings
+    # The writer of the image sets these; restored in the reverse of this order.
+    names = ("exr_codec", "color_depth", "color_mode", "file_format", "media_type")
+    with contextlib.ExitStack() as stack:
+        for owner, name, value in wanted:
+            stack.callback(setattr, owner, name, getattr(owner, name))
+            setattr(owner, name, value)
+        for owner, kept in ((scene.render, ("filepath", "use_file_extension")), (image, names)):
+            for name in kept:
+                stack.callback(setattr, owner, name, getattr(owner, name))
+        yield rendered

@@ -1,0 +1,147 @@
+"""The engines that can render a frame: each puts water into a scene and takes it out."""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import bpy
+import numpy as np
+
+from ..uw_spectral.spectral_image import read_exr, write_rgb_exr
+from . import cycles_settings, eevee_settings, realtime, water_body
+from .exr_output import write_float_exr
+from .render_plan import RenderPlan
+from .water_body import WaterExtent
+
+RenderPass = Callable[[tuple[int, ...], Path], None]
+"""Renders the bands of one pass into a float EXR."""
+
+
+@dataclass(frozen=True)
+class BandEngine:
+    """Water in a scene, ready to be rendered.
+
+    ``passes`` are the bands of each pass; ``frame(depth)`` readies the current
+    frame for a camera at a depth in m and returns what renders a pass.
+    """
+
+    passes: list[tuple[int, ...]]
+    notes: list[str]
+    frame: Callable[[float], RenderPass]
+
+
+@contextlib.contextmanager
+def cycles_bands(
+    scene: bpy.types.Scene,
+    camera: bpy.types.Object,
+    plan: RenderPlan,
+    extent: WaterExtent,
+    *,
+    seed: int,
+    denoise: bool,
+) -> Iterator[BandEngine]:
+    """Water for the Cycles reference while the block runs."""
+    notes = water_body.add_water(scene, plan.column, plan.cycles.lobes, extent)
+    settings = {"samples": plan.settings.samples, "seed": seed, "denoise": denoise}
+    try:
+        with cycles_settings.reference_settings(scene, camera, **settings) as layer:
+
+            def frame(_: float) -> RenderPass:
+                values = plan.pass_values(scene)
+
+                def render(indices: tuple[int, ...], path: Path) -> None:
+                    values.apply(layer, indices)
+                    values.refresh(scene)
+                    write_float_exr(scene, path)
+
+                return render
+
+            yield BandEngine(plan.passes, notes, frame)
+    finally:
+        water_body.remove_water(scene)
+
+
+@contextlib.contextmanager
+def eevee_bands(
+    scene: bpy.types.Scene,
+    camera: bpy.types.Object,
+    plan: RenderPlan,
+    extent: WaterExtent,
+    depth: float,
+    *,
+    shafts: bool,
+) -> Iterator[BandEngine]:
+    """Water for EEVEE, three bands a pass, while the block runs.
+
+    EEVEE keeps half floats, so each band is scaled to the radiance of a white
+    surface at the camera's depth, and back when the pass is written.
+    """
+    passes = plan.bands.packed(3)
+
+    def water_at(camera_depth: float) -> realtime.RealtimeWater:
+        return plan.realtime(scene, camera_depth, np.ones((3, len(plan.bands))), shafts=shafts)
+
+    def scale_at(camera_depth: float) -> np.ndarray:
+        white = plan.column.light_field(plan.phase).Ed(camera_depth) / np.pi
+        return np.maximum(white, np.finfo(np.float32).tiny)
+
+    first = water_at(depth)
+    first_pass = first.of_triple(passes[0], 1.0 / scale_at(depth)[list(passes[0])])
+    with _eevee(scene, camera, first_pass, extent, plan.settings.samples) as notes:
+
+        def frame(camera_depth: float) -> RenderPass:
+            water, scale = water_at(camera_depth), scale_at(camera_depth)
+
+            def render(indices: tuple[int, ...], path: Path) -> None:
+                white = scale[[*indices, *[indices[-1]] * (3 - len(indices))]]
+                realtime.set_values(scene, water.of_triple(indices, 1.0 / white))
+                write_float_exr(scene, path)
+                write_rgb_exr(path, read_exr(path)[0] * white)
+
+            return render
+
+        yield BandEngine(passes, notes, frame)
+
+
+@contextlib.contextmanager
+def eevee_realtime(
+    scene: bpy.types.Scene,
+    camera: bpy.types.Object,
+    plan: RenderPlan,
+    extent: WaterExtent,
+    depth: float,
+    *,
+    shafts: bool,
+) -> Iterator[BandEngine]:
+    """Water for EEVEE, all bands in one pass that is the picture already."""
+
+    def water_at(camera_depth: float) -> realtime.RealtimeWater:
+        weights = plan.reduction(camera_depth).weights
+        return plan.realtime(scene, camera_depth, weights, shafts=shafts)
+
+    with _eevee(scene, camera, water_at(depth), extent, plan.settings.samples) as notes:
+
+        def frame(camera_depth: float) -> RenderPass:
+            realtime.set_values(scene, water_at(camera_depth))
+            return lambda _, path: write_float_exr(scene, path)
+
+        yield BandEngine([tuple(range(len(plan.bands)))], notes, frame)
+
+
+@contextlib.contextmanager
+def _eevee(
+    scene: bpy.types.Scene,
+    camera: bpy.types.Object,
+    water: realtime.RealtimeWater,
+    extent: WaterExtent,
+    samples: int,
+) -> Iterator[list[str]]:
+    notes = realtime.add_realtime(scene, water, extent)
+    try:
+        with eevee_settings.realtime_settings(scene, camera, samples=samples, shafts=water.shafts):
+            yield notes
+    finally:
+        realtime.remove_realtime(scene)

@@ -1,0 +1,378 @@
+"""Sends the scene's own materials through the real-time surface group, and back.
+
+A material keeps its nodes. Its shader is lit by a white sun (Shader to RGB);
+beside it, the colours, the emission and the transparency of the same shader
+are computed by nodes that follow the shader's tree, since a closure cannot be
+asked for them. Every quantity is linear in the closures, so Mix and Add Shader
+mix and add it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from typing import Any
+
+import bpy
+import numpy as np
+
+from ..node_groups import realtime_surface
+from ..node_groups.node_mathematics import MARK, Graph, Term
+from ..node_groups.realtime_values import Shape, filled
+
+SOURCE = "uw_source"
+"""On a constant: node and socket of the user's that it repeats."""
+_MUTED = "uw_muted"
+_OUTPUTS = {"colour": "UW Color", "emission": "UW Emission", "transmittance": "UW Transmittance"}
+_GREY = 0.5
+
+_REFLECTING = {
+    "ShaderNodeBsdfDiffuse": "Color",
+    "ShaderNodeBsdfAnisotropic": "Color",
+    "ShaderNodeBsdfGlossy": "Color",
+    "ShaderNodeBsdfMetallic": "Base Color",
+    "ShaderNodeBsdfSheen": "Color",
+    "ShaderNodeBsdfToon": "Color",
+    "ShaderNodeBsdfTranslucent": "Color",
+    "ShaderNodeBsdfHair": "Color",
+    "ShaderNodeBsdfHairPrincipled": "Color",
+    "ShaderNodeSubsurfaceScattering": "Color",
+}
+_EMITTING = {"ShaderNodeEmission", "ShaderNodeBackground"}
+_REFRACTING = {"ShaderNodeBsdfGlass", "ShaderNodeBsdfRefraction"}
+
+
+@dataclass(frozen=True)
+class _Closure:
+    """What a shader reflects, emits and lets through, as RGB terms or numbers."""
+
+    colour: Any = 0.0
+    emission: Any = 0.0
+    transmittance: Any = 0.0
+    normal: Term | None = None
+
+    def combined(self, other: _Closure, join: Callable[[Any, Any], Any]) -> _Closure:
+        return _Closure(
+            join(self.colour, other.colour),
+            join(self.emission, other.emission),
+            join(self.transmittance, other.transmittance),
+            self.normal or other.normal,
+        )
+
+
+@dataclass
+class _Walk:
+    """Reads the shaders of one tree."""
+
+    tree: bpy.types.ShaderNodeTree
+    name: str
+    notes: list[str]
+    graph: Graph = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.graph = Graph(self.tree)
+
+    def closure(self, socket: bpy.types.NodeSocket) -> _Closure:
+        """Return what arrives at a shader input."""
+        links = [link for link in socket.links if link.is_valid and not link.is_muted]
+        return self._of(links[0].from_node, links[0].from_socket) if links else _Closure()
+
+    def _of(self, node: bpy.types.Node, output: bpy.types.NodeSocket) -> _Closure:
+        kind, shaders = node.bl_idname, [i for i in node.inputs if i.type == "SHADER"]
+        if kind == "NodeReroute":
+            return self.closure(node.inputs[0])
+        if node.mute:
+            return self.closure(shaders[0]) if shaders else _Closure()
+        if kind == "ShaderNodeMixShader":
+            share = self._value(node.inputs[0])
+            first, second = (self.closure(s) for s in shaders)
+            return first.combined(second, lambda a, b: a * (1.0 - share) + b * share)
+        if kind == "ShaderNodeAddShader":
+            first, second = (self.closure(s) for s in shaders)
+            return first.combined(second, lambda a, b: a + b)
+        if kind == "ShaderNodeGroup" and node.node_tree is not None:
+            return self._group(node, output)
+        if kind == "ShaderNodeBsdfPrincipled":
+            return self._principled(node)
+        normal = self._normal(node)
+        if kind in _REFLECTING and _REFLECTING[kind] in node.inputs:
+            return _Closure(colour=self._value(node.inputs[_REFLECTING[kind]]), normal=normal)
+        if kind in _EMITTING:
+            strength = self._value(node.inputs["Strength"])
+            return _Closure(emission=self._value(node.inputs["Color"]) * strength)
+        if kind == "ShaderNodeBsdfTransparent":
+            return _Closure(transmittance=self._value(node.inputs["Color"]))
+        if kind in _REFRACTING:
+            self._note("refracts; in real time light goes straight through it")
+            return _Closure(transmittance=self._value(node.inputs["Color"]), normal=normal)
+        self._note(f"uses {node.bl_label}, whose colour is unknown; it counts as grey {_GREY}")
+        return _Closure(colour=_GREY, normal=normal)
+
+    def _principled(self, node: bpy.types.Node) -> _Closure:
+        inputs = node.inputs
+        alpha, base = self._value(inputs["Alpha"]), self._value(inputs["Base Color"])
+        passing = self._value(inputs["Transmission Weight"])
+        transmittance = 1.0 - alpha
+        if not _is_zero(passing):
+            self._note("transmits light; in real time it goes straight through")
+            transmittance = transmittance + alpha * passing * base
+        strength = self._value(inputs["Emission Strength"])
+        glow = 0.0 if _is_zero(strength) else self._value(inputs["Emission Color"]) * strength
+        return _Closure(
+            base * (alpha * (1.0 - passing)), glow * alpha, transmittance, self._normal(node)
+        )
+
+    def _group(self, node: bpy.types.Node, output: bpy.types.NodeSocket) -> _Closure:
+        group = node.node_tree
+        if not group.is_editable:
+            self._note(f"uses the linked group {group.name!r}; its colour counts as grey {_GREY}")
+            return _Closure(colour=_GREY)
+        if not any(_is_ours(item) for item in _interface_outputs(group)):
+            _open_group(group, output.name, self.notes)
+        return _Closure(
+            **{
+                quantity: self.graph.term(node.outputs[name])
+                for quantity, name in _OUTPUTS.items()
+                if name in node.outputs
+            }
+        )
+
+    def _value(self, socket: bpy.types.NodeSocket) -> Any:  # noqa: ANN401
+        """Return what a socket holds: its link, or a constant that follows its value."""
+        links = [link for link in socket.links if not link.is_muted]
+        if links:
+            source = self.graph.term(links[0].from_socket)
+            return source if socket.type != "VALUE" or source.size == 1 else _mean(source)
+        if not _is_animated(self.tree, socket):
+            values = np.atleast_1d(socket.default_value)[:3]
+            if np.all(values == 0.0) or np.all(values == 1.0):
+                return float(values[0])
+        one = socket.type == "VALUE"
+        constant = self.graph.node("ShaderNodeValue" if one else "ShaderNodeCombineXYZ")
+        constant[SOURCE] = [socket.node.name, socket.identifier]
+        _refresh(self.tree, constant)
+        return self.graph.term(constant.outputs[0])
+
+    def _normal(self, node: bpy.types.Node) -> Term | None:
+        socket = node.inputs.get("Normal")
+        linked = socket is not None and any(not link.is_muted for link in socket.links)
+        return self.graph.term(socket.links[0].from_socket) if linked else None
+
+    def _note(self, text: str) -> None:
+        self.notes.append(f"{self.name} {text}")
+
+
+def insert(
+    materials: list[bpy.types.Material],
+    group: bpy.types.ShaderNodeTree,
+    reflectances: dict[str, np.ndarray],
+    shape: Shape,
+) -> list[str]:
+    """Put the surface group behind the shader of each material.
+
+    Parameters
+    ----------
+    materials : list of Material
+        The scene's own.
+    group : ShaderNodeTree
+        Of :func:`.realtime_surface.build`.
+    reflectances : dict of str to array, shape (n,)
+        Measured reflectance by material name.
+    shape : Shape
+        Shape of the group.
+
+    Returns
+    -------
+    list of str
+        What could not be treated, one line each.
+    """
+    notes: list[str] = []
+    for material in materials:
+        if not material.is_editable:
+            notes.append(
+                f"material {material.name!r} is linked from {material.library.filepath} and stays "
+                "dry; make it local"
+            )
+            continue
+        output = _surface_output(material.node_tree)
+        if output is not None:
+            _insert(material, output, group, notes)
+    write_reflectances(reflectances, shape)
+    return list(dict.fromkeys(notes))
+
+
+def write_reflectances(reflectances: dict[str, np.ndarray], shape: Shape) -> None:
+    """Set the measured reflectances, shape (n,) each, by material name."""
+    for name, values in reflectances.items():
+        node = _surface_node(bpy.data.materials[name].node_tree)
+        if node is None:
+            continue
+        node.inputs[realtime_surface.IS_MEASURED].default_value = 1.0
+        triples = filled(values).reshape(shape.triples, 3)
+        for triple, numbers in enumerate(triples):
+            node.inputs[realtime_surface.measured(triple)].default_value = numbers
+
+
+def refresh() -> None:
+    """Repeat the user's constants, which may have been edited or animated."""
+    for tree in _trees():
+        for node in tree.nodes:
+            if SOURCE in node:
+                _refresh(tree, node)
+
+
+def remove() -> None:
+    """Take every inserted node out again, wherever it is."""
+    for tree in _trees():
+        surface = _surface_node(tree)
+        if surface is not None:
+            _reconnect(tree, surface)
+        for node in [n for n in tree.nodes if MARK in n]:
+            tree.nodes.remove(node)
+    for group in _groups():
+        for item in [i for i in _interface_outputs(group) if _is_ours(i)]:
+            group.interface.remove(item)
+
+
+def _insert(
+    material: bpy.types.Material,
+    output: bpy.types.Node,
+    group: bpy.types.ShaderNodeTree,
+    notes: list[str],
+) -> None:
+    tree = material.node_tree
+    socket = output.inputs["Surface"]
+    link = socket.links[0]
+    source, muted = link.from_socket, link.is_muted
+    walk = _Walk(tree, f"material {material.name!r}", notes)
+    closure = walk.closure(socket)
+    graph = walk.graph
+    lit = graph.node("ShaderNodeShaderToRGB")
+    tree.links.new(source, lit.inputs[0])
+    surface = graph.node("ShaderNodeGroup", node_tree=group)
+    surface[_MUTED] = muted
+    surface.location = (output.location.x, output.location.y - 200.0)
+    tree.links.new(lit.outputs["Color"], surface.inputs[realtime_surface.LIT])
+    graph.put(closure.colour, surface.inputs[realtime_surface.COLOR])
+    graph.put(closure.emission, surface.inputs[realtime_surface.EMITTED])
+    normal = closure.normal
+    if normal is None:
+        normal = graph.term(graph.node("ShaderNodeNewGeometry").outputs["Normal"])
+    graph.put(normal, surface.inputs[realtime_surface.NORMAL])
+    seen = surface.outputs[0]
+    if not _is_zero(closure.transmittance):
+        passing = closure.transmittance
+        covered = 1.0 - (_mean(passing) if isinstance(passing, Term) else passing)
+        graph.put(covered, surface.inputs[realtime_surface.COVERAGE])
+        transparent, both = (
+            graph.node("ShaderNodeBsdfTransparent"),
+            graph.node("ShaderNodeAddShader"),
+        )
+        graph.put(passing, transparent.inputs["Color"])
+        tree.links.new(seen, both.inputs[0])
+        tree.links.new(transparent.outputs[0], both.inputs[1])
+        seen = both.outputs[0]
+    tree.links.new(seen, socket)
+
+
+def _reconnect(tree: bpy.types.NodeTree, surface: bpy.types.Node) -> None:
+    """Give the material output its own shader back."""
+    lit = surface.inputs[realtime_surface.LIT].links[0].from_node
+    source, muted = lit.inputs[0].links[0].from_socket, surface[_MUTED]
+    target = surface.outputs[0].links[0].to_socket
+    if MARK in target.node:
+        target = target.node.outputs[0].links[0].to_socket
+    tree.links.new(source, target).is_muted = muted
+
+
+def _open_group(group: bpy.types.ShaderNodeTree, shader: str, notes: list[str]) -> None:
+    """Give a group outputs for the colour, emission and transmittance of its shader."""
+    outputs = [n for n in group.nodes if n.bl_idname == "NodeGroupOutput" and n.is_active_output]
+    if not outputs:
+        return
+    walk = _Walk(group, f"group {group.name!r}", notes)
+    closure = walk.closure(outputs[0].inputs[shader])
+    for quantity, name in _OUTPUTS.items():
+        value = getattr(closure, quantity)
+        if quantity != "colour" and _is_zero(value):
+            continue
+        group.interface.new_socket(name, in_out="OUTPUT", socket_type="NodeSocketColor")
+        walk.graph.put(value, outputs[0].inputs[name])
+
+
+def _surface_output(tree: bpy.types.ShaderNodeTree) -> bpy.types.Node | None:
+    output = tree.get_output_node("EEVEE")
+    return output if output is not None and output.inputs["Surface"].is_linked else None
+
+
+def _surface_node(tree: bpy.types.NodeTree) -> bpy.types.Node | None:
+    for node in tree.nodes:
+        if node.bl_idname == "ShaderNodeGroup" and _MUTED in node:
+            return node
+    return None
+
+
+def _trees() -> Iterator[bpy.types.ShaderNodeTree]:
+    """Every editable shader tree of the user's."""
+    for material in bpy.data.materials:
+        if material.node_tree is not None and material.is_editable:
+            yield material.node_tree
+    yield from _groups()
+
+
+def _groups() -> Iterator[bpy.types.ShaderNodeTree]:
+    for group in bpy.data.node_groups:
+        if group.bl_idname == "ShaderNodeTree" and group.is_editable and MARK not in group:
+            yield group
+
+
+def _refresh(tree: bpy.types.NodeTree, node: bpy.types.Node) -> None:
+    name, identifier = node[SOURCE]
+    source = next(i for i in tree.nodes[name].inputs if i.identifier == identifier)
+    if node.bl_idname == "ShaderNodeValue":
+        targets, values = [node.outputs[0]], [source.default_value]
+    else:
+        targets, values = list(node.inputs), list(source.default_value)[:3]
+    for target, value in zip(targets, values, strict=True):
+        if target.default_value != value:
+            target.default_value = value
+
+
+def _is_animated(tree: bpy.types.NodeTree, socket: bpy.types.NodeSocket) -> bool:
+    data = tree.animation_data
+    if data is None:
+        return False
+    path = f"{socket.path_from_id()}.default_value"
+    curves = list(data.drivers)
+    if data.action is not None:
+        curves += [
+            curve
+            for layer in data.action.layers
+            for strip in layer.strips
+            for bag in strip.channelbags
+            for curve in bag.fcurves
+        ]
+    return any(curve.data_path == path for curve in curves)
+
+
+def _interface_outputs(group: bpy.types.ShaderNodeTree) -> list[Any]:
+    return [
+        item
+        for item in group.interface.items_tree
+        if item.item_type == "SOCKET" and item.in_out == "OUTPUT"
+    ]
+
+
+def _is_ours(item: Any) -> bool:  # noqa: ANN401
+    return item.name in _OUTPUTS.values()
+
+
+def _is_zero(value: object) -> bool:
+    return not isinstance(value, Term) and value == 0.0
+
+
+def _mean(colour: Term) -> Any:  # noqa: ANN401
+    if colour.size == 1:
+        return colour
+    x, y, z = colour.graph.components(colour)
+    return (x + y + z) / 3.0
