@@ -13,8 +13,11 @@ from .realtime import ShaftRange
 # Froxels at their finest; each costs, so a session may coarsen them.
 _FROXELS = 256
 _FROXEL_TILE = "4"
-_FROXEL_DISTRIBUTION = 0.9
+_FROXEL_DISTRIBUTION = 0.95
 _FROXEL_START = 0.01
+_CLIP_START = 0.01
+# At a ratio of 1e-8 EEVEE draws nothing at all.
+_CLIP_RATIO = 1e-6
 
 
 def wanted_settings(
@@ -22,11 +25,11 @@ def wanted_settings(
 ) -> list[tuple[Any, str, Any]]:
     """Owner, name and value of every setting of the real-time mode."""
     render, eevee = scene.render, scene.eevee
+    start, end = camera.data.clip_start, camera.data.clip_end
     wanted: list[tuple[Any, str, Any]] = [
         (scene, "camera", camera),
         (scene, "compositing_node_group", None),
-        (camera.data, "clip_start", min(camera.data.clip_start, 1e-2)),
-        (camera.data, "clip_end", max(camera.data.clip_end, 1e4)),
+        (camera.data, "clip_start", max(min(start, _CLIP_START), _CLIP_RATIO * end)),
         (render, "engine", "BLENDER_EEVEE"),
         (render, "film_transparent", False),
         (render, "use_border", False),

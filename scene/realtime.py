@@ -47,7 +47,7 @@ _GROUPS = (
 _SHAFT_OPTICAL_DEPTH = 4.0
 _LONGEST_SHAFT = 200.0
 # Share by which the volume may dim what is behind it.
-_SHAFT_OPACITY = 0.01
+_SHAFT_OPACITY = 0.003
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,86 @@
+"""The real-time groups, rendered, against the same formulas in numpy, per pixel."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from underwater_spectral.node_groups.node_mathematics import NODES, Graph, new_group
+from underwater_spectral.scene import realtime
+from underwater_spectral.tests.node_groups import realtime_probe as probe
+from underwater_spectral.uw_spectral.bands import Bands
+from underwater_spectral.uw_spectral.phase import parse_phase
+from underwater_spectral.uw_spectral.sun import in_water_cosine, sun_travel_direction
+from underwater_spectral.uw_spectral.water_column import WaterColumn
+
+# EEVEE writes half floats and the software rasteriser cuts the digits beyond.
+HALF_STEP = 2.0**-10
+TOLERANCE = 1e-3
+
+
+def _column(n: int, a, b, **changes) -> WaterColumn:
+    zenith = changes.pop("zenith", 40.0)
+    values = {
+        "sun_irradiance": np.linspace(0.8, 1.2, n),
+        "sun_cosine": float(in_water_cosine(zenith)),
+        "sun_direction": sun_travel_direction(zenith, 70.0),
+        "sky_radiance": np.full(n, 0.05),
+        "floor_depth": 9.0,
+        "floor_reflectance": np.full(n, 0.3),
+        "surface": "none",
+        "refractive_index": 1.34,
+    }
+    return WaterColumn(Bands.uniform(n), a, b, **(values | changes))
+
+
+@pytest.mark.parametrize(
+    ("n", "phase", "surface", "aureole"),
+    [
+        (3, "mixture", "flat", True),
+        pytest.param(8, "hg:0.924", "none", True, marks=pytest.mark.slow),
+        pytest.param(8, "petzold", "none", False, marks=pytest.mark.slow),
+        pytest.param(16, "mixture", "none", True, marks=pytest.mark.slow),
+        pytest.param(32, "hg:0.8", "flat", True, marks=pytest.mark.slow),
+    ],
+)
+def test_groups_equal_numpy(tmp_path, n, phase, surface, aureole):
+    wavelengths = Bands.uniform(n).centres
+    a, b = 0.03 + 0.3 * ((wavelengths - 400) / 300) ** 2, 0.1 * 550 / wavelengths
+    lobes = parse_phase(phase).for_bands(b, 0.003 * (550 / wavelengths) ** 4)
+    column, view = _column(n, a, b, surface=surface), probe.View(5.0)
+    weights = np.random.default_rng(n).uniform(0.5, 1.5, size=(3, n)) * 9 / n
+    water = realtime.realtime_water(column, lobes, view.depth, weights, aureole=aureole)
+    seen = probe.render(water, view, tmp_path / "a.exr")
+    wanted, where = probe.expected(column, lobes, view, weights, aureole=aureole)
+    for part in (0, 1):
+        assert (where == part).sum() > 50
+        relative = (seen / wanted - 1)[where == part]
+        # Cut digits lie in [-HALF_STEP, 0]; what is left is the error of the nodes.
+        assert np.abs(relative + HALF_STEP / 2).max() <= HALF_STEP / 2 + TOLERANCE / 2
+        assert np.abs(np.median(relative, axis=0)).max() <= TOLERANCE
+
+
+def test_numbers_are_computed_at_once():
+    assert NODES.maximum(1.0, 2.0) == 2.0
+    assert NODES.clamp(5.0, 0.0, 1.0) == 1.0
+
+
+def test_equal_expressions_become_one_node():
+    tree = new_group("test")
+    tree.interface.new_socket("x", in_out="INPUT", socket_type="NodeSocketVector")
+    graph = Graph(tree)
+    x = graph.term(graph.node("NodeGroupInput").outputs[0])
+    before = len(tree.nodes)
+    total = NODES.exp(x * 2.0) + NODES.exp(x * 2.0)
+    assert len(tree.nodes) - before == 3
+    assert total.size == 3
+    assert (x * 1.0) is x
+    assert x * 0.0 == 0.0
+    assert np.float64(2.0) * x is not None
+
+
+def test_interpolation_is_exact_at_and_between_the_points():
+    xs, ys = [-3.0, -1.0, 0.5, 2.0], [1.0, 4.0, 2.0, 2.5]
+    at = np.linspace(-4.0, 3.0, 29)
+    # The ramps of the node version, with numbers in the place of terms.
+    for x in at:
+        assert NODES.interpolate(float(x), xs, ys) == pytest.approx(np.interp(x, xs, ys))
