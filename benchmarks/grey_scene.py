@@ -176,22 +176,23 @@ def cycles_image(
     plan = replace(plan, settings=replace(plan.settings, samples=samples))
     extent = water_body.water_extent(scene, plan.column, -camera.location.z)
     with engines.cycles_bands(scene, camera, plan, extent, seed=seed, denoise=False) as engine:
-        return band_image(engine, -camera.location.z)
+        return band_image(engine, plan, -camera.location.z)
 
 
-def band_image(engine: engines.BandEngine, depth: float) -> NDArray[np.float64]:
+def band_image(
+    engine: engines.BandEngine, plan: render_plan.RenderPlan, depth: float
+) -> NDArray[np.float64]:
     """Render the passes of an engine and stack them, shape (h, w, n)."""
     render = bpy.context.scene.render
     with tempfile.TemporaryDirectory() as folder:
         rendered = band_passes.render_passes(
-            engine.frame(depth),
+            engine.frame(plan, depth),
             engine.passes,
             Path(folder),
             (render.resolution_x, render.resolution_y),
             resume=False,
-            report=lambda _: None,
         )
-        return band_passes.gather(rendered).astype(np.float64)
+        return band_passes.gather(list(rendered)).astype(np.float64)
 
 
 def plan_for(water: str, depth: float, bands: int) -> render_plan.RenderPlan:

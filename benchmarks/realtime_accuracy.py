@@ -25,7 +25,7 @@ from ..uw_spectral.colour_rendering import (
     srgb_rmse,
 )
 from ..uw_spectral.monzon import path_radiance_Monzon2024_corrected
-from ..uw_spectral.spectral_image import read_exr
+from ..uw_spectral.spectral_image import read_exr, replacing
 from . import baselines, grey_scene
 
 WIDTH, HEIGHT, OVERSAMPLING = 90, 54, 3
@@ -54,6 +54,23 @@ class Result:
     def delta_e(self, method: str) -> float:
         """Mean ΔE2000 over blocks of pixels."""
         return _delta_e(self.pictures[method], self.reference)
+
+    def save(self, path: Path) -> None:
+        """Keep the result in a file; :meth:`load` reads it."""
+        pictures = {f"picture {name}": image for name, image in self.pictures.items()}
+        facts = np.array([self.depth, self.noise, self.delta_e_noise])
+        with replacing(path) as temporary, temporary.open("wb") as file:
+            np.savez_compressed(
+                file, water=self.water, facts=facts, reference=self.reference, **pictures
+            )
+
+    @classmethod
+    def load(cls, path: Path) -> Result:
+        """Read what :meth:`save` wrote."""
+        with np.load(path) as kept:
+            pictures = {k[8:]: kept[k] for k in kept.files if k.startswith("picture ")}
+            depth, noise, delta_e_noise = (float(x) for x in kept["facts"])
+            return cls(str(kept["water"]), depth, kept["reference"], noise, delta_e_noise, pictures)
 
 
 def measure(water: str, depth: float, samples: int, bands: int) -> Result:
@@ -108,7 +125,7 @@ def _realtime(
         engines.eevee_realtime(scene, camera, plan, extent, depth, shafts=shafts) as engine,
     ):
         path = Path(folder) / "picture.exr"
-        engine.frame(depth)(engine.passes[0], path)
+        engine.frame(plan, depth)(engine.passes[0], path)
         return read_exr(path)[0].astype(np.float64)
 
 
@@ -119,7 +136,7 @@ def _bands(
     plan = replace(plan, settings=replace(plan.settings, samples=_EEVEE_SAMPLES))
     extent = water_body.water_extent(scene, plan.column, depth)
     with engines.eevee_bands(scene, camera, plan, extent, depth, shafts=False) as engine:
-        return grey_scene.band_image(engine, depth)
+        return grey_scene.band_image(engine, plan, depth)
 
 
 def _rgb_plan(plan: render_plan.RenderPlan) -> render_plan.RenderPlan:
@@ -209,11 +226,21 @@ def main(arguments: Sequence[str]) -> None:
     parser = argparse.ArgumentParser(prog="realtime_accuracy")
     parser.add_argument("--samples", type=int, default=160)
     parser.add_argument("--bands", type=int, default=8)
+    parser.add_argument(
+        "--keep",
+        type=Path,
+        default=Path("out/realtime_accuracy"),
+        help="folder of finished combinations; delete it to measure again",
+    )
     options = parser.parse_args(arguments)
     docs = Path(__file__).resolve().parent.parent / "docs"
     results = []
+    options.keep.mkdir(parents=True, exist_ok=True)
     for water, depth in grey_scene.COMBINATIONS:
-        results.append(measure(water, depth, options.samples, options.bands))
+        kept = options.keep / f"{water}_{depth:g}m_{options.samples}_{options.bands}.npz"
+        if not kept.exists():
+            measure(water, depth, options.samples, options.bands).save(kept)
+        results.append(Result.load(kept))
         last = results[-1]
         found = {m: (round(last.rmse(m), 4), round(last.delta_e(m), 2)) for m in last.pictures}
         print(f"{water} {depth:g} m: {found}", flush=True)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -31,9 +31,8 @@ def render_passes(
     size: tuple[int, int],
     *,
     resume: bool,
-    report: Callable[[RenderedPass], None],
-) -> list[RenderedPass]:
-    """Render every pass of the current frame.
+) -> Iterator[RenderedPass]:
+    """Render every pass of the current frame, one at each step of the iteration.
 
     Parameters
     ----------
@@ -47,11 +46,13 @@ def render_passes(
         Width and height of the render in pixels.
     resume : bool
         Keep passes that are there and whole; render damaged ones again.
-    report : callable
-        Called after each pass.
+
+    Yields
+    ------
+    RenderedPass
+        The pass that was just written or found.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    done = []
     for number, bands in enumerate(passes):
         path = folder / f"pass_{number:02d}.exr"
         seconds = None
@@ -59,9 +60,7 @@ def render_passes(
             start = time.perf_counter()
             render(bands, path)
             seconds = time.perf_counter() - start
-        done.append(RenderedPass(path, bands, seconds))
-        report(done[-1])
-    return done
+        yield RenderedPass(path, bands, seconds)
 
 
 def is_whole(path: Path, size: tuple[int, int]) -> bool:

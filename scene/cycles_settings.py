@@ -8,11 +8,11 @@ from typing import Any
 
 import bpy
 
+from .temporary import render_settings
+
 # White water with an inner reflecting surface needs them: 32 lose a percent, 64 do not.
 _VOLUME_BOUNCES = 64
 _SURFACE_BOUNCES = 32
-# The writer of the image sets these; restored in the reverse of this order.
-_IMAGE_SETTINGS = ("exr_codec", "color_depth", "color_mode", "file_format", "media_type")
 
 
 @contextlib.contextmanager
@@ -72,16 +72,5 @@ def reference_settings(
         (cycles, "film_exposure", 1.0),
         (cycles, "use_fast_gi", False),
     ]
-    rendered = next((layer for layer in scene.view_layers if layer.use), scene.view_layers[0])
-    wanted += [(layer, "use", layer == rendered) for layer in scene.view_layers]
-    with contextlib.ExitStack() as stack:
-        for owner, name, value in wanted:
-            stack.callback(setattr, owner, name, getattr(owner, name))
-            setattr(owner, name, value)
-        for owner, names in (
-            (render, ("filepath", "use_file_extension")),
-            (render.image_settings, _IMAGE_SETTINGS),
-        ):
-            for name in names:
-                stack.callback(setattr, owner, name, getattr(owner, name))
-        yield rendered
+    with render_settings(scene, wanted) as layer:
+        yield layer

@@ -9,6 +9,7 @@ from typing import Any
 import bpy
 
 from .realtime import ShaftRange
+from .temporary import render_settings
 
 # Froxels at their finest; each costs, so a session may coarsen them.
 _FROXELS = 256
@@ -85,17 +86,6 @@ def realtime_settings(
     ViewLayer
         The one layer that is rendered.
     """
-    rendered = next((layer for layer in scene.view_layers if layer.use), scene.view_layers[0])
     wanted = wanted_settings(scene, camera, samples, shafts)
-    wanted += [(layer, "use", layer == rendered) for layer in scene.view_layers]
-    image = scene.render.image_settings
-    # The writer of the image sets these; restored in the reverse of this order.
-    names = ("exr_codec", "color_depth", "color_mode", "file_format", "media_type")
-    with contextlib.ExitStack() as stack:
-        for owner, name, value in wanted:
-            stack.callback(setattr, owner, name, getattr(owner, name))
-            setattr(owner, name, value)
-        for owner, kept in ((scene.render, ("filepath", "use_file_extension")), (image, names)):
-            for name in kept:
-                stack.callback(setattr, owner, name, getattr(owner, name))
-        yield rendered
+    with render_settings(scene, wanted) as layer:
+        yield layer

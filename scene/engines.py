@@ -24,13 +24,14 @@ RenderPass = Callable[[tuple[int, ...], Path], None]
 class BandEngine:
     """Water in a scene, ready to be rendered.
 
-    ``passes`` are the bands of each pass; ``frame(depth)`` readies the current
-    frame for a camera at a depth in m and returns what renders a pass.
+    ``passes`` are the bands of each pass; ``frame(plan, depth)`` readies the
+    current frame, whose plan may have other values than the first one, for a
+    camera at a depth in m and returns what renders a pass.
     """
 
     passes: list[tuple[int, ...]]
     notes: list[str]
-    frame: Callable[[float], RenderPass]
+    frame: Callable[[RenderPlan, float], RenderPass]
 
 
 @contextlib.contextmanager
@@ -49,8 +50,9 @@ def cycles_bands(
     try:
         with cycles_settings.reference_settings(scene, camera, **settings) as layer:
 
-            def frame(_: float) -> RenderPass:
-                values = plan.pass_values(scene)
+            def frame(now: RenderPlan, _: float) -> RenderPass:
+                water_body.place(scene, now.column)
+                values = now.pass_values(scene)
 
                 def render(indices: tuple[int, ...], path: Path) -> None:
                     values.apply(layer, indices)
@@ -81,19 +83,19 @@ def eevee_bands(
     """
     passes = plan.bands.packed(3)
 
-    def water_at(camera_depth: float) -> realtime.RealtimeWater:
-        return plan.realtime(scene, camera_depth, np.ones((3, len(plan.bands))), shafts=shafts)
+    def water_of(now: RenderPlan, camera_depth: float) -> realtime.RealtimeWater:
+        return now.realtime(scene, camera_depth, np.ones((3, len(now.bands))), shafts=shafts)
 
-    def scale_at(camera_depth: float) -> np.ndarray:
-        white = plan.column.light_field(plan.phase).Ed(camera_depth) / np.pi
+    def scale_of(now: RenderPlan, camera_depth: float) -> np.ndarray:
+        white = now.column.light_field(now.phase).Ed(camera_depth) / np.pi
         return np.maximum(white, np.finfo(np.float32).tiny)
 
-    first = water_at(depth)
-    first_pass = first.of_triple(passes[0], 1.0 / scale_at(depth)[list(passes[0])])
+    gains = 1.0 / scale_of(plan, depth)[list(passes[0])]
+    first_pass = water_of(plan, depth).of_triple(passes[0], gains)
     with _eevee(scene, camera, first_pass, extent, plan.settings.samples) as notes:
 
-        def frame(camera_depth: float) -> RenderPass:
-            water, scale = water_at(camera_depth), scale_at(camera_depth)
+        def frame(now: RenderPlan, camera_depth: float) -> RenderPass:
+            water, scale = water_of(now, camera_depth), scale_of(now, camera_depth)
 
             def render(indices: tuple[int, ...], path: Path) -> None:
                 white = scale[[*indices, *[indices[-1]] * (3 - len(indices))]]
@@ -118,14 +120,14 @@ def eevee_realtime(
 ) -> Iterator[BandEngine]:
     """Water for EEVEE, all bands in one pass that is the picture already."""
 
-    def water_at(camera_depth: float) -> realtime.RealtimeWater:
-        weights = plan.reduction(camera_depth).weights
-        return plan.realtime(scene, camera_depth, weights, shafts=shafts)
+    def water_of(now: RenderPlan, camera_depth: float) -> realtime.RealtimeWater:
+        weights = now.reduction(camera_depth).weights
+        return now.realtime(scene, camera_depth, weights, shafts=shafts)
 
-    with _eevee(scene, camera, water_at(depth), extent, plan.settings.samples) as notes:
+    with _eevee(scene, camera, water_of(plan, depth), extent, plan.settings.samples) as notes:
 
-        def frame(camera_depth: float) -> RenderPass:
-            realtime.set_values(scene, water_at(camera_depth))
+        def frame(now: RenderPlan, camera_depth: float) -> RenderPass:
+            realtime.set_values(scene, water_of(now, camera_depth))
             return lambda _, path: write_float_exr(scene, path)
 
         yield BandEngine([tuple(range(len(plan.bands)))], notes, frame)

@@ -15,6 +15,7 @@ def _property(setting: Field) -> object:
     text, choices = setting.metadata["help"], setting.metadata["choices"]
     common = {"name": setting.name.replace("_", " ").capitalize(), "description": text}
     common["default"] = setting.default
+    common["options"] = {"ANIMATABLE"} if setting.metadata["animatable"] else set()
     if choices:
         return bpy.props.EnumProperty(items=[(c, c.capitalize(), "") for c in choices], **common)
     if isinstance(setting.default, str):

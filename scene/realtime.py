@@ -12,7 +12,6 @@ from dataclasses import dataclass, replace
 
 import bpy
 import numpy as np
-from mathutils import Vector
 from numpy.typing import NDArray
 
 from ..node_groups import (
@@ -33,7 +32,6 @@ from .water_body import WaterExtent
 _STATE = "uw_realtime"
 _WORLD = "uw_original_world"
 _LAMPS = "uw_hidden_lamps"
-_SUN_DIAMETER_IN_AIR = math.radians(0.53)
 _FLOOR = "UW Floor"
 _GROUPS = (
     realtime_surface.NAME,
@@ -194,10 +192,8 @@ def add_realtime(scene: bpy.types.Scene, water: RealtimeWater, extent: WaterExte
     group = realtime_surface.build(values, water.shape)
     scene.world = realtime_background.build_world(realtime_background.build(values, water.shape))
     if math.isfinite(water.column.floor_depth):
-        floor = water_body.plane(_FLOOR, 2.0 * extent.half_width, -water.column.floor_depth)
-        floor.data.materials.append(_floor_material())
-        materials.append(floor.data.materials[0])
-        collection.objects.link(floor)
+        materials.append(_floor_material())
+        collection.objects.link(water_body.floor_plane(extent, materials[-1]))
     if water.shafts is not None:
         box = water_body.box("UW Shafts", extent, 0.0)
         box.data.materials.append(realtime_volume.build(values, water.shape))
@@ -228,12 +224,11 @@ def set_values(scene: bpy.types.Scene, water: RealtimeWater) -> None:
     realtime_values.write(tree, water.numbers)
     realtime_materials.write_reflectances(water.reflectances, water.shape)
     realtime_materials.refresh()
-    lamp = next(o for o in _collection(scene).objects if o.type == "LIGHT")
-    direction = Vector([float(x) for x in water.column.sun_direction])
-    lamp.rotation_mode = "QUATERNION"
-    lamp.rotation_quaternion = direction.to_track_quat("-Z", "Y")
-    lamp.data.angle = _SUN_DIAMETER_IN_AIR / water.column.refractive_index
-    lamp.data.volume_factor = 1.0 / water.shafts.scale if water.shafts is not None else 0.0
+    collection = _collection(scene)
+    water_body.place_in(collection, water.column)
+    lamp = next(o.data for o in collection.objects if o.type == "LIGHT")
+    lamp.angle = water_body.SUN_DIAMETER_IN_AIR / water.column.refractive_index
+    lamp.volume_factor = 1.0 / water.shafts.scale if water.shafts is not None else 0.0
 
 
 def remove_realtime(scene: bpy.types.Scene) -> None:

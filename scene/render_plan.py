@@ -151,7 +151,7 @@ def make_plan(settings: SceneSettings) -> RenderPlan:
     if settings.exposure != AUTO:
         _stops(settings.exposure)
     bands = _bands(settings)
-    water = parse_water(settings.water, settings.water_source)
+    water = _water(settings)
     water.warn_doubts(bands.centres)
     b = water.b(bands.centres)
     phase = parse_phase(settings.phase).for_bands(b, molecular_scattering(bands.centres))
@@ -179,6 +179,14 @@ def make_plan(settings: SceneSettings) -> RenderPlan:
     return RenderPlan(
         settings, bands, water, phase, illuminant, sensor, floor, column, cycles_phase(phase)
     )
+
+
+def _water(settings: SceneSettings) -> Water:
+    water = parse_water(settings.water, settings.water_source)
+    if settings.second_water:
+        other = parse_water(settings.second_water, settings.water_source)
+        water = water.mixed(other, settings.second_water_share)
+    return water.scaled(settings.absorption_factor, settings.turbidity)
 
 
 def _bands(settings: SceneSettings) -> Bands:

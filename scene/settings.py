@@ -22,13 +22,18 @@ def _setting(
     text: str,
     choices: tuple[str, ...] = (),
     limits: tuple[float, float] = (float("-inf"), float("inf")),
+    *,
+    animatable: bool = False,
 ) -> Any:  # noqa: ANN401 - like dataclasses.field
-    return field(default=default, metadata={"help": text, "choices": choices, "limits": limits})
+    metadata = {"help": text, "choices": choices, "limits": limits, "animatable": animatable}
+    return field(default=default, metadata=metadata)
 
 
 @dataclass(frozen=True)
 class SceneSettings:
     """What a .blend stores and the options of ``render_bands.py`` override.
+
+    Settings that are marked animatable may differ from frame to frame.
 
     Raises
     ------
@@ -46,6 +51,16 @@ class SceneSettings:
         "Publication that the coefficients of a Jerlov type come from",
         choices=("solonenko2015", "williamson2022"),
     )
+    second_water: str = _setting("", "Water that is mixed in, as for --water; empty for none")
+    second_water_share: float = _setting(
+        0.0, "Share of the second water, 0 to 1", limits=(0.0, 1.0), animatable=True
+    )
+    absorption_factor: float = _setting(
+        1.0, "Factor on the absorption of the water", limits=(0.0, 1e3), animatable=True
+    )
+    turbidity: float = _setting(
+        1.0, "Factor on the scattering of the water", limits=(0.0, 1e3), animatable=True
+    )
     phase: str = _setting(
         "mixture",
         "Phase function: hg:G, tthg:G1,G2,SHARE, fournier-forand:INDEX,BACKSCATTER, petzold, "
@@ -61,12 +76,13 @@ class SceneSettings:
         "d65", "Light above the water: d65, equal-energy, astm-g173, clear-sky, or file:PATH"
     )
     sun_zenith: float = _setting(
-        30.0, "Zenith angle of the sun in air, degrees", limits=(0.0, 89.9)
+        30.0, "Zenith angle of the sun in air, degrees", limits=(0.0, 89.9), animatable=True
     )
     sun_azimuth: float = _setting(
         0.0,
         "Direction the sunlight travels to, degrees from +x towards +y",
         limits=(-360.0, 360.0),
+        animatable=True,
     )
     irradiance: str = _setting(
         "below",
@@ -74,7 +90,10 @@ class SceneSettings:
         choices=("below", "above"),
     )
     floor_depth: float = _setting(
-        NO_FLOOR, "Depth of an added flat floor in m; 0 adds none", limits=(0.0, 11000.0)
+        NO_FLOOR,
+        "Depth of an added flat floor in m; 0 adds none",
+        limits=(0.0, 11000.0),
+        animatable=True,
     )
     floor_reflectance: str = _setting(
         "0.2", "Reflectance of the floor: a number, or file:PATH with wavelength_nm, reflectance"
@@ -84,6 +103,7 @@ class SceneSettings:
         0.0,
         "Radiance of a uniform sky in air, as a share of the illuminant, per steradian",
         limits=(0.0, 1e6),
+        animatable=True,
     )
     refractive_index: float = _setting(
         1.34, "Refractive index of the water against air", limits=(1.0, 2.0)
@@ -220,6 +240,8 @@ def merge(stored: SceneSettings, options: argparse.Namespace) -> SceneSettings:
         values["range_start"], values["range_end"] = given["range"]
     if "bands" in given and "wavelengths" not in given:
         values["wavelengths"] = ""
+    if given.get("second_water_share") and not values["second_water"]:
+        raise InputError("--second-water-share needs a --second-water to mix in")
     return SceneSettings(**values)
 
 

@@ -18,9 +18,10 @@ from . import band_colors, pass_values
 COLLECTION = "Underwater"
 _WORLD = "uw_original_world"
 _HIDDEN = "uw_hidden_objects"
+_IS_FLOOR = "uw_floor"
 
 # Seen from the water the disc shrinks with refraction by about the index.
-_SUN_DIAMETER_IN_AIR = math.radians(0.53)
+SUN_DIAMETER_IN_AIR = math.radians(0.53)
 # The volume box stays clear of the interface, or Cycles would nest the two media; the
 # gap is water that is not there, so it is kept to this optical depth.
 _SURFACE_GAP = 1e-3
@@ -112,20 +113,36 @@ def add_water(
     water = box("UW Water", extent, top)
     water.data.materials.append(water_volume.build(lobes))
     collection.objects.link(water)
-    # A floor wider than the water closes the view below the horizon.
     if math.isfinite(column.floor_depth):
-        floor = plane("UW Floor", 2.0 * extent.half_width, -column.floor_depth)
-        floor.data.materials.append(sea_floor.build())
-        collection.objects.link(floor)
+        collection.objects.link(floor_plane(extent, sea_floor.build()))
     if column.surface == "flat":
         surface = plane("UW Surface", 2.0 * extent.half_width, 0.0)
         surface.data.materials.append(water_surface.build(column.refractive_index))
         collection.objects.link(surface)
-    collection.objects.link(_sun(column))
+    collection.objects.link(_sun(column.refractive_index))
+    place(scene, column)
     scene.world = sky.build()
     # Sampling the sky through the interface would ignore refraction; rays find it anyway.
     scene.world.cycles.sampling_method = "NONE" if column.surface == "flat" else "AUTOMATIC"
     return notes
+
+
+def place(scene: bpy.types.Scene, column: WaterColumn) -> None:
+    """Turn the sun and move the floor of a scene's water to where a column has them."""
+    collection = _collection(scene)
+    if collection is not None:
+        place_in(collection, column)
+
+
+def place_in(collection: bpy.types.Collection, column: WaterColumn) -> None:
+    """Turn the one lamp of a collection and move its floor; see :func:`place`."""
+    direction = Vector([float(x) for x in column.sun_direction])
+    for item in collection.objects:
+        if item.type == "LIGHT":
+            item.rotation_mode = "QUATERNION"
+            item.rotation_quaternion = direction.to_track_quat("-Z", "Y")
+        elif item.get(_IS_FLOOR):
+            item.location.z = -column.floor_depth
 
 
 def remove_water(scene: bpy.types.Scene) -> None:
@@ -177,11 +194,8 @@ def _suns(scene: bpy.types.Scene) -> Iterator[bpy.types.Object]:
             yield item
 
 
-def _sun(column: WaterColumn) -> bpy.types.Object:
-    lamp = bpy.data.objects.new(sun.NAME, sun.build(_SUN_DIAMETER_IN_AIR / column.refractive_index))
-    direction = Vector([float(x) for x in column.sun_direction])
-    lamp.rotation_mode = "QUATERNION"
-    lamp.rotation_quaternion = direction.to_track_quat("-Z", "Y")
+def _sun(refractive_index: float) -> bpy.types.Object:
+    lamp = bpy.data.objects.new(sun.NAME, sun.build(SUN_DIAMETER_IN_AIR / refractive_index))
     # A refracted ray must not meet the disc: the lamp's shadow rays bring the sun already.
     lamp.visible_transmission = False
     lamp.visible_glossy = False
@@ -195,6 +209,15 @@ def box(name: str, extent: WaterExtent, top: float) -> bpy.types.Object:
     faces = [(3, 2, 1, 0), (4, 5, 6, 7)]
     faces += [(i, (i + 1) % 4, (i + 1) % 4 + 4, i + 4) for i in range(4)]
     return _mesh_object(name, corners, faces)
+
+
+def floor_plane(extent: WaterExtent, material: bpy.types.Material) -> bpy.types.Object:
+    """Make the floor, which :func:`place_in` moves to its depth; it is wider than the water."""
+    # A floor wider than the water closes the view below the horizon.
+    floor = plane(material.name, 2.0 * extent.half_width, 0.0)
+    floor[_IS_FLOOR] = True
+    floor.data.materials.append(material)
+    return floor
 
 
 def plane(name: str, half_width: float, height: float) -> bpy.types.Object:

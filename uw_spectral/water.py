@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 import warnings
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -210,6 +210,79 @@ class Water:
         source = table.header or f"file {name}"
         return cls(spectra["a"], spectra["b"], spectra.get("Kd"), name, source, doubts)
 
+    def mixed(self, other: Water, share: float) -> Water:
+        """Mix with another water, by volume.
+
+        Parameters
+        ----------
+        other : Water
+            The water that is mixed in.
+        share : float
+            Its share, 0 to 1. Coefficients mix linearly, as absorbing and
+            scattering matter does; Kd, which does not, is dropped.
+
+        Raises
+        ------
+        InputError
+            If the share is outside 0 to 1, or the tables do not overlap.
+
+        Examples
+        --------
+        >>> Water.uniform(0.1, 0.2).mixed(Water.uniform(0.3, 0.2), 0.25).a(500).round(3)
+        array(0.15)
+        """
+        if not 0.0 <= share <= 1.0:
+            raise InputError(f"the share of {other.name} is {share:g}; give 0 to 1")
+        if share == 0.0:
+            return self
+        if share == 1.0:
+            return other
+        name = f"{self.name} with {share:.4g} of {other.name}"
+        return Water(
+            _mixture(self.absorption, other.absorption, share, f"absorption of {name}"),
+            _mixture(self.scattering, other.scattering, share, f"scattering of {name}"),
+            None,
+            name,
+            f"{self.source} | {other.source}",
+            tuple(dict.fromkeys((*self.caveats, *other.caveats))),
+            (*self.doubts, *other.doubts),
+        )
+
+    def scaled(self, absorption: float, scattering: float) -> Water:
+        """Multiply the coefficients.
+
+        Parameters
+        ----------
+        absorption, scattering : float
+            Factors on a and on b, 0 or more.
+
+        Raises
+        ------
+        InputError
+            If a factor is negative or not finite.
+
+        Examples
+        --------
+        >>> Water.uniform(0.1, 0.2).scaled(2.0, 0.5).c(500).round(3)
+        array(0.3)
+        """
+        for what, factor in (("absorption", absorption), ("scattering", scattering)):
+            if not (factor >= 0 and np.isfinite(factor)):
+                raise InputError(f"the factor on {what} is {factor:g}; give 0 or more")
+        if absorption == scattering == 1.0:
+            return self
+        scaled = (
+            replace(spectrum, values=spectrum.values * factor)
+            for spectrum, factor in ((self.absorption, absorption), (self.scattering, scattering))
+        )
+        name = f"{self.name}, absorption × {absorption:.4g}, scattering × {scattering:.4g}"
+        return replace(
+            self,
+            **dict(zip(("absorption", "scattering"), scaled, strict=True)),
+            diffuse_attenuation=None,
+            name=name,
+        )
+
     def a(self, wavelengths: ArrayLike) -> NDArray[np.float64]:
         """Absorption in 1/m; refuses wavelengths outside the table."""
         return self.absorption.at(wavelengths)
@@ -247,6 +320,16 @@ class Water:
         for doubt in self.doubts:
             if doubt.concerns(wavelengths):
                 warnings.warn(doubt.text, DataWarning, stacklevel=2)
+
+
+def _mixture(one: Spectrum, other: Spectrum, share: float, name: str) -> Spectrum:
+    wavelengths = np.union1d(one.wavelengths, other.wavelengths)
+    low = max(one.wavelengths[0], other.wavelengths[0])
+    high = min(one.wavelengths[-1], other.wavelengths[-1])
+    common = wavelengths[(wavelengths >= low) & (wavelengths <= high)]
+    if common.size == 0:
+        raise InputError(f"{one.name} and {other.name} have no wavelength in common")
+    return Spectrum(common, (1 - share) * one.at(common) + share * other.at(common), name)
 
 
 class _Column:
