@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from .scene import property_group
+from .scene import property_group as optics
+from .ui import handlers, operators, panels, presets, previews, property_group
 
-_MODULES = (property_group,)
+_MODULES = (optics, property_group, previews, operators, presets, panels, handlers)
 
 
 def register() -> None:
     """Register every module of the list; undo the ones done if one fails."""
+    handlers.follow_properties()
     done = []
     try:
         for module in _MODULES:

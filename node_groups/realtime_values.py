@@ -147,22 +147,28 @@ def build(shape: Shape) -> bpy.types.ShaderNodeTree:
 
 def write(tree: bpy.types.ShaderNodeTree, numbers: Numbers) -> None:
     """Put numbers into the group; only what differs is touched."""
+    touched = None
+    for name, values in numbers.bands.items():
+        triples = filled(values).astype(np.float32)
+        if name in SENSOR:  # bands that only fill their triple are not seen
+            triples[len(values) :] = 0.0
+        for index, triple in enumerate(triples.reshape(-1, 3)):
+            inputs = tree.nodes[f"{name} {index}"].inputs
+            now = np.empty(3, np.float32)
+            inputs.foreach_get("default_value", now)
+            if not np.array_equal(now, triple):
+                inputs.foreach_set("default_value", triple)
+                touched = inputs[0]
+    # Ordinary assignments update the tree, at a cost: one is enough for all triples.
+    if touched is not None:
+        touched.default_value = touched.default_value
     for name, value in numbers.single.items():
         _assign(tree.nodes[name].outputs[0], float(value))
-    for name, values in numbers.bands.items():
-        for index, value in enumerate(filled(values)):
-            node = tree.nodes[f"{name} {index // 3}"]
-            _assign(node.inputs[index % 3], 0.0 if _beyond(name, index, values) else float(value))
 
 
 def filled(values: NDArray[np.float64]) -> NDArray[np.float64]:
     """Repeat the last band until the triples are full."""
     return np.pad(np.asarray(values, dtype=np.float64), (0, -len(values) % 3), mode="edge")
-
-
-def _beyond(name: str, index: int, values: NDArray[np.float64]) -> bool:
-    """Whether a band only fills its triple; the sensor does not see it."""
-    return name in SENSOR and index >= len(values)
 
 
 def _assign(socket: bpy.types.NodeSocket, value: float) -> None:

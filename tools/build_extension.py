@@ -7,6 +7,7 @@ import subprocess
 import sys
 import tempfile
 import tomllib
+import zipfile
 from pathlib import Path
 
 import bpy
@@ -59,5 +60,23 @@ def build(destination: Path) -> Path:
     return built
 
 
+def size_table(built: Path) -> str:
+    """Return the sizes in a zip by its parts, largest first, as a Markdown table."""
+    packed: dict[str, list[int]] = {}
+    with zipfile.ZipFile(built) as archive:
+        for item in archive.infolist():
+            first, _, rest = item.filename.partition("/")
+            part = rest if first == "wheels" else f"{first}/" if rest else "files at the top"
+            entry = packed.setdefault(part, [0, 0])
+            entry[0] += item.compress_size
+            entry[1] += 1
+    rows = sorted(packed.items(), key=lambda row: -row[1][0])
+    total = sum(size for size, _ in packed.values())
+    lines = ["| part | kB in the zip | files |", "|---|---|---|"]
+    lines += [f"| {part} | {size / 1e3:.0f} | {count} |" for part, (size, count) in rows]
+    lines.append(f"| **all** | **{total / 1e3:.0f}** | |")
+    return "\n".join(lines)
+
+
 if __name__ == "__main__":
-    build(ROOT / "dist")
+    sys.stdout.write(size_table(build(ROOT / "dist")) + "\n")

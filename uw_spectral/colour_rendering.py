@@ -303,6 +303,7 @@ def _standard_observer() -> Spectrum:
     return parse_sensor(next(iter(OBSERVERS))).sensitivity
 
 
+@functools.lru_cache(maxsize=8)
 def _training_colours(
     illuminant: Illuminant,
 ) -> tuple[Spectrum, NDArray[np.float64], NDArray[np.float64]]:

@@ -95,14 +95,15 @@ def band_mean(spectrum: Spectrum, bands: Bands) -> NDArray[np.float64]:
     array([0.4975])
     """
     spectrum.at(bands.centres)
-    low, high = spectrum.range
-    means = []
-    for centre, width in zip(bands.centres, bands.widths, strict=True):
-        start, end = max(centre - width / 2, low), min(centre + width / 2, high)
-        inner = spectrum.wavelengths[(spectrum.wavelengths > start) & (spectrum.wavelengths < end)]
-        grid = np.concatenate([[start], inner, [end]])
-        means.append(np.trapezoid(spectrum.at(grid), grid, axis=0) / (end - start))
-    return np.array(means)
+    grid, values = spectrum.wavelengths, spectrum.values
+    cells = ((values[1:] + values[:-1]).T / 2 * np.diff(grid)).T
+    running = np.concatenate([np.zeros_like(values[:1]), np.cumsum(cells, axis=0)])
+    half = bands.widths / 2
+    edges = np.clip(np.concatenate([bands.centres - half, bands.centres + half]), *spectrum.range)
+    cell = np.clip(np.searchsorted(grid, edges, side="right") - 1, 0, len(grid) - 2)
+    rest = ((values[cell] + spectrum.at(edges)).T / 2 * (edges - grid[cell])).T
+    start, end = np.split(running[cell] + rest, 2)
+    return ((end - start).T / np.diff(np.split(edges, 2), axis=0)[0]).T
 
 
 def parse_illuminant(text: str, sun_zenith: float = 0.0) -> Illuminant:

@@ -1,4 +1,4 @@
-"""Spectral sensitivities of cameras and of the standard observers."""
+"""Spectral sensitivities of cameras, of films and of the standard observers."""
 
 from __future__ import annotations
 
@@ -19,8 +19,11 @@ from .spectrum import DATA_DIRECTORY, Spectrum, Table, read_table
 OBSERVERS = {
     "cie1931": "CIE 1931 2 Degree Standard Observer",
     "cie1964": "CIE 1964 10 Degree Standard Observer",
+    "cie2015": "CIE 2015 2 Degree Standard Observer",
+    "cie2015-10": "CIE 2015 10 Degree Standard Observer",
 }
 _CHANNELS = ("R", "G", "B")
+Kind = Literal["camera", "film", "observer"]
 # Layout of the camera files of Jiang et al. 2013: 400 to 720 nm in steps of 10.
 _JIANG2013_WAVELENGTHS = np.arange(400.0, 721.0, 10.0)
 
@@ -34,9 +37,10 @@ class Sensor:
     name : str
         As :func:`list_sensors` spells it.
     sensitivity : Spectrum
-        Three columns: R, G, B of a camera (relative), or the colour matching
-        functions x, y, z of an observer.
-    kind : {"camera", "observer"}
+        Three columns: R, G, B of a camera (relative), the cyan-, magenta- and
+        yellow-forming layers of a film, which record R, G and B, or the colour
+        matching functions x, y, z of an observer.
+    kind : {"camera", "film", "observer"}
     source, licence : str
 
     Raises
@@ -47,7 +51,7 @@ class Sensor:
 
     name: str
     sensitivity: Spectrum
-    kind: Literal["camera", "observer"]
+    kind: Kind
     source: str
     licence: str
 
@@ -65,24 +69,63 @@ class Sensor:
             raise InputError(f"sensor {self.name}: a channel is zero at every wavelength")
 
 
-@functools.cache
-def _camera_table() -> Table:
-    return read_table(DATA_DIRECTORY / "camera_sensitivities.csv")
+@dataclass(frozen=True)
+class _Collection:
+    """A shipped table of sensors, columns ``"name:channel"``."""
+
+    file: str
+    kind: Kind
+    source: str
+    licence: str
+
+    @functools.cached_property
+    def table(self) -> Table:
+        return read_table(DATA_DIRECTORY / self.file)
+
+    def names(self) -> list[str]:
+        return [name[:-2] for name in self.table.columns if name.endswith(":R")]
+
+    def sensor(self, name: str) -> Sensor:
+        columns = self.table.columns
+        values = np.stack([columns[f"{name}:{channel}"] for channel in _CHANNELS], axis=1)
+        spectrum = Spectrum(columns["wavelength_nm"], values, f"sensitivity of {name}")
+        return Sensor(name, spectrum, self.kind, self.source, self.licence)
 
 
-def _shipped_cameras() -> list[str]:
-    return [name[:-2] for name in _camera_table().columns if name.endswith(":R")]
+_CAMERAS = _Collection("camera_sensitivities.csv", "camera", "rawtoaces-data e9b8503", "Apache-2.0")
+_FILMS = _Collection("film_sensitivities.csv", "film", "spectral-film-lut 0.18.13", "MIT")
 
 
-def list_sensors() -> list[str]:
-    """Return the names of all sensors that need no file: observers, then cameras.
+def list_sensors(kind: Kind | None = None) -> list[str]:
+    """Return the names of all sensors that need no file: observers, cameras, films.
+
+    Parameters
+    ----------
+    kind : {"camera", "film", "observer"}, optional
+        Only these.
+
+    Raises
+    ------
+    InputError
+        If there is no such kind.
 
     Examples
     --------
     >>> list_sensors()[:3]
-    ['cie1931', 'cie1964', 'ARRI D21']
+    ['cie1931', 'cie1964', 'cie2015']
+    >>> list_sensors("film")[:2]
+    ['Agfa Vista 100', 'Fuji C200']
     """
-    return [*OBSERVERS, *_shipped_cameras(), *colour_science().MSDS_CAMERA_SENSITIVITIES]
+    names = {
+        "observer": list(OBSERVERS),
+        "camera": [*_CAMERAS.names(), *colour_science().MSDS_CAMERA_SENSITIVITIES],
+        "film": _FILMS.names(),
+    }
+    if kind is None:
+        return [name for group in names.values() for name in group]
+    if kind not in names:
+        raise unknown_name("kind of sensor", kind, names)
+    return names[kind]
 
 
 def parse_sensor(text: str) -> Sensor:
@@ -115,16 +158,10 @@ def parse_sensor(text: str) -> Sensor:
         raise unknown_name("sensor", text, names)
     if name in OBSERVERS:
         return _from_colour_science(name, colour_science().MSDS_CMFS[OBSERVERS[name]])
-    if name in _shipped_cameras():
-        return _shipped_camera(name)
+    for collection in (_CAMERAS, _FILMS):
+        if name in collection.names():
+            return collection.sensor(name)
     return _from_colour_science(name, colour_science().MSDS_CAMERA_SENSITIVITIES[name])
-
-
-def _shipped_camera(name: str) -> Sensor:
-    table = _camera_table()
-    values = np.stack([table.columns[f"{name}:{channel}"] for channel in _CHANNELS], axis=1)
-    spectrum = Spectrum(table.columns["wavelength_nm"], values, f"sensitivity of {name}")
-    return Sensor(name, spectrum, "camera", "rawtoaces-data e9b8503", "Apache-2.0")
 
 
 def _from_colour_science(name: str, data: object) -> Sensor:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from typing import Any
 
 import numpy as np
@@ -113,6 +114,7 @@ def fresnel_reflectance(
     return 0.5 * (perpendicular * perpendicular + parallel * parallel)
 
 
+@functools.lru_cache(maxsize=64)
 def diffuse_internal_reflectance(refractive_index: float = REFRACTIVE_INDEX) -> float:
     """Share R of uniform upward radiance that a flat surface reflects back down.
 

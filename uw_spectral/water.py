@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import re
 import warnings
 from dataclasses import dataclass, replace
@@ -13,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from .errors import DataWarning, InputError, unknown_name
 from .spectral_table import read_spectral_table
-from .spectrum import DATA_DIRECTORY, Spectrum, read_table
+from .spectrum import DATA_DIRECTORY, Spectrum, Table, read_table
 
 if TYPE_CHECKING:
     import jerlov
@@ -228,8 +229,8 @@ class Water:
 
         Examples
         --------
-        >>> Water.uniform(0.1, 0.2).mixed(Water.uniform(0.3, 0.2), 0.25).a(500).round(3)
-        array(0.15)
+        >>> Water.uniform(0.1, 0.2).mixed(Water.uniform(0.3, 0.2), 0.25).a(500).round(3).item()
+        0.15
         """
         if not 0.0 <= share <= 1.0:
             raise InputError(f"the share of {other.name} is {share:g}; give 0 to 1")
@@ -263,8 +264,8 @@ class Water:
 
         Examples
         --------
-        >>> Water.uniform(0.1, 0.2).scaled(2.0, 0.5).c(500).round(3)
-        array(0.3)
+        >>> Water.uniform(0.1, 0.2).scaled(2.0, 0.5).c(500).round(3).item()
+        0.3
         """
         for what, factor in (("absorption", absorption), ("scattering", scattering)):
             if not (factor >= 0 and np.isfinite(factor)):
@@ -430,21 +431,29 @@ def molecular_scattering(
     >>> molecular_scattering([400, 500]).round(5)
     array([0.00658, 0.00254])
     """
-    table = read_table(DATA_DIRECTORY / "molecular_scattering.csv")
+    table = _molecular_table()
     models = [column for column in table.columns if column != "wavelength_nm"]
     if model not in models:
         raise unknown_name("molecular scattering", model, models)
     return table.spectrum(model, f"molecular scattering {model}").at(wavelengths)
 
 
+@functools.cache
+def _molecular_table() -> Table:
+    return read_table(DATA_DIRECTORY / "molecular_scattering.csv")
+
+
 def list_waters() -> dict[str, tuple[str, ...]]:
     """Return the waters that :func:`parse_water` knows, by source."""
     import jerlov
 
-    return {
+    from .bio_optics import named_waters
+
+    published = {
         source: tuple(f"jerlov:{name}" for name in jerlov.get_source(source).water_types)
         for source in JERLOV_SOURCES
     }
+    return {**published, "constituents": tuple(f"case:{name}" for name in named_waters())}
 
 
 def parse_water(text: str, source: str = DEFAULT_SOURCE) -> Water:
@@ -453,7 +462,10 @@ def parse_water(text: str, source: str = DEFAULT_SOURCE) -> Water:
     Parameters
     ----------
     text : str
-        ``"jerlov:IB"`` or ``"file:water.csv"``.
+        ``"jerlov:IB"``; ``"bio:chl=1,cdom=0.1"``, constituents as
+        :func:`.parse_constituents` reads them; ``"case:baltic"``, one of
+        :func:`.named_waters`; or a file, as :func:`.read_water` reads it:
+        ``"file:water.csv"``, ``"file:station.sb"``.
     source : str
         Source of a Jerlov type, see :meth:`Water.jerlov`.
 
@@ -462,9 +474,25 @@ def parse_water(text: str, source: str = DEFAULT_SOURCE) -> Water:
     InputError
         If the text has another form, or its water cannot be had.
     """
+    # Imported here: these modules make waters, so they import this one.
+    from .bio_optics import named_water, parse_constituents
+    from .measured_water import read_water
+
     scheme, _, rest = text.partition(":")
     if scheme == "jerlov" and rest:
-        return Water.jerlov(rest, source)
+        return _jerlov(rest, source)
+    if scheme == "bio":
+        return parse_constituents(rest).water()
+    if scheme == "case" and rest:
+        return named_water(rest)
     if scheme == "file" and rest:
-        return Water.from_csv(rest)
-    raise InputError(f"water {text!r} is not understood; write jerlov:IB or file:water.csv")
+        return read_water(rest)
+    raise InputError(
+        f"water {text!r} is not understood; write jerlov:IB, bio:chl=1,cdom=0.1, case:baltic or "
+        "file:water.csv"
+    )
+
+
+@functools.lru_cache(maxsize=32)
+def _jerlov(water_type: str, source: str) -> Water:
+    return Water.jerlov(water_type, source)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+
 import numpy as np
 import pytest
 from underwater_spectral.node_groups.node_mathematics import NODES, Graph, new_group
@@ -84,3 +86,48 @@ def test_interpolation_is_exact_at_and_between_the_points():
     # The ramps of the node version, with numbers in the place of terms.
     for x in at:
         assert NODES.interpolate(float(x), xs, ys) == pytest.approx(np.interp(x, xs, ys))
+
+
+WATERS = {
+    "clear": (0.005, 0.002),
+    "turbid": (1.5, 8.0),
+    "absorbing": (0.3, 0.0),
+    "white": (0.0, 0.2),
+    "empty": (0.0, 0.0),
+    "coast": (0.2, 0.9),
+}
+TURNS = {"down": 0.0, "level": 90.0, "up": 180.0}
+CASES = list(itertools.product(WATERS, TURNS, (1e-4, 200.0), (1e-3, 1.0, 1e3), (0.0, 89.9)))
+QUICK = [case for i, case in enumerate(CASES) if i % 9 == 4]
+
+
+@pytest.mark.parametrize("cases", [QUICK, pytest.param(CASES, marks=pytest.mark.slow)])
+def test_extremes_are_as_numpy_has_them(tmp_path, cases, empty_blender):
+    weights = np.random.default_rng(3).uniform(0.5, 1.5, size=(3, 3))
+    failures = []
+    for water, turn, depth, distance, zenith in cases:
+        a, b = (np.full(3, x) * (0.8, 1.0, 1.25) for x in WATERS[water])
+        lobes = parse_phase("hg:0.924").for_bands(b, b)
+        column = _column(3, a, b, zenith=zenith, floor_depth=np.inf)
+        corner, *edges = (
+            tuple(distance * x for x in v) for v in ((-1.5, -0.8, -1.0), (3.0, 0, 0), (0, 0.8, 0))
+        )
+        clip = (min(0.01, 0.1 * distance), max(100.0, 10.0 * distance))
+        view = probe.View(depth, TURNS[turn], 80.0, clip, (corner, *edges))
+        # Exposed as a picture would be, or deep and turbid water leaves the range of half floats.
+        white = float(column.light_field(lobes).Ed(min(depth, 50.0)).max()) / np.pi
+        exposed = weights / max(white, 1e-30)
+        values = realtime.realtime_water(column, lobes, depth, exposed)
+        seen = probe.render(values, view, tmp_path / "a.exr")
+        wanted, where = probe.expected(column, lobes, view, exposed)
+        assert np.isfinite(wanted).all()
+        inside = where < 2
+        error = np.abs(seen - wanted)[inside]
+        allowed = (2e-3 * np.abs(wanted) + 1e-6)[inside]
+        if not np.isfinite(seen).all() or (error > allowed).any():
+            worst = np.nanargmax(error / allowed)
+            failures.append(
+                f"{water} {turn} depth {depth} P {distance} zenith {zenith}: "
+                f"{seen[inside].flat[worst]:.4g} for {wanted[inside].flat[worst]:.4g}"
+            )
+    assert not failures, "\n".join(failures)

@@ -59,7 +59,7 @@ def test_williamson_refuses_what_was_not_measured(name):
 
 def test_names_and_schemes():
     assert parse_water("jerlov:ib").name == parse_water("jerlov:IB").name
-    assert set(list_waters()) == {"solonenko2015", "williamson2022"}
+    assert set(list_waters()) == {"solonenko2015", "williamson2022", "constituents"}
     assert list_waters()["solonenko2015"] == tuple(f"jerlov:{n}" for n in JERLOV_TYPES)
     for text, message in (
         ("jerlov:1B", "Near names"),

@@ -1,0 +1,366 @@
+"""Bio-optical waters: colours, round trip to Kd, inelastic light. Writes docs/bio_optics.md.
+
+``python3 dev.py run -m benchmarks gutierrez_figures``; the tests use the same functions.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+import warnings
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from ..uw_spectral.bands import Bands
+from ..uw_spectral.bio_optics import (
+    Constituents,
+    chlorophyll_jerlov,
+    jerlov_chlorophyll,
+    named_waters,
+)
+from ..uw_spectral.colour_rendering import reduction, srgb_encode
+from ..uw_spectral.diffuse_attenuation import Kd490_Morel2007, Kd_Lee2005
+from ..uw_spectral.errors import DataWarning
+from ..uw_spectral.illuminant import parse_illuminant
+from ..uw_spectral.inelastic import (
+    PROCESSES,
+    InelasticLight,
+    inelastic_processes,
+    solve_inelastic,
+)
+from ..uw_spectral.kd_inversion import invert_Kd
+from ..uw_spectral.light_field import LightField, solve_light_field
+from ..uw_spectral.path_radiance import PathRadiance, solve_path_radiance
+from ..uw_spectral.phase import BandPhase, parse_phase
+from ..uw_spectral.sensor import parse_sensor
+from ..uw_spectral.spectrum import Spectrum
+from ..uw_spectral.sun import (
+    REFRACTIVE_INDEX,
+    diffuse_internal_reflectance,
+    diffuse_transmittance,
+    fresnel_reflectance,
+    in_water_cosine,
+    sun_travel_direction,
+)
+from ..uw_spectral.water import JERLOV_TYPES, Water, molecular_scattering
+
+ROOT = Path(__file__).resolve().parent.parent
+SUN_ZENITH = 30.0
+VISIBLE = Bands.uniform(80, 380, 780)
+EXCITATION = Bands.uniform(100, 300, 800)
+DEPTH = 5.0
+LEVEL = (1.0, 0.0, 0.0)
+# Twelve waters as in Figure 2 of the paper: our values, the printed ones were not at hand.
+CHLOROPHYLL, DETRITUS, CDOM = (0.05, 0.5, 5.0), (0.01, 0.1), (0.01, 0.2)
+Kd_WAVELENGTHS = np.arange(400.0, 701.0, 25.0)
+RED_DEPTHS = (0.0, 5.0, 10.0, 20.0, 40.0, 80.0)
+
+
+@dataclass(frozen=True)
+class Scene:
+    """Deep bio-optical water under a clear sky, seen from a depth."""
+
+    elastic: PathRadiance
+    inelastic: InelasticLight
+
+    def radiance(self, depth: float) -> tuple[np.ndarray, np.ndarray]:
+        """Elastic and inelastic radiance of the water looking level, per nm."""
+        return (
+            self.elastic.background(np.array([depth]), LEVEL),
+            self.inelastic.background(np.array([depth]), LEVEL),
+        )
+
+
+def light_field(bands: Bands, a: np.ndarray, b: np.ndarray, phase: BandPhase) -> LightField:
+    """Deep water, flat surface, clear sky, sun at 30° in air."""
+    sky = parse_illuminant("clear-sky", SUN_ZENITH)
+    transmitted = 1 - float(fresnel_reflectance(math.cos(math.radians(SUN_ZENITH))))
+    return solve_light_field(
+        a,
+        b,
+        phase.chi1,
+        phase.chi2,
+        sky.direct_in(bands) * transmitted,
+        float(in_water_cosine(SUN_ZENITH)),
+        E_sky=sky.diffuse_in(bands) * diffuse_transmittance(REFRACTIVE_INDEX),
+        R=diffuse_internal_reflectance(REFRACTIVE_INDEX),
+    )
+
+
+def scene(
+    constituents: Constituents,
+    depth: float = DEPTH,
+    switched_on: tuple[str, ...] = PROCESSES,
+    quantum_yield: float = 0.02,
+) -> Scene:
+    """Solve elastic and inelastic light of a water."""
+    fields = []
+    for bands in (EXCITATION, VISIBLE):
+        nm = bands.centres
+        phase = constituents.phase(nm)
+        fields.append(
+            light_field(bands, constituents.absorption(nm), constituents.scattering(nm), phase)
+        )
+    processes = inelastic_processes(
+        constituents, EXCITATION, VISIBLE, switched_on, quantum_yield=quantum_yield
+    )
+    sun = sun_travel_direction(SUN_ZENITH, 90.0)
+    return Scene(
+        solve_path_radiance(fields[1], phase, depth, sun),
+        solve_inelastic(processes, fields[0], EXCITATION, fields[1], VISIBLE),
+    )
+
+
+def colour(radiance: np.ndarray, depth_white: np.ndarray) -> np.ndarray:
+    """Return the sRGB of a radiance, scaled so that its brightest channel is 0.8.
+
+    The eye is balanced for daylight, so the water keeps its colour.
+    """
+    to_rgb = reduction(
+        parse_sensor("cie1931"), VISIBLE, parse_illuminant("clear-sky", SUN_ZENITH), depth_white
+    )
+    rgb = np.maximum(to_rgb.apply(radiance), 0.0)
+    return srgb_encode(0.8 * rgb / rgb.max(axis=-1, keepdims=True))
+
+
+def red_share(constituents: Constituents, wavelength: float = 650.0) -> np.ndarray:
+    """Raman share of the upwelling (nadir-viewing) radiance at the depths of ``RED_DEPTHS``.
+
+    Radiance, not Eu: the two-stream Eu of the elastic light is not usable
+    where absorption is far above scattering.
+    """
+    solved = scene(constituents, 0.0, ("raman",))
+    band = int(np.argmin(np.abs(VISIBLE.centres - wavelength)))
+    y, down = np.array(RED_DEPTHS)[:, None], (0.0, 0.0, -1.0)
+    raman = solved.inelastic.background(y, down)[:, band]
+    elastic = [
+        solve_path_radiance(
+            solved.elastic.field, solved.elastic.phase, depth, solved.elastic.sun
+        ).background(np.array([depth]), down)[band]
+        for depth in RED_DEPTHS
+    ]
+    return raman / (raman + np.array(elastic))
+
+
+def luminous_shares(constituents: Constituents, depth: float = DEPTH) -> dict[str, float]:
+    """Share of each process in the radiance, and of all in its luminance, looking level."""
+    solved = {name: scene(constituents, depth, (name,)) for name in PROCESSES}
+    extra = {name: each.inelastic.background(depth, LEVEL) for name, each in solved.items()}
+    extra["all"] = sum(extra.values())
+    total = next(iter(solved.values())).elastic.background(depth, LEVEL) + extra["all"]
+    observer = parse_sensor("cie1931").sensitivity.at_or_zero(VISIBLE.centres)[:, 1]
+    shares = {
+        name: float((light @ VISIBLE.widths) / (total @ VISIBLE.widths))
+        for name, light in extra.items()
+    }
+    return shares | {"all, luminance": float((extra["all"] @ observer) / (total @ observer))}
+
+
+def kd_round_trip() -> dict[str, dict[str, np.ndarray]]:
+    """Kd and a over published values, per Jerlov type, 400 to 700 nm.
+
+    Keys: ``Lee 2005`` and ``closed form`` from the published a and b; ``a by
+    inversion`` and ``b by inversion`` from the published Kd; ``constituents``:
+    Kd (Lee) of the case 1 water with the chlorophyll of the type, I to III.
+    Kd of the closed form is from the surface to 10 % of the light.
+    """
+    nm = Kd_WAVELENGTHS
+    bands = Bands.at_wavelengths(nm)
+    found: dict[str, dict[str, np.ndarray]] = {}
+    for name in JERLOV_TYPES:
+        water = Water.jerlov(name)
+        a, b, Kd = water.a(nm), water.b(nm), water.Kd(nm)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", DataWarning)
+            phase = parse_phase("mixture").for_bands(b, molecular_scattering(nm))
+        inverted = invert_Kd(Spectrum(nm, Kd, f"Kd of {name}")).water
+        found[name] = {
+            "Lee 2005": Kd_Lee2005(a, phase.backscatter_ratio * b, SUN_ZENITH) / Kd,
+            "closed form": kd_closed_form(light_field(bands, a, b, phase), Kd) / Kd,
+            "a by inversion": inverted.a(nm) / a,
+            "b by inversion": inverted.b(nm) / b,
+        }
+        if "C" not in name:
+            sea = Constituents.case1(jerlov_chlorophyll(name))
+            found[name]["constituents, Lee 2005"] = (
+                Kd_Lee2005(sea.absorption(nm), sea.backscattering(nm), SUN_ZENITH) / Kd
+            )
+            field = light_field(bands, sea.absorption(nm), sea.scattering(nm), sea.phase(nm))
+            found[name]["constituents, closed form"] = kd_closed_form(field, Kd) / Kd
+    return found
+
+
+def kd_closed_form(field: LightField, Kd: np.ndarray) -> np.ndarray:
+    """Kd of a light field between the surface and the depth where e^(-Kd y) is 10 %."""
+    y = math.log(10) / Kd
+    return np.log(field.Ed(0.0) / field.Ed(y)) / y
+
+
+def constituents_of_figure2() -> list[Constituents]:
+    """Twelve waters: chlorophyll along the rows, detritus and CDOM along the columns."""
+    return [
+        Constituents(C, cdom=a_y, detritus=a_d)
+        for C, a_d, a_y in itertools.product(CHLOROPHYLL, DETRITUS, CDOM)
+    ]
+
+
+def water_colour(constituents: Constituents, switched_on: tuple[str, ...] = ()) -> np.ndarray:
+    """Return the sRGB of the water seen level from 5 m."""
+    solved = scene(constituents, DEPTH, switched_on)
+    elastic, extra = solved.radiance(DEPTH)
+    return colour(elastic + extra, solved.elastic.field.Ed(DEPTH))
+
+
+def draw(path: Path) -> list[tuple[str, np.ndarray]]:
+    """Draw the swatches of Figures 2, 3 and 4; return the colours."""
+    import matplotlib as mpl
+
+    mpl.use("Agg")
+    import matplotlib.pyplot as plt
+
+    figure2 = [
+        (f"C {c.chlorophyll:g}\na_d {c.detritus:g}, a_y {c.cdom:g}", water_colour(c, PROCESSES))
+        for c in constituents_of_figure2()
+    ]
+    seas = named_waters()
+    figure3 = [(name, water_colour(sea.constituents, PROCESSES)) for name, sea in seas.items()]
+    baltic = seas["baltic"].constituents
+    figure4 = [
+        (f"baltic\n{label}", water_colour(baltic, on))
+        for label, on in (
+            ("elastic only", ()),
+            ("+ chlorophyll", ("chlorophyll",)),
+            ("+ all", PROCESSES),
+        )
+    ]
+    everything = [*figure2, *figure3, *figure4]
+    sheet, axes = plt.subplots(5, 4, figsize=(5.6, 7.0), dpi=72)
+    for axis, (label, rgb) in itertools.zip_longest(
+        axes.flat, everything, fillvalue=("", np.ones(3))
+    ):
+        axis.set_facecolor(rgb)
+        axis.set_xticks([])
+        axis.set_yticks([])
+        axis.set_title(label, fontsize=7)
+    sheet.tight_layout()
+    sheet.savefig(path, metadata={"Software": None})
+    plt.close(sheet)
+    return everything
+
+
+def _percent(values: np.ndarray) -> str:
+    error = 100 * (np.asarray(values) - 1)
+    return f"{np.median(error):+.0f} ({error.min():+.0f} … {error.max():+.0f})"
+
+
+def _hex(rgb: np.ndarray) -> str:
+    return "#" + "".join(f"{round(255 * float(value)):02x}" for value in np.ravel(rgb))
+
+
+def main(_arguments: list[str]) -> None:
+    """Measure everything, write docs/bio_optics.md and docs/bio_optics.png."""
+    colours = draw(ROOT / "docs" / "bio_optics.png")
+    trip = kd_round_trip()
+    columns = list(dict.fromkeys(key for row in trip.values() for key in row))
+    trip_lines = "\n".join(
+        f"| {name} | "
+        + " | ".join(_percent(row[key]) if key in row else "" for key in columns)
+        + " |"
+        for name, row in trip.items()
+    )
+    overall = []
+    for key in columns:
+        values = np.concatenate([row[key] for row in trip.values() if key in row])
+        error = 100 * np.abs(values - 1)
+        overall.append(
+            f"| {key} | {np.median(error):.1f} % | {np.percentile(error, 90):.1f} % | "
+            f"{error.max():.1f} % |"
+        )
+    chlorophyll_lines = "\n".join(
+        f"| {name} | {Water.jerlov(name).Kd([490.0])[0]:.4f} | {jerlov_chlorophyll(name):.2f} |"
+        for name in ("I", "IA", "IB", "II", "III")
+    )
+    shares = {name: luminous_shares(sea.constituents) for name, sea in named_waters().items()}
+    share_lines = "\n".join(
+        f"| {name} | "
+        + " | ".join(f"{100 * row[key]:.2f} %" for key in (*PROCESSES, "all", "all, luminance"))
+        + " |"
+        for name, row in shares.items()
+    )
+    red_lines = "\n".join(
+        f"| case 1, C = {C:g} | "
+        + " | ".join(f"{100 * share:.0f} %" for share in red_share(Constituents.case1(C)))
+        + " |"
+        for C in (0.03, 0.1, 0.3)
+    )
+    source_lines = "\n".join(
+        f"| {name} | {sea.constituents.described()} | {sea.source} |"
+        for name, sea in named_waters().items()
+    )
+    colour_lines = "\n".join(
+        f"| {label.replace(chr(10), ', ')} | `{_hex(rgb)}` |" for label, rgb in colours
+    )
+    text = f"""# Waters from their constituents, and inelastic light
+
+Written by `python3 dev.py run -m benchmarks gutierrez_figures`.
+
+## Colours
+![Swatches of the waters](bio_optics.png)
+
+Deep water seen level from {DEPTH:g} m, all inelastic processes on: closed form, CIE 1931 observer
+adapted to the light above the surface, clear sky, sun {SUN_ZENITH:g}° from the zenith,
+{len(VISIBLE)} bands. Brightness is normalised, so only the colour compares. The first twelve stand
+for Figure 2 of Gutierrez et al. (2008): chlorophyll × detritus × CDOM, with values of ours, since
+the printed ones were not at hand. The next five are the seas of its Figure 3, the last three its
+Figure 4.
+
+| water | sRGB |
+|---|---|
+{colour_lines}
+
+| sea | constituents | sources |
+|---|---|---|
+{source_lines}
+
+## Inelastic share
+Share of each process in the radiance between 380 and 780 nm (last column: in the luminance),
+looking level at {DEPTH:g} m. Quantum yield of chlorophyll 0.02. The paper reports about 2 % for
+its Baltic.
+
+| sea | raman | chlorophyll | cdom | all | all, luminance |
+|---|---|---|---|---|---|
+{share_lines}
+
+Share of Raman scattering in the upwelling radiance at 650 nm, looking straight down:
+
+| water | {" | ".join(f"{y:g} m" for y in RED_DEPTHS)} |
+|---|{"---|" * len(RED_DEPTHS)}
+{red_lines}
+
+## Round trip to Kd
+Against the Kd published with the inherent optical properties (HydroLight's, Solonenko & Mobley
+2015), 400 to 700 nm in steps of 25 nm. Error in percent: median (lowest … highest).
+*Lee 2005* and *closed form*: Kd from the published a and b with the default phase function.
+*Inversion*: a and b from the published Kd alone, against the published a and b.
+*Constituents*: Kd of the case 1 water whose Kd(490) by Morel et al. (2007) is that of the type.
+
+| type | {" | ".join(columns)} |
+|---|{"---|" * len(columns)}
+{trip_lines}
+
+| absolute error | median | 90th percentile | worst |
+|---|---|---|---|
+{chr(10).join(overall)}
+
+## Chlorophyll of the oceanic Jerlov types
+From Kd(490) = 0.0166 + 0.07242 C^0.68955 (Morel et al. 2007); back from C = 0.3 mg/m³
+(Kd {float(Kd490_Morel2007(0.3)):.4f} 1/m) the nearest type is {chlorophyll_jerlov(0.3)}.
+
+| type | Kd(490), 1/m | chlorophyll, mg/m³ |
+|---|---|---|
+{chlorophyll_lines}
+"""
+    (ROOT / "docs" / "bio_optics.md").write_text(text, encoding="utf-8")
+    print(text)

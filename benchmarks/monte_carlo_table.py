@@ -1,0 +1,289 @@
+"""The Monte Carlo against published problems, and the closed form against the Monte Carlo.
+
+Writes docs/monte_carlo.md.
+"""
+
+from __future__ import annotations
+
+import csv
+import itertools
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..uw_spectral.bands import Bands
+from ..uw_spectral.monte_carlo import MonteCarloResult, simulate
+from ..uw_spectral.path_radiance import distance_in_water, solve_path_radiance, veil
+from ..uw_spectral.phase import parse_phase
+from ..uw_spectral.spectrum import DATA_DIRECTORY
+from ..uw_spectral.sun import fresnel_reflectance, in_water_cosine, sun_travel_direction
+from ..uw_spectral.water import Water
+from ..uw_spectral.water_column import WaterColumn
+from . import monte_carlo_speed
+from .path_radiance_table import AZIMUTHS, ROOT
+
+INDEX = 1.34
+PHASES = ("hg:0.8", "fournier-forand:1.10,0.0183")
+WATERS = ("I", "IA", "IB", "II", "3C")
+WAVELENGTHS = (450.0, 550.0)
+FLOORS = (0.0, 0.2)
+CAMERA, FLOOR_DEPTH, DEPTHS = 5.0, 8.0, (1.0, 3.0, 5.0, 7.5)
+DISTANCES = (2.0, 5.0, math.inf)
+VIEWS = {
+    "up": (-0.97, -0.87, -0.71, -0.5, -0.26),
+    "level": (-0.08, -0.05, 0.05, 0.08),
+    "down": (0.26, 0.5, 0.71, 0.87, 0.97),
+}
+
+# Problem 6 of Mobley et al. (1993) is problem 2, case 1, over a floor of reflectance 0.5 at
+# τ = 5: depth in m, quantity, mean of the models, standard deviation over mean (their Table).
+PROBLEM_6 = (
+    (0.8, "Ed", 0.162, 0.0),
+    (4.0, "Ed", 0.00228, 0.003),
+    (0.8, "Eou", 0.0009811, 0.01),
+    (4.0, "Eou", 0.00228, 0.002),
+    (0.8, "Lu", 6.84e-05, 0.02),
+    (4.0, "Lu", 0.00036, 0.01),
+)
+DEEPEST_TAU = 5.0
+PUBLISHED_PHOTONS = 20_000_000
+
+
+@dataclass(frozen=True)
+class Canonical:
+    """One number of a canonical problem: published, found, and the tolerance."""
+
+    problem: int
+    case: int
+    tau: float
+    quantity: str
+    published: float
+    variation: float
+    found: float
+    error: float
+
+    @property
+    def tolerance(self) -> float:
+        """Of the relative difference: max(3 CV, 1 %), 5 % for Lu."""
+        return max(3 * self.variation, 0.05 if self.quantity == "Lu" else 0.01)
+
+    @property
+    def difference(self) -> float:
+        """Relative difference from the published mean."""
+        return self.found / self.published - 1
+
+
+def canonical(problem: int, case: int, photons: int, engine: str = "auto") -> list[Canonical]:
+    """Solve a canonical problem of Mobley et al. (1993) down to τ = 5."""
+    b = 0.25 if case == 1 else 9.0
+    published = PROBLEM_6 if problem == 6 else _published(problem, case)
+    published = [row for row in published if row[0] * (1 + b) <= DEEPEST_TAU + 1e-9]
+    depths = sorted({row[0] for row in published})
+    name = "einstein-smoluchowski" if problem == 1 else "petzold"
+    floor = {"floor_depth": 4.0, "floor_reflectance": 0.5} if problem == 6 else {}
+    result = simulate(
+        _column([500.0], 1.0, b, 60.0, 0.5, **floor),
+        parse_phase(name).for_bands([b]),
+        depths,
+        views=[(depth, (0.0, 0.0, -1.0)) for depth in depths],
+        photons=photons,
+        cone=5.0,
+        engine=engine,
+    )
+    rows = []
+    for depth, quantity, mean, variation in published:
+        estimate = getattr(result.total, "L" if quantity == "Lu" else quantity)
+        at = depths.index(depth)
+        found, error = estimate.mean[at, 0], estimate.error[at, 0]
+        tau = depth * (1 + b)
+        rows.append(Canonical(problem, case, tau, quantity, mean, variation, found, error / mean))
+    return rows
+
+
+def _published(problem: int, case: int) -> list[tuple[float, str, float, float]]:
+    with (DATA_DIRECTORY / "mobley1993_canonical.csv").open(encoding="utf-8") as file:
+        return [
+            (
+                float(row["depth_m"]),
+                row["quantity"],
+                float(row["mean_of_models"]),
+                float(row["std_over_mean"]),
+            )
+            for row in csv.DictReader(line for line in file if not line.startswith("#"))
+            if (row["problem"], row["case"]) == (str(problem), str(case))
+        ]
+
+
+def _column(
+    wavelengths: list[float], a: object, b: object, zenith: float, E_air: float, **floor: float
+) -> WaterColumn:
+    """Under a flat surface, a sun in a black sky."""
+    entering = 1 - float(fresnel_reflectance(math.cos(math.radians(zenith)), INDEX))
+    floor = {"floor_depth": math.inf, "floor_reflectance": 0.0} | floor
+    return WaterColumn(
+        bands=Bands(np.array(wavelengths), np.ones(len(wavelengths))),
+        absorption=a,
+        scattering=b,
+        sun_irradiance=E_air * entering,
+        sun_cosine=float(in_water_cosine(zenith, INDEX)),
+        sun_direction=sun_travel_direction(zenith, 0.0, INDEX),
+        sky_radiance=0.0,
+        surface="flat",
+        refractive_index=INDEX,
+        **floor,
+    )
+
+
+def compare(
+    water: str, phase_name: str, r: float, photons: int, threads: int = 1
+) -> tuple[list[dict], list[dict]]:
+    """Compare the closed form with the Monte Carlo in one water.
+
+    Returns
+    -------
+    irradiances, radiances : list of dict
+        One row per number: truth, value, and the standard error of the truth.
+    """
+    iops = Water.jerlov(water)
+    a, b = iops.a(WAVELENGTHS), iops.b(WAVELENGTHS)
+    column = _column(WAVELENGTHS, a, b, 30.0, 1.0, floor_depth=FLOOR_DEPTH, floor_reflectance=r)
+    phase = parse_phase(phase_name).for_bands(b)
+    rays = [
+        (view, w_y, azimuth, P)
+        for view, cosines in VIEWS.items()
+        for w_y, azimuth, P in itertools.product(cosines, AZIMUTHS, DISTANCES)
+    ]
+    views = [(CAMERA, _direction(w_y, azimuth), P) for _, w_y, azimuth, P in rays]
+    result = simulate(column, phase, DEPTHS, views=views, photons=photons, threads=threads)
+    field = column.light_field(phase)
+    closed = solve_path_radiance(field, phase, CAMERA, column.sun_direction)
+    case = {"water": water, "phase": phase_name, "r": r}
+    irradiances = [
+        case | {"quantity": quantity, "depth": depth} | row
+        for quantity in ("Ed", "Eu")
+        for i, depth in enumerate(DEPTHS)
+        for row in _rows(result, quantity, i, getattr(field, quantity)(depth))
+    ]
+    radiances = []
+    for i, (view, w_y, _, P) in enumerate(rays):
+        w = views[i][1]
+        end = float(np.minimum(P, distance_in_water(CAMERA, w_y, FLOOR_DEPTH)))
+        depth = min(max(CAMERA + w_y * end, 0.0), FLOOR_DEPTH)
+        beyond = closed.background(depth, w, closed.under_surface(w, 0.0, INDEX))
+        value = closed.path(CAMERA, w, end) + veil(field, end) * beyond
+        radiances += [case | {"view": view} | row for row in _rows(result, "L", i, value)]
+    return irradiances, radiances
+
+
+def _direction(w_y: float, azimuth: float) -> tuple[float, float, float]:
+    across = math.sqrt(1 - w_y**2)
+    return (-across * math.cos(azimuth), -across * math.sin(azimuth), -w_y)
+
+
+def _rows(result: MonteCarloResult, name: str, i: int, values: np.ndarray) -> list[dict]:
+    estimate = getattr(result.total, name)
+    return [
+        {"truth": truth, "error": error, "value": value}
+        for truth, error, value in zip(estimate.mean[i], estimate.error[i], values, strict=True)
+    ]
+
+
+def differences(rows: list[dict]) -> np.ndarray:
+    """Relative differences of the closed form; no row is left out."""
+    return np.array([abs(row["value"] / row["truth"] - 1) for row in rows])
+
+
+def _noise(rows: list[dict]) -> float:
+    return float(np.median([row["error"] / row["truth"] for row in rows]))
+
+
+def _line(name: str, rows: list[dict]) -> str:
+    found = differences(rows) * 100
+    cells = [np.median(found), np.percentile(found, 90), found.max(), 100 * _noise(rows)]
+    return f"| {name} ({len(rows)}) | " + " | ".join(f"{cell:.1f} %" for cell in cells) + " |"
+
+
+def _canonical_lines(photons: int) -> list[str]:
+    lines = [
+        "| problem | case | τ | quantity | published | CV | found | standard error | difference "
+        "| tolerance | |",
+        "|---|---|---|---|---|---|---|---|---|---|---|",
+    ]
+    for problem, case in ((1, 1), (1, 2), (2, 1), (2, 2), (6, 1)):
+        lines += [
+            f"| {x.problem} | {x.case} | {x.tau:g} | {x.quantity} | {x.published:.3g} "
+            f"| {100 * x.variation:.1f} % | {x.found:.4g} | {100 * x.error:.2f} % "
+            f"| {100 * x.difference:+.2f} % | {100 * x.tolerance:.1f} % "
+            f"| {'met' if abs(x.difference) <= x.tolerance else 'missed'} |"
+            for x in canonical(problem, case, photons if case == 1 else photons // 5)
+        ]
+    return lines
+
+
+def main(arguments: list[str]) -> None:
+    """Measure everything and write docs/monte_carlo.md; photons per case, threads."""
+    photons = int(float(arguments[0])) if arguments else 400_000
+    threads = int(arguments[1]) if len(arguments) > 1 else 1
+    irradiances, radiances = [], []
+    for water, phase, r in itertools.product(WATERS, PHASES, FLOORS):
+        more, rays = compare(water, phase, r, photons, threads)
+        irradiances, radiances = irradiances + more, radiances + rays
+        print(water, phase, r, flush=True)
+    head = "| | median | 90th percentile | worst | standard error of the Monte Carlo, median |"
+    lines = [head, "|---|---|---|---|---|"]
+    for phase, quantity, r in itertools.product(PHASES, ("Ed", "Eu"), FLOORS):
+        rows = [
+            row
+            for row in irradiances
+            if (row["phase"], row["quantity"], row["r"]) == (phase, quantity, r)
+        ]
+        lines.append(_line(f"{phase}, {quantity}, floor {r:g}", rows))
+    rays = [head, "|---|---|---|---|---|"]
+    for phase in PHASES:
+        mine = [row for row in radiances if row["phase"] == phase]
+        rays.append(_line(f"**{phase}, all**", mine))
+        rays += [_line(f"{phase}, {v}", [x for x in mine if x["view"] == v]) for v in VIEWS]
+        rays += [_line(f"{phase}, floor {r:g}", [x for x in mine if x["r"] == r]) for r in FLOORS]
+        rays += [_line(f"{phase}, {w}", [x for x in mine if x["water"] == w]) for w in WATERS]
+    newline = "\n"
+    text = f"""# Monte Carlo
+
+Written by `python3 dev.py run -m benchmarks monte_carlo_table`. The solver is
+`uw_spectral.monte_carlo`; `python -m uw_spectral.monte_carlo --help` lists its options.
+
+## Against published problems
+
+Canonical problems of Mobley et al. (1993), flat surface n = {INDEX:g}, sun at 60°, black sky, to
+τ = 5. CV is the spread of the models compared there; the tolerance is max(3 CV, 1 %), for Lu
+max(3 CV, 5 %). Lu is the mean over a cone of 5° about the nadir view.
+
+{newline.join(_canonical_lines(PUBLISHED_PHOTONS))}
+
+## The closed form against the Monte Carlo
+
+Under a flat Fresnel surface, which discrete ordinates did not check. Waters {", ".join(WATERS)}
+at {" and ".join(f"{x:g}" for x in WAVELENGTHS)} nm, sun at 30° in air, black sky, floor at
+{FLOOR_DEPTH:g} m, {photons} photons in each case; every number counts, none is left out.
+
+### Irradiance
+
+At {", ".join(f"{x:g}" for x in DEPTHS)} m. Targets: Ed within 2 %, Eu within 5 %.
+
+{newline.join(lines)}
+
+### Path radiance
+
+Camera at {CAMERA:g} m; P = 2 m, 5 m and to the surface or floor; fourteen elevations, three
+azimuths. The Monte Carlo averages over a cone of 1°. Target: median at most 5 %.
+Read it with the last column: a difference that is no larger than the standard error is noise
+of the Monte Carlo, and says nothing about the closed form.
+
+{newline.join(rays)}
+
+## Speed
+
+{monte_carlo_speed.markdown()}
+"""
+    (ROOT / "docs" / "monte_carlo.md").write_text(text, encoding="utf-8")
+    print(text)

@@ -1,0 +1,22 @@
+"""The clearest ocean, no floor, the sun almost overhead."""
+
+import bpy
+
+water = bpy.context.scene.underwater
+
+water.water = "jerlov:I"
+water.water_source = "solonenko2015"
+water.second_water = ""
+water.second_water_share = 0.0
+water.absorption_factor = 1.0
+water.turbidity = 1.0
+water.phase = "hg:0.924"
+water.floor_depth = 0.0
+water.floor_reflectance = "0.2"
+water.surface = "flat"
+water.illuminant = "clear-sky"
+water.sun_zenith = 10.0
+water.irradiance = "above"
+water.sky_radiance = 0.0
+water.white_balance = "daylight"
+water.exposure = "auto"

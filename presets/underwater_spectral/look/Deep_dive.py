@@ -1,0 +1,22 @@
+"""Open ocean without a floor, balanced for the light at the diver's depth."""
+
+import bpy
+
+water = bpy.context.scene.underwater
+
+water.water = "jerlov:II"
+water.water_source = "solonenko2015"
+water.second_water = ""
+water.second_water_share = 0.0
+water.absorption_factor = 1.0
+water.turbidity = 1.0
+water.phase = "hg:0.924"
+water.floor_depth = 0.0
+water.floor_reflectance = "0.2"
+water.surface = "flat"
+water.illuminant = "clear-sky"
+water.sun_zenith = 30.0
+water.irradiance = "above"
+water.sky_radiance = 0.0
+water.white_balance = "depth"
+water.exposure = "auto"

@@ -1,0 +1,22 @@
+"""Turbid harbour water over mud at 8 m."""
+
+import bpy
+
+water = bpy.context.scene.underwater
+
+water.water = "jerlov:7C"
+water.water_source = "solonenko2015"
+water.second_water = ""
+water.second_water_share = 0.0
+water.absorption_factor = 1.0
+water.turbidity = 1.0
+water.phase = "hg:0.924"
+water.floor_depth = 8.0
+water.floor_reflectance = "0.08"
+water.surface = "flat"
+water.illuminant = "clear-sky"
+water.sun_zenith = 45.0
+water.irradiance = "above"
+water.sky_radiance = 0.0
+water.white_balance = "daylight"
+water.exposure = "auto"

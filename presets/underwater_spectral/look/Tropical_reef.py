@@ -1,0 +1,22 @@
+"""Clear tropical water over pale sand at 12 m, the sun high."""
+
+import bpy
+
+water = bpy.context.scene.underwater
+
+water.water = "jerlov:IB"
+water.water_source = "solonenko2015"
+water.second_water = ""
+water.second_water_share = 0.0
+water.absorption_factor = 1.0
+water.turbidity = 1.0
+water.phase = "hg:0.924"
+water.floor_depth = 12.0
+water.floor_reflectance = "0.35"
+water.surface = "flat"
+water.illuminant = "clear-sky"
+water.sun_zenith = 20.0
+water.irradiance = "above"
+water.sky_radiance = 0.0
+water.white_balance = "daylight"
+water.exposure = "auto"

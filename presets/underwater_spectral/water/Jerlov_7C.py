@@ -1,0 +1,13 @@
+"""Jerlov 7C."""
+
+import bpy
+
+water = bpy.context.scene.underwater
+
+water.water = "jerlov:7C"
+water.water_source = "solonenko2015"
+water.second_water = ""
+water.second_water_share = 0.0
+water.absorption_factor = 1.0
+water.turbidity = 1.0
+water.phase = "hg:0.924"

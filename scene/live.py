@@ -1,0 +1,295 @@
+"""Keeps the real-time water of a scene up to date with its settings, camera and frame.
+
+What Blender's own settings were before the water came is kept on the scene, so
+that it goes through saving and undo, and is given back when the water leaves.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import math
+from collections.abc import Iterator
+from typing import Any
+
+import bpy
+
+from ..node_groups import realtime_values
+from ..uw_spectral.errors import InputError
+from . import eevee_settings, property_group, realtime, realtime_materials, shared_plans
+from .session import SESSION
+from .settings import NO_FLOOR, SceneSettings
+from .water_body import COLLECTION, has_water, water_extent
+
+NOMINAL_DEPTH = 1.0
+"""Depth in m that the preview assumes while no camera is under water."""
+
+_KEPT, _CAMERA, _SHAFTS, _SHOWN, _PROBLEM = "kept", "camera", "shafts", "shown", "problem"
+
+
+def add(scene: bpy.types.Scene, *, shafts: bool = False) -> list[str]:
+    """Put live water with the scene's stored settings into a scene.
+
+    Parameters
+    ----------
+    scene : Scene
+        The scene; its z = 0 is the mean water surface.
+    shafts : bool
+        Whether single scattering is drawn by the froxel volume.
+
+    Returns
+    -------
+    list of str
+        What could not be treated, one line each.
+
+    Raises
+    ------
+    InputError
+        If a scene of the file has water already, or the settings cannot be used.
+    """
+    holder = next((s for s in bpy.data.scenes if realtime.has_realtime(s) or has_water(s)), None)
+    if holder is not None:
+        raise InputError(
+            f"scene {holder.name!r} has water already; remove it there first: one scene of a file "
+            "can show the water at a time"
+        )
+    chosen = property_group.stored_settings(scene)
+    depth = preview_depth(scene, chosen)
+    water = _water(scene, chosen, depth, shafts=shafts)
+    notes = realtime.add_realtime(scene, water, water_extent(scene, water.column, depth))
+    session: dict[str, Any] = {_SHAFTS: shafts, _SHOWN: _key(chosen, depth), _PROBLEM: ""}
+    if scene.camera is not None:
+        session[_CAMERA] = scene.camera.data
+    scene[SESSION] = session
+    _apply_settings(scene, water.shafts)
+    return notes
+
+
+def remove(scene: bpy.types.Scene) -> None:
+    """Take live water out; the scene is as it was before :func:`add`."""
+    realtime.remove_realtime(scene)
+    session = scene.get(SESSION)
+    if session is None:
+        return
+    _restore_settings(scene)
+    del scene[SESSION]
+
+
+def update(
+    scene: bpy.types.Scene,
+    depsgraph: bpy.types.Depsgraph | None = None,
+    *,
+    shafts: bool | None = None,
+    may_rebuild: bool = True,
+) -> bool:
+    """Bring the water of a scene to its present settings; do nothing without water.
+
+    Settings that cannot be used leave the water as it was; :func:`problem` then says why.
+
+    Parameters
+    ----------
+    scene : Scene
+        The original scene.
+    depsgraph : Depsgraph, optional
+        Where animated values are read, in a handler.
+    shafts : bool, optional
+        Switches the froxel volume.
+    may_rebuild : bool
+        Whether nodes may be built anew; not while Blender evaluates or renders.
+
+    Returns
+    -------
+    bool
+        False if the water needs other nodes and could not get them.
+    """
+    session = scene.get(SESSION)
+    if session is None or not scene.is_editable or not realtime.has_realtime(scene):
+        return True
+    if shafts is not None:
+        session[_SHAFTS] = shafts
+    seen = scene if depsgraph is None else scene.evaluated_get(depsgraph)
+    try:
+        chosen = property_group.stored_settings(seen)
+        depth = preview_depth(scene, chosen, depsgraph)
+        if shafts is None and session[_SHOWN] == _key(chosen, depth):
+            return True
+        water = _water(scene, chosen, depth, shafts=bool(session[_SHAFTS]))
+        if not _fits(scene, water):
+            if not may_rebuild:
+                return False
+            realtime.remove_realtime(scene)
+            realtime.add_realtime(scene, water, water_extent(scene, water.column, depth))
+        else:
+            realtime.set_values(scene, water)
+        if water.shafts is not None:
+            _use_shafts(scene, water.shafts)
+        session[_SHOWN], session[_PROBLEM] = _key(chosen, depth), ""
+    except InputError as error:
+        session[_PROBLEM] = str(error)
+    return True
+
+
+def rebuild(scene: bpy.types.Scene) -> list[str]:
+    """Build the water anew: new objects and materials get wet, files are read again."""
+    shared_plans.clear()
+    shafts = bool(scene[SESSION][_SHAFTS])
+    remove(scene)
+    return add(scene, shafts=shafts)
+
+
+@contextlib.contextmanager
+def suspended(scene: bpy.types.Scene) -> Iterator[None]:
+    """Take live water out while the block runs; a render brings its own."""
+    session = scene.get(SESSION)
+    if session is None:
+        yield
+        return
+    shafts = bool(session[_SHAFTS])
+    remove(scene)
+    try:
+        yield
+    finally:
+        add(scene, shafts=shafts)
+
+
+def lower(scene: bpy.types.Scene, distance: float) -> None:
+    """Lower the scene's objects, those of the water aside, by a distance in m.
+
+    Their delta location changes, which keyframes leave alone.
+    """
+    own = (c for c in scene.collection.children if c.name.startswith(COLLECTION))
+    of_water = (
+        {item for collection in own for item in collection.objects} if SESSION in scene else {}
+    )
+    for item in scene.objects:
+        if item.parent is None and item.is_editable and item not in of_water:
+            item.delta_location.z -= distance
+
+
+def refresh_materials() -> None:
+    """Follow colours of the user's materials, which were edited or animated."""
+    if bpy.data.node_groups.get(realtime_values.NAME) is not None:
+        realtime_materials.refresh()
+
+
+def camera_depth(
+    scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph | None = None
+) -> float | None:
+    """Depth of the scene's camera in m, negative above the water; None without a camera."""
+    camera = scene.camera
+    if camera is None:
+        return None
+    if depsgraph is not None:
+        camera = camera.evaluated_get(depsgraph)
+    return -camera.matrix_world.translation.z
+
+
+def preview_depth(
+    scene: bpy.types.Scene,
+    chosen: SceneSettings,
+    depsgraph: bpy.types.Depsgraph | None = None,
+) -> float:
+    """Depth in m that the water is computed for: the camera's, or a nominal one."""
+    depth = camera_depth(scene, depsgraph)
+    if depth is None or depth <= 0.0:
+        depth = NOMINAL_DEPTH
+    floor = chosen.floor_depth or math.inf
+    # In the open interval between surface and floor, whatever the camera does.
+    return float(f"{min(depth, 0.999 * floor):.6g}")
+
+
+def problem(scene: bpy.types.Scene) -> str:
+    """Say what keeps a scene from being rendered, empty if nothing does."""
+    session = scene.get(SESSION)
+    if session is not None and session[_PROBLEM]:
+        return session[_PROBLEM]
+    depth = camera_depth(scene)
+    floor = getattr(scene, property_group.PROPERTY).floor_depth
+    if depth is None:
+        return "The scene has no camera. Add one below z = 0, the water surface."
+    if depth <= 0.0:
+        return (
+            f"The camera is {-depth:.3g} m above the water surface (z = 0). Submerge the scene, or "
+            f"move the camera below; the preview assumes {NOMINAL_DEPTH:g} m depth."
+        )
+    if floor != NO_FLOOR and depth >= floor:
+        return f"The camera, at {depth:.3g} m, is below the floor at {floor:.3g} m."
+    return ""
+
+
+def _key(chosen: SceneSettings, depth: float) -> str:
+    return repr((chosen, depth))
+
+
+def _water(
+    scene: bpy.types.Scene, chosen: SceneSettings, depth: float, *, shafts: bool
+) -> realtime.RealtimeWater:
+    plan = shared_plans.plan_of(chosen)
+    with shared_plans.quiet():
+        weights = shared_plans.viewpoint(plan, depth).reduction.weights
+        return plan.realtime(scene, depth, weights, shafts=shafts)
+
+
+def _fits(scene: bpy.types.Scene, water: realtime.RealtimeWater) -> bool:
+    tree = bpy.data.node_groups.get(realtime_values.NAME)
+    if tree is None or tree[realtime_values.SHAPE] != repr(water.shape):
+        return False
+    has_floor = any(o.name.startswith("UW Floor") for o in scene.objects)
+    return has_floor == math.isfinite(water.column.floor_depth)
+
+
+def _apply_settings(scene: bpy.types.Scene, reach: realtime.ShaftRange | None) -> None:
+    """Set what the live water needs of Blender, and keep what was there."""
+    camera = scene.camera
+    wanted: list[tuple[Any, str, Any]] = []
+    if camera is not None:
+        wanted = [
+            (owner, name, value)
+            for owner, name, value in eevee_settings.wanted_settings(
+                scene, camera, scene.eevee.taa_render_samples, reach
+            )
+            # The user's compositor and camera stay.
+            if owner != scene
+        ]
+    else:
+        wanted = [(scene.render, "engine", "BLENDER_EEVEE")]
+    # The water group gives display colours; a film look on top would change them.
+    view = scene.view_settings
+    wanted += [
+        (view, "look", "None"),
+        (view, "view_transform", "Standard"),
+        (view, "exposure", 0.0),
+        (view, "gamma", 1.0),
+    ]
+    kept = {}
+    for owner, name, value in wanted:
+        kept[f"{type(owner).__name__}.{name}"] = getattr(owner, name)
+        setattr(owner, name, value)
+    scene[SESSION][_KEPT] = kept
+
+
+def _use_shafts(scene: bpy.types.Scene, reach: realtime.ShaftRange) -> None:
+    """Lead the froxels as far as the shafts reach; keep the user's values once."""
+    kept = scene[SESSION][_KEPT]
+    for owner, name, value in eevee_settings.wanted_settings(scene, scene.camera, 1, reach):
+        if owner == scene.eevee and name.startswith(("volumetric_", "use_volume_custom")):
+            key = f"{type(owner).__name__}.{name}"
+            first = key not in kept
+            if first:
+                kept[key] = getattr(owner, name)
+            if first or name == "volumetric_end":
+                setattr(owner, name, value)
+
+
+def _restore_settings(scene: bpy.types.Scene) -> None:
+    session = scene[SESSION]
+    owners = {
+        type(owner).__name__: owner
+        for owner in (scene.render, scene.eevee, scene.view_settings, session.get(_CAMERA))
+        if owner is not None
+    }
+    # In the reverse order: a look exists only under its view transform.
+    for key, value in reversed(list(session[_KEPT].items())):
+        owner, _, name = key.partition(".")
+        if owner in owners:
+            kind = type(getattr(owners[owner], name))
+            setattr(owners[owner], name, kind(value))

@@ -1,0 +1,281 @@
+"""Live water follows the settings, the camera and the frame, and leaves no trace."""
+
+from __future__ import annotations
+
+import functools
+
+import bpy
+import numpy as np
+import pytest
+from underwater_spectral import registration
+from underwater_spectral.node_groups import realtime_values
+from underwater_spectral.scene import live, property_group, realtime, shared_plans
+from underwater_spectral.scene.render_plan import make_plan
+from underwater_spectral.scene.session import is_live
+from underwater_spectral.tests.scene import scenes, snapshot
+from underwater_spectral.uw_spectral.errors import InputError
+
+pytestmark = pytest.mark.filterwarnings(
+    "ignore::underwater_spectral.uw_spectral.errors.DataWarning"
+)
+
+
+@pytest.fixture(autouse=True)
+def registered(_clean):
+    if hasattr(bpy.types.Scene, property_group.PROPERTY):
+        property_group.unregister()
+    registration.register()
+    yield
+    registration.unregister()
+    property_group.register()
+
+
+def _scene():
+    """One ball before a camera at 5 m, with quick settings."""
+    scene = bpy.context.scene
+    item = scenes._cube("ball", (0.0, 6.0, -5.0))
+    item.data.materials.append(scenes.principled("paint"))
+    scenes.add_camera()
+    scene.underwater.phase = "hg:0.924"
+    bpy.context.view_layer.update()
+    return scene
+
+
+def _shown(name="camera depth"):
+    return bpy.data.node_groups[realtime_values.NAME].nodes[name].outputs[0].default_value
+
+
+def _numbers():
+    """Every number of UW Values."""
+    nodes = bpy.data.node_groups[realtime_values.NAME].nodes
+    sockets = [s for n in nodes for s in (*n.inputs, *n.outputs) if hasattr(s, "default_value")]
+    return np.concatenate([np.ravel(s.default_value) for s in sockets])
+
+
+def _groups():
+    return {g.name: [n.as_pointer() for n in g.nodes] for g in bpy.data.node_groups}
+
+
+def _expected(scene, depth):
+    """Numbers that water which is added afresh has."""
+    chosen = property_group.stored_settings(scene)
+    plan = make_plan(chosen)
+    return plan.realtime(scene, depth, plan.reduction(depth).weights, shafts=False).numbers
+
+
+def _assert_shows(scene, depth):
+    expected = _expected(scene, depth)
+    nodes = bpy.data.node_groups[realtime_values.NAME].nodes
+    for name, values in expected.bands.items():
+        found = np.array(
+            [nodes[f"{name} {i // 3}"].inputs[i % 3].default_value for i in range(len(values))]
+        )
+        assert found == pytest.approx(np.asarray(values), rel=1e-5, abs=1e-30), name
+    assert _shown() == pytest.approx(depth)
+
+
+CHANGES = {
+    "water": "jerlov:5C",
+    "second_water_share": 0.4,
+    "absorption_factor": 1.7,
+    "turbidity": 2.0,
+    "sensor": "ARRI D21",
+    "sun_zenith": 55.0,
+    "sun_azimuth": 120.0,
+    "white_balance": "depth",
+    "exposure": "-1.5",
+    "illuminant": "clear-sky",
+    "irradiance": "above",
+    "sky_radiance": 0.1,
+    "refractive_index": 1.33,
+    "range_start": 420.0,
+    "water_source": "williamson2022",
+}
+
+
+def test_changes_arrive_without_new_nodes():
+    scene = _scene()
+    live.add(scene)
+    _assert_shows(scene, 5.0)
+    scene.underwater.second_water = "jerlov:III"
+    built = _groups()
+    for name, value in CHANGES.items():
+        before = _numbers()
+        setattr(scene.underwater, name, value)
+        assert live.problem(scene) == ""
+        assert not np.array_equal(_numbers(), before), name
+        _assert_shows(scene, 5.0)
+    assert _groups() == built
+
+
+def test_the_camera_is_followed():
+    scene = _scene()
+    live.add(scene)
+    scene.camera.location.z = -8.0
+    bpy.context.view_layer.update()
+    _assert_shows(scene, 8.0)
+
+
+def test_another_shape_builds_other_nodes():
+    scene = _scene()
+    live.add(scene)
+    scene.underwater.bands = 5
+    _assert_shows(scene, 5.0)
+    scene.underwater.floor_depth = 9.0
+    assert any(o.name.startswith("UW Floor") for o in scene.objects)
+    scene.underwater.floor_depth = 7.0
+    floor = next(o for o in scene.objects if o.name.startswith("UW Floor"))
+    assert floor.location.z == pytest.approx(-7.0)
+    scene.underwater.floor_depth = 0.0
+    assert not any(o.name.startswith("UW Floor") for o in scene.objects)
+
+
+def test_keyframes_work_in_playback():
+    scene = _scene()
+    for frame, share, zenith in ((1, 0.0, 10.0), (11, 1.0, 60.0)):
+        scene.underwater.second_water_share = share
+        scene.underwater.sun_zenith = zenith
+        scene.underwater.keyframe_insert("second_water_share", frame=frame)
+        scene.underwater.keyframe_insert("sun_zenith", frame=frame)
+        scene.camera.location.z = -4.0 - 4.0 * share
+        scene.camera.keyframe_insert("location", frame=frame)
+    scene.underwater.second_water = "jerlov:7C"
+    live.add(scene)
+    for frame in (1, 6, 11):
+        scene.frame_set(frame)
+        _assert_shows(scene, -scene.camera.matrix_world.translation.z)
+    assert -scene.camera.matrix_world.translation.z == pytest.approx(8.0)
+
+
+def test_removal_restores_every_value():
+    scene = scenes.varied_scene()
+    scene.underwater.phase = "hg:0.924"
+    scene.view_settings.view_transform = "AgX"
+    bpy.context.view_layer.update()
+    before = snapshot.snapshot()
+    live.add(scene, shafts=True)
+    assert is_live(scene)
+    assert scene.view_settings.view_transform == "Standard"
+    live.remove(scene)
+    assert snapshot.differences(before, snapshot.snapshot()) == []
+
+
+def test_water_survives_save_and_reload(tmp_path):
+    scene = _scene()
+    live.add(scene)
+    path = str(tmp_path / "scene.blend")
+    bpy.ops.wm.save_as_mainfile(filepath=path)
+    bpy.ops.wm.open_mainfile(filepath=path)
+    scene = bpy.context.scene
+    scene.underwater.water = "jerlov:I"
+    _assert_shows(scene, 5.0)
+    live.remove(scene)
+    assert not realtime.has_realtime(scene)
+
+
+def test_camera_above_the_water_is_a_message():
+    scene = _scene()
+    scene.camera.location.z = 3.0
+    bpy.context.view_layer.update()
+    live.add(scene)
+    assert "3 m above the water surface" in live.problem(scene)
+    assert _shown() == pytest.approx(live.NOMINAL_DEPTH)
+    live.lower(scene, 8.0)
+    bpy.context.view_layer.update()
+    assert live.problem(scene) == ""
+    _assert_shows(scene, 5.0)
+    assert bpy.data.objects["ball"].matrix_world.translation.z == pytest.approx(-13.0)
+
+
+def test_no_camera_and_a_floor_above_it_are_messages():
+    scene = _scene()
+    scene.underwater.floor_depth = 3.0
+    assert "below the floor" in live.problem(scene)
+    bpy.data.objects.remove(scene.camera)
+    assert "no camera" in live.problem(scene)
+    live.add(scene)
+    live.remove(scene)
+
+
+def test_bad_settings_are_a_message_and_leave_the_water():
+    scene = _scene()
+    live.add(scene)
+    before = _numbers()
+    scene.underwater.water = "jerlov:X"
+    assert "Jerlov type" in live.problem(scene)
+    assert np.array_equal(_numbers(), before)
+    scene.underwater.water = "jerlov:I"
+    assert live.problem(scene) == ""
+
+
+def test_one_scene_holds_the_water():
+    scene = _scene()
+    live.add(scene)
+    other = bpy.data.scenes.new("other")
+    with pytest.raises(InputError, match="remove it there first"):
+        live.add(other)
+    live.remove(scene)
+
+
+def test_suspended_water_comes_back():
+    scene = _scene()
+    live.add(scene)
+    with live.suspended(scene):
+        assert not is_live(scene)
+    assert is_live(scene)
+    _assert_shows(scene, 5.0)
+
+
+def test_edited_colours_are_followed():
+    scene = _scene()
+    live.add(scene)
+    tree = bpy.data.materials["paint"].node_tree
+    tree.nodes["Principled BSDF"].inputs["Base Color"].default_value = (0.1, 0.2, 0.3, 1.0)
+    bpy.context.view_layer.update()
+    copies = [n for n in tree.nodes if "uw_source" in n and len(n.inputs) == 3]
+    assert [i.default_value for i in copies[0].inputs] == pytest.approx([0.1, 0.2, 0.3])
+
+
+def test_shared_plans_are_plans():
+    chosen = property_group.stored_settings(_scene())
+    own, shared = make_plan(chosen), shared_plans.plan_of(chosen)
+    found = shared_plans.viewpoint(shared, 5.0).reduction.weights
+    assert found == pytest.approx(own.reduction(5.0).weights, rel=1e-12)
+    assert shared.column.absorption == pytest.approx(own.column.absorption)
+
+
+def _picture(scene, path):
+    scene.render.engine = "BLENDER_EEVEE"
+    scene.render.resolution_x, scene.render.resolution_y = 32, 18
+    scene.eevee.taa_render_samples = 1
+    scene.render.image_settings.file_format = "PNG"
+    scene.render.filepath = str(path)
+    bpy.ops.render.render(write_still=True)
+    image = bpy.data.images.load(str(path))
+    pixels = np.array(image.pixels).reshape(18, 32, 4)[..., :3]
+    bpy.data.images.remove(image)
+    return pixels
+
+
+@pytest.mark.slow
+def test_a_render_sees_values_that_were_written_quickly_and_keyframes(tmp_path):
+    scene = _scene()
+    for frame, factor in ((1, 1.0), (2, 4.0)):
+        scene.underwater.turbidity = factor
+        scene.underwater.keyframe_insert("turbidity", frame=frame)
+    scene.underwater.exposure = "0"
+    scene.frame_set(1)
+    live.add(scene)
+    take = functools.partial(_picture, scene)
+    first = take(tmp_path / "first.png")
+    scene.frame_set(2)
+    second = take(tmp_path / "second.png")
+    assert np.abs(first - second).max() > 0.02
+    scene.frame_set(1)
+    scene.frame_start, scene.frame_end = 1, 2
+    scene.render.filepath = str(tmp_path / "animation_")
+    bpy.ops.render.render(animation=True)
+    for frame, still in ((1, first), (2, second)):
+        image = bpy.data.images.load(str(tmp_path / f"animation_{frame:04d}.png"))
+        pixels = np.array(image.pixels).reshape(18, 32, 4)[..., :3]
+        assert pixels == pytest.approx(still, abs=2 / 255)

@@ -1,0 +1,53 @@
+"""Files of other versions are brought here, or left alone."""
+
+from __future__ import annotations
+
+import bpy
+from underwater_spectral.ui import migration
+
+
+def test_a_file_without_a_version_is_migrated_on_load(tmp_path):
+    water = bpy.context.scene.underwater
+    water.water, water.second_water_share = "jerlov:III", 0.5
+    path = str(tmp_path / "old.blend")
+    bpy.ops.wm.save_as_mainfile(filepath=path)
+    bpy.ops.wm.open_mainfile(filepath=path)
+    scene = bpy.context.scene
+    assert scene.underwater_panel.version == migration.VERSION
+    assert scene.underwater.water == "jerlov:III"
+    assert scene.underwater.second_water_share == 0.0
+
+
+def test_steps_run_once_and_in_order():
+    scene = bpy.context.scene
+    scene.underwater.water = "jerlov:I"
+    ran = []
+    steps = [lambda _, i=i: ran.append(i) for i in range(3)]
+    scene.underwater_panel.version = 1
+    migration.migrate(scene, steps)
+    migration.migrate(scene, steps)
+    assert ran == [1, 2]
+    assert scene.underwater_panel.version == 3
+
+
+def test_scenes_without_water_and_newer_files_are_left_alone():
+    scene = bpy.context.scene
+    migration.migrate(scene)
+    assert scene.underwater_panel.version == 0
+    scene.underwater.water = "jerlov:I"
+    scene.underwater_panel.version = migration.VERSION + 1
+    migration.migrate(scene)
+    assert scene.underwater_panel.version == migration.VERSION + 1
+    assert migration.is_newer(scene)
+
+
+def test_an_appended_scene_is_migrated(tmp_path):
+    bpy.context.scene.name = "sea"
+    bpy.context.scene.underwater.water = "jerlov:9C"
+    path = str(tmp_path / "old.blend")
+    bpy.ops.wm.save_as_mainfile(filepath=path)
+    bpy.ops.wm.read_homefile(use_empty=True)
+    bpy.ops.wm.append(filepath=f"{path}/Scene/sea", directory=f"{path}/Scene/", filename="sea")
+    appended = bpy.data.scenes["sea"]
+    assert appended.underwater.water == "jerlov:9C"
+    assert appended.underwater_panel.version == migration.VERSION

@@ -1,0 +1,189 @@
+"""Every item, preset and limit gives a scene that can be computed; undo and files keep it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import fields
+from pathlib import Path
+
+import bpy
+import numpy as np
+import pytest
+from underwater_spectral.scene import property_group, shared_plans
+from underwater_spectral.scene.settings import SceneSettings
+from underwater_spectral.ui import migration, presets
+from underwater_spectral.ui import property_group as panel_group
+from underwater_spectral.uw_spectral.errors import InputError
+from underwater_spectral.uw_spectral.sensor import list_sensors
+from underwater_spectral.uw_spectral.water import JERLOV_TYPES
+
+DEPTH = 0.5
+
+
+def _plan():
+    """Plan, development and path radiance of the scene: finite numbers, all of them."""
+    chosen = property_group.stored_settings(bpy.context.scene)
+    plan = shared_plans.plan_of(chosen)
+    view = shared_plans.viewpoint(plan, min(DEPTH, 0.5 * (chosen.floor_depth or math.inf)))
+    with shared_plans.quiet():
+        weights = view.reduction.weights
+    assert weights.shape == (3, len(plan.bands))
+    assert np.isfinite(weights).all()
+    assert np.isfinite(view.background).all()
+    assert plan.settings == chosen
+    return plan
+
+
+def _limits():
+    for setting in fields(SceneSettings):
+        if not isinstance(setting.default, str):
+            low, high = setting.metadata["limits"]
+            yield from ((setting.name, value) for value in (low, high))
+
+
+# Limits that contradict the setting beside them: the message says so.
+_REFUSED = {
+    ("range_start", 830): "is empty",
+    ("range_end", 300): "is empty",
+    ("range_end", 830): "nm",  # beyond the tables of the water
+    ("bands", 1): "too saturated",  # one band has no colour to balance
+}
+
+
+@pytest.mark.parametrize(("name", "value"), list(_limits()))
+def test_every_limit(name, value):
+    group = bpy.context.scene.underwater
+    setattr(group, name, int(value) if isinstance(getattr(group, name), int) else value)
+    refused = _REFUSED.get((name, value))
+    if refused:
+        with pytest.raises(InputError, match=refused):
+            _plan()
+        return
+    _plan()
+
+
+def _choices():
+    for setting in fields(SceneSettings):
+        yield from ((setting.name, value) for value in setting.metadata["choices"])
+
+
+@pytest.mark.parametrize(("name", "value"), list(_choices()))
+def test_every_choice(name, value):
+    setattr(bpy.context.scene.underwater, name, value)
+    _plan()
+
+
+@pytest.mark.parametrize("name", ["gallery", "second_water", "phase", "light", "quality"])
+def test_every_item_of_the_panel(name):
+    panel = bpy.context.scene.underwater_panel
+    if name == "gallery":
+        items = [f"JERLOV_{water}" for water in JERLOV_TYPES]
+    else:
+        items = panel.bl_rna.properties[name].enum_items.keys()
+    for item in items:
+        before = property_group.stored_settings(bpy.context.scene)
+        setattr(panel, name, item)
+        if item in {"OTHER", "FILE"}:
+            assert property_group.stored_settings(bpy.context.scene) == before
+        else:
+            assert getattr(panel, name) == item
+        _plan()
+
+
+def test_gallery_and_setting_are_one():
+    scene = bpy.context.scene
+    scene.underwater.water = "jerlov:7C"
+    assert scene.underwater_panel.gallery == "JERLOV_7C"
+    scene.underwater_panel.gallery = "JERLOV_IA"
+    assert scene.underwater.water == "jerlov:IA"
+
+
+def test_exposure_is_automatic_or_stops():
+    scene = bpy.context.scene
+    assert scene.underwater_panel.auto_exposure
+    scene.underwater_panel.stops = 1.5
+    assert scene.underwater.exposure == "1.5"
+    assert not scene.underwater_panel.auto_exposure
+    scene.underwater_panel.auto_exposure = True
+    assert scene.underwater.exposure == "auto"
+
+
+@pytest.mark.parametrize("kind", presets.KINDS)
+def test_every_preset(kind):
+    names = presets.names(kind)
+    for name in names:
+        presets.apply(kind, name)
+        _plan()
+    if kind == "water":
+        assert {f"Jerlov {water}" for water in JERLOV_TYPES} <= set(names)
+    if kind == "look":
+        looks = {"Tropical reef", "Blue hole", "North Sea", "Harbour", "Deep dive"}
+        assert looks <= set(names)
+
+
+def test_an_unknown_preset_is_named():
+    with pytest.raises(InputError, match="Tropical reef"):
+        presets.apply("look", "Tropical ref")
+
+
+def test_own_preset_round_trip(tmp_path, monkeypatch):
+    monkeypatch.setattr(bpy.utils, "user_resource", lambda *_, path, **__: _made(tmp_path / path))
+    monkeypatch.setattr(
+        bpy.utils, "preset_paths", lambda folder: [str(tmp_path / "presets" / folder)]
+    )
+    water = bpy.context.scene.underwater
+    water.water, water.turbidity, water.floor_depth = "jerlov:5C", 2.5, 7.0
+    bpy.ops.underwater.look_preset_add(name="my bay")
+    water.water, water.turbidity, water.floor_depth = "jerlov:I", 1.0, 0.0
+    presets.apply("look", "my bay")
+    assert (water.water, water.turbidity, water.floor_depth) == ("jerlov:5C", 2.5, 7.0)
+    bpy.ops.underwater.look_preset_add(name="my bay", remove_name=True)
+    assert presets.names("look") == {}
+
+
+def _made(folder: Path) -> str:
+    folder.mkdir(parents=True, exist_ok=True)
+    return str(folder)
+
+
+@pytest.mark.filterwarnings("ignore::underwater_spectral.uw_spectral.errors.DataWarning")
+def test_every_sensor():
+    names = list_sensors()
+    assert len(names) >= 90
+    for name in names:
+        assert bpy.ops.underwater.choose_sensor(sensor=name) == {"FINISHED"}
+        assert bpy.context.scene.underwater.sensor == name
+        _plan()
+
+
+def test_undo_returns_to_the_state_before():
+    bpy.context.preferences.edit.use_global_undo = True
+    scene = bpy.context.scene
+    bpy.ops.ed.undo_push(message="start")
+    before = property_group.stored_settings(scene)
+    assert bpy.ops.underwater.choose_sensor("EXEC_DEFAULT", True, sensor="ARRI D21") == {"FINISHED"}
+    assert bpy.context.scene.underwater.sensor == "ARRI D21"
+    bpy.ops.ed.undo()
+    assert property_group.stored_settings(bpy.context.scene) == before
+    bpy.ops.ed.redo()
+    assert bpy.context.scene.underwater.sensor == "ARRI D21"
+
+
+def test_save_and_reload_keeps_everything(tmp_path):
+    scene = bpy.context.scene
+    presets.apply("look", "Harbour")
+    panel = scene.underwater_panel
+    panel.quality, panel.output, panel.animation = "REFERENCE", "//elsewhere", True
+    migration.stamp(scene)
+    before = property_group.stored_settings(scene)
+    path = str(tmp_path / "scene.blend")
+    bpy.ops.wm.save_as_mainfile(filepath=path)
+    bpy.ops.wm.read_homefile(use_empty=True)
+    assert property_group.stored_settings(bpy.context.scene) == SceneSettings()
+    bpy.ops.wm.open_mainfile(filepath=path)
+    assert property_group.stored_settings(bpy.context.scene) == before
+    panel = bpy.context.scene.underwater_panel
+    assert (panel.quality, panel.output, panel.animation) == ("REFERENCE", "//elsewhere", True)
+    assert panel.version == migration.VERSION
+    job = panel_group.job(bpy.context.scene)
+    assert (job.engine, job.mode, job.out) == ("cycles", "bands", tmp_path / "elsewhere")

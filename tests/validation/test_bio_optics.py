@@ -1,0 +1,66 @@
+"""Bio-optical waters against published Kd, and the share of inelastic light."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from underwater_spectral.benchmarks import gutierrez_figures as figures
+from underwater_spectral.uw_spectral.bio_optics import Constituents, named_waters
+
+
+@pytest.fixture(scope="module")
+def round_trip():
+    return figures.kd_round_trip()
+
+
+def _errors(round_trip, key):
+    return np.abs(np.concatenate([row[key] for row in round_trip.values() if key in row]) - 1)
+
+
+@pytest.mark.parametrize(
+    ("key", "median", "worst"),
+    [
+        ("Lee 2005", 0.06, 0.17),
+        ("closed form", 0.06, 0.23),
+        ("a by inversion", 0.10, 0.95),
+        ("constituents, Lee 2005", 0.10, 0.33),
+        ("constituents, closed form", 0.07, 0.33),
+    ],
+)
+def test_round_trip_to_the_published_Kd(round_trip, key, median, worst):
+    """Bounds just above what was measured; docs/bio_optics.md lists it by type."""
+    error = _errors(round_trip, key)
+    assert np.median(error) < median
+    assert error.max() < worst
+
+
+def test_the_two_Kd_agree_with_each_other(round_trip):
+    for row in round_trip.values():
+        ratio = row["closed form"] / row["Lee 2005"]
+        assert np.median(np.abs(ratio - 1)) < 0.06
+
+
+def test_raman_comes_to_dominate_the_red_with_depth():
+    for C in (0.03, 0.3):
+        share = figures.red_share(Constituents.case1(C))
+        assert np.all(np.diff(share[:4]) > 0)
+        assert share[0] < 0.2
+        assert share[figures.RED_DEPTHS.index(20.0)] > 0.9
+
+
+def test_inelastic_share_of_the_baltic():
+    """Gutierrez et al. 2008: about 2 % of the radiance."""
+    shares = figures.luminous_shares(named_waters()["baltic"].constituents)
+    assert shares["all"] == pytest.approx(0.02, rel=0.25)
+    parts = sum(shares[name] for name in figures.PROCESSES)
+    assert parts == pytest.approx(shares["all"], rel=1e-9)
+
+
+def test_twelve_waters_are_twelve_colours():
+    """More of everything shifts the colour from blue over green to yellow-green."""
+    waters = figures.constituents_of_figure2()
+    assert len(waters) == 12
+    clear, turbid = (figures.water_colour(waters[index]) for index in (0, -1))
+    assert clear.argmax() == 2
+    assert turbid.argmax() == 1
+    assert turbid[0] > clear[0]

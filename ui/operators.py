@@ -1,0 +1,397 @@
+"""What the buttons do, with undo; each is a thin call of what a script would call."""
+
+from __future__ import annotations
+
+from collections.abc import Generator
+from dataclasses import replace
+from typing import override
+
+import bpy
+from bpy_extras.io_utils import ImportHelper
+
+from ..scene import property_group as optics
+from ..scene.session import is_live
+from ..uw_spectral.errors import InputError
+from . import migration, property_group
+
+_DEFAULT_DEPTH = 5.0
+_STEP_SECONDS = 0.05
+_COLOUR_ERROR = 1.0
+_BANDS_TO_TRY = (3, 4, 5, 6, 7, 8, 9, 10, 12, 16, 20, 24, 32)
+
+
+def _water(context: bpy.types.Context) -> bpy.types.PropertyGroup:
+    return getattr(context.scene, optics.PROPERTY)
+
+
+class _Operator(bpy.types.Operator):
+    """Reports errors of the input instead of raising them."""
+
+    bl_options = {"REGISTER", "UNDO"}  # noqa: RUF012 - as Blender wants it
+
+    @override
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        try:
+            self.run(context)
+        except InputError as error:
+            self.report({"ERROR"}, str(error))
+            return {"CANCELLED"}
+        return {"FINISHED"}
+
+    def run(self, context: bpy.types.Context) -> None:
+        """Do the work."""
+        raise NotImplementedError
+
+    def tell(self, notes: list[str]) -> None:
+        """Report what could not be treated."""
+        for note in notes:
+            self.report({"WARNING"}, note)
+
+
+class AddWater(_Operator):
+    """Puts live water into the scene."""
+
+    bl_idname = "underwater.add_water"
+    bl_label = "Add Water"
+    bl_description = (
+        "Fill the scene with water. Its surface is z = 0; sun and sky take the place of lamps and "
+        "world until the water is removed"
+    )
+
+    shafts: bpy.props.BoolProperty(
+        name="Light shafts",
+        description="Draw single scattering as a volume, so that things cast shadows in the water",
+    )
+    start: bpy.props.BoolProperty(
+        name="Start settings",
+        description="In a scene without settings of the water: a flat surface with Snell's window, "
+        "and a phase function that reference renders are quick with (Henyey-Greenstein 0.924)",
+        default=True,
+    )
+
+    @classmethod
+    @override
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return not is_live(context.scene)
+
+    @override
+    def run(self, context: bpy.types.Context) -> None:
+        from ..scene import live
+
+        water = _water(context)
+        if self.start and not migration.is_used(context.scene):
+            water.phase, water.surface = "hg:0.924", "flat"
+        getattr(context.scene, property_group.PROPERTY).shafts = self.shafts
+        self.tell(live.add(context.scene, shafts=self.shafts))
+        migration.stamp(context.scene)
+        problem = live.problem(context.scene)
+        if problem:
+            self.report({"WARNING"}, problem)
+
+
+class _LiveOperator(_Operator):
+    """Needs water in the scene."""
+
+    @classmethod
+    @override
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return is_live(context.scene)
+
+
+class RemoveWater(_LiveOperator):
+    """Takes live water out."""
+
+    bl_idname = "underwater.remove_water"
+    bl_label = "Remove Water"
+    bl_description = (
+        "Take the water out: lamps, world, materials and render settings are as before. The "
+        "water's settings stay in the file"
+    )
+
+    @override
+    def run(self, context: bpy.types.Context) -> None:
+        from ..scene import live
+
+        live.remove(context.scene)
+
+
+class Rebuild(_LiveOperator):
+    """Builds live water anew."""
+
+    bl_idname = "underwater.rebuild"
+    bl_label = "Refresh Water"
+    bl_description = "Build the water anew: new objects get wet, data files are read again"
+
+    @override
+    def run(self, context: bpy.types.Context) -> None:
+        from ..scene import live
+
+        self.tell(live.rebuild(context.scene))
+
+
+class Submerge(_Operator):
+    """Lowers the scene below the surface."""
+
+    bl_idname = "underwater.submerge"
+    bl_label = "Submerge Scene"
+    bl_description = (
+        "Lower everything in the scene until the camera is at a depth. Keyframes are left alone: "
+        "only the delta location of objects without a parent changes"
+    )
+
+    depth: bpy.props.FloatProperty(
+        name="Camera depth",
+        description="Depth of the camera afterwards",
+        default=_DEFAULT_DEPTH,
+        min=0.01,
+        soft_max=50.0,
+        subtype="DISTANCE",
+    )
+
+    @classmethod
+    @override
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return context.scene.camera is not None
+
+    @override
+    def run(self, context: bpy.types.Context) -> None:
+        from ..scene import live
+
+        context.view_layer.update()
+        live.lower(context.scene, self.depth + context.scene.camera.matrix_world.translation.z)
+        context.view_layer.update()
+
+
+class OpenWater(_Operator, ImportHelper):
+    """Uses a table of a water."""
+
+    bl_idname = "underwater.open_water"
+    bl_label = "Open Water File"
+    bl_description = "Use a table of a water: CSV with the columns wavelength_nm, a, b in 1/m"
+    filename_ext = ".csv"
+    filter_glob: bpy.props.StringProperty(default="*.csv;*.txt", options={"HIDDEN"})
+
+    @override
+    def run(self, context: bpy.types.Context) -> None:
+        from ..uw_spectral.water import parse_water
+
+        name = f"file:{self.filepath}"
+        parse_water(name)
+        _water(context).water = name
+
+
+class OpenSensor(_Operator, ImportHelper):
+    """Uses a file of spectral sensitivities."""
+
+    bl_idname = "underwater.open_sensor"
+    bl_label = "Open Sensor File"
+    bl_description = (
+        "Use a file of spectral sensitivities: CSV wavelength_nm, R, G, B, rawtoaces JSON, or text "
+        "as of Jiang et al. 2013"
+    )
+    filename_ext = ".csv"
+    filter_glob: bpy.props.StringProperty(default="*.csv;*.json;*.txt", options={"HIDDEN"})
+
+    @override
+    def run(self, context: bpy.types.Context) -> None:
+        from ..uw_spectral.sensor import parse_sensor
+
+        name = f"file:{self.filepath}"
+        parse_sensor(name)
+        _water(context).sensor = name
+
+
+_sensor_items: list[tuple[str, str, str]] = []
+
+
+def _sensors(
+    _: bpy.types.OperatorProperties, __: bpy.types.Context | None
+) -> list[tuple[str, str, str]]:
+    if not _sensor_items:
+        from ..uw_spectral.sensor import list_sensors
+
+        # Blender keeps no copy of the strings: the list must live on.
+        _sensor_items.extend((name, name, "") for name in list_sensors())
+    return _sensor_items
+
+
+class ChooseSensor(_Operator):
+    """Searches among the sensors."""
+
+    bl_idname = "underwater.choose_sensor"
+    bl_label = "Camera Sensor"
+    bl_description = "Search among the cameras, films and observers"
+    bl_property = "sensor"
+
+    sensor: bpy.props.EnumProperty(name="Sensor", items=_sensors)
+
+    @override
+    def invoke(self, context: bpy.types.Context, _: bpy.types.Event) -> set[str]:
+        context.window_manager.invoke_search_popup(self)
+        return {"FINISHED"}
+
+    @override
+    def run(self, context: bpy.types.Context) -> None:
+        _water(context).sensor = self.sensor
+
+
+class AutoBands(_Operator):
+    """Chooses the number of bands by the expected colour error."""
+
+    bl_idname = "underwater.auto_bands"
+    bl_label = "Auto"
+    bl_description = (
+        "Choose the fewest bands whose colours are right in this water, at this depth, for this "
+        "camera"
+    )
+
+    colour_error: bpy.props.FloatProperty(
+        name="Colour error",
+        description="Mean ΔE2000 that is allowed; 1 is just visible",
+        default=_COLOUR_ERROR,
+        min=0.05,
+        soft_max=5.0,
+    )
+
+    @override
+    def run(self, context: bpy.types.Context) -> None:
+        from ..scene import live, shared_plans
+        from ..uw_spectral import readouts
+
+        chosen = optics.stored_settings(context.scene)
+        depth = live.preview_depth(context.scene, chosen)
+
+        def view(bands: int) -> readouts.Viewpoint:
+            plan = shared_plans.plan_of(replace(chosen, bands=bands, wavelengths=""))
+            return shared_plans.viewpoint(plan, depth)
+
+        found, error = _BANDS_TO_TRY[-1], 0.0
+        with shared_plans.quiet():
+            reference = view(readouts.REFERENCE_BANDS)
+            for found in _BANDS_TO_TRY:
+                error = readouts.colour_error(view(found), reference).mean
+                if error <= self.colour_error:
+                    break
+        water = _water(context)
+        water.wavelengths, water.bands = "", found
+        self.report({"INFO"}, f"{found} bands, expected colour error ΔE2000 {error:.2f}")
+
+
+class Render(bpy.types.Operator):
+    """Renders into the output folder, pass by pass."""
+
+    bl_idname = "underwater.render"
+    bl_label = "Render"
+    bl_description = (
+        "Render into the output folder. Esc stops after the current pass; finished passes stay, "
+        "and Continue goes on with them"
+    )
+    bl_options = {"REGISTER"}  # noqa: RUF012 - as Blender wants it
+
+    resume: bpy.props.BoolProperty(
+        name="Continue",
+        description="Keep the passes that are in the folder already",
+        options={"SKIP_SAVE"},
+    )
+
+    _steps: Generator | None = None
+    _timer: bpy.types.Timer | None = None
+
+    @override
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        try:
+            for _ in self._passes(context):
+                pass
+        except InputError as error:
+            self.report({"ERROR"}, str(error))
+            return {"CANCELLED"}
+        return {"FINISHED"}
+
+    @override
+    def invoke(self, context: bpy.types.Context, _: bpy.types.Event) -> set[str]:
+        self._steps = self._passes(context)
+        manager = context.window_manager
+        self._timer = manager.event_timer_add(_STEP_SECONDS, window=context.window)
+        manager.modal_handler_add(self)
+        manager.progress_begin(0, 1)
+        context.workspace.status_text_set("Underwater: first pass; Esc stops")
+        return {"RUNNING_MODAL"}
+
+    @override
+    def modal(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
+        if event.type == "ESC":
+            self._end(context)
+            self.report({"WARNING"}, "Stopped; Continue goes on with the finished passes")
+            return {"CANCELLED"}
+        if event.type != "TIMER":
+            return {"RUNNING_MODAL"}
+        try:
+            step = next(self._steps)
+        except StopIteration:
+            self._end(context)
+            return {"FINISHED"}
+        except InputError as error:
+            self._end(context)
+            self.report({"ERROR"}, str(error))
+            return {"CANCELLED"}
+        context.window_manager.progress_update(step.number / step.total)
+        context.workspace.status_text_set(
+            f"Underwater: frame {step.frame}, pass {step.number} of {step.total}; Esc stops"
+        )
+        return {"RUNNING_MODAL"}
+
+    @override
+    def cancel(self, context: bpy.types.Context) -> None:
+        self._end(context)
+
+    def _passes(self, context: bpy.types.Context) -> Generator:
+        """Yield each pass that is on disk; the live water makes way meanwhile."""
+        from ..scene import live, render_job
+
+        scene = context.scene
+        job = property_group.job(scene, resume=self.resume)
+        migration.stamp(scene)
+        frame = scene.frame_current
+        notes: list[str] = []
+        with live.suspended(scene):
+            try:
+                yield from render_job.render(
+                    scene, lambda: optics.stored_settings(scene), job, notes.append
+                )
+            finally:
+                scene.frame_set(frame)
+        for note in notes:
+            self.report({"WARNING"}, note)
+        self.report({"INFO"}, f"{len(job.frames)} frame(s) in {job.out}")
+
+    def _end(self, context: bpy.types.Context) -> None:
+        self._steps.close()
+        context.window_manager.event_timer_remove(self._timer)
+        context.window_manager.progress_end()
+        context.workspace.status_text_set(None)
+
+
+CLASSES = (
+    AddWater,
+    RemoveWater,
+    Rebuild,
+    Submerge,
+    OpenWater,
+    OpenSensor,
+    ChooseSensor,
+    AutoBands,
+    Render,
+)
+
+
+def register() -> None:
+    """Register the operators."""
+    for cls in CLASSES:
+        bpy.utils.register_class(cls)
+
+
+def unregister() -> None:
+    """Unregister the operators."""
+    for cls in reversed(CLASSES):
+        bpy.utils.unregister_class(cls)
+    _sensor_items.clear()

@@ -1,0 +1,339 @@
+"""The sidebar of the 3D viewport, tab Underwater."""
+
+from __future__ import annotations
+
+import math
+from typing import override
+
+import bpy
+
+from ..scene import property_group as optics
+from ..scene.session import is_live
+from . import migration, presets, previews, property_group
+
+_SWATCH_SCALE = 5.0
+_PLOT_SCALE = 9.0
+# Average width of a character of the interface's font, in pixels at scale 1.
+_CHARACTER = 7.2
+_MARGIN = 70
+
+
+def _water(context: bpy.types.Context) -> bpy.types.PropertyGroup:
+    return getattr(context.scene, optics.PROPERTY)
+
+
+def _panel(context: bpy.types.Context) -> bpy.types.PropertyGroup:
+    return getattr(context.scene, property_group.PROPERTY)
+
+
+def _say(layout: bpy.types.UILayout, text: str, icon: str = "INFO") -> None:
+    """Write a text over as many lines as it needs."""
+    box = layout.box().column(align=True)
+    context = bpy.context
+    scale = context.preferences.system.ui_scale
+    width = context.region.width if context.region is not None else 0
+    longest = max(int((width / scale - _MARGIN) / _CHARACTER), 20)
+    line = ""
+    for word in [*text.split(), None]:
+        if word is None or (line and len(line) + len(word) > longest):
+            box.label(text=line.strip(), icon=icon)
+            icon, line = "BLANK1", ""
+        line += f"{word} "
+
+
+def _plot(layout: bpy.types.UILayout, name: str) -> None:
+    icon = previews.icon_id(name)
+    if icon:
+        layout.template_icon(icon_value=icon, scale=_PLOT_SCALE)
+
+
+class _Panel:
+    bl_space_type = "VIEW_3D"
+    bl_region_type = "UI"
+    bl_category = "Underwater"
+
+
+class MainPanel(_Panel, bpy.types.Panel):
+    """Adds and removes the water."""
+
+    bl_idname = "UNDERWATER_PT_main"
+    bl_label = "Underwater"
+
+    @override
+    def draw_header_preset(self, _: bpy.types.Context) -> None:
+        presets.UNDERWATER_PT_look_presets.draw_panel_header(self.layout)
+
+    @override
+    def draw(self, context: bpy.types.Context) -> None:
+        from ..scene import live
+
+        layout, scene = self.layout, context.scene
+        column = layout.column()
+        column.scale_y = 1.4
+        if is_live(scene):
+            row = column.row(align=True)
+            row.operator("underwater.remove_water", icon="X")
+            row.operator("underwater.rebuild", text="", icon="FILE_REFRESH")
+        else:
+            column.operator("underwater.add_water", icon="MOD_OCEAN")
+        layout.popover(presets.UNDERWATER_PT_look_presets.__name__, text="Looks", icon="PRESET")
+        if not scene.is_editable:
+            _say(layout, "This scene is linked: make it local to change its water.", "LINKED")
+        if migration.is_newer(scene):
+            _say(layout, "A newer version of the extension has saved this file.", "ERROR")
+        problem = live.problem(scene)
+        if problem:
+            _say(layout, problem, "ERROR")
+            depth = live.camera_depth(scene)
+            if depth is not None and depth <= 0:
+                layout.operator("underwater.submerge", icon="TRIA_DOWN_BAR")
+        if is_live(scene) and not _shows_water(context):
+            _say(layout, "Set the viewport to Rendered to see the water.", "SHADING_RENDERED")
+
+
+def _shows_water(context: bpy.types.Context) -> bool:
+    space = context.space_data
+    return space is None or space.type != "VIEW_3D" or space.shading.type == "RENDERED"
+
+
+class _SubPanel(_Panel):
+    bl_parent_id = "UNDERWATER_PT_main"
+
+    def column(self) -> bpy.types.UILayout:
+        """Return the layout of a list of properties."""
+        self.layout.use_property_split = True
+        self.layout.use_property_decorate = True
+        return self.layout.column()
+
+
+class WaterPanel(_SubPanel, bpy.types.Panel):
+    """The gallery, files, and what makes a water one's own."""
+
+    bl_idname = "UNDERWATER_PT_water"
+    bl_label = "Water"
+
+    @override
+    def draw_header_preset(self, _: bpy.types.Context) -> None:
+        presets.UNDERWATER_PT_water_presets.draw_panel_header(self.layout)
+
+    @override
+    def draw(self, context: bpy.types.Context) -> None:
+        water, panel = _water(context), _panel(context)
+        pictures = previews.of_scene(context.scene)
+        file = water.water.startswith("file:")
+        if not file:
+            self.layout.template_icon_view(
+                panel, "gallery", show_labels=True, scale=_SWATCH_SCALE, scale_popup=4.0
+            )
+        row = self.layout.row(align=True)
+        row.prop(water, "water", text="")
+        row.operator("underwater.open_water", text="", icon="FILEBROWSER")
+        if file:
+            row = self.layout.row()
+            row.prop_enum(panel, "gallery", "JERLOV_IB", text="Back to Jerlov types")
+        column = self.column()
+        if not file:
+            column.prop(water, "water_source", text="Source")
+        column.prop(water, "turbidity", text="Scattering ×")
+        column.prop(water, "absorption_factor", text="Absorption ×")
+        column.prop(panel, "second_water")
+        if water.second_water:
+            column.prop(water, "second_water_share", text="Share", slider=True)
+        column.prop(panel, "phase")
+        if panel.phase == "OTHER":
+            column.prop(water, "phase", text="Written")
+        if pictures.error:
+            _say(self.layout, pictures.error, "ERROR")
+        elif pictures.source:
+            _say(self.layout, pictures.source)
+        _plot(self.layout, "water")
+
+
+class DepthPanel(_SubPanel, bpy.types.Panel):
+    """Where the camera and the floor are."""
+
+    bl_idname = "UNDERWATER_PT_depth"
+    bl_label = "Depth and Floor"
+
+    @override
+    def draw(self, context: bpy.types.Context) -> None:
+        from ..scene import live
+
+        water, column = _water(context), self.column()
+        depth = live.camera_depth(context.scene)
+        if depth is None:
+            column.label(text="No camera", icon="ERROR")
+        elif depth > 0:
+            column.label(text=f"Camera {depth:.4g} m under the surface", icon="CAMERA_DATA")
+        else:
+            column.label(text=f"Camera {-depth:.4g} m above the surface", icon="ERROR")
+        column.label(text="The surface is z = 0; 1 unit is 1 m", icon="MOD_OCEAN")
+        column.operator("underwater.submerge", icon="TRIA_DOWN_BAR")
+        column.prop(water, "surface")
+        column.prop(water, "floor_depth", text="Floor (m)")
+        if water.floor_depth:
+            column.prop(water, "floor_reflectance", text="Reflectance")
+        else:
+            column.label(text="0: no floor is added")
+
+
+class SunPanel(_SubPanel, bpy.types.Panel):
+    """The light above the water."""
+
+    bl_idname = "UNDERWATER_PT_sun"
+    bl_label = "Sun and Sky"
+    bl_options = {"DEFAULT_CLOSED"}  # noqa: RUF012 - as Blender wants it
+
+    @override
+    def draw(self, context: bpy.types.Context) -> None:
+        water, panel, column = _water(context), _panel(context), self.column()
+        column.prop(panel, "light")
+        if panel.light == "OTHER":
+            column.prop(water, "illuminant", text="Written")
+        column.prop(water, "sun_zenith", text="Zenith (°)")
+        column.prop(water, "sun_azimuth", text="Azimuth (°)")
+        column.prop(water, "irradiance", text="Given")
+        column.prop(water, "sky_radiance", text="Sky (1/sr)")
+        column.prop(water, "refractive_index", text="Index")
+
+
+class SensorPanel(_SubPanel, bpy.types.Panel):
+    """The camera's spectral sensitivities and the development."""
+
+    bl_idname = "UNDERWATER_PT_sensor"
+    bl_label = "Camera Sensor"
+    bl_options = {"DEFAULT_CLOSED"}  # noqa: RUF012 - as Blender wants it
+
+    @override
+    def draw_header_preset(self, _: bpy.types.Context) -> None:
+        presets.UNDERWATER_PT_camera_presets.draw_panel_header(self.layout)
+
+    @override
+    def draw(self, context: bpy.types.Context) -> None:
+        water, panel = _water(context), _panel(context)
+        pictures = previews.of_scene(context.scene)
+        row = self.layout.row(align=True)
+        row.operator("underwater.choose_sensor", text=water.sensor or "Choose", icon="VIEWZOOM")
+        row.operator("underwater.open_sensor", text="", icon="FILEBROWSER")
+        column = self.column()
+        column.prop(water, "white_balance")
+        column.prop(panel, "auto_exposure")
+        if not panel.auto_exposure:
+            column.prop(panel, "stops")
+        if pictures.error:
+            _say(self.layout, pictures.error, "ERROR")
+        _plot(self.layout, "sensor")
+
+
+class QualityPanel(_SubPanel, bpy.types.Panel):
+    """How the water is rendered."""
+
+    bl_idname = "UNDERWATER_PT_quality"
+    bl_label = "Quality"
+
+    @override
+    def draw(self, context: bpy.types.Context) -> None:
+        water, panel = _water(context), _panel(context)
+        self.layout.prop(panel, "quality", expand=True)
+        column = self.column()
+        row = column.row(align=True)
+        row.prop(water, "bands", text="Bands")
+        row.operator("underwater.auto_bands", text="Auto")
+        column.prop(water, "wavelengths", text="Or at (nm)")
+        row = column.row(align=True)
+        row.prop(water, "range_start", text="Range (nm)")
+        row.prop(water, "range_end", text="")
+        if panel.quality == "REFERENCE":
+            column.prop(panel, "denoise")
+        else:
+            column.prop(panel, "shafts")
+        if panel.shafts and is_live(context.scene):
+            eevee = context.scene.eevee
+            column.prop(eevee, "volumetric_tile_size", text="Froxel size")
+            column.prop(eevee, "volumetric_samples", text="Froxel steps")
+        column.prop(water, "samples")
+
+
+class OutputPanel(_SubPanel, bpy.types.Panel):
+    """Renders into a folder."""
+
+    bl_idname = "UNDERWATER_PT_output"
+    bl_label = "Output"
+
+    @override
+    def draw(self, context: bpy.types.Context) -> None:
+        panel, column = _panel(context), self.column()
+        column.prop(panel, "output")
+        column.prop(panel, "animation")
+        row = self.layout.row(align=True)
+        row.scale_y = 1.3
+        row.operator("underwater.render", icon="RENDER_STILL").resume = False
+        row.operator("underwater.render", text="Continue", icon="PLAY").resume = True
+
+
+class ReadoutsPanel(_SubPanel, bpy.types.Panel):
+    """What the settings mean, in words and numbers."""
+
+    bl_idname = "UNDERWATER_PT_readouts"
+    bl_label = "Read-outs"
+
+    @override
+    def draw(self, context: bpy.types.Context) -> None:
+        pictures = previews.of_scene(context.scene)
+        found = pictures.readouts
+        if pictures.error:
+            _say(self.layout, pictures.error, "ERROR")
+        if found is None:
+            if not pictures.error:
+                self.layout.label(text="Computing…", icon="TIME")
+            return
+        self.layout.template_icon(icon_value=previews.icon_id("open water"), scale=2.0)
+        rows = {
+            "Visibility": f"{_metres(found.visibility)} (contrast 2 %)",
+            "1 % light": f"at {_metres(found.euphotic_depth)}",
+            "Colour": _colour(found.colour),
+            "Colour error": f"ΔE {found.colour_error.mean:.2f}, "
+            f"max {found.colour_error.maximum:.2f}",
+        }
+        grid = self.layout.column(align=True)
+        for name, value in rows.items():
+            split = grid.split(factor=0.38)
+            split.label(text=name)
+            split.label(text=value)
+        self.layout.label(text="Light left at the camera")
+        _plot(self.layout, "light")
+
+
+def _metres(value: float) -> str:
+    return f"{value:.3g} m" if math.isfinite(value) else "no limit"
+
+
+def _colour(colour: object) -> str:
+    if math.isnan(colour.wavelength):
+        return colour.name
+    complementary = " (complement)" if colour.wavelength < 0 else ""
+    return f"{colour.name}, {abs(colour.wavelength):.0f} nm{complementary}"
+
+
+CLASSES = (
+    MainPanel,
+    WaterPanel,
+    DepthPanel,
+    SunPanel,
+    SensorPanel,
+    QualityPanel,
+    ReadoutsPanel,
+    OutputPanel,
+)
+
+
+def register() -> None:
+    """Register the panels."""
+    for cls in CLASSES:
+        bpy.utils.register_class(cls)
+
+
+def unregister() -> None:
+    """Unregister the panels."""
+    for cls in reversed(CLASSES):
+        bpy.utils.unregister_class(cls)

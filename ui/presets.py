@@ -1,0 +1,136 @@
+"""Presets through Blender's own preset system: waters, looks, cameras."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import bpy
+from bl_operators.presets import AddPresetBase
+from bl_ui.utils import PresetPanel
+
+from ..uw_spectral.errors import unknown_name
+
+_FOLDER = Path(__file__).resolve().parent.parent
+_SCENE = "bpy.context.scene.underwater"
+
+_WATER = ("water", "water_source", "second_water", "second_water_share", "absorption_factor",
+          "turbidity", "phase")  # fmt: skip
+_LOOK = (*_WATER, "floor_depth", "floor_reflectance", "surface", "illuminant", "sun_zenith",
+         "irradiance", "sky_radiance", "white_balance", "exposure")  # fmt: skip
+_CAMERA = ("sensor", "white_balance", "exposure")
+
+
+def _values(names: tuple[str, ...]) -> list[str]:
+    return [f"{_SCENE}.{name}" for name in names]
+
+
+class _Panel(PresetPanel, bpy.types.Panel):
+    """Popover with the presets of one kind."""
+
+    preset_operator = "script.execute_preset"
+
+
+class UNDERWATER_PT_water_presets(_Panel):  # noqa: N801 - the name is the identifier
+    """Waters."""
+
+    bl_label = "Water Presets"
+    preset_subdir = "underwater_spectral/water"
+    preset_add_operator = "underwater.water_preset_add"
+
+
+class UNDERWATER_PT_look_presets(_Panel):  # noqa: N801 - the name is the identifier
+    """Waters with their light and floor."""
+
+    bl_label = "Looks"
+    preset_subdir = "underwater_spectral/look"
+    preset_add_operator = "underwater.look_preset_add"
+
+
+class UNDERWATER_PT_camera_presets(_Panel):  # noqa: N801 - the name is the identifier
+    """Cameras and how they are developed."""
+
+    bl_label = "Camera Presets"
+    preset_subdir = "underwater_spectral/camera"
+    preset_add_operator = "underwater.camera_preset_add"
+
+
+class WaterPresetAdd(AddPresetBase, bpy.types.Operator):
+    """Add or remove a water preset."""
+
+    bl_idname = "underwater.water_preset_add"
+    bl_description = "Add or remove a water preset"
+    bl_label = "Add Water Preset"
+    preset_menu = "UNDERWATER_PT_water_presets"
+    preset_subdir = UNDERWATER_PT_water_presets.preset_subdir
+    preset_values = _values(_WATER)
+
+
+class LookPresetAdd(AddPresetBase, bpy.types.Operator):
+    """Add or remove a look."""
+
+    bl_idname = "underwater.look_preset_add"
+    bl_description = "Add or remove a look: water, light, floor and development"
+    bl_label = "Add Look"
+    preset_menu = "UNDERWATER_PT_look_presets"
+    preset_subdir = UNDERWATER_PT_look_presets.preset_subdir
+    preset_values = _values(_LOOK)
+
+
+class CameraPresetAdd(AddPresetBase, bpy.types.Operator):
+    """Add or remove a camera preset."""
+
+    bl_idname = "underwater.camera_preset_add"
+    bl_description = "Add or remove a camera preset"
+    bl_label = "Add Camera Preset"
+    preset_menu = "UNDERWATER_PT_camera_presets"
+    preset_subdir = UNDERWATER_PT_camera_presets.preset_subdir
+    preset_values = _values(_CAMERA)
+
+
+KINDS = {
+    "water": UNDERWATER_PT_water_presets,
+    "look": UNDERWATER_PT_look_presets,
+    "camera": UNDERWATER_PT_camera_presets,
+}
+
+CLASSES = (
+    *KINDS.values(),
+    WaterPresetAdd,
+    LookPresetAdd,
+    CameraPresetAdd,
+)
+
+
+def names(kind: str) -> dict[str, Path]:
+    """Return the presets of a kind (``water``, ``look``, ``camera``): name to file."""
+    folders = bpy.utils.preset_paths(KINDS[kind].preset_subdir)
+    files = (path for folder in folders for path in sorted(Path(folder).glob("*.py")))
+    return {bpy.path.display_name(path.name, title_case=False): path for path in files}
+
+
+def apply(kind: str, name: str) -> None:
+    """Apply a preset to the scene of the context, as the menu does.
+
+    Raises
+    ------
+    InputError
+        If there is no such preset; near names are suggested.
+    """
+    known = names(kind)
+    if name not in known:
+        raise unknown_name(f"{kind} preset", name, list(known))
+    bpy.ops.script.execute_preset(filepath=str(known[name]), menu_idname=KINDS[kind].__name__)
+
+
+def register() -> None:
+    """Register classes and the folder of the factory presets."""
+    for cls in CLASSES:
+        bpy.utils.register_class(cls)
+    bpy.utils.register_preset_path(str(_FOLDER))
+
+
+def unregister() -> None:
+    """Undo :func:`register`; the user's presets stay."""
+    bpy.utils.unregister_preset_path(str(_FOLDER))
+    for cls in reversed(CLASSES):
+        bpy.utils.unregister_class(cls)

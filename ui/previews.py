@@ -1,0 +1,224 @@
+"""Pictures and read-outs of the panel: computed from the optics, shortly after a change.
+
+Drawing a panel must be quick, so it shows what is there and asks for what is
+missing; a timer computes it and draws the sidebar again.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING
+
+import bpy
+import bpy.utils.previews
+import numpy as np
+from numpy.typing import NDArray
+
+from ..scene import property_group
+from ..scene.settings import SceneSettings
+from ..uw_spectral.errors import InputError
+from ..uw_spectral.water import JERLOV_TYPES
+
+if TYPE_CHECKING:
+    from ..uw_spectral.readouts import Readouts
+
+SWATCH_SIZE = 64
+PLOT_SIZE = (360, 240)
+_DELAY = 0.15
+
+
+@dataclass
+class Pictures:
+    """What the panel shows of one scene.
+
+    Parameters
+    ----------
+    key : tuple or None
+        Settings and depth that the contents belong to.
+    readouts : Readouts or None
+        None until computed, or where they cannot be.
+    source, error : str
+        Where the water's data come from; why nothing is shown.
+    """
+
+    key: tuple[SceneSettings, float] | None = None
+    readouts: Readouts | None = None
+    source: str = ""
+    error: str = ""
+
+
+@dataclass
+class _State:
+    """Everything of this module that lives from register to unregister."""
+
+    images: bpy.utils.previews.ImagePreviewCollection
+    scenes: dict[int, Pictures] = field(default_factory=dict)
+    wanted: set[int] = field(default_factory=set)
+    items: list[tuple[str, str, str, int, int]] = field(default_factory=list)
+
+
+_states: list[_State] = []
+
+
+def swatch_items(_: bpy.types.Context | None) -> list[tuple[str, str, str, int, int]]:
+    """Items of the gallery: the ten types with their swatches, as far as they are computed."""
+    state = _states[-1]
+    # Blender keeps no copy of the strings: the list must live on.
+    state.items[:] = [
+        (f"JERLOV_{name}", f"Jerlov {name}", _DESCRIPTIONS[name], icon_id(f"swatch {name}"), index)
+        for index, name in enumerate(JERLOV_TYPES)
+    ]
+    return state.items
+
+
+_DESCRIPTIONS = {
+    "I": "Clearest ocean",
+    "IA": "Very clear ocean",
+    "IB": "Clear ocean, tropical reefs",
+    "II": "Ocean off the coasts, upwelling",
+    "III": "Productive ocean",
+    "1C": "Clearest coast",
+    "3C": "Coast, as the North Sea",
+    "5C": "Turbid coast",
+    "7C": "Estuary, harbour",
+    "9C": "Most turbid coast",
+}
+
+
+def icon_id(name: str) -> int:
+    """Identifier of a picture for ``icon_value``; 0 while there is none."""
+    images = _states[-1].images
+    return images[name].icon_id if name in images else 0
+
+
+def of_scene(scene: bpy.types.Scene) -> Pictures:
+    """Return what is known of a scene; ask for what is not.
+
+    Cheap enough to be called while a panel is drawn.
+    """
+    state = _states[-1]
+    pictures = state.scenes.setdefault(scene.session_uid, Pictures())
+    if _key(scene) != pictures.key:
+        state.wanted.add(scene.session_uid)
+        if not bpy.app.timers.is_registered(_compute_wanted):
+            bpy.app.timers.register(_compute_wanted, first_interval=_DELAY)
+    return pictures
+
+
+def compute(scene: bpy.types.Scene) -> Pictures:
+    """Compute pictures and read-outs of a scene now."""
+    state = _states[-1]
+    key = _key(scene)
+    pictures = Pictures(key)
+    state.scenes[scene.session_uid] = pictures
+    if key is None:
+        pictures.error = _settings_error(scene)
+        return pictures
+    try:
+        _fill(state, pictures, *key)
+    except InputError as error:
+        pictures.error = str(error)
+    return pictures
+
+
+def _fill(state: _State, pictures: Pictures, chosen: SceneSettings, depth: float) -> None:
+    from ..scene import shared_plans
+    from ..uw_spectral import plots, readouts
+
+    fine = replace(chosen, bands=readouts.REFERENCE_BANDS, wavelengths="")
+    for name in JERLOV_TYPES:
+        try:
+            plan = shared_plans.plan_of(
+                replace(fine, water=f"jerlov:{name}", water_source=_source(chosen, name),
+                        second_water="", second_water_share=0.0)
+            )  # fmt: skip
+            swatch = readouts.water_swatch(shared_plans.viewpoint(plan, depth))
+        except InputError:
+            continue
+        _show(state, f"swatch {name}", _plain(swatch))
+    plan, reference = shared_plans.plan_of(chosen), shared_plans.plan_of(fine)
+    pictures.source = plan.water.source
+    view = shared_plans.viewpoint(plan, depth)
+    with shared_plans.quiet():
+        pictures.readouts = readouts.readouts(view, shared_plans.viewpoint(reference, depth))
+    _show(state, "open water", _plain(pictures.readouts.swatch))
+    coefficients = {"a": plan.water.absorption, "b": plan.water.scattering}
+    if plan.water.diffuse_attenuation is not None:
+        coefficients["Kd"] = plan.water.diffuse_attenuation
+    _show(state, "water", plots.plot_coefficients(coefficients, plan.bands, PLOT_SIZE))
+    _show(state, "sensor", plots.plot_sensor(plan.sensor, plan.bands, PLOT_SIZE))
+    light = pictures.readouts.light_left
+    _show(state, "light", plots.plot_light_left(light, plan.bands, PLOT_SIZE))
+
+
+def _source(chosen: SceneSettings, name: str) -> str:
+    """Source of a swatch: the chosen one if it has the type."""
+    from ..uw_spectral.water import DEFAULT_SOURCE, list_waters
+
+    known = f"jerlov:{name}" in list_waters()[chosen.water_source]
+    return chosen.water_source if known else DEFAULT_SOURCE
+
+
+def _plain(colour: NDArray[np.float64]) -> NDArray[np.float32]:
+    picture = np.ones((SWATCH_SIZE, SWATCH_SIZE, 4), dtype=np.float32)
+    picture[..., :3] = colour
+    return picture
+
+
+def _show(state: _State, name: str, picture: NDArray[np.float32]) -> None:
+    """Put an RGBA picture, sRGB, top row first, behind a name."""
+    preview = state.images[name] if name in state.images else state.images.new(name)
+    size = max(picture.shape[:2])
+    square = np.zeros((size, size, 4), dtype=np.float32)
+    top = (size - picture.shape[0]) // 2
+    left = (size - picture.shape[1]) // 2
+    square[top : top + picture.shape[0], left : left + picture.shape[1]] = picture
+    if tuple(preview.image_size) != (size, size):
+        preview.image_size = (size, size)
+    preview.image_pixels_float.foreach_set(np.ascontiguousarray(square[::-1]).ravel())
+    preview.icon_size = (32, 32)
+    step = np.arange(32) * size // 32
+    small = np.ascontiguousarray(square[::-1][step][:, step])
+    preview.icon_pixels_float.foreach_set(small.ravel())
+
+
+def _key(scene: bpy.types.Scene) -> tuple[SceneSettings, float] | None:
+    from ..scene import live
+
+    try:
+        chosen = property_group.stored_settings(scene)
+    except InputError:
+        return None
+    return chosen, live.preview_depth(scene, chosen)
+
+
+def _settings_error(scene: bpy.types.Scene) -> str:
+    try:
+        property_group.stored_settings(scene)
+    except InputError as error:
+        return str(error)
+    return ""
+
+
+def _compute_wanted() -> None:
+    state = _states[-1]
+    for scene in bpy.data.scenes:
+        if scene.session_uid in state.wanted:
+            compute(scene)
+    state.wanted.clear()
+    for window in bpy.context.window_manager.windows:
+        for area in window.screen.areas:
+            if area.type == "VIEW_3D":
+                area.tag_redraw()
+
+
+def register() -> None:
+    """Make room for the pictures."""
+    _states.append(_State(bpy.utils.previews.new()))
+
+
+def unregister() -> None:
+    """Drop the pictures."""
+    if bpy.app.timers.is_registered(_compute_wanted):
+        bpy.app.timers.unregister(_compute_wanted)
+    bpy.utils.previews.remove(_states.pop().images)

@@ -1,0 +1,245 @@
+"""What a file stores about the panel and its renders, besides the optics of the scene."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import bpy
+
+from ..scene import property_group
+from ..scene.settings import BANDS, REALTIME, Job
+from ..uw_spectral.water import JERLOV_TYPES
+
+PROPERTY = "underwater_panel"
+
+# Quality → engine and mode of the batch.
+QUALITIES = {
+    "REALTIME": ("eevee", REALTIME),
+    "BANDS": ("eevee", BANDS),
+    "REFERENCE": ("cycles", BANDS),
+}
+_JERLOV, _AUTO = "jerlov:", "auto"
+
+
+def _water(group: bpy.types.PropertyGroup) -> bpy.types.PropertyGroup:
+    return getattr(group.id_data, property_group.PROPERTY)
+
+
+def _index(text: str) -> int:
+    name = text.removeprefix(_JERLOV)
+    return JERLOV_TYPES.index(name) if text.startswith(_JERLOV) and name in JERLOV_TYPES else -1
+
+
+def _swatches(
+    _: bpy.types.PropertyGroup, context: bpy.types.Context | None
+) -> list[tuple[str, str, str, int, int]]:
+    from . import previews
+
+    return previews.swatch_items(context)
+
+
+def _get_gallery(group: bpy.types.PropertyGroup) -> int:
+    return max(_index(_water(group).water), 0)
+
+
+def _set_gallery(group: bpy.types.PropertyGroup, value: int) -> None:
+    _water(group).water = f"{_JERLOV}{JERLOV_TYPES[value]}"
+
+
+def _get_second(group: bpy.types.PropertyGroup) -> int:
+    text = _water(group).second_water
+    if not text:
+        return 0
+    found = _index(text)
+    return found + 1 if found >= 0 else len(JERLOV_TYPES) + 1
+
+
+def _set_second(group: bpy.types.PropertyGroup, value: int) -> None:
+    if value <= len(JERLOV_TYPES):
+        name = f"{_JERLOV}{JERLOV_TYPES[value - 1]}" if value else ""
+        _water(group).second_water = name
+
+
+def _choice(setting: str, name: str, description: str, items: dict[str, tuple[str, str]]) -> object:
+    """Return an enum over a text setting: its usual values, and what else was typed or opened."""
+    values = list(items)
+
+    def get(group: bpy.types.PropertyGroup) -> int:
+        text = getattr(_water(group), setting)
+        return values.index(text) if text in values else len(values)
+
+    def put(group: bpy.types.PropertyGroup, value: int) -> None:
+        if value < len(values):
+            setattr(_water(group), setting, values[value])
+
+    shown = [(text.upper().replace("-", "_"), *items[text]) for text in values]
+    return bpy.props.EnumProperty(
+        name=name,
+        description=description,
+        items=[*shown, ("OTHER", "Other", "As written below")],
+        options=set(),
+        get=get,
+        set=put,
+    )
+
+
+def _get_auto_exposure(group: bpy.types.PropertyGroup) -> bool:
+    return _water(group).exposure == _AUTO
+
+
+def _set_auto_exposure(group: bpy.types.PropertyGroup, value: bool) -> None:
+    _water(group).exposure = _AUTO if value else "0"
+
+
+def _get_stops(group: bpy.types.PropertyGroup) -> float:
+    try:
+        return float(_water(group).exposure)
+    except ValueError:
+        return 0.0
+
+
+def _set_stops(group: bpy.types.PropertyGroup, value: float) -> None:
+    _water(group).exposure = f"{value:g}"
+
+
+def _shafts_changed(group: bpy.types.PropertyGroup, _: bpy.types.Context) -> None:
+    from ..scene import live
+
+    live.update(group.id_data, shafts=group.shafts)
+
+
+class UnderwaterPanelProperties(bpy.types.PropertyGroup):
+    """How a scene is rendered, and views of its optics that suit a panel."""
+
+    version: bpy.props.IntProperty(
+        name="Version",
+        description="Version of the settings in this file; 0 if no water was ever added",
+        options={"HIDDEN"},
+    )
+    gallery: bpy.props.EnumProperty(
+        name="Jerlov type",
+        description="Each water as it looks from the camera: a level view into the open sea",
+        items=_swatches,
+        options=set(),
+        get=_get_gallery,
+        set=_set_gallery,
+    )
+    second_water: bpy.props.EnumProperty(
+        name="Mix with",
+        description="Second water; keyframe the share to swim from one into the other",
+        items=[
+            ("NONE", "None", "One water only"),
+            *((name, f"Jerlov {name}", "") for name in JERLOV_TYPES),
+            ("FILE", "File", "A table that was opened"),
+        ],
+        options=set(),
+        get=_get_second,
+        set=_set_second,
+    )
+    phase: _choice(
+        "phase",
+        "Scattering",
+        "Phase function: how far light is turned when it is scattered",
+        {
+            "hg:0.924": ("Quick", "Henyey-Greenstein, g = 0.924: mean cosine of sea particles"),
+            "mixture": ("Sea particles", "Molecules and particles by their share in each band"),
+            "petzold": ("Petzold", "Measured average particles, the same in all bands"),
+        },
+    )
+    light: _choice(
+        "illuminant",
+        "Light",
+        "Spectrum of the light above the water",
+        {
+            "d65": ("Daylight D65", "Average daylight, all of it from the sun"),
+            "clear-sky": ("Clear sky", "Sun and blue sky, by the height of the sun"),
+            "astm-g173": ("Sun ASTM G173", "Standard solar spectrum"),
+            "equal-energy": ("Equal energy", "The same at every wavelength"),
+        },
+    )
+    auto_exposure: bpy.props.BoolProperty(
+        name="Automatic exposure",
+        description="A white surface in the light at the camera gets luminance 0.9",
+        options=set(),
+        get=_get_auto_exposure,
+        set=_set_auto_exposure,
+    )
+    stops: bpy.props.FloatProperty(
+        name="Exposure",
+        description="Stops; at 0 a white surface in the light that is balanced for is white",
+        soft_min=-10.0,
+        soft_max=10.0,
+        options=set(),
+        get=_get_stops,
+        set=_set_stops,
+    )
+    quality: bpy.props.EnumProperty(
+        name="Quality",
+        description="How the water is rendered",
+        items=[
+            ("REALTIME", "Real-time", "EEVEE, all bands in one pass: animation, look development"),
+            ("BANDS", "Bands", "EEVEE, three bands a pass: spectra, and the camera can be changed "
+             "after rendering"),
+            ("REFERENCE", "Reference", "Cycles, light scattered any number of times: the truth to "
+             "compare with, slow"),
+        ],
+        options=set(),
+    )  # fmt: skip
+    shafts: bpy.props.BoolProperty(
+        name="Light shafts",
+        description="Draw single scattering as a volume, so that things cast shadows in the water",
+        update=_shafts_changed,
+        options=set(),
+    )
+    denoise: bpy.props.BoolProperty(
+        name="Denoise",
+        description="Cleans reference passes; shifts dark bands by a few percent",
+        options=set(),
+    )
+    output: bpy.props.StringProperty(
+        name="Folder",
+        description="Pictures, spectral images and records go here; // is the file's folder",
+        default="//underwater",
+        subtype="DIR_PATH",
+        options={"PATH_SUPPORTS_BLEND_RELATIVE"},
+    )
+    animation: bpy.props.BoolProperty(
+        name="Whole animation",
+        description="Render every frame of the scene instead of the current one",
+        options=set(),
+    )
+
+
+def job(scene: bpy.types.Scene, *, resume: bool = False) -> Job:
+    """Return the job that the panel describes, as the command line would."""
+    group = getattr(scene, PROPERTY)
+    engine, mode = QUALITIES[group.quality]
+    frames = (scene.frame_current,)
+    if group.animation:
+        frames = tuple(range(scene.frame_start, scene.frame_end + 1, scene.frame_step))
+    return Job(
+        blend=None,
+        engine=engine,
+        mode=mode,
+        shafts=group.shafts and engine == "eevee",
+        frames=frames,
+        camera=None,
+        resolution=None,
+        seed=0,
+        out=Path(bpy.path.abspath(group.output)),
+        resume=resume,
+        denoise=group.denoise,
+    )
+
+
+def register() -> None:
+    """Add ``scene.underwater_panel``."""
+    bpy.utils.register_class(UnderwaterPanelProperties)
+    pointer = bpy.props.PointerProperty(type=UnderwaterPanelProperties)
+    setattr(bpy.types.Scene, PROPERTY, pointer)
+
+
+def unregister() -> None:
+    """Take ``scene.underwater_panel`` away; the values stay in the file."""
+    delattr(bpy.types.Scene, PROPERTY)
+    bpy.utils.unregister_class(UnderwaterPanelProperties)

@@ -1,0 +1,25 @@
+"""Monte Carlo solver: the light field of plane-parallel water, photon by photon.
+
+The independent truth that the closed forms are judged by. Nothing is
+approximated but by the statistics: any phase function, a flat Fresnel surface,
+a Lambertian floor, scattering that changes the wavelength. numpy suffices;
+with numba the same steps run compiled. ``python -m uw_spectral.monte_carlo``
+is its command line.
+"""
+
+from .medium import Constituent, InelasticProcess, interactions
+from .results import Estimate, Event, Light, MonteCarloResult
+from .solver import BOUNDARY_EVENTS, numba_available, simulate
+
+__all__ = [
+    "BOUNDARY_EVENTS",
+    "Constituent",
+    "Estimate",
+    "Event",
+    "InelasticProcess",
+    "Light",
+    "MonteCarloResult",
+    "interactions",
+    "numba_available",
+    "simulate",
+]

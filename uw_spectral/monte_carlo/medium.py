@@ -1,0 +1,239 @@
+"""What the water is made of, for the Monte Carlo: constituents and inelastic processes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..errors import InputError
+from ..phase import BandPhase, Isotropic, PhaseFunction
+from ..water_column import WaterColumn
+
+_AGREEMENT = 1e-6
+_ISOTROPIC = Isotropic()
+
+
+@dataclass(frozen=True, eq=False)
+class Constituent:
+    """One absorbing and scattering part of the water.
+
+    Parameters
+    ----------
+    name : str
+        ``"phytoplankton"``; names the events in the tally.
+    absorption, scattering : array_like, shape (n,) or a number
+        Coefficients per band, 1/m.
+    phase : PhaseFunction
+        Of its scattering.
+
+    Raises
+    ------
+    InputError
+        If a coefficient is negative or not finite.
+    """
+
+    name: str
+    absorption: ArrayLike = 0.0
+    scattering: ArrayLike = 0.0
+    phase: PhaseFunction = _ISOTROPIC
+
+    def __post_init__(self) -> None:
+        for quantity in ("absorption", "scattering"):
+            values = _coefficients(f"{quantity} of {self.name}", getattr(self, quantity))
+            object.__setattr__(self, quantity, values)
+
+
+@dataclass(frozen=True, eq=False)
+class InelasticProcess:
+    """Scattering, or absorption and re-emission, that changes the wavelength.
+
+    Parameters
+    ----------
+    name : str
+        ``"Raman"``; names the event and the part of the light it makes.
+    coefficient : array_like, shape (n,)
+        b_I of each excitation band, 1/m.
+    redistribution : array_like, shape (n, n)
+        Probability that a photon of band i (row) comes out in band j (column).
+        A row may add up to less than 1: the rest is absorbed (quantum yield) or
+        leaves the bands.
+    phase : PhaseFunction
+        Of the emission; isotropic for fluorescence.
+    absorber : str, optional
+        Constituent whose absorption contains ``coefficient`` already
+        (fluorescence). Without it the process adds to the extinction (Raman).
+
+    Raises
+    ------
+    InputError
+        If a number is negative or not finite, a row adds up to more than 1, or
+        the shapes do not fit.
+    """
+
+    name: str
+    coefficient: ArrayLike
+    redistribution: ArrayLike
+    phase: PhaseFunction = _ISOTROPIC
+    absorber: str | None = None
+
+    def __post_init__(self) -> None:
+        b = np.atleast_1d(_coefficients(f"coefficient of {self.name}", self.coefficient))
+        f = _coefficients(f"redistribution of {self.name}", self.redistribution)
+        if b.ndim != 1 or f.shape != (len(b), len(b)):
+            raise InputError(
+                f"{self.name}: {b.shape} coefficients and a {f.shape} redistribution matrix; "
+                "give n and n × n"
+            )
+        if np.any(f.sum(axis=1) > 1 + _AGREEMENT):
+            raise InputError(
+                f"{self.name}: row {int(np.argmax(f.sum(axis=1)))} of the redistribution adds up "
+                f"to {f.sum(axis=1).max():g}; probabilities of a photon add up to at most 1"
+            )
+        object.__setattr__(self, "coefficient", b)
+        object.__setattr__(self, "redistribution", f)
+
+
+@dataclass(frozen=True, eq=False)
+class Interactions:
+    """The roulette: the event types of a medium and their coefficients.
+
+    Attributes
+    ----------
+    absorption, scattering : dict of str to array, shape (n,)
+        By constituent, 1/m; those that are zero everywhere are left out.
+    phases : dict of str to PhaseFunction
+        Of the scattering constituents.
+    inelastic : tuple of InelasticProcess
+        The processes.
+    """
+
+    absorption: dict[str, NDArray[np.float64]]
+    scattering: dict[str, NDArray[np.float64]]
+    phases: dict[str, PhaseFunction]
+    inelastic: tuple[InelasticProcess, ...]
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Event types in the order of the roulette."""
+        return (
+            *(f"absorption by {name}" for name in self.absorption),
+            *(f"scattering by {name}" for name in self.scattering),
+            *(process.name for process in self.inelastic),
+        )
+
+    @property
+    def coefficients(self) -> NDArray[np.float64]:
+        """Of every event type and band, 1/m, shape (k, n)."""
+        return np.array(
+            [
+                *self.absorption.values(),
+                *self.scattering.values(),
+                *(process.coefficient for process in self.inelastic),
+            ]
+        )
+
+
+def interactions(
+    column: WaterColumn,
+    water: BandPhase | Sequence[Constituent],
+    inelastic: Sequence[InelasticProcess] = (),
+) -> Interactions:
+    """List every event that can happen to a photon.
+
+    Parameters
+    ----------
+    column : WaterColumn
+        Its absorption and scattering are what the constituents add up to.
+    water : BandPhase or sequence of Constituent
+        The constituents, or only the phase function of the column's scattering.
+    inelastic : sequence of InelasticProcess
+        Processes that change the wavelength.
+
+    Raises
+    ------
+    InputError
+        If the parts do not add up to the column, bands do not fit, a name
+        appears twice, or a process takes more than its absorber absorbs.
+    """
+    n = len(column.bands)
+    parts = _from_phase(column, water) if isinstance(water, BandPhase) else list(water)
+    for part in parts:
+        _check_bands(part.name, np.atleast_1d(part.absorption), n)
+        _check_bands(part.name, np.atleast_1d(part.scattering), n)
+    names = [part.name for part in parts] + [process.name for process in inelastic]
+    doubles = {name for name in names if names.count(name) > 1}
+    if doubles:
+        raise InputError(f"Monte Carlo: two parts are named {doubles.pop()!r}; rename one")
+    absorption = {p.name: np.broadcast_to(p.absorption, n).astype(float) for p in parts}
+    scattering = {p.name: np.broadcast_to(p.scattering, n).astype(float) for p in parts}
+    for quantity, found, wanted in (
+        ("absorption", absorption, column.absorption),
+        ("scattering", scattering, column.scattering),
+    ):
+        total = sum(found.values(), np.zeros(n))
+        if not np.allclose(total, wanted, rtol=_AGREEMENT, atol=1e-12):
+            at = int(np.argmax(np.abs(total - wanted)))
+            raise InputError(
+                f"Monte Carlo: the {quantity} of the constituents adds up to {total[at]:g} 1/m at "
+                f"{column.bands.centres[at]:g} nm, that of the column is {wanted[at]:g} 1/m"
+            )
+    for process in inelastic:
+        _check_bands(process.name, process.coefficient, n, broadcast=False)
+        if process.absorber is not None:
+            if process.absorber not in absorption:
+                raise InputError(
+                    f"{process.name}: no constituent is named {process.absorber!r}; "
+                    f"known: {', '.join(absorption)}"
+                )
+            left = absorption[process.absorber] - process.coefficient
+            if np.any(left < -_AGREEMENT * np.maximum(process.coefficient, 1e-9)):
+                at = int(np.argmin(left))
+                raise InputError(
+                    f"{process.name}: takes more than {process.absorber} absorbs at "
+                    f"{column.bands.centres[at]:g} nm; lower its coefficient"
+                )
+            absorption[process.absorber] = np.maximum(left, 0.0)
+    scattering = {name: b for name, b in scattering.items() if b.any()}
+    return Interactions(
+        {name: a for name, a in absorption.items() if a.any()},
+        scattering,
+        {part.name: part.phase for part in parts if part.name in scattering},
+        tuple(inelastic),
+    )
+
+
+def _from_phase(column: WaterColumn, phase: BandPhase) -> list[Constituent]:
+    if len(phase) != len(column.bands):
+        raise InputError(
+            f"Monte Carlo: a phase function of {len(phase)} bands for {len(column.bands)} bands"
+        )
+    scatterers = [
+        Constituent(f"{type(component).__name__}", 0.0, column.scattering * weight, component)
+        if len(phase.components) > 1
+        else Constituent("water", column.absorption, column.scattering, component)
+        for weight, component in zip(phase.weights, phase.components, strict=True)
+    ]
+    if len(scatterers) == 1:
+        return scatterers
+    return [Constituent("water", column.absorption), *scatterers]
+
+
+def _coefficients(name: str, values: ArrayLike) -> NDArray[np.float64]:
+    try:
+        array = np.asarray(values, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise InputError(f"{name}: not numbers") from error
+    bad = ~(np.isfinite(array) & (array >= 0))
+    if bad.any():
+        raise InputError(
+            f"{name} must be finite and not negative, got {float(array[bad].flat[0]):g}"
+        )
+    return array
+
+
+def _check_bands(name: str, values: NDArray, n: int, *, broadcast: bool = True) -> None:
+    if values.shape != (n,) and not (broadcast and values.size == 1):
+        raise InputError(f"{name}: {values.shape} coefficients for {n} bands; give one per band")
