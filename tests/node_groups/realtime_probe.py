@@ -99,6 +99,15 @@ def render(water: realtime.RealtimeWater, view: View, path: Path, samples: int =
     return read_exr(path)[0].astype(np.float64)
 
 
+def hit_depth(view: View) -> np.ndarray:
+    """Depth in m at which every ray meets the plane of the square, shape (h, w)."""
+    rays, turn = view.rays(), np.array(view.matrix.to_3x3())
+    origin, first, second = (turn @ np.array(v) for v in view.square)
+    normal = np.cross(first, second)
+    with np.errstate(divide="ignore"):
+        return view.depth - rays[..., 2] * (origin @ normal) / (rays @ normal)
+
+
 def expected(column, phase, view: View, weights, *, aureole: bool = True):
     """Return the picture by numpy, and where the square is (2 where it has an edge)."""
     w3 = view.rays()

@@ -98,10 +98,11 @@ WATERS = {
 }
 TURNS = {"down": 0.0, "level": 90.0, "up": 180.0}
 CASES = list(itertools.product(WATERS, TURNS, (1e-4, 200.0), (1e-3, 1.0, 1e3), (0.0, 89.9)))
-QUICK = [case for i, case in enumerate(CASES) if i % 9 == 4]
+# Steps that share no factor with the numbers of choices meet every pair of choices.
+SOME, FEW = CASES[::7], CASES[3::41]
 
 
-@pytest.mark.parametrize("cases", [QUICK, pytest.param(CASES, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("cases", [FEW, pytest.param(SOME, marks=pytest.mark.slow)])
 def test_extremes_are_as_numpy_has_them(tmp_path, cases, empty_blender):
     weights = np.random.default_rng(3).uniform(0.5, 1.5, size=(3, 3))
     failures = []
@@ -109,23 +110,22 @@ def test_extremes_are_as_numpy_has_them(tmp_path, cases, empty_blender):
         a, b = (np.full(3, x) * (0.8, 1.0, 1.25) for x in WATERS[water])
         lobes = parse_phase("hg:0.924").for_bands(b, b)
         column = _column(3, a, b, zenith=zenith, floor_depth=np.inf)
-        corner, *edges = (
-            tuple(distance * x for x in v) for v in ((-1.5, -0.8, -1.0), (3.0, 0, 0), (0, 0.8, 0))
-        )
+        # Tilted: on a plane along the sunlight the engine's sun disc is what is seen.
+        square = ((-1.5, -0.8, -1.0), (3.0, 0.0, 0.0), (0.0, 0.8, -0.6))
+        square = tuple(tuple(distance * x for x in v) for v in square)
         clip = (min(0.01, 0.1 * distance), max(100.0, 10.0 * distance))
-        view = probe.View(depth, TURNS[turn], 80.0, clip, (corner, *edges))
+        view = probe.View(depth, TURNS[turn], 80.0, clip, square)
         # Exposed as a picture would be, or deep and turbid water leaves the range of half floats.
         white = float(column.light_field(lobes).Ed(min(depth, 50.0)).max()) / np.pi
         exposed = weights / max(white, 1e-30)
         values = realtime.realtime_water(column, lobes, depth, exposed)
         seen = probe.render(values, view, tmp_path / "a.exr")
         wanted, where = probe.expected(column, lobes, view, exposed)
-        assert np.isfinite(wanted).all()
-        inside = where < 2
-        error = np.abs(seen - wanted)[inside]
-        allowed = (2e-3 * np.abs(wanted) + 1e-6)[inside]
+        inside = (where < 2) & ~((where == 1) & (probe.hit_depth(view) <= 0))
+        assert np.isfinite(wanted[inside]).all()
+        error, allowed = np.abs(seen - wanted)[inside], (2e-3 * np.abs(wanted) + 1e-6)[inside]
         if not np.isfinite(seen).all() or (error > allowed).any():
-            worst = np.nanargmax(error / allowed)
+            worst = np.argmax(np.nan_to_num(error, nan=np.inf) / allowed)
             failures.append(
                 f"{water} {turn} depth {depth} P {distance} zenith {zenith}: "
                 f"{seen[inside].flat[worst]:.4g} for {wanted[inside].flat[worst]:.4g}"

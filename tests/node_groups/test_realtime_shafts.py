@@ -1,61 +1,89 @@
-"""A slab's shadow in the water, drawn by the froxels, against the integral."""
+"""The shadow of a slab in the froxel volume, against the integral along every ray."""
 
 from __future__ import annotations
-
-import math
 
 import bpy
 import numpy as np
 import pytest
+from underwater_spectral.node_groups import realtime_background
 from underwater_spectral.scene import realtime
 from underwater_spectral.tests.node_groups import realtime_probe as probe
 from underwater_spectral.uw_spectral.bands import Bands
 from underwater_spectral.uw_spectral.path_radiance import solve_path_radiance
 from underwater_spectral.uw_spectral.phase import parse_phase
+from underwater_spectral.uw_spectral.sun import in_water_cosine, sun_travel_direction
 from underwater_spectral.uw_spectral.water_column import WaterColumn
 
-DEPTH, SLAB_DEPTH, GAIN = 5.0, 0.5, 100.0
-# Corners of the slab: x across, y ahead.
-LEFT, RIGHT, NEAR, FAR = -1.5, 1.5, 3.0, 60.0
+SLAB_HEIGHT = -2.0
+LOW, HIGH = np.array([-1.5, 1.0]), np.array([1.5, 12.0])
+STEPS = 800
+# Froxels keep 6 bits of red and green and 5 of blue, and the software rasteriser cuts the
+# rest in each of several steps: measured losses of 4 to 6 %, with and without a shadow.
+CUT_DIGITS = 0.08
 
 
-def _slab() -> None:
-    mesh = bpy.data.meshes.new("Slab")
-    corners = ((LEFT, NEAR), (RIGHT, NEAR), (RIGHT, FAR), (LEFT, FAR))
-    mesh.from_pydata([(x, y, -SLAB_DEPTH) for x, y in corners], [], [(0, 1, 2, 3)])
-    mesh.materials.append(bpy.data.materials.new("Slab"))
-    bpy.context.scene.collection.objects.link(bpy.data.objects.new("Slab", mesh))
-
-
-@pytest.mark.slow
-def test_shadow_of_a_slab(tmp_path):
-    a, b = np.array([0.05, 0.075, 0.15]), np.full(3, 0.1)
-    down = np.array([0.0, 0.0, -1.0])
-    column = WaterColumn(
-        Bands.uniform(3), a, b, 1.0, 1.0, down, 0.0, math.inf, 0.0, "none", 1.0
+def _column(c: float) -> WaterColumn:
+    a, b = c * np.array([0.6, 0.4, 0.3]), c * np.array([0.4, 0.6, 0.7])
+    return WaterColumn(
+        Bands.uniform(3), a, b, np.ones(3), float(in_water_cosine(30.0)),
+        sun_travel_direction(30.0, 160.0), np.zeros(3), np.inf, np.zeros(3), "none", 1.34,
     )  # fmt: skip
-    phase = parse_phase("hg:0.8").for_bands(b)
-    view = probe.View(DEPTH, 90.0, 60.0, square=None)
-    weights = GAIN * np.eye(3)
-    water = realtime.realtime_water(column, phase, DEPTH, weights, shafts=True)
-    unshadowed = probe.expected(column, phase, view, weights)[0]
-    _slab()
-    seen = probe.render(water, view, tmp_path / "a.exr", samples=8)
 
-    rays = view.rays()
-    v, step = np.linspace(0.0, water.shafts.end, 8001, retstep=True)
-    x, ahead, up = (rays[..., i, None] * v for i in range(3))
-    depth = DEPTH - up
-    dark = (x > LEFT) & (x < RIGHT) & (ahead > NEAR) & (ahead < FAR) & (depth > SLAB_DEPTH)
-    closed = solve_path_radiance(column.light_field(phase), phase, DEPTH, column.sun_direction)
-    w = tuple(rays[..., i, None, None] for i in range(3))
-    light = closed.single_scattering_at(np.maximum(depth, 0.0)[..., None], w, v[:, None])
-    lost = GAIN * step * np.einsum("ijv,ijvn->ijn", dark & (depth > 0), light)
 
+def _meets_slab(points: np.ndarray, direction: np.ndarray, margin: float = 0.0) -> np.ndarray:
+    """Whether a ray from each point along a direction meets the slab."""
     with np.errstate(divide="ignore", invalid="ignore"):
-        to_slab = np.where(rays[..., 2] > 0, (DEPTH - SLAB_DEPTH) / rays[..., 2], np.nan)
-    hidden = (np.abs(rays[..., 0] * to_slab) < RIGHT + 0.3) & (rays[..., 1] * to_slab > NEAR - 0.5)
-    shadow = ~hidden & (lost[..., 0] > 0.02 * unshadowed[..., 0])
-    assert shadow.sum() > 50
-    error = np.abs(seen - (unshadowed - lost)) / (unshadowed - lost)
-    assert error[shadow].mean() <= 0.03
+        distance = (SLAB_HEIGHT - points[..., 2]) / direction[..., 2]
+        there = points + distance[..., None] * direction
+        inside = np.all((there > [*(LOW - margin), -9]) & (there < [*(HIGH + margin), 9]), axis=-1)
+    return inside & (distance > 0)
+
+
+def _add_slab(scene: bpy.types.Scene) -> None:
+    mesh = bpy.data.meshes.new("Slab")
+    corners = [(LOW[0], LOW[1]), (HIGH[0], LOW[1]), (HIGH[0], HIGH[1]), (LOW[0], HIGH[1])]
+    mesh.from_pydata([(x, y, SLAB_HEIGHT) for x, y in corners], [], [(0, 1, 2, 3)])
+    scene.collection.objects.link(bpy.data.objects.new("Slab", mesh))
+
+
+def _black_world(*_: object) -> bpy.types.World:
+    world = bpy.data.worlds.new("Black")
+    world.node_tree.nodes.clear()
+    return world
+
+
+@pytest.mark.parametrize("c", [0.15, pytest.param(0.6, marks=pytest.mark.slow)])
+def test_shadow_of_a_slab(tmp_path, c, empty_blender, monkeypatch):
+    # Nothing but the volume shines.
+    monkeypatch.setattr(realtime_background, "build_world", _black_world)
+    monkeypatch.setattr(probe, "WIDTH", 64)
+    monkeypatch.setattr(probe, "HEIGHT", 34)
+    column = _column(c)
+    phase = parse_phase("hg:0.8").for_bands(column.scattering)
+    view = probe.View(5.0, turn=90.0, angle=70.0, square=None)
+    water = realtime.realtime_water(column, phase, view.depth, np.eye(3), shafts=True)
+    seen = []
+    for _ in range(2):
+        seen.append(probe.render(water, view, tmp_path / "a.exr", samples=4))
+        _add_slab(empty_blender)
+
+    optics = solve_path_radiance(column.light_field(phase), phase, view.depth, column.sun_direction)
+    rays = view.rays()
+    w = tuple(rays[..., i, None] for i in range(3))
+    end = water.shafts.end
+    lit, open_water = np.zeros((2, *rays.shape[:2], 3))
+    camera = np.array([0.0, 0.0, -view.depth])
+    for s in (np.arange(STEPS) + 0.5) * end / STEPS:
+        y = view.depth - w[2] * s
+        light = optics.single_scattering_at(y, w, np.full_like(w[2], s)) * (y > 0) * end / STEPS
+        shadowed = _meets_slab(camera + s * rays, -np.asarray(column.sun_direction))
+        open_water += light
+        lit += light * ~shadowed[..., None]
+    # Rays that meet the slab or leave the water are another matter.
+    free = ~_meets_slab(np.broadcast_to(camera, rays.shape), rays, margin=0.3)
+    free &= view.depth - rays[..., 2] * end > 0
+    kept, wanted = (seen[1] / seen[0])[free], (lit / open_water)[free]
+    assert (wanted.min(axis=1) < 0.8).sum() > 100
+    assert np.abs(kept - wanted).mean() <= 0.03
+    level = (seen[0] / open_water)[free]
+    assert 1 - CUT_DIGITS <= level.mean() <= 1.01

@@ -1,0 +1,46 @@
+"""A file with live water renders where the extension is not installed."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+
+import bpy
+import numpy as np
+from underwater_spectral.scene import live, property_group
+from underwater_spectral.uw_spectral.spectral_image import read_exr
+
+_RENDER = """
+import sys, bpy
+bpy.ops.wm.open_mainfile(filepath=sys.argv[1])
+assert not hasattr(bpy.types.Scene, "underwater")
+image = bpy.context.scene.render.image_settings
+image.media_type, image.file_format, image.color_depth = "IMAGE", "OPEN_EXR", "32"
+bpy.context.scene.render.filepath = sys.argv[2]
+bpy.ops.render.render(write_still=True)
+"""
+
+
+def _render(blend, picture):
+    subprocess.run([sys.executable, "-c", _RENDER, blend, picture], check=True)
+    return read_exr(picture)[0]
+
+
+def test_groups_are_ordinary_nodes(tmp_path, empty_blender):
+    scene = bpy.context.scene
+    if not hasattr(bpy.types.Scene, property_group.PROPERTY):
+        property_group.register()
+    bpy.ops.mesh.primitive_uv_sphere_add(location=(0.0, 4.0, -3.0))
+    camera = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))
+    camera.location, camera.rotation_euler = (0.0, 0.0, -3.0), (np.pi / 2, 0.0, 0.0)
+    scene.collection.objects.link(camera)
+    scene.camera = camera
+    scene.render.resolution_x, scene.render.resolution_y = 48, 27
+    scene.eevee.taa_render_samples = 1
+    live.add(scene)
+    wet = tmp_path / "wet.blend"
+    bpy.ops.wm.save_as_mainfile(filepath=str(wet))
+    corner = _render(wet, tmp_path / "wet.exr")[1, 1, :3]
+    # Open water is blue; without the groups the corner is the black world.
+    assert corner[2] > 2 * corner[0]
+    assert corner[2] > 0.02
