@@ -121,7 +121,8 @@ def set_up() -> Path:
             command = [str(uv), "venv", "-q", "--python", "3.13", str(VENV)]
             if subprocess.call(command, cwd=ROOT):
                 stop("Python 3.13 is needed and uv could not get it; install it and try again")
-        run(uv, "pip", "sync", "-q", "--require-hashes", "--python", python, LOCK)
+        sync = (uv, "pip", "sync", "-q", "--require-hashes", "--compile-bytecode")
+        run(*sync, "--python", python, LOCK)
         stamp.write_text(wanted)
     missing = missing_libraries()
     if missing:
