@@ -15,20 +15,20 @@ from ..uw_spectral.water_column import WaterColumn
 PHOTONS = {"numpy": (20_000, 100_000, 400_000), "numba": (20_000, 100_000, 400_000, 1_600_000)}
 
 
-def _measure(engine: str, photons: int, threads: int = 1) -> tuple[float, float, float]:
-    """Return seconds, and the relative standard errors of Ed and Eu at 10 m."""
+def _measure(engine: str, photons: int, threads: int = 1) -> tuple[float, float, float, float]:
+    """Return seconds, processor seconds, and relative standard errors of Ed and Eu at 10 m."""
     column = WaterColumn(
         Bands.uniform(3), (0.05, 0.1, 0.3), 0.2, 1.0, 0.9, (math.sqrt(0.19), 0.0, -0.9), 0.1,
         20.0, 0.2, "flat", 1.34,
     )  # fmt: skip
     phase = parse_phase("fournier-forand:1.10,0.0183").for_bands(column.scattering)
-    start = time.perf_counter()
+    start, processor = time.perf_counter(), time.process_time()
     found = simulate(
         column, phase, (0.0, 5.0, 10.0, 20.0), photons=photons, engine=engine, threads=threads
     )
-    seconds = time.perf_counter() - start
+    seconds, processor = time.perf_counter() - start, time.process_time() - processor
     light = found.total
-    return seconds, light.Ed.relative_error[2, 0], light.Eu.relative_error[2, 0]
+    return seconds, processor, light.Ed.relative_error[2, 0], light.Eu.relative_error[2, 0]
 
 
 def markdown() -> str:
@@ -38,24 +38,28 @@ def markdown() -> str:
         "Three bands, a = 0.05, 0.1, 0.3, b = 0.2 1/m, Fournier-Forand, sun and sky, flat",
         "surface, floor at 20 m, irradiance at four depths; errors at 10 m in the first band.",
         f"One thread unless said; the machine has {os.cpu_count()} cores. Compiled beforehand.",
+        "Other programs ran meanwhile: on average "
+        f"{os.getloadavg()[0]:.1f} processes wanted a core when this began. Photons per second of",
+        "processor time depend on that little, those per second much.",
         "",
-        "| engine | photons | seconds | photons/s | standard error of Ed | of Eu | peak memory |",
-        "|---|---|---|---|---|---|---|",
+        "| engine | photons | seconds | processor seconds | photons/s | photons/processor s "
+        "| standard error of Ed | of Eu | peak memory |",
+        "|---|---|---|---|---|---|---|---|---|",
     ]
     runs = [(engine, photons, 1) for engine in engines for photons in PHOTONS[engine]]
     runs += [(engine, PHOTONS[engine][-1], 2) for engine in engines]
     for engine in engines:
         _measure(engine, 100)
     for engine, photons, threads in runs:
-        seconds, Ed, Eu = _measure(engine, photons, threads)
+        seconds, processor, Ed, Eu = _measure(engine, photons, threads)
         tracemalloc.start()
         _measure(engine, min(photons, 400_000), threads)
         peak = tracemalloc.get_traced_memory()[1] / 2**20
         tracemalloc.stop()
         name = engine if threads == 1 else f"{engine}, {threads} threads"
         lines.append(
-            f"| {name} | {photons} | {seconds:.2f} | {photons / seconds:.3g} | {100 * Ed:.3f} % "
-            f"| {100 * Eu:.3f} % | {peak:.1f} MiB |"
+            f"| {name} | {photons} | {seconds:.2f} | {processor:.2f} | {photons / seconds:.3g} "
+            f"| {photons / processor:.3g} | {100 * Ed:.3f} % | {100 * Eu:.3f} % | {peak:.1f} MiB |"
         )
     return "\n".join(lines)
 

@@ -8,6 +8,7 @@ from nodebpy import shader as s
 from .node_mathematics import NODES, Graph, Term, new_group
 from .realtime_rays import background, shaft, view_direction
 from .realtime_values import CAMERA_DEPTH, Shape, Values, build_triple, sum_of_triples
+from .realtime_waves import SLOPE, slope_ahead
 
 NAME = "UW Background of Bands"
 TRIPLE_NAME = "UW Background of Three Bands"
@@ -15,21 +16,24 @@ TRIPLE_NAME = "UW Background of Three Bands"
 
 def build(values: bpy.types.ShaderNodeTree, shape: Shape) -> bpy.types.ShaderNodeTree:
     """Build the group; output ``Color`` is what the sensor sees."""
-    triple = build_triple(TRIPLE_NAME, shape, {}, _picture)
+    inputs = {SLOPE: "NodeSocketVector"} if shape.waves else {}
+    triple = build_triple(TRIPLE_NAME, shape, inputs, _picture)
     tree = new_group(NAME)
     tree.interface.new_socket("Color", in_out="OUTPUT", socket_type="NodeSocketColor")
     graph = Graph(tree)
-    colour = sum_of_triples(graph, values, triple, shape, {})
+    given = slope_ahead(graph, values, view_direction(graph)) if shape.waves else {}
+    colour = sum_of_triples(graph, values, triple, shape, given)
     graph.put(colour, graph.node("NodeGroupOutput").inputs[0])
     return tree
 
 
-def _picture(graph: Graph, values: Values) -> Term:
+def _picture(graph: Graph, values: Values) -> tuple[Term, ...]:
     w, y_o = view_direction(graph), NODES.maximum(values[CAMERA_DEPTH], 0.0)
-    seen = values.sensor(background(values, y_o, w))
+    slopes = graph.components(values[SLOPE])[:2] if values.shape.waves else None
+    seen = values.sensor(background(values, y_o, w, slopes))
     if values.shape.shafts:
-        seen = seen - values.sensor(shaft(values, y_o, w, None), positive=True)
-    return seen
+        return seen, values.sensor(shaft(values, y_o, w, None))
+    return (seen,)
 
 
 def build_world(group: bpy.types.ShaderNodeTree) -> bpy.types.World:
@@ -40,4 +44,6 @@ def build_world(group: bpy.types.ShaderNodeTree) -> bpy.types.World:
         background = s.Background(strength=s.LightPath().o.is_camera_ray)
         world.tree.links.new(node.outputs[0], background.node.inputs["Color"])
         background >> s.WorldOutput()
+    # EEVEE draws a map of the world for its light, of which there is none.
+    world.world.probe_resolution = "128"
     return world.world

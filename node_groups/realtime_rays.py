@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
+from . import realtime_inelastic
 from .node_mathematics import NODES, Graph, Term
-from .realtime_values import INDEX, SHAFT_END, SKY, Values
+from .realtime_values import GLITTER, GLITTER_WIDTH, INDEX, SHAFT_END, SKY, Values
 
 
 def view_direction(graph: Graph) -> tuple[Term, Term, Term]:
@@ -27,12 +28,24 @@ def view_distance(graph: Graph) -> Term:
     return graph.term(graph.node("ShaderNodeCameraData").outputs["View Distance"])
 
 
-def background(values: Values, y: Term, w: tuple[Term, Term, Term]) -> Term:
+def background(
+    values: Values,
+    y: Term,
+    w: tuple[Term, Term, Term],
+    slopes: tuple[Term, Term] | None = None,
+) -> Term:
     """Radiance of undisturbed water with surface or floor behind, seen from depth y."""
     sky: Any = values[SKY]
     if values.shape.flat:
-        sky = values.water.under_surface(w, sky, values[INDEX], NODES)
-    return values.water.background(y, w, sky, NODES)
+        sky = values.water.under_surface(w, sky, values[INDEX], NODES, slopes)
+    if slopes is not None:
+        width = values[GLITTER_WIDTH]
+        glitter = values.water.sun_glitter(y, w, values[INDEX], width, slopes, NODES)
+        sky = sky + glitter * values[GLITTER]
+    seen = values.water.background(y, w, sky, NODES)
+    if values.shape.inelastic:
+        seen = seen + realtime_inelastic.background(values, y, w, values[INDEX])
+    return seen
 
 
 def shaft(values: Values, y_o: Term, w: tuple[Term, Term, Term], P: Term | None) -> Term:

@@ -11,9 +11,12 @@ import math
 import bpy
 
 from ..uw_spectral.path_radiance import pixel_radiance
+from ..uw_spectral.wave_patterns import between, sunlight_factor
 from .node_mathematics import NODES, Graph, Term, new_group
+from .realtime_inelastic import inelastic_light
 from .realtime_rays import background, depth_here, shaft, view_direction, view_distance
 from .realtime_values import (
+    CONTRAST,
     EMISSION,
     REFLECTANCE,
     Shape,
@@ -21,6 +24,7 @@ from .realtime_values import (
     build_triple,
     sum_of_triples,
 )
+from .realtime_waves import PATTERN, POSITION, caustics_here
 
 NAME = "UW Surface of Bands"
 TRIPLE_NAME = "UW Surface of Three Bands"
@@ -54,7 +58,8 @@ def build(values: bpy.types.ShaderNodeTree, shape: Shape) -> bpy.types.ShaderNod
     the three are multiplied already; ``Normal``; ``Is Measured`` (0 or 1) and
     ``Measured i``, reflectances that replace the colour.
     """
-    triple = build_triple(TRIPLE_NAME, shape, _INPUTS, _picture)
+    waves = {PATTERN: "NodeSocketFloat", POSITION: "NodeSocketFloat"} if shape.waves else {}
+    triple = build_triple(TRIPLE_NAME, shape, _INPUTS | waves, _picture)
     tree = new_group(NAME)
     inputs = {name: kind for name, kind in _INPUTS.items() if name != _MEASURED}
     inputs |= {measured(t): "NodeSocketVector" for t in range(shape.triples)}
@@ -66,19 +71,27 @@ def build(values: bpy.types.ShaderNodeTree, shape: Shape) -> bpy.types.ShaderNod
     graph = Graph(tree)
     outputs = graph.node("NodeGroupInput").outputs
     given = {socket.name: graph.term(socket) for socket in outputs if socket.name}
+    if shape.waves:
+        given |= caustics_here(graph, values)
     emission = graph.node("ShaderNodeEmission")
     graph.put(sum_of_triples(graph, values, triple, shape, given), emission.inputs["Color"])
     tree.links.new(emission.outputs[0], graph.node("NodeGroupOutput").inputs[0])
     return tree
 
 
-def _picture(graph: Graph, values: Values) -> Term:
+def _picture(graph: Graph, values: Values) -> tuple[Term, ...]:
     w, P, y = view_direction(graph), view_distance(graph), depth_here(graph)
     y_o = NODES.maximum(y + w[2] * P, 0.0)
     water = values.water
     nx, ny, nz = graph.components(values[NORMAL])
     cosine = -(nx * water.sun[0] + ny * water.sun[1] + nz * water.sun[2])
     direct, forward, diffuse = water.field.surface_irradiance(y, 1.0, nz, NODES)
+    if values.shape.waves:
+        contrast = between(values[POSITION], [values[name] for name in CONTRAST], NODES)
+        sunlight = sunlight_factor(values[PATTERN], contrast, NODES)
+        direct, forward = direct * sunlight, forward * sunlight
+    if values.shape.inelastic:
+        diffuse = diffuse + inelastic_light(values).surface_irradiance(y, nz, NODES)
     reflected = NODES.maximum(values[LIT] - values[EMITTED], 0.0)
     base = values.uplift(values[COLOR], REFLECTANCE)
     L_object = values.uplift(reflected, REFLECTANCE) * direct + base / math.pi * (
@@ -88,9 +101,12 @@ def _picture(graph: Graph, values: Values) -> Term:
     L_object = L_object * NODES.select(values[IS_MEASURED], known, 1.0)
     L_object = L_object + values.uplift(values[EMITTED], EMISSION)
     covered = values[COVERAGE]
-    path = water.path(y_o, w, P, NODES) * covered
+    path = water.path(y_o, w, P, NODES)
+    if values.shape.inelastic:
+        path = path + inelastic_light(values).path(y_o, w, P, NODES)
+    path = path * covered
     beyond = background(values, y, w) * covered
     seen = values.sensor(pixel_radiance(water.field, path, P, L_object, beyond, NODES))
     if values.shape.shafts:
-        seen = seen - values.sensor(shaft(values, y_o, w, P) * covered, positive=True)
-    return seen
+        return seen, values.sensor(shaft(values, y_o, w, P) * covered)
+    return (seen,)

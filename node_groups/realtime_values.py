@@ -7,7 +7,7 @@ writes numbers here and reaches every material; no node is added or removed.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields
 from typing import Any
 
@@ -19,6 +19,8 @@ from ..uw_spectral.aureole import Aureole
 from ..uw_spectral.light_field import LightField
 from ..uw_spectral.path_radiance import PathRadiance
 from ..uw_spectral.phase import BandPhase, PhaseFunction
+from ..uw_spectral.wave_patterns import KNOTS
+from . import realtime_inelastic
 from .node_mathematics import NODES, Graph, Term, new_group
 
 NAME = "UW Values"
@@ -29,7 +31,7 @@ _NOT_PER_PIXEL = ("R",)
 _FIELD_BANDS = tuple(
     f.name for f in fields(LightField) if f.name not in (*_FIELD_NUMBERS, *_NOT_PER_PIXEL)
 )
-_SUN = ("sun x", "sun y", "sun z")
+SUN = ("sun x", "sun y", "sun z")
 _SMOOTH = tuple(f"aureole moment {i}" for i in range(3))
 CAMERA_DEPTH = "camera depth"
 INDEX = "refractive index"
@@ -39,7 +41,25 @@ EMISSION = tuple(f"emission {c}" for c in ("red", "green", "blue"))
 SENSOR = tuple(f"sensor {c}" for c in ("red", "green", "blue"))
 SHAFT_END = "shaft end"
 SHAFT_SCALE = "shaft scale"
+WAVES_PER_METRE = "waves per metre"
+WAVES_HALF_CELL = "waves half cell"
+WAVES_LOG_DEPTH = "waves log depth"
+WAVES_PER_LOG = "waves per log"
+GLITTER = "glitter"
+GLITTER_WIDTH = "glitter width"
+CAUSTIC_STRENGTH = "caustic strength"
+CONTRAST = tuple(f"caustic contrast {i}" for i in range(KNOTS))
 SEEN = "Seen"
+DRAWN = "Drawn by the Volume"
+_WAVES = (
+    WAVES_PER_METRE,
+    WAVES_HALF_CELL,
+    WAVES_LOG_DEPTH,
+    WAVES_PER_LOG,
+    GLITTER,
+    GLITTER_WIDTH,
+    CAUSTIC_STRENGTH,
+)
 
 
 @dataclass(frozen=True)
@@ -55,9 +75,13 @@ class Shape:
     lobes : int
         Terms of the sun's aureole, 0 leaves it out.
     flat : bool
-        Whether the water has a flat surface that reflects.
+        Whether the water has a surface that reflects.
     shafts : bool
         Whether single scattering comes from the volume.
+    waves : bool
+        Whether the surface moves and throws caustics.
+    inelastic : tuple of bool
+        Exponentials of depth of the inelastic light: whether each rises to the floor.
     """
 
     bands: int
@@ -65,6 +89,8 @@ class Shape:
     lobes: int
     flat: bool
     shafts: bool
+    waves: bool = False
+    inelastic: tuple[bool, ...] = ()
 
     @property
     def triples(self) -> int:
@@ -98,12 +124,15 @@ def band_names(shape: Shape) -> list[str]:
         names += [
             f"lobe {kind} {i}" for kind in ("weight", "asymmetry") for i in range(shape.lobes)
         ]
-    return names
+    if shape.waves:
+        names += CONTRAST
+    return [*names, *realtime_inelastic.band_names(shape.inelastic)]
 
 
-def single_names() -> list[str]:
+def single_names(shape: Shape) -> list[str]:
     """Names of the quantities that are the same in every band."""
-    return [*_FIELD_NUMBERS, *_SUN, CAMERA_DEPTH, INDEX, SHAFT_END, SHAFT_SCALE]
+    names = [*_FIELD_NUMBERS, *SUN, CAMERA_DEPTH, INDEX, SHAFT_END, SHAFT_SCALE]
+    return [*names, *_WAVES] if shape.waves else names
 
 
 def of_water(water: PathRadiance, shape: Shape) -> Numbers:
@@ -118,7 +147,7 @@ def of_water(water: PathRadiance, shape: Shape) -> Numbers:
         for kind, rows in (("weight", aureole.weights), ("asymmetry", aureole.asymmetries)):
             bands |= {f"lobe {kind} {i}": row for i, row in enumerate(rows)}
     single = {name: getattr(water.field, name) for name in _FIELD_NUMBERS}
-    single |= dict(zip(_SUN, water.sun, strict=True))
+    single |= dict(zip(SUN, water.sun, strict=True))
     return Numbers(bands, single)
 
 
@@ -129,7 +158,7 @@ def build(shape: Shape) -> bpy.types.ShaderNodeTree:
     graph = Graph(tree)
     output = tree.nodes.new("NodeGroupOutput")
     sources = [
-        *((name, "ShaderNodeValue", "NodeSocketFloat") for name in single_names()),
+        *((name, "ShaderNodeValue", "NodeSocketFloat") for name in single_names(shape)),
         *(
             (f"{name} {triple}", "ShaderNodeCombineXYZ", "NodeSocketVector")
             for name in band_names(shape)
@@ -215,7 +244,7 @@ class Values:
         weights = tuple(
             self[f"phase {i}"] if several else 1.0 for i in range(len(self.shape.components))
         )
-        sun = tuple(self[name] for name in _SUN)
+        sun = tuple(self[name] for name in SUN)
         return PathRadiance(
             LightField(**field), Mixture(self.shape.components, weights), self._aureole(), sun
         )
@@ -231,14 +260,9 @@ class Values:
             tuple(self[f"lobe asymmetry {i}"] for i in lobes),
         )
 
-    def sensor(self, radiance: Term, *, positive: bool = False) -> Term:
-        """Return what three bands add to the colour that the sensor sees.
-
-        With ``positive``, negative sensitivities count as zero.
-        """
+    def sensor(self, radiance: Term) -> Term:
+        """Return what three bands add to the colour that the sensor sees."""
         weights = [self[name] for name in SENSOR]
-        if positive:
-            weights = [NODES.maximum(weight, 0.0) for weight in weights]
         return self._graph.vector(*(radiance.dot(weight) for weight in weights))
 
     def uplift(self, colour: Term, names: tuple[str, str, str]) -> Term:
@@ -252,7 +276,7 @@ def build_triple(
     name: str,
     shape: Shape,
     inputs: Mapping[str, str],
-    formula: Callable[[Graph, Values], Term],
+    formula: Callable[[Graph, Values], Sequence[Term]],
 ) -> bpy.types.ShaderNodeTree:
     """Build the group that adds three bands to the picture.
 
@@ -265,19 +289,24 @@ def build_triple(
     inputs : mapping of str to str
         Name and socket type of what it gets besides the numbers of the water.
     formula : callable
-        Makes the nodes; returns what the bands add to the colour.
+        Makes the nodes; returns what the bands add to the colour: of all light, and,
+        if the shape has shafts, of the light that the volume draws.
     """
     tree = new_group(name)
     sockets = dict(inputs)
-    sockets |= dict.fromkeys(single_names(), "NodeSocketFloat")
+    sockets |= dict.fromkeys(single_names(shape), "NodeSocketFloat")
     sockets |= dict.fromkeys(band_names(shape), "NodeSocketVector")
     for socket, kind in sockets.items():
         tree.interface.new_socket(socket, in_out="INPUT", socket_type=kind)
-    tree.interface.new_socket(SEEN, in_out="OUTPUT", socket_type="NodeSocketVector")
     graph = Graph(tree)
     outputs = graph.node("NodeGroupInput").outputs
     given = {socket.name: graph.term(socket) for socket in outputs if socket.name}
-    graph.put(formula(graph, Values(graph, given, shape)), graph.node("NodeGroupOutput").inputs[0])
+    results = formula(graph, Values(graph, given, shape))
+    for socket in (SEEN, DRAWN)[: len(results)]:
+        tree.interface.new_socket(socket, in_out="OUTPUT", socket_type="NodeSocketVector")
+    end = graph.node("NodeGroupOutput").inputs
+    for result, socket in zip(results, end, strict=False):
+        graph.put(result, socket)
     return tree
 
 
@@ -288,7 +317,10 @@ def sum_of_triples(
     shape: Shape,
     given: Mapping[str, Term],
 ) -> Term:
-    """Add up the triples in a tree.
+    """Add up the triples in a tree, without the light that the volume draws.
+
+    The volume draws no negative light: where the sum over the bands is
+    negative, its light stays in what is returned.
 
     Parameters
     ----------
@@ -304,7 +336,7 @@ def sum_of_triples(
         Its inputs besides the numbers; ``NAME i`` goes to ``NAME`` of triple i.
     """
     numbers = graph.node("ShaderNodeGroup", node_tree=values)
-    total: Any = 0.0
+    totals: list[Any] = [0.0] * (2 if DRAWN in triple.interface.items_tree else 1)
     for index in range(shape.triples):
         node = graph.node("ShaderNodeGroup", node_tree=triple)
         for socket in node.inputs:
@@ -314,5 +346,8 @@ def sum_of_triples(
                 name = own if own in numbers.outputs else socket.name
                 source = graph.term(numbers.outputs[name])
             graph.put(source, socket)
-        total = graph.term(node.outputs[0]) + total
-    return total
+        for place, output in enumerate(node.outputs):
+            totals[place] = graph.term(output) + totals[place]
+    if len(totals) == 1:
+        return totals[0]
+    return totals[0] - NODES.maximum(totals[1], 0.0)

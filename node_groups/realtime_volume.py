@@ -14,9 +14,11 @@ from __future__ import annotations
 import bpy
 
 from ..uw_spectral.phase import henyey_greenstein
+from ..uw_spectral.wave_patterns import sunlight_factor
 from .node_mathematics import NODES, Graph, Term
 from .realtime_rays import depth_here, view_direction, view_distance
 from .realtime_values import (
+    CAUSTIC_STRENGTH,
     SHAFT_END,
     SHAFT_SCALE,
     Shape,
@@ -24,6 +26,7 @@ from .realtime_values import (
     build_triple,
     sum_of_triples,
 )
+from .realtime_waves import PATTERN, caustics_here
 
 NAME = "UW Shafts"
 ANISOTROPY = 0.8
@@ -33,16 +36,19 @@ TRIPLE_NAME = "UW Shafts of Three Bands"
 def build(values: bpy.types.ShaderNodeTree, shape: Shape) -> bpy.types.Material:
     """Build the material.
 
-    A coefficient cannot be negative: here negative sensitivities of the sensor
-    count as zero. What they take away stays in the surfaces, without shadows.
+    A coefficient cannot be negative: where the sensor's sum over the bands is,
+    the volume draws nothing and the surfaces keep that light, without shadows.
     """
-    triple = build_triple(TRIPLE_NAME, shape, {}, _coefficient)
+    inputs = {PATTERN: "NodeSocketFloat"} if shape.waves else {}
+    triple = build_triple(TRIPLE_NAME, shape, inputs, _coefficient)
     material = bpy.data.materials.new(NAME)
     tree = material.node_tree
     tree.nodes.clear()
     graph = Graph(tree)
     scatter = graph.node("ShaderNodeVolumeScatter")
-    coefficient = sum_of_triples(graph, values, triple, shape, {})
+    given = caustics_here(graph, values) if shape.waves else {}
+    coefficient = sum_of_triples(graph, values, triple, shape, given)
+    coefficient = NODES.maximum(coefficient, 0.0)
     graph.put(coefficient, scatter.inputs["Color"])
     scatter.inputs["Density"].default_value = 1.0
     scatter.inputs["Anisotropy"].default_value = ANISOTROPY
@@ -51,11 +57,15 @@ def build(values: bpy.types.ShaderNodeTree, shape: Shape) -> bpy.types.Material:
     return material
 
 
-def _coefficient(graph: Graph, values: Values) -> Term:
+def _coefficient(graph: Graph, values: Values) -> tuple[Term]:
     w, v, y = view_direction(graph), view_distance(graph), depth_here(graph)
     per_metre = values.water.single_scattering_at(y, w, v, NODES)
     inside = NODES.less(v, values[SHAFT_END])
     sun = values.water.sun
     cosine = -(w[0] * sun[0] + w[1] * sun[1] + w[2] * sun[2])
     phase = henyey_greenstein(ANISOTROPY, 0.5 - 0.5 * cosine, NODES)
-    return values.sensor(per_metre, positive=True) * (values[SHAFT_SCALE] * inside / phase)
+    strength = values[SHAFT_SCALE] * inside / phase
+    if values.shape.waves:
+        # The unscattered sun carries the whole pattern, whatever the band.
+        strength = strength * sunlight_factor(values[PATTERN], values[CAUSTIC_STRENGTH], NODES)
+    return (values.sensor(per_metre) * strength,)

@@ -1,24 +1,103 @@
-"""Material of the flat water surface for Cycles: refraction and total reflection.
+"""Material of the water surface for Cycles: refraction, total reflection and caustics.
 
 The camera and scattered light see a smooth dielectric; shadow rays pass, since
 the sun's lamp already carries the refracted direction and the transmitted share.
+
+Waves turn the normal of the dielectric, and colour the shadow rays by the
+caustic pattern: a shadow ray goes along the refracted sun, so it meets the
+surface just where the pattern is defined, and its length tells the depth of the
+point that it lights. What follows, in surfaces and by scattering, is up to Cycles.
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import bpy
-from nodebpy import shader as s
+
+from ..uw_spectral.path_radiance import surface_normal
+from ..uw_spectral.wave_patterns import layer_position, pattern_at, sunlight_factor
+from . import realtime_waves
+from .node_mathematics import NODES, Graph, Term
+from .realtime_values import (
+    CAUSTIC_STRENGTH,
+    WAVES_HALF_CELL,
+    WAVES_LOG_DEPTH,
+    WAVES_PER_LOG,
+    WAVES_PER_METRE,
+)
 
 NAME = "UW Surface"
+_SUN_HEIGHT = "sun height"
+_NUMBERS = (
+    WAVES_PER_METRE,
+    WAVES_HALF_CELL,
+    WAVES_LOG_DEPTH,
+    WAVES_PER_LOG,
+    CAUSTIC_STRENGTH,
+    _SUN_HEIGHT,
+)
 
 
-def build(refractive_index: float) -> bpy.types.Material:
-    """Build the material; the surface's normal points up, into the air."""
-    with s.material(NAME) as material:
-        shader = s.MixShader(
-            s.LightPath().o.is_shadow_ray,
-            s.GlassBSDF(color=(1.0, 1.0, 1.0, 1.0), roughness=0.0, ior=refractive_index),
-            s.TransparentBSDF(color=(1.0, 1.0, 1.0, 1.0)),
-        )
-        shader >> s.MaterialOutput().i.surface
-    return material.material
+def build(refractive_index: float, *, waves: bool = False) -> bpy.types.Material:
+    """Build the material; the surface's normal points up, into the air.
+
+    With ``waves`` the images of :mod:`.realtime_waves` must exist.
+    """
+    material = bpy.data.materials.new(NAME)
+    tree = material.node_tree
+    tree.nodes.clear()
+    graph = Graph(tree)
+    path = graph.node("ShaderNodeLightPath").outputs
+    glass = graph.node("ShaderNodeBsdfGlass")
+    glass.inputs["Color"].default_value = (1.0, 1.0, 1.0, 1.0)
+    glass.inputs["Roughness"].default_value = 0.0
+    glass.inputs["IOR"].default_value = refractive_index
+    clear = graph.node("ShaderNodeBsdfTransparent")
+    clear.inputs["Color"].default_value = (1.0, 1.0, 1.0, 1.0)
+    if waves:
+        normal, sunlight = _waves(graph, graph.term(path["Ray Length"]))
+        graph.put(normal, glass.inputs["Normal"])
+        graph.put(sunlight, clear.inputs["Color"])
+    mix, output = graph.node("ShaderNodeMixShader"), graph.node("ShaderNodeOutputMaterial")
+    tree.links.new(path["Is Shadow Ray"], mix.inputs[0])
+    tree.links.new(glass.outputs[0], mix.inputs[1])
+    tree.links.new(clear.outputs[0], mix.inputs[2])
+    tree.links.new(mix.outputs[0], output.inputs["Surface"])
+    return material
+
+
+def _waves(graph: Graph, ray_length: Term) -> tuple[Term, Term]:
+    """Normal of the surface, and what it lets through to a shadow ray of a length."""
+    number = {
+        name: graph.term(graph.node("ShaderNodeValue", name=name, label=name).outputs[0])
+        for name in _NUMBERS
+    }
+    place = number[WAVES_PER_METRE], number[WAVES_HALF_CELL]
+    geometry = graph.node("ShaderNodeNewGeometry").outputs
+    x, y, _ = graph.components(graph.term(geometry["Position"]))
+    slopes, _ = realtime_waves.sample(graph, realtime_waves.SLOPES, x, y, *place)
+    facing = 1.0 - 2.0 * graph.term(geometry["Backfacing"])
+    normal = graph.vector(*surface_normal(*graph.components(slopes)[:2], NODES)) * facing
+    depth = ray_length * number[_SUN_HEIGHT]
+    position = layer_position(depth, number[WAVES_LOG_DEPTH], number[WAVES_PER_LOG], NODES)
+    layers = realtime_waves.layers_at(graph, x, y, *place)
+    pattern = pattern_at(depth, position, layers, NODES)
+    return normal, sunlight_factor(pattern, number[CAUSTIC_STRENGTH], NODES)
+
+
+def write(material: bpy.types.Material, numbers: Mapping[str, float], sun_height: float) -> None:
+    """Give the waves their numbers.
+
+    Parameters
+    ----------
+    material : Material
+        Of :func:`build` with waves.
+    numbers : mapping of str to float
+        Those of the images, by the names of :mod:`.realtime_values`.
+    sun_height : float
+        Cosine of the sun's zenith angle in the water.
+    """
+    for name in _NUMBERS:
+        value = sun_height if name == _SUN_HEIGHT else numbers[name]
+        material.node_tree.nodes[name].outputs[0].default_value = value

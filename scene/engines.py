@@ -11,7 +11,7 @@ import bpy
 import numpy as np
 
 from ..uw_spectral.spectral_image import read_exr, write_rgb_exr
-from . import cycles_settings, eevee_settings, realtime, water_body
+from . import caustics, cycles_settings, eevee_settings, inelastic_layers, realtime, water_body
 from .exr_output import write_float_exr
 from .render_plan import RenderPlan
 from .water_body import WaterExtent
@@ -46,13 +46,18 @@ def cycles_bands(
 ) -> Iterator[BandEngine]:
     """Water for the Cycles reference while the block runs."""
     notes = water_body.add_water(scene, plan.column, plan.cycles.lobes, extent)
+    light = plan.inelastic
+    layers = None if light is None else inelastic_layers.add_layers(scene, light, extent)
     settings = {"samples": plan.settings.samples, "seed": seed, "denoise": denoise}
     try:
         with cycles_settings.reference_settings(scene, camera, **settings) as layer:
 
             def frame(now: RenderPlan, _: float) -> RenderPass:
                 water_body.place(scene, now.column)
+                caustics.move_surface(scene, now)
                 values = now.pass_values(scene)
+                if layers is not None:
+                    values = values.with_values(inelastic_layers.emission(now.inelastic, layers))
 
                 def render(indices: tuple[int, ...], path: Path) -> None:
                     values.apply(layer, indices)
@@ -84,7 +89,8 @@ def eevee_bands(
     passes = plan.bands.packed(3)
 
     def water_of(now: RenderPlan, camera_depth: float) -> realtime.RealtimeWater:
-        return now.realtime(scene, camera_depth, np.ones((3, len(now.bands))), shafts=shafts)
+        water = now.realtime(scene, camera_depth, np.ones((3, len(now.bands))), shafts=shafts)
+        return caustics.with_waves(scene, now, water)
 
     def scale_of(now: RenderPlan, camera_depth: float) -> np.ndarray:
         white = now.column.light_field(now.phase).Ed(camera_depth) / np.pi
@@ -122,7 +128,8 @@ def eevee_realtime(
 
     def water_of(now: RenderPlan, camera_depth: float) -> realtime.RealtimeWater:
         weights = now.reduction(camera_depth).weights
-        return now.realtime(scene, camera_depth, weights, shafts=shafts)
+        water = now.realtime(scene, camera_depth, weights, shafts=shafts)
+        return caustics.with_waves(scene, now, water)
 
     with _eevee(scene, camera, water_of(plan, depth), extent, plan.settings.samples) as notes:
 

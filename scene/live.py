@@ -15,7 +15,7 @@ import bpy
 
 from ..node_groups import realtime_values
 from ..uw_spectral.errors import InputError
-from . import eevee_settings, property_group, realtime, realtime_materials, shared_plans
+from . import caustics, eevee_settings, property_group, realtime, realtime_materials, shared_plans
 from .session import SESSION
 from .settings import NO_FLOOR, SceneSettings
 from .water_body import COLLECTION, has_water, water_extent
@@ -56,7 +56,7 @@ def add(scene: bpy.types.Scene, *, shafts: bool = False) -> list[str]:
     depth = preview_depth(scene, chosen)
     water = _water(scene, chosen, depth, shafts=shafts)
     notes = realtime.add_realtime(scene, water, water_extent(scene, water.column, depth))
-    session: dict[str, Any] = {_SHAFTS: shafts, _SHOWN: _key(chosen, depth), _PROBLEM: ""}
+    session: dict[str, Any] = {_SHAFTS: shafts, _SHOWN: _key(scene, chosen, depth), _PROBLEM: ""}
     if scene.camera is not None:
         session[_CAMERA] = scene.camera.data
     scene[SESSION] = session
@@ -110,7 +110,7 @@ def update(
     try:
         chosen = property_group.stored_settings(seen)
         depth = preview_depth(scene, chosen, depsgraph)
-        if shafts is None and session[_SHOWN] == _key(chosen, depth):
+        if shafts is None and session[_SHOWN] == _key(scene, chosen, depth):
             return True
         water = _water(scene, chosen, depth, shafts=bool(session[_SHAFTS]))
         if not _fits(scene, water):
@@ -122,7 +122,7 @@ def update(
             realtime.set_values(scene, water)
         if water.shafts is not None:
             _use_shafts(scene, water.shafts)
-        session[_SHOWN], session[_PROBLEM] = _key(chosen, depth), ""
+        session[_SHOWN], session[_PROBLEM] = _key(scene, chosen, depth), ""
     except InputError as error:
         session[_PROBLEM] = str(error)
     return True
@@ -216,8 +216,9 @@ def problem(scene: bpy.types.Scene) -> str:
     return ""
 
 
-def _key(chosen: SceneSettings, depth: float) -> str:
-    return repr((chosen, depth))
+def _key(scene: bpy.types.Scene, chosen: SceneSettings, depth: float) -> str:
+    moving = chosen.surface == caustics.WAVES
+    return repr((chosen, depth, caustics.wave_time(scene, chosen) if moving else 0.0))
 
 
 def _water(
@@ -226,7 +227,8 @@ def _water(
     plan = shared_plans.plan_of(chosen)
     with shared_plans.quiet():
         weights = shared_plans.viewpoint(plan, depth).reduction.weights
-        return plan.realtime(scene, depth, weights, shafts=shafts)
+        water = plan.realtime(scene, depth, weights, shafts=shafts)
+        return caustics.with_waves(scene, plan, water)
 
 
 def _fits(scene: bpy.types.Scene, water: realtime.RealtimeWater) -> bool:

@@ -36,7 +36,7 @@ class PassValues:
             Share of each lobe of the phase function in the scattering.
         """
         # Radiance gains n² on its way into the denser medium; Cycles leaves that out.
-        gain = column.refractive_index**2 if column.surface == "flat" else 1.0
+        gain = column.refractive_index**2 if column.reflects else 1.0
         values = {
             attributes.ABSORPTION: column.absorption,
             attributes.SUN_IRRADIANCE: column.sun_irradiance / column.sun_cosine,

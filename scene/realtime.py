@@ -16,16 +16,20 @@ from numpy.typing import NDArray
 
 from ..node_groups import (
     realtime_background,
+    realtime_inelastic,
     realtime_surface,
     realtime_values,
     realtime_volume,
+    realtime_waves,
 )
 from ..node_groups.realtime_values import Numbers, Shape
 from ..uw_spectral.errors import InputError
+from ..uw_spectral.inelastic import InelasticLight, reduced
 from ..uw_spectral.path_radiance import PathRadiance, solve_path_radiance
 from ..uw_spectral.phase import BandPhase, HenyeyGreenstein
 from ..uw_spectral.reflectance import emission_basis, uplift_basis
 from ..uw_spectral.water_column import WaterColumn
+from ..uw_spectral.wave_patterns import WavePatterns
 from . import band_colors, realtime_materials, water_body
 from .water_body import WaterExtent
 
@@ -47,6 +51,9 @@ _LONGEST_SHAFT = 200.0
 # Share by which the volume may dim what is behind it; below, the rounding of its
 # transmittance costs more light than that (8 to 14 % at 0.003, 4 to 6 % at 0.02).
 _SHAFT_OPACITY = 0.02
+# Finest detail of the sun's shadow in m: Blender's millimetre costs several times as much,
+# and the sun's disc blurs a shadow by 7 mm per metre, waves by far more.
+_SHADOW, _WAVY_SHADOW = 0.01, 0.03
 
 
 @dataclass(frozen=True)
@@ -66,6 +73,7 @@ class RealtimeWater:
     reflectances: dict[str, NDArray[np.float64]]
     column: WaterColumn
     shafts: ShaftRange | None
+    waves: WavePatterns | None = None
 
     def of_triple(self, indices: Sequence[int], gains: Sequence[float]) -> RealtimeWater:
         """Return the water of one band pass: three bands, seen as red, green and blue.
@@ -98,6 +106,7 @@ def realtime_water(
     aureole: bool = True,
     shafts: bool = False,
     reflectances: dict[str, NDArray[np.float64]] | None = None,
+    inelastic: InelasticLight | None = None,
 ) -> RealtimeWater:
     """Compute everything that the node groups need for a frame.
 
@@ -117,17 +126,25 @@ def realtime_water(
         Whether single scattering is drawn by the froxel volume, with shadows.
     reflectances : dict of str to array, shape (n,), optional
         Measured reflectance by material name.
+    inelastic : InelasticLight, optional
+        Light of changed wavelength in the same bands; it is reduced to a few exponentials.
     """
     n = len(column.bands)
     water = solve_path_radiance(
         column.light_field(phase), phase, camera_depth, column.sun_direction
     )
     lobes = len(water.aureole.weights) if aureole else 0
-    shape = Shape(n, tuple(phase.components), lobes, column.surface == "flat", shafts)
+    shape = Shape(n, tuple(phase.components), lobes, column.reflects, shafts)
+    light = {}
+    if inelastic is not None:
+        few = reduced(inelastic)
+        light = realtime_inelastic.of_light(few)
+        shape = replace(shape, inelastic=tuple(term.rising for term in few.terms))
     numbers = realtime_values.of_water(water, shape)
     reach = _shaft_range(column, water, camera_depth, weights) if shafts else None
     bands = {
         **numbers.bands,
+        **light,
         realtime_values.SKY: column.sky_radiance,
         **dict(zip(realtime_values.REFLECTANCE, uplift_basis(column.bands).T, strict=True)),
         **dict(zip(realtime_values.EMISSION, emission_basis(column.bands).T, strict=True)),
@@ -188,6 +205,8 @@ def add_realtime(scene: bpy.types.Scene, water: RealtimeWater, extent: WaterExte
     if scene.world is not None:
         collection[_WORLD] = scene.world
     scene.collection.children.link(collection)
+    if water.waves is not None:
+        realtime_waves.write_patterns(water.waves)
     values = realtime_values.build(water.shape)
     realtime_values.write(values, water.numbers)
     group = realtime_surface.build(values, water.shape)
@@ -202,6 +221,7 @@ def add_realtime(scene: bpy.types.Scene, water: RealtimeWater, extent: WaterExte
     notes += realtime_materials.insert(materials, group, water.reflectances, water.shape)
     lamp = bpy.data.lights.new("UW Sun", "SUN")
     lamp.energy = 1.0
+    lamp.shadow_maximum_resolution = _SHADOW if water.waves is None else _WAVY_SHADOW
     collection.objects.link(bpy.data.objects.new("UW Sun", lamp))
     set_values(scene, water)
     return notes
@@ -223,6 +243,8 @@ def set_values(scene: bpy.types.Scene, water: RealtimeWater) -> None:
             "this water needs other nodes; remove the real-time water and add it again"
         )
     realtime_values.write(tree, water.numbers)
+    if water.waves is not None:
+        realtime_waves.write_patterns(water.waves)
     realtime_materials.write_reflectances(water.reflectances, water.shape)
     realtime_materials.refresh()
     collection = _collection(scene)
@@ -252,6 +274,7 @@ def remove_realtime(scene: bpy.types.Scene) -> None:
         group = bpy.data.node_groups.get(name)
         if group is not None:
             bpy.data.node_groups.remove(group)
+    realtime_waves.remove_images()
 
 
 def has_realtime(scene: bpy.types.Scene) -> bool:
@@ -286,7 +309,7 @@ def _shaft_range(
     across /= np.linalg.norm(across)
     w = -np.cos(angles)[:, None] * sun + np.sin(angles)[:, None] * across
     light = water.single_scattering(camera_depth, tuple(w.T[..., None]), end)
-    seen = (light @ np.maximum(weights, 0.0).T).max(axis=1)
+    seen = np.maximum(light @ weights.T, 0.0).max(axis=1)
     phase = HenyeyGreenstein(realtime_volume.ANISOTROPY)
     opacity = float((seen / phase(np.cos(angles))).max())
     return ShaftRange(end, _SHAFT_OPACITY / max(opacity, 1e-12))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import importlib.metadata
 import math
 import platform
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import bpy
@@ -14,9 +14,19 @@ from numpy.typing import NDArray
 
 from ..node_groups import attributes
 from ..uw_spectral.bands import Bands
+from ..uw_spectral.bio_optics import Constituents, constituents_of
 from ..uw_spectral.colour_rendering import SensorReduction, auto_exposure_stops, reduction
 from ..uw_spectral.errors import InputError
 from ..uw_spectral.illuminant import RELATIVE, Illuminant, parse_illuminant
+from ..uw_spectral.inelastic import (
+    EXCITATION,
+    InelasticLight,
+    InelasticProcess,
+    excitation_fields,
+    inelastic_processes,
+    parse_processes,
+    solve_inelastic,
+)
 from ..uw_spectral.path_radiance import PathRadiance, solve_path_radiance
 from ..uw_spectral.phase import BandPhase, parse_phase
 from ..uw_spectral.reflectance import emission_basis, parse_reflectance, uplift_basis
@@ -30,7 +40,7 @@ from . import band_colors
 from .cycles_phase import CyclesPhase, cycles_phase
 from .pass_values import PassValues
 from .realtime import RealtimeWater, realtime_water
-from .settings import AUTO, SceneSettings
+from .settings import AUTO, DEFAULT_PHASE, SceneSettings
 
 _RELATIVE_UNITS = "sr^-1, relative to an irradiance of 1 at 560 nm"
 _RECORDED_PACKAGES = ("numpy", "colour-science", "jerlov", "nodebpy", "OpenImageIO")
@@ -49,6 +59,7 @@ class RenderPlan:
     floor: Spectrum
     column: WaterColumn
     cycles: CyclesPhase
+    inelastic: InelasticLight | None = None
 
     @property
     def passes(self) -> list[tuple[int, ...]]:
@@ -93,8 +104,9 @@ class RenderPlan:
             for material, reflectance in band_colors.measured_reflectances(scene)
         }
         return realtime_water(
-            self.column, self.phase, depth, weights, shafts=shafts, reflectances=reflectances
-        )
+            self.column, self.phase, depth, weights, shafts=shafts, reflectances=reflectances,
+            inelastic=self.inelastic,
+        )  # fmt: skip
 
     def path_radiance(self, depth: float) -> PathRadiance:
         """Return the closed form for a camera at a depth in m."""
@@ -153,31 +165,90 @@ def make_plan(settings: SceneSettings) -> RenderPlan:
     bands = _bands(settings)
     water = _water(settings)
     water.warn_doubts(bands.centres)
-    b = water.b(bands.centres)
-    phase = parse_phase(settings.phase).for_bands(b, molecular_scattering(bands.centres))
+    phase = _phase(settings, water, bands)
     illuminant = parse_illuminant(settings.illuminant, settings.sun_zenith)
     floor = parse_reflectance(settings.floor_reflectance)
+    column = _column(settings, water, illuminant, bands, floor.at(bands.centres))
+    inelastic = None
+    switched_on = parse_processes(settings.inelastic)
+    if switched_on:
+        # A measured floor need not reach the ultraviolet, which only excites.
+        known = np.clip(EXCITATION.centres, floor.wavelengths[0], floor.wavelengths[-1])
+        exciting = _column(settings, water, illuminant, EXCITATION, floor.at(known))
+        inelastic = solve_inelastic(
+            _processes(settings, switched_on, bands),
+            excitation_fields(exciting, _phase(settings, water, EXCITATION)),
+            EXCITATION,
+            column.light_field(phase),
+            bands,
+        )
+    sensor = parse_sensor(settings.sensor)
+    return RenderPlan(
+        settings, bands, water, phase, illuminant, sensor, floor, column, cycles_phase(phase),
+        inelastic,
+    )  # fmt: skip
+
+
+def _column(
+    settings: SceneSettings,
+    water: Water,
+    illuminant: Illuminant,
+    bands: Bands,
+    floor_reflectance: NDArray[np.float64],
+) -> WaterColumn:
     index, zenith = settings.refractive_index, settings.sun_zenith
     direct = illuminant.direct_in(bands)
     transmitted = 1.0
     if settings.irradiance == "above":
         transmitted = 1.0 - float(fresnel_reflectance(math.cos(math.radians(zenith)), index))
-    column = WaterColumn(
+    return WaterColumn(
         bands=bands,
         absorption=water.a(bands.centres),
-        scattering=b,
+        scattering=water.b(bands.centres),
         sun_irradiance=direct * transmitted,
         sun_cosine=float(in_water_cosine(zenith, index)),
         sun_direction=sun_travel_direction(zenith, settings.sun_azimuth, index),
         sky_radiance=illuminant.diffuse_in(bands) / math.pi + settings.sky_radiance * direct,
         floor_depth=settings.floor_depth or math.inf,
-        floor_reflectance=floor.at(bands.centres),
+        floor_reflectance=floor_reflectance,
         surface=settings.surface,
         refractive_index=index,
     )
-    sensor = parse_sensor(settings.sensor)
-    return RenderPlan(
-        settings, bands, water, phase, illuminant, sensor, floor, column, cycles_phase(phase)
+
+
+def _phase(settings: SceneSettings, water: Water, bands: Bands) -> BandPhase:
+    """Return the phase function; by default a bio-optical water has that of its particles."""
+    constituents = _constituents(settings)
+    if settings.phase == DEFAULT_PHASE and constituents is not None:
+        return constituents.phase(bands.centres)
+    b = water.b(bands.centres)
+    return parse_phase(settings.phase).for_bands(b, molecular_scattering(bands.centres))
+
+
+def _constituents(settings: SceneSettings) -> Constituents | None:
+    """Return what the water is made of, if it is one bio-optical water."""
+    return None if settings.second_water else constituents_of(settings.water)
+
+
+def _processes(
+    settings: SceneSettings, switched_on: tuple[str, ...], bands: Bands
+) -> tuple[InelasticProcess, ...]:
+    constituents = _constituents(settings)
+    if constituents is None:
+        fluorescent = [name for name in switched_on if name != "raman"]
+        if fluorescent:
+            raise InputError(
+                f"--inelastic: {', '.join(fluorescent)} needs one water of known constituents, "
+                f"bio: or case:, not {settings.water!r}"
+                + (" with a second water" if settings.second_water else "")
+            )
+        constituents = Constituents()
+    found = inelastic_processes(constituents, EXCITATION, bands, switched_on)
+    return tuple(
+        p
+        if p.name == "raman"
+        else replace(p, coefficient=p.coefficient * settings.absorption_factor)
+        for p in found
     )
 
 

@@ -13,8 +13,11 @@ from ..uw_spectral.water_column import SURFACES
 
 AUTO = "auto"
 BANDS, REALTIME = "bands", "realtime"
+DEFAULT_PHASE = "mixture"
 NO_FLOOR = 0.0
 _RANGE = ("range_start", "range_end")
+# Options with a shorter name than their setting.
+_SHORT = {"wind_speed": "--wind"}
 
 
 def _setting(
@@ -62,7 +65,7 @@ class SceneSettings:
         1.0, "Factor on the scattering of the water", limits=(0.0, 1e3), animatable=True
     )
     phase: str = _setting(
-        "mixture",
+        DEFAULT_PHASE,
         "Phase function: hg:G, tthg:G1,G2,SHARE, fournier-forand:INDEX,BACKSCATTER, petzold, "
         "rayleigh, einstein-smoluchowski, isotropic, or mixture (molecules and sea particles "
         "by their share in each band)",
@@ -98,7 +101,50 @@ class SceneSettings:
     floor_reflectance: str = _setting(
         "0.2", "Reflectance of the floor: a number, or file:PATH with wavelength_nm, reflectance"
     )
-    surface: str = _setting("none", "Water surface", choices=SURFACES)
+    surface: str = _setting(
+        "none",
+        "Water surface: none, flat (Snell's window), or waves (and their caustics)",
+        choices=SURFACES,
+    )
+    wind_speed: float = _setting(
+        5.0,
+        "Wind that raises the waves, m/s at 10 m; 0 is calm",
+        limits=(0.0, 40.0),
+        animatable=True,
+    )
+    wind_direction: float = _setting(
+        0.0,
+        "Direction the wind blows to, degrees from +x towards +y",
+        limits=(-360.0, 360.0),
+        animatable=True,
+    )
+    fetch: float = _setting(
+        500.0, "Length over which the wind blows, km", limits=(0.01, 1e4), animatable=True
+    )
+    wave_seed: int = _setting(0, "Seed of the waves' phases", limits=(0, 2**31 - 1))
+    wave_tile: float = _setting(
+        10.0, "Side of the square after which waves and caustics repeat, m", limits=(0.1, 1e3)
+    )
+    wave_resolution: int = _setting(
+        512,
+        "Samples along the side of that square; more are sharper and slower",
+        limits=(16, 4096),
+    )
+    wave_time_scale: float = _setting(
+        1.0,
+        "Speed of the waves; 1 is real time, 0 stops them",
+        limits=(-1e3, 1e3),
+        animatable=True,
+    )
+    wave_loop: float = _setting(
+        0.0, "Time after which the waves repeat, s; 0 for never", limits=(0.0, 1e4)
+    )
+    caustics: float = _setting(
+        1.0,
+        "Strength of the caustics; 1 is physical, 0 is none",
+        limits=(0.0, 10.0),
+        animatable=True,
+    )
     sky_radiance: float = _setting(
         0.0,
         "Radiance of a uniform sky in air, as a share of the illuminant, per steradian",
@@ -119,6 +165,11 @@ class SceneSettings:
         "auto: a white surface at the camera's depth has luminance 0.9",
     )
     samples: int = _setting(64, "Samples per pixel", limits=(1, 2**24))
+    inelastic: str = _setting(
+        "",
+        "Light that changes its wavelength: raman, chlorophyll, cdom, comma separated, or all; "
+        "empty for none. Fluorescence needs a bio: or case: water",
+    )
 
     def __post_init__(self) -> None:
         for setting in fields(self):
@@ -140,6 +191,8 @@ def flag(name: str) -> str:
     """Return the option of a setting."""
     if name in _RANGE:
         return "--range"
+    if name in _SHORT:
+        return _SHORT[name]
     return f"--{name.replace('_', '-')}"
 
 
@@ -191,6 +244,7 @@ def parser() -> argparse.ArgumentParser:
         if setting.name not in _RANGE:
             result.add_argument(
                 flag(setting.name),
+                dest=setting.name,
                 type=type(setting.default),
                 choices=setting.metadata["choices"] or None,
                 help=setting.metadata["help"].replace("%", "%%"),

@@ -10,7 +10,7 @@ import bpy
 import numpy as np
 from mathutils import Vector
 
-from ..node_groups import sea_floor, sky, sun, water_surface, water_volume
+from ..node_groups import realtime_waves, sea_floor, sky, sun, water_surface, water_volume
 from ..uw_spectral.errors import InputError
 from ..uw_spectral.water_column import WaterColumn
 from . import band_colors, pass_values
@@ -109,21 +109,25 @@ def add_water(
         collection[_WORLD] = scene.world
 
     gap = min(_LARGEST_GAP, _SURFACE_GAP / max(float(column.attenuation.max()), _SURFACE_GAP))
-    top = -gap if column.surface == "flat" else 0.0
+    top = -gap if column.reflects else 0.0
     water = box("UW Water", extent, top)
     water.data.materials.append(water_volume.build(lobes))
     collection.objects.link(water)
     if math.isfinite(column.floor_depth):
         collection.objects.link(floor_plane(extent, sea_floor.build()))
-    if column.surface == "flat":
+    if column.reflects:
         surface = plane("UW Surface", 2.0 * extent.half_width, 0.0)
-        surface.data.materials.append(water_surface.build(column.refractive_index))
+        waves = column.surface == "waves"
+        if waves:
+            realtime_waves.write_calm()
+        material = water_surface.build(column.refractive_index, waves=waves)
+        surface.data.materials.append(material)
         collection.objects.link(surface)
     collection.objects.link(_sun(column.refractive_index))
     place(scene, column)
     scene.world = sky.build()
     # Sampling the sky through the interface would ignore refraction; rays find it anyway.
-    scene.world.cycles.sampling_method = "NONE" if column.surface == "flat" else "AUTOMATIC"
+    scene.world.cycles.sampling_method = "NONE" if column.reflects else "AUTOMATIC"
     return notes
 
 
@@ -158,6 +162,7 @@ def remove_water(scene: bpy.types.Scene) -> None:
     for item in list(collection.objects):
         delete(item)
     bpy.data.collections.remove(collection)
+    realtime_waves.remove_images()
     band_colors.remove()
     for layer in scene.view_layers:
         pass_values.clear(layer)

@@ -169,12 +169,38 @@ class DepthPanel(_SubPanel, bpy.types.Panel):
             column.label(text=f"Camera {-depth:.4g} m above the surface", icon="ERROR")
         column.label(text="The surface is z = 0; 1 unit is 1 m", icon="MOD_OCEAN")
         column.operator("underwater.submerge", icon="TRIA_DOWN_BAR")
-        column.prop(water, "surface")
         column.prop(water, "floor_depth", text="Floor (m)")
         if water.floor_depth:
             column.prop(water, "floor_reflectance", text="Reflectance")
         else:
             column.label(text="0: no floor is added")
+
+
+class WavesPanel(_SubPanel, bpy.types.Panel):
+    """The moving surface and its caustics."""
+
+    bl_idname = "UNDERWATER_PT_waves"
+    bl_label = "Surface and Waves"
+    bl_options = {"DEFAULT_CLOSED"}  # noqa: RUF012 - as Blender wants it
+
+    @override
+    def draw(self, context: bpy.types.Context) -> None:
+        water, column = _water(context), self.column()
+        column.prop(water, "surface")
+        moving = column.column()
+        moving.active = water.surface == "waves"
+        for name, text in (
+            ("wind_speed", "Wind (m/s)"),
+            ("wind_direction", "To (°)"),
+            ("fetch", "Fetch (km)"),
+            ("caustics", "Caustics ×"),
+            ("wave_time_scale", "Speed ×"),
+            ("wave_loop", "Loop (s)"),
+            ("wave_seed", "Seed"),
+            ("wave_tile", "Repeats after (m)"),
+            ("wave_resolution", "Resolution"),
+        ):
+            moving.prop(water, name, text=text)
 
 
 class SunPanel(_SubPanel, bpy.types.Panel):
@@ -319,6 +345,7 @@ CLASSES = (
     MainPanel,
     WaterPanel,
     DepthPanel,
+    WavesPanel,
     SunPanel,
     SensorPanel,
     QualityPanel,

@@ -9,6 +9,7 @@ A. Muñoz & O. Anson, Comput. Graph. Forum 27, 547 (2008), for comparison only.
 from __future__ import annotations
 
 import dataclasses
+import functools
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -24,6 +25,7 @@ from .phase import (
     BandPhase,
     EinsteinSmoluchowski,
     FournierForand,
+    PhaseFunction,
     SeawaterMixture,
     henyey_greenstein,
 )
@@ -181,15 +183,19 @@ class Constituents:
 
     def phase(self, wavelengths: ArrayLike) -> BandPhase:
         """Phase function per band: molecules, organic particles and minerals, weighted by b."""
-        parts = np.stack(list(self.scatterings(wavelengths).values()))
-        return BandPhase(
-            (
-                EinsteinSmoluchowski(),
-                FournierForand(_ORGANIC_INDEX, self.organic_backscatter),
-                FournierForand(_MINERAL_INDEX, _MINERAL_BACKSCATTER),
-            ),
-            parts / parts.sum(axis=0),
-        )
+        parts = {name: b for name, b in self.scatterings(wavelengths).items() if b.any()}
+        phases = self.phases
+        weights = np.stack(list(parts.values()))
+        return BandPhase(tuple(phases[name] for name in parts), weights / weights.sum(axis=0))
+
+    @property
+    def phases(self) -> dict[str, PhaseFunction]:
+        """Phase function by constituent."""
+        return {
+            "water": EinsteinSmoluchowski(),
+            "phytoplankton": FournierForand(_ORGANIC_INDEX, self.organic_backscatter),
+            "minerals": FournierForand(_MINERAL_INDEX, _MINERAL_BACKSCATTER),
+        }
 
     def phase_model(self) -> SeawaterMixture:
         """Return the mixture with one particle function for all bands, of their bb/b at 550 nm.
@@ -305,6 +311,29 @@ def parse_constituents(text: str) -> Constituents:
     return dataclasses.replace(base, **{_KEYS[key]: value for key, value in values.items()})
 
 
+def constituents_of(water: str) -> Constituents | None:
+    """Return the constituents of a water as :func:`.parse_water` spells it, if it has any.
+
+    Raises
+    ------
+    InputError
+        If a constituent or a named water is unknown.
+
+    Examples
+    --------
+    >>> constituents_of("bio:chl=1").chlorophyll
+    1.0
+    >>> constituents_of("jerlov:IB") is None
+    True
+    """
+    scheme, _, rest = water.partition(":")
+    if scheme == "bio":
+        return parse_constituents(rest)
+    if scheme == "case":
+        return _named(rest)[1].constituents
+    return None
+
+
 @dataclass(frozen=True)
 class NamedWater:
     """A typical water of a sea, and where its numbers come from."""
@@ -361,11 +390,16 @@ def named_water(name: str) -> Water:
     InputError
         If the name is unknown.
     """
+    key, sea = _named(name)
+    return sea.constituents.water(key, sea.source)
+
+
+def _named(name: str) -> tuple[str, NamedWater]:
     known = named_waters()
     key = name.strip().lower().replace(" ", "-").replace("_", "-")
     if key not in known:
         raise unknown_name("sea", name, known)
-    return known[key].constituents.water(key, known[key].source)
+    return key, known[key]
 
 
 def pure_water_absorption(
@@ -390,7 +424,7 @@ def pure_water_absorption(
     >>> pure_water_absorption([440, 700])
     array([0.00635, 0.624  ])
     """
-    table = read_table(DATA_DIRECTORY / "pure_water_absorption.csv")
+    table = _pure_water()
     if source == "wavelength_nm" or source not in table.columns:
         raise unknown_name("absorption of pure water", source, list(table.columns)[1:])
     return table.spectrum(source, f"absorption of pure water ({source})").at(wavelengths)
@@ -492,6 +526,12 @@ def henyey_greenstein_Gutierrez2008(g: Any, s2: Any, m: Mathematics = NUMPY) -> 
     return 4.0 * math.pi * henyey_greenstein(g, s2, m)
 
 
+@functools.cache
+def _pure_water() -> Table:
+    return read_table(DATA_DIRECTORY / "pure_water_absorption.csv")
+
+
+@functools.cache
 def _phytoplankton() -> Table:
     return read_table(
         DATA_DIRECTORY / "phytoplankton_absorption.csv",

@@ -9,6 +9,9 @@ per-pixel formulas are plain arithmetic over a :class:`.Mathematics`.
 
 from __future__ import annotations
 
+import dataclasses
+import functools
+import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -20,11 +23,13 @@ from numpy.typing import ArrayLike, NDArray
 from .bands import Bands
 from .bio_optics import Constituents, pure_water_absorption
 from .errors import InputError, unknown_name
-from .light_field import DEEPEST_FLOOR, LightField
+from .light_field import DEEPEST_FLOOR, LightField, solve_light_field
 from .math_backend import NUMPY, Mathematics
 from .path_radiance import attenuated_path, distance_in_water
-from .phase import EinsteinSmoluchowski, Isotropic, PhaseFunction
-from .spectrum import DATA_DIRECTORY, read_table
+from .phase import BandPhase, EinsteinSmoluchowski, Isotropic, PhaseFunction
+from .spectrum import DATA_DIRECTORY, Table, read_table
+from .sun import diffuse_transmittance, fresnel_reflectance
+from .water_column import WaterColumn
 
 PROCESSES = ("raman", "chlorophyll", "cdom")
 RAMAN_PHASE = EinsteinSmoluchowski(0.53)
@@ -40,12 +45,18 @@ _WALRAFEN = np.array(
 # C. D. Mobley, Light and Water (1994), §5.15.
 _CHLOROPHYLL_LINE, _CHLOROPHYLL_SIGMA = 685.0, 10.6
 _CHLOROPHYLL_EXCITATION = (370.0, 690.0)
+EXCITATION = Bands.uniform(20, 300.0, 700.0)
+"""Bands of the light that excites: no process of ours starts elsewhere."""
 QUANTUM_YIELD = 0.02
 """Of chlorophyll fluorescence; 0.01 to 0.1 in nature."""
 # S. K. Hawes (1992), fulvic acid FA7; B1, B2 in 1/nm.
 _A1, _A2, _B1, _B2 = 0.470, 0.407, 8.077e-4, -4.57e-4
 _FULL_WIDTH = 2 * math.sqrt(2 * math.log(2))
 _RESONANCE = 1e-3
+_SHORT = 3e-4  # optical length below which a path counts as one of this length
+# Of the fit to few exponentials: depths, candidate rates, the share of the largest value below
+# which light counts less and less.
+_FIT_DEPTHS, _FIT_RATES, _FAINT, _FIT_CONDITION = 48, 12, 1e-4, 1e-6
 _NODES, _NODE_WEIGHTS = np.polynomial.legendre.leggauss(8)
 _error_function = np.vectorize(math.erf, otypes=[float])
 
@@ -147,11 +158,16 @@ def cdom_emission(excitation: float, wavelengths: ArrayLike) -> NDArray[np.float
     0.000135
     """
     nm = _checked(wavelengths)
-    table = read_table(DATA_DIRECTORY / "cdom_fluorescence_hawes_fa7.csv")
+    table = _fulvic_acid()
     efficiency = table.spectrum("A0", "fluorescence of CDOM").at_or_zero([excitation])[0]
     width = 0.6 * (_A2 / excitation + _B2)
     x = (1 / nm - _A1 / excitation - _B1) / width
     return np.where(nm > excitation, efficiency * np.exp(-(x**2)), 0.0)
+
+
+@functools.cache
+def _fulvic_acid() -> Table:
+    return read_table(DATA_DIRECTORY / "cdom_fluorescence_hawes_fa7.csv")
 
 
 def raman_process(excitation: Bands, emission: Bands) -> InelasticProcess:
@@ -230,6 +246,33 @@ def cdom_process(absorption: ArrayLike, excitation: Bands, emission: Bands) -> I
     )
 
 
+def parse_processes(text: str) -> tuple[str, ...]:
+    """Read which processes an option switches on.
+
+    Parameters
+    ----------
+    text : str
+        Names of :data:`PROCESSES`, comma separated; ``"all"``; empty for none.
+
+    Raises
+    ------
+    InputError
+        If a name is unknown.
+
+    Examples
+    --------
+    >>> parse_processes("cdom, raman")
+    ('raman', 'cdom')
+    """
+    names = [part.strip().lower() for part in text.split(",") if part.strip()]
+    if names == ["all"]:
+        return PROCESSES
+    for name in names:
+        if name not in PROCESSES:
+            raise unknown_name("inelastic process", name, (*PROCESSES, "all"))
+    return tuple(name for name in PROCESSES if name in names)
+
+
 def inelastic_processes(
     constituents: Constituents,
     excitation: Bands,
@@ -276,7 +319,7 @@ def inelastic_processes(
 
 
 @dataclass(frozen=True, eq=False)
-class _Exponential:
+class DepthTerm:
     """One exponential of depth in every emission band: its rate and what it carries.
 
     ``emission`` is emitted power per volume, ``E0`` and ``F`` the diffuse light
@@ -290,6 +333,7 @@ class _Exponential:
     F: Any
 
     def exponent(self, y: Any, y_f: Any) -> Any:  # noqa: ANN401
+        """Exponent at depth y over a floor at y_f."""
         return -self.rate * (y_f - y) if self.rising else -self.rate * y
 
 
@@ -302,7 +346,7 @@ class InelasticLight:
     """
 
     field: LightField
-    terms: tuple[_Exponential, ...]
+    terms: tuple[DepthTerm, ...]
 
     def source(self, y: Any, m: Mathematics = NUMPY) -> Any:  # noqa: ANN401
         """Power emitted per volume at depth y, per nm, in all directions together."""
@@ -324,9 +368,22 @@ class InelasticLight:
         """Upwelling irradiance at depth y."""
         return self.E0(y, m) / 4.0 - self.F(y, m) / 2.0
 
+    def surface_irradiance(self, y: Any, up: Any, m: Mathematics = NUMPY) -> Any:  # noqa: ANN401
+        """Irradiance on a patch whose normal has the upward component ``up``."""
+        return m.maximum(self.E0(y, m) / 4.0 + up * self.F(y, m) / 2.0, 0.0)
+
     def floor_radiance(self, m: Mathematics = NUMPY) -> Any:  # noqa: ANN401
         """Radiance that the Lambertian floor adds."""
         return m.maximum(self.field.r / math.pi * self.Ed(self.field.y_f, m), 0.0)
+
+    def mean_source(self, upper: Any, lower: Any) -> NDArray[np.float64]:  # noqa: ANN401
+        """Mean of :meth:`source` between two depths, in closed form."""
+        f, P = self.field, np.asarray(lower) - upper
+        total = 0.0
+        for t in self.terms:
+            ends = t.exponent(upper, f.y_f), t.exponent(lower, f.y_f)
+            total = total + t.emission * attenuated_path(*ends, t.rate * P, 1.0)
+        return np.asarray(total)
 
     def path(
         self,
@@ -349,7 +406,7 @@ class InelasticLight:
         for t in self.terms:
             falls = -t.rate if t.rising else t.rate
             strength = (t.emission + f.bp * (t.E0 - tilt * t.F)) / (4.0 * math.pi)
-            total = total + strength * attenuated_path(
+            total = total + strength * _attenuated_path(
                 t.exponent(y_o, f.y_f),
                 t.exponent(y_e, f.y_f) - f.cp * P,
                 (f.cp + falls * w_y) * P,
@@ -358,13 +415,28 @@ class InelasticLight:
             )
         return m.maximum(total, 0.0)
 
-    def background(self, y_o: Any, w: Sequence[Any], m: Mathematics = NUMPY) -> Any:  # noqa: ANN401
-        """Radiance that the undisturbed water with its floor adds along w (surface: black)."""
+    def background(
+        self,
+        y_o: Any,  # noqa: ANN401
+        w: Sequence[Any],
+        L_surface: Any = 0.0,  # noqa: ANN401
+        m: Mathematics = NUMPY,
+    ) -> Any:  # noqa: ANN401
+        """Radiance that the undisturbed water with its floor or surface behind adds along w.
+
+        ``L_surface`` comes down from the surface: :meth:`under_surface`, or 0.
+        """
         f = self.field
         w_y = -w[2]
         P = distance_in_water(y_o, w_y, f.y_f, m)
-        end = m.select(m.less(w_y, 0.0), 0.0, self.floor_radiance(m))
+        end = m.select(m.less(w_y, 0.0), L_surface, self.floor_radiance(m))
         return self.path(y_o, w, P, m) + m.exp(-f.cp * P) * end
+
+    def under_surface(self, w: Sequence[Any], relative_index: Any, m: Mathematics = NUMPY) -> Any:  # noqa: ANN401
+        """Radiance that a flat surface mirrors down; see :meth:`.PathRadiance.under_surface`."""
+        cosine = m.maximum(w[2], 0.0)
+        reflectance = fresnel_reflectance(cosine, 1.0 / relative_index, m)
+        return reflectance * self.background(0.0 * w[2], (w[0], w[1], -cosine), m=m)
 
     def _sum(self, name: str, y: Any, m: Mathematics) -> Any:  # noqa: ANN401
         total = 0.0
@@ -373,9 +445,54 @@ class InelasticLight:
         return total
 
 
+def excitation_fields(column: WaterColumn, phase: BandPhase) -> tuple[LightField, ...]:
+    """Return light fields that add up to the elastic light of a column.
+
+    Below a reflecting surface skylight keeps within Snell's cone. Two-stream
+    theory takes it for light from all sides, which dies away too fast where
+    absorption outweighs scattering, as in the ultraviolet that excites CDOM;
+    here it is a second beam, of its mean cosine.
+
+    Examples
+    --------
+    >>> from .phase import parse_phase
+    >>> column = WaterColumn(Bands.uniform(1), 0.9, 0.1, 0.0, 1.0, (0, 0, -1), 1.0,
+    ...                      math.inf, 0.0, "flat", 1.34)
+    >>> fields = excitation_fields(column, parse_phase("hg:0.8").for_bands([0.1]))
+    >>> sum(field.Ed(2.0) for field in fields).round(2)
+    array([0.33])
+    """
+    if not (column.reflects and column.sky_radiance.any()):
+        return (column.light_field(phase),)
+    sunlight = dataclasses.replace(column, sky_radiance=np.zeros(len(column.bands)))
+    field = sunlight.light_field(phase)
+    n = column.refractive_index
+    skylight = solve_light_field(
+        column.absorption,
+        column.scattering,
+        phase.chi1,
+        phase.chi2,
+        math.pi * column.sky_radiance * diffuse_transmittance(n),
+        _skylight_cosine(n),
+        R=field.R,
+        r=column.floor_reflectance,
+        y_f=column.floor_depth,
+    )
+    return (field, skylight)
+
+
+def _skylight_cosine(n: float) -> float:
+    """Mean cosine Ed/E0 of a uniform sky just below a flat surface."""
+    nodes, weights = np.polynomial.legendre.leggauss(64)
+    in_air = (nodes + 1) / 2
+    entering = weights * in_air * (1 - fresnel_reflectance(in_air, n))
+    in_water = np.sqrt(1 - (1 - in_air**2) / n**2)
+    return float(entering.sum() / (entering / in_water).sum())
+
+
 def solve_inelastic(
     processes: Sequence[InelasticProcess],
-    excitation_field: LightField,
+    excitation_field: LightField | Sequence[LightField],
     excitation: Bands,
     emission_field: LightField,
     emission: Bands,
@@ -386,8 +503,9 @@ def solve_inelastic(
     ----------
     processes : sequence of InelasticProcess
         On these bands; an empty one gives no light.
-    excitation_field : LightField
-        Elastic light of the excitation bands, irradiances per nm.
+    excitation_field : LightField, or a sequence of them
+        Elastic light of the excitation bands, irradiances per nm; several add
+        up, see :func:`excitation_fields`.
     excitation : Bands
     emission_field : LightField
         Elastic light of the emission bands, in the same water column.
@@ -418,12 +536,10 @@ def solve_inelastic(
                 f"inelastic {process.name}: the matrix has shape {process.photons.shape} for "
                 f"{shape[0]} excitation and {shape[1]} emission bands"
             )
-    f, x = emission_field, excitation_field
-    if (
-        x.y_f != f.y_f
-        or x.mu_s != f.mu_s
-        or np.shape(x.k) != shape[:1]
-        or np.shape(f.k) != shape[1:]
+    f = emission_field
+    exciting = [excitation_field] if isinstance(excitation_field, LightField) else excitation_field
+    if np.shape(f.k) != shape[1:] or any(
+        x.y_f != f.y_f or np.shape(x.k) != shape[:1] for x in exciting
     ):
         raise InputError("inelastic light: the two light fields are not of one water column")
     matrix = np.zeros(shape)
@@ -431,7 +547,7 @@ def solve_inelastic(
         matrix += process.energy_matrix(excitation, emission)
 
     ct = f.k / f.h
-    terms: list[_Exponential] = []
+    terms: list[DepthTerm] = []
 
     def drive(rates: Any, strengths: Any, rising: bool) -> None:  # noqa: ANN401
         for rate, strength, row in zip(rates, strengths, matrix, strict=True):
@@ -441,11 +557,12 @@ def solve_inelastic(
             away = np.maximum(np.abs(detuning), _RESONANCE * rate**2)
             E0 = ct * strength * row / np.where(detuning > 0, away, -away)
             F = (-rate if rising else rate) / ct * E0
-            terms.append(_Exponential(float(rate), rising, strength * row, E0, F))
+            terms.append(DepthTerm(float(rate), rising, strength * row, E0, F))
 
-    drive(x.k, x.C1, rising=False)
-    drive(x.ks, x.A + x.E / x.mu_s, rising=False)
-    drive(x.k, x.C2, rising=True)
+    drive(exciting[0].k, sum(x.C1 for x in exciting), rising=False)
+    drive(exciting[0].k, sum(x.C2 for x in exciting), rising=True)
+    for x in exciting:
+        drive(x.ks, x.A + x.E / x.mu_s, rising=False)
 
     def boundary(y: float) -> tuple[Any, Any]:
         decays = [(t, math.exp(t.exponent(y, f.y_f))) for t in terms]
@@ -468,9 +585,79 @@ def solve_inelastic(
     C1 = (top * low_along - low * top_against * across) / determinant
     C2 = (low * top_along - top * low_against * across) / determinant
     nothing = np.zeros(shape[1])
-    terms.append(_Exponential(f.k, False, nothing, C1, f.h * C1))
-    terms.append(_Exponential(f.k, True, nothing, C2, -f.h * C2))
+    terms.append(DepthTerm(f.k, False, nothing, C1, f.h * C1))
+    terms.append(DepthTerm(f.k, True, nothing, C2, -f.h * C2))
     return InelasticLight(f, tuple(terms))
+
+
+def reduced(light: InelasticLight, count: int = 3, deepest: float = 100.0) -> InelasticLight:
+    """Approximate inelastic light by a few exponentials of depth in each band, for shaders.
+
+    The rates are the best of a grid, the coefficients a least-squares fit of
+    emission, E0 and F, each depth weighing by the inverse of the light there.
+
+    Parameters
+    ----------
+    light : InelasticLight
+        Of :func:`solve_inelastic`; it has a few per excitation band.
+    count : int
+        Number of falling exponentials, 1 to 4; over a floor one that rises joins them.
+    deepest : float
+        Depth in m to which the fit reaches, at most to the floor.
+
+    Returns
+    -------
+    InelasticLight
+        With ``count`` terms, or one more; the rates differ by band.
+    """
+    if not 1 <= count <= 4:
+        raise InputError(f"inelastic light: reduce to 1 to 4 exponentials, got {count}")
+    f = light.field
+    over_floor = f.y_f < DEEPEST_FLOOR
+    reach = min(f.y_f, deepest)
+    # Dense near the surface, where light of strongly absorbed bands is made.
+    y = reach * np.linspace(0.0, 1.0, _FIT_DEPTHS)[:, None] ** 3
+    source, E0, F = light.source(y), light.E0(y), light.F(y)
+    weigh_source, weigh_light = (
+        1.0 / np.maximum(x, _FAINT * x.max(axis=0) + np.finfo(float).tiny) for x in (source, E0)
+    )
+    rates = [np.broadcast_to(t.rate, f.k.shape) for t in light.terms if not t.rising]
+    low, high = np.min(rates, axis=0), np.max(rates, axis=0)
+    grid = low * (high / low) ** np.linspace(0.0, 1.0, _FIT_RATES)[:, None]
+    # Axes: bands, depths, candidates or quantities.
+    columns = np.exp(-y * grid[:, None, :])
+    if over_floor:
+        columns = np.concatenate([columns, np.exp(-f.k * (f.y_f - y))[None]])
+    columns = np.moveaxis(columns, 0, -1).transpose(1, 0, 2)
+    weights = [np.moveaxis(w, 0, 1)[..., None] for w in (weigh_source, weigh_light)]
+    wanted = [np.moveaxis(q, 0, -1)[..., None] for q in (source, E0, F)]
+    wanted = [wanted[0], np.concatenate(wanted[1:], axis=-1)]
+    best = np.full(f.k.shape, math.inf)
+    kept = np.zeros((*f.k.shape, count), dtype=int)
+    fits = np.zeros((*f.k.shape, count + over_floor, 3))
+    for chosen in itertools.combinations(range(_FIT_RATES), count):
+        basis = columns[..., [*chosen, *([_FIT_RATES] if over_floor else [])]]
+        found, error = [], 0.0
+        for weight, quantity in zip(weights, wanted, strict=True):
+            weighted, aim = weight * basis, weight * quantity
+            found.append(np.linalg.pinv(weighted, rcond=_FIT_CONDITION) @ aim)
+            error = error + ((weighted @ found[-1] - aim) ** 2).sum(axis=(1, 2))
+        better = error < best
+        best[better], kept[better] = error[better], chosen
+        fits[better] = np.concatenate(found, axis=-1)[better]
+    terms = [
+        DepthTerm(np.take_along_axis(grid, kept[None, :, i], axis=0)[0], False, *fits[:, i].T)
+        for i in range(count)
+    ]
+    if over_floor:
+        terms.append(DepthTerm(f.k, True, *fits[:, count].T))
+    return InelasticLight(f, tuple(terms))
+
+
+def _attenuated_path(near: Any, far: Any, qP: Any, P: Any, m: Mathematics) -> Any:  # noqa: ANN401
+    """Return :func:`.attenuated_path` to 3e-4 in single precision, in a third of the nodes."""
+    x = m.maximum(m.absolute(qP), _SHORT)
+    return P * m.exp(m.maximum(near, far)) * ((1.0 - m.exp(-x)) / x)
 
 
 def _checked(wavelengths: ArrayLike) -> NDArray[np.float64]:

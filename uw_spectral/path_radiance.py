@@ -29,6 +29,8 @@ FARTHEST = 1e7
 
 _NEAR_ZERO = 0.25  # below it phi comes from its series
 _STEP = math.exp(-_NEAR_ZERO)
+_LOWEST_SUN = 0.1  # share of the sun's normal irradiance that a flat surface lets in, at 80°
+_LEVEL = -0.01  # vertical component of a mirrored ray that would go up
 
 
 def phi(x: Any, m: Mathematics = NUMPY) -> Any:  # noqa: ANN401
@@ -123,6 +125,20 @@ def pixel_radiance(
 def veil(field: LightField, P: Any, m: Mathematics = NUMPY) -> Any:  # noqa: ANN401
     """Share of the background that reaches the camera scattered forward, over distance P."""
     return m.maximum(m.exp(-field.cp * P) - m.exp(-field.c * P), 0.0)
+
+
+def surface_normal(
+    slope_x: Any,  # noqa: ANN401
+    slope_y: Any,  # noqa: ANN401
+    m: Mathematics = NUMPY,
+) -> tuple[Any, Any, Any]:
+    """Unit normal, upwards, of a surface with these slopes."""
+    z = 1.0 / m.sqrt(1.0 + slope_x * slope_x + slope_y * slope_y)
+    return -slope_x * z, -slope_y * z, z
+
+
+def _dot(one: Sequence[Any], other: Sequence[Any]) -> Any:  # noqa: ANN401
+    return one[0] * other[0] + one[1] * other[1] + one[2] * other[2]
 
 
 @dataclass(frozen=True, eq=False)
@@ -234,8 +250,9 @@ class PathRadiance:
         L_sky: Any,  # noqa: ANN401
         relative_index: float,
         m: Mathematics = NUMPY,
+        slopes: tuple[Any, Any] | None = None,
     ) -> Any:  # noqa: ANN401
-        """Radiance just below a flat surface, looking up along w.
+        """Radiance just below the surface, looking up along w.
 
         The sky inside Snell's window and the mirrored water outside it.
 
@@ -249,12 +266,68 @@ class PathRadiance:
             Index of the water against air, n; the radiance gains a factor n².
         m : Mathematics
             Elementary functions.
+        slopes : two floats or arrays, optional
+            Slopes of the surface along x and y where w meets it; flat without.
         """
-        cosine = m.maximum(w[2], 0.0)
-        reflectance = fresnel_reflectance(cosine, 1.0 / relative_index, m)
         n2 = relative_index * relative_index
-        mirrored = self.background(0.0 * w[2], (w[0], w[1], -cosine), m=m)
+        if slopes is None:
+            cosine = m.maximum(w[2], 0.0)
+            reflected = (w[0], w[1], -cosine)
+        else:
+            normal = surface_normal(*slopes, m)
+            cosine = m.maximum(_dot(w, normal), 0.0)
+            x, y, z = (a - 2.0 * cosine * b for a, b in zip(w, normal, strict=True))
+            # A steep wave mirrors what lies level; a second reflection is left out.
+            reflected = (x, y, m.minimum(z, _LEVEL))
+        reflectance = fresnel_reflectance(cosine, 1.0 / relative_index, m)
+        mirrored = self.background(0.0 * w[2], reflected, m=m)
         return (1.0 - reflectance) * n2 * L_sky + reflectance * mirrored
+
+    def sun_glitter(
+        self,
+        y_o: Any,  # noqa: ANN401
+        w: Sequence[Any],
+        relative_index: Any,  # noqa: ANN401
+        width2: Any,  # noqa: ANN401
+        slopes: tuple[Any, Any],
+        m: Mathematics = NUMPY,
+    ) -> Any:  # noqa: ANN401
+        """Radiance of the sun's image just below the waves, looking up along w.
+
+        The solid angle over which the sun appears is a Gaussian one, so that no
+        pixel misses it. Seen through water that keeps ``e^{-cp P}`` of it, it
+        comes out attenuated by ``e^{-c P}``: forward scattering takes it away.
+
+        Parameters
+        ----------
+        y_o : float or array
+            Depth of the camera, m.
+        w : three floats or arrays
+            View direction, as in :meth:`path`; z > 0.
+        relative_index : float
+            Index of the water against air.
+        width2 : float
+            Mean squared angle, in air, of the sun's disc and of the waves that the
+            slopes leave out; positive.
+        slopes : two floats or arrays
+            Slopes of the surface along x and y where w meets it.
+        m : Mathematics
+            Elementary functions.
+        """
+        f, n, n2 = self.field, relative_index, relative_index * relative_index
+        normal = surface_normal(*slopes, m)
+        inside = m.maximum(_dot(w, normal), 0.0)
+        outside = m.sqrt(m.maximum(1.0 - n2 * (1.0 - inside * inside), 0.0))
+        air = [n * a + (outside - n * inside) * b for a, b in zip(w, normal, strict=True)]
+        sx, sy = n * self.sun[0], n * self.sun[1]
+        high = m.sqrt(m.maximum(1.0 - sx * sx - sy * sy, 1e-6))
+        x, y, z = air[0] + sx, air[1] + sy, air[2] - high
+        image = m.exp(-m.minimum((x * x + y * y + z * z) / width2, 80.0)) / (math.pi * width2)
+        through = 1.0 - fresnel_reflectance(inside, 1.0 / n, m)
+        # A sun at the horizon lights tilted waves out of all proportion to E: held.
+        entered = m.maximum(high * (1.0 - fresnel_reflectance(high, n, m)), _LOWEST_SUN)
+        P = m.minimum(y_o / m.maximum(w[2], 1e-4), FARTHEST)
+        return image * through * n2 / entered * f.E * m.exp((f.cp - f.c) * P)
 
     def single_scattering(
         self,

@@ -18,7 +18,7 @@ from .light_field import LightField, solve_light_field
 from .phase import BandPhase
 from .sun import diffuse_internal_reflectance, diffuse_transmittance
 
-SURFACES = ("none", "flat")
+SURFACES = ("none", "flat", "waves")
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,7 +44,8 @@ class WaterColumn:
     floor_reflectance : array, shape (n,)
         Reflectance of the Lambertian floor.
     surface : str
-        ``"none"`` (index-matched, sky radiance enters unchanged) or ``"flat"``.
+        ``"none"`` (index-matched, sky radiance enters unchanged), ``"flat"``, or
+        ``"waves"``, whose light is that of a flat surface on average.
     refractive_index : float
         Of the water against air.
 
@@ -92,6 +93,11 @@ class WaterColumn:
             raise InputError(f"floor depth must be positive, got {self.floor_depth:g} m")
 
     @property
+    def reflects(self) -> bool:
+        """Whether there is a surface that refracts and reflects."""
+        return self.surface != "none"
+
+    @property
     def attenuation(self) -> NDArray[np.float64]:
         """Extinction c = a + b, 1/m."""
         return self.absorption + self.scattering
@@ -116,7 +122,7 @@ class WaterColumn:
         >>> column.light_field(parse_phase("hg:0.8").for_bands([0.1])).Ed(5.0).round(2)
         array([0.74])
         """
-        flat = self.surface == "flat"
+        flat = self.reflects
         n = self.refractive_index
         return solve_light_field(
             self.absorption,

@@ -55,7 +55,7 @@ def test_every_setting_is_an_option():
         (["--bands", "0"], "--bands: 0 is outside 1 to 512"),
         (["--bands", "nan"], "--bands"),
         (["--sky-radiance", "nan"], "--sky-radiance: nan is outside"),
-        (["--surface", "waves"], "--surface"),
+        (["--surface", "rough"], "--surface"),
         (["--colour=red"], "unrecognized arguments: --colour=red; see --help"),
         (["--range", "700", "400"], "--range: 700 to 400 nm is empty"),
     ],

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import itertools
 import math
 
 import numpy as np
@@ -10,22 +11,29 @@ import pytest
 from scipy.integrate import quad
 from scipy.special import expn
 from underwater_spectral.uw_spectral.bands import Bands
-from underwater_spectral.uw_spectral.bio_optics import Constituents
+from underwater_spectral.uw_spectral.bio_optics import Constituents, named_waters
 from underwater_spectral.uw_spectral.errors import InputError
 from underwater_spectral.uw_spectral.inelastic import (
+    EXCITATION,
     RAMAN_PHASE,
     InelasticProcess,
     cdom_emission,
     chlorophyll_emission,
     chlorophyll_process,
+    excitation_fields,
     inelastic_processes,
+    parse_processes,
     raman_coefficient,
     raman_coefficient_Gutierrez2008,
     raman_emission,
     raman_process,
+    reduced,
     solve_inelastic,
 )
 from underwater_spectral.uw_spectral.light_field import solve_light_field
+from underwater_spectral.uw_spectral.phase import parse_phase
+from underwater_spectral.uw_spectral.sun import fresnel_reflectance
+from underwater_spectral.uw_spectral.water_column import WaterColumn
 
 FINE = np.arange(400.0, 1000.0, 0.05)
 WIDE, TABLES = Bands.uniform(110, 300, 850), Bands.uniform(100, 300, 800)
@@ -166,6 +174,98 @@ def test_light_adds_up_over_processes():
     together = solve_inelastic(processes, field, bands, field, bands).Eu(3.0)
     np.testing.assert_allclose(together, sum(parts), rtol=1e-9)
     assert np.all(solve_inelastic([], field, bands, field, bands).Eu(3.0) == 0)
+
+
+def _sea(constituents, y_f=math.inf, surface="flat", sky=0.1):
+    """Inelastic light of a water, 12 emission bands."""
+    lights = []
+    for bands in (EXCITATION, EMISSION):
+        nm = bands.centres
+        column = WaterColumn(
+            bands, constituents.absorption(nm), constituents.scattering(nm), 1.0, 0.9,
+            (math.sqrt(0.19), 0.0, -0.9), sky, y_f, 0.3, surface, 1.34,
+        )  # fmt: skip
+        lights.append((column, constituents.phase(nm)))
+    processes = inelastic_processes(constituents, EXCITATION, EMISSION)
+    exciting, field = excitation_fields(*lights[0]), lights[1][0].light_field(lights[1][1])
+    return solve_inelastic(processes, exciting, EXCITATION, field, EMISSION)
+
+
+EMISSION = Bands.uniform(12)
+CLEAR, BALTIC = Constituents.case1(0.03), named_waters()["baltic"].constituents
+
+
+@pytest.mark.parametrize(("sea", "median", "worst"), [(CLEAR, 0.004, 0.04), (BALTIC, 0.04, 0.2)])
+@pytest.mark.parametrize("y_f", [math.inf, 8.0])
+def test_few_exponentials_stand_for_all(sea, median, worst, y_f):
+    light = _sea(sea, y_f)
+    few = reduced(light)
+    assert len(few.terms) == 3 + math.isfinite(y_f)
+    assert len(light.terms) > 20
+    errors = []
+    for y, w_z, P in itertools.product((0.5, 3.0, 7.0), (-1.0, -0.3, 0.3, 0.9), (2.0, 1e7)):
+        w = (math.sqrt(1 - w_z**2), 0.0, w_z)
+        errors.append(few.path(y, w, P) / light.path(y, w, P) - 1)
+    assert np.median(np.abs(errors)) < median
+    assert np.abs(errors).max() < worst
+    down, up = (np.array([x.surface_irradiance(3.0, n) for x in (few, light)]) for n in (1, -1))
+    np.testing.assert_allclose(down[0], down[1], rtol=3 * worst)
+    assert np.all(up >= 0)
+
+
+def test_few_exponentials_are_refused_without_sense():
+    with pytest.raises(InputError, match="1 to 4"):
+        reduced(_single(), 0)
+
+
+def test_mean_source_is_the_mean():
+    light = _sea(BALTIC)
+    y = np.linspace(2.0, 3.0, 2001)[:, None]
+    np.testing.assert_allclose(
+        light.mean_source(2.0, 3.0), np.trapezoid(light.source(y), y, axis=0), rtol=1e-5
+    )
+
+
+def test_surface_mirrors_what_rises():
+    light = _sea(CLEAR)
+    level, steep = ((math.sqrt(1 - z**2), 0.0, z) for z in (0.3, 0.99))
+    below = light.background(0.0, (level[0], 0.0, -0.3))
+    np.testing.assert_allclose(light.under_surface(level, 1.34), below)  # total reflection
+    assert np.all(light.under_surface(steep, 1.34) < 0.03 * light.background(0.0, (0, 0, -1)))
+    seen = light.background(2.0, level, light.under_surface(level, 1.34))
+    assert np.all(seen > light.background(2.0, level))
+
+
+def test_skylight_excites_as_a_beam_of_its_mean_cosine():
+    """In water that only absorbs the skylight of a flat surface dies as E3 and its like do."""
+    a, n = 1.0, 1.34
+    column = WaterColumn(Bands([400.0], [10.0]), a, 1e-6, 0.0, 1.0, (0, 0, -1), 1.0,
+                         math.inf, 0.0, "flat", n)  # fmt: skip
+    fields = excitation_fields(column, parse_phase("hg:0.8").for_bands([1e-6]))
+    assert len(fields) == 2
+
+    def exact(y):
+        def integrand(mu):
+            inside = math.sqrt(1 - (1 - mu**2) / n**2)
+            entering = mu * (1 - float(fresnel_reflectance(mu, n)))
+            return 2 * math.pi * entering / inside * math.exp(-a * y / inside)
+
+        return quad(integrand, 0, 1)[0]
+
+    for y, allowed in ((0.0, 0.01), (1.0, 0.01), (4.0, 0.1)):
+        found = sum(field.scalar_irradiance(y)[0] for field in fields)
+        assert found == pytest.approx(exact(y), rel=allowed)
+        plain = column.light_field(parse_phase("hg:0.8").for_bands([1e-6])).scalar_irradiance(y)
+        assert abs(plain[0] / exact(y) - 1) > 5 * allowed
+    black = dataclasses.replace(column, sky_radiance=0.0, sun_irradiance=1.0)
+    assert len(excitation_fields(black, parse_phase("hg:0.8").for_bands([1e-6]))) == 1
+
+
+def test_names_of_processes():
+    assert parse_processes("") == ()
+    assert parse_processes("all") == ("raman", "chlorophyll", "cdom")
+    with pytest.raises(InputError, match="raman"):
+        parse_processes("ramen")
 
 
 def test_bad_input():

@@ -7,6 +7,7 @@ with numba the same steps run compiled. ``python -m uw_spectral.monte_carlo``
 is its command line.
 """
 
+from .bio_optical import bio_optical_medium
 from .medium import Constituent, InelasticProcess, interactions
 from .results import Estimate, Event, Light, MonteCarloResult
 from .solver import BOUNDARY_EVENTS, numba_available, simulate
@@ -19,6 +20,7 @@ __all__ = [
     "InelasticProcess",
     "Light",
     "MonteCarloResult",
+    "bio_optical_medium",
     "interactions",
     "numba_available",
     "simulate",

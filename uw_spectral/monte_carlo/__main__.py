@@ -98,7 +98,7 @@ def _run(options: argparse.Namespace, out: TextIO) -> None:
 
 def _column(options: argparse.Namespace, bands: Bands) -> tuple[WaterColumn, np.ndarray]:
     water = _water(options.water)
-    n = options.index if options.surface == "flat" else 1.0
+    n = options.index if options.surface != "none" else 1.0
     light = parse_illuminant(options.illuminant, options.sun_zenith)
     cosine = math.cos(math.radians(options.sun_zenith))
     mu_s = float(in_water_cosine(options.sun_zenith, n))

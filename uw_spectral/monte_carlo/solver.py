@@ -193,7 +193,7 @@ class _Sky:
         if shape not in SKIES:
             raise unknown_name("sky", shape, SKIES)
         self._column = column
-        self._n = float(column.refractive_index) if column.surface == "flat" else 1.0
+        self._n = float(column.refractive_index) if column.reflects else 1.0
         if not (math.isfinite(self._n) and self._n >= 1):
             raise InputError(
                 f"Monte Carlo: the refractive index must be at least 1, got {self._n:g}"
@@ -241,7 +241,7 @@ def _tables(
     phases = [*medium.phases.values(), *(process.phase for process in medium.inelastic)]
     s2 = s2_grid(phases)
     meters = _meters(column, views)
-    index = float(column.refractive_index) if column.surface == "flat" else 1.0
+    index = float(column.refractive_index) if column.reflects else 1.0
     incoming = column.sun_irradiance + sky.irradiance
     centres = column.bands.centres
     tables = Tables(
@@ -300,7 +300,7 @@ def _meters(column: WaterColumn, views: Sequence[View]) -> dict[str, NDArray[np.
     whole = np.array([len(view) == 2 for view in views], dtype=bool)
     down = travel[:, 2] < 0
     end = depth + travel[:, 2] * distance
-    index = column.refractive_index if column.surface == "flat" else 1.0
+    index = column.refractive_index if column.reflects else 1.0
     mirror = fresnel_reflectance(np.abs(travel[:, 2]), 1.0 / index) * (down & whole)
     return {
         "meter_depth": depth,

@@ -1,0 +1,213 @@
+"""Caustics and the moving surface: EEVEE against numpy, pixel by pixel."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import warnings
+
+import bpy
+import numpy as np
+import pytest
+from underwater_spectral.node_groups import realtime_values
+from underwater_spectral.node_groups.realtime_values import Numbers
+from underwater_spectral.scene import caustics, realtime
+from underwater_spectral.tests.node_groups import realtime_probe as probe
+from underwater_spectral.uw_spectral.bands import Bands
+from underwater_spectral.uw_spectral.caustics import SunlitWater
+from underwater_spectral.uw_spectral.path_radiance import pixel_radiance, solve_path_radiance
+from underwater_spectral.uw_spectral.phase import parse_phase
+from underwater_spectral.uw_spectral.reflectance import uplift_basis
+from underwater_spectral.uw_spectral.sun import in_water_cosine, sun_travel_direction
+from underwater_spectral.uw_spectral.water_column import WaterColumn
+from underwater_spectral.uw_spectral.wave_patterns import (
+    Sea,
+    between,
+    layer_position,
+    pattern_at,
+    sunlight_factor,
+    under_waves,
+)
+
+SEA = Sea(5.0, 40.0, seed=3, tile=4.0, resolution=64)
+CRITICAL = math.degrees(math.asin(1 / 1.34))
+LEVEL = ((3.0, 2.0), (3.0, 0.6))
+CALM = dataclasses.replace(SEA, wind_speed=0.0)
+UP = probe.View(4.0, turn=180.0, angle=110.0, square=None)
+SUN_WIDTH = 0.1  # rad
+EDGE = probe.View(4.0, turn=180.0 - CRITICAL, angle=12.0, square=None)
+STORM = dataclasses.replace(SEA, wind_speed=25.0)
+WEIGHTS = np.eye(3)
+PHASE = parse_phase("hg:0.9").for_bands(np.ones(3))
+
+
+def _column(zenith=30.0, **changes) -> WaterColumn:
+    values = {"a": 0.05 * np.array([4.0, 2.0, 1.0]), "b": np.full(3, 0.1), "sky": 0.1} | changes
+    return WaterColumn(
+        Bands.uniform(3), values["a"], values["b"], np.ones(3), float(in_water_cosine(zenith)),
+        sun_travel_direction(zenith, 160.0), np.full(3, values["sky"]), np.inf, np.zeros(3),
+        "waves", 1.34,
+    )  # fmt: skip
+
+
+def _lit(column):
+    return SunlitWater(column.light_field(PHASE), PHASE, np.asarray(column.sun_direction))
+
+
+def _water(column, depth, *, sea=SEA, t=1.0, shafts=False, strength=1.0):
+    now = sea.at(t, column.sun_direction, column.refractive_index)
+    water = realtime.realtime_water(column, PHASE, depth, WEIGHTS, shafts=shafts)
+    contrast = strength * now.contrast(_lit(column))
+    return caustics.moving(water, now, contrast, strength), now, contrast
+
+
+def _tiled(image, x, y, tile):
+    """Bilinear look-up of a periodic image whose first sample is at 0."""
+    n = len(image)
+    u, v = x / tile * n, y / tile * n
+    j, i = np.floor(u).astype(int), np.floor(v).astype(int)
+    fu, fv = (u - j)[..., None], (v - i)[..., None]
+    image = image.reshape(n, n, -1)
+    rows = [
+        image[(i + k) % n, j % n] * (1 - fu) + image[(i + k) % n, (j + 1) % n] * fu for k in (0, 1)
+    ]
+    return rows[0] * (1 - fv) + rows[1] * fv
+
+
+def _pattern(now, column, points):
+    """Relative sunlight and knots at points, by numpy."""
+    depth = -points[..., 2]
+    x, y = under_waves(points[..., 0], points[..., 1], depth, column.sun_direction)
+    layers = _tiled(now.caustics_image(), x, y, now.layers.tile)
+    first, last = now.layers.depths[[0, -1]]
+    position = layer_position(depth, math.log(first), 3 / math.log(last / first))
+    return pattern_at(depth, position, np.moveaxis(layers, -1, 0)), 2 * position
+
+
+def _floor(now, contrast, column, view):
+    """Picture of a level square that fills the view, by numpy."""
+    rays = view.rays()
+    w = tuple(rays[..., i, None] for i in range(3))
+    water = solve_path_radiance(column.light_field(PHASE), PHASE, view.depth, column.sun_direction)
+    floor = view.depth - view.square[0][2]
+    P = ((view.depth - floor) / rays[..., 2])[..., None]
+    points = np.array([0.0, 0.0, -view.depth]) + P * rays
+    pattern, knot = _pattern(now, column, points)
+    gain = between(knot[..., None], list(contrast))
+    direct, forward, diffuse = water.field.surface_irradiance(floor, -column.sun_direction[2], 1.0)
+    colour = np.array(probe.COLOR) @ uplift_basis(column.bands).T / math.pi
+    light = (direct + forward) * sunlight_factor(pattern[..., None], gain) + diffuse
+    beyond = water.background(np.full_like(P, floor), w)
+    return pixel_radiance(water.field, water.path(view.depth, w, P), P, colour * light, beyond)
+
+
+def _above(depth, height):
+    square = ((-4.0, -4.0, -height), (8.0, 0.0, 0.0), (0.0, 8.0, 0.0))
+    return probe.View(depth, turn=0.0, angle=50.0, square=square)
+
+
+@pytest.fixture(scope="module")
+def pictures(tmp_path_factory):
+    """Everything in one scene, so that EEVEE compiles the nodes once."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", DeprecationWarning)
+        bpy.ops.wm.read_factory_settings(use_empty=True)
+    path = tmp_path_factory.mktemp("waves") / "a.exr"
+
+    def render(view, column=None, **changes):
+        water, now, contrast = _water(column or _column(), view.depth, **changes)
+        return probe.render(water, view, path), now, contrast
+
+    found = {f"floor {height:g}": render(_above(*depths)) for depths in LEVEL
+             for height in depths[1:]}  # fmt: skip
+    found["up"] = render(UP)
+    water, now, _ = _water(_column(), UP.depth, sea=CALM)
+    sun = {realtime_values.GLITTER: 1.0, realtime_values.GLITTER_WIDTH: SUN_WIDTH**2}
+    numbers = Numbers(water.numbers.bands, {**water.numbers.single, **sun})
+    found["sun"] = probe.render(dataclasses.replace(water, numbers=numbers), UP, path), now
+    found["calm floor"] = render(_above(3.0, 2.0), sea=CALM)
+    found["calm edge"] = render(EDGE, sea=CALM)
+    horizon = _column(89.9)
+    shallow = dataclasses.replace(UP, depth=0.01)
+    found["storm up"] = render(shallow, horizon, sea=STORM, t=1e6)
+    found["storm floor"] = render(_above(100.0, 1.0), horizon, sea=STORM, t=1e6)
+    return found
+
+
+@pytest.mark.parametrize("depths", LEVEL)
+def test_caustics_on_a_floor(pictures, depths):
+    seen, now, contrast = pictures[f"floor {depths[1]:g}"]
+    wanted = _floor(now, contrast, _column(), _above(*depths))
+    error = (seen - wanted) / wanted
+    same = np.corrcoef(seen[..., 1].ravel(), wanted[..., 1].ravel())[0, 1]
+    spread = wanted[..., 1].std() / wanted[..., 1].mean()
+    rmse = np.sqrt((error**2).mean())
+    print(f"\n{depths[1]} m above: correlation {same:.5f}, RMSE {rmse:.4f}, CV {spread:.3f}")  # noqa: T201
+    assert same > 0.998
+    assert rmse < 0.02
+    assert spread > 0.1
+
+
+def test_without_wind_the_light_is_even(pictures):
+    seen, now, contrast = pictures["calm floor"]
+    assert np.all(now.caustics_image() == 1.0)
+    wanted = _floor(now, contrast, _column(), _above(3.0, 2.0))
+    assert seen == pytest.approx(wanted, rel=4e-3)
+
+
+def _up(now, column, view, width2=None):
+    """Picture of the surface from below, and the angle to the sun in degrees, by numpy."""
+    rays = view.rays()
+    w = tuple(rays[..., i, None] for i in range(3))
+    water = solve_path_radiance(column.light_field(PHASE), PHASE, view.depth, column.sun_direction)
+    reach = view.depth / np.maximum(rays[..., 2], 1e-3)
+    slope = _tiled(now.slopes_image(), reach * rays[..., 0], reach * rays[..., 1], SEA.tile)
+    slopes, n = (slope[..., :1], slope[..., 1:2]), column.refractive_index
+    width2 = now.glitter_width(n) if width2 is None else width2
+    sky = water.under_surface(w, column.sky_radiance, n, slopes=slopes)
+    sky = sky + water.sun_glitter(view.depth, w, n, width2, slopes)
+    sun = np.degrees(np.arccos(np.clip(rays @ -np.asarray(column.sun_direction), -1, 1)))
+    return water.background(view.depth, w, sky), sun
+
+
+def test_surface_from_below(pictures):
+    seen, now, _ = pictures["up"]
+    wanted, sun = _up(now, _column(), UP)
+    # Glints are finer than a pixel, whose texture is filtered: see the next test.
+    seen, wanted = seen[sun > 35.0], wanted[sun > 35.0]
+    error = np.abs(seen - wanted) / wanted
+    shown = [np.median(error), np.quantile(error, 0.9), seen.mean() / wanted.mean() - 1]
+    print(f"\nfrom below: median, 90 %, mean: {np.round(shown, 4)}")  # noqa: T201
+    assert np.median(error) < 0.01
+    assert seen.mean() == pytest.approx(wanted.mean(), rel=0.03)
+
+
+def test_image_of_the_sun(pictures):
+    seen, now = pictures["sun"]
+    wanted, _ = _up(now, _column(), UP, SUN_WIDTH**2)
+    assert wanted.max() > 20 * np.median(wanted)
+    assert seen == pytest.approx(wanted, rel=0.02)
+
+
+def test_snells_window(pictures):
+    column, seen = _column(), pictures["calm edge"][0]
+    water = solve_path_radiance(column.light_field(PHASE), PHASE, EDGE.depth, column.sun_direction)
+    rays = EDGE.rays()
+    w = tuple(rays[..., i, None] for i in range(3))
+    sky = water.under_surface(w, column.sky_radiance, column.refractive_index)
+    wanted = water.background(EDGE.depth, w, sky)
+    assert seen == pytest.approx(wanted, rel=0.01)
+    mirrored = water.background(0.0, (w[0], w[1], -w[2]))
+    mirrored = water.background(EDGE.depth, w, mirrored)
+    inside = (np.abs(seen - mirrored) / mirrored).max(axis=-1) > 0.02
+    angle = 2 * np.degrees(np.arccos(rays[inside][:, 2].min()))
+    print(f"\nSnell's window: {angle:.2f} degrees, closed form {2 * CRITICAL:.2f}")  # noqa: T201
+    assert 96.0 < angle < 97.0
+
+
+@pytest.mark.parametrize("kind", ["up", "floor"])
+def test_extremes_are_finite(pictures, kind):
+    seen = pictures[f"storm {kind}"][0]
+    assert np.isfinite(seen).all()
+    assert seen.min() >= 0
+    assert seen.max() < 1e3

@@ -1,0 +1,122 @@
+"""Emitting layers in Cycles against the closed form."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import bpy
+import numpy as np
+import pytest
+from underwater_spectral.scene import (
+    cycles_settings,
+    exr_output,
+    inelastic_layers,
+    pass_values,
+    water_body,
+)
+from underwater_spectral.scene.render_plan import make_plan
+from underwater_spectral.scene.settings import SceneSettings
+from underwater_spectral.tests.scene import columns, scenes
+from underwater_spectral.uw_spectral.bands import Bands
+from underwater_spectral.uw_spectral.errors import InputError
+from underwater_spectral.uw_spectral.inelastic import (
+    EXCITATION,
+    InelasticProcess,
+    solve_inelastic,
+)
+from underwater_spectral.uw_spectral.light_field import solve_light_field
+from underwater_spectral.uw_spectral.phase import Isotropic
+from underwater_spectral.uw_spectral.spectral_image import read_exr
+
+DEPTH = 3.0
+
+
+def light_of(column, phase_moments=(0.8, 0.64)):
+    """Light of one excitation band, 0.3 1/m, in every band of the column."""
+    exciting = solve_light_field(0.3, 0.0, *phase_moments, 1.0, 1.0, y_f=column.floor_depth)
+    field = solve_light_field(
+        column.absorption, column.scattering, *phase_moments, 0.0, 1.0, y_f=column.floor_depth,
+        r=column.floor_reflectance,
+    )  # fmt: skip
+    process = InelasticProcess("raman", np.array([0.01]), np.full((1, 3), 0.5), Isotropic())
+    one = Bands([400.0], [10.0])
+    return solve_inelastic([process], exciting, one, field, column.bands)
+
+
+def rendered(column, light, tilt, tmp_path, samples):
+    scene = bpy.context.scene
+    scene.render.resolution_x = scene.render.resolution_y = 8
+    camera = scenes.add_camera((0.0, 0.0, -DEPTH), (tilt, 0.0, 0.0))
+    camera.data.angle = math.radians(1.0)
+    extent = water_body.water_extent(scene, column, DEPTH)
+    water_body.add_water(scene, column, columns.henyey_greenstein(0.8), extent)
+    edges = inelastic_layers.add_layers(scene, light, extent)
+    values = pass_values.PassValues.of_column(column)
+    values = values.with_values(inelastic_layers.emission(light, edges))
+    values.apply(scene.view_layers[0], (0, 1, 2))
+    settings = {"samples": samples, "seed": 1, "denoise": False}
+    with cycles_settings.reference_settings(scene, camera, **settings):
+        exr_output.write_float_exr(scene, tmp_path / "a.exr")
+    water_body.remove_water(scene)
+    assert not [o for o in bpy.data.objects if o.name.startswith(inelastic_layers.NAME)]
+    return read_exr(tmp_path / "a.exr")[0].astype(np.float64).mean(axis=(0, 1))
+
+
+@pytest.mark.parametrize(("tilt", "w_z"), [(0.0, -1.0), (math.radians(120.0), 0.5)])
+def test_layers_in_absorbing_water(tmp_path, tilt, w_z):
+    """Without scattering the closed form of the path is exact."""
+    column = replace(
+        columns.grey_column(0.2, 0.0, sun_irradiance=0.0), absorption=np.array([0.1, 0.2, 0.4])
+    )
+    light = light_of(column)
+    w = (0.0, math.sqrt(1 - w_z**2), w_z)
+    found = rendered(column, light, tilt, tmp_path, 4)
+    np.testing.assert_allclose(found, light.background(DEPTH, w), rtol=0.01)
+
+
+def test_layers_in_scattering_water_over_a_floor(tmp_path):
+    column = columns.grey_column(
+        0.1, 0.3, sun_irradiance=0.0, floor_depth=6.0, floor_reflectance=0.5
+    )
+    light = light_of(column)
+    found = rendered(column, light, 0.0, tmp_path, 256)
+    np.testing.assert_allclose(found, light.background(DEPTH, (0.0, 0.0, -1.0)), rtol=0.08)
+
+
+def test_layers_reach_the_bottom_and_keep_the_emission():
+    light = light_of(columns.grey_column(0.2, 0.1, sun_irradiance=0.0))
+    edges = inelastic_layers.boundaries(light, 200.0)
+    assert edges[0] == 0
+    assert edges[-1] == 200
+    assert np.all(np.diff(edges) > 0)
+    assert len(edges) <= 66
+    per_metre = np.array(list(inelastic_layers.emission(light, edges).values()))
+    made = (per_metre * (np.diff(edges) - 2e-3)[:, None]).sum(axis=0) * 4 * math.pi
+    np.testing.assert_allclose(made, light.source(0.0) / 0.3, rtol=1e-6)
+
+
+def test_settings_switch_inelastic_light_on():
+    off = SceneSettings(water="case:baltic", bands=6)
+    assert make_plan(off).inelastic is None
+    plan = make_plan(replace(off, inelastic="all", surface="flat", floor_depth=8.0))
+    parts = [
+        make_plan(replace(plan.settings, inelastic=name)).inelastic.Eu(3.0)
+        for name in ("raman", "chlorophyll", "cdom")
+    ]
+    np.testing.assert_allclose(plan.inelastic.Eu(3.0), sum(parts), rtol=1e-9)
+    assert len(EXCITATION) == 20
+    assert make_plan(SceneSettings(inelastic="raman")).inelastic is not None
+    with pytest.raises(InputError, match="bio: or case:"):
+        make_plan(SceneSettings(inelastic="cdom"))
+    with pytest.raises(InputError, match="second water"):
+        make_plan(replace(off, inelastic="all", second_water="jerlov:II", second_water_share=0.1))
+    with pytest.raises(InputError, match="raman"):
+        make_plan(SceneSettings(inelastic="ramen"))
+
+
+def test_bio_optical_water_brings_its_phase_function():
+    plan = make_plan(SceneSettings(water="bio:chl=1,minerals=2", bands=3))
+    assert len(plan.phase.components) == 3
+    chosen = make_plan(SceneSettings(water="bio:chl=1,minerals=2", bands=3, phase="hg:0.9"))
+    assert len(chosen.phase.components) == 1

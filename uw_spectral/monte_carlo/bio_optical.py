@@ -1,0 +1,60 @@
+"""A bio-optical water as the Monte Carlo takes it: its ten kinds of events."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from ..bands import Bands
+from ..bio_optics import Constituents
+from ..inelastic import PROCESSES, QUANTUM_YIELD, inelastic_processes
+from ..phase import Isotropic
+from .medium import Constituent, InelasticProcess
+
+_ABSORBERS = {"chlorophyll": "phytoplankton", "cdom": "cdom"}
+
+
+def bio_optical_medium(
+    constituents: Constituents,
+    bands: Bands,
+    switched_on: Sequence[str] = PROCESSES,
+    quantum_yield: float = QUANTUM_YIELD,
+) -> tuple[list[Constituent], list[InelasticProcess]]:
+    """Return constituents and inelastic processes for :func:`.simulate`.
+
+    Parameters
+    ----------
+    constituents : Constituents
+        What is in the water.
+    bands : Bands
+        They carry excitation and emission: let them reach down to 300 nm.
+    switched_on : sequence of str
+        Any of :data:`.PROCESSES`; they keep these names with "light" added.
+    quantum_yield : float
+        Of chlorophyll.
+
+    Raises
+    ------
+    InputError
+        If a process is unknown or a band lies outside the tables.
+
+    Examples
+    --------
+    >>> parts, processes = bio_optical_medium(Constituents(1.0), Bands.uniform(25, 300, 800))
+    >>> [part.name for part in parts], [process.name for process in processes]
+    (['water', 'phytoplankton', 'cdom', 'detritus', 'minerals'], ['raman light', \
+'chlorophyll light', 'cdom light'])
+    """
+    nm = bands.centres
+    absorption, scattering = constituents.absorptions(nm), constituents.scatterings(nm)
+    phases = constituents.phases
+    parts = [
+        Constituent(name, a, scattering.get(name, 0.0), phases.get(name, Isotropic()))
+        for name, a in absorption.items()
+    ]
+    processes = [
+        InelasticProcess(
+            f"{p.name} light", p.coefficient, p.photons, p.phase, absorber=_ABSORBERS.get(p.name)
+        )
+        for p in inelastic_processes(constituents, bands, bands, switched_on, quantum_yield)
+    ]
+    return parts, processes
