@@ -15,7 +15,7 @@ import bpy
 
 from ..uw_spectral.errors import DataWarning, InputError
 from ..uw_spectral.sensor import list_sensors
-from ..uw_spectral.water import list_waters
+from ..uw_spectral.water_names import list_waters
 from . import property_group, render_job, settings
 
 

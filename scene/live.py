@@ -52,6 +52,9 @@ def add(scene: bpy.types.Scene, *, shafts: bool = False) -> list[str]:
             f"scene {holder.name!r} has water already; remove it there first: one scene of a file "
             "can show the water at a time"
         )
+    # A script that has just placed the camera has not updated its matrix yet.
+    for layer in scene.view_layers:
+        layer.update()
     chosen = property_group.stored_settings(scene)
     depth = preview_depth(scene, chosen)
     water = _water(scene, chosen, depth, shafts=shafts)

@@ -34,8 +34,9 @@ from ..uw_spectral.sensor import Sensor, parse_sensor
 from ..uw_spectral.spectral_image import RADIANCE_UNITS
 from ..uw_spectral.spectrum import Spectrum
 from ..uw_spectral.sun import fresnel_reflectance, in_water_cosine, sun_travel_direction
-from ..uw_spectral.water import Water, molecular_scattering, parse_water
+from ..uw_spectral.water import Water, molecular_scattering
 from ..uw_spectral.water_column import WaterColumn
+from ..uw_spectral.water_names import parse_water
 from . import band_colors
 from .cycles_phase import CyclesPhase, cycles_phase
 from .pass_values import PassValues

@@ -173,7 +173,7 @@ class OpenWater(_Operator, ImportHelper):
 
     @override
     def run(self, context: bpy.types.Context) -> None:
-        from ..uw_spectral.water import parse_water
+        from ..uw_spectral.water_names import parse_water
 
         name = f"file:{self.filepath}"
         parse_water(name)

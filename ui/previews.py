@@ -153,7 +153,8 @@ def _fill(state: _State, pictures: Pictures, chosen: SceneSettings, depth: float
 
 def _source(chosen: SceneSettings, name: str) -> str:
     """Source of a swatch: the chosen one if it has the type."""
-    from ..uw_spectral.water import DEFAULT_SOURCE, list_waters
+    from ..uw_spectral.water import DEFAULT_SOURCE
+    from ..uw_spectral.water_names import list_waters
 
     known = f"jerlov:{name}" in list_waters()[chosen.water_source]
     return chosen.water_source if known else DEFAULT_SOURCE

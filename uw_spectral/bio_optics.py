@@ -312,7 +312,7 @@ def parse_constituents(text: str) -> Constituents:
 
 
 def constituents_of(water: str) -> Constituents | None:
-    """Return the constituents of a water as :func:`.parse_water` spells it, if it has any.
+    """Return the constituents of a water as :mod:`.water_names` spells it, if it has any.
 
     Raises
     ------

@@ -79,8 +79,8 @@ class Sea:
 
         Examples
         --------
-        >>> Sea(5.0).layer_depths(8.0).round(2).tolist()
-        [1.22, 2.29, 4.27, 8.0]
+        >>> Sea(5.0).layer_depths(8.0).round(1).tolist()
+        [1.2, 2.3, 4.3, 8.0]
         """
         first = self.tile / self.resolution / _FINEST
         last = max(min(floor_depth, _DEEPEST), _LEAST_SPAN * first)

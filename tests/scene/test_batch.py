@@ -135,7 +135,7 @@ def _csv(tmp_path: Path, text: str) -> str:
     [
         (["--water", "jerlov:1B"], "unknown Jerlov type '1B'. Near names: IB"),
         (["--water", "jerlov:7C", "--water-source", "williamson2022"], "has no Jerlov 7C"),
-        (["--water", "IB"], "write jerlov:IB or file:water.csv"),
+        (["--water", "IB"], "write jerlov:IB, bio:"),
         (["--water", "file:none.csv"], "cannot read none.csv"),
         (["--sensor", "ARRI D20"], "unknown sensor 'ARRI D20'. Near names: ARRI D21"),
         (["--illuminant", "d56"], "unknown illuminant 'd56'"),

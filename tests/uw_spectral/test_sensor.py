@@ -14,8 +14,9 @@ from underwater_spectral.uw_spectral.illuminant import parse_illuminant
 from underwater_spectral.uw_spectral.phase import parse_phase
 from underwater_spectral.uw_spectral.sensor import Sensor, list_sensors, parse_sensor
 from underwater_spectral.uw_spectral.spectrum import Spectrum
-from underwater_spectral.uw_spectral.water import molecular_scattering, parse_water
+from underwater_spectral.uw_spectral.water import molecular_scattering
 from underwater_spectral.uw_spectral.water_column import WaterColumn
+from underwater_spectral.uw_spectral.water_names import parse_water
 
 
 def test_catalogue():

@@ -8,10 +8,9 @@ from underwater_spectral.uw_spectral.errors import DataWarning, InputError
 from underwater_spectral.uw_spectral.water import (
     JERLOV_TYPES,
     Water,
-    list_waters,
     molecular_scattering,
-    parse_water,
 )
+from underwater_spectral.uw_spectral.water_names import list_waters, parse_water
 
 # Solonenko & Mobley 2015, Table 7: (type, nm) → a, b.
 PUBLISHED = {("I", 450): 0.018, ("IB", 550): 0.0623, ("II", 400): 0.0355, ("9C", 700): 0.651}

@@ -23,8 +23,9 @@ from ..sun import (
     in_water_cosine,
     sun_travel_direction,
 )
-from ..water import Water, molecular_scattering, parse_water
+from ..water import Water, molecular_scattering
 from ..water_column import SURFACES, WaterColumn
+from ..water_names import parse_water
 from .results import MonteCarloResult
 from .solver import ENGINES, SKIES, simulate
 
