@@ -9,6 +9,7 @@ from __future__ import annotations
 import contextlib
 import math
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import Any
 
 import bpy
@@ -228,6 +229,8 @@ def _water(
     scene: bpy.types.Scene, chosen: SceneSettings, depth: float, *, shafts: bool
 ) -> realtime.RealtimeWater:
     plan = shared_plans.plan_of(chosen)
+    if len(plan.bands) > realtime.MOST_BANDS:  # passes carry them all; the view does with fewer
+        plan = shared_plans.plan_of(replace(chosen, bands=realtime.MOST_BANDS, wavelengths=""))
     with shared_plans.quiet():
         weights = shared_plans.viewpoint(plan, depth).reduction.weights
         water = plan.realtime(scene, depth, weights, shafts=shafts)

@@ -48,6 +48,8 @@ _GROUPS = (
 # Shafts end where the clearest band keeps 2 % of its light, or soon after the scene does.
 _SHAFT_OPTICAL_DEPTH = 4.0
 _LONGEST_SHAFT = 200.0
+MOST_BANDS = 16
+"""Bands that fit into one shader."""
 # Share by which the volume may dim what is behind it; below, the rounding of its
 # transmittance costs more light than that (8 to 14 % at 0.003, 4 to 6 % at 0.02).
 _SHAFT_OPACITY = 0.02
@@ -186,10 +188,11 @@ def add_realtime(scene: bpy.types.Scene, water: RealtimeWater, extent: WaterExte
     Raises
     ------
     InputError
-        If the scene has water already.
+        If the scene has water already, or the water has too many bands.
     """
     if water_body.has_water(scene) or has_realtime(scene):
         raise InputError(f"scene {scene.name!r} has water already; remove it first")
+    refuse_too_many_bands(water)
     notes = []
     materials = band_colors.materials(scene)
     lamps = {o.name: o for o in scene.objects if o.type == "LIGHT" and o.is_editable}
@@ -225,6 +228,15 @@ def add_realtime(scene: bpy.types.Scene, water: RealtimeWater, extent: WaterExte
     collection.objects.link(bpy.data.objects.new("UW Sun", lamp))
     set_values(scene, water)
     return notes
+
+
+def refuse_too_many_bands(water: RealtimeWater) -> None:
+    """Raise an InputError if a water has more bands than a shader holds."""
+    if water.shape.bands > MOST_BANDS:
+        raise InputError(
+            f"real time carries up to {MOST_BANDS} bands, as shaders hold 64 KB of numbers, and "
+            f"this water has {water.shape.bands}; take fewer, or render in passes (--mode bands)"
+        )
 
 
 def set_values(scene: bpy.types.Scene, water: RealtimeWater) -> None:

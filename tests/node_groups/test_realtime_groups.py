@@ -10,6 +10,7 @@ from underwater_spectral.node_groups.node_mathematics import NODES, Graph, new_g
 from underwater_spectral.scene import realtime
 from underwater_spectral.tests.node_groups import realtime_probe as probe
 from underwater_spectral.uw_spectral.bands import Bands
+from underwater_spectral.uw_spectral.errors import InputError
 from underwater_spectral.uw_spectral.phase import parse_phase
 from underwater_spectral.uw_spectral.sun import in_water_cosine, sun_travel_direction
 from underwater_spectral.uw_spectral.water_column import WaterColumn
@@ -41,7 +42,6 @@ def _column(n: int, a, b, **changes) -> WaterColumn:
         pytest.param(8, "hg:0.924", "none", True, marks=pytest.mark.slow),
         pytest.param(8, "petzold", "none", False, marks=pytest.mark.slow),
         pytest.param(16, "mixture", "none", True, marks=pytest.mark.slow),
-        pytest.param(32, "hg:0.8", "flat", True, marks=pytest.mark.slow),
     ],
 )
 def test_groups_equal_numpy(tmp_path, n, phase, surface, aureole):
@@ -59,6 +59,15 @@ def test_groups_equal_numpy(tmp_path, n, phase, surface, aureole):
         # Cut digits lie in [-HALF_STEP, 0]; what is left is the error of the nodes.
         assert np.abs(relative + HALF_STEP / 2).max() <= HALF_STEP / 2 + TOLERANCE / 2
         assert np.abs(np.median(relative, axis=0)).max() <= TOLERANCE
+
+
+def test_more_bands_than_a_shader_holds_are_refused(empty_blender):
+    column = _column(32, np.full(32, 0.1), np.full(32, 0.1))
+    lobes = parse_phase("hg:0.8").for_bands(column.scattering)
+    water = realtime.realtime_water(column, lobes, 5.0, np.ones((3, 32)))
+    with pytest.raises(InputError, match="up to 16 bands.*--mode bands"):
+        realtime.add_realtime(empty_blender, water, probe.water_body.WaterExtent(100.0, 100.0))
+    assert not realtime.has_realtime(empty_blender)
 
 
 def test_numbers_are_computed_at_once():

@@ -279,3 +279,12 @@ def test_a_render_sees_values_that_were_written_quickly_and_keyframes(tmp_path):
         image = bpy.data.images.load(str(tmp_path / f"animation_{frame:04d}.png"))
         pixels = np.array(image.pixels).reshape(18, 32, 4)[..., :3]
         assert pixels == pytest.approx(still, abs=2 / 255)
+
+
+def test_many_bands_are_shown_with_as_many_as_a_shader_holds():
+    scene = _scene()
+    scene.underwater.bands = 40
+    live.add(scene)
+    assert not live.problem(scene)
+    shape = bpy.data.node_groups[realtime_values.NAME][realtime_values.SHAPE]
+    assert f"bands={realtime.MOST_BANDS}" in shape
