@@ -16,7 +16,15 @@ import bpy
 
 from ..node_groups import realtime_values
 from ..uw_spectral.errors import InputError
-from . import caustics, eevee_settings, property_group, realtime, realtime_materials, shared_plans
+from . import (
+    caustics,
+    eevee_settings,
+    property_group,
+    realtime,
+    realtime_materials,
+    shared_plans,
+    water_body,
+)
 from .session import SESSION
 from .settings import NO_FLOOR, SceneSettings
 from .water_body import COLLECTION, has_water, water_extent
@@ -241,8 +249,7 @@ def _fits(scene: bpy.types.Scene, water: realtime.RealtimeWater) -> bool:
     tree = bpy.data.node_groups.get(realtime_values.NAME)
     if tree is None or tree[realtime_values.SHAPE] != repr(water.shape):
         return False
-    has_floor = any(o.name.startswith("UW Floor") for o in scene.objects)
-    return has_floor == math.isfinite(water.column.floor_depth)
+    return water_body.has_floor(scene) == math.isfinite(water.column.floor_depth)
 
 
 def _apply_settings(scene: bpy.types.Scene, reach: realtime.ShaftRange | None) -> None:

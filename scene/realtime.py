@@ -192,7 +192,11 @@ def add_realtime(scene: bpy.types.Scene, water: RealtimeWater, extent: WaterExte
     """
     if water_body.has_water(scene) or has_realtime(scene):
         raise InputError(f"scene {scene.name!r} has water already; remove it first")
-    refuse_too_many_bands(water)
+    if water.shape.bands > MOST_BANDS:
+        raise InputError(
+            f"real time carries up to {MOST_BANDS} bands, as shaders hold 64 KB of numbers, and "
+            f"this water has {water.shape.bands}; take fewer, or render in passes (--mode bands)"
+        )
     notes = []
     materials = band_colors.materials(scene)
     lamps = {o.name: o for o in scene.objects if o.type == "LIGHT" and o.is_editable}
@@ -228,15 +232,6 @@ def add_realtime(scene: bpy.types.Scene, water: RealtimeWater, extent: WaterExte
     collection.objects.link(bpy.data.objects.new("UW Sun", lamp))
     set_values(scene, water)
     return notes
-
-
-def refuse_too_many_bands(water: RealtimeWater) -> None:
-    """Raise an InputError if a water has more bands than a shader holds."""
-    if water.shape.bands > MOST_BANDS:
-        raise InputError(
-            f"real time carries up to {MOST_BANDS} bands, as shaders hold 64 KB of numbers, and "
-            f"this water has {water.shape.bands}; take fewer, or render in passes (--mode bands)"
-        )
 
 
 def set_values(scene: bpy.types.Scene, water: RealtimeWater) -> None:

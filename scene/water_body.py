@@ -225,6 +225,11 @@ def floor_plane(extent: WaterExtent, material: bpy.types.Material) -> bpy.types.
     return floor
 
 
+def has_floor(scene: bpy.types.Scene) -> bool:
+    """Whether a scene holds a floor of :func:`floor_plane`."""
+    return any(item.get(_IS_FLOOR) for item in scene.objects)
+
+
 def plane(name: str, half_width: float, height: float) -> bpy.types.Object:
     """Make a horizontal square around the origin, facing up."""
     w = half_width
