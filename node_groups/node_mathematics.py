@@ -31,24 +31,20 @@ class Graph:
     ----------
     tree : ShaderNodeTree
         Gets the nodes.
+    part_size : int, optional
+        Put the mathematics into groups inside the tree, of so many nodes each.
+        Blender updates the whole of a tree with each node and link it gets, so
+        the time to build one grows as the square of its size.
     """
 
     tree: bpy.types.ShaderNodeTree
-    _made: dict[tuple[Any, ...], Term] = field(default_factory=dict)
+    part_size: int | None = None
+    _made: dict[tuple[Any, ...], Any] = field(default_factory=dict)
+    _parts: list[_Part] = field(default_factory=list)
 
     def node(self, kind: str, **properties: Any) -> bpy.types.Node:  # noqa: ANN401
-        """Add a node of a type and set its properties."""
-        active = self.tree.nodes.active
-        node = self.tree.nodes.new(kind)
-        for name, value in properties.items():
-            setattr(node, name, value)
-        node[MARK] = True
-        node.select = False
-        node.hide = True
-        self.tree.nodes.active = active
-        made = len(self._made)
-        node.location = (180.0 * (made % _COLUMNS), -60.0 * (made // _COLUMNS))
-        return node
+        """Add a node of a type to the tree and set its properties."""
+        return _new_node(self.tree, kind, len(self._made), properties)
 
     def term(self, socket: bpy.types.NodeSocket) -> Term:
         """Return the term of an output socket."""
@@ -57,7 +53,8 @@ class Graph:
     def put(self, value: Term | float, socket: bpy.types.NodeSocket) -> None:
         """Bring a value to an input socket, as a link or as a constant."""
         if isinstance(value, Term):
-            self.tree.links.new(value.socket, socket)
+            tree = socket.id_data
+            tree.links.new(self._brought(value, tree), socket)
         elif socket.type == "VALUE":
             socket.default_value = float(value)
         else:
@@ -69,18 +66,19 @@ class Graph:
         key = (name, *(o.socket if isinstance(o, Term) else float(o) for o in operands))
         if key not in self._made:
             sizes = [o.size for o in operands if isinstance(o, Term)]
-            node = self.node(
-                "ShaderNodeMath" if max(sizes) == 1 else "ShaderNodeVectorMath", operation=name
-            )
+            kind = "ShaderNodeMath" if max(sizes) == 1 else "ShaderNodeVectorMath"
+            node = self._part_node(kind, operation=name)
             for operand, socket in zip(operands, node.inputs, strict=False):
                 self.put(operand, socket)
+            if self.part_size is not None:
+                self._parts[-1].close(node.inputs[len(operands) :])
             output = node.outputs["Value"] if name in _TO_NUMBER else node.outputs[0]
             self._made[key] = self.term(output)
         return self._made[key]
 
     def vector(self, x: Term | float, y: Term | float, z: Term | float) -> Term:
         """Join three numbers."""
-        node = self.node("ShaderNodeCombineXYZ")
+        node = self._part_node("ShaderNodeCombineXYZ")
         for value, socket in zip((x, y, z), node.inputs, strict=True):
             self.put(value, socket)
         return self.term(node.outputs[0])
@@ -89,10 +87,109 @@ class Graph:
         """Split a vector."""
         key = ("components", vector.socket)
         if key not in self._made:
-            node = self.node("ShaderNodeSeparateXYZ")
+            node = self._part_node("ShaderNodeSeparateXYZ")
             self.put(vector, node.inputs[0])
             self._made[key] = tuple(self.term(output) for output in node.outputs)
         return self._made[key]
+
+    def _part_node(self, kind: str, **properties: Any) -> bpy.types.Node:  # noqa: ANN401
+        """Add a node to the part that is being filled, or to the tree if it has none."""
+        if self.part_size is None:
+            return self.node(kind, **properties)
+        if not self._parts or self._parts[-1].nodes == self.part_size:
+            group = new_group(f"{self.tree.name} {len(self._parts) + 1}")
+            self._parts.append(_Part(group, self.node("ShaderNodeGroup", node_tree=group)))
+        part = self._parts[-1]
+        part.nodes += 1
+        return _new_node(part.tree, kind, part.nodes, properties)
+
+    def _brought(self, term: Term, tree: bpy.types.ShaderNodeTree) -> bpy.types.NodeSocket:
+        """Return the socket of a term in a tree, led through the sockets of the parts."""
+        home = term.socket.id_data
+        if home == tree:
+            return term.socket
+        key = ("brought", term.socket, tree)
+        if key not in self._made:
+            socket = term.socket
+            if home != self.tree:
+                socket = self._part_of(home).export(socket)
+            if tree != self.tree:
+                part = self._part_of(tree)
+                entry, inside = part.entry(socket)
+                self.tree.links.new(socket, entry)
+                socket = inside
+            self._made[key] = socket
+        return self._made[key]
+
+    def _part_of(self, tree: bpy.types.ShaderNodeTree) -> _Part:
+        return next(part for part in self._parts if part.tree == tree)
+
+
+@dataclass(eq=False)
+class _Part:
+    """A group inside a tree, and its node there."""
+
+    tree: bpy.types.ShaderNodeTree
+    node: bpy.types.Node
+    nodes: int = 0
+    _ends: dict[str, bpy.types.Node] = field(default_factory=dict)
+
+    def export(self, socket: bpy.types.NodeSocket) -> bpy.types.NodeSocket:
+        """Lead a socket of the group out; return the output of its node."""
+        key = str(len(self.node.outputs))
+        self.tree.interface.new_socket(key, in_out="OUTPUT", socket_type=_socket_type(socket))
+        self.tree.links.new(socket, self._end("NodeGroupOutput").inputs[key])
+        return self.node.outputs[key]
+
+    def entry(
+        self, socket: bpy.types.NodeSocket
+    ) -> tuple[bpy.types.NodeSocket, bpy.types.NodeSocket]:
+        """Add an input for a value like a socket's; return it outside and inside."""
+        key = str(len(self.node.inputs))
+        self.tree.interface.new_socket(key, in_out="INPUT", socket_type=_socket_type(socket))
+        return self.node.inputs[key], self._end("NodeGroupInput").outputs[key]
+
+    def close(self, unused: Sequence[bpy.types.NodeSocket]) -> None:
+        """Link inputs without effect to one number: open ones take room in the shader."""
+        if "ShaderNodeValue" not in self._ends:
+            self._ends["ShaderNodeValue"] = _new_node(self.tree, "ShaderNodeValue", 0, {})
+        for socket in unused:
+            self.tree.links.new(self._ends["ShaderNodeValue"].outputs[0], socket)
+
+    def _end(self, kind: str) -> bpy.types.Node:
+        if kind not in self._ends:
+            self._ends[kind] = _new_node(self.tree, kind, 0, {})
+        return self._ends[kind]
+
+
+def _socket_type(socket: bpy.types.NodeSocket) -> str:
+    return {"VECTOR": "NodeSocketVector", "RGBA": "NodeSocketColor"}.get(
+        socket.type, "NodeSocketFloat"
+    )
+
+
+def _new_node(
+    tree: bpy.types.ShaderNodeTree, kind: str, place: int, properties: dict[str, Any]
+) -> bpy.types.Node:
+    active = tree.nodes.active
+    node = tree.nodes.new(kind)
+    for name, value in properties.items():
+        setattr(node, name, value)
+    node[MARK] = True
+    node.select = False
+    node.hide = True
+    tree.nodes.active = active
+    node.location = (180.0 * (place % _COLUMNS), -60.0 * (place // _COLUMNS))
+    return node
+
+
+def remove_group(tree: bpy.types.ShaderNodeTree) -> None:
+    """Delete a node group and the groups in it that nothing else uses."""
+    inner = {node.node_tree for node in tree.nodes if node.type == "GROUP"} - {None}
+    bpy.data.node_groups.remove(tree)
+    for group in inner:
+        if MARK in group and not group.users:
+            remove_group(group)
 
 
 def new_group(name: str) -> bpy.types.ShaderNodeTree:

@@ -22,6 +22,7 @@ from ..node_groups import (
     realtime_volume,
     realtime_waves,
 )
+from ..node_groups.node_mathematics import remove_group
 from ..node_groups.realtime_values import Numbers, Shape
 from ..uw_spectral.errors import InputError
 from ..uw_spectral.inelastic import InelasticLight, reduced
@@ -48,8 +49,8 @@ _GROUPS = (
 # Shafts end where the clearest band keeps 2 % of its light, or soon after the scene does.
 _SHAFT_OPTICAL_DEPTH = 4.0
 _LONGEST_SHAFT = 200.0
-MOST_BANDS = 16
-"""Bands that fit into one shader."""
+MOST_BANDS = 32
+"""Bands that fit into one shader, whatever the shape of the water."""
 # Share by which the volume may dim what is behind it; below, the rounding of its
 # transmittance costs more light than that (8 to 14 % at 0.003, 4 to 6 % at 0.02).
 _SHAFT_OPACITY = 0.02
@@ -280,7 +281,7 @@ def remove_realtime(scene: bpy.types.Scene) -> None:
     for name in _GROUPS:
         group = bpy.data.node_groups.get(name)
         if group is not None:
-            bpy.data.node_groups.remove(group)
+            remove_group(group)
     realtime_waves.remove_images()
 
 

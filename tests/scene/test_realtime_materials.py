@@ -1,0 +1,131 @@
+"""Materials in water that is clear as air look as EEVEE itself draws them."""
+
+from __future__ import annotations
+
+import math
+
+import bpy
+import numpy as np
+from underwater_spectral.scene import eevee_settings, exr_output, realtime, temporary, water_body
+from underwater_spectral.tests.scene import columns, scenes
+from underwater_spectral.uw_spectral.phase import parse_phase
+from underwater_spectral.uw_spectral.reflectance import emission_basis, uplift_basis
+from underwater_spectral.uw_spectral.spectral_image import read_exr
+
+_SIZE = (96, 24)
+_STEP = 2.4
+
+
+def _hair() -> bpy.types.Object:
+    curves = bpy.data.hair_curves.new("hair")
+    curves.add_curves([2] * 60)
+    ends = np.random.default_rng(1).uniform(-0.9, 0.9, size=(60, 2))
+    points = np.stack([(x, y, z) for x, y in ends for z in (-1.0, 1.0)])
+    curves.position_data.foreach_set("vector", np.ravel(points).astype(np.float32))
+    radius = curves.attributes.new("radius", "FLOAT", "POINT")
+    radius.data.foreach_set("value", np.full(120, 0.05, np.float32))
+    curves.materials.append(scenes.principled("hair", (0.5, 0.3, 0.1, 1.0)))
+    return bpy.data.objects.new("hair", curves)
+
+
+def _see_through() -> bpy.types.Material:
+    material = scenes.principled("see-through", (0.2, 0.7, 0.4, 1.0))
+    material.node_tree.nodes["Principled BSDF"].inputs["Alpha"].default_value = 0.4
+    return material
+
+
+def _metal() -> bpy.types.Material:
+    material = scenes.principled("metal", (0.9, 0.7, 0.3, 1.0))
+    material.node_tree.nodes["Principled BSDF"].inputs["Metallic"].default_value = 1.0
+    return material
+
+
+def _row() -> list[bpy.types.Object]:
+    """Objects of many kinds side by side, and a wall behind them."""
+    scene = bpy.context.scene
+    makers = (
+        scenes.textured,
+        scenes.mixed,
+        scenes.grouped,
+        scenes.measured,
+        _see_through,
+        _metal,
+        scenes.emissive,
+    )
+    row = []
+    for index, maker in enumerate(makers):
+        row.append(scenes._cube(f"kind {index}", (_STEP * index, 0.0, -8.0)))
+        row[-1].data.materials.append(maker())
+    row[3].data.materials[0].pop("uw_reflectance")
+    slots = scenes._cube("two slots", (0.0, 0.0, -8.0))
+    for name, colour in (("red", (0.7, 0.1, 0.1, 1.0)), ("blue", (0.1, 0.2, 0.7, 1.0))):
+        slots.data.materials.append(scenes.principled(name, colour))
+    slots.data.polygons.foreach_set("material_index", [0, 1, 0, 1, 0, 1])
+    row += [slots, _hair(), bpy.data.objects.new("instance", None)]
+    instance = row[-1]
+    collection = bpy.data.collections.new("instanced")
+    instance.instance_type, instance.instance_collection = "COLLECTION", collection
+    original = scenes._cube("original", (0.0, 0.0, 0.0))
+    original.data.materials.append(scenes.principled("instanced", (0.6, 0.6, 0.1, 1.0)))
+    collection.objects.link(original)
+    scene.collection.objects.unlink(original)
+    for item in row[-2:]:
+        scene.collection.objects.link(item)
+    for index, item in enumerate(row):
+        item.location = (_STEP * index, 0.0, -8.0)
+        item.rotation_euler = (0.3, 0.2, 0.5)
+    wall = scenes._cube("wall", (_STEP * (len(row) - 1) / 2, 4.0, -8.0))
+    wall.scale = (_STEP * len(row), 0.1, 6.0)
+    wall.data.materials.append(scenes.principled("wall", (0.5, 0.5, 0.5, 1.0)))
+    return row
+
+
+def _camera(middle: float, width: float) -> bpy.types.Object:
+    camera = scenes.add_camera((middle, -20.0, -8.0), (math.pi / 2, 0.0, 0.0))
+    camera.data.type, camera.data.ortho_scale = "ORTHO", width
+    render = bpy.context.scene.render
+    render.resolution_x, render.resolution_y = _SIZE
+    render.filter_size = 0.0
+    return camera
+
+
+def _picture(camera, path):
+    scene = bpy.context.scene
+    wanted = eevee_settings.wanted_settings(scene, camera, 1, None)
+    with temporary.render_settings(scene, wanted):
+        exr_output.write_float_exr(scene, path)
+    return read_exr(path)[0].astype(np.float64)
+
+
+def test_in_clear_water_every_kind_looks_as_eevee_draws_it(tmp_path):
+    scene, row = bpy.context.scene, _row()
+    camera = _camera(_STEP * (len(row) - 1) / 2, _STEP * len(row))
+    column = columns.grey_column(1e-9, 0.0, surface="none", sky_radiance=0.0)
+    # The sensor that undoes the way from colours to bands.
+    weights = np.linalg.inv(uplift_basis(column.bands))
+    phase = parse_phase("hg:0.8").for_bands(np.ones(3))
+    water = realtime.realtime_water(column, phase, 8.0, weights)
+    notes = realtime.add_realtime(scene, water, water_body.WaterExtent(100.0, 100.0))
+    assert notes == []
+    seen = _picture(camera, tmp_path / "water.exr")
+    lamp = next(o for o in scene.objects if o.type == "LIGHT")
+    sun = bpy.data.lights.new("own sun", "SUN")
+    sun.energy, sun.angle = float(column.sun_irradiance[0]), lamp.data.angle
+    sun.shadow_maximum_resolution = lamp.data.shadow_maximum_resolution
+    own = bpy.data.objects.new("own sun", sun)
+    own.matrix_world = lamp.matrix_world
+    realtime.remove_realtime(scene)
+    scene.collection.objects.link(own)
+    shader = bpy.data.materials["emissive"].node_tree.nodes["Principled BSDF"]
+    glow = shader.inputs["Emission Color"].default_value
+    glow[:3] = weights @ emission_basis(column.bands) @ glow[:3]
+    wanted = _picture(camera, tmp_path / "plain.exr")
+    assert wanted.max() > 0.1
+    width = _SIZE[0] // len(row)
+    wrong = {}
+    for index, item in enumerate(row):
+        part = np.s_[:, index * width : (index + 1) * width]
+        error = np.abs(seen[part] - wanted[part]) / (wanted[part] + 0.01)
+        # Edges of shadows and of transparent noise fall elsewhere.
+        wrong[item.name] = float(np.quantile(error, 0.9))
+    assert max(wrong.values()) < 0.01, wrong
