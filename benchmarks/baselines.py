@@ -11,12 +11,30 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from ..scene.render_plan import RenderPlan
+from ..scene.render_plan import RenderPlan, make_plan
+from ..scene.settings import SceneSettings
+from ..uw_spectral.colour_rendering import luminance
 from ..uw_spectral.monzon import path_radiance_Monzon2024, path_radiance_Monzon2024_corrected
 from ..uw_spectral.path_radiance import distance_in_water
+from ..uw_spectral.sun import fresnel_reflectance
 from .grey_scene import Hits
 
 PathRadianceForm = Callable[..., NDArray[np.float64]]
+# One wavelength per channel, at the dominant wavelengths of the Rec.709 primaries.
+_RGB_WAVELENGTHS = "464,549,611"
+
+
+def rgb_plan(settings: SceneSettings) -> RenderPlan:
+    """Return the plan of settings with one wavelength each for blue, green and red."""
+    return make_plan(SceneSettings(**{**vars(settings), "wavelengths": _RGB_WAVELENGTHS}))
+
+
+def as_rgb(plan: RenderPlan, depth: float, image: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Take three wavelengths for blue, green, red; expose as the spectral pictures are."""
+    white = plan.illuminant.total_in(plan.bands) / math.pi
+    at_depth = plan.column.light_field(plan.phase).Ed(depth) / math.pi
+    exposure = 0.9 / luminance((at_depth / white)[::-1])
+    return (image / white)[..., ::-1] * exposure
 
 
 def paper_image(
@@ -48,7 +66,7 @@ def paper_image(
     y = depth + w_y * P
     cosine = np.maximum(-(hits.normal @ column.sun_direction), 0.0) / column.sun_cosine
     lit = (cosine * hits.sunlit)[..., None] * column.sun_irradiance * np.exp(-Kd * y)
-    surface = hits.reflectance[..., None] / math.pi * lit
+    surface = hits.in_bands(plan.bands) / math.pi * lit
     path = form(
         column.scattering,
         column.attenuation,
@@ -60,7 +78,13 @@ def paper_image(
         P,
         column.floor_depth,
     )
-    return path + np.where(seen, np.exp(-column.attenuation * P) * surface, 0.0)
+    behind = np.where(seen, surface, 0.0)
+    if column.reflects:
+        # The share of the sky that the surface lets through; the paper has no n².
+        cosine = np.maximum(-w_y, 0.0)
+        passed = 1.0 - fresnel_reflectance(cosine, 1.0 / column.refractive_index)
+        behind = behind + np.where(seen | (w_y >= 0), 0.0, passed * column.sky_radiance)
+    return path + np.exp(-column.attenuation * P) * behind
 
 
 def fog_image(plan: RenderPlan, hits: Hits, depth: float) -> NDArray[np.float64]:
@@ -75,7 +99,7 @@ def fog_image(plan: RenderPlan, hits: Hits, depth: float) -> NDArray[np.float64]
     ahead = plan.path_radiance(depth).background(depth, (0.0, 1.0, 0.0))
     cosine = np.maximum(-(hits.normal @ column.sun_direction), 0.0) / column.sun_cosine
     lit = (cosine * hits.sunlit)[..., None] * field.Ed(depth)
-    surface = hits.reflectance[..., None] / math.pi * lit
+    surface = hits.in_bands(plan.bands) / math.pi * lit
     transmitted = np.exp(-column.attenuation * P)
     return transmitted * surface + (1.0 - transmitted) * ahead
 

@@ -20,19 +20,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..scene import band_passes, engines, render_plan, settings, water_body
+from ..uw_spectral.bands import Bands
 from ..uw_spectral.colour_rendering import delta_e_CIE2000_images, srgb_encode, srgb_rmse
 from ..uw_spectral.path_radiance import pixel_radiance, solve_path_radiance
 from ..uw_spectral.phase import BandPhase
+from ..uw_spectral.reflectance import uplift_basis
 from ..uw_spectral.water_column import WaterColumn
 
 ABOVE_FLOOR = 3.0
 FLOOR_REFLECTANCE = 0.3
 SPHERE_REFLECTANCE = 0.5
-_SPHERE_RADIUS = 0.8
-_SPHERE_AHEAD = 4.0
-_SPHERE_DROP = 1.2
-_PITCH = math.radians(75.0)
-_FIELD_OF_VIEW = math.radians(70.0)
+SPHERE_RADIUS = 0.8
+SPHERE_AHEAD = 4.0
+SPHERE_DROP = 1.2
+PITCH = math.radians(75.0)
+FIELD_OF_VIEW = math.radians(70.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,8 +42,8 @@ class Hits:
     """What the camera's rays meet, each of shape (h, w).
 
     ``distance`` in m (infinite for open water), ``normal`` and ``direction``
-    with z up and shape (h, w, 3), ``reflectance``, and ``sunlit``, 1 where the
-    sphere casts no shadow.
+    with z up and shape (h, w, 3), ``reflectance``, grey or linear RGB of shape
+    (h, w, 3), and ``sunlit``, 1 where nothing casts a shadow.
     """
 
     distance: NDArray[np.float64]
@@ -49,6 +51,12 @@ class Hits:
     normal: NDArray[np.float64]
     reflectance: NDArray[np.float64]
     sunlit: NDArray[np.float64]
+
+    def in_bands(self, bands: Bands) -> NDArray[np.float64]:
+        """Reflectance in each band, shape (h, w, n), or (h, w, 1) where grey."""
+        if self.reflectance.ndim == self.distance.ndim:
+            return self.reflectance[..., None]
+        return self.reflectance @ uplift_basis(bands).T
 
 
 def trace(sun: NDArray[np.float64], width: int, height: int, oversampling: int) -> Hits:
@@ -64,17 +72,17 @@ def trace(sun: NDArray[np.float64], width: int, height: int, oversampling: int) 
         Rays per pixel and axis.
     """
     columns, rows = width * oversampling, height * oversampling
-    scale = 2.0 * math.tan(_FIELD_OF_VIEW / 2) / columns
+    scale = 2.0 * math.tan(FIELD_OF_VIEW / 2) / columns
     x = (np.arange(columns) + 0.5 - columns / 2) * scale
     y = (rows / 2 - np.arange(rows) - 0.5) * scale
     right, up = np.meshgrid(x, y)
     forward, lift = (
-        np.array([0.0, math.sin(_PITCH), -math.cos(_PITCH)]),
-        np.array([0.0, math.cos(_PITCH), math.sin(_PITCH)]),
+        np.array([0.0, math.sin(PITCH), -math.cos(PITCH)]),
+        np.array([0.0, math.cos(PITCH), math.sin(PITCH)]),
     )
     direction = right[..., None] * np.array([1.0, 0.0, 0.0]) + up[..., None] * lift + forward
     direction /= np.linalg.norm(direction, axis=-1, keepdims=True)
-    centre = np.array([0.0, _SPHERE_AHEAD, -_SPHERE_DROP])
+    centre = np.array([0.0, SPHERE_AHEAD, -SPHERE_DROP])
     to_sphere = _sphere_distance(np.zeros(3), direction, centre)
     with np.errstate(divide="ignore"):
         to_floor = np.where(direction[..., 2] < 0, -ABOVE_FLOOR / direction[..., 2], np.inf)
@@ -82,7 +90,7 @@ def trace(sun: NDArray[np.float64], width: int, height: int, oversampling: int) 
     on_sphere = to_sphere < to_floor
     point = direction * np.where(np.isfinite(distance), distance, 0.0)[..., None]
     normal = np.where(
-        on_sphere[..., None], (point - centre) / _SPHERE_RADIUS, np.array([0.0, 0.0, 1.0])
+        on_sphere[..., None], (point - centre) / SPHERE_RADIUS, np.array([0.0, 0.0, 1.0])
     )
     blocked = np.isfinite(_sphere_distance(point, -sun * np.ones_like(direction), centre))
     return Hits(
@@ -128,7 +136,7 @@ def _sphere_distance(
 ) -> NDArray[np.float64]:
     offset = origin - centre
     along = np.sum(offset * direction, axis=-1)
-    inside = along**2 - np.sum(offset * offset, axis=-1) + _SPHERE_RADIUS**2
+    inside = along**2 - np.sum(offset * offset, axis=-1) + SPHERE_RADIUS**2
     distance = -along - np.sqrt(np.maximum(inside, 0.0))
     return np.where((inside > 0) & (distance > 1e-6), distance, np.inf)
 
@@ -143,7 +151,7 @@ def build_scene(depth: float, width: int, height: int) -> bpy.types.Object:
     scene.cycles.pixel_filter_type = "BOX"
     mesh = bpy.data.meshes.new("sphere")
     shape = bmesh.new()
-    bmesh.ops.create_icosphere(shape, subdivisions=6, radius=_SPHERE_RADIUS)
+    bmesh.ops.create_icosphere(shape, subdivisions=6, radius=SPHERE_RADIUS)
     shape.to_mesh(mesh)
     shape.free()
     mesh.shade_smooth()
@@ -156,12 +164,12 @@ def build_scene(depth: float, width: int, height: int) -> bpy.types.Object:
     tree.links.new(diffuse.outputs[0], output.inputs["Surface"])
     mesh.materials.append(material)
     sphere = bpy.data.objects.new("sphere", mesh)
-    sphere.location = (0.0, _SPHERE_AHEAD, -depth - _SPHERE_DROP)
+    sphere.location = (0.0, SPHERE_AHEAD, -depth - SPHERE_DROP)
     camera = bpy.data.objects.new("camera", bpy.data.cameras.new("camera"))
     camera.location = (0.0, 0.0, -depth)
-    camera.rotation_euler = (_PITCH, 0.0, 0.0)
+    camera.rotation_euler = (PITCH, 0.0, 0.0)
     camera.data.sensor_fit = "HORIZONTAL"
-    camera.data.angle = _FIELD_OF_VIEW
+    camera.data.angle = FIELD_OF_VIEW
     for item in (sphere, camera):
         scene.collection.objects.link(item)
     scene.camera = camera

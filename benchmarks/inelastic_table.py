@@ -28,6 +28,7 @@ from ..uw_spectral.monte_carlo import (
     bio_optical_medium,
     simulate,
 )
+from ..uw_spectral.path_radiance import upwelling_irradiance
 from ..uw_spectral.sun import (
     REFRACTIVE_INDEX,
     fresnel_reflectance,
@@ -43,7 +44,8 @@ SEEN = slice(5, 20)  # 400 to 700 nm
 WATERS = {"baltic": (1.0, 3.0, 5.0, 10.0), "clear": (1.0, 5.0, 10.0, 20.0)}
 CAMERA, CONE = 5.0, 10.0
 VIEWS = {"down": -1.0, "30° below level": -0.5, "10° below level": -0.17, "30° above level": 0.5}
-QUANTITIES = ("Ed", "Eu", "E0")
+INTEGRATED = "Eu, integrated"
+QUANTITIES = ("Ed", "Eu", INTEGRATED, "E0")
 QUICK = 400_000
 _APART = 1e-6
 
@@ -158,7 +160,13 @@ def compare(name: str, photons: int, threads: int = 1, cone: float = CONE) -> li
         closed = solve_inelastic(one, exciting, BANDS, field, BANDS)
         light = truth.parts[f"{process} light"]
         places = [
-            (quantity, f"{y:g} m", getattr(light, quantity), i, getattr(closed, quantity)(y))
+            (
+                quantity,
+                f"{y:g} m",
+                getattr(light, quantity[:2]),
+                i,
+                _irradiance(closed, quantity, y),
+            )
             for quantity in QUANTITIES
             for i, y in enumerate(depths)
         ]
@@ -183,6 +191,12 @@ def compare(name: str, photons: int, threads: int = 1, cone: float = CONE) -> li
 
 def _seen(closed: InelasticLight, w: tuple[float, float, float]) -> np.ndarray:
     return closed.background(CAMERA, w, closed.under_surface(w, REFRACTIVE_INDEX))
+
+
+def _irradiance(closed: InelasticLight, quantity: str, y: float) -> np.ndarray:
+    if quantity == INTEGRATED:
+        return upwelling_irradiance(closed.background, y)
+    return getattr(closed, quantity)(y)
 
 
 def summed(row: dict) -> tuple[float, float, float]:
@@ -254,7 +268,8 @@ The Monte Carlo lets a photon change its band once, and Raman scattering takes i
 absorption of the water, as the closed form has it. Neglected by the closed form: light that changes
 twice, the anisotropy of Raman scattering, and the spread of light in a strongly absorbing band
 where its source dies away steeply (CDOM in the Baltic, below a few metres). Radiance, which is what
-is rendered, comes out better than the irradiances of the two streams.
+is rendered, comes out better than the irradiances of the two streams; *{INTEGRATED}* is that of the
+radiance from below (`upwelling_irradiance`), *Eu* that of the two streams.
 """
     for name in WATERS:
         rows = compare(name, photons, threads)

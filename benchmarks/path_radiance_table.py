@@ -17,7 +17,12 @@ import numpy as np
 
 from ..uw_spectral.light_field import solve_light_field
 from ..uw_spectral.monzon import path_radiance_Monzon2024, path_radiance_Monzon2024_corrected
-from ..uw_spectral.path_radiance import distance_in_water, solve_path_radiance, veil
+from ..uw_spectral.path_radiance import (
+    distance_in_water,
+    solve_path_radiance,
+    upwelling_irradiance,
+    veil,
+)
 from ..uw_spectral.phase import PhaseFunction, parse_phase
 from ..uw_spectral.sun import in_water_cosine
 from ..uw_spectral.water import Water
@@ -173,20 +178,27 @@ def compare_irradiance() -> dict[str, np.ndarray]:
     """Relative errors of the irradiances: all waters and bands, floor at 8 m, depths 1 to 7.5 m.
 
     One array of shape (floors, cases) for each of Ed, Eu and the scalar
-    irradiance; ``"Eu share of Ed"`` is the error of Eu over Ed.
+    irradiance of the two streams; ``"Eu share of Ed"`` is the error of Eu over
+    Ed, ``"Eu, integrated"`` that of the closed form's radiance from below.
     """
     phase, mu_s, y_f = parse_phase("hg:0.8"), float(in_water_cosine(SUN_ZENITH, 1.0)), 8.0
+    sun = (-math.sqrt(1 - mu_s**2), 0.0, -mu_s)
     names = ("Ed", "Eu", "scalar_irradiance")
-    found = {name: [] for name in (*names, "Eu share of Ed")}
+    found = {name: [] for name in (*names, "Eu, integrated", "Eu share of Ed")}
     for r, water in itertools.product(FLOORS, WATERS):
         iops = Water.jerlov(water)
         a, b = iops.a(WAVELENGTHS), iops.b(WAVELENGTHS)
         field = solve_light_field(a, b, 0.8, 0.64, 1.0, mu_s, r=r, y_f=y_f)
+        closed = {
+            y: solve_path_radiance(field, phase.for_bands(b), y, sun) for y in (1.0, 3.0, 7.5)
+        }
+        risen = {y: upwelling_irradiance(water.background, y) for y, water in closed.items()}
         for band, y in itertools.product(range(len(a)), (1.0, 3.0, 7.5)):
             truth = reference(a[band], b[band], mu_s, y_f, r, phase)
             for name in names:
                 error = abs(getattr(field, name)(y)[band] - getattr(truth, name)(y))
                 found[name].append(error / getattr(truth, name)(y))
+            found["Eu, integrated"].append(abs(risen[y][band] / truth.Eu(y) - 1))
             found["Eu share of Ed"].append(abs(field.Eu(y)[band] - truth.Eu(y)) / truth.Ed(y))
     return {name: np.reshape(values, (len(FLOORS), -1)) for name, values in found.items()}
 
@@ -273,7 +285,9 @@ all rays; the reference adds single scattering by the true phase function:
 ## Irradiance
 
 Relative errors of the light field of the closed form, floor at 8 m, depths 1, 3 and 7.5 m,
-all waters and bands. The scalar irradiance of the reference is by Gershun's law.
+all waters and bands. The scalar irradiance of the reference is by Gershun's law. *Eu* is that of
+the two streams, *Eu, integrated* the radiance of the closed form from below
+(`upwelling_irradiance`).
 
 | | floor 0: median | 90th | worst | floor 0.2: median | 90th | worst |
 |---|---|---|---|---|---|---|

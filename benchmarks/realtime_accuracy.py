@@ -17,10 +17,9 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from ..scene import engines, render_plan, settings, water_body
+from ..scene import engines, render_plan, water_body
 from ..uw_spectral.colour_rendering import (
     delta_e_CIE2000_images,
-    luminance,
     srgb_encode,
     srgb_rmse,
 )
@@ -31,8 +30,6 @@ from . import baselines, grey_scene
 WIDTH, HEIGHT, OVERSAMPLING = 90, 54, 3
 _BLOCK = 9
 _EEVEE_SAMPLES = 16
-# One wavelength per channel, at the dominant wavelengths of the Rec.709 primaries.
-_RGB_WAVELENGTHS = "464,549,611"
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,7 +84,7 @@ def measure(water: str, depth: float, samples: int, bands: int) -> Result:
     closed = grey_scene.closed_form_image(
         plan.column, plan.phase, depth, WIDTH, HEIGHT, OVERSAMPLING
     )
-    three = _rgb_plan(plan)
+    three = baselines.rgb_plan(plan.settings)
     pictures = {
         "EEVEE, real time": _realtime(plan, camera, depth, shafts=False),
         "EEVEE, real time, shafts": _realtime(plan, camera, depth, shafts=True),
@@ -97,12 +94,14 @@ def measure(water: str, depth: float, samples: int, bands: int) -> Result:
             name: develop(_pixels(baselines.paper_image(plan, hits, depth, form)))
             for name, form in baselines.PAPER_FORMS.items()
         },
-        "paper, corrected, RGB": _as_rgb(
+        "paper, corrected, RGB": baselines.as_rgb(
             three,
             depth,
-            baselines.paper_image(three, hits, depth, path_radiance_Monzon2024_corrected),
+            _pixels(baselines.paper_image(three, hits, depth, path_radiance_Monzon2024_corrected)),
         ),
-        "fog, RGB": _as_rgb(three, depth, baselines.fog_image(three, hits, depth)),
+        "fog, RGB": baselines.as_rgb(
+            three, depth, _pixels(baselines.fog_image(three, hits, depth))
+        ),
     }
     return Result(
         water,
@@ -139,25 +138,8 @@ def _bands(
         return grey_scene.band_image(engine, plan, depth)
 
 
-def _rgb_plan(plan: render_plan.RenderPlan) -> render_plan.RenderPlan:
-    return render_plan.make_plan(
-        settings.SceneSettings(**{**vars(plan.settings), "wavelengths": _RGB_WAVELENGTHS})
-    )
-
-
-def _as_rgb(
-    plan: render_plan.RenderPlan, depth: float, rays: NDArray[np.float64]
-) -> NDArray[np.float64]:
-    """Take three wavelengths for blue, green, red; expose as the spectral pictures are."""
-    white = plan.column.sun_irradiance / math.pi
-    at_depth = plan.column.light_field(plan.phase).Ed(depth) / math.pi
-    exposure = 0.9 / luminance((at_depth / white)[::-1])
-    return (_pixels(rays) / white)[..., ::-1] * exposure
-
-
 def _pixels(rays: NDArray[np.float64]) -> NDArray[np.float64]:
-    shape = (HEIGHT, OVERSAMPLING, WIDTH, OVERSAMPLING, rays.shape[-1])
-    return rays.reshape(shape).mean(axis=(1, 3))
+    return grey_scene.blocks(rays, OVERSAMPLING)
 
 
 def _displayable(picture: NDArray[np.float64]) -> NDArray[np.float64]:

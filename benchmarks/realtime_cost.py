@@ -69,7 +69,7 @@ def _measure(
     else:
         _sun(scene)
         if kind == "fog":
-            _fog(bpy.data.materials["Grey"])
+            add_fog(bpy.data.materials["Grey"])
     reach = water.shafts if water else None
     with eevee_settings.realtime_settings(scene, camera, samples=1, shafts=reach):
         first = _frame(scene, 1)
@@ -134,11 +134,13 @@ def _sun(scene: bpy.types.Scene) -> None:
     scene.collection.objects.link(bpy.data.objects.new("Sun", lamp))
 
 
-def _fog(material: bpy.types.Material) -> None:
+def add_fog(material: bpy.types.Material) -> None:
     """Plain exponential fog in RGB: the lit colour, dimmed, plus a colour."""
     tree = material.node_tree
     graph = Graph(tree)
     output = tree.get_output_node("EEVEE")
+    if output is None or not output.inputs["Surface"].is_linked:
+        return
     lit = graph.node("ShaderNodeShaderToRGB")
     tree.links.new(output.inputs["Surface"].links[0].from_socket, lit.inputs[0])
     distance = graph.term(graph.node("ShaderNodeCameraData").outputs["View Distance"])

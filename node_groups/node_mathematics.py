@@ -32,9 +32,12 @@ class Graph:
     tree : ShaderNodeTree
         Gets the nodes.
     part_size : int, optional
-        Put the mathematics into groups inside the tree, of so many nodes each.
-        Blender updates the whole of a tree with each node and link it gets, so
-        the time to build one grows as the square of its size.
+        Put the mathematics into groups inside the tree, of so many nodes each, and
+        keep the constants few. Blender updates the whole of a tree with each node
+        and link it gets, so the time to build one grows as the square of its size;
+        and a shader holds 64 KB of constants, among which each open input counts,
+        those that an operation does not have included, and each use of a value
+        that never varies.
     """
 
     tree: bpy.types.ShaderNodeTree
@@ -65,15 +68,53 @@ class Graph:
         """Return the term of one mathematical node."""
         key = (name, *(o.socket if isinstance(o, Term) else float(o) for o in operands))
         if key not in self._made:
-            sizes = [o.size for o in operands if isinstance(o, Term)]
-            kind = "ShaderNodeMath" if max(sizes) == 1 else "ShaderNodeVectorMath"
-            node = self._part_node(kind, operation=name)
-            for operand, socket in zip(operands, node.inputs, strict=False):
+            numbers = max(o.size for o in operands if isinstance(o, Term)) == 1
+            if self.part_size is None or numbers:
+                kind = "ShaderNodeMath" if numbers else "ShaderNodeVectorMath"
+                node = self._part_node(kind, operation=name)
+                sockets = node.inputs[: len(operands)]
+            else:
+                node, sockets, operands = self._slim_node(name, operands)
+            for operand, socket in zip(operands, sockets, strict=True):
                 self.put(operand, socket)
-            if self.part_size is not None:
-                self._parts[-1].close(node.inputs[len(operands) :])
             output = node.outputs["Value"] if name in _TO_NUMBER else node.outputs[0]
             self._made[key] = self.term(output)
+        return self._made[key]
+
+    def _slim_node(
+        self, name: str, operands: Sequence[Term | float]
+    ) -> tuple[bpy.types.Node, list[bpy.types.NodeSocket], list[Term]]:
+        """Return a node for three bands that takes little room, its inputs and what they get.
+
+        Multiply Add has no vector without effect, as Add and Multiply have.
+        """
+        given: list[Term | float] = list(operands)
+        if name in _FUSED:
+            given = [given[i] if isinstance(i, int) else float(i) for i in _FUSED[name]]
+            name = "MULTIPLY_ADD"
+        if name == "DIVIDE":
+            node = self._part_node("ShaderNodeMixRGB", blend_type=name)
+            node.inputs[0].default_value = 1.0
+            sockets = list(node.inputs)[1:]
+        else:
+            node = self._part_node("ShaderNodeVectorMath", operation=name)
+            sockets = list(node.inputs)[: len(given)]
+        number = self._parts[-1].number
+        terms = [v if isinstance(v, Term) else self.term(number(v)) for v in given]
+        return node, sockets, terms
+
+    def kept(self, constant: Term) -> Term:
+        """Return a value that never varies as one whose every use costs no room."""
+        if self.part_size is None:
+            return constant
+        key = ("kept", constant.socket)
+        if key not in self._made:
+            node = self._part_node("ShaderNodeVectorMath", operation="MULTIPLY_ADD")
+            part = self._parts[-1]
+            values = (constant, self.term(part.number(1.0)), self.term(part.number(0.0)))
+            for value, socket in zip(values, node.inputs, strict=False):
+                self.put(value, socket)
+            self._made[key] = self.term(node.outputs[0])
         return self._made[key]
 
     def vector(self, x: Term | float, y: Term | float, z: Term | float) -> Term:
@@ -149,12 +190,16 @@ class _Part:
         self.tree.interface.new_socket(key, in_out="INPUT", socket_type=_socket_type(socket))
         return self.node.inputs[key], self._end("NodeGroupInput").outputs[key]
 
-    def close(self, unused: Sequence[bpy.types.NodeSocket]) -> None:
-        """Link inputs without effect to one number: open ones take room in the shader."""
-        if "ShaderNodeValue" not in self._ends:
-            self._ends["ShaderNodeValue"] = _new_node(self.tree, "ShaderNodeValue", 0, {})
-        for socket in unused:
-            self.tree.links.new(self._ends["ShaderNodeValue"].outputs[0], socket)
+    def number(self, value: float) -> bpy.types.NodeSocket:
+        """Return a number that Blender cannot know beforehand, one node for all its uses."""
+        key = repr(value)
+        if key not in self._ends:
+            geometry = self._end("ShaderNodeNewGeometry")
+            node = _new_node(self.tree, "ShaderNodeMath", 0, {"operation": "MULTIPLY_ADD"})
+            self.tree.links.new(geometry.outputs["Backfacing"], node.inputs[0])
+            node.inputs[1].default_value, node.inputs[2].default_value = 0.0, value
+            self._ends[key] = node
+        return self._ends[key].outputs[0]
 
     def _end(self, kind: str) -> bpy.types.Node:
         if kind not in self._ends:
@@ -200,6 +245,12 @@ def new_group(name: str) -> bpy.types.ShaderNodeTree:
 
 
 _TO_NUMBER = {"DOT_PRODUCT"}
+# Operations as Multiply Add: operands by their place, constants as text.
+_FUSED: dict[str, tuple[int | str, ...]] = {
+    "ADD": (0, "1", 1),
+    "SUBTRACT": (1, "-1", 0),
+    "MULTIPLY": (0, 1, "0"),
+}
 
 
 @dataclass(frozen=True, eq=False)

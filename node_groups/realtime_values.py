@@ -231,10 +231,12 @@ class Values:
 
     def __init__(self, graph: Graph, given: Mapping[str, Term], shape: Shape) -> None:
         self._graph, self._given, self.shape = graph, given, shape
+        self._constant = set(band_names(shape))
 
     def __getitem__(self, name: str) -> Term:
         """Return a quantity by its name, a vector of three bands or a single number."""
-        return self._given[name]
+        value = self._given[name]
+        return self._graph.kept(value) if name in self._constant else value
 
     @property
     def water(self) -> PathRadiance:

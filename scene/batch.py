@@ -6,8 +6,8 @@ import argparse
 import contextlib
 import sys
 import warnings
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +16,7 @@ import bpy
 from ..uw_spectral.errors import DataWarning, InputError
 from ..uw_spectral.sensor import list_sensors
 from ..uw_spectral.water_names import list_waters
-from . import property_group, render_job, settings
+from . import cameras, property_group, render_job, requirements, settings
 
 
 def main(arguments: Sequence[str], *, inside_blender: bool) -> int:
@@ -60,7 +60,7 @@ def run(options: argparse.Namespace, *, inside_blender: bool) -> None:
         for source, names in list_waters().items():
             print(f"{source}: {', '.join(names)}")
         return
-    job = settings.job(options)
+    job, auto = settings.job(options), settings.auto(options)
     if not hasattr(bpy.types.Scene, property_group.PROPERTY):
         property_group.register()
     _open(job.blend, inside_blender)
@@ -72,10 +72,35 @@ def run(options: argparse.Namespace, *, inside_blender: bool) -> None:
     def settings_now() -> settings.SceneSettings:
         return settings.merge(property_group.stored_settings(scene), options)
 
+    if auto is not None:
+        job, settings_now = _chosen(scene, settings_now, job, auto)
     progress = _Progress()
     for step in render_job.render(scene, settings_now, job, _print_note):
         progress.report(step)
     print(f"done: {len(job.frames) or 1} frame(s) in {job.out}")
+
+
+def _chosen(
+    scene: bpy.types.Scene,
+    settings_now: Callable[[], settings.SceneSettings],
+    job: settings.Job,
+    auto: settings.Auto,
+) -> tuple[settings.Job, Callable[[], settings.SceneSettings]]:
+    """Return job and settings with what the scene requires."""
+    camera = cameras.find_camera(scene, job.camera)
+    choice = requirements.choose(
+        scene, camera, settings_now, job,
+        target=auto.target, budget=auto.budget, keep=auto.keep,
+    )  # fmt: skip
+    if auto.explain:
+        print("\n".join(choice.lines))
+    job = replace(
+        job,
+        shafts=choice.shafts,
+        froxels=choice.required.froxels if choice.shafts else None,
+        decisions=tuple(choice.lines),
+    )
+    return job, lambda: replace(settings_now(), **choice.settings)
 
 
 def _open(blend: Path | None, inside_blender: bool) -> None:

@@ -240,7 +240,7 @@ def _water(
     if len(plan.bands) > realtime.MOST_BANDS:  # passes carry them all; the view does with fewer
         plan = shared_plans.plan_of(replace(chosen, bands=realtime.MOST_BANDS, wavelengths=""))
     with shared_plans.quiet():
-        weights = shared_plans.viewpoint(plan, depth).reduction.weights
+        weights = plan.viewpoint(depth).reduction.weights
         water = plan.realtime(scene, depth, weights, shafts=shafts)
         return caustics.with_waves(scene, plan, water)
 

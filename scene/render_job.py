@@ -21,7 +21,7 @@ from ..uw_spectral.spectral_image import (
     write_rgb_exr,
     write_spectral_exr,
 )
-from . import band_passes, cameras, development, engines, settings
+from . import band_passes, cameras, development, engines, settings, units
 from .realtime import has_realtime
 from .render_plan import RenderPlan, make_plan
 from .settings import Job, SceneSettings
@@ -94,7 +94,9 @@ def render(
     _claim_folder(job, _fingerprint(scene, camera, plan.settings, job))
     size = _size(scene)
     with _engine(scene, camera, frames, job) as engine:
-        for note in engine.notes:
+        _limit_effort(scene, plan.settings, job)
+        notes = [note for note in (units.note(scene), *engine.notes) if note]
+        for note in notes:
             report_note(note)
         total, number = len(frames) * len(engine.passes), 0
         for frame in frames:
@@ -110,7 +112,7 @@ def render(
                 frame.rendered.append(item)
                 number += 1
                 if len(frame.rendered) == len(engine.passes):
-                    _finish(frame, job, {"camera": camera.name, "notes": engine.notes})
+                    _finish(frame, job, {"camera": camera.name, "notes": notes})
                 yield Step(frame.number, item, number, total)
 
 
@@ -126,6 +128,8 @@ def _frames(
     for number in job.frames or (scene.frame_current,):
         scene.frame_set(number)
         chosen = settings_now()
+        if frames:  # optimised bands stay while animated water changes
+            chosen = frames[0].plan.fixed_bands(chosen)
         depth = cameras.camera_depth(camera, chosen.floor_depth or math.inf)
         if chosen not in plans:
             plans[chosen] = make_plan(chosen)
@@ -155,6 +159,14 @@ def _engine(
         )
     make = engines.eevee_realtime if job.mode == settings.REALTIME else engines.eevee_bands
     return make(scene, camera, first.plan, extent, first.depth, shafts=job.shafts)
+
+
+def _limit_effort(scene: bpy.types.Scene, chosen: SceneSettings, job: Job) -> None:
+    """Lower what the engine has set to its most; it restores the scene's own afterwards."""
+    if job.engine == "cycles":
+        scene.cycles.max_bounces = scene.cycles.volume_bounces = chosen.bounces
+    elif job.shafts and job.froxels is not None:
+        scene.eevee.volumetric_samples = job.froxels
 
 
 def _size(scene: bpy.types.Scene) -> tuple[int, int]:
@@ -237,6 +249,7 @@ def _fingerprint(
         "engine": job.engine,
         "mode": job.mode,
         "shafts": job.shafts,
+        "froxels": job.froxels,
         "seed": job.seed,
         "denoise": job.denoise,
         # A real-time pass is developed as it is rendered.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import importlib.metadata
 import math
 import platform
@@ -27,8 +28,10 @@ from ..uw_spectral.inelastic import (
     parse_processes,
     solve_inelastic,
 )
+from ..uw_spectral.optimised_bands import FittedViewpoint, optimised_bands
 from ..uw_spectral.path_radiance import PathRadiance, solve_path_radiance
 from ..uw_spectral.phase import BandPhase, parse_phase
+from ..uw_spectral.readouts import REFERENCE_BANDS, Viewpoint
 from ..uw_spectral.reflectance import emission_basis, parse_reflectance, uplift_basis
 from ..uw_spectral.sensor import Sensor, parse_sensor
 from ..uw_spectral.spectral_image import RADIANCE_UNITS
@@ -41,7 +44,7 @@ from . import band_colors
 from .cycles_phase import CyclesPhase, cycles_phase
 from .pass_values import PassValues
 from .realtime import RealtimeWater, realtime_water
-from .settings import AUTO, DEFAULT_PHASE, SceneSettings
+from .settings import AUTO, CONSTITUENTS, DEFAULT_PHASE, OPTIMISED, SceneSettings
 
 _RELATIVE_UNITS = "sr^-1, relative to an irradiance of 1 at 560 nm"
 _RECORDED_PACKAGES = ("numpy", "colour-science", "jerlov", "nodebpy", "OpenImageIO")
@@ -61,6 +64,8 @@ class RenderPlan:
     column: WaterColumn
     cycles: CyclesPhase
     inelastic: InelasticLight | None = None
+    reference: tuple[WaterColumn, BandPhase] | None = None
+    """Column and phase function on many bands, to which the weights of few are fitted."""
 
     @property
     def passes(self) -> list[tuple[int, ...]]:
@@ -75,7 +80,10 @@ class RenderPlan:
     @property
     def notes(self) -> tuple[str, ...]:
         """Caveats of the data and of the renderer."""
-        return (*self.water.caveats_at(self.bands.centres), *self.cycles.notes)
+        notes = (*self.water.caveats_at(self.bands.centres), *self.cycles.notes)
+        if self.reference is not None and self.inelastic is not None:
+            notes += ("optimised bands do not expect inelastic light; its colour may be off",)
+        return notes
 
     def pass_values(self, scene: bpy.types.Scene) -> PassValues:
         """Return every value that differs by band, for the materials of a scene."""
@@ -105,8 +113,8 @@ class RenderPlan:
             for material, reflectance in band_colors.measured_reflectances(scene)
         }
         return realtime_water(
-            self.column, self.phase, depth, weights, shafts=shafts, reflectances=reflectances,
-            inelastic=self.inelastic,
+            self.column, self.phase, depth, weights, aureole=self.settings.aureole == "on",
+            shafts=shafts, reflectances=reflectances, inelastic=self.inelastic,
         )  # fmt: skip
 
     def path_radiance(self, depth: float) -> PathRadiance:
@@ -114,8 +122,20 @@ class RenderPlan:
         field = self.column.light_field(self.phase)
         return solve_path_radiance(field, self.phase, depth, self.column.sun_direction)
 
+    def viewpoint(self, depth: float) -> Viewpoint:
+        """Return the camera of the plan at a depth in m."""
+        chosen = self.settings
+        stops = None if chosen.exposure == AUTO else _stops(chosen.exposure)
+        camera = (self.illuminant, self.sensor, depth, chosen.white_balance, stops)
+        if self.reference is None:
+            return Viewpoint(self.column, self.phase, *camera)
+        reference = Viewpoint(*self.reference, *camera)
+        return FittedViewpoint(self.column, self.phase, *camera, reference=reference)
+
     def reduction(self, depth: float) -> SensorReduction:
         """Return the sensor's map for a camera at a depth in m."""
+        if self.reference is not None:
+            return self.viewpoint(depth).reduction
         light = self.column.light_field(self.phase).Ed(depth)
         balance = self.settings.white_balance
         as_is = reduction(self.sensor, self.bands, self.illuminant, light, balance)
@@ -124,6 +144,12 @@ class RenderPlan:
         else:
             stops = _stops(self.settings.exposure)
         return reduction(self.sensor, self.bands, self.illuminant, light, balance, stops)
+
+    def fixed_bands(self, settings: SceneSettings) -> SceneSettings:
+        """Return settings of another frame with the bands of this plan, if they are optimised."""
+        if self.reference is None:
+            return settings
+        return replace(settings, wavelengths=",".join(map(repr, self.bands.centres.tolist())))
 
     def record(self) -> dict[str, Any]:
         """Return bands, coefficients, sources and versions, for the record of a render."""
@@ -163,12 +189,19 @@ def make_plan(settings: SceneSettings) -> RenderPlan:
     """
     if settings.exposure != AUTO:
         _stops(settings.exposure)
-    bands = _bands(settings)
     water = _water(settings)
-    water.warn_doubts(bands.centres)
-    phase = _phase(settings, water, bands)
     illuminant = parse_illuminant(settings.illuminant, settings.sun_zenith)
     floor = parse_reflectance(settings.floor_reflectance)
+    bands, reference = _bands(settings), None
+    if settings.band_placement == OPTIMISED and len(bands) < REFERENCE_BANDS:
+        fine = _reference_bands(settings.range_start, settings.range_end)
+        fine_column = _column(settings, water, illuminant, fine, floor.at(fine.centres))
+        reference = fine_column, _phase(settings, water, fine)
+        if not settings.wavelengths:
+            above = Viewpoint(*reference, illuminant, parse_sensor("cie1931"), depth=0.0)
+            bands = optimised_bands(settings.bands, above).bands
+    water.warn_doubts(bands.centres)
+    phase = _phase(settings, water, bands)
     column = _column(settings, water, illuminant, bands, floor.at(bands.centres))
     inelastic = None
     switched_on = parse_processes(settings.inelastic)
@@ -186,8 +219,14 @@ def make_plan(settings: SceneSettings) -> RenderPlan:
     sensor = parse_sensor(settings.sensor)
     return RenderPlan(
         settings, bands, water, phase, illuminant, sensor, floor, column, cycles_phase(phase),
-        inelastic,
+        inelastic, reference,
     )  # fmt: skip
+
+
+@functools.lru_cache(maxsize=4)
+def _reference_bands(start: float, end: float) -> Bands:
+    """Return the same object each time, by which a fit to it is known again."""
+    return Bands.uniform(REFERENCE_BANDS, start, end)
 
 
 def _column(
@@ -221,6 +260,8 @@ def _phase(settings: SceneSettings, water: Water, bands: Bands) -> BandPhase:
     """Return the phase function; by default a bio-optical water has that of its particles."""
     constituents = _constituents(settings)
     if settings.phase == DEFAULT_PHASE and constituents is not None:
+        if settings.water == CONSTITUENTS:  # amounts that are animated must not change the nodes
+            return constituents.phase_of_fixed_parts(bands.centres)
         return constituents.phase(bands.centres)
     b = water.b(bands.centres)
     return parse_phase(settings.phase).for_bands(b, molecular_scattering(bands.centres))
@@ -228,7 +269,15 @@ def _phase(settings: SceneSettings, water: Water, bands: Bands) -> BandPhase:
 
 def _constituents(settings: SceneSettings) -> Constituents | None:
     """Return what the water is made of, if it is one bio-optical water."""
-    return None if settings.second_water else constituents_of(settings.water)
+    if settings.second_water:
+        return None
+    if settings.water == CONSTITUENTS:
+        return _chosen_constituents(settings)
+    return constituents_of(settings.water)
+
+
+def _chosen_constituents(settings: SceneSettings) -> Constituents:
+    return Constituents(settings.chlorophyll, settings.cdom, settings.minerals, settings.detritus)
 
 
 def _processes(
@@ -240,7 +289,7 @@ def _processes(
         if fluorescent:
             raise InputError(
                 f"--inelastic: {', '.join(fluorescent)} needs one water of known constituents, "
-                f"bio: or case:, not {settings.water!r}"
+                f"{CONSTITUENTS}, bio: or case:, not {settings.water!r}"
                 + (" with a second water" if settings.second_water else "")
             )
         constituents = Constituents()
@@ -254,7 +303,10 @@ def _processes(
 
 
 def _water(settings: SceneSettings) -> Water:
-    water = parse_water(settings.water, settings.water_source)
+    if settings.water == CONSTITUENTS:
+        water = _chosen_constituents(settings).water()
+    else:
+        water = parse_water(settings.water, settings.water_source)
     if settings.second_water:
         other = parse_water(settings.second_water, settings.water_source)
         water = water.mixed(other, settings.second_water_share)

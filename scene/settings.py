@@ -13,7 +13,10 @@ from ..uw_spectral.water_column import SURFACES
 
 AUTO = "auto"
 BANDS, REALTIME = "bands", "realtime"
+EQUAL, OPTIMISED = "equal", "optimised"
 DEFAULT_PHASE = "mixture"
+CONSTITUENTS = "constituents"
+_AMOUNTS = ("chlorophyll", "cdom", "minerals", "detritus")
 NO_FLOOR = 0.0
 _RANGE = ("range_start", "range_end")
 # Options with a shorter name than their setting.
@@ -47,7 +50,28 @@ class SceneSettings:
     water: str = _setting(
         "jerlov:IB",
         "Water: jerlov:TYPE (see --list-waters) or file:PATH, a CSV with the columns "
-        "wavelength_nm, a, b in 1/m",
+        "wavelength_nm, a, b in 1/m; constituents takes chlorophyll, cdom, minerals and detritus",
+    )
+    chlorophyll: float = _setting(
+        1.0, "Chlorophyll, mg/m³, of --water constituents", limits=(0.0, 100.0), animatable=True
+    )
+    cdom: float = _setting(
+        0.05,
+        "Absorption of coloured dissolved organic matter at 440 nm, 1/m, of --water constituents",
+        limits=(0.0, 20.0),
+        animatable=True,
+    )
+    minerals: float = _setting(
+        0.0,
+        "Suspended minerals, g/m³, of --water constituents",
+        limits=(0.0, 1e3),
+        animatable=True,
+    )
+    detritus: float = _setting(
+        0.0,
+        "Absorption of dead organic particles at 400 nm, 1/m, of --water constituents",
+        limits=(0.0, 20.0),
+        animatable=True,
     )
     water_source: str = _setting(
         "solonenko2015",
@@ -70,8 +94,14 @@ class SceneSettings:
         "rayleigh, einstein-smoluchowski, isotropic, or mixture (molecules and sea particles "
         "by their share in each band)",
     )
-    bands: int = _setting(8, "Number of equal spectral bands", limits=(1, 512))
+    bands: int = _setting(8, "Number of spectral bands", limits=(1, 512))
     wavelengths: str = _setting("", "Band centres in nm, comma separated, instead of equal bands")
+    band_placement: str = _setting(
+        EQUAL,
+        "Equal bands, or optimised: placed for the water, and developed with weights fitted to "
+        "water, depth and sensor",
+        choices=(EQUAL, OPTIMISED),
+    )
     range_start: float = _setting(400.0, "Start of the spectral range in nm", limits=(300, 830))
     range_end: float = _setting(700.0, "End of the spectral range in nm", limits=(300, 830))
     sensor: str = _setting("cie1931", "Camera (see --list-sensors), cie1931, or file:PATH")
@@ -165,10 +195,18 @@ class SceneSettings:
         "auto: a white surface at the camera's depth has luminance 0.9",
     )
     samples: int = _setting(64, "Samples per pixel", limits=(1, 2**24))
+    bounces: int = _setting(
+        64, "Times that Cycles scatters or reflects light at most", limits=(1, 1024)
+    )
+    aureole: str = _setting(
+        "on",
+        "Whether real time and bands spread sunlight by many scatterings at small angles",
+        choices=("on", "off"),
+    )
     inelastic: str = _setting(
         "",
         "Light that changes its wavelength: raman, chlorophyll, cdom, comma separated, or all; "
-        "empty for none. Fluorescence needs a bio: or case: water",
+        "empty for none. Fluorescence needs constituents, or a bio: or case: water",
     )
 
     def __post_init__(self) -> None:
@@ -197,8 +235,43 @@ def flag(name: str) -> str:
 
 
 @dataclass(frozen=True)
+class Quality:
+    """How a quality is rendered: engine, mode, and the mean ΔE2000 that Auto aims at."""
+
+    engine: str
+    mode: str
+    target: float
+
+
+QUALITIES = {
+    "draft": Quality("eevee", REALTIME, 4.0),
+    "preview": Quality("eevee", REALTIME, 2.0),
+    "final": Quality("eevee", BANDS, 1.0),
+    "reference": Quality("cycles", BANDS, 0.5),
+}
+
+
+@dataclass(frozen=True)
+class Auto:
+    """What is to be chosen automatically.
+
+    ``target`` is a mean ΔE2000, ``budget`` CPU time in s, or None; settings
+    in ``keep`` were given and stay.
+    """
+
+    target: float
+    budget: float | None
+    explain: bool
+    keep: frozenset[str]
+
+
+@dataclass(frozen=True)
 class Job:
-    """What a batch renders besides the scene's settings."""
+    """What a batch renders besides the scene's settings.
+
+    ``froxels`` are the steps of the shafts' volume, None for the most;
+    ``decisions`` the lines that explain what was chosen automatically.
+    """
 
     blend: Path | None
     engine: str
@@ -211,6 +284,8 @@ class Job:
     out: Path
     resume: bool
     denoise: bool
+    froxels: int | None = None
+    decisions: tuple[str, ...] = ()
 
 
 class _Parser(argparse.ArgumentParser):
@@ -227,12 +302,35 @@ def parser() -> argparse.ArgumentParser:
         allow_abbrev=False,
     )
     result.add_argument("blend", nargs="?", type=Path, help="scene (python only)")
-    result.add_argument("--engine", default="cycles", choices=("cycles", "eevee"))
+    result.add_argument(
+        "--engine", choices=("cycles", "eevee"), help="default: that of --quality, else cycles"
+    )
     result.add_argument(
         "--mode",
-        default=BANDS,
         choices=(BANDS, REALTIME),
         help="eevee: three bands a pass, or all bands in one pass and no spectra",
+    )
+    result.add_argument(
+        "--quality",
+        choices=tuple(QUALITIES),
+        help="choose engine, bands and terms by what the scene requires; "
+        + ", ".join(f"{name}: ΔE {q.target:g}" for name, q in QUALITIES.items())
+        + "; other options win",
+    )
+    result.add_argument(
+        "--target-delta-e",
+        type=float,
+        metavar="X",
+        help="choose so that the mean ΔE2000 against everything in many bands stays below X",
+    )
+    result.add_argument(
+        "--time-budget",
+        type=float,
+        metavar="S",
+        help="stay within S seconds of CPU time, by a measured table, even if ΔE suffers",
+    )
+    result.add_argument(
+        "--explain", action="store_true", default=False, help="print what was chosen and why"
     )
     result.add_argument(
         "--shafts",
@@ -296,6 +394,9 @@ def merge(stored: SceneSettings, options: argparse.Namespace) -> SceneSettings:
         values["wavelengths"] = ""
     if given.get("second_water_share") and not values["second_water"]:
         raise InputError("--second-water-share needs a --second-water to mix in")
+    amounts = [flag(name) for name in _AMOUNTS if name in given]
+    if amounts and values["water"] != CONSTITUENTS:
+        raise InputError(f"{amounts[0]} needs --water {CONSTITUENTS}, not {values['water']!r}")
     return SceneSettings(**values)
 
 
@@ -303,12 +404,17 @@ def job(options: argparse.Namespace) -> Job:
     """Return the job that the options describe."""
     if options.resolution is not None and min(options.resolution) < 1:
         raise InputError("--resolution: width and height must be at least 1 pixel")
-    if options.engine == "cycles" and (options.mode == REALTIME or options.shafts):
+    preset = QUALITIES.get(getattr(options, "quality", ""))
+    engine = getattr(options, "engine", preset.engine if preset else "cycles")
+    # A preset's mode belongs to its engine.
+    usual = preset.mode if preset and preset.engine == engine else BANDS
+    mode = getattr(options, "mode", usual)
+    if engine == "cycles" and (mode == REALTIME or options.shafts):
         raise InputError("--mode realtime and --shafts need --engine eevee")
     return Job(
         blend=getattr(options, "blend", None),
-        engine=options.engine,
-        mode=options.mode,
+        engine=engine,
+        mode=mode,
         shafts=options.shafts,
         frames=parse_frames(options.frames),
         camera=options.camera,
@@ -318,6 +424,30 @@ def job(options: argparse.Namespace) -> Job:
         resume=options.resume,
         denoise=options.denoise,
     )
+
+
+def auto(options: argparse.Namespace) -> Auto | None:
+    """Return what the options leave to be chosen; None if nothing.
+
+    Raises
+    ------
+    InputError
+        If there is something to explain but nothing to choose, or a number is not positive.
+    """
+    given = vars(options)
+    quality, budget = given.get("quality"), given.get("time_budget")
+    target = given.get("target_delta_e")
+    for name, value in (("--target-delta-e", target), ("--time-budget", budget)):
+        if value is not None and not 0 < value < float("inf"):
+            raise InputError(f"{name}: {value:g} is not a positive number")
+    if quality is None and budget is None and target is None:
+        if options.explain:
+            raise InputError("--explain needs --quality, --target-delta-e or --time-budget")
+        return None
+    if target is None:
+        target = QUALITIES[quality or "final"].target
+    keep = {name for name in (*(s.name for s in fields(SceneSettings)), "range") if name in given}
+    return Auto(target, budget, options.explain, frozenset(keep))
 
 
 def parse(arguments: Sequence[str]) -> argparse.Namespace:

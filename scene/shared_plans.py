@@ -14,10 +14,9 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 from ..uw_spectral.errors import DataWarning
-from ..uw_spectral.readouts import Viewpoint
 from ..uw_spectral.sensor import Sensor, parse_sensor
 from .render_plan import RenderPlan, make_plan
-from .settings import AUTO, SceneSettings
+from .settings import SceneSettings
 
 _DEFAULT = SceneSettings()
 
@@ -34,21 +33,6 @@ def plan_of(chosen: SceneSettings) -> RenderPlan:
         sensor = _sensor(chosen.sensor)
         optics = _optics(replace(chosen, sensor=_DEFAULT.sensor))
     return replace(optics, settings=chosen, sensor=sensor)
-
-
-def viewpoint(plan: RenderPlan, depth: float) -> Viewpoint:
-    """Return the camera of a plan at a depth in m."""
-    chosen = plan.settings
-    stops = None if chosen.exposure == AUTO else float(chosen.exposure)
-    return Viewpoint(
-        plan.column,
-        plan.phase,
-        plan.illuminant,
-        plan.sensor,
-        depth,
-        chosen.white_balance,
-        stops,
-    )
 
 
 def clear() -> None:

@@ -263,7 +263,7 @@ class AutoBands(_Operator):
 
         def view(bands: int) -> readouts.Viewpoint:
             plan = shared_plans.plan_of(replace(chosen, bands=bands, wavelengths=""))
-            return shared_plans.viewpoint(plan, depth)
+            return plan.viewpoint(depth)
 
         found, error = _BANDS_TO_TRY[-1], 0.0
         with shared_plans.quiet():
@@ -275,6 +275,36 @@ class AutoBands(_Operator):
         water = _water(context)
         water.wavelengths, water.bands = "", found
         self.report({"INFO"}, f"{found} bands, expected colour error ΔE2000 {error:.2f}")
+
+
+class Auto(_Operator):
+    """Chooses everything by what the scene requires."""
+
+    bl_idname = "underwater.auto"
+    bl_label = "Auto"
+    bl_description = (
+        "Look at the scene through its camera, and choose bands, terms, shafts and samples: the "
+        "cheapest that keep the colour error. A stricter error brings back what was left out"
+    )
+
+    @override
+    def run(self, context: bpy.types.Context) -> None:
+        from ..scene import cameras, requirements
+
+        scene = context.scene
+        panel = getattr(scene, property_group.PROPERTY)
+        earlier = property_group.before_auto(scene)
+        job = replace(property_group.job(scene), shafts=False)
+        choice = requirements.choose(
+            scene,
+            cameras.find_camera(scene, None),
+            lambda: replace(optics.stored_settings(scene), **earlier),
+            job,
+            target=panel.target_delta_e,
+        )
+        property_group.write_choice(scene, earlier, choice)
+        for line in choice.lines:
+            self.report({"INFO"}, line)
 
 
 class Render(bpy.types.Operator):
@@ -380,6 +410,7 @@ CLASSES = (
     OpenSensor,
     ChooseSensor,
     AutoBands,
+    Auto,
     Render,
 )
 

@@ -8,6 +8,7 @@ from typing import override
 import bpy
 
 from ..scene import property_group as optics
+from ..scene import units
 from ..scene.session import is_live
 from . import migration, presets, previews, property_group
 
@@ -81,6 +82,9 @@ class MainPanel(_Panel, bpy.types.Panel):
             _say(layout, "This scene is linked: make it local to change its water.", "LINKED")
         if migration.is_newer(scene):
             _say(layout, "A newer version of the extension has saved this file.", "ERROR")
+        unit = units.note(scene)
+        if unit:
+            _say(layout, unit[0].upper() + unit[1:] + ".", "ERROR")
         problem = live.problem(scene)
         if problem:
             _say(layout, problem, "ERROR")
@@ -121,6 +125,36 @@ class WaterPanel(_SubPanel, bpy.types.Panel):
         water, panel = _water(context), _panel(context)
         pictures = previews.of_scene(context.scene)
         file = water.water.startswith("file:")
+        self.layout.prop(panel, "from_constituents")
+        column = self.column()
+        if panel.from_constituents:
+            column.prop(water, "chlorophyll", text="Chlorophyll (mg/m³)")
+            column.prop(water, "cdom", text="CDOM a(440) (1/m)")
+            column.prop(water, "minerals", text="Minerals (g/m³)")
+            column.prop(water, "detritus", text="Detritus a(400) (1/m)")
+        else:
+            self._named(panel, water, file=file)
+            column = self.column()
+            if not file:
+                column.prop(water, "water_source", text="Source")
+        column.prop(water, "turbidity", text="Scattering ×")
+        column.prop(water, "absorption_factor", text="Absorption ×")
+        column.prop(panel, "second_water")
+        if water.second_water:
+            column.prop(water, "second_water_share", text="Share", slider=True)
+        column.prop(panel, "phase")
+        if panel.phase == "OTHER":
+            column.prop(water, "phase", text="Written")
+        self.layout.row(align=True).prop(panel, "inelastic")
+        if pictures.error:
+            _say(self.layout, pictures.error, "ERROR")
+        elif pictures.source:
+            _say(self.layout, pictures.source)
+        _plot(self.layout, "water")
+
+    def _named(
+        self, panel: bpy.types.PropertyGroup, water: bpy.types.PropertyGroup, *, file: bool
+    ) -> None:
         if not file:
             self.layout.template_icon_view(
                 panel, "gallery", show_labels=True, scale=_SWATCH_SCALE, scale_popup=4.0
@@ -131,22 +165,6 @@ class WaterPanel(_SubPanel, bpy.types.Panel):
         if file:
             row = self.layout.row()
             row.prop_enum(panel, "gallery", "JERLOV_IB", text="Back to Jerlov types")
-        column = self.column()
-        if not file:
-            column.prop(water, "water_source", text="Source")
-        column.prop(water, "turbidity", text="Scattering ×")
-        column.prop(water, "absorption_factor", text="Absorption ×")
-        column.prop(panel, "second_water")
-        if water.second_water:
-            column.prop(water, "second_water_share", text="Share", slider=True)
-        column.prop(panel, "phase")
-        if panel.phase == "OTHER":
-            column.prop(water, "phase", text="Written")
-        if pictures.error:
-            _say(self.layout, pictures.error, "ERROR")
-        elif pictures.source:
-            _say(self.layout, pictures.source)
-        _plot(self.layout, "water")
 
 
 class DepthPanel(_SubPanel, bpy.types.Panel):
@@ -261,11 +279,15 @@ class QualityPanel(_SubPanel, bpy.types.Panel):
     def draw(self, context: bpy.types.Context) -> None:
         water, panel = _water(context), _panel(context)
         self.layout.prop(panel, "quality", expand=True)
+        row = self.layout.row(align=True)
+        row.prop(panel, "target_delta_e", text="Colour error ΔE")
+        row.operator("underwater.auto", icon="AUTO")
         column = self.column()
         row = column.row(align=True)
         row.prop(water, "bands", text="Bands")
         row.operator("underwater.auto_bands", text="Auto")
         column.prop(water, "wavelengths", text="Or at (nm)")
+        column.prop(water, "band_placement", text="Placed")
         row = column.row(align=True)
         row.prop(water, "range_start", text="Range (nm)")
         row.prop(water, "range_end", text="")
@@ -273,11 +295,16 @@ class QualityPanel(_SubPanel, bpy.types.Panel):
             column.prop(panel, "denoise")
         else:
             column.prop(panel, "shafts")
+            column.prop(water, "aureole")
         if panel.shafts and is_live(context.scene):
             eevee = context.scene.eevee
             column.prop(eevee, "volumetric_tile_size", text="Froxel size")
             column.prop(eevee, "volumetric_samples", text="Froxel steps")
         column.prop(water, "samples")
+        if panel.quality == "REFERENCE":
+            column.prop(water, "bounces")
+        for line in panel.decisions.splitlines():
+            _say(self.layout, line)
 
 
 class OutputPanel(_SubPanel, bpy.types.Panel):
@@ -321,6 +348,8 @@ class ReadoutsPanel(_SubPanel, bpy.types.Panel):
             "Colour error": f"ΔE {found.colour_error.mean:.2f}, "
             f"max {found.colour_error.maximum:.2f}",
         }
+        if pictures.inelastic is not None:
+            rows["Inelastic"] = f"{100 * pictures.inelastic:.2g} % of the water's luminance"
         grid = self.layout.column(align=True)
         for name, value in rows.items():
             split = grid.split(factor=0.38)

@@ -13,8 +13,8 @@ from ..uw_spectral.errors import unknown_name
 _FOLDER = Path(__file__).resolve().parent.parent
 _SCENE = "bpy.context.scene.underwater"
 
-_WATER = ("water", "water_source", "second_water", "second_water_share", "absorption_factor",
-          "turbidity", "phase")  # fmt: skip
+_WATER = ("water", "water_source", "chlorophyll", "cdom", "minerals", "detritus", "second_water",
+          "second_water_share", "absorption_factor", "turbidity", "phase")  # fmt: skip
 _LOOK = (*_WATER, "floor_depth", "floor_reflectance", "surface", "illuminant", "sun_zenith",
          "irradiance", "sky_radiance", "white_balance", "exposure")  # fmt: skip
 _CAMERA = ("sensor", "white_balance", "exposure")

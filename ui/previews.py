@@ -15,12 +15,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..scene import property_group
-from ..scene.settings import SceneSettings
+from ..scene.settings import CONSTITUENTS, SceneSettings
 from ..uw_spectral.errors import InputError
 from ..uw_spectral.water import JERLOV_TYPES
 
 if TYPE_CHECKING:
+    from ..scene.render_plan import RenderPlan
     from ..uw_spectral.readouts import Readouts
+    from ..uw_spectral.spectrum import Spectrum
 
 SWATCH_SIZE = 64
 PLOT_SIZE = (360, 240)
@@ -37,12 +39,15 @@ class Pictures:
         Settings and depth that the contents belong to.
     readouts : Readouts or None
         None until computed, or where they cannot be.
+    inelastic : float or None
+        Share of inelastic light in the luminance of the open water; None without any.
     source, error : str
         Where the water's data come from; why nothing is shown.
     """
 
     key: tuple[SceneSettings, float] | None = None
     readouts: Readouts | None = None
+    inelastic: float | None = None
     source: str = ""
     error: str = ""
 
@@ -126,29 +131,41 @@ def _fill(state: _State, pictures: Pictures, chosen: SceneSettings, depth: float
     from ..uw_spectral import plots, readouts
 
     fine = replace(chosen, bands=readouts.REFERENCE_BANDS, wavelengths="")
-    for name in JERLOV_TYPES:
+    gallery = JERLOV_TYPES if chosen.water != CONSTITUENTS else ()  # it is not shown then
+    for name in gallery:
         try:
             plan = shared_plans.plan_of(
                 replace(fine, water=f"jerlov:{name}", water_source=_source(chosen, name),
-                        second_water="", second_water_share=0.0)
+                        second_water="", second_water_share=0.0, inelastic="")
             )  # fmt: skip
-            swatch = readouts.water_swatch(shared_plans.viewpoint(plan, depth))
+            swatch = readouts.water_swatch(plan.viewpoint(depth))
         except InputError:
             continue
         _show(state, f"swatch {name}", _plain(swatch))
     plan, reference = shared_plans.plan_of(chosen), shared_plans.plan_of(fine)
     pictures.source = plan.water.source
-    view = shared_plans.viewpoint(plan, depth)
+    view = plan.viewpoint(depth)
     with shared_plans.quiet():
-        pictures.readouts = readouts.readouts(view, shared_plans.viewpoint(reference, depth))
+        fine_view = reference.viewpoint(depth)
+        pictures.readouts = readouts.readouts(view, fine_view)
+        if reference.inelastic is not None:
+            pictures.inelastic = readouts.inelastic_share(fine_view, reference.inelastic)
     _show(state, "open water", _plain(pictures.readouts.swatch))
     coefficients = {"a": plan.water.absorption, "b": plan.water.scattering}
+    coefficients["bb"] = _backscattering(reference)
     if plan.water.diffuse_attenuation is not None:
         coefficients["Kd"] = plan.water.diffuse_attenuation
     _show(state, "water", plots.plot_coefficients(coefficients, plan.bands, PLOT_SIZE))
     _show(state, "sensor", plots.plot_sensor(plan.sensor, plan.bands, PLOT_SIZE))
     light = pictures.readouts.light_left
     _show(state, "light", plots.plot_light_left(light, plan.bands, PLOT_SIZE))
+
+
+def _backscattering(plan: RenderPlan) -> Spectrum:
+    from ..uw_spectral.spectrum import Spectrum
+
+    values = plan.phase.backscatter_ratio * plan.column.scattering
+    return Spectrum(plan.bands.centres, values, "bb")
 
 
 def _source(chosen: SceneSettings, name: str) -> str:

@@ -2,13 +2,21 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import bpy
 
 from ..scene import property_group
-from ..scene.settings import BANDS, REALTIME, Job
+from ..scene.session import is_live
+from ..scene.settings import BANDS, CONSTITUENTS, REALTIME, Job, SceneSettings
+from ..uw_spectral.errors import InputError
+from ..uw_spectral.inelastic import PROCESSES, parse_processes
 from ..uw_spectral.water import JERLOV_TYPES
+
+if TYPE_CHECKING:
+    from ..scene.requirements import Choice
 
 PROPERTY = "underwater_panel"
 
@@ -44,6 +52,28 @@ def _get_gallery(group: bpy.types.PropertyGroup) -> int:
 
 def _set_gallery(group: bpy.types.PropertyGroup, value: int) -> None:
     _water(group).water = f"{_JERLOV}{JERLOV_TYPES[value]}"
+
+
+def _get_constituents(group: bpy.types.PropertyGroup) -> bool:
+    return _water(group).water == CONSTITUENTS
+
+
+def _set_constituents(group: bpy.types.PropertyGroup, value: bool) -> None:
+    if value != _get_constituents(group):
+        _water(group).water = CONSTITUENTS if value else SceneSettings().water
+
+
+def _get_inelastic(group: bpy.types.PropertyGroup) -> int:
+    try:
+        switched_on = parse_processes(_water(group).inelastic)
+    except InputError:  # the panel says so, and shows what was written
+        return 0
+    return sum(1 << PROCESSES.index(name) for name in switched_on)
+
+
+def _set_inelastic(group: bpy.types.PropertyGroup, value: int) -> None:
+    names = [name for place, name in enumerate(PROCESSES) if value & 1 << place]
+    _water(group).inelastic = ",".join(names)
 
 
 def _get_second(group: bpy.types.PropertyGroup) -> int:
@@ -124,6 +154,25 @@ class UnderwaterPanelProperties(bpy.types.PropertyGroup):
         get=_get_gallery,
         set=_set_gallery,
     )
+    from_constituents: bpy.props.BoolProperty(
+        name="From constituents",
+        description="Compute the water from what is in it, instead of taking a Jerlov type",
+        options=set(),
+        get=_get_constituents,
+        set=_set_constituents,
+    )
+    inelastic: bpy.props.EnumProperty(
+        name="Inelastic light",
+        description="Light that comes out of the water at a longer wavelength than it went in",
+        items=[
+            ("RAMAN", "Raman", "Scattering by the water molecules", 1),
+            ("CHLOROPHYLL", "Chlorophyll", "Red fluorescence of the phytoplankton, 685 nm", 2),
+            ("CDOM", "CDOM", "Blue to green fluorescence of dissolved organic matter", 4),
+        ],
+        options={"ENUM_FLAG"},
+        get=_get_inelastic,
+        set=_set_inelastic,
+    )
     second_water: bpy.props.EnumProperty(
         name="Mix with",
         description="Second water; keyframe the share to swim from one into the other",
@@ -191,6 +240,25 @@ class UnderwaterPanelProperties(bpy.types.PropertyGroup):
         update=_shafts_changed,
         options=set(),
     )
+    target_delta_e: bpy.props.FloatProperty(
+        name="Colour error",
+        description="Mean ΔE2000, against everything in many bands, that Auto aims at; 1 is just "
+        "visible",
+        default=1.0,
+        min=0.05,
+        soft_max=5.0,
+        options=set(),
+    )
+    decisions: bpy.props.StringProperty(
+        name="Decisions",
+        description="What Auto has chosen and why, a line each",
+        options={"HIDDEN"},
+    )
+    chosen: bpy.props.StringProperty(
+        name="Chosen",
+        description="What Auto has changed: by setting, its value before and after",
+        options={"HIDDEN"},
+    )
     denoise: bpy.props.BoolProperty(
         name="Denoise",
         description="Cleans reference passes; shifts dark bands by a few percent",
@@ -230,6 +298,46 @@ def job(scene: bpy.types.Scene, *, resume: bool = False) -> Job:
         resume=resume,
         denoise=group.denoise,
     )
+
+
+def before_auto(scene: bpy.types.Scene) -> dict[str, Any]:
+    """Values that Auto has changed and nobody since: what they were, by setting.
+
+    So that waves, once left out, are there again for a stricter choice.
+    """
+    stored = property_group.stored_settings(scene)
+    changed = json.loads(getattr(scene, PROPERTY).chosen or "{}")
+    return {
+        name: before
+        for name, (before, after) in changed.items()
+        if getattr(stored, name, None) == after
+    }
+
+
+def write_choice(scene: bpy.types.Scene, earlier: dict[str, Any], choice: Choice) -> None:
+    """Write what was chosen into the settings, and keep what they were.
+
+    Parameters
+    ----------
+    scene : Scene
+    earlier : dict
+        What :func:`before_auto` returned: the choice was made with these values.
+    choice : Choice
+    """
+    group, water = getattr(scene, PROPERTY), getattr(scene, property_group.PROPERTY)
+    stored = property_group.stored_settings(scene)
+    changed = {}
+    for name, value in (earlier | choice.settings).items():
+        before = earlier.get(name, getattr(stored, name))
+        if value != before:
+            changed[name] = before, value
+        if value != getattr(stored, name):
+            setattr(water, name, value)
+    group.chosen, group.decisions = json.dumps(changed), "\n".join(choice.lines)
+    if QUALITIES[group.quality][0] == "eevee" and group.shafts != choice.shafts:
+        group.shafts = choice.shafts
+    if choice.shafts and is_live(scene):
+        scene.eevee.volumetric_samples = choice.required.froxels
 
 
 def register() -> None:

@@ -292,7 +292,8 @@ def _held(reflectances: Spectrum, bands: Bands) -> NDArray[np.float64]:
 
 
 @functools.cache
-def _training_reflectances() -> Spectrum:
+def training_reflectances() -> Spectrum:
+    """Measured reflectances of 190 materials, from rawtoaces, as columns."""
     colour = colour_science()
     data = colour.characterisation.read_training_data_rawtoaces_v1()
     return Spectrum(data.wavelengths, data.values, "training reflectances of rawtoaces")
@@ -308,7 +309,7 @@ def _training_colours(
     illuminant: Illuminant,
 ) -> tuple[Spectrum, NDArray[np.float64], NDArray[np.float64]]:
     """Training reflectances, their Rec.709 under a light on a fine grid, and its white XYZ."""
-    reflectances = _training_reflectances()
+    reflectances = training_reflectances()
     low = max(illuminant.direct.range[0], reflectances.range[0])
     high = min(illuminant.direct.range[1], reflectances.range[1])
     if high - low < _FINE_WIDTH:

@@ -102,7 +102,11 @@ class LightField:
         return self.E0(y, m) / 4.0 + self.F(y, m) / 2.0 + self.E * m.exp(-self.ks * y)
 
     def Eu(self, y: Any, m: Mathematics = NUMPY) -> Any:  # noqa: ANN401
-        """Upwelling irradiance at depth y."""
+        """Upwelling irradiance at depth y, of the two streams.
+
+        With :meth:`Ed` it keeps the net flux, and may be negative where a ≫ b; for its own
+        sake take :func:`.path_radiance.upwelling_irradiance`.
+        """
         return self.E0(y, m) / 4.0 - self.F(y, m) / 2.0
 
     def scalar_irradiance(self, y: Any, m: Mathematics = NUMPY) -> Any:  # noqa: ANN401

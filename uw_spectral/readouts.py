@@ -21,6 +21,7 @@ from .colour_rendering import (
 )
 from .errors import InputError
 from .illuminant import Illuminant
+from .inelastic import InelasticLight
 from .light_field import LightField
 from .path_radiance import PathRadiance, pixel_radiance, solve_path_radiance
 from .phase import BandPhase, PhaseModel, parse_phase
@@ -40,8 +41,9 @@ LIMINAL_CONTRAST = 0.02
 PATCHES = ("white 9.5 (.05 D)", "dark skin", "foliage", "orange", "red", "yellow")
 """ColorChecker patches that the colour error looks at."""
 
-# Hues of the spectrum by the wavelength in nm where they end (Bruno & Svoronos, CRC Handbook of
-# Fundamental Spectroscopic Correlation Charts, 2005).
+# Hues of the spectrum by the wavelength in nm where they end, as usually quoted from Bruno &
+# Svoronos, CRC Handbook of Fundamental Spectroscopic Correlation Charts (2005); other accounts of
+# it have no cyan and differ by up to 10 nm elsewhere. Names only: no number depends on them.
 _HUES = {
     450.0: "violet",
     485.0: "blue",
@@ -496,6 +498,20 @@ def water_swatch(view: Viewpoint) -> NDArray[np.float64]:
     if not np.any(view.light > 0):
         return np.zeros(3)
     return srgb_encode(view.reduction.apply(view.background))
+
+
+def inelastic_share(view: Viewpoint, light: InelasticLight) -> float:
+    """Share of light of changed wavelength in the luminance of the open water, looking level.
+
+    Parameters
+    ----------
+    view : Viewpoint
+    light : InelasticLight
+        In the bands and the column of the view.
+    """
+    extra = light.background(view.depth, view.level)
+    luminance = _observer(view.column.bands)[1]
+    return float(luminance @ extra / (luminance @ (extra + view.background)))
 
 
 @dataclass(frozen=True)

@@ -239,7 +239,7 @@ def test_edited_colours_are_followed():
 def test_shared_plans_are_plans():
     chosen = property_group.stored_settings(_scene())
     own, shared = make_plan(chosen), shared_plans.plan_of(chosen)
-    found = shared_plans.viewpoint(shared, 5.0).reduction.weights
+    found = shared.viewpoint(5.0).reduction.weights
     assert found == pytest.approx(own.reduction(5.0).weights, rel=1e-12)
     assert shared.column.absorption == pytest.approx(own.column.absorption)
 

@@ -5,8 +5,11 @@ from __future__ import annotations
 from dataclasses import fields
 
 import bpy
+import numpy as np
 import pytest
 from underwater_spectral.scene import property_group, settings
+from underwater_spectral.scene.realtime import realtime_water
+from underwater_spectral.scene.render_plan import make_plan
 from underwater_spectral.scene.settings import SceneSettings
 from underwater_spectral.uw_spectral.errors import InputError
 
@@ -63,6 +66,55 @@ def test_every_setting_is_an_option():
 def test_bad_options_are_named(arguments, message):
     with pytest.raises(InputError, match=message):
         settings.merge(SceneSettings(), settings.parse(arguments))
+
+
+AMOUNTS = (
+    {"chlorophyll": 0.0, "cdom": 0.0, "minerals": 0.0, "detritus": 0.0},
+    {"chlorophyll": 0.1, "cdom": 0.02, "minerals": 0.0, "detritus": 0.01},
+    {"chlorophyll": 8.0, "cdom": 0.5, "minerals": 3.0, "detritus": 0.1},
+    {"chlorophyll": 100.0, "cdom": 20.0, "minerals": 1e3, "detritus": 20.0},
+)
+
+
+def _of(amounts, **others):
+    return make_plan(SceneSettings(water=settings.CONSTITUENTS, bands=4, **amounts, **others))
+
+
+def test_water_from_constituents():
+    """As the bio: water of the same amounts; what may be animated changes no node."""
+    shapes = set()
+    for amounts in AMOUNTS:
+        plan = _of(amounts, surface="flat", inelastic="all")
+        text = ",".join(f"{k.replace('chlorophyll', 'chl')}={v}" for k, v in amounts.items())
+        same = make_plan(SceneSettings(water=f"bio:{text}", bands=4, surface="flat"))
+        np.testing.assert_array_equal(plan.column.absorption, same.column.absorption)
+        np.testing.assert_array_equal(plan.column.scattering, same.column.scattering)
+        shapes.add(repr(realtime_water(plan.column, plan.phase, 5.0, np.ones((3, 4))).shape))
+        assert plan.cycles.bands_per_pass == 1
+        assert np.all(plan.inelastic.Ed(1.0) >= 0)
+    assert len(shapes) == 1
+
+
+def test_amounts_need_water_from_constituents():
+    with pytest.raises(InputError, match="--chlorophyll needs --water constituents"):
+        settings.merge(SceneSettings(), settings.parse(["--chlorophyll", "2"]))
+    options = settings.parse(["--water", "constituents", "--cdom", "0.3"])
+    merged = settings.merge(SceneSettings(), options)
+    assert (merged.water, merged.cdom, merged.chlorophyll) == ("constituents", 0.3, 1.0)
+    stored = SceneSettings(water="constituents")
+    assert settings.merge(stored, settings.parse(["--minerals", "4"])).minerals == 4.0
+
+
+def test_amounts_are_animatable(registered):
+    group = bpy.context.scene.underwater
+    group.water = settings.CONSTITUENTS
+    for frame, value in ((1, 0.5), (11, 10.5)):
+        for name in AMOUNTS[0]:
+            setattr(group, name, value)
+            assert group.keyframe_insert(name, frame=frame)
+    bpy.context.scene.frame_set(6)
+    found = property_group.stored_settings(bpy.context.scene)
+    assert all(0.5 < getattr(found, name) < 10.5 for name in AMOUNTS[0])
 
 
 @pytest.mark.parametrize("frames", ["a", "3-1", "1-x"])

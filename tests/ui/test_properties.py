@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from dataclasses import fields
 from pathlib import Path
+from types import SimpleNamespace
+from unittest.mock import MagicMock
 
 import bpy
 import numpy as np
 import pytest
 from underwater_spectral.scene import property_group, shared_plans
 from underwater_spectral.scene.settings import SceneSettings
-from underwater_spectral.ui import migration, presets
+from underwater_spectral.ui import migration, panels, presets, previews
 from underwater_spectral.ui import property_group as panel_group
 from underwater_spectral.uw_spectral.errors import InputError
 from underwater_spectral.uw_spectral.sensor import list_sensors
@@ -24,7 +27,7 @@ def _plan():
     """Plan, development and path radiance of the scene: finite numbers, all of them."""
     chosen = property_group.stored_settings(bpy.context.scene)
     plan = shared_plans.plan_of(chosen)
-    view = shared_plans.viewpoint(plan, min(DEPTH, 0.5 * (chosen.floor_depth or math.inf)))
+    view = plan.viewpoint(min(DEPTH, 0.5 * (chosen.floor_depth or math.inf)))
     with shared_plans.quiet():
         weights = view.reduction.weights
     assert weights.shape == (3, len(plan.bands))
@@ -96,6 +99,53 @@ def test_gallery_and_setting_are_one():
     assert scene.underwater_panel.gallery == "JERLOV_7C"
     scene.underwater_panel.gallery = "JERLOV_IA"
     assert scene.underwater.water == "jerlov:IA"
+
+
+def test_water_from_constituents_and_its_inelastic_light():
+    water, panel = bpy.context.scene.underwater, bpy.context.scene.underwater_panel
+    panel.from_constituents = True
+    assert water.water == "constituents"
+    panel.inelastic = {"RAMAN", "CDOM"}
+    assert water.inelastic == "raman,cdom"
+    for name in ("chlorophyll", "cdom", "minerals", "detritus"):
+        for value in (0.0, 1e9, 0.5):
+            setattr(water, name, value)
+            _plan()
+    assert _plan().inelastic is not None
+    pictures = previews.compute(bpy.context.scene)
+    assert not pictures.error
+    assert 0 < pictures.inelastic < 0.2
+    water.inelastic = "all"
+    assert panel.inelastic == {"RAMAN", "CHLOROPHYLL", "CDOM"}
+    panel.inelastic = set()
+    assert previews.compute(bpy.context.scene).inelastic is None
+    panel.from_constituents = False
+    assert (water.water, water.inelastic) == ("jerlov:IB", "")
+
+
+@pytest.mark.parametrize("water", ["constituents", "jerlov:IB", "file:none.csv"])
+def test_the_panel_names_properties_that_exist(water, monkeypatch):
+    """Drawing onto a layout that only looks them up; a window is not needed."""
+    monkeypatch.setattr(panels, "_say", lambda *_: None)  # it measures the window
+    bpy.context.scene.underwater.water = water
+    shown = []
+
+    class Layout(MagicMock):
+        def prop(self, data, name, **_):
+            assert name in data.bl_rna.properties, name
+            shown.append(name)
+
+        def _get_child_mock(self, **_):
+            return self
+
+    for panel in panels.CLASSES:
+        drawn = SimpleNamespace(layout=Layout())
+        for name in ("column", "_named"):
+            if hasattr(panel, name):
+                setattr(drawn, name, functools.partial(getattr(panel, name), drawn))
+        panel.draw(drawn, bpy.context)
+    assert "inelastic" in shown
+    assert ("chlorophyll" in shown) == (water == "constituents")
 
 
 def test_exposure_is_automatic_or_stops():

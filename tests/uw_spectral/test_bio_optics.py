@@ -45,6 +45,21 @@ def test_parts_add_up_and_slopes_are_those_given():
     assert np.all(water.Kd(NM) > water.a(NM))
 
 
+@pytest.mark.parametrize("chlorophyll", [0.0, 0.05, 1.0, 10.0, 40.0])
+def test_phase_of_fixed_parts(chlorophyll):
+    """The stated distance from the exact mixture; the same backscattering."""
+    sea = Constituents(chlorophyll, minerals=0.2 if chlorophyll == 1.0 else 0.0)
+    exact, fixed = sea.phase(NM), sea.phase_of_fixed_parts(NM)
+    assert fixed.components == Constituents(3.0).phase_of_fixed_parts(NM).components
+    assert not fixed.same_in_all_bands
+    np.testing.assert_allclose(fixed.backscatter_ratio, exact.backscatter_ratio, rtol=2e-3)
+    np.testing.assert_allclose(fixed.chi1, exact.chi1, atol=2e-3)
+    s2 = np.sin(np.radians([1.0, 5.0, 20.0, 60.0, 90.0, 140.0, 180.0]) / 2)[:, None] ** 2
+    ratio = fixed.per_steradian(s2) / exact.per_steradian(s2)
+    assert ratio.min() > 0.87
+    assert ratio.max() < 1.02
+
+
 def test_pure_sea_water():
     pure = Constituents()
     assert pure.scattering(NM) == pytest.approx(molecular_scattering(NM))

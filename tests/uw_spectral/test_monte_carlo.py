@@ -7,7 +7,9 @@ import math
 import pkgutil
 import subprocess
 import sys
+from dataclasses import dataclass
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -24,6 +26,7 @@ from underwater_spectral.uw_spectral.monte_carlo import (
     solver,
 )
 from underwater_spectral.uw_spectral.phase import (
+    BandPhase,
     EinsteinSmoluchowski,
     FournierForand,
     HenyeyGreenstein,
@@ -87,16 +90,14 @@ def test_examples_in_docstrings(module):
 # Sampling
 
 
-@pytest.mark.parametrize("phase", PHASES, ids=lambda p: type(p).__name__)
-def test_chi_square_of_phase_sampling(phase):
-    """Angles drawn from the table against the integral of the function, by adaptive quadrature."""
+def sampling_probability(drawn_from, phase, drawn=100_000):
+    """χ² probability of the engine's sampler against the integral of a phase function."""
     from scipy import integrate
 
-    edges = phase_tables.s2_grid([phase])
-    cdf = phase_tables.cumulative(phase, edges)
-    drawn = 100_000
+    table = phase_tables.s2_grid([drawn_from])
+    tables = SimpleNamespace(s2=table, cdf=[phase_tables.cumulative(drawn_from, table)])
     rng = np.random.Generator(np.random.Philox(7))
-    s2 = np.interp(rng.random(drawn), cdf, edges)
+    s2 = photons._sample_s2(rng.random(drawn), np.zeros(drawn, dtype=int), tables)
     angles = np.concatenate([[0], np.geomspace(1e-3, 0.1, 12), np.linspace(0.2, math.pi, 25)])
     counts = np.histogram(2 * np.arcsin(np.sqrt(s2)), angles)[0]
     expected = [
@@ -114,7 +115,18 @@ def test_chi_square_of_phase_sampling(phase):
     rest = np.append(counts[enough], counts[~enough].sum())
     wanted = np.append(expected[enough], expected[~enough].sum())
     rest, wanted = rest[wanted > 0], wanted[wanted > 0]
-    assert chi_square_probability(rest, wanted * drawn / wanted.sum()) > 1e-3
+    return chi_square_probability(rest, wanted * drawn / wanted.sum())
+
+
+@pytest.mark.parametrize("phase", PHASES, ids=lambda p: type(p).__name__)
+def test_chi_square_of_phase_sampling(phase):
+    """Angles drawn from the table against the integral of the function, by adaptive quadrature."""
+    assert sampling_probability(phase, phase) > 1e-3
+
+
+def test_chi_square_tells_phase_functions_apart():
+    assert sampling_probability(HenyeyGreenstein(0.81), HenyeyGreenstein(0.8)) < 1e-6
+    assert sampling_probability(FournierForand(1.10, 0.019), FournierForand()) < 1e-6
 
 
 @pytest.mark.parametrize("phase", PHASES[1:], ids=lambda p: type(p).__name__)
@@ -165,12 +177,14 @@ def chandrasekhar_H(w0, cosines):
     return 1 / (root + w0 / 2 * (mu * H * weights / (mu + x[:, None])).sum(axis=1))
 
 
-@pytest.mark.parametrize("w0", [0.5, 0.9])
-def test_reflection_of_isotropic_scattering(w0):
+@pytest.mark.parametrize(("w0", "engine"), [(0.5, "numpy"), (0.9, "numpy"), (0.9, "numba")])
+def test_reflection_of_isotropic_scattering(w0, engine):
     """Light that leaves a semi-infinite medium (Chandrasekhar 1950, III)."""
+    if engine == "numba":
+        pytest.importorskip("numba")
     cosines = np.array([0.2, 0.5, 0.9, 1.0])
     views = [(0.0, (math.sqrt(1 - mu**2), 0.0, -mu)) for mu in cosines]
-    found = run(column(1 - w0, w0), Isotropic(), views=views).total.L
+    found = run(column(1 - w0, w0), Isotropic(), views=views, engine=engine).total.L
     *H, H0 = chandrasekhar_H(w0, [*cosines, 0.8])
     expected = w0 / (4 * math.pi) / (cosines + 0.8) * np.array(H) * H0
     assert found.relative_error.max() < 0.02
@@ -242,6 +256,66 @@ def test_path_radiance_adds_up():
     assert endless[0] == pytest.approx(endless[1])
 
 
+@dataclass(frozen=True)
+class Energy:
+    """Where the power of one band went, by meters that know nothing of each other, per power in."""
+
+    absorbed: float  # a ∫ E0 dy, of the irradiance meters
+    escaped: float  # photons that left through the surface
+    in_floor: float  # (1 - r) Ed of a meter there
+    absorptions: float  # photons that ended by absorption in the water
+
+    @property
+    def balance(self):
+        """Absorbed + escaped + absorbed by the floor - emitted; nothing is truncated."""
+        return self.absorbed + self.escaped + self.in_floor - 1
+
+
+def energies(phase, photons, engine="numpy", seed=0):
+    """One :class:`Energy` per band: equal bands are independent runs."""
+    bands, y_f, r, a = 8, 3.0, 0.2, 0.3
+    nodes, weights = np.polynomial.legendre.leggauss(12)
+    depths = np.append((nodes + 1) / 2 * y_f, y_f)
+    water = column(a, 0.1, np.linspace(400, 700, bands), floor_depth=y_f, floor_reflectance=r,
+                   surface="flat")  # fmt: skip
+    found = run(water, phase, depths, photons=photons, engine=engine, seed=seed)
+    emitted = found.incident / water.bands.widths
+    E0, Ed = found.total.E0.mean[:-1], found.total.Ed.mean[-1]
+    parts = (
+        a * y_f / 2 * weights @ E0,
+        found.event("left through the surface").power / water.bands.widths,
+        (1 - r) * Ed,
+        sum(e.power for e in found.events if e.name == "absorption by water") / water.bands.widths,
+    )
+    return [Energy(*(float(part[i] / emitted[i]) for part in parts)) for i in range(bands)]
+
+
+def mean_and_error(values):
+    return np.mean(values), np.std(values, ddof=1) / math.sqrt(len(values))
+
+
+def test_energy_is_kept():
+    """Absorbed, escaped and sunk into the floor, each counted for itself, are what was emitted."""
+    found = energies(HenyeyGreenstein(0.8), 600_000)
+    balance, error = mean_and_error([e.balance for e in found])
+    assert error < 2e-3
+    assert abs(balance) < 4.5 * error
+    counted, error = mean_and_error([e.absorbed - e.absorptions for e in found])
+    assert error < 2e-3
+    assert abs(counted) < 4.5 * error
+    assert 0.1 < np.mean([e.in_floor for e in found]) < 0.9
+
+
+@pytest.mark.slow
+def test_energy_balance_to_one_in_ten_thousand(record_property):
+    pytest.importorskip("numba")
+    found = [e for seed in range(4) for e in energies(FournierForand(), 10_000_000, "numba", seed)]
+    balance, error = mean_and_error([e.balance for e in found])
+    record_property("balance", f"{balance:+.1e} ± {error:.1e}")
+    assert error < 1.5e-4
+    assert abs(balance) < 1e-4 + 3 * error
+
+
 def test_gershun():
     """The net flux loses what is absorbed: F(0) - F(y) = a ∫ E0 dy."""
     from scipy.integrate import cumulative_simpson
@@ -255,20 +329,24 @@ def test_gershun():
     np.testing.assert_allclose(light.Eu.mean[-1], 0.4 * light.Ed.mean[-1], rtol=0.02)
 
 
-def test_energy_balance():
+def test_every_photon_ends_once():
+    """Power and number of the photons that ended; the shift takes its part of the power."""
     water = column([0.1, 0.3], 0.2, (450.0, 600.0), sky_radiance=0.1, floor_depth=5.0,
                    floor_reflectance=0.3, surface="flat")  # fmt: skip
     shift = InelasticProcess("Raman", [0.05, 0.0], [[0.2, 0.6], [0.0, 0.0]])
     found = run(water, depths=[0.0, 5.0], photons=200_000, inelastic=[shift])
     assert abs(found.energy_balance) < 1e-4
+    ended = sum(e.count.sum() for e in found.events if e.name.startswith(("absorption", "left")))
+    lost = found.photons - ended
+    expected = 0.2 * found.event("Raman").count.sum()
+    assert abs(lost - expected) < 5 * math.sqrt(expected)
     # And by the irradiances, which do not know the tallies of the events.
     entered = found.incident / water.bands.widths
-    at_floor = (found.total.Ed.mean - found.total.Eu.mean)[1]
+    net = found.total.Ed.mean - found.total.Eu.mean
     leaving = found.event("left through the surface").deposit / water.bands.widths
     in_floor = found.event("absorption by the floor").deposit / water.bands.widths
-    np.testing.assert_allclose(at_floor, in_floor, rtol=0.03)
-    np.testing.assert_allclose(entered - leaving, (found.total.Ed.mean - found.total.Eu.mean)[0]
-                               , rtol=0.01)  # fmt: skip
+    np.testing.assert_allclose(net[1], in_floor, rtol=0.03)
+    np.testing.assert_allclose(entered - leaving, net[0], rtol=0.01)
 
 
 # Changing the wavelength
@@ -310,6 +388,13 @@ def test_full_yield_loses_no_photon():
     shift = found.event("Raman")
     stokes = shift.power[1] * (1 - 550 / 650)  # all of the second band goes to the third
     assert shift.deposit[1] == pytest.approx(stokes)
+
+
+def test_mixture_of_two_functions_of_a_kind():
+    both = BandPhase((FournierForand(1.1, 0.01), FournierForand(1.15, 0.04)), [[0.25], [0.75]])
+    found = simulate(column(), both, photons=20_000, engine="numpy")
+    one, two = (found.event(f"scattering by FournierForand {i}").count.sum() for i in (1, 2))
+    assert abs(one / (one + two) - 0.25) < 0.02
 
 
 def test_roulette_of_ten_events():
@@ -529,3 +614,21 @@ def test_command_line_inside_the_package(capsys, tmp_path):
     rows = table.read_text().splitlines()
     assert sum(row.startswith("Ed,total") for row in rows) == 2
     assert main([*options, "--water", "0.1"]) == 2
+
+
+def test_command_line_with_inelastic_light(capsys, tmp_path):
+    main = importlib.import_module(f"{monte_carlo.__name__}.__main__").main
+    table = tmp_path / "out.csv"
+    options = ["--photons", "2000", "--bands", "10", "--range", "300,800", "--engine", "numpy"]
+    options += ["--depths", "2", "--csv", str(table)]
+    assert main([*options, "--water", "case:baltic", "--inelastic", "all"]) == 0
+    assert "inelastic Ed" in capsys.readouterr().out
+    parts = {row.split(",")[1] for row in table.read_text().splitlines()[2:]}
+    assert parts == {"total", "elastic", "raman light", "chlorophyll light", "cdom light"}
+    narrow = [*options, "--range", "300,700"]
+    assert main([*narrow, "--water", "jerlov:II", "--inelastic", "raman"]) == 0
+    capsys.readouterr()
+    for water, phase in (("jerlov:II", "mixture"), ("bio:chl=1", "hg:0.9")):
+        given = ["--water", water, "--phase", phase, "--inelastic", "cdom"]
+        assert main([*narrow, *given]) == 2
+        assert "bio: or case:" in capsys.readouterr().err

@@ -16,6 +16,7 @@ from underwater_spectral.uw_spectral.path_radiance import (
     phi,
     pixel_radiance,
     solve_path_radiance,
+    upwelling_irradiance,
     veil,
 )
 from underwater_spectral.uw_spectral.phase import parse_phase
@@ -82,6 +83,31 @@ def test_paths_add_up():
     w = _view(0.4, 0.5)
     whole, first, rest = (water.path(y, w, P) for y, P in ((5.0, 3.0), (5.0, 1.0), (5.4, 2.0)))
     np.testing.assert_allclose(whole, first + np.exp(-water.field.cp) * rest, rtol=1e-9)
+
+
+def test_upwelling_irradiance_of_the_floor_and_converged():
+    water = _water([0.05, 0.3], [0.2, 1.0], r=0.2)
+    field = water.field
+    floor = upwelling_irradiance(water.background, field.y_f)
+    np.testing.assert_allclose(floor, 0.2 * field.Ed(field.y_f), rtol=1e-9)
+    mu, weights = np.polynomial.legendre.leggauss(40)
+    mu, azimuth = (mu + 1) / 2, (np.arange(64) + 0.5) * 2 * math.pi / 64
+    across = np.sqrt(1 - mu**2)[:, None, None]
+    w = (across * np.cos(azimuth)[:, None], across * np.sin(azimuth)[:, None])
+    L = water.background(5.0, (*w, -mu[:, None, None] + 0 * w[0])).mean(axis=1)
+    exact = math.pi * (weights * mu) @ L
+    np.testing.assert_allclose(upwelling_irradiance(water.background, 5.0), exact, rtol=5e-3)
+
+
+def test_upwelling_irradiance_where_two_streams_are_negative():
+    """Hardly any scattering: single scattering is all that comes back, at every depth alike."""
+    water = _water(1.0, 0.05)
+    y = np.array([[1.0], [3.0], [6.0]])
+    assert np.all(water.field.Eu(y)[1:] < 0)
+    share = upwelling_irradiance(water.background, y) / water.field.Ed(y)
+    assert share.shape == (3, 1)
+    assert np.all(share > 0)
+    assert np.ptp(share) < 0.1 * share.mean()
 
 
 def test_thin_water_is_single_scattering():

@@ -23,8 +23,10 @@ def _errors(round_trip, key):
         ("Lee 2005", 0.06, 0.17),
         ("closed form", 0.06, 0.23),
         ("a by inversion", 0.10, 0.95),
-        ("constituents, Lee 2005", 0.10, 0.33),
-        ("constituents, closed form", 0.07, 0.33),
+        ("case 1, Lee 2005", 0.10, 0.33),
+        ("case 1, closed form", 0.07, 0.33),
+        ("fitted, Lee 2005", 0.03, 0.13),
+        ("fitted, closed form", 0.06, 0.18),
     ],
 )
 def test_round_trip_to_the_published_Kd(round_trip, key, median, worst):
@@ -32,6 +34,19 @@ def test_round_trip_to_the_published_Kd(round_trip, key, median, worst):
     error = _errors(round_trip, key)
     assert np.median(error) < median
     assert error.max() < worst
+
+
+@pytest.mark.slow
+def test_round_trip_by_monte_carlo():
+    """Published and fitted waters of all ten types; the same bounds as the closed form has."""
+    pytest.importorskip("numba")
+    found = figures.kd_round_trip(10_000)
+    assert len(found) == 10
+    for key, median, worst in (("Monte Carlo", 0.06, 0.23), ("fitted, Monte Carlo", 0.08, 0.23)):
+        error = _errors(found, key)
+        assert error.size == 130
+        assert np.median(error) < median, key
+        assert error.max() < worst, key
 
 
 def test_the_two_Kd_agree_with_each_other(round_trip):

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import itertools
+
+import numpy as np
 import pytest
 from underwater_spectral.benchmarks import monte_carlo_table as table
 from underwater_spectral.uw_spectral.monte_carlo import numba_available
@@ -32,3 +35,21 @@ def test_canonical_problems(problem, case, photons, record_property):
         record_property(f"τ {row.tau:g} {row.quantity}", f"{row.difference:+.4f} ± {row.error:.4f}")
         assert row.error < row.tolerance / 2, row
         assert abs(row.difference) <= row.tolerance, row
+
+
+@pytest.mark.slow
+@needs_numba
+def test_irradiance_of_the_closed_form(record_property):
+    """Targets: Ed within 2 %, Eu within 5 %; the medians meet them."""
+    rows = table.irradiances(500_000)
+    assert len(rows) == 5 * 2 * 2 * 3 * 4 * 2
+    for phase, r, (quantity, median, worst) in itertools.product(
+        table.PHASES,
+        table.FLOORS,
+        (("Ed", 0.02, 0.06), ("Eu, two streams", 0.15, 0.4), ("Eu, integrated", 0.05, 0.2)),
+    ):
+        mine = [x for x in rows if (x["phase"], x["r"], x["quantity"]) == (phase, r, quantity)]
+        errors = table.differences(mine)
+        record_property(f"{phase}, floor {r:g}, {quantity}", f"{np.median(errors):.4f}")
+        assert np.median(errors) <= median
+        assert errors.max() <= worst

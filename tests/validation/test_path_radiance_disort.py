@@ -52,6 +52,8 @@ def test_irradiance():
     assert errors["Eu"][bright] <= 0.03
     # Over a black floor two streams miss the little light that comes back by more.
     assert errors["Eu"][black] <= 0.2
+    assert errors["Eu, integrated"][black] <= 0.03
+    assert errors["Eu, integrated"][bright] <= 0.02
     assert errors["Eu share of Ed"].max() <= 0.01
 
 

@@ -1,6 +1,7 @@
 """Command line of the Monte Carlo solver: irradiance with depth as a table, CSV and plot.
 
 python -m uw_spectral.monte_carlo --water jerlov:II --depths 0,1,2,5,10 --plot II.png
+python -m uw_spectral.monte_carlo --water case:baltic --inelastic all --range 300,800 --bands 25
 """
 
 from __future__ import annotations
@@ -11,12 +12,12 @@ import sys
 from pathlib import Path
 from typing import TextIO
 
-import numpy as np
-
 from ..bands import Bands
+from ..bio_optics import Constituents, constituents_of
 from ..errors import InputError
 from ..illuminant import band_mean, parse_illuminant
-from ..phase import parse_phase
+from ..inelastic import parse_processes
+from ..phase import BandPhase, parse_phase
 from ..sun import (
     REFRACTIVE_INDEX,
     fresnel_reflectance,
@@ -26,10 +27,15 @@ from ..sun import (
 from ..water import Water, molecular_scattering
 from ..water_column import SURFACES, WaterColumn
 from ..water_names import parse_water
+from .bio_optical import bio_optical_medium
+from .medium import Constituent, InelasticProcess
 from .results import MonteCarloResult
 from .solver import ENGINES, SKIES, simulate
 
 _BAR = 40
+_OWN_PHASE = "mixture"
+
+Medium = tuple[BandPhase | list[Constituent], list[InelasticProcess]]
 
 
 def main(arguments: list[str] | None = None, out: TextIO | None = None) -> int:
@@ -49,8 +55,23 @@ def _parser() -> argparse.ArgumentParser:
         prog="python -m uw_spectral.monte_carlo", description=__doc__.partition("\n")[0]
     )
     add = parser.add_argument
-    add("--water", default="jerlov:IB", help="jerlov:TYPE, a CSV file, or a,b in 1/m")
-    add("--phase", default="mixture", help="hg:0.8, fournier-forand:1.10,0.0183, petzold, mixture")
+    add(
+        "--water",
+        default="jerlov:IB",
+        help="jerlov:TYPE, bio:chl=1,cdom=0.1, case:baltic, file:PATH, or a,b in 1/m",
+    )
+    add(
+        "--phase",
+        default=_OWN_PHASE,
+        help="hg:0.8, fournier-forand:1.10,0.0183, petzold, mixture; a bio: or case: water has, "
+        "without it, those of its constituents",
+    )
+    add(
+        "--inelastic",
+        default="",
+        help="light that changes its wavelength: raman, chlorophyll, cdom, or all; --range must "
+        "hold what excites it, from 300 nm, and fluorescence needs a bio: or case: water",
+    )
     add("--bands", type=int, default=6, help="number of equal bands")
     add("--range", default="400,700", help="their range in nm")
     add("--depths", default="0,1,2,5,10", help="in m, increasing")
@@ -74,14 +95,16 @@ def _run(options: argparse.Namespace, out: TextIO) -> None:
     low, high = _numbers("--range", options.range, 2)
     depths = _numbers("--depths", options.depths)
     bands = Bands.uniform(options.bands, low, high)
-    column, b_molecular = _column(options, bands)
-    phase = parse_phase(options.phase).for_bands(column.scattering, b_molecular)
+    constituents = _constituents(options)
+    column = _column(options, bands, constituents)
+    water, inelastic = _medium(options, column, constituents)
     views = [(depth, (0.0, 0.0, z)) for depth in depths for z in (1.0, -1.0)]
     result = simulate(
         column,
-        phase,
+        water,
         depths,
         views=views if options.csv else (),
+        inelastic=inelastic,
         photons=options.photons,
         seed=options.seed,
         engine=options.engine,
@@ -97,16 +120,42 @@ def _run(options: argparse.Namespace, out: TextIO) -> None:
         _plot(result, options.plot)
 
 
-def _column(options: argparse.Namespace, bands: Bands) -> tuple[WaterColumn, np.ndarray]:
+def _constituents(options: argparse.Namespace) -> Constituents | None:
+    """Return what is in the water, unless it scatters with another phase function."""
+    return constituents_of(options.water) if options.phase == _OWN_PHASE else None
+
+
+def _medium(
+    options: argparse.Namespace, column: WaterColumn, constituents: Constituents | None
+) -> Medium:
+    """Return the water and the inelastic processes for :func:`.simulate`."""
+    switched_on, bands = parse_processes(options.inelastic), column.bands
+    if constituents is not None:
+        return bio_optical_medium(constituents, bands, switched_on)
+    if set(switched_on) - {"raman"}:
+        raise InputError(
+            "--inelastic: chlorophyll and cdom need a bio: or case: --water, and no other --phase"
+        )
+    phase = parse_phase(options.phase)
+    _, inelastic = bio_optical_medium(Constituents(), bands, switched_on)
+    return phase.for_bands(column.scattering, molecular_scattering(bands.centres)), inelastic
+
+
+def _column(
+    options: argparse.Namespace, bands: Bands, constituents: Constituents | None
+) -> WaterColumn:
     water = _water(options.water)
+    a, b = water.a(bands.centres), water.b(bands.centres)
+    if constituents is not None:  # the water's table lies between their curves
+        a, b = constituents.absorption(bands.centres), constituents.scattering(bands.centres)
     n = options.index if options.surface != "none" else 1.0
     light = parse_illuminant(options.illuminant, options.sun_zenith)
     cosine = math.cos(math.radians(options.sun_zenith))
     mu_s = float(in_water_cosine(options.sun_zenith, n))
-    column = WaterColumn(
+    return WaterColumn(
         bands=bands,
-        absorption=water.a(bands.centres),
-        scattering=water.b(bands.centres),
+        absorption=a,
+        scattering=b,
         sun_irradiance=band_mean(light.direct, bands) * (1 - fresnel_reflectance(cosine, n)),
         sun_cosine=mu_s,
         sun_direction=sun_travel_direction(options.sun_zenith, 0.0, n),
@@ -116,11 +165,10 @@ def _column(options: argparse.Namespace, bands: Bands) -> tuple[WaterColumn, np.
         surface=options.surface,
         refractive_index=options.index,
     )
-    return column, molecular_scattering(bands.centres)
 
 
 def _water(text: str) -> Water:
-    if "," in text:
+    if "," in text and ":" not in text:
         return Water.uniform(*_numbers("--water", text, 2))
     return parse_water(text)
 
@@ -144,7 +192,9 @@ def _progress(done: int, total: int) -> None:
 
 def _table(result: MonteCarloResult, out: TextIO) -> None:
     light = result.total
+    changed = [part for name, part in result.parts.items() if name != "elastic"]
     heads = " ".join(f"{name:>11} {'±':>8}" for name in ("Ed", "Eu", "E0"))
+    heads += f" {'inelastic Ed':>13} {'Eu':>8}" if changed else ""
     out.write(f"{'nm':>7} {'depth/m':>8} {heads}\n")
     for band, wavelength in enumerate(result.wavelengths):
         for row, depth in enumerate(result.depths):
@@ -152,6 +202,10 @@ def _table(result: MonteCarloResult, out: TextIO) -> None:
                 f"{e.mean[row, band]:11.5g} {e.error[row, band]:8.1e}"
                 for e in (light.Ed, light.Eu, light.E0)
             )
+            if changed:
+                down = sum(part.Ed.mean[row, band] for part in changed)
+                up = sum(part.Eu.mean[row, band] for part in changed)
+                cells += f" {down:13.3g} {up:8.3g}"
             out.write(f"{wavelength:7.1f} {depth:8.2f} {cells}\n")
     out.write(
         f"{result.photons} photons, engine {result.engine}, seed {result.seed}; "

@@ -210,15 +210,20 @@ def _from_phase(column: WaterColumn, phase: BandPhase) -> list[Constituent]:
         raise InputError(
             f"Monte Carlo: a phase function of {len(phase)} bands for {len(column.bands)} bands"
         )
-    scatterers = [
-        Constituent(f"{type(component).__name__}", 0.0, column.scattering * weight, component)
-        if len(phase.components) > 1
-        else Constituent("water", column.absorption, column.scattering, component)
-        for weight, component in zip(phase.weights, phase.components, strict=True)
+    if len(phase.components) == 1:
+        return [Constituent("water", column.absorption, column.scattering, phase.components[0])]
+    kinds = [type(component).__name__ for component in phase.components]
+    names = [
+        f"{kind} {kinds[:i].count(kind) + 1}" if kinds.count(kind) > 1 else kind
+        for i, kind in enumerate(kinds)
     ]
-    if len(scatterers) == 1:
-        return scatterers
-    return [Constituent("water", column.absorption), *scatterers]
+    return [
+        Constituent("water", column.absorption),
+        *(
+            Constituent(name, 0.0, column.scattering * weight, component)
+            for name, weight, component in zip(names, phase.weights, phase.components, strict=True)
+        ),
+    ]
 
 
 def _coefficients(name: str, values: ArrayLike) -> NDArray[np.float64]:

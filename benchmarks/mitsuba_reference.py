@@ -1,0 +1,400 @@
+"""Mitsuba 3 against Cycles: the same grey scene by two independent path tracers.
+
+    python3 dev.py run -m benchmarks mitsuba_reference [--keep DIR] [--quick]
+
+Both render every band of :mod:`.grey_scene` with several seeds; a z-test over
+blocks of pixels asks whether they differ by more than their noise. Writes
+docs/mitsuba.md. ``--variant llvm_ad_mono`` compiles Mitsuba's loops for the
+CPU; it needs LLVM 16 or later, named by the variable DRJIT_LIBLLVM_PATH.
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from types import ModuleType
+
+import bpy
+import numpy as np
+from numpy.typing import NDArray
+
+from ..scene import water_body
+from ..scene.render_plan import RenderPlan
+from ..uw_spectral.phase import HenyeyGreenstein
+from ..uw_spectral.spectral_image import replacing
+from . import grey_scene
+
+WIDTH, HEIGHT = 90, 54
+_BLOCK = 9
+_FEWEST_RAYS = 10
+COMBINATIONS = (("3C", 3.0), ("3C", 9.0), ("I", 5.0), ("IB", 5.0), ("II", 3.0))
+
+
+@dataclass(frozen=True, eq=False)
+class Renders:
+    """Independent renders of one scene by one renderer.
+
+    ``images``, shape (seeds, h, w, n); ``seconds`` of CPU for each of them,
+    without the first one's start-up.
+    """
+
+    images: NDArray[np.float64]
+    seconds: float
+
+    @property
+    def block_means(self) -> NDArray[np.float64]:
+        """Averages over blocks of pixels, shape (seeds, blocks, n)."""
+        n = self.images.shape[-1]
+        return np.stack([grey_scene.blocks(i, _BLOCK).reshape(-1, n) for i in self.images])
+
+
+@dataclass(frozen=True, eq=False)
+class Comparison:
+    """Cycles and Mitsuba on one combination of water and depth."""
+
+    water: str
+    depth: float
+    cycles: Renders
+    mitsuba: Renders
+
+    @property
+    def both(self) -> tuple[Renders, Renders]:
+        """The two renderers."""
+        return self.cycles, self.mitsuba
+
+    def z(self, samples: int) -> NDArray[np.float64]:
+        """Mitsuba minus Cycles in units of their noise, of every block and band with normal noise.
+
+        Welch's t of the block means, with the noise from the seeds' scatter,
+        mapped to the normal quantile of the same probability.
+
+        Parameters
+        ----------
+        samples : int
+            Of Mitsuba, per pixel and seed.
+        """
+        from scipy import stats
+
+        means = [r.block_means for r in self.both]
+        t = stats.ttest_ind(means[1], means[0], equal_var=False)
+        probability = stats.t.sf(np.abs(t.statistic), t.df)
+        z = np.copysign(stats.norm.isf(probability), t.statistic)
+        return z[self._has_normal_noise(samples)]
+
+    def _has_normal_noise(self, samples: int) -> NDArray[np.bool_]:
+        """Whether enough of Mitsuba's rays carry a block in a band, shape (blocks, n).
+
+        Its rays cross the water by chance. Where the water absorbs more than it
+        scatters, and next to none of them reach the surface that is seen, a
+        seed either has one or none.
+        """
+        bands = self.mitsuba.images.shape[-1]
+        column = grey_scene.plan_for(self.water, self.depth, bands).column
+        P = grey_scene.trace(column.sun_direction, WIDTH, HEIGHT, 1).distance[..., None]
+        reaching = samples * np.exp(-column.attenuation * P)
+        per_block = _BLOCK**2 * grey_scene.blocks(reaching, _BLOCK).reshape(-1, bands)
+        shows_surface = grey_scene.blocks(np.isfinite(P) * 1.0, _BLOCK).reshape(-1, 1) > 0
+        absorbs = column.absorption > column.scattering
+        return ~(shows_surface & absorbs & (per_block < _FEWEST_RAYS))
+
+    def ratio(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Mitsuba's mean over Cycles' per band, and its standard error."""
+        per_seed = [r.images.mean(axis=(1, 2)) for r in self.both]
+        means, errors = zip(*(_mean_and_error(x) for x in per_seed), strict=True)
+        ratio = means[1] / means[0]
+        return ratio, ratio * np.hypot(errors[0] / means[0], errors[1] / means[1])
+
+    def speed(self) -> float:
+        """CPU time of Mitsuba over that of Cycles for the same error of a block."""
+        costs = []
+        for renders in self.both:
+            means = renders.block_means
+            relative = means.var(axis=0, ddof=1) / means.mean(axis=0) ** 2
+            costs.append(renders.seconds * float(np.median(relative)))
+        return costs[1] / costs[0]
+
+    def save(self, path: Path) -> None:
+        """Keep the renders in a file; :meth:`load` reads it."""
+        with replacing(path) as temporary, temporary.open("wb") as file:
+            np.savez_compressed(
+                file,
+                water=self.water,
+                facts=[self.depth, self.cycles.seconds, self.mitsuba.seconds],
+                cycles=self.cycles.images.astype(np.float32),
+                mitsuba=self.mitsuba.images.astype(np.float32),
+            )
+
+    @classmethod
+    def load(cls, path: Path) -> Comparison:
+        """Read what :meth:`save` wrote."""
+        with np.load(path) as kept:
+            depth, *seconds = (float(x) for x in kept["facts"])
+            renders = [
+                Renders(kept[name].astype(np.float64), taken)
+                for name, taken in zip(("cycles", "mitsuba"), seconds, strict=True)
+            ]
+            return cls(str(kept["water"]), depth, *renders)
+
+
+def _mean_and_error(
+    samples: NDArray[np.float64],
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Mean over the first axis and its standard error."""
+    return samples.mean(axis=0), samples.std(axis=0, ddof=1) / math.sqrt(len(samples))
+
+
+def load_mitsuba(variant: str) -> ModuleType:
+    """Import Mitsuba in a variant."""
+    import mitsuba
+
+    mitsuba.set_variant(variant)
+    return mitsuba
+
+
+def mitsuba_scene(
+    mitsuba: ModuleType, plan: RenderPlan, band: int, depth: float, half_width: float
+) -> dict:
+    """Describe the grey scene in one band, as :func:`.grey_scene.build_scene` builds it.
+
+    Parameters
+    ----------
+    mitsuba : module
+        With a variant chosen.
+    plan : RenderPlan
+        No surface, a floor, a black sky, Henyey-Greenstein.
+    band : int
+        Index of the band.
+    depth : float
+        Of the camera, m.
+    half_width : float
+        Of the water, m.
+    """
+    column = plan.column
+    (phase,) = plan.phase.components
+    if not isinstance(phase, HenyeyGreenstein) or column.reflects or column.sky_radiance.any():
+        raise ValueError("only Henyey-Greenstein water without surface and sky is described")
+    transform = mitsuba.ScalarTransform4f
+    bottom = column.floor_depth + 1.0
+    a, b = float(column.absorption[band]), float(column.scattering[band])
+    water = {
+        "type": "homogeneous",
+        "sigma_t": a + b,
+        "albedo": b / (a + b),
+        "phase": {"type": "hg", "g": phase.asymmetry},
+    }
+    forward = [0.0, math.sin(grey_scene.PITCH), -math.cos(grey_scene.PITCH)]
+    eye = [0.0, 0.0, -depth]
+    return {
+        "type": "scene",
+        "integrator": {"type": "volpath", "max_depth": -1},
+        "water": {
+            "type": "cube",
+            "to_world": transform()
+            .translate([0.0, 0.0, -bottom / 2])
+            .scale([half_width, half_width, bottom / 2]),
+            "bsdf": {"type": "null"},
+            "interior": {**water, "id": "medium"},
+        },
+        "floor": {
+            "type": "rectangle",
+            "to_world": transform()
+            .translate([0.0, 0.0, -column.floor_depth])
+            .scale(2.0 * half_width),
+            "bsdf": {"type": "diffuse", "reflectance": float(column.floor_reflectance[band])},
+        },
+        "sphere": {
+            "type": "sphere",
+            "center": [0.0, grey_scene.SPHERE_AHEAD, -depth - grey_scene.SPHERE_DROP],
+            "radius": grey_scene.SPHERE_RADIUS,
+            "bsdf": {"type": "diffuse", "reflectance": grey_scene.SPHERE_REFLECTANCE},
+        },
+        "sun": {
+            "type": "directional",
+            "direction": [float(x) for x in column.sun_direction],
+            "irradiance": float(column.sun_irradiance[band] / column.sun_cosine),
+        },
+        "camera": {
+            "type": "perspective",
+            "fov": math.degrees(grey_scene.FIELD_OF_VIEW),
+            "fov_axis": "x",
+            "near_clip": 1e-5,
+            "to_world": transform().look_at(
+                origin=eye,
+                target=[e + f for e, f in zip(eye, forward, strict=True)],
+                up=[0.0, 0.0, 1.0],
+            ),
+            "medium": {"type": "ref", "id": "medium"},
+            "film": {
+                "type": "hdrfilm",
+                "width": WIDTH,
+                "height": HEIGHT,
+                "pixel_format": "luminance",
+                "component_format": "float32",
+                "rfilter": {"type": "box"},
+            },
+        },
+    }
+
+
+def measure(
+    water: str, depth: float, bands: int, seeds: int, samples: int, variant: str
+) -> Comparison:
+    """Render one combination by both renderers; Mitsuba takes twice the samples of Cycles."""
+    bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
+    camera = grey_scene.build_scene(depth, WIDTH, HEIGHT)
+    plan = grey_scene.plan_for(water, depth, bands)
+    extent = water_body.water_extent(bpy.context.scene, plan.column, depth)
+    mitsuba = load_mitsuba(variant)
+    scenes = [
+        mitsuba.load_dict(mitsuba_scene(mitsuba, plan, band, depth, extent.half_width))
+        for band in range(bands)
+    ]
+
+    def render(seed: int) -> NDArray[np.float64]:
+        # Seeds of bands differ, so that their noise is independent.
+        images = [
+            np.array(mitsuba.render(scene, spp=2 * samples, seed=seed * bands + band))
+            for band, scene in enumerate(scenes)
+        ]
+        return np.stack([image[..., 0] for image in images], axis=-1)
+
+    return Comparison(
+        water,
+        depth,
+        _renders(lambda seed: grey_scene.cycles_image(plan, camera, samples, seed), seeds),
+        _renders(render, seeds),
+    )
+
+
+def _renders(render: Callable[[int], NDArray[np.float64]], seeds: int) -> Renders:
+    images, seconds = [], []
+    for seed in range(1, seeds + 1):
+        start = time.process_time()
+        images.append(render(seed))
+        seconds.append(time.process_time() - start)
+    return Renders(np.stack(images), float(np.median(seconds[1:])))
+
+
+def report(comparisons: Sequence[Comparison], samples: int, variant: str) -> str:
+    """Return the tables as Markdown."""
+    seeds, bands = len(comparisons[0].cycles.images), comparisons[0].cycles.images.shape[-1]
+    lines = [
+        "# Mitsuba 3 against Cycles",
+        "",
+        f"The grey scene of [grey_scene.md](grey_scene.md), {WIDTH} × {HEIGHT} pixels, {bands}",
+        "bands, HG 0.8, sun at 30°, no surface, by two path tracers that share no code: Cycles,",
+        "three bands a pass, and Mitsuba's `volpath`, one render per band, with an exact sphere",
+        f"and the same coefficients. {seeds} seeds each, of {samples} samples in Cycles",
+        f"and {2 * samples} in Mitsuba (`{variant}`). Neither clamps; Cycles stops at 64 bounces,",
+        "Mitsuba only by Russian roulette.",
+        "",
+        f"z: difference of the means of a block of {_BLOCK} × {_BLOCK} pixels in a band over its",
+        "standard error from the scatter of the seeds, by Welch's t, as a normal quantile. Two",
+        "renderers that agree give 4.6 % beyond 2, 0.27 % beyond 3, and a mean square of 1.",
+        "Three bands of Cycles share their paths, so the values are not all independent. Left out:",
+        f"blocks that show a surface which fewer than {_FEWEST_RAYS} of Mitsuba's rays per seed",
+        "reach, in bands that absorb more than they scatter; the noise of single rays is not",
+        "normal. The ratios below have all pixels.",
+        "",
+        "| water | depth | values | beyond 2 | beyond 3 | mean z² | Mitsuba / Cycles |",
+        "|---|---|---|---|---|---|---|",
+    ]
+    every = [c.z(2 * samples) for c in comparisons]
+    overall = [_overall_ratio(c) for c in comparisons]
+    for c, z, (ratio, error) in zip(comparisons, every, overall, strict=True):
+        lines.append(f"| {c.water} | {c.depth:g} m | {_z_cells(z)} | {ratio:.4f} ± {error:.4f} |")
+    weights = np.array([error**-2 for _, error in overall])
+    mean = float(weights @ [ratio for ratio, _ in overall] / weights.sum())
+    lines += [
+        f"| **all** | | {_z_cells(np.concatenate(every))} | "
+        f"**{mean:.4f} ± {weights.sum() ** -0.5:.4f}** |",
+        "",
+        "## Ratio by band",
+        "",
+        "Mean of the image in a band, with its standard error in units of the last two digits.",
+        "",
+    ]
+    centres = [f"{c:g} nm" for c in grey_scene.plan_for("I", 5.0, bands).bands.centres]
+    lines += ["| water | depth | " + " | ".join(centres) + " |", "|---|---|" + "---|" * bands]
+    for c in comparisons:
+        cells = [f"{r:.4f}({1e4 * e:.0f})" for r, e in zip(*c.ratio(), strict=True)]
+        lines.append(f"| {c.water} | {c.depth:g} m | " + " | ".join(cells) + " |")
+    lines += [
+        "",
+        "## Speed at equal error",
+        "",
+        "CPU seconds of a render of all bands, and the CPU time that Mitsuba needs for the same",
+        "relative variance of a block (median over blocks and bands) over that of Cycles.",
+        "",
+        "| water | depth | Cycles, CPU s | Mitsuba, CPU s | Mitsuba / Cycles at equal error |",
+        "|---|---|---|---|---|",
+    ]
+    lines += [
+        f"| {c.water} | {c.depth:g} m | {c.cycles.seconds:.1f} | {c.mitsuba.seconds:.1f} | "
+        f"{c.speed():.2f} |"
+        for c in comparisons
+    ]
+    return "\n".join(
+        [*lines, "", "Repeat: `python3 dev.py run -m benchmarks mitsuba_reference`", ""]
+    )
+
+
+def _z_cells(z: NDArray[np.float64]) -> str:
+    beyond = [100 * float(np.mean(np.abs(z) > limit)) for limit in (2, 3)]
+    return f"{z.size} | {beyond[0]:.1f} % | {beyond[1]:.2f} % | {np.mean(z**2):.2f}"
+
+
+def _overall_ratio(comparison: Comparison) -> tuple[float, float]:
+    """Ratio of the images' means with every band at the same weight, and its standard error."""
+    scale = comparison.cycles.images.mean(axis=(0, 1, 2))
+    means, errors = zip(
+        *(
+            _mean_and_error((r.images.mean(axis=(1, 2)) / scale).mean(axis=1))
+            for r in comparison.both
+        ),
+        strict=True,
+    )
+    ratio = means[1] / means[0]
+    return float(ratio), float(ratio * np.hypot(errors[0] / means[0], errors[1] / means[1]))
+
+
+def main(arguments: Sequence[str]) -> None:
+    """Compare every combination and write docs/mitsuba.md."""
+    parser = argparse.ArgumentParser(prog="mitsuba_reference")
+    parser.add_argument("--bands", type=int, default=6)
+    parser.add_argument("--seeds", type=int, default=8, help="of each renderer, at least 4")
+    parser.add_argument("--samples", type=int, default=16, help="of Cycles, per seed")
+    parser.add_argument("--variant", default="scalar_rgb", help="of Mitsuba")
+    parser.add_argument("--quick", action="store_true", help="one combination; writes no report")
+    parser.add_argument(
+        "--keep",
+        type=Path,
+        default=Path("out/mitsuba"),
+        help="folder of finished combinations; delete it to measure again",
+    )
+    options = parser.parse_args(arguments)
+    options.keep.mkdir(parents=True, exist_ok=True)
+    sampling = (options.bands, options.seeds, options.samples, options.variant)
+    comparisons = []
+    for water, depth in COMBINATIONS[: 1 if options.quick else None]:
+        kept = options.keep / f"{water}_{depth:g}m_{'_'.join(str(x) for x in sampling)}.npz"
+        if not kept.exists():
+            measure(water, depth, *sampling).save(kept)
+        last = Comparison.load(kept)
+        comparisons.append(last)
+        (ratio, error), z = _overall_ratio(last), last.z(2 * options.samples)
+        print(
+            f"{water} {depth:g} m: Mitsuba/Cycles {ratio:.4f} ± {error:.4f}, "
+            f"mean z² {np.mean(z**2):.2f}, equal-error CPU {last.speed():.2f}",
+            flush=True,
+        )
+    text = report(comparisons, options.samples, options.variant)
+    if options.quick:
+        print(text)
+    else:
+        docs = Path(__file__).resolve().parent.parent / "docs"
+        (docs / "mitsuba.md").write_text(text, encoding="utf-8")

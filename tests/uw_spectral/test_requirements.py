@@ -1,0 +1,297 @@
+"""What a scene requires: estimates, search, ranges, and the lines that explain them."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from underwater_spectral.uw_spectral.bands import Bands
+from underwater_spectral.uw_spectral.colour_rendering import delta_e_CIE2000_images, luminance
+from underwater_spectral.uw_spectral.costs import Options, read_costs
+from underwater_spectral.uw_spectral.errors import InputError
+from underwater_spectral.uw_spectral.illuminant import parse_illuminant
+from underwater_spectral.uw_spectral.light_reach import (
+    BOUNCES,
+    lost_beyond,
+    shaft_range,
+    shown,
+    visible_distance,
+)
+from underwater_spectral.uw_spectral.path_radiance import pixel_radiance
+from underwater_spectral.uw_spectral.readouts import make_viewpoint
+from underwater_spectral.uw_spectral.requirements import (
+    SAFETY,
+    BandChoice,
+    Effort,
+    Estimate,
+    decide,
+)
+from underwater_spectral.uw_spectral.seen_points import (
+    AUREOLE,
+    SHAFTS,
+    SINGLE,
+    Optics,
+    SeenPoints,
+    picture,
+)
+from underwater_spectral.uw_spectral.sensor import parse_sensor
+from underwater_spectral.uw_spectral.water import Water
+from underwater_spectral.uw_spectral.wave_patterns import Sea
+
+pytestmark = pytest.mark.filterwarnings(
+    "ignore::underwater_spectral.uw_spectral.errors.DataWarning"
+)
+
+D65 = parse_illuminant("d65")
+EYE = parse_sensor("cie1931")
+
+
+def viewpoint(water="IB", bands=60, depth=5.0, **how):
+    name = Water.jerlov(water) if isinstance(water, str) else water
+    how = {"phase": "hg:0.924"} | how
+    return make_viewpoint(name, D65, EYE, depth, Bands.uniform(bands), **how)
+
+
+def seen_points(count=24, depth=5.0, shadow=0.0, up=0.3, distance=6.0):
+    random = np.random.default_rng(1)
+    w = random.normal([0.0, 1.0, up], 0.3, (count, 3))
+    w /= np.linalg.norm(w, axis=1, keepdims=True)
+    distance = np.where(random.random(count) < 0.5, np.inf, distance)
+    return SeenPoints(
+        origin=np.tile([0.0, 0.0, -depth], (count, 1)),
+        direction=w,
+        distance=distance,
+        normal=-w,
+        colour=random.uniform(0.1, 0.9, (count, 3)),
+        sunlit=random.random(count) < 0.7,
+        path_sunlit=random.random((count, 5)) >= shadow,
+        reach=30.0,
+        on_floor=np.zeros(count, dtype=bool),
+    )
+
+
+def choices(counts=(3, 5, 6, 9, 12), **how):
+    return [
+        BandChoice(f"{n} equal", Optics(viewpoint(bands=n, **how)), {"bands": n}) for n in counts
+    ]
+
+
+def test_picture_of_one_ray_is_the_closed_form():
+    view = viewpoint(sky_radiance=0.05)
+    seen = seen_points(8)
+    rgb = picture(Optics(view), seen).without()
+    i = int(np.argmax(np.isinf(seen.distance)))
+    w = tuple(seen.direction[i])
+    ahead = view.path_radiance.background(5.0, w, view.column.sky_radiance)
+    assert rgb[i] == pytest.approx(view.reduction.apply(ahead), rel=1e-9)
+    i = int(np.argmax(np.isfinite(seen.distance)))
+    w, P = tuple(seen.direction[i]), seen.distance[i]
+    black = replace(seen, colour=np.zeros_like(seen.colour))
+    y = 5.0 - w[2] * P
+    beyond = view.path_radiance.background(y, w, view.column.sky_radiance)
+    path = view.path_radiance.path(5.0, w, P)
+    expected = pixel_radiance(view.field, path, P, 0.0, beyond)
+    found = picture(Optics(view), black).without()[i]
+    assert found == pytest.approx(view.reduction.apply(expected), rel=1e-9)
+
+
+def test_full_shadow_takes_all_single_scattering_within_reach():
+    view, seen = viewpoint(), seen_points()
+    dark = replace(seen, path_sunlit=np.zeros((len(seen), 5), dtype=bool))
+    taken = picture(Optics(view), dark).parts[SHAFTS]
+    w = tuple(seen.direction.T[..., None])
+    single = view.path_radiance.single_scattering(5.0, w, dark.reached[:, None])
+    assert taken == pytest.approx(-view.reduction.apply(single), rel=1e-9)
+    assert SHAFTS not in picture(Optics(view), seen).parts
+
+
+def test_without_single_scattering_the_water_is_darker():
+    view, seen = viewpoint(), seen_points()
+    whole, less = (picture(Optics(view), seen, without=name).without() for name in ("", SINGLE))
+    assert (luminance(less) <= luminance(whole)).all()
+    assert luminance(less).sum() < 0.95 * luminance(whole).sum()
+
+
+def test_waves_of_no_wind_are_a_flat_surface():
+    view = viewpoint(surface="waves")
+    sun = np.asarray(view.column.sun_direction)
+    calm = Sea(0.0, resolution=32).at(0.0, sun, 1.34)
+    seen = seen_points()
+    waves = picture(Optics(view, waves=calm), seen).without()
+    flat = picture(Optics(view), seen, surface="flat").without()
+    finite = np.isfinite(seen.distance)
+    assert waves[finite] == pytest.approx(flat[finite], rel=0.02)
+
+
+def test_waves_change_lit_points():
+    view = viewpoint(surface="waves")
+    sea = Sea(8.0, resolution=64).at(0.0, np.asarray(view.column.sun_direction), 1.34)
+    estimate = Estimate([seen_points()], Optics(view, waves=sea), choices((6,), surface="flat"))
+    assert estimate.surfaces == ("waves", "flat", "none")
+    everything = estimate.everything()
+    flat = estimate.rgb(None, replace(everything, surface="flat"))
+    assert estimate.errors([flat])[0] > 0.1
+    assert estimate.errors([estimate.rgb(None, everything)])[0] == pytest.approx(0)
+
+
+def test_search_finds_the_cheapest_of_all_combinations():
+    estimate = Estimate([seen_points(shadow=0.4)], Optics(viewpoint(surface="flat")),
+                        choices(surface="flat"))  # fmt: skip
+    costs = read_costs()
+    combinations = estimate.combinations(Effort(), costs)
+    assert len(combinations) == 5 * 2 * 2 * 2
+    errors = [
+        estimate.errors([estimate.rgb(c.bands, c.options, floor=c.floor)])[0] for c in combinations
+    ]
+    for target in (0.5, 1.0, 3.0):
+        chosen, error = estimate.search(combinations, target)
+        good = [c.cost for c, e in zip(combinations, errors, strict=True) if e <= target]
+        assert error <= target
+        assert chosen.cost == min(good)
+
+
+def test_parts_add_up_as_separate_pictures_do():
+    fine, few = viewpoint(surface="flat"), viewpoint(bands=9, surface="flat")
+    seen = seen_points(shadow=0.4)
+    estimate = Estimate([seen], Optics(fine), [BandChoice("9", Optics(few), {})])
+    options = Options(aureole=False, surface="none")
+    guess = estimate.errors([estimate.rgb(estimate.choices[0], options)])[0]
+    truth = shown(picture(Optics(fine), seen).without())
+    direct = shown(picture(Optics(few), seen, surface="none").without(AUREOLE, SHAFTS))
+    measured = delta_e_CIE2000_images(direct, truth).mean()
+    assert guess == pytest.approx(measured, rel=0.1)
+
+
+@pytest.mark.parametrize("method", ["realtime", "bands", "cycles"])
+def test_decisions_meet_the_target_and_explain_themselves(method):
+    required = decide(
+        [seen_points(shadow=0.3)],
+        Optics(viewpoint()),
+        choices(),
+        target=1.0,
+        effort=Effort(method),
+    )
+    assert required.delta_e <= SAFETY * 1.0
+    names = [decision.name for decision in required.decisions]
+    assert len(set(names)) == len(names)
+    assert ("bounces" in names) == (method == "cycles")
+    assert all("\n" not in str(d) and "ΔE" in str(d) for d in required.decisions)
+    assert required.bounces in BOUNCES
+
+
+def test_a_looser_target_never_costs_more():
+    given = [seen_points(shadow=0.4)], Optics(viewpoint("3C")), choices(water="3C")
+    costs = [decide(*given, target=t).cost for t in (0.5, 1.0, 2.0, 4.0, 8.0)]
+    assert costs == sorted(costs, reverse=True)
+
+
+def test_what_is_kept_stays():
+    given = [seen_points(shadow=0.4)], Optics(viewpoint()), choices()
+    assert not decide(*given, target=20.0).options.shafts
+    kept = decide(*given, target=20.0, keep=(SHAFTS, AUREOLE))
+    assert kept.options.shafts
+    assert kept.options.aureole
+    assert "on, as given" in "\n".join(map(str, kept.decisions))
+
+
+def test_unreachable_targets_are_said_to_be():
+    required = decide([seen_points()], Optics(viewpoint()), choices((3,)), target=0.05)
+    assert "nothing affordable reaches 0.05" in str(required.decisions[0])
+
+
+def test_time_budget_limits_the_cost():
+    given = [seen_points(shadow=0.4)], Optics(viewpoint()), choices()
+    free = decide(*given, target=0.3)
+    tight = decide(*given, target=0.3, budget=0.5 * free.seconds)
+    assert tight.seconds <= 0.5 * free.seconds
+    assert tight.delta_e >= free.delta_e
+
+
+def test_budget_buys_cycles_samples():
+    given = [seen_points()], Optics(viewpoint()), choices()
+    effort = Effort("cycles", megapixels=0.1)
+    some, more = (decide(*given, target=1.0, budget=s, effort=effort).samples for s in (60, 600))
+    assert some < more
+
+
+def test_nothing_lies_beyond_visibility():
+    view = viewpoint("3C")
+    far = visible_distance(view, 1.0)
+    for reflectance in (0.0, 0.9):
+        P = np.array([[1.01 * far], [3.0 * far]])
+        path = view.path_radiance.path(5.0, view.level, P)
+        lit = reflectance / math.pi * view.light
+        seen = pixel_radiance(view.field, path, P, lit, view.background)
+        rgb = view.reduction.apply(np.vstack([seen, view.background]))
+        assert delta_e_CIE2000_images(shown(rgb[:2]), shown(rgb[2:])).max() < 1.0
+    assert visible_distance(viewpoint("I"), 1.0) > far
+    assert visible_distance(view, 4.0) < far
+    clear = viewpoint("IB")
+    assert shaft_range(clear, 1.0) < shaft_range(clear, 0.2) < visible_distance(clear, 0.2)
+
+
+def scattered_more_than(bounces, depth, a, b, g, cosine, photons=40_000, most=60):
+    """Share of the diffuse scalar irradiance at a depth, by following photons (float weights)."""
+    random = np.random.default_rng(3)
+    y, mu = np.zeros(photons), np.full(photons, cosine)
+    orders = np.zeros(most)
+    for order in range(most):
+        below = y + mu * random.exponential(1.0, photons) / (a + b)
+        crossed = (y < depth) != (below < depth)
+        orders[order] = (b / (a + b)) ** order * (1 / np.abs(mu[crossed])).sum()
+        inside = below > 0
+        y, mu = below[inside], mu[inside]
+        photons = len(y)
+        k = random.random(photons)
+        turn = (1 + g * g - ((1 - g * g) / (1 - g + 2 * g * k)) ** 2) / (2 * g)
+        around = np.cos(2 * np.pi * random.random(photons))
+        mu = mu * turn + np.sqrt((1 - mu**2) * (1 - turn**2)) * around
+        mu = np.where(np.abs(mu) < 1e-3, 1e-3, mu)
+    return [orders[k + 1 :].sum() / orders[1:].sum() for k in bounces]
+
+
+def test_bound_of_lost_light_holds_against_a_random_walk():
+    bounces = (2, 4, 8, 16)
+    view = viewpoint(Water.uniform(0.2, 0.3), phase="hg:0.5", depth=2.0)
+    lost = lost_beyond(view, bounces)
+    true = scattered_more_than(bounces, 2.0, 0.2, 0.3, 0.5, view.column.sun_cosine)
+    assert (lost >= true).all()
+    assert (lost[:3] <= 30 * np.array(true[:3])).all()
+
+
+def test_costs_of_the_table():
+    costs = read_costs()
+    everything = Options(aureole=True, surface="flat")
+    assert costs.sample("realtime", 3, 3, everything) == pytest.approx(2.02, abs=0.01)
+    assert costs.sample("realtime", 8, 3, everything) == pytest.approx(2.56, abs=0.01)
+    shafts = replace(everything, shafts=True)
+    assert costs.sample("realtime", 3, 3, shafts) == pytest.approx(5.92, abs=0.01)
+    assert costs.sample("bands", 9, 3, everything) == pytest.approx(3 * 2.02, abs=0.03)
+    for less in (
+        replace(everything, aureole=False),
+        replace(everything, surface="none"),
+    ):
+        assert costs.sample("realtime", 9, 3, less) < costs.sample("realtime", 9, 3, everything)
+
+
+def test_few_rays_are_spread():
+    seen = seen_points(100)
+    assert len(seen.some(10)) == 10
+    assert len(seen.some(1000)) == 100
+    assert seen.some(2).direction[-1] == pytest.approx(seen.direction[-1])
+
+
+def test_refusals():
+    with pytest.raises(InputError, match="camera is 2 m above the water"):
+        seen_points(depth=-2.0)
+    with pytest.raises(InputError, match="colour has 3 rows for 24 rays"):
+        replace(seen_points(), colour=np.zeros((3, 3)))
+    given = [seen_points()], Optics(viewpoint())
+    with pytest.raises(InputError, match="target ΔE must be positive"):
+        decide(*given, choices((3,)), target=0.0)
+    with pytest.raises(InputError, match="time budget must be positive"):
+        decide(*given, choices((3,)), target=1.0, budget=-1.0)
+    with pytest.raises(InputError, match="at least one view and one set of bands"):
+        decide(*given, [], target=1.0)
