@@ -3,8 +3,9 @@
     python3 dev.py run -m benchmarks realtime_cost [--bands 3 8 16 32] [--samples N]
 
 CPU time per sample of a plain scene, of plain fog and of the water with and
-without shafts, as ratios to the plain scene; and what a first frame and a
-change of water take. Without a GPU EEVEE runs on the CPU: read the ratios.
+without shafts and waves, as ratios to the plain scene; and what a first frame,
+a change of water and frame, and the frame after it take. Without a GPU EEVEE
+runs on the CPU: read the ratios.
 """
 
 from __future__ import annotations
@@ -15,70 +16,93 @@ import resource
 import tempfile
 import time
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 import bpy
-import numpy as np
 from mathutils import Matrix
 
 from ..node_groups.node_mathematics import Graph
-from ..scene import eevee_settings, exr_output, realtime, water_body
-from ..uw_spectral.bands import Bands
-from ..uw_spectral.phase import parse_phase
-from ..uw_spectral.sun import in_water_cosine, sun_travel_direction
-from ..uw_spectral.water_column import WaterColumn
+from ..scene import (
+    caustics,
+    eevee_settings,
+    exr_output,
+    realtime,
+    render_plan,
+    settings,
+    water_body,
+)
 
 _DEPTH = 5.0
+_FOG = "fog"
+_WAVES_BANDS = 8
+
+
+@dataclass(frozen=True)
+class _Case:
+    """What is measured: a plain scene, plain fog, or water of some bands."""
+
+    name: str
+    bands: int = 0
+    surface: str = "flat"
+    shafts: bool = False
 
 
 def main(arguments: Sequence[str]) -> None:
     """Measure and print a table."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--bands", type=int, nargs="+", default=[3, 8, 16, 32])
+    parser.add_argument("--bands", type=int, nargs="+", default=[3, 8, 16])
     parser.add_argument("--samples", type=int, default=8)
     parser.add_argument("--resolution", type=int, nargs=2, default=(480, 270))
     options = parser.parse_args(arguments)
     print(
-        "| scene | CPU s per sample | ratio | first frame, CPU s | changed water, CPU s | peak MB |"
+        "| scene | CPU s per sample | ratio | first frame, CPU s | other values, CPU s "
+        "| frame after, CPU s | peak MB |\n|---|---|---|---|---|---|---|"
     )
-    print("|---|---|---|---|---|---|")
     plain = None
-    cases = [("plain", 0, False), ("fog", 0, False)]
-    cases += [("water", n, shafts) for n in options.bands for shafts in (False, True)]
-    for kind, bands, shafts in cases:
-        first, sample, changed = _measure(kind, bands, shafts, options)
+    cases = [_Case("plain"), _Case(_FOG)]
+    for n in options.bands:
+        cases += [_Case(f"{n} bands", n), _Case(f"{n} bands, shafts", n, shafts=True)]
+    waves = _WAVES_BANDS
+    cases += [
+        _Case(f"{waves} bands, waves", waves, "waves"),
+        _Case(f"{waves} bands, waves, shafts", waves, "waves", shafts=True),
+    ]
+    for case in cases:
+        first, sample, update, after = _measure(case, options)
         plain = sample if plain is None else plain
-        name = f"{bands} bands{', shafts' if shafts else ''}" if bands else kind
         peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
         print(
-            f"| {name} | {sample:.3f} | {sample / plain:.2f} | {first:.1f} | {changed:.1f} "
-            f"| {peak:.0f} |",
+            f"| {case.name} | {sample:.3f} | {sample / plain:.2f} | {first:.1f} | {update:.2f} "
+            f"| {after:.1f} | {peak:.0f} |",
             flush=True,
         )
 
 
-def _measure(
-    kind: str, bands: int, shafts: bool, options: argparse.Namespace
-) -> tuple[float, float, float]:
+def _measure(case: _Case, options: argparse.Namespace) -> tuple[float, float, float, float]:
+    """Return the CPU time of the first frame, a sample, new values, and the frame after."""
     bpy.ops.wm.read_factory_settings(use_empty=True)
     scene, camera = bpy.context.scene, _scene(options.resolution)
     water = None
-    if kind == "water":
-        water = _water(bands, 1.0, shafts)
+    if case.bands:
+        water = _water(case, 1.0)
         realtime.add_realtime(scene, water, water_body.WaterExtent(300.0, 10.0))
     else:
         _sun(scene)
-        if kind == "fog":
+        if case.name == _FOG:
             add_fog(bpy.data.materials["Grey"])
-    reach = water.shafts if water else None
+    reach, update = water.shafts if water else None, 0.0
     with eevee_settings.realtime_settings(scene, camera, samples=1, shafts=reach):
         first = _frame(scene, 1)
         few = min(_frame(scene, 1) for _ in range(2))
         many = min(_frame(scene, 1 + options.samples) for _ in range(2))
         if water:
-            realtime.set_values(scene, _water(bands, 2.0, shafts))
-        changed = _frame(scene, 1)
-    return first, (many - few) / options.samples, changed
+            scene.frame_set(2)
+            start = time.process_time()
+            realtime.set_values(scene, _water(case, 2.0))
+            update = time.process_time() - start
+        after = _frame(scene, 1)
+    return first, (many - few) / options.samples, update, after
 
 
 def _frame(scene: bpy.types.Scene, samples: int) -> float:
@@ -89,16 +113,22 @@ def _frame(scene: bpy.types.Scene, samples: int) -> float:
         return time.process_time() - start
 
 
-def _water(n: int, turbidity: float, shafts: bool) -> realtime.RealtimeWater:
-    bands = Bands.uniform(n)
-    a = 0.03 + 0.3 * ((bands.centres - 400) / 300) ** 2
-    b = turbidity * 0.1 * 550 / bands.centres
-    column = WaterColumn(
-        bands, a, b, np.ones(n), float(in_water_cosine(30.0)), sun_travel_direction(30.0, 60.0),
-        np.zeros(n), 7.0, np.full(n, 0.3), "flat", 1.34,
-    )  # fmt: skip
-    phase = parse_phase("hg:0.924").for_bands(b)
-    return realtime.realtime_water(column, phase, _DEPTH, np.full((3, n), 9.0 / n), shafts=shafts)
+def _water(case: _Case, turbidity: float) -> realtime.RealtimeWater:
+    """Return the water of the current frame."""
+    scene = bpy.context.scene
+    plan = render_plan.make_plan(
+        settings.SceneSettings(
+            turbidity=turbidity,
+            phase="hg:0.924",
+            bands=case.bands,
+            floor_depth=7.0,
+            floor_reflectance="0.3",
+            surface=case.surface,
+        )
+    )
+    weights = plan.reduction(_DEPTH).weights
+    water = plan.realtime(scene, _DEPTH, weights, shafts=case.shafts)
+    return caustics.with_waves(scene, plan, water)
 
 
 def _scene(resolution: Sequence[int]) -> bpy.types.Object:

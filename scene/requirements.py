@@ -113,6 +113,10 @@ def choose(
             views.append(look(scene, camera, plan.column, share=1 / len(frames)))
     finally:
         scene.frame_set(before)
+    shaft_end = 0.0
+    if job.engine == "eevee":
+        drawn = plan.realtime(scene, views[0].depth, np.ones((3, len(plan.bands))), shafts=True)
+        shaft_end = drawn.shafts.end
     method = job.mode if job.engine == "eevee" else "cycles"
     per_pass = plan.cycles.bands_per_pass if method == "cycles" else 3
     render = scene.render
@@ -123,6 +127,7 @@ def choose(
         pixels / 1e6,
         max(len(job.frames), 1),
         chosen.samples if "samples" in keep else None,
+        shaft_end,
     )
     with shared_plans.quiet():
         required = decide(
@@ -136,7 +141,7 @@ def choose(
             denoise=job.denoise,
         )
     shafts = required.options.shafts and method != "cycles"
-    return Choice(required, _changes(chosen, required, keep), shafts)
+    return Choice(required, _changes(chosen, required, method, keep), shafts)
 
 
 def look(
@@ -329,16 +334,20 @@ def _choices(chosen: SceneSettings, method: str, keep: frozenset[str]) -> list[B
     return found
 
 
-def _changes(chosen: SceneSettings, required: Requirements, keep: frozenset[str]) -> dict[str, Any]:
+def _changes(
+    chosen: SceneSettings, required: Requirements, method: str, keep: frozenset[str]
+) -> dict[str, Any]:
     """Settings that differ from the ones that were given."""
     options = required.options
     wanted = {
         **required.bands.settings,
-        "aureole": "on" if options.aureole else "off",
         "surface": options.surface,
         "samples": required.samples,
-        "bounces": required.bounces,
     }
+    if method == "cycles":
+        wanted["bounces"] = required.bounces
+    else:
+        wanted["aureole"] = "on" if options.aureole else "off"
     if not options.inelastic:
         wanted["inelastic"] = ""
     if not required.floor:
