@@ -11,13 +11,19 @@ import bpy
 from .temporary import render_settings
 
 # White water with an inner reflecting surface needs them: 32 lose a percent, 64 do not.
-_VOLUME_BOUNCES = 64
+MOST_BOUNCES = 64
 _SURFACE_BOUNCES = 32
 
 
 @contextlib.contextmanager
 def reference_settings(
-    scene: bpy.types.Scene, camera: bpy.types.Object, *, samples: int, seed: int, denoise: bool
+    scene: bpy.types.Scene,
+    camera: bpy.types.Object,
+    *,
+    samples: int,
+    seed: int,
+    denoise: bool,
+    bounces: int = MOST_BOUNCES,
 ) -> Iterator[bpy.types.ViewLayer]:
     """Render settings of the reference while the block runs, the scene's own afterwards.
 
@@ -31,6 +37,8 @@ def reference_settings(
         Samples per pixel, and seed of the noise.
     denoise : bool
         Denoise every pass; shifts dark bands by a few percent, so for previews only.
+    bounces : int
+        Most scattering events of a path.
 
     Yields
     ------
@@ -55,8 +63,8 @@ def reference_settings(
         (cycles, "use_adaptive_sampling", False),
         (cycles, "use_denoising", denoise),
         (cycles, "time_limit", 0.0),
-        (cycles, "max_bounces", _VOLUME_BOUNCES),
-        (cycles, "volume_bounces", _VOLUME_BOUNCES),
+        (cycles, "max_bounces", bounces),
+        (cycles, "volume_bounces", bounces),
         (cycles, "diffuse_bounces", _SURFACE_BOUNCES),
         (cycles, "glossy_bounces", _SURFACE_BOUNCES),
         (cycles, "transmission_bounces", _SURFACE_BOUNCES),

@@ -11,8 +11,8 @@ import bpy
 from .realtime import ShaftRange
 from .temporary import render_settings
 
-# Froxels at their finest; each costs, so a session may coarsen them.
-_FROXELS = 256
+MOST_FROXELS = 256
+"""Steps of the froxel volume at its finest; each costs."""
 _FROXEL_TILE = "4"
 _FROXEL_DISTRIBUTION = 0.95
 _FROXEL_START = 0.01
@@ -22,7 +22,11 @@ _CLIP_RATIO = 1e-6
 
 
 def wanted_settings(
-    scene: bpy.types.Scene, camera: bpy.types.Object, samples: int, shafts: ShaftRange | None
+    scene: bpy.types.Scene,
+    camera: bpy.types.Object,
+    samples: int,
+    shafts: ShaftRange | None,
+    froxels: int | None = None,
 ) -> list[tuple[Any, str, Any]]:
     """Owner, name and value of every setting of the real-time mode."""
     render, eevee = scene.render, scene.eevee
@@ -52,7 +56,7 @@ def wanted_settings(
             (eevee, "use_volume_custom_range", True),
             (eevee, "volumetric_start", _FROXEL_START),
             (eevee, "volumetric_end", shafts.end),
-            (eevee, "volumetric_samples", _FROXELS),
+            (eevee, "volumetric_samples", froxels or MOST_FROXELS),
             (eevee, "volumetric_tile_size", _FROXEL_TILE),
             (eevee, "volumetric_sample_distribution", _FROXEL_DISTRIBUTION),
             (eevee, "volumetric_light_clamp", 0.0),
@@ -67,6 +71,7 @@ def realtime_settings(
     *,
     samples: int,
     shafts: ShaftRange | None,
+    froxels: int | None = None,
 ) -> Iterator[bpy.types.ViewLayer]:
     """EEVEE's settings while the block runs, the scene's own afterwards.
 
@@ -80,12 +85,14 @@ def realtime_settings(
         Samples per pixel.
     shafts : ShaftRange, optional
         How far the froxel volume reaches; None without shafts.
+    froxels : int, optional
+        Its steps; None for the most.
 
     Yields
     ------
     ViewLayer
         The one layer that is rendered.
     """
-    wanted = wanted_settings(scene, camera, samples, shafts)
+    wanted = wanted_settings(scene, camera, samples, shafts, froxels)
     with render_settings(scene, wanted) as layer:
         yield layer

@@ -48,9 +48,16 @@ def cycles_bands(
     notes = water_body.add_water(scene, plan.column, plan.cycles.lobes, extent)
     light = plan.inelastic
     layers = None if light is None else inelastic_layers.add_layers(scene, light, extent)
-    settings = {"samples": plan.settings.samples, "seed": seed, "denoise": denoise}
+    chosen = plan.settings
     try:
-        with cycles_settings.reference_settings(scene, camera, **settings) as layer:
+        with cycles_settings.reference_settings(
+            scene,
+            camera,
+            samples=chosen.samples,
+            seed=seed,
+            denoise=denoise,
+            bounces=chosen.bounces,
+        ) as layer:
 
             def frame(now: RenderPlan, _: float) -> RenderPass:
                 water_body.place(scene, now.column)
@@ -80,6 +87,7 @@ def eevee_bands(
     depth: float,
     *,
     shafts: bool,
+    froxels: int | None = None,
 ) -> Iterator[BandEngine]:
     """Water for EEVEE, three bands a pass, while the block runs.
 
@@ -98,7 +106,7 @@ def eevee_bands(
 
     gains = 1.0 / scale_of(plan, depth)[list(passes[0])]
     first_pass = water_of(plan, depth).of_triple(passes[0], gains)
-    with _eevee(scene, camera, first_pass, extent, plan.settings.samples) as notes:
+    with _eevee(scene, camera, first_pass, extent, plan.settings.samples, froxels) as notes:
 
         def frame(now: RenderPlan, camera_depth: float) -> RenderPass:
             water, scale = water_of(now, camera_depth), scale_of(now, camera_depth)
@@ -123,6 +131,7 @@ def eevee_realtime(
     depth: float,
     *,
     shafts: bool,
+    froxels: int | None = None,
 ) -> Iterator[BandEngine]:
     """Water for EEVEE, all bands in one pass that is the picture already."""
 
@@ -131,7 +140,8 @@ def eevee_realtime(
         water = now.realtime(scene, camera_depth, weights, shafts=shafts)
         return caustics.with_waves(scene, now, water)
 
-    with _eevee(scene, camera, water_of(plan, depth), extent, plan.settings.samples) as notes:
+    first, samples = water_of(plan, depth), plan.settings.samples
+    with _eevee(scene, camera, first, extent, samples, froxels) as notes:
 
         def frame(now: RenderPlan, camera_depth: float) -> RenderPass:
             realtime.set_values(scene, water_of(now, camera_depth))
@@ -147,10 +157,13 @@ def _eevee(
     water: realtime.RealtimeWater,
     extent: WaterExtent,
     samples: int,
+    froxels: int | None,
 ) -> Iterator[list[str]]:
     notes = realtime.add_realtime(scene, water, extent)
     try:
-        with eevee_settings.realtime_settings(scene, camera, samples=samples, shafts=water.shafts):
+        with eevee_settings.realtime_settings(
+            scene, camera, samples=samples, shafts=water.shafts, froxels=froxels
+        ):
             yield notes
     finally:
         realtime.remove_realtime(scene)

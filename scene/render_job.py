@@ -94,7 +94,6 @@ def render(
     _claim_folder(job, _fingerprint(scene, camera, plan.settings, job))
     size = _size(scene)
     with _engine(scene, camera, frames, job) as engine:
-        _limit_effort(scene, plan.settings, job)
         notes = [note for note in (units.note(scene), *engine.notes) if note]
         for note in notes:
             report_note(note)
@@ -158,15 +157,9 @@ def _engine(
             scene, camera, first.plan, extent, seed=job.seed, denoise=job.denoise
         )
     make = engines.eevee_realtime if job.mode == settings.REALTIME else engines.eevee_bands
-    return make(scene, camera, first.plan, extent, first.depth, shafts=job.shafts)
-
-
-def _limit_effort(scene: bpy.types.Scene, chosen: SceneSettings, job: Job) -> None:
-    """Lower what the engine has set to its most; it restores the scene's own afterwards."""
-    if job.engine == "cycles":
-        scene.cycles.max_bounces = scene.cycles.volume_bounces = chosen.bounces
-    elif job.shafts and job.froxels is not None:
-        scene.eevee.volumetric_samples = job.froxels
+    return make(
+        scene, camera, first.plan, extent, first.depth, shafts=job.shafts, froxels=job.froxels
+    )
 
 
 def _size(scene: bpy.types.Scene) -> tuple[int, int]:

@@ -16,8 +16,9 @@ import numpy as np
 from mathutils import Vector
 from numpy.typing import NDArray
 
+from ..uw_spectral.combinations import FLOOR, BandChoice, Effort
 from ..uw_spectral.readouts import REFERENCE_BANDS
-from ..uw_spectral.requirements import FLOOR, BandChoice, Effort, Requirements, decide
+from ..uw_spectral.requirements import Requirements, decide
 from ..uw_spectral.seen_points import SHAFTS, Optics, SeenPoints
 from ..uw_spectral.water_column import WaterColumn
 from . import caustics, shared_plans

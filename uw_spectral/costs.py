@@ -93,7 +93,8 @@ def read_costs() -> Costs:
     real-time water with few and with more bands, whose times were measured.
     """
     columns = read_table(_TABLE, COLUMNS).columns
-    rows = [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
+    values = zip(*(column.tolist() for column in columns.values()), strict=True)
+    rows = [dict(zip(columns, row, strict=True)) for row in values]
     plain = next(r["ratio"] for r in rows if not r["bands"])
     cycles = next(r["ratio"] for r in rows if r["cycles"])
     water = [r for r in rows if r["bands"] and not r["cycles"]]

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from underwater_spectral.uw_spectral.bands import Bands
 from underwater_spectral.uw_spectral.colour_rendering import delta_e_CIE2000_images, luminance
+from underwater_spectral.uw_spectral.combinations import BandChoice, Effort, Estimate
 from underwater_spectral.uw_spectral.costs import Options, read_costs
 from underwater_spectral.uw_spectral.errors import InputError
 from underwater_spectral.uw_spectral.illuminant import parse_illuminant
@@ -21,13 +22,7 @@ from underwater_spectral.uw_spectral.light_reach import (
 )
 from underwater_spectral.uw_spectral.path_radiance import pixel_radiance
 from underwater_spectral.uw_spectral.readouts import make_viewpoint
-from underwater_spectral.uw_spectral.requirements import (
-    SAFETY,
-    BandChoice,
-    Effort,
-    Estimate,
-    decide,
-)
+from underwater_spectral.uw_spectral.requirements import SAFETY, decide
 from underwater_spectral.uw_spectral.seen_points import (
     AUREOLE,
     SHAFTS,

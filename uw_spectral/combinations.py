@@ -1,0 +1,225 @@
+"""Colour error and cost of every combination of bands and options of the water.
+
+A few rays of the camera are coloured by the closed form once with everything,
+and once without each thing that can be left out; every choice of bands is
+coloured with everything elastic. These differences of colour are added, ray
+by ray and with their signs, for every combination of options, so that the
+error of a combination is one ΔE2000 per ray and no rule for adding up ΔE is
+needed.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Collection, Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .colour_rendering import delta_e_CIE2000_images
+from .costs import Costs, Method, Options
+from .errors import InputError
+from .light_reach import shown
+from .seen_points import AUREOLE, INELASTIC, SHAFTS, Optics, Picture, SeenPoints, picture
+from .water_column import SURFACES
+
+SURFACE, FLOOR = "surface", "floor"
+SWITCHES = (AUREOLE, SHAFTS, INELASTIC, SURFACE, FLOOR)
+"""What can be left out of the water."""
+
+_RAYS = 144
+_CHUNK = 48
+_HARDLY, _UNSEEN = 1.02, 0.01  # factor and ΔE that are not worth a cost
+
+
+@dataclass(frozen=True, eq=False)
+class BandChoice:
+    """Some bands, by name, and the elastic optics on them.
+
+    ``settings`` are what a caller does to get them; they are handed back.
+    """
+
+    name: str
+    optics: Optics
+    settings: dict[str, object]
+
+    @property
+    def count(self) -> int:
+        """Number of bands."""
+        return len(self.optics.view.column.bands)
+
+
+@dataclass(frozen=True)
+class Effort:
+    """What a picture takes besides its water.
+
+    Parameters
+    ----------
+    method : {"realtime", "bands", "cycles"}
+    bands_per_pass : int
+        Of band passes.
+    megapixels : float
+        Of a frame.
+    frames : int
+    samples : int, optional
+        Per pixel; None leaves them to :func:`decide`.
+    shaft_end : float
+        How far the renderer draws shafts, m.
+    """
+
+    method: Method = "realtime"
+    bands_per_pass: int = 3
+    megapixels: float = 1.0
+    frames: int = 1
+    samples: int | None = None
+    shaft_end: float = 200.0
+
+
+@dataclass(frozen=True, eq=False)
+class Combination:
+    """Bands and options with their cost."""
+
+    bands: BandChoice
+    options: Options
+    floor: bool
+    cost: float
+
+
+class Estimate:
+    """Colours of a few rays with and without everything; arguments as for :func:`decide`."""
+
+    def __init__(
+        self,
+        seen: Sequence[SeenPoints],
+        reference: Optics,
+        choices: Sequence[BandChoice],
+        rays: int = _RAYS,
+    ) -> None:
+        if not seen or not choices:
+            raise InputError("what a scene requires: give at least one view and one set of bands")
+        few = [view.some(max(rays // len(seen), 1)) for view in seen]
+        self.seen, self.reference, column = few, reference, reference.view.column
+        level = SURFACES.index(column.surface)
+        self.surfaces = SURFACES[level::-1]
+        self.floors = (True, False) if math.isfinite(column.floor_depth) else (True,)
+        self._pictures = {
+            (surface, floor): self._picture(reference, surface=surface, floor=floor)
+            for surface in self.surfaces
+            for floor in self.floors
+        }
+        self.full = self._pictures[column.surface, True]
+        self.has = {name for name in self.full.parts if np.abs(self.full.parts[name]).max() > 0}
+        # Waves change what is seen of the bands too little to be baked for each of them.
+        calm = "flat" if column.surface == "waves" else column.surface
+        plain = self._pictures[calm, True].without(INELASTIC, SHAFTS)
+        lit = [replace(v, path_sunlit=np.ones((len(v), 1), dtype=bool)) for v in few]
+        self._bands = {
+            id(choice): self._picture(choice.optics, lit, surface=calm).without(INELASTIC) - plain
+            for choice in choices
+        }
+        self.choices = choices
+
+    def _picture(
+        self, optics: Optics, seen: Sequence[SeenPoints] | None = None, **how: object
+    ) -> Picture:
+        found = [picture(optics, view, **how) for view in seen or self.seen]
+        names = set().union(*(f.parts for f in found))
+        parts = {
+            name: np.vstack([f.parts.get(name, np.zeros_like(f.plain)) for f in found])
+            for name in names
+        }
+        return Picture(np.vstack([f.plain for f in found]), parts)
+
+    def rgb(
+        self, bands: BandChoice | None, options: Options, *, floor: bool = True
+    ) -> NDArray[np.float64]:
+        """Colours of a combination, shape (m, 3); many bands without a choice."""
+        switched = {
+            AUREOLE: options.aureole,
+            SHAFTS: options.shafts,
+            INELASTIC: options.inelastic,
+        }
+        off = [name for name, on in switched.items() if not on]
+        rgb = self._pictures[options.surface, floor].without(*off)
+        return rgb if bands is None else rgb + self._bands[id(bands)]
+
+    def errors(self, pictures: Sequence[NDArray[np.float64]]) -> NDArray[np.float64]:
+        """Mean ΔE2000 of pictures against everything with many bands."""
+        truth = shown(self.full.without())
+        difference = delta_e_CIE2000_images(shown(np.array(pictures)), truth[None])
+        return np.asarray(difference.mean(axis=-1))
+
+    def everything(self) -> Options:
+        """Options with all that the scene has."""
+        return Options(True, self.surfaces[0], INELASTIC in self.has, SHAFTS in self.has)
+
+    def light_effect(self, name: str) -> float:
+        """Mean ΔE2000 of a light that cannot be switched off by itself."""
+        return float(self.errors([self._picture(self.reference, without=name).without()])[0])
+
+    def combinations(
+        self, effort: Effort, costs: Costs, keep: Collection[str] = ()
+    ) -> list[Combination]:
+        """Every combination, the cheapest first; of equals the one with more in it.
+
+        What is named in ``keep`` stays on. Cycles leaves nothing out: that it
+        would save time was not measured.
+        """
+        everything = self.everything()
+        fixed = set(SWITCHES if effort.method == "cycles" else keep)
+        surfaces = self.surfaces[:1] if SURFACE in fixed else self.surfaces
+        aureoles, inelastics, shafts = (
+            (True, False) if on and name not in fixed else (on,)
+            for name, on in (
+                (AUREOLE, everything.aureole),
+                (INELASTIC, everything.inelastic),
+                (SHAFTS, everything.shafts or SHAFTS in keep),
+            )
+        )
+        floors = (True,) if FLOOR in fixed else self.floors
+        found = []
+        for choice, *switches, floor in itertools.product(
+            self.choices, aureoles, surfaces, inelastics, shafts, floors
+        ):
+            options = Options(*switches)
+            cost = costs.sample(effort.method, choice.count, effort.bands_per_pass, options)
+            found.append(Combination(choice, options, floor, cost))
+        return sorted(found, key=lambda c: (c.cost, -_content(c)))
+
+    def search(
+        self, combinations: Sequence[Combination], target: float
+    ) -> tuple[Combination, float]:
+        """Return what :func:`pick` picks, and its error."""
+        errors = np.empty(0)
+        for chunk in _chunks(combinations):
+            found = self.errors([self.rgb(c.bands, c.options, floor=c.floor) for c in chunk])
+            errors = np.append(errors, found)
+            if (found <= target).any():
+                break
+        index = pick(errors, target)
+        return combinations[index], float(errors[index])
+
+
+def pick(errors: NDArray[np.float64], target: float) -> int:
+    """Index of the first error within a target; without one, of the first that is hardly worse.
+
+    Examples
+    --------
+    >>> errors = np.array([3.0, 1.0, 2.0, 0.99])
+    >>> pick(errors, 2.5), pick(errors, 0.5)
+    (1, 1)
+    """
+    allowed = max(target, _HARDLY * float(errors.min()) + _UNSEEN)
+    return int(np.argmax(errors <= allowed))
+
+
+def _content(combination: Combination) -> tuple:
+    o = combination.options
+    return combination.floor + o.aureole + o.shafts + o.inelastic + SURFACES.index(o.surface)
+
+
+def _chunks(combinations: Sequence[Combination]) -> Iterator[Sequence[Combination]]:
+    for first in range(0, len(combinations), _CHUNK):
+        yield combinations[first : first + _CHUNK]
