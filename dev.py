@@ -154,7 +154,8 @@ def main() -> None:
     elif job == "example":
         example(set_up())
     elif job == "test":
-        run(set_up(), "-m", "pytest", *arguments)
+        # Two at a time: most of a test is one thread, compiling shaders above all.
+        run(set_up(), "-m", "pytest", "-n", "2", "--dist", "loadfile", *arguments)
     elif job == "check":
         python = set_up()
         run(python, "-m", "ruff", "check", ".")
