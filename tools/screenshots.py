@@ -128,7 +128,7 @@ def walk() -> Iterator[float]:
     picture("06_camera")
     scroll(600)
     scene().underwater_panel.quality = "BANDS"
-    call(bpy.ops.underwater.auto_bands, "EXEC_DEFAULT")
+    call(bpy.ops.underwater.auto, "EXEC_DEFAULT")
     yield from settle(8 * _PAUSE)
     picture("07_quality_readouts")
     scene().render.resolution_x, scene().render.resolution_y = 240, 135

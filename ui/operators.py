@@ -16,8 +16,6 @@ from . import migration, property_group
 
 _DEFAULT_DEPTH = 5.0
 _STEP_SECONDS = 0.05
-_COLOUR_ERROR = 1.0
-_BANDS_TO_TRY = (3, 4, 5, 6, 7, 8, 9, 10, 12, 16, 20, 24, 32)
 
 
 def _water(context: bpy.types.Context) -> bpy.types.PropertyGroup:
@@ -235,48 +233,6 @@ class ChooseSensor(_Operator):
         _water(context).sensor = self.sensor
 
 
-class AutoBands(_Operator):
-    """Chooses the number of bands by the expected colour error."""
-
-    bl_idname = "underwater.auto_bands"
-    bl_label = "Auto"
-    bl_description = (
-        "Choose the fewest bands whose colours are right in this water, at this depth, for this "
-        "camera"
-    )
-
-    colour_error: bpy.props.FloatProperty(
-        name="Colour error",
-        description="Mean ΔE2000 that is allowed; 1 is just visible",
-        default=_COLOUR_ERROR,
-        min=0.05,
-        soft_max=5.0,
-    )
-
-    @override
-    def run(self, context: bpy.types.Context) -> None:
-        from ..scene import live, shared_plans
-        from ..uw_spectral import readouts
-
-        chosen = optics.stored_settings(context.scene)
-        depth = live.preview_depth(context.scene, chosen)
-
-        def view(bands: int) -> readouts.Viewpoint:
-            plan = shared_plans.plan_of(replace(chosen, bands=bands, wavelengths=""))
-            return plan.viewpoint(depth)
-
-        found, error = _BANDS_TO_TRY[-1], 0.0
-        with shared_plans.quiet():
-            reference = view(readouts.REFERENCE_BANDS)
-            for found in _BANDS_TO_TRY:
-                error = readouts.colour_error(view(found), reference).mean
-                if error <= self.colour_error:
-                    break
-        water = _water(context)
-        water.wavelengths, water.bands = "", found
-        self.report({"INFO"}, f"{found} bands, expected colour error ΔE2000 {error:.2f}")
-
-
 class Auto(_Operator):
     """Chooses everything by what the scene requires."""
 
@@ -409,7 +365,6 @@ CLASSES = (
     OpenWater,
     OpenSensor,
     ChooseSensor,
-    AutoBands,
     Auto,
     Render,
 )
