@@ -1,10 +1,11 @@
 r"""Walk through the panel in a real Blender window and take a picture of each step.
 
     Xvfb :99 -screen 0 1280x960x24 & DISPLAY=:99 blender --window-geometry 0 0 1280 960 \
-        -P tools/screenshots.py -- FOLDER
+        -P tools/screenshots.py -- FOLDER [PATIENCE]
 
 Needs the extension installed and enabled, and ImageMagick's ``import``. The
 steps call what the buttons call; ``status.txt`` in the folder says how each went.
+Without a GPU shaders take minutes to compile: PATIENCE multiplies the waits.
 """
 
 from __future__ import annotations
@@ -18,7 +19,8 @@ from pathlib import Path
 
 import bpy
 
-FOLDER = Path(sys.argv[sys.argv.index("--") + 1])
+FOLDER, *_REST = (Path(word) for word in sys.argv[sys.argv.index("--") + 1 :])
+_PATIENCE = float(str(_REST[0])) if _REST else 1.0
 SAMPLES = 4
 _PAUSE = 1.5
 _SCROLL_STEP = 40
@@ -84,7 +86,7 @@ def build() -> None:
 
 def settle(seconds: float) -> Iterator[float]:
     """Wait, and let the sidebar draw until its panels have found their places."""
-    end = time.monotonic() + seconds
+    end = time.monotonic() + _PATIENCE * seconds
     while time.monotonic() < end:
         area().tag_redraw()
         yield 0.3

@@ -292,6 +292,8 @@ def _mean_moment(phase: BandPhase) -> tuple[NDArray[np.float64], NDArray[np.floa
 class SunlitWater:
     """How much of the light in a water column carries the pattern, per band.
 
+    Below the floor, where the patterns of coarse images may lie, it is as at the floor.
+
     Parameters
     ----------
     field : LightField
@@ -309,6 +311,7 @@ class SunlitWater:
     def modulated(self, depth: float, q: ArrayLike) -> NDArray[np.float64]:
         """Modulated irradiance at wave number q, over the whole of it, shape (..., n)."""
         field = self.field
+        depth = min(depth, field.y_f)
         exponent = scattering_transfer(field.b, self.phase, field.mu_s, depth, q)
         light = field.E * np.exp(exponent - field.c * depth / field.mu_s)
         total = field.Ed(depth)
@@ -321,6 +324,7 @@ class SunlitWater:
         by the pattern.
         """
         field = self.field
+        depth = min(depth, field.y_f)
         light, total = field.E * np.exp(-field.ks * depth), field.Ed(depth)
         return np.divide(light, total, out=np.zeros_like(light), where=total > 0)
 

@@ -142,7 +142,11 @@ def reduction(
     reflectances, colours, fine_white = _training_colours(illuminant)
     training = (_held(reflectances, bands) * surface_light[:, None] / math.pi).T @ response.T
     if sensor.kind == "observer":
-        daylight = _observer_matrix(surface_white, "Bradford")
+        # Where daylight is not balanced for, it only serves to state delta_e.
+        wanted = white_balance == "daylight"
+        daylight = _observer_matrix(
+            surface_white, "Bradford" if wanted else _possible_adaptation(surface_white)
+        )
         matrix = {
             "daylight": daylight,
             "depth": _observer_matrix(white, "Von Kries"),
@@ -155,7 +159,8 @@ def reduction(
         daylight = balanced / surface_white
         matrix = balanced / white
         if white_balance == "none":
-            matrix = np.linalg.solve(_adaptation(fine_white, "Bradford"), matrix)
+            undone = _adaptation(fine_white, _possible_adaptation(fine_white))
+            matrix = np.linalg.solve(undone, matrix)
         how = "channel gains and a 3×3 matrix fitted to the rawtoaces reflectances"
         if white_balance == "none":
             how += ", adaptation to D65 undone"
@@ -261,8 +266,8 @@ def _chromatic_adaptation(white_XYZ: NDArray[np.float64], transform: str) -> NDA
     cones = np.asarray(colour.CHROMATIC_ADAPTATION_TRANSFORMS[transform])
     if np.any(cones @ white_XYZ <= 0):
         raise InputError(
-            f"the light is too saturated for {transform} adaptation; "
-            "use white balance none or depth"
+            f"the light in these bands is too saturated for {transform} adaptation; "
+            "take more bands, or white balance none or depth"
         )
     white = white_XYZ / white_XYZ[1]
     return np.asarray(
@@ -270,6 +275,12 @@ def _chromatic_adaptation(white_XYZ: NDArray[np.float64], transform: str) -> NDA
             white, rec709_to_XYZ() @ np.ones(3), transform=transform
         )
     )
+
+
+def _possible_adaptation(white_XYZ: NDArray[np.float64]) -> str:
+    """Bradford, or Von Kries for light so saturated that Bradford's cones turn negative."""
+    cones = np.asarray(colour_science().CHROMATIC_ADAPTATION_TRANSFORMS["Bradford"])
+    return "Bradford" if np.all(cones @ white_XYZ > 0) else "Von Kries"
 
 
 def _observer_matrix(white_XYZ: NDArray[np.float64], transform: str) -> NDArray[np.float64]:
@@ -322,7 +333,7 @@ def _training_colours(
     observer = _standard_observer().at(fine.centres) * fine.widths[:, None]
     white = light @ observer
     colours = (reflectances.at(fine.centres) * light[:, None]).T @ observer
-    return reflectances, colours @ _observer_matrix(white, "Bradford").T, white
+    return reflectances, colours @ _observer_matrix(white, _possible_adaptation(white)).T, white
 
 
 def _warn_coverage(sensor: Sensor, bands: Bands) -> None:

@@ -145,7 +145,9 @@ def optimised_bands(
     equal = Bands.uniform(count, low, low + length)
     targets = [_Target.of(view, view) for view in _eyes(reference, depths)]
     if count > MOST_SEARCHED or 3 * count > len(fine):
-        return OptimisedBands(equal, float(_delta_e(targets, _nearest(fine, equal)[None])[0]))
+        # More bands than the reference has fall on the same ones.
+        nearest = np.unique(_nearest(fine, equal))
+        return OptimisedBands(equal, float(_delta_e(targets, nearest[None])[0]))
     gap = min(_SMALLEST_GAP, length / (2 * count))
     found = [
         _exchange(targets, fine, Bands.uniform(count, low + a * length, low + b * length), gap)
