@@ -66,26 +66,20 @@ class Comparison:
         """The two renderers."""
         return self.cycles, self.mitsuba
 
-    def z(self, samples: int) -> NDArray[np.float64]:
-        """Mitsuba minus Cycles in units of their noise, of every block and band with normal noise.
+    def z(self) -> NDArray[np.float64]:
+        """Mitsuba minus Cycles in units of their noise, shape (blocks, n).
 
         Welch's t of the block means, with the noise from the seeds' scatter,
         mapped to the normal quantile of the same probability.
-
-        Parameters
-        ----------
-        samples : int
-            Of Mitsuba, per pixel and seed.
         """
         from scipy import stats
 
         means = [r.block_means for r in self.both]
         t = stats.ttest_ind(means[1], means[0], equal_var=False)
         probability = stats.t.sf(np.abs(t.statistic), t.df)
-        z = np.copysign(stats.norm.isf(probability), t.statistic)
-        return z[self._has_normal_noise(samples)]
+        return np.copysign(stats.norm.isf(probability), t.statistic)
 
-    def _has_normal_noise(self, samples: int) -> NDArray[np.bool_]:
+    def has_normal_noise(self, samples: int) -> NDArray[np.bool_]:
         """Whether enough of Mitsuba's rays carry a block in a band, shape (blocks, n).
 
         Its rays cross the water by chance. Where the water absorbs more than it
@@ -290,7 +284,8 @@ def report(comparisons: Sequence[Comparison], samples: int, variant: str) -> str
         "three bands a pass, and Mitsuba's `volpath`, one render per band, with an exact sphere",
         f"and the same coefficients. {seeds} seeds each, of {samples} samples in Cycles",
         f"and {2 * samples} in Mitsuba (`{variant}`). Neither clamps; Cycles stops at 64 bounces,",
-        "Mitsuba only by Russian roulette. The sun is a disc of 0.4° in Cycles, a point in Mitsuba.",
+        "Mitsuba only by Russian roulette. The sun is a disc of 0.4° in Cycles and a point in",
+        "Mitsuba.",
         "",
         f"z: difference of the means of a block of {_BLOCK} × {_BLOCK} pixels in a band over its",
         "standard error from the scatter of the seeds, by Welch's t, as a normal quantile. Two",
@@ -301,22 +296,23 @@ def report(comparisons: Sequence[Comparison], samples: int, variant: str) -> str
         "normal. Nor is it where the sun is many free paths away, as in 3C at 9 m: there few paths",
         "carry a block, and the ratio says more. The ratios have all pixels.",
         "",
-        "| water | depth | values | beyond 2 | beyond 3 | mean z² | Mitsuba / Cycles |",
-        "|---|---|---|---|---|---|---|",
+        "| water | depth | values | > 2 | > 3 | mean z² | of all blocks | Mitsuba / Cycles |",
+        "|---|---|---|---|---|---|---|---|",
     ]
-    every = [c.z(2 * samples) for c in comparisons]
+    every = [(c.z(), c.has_normal_noise(2 * samples)) for c in comparisons]
     overall = [_overall_ratio(c) for c in comparisons]
-    for c, z, (ratio, error) in zip(comparisons, every, overall, strict=True):
-        lines.append(f"| {c.water} | {c.depth:g} m | {_z_cells(z)} | {ratio:.4f} ± {error:.4f} |")
+    for c, (z, chosen), (ratio, error) in zip(comparisons, every, overall, strict=True):
+        cells = f"{_z_cells(z, chosen)} | {ratio:.4f} ± {error:.4f}"
+        lines.append(f"| {c.water} | {c.depth:g} m | {cells} |")
     weights = np.array([error**-2 for _, error in overall])
     mean = float(weights @ [ratio for ratio, _ in overall] / weights.sum())
     lines += [
-        f"| **all** | | {_z_cells(np.concatenate(every))} | "
+        f"| **all** | | {_z_cells(*(np.concatenate(x) for x in zip(*every, strict=True)))} | "
         f"**{mean:.4f} ± {weights.sum() ** -0.5:.4f}** |",
         "",
         "## Ratio by band",
         "",
-        "Mean of the image in a band, with its standard error in units of the last two digits.",
+        "Mean of the image in a band, with its standard error in units of 0.0001.",
         "",
     ]
     centres = [f"{c:g} nm" for c in grey_scene.plan_for("I", 5.0, bands).bands.centres]
@@ -344,9 +340,11 @@ def report(comparisons: Sequence[Comparison], samples: int, variant: str) -> str
     )
 
 
-def _z_cells(z: NDArray[np.float64]) -> str:
+def _z_cells(every: NDArray[np.float64], chosen: NDArray[np.bool_]) -> str:
+    z = every[chosen]
     beyond = [100 * float(np.mean(np.abs(z) > limit)) for limit in (2, 3)]
-    return f"{z.size} | {beyond[0]:.1f} % | {beyond[1]:.2f} % | {np.mean(z**2):.2f}"
+    squares = f"{np.mean(z**2):.2f} | {np.mean(every**2):.2f}"
+    return f"{z.size} | {beyond[0]:.1f} % | {beyond[1]:.2f} % | {squares}"
 
 
 def _overall_ratio(comparison: Comparison) -> tuple[float, float]:
@@ -387,7 +385,8 @@ def main(arguments: Sequence[str]) -> None:
             measure(water, depth, *sampling).save(kept)
         last = Comparison.load(kept)
         comparisons.append(last)
-        (ratio, error), z = _overall_ratio(last), last.z(2 * options.samples)
+        ratio, error = _overall_ratio(last)
+        z = last.z()[last.has_normal_noise(2 * options.samples)]
         print(
             f"{water} {depth:g} m: Mitsuba/Cycles {ratio:.4f} ± {error:.4f}, "
             f"mean z² {np.mean(z**2):.2f}, equal-error CPU {last.speed():.2f}",

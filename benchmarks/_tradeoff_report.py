@@ -1,0 +1,529 @@
+"""Errors and costs of what :mod:`.tradeoff` has measured, as tables, plot and pictures."""
+
+from __future__ import annotations
+
+import csv
+import math
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, fields
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..uw_spectral.colour_rendering import delta_e_CIE2000_images, srgb_encode, srgb_rmse
+from ..uw_spectral.spectral_image import replacing
+from ._tradeoff_scenes import (
+    FOG,
+    PLAIN,
+    REFERENCE,
+    SETTINGS,
+    Configuration,
+    Setting,
+    TestScene,
+)
+from .grey_scene import blocks
+
+FRAME_SAMPLES = 16
+"""Samples of a frame of EEVEE, for its cost beside that of Cycles."""
+TARGETS = (1.0, 2.0, 5.0)
+_LARGEST_BLOCK = 6
+# Numbers of numpy formulas cost nothing here; in shaders they cost at most this.
+_COST_OF = {
+    "fog, RGB": "fog",
+    "paper corrected, RGB": "real time, 3 bands",
+    "paper corrected, 8 bands": "real time, 8 bands",
+    "paper printed, 8 bands": "real time, 8 bands",
+    "real time, 8 bands, no surface": "real time, 8 bands",
+    "real time, 8 bands, no inelastic light": "real time, 8 bands",
+}
+# Colour and marker.
+_FAMILIES = {
+    "equal bands": ("tab:blue", "o"),
+    "optimised bands": ("tab:green", "D"),
+    "terms on or off": ("tab:cyan", "^"),
+    "band passes": ("tab:purple", "v"),
+    "fog, paper": ("tab:red", "x"),
+    "Cycles": ("black", "s"),
+}
+
+
+@dataclass(frozen=True, eq=False)
+class Measurement:
+    """Error and cost of a setting in one configuration; NaN where there is none.
+
+    ``srgb_rmse`` and ``delta_e`` have the noise of the reference taken off
+    their square; ``delta_e_raw`` has not. ΔE2000 is over blocks of pixels.
+    ``cost`` is the CPU time of a frame over that of the plain scene,
+    ``share`` over that of the reference. ``wall_ms`` is the time of one sample
+    of EEVEE, which is what a viewport draws as a frame, or of a whole render
+    of Cycles.
+    """
+
+    scene: str
+    configuration: str
+    setting: str
+    srgb_rmse: float
+    delta_e: float
+    delta_e_raw: float
+    delta_e_95: float
+    spectral_angle_deg: float
+    cpu_per_frame: float
+    wall_ms: float
+    cost: float
+    share: float
+    first_frame: float
+    first_frame_ratio: float
+    memory_mb: float
+    memory_ratio: float
+
+
+@dataclass(frozen=True, eq=False)
+class Results:
+    """Every measurement, and the noise of the reference by scene and configuration."""
+
+    measurements: tuple[Measurement, ...]
+    noise: Mapping[tuple[str, str], tuple[float, float]]
+    pictures: Mapping[tuple[str, str], Mapping[str, NDArray[np.float64]]]
+    reference_cpu: Mapping[tuple[str, str], float]
+
+
+def collect(
+    configurations: Iterable[tuple[TestScene, Configuration]],
+    path_of: Callable[[TestScene, Configuration, Setting], Path],
+) -> Results:
+    """Read what is kept and compute errors and cost ratios."""
+    configurations = list(configurations)
+    measurements, noise, pictures, reference_cpu = [], {}, {}, {}
+    costs = _read_costs(configurations, path_of)
+    for scene, configuration in configurations:
+        key = (scene.name, configuration.name)
+
+        def read(setting: Setting, where: tuple[Any, Any] = (scene, configuration)) -> Any:  # noqa: ANN401
+            return _read(path_of(*where, setting))
+
+        reference = read(REFERENCE)
+        found = {name: data for name in scene.settings if (data := read(SETTINGS[name]))}
+        if reference:
+            halves = [_clip(half @ reference["weights"].T) for half in reference["bands"]]
+            size = block_size(halves[0].shape)
+            small = [blocks(half, size) for half in halves]
+            mean = (halves[0] + halves[1]) / 2
+            noise[key] = (
+                srgb_rmse(*halves) / 2,
+                float(delta_e_CIE2000_images(*small).mean()) / 2,
+            )
+            pictures[key] = {"reference": mean}
+            reference_cpu[key] = float(reference["cpu"])
+        for name, data in found.items():
+            picture = _clip(data["picture"] if "picture" in data else _developed(data))
+            errors = (math.nan,) * 5
+            if reference:
+                pictures[key][name] = picture
+                errors = (
+                    *_errors(picture, mean, noise[key], size),
+                    _spectral_angle(data, reference, size),
+                )
+            measurements.append(
+                Measurement(
+                    *key,
+                    name,
+                    *errors,
+                    **_cost_columns(
+                        costs.get(_COST_OF.get(name, name), {}) | _own_costs(data),
+                        costs.get(PLAIN.name, {}),
+                        reference,
+                    ),
+                )
+            )
+    return Results(tuple(measurements), noise, pictures, reference_cpu)
+
+
+def block_size(shape: Sequence[int]) -> int:
+    """Side of the squares over which pictures are averaged before colours are compared."""
+    common = math.gcd(shape[0], shape[1])
+    return max(n for n in range(1, _LARGEST_BLOCK + 1) if common % n == 0)
+
+
+def _clip(picture: NDArray[np.float64]) -> NDArray[np.float64]:
+    return np.clip(np.asarray(picture, dtype=np.float64), 0.0, 1.0)
+
+
+def _developed(data: Mapping[str, NDArray[Any]]) -> NDArray[np.float64]:
+    return data["bands"].mean(axis=0) @ data["weights"].T
+
+
+def _errors(
+    picture: NDArray[np.float64],
+    reference: NDArray[np.float64],
+    noise: tuple[float, float],
+    size: int,
+) -> tuple[float, float, float, float]:
+    """RMSE and mean ΔE without the reference's noise; mean and 95 % ΔE with it."""
+    rmse = srgb_rmse(picture, reference)
+    delta_e = delta_e_CIE2000_images(blocks(picture, size), blocks(reference, size))
+    mean = float(delta_e.mean())
+    return (
+        math.sqrt(max(rmse**2 - noise[0] ** 2, 0.0)),
+        math.sqrt(max(mean**2 - noise[1] ** 2, 0.0)),
+        mean,
+        float(np.quantile(delta_e, 0.95)),
+    )
+
+
+def _spectral_angle(
+    data: Mapping[str, NDArray[Any]], reference: Mapping[str, NDArray[Any]], size: int
+) -> float:
+    """Mean angle between spectra of blocks, degrees, where there are spectra."""
+    if "bands" not in data:
+        return math.nan
+    spectra = blocks(data["bands"].mean(axis=0).astype(np.float64), size)
+    fine = blocks(reference["bands"].mean(axis=0).astype(np.float64), size)
+    coarse = fine.reshape(*fine.shape[:2], spectra.shape[-1], -1).mean(axis=-1)
+    lengths = np.linalg.norm(spectra, axis=-1) * np.linalg.norm(coarse, axis=-1)
+    cosine = np.sum(spectra * coarse, axis=-1)[lengths > 0] / lengths[lengths > 0]
+    return float(np.degrees(np.arccos(np.clip(cosine, -1.0, 1.0))).mean())
+
+
+def _read(path: Path) -> dict[str, NDArray[Any]] | None:
+    if not path.exists():
+        return None
+    with np.load(path) as kept:
+        return {name: kept[name] for name in kept.files}
+
+
+def _read_costs(
+    configurations: Iterable[tuple[TestScene, Configuration]],
+    path_of: Callable[[TestScene, Configuration, Setting], Path],
+) -> dict[str, dict[str, float]]:
+    """Costs by setting, from the first of the scenes that measure them."""
+    found: dict[str, dict[str, float]] = {}
+    for scene, configuration in configurations:
+        for name in (PLAIN.name, FOG.name, *scene.settings):
+            setting = {PLAIN.name: PLAIN, FOG.name: FOG}.get(name) or SETTINGS[name]
+            data = _read(path_of(scene, configuration, setting)) if scene.costed else None
+            if data is not None and "cpu_per_sample" in data:
+                found.setdefault(name, _own_costs(data))
+    return found
+
+
+def _own_costs(data: Mapping[str, NDArray[Any]]) -> dict[str, float]:
+    """Every number of a measurement."""
+    return {name: float(value) for name, value in data.items() if value.ndim == 0}
+
+
+def _cost_columns(
+    data: Mapping[str, float],
+    plain: Mapping[str, float],
+    reference: Mapping[str, NDArray[Any]] | None,
+) -> dict[str, float]:
+    if "cpu" in data:
+        frame, wall = data["cpu"], data["wall"]
+    else:
+        frame = FRAME_SAMPLES * data.get("cpu_per_sample", math.nan)
+        wall = data.get("wall_per_sample", math.nan)
+    first, memory = (data.get(name, math.nan) for name in ("first_frame", "memory"))
+    return {
+        "cpu_per_frame": frame,
+        "wall_ms": 1e3 * wall,
+        "cost": frame / (FRAME_SAMPLES * plain.get("cpu_per_sample", math.nan)),
+        "share": frame / float(reference["cpu"]) if reference else math.nan,
+        "first_frame": first,
+        "first_frame_ratio": first / plain.get("first_frame", math.nan),
+        "memory_mb": memory,
+        "memory_ratio": memory / plain.get("memory", math.nan),
+    }
+
+
+def table(results: Results) -> str:
+    """Return every measurement as Markdown."""
+    lines = []
+    for key in dict.fromkeys((m.scene, m.configuration) for m in results.measurements):
+        lines += [f"### {key[0]}: {key[1]}", ""]
+        if key in results.noise:
+            rmse, delta_e = results.noise[key]
+            lines += [
+                f"Reference: {results.reference_cpu[key]:.0f} CPU s; its noise: RMSE {rmse:.4f}, "
+                f"ΔE {delta_e:.2f}.",
+                "",
+            ]
+        lines += [
+            "| setting | sRGB RMSE | ΔE mean | ΔE 95 % | angle | cost | share | first frame | "
+            "ms | MB |",
+            "|---|---|---|---|---|---|---|---|---|---|",
+        ]
+        lines += [
+            f"| {m.setting} | {_number(m.srgb_rmse, 4)} | {_number(m.delta_e, 2)} | "
+            f"{_number(m.delta_e_95, 2)} | {_number(m.spectral_angle_deg, 2)} | "
+            f"{_number(m.cost, 2)} | {_number(m.share, 4)} | {_number(m.first_frame, 1)} | "
+            f"{_number(m.wall_ms, 0)} | {_number(m.memory_mb, 0)} |"
+            for m in results.measurements
+            if (m.scene, m.configuration) == key
+        ]
+        lines.append("")
+    return "\n".join(lines)
+
+
+def _number(value: float, digits: int) -> str:
+    return "" if math.isnan(value) else f"{value:.{digits}f}"
+
+
+def cheapest(measurements: Iterable[Measurement], target: float) -> Measurement | None:
+    """Return the cheapest measurement whose mean ΔE2000 meets a target."""
+    meeting = [m for m in measurements if m.delta_e <= target and not math.isnan(m.cost)]
+    return min(meeting, key=lambda m: m.cost, default=None)
+
+
+def write(results: Results, docs: Path, reference_samples: int) -> None:
+    """Write table, plot, pictures and summary into the folder of documents."""
+    _write_csv(results, docs / "tradeoff.csv")
+    _plot(results, docs / "tradeoff.png")
+    _sheet(results, docs / "tradeoff_pictures.png")
+    with replacing(docs / "tradeoff.md") as temporary:
+        temporary.write_text(_summary(results, reference_samples), encoding="utf-8")
+
+
+def _write_csv(results: Results, path: Path) -> None:
+    names = [f.name for f in fields(Measurement)]
+    with replacing(path) as temporary, temporary.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(names)
+        for m in results.measurements:
+            values = [getattr(m, name) for name in names]
+            writer.writerow([_cell(value) for value in values])
+
+
+def _cell(value: str | float) -> str:
+    if isinstance(value, str):
+        return value
+    return "" if math.isnan(value) else f"{value:.4g}"
+
+
+def _summary(results: Results, reference_samples: int) -> str:
+    bands = REFERENCE.changes["bands"]
+    lines = [
+        "# Speed against accuracy",
+        "",
+        f"Scenes: {', '.join(dict.fromkeys(scene for scene, _ in results.noise))}; each setting",
+        f"against Cycles with {bands} bands and two times {reference_samples} samples in each of",
+        "them, more in turbid water; HG 0.8, sun at 30°.",
+        "ΔE2000 over blocks of pixels, which beats the noise of the reference down; that noise is",
+        "taken off the squares of RMSE and mean ΔE (`delta_e`; `delta_e_raw` has it, as has the",
+        "95 % value). Pictures are exposed for their own bands and clipped to the display's range.",
+        "",
+        "Cost: CPU time of a frame over that of EEVEE's frame of the grey scene without water, in",
+        f"the same run. A frame of EEVEE is {FRAME_SAMPLES} samples, without what a render takes",
+        "before the first; one of Cycles is all its passes, in each scene. EEVEE's costs are those",
+        "of the grey scene. On a machine without a GPU they are without shadow maps, which the",
+        "water does not change but which there take far more than everything else. The paper's",
+        "formula is drawn in numpy; its cost is that of real time with as many bands, an upper",
+        "bound. The share is the cost over that of the reference. Every number:",
+        "[tradeoff.csv](tradeoff.csv).",
+        "",
+        "![Error and cost of every setting](tradeoff.png)",
+        "",
+        "## The cheapest setting for a colour error",
+        "",
+        "1 %, 2 % and 5 % colour error stand for a mean ΔE2000 of 1, 2 and 5. × is the cost over",
+        "the plain scene, the percentage the cost over the reference.",
+        "",
+        "| scene | water, depth, camera | noise | " + " | ".join(
+            f"ΔE ≤ {target:g}" for target in TARGETS
+        ) + " |",
+        "|---|---|---|" + "---|" * len(TARGETS),
+    ]  # fmt: skip
+    for key in results.noise:
+        here = [m for m in results.measurements if (m.scene, m.configuration) == key]
+        cells = [_choice(cheapest(here, target)) for target in TARGETS]
+        noise = f"{results.noise[key][1]:.2f}"
+        lines.append(f"| {key[0]} | {key[1]} | {noise} | {' | '.join(cells)} |")
+    lines += ["", *_by_setting(results), "", "## Terms switched off", "", *_terms(results), ""]
+    lines += ["![Pictures and differences](tradeoff_pictures.png)", ""]
+    lines += ["Repeat: `python3 dev.py run -m benchmarks tradeoff`", ""]
+    return "\n".join(lines)
+
+
+def _choice(found: Measurement | None) -> str:
+    if found is None:
+        return "none"
+    return f"{found.setting}: {found.cost:.1f} ×, {100 * found.share:.2g} %"
+
+
+def _by_setting(results: Results) -> list[str]:
+    """Mean over the plotted configurations of each setting that all of them have."""
+    plotted = [m for m in results.measurements if m.scene not in _extra_scenes(results)]
+    keys = {(m.scene, m.configuration) for m in plotted}
+    lines = [
+        "## Every setting, over all scenes",
+        "",
+        "| setting | ΔE mean | worst ΔE mean | ΔE 95 % | sRGB RMSE | angle | cost | share |",
+        "|---|---|---|---|---|---|---|---|",
+    ]
+    for name in SETTINGS:
+        here = [m for m in plotted if m.setting == name]
+        if {(m.scene, m.configuration) for m in here} != keys:
+            continue
+        delta_e = [m.delta_e for m in here]
+        lines.append(
+            f"| {name} | {np.mean(delta_e):.2f} | {max(delta_e):.2f} | "
+            f"{np.mean([m.delta_e_95 for m in here]):.2f} | "
+            f"{np.mean([m.srgb_rmse for m in here]):.4f} | "
+            f"{_number(float(np.mean([m.spectral_angle_deg for m in here])), 2)} | "
+            f"{_geometric([m.cost for m in here]):.1f} | "
+            f"{100 * _geometric([m.share for m in here]):.2g} % |"
+        )
+    return lines
+
+
+def _geometric(values: Sequence[float]) -> float:
+    return float(np.exp(np.mean(np.log(values))))
+
+
+def _terms(results: Results) -> list[str]:
+    """Error and cost of the settings that differ from real time with 8 bands in one term."""
+    base = {
+        (m.scene, m.configuration): m
+        for m in results.measurements
+        if m.setting in {"real time, 8 bands", "real time, 8 bands, waves"}
+    }
+    lines = [
+        "Against real time with 8 bands (with waves in the scene of caustics), in the same scene.",
+        "",
+        "| scene | water, depth, camera | setting | ΔE mean | with the term | cost | of it |",
+        "|---|---|---|---|---|---|---|",
+    ]
+    for m in results.measurements:
+        full = base.get((m.scene, m.configuration))
+        if full is None or m is full or not m.setting.startswith("real time, 8 bands"):
+            continue
+        lines.append(
+            f"| {m.scene} | {m.configuration} | {m.setting.removeprefix('real time, 8 bands, ')} "
+            f"| {m.delta_e:.2f} | {full.delta_e:.2f} | {m.cost:.1f} | {full.cost:.1f} |"
+        )
+    return lines
+
+
+def _extra_scenes(results: Results) -> set[str]:
+    """Scenes with one configuration for one term, which the means leave out."""
+    settings = {name: set() for name, _ in results.noise}
+    for m in results.measurements:
+        settings.setdefault(m.scene, set()).add(m.setting)
+    return {name for name, found in settings.items() if "fog, RGB" not in found}
+
+
+def _family(setting: str) -> str:
+    if setting.startswith("Cycles"):
+        return "Cycles"
+    if setting.startswith(("fog", "paper")):
+        return "fog, paper"
+    if "optimised" in setting:
+        return "optimised bands"
+    if setting.startswith("band passes"):
+        return "band passes"
+    return "terms on or off" if setting.count(",") > 1 else "equal bands"
+
+
+def _plot(results: Results, path: Path) -> None:
+    """Draw error over cost, a panel per scene, with the Pareto front."""
+    import matplotlib as mpl
+
+    mpl.use("agg")
+    import matplotlib.pyplot as plt
+
+    extra = _extra_scenes(results)
+    scenes = [s for s in dict.fromkeys(m.scene for m in results.measurements) if s not in extra]
+    size = (3.0 * max(len(scenes), 2), 3.4)
+    figure, axes = plt.subplots(1, len(scenes), figsize=size, squeeze=False, layout="constrained")
+    for axis, scene in zip(axes[0], scenes, strict=True):
+        points = _means(results, scene)
+        for family, (colour, marker) in _FAMILIES.items():
+            chosen = [(c, e) for name, (c, e) in points.items() if _family(name) == family]
+            if chosen:
+                axis.plot(*zip(*chosen, strict=True), marker, color=colour, ms=4, label=family)
+        front = pareto_front(points.values())
+        axis.step(*zip(*front, strict=True), where="post", color="0.6", lw=1, zorder=0)
+        axis.set(xscale="log", yscale="log", title=scene, xlabel="cost, × plain scene")
+        for target in TARGETS:
+            axis.axhline(target, color="0.85", lw=0.6, zorder=0)
+    axes[0][0].set_ylabel("mean ΔE2000")
+    labels = {
+        label: handle
+        for axis in axes[0]
+        for handle, label in zip(*axis.get_legend_handles_labels(), strict=True)
+    }
+    columns = 2 + len(scenes)
+    figure.legend(
+        labels.values(), labels.keys(), loc="outside lower center", ncol=columns, fontsize=8
+    )
+    figure.savefig(path, dpi=80)
+
+
+def _means(results: Results, scene: str) -> dict[str, tuple[float, float]]:
+    """Cost (geometric mean) and ΔE of the settings of a scene over its configurations."""
+    found: dict[str, list[Measurement]] = {}
+    for m in results.measurements:
+        if m.scene == scene and not (math.isnan(m.cost) or math.isnan(m.delta_e)):
+            found.setdefault(m.setting, []).append(m)
+    most = max((len(x) for x in found.values()), default=0)
+    return {
+        name: (_geometric([m.cost for m in x]), float(np.mean([m.delta_e for m in x])))
+        for name, x in found.items()
+        if len(x) == most
+    }
+
+
+def pareto_front(points: Iterable[tuple[float, float]]) -> list[tuple[float, float]]:
+    """Return the points that no other beats in both cost and error, by rising cost.
+
+    Examples
+    --------
+    >>> pareto_front([(1, 5), (2, 6), (3, 1)])
+    [(1, 5), (3, 1)]
+    """
+    front: list[tuple[float, float]] = []
+    for cost, error in sorted(points):
+        if not front or error < front[-1][1]:
+            front.append((cost, error))
+    return front
+
+
+_SHOWN = ("fog, RGB", "paper corrected, 8 bands", "real time, 3 bands", "real time, 8 bands",
+          "Cycles, 8 bands, 16 samples")  # fmt: skip
+
+
+def _sheet(results: Results, path: Path) -> None:
+    """Draw reference, pictures and their ΔE2000, one configuration per scene."""
+    import matplotlib as mpl
+
+    mpl.use("agg")
+    import matplotlib.pyplot as plt
+
+    extra = _extra_scenes(results)
+    first = {scene: key for key in reversed(results.pictures) if (scene := key[0]) not in extra}
+    rows = [results.pictures[key] for key in reversed(first.values())]
+    names = [key[0] for key in reversed(first.values())]
+    columns = 1 + 2 * len(_SHOWN)
+    figure, axes = plt.subplots(
+        len(rows), columns, figsize=(1.35 * columns, 0.85 * len(rows) + 0.3), squeeze=False,
+        layout="constrained",
+    )  # fmt: skip
+    for row, name, pictures in zip(axes, names, rows, strict=True):
+        reference = pictures["reference"]
+        row[0].imshow(srgb_encode(reference))
+        row[0].set_ylabel(name, fontsize=7)
+        size = block_size(reference.shape)
+        for index, setting in enumerate(_SHOWN):
+            if setting not in pictures:
+                continue
+            picture = pictures[setting]
+            row[1 + 2 * index].imshow(srgb_encode(picture))
+            delta_e = delta_e_CIE2000_images(blocks(picture, size), blocks(reference, size))
+            shown = row[2 + 2 * index].imshow(delta_e, cmap="magma", vmin=0, vmax=10)
+    titles = ["reference", *(t for name in _SHOWN for t in (name, "ΔE2000, 0 to 10"))]
+    for axis, title in zip(axes[0], titles, strict=True):
+        axis.set_title(title.replace(", ", ",\n", 1), fontsize=6)
+    for axis in axes.flat:
+        axis.set(xticks=[], yticks=[])
+    figure.colorbar(shown, ax=axes[:, -1])
+    figure.savefig(path, dpi=75)
