@@ -52,7 +52,12 @@ def render_passes(
     RenderedPass
         The pass that was just written or found.
     """
-    folder.mkdir(parents=True, exist_ok=True)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(
+            f"cannot write to {folder}: {error.strerror}; choose another --out"
+        ) from error
     for number, bands in enumerate(passes):
         path = folder / f"pass_{number:02d}.exr"
         seconds = None

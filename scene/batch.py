@@ -15,6 +15,7 @@ import bpy
 
 from ..uw_spectral.errors import DataWarning, InputError
 from ..uw_spectral.sensor import list_sensors
+from ..uw_spectral.spectrum import is_file
 from ..uw_spectral.water_names import list_waters
 from . import cameras, property_group, render_job, requirements, settings
 
@@ -110,8 +111,8 @@ def _open(blend: Path | None, inside_blender: bool) -> None:
         return
     if blend is None:
         raise InputError("name a scene: python render_bands.py scene.blend OPTIONS")
-    if not blend.is_file():
-        raise InputError(f"cannot open {blend}: there is no such file")
+    if not is_file(blend):
+        raise InputError(f"cannot open {blend}: there is no such file; check the path")
     try:
         bpy.ops.wm.open_mainfile(filepath=str(blend.resolve()))
     except RuntimeError as error:

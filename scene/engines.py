@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import contextlib
+import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
 import bpy
 import numpy as np
+from numpy.typing import NDArray
 
 from ..uw_spectral.spectral_image import read_exr, write_rgb_exr
 from . import caustics, cycles_settings, eevee_settings, inelastic_layers, realtime, water_body
@@ -133,21 +135,41 @@ def eevee_realtime(
     shafts: bool,
     froxels: int | None = None,
 ) -> Iterator[BandEngine]:
-    """Water for EEVEE, all bands in one pass that is the picture already."""
+    """Water for EEVEE, all bands in one pass that is the picture already.
+
+    What is too much for one shader takes more passes, whose sum is the picture.
+    """
+    count = math.ceil(len(plan.bands) / math.ceil(len(plan.bands) / realtime.MOST_BANDS))
+    passes = plan.bands.packed(count)
 
     def water_of(now: RenderPlan, camera_depth: float) -> realtime.RealtimeWater:
         weights = now.reduction(camera_depth).weights
         water = now.realtime(scene, camera_depth, weights, shafts=shafts)
         return caustics.with_waves(scene, now, water)
 
-    first, samples = water_of(plan, depth), plan.settings.samples
+    first, samples = water_of(plan, depth).of_bands(passes[0], count), plan.settings.samples
     with _eevee(scene, camera, first, extent, samples, froxels) as notes:
 
         def frame(now: RenderPlan, camera_depth: float) -> RenderPass:
-            realtime.set_values(scene, water_of(now, camera_depth))
-            return lambda _, path: write_float_exr(scene, path)
+            water = water_of(now, camera_depth)
 
-        yield BandEngine([tuple(range(len(plan.bands)))], notes, frame)
+            def drawn(part: realtime.RealtimeWater, path: Path) -> NDArray[np.float32]:
+                realtime.set_values(scene, part)
+                write_float_exr(scene, path)
+                return read_exr(path)[0]
+
+            def render(indices: tuple[int, ...], path: Path) -> None:
+                part = water.of_bands(indices, count)
+                if len(passes) == 1:
+                    drawn(part, path)
+                    return
+                # EEVEE cuts what is below zero, and other parts may be above.
+                positive, negative = (drawn(part.of_sign(sign), path) for sign in (1.0, -1.0))
+                write_rgb_exr(path, positive - negative)
+
+            return render
+
+        yield BandEngine(passes, notes, frame)
 
 
 @contextlib.contextmanager

@@ -49,8 +49,8 @@ _GROUPS = (
 # Shafts end where the clearest band keeps 2 % of its light, or soon after the scene does.
 _SHAFT_OPTICAL_DEPTH = 4.0
 _LONGEST_SHAFT = 200.0
-MOST_BANDS = 32
-"""Bands that fit into one shader, whatever the shape of the water."""
+MOST_BANDS = 16
+"""Bands of one shader. More fit into its 64 KB of numbers, but take minutes to compile."""
 # Share by which the volume may dim what is behind it; below, the rounding of its
 # transmittance costs more light than that (8 to 14 % at 0.003, 4 to 6 % at 0.02).
 _SHAFT_OPACITY = 0.02
@@ -78,26 +78,47 @@ class RealtimeWater:
     shafts: ShaftRange | None
     waves: WavePatterns | None = None
 
+    def of_bands(self, indices: Sequence[int], count: int) -> RealtimeWater:
+        """Return the water of some of the bands, and what the sensor sees of these.
+
+        Parameters
+        ----------
+        indices : sequence of int
+            The bands.
+        count : int
+            Bands of the shape that is returned; the last one is repeated, unseen.
+        """
+        chosen = [*indices, *[indices[-1]] * (count - len(indices))]
+        bands = {name: values[chosen] for name, values in self.numbers.bands.items()}
+        seen = np.arange(count) < len(indices)
+        bands |= {name: bands[name] * seen for name in realtime_values.SENSOR}
+        return replace(
+            self,
+            shape=replace(self.shape, bands=count),
+            numbers=Numbers(bands, self.numbers.single),
+            reflectances={name: values[chosen] for name, values in self.reflectances.items()},
+        )
+
+    def of_sign(self, sign: float) -> RealtimeWater:
+        """Return the water with the sensor's weights of one sign, 1 or -1, as positive ones."""
+        bands = dict(self.numbers.bands)
+        bands |= {name: np.maximum(sign * bands[name], 0.0) for name in realtime_values.SENSOR}
+        return replace(self, numbers=Numbers(bands, self.numbers.single))
+
     def of_triple(self, indices: Sequence[int], gains: Sequence[float]) -> RealtimeWater:
         """Return the water of one band pass: three bands, seen as red, green and blue.
 
         Parameters
         ----------
         indices : sequence of int
-            The one to three bands of the pass; the last one is repeated.
+            The one to three bands of the pass.
         gains : sequence of float
             Factor of each channel that brings its radiance near 1.
         """
-        chosen = [*indices, *[indices[-1]] * (3 - len(indices))]
-        bands = {name: values[chosen] for name, values in self.numbers.bands.items()}
-        identity = np.eye(3) * np.resize(gains, 3)
-        bands |= dict(zip(realtime_values.SENSOR, identity, strict=True))
-        return replace(
-            self,
-            shape=replace(self.shape, bands=3),
-            numbers=Numbers(bands, self.numbers.single),
-            reflectances={name: values[chosen] for name, values in self.reflectances.items()},
-        )
+        water = self.of_bands(indices, 3)
+        sensor = dict(zip(realtime_values.SENSOR, np.eye(3) * np.resize(gains, 3), strict=True))
+        numbers = Numbers({**water.numbers.bands, **sensor}, water.numbers.single)
+        return replace(water, numbers=numbers)
 
 
 def realtime_water(
@@ -195,8 +216,8 @@ def add_realtime(scene: bpy.types.Scene, water: RealtimeWater, extent: WaterExte
         raise InputError(f"scene {scene.name!r} has water already; remove it first")
     if water.shape.bands > MOST_BANDS:
         raise InputError(
-            f"real time carries up to {MOST_BANDS} bands, as shaders hold 64 KB of numbers, and "
-            f"this water has {water.shape.bands}; take fewer, or render in passes (--mode bands)"
+            f"one shader carries up to {MOST_BANDS} bands, and this water has {water.shape.bands}; "
+            "take fewer, or some of them at a time (RealtimeWater.of_bands)"
         )
     notes = []
     materials = band_colors.materials(scene)

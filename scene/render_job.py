@@ -172,7 +172,7 @@ def _finish(frame: _Frame, job: Job, facts: dict[str, Any]) -> None:
     """Write the pictures of a frame, and its record last."""
     picture = job.out / f"{frame.number:04d}.exr"
     if job.mode == settings.REALTIME:
-        write_rgb_exr(picture, read_exr(frame.rendered[0].path)[0])
+        write_rgb_exr(picture, sum(read_exr(item.path)[0] for item in frame.rendered))
     else:
         _develop(frame, picture)
     write_png(picture.with_suffix(".png"), read_exr(picture)[0])
@@ -265,8 +265,8 @@ def _claim_folder(job: settings.Job, fingerprint: dict[str, Any]) -> None:
         ) from error
     if job.resume and path.exists():
         try:
-            earlier = json.loads(path.read_text())
-        except ValueError as error:
+            earlier = dict(json.loads(path.read_text()))
+        except (OSError, ValueError, TypeError) as error:
             raise InputError(f"{path} is damaged; delete it to render without --resume") from error
         changed = [k for k, v in fingerprint.items() if earlier.get(k) != v]
         if changed:

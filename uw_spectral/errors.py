@@ -14,6 +14,17 @@ class DataWarning(UserWarning):
     """A caveat of the data that the user should know about."""
 
 
+def printable(text: str, most: int = 200) -> str:
+    """Return text from outside as a message may hold it: not long, no control characters.
+
+    Examples
+    --------
+    >>> printable("a" + chr(9) + "b")
+    'a b'
+    """
+    return "".join(c if c.isprintable() else " " for c in text[:most])
+
+
 def unknown_name(kind: str, name: str, known: Iterable[str]) -> InputError:
     """Return the error for a name that is not in a catalogue.
 

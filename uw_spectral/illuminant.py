@@ -16,6 +16,7 @@ from .spectrum import DATA_DIRECTORY, Spectrum, Table, read_table
 
 ILLUMINANTS = ("d65", "equal-energy", "astm-g173", "clear-sky")
 RELATIVE = "relative"
+_DARK = 1e-30  # irradiance that counts as none
 ABSOLUTE = "W m-2 nm-1"
 # Relative illuminants are 1 here, where CIE illuminants are 100.
 _REFERENCE_WAVELENGTH = 560.0
@@ -217,6 +218,10 @@ def _clear_sky(sun_zenith: float) -> Illuminant:
 def _from_file(path: str) -> Illuminant:
     table = read_spectral_table(path, ("irradiance",))
     direct = table.columns["irradiance"]
-    if not np.any(direct > 0):
-        raise InputError(f"{path}: the irradiance is zero at every wavelength")
+    if not np.any(direct > _DARK):
+        raise InputError(
+            f"{path}: the irradiance is zero at every wavelength; give it in W m-2 nm-1"
+        )
+    if len(direct) < 2:
+        raise InputError(f"{path} has one row; an irradiance needs two wavelengths or more")
     return _illuminant(Path(path).name, table, direct, table.columns.get("diffuse"), ABSOLUTE)

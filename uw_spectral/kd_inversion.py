@@ -28,6 +28,7 @@ REFERENCE_WAVELENGTH = 490.0
 # Particle scattering over its mean law: 0.12 and 0.45 over 0.30 (Gordon & Morel 1983).
 _SCATTERING_SPREAD = (0.4, 1.5)
 _LARGEST_CHLOROPHYLL = 100.0
+_PURE_WATER = (300.0, 800.0)  # nm
 _STEPS = 60
 
 
@@ -69,7 +70,7 @@ def invert_Kd(Kd: Spectrum, sun_zenith: float = 30.0) -> KdInversion:
     Raises
     ------
     InputError
-        If Kd is not positive, or does not cover 490 nm.
+        If Kd is not positive, does not cover 490 nm, or goes beyond 300 to 800 nm.
 
     Warns
     -----
@@ -91,7 +92,8 @@ def invert_Kd(Kd: Spectrum, sun_zenith: float = 30.0) -> KdInversion:
     nm, values = Kd.wavelengths, Kd.values
     if values.ndim != 1 or np.any(values <= 0):
         row = int(np.argmax(values <= 0)) if values.ndim == 1 else 0
-        raise InputError(f"{Kd.name}: Kd must be positive, at {nm[row]:g} nm it is not")
+        raise InputError(f"{Kd.name}: Kd must be positive, at {nm[row]:g} nm it is not; correct it")
+    check_pure_water_range(Kd)
     if not nm[0] <= REFERENCE_WAVELENGTH <= nm[-1]:
         raise InputError(
             f"{Kd.name} reaches from {nm[0]:g} to {nm[-1]:g} nm; the inversion needs it at 490 nm, "
@@ -137,6 +139,17 @@ def invert_Kd(Kd: Spectrum, sun_zenith: float = 30.0) -> KdInversion:
         np.stack([pair[1] for pair in bounds]),
         chlorophyll,
     )
+
+
+def check_pure_water_range(spectrum: Spectrum) -> None:
+    """Refuse a spectrum that reaches where pure water is not known, 300 to 800 nm."""
+    low, high = _PURE_WATER
+    outside = [nm for nm in spectrum.range if not low <= nm <= high]
+    if outside:
+        raise InputError(
+            f"{spectrum.name}: {outside[0]:g} nm lies outside {low:g} to {high:g} nm, where pure "
+            "water is known; leave such rows out"
+        )
 
 
 def water_from_Kd_csv(path: str | Path, sun_zenith: float = 30.0) -> Water:

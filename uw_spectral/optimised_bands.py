@@ -30,7 +30,7 @@ from .colour_rendering import (
     training_reflectances,
 )
 from .errors import InputError
-from .path_radiance import pixel_radiance
+from .path_radiance import FARTHEST, pixel_radiance
 from .readouts import Viewpoint, euphotic_depth
 from .reflectance import uplift
 from .sensor import OBSERVERS, Sensor, parse_sensor
@@ -339,7 +339,8 @@ def _expected_scene(reference: Viewpoint) -> _ExpectedScene:
         )
     develop, column = reference.reduction, reference.column
     seen = np.maximum(luminance(develop.weights.T) * reference.light, 0.0)
-    distances = np.array(_DISTANCES) * seen.sum() / (seen @ column.attenuation)
+    attenuation = max(seen @ column.attenuation, seen.sum() / FARTHEST)
+    distances = np.array(_DISTANCES) * seen.sum() / attenuation
     # The lamp is as bright as the daylight.
     daylight, lamp = luminance(develop.apply([reference.light, _lamp(reference)]))
     spectra, weight = _expected_spectra(reference, distances, daylight / lamp)

@@ -10,9 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .bio_optics import pure_water_absorption
-from .errors import InputError
-from .kd_inversion import invert_Kd
-from .spectrum import Spectrum
+from .errors import InputError, printable
+from .kd_inversion import check_pure_water_range, invert_Kd
+from .spectral_table import LARGEST_NUMBER, SHORTEST_WAVELENGTH_NM
+from .spectrum import Spectrum, read_text
 from .water import Water, molecular_scattering
 
 _DELIMITERS = {"comma": ",", "tab": "\t", "space": None}
@@ -60,28 +61,22 @@ def read_seabass(path: str | Path) -> SeaBASS:
         What is wrong, with line and column.
     """
     path = Path(path)
-    try:
-        lines = path.read_text(encoding="utf-8-sig").splitlines()
-    except OSError as error:
-        raise InputError(
-            f"cannot read {path}: {error.strerror or error}; check the path"
-        ) from error
-    except UnicodeDecodeError as error:
-        raise InputError(f"{path} is not a text file; SeaBASS files are plain text") from error
+    lines = read_text(path, advice="SeaBASS files are plain text").splitlines()
     header, first = _header(path, lines)
     for key in ("fields", "delimiter"):
         if key not in header:
             raise InputError(f"{path}: the header has no /{key}; add it before /end_header")
     if header["delimiter"].lower() not in _DELIMITERS:
         raise InputError(
-            f"{path}: delimiter {header['delimiter']!r} is not one of {', '.join(_DELIMITERS)}"
+            f"{path}: delimiter {header['delimiter']!r} is not one of {', '.join(_DELIMITERS)}; "
+            "correct it"
         )
     delimiter = _DELIMITERS[header["delimiter"].lower()]
     fields = tuple(cell.strip().lower() for cell in header["fields"].split(","))
     units = tuple(cell.strip().lower() for cell in header.get("units", "").split(","))
     doubled = [field for field in fields if fields.count(field) > 1]
     if doubled:
-        raise InputError(f"{path}: the field {doubled[0]} is listed twice in /fields")
+        raise InputError(f"{path}: the field {doubled[0]} is listed twice in /fields; keep one")
     flags = [_number(header[key].split("[")[0]) for key in _FLAGS if key in header]
 
     rows: list[list[str]] = []
@@ -92,24 +87,25 @@ def read_seabass(path: str | Path) -> SeaBASS:
         cells = [cell.strip() for cell in line.split(delimiter)]
         if len(cells) != len(fields):
             raise InputError(
-                f"{path}, line {number}: {len(cells)} cells where /fields lists {len(fields)}"
+                f"{path}, line {number}: {len(cells)} cells where /fields lists {len(fields)}; "
+                "complete that row"
             )
         rows.append(cells)
         numbers.append(number)
     if not rows:
-        raise InputError(f"{path} has a header but no rows below /end_header")
+        raise InputError(f"{path} has a header but no rows below /end_header; add them")
     columns = {}
     for index, field in enumerate(fields):
         values = [_number(row[index]) for row in rows]
         if all(value is None for value in values) and not _is_ours(field):
             continue
         for value, number, row in zip(values, numbers, rows, strict=True):
-            if value is None or not np.isfinite(value):
+            if value is None or not (value in flags or abs(value) <= LARGEST_NUMBER):
                 if not _is_ours(field):
                     break
                 raise InputError(
                     f"{path}, line {number}, column {index + 1} ({field}): {row[index]!r} is not "
-                    "a finite number"
+                    f"a finite number up to {LARGEST_NUMBER:g}; correct it or mark it as /missing"
                 )
         else:
             columns[field] = np.array([np.nan if value in flags else value for value in values])
@@ -166,8 +162,8 @@ def water_from_seabass(path: str | Path) -> Water:
     if _has(data, "ed"):
         return invert_Kd(Kd_from_profile(data)).water
     raise InputError(
-        f"{data.path}: found {', '.join(data.fields)}; needed are a with b or c, or kd, or ed "
-        "with depth, by a wavelength column or in columns like kd490"
+        f"{data.path}: found {printable(', '.join(data.fields))}; needed are a with b or c, or kd, "
+        "or ed with depth, by a wavelength column or in columns like kd490"
     )
 
 
@@ -193,7 +189,7 @@ def Kd_from_profile(data: SeaBASS) -> Spectrum:
         value that is not positive.
     """
     if "depth" not in data.columns:
-        raise InputError(f"{data.path}: Ed is there, but no depth column to fit it over")
+        raise InputError(f"{data.path}: Ed is there, but no depth column to fit it over; add it")
     depth = data.columns["depth"]
     found: dict[float, tuple[float, float]] = {}
     for field, nm in _fields(data, "ed"):
@@ -224,7 +220,7 @@ def Kd_from_profile(data: SeaBASS) -> Spectrum:
             )
         found[nm] = (-slope, float(np.sqrt(np.sum(residual**2) / (len(y) - 2) / spread)))
     if not found:
-        raise InputError(f"{data.path}: every Ed is missing")
+        raise InputError(f"{data.path}: every Ed is missing; give some")
     nm = np.array(sorted(found))
     Kd, error = np.array([found[value] for value in nm]).T
     return Spectrum(
@@ -237,7 +233,7 @@ def Kd_from_profile(data: SeaBASS) -> Spectrum:
 
 def _header(path: Path, lines: list[str]) -> tuple[dict[str, str], int]:
     if not lines or lines[0].strip().lower() != "/begin_header":
-        raise InputError(f"{path}, line 1: a SeaBASS file starts with /begin_header")
+        raise InputError(f"{path}, line 1: a SeaBASS file starts with /begin_header; add it")
     header: dict[str, str] = {}
     for number, line in enumerate(lines[1:], start=2):
         text = line.strip()
@@ -247,7 +243,8 @@ def _header(path: Path, lines: list[str]) -> tuple[dict[str, str], int]:
             key, equals, value = text[1:].partition("=")
             if not equals:
                 raise InputError(
-                    f"{path}, line {number}, column {line.index('/') + 1}: {text!r} has no '='"
+                    f"{path}, line {number}, column {line.index('/') + 1}: {text[:30]!r} has no "
+                    "'='; write /key=value"
                 )
             header[key.strip().lower()] = value.strip()
         elif text and not text.startswith("!"):
@@ -255,7 +252,7 @@ def _header(path: Path, lines: list[str]) -> tuple[dict[str, str], int]:
                 f"{path}, line {number}, column 1: {text[:30]!r} stands in the header; header "
                 "lines start with / or !. Is /end_header missing?"
             )
-    raise InputError(f"{path}: /end_header is missing")
+    raise InputError(f"{path}: /end_header is missing; add it below the header")
 
 
 def _number(text: str) -> float | None:
@@ -306,8 +303,12 @@ def _spectrum(data: SeaBASS, quantity: str, source: str) -> Spectrum:
             if np.isfinite(value) and np.isfinite(wavelength):
                 samples.setdefault(float(wavelength), []).append(float(value))
     if not samples:
-        raise InputError(f"{data.path}: every value of {quantity} is missing")
+        raise InputError(f"{data.path}: every value of {quantity} is missing; give some")
     nm_sorted = sorted(samples)
+    if nm_sorted[0] < SHORTEST_WAVELENGTH_NM:
+        raise InputError(
+            f"{data.path}: a wavelength of {nm_sorted[0]:g} nm is none of light; give nanometres"
+        )
     return Spectrum(
         np.array(nm_sorted),
         np.array([np.mean(samples[value]) for value in nm_sorted]),
@@ -318,6 +319,7 @@ def _spectrum(data: SeaBASS, quantity: str, source: str) -> Spectrum:
 
 def _with_water(spectrum: Spectrum, quantity: str) -> Spectrum:
     """Add pure water to agp, and its scattering too to cgp."""
+    check_pure_water_range(spectrum)
     values = spectrum.values + pure_water_absorption(spectrum.wavelengths)
     if quantity == "cgp":
         values = values + molecular_scattering(spectrum.wavelengths)
@@ -331,6 +333,6 @@ def _difference(c: Spectrum, a: Spectrum) -> Spectrum:
     low, high = a.range
     inside = (c.wavelengths >= low) & (c.wavelengths <= high)
     if not inside.any():
-        raise InputError(f"{c.name} and {a.name} share no wavelengths")
+        raise InputError(f"{c.name} and {a.name} share no wavelengths; give both at the same ones")
     nm = c.wavelengths[inside]
     return Spectrum(nm, c.values[inside] - a.at(nm), c.name.replace("c of", "c - a of"), c.source)

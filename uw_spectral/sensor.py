@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from ._colour import colour_science
 from .errors import InputError, unknown_name
-from .spectral_table import read_spectral_table
-from .spectrum import DATA_DIRECTORY, Spectrum, Table, read_table
+from .spectral_table import LARGEST_NUMBER, read_spectral_table
+from .spectrum import DATA_DIRECTORY, Spectrum, Table, is_file, read_table, read_text
 
 OBSERVERS = {
     "cie1931": "CIE 1931 2 Degree Standard Observer",
@@ -23,6 +23,7 @@ OBSERVERS = {
     "cie2015-10": "CIE 2015 10 Degree Standard Observer",
 }
 _CHANNELS = ("R", "G", "B")
+_DARK = 1e-30  # sensitivity that counts as none
 Kind = Literal["camera", "film", "observer"]
 # Layout of the camera files of Jiang et al. 2013: 400 to 720 nm in steps of 10.
 _JIANG2013_WAVELENGTHS = np.arange(400.0, 721.0, 10.0)
@@ -46,7 +47,7 @@ class Sensor:
     Raises
     ------
     InputError
-        If there are not three columns, one is negative, or one is zero throughout.
+        If there are not three columns, one is negative or too large, or one is zero throughout.
     """
 
     name: str
@@ -65,8 +66,15 @@ class Sensor:
                 f"sensor {self.name}: a sensitivity is negative at "
                 f"{spectrum.wavelengths[negative][0]:g} nm; correct that row"
             )
-        if not (spectrum.values > 0).any(axis=0).all():
-            raise InputError(f"sensor {self.name}: a channel is zero at every wavelength")
+        if spectrum.values.max() > LARGEST_NUMBER:
+            raise InputError(
+                f"sensor {self.name}: a sensitivity of {spectrum.values.max():g} is too large to "
+                "be true; correct it"
+            )
+        if not (spectrum.values > _DARK).any(axis=0).all():
+            raise InputError(
+                f"sensor {self.name}: a channel is zero at every wavelength; give all three"
+            )
 
 
 @dataclass(frozen=True)
@@ -174,17 +182,10 @@ def _from_colour_science(name: str, data: object) -> Sensor:
 
 def _read_sensor(location: str) -> Sensor:
     path, name = Path(location), ""
-    if not path.exists() and "#" in location:
+    if "#" in location and not is_file(path):
         base, _, name = location.rpartition("#")
         path = Path(base)
-    try:
-        text = path.read_text(encoding="utf-8-sig")
-    except OSError as error:
-        raise InputError(
-            f"cannot read sensor {path}: {error.strerror or error}; check the path"
-        ) from error
-    except UnicodeDecodeError as error:
-        raise InputError(f"sensor {path} is not a text file; give CSV, JSON or text") from error
+    text = read_text(path, "sensor ", "give CSV, JSON or text")
     content = [line for line in text.splitlines() if line.strip() and not line.startswith("#")]
     if path.suffix.lower() == ".json":
         return _read_rawtoaces(path, text)
@@ -217,12 +218,12 @@ def _read_rawtoaces(path: Path, text: str) -> Sensor:
         rows = sorted((float(wavelength), *map(float, row)) for wavelength, row in main.items())
         table = np.array(rows)
         values = table[:, [order.index(channel) + 1 for channel in _CHANNELS]]
-    except (ValueError, KeyError, TypeError, AttributeError, IndexError) as error:
+        header = dict(document.get("header") or {})
+    except (ValueError, LookupError, TypeError, AttributeError, RecursionError) as error:
         raise InputError(
             f"sensor {path} is not a rawtoaces file ({error}); expected "
             'spectral_data.data.main = {"380": [R, G, B], …}'
         ) from error
-    header = document.get("header", {})
     name = f"{header.get('manufacturer', '')} {header.get('model', '')}".strip() or path.stem
     return _file_sensor(path, name, table[:, 0], values)
 

@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from .bands import Bands
 from .colour_rendering import srgb_encode
 from .errors import InputError
+from .spectrum import is_file
 
 RADIANCE_UNITS = "W.m^-2.sr^-1.nm^-1"
 _SPECTRAL_CHANNEL = re.compile(r"S0\.(\d+(?:,\d+)?)nm")
@@ -149,7 +150,13 @@ def read_spectral_exr(path: str | Path) -> tuple[NDArray[np.float32], Bands, str
     bands = Bands.at_wavelengths(ordered)
     widths = spec.get_string_attribute(_WIDTHS_ATTRIBUTE)
     if widths:
-        bands = Bands(bands.centres, np.array(json.loads(widths)))
+        try:
+            bands = Bands(bands.centres, np.array(json.loads(widths), dtype=np.float64))
+        except (ValueError, TypeError) as error:
+            raise InputError(
+                f"{path}: the attribute {_WIDTHS_ATTRIBUTE} does not hold a width per band "
+                f"({error}); write the image again"
+            ) from error
     return (
         pixels[..., [centres[centre] for centre in ordered]],
         bands,
@@ -230,8 +237,8 @@ def _write(
 def _read(path: str | Path) -> tuple[NDArray[np.float32], Any]:
     import OpenImageIO as oiio  # noqa: N813
 
-    if not Path(path).is_file():
-        raise InputError(f"cannot read {path}: there is no such file")
+    if not is_file(path):
+        raise InputError(f"cannot read {path}: there is no such file; check the path")
     source = oiio.ImageInput.open(str(path))
     if source is None:
         raise InputError(f"cannot read {path}: {oiio.geterror()}; it is damaged or not an image")

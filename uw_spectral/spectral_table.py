@@ -11,6 +11,8 @@ from .spectrum import Table, read_table
 
 # No table of this field is shorter than this, and none in µm reaches it.
 SHORTEST_WAVELENGTH_NM = 10.0
+LARGEST_NUMBER = 1e12
+"""No quantity of this field is larger in any usual unit; what is, overflows sooner or later."""
 
 
 def read_spectral_table(path: str | Path, columns: tuple[str, ...] = ()) -> Table:
@@ -30,8 +32,8 @@ def read_spectral_table(path: str | Path, columns: tuple[str, ...] = ()) -> Tabl
     Raises
     ------
     InputError
-        What :func:`read_table` refuses, a negative number, or wavelengths
-        that look like micrometres.
+        What :func:`read_table` refuses, a negative number, one above 1e12, or
+        wavelengths that look like micrometres.
     """
     table = read_table(path, ("wavelength_nm", *columns))
     wavelengths = table.columns["wavelength_nm"]
@@ -46,5 +48,11 @@ def read_spectral_table(path: str | Path, columns: tuple[str, ...] = ()) -> Tabl
             raise InputError(
                 f"{path}, row {wavelengths[row]:g} nm, column {name}: {values[row]:g} is negative; "
                 "correct that row"
+            )
+        if np.any(values > LARGEST_NUMBER):
+            row = int(np.argmax(values))
+            raise InputError(
+                f"{path}, row {wavelengths[row]:g} nm, column {name}: {values[row]:g} is too large "
+                "to be true; correct that row"
             )
     return table

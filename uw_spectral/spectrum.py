@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .errors import InputError
+from .errors import InputError, printable
 
 DATA_DIRECTORY = Path(__file__).resolve().parent.parent / "data"
 
@@ -129,6 +129,43 @@ class Table:
         )
 
 
+def is_file(path: str | Path) -> bool:
+    """Whether a path names a file; not if it cannot be one, say by its length."""
+    try:
+        return Path(path).is_file()
+    except OSError:
+        return False
+
+
+def read_text(path: str | Path, kind: str = "", advice: str = "save it as CSV (UTF-8)") -> str:
+    """Read a text file.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file.
+    kind : str
+        What it should hold, for messages: ``"sensor "``.
+    advice : str
+        What to do if it is no text.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read or is not UTF-8 text.
+    """
+    try:
+        text = Path(path).read_text(encoding="utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise InputError(f"{kind}{path} is not a text file; {advice}") from error
+    except (OSError, ValueError) as error:  # a path with a null character is a ValueError
+        reason = getattr(error, "strerror", None) or error
+        raise InputError(f"cannot read {kind}{path}: {reason}; check the path") from error
+    if "\0" in text:  # such as a file whose content was lost in a crash
+        raise InputError(f"{kind}{path} is not a text file; {advice}")
+    return text
+
+
 def read_table(path: str | Path, required: tuple[str, ...] = ("wavelength_nm",)) -> Table:
     """Read a numeric CSV file whose comment lines start with ``#``.
 
@@ -146,17 +183,11 @@ def read_table(path: str | Path, required: tuple[str, ...] = ("wavelength_nm",))
     Raises
     ------
     InputError
-        Missing file, missing column, or a cell that is not a finite number;
+        Missing file, missing or doubled column, or a cell that is not a finite number;
         the message names file, line and column.
     """
     path = Path(path)
-    try:
-        lines = path.read_text(encoding="utf-8-sig").splitlines()
-    except OSError as error:
-        reason = error.strerror or error
-        raise InputError(f"cannot read {path}: {reason}; check the path") from error
-    except UnicodeDecodeError as error:
-        raise InputError(f"{path} is not a text file; save it as CSV (UTF-8)") from error
+    lines = read_text(path).splitlines()
     header = "\n".join(line.lstrip("# ") for line in lines if line.startswith("#"))
     numbered = [
         (number, line)
@@ -165,13 +196,22 @@ def read_table(path: str | Path, required: tuple[str, ...] = ("wavelength_nm",))
     ]
     if not numbered:
         raise InputError(f"{path} holds no table; expected the columns {', '.join(required)}")
-    rows = list(csv.reader(line for _, line in numbered))
+    try:
+        rows = list(csv.reader(line for _, line in numbered))
+    except csv.Error as error:
+        raise InputError(f"{path} is not a table of numbers: {error}; save it as CSV") from error
     names = [name.strip() for name in rows[0]]
     missing = [name for name in required if name not in names]
     if missing:
+        advice = "add or rename it" if len(names) > 1 else "separate the columns by commas"
         raise InputError(
             f"{path}, line {numbered[0][0]}: column {', '.join(missing)} is missing; "
-            f"found {', '.join(names)}"
+            f"found {printable(', '.join(names))}; {advice}"
+        )
+    doubled = [name for name in names if names.count(name) > 1]
+    if doubled:
+        raise InputError(
+            f"{path}, line {numbered[0][0]}: column {doubled[0]} is there twice; keep one of them"
         )
     if len(rows) == 1:
         raise InputError(f"{path} has column names but no rows; add the numbers below them")
@@ -180,7 +220,8 @@ def read_table(path: str | Path, required: tuple[str, ...] = ("wavelength_nm",))
         line = numbered[index + 1][0]
         if len(row) != len(names):
             raise InputError(
-                f"{path}, line {line}: {len(row)} cells where the header has {len(names)}"
+                f"{path}, line {line}: {len(row)} cells where the header has {len(names)}; "
+                "complete that row"
             )
         for column, cell in enumerate(row):
             try:
@@ -190,7 +231,7 @@ def read_table(path: str | Path, required: tuple[str, ...] = ("wavelength_nm",))
             if not np.isfinite(value):
                 raise InputError(
                     f"{path}, line {line}, column {names[column]}: {cell.strip()!r} is not a "
-                    "finite number"
+                    "finite number; correct that cell"
                 )
             values[index, column] = value
     return Table(path, header, dict(zip(names, values.T, strict=True)))
