@@ -54,6 +54,7 @@ def main(arguments: Sequence[str]) -> None:
     parser.add_argument("--bands", type=int, nargs="+", default=[3, 8, 16])
     parser.add_argument("--samples", type=int, default=8)
     parser.add_argument("--resolution", type=int, nargs=2, default=(480, 270))
+    parser.add_argument("--no-shafts", action="store_true", help="they take most of the time")
     options = parser.parse_args(arguments)
     print(
         "| scene | CPU s per sample | ratio | first frame, CPU s | other values, CPU s "
@@ -69,6 +70,8 @@ def main(arguments: Sequence[str]) -> None:
                 _Case(f"{n} bands, waves, shafts", n, "waves", shafts=True),
             ]
     for case in cases:
+        if case.shafts and options.no_shafts:
+            continue
         first, sample, update, after = _measure(case, options)
         plain = sample if plain is None else plain
         peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024

@@ -24,6 +24,9 @@ WHITE_BALANCES: tuple[str, ...] = get_args(WhiteBalance)
 _COVERED_SHARE = 0.98
 # Width of the bands that stand for the continuous spectrum, nm.
 _FINE_WIDTH = 2.0
+# Share of the light at the surface that still counts as light: the gain for less overflows in
+# single precision.
+_DARKEST = 1e-30
 
 
 @dataclass(frozen=True, eq=False)
@@ -137,7 +140,7 @@ def reduction(
         light = np.asarray(depth_white, dtype=np.float64)
         if light.shape != (len(bands),):
             raise InputError(f"depth_white has shape {light.shape} for {len(bands)} bands")
-        white = _white(sensor, response, light, "at depth")
+        white = _white(sensor, response, light, "at depth", _DARKEST * surface_white)
 
     reflectances, colours, fine_white = _training_colours(illuminant)
     training = (_held(reflectances, bands) * surface_light[:, None] / math.pi).T @ response.T
@@ -193,7 +196,7 @@ def auto_exposure_stops(
         If the sensor sees no light at depth.
     """
     now = float(luminance(reduction.apply(np.asarray(depth_white) / math.pi)))
-    if not (math.isfinite(now) and now > 0):
+    if not (math.isfinite(now) and now > _DARKEST):
         raise InputError("automatic exposure: no light at that depth; set the exposure in stops")
     return math.log2(target / now)
 
@@ -240,11 +243,15 @@ def rec709_to_Lab(rgb: ArrayLike) -> NDArray[np.float64]:
 
 
 def _white(
-    sensor: Sensor, response: NDArray[np.float64], light: NDArray[np.float64], where: str
+    sensor: Sensor,
+    response: NDArray[np.float64],
+    light: NDArray[np.float64],
+    where: str,
+    darkest: ArrayLike = 0.0,
 ) -> NDArray[np.float64]:
     """Sensor responses to a white diffuser."""
     white = response @ light / math.pi
-    dark = ~(np.isfinite(white) & (white > 0))
+    dark = ~(np.isfinite(white) & (white > darkest))
     if dark.any():
         channel = ("XYZ" if sensor.kind == "observer" else "RGB")[int(np.argmax(dark))]
         raise InputError(
