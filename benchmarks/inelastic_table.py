@@ -13,7 +13,6 @@ import numpy as np
 
 from ..uw_spectral.bands import Bands
 from ..uw_spectral.bio_optics import Constituents, named_waters
-from ..uw_spectral.illuminant import parse_illuminant
 from ..uw_spectral.inelastic import (
     PROCESSES,
     InelasticLight,
@@ -31,14 +30,11 @@ from ..uw_spectral.monte_carlo import (
 from ..uw_spectral.path_radiance import upwelling_irradiance
 from ..uw_spectral.sun import (
     REFRACTIVE_INDEX,
-    fresnel_reflectance,
-    in_water_cosine,
-    sun_travel_direction,
 )
 from ..uw_spectral.water_column import WaterColumn
+from .gutierrez_figures import SUN_ZENITH, column
 from .path_radiance_table import ROOT
 
-SUN_ZENITH = 30.0
 BANDS = Bands.uniform(25, 300, 800)
 SEEN = slice(5, 20)  # 400 to 700 nm
 WATERS = {"baltic": (1.0, 3.0, 5.0, 10.0), "clear": (1.0, 5.0, 10.0, 20.0)}
@@ -59,21 +55,8 @@ def constituents_of(name: str) -> Constituents:
 
 def column_of(constituents: Constituents, bands: Bands = BANDS) -> WaterColumn:
     """Deep water under a flat surface and a clear sky."""
-    sky = parse_illuminant("clear-sky", SUN_ZENITH)
-    entering = 1 - float(fresnel_reflectance(math.cos(math.radians(SUN_ZENITH)), REFRACTIVE_INDEX))
-    return WaterColumn(
-        bands=bands,
-        absorption=constituents.absorption(bands.centres),
-        scattering=constituents.scattering(bands.centres),
-        sun_irradiance=sky.direct_in(bands) * entering,
-        sun_cosine=float(in_water_cosine(SUN_ZENITH)),
-        sun_direction=sun_travel_direction(SUN_ZENITH, 90.0),
-        sky_radiance=sky.diffuse_in(bands) / math.pi,
-        floor_depth=math.inf,
-        floor_reflectance=0.0,
-        surface="flat",
-        refractive_index=REFRACTIVE_INDEX,
-    )
+    nm = bands.centres
+    return column(bands, constituents.absorption(nm), constituents.scattering(nm))
 
 
 def _direction(up: float) -> tuple[float, float, float]:
