@@ -8,7 +8,7 @@ to the tree, so a formula written for numpy arrays builds its own nodes;
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -88,34 +88,22 @@ class Graph:
 
         Multiply Add has no vector without effect, as Add and Multiply have.
         """
-        given: list[Term | float] = list(operands)
         if name in _FUSED:
-            given = [given[i] if isinstance(i, int) else float(i) for i in _FUSED[name]]
-            name = "MULTIPLY_ADD"
+            name, operands = "MULTIPLY_ADD", _FUSED[name](*operands)
         if name == "DIVIDE":
             node = self._part_node("ShaderNodeMixRGB", blend_type=name)
             node.inputs[0].default_value = 1.0
             sockets = list(node.inputs)[1:]
         else:
             node = self._part_node("ShaderNodeVectorMath", operation=name)
-            sockets = list(node.inputs)[: len(given)]
+            sockets = list(node.inputs)[: len(operands)]
         number = self._parts[-1].number
-        terms = [v if isinstance(v, Term) else self.term(number(v)) for v in given]
+        terms = [v if isinstance(v, Term) else self.term(number(v)) for v in operands]
         return node, sockets, terms
 
     def kept(self, constant: Term) -> Term:
         """Return a value that never varies as one whose every use costs no room."""
-        if self.part_size is None:
-            return constant
-        key = ("kept", constant.socket)
-        if key not in self._made:
-            node = self._part_node("ShaderNodeVectorMath", operation="MULTIPLY_ADD")
-            part = self._parts[-1]
-            values = (constant, self.term(part.number(1.0)), self.term(part.number(0.0)))
-            for value, socket in zip(values, node.inputs, strict=False):
-                self.put(value, socket)
-            self._made[key] = self.term(node.outputs[0])
-        return self._made[key]
+        return constant if self.part_size is None else self.operation("ADD", (constant, 0.0))
 
     def vector(self, x: Term | float, y: Term | float, z: Term | float) -> Term:
         """Join three numbers."""
@@ -245,11 +233,11 @@ def new_group(name: str) -> bpy.types.ShaderNodeTree:
 
 
 _TO_NUMBER = {"DOT_PRODUCT"}
-# Operations as Multiply Add: operands by their place, constants as text.
-_FUSED: dict[str, tuple[int | str, ...]] = {
-    "ADD": (0, "1", 1),
-    "SUBTRACT": (1, "-1", 0),
-    "MULTIPLY": (0, 1, "0"),
+# What Multiply Add gets in place of an operation's two operands.
+_FUSED: dict[str, Callable[[Any, Any], tuple[Any, Any, Any]]] = {
+    "ADD": lambda a, b: (a, 1.0, b),
+    "SUBTRACT": lambda a, b: (b, -1.0, a),
+    "MULTIPLY": lambda a, b: (a, b, 0.0),
 }
 
 
