@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from ..node_groups import attributes
 from ..uw_spectral.bands import Bands
 from ..uw_spectral.bio_optics import Constituents, constituents_of
-from ..uw_spectral.colour_rendering import SensorReduction, auto_exposure_stops, reduction
+from ..uw_spectral.colour_rendering import SensorReduction
 from ..uw_spectral.errors import InputError
 from ..uw_spectral.illuminant import RELATIVE, Illuminant, parse_illuminant
 from ..uw_spectral.inelastic import (
@@ -134,16 +134,7 @@ class RenderPlan:
 
     def reduction(self, depth: float) -> SensorReduction:
         """Return the sensor's map for a camera at a depth in m."""
-        if self.reference is not None:
-            return self.viewpoint(depth).reduction
-        light = self.column.light_field(self.phase).Ed(depth)
-        balance = self.settings.white_balance
-        as_is = reduction(self.sensor, self.bands, self.illuminant, light, balance)
-        if self.settings.exposure == AUTO:
-            stops = auto_exposure_stops(as_is, light)
-        else:
-            stops = _stops(self.settings.exposure)
-        return reduction(self.sensor, self.bands, self.illuminant, light, balance, stops)
+        return self.viewpoint(depth).reduction
 
     def fixed_bands(self, settings: SceneSettings) -> SceneSettings:
         """Return settings of another frame with the bands of this plan, if they are optimised."""
