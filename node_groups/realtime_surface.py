@@ -15,6 +15,7 @@ from ..uw_spectral.wave_patterns import between, sunlight_factor
 from .node_mathematics import NODES, Graph, Term, new_group
 from .realtime_inelastic import inelastic_light
 from .realtime_rays import background, depth_here, shaft, view_direction, view_distance
+from .realtime_shadows import VISIBILITY, visibility
 from .realtime_values import (
     CONTRAST,
     EMISSION,
@@ -58,8 +59,11 @@ def build(values: bpy.types.ShaderNodeTree, shape: Shape) -> bpy.types.ShaderNod
     the three are multiplied already; ``Normal``; ``Is Measured`` (0 or 1) and
     ``Measured i``, reflectances that replace the colour.
     """
-    waves = {PATTERN: "NodeSocketFloat", POSITION: "NodeSocketFloat"} if shape.waves else {}
-    triple = build_triple(TRIPLE_NAME, shape, _INPUTS | waves, _picture)
+    own = [PATTERN, POSITION] if shape.waves else []
+    own += [VISIBILITY] if shape.diffuse_shadows else []
+    triple = build_triple(
+        TRIPLE_NAME, shape, _INPUTS | dict.fromkeys(own, "NodeSocketFloat"), _picture
+    )
     tree = new_group(NAME)
     inputs = {name: kind for name, kind in _INPUTS.items() if name != _MEASURED}
     inputs |= {measured(t): "NodeSocketVector" for t in range(shape.triples)}
@@ -73,6 +77,8 @@ def build(values: bpy.types.ShaderNodeTree, shape: Shape) -> bpy.types.ShaderNod
     given = {socket.name: graph.term(socket) for socket in outputs if socket.name}
     if shape.waves:
         given |= caustics_here(graph, values)
+    if shape.diffuse_shadows:
+        given[VISIBILITY] = visibility(graph, given[NORMAL])
     emission = graph.node("ShaderNodeEmission")
     graph.put(sum_of_triples(graph, values, triple, shape, given), emission.inputs["Color"])
     tree.links.new(emission.outputs[0], graph.node("NodeGroupOutput").inputs[0])
@@ -85,7 +91,8 @@ def _picture(graph: Graph, values: Values) -> tuple[Term, ...]:
     water = values.water
     nx, ny, nz = graph.components(values[NORMAL])
     cosine = -(nx * water.sun[0] + ny * water.sun[1] + nz * water.sun[2])
-    direct, forward, diffuse = water.field.surface_irradiance(y, 1.0, nz, NODES)
+    visible = values[VISIBILITY] if values.shape.diffuse_shadows else 1.0
+    direct, forward, diffuse = water.field.surface_irradiance(y, 1.0, nz, NODES, visible)
     if values.shape.waves:
         contrast = between(values[POSITION], [values[name] for name in CONTRAST], NODES)
         sunlight = sunlight_factor(values[PATTERN], contrast, NODES)

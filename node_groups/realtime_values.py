@@ -83,6 +83,8 @@ class Shape:
         Whether the surface moves and throws caustics.
     inelastic : tuple of bool
         Exponentials of depth of the inelastic light: whether each rises to the floor.
+    diffuse_shadows : bool
+        Whether things keep light from above other than the direct sun away.
     """
 
     bands: int
@@ -92,6 +94,7 @@ class Shape:
     shafts: bool
     waves: bool = False
     inelastic: tuple[bool, ...] = ()
+    diffuse_shadows: bool = False
 
     @property
     def triples(self) -> int:

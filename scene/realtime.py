@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from ..node_groups import (
     realtime_background,
     realtime_inelastic,
+    realtime_shadows,
     realtime_surface,
     realtime_values,
     realtime_volume,
@@ -26,6 +27,7 @@ from ..node_groups.node_mathematics import remove_group
 from ..node_groups.realtime_values import Numbers, Shape
 from ..uw_spectral.errors import InputError
 from ..uw_spectral.inelastic import InelasticLight, reduced
+from ..uw_spectral.light_cone import LightCone, light_cone
 from ..uw_spectral.path_radiance import PathRadiance, solve_path_radiance
 from ..uw_spectral.phase import BandPhase, HenyeyGreenstein
 from ..uw_spectral.reflectance import emission_basis, uplift_basis
@@ -76,6 +78,7 @@ class RealtimeWater:
     reflectances: dict[str, NDArray[np.float64]]
     column: WaterColumn
     shafts: ShaftRange | None
+    cone: LightCone | None = None
     waves: WavePatterns | None = None
 
     def of_bands(self, indices: Sequence[int], count: int) -> RealtimeWater:
@@ -129,6 +132,7 @@ def realtime_water(
     *,
     aureole: bool = True,
     shafts: bool = False,
+    diffuse_shadows: bool = False,
     reflectances: dict[str, NDArray[np.float64]] | None = None,
     inelastic: InelasticLight | None = None,
 ) -> RealtimeWater:
@@ -148,6 +152,8 @@ def realtime_water(
         Whether sunlight spreads by scattering many times at small angles.
     shafts : bool
         Whether single scattering is drawn by the froxel volume, with shadows.
+    diffuse_shadows : bool
+        Whether things keep light from above other than the direct sun away.
     reflectances : dict of str to array, shape (n,), optional
         Measured reflectance by material name.
     inelastic : InelasticLight, optional
@@ -158,7 +164,9 @@ def realtime_water(
         column.light_field(phase), phase, camera_depth, column.sun_direction
     )
     lobes = len(water.aureole.weights) if aureole else 0
-    shape = Shape(n, tuple(phase.components), lobes, column.reflects, shafts)
+    shape = Shape(
+        n, tuple(phase.components), lobes, column.reflects, shafts, diffuse_shadows=diffuse_shadows
+    )
     light = {}
     if inelastic is not None:
         few = reduced(inelastic)
@@ -166,6 +174,9 @@ def realtime_water(
         shape = replace(shape, inelastic=tuple(term.rising for term in few.terms))
     numbers = realtime_values.of_water(water, shape)
     reach = _shaft_range(column, water, camera_depth, weights) if shafts else None
+    cone = None
+    if diffuse_shadows:
+        cone = light_cone(water.field, camera_depth, column.sun_direction)
     bands = {
         **numbers.bands,
         **light,
@@ -184,7 +195,7 @@ def realtime_water(
     known = dict(reflectances or {})
     if math.isfinite(column.floor_depth):
         known[_FLOOR] = column.floor_reflectance
-    return RealtimeWater(shape, Numbers(bands, single), known, column, reach)
+    return RealtimeWater(shape, Numbers(bands, single), known, column, reach, cone)
 
 
 def add_realtime(scene: bpy.types.Scene, water: RealtimeWater, extent: WaterExtent) -> list[str]:
@@ -251,7 +262,11 @@ def add_realtime(scene: bpy.types.Scene, water: RealtimeWater, extent: WaterExte
     lamp = bpy.data.lights.new("UW Sun", "SUN")
     lamp.energy = 1.0
     lamp.shadow_maximum_resolution = _SHADOW if water.waves is None else _WAVY_SHADOW
-    collection.objects.link(bpy.data.objects.new("UW Sun", lamp))
+    above = realtime_shadows.lamps() if water.cone is not None else []
+    for data in (lamp, *above):
+        item = bpy.data.objects.new(data.name, data)
+        item[water_body.IS_SUN] = data is lamp
+        collection.objects.link(item)
     set_values(scene, water)
     return notes
 
@@ -278,9 +293,13 @@ def set_values(scene: bpy.types.Scene, water: RealtimeWater) -> None:
     realtime_materials.refresh()
     collection = _collection(scene)
     water_body.place_in(collection, water.column)
-    lamp = next(o.data for o in collection.objects if o.type == "LIGHT")
-    lamp.angle = water_body.SUN_DIAMETER_IN_AIR / water.column.refractive_index
-    lamp.volume_factor = 1.0 / water.shafts.scale if water.shafts is not None else 0.0
+    for item in collection.objects:
+        if item.get(water_body.IS_SUN):
+            item.data.angle = water_body.SUN_DIAMETER_IN_AIR / water.column.refractive_index
+            item.data.volume_factor = 1.0 / water.shafts.scale if water.shafts is not None else 0.0
+        elif item.type == "LIGHT" and water.cone is not None:
+            water_body.turn(item, water.cone.direction)
+            item.data.angle = 2.0 * water.cone.half_angle
 
 
 def remove_realtime(scene: bpy.types.Scene) -> None:

@@ -114,7 +114,8 @@ class RenderPlan:
         }
         return realtime_water(
             self.column, self.phase, depth, weights, aureole=self.settings.aureole == "on",
-            shafts=shafts, reflectances=reflectances, inelastic=self.inelastic,
+            shafts=shafts, diffuse_shadows=self.settings.diffuse_shadows == "on",
+            reflectances=reflectances, inelastic=self.inelastic,
         )  # fmt: skip
 
     def path_radiance(self, depth: float) -> PathRadiance:

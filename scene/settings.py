@@ -203,6 +203,11 @@ class SceneSettings:
         "Whether real time and bands spread sunlight by many scatterings at small angles",
         choices=("on", "off"),
     )
+    diffuse_shadows: str = _setting(
+        "on",
+        "Whether real time and bands shade the light from above that is not direct sun",
+        choices=("on", "off"),
+    )
     inelastic: str = _setting(
         "",
         "Light that changes its wavelength: raman, chlorophyll, cdom, comma separated, or all; "

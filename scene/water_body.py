@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 import bpy
@@ -18,6 +18,7 @@ from . import band_colors, pass_values
 COLLECTION = "Underwater"
 _WORLD = "uw_original_world"
 _HIDDEN = "uw_hidden_objects"
+IS_SUN = "uw_sun"
 _IS_FLOOR = "uw_floor"
 
 # Seen from the water the disc shrinks with refraction by about the index.
@@ -139,14 +140,18 @@ def place(scene: bpy.types.Scene, column: WaterColumn) -> None:
 
 
 def place_in(collection: bpy.types.Collection, column: WaterColumn) -> None:
-    """Turn the one lamp of a collection and move its floor; see :func:`place`."""
-    direction = Vector([float(x) for x in column.sun_direction])
+    """Turn the sun of a collection and move its floor; see :func:`place`."""
     for item in collection.objects:
-        if item.type == "LIGHT":
-            item.rotation_mode = "QUATERNION"
-            item.rotation_quaternion = direction.to_track_quat("-Z", "Y")
+        if item.get(IS_SUN):
+            turn(item, column.sun_direction)
         elif item.get(_IS_FLOOR):
             item.location.z = -column.floor_depth
+
+
+def turn(lamp: bpy.types.Object, direction: Iterable[float]) -> None:
+    """Let a lamp's light travel along a direction."""
+    lamp.rotation_mode = "QUATERNION"
+    lamp.rotation_quaternion = Vector([float(x) for x in direction]).to_track_quat("-Z", "Y")
 
 
 def remove_water(scene: bpy.types.Scene) -> None:
@@ -201,6 +206,7 @@ def _suns(scene: bpy.types.Scene) -> Iterator[bpy.types.Object]:
 
 def _sun(refractive_index: float) -> bpy.types.Object:
     lamp = bpy.data.objects.new(sun.NAME, sun.build(SUN_DIAMETER_IN_AIR / refractive_index))
+    lamp[IS_SUN] = True
     # A refracted ray must not meet the disc: the lamp's shadow rays bring the sun already.
     lamp.visible_transmission = False
     lamp.visible_glossy = False

@@ -294,6 +294,7 @@ class QualityPanel(_SubPanel, bpy.types.Panel):
         else:
             column.prop(panel, "shafts")
             column.prop(water, "aureole")
+            column.prop(water, "diffuse_shadows")
         if panel.shafts and is_live(context.scene):
             eevee = context.scene.eevee
             column.prop(eevee, "volumetric_tile_size", text="Froxel size")

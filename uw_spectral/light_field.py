@@ -119,6 +119,7 @@ class LightField:
         sun_cosine: Any,  # noqa: ANN401
         up: Any,  # noqa: ANN401
         m: Mathematics = NUMPY,
+        visibility: Any = 1.0,  # noqa: ANN401
     ) -> tuple[Any, Any, Any]:
         """Irradiance on a patch of surface.
 
@@ -133,18 +134,23 @@ class LightField:
             Upward component of its normal (1 for a floor).
         m : Mathematics
             Elementary functions.
+        visibility : float or array
+            Share of the light from above, the direct sun apart, that nothing keeps
+            away: of that in :func:`.light_cone`.
 
         Returns
         -------
         direct, forward, diffuse
-            The direct sun, to be multiplied by its visibility; the sunlight
-            scattered forward, which shadows blur away; the diffuse light.
+            The direct sun, to be multiplied by its own visibility; the sunlight
+            scattered forward; the diffuse light.
         """
         facing = m.maximum(sun_cosine, 0.0) / self.mu_s * self.E
         sharp = m.exp(-self.c / self.mu_s * y)
         forward = m.maximum(m.exp(-self.ks * y) - sharp, 0.0)
-        diffuse = m.maximum(self.E0(y, m) / 4.0 + up * self.F(y, m) / 2.0, 0.0)
-        return facing * sharp, facing * forward, diffuse
+        E0, F = self.E0(y, m) / 4.0, self.F(y, m) / 2.0
+        shadowed = (1.0 - visibility) * (0.5 + 0.5 * up) * m.maximum(E0 + F, 0.0)
+        diffuse = m.maximum(E0 + up * F - shadowed, 0.0)
+        return facing * sharp, facing * forward * visibility, diffuse
 
     def floor_radiance(self, m: Mathematics = NUMPY) -> Any:  # noqa: ANN401
         """Radiance of the Lambertian floor."""
