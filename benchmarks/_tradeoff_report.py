@@ -29,6 +29,8 @@ FRAME_SAMPLES = 16
 """Samples of a frame of EEVEE, for its cost beside that of Cycles."""
 TARGETS = (1.0, 2.0, 5.0)
 _LARGEST_BLOCK = 6
+_ERRORS = ("srgb_rmse", "delta_e", "delta_e_raw", "delta_e_95", "spectral_angle_deg")
+_COSTS = ("cpu_per_frame", "wall_ms", "cost", "share")
 # Numbers of numpy formulas cost nothing here; in shaders they cost at most this.
 _COST_OF = {
     "fog, RGB": "fog",
@@ -73,10 +75,6 @@ class Measurement:
     wall_ms: float
     cost: float
     share: float
-    first_frame: float
-    first_frame_ratio: float
-    memory_mb: float
-    memory_ratio: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -223,16 +221,11 @@ def _cost_columns(
     else:
         frame = FRAME_SAMPLES * data.get("cpu_per_sample", math.nan)
         wall = data.get("wall_per_sample", math.nan)
-    first, memory = (data.get(name, math.nan) for name in ("first_frame", "memory"))
     return {
         "cpu_per_frame": frame,
         "wall_ms": 1e3 * wall,
         "cost": frame / (FRAME_SAMPLES * plain.get("cpu_per_sample", math.nan)),
         "share": frame / float(reference["cpu"]) if reference else math.nan,
-        "first_frame": first,
-        "first_frame_ratio": first / plain.get("first_frame", math.nan),
-        "memory_mb": memory,
-        "memory_ratio": memory / plain.get("memory", math.nan),
     }
 
 
@@ -249,15 +242,13 @@ def table(results: Results) -> str:
                 "",
             ]
         lines += [
-            "| setting | sRGB RMSE | ΔE mean | ΔE 95 % | angle | cost | share | first frame | "
-            "ms | MB |",
-            "|---|---|---|---|---|---|---|---|---|---|",
+            "| setting | sRGB RMSE | ΔE mean | ΔE 95 % | angle | cost | share | ms |",
+            "|---|---|---|---|---|---|---|---|",
         ]
         lines += [
             f"| {m.setting} | {_number(m.srgb_rmse, 4)} | {_number(m.delta_e, 2)} | "
             f"{_number(m.delta_e_95, 2)} | {_number(m.spectral_angle_deg, 2)} | "
-            f"{_number(m.cost, 2)} | {_number(m.share, 4)} | {_number(m.first_frame, 1)} | "
-            f"{_number(m.wall_ms, 0)} | {_number(m.memory_mb, 0)} |"
+            f"{_number(m.cost, 2)} | {_number(m.share, 4)} | {_number(m.wall_ms, 0)} |"
             for m in results.measurements
             if (m.scene, m.configuration) == key
         ]
@@ -319,7 +310,9 @@ def _summary(results: Results, reference_samples: int) -> str:
         "water does not change but which there take far more than everything else. The paper's",
         "formula is drawn in numpy; its cost is that of real time with as many bands, an upper",
         "bound. The share is the cost over that of the reference. Every number:",
-        "[tradeoff.csv](tradeoff.csv).",
+        "[tradeoff.csv](tradeoff.csv). Compile times and memory:",
+        "[realtime_cost.md](realtime_cost.md). Mitsuba against Cycles, also at equal error:",
+        "[mitsuba.md](mitsuba.md).",
         "",
         "![Error and cost of every setting](tradeoff.png)",
         "",
@@ -338,6 +331,8 @@ def _summary(results: Results, reference_samples: int) -> str:
         cells = [_choice(cheapest(here, target)) for target in TARGETS]
         noise = f"{results.noise[key][1]:.2f}"
         lines.append(f"| {key[0]} | {key[1]} | {noise} | {' | '.join(cells)} |")
+    everywhere = [_choice(cheapest(_everywhere(results), target)) for target in TARGETS]
+    lines.append(f"| all | mean of the settings below | | {' | '.join(everywhere)} |")
     lines += ["", *_by_setting(results), "", "## Terms switched off", "", *_terms(results), ""]
     lines += ["![Pictures and differences](tradeoff_pictures.png)", ""]
     lines += ["Repeat: `python3 dev.py run -m benchmarks tradeoff`", ""]
@@ -350,28 +345,38 @@ def _choice(found: Measurement | None) -> str:
     return f"{found.setting}: {found.cost:.1f} ×, {100 * found.share:.2g} %"
 
 
-def _by_setting(results: Results) -> list[str]:
-    """Mean over the plotted configurations of each setting that all of them have."""
+def _everywhere(results: Results) -> list[Measurement]:
+    """Means over the plotted configurations of each setting that all of them have."""
     plotted = [m for m in results.measurements if m.scene not in _extra_scenes(results)]
     keys = {(m.scene, m.configuration) for m in plotted}
+    found = []
+    for name in SETTINGS:
+        here = [m for m in plotted if m.setting == name]
+        if {(m.scene, m.configuration) for m in here} == keys:
+            costs = {f: _geometric([getattr(m, f) for m in here]) for f in _COSTS}
+            errors = {f: float(np.mean([getattr(m, f) for m in here])) for f in _ERRORS}
+            found.append(Measurement("all", "", name, **errors, **costs))
+    return found
+
+
+def _by_setting(results: Results) -> list[str]:
     lines = [
         "## Every setting, over all scenes",
         "",
         "| setting | ΔE mean | worst ΔE mean | ΔE 95 % | sRGB RMSE | angle | cost | share |",
         "|---|---|---|---|---|---|---|---|",
     ]
-    for name in SETTINGS:
-        here = [m for m in plotted if m.setting == name]
-        if {(m.scene, m.configuration) for m in here} != keys:
-            continue
-        delta_e = [m.delta_e for m in here]
+    extra = _extra_scenes(results)
+    for mean in _everywhere(results):
+        worst = max(
+            m.delta_e
+            for m in results.measurements
+            if m.setting == mean.setting and m.scene not in extra
+        )
         lines.append(
-            f"| {name} | {np.mean(delta_e):.2f} | {max(delta_e):.2f} | "
-            f"{np.mean([m.delta_e_95 for m in here]):.2f} | "
-            f"{np.mean([m.srgb_rmse for m in here]):.4f} | "
-            f"{_number(float(np.mean([m.spectral_angle_deg for m in here])), 2)} | "
-            f"{_geometric([m.cost for m in here]):.1f} | "
-            f"{100 * _geometric([m.share for m in here]):.2g} % |"
+            f"| {mean.setting} | {mean.delta_e:.2f} | {worst:.2f} | {mean.delta_e_95:.2f} | "
+            f"{mean.srgb_rmse:.4f} | {_number(mean.spectral_angle_deg, 2)} | {mean.cost:.1f} | "
+            f"{100 * mean.share:.2g} % |"
         )
     return lines
 

@@ -66,7 +66,9 @@ class Setting:
 
     ``kind`` is ``reference``, ``realtime``, ``bands`` (EEVEE, three bands a
     pass), ``cycles``, ``paper`` or ``fog``; ``changes`` are settings of the
-    scene; ``aureole``, ``floor_term`` and ``shafts`` switch terms of real time.
+    scene; ``aureole``, ``floor_term``, ``single`` (sunlight scattered once or at
+    small angles) and ``shafts`` switch terms of real time; ``froxels`` are the steps
+    of the shafts, None for the most.
     """
 
     name: str
@@ -74,11 +76,13 @@ class Setting:
     changes: Mapping[str, Any]
     aureole: bool = True
     floor_term: bool = True
+    single: bool = True
     shafts: bool = False
+    froxels: int | None = None
     first_only: bool = False
 
 
-def _realtime(name: str, bands: int, changes: Mapping[str, Any] = {}, **switches: bool) -> Setting:
+def _realtime(name: str, bands: int, changes: Mapping[str, Any] = {}, **switches: int) -> Setting:
     return Setting(name, "realtime", {"bands": bands, **changes}, **switches)
 
 
@@ -92,6 +96,12 @@ _OPTIMISED = [
 ]
 _TERMS = [
     _realtime("real time, 8 bands, shafts", 8, shafts=True),
+    *(
+        _realtime(f"real time, 8 bands, shafts of {n} froxels", 8, shafts=True, froxels=n)
+        for n in (32, 64, 128)
+    ),
+    _realtime("real time, 8 bands, no diffuse shadows", 8, {"diffuse_shadows": "off"}),
+    _realtime("real time, 8 bands, no single scattering", 8, single=False),
     _realtime("real time, 8 bands, no aureole", 8, aureole=False),
     _realtime("real time, 8 bands, no floor term", 8, floor_term=False),
     _realtime("real time, 8 bands, no surface", 8, {"surface": "none"}),
@@ -110,7 +120,9 @@ _OUTSIDE = [
     Setting("paper corrected, 8 bands", "paper", {"bands": 8}),
     Setting("paper printed, 8 bands", "paper", {"bands": 8}),
 ]
-_BANDS = [Setting("band passes, 8 bands", "bands", {"bands": 8})]
+_BANDS = [
+    Setting(f"band passes, {n} bands", "bands", {"bands": n}, first_only=n > 8) for n in (8, 32)
+]
 SETTINGS = {s.name: s for s in (*_OUTSIDE, *_EQUAL, *_OPTIMISED, *_TERMS, *_BANDS, *_CYCLES)}
 _ALWAYS = tuple(s.name for s in (*_OUTSIDE, *_EQUAL, *_OPTIMISED, *_CYCLES))
 
@@ -120,8 +132,10 @@ _FEW = tuple(
     s.name
     for s in (*_OUTSIDE, *_EQUAL, *_OPTIMISED, *_CYCLES)
     if s.kind != "realtime" or s.name in {"real time, 3 bands", "real time, 8 bands",
-                                          "real time, 6 optimised bands"}
+                                          "real time, 16 bands", "real time, 6 optimised bands"}
 )  # fmt: skip
+_SHADOWS = tuple(n for n in SETTINGS if "shafts" in n or "no diffuse" in n)
+_LIGHT = ("real time, 8 bands, no aureole", "real time, 8 bands, no single scattering")
 
 
 def _grey(width: int, height: int) -> bpy.types.Object:
@@ -180,34 +194,34 @@ SCENES = (
         "grey", _grey,
         (_water("IB", 5.0, "cie1931"), _water("II", 3.0, "Nikon D7000"),
          _water("I", 9.0, "ARRI D21", extra=True)),
-        (*_ALWAYS, "real time, 8 bands, shafts", "real time, 8 bands, no aureole",
-         "real time, 8 bands, no floor term", "band passes, 8 bands"),
+        (*_ALWAYS, *_SHADOWS, *_LIGHT, "real time, 8 bands, no floor term",
+         *(s.name for s in _BANDS)),
         costed=True,
     ),
     TestScene(
         "up", _camera(150.0, 90.0),
         (_water("IB", 4.0, "cie1931"), _water("II", 3.0, "ARRI D21", extra=True),
          _water("I", 10.0, "Nikon D7000", extra=True)),
-        (*_ALWAYS, "real time, 8 bands, no aureole", "real time, 8 bands, no surface"),
+        (*_ALWAYS, *_LIGHT, "real time, 8 bands, no surface"),
         _ABOVE,
     ),
     TestScene(
         "blue", _camera(90.0, 70.0),
         (_water("I", 5.0, "ARRI D21"), _water("IB", 10.0, "cie1931", extra=True),
          _water("II", 10.0, "Nikon D7000", extra=True)),
-        (*_ALWAYS, "real time, 8 bands, no aureole"), floor=0.0,
+        (*_ALWAYS, *_LIGHT), floor=0.0,
     ),
     TestScene(
         "overhang", _overhang,
         (_water("IB", 5.0, "Nikon D7000"), _water("II", 3.0, "cie1931", extra=True),
          _water("3C", 3.0, "ARRI D21", extra=True)),
-        (*_ALWAYS, "real time, 8 bands, shafts", "real time, 8 bands, no floor term"),
+        (*_ALWAYS, *_SHADOWS, "real time, 8 bands, no floor term"),
     ),
     TestScene(
         "reef", _reef,
         (_water("IB", 4.95, "ARRI D21"), _water("II", 4.95, "Nikon D7000", extra=True),
          _water("I", 4.95, "cie1931", extra=True)),
-        _FEW,
+        (*_FEW, "real time, 8 bands, no diffuse shadows"),
         {**_ABOVE, "sun_azimuth": 60.0, "floor_depth": 7.0}, floor=0.0, moves=False,
     ),
     TestScene(
@@ -220,7 +234,7 @@ SCENES = (
         "inelastic", _camera(90.0, 70.0),
         (Configuration(
             "bio:chl=1,cdom=0.1, 15 m, all", 15.0,
-            {"water": "bio:chl=1,cdom=0.1", "inelastic": "all"}, 8),),
+            {"water": "bio:chl=1,cdom=0.1", "inelastic": "all"}, 2),),
         ("real time, 8 bands", "real time, 8 bands, no inelastic light"),
         floor=0.0,
     ),

@@ -86,9 +86,7 @@ def measure(water: str, depth: float, samples: int, bands: int) -> Result:
     )
     three = baselines.rgb_plan(plan.settings)
     pictures = {
-        "EEVEE, real time": _realtime(plan, camera, depth, shafts=False),
-        "EEVEE, real time, shafts": _realtime(plan, camera, depth, shafts=True),
-        "EEVEE, bands": develop(_bands(plan, camera, depth)),
+        **_eevee(plan, camera, depth),
         "closed form, numpy": develop(closed),
         **{
             name: develop(_pixels(baselines.paper_image(plan, hits, depth, form)))
@@ -111,6 +109,28 @@ def measure(water: str, depth: float, samples: int, bands: int) -> Result:
         _delta_e(*halves) / 2,
         {name: _displayable(picture) for name, picture in pictures.items()},
     )
+
+
+def redraw(result: Result, bands: int) -> Result:
+    """Draw EEVEE's pictures again, against the same reference."""
+    bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
+    camera = grey_scene.build_scene(result.depth, WIDTH, HEIGHT)
+    plan = grey_scene.plan_for(result.water, result.depth, bands)
+    drawn = _eevee(plan, camera, result.depth)
+    shown = {name: _displayable(picture) for name, picture in drawn.items()}
+    return replace(result, pictures={**shown, **result.pictures, **shown})
+
+
+def _eevee(
+    plan: render_plan.RenderPlan, camera: bpy.types.Object, depth: float
+) -> dict[str, NDArray[np.float64]]:
+    bare = replace(plan, settings=replace(plan.settings, diffuse_shadows="off"))
+    return {
+        "EEVEE, real time": _realtime(plan, camera, depth, shafts=False),
+        "EEVEE, real time, shafts": _realtime(plan, camera, depth, shafts=True),
+        "EEVEE, real time, no diffuse shadows": _realtime(bare, camera, depth, shafts=False),
+        "EEVEE, bands": plan.reduction(depth).apply(_bands(plan, camera, depth)),
+    }
 
 
 def _realtime(
@@ -209,6 +229,9 @@ def main(arguments: Sequence[str]) -> None:
     parser.add_argument("--samples", type=int, default=160)
     parser.add_argument("--bands", type=int, default=8)
     parser.add_argument(
+        "--redraw", action="store_true", help="EEVEE's pictures again, against kept references"
+    )
+    parser.add_argument(
         "--keep",
         type=Path,
         default=Path("out/realtime_accuracy"),
@@ -222,6 +245,8 @@ def main(arguments: Sequence[str]) -> None:
         kept = options.keep / f"{water}_{depth:g}m_{options.samples}_{options.bands}.npz"
         if not kept.exists():
             measure(water, depth, options.samples, options.bands).save(kept)
+        elif options.redraw:
+            redraw(Result.load(kept), options.bands).save(kept)
         results.append(Result.load(kept))
         last = results[-1]
         found = {m: (round(last.rmse(m), 4), round(last.delta_e(m), 2)) for m in last.pictures}

@@ -3,20 +3,26 @@
     python3 dev.py run -m benchmarks realtime_cost [--bands 3 8 16 32] [--samples N]
 
 CPU time per sample of a plain scene, of plain fog and of the water with and
-without shafts and waves, as ratios to the plain scene; and what a first frame,
-a change of water and frame, and the frame after it take. Without a GPU EEVEE
-runs on the CPU: read the ratios.
+without shafts, waves and shadows of diffuse light, as ratios to the plain
+scene; and what a first frame, a change of water and frame, and the frame after
+it take. Last comes a pass of three bands in Cycles. Each case has a process of
+its own, whose peak memory is given. Without a GPU EEVEE runs on the CPU: read
+the ratios.
 """
 
 from __future__ import annotations
 
 import argparse
+import json
 import math
+import os
 import resource
+import subprocess
+import sys
 import tempfile
 import time
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass
 from pathlib import Path
 
 import bpy
@@ -26,6 +32,7 @@ from ..node_groups.node_mathematics import Graph
 from ..scene import (
     caustics,
     eevee_settings,
+    engines,
     exr_output,
     realtime,
     render_plan,
@@ -46,35 +53,41 @@ class _Case:
     bands: int = 0
     surface: str = "flat"
     shafts: bool = False
+    diffuse_shadows: str = "on"
+    cycles: bool = False
 
 
 def main(arguments: Sequence[str]) -> None:
-    """Measure and print a table."""
+    """Measure each case in a process of its own, and print a table."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--bands", type=int, nargs="+", default=[3, 8, 16])
     parser.add_argument("--samples", type=int, default=8)
     parser.add_argument("--resolution", type=int, nargs=2, default=(480, 270))
     parser.add_argument("--no-shafts", action="store_true", help="they take most of the time")
+    parser.add_argument("--case", help="one case as JSON, measured in this process")
     options = parser.parse_args(arguments)
+    if options.case:
+        print(json.dumps(_measure(_Case(**json.loads(options.case)), options)))
+        return
     print(
         "| scene | CPU s per sample | ratio | first frame, CPU s | other values, CPU s "
         "| frame after, CPU s | peak MB |\n|---|---|---|---|---|---|---|"
     )
     plain = None
-    cases = [_Case("plain"), _Case(_FOG)]
-    for n in options.bands:
-        cases += [_Case(f"{n} bands", n), _Case(f"{n} bands, shafts", n, shafts=True)]
-        if n == _WAVES_BANDS:
-            cases += [
-                _Case(f"{n} bands, waves", n, "waves"),
-                _Case(f"{n} bands, waves, shafts", n, "waves", shafts=True),
-            ]
-    for case in cases:
+    for case in _cases(options.bands):
         if case.shafts and options.no_shafts:
             continue
-        first, sample, update, after = _measure(case, options)
+        command = [sys.executable, "-m", __package__.rpartition(".")[2], Path(__file__).stem]
+        command += [*arguments, "--case", json.dumps(asdict(case))]
+        root = Path(__file__).resolve().parent.parent
+        # A shader that the software rasteriser has kept would make the first frame short.
+        with tempfile.TemporaryDirectory() as cache:
+            done = subprocess.run(
+                command, cwd=root, stdout=subprocess.PIPE, text=True, check=True,
+                env={**os.environ, "MESA_SHADER_CACHE_DIR": cache},
+            )  # fmt: skip
+        first, sample, update, after, peak = json.loads(done.stdout.splitlines()[-1])
         plain = sample if plain is None else plain
-        peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
         print(
             f"| {case.name} | {sample:.3f} | {sample / plain:.2f} | {first:.1f} | {update:.2f} "
             f"| {after:.1f} | {peak:.0f} |",
@@ -82,10 +95,30 @@ def main(arguments: Sequence[str]) -> None:
         )
 
 
-def _measure(case: _Case, options: argparse.Namespace) -> tuple[float, float, float, float]:
-    """Return the CPU time of the first frame, a sample, new values, and the frame after."""
+def _cases(bands: Sequence[int]) -> list[_Case]:
+    cases = [_Case("plain"), _Case(_FOG)]
+    for n in bands:
+        cases += [_Case(f"{n} bands", n), _Case(f"{n} bands, shafts", n, shafts=True)]
+        if n == _WAVES_BANDS:
+            cases += [
+                _Case(f"{n} bands, no diffuse shadows", n, diffuse_shadows="off"),
+                _Case(f"{n} bands, waves", n, "waves"),
+                _Case(f"{n} bands, waves, shafts", n, "waves", shafts=True),
+            ]
+    return [*cases, _Case("Cycles, a pass of 3 bands", 3, cycles=True)]
+
+
+def _measure(case: _Case, options: argparse.Namespace) -> tuple[float, ...]:
+    """CPU time of the first frame, a sample, new values, and the frame after; peak MB."""
     bpy.ops.wm.read_factory_settings(use_empty=True)
     scene, camera = bpy.context.scene, _scene(options.resolution)
+    times = (_cycles if case.cycles else _eevee)(scene, camera, case, options.samples)
+    return (*times, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024)
+
+
+def _eevee(
+    scene: bpy.types.Scene, camera: bpy.types.Object, case: _Case, samples: int
+) -> tuple[float, ...]:
     water = None
     if case.bands:
         water = _water(case, 1.0)
@@ -94,32 +127,60 @@ def _measure(case: _Case, options: argparse.Namespace) -> tuple[float, float, fl
         _sun(scene)
         if case.name == _FOG:
             add_fog(bpy.data.materials["Grey"])
+
+    def frame(count: int) -> float:
+        scene.eevee.taa_render_samples = count
+        return _time(lambda path: exr_output.write_float_exr(scene, path))
+
     reach, update = water.shafts if water else None, 0.0
     with eevee_settings.realtime_settings(scene, camera, samples=1, shafts=reach):
-        first = _frame(scene, 1)
-        few = min(_frame(scene, 1) for _ in range(2))
-        many = min(_frame(scene, 1 + options.samples) for _ in range(2))
+        first, sample = frame(1), _per_sample(frame, samples)
         if water:
             scene.frame_set(2)
             start = time.process_time()
             realtime.set_values(scene, _water(case, 2.0))
             update = time.process_time() - start
-        after = _frame(scene, 1)
-    return first, (many - few) / options.samples, update, after
+        return first, sample, update, frame(1)
 
 
-def _frame(scene: bpy.types.Scene, samples: int) -> float:
-    scene.eevee.taa_render_samples = samples
+def _cycles(
+    scene: bpy.types.Scene, camera: bpy.types.Object, case: _Case, samples: int
+) -> tuple[float, ...]:
+    now, later = _plan(case, 1.0), _plan(case, 2.0)
+    extent = water_body.WaterExtent(300.0, 10.0)
+    with engines.cycles_bands(scene, camera, now, extent, seed=0, denoise=False) as engine:
+
+        def frame(count: int, plan: render_plan.RenderPlan = now) -> float:
+            scene.cycles.samples = count
+            render = engine.frame(plan, _DEPTH)
+            return _time(lambda path: render(engine.passes[0], path))
+
+        return frame(1), _per_sample(frame, samples), 0.0, frame(1, later)
+
+
+def _per_sample(frame: Callable[[int], float], samples: int) -> float:
+    few, many = (min(frame(n) for _ in range(2)) for n in (1, 1 + samples))
+    return (many - few) / samples
+
+
+def _time(write: Callable[[Path], None]) -> float:
+    """CPU time that it takes to write a picture."""
     with tempfile.TemporaryDirectory() as folder:
         start = time.process_time()
-        exr_output.write_float_exr(scene, Path(folder) / "a.exr")
+        write(Path(folder) / "a.exr")
         return time.process_time() - start
 
 
 def _water(case: _Case, turbidity: float) -> realtime.RealtimeWater:
     """Return the water of the current frame."""
-    scene = bpy.context.scene
-    plan = render_plan.make_plan(
+    scene, plan = bpy.context.scene, _plan(case, turbidity)
+    weights = plan.reduction(_DEPTH).weights
+    water = plan.realtime(scene, _DEPTH, weights, shafts=case.shafts)
+    return caustics.with_waves(scene, plan, water)
+
+
+def _plan(case: _Case, turbidity: float) -> render_plan.RenderPlan:
+    return render_plan.make_plan(
         settings.SceneSettings(
             turbidity=turbidity,
             phase="hg:0.924",
@@ -127,11 +188,9 @@ def _water(case: _Case, turbidity: float) -> realtime.RealtimeWater:
             floor_depth=7.0,
             floor_reflectance="0.3",
             surface=case.surface,
+            diffuse_shadows=case.diffuse_shadows,
         )
     )
-    weights = plan.reduction(_DEPTH).weights
-    water = plan.realtime(scene, _DEPTH, weights, shafts=case.shafts)
-    return caustics.with_waves(scene, plan, water)
 
 
 def _scene(resolution: Sequence[int]) -> bpy.types.Object:

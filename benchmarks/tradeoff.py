@@ -161,7 +161,6 @@ def measure_cycles(case: Case, configuration: Configuration, setting: Setting) -
         "weights": plan.reduction(configuration.depth).weights,
         "cpu": sum(seconds),
         "wall": sum(wall),
-        "memory": _memory(),
     }
 
 
@@ -177,7 +176,9 @@ def measure_eevee(
     water = _water(first, plan, setting)
     realtime.add_realtime(scene, water, extent)
     try:
-        with eevee_settings.realtime_settings(scene, case.camera, samples=1, shafts=water.shafts):
+        with eevee_settings.realtime_settings(
+            scene, case.camera, samples=1, shafts=water.shafts, froxels=setting.froxels
+        ):
             cost = _cost(case)
             for configuration, now in plans:
                 case.place(configuration)
@@ -285,9 +286,12 @@ def _water(
         known = water.reflectances
         water = realtime.realtime_water(
             column, plan.phase, depth, weights, aureole=setting.aureole, shafts=setting.shafts,
-            inelastic=plan.inelastic,
+            diffuse_shadows=plan.settings.diffuse_shadows == "on", inelastic=plan.inelastic,
         )  # fmt: skip
         water = replace(water, reflectances=known)
+    if not setting.single:
+        bands = {**water.numbers.bands, "b": np.zeros(len(plan.bands))}
+        water = replace(water, numbers=replace(water.numbers, bands=bands))
     return caustics.with_waves(scene, plan, water)
 
 
@@ -305,11 +309,13 @@ def _cost(
 ) -> dict[str, float]:
     """Cost of a frame of EEVEE at the resolution of the pictures; times in seconds.
 
-    ``first_frame`` is the CPU time of one sample with all that is compiled
-    for it, ``cpu_per_sample`` and ``wall_per_sample`` what one more sample
-    takes, ``shadowed_cpu_per_sample`` the same with ``shadow_maps``, ``memory``
-    what the process holds, MB. Scenes that are not costed have the first only.
+    ``cpu_per_sample`` and ``wall_per_sample`` are what one more sample takes,
+    ``shadowed_cpu_per_sample`` the same with ``shadow_maps``. Scenes that are not
+    costed have none.
     """
+    if not case.scene.costed:
+        return {}
+
     scene = bpy.context.scene
     render, eevee = scene.render, scene.eevee
     eevee.shadow_resolution_scale = case.shadow_detail
@@ -329,13 +335,11 @@ def _cost(
             )
             return (many - few) / samples
 
-        first = float(frame(1)[0])
-        cost = {"first_frame": first, "memory": _memory()}
-        if not case.scene.costed:
-            return cost
+        frame(1)
+        cost = {}
         if not case.software:
             cpu, wall = per_sample(_COST_SAMPLES)
-            return {**cost, "cpu_per_sample": cpu, "wall_per_sample": wall}
+            return {"cpu_per_sample": cpu, "wall_per_sample": wall}
         if shadow_maps:
             cost["shadowed_cpu_per_sample"] = per_sample(1)[0]
         size = (render.resolution_x, render.resolution_y)
@@ -346,14 +350,6 @@ def _cost(
         render.resolution_x, render.resolution_y = size
         eevee.use_shadows = True
         return {**cost, "cpu_per_sample": cpu, "wall_per_sample": wall}
-
-
-def _memory() -> float:
-    """Resident memory of this process, MB."""
-    pages = Path("/proc/self/statm")
-    if not pages.exists():
-        return math.nan
-    return int(pages.read_text().split()[1]) * 4096 / 2**20
 
 
 def run(

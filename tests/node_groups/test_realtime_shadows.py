@@ -13,9 +13,8 @@ from underwater_spectral.tests.scene.columns import grey_column
 from underwater_spectral.uw_spectral.phase import parse_phase
 
 BELOW_CAMERA, ABOVE_CAMERA = 2.0, 1.0
-VIEW = probe.View(
-    5.0, turn=0.0, angle=120.0, square=((-8.0, -4.0, -BELOW_CAMERA), (16.0, 0.0, 0.0), (0.0, 8.0, 0.0))
-)  # fmt: skip
+SQUARE = ((-8.0, -4.0, -BELOW_CAMERA), (16.0, 0.0, 0.0), (0.0, 8.0, 0.0))
+VIEW = probe.View(5.0, turn=0.0, angle=120.0, square=SQUARE)
 
 
 def _water(*, shadows: bool = True) -> realtime.RealtimeWater:
