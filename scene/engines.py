@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import functools
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -98,9 +99,7 @@ def eevee_bands(
     """
     passes = plan.bands.packed(3)
 
-    def water_of(now: RenderPlan, camera_depth: float) -> realtime.RealtimeWater:
-        water = now.realtime(scene, camera_depth, np.ones((3, len(now.bands))), shafts=shafts)
-        return caustics.with_waves(scene, now, water)
+    water_of = _waters(scene, lambda now, _: np.ones((3, len(now.bands))), shafts=shafts)
 
     def scale_of(now: RenderPlan, camera_depth: float) -> np.ndarray:
         white = now.column.light_field(now.phase).Ed(camera_depth) / np.pi
@@ -142,11 +141,7 @@ def eevee_realtime(
     count = math.ceil(len(plan.bands) / math.ceil(len(plan.bands) / realtime.MOST_BANDS))
     passes = plan.bands.packed(count)
 
-    def water_of(now: RenderPlan, camera_depth: float) -> realtime.RealtimeWater:
-        weights = now.reduction(camera_depth).weights
-        water = now.realtime(scene, camera_depth, weights, shafts=shafts)
-        return caustics.with_waves(scene, now, water)
-
+    water_of = _waters(scene, lambda now, at: now.reduction(at).weights, shafts=shafts)
     first, samples = water_of(plan, depth).of_bands(passes[0], count), plan.settings.samples
     with _eevee(scene, camera, first, extent, samples, froxels) as notes:
 
@@ -170,6 +165,25 @@ def eevee_realtime(
             return render
 
         yield BandEngine(passes, notes, frame)
+
+
+def _waters(
+    scene: bpy.types.Scene,
+    weights_of: Callable[[RenderPlan, float], NDArray[np.float64]],
+    *,
+    shafts: bool,
+) -> Callable[[RenderPlan, float], realtime.RealtimeWater]:
+    """Return what computes the water of the current frame, for a plan and a depth.
+
+    The nodes are built for the first frame's, which is not computed again to be drawn.
+    """
+
+    @functools.lru_cache(maxsize=1)
+    def water_at(_: float, plan: RenderPlan, depth: float) -> realtime.RealtimeWater:
+        water = plan.realtime(scene, depth, weights_of(plan, depth), shafts=shafts)
+        return caustics.with_waves(scene, plan, water)
+
+    return lambda plan, depth: water_at(scene.frame_current_final, plan, depth)
 
 
 @contextlib.contextmanager

@@ -7,7 +7,8 @@ import json
 import bpy
 import numpy as np
 from underwater_spectral.benchmarks import grey_scene
-from underwater_spectral.scene import batch, realtime
+from underwater_spectral.scene import batch, caustics, engines, realtime, render_plan, water_body
+from underwater_spectral.scene.settings import SceneSettings
 from underwater_spectral.uw_spectral.spectral_image import read_exr, read_spectral_exr
 
 
@@ -55,3 +56,23 @@ def test_more_bands_than_one_shader_carries_add_up(tmp_path, monkeypatch):
         np.maximum(read_exr(tmp_path / name / "0001.exr")[0], 0.0) for name in ("whole", "parts")
     )
     assert np.abs(parts - whole).max() < 2e-3 * whole.max()
+
+
+def test_each_frame_is_computed_once(monkeypatch):
+    scene, camera = bpy.context.scene, grey_scene.build_scene(5.0, 36, 27)
+    plan = render_plan.make_plan(SceneSettings(phase="hg:0.8", bands=3))
+    asked = []
+
+    def with_waves(scene, plan, water):
+        asked.append(scene.frame_current)
+        return water
+
+    monkeypatch.setattr(caustics, "with_waves", with_waves)
+    extent = water_body.WaterExtent(50.0, 50.0)
+    for engine_of in (engines.eevee_bands, engines.eevee_realtime):
+        scene.frame_set(1)
+        with engine_of(scene, camera, plan, extent, 5.0, shafts=False) as engine:
+            engine.frame(plan, 5.0)
+            scene.frame_set(2)
+            engine.frame(plan, 5.0)
+    assert asked == [1, 2, 1, 2]
