@@ -132,7 +132,7 @@ _FEW = tuple(
     s.name
     for s in (*_OUTSIDE, *_EQUAL, *_OPTIMISED, *_CYCLES)
     if s.kind != "realtime" or s.name in {"real time, 3 bands", "real time, 8 bands",
-                                          "real time, 16 bands", "real time, 6 optimised bands"}
+                                          "real time, 6 optimised bands"}
 )  # fmt: skip
 _SHADOWS = tuple(n for n in SETTINGS if "shafts" in n or "no diffuse" in n)
 _LIGHT = ("real time, 8 bands, no aureole", "real time, 8 bands, no single scattering")
@@ -221,7 +221,7 @@ SCENES = (
         "reef", _reef,
         (_water("IB", 4.95, "ARRI D21"), _water("II", 4.95, "Nikon D7000", extra=True),
          _water("I", 4.95, "cie1931", extra=True)),
-        (*_FEW, "real time, 8 bands, no diffuse shadows"),
+        _FEW,
         {**_ABOVE, "sun_azimuth": 60.0, "floor_depth": 7.0}, floor=0.0, moves=False,
     ),
     TestScene(

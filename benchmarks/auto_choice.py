@@ -2,9 +2,10 @@
 
     python3 dev.py run -m benchmarks auto_choice [--cases N]
 
-writes docs/auto_choice.md. Auto looks at 16 × 9 rays and adds up differences
-of colour; the truth is a picture of 32 × 18 other rays of the closed form for
-each combination, with finer shadows and sharper waves.
+writes docs/auto_choice.md. Auto colours 144 rays and adds up differences of
+colour; the truth is a picture of 576 rays out of a finer picture by the closed
+form for each combination, with finer shadows and sharper waves. The error is
+Auto's own: objects, floor and open water count equally.
 """
 
 from __future__ import annotations
@@ -25,7 +26,7 @@ from numpy.typing import NDArray
 from ..uw_spectral.bands import Bands
 from ..uw_spectral.bio_optics import Constituents
 from ..uw_spectral.colour_rendering import delta_e_CIE2000_images
-from ..uw_spectral.combinations import BandChoice, Combination, Effort, Estimate, pick
+from ..uw_spectral.combinations import RAYS, BandChoice, Combination, Effort, Estimate, pick
 from ..uw_spectral.costs import Costs, Method, Options, read_costs
 from ..uw_spectral.errors import DataWarning
 from ..uw_spectral.illuminant import Illuminant, parse_illuminant
@@ -35,12 +36,14 @@ from ..uw_spectral.inelastic import (
     inelastic_processes,
     solve_inelastic,
 )
+from ..uw_spectral.light_cone import LightCone, light_cone
 from ..uw_spectral.light_reach import shown
 from ..uw_spectral.optimised_bands import FittedViewpoint, optimised_bands
 from ..uw_spectral.readouts import REFERENCE_BANDS, Viewpoint, make_viewpoint
 from ..uw_spectral.requirements import SAFETY
 from ..uw_spectral.seen_points import (
     AUREOLE,
+    DIFFUSE_SHADOWS,
     FLOOR_LIGHT,
     INELASTIC,
     INTERNAL_REFLECTION,
@@ -48,7 +51,9 @@ from ..uw_spectral.seen_points import (
     SINGLE,
     Optics,
     SeenPoints,
+    cone_directions,
     picture,
+    visibility,
 )
 from ..uw_spectral.sensor import Sensor, parse_sensor
 from ..uw_spectral.water import Water
@@ -56,11 +61,38 @@ from ..uw_spectral.wave_patterns import Sea, WavePatterns
 
 COUNTS = (3, 4, 5, 6, 8, 9, 12, 16)
 OPTIMISED = (3, 6, 9)
-_ESTIMATE = {"width": 16, "height": 9, "steps": 6, "resolution": 64}
-_TRUTH = {"width": 32, "height": 18, "steps": 16, "resolution": 128}
+
+
+@dataclass(frozen=True)
+class Detail:
+    """How closely a picture is looked at.
+
+    Parameters
+    ----------
+    width, height : int
+        Rays that are cast.
+    rays : int
+        Those of them that are coloured.
+    steps, skyward : int
+        Looks for shadow along a ray, and towards the light from above.
+    resolution : int
+        Samples a side of the waves.
+    """
+
+    width: int
+    height: int
+    rays: int
+    steps: int
+    skyward: int
+    resolution: int
+
+
+_ESTIMATE = Detail(48, 27, RAYS, 6, 16, 64)  # as scene/requirements.py looks
+_TRUTH = Detail(100, 56, 576, 16, 64, 128)
 TARGETS = (0.5, 1.0, 2.0, 4.0)
 METHODS: tuple[Method, ...] = ("realtime", "bands")
 _REACH = 4.0  # optical depths of the clearest band that are looked at for shadows
+_PARTS = (AUREOLE, SHAFTS, INELASTIC, DIFFUSE_SHADOWS)
 _COLOURS = np.array([[0.8, 0.2, 0.1], [0.5, 0.5, 0.5], [0.9, 0.7, 0.2], [0.15, 0.3, 0.6]])
 
 
@@ -159,38 +191,72 @@ def solids(case: Case) -> Solids:
     distance = np.exp(random.uniform(math.log(1.5), math.log(12.0), 3))
     centres = distance[:, None] * ahead + random.normal(0.0, 0.15, (3, 3)) * distance[:, None]
     centres[:, 2] -= case.depth
-    radii = distance * random.uniform(0.08, 0.25, 3)
+    radii = distance * np.exp(random.uniform(math.log(0.03), math.log(0.25), 3))
     centres[:, 2] = np.clip(centres[:, 2], radii - min(case.floor, 1e3), -radii)
     slab = (-0.4 * case.depth, 4.0, 3.0) if case.slab else None
     return Solids(centres, radii, random.permutation(_COLOURS)[:3], slab)
 
 
 def look(
-    case: Case, sun: NDArray[np.float64], reach: float, width: int, height: int, steps: int
+    case: Case, sun: NDArray[np.float64], cone: LightCone, reach: float, detail: Detail
 ) -> SeenPoints:
-    """Trace a picture of so many rays, with so many looks for shadow on each."""
-    things, w = solids(case), rays(case, width, height)
+    """Trace a picture and look for shadows."""
+    things, w = solids(case), rays(case, detail.width, detail.height)
     camera = np.array([0.0, 0.0, -case.depth])
     distance, which = things.nearest(np.broadcast_to(camera, w.shape), w)
     with np.errstate(divide="ignore"):
         to_floor = np.where(w[:, 2] < 0, (case.depth - case.floor) / w[:, 2], np.inf)
         to_surface = np.where(w[:, 2] > 0, case.depth / w[:, 2], np.inf)
     on_floor = to_floor < distance
-    distance = np.where(distance < to_surface, np.minimum(distance, to_floor), np.inf)
+    distance = np.minimum(distance, to_floor)
+    distance = np.where(distance < to_surface, distance, np.inf)
     point = camera + w * np.where(np.isfinite(distance), distance, 0.0)[:, None]
     spheres = np.vstack([things.centres, np.zeros(3)])[which]
     normal = (point - spheres) / np.append(things.radii, 1.0)[which][:, None]
     flat = on_floor | (which == len(things.radii))
     normal = np.where(flat[:, None], np.array([0.0, 0.0, 1.0]) * -np.sign(w[:, 2:]), normal)
-    colour = np.vstack([things.colours, [0.3, 0.3, 0.3]])[which]
-    up = np.broadcast_to(-sun, w.shape)
-    seen_sun = np.isinf(things.nearest(point + 1e-3 * normal, up)[0])
-    ends = np.minimum(distance, np.minimum(reach, to_surface))
-    along = ends[:, None] * (np.arange(steps) + 0.5) / steps
-    stations = camera + w[:, None, :] * along[..., None]
-    lit = np.isinf(things.nearest(stations, np.broadcast_to(-sun, stations.shape))[0])
-    origin = np.broadcast_to(camera, w.shape)
-    return SeenPoints(origin, w, distance, normal, colour, seen_sun, lit, reach, on_floor)
+    count = len(w)
+    seen = SeenPoints(
+        np.broadcast_to(camera, w.shape),
+        w,
+        distance,
+        normal,
+        colour=np.vstack([things.colours, [0.3, 0.3, 0.3]])[which],
+        sunlit=np.ones(count, dtype=bool),
+        path_sunlit=np.ones((count, 1), dtype=bool),
+        reach=reach,
+        on_floor=on_floor,
+        visibility=np.ones(count),
+        pixels=np.full(count, 1.0 / count),
+    ).some(detail.rays)
+    return _shaded(seen, things, sun, cone_directions(cone, detail.skyward), detail.steps)
+
+
+def _shaded(
+    seen: SeenPoints,
+    things: Solids,
+    sun: NDArray[np.float64],
+    skyward: NDArray[np.float64],
+    steps: int,
+) -> SeenPoints:
+    """Look for the shadows on what is seen and on the way there."""
+    w, hit = seen.direction, np.isfinite(seen.distance)
+
+    def clear(points: NDArray, directions: NDArray) -> NDArray[np.bool_]:
+        return np.isinf(things.nearest(*np.broadcast_arrays(points, directions))[0])
+
+    with np.errstate(divide="ignore"):
+        to_surface = np.where(w[:, 2] > 0, -seen.origin[:, 2] / w[:, 2], np.inf)
+    along = np.minimum(seen.reached, to_surface)[:, None] * (np.arange(steps) + 0.5) / steps
+    stations = seen.origin[:, None] + w[:, None] * along[..., None]
+    point = seen.origin + w * np.where(hit, seen.distance, 0.0)[:, None] + 1e-3 * seen.normal
+    visible = visibility(seen.normal, skyward, clear(point[:, None], skyward))
+    return replace(
+        seen,
+        sunlit=~hit | clear(point, -sun),
+        path_sunlit=clear(stations, -sun),
+        visibility=np.where(hit, visible, 1.0),
+    )
 
 
 @functools.cache
@@ -254,25 +320,23 @@ def fitted(view: Viewpoint, many: Viewpoint) -> FittedViewpoint:
 
 def run_case(case: Case, costs: Costs) -> dict[str, object]:
     """Return what Auto chose and estimated, and what is true."""
-    fine = optics(case, Bands.uniform(REFERENCE_BANDS), _ESTIMATE["resolution"])
+    fine = optics(case, Bands.uniform(REFERENCE_BANDS), _ESTIMATE.resolution)
     sun = np.asarray(fine.view.column.sun_direction)
     reach = _REACH / float(fine.view.column.attenuation.min())
-    few, full = (
-        look(case, sun, reach, how["width"], how["height"], how["steps"])
-        for how in (_ESTIMATE, _TRUTH)
-    )
+    cone = light_cone(fine.view.field, case.depth, sun)
+    few, full = (look(case, sun, cone, reach, detail) for detail in (_ESTIMATE, _TRUTH))
     start = time.process_time()
     calm = replace(case, raman=False, surface="flat" if case.surface == "waves" else case.surface)
     choices = band_choices(calm, viewpoint(calm, Bands.uniform(REFERENCE_BANDS)))
     estimate = Estimate([few], fine, choices)
     seconds = time.process_time() - start
-    everywhere = optics(case, Bands.uniform(REFERENCE_BANDS), _TRUTH["resolution"])
+    everywhere = optics(case, Bands.uniform(REFERENCE_BANDS), _TRUTH.resolution)
     truth = Truth(case, full, everywhere, estimate)
     rows = []
     for c in estimate.combinations(Effort(), costs):
         o = c.options
-        key = [c.bands.count, c.bands.name, o.surface, o.aureole, o.inelastic, o.shafts, c.floor]
         guess = float(estimate.errors([estimate.rgb(c.bands, o, floor=c.floor)])[0])
+        key = [c.bands.name, c.floor, c.bands.count, vars(o)]
         rows.append([*key, guess, truth.error(c)])
     return {
         "case": vars(case) | {"floor": min(case.floor, 1e9)},
@@ -288,10 +352,10 @@ class Truth:
     def __init__(
         self, case: Case, seen: SeenPoints, everywhere: Optics, estimate: Estimate
     ) -> None:
-        self.full = shown(picture(everywhere, seen).without())
+        self.full, self._weight = shown(picture(everywhere, seen).without()), seen.weight
         self._pictures = {}
         for choice in estimate.choices:
-            on = optics(case, choice.optics.view.column.bands, _TRUTH["resolution"])
+            on = optics(case, choice.optics.view.column.bands, _TRUTH.resolution)
             if isinstance(choice.optics.view, FittedViewpoint):
                 on = replace(on, view=fitted(on.view, everywhere.view))
             for surface in estimate.surfaces:
@@ -306,14 +370,14 @@ class Truth:
         o = combination.options
         key = (combination.bands.name, o, combination.floor)
         if key not in self._errors:
-            states = ((AUREOLE, o.aureole), (SHAFTS, o.shafts), (INELASTIC, o.inelastic))
             seen = self._pictures[combination.bands.name, o.surface, combination.floor]
-            self._errors[key] = self.of(seen.without(*(name for name, on in states if not on)))
+            off = [name for name in _PARTS if not getattr(o, name)]
+            self._errors[key] = self.of(seen.without(*off))
         return self._errors[key]
 
     def of(self, rgb: NDArray[np.float64]) -> float:
-        """Mean ΔE2000 of a picture."""
-        return float(delta_e_CIE2000_images(shown(rgb), self.full).mean())
+        """Mean ΔE2000 of a picture, as :attr:`.SeenPoints.weight` has it."""
+        return float(delta_e_CIE2000_images(shown(rgb), self.full) @ self._weight)
 
 
 def effects(
@@ -322,10 +386,13 @@ def effects(
     """Estimated and measured ΔE2000 of leaving one thing out."""
     found, everything = {}, estimate.everything()
     whole = picture(everywhere, full)
-    for name, field in ((AUREOLE, "aureole"), (SHAFTS, "shafts"), (INELASTIC, "inelastic")):
-        if getattr(everything, field):
-            without = estimate.rgb(None, replace(everything, **{field: False}))
-            found[name] = estimate.errors([without])[0], truth.of(whole.without(name))
+    for name in _PARTS:
+        if getattr(everything, name):
+            without = estimate.rgb(None, replace(everything, **{name: False}))
+            found[name.replace("_", " ")] = (
+                estimate.errors([without])[0],
+                truth.of(whole.without(name)),
+            )
     for surface in estimate.surfaces[1:]:
         without = estimate.rgb(None, replace(everything, surface=surface))
         measured = picture(everywhere, full, surface=surface).without()
@@ -404,8 +471,8 @@ def outcomes(results: Sequence[dict], costs: Costs, safety: float = SAFETY) -> l
         for method in METHODS:
             cost = np.array(
                 [
-                    costs.sample(method, row[0], 3, Options(row[3], row[2], row[4], row[5]))
-                    for row in rows
+                    costs.sample(method, bands, 3, Options(**options))
+                    for _, _, bands, options, _, _ in rows
                 ]
             )
             order = np.argsort(cost, kind="stable")
@@ -427,16 +494,21 @@ def report(results: Sequence[dict]) -> str:
     lines = [
         "# Auto against every other choice",
         "",
-        f"{len(results)} scenes drawn at random: three spheres before the camera, some under a",
-        "slab, ten Jerlov waters, five cameras, camera depths of 1 to 25 m, looking 60° down to",
-        "45° up, floor 2 m, 5 m, 20 m below or none, no surface, a flat one or waves, with or",
-        f"without Raman light; targets ΔE {', '.join(f'{t:g}' for t in TARGETS)}, real time and"
-        " band passes.",
-        f"Auto sees {_ESTIMATE['width']} × {_ESTIMATE['height']} rays, of each {_ESTIMATE['steps']}"
-        " looks for shadow, and adds up differences of colour.",
-        f"True are pictures of {_TRUTH['width']} × {_TRUTH['height']} other rays with"
-        f" {_TRUTH['steps']} looks, of each combination by the closed form",
-        f"against {REFERENCE_BANDS} bands with everything; costs by data/costs.csv. Both choose",
+        f"{len(results)} scenes drawn at random: three spheres before the camera, small ones among",
+        "them, some under a slab, ten Jerlov waters, five cameras, camera depths of 1 to 25 m,",
+        "looking 60° down to 45° up, floor 2 m, 5 m, 20 m below or none, no surface, a flat one or",
+        "waves, with or without Raman light;"
+        f" targets ΔE {', '.join(f'{t:g}' for t in TARGETS)}, real time and band passes.",
+        "",
+        "The error is the mean ΔE2000 of objects, floor and open water (with the surface), which",
+        "count equally; what fills less than 1 % of the picture counts in proportion.",
+        f"Auto casts {_ESTIMATE.width} × {_ESTIMATE.height} rays and colours {_ESTIMATE.rays} of"
+        f" them, with {_ESTIMATE.steps} looks for shadow along each and {_ESTIMATE.skyward}",
+        "towards the light from above; it adds up differences of colour.",
+        f"The truth colours {_TRUTH.rays} of {_TRUTH.width} × {_TRUTH.height} rays anew for each"
+        f" combination, with {_TRUTH.steps} and {_TRUTH.skyward} looks,",
+        f"by the closed form, against {REFERENCE_BANDS} bands with everything; costs by"
+        " data/costs.csv. Both choose",
         f"among {', '.join(map(str, COUNTS))} equal bands and"
         f" {', '.join(map(str, OPTIMISED))} optimised ones. The closed form's",
         "own error is not in these numbers: realtime_accuracy.md.",
@@ -480,7 +552,7 @@ def report(results: Sequence[dict]) -> str:
         "",
         "## What leaving one thing out does: estimated and measured",
         "",
-        "ΔE2000, mean over a picture, in all scenes that have the thing.",
+        "Mean ΔE2000 as above, in all scenes that have the thing.",
         "",
         "| left out | scenes | measured, median | measured, most | error of the estimate, mean |"
         " 95 % | most |",
@@ -503,8 +575,8 @@ def report(results: Sequence[dict]) -> str:
         f"Estimating a scene took {np.median(seconds):.1f} s of CPU time (median; most"
         f" {max(seconds):.1f} s), optimised bands included; the choice itself some 10 ms.",
         "",
-        f"Waves are estimated worst: Auto bakes them at {_ESTIMATE['resolution']} samples a side"
-        f" (the truth at {_TRUTH['resolution']}, renders at 512)",
+        f"Waves are estimated worst: Auto bakes them at {_ESTIMATE.resolution} samples a side"
+        f" (the truth at {_TRUTH.resolution}, renders at 512)",
         "and sees their pattern at few points.",
         "",
         "Repeat: `python3 dev.py run -m benchmarks auto_choice`",

@@ -2,9 +2,9 @@
 
     python3 dev.py run -m benchmarks option_costs
 
-writes data/costs.csv: the ratios that realtime_cost measured (docs/realtime_cost.md),
-the number of shader nodes of every option, by which the costs of the options are
-told apart (they are smaller than the scatter of a CPU's times), and a Cycles pass.
+writes data/costs.csv: CPU times of one more sample of EEVEE, as ratios to the scene
+without water in the same run, and of a Cycles pass. Shadow maps are left out of the
+ratios: without a GPU they take many times as long as all the rest. Takes some minutes.
 """
 
 from __future__ import annotations
@@ -17,56 +17,85 @@ from pathlib import Path
 
 import bpy
 
-from ..node_groups import realtime_background, realtime_surface
-from ..scene import caustics, engines, realtime, render_plan, settings
-from ..scene.water_body import water_extent
+from ..scene import caustics, eevee_settings, engines, exr_output, realtime, render_plan, settings
+from ..scene.water_body import floor_plane, water_extent
 from ..uw_spectral.costs import COLUMNS
 from . import grey_scene
 
 _DEPTH = 5.0
 _SURFACES = ("none", "flat", "waves")
-# docs/realtime_cost.md: CPU time to that of the scene without water; and its seconds per megapixel.
-_MEASURED = {(3, 1, 1, 0, 0): 2.02, (8, 1, 1, 0, 0): 2.56, (3, 1, 1, 0, 1): 5.92}
-_PLAIN_SECONDS = 1.942 / (480 * 270 / 1e6)
-# Bands, aureole, surface (index into _SURFACES), inelastic, shafts.
+# Bands, aureole, surface (index into _SURFACES), inelastic, shafts, diffuse shadows.
 _CONFIGURATIONS = (
-    *_MEASURED,
-    (9, 1, 1, 0, 0),
-    (15, 1, 1, 0, 0),
-    (9, 0, 1, 0, 0),
-    (9, 1, 0, 0, 0),
-    (9, 1, 2, 0, 0),
-    (3, 1, 2, 0, 0),
-    (9, 1, 1, 1, 0),
+    (3, 1, 1, 0, 0, 0),
+    (9, 1, 1, 0, 0, 0),
+    (15, 1, 1, 0, 0, 0),
+    (9, 0, 1, 0, 0, 0),
+    (9, 1, 0, 0, 0, 0),
+    (9, 1, 2, 0, 0, 0),
+    (9, 1, 1, 1, 0, 0),
+    (9, 1, 1, 0, 1, 0),
+    (9, 1, 1, 0, 0, 1),
 )
-_RESOLUTION = (192, 108)
-_CYCLES_SAMPLES = 64
+_RESOLUTION = (480, 270)
+_SAMPLES, _REPEATS = 10, 2
+_CYCLES_SAMPLES = 32
+_SHADOW = 0.01  # m, that of the water's sun
 _HEADER = """\
-# Cost of a sample of a frame against the same scene without water, by the options of the water.
-# source: ratios of docs/realtime_cost.md (`python3 dev.py run -m benchmarks realtime_cost
-# --samples 4 --bands 3 8`: 480 x 270, EEVEE on the software rasteriser of a two-core machine);
-# nodes and Cycles by `python3 dev.py run -m benchmarks option_costs`
-# nodes: shader nodes that a pixel of a surface and one of open water pass; ratio 0: not measured
-# surface: 0 none, 1 flat, 2 waves. cycles 1: a pass of three bands in Cycles; bands 0: no water,
-# where ratio holds its CPU time per megapixel and sample, s
+# Cost of a sample of a frame of EEVEE against the same scene without water, by the options.
+# source: CPU times by `python3 dev.py run -m benchmarks option_costs`, {width} x {height}, EEVEE on
+# the software rasteriser of a two-core machine that other work kept busy; the least of {repeats}
+# runs; shadow maps are left out of the ratios
+# surface: 0 none, 1 flat, 2 waves. cycles 1: a pass of three bands in Cycles. bands 0: no water,
+# where ratio holds the CPU time per megapixel and sample, s
 # licence: GPL-3.0-or-later. status: measured, on a CPU; read the ratios
 """
 
 
 def main(arguments: Sequence[str]) -> None:
-    """Count, measure, and write the table."""
+    """Measure, and write the table."""
     argparse.ArgumentParser(prog="option_costs").parse_args(arguments)
-    rows = [(0, *c, nodes(c), _MEASURED.get(c, 0)) for c in _CONFIGURATIONS]
-    cycles = cycles_seconds() / _PLAIN_SECONDS
-    rows += [(1, 3, 1, 1, 0, 0, 0, round(cycles, 3)), (0, 0, 0, 0, 0, 0, 0, _PLAIN_SECONDS)]
+    plain, shadowed = plain_seconds()
+    print(f"plain {plain:.3f} s per megapixel and sample, {shadowed:.3f} s with shadow maps")
+    rows = []
+    for configuration in _CONFIGURATIONS:
+        rows.append((0, *configuration, 0, water_seconds(configuration) / plain))
+        print(*(f"{value:.4g}" for value in rows[-1]), flush=True)
+    rows.append((1, 3, 1, 1, 0, 0, 0, 0, cycles_seconds() / plain))
+    rows += [(*[0] * (len(COLUMNS) - 2), maps, s) for maps, s in enumerate((plain, shadowed))]
+    header = _HEADER.format(width=_RESOLUTION[0], height=_RESOLUTION[1], repeats=_REPEATS)
     lines = [",".join(COLUMNS), *(",".join(f"{value:.4g}" for value in row) for row in rows)]
     table = Path(__file__).resolve().parent.parent / "data" / "costs.csv"
-    table.write_text(_HEADER + "\n".join(lines) + "\n", encoding="utf-8")
-    print("\n".join(lines))
+    table.write_text(header + "\n".join(lines) + "\n", encoding="utf-8")
+
+
+def plain_seconds() -> tuple[float, float]:
+    """Return what a sample takes without water, without shadow maps and with them."""
+    camera, plan = _plan(_CONFIGURATIONS[0])
+    scene = bpy.context.scene
+    extent = water_extent(scene, plan.column, _DEPTH)
+    floor = floor_plane(extent, bpy.data.materials.new("plain floor"))
+    floor.location.z = -plan.column.floor_depth
+    lamp = bpy.data.lights.new("sun", "SUN")
+    lamp.shadow_maximum_resolution = _SHADOW
+    for item in (floor, bpy.data.objects.new("sun", lamp)):
+        scene.collection.objects.link(item)
+    with eevee_settings.realtime_settings(scene, camera, samples=1, shafts=None):
+        return _seconds(shadows=False), _seconds(shadows=True)
+
+
+def water_seconds(configuration: Sequence[int]) -> float:
+    """Return what a sample takes with water of a configuration."""
+    camera, plan = _plan(configuration)
+    scene, shafts = bpy.context.scene, bool(configuration[4])
+    water = plan.realtime(scene, _DEPTH, plan.reduction(_DEPTH).weights, shafts=shafts)
+    water = caustics.with_waves(scene, plan, water)
+    realtime.add_realtime(scene, water, water_extent(scene, plan.column, _DEPTH))
+    with eevee_settings.realtime_settings(scene, camera, samples=1, shafts=water.shafts):
+        return _seconds(shadows=False)
 
 
 def _plan(configuration: Sequence[int]) -> tuple[bpy.types.Object, render_plan.RenderPlan]:
-    bands, aureole, surface, inelastic, _ = configuration
+    bands, aureole, surface, inelastic, _, diffuse_shadows = configuration
     bpy.ops.wm.read_factory_settings(use_empty=True)
     camera = grey_scene.build_scene(_DEPTH, *_RESOLUTION)
     return camera, render_plan.make_plan(
@@ -74,6 +103,7 @@ def _plan(configuration: Sequence[int]) -> tuple[bpy.types.Object, render_plan.R
             phase="hg:0.924",
             bands=bands,
             aureole="on" if aureole else "off",
+            diffuse_shadows="on" if diffuse_shadows else "off",
             surface=_SURFACES[surface],
             inelastic="raman" if inelastic else "",
             floor_depth=_DEPTH + grey_scene.ABOVE_FLOOR,
@@ -81,25 +111,28 @@ def _plan(configuration: Sequence[int]) -> tuple[bpy.types.Object, render_plan.R
     )
 
 
-def nodes(configuration: Sequence[int]) -> int:
-    """Return how many nodes the groups of surface and open water hold, groups in them unfolded."""
-    _, plan = _plan(configuration)
+def _seconds(*, shadows: bool) -> float:
+    """CPU time of one more sample, s per megapixel."""
     scene = bpy.context.scene
-    weights = plan.reduction(_DEPTH).weights
-    water = plan.realtime(scene, _DEPTH, weights, shafts=bool(configuration[-1]))
-    water = caustics.with_waves(scene, plan, water)
-    realtime.add_realtime(scene, water, water_extent(scene, plan.column, _DEPTH))
-    names = (realtime_surface.NAME, realtime_background.NAME)
-    return sum(_unfolded(bpy.data.node_groups[name]) for name in names)
+    scene.eevee.use_shadows = shadows
+    samples = 1 if shadows else _SAMPLES
 
+    with tempfile.TemporaryDirectory() as folder:
 
-def _unfolded(tree: bpy.types.NodeTree) -> int:
-    return sum(_unfolded(n.node_tree) if n.type == "GROUP" else 1 for n in tree.nodes)
+        def frame(count: int) -> float:
+            scene.eevee.taa_render_samples = count
+            start = time.process_time()
+            exr_output.write_float_exr(scene, Path(folder) / "a.exr")
+            return time.process_time() - start
+
+        frame(1)  # compiles
+        few, many = (min(frame(n) for _ in range(_REPEATS)) for n in (1, 1 + samples))
+    return (many - few) / samples / _megapixels()
 
 
 def cycles_seconds() -> float:
     """Return CPU seconds per megapixel and sample of a Cycles pass of three bands."""
-    camera, plan = _plan((3, 1, 1, 0, 0))
+    camera, plan = _plan(_CONFIGURATIONS[0])
     scene = bpy.context.scene
     extent = water_extent(scene, plan.column, _DEPTH)
     with (
@@ -112,5 +145,8 @@ def cycles_seconds() -> float:
             start = time.process_time()
             engine.frame(plan, _DEPTH)(engine.passes[0], Path(folder) / "a.exr")
             times.append(time.process_time() - start)
-    megapixels = _RESOLUTION[0] * _RESOLUTION[1] / 1e6
-    return (times[2] - times[1]) / _CYCLES_SAMPLES / megapixels
+    return (times[2] - times[1]) / _CYCLES_SAMPLES / _megapixels()
+
+
+def _megapixels() -> float:
+    return _RESOLUTION[0] * _RESOLUTION[1] / 1e6

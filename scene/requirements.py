@@ -16,13 +16,23 @@ import numpy as np
 from mathutils import Vector
 from numpy.typing import NDArray
 
-from ..uw_spectral.combinations import FLOOR, BandChoice, Effort
+from ..uw_spectral.combinations import FLOOR, RAYS, BandChoice, Effort
+from ..uw_spectral.light_cone import LightCone, light_cone
 from ..uw_spectral.readouts import REFERENCE_BANDS
 from ..uw_spectral.requirements import Requirements, decide
-from ..uw_spectral.seen_points import SHAFTS, Optics, SeenPoints
+from ..uw_spectral.seen_points import (
+    AUREOLE,
+    DIFFUSE_SHADOWS,
+    SHAFTS,
+    Optics,
+    SeenPoints,
+    cone_directions,
+    visibility,
+)
 from ..uw_spectral.water_column import WaterColumn
 from . import caustics, shared_plans
 from .cameras import camera_depth
+from .ray_casting import Meshes
 from .realtime import MOST_BANDS
 from .render_plan import RenderPlan
 from .settings import EQUAL, NO_FLOOR, OPTIMISED, REALTIME, Job, SceneSettings
@@ -31,13 +41,13 @@ from .water_body import COLLECTION
 OPTIMISED_COUNTS = (3, 6, 9)
 BAND_COUNTS = (3, 4, 5, 6, 7, 8, 9, 10, 12, 15, 16, 18, 21, 24, 27, 32)
 
-_WIDTH, _HEIGHT = 32, 18  # rays of all frames together
+_WIDTH, _HEIGHT = 48, 27  # rays of a frame; a few of them are looked at more closely
 _FRAMES = 5
 _STEPS = 6  # looks for shadow along a ray
+_SKYWARD = 16  # looks for shadow of the light from above
 _REACH = 4.0  # optical depths of the clearest band that are looked at
 _FARTHEST = 500.0
 _OFF_SURFACE = 1e-3
-_TRANSPARENT_LAYERS = 8
 _WAVE_RESOLUTION = 64
 _PLAIN = (0.5, 0.5, 0.5)
 
@@ -79,7 +89,7 @@ def choose(
     job : Job
         Engine, mode and frames.
     target : float
-        Mean ΔE2000.
+        Mean ΔE2000 of what the camera sees: objects, floor and open water count equally.
     budget : float, optional
         CPU time in s.
     keep : set of str
@@ -110,8 +120,9 @@ def choose(
             everything = _everything(scene, chosen)
         for frame in frames:
             scene.frame_set(frame)
-            camera_depth(camera, plan.column.floor_depth)
-            views.append(look(scene, camera, plan.column, share=1 / len(frames)))
+            depth = camera_depth(camera, plan.column.floor_depth)
+            cone = light_cone(everything.view.field, depth, plan.column.sun_direction)
+            views.append(look(scene, camera, plan.column, cone, rays=RAYS // len(frames)))
     finally:
         scene.frame_set(before)
     shaft_end = 0.0
@@ -130,6 +141,9 @@ def choose(
         chosen.samples if "samples" in keep else None,
         shaft_end,
     )
+    # Cycles has both, whatever the settings say.
+    switches = () if method == "cycles" else (AUREOLE, DIFFUSE_SHADOWS)
+    off = {name for name in switches if name in keep and getattr(chosen, name) == "off"}
     with shared_plans.quiet():
         required = decide(
             views,
@@ -138,7 +152,8 @@ def choose(
             target=target,
             budget=budget,
             effort=effort,
-            keep=stays,
+            keep=stays - off,
+            off=off,
             denoise=job.denoise,
         )
     shafts = required.options.shafts and method != "cycles"
@@ -149,8 +164,9 @@ def look(
     scene: bpy.types.Scene,
     camera: bpy.types.Object,
     column: WaterColumn,
+    cone: LightCone,
     *,
-    share: float = 1.0,
+    rays: int = RAYS,
 ) -> SeenPoints:
     """Return what a camera sees at the current frame.
 
@@ -161,58 +177,105 @@ def look(
         Perspective, orthographic or panoramic, under water.
     column : WaterColumn
         Gives the sun, the floor and how far to look for shadows.
-    share : float
-        Of the usual number of rays.
+    cone : LightCone
+        Light from above, other than the direct sun.
+    rays : int
+        About how many to return, out of a finer picture.
     """
     depsgraph = bpy.context.evaluated_depsgraph_get()
-    reach = min(_REACH / max(float(column.attenuation.min()), 1e-6), _FARTHEST)
-    to_sun = -Vector(column.sun_direction)
-    rows = []
-    for origin, direction in camera_rays(scene, camera.evaluated_get(depsgraph), share):
-        to_surface = -origin.z / direction.z if direction.z > 0 else math.inf
-        found = _cast(scene, depsgraph, origin, direction, to_surface)
-        distance, normal, colour = found or (math.inf, -direction, _PLAIN)
-        above_floor = origin.z + column.floor_depth
-        to_floor = -above_floor / direction.z if direction.z < 0 else math.inf
-        on_floor = to_floor < distance
-        if on_floor:
-            distance, normal = to_floor, Vector((0.0, 0.0, 1.0))
-        end = min(distance, to_surface, reach)
-        stations = [origin + direction * (end * (k + 0.5) / _STEPS) for k in range(_STEPS)]
-        lit = [_sees_sun(scene, depsgraph, point, to_sun) for point in stations]
-        sunlit = True
-        if math.isfinite(distance):
-            point = origin + direction * distance + normal * _OFF_SURFACE
-            sunlit = normal.dot(to_sun) > 0 and _sees_sun(scene, depsgraph, point, to_sun)
-        rows.append((origin, direction, distance, normal, colour, sunlit, lit, on_floor))
-    origin, direction, distance, normal, colour, sunlit, lit, on_floor = (
-        np.array([tuple(v) if isinstance(v, Vector) else v for v in values])
-        for values in zip(*rows, strict=True)
+    meshes = Meshes(depsgraph, _water())
+    seen = _first_seen(scene, camera.evaluated_get(depsgraph), column, meshes).some(rays)
+    end = np.minimum(seen.reached, _to_surface(seen.origin, seen.direction))
+    along = end[:, None] * (np.arange(_STEPS) + 0.5) / _STEPS
+    stations = seen.origin[:, None] + seen.direction[:, None] * along[..., None]
+    to_sun = -np.asarray(column.sun_direction, dtype=np.float64)
+    on_surface = np.isfinite(seen.distance)
+    points = seen.origin + seen.direction * np.where(on_surface, seen.distance, 0.0)[:, None]
+    points = points[on_surface] + seen.normal[on_surface] * _OFF_SURFACE
+    skyward = cone_directions(cone, _SKYWARD)
+    sunlit, visible = np.ones(len(seen), dtype=bool), np.ones(len(seen))
+    facing = seen.normal[on_surface] @ to_sun > 0
+    sunlit[on_surface] = facing & _clear(meshes, points[:, None], to_sun)[:, 0]
+    visible[on_surface] = visibility(
+        seen.normal[on_surface], skyward, _clear(meshes, points[:, None], skyward)
     )
-    return SeenPoints(origin, direction, distance, normal, colour, sunlit, lit, reach, on_floor)
+    return replace(
+        seen,
+        sunlit=sunlit,
+        path_sunlit=_clear(meshes, stations, to_sun),
+        visibility=visible,
+    )
+
+
+def _first_seen(
+    scene: bpy.types.Scene, camera: bpy.types.Object, column: WaterColumn, meshes: Meshes
+) -> SeenPoints:
+    """What a picture shows, its shadows not looked for yet."""
+    origin, direction = (
+        np.array(vectors, dtype=np.float64)
+        for vectors in zip(*camera_rays(scene, camera), strict=True)
+    )
+    count = len(origin)
+    hits = meshes.first(origin, direction, _to_surface(origin, direction))
+    distance = np.array([hit.distance if hit else math.inf for hit in hits])
+    normal = np.array([hit.normal if hit else -w for hit, w in zip(hits, direction, strict=True)])
+    colour = np.array([_colour(hit.material) if hit else _PLAIN for hit in hits])
+    to_floor = _along(origin[:, 2] + column.floor_depth, -direction[:, 2])
+    on_floor = to_floor < distance
+    return SeenPoints(
+        origin,
+        direction,
+        distance=np.minimum(distance, to_floor),
+        normal=np.where(on_floor[:, None], [0.0, 0.0, 1.0], normal),
+        colour=colour,
+        sunlit=np.ones(count, dtype=bool),
+        path_sunlit=np.ones((count, 1), dtype=bool),
+        reach=min(_REACH / max(float(column.attenuation.min()), 1e-6), _FARTHEST),
+        on_floor=on_floor,
+        visibility=np.ones(count),
+        pixels=np.full(count, 1.0 / count),
+    )
+
+
+def _clear(
+    meshes: Meshes, points: NDArray[np.float64], directions: NDArray[np.float64]
+) -> NDArray[np.bool_]:
+    """Whether nothing stands between points, shape (m, k or 1, 3), and the surface, (m, k)."""
+    points, directions = np.broadcast_arrays(points, directions)
+    rays = points.reshape(-1, 3), directions.reshape(-1, 3)
+    return meshes.clear(*rays, _to_surface(*rays)).reshape(points.shape[:-1])
+
+
+def _to_surface(origin: NDArray[np.float64], direction: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Distance along rays to the water's surface, shape (m,); infinite for those that go down."""
+    return _along(np.maximum(-origin[:, 2], 0.0), direction[:, 2])
+
+
+def _along(distance: NDArray[np.float64], speed: NDArray[np.float64]) -> NDArray[np.float64]:
+    away = speed <= 0
+    return np.where(away, np.inf, distance / np.where(away, 1.0, speed))
 
 
 def camera_rays(
-    scene: bpy.types.Scene, camera: bpy.types.Object, share: float = 1.0
+    scene: bpy.types.Scene, camera: bpy.types.Object
 ) -> Iterator[tuple[Vector, Vector]]:
     """Yield origin and unit direction of rays that are spread over a picture.
 
     A panorama's are spread over the sphere, or over the cone of a fisheye.
     """
-    width, height = (max(round(side * math.sqrt(share)), 2) for side in (_WIDTH, _HEIGHT))
     place = camera.matrix_world
     turn = place.to_quaternion()
     data = camera.data
     if data.type == "PANO":
-        for direction in _sphere(width * height, _panorama_angle(data)):
+        for direction in _sphere(_WIDTH * _HEIGHT, _panorama_angle(data)):
             yield place.translation.copy(), turn @ direction
         return
     corner, _, opposite, left = (
         Vector(c) for c in data.view_frame(scene=scene)
     )  # right top, right bottom, left bottom, left top
-    for row in range(height):
-        for column in range(width):
-            across, down = (column + 0.5) / width, (row + 0.5) / height
+    for row in range(_HEIGHT):
+        for column in range(_WIDTH):
+            across, down = (column + 0.5) / _WIDTH, (row + 0.5) / _HEIGHT
             at = left + (corner - left) * across + (opposite - left) * down
             if data.type == "ORTHO":
                 yield place @ Vector((at.x, at.y, 0.0)), turn @ Vector((0.0, 0.0, -1.0))
@@ -236,49 +299,13 @@ def _sphere(count: int, half_angle: float) -> Iterator[Vector]:
         yield Vector((side * math.cos(golden * i), side * math.sin(golden * i), -z))
 
 
-def _cast(
-    scene: bpy.types.Scene,
-    depsgraph: bpy.types.Depsgraph,
-    origin: Vector,
-    direction: Vector,
-    farthest: float = math.inf,
-) -> tuple[float, Vector, NDArray] | None:
-    """Distance, normal towards the ray and colour of the first thing that is not water."""
-    start, gone = origin, 0.0
-    for _ in range(_TRANSPARENT_LAYERS):
-        hit, point, normal, face, item, _ = scene.ray_cast(depsgraph, start, direction)
-        if not hit:
-            return None
-        gone += (point - start).length
-        if gone >= farthest:
-            return None
-        if not _is_water(item):
-            facing = normal if normal.dot(direction) < 0 else -normal
-            return gone, facing, _colour(item.evaluated_get(depsgraph), face)
-        start, gone = point + direction * _OFF_SURFACE, gone + _OFF_SURFACE
-    return None
+def _water() -> list[bpy.types.Object]:
+    own = (c for c in bpy.data.collections if c.name.startswith(COLLECTION))
+    return [item for collection in own for item in collection.objects]
 
 
-def _sees_sun(
-    scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph, point: Vector, to_sun: Vector
-) -> bool:
-    to_surface = max(-point.z, 0.0) / max(to_sun.z, 1e-3)
-    return _cast(scene, depsgraph, point, to_sun, to_surface) is None
-
-
-def _is_water(item: bpy.types.Object) -> bool:
-    return any(c.name.startswith(COLLECTION) for c in item.original.users_collection)
-
-
-def _colour(item: bpy.types.Object, face: int) -> tuple[float, ...]:
-    """Plain colour of a face."""
-    slots = item.material_slots
-    if not slots:
-        return _PLAIN
-    index = 0
-    if item.type == "MESH" and 0 <= face < len(item.data.polygons):
-        index = min(item.data.polygons[face].material_index, len(slots) - 1)
-    material = slots[index].material
+def _colour(material: bpy.types.Material | None) -> tuple[float, ...]:
+    """Plain colour of a material."""
     if material is None:
         return _PLAIN
     for node in material.node_tree.nodes if material.node_tree else ():
@@ -348,7 +375,8 @@ def _changes(
     if method == "cycles":
         wanted["bounces"] = required.bounces
     else:
-        wanted["aureole"] = "on" if options.aureole else "off"
+        for name in (AUREOLE, DIFFUSE_SHADOWS):
+            wanted[name] = "on" if getattr(options, name) else "off"
     if not options.inelastic:
         wanted["inelastic"] = ""
     if not required.floor:

@@ -326,7 +326,8 @@ def parser() -> argparse.ArgumentParser:
         "--target-delta-e",
         type=float,
         metavar="X",
-        help="choose so that the mean ΔE2000 against everything in many bands stays below X",
+        help="choose so that the mean ΔE2000 against everything in many bands stays below X; "
+        "objects, floor and open water count equally",
     )
     result.add_argument(
         "--time-budget",

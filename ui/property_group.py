@@ -242,8 +242,8 @@ class UnderwaterPanelProperties(bpy.types.PropertyGroup):
     )
     target_delta_e: bpy.props.FloatProperty(
         name="Colour error",
-        description="Mean ΔE2000, against everything in many bands, that Auto aims at; 1 is just "
-        "visible",
+        description="Mean ΔE2000, against everything in many bands, that Auto aims at, objects, "
+        "floor and open water counting equally; 1 is just visible",
         default=1.0,
         min=0.05,
         soft_max=5.0,

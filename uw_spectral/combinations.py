@@ -22,14 +22,25 @@ from .colour_rendering import delta_e_CIE2000_images
 from .costs import Costs, Method, Options
 from .errors import InputError
 from .light_reach import shown
-from .seen_points import AUREOLE, INELASTIC, SHAFTS, Optics, Picture, SeenPoints, picture
+from .seen_points import (
+    AUREOLE,
+    DIFFUSE_SHADOWS,
+    INELASTIC,
+    SHAFTS,
+    Optics,
+    Picture,
+    SeenPoints,
+    picture,
+)
 from .water_column import SURFACES
 
 SURFACE, FLOOR = "surface", "floor"
-SWITCHES = (AUREOLE, SHAFTS, INELASTIC, SURFACE, FLOOR)
+SWITCHES = (AUREOLE, SHAFTS, INELASTIC, DIFFUSE_SHADOWS, SURFACE, FLOOR)
 """What can be left out of the water."""
 
-_RAYS = 144
+RAYS = 144
+"""Rays of all views together that are coloured."""
+
 _CHUNK = 48
 _HARDLY, _UNSEEN = 1.02, 0.01  # factor and ΔE that are not worth a cost
 
@@ -95,12 +106,13 @@ class Estimate:
         seen: Sequence[SeenPoints],
         reference: Optics,
         choices: Sequence[BandChoice],
-        rays: int = _RAYS,
+        rays: int = RAYS,
     ) -> None:
         if not seen or not choices:
             raise InputError("what a scene requires: give at least one view and one set of bands")
         few = [view.some(max(rays // len(seen), 1)) for view in seen]
         self.seen, self.reference, column = few, reference, reference.view.column
+        self._weight = np.concatenate([view.weight for view in few]) / len(few)
         level = SURFACES.index(column.surface)
         self.surfaces = SURFACES[level::-1]
         self.floors = (True, False) if math.isfinite(column.floor_depth) else (True,)
@@ -113,8 +125,15 @@ class Estimate:
         self.has = {name for name in self.full.parts if np.abs(self.full.parts[name]).max() > 0}
         # Waves change what is seen of the bands too little to be baked for each of them.
         calm = "flat" if column.surface == "waves" else column.surface
-        plain = self._pictures[calm, True].without(INELASTIC, SHAFTS)
-        lit = [replace(v, path_sunlit=np.ones((len(v), 1), dtype=bool)) for v in few]
+        plain = self._pictures[calm, True].without(INELASTIC, SHAFTS, DIFFUSE_SHADOWS)
+        lit = [
+            replace(
+                view,
+                path_sunlit=np.ones((len(view), 1), dtype=bool),
+                visibility=np.ones(len(view)),
+            )
+            for view in few
+        ]
         self._bands = {
             id(choice): self._picture(choice.optics, lit, surface=calm).without(INELASTIC) - plain
             for choice in choices
@@ -136,52 +155,60 @@ class Estimate:
         self, bands: BandChoice | None, options: Options, *, floor: bool = True
     ) -> NDArray[np.float64]:
         """Colours of a combination, shape (m, 3); many bands without a choice."""
-        switched = {
-            AUREOLE: options.aureole,
-            SHAFTS: options.shafts,
-            INELASTIC: options.inelastic,
-        }
-        off = [name for name, on in switched.items() if not on]
+        parts = (AUREOLE, SHAFTS, INELASTIC, DIFFUSE_SHADOWS)
+        off = [name for name in parts if not getattr(options, name)]
         rgb = self._pictures[options.surface, floor].without(*off)
         return rgb if bands is None else rgb + self._bands[id(bands)]
 
     def errors(self, pictures: Sequence[NDArray[np.float64]]) -> NDArray[np.float64]:
-        """Mean ΔE2000 of pictures against everything with many bands."""
+        """Mean ΔE2000 of pictures against everything with many bands.
+
+        The mean of the views, each with objects, floor and open water counting
+        equally: :attr:`.SeenPoints.weight`.
+        """
         truth = shown(self.full.without())
         difference = delta_e_CIE2000_images(shown(np.array(pictures)), truth[None])
-        return np.asarray(difference.mean(axis=-1))
+        return np.asarray(difference @ self._weight)
 
     def everything(self) -> Options:
         """Options with all that the scene has."""
-        return Options(True, self.surfaces[0], INELASTIC in self.has, SHAFTS in self.has)
+        inelastic, shafts, diffuse_shadows = (
+            name in self.has for name in (INELASTIC, SHAFTS, DIFFUSE_SHADOWS)
+        )
+        return Options(True, self.surfaces[0], inelastic, shafts, diffuse_shadows)
 
     def light_effect(self, name: str) -> float:
         """Mean ΔE2000 of a light that cannot be switched off by itself."""
         return float(self.errors([self._picture(self.reference, without=name).without()])[0])
 
     def combinations(
-        self, effort: Effort, costs: Costs, keep: Collection[str] = ()
+        self,
+        effort: Effort,
+        costs: Costs,
+        keep: Collection[str] = (),
+        off: Collection[str] = (),
     ) -> list[Combination]:
         """Every combination, the cheapest first; of equals the one with more in it.
 
-        What is named in ``keep`` stays on. Cycles leaves nothing out: that it
-        would save time was not measured.
+        What is named in ``keep`` stays on, in ``off`` off. Cycles leaves
+        nothing out: that it would save time was not measured.
         """
         everything = self.everything()
         fixed = set(SWITCHES if effort.method == "cycles" else keep)
         surfaces = self.surfaces[:1] if SURFACE in fixed else self.surfaces
-        aureoles, inelastics, shafts = (
-            (True, False) if on and name not in fixed else (on,)
+        aureoles, inelastics, shafts, diffuse_shadows = (
+            (False,) if name in off else (True, False) if on and name not in fixed else (on,)
             for name, on in (
                 (AUREOLE, everything.aureole),
                 (INELASTIC, everything.inelastic),
                 (SHAFTS, everything.shafts or SHAFTS in keep),
+                (DIFFUSE_SHADOWS, everything.diffuse_shadows or DIFFUSE_SHADOWS in keep),
             )
         )
         floors = (True,) if FLOOR in fixed else self.floors
         found = []
         for choice, *switches, floor in itertools.product(
-            self.choices, aureoles, surfaces, inelastics, shafts, floors
+            self.choices, aureoles, surfaces, inelastics, shafts, diffuse_shadows, floors
         ):
             options = Options(*switches)
             cost = costs.sample(effort.method, choice.count, effort.bands_per_pass, options)
@@ -215,9 +242,10 @@ def pick(errors: NDArray[np.float64], target: float) -> int:
     return int(np.argmax(errors <= allowed))
 
 
-def _content(combination: Combination) -> tuple:
+def _content(combination: Combination) -> int:
     o = combination.options
-    return combination.floor + o.aureole + o.shafts + o.inelastic + SURFACES.index(o.surface)
+    terms = o.aureole + o.shafts + o.inelastic + o.diffuse_shadows
+    return combination.floor + terms + SURFACES.index(o.surface)
 
 
 def _chunks(combinations: Sequence[Combination]) -> Iterator[Sequence[Combination]]:

@@ -29,6 +29,7 @@ from .light_reach import (
 )
 from .seen_points import (
     AUREOLE,
+    DIFFUSE_SHADOWS,
     FLOOR_LIGHT,
     INELASTIC,
     INTERNAL_REFLECTION,
@@ -60,8 +61,8 @@ class Decision:
     value : str
         The choice.
     effect_delta_e : float
-        Estimated mean ΔE2000 that the thing is worth: of leaving it out, or
-        that the choice leaves.
+        Estimated mean ΔE2000 (:attr:`.SeenPoints.weight`) that the thing is
+        worth: of leaving it out, or that the choice leaves.
     cost_ratio : float
         Cost of the picture with the thing to that without, or with the choice
         to that with the best one.
@@ -96,7 +97,8 @@ class Requirements:
         Whether the added floor stays.
     samples, bounces, froxels : int
     delta_e : float
-        Estimated mean ΔE2000 of bands and options, against everything with many bands.
+        Estimated mean ΔE2000 (:attr:`.SeenPoints.weight`) of bands and options, against
+        everything with many bands.
     cost : float
         Per sample, against the scene without water.
     seconds : float
@@ -125,6 +127,7 @@ def decide(
     budget: float | None = None,
     effort: Effort | None = None,
     keep: Collection[str] = (),
+    off: Collection[str] = (),
     denoise: bool = False,
     costs: Costs | None = None,
 ) -> Requirements:
@@ -139,12 +142,14 @@ def decide(
     choices : sequence of BandChoice
         Bands to choose from, elastic.
     target : float
-        Mean ΔE2000 over the seen pixels.
+        Mean ΔE2000 of what is seen: objects, floor and open water count equally.
     budget : float, optional
         CPU time of all frames in s, on the machine of the cost table; goes before the target.
     effort : Effort, optional
     keep : collection of str
-        Those of :data:`SWITCHES` that must stay as they are.
+        Those of :data:`SWITCHES` that must stay on.
+    off : collection of str
+        Those that must stay off.
     denoise : bool
         Whether Cycles passes are denoised.
     costs : Costs, optional
@@ -165,19 +170,23 @@ def decide(
     effort, costs = effort or Effort(), costs or read_costs()
     estimate = Estimate(seen, reference, choices)
     samples, noise = _samples(reference, estimate, effort, target, denoise=denoise)
-    unit = costs.seconds * effort.megapixels * effort.frames
-    combinations = estimate.combinations(effort, costs, keep)
+
+    def seconds(c: Combination) -> float:
+        sample = (effort.method, c.bands.count, effort.bands_per_pass, c.options)
+        return effort.megapixels * effort.frames * costs.sample_seconds(*sample)
+
+    combinations = estimate.combinations(effort, costs, keep, off)
     if budget is not None:
         # Bands and options get the budget at the fewest samples; what is left buys samples.
         fewest = effort.samples or min(samples, _FEW_SAMPLES)
-        affordable = [c for c in combinations if c.cost * unit * fewest <= budget]
+        affordable = [c for c in combinations if seconds(c) * fewest <= budget]
         combinations = affordable or combinations[:1]
     chosen, delta_e = estimate.search(combinations, SAFETY * target)
     if budget is not None and effort.samples is None:
-        affords = int(budget / (chosen.cost * unit))
+        affords = int(budget / seconds(chosen))
         noise *= math.sqrt(samples / max(min(samples, affords), 1))
         samples = max(min(samples, affords), 1)
-    about = _About(estimate, chosen, effort, costs, target, frozenset(keep))
+    about = _About(estimate, chosen, effort, costs, target, frozenset({*keep, *off}))
     bounces, froxels, ranges = about.ranges()
     decisions = (
         about.bands(delta_e),
@@ -195,7 +204,7 @@ def decide(
         froxels,
         delta_e,
         chosen.cost,
-        chosen.cost * unit * samples,
+        seconds(chosen) * samples,
         decisions,
     )
 
@@ -234,7 +243,8 @@ class _About:
             f"{chosen.bands.name} {packed}",
             alone,
             chosen.cost / self._cost(most, chosen.options),
-            f"all choices together ΔE {delta_e:.2f}, {verdict} {self.target:g}",
+            f"all choices together ΔE {delta_e:.2f}, {verdict} {self.target:g}; "
+            f"an equal mean of {_seen_kinds(e.seen)}",
         )
 
     def options(self) -> Iterator[Decision]:
@@ -245,11 +255,13 @@ class _About:
                 (AUREOLE, True, "sunlight spread by small angles"),
                 (SHAFTS, everything.shafts, _shadows(e.seen)),
                 (INELASTIC, everything.inelastic, "light of changed wavelength"),
+                (DIFFUSE_SHADOWS, everything.diffuse_shadows, _skylight(e.seen)),
             ):
                 if present:
                     yield self._option(name, how)
-                elif name == SHAFTS:
-                    yield Decision(name, "off", 0.0, 1.0, _shadows(e.seen))
+                elif name in (SHAFTS, DIFFUSE_SHADOWS):
+                    state = self._state(name, getattr(chosen.options, name))
+                    yield Decision(_words(name), state, 0.0, 1.0, how)
         for more, less in itertools.pairwise(e.surfaces):
             kept = SURFACES.index(chosen.options.surface) >= SURFACES.index(more)
             what = "waves and caustics" if more == "waves" else "surface with Snell's window"
@@ -284,7 +296,7 @@ class _About:
             self._cost(self.chosen.bands, replace(self.chosen.options, **{name: state}))
             for state in (True, False)
         ]
-        return Decision(name, self._state(name, on), effect, costs[0] / costs[1], how)
+        return Decision(_words(name), self._state(name, on), effect, costs[0] / costs[1], how)
 
     def lights(self) -> Iterator[Decision]:
         e, column = self.estimate, self.estimate.reference.view.column
@@ -366,18 +378,38 @@ def _samples(
     return count, one / math.sqrt(count)
 
 
-def _switch(present: bool, alone: bool) -> tuple[bool, ...]:
-    return ((True,) if alone else (True, False)) if present else (False,)
-
-
 def _shadows(seen: Sequence[SeenPoints]) -> str:
     share = float(np.mean([view.shaded_path for view in seen]))
     return f"{share:.0%} of the seen water in shadow" if share else "no shadow in the water"
 
 
+def _skylight(seen: Sequence[SeenPoints]) -> str:
+    hidden = np.concatenate([1.0 - view.visibility[view.kind > 0] for view in seen])
+    if not hidden.any():
+        return "nothing shades the light from above"
+    return f"{hidden.mean():.0%} of the light from above is kept from what is seen"
+
+
+def _seen_kinds(seen: Sequence[SeenPoints]) -> str:
+    """Name what counts, and its share of the pictures."""
+    shares = [
+        np.mean([view.pixels[view.kind == kind].sum() for view in seen]) for kind in (2, 1, 0)
+    ]
+    names = ("objects", "floor", "open water")
+    return ", ".join(
+        f"{name} ({share:.0%} of the picture)"
+        for name, share in zip(names, shares, strict=True)
+        if share
+    )
+
+
+def _words(name: str) -> str:
+    return name.replace("_", " ")
+
+
 def _looking_up(seen: Sequence[SeenPoints]) -> str:
     up = [(view.direction[:, 2] > 0) & ~np.isfinite(view.distance) for view in seen]
-    share = float(np.mean(np.concatenate(up)))
+    share = float(np.mean([v.pixels @ u for v, u in zip(seen, up, strict=True)]))
     return f"{share:.0%} of the rays go up to it" if share else _LIGHTS
 
 

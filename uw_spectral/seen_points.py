@@ -17,6 +17,7 @@ from .aureole import Aureole
 from .caustics import SunlitWater
 from .errors import InputError
 from .inelastic import InelasticLight
+from .light_cone import LightCone
 from .optimised_bands import FittedViewpoint
 from .path_radiance import PathRadiance, pixel_radiance
 from .readouts import Viewpoint
@@ -32,10 +33,13 @@ from .wave_patterns import (
 )
 
 AUREOLE, SHAFTS, INELASTIC = "aureole", "shafts", "inelastic"
+DIFFUSE_SHADOWS = "diffuse_shadows"
 FLOOR_LIGHT, INTERNAL_REFLECTION, SINGLE = "floor light", "internal reflection", "single scattering"
 
 _SHARPEST = Aureole(1.0, (0.0, 0.0, 0.0), (), ())
 _SOURCES = ("b", "bp", "C1", "C2", "A", "B", "Fx", "E", "r")
+_WHOLE = 0.01  # share of a picture from which on something counts as much as what fills it
+_SEED = 1
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,6 +66,11 @@ class SeenPoints:
         Distance up to which those steps go, at most up to the point, m.
     on_floor : array of bool, shape (m,)
         Whether the point lies on the floor of the water column.
+    visibility : array, shape (m,)
+        Share of the light from above, the direct sun apart, that nothing keeps from the
+        point: see :func:`visibility`. 1 for open water.
+    pixels : array, shape (m,)
+        Share of the picture that each ray stands for; they add up to 1.
 
     Raises
     ------
@@ -78,6 +87,8 @@ class SeenPoints:
     path_sunlit: NDArray[np.bool_]
     reach: float
     on_floor: NDArray[np.bool_]
+    visibility: NDArray[np.float64]
+    pixels: NDArray[np.float64]
 
     def __post_init__(self) -> None:
         count = len(self.direction)
@@ -88,7 +99,7 @@ class SeenPoints:
                 f"seen points: the camera is {-self.depth:g} m above the water; the surface is "
                 "z = 0, move the camera below it"
             )
-        for name in ("origin", "distance", "normal", "colour", "sunlit", "path_sunlit", "on_floor"):
+        for name in self._per_ray():
             if len(getattr(self, name)) != count:
                 raise InputError(
                     f"seen points: {name} has {len(getattr(self, name))} rows for {count} rays"
@@ -109,14 +120,105 @@ class SeenPoints:
 
     @property
     def shaded_path(self) -> float:
-        """Mean share of the paths that lies in shadow."""
-        return float(1.0 - self.path_sunlit.mean())
+        """Share of the paths that lies in shadow, mean over the picture."""
+        return float(self.pixels @ (1.0 - self.path_sunlit.mean(axis=1)))
+
+    @property
+    def kind(self) -> NDArray[np.int64]:
+        """What each ray meets: 0 open water or the surface, 1 the column's floor, 2 an object."""
+        return np.where(self.on_floor, 1, np.where(np.isfinite(self.distance), 2, 0))
+
+    @property
+    def weight(self) -> NDArray[np.float64]:
+        """Weights of the rays in the mean ΔE2000 of a picture, shape (m,); they add up to 1.
+
+        Objects, floor and open water with the surface count equally, each by
+        the mean over its pixels: a picture's subject may be small, the floor
+        would drown it as the open water does. What fills less than 1 % of the
+        picture counts in proportion, so that no single ray decides.
+        """
+        weight = np.zeros(len(self))
+        for of in self._kinds():
+            share = self.pixels[of].sum()
+            weight[of] = min(share / _WHOLE, 1.0) * self.pixels[of] / share
+        return weight / weight.sum()
 
     def some(self, count: int) -> SeenPoints:
-        """Return about so many of the rays, evenly spread."""
-        chosen = np.linspace(0, len(self) - 1, min(count, len(self))).round().astype(int)
-        rows = (f.name for f in dataclasses.fields(self) if f.name != "reach")
-        return dataclasses.replace(self, **{name: getattr(self, name)[chosen] for name in rows})
+        """Return about so many of the rays, spread over the picture and what they meet.
+
+        Each kind gets as many, or all it has; :attr:`pixels` keeps its share of the picture.
+        """
+        if count >= len(self):
+            return self
+        random = np.random.default_rng(_SEED)
+        left, chosen, pixels = count, [], np.zeros(len(self))
+        kinds = sorted(self._kinds(), key=len)
+        for index, of in enumerate(kinds):
+            take = min(len(of), max(left // (len(kinds) - index), 1))
+            left -= take
+            # One of each stretch, at random: even steps could all fall into one column.
+            edges = np.linspace(0, len(of), take + 1)
+            which = of[(edges[:-1] + random.random(take) * np.diff(edges)).astype(int)]
+            pixels[which] = self.pixels[of].sum() / take
+            chosen.append(which)
+        rows = np.sort(np.concatenate(chosen))
+        values = {name: getattr(self, name)[rows] for name in self._per_ray()}
+        return dataclasses.replace(self, **values | {"pixels": pixels[rows]})
+
+    def _kinds(self) -> list[NDArray[np.int64]]:
+        """Indices of the rays of each kind that is there."""
+        kind = self.kind
+        return [np.flatnonzero(kind == which) for which in np.unique(kind)]
+
+    def _per_ray(self) -> list[str]:
+        return [f.name for f in dataclasses.fields(self) if f.name != "reach"]
+
+
+def cone_directions(cone: LightCone, count: int) -> NDArray[np.float64]:
+    """Return unit directions from which the light of a cone comes, spread evenly.
+
+    Shape (k, 3); those below the horizon are left out: no light comes from there.
+
+    Examples
+    --------
+    >>> down = LightCone(np.array([0.0, 0.0, -1.0]), math.radians(60))
+    >>> up = cone_directions(down, 8)[:, 2]
+    >>> round(float(up.mean()), 6), bool(up.min() > 0.5)
+    (0.75, True)
+    """
+    i = np.arange(count)
+    z = 1.0 - (1.0 - math.cos(cone.half_angle)) * (i + 0.5) / count
+    side, turn = np.sqrt(1.0 - z * z), math.pi * (3.0 - math.sqrt(5.0)) * i
+    axis = -cone.direction
+    across = np.cross(axis, [1.0, 0.0, 0.0] if abs(axis[0]) < 0.5 else [0.0, 1.0, 0.0])
+    across /= np.linalg.norm(across)
+    w = np.stack([side * np.cos(turn), side * np.sin(turn), z], axis=-1)
+    w = w @ np.stack([across, np.cross(axis, across), axis])
+    return w[w[:, 2] > 0]
+
+
+def visibility(
+    normal: NDArray[np.float64], directions: NDArray[np.float64], clear: NDArray[np.bool_]
+) -> NDArray[np.float64]:
+    """Share of the light of a cone that reaches surfaces.
+
+    Parameters
+    ----------
+    normal : array, shape (m, 3)
+        Unit normals.
+    directions : array, shape (k, 3)
+        Of :func:`cone_directions`.
+    clear : array of bool, shape (m, k)
+        Whether nothing stands between a surface and the water's surface in a direction.
+
+    Returns
+    -------
+    array, shape (m,)
+        By the cosine; 1 where the cone does not light the surface at all.
+    """
+    cosine = np.maximum(normal @ directions.T, 0.0)
+    total = cosine.sum(axis=1)
+    return np.where(total > 0, (cosine * clear).sum(axis=1) / np.where(total > 0, total, 1.0), 1.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -142,8 +244,8 @@ class Optics:
 class Picture:
     """Scene-linear Rec.709 of the rays, in parts that add up, shape (m, 3) each.
 
-    ``plain`` has neither aureole nor shadows in the water nor inelastic
-    light; ``parts`` holds what each of these adds (shafts: takes away).
+    ``plain`` has neither aureole nor shadows in the water nor diffuse shadows
+    nor inelastic light; ``parts`` holds what each of these adds (shadows: take away).
     """
 
     plain: NDArray[np.float64]
@@ -193,7 +295,11 @@ def picture(
         blurred = dataclasses.replace(blurred, field=dark)
     sharp = dataclasses.replace(blurred, aureole=_SHARPEST)
     plain = develop(ray.radiance(sharp))
-    parts = {AUREOLE: develop(ray.radiance(blurred)) - plain}
+    bright = develop(ray.radiance(blurred))
+    parts = {AUREOLE: bright - plain}
+    if (seen.visibility < 1).any():
+        shaded = ray.radiance(blurred, seen.visibility[:, None])
+        parts[DIFFUSE_SHADOWS] = develop(shaded) - bright
     if not seen.path_sunlit.all() or waves is not None:
         parts[SHAFTS] = -develop(ray.missing_light(blurred))
     if optics.inelastic is not None:
@@ -241,11 +347,15 @@ class _Rays:
             sun = np.asarray(view.column.sun_direction)
             self.contrast = waves.contrast(SunlitWater(view.field, view.phase, sun))
 
-    def radiance(self, water: PathRadiance) -> NDArray[np.float64]:
+    def radiance(
+        self, water: PathRadiance, visibility: NDArray[np.float64] | float = 1.0
+    ) -> NDArray[np.float64]:
         """Elastic radiance with unshadowed water, shape (m, n)."""
         view, w = self.view, self.w
         cosine = -(self.seen.normal @ np.asarray(view.column.sun_direction))[:, None]
-        direct, forward, diffuse = water.field.surface_irradiance(self.y, cosine, self.up)
+        direct, forward, diffuse = water.field.surface_irradiance(
+            self.y, cosine, self.up, visibility=visibility
+        )
         sunlight = self.sunlight(self.P)
         lit = (direct * self.seen.sunlit[:, None] + forward) * sunlight + diffuse
         path = water.path(self.y_o, w, self.P)

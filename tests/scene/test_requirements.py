@@ -14,6 +14,7 @@ from underwater_spectral.scene.settings import SceneSettings
 from underwater_spectral.tests.scene import scenes
 from underwater_spectral.tests.scene.columns import grey_column
 from underwater_spectral.uw_spectral.errors import InputError
+from underwater_spectral.uw_spectral.light_cone import LightCone
 
 pytestmark = pytest.mark.filterwarnings(
     "ignore::underwater_spectral.uw_spectral.errors.DataWarning"
@@ -32,9 +33,14 @@ def _column(**how):
     return grey_column(0.05, 0.1, sun_direction=np.array([0.0, 0.0, -1.0]), **how)
 
 
+def _look(scene, camera, column=None, **how):
+    cone = LightCone(np.array([0.0, 0.0, -1.0]), math.radians(50))
+    return requirements.look(scene, camera, column or _column(), cone, **how)
+
+
 def test_a_cube_ahead_is_seen_where_it_is():
     scene, camera = _scene()
-    seen = requirements.look(scene, camera, _column())
+    seen = _look(scene, camera)
     hit = np.isfinite(seen.distance)
     assert 0 < hit.sum() < len(seen)
     points = seen.origin[hit] + seen.direction[hit] * seen.distance[hit, None]
@@ -43,6 +49,21 @@ def test_a_cube_ahead_is_seen_where_it_is():
     assert seen.colour[hit] == pytest.approx(np.tile([0.7, 0.3, 0.2], (hit.sum(), 1)), abs=1e-6)
     assert not seen.on_floor.any()
     assert seen.path_sunlit.all()
+    assert (seen.visibility == 1).all()
+
+
+def test_a_subject_of_one_percent_counts_as_the_water_does():
+    scene, camera = _scene()
+    bpy.data.objects["ball"].scale = (0.2,) * 3
+    bpy.context.view_layer.update()
+    seen = _look(scene, camera)
+    hit = np.isfinite(seen.distance)
+    share = seen.pixels[hit].sum()
+    assert 0.005 < share < 0.02
+    assert hit.sum() >= 1000 * share / 2
+    assert seen.pixels.sum() == pytest.approx(1)
+    assert seen.weight[hit].sum() == pytest.approx(min(share, 0.01) / (min(share, 0.01) + 0.01))
+    assert len(_look(scene, camera, rays=20)) == 20
 
 
 def test_floor_and_shadows_are_found():
@@ -50,18 +71,31 @@ def test_floor_and_shadows_are_found():
     slab = scenes._cube("slab", (0.0, 6.0, -1.0))
     slab.scale = (4.0, 3.0, 0.1)
     bpy.context.view_layer.update()
-    seen = requirements.look(scene, camera, _column(floor_depth=9.0, floor_reflectance=0.3))
+    seen = _look(scene, camera, _column(floor_depth=9.0, floor_reflectance=0.3))
     floor = seen.on_floor
     assert floor.any()
     down = -seen.direction[floor, 2] * seen.distance[floor]
     assert down == pytest.approx(4.0, rel=1e-5)
     assert 0.1 < seen.shaded_path < 0.9
     assert not seen.sunlit[np.isfinite(seen.distance)].all()
+    under = floor & (np.abs(seen.origin + seen.direction * seen.distance[:, None])[:, 0] < 1)
+    assert seen.visibility[floor].min() < 0.7
+    assert seen.visibility[under].mean() < seen.visibility[floor & ~under].mean()
+
+
+def test_a_ceiling_keeps_the_light_from_above_away():
+    scene, camera = _scene()
+    slab = scenes._cube("slab", (0.0, 8.0, -3.0))
+    slab.scale = (40.0, 40.0, 0.1)
+    bpy.context.view_layer.update()
+    seen = _look(scene, camera)
+    assert (seen.visibility[np.isfinite(seen.distance)] == 0).sum() > 10
+    assert (seen.visibility[np.isinf(seen.distance)] == 1).all()
 
 
 def test_live_water_is_not_in_the_way():
     scene, camera = _scene()
-    before = requirements.look(scene, camera, _column())
+    before = _look(scene, camera)
     box = scenes._cube("UW Shafts", (0.0, 0.0, -5.0))
     box.scale = (50.0, 50.0, 4.9)
     own = bpy.data.collections.new("Underwater")
@@ -69,7 +103,7 @@ def test_live_water_is_not_in_the_way():
     scene.collection.objects.unlink(box)
     own.objects.link(box)
     bpy.context.view_layer.update()
-    after = requirements.look(scene, camera, _column())
+    after = _look(scene, camera)
     assert after.distance == pytest.approx(before.distance, abs=0.01)
     assert (after.path_sunlit == before.path_sunlit).all()
 
@@ -90,7 +124,7 @@ def test_rays_of_an_orthographic_camera_are_parallel():
     assert all((w - Vector((0, 1, 0))).length < 1e-6 for _, w in rays)
     across = [o.x for o, _ in rays]
     assert 3.5 < max(across) - min(across) < 4.0
-    seen = requirements.look(scene, camera, _column())
+    seen = _look(scene, camera)
     assert seen.distance[np.isfinite(seen.distance)] == pytest.approx(7.0, abs=1e-4)
 
 

@@ -275,9 +275,7 @@ def test_thousands_of_instances(registered):
     assert len(bpy.data.objects) == count
 
 
-@pytest.mark.slow
 def test_what_thousands_of_instances_require():
-    """Blender tries every object with every ray, so this takes 5 ms each."""
     scene = _made("orthographic")
     _copies(scene, 4000)
     choice = requirements.choose(

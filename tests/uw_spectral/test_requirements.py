@@ -10,9 +10,10 @@ import pytest
 from underwater_spectral.uw_spectral.bands import Bands
 from underwater_spectral.uw_spectral.colour_rendering import delta_e_CIE2000_images, luminance
 from underwater_spectral.uw_spectral.combinations import BandChoice, Effort, Estimate
-from underwater_spectral.uw_spectral.costs import Options, read_costs
+from underwater_spectral.uw_spectral.costs import COLUMNS, Options, read_costs
 from underwater_spectral.uw_spectral.errors import InputError
 from underwater_spectral.uw_spectral.illuminant import parse_illuminant
+from underwater_spectral.uw_spectral.light_cone import LightCone
 from underwater_spectral.uw_spectral.light_reach import (
     BOUNCES,
     lost_beyond,
@@ -25,14 +26,19 @@ from underwater_spectral.uw_spectral.readouts import make_viewpoint
 from underwater_spectral.uw_spectral.requirements import SAFETY, decide
 from underwater_spectral.uw_spectral.seen_points import (
     AUREOLE,
+    DIFFUSE_SHADOWS,
     SHAFTS,
     SINGLE,
     Optics,
     SeenPoints,
+    cone_directions,
     picture,
+    visibility,
 )
 from underwater_spectral.uw_spectral.sensor import parse_sensor
+from underwater_spectral.uw_spectral.spectrum import DATA_DIRECTORY, read_table
 from underwater_spectral.uw_spectral.water import Water
+from underwater_spectral.uw_spectral.water_column import SURFACES
 from underwater_spectral.uw_spectral.wave_patterns import Sea
 
 pytestmark = pytest.mark.filterwarnings(
@@ -64,6 +70,8 @@ def seen_points(count=24, depth=5.0, shadow=0.0, up=0.3, distance=6.0):
         path_sunlit=random.random((count, 5)) >= shadow,
         reach=30.0,
         on_floor=np.zeros(count, dtype=bool),
+        visibility=np.ones(count),
+        pixels=np.full(count, 1 / count),
     )
 
 
@@ -256,26 +264,138 @@ def test_bound_of_lost_light_holds_against_a_random_walk():
     assert (lost[:3] <= 30 * np.array(true[:3])).all()
 
 
-def test_costs_of_the_table():
+def test_costs_are_those_of_the_table():
+    costs, columns = read_costs(), read_table(DATA_DIRECTORY / "costs.csv", COLUMNS).columns
+    rows = [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
+    water = [row for row in rows if row["bands"] and not row["cycles"]]
+    assert len(water) == 9
+    for row in water:
+        options = Options(
+            bool(row["aureole"]),
+            SURFACES[int(row["surface"])],
+            *(bool(row[name]) for name in ("inelastic", "shafts", "diffuse_shadows")),
+        )
+        bands = int(row["bands"])
+        found = costs.sample("realtime", bands, 3, options)
+        assert found == pytest.approx(row["ratio"], rel=0.1)
+        assert costs.sample("realtime", bands - 1, 3, options) == found
+        passes = costs.sample("bands", bands, 3, options)
+        assert passes == pytest.approx(bands / 3 * costs.sample("realtime", 3, 3, options))
+
+
+def test_less_never_costs_more():
     costs = read_costs()
-    everything = Options(aureole=True, surface="flat")
-    assert costs.sample("realtime", 3, 3, everything) == pytest.approx(2.02, abs=0.01)
-    assert costs.sample("realtime", 8, 3, everything) == pytest.approx(2.56, abs=0.01)
-    shafts = replace(everything, shafts=True)
-    assert costs.sample("realtime", 3, 3, shafts) == pytest.approx(5.92, abs=0.01)
-    assert costs.sample("bands", 9, 3, everything) == pytest.approx(3 * 2.02, abs=0.03)
+    everything = Options(True, "waves", True, True, True)
     for less in (
-        replace(everything, aureole=False),
-        replace(everything, surface="none"),
+        {"aureole": False},
+        {"surface": "flat"},
+        {"surface": "none"},
+        {"inelastic": False},
+        {"shafts": False},
+        {"diffuse_shadows": False},
     ):
-        assert costs.sample("realtime", 9, 3, less) < costs.sample("realtime", 9, 3, everything)
+        for bands in (3, 16):
+            cheaper = costs.sample("realtime", bands, 3, replace(everything, **less))
+            assert cheaper <= costs.sample("realtime", bands, 3, everything)
 
 
-def test_few_rays_are_spread():
-    seen = seen_points(100)
-    assert len(seen.some(10)) == 10
-    assert len(seen.some(1000)) == 100
-    assert seen.some(2).direction[-1] == pytest.approx(seen.direction[-1])
+def test_few_rays_stand_for_all_that_is_seen():
+    seen = seen_points(1000)
+    near = np.arange(1000) < 20
+    seen = replace(
+        seen,
+        distance=np.where(near, 3.0, np.inf),
+        on_floor=np.arange(1000) >= 700,
+    )
+    few = seen.some(60)
+    assert [int((few.kind == kind).sum()) for kind in range(3)] == [20, 20, 20]
+    for kind in range(3):
+        share = [view.pixels[view.kind == kind].sum() for view in (seen, few)]
+        assert share[0] == pytest.approx(share[1])
+        assert few.weight[few.kind == kind].sum() == pytest.approx(1 / 3)
+    assert len(seen.some(100)) == 100
+    assert seen.some(1000) is seen
+    assert len(seen.some(1)) == 3
+
+
+def test_what_fills_less_than_a_percent_counts_in_proportion():
+    seen = replace(seen_points(1000), distance=np.where(np.arange(1000) < 5, 3.0, np.inf))
+    assert seen.weight[seen.kind == 2].sum() == pytest.approx(0.5 / 1.5)
+    assert replace(seen, distance=np.full(1000, 3.0)).weight == pytest.approx(1e-3)
+
+
+def test_the_error_is_the_mean_of_the_kinds():
+    """One object of 50 rays in wrong colours is half of the error, not a fiftieth."""
+    seen = replace(seen_points(50), distance=np.where(np.arange(50) == 7, 3.0, np.inf))
+    estimate = Estimate([seen], Optics(viewpoint()), choices((3,)))
+    wrong = estimate.full.without().copy()
+    wrong[7] *= 0.5
+    alone = delta_e_CIE2000_images(shown(wrong), shown(estimate.full.without()))[7]
+    assert estimate.errors([wrong])[0] == pytest.approx(alone / 2)
+
+
+def test_diffuse_shadows_are_a_part():
+    view, seen = viewpoint(), seen_points(shadow=0.1)
+    assert DIFFUSE_SHADOWS not in picture(Optics(view), seen).parts
+    hit = np.isfinite(seen.distance)
+    shaded = replace(seen, visibility=np.where(hit, 0.0, 1.0))
+    part = picture(Optics(view), shaded).parts[DIFFUSE_SHADOWS]
+    assert (part[~hit] == 0).all()
+    assert (luminance(part[hit]) < 0).all()
+    lit = picture(Optics(view), replace(seen, sunlit=np.zeros(len(seen), dtype=bool)))
+    dark = picture(Optics(view), replace(shaded, sunlit=np.zeros(len(seen), dtype=bool)))
+    level = hit & (np.abs(seen.normal[:, 2]) < 0.3)
+    half = luminance(dark.without() - lit.without()) / luminance(lit.without())
+    assert half[level].max() < -0.05
+
+
+def test_diffuse_shadows_are_chosen_where_they_matter():
+    seen = seen_points()
+    shaded = replace(seen, visibility=np.where(np.isfinite(seen.distance), 0.2, 1.0))
+    given = Optics(viewpoint()), choices()
+    chosen, less, none, kept, without = (
+        decide([view], *given, target=target, **how)
+        for view, target, how in (
+            (shaded, 0.3, {}),
+            (shaded, 20.0, {}),
+            (seen, 0.3, {}),
+            (seen, 0.3, {"keep": (DIFFUSE_SHADOWS,)}),
+            (shaded, 0.3, {"off": (DIFFUSE_SHADOWS, AUREOLE)}),
+        )
+    )
+    assert chosen.options.diffuse_shadows
+    assert not less.options.diffuse_shadows
+    assert not none.options.diffuse_shadows
+    assert kept.options.diffuse_shadows
+    assert not without.options.diffuse_shadows
+    assert not without.options.aureole
+    line = {d.name: d for d in chosen.decisions}["diffuse shadows"]
+    assert line.effect_delta_e > 0.3
+    assert line.cost_ratio > 1
+    assert "% of the light from above is kept from" in line.reason
+    idle = {d.name: d for d in none.decisions}["diffuse shadows"]
+    assert "nothing shades" in idle.reason
+    assert "off, as given" in str({d.name: d for d in without.decisions}["diffuse shadows"])
+
+
+def test_visibility_is_the_share_of_the_cosine():
+    cone = LightCone(np.array([0.0, 0.0, -1.0]), math.radians(50))
+    assert cone.direction == pytest.approx([0.0, 0.0, -1.0], abs=1e-12)
+    w = cone_directions(cone, 400)
+    assert np.linalg.norm(w, axis=1) == pytest.approx(1)
+    assert w[:, 2].min() == pytest.approx(math.cos(cone.half_angle), abs=0.01)
+    up, down, level = (
+        np.array([[0.0, 0.0, 1.0]]),
+        np.array([[0.0, 0.0, -1.0]]),
+        np.array([[1.0, 0, 0]]),
+    )
+    half = (w[:, 0] > 0)[None]
+    assert visibility(up, w, half)[0] == pytest.approx(0.5, abs=0.01)
+    assert visibility(level, w, half)[0] == pytest.approx(1)
+    assert visibility(level, w, ~half)[0] == pytest.approx(0)
+    assert visibility(down, w, half)[0] == 1
+    low = cone_directions(LightCone(np.array([0.8, 0.0, -0.6]), math.radians(60)), 100)
+    assert low[:, 2].min() > 0
 
 
 def test_refusals():

@@ -1,0 +1,214 @@
+"""Rays through the meshes of a scene, as the viewport shows them.
+
+``Scene.ray_cast`` tries every object with every ray. Here boxes are tried for
+all rays at once, and a mesh is searched only by rays that enter its box;
+objects and instances that share a mesh share its search tree.
+"""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Collection, Iterator
+from dataclasses import dataclass
+
+import bpy
+import numpy as np
+from mathutils import Matrix, Vector
+from mathutils.bvhtree import BVHTree
+from numpy.typing import NDArray
+
+_AT_ONCE = 200_000  # rays times boxes
+_FARTHEST = 1e30  # what a search tree takes for infinite
+_LOOSE = 1e-5  # of a box, for the rounding of the rays that graze it
+_FLAT = 1e-12  # determinant of a matrix without inverse, to the cube of its size
+
+
+@dataclass(frozen=True)
+class Hit:
+    """What a ray meets: distance in m, unit normal towards the ray, material if there is one."""
+
+    distance: float
+    normal: Vector
+    material: bpy.types.Material | None
+
+
+class _Mesh:
+    """Triangles; their tree is built when a ray first comes near."""
+
+    def __init__(self, mesh: bpy.types.Mesh) -> None:
+        triangles = mesh.loop_triangles
+        self.vertices = np.empty((len(mesh.vertices), 3), dtype=np.float32)
+        self.triangles = np.empty((len(triangles), 3), dtype=np.int32)
+        mesh.vertices.foreach_get("co", self.vertices.ravel())
+        triangles.foreach_get("vertices", self.triangles.ravel())
+        slots = np.empty(len(mesh.polygons), dtype=np.int32)
+        mesh.polygons.foreach_get("material_index", slots)
+        polygons = np.empty(len(triangles), dtype=np.int32)
+        triangles.foreach_get("polygon_index", polygons)
+        self.slots = slots[polygons]
+
+    @functools.cached_property
+    def tree(self) -> BVHTree:
+        """Search tree in the mesh's own space."""
+        return _tree(self.vertices, self.triangles)
+
+    @functools.cached_property
+    def corners(self) -> NDArray[np.float64]:
+        """Corners of the bounding box, shape (8, 3)."""
+        ends = np.array([self.vertices.min(axis=0), self.vertices.max(axis=0)], dtype=np.float64)
+        return np.array([(ends[i, 0], ends[j, 1], ends[k, 2]) for i, j, k in np.ndindex(2, 2, 2)])
+
+
+class _Instance:
+    """A mesh in its place."""
+
+    def __init__(
+        self, mesh: _Mesh, place: Matrix, materials: list[bpy.types.Material | None]
+    ) -> None:
+        self.mesh, self.materials = mesh, materials
+        turned = np.array(place)
+        corners = mesh.corners @ turned[:3, :3].T + turned[:3, 3]
+        self.low, self.high = corners.min(axis=0), corners.max(axis=0)
+        size = np.linalg.norm(turned[:3, :3])
+        self.flat = abs(np.linalg.det(turned[:3, :3])) <= _FLAT * size**3
+        self.place = place
+        self.inverse = Matrix() if self.flat else place.inverted()
+        self.turn = self.inverse.to_3x3()
+
+    @functools.cached_property
+    def tree(self) -> BVHTree:
+        """Search tree; one of its own, in world space, where the place squeezes the mesh flat."""
+        if not self.flat:
+            return self.mesh.tree
+        turned = np.array(self.place)
+        vertices = self.mesh.vertices @ turned[:3, :3].T + turned[:3, 3]
+        return _tree(vertices, self.mesh.triangles)
+
+    def cast(
+        self, origin: Vector, direction: Vector, farthest: float
+    ) -> tuple[float, Vector, int] | None:
+        """Distance, normal in the mesh's space and triangle of the first hit."""
+        heading = self.turn @ direction
+        stretch = heading.length
+        limit = min(farthest * stretch, _FARTHEST)
+        _, normal, index, distance = self.tree.ray_cast(self.inverse @ origin, heading, limit)
+        return None if index is None else (distance / stretch, normal, index)
+
+    def hit(self, direction: Vector, distance: float, normal: Vector, triangle: int) -> Hit:
+        """Describe what was hit."""
+        normal = (self.turn.transposed() @ normal).normalized()
+        slot = min(int(self.mesh.slots[triangle]), len(self.materials) - 1)
+        material = self.materials[slot] if self.materials else None
+        return Hit(distance, normal if normal.dot(direction) < 0 else -normal, material)
+
+
+class Meshes:
+    """Every mesh that is visible in the viewport, instances included.
+
+    Parameters
+    ----------
+    depsgraph : Depsgraph
+        An evaluated scene; rays can be cast until it is evaluated again.
+    leave_out : collection of Object
+        Rays pass through these.
+    """
+
+    def __init__(
+        self, depsgraph: bpy.types.Depsgraph, leave_out: Collection[bpy.types.Object] = ()
+    ) -> None:
+        meshes: dict[int, _Mesh] = {}
+        left_out = set(leave_out)
+        self._instances: list[_Instance] = []
+        for found in depsgraph.object_instances:
+            item = found.object
+            owner = (found.parent or item) if found.is_instance else item
+            hidden = not (found.is_instance or found.show_self)
+            if not isinstance(item.data, bpy.types.Mesh) or hidden or owner.original in left_out:
+                continue
+            key = item.data.as_pointer()
+            if key not in meshes:
+                meshes[key] = _Mesh(item.data)
+            if len(meshes[key].triangles):
+                slots = [slot.material for slot in item.material_slots]
+                place = found.matrix_world.copy()
+                self._instances.append(_Instance(meshes[key], place, slots))
+        low, high = (
+            np.array([getattr(i, end) for i in self._instances]).reshape(-1, 3)
+            for end in ("low", "high")
+        )
+        loose = _LOOSE * (np.abs(low) + np.abs(high) + 1.0)
+        self._low, self._high = low - loose, high + loose
+
+    def first(
+        self,
+        origin: NDArray[np.float64],
+        direction: NDArray[np.float64],
+        farthest: NDArray[np.float64],
+    ) -> list[Hit | None]:
+        """Return what rays meet first.
+
+        Parameters
+        ----------
+        origin : array, shape (m, 3)
+        direction : array, shape (m, 3)
+            Unit vectors.
+        farthest : array, shape (m,)
+            Distance at which to stop, m.
+        """
+        hits: list[Hit | None] = []
+        for start, heading, limit, near in self._near(origin, direction, farthest):
+            best = None
+            for entry, instance in near:
+                if entry >= limit:
+                    break
+                found = instance.cast(start, heading, limit)
+                if found is not None:
+                    limit, best = found[0], (instance, found)
+            hits.append(best[0].hit(heading, *best[1]) if best else None)
+        return hits
+
+    def clear(
+        self,
+        origin: NDArray[np.float64],
+        direction: NDArray[np.float64],
+        farthest: NDArray[np.float64],
+    ) -> NDArray[np.bool_]:
+        """Whether rays meet nothing, shape (m,); arguments as for :meth:`first`."""
+        if not self._instances:
+            return np.ones(len(origin), dtype=bool)
+        return np.array(
+            [
+                all(instance.cast(start, heading, limit) is None for _, instance in near)
+                for start, heading, limit, near in self._near(origin, direction, farthest)
+            ],
+            dtype=bool,
+        )
+
+    def _near(
+        self,
+        origin: NDArray[np.float64],
+        direction: NDArray[np.float64],
+        farthest: NDArray[np.float64],
+    ) -> Iterator[tuple[Vector, Vector, float, list[tuple[float, _Instance]]]]:
+        """Each ray with the instances whose boxes it enters, the nearest first."""
+        direction = np.where(np.abs(direction) < 1e-12, 1e-12, direction)
+        step = max(_AT_ONCE // max(len(self._instances), 1), 1)
+        for first in range(0, len(origin), step):
+            rays = slice(first, first + step)
+            o, w = origin[rays], direction[rays]
+            near, far = 0.0, farthest[rays, None]
+            for axis in range(3):
+                at, speed = o[:, axis, None], 1.0 / w[:, axis, None]
+                one, other = (self._low[:, axis] - at) * speed, (self._high[:, axis] - at) * speed
+                near = np.maximum(near, np.minimum(one, other))
+                far = np.minimum(far, np.maximum(one, other))
+            enters = near <= far
+            for row, limit in enumerate(farthest[rays].tolist()):
+                which = np.flatnonzero(enters[row])
+                which = which[np.argsort(near[row, which])]
+                boxes = [(float(near[row, i]), self._instances[i]) for i in which]
+                yield Vector(o[row]), Vector(w[row]), limit, boxes
+
+
+def _tree(vertices: NDArray, triangles: NDArray[np.int32]) -> BVHTree:
+    return BVHTree.FromPolygons(vertices.tolist(), triangles.tolist(), all_triangles=True)
