@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..uw_spectral.colour_rendering import delta_e_CIE2000_images, srgb_encode, srgb_rmse
+from ..uw_spectral.errors import InputError
 from ..uw_spectral.spectral_image import replacing
 from ._tradeoff_scenes import (
     FOG,
@@ -104,18 +105,17 @@ def collect(
         reference = read(REFERENCE)
         found = {name: data for name in scene.settings if (data := read(SETTINGS[name]))}
         if reference:
-            halves = [_clip(half @ reference["weights"].T) for half in reference["bands"]]
+            halves = [half @ reference["weights"].T for half in reference["bands"]]
             size = block_size(halves[0].shape)
-            small = [blocks(half, size) for half in halves]
             mean = (halves[0] + halves[1]) / 2
             noise[key] = (
-                srgb_rmse(*halves) / 2,
-                float(delta_e_CIE2000_images(*small).mean()) / 2,
+                srgb_rmse(*map(_clip, halves)) / 2,
+                float(_delta_e(*halves, size).mean()) / 2,
             )
             pictures[key] = {"reference": mean}
             reference_cpu[key] = float(reference["cpu"])
         for name, data in found.items():
-            picture = _clip(data["picture"] if "picture" in data else _developed(data))
+            picture = data["picture"] if "picture" in data else _developed(data)
             errors = (math.nan,) * 5
             if reference:
                 pictures[key][name] = picture
@@ -148,6 +148,13 @@ def _clip(picture: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.clip(np.asarray(picture, dtype=np.float64), 0.0, 1.0)
 
 
+def _delta_e(
+    picture: NDArray[np.float64], reference: NDArray[np.float64], size: int
+) -> NDArray[np.float64]:
+    """ΔE2000 of blocks; they are clipped as a whole, for clipped noise is darker."""
+    return delta_e_CIE2000_images(*(_clip(blocks(image, size)) for image in (picture, reference)))
+
+
 def _developed(data: Mapping[str, NDArray[Any]]) -> NDArray[np.float64]:
     return data["bands"].mean(axis=0) @ data["weights"].T
 
@@ -159,8 +166,8 @@ def _errors(
     size: int,
 ) -> tuple[float, float, float, float]:
     """RMSE and mean ΔE without the reference's noise; mean and 95 % ΔE with it."""
-    rmse = srgb_rmse(picture, reference)
-    delta_e = delta_e_CIE2000_images(blocks(picture, size), blocks(reference, size))
+    rmse = srgb_rmse(_clip(picture), _clip(reference))
+    delta_e = _delta_e(picture, reference, size)
     mean = float(delta_e.mean())
     return (
         math.sqrt(max(rmse**2 - noise[0] ** 2, 0.0)),
@@ -173,8 +180,8 @@ def _errors(
 def _spectral_angle(
     data: Mapping[str, NDArray[Any]], reference: Mapping[str, NDArray[Any]], size: int
 ) -> float:
-    """Mean angle between spectra of blocks, degrees, where there are spectra."""
-    if "bands" not in data:
+    """Mean angle between spectra of blocks, degrees, where there are spectra to compare."""
+    if "bands" not in data or reference["bands"].shape[-1] % data["bands"].shape[-1]:
         return math.nan
     spectra = blocks(data["bands"].mean(axis=0).astype(np.float64), size)
     fine = blocks(reference["bands"].mean(axis=0).astype(np.float64), size)
@@ -267,7 +274,15 @@ def cheapest(measurements: Iterable[Measurement], target: float) -> Measurement 
 
 
 def write(results: Results, docs: Path, reference_samples: int) -> None:
-    """Write table, plot, pictures and summary into the folder of documents."""
+    """Write table, plot, pictures and summary into the folder of documents.
+
+    Raises
+    ------
+    InputError
+        If the scene that gives the costs is missing.
+    """
+    if all(math.isnan(m.cost) for m in _everywhere(results)):
+        raise InputError("trade-off: the costs are those of the grey scene; add it to --scenes")
     _write_csv(results, docs / "tradeoff.csv")
     _plot(results, docs / "tradeoff.png")
     _sheet(results, docs / "tradeoff_pictures.png")
@@ -435,6 +450,7 @@ def _plot(results: Results, path: Path) -> None:
 
     mpl.use("agg")
     import matplotlib.pyplot as plt
+    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
     extra = _extra_scenes(results)
     scenes = [s for s in dict.fromkeys(m.scene for m in results.measurements) if s not in extra]
@@ -449,6 +465,10 @@ def _plot(results: Results, path: Path) -> None:
         front = pareto_front(points.values())
         axis.step(*zip(*front, strict=True), where="post", color="0.6", lw=1, zorder=0)
         axis.set(xscale="log", yscale="log", title=scene, xlabel="cost, × plain scene")
+        for scale in (axis.xaxis, axis.yaxis):
+            scale.set_major_locator(LogLocator(subs=(1.0, 3.0)))
+            scale.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+            scale.set_minor_formatter(NullFormatter())
         for target in TARGETS:
             axis.axhline(target, color="0.85", lw=0.6, zorder=0)
     axes[0][0].set_ylabel("mean ΔE2000")
@@ -515,15 +535,15 @@ def _sheet(results: Results, path: Path) -> None:
     )  # fmt: skip
     for row, name, pictures in zip(axes, names, rows, strict=True):
         reference = pictures["reference"]
-        row[0].imshow(srgb_encode(reference))
+        row[0].imshow(srgb_encode(_clip(reference)))
         row[0].set_ylabel(name, fontsize=7)
         size = block_size(reference.shape)
         for index, setting in enumerate(_SHOWN):
             if setting not in pictures:
                 continue
             picture = pictures[setting]
-            row[1 + 2 * index].imshow(srgb_encode(picture))
-            delta_e = delta_e_CIE2000_images(blocks(picture, size), blocks(reference, size))
+            row[1 + 2 * index].imshow(srgb_encode(_clip(picture)))
+            delta_e = _delta_e(picture, reference, size)
             shown = row[2 + 2 * index].imshow(delta_e, cmap="magma", vmin=0, vmax=10)
     titles = ["reference", *(t for name in _SHOWN for t in (name, "ΔE2000, 0 to 10"))]
     for axis, title in zip(axes[0], titles, strict=True):
