@@ -218,7 +218,7 @@ def picture_sheet(results: Sequence[Result], path: Path) -> None:
             axis.imshow(srgb_encode(image))
             axis.set(xticks=[], yticks=[])
     for axis, title in zip(axes[0], ["Cycles", *methods], strict=True):
-        axis.set_title(title, fontsize=7)
+        axis.set_title(title.replace(", ", ",\n"), fontsize=7)
     figure.tight_layout(pad=0.3)
     figure.savefig(path, dpi=90)
 
