@@ -369,7 +369,7 @@ def _summary(results: Results, reference_samples: int) -> str:
 def _choice(found: Measurement | None) -> str:
     if found is None:
         return "none"
-    return f"{found.setting}: {found.cost:.1f} ×, {100 * found.share:.2g} %"
+    return f"{found.setting}: {found.cost:.1f} ×, {100 * found.share:.3g} %"
 
 
 def _everywhere(results: Results) -> list[Measurement]:
@@ -403,7 +403,7 @@ def _by_setting(results: Results) -> list[str]:
         lines.append(
             f"| {mean.setting} | {mean.delta_e:.2f} | {worst:.2f} | {mean.delta_e_95:.2f} | "
             f"{mean.srgb_rmse:.4f} | {_number(mean.spectral_angle_deg, 2)} | {mean.cost:.1f} | "
-            f"{100 * mean.share:.2g} % |"
+            f"{100 * mean.share:.3g} % |"
         )
     return lines
 
