@@ -90,7 +90,9 @@ def water_seconds(configuration: Sequence[int]) -> float:
     water = plan.realtime(scene, _DEPTH, plan.reduction(_DEPTH).weights, shafts=shafts)
     water = caustics.with_waves(scene, plan, water)
     realtime.add_realtime(scene, water, water_extent(scene, plan.column, _DEPTH))
-    with eevee_settings.realtime_settings(scene, camera, samples=1, shafts=water.shafts):
+    with eevee_settings.realtime_settings(
+        scene, camera, samples=1, shafts=water.shafts, diffuse_shadows=water.shape.diffuse_shadows
+    ):
         return _seconds(shadows=False)
 
 

@@ -177,8 +177,9 @@ def measure_eevee(
     realtime.add_realtime(scene, water, extent)
     try:
         with eevee_settings.realtime_settings(
-            scene, case.camera, samples=1, shafts=water.shafts, froxels=setting.froxels
-        ):
+            scene, case.camera, samples=1, shafts=water.shafts, froxels=setting.froxels,
+            diffuse_shadows=water.shape.diffuse_shadows,
+        ):  # fmt: skip
             cost = _cost(case)
             for configuration, now in plans:
                 case.place(configuration)

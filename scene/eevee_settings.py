@@ -17,7 +17,8 @@ _FROXEL_TILE = "4"
 _FROXEL_DISTRIBUTION = 0.95
 _FROXEL_START = 0.01
 _CLIP_START = 0.01
-# With Blender's 6, rays miss what stands far out, and a lamp 120° wide acts like one of 90°.
+# With Blender's 6, rays miss what stands far out, and a lamp 120° wide acts like one of 90°;
+# more steps cost, for every lamp.
 _SHADOW_STEPS = 16
 # At a ratio of 1e-8 EEVEE draws nothing at all.
 _CLIP_RATIO = 1e-6
@@ -29,6 +30,8 @@ def wanted_settings(
     samples: int,
     shafts: ShaftRange | None,
     froxels: int | None = None,
+    *,
+    diffuse_shadows: bool = False,
 ) -> list[tuple[Any, str, Any]]:
     """Owner, name and value of every setting of the real-time mode."""
     render, eevee = scene.render, scene.eevee
@@ -46,7 +49,6 @@ def wanted_settings(
         (eevee, "use_raytracing", False),
         (eevee, "use_fast_gi", False),
         (eevee, "use_shadows", True),
-        (eevee, "shadow_step_count", _SHADOW_STEPS),
         (eevee, "clamp_surface_direct", 0.0),
         (eevee, "clamp_surface_indirect", 0.0),
         (eevee, "clamp_volume_direct", 0.0),
@@ -54,6 +56,8 @@ def wanted_settings(
         (eevee, "direct_light_intensity", 1.0),
         (eevee, "use_volumetric_shadows", False),
     ]
+    if diffuse_shadows:
+        wanted.append((eevee, "shadow_step_count", _SHADOW_STEPS))
     if shafts is not None:
         wanted += [
             (eevee, "use_volume_custom_range", True),
@@ -75,6 +79,7 @@ def realtime_settings(
     samples: int,
     shafts: ShaftRange | None,
     froxels: int | None = None,
+    diffuse_shadows: bool = False,
 ) -> Iterator[bpy.types.ViewLayer]:
     """EEVEE's settings while the block runs, the scene's own afterwards.
 
@@ -90,12 +95,16 @@ def realtime_settings(
         How far the froxel volume reaches; None without shafts.
     froxels : int, optional
         Its steps; None for the most.
+    diffuse_shadows : bool
+        Whether a wide lamp casts shadows.
 
     Yields
     ------
     ViewLayer
         The one layer that is rendered.
     """
-    wanted = wanted_settings(scene, camera, samples, shafts, froxels)
+    wanted = wanted_settings(
+        scene, camera, samples, shafts, froxels, diffuse_shadows=diffuse_shadows
+    )
     with render_settings(scene, wanted) as layer:
         yield layer

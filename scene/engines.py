@@ -198,8 +198,9 @@ def _eevee(
     notes = realtime.add_realtime(scene, water, extent)
     try:
         with eevee_settings.realtime_settings(
-            scene, camera, samples=samples, shafts=water.shafts, froxels=froxels
-        ):
+            scene, camera, samples=samples, shafts=water.shafts, froxels=froxels,
+            diffuse_shadows=water.shape.diffuse_shadows,
+        ):  # fmt: skip
             yield notes
     finally:
         realtime.remove_realtime(scene)

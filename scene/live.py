@@ -72,7 +72,7 @@ def add(scene: bpy.types.Scene, *, shafts: bool = False) -> list[str]:
     if scene.camera is not None:
         session[_CAMERA] = scene.camera.data
     scene[SESSION] = session
-    _apply_settings(scene, water.shafts)
+    _apply_settings(scene, water)
     return notes
 
 
@@ -252,7 +252,7 @@ def _fits(scene: bpy.types.Scene, water: realtime.RealtimeWater) -> bool:
     return water_body.has_floor(scene) == math.isfinite(water.column.floor_depth)
 
 
-def _apply_settings(scene: bpy.types.Scene, reach: realtime.ShaftRange | None) -> None:
+def _apply_settings(scene: bpy.types.Scene, water: realtime.RealtimeWater) -> None:
     """Set what the live water needs of Blender, and keep what was there."""
     camera = scene.camera
     wanted: list[tuple[Any, str, Any]] = []
@@ -260,8 +260,12 @@ def _apply_settings(scene: bpy.types.Scene, reach: realtime.ShaftRange | None) -
         wanted = [
             (owner, name, value)
             for owner, name, value in eevee_settings.wanted_settings(
-                scene, camera, scene.eevee.taa_render_samples, reach
-            )
+                scene,
+                camera,
+                scene.eevee.taa_render_samples,
+                water.shafts,
+                diffuse_shadows=water.shape.diffuse_shadows,
+            )  # fmt: skip
             # The user's compositor and camera stay.
             if owner != scene
         ]
