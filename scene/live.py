@@ -265,7 +265,7 @@ def _apply_settings(scene: bpy.types.Scene, water: realtime.RealtimeWater) -> No
                 scene.eevee.taa_render_samples,
                 water.shafts,
                 diffuse_shadows=water.shape.diffuse_shadows,
-            )  # fmt: skip
+            )
             # The user's compositor and camera stay.
             if owner != scene
         ]
