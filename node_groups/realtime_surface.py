@@ -91,7 +91,7 @@ def _picture(graph: Graph, values: Values) -> tuple[Term, ...]:
     water = values.water
     nx, ny, nz = graph.components(values[NORMAL])
     cosine = -(nx * water.sun[0] + ny * water.sun[1] + nz * water.sun[2])
-    visible = values[VISIBILITY] if values.shape.diffuse_shadows else 1.0
+    visible = values[VISIBILITY] if values.shape.diffuse_shadows else None
     direct, forward, diffuse = water.field.surface_irradiance(y, 1.0, nz, NODES, visible)
     if values.shape.waves:
         contrast = between(values[POSITION], [values[name] for name in CONTRAST], NODES)

@@ -119,7 +119,7 @@ class LightField:
         sun_cosine: Any,  # noqa: ANN401
         up: Any,  # noqa: ANN401
         m: Mathematics = NUMPY,
-        visibility: Any = 1.0,  # noqa: ANN401
+        visibility: Any = None,  # noqa: ANN401
     ) -> tuple[Any, Any, Any]:
         """Irradiance on a patch of surface.
 
@@ -134,9 +134,9 @@ class LightField:
             Upward component of its normal (1 for a floor).
         m : Mathematics
             Elementary functions.
-        visibility : float or array
+        visibility : float or array, optional
             Share of the light from above, the direct sun apart, that nothing keeps
-            away: of that in :func:`.light_cone`.
+            away: of that in :func:`.light_cone`. All of it by default.
 
         Returns
         -------
@@ -147,10 +147,13 @@ class LightField:
         facing = m.maximum(sun_cosine, 0.0) / self.mu_s * self.E
         sharp = m.exp(-self.c / self.mu_s * y)
         forward = m.maximum(m.exp(-self.ks * y) - sharp, 0.0)
-        E0, F = self.E0(y, m) / 4.0, self.F(y, m) / 2.0
-        shadowed = (1.0 - visibility) * (0.5 + 0.5 * up) * m.maximum(E0 + F, 0.0)
-        diffuse = m.maximum(E0 + up * F - shadowed, 0.0)
-        return facing * sharp, facing * forward * visibility, diffuse
+        mean, half_flux = self.E0(y, m) / 4.0, self.F(y, m) / 2.0
+        diffuse = mean + up * half_flux
+        if visibility is not None:
+            forward = forward * visibility
+            from_above = m.maximum(mean + half_flux, 0.0)
+            diffuse = diffuse - (1.0 - visibility) * (0.5 + 0.5 * up) * from_above
+        return facing * sharp, facing * forward, m.maximum(diffuse, 0.0)
 
     def floor_radiance(self, m: Mathematics = NUMPY) -> Any:  # noqa: ANN401
         """Radiance of the Lambertian floor."""
