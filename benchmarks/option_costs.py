@@ -79,7 +79,7 @@ def plain_seconds() -> tuple[float, float]:
     lamp.shadow_maximum_resolution = _SHADOW
     for item in (floor, bpy.data.objects.new("sun", lamp)):
         scene.collection.objects.link(item)
-    with eevee_settings.realtime_settings(scene, camera, samples=1, shafts=None):
+    with eevee_settings.realtime_settings(scene, camera, samples=1, water=None):
         return _seconds(shadows=False), _seconds(shadows=True)
 
 
@@ -90,9 +90,7 @@ def water_seconds(configuration: Sequence[int]) -> float:
     water = plan.realtime(scene, _DEPTH, plan.reduction(_DEPTH).weights, shafts=shafts)
     water = caustics.with_waves(scene, plan, water)
     realtime.add_realtime(scene, water, water_extent(scene, plan.column, _DEPTH))
-    with eevee_settings.realtime_settings(
-        scene, camera, samples=1, shafts=water.shafts, diffuse_shadows=water.shape.diffuse_shadows
-    ):
+    with eevee_settings.realtime_settings(scene, camera, samples=1, water=water):
         return _seconds(shadows=False)
 
 

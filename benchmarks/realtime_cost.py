@@ -132,11 +132,8 @@ def _eevee(
         scene.eevee.taa_render_samples = count
         return _time(lambda path: exr_output.write_float_exr(scene, path))
 
-    reach, update = water.shafts if water else None, 0.0
-    wide = water is not None and water.shape.diffuse_shadows
-    with eevee_settings.realtime_settings(
-        scene, camera, samples=1, shafts=reach, diffuse_shadows=wide
-    ):
+    update = 0.0
+    with eevee_settings.realtime_settings(scene, camera, samples=1, water=water):
         first, sample = frame(1), _per_sample(frame, samples)
         if water:
             scene.frame_set(2)

@@ -177,9 +177,8 @@ def measure_eevee(
     realtime.add_realtime(scene, water, extent)
     try:
         with eevee_settings.realtime_settings(
-            scene, case.camera, samples=1, shafts=water.shafts, froxels=setting.froxels,
-            diffuse_shadows=water.shape.diffuse_shadows,
-        ):  # fmt: skip
+            scene, case.camera, samples=1, water=water, froxels=setting.froxels
+        ):
             cost = _cost(case)
             for configuration, now in plans:
                 case.place(configuration)
@@ -237,7 +236,7 @@ def measure_plain(
     if setting is FOG:
         for material in bpy.data.materials:
             realtime_cost.add_fog(material)
-    with eevee_settings.realtime_settings(scene, case.camera, samples=1, shafts=None):
+    with eevee_settings.realtime_settings(scene, case.camera, samples=1, water=None):
         cost = _cost(case, shadow_maps=True)
     for item in added:
         water_body.delete(item)

@@ -8,7 +8,7 @@ from typing import Any
 
 import bpy
 
-from .realtime import ShaftRange
+from .realtime import RealtimeWater
 from .temporary import render_settings
 
 MOST_FROXELS = 256
@@ -28,10 +28,8 @@ def wanted_settings(
     scene: bpy.types.Scene,
     camera: bpy.types.Object,
     samples: int,
-    shafts: ShaftRange | None,
+    water: RealtimeWater | None,
     froxels: int | None = None,
-    *,
-    diffuse_shadows: bool = False,
 ) -> list[tuple[Any, str, Any]]:
     """Owner, name and value of every setting of the real-time mode."""
     render, eevee = scene.render, scene.eevee
@@ -56,13 +54,13 @@ def wanted_settings(
         (eevee, "direct_light_intensity", 1.0),
         (eevee, "use_volumetric_shadows", False),
     ]
-    if diffuse_shadows:
+    if water is not None and water.shape.diffuse_shadows:
         wanted.append((eevee, "shadow_step_count", _SHADOW_STEPS))
-    if shafts is not None:
+    if water is not None and water.shafts is not None:
         wanted += [
             (eevee, "use_volume_custom_range", True),
             (eevee, "volumetric_start", _FROXEL_START),
-            (eevee, "volumetric_end", shafts.end),
+            (eevee, "volumetric_end", water.shafts.end),
             (eevee, "volumetric_samples", froxels or MOST_FROXELS),
             (eevee, "volumetric_tile_size", _FROXEL_TILE),
             (eevee, "volumetric_sample_distribution", _FROXEL_DISTRIBUTION),
@@ -77,9 +75,8 @@ def realtime_settings(
     camera: bpy.types.Object,
     *,
     samples: int,
-    shafts: ShaftRange | None,
+    water: RealtimeWater | None,
     froxels: int | None = None,
-    diffuse_shadows: bool = False,
 ) -> Iterator[bpy.types.ViewLayer]:
     """EEVEE's settings while the block runs, the scene's own afterwards.
 
@@ -91,20 +88,16 @@ def realtime_settings(
         The camera.
     samples : int
         Samples per pixel.
-    shafts : ShaftRange, optional
-        How far the froxel volume reaches; None without shafts.
+    water : RealtimeWater, optional
+        What is drawn: its shafts need a froxel volume, its wide lamp more steps.
     froxels : int, optional
-        Its steps; None for the most.
-    diffuse_shadows : bool
-        Whether a wide lamp casts shadows.
+        Steps of that volume; None for the most.
 
     Yields
     ------
     ViewLayer
         The one layer that is rendered.
     """
-    wanted = wanted_settings(
-        scene, camera, samples, shafts, froxels, diffuse_shadows=diffuse_shadows
-    )
+    wanted = wanted_settings(scene, camera, samples, water, froxels)
     with render_settings(scene, wanted) as layer:
         yield layer

@@ -198,9 +198,8 @@ def _eevee(
     notes = realtime.add_realtime(scene, water, extent)
     try:
         with eevee_settings.realtime_settings(
-            scene, camera, samples=samples, shafts=water.shafts, froxels=froxels,
-            diffuse_shadows=water.shape.diffuse_shadows,
-        ):  # fmt: skip
+            scene, camera, samples=samples, water=water, froxels=froxels
+        ):
             yield notes
     finally:
         realtime.remove_realtime(scene)

@@ -133,7 +133,7 @@ def update(
         else:
             realtime.set_values(scene, water)
         if water.shafts is not None:
-            _use_shafts(scene, water.shafts)
+            _use_shafts(scene, water)
         session[_SHOWN], session[_PROBLEM] = _key(scene, chosen, depth), ""
     except InputError as error:
         session[_PROBLEM] = str(error)
@@ -260,11 +260,7 @@ def _apply_settings(scene: bpy.types.Scene, water: realtime.RealtimeWater) -> No
         wanted = [
             (owner, name, value)
             for owner, name, value in eevee_settings.wanted_settings(
-                scene,
-                camera,
-                scene.eevee.taa_render_samples,
-                water.shafts,
-                diffuse_shadows=water.shape.diffuse_shadows,
+                scene, camera, scene.eevee.taa_render_samples, water
             )
             # The user's compositor and camera stay.
             if owner != scene
@@ -286,10 +282,10 @@ def _apply_settings(scene: bpy.types.Scene, water: realtime.RealtimeWater) -> No
     scene[SESSION][_KEPT] = kept
 
 
-def _use_shafts(scene: bpy.types.Scene, reach: realtime.ShaftRange) -> None:
+def _use_shafts(scene: bpy.types.Scene, water: realtime.RealtimeWater) -> None:
     """Lead the froxels as far as the shafts reach; keep the user's values once."""
     kept = scene[SESSION][_KEPT]
-    for owner, name, value in eevee_settings.wanted_settings(scene, scene.camera, 1, reach):
+    for owner, name, value in eevee_settings.wanted_settings(scene, scene.camera, 1, water):
         if owner == scene.eevee and name.startswith(("volumetric_", "use_volume_custom")):
             key = f"{type(owner).__name__}.{name}"
             first = key not in kept

@@ -21,3 +21,19 @@ def empty_blender():
         warnings.simplefilter("ignore", DeprecationWarning)
         bpy.ops.wm.read_factory_settings(use_empty=True)
     return bpy.context.scene
+
+
+@pytest.fixture
+def registered(empty_blender):
+    """Register the whole extension; after it only the properties, which a batch expects."""
+    import bpy
+    from underwater_spectral import registration
+    from underwater_spectral.scene import property_group
+
+    # A batch of an earlier test may have registered the properties alone in this process.
+    if hasattr(bpy.types.Scene, property_group.PROPERTY):
+        property_group.unregister()
+    registration.register()
+    yield bpy.context.scene
+    registration.unregister()
+    property_group.register()

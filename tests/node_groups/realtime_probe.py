@@ -94,10 +94,7 @@ def render(water: realtime.RealtimeWater, view: View, path: Path, samples: int =
         floor = bpy.data.objects.get("UW Floor")
         if floor is not None:  # the floor term of the background is what is tested
             bpy.data.objects.remove(floor)
-    with eevee_settings.realtime_settings(
-        scene, camera, samples=samples, shafts=water.shafts,
-        diffuse_shadows=water.shape.diffuse_shadows,
-    ):  # fmt: skip
+    with eevee_settings.realtime_settings(scene, camera, samples=samples, water=water):
         exr_output.write_float_exr(scene, path)
     return read_exr(path)[0].astype(np.float64)
 

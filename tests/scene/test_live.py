@@ -7,7 +7,6 @@ import functools
 import bpy
 import numpy as np
 import pytest
-from underwater_spectral import registration
 from underwater_spectral.node_groups import realtime_values
 from underwater_spectral.scene import live, property_group, realtime, shared_plans
 from underwater_spectral.scene.render_plan import make_plan
@@ -21,13 +20,8 @@ pytestmark = pytest.mark.filterwarnings(
 
 
 @pytest.fixture(autouse=True)
-def registered(_clean):
-    if hasattr(bpy.types.Scene, property_group.PROPERTY):
-        property_group.unregister()
-    registration.register()
-    yield
-    registration.unregister()
-    property_group.register()
+def _registered(registered):
+    return registered
 
 
 def _scene():

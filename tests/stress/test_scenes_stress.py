@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 from hypothesis import strategies as st
 from mathutils import Vector
-from underwater_spectral import registration
 from underwater_spectral.node_groups.water_volume import ScatteringLobe
 from underwater_spectral.scene import (
     cameras,
@@ -19,7 +18,6 @@ from underwater_spectral.scene import (
     exr_output,
     live,
     pass_values,
-    property_group,
     realtime,
     requirements,
     settings,
@@ -45,16 +43,6 @@ LOBES = (ScatteringLobe("HENYEY_GREENSTEIN", 0.8),)
 @pytest.fixture(autouse=True)
 def _clean(empty_blender):
     return empty_blender
-
-
-@pytest.fixture
-def registered(_clean):
-    if hasattr(bpy.types.Scene, property_group.PROPERTY):
-        property_group.unregister()
-    registration.register()
-    yield
-    registration.unregister()
-    property_group.register()
 
 
 # --- Scenes -----------------------------------------------------------------------------------
@@ -354,7 +342,7 @@ def _open_water(scene, camera_data, z=-5.0):
 def _eevee(scene, camera, column, path):
     water = realtime.realtime_water(column, PHASE, 5.0, np.eye(3))
     realtime.add_realtime(scene, water, water_body.WaterExtent(2000.0, 2000.0))
-    with eevee_settings.realtime_settings(scene, camera, samples=1, shafts=None):
+    with eevee_settings.realtime_settings(scene, camera, samples=1, water=water):
         exr_output.write_float_exr(scene, path)
     realtime.remove_realtime(scene)
     return read_exr(path)[0].astype(np.float64)
