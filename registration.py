@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from .scene import property_group as optics
+from .scene import stored_settings as optics
 from .ui import handlers, operators, panels, presets, previews, property_group
 
 _MODULES = (optics, property_group, previews, operators, presets, panels, handlers)

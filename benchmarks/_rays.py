@@ -12,8 +12,8 @@ from mathutils import Vector
 from numpy.typing import NDArray
 
 from ..scene.cycles_settings import reference_settings
-from ..uw_spectral.spectral_image import read_exr
-from ..uw_spectral.water_column import WaterColumn
+from ..uw_spectral.spectra.spectral_image import read_exr
+from ..uw_spectral.transfer.water_column import WaterColumn
 from .grey_scene import Hits
 
 _OFFSET = 1e-3  # m off a surface, where shadow rays start

@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..uw_spectral.colour_rendering import delta_e_CIE2000_images, srgb_encode, srgb_rmse
 from ..uw_spectral.errors import InputError
-from ..uw_spectral.spectral_image import replacing
+from ..uw_spectral.spectra.colour_rendering import delta_e_CIE2000_images, srgb_encode, srgb_rmse
+from ..uw_spectral.spectra.spectral_image import replacing
 from ._tradeoff_scenes import (
     FOG,
     PLAIN,

@@ -100,7 +100,7 @@ _TERMS = [
         _realtime(f"real time, 8 bands, shafts of {n} froxels", 8, shafts=True, froxels=n)
         for n in (32, 64, 128)
     ),
-    _realtime("real time, 8 bands, no diffuse shadows", 8, {"diffuse_shadows": "off"}),
+    _realtime("real time, 8 bands, no diffuse shadows", 8, {"diffuse_shadows": False}),
     _realtime("real time, 8 bands, no single scattering", 8, single=False),
     _realtime("real time, 8 bands, no aureole", 8, aureole=False),
     _realtime("real time, 8 bands, no floor term", 8, floor_term=False),

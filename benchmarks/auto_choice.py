@@ -23,25 +23,18 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from ..uw_spectral.bands import Bands
-from ..uw_spectral.bio_optics import Constituents
-from ..uw_spectral.colour_rendering import delta_e_CIE2000_images
-from ..uw_spectral.combinations import RAYS, BandChoice, Combination, Effort, Estimate, pick
-from ..uw_spectral.costs import Costs, Method, Options, read_costs
-from ..uw_spectral.errors import DataWarning
-from ..uw_spectral.illuminant import Illuminant, parse_illuminant
-from ..uw_spectral.inelastic import (
-    EXCITATION,
-    excitation_fields,
-    inelastic_processes,
-    solve_inelastic,
+from ..quality.combinations import (
+    RAYS,
+    BandChoice,
+    Combination,
+    ErrorEstimate,
+    Workload,
+    cheapest_within,
 )
-from ..uw_spectral.light_cone import LightCone, light_cone
-from ..uw_spectral.light_reach import shown
-from ..uw_spectral.optimised_bands import FittedViewpoint, optimised_bands
-from ..uw_spectral.readouts import REFERENCE_BANDS, Viewpoint, make_viewpoint
-from ..uw_spectral.requirements import SAFETY
-from ..uw_spectral.seen_points import (
+from ..quality.costs import Costs, Method, Options, read_costs
+from ..quality.light_reach import clip_to_display
+from ..quality.requirements import SAFETY
+from ..quality.seen_points import (
     AUREOLE,
     DIFFUSE_SHADOWS,
     FLOOR_LIGHT,
@@ -55,9 +48,19 @@ from ..uw_spectral.seen_points import (
     picture,
     visibility,
 )
-from ..uw_spectral.sensor import Sensor, parse_sensor
-from ..uw_spectral.water import Water
-from ..uw_spectral.wave_patterns import Sea, WavePatterns
+from ..uw_spectral.errors import DataWarning
+from ..uw_spectral.imaging.optimised_bands import FittedViewpoint, optimised_bands
+from ..uw_spectral.imaging.readouts import REFERENCE_BANDS, Viewpoint, make_viewpoint
+from ..uw_spectral.spectra.bands import Bands
+from ..uw_spectral.spectra.colour_rendering import delta_e_CIE2000_images
+from ..uw_spectral.spectra.illuminant import Illuminant, parse_illuminant
+from ..uw_spectral.spectra.sensor import Sensor, parse_sensor
+from ..uw_spectral.surface.wave_patterns import Sea, WavePatterns
+from ..uw_spectral.transfer.inelastic_light import excitation_fields, solve_inelastic
+from ..uw_spectral.transfer.light_cone import LightCone, light_cone
+from ..uw_spectral.water.bio_optics import Constituents
+from ..uw_spectral.water.inelastic_processes import EXCITATION, inelastic_processes
+from ..uw_spectral.water.optical_properties import Water
 
 COUNTS = (3, 4, 5, 6, 8, 9, 12, 16)
 OPTIMISED = (3, 6, 9)
@@ -228,7 +231,7 @@ def look(
         on_floor=on_floor,
         visibility=np.ones(count),
         pixels=np.full(count, 1.0 / count),
-    ).some(detail.rays)
+    ).subsample(detail.rays)
     return _shaded(seen, things, sun, cone_directions(cone, detail.skyward), detail.steps)
 
 
@@ -328,12 +331,12 @@ def run_case(case: Case, costs: Costs) -> dict[str, object]:
     start = time.process_time()
     calm = replace(case, raman=False, surface="flat" if case.surface == "waves" else case.surface)
     choices = band_choices(calm, viewpoint(calm, Bands.uniform(REFERENCE_BANDS)))
-    estimate = Estimate([few], fine, choices)
+    estimate = ErrorEstimate([few], fine, choices)
     seconds = time.process_time() - start
     everywhere = optics(case, Bands.uniform(REFERENCE_BANDS), _TRUTH.resolution)
     truth = Truth(case, full, everywhere, estimate)
     rows = []
-    for c in estimate.combinations(Effort(), costs):
+    for c in estimate.combinations(Workload(), costs):
         o = c.options
         guess = float(estimate.errors([estimate.rgb(c.bands, o, floor=c.floor)])[0])
         key = [c.bands.name, c.floor, c.bands.count, vars(o)]
@@ -350,9 +353,9 @@ class Truth:
     """Errors of combinations, from full pictures of each."""
 
     def __init__(
-        self, case: Case, seen: SeenPoints, everywhere: Optics, estimate: Estimate
+        self, case: Case, seen: SeenPoints, everywhere: Optics, estimate: ErrorEstimate
     ) -> None:
-        self.full, self._weight = shown(picture(everywhere, seen).without()), seen.weight
+        self.full, self._weight = clip_to_display(picture(everywhere, seen).without()), seen.weight
         self._pictures = {}
         for choice in estimate.choices:
             on = optics(case, choice.optics.view.column.bands, _TRUTH.resolution)
@@ -377,11 +380,11 @@ class Truth:
 
     def of(self, rgb: NDArray[np.float64]) -> float:
         """Mean ΔE2000 of a picture, as :attr:`.SeenPoints.weight` has it."""
-        return float(delta_e_CIE2000_images(shown(rgb), self.full) @ self._weight)
+        return float(delta_e_CIE2000_images(clip_to_display(rgb), self.full) @ self._weight)
 
 
 def effects(
-    estimate: Estimate, truth: Truth, everywhere: Optics, full: SeenPoints
+    estimate: ErrorEstimate, truth: Truth, everywhere: Optics, full: SeenPoints
 ) -> dict[str, tuple[float, float]]:
     """Estimated and measured ΔE2000 of leaving one thing out."""
     found, everything = {}, estimate.everything()
@@ -477,7 +480,7 @@ def outcomes(results: Sequence[dict], costs: Costs, safety: float = SAFETY) -> l
             )
             order = np.argsort(cost, kind="stable")
             for target in TARGETS:
-                chosen = order[pick(guesses[order], safety * target)]
+                chosen = order[cheapest_within(guesses[order], safety * target)]
                 good = order[errors[order] <= target]
                 cheapest = float(cost[good[0]]) if good.size else None
                 tuning = result["case"]["number"] % 4 == 0

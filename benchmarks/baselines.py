@@ -13,10 +13,13 @@ from numpy.typing import NDArray
 
 from ..scene.render_plan import RenderPlan, make_plan
 from ..scene.settings import SceneSettings
-from ..uw_spectral.colour_rendering import luminance
-from ..uw_spectral.monzon import path_radiance_Monzon2024, path_radiance_Monzon2024_corrected
-from ..uw_spectral.path_radiance import distance_in_water
-from ..uw_spectral.sun import fresnel_reflectance
+from ..uw_spectral.baselines.monzon import (
+    path_radiance_Monzon2024,
+    path_radiance_Monzon2024_corrected,
+)
+from ..uw_spectral.spectra.colour_rendering import luminance
+from ..uw_spectral.surface.refraction import fresnel_reflectance
+from ..uw_spectral.transfer.path_radiance import distance_in_water
 from .grey_scene import Hits
 
 PathRadianceForm = Callable[..., NDArray[np.float64]]

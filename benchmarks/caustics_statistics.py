@@ -14,20 +14,17 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from ..uw_spectral.bands import Bands
-from ..uw_spectral.caustics import (
+from ..uw_spectral.spectra.bands import Bands
+from ..uw_spectral.spectra.illuminant import parse_illuminant
+from ..uw_spectral.surface.caustics import (
     SUN_RADIUS,
-    SunlitWater,
     bake_layers,
     caustic_pattern,
     layer_depths,
     ray_density,
     refracted_offset,
 )
-from ..uw_spectral.illuminant import parse_illuminant
-from ..uw_spectral.light_field import solve_light_field
-from ..uw_spectral.phase import parse_phase
-from ..uw_spectral.sun import (
+from ..uw_spectral.surface.refraction import (
     REFRACTIVE_INDEX,
     diffuse_internal_reflectance,
     diffuse_transmittance,
@@ -35,8 +32,11 @@ from ..uw_spectral.sun import (
     in_water_cosine,
     sun_travel_direction,
 )
-from ..uw_spectral.water import molecular_scattering
-from ..uw_spectral.waves import WaveComponents, WaveSpectrum, slope_variance_CoxMunk1954
+from ..uw_spectral.surface.waves import WaveComponents, WaveSpectrum, slope_variance_CoxMunk1954
+from ..uw_spectral.transfer.light_field import solve_light_field
+from ..uw_spectral.transfer.sunlit_water import SunlitWater
+from ..uw_spectral.water.optical_properties import molecular_scattering
+from ..uw_spectral.water.phase import parse_phase
 
 ROOT = Path(__file__).resolve().parent.parent
 WIND_AZIMUTH = 40.0  # between the sun and the wind, degrees; unknown in the field

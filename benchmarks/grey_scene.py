@@ -20,12 +20,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..scene import band_passes, engines, render_plan, settings, water_body
-from ..uw_spectral.bands import Bands
-from ..uw_spectral.colour_rendering import delta_e_CIE2000_images, srgb_encode, srgb_rmse
-from ..uw_spectral.path_radiance import pixel_radiance, solve_path_radiance
-from ..uw_spectral.phase import BandPhase
-from ..uw_spectral.reflectance import uplift_basis
-from ..uw_spectral.water_column import WaterColumn
+from ..uw_spectral.spectra.bands import Bands
+from ..uw_spectral.spectra.colour_rendering import delta_e_CIE2000_images, srgb_encode, srgb_rmse
+from ..uw_spectral.spectra.reflectance import uplift_basis
+from ..uw_spectral.transfer.path_radiance import pixel_radiance, solve_path_radiance
+from ..uw_spectral.transfer.water_column import WaterColumn
+from ..uw_spectral.water.phase import BandPhase
 
 ABOVE_FLOOR = 3.0
 FLOOR_REFLECTANCE = 0.3

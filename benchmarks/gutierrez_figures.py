@@ -13,38 +13,34 @@ from pathlib import Path
 
 import numpy as np
 
-from ..uw_spectral.bands import Bands
-from ..uw_spectral.bio_optics import (
-    Constituents,
-    chlorophyll_jerlov,
-    jerlov_chlorophyll,
-    named_waters,
-)
-from ..uw_spectral.colour_rendering import reduction, srgb_encode
-from ..uw_spectral.diffuse_attenuation import Kd490_Morel2007, Kd_Lee2005
 from ..uw_spectral.errors import DataWarning
-from ..uw_spectral.illuminant import parse_illuminant
-from ..uw_spectral.inelastic import (
-    PROCESSES,
-    InelasticLight,
-    inelastic_processes,
-    solve_inelastic,
-)
-from ..uw_spectral.kd_inversion import invert_Kd
-from ..uw_spectral.light_field import LightField
 from ..uw_spectral.monte_carlo import simulate
-from ..uw_spectral.path_radiance import PathRadiance, solve_path_radiance
-from ..uw_spectral.phase import BandPhase, parse_phase
-from ..uw_spectral.sensor import parse_sensor
-from ..uw_spectral.spectrum import Spectrum
-from ..uw_spectral.sun import (
+from ..uw_spectral.spectra.bands import Bands
+from ..uw_spectral.spectra.colour_rendering import reduction, srgb_encode
+from ..uw_spectral.spectra.illuminant import parse_illuminant
+from ..uw_spectral.spectra.sensor import parse_sensor
+from ..uw_spectral.spectra.spectrum import Spectrum
+from ..uw_spectral.surface.refraction import (
     REFRACTIVE_INDEX,
     fresnel_reflectance,
     in_water_cosine,
     sun_travel_direction,
 )
-from ..uw_spectral.water import JERLOV_TYPES, Water, molecular_scattering
-from ..uw_spectral.water_column import WaterColumn
+from ..uw_spectral.transfer.inelastic_light import InelasticLight, solve_inelastic
+from ..uw_spectral.transfer.light_field import LightField
+from ..uw_spectral.transfer.path_radiance import PathRadiance, solve_path_radiance
+from ..uw_spectral.transfer.water_column import WaterColumn
+from ..uw_spectral.water.bio_optics import (
+    Constituents,
+    chlorophyll_jerlov,
+    jerlov_chlorophyll,
+    named_waters,
+)
+from ..uw_spectral.water.diffuse_attenuation import Kd490_Morel2007, Kd_Lee2005
+from ..uw_spectral.water.inelastic_processes import PROCESSES, inelastic_processes
+from ..uw_spectral.water.kd_inversion import invert_Kd
+from ..uw_spectral.water.optical_properties import JERLOV_TYPES, Water, molecular_scattering
+from ..uw_spectral.water.phase import BandPhase, parse_phase
 
 ROOT = Path(__file__).resolve().parent.parent
 SUN_ZENITH = 30.0

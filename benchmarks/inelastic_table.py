@@ -11,27 +11,26 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ..uw_spectral.bands import Bands
-from ..uw_spectral.bio_optics import Constituents, named_waters
-from ..uw_spectral.inelastic import (
-    PROCESSES,
-    InelasticLight,
-    excitation_fields,
-    inelastic_processes,
-    solve_inelastic,
-)
 from ..uw_spectral.monte_carlo import (
     Constituent,
-    InelasticProcess,
+    InelasticInteraction,
     MonteCarloResult,
     bio_optical_medium,
     simulate,
 )
-from ..uw_spectral.path_radiance import upwelling_irradiance
-from ..uw_spectral.sun import (
+from ..uw_spectral.spectra.bands import Bands
+from ..uw_spectral.surface.refraction import (
     REFRACTIVE_INDEX,
 )
-from ..uw_spectral.water_column import WaterColumn
+from ..uw_spectral.transfer.inelastic_light import (
+    InelasticLight,
+    excitation_fields,
+    solve_inelastic,
+)
+from ..uw_spectral.transfer.path_radiance import upwelling_irradiance
+from ..uw_spectral.transfer.water_column import WaterColumn
+from ..uw_spectral.water.bio_optics import Constituents, named_waters
+from ..uw_spectral.water.inelastic_processes import PROCESSES, inelastic_processes
 from .gutierrez_figures import SUN_ZENITH, column
 from .path_radiance_table import ROOT
 
@@ -107,7 +106,7 @@ def first_order(
             matrix[::2, 1::2] = process.redistribution * factor
         coefficient = np.repeat(process.coefficient, 2) * shone_into
         stronger.append(
-            InelasticProcess(
+            InelasticInteraction(
                 process.name,
                 coefficient * factor if name == "raman" else coefficient,
                 matrix,

@@ -24,8 +24,8 @@ from numpy.typing import NDArray
 
 from ..scene import water_body
 from ..scene.render_plan import RenderPlan
-from ..uw_spectral.phase import HenyeyGreenstein
-from ..uw_spectral.spectral_image import replacing
+from ..uw_spectral.spectra.spectral_image import replacing
+from ..uw_spectral.water.phase import HenyeyGreenstein
 from . import grey_scene
 
 WIDTH, HEIGHT = 90, 54

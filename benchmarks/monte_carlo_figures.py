@@ -11,23 +11,23 @@ from pathlib import Path
 
 import numpy as np
 
-from ..uw_spectral.bands import Bands
-from ..uw_spectral.bio_optics import named_waters
-from ..uw_spectral.colour_rendering import reduction, srgb_encode
 from ..uw_spectral.errors import DataWarning
-from ..uw_spectral.illuminant import parse_illuminant
-from ..uw_spectral.inelastic import PROCESSES
 from ..uw_spectral.monte_carlo import MonteCarloResult, bio_optical_medium, simulate
-from ..uw_spectral.phase import parse_phase
-from ..uw_spectral.sensor import parse_sensor
-from ..uw_spectral.sun import (
+from ..uw_spectral.spectra.bands import Bands
+from ..uw_spectral.spectra.colour_rendering import reduction, srgb_encode
+from ..uw_spectral.spectra.illuminant import parse_illuminant
+from ..uw_spectral.spectra.sensor import parse_sensor
+from ..uw_spectral.surface.refraction import (
     REFRACTIVE_INDEX,
     fresnel_reflectance,
     in_water_cosine,
     sun_travel_direction,
 )
-from ..uw_spectral.water import JERLOV_TYPES, Water, molecular_scattering
-from ..uw_spectral.water_column import WaterColumn
+from ..uw_spectral.transfer.water_column import WaterColumn
+from ..uw_spectral.water.bio_optics import named_waters
+from ..uw_spectral.water.inelastic_processes import PROCESSES
+from ..uw_spectral.water.optical_properties import JERLOV_TYPES, Water, molecular_scattering
+from ..uw_spectral.water.phase import parse_phase
 from .inelastic_table import BANDS, CAMERA, CONE, SUN_ZENITH, column_of, first_order
 from .path_radiance_table import ROOT
 

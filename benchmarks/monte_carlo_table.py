@@ -12,20 +12,24 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..uw_spectral.bands import Bands
 from ..uw_spectral.monte_carlo import MonteCarloResult, simulate
-from ..uw_spectral.path_radiance import (
+from ..uw_spectral.spectra.bands import Bands
+from ..uw_spectral.spectra.spectrum import DATA_DIRECTORY
+from ..uw_spectral.surface.refraction import (
+    fresnel_reflectance,
+    in_water_cosine,
+    sun_travel_direction,
+)
+from ..uw_spectral.transfer.path_radiance import (
     PathRadiance,
     distance_in_water,
     solve_path_radiance,
     upwelling_irradiance,
     veil,
 )
-from ..uw_spectral.phase import BandPhase, parse_phase
-from ..uw_spectral.spectrum import DATA_DIRECTORY
-from ..uw_spectral.sun import fresnel_reflectance, in_water_cosine, sun_travel_direction
-from ..uw_spectral.water import Water
-from ..uw_spectral.water_column import WaterColumn
+from ..uw_spectral.transfer.water_column import WaterColumn
+from ..uw_spectral.water.optical_properties import Water
+from ..uw_spectral.water.phase import BandPhase, parse_phase
 from . import monte_carlo_speed
 from .path_radiance_table import AZIMUTHS, ROOT
 

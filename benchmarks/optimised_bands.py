@@ -16,16 +16,16 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from ..uw_spectral.bands import Bands
-from ..uw_spectral.colour_rendering import delta_e_CIE2000_images, luminance
 from ..uw_spectral.errors import DataWarning
-from ..uw_spectral.illuminant import Illuminant, parse_illuminant
-from ..uw_spectral.optimised_bands import fitted_reduction, optimised_bands
-from ..uw_spectral.path_radiance import pixel_radiance
-from ..uw_spectral.readouts import REFERENCE_BANDS, Viewpoint, make_viewpoint
-from ..uw_spectral.reflectance import colorchecker_patches, colorchecker_reflectance, uplift
-from ..uw_spectral.sensor import Sensor, list_sensors, parse_sensor
-from ..uw_spectral.water import JERLOV_TYPES, Water
+from ..uw_spectral.imaging.optimised_bands import fitted_reduction, optimised_bands
+from ..uw_spectral.imaging.readouts import REFERENCE_BANDS, Viewpoint, make_viewpoint
+from ..uw_spectral.spectra.bands import Bands
+from ..uw_spectral.spectra.colour_rendering import delta_e_CIE2000_images, luminance
+from ..uw_spectral.spectra.illuminant import Illuminant, parse_illuminant
+from ..uw_spectral.spectra.reflectance import colorchecker_patches, colorchecker_reflectance, uplift
+from ..uw_spectral.spectra.sensor import Sensor, list_sensors, parse_sensor
+from ..uw_spectral.transfer.path_radiance import pixel_radiance
+from ..uw_spectral.water.optical_properties import JERLOV_TYPES, Water
 
 TUNED_WATERS = ("I", "IB", "II", "3C")
 TUNED_SENSORS = ("cie1931", "Nikon D7000", "ARRI D21", "Canon EOS 5D Mark II")

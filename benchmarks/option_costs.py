@@ -17,9 +17,17 @@ from pathlib import Path
 
 import bpy
 
-from ..scene import caustics, eevee_settings, engines, exr_output, realtime, render_plan, settings
+from ..quality.costs import COLUMNS
+from ..scene import (
+    eevee_settings,
+    engines,
+    exr_output,
+    moving_surface,
+    realtime,
+    render_plan,
+    settings,
+)
 from ..scene.water_body import floor_plane, water_extent
-from ..uw_spectral.costs import COLUMNS
 from . import grey_scene
 
 _DEPTH = 5.0
@@ -86,24 +94,25 @@ def plain_seconds() -> tuple[float, float]:
 def water_seconds(configuration: Sequence[int]) -> float:
     """Return what a sample takes with water of a configuration."""
     camera, plan = _plan(configuration)
-    scene, shafts = bpy.context.scene, bool(configuration[4])
-    water = plan.realtime(scene, _DEPTH, plan.reduction(_DEPTH).weights, shafts=shafts)
-    water = caustics.with_waves(scene, plan, water)
+    scene = bpy.context.scene
+    water = plan.realtime(scene, _DEPTH, plan.reduction(_DEPTH).weights)
+    water = moving_surface.with_waves(scene, plan, water)
     realtime.add_realtime(scene, water, water_extent(scene, plan.column, _DEPTH))
     with eevee_settings.realtime_settings(scene, camera, samples=1, water=water):
         return _seconds(shadows=False)
 
 
 def _plan(configuration: Sequence[int]) -> tuple[bpy.types.Object, render_plan.RenderPlan]:
-    bands, aureole, surface, inelastic, _, diffuse_shadows = configuration
+    bands, aureole, surface, inelastic, shafts, diffuse_shadows = configuration
     bpy.ops.wm.read_factory_settings(use_empty=True)
     camera = grey_scene.build_scene(_DEPTH, *_RESOLUTION)
     return camera, render_plan.make_plan(
         settings.SceneSettings(
             phase="hg:0.924",
             bands=bands,
-            aureole="on" if aureole else "off",
-            diffuse_shadows="on" if diffuse_shadows else "off",
+            aureole=bool(aureole),
+            shafts=bool(shafts),
+            diffuse_shadows=bool(diffuse_shadows),
             surface=_SURFACES[surface],
             inelastic="raman" if inelastic else "",
             floor_depth=_DEPTH + grey_scene.ABOVE_FLOOR,

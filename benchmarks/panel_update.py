@@ -15,14 +15,14 @@ import warnings
 import bpy
 
 from .. import registration
-from ..scene import live, property_group
+from ..scene import live, stored_settings
 from ..uw_spectral.errors import DataWarning
 
 TARGET = 20.0
 _REPETITIONS = 8
 _CHANGES: dict[str, tuple[object, ...]] = {
     "water": ("jerlov:IB", "jerlov:II", "jerlov:III", "jerlov:1C", "jerlov:5C"),
-    "turbidity": (1.1, 1.2, 1.3, 1.4, 1.5, 1.6, 1.7, 1.8, 1.9),
+    "scattering_factor": (1.1, 1.2, 1.3, 1.4, 1.5, 1.6, 1.7, 1.8, 1.9),
     "sensor": ("cie1931", "ARRI D21", "Nikon D7000"),
     "sun_zenith": (31.0, 32.0, 33.0, 34.0, 35.0, 36.0, 37.0, 38.0, 39.0),
     "floor_depth": (9.0, 9.1, 9.2, 9.3, 9.4, 9.5, 9.6, 9.7, 9.8),
@@ -33,8 +33,8 @@ def main(_: list[str]) -> None:
     """Print a table of the times."""
     warnings.simplefilter("ignore", DataWarning)
     bpy.ops.wm.read_factory_settings(use_empty=False)
-    if hasattr(bpy.types.Scene, property_group.PROPERTY):
-        property_group.unregister()
+    if hasattr(bpy.types.Scene, stored_settings.PROPERTY):
+        stored_settings.unregister()
     registration.register()
     scene = bpy.context.scene
     scene.underwater.phase, scene.underwater.surface = "hg:0.924", "flat"

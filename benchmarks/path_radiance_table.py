@@ -15,17 +15,20 @@ from pathlib import Path
 
 import numpy as np
 
-from ..uw_spectral.light_field import solve_light_field
-from ..uw_spectral.monzon import path_radiance_Monzon2024, path_radiance_Monzon2024_corrected
-from ..uw_spectral.path_radiance import (
+from ..uw_spectral.baselines.monzon import (
+    path_radiance_Monzon2024,
+    path_radiance_Monzon2024_corrected,
+)
+from ..uw_spectral.surface.refraction import in_water_cosine
+from ..uw_spectral.transfer.light_field import solve_light_field
+from ..uw_spectral.transfer.path_radiance import (
     distance_in_water,
     solve_path_radiance,
     upwelling_irradiance,
     veil,
 )
-from ..uw_spectral.phase import PhaseFunction, parse_phase
-from ..uw_spectral.sun import in_water_cosine
-from ..uw_spectral.water import Water
+from ..uw_spectral.water.optical_properties import Water
+from ..uw_spectral.water.phase import PhaseFunction, parse_phase
 
 ROOT = Path(__file__).resolve().parent.parent
 WATERS = ("I", "IA", "IB", "II", "3C")

@@ -18,13 +18,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..scene import engines, render_plan, water_body
-from ..uw_spectral.colour_rendering import (
+from ..uw_spectral.baselines.monzon import path_radiance_Monzon2024_corrected
+from ..uw_spectral.spectra.colour_rendering import (
     delta_e_CIE2000_images,
     srgb_encode,
     srgb_rmse,
 )
-from ..uw_spectral.monzon import path_radiance_Monzon2024_corrected
-from ..uw_spectral.spectral_image import read_exr, replacing
+from ..uw_spectral.spectra.spectral_image import read_exr, replacing
 from . import baselines, grey_scene
 
 WIDTH, HEIGHT, OVERSAMPLING = 90, 54, 3
@@ -124,24 +124,27 @@ def redraw(result: Result, bands: int) -> Result:
 def _eevee(
     plan: render_plan.RenderPlan, camera: bpy.types.Object, depth: float
 ) -> dict[str, NDArray[np.float64]]:
-    bare = replace(plan, settings=replace(plan.settings, diffuse_shadows="off"))
+    shafts, bare = (
+        replace(plan, settings=replace(plan.settings, **change))
+        for change in ({"shafts": True}, {"diffuse_shadows": False})
+    )
     return {
-        "EEVEE, real time": _realtime(plan, camera, depth, shafts=False),
-        "EEVEE, real time, shafts": _realtime(plan, camera, depth, shafts=True),
-        "EEVEE, real time, no diffuse shadows": _realtime(bare, camera, depth, shafts=False),
+        "EEVEE, real time": _realtime(plan, camera, depth),
+        "EEVEE, real time, shafts": _realtime(shafts, camera, depth),
+        "EEVEE, real time, no diffuse shadows": _realtime(bare, camera, depth),
         "EEVEE, bands": plan.reduction(depth).apply(_bands(plan, camera, depth)),
     }
 
 
 def _realtime(
-    plan: render_plan.RenderPlan, camera: bpy.types.Object, depth: float, *, shafts: bool
+    plan: render_plan.RenderPlan, camera: bpy.types.Object, depth: float
 ) -> NDArray[np.float64]:
     scene = bpy.context.scene
     plan = replace(plan, settings=replace(plan.settings, samples=_EEVEE_SAMPLES))
     extent = water_body.water_extent(scene, plan.column, depth)
     with (
         tempfile.TemporaryDirectory() as folder,
-        engines.eevee_realtime(scene, camera, plan, extent, depth, shafts=shafts) as engine,
+        engines.eevee_realtime(scene, camera, plan, extent, depth) as engine,
     ):
         path = Path(folder) / "picture.exr"
         engine.frame(plan, depth)(engine.passes[0], path)
@@ -154,7 +157,7 @@ def _bands(
     scene = bpy.context.scene
     plan = replace(plan, settings=replace(plan.settings, samples=_EEVEE_SAMPLES))
     extent = water_body.water_extent(scene, plan.column, depth)
-    with engines.eevee_bands(scene, camera, plan, extent, depth, shafts=False) as engine:
+    with engines.eevee_bands(scene, camera, plan, extent, depth) as engine:
         return grey_scene.band_image(engine, plan, depth)
 
 

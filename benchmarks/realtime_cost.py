@@ -30,10 +30,10 @@ from mathutils import Matrix
 
 from ..node_groups.node_mathematics import Graph
 from ..scene import (
-    caustics,
     eevee_settings,
     engines,
     exr_output,
+    moving_surface,
     realtime,
     render_plan,
     settings,
@@ -53,7 +53,7 @@ class _Case:
     bands: int = 0
     surface: str = "flat"
     shafts: bool = False
-    diffuse_shadows: str = "on"
+    diffuse_shadows: bool = True
     cycles: bool = False
 
 
@@ -101,7 +101,7 @@ def _cases(bands: Sequence[int]) -> list[_Case]:
         cases += [_Case(f"{n} bands", n), _Case(f"{n} bands, shafts", n, shafts=True)]
         if n == _WAVES_BANDS:
             cases += [
-                _Case(f"{n} bands, no diffuse shadows", n, diffuse_shadows="off"),
+                _Case(f"{n} bands, no diffuse shadows", n, diffuse_shadows=False),
                 _Case(f"{n} bands, waves", n, "waves"),
                 _Case(f"{n} bands, waves, shafts", n, "waves", shafts=True),
             ]
@@ -171,24 +171,25 @@ def _time(write: Callable[[Path], None]) -> float:
         return time.process_time() - start
 
 
-def _water(case: _Case, turbidity: float) -> realtime.RealtimeWater:
+def _water(case: _Case, scattering_factor: float) -> realtime.RealtimeWater:
     """Return the water of the current frame."""
-    scene, plan = bpy.context.scene, _plan(case, turbidity)
+    scene, plan = bpy.context.scene, _plan(case, scattering_factor)
     weights = plan.reduction(_DEPTH).weights
-    water = plan.realtime(scene, _DEPTH, weights, shafts=case.shafts)
-    return caustics.with_waves(scene, plan, water)
+    water = plan.realtime(scene, _DEPTH, weights)
+    return moving_surface.with_waves(scene, plan, water)
 
 
-def _plan(case: _Case, turbidity: float) -> render_plan.RenderPlan:
+def _plan(case: _Case, scattering_factor: float) -> render_plan.RenderPlan:
     return render_plan.make_plan(
         settings.SceneSettings(
-            turbidity=turbidity,
+            scattering_factor=scattering_factor,
             phase="hg:0.924",
             bands=case.bands,
             floor_depth=7.0,
             floor_reflectance="0.3",
             surface=case.surface,
             diffuse_shadows=case.diffuse_shadows,
+            shafts=case.shafts,
         )
     )
 

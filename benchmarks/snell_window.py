@@ -80,7 +80,7 @@ def measure(name: str, samples: int) -> tuple[list[str], list[list[float]]]:
     scene = bpy.context.scene
     few = replace(plan, settings=replace(plan.settings, samples=_EEVEE_SAMPLES))
     extent = water_body.water_extent(scene, plan.column, DEPTH)
-    with engines.eevee_bands(scene, camera, few, extent, DEPTH, shafts=False) as engine:
+    with engines.eevee_bands(scene, camera, few, extent, DEPTH) as engine:
         eevee = grey_scene.band_image(engine, few, DEPTH)
     angle = np.degrees(np.arccos(directions()[..., 2]))
     sun = plan.column.sun_direction

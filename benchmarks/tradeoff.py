@@ -32,18 +32,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..scene import (
-    caustics,
     eevee_settings,
     engines,
     exr_output,
+    moving_surface,
     realtime,
     render_plan,
     water_body,
 )
 from ..scene.settings import SceneSettings
+from ..uw_spectral.baselines.monzon import path_radiance_Monzon2024_corrected
 from ..uw_spectral.errors import InputError
-from ..uw_spectral.monzon import path_radiance_Monzon2024_corrected
-from ..uw_spectral.spectral_image import read_exr, replacing
+from ..uw_spectral.spectra.spectral_image import read_exr, replacing
 from . import _tradeoff_report, baselines, grey_scene, realtime_cost
 from ._rays import blender_hits
 from ._tradeoff_scenes import (
@@ -197,7 +197,7 @@ def measure_band_passes(
         case.place(configuration)
         plan, depth = case.plan(configuration, setting), configuration.depth
         extent = case.extent([(configuration, plan)])
-        with engines.eevee_bands(scene, case.camera, plan, extent, depth, shafts=False) as engine:
+        with engines.eevee_bands(scene, case.camera, plan, extent, depth) as engine:
             scene.eevee.shadow_resolution_scale = case.shadow_detail
             bands = grey_scene.band_image(engine, plan, depth)
             render, passes = engine.frame(plan, depth), len(engine.passes)
@@ -277,7 +277,8 @@ def _water(
     """Return the real-time water of a setting, with the terms that it leaves out left out."""
     scene, depth = bpy.context.scene, configuration.depth
     weights = plan.reduction(depth).weights
-    water = plan.realtime(scene, depth, weights, shafts=setting.shafts)
+    drawn = replace(plan, settings=replace(plan.settings, shafts=setting.shafts))
+    water = drawn.realtime(scene, depth, weights)
     if not (setting.aureole and setting.floor_term):
         column = plan.column
         if not setting.floor_term:
@@ -286,13 +287,13 @@ def _water(
         known = water.reflectances
         water = realtime.realtime_water(
             column, plan.phase, depth, weights, aureole=setting.aureole, shafts=setting.shafts,
-            diffuse_shadows=plan.settings.diffuse_shadows == "on", inelastic=plan.inelastic,
+            diffuse_shadows=plan.settings.diffuse_shadows, inelastic=plan.inelastic,
         )  # fmt: skip
         water = replace(water, reflectances=known)
     if not setting.single:
         bands = {**water.numbers.bands, "b": np.zeros(len(plan.bands))}
         water = replace(water, numbers=replace(water.numbers, bands=bands))
-    return caustics.with_waves(scene, plan, water)
+    return moving_surface.with_waves(scene, plan, water)
 
 
 def _picture(samples: int) -> NDArray[np.float32]:

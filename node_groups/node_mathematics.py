@@ -1,6 +1,6 @@
 """Formulas of the optics as shader nodes.
 
-A :class:`Term` stands for the output of a node. Arithmetic on terms adds nodes
+A :class:`NodeValue` stands for the output of a node. Arithmetic on terms adds nodes
 to the tree, so a formula written for numpy arrays builds its own nodes;
 :data:`NODES` supplies the functions. Equal expressions become one node.
 """
@@ -10,12 +10,11 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from typing import Any
 
 import bpy
 import numpy as np
 
-from ..uw_spectral.math_backend import NUMPY, Mathematics
+from ..uw_spectral.mathematics import NUMPY, Mathematics, Operand
 
 MARK = "uw_node"
 """Custom property of every node and group that is made here."""
@@ -42,20 +41,20 @@ class Graph:
 
     tree: bpy.types.ShaderNodeTree
     part_size: int | None = None
-    _made: dict[tuple[Any, ...], Any] = field(default_factory=dict)
+    _made: dict[tuple[Operand, ...], Operand] = field(default_factory=dict)
     _parts: list[_Part] = field(default_factory=list)
 
-    def node(self, kind: str, **properties: Any) -> bpy.types.Node:  # noqa: ANN401
+    def node(self, kind: str, **properties: Operand) -> bpy.types.Node:
         """Add a node of a type to the tree and set its properties."""
         return _new_node(self.tree, kind, len(self._made), properties)
 
-    def term(self, socket: bpy.types.NodeSocket) -> Term:
+    def term(self, socket: bpy.types.NodeSocket) -> NodeValue:
         """Return the term of an output socket."""
-        return Term(self, socket, 1 if socket.type in {"VALUE", "INT", "BOOLEAN"} else 3)
+        return NodeValue(self, socket, 1 if socket.type in {"VALUE", "INT", "BOOLEAN"} else 3)
 
-    def put(self, value: Term | float, socket: bpy.types.NodeSocket) -> None:
+    def assign(self, value: NodeValue | float, socket: bpy.types.NodeSocket) -> None:
         """Bring a value to an input socket, as a link or as a constant."""
-        if isinstance(value, Term):
+        if isinstance(value, NodeValue):
             tree = socket.id_data
             tree.links.new(self._brought(value, tree), socket)
         elif socket.type == "VALUE":
@@ -64,11 +63,11 @@ class Graph:
             size = len(socket.default_value)
             socket.default_value = [float(value)] * 3 + [1.0] * (size - 3)
 
-    def operation(self, name: str, operands: Sequence[Term | float]) -> Term:
+    def operation(self, name: str, operands: Sequence[NodeValue | float]) -> NodeValue:
         """Return the term of one mathematical node."""
-        key = (name, *(o.socket if isinstance(o, Term) else float(o) for o in operands))
+        key = (name, *(o.socket if isinstance(o, NodeValue) else float(o) for o in operands))
         if key not in self._made:
-            numbers = max(o.size for o in operands if isinstance(o, Term)) == 1
+            numbers = max(o.size for o in operands if isinstance(o, NodeValue)) == 1
             if self.part_size is None or numbers:
                 kind = "ShaderNodeMath" if numbers else "ShaderNodeVectorMath"
                 node = self._part_node(kind, operation=name)
@@ -76,14 +75,14 @@ class Graph:
             else:
                 node, sockets, operands = self._slim_node(name, operands)
             for operand, socket in zip(operands, sockets, strict=True):
-                self.put(operand, socket)
+                self.assign(operand, socket)
             output = node.outputs["Value"] if name in _TO_NUMBER else node.outputs[0]
             self._made[key] = self.term(output)
         return self._made[key]
 
     def _slim_node(
-        self, name: str, operands: Sequence[Term | float]
-    ) -> tuple[bpy.types.Node, list[bpy.types.NodeSocket], list[Term]]:
+        self, name: str, operands: Sequence[NodeValue | float]
+    ) -> tuple[bpy.types.Node, list[bpy.types.NodeSocket], list[NodeValue]]:
         """Return a node for three bands that takes little room, its inputs and what they get.
 
         Multiply Add has no vector without effect, as Add and Multiply have.
@@ -98,30 +97,30 @@ class Graph:
             node = self._part_node("ShaderNodeVectorMath", operation=name)
             sockets = list(node.inputs)[: len(operands)]
         number = self._parts[-1].number
-        terms = [v if isinstance(v, Term) else self.term(number(v)) for v in operands]
+        terms = [v if isinstance(v, NodeValue) else self.term(number(v)) for v in operands]
         return node, sockets, terms
 
-    def kept(self, constant: Term) -> Term:
+    def as_varying(self, constant: NodeValue) -> NodeValue:
         """Return a value that never varies as one whose every use costs no room."""
         return constant if self.part_size is None else self.operation("ADD", (constant, 0.0))
 
-    def vector(self, x: Term | float, y: Term | float, z: Term | float) -> Term:
+    def vector(self, x: NodeValue | float, y: NodeValue | float, z: NodeValue | float) -> NodeValue:
         """Join three numbers."""
         node = self._part_node("ShaderNodeCombineXYZ")
         for value, socket in zip((x, y, z), node.inputs, strict=True):
-            self.put(value, socket)
+            self.assign(value, socket)
         return self.term(node.outputs[0])
 
-    def components(self, vector: Term) -> tuple[Term, Term, Term]:
+    def components(self, vector: NodeValue) -> tuple[NodeValue, NodeValue, NodeValue]:
         """Split a vector."""
         key = ("components", vector.socket)
         if key not in self._made:
             node = self._part_node("ShaderNodeSeparateXYZ")
-            self.put(vector, node.inputs[0])
+            self.assign(vector, node.inputs[0])
             self._made[key] = tuple(self.term(output) for output in node.outputs)
         return self._made[key]
 
-    def _part_node(self, kind: str, **properties: Any) -> bpy.types.Node:  # noqa: ANN401
+    def _part_node(self, kind: str, **properties: Operand) -> bpy.types.Node:
         """Add a node to the part that is being filled, or to the tree if it has none."""
         if self.part_size is None:
             return self.node(kind, **properties)
@@ -132,7 +131,7 @@ class Graph:
         part.nodes += 1
         return _new_node(part.tree, kind, part.nodes, properties)
 
-    def _brought(self, term: Term, tree: bpy.types.ShaderNodeTree) -> bpy.types.NodeSocket:
+    def _brought(self, term: NodeValue, tree: bpy.types.ShaderNodeTree) -> bpy.types.NodeSocket:
         """Return the socket of a term in a tree, led through the sockets of the parts."""
         home = term.socket.id_data
         if home == tree:
@@ -202,7 +201,7 @@ def _socket_type(socket: bpy.types.NodeSocket) -> str:
 
 
 def _new_node(
-    tree: bpy.types.ShaderNodeTree, kind: str, place: int, properties: dict[str, Any]
+    tree: bpy.types.ShaderNodeTree, kind: str, place: int, properties: dict[str, Operand]
 ) -> bpy.types.Node:
     active = tree.nodes.active
     node = tree.nodes.new(kind)
@@ -234,7 +233,7 @@ def new_group(name: str) -> bpy.types.ShaderNodeTree:
 
 _TO_NUMBER = {"DOT_PRODUCT"}
 # What Multiply Add gets in place of an operation's two operands.
-_FUSED: dict[str, Callable[[Any, Any], tuple[Any, Any, Any]]] = {
+_FUSED: dict[str, Callable[[Operand, Operand], tuple[Operand, Operand, Operand]]] = {
     "ADD": lambda a, b: (a, 1.0, b),
     "SUBTRACT": lambda a, b: (b, -1.0, a),
     "MULTIPLY": lambda a, b: (a, b, 0.0),
@@ -242,7 +241,7 @@ _FUSED: dict[str, Callable[[Any, Any], tuple[Any, Any, Any]]] = {
 
 
 @dataclass(frozen=True, eq=False)
-class Term:
+class NodeValue:
     """A number (size 1) or three bands at once (size 3) in a node tree."""
 
     graph: Graph
@@ -252,49 +251,49 @@ class Term:
     # Keeps numpy numbers from taking a term for an array.
     __array_ufunc__ = None
 
-    def __add__(self, other: Any) -> Any:  # noqa: ANN401
+    def __add__(self, other: Operand) -> Operand:
         return self if _is(other, 0.0) else self.graph.operation("ADD", (self, other))
 
-    def __radd__(self, other: Any) -> Any:  # noqa: ANN401
+    def __radd__(self, other: Operand) -> Operand:
         return self + other
 
-    def __sub__(self, other: Any) -> Any:  # noqa: ANN401
+    def __sub__(self, other: Operand) -> Operand:
         return self if _is(other, 0.0) else self.graph.operation("SUBTRACT", (self, other))
 
-    def __rsub__(self, other: Any) -> Any:  # noqa: ANN401
+    def __rsub__(self, other: Operand) -> Operand:
         return self.graph.operation("SUBTRACT", (other, self))
 
-    def __mul__(self, other: Any) -> Any:  # noqa: ANN401
+    def __mul__(self, other: Operand) -> Operand:
         if _is(other, 0.0):
             return 0.0
         return self if _is(other, 1.0) else self.graph.operation("MULTIPLY", (self, other))
 
-    def __rmul__(self, other: Any) -> Any:  # noqa: ANN401
+    def __rmul__(self, other: Operand) -> Operand:
         return self * other
 
-    def __truediv__(self, other: Any) -> Any:  # noqa: ANN401
+    def __truediv__(self, other: Operand) -> Operand:
         return self if _is(other, 1.0) else self.graph.operation("DIVIDE", (self, other))
 
-    def __rtruediv__(self, other: Any) -> Any:  # noqa: ANN401
+    def __rtruediv__(self, other: Operand) -> Operand:
         return 0.0 if _is(other, 0.0) else self.graph.operation("DIVIDE", (other, self))
 
-    def __neg__(self) -> Any:  # noqa: ANN401
+    def __neg__(self) -> Operand:
         return self * -1.0
 
-    def dot(self, other: Term) -> Term:
+    def dot(self, other: NodeValue) -> NodeValue:
         """Sum of the products of the three bands."""
         return self.graph.operation("DOT_PRODUCT", (self, other))
 
 
 def _is(value: object, number: float) -> bool:
-    return not isinstance(value, Term) and value == number
+    return not isinstance(value, NodeValue) and value == number
 
 
-def _function(name: str, on_numbers: Any) -> Any:  # noqa: ANN401
+def _function(name: str, on_numbers: Operand) -> Operand:
     """Return a function of terms or plain numbers."""
 
-    def call(*operands: Any) -> Any:  # noqa: ANN401
-        graph = next((o.graph for o in operands if isinstance(o, Term)), None)
+    def call(*operands: Operand) -> Operand:
+        graph = next((o.graph for o in operands if isinstance(o, NodeValue)), None)
         return on_numbers(*operands) if graph is None else graph.operation(name, operands)
 
     return call
@@ -304,21 +303,21 @@ _power = _function("POWER", NUMPY.power)
 _maximum = _function("MAXIMUM", NUMPY.maximum)
 
 
-def _exp(x: Any) -> Any:  # noqa: ANN401
+def _exp(x: Operand) -> Operand:
     return _power(math.e, x)
 
 
-def _sqrt(x: Any) -> Any:  # noqa: ANN401
+def _sqrt(x: Operand) -> Operand:
     return _power(x, 0.5)
 
 
-def _log(x: Any) -> Any:  # noqa: ANN401
+def _log(x: Operand) -> Operand:
     # The mathematics of vectors has no logarithm; no formula takes one of bands.
-    return x.graph.operation("LOGARITHM", (x, math.e)) if isinstance(x, Term) else NUMPY.log(x)
+    return x.graph.operation("LOGARITHM", (x, math.e)) if isinstance(x, NodeValue) else NUMPY.log(x)
 
 
-def _less(x: Any, y: Any) -> Any:  # noqa: ANN401
-    terms = [o for o in (x, y) if isinstance(o, Term)]
+def _less(x: Operand, y: Operand) -> Operand:
+    terms = [o for o in (x, y) if isinstance(o, NodeValue)]
     if terms and max(t.size for t in terms) == 3:
         return _maximum(terms[0].graph.operation("SIGN", (y - x,)), 0.0)
     return _less_numbers(x, y)
@@ -327,7 +326,7 @@ def _less(x: Any, y: Any) -> Any:  # noqa: ANN401
 _less_numbers = _function("LESS_THAN", NUMPY.less)
 
 
-def _interpolate(x: Any, xs: Sequence[float], ys: Sequence[float]) -> Any:  # noqa: ANN401
+def _interpolate(x: Operand, xs: Sequence[float], ys: Sequence[float]) -> Operand:
     """Sum of ramps: exact, where a curve node would be sampled."""
     slopes = np.diff(ys) / np.diff(xs)
     x = NODES.clamp(x, float(xs[0]), float(xs[-1]))

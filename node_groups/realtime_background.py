@@ -5,7 +5,7 @@ from __future__ import annotations
 import bpy
 from nodebpy import shader as s
 
-from .node_mathematics import NODES, Graph, Term, new_group
+from .node_mathematics import NODES, Graph, NodeValue, new_group
 from .realtime_rays import background, shaft, view_direction
 from .realtime_values import CAMERA_DEPTH, Shape, Values, build_triple, sum_of_triples
 from .realtime_waves import SLOPE, slope_ahead
@@ -23,11 +23,11 @@ def build(values: bpy.types.ShaderNodeTree, shape: Shape) -> bpy.types.ShaderNod
     graph = Graph(tree)
     given = slope_ahead(graph, values, view_direction(graph)) if shape.waves else {}
     colour = sum_of_triples(graph, values, triple, shape, given)
-    graph.put(colour, graph.node("NodeGroupOutput").inputs[0])
+    graph.assign(colour, graph.node("NodeGroupOutput").inputs[0])
     return tree
 
 
-def _picture(graph: Graph, values: Values) -> tuple[Term, ...]:
+def _picture(graph: Graph, values: Values) -> tuple[NodeValue, ...]:
     w, y_o = view_direction(graph), NODES.maximum(values[CAMERA_DEPTH], 0.0)
     slopes = graph.components(values[SLOPE])[:2] if values.shape.waves else None
     seen = values.sensor(background(values, y_o, w, slopes))

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from ..uw_spectral.inelastic import DepthTerm, InelasticLight
-from .node_mathematics import NODES, Term
+from ..uw_spectral.transfer.inelastic_light import DepthExponential, InelasticLight
+from .node_mathematics import NODES, NodeValue
 
 if TYPE_CHECKING:
     from .realtime_values import Values
@@ -26,7 +26,7 @@ def band_names(rising: tuple[bool, ...]) -> list[str]:
 
 
 def of_light(light: InelasticLight) -> dict[str, NDArray[np.float64]]:
-    """Return the numbers of light that was made by :func:`.inelastic.reduced`."""
+    """Return the numbers of light that was made by :func:`.inelastic_light.reduced`."""
     return {
         _name(quantity, i): getattr(term, quantity)
         for i, term in enumerate(light.terms)
@@ -37,13 +37,15 @@ def of_light(light: InelasticLight) -> dict[str, NDArray[np.float64]]:
 def inelastic_light(values: Values) -> InelasticLight:
     """Return the light of three bands over terms."""
     terms = tuple(
-        DepthTerm(rising=rising, **{q: values[_name(q, i)] for q in _QUANTITIES})
+        DepthExponential(rising=rising, **{q: values[_name(q, i)] for q in _QUANTITIES})
         for i, rising in enumerate(values.shape.inelastic)
     )
     return InelasticLight(values.water.field, terms)
 
 
-def background(values: Values, y: Term, w: tuple[Term, Term, Term], index: Term) -> Term:
+def background(
+    values: Values, y: NodeValue, w: tuple[NodeValue, NodeValue, NodeValue], index: NodeValue
+) -> NodeValue:
     """Inelastic radiance of undisturbed water; a surface mirrors it as if it were flat."""
     light = inelastic_light(values)
     mirrored = light.under_surface(w, index, NODES) if values.shape.flat else 0.0

@@ -5,35 +5,35 @@ from __future__ import annotations
 from typing import Any
 
 from . import realtime_inelastic
-from .node_mathematics import NODES, Graph, Term
+from .node_mathematics import NODES, Graph, NodeValue
 from .realtime_values import GLITTER, GLITTER_WIDTH, INDEX, SHAFT_END, SKY, Values
 
 
-def view_direction(graph: Graph) -> tuple[Term, Term, Term]:
+def view_direction(graph: Graph) -> tuple[NodeValue, NodeValue, NodeValue]:
     """Components of the unit view direction, away from the camera."""
     geometry = graph.node("ShaderNodeNewGeometry")
     x, y, z = graph.components(graph.term(geometry.outputs["Incoming"]))
     return -x, -y, -z
 
 
-def depth_here(graph: Graph) -> Term:
+def depth_here(graph: Graph) -> NodeValue:
     """Depth of the shaded point, at least 0."""
     geometry = graph.node("ShaderNodeNewGeometry")
     z = graph.components(graph.term(geometry.outputs["Position"]))[2]
     return NODES.maximum(-z, 0.0)
 
 
-def view_distance(graph: Graph) -> Term:
+def view_distance(graph: Graph) -> NodeValue:
     """Distance of the shaded point from the camera."""
     return graph.term(graph.node("ShaderNodeCameraData").outputs["View Distance"])
 
 
 def background(
     values: Values,
-    y: Term,
-    w: tuple[Term, Term, Term],
-    slopes: tuple[Term, Term] | None = None,
-) -> Term:
+    y: NodeValue,
+    w: tuple[NodeValue, NodeValue, NodeValue],
+    slopes: tuple[NodeValue, NodeValue] | None = None,
+) -> NodeValue:
     """Radiance of undisturbed water with surface or floor behind, seen from depth y."""
     sky: Any = values[SKY]
     if values.shape.flat:
@@ -48,7 +48,9 @@ def background(
     return seen
 
 
-def shaft(values: Values, y_o: Term, w: tuple[Term, Term, Term], P: Term | None) -> Term:
+def shaft(
+    values: Values, y_o: NodeValue, w: tuple[NodeValue, NodeValue, NodeValue], P: NodeValue | None
+) -> NodeValue:
     """Single scattering that the volume draws: up to its end, at most up to P."""
     end = values[SHAFT_END]
     reach = end if P is None else NODES.minimum(P, end)

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import bpy
 
-from .node_mathematics import NODES, Graph, Term
+from .node_mathematics import NODES, Graph, NodeValue
 
 VISIBILITY = "Visibility"
 
@@ -32,11 +32,11 @@ def lamps() -> list[bpy.types.Light]:
     return made
 
 
-def visibility(graph: Graph, normal: Term) -> Term:
+def visibility(graph: Graph, normal: NodeValue) -> NodeValue:
     """Share of the lamps' light that reaches the shaded point; 1 where they do not shine."""
     white = graph.node("ShaderNodeBsdfDiffuse")
     white.inputs["Color"].default_value = (1.0, 1.0, 1.0, 1.0)
-    graph.put(normal, white.inputs["Normal"])
+    graph.assign(normal, white.inputs["Normal"])
     lit = graph.node("ShaderNodeShaderToRGB")
     graph.tree.links.new(white.outputs[0], lit.inputs[0])
     sun, shadowed, everything = graph.components(graph.term(lit.outputs["Color"]))

@@ -10,9 +10,9 @@ import math
 
 import bpy
 
-from ..uw_spectral.path_radiance import pixel_radiance
-from ..uw_spectral.wave_patterns import between, sunlight_factor
-from .node_mathematics import NODES, Graph, Term, new_group
+from ..uw_spectral.surface.wave_patterns import interp, sunlight_factor
+from ..uw_spectral.transfer.path_radiance import pixel_radiance
+from .node_mathematics import NODES, Graph, NodeValue, new_group
 from .realtime_inelastic import inelastic_light
 from .realtime_rays import background, depth_here, shaft, view_direction, view_distance
 from .realtime_shadows import VISIBILITY, visibility
@@ -80,12 +80,12 @@ def build(values: bpy.types.ShaderNodeTree, shape: Shape) -> bpy.types.ShaderNod
     if shape.diffuse_shadows:
         given[VISIBILITY] = visibility(graph, given[NORMAL])
     emission = graph.node("ShaderNodeEmission")
-    graph.put(sum_of_triples(graph, values, triple, shape, given), emission.inputs["Color"])
+    graph.assign(sum_of_triples(graph, values, triple, shape, given), emission.inputs["Color"])
     tree.links.new(emission.outputs[0], graph.node("NodeGroupOutput").inputs[0])
     return tree
 
 
-def _picture(graph: Graph, values: Values) -> tuple[Term, ...]:
+def _picture(graph: Graph, values: Values) -> tuple[NodeValue, ...]:
     w, P, y = view_direction(graph), view_distance(graph), depth_here(graph)
     y_o = NODES.maximum(y + w[2] * P, 0.0)
     water = values.water
@@ -94,7 +94,7 @@ def _picture(graph: Graph, values: Values) -> tuple[Term, ...]:
     visible = values[VISIBILITY] if values.shape.diffuse_shadows else None
     direct, forward, diffuse = water.field.surface_irradiance(y, 1.0, nz, NODES, visible)
     if values.shape.waves:
-        contrast = between(values[POSITION], [values[name] for name in CONTRAST], NODES)
+        contrast = interp(values[POSITION], [values[name] for name in CONTRAST], NODES)
         sunlight = sunlight_factor(values[PATTERN], contrast, NODES)
         direct, forward = direct * sunlight, forward * sunlight
     if values.shape.inelastic:

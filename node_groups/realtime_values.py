@@ -15,13 +15,13 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from ..uw_spectral.aureole import Aureole
-from ..uw_spectral.light_field import LightField
-from ..uw_spectral.path_radiance import PathRadiance
-from ..uw_spectral.phase import BandPhase, PhaseFunction
-from ..uw_spectral.wave_patterns import KNOTS
+from ..uw_spectral.surface.wave_patterns import KNOTS
+from ..uw_spectral.transfer.aureole import Aureole
+from ..uw_spectral.transfer.light_field import LightField
+from ..uw_spectral.transfer.path_radiance import PathRadiance
+from ..uw_spectral.water.phase import BandPhase, PhaseFunction
 from . import realtime_inelastic
-from .node_mathematics import NODES, Graph, Term, new_group
+from .node_mathematics import NODES, Graph, NodeValue, new_group
 
 NAME = "UW Values"
 SHAPE = "uw_shape"
@@ -182,7 +182,7 @@ def write(tree: bpy.types.ShaderNodeTree, numbers: Numbers) -> None:
     """Put numbers into the group; only what differs is touched."""
     touched = None
     for name, values in numbers.bands.items():
-        triples = filled(values).astype(np.float32)
+        triples = pad_triples(values).astype(np.float32)
         if name in SENSOR:  # bands that only fill their triple are not seen
             triples[len(values) :] = 0.0
         for index, triple in enumerate(triples.reshape(-1, 3)):
@@ -199,7 +199,7 @@ def write(tree: bpy.types.ShaderNodeTree, numbers: Numbers) -> None:
         _assign(tree.nodes[name].outputs[0], float(value))
 
 
-def filled(values: NDArray[np.float64]) -> NDArray[np.float64]:
+def pad_triples(values: NDArray[np.float64]) -> NDArray[np.float64]:
     """Repeat the last band until the triples are full."""
     return np.pad(np.asarray(values, dtype=np.float64), (0, -len(values) % 3), mode="edge")
 
@@ -226,20 +226,20 @@ class Values:
     ----------
     graph : Graph
         The tree of :func:`build_triple`.
-    given : mapping of str to Term
+    given : mapping of str to NodeValue
         Its inputs.
     shape : Shape
         Its shape.
     """
 
-    def __init__(self, graph: Graph, given: Mapping[str, Term], shape: Shape) -> None:
+    def __init__(self, graph: Graph, given: Mapping[str, NodeValue], shape: Shape) -> None:
         self._graph, self._given, self.shape = graph, given, shape
         self._constant = set(band_names(shape))
 
-    def __getitem__(self, name: str) -> Term:
+    def __getitem__(self, name: str) -> NodeValue:
         """Return a quantity by its name, a vector of three bands or a single number."""
         value = self._given[name]
-        return self._graph.kept(value) if name in self._constant else value
+        return self._graph.as_varying(value) if name in self._constant else value
 
     @property
     def water(self) -> PathRadiance:
@@ -266,12 +266,12 @@ class Values:
             tuple(self[f"lobe asymmetry {i}"] for i in lobes),
         )
 
-    def sensor(self, radiance: Term) -> Term:
+    def sensor(self, radiance: NodeValue) -> NodeValue:
         """Return what three bands add to the colour that the sensor sees."""
         weights = [self[name] for name in SENSOR]
         return self._graph.vector(*(radiance.dot(weight) for weight in weights))
 
-    def uplift(self, colour: Term, names: tuple[str, str, str]) -> Term:
+    def uplift(self, colour: NodeValue, names: tuple[str, str, str]) -> NodeValue:
         """Return the three bands of an RGB colour."""
         rgb = self._graph.components(colour)
         first, *rest = (c * self[n] for c, n in zip(rgb, names, strict=True))
@@ -282,7 +282,7 @@ def build_triple(
     name: str,
     shape: Shape,
     inputs: Mapping[str, str],
-    formula: Callable[[Graph, Values], Sequence[Term]],
+    formula: Callable[[Graph, Values], Sequence[NodeValue]],
 ) -> bpy.types.ShaderNodeTree:
     """Build the group that adds three bands to the picture.
 
@@ -312,7 +312,7 @@ def build_triple(
         tree.interface.new_socket(socket, in_out="OUTPUT", socket_type="NodeSocketVector")
     end = graph.node("NodeGroupOutput").inputs
     for result, socket in zip(results, end, strict=False):
-        graph.put(result, socket)
+        graph.assign(result, socket)
     return tree
 
 
@@ -321,8 +321,8 @@ def sum_of_triples(
     values: bpy.types.ShaderNodeTree,
     triple: bpy.types.ShaderNodeTree,
     shape: Shape,
-    given: Mapping[str, Term],
-) -> Term:
+    given: Mapping[str, NodeValue],
+) -> NodeValue:
     """Add up the triples in a tree, without the light that the volume draws.
 
     The volume draws no negative light: where the sum over the bands is
@@ -338,7 +338,7 @@ def sum_of_triples(
         The group of :func:`build_triple`.
     shape : Shape
         Shape of the water.
-    given : mapping of str to Term
+    given : mapping of str to NodeValue
         Its inputs besides the numbers; ``NAME i`` goes to ``NAME`` of triple i.
     """
     numbers = graph.node("ShaderNodeGroup", node_tree=values)
@@ -351,7 +351,7 @@ def sum_of_triples(
             if source is None:
                 name = own if own in numbers.outputs else socket.name
                 source = graph.term(numbers.outputs[name])
-            graph.put(source, socket)
+            graph.assign(source, socket)
         for place, output in enumerate(node.outputs):
             totals[place] = graph.term(output) + totals[place]
     if len(totals) == 1:

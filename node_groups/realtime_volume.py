@@ -13,9 +13,9 @@ from __future__ import annotations
 
 import bpy
 
-from ..uw_spectral.phase import henyey_greenstein
-from ..uw_spectral.wave_patterns import sunlight_factor
-from .node_mathematics import NODES, Graph, Term
+from ..uw_spectral.surface.wave_patterns import sunlight_factor
+from ..uw_spectral.water.phase import henyey_greenstein
+from .node_mathematics import NODES, Graph, NodeValue
 from .realtime_rays import depth_here, view_direction, view_distance
 from .realtime_values import (
     CAUSTIC_STRENGTH,
@@ -49,7 +49,7 @@ def build(values: bpy.types.ShaderNodeTree, shape: Shape) -> bpy.types.Material:
     given = caustics_here(graph, values) if shape.waves else {}
     coefficient = sum_of_triples(graph, values, triple, shape, given)
     coefficient = NODES.maximum(coefficient, 0.0)
-    graph.put(coefficient, scatter.inputs["Color"])
+    graph.assign(coefficient, scatter.inputs["Color"])
     scatter.inputs["Density"].default_value = 1.0
     scatter.inputs["Anisotropy"].default_value = ANISOTROPY
     output = graph.node("ShaderNodeOutputMaterial")
@@ -57,7 +57,7 @@ def build(values: bpy.types.ShaderNodeTree, shape: Shape) -> bpy.types.Material:
     return material
 
 
-def _coefficient(graph: Graph, values: Values) -> tuple[Term]:
+def _coefficient(graph: Graph, values: Values) -> tuple[NodeValue]:
     w, v, y = view_direction(graph), view_distance(graph), depth_here(graph)
     per_metre = values.water.single_scattering_at(y, w, v, NODES)
     inside = NODES.less(v, values[SHAFT_END])

@@ -11,8 +11,13 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from ..uw_spectral.wave_patterns import WavePatterns, layer_position, pattern_at, under_waves
-from .node_mathematics import MARK, NODES, Graph, Term
+from ..uw_spectral.surface.wave_patterns import (
+    WavePatterns,
+    layer_position,
+    pattern_at,
+    under_waves,
+)
+from .node_mathematics import MARK, NODES, Graph, NodeValue
 from .realtime_values import (
     CAMERA_DEPTH,
     SUN,
@@ -73,28 +78,28 @@ def remove_images() -> None:
 def sample(
     graph: Graph,
     name: str,
-    x: Term,
-    y: Term,
-    per_metre: Term,
-    half_cell: Term,
-) -> tuple[Term, Term]:
+    x: NodeValue,
+    y: NodeValue,
+    per_metre: NodeValue,
+    half_cell: NodeValue,
+) -> tuple[NodeValue, NodeValue]:
     """Colour and alpha of a tiled image at a place on the surface."""
     texture = graph.node("ShaderNodeTexImage", image=bpy.data.images[name], interpolation="Linear")
     texture.extension = "REPEAT"
     where = graph.vector(x * per_metre + half_cell, y * per_metre + half_cell, 0.0)
-    graph.put(where, texture.inputs["Vector"])
+    graph.assign(where, texture.inputs["Vector"])
     return graph.term(texture.outputs["Color"]), graph.term(texture.outputs["Alpha"])
 
 
 def layers_at(
-    graph: Graph, x: Term, y: Term, per_metre: Term, half_cell: Term
-) -> tuple[Term, Term, Term, Term]:
+    graph: Graph, x: NodeValue, y: NodeValue, per_metre: NodeValue, half_cell: NodeValue
+) -> tuple[NodeValue, NodeValue, NodeValue, NodeValue]:
     """Relative sunlight at the depths of the four layers."""
     colour, alpha = sample(graph, CAUSTICS, x, y, per_metre, half_cell)
     return (*graph.components(colour), alpha)
 
 
-def caustics_here(graph: Graph, values: bpy.types.ShaderNodeTree) -> dict[str, Term]:
+def caustics_here(graph: Graph, values: bpy.types.ShaderNodeTree) -> dict[str, NodeValue]:
     """Relative sunlight at the shaded point, and its place among the knots of the contrast."""
     number = _numbers(graph, values)
     geometry = graph.node("ShaderNodeNewGeometry")
@@ -107,8 +112,8 @@ def caustics_here(graph: Graph, values: bpy.types.ShaderNodeTree) -> dict[str, T
 
 
 def slope_ahead(
-    graph: Graph, values: bpy.types.ShaderNodeTree, w: tuple[Term, Term, Term]
-) -> dict[str, Term]:
+    graph: Graph, values: bpy.types.ShaderNodeTree, w: tuple[NodeValue, NodeValue, NodeValue]
+) -> dict[str, NodeValue]:
     """Slopes of the surface where the view ray w of the background meets it."""
     number = _numbers(graph, values)
     camera = graph.node(

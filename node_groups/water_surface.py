@@ -15,10 +15,10 @@ from collections.abc import Mapping
 
 import bpy
 
-from ..uw_spectral.path_radiance import surface_normal
-from ..uw_spectral.wave_patterns import layer_position, pattern_at, sunlight_factor
+from ..uw_spectral.surface.wave_patterns import layer_position, pattern_at, sunlight_factor
+from ..uw_spectral.transfer.path_radiance import surface_normal
 from . import realtime_waves
-from .node_mathematics import NODES, Graph, Term
+from .node_mathematics import NODES, Graph, NodeValue
 from .realtime_values import (
     CAUSTIC_STRENGTH,
     WAVES_HALF_CELL,
@@ -57,8 +57,8 @@ def build(refractive_index: float, *, waves: bool = False) -> bpy.types.Material
     clear.inputs["Color"].default_value = (1.0, 1.0, 1.0, 1.0)
     if waves:
         normal, sunlight = _waves(graph, graph.term(path["Ray Length"]))
-        graph.put(normal, glass.inputs["Normal"])
-        graph.put(sunlight, clear.inputs["Color"])
+        graph.assign(normal, glass.inputs["Normal"])
+        graph.assign(sunlight, clear.inputs["Color"])
     mix, output = graph.node("ShaderNodeMixShader"), graph.node("ShaderNodeOutputMaterial")
     tree.links.new(path["Is Shadow Ray"], mix.inputs[0])
     tree.links.new(glass.outputs[0], mix.inputs[1])
@@ -67,7 +67,7 @@ def build(refractive_index: float, *, waves: bool = False) -> bpy.types.Material
     return material
 
 
-def _waves(graph: Graph, ray_length: Term) -> tuple[Term, Term]:
+def _waves(graph: Graph, ray_length: NodeValue) -> tuple[NodeValue, NodeValue]:
     """Normal of the surface, and what it lets through to a shadow ray of a length."""
     number = {
         name: graph.term(graph.node("ShaderNodeValue", name=name, label=name).outputs[0])

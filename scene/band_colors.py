@@ -13,7 +13,7 @@ import bpy
 import numpy as np
 
 from ..node_groups import attributes, uplift
-from ..uw_spectral.spectrum import Spectrum
+from ..uw_spectral.spectra.spectrum import Spectrum
 
 MEASURED_WAVELENGTHS = "uw_reflectance_wavelengths_nm"
 MEASURED_REFLECTANCE = "uw_reflectance"

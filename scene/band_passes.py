@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..uw_spectral.errors import InputError
-from ..uw_spectral.spectral_image import read_exr
+from ..uw_spectral.spectra.spectral_image import read_exr
 from .engines import RenderPass
 
 

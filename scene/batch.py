@@ -14,10 +14,10 @@ from typing import Any
 import bpy
 
 from ..uw_spectral.errors import DataWarning, InputError
-from ..uw_spectral.sensor import list_sensors
-from ..uw_spectral.spectrum import is_file
-from ..uw_spectral.water_names import list_waters
-from . import cameras, property_group, render_job, requirements, settings
+from ..uw_spectral.spectra.sensor import list_sensors
+from ..uw_spectral.spectra.spectrum import is_file
+from ..uw_spectral.water.named import list_waters
+from . import cameras, render_job, scene_requirements, settings, stored_settings
 
 
 def main(arguments: Sequence[str], *, inside_blender: bool) -> int:
@@ -62,8 +62,8 @@ def run(options: argparse.Namespace, *, inside_blender: bool) -> None:
             print(f"{source}: {', '.join(names)}")
         return
     job, auto = settings.job(options), settings.auto(options)
-    if not hasattr(bpy.types.Scene, property_group.PROPERTY):
-        property_group.register()
+    if not hasattr(bpy.types.Scene, stored_settings.PROPERTY):
+        stored_settings.register()
     _open(job.blend, inside_blender)
     scene = bpy.context.scene
     if job.resolution is not None:
@@ -71,7 +71,7 @@ def run(options: argparse.Namespace, *, inside_blender: bool) -> None:
         scene.render.resolution_percentage = 100
 
     def settings_now() -> settings.SceneSettings:
-        return settings.merge(property_group.stored_settings(scene), options)
+        return settings.merge(stored_settings.stored_settings(scene), options)
 
     if auto is not None:
         job, settings_now = _chosen(scene, settings_now, job, auto)
@@ -85,11 +85,11 @@ def _chosen(
     scene: bpy.types.Scene,
     settings_now: Callable[[], settings.SceneSettings],
     job: settings.Job,
-    auto: settings.Auto,
+    auto: settings.AutoRequest,
 ) -> tuple[settings.Job, Callable[[], settings.SceneSettings]]:
     """Return job and settings with what the scene requires."""
     camera = cameras.find_camera(scene, job.camera)
-    choice = requirements.choose(
+    choice = scene_requirements.choose(
         scene, camera, settings_now, job,
         target=auto.target, budget=auto.budget, keep=auto.keep,
     )  # fmt: skip
@@ -97,8 +97,7 @@ def _chosen(
         print("\n".join(choice.lines))
     job = replace(
         job,
-        shafts=choice.shafts,
-        froxels=choice.required.froxels if choice.shafts else None,
+        froxels=choice.required.froxels if choice.required.options.shafts else None,
         decisions=tuple(choice.lines),
     )
     return job, lambda: replace(settings_now(), **choice.settings)

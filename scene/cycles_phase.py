@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from ..node_groups.water_volume import ScatteringLobe
 from ..uw_spectral.errors import InputError
-from ..uw_spectral.phase import (
+from ..uw_spectral.water.phase import (
     BandPhase,
     EinsteinSmoluchowski,
     FournierForand,

@@ -13,8 +13,15 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from ..uw_spectral.spectral_image import read_exr, write_rgb_exr
-from . import caustics, cycles_settings, eevee_settings, inelastic_layers, realtime, water_body
+from ..uw_spectral.spectra.spectral_image import read_exr, write_rgb_exr
+from . import (
+    cycles_settings,
+    eevee_settings,
+    inelastic_layers,
+    moving_surface,
+    realtime,
+    water_body,
+)
 from .exr_output import write_float_exr
 from .render_plan import RenderPlan
 from .water_body import WaterExtent
@@ -64,7 +71,7 @@ def cycles_bands(
 
             def frame(now: RenderPlan, _: float) -> RenderPass:
                 water_body.place(scene, now.column)
-                caustics.move_surface(scene, now)
+                moving_surface.move_surface(scene, now)
                 values = now.pass_values(scene)
                 if layers is not None:
                     values = values.with_values(inelastic_layers.emission(now.inelastic, layers))
@@ -89,7 +96,6 @@ def eevee_bands(
     extent: WaterExtent,
     depth: float,
     *,
-    shafts: bool,
     froxels: int | None = None,
 ) -> Iterator[BandEngine]:
     """Water for EEVEE, three bands a pass, while the block runs.
@@ -99,7 +105,7 @@ def eevee_bands(
     """
     passes = plan.bands.packed(3)
 
-    water_of = _waters(scene, lambda now, _: np.ones((3, len(now.bands))), shafts=shafts)
+    water_of = _waters(scene, lambda now, _: np.ones((3, len(now.bands))))
 
     def scale_of(now: RenderPlan, camera_depth: float) -> np.ndarray:
         white = now.column.light_field(now.phase).Ed(camera_depth) / np.pi
@@ -131,7 +137,6 @@ def eevee_realtime(
     extent: WaterExtent,
     depth: float,
     *,
-    shafts: bool,
     froxels: int | None = None,
 ) -> Iterator[BandEngine]:
     """Water for EEVEE, all bands in one pass that is the picture already.
@@ -141,7 +146,7 @@ def eevee_realtime(
     count = math.ceil(len(plan.bands) / math.ceil(len(plan.bands) / realtime.MOST_BANDS))
     passes = plan.bands.packed(count)
 
-    water_of = _waters(scene, lambda now, at: now.reduction(at).weights, shafts=shafts)
+    water_of = _waters(scene, lambda now, at: now.reduction(at).weights)
     first, samples = water_of(plan, depth).of_bands(passes[0], count), plan.settings.samples
     with _eevee(scene, camera, first, extent, samples, froxels) as notes:
 
@@ -170,8 +175,6 @@ def eevee_realtime(
 def _waters(
     scene: bpy.types.Scene,
     weights_of: Callable[[RenderPlan, float], NDArray[np.float64]],
-    *,
-    shafts: bool,
 ) -> Callable[[RenderPlan, float], realtime.RealtimeWater]:
     """Return what computes the water of the current frame, for a plan and a depth.
 
@@ -180,8 +183,8 @@ def _waters(
 
     @functools.lru_cache(maxsize=1)
     def water_at(_: float, plan: RenderPlan, depth: float) -> realtime.RealtimeWater:
-        water = plan.realtime(scene, depth, weights_of(plan, depth), shafts=shafts)
-        return caustics.with_waves(scene, plan, water)
+        water = plan.realtime(scene, depth, weights_of(plan, depth))
+        return moving_surface.with_waves(scene, plan, water)
 
     return lambda plan, depth: water_at(scene.frame_current_final, plan, depth)
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import bpy
 
 from ..uw_spectral.errors import InputError
-from ..uw_spectral.spectral_image import replacing
+from ..uw_spectral.spectra.spectral_image import replacing
 
 
 def write_float_exr(scene: bpy.types.Scene, destination: Path) -> None:

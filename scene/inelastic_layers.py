@@ -17,7 +17,7 @@ from nodebpy import shader as s
 from numpy.typing import NDArray
 
 from ..node_groups import attributes
-from ..uw_spectral.inelastic import InelasticLight
+from ..uw_spectral.transfer.inelastic_light import InelasticLight
 from . import water_body
 from .water_body import WaterExtent
 

@@ -17,12 +17,12 @@ import bpy
 from ..node_groups import realtime_values
 from ..uw_spectral.errors import InputError
 from . import (
-    caustics,
     eevee_settings,
-    property_group,
+    moving_surface,
     realtime,
     realtime_materials,
     shared_plans,
+    stored_settings,
     water_body,
 )
 from .session import SESSION
@@ -32,18 +32,16 @@ from .water_body import COLLECTION, has_water, water_extent
 NOMINAL_DEPTH = 1.0
 """Depth in m that the preview assumes while no camera is under water."""
 
-_KEPT, _CAMERA, _SHAFTS, _SHOWN, _PROBLEM = "kept", "camera", "shafts", "shown", "problem"
+_KEPT, _CAMERA, _SHOWN, _PROBLEM = "kept", "camera", "shown", "problem"
 
 
-def add(scene: bpy.types.Scene, *, shafts: bool = False) -> list[str]:
+def add(scene: bpy.types.Scene) -> list[str]:
     """Put live water with the scene's stored settings into a scene.
 
     Parameters
     ----------
     scene : Scene
         The scene; its z = 0 is the mean water surface.
-    shafts : bool
-        Whether single scattering is drawn by the froxel volume.
 
     Returns
     -------
@@ -64,11 +62,11 @@ def add(scene: bpy.types.Scene, *, shafts: bool = False) -> list[str]:
     # A script that has just placed the camera has not updated its matrix yet.
     for layer in scene.view_layers:
         layer.update()
-    chosen = property_group.stored_settings(scene)
+    chosen = stored_settings.stored_settings(scene)
     depth = preview_depth(scene, chosen)
-    water = _water(scene, chosen, depth, shafts=shafts)
+    water = _water(scene, chosen, depth)
     notes = realtime.add_realtime(scene, water, water_extent(scene, water.column, depth))
-    session: dict[str, Any] = {_SHAFTS: shafts, _SHOWN: _key(scene, chosen, depth), _PROBLEM: ""}
+    session: dict[str, Any] = {_SHOWN: _key(scene, chosen, depth), _PROBLEM: ""}
     if scene.camera is not None:
         session[_CAMERA] = scene.camera.data
     scene[SESSION] = session
@@ -90,7 +88,6 @@ def update(
     scene: bpy.types.Scene,
     depsgraph: bpy.types.Depsgraph | None = None,
     *,
-    shafts: bool | None = None,
     may_rebuild: bool = True,
 ) -> bool:
     """Bring the water of a scene to its present settings; do nothing without water.
@@ -103,8 +100,6 @@ def update(
         The original scene.
     depsgraph : Depsgraph, optional
         Where animated values are read, in a handler.
-    shafts : bool, optional
-        Switches the froxel volume.
     may_rebuild : bool
         Whether nodes may be built anew; not while Blender evaluates or renders.
 
@@ -116,15 +111,13 @@ def update(
     session = scene.get(SESSION)
     if session is None or not scene.is_editable or not realtime.has_realtime(scene):
         return True
-    if shafts is not None:
-        session[_SHAFTS] = shafts
     seen = scene if depsgraph is None else scene.evaluated_get(depsgraph)
     try:
-        chosen = property_group.stored_settings(seen)
+        chosen = stored_settings.stored_settings(seen)
         depth = preview_depth(scene, chosen, depsgraph)
-        if shafts is None and session[_SHOWN] == _key(scene, chosen, depth):
+        if session[_SHOWN] == _key(scene, chosen, depth):
             return True
-        water = _water(scene, chosen, depth, shafts=bool(session[_SHAFTS]))
+        water = _water(scene, chosen, depth)
         if not _fits(scene, water):
             if not may_rebuild:
                 return False
@@ -143,9 +136,8 @@ def update(
 def rebuild(scene: bpy.types.Scene) -> list[str]:
     """Build the water anew: new objects and materials get wet, files are read again."""
     shared_plans.clear()
-    shafts = bool(scene[SESSION][_SHAFTS])
     remove(scene)
-    return add(scene, shafts=shafts)
+    return add(scene)
 
 
 @contextlib.contextmanager
@@ -155,12 +147,11 @@ def suspended(scene: bpy.types.Scene) -> Iterator[None]:
     if session is None:
         yield
         return
-    shafts = bool(session[_SHAFTS])
     remove(scene)
     try:
         yield
     finally:
-        add(scene, shafts=shafts)
+        add(scene)
 
 
 def lower(scene: bpy.types.Scene, distance: float) -> None:
@@ -215,7 +206,7 @@ def problem(scene: bpy.types.Scene) -> str:
     if session is not None and session[_PROBLEM]:
         return session[_PROBLEM]
     depth = camera_depth(scene)
-    floor = getattr(scene, property_group.PROPERTY).floor_depth
+    floor = getattr(scene, stored_settings.PROPERTY).floor_depth
     if depth is None:
         return "The scene has no camera. Add one below z = 0, the water surface."
     if depth <= 0.0:
@@ -229,20 +220,18 @@ def problem(scene: bpy.types.Scene) -> str:
 
 
 def _key(scene: bpy.types.Scene, chosen: SceneSettings, depth: float) -> str:
-    moving = chosen.surface == caustics.WAVES
-    return repr((chosen, depth, caustics.wave_time(scene, chosen) if moving else 0.0))
+    moving = chosen.surface == moving_surface.WAVES
+    return repr((chosen, depth, moving_surface.wave_time(scene, chosen) if moving else 0.0))
 
 
-def _water(
-    scene: bpy.types.Scene, chosen: SceneSettings, depth: float, *, shafts: bool
-) -> realtime.RealtimeWater:
+def _water(scene: bpy.types.Scene, chosen: SceneSettings, depth: float) -> realtime.RealtimeWater:
     plan = shared_plans.plan_of(chosen)
     if len(plan.bands) > realtime.MOST_BANDS:  # passes carry them all; the view does with fewer
         plan = shared_plans.plan_of(replace(chosen, bands=realtime.MOST_BANDS, wavelengths=""))
     with shared_plans.quiet():
         weights = plan.viewpoint(depth).reduction.weights
-        water = plan.realtime(scene, depth, weights, shafts=shafts)
-        return caustics.with_waves(scene, plan, water)
+        water = plan.realtime(scene, depth, weights)
+        return moving_surface.with_waves(scene, plan, water)
 
 
 def _fits(scene: bpy.types.Scene, water: realtime.RealtimeWater) -> bool:

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..node_groups import attributes
-from ..uw_spectral.water_column import WaterColumn
+from ..uw_spectral.transfer.water_column import WaterColumn
 
 
 @dataclass(frozen=True, eq=False)

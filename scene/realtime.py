@@ -26,13 +26,13 @@ from ..node_groups import (
 from ..node_groups.node_mathematics import remove_group
 from ..node_groups.realtime_values import Numbers, Shape
 from ..uw_spectral.errors import InputError
-from ..uw_spectral.inelastic import InelasticLight, reduced
-from ..uw_spectral.light_cone import LightCone, light_cone
-from ..uw_spectral.path_radiance import PathRadiance, solve_path_radiance
-from ..uw_spectral.phase import BandPhase, HenyeyGreenstein
-from ..uw_spectral.reflectance import emission_basis, uplift_basis
-from ..uw_spectral.water_column import WaterColumn
-from ..uw_spectral.wave_patterns import WavePatterns
+from ..uw_spectral.spectra.reflectance import emission_basis, uplift_basis
+from ..uw_spectral.surface.wave_patterns import WavePatterns
+from ..uw_spectral.transfer.inelastic_light import InelasticLight, reduced
+from ..uw_spectral.transfer.light_cone import LightCone, light_cone
+from ..uw_spectral.transfer.path_radiance import PathRadiance, solve_path_radiance
+from ..uw_spectral.transfer.water_column import WaterColumn
+from ..uw_spectral.water.phase import BandPhase, HenyeyGreenstein
 from . import band_colors, realtime_materials, water_body
 from .water_body import WaterExtent
 

@@ -17,8 +17,8 @@ import bpy
 import numpy as np
 
 from ..node_groups import realtime_surface
-from ..node_groups.node_mathematics import MARK, Graph, Term
-from ..node_groups.realtime_values import Shape, filled
+from ..node_groups.node_mathematics import MARK, Graph, NodeValue
+from ..node_groups.realtime_values import Shape, pad_triples
 
 SOURCE = "uw_source"
 """On a constant: node and socket of the user's that it repeats."""
@@ -49,7 +49,7 @@ class _Closure:
     colour: Any = 0.0
     emission: Any = 0.0
     transmittance: Any = 0.0
-    normal: Term | None = None
+    normal: NodeValue | None = None
 
     def combined(self, other: _Closure, join: Callable[[Any, Any], Any]) -> _Closure:
         return _Closure(
@@ -153,7 +153,7 @@ class _Walk:
         _refresh(self.tree, constant)
         return self.graph.term(constant.outputs[0])
 
-    def _normal(self, node: bpy.types.Node) -> Term | None:
+    def _normal(self, node: bpy.types.Node) -> NodeValue | None:
         socket = node.inputs.get("Normal")
         linked = socket is not None and any(not link.is_muted for link in socket.links)
         return self.graph.term(socket.links[0].from_socket) if linked else None
@@ -208,7 +208,7 @@ def write_reflectances(reflectances: dict[str, np.ndarray], shape: Shape) -> Non
         if node is None:
             continue
         node.inputs[realtime_surface.IS_MEASURED].default_value = 1.0
-        triples = filled(values).reshape(shape.triples, 3)
+        triples = pad_triples(values).reshape(shape.triples, 3)
         for triple, numbers in enumerate(triples):
             node.inputs[realtime_surface.measured(triple)].default_value = numbers
 
@@ -253,22 +253,22 @@ def _insert(
     surface[_MUTED] = muted
     surface.location = (output.location.x, output.location.y - 200.0)
     tree.links.new(lit.outputs["Color"], surface.inputs[realtime_surface.LIT])
-    graph.put(closure.colour, surface.inputs[realtime_surface.COLOR])
-    graph.put(closure.emission, surface.inputs[realtime_surface.EMITTED])
+    graph.assign(closure.colour, surface.inputs[realtime_surface.COLOR])
+    graph.assign(closure.emission, surface.inputs[realtime_surface.EMITTED])
     normal = closure.normal
     if normal is None:
         normal = graph.term(graph.node("ShaderNodeNewGeometry").outputs["Normal"])
-    graph.put(normal, surface.inputs[realtime_surface.NORMAL])
+    graph.assign(normal, surface.inputs[realtime_surface.NORMAL])
     seen = surface.outputs[0]
     if not _is_zero(closure.transmittance):
         passing = closure.transmittance
-        covered = 1.0 - (_mean(passing) if isinstance(passing, Term) else passing)
-        graph.put(covered, surface.inputs[realtime_surface.COVERAGE])
+        covered = 1.0 - (_mean(passing) if isinstance(passing, NodeValue) else passing)
+        graph.assign(covered, surface.inputs[realtime_surface.COVERAGE])
         transparent, both = (
             graph.node("ShaderNodeBsdfTransparent"),
             graph.node("ShaderNodeAddShader"),
         )
-        graph.put(passing, transparent.inputs["Color"])
+        graph.assign(passing, transparent.inputs["Color"])
         tree.links.new(seen, both.inputs[0])
         tree.links.new(transparent.outputs[0], both.inputs[1])
         seen = both.outputs[0]
@@ -297,7 +297,7 @@ def _open_group(group: bpy.types.ShaderNodeTree, shader: str, notes: list[str]) 
         if quantity != "colour" and _is_zero(value):
             continue
         group.interface.new_socket(name, in_out="OUTPUT", socket_type="NodeSocketColor")
-        walk.graph.put(value, outputs[0].inputs[name])
+        walk.graph.assign(value, outputs[0].inputs[name])
 
 
 def _surface_output(tree: bpy.types.ShaderNodeTree) -> bpy.types.Node | None:
@@ -368,10 +368,10 @@ def _is_ours(item: Any) -> bool:  # noqa: ANN401
 
 
 def _is_zero(value: object) -> bool:
-    return not isinstance(value, Term) and value == 0.0
+    return not isinstance(value, NodeValue) and value == 0.0
 
 
-def _mean(colour: Term) -> Any:  # noqa: ANN401
+def _mean(colour: NodeValue) -> Any:  # noqa: ANN401
     if colour.size == 1:
         return colour
     x, y, z = colour.graph.components(colour)

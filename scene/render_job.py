@@ -14,7 +14,7 @@ from typing import Any
 import bpy
 
 from ..uw_spectral.errors import InputError
-from ..uw_spectral.spectral_image import (
+from ..uw_spectral.spectra.spectral_image import (
     read_exr,
     replacing,
     write_png,
@@ -157,9 +157,7 @@ def _engine(
             scene, camera, first.plan, extent, seed=job.seed, denoise=job.denoise
         )
     make = engines.eevee_realtime if job.mode == settings.REALTIME else engines.eevee_bands
-    return make(
-        scene, camera, first.plan, extent, first.depth, shafts=job.shafts, froxels=job.froxels
-    )
+    return make(scene, camera, first.plan, extent, first.depth, froxels=job.froxels)
 
 
 def _size(scene: bpy.types.Scene) -> tuple[int, int]:
@@ -241,7 +239,6 @@ def _fingerprint(
         ],
         "engine": job.engine,
         "mode": job.mode,
-        "shafts": job.shafts,
         "froxels": job.froxels,
         "seed": job.seed,
         "denoise": job.denoise,

@@ -14,32 +14,38 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..node_groups import attributes
-from ..uw_spectral.bands import Bands
-from ..uw_spectral.bio_optics import Constituents, constituents_of
-from ..uw_spectral.colour_rendering import SensorReduction
 from ..uw_spectral.errors import InputError
-from ..uw_spectral.illuminant import RELATIVE, Illuminant, parse_illuminant
-from ..uw_spectral.inelastic import (
-    EXCITATION,
+from ..uw_spectral.imaging.optimised_bands import FittedViewpoint, optimised_bands
+from ..uw_spectral.imaging.readouts import REFERENCE_BANDS, Viewpoint
+from ..uw_spectral.spectra.bands import Bands
+from ..uw_spectral.spectra.colour_rendering import SensorReduction
+from ..uw_spectral.spectra.illuminant import RELATIVE, Illuminant, parse_illuminant
+from ..uw_spectral.spectra.reflectance import emission_basis, parse_reflectance, uplift_basis
+from ..uw_spectral.spectra.sensor import Sensor, parse_sensor
+from ..uw_spectral.spectra.spectral_image import RADIANCE_UNITS
+from ..uw_spectral.spectra.spectrum import Spectrum
+from ..uw_spectral.surface.refraction import (
+    fresnel_reflectance,
+    in_water_cosine,
+    sun_travel_direction,
+)
+from ..uw_spectral.transfer.inelastic_light import (
     InelasticLight,
-    InelasticProcess,
     excitation_fields,
-    inelastic_processes,
-    parse_processes,
     solve_inelastic,
 )
-from ..uw_spectral.optimised_bands import FittedViewpoint, optimised_bands
-from ..uw_spectral.path_radiance import PathRadiance, solve_path_radiance
-from ..uw_spectral.phase import BandPhase, parse_phase
-from ..uw_spectral.readouts import REFERENCE_BANDS, Viewpoint
-from ..uw_spectral.reflectance import emission_basis, parse_reflectance, uplift_basis
-from ..uw_spectral.sensor import Sensor, parse_sensor
-from ..uw_spectral.spectral_image import RADIANCE_UNITS
-from ..uw_spectral.spectrum import Spectrum
-from ..uw_spectral.sun import fresnel_reflectance, in_water_cosine, sun_travel_direction
-from ..uw_spectral.water import Water, molecular_scattering
-from ..uw_spectral.water_column import WaterColumn
-from ..uw_spectral.water_names import parse_water
+from ..uw_spectral.transfer.path_radiance import PathRadiance, solve_path_radiance
+from ..uw_spectral.transfer.water_column import WaterColumn
+from ..uw_spectral.water.bio_optics import Constituents, constituents_of
+from ..uw_spectral.water.inelastic_processes import (
+    EXCITATION,
+    InelasticProcess,
+    inelastic_processes,
+    parse_processes,
+)
+from ..uw_spectral.water.named import parse_water
+from ..uw_spectral.water.optical_properties import Water, molecular_scattering
+from ..uw_spectral.water.phase import BandPhase, parse_phase
 from . import band_colors
 from .cycles_phase import CyclesPhase, cycles_phase
 from .pass_values import PassValues
@@ -104,8 +110,6 @@ class RenderPlan:
         scene: bpy.types.Scene,
         depth: float,
         weights: NDArray[np.float64],
-        *,
-        shafts: bool,
     ) -> RealtimeWater:
         """Return the water of EEVEE for a camera at a depth in m, see :func:`realtime_water`."""
         reflectances = {
@@ -113,8 +117,8 @@ class RenderPlan:
             for material, reflectance in band_colors.measured_reflectances(scene)
         }
         return realtime_water(
-            self.column, self.phase, depth, weights, aureole=self.settings.aureole == "on",
-            shafts=shafts, diffuse_shadows=self.settings.diffuse_shadows == "on",
+            self.column, self.phase, depth, weights, aureole=self.settings.aureole,
+            shafts=self.settings.shafts, diffuse_shadows=self.settings.diffuse_shadows,
             reflectances=reflectances, inelastic=self.inelastic,
         )  # fmt: skip
 
@@ -302,7 +306,7 @@ def _water(settings: SceneSettings) -> Water:
     if settings.second_water:
         other = parse_water(settings.second_water, settings.water_source)
         water = water.mixed(other, settings.second_water_share)
-    return water.scaled(settings.absorption_factor, settings.turbidity)
+    return water.scaled(settings.absorption_factor, settings.scattering_factor)
 
 
 def _bands(settings: SceneSettings) -> Bands:

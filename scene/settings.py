@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from ..uw_spectral.errors import InputError
-from ..uw_spectral.water_column import SURFACES
+from ..uw_spectral.transfer.water_column import SURFACES
 
 AUTO = "auto"
 BANDS, REALTIME = "bands", "realtime"
@@ -24,7 +24,7 @@ _SHORT = {"wind_speed": "--wind"}
 
 
 def _setting(
-    default: str | float,
+    default: str | float | bool,
     text: str,
     choices: tuple[str, ...] = (),
     limits: tuple[float, float] = (float("-inf"), float("inf")),
@@ -85,7 +85,7 @@ class SceneSettings:
     absorption_factor: float = _setting(
         1.0, "Factor on the absorption of the water", limits=(0.0, 1e3), animatable=True
     )
-    turbidity: float = _setting(
+    scattering_factor: float = _setting(
         1.0, "Factor on the scattering of the water", limits=(0.0, 1e3), animatable=True
     )
     phase: str = _setting(
@@ -198,15 +198,13 @@ class SceneSettings:
     bounces: int = _setting(
         64, "Times that Cycles scatters or reflects light at most", limits=(1, 1024)
     )
-    aureole: str = _setting(
-        "on",
-        "Whether real time and bands spread sunlight by many scatterings at small angles",
-        choices=("on", "off"),
+    aureole: bool = _setting(True, "EEVEE: spread sunlight by many scatterings at small angles")
+    shafts: bool = _setting(
+        False,
+        "EEVEE: draw single scattering as a volume, so that things cast shadows in the water",
     )
-    diffuse_shadows: str = _setting(
-        "on",
-        "Whether real time and bands shade the light from above that is not direct sun",
-        choices=("on", "off"),
+    diffuse_shadows: bool = _setting(
+        True, "EEVEE: shade the light from above that is not direct sun"
     )
     inelastic: str = _setting(
         "",
@@ -222,7 +220,7 @@ class SceneSettings:
                 raise InputError(
                     f"{flag(setting.name)}: {value!r} is not one of {', '.join(choices)}"
                 )
-            if not isinstance(value, str) and not limits[0] <= value <= limits[1]:
+            if not isinstance(value, str | bool) and not limits[0] <= value <= limits[1]:
                 raise InputError(
                     f"{flag(setting.name)}: {value:g} is outside {limits[0]:g} to {limits[1]:g}"
                 )
@@ -257,7 +255,7 @@ QUALITIES = {
 
 
 @dataclass(frozen=True)
-class Auto:
+class AutoRequest:
     """What is to be chosen automatically.
 
     ``target`` is a mean ΔE2000, ``budget`` CPU time in s, or None; settings
@@ -281,7 +279,6 @@ class Job:
     blend: Path | None
     engine: str
     mode: str
-    shafts: bool
     frames: tuple[int, ...]
     camera: str | None
     resolution: tuple[int, int] | None
@@ -338,20 +335,21 @@ def parser() -> argparse.ArgumentParser:
     result.add_argument(
         "--explain", action="store_true", default=False, help="print what was chosen and why"
     )
-    result.add_argument(
-        "--shafts",
-        action="store_true",
-        default=False,
-        help="eevee: draw single scattering as a volume, with shadows",
-    )
     for setting in fields(SceneSettings):
-        if setting.name not in _RANGE:
+        if setting.name in _RANGE:
+            continue
+        text = setting.metadata["help"].replace("%", "%%")
+        if isinstance(setting.default, bool):
+            result.add_argument(
+                flag(setting.name), action=argparse.BooleanOptionalAction, help=text
+            )
+        else:
             result.add_argument(
                 flag(setting.name),
                 dest=setting.name,
                 type=type(setting.default),
                 choices=setting.metadata["choices"] or None,
-                help=setting.metadata["help"].replace("%", "%%"),
+                help=text,
             )
     result.add_argument("--range", nargs=2, type=float, metavar=("START", "END"), help="nm")
     result.add_argument("--frames", default="", help="e.g. 1-24 or 1,5,9; default: current frame")
@@ -415,13 +413,12 @@ def job(options: argparse.Namespace) -> Job:
     # A preset's mode belongs to its engine.
     usual = preset.mode if preset and preset.engine == engine else BANDS
     mode = getattr(options, "mode", usual)
-    if engine == "cycles" and (mode == REALTIME or options.shafts):
+    if engine == "cycles" and (mode == REALTIME or getattr(options, "shafts", False)):
         raise InputError("--mode realtime and --shafts need --engine eevee")
     return Job(
         blend=getattr(options, "blend", None),
         engine=engine,
         mode=mode,
-        shafts=options.shafts,
         frames=parse_frames(options.frames),
         camera=options.camera,
         resolution=tuple(options.resolution) if options.resolution else None,
@@ -432,7 +429,7 @@ def job(options: argparse.Namespace) -> Job:
     )
 
 
-def auto(options: argparse.Namespace) -> Auto | None:
+def auto(options: argparse.Namespace) -> AutoRequest | None:
     """Return what the options leave to be chosen; None if nothing.
 
     Raises
@@ -453,7 +450,7 @@ def auto(options: argparse.Namespace) -> Auto | None:
     if target is None:
         target = QUALITIES[quality or "final"].target
     keep = {name for name in (*(s.name for s in fields(SceneSettings)), "range") if name in given}
-    return Auto(target, budget, options.explain, frozenset(keep))
+    return AutoRequest(target, budget, options.explain, frozenset(keep))
 
 
 def parse(arguments: Sequence[str]) -> argparse.Namespace:

@@ -14,7 +14,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 from ..uw_spectral.errors import DataWarning
-from ..uw_spectral.sensor import Sensor, parse_sensor
+from ..uw_spectral.spectra.sensor import Sensor, parse_sensor
 from .render_plan import RenderPlan, make_plan
 from .settings import SceneSettings
 

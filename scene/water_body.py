@@ -10,9 +10,9 @@ import bpy
 import numpy as np
 from mathutils import Vector
 
-from ..node_groups import realtime_waves, sea_floor, sky, sun, water_surface, water_volume
+from ..node_groups import realtime_waves, sea_floor, sky, sun_lamp, water_surface, water_volume
 from ..uw_spectral.errors import InputError
-from ..uw_spectral.water_column import WaterColumn
+from ..uw_spectral.transfer.water_column import WaterColumn
 from . import band_colors, pass_values
 
 COLLECTION = "Underwater"
@@ -205,7 +205,9 @@ def _suns(scene: bpy.types.Scene) -> Iterator[bpy.types.Object]:
 
 
 def _sun(refractive_index: float) -> bpy.types.Object:
-    lamp = bpy.data.objects.new(sun.NAME, sun.build(SUN_DIAMETER_IN_AIR / refractive_index))
+    lamp = bpy.data.objects.new(
+        sun_lamp.NAME, sun_lamp.build(SUN_DIAMETER_IN_AIR / refractive_index)
+    )
     lamp[IS_SUN] = True
     # A refracted ray must not meet the disc: the lamp's shadow rays bring the sun already.
     lamp.visible_transmission = False

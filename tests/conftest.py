@@ -28,12 +28,12 @@ def registered(empty_blender):
     """Register the whole extension; after it only the properties, which a batch expects."""
     import bpy
     from underwater_spectral import registration
-    from underwater_spectral.scene import property_group
+    from underwater_spectral.scene import stored_settings
 
     # A batch of an earlier test may have registered the properties alone in this process.
-    if hasattr(bpy.types.Scene, property_group.PROPERTY):
-        property_group.unregister()
+    if hasattr(bpy.types.Scene, stored_settings.PROPERTY):
+        stored_settings.unregister()
     registration.register()
     yield bpy.context.scene
     registration.unregister()
-    property_group.register()
+    stored_settings.register()

@@ -1,7 +1,8 @@
-"""The examples in the docstrings of the optics, and that it never needs Blender."""
+"""The examples in the docstrings of every package, and what may import what."""
 
 from __future__ import annotations
 
+import ast
 import doctest
 import importlib
 import pkgutil
@@ -10,15 +11,27 @@ import sys
 from pathlib import Path
 
 import pytest
-from underwater_spectral import uw_spectral
+import underwater_spectral
 
 ROOT = Path(__file__).resolve().parent.parent
-MODULES = sorted(module.name for module in pkgutil.iter_modules(uw_spectral.__path__))
+PACKAGES = ("uw_spectral", "quality", "node_groups", "scene", "ui")
+BLENDER_FREE = ("uw_spectral", "quality")
 
 
-@pytest.mark.parametrize("name", MODULES)
+def _modules(*packages: str) -> list[str]:
+    found = []
+    for package in packages:
+        paths = [str(ROOT / package)]
+        found += [f"{package}.{m.name}" for m in pkgutil.walk_packages(paths) if not m.ispkg]
+        for folder in (p.parent for p in (ROOT / package).glob("*/__init__.py")):
+            prefix = f"{package}.{folder.name}"
+            found += [prefix, *(f"{prefix}.{m.name}" for m in pkgutil.iter_modules([str(folder)]))]
+    return sorted({name for name in found if not name.endswith("__main__")})
+
+
+@pytest.mark.parametrize("name", _modules(*PACKAGES))
 def test_examples_in_docstrings(name):
-    module = importlib.import_module(f"{uw_spectral.__name__}.{name}")
+    module = importlib.import_module(f"{underwater_spectral.__name__}.{name}")
     assert doctest.testmod(module).failed == 0
 
 
@@ -26,19 +39,55 @@ def test_every_kind_of_module_has_examples():
     finder = doctest.DocTestFinder()
     examples = sum(
         len(test.examples)
-        for name in MODULES
-        for test in finder.find(importlib.import_module(f"{uw_spectral.__name__}.{name}"))
+        for name in _modules(*BLENDER_FREE)
+        for test in finder.find(importlib.import_module(f"{underwater_spectral.__name__}.{name}"))
     )
-    assert examples >= 40
+    assert examples >= 120
 
 
 def test_optics_does_not_load_blender():
     code = (
-        "import importlib, pkgutil, sys\n"
-        "import uw_spectral\n"
-        "for m in pkgutil.iter_modules(uw_spectral.__path__):\n"
-        "    importlib.import_module('uw_spectral.' + m.name)\n"
+        "import importlib, sys\n"
+        f"for name in {_modules('uw_spectral')!r}:\n"
+        "    importlib.import_module(name)\n"
         "heavy = {'bpy', 'nodebpy', 'colour', 'OpenImageIO', 'jerlov'} & set(sys.modules)\n"
         "assert not heavy, heavy\n"
     )
     subprocess.run([sys.executable, "-c", code], cwd=ROOT, check=True)
+
+
+def _imports(path: Path) -> set[str]:
+    """Modules that a file imports, from the root of the extension; others by their first name."""
+    package = path.relative_to(ROOT).with_suffix("").parts[:-1]
+    found = set()
+    for node in ast.walk(ast.parse(path.read_text())):
+        if isinstance(node, ast.Import):
+            found |= {name.name for name in node.names}
+        elif isinstance(node, ast.ImportFrom):
+            home = package[: len(package) - node.level + 1] if node.level else ()
+            found.add(".".join([*home, *filter(None, [node.module])]))
+    return found
+
+
+# What each package may import besides itself and what everything may.
+_ALLOWED = {
+    "uw_spectral": set(),
+    "quality": {"uw_spectral"},
+    "node_groups": {"uw_spectral"},
+    "scene": {"uw_spectral", "quality", "node_groups"},
+    "ui": {"uw_spectral", "quality", "scene"},
+}
+
+
+@pytest.mark.parametrize("package", PACKAGES)
+def test_packages_import_only_what_lies_below_them(package):
+    for path in (ROOT / package).rglob("*.py"):
+        ours = {name.split(".")[0] for name in _imports(path)} & set(PACKAGES)
+        assert ours <= {package, *_ALLOWED[package]}, path
+
+
+@pytest.mark.parametrize("package", BLENDER_FREE)
+def test_packages_without_blender_never_name_it(package):
+    for path in (ROOT / package).rglob("*.py"):
+        firsts = {name.split(".")[0] for name in _imports(path)}
+        assert not firsts & {"bpy", "mathutils", "nodebpy", "bmesh"}, path

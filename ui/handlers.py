@@ -5,7 +5,7 @@ from __future__ import annotations
 import bpy
 from bpy.app.handlers import persistent
 
-from ..scene import property_group as optics
+from ..scene import stored_settings as optics
 from ..scene.session import is_live
 
 

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import fields
 
 import bpy
 
-from ..scene import property_group as optics
+from ..scene import stored_settings as optics
 from ..scene.settings import SceneSettings
 from . import property_group
 
@@ -21,7 +21,38 @@ def _keep_single_water(scene: bpy.types.Scene) -> None:
         group.property_unset("second_water_share")
 
 
-STEPS: tuple[Step, ...] = (_keep_single_water,)
+def _plain_switches(scene: bpy.types.Scene) -> None:
+    """From 1 to 2: switches are booleans of the scene; turbidity is called scattering factor."""
+    group, panel = getattr(scene, optics.PROPERTY), getattr(scene, property_group.PROPERTY)
+    stored, of_panel = group.bl_system_properties_get(), panel.bl_system_properties_get()
+    for name in ("aureole", "diffuse_shadows"):
+        if name in stored:  # they were the words "on" and "off", by their places
+            setattr(group, name, stored[name] == 0)
+    if "shafts" in of_panel:
+        group.shafts = bool(of_panel["shafts"])
+        del of_panel["shafts"]
+    if "turbidity" in stored:
+        group.scattering_factor = stored["turbidity"]
+        del stored["turbidity"]
+    for curve in _curves(scene):
+        if curve.data_path == f"{optics.PROPERTY}.turbidity":
+            curve.data_path = f"{optics.PROPERTY}.scattering_factor"
+
+
+def _curves(scene: bpy.types.Scene) -> Iterator[bpy.types.FCurve]:
+    """Animation curves and drivers of a scene."""
+    data = scene.animation_data
+    if data is None:
+        return
+    yield from data.drivers
+    if data.action is not None:
+        for layer in data.action.layers:
+            for strip in layer.strips:
+                for bag in strip.channelbags:
+                    yield from bag.fcurves
+
+
+STEPS: tuple[Step, ...] = (_keep_single_water, _plain_switches)
 """``STEPS[v]`` takes a scene from version v to v + 1."""
 
 VERSION = len(STEPS)

@@ -9,7 +9,7 @@ from typing import override
 import bpy
 from bpy_extras.io_utils import ImportHelper
 
-from ..scene import property_group as optics
+from ..scene import stored_settings as optics
 from ..scene.session import is_live
 from ..uw_spectral.errors import InputError
 from . import migration, property_group
@@ -56,10 +56,6 @@ class AddWater(_Operator):
         "world until the water is removed"
     )
 
-    shafts: bpy.props.BoolProperty(
-        name="Light shafts",
-        description="Draw single scattering as a volume, so that things cast shadows in the water",
-    )
     start: bpy.props.BoolProperty(
         name="Start settings",
         description="In a scene without settings of the water: a flat surface with Snell's window, "
@@ -79,8 +75,7 @@ class AddWater(_Operator):
         water = _water(context)
         if self.start and not migration.is_used(context.scene):
             water.phase, water.surface = "hg:0.924", "flat"
-        getattr(context.scene, property_group.PROPERTY).shafts = self.shafts
-        self.tell(live.add(context.scene, shafts=self.shafts))
+        self.tell(live.add(context.scene))
         migration.stamp(context.scene)
         problem = live.problem(context.scene)
         if problem:
@@ -171,7 +166,7 @@ class OpenWater(_Operator, ImportHelper):
 
     @override
     def run(self, context: bpy.types.Context) -> None:
-        from ..uw_spectral.water_names import parse_water
+        from ..uw_spectral.water.named import parse_water
 
         name = f"file:{self.filepath}"
         parse_water(name)
@@ -192,7 +187,7 @@ class OpenSensor(_Operator, ImportHelper):
 
     @override
     def run(self, context: bpy.types.Context) -> None:
-        from ..uw_spectral.sensor import parse_sensor
+        from ..uw_spectral.spectra.sensor import parse_sensor
 
         name = f"file:{self.filepath}"
         parse_sensor(name)
@@ -206,7 +201,7 @@ def _sensors(
     _: bpy.types.OperatorProperties, __: bpy.types.Context | None
 ) -> list[tuple[str, str, str]]:
     if not _sensor_items:
-        from ..uw_spectral.sensor import list_sensors
+        from ..uw_spectral.spectra.sensor import list_sensors
 
         # Blender keeps no copy of the strings: the list must live on.
         _sensor_items.extend((name, name, "") for name in list_sensors())
@@ -245,17 +240,16 @@ class Auto(_Operator):
 
     @override
     def run(self, context: bpy.types.Context) -> None:
-        from ..scene import cameras, requirements
+        from ..scene import cameras, scene_requirements
 
         scene = context.scene
         panel = getattr(scene, property_group.PROPERTY)
         earlier = property_group.before_auto(scene)
-        job = replace(property_group.job(scene), shafts=False)
-        choice = requirements.choose(
+        choice = scene_requirements.choose(
             scene,
             cameras.find_camera(scene, None),
             lambda: replace(optics.stored_settings(scene), **earlier),
-            job,
+            property_group.job(scene),
             target=panel.target_delta_e,
         )
         property_group.write_choice(scene, earlier, choice)

@@ -7,7 +7,7 @@ from typing import override
 
 import bpy
 
-from ..scene import property_group as optics
+from ..scene import stored_settings as optics
 from ..scene import units
 from ..scene.session import is_live
 from . import migration, presets, previews, property_group
@@ -137,7 +137,7 @@ class WaterPanel(_SubPanel, bpy.types.Panel):
             column = self.column()
             if not file:
                 column.prop(water, "water_source", text="Source")
-        column.prop(water, "turbidity", text="Scattering ×")
+        column.prop(water, "scattering_factor", text="Scattering ×")
         column.prop(water, "absorption_factor", text="Absorption ×")
         column.prop(panel, "second_water")
         if water.second_water:
@@ -292,10 +292,10 @@ class QualityPanel(_SubPanel, bpy.types.Panel):
         if panel.quality == "REFERENCE":
             column.prop(panel, "denoise")
         else:
-            column.prop(panel, "shafts")
+            column.prop(water, "shafts")
             column.prop(water, "aureole")
             column.prop(water, "diffuse_shadows")
-        if panel.shafts and is_live(context.scene):
+        if water.shafts and is_live(context.scene):
             eevee = context.scene.eevee
             column.prop(eevee, "volumetric_tile_size", text="Froxel size")
             column.prop(eevee, "volumetric_samples", text="Froxel steps")

@@ -14,7 +14,7 @@ _FOLDER = Path(__file__).resolve().parent.parent
 _SCENE = "bpy.context.scene.underwater"
 
 _WATER = ("water", "water_source", "chlorophyll", "cdom", "minerals", "detritus", "second_water",
-          "second_water_share", "absorption_factor", "turbidity", "phase")  # fmt: skip
+          "second_water_share", "absorption_factor", "scattering_factor", "phase")  # fmt: skip
 _LOOK = (*_WATER, "floor_depth", "floor_reflectance", "surface", "illuminant", "sun_zenith",
          "irradiance", "sky_radiance", "white_balance", "exposure")  # fmt: skip
 _CAMERA = ("sensor", "white_balance", "exposure")
@@ -24,13 +24,13 @@ def _values(names: tuple[str, ...]) -> list[str]:
     return [f"{_SCENE}.{name}" for name in names]
 
 
-class _Panel(PresetPanel, bpy.types.Panel):
+class _PresetPanel(PresetPanel, bpy.types.Panel):
     """Popover with the presets of one kind."""
 
     preset_operator = "script.execute_preset"
 
 
-class UNDERWATER_PT_water_presets(_Panel):  # noqa: N801 - the name is the identifier
+class UNDERWATER_PT_water_presets(_PresetPanel):  # noqa: N801 - the name is the identifier
     """Waters."""
 
     bl_label = "Water Presets"
@@ -38,7 +38,7 @@ class UNDERWATER_PT_water_presets(_Panel):  # noqa: N801 - the name is the ident
     preset_add_operator = "underwater.water_preset_add"
 
 
-class UNDERWATER_PT_look_presets(_Panel):  # noqa: N801 - the name is the identifier
+class UNDERWATER_PT_look_presets(_PresetPanel):  # noqa: N801 - the name is the identifier
     """Waters with their light and floor."""
 
     bl_label = "Looks"
@@ -46,7 +46,7 @@ class UNDERWATER_PT_look_presets(_Panel):  # noqa: N801 - the name is the identi
     preset_add_operator = "underwater.look_preset_add"
 
 
-class UNDERWATER_PT_camera_presets(_Panel):  # noqa: N801 - the name is the identifier
+class UNDERWATER_PT_camera_presets(_PresetPanel):  # noqa: N801 - the name is the identifier
     """Cameras and how they are developed."""
 
     bl_label = "Camera Presets"

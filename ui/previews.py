@@ -14,15 +14,15 @@ import bpy.utils.previews
 import numpy as np
 from numpy.typing import NDArray
 
-from ..scene import property_group
+from ..scene import stored_settings
 from ..scene.settings import CONSTITUENTS, SceneSettings
 from ..uw_spectral.errors import InputError
-from ..uw_spectral.water import JERLOV_TYPES
+from ..uw_spectral.water.optical_properties import JERLOV_TYPES
 
 if TYPE_CHECKING:
     from ..scene.render_plan import RenderPlan
-    from ..uw_spectral.readouts import Readouts
-    from ..uw_spectral.spectrum import Spectrum
+    from ..uw_spectral.imaging.readouts import Readouts
+    from ..uw_spectral.spectra.spectrum import Spectrum
 
 SWATCH_SIZE = 64
 PLOT_SIZE = (360, 240)
@@ -128,7 +128,8 @@ def compute(scene: bpy.types.Scene) -> Pictures:
 
 def _fill(state: _State, pictures: Pictures, chosen: SceneSettings, depth: float) -> None:
     from ..scene import shared_plans
-    from ..uw_spectral import plots, readouts
+    from ..uw_spectral.imaging import readouts
+    from . import plots
 
     fine = replace(chosen, bands=readouts.REFERENCE_BANDS, wavelengths="")
     gallery = JERLOV_TYPES if chosen.water != CONSTITUENTS else ()  # it is not shown then
@@ -162,7 +163,7 @@ def _fill(state: _State, pictures: Pictures, chosen: SceneSettings, depth: float
 
 
 def _backscattering(plan: RenderPlan) -> Spectrum:
-    from ..uw_spectral.spectrum import Spectrum
+    from ..uw_spectral.spectra.spectrum import Spectrum
 
     values = plan.phase.backscatter_ratio * plan.column.scattering
     return Spectrum(plan.bands.centres, values, "bb")
@@ -170,8 +171,8 @@ def _backscattering(plan: RenderPlan) -> Spectrum:
 
 def _source(chosen: SceneSettings, name: str) -> str:
     """Source of a swatch: the chosen one if it has the type."""
-    from ..uw_spectral.water import DEFAULT_SOURCE
-    from ..uw_spectral.water_names import list_waters
+    from ..uw_spectral.water.named import list_waters
+    from ..uw_spectral.water.optical_properties import DEFAULT_SOURCE
 
     known = f"jerlov:{name}" in list_waters()[chosen.water_source]
     return chosen.water_source if known else DEFAULT_SOURCE
@@ -204,7 +205,7 @@ def _key(scene: bpy.types.Scene) -> tuple[SceneSettings, float] | None:
     from ..scene import live
 
     try:
-        chosen = property_group.stored_settings(scene)
+        chosen = stored_settings.stored_settings(scene)
     except InputError:
         return None
     return chosen, live.preview_depth(scene, chosen)
@@ -212,7 +213,7 @@ def _key(scene: bpy.types.Scene) -> tuple[SceneSettings, float] | None:
 
 def _settings_error(scene: bpy.types.Scene) -> str:
     try:
-        property_group.stored_settings(scene)
+        stored_settings.stored_settings(scene)
     except InputError as error:
         return str(error)
     return ""

@@ -8,15 +8,15 @@ from typing import TYPE_CHECKING, Any
 
 import bpy
 
-from ..scene import property_group
+from ..scene import stored_settings
 from ..scene.session import is_live
 from ..scene.settings import BANDS, CONSTITUENTS, REALTIME, Job, SceneSettings
 from ..uw_spectral.errors import InputError
-from ..uw_spectral.inelastic import PROCESSES, parse_processes
-from ..uw_spectral.water import JERLOV_TYPES
+from ..uw_spectral.water.inelastic_processes import PROCESSES, parse_processes
+from ..uw_spectral.water.optical_properties import JERLOV_TYPES
 
 if TYPE_CHECKING:
-    from ..scene.requirements import Choice
+    from ..scene.scene_requirements import Choice
 
 PROPERTY = "underwater_panel"
 
@@ -30,7 +30,7 @@ _JERLOV, _AUTO = "jerlov:", "auto"
 
 
 def _water(group: bpy.types.PropertyGroup) -> bpy.types.PropertyGroup:
-    return getattr(group.id_data, property_group.PROPERTY)
+    return getattr(group.id_data, stored_settings.PROPERTY)
 
 
 def _index(text: str) -> int:
@@ -132,12 +132,6 @@ def _set_stops(group: bpy.types.PropertyGroup, value: float) -> None:
     _water(group).exposure = f"{value:g}"
 
 
-def _shafts_changed(group: bpy.types.PropertyGroup, _: bpy.types.Context) -> None:
-    from ..scene import live
-
-    live.update(group.id_data, shafts=group.shafts)
-
-
 class UnderwaterPanelProperties(bpy.types.PropertyGroup):
     """How a scene is rendered, and views of its optics that suit a panel."""
 
@@ -234,12 +228,6 @@ class UnderwaterPanelProperties(bpy.types.PropertyGroup):
         ],
         options=set(),
     )  # fmt: skip
-    shafts: bpy.props.BoolProperty(
-        name="Light shafts",
-        description="Draw single scattering as a volume, so that things cast shadows in the water",
-        update=_shafts_changed,
-        options=set(),
-    )
     target_delta_e: bpy.props.FloatProperty(
         name="Colour error",
         description="Mean ΔE2000, against everything in many bands, that Auto aims at, objects, "
@@ -289,7 +277,6 @@ def job(scene: bpy.types.Scene, *, resume: bool = False) -> Job:
         blend=None,
         engine=engine,
         mode=mode,
-        shafts=group.shafts and engine == "eevee",
         frames=frames,
         camera=None,
         resolution=None,
@@ -305,7 +292,7 @@ def before_auto(scene: bpy.types.Scene) -> dict[str, Any]:
 
     So that waves, once left out, are there again for a stricter choice.
     """
-    stored = property_group.stored_settings(scene)
+    stored = stored_settings.stored_settings(scene)
     changed = json.loads(getattr(scene, PROPERTY).chosen or "{}")
     return {
         name: before
@@ -324,8 +311,8 @@ def write_choice(scene: bpy.types.Scene, earlier: dict[str, Any], choice: Choice
         What :func:`before_auto` returned: the choice was made with these values.
     choice : Choice
     """
-    group, water = getattr(scene, PROPERTY), getattr(scene, property_group.PROPERTY)
-    stored = property_group.stored_settings(scene)
+    group, water = getattr(scene, PROPERTY), getattr(scene, stored_settings.PROPERTY)
+    stored = stored_settings.stored_settings(scene)
     changed = {}
     for name, value in (earlier | choice.settings).items():
         before = earlier.get(name, getattr(stored, name))
@@ -334,9 +321,7 @@ def write_choice(scene: bpy.types.Scene, earlier: dict[str, Any], choice: Choice
         if value != getattr(stored, name):
             setattr(water, name, value)
     group.chosen, group.decisions = json.dumps(changed), "\n".join(choice.lines)
-    if QUALITIES[group.quality][0] == "eevee" and group.shafts != choice.shafts:
-        group.shafts = choice.shafts
-    if choice.shafts and is_live(scene):
+    if choice.settings.get("shafts", stored.shafts) and is_live(scene):
         scene.eevee.volumetric_samples = choice.required.froxels
 
 

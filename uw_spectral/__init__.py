@@ -1,5 +1,7 @@
-"""Optics of water: spectra, bands, phase functions, light field, sensors.
+"""Optics of water: pure numpy, never imports Blender; works in a notebook by itself.
 
-Pure numpy; never imports Blender. Modules load on demand, so importing the
-package costs nothing.
+``spectra`` (bands, light, sensors, colour) · ``water`` (absorption, scattering, phase
+functions) · ``surface`` (refraction, waves, caustics) · ``transfer`` (light in the water,
+what a pixel sees) · ``imaging`` (a camera in the water, read-outs) · ``monte_carlo``
+(the solver that proves the others) · ``baselines`` (published forms). Each loads on demand.
 """

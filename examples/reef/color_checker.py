@@ -6,7 +6,7 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from ...uw_spectral._colour import colour_science
+from ...uw_spectral.spectra._colour import colour_science
 from .materials import Materials, Painter
 from .shapes import Shape, box, joined, to_mesh
 

@@ -10,10 +10,13 @@ import bpy
 import numpy as np
 from mathutils import Matrix
 from underwater_spectral.scene import eevee_settings, exr_output, realtime, water_body
-from underwater_spectral.uw_spectral.aureole import Aureole
-from underwater_spectral.uw_spectral.path_radiance import pixel_radiance, solve_path_radiance
-from underwater_spectral.uw_spectral.reflectance import uplift_basis
-from underwater_spectral.uw_spectral.spectral_image import read_exr
+from underwater_spectral.uw_spectral.spectra.reflectance import uplift_basis
+from underwater_spectral.uw_spectral.spectra.spectral_image import read_exr
+from underwater_spectral.uw_spectral.transfer.aureole import Aureole
+from underwater_spectral.uw_spectral.transfer.path_radiance import (
+    pixel_radiance,
+    solve_path_radiance,
+)
 
 WIDTH, HEIGHT = 32, 17
 COLOR = (0.8, 0.4, 0.2)

@@ -9,11 +9,11 @@ import pytest
 from underwater_spectral.node_groups.node_mathematics import NODES, Graph, new_group
 from underwater_spectral.scene import realtime
 from underwater_spectral.tests.node_groups import realtime_probe as probe
-from underwater_spectral.uw_spectral.bands import Bands
 from underwater_spectral.uw_spectral.errors import InputError
-from underwater_spectral.uw_spectral.phase import parse_phase
-from underwater_spectral.uw_spectral.sun import in_water_cosine, sun_travel_direction
-from underwater_spectral.uw_spectral.water_column import WaterColumn
+from underwater_spectral.uw_spectral.spectra.bands import Bands
+from underwater_spectral.uw_spectral.surface.refraction import in_water_cosine, sun_travel_direction
+from underwater_spectral.uw_spectral.transfer.water_column import WaterColumn
+from underwater_spectral.uw_spectral.water.phase import parse_phase
 
 # EEVEE writes half floats and the software rasteriser cuts the digits beyond.
 HALF_STEP = 2.0**-10

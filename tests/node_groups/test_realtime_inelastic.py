@@ -12,9 +12,9 @@ from underwater_spectral.scene import realtime
 from underwater_spectral.scene.render_plan import make_plan
 from underwater_spectral.scene.settings import SceneSettings
 from underwater_spectral.tests.node_groups import realtime_probe as probe
-from underwater_spectral.uw_spectral.inelastic import reduced
-from underwater_spectral.uw_spectral.path_radiance import veil
-from underwater_spectral.uw_spectral.reflectance import uplift_basis
+from underwater_spectral.uw_spectral.spectra.reflectance import uplift_basis
+from underwater_spectral.uw_spectral.transfer.inelastic_light import reduced
+from underwater_spectral.uw_spectral.transfer.path_radiance import veil
 
 HALF_STEP = 2.0**-10
 TOLERANCE = 2e-3

@@ -10,7 +10,7 @@ import pytest
 from underwater_spectral.scene import realtime
 from underwater_spectral.tests.node_groups import realtime_probe as probe
 from underwater_spectral.tests.scene.columns import grey_column
-from underwater_spectral.uw_spectral.phase import parse_phase
+from underwater_spectral.uw_spectral.water.phase import parse_phase
 
 BELOW_CAMERA, ABOVE_CAMERA = 2.0, 1.0
 SQUARE = ((-8.0, -4.0, -BELOW_CAMERA), (16.0, 0.0, 0.0), (0.0, 8.0, 0.0))

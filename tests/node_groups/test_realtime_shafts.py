@@ -8,11 +8,11 @@ import pytest
 from underwater_spectral.node_groups import realtime_background
 from underwater_spectral.scene import realtime
 from underwater_spectral.tests.node_groups import realtime_probe as probe
-from underwater_spectral.uw_spectral.bands import Bands
-from underwater_spectral.uw_spectral.path_radiance import solve_path_radiance
-from underwater_spectral.uw_spectral.phase import parse_phase
-from underwater_spectral.uw_spectral.sun import in_water_cosine, sun_travel_direction
-from underwater_spectral.uw_spectral.water_column import WaterColumn
+from underwater_spectral.uw_spectral.spectra.bands import Bands
+from underwater_spectral.uw_spectral.surface.refraction import in_water_cosine, sun_travel_direction
+from underwater_spectral.uw_spectral.transfer.path_radiance import solve_path_radiance
+from underwater_spectral.uw_spectral.transfer.water_column import WaterColumn
+from underwater_spectral.uw_spectral.water.phase import parse_phase
 
 SLAB_HEIGHT = -2.0
 LOW, HIGH = np.array([-1.5, 1.0]), np.array([1.5, 12.0])

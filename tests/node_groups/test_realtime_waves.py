@@ -11,23 +11,26 @@ import numpy as np
 import pytest
 from underwater_spectral.node_groups import realtime_values
 from underwater_spectral.node_groups.realtime_values import Numbers
-from underwater_spectral.scene import caustics, realtime
+from underwater_spectral.scene import moving_surface, realtime
 from underwater_spectral.tests.node_groups import realtime_probe as probe
-from underwater_spectral.uw_spectral.bands import Bands
-from underwater_spectral.uw_spectral.caustics import SunlitWater
-from underwater_spectral.uw_spectral.path_radiance import pixel_radiance, solve_path_radiance
-from underwater_spectral.uw_spectral.phase import parse_phase
-from underwater_spectral.uw_spectral.reflectance import uplift_basis
-from underwater_spectral.uw_spectral.sun import in_water_cosine, sun_travel_direction
-from underwater_spectral.uw_spectral.water_column import WaterColumn
-from underwater_spectral.uw_spectral.wave_patterns import (
+from underwater_spectral.uw_spectral.spectra.bands import Bands
+from underwater_spectral.uw_spectral.spectra.reflectance import uplift_basis
+from underwater_spectral.uw_spectral.surface.refraction import in_water_cosine, sun_travel_direction
+from underwater_spectral.uw_spectral.surface.wave_patterns import (
     Sea,
-    between,
+    interp,
     layer_position,
     pattern_at,
     sunlight_factor,
     under_waves,
 )
+from underwater_spectral.uw_spectral.transfer.path_radiance import (
+    pixel_radiance,
+    solve_path_radiance,
+)
+from underwater_spectral.uw_spectral.transfer.sunlit_water import SunlitWater
+from underwater_spectral.uw_spectral.transfer.water_column import WaterColumn
+from underwater_spectral.uw_spectral.water.phase import parse_phase
 
 SEA = Sea(5.0, 40.0, seed=3, tile=4.0, resolution=64)
 CRITICAL = math.degrees(math.asin(1 / 1.34))
@@ -58,7 +61,7 @@ def _water(column, depth, *, sea=SEA, t=1.0, shafts=False, strength=1.0):
     now = sea.at(t, column.sun_direction, column.refractive_index)
     water = realtime.realtime_water(column, PHASE, depth, WEIGHTS, shafts=shafts)
     contrast = strength * now.contrast(_lit(column))
-    return caustics.moving(water, now, contrast, strength), now, contrast
+    return moving_surface.moving(water, now, contrast, strength), now, contrast
 
 
 def _tiled(image, x, y, tile):
@@ -93,7 +96,7 @@ def _floor(now, contrast, column, view):
     P = ((view.depth - floor) / rays[..., 2])[..., None]
     points = np.array([0.0, 0.0, -view.depth]) + P * rays
     pattern, knot = _pattern(now, column, points)
-    gain = between(knot[..., None], list(contrast))
+    gain = interp(knot[..., None], list(contrast))
     direct, forward, diffuse = water.field.surface_irradiance(floor, -column.sun_direction[2], 1.0)
     colour = np.array(probe.COLOR) @ uplift_basis(column.bands).T / math.pi
     light = (direct + forward) * sunlight_factor(pattern[..., None], gain) + diffuse

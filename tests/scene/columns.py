@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 from underwater_spectral.node_groups.water_volume import ScatteringLobe
-from underwater_spectral.uw_spectral.bands import Bands
-from underwater_spectral.uw_spectral.water_column import WaterColumn
+from underwater_spectral.uw_spectral.spectra.bands import Bands
+from underwater_spectral.uw_spectral.transfer.water_column import WaterColumn
 
 
 def grey_column(a: float, b: float, **changes) -> WaterColumn:

@@ -10,10 +10,10 @@ import pytest
 from underwater_spectral.scene import settings
 from underwater_spectral.scene.render_plan import make_plan
 from underwater_spectral.scene.settings import OPTIMISED, SceneSettings
-from underwater_spectral.uw_spectral.bands import Bands
-from underwater_spectral.uw_spectral.colour_rendering import delta_e_CIE2000_images
-from underwater_spectral.uw_spectral.path_radiance import pixel_radiance
-from underwater_spectral.uw_spectral.reflectance import colorchecker_reflectance
+from underwater_spectral.uw_spectral.spectra.bands import Bands
+from underwater_spectral.uw_spectral.spectra.colour_rendering import delta_e_CIE2000_images
+from underwater_spectral.uw_spectral.spectra.reflectance import colorchecker_reflectance
+from underwater_spectral.uw_spectral.transfer.path_radiance import pixel_radiance
 
 SIX = SceneSettings(
     water="jerlov:II", bands=6, band_placement=OPTIMISED, surface="flat", floor_depth=15.0
@@ -63,10 +63,12 @@ def test_bands_outlive_the_choice_of_a_camera():
 
 def test_frames_keep_the_bands_of_the_first():
     first = make_plan(SIX)
-    later = first.fixed_bands(replace(SIX, turbidity=4.0))
+    later = first.fixed_bands(replace(SIX, scattering_factor=4.0))
     np.testing.assert_array_equal(make_plan(later).bands.centres, first.bands.centres)
     np.testing.assert_array_equal(make_plan(later).bands.widths, first.bands.widths)
-    truth = picture(make_plan(replace(SIX, turbidity=4.0, bands=120, band_placement="equal")))
+    truth = picture(
+        make_plan(replace(SIX, scattering_factor=4.0, bands=120, band_placement="equal"))
+    )
     assert delta_e_CIE2000_images(picture(make_plan(later)), truth).mean() < 0.5
     equal = replace(SIX, band_placement="equal")
     assert make_plan(equal).fixed_bands(equal) is equal

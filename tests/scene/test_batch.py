@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 from underwater_spectral.scene import batch
 from underwater_spectral.tests.scene import scenes, snapshot
-from underwater_spectral.uw_spectral.spectral_image import read_exr, read_spectral_exr
+from underwater_spectral.uw_spectral.spectra.spectral_image import read_exr, read_spectral_exr
 
 ROOT = Path(__file__).resolve().parent.parent.parent
 FAST = ["--samples", "2", "--resolution", "32", "18", "--phase", "hg:0.8", "--floor-depth", "9"]

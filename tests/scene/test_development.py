@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from underwater_spectral.scene import development
 from underwater_spectral.tests.scene import snapshot
-from underwater_spectral.uw_spectral.bands import Bands
-from underwater_spectral.uw_spectral.spectral_image import read_exr, write_rgb_exr
+from underwater_spectral.uw_spectral.spectra.bands import Bands
+from underwater_spectral.uw_spectral.spectra.spectral_image import read_exr, write_rgb_exr
 
 
 @pytest.mark.parametrize(("count", "per_pass"), [(1, 3), (3, 3), (8, 3), (8, 1), (32, 3)])

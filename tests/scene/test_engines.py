@@ -7,9 +7,16 @@ import json
 import bpy
 import numpy as np
 from underwater_spectral.benchmarks import grey_scene
-from underwater_spectral.scene import batch, caustics, engines, realtime, render_plan, water_body
+from underwater_spectral.scene import (
+    batch,
+    engines,
+    moving_surface,
+    realtime,
+    render_plan,
+    water_body,
+)
 from underwater_spectral.scene.settings import SceneSettings
-from underwater_spectral.uw_spectral.spectral_image import read_exr, read_spectral_exr
+from underwater_spectral.uw_spectral.spectra.spectral_image import read_exr, read_spectral_exr
 
 
 def _run(*arguments: object) -> int:
@@ -67,11 +74,11 @@ def test_each_frame_is_computed_once(monkeypatch):
         asked.append(scene.frame_current)
         return water
 
-    monkeypatch.setattr(caustics, "with_waves", with_waves)
+    monkeypatch.setattr(moving_surface, "with_waves", with_waves)
     extent = water_body.WaterExtent(50.0, 50.0)
     for engine_of in (engines.eevee_bands, engines.eevee_realtime):
         scene.frame_set(1)
-        with engine_of(scene, camera, plan, extent, 5.0, shafts=False) as engine:
+        with engine_of(scene, camera, plan, extent, 5.0) as engine:
             engine.frame(plan, 5.0)
             scene.frame_set(2)
             engine.frame(plan, 5.0)

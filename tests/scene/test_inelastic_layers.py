@@ -18,16 +18,13 @@ from underwater_spectral.scene import (
 from underwater_spectral.scene.render_plan import make_plan
 from underwater_spectral.scene.settings import SceneSettings
 from underwater_spectral.tests.scene import columns, scenes
-from underwater_spectral.uw_spectral.bands import Bands
 from underwater_spectral.uw_spectral.errors import InputError
-from underwater_spectral.uw_spectral.inelastic import (
-    EXCITATION,
-    InelasticProcess,
-    solve_inelastic,
-)
-from underwater_spectral.uw_spectral.light_field import solve_light_field
-from underwater_spectral.uw_spectral.phase import Isotropic
-from underwater_spectral.uw_spectral.spectral_image import read_exr
+from underwater_spectral.uw_spectral.spectra.bands import Bands
+from underwater_spectral.uw_spectral.spectra.spectral_image import read_exr
+from underwater_spectral.uw_spectral.transfer.inelastic_light import solve_inelastic
+from underwater_spectral.uw_spectral.transfer.light_field import solve_light_field
+from underwater_spectral.uw_spectral.water.inelastic_processes import EXCITATION, InelasticProcess
+from underwater_spectral.uw_spectral.water.phase import Isotropic
 
 DEPTH = 3.0
 

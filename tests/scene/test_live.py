@@ -8,7 +8,7 @@ import bpy
 import numpy as np
 import pytest
 from underwater_spectral.node_groups import realtime_values
-from underwater_spectral.scene import live, property_group, realtime, shared_plans
+from underwater_spectral.scene import live, realtime, shared_plans, stored_settings
 from underwater_spectral.scene.render_plan import make_plan
 from underwater_spectral.scene.session import is_live
 from underwater_spectral.tests.scene import scenes, snapshot
@@ -52,9 +52,9 @@ def _groups():
 
 def _expected(scene, depth):
     """Numbers that water which is added afresh has."""
-    chosen = property_group.stored_settings(scene)
+    chosen = stored_settings.stored_settings(scene)
     plan = make_plan(chosen)
-    return plan.realtime(scene, depth, plan.reduction(depth).weights, shafts=False).numbers
+    return plan.realtime(scene, depth, plan.reduction(depth).weights).numbers
 
 
 def _assert_shows(scene, depth):
@@ -72,7 +72,7 @@ CHANGES = {
     "water": "jerlov:5C",
     "second_water_share": 0.4,
     "absorption_factor": 1.7,
-    "turbidity": 2.0,
+    "scattering_factor": 2.0,
     "sensor": "ARRI D21",
     "sun_zenith": 55.0,
     "sun_azimuth": 120.0,
@@ -146,8 +146,9 @@ def test_removal_restores_every_value():
     scene.underwater.phase = "hg:0.924"
     scene.view_settings.view_transform = "AgX"
     bpy.context.view_layer.update()
+    scene.underwater.shafts = True
     before = snapshot.snapshot()
-    live.add(scene, shafts=True)
+    live.add(scene)
     assert is_live(scene)
     assert scene.view_settings.view_transform == "Standard"
     live.remove(scene)
@@ -231,7 +232,7 @@ def test_edited_colours_are_followed():
 
 
 def test_shared_plans_are_plans():
-    chosen = property_group.stored_settings(_scene())
+    chosen = stored_settings.stored_settings(_scene())
     own, shared = make_plan(chosen), shared_plans.plan_of(chosen)
     found = shared.viewpoint(5.0).reduction.weights
     assert found == pytest.approx(own.reduction(5.0).weights, rel=1e-12)
@@ -255,8 +256,8 @@ def _picture(scene, path):
 def test_a_render_sees_values_that_were_written_quickly_and_keyframes(tmp_path):
     scene = _scene()
     for frame, factor in ((1, 1.0), (2, 4.0)):
-        scene.underwater.turbidity = factor
-        scene.underwater.keyframe_insert("turbidity", frame=frame)
+        scene.underwater.scattering_factor = factor
+        scene.underwater.keyframe_insert("scattering_factor", frame=frame)
     scene.underwater.exposure = "0"
     scene.frame_set(1)
     live.add(scene)

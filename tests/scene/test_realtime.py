@@ -10,7 +10,7 @@ import pytest
 from underwater_spectral.scene import realtime, realtime_materials, water_body
 from underwater_spectral.tests.scene import columns, scenes, snapshot
 from underwater_spectral.uw_spectral.errors import InputError
-from underwater_spectral.uw_spectral.phase import parse_phase
+from underwater_spectral.uw_spectral.water.phase import parse_phase
 
 HG = parse_phase("hg:0.8").for_bands(np.ones(3))
 DEPTH = 5.0

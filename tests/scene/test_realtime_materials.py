@@ -8,9 +8,9 @@ import bpy
 import numpy as np
 from underwater_spectral.scene import eevee_settings, exr_output, realtime, temporary, water_body
 from underwater_spectral.tests.scene import columns, scenes
-from underwater_spectral.uw_spectral.phase import parse_phase
-from underwater_spectral.uw_spectral.reflectance import emission_basis, uplift_basis
-from underwater_spectral.uw_spectral.spectral_image import read_exr
+from underwater_spectral.uw_spectral.spectra.reflectance import emission_basis, uplift_basis
+from underwater_spectral.uw_spectral.spectra.spectral_image import read_exr
+from underwater_spectral.uw_spectral.water.phase import parse_phase
 
 _SIZE = (96, 24)
 _STEP = 2.4

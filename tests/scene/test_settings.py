@@ -7,7 +7,7 @@ from dataclasses import fields
 import bpy
 import numpy as np
 import pytest
-from underwater_spectral.scene import property_group, settings
+from underwater_spectral.scene import settings, stored_settings
 from underwater_spectral.scene.realtime import realtime_water
 from underwater_spectral.scene.render_plan import make_plan
 from underwater_spectral.scene.settings import SceneSettings
@@ -17,12 +17,12 @@ from underwater_spectral.uw_spectral.errors import InputError
 @pytest.fixture
 def registered():
     # A batch of an earlier test may have registered the properties in this process.
-    if not hasattr(bpy.types.Scene, property_group.PROPERTY):
-        property_group.register()
+    if not hasattr(bpy.types.Scene, stored_settings.PROPERTY):
+        stored_settings.register()
 
 
 def test_stored_settings_are_the_defaults(registered):
-    assert property_group.stored_settings(bpy.context.scene) == SceneSettings()
+    assert stored_settings.stored_settings(bpy.context.scene) == SceneSettings()
 
 
 def test_options_override_what_the_file_stores(registered, tmp_path):
@@ -32,7 +32,7 @@ def test_options_override_what_the_file_stores(registered, tmp_path):
     bpy.ops.wm.save_as_mainfile(filepath=path)
     bpy.ops.wm.read_homefile(use_empty=True)
     bpy.ops.wm.open_mainfile(filepath=path)
-    stored = property_group.stored_settings(bpy.context.scene)
+    stored = stored_settings.stored_settings(bpy.context.scene)
     merged = settings.merge(stored, settings.parse(["--water", "jerlov:I"]))
     assert (merged.water, merged.bands, merged.refractive_index) == ("jerlov:I", 12, 1.33)
 
@@ -113,7 +113,7 @@ def test_amounts_are_animatable(registered):
             setattr(group, name, value)
             assert group.keyframe_insert(name, frame=frame)
     bpy.context.scene.frame_set(6)
-    found = property_group.stored_settings(bpy.context.scene)
+    found = stored_settings.stored_settings(bpy.context.scene)
     assert all(0.5 < getattr(found, name) < 10.5 for name in AMOUNTS[0])
 
 

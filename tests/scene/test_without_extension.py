@@ -8,9 +8,9 @@ import sys
 import bpy
 import numpy as np
 import pytest
-from underwater_spectral.scene import exr_output, live, property_group
+from underwater_spectral.scene import exr_output, live, stored_settings
 from underwater_spectral.uw_spectral.errors import DataWarning
-from underwater_spectral.uw_spectral.spectral_image import read_exr
+from underwater_spectral.uw_spectral.spectra.spectral_image import read_exr
 
 _RENDER = """
 import sys, bpy
@@ -31,8 +31,8 @@ def _render(blend, picture):
 @pytest.mark.filterwarnings(f"ignore::{DataWarning.__module__}.DataWarning")
 def test_groups_are_ordinary_nodes(tmp_path, empty_blender):
     scene = bpy.context.scene
-    if not hasattr(bpy.types.Scene, property_group.PROPERTY):
-        property_group.register()
+    if not hasattr(bpy.types.Scene, stored_settings.PROPERTY):
+        stored_settings.register()
     bpy.ops.mesh.primitive_uv_sphere_add(location=(0.0, 4.0, -3.0))
     camera = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))
     camera.location, camera.rotation_euler = (0.0, 0.0, -3.0), (np.pi / 2, 0.0, 0.0)

@@ -11,20 +11,20 @@ import OpenImageIO as oiio
 import pytest
 from underwater_spectral.scene import band_passes, batch, render_job, settings
 from underwater_spectral.tests.scene import scenes
-from underwater_spectral.uw_spectral.bands import Bands
-from underwater_spectral.uw_spectral.colour_rendering import reduction
 from underwater_spectral.uw_spectral.errors import InputError
-from underwater_spectral.uw_spectral.illuminant import parse_illuminant
-from underwater_spectral.uw_spectral.reflectance import parse_reflectance
-from underwater_spectral.uw_spectral.sensor import parse_sensor
-from underwater_spectral.uw_spectral.spectral_image import (
+from underwater_spectral.uw_spectral.spectra.bands import Bands
+from underwater_spectral.uw_spectral.spectra.colour_rendering import reduction
+from underwater_spectral.uw_spectral.spectra.illuminant import parse_illuminant
+from underwater_spectral.uw_spectral.spectra.reflectance import parse_reflectance
+from underwater_spectral.uw_spectral.spectra.sensor import parse_sensor
+from underwater_spectral.uw_spectral.spectra.spectral_image import (
     read_exr,
     read_spectral_exr,
     write_exr,
     write_spectral_exr,
 )
-from underwater_spectral.uw_spectral.spectrum import Spectrum
-from underwater_spectral.uw_spectral.water_names import parse_water
+from underwater_spectral.uw_spectral.spectra.spectrum import Spectrum
+from underwater_spectral.uw_spectral.water.named import parse_water
 
 pytestmark = pytest.mark.filterwarnings(
     "ignore::underwater_spectral.uw_spectral.errors.DataWarning"

@@ -9,30 +9,12 @@ import numpy as np
 import pytest
 from hypothesis import strategies as st
 from underwater_spectral.tests.stress.cases import few_or_many, try_cases
-from underwater_spectral.uw_spectral.bands import Bands
-from underwater_spectral.uw_spectral.bio_optics import Constituents, parse_constituents
-from underwater_spectral.uw_spectral.caustics import SunlitWater
-from underwater_spectral.uw_spectral.colour_rendering import WHITE_BALANCES, reduction
 from underwater_spectral.uw_spectral.errors import InputError
-from underwater_spectral.uw_spectral.illuminant import ILLUMINANTS, parse_illuminant
-from underwater_spectral.uw_spectral.inelastic import (
-    EXCITATION,
-    excitation_fields,
-    inelastic_processes,
-    reduced,
-    solve_inelastic,
+from underwater_spectral.uw_spectral.imaging.optimised_bands import (
+    fitted_reduction,
+    optimised_bands,
 )
-from underwater_spectral.uw_spectral.light_field import LightField
-from underwater_spectral.uw_spectral.optimised_bands import fitted_reduction, optimised_bands
-from underwater_spectral.uw_spectral.path_radiance import (
-    PathRadiance,
-    pixel_radiance,
-    solve_path_radiance,
-    upwelling_irradiance,
-    veil,
-)
-from underwater_spectral.uw_spectral.phase import parse_phase
-from underwater_spectral.uw_spectral.readouts import (
+from underwater_spectral.uw_spectral.imaging.readouts import (
     colour_error,
     diffuse_attenuation,
     dominant_colour,
@@ -42,15 +24,38 @@ from underwater_spectral.uw_spectral.readouts import (
     make_viewpoint,
     water_swatch,
 )
-from underwater_spectral.uw_spectral.sensor import list_sensors, parse_sensor
-from underwater_spectral.uw_spectral.sun import (
+from underwater_spectral.uw_spectral.spectra.bands import Bands
+from underwater_spectral.uw_spectral.spectra.colour_rendering import WHITE_BALANCES, reduction
+from underwater_spectral.uw_spectral.spectra.illuminant import ILLUMINANTS, parse_illuminant
+from underwater_spectral.uw_spectral.spectra.sensor import list_sensors, parse_sensor
+from underwater_spectral.uw_spectral.surface.refraction import (
     diffuse_transmittance,
     in_water_cosine,
     sun_travel_direction,
 )
-from underwater_spectral.uw_spectral.water_column import SURFACES, WaterColumn
-from underwater_spectral.uw_spectral.water_names import list_waters, parse_water
-from underwater_spectral.uw_spectral.wave_patterns import Sea
+from underwater_spectral.uw_spectral.surface.wave_patterns import Sea
+from underwater_spectral.uw_spectral.transfer.inelastic_light import (
+    excitation_fields,
+    reduced,
+    solve_inelastic,
+)
+from underwater_spectral.uw_spectral.transfer.light_field import LightField
+from underwater_spectral.uw_spectral.transfer.path_radiance import (
+    PathRadiance,
+    pixel_radiance,
+    solve_path_radiance,
+    upwelling_irradiance,
+    veil,
+)
+from underwater_spectral.uw_spectral.transfer.sunlit_water import SunlitWater
+from underwater_spectral.uw_spectral.transfer.water_column import SURFACES, WaterColumn
+from underwater_spectral.uw_spectral.water.bio_optics import Constituents, parse_constituents
+from underwater_spectral.uw_spectral.water.inelastic_processes import (
+    EXCITATION,
+    inelastic_processes,
+)
+from underwater_spectral.uw_spectral.water.named import list_waters, parse_water
+from underwater_spectral.uw_spectral.water.phase import parse_phase
 
 pytestmark = pytest.mark.filterwarnings(
     "ignore::underwater_spectral.uw_spectral.errors.DataWarning"

@@ -19,7 +19,7 @@ from underwater_spectral.scene import (
     live,
     pass_values,
     realtime,
-    requirements,
+    scene_requirements,
     settings,
     water_body,
 )
@@ -29,9 +29,9 @@ from underwater_spectral.tests.scene import scenes, snapshot
 from underwater_spectral.tests.scene.columns import grey_column
 from underwater_spectral.tests.stress.cases import few_or_many, try_cases
 from underwater_spectral.uw_spectral.errors import InputError
-from underwater_spectral.uw_spectral.path_radiance import solve_path_radiance
-from underwater_spectral.uw_spectral.phase import parse_phase
-from underwater_spectral.uw_spectral.spectral_image import read_exr
+from underwater_spectral.uw_spectral.spectra.spectral_image import read_exr
+from underwater_spectral.uw_spectral.transfer.path_radiance import solve_path_radiance
+from underwater_spectral.uw_spectral.water.phase import parse_phase
 
 pytestmark = pytest.mark.filterwarnings(
     "ignore::underwater_spectral.uw_spectral.errors.DataWarning"
@@ -223,7 +223,7 @@ def test_what_extreme_scenes_require(name):
     stored = SceneSettings(phase="hg:0.924")
 
     def choose():
-        return requirements.choose(
+        return scene_requirements.choose(
             scene, scene.camera, lambda: settings.merge(stored, parsed), settings.job(parsed),
             target=4.0, keep=frozenset({"bands"}),
         )  # fmt: skip
@@ -266,7 +266,7 @@ def test_thousands_of_instances(registered):
 def test_what_thousands_of_instances_require():
     scene = _made("orthographic")
     _copies(scene, 4000)
-    choice = requirements.choose(
+    choice = scene_requirements.choose(
         scene, scene.camera, lambda: SceneSettings(phase="hg:0.924"),
         settings.job(settings.parse(["--engine", "eevee", "--mode", "realtime"])),
         target=8.0, keep=frozenset({"bands"}),
@@ -286,6 +286,8 @@ def test_every_setting_makes_a_plan_or_is_refused(cases_, record_property):
         low, high = field.metadata["limits"]
         if field.metadata["choices"]:
             limits[field.name] = st.sampled_from(field.metadata["choices"])
+        elif isinstance(field.default, bool):
+            limits[field.name] = st.booleans()
         elif not isinstance(field.default, str) and math.isfinite(low):
             limits[field.name] = st.sampled_from([field.default, low, high])
     words = {
@@ -300,6 +302,7 @@ def test_every_setting_makes_a_plan_or_is_refused(cases_, record_property):
     }
     limits |= {name: st.sampled_from(values) for name, values in words.items()}
     limits |= {
+        "shafts": st.just(True),
         "bands": st.sampled_from([1, 2, 3, 8, 17, 32, 64]),
         "range_start": st.just(400.0),
         "range_end": st.just(700.0),
@@ -310,7 +313,7 @@ def test_every_setting_makes_a_plan_or_is_refused(cases_, record_property):
         try:
             plan = make_plan(SceneSettings(**values))
             reduction = plan.reduction(depth)
-            water = plan.realtime(scene, depth, reduction.weights, shafts=True)
+            water = plan.realtime(scene, depth, reduction.weights)
         except InputError:
             return
         assert np.isfinite(reduction.weights).all()

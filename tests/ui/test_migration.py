@@ -51,3 +51,21 @@ def test_an_appended_scene_is_migrated(tmp_path):
     appended = bpy.data.scenes["sea"]
     assert appended.underwater.water == "jerlov:9C"
     assert appended.underwater_panel.version == migration.VERSION
+
+
+def test_switches_and_turbidity_of_version_1_keep_their_meaning():
+    scene = bpy.context.scene
+    water, panel = scene.underwater, scene.underwater_panel
+    water.water, panel.version = "jerlov:III", 1
+    stored, of_panel = water.bl_system_properties_get(), panel.bl_system_properties_get()
+    # As version 1 stored them: words by their places, and a name of its own.
+    stored["aureole"], stored["diffuse_shadows"], stored["turbidity"] = 1, 0, 1.75
+    of_panel["shafts"] = True
+    water.keyframe_insert("scattering_factor", frame=3)
+    (curve,) = migration._curves(scene)
+    curve.data_path = "underwater.turbidity"
+    migration.migrate(scene)
+    assert (water.aureole, water.diffuse_shadows, water.shafts) == (False, True, True)
+    assert water.scattering_factor == 1.75
+    assert curve.data_path == "underwater.scattering_factor"
+    assert "turbidity" not in water.bl_system_properties_get()

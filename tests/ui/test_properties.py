@@ -12,20 +12,20 @@ from unittest.mock import MagicMock
 import bpy
 import numpy as np
 import pytest
-from underwater_spectral.scene import property_group, shared_plans
+from underwater_spectral.scene import shared_plans, stored_settings
 from underwater_spectral.scene.settings import SceneSettings
 from underwater_spectral.ui import migration, panels, presets, previews
 from underwater_spectral.ui import property_group as panel_group
 from underwater_spectral.uw_spectral.errors import InputError
-from underwater_spectral.uw_spectral.sensor import list_sensors
-from underwater_spectral.uw_spectral.water import JERLOV_TYPES
+from underwater_spectral.uw_spectral.spectra.sensor import list_sensors
+from underwater_spectral.uw_spectral.water.optical_properties import JERLOV_TYPES
 
 DEPTH = 0.5
 
 
 def _plan():
     """Plan, development and path radiance of the scene: finite numbers, all of them."""
-    chosen = property_group.stored_settings(bpy.context.scene)
+    chosen = stored_settings.stored_settings(bpy.context.scene)
     plan = shared_plans.plan_of(chosen)
     view = plan.viewpoint(min(DEPTH, 0.5 * (chosen.floor_depth or math.inf)))
     with shared_plans.quiet():
@@ -39,7 +39,7 @@ def _plan():
 
 def _limits():
     for setting in fields(SceneSettings):
-        if not isinstance(setting.default, str):
+        if not isinstance(setting.default, str | bool):
             low, high = setting.metadata["limits"]
             yield from ((setting.name, value) for value in (low, high))
 
@@ -84,10 +84,10 @@ def test_every_item_of_the_panel(name):
     else:
         items = panel.bl_rna.properties[name].enum_items.keys()
     for item in items:
-        before = property_group.stored_settings(bpy.context.scene)
+        before = stored_settings.stored_settings(bpy.context.scene)
         setattr(panel, name, item)
         if item in {"OTHER", "FILE"}:
-            assert property_group.stored_settings(bpy.context.scene) == before
+            assert stored_settings.stored_settings(bpy.context.scene) == before
         else:
             assert getattr(panel, name) == item
         _plan()
@@ -182,11 +182,11 @@ def test_own_preset_round_trip(tmp_path, monkeypatch):
         bpy.utils, "preset_paths", lambda folder: [str(tmp_path / "presets" / folder)]
     )
     water = bpy.context.scene.underwater
-    water.water, water.turbidity, water.floor_depth = "jerlov:5C", 2.5, 7.0
+    water.water, water.scattering_factor, water.floor_depth = "jerlov:5C", 2.5, 7.0
     bpy.ops.underwater.look_preset_add(name="my bay")
-    water.water, water.turbidity, water.floor_depth = "jerlov:I", 1.0, 0.0
+    water.water, water.scattering_factor, water.floor_depth = "jerlov:I", 1.0, 0.0
     presets.apply("look", "my bay")
-    assert (water.water, water.turbidity, water.floor_depth) == ("jerlov:5C", 2.5, 7.0)
+    assert (water.water, water.scattering_factor, water.floor_depth) == ("jerlov:5C", 2.5, 7.0)
     bpy.ops.underwater.look_preset_add(name="my bay", remove_name=True)
     assert presets.names("look") == {}
 
@@ -210,11 +210,11 @@ def test_undo_returns_to_the_state_before():
     bpy.context.preferences.edit.use_global_undo = True
     scene = bpy.context.scene
     bpy.ops.ed.undo_push(message="start")
-    before = property_group.stored_settings(scene)
+    before = stored_settings.stored_settings(scene)
     assert bpy.ops.underwater.choose_sensor("EXEC_DEFAULT", True, sensor="ARRI D21") == {"FINISHED"}
     assert bpy.context.scene.underwater.sensor == "ARRI D21"
     bpy.ops.ed.undo()
-    assert property_group.stored_settings(bpy.context.scene) == before
+    assert stored_settings.stored_settings(bpy.context.scene) == before
     bpy.ops.ed.redo()
     assert bpy.context.scene.underwater.sensor == "ARRI D21"
 
@@ -225,13 +225,13 @@ def test_save_and_reload_keeps_everything(tmp_path):
     panel = scene.underwater_panel
     panel.quality, panel.output, panel.animation = "REFERENCE", "//elsewhere", True
     migration.stamp(scene)
-    before = property_group.stored_settings(scene)
+    before = stored_settings.stored_settings(scene)
     path = str(tmp_path / "scene.blend")
     bpy.ops.wm.save_as_mainfile(filepath=path)
     bpy.ops.wm.read_homefile(use_empty=True)
-    assert property_group.stored_settings(bpy.context.scene) == SceneSettings()
+    assert stored_settings.stored_settings(bpy.context.scene) == SceneSettings()
     bpy.ops.wm.open_mainfile(filepath=path)
-    assert property_group.stored_settings(bpy.context.scene) == before
+    assert stored_settings.stored_settings(bpy.context.scene) == before
     panel = bpy.context.scene.underwater_panel
     assert (panel.quality, panel.output, panel.animation) == ("REFERENCE", "//elsewhere", True)
     assert panel.version == migration.VERSION

@@ -7,11 +7,11 @@ import functools
 import bpy
 import numpy as np
 import pytest
-from underwater_spectral.scene import live, property_group, render_job, settings
+from underwater_spectral.scene import live, render_job, settings, stored_settings
 from underwater_spectral.scene.session import is_live
 from underwater_spectral.tests.scene import scenes
 from underwater_spectral.ui import property_group as panel_group
-from underwater_spectral.uw_spectral.spectral_image import read_exr
+from underwater_spectral.uw_spectral.spectra.spectral_image import read_exr
 
 pytestmark = pytest.mark.filterwarnings(
     "ignore::underwater_spectral.uw_spectral.errors.DataWarning"
@@ -39,7 +39,7 @@ def test_panel_and_command_line_give_the_same_picture(tmp_path):
     assert is_live(scene)
     live.remove(scene)
     options = settings.parse(["--out", str(tmp_path / "batch"), "--frames", "1"])
-    stored = functools.partial(property_group.stored_settings, scene)
+    stored = functools.partial(stored_settings.stored_settings, scene)
     job = settings.job(options)
     for _ in render_job.render(scene, lambda: settings.merge(stored(), options), job, print):
         pass
@@ -53,7 +53,7 @@ def test_stopping_keeps_passes_and_continue_uses_them(tmp_path):
     live.add(scene)
 
     def steps(*, resume):
-        stored = functools.partial(property_group.stored_settings, scene)
+        stored = functools.partial(stored_settings.stored_settings, scene)
         job = panel_group.job(scene, resume=resume)
         with live.suspended(scene):
             yield from render_job.render(scene, stored, job, print)

@@ -10,8 +10,8 @@ import bpy
 import numpy as np
 from underwater_spectral.node_groups import water_volume
 from underwater_spectral.scene import cycles_settings, exr_output, pass_values, water_body
-from underwater_spectral.uw_spectral.spectral_image import read_exr
-from underwater_spectral.uw_spectral.water_column import WaterColumn
+from underwater_spectral.uw_spectral.spectra.spectral_image import read_exr
+from underwater_spectral.uw_spectral.transfer.water_column import WaterColumn
 
 
 @dataclass(frozen=True)

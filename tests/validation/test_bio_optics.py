@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from underwater_spectral.benchmarks import gutierrez_figures as figures
-from underwater_spectral.uw_spectral.bio_optics import Constituents, named_waters
+from underwater_spectral.uw_spectral.water.bio_optics import Constituents, named_waters
 
 
 @pytest.fixture(scope="module")

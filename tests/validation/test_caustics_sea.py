@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from underwater_spectral.benchmarks import caustics_statistics as sea
-from underwater_spectral.uw_spectral.waves import WaveSpectrum
+from underwater_spectral.uw_spectral.surface.waves import WaveSpectrum
 
 pytest.importorskip("jerlov")
 

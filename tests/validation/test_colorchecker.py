@@ -6,10 +6,10 @@ import warnings
 
 import numpy as np
 from underwater_spectral.benchmarks import colorchecker_bands as chart
-from underwater_spectral.uw_spectral._colour import colour_science
-from underwater_spectral.uw_spectral.bands import Bands
-from underwater_spectral.uw_spectral.colour_rendering import rec709_to_XYZ
-from underwater_spectral.uw_spectral.reflectance import (
+from underwater_spectral.uw_spectral.spectra._colour import colour_science
+from underwater_spectral.uw_spectral.spectra.bands import Bands
+from underwater_spectral.uw_spectral.spectra.colour_rendering import rec709_to_XYZ
+from underwater_spectral.uw_spectral.spectra.reflectance import (
     colorchecker_patches,
     colorchecker_reflectance,
 )

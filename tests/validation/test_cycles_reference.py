@@ -10,7 +10,7 @@ import pytest
 from underwater_spectral.node_groups.water_volume import ScatteringLobe
 from underwater_spectral.tests.scene import columns
 from underwater_spectral.tests.validation import cycles_probe
-from underwater_spectral.uw_spectral.spectrum import DATA_DIRECTORY
+from underwater_spectral.uw_spectral.spectra.spectrum import DATA_DIRECTORY
 
 HG = columns.henyey_greenstein(0.8)
 # Monte Carlo, a = 0.05, b = 0.1, HG 0.8, vertical sun, no interface; four digits.

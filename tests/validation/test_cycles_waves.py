@@ -10,18 +10,18 @@ import numpy as np
 import pytest
 from underwater_spectral.node_groups import realtime_waves
 from underwater_spectral.scene import (
-    caustics,
     cycles_settings,
     exr_output,
+    moving_surface,
     pass_values,
     water_body,
 )
 from underwater_spectral.scene.render_plan import make_plan
 from underwater_spectral.scene.settings import SceneSettings
 from underwater_spectral.tests.scene import columns
-from underwater_spectral.uw_spectral.caustics import caustic_pattern
-from underwater_spectral.uw_spectral.spectral_image import read_exr
-from underwater_spectral.uw_spectral.wave_patterns import under_waves
+from underwater_spectral.uw_spectral.spectra.spectral_image import read_exr
+from underwater_spectral.uw_spectral.surface.caustics import caustic_pattern
+from underwater_spectral.uw_spectral.surface.wave_patterns import under_waves
 
 pytestmark = pytest.mark.filterwarnings(
     "ignore::underwater_spectral.uw_spectral.errors.DataWarning"
@@ -62,7 +62,7 @@ def _renders(scene, camera, plan, frames, path, samples=64):
         scene.cycles.pixel_filter_type = "BOX"
         for frame in frames:
             scene.frame_set(frame)
-            caustics.move_surface(scene, plan)
+            moving_surface.move_surface(scene, plan)
             values.apply(layer, (0, 1, 2))
             values.refresh(scene)
             exr_output.write_float_exr(scene, path)
@@ -72,7 +72,7 @@ def _renders(scene, camera, plan, frames, path, samples=64):
 
 def _expected(plan, time):
     """Pattern of exactly the floor's depth, on the floor that the camera sees."""
-    column, depth, sea = plan.column, plan.column.floor_depth, caustics.sea_of(plan.settings)
+    column, depth, sea = plan.column, plan.column.floor_depth, moving_surface.sea_of(plan.settings)
     pattern = caustic_pattern(sea.components(), column.sun_direction, depth, time, 256)
     step = 2 * math.tan(math.radians(25)) / WIDTH * (depth - CAMERA) / 4
     x = (np.arange(4 * WIDTH) + 0.5 - 2 * WIDTH) * step

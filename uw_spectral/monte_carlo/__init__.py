@@ -8,7 +8,7 @@ is its command line.
 """
 
 from .bio_optical import bio_optical_medium
-from .medium import Constituent, InelasticProcess, interactions
+from .medium import Constituent, InelasticInteraction, interactions
 from .results import Estimate, Event, Light, MonteCarloResult
 from .solver import BOUNDARY_EVENTS, numba_available, simulate
 
@@ -17,7 +17,7 @@ __all__ = [
     "Constituent",
     "Estimate",
     "Event",
-    "InelasticProcess",
+    "InelasticInteraction",
     "Light",
     "MonteCarloResult",
     "bio_optical_medium",

@@ -12,30 +12,30 @@ import sys
 from pathlib import Path
 from typing import TextIO
 
-from ..bands import Bands
-from ..bio_optics import Constituents, constituents_of
 from ..errors import InputError
-from ..illuminant import band_mean, parse_illuminant
-from ..inelastic import parse_processes
-from ..phase import BandPhase, parse_phase
-from ..sun import (
+from ..spectra.bands import Bands
+from ..spectra.illuminant import band_mean, parse_illuminant
+from ..surface.refraction import (
     REFRACTIVE_INDEX,
     fresnel_reflectance,
     in_water_cosine,
     sun_travel_direction,
 )
-from ..water import Water, molecular_scattering
-from ..water_column import SURFACES, WaterColumn
-from ..water_names import parse_water
+from ..transfer.water_column import SURFACES, WaterColumn
+from ..water.bio_optics import Constituents, constituents_of
+from ..water.inelastic_processes import parse_processes
+from ..water.named import parse_water
+from ..water.optical_properties import Water, molecular_scattering
+from ..water.phase import BandPhase, parse_phase
 from .bio_optical import bio_optical_medium
-from .medium import Constituent, InelasticProcess
+from .medium import Constituent, InelasticInteraction
 from .results import MonteCarloResult
 from .solver import ENGINES, SKIES, simulate
 
 _BAR = 40
 _OWN_PHASE = "mixture"
 
-Medium = tuple[BandPhase | list[Constituent], list[InelasticProcess]]
+Medium = tuple[BandPhase | list[Constituent], list[InelasticInteraction]]
 
 
 def main(arguments: list[str] | None = None, out: TextIO | None = None) -> int:

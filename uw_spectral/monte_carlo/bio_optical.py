@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from ..bands import Bands
-from ..bio_optics import Constituents
-from ..inelastic import PROCESSES, QUANTUM_YIELD, inelastic_processes
-from ..phase import Isotropic
-from .medium import Constituent, InelasticProcess
+from ..spectra.bands import Bands
+from ..water.bio_optics import Constituents
+from ..water.inelastic_processes import PROCESSES, QUANTUM_YIELD, inelastic_processes
+from ..water.phase import Isotropic
+from .medium import Constituent, InelasticInteraction
 
 _ABSORBERS = {"chlorophyll": "phytoplankton", "cdom": "cdom"}
 
@@ -18,7 +18,7 @@ def bio_optical_medium(
     bands: Bands,
     switched_on: Sequence[str] = PROCESSES,
     quantum_yield: float = QUANTUM_YIELD,
-) -> tuple[list[Constituent], list[InelasticProcess]]:
+) -> tuple[list[Constituent], list[InelasticInteraction]]:
     """Return constituents and inelastic processes for :func:`.simulate`.
 
     Parameters
@@ -52,7 +52,7 @@ def bio_optical_medium(
         for name, a in absorption.items()
     ]
     processes = [
-        InelasticProcess(
+        InelasticInteraction(
             f"{p.name} light", p.coefficient, p.photons, p.phase, absorber=_ABSORBERS.get(p.name)
         )
         for p in inelastic_processes(constituents, bands, bands, switched_on, quantum_yield)

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import InputError
-from ..phase import BandPhase, Isotropic, PhaseFunction
-from ..water_column import WaterColumn
+from ..transfer.water_column import WaterColumn
+from ..water.phase import BandPhase, Isotropic, PhaseFunction
 
 _AGREEMENT = 1e-6
 _ISOTROPIC = Isotropic()
@@ -47,7 +47,7 @@ class Constituent:
 
 
 @dataclass(frozen=True, eq=False)
-class InelasticProcess:
+class InelasticInteraction:
     """Scattering, or absorption and re-emission, that changes the wavelength.
 
     Parameters
@@ -106,14 +106,14 @@ class Interactions:
         By constituent, 1/m; those that are zero everywhere are left out.
     phases : dict of str to PhaseFunction
         Of the scattering constituents.
-    inelastic : tuple of InelasticProcess
+    inelastic : tuple of InelasticInteraction
         The processes.
     """
 
     absorption: dict[str, NDArray[np.float64]]
     scattering: dict[str, NDArray[np.float64]]
     phases: dict[str, PhaseFunction]
-    inelastic: tuple[InelasticProcess, ...]
+    inelastic: tuple[InelasticInteraction, ...]
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -139,7 +139,7 @@ class Interactions:
 def interactions(
     column: WaterColumn,
     water: BandPhase | Sequence[Constituent],
-    inelastic: Sequence[InelasticProcess] = (),
+    inelastic: Sequence[InelasticInteraction] = (),
 ) -> Interactions:
     """List every event that can happen to a photon.
 
@@ -149,7 +149,7 @@ def interactions(
         Its absorption and scattering are what the constituents add up to.
     water : BandPhase or sequence of Constituent
         The constituents, or only the phase function of the column's scattering.
-    inelastic : sequence of InelasticProcess
+    inelastic : sequence of InelasticInteraction
         Processes that change the wavelength.
 
     Raises

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import InputError
-from ..phase import PhaseFunction
+from ..water.phase import PhaseFunction
 
 LOOKUP_CELLS = 4096
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(8)
@@ -45,7 +45,7 @@ def cumulative(phase: PhaseFunction, edges: NDArray[np.float64]) -> NDArray[np.f
 
     Examples
     --------
-    >>> from ..phase import HenyeyGreenstein
+    >>> from ..water.phase import HenyeyGreenstein
     >>> phase = HenyeyGreenstein(0.8)
     >>> edges = s2_grid([phase])
     >>> round(float(1 - np.interp(0.5, edges, cumulative(phase, edges))), 3)

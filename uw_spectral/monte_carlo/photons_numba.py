@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numba
 import numpy as np
 
-from .. import sun
+from ..surface import refraction as sun
 from . import photons
 
 if TYPE_CHECKING:

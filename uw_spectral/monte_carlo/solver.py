@@ -12,11 +12,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import InputError, unknown_name
-from ..phase import BandPhase
-from ..sun import fresnel_reflectance
-from ..water_column import WaterColumn
+from ..surface.refraction import fresnel_reflectance
+from ..transfer.water_column import WaterColumn
+from ..water.phase import BandPhase
 from . import photons as numpy_engine
-from .medium import Constituent, InelasticProcess, Interactions, interactions
+from .medium import Constituent, InelasticInteraction, Interactions, interactions
 from .phase_tables import LOOKUP_CELLS, cone_average, cumulative, on_even_grid, s2_grid
 from .photons import Tables, Tallies
 from .results import Estimate, Event, Light, Moments, MonteCarloResult
@@ -40,7 +40,7 @@ def simulate(
     depths: ArrayLike = (),
     *,
     views: Sequence[View] = (),
-    inelastic: Sequence[InelasticProcess] = (),
+    inelastic: Sequence[InelasticInteraction] = (),
     photons: int = 1_000_000,
     seed: int = 0,
     engine: str = "auto",
@@ -69,7 +69,7 @@ def simulate(
         (x, y horizontal, z up), not level. With a distance in m, or infinity,
         the path radiance: only the light scattered up to there, at most to the
         surface or floor.
-    inelastic : sequence of InelasticProcess
+    inelastic : sequence of InelasticInteraction
         Processes that change the wavelength.
     photons : int
         Number of photons, rounded up to full batches.
@@ -110,8 +110,8 @@ def simulate(
 
     Examples
     --------
-    >>> from ..bands import Bands
-    >>> from ..phase import parse_phase
+    >>> from ..spectra.bands import Bands
+    >>> from ..water.phase import parse_phase
     >>> column = WaterColumn(Bands.uniform(1), 0.05, 0.1, 1.0, 1.0, (0, 0, -1), 0.0,
     ...                      math.inf, 0.0, "none", 1.34)
     >>> phase = parse_phase("hg:0.8").for_bands([0.1])

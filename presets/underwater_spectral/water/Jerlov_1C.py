@@ -9,5 +9,5 @@ water.water_source = "solonenko2015"
 water.second_water = ""
 water.second_water_share = 0.0
 water.absorption_factor = 1.0
-water.turbidity = 1.0
+water.scattering_factor = 1.0
 water.phase = "hg:0.924"

@@ -1,0 +1,145 @@
+"""How far things matter in a water: objects, shafts, orders of scattering, samples."""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..uw_spectral.imaging.readouts import Viewpoint
+from ..uw_spectral.spectra.colour_rendering import delta_e_CIE2000_images, luminance
+from ..uw_spectral.spectra.spectrum import DATA_DIRECTORY, read_table
+from ..uw_spectral.transfer.path_radiance import FARTHEST, pixel_radiance
+
+BOUNCES = (4, 8, 12, 16, 24, 32, 48, 64)
+FROXELS = (32, 64, 128, 256)
+
+_DISTANCES = np.geomspace(0.25, 500.0, 45)
+_WHITE = 0.9
+_GENERATING = np.linspace(0.04, 0.96, 12)
+
+
+def clip_to_display(rgb: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Clip to what a display shows."""
+    return np.clip(rgb, 0.0, 1.0)
+
+
+def visible_distance(view: Viewpoint, delta_e: float) -> float:
+    """Distance from which on an object changes its pixel by less than a ΔE2000.
+
+    The object is white or black, lit from above, seen level before the open water.
+
+    Returns
+    -------
+    float
+        m; infinite if 500 m are not enough.
+    """
+    P = _DISTANCES[:, None]
+    path = view.path_radiance.path(view.depth, view.level, P)
+    water = view.reduction.apply(view.background)
+    worst = np.zeros(len(P))
+    for reflectance in (0.0, _WHITE):
+        seen = pixel_radiance(
+            view.field, path, P, reflectance / math.pi * view.light, view.background
+        )
+        difference = delta_e_CIE2000_images(
+            clip_to_display(view.reduction.apply(seen)), clip_to_display(water)
+        )
+        worst = np.maximum(worst, difference)
+    return _first_below(_DISTANCES, worst, delta_e)
+
+
+def shaft_range(view: Viewpoint, delta_e: float) -> float:
+    """Distance beyond which single scattering changes a level pixel by less than a ΔE2000, m."""
+    single = functools.partial(view.path_radiance.single_scattering, view.depth, view.level)
+    beyond = single(FARTHEST) - single(_DISTANCES[:, None])
+    water = view.background
+    change = delta_e_CIE2000_images(
+        clip_to_display(view.reduction.apply(water - beyond)),
+        clip_to_display(view.reduction.apply(water)),
+    )
+    return _first_below(_DISTANCES, change, delta_e)
+
+
+def lost_beyond(view: Viewpoint, bounces: Sequence[int] = BOUNCES) -> NDArray[np.float64]:
+    """Upper bound of the share of diffuse light that was scattered more than k times.
+
+    With every scattering and every reflection of the floor counted s times
+    (b → s b at the same extinction, r → s r), the light field is the
+    generating function Σ Eₙ sⁿ of its orders. For any s > 1 where it is
+    finite, Σ_{n>k} Eₙ ≤ E(s)/s^{k+1}; the least of a few s is taken.
+    Reflections of the surface are not counted.
+
+    Parameters
+    ----------
+    view : Viewpoint
+    bounces : sequence of int
+        The k.
+
+    Returns
+    -------
+    array, shape (k,)
+        Mean over the bands, weighted with the luminance of the diffuse light.
+
+    Examples
+    --------
+    >>> from ..uw_spectral.imaging.readouts import make_viewpoint
+    >>> from ..uw_spectral.spectra.bands import Bands
+    >>> from ..uw_spectral.spectra.illuminant import parse_illuminant
+    >>> from ..uw_spectral.spectra.sensor import parse_sensor
+    >>> from ..uw_spectral.water.optical_properties import Water
+    >>> view = make_viewpoint(Water.uniform(0.1, 0.1), parse_illuminant("d65"),
+    ...                       parse_sensor("cie1931"), 5.0, Bands.uniform(20))
+    >>> bool(lost_beyond(view, [16])[0] < 1e-3)
+    True
+    """
+    column, k = view.column, np.asarray(bounces)[:, None]
+    light = np.maximum(view.field.E0(view.depth), np.finfo(np.float64).tiny)
+    albedo = column.scattering / np.maximum(column.attenuation, 1e-12)
+    room = 1.0 / np.maximum(albedo, 1e-9) - 1.0
+    least = np.ones((len(k), len(light)))
+    for part in _GENERATING:
+        s = np.minimum(1.0 + part * room, 4.0)
+        more = dataclasses.replace(
+            column,
+            absorption=np.maximum(column.absorption - (s - 1.0) * column.scattering, 0.0),
+            scattering=s * column.scattering,
+            floor_reflectance=np.minimum(s * column.floor_reflectance, 1.0),
+        )
+        orders = np.maximum(more.light_field(view.phase).E0(view.depth), light)
+        least = np.minimum(least, orders / light * s ** -(k + 1.0))
+    weights = np.maximum(luminance(view.reduction.weights.T), 0.0) * light
+    return least @ (weights / weights.sum())
+
+
+def first_within[T](
+    values: Sequence[T], errors: NDArray[np.float64], allowed: float
+) -> tuple[T, float]:
+    """Return the first value whose error is allowed, else the last, and its error."""
+    index = int(np.argmax(errors <= allowed)) if (errors <= allowed).any() else len(values) - 1
+    return values[index], float(errors[index])
+
+
+def cycles_noise(view: Viewpoint) -> float:
+    """ΔE2000 of the noise of a Cycles pixel at one sample; it falls with the root of their number.
+
+    Interpolated, over the scatterings on the sun's slant path to the camera,
+    among pictures whose noise was measured; a factor of two either way.
+    """
+    table = read_table(DATA_DIRECTORY / "cycles_noise.csv", ("scatterings", "delta_e")).columns
+    weights = np.maximum(luminance(view.reduction.weights.T), 0.0) * view.light
+    b = float(view.column.scattering @ weights / weights.sum())
+    x = b * view.depth / view.column.sun_cosine
+    known = np.log(table["scatterings"]), np.log(table["delta_e"])
+    return float(np.exp(np.interp(math.log(max(x, 1e-9)), *known)))
+
+
+def _first_below(distances: NDArray, values: NDArray, limit: float) -> float:
+    above = np.flatnonzero(values >= limit)
+    if not above.size:
+        return float(distances[0])
+    return float(distances[above[-1] + 1]) if above[-1] + 1 < len(distances) else math.inf

@@ -1,0 +1,417 @@
+"""What a scene requires: the cheapest water whose colours are right enough, and why.
+
+All combinations of :mod:`.combinations` are looked at, from the cheapest on:
+the first that is right enough is the cheapest. Ranges, bounces and samples
+follow from how far light and its scattering reach.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Collection, Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..uw_spectral.errors import InputError
+from ..uw_spectral.transfer.water_column import SURFACES
+from .combinations import FLOOR, SURFACE, BandChoice, Combination, ErrorEstimate, Workload
+from .costs import Costs, Options, read_costs
+from .light_reach import (
+    BOUNCES,
+    FROXELS,
+    cycles_noise,
+    first_within,
+    lost_beyond,
+    shaft_range,
+    visible_distance,
+)
+from .seen_points import (
+    AUREOLE,
+    DIFFUSE_SHADOWS,
+    FLOOR_LIGHT,
+    INELASTIC,
+    INTERNAL_REFLECTION,
+    SHAFTS,
+    SINGLE,
+    Optics,
+    SeenPoints,
+)
+
+SAFETY = 0.95
+"""Share of the target that the estimate may use up; chosen on the tuning cases of the benchmark."""
+
+_MINOR = 0.1  # share of the target that what is not searched may add
+_DENOISED = 4.0  # samples that a denoiser is worth; a rule of thumb
+# EEVEE's samples smooth edges, which no ΔE of the water sees: few from this target on.
+_FEW_SAMPLES, _MANY_SAMPLES, _COARSE = 16, 64, 2.0
+_LIGHTS = "not in view, but it lights the rest"
+
+
+@dataclass(frozen=True)
+class Decision:
+    """One choice, in numbers and in a line.
+
+    Parameters
+    ----------
+    name : str
+        What is chosen.
+    value : str
+        The choice.
+    effect_delta_e : float
+        Estimated mean ΔE2000 (:attr:`.SeenPoints.weight`) that the thing is
+        worth: of leaving it out, or that the choice leaves.
+    cost_ratio : float
+        Cost of the picture with the thing to that without, or with the choice
+        to that with the best one.
+    reason : str
+        Why, in a few words.
+    """
+
+    name: str
+    value: str
+    effect_delta_e: float
+    cost_ratio: float
+    reason: str
+
+    def __str__(self) -> str:
+        """Return the line that explains the choice."""
+        return (
+            f"{self.name}: {self.value}; {self.reason} "
+            f"(ΔE {self.effect_delta_e:.2f}, cost × {self.cost_ratio:.2f})"
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class Requirements:
+    """What was decided.
+
+    Parameters
+    ----------
+    bands : BandChoice
+    options : Options
+        What the water has.
+    floor : bool
+        Whether the added floor stays.
+    samples, bounces, froxels : int
+    delta_e : float
+        Estimated mean ΔE2000 (:attr:`.SeenPoints.weight`) of bands and options, against
+        everything with many bands.
+    cost : float
+        Per sample, against the scene without water.
+    seconds : float
+        CPU time of all frames on the machine of the cost table.
+    decisions : tuple of Decision
+    """
+
+    bands: BandChoice
+    options: Options
+    floor: bool
+    samples: int
+    bounces: int
+    froxels: int
+    delta_e: float
+    cost: float
+    seconds: float
+    decisions: tuple[Decision, ...]
+
+
+def decide(
+    seen: Sequence[SeenPoints],
+    reference: Optics,
+    choices: Sequence[BandChoice],
+    *,
+    target: float,
+    budget: float | None = None,
+    workload: Workload | None = None,
+    keep: Collection[str] = (),
+    off: Collection[str] = (),
+    denoise: bool = False,
+    costs: Costs | None = None,
+) -> Requirements:
+    """Choose bands, options, samples and ranges.
+
+    Parameters
+    ----------
+    seen : sequence of SeenPoints
+        Views along the camera's path.
+    reference : Optics
+        Everything the scene has, on many bands.
+    choices : sequence of BandChoice
+        Bands to choose from, elastic.
+    target : float
+        Mean ΔE2000 of what is seen: objects, floor and open water count equally.
+    budget : float, optional
+        CPU time of all frames in s, on the machine of the cost table; goes before the target.
+    workload : Workload, optional
+    keep : collection of str
+        Those of :data:`SWITCHES` that must stay on.
+    off : collection of str
+        Those that must stay off.
+    denoise : bool
+        Whether Cycles passes are denoised.
+    costs : Costs, optional
+        The measured ones by default.
+
+    Returns
+    -------
+    Requirements
+
+    Raises
+    ------
+    InputError
+        If the target or the budget is not positive, or nothing is given to choose from.
+    """
+    for name, value in (("target ΔE", target), ("time budget", budget)):
+        if value is not None and not value > 0:
+            raise InputError(f"{name} must be positive, got {value:g}")
+    workload, costs = workload or Workload(), costs or read_costs()
+    estimate = ErrorEstimate(seen, reference, choices)
+    samples, noise = _samples(reference, estimate, workload, target, denoise=denoise)
+
+    def seconds(c: Combination) -> float:
+        sample = (workload.method, c.bands.count, workload.bands_per_pass, c.options)
+        return workload.megapixels * workload.frames * costs.sample_seconds(*sample)
+
+    combinations = estimate.combinations(workload, costs, keep, off)
+    if budget is not None:
+        # Bands and options get the budget at the fewest samples; what is left buys samples.
+        fewest = workload.samples or min(samples, _FEW_SAMPLES)
+        affordable = [c for c in combinations if seconds(c) * fewest <= budget]
+        combinations = affordable or combinations[:1]
+    chosen, delta_e = estimate.search(combinations, SAFETY * target)
+    if budget is not None and workload.samples is None:
+        affords = int(budget / seconds(chosen))
+        noise *= math.sqrt(samples / max(min(samples, affords), 1))
+        samples = max(min(samples, affords), 1)
+    about = _About(estimate, chosen, workload, costs, target, frozenset({*keep, *off}))
+    bounces, froxels, ranges = about.ranges()
+    decisions = (
+        about.bands(delta_e),
+        *about.options(),
+        *about.lights(),
+        *ranges,
+        about.samples(samples, noise),
+    )
+    return Requirements(
+        chosen.bands,
+        chosen.options,
+        chosen.floor,
+        samples,
+        bounces,
+        froxels,
+        delta_e,
+        chosen.cost,
+        seconds(chosen) * samples,
+        decisions,
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class _About:
+    """Puts what was chosen into words."""
+
+    estimate: ErrorEstimate
+    chosen: Combination
+    workload: Workload
+    costs: Costs
+    target: float
+    keep: frozenset[str]
+
+    def _cost(self, bands: BandChoice, options: Options) -> float:
+        workload = self.workload
+        return self.costs.sample(workload.method, bands.count, workload.bands_per_pass, options)
+
+    def _state(self, name: str, on: bool) -> str:
+        return ("on" if on else "off") + (", as given" if name in self.keep else "")
+
+    def bands(self, delta_e: float) -> Decision:
+        e, chosen = self.estimate, self.chosen
+        most = max(e.choices, key=lambda c: c.count)
+        alone = float(e.errors([e.rgb(chosen.bands, e.everything())])[0])
+        passes = math.ceil(chosen.bands.count / self.workload.bands_per_pass)
+        packed = {
+            "realtime": "in one pass",
+            "bands": f"in {passes} passes",
+            "cycles": f"in {passes} passes of {self.workload.bands_per_pass}",
+        }[self.workload.method]
+        verdict = "within" if delta_e <= SAFETY * self.target else "nothing affordable reaches"
+        return Decision(
+            "bands",
+            f"{chosen.bands.name} {packed}",
+            alone,
+            chosen.cost / self._cost(most, chosen.options),
+            f"all choices together ΔE {delta_e:.2f}, {verdict} {self.target:g}; "
+            f"an equal mean of {_seen_kinds(e.seen)}",
+        )
+
+    def options(self) -> Iterator[Decision]:
+        e, chosen = self.estimate, self.chosen
+        everything = e.everything()
+        if self.workload.method != "cycles":
+            for name, present, how in (
+                (AUREOLE, True, "sunlight spread by small angles"),
+                (SHAFTS, everything.shafts, _shadows(e.seen)),
+                (INELASTIC, everything.inelastic, "light of changed wavelength"),
+                (DIFFUSE_SHADOWS, everything.diffuse_shadows, _skylight(e.seen)),
+            ):
+                if present:
+                    yield self._option(name, how)
+                elif name in (SHAFTS, DIFFUSE_SHADOWS):
+                    state = self._state(name, getattr(chosen.options, name))
+                    yield Decision(_words(name), state, 0.0, 1.0, how)
+        for more, less in itertools.pairwise(e.surfaces):
+            kept = SURFACES.index(chosen.options.surface) >= SURFACES.index(more)
+            what = "waves and caustics" if more == "waves" else "surface with Snell's window"
+            options = [replace(everything, surface=s) for s in (more, less)]
+            with_, without = e.errors([e.rgb(None, o) for o in options])
+            costs = [
+                self._cost(chosen.bands, replace(chosen.options, surface=s)) for s in (more, less)
+            ]
+            yield Decision(
+                what,
+                self._state(SURFACE, kept),
+                float(without - with_),
+                costs[0] / costs[1],
+                _looking_up(e.seen),
+            )
+        if len(e.floors) > 1:
+            effect = float(e.errors([e.rgb(None, everything, floor=False)])[0])
+            distance = min((_nearest_floor(view) for view in e.seen), default=math.inf)
+            yield Decision(
+                FLOOR,
+                self._state(FLOOR, chosen.floor),
+                effect,
+                1.0,
+                f"nearest {distance:.1f} m" if math.isfinite(distance) else _LIGHTS,
+            )
+
+    def _option(self, name: str, how: str) -> Decision:
+        e, on = self.estimate, getattr(self.chosen.options, name)
+        without = replace(e.everything(), **{name: False})
+        effect = float(e.errors([e.rgb(None, without)])[0])
+        costs = [
+            self._cost(self.chosen.bands, replace(self.chosen.options, **{name: state}))
+            for state in (True, False)
+        ]
+        return Decision(_words(name), self._state(name, on), effect, costs[0] / costs[1], how)
+
+    def lights(self) -> Iterator[Decision]:
+        e, column = self.estimate, self.estimate.reference.view.column
+        kept = [(SINGLE, "sunlight scattered once on the way")]
+        if math.isfinite(column.floor_depth) and self.chosen.floor:
+            kept.append((FLOOR_LIGHT, "light that the floor sends up"))
+        if self.chosen.options.surface != "none":
+            kept.append((INTERNAL_REFLECTION, "water mirrored by the surface"))
+        for name, how in kept:
+            yield Decision(name, "on", e.light_effect(name), 1.0, f"{how}; always computed")
+
+    def ranges(self) -> tuple[int, int, list[Decision]]:
+        """Bounces, froxels and the decisions about them and about what is out of sight."""
+        e, allowed = self.estimate, self.target / 2
+        depth = float(np.mean([view.depth for view in e.seen]))
+        view = replace(e.reference.view, depth=depth)
+        far = visible_distance(view, allowed)
+        farthest = max(float(v.distance[np.isfinite(v.distance)].max(initial=0)) for v in e.seen)
+        decisions = [
+            Decision(
+                "visibility",
+                f"{far:.0f} m" if math.isfinite(far) else "over 500 m",
+                allowed,
+                1.0,
+                f"what lies beyond can be left out; the farthest seen is at {farthest:.1f} m",
+            )
+        ]
+        froxels = FROXELS[-1]
+        if self.chosen.options.shafts and self.workload.method != "cycles":
+            end, enough = self.workload.shaft_end, shaft_range(view, allowed)
+            errors = self._froxel_errors(end)
+            froxels, error = first_within(FROXELS, errors, self.target * _MINOR)
+            reason = f"half a step is missing of every shaft; they matter up to {enough:.1f} m"
+            value = f"{froxels} steps over {end:.1f} m"
+            decisions.append(Decision("froxels", value, error, 1.0, reason))
+        bounces = BOUNCES[-1]
+        if self.workload.method == "cycles":
+            lost = lost_beyond(view)
+            rgb = e.full.without()
+            errors = e.errors([rgb * (1.0 - share) for share in lost])
+            bounces, error = first_within(BOUNCES, errors, self.target * _MINOR)
+            share = lost[BOUNCES.index(bounces)]
+            reason = f"at most {share:.2%} of the light is scattered more often"
+            decisions.append(Decision("bounces", str(bounces), error, 1.0, reason))
+        return bounces, froxels, decisions
+
+    def _froxel_errors(self, end: float) -> NDArray[np.float64]:
+        e = self.estimate
+        rgb = e.full.without()
+        pictures = []
+        for count in FROXELS:
+            short = []
+            for view in e.seen:
+                optics = replace(e.reference.view, depth=view.depth)
+                y, w = -view.origin[:, 2, None], tuple(view.direction.T[..., None])
+                P = np.minimum(view.distance, end)[:, None]
+                single = optics.path_radiance.single_scattering
+                nearer = np.maximum(P - end / count / 2, 0.0)
+                short.append(optics.reduction.apply(single(y, w, P) - single(y, w, nearer)))
+            pictures.append(rgb - np.vstack(short))
+        return e.errors(pictures)
+
+    def samples(self, samples: int, noise: float) -> Decision:
+        if self.workload.method == "cycles":
+            reason = f"noise of a pixel about ΔE {noise:.1f}, which ends in grain, not in colour"
+            return Decision("samples", str(samples), noise, 1.0, reason)
+        return Decision("samples", str(samples), 0.0, 1.0, "for edges; the water has no noise")
+
+
+def _samples(
+    reference: Optics, estimate: ErrorEstimate, workload: Workload, target: float, *, denoise: bool
+) -> tuple[int, float]:
+    """Samples per pixel, and the ΔE2000 of their noise in Cycles."""
+    if workload.method != "cycles":
+        return workload.samples or (_FEW_SAMPLES if target >= _COARSE else _MANY_SAMPLES), 0.0
+    depth = float(np.mean([view.depth for view in estimate.seen]))
+    one = cycles_noise(replace(reference.view, depth=depth)) / (_DENOISED if denoise else 1.0)
+    count = workload.samples or int(np.clip((one / target) ** 2, 16, 4096))
+    return count, one / math.sqrt(count)
+
+
+def _shadows(seen: Sequence[SeenPoints]) -> str:
+    share = float(np.mean([view.shaded_path for view in seen]))
+    return f"{share:.0%} of the seen water in shadow" if share else "no shadow in the water"
+
+
+def _skylight(seen: Sequence[SeenPoints]) -> str:
+    hidden = np.concatenate([1.0 - view.visibility[view.kind > 0] for view in seen])
+    if not hidden.any():
+        return "nothing shades the light from above"
+    return f"{hidden.mean():.0%} of the light from above is kept from what is seen"
+
+
+def _seen_kinds(seen: Sequence[SeenPoints]) -> str:
+    """Name what counts, and its share of the pictures."""
+    shares = [
+        np.mean([view.pixels[view.kind == kind].sum() for view in seen]) for kind in (2, 1, 0)
+    ]
+    names = ("objects", "floor", "open water")
+    return ", ".join(
+        f"{name} ({share:.0%} of the picture)"
+        for name, share in zip(names, shares, strict=True)
+        if share
+    )
+
+
+def _words(name: str) -> str:
+    return name.replace("_", " ")
+
+
+def _looking_up(seen: Sequence[SeenPoints]) -> str:
+    up = [(view.direction[:, 2] > 0) & ~np.isfinite(view.distance) for view in seen]
+    share = float(np.mean([v.pixels @ u for v, u in zip(seen, up, strict=True)]))
+    return f"{share:.0%} of the rays go up to it" if share else _LIGHTS
+
+
+def _nearest_floor(view: SeenPoints) -> float:
+    return float(view.distance[view.on_floor].min(initial=math.inf))

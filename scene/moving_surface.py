@@ -1,0 +1,186 @@
+"""The moving surface of a scene: its waves at the current frame, for either engine."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable
+from dataclasses import replace
+from pathlib import Path
+
+import bpy
+import numpy as np
+
+from ..node_groups import realtime_values, realtime_waves, water_surface
+from ..node_groups.realtime_values import Numbers
+from ..uw_spectral.spectra.spectral_image import write_exr
+from ..uw_spectral.surface.caustics import SUN_RADIUS
+from ..uw_spectral.surface.wave_patterns import LAYERS, Sea, WavePatterns
+from ..uw_spectral.transfer.sunlit_water import SunlitWater
+from .realtime import RealtimeWater
+from .render_plan import RenderPlan
+from .settings import SceneSettings
+
+WAVES = "waves"
+
+
+def sea_of(settings: SceneSettings) -> Sea:
+    """Return the sea that settings describe."""
+    return Sea(
+        settings.wind_speed,
+        settings.wind_direction,
+        1e3 * settings.fetch,
+        settings.floor_depth or math.inf,
+        settings.wave_seed,
+        settings.wave_tile,
+        settings.wave_resolution,
+        settings.wave_loop or None,
+    )
+
+
+def wave_time(scene: bpy.types.Scene, settings: SceneSettings) -> float:
+    """Time of the waves at the current frame, s: a function of the frame alone."""
+    frame = scene.frame_current + scene.frame_subframe
+    return frame * scene.render.fps_base / scene.render.fps * settings.wave_time_scale
+
+
+def patterns(scene: bpy.types.Scene, plan: RenderPlan, *, sun_disc: bool = True) -> WavePatterns:
+    """Compute the waves of the current frame.
+
+    Parameters
+    ----------
+    scene : Scene
+        At the frame.
+    plan : RenderPlan
+        Its settings and water.
+    sun_disc : bool
+        Whether the patterns are blurred by the disc of the sun.
+    """
+    column = plan.column
+    return sea_of(plan.settings).at(
+        wave_time(scene, plan.settings),
+        column.sun_direction,
+        column.refractive_index,
+        column.floor_depth,
+        sun_radius=SUN_RADIUS if sun_disc else 0.0,
+    )
+
+
+def with_waves(scene: bpy.types.Scene, plan: RenderPlan, water: RealtimeWater) -> RealtimeWater:
+    """Return real-time water with the waves of the current frame, or as it is without waves."""
+    if plan.settings.surface != WAVES:
+        return water
+    now = patterns(scene, plan)
+    field = plan.column.light_field(plan.phase)
+    lit = SunlitWater(field, plan.phase, np.asarray(plan.column.sun_direction))
+    contrast = plan.settings.caustics * now.contrast(lit)
+    return moving(water, now, contrast, plan.settings.caustics)
+
+
+def wave_numbers(waves: WavePatterns, strength: float) -> dict[str, float]:
+    """Return what the nodes need to look up the images, by name."""
+    depths = waves.layers.depths
+    return {
+        realtime_values.WAVES_PER_METRE: 1 / waves.layers.tile,
+        realtime_values.WAVES_HALF_CELL: 0.5 / len(waves.slope_x),
+        realtime_values.WAVES_LOG_DEPTH: math.log(depths[0]),
+        realtime_values.WAVES_PER_LOG: (LAYERS - 1) / math.log(depths[-1] / depths[0]),
+        realtime_values.CAUSTIC_STRENGTH: strength,
+    }
+
+
+def moving(
+    water: RealtimeWater, waves: WavePatterns, contrast: np.ndarray, strength: float
+) -> RealtimeWater:
+    """Return real-time water under waves.
+
+    Parameters
+    ----------
+    water : RealtimeWater
+        Of any surface that reflects.
+    waves : WavePatterns
+        Of the frame.
+    contrast : array, shape (KNOTS, n)
+        Of the bands, its strength included.
+    strength : float
+        Of the caustics in the shafts; 1 is physical.
+    """
+    numbers = water.numbers
+    single = {
+        **wave_numbers(waves, strength),
+        realtime_values.GLITTER: float(bool(waves.slope_x.any())),
+        realtime_values.GLITTER_WIDTH: waves.glitter_width(water.column.refractive_index),
+    }
+    bands = dict(zip(realtime_values.CONTRAST, contrast, strict=True))
+    return replace(
+        water,
+        shape=replace(water.shape, waves=True),
+        numbers=Numbers({**numbers.bands, **bands}, {**numbers.single, **single}),
+        waves=waves,
+    )
+
+
+def move_surface(scene: bpy.types.Scene, plan: RenderPlan) -> None:
+    """Bring the surface of the Cycles reference to the current frame; nothing without waves."""
+    if plan.settings.surface != WAVES:
+        return
+    # Its sun has a disc already.
+    now = patterns(scene, plan, sun_disc=False)
+    realtime_waves.write_patterns(now, fresh=True)
+    material = bpy.data.materials[water_surface.NAME]
+    numbers = wave_numbers(now, plan.settings.caustics)
+    water_surface.write(material, numbers, -float(plan.column.sun_direction[2]))
+
+
+def bake(
+    scene: bpy.types.Scene,
+    plan_now: Callable[[], RenderPlan],
+    frames: Iterable[int],
+    folder: Path,
+) -> None:
+    """Write the images of every frame, for renders without the extension.
+
+    Parameters
+    ----------
+    scene : Scene
+        Its current frame moves and comes back.
+    plan_now : callable
+        Returns the plan at the scene's current frame.
+    frames : iterable of int
+        Frames to write.
+    folder : Path
+        Gets ``caustics_0001.exr``, ``slopes_0001.exr`` and so on: four 32-bit channels.
+
+    Raises
+    ------
+    InputError
+        If a file cannot be written.
+    """
+    before = scene.frame_current
+    for frame in frames:
+        scene.frame_set(frame)
+        now = patterns(scene, plan_now())
+        for name, image in zip(
+            ("caustics", "slopes"), (now.caustics_image(), now.slopes_image()), strict=True
+        ):
+            # Files start at the top, images at the bottom.
+            write_exr(folder / f"{name}_{frame:04d}.exr", image[::-1], ("R", "G", "B", "A"))
+    scene.frame_set(before)
+
+
+def use_baked(folder: Path, first: int, last: int) -> None:
+    """Let the water in the file read images of :func:`bake` instead of its own.
+
+    The numbers of the water stay those of the moment; the sequence plays by the frame.
+    """
+    for name, stem in ((realtime_waves.CAUSTICS, "caustics"), (realtime_waves.SLOPES, "slopes")):
+        image = bpy.data.images[name]
+        image.source = "SEQUENCE"
+        image.filepath = str(folder / f"{stem}_{first:04d}.exr")
+        image.colorspace_settings.name = "Non-Color"
+        image.alpha_mode = "CHANNEL_PACKED"
+        trees = [*bpy.data.node_groups, *(m.node_tree for m in bpy.data.materials)]
+        for node in (n for tree in trees if tree for n in tree.nodes):
+            if node.bl_idname == "ShaderNodeTexImage" and node.image == image:
+                user = node.image_user
+                user.frame_start, user.frame_duration = first, last - first + 1
+                user.frame_offset, user.use_auto_refresh = first - 1, True

@@ -1,0 +1,385 @@
+"""What a scene requires: looks at it through its camera and lets the optics decide.
+
+The scene's own objects are looked at as they are in the viewport. Textures are
+taken for their material's plain colour, lamps and glass for nothing special.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import bpy
+import numpy as np
+from mathutils import Vector
+from numpy.typing import NDArray
+
+from ..quality.combinations import FLOOR, RAYS, BandChoice, Workload
+from ..quality.requirements import Requirements, decide
+from ..quality.seen_points import (
+    AUREOLE,
+    DIFFUSE_SHADOWS,
+    SHAFTS,
+    Optics,
+    SeenPoints,
+    cone_directions,
+    visibility,
+)
+from ..uw_spectral.imaging.readouts import REFERENCE_BANDS
+from ..uw_spectral.transfer.light_cone import LightCone, light_cone
+from ..uw_spectral.transfer.water_column import WaterColumn
+from . import moving_surface, shared_plans
+from .cameras import camera_depth
+from .ray_casting import Meshes
+from .realtime import MOST_BANDS
+from .render_plan import RenderPlan
+from .settings import EQUAL, NO_FLOOR, OPTIMISED, REALTIME, Job, SceneSettings
+from .water_body import COLLECTION
+
+OPTIMISED_COUNTS = (3, 6, 9)
+BAND_COUNTS = (3, 4, 5, 6, 7, 8, 9, 10, 12, 15, 16, 18, 21, 24, 27, 32)
+
+_WIDTH, _HEIGHT = 48, 27  # rays of a frame; a few of them are looked at more closely
+_FRAMES = 5
+_STEPS = 6  # looks for shadow along a ray
+_SKYWARD = 16  # looks for shadow of the light from above
+_REACH = 4.0  # optical depths of the clearest band that are looked at
+_FARTHEST = 500.0
+_OFF_SURFACE = 1e-3
+_WAVE_RESOLUTION = 64
+_PLAIN = (0.5, 0.5, 0.5)
+
+
+@dataclass(frozen=True, eq=False)
+class Choice:
+    """What was decided, and the settings that bring it about."""
+
+    required: Requirements
+    settings: dict[str, Any]
+
+    @property
+    def lines(self) -> list[str]:
+        """Each decision in a line."""
+        return [str(decision) for decision in self.required.decisions]
+
+
+def choose(
+    scene: bpy.types.Scene,
+    camera: bpy.types.Object,
+    settings_now: Callable[[], SceneSettings],
+    job: Job,
+    *,
+    target: float,
+    budget: float | None = None,
+    keep: frozenset[str] = frozenset(),
+) -> Choice:
+    """Decide what a job needs.
+
+    Parameters
+    ----------
+    scene : Scene
+        Its current frame moves and comes back.
+    camera : Object
+    settings_now : callable
+        Returns the settings at the scene's current frame; those of the
+        first frame that is looked at count.
+    job : Job
+        Engine, mode and frames.
+    target : float
+        Mean ΔE2000 of what the camera sees: objects, floor and open water count equally.
+    budget : float, optional
+        CPU time in s.
+    keep : set of str
+        Settings that must stay as they are.
+
+    Returns
+    -------
+    Choice
+
+    Raises
+    ------
+    InputError
+        If the settings cannot be used or the camera is not under water.
+    """
+    stays = set(keep)
+    if "floor_depth" in keep:
+        stays.add(FLOOR)
+    before = scene.frame_current
+    frames = _sampled(job.frames or (before,))
+    views: list[SeenPoints] = []
+    try:
+        scene.frame_set(frames[0])
+        chosen = settings_now()
+        with shared_plans.quiet():
+            plan = shared_plans.plan_of(chosen)
+            everything = _everything(scene, chosen)
+        for frame in frames:
+            scene.frame_set(frame)
+            depth = camera_depth(camera, plan.column.floor_depth)
+            cone = light_cone(everything.view.field, depth, plan.column.sun_direction)
+            views.append(trace_view(scene, camera, plan.column, cone, rays=RAYS // len(frames)))
+    finally:
+        scene.frame_set(before)
+    shaft_end = 0.0
+    if job.engine == "eevee":
+        shaded = replace(plan, settings=replace(chosen, shafts=True))
+        drawn = shaded.realtime(scene, views[0].depth, np.ones((3, len(plan.bands))))
+        shaft_end = drawn.shafts.end
+    method = job.mode if job.engine == "eevee" else "cycles"
+    per_pass = plan.cycles.bands_per_pass if method == "cycles" else 3
+    render = scene.render
+    pixels = render.resolution_x * render.resolution_y * (render.resolution_percentage / 100) ** 2
+    workload = Workload(
+        method,
+        per_pass,
+        pixels / 1e6,
+        max(len(job.frames), 1),
+        chosen.samples if "samples" in keep else None,
+        shaft_end,
+    )
+    # Cycles has them all, whatever the settings say.
+    switches = () if method == "cycles" else (AUREOLE, SHAFTS, DIFFUSE_SHADOWS)
+    off = {name for name in switches if name in keep and not getattr(chosen, name)}
+    with shared_plans.quiet():
+        required = decide(
+            views,
+            everything,
+            _choices(chosen, method, keep),
+            target=target,
+            budget=budget,
+            workload=workload,
+            keep=stays - off,
+            off=off,
+            denoise=job.denoise,
+        )
+    return Choice(required, _changes(chosen, required, method, keep))
+
+
+def trace_view(
+    scene: bpy.types.Scene,
+    camera: bpy.types.Object,
+    column: WaterColumn,
+    cone: LightCone,
+    *,
+    rays: int = RAYS,
+) -> SeenPoints:
+    """Return what a camera sees at the current frame.
+
+    Parameters
+    ----------
+    scene : Scene
+    camera : Object
+        Perspective, orthographic or panoramic, under water.
+    column : WaterColumn
+        Gives the sun, the floor and how far to look for shadows.
+    cone : LightCone
+        Light from above, other than the direct sun.
+    rays : int
+        About how many to return, out of a finer picture.
+    """
+    depsgraph = bpy.context.evaluated_depsgraph_get()
+    meshes = Meshes(depsgraph, _water())
+    seen = _first_seen(scene, camera.evaluated_get(depsgraph), column, meshes).subsample(rays)
+    end = np.minimum(seen.reached, _to_surface(seen.origin, seen.direction))
+    along = end[:, None] * (np.arange(_STEPS) + 0.5) / _STEPS
+    stations = seen.origin[:, None] + seen.direction[:, None] * along[..., None]
+    to_sun = -np.asarray(column.sun_direction, dtype=np.float64)
+    on_surface = np.isfinite(seen.distance)
+    points = seen.origin + seen.direction * np.where(on_surface, seen.distance, 0.0)[:, None]
+    points = points[on_surface] + seen.normal[on_surface] * _OFF_SURFACE
+    skyward = cone_directions(cone, _SKYWARD)
+    sunlit, visible = np.ones(len(seen), dtype=bool), np.ones(len(seen))
+    facing = seen.normal[on_surface] @ to_sun > 0
+    sunlit[on_surface] = facing & _clear(meshes, points[:, None], to_sun)[:, 0]
+    visible[on_surface] = visibility(
+        seen.normal[on_surface], skyward, _clear(meshes, points[:, None], skyward)
+    )
+    return replace(
+        seen,
+        sunlit=sunlit,
+        path_sunlit=_clear(meshes, stations, to_sun),
+        visibility=visible,
+    )
+
+
+def _first_seen(
+    scene: bpy.types.Scene, camera: bpy.types.Object, column: WaterColumn, meshes: Meshes
+) -> SeenPoints:
+    """What a picture shows, its shadows not looked for yet."""
+    origin, direction = (
+        np.array(vectors, dtype=np.float64)
+        for vectors in zip(*camera_rays(scene, camera), strict=True)
+    )
+    count = len(origin)
+    hits = meshes.first(origin, direction, _to_surface(origin, direction))
+    distance = np.array([hit.distance if hit else math.inf for hit in hits])
+    normal = np.array([hit.normal if hit else -w for hit, w in zip(hits, direction, strict=True)])
+    colour = np.array([_colour(hit.material) if hit else _PLAIN for hit in hits])
+    to_floor = _along(origin[:, 2] + column.floor_depth, -direction[:, 2])
+    on_floor = to_floor < distance
+    return SeenPoints(
+        origin,
+        direction,
+        distance=np.minimum(distance, to_floor),
+        normal=np.where(on_floor[:, None], [0.0, 0.0, 1.0], normal),
+        colour=colour,
+        sunlit=np.ones(count, dtype=bool),
+        path_sunlit=np.ones((count, 1), dtype=bool),
+        reach=min(_REACH / max(float(column.attenuation.min()), 1e-6), _FARTHEST),
+        on_floor=on_floor,
+        visibility=np.ones(count),
+        pixels=np.full(count, 1.0 / count),
+    )
+
+
+def _clear(
+    meshes: Meshes, points: NDArray[np.float64], directions: NDArray[np.float64]
+) -> NDArray[np.bool_]:
+    """Whether nothing stands between points, shape (m, k or 1, 3), and the surface, (m, k)."""
+    points, directions = np.broadcast_arrays(points, directions)
+    rays = points.reshape(-1, 3), directions.reshape(-1, 3)
+    return meshes.clear(*rays, _to_surface(*rays)).reshape(points.shape[:-1])
+
+
+def _to_surface(origin: NDArray[np.float64], direction: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Distance along rays to the water's surface, shape (m,); infinite for those that go down."""
+    return _along(np.maximum(-origin[:, 2], 0.0), direction[:, 2])
+
+
+def _along(distance: NDArray[np.float64], speed: NDArray[np.float64]) -> NDArray[np.float64]:
+    away = speed <= 0
+    return np.where(away, np.inf, distance / np.where(away, 1.0, speed))
+
+
+def camera_rays(
+    scene: bpy.types.Scene, camera: bpy.types.Object
+) -> Iterator[tuple[Vector, Vector]]:
+    """Yield origin and unit direction of rays that are spread over a picture.
+
+    A panorama's are spread over the sphere, or over the cone of a fisheye.
+    """
+    place = camera.matrix_world
+    turn = place.to_quaternion()
+    data = camera.data
+    if data.type == "PANO":
+        for direction in _sphere(_WIDTH * _HEIGHT, _panorama_angle(data)):
+            yield place.translation.copy(), turn @ direction
+        return
+    corner, _, opposite, left = (
+        Vector(c) for c in data.view_frame(scene=scene)
+    )  # right top, right bottom, left bottom, left top
+    for row in range(_HEIGHT):
+        for column in range(_WIDTH):
+            across, down = (column + 0.5) / _WIDTH, (row + 0.5) / _HEIGHT
+            at = left + (corner - left) * across + (opposite - left) * down
+            if data.type == "ORTHO":
+                yield place @ Vector((at.x, at.y, 0.0)), turn @ Vector((0.0, 0.0, -1.0))
+            else:
+                yield place.translation.copy(), turn @ at.normalized()
+
+
+def _panorama_angle(data: bpy.types.Camera) -> float:
+    """Half the angle of the cone that a panorama shows."""
+    if data.panorama_type.startswith("FISHEYE_EQUI"):
+        return min(data.fisheye_fov / 2, math.pi)
+    return math.pi
+
+
+def _sphere(count: int, half_angle: float) -> Iterator[Vector]:
+    """Directions spread evenly over a cone about -z (a spiral by the golden angle)."""
+    golden = math.pi * (3 - math.sqrt(5))
+    for i in range(count):
+        z = 1 - (1 - math.cos(half_angle)) * (i + 0.5) / count
+        side = math.sqrt(max(1 - z * z, 0.0))
+        yield Vector((side * math.cos(golden * i), side * math.sin(golden * i), -z))
+
+
+def _water() -> list[bpy.types.Object]:
+    own = (c for c in bpy.data.collections if c.name.startswith(COLLECTION))
+    return [item for collection in own for item in collection.objects]
+
+
+def _colour(material: bpy.types.Material | None) -> tuple[float, ...]:
+    """Plain colour of a material."""
+    if material is None:
+        return _PLAIN
+    for node in material.node_tree.nodes if material.node_tree else ():
+        socket = node.inputs.get("Base Color") or (
+            node.inputs.get("Color") if node.type.startswith("BSDF") else None
+        )
+        if socket is not None and not socket.is_linked:
+            return tuple(min(max(c, 0.0), 1.0) for c in socket.default_value[:3])
+    return tuple(material.diffuse_color[:3])
+
+
+def _sampled(frames: Sequence[int]) -> list[int]:
+    """First, middle, last and a few between."""
+    chosen = np.linspace(0, len(frames) - 1, min(_FRAMES, len(frames))).round().astype(int)
+    return [frames[i] for i in chosen]
+
+
+def _optics(plan: RenderPlan, depth: float) -> Optics:
+    return Optics(plan.viewpoint(depth), plan.inelastic)
+
+
+def _everything(scene: bpy.types.Scene, chosen: SceneSettings) -> Optics:
+    """Everything the settings ask for, on many bands."""
+    many = replace(chosen, bands=REFERENCE_BANDS, wavelengths="", band_placement=EQUAL)
+    plan = shared_plans.plan_of(many)
+    found = _optics(plan, 0.0)
+    if chosen.surface != moving_surface.WAVES:
+        return found
+    coarse = replace(chosen, wave_resolution=min(chosen.wave_resolution, _WAVE_RESOLUTION))
+    return replace(found, waves=moving_surface.patterns(scene, replace(plan, settings=coarse)))
+
+
+def _choices(chosen: SceneSettings, method: str, keep: frozenset[str]) -> list[BandChoice]:
+    """Bands to choose from; those of the settings alone if they must stay."""
+    # Only the elastic light of a calm sea is compared.
+    plain = replace(
+        chosen,
+        inelastic="",
+        surface="flat" if chosen.surface == moving_surface.WAVES else chosen.surface,
+    )
+    if keep & {"bands", "wavelengths", "range_start", "range_end"}:
+        bands = {}
+        plan = shared_plans.plan_of(plain)
+        return [BandChoice(f"{len(plan.bands)}, as given", _optics(plan, 0.0), bands)]
+    most = MOST_BANDS if method == REALTIME else BAND_COUNTS[-1]
+    found = []
+    for placement, counts in ((EQUAL, BAND_COUNTS), (OPTIMISED, OPTIMISED_COUNTS)):
+        if "band_placement" in keep and placement != chosen.band_placement:
+            continue
+        for count in (n for n in counts if n <= most):
+            changes = {"bands": count, "wavelengths": "", "band_placement": placement}
+            plan = shared_plans.plan_of(replace(plain, **changes))
+            found.append(BandChoice(f"{count} {placement}", _optics(plan, 0.0), changes))
+    return found
+
+
+def _changes(
+    chosen: SceneSettings, required: Requirements, method: str, keep: frozenset[str]
+) -> dict[str, Any]:
+    """Settings that differ from the ones that were given."""
+    options = required.options
+    wanted = {
+        **required.bands.settings,
+        "surface": options.surface,
+        "samples": required.samples,
+    }
+    if method == "cycles":
+        wanted["bounces"] = required.bounces
+    else:
+        for name in (AUREOLE, SHAFTS, DIFFUSE_SHADOWS):
+            wanted[name] = getattr(options, name)
+    if not options.inelastic:
+        wanted["inelastic"] = ""
+    if not required.floor:
+        wanted["floor_depth"] = NO_FLOOR
+    return {
+        name: value
+        for name, value in wanted.items()
+        if name not in keep and getattr(chosen, name) != value
+    }

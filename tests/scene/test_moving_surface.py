@@ -1,0 +1,143 @@
+"""Waves go into a scene, follow the frame, and leave without a trace."""
+
+from __future__ import annotations
+
+import bpy
+import numpy as np
+import pytest
+from underwater_spectral.node_groups import realtime_values, realtime_waves
+from underwater_spectral.scene import moving_surface, realtime, water_body
+from underwater_spectral.scene.render_plan import make_plan
+from underwater_spectral.scene.settings import SceneSettings, merge, parse
+from underwater_spectral.tests.scene import scenes, snapshot
+from underwater_spectral.uw_spectral.errors import InputError
+
+pytestmark = pytest.mark.filterwarnings(
+    "ignore::underwater_spectral.uw_spectral.errors.DataWarning"
+)
+QUICK = {"bands": 3, "phase": "hg:0.9", "wave_tile": 2.0, "wave_resolution": 16}
+OPTIONS = [
+    *("--surface", "waves", "--wind", "7", "--wind-direction", "90"),
+    *("--wave-seed", "4", "--fetch", "2"),
+]
+
+
+def _water(scene, **changes):
+    plan = make_plan(SceneSettings(**({"surface": "waves"} | QUICK | changes)))
+    water = plan.realtime(scene, 5.0, np.ones((3, len(plan.bands))))
+    return moving_surface.with_waves(scene, plan, water)
+
+
+def _add(scene, water):
+    realtime.add_realtime(scene, water, water_body.WaterExtent(50.0, 20.0))
+
+
+def _pixels(name=realtime_waves.CAUSTICS):
+    image = bpy.data.images[name]
+    values = np.empty(len(image.pixels), np.float32)
+    image.pixels.foreach_get(values)
+    return values
+
+
+def _scene():
+    scene = bpy.context.scene
+    scenes._cube("ball", (0.0, 6.0, -5.0)).data.materials.append(scenes.principled("paint"))
+    scenes.add_camera()
+    return scene
+
+
+def test_removal_restores_every_value():
+    scene = scenes.varied_scene()
+    before = snapshot.snapshot()
+    _add(scene, _water(scene, shafts=True))
+    assert realtime_waves.CAUSTICS in bpy.data.images
+    realtime.remove_realtime(scene)
+    assert snapshot.differences(before, snapshot.snapshot()) == []
+
+
+def test_nothing_is_built_for_a_flat_surface():
+    scene = _scene()
+    _add(scene, _water(scene, surface="flat"))
+    assert realtime_waves.CAUSTICS not in bpy.data.images
+    names = {n.name for n in bpy.data.node_groups[realtime_values.NAME].nodes}
+    assert not any(name.startswith(("wave", "caustic", "glitter")) for name in names)
+
+
+def test_the_pattern_follows_the_frame_and_only_the_frame():
+    scene = _scene()
+    scene.frame_set(10)
+    _add(scene, _water(scene))
+    first = _pixels()
+    assert first.mean() == pytest.approx(1.0, abs=1e-4)
+    nodes = [n.as_pointer() for n in bpy.data.node_groups[realtime_values.NAME].nodes]
+    scene.frame_set(50)
+    realtime.set_values(scene, _water(scene, wind_speed=7.0))
+    assert np.abs(_pixels() - first).max() > 0.1
+    scene.frame_set(10)
+    realtime.set_values(scene, _water(scene))
+    assert np.array_equal(_pixels(), first)
+    assert nodes == [n.as_pointer() for n in bpy.data.node_groups[realtime_values.NAME].nodes]
+
+
+def test_images_are_saved_with_the_file(tmp_path):
+    scene = _scene()
+    _add(scene, _water(scene))
+    wanted, slopes = _pixels(), _pixels(realtime_waves.SLOPES)
+    path = str(tmp_path / "scene.blend")
+    bpy.ops.wm.save_as_mainfile(filepath=path)
+    bpy.ops.wm.open_mainfile(filepath=path)
+    assert np.array_equal(_pixels(), wanted)
+    assert np.array_equal(_pixels(realtime_waves.SLOPES), slopes)
+    image = bpy.data.images[realtime_waves.CAUSTICS]
+    assert image.is_float
+    assert image.colorspace_settings.is_data
+
+
+def test_bands_are_chosen_from_the_contrast():
+    scene = _scene()
+    water = _water(scene, bands=6)
+    part = water.of_triple((3, 4, 5), (1.0, 1.0, 1.0))
+    name = realtime_values.CONTRAST[2]
+    assert part.shape.waves
+    assert np.array_equal(part.numbers.bands[name], water.numbers.bands[name][3:])
+
+
+def test_strength_scales_the_contrast():
+    scene = _scene()
+    name = realtime_values.CONTRAST[1]
+    one, none = (_water(scene, caustics=x).numbers for x in (1.0, 0.0))
+    assert np.all(none.bands[name] == 0.0)
+    assert none.single[realtime_values.CAUSTIC_STRENGTH] == 0.0
+    assert np.all(one.bands[name] > 0.3)
+
+
+def test_time_of_the_waves():
+    scene = bpy.context.scene
+    scene.render.fps, scene.frame_current = 25, 50
+    assert moving_surface.wave_time(scene, SceneSettings()) == pytest.approx(2.0)
+    assert moving_surface.wave_time(scene, SceneSettings(wave_time_scale=0.5)) == pytest.approx(1.0)
+
+
+def test_options():
+    given = parse(OPTIONS)
+    sea = moving_surface.sea_of(merge(SceneSettings(), given))
+    assert (sea.wind_speed, sea.wind_direction, sea.seed, sea.fetch) == (7.0, 90.0, 4, 2000.0)
+    with pytest.raises(InputError, match="--wind: 50 is outside 0 to 40"):
+        merge(SceneSettings(), parse(["--wind", "50"]))
+
+
+def test_baked_images_are_those_of_the_frames(tmp_path):
+    scene = _scene()
+    plan = make_plan(SceneSettings(surface="waves", **QUICK))
+    moving_surface.bake(scene, lambda: plan, (3, 4), tmp_path)
+    scene.frame_set(4)
+    _add(scene, _water(scene))
+    wanted = _pixels()
+    image = bpy.data.images.load(str(tmp_path / "caustics_0004.exr"))
+    image.colorspace_settings.name = "Non-Color"
+    image.alpha_mode = "CHANNEL_PACKED"
+    found = np.empty(len(image.pixels), np.float32)
+    image.pixels.foreach_get(found)
+    assert found == pytest.approx(wanted, abs=1e-6)
+    moving_surface.use_baked(tmp_path, 3, 4)
+    assert bpy.data.images[realtime_waves.CAUSTICS].source == "SEQUENCE"

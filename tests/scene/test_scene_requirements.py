@@ -1,0 +1,232 @@
+"""What a scene requires, seen through its camera; and the options that use it."""
+
+from __future__ import annotations
+
+import json
+import math
+
+import bpy
+import numpy as np
+import pytest
+from mathutils import Vector
+from underwater_spectral.scene import batch, scene_requirements, settings, stored_settings
+from underwater_spectral.scene.settings import SceneSettings
+from underwater_spectral.tests.scene import scenes
+from underwater_spectral.tests.scene.columns import grey_column
+from underwater_spectral.uw_spectral.errors import InputError
+from underwater_spectral.uw_spectral.transfer.light_cone import LightCone
+
+pytestmark = pytest.mark.filterwarnings(
+    "ignore::underwater_spectral.uw_spectral.errors.DataWarning"
+)
+
+
+def _scene(rotation=(math.pi / 2, 0.0, 0.0)):
+    ball = scenes._cube("ball", (0.0, 8.0, -5.0))
+    ball.data.materials.append(scenes.principled("paint", (0.7, 0.3, 0.2, 1.0)))
+    camera = scenes.add_camera((0.0, 0.0, -5.0), rotation)
+    bpy.context.view_layer.update()
+    return bpy.context.scene, camera
+
+
+def _column(**how):
+    return grey_column(0.05, 0.1, sun_direction=np.array([0.0, 0.0, -1.0]), **how)
+
+
+def _look(scene, camera, column=None, **how):
+    cone = LightCone(np.array([0.0, 0.0, -1.0]), math.radians(50))
+    return scene_requirements.trace_view(scene, camera, column or _column(), cone, **how)
+
+
+def test_a_cube_ahead_is_seen_where_it_is():
+    scene, camera = _scene()
+    seen = _look(scene, camera)
+    hit = np.isfinite(seen.distance)
+    assert 0 < hit.sum() < len(seen)
+    points = seen.origin[hit] + seen.direction[hit] * seen.distance[hit, None]
+    assert points[:, 1] == pytest.approx(7.0, abs=1e-4)
+    assert seen.normal[hit] == pytest.approx(np.tile([0.0, -1.0, 0.0], (hit.sum(), 1)), abs=1e-5)
+    assert seen.colour[hit] == pytest.approx(np.tile([0.7, 0.3, 0.2], (hit.sum(), 1)), abs=1e-6)
+    assert not seen.on_floor.any()
+    assert seen.path_sunlit.all()
+    assert (seen.visibility == 1).all()
+
+
+def test_a_subject_of_one_percent_counts_as_the_water_does():
+    scene, camera = _scene()
+    bpy.data.objects["ball"].scale = (0.2,) * 3
+    bpy.context.view_layer.update()
+    seen = _look(scene, camera)
+    hit = np.isfinite(seen.distance)
+    share = seen.pixels[hit].sum()
+    assert 0.005 < share < 0.02
+    assert hit.sum() >= 1000 * share / 2
+    assert seen.pixels.sum() == pytest.approx(1)
+    assert seen.weight[hit].sum() == pytest.approx(min(share, 0.01) / (min(share, 0.01) + 0.01))
+    assert len(_look(scene, camera, rays=20)) == 20
+
+
+def test_floor_and_shadows_are_found():
+    scene, camera = _scene((1.2, 0.0, 0.0))
+    slab = scenes._cube("slab", (0.0, 6.0, -1.0))
+    slab.scale = (4.0, 3.0, 0.1)
+    bpy.context.view_layer.update()
+    seen = _look(scene, camera, _column(floor_depth=9.0, floor_reflectance=0.3))
+    floor = seen.on_floor
+    assert floor.any()
+    down = -seen.direction[floor, 2] * seen.distance[floor]
+    assert down == pytest.approx(4.0, rel=1e-5)
+    assert 0.1 < seen.shaded_path < 0.9
+    assert not seen.sunlit[np.isfinite(seen.distance)].all()
+    under = floor & (np.abs(seen.origin + seen.direction * seen.distance[:, None])[:, 0] < 1)
+    assert seen.visibility[floor].min() < 0.7
+    assert seen.visibility[under].mean() < seen.visibility[floor & ~under].mean()
+
+
+def test_a_ceiling_keeps_the_light_from_above_away():
+    scene, camera = _scene()
+    slab = scenes._cube("slab", (0.0, 8.0, -3.0))
+    slab.scale = (40.0, 40.0, 0.1)
+    bpy.context.view_layer.update()
+    seen = _look(scene, camera)
+    assert (seen.visibility[np.isfinite(seen.distance)] == 0).sum() > 10
+    assert (seen.visibility[np.isinf(seen.distance)] == 1).all()
+
+
+def test_live_water_is_not_in_the_way():
+    scene, camera = _scene()
+    before = _look(scene, camera)
+    box = scenes._cube("UW Shafts", (0.0, 0.0, -5.0))
+    box.scale = (50.0, 50.0, 4.9)
+    own = bpy.data.collections.new("Underwater")
+    scene.collection.children.link(own)
+    scene.collection.objects.unlink(box)
+    own.objects.link(box)
+    bpy.context.view_layer.update()
+    after = _look(scene, camera)
+    assert after.distance == pytest.approx(before.distance, abs=0.01)
+    assert (after.path_sunlit == before.path_sunlit).all()
+
+
+def test_rays_of_a_perspective_camera_fill_its_view():
+    scene, camera = _scene()
+    camera.data.angle = math.radians(60)
+    scene.render.resolution_x, scene.render.resolution_y = 100, 100
+    rays = [w for _, w in scene_requirements.camera_rays(scene, camera)]
+    widest = max(abs(w.x / w.y) for w in rays)
+    assert 0.9 * math.tan(math.radians(30)) < widest < math.tan(math.radians(30))
+
+
+def test_rays_of_an_orthographic_camera_are_parallel():
+    scene, camera = _scene()
+    camera.data.type, camera.data.ortho_scale = "ORTHO", 4.0
+    rays = list(scene_requirements.camera_rays(scene, camera))
+    assert all((w - Vector((0, 1, 0))).length < 1e-6 for _, w in rays)
+    across = [o.x for o, _ in rays]
+    assert 3.5 < max(across) - min(across) < 4.0
+    seen = _look(scene, camera)
+    assert seen.distance[np.isfinite(seen.distance)] == pytest.approx(7.0, abs=1e-4)
+
+
+def test_rays_of_a_panorama_look_everywhere():
+    scene, camera = _scene()
+    camera.data.type, camera.data.panorama_type = "PANO", "EQUIRECTANGULAR"
+    rays = np.array([w for _, w in scene_requirements.camera_rays(scene, camera)])
+    assert np.abs(rays.mean(axis=0)).max() < 0.01
+    camera.data.panorama_type, camera.data.fisheye_fov = "FISHEYE_EQUIDISTANT", math.radians(90)
+    rays = np.array([w for _, w in scene_requirements.camera_rays(scene, camera)])
+    assert rays[:, 1].min() == pytest.approx(math.cos(math.radians(45)), abs=0.01)
+
+
+@pytest.fixture
+def registered():
+    if not hasattr(bpy.types.Scene, stored_settings.PROPERTY):
+        stored_settings.register()
+
+
+def _choose(scene, camera, options, **how):
+    parsed = settings.parse(options)
+    stored = SceneSettings(phase="hg:0.924")
+    return scene_requirements.choose(
+        scene, camera, lambda: settings.merge(stored, parsed), settings.job(parsed), **how
+    )
+
+
+def test_choice_changes_only_what_was_left_to_it():
+    scene, camera = _scene()
+    options = ["--engine", "eevee", "--mode", "realtime", "--surface", "flat", "--samples", "7"]
+    auto = settings.auto(settings.parse([*options, "--target-delta-e", "8"]))
+    assert auto.keep == {"surface", "samples"}
+    choice = _choose(scene, camera, options, target=8.0, keep=auto.keep)
+    assert not {"surface", "samples"} & set(choice.settings)
+    assert choice.required.options.surface == "flat"
+    assert choice.settings["bands"] == 3
+    assert choice.settings["aureole"] is False
+    assert "shafts" not in choice.settings
+    fixed = _choose(
+        scene, camera, [*options, "--bands", "5"], target=8.0, keep=frozenset(["bands"])
+    )
+    assert "bands" not in fixed.settings
+    assert "5, as given" in fixed.lines[0]
+
+
+def test_frames_along_the_path_are_looked_at():
+    scene, camera = _scene()
+    for frame, z in ((1, -5.0), (11, -2.0)):
+        camera.location.z = z
+        camera.keyframe_insert("location", frame=frame)
+    scene.frame_set(1)
+    choice = _choose(
+        scene, camera, ["--engine", "eevee", "--mode", "realtime", "--frames", "1-11"], target=2.0
+    )
+    assert scene.frame_current == 1
+    assert choice.required.delta_e <= 2.0
+
+
+def test_a_camera_above_the_water_is_refused():
+    scene, camera = _scene()
+    camera.location.z = 1.0
+    with pytest.raises(InputError, match="1 m above the water"):
+        _choose(scene, camera, [], target=1.0)
+    assert scene.frame_current == 1
+
+
+def test_quality_gives_engine_mode_and_target():
+    parsed = settings.parse(["--quality", "draft"])
+    job = settings.job(parsed)
+    assert (job.engine, job.mode) == ("eevee", "realtime")
+    assert settings.auto(parsed).target == 4.0
+    parsed = settings.parse(["--quality", "draft", "--engine", "cycles", "--target-delta-e", "2"])
+    assert (settings.job(parsed).engine, settings.job(parsed).mode) == ("cycles", "bands")
+    assert settings.auto(parsed).target == 2.0
+    assert settings.auto(settings.parse([])) is None
+    assert settings.job(settings.parse([])).engine == "cycles"
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (["--explain"], "--explain needs --quality"),
+        (["--target-delta-e", "0"], "--target-delta-e: 0 is not a positive number"),
+        (["--time-budget", "nan"], "--time-budget: nan is not a positive number"),
+    ],
+)
+def test_bad_wishes(options, message):
+    with pytest.raises(InputError, match=message):
+        settings.auto(settings.parse(options))
+
+
+def test_batch_explains_and_records_what_it_chose(registered, tmp_path, capfd):
+    _scene()
+    blend = tmp_path / "scene.blend"
+    bpy.ops.wm.save_as_mainfile(filepath=str(blend))
+    options = ["--quality", "reference", "--explain", "--phase", "hg:0.924", "--samples", "1"]
+    small = ["--resolution", "8", "8", "--out", str(tmp_path / "out")]
+    assert batch.main([str(blend), *options, *small], inside_blender=False) == 0
+    printed = capfd.readouterr().out
+    record = json.loads((tmp_path / "out" / "0001.json").read_text())
+    for line in record["job"]["decisions"]:
+        assert line in printed
+    assert "bounces: " in printed
+    assert record["settings"]["bounces"] < 64
+    assert record["settings"]["bands"] == len(record["bands"]["centres_nm"])

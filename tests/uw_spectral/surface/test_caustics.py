@@ -1,0 +1,213 @@
+from __future__ import annotations
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+from underwater_spectral.uw_spectral.errors import InputError
+from underwater_spectral.uw_spectral.surface.caustics import (
+    bake_layers,
+    caustic_pattern,
+    disc_transfer,
+    layer_depths,
+    ray_density,
+    refracted_offset,
+)
+from underwater_spectral.uw_spectral.surface.refraction import sun_travel_direction
+from underwater_spectral.uw_spectral.surface.waves import WaveSpectrum
+from underwater_spectral.uw_spectral.transfer.light_field import solve_light_field
+from underwater_spectral.uw_spectral.transfer.sunlit_water import SunlitWater, scattering_transfer
+from underwater_spectral.uw_spectral.water.phase import parse_phase
+
+SUN = sun_travel_direction(35, 50)
+WAVES = WaveSpectrum(5.0, 20.0).realise(4.0, 128, seed=1)
+
+
+def _water(a=(0.05, 0.4), b=(0.5, 0.3), phase="fournier-forand:1.10,0.0183", sky=0.1):
+    functions = parse_phase(phase).for_bands(b)
+    mu_s = -SUN[2]
+    field = solve_light_field(a, b, functions.chi1, functions.chi2, 1.0, mu_s, E_sky=sky, R=0.48)
+    return SunlitWater(field, functions, SUN)
+
+
+def test_snell_on_a_tilted_facet():
+    """Tilting the water by 10° is the flat refraction 10° away from it."""
+    tilt, zenith = math.radians(10), math.radians(35)
+    direction = sun_travel_direction(35, 0)
+    # Normal leans to +x for a slope of -tan; light travelling to +x meets it at 35 + 10.
+    x, y, flux = refracted_offset(-math.tan(tilt), 0.0, direction)
+    inside = math.asin(math.sin(zenith + tilt) / 1.34) - tilt
+    assert x == pytest.approx(math.tan(inside))
+    assert y == pytest.approx(0)
+    flat = refracted_offset(0.0, 0.0, direction)
+    np.testing.assert_allclose(flat[0], direction[0] / -direction[2])
+    assert flux < flat[2]
+
+
+def test_no_index_no_bending():
+    x, y, _ = refracted_offset([0.3, -0.2], [0.1, 0.4], sun_travel_direction(20, 0, 1.0), 1.0)
+    np.testing.assert_allclose(x, math.tan(math.radians(20)), rtol=1e-12)
+    np.testing.assert_allclose(y, 0, atol=1e-12)
+
+
+@pytest.mark.parametrize("depth", [0.0, 0.01, 1.0, 100.0])
+def test_flat_water_is_exactly_one(depth):
+    flat = WaveSpectrum(0.0).realise(4.0, 64)
+    assert np.all(caustic_pattern(flat, SUN, depth, 3.0, 64) == 1)
+    water = _water()
+    np.testing.assert_allclose(water.patterns(np.ones((64, 64)), 4.0, 1.0), 1, rtol=1e-12)
+    assert not water.variation(np.ones((64, 64)), 4.0, 1.0).any()
+
+
+@pytest.mark.parametrize("zenith", [0, 60, 90])
+@pytest.mark.parametrize("wind", [2.0, 25.0])
+@pytest.mark.parametrize("depth", [0.0, 0.01, 1.0, 10.0, 100.0])
+def test_energy_and_extremes(zenith, wind, depth):
+    waves = WaveSpectrum(wind).realise(8.0, 128, seed=4)
+    pattern = caustic_pattern(waves, sun_travel_direction(zenith, 30), depth, 1e6, 128)
+    assert np.isfinite(pattern).all()
+    assert pattern.min() >= 0
+    assert pattern.mean() == pytest.approx(1, abs=1e-9)
+    assert pattern.max() < 60
+
+
+def test_index_matched_water_has_no_caustics():
+    sun = sun_travel_direction(0, 0, 1.0)
+    pattern = caustic_pattern(WAVES, sun, 2.0, 0.0, 128, refractive_index=1.0)
+    np.testing.assert_allclose(pattern, 1, atol=1e-9)
+
+
+def test_weak_lens_follows_the_curvature():
+    """Flat waves: irradiance is 1 - y (1 - 1/n) ∇²η; a crest gathers."""
+    drawn = WaveSpectrum(3.0).realise(4.0, 16, seed=1)
+    waves = dataclasses.replace(drawn, amplitude=1e-4 * drawn.amplitude)
+    depth, n = 2.0, 256
+    step = np.arange(n) * 4 / n
+    x, y = np.meshgrid(step, step)
+    curvature = -sum(
+        a * (k @ k) * np.cos(k[0] * x + k[1] * y + p)
+        for a, k, p in zip(waves.amplitude, waves.k, waves.phase, strict=True)
+    )
+    lens = ray_density(waves, sun_travel_direction(0, 0), depth, 0.0, n, rays=4 * n) - 1
+    expected = -depth * (1 - 1 / 1.34) * curvature
+    assert (lens - expected).std() < 0.05 * expected.std()
+
+
+def test_rays_enough():
+    """Four times the rays change the pattern by little."""
+    coarse = ray_density(WAVES.below(60), SUN, 2.0, 1.0, 128)
+    fine = ray_density(WAVES.below(60), SUN, 2.0, 1.0, 128, rays=512)
+    assert coarse.std() == pytest.approx(fine.std(), rel=0.1)
+
+
+def test_scrubs_and_loops():
+    waves = WaveSpectrum(5.0).realise(4.0, 64, seed=1, loop_seconds=3.0)
+    first = caustic_pattern(waves, SUN, 1.0, 0.7, 64)
+    caustic_pattern(waves, SUN, 1.0, 2.0, 64)
+    np.testing.assert_array_equal(first, caustic_pattern(waves, SUN, 1.0, 0.7, 64))
+    np.testing.assert_allclose(first, caustic_pattern(waves, SUN, 1.0, 3.7, 64), atol=1e-8)
+
+
+def test_anchored_along_the_sun():
+    """Two depths of one sea lie on top of each other although the sun is low."""
+    waves = WaveSpectrum(4.0).realise(16.0, 512, seed=1)
+    sun = sun_travel_direction(60, 0)
+    one, two = (caustic_pattern(waves, sun, depth, 0.0, 512) - 1 for depth in (2.0, 2.4))
+    spectrum = np.fft.fft2(one) * np.conj(np.fft.fft2(two))
+    peak = np.unravel_index(np.argmax(np.fft.ifft2(spectrum).real), one.shape)
+    shift = (np.array(peak) + 256) % 512 - 256
+    assert np.abs(shift).max() * 16 / 512 < 0.1  # unanchored: 0.4 m × tan = 0.34 m
+
+
+def test_disc_transfer_against_a_drawn_disc():
+    x = np.linspace(-1, 1, 4001)
+    chord = np.sqrt(1 - x**2)
+    for k in (0.5, 3.0, 20.0, 150.0):
+        drawn = np.sum(chord * np.cos(k * x)) / np.sum(chord)
+        assert disc_transfer(k) == pytest.approx(drawn, abs=2e-4)
+    assert disc_transfer(1e9) == 0
+
+
+def test_scattering_transfer_limits():
+    phase = parse_phase("hg:0.9").for_bands([0.4])
+    exponent = scattering_transfer([0.4], phase, 0.8, 4.0, [0.0, 1e-3, 1.0, 1e5])[:, 0]
+    assert exponent[0] == pytest.approx(0.4 * 4 / 0.8)
+    assert exponent[1] == pytest.approx(exponent[0], rel=1e-2)
+    assert np.all(np.diff(exponent) <= 0)
+    assert exponent[-1] < 1e-3
+    # HG: χ(l) = g^l, integrated in closed form.
+    expected = 0.4 * (0.5 + (1 - 0.9**4.5) / -math.log(0.9))
+    assert exponent[2] == pytest.approx(expected, rel=0.002)
+
+
+def test_red_carries_more_than_blue_and_shallow_more_than_deep():
+    water = _water()
+    deep = WaveSpectrum(5.0).realise(8.0, 256, seed=1)
+    shares = [
+        water.variation(caustic_pattern(deep, SUN, y, 0.0, 256), 8.0, y) for y in (1.0, 4.0, 8.0)
+    ]
+    assert np.all(np.diff(shares, axis=0) < 0)
+    assert np.all(np.array(shares)[:, 1] > np.array(shares)[:, 0])
+
+
+def test_variation_is_that_of_the_patterns():
+    pattern = caustic_pattern(WAVES, SUN, 2.0, 0.0, 128)
+    water = _water()
+    for collector in (0.0, 0.1):
+        bands = water.patterns(pattern, 4.0, 2.0, collector)
+        np.testing.assert_allclose(bands.mean(axis=(0, 1)), 1, atol=1e-12)
+        np.testing.assert_allclose(
+            bands.std(axis=(0, 1)), water.variation(pattern, 4.0, 2.0, collector), rtol=0.01
+        )
+
+
+def test_water_without_scattering_or_sky_keeps_the_pattern():
+    pattern = caustic_pattern(WAVES, SUN, 2.0, 0.0, 128)
+    water = _water(b=(0.0, 0.0), sky=0.0)
+    np.testing.assert_allclose(water.variation(pattern, 4.0, 2.0), pattern.std(), rtol=1e-6)
+    np.testing.assert_allclose(water.contrast(pattern, 4.0, 2.0), 1, rtol=1e-6)
+
+
+def test_dark_water_is_finite():
+    pattern = caustic_pattern(WAVES, SUN, 100.0, 0.0, 128)
+    water = _water(a=(20.0, 0.01), b=(30.0, 5.0))
+    for values in (
+        water.contrast(pattern, 4.0, 100.0),
+        water.variation(pattern, 4.0, 100.0),
+        water.patterns(pattern, 4.0, 100.0),
+    ):
+        assert np.isfinite(values).all()
+
+
+def test_layers():
+    waves = WaveSpectrum(5.0).realise(8.0, 256, seed=1)
+    layers = bake_layers(waves, SUN, layer_depths(1.0, 8.0), 0.0, 256)
+    assert layers.images.dtype == np.float32
+    np.testing.assert_allclose(layers.images.mean(axis=(1, 2)), 1, atol=1e-5)
+    np.testing.assert_array_equal(layers.blend(0.1), layers.blend(1.0))
+    np.testing.assert_array_equal(layers.blend(50.0), layers.blend(8.0))
+    water = _water()
+    for depth in (1.0, 1.4, 2.0, 2.8, 4.0, 5.6, 8.0):
+        truth = caustic_pattern(waves, SUN, depth, 0.0, 256)
+        contrast = layers.contrast(water, depth)
+        grey = layers.blend(depth)
+        modelled = water.sun_share(depth) * contrast * grey.std()
+        np.testing.assert_allclose(modelled, water.variation(truth, 8.0, depth), rtol=0.1)
+
+
+@pytest.mark.parametrize("depth", [-1.0, np.nan, np.inf])
+def test_bad_depth(depth):
+    with pytest.raises(InputError, match="depth"):
+        caustic_pattern(WAVES, SUN, depth, 0.0, 128)
+
+
+@pytest.mark.parametrize("depths", [[], [0.0, 1.0], [2.0, 1.0]])
+def test_bad_layers(depths):
+    with pytest.raises(InputError, match="increase"):
+        bake_layers(WAVES, SUN, depths, 0.0, 128)
+
+
+def test_bad_layer_range():
+    with pytest.raises(InputError, match="shallowest"):
+        layer_depths(0.0, 3.0)

@@ -1,0 +1,166 @@
+"""Constituents: the published numbers, the printed forms and their errors, the refusals."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from underwater_spectral.uw_spectral.errors import InputError
+from underwater_spectral.uw_spectral.water.bio_optics import (
+    Constituents,
+    chlorophyll_jerlov,
+    henyey_greenstein_Gutierrez2008,
+    isotropic_Gutierrez2008,
+    jerlov_chlorophyll,
+    named_water,
+    named_waters,
+    parse_constituents,
+    pure_water_absorption,
+    water_Gutierrez2008,
+)
+from underwater_spectral.uw_spectral.water.optical_properties import molecular_scattering
+
+NM = np.arange(400.0, 701.0, 25.0)
+
+
+def test_published_absorption():
+    """Pope & Fry 1997 at 440, 550, 676 nm; Bricaud 1998: a_phi(440) = 0.0378 C^0.627."""
+    assert pure_water_absorption([440, 550]) == pytest.approx([0.00635, 0.0565])
+    for C in (0.1, 1.0, 10.0):
+        part = Constituents(C).absorptions([440.0])["phytoplankton"][0]
+        assert part == pytest.approx(0.0378 * C**0.627, rel=2e-3)
+
+
+def test_parts_add_up_and_slopes_are_those_given():
+    sea = Constituents(2.0, cdom=0.2, minerals=0.5, detritus=0.1, cdom_slope=0.018)
+    assert sum(sea.absorptions(NM).values()) == pytest.approx(sea.absorption(NM))
+    parts = sea.absorptions([400.0, 440.0, 500.0])
+    assert parts["cdom"][1] == pytest.approx(0.2)
+    assert math.log(parts["cdom"][1] / parts["cdom"][2]) == pytest.approx(0.018 * 60)
+    assert parts["detritus"][0] == pytest.approx(0.1)
+    water = sea.water()
+    assert water.a(NM) == pytest.approx(sea.absorption(NM), rel=1e-9)
+    assert water.b(NM) == pytest.approx(sea.scattering(NM), rel=1e-9)
+    assert np.all(water.Kd(NM) > water.a(NM))
+
+
+@pytest.mark.parametrize("chlorophyll", [0.0, 0.05, 1.0, 10.0, 40.0])
+def test_phase_of_fixed_parts(chlorophyll):
+    """The stated distance from the exact mixture; the same backscattering."""
+    sea = Constituents(chlorophyll, minerals=0.2 if chlorophyll == 1.0 else 0.0)
+    exact, fixed = sea.phase(NM), sea.phase_of_fixed_parts(NM)
+    assert fixed.components == Constituents(3.0).phase_of_fixed_parts(NM).components
+    assert not fixed.same_in_all_bands
+    np.testing.assert_allclose(fixed.backscatter_ratio, exact.backscatter_ratio, rtol=2e-3)
+    np.testing.assert_allclose(fixed.chi1, exact.chi1, atol=2e-3)
+    s2 = np.sin(np.radians([1.0, 5.0, 20.0, 60.0, 90.0, 140.0, 180.0]) / 2)[:, None] ** 2
+    ratio = fixed.per_steradian(s2) / exact.per_steradian(s2)
+    assert ratio.min() > 0.87
+    assert ratio.max() < 1.02
+
+
+def test_pure_sea_water():
+    pure = Constituents()
+    assert pure.scattering(NM) == pytest.approx(molecular_scattering(NM))
+    assert pure.phase(NM).backscatter_ratio == pytest.approx(0.5)
+    fresh = Constituents(salinity=0).scattering(NM)
+    assert fresh == pytest.approx(molecular_scattering(NM, "zhang2009_S0_T20"))
+
+
+def test_phase_is_normalised_and_backscatters_as_stated():
+    sea = Constituents(1.0, minerals=0.3)
+    phase = sea.phase(NM)
+    assert phase.normalisation() == pytest.approx(1.0, abs=1e-4)
+    ratio = sea.backscattering(NM) / sea.scattering(NM)
+    assert phase.backscatter_ratio == pytest.approx(ratio, rel=2e-2)
+    # One particle function for all bands: right at 550 nm, near elsewhere.
+    parts = sea.scatterings(NM)
+    simple = sea.phase_model().for_bands(sea.scattering(NM), parts["water"]).backscatter_ratio
+    assert simple[NM == 550.0] == pytest.approx(ratio[NM == 550.0], rel=5e-3)
+    assert simple == pytest.approx(ratio, rel=0.08)
+
+
+def test_backscatter_can_be_set():
+    sea = Constituents(1.0, backscatter=0.02)
+    assert sea.organic_backscatter == 0.02
+    assert Constituents(1.0).organic_backscatter == pytest.approx(0.007)
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        {"chlorophyll": -1.0},
+        {"chlorophyll": 101.0},
+        {"cdom": math.nan},
+        {"minerals": -0.1},
+        {"detritus": math.inf},
+        {"salinity": 41.0},
+        {"backscatter": 0.6},
+        {"backscatter": math.nan},
+    ],
+)
+def test_impossible_constituents(wrong):
+    with pytest.raises(InputError, match=next(iter(wrong))):
+        Constituents(**wrong)
+
+
+@pytest.mark.parametrize("nm", [299.0, 801.0, math.nan])
+def test_wavelengths_outside_the_tables(nm):
+    with pytest.raises(InputError):
+        Constituents(1.0).absorption([nm])
+    with pytest.raises(InputError):
+        Constituents(1.0).water().a([nm])
+
+
+def test_options():
+    assert parse_constituents("chl=1, cdom=0.05,minerals=0.1") == Constituents(
+        1.0, cdom=0.05, minerals=0.1
+    )
+    assert parse_constituents("") == Constituents()
+    assert parse_constituents("case1=0.5,cdom=0.3").cdom == 0.3
+    assert parse_constituents("bb/b=0.01").backscatter == 0.01
+    for text, message in (
+        ("chlor=1", "Near names: chl"),
+        ("chl=one", "not key=number"),
+        ("chl=1,chl=2", "twice"),
+        ("chl=-1", "chlorophyll"),
+        ("case1=-1", "chlorophyll"),
+        ("cdom=nan", "cdom"),
+    ):
+        with pytest.raises(InputError, match=message):
+            parse_constituents(text)
+
+
+def test_named_waters_are_what_their_sources_say():
+    seas = named_waters()
+    assert set(seas) == {"atlantic", "mediterranean", "baltic", "north-sea", "cdom-coast"}
+    north = seas["north-sea"].constituents.scatterings([440.0])
+    assert north["phytoplankton"][0] + north["minerals"][0] == pytest.approx(1.21, rel=0.02)
+    cdom = seas["cdom-coast"].constituents.absorptions([350.0])["cdom"][0]
+    assert cdom == pytest.approx(3.66, rel=0.02)
+    assert named_water("North Sea").name == "north-sea"
+    with pytest.raises(InputError, match="Near names: baltic"):
+        named_water("balti")
+
+
+def test_chlorophyll_and_jerlov_types():
+    """Morel 1988 puts I below 0.1 mg/m³, IB near 0.1, II at 0.5, III at 1.5 to 2."""
+    chlorophyll = [jerlov_chlorophyll(name) for name in ("I", "IA", "IB", "II", "III")]
+    assert chlorophyll == sorted(chlorophyll)
+    assert chlorophyll[0] < 0.1
+    assert 0.05 < chlorophyll[2] < 0.2
+    assert 0.2 < chlorophyll[3] < 0.8
+    assert 1.0 < chlorophyll[4] < 2.5
+    for name, C in zip(("I", "IA", "IB", "II", "III"), chlorophyll, strict=True):
+        assert chlorophyll_jerlov(C) == name
+
+
+def test_printed_forms_have_the_errors_they_are_kept_for():
+    s2 = (np.polynomial.legendre.leggauss(200)[0] + 1) / 2
+    weights = 2 * math.pi * np.polynomial.legendre.leggauss(200)[1]
+    assert isotropic_Gutierrez2008(s2) @ weights == pytest.approx(4.0)
+    assert henyey_greenstein_Gutierrez2008(0.8, s2) @ weights == pytest.approx(4 * math.pi)
+    printed, ours = water_Gutierrez2008(Constituents()), Constituents().water()
+    assert printed.b([500])[0] / ours.b([500])[0] == pytest.approx(16.06, rel=0.2)
+    assert printed.a([440])[0] / ours.a([440])[0] == pytest.approx(2.3, rel=0.1)

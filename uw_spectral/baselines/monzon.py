@@ -1,0 +1,104 @@
+"""Path radiance of Monzón et al. 2024, as printed and corrected: baselines to compare with.
+
+N. Monzón, D. Gutierrez, D. Akkaynak & A. Muñoz, Real-Time Underwater Spectral
+Rendering, Computer Graphics Forum 43(2), e15009 (2024). Both need Kd; the closed
+form of :mod:`.path_radiance` does not.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..transfer.path_radiance import attenuated_path, distance_in_water
+
+
+def path_radiance_Monzon2024(
+    b: ArrayLike,
+    c: ArrayLike,
+    Kd: ArrayLike,
+    E: ArrayLike,
+    r: ArrayLike,
+    y_o: ArrayLike,
+    w_y: ArrayLike,
+    P: ArrayLike,
+    y_f: float,
+) -> NDArray[np.float64]:
+    """Evaluate Eq. 9 as printed, errors included.
+
+    One factor with exponent ``c - Kd w_y`` serves sunlight and floor light (the
+    sign is against the paper's own y = y_o + w_y v), and the floor carries r/π.
+    Written from a description of the errors of Eq. 9, not from the paper itself.
+    Parameters and result as in :func:`path_radiance_Monzon2024_corrected`.
+    """
+    b, c, Kd, P = _prepared(b, c, Kd, y_o, w_y, P, y_f)
+    sun = _term(c, Kd, -np.asarray(w_y), -Kd * y_o, P)
+    floor = _term(c, Kd, -np.asarray(w_y), -Kd * (2 * y_f - np.asarray(y_o)), P)
+    return b * E / (4 * math.pi) * (sun + np.asarray(r) / math.pi * floor)
+
+
+def path_radiance_Monzon2024_corrected(
+    b: ArrayLike,
+    c: ArrayLike,
+    Kd: ArrayLike,
+    E: ArrayLike,
+    r: ArrayLike,
+    y_o: ArrayLike,
+    w_y: ArrayLike,
+    P: ArrayLike,
+    y_f: float,
+) -> NDArray[np.float64]:
+    """Evaluate Eq. 9 with its two exponents apart and a floor of reflectance r.
+
+    Parameters
+    ----------
+    b, c, Kd : array_like
+        Scattering, extinction, diffuse attenuation, 1/m.
+    E : array_like
+        Downwelling irradiance just below the surface.
+    r : array_like
+        Reflectance of the floor.
+    y_o : array_like
+        Depth of the camera, m.
+    w_y : array_like
+        Downward component of the view direction.
+    P : array_like
+        Length of the path, m; ends at the surface or the floor.
+    y_f : float
+        Depth of the floor, m, finite.
+
+    Returns
+    -------
+    array
+        Path radiance, the arguments broadcast.
+    """
+    b, c, Kd, P = _prepared(b, c, Kd, y_o, w_y, P, y_f)
+    sun = _term(c, Kd, np.asarray(w_y), -Kd * y_o, P)
+    floor = _term(c, Kd, -np.asarray(w_y), -Kd * (2 * y_f - np.asarray(y_o)), P)
+    return b * E / (4 * math.pi) * (sun + np.asarray(r) * floor)
+
+
+def _prepared(
+    b: ArrayLike,
+    c: ArrayLike,
+    Kd: ArrayLike,
+    y_o: ArrayLike,
+    w_y: ArrayLike,
+    P: ArrayLike,
+    y_f: float,
+) -> tuple[NDArray[np.float64], ...]:
+    P = np.minimum(P, distance_in_water(np.asarray(y_o), np.asarray(w_y), y_f))
+    return np.asarray(b, dtype=np.float64), np.asarray(c), np.asarray(Kd), P
+
+
+def _term(
+    c: NDArray[np.float64],
+    Kd: NDArray[np.float64],
+    slope: NDArray[np.float64],
+    near: NDArray[np.float64],
+    P: NDArray[np.float64],
+) -> NDArray[np.float64]:
+    qP = (c + Kd * slope) * P
+    return attenuated_path(near, near - qP, qP, P)

@@ -1,0 +1,73 @@
+"""The elementary functions that per-pixel formulas need, as one injected value.
+
+A per-pixel formula is plain Python over ``+ - * /`` and a :class:`Mathematics`.
+With :data:`NUMPY` it runs on arrays; with the functions of a node tree it
+builds shader nodes. There is no branch and no division by zero in a formula,
+so both give the same number.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+type Operand = Any
+"""What a formula computes with: a number, an array, or the value of a shader node."""
+
+
+@dataclass(frozen=True)
+class Mathematics:
+    """Elementary functions over one kind of operand (arrays, sockets).
+
+    Parameters
+    ----------
+    exp, log, sqrt, absolute : callable
+        Of one operand.
+    power, minimum, maximum : callable
+        Of two operands; the base of ``power`` is positive.
+    less : callable
+        ``less(x, y)`` is 1 where x < y, else 0.
+    interpolate : callable
+        ``interpolate(x, xs, ys)``: piecewise linear through fixed points, held
+        constant beyond the ends.
+    """
+
+    exp: Callable[[Operand], Operand]
+    log: Callable[[Operand], Operand]
+    sqrt: Callable[[Operand], Operand]
+    absolute: Callable[[Operand], Operand]
+    power: Callable[[Operand, Operand], Operand]
+    minimum: Callable[[Operand, Operand], Operand]
+    maximum: Callable[[Operand, Operand], Operand]
+    less: Callable[[Operand, Operand], Operand]
+    interpolate: Callable[[Operand, Operand, Operand], Operand]
+
+    def clamp(self, x: Operand, low: Operand, high: Operand) -> Operand:
+        """Return x held between low and high."""
+        return self.minimum(self.maximum(x, low), high)
+
+    def select(self, condition: Operand, if_one: Operand, if_zero: Operand) -> Operand:
+        """Pick by a 0/1 condition; both values must be finite."""
+        return condition * if_one + (1.0 - condition) * if_zero
+
+
+def _interpolate(x: Operand, xs: Operand, ys: Operand) -> Operand:
+    x = np.asarray(x)
+    return np.interp(x, xs, ys).astype(x.dtype)
+
+
+NUMPY = Mathematics(
+    exp=np.exp,
+    log=np.log,
+    sqrt=np.sqrt,
+    absolute=np.abs,
+    power=np.power,
+    minimum=np.minimum,
+    maximum=np.maximum,
+    # Multiplied, not cast: the mask keeps the precision of its operands.
+    less=lambda x, y: (x < y) * np.ones((), dtype=np.result_type(x, y)),
+    interpolate=_interpolate,
+)

@@ -1,0 +1,120 @@
+"""Spectral bands: centres, widths, and their packing into passes of three."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..errors import InputError
+
+MAXIMUM_BANDS = 512
+
+
+@dataclass(frozen=True, eq=False)
+class Bands:
+    """Spectral bands by centre and width.
+
+    A band stands for the spectrum over its width, taken at its centre
+    (midpoint rule).
+
+    Parameters
+    ----------
+    centres : array, shape (n,)
+        Band centres in nm, strictly increasing.
+    widths : array, shape (n,)
+        Band widths in nm, positive.
+
+    Raises
+    ------
+    InputError
+        If centres do not increase or a width is not positive.
+    """
+
+    centres: NDArray[np.float64]
+    widths: NDArray[np.float64]
+
+    def __post_init__(self) -> None:
+        centres = np.atleast_1d(np.asarray(self.centres, dtype=np.float64))
+        widths = np.atleast_1d(np.asarray(self.widths, dtype=np.float64))
+        if centres.ndim != 1 or centres.shape != widths.shape or not len(centres):
+            raise InputError("bands: give one width per band centre, and at least one band")
+        if not np.all(np.isfinite(centres)) or np.any(np.diff(centres) <= 0) or centres[0] <= 0:
+            raise InputError(
+                f"bands: centres must be positive and increase, got {centres.tolist()}"
+            )
+        if not np.all(np.isfinite(widths)) or np.any(widths <= 0):
+            raise InputError(f"bands: widths must be positive, got {widths.tolist()}")
+        object.__setattr__(self, "centres", centres)
+        object.__setattr__(self, "widths", widths)
+
+    def __len__(self) -> int:
+        return len(self.centres)
+
+    @classmethod
+    def uniform(cls, count: int, start: float = 400.0, end: float = 700.0) -> Bands:
+        """Divide a range into equal bands.
+
+        Parameters
+        ----------
+        count : int
+            Number of bands, 1 to 512.
+        start, end : float
+            Range in nm.
+
+        Raises
+        ------
+        InputError
+            If the range is empty or the count out of bounds.
+
+        Examples
+        --------
+        >>> Bands.uniform(3).centres
+        array([450., 550., 650.])
+        """
+        if not 1 <= count <= MAXIMUM_BANDS:
+            raise InputError(f"bands: the number must be 1 to {MAXIMUM_BANDS}, got {count}")
+        if not (np.isfinite(start) and np.isfinite(end) and 0 < start < end):
+            raise InputError(f"bands: the range {start:g} to {end:g} nm is empty or not positive")
+        width = (end - start) / count
+        return cls(start + width * (np.arange(count) + 0.5), np.full(count, width))
+
+    @classmethod
+    def at_wavelengths(cls, wavelengths: ArrayLike) -> Bands:
+        """Bands around listed wavelengths, meeting half way between neighbours.
+
+        The outer bands are symmetric about their centre. A single wavelength
+        gets a width of 1 nm.
+
+        Examples
+        --------
+        >>> Bands.at_wavelengths([450, 500, 600]).widths
+        array([ 50.,  75., 100.])
+        """
+        centres = np.atleast_1d(np.asarray(wavelengths, dtype=np.float64))
+        if len(centres) < 2:
+            return cls(centres, np.ones(len(centres)))
+        gaps = np.diff(centres)
+        before = np.concatenate([gaps[:1], gaps])
+        after = np.concatenate([gaps, gaps[-1:]])
+        return cls(centres, (before + after) / 2)
+
+    def packed(self, bands_per_pass: int) -> list[tuple[int, ...]]:
+        """Indices of the bands that each render pass carries.
+
+        Parameters
+        ----------
+        bands_per_pass : int
+            3 where one render can carry three bands exactly, else 1.
+
+        Examples
+        --------
+        >>> Bands.uniform(4).packed(3)
+        [(0, 1, 2), (3,)]
+        """
+        indices = range(len(self))
+        return [
+            tuple(indices[first : first + bands_per_pass])
+            for first in range(0, len(self), bands_per_pass)
+        ]

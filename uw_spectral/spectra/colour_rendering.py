@@ -1,0 +1,367 @@
+"""From band radiances to scene-linear Rec.709: one linear map per sensor."""
+
+from __future__ import annotations
+
+import functools
+import math
+import warnings
+from dataclasses import dataclass
+from typing import Literal, get_args
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..errors import DataWarning, InputError, unknown_name
+from ._colour import colour_science
+from .bands import Bands
+from .illuminant import Illuminant, band_mean
+from .sensor import OBSERVERS, Sensor, parse_sensor
+from .spectrum import Spectrum
+
+WhiteBalance = Literal["daylight", "depth", "none"]
+WHITE_BALANCES: tuple[str, ...] = get_args(WhiteBalance)
+# Share of a sensor's sensitivity that the bands must cover to pass without a warning.
+_COVERED_SHARE = 0.98
+# Width of the bands that stand for the continuous spectrum, nm.
+_FINE_WIDTH = 2.0
+# Share of the light at the surface that still counts as light: the gain for less overflows in
+# single precision.
+_DARKEST = 1e-30
+
+
+@dataclass(frozen=True, eq=False)
+class SensorReduction:
+    """The linear map from band radiances to scene-linear Rec.709.
+
+    ``rgb = weights @ radiance``, with radiance per nm at the band centres.
+
+    Parameters
+    ----------
+    weights : array, shape (3, n)
+        Sensitivity times band width, white balance, colour matrix, exposure.
+    matrix : array, shape (3, 3)
+        The part of ``weights`` that acts on the sensor's three responses.
+    white : array, shape (3,)
+        Sensor responses to a white diffuser in the light that was balanced
+        for (in the surface light if the white balance is ``"none"``).
+    delta_e : float
+        Mean ΔE2000 of the training reflectances in the surface light,
+        balanced for it, against CIE 1931 on a fine grid: what sensor and
+        bands together cost in colour.
+    description : str
+        What was done, in words.
+    """
+
+    weights: NDArray[np.float64]
+    matrix: NDArray[np.float64]
+    white: NDArray[np.float64]
+    delta_e: float
+    description: str
+
+    def apply(self, radiance: ArrayLike) -> NDArray[np.float64]:
+        """Reduce radiances of shape (..., n) to Rec.709 of shape (..., 3)."""
+        return np.asarray(radiance) @ self.weights.T
+
+
+@functools.cache
+def rec709_to_XYZ() -> NDArray[np.float64]:
+    """Matrix from scene-linear Rec.709 (D65) to CIE XYZ, white at Y = 1, unrounded."""
+    colour = colour_science()
+    space = colour.RGB_COLOURSPACES["ITU-R BT.709"]
+    matrix = np.asarray(colour.normalised_primary_matrix(space.primaries, space.whitepoint))
+    matrix.setflags(write=False)
+    return matrix
+
+
+def luminance(rgb: ArrayLike) -> NDArray[np.float64]:
+    """Luminance Y of scene-linear Rec.709, shape (..., 3) to (...)."""
+    return np.asarray(rgb) @ rec709_to_XYZ()[1]
+
+
+def reduction(
+    sensor: Sensor,
+    bands: Bands,
+    illuminant: Illuminant,
+    depth_white: ArrayLike | None = None,
+    white_balance: WhiteBalance = "daylight",
+    exposure_stops: float = 0.0,
+) -> SensorReduction:
+    """Build the map from band radiances to scene-linear Rec.709.
+
+    A white Lambertian surface (radiance E/π) in the surface light becomes
+    (1, 1, 1) · 2^exposure with ``"daylight"``, and has luminance 2^exposure
+    but the colour of the light with ``"none"``. With ``"depth"`` that surface
+    becomes (1, 1, 1) · 2^exposure in the light at depth.
+
+    Band integrals are midpoint sums, Σ S(λ_i) L(λ_i) Δλ_i. An observer's XYZ
+    is adapted to D65 by Bradford, at depth by Von Kries with
+    Hunt-Pointer-Estevez cones, because Bradford's sharpened cones respond
+    negatively to saturated blue-green light. A camera's responses are
+    balanced channel by channel and taken to Rec.709 by the white-preserving
+    3×3 matrix that fits the 190 reflectances of rawtoaces best (least
+    squares) in the surface light. The fit goes from the responses through
+    these bands to the colours on a fine grid, so that it also absorbs part
+    of the error of few bands.
+
+    Parameters
+    ----------
+    sensor : Sensor
+    bands : Bands
+    illuminant : Illuminant
+        Light above the surface.
+    depth_white : array_like, shape (n,), optional
+        Irradiance on the bands at depth, for ``white_balance="depth"``.
+    white_balance : {"daylight", "depth", "none"}
+    exposure_stops : float
+        Factor of two each.
+
+    Returns
+    -------
+    SensorReduction
+
+    Raises
+    ------
+    InputError
+        If a channel sees none of the light to balance for, or an argument
+        is out of its domain.
+    """
+    if white_balance not in WHITE_BALANCES:
+        raise unknown_name("white balance", white_balance, WHITE_BALANCES)
+    if not math.isfinite(exposure_stops):
+        raise InputError(f"exposure must be a finite number of stops, got {exposure_stops}")
+    if white_balance == "depth" and depth_white is None:
+        raise InputError("white balance depth needs the light at depth (depth_white)")
+    _warn_coverage(sensor, bands)
+    response = sensor.sensitivity.at_or_zero(bands.centres).T * bands.widths
+    surface_light = illuminant.total_in(bands)
+    surface_white = _white(sensor, response, surface_light, "at the surface")
+    white = surface_white
+    if white_balance == "depth":
+        light = np.asarray(depth_white, dtype=np.float64)
+        if light.shape != (len(bands),):
+            raise InputError(f"depth_white has shape {light.shape} for {len(bands)} bands")
+        white = _white(sensor, response, light, "at depth", _DARKEST * surface_white)
+
+    reflectances, colours, fine_white = _training_colours(illuminant)
+    training = (_held(reflectances, bands) * surface_light[:, None] / math.pi).T @ response.T
+    if sensor.kind == "observer":
+        # Where daylight is not balanced for, it only serves to state delta_e.
+        wanted = white_balance == "daylight"
+        daylight = _observer_matrix(
+            surface_white, "Bradford" if wanted else _possible_adaptation(surface_white)
+        )
+        matrix = {
+            "daylight": daylight,
+            "depth": _observer_matrix(white, "Von Kries"),
+            "none": np.linalg.inv(rec709_to_XYZ()) / surface_white[1],
+        }[white_balance]
+        adaptation = {"daylight": "Bradford", "depth": "Von Kries (HPE)", "none": "no"}
+        how = f"{adaptation[white_balance]} chromatic adaptation"
+    else:
+        balanced = _white_preserving_fit(training / surface_white, colours)
+        daylight = balanced / surface_white
+        matrix = balanced / white
+        if white_balance == "none":
+            undone = _adaptation(fine_white, _possible_adaptation(fine_white))
+            matrix = np.linalg.solve(undone, matrix)
+        how = "channel gains and a 3×3 matrix fitted to the rawtoaces reflectances"
+        if white_balance == "none":
+            how += ", adaptation to D65 undone"
+    delta_e = float(np.mean(delta_e_CIE2000_images(training @ daylight.T, colours)))
+    matrix = matrix * 2.0**exposure_stops
+    description = (
+        f"{sensor.name} in {illuminant.name}, {len(bands)} bands, white balance {white_balance} "
+        f"({how}), {exposure_stops:+.2f} stops; mean ΔE2000 {delta_e:.2f} in daylight"
+    )
+    return SensorReduction(matrix @ response, matrix, white, delta_e, description)
+
+
+def auto_exposure_stops(
+    reduction: SensorReduction, depth_white: ArrayLike, target: float = 0.9
+) -> float:
+    """Stops that bring a white diffuser at depth to a luminance.
+
+    Parameters
+    ----------
+    reduction : SensorReduction
+        The map so far; the stops add to its exposure.
+    depth_white : array_like, shape (n,)
+        Irradiance on the bands at depth.
+    target : float
+        Luminance to reach, 1 being display white.
+
+    Raises
+    ------
+    InputError
+        If the sensor sees no light at depth.
+    """
+    now = float(luminance(reduction.apply(np.asarray(depth_white) / math.pi)))
+    if not (math.isfinite(now) and now > _DARKEST):
+        raise InputError("automatic exposure: no light at that depth; set the exposure in stops")
+    return math.log2(target / now)
+
+
+def srgb_encode(rgb: ArrayLike) -> NDArray[np.float64]:
+    """Clip scene-linear Rec.709 to [0, 1] and encode it for an sRGB display."""
+    return np.asarray(
+        colour_science().cctf_encoding(np.clip(rgb, 0.0, 1.0), function="sRGB"), dtype=np.float64
+    )
+
+
+def srgb_rmse(rgb: ArrayLike, reference: ArrayLike) -> float:
+    """Root mean square difference of two scene-linear images after sRGB encoding."""
+    return float(np.sqrt(np.mean((srgb_encode(rgb) - srgb_encode(reference)) ** 2)))
+
+
+def delta_e_CIE2000_images(rgb: ArrayLike, reference: ArrayLike) -> NDArray[np.float64]:
+    """ΔE2000 per pixel of two scene-linear Rec.709 images, white at (1, 1, 1).
+
+    Parameters
+    ----------
+    rgb, reference : array_like, shape (..., 3)
+
+    Returns
+    -------
+    array, shape (...)
+
+    Examples
+    --------
+    >>> delta_e_CIE2000_images([[0.5, 0.5, 0.5]], [[0.5, 0.5, 0.5]])
+    array([0.])
+    """
+    return np.asarray(
+        colour_science().delta_E(rec709_to_Lab(rgb), rec709_to_Lab(reference), method="CIE 2000")
+    )
+
+
+def rec709_to_Lab(rgb: ArrayLike) -> NDArray[np.float64]:
+    """CIE Lab (white D65) of scene-linear Rec.709, shape (..., 3)."""
+    colour = colour_science()
+    to_XYZ = rec709_to_XYZ()
+    white = colour.XYZ_to_xy(to_XYZ @ np.ones(3))
+    return np.asarray(colour.XYZ_to_Lab(np.asarray(rgb) @ to_XYZ.T, white))
+
+
+def _white(
+    sensor: Sensor,
+    response: NDArray[np.float64],
+    light: NDArray[np.float64],
+    where: str,
+    darkest: ArrayLike = 0.0,
+) -> NDArray[np.float64]:
+    """Sensor responses to a white diffuser."""
+    white = response @ light / math.pi
+    dark = ~(np.isfinite(white) & (white > darkest))
+    if dark.any():
+        channel = ("XYZ" if sensor.kind == "observer" else "RGB")[int(np.argmax(dark))]
+        raise InputError(
+            f"sensor {sensor.name}: channel {channel} sees no light {where} in these bands; "
+            "widen the range of bands, or choose another white balance"
+        )
+    return white
+
+
+def _adaptation(white_XYZ: NDArray[np.float64], transform: str) -> NDArray[np.float64]:
+    """Rec.709 to Rec.709 matrix that takes a white to (1, 1, 1) · Y."""
+    to_XYZ = rec709_to_XYZ()
+    return np.linalg.solve(to_XYZ, _chromatic_adaptation(white_XYZ, transform) @ to_XYZ)
+
+
+def _chromatic_adaptation(white_XYZ: NDArray[np.float64], transform: str) -> NDArray[np.float64]:
+    """XYZ to XYZ matrix that takes a white to D65 of the same luminance."""
+    colour = colour_science()
+    cones = np.asarray(colour.CHROMATIC_ADAPTATION_TRANSFORMS[transform])
+    if np.any(cones @ white_XYZ <= 0):
+        raise InputError(
+            f"the light in these bands is too saturated for {transform} adaptation; "
+            "take more bands, or white balance none or depth"
+        )
+    white = white_XYZ / white_XYZ[1]
+    return np.asarray(
+        colour.adaptation.matrix_chromatic_adaptation_VonKries(
+            white, rec709_to_XYZ() @ np.ones(3), transform=transform
+        )
+    )
+
+
+def _possible_adaptation(white_XYZ: NDArray[np.float64]) -> str:
+    """Bradford, or Von Kries for light so saturated that Bradford's cones turn negative."""
+    cones = np.asarray(colour_science().CHROMATIC_ADAPTATION_TRANSFORMS["Bradford"])
+    return "Bradford" if np.all(cones @ white_XYZ > 0) else "Von Kries"
+
+
+def _observer_matrix(white_XYZ: NDArray[np.float64], transform: str) -> NDArray[np.float64]:
+    adapted = _chromatic_adaptation(white_XYZ, transform) / white_XYZ[1]
+    return np.linalg.solve(rec709_to_XYZ(), adapted)
+
+
+def _white_preserving_fit(
+    responses: NDArray[np.float64], colours: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Least-squares 3×3 matrix from responses to colours whose rows sum to 1."""
+    free = responses[:, :2] - responses[:, 2:]
+    rows = np.linalg.lstsq(free, colours - responses[:, 2:], rcond=None)[0]
+    return np.vstack([rows, 1 - rows.sum(axis=0)]).T
+
+
+def _held(reflectances: Spectrum, bands: Bands) -> NDArray[np.float64]:
+    """Reflectances at the band centres, their end values held outside the table."""
+    return reflectances.at(np.clip(bands.centres, *reflectances.range))
+
+
+@functools.cache
+def training_reflectances() -> Spectrum:
+    """Measured reflectances of 190 materials, from rawtoaces, as columns."""
+    colour = colour_science()
+    data = colour.characterisation.read_training_data_rawtoaces_v1()
+    return Spectrum(data.wavelengths, data.values, "training reflectances of rawtoaces")
+
+
+@functools.cache
+def _standard_observer() -> Spectrum:
+    return parse_sensor(next(iter(OBSERVERS))).sensitivity
+
+
+@functools.lru_cache(maxsize=8)
+def _training_colours(
+    illuminant: Illuminant,
+) -> tuple[Spectrum, NDArray[np.float64], NDArray[np.float64]]:
+    """Training reflectances, their Rec.709 under a light on a fine grid, and its white XYZ."""
+    reflectances = training_reflectances()
+    low = max(illuminant.direct.range[0], reflectances.range[0])
+    high = min(illuminant.direct.range[1], reflectances.range[1])
+    if high - low < _FINE_WIDTH:
+        raise InputError(
+            f"illuminant {illuminant.name} covers {illuminant.direct.range[0]:g} to "
+            f"{illuminant.direct.range[1]:g} nm, which is not visible light"
+        )
+    fine = Bands.uniform(int((high - low) / _FINE_WIDTH), low, high)
+    light = band_mean(illuminant.total, fine)
+    observer = _standard_observer().at(fine.centres) * fine.widths[:, None]
+    white = light @ observer
+    colours = (reflectances.at(fine.centres) * light[:, None]).T @ observer
+    return reflectances, colours @ _observer_matrix(white, _possible_adaptation(white)).T, white
+
+
+def _warn_coverage(sensor: Sensor, bands: Bands) -> None:
+    """Warn about sensitivity outside the bands and bands outside the sensitivity."""
+    low, high = sensor.sensitivity.range
+    grid = np.arange(low, high + 0.5)
+    sensitivity = sensor.sensitivity.at(np.minimum(grid, high))
+    inside = np.any(np.abs(grid[:, None] - bands.centres) <= bands.widths / 2 + 1e-9, axis=1)
+    share = float((sensitivity[inside].sum(axis=0) / sensitivity.sum(axis=0)).min())
+    if share < _COVERED_SHARE:
+        warnings.warn(
+            f"the bands cover {share:.1%} of the least covered channel of {sensor.name}; "
+            "widen --range for its full response",
+            DataWarning,
+            stacklevel=3,
+        )
+    blind = bands.centres[(bands.centres < low) | (bands.centres > high)]
+    if blind.size:
+        warnings.warn(
+            f"{sensor.name} is known from {low:g} to {high:g} nm; {blind.size} band(s) outside, "
+            f"the first at {blind[0]:g} nm, add nothing to the picture",
+            DataWarning,
+            stacklevel=3,
+        )

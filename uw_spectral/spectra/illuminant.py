@@ -1,0 +1,227 @@
+"""The light above the water: direct sun and diffuse sky."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import InputError, unknown_name
+from .bands import Bands
+from .spectral_table import read_spectral_table
+from .spectrum import DATA_DIRECTORY, Spectrum, Table, read_table
+
+ILLUMINANTS = ("d65", "equal-energy", "astm-g173", "clear-sky")
+RELATIVE = "relative"
+_DARK = 1e-30  # irradiance that counts as none
+ABSOLUTE = "W m-2 nm-1"
+# Relative illuminants are 1 here, where CIE illuminants are 100.
+_REFERENCE_WAVELENGTH = 560.0
+_CLEAR_SKY_ZENITHS = (0.0, 30.0, 60.0, 75.0)
+_G173_SUN_ZENITH, _G173_TILT = 48.19, 37.0
+
+
+@dataclass(frozen=True, eq=False)
+class Illuminant:
+    """Horizontal spectral irradiance above the water surface.
+
+    Parameters
+    ----------
+    name : str
+    direct, diffuse : Spectrum
+        Horizontal irradiance of the sun and of the sky, on one grid.
+    unit : str
+        ``"W m-2 nm-1"``, or ``"relative"`` (direct is 1 at 560 nm).
+    source : str
+    """
+
+    name: str
+    direct: Spectrum
+    diffuse: Spectrum
+    unit: str
+    source: str
+
+    @property
+    def total(self) -> Spectrum:
+        """Sun and sky together."""
+        return Spectrum(
+            self.direct.wavelengths,
+            self.direct.values + self.diffuse.values,
+            f"irradiance of {self.name}",
+            self.source,
+        )
+
+    def direct_in(self, bands: Bands) -> NDArray[np.float64]:
+        """Mean direct irradiance over each band, shape (n,)."""
+        return band_mean(self.direct, bands)
+
+    def diffuse_in(self, bands: Bands) -> NDArray[np.float64]:
+        """Mean diffuse irradiance over each band, shape (n,)."""
+        return band_mean(self.diffuse, bands)
+
+    def total_in(self, bands: Bands) -> NDArray[np.float64]:
+        """Mean irradiance of sun and sky over each band, shape (n,)."""
+        return band_mean(self.total, bands)
+
+
+def band_mean(spectrum: Spectrum, bands: Bands) -> NDArray[np.float64]:
+    """Mean of a spectrum over each band, exact for its linear interpolation.
+
+    Light has lines and steps narrower than a band, which a sample at the
+    centre would hit or miss; smooth quantities are better sampled.
+
+    Parameters
+    ----------
+    spectrum : Spectrum
+    bands : Bands
+        Centres inside the table; a band that reaches beyond it is averaged
+        over the part inside.
+
+    Returns
+    -------
+    array, shape (n,) or (n, k)
+
+    Raises
+    ------
+    InputError
+        If a band centre lies outside the table.
+
+    Examples
+    --------
+    >>> step = Spectrum([400, 500, 501, 600], [0.0, 0.0, 1.0, 1.0], "step")
+    >>> band_mean(step, Bands.uniform(1, 400, 600)).round(4)
+    array([0.4975])
+    """
+    spectrum.at(bands.centres)
+    grid, values = spectrum.wavelengths, spectrum.values
+    cells = ((values[1:] + values[:-1]).T / 2 * np.diff(grid)).T
+    running = np.concatenate([np.zeros_like(values[:1]), np.cumsum(cells, axis=0)])
+    half = bands.widths / 2
+    edges = np.clip(np.concatenate([bands.centres - half, bands.centres + half]), *spectrum.range)
+    cell = np.clip(np.searchsorted(grid, edges, side="right") - 1, 0, len(grid) - 2)
+    rest = ((values[cell] + spectrum.at(edges)).T / 2 * (edges - grid[cell])).T
+    start, end = np.split(running[cell] + rest, 2)
+    return ((end - start).T / np.diff(np.split(edges, 2), axis=0)[0]).T
+
+
+def parse_illuminant(text: str, sun_zenith: float = 0.0) -> Illuminant:
+    """Return the illuminant that an option names.
+
+    Parameters
+    ----------
+    text : str
+        ``"d65"``, ``"equal-energy"``: relative, all of it direct.
+        ``"astm-g173"``: the AM 1.5 sun. Its direct normal irradiance times
+        the cosine of the zenith angle is the direct part; the rest of the
+        global irradiance on the tilted plane is the diffuse part, taken as
+        horizontal. The spectrum stays that of a sun at 48.2°.
+        ``"clear-sky"``: sun and sky by zenith angle, 0 to 75°.
+        ``"file:PATH"``: a table ``wavelength_nm,irradiance[,diffuse]``, in
+        W m-2 nm-1, where irradiance is the direct part.
+    sun_zenith : float
+        Sun zenith angle in air, degrees.
+
+    Raises
+    ------
+    InputError
+        If the name is unknown, the sun is below the horizon or outside the
+        table, or the file cannot be used.
+
+    Examples
+    --------
+    >>> parse_illuminant("d65").direct.at([560, 450]).round(3)
+    array([1.  , 1.17])
+    """
+    if not (math.isfinite(sun_zenith) and 0 <= sun_zenith < 90):
+        raise InputError(
+            f"sun zenith {sun_zenith:g}° is not above the horizon; give 0 to less than 90"
+        )
+    scheme, _, rest = text.partition(":")
+    if scheme == "file" and rest:
+        return _from_file(rest)
+    name = text.strip().lower()
+    if name == "d65":
+        table = read_table(DATA_DIRECTORY / "illuminant_d65.csv")
+        d65 = table.spectrum("d65", "D65")
+        scale = 1 / d65.at([_REFERENCE_WAVELENGTH])[0]
+        return _illuminant("d65", table, d65.values * scale, None, RELATIVE)
+    if name == "equal-energy":
+        # The widest range any table of this project spans.
+        table = Table(Path(name), "definition", {"wavelength_nm": np.array([300.0, 830.0])})
+        return _illuminant(name, table, np.ones(2), None, RELATIVE)
+    if name == "astm-g173":
+        return _astm_g173(sun_zenith)
+    if name == "clear-sky":
+        return _clear_sky(sun_zenith)
+    raise unknown_name("illuminant", text, [*ILLUMINANTS, "file:PATH"])
+
+
+def _illuminant(
+    name: str,
+    table: Table,
+    direct: NDArray[np.float64],
+    diffuse: NDArray[np.float64] | None,
+    unit: str,
+) -> Illuminant:
+    grid = table.columns["wavelength_nm"]
+    sky = np.zeros_like(direct) if diffuse is None else diffuse
+    return Illuminant(
+        name,
+        Spectrum(grid, direct, f"direct irradiance of {name}", table.header),
+        Spectrum(grid, sky, f"diffuse irradiance of {name}", table.header),
+        unit,
+        table.header,
+    )
+
+
+def _astm_g173(sun_zenith: float) -> Illuminant:
+    table = read_table(DATA_DIRECTORY / "surface_irradiance.csv")
+    normal = table.columns["g173_direct_normal"]
+    on_plane = normal * math.cos(math.radians(_G173_SUN_ZENITH - _G173_TILT))
+    diffuse = table.columns["g173_global_tilt37"] - on_plane
+    direct = normal * math.cos(math.radians(sun_zenith))
+    return _illuminant("astm-g173", table, direct, diffuse, ABSOLUTE)
+
+
+def _clear_sky(sun_zenith: float) -> Illuminant:
+    last = _CLEAR_SKY_ZENITHS[-1]
+    if sun_zenith > last:
+        raise InputError(
+            f"clear-sky is tabulated for a sun zenith of 0 to {last:g}°, not {sun_zenith:g}°; "
+            "raise the sun, or use d65, astm-g173 or a file"
+        )
+    table = read_table(DATA_DIRECTORY / "surface_irradiance.csv")
+    upper = next(i for i, z in enumerate(_CLEAR_SKY_ZENITHS) if i and sun_zenith <= z)
+    ends = _CLEAR_SKY_ZENITHS[upper - 1 : upper + 1]
+
+    # Beer's law makes the normal irradiance exponential in air mass: leaving out
+    # one zenith angle, that gives it back within 0.5 % (mean, 350-750 nm).
+    mass, low, high = (1 / math.cos(math.radians(z)) for z in (sun_zenith, *ends))
+    t = (mass - low) / (high - low)
+
+    def interpolated(part: str, power: float) -> NDArray[np.float64]:
+        first, second = (
+            np.log(table.columns[f"clear_sky_z{z:g}_{part}"] * m**power)
+            for z, m in zip(ends, (low, high), strict=True)
+        )
+        return np.exp((1 - t) * first + t * second) * mass**-power
+
+    # The sky has no such law; its horizontal irradiance does best as it is (4 %).
+    return _illuminant(
+        "clear-sky", table, interpolated("direct", 1), interpolated("diffuse", 0), ABSOLUTE
+    )
+
+
+def _from_file(path: str) -> Illuminant:
+    table = read_spectral_table(path, ("irradiance",))
+    direct = table.columns["irradiance"]
+    if not np.any(direct > _DARK):
+        raise InputError(
+            f"{path}: the irradiance is zero at every wavelength; give it in W m-2 nm-1"
+        )
+    if len(direct) < 2:
+        raise InputError(f"{path} has one row; an irradiance needs two wavelengths or more")
+    return _illuminant(Path(path).name, table, direct, table.columns.get("diffuse"), ABSOLUTE)

@@ -1,0 +1,253 @@
+"""Spectral and RGB images on disk; every file appears whole or not at all."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..errors import InputError
+from .bands import Bands
+from .colour_rendering import srgb_encode
+from .spectrum import is_file
+
+RADIANCE_UNITS = "W.m^-2.sr^-1.nm^-1"
+_SPECTRAL_CHANNEL = re.compile(r"S0\.(\d+(?:,\d+)?)nm")
+_WIDTHS_ATTRIBUTE = "bandWidths_nm"
+
+
+def write_exr(
+    path: str | Path,
+    pixels: ArrayLike,
+    channels: Sequence[str],
+    metadata: Mapping[str, Any] | None = None,
+) -> None:
+    """Write a float32 OpenEXR image.
+
+    Parameters
+    ----------
+    path : str or Path
+        Target file; replaced in one step once its content is complete.
+    pixels : array_like, shape (height, width, k)
+    channels : sequence of str
+        The k channel names.
+    metadata : mapping, optional
+        Attributes of the header: text, whole numbers, floats; anything else
+        is stored as JSON text.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be written; the message names the path.
+    """
+    _write(path, np.asarray(pixels, dtype=np.float32), channels, "float", metadata or {})
+
+
+def write_rgb_exr(
+    path: str | Path, rgb: ArrayLike, metadata: Mapping[str, Any] | None = None
+) -> None:
+    """Write scene-linear Rec.709, shape (height, width, 3), as float32 OpenEXR."""
+    write_exr(path, rgb, ("R", "G", "B"), metadata)
+
+
+def write_png(path: str | Path, rgb: ArrayLike) -> None:
+    """Write scene-linear Rec.709, shape (height, width, 3), as 8-bit sRGB PNG."""
+    codes = np.round(srgb_encode(np.nan_to_num(rgb)) * 255).astype(np.uint8)
+    _write(path, codes, ("R", "G", "B"), "uint8", {"oiio:ColorSpace": "srgb_rec709_scene"})
+
+
+def write_spectral_exr(
+    path: str | Path,
+    radiance: ArrayLike,
+    bands: Bands,
+    metadata: Mapping[str, Any] | None = None,
+    units: str = RADIANCE_UNITS,
+) -> None:
+    """Write band radiances in the spectral OpenEXR layout of Fichet et al. 2021.
+
+    Parameters
+    ----------
+    path : str or Path
+    radiance : array_like, shape (height, width, n)
+    bands : Bands
+        Centres name the channels (``S0.450,0nm``); widths go to the
+        attribute ``bandWidths_nm``.
+    metadata : mapping, optional
+        Further attributes.
+    units : str
+        Of the radiance, for the attribute ``emissiveUnits``.
+
+    References
+    ----------
+    Fichet, Pacanowski & Wilkie, An OpenEXR Layout for Spectral Images,
+    JCGT 10(3), 2021.
+    """
+    header = {
+        "spectralLayoutVersion": "1.0",
+        "emissiveUnits": units,
+        _WIDTHS_ATTRIBUTE: bands.widths.tolist(),
+    }
+    write_exr(path, radiance, spectral_channels(bands), {**header, **(metadata or {})})
+
+
+def spectral_channels(bands: Bands) -> list[str]:
+    """Channel names of the Fichet 2021 layout.
+
+    Examples
+    --------
+    >>> spectral_channels(Bands.uniform(2))
+    ['S0.475,0nm', 'S0.625,0nm']
+    """
+    return [
+        f"S0.{centre!r}nm".replace(".", ",").replace("S0,", "S0.")
+        for centre in bands.centres.tolist()
+    ]
+
+
+def read_exr(path: str | Path) -> tuple[NDArray[np.float32], list[str]]:
+    """Read an OpenEXR image.
+
+    Returns
+    -------
+    array, shape (height, width, k), and the k channel names
+
+    Raises
+    ------
+    InputError
+        If the file is missing, damaged or incomplete.
+    """
+    pixels, spec = _read(path)
+    return pixels, list(spec.channelnames)
+
+
+def read_spectral_exr(path: str | Path) -> tuple[NDArray[np.float32], Bands, str]:
+    """Read a spectral image of :func:`write_spectral_exr`, or any of that layout.
+
+    Returns
+    -------
+    radiance, shape (height, width, n); bands, sorted; units
+
+    Raises
+    ------
+    InputError
+        If the file is missing, damaged, or not a spectral image.
+    """
+    pixels, spec = _read(path)
+    found = [(i, _SPECTRAL_CHANNEL.fullmatch(name)) for i, name in enumerate(spec.channelnames)]
+    centres = {float(match[1].replace(",", ".")): i for i, match in found if match}
+    if not centres:
+        raise InputError(
+            f"{path} has no spectral channels (S0.450,0nm), but {', '.join(spec.channelnames)}"
+        )
+    ordered = sorted(centres)
+    bands = Bands.at_wavelengths(ordered)
+    widths = spec.get_string_attribute(_WIDTHS_ATTRIBUTE)
+    if widths:
+        try:
+            bands = Bands(bands.centres, np.array(json.loads(widths), dtype=np.float64))
+        except (ValueError, TypeError) as error:
+            raise InputError(
+                f"{path}: the attribute {_WIDTHS_ATTRIBUTE} does not hold a width per band "
+                f"({error}); write the image again"
+            ) from error
+    return (
+        pixels[..., [centres[centre] for centre in ordered]],
+        bands,
+        spec.get_string_attribute("emissiveUnits"),
+    )
+
+
+@contextmanager
+def replacing(path: str | Path) -> Iterator[Path]:
+    """Give a temporary name next to a file, and put it in the file's place on success.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file to create or replace.
+
+    Yields
+    ------
+    Path
+        Name to write to, with the same suffix; removed if the body fails.
+
+    Raises
+    ------
+    InputError
+        If the folder does not exist, or the file cannot be put in place.
+    """
+    path = Path(path)
+    if not path.parent.is_dir():
+        raise InputError(f"cannot write {path}: {path.parent} is not a folder; create it first")
+    temporary = path.with_name(f".{path.stem}.{os.getpid()}.tmp{path.suffix}")
+    try:
+        yield temporary
+        temporary.replace(path)
+    except OSError as error:
+        raise InputError(
+            f"cannot write {path}: {error.strerror or error}; choose another output folder"
+        ) from error
+    finally:
+        temporary.unlink(missing_ok=True)
+
+
+def _write(
+    path: str | Path,
+    pixels: NDArray[Any],
+    channels: Sequence[str],
+    kind: str,
+    metadata: Mapping[str, Any],
+) -> None:
+    import OpenImageIO as oiio  # noqa: N813
+
+    if pixels.ndim != 3 or pixels.shape[2] != len(channels):
+        raise InputError(
+            f"cannot write {path}: pixels of shape {pixels.shape} for {len(channels)} channels"
+        )
+    height, width, count = pixels.shape
+    spec = oiio.ImageSpec(width, height, count, kind)
+    spec.channelnames = tuple(channels)
+    for name, value in metadata.items():
+        plain = isinstance(value, str | int | float) and not isinstance(value, bool)
+        spec.attribute(name, value if plain else json.dumps(value))
+    with replacing(path) as temporary:
+        output = oiio.ImageOutput.create(str(temporary))
+        if output is None:
+            raise InputError(f"cannot write {path}: {oiio.geterror()}")
+        try:
+            contiguous = np.ascontiguousarray(pixels)
+            whole = output.open(str(temporary), spec) and output.write_image(contiguous)
+        finally:
+            # The last blocks reach the disk on closing: that can fail too.
+            closed = output.close()
+        if not (whole and closed):
+            reason = (output.geterror() or "not everything was written").replace(
+                str(temporary), path.__fspath__() if isinstance(path, Path) else path
+            )
+            raise InputError(f"cannot write {path}: {reason}; choose another output folder")
+
+
+def _read(path: str | Path) -> tuple[NDArray[np.float32], Any]:
+    import OpenImageIO as oiio  # noqa: N813
+
+    if not is_file(path):
+        raise InputError(f"cannot read {path}: there is no such file; check the path")
+    source = oiio.ImageInput.open(str(path))
+    if source is None:
+        raise InputError(f"cannot read {path}: {oiio.geterror()}; it is damaged or not an image")
+    try:
+        pixels = source.read_image("float")
+        reason = source.geterror()
+        spec = source.spec()
+    finally:
+        source.close()
+    if pixels is None or reason:
+        raise InputError(f"{path} is incomplete or damaged ({reason}); render it again")
+    return pixels.reshape(spec.height, spec.width, spec.nchannels), spec

@@ -1,0 +1,237 @@
+"""A spectrum on a wavelength grid, and the CSV tables that hold spectra."""
+
+from __future__ import annotations
+
+import csv
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..errors import InputError, printable
+
+DATA_DIRECTORY = Path(__file__).resolve().parents[2] / "data"
+
+
+@dataclass(frozen=True, eq=False)
+class Spectrum:
+    """Values over wavelength, linearly interpolated, never extrapolated.
+
+    Parameters
+    ----------
+    wavelengths : array, shape (n,)
+        Wavelengths in nm, strictly increasing.
+    values : array, shape (n,) or (n, k)
+        The quantity at each wavelength.
+    name : str
+        What it is, for messages (``"absorption of Jerlov IB"``).
+    source : str
+        Where the numbers come from.
+
+    Raises
+    ------
+    InputError
+        If the grid is not increasing, or a number is not finite.
+    """
+
+    wavelengths: NDArray[np.float64]
+    values: NDArray[np.float64]
+    name: str
+    source: str = ""
+
+    def __post_init__(self) -> None:
+        wavelengths = np.atleast_1d(np.asarray(self.wavelengths, dtype=np.float64))
+        values = np.atleast_1d(np.asarray(self.values, dtype=np.float64))
+        if wavelengths.ndim != 1 or len(wavelengths) != len(values):
+            raise InputError(
+                f"{self.name}: {len(wavelengths)} wavelengths for {len(values)} values; "
+                "give one value per wavelength"
+            )
+        if not np.all(np.isfinite(wavelengths)) or np.any(np.diff(wavelengths) <= 0):
+            raise InputError(f"{self.name}: wavelengths must increase; sort the rows, no doubles")
+        bad = ~np.isfinite(values.reshape(len(values), -1)).all(axis=1)
+        if bad.any():
+            raise InputError(
+                f"{self.name}: not a finite number at {wavelengths[bad][0]:g} nm; correct that row"
+            )
+        object.__setattr__(self, "wavelengths", wavelengths)
+        object.__setattr__(self, "values", values)
+
+    @property
+    def range(self) -> tuple[float, float]:
+        """First and last wavelength, nm."""
+        return float(self.wavelengths[0]), float(self.wavelengths[-1])
+
+    def at(self, wavelengths: ArrayLike) -> NDArray[np.float64]:
+        """Interpolate linearly.
+
+        Parameters
+        ----------
+        wavelengths : array_like, shape (m,)
+            Wavelengths in nm, inside :attr:`range`.
+
+        Returns
+        -------
+        array, shape (m,) or (m, k)
+
+        Raises
+        ------
+        InputError
+            If a wavelength lies outside the table.
+
+        Examples
+        --------
+        >>> Spectrum([400, 500], [1.0, 3.0], "ramp").at([450])
+        array([2.])
+        """
+        wanted = np.atleast_1d(np.asarray(wavelengths, dtype=np.float64))
+        low, high = self.range
+        outside = wanted[~((wanted >= low - 1e-9) & (wanted <= high + 1e-9))]
+        if outside.size:
+            raise InputError(
+                f"{self.name} is known from {low:g} to {high:g} nm, but {outside[0]:g} nm was "
+                "asked for; narrow --range or the wavelength list, or give a wider table"
+            )
+        if self.values.ndim == 1:
+            return np.interp(wanted, self.wavelengths, self.values)
+        columns = [np.interp(wanted, self.wavelengths, column) for column in self.values.T]
+        return np.stack(columns, axis=-1)
+
+    def at_or_zero(self, wavelengths: ArrayLike) -> NDArray[np.float64]:
+        """Like :meth:`at`, but zero outside the table (for sensitivities that end there)."""
+        wanted = np.atleast_1d(np.asarray(wavelengths, dtype=np.float64))
+        low, high = self.range
+        inside = (wanted >= low) & (wanted <= high)
+        result = self.at(np.clip(wanted, low, high))
+        return result * inside.reshape((-1,) + (1,) * (result.ndim - 1))
+
+
+@dataclass(frozen=True, eq=False)
+class Table:
+    """A CSV table: comment header, column names, numbers.
+
+    ``header`` holds the comment lines (source, licence), ``columns`` the
+    numbers by column name; ``path`` is kept for messages.
+    """
+
+    path: Path
+    header: str
+    columns: dict[str, NDArray[np.float64]]
+
+    def spectrum(self, column: str, name: str | None = None) -> Spectrum:
+        """Return one column over ``wavelength_nm``."""
+        return Spectrum(
+            self.columns["wavelength_nm"],
+            self.columns[column],
+            name or f"{column} of {self.path.name}",
+            self.header,
+        )
+
+
+def is_file(path: str | Path) -> bool:
+    """Whether a path names a file; not if it cannot be one, say by its length."""
+    try:
+        return Path(path).is_file()
+    except OSError:
+        return False
+
+
+def read_text(path: str | Path, kind: str = "", advice: str = "save it as CSV (UTF-8)") -> str:
+    """Read a text file.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file.
+    kind : str
+        What it should hold, for messages: ``"sensor "``.
+    advice : str
+        What to do if it is no text.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read or is not UTF-8 text.
+    """
+    try:
+        text = Path(path).read_text(encoding="utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise InputError(f"{kind}{path} is not a text file; {advice}") from error
+    except (OSError, ValueError) as error:  # a path with a null character is a ValueError
+        reason = getattr(error, "strerror", None) or error
+        raise InputError(f"cannot read {kind}{path}: {reason}; check the path") from error
+    if "\0" in text:  # such as a file whose content was lost in a crash
+        raise InputError(f"{kind}{path} is not a text file; {advice}")
+    return text
+
+
+def read_table(path: str | Path, required: tuple[str, ...] = ("wavelength_nm",)) -> Table:
+    """Read a numeric CSV file whose comment lines start with ``#``.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file.
+    required : tuple of str
+        Columns that must be there.
+
+    Returns
+    -------
+    Table
+
+    Raises
+    ------
+    InputError
+        Missing file, missing or doubled column, or a cell that is not a finite number;
+        the message names file, line and column.
+    """
+    path = Path(path)
+    lines = read_text(path).splitlines()
+    header = "\n".join(line.lstrip("# ") for line in lines if line.startswith("#"))
+    numbered = [
+        (number, line)
+        for number, line in enumerate(lines, start=1)
+        if line.strip() and not line.startswith("#")
+    ]
+    if not numbered:
+        raise InputError(f"{path} holds no table; expected the columns {', '.join(required)}")
+    try:
+        rows = list(csv.reader(line for _, line in numbered))
+    except csv.Error as error:
+        raise InputError(f"{path} is not a table of numbers: {error}; save it as CSV") from error
+    names = [name.strip() for name in rows[0]]
+    missing = [name for name in required if name not in names]
+    if missing:
+        advice = "add or rename it" if len(names) > 1 else "separate the columns by commas"
+        raise InputError(
+            f"{path}, line {numbered[0][0]}: column {', '.join(missing)} is missing; "
+            f"found {printable(', '.join(names))}; {advice}"
+        )
+    doubled = [name for name in names if names.count(name) > 1]
+    if doubled:
+        raise InputError(
+            f"{path}, line {numbered[0][0]}: column {doubled[0]} is there twice; keep one of them"
+        )
+    if len(rows) == 1:
+        raise InputError(f"{path} has column names but no rows; add the numbers below them")
+    values = np.empty((len(rows) - 1, len(names)))
+    for index, row in enumerate(rows[1:]):
+        line = numbered[index + 1][0]
+        if len(row) != len(names):
+            raise InputError(
+                f"{path}, line {line}: {len(row)} cells where the header has {len(names)}; "
+                "complete that row"
+            )
+        for column, cell in enumerate(row):
+            try:
+                value = float(cell)
+            except ValueError:
+                value = np.nan
+            if not np.isfinite(value):
+                raise InputError(
+                    f"{path}, line {line}, column {names[column]}: {cell.strip()!r} is not a "
+                    "finite number; correct that cell"
+                )
+            values[index, column] = value
+    return Table(path, header, dict(zip(names, values.T, strict=True)))

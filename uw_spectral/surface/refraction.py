@@ -1,0 +1,147 @@
+"""The sun through a flat water surface: Snell's law and Fresnel reflectance."""
+
+from __future__ import annotations
+
+import functools
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..errors import InputError
+from ..mathematics import NUMPY, Mathematics, Operand
+
+REFRACTIVE_INDEX = 1.34
+"""Of seawater against air in the visible."""
+
+
+def in_water_cosine(zenith: ArrayLike, refractive_index: float = REFRACTIVE_INDEX) -> NDArray:
+    """Cosine of the in-water sun zenith angle, μs.
+
+    Parameters
+    ----------
+    zenith : array_like
+        Zenith angle in air, degrees, 0 to 90.
+    refractive_index : float
+        Of the water against air, at least 1.
+
+    Returns
+    -------
+    array
+
+    Raises
+    ------
+    InputError
+        If the sun is below the horizon or the index below 1.
+
+    Examples
+    --------
+    >>> round(float(in_water_cosine(90)), 3)
+    0.666
+    """
+    zenith = np.asarray(zenith, dtype=np.float64)
+    if not (np.all(zenith >= 0) and np.all(zenith <= 90)):
+        raise InputError(f"sun zenith must be 0 to 90 degrees, got {np.ravel(zenith).tolist()}")
+    if not (np.isfinite(refractive_index) and refractive_index >= 1):
+        raise InputError(f"refractive index must be at least 1, got {refractive_index:g}")
+    cosine = np.cos(np.radians(zenith))
+    # n² - sin² as a sum of positive terms: exact at grazing incidence and for n = 1.
+    return np.sqrt(cosine**2 + (refractive_index**2 - 1)) / refractive_index
+
+
+def sun_travel_direction(
+    zenith: float, azimuth: float, refractive_index: float = REFRACTIVE_INDEX
+) -> NDArray[np.float64]:
+    """Direction that sunlight travels to in the water.
+
+    Parameters
+    ----------
+    zenith : float
+        Zenith angle in air, degrees.
+    azimuth : float
+        Of the direction the light travels to, degrees from +x towards +y.
+    refractive_index : float
+        Of the water against air; 1 gives the direction in air.
+
+    Returns
+    -------
+    array, shape (3,)
+        Unit vector; x, y horizontal, z up (Blender's axes).
+
+    Examples
+    --------
+    >>> sun_travel_direction(0, 0).tolist()
+    [0.0, 0.0, -1.0]
+    """
+    cosine = float(in_water_cosine(zenith, refractive_index))
+    sine = np.sin(np.radians(zenith)) / refractive_index
+    turn = np.radians(azimuth)
+    return np.array([sine * np.cos(turn), sine * np.sin(turn), -cosine])
+
+
+def fresnel_reflectance(
+    cosine: Operand,
+    relative_index: float = REFRACTIVE_INDEX,
+    m: Mathematics = NUMPY,
+) -> Operand:
+    """Fresnel reflectance of unpolarised light at a flat interface.
+
+    Parameters
+    ----------
+    cosine : float or array
+        Cosine of the angle of incidence, 0 to 1.
+    relative_index : float
+        Index beyond the interface over the index before it: n from air into
+        water, 1/n from water into air (1 where the reflection is total).
+    m : Mathematics
+        Elementary functions.
+
+    Returns
+    -------
+    array
+
+    Examples
+    --------
+    >>> round(float(fresnel_reflectance(1.0)), 4)
+    0.0211
+    """
+    n2 = relative_index * relative_index
+    incident = m.clamp(cosine, 1e-7, 1.0)  # not 0, which is 0/0 between equal indices
+    # n cos(refracted) = sqrt(n² - sin²); below zero the reflection is total.
+    refracted = m.sqrt(m.maximum(incident * incident + (n2 - 1.0), 0.0))
+    perpendicular = (incident - refracted) / (incident + refracted)
+    parallel = (n2 * incident - refracted) / (n2 * incident + refracted)
+    return 0.5 * (perpendicular * perpendicular + parallel * parallel)
+
+
+@functools.lru_cache(maxsize=64)
+def diffuse_internal_reflectance(refractive_index: float = REFRACTIVE_INDEX) -> float:
+    """Share R of uniform upward radiance that a flat surface reflects back down.
+
+    ``R = 2 ∫ R_F(μ) μ dμ`` from water into air; 0 for an index-matched surface.
+
+    Examples
+    --------
+    >>> round(diffuse_internal_reflectance(1.34), 3)
+    0.481
+    """
+    critical = np.sqrt(max(1 - refractive_index**-2, 0.0))
+    nodes, weights = np.polynomial.legendre.leggauss(64)
+    # μ = critical + (1 - critical) t² softens the square-root rise at the critical angle.
+    t = (nodes + 1) / 2
+    cosine = critical + (1 - critical) * t**2
+    step = (1 - critical) * t * weights
+    cone = np.sum(2 * cosine * fresnel_reflectance(cosine, 1 / refractive_index) * step)
+    return float(critical**2 + cone)
+
+
+def diffuse_transmittance(refractive_index: float = REFRACTIVE_INDEX) -> float:
+    """Share of uniform sky irradiance that enters the water, n²(1 - R).
+
+    By reciprocity; times the sky irradiance in air it is E_sky.
+
+    Examples
+    --------
+    >>> round(diffuse_transmittance(1.34), 3)
+    0.932
+    """
+    return refractive_index**2 * (1 - diffuse_internal_reflectance(refractive_index))

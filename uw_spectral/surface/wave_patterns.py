@@ -1,0 +1,258 @@
+"""What a renderer needs of the moving surface at one moment: caustic layers and slopes.
+
+Four caustic patterns fit the four channels of one image. The formulas that read
+it run on numpy arrays and build shader nodes, as everything per pixel does.
+"""
+
+from __future__ import annotations
+
+import functools
+import itertools
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..mathematics import NUMPY, Mathematics, Operand
+from ..transfer.sunlit_water import SunlitWater
+from .caustics import SUN_RADIUS, CausticLayers, bake_layers
+from .waves import LONGEST_FETCH, WaveComponents, WaveSpectrum
+
+LAYERS = 4
+"""Patterns of a frame, one per channel of an image."""
+KNOTS = 2 * LAYERS - 1
+"""Depths with a contrast per band: the layers and the middles between them."""
+
+_FINEST = 0.016  # cell of an image over the depth that it still resolves
+_DEEPEST = 32.0  # m; beyond, the tile limits the pattern
+_LEAST_SPAN = 4.0  # of the depths of the layers
+_FADES = 0.1  # m; ripples focus from about there on
+
+
+@dataclass(frozen=True)
+class Sea:
+    """Waves on a tile, by their causes.
+
+    Parameters
+    ----------
+    wind_speed : float
+        m/s, 0 to 40.
+    wind_direction : float
+        The wind blows *to* it, degrees from +x towards +y.
+    fetch : float
+        m.
+    depth : float
+        Of the water, m.
+    seed : int
+        Of the phases.
+    tile : float
+        Side of the square after which the waves repeat, m.
+    resolution : int
+        Samples along it.
+    loop_seconds : float, optional
+        Time after which the motion repeats.
+    """
+
+    wind_speed: float
+    wind_direction: float = 0.0
+    fetch: float = LONGEST_FETCH
+    depth: float = math.inf
+    seed: int = 0
+    tile: float = 10.0
+    resolution: int = 512
+    loop_seconds: float | None = None
+
+    def components(self) -> WaveComponents:
+        """Return the realised waves.
+
+        Raises
+        ------
+        InputError
+            If a value is out of its range.
+        """
+        return _components(self)
+
+    def layer_depths(self, floor_depth: float = math.inf) -> NDArray[np.float64]:
+        """Depths of the layers, m: from what the images resolve to the floor, or to 32 m.
+
+        Examples
+        --------
+        >>> Sea(5.0).layer_depths(8.0).round(1).tolist()
+        [1.2, 2.3, 4.3, 8.0]
+        """
+        first = self.tile / self.resolution / _FINEST
+        last = max(min(floor_depth, _DEEPEST), _LEAST_SPAN * first)
+        return np.geomspace(first, last, LAYERS)
+
+    def at(
+        self,
+        t: float,
+        sun_direction: ArrayLike,
+        refractive_index: float,
+        floor_depth: float = math.inf,
+        *,
+        sun_radius: float = SUN_RADIUS,
+    ) -> WavePatterns:
+        """Compute one moment; it depends on the time only, never on other moments.
+
+        Parameters
+        ----------
+        t : float
+            Time, s.
+        sun_direction : array_like, shape (3,)
+            Travel direction of the sunlight in the water.
+        refractive_index : float
+            Of the water against air.
+        floor_depth : float
+            m.
+        sun_radius : float
+            Angular radius of the sun in air, rad; 0 where the renderer's own sun has a disc.
+        """
+        waves, depths = self.components(), self.layer_depths(floor_depth)
+        layers = bake_layers(
+            waves,
+            sun_direction,
+            depths,
+            t,
+            self.resolution,
+            refractive_index=refractive_index,
+            sun_radius=sun_radius,
+        )
+        return WavePatterns(
+            layers, *waves.on_grid(self.resolution, t)[1:], float(waves.shorter.sum())
+        )
+
+
+@functools.lru_cache(maxsize=4)
+def _components(sea: Sea) -> WaveComponents:
+    spectrum = WaveSpectrum(sea.wind_speed, sea.wind_direction, sea.fetch, sea.depth)
+    return spectrum.realise(sea.tile, sea.resolution, sea.seed, loop_seconds=sea.loop_seconds)
+
+
+@dataclass(frozen=True, eq=False)
+class WavePatterns:
+    """Waves at one moment.
+
+    Attributes
+    ----------
+    layers : CausticLayers
+        Relative sunlight at the four depths.
+    slope_x, slope_y : array, shape (N, N)
+        Slopes of the surface; row i, column j is y = i tile/N, x = j tile/N.
+    finer : float
+        Slope variance of the waves too short for them.
+    """
+
+    layers: CausticLayers
+    slope_x: NDArray[np.float64]
+    slope_y: NDArray[np.float64]
+    finer: float
+
+    def glitter_width(self, refractive_index: float) -> float:
+        """Mean squared angle over which the finer waves and its disc spread the sun, rad².
+
+        A facet turned by a small angle turns the ray in air by n - 1 of it.
+        """
+        return SUN_RADIUS**2 + (refractive_index - 1) ** 2 * self.finer
+
+    def contrast(self, water: SunlitWater) -> NDArray[np.float64]:
+        """Factor per band on the pattern at the knots, shape (KNOTS, n)."""
+        return np.stack([self.layers.contrast(water, depth) for depth in self.knot_depths()])
+
+    def knot_depths(self) -> list[float]:
+        """Depths of the knots, m."""
+        first, last = self.layers.depths[[0, -1]]
+        return np.geomspace(first, last, KNOTS).tolist()
+
+    def caustics_image(self) -> NDArray[np.float32]:
+        """One layer per channel, shape (N, N, 4); the first row is y = 0."""
+        return np.ascontiguousarray(np.moveaxis(self.layers.images, 0, -1), dtype=np.float32)
+
+    def slopes_image(self) -> NDArray[np.float32]:
+        """Slopes along x and y in the first two channels, shape (N, N, 4)."""
+        image = np.zeros((*self.slope_x.shape, 4), np.float32)
+        image[..., 0], image[..., 1], image[..., 3] = self.slope_x, self.slope_y, 1.0
+        return image
+
+
+def under_waves(
+    x: Operand,
+    y: Operand,
+    depth: Operand,
+    sun: Sequence[Operand],
+) -> tuple[Operand, Operand]:
+    """Where the sunlight of a point would meet the flat surface, x and y.
+
+    Parameters
+    ----------
+    x, y, depth : float or array
+        The point; depth is positive down, m.
+    sun : sequence of 3
+        Travel direction of the sunlight in the water.
+    """
+    back = depth / sun[2]
+    return x + back * sun[0], y + back * sun[1]
+
+
+def layer_position(
+    depth: Operand,
+    log_first: Operand,
+    per_log: Operand,
+    m: Mathematics = NUMPY,
+) -> Operand:
+    """Position among the layers, 0 at the first, ``LAYERS - 1`` at the last.
+
+    Parameters
+    ----------
+    depth : float or array
+        m.
+    log_first : float
+        Natural logarithm of the first layer's depth.
+    per_log : float
+        Layers per unit of the logarithm.
+    m : Mathematics
+        Elementary functions.
+    """
+    return (m.log(m.maximum(depth, 1e-6)) - log_first) * per_log
+
+
+def interp(position: Operand, values: Sequence[Operand], m: Mathematics = NUMPY) -> Operand:
+    """Interpolate values at the positions 0, 1, 2 …, constant beyond the ends.
+
+    Examples
+    --------
+    >>> interp(1.5, [10.0, 20.0, 40.0])
+    np.float64(30.0)
+    """
+    total = values[0]
+    for index, (low, high) in enumerate(itertools.pairwise(values)):
+        total = total + (high - low) * m.clamp(position - float(index), 0.0, 1.0)
+    return total
+
+
+def pattern_at(
+    depth: Operand,
+    position: Operand,
+    layers: Sequence[Operand],
+    m: Mathematics = NUMPY,
+) -> Operand:
+    """Relative sunlight at a depth, blended from the layers; it fades to 1 at the surface.
+
+    Parameters
+    ----------
+    depth, position : float or array
+        As for, and from, :func:`layer_position`.
+    layers : sequence of LAYERS
+        The patterns where the sunlight of the point meets the surface.
+    m : Mathematics
+        Elementary functions.
+    """
+    fade = m.minimum(depth * (1.0 / _FADES), 1.0)
+    return 1.0 + fade * (interp(position, layers, m) - 1.0)
+
+
+def sunlight_factor(pattern: Operand, contrast: Operand, m: Mathematics = NUMPY) -> Operand:
+    """Factor on the sunlight of a band: its contrast times the pattern, not below 0."""
+    return m.maximum(1.0 + contrast * (pattern - 1.0), 0.0)

@@ -1,0 +1,19 @@
+"""What is in the water and what it does to light: absorption, scattering, wavelength changes."""
+
+from .bio_optics import Constituents
+from .named import list_waters, parse_water
+from .optical_properties import JERLOV_TYPES, Water, molecular_scattering
+from .phase import BandPhase, FournierForand, HenyeyGreenstein, parse_phase
+
+__all__ = [
+    "JERLOV_TYPES",
+    "BandPhase",
+    "Constituents",
+    "FournierForand",
+    "HenyeyGreenstein",
+    "Water",
+    "list_waters",
+    "molecular_scattering",
+    "parse_phase",
+    "parse_water",
+]

@@ -1,0 +1,322 @@
+"""Processes that change the wavelength of light in water: Raman scattering and fluorescence.
+
+A process is a coefficient per excitation band and a redistribution matrix in photons;
+:mod:`..transfer.inelastic_light` drives it with the light in the water.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..errors import InputError, unknown_name
+from ..spectra.bands import Bands
+from ..spectra.spectrum import DATA_DIRECTORY, Table, read_table
+from .bio_optics import Constituents, pure_water_absorption
+from .phase import EinsteinSmoluchowski, Isotropic, PhaseFunction
+
+PROCESSES = ("raman", "chlorophyll", "cdom")
+RAMAN_PHASE = EinsteinSmoluchowski(0.53)
+"""(1 + 0.53 cos²)/(4π 1.177), as the Ocean Optics Web Book has it."""
+
+# HydroLight, energy units, 1/m at 488 nm; exponent of J. S. Bartlett et al., Appl. Opt. 37, 3324
+# (1998), in energy units too.
+_RAMAN_488, _RAMAN_EXPONENT = 2.6e-4, 5.5
+# G. E. Walrafen, J. Chem. Phys. 47, 114 (1967): amplitude, shift and full width in 1/cm.
+_WALRAFEN = np.array(
+    [(0.41, 3250.0, 210.0), (0.39, 3425.0, 175.0), (0.10, 3530.0, 140.0), (0.10, 3625.0, 140.0)]
+)
+# C. D. Mobley, Light and Water (1994), §5.15.
+_CHLOROPHYLL_LINE, _CHLOROPHYLL_SIGMA = 685.0, 10.6
+_CHLOROPHYLL_EXCITATION = (370.0, 690.0)
+EXCITATION = Bands.uniform(20, 300.0, 700.0)
+"""Bands of the light that excites: no process of ours starts elsewhere."""
+QUANTUM_YIELD = 0.02
+"""Of chlorophyll fluorescence; 0.01 to 0.1 in nature."""
+# S. K. Hawes (1992), fulvic acid FA7; B1, B2 in 1/nm.
+_A1, _A2, _B1, _B2 = 0.470, 0.407, 8.077e-4, -4.57e-4
+_FULL_WIDTH = 2 * math.sqrt(2 * math.log(2))
+_NODES, _NODE_WEIGHTS = np.polynomial.legendre.leggauss(8)
+_error_function = np.vectorize(math.erf, otypes=[float])
+
+
+@dataclass(frozen=True, eq=False)
+class InelasticProcess:
+    """One way in which photons change wavelength, on bands.
+
+    Parameters
+    ----------
+    name : str
+        ``"raman"``, ``"chlorophyll"`` or ``"cdom"``.
+    coefficient : array, shape (n,)
+        b_I: events per metre of a photon in each excitation band, 1/m. Those
+        of fluorescence are part of the absorption of the water; those of
+        Raman scattering, 3e-4 1/m, come on top of it.
+    photons : array, shape (n, k)
+        f: photons that come out in each emission band per event. A row adds up
+        to the quantum yield, 1 for Raman, as far as the bands reach.
+    phase : PhaseFunction
+        Where they go.
+    """
+
+    name: str
+    coefficient: NDArray[np.float64]
+    photons: NDArray[np.float64]
+    phase: PhaseFunction
+
+    def energy_matrix(self, excitation: Bands, emission: Bands) -> NDArray[np.float64]:
+        """Emitted power per spectral scalar irradiance, 1/m, shape (n, k).
+
+        The power that leaves a cubic metre in emission band j, per nm, is
+        ``Σ_i E0_i matrix_ij``, E0 per nm: photons times energy per photon,
+        λ_i/λ_j, times the widths Δλ_i/Δλ_j.
+        """
+        ratio = excitation.centres[:, None] / emission.centres
+        widths = excitation.widths[:, None] / emission.widths
+        return self.coefficient[:, None] * self.photons * ratio * widths
+
+
+def raman_coefficient(wavelengths: ArrayLike) -> NDArray[np.float64]:
+    """Raman scattering coefficient of water in energy units, 1/m, by excitation wavelength.
+
+    ``2.6e-4 (488/λ')^5.5``: the power that comes out per metre and scalar irradiance.
+
+    Examples
+    --------
+    >>> raman_coefficient([400, 488]).round(5)
+    array([0.00078, 0.00026])
+    """
+    nm = _checked(wavelengths)
+    return _RAMAN_488 * (488.0 / nm) ** _RAMAN_EXPONENT
+
+
+def raman_coefficient_Gutierrez2008(wavelengths: ArrayLike) -> NDArray[np.float64]:
+    """Raman coefficient as the paper has it, the absorption of water: far too strong.
+
+    For comparison only; 300 to 800 nm.
+    """
+    return pure_water_absorption(wavelengths)
+
+
+def raman_emission(excitation: float, wavelengths: ArrayLike) -> NDArray[np.float64]:
+    """Spectrum of Raman scattered photons, 1/nm; integrates to 1.
+
+    Walrafen's four Gaussians of the wavenumber shift 1e7/λ' - 1e7/λ, times the
+    Jacobian 1e7/λ² of the emission wavelength.
+
+    Examples
+    --------
+    >>> grid = np.arange(500.0, 700.0)
+    >>> float(grid[raman_emission(488.0, grid).argmax()])
+    586.0
+    """
+    nm = _checked(wavelengths)
+    shift = 1e7 / excitation - 1e7 / nm
+    amplitude, centre, width = _WALRAFEN.T
+    sigma = width / _FULL_WIDTH
+    peaks = np.exp(-0.5 * ((shift[:, None] - centre) / sigma) ** 2) / (
+        sigma * math.sqrt(2 * math.pi)
+    )
+    return 1e7 / nm**2 * (peaks @ amplitude) / amplitude.sum()
+
+
+def chlorophyll_emission(wavelengths: ArrayLike) -> NDArray[np.float64]:
+    """Spectrum of the photons that chlorophyll emits, 1/nm; a Gaussian at 685 nm, σ 10.6 nm."""
+    x = (_checked(wavelengths) - _CHLOROPHYLL_LINE) / _CHLOROPHYLL_SIGMA
+    return np.exp(-0.5 * x**2) / (_CHLOROPHYLL_SIGMA * math.sqrt(2 * math.pi))
+
+
+def cdom_emission(excitation: float, wavelengths: ArrayLike) -> NDArray[np.float64]:
+    """Spectral quantum efficiency η(λ', λ) of CDOM, 1/nm (Hawes 1992, sample FA7).
+
+    Zero for excitation outside 310 to 550 nm, and at wavelengths shorter than it.
+
+    Examples
+    --------
+    >>> round(float(cdom_emission(450.0, [540.0])[0]), 6)
+    0.000135
+    """
+    nm = _checked(wavelengths)
+    table = _fulvic_acid()
+    efficiency = table.spectrum("A0", "fluorescence of CDOM").at_or_zero([excitation])[0]
+    width = 0.6 * (_A2 / excitation + _B2)
+    x = (1 / nm - _A1 / excitation - _B1) / width
+    return np.where(nm > excitation, efficiency * np.exp(-(x**2)), 0.0)
+
+
+@functools.cache
+def _fulvic_acid() -> Table:
+    return read_table(DATA_DIRECTORY / "cdom_fluorescence_hawes_fa7.csv")
+
+
+def raman_process(excitation: Bands, emission: Bands) -> InelasticProcess:
+    """Raman scattering by water between two sets of bands; one photon out per event.
+
+    The coefficient of events is that in energy units times the mean λ/λ',
+    so that both photons and :func:`raman_coefficient` are kept.
+    """
+    edges = _edges(emission)
+    amplitude, centre, width = _WALRAFEN.T
+    scale = width / _FULL_WIDTH * math.sqrt(2)
+
+    def below(nm: NDArray[np.float64], from_nm: NDArray[np.float64]) -> NDArray[np.float64]:
+        shift = 1e7 / from_nm[:, None, None] - 1e7 / nm
+        parts = 0.5 * (1 + _error_function((shift[..., None] - centre) / scale))
+        return parts @ amplitude / amplitude.sum()
+
+    photons = np.zeros((len(excitation), len(emission)))
+    for node, weight in zip(_NODES, _NODE_WEIGHTS / 2, strict=True):
+        shares = below(edges, excitation.centres + node * excitation.widths / 2)
+        photons += weight * (shares[..., 1] - shares[..., 0])
+    # λ/λ' of the mean shift: 1/(1 - λ' shift).
+    mean_shift = float(amplitude @ centre / amplitude.sum())
+    stretch = 1 / (1 - excitation.centres * mean_shift * 1e-7)
+    return InelasticProcess(
+        "raman", raman_coefficient(excitation.centres) * stretch, photons, RAMAN_PHASE
+    )
+
+
+def chlorophyll_process(
+    absorption: ArrayLike, excitation: Bands, emission: Bands, quantum_yield: float = QUANTUM_YIELD
+) -> InelasticProcess:
+    """Fluorescence of chlorophyll between two sets of bands.
+
+    Parameters
+    ----------
+    absorption : array_like, shape (n,)
+        Of the phytoplankton in the excitation bands, 1/m.
+    excitation, emission : Bands
+    quantum_yield : float
+        Photons out per photon absorbed between 370 and 690 nm, 0 to 1.
+    """
+    if not 0 <= quantum_yield <= 1:
+        raise InputError(f"quantum yield must be 0 to 1, got {quantum_yield:g}")
+    low, high = _CHLOROPHYLL_EXCITATION
+    excites = (excitation.centres >= low) & (excitation.centres <= high)
+    scale = _CHLOROPHYLL_SIGMA * math.sqrt(2)
+    line = np.diff(_error_function((_edges(emission) - _CHLOROPHYLL_LINE) / scale))[..., 0] / 2
+    return InelasticProcess(
+        "chlorophyll",
+        _coefficient(absorption, excitation, "phytoplankton") * excites,
+        np.tile(quantum_yield * line, (len(excitation), 1)),
+        Isotropic(),
+    )
+
+
+def cdom_process(absorption: ArrayLike, excitation: Bands, emission: Bands) -> InelasticProcess:
+    """Fluorescence of CDOM between two sets of bands.
+
+    Parameters
+    ----------
+    absorption : array_like, shape (n,)
+        Of the CDOM in the excitation bands, 1/m.
+    excitation, emission : Bands
+    """
+    half = emission.widths[:, None] / 2
+    grid = emission.centres[:, None] + half * _NODES
+    photons = np.stack(
+        [
+            (cdom_emission(nm, grid.ravel()).reshape(grid.shape) * half) @ _NODE_WEIGHTS
+            for nm in excitation.centres
+        ]
+    )
+    return InelasticProcess(
+        "cdom", _coefficient(absorption, excitation, "CDOM"), photons, Isotropic()
+    )
+
+
+def parse_processes(text: str) -> tuple[str, ...]:
+    """Read which processes an option switches on.
+
+    Parameters
+    ----------
+    text : str
+        Names of :data:`PROCESSES`, comma separated; ``"all"``; empty for none.
+
+    Raises
+    ------
+    InputError
+        If a name is unknown.
+
+    Examples
+    --------
+    >>> parse_processes("cdom, raman")
+    ('raman', 'cdom')
+    """
+    names = [part.strip().lower() for part in text.split(",") if part.strip()]
+    if names == ["all"]:
+        return PROCESSES
+    for name in names:
+        if name not in PROCESSES:
+            raise unknown_name("inelastic process", name, (*PROCESSES, "all"))
+    return tuple(name for name in PROCESSES if name in names)
+
+
+def inelastic_processes(
+    constituents: Constituents,
+    excitation: Bands,
+    emission: Bands,
+    switched_on: Sequence[str] = PROCESSES,
+    quantum_yield: float = QUANTUM_YIELD,
+) -> tuple[InelasticProcess, ...]:
+    """Return the processes of a bio-optical water.
+
+    Parameters
+    ----------
+    constituents : Constituents
+    excitation, emission : Bands
+        The excitation should reach down to 300 nm, and be at most 20 nm wide.
+    switched_on : sequence of str
+        Operand of :data:`PROCESSES`.
+    quantum_yield : float
+        Of chlorophyll.
+
+    Raises
+    ------
+    InputError
+        If a process is unknown or a band lies outside the tables.
+
+    Examples
+    --------
+    >>> bands = Bands.uniform(50, 300, 800)
+    >>> raman, *_ = inelastic_processes(Constituents(chlorophyll=1), bands, bands)
+    >>> raman.photons[20].sum().round(6)
+    np.float64(1.0)
+    """
+    for name in switched_on:
+        if name not in PROCESSES:
+            raise unknown_name("inelastic process", name, PROCESSES)
+    parts = constituents.absorptions(excitation.centres)
+    makers = {
+        "raman": lambda: raman_process(excitation, emission),
+        "chlorophyll": lambda: chlorophyll_process(
+            parts["phytoplankton"], excitation, emission, quantum_yield
+        ),
+        "cdom": lambda: cdom_process(parts["cdom"], excitation, emission),
+    }
+    return tuple(makers[name]() for name in PROCESSES if name in switched_on)
+
+
+def _checked(wavelengths: ArrayLike) -> NDArray[np.float64]:
+    nm = np.atleast_1d(np.asarray(wavelengths, dtype=np.float64))
+    if not np.all(np.isfinite(nm) & (nm > 0)):
+        raise InputError("inelastic scattering: wavelengths must be finite and positive, in nm")
+    return nm
+
+
+def _edges(bands: Bands) -> NDArray[np.float64]:
+    """Lower and upper edge of each band, shape (k, 2)."""
+    half = bands.widths / 2
+    return np.stack([bands.centres - half, bands.centres + half], axis=-1)
+
+
+def _coefficient(values: ArrayLike, bands: Bands, name: str) -> NDArray[np.float64]:
+    a = np.broadcast_to(np.asarray(values, dtype=np.float64), (len(bands),))
+    if not np.all(np.isfinite(a) & (a >= 0)):
+        raise InputError(f"absorption of {name} must be finite and not negative")
+    return a

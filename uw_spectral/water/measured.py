@@ -1,0 +1,34 @@
+"""Waters from files: a and b, Kd alone, or a SeaBASS file."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from ..spectra.spectrum import read_table
+from .kd_inversion import water_from_Kd_csv
+from .optical_properties import Water
+from .seabass import water_from_seabass
+
+
+def read_water(path: str | Path) -> Water:
+    """Return the water of a file.
+
+    Parameters
+    ----------
+    path : str or Path
+        ``.sb``: SeaBASS, see :func:`.water_from_seabass`. Else a CSV table:
+        ``wavelength_nm,a,b[,Kd]``, or ``wavelength_nm,Kd``, which is inverted
+        (:func:`.invert_Kd`).
+
+    Raises
+    ------
+    InputError
+        If the file cannot be used.
+    """
+    path = Path(path)
+    if path.suffix.lower() == ".sb":
+        return water_from_seabass(path)
+    columns = read_table(path).columns
+    if "Kd" in columns and not {"a", "b"} & set(columns):
+        return water_from_Kd_csv(path)
+    return Water.from_csv(path)

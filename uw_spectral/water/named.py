@@ -1,0 +1,59 @@
+"""Waters by the names that options and settings use."""
+
+from __future__ import annotations
+
+import functools
+
+from ..errors import InputError
+from .bio_optics import named_water, named_waters, parse_constituents
+from .measured import read_water
+from .optical_properties import DEFAULT_SOURCE, JERLOV_SOURCES, Water
+
+
+def list_waters() -> dict[str, tuple[str, ...]]:
+    """Return the waters that :func:`parse_water` knows, by source."""
+    import jerlov
+
+    published = {
+        source: tuple(f"jerlov:{name}" for name in jerlov.get_source(source).water_types)
+        for source in JERLOV_SOURCES
+    }
+    return {**published, "constituents": tuple(f"case:{name}" for name in named_waters())}
+
+
+def parse_water(text: str, source: str = DEFAULT_SOURCE) -> Water:
+    """Return the water that an option names.
+
+    Parameters
+    ----------
+    text : str
+        ``"jerlov:IB"``; ``"bio:chl=1,cdom=0.1"``, constituents as
+        :func:`.parse_constituents` reads them; ``"case:baltic"``, one of
+        :func:`.named_waters`; or a file, as :func:`.read_water` reads it:
+        ``"file:water.csv"``, ``"file:station.sb"``.
+    source : str
+        Source of a Jerlov type, see :meth:`Water.jerlov`.
+
+    Raises
+    ------
+    InputError
+        If the text has another form, or its water cannot be had.
+    """
+    scheme, _, rest = text.partition(":")
+    if scheme == "jerlov" and rest:
+        return _jerlov(rest, source)
+    if scheme == "bio":
+        return parse_constituents(rest).water()
+    if scheme == "case" and rest:
+        return named_water(rest)
+    if scheme == "file" and rest:
+        return read_water(rest)
+    raise InputError(
+        f"water {text!r} is not understood; write jerlov:IB, bio:chl=1,cdom=0.1, case:baltic or "
+        "file:water.csv"
+    )
+
+
+@functools.lru_cache(maxsize=32)
+def _jerlov(water_type: str, source: str) -> Water:
+    return Water.jerlov(water_type, source)

@@ -1,0 +1,443 @@
+"""Absorption and scattering of a body of water: Jerlov types, files, uniform water."""
+
+from __future__ import annotations
+
+import functools
+import re
+import warnings
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..errors import DataWarning, InputError, unknown_name
+from ..spectra.spectral_table import read_spectral_table
+from ..spectra.spectrum import DATA_DIRECTORY, Spectrum, Table, read_table
+
+if TYPE_CHECKING:
+    import jerlov
+
+JERLOV_TYPES = ("I", "IA", "IB", "II", "III", "1C", "3C", "5C", "7C", "9C")
+JERLOV_SOURCES = ("solonenko2015", "williamson2022")
+DEFAULT_SOURCE = "solonenko2015"
+
+# Rows of Solonenko & Mobley 2015, Table 7, that repeat another block.
+_REPAIRED_TYPES = ("3C", "5C")
+
+_STATUS_TEXTS = {
+    "suspect": "does not agree with the scattering model of the same paper",
+    "reconstructed": "was recomputed from the paper's Eq. 8, its table being misprinted there",
+    "model_extrapolation": "is modelled, not measured (measured from 412 to 715 nm)",
+    "repaired": "was filled in, the table being misprinted there (data/SOURCES.md)",
+}
+
+
+@dataclass(frozen=True)
+class Doubt:
+    """A caveat that concerns part of a table.
+
+    ``text`` names quantity and wavelengths; an interpolated value rests on
+    the doubtful rows if its wavelength lies strictly between ``above`` and
+    ``below`` (nm).
+    """
+
+    text: str
+    above: float
+    below: float
+
+    def concerns(self, wavelengths: ArrayLike) -> bool:
+        """Return whether a value at any of these wavelengths rests on doubtful rows."""
+        wanted = np.asarray(wavelengths, dtype=np.float64)
+        return bool(np.any((wanted > self.above) & (wanted < self.below)))
+
+
+@dataclass(frozen=True, eq=False)
+class Water:
+    """Inherent optical properties of a homogeneous body of water.
+
+    Parameters
+    ----------
+    absorption, scattering : Spectrum
+        a and b in 1/m.
+    diffuse_attenuation : Spectrum or None
+        Kd in 1/m where the source has one; only comparisons and plots use it.
+    name, source : str
+        What it is and where the numbers come from.
+    caveats : tuple of str
+        What a user of the data should know, at all wavelengths.
+    doubts : tuple of Doubt
+        What they should know at some wavelengths.
+
+    Raises
+    ------
+    InputError
+        If a coefficient is negative or not finite; the message names the row.
+    """
+
+    absorption: Spectrum
+    scattering: Spectrum
+    diffuse_attenuation: Spectrum | None
+    name: str
+    source: str
+    caveats: tuple[str, ...] = ()
+    doubts: tuple[Doubt, ...] = ()
+
+    def __post_init__(self) -> None:
+        for spectrum in (self.absorption, self.scattering, self.diffuse_attenuation):
+            if spectrum is not None and np.any(spectrum.values < 0):
+                row = int(np.argmax(spectrum.values < 0))
+                raise InputError(
+                    f"{spectrum.name}: {spectrum.values[row]:g} 1/m at "
+                    f"{spectrum.wavelengths[row]:g} nm is negative; coefficients are 0 or more"
+                )
+
+    @classmethod
+    def uniform(cls, a: float, b: float, name: str = "uniform water") -> Water:
+        """Water with the same coefficients at every wavelength.
+
+        Parameters
+        ----------
+        a, b : float
+            Absorption and scattering in 1/m.
+
+        Examples
+        --------
+        >>> Water.uniform(0.05, 0.1).c([400, 700]).round(3)
+        array([0.15, 0.15])
+        """
+        everywhere = np.array([1.0, 1e6])
+        absorption = Spectrum(everywhere, np.full(2, a), f"absorption of {name}")
+        scattering = Spectrum(everywhere, np.full(2, b), f"scattering of {name}")
+        return cls(absorption, scattering, None, name, "given by the user")
+
+    @classmethod
+    def jerlov(cls, water_type: str, source: str = DEFAULT_SOURCE) -> Water:
+        """One of the ten Jerlov types, from the ``jerlov`` package.
+
+        Parameters
+        ----------
+        water_type : str
+            I, IA, IB, II, III, 1C, 3C, 5C, 7C or 9C, in any case.
+        source : str
+            ``"solonenko2015"``: inverted from Kd, 300-700 nm, all types, with
+            HydroLight's Kd; misprinted rows of 3C and 5C are repaired from
+            ``data/``. ``"williamson2022"``: measured, 300-800 nm, IB to 5C,
+            no Kd.
+
+        Raises
+        ------
+        InputError
+            If the type or the source is unknown, or the source has no such type.
+
+        References
+        ----------
+        Solonenko & Mobley, Appl. Opt. 54, 5392 (2015); Williamson & Hollins,
+        Appl. Opt. 61, 9951 (2022).
+
+        Examples
+        --------
+        >>> Water.jerlov("ib").a([450, 550])
+        array([0.0235, 0.0623])
+        """
+        import jerlov
+
+        canonical = {name.lower(): name for name in JERLOV_TYPES}.get(water_type.strip().lower())
+        if canonical is None:
+            raise unknown_name("Jerlov type", water_type, JERLOV_TYPES)
+        if source not in JERLOV_SOURCES:
+            raise unknown_name("source of Jerlov types", source, JERLOV_SOURCES)
+        published = jerlov.get_source(source)
+        if canonical not in published.water_types:
+            raise InputError(
+                f"{source} has no Jerlov {canonical} (too few measurements); it has "
+                f"{', '.join(published.water_types)}. Use --water-source solonenko2015"
+            )
+        data = jerlov.water(canonical, source=source)
+        name = f"Jerlov {canonical}"
+        columns = {"a": _Column(data, "a"), "b": _Column(data, "b")}
+        if data.has("KdH"):
+            columns["Kd"] = _Column(data, "kd_hydrolight")
+        if source == "solonenko2015" and canonical in _REPAIRED_TYPES:
+            repaired = read_table(DATA_DIRECTORY / f"solonenko2015_repaired_{canonical}.csv")
+            for quantity in ("a", "Kd"):
+                columns[quantity].fill(
+                    repaired.columns["wavelength_nm"], repaired.columns[quantity]
+                )
+        spectra = {
+            quantity: Spectrum(
+                data.wavelengths, column.values, f"{quantity} of {name}", published.citation
+            )
+            for quantity, column in columns.items()
+        }
+        return cls(
+            spectra["a"],
+            spectra["b"],
+            spectra.get("Kd"),
+            f"{name} ({source})",
+            f"{published.citation}; doi {published.doi}; PyPI jerlov {jerlov.__version__}",
+            tuple(published.caveats),
+            tuple(
+                doubt
+                for quantity, column in columns.items()
+                for doubt in column.doubts(f"{quantity} of {name}")
+            ),
+        )
+
+    @classmethod
+    def from_csv(cls, path: str | Path) -> Water:
+        """Water from a table ``wavelength_nm,a,b[,Kd]`` in nm and 1/m.
+
+        Warns (:class:`DataWarning`) about absorption far below that of pure
+        water, which means other units or missing water, and about Kd below a.
+
+        Raises
+        ------
+        InputError
+            If the file cannot be used; the message names file and row.
+        """
+        table = read_spectral_table(path, ("a", "b"))
+        wavelengths = table.columns["wavelength_nm"]
+        name = Path(path).name
+        spectra = {
+            quantity: table.spectrum(quantity, f"{quantity} of {name}")
+            for quantity in ("a", "b", "Kd")
+            if quantity in table.columns
+        }
+        doubts = _implausible(wavelengths, table.columns, name)
+        for doubt in doubts:
+            warnings.warn(doubt, DataWarning, stacklevel=2)
+        source = table.header or f"file {name}"
+        return cls(spectra["a"], spectra["b"], spectra.get("Kd"), name, source, doubts)
+
+    def mixed(self, other: Water, share: float) -> Water:
+        """Mix with another water, by volume.
+
+        Parameters
+        ----------
+        other : Water
+            The water that is mixed in.
+        share : float
+            Its share, 0 to 1. Coefficients mix linearly, as absorbing and
+            scattering matter does; Kd, which does not, is dropped.
+
+        Raises
+        ------
+        InputError
+            If the share is outside 0 to 1, or the tables do not overlap.
+
+        Examples
+        --------
+        >>> Water.uniform(0.1, 0.2).mixed(Water.uniform(0.3, 0.2), 0.25).a(500).round(3).item()
+        0.15
+        """
+        if not 0.0 <= share <= 1.0:
+            raise InputError(f"the share of {other.name} is {share:g}; give 0 to 1")
+        if share == 0.0:
+            return self
+        if share == 1.0:
+            return other
+        name = f"{self.name} with {share:.4g} of {other.name}"
+        return Water(
+            _mixture(self.absorption, other.absorption, share, f"absorption of {name}"),
+            _mixture(self.scattering, other.scattering, share, f"scattering of {name}"),
+            None,
+            name,
+            f"{self.source} | {other.source}",
+            tuple(dict.fromkeys((*self.caveats, *other.caveats))),
+            (*self.doubts, *other.doubts),
+        )
+
+    def scaled(self, absorption: float, scattering: float) -> Water:
+        """Multiply the coefficients.
+
+        Parameters
+        ----------
+        absorption, scattering : float
+            Factors on a and on b, 0 or more.
+
+        Raises
+        ------
+        InputError
+            If a factor is negative or not finite.
+
+        Examples
+        --------
+        >>> Water.uniform(0.1, 0.2).scaled(2.0, 0.5).c(500).round(3).item()
+        0.3
+        """
+        for what, factor in (("absorption", absorption), ("scattering", scattering)):
+            if not (factor >= 0 and np.isfinite(factor)):
+                raise InputError(f"the factor on {what} is {factor:g}; give 0 or more")
+        if absorption == scattering == 1.0:
+            return self
+        scaled = (
+            replace(spectrum, values=spectrum.values * factor)
+            for spectrum, factor in ((self.absorption, absorption), (self.scattering, scattering))
+        )
+        name = f"{self.name}, absorption × {absorption:.4g}, scattering × {scattering:.4g}"
+        return replace(
+            self,
+            **dict(zip(("absorption", "scattering"), scaled, strict=True)),
+            diffuse_attenuation=None,
+            name=name,
+        )
+
+    def a(self, wavelengths: ArrayLike) -> NDArray[np.float64]:
+        """Absorption in 1/m; refuses wavelengths outside the table."""
+        return self.absorption.at(wavelengths)
+
+    def b(self, wavelengths: ArrayLike) -> NDArray[np.float64]:
+        """Scattering in 1/m; refuses wavelengths outside the table."""
+        return self.scattering.at(wavelengths)
+
+    def c(self, wavelengths: ArrayLike) -> NDArray[np.float64]:
+        """Extinction ``a + b`` in 1/m."""
+        return self.a(wavelengths) + self.b(wavelengths)
+
+    def Kd(self, wavelengths: ArrayLike) -> NDArray[np.float64]:
+        """Diffuse attenuation in 1/m.
+
+        Raises
+        ------
+        InputError
+            If the source of this water has no Kd.
+        """
+        if self.diffuse_attenuation is None:
+            raise InputError(f"{self.name} has no Kd; add a column Kd, or use solonenko2015")
+        return self.diffuse_attenuation.at(wavelengths)
+
+    def caveats_at(self, wavelengths: ArrayLike) -> tuple[str, ...]:
+        """All caveats that hold when this water is used at these wavelengths."""
+        return (*self.caveats, *(d.text for d in self.doubts if d.concerns(wavelengths)))
+
+    def warn_doubts(self, wavelengths: ArrayLike) -> None:
+        """Emit a :class:`DataWarning` for each doubt that concerns these wavelengths.
+
+        Reading a, b or c is silent; whoever starts a computation for a user
+        calls this once.
+        """
+        for doubt in self.doubts:
+            if doubt.concerns(wavelengths):
+                warnings.warn(doubt.text, DataWarning, stacklevel=2)
+
+
+def _mixture(one: Spectrum, other: Spectrum, share: float, name: str) -> Spectrum:
+    wavelengths = np.union1d(one.wavelengths, other.wavelengths)
+    low = max(one.wavelengths[0], other.wavelengths[0])
+    high = min(one.wavelengths[-1], other.wavelengths[-1])
+    common = wavelengths[(wavelengths >= low) & (wavelengths <= high)]
+    if common.size == 0:
+        raise InputError(f"{one.name} and {other.name} have no wavelength in common")
+    return Spectrum(common, (1 - share) * one.at(common) + share * other.at(common), name)
+
+
+class _Column:
+    """One quantity of a jerlov water, with the status of each row."""
+
+    def __init__(self, data: jerlov.Water, quantity: str) -> None:
+        self.wavelengths = data.wavelengths
+        self.values = np.empty(len(data.wavelengths))
+        self.statuses: list[str | None] = []
+        for row, wavelength in enumerate(data.wavelengths):
+            # jerlov states doubts as warnings: one call per row tells which row.
+            with warnings.catch_warnings(record=True) as caught:
+                warnings.simplefilter("always")
+                self.values[row] = getattr(data, quantity)(wavelength)
+            status = re.search(r"(\w+) at [\d.]+ nm", str(caught[0].message)) if caught else None
+            self.statuses.append(status[1] if status else None)
+
+    def fill(self, wavelengths: NDArray[np.float64], values: NDArray[np.float64]) -> None:
+        """Put values into the rows at these wavelengths."""
+        for row in np.flatnonzero(np.isin(self.wavelengths, wavelengths)):
+            self.values[row] = values[wavelengths == self.wavelengths[row]][0]
+            self.statuses[row] = "repaired"
+
+    def doubts(self, name: str) -> list[Doubt]:
+        """Return one doubt per run of neighbouring rows of the same status."""
+        found, last = [], len(self.statuses) - 1
+        starts = [
+            row
+            for row, status in enumerate(self.statuses)
+            if status and (row == 0 or self.statuses[row - 1] != status)
+        ]
+        for first in starts:
+            status = self.statuses[first]
+            end = first
+            while end < last and self.statuses[end + 1] == status:
+                end += 1
+            meaning = _STATUS_TEXTS.get(status or "", f"has the status {status!r}")
+            rows = f"{self.wavelengths[first]:g} to {self.wavelengths[end]:g} nm"
+            above = self.wavelengths[first - 1] if first else -np.inf
+            below = self.wavelengths[end + 1] if end < last else np.inf
+            found.append(Doubt(f"{name}, {rows}: {meaning}", float(above), float(below)))
+        return found
+
+
+def _implausible(
+    wavelengths: NDArray[np.float64], columns: dict[str, NDArray[np.float64]], name: str
+) -> tuple[str, ...]:
+    """Return what no body of water can be, in words."""
+    import jerlov
+
+    found = []
+    # Above 600 nm water itself dominates, and its tables agree within a few percent.
+    red = (wavelengths >= 600) & (wavelengths <= 700)
+    if red.any():
+        pure = np.asarray(jerlov.pure_water_absorption(wavelengths[red]))
+        ratio = columns["a"][red] / pure
+        if ratio.min() < 0.5:
+            row = int(np.argmin(ratio))
+            found.append(
+                f"{name}: a = {columns['a'][red][row]:g} at {wavelengths[red][row]:g} nm, where "
+                f"pure water has {pure[row]:.3g} 1/m; multiply by 100 if the table is in 1/cm, add "
+                "pure water if it was left out"
+            )
+    if "Kd" in columns and np.any(columns["Kd"] < columns["a"]):
+        row = int(np.argmax(columns["Kd"] < columns["a"]))
+        found.append(
+            f"{name}: Kd is below a at {wavelengths[row]:g} nm, so they do not describe one water; "
+            "take both from one source"
+        )
+    return tuple(found)
+
+
+def molecular_scattering(
+    wavelengths: ArrayLike, model: str = "zhang2009_S35_T22"
+) -> NDArray[np.float64]:
+    """Scattering of the water molecules and salt ions, b_w.
+
+    Parameters
+    ----------
+    wavelengths : array_like, shape (n,)
+        Wavelengths in nm, 300 to 800.
+    model : str
+        ``zhang2009_S35_T22`` (sea water, 22 °C), ``zhang2009_S0_T20`` (fresh
+        water), ``morel1974_sea``, ``smith_baker_1981_sea`` or ``haltrin1999``.
+
+    Returns
+    -------
+    array, shape (n,)
+        b_w in 1/m. Its backscattering is b_w / 2.
+
+    Raises
+    ------
+    InputError
+        If a wavelength lies outside the table, or the model is unknown.
+
+    Examples
+    --------
+    >>> molecular_scattering([400, 500]).round(5)
+    array([0.00658, 0.00254])
+    """
+    table = _molecular_table()
+    models = [column for column in table.columns if column != "wavelength_nm"]
+    if model not in models:
+        raise unknown_name("molecular scattering", model, models)
+    return table.spectrum(model, f"molecular scattering {model}").at(wavelengths)
+
+
+@functools.cache
+def _molecular_table() -> Table:
+    return read_table(DATA_DIRECTORY / "molecular_scattering.csv")

@@ -1,0 +1,572 @@
+"""Phase functions: where scattered light goes.
+
+Every phase function is per steradian and integrates to 1 over the sphere. The
+formulas take ``s2``, the squared sine of half the scattering angle: unlike the
+cosine it still resolves the forward peak, also in single precision.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+import warnings
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..errors import DataWarning, InputError, unknown_name
+from ..mathematics import NUMPY, Mathematics, Operand
+from ..spectra.spectrum import DATA_DIRECTORY, read_table
+
+_PER_SPHERE = 1.0 / (4.0 * math.pi)
+_LARGEST_PARTICLE_INDEX = 1.5
+_SMALLEST_S2 = 1e-16  # 2e-8 rad; the Fournier-Forand and Petzold functions have no value at 0
+
+
+class PhaseFunction:
+    """A phase function that does not depend on wavelength.
+
+    A subclass gives :meth:`per_steradian`; everything else follows by
+    quadrature.
+    """
+
+    kinks: tuple[float, ...] = ()
+    """Scattering angles in rad where the function is not smooth."""
+
+    def per_steradian(self, s2: Operand, m: Mathematics = NUMPY) -> Operand:
+        """Return the phase function at ``s2 = sin²(angle / 2) > 0``, in 1/sr.
+
+        ``m`` holds the elementary functions: numpy's, or a node tree's.
+        """
+        raise NotImplementedError
+
+    def __call__(self, cosine: ArrayLike) -> NDArray[np.floating]:
+        """Evaluate at the cosine of the scattering angle, in 1/sr."""
+        s2 = 0.5 * (1 - np.asarray(cosine))
+        return self.per_steradian(np.maximum(s2, _SMALLEST_S2))
+
+    def normalisation(self) -> float:
+        """Return the integral over the sphere by quadrature; 1 for a proper function."""
+        return float(_integral_over_sphere(self, np.ones_like))
+
+    @property
+    def g(self) -> float:
+        """Mean cosine of the scattering angle."""
+        return float(self.moments(1)[0])
+
+    @property
+    def backscatter_ratio(self) -> float:
+        """Share of the light that is scattered backwards, bb/b."""
+        return float(_integral_over_sphere(self, lambda angle: (angle > math.pi / 2) * 1.0))
+
+    def moments(self, count: int) -> NDArray[np.float64]:
+        """Legendre moments χ1 to χn, χl = ∫ p(Θ) P_l(cos Θ) dΩ.
+
+        Parameters
+        ----------
+        count : int
+            Number of moments n; accurate up to a few hundred.
+
+        Returns
+        -------
+        array, shape (n,)
+        """
+        return _moments(self, count)
+
+    def for_bands(self, b: ArrayLike, b_molecular: ArrayLike | None = None) -> BandPhase:
+        """Resolve for bands: the same function in each (``b_molecular`` is not needed)."""
+        del b_molecular
+        return BandPhase((self,), np.ones((1, np.atleast_1d(b).shape[0])))
+
+
+class PhaseModel(Protocol):
+    """What the user chooses: it becomes a :class:`BandPhase` once the water is known."""
+
+    def for_bands(self, b: ArrayLike, b_molecular: ArrayLike | None = None) -> BandPhase:
+        """Resolve for bands of scattering b, of which b_molecular by the water itself."""
+        ...
+
+
+@dataclass(frozen=True)
+class Isotropic(PhaseFunction):
+    """The same in every direction."""
+
+    def per_steradian(self, s2: Operand, m: Mathematics = NUMPY) -> Operand:
+        """Return 1/(4π)."""
+        del m
+        return 0.0 * s2 + _PER_SPHERE
+
+
+def henyey_greenstein(g: Operand, s2: Operand, m: Mathematics = NUMPY) -> Operand:
+    """Return the Henyey-Greenstein function, 1/sr, at s2 = sin²(angle / 2).
+
+    Written as (1 - g)² + 4 g s2, which does not cancel in the forward peak.
+    """
+    narrow = (1.0 - g) * (1.0 - g) + 4.0 * g * s2
+    return _PER_SPHERE * (1.0 - g) * (1.0 + g) / (narrow * m.sqrt(narrow))
+
+
+@dataclass(frozen=True)
+class HenyeyGreenstein(PhaseFunction):
+    """Henyey-Greenstein function of mean cosine g.
+
+    Examples
+    --------
+    >>> round(HenyeyGreenstein(0.8).backscatter_ratio, 3)
+    0.051
+    """
+
+    asymmetry: float
+
+    def __post_init__(self) -> None:
+        _check_asymmetry(self.asymmetry)
+
+    def per_steradian(self, s2: Operand, m: Mathematics = NUMPY) -> Operand:
+        """Return the value in 1/sr."""
+        return henyey_greenstein(self.asymmetry, s2, m)
+
+
+@dataclass(frozen=True)
+class TwoTermHenyeyGreenstein(PhaseFunction):
+    """``share`` of HG(g1) and ``1 - share`` of HG(g2)."""
+
+    g1: float
+    g2: float
+    share: float
+
+    def __post_init__(self) -> None:
+        _check_asymmetry(self.g1)
+        _check_asymmetry(self.g2)
+        if not 0 <= self.share <= 1:
+            raise InputError(
+                f"two-term Henyey-Greenstein: the share of the first term must be 0 to 1, "
+                f"got {self.share:g}"
+            )
+
+    def per_steradian(self, s2: Operand, m: Mathematics = NUMPY) -> Operand:
+        """Return the value in 1/sr."""
+        first = henyey_greenstein(self.g1, s2, m)
+        return self.share * first + (1.0 - self.share) * henyey_greenstein(self.g2, s2, m)
+
+
+@dataclass(frozen=True)
+class EinsteinSmoluchowski(PhaseFunction):
+    """Molecular scattering of water, ∝ 1 + f cos².
+
+    f = (1 - δ)/(1 + δ) for the depolarisation ratio δ: 0.835 for δ = 0.09
+    (Morel 1974), 0.925 for δ = 0.039 (Zhang 2009).
+    """
+
+    anisotropy: float = 0.835
+
+    def __post_init__(self) -> None:
+        if not 0 <= self.anisotropy <= 1:
+            raise InputError(
+                f"Einstein-Smoluchowski: the factor of cos² must be 0 to 1, got {self.anisotropy:g}"
+            )
+
+    def per_steradian(self, s2: Operand, m: Mathematics = NUMPY) -> Operand:
+        """Return the value in 1/sr."""
+        del m
+        cosine = 1.0 - 2.0 * s2
+        norm = 3.0 * _PER_SPHERE / (3.0 + self.anisotropy)
+        return norm * (1.0 + self.anisotropy * cosine * cosine)
+
+
+@dataclass(frozen=True)
+class Rayleigh(EinsteinSmoluchowski):
+    """Scattering by small particles without depolarisation, ∝ 1 + cos²."""
+
+    anisotropy: float = 1.0
+
+
+@dataclass(frozen=True)
+class FournierForand(PhaseFunction):
+    """Fournier-Forand function: spheres of a Junge (power law) size distribution.
+
+    Parameters
+    ----------
+    refractive_index : float
+        Real index of the particles relative to water, above 1, at most 1.5.
+    backscatter : float
+        bb/b, between 0 and 0.5. It fixes the Junge slope μ between 3 and 5.
+
+    Raises
+    ------
+    InputError
+        If a parameter is out of its range.
+
+    Notes
+    -----
+    G. Fournier & M. Jonasz, Proc. SPIE 3761 (1999), with the slope from bb/b as
+    in C. D. Mobley, L. K. Sundman & E. Boss, Appl. Opt. 41, 1035 (2002). Blender
+    Cycles uses the same parameters. The forward peak is infinite but integrable.
+
+    Examples
+    --------
+    >>> round(FournierForand(1.10, 0.0183).junge_slope, 4)
+    3.5833
+    """
+
+    refractive_index: float = 1.10
+    backscatter: float = 0.0183
+
+    def __post_init__(self) -> None:
+        n, ratio = self.refractive_index, self.backscatter
+        if not 1 < n <= _LARGEST_PARTICLE_INDEX:
+            raise InputError(
+                "Fournier-Forand: the index of the particles relative to water must be above 1 "
+                f"and at most {_LARGEST_PARTICLE_INDEX:g}, got {n:g}"
+            )
+        if not 0 < ratio < 0.5:
+            raise InputError(f"Fournier-Forand: bb/b must be between 0 and 0.5, got {ratio:g}")
+
+    @classmethod
+    def from_junge_slope(cls, refractive_index: float, slope: float) -> FournierForand:
+        """Make the function from the index and the Junge slope μ (3 to 5).
+
+        Examples
+        --------
+        >>> round(FournierForand.from_junge_slope(1.10, 3.5833).backscatter, 4)
+        0.0183
+        """
+        if not (refractive_index > 1 and 3 < slope < 5):
+            raise InputError(
+                "Fournier-Forand: the index must be above 1 and the Junge slope between 3 and 5, "
+                f"got {refractive_index:g} and {slope:g}"
+            )
+        delta90 = 2.0 / (3.0 * (refractive_index - 1.0) ** 2)
+        ratio = (delta90 ** (-(3.0 - slope) / 2.0) - 1.0) / (2.0 * (delta90 - 1.0))
+        return cls(refractive_index, ratio)
+
+    @property
+    def _delta90(self) -> float:
+        return 2.0 / (3.0 * (self.refractive_index - 1.0) ** 2)
+
+    @property
+    def junge_slope(self) -> float:
+        """Slope μ of the particle size distribution."""
+        inside = 1 + 2 * self.backscatter * (self._delta90 - 1)
+        return 3.0 + 2.0 * math.log(inside) / math.log(self._delta90)
+
+    def per_steradian(self, s2: Operand, m: Mathematics = NUMPY) -> Operand:
+        """Return the value in 1/sr."""
+        nu = (3.0 - self.junge_slope) / 2.0
+        delta = 2.0 * self._delta90 * s2
+        # With ρ = (1 - δ^ν)/(1 - δ) the published bracket over (1 - δ)² is τ/s2 - σ,
+        # σ = (ρ - ν)/(1 - δ), τ = (δρ - ν)/(1 - δ): both smooth at δ = 1, where they
+        # come from the binomial series.
+        epsilon = 1.0 - delta
+        near = m.less(m.absolute(epsilon), 0.1)
+        small = m.clamp(epsilon, -0.1, 0.1)
+        coefficients = [nu]
+        for order in range(1, 9):
+            coefficients.append(-coefficients[-1] * (nu - order) / (order + 1))
+        rho_series, sigma_series = 0.0, 0.0
+        for coefficient in reversed(coefficients):
+            rho_series = rho_series * small + coefficient
+        for coefficient in reversed(coefficients[1:]):
+            sigma_series = sigma_series * small + coefficient
+        away = m.select(near, 0.5, delta)
+        rho = (1.0 - m.power(away, nu)) / (1.0 - away)
+        sigma = m.select(near, sigma_series, (rho - nu) / (1.0 - away))
+        tau = m.select(near, sigma_series - rho_series, (away * rho - nu) / (1.0 - away))
+        forward = _PER_SPHERE * (tau / s2 - sigma) / m.power(delta, nu)
+        delta180 = 2.0 * self._delta90
+        back = (1.0 - delta180**nu) / (16.0 * math.pi * (delta180 - 1.0) * delta180**nu)
+        cosine = 1.0 - 2.0 * s2
+        return forward + back * (3.0 * cosine * cosine - 1.0)
+
+
+@dataclass(frozen=True)
+class PetzoldAverage(PhaseFunction):
+    """Average of Petzold's measured sea particles (Mobley et al. 1993, Table 2).
+
+    Log-log interpolation in ``s2``; the power law of the first two rows below
+    0.1°; normalised over the sphere.
+    """
+
+    @property
+    def kinks(self) -> tuple[float, ...]:
+        """The angles of the table, in rad."""
+        log_s2, _ = _petzold_table()
+        return tuple(2 * np.arcsin(np.exp(log_s2[1:-1] / 2)))
+
+    def per_steradian(self, s2: Operand, m: Mathematics = NUMPY) -> Operand:
+        """Return the value in 1/sr."""
+        log_s2, log_value = _petzold_table()
+        return m.exp(m.interpolate(m.log(s2), log_s2, log_value))
+
+
+@functools.cache
+def _petzold_table() -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Logarithms of s2 and of the normalised phase function, increasing in s2."""
+    table = read_table(
+        DATA_DIRECTORY / "petzold_average_particle_phase_function.csv",
+        ("angle_deg", "phase_function_per_sr"),
+    )
+    half_angle = np.radians(table.columns["angle_deg"]) / 2
+    x, y = 2 * np.log(np.sin(half_angle)), np.log(table.columns["phase_function_per_sr"])
+    # The power law below 0.1° is a straight line in these axes: one far point holds it.
+    slope = (y[1] - y[0]) / (x[1] - x[0])
+    far = -150.0
+    x, y = np.append(far, x), np.append(y[0] + slope * (far - x[0]), y)
+    # dΩ = 4π d(s2), and p is a power of s2 in each interval.
+    exponent = 1 + np.diff(y) / np.diff(x)
+    pieces = (np.exp(y[1:] + x[1:]) - np.exp(y[:-1] + x[:-1])) / exponent
+    return x, y - math.log(4 * math.pi * pieces.sum())
+
+
+@dataclass(frozen=True, eq=False)
+class BandPhase:
+    """Mixture of phase functions whose weights may differ by band.
+
+    Parameters
+    ----------
+    components : tuple of PhaseFunction
+        The k parts.
+    weights : array, shape (k, n)
+        Share of each part in each band; each column adds up to 1.
+    """
+
+    components: tuple[PhaseFunction, ...]
+    weights: NDArray[np.float64]
+
+    def __post_init__(self) -> None:
+        weights = np.asarray(self.weights)
+        if weights.ndim != 2 or len(weights) != len(self.components):
+            raise InputError("phase mixture: give one row of weights per component")
+        if not (np.all(weights >= 0) and np.allclose(weights.sum(axis=0), 1, atol=1e-6)):
+            raise InputError("phase mixture: weights must not be negative and add up to 1 per band")
+        object.__setattr__(self, "weights", weights)
+
+    def __len__(self) -> int:
+        return self.weights.shape[1]
+
+    @property
+    def same_in_all_bands(self) -> bool:
+        """Whether one function serves every band (then three bands fit one Cycles pass)."""
+        return bool(np.all(self.weights == self.weights[:, :1]))
+
+    def per_steradian(self, s2: Operand, m: Mathematics = NUMPY) -> Operand:
+        """Return the value in 1/sr; arrays ``s2`` need a last axis of 1 for the bands."""
+        return sum(
+            weight * component.per_steradian(s2, m)
+            for weight, component in zip(self.weights, self.components, strict=True)
+        )
+
+    def __call__(self, cosine: ArrayLike) -> NDArray[np.float64]:
+        """Evaluate at cosines of shape (...), in 1/sr; shape (..., n)."""
+        values = np.stack([component(cosine) for component in self.components], axis=-1)
+        return values @ self.weights
+
+    def normalisation(self) -> NDArray[np.float64]:
+        """Return the integral over the sphere per band, shape (n,)."""
+        return self._mean([component.normalisation() for component in self.components])
+
+    def moments(self, count: int) -> NDArray[np.float64]:
+        """Legendre moments χ1 to χm per band, shape (m, n)."""
+        each = np.stack([component.moments(count) for component in self.components], axis=-1)
+        return each @ self.weights
+
+    @property
+    def chi1(self) -> NDArray[np.float64]:
+        """First Legendre moment (mean cosine) per band, shape (n,)."""
+        return self.moments(1)[0]
+
+    @property
+    def chi2(self) -> NDArray[np.float64]:
+        """Second Legendre moment per band, shape (n,)."""
+        return self.moments(2)[1]
+
+    @property
+    def backscatter_ratio(self) -> NDArray[np.float64]:
+        """Share bb/b per band, shape (n,)."""
+        return self._mean([component.backscatter_ratio for component in self.components])
+
+    def _mean(self, values: list[float]) -> NDArray[np.float64]:
+        return np.asarray(values) @ self.weights
+
+
+def seawater_mixture(
+    b: ArrayLike, b_molecular: ArrayLike, particles: PhaseFunction | None = None
+) -> BandPhase:
+    """b-weighted mixture of molecular and particle scattering.
+
+    Parameters
+    ----------
+    b : array_like, shape (n,)
+        Scattering of the water, 1/m.
+    b_molecular : array_like, shape (n,)
+        The part of it by the water molecules and ions, 1/m. It counts as at
+        most b: fitted water types can lie a little below the molecular value.
+    particles : PhaseFunction, optional
+        Of the rest; Fournier-Forand 1.10, 0.0183 by default.
+
+    Returns
+    -------
+    BandPhase
+        Components: molecular, particles.
+
+    Warns
+    -----
+    DataWarning
+        If the molecular part exceeds b by more than a quarter.
+
+    Examples
+    --------
+    >>> seawater_mixture([0.01, 1.0], [0.005, 0.005]).weights[0]
+    array([0.5  , 0.005])
+    """
+    b, b_molecular = np.broadcast_arrays(np.atleast_1d(b).astype(float), b_molecular)
+    if not (np.all(b >= 0) and np.all(b_molecular >= 0)):
+        raise InputError("phase mixture: scattering coefficients must be finite and not negative")
+    if np.any((b > 0) & (b_molecular > 1.25 * b)):
+        warnings.warn(
+            "the scattering of this water is well below that of pure seawater in some bands; "
+            "all of it is taken as molecular there",
+            DataWarning,
+            stacklevel=2,
+        )
+    share = np.divide(b_molecular, b, out=np.ones_like(b), where=b > b_molecular)
+    return BandPhase(
+        (EinsteinSmoluchowski(), particles or FournierForand()), np.stack([share, 1 - share])
+    )
+
+
+@dataclass(frozen=True)
+class SeawaterMixture:
+    """Choice of a molecular and particle mixture, resolved when the water is known."""
+
+    particles: PhaseFunction = FournierForand()
+
+    def for_bands(self, b: ArrayLike, b_molecular: ArrayLike | None = None) -> BandPhase:
+        """Mix by b; see :func:`seawater_mixture`.
+
+        Raises
+        ------
+        InputError
+            If the molecular scattering is not given.
+        """
+        if b_molecular is None:
+            raise InputError("phase mixture: the molecular scattering per band is needed")
+        return seawater_mixture(b, b_molecular, self.particles)
+
+
+_PARSERS: dict[str, tuple[str, tuple[int, ...], Callable[..., PhaseModel]]] = {
+    "hg": ("hg:g", (1,), HenyeyGreenstein),
+    "tthg": ("tthg:g1,g2,share", (3,), TwoTermHenyeyGreenstein),
+    "fournier-forand": ("fournier-forand:index,bb/b", (2,), FournierForand),
+    "petzold": ("petzold", (0,), PetzoldAverage),
+    "rayleigh": ("rayleigh", (0,), Rayleigh),
+    "einstein-smoluchowski": ("einstein-smoluchowski", (0,), EinsteinSmoluchowski),
+    "isotropic": ("isotropic", (0,), Isotropic),
+    "mixture": (
+        "mixture or mixture:bb/b of the particles",
+        (0, 1),
+        lambda *ratio: SeawaterMixture(FournierForand(1.10, *ratio)),
+    ),
+}
+
+
+def parse_phase(text: str) -> PhaseModel:
+    """Read a phase function as the user writes it.
+
+    Parameters
+    ----------
+    text : str
+        ``hg:0.8``, ``tthg:0.9,-0.3,0.97``, ``fournier-forand:1.10,0.0183``,
+        ``petzold``, ``rayleigh``, ``einstein-smoluchowski``, ``isotropic``,
+        ``mixture`` or ``mixture:0.0183``.
+
+    Returns
+    -------
+    PhaseModel
+        Call ``for_bands(b, b_molecular)`` on it.
+
+    Raises
+    ------
+    InputError
+        Unknown name, wrong number of values, or values out of range.
+
+    Examples
+    --------
+    >>> parse_phase("hg:0.8")
+    HenyeyGreenstein(asymmetry=0.8)
+    """
+    name, _, listed = text.strip().lower().partition(":")
+    if name not in _PARSERS:
+        raise unknown_name("phase function", name, _PARSERS)
+    usage, counts, make = _PARSERS[name]
+    cells = [cell for cell in listed.split(",") if cell.strip()]
+    try:
+        values = [float(cell) for cell in cells]
+    except ValueError as error:
+        raise InputError(f"phase function {text!r}: not a number; write {usage}") from error
+    if len(values) not in counts:
+        raise InputError(f"phase function {text!r}: {len(values)} values; write {usage}")
+    return make(*values)
+
+
+def _check_asymmetry(g: float) -> None:
+    if not -1 < g < 1:
+        raise InputError(f"Henyey-Greenstein: g must be between -1 and 1, got {g:g}")
+
+
+@functools.cache
+def _quadrature(kinks: tuple[float, ...]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Angles and solid angles that resolve any forward or backward peak.
+
+    Gauss-Legendre in the logarithm of the angle up to 0.02 rad, in the angle
+    beyond; the last 0.02 rad before π by the logarithm of the distance to it.
+    """
+    nodes, weights = np.polynomial.legendre.leggauss(16)
+
+    def panels(edges: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        half, middle = np.diff(edges) / 2, (edges[1:] + edges[:-1]) / 2
+        return (middle[:, None] + half[:, None] * nodes).ravel(), np.outer(half, weights).ravel()
+
+    peak, inner = 0.02, np.asarray(sorted(kinks))
+    log_edges = np.union1d(np.linspace(-60, math.log(peak), 120), np.log(inner[inner < peak]))
+    logs, log_weights = panels(log_edges)
+    near, near_weights = np.exp(logs), np.exp(logs) * log_weights
+    edges = np.concatenate(
+        [
+            np.geomspace(peak, 0.2, 20),
+            np.linspace(0.2, math.pi - 0.2, 40),
+            math.pi - np.geomspace(peak, 0.2, 20),
+            [math.pi / 2],
+            inner[(inner > peak) & (inner < math.pi - peak)],
+        ]
+    )
+    angles, angle_weights = panels(np.unique(edges))
+    theta = np.concatenate([near, angles, math.pi - near])
+    widths = np.concatenate([near_weights, angle_weights, near_weights])
+    return theta, 2 * math.pi * np.sin(theta) * widths
+
+
+def _integral_over_sphere(
+    phase: PhaseFunction, of: Callable[[NDArray[np.float64]], NDArray[np.float64]]
+) -> NDArray[np.float64]:
+    theta, solid_angle = _quadrature(phase.kinks)
+    s2 = np.sin(theta / 2) ** 2
+    return (phase.per_steradian(s2) * of(theta) * solid_angle).sum()
+
+
+@functools.lru_cache(maxsize=64)
+def _moments(phase: PhaseFunction, count: int) -> NDArray[np.float64]:
+    theta, solid_angle = _quadrature(phase.kinks)
+    density = phase.per_steradian(np.sin(theta / 2) ** 2) * solid_angle
+    cosine = np.cos(theta)
+    before, legendre = np.ones_like(cosine), cosine
+    # 1 - ∫p(1 - P_l): the part of an infinite forward peak that no node sees counts as forward.
+    moments = np.empty(count)
+    for order in range(1, count + 1):
+        moments[order - 1] = 1 - np.sum(density * (1 - legendre))
+        following = ((2 * order + 1) * cosine * legendre - order * before) / (order + 1)
+        before, legendre = legendre, following
+    moments.setflags(write=False)
+    return moments
