@@ -5,9 +5,18 @@ from __future__ import annotations
 import contextlib
 
 from .scene import stored_settings
-from .ui import handlers, live_updates, operators, panels, presets, previews, property_group
+from .ui import (
+    command,
+    handlers,
+    live_updates,
+    operators,
+    panels,
+    presets,
+    previews,
+    property_group,
+)
 
-_MODULES = (property_group, previews, operators, presets, panels, handlers)
+_MODULES = (property_group, previews, operators, presets, panels, handlers, command)
 
 
 def register() -> None:

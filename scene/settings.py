@@ -295,15 +295,17 @@ class _Parser(argparse.ArgumentParser):
         raise InputError(f"{message}; see --help")
 
 
-def parser() -> argparse.ArgumentParser:
-    """Return the command line of ``render_bands.py``."""
+def parser(program: str | None = None) -> argparse.ArgumentParser:
+    """Return the command line of a batch; ``program`` is its name in the help."""
     result = _Parser(
-        prog="render_bands.py",
+        prog=program,
         description="Render the spectral bands of an underwater scene and develop them.",
         argument_default=argparse.SUPPRESS,
         allow_abbrev=False,
     )
-    result.add_argument("blend", nargs="?", type=Path, help="scene (python only)")
+    result.add_argument(
+        "blend", nargs="?", type=Path, default=None, help="scene, unless Blender has one open"
+    )
     result.add_argument(
         "--engine", choices=("cycles", "eevee"), help="default: that of --quality, else cycles"
     )
@@ -416,7 +418,7 @@ def job(options: argparse.Namespace) -> Job:
     if engine == "cycles" and (mode == REALTIME or getattr(options, "shafts", False)):
         raise InputError("--mode realtime and --shafts need --engine eevee")
     return Job(
-        blend=getattr(options, "blend", None),
+        blend=options.blend,
         engine=engine,
         mode=mode,
         frames=parse_frames(options.frames),
@@ -453,7 +455,7 @@ def auto(options: argparse.Namespace) -> AutoRequest | None:
     return AutoRequest(target, budget, options.explain, frozenset(keep))
 
 
-def parse(arguments: Sequence[str]) -> argparse.Namespace:
+def parse(arguments: Sequence[str], program: str | None = None) -> argparse.Namespace:
     """Parse a command line.
 
     Raises
@@ -461,4 +463,4 @@ def parse(arguments: Sequence[str]) -> argparse.Namespace:
     InputError
         If an option is unknown or has a value that is not acceptable.
     """
-    return parser().parse_args(list(arguments))
+    return parser(program).parse_args(list(arguments))
