@@ -17,7 +17,7 @@ from ..uw_spectral.errors import DataWarning, InputError
 from ..uw_spectral.spectra.sensor import list_sensors
 from ..uw_spectral.spectra.spectrum import is_file
 from ..uw_spectral.water.named import list_waters
-from . import cameras, render_job, scene_requirements, settings, stored_settings
+from . import cameras, picture_size, render_job, scene_requirements, settings, stored_settings
 
 
 def main(
@@ -66,6 +66,8 @@ def run(options: argparse.Namespace, *, inside_blender: bool) -> None:
             print(f"{source}: {', '.join(names)}")
         return
     job, auto = settings.job(options), settings.auto(options)
+    if job.resolution is not None:
+        picture_size.check_resolution(job.resolution)
     if not hasattr(bpy.types.Scene, stored_settings.PROPERTY):
         stored_settings.register()
     _open(job.blend, inside_blender)

@@ -49,8 +49,9 @@ class SceneSettings:
 
     water: str = _setting(
         "jerlov:IB",
-        "Water: jerlov:TYPE (see --list-waters) or file:PATH, a CSV with the columns "
-        "wavelength_nm, a, b in 1/m; constituents takes chlorophyll, cdom, minerals and detritus",
+        "Water: jerlov:TYPE or case:NAME (see --list-waters); bio:chl=1,cdom=0.1, made of "
+        "constituents; file:PATH, a CSV with the columns wavelength_nm and a, b or Kd in 1/m, or "
+        "SeaBASS (.sb); constituents takes chlorophyll, cdom, minerals and detritus",
     )
     chlorophyll: float = _setting(
         1.0, "Chlorophyll, mg/m³, of --water constituents", limits=(0.0, 100.0), animatable=True
@@ -408,8 +409,6 @@ def merge(stored: SceneSettings, options: argparse.Namespace) -> SceneSettings:
 
 def job(options: argparse.Namespace) -> Job:
     """Return the job that the options describe."""
-    if options.resolution is not None and min(options.resolution) < 1:
-        raise InputError("--resolution: width and height must be at least 1 pixel")
     preset = QUALITIES.get(getattr(options, "quality", ""))
     engine = getattr(options, "engine", preset.engine if preset else "cycles")
     # A preset's mode belongs to its engine.

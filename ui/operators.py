@@ -160,9 +160,12 @@ class OpenWater(_Operator, ImportHelper):
 
     bl_idname = "underwater.open_water"
     bl_label = "Open Water File"
-    bl_description = "Use a table of a water: CSV with the columns wavelength_nm, a, b in 1/m"
+    bl_description = (
+        "Use a table of a water: CSV with the columns wavelength_nm and a, b or Kd in 1/m, or "
+        "SeaBASS (.sb)"
+    )
     filename_ext = ".csv"
-    filter_glob: bpy.props.StringProperty(default="*.csv;*.txt", options={"HIDDEN"})
+    filter_glob: bpy.props.StringProperty(default="*.csv;*.txt;*.sb", options={"HIDDEN"})
 
     @override
     def run(self, context: bpy.types.Context) -> None:
