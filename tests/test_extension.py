@@ -36,11 +36,30 @@ print("FOUND " + json.dumps(found))
 
 
 @pytest.fixture(scope="module")
-def built_zip(tmp_path_factory) -> Path:
+def tool():
     spec = importlib.util.spec_from_file_location("build", ROOT / "tools" / "build_extension.py")
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
-    return module.build(tmp_path_factory.mktemp("dist"))
+    return module
+
+
+@pytest.fixture(scope="module")
+def built_zip(tool, tmp_path_factory) -> Path:
+    return tool.build(tmp_path_factory.mktemp("dist"))
+
+
+def test_the_sizes_in_the_manual_are_written_by_the_build(tool, built_zip, tmp_path):
+    manual = Path(shutil.copy(ROOT / "docs" / "manual.md", tmp_path))
+    table = tool.size_table(built_zip)
+    tool.write_manual(table, manual)
+    before, after = (path.read_text() for path in (ROOT / "docs" / "manual.md", manual))
+    assert f"\n\n{table}\n\n" in after
+    # The same parts as in the manual, which was written so.
+    parts = [re.findall(r"(?m)^\| ([\w./ -]+?) \|", text) for text in (before, after)]
+    assert sorted(parts[0]) == sorted(parts[1])
+    manual.write_text("no table")
+    with pytest.raises(ValueError, match="holds 0 tables"):
+        tool.write_manual(table, manual)
 
 
 def test_zip_holds_what_is_needed_and_no_more(built_zip):
