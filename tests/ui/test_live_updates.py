@@ -176,14 +176,17 @@ def test_a_block_inside_another_ends_with_it_and_errors_end_both(scene, work):
 
 
 def test_a_window_updates_once_it_is_idle(scene, work, window):
-    for name, value in {"water": "jerlov:II", "bands": 5, "sun_zenith": 50.0}.items():
-        setattr(scene.underwater, name, value)
-    bpy.context.view_layer.update()  # the edit handler leaves the work to the timer
-    assert work == []
-    assert window() == 1
-    assert work == ["nodes"]
+    changes = {"water": "jerlov:II", "sun_zenith": 50.0}, {"water": "jerlov:I", "bands": 5}
+    for changed, expected in zip(changes, (["values"], ["values", "nodes"]), strict=True):
+        before = work.copy()
+        for name, value in changed.items():
+            setattr(scene.underwater, name, value)
+        bpy.context.view_layer.update()  # the edit handler leaves the work to the timer
+        assert work == before
+        assert window() == 1
+        assert work == expected
     presets.apply("camera", "ARRI D21 daylight")
-    assert work == ["nodes", "values"]
+    assert work == ["values", "nodes", "values"]
     assert window() == 0
 
 
