@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from ..content import ComparedByContent
 from ..errors import InputError, unknown_name
 from .bands import Bands
 from .spectral_table import read_spectral_table
@@ -25,7 +26,7 @@ _G173_SUN_ZENITH, _G173_TILT = 48.19, 37.0
 
 
 @dataclass(frozen=True, eq=False)
-class Illuminant:
+class Illuminant(ComparedByContent):
     """Horizontal spectral irradiance above the water surface.
 
     Parameters

@@ -11,6 +11,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from ..content import ComparedByContent
 from ..errors import InputError, unknown_name
 from ._colour import colour_science
 from .spectral_table import LARGEST_NUMBER, read_spectral_table
@@ -30,7 +31,7 @@ _JIANG2013_WAVELENGTHS = np.arange(400.0, 721.0, 10.0)
 
 
 @dataclass(frozen=True, eq=False)
-class Sensor:
+class Sensor(ComparedByContent):
     """Three spectral sensitivities.
 
     Parameters

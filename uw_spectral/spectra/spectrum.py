@@ -9,13 +9,14 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ..content import ComparedByContent, constant
 from ..errors import InputError, printable
 
 DATA_DIRECTORY = Path(__file__).resolve().parents[2] / "data"
 
 
 @dataclass(frozen=True, eq=False)
-class Spectrum:
+class Spectrum(ComparedByContent):
     """Values over wavelength, linearly interpolated, never extrapolated.
 
     Parameters
@@ -41,8 +42,8 @@ class Spectrum:
     source: str = ""
 
     def __post_init__(self) -> None:
-        wavelengths = np.atleast_1d(np.asarray(self.wavelengths, dtype=np.float64))
-        values = np.atleast_1d(np.asarray(self.values, dtype=np.float64))
+        wavelengths = constant(np.atleast_1d(self.wavelengths))
+        values = constant(np.atleast_1d(self.values))
         if wavelengths.ndim != 1 or len(wavelengths) != len(values):
             raise InputError(
                 f"{self.name}: {len(wavelengths)} wavelengths for {len(values)} values; "

@@ -17,6 +17,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ..content import ComparedByContent, constant
 from ..errors import DataWarning, InputError, unknown_name
 from ..mathematics import NUMPY, Mathematics, Operand
 from ..spectra.spectrum import DATA_DIRECTORY, read_table
@@ -321,7 +322,7 @@ def _petzold_table() -> tuple[NDArray[np.float64], NDArray[np.float64]]:
 
 
 @dataclass(frozen=True, eq=False)
-class BandPhase:
+class BandPhase(ComparedByContent):
     """Mixture of phase functions whose weights may differ by band.
 
     Parameters
@@ -341,7 +342,7 @@ class BandPhase:
             raise InputError("phase mixture: give one row of weights per component")
         if not (np.all(weights >= 0) and np.allclose(weights.sum(axis=0), 1, atol=1e-6)):
             raise InputError("phase mixture: weights must not be negative and add up to 1 per band")
-        object.__setattr__(self, "weights", weights)
+        object.__setattr__(self, "weights", constant(weights, weights.dtype))
 
     def __len__(self) -> int:
         return self.weights.shape[1]
