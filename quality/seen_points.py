@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..uw_spectral.errors import InputError
-from ..uw_spectral.imaging.optimised_bands import FittedViewpoint
-from ..uw_spectral.imaging.readouts import Viewpoint
+from ..uw_spectral.imaging.band_selection import FittedViewpoint
+from ..uw_spectral.imaging.viewpoint import Viewpoint
 from ..uw_spectral.spectra.reflectance import uplift_basis
 from ..uw_spectral.surface.wave_patterns import (
     LAYERS,

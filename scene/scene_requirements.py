@@ -27,14 +27,14 @@ from ..quality.seen_points import (
     cone_directions,
     visibility,
 )
-from ..uw_spectral.imaging.readouts import REFERENCE_BANDS
+from ..uw_spectral.imaging.description import REFERENCE_BANDS
 from ..uw_spectral.transfer.light_cone import LightCone, light_cone
 from ..uw_spectral.transfer.water_column import WaterColumn
-from . import moving_surface, shared_plans
+from . import moving_surface
 from .cameras import camera_depth
 from .ray_casting import Meshes
 from .realtime import MOST_BANDS
-from .render_plan import RenderPlan
+from .render_plan import RenderPlan, forget_files, plan_of, quiet
 from .settings import EQUAL, NO_FLOOR, OPTIMISED, REALTIME, Job, SceneSettings
 from .water_body import COLLECTION
 
@@ -103,6 +103,7 @@ def choose(
     InputError
         If the settings cannot be used or the camera is not under water.
     """
+    forget_files()
     stays = set(keep)
     if "floor_depth" in keep:
         stays.add(FLOOR)
@@ -112,8 +113,8 @@ def choose(
     try:
         scene.frame_set(frames[0])
         chosen = settings_now()
-        with shared_plans.quiet():
-            plan = shared_plans.plan_of(chosen)
+        with quiet():
+            plan = plan_of(chosen)
             everything = _everything(scene, chosen)
         for frame in frames:
             scene.frame_set(frame)
@@ -142,7 +143,7 @@ def choose(
     # Cycles has them all, whatever the settings say.
     switches = () if method == "cycles" else (AUREOLE, SHAFTS, DIFFUSE_SHADOWS)
     off = {name for name in switches if name in keep and not getattr(chosen, name)}
-    with shared_plans.quiet():
+    with quiet():
         required = decide(
             views,
             everything,
@@ -327,7 +328,7 @@ def _optics(plan: RenderPlan, depth: float) -> Optics:
 def _everything(scene: bpy.types.Scene, chosen: SceneSettings) -> Optics:
     """Everything the settings ask for, on many bands."""
     many = replace(chosen, bands=REFERENCE_BANDS, wavelengths="", band_placement=EQUAL)
-    plan = shared_plans.plan_of(many)
+    plan = plan_of(many)
     found = _optics(plan, 0.0)
     if chosen.surface != moving_surface.WAVES:
         return found
@@ -345,7 +346,7 @@ def _choices(chosen: SceneSettings, method: str, keep: frozenset[str]) -> list[B
     )
     if keep & {"bands", "wavelengths", "range_start", "range_end"}:
         bands = {}
-        plan = shared_plans.plan_of(plain)
+        plan = plan_of(plain)
         return [BandChoice(f"{len(plan.bands)}, as given", _optics(plan, 0.0), bands)]
     most = MOST_BANDS if method == REALTIME else BAND_COUNTS[-1]
     found = []
@@ -354,7 +355,7 @@ def _choices(chosen: SceneSettings, method: str, keep: frozenset[str]) -> list[B
             continue
         for count in (n for n in counts if n <= most):
             changes = {"bands": count, "wavelengths": "", "band_placement": placement}
-            plan = shared_plans.plan_of(replace(plain, **changes))
+            plan = plan_of(replace(plain, **changes))
             found.append(BandChoice(f"{count} {placement}", _optics(plan, 0.0), changes))
     return found
 

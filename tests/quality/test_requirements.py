@@ -29,7 +29,7 @@ from underwater_spectral.quality.seen_points import (
     visibility,
 )
 from underwater_spectral.uw_spectral.errors import InputError
-from underwater_spectral.uw_spectral.imaging.readouts import make_viewpoint
+from underwater_spectral.uw_spectral.imaging.optics import make_viewpoint
 from underwater_spectral.uw_spectral.spectra.bands import Bands
 from underwater_spectral.uw_spectral.spectra.colour_rendering import (
     delta_e_CIE2000_images,

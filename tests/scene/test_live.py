@@ -8,8 +8,8 @@ import bpy
 import numpy as np
 import pytest
 from underwater_spectral.node_groups import realtime_values
-from underwater_spectral.scene import live, realtime, shared_plans, stored_settings
-from underwater_spectral.scene.render_plan import make_plan
+from underwater_spectral.scene import live, realtime, stored_settings
+from underwater_spectral.scene.render_plan import make_plan, plan_of
 from underwater_spectral.scene.session import is_live
 from underwater_spectral.tests.scene import scenes, snapshot
 from underwater_spectral.uw_spectral.errors import InputError
@@ -231,9 +231,9 @@ def test_edited_colours_are_followed():
     assert [i.default_value for i in copies[0].inputs] == pytest.approx([0.1, 0.2, 0.3])
 
 
-def test_shared_plans_are_plans():
+def test_plans_of_a_view_are_plans():
     chosen = stored_settings.stored_settings(_scene())
-    own, shared = make_plan(chosen), shared_plans.plan_of(chosen)
+    own, shared = make_plan(chosen), plan_of(chosen)
     found = shared.viewpoint(5.0).reduction.weights
     assert found == pytest.approx(own.reduction(5.0).weights, rel=1e-12)
     assert shared.column.absorption == pytest.approx(own.column.absorption)

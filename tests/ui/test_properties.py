@@ -12,7 +12,8 @@ from unittest.mock import MagicMock
 import bpy
 import numpy as np
 import pytest
-from underwater_spectral.scene import shared_plans, stored_settings
+from underwater_spectral.scene import stored_settings
+from underwater_spectral.scene.render_plan import plan_of, quiet
 from underwater_spectral.scene.settings import SceneSettings
 from underwater_spectral.ui import migration, panels, presets, previews
 from underwater_spectral.ui import property_group as panel_group
@@ -26,9 +27,9 @@ DEPTH = 0.5
 def _plan():
     """Plan, development and path radiance of the scene: finite numbers, all of them."""
     chosen = stored_settings.stored_settings(bpy.context.scene)
-    plan = shared_plans.plan_of(chosen)
+    plan = plan_of(chosen)
     view = plan.viewpoint(min(DEPTH, 0.5 * (chosen.floor_depth or math.inf)))
-    with shared_plans.quiet():
+    with quiet():
         weights = view.reduction.weights
     assert weights.shape == (3, len(plan.bands))
     assert np.isfinite(weights).all()

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from ..content import ComparedByContent
 from ..errors import InputError, unknown_name
 from ._colour import colour_science
+from .bands import Bands
 from .spectral_table import LARGEST_NUMBER, read_spectral_table
 from .spectrum import DATA_DIRECTORY, Spectrum, Table, is_file, read_table, read_text
 
@@ -76,6 +77,10 @@ class Sensor(ComparedByContent):
             raise InputError(
                 f"sensor {self.name}: a channel is zero at every wavelength; give all three"
             )
+
+    def response_in(self, bands: Bands) -> NDArray[np.float64]:
+        """Sensitivity times band width, shape (3, n): responses per unit radiance of each band."""
+        return self.sensitivity.at_or_zero(bands.centres).T * bands.widths
 
 
 @dataclass(frozen=True)
@@ -171,6 +176,12 @@ def parse_sensor(text: str) -> Sensor:
         if name in collection.names():
             return collection.sensor(name)
     return _from_colour_science(name, colour_science().MSDS_CAMERA_SENSITIVITIES[name])
+
+
+@functools.cache
+def standard_observer() -> Sensor:
+    """Return the eye: the CIE 1931 2° observer."""
+    return parse_sensor("cie1931")
 
 
 def _from_colour_science(name: str, data: object) -> Sensor:
