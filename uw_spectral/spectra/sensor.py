@@ -16,7 +16,7 @@ from ..errors import InputError, unknown_name
 from ._colour import colour_science
 from .bands import Bands
 from .spectral_table import LARGEST_NUMBER, read_spectral_table
-from .spectrum import DATA_DIRECTORY, Spectrum, Table, is_file, read_table, read_text
+from .spectrum import Spectrum, is_file, read_text, shipped_table
 
 OBSERVERS = {
     "cie1931": "CIE 1931 2 Degree Standard Observer",
@@ -92,15 +92,12 @@ class _Collection:
     source: str
     licence: str
 
-    @functools.cached_property
-    def table(self) -> Table:
-        return read_table(DATA_DIRECTORY / self.file)
-
     def names(self) -> list[str]:
-        return [name[:-2] for name in self.table.columns if name.endswith(":R")]
+        columns = shipped_table(self.file).columns
+        return [name[:-2] for name in columns if name.endswith(":R")]
 
     def sensor(self, name: str) -> Sensor:
-        columns = self.table.columns
+        columns = shipped_table(self.file).columns
         values = np.stack([columns[f"{name}:{channel}"] for channel in _CHANNELS], axis=1)
         spectrum = Spectrum(columns["wavelength_nm"], values, f"sensitivity of {name}")
         return Sensor(name, spectrum, self.kind, self.source, self.licence)
@@ -166,6 +163,11 @@ def parse_sensor(text: str) -> Sensor:
     scheme, _, rest = text.partition(":")
     if scheme == "file" and rest:
         return _read_sensor(rest)
+    return _named_sensor(text)
+
+
+@functools.lru_cache(maxsize=32)
+def _named_sensor(text: str) -> Sensor:
     names = list_sensors()
     name = {known.lower(): known for known in names}.get(text.strip().lower())
     if name is None:
@@ -178,7 +180,6 @@ def parse_sensor(text: str) -> Sensor:
     return _from_colour_science(name, colour_science().MSDS_CAMERA_SENSITIVITIES[name])
 
 
-@functools.cache
 def standard_observer() -> Sensor:
     """Return the eye: the CIE 1931 2° observer."""
     return parse_sensor("cie1931")

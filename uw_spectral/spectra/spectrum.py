@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import functools
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -235,4 +236,16 @@ def read_table(path: str | Path, required: tuple[str, ...] = ("wavelength_nm",))
                     "finite number; correct that cell"
                 )
             values[index, column] = value
-    return Table(path, header, dict(zip(names, values.T, strict=True)))
+    return Table(path, header, dict(zip(names, constant(values).T, strict=True)))
+
+
+@functools.cache
+def shipped_table(name: str) -> Table:
+    """Return one of the project's own tables, by its file name; it is read once.
+
+    Examples
+    --------
+    >>> list(shipped_table("illuminant_d65.csv").columns)
+    ['wavelength_nm', 'd65']
+    """
+    return read_table(DATA_DIRECTORY / name, required=())

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-import functools
 import warnings
 from dataclasses import dataclass, replace
 from importlib import resources
@@ -15,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from ..content import ComparedByContent
 from ..errors import DataWarning, InputError, unknown_name
 from ..spectra.spectral_table import read_spectral_table
-from ..spectra.spectrum import DATA_DIRECTORY, Spectrum, Table, read_table
+from ..spectra.spectrum import Spectrum, shipped_table
 
 JERLOV_TYPES = ("I", "IA", "IB", "II", "III", "1C", "3C", "5C", "7C", "9C")
 JERLOV_SOURCES = ("solonenko2015", "williamson2022")
@@ -156,7 +155,7 @@ class Water(ComparedByContent):
         name = f"Jerlov {canonical}"
         columns = _published_columns(canonical, source)
         if source == "solonenko2015" and canonical in _REPAIRED_TYPES:
-            table = read_table(DATA_DIRECTORY / f"solonenko2015_repaired_{canonical}.csv").columns
+            table = shipped_table(f"solonenko2015_repaired_{canonical}.csv").columns
             for quantity in ("a", "Kd"):
                 columns[quantity] = columns[quantity].repaired(
                     table["wavelength_nm"], table[quantity]
@@ -448,13 +447,8 @@ def molecular_scattering(
     >>> molecular_scattering([400, 500]).round(5)
     array([0.00658, 0.00254])
     """
-    table = _molecular_table()
+    table = shipped_table("molecular_scattering.csv")
     models = [column for column in table.columns if column != "wavelength_nm"]
     if model not in models:
         raise unknown_name("molecular scattering", model, models)
     return table.spectrum(model, f"molecular scattering {model}").at(wavelengths)
-
-
-@functools.cache
-def _molecular_table() -> Table:
-    return read_table(DATA_DIRECTORY / "molecular_scattering.csv")
