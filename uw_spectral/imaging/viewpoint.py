@@ -21,8 +21,8 @@ from ..spectra.colour_rendering import (
 )
 from ..spectra.illuminant import Illuminant
 from ..spectra.sensor import Sensor
+from ..transfer.closed_form import ClosedForm, solve_closed_form
 from ..transfer.light_field import LightField
-from ..transfer.path_radiance import PathRadiance, solve_path_radiance
 from ..transfer.water_column import WaterColumn
 from ..water.phase import BandPhase
 
@@ -77,9 +77,9 @@ class Viewpoint(ComparedByContent):
         return self.field.Ed(self.depth)
 
     @functools.cached_property
-    def path_radiance(self) -> PathRadiance:
+    def path_radiance(self) -> ClosedForm:
         """Closed form of the water's radiance for this camera."""
-        return solve_path_radiance(self.field, self.phase, self.depth, self.column.sun_direction)
+        return solve_closed_form(self.field, self.phase, self.depth, self.column.sun_direction)
 
     @functools.cached_property
     def level(self) -> tuple[float, float, float]:
@@ -91,7 +91,7 @@ class Viewpoint(ComparedByContent):
     @functools.cached_property
     def background(self) -> NDArray[np.float64]:
         """Radiance of the open water along :attr:`level`, shape (n,)."""
-        return self.path_radiance.background(self.depth, self.level)
+        return self.path_radiance.radiance(self.depth, self.level)
 
     @functools.cached_property
     def reduction(self) -> SensorReduction:

@@ -155,6 +155,6 @@ def inelastic_share(view: Viewpoint, light: InelasticLight) -> float:
     light : InelasticLight
         In the bands and the column of the view.
     """
-    extra = light.background(view.depth, view.level)
+    extra = light.radiance(view.depth, view.level)
     luminance = standard_observer().response_in(view.column.bands)[1]
     return float(luminance @ extra / (luminance @ (extra + view.background)))
