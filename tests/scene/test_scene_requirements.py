@@ -9,6 +9,7 @@ import bpy
 import numpy as np
 import pytest
 from mathutils import Vector
+from underwater_spectral.quality import requirements
 from underwater_spectral.scene import batch, scene_requirements, settings, stored_settings
 from underwater_spectral.scene.settings import SceneSettings
 from underwater_spectral.tests.scene import scenes
@@ -168,6 +169,23 @@ def test_choice_changes_only_what_was_left_to_it():
     )
     assert "bands" not in fixed.settings
     assert "5, as given" in fixed.lines[0]
+
+
+def test_an_edited_file_counts_for_the_next_choice(tmp_path, monkeypatch):
+    scene, camera = _scene()
+    path = tmp_path / "water.csv"
+    found = []
+
+    def decide(views, everything, *arguments, **options):
+        found.append(float(everything.view.column.scattering[0]))
+        return requirements.decide(views, everything, *arguments, **options)
+
+    monkeypatch.setattr(scene_requirements, "decide", decide)
+    options = ["--water", f"file:{path}", "--bands", "3"]
+    for b in (0.1, 0.3):
+        path.write_text(f"wavelength_nm,a,b\n300,0.05,{b}\n800,0.5,{b}\n")
+        _choose(scene, camera, options, target=8.0, keep=frozenset(["bands"]))
+    assert found == pytest.approx([0.1, 0.3])
 
 
 def test_frames_along_the_path_are_looked_at():
