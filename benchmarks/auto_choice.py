@@ -45,8 +45,8 @@ from ..quality.seen_points import (
     Optics,
     SeenPoints,
     cone_directions,
+    openness,
     picture,
-    visibility,
 )
 from ..uw_spectral.errors import DataWarning
 from ..uw_spectral.imaging.optimised_bands import FittedViewpoint, optimised_bands
@@ -229,7 +229,7 @@ def look(
         path_sunlit=np.ones((count, 1), dtype=bool),
         reach=reach,
         on_floor=on_floor,
-        visibility=np.ones(count),
+        openness=np.ones(count),
         pixels=np.full(count, 1.0 / count),
     ).subsample(detail.rays)
     return _shaded(seen, things, sun, cone_directions(cone, detail.skyward), detail.steps)
@@ -253,12 +253,12 @@ def _shaded(
     along = np.minimum(seen.reached, to_surface)[:, None] * (np.arange(steps) + 0.5) / steps
     stations = seen.origin[:, None] + w[:, None] * along[..., None]
     point = seen.origin + w * np.where(hit, seen.distance, 0.0)[:, None] + 1e-3 * seen.normal
-    visible = visibility(seen.normal, skyward, clear(point[:, None], skyward))
+    share = openness(seen.normal, skyward, clear(point[:, None], skyward))
     return replace(
         seen,
         sunlit=~hit | clear(point, -sun),
         path_sunlit=clear(stations, -sun),
-        visibility=np.where(hit, visible, 1.0),
+        openness=np.where(hit, share, 1.0),
     )
 
 

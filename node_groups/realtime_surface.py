@@ -15,7 +15,7 @@ from ..uw_spectral.transfer.path_radiance import pixel_radiance
 from .node_mathematics import NODES, Graph, NodeValue, new_group
 from .realtime_inelastic import inelastic_light
 from .realtime_rays import background, depth_here, shaft, view_direction, view_distance
-from .realtime_shadows import VISIBILITY, visibility
+from .realtime_shadows import OPENNESS, openness
 from .realtime_values import (
     CONTRAST,
     EMISSION,
@@ -60,7 +60,7 @@ def build(values: bpy.types.ShaderNodeTree, shape: Shape) -> bpy.types.ShaderNod
     ``Measured i``, reflectances that replace the colour.
     """
     own = [PATTERN, POSITION] if shape.waves else []
-    own += [VISIBILITY] if shape.diffuse_shadows else []
+    own += [OPENNESS] if shape.diffuse_shadows else []
     triple = build_triple(
         TRIPLE_NAME, shape, _INPUTS | dict.fromkeys(own, "NodeSocketFloat"), _picture
     )
@@ -78,7 +78,7 @@ def build(values: bpy.types.ShaderNodeTree, shape: Shape) -> bpy.types.ShaderNod
     if shape.waves:
         given |= caustics_here(graph, values)
     if shape.diffuse_shadows:
-        given[VISIBILITY] = visibility(graph, given[NORMAL])
+        given[OPENNESS] = openness(graph, given[NORMAL])
     emission = graph.node("ShaderNodeEmission")
     graph.assign(sum_of_triples(graph, values, triple, shape, given), emission.inputs["Color"])
     tree.links.new(emission.outputs[0], graph.node("NodeGroupOutput").inputs[0])
@@ -91,8 +91,8 @@ def _picture(graph: Graph, values: Values) -> tuple[NodeValue, ...]:
     water = values.water
     nx, ny, nz = graph.components(values[NORMAL])
     cosine = -(nx * water.sun[0] + ny * water.sun[1] + nz * water.sun[2])
-    visible = values[VISIBILITY] if values.shape.diffuse_shadows else None
-    direct, forward, diffuse = water.field.surface_irradiance(y, 1.0, nz, NODES, visible)
+    open_share = values[OPENNESS] if values.shape.diffuse_shadows else None
+    direct, forward, diffuse = water.field.surface_irradiance(y, 1.0, nz, NODES, open_share)
     if values.shape.waves:
         contrast = interp(values[POSITION], [values[name] for name in CONTRAST], NODES)
         sunlight = sunlight_factor(values[PATTERN], contrast, NODES)

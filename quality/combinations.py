@@ -130,7 +130,7 @@ class ErrorEstimate:
             replace(
                 view,
                 path_sunlit=np.ones((len(view), 1), dtype=bool),
-                visibility=np.ones(len(view)),
+                openness=np.ones(len(view)),
             )
             for view in few
         ]

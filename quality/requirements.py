@@ -384,7 +384,7 @@ def _shadows(seen: Sequence[SeenPoints]) -> str:
 
 
 def _skylight(seen: Sequence[SeenPoints]) -> str:
-    hidden = np.concatenate([1.0 - view.visibility[view.kind > 0] for view in seen])
+    hidden = np.concatenate([1.0 - view.openness[view.kind > 0] for view in seen])
     if not hidden.any():
         return "nothing shades the light from above"
     return f"{hidden.mean():.0%} of the light from above is kept from what is seen"

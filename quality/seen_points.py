@@ -66,9 +66,9 @@ class SeenPoints:
         Distance up to which those steps go, at most up to the point, m.
     on_floor : array of bool, shape (m,)
         Whether the point lies on the floor of the water column.
-    visibility : array, shape (m,)
+    openness : array, shape (m,)
         Share of the light from above, the direct sun apart, that nothing keeps from the
-        point: see :func:`visibility`. 1 for open water.
+        point: see :func:`openness`. 1 for open water.
     pixels : array, shape (m,)
         Share of the picture that each ray stands for; they add up to 1.
 
@@ -87,7 +87,7 @@ class SeenPoints:
     path_sunlit: NDArray[np.bool_]
     reach: float
     on_floor: NDArray[np.bool_]
-    visibility: NDArray[np.float64]
+    openness: NDArray[np.float64]
     pixels: NDArray[np.float64]
 
     def __post_init__(self) -> None:
@@ -197,7 +197,7 @@ def cone_directions(cone: LightCone, count: int) -> NDArray[np.float64]:
     return w[w[:, 2] > 0]
 
 
-def visibility(
+def openness(
     normal: NDArray[np.float64], directions: NDArray[np.float64], clear: NDArray[np.bool_]
 ) -> NDArray[np.float64]:
     """Share of the light of a cone that reaches surfaces.
@@ -297,8 +297,8 @@ def picture(
     plain = develop(ray.radiance(sharp))
     bright = develop(ray.radiance(blurred))
     parts = {AUREOLE: bright - plain}
-    if (seen.visibility < 1).any():
-        shaded = ray.radiance(blurred, seen.visibility[:, None])
+    if (seen.openness < 1).any():
+        shaded = ray.radiance(blurred, seen.openness[:, None])
         parts[DIFFUSE_SHADOWS] = develop(shaded) - bright
     if not seen.path_sunlit.all() or waves is not None:
         parts[SHAFTS] = -develop(ray.missing_light(blurred))
@@ -348,13 +348,13 @@ class _Rays:
             self.contrast = waves.contrast(SunlitWater(view.field, view.phase, sun))
 
     def radiance(
-        self, water: PathRadiance, visibility: NDArray[np.float64] | float = 1.0
+        self, water: PathRadiance, openness: NDArray[np.float64] | float = 1.0
     ) -> NDArray[np.float64]:
         """Elastic radiance with unshadowed water, shape (m, n)."""
         view, w = self.view, self.w
         cosine = -(self.seen.normal @ np.asarray(view.column.sun_direction))[:, None]
         direct, forward, diffuse = water.field.surface_irradiance(
-            self.y, cosine, self.up, visibility=visibility
+            self.y, cosine, self.up, openness=openness
         )
         sunlight = self.sunlight(self.P)
         lit = (direct * self.seen.sunlit[:, None] + forward) * sunlight + diffuse

@@ -25,7 +25,7 @@ from ..quality.seen_points import (
     Optics,
     SeenPoints,
     cone_directions,
-    visibility,
+    openness,
 )
 from ..uw_spectral.imaging.readouts import REFERENCE_BANDS
 from ..uw_spectral.transfer.light_cone import LightCone, light_cone
@@ -190,17 +190,17 @@ def trace_view(
     points = seen.origin + seen.direction * np.where(on_surface, seen.distance, 0.0)[:, None]
     points = points[on_surface] + seen.normal[on_surface] * _OFF_SURFACE
     skyward = cone_directions(cone, _SKYWARD)
-    sunlit, visible = np.ones(len(seen), dtype=bool), np.ones(len(seen))
+    sunlit, share = np.ones(len(seen), dtype=bool), np.ones(len(seen))
     facing = seen.normal[on_surface] @ to_sun > 0
     sunlit[on_surface] = facing & _clear(meshes, points[:, None], to_sun)[:, 0]
-    visible[on_surface] = visibility(
+    share[on_surface] = openness(
         seen.normal[on_surface], skyward, _clear(meshes, points[:, None], skyward)
     )
     return replace(
         seen,
         sunlit=sunlit,
         path_sunlit=_clear(meshes, stations, to_sun),
-        visibility=visible,
+        openness=share,
     )
 
 
@@ -229,7 +229,7 @@ def _first_seen(
         path_sunlit=np.ones((count, 1), dtype=bool),
         reach=min(_REACH / max(float(column.attenuation.min()), 1e-6), _FARTHEST),
         on_floor=on_floor,
-        visibility=np.ones(count),
+        openness=np.ones(count),
         pixels=np.full(count, 1.0 / count),
     )
 

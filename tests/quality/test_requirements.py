@@ -25,8 +25,8 @@ from underwater_spectral.quality.seen_points import (
     Optics,
     SeenPoints,
     cone_directions,
+    openness,
     picture,
-    visibility,
 )
 from underwater_spectral.uw_spectral.errors import InputError
 from underwater_spectral.uw_spectral.imaging.readouts import make_viewpoint
@@ -73,7 +73,7 @@ def seen_points(count=24, depth=5.0, shadow=0.0, up=0.3, distance=6.0):
         path_sunlit=random.random((count, 5)) >= shadow,
         reach=30.0,
         on_floor=np.zeros(count, dtype=bool),
-        visibility=np.ones(count),
+        openness=np.ones(count),
         pixels=np.full(count, 1 / count),
     )
 
@@ -349,7 +349,7 @@ def test_diffuse_shadows_are_a_part():
     view, seen = viewpoint(), seen_points(shadow=0.1)
     assert DIFFUSE_SHADOWS not in picture(Optics(view), seen).parts
     hit = np.isfinite(seen.distance)
-    shaded = replace(seen, visibility=np.where(hit, 0.0, 1.0))
+    shaded = replace(seen, openness=np.where(hit, 0.0, 1.0))
     part = picture(Optics(view), shaded).parts[DIFFUSE_SHADOWS]
     assert (part[~hit] == 0).all()
     assert (luminance(part[hit]) < 0).all()
@@ -362,7 +362,7 @@ def test_diffuse_shadows_are_a_part():
 
 def test_diffuse_shadows_are_chosen_where_they_matter():
     seen = seen_points()
-    shaded = replace(seen, visibility=np.where(np.isfinite(seen.distance), 0.2, 1.0))
+    shaded = replace(seen, openness=np.where(np.isfinite(seen.distance), 0.2, 1.0))
     given = Optics(viewpoint()), choices()
     chosen, less, none, kept, without = (
         decide([view], *given, target=target, **how)
@@ -389,7 +389,7 @@ def test_diffuse_shadows_are_chosen_where_they_matter():
     assert "off, as given" in str({d.name: d for d in without.decisions}["diffuse shadows"])
 
 
-def test_visibility_is_the_share_of_the_cosine():
+def test_openness_is_the_share_of_the_cosine():
     cone = LightCone(np.array([0.0, 0.0, -1.0]), math.radians(50))
     assert cone.direction == pytest.approx([0.0, 0.0, -1.0], abs=1e-12)
     w = cone_directions(cone, 400)
@@ -401,10 +401,10 @@ def test_visibility_is_the_share_of_the_cosine():
         np.array([[1.0, 0, 0]]),
     )
     half = (w[:, 0] > 0)[None]
-    assert visibility(up, w, half)[0] == pytest.approx(0.5, abs=0.01)
-    assert visibility(level, w, half)[0] == pytest.approx(1)
-    assert visibility(level, w, ~half)[0] == pytest.approx(0)
-    assert visibility(down, w, half)[0] == 1
+    assert openness(up, w, half)[0] == pytest.approx(0.5, abs=0.01)
+    assert openness(level, w, half)[0] == pytest.approx(1)
+    assert openness(level, w, ~half)[0] == pytest.approx(0)
+    assert openness(down, w, half)[0] == 1
     low = cone_directions(LightCone(np.array([0.8, 0.0, -0.6]), math.radians(60)), 100)
     assert low[:, 2].min() > 0
 

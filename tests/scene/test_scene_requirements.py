@@ -49,7 +49,7 @@ def test_a_cube_ahead_is_seen_where_it_is():
     assert seen.colour[hit] == pytest.approx(np.tile([0.7, 0.3, 0.2], (hit.sum(), 1)), abs=1e-6)
     assert not seen.on_floor.any()
     assert seen.path_sunlit.all()
-    assert (seen.visibility == 1).all()
+    assert (seen.openness == 1).all()
 
 
 def test_a_subject_of_one_percent_counts_as_the_water_does():
@@ -79,8 +79,8 @@ def test_floor_and_shadows_are_found():
     assert 0.1 < seen.shaded_path < 0.9
     assert not seen.sunlit[np.isfinite(seen.distance)].all()
     under = floor & (np.abs(seen.origin + seen.direction * seen.distance[:, None])[:, 0] < 1)
-    assert seen.visibility[floor].min() < 0.7
-    assert seen.visibility[under].mean() < seen.visibility[floor & ~under].mean()
+    assert seen.openness[floor].min() < 0.7
+    assert seen.openness[under].mean() < seen.openness[floor & ~under].mean()
 
 
 def test_a_ceiling_keeps_the_light_from_above_away():
@@ -89,8 +89,8 @@ def test_a_ceiling_keeps_the_light_from_above_away():
     slab.scale = (40.0, 40.0, 0.1)
     bpy.context.view_layer.update()
     seen = _look(scene, camera)
-    assert (seen.visibility[np.isfinite(seen.distance)] == 0).sum() > 10
-    assert (seen.visibility[np.isinf(seen.distance)] == 1).all()
+    assert (seen.openness[np.isfinite(seen.distance)] == 0).sum() > 10
+    assert (seen.openness[np.isinf(seen.distance)] == 1).all()
 
 
 def test_live_water_is_not_in_the_way():
