@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -31,10 +32,15 @@ from ..uw_spectral.transfer.inelastic_light import InelasticLight
 from ..uw_spectral.transfer.light_cone import LightCone
 from ..uw_spectral.transfer.path_radiance import PathRadiance, pixel_radiance
 from ..uw_spectral.transfer.sunlit_water import SunlitWater
-
-AUREOLE, SHAFTS, INELASTIC = "aureole", "shafts", "inelastic"
-DIFFUSE_SHADOWS = "diffuse_shadows"
-FLOOR_LIGHT, INTERNAL_REFLECTION, SINGLE = "floor light", "internal reflection", "single scattering"
+from .terms import (
+    AUREOLE,
+    DIFFUSE_SHADOWS,
+    FLOOR_LIGHT,
+    INELASTIC,
+    INTERNAL_REFLECTION,
+    SHAFTS,
+    SINGLE,
+)
 
 _SHARPEST = Aureole(1.0, (0.0, 0.0, 0.0), (), ())
 _SOURCES = ("b", "bp", "C1", "C2", "A", "B", "Fx", "E", "r")
@@ -263,9 +269,8 @@ def picture(
     optics: Optics,
     seen: SeenPoints,
     *,
-    surface: str | None = None,
-    floor: bool = True,
     without: str = "",
+    **column: object,
 ) -> Picture:
     """Colours of the rays.
 
@@ -273,19 +278,16 @@ def picture(
     ----------
     optics : Optics
     seen : SeenPoints
-    surface : {"none", "flat", "waves"}, optional
-        Instead of the column's own. Waves need ``optics.waves``.
-    floor : bool
-        Whether the floor of the column is there.
     without : str
-        One of :data:`FLOOR_LIGHT`, :data:`INTERNAL_REFLECTION` and
-        :data:`SINGLE`: leave that light out.
+        One of :data:`.LIGHTS`, by name: leave that light out.
+    **column : object
+        Fields of the water column, instead of its own. Waves need ``optics.waves``.
 
     Returns
     -------
     Picture
     """
-    view = _view(optics.view, seen.depth, surface, floor=floor)
+    view = _view(optics.view, seen.depth, column)
     develop = view.reduction.apply
     waves = optics.waves if view.column.surface == "waves" else None
     ray = _Rays(view, seen, waves, without)
@@ -307,15 +309,11 @@ def picture(
     return Picture(plain, parts)
 
 
-def _view(view: Viewpoint, depth: float, surface: str | None, *, floor: bool) -> Viewpoint:
-    column = view.column
-    if surface is not None:
-        column = dataclasses.replace(column, surface=surface)
-    if not floor:
-        column = dataclasses.replace(column, floor_depth=math.inf)
+def _view(view: Viewpoint, depth: float, changed: Mapping[str, object]) -> Viewpoint:
+    column = dataclasses.replace(view.column, **changed)
     changes: dict[str, object] = {"column": column, "depth": min(depth, column.floor_depth)}
     if isinstance(view, FittedViewpoint):
-        changes["reference"] = _view(view.reference, depth, surface, floor=floor)
+        changes["reference"] = _view(view.reference, depth, changed)
     return dataclasses.replace(view, **changes)
 
 

@@ -16,17 +16,10 @@ import numpy as np
 from mathutils import Vector
 from numpy.typing import NDArray
 
-from ..quality.combinations import FLOOR, RAYS, BandChoice, Workload
+from ..quality.combinations import RAYS, BandChoice, Workload
 from ..quality.requirements import Requirements, decide
-from ..quality.seen_points import (
-    AUREOLE,
-    DIFFUSE_SHADOWS,
-    SHAFTS,
-    Optics,
-    SeenPoints,
-    cone_directions,
-    openness,
-)
+from ..quality.seen_points import Optics, SeenPoints, cone_directions, openness
+from ..quality.terms import TERMS, settings_of, switched_on
 from ..uw_spectral.imaging.readouts import REFERENCE_BANDS
 from ..uw_spectral.transfer.light_cone import LightCone, light_cone
 from ..uw_spectral.transfer.water_column import WaterColumn
@@ -35,7 +28,7 @@ from .cameras import camera_depth
 from .ray_casting import Meshes
 from .realtime import MOST_BANDS
 from .render_plan import RenderPlan
-from .settings import EQUAL, NO_FLOOR, OPTIMISED, REALTIME, Job, SceneSettings
+from .settings import EQUAL, OPTIMISED, REALTIME, Job, SceneSettings
 from .water_body import COLLECTION
 
 OPTIMISED_COUNTS = (3, 6, 9)
@@ -103,9 +96,6 @@ def choose(
     InputError
         If the settings cannot be used or the camera is not under water.
     """
-    stays = set(keep)
-    if "floor_depth" in keep:
-        stays.add(FLOOR)
     before = scene.frame_current
     frames = _sampled(job.frames or (before,))
     views: list[SeenPoints] = []
@@ -139,9 +129,8 @@ def choose(
         chosen.samples if "samples" in keep else None,
         shaft_end,
     )
-    # Cycles has them all, whatever the settings say.
-    switches = () if method == "cycles" else (AUREOLE, SHAFTS, DIFFUSE_SHADOWS)
-    off = {name for name in switches if name in keep and not getattr(chosen, name)}
+    given = {term.name for term in TERMS if term.setting in keep and job.engine in term.engines}
+    on = given & switched_on(vars(chosen))
     with shared_plans.quiet():
         required = decide(
             views,
@@ -150,11 +139,11 @@ def choose(
             target=target,
             budget=budget,
             workload=workload,
-            keep=stays - off,
-            off=off,
+            keep=on,
+            off=given - on,
             denoise=job.denoise,
         )
-    return Choice(required, _changes(chosen, required, method, keep))
+    return Choice(required, _changes(chosen, required, job.engine, keep))
 
 
 def trace_view(
@@ -360,24 +349,16 @@ def _choices(chosen: SceneSettings, method: str, keep: frozenset[str]) -> list[B
 
 
 def _changes(
-    chosen: SceneSettings, required: Requirements, method: str, keep: frozenset[str]
+    chosen: SceneSettings, required: Requirements, engine: str, keep: frozenset[str]
 ) -> dict[str, Any]:
     """Settings that differ from the ones that were given."""
-    options = required.options
-    wanted = {
-        **required.bands.settings,
-        "surface": options.surface,
-        "samples": required.samples,
-    }
-    if method == "cycles":
+    wanted = {**required.bands.settings, "samples": required.samples}
+    if engine == "cycles":
         wanted["bounces"] = required.bounces
-    else:
-        for name in (AUREOLE, SHAFTS, DIFFUSE_SHADOWS):
-            wanted[name] = getattr(options, name)
-    if not options.inelastic:
-        wanted["inelastic"] = ""
-    if not required.floor:
-        wanted["floor_depth"] = NO_FLOOR
+    changed = required.options ^ switched_on(vars(chosen))
+    for term in TERMS:
+        if term.name in changed and engine in term.engines:
+            wanted[term.setting] = settings_of(required.options)[term.setting]
     return {
         name: value
         for name, value in wanted.items()

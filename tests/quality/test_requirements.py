@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from underwater_spectral.quality.combinations import BandChoice, ErrorEstimate, Workload
-from underwater_spectral.quality.costs import COLUMNS, Options, read_costs
+from underwater_spectral.quality.costs import COLUMNS, COSTED, read_costs
 from underwater_spectral.quality.light_reach import (
     BOUNCES,
     clip_to_display,
@@ -18,15 +18,21 @@ from underwater_spectral.quality.light_reach import (
 )
 from underwater_spectral.quality.requirements import SAFETY, decide
 from underwater_spectral.quality.seen_points import (
-    AUREOLE,
-    DIFFUSE_SHADOWS,
-    SHAFTS,
-    SINGLE,
     Optics,
     SeenPoints,
     cone_directions,
     openness,
     picture,
+)
+from underwater_spectral.quality.terms import (
+    AUREOLE,
+    DIFFUSE_SHADOWS,
+    SHAFTS,
+    SINGLE,
+    SURFACE,
+    TERMS,
+    WAVES,
+    with_and_without,
 )
 from underwater_spectral.uw_spectral.errors import InputError
 from underwater_spectral.uw_spectral.imaging.readouts import make_viewpoint
@@ -41,7 +47,6 @@ from underwater_spectral.uw_spectral.spectra.spectrum import DATA_DIRECTORY, rea
 from underwater_spectral.uw_spectral.surface.wave_patterns import Sea
 from underwater_spectral.uw_spectral.transfer.light_cone import LightCone
 from underwater_spectral.uw_spectral.transfer.path_radiance import pixel_radiance
-from underwater_spectral.uw_spectral.transfer.water_column import SURFACES
 from underwater_spectral.uw_spectral.water.optical_properties import Water
 
 pytestmark = pytest.mark.filterwarnings(
@@ -137,9 +142,9 @@ def test_waves_change_lit_points():
     estimate = ErrorEstimate(
         [seen_points()], Optics(view, waves=sea), choices((6,), surface="flat")
     )
-    assert estimate.surfaces == ("waves", "flat", "none")
-    everything = estimate.everything()
-    flat = estimate.rgb(None, replace(everything, surface="flat"))
+    everything = estimate.everything
+    assert everything == {AUREOLE, SHAFTS, WAVES, SURFACE}
+    flat = estimate.rgb(None, everything - {WAVES})
     assert estimate.errors([flat])[0] > 0.1
     assert estimate.errors([estimate.rgb(None, everything)])[0] == pytest.approx(0)
 
@@ -150,9 +155,7 @@ def test_search_finds_the_cheapest_of_all_combinations():
     costs = read_costs()
     combinations = estimate.combinations(Workload(), costs)
     assert len(combinations) == 5 * 2 * 2 * 2
-    errors = [
-        estimate.errors([estimate.rgb(c.bands, c.options, floor=c.floor)])[0] for c in combinations
-    ]
+    errors = [estimate.errors([estimate.rgb(c.bands, c.options)])[0] for c in combinations]
     for target in (0.5, 1.0, 3.0):
         chosen, error = estimate.search(combinations, target)
         good = [c.cost for c, e in zip(combinations, errors, strict=True) if e <= target]
@@ -164,8 +167,7 @@ def test_parts_add_up_as_separate_pictures_do():
     fine, few = viewpoint(surface="flat"), viewpoint(bands=9, surface="flat")
     seen = seen_points(shadow=0.4)
     estimate = ErrorEstimate([seen], Optics(fine), [BandChoice("9", Optics(few), {})])
-    options = Options(aureole=False, surface="none")
-    guess = estimate.errors([estimate.rgb(estimate.choices[0], options)])[0]
+    guess = estimate.errors([estimate.rgb(estimate.choices[0], frozenset())])[0]
     truth = clip_to_display(picture(Optics(fine), seen).without())
     direct = clip_to_display(picture(Optics(few), seen, surface="none").without(AUREOLE, SHAFTS))
     measured = delta_e_CIE2000_images(direct, truth).mean()
@@ -197,10 +199,9 @@ def test_a_looser_target_never_costs_more():
 
 def test_what_is_kept_stays():
     given = [seen_points(shadow=0.4)], Optics(viewpoint()), choices()
-    assert not decide(*given, target=20.0).options.shafts
+    assert SHAFTS not in decide(*given, target=20.0).options
     kept = decide(*given, target=20.0, keep=(SHAFTS, AUREOLE))
-    assert kept.options.shafts
-    assert kept.options.aureole
+    assert kept.options >= {SHAFTS, AUREOLE}
     assert "on, as given" in "\n".join(map(str, kept.decisions))
 
 
@@ -279,11 +280,7 @@ def test_costs_are_those_of_the_table():
     water = [row for row in rows if row["bands"] and not row["cycles"]]
     assert len(water) == 9
     for row in water:
-        options = Options(
-            bool(row["aureole"]),
-            SURFACES[int(row["surface"])],
-            *(bool(row[name]) for name in ("inelastic", "shafts", "diffuse_shadows")),
-        )
+        options = frozenset(term.name for term in COSTED if row[term.name])
         bands = int(row["bands"])
         found = costs.sample("realtime", bands, 3, options)
         assert found == pytest.approx(row["ratio"], rel=0.1)
@@ -294,18 +291,14 @@ def test_costs_are_those_of_the_table():
 
 def test_less_never_costs_more():
     costs = read_costs()
-    everything = Options(True, "waves", True, True, True)
-    for less in (
-        {"aureole": False},
-        {"surface": "flat"},
-        {"surface": "none"},
-        {"inelastic": False},
-        {"shafts": False},
-        {"diffuse_shadows": False},
-    ):
+    everything = frozenset(term.name for term in TERMS)
+    for term in TERMS:
         for bands in (3, 16):
-            cheaper = costs.sample("realtime", bands, 3, replace(everything, **less))
-            assert cheaper <= costs.sample("realtime", bands, 3, everything)
+            more, less = (
+                costs.sample("realtime", bands, 3, options)
+                for options in with_and_without(term, everything)
+            )
+            assert less < more if term.cost else less == more
 
 
 def test_few_rays_stand_for_all_that_is_seen():
@@ -374,12 +367,11 @@ def test_diffuse_shadows_are_chosen_where_they_matter():
             (shaded, 0.3, {"off": (DIFFUSE_SHADOWS, AUREOLE)}),
         )
     )
-    assert chosen.options.diffuse_shadows
-    assert not less.options.diffuse_shadows
-    assert not none.options.diffuse_shadows
-    assert kept.options.diffuse_shadows
-    assert not without.options.diffuse_shadows
-    assert not without.options.aureole
+    assert DIFFUSE_SHADOWS in chosen.options
+    assert DIFFUSE_SHADOWS not in less.options
+    assert DIFFUSE_SHADOWS not in none.options
+    assert DIFFUSE_SHADOWS in kept.options
+    assert not {DIFFUSE_SHADOWS, AUREOLE} & without.options
     line = {d.name: d for d in chosen.decisions}["diffuse shadows"]
     assert line.effect_delta_e > 0.3
     assert line.cost_ratio > 1
@@ -421,3 +413,5 @@ def test_refusals():
         decide(*given, choices((3,)), target=1.0, budget=-1.0)
     with pytest.raises(InputError, match="at least one view and one set of bands"):
         decide(*given, [], target=1.0)
+    with pytest.raises(InputError, match="every set of bands a name of its own"):
+        decide(*given, choices((3, 3)), target=1.0)

@@ -159,7 +159,7 @@ def test_choice_changes_only_what_was_left_to_it():
     assert auto.keep == {"surface", "samples"}
     choice = _choose(scene, camera, options, target=8.0, keep=auto.keep)
     assert not {"surface", "samples"} & set(choice.settings)
-    assert choice.required.options.surface == "flat"
+    assert "surface" in choice.required.options
     assert choice.settings["bands"] == 3
     assert choice.settings["aureole"] is False
     assert "shafts" not in choice.settings
