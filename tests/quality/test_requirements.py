@@ -166,7 +166,8 @@ def test_parts_add_up_as_separate_pictures_do():
     fine, few = viewpoint(surface="flat"), viewpoint(bands=9, surface="flat")
     seen = seen_points(shadow=0.4)
     estimate = ErrorEstimate([seen], Optics(fine), [BandChoice("9", Optics(few), {})])
-    guess = estimate.errors([estimate.rgb(estimate.choices[0], frozenset())])[0]
+    # Bands are known by their name, not by the object.
+    guess = estimate.errors([estimate.rgb(BandChoice("9", Optics(few), {}), frozenset())])[0]
     truth = clip_to_display(picture(Optics(fine), seen).without())
     direct = clip_to_display(picture(Optics(few), seen, surface="none").without(AUREOLE, SHAFTS))
     measured = delta_e_CIE2000_images(direct, truth).mean()

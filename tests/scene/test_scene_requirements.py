@@ -170,6 +170,35 @@ def test_choice_changes_only_what_was_left_to_it():
     assert "5, as given" in fixed.lines[0]
 
 
+def test_terms_that_are_given_stay():
+    scene, camera = _scene()
+    options = ["--engine", "eevee", "--bands", "4", "--no-aureole", "--shafts", "--surface", "flat"]
+    options += ["--inelastic", ""]
+    keep = settings.auto(settings.parse([*options, "--target-delta-e", "8"])).keep
+    choice = _choose(scene, camera, options, target=8.0, keep=keep)
+    assert choice.required.options == {"shafts", "surface"}
+    lines = {line.split(";")[0] for line in choice.lines}
+    assert {
+        "aureole: off, as given",
+        "shafts: on, as given",
+        "diffuse shadows: off",
+        "surface with Snell's window: on, as given",
+    } <= lines
+    assert not any(line.startswith(("waves", "inelastic")) for line in lines)
+    assert not {"aureole", "shafts", "surface", "inelastic"} & set(choice.settings)
+    assert choice.settings["diffuse_shadows"] is False
+
+
+def test_cycles_has_terms_that_are_switches_of_eevee():
+    scene, camera = _scene()
+    options = ["--engine", "cycles", "--bands", "4", "--no-aureole"]
+    keep = frozenset(["bands", "aureole"])
+    choice = _choose(scene, camera, options, target=8.0, keep=keep)
+    assert "aureole" in choice.required.options
+    assert not {"aureole", "shafts", "diffuse_shadows"} & set(choice.settings)
+    assert not any(line.startswith("aureole") for line in choice.lines)
+
+
 def test_frames_along_the_path_are_looked_at():
     scene, camera = _scene()
     for frame, z in ((1, -5.0), (11, -2.0)):
