@@ -16,17 +16,10 @@ import numpy as np
 from mathutils import Vector
 from numpy.typing import NDArray
 
-from ..quality.combinations import FLOOR, RAYS, BandChoice, Workload
+from ..quality.combinations import RAYS, BandChoice, Workload
 from ..quality.requirements import Requirements, decide
-from ..quality.seen_points import (
-    AUREOLE,
-    DIFFUSE_SHADOWS,
-    SHAFTS,
-    Optics,
-    SeenPoints,
-    cone_directions,
-    visibility,
-)
+from ..quality.seen_points import Optics, SeenPoints, cone_directions, openness
+from ..quality.terms import TERMS, settings_of, switched_on
 from ..uw_spectral.imaging.description import REFERENCE_BANDS
 from ..uw_spectral.transfer.light_cone import LightCone, light_cone
 from ..uw_spectral.transfer.water_column import WaterColumn
@@ -35,7 +28,7 @@ from .cameras import camera_depth
 from .ray_casting import Meshes
 from .realtime import MOST_BANDS
 from .render_plan import RenderPlan, forget_files, plan_of, quiet
-from .settings import EQUAL, NO_FLOOR, OPTIMISED, REALTIME, Job, SceneSettings
+from .settings import EQUAL, OPTIMISED, REALTIME, Job, SceneSettings
 from .water_body import COLLECTION
 
 OPTIMISED_COUNTS = (3, 6, 9)
@@ -104,9 +97,6 @@ def choose(
         If the settings cannot be used or the camera is not under water.
     """
     forget_files()
-    stays = set(keep)
-    if "floor_depth" in keep:
-        stays.add(FLOOR)
     before = scene.frame_current
     frames = _sampled(job.frames or (before,))
     views: list[SeenPoints] = []
@@ -140,9 +130,8 @@ def choose(
         chosen.samples if "samples" in keep else None,
         shaft_end,
     )
-    # Cycles has them all, whatever the settings say.
-    switches = () if method == "cycles" else (AUREOLE, SHAFTS, DIFFUSE_SHADOWS)
-    off = {name for name in switches if name in keep and not getattr(chosen, name)}
+    given = {term.name for term in TERMS if term.setting in keep and job.engine in term.engines}
+    on = given & switched_on(vars(chosen))
     with quiet():
         required = decide(
             views,
@@ -151,11 +140,11 @@ def choose(
             target=target,
             budget=budget,
             workload=workload,
-            keep=stays - off,
-            off=off,
+            keep=on,
+            off=given - on,
             denoise=job.denoise,
         )
-    return Choice(required, _changes(chosen, required, method, keep))
+    return Choice(required, _changes(chosen, required, job.engine, keep))
 
 
 def trace_view(
@@ -191,17 +180,17 @@ def trace_view(
     points = seen.origin + seen.direction * np.where(on_surface, seen.distance, 0.0)[:, None]
     points = points[on_surface] + seen.normal[on_surface] * _OFF_SURFACE
     skyward = cone_directions(cone, _SKYWARD)
-    sunlit, visible = np.ones(len(seen), dtype=bool), np.ones(len(seen))
+    sunlit, share = np.ones(len(seen), dtype=bool), np.ones(len(seen))
     facing = seen.normal[on_surface] @ to_sun > 0
     sunlit[on_surface] = facing & _clear(meshes, points[:, None], to_sun)[:, 0]
-    visible[on_surface] = visibility(
+    share[on_surface] = openness(
         seen.normal[on_surface], skyward, _clear(meshes, points[:, None], skyward)
     )
     return replace(
         seen,
         sunlit=sunlit,
         path_sunlit=_clear(meshes, stations, to_sun),
-        visibility=visible,
+        openness=share,
     )
 
 
@@ -230,7 +219,7 @@ def _first_seen(
         path_sunlit=np.ones((count, 1), dtype=bool),
         reach=min(_REACH / max(float(column.attenuation.min()), 1e-6), _FARTHEST),
         on_floor=on_floor,
-        visibility=np.ones(count),
+        openness=np.ones(count),
         pixels=np.full(count, 1.0 / count),
     )
 
@@ -361,24 +350,16 @@ def _choices(chosen: SceneSettings, method: str, keep: frozenset[str]) -> list[B
 
 
 def _changes(
-    chosen: SceneSettings, required: Requirements, method: str, keep: frozenset[str]
+    chosen: SceneSettings, required: Requirements, engine: str, keep: frozenset[str]
 ) -> dict[str, Any]:
     """Settings that differ from the ones that were given."""
-    options = required.options
-    wanted = {
-        **required.bands.settings,
-        "surface": options.surface,
-        "samples": required.samples,
-    }
-    if method == "cycles":
+    wanted = {**required.bands.settings, "samples": required.samples}
+    if engine == "cycles":
         wanted["bounces"] = required.bounces
-    else:
-        for name in (AUREOLE, SHAFTS, DIFFUSE_SHADOWS):
-            wanted[name] = getattr(options, name)
-    if not options.inelastic:
-        wanted["inelastic"] = ""
-    if not required.floor:
-        wanted["floor_depth"] = NO_FLOOR
+    changed = required.options ^ switched_on(vars(chosen))
+    for term in TERMS:
+        if term.name in changed and engine in term.engines:
+            wanted[term.setting] = settings_of(required.options)[term.setting]
     return {
         name: value
         for name, value in wanted.items()

@@ -124,11 +124,15 @@ def test_water_from_constituents_and_its_inelastic_light():
     assert (water.water, water.inelastic) == ("jerlov:IB", "")
 
 
-@pytest.mark.parametrize("water", ["constituents", "jerlov:IB", "file:none.csv"])
-def test_the_panel_names_properties_that_exist(water, monkeypatch):
+@pytest.mark.parametrize(
+    ("water", "quality"),
+    [("constituents", "REALTIME"), ("jerlov:IB", "BANDS"), ("file:none.csv", "REFERENCE")],
+)
+def test_the_panel_names_properties_that_exist(water, quality, monkeypatch):
     """Drawing onto a layout that only looks them up; a window is not needed."""
     monkeypatch.setattr(panels, "_say", lambda *_: None)  # it measures the window
     bpy.context.scene.underwater.water = water
+    bpy.context.scene.underwater_panel.quality = quality
     shown = []
 
     class Layout(MagicMock):
@@ -147,6 +151,9 @@ def test_the_panel_names_properties_that_exist(water, monkeypatch):
         panel.draw(drawn, bpy.context)
     assert "inelastic" in shown
     assert ("chlorophyll" in shown) == (water == "constituents")
+    assert ("denoise" in shown) == (quality == "REFERENCE")
+    switches = {"aureole", "shafts", "diffuse_shadows"} & set(shown)
+    assert len(switches) == (0 if quality == "REFERENCE" else 3)
 
 
 def test_exposure_is_automatic_or_stops():
