@@ -49,8 +49,9 @@ class SceneSettings:
 
     water: str = _setting(
         "jerlov:IB",
-        "Water: jerlov:TYPE (see --list-waters) or file:PATH, a CSV with the columns "
-        "wavelength_nm, a, b in 1/m; constituents takes chlorophyll, cdom, minerals and detritus",
+        "Water: jerlov:TYPE or case:NAME (see --list-waters); bio:chl=1,cdom=0.1, made of "
+        "constituents; file:PATH, a CSV with the columns wavelength_nm and a, b or Kd in 1/m, or "
+        "SeaBASS (.sb); constituents takes chlorophyll, cdom, minerals and detritus",
     )
     chlorophyll: float = _setting(
         1.0, "Chlorophyll, mg/m³, of --water constituents", limits=(0.0, 100.0), animatable=True
@@ -320,15 +321,17 @@ class _Parser(argparse.ArgumentParser):
         raise InputError(f"{message}; see --help")
 
 
-def parser() -> argparse.ArgumentParser:
-    """Return the command line of ``render_bands.py``."""
+def parser(program: str | None = None) -> argparse.ArgumentParser:
+    """Return the command line of a batch; ``program`` is its name in the help."""
     result = _Parser(
-        prog="render_bands.py",
+        prog=program,
         description="Render the spectral bands of an underwater scene and develop them.",
         argument_default=argparse.SUPPRESS,
         allow_abbrev=False,
     )
-    result.add_argument("blend", nargs="?", type=Path, help="scene (python only)")
+    result.add_argument(
+        "blend", nargs="?", type=Path, default=None, help="scene, unless Blender has one open"
+    )
     result.add_argument(
         "--engine", choices=("cycles", "eevee"), help="default: that of --quality, else cycles"
     )
@@ -431,8 +434,6 @@ def merge(stored: SceneSettings, options: argparse.Namespace) -> SceneSettings:
 
 def job(options: argparse.Namespace) -> Job:
     """Return the job that the options describe."""
-    if options.resolution is not None and min(options.resolution) < 1:
-        raise InputError("--resolution: width and height must be at least 1 pixel")
     quality = getattr(options, "quality", None)
     usual = METHODS[QUALITIES[quality].method if quality else "reference"]
     engine = getattr(options, "engine", usual.engine)
@@ -441,7 +442,7 @@ def job(options: argparse.Namespace) -> Job:
     if engine == "cycles" and (mode == REALTIME or getattr(options, "shafts", False)):
         raise InputError("--mode realtime and --shafts need --engine eevee")
     return Job(
-        blend=getattr(options, "blend", None),
+        blend=options.blend,
         engine=engine,
         mode=mode,
         frames=parse_frames(options.frames),
@@ -478,7 +479,7 @@ def auto(options: argparse.Namespace) -> AutoRequest | None:
     return AutoRequest(target, budget, options.explain, frozenset(keep))
 
 
-def parse(arguments: Sequence[str]) -> argparse.Namespace:
+def parse(arguments: Sequence[str], program: str | None = None) -> argparse.Namespace:
     """Parse a command line.
 
     Raises
@@ -486,4 +487,4 @@ def parse(arguments: Sequence[str]) -> argparse.Namespace:
     InputError
         If an option is unknown or has a value that is not acceptable.
     """
-    return parser().parse_args(list(arguments))
+    return parser(program).parse_args(list(arguments))

@@ -14,6 +14,7 @@ from ..scene.settings import CONSTITUENTS, METHODS, Job, SceneSettings
 from ..uw_spectral.errors import InputError
 from ..uw_spectral.water.inelastic_processes import PROCESSES, parse_processes
 from ..uw_spectral.water.optical_properties import JERLOV_TYPES
+from .live_updates import transaction
 
 if TYPE_CHECKING:
     from ..scene.scene_requirements import Choice
@@ -302,12 +303,13 @@ def write_choice(scene: bpy.types.Scene, earlier: dict[str, Any], choice: Choice
     group, water = getattr(scene, PROPERTY), getattr(scene, stored_settings.PROPERTY)
     stored = stored_settings.stored_settings(scene)
     changed = {}
-    for name, value in (earlier | choice.settings).items():
-        before = earlier.get(name, getattr(stored, name))
-        if value != before:
-            changed[name] = before, value
-        if value != getattr(stored, name):
-            setattr(water, name, value)
+    with transaction():
+        for name, value in (earlier | choice.settings).items():
+            before = earlier.get(name, getattr(stored, name))
+            if value != before:
+                changed[name] = before, value
+            if value != getattr(stored, name):
+                setattr(water, name, value)
     group.chosen, group.decisions = json.dumps(changed), "\n".join(choice.lines)
     if choice.settings.get("shafts", stored.shafts) and is_live(scene):
         scene.eevee.volumetric_samples = choice.required.froxels

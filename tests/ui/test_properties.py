@@ -22,6 +22,7 @@ from underwater_spectral.uw_spectral.spectra.sensor import list_sensors
 from underwater_spectral.uw_spectral.water.optical_properties import JERLOV_TYPES
 
 DEPTH = 0.5
+ROOT = Path(__file__).resolve().parents[2]
 
 
 def _plan():
@@ -154,6 +155,28 @@ def test_the_panel_names_properties_that_exist(water, quality, monkeypatch):
     assert ("denoise" in shown) == (quality == "REFERENCE")
     switches = {"aureole", "shafts", "diffuse_shadows"} & set(shown)
     assert len(switches) == (0 if quality == "REFERENCE" else 3)
+
+
+def test_the_manual_has_a_row_for_every_panel():
+    rows = (ROOT / "docs" / "manual.md").read_text().split("## How to read the panel")[1]
+    for panel in panels.CLASSES:
+        assert hasattr(panel, "bl_parent_id") == (f"\n| {panel.bl_label} | " in rows), panel
+
+
+def test_the_readme_counts_the_sensors():
+    text = (ROOT / "README.md").read_text()
+    count = {kind: len(list_sensors(kind)) for kind in ("camera", "film", "observer")}
+    assert count["observer"] == 4
+    assert f"| {count['camera']} cameras, {count['film']} films and four observers (" in text
+
+
+def test_files_of_every_kind_are_in_the_browser():
+    ours = bpy.ops.underwater
+    patterns = [
+        operator.get_rna_type().properties["filter_glob"].default.split(";")
+        for operator in (ours.open_water, ours.open_sensor)
+    ]
+    assert patterns == [["*.csv", "*.txt", "*.sb"], ["*.csv", "*.json", "*.txt"]]
 
 
 def test_exposure_is_automatic_or_stops():

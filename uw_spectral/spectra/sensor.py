@@ -16,7 +16,7 @@ from ..errors import InputError, unknown_name
 from ._colour import colour_science
 from .bands import Bands
 from .spectral_table import LARGEST_NUMBER, read_spectral_table
-from .spectrum import Spectrum, is_file, read_text, shipped_table
+from .spectrum import Spectrum, read_text, shipped_table, split_location
 
 OBSERVERS = {
     "cie1931": "CIE 1931 2 Degree Standard Observer",
@@ -194,10 +194,7 @@ def _from_colour_science(name: str, data: object) -> Sensor:
 
 
 def _read_sensor(location: str) -> Sensor:
-    path, name = Path(location), ""
-    if "#" in location and not is_file(path):
-        base, _, name = location.rpartition("#")
-        path = Path(base)
+    path, name = split_location(location)
     text = read_text(path, "sensor ", "give CSV, JSON or text")
     content = [line for line in text.splitlines() if line.strip() and not line.startswith("#")]
     if path.suffix.lower() == ".json":

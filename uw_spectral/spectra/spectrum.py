@@ -139,6 +139,20 @@ def is_file(path: str | Path) -> bool:
         return False
 
 
+def split_location(location: str) -> tuple[Path, str]:
+    """Return the file, and the name after ``#`` of what is meant in it, if there is one.
+
+    Examples
+    --------
+    >>> split_location("cameras.txt#D90")[1]
+    'D90'
+    """
+    if "#" in location and not is_file(location):
+        base, _, name = location.rpartition("#")
+        return Path(base), name
+    return Path(location), ""
+
+
 def read_text(path: str | Path, kind: str = "", advice: str = "save it as CSV (UTF-8)") -> str:
     """Read a text file.
 
