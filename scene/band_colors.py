@@ -61,7 +61,7 @@ def insert(materials: Iterable[bpy.types.Material]) -> list[str]:
                 "its RGB colours; make it local to give it spectra"
             )
             continue
-        if _is_measured(material):
+        if _is_measured(material) and _MEASURED_INDEX not in material:
             material[_MEASURED_INDEX] = next(indices)
         _insert_into_tree(material.node_tree, material.get(_MEASURED_INDEX))
     return notes

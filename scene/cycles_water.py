@@ -55,7 +55,7 @@ def add_water(
         If the scene has water already, or is linked from another file.
     """
     scene_water.prepare(scene)
-    materials, notes = scene_water.own_materials(scene)
+    materials, notes = scene_water.own_materials(scene, routed=True)
     notes += band_colors.insert(materials)
     gap = min(_LARGEST_GAP, _SURFACE_GAP / max(float(column.attenuation.max()), _SURFACE_GAP))
     water = box("UW Water", extent, -gap if column.reflects else 0.0)

@@ -222,7 +222,7 @@ def add_realtime(scene: bpy.types.Scene, water: RealtimeWater, extent: WaterExte
             "take fewer, or some of them at a time (RealtimeWater.of_bands)"
         )
     scene_water.prepare(scene)
-    materials, notes = scene_water.own_materials(scene)
+    materials, notes = scene_water.own_materials(scene, routed=False)
     shape = water.shape
     images = None if water.waves is None else realtime_waves.new_images()
     values = realtime_values.build(shape)

@@ -228,7 +228,8 @@ def remove(
     for material in bpy.data.materials:
         tree = material.node_tree
         surface = None if tree is None else _surface_node(tree)
-        if surface is not None and material in kept.get(surface.node_tree, ()):
+        own = surface is None and MARK in material
+        if own or (surface is not None and material in kept.get(surface.node_tree, ())):
             wet.add(tree)
     wet |= contents.inner_groups(wet)
     for tree in [tree for tree in _trees() if tree not in wet]:

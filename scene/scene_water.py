@@ -82,15 +82,19 @@ def prepare(scene: bpy.types.Scene) -> None:
     _let_go()
 
 
-def own_materials(scene: bpy.types.Scene) -> tuple[list[bpy.types.Material], list[str]]:
+def own_materials(
+    scene: bpy.types.Scene, *, routed: bool
+) -> tuple[list[bpy.types.Material], list[str]]:
     """Return the materials that a scene's water may change, and a note of the others.
 
-    Those of another wet scene stay with its water.
+    Those of another wet scene stay with its water. Only where both scenes have their
+    colours ``routed`` through the bands of a pass, each sees its own.
     """
     found, others = contents.materials(scene), {}
-    for other in _waters():
-        shared = [m for m in contents.materials(other) if m in found]
-        others |= dict.fromkeys(shared, other.name)
+    for other, water in _waters().items():
+        if SURFACE in water or not routed:
+            shared = [m for m in contents.materials(other) if m in found]
+            others |= dict.fromkeys(shared, other.name)
     notes = []
     for name in dict.fromkeys(others.values()):
         shared = ", ".join(repr(m.name) for m, of in others.items() if of == name)

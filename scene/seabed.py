@@ -39,7 +39,8 @@ def clear_depth(scene: bpy.types.Scene, floor_depth: float) -> float:
         if corners.min() <= _NEAR and corners.max() >= -_NEAR:
             ground = _ground(item.data, place) + floor_depth
             ground = ground[np.abs(ground).max(axis=1) <= _NEAR]
-            depth = max(depth, floor_depth + _APART - ground.min(initial=_APART))
+            lowest = float(ground.min(initial=_APART))
+            depth = max(depth, floor_depth + (_APART - lowest))
     return depth
 
 
