@@ -23,7 +23,8 @@ from ..scene import band_passes, engines, render_plan, settings, water_body
 from ..uw_spectral.spectra.bands import Bands
 from ..uw_spectral.spectra.colour_rendering import delta_e_CIE2000_images, srgb_encode, srgb_rmse
 from ..uw_spectral.spectra.reflectance import uplift_basis
-from ..uw_spectral.transfer.path_radiance import pixel_radiance, solve_path_radiance
+from ..uw_spectral.transfer.closed_form import solve_closed_form
+from ..uw_spectral.transfer.pixel import UndisturbedWater, surface_light
 from ..uw_spectral.transfer.water_column import WaterColumn
 from ..uw_spectral.water.phase import BandPhase
 
@@ -113,20 +114,19 @@ def closed_form_image(
     """Return the band radiances of the closed form, shape (h, w, n)."""
     hits = trace(column.sun_direction, width, height, oversampling)
     field = column.light_field(phase)
-    water = solve_path_radiance(field, phase, depth, column.sun_direction)
+    water = solve_closed_form(field, phase, depth, column.sun_direction)
     w = tuple(hits.direction[..., i, None] for i in range(3))
     seen = np.isfinite(hits.distance)[..., None]
     P = np.where(seen, hits.distance[..., None], 0.0)
     y = np.minimum(depth - w[2] * P, column.floor_depth)
     cosine = -(hits.normal @ column.sun_direction)[..., None]
-    direct, forward, diffuse = field.surface_irradiance(y, cosine, hits.normal[..., 2, None])
-    lit = direct * hits.sunlit[..., None] + forward + diffuse
-    surface = hits.reflectance[..., None] / math.pi * lit
-    image = np.where(
-        seen,
-        pixel_radiance(field, water.path(depth, w, P), P, surface, water.background(y, w)),
-        water.background(depth, w),
-    )
+    albedo = hits.reflectance[..., None]
+    response = albedo / math.pi * np.maximum(cosine, 0.0) * hits.sunlit[..., None]
+    light = surface_light(field, y, hits.normal[..., 2, None])
+    surface = light.reflected(response, albedo, cosine)
+    undisturbed = UndisturbedWater(water)
+    on_surface = undisturbed.surface(depth, y, w, P, surface)
+    image = np.where(seen, on_surface.total, undisturbed.open_water(depth, w).total)
     shape = (height, oversampling, width, oversampling, len(column.bands))
     return image.reshape(shape).mean(axis=(1, 3))
 

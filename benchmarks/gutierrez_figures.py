@@ -26,9 +26,9 @@ from ..uw_spectral.surface.refraction import (
     in_water_cosine,
     sun_travel_direction,
 )
+from ..uw_spectral.transfer.closed_form import ClosedForm, solve_closed_form
 from ..uw_spectral.transfer.inelastic_light import InelasticLight, solve_inelastic
 from ..uw_spectral.transfer.light_field import LightField
-from ..uw_spectral.transfer.path_radiance import PathRadiance, solve_path_radiance
 from ..uw_spectral.transfer.water_column import WaterColumn
 from ..uw_spectral.water.bio_optics import (
     Constituents,
@@ -60,14 +60,14 @@ RED_DEPTHS = (0.0, 5.0, 10.0, 20.0, 40.0, 80.0)
 class Scene:
     """Deep bio-optical water under a clear sky, seen from a depth."""
 
-    elastic: PathRadiance
+    elastic: ClosedForm
     inelastic: InelasticLight
 
     def radiance(self, depth: float) -> tuple[np.ndarray, np.ndarray]:
         """Elastic and inelastic radiance of the water looking level, per nm."""
         return (
-            self.elastic.background(np.array([depth]), LEVEL),
-            self.inelastic.background(np.array([depth]), LEVEL),
+            self.elastic.radiance(np.array([depth]), LEVEL),
+            self.inelastic.radiance(np.array([depth]), LEVEL),
         )
 
 
@@ -114,7 +114,7 @@ def scene(
     )
     sun = sun_travel_direction(SUN_ZENITH, 90.0)
     return Scene(
-        solve_path_radiance(fields[1], phase, depth, sun),
+        solve_closed_form(fields[1], phase, depth, sun),
         solve_inelastic(processes, fields[0], EXCITATION, fields[1], VISIBLE),
     )
 
@@ -140,11 +140,11 @@ def red_share(constituents: Constituents, wavelength: float = 650.0) -> np.ndarr
     solved = scene(constituents, 0.0, ("raman",))
     band = int(np.argmin(np.abs(VISIBLE.centres - wavelength)))
     y, down = np.array(RED_DEPTHS)[:, None], (0.0, 0.0, -1.0)
-    raman = solved.inelastic.background(y, down)[:, band]
+    raman = solved.inelastic.radiance(y, down)[:, band]
     elastic = [
-        solve_path_radiance(
+        solve_closed_form(
             solved.elastic.field, solved.elastic.phase, depth, solved.elastic.sun
-        ).background(np.array([depth]), down)[band]
+        ).radiance(np.array([depth]), down)[band]
         for depth in RED_DEPTHS
     ]
     return raman / (raman + np.array(elastic))
@@ -153,9 +153,9 @@ def red_share(constituents: Constituents, wavelength: float = 650.0) -> np.ndarr
 def luminous_shares(constituents: Constituents, depth: float = DEPTH) -> dict[str, float]:
     """Share of each process in the radiance, and of all in its luminance, looking level."""
     solved = {name: scene(constituents, depth, (name,)) for name in PROCESSES}
-    extra = {name: each.inelastic.background(depth, LEVEL) for name, each in solved.items()}
+    extra = {name: each.inelastic.radiance(depth, LEVEL) for name, each in solved.items()}
     extra["all"] = sum(extra.values())
-    total = next(iter(solved.values())).elastic.background(depth, LEVEL) + extra["all"]
+    total = next(iter(solved.values())).elastic.radiance(depth, LEVEL) + extra["all"]
     observer = parse_sensor("cie1931").sensitivity.at_or_zero(VISIBLE.centres)[:, 1]
     shares = {
         name: float((light @ VISIBLE.widths) / (total @ VISIBLE.widths))

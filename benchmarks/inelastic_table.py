@@ -27,7 +27,7 @@ from ..uw_spectral.transfer.inelastic_light import (
     excitation_fields,
     solve_inelastic,
 )
-from ..uw_spectral.transfer.path_radiance import upwelling_irradiance
+from ..uw_spectral.transfer.radiance_field import under_surface, upwelling_irradiance
 from ..uw_spectral.transfer.water_column import WaterColumn
 from ..uw_spectral.water.bio_optics import Constituents, named_waters
 from ..uw_spectral.water.inelastic_processes import PROCESSES, inelastic_processes
@@ -172,12 +172,12 @@ def compare(name: str, photons: int, threads: int = 1, cone: float = CONE) -> li
 
 
 def _seen(closed: InelasticLight, w: tuple[float, float, float]) -> np.ndarray:
-    return closed.background(CAMERA, w, closed.under_surface(w, REFRACTIVE_INDEX))
+    return closed.radiance(CAMERA, w, under_surface(closed, w, 0.0, REFRACTIVE_INDEX))
 
 
 def _irradiance(closed: InelasticLight, quantity: str, y: float) -> np.ndarray:
     if quantity == INTEGRATED:
-        return upwelling_irradiance(closed.background, y)
+        return upwelling_irradiance(closed.radiance, y)
     return getattr(closed, quantity)(y)
 
 

@@ -20,13 +20,9 @@ from ..uw_spectral.surface.refraction import (
     in_water_cosine,
     sun_travel_direction,
 )
-from ..uw_spectral.transfer.path_radiance import (
-    PathRadiance,
-    distance_in_water,
-    solve_path_radiance,
-    upwelling_irradiance,
-    veil,
-)
+from ..uw_spectral.transfer.closed_form import ClosedForm, solve_closed_form
+from ..uw_spectral.transfer.pixel import UndisturbedWater
+from ..uw_spectral.transfer.radiance_field import distance_in_water, upwelling_irradiance
 from ..uw_spectral.transfer.water_column import WaterColumn
 from ..uw_spectral.water.optical_properties import Water
 from ..uw_spectral.water.phase import BandPhase, parse_phase
@@ -52,7 +48,7 @@ VIEWS = {
 QUANTITIES = {
     "Ed": ("Ed", lambda water, y: water.field.Ed(y)),
     "Eu, two streams": ("Eu", lambda water, y: water.field.Eu(y)),
-    "Eu, integrated": ("Eu", lambda water, y: upwelling_irradiance(water.background, y)),
+    "Eu, integrated": ("Eu", lambda water, y: upwelling_irradiance(water.radiance, y)),
 }
 IRRADIANCE_PHOTONS = 2_000_000
 
@@ -145,14 +141,14 @@ def _column(
     )
 
 
-def _case(water: str, phase_name: str, r: float) -> tuple[WaterColumn, BandPhase, PathRadiance]:
+def _case(water: str, phase_name: str, r: float) -> tuple[WaterColumn, BandPhase, ClosedForm]:
     """Water over a floor at 8 m, and its closed form for the camera."""
     iops = Water.jerlov(water)
     a, b = iops.a(WAVELENGTHS), iops.b(WAVELENGTHS)
     column = _column(WAVELENGTHS, a, b, 30.0, 1.0, floor_depth=FLOOR_DEPTH, floor_reflectance=r)
     phase = parse_phase(phase_name).for_bands(b)
     field = column.light_field(phase)
-    return column, phase, solve_path_radiance(field, phase, CAMERA, column.sun_direction)
+    return column, phase, solve_closed_form(field, phase, CAMERA, column.sun_direction)
 
 
 def irradiances(photons: int, threads: int = 1) -> list[dict]:
@@ -198,8 +194,7 @@ def radiances(water: str, phase_name: str, r: float, photons: int, threads: int 
         w = views[i][1]
         end = float(np.minimum(P, distance_in_water(CAMERA, w_y, FLOOR_DEPTH)))
         depth = min(max(CAMERA + w_y * end, 0.0), FLOOR_DEPTH)
-        beyond = closed.background(depth, w, closed.under_surface(w, 0.0, INDEX))
-        value = closed.path(CAMERA, w, end) + veil(closed.field, end) * beyond
+        value = UndisturbedWater(closed, index=INDEX).surface(CAMERA, depth, w, end, 0.0).total
         case = {"water": water, "phase": phase_name, "r": r, "view": view}
         rows += [case | row for row in _rows(result, "L", i, value)]
     return rows

@@ -20,13 +20,10 @@ from ..uw_spectral.baselines.monzon import (
     path_radiance_Monzon2024_corrected,
 )
 from ..uw_spectral.surface.refraction import in_water_cosine
+from ..uw_spectral.transfer.closed_form import solve_closed_form
 from ..uw_spectral.transfer.light_field import solve_light_field
-from ..uw_spectral.transfer.path_radiance import (
-    distance_in_water,
-    solve_path_radiance,
-    upwelling_irradiance,
-    veil,
-)
+from ..uw_spectral.transfer.pixel import Pixel
+from ..uw_spectral.transfer.radiance_field import distance_in_water, upwelling_irradiance
 from ..uw_spectral.water.optical_properties import Water
 from ..uw_spectral.water.phase import PhaseFunction, parse_phase
 
@@ -147,7 +144,7 @@ def compare(
         solutions = [reference(*ab, mu_s, y_f, r, phase) for ab in zip(a, b, strict=True)]
         Kd = np.array([-math.log(s.Ed(y_o) / s.Ed(0.0)) / y_o for s in solutions])
         field = solve_light_field(a, b, bands.chi1, bands.chi2, 1.0, mu_s, r=r, y_f=y_f)
-        closed = solve_path_radiance(field, bands, y_o, sun)
+        closed = solve_closed_form(field, bands, y_o, sun)
         for view, wanted in ((view, value) for view, values in VIEWS.items() for value in values):
             mu = solutions[0].mu
             w_y = float(mu[np.argmin(np.abs(mu - wanted))])
@@ -160,13 +157,13 @@ def compare(
                 truth = np.array([L[0, i] for L in seen]) - np.exp(-field.c * end) * np.array(
                     [L[1 + j, i] for L in seen]
                 )
-                beyond = closed.background(depths_of_ends[j], w)
+                beyond = closed.radiance(depths_of_ends[j], w)
                 papers = (b, a + b, Kd, 1.0, r, y_o, w_y, end, y_f)
                 values = np.stack(
                     [
                         path_radiance_Monzon2024(*papers),
                         path_radiance_Monzon2024_corrected(*papers),
-                        closed.path(y_o, w, end) + veil(field, end) * beyond,
+                        Pixel(closed, y_o, w, end, 0.0, beyond).total,
                     ],
                     axis=-1,
                 )
@@ -192,10 +189,8 @@ def compare_irradiance() -> dict[str, np.ndarray]:
         iops = Water.jerlov(water)
         a, b = iops.a(WAVELENGTHS), iops.b(WAVELENGTHS)
         field = solve_light_field(a, b, 0.8, 0.64, 1.0, mu_s, r=r, y_f=y_f)
-        closed = {
-            y: solve_path_radiance(field, phase.for_bands(b), y, sun) for y in (1.0, 3.0, 7.5)
-        }
-        risen = {y: upwelling_irradiance(water.background, y) for y, water in closed.items()}
+        closed = {y: solve_closed_form(field, phase.for_bands(b), y, sun) for y in (1.0, 3.0, 7.5)}
+        risen = {y: upwelling_irradiance(water.radiance, y) for y, water in closed.items()}
         for band, y in itertools.product(range(len(a)), (1.0, 3.0, 7.5)):
             truth = reference(a[band], b[band], mu_s, y_f, r, phase)
             for name in names:

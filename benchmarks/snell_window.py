@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..scene import engines, render_plan, settings, water_body
+from ..uw_spectral.transfer.pixel import UndisturbedWater
 from . import grey_scene
 
 DEPTH, FLOOR = 5.0, 12.0
@@ -43,8 +44,8 @@ def closed_form(plan: render_plan.RenderPlan, oversampling: int = 4) -> NDArray[
     """Radiance of every pixel, shape (h, w, n)."""
     w = tuple(np.moveaxis(directions(oversampling), -1, 0)[..., None])
     water, column = plan.path_radiance(DEPTH), plan.column
-    sky = water.under_surface(w, column.sky_radiance, column.refractive_index)
-    return grey_scene.blocks(water.background(DEPTH, w, sky), oversampling)
+    seen = UndisturbedWater(water, column.sky_radiance, column.refractive_index)
+    return grey_scene.blocks(seen.radiance(DEPTH, w), oversampling)
 
 
 def _camera() -> bpy.types.Object:

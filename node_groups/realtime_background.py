@@ -5,9 +5,18 @@ from __future__ import annotations
 import bpy
 from nodebpy import shader as s
 
+from ..uw_spectral.transfer.radiance_field import Ripples
 from .node_mathematics import NODES, Graph, NodeValue, new_group
-from .realtime_rays import background, shaft, view_direction
-from .realtime_values import CAMERA_DEPTH, Shape, Values, build_triple, sum_of_triples
+from .realtime_rays import shaft, view_direction
+from .realtime_values import (
+    CAMERA_DEPTH,
+    GLITTER,
+    GLITTER_WIDTH,
+    Shape,
+    Values,
+    build_triple,
+    sum_of_triples,
+)
 from .realtime_waves import SLOPE, WaveImages, slope_ahead
 
 NAME = "UW Background of Bands"
@@ -33,8 +42,11 @@ def build(
 
 def _picture(graph: Graph, values: Values) -> tuple[NodeValue, ...]:
     w, y_o = view_direction(graph), NODES.maximum(values[CAMERA_DEPTH], 0.0)
-    slopes = graph.components(values[SLOPE])[:2] if values.shape.waves else None
-    seen = values.sensor(background(values, y_o, w, slopes))
+    ripples = None
+    if values.shape.waves:
+        slopes = graph.components(values[SLOPE])[:2]
+        ripples = Ripples(slopes, values[GLITTER_WIDTH], values[GLITTER])
+    seen = values.sensor(values.water.open_water(y_o, w, NODES, ripples).total)
     if values.shape.shafts:
         return seen, values.sensor(shaft(values, y_o, w, None))
     return (seen,)

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ..uw_spectral.mathematics import Operand
 from ..uw_spectral.transfer.inelastic_light import DepthExponential, InelasticLight
-from .node_mathematics import NODES, NodeValue
-
-if TYPE_CHECKING:
-    from .realtime_values import Values
+from ..uw_spectral.transfer.light_field import LightField
 
 _QUANTITIES = ("rate", "emission", "E0", "F")
 
@@ -34,19 +32,12 @@ def of_light(light: InelasticLight) -> dict[str, NDArray[np.float64]]:
     }
 
 
-def inelastic_light(values: Values) -> InelasticLight:
-    """Return the light of three bands over terms."""
+def light_of(
+    field: LightField, rising: tuple[bool, ...], number: Callable[[str], Operand]
+) -> InelasticLight:
+    """Return the light whose quantities have these values, by :func:`band_names`."""
     terms = tuple(
-        DepthExponential(rising=rising, **{q: values[_name(q, i)] for q in _QUANTITIES})
-        for i, rising in enumerate(values.shape.inelastic)
+        DepthExponential(rising=up, **{q: number(_name(q, i)) for q in _QUANTITIES})
+        for i, up in enumerate(rising)
     )
-    return InelasticLight(values.water.field, terms)
-
-
-def background(
-    values: Values, y: NodeValue, w: tuple[NodeValue, NodeValue, NodeValue], index: NodeValue
-) -> NodeValue:
-    """Inelastic radiance of undisturbed water; a surface mirrors it as if it were flat."""
-    light = inelastic_light(values)
-    mirrored = light.under_surface(w, index, NODES) if values.shape.flat else 0.0
-    return light.background(y, w, mirrored, NODES)
+    return InelasticLight(field, terms)

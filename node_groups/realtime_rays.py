@@ -1,12 +1,9 @@
-"""What a pixel knows about its ray, and what lies at the ray's end in open water."""
+"""What a pixel knows about its ray, and the light that a volume draws along it."""
 
 from __future__ import annotations
 
-from typing import Any
-
-from . import realtime_inelastic
 from .node_mathematics import NODES, Graph, NodeValue
-from .realtime_values import GLITTER, GLITTER_WIDTH, INDEX, SHAFT_END, SKY, Values
+from .realtime_values import SHAFT_END, Values
 
 
 def view_direction(graph: Graph) -> tuple[NodeValue, NodeValue, NodeValue]:
@@ -28,30 +25,10 @@ def view_distance(graph: Graph) -> NodeValue:
     return graph.term(graph.node("ShaderNodeCameraData").outputs["View Distance"])
 
 
-def background(
-    values: Values,
-    y: NodeValue,
-    w: tuple[NodeValue, NodeValue, NodeValue],
-    slopes: tuple[NodeValue, NodeValue] | None = None,
-) -> NodeValue:
-    """Radiance of undisturbed water with surface or floor behind, seen from depth y."""
-    sky: Any = values[SKY]
-    if values.shape.flat:
-        sky = values.water.under_surface(w, sky, values[INDEX], NODES, slopes)
-    if slopes is not None:
-        width = values[GLITTER_WIDTH]
-        glitter = values.water.sun_glitter(y, w, values[INDEX], width, slopes, NODES)
-        sky = sky + glitter * values[GLITTER]
-    seen = values.water.background(y, w, sky, NODES)
-    if values.shape.inelastic:
-        seen = seen + realtime_inelastic.background(values, y, w, values[INDEX])
-    return seen
-
-
 def shaft(
     values: Values, y_o: NodeValue, w: tuple[NodeValue, NodeValue, NodeValue], P: NodeValue | None
 ) -> NodeValue:
     """Single scattering that the volume draws: up to its end, at most up to P."""
     end = values[SHAFT_END]
     reach = end if P is None else NODES.minimum(P, end)
-    return values.water.single_scattering(y_o, w, reach, NODES)
+    return values.elastic.single_scattering(y_o, w, reach, NODES)

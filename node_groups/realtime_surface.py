@@ -11,10 +11,9 @@ import math
 import bpy
 
 from ..uw_spectral.surface.wave_patterns import interp, sunlight_factor
-from ..uw_spectral.transfer.path_radiance import pixel_radiance
+from ..uw_spectral.transfer.pixel import surface_light
 from .node_mathematics import NODES, Graph, NodeValue, new_group
-from .realtime_inelastic import inelastic_light
-from .realtime_rays import background, depth_here, shaft, view_direction, view_distance
+from .realtime_rays import depth_here, shaft, view_direction, view_distance
 from .realtime_shadows import VISIBILITY, visibility
 from .realtime_values import (
     CONTRAST,
@@ -90,32 +89,27 @@ def build(
 def _picture(graph: Graph, values: Values) -> tuple[NodeValue, ...]:
     w, P, y = view_direction(graph), view_distance(graph), depth_here(graph)
     y_o = NODES.maximum(y + w[2] * P, 0.0)
-    water = values.water
+    water, sun = values.water, values.elastic.sun
     nx, ny, nz = graph.components(values[NORMAL])
-    cosine = -(nx * water.sun[0] + ny * water.sun[1] + nz * water.sun[2])
+    cosine = -(nx * sun[0] + ny * sun[1] + nz * sun[2])
     visible = values[VISIBILITY] if values.shape.diffuse_shadows else None
-    direct, forward, diffuse = water.field.surface_irradiance(y, 1.0, nz, NODES, visible)
+    sunlight = 1.0
     if values.shape.waves:
         contrast = interp(values[POSITION], [values[name] for name in CONTRAST], NODES)
         sunlight = sunlight_factor(values[PATTERN], contrast, NODES)
-        direct, forward = direct * sunlight, forward * sunlight
-    if values.shape.inelastic:
-        diffuse = diffuse + inelastic_light(values).surface_irradiance(y, nz, NODES)
-    reflected = NODES.maximum(values[LIT] - values[EMITTED], 0.0)
+    light = surface_light(values.elastic.field, y, nz, NODES, openness=visible, sunlight=sunlight)
+    response = values.uplift(NODES.maximum(values[LIT] - values[EMITTED], 0.0), REFLECTANCE)
     base = values.uplift(values[COLOR], REFLECTANCE)
-    L_object = values.uplift(reflected, REFLECTANCE) * direct + base / math.pi * (
-        NODES.maximum(cosine, 0.0) * forward + diffuse
-    )
     known = values[_MEASURED] / NODES.maximum(base, _DARKEST)
-    L_object = L_object * NODES.select(values[IS_MEASURED], known, 1.0)
-    L_object = L_object + values.uplift(values[EMITTED], EMISSION)
+    known = NODES.select(values[IS_MEASURED], known, 1.0)
+    L = light.reflected(response, base, cosine, NODES) * known
+    L_inelastic = 0.0
+    if water.inelastic is not None:
+        L_inelastic = base / math.pi * water.inelastic.surface_irradiance(y, nz, NODES) * known
+    L = L + values.uplift(values[EMITTED], EMISSION)
     covered = values[COVERAGE]
-    path = water.path(y_o, w, P, NODES)
-    if values.shape.inelastic:
-        path = path + inelastic_light(values).path(y_o, w, P, NODES)
-    path = path * covered
-    beyond = background(values, y, w) * covered
-    seen = values.sensor(pixel_radiance(water.field, path, P, L_object, beyond, NODES))
+    pixel = water.surface(y_o, y, w, P, L, NODES, L_inelastic=L_inelastic, coverage=covered)
+    seen = values.sensor(pixel.total)
     if values.shape.shafts:
         return seen, values.sensor(shaft(values, y_o, w, P) * covered)
     return (seen,)

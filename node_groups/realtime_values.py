@@ -6,6 +6,7 @@ writes numbers here and reaches every material; no node is added or removed.
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields
@@ -17,8 +18,10 @@ from numpy.typing import NDArray
 
 from ..uw_spectral.surface.wave_patterns import KNOTS
 from ..uw_spectral.transfer.aureole import Aureole
+from ..uw_spectral.transfer.closed_form import ClosedForm
+from ..uw_spectral.transfer.inelastic_light import InelasticLight
 from ..uw_spectral.transfer.light_field import LightField
-from ..uw_spectral.transfer.path_radiance import PathRadiance
+from ..uw_spectral.transfer.pixel import UndisturbedWater
 from ..uw_spectral.water.phase import BandPhase, PhaseFunction
 from . import realtime_inelastic
 from .node_mathematics import NODES, Graph, NodeValue, new_group
@@ -139,7 +142,7 @@ def single_names(shape: Shape) -> list[str]:
     return [*names, *_WAVES] if shape.waves else names
 
 
-def of_water(water: PathRadiance, shape: Shape) -> Numbers:
+def of_water(water: ClosedForm, shape: Shape) -> Numbers:
     """Return the numbers of the closed form itself."""
     bands = {name: getattr(water.field, name) for name in _FIELD_BANDS}
     if len(shape.components) > 1:
@@ -241,19 +244,33 @@ class Values:
         value = self._given[name]
         return self._graph.as_varying(value) if name in self._constant else value
 
-    @property
-    def water(self) -> PathRadiance:
-        """The closed form of three bands over terms."""
+    @functools.cached_property
+    def elastic(self) -> ClosedForm:
+        """The closed form of three bands over node values."""
+        shape = self.shape
         field = {name: self[name] for name in (*_FIELD_BANDS, *_FIELD_NUMBERS)}
-        field |= dict.fromkeys(_NOT_PER_PIXEL)
-        several = len(self.shape.components) > 1
+        light = LightField(**field, **dict.fromkeys(_NOT_PER_PIXEL))
+        several = len(shape.components) > 1
         weights = tuple(
-            self[f"phase {i}"] if several else 1.0 for i in range(len(self.shape.components))
+            self[f"phase {i}"] if several else 1.0 for i in range(len(shape.components))
         )
         sun = tuple(self[name] for name in SUN)
-        return PathRadiance(
-            LightField(**field), Mixture(self.shape.components, weights), self._aureole(), sun
+        return ClosedForm(light, Mixture(shape.components, weights), self._aureole(), sun)
+
+    @functools.cached_property
+    def inelastic(self) -> InelasticLight | None:
+        """Light of changed wavelength, if the shape has any."""
+        if not self.shape.inelastic:
+            return None
+        return realtime_inelastic.light_of(
+            self.elastic.field, self.shape.inelastic, self.__getitem__
         )
+
+    @functools.cached_property
+    def water(self) -> UndisturbedWater:
+        """The undisturbed water of three bands."""
+        index = self[INDEX] if self.shape.flat else None
+        return UndisturbedWater(self.elastic, self[SKY], index, self.inelastic)
 
     def _aureole(self) -> Aureole:
         if not self.shape.lobes:

@@ -61,9 +61,9 @@ def build(
 
 def _coefficient(graph: Graph, values: Values) -> tuple[NodeValue]:
     w, v, y = view_direction(graph), view_distance(graph), depth_here(graph)
-    per_metre = values.water.single_scattering_at(y, w, v, NODES)
+    per_metre = values.elastic.single_scattering_at(y, w, v, NODES)
     inside = NODES.less(v, values[SHAFT_END])
-    sun = values.water.sun
+    sun = values.elastic.sun
     cosine = -(w[0] * sun[0] + w[1] * sun[1] + w[2] * sun[2])
     phase = henyey_greenstein(ANISOTROPY, 0.5 - 0.5 * cosine, NODES)
     strength = values[SHAFT_SCALE] * inside / phase

@@ -16,7 +16,7 @@ from collections.abc import Mapping
 import bpy
 
 from ..uw_spectral.surface.wave_patterns import layer_position, pattern_at, sunlight_factor
-from ..uw_spectral.transfer.path_radiance import surface_normal
+from ..uw_spectral.transfer.radiance_field import surface_normal
 from .node_mathematics import NODES, Graph, NodeValue
 from .realtime_values import (
     CAUSTIC_STRENGTH,

@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 from ..uw_spectral.imaging.readouts import Viewpoint
 from ..uw_spectral.spectra.colour_rendering import delta_e_CIE2000_images, luminance
 from ..uw_spectral.spectra.spectrum import DATA_DIRECTORY, read_table
-from ..uw_spectral.transfer.path_radiance import FARTHEST, pixel_radiance
+from ..uw_spectral.transfer.pixel import Pixel
+from ..uw_spectral.transfer.radiance_field import FARTHEST
 
 BOUNCES = (4, 8, 12, 16, 24, 32, 48, 64)
 FROXELS = (32, 64, 128, 256)
@@ -39,13 +40,11 @@ def visible_distance(view: Viewpoint, delta_e: float) -> float:
         m; infinite if 500 m are not enough.
     """
     P = _DISTANCES[:, None]
-    path = view.path_radiance.path(view.depth, view.level, P)
     water = view.reduction.apply(view.background)
     worst = np.zeros(len(P))
     for reflectance in (0.0, _WHITE):
-        seen = pixel_radiance(
-            view.field, path, P, reflectance / math.pi * view.light, view.background
-        )
+        L = reflectance / math.pi * view.light
+        seen = Pixel(view.path_radiance, view.depth, view.level, P, L, view.background).total
         difference = delta_e_CIE2000_images(
             clip_to_display(view.reduction.apply(seen)), clip_to_display(water)
         )

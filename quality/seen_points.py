@@ -27,9 +27,11 @@ from ..uw_spectral.surface.wave_patterns import (
     under_waves,
 )
 from ..uw_spectral.transfer.aureole import Aureole
+from ..uw_spectral.transfer.closed_form import ClosedForm
 from ..uw_spectral.transfer.inelastic_light import InelasticLight
 from ..uw_spectral.transfer.light_cone import LightCone
-from ..uw_spectral.transfer.path_radiance import PathRadiance, pixel_radiance
+from ..uw_spectral.transfer.pixel import Pixel, UndisturbedWater, surface_light
+from ..uw_spectral.transfer.radiance_field import Ripples
 from ..uw_spectral.transfer.sunlit_water import SunlitWater
 
 AUREOLE, SHAFTS, INELASTIC = "aureole", "shafts", "inelastic"
@@ -37,7 +39,6 @@ DIFFUSE_SHADOWS = "diffuse_shadows"
 FLOOR_LIGHT, INTERNAL_REFLECTION, SINGLE = "floor light", "internal reflection", "single scattering"
 
 _SHARPEST = Aureole(1.0, (0.0, 0.0, 0.0), (), ())
-_SOURCES = ("b", "bp", "C1", "C2", "A", "B", "Fx", "E", "r")
 _WHOLE = 0.01  # share of a picture from which on something counts as much as what fills it
 _SEED = 1
 
@@ -347,60 +348,49 @@ class _Rays:
             sun = np.asarray(view.column.sun_direction)
             self.contrast = waves.contrast(SunlitWater(view.field, view.phase, sun))
 
+    def water(
+        self, elastic: ClosedForm, inelastic: InelasticLight | None = None
+    ) -> UndisturbedWater:
+        """The water without things; what is to be left out is dark."""
+        column = self.view.column
+        index = column.refractive_index if column.reflects else None
+        mirrors = self.leave_out != INTERNAL_REFLECTION
+        return UndisturbedWater(elastic, column.sky_radiance, index, inelastic, mirrors)
+
     def radiance(
-        self, water: PathRadiance, visibility: NDArray[np.float64] | float = 1.0
+        self, elastic: ClosedForm, openness: NDArray[np.float64] | float = 1.0
     ) -> NDArray[np.float64]:
         """Elastic radiance with unshadowed water, shape (m, n)."""
-        view, w = self.view, self.w
-        cosine = -(self.seen.normal @ np.asarray(view.column.sun_direction))[:, None]
-        direct, forward, diffuse = water.field.surface_irradiance(
-            self.y, cosine, self.up, visibility=visibility
+        sun = np.asarray(self.view.column.sun_direction)
+        cosine = -(self.seen.normal @ sun)[:, None]
+        response = self.reflectance / math.pi * np.maximum(cosine, 0.0)
+        light = surface_light(
+            elastic.field, self.y, self.up, openness=openness, sunlight=self.sunlight(self.P)
         )
-        sunlight = self.sunlight(self.P)
-        lit = (direct * self.seen.sunlit[:, None] + forward) * sunlight + diffuse
-        path = water.path(self.y_o, w, self.P)
-        if self.leave_out == SINGLE:
-            path = np.maximum(path - water.single_scattering(self.y_o, w, self.P), 0.0)
-        surface = self.reflectance / math.pi * lit
-        ahead = self.background(water, self.y_o, slopes=True)
-        if self.leave_out == SINGLE:
-            everywhere = water.single_scattering(self.y_o, w, 1e7)
-            ahead = np.maximum(ahead - everywhere, 0.0)
-        beyond = self.background(water, self.y)
-        return np.where(self.hit, pixel_radiance(water.field, path, self.P, surface, beyond), ahead)
-
-    def background(
-        self, water: PathRadiance, y: NDArray, *, slopes: bool = False
-    ) -> NDArray[np.float64]:
-        """Undisturbed water with its surface or floor behind."""
-        view, w = self.view, self.w
-        sky, n = view.column.sky_radiance, view.column.refractive_index
-        if view.column.reflects:
-            mirror = water
-            if self.leave_out == INTERNAL_REFLECTION:
-                dark = {name: 0.0 * getattr(water.field, name) for name in _SOURCES}
-                mirror = dataclasses.replace(water, field=dataclasses.replace(water.field, **dark))
-            at = self.slopes() if slopes and self.waves is not None else None
-            sky = mirror.under_surface(w, sky, n, slopes=at)
-            if at is not None:
-                sky = sky + water.sun_glitter(y, w, n, self.waves.glitter_width(n), at)
-        return water.background(y, w, sky)
+        L = light.reflected(response * self.seen.sunlit[:, None], self.reflectance, cosine)
+        water = self.water(elastic)
+        on_surface = water.surface(self.y_o, self.y, self.w, self.P, L)
+        return self._seen(on_surface, water.open_water(self.y_o, self.w, ripples=self.ripples()))
 
     def inelastic(self, light: InelasticLight) -> NDArray[np.float64]:
         """Radiance of changed wavelength."""
-        view, w = self.view, self.w
-        n = view.column.refractive_index
+        water = self.water(self.view.path_radiance, light)
+        L = self.reflectance / math.pi * light.surface_irradiance(self.y, self.up)
+        on_surface = water.surface(self.y_o, self.y, self.w, self.P, 0.0, L_inelastic=L)
+        in_open = water.open_water(self.y_o, self.w)
+        return np.where(self.hit, on_surface.inelastic, in_open.inelastic)
 
-        def background(y: NDArray) -> NDArray[np.float64]:
-            mirrored = light.under_surface(w, n) if view.column.reflects else 0.0
-            return light.background(y, w, mirrored)
+    def _seen(self, on_surface: Pixel, in_open: Pixel) -> NDArray[np.float64]:
+        """Light of the rays that hit something, and of those that do not."""
+        seen = [on_surface.total, in_open.total]
+        if self.leave_out == SINGLE:
+            seen = [
+                np.maximum(total - pixel.single_scattering, 0.0)
+                for total, pixel in zip(seen, (on_surface, in_open), strict=True)
+            ]
+        return np.where(self.hit, *seen)
 
-        surface = self.reflectance / math.pi * light.surface_irradiance(self.y, self.up)
-        path = light.path(self.y_o, w, self.P)
-        seen = pixel_radiance(view.field, path, self.P, surface, background(self.y))
-        return np.where(self.hit, seen, background(self.y_o))
-
-    def missing_light(self, water: PathRadiance) -> NDArray[np.float64]:
+    def missing_light(self, water: ClosedForm) -> NDArray[np.float64]:
         """Single scattering that shadows and waves take from the paths; negative: they add."""
         steps = self.seen.path_sunlit.shape[1]
         ends = self.seen.reached[:, None] * np.linspace(0.0, 1.0, steps + 1)
@@ -429,15 +419,18 @@ class _Rays:
         contrast = interp((2.0 * position)[:, None], list(self.contrast))
         return sunlight_factor(pattern[:, None], contrast)
 
-    def slopes(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Slopes of the surface where the rays would meet it."""
+    def ripples(self) -> Ripples | None:
+        """The moving surface where the rays would meet it."""
+        if self.waves is None or not self.view.column.reflects:
+            return None
         origin, w = self.seen.origin, self.seen.direction
         along = -origin[:, 2] / np.maximum(w[:, 2], 1e-3)
         x, y = (origin[:, i] + w[:, i] * along for i in (0, 1))
-        return (
+        slopes = (
             self._look_up(self.waves.slope_x, x, y)[:, None],
             self._look_up(self.waves.slope_y, x, y)[:, None],
         )
+        return Ripples(slopes, self.waves.glitter_width(self.view.column.refractive_index))
 
     def _look_up(self, image: NDArray, x: NDArray, y: NDArray) -> NDArray[np.float64]:
         cells = len(image)

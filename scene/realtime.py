@@ -27,9 +27,9 @@ from ..node_groups.realtime_values import Numbers, Shape
 from ..uw_spectral.errors import InputError
 from ..uw_spectral.spectra.reflectance import emission_basis, uplift_basis
 from ..uw_spectral.surface.wave_patterns import WavePatterns
+from ..uw_spectral.transfer.closed_form import ClosedForm, solve_closed_form
 from ..uw_spectral.transfer.inelastic_light import InelasticLight, reduced
 from ..uw_spectral.transfer.light_cone import LightCone, light_cone
-from ..uw_spectral.transfer.path_radiance import PathRadiance, solve_path_radiance
 from ..uw_spectral.transfer.water_column import WaterColumn
 from ..uw_spectral.water.phase import BandPhase, HenyeyGreenstein
 from . import contents, realtime_materials, scene_water
@@ -151,9 +151,7 @@ def realtime_water(
         Light of changed wavelength in the same bands; it is reduced to a few exponentials.
     """
     n = len(column.bands)
-    water = solve_path_radiance(
-        column.light_field(phase), phase, camera_depth, column.sun_direction
-    )
+    water = solve_closed_form(column.light_field(phase), phase, camera_depth, column.sun_direction)
     lobes = len(water.aureole.weights) if aureole else 0
     shape = Shape(
         n, tuple(phase.components), lobes, column.reflects, shafts, diffuse_shadows=diffuse_shadows
@@ -318,7 +316,7 @@ def _floor_material() -> bpy.types.Material:
 
 
 def _shaft_range(
-    column: WaterColumn, water: PathRadiance, camera_depth: float, weights: NDArray[np.float64]
+    column: WaterColumn, water: ClosedForm, camera_depth: float, weights: NDArray[np.float64]
 ) -> ShaftRange:
     """Reach of the froxels, and a scale that keeps their volume thin away from the sun."""
     clearest = float(column.attenuation.min())

@@ -29,12 +29,12 @@ from ..uw_spectral.surface.refraction import (
     in_water_cosine,
     sun_travel_direction,
 )
+from ..uw_spectral.transfer.closed_form import ClosedForm, solve_closed_form
 from ..uw_spectral.transfer.inelastic_light import (
     InelasticLight,
     excitation_fields,
     solve_inelastic,
 )
-from ..uw_spectral.transfer.path_radiance import PathRadiance, solve_path_radiance
 from ..uw_spectral.transfer.water_column import WaterColumn
 from ..uw_spectral.water.bio_optics import Constituents, constituents_of
 from ..uw_spectral.water.inelastic_processes import (
@@ -122,10 +122,10 @@ class RenderPlan:
             reflectances=reflectances, inelastic=self.inelastic,
         )  # fmt: skip
 
-    def path_radiance(self, depth: float) -> PathRadiance:
+    def path_radiance(self, depth: float) -> ClosedForm:
         """Return the closed form for a camera at a depth in m."""
         field = self.column.light_field(self.phase)
-        return solve_path_radiance(field, self.phase, depth, self.column.sun_direction)
+        return solve_closed_form(field, self.phase, depth, self.column.sun_direction)
 
     def viewpoint(self, depth: float) -> Viewpoint:
         """Return the camera of the plan at a depth in m."""

@@ -10,13 +10,12 @@ import bpy
 import numpy as np
 from mathutils import Matrix
 from underwater_spectral.scene import eevee_settings, exr_output, realtime, water_body
+from underwater_spectral.tests import by_hand
 from underwater_spectral.uw_spectral.spectra.reflectance import uplift_basis
 from underwater_spectral.uw_spectral.spectra.spectral_image import read_exr
 from underwater_spectral.uw_spectral.transfer.aureole import Aureole
-from underwater_spectral.uw_spectral.transfer.path_radiance import (
-    pixel_radiance,
-    solve_path_radiance,
-)
+from underwater_spectral.uw_spectral.transfer.closed_form import solve_closed_form
+from underwater_spectral.uw_spectral.transfer.radiance_field import under_surface
 
 WIDTH, HEIGHT = 32, 17
 COLOR = (0.8, 0.4, 0.2)
@@ -115,15 +114,15 @@ def expected(column, phase, view: View, weights, *, aureole: bool = True):
     """Return the picture by numpy, and where the square is (2 where it has an edge)."""
     w3 = view.rays()
     w = tuple(w3[..., i, None] for i in range(3))
-    water = solve_path_radiance(column.light_field(phase), phase, view.depth, column.sun_direction)
+    water = solve_closed_form(column.light_field(phase), phase, view.depth, column.sun_direction)
     if not aureole:
         water = dataclasses.replace(water, aureole=Aureole(1.0, (0.0,) * 3, (), ()))
 
     def background(y):
         sky = column.sky_radiance
         if column.surface == "flat":
-            sky = water.under_surface(w, sky, column.refractive_index)
-        return water.background(y, w, sky)
+            sky = under_surface(water, w, sky, column.refractive_index)
+        return water.radiance(y, w, sky)
 
     picture = background(view.depth)
     where = np.zeros(w3.shape[:2], dtype=int)
@@ -145,12 +144,7 @@ def expected(column, phase, view: View, weights, *, aureole: bool = True):
         cosine = -(normal @ column.sun_direction)
         direct, forward, diffuse = water.field.surface_irradiance(y, cosine, normal[2])
         colour = np.array(COLOR) @ uplift_basis(column.bands).T / math.pi
-        pixel = pixel_radiance(
-            water.field,
-            water.path(view.depth, w, P),
-            P,
-            colour * (direct + forward + diffuse),
-            background(y),
-        )
+        lit = colour * (direct + forward + diffuse)
+        pixel = by_hand.pixel(water, view.depth, w, P, lit, background(y))
         picture = np.where(where[..., None] == 1, pixel, picture)
     return picture @ np.asarray(weights).T, where

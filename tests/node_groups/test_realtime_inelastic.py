@@ -11,10 +11,11 @@ from underwater_spectral.node_groups import realtime_inelastic
 from underwater_spectral.scene import realtime, scene_water
 from underwater_spectral.scene.render_plan import make_plan
 from underwater_spectral.scene.settings import SceneSettings
+from underwater_spectral.tests import by_hand
 from underwater_spectral.tests.node_groups import realtime_probe as probe
 from underwater_spectral.uw_spectral.spectra.reflectance import uplift_basis
 from underwater_spectral.uw_spectral.transfer.inelastic_light import reduced
-from underwater_spectral.uw_spectral.transfer.path_radiance import veil
+from underwater_spectral.uw_spectral.transfer.radiance_field import under_surface
 
 HALF_STEP = 2.0**-10
 TOLERANCE = 2e-3
@@ -26,7 +27,7 @@ def _added(plan, light, view, where):
     w = tuple(w3[..., i, None] for i in range(3))
 
     def background(y):
-        return light.background(y, w, light.under_surface(w, plan.column.refractive_index))
+        return light.radiance(y, w, under_surface(light, w, 0.0, plan.column.refractive_index))
 
     turn = np.array(view.matrix.to_3x3())
     origin, first, second = (turn @ np.array(v) for v in view.square)
@@ -36,9 +37,7 @@ def _added(plan, light, view, where):
     y = np.maximum(view.depth - w[2] * P, 0.0)
     colour = np.array(probe.COLOR) @ uplift_basis(plan.bands).T / math.pi
     lit = colour * light.surface_irradiance(y, normal[2])
-    field = light.field
-    pixel = light.path(view.depth, w, P) + np.exp(-field.c * P) * lit
-    pixel = pixel + veil(field, P) * background(y)
+    pixel = by_hand.pixel(light, view.depth, w, P, lit, background(y))
     return np.where(where[..., None] == 1, pixel, background(view.depth))
 
 

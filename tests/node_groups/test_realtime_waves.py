@@ -12,6 +12,7 @@ import pytest
 from underwater_spectral.node_groups import realtime_values
 from underwater_spectral.node_groups.realtime_values import Numbers
 from underwater_spectral.scene import moving_surface, realtime
+from underwater_spectral.tests import by_hand
 from underwater_spectral.tests.node_groups import realtime_probe as probe
 from underwater_spectral.uw_spectral.spectra.bands import Bands
 from underwater_spectral.uw_spectral.spectra.reflectance import uplift_basis
@@ -24,9 +25,11 @@ from underwater_spectral.uw_spectral.surface.wave_patterns import (
     sunlight_factor,
     under_waves,
 )
-from underwater_spectral.uw_spectral.transfer.path_radiance import (
-    pixel_radiance,
-    solve_path_radiance,
+from underwater_spectral.uw_spectral.transfer.closed_form import solve_closed_form
+from underwater_spectral.uw_spectral.transfer.radiance_field import (
+    Ripples,
+    sun_glitter,
+    under_surface,
 )
 from underwater_spectral.uw_spectral.transfer.sunlit_water import SunlitWater
 from underwater_spectral.uw_spectral.transfer.water_column import WaterColumn
@@ -91,7 +94,7 @@ def _floor(now, contrast, column, view):
     """Picture of a level square that fills the view, by numpy."""
     rays = view.rays()
     w = tuple(rays[..., i, None] for i in range(3))
-    water = solve_path_radiance(column.light_field(PHASE), PHASE, view.depth, column.sun_direction)
+    water = solve_closed_form(column.light_field(PHASE), PHASE, view.depth, column.sun_direction)
     floor = view.depth - view.square[0][2]
     P = ((view.depth - floor) / rays[..., 2])[..., None]
     points = np.array([0.0, 0.0, -view.depth]) + P * rays
@@ -100,8 +103,8 @@ def _floor(now, contrast, column, view):
     direct, forward, diffuse = water.field.surface_irradiance(floor, -column.sun_direction[2], 1.0)
     colour = np.array(probe.COLOR) @ uplift_basis(column.bands).T / math.pi
     light = (direct + forward) * sunlight_factor(pattern[..., None], gain) + diffuse
-    beyond = water.background(np.full_like(P, floor), w)
-    return pixel_radiance(water.field, water.path(view.depth, w, P), P, colour * light, beyond)
+    beyond = water.radiance(np.full_like(P, floor), w)
+    return by_hand.pixel(water, view.depth, w, P, colour * light, beyond)
 
 
 def _above(depth, height):
@@ -162,15 +165,16 @@ def _up(now, column, view, width2=None):
     """Picture of the surface from below, and the angle to the sun in degrees, by numpy."""
     rays = view.rays()
     w = tuple(rays[..., i, None] for i in range(3))
-    water = solve_path_radiance(column.light_field(PHASE), PHASE, view.depth, column.sun_direction)
+    water = solve_closed_form(column.light_field(PHASE), PHASE, view.depth, column.sun_direction)
     reach = view.depth / np.maximum(rays[..., 2], 1e-3)
     slope = _tiled(now.slopes_image(), reach * rays[..., 0], reach * rays[..., 1], SEA.tile)
     slopes, n = (slope[..., :1], slope[..., 1:2]), column.refractive_index
     width2 = now.glitter_width(n) if width2 is None else width2
-    sky = water.under_surface(w, column.sky_radiance, n, slopes=slopes)
-    sky = sky + water.sun_glitter(view.depth, w, n, width2, slopes)
+    sky = under_surface(water, w, column.sky_radiance, n, slopes=slopes)
+    ripples = Ripples(slopes, width2)
+    sky = sky + sun_glitter(water.field, water.sun, view.depth, w, n, ripples)
     sun = np.degrees(np.arccos(np.clip(rays @ -np.asarray(column.sun_direction), -1, 1)))
-    return water.background(view.depth, w, sky), sun
+    return water.radiance(view.depth, w, sky), sun
 
 
 def test_surface_from_below(pictures):
@@ -194,14 +198,14 @@ def test_image_of_the_sun(pictures):
 
 def test_snells_window(pictures):
     column, seen = _column(), pictures["calm edge"][0]
-    water = solve_path_radiance(column.light_field(PHASE), PHASE, EDGE.depth, column.sun_direction)
+    water = solve_closed_form(column.light_field(PHASE), PHASE, EDGE.depth, column.sun_direction)
     rays = EDGE.rays()
     w = tuple(rays[..., i, None] for i in range(3))
-    sky = water.under_surface(w, column.sky_radiance, column.refractive_index)
-    wanted = water.background(EDGE.depth, w, sky)
+    sky = under_surface(water, w, column.sky_radiance, column.refractive_index)
+    wanted = water.radiance(EDGE.depth, w, sky)
     assert seen == pytest.approx(wanted, rel=0.01)
-    mirrored = water.background(0.0, (w[0], w[1], -w[2]))
-    mirrored = water.background(EDGE.depth, w, mirrored)
+    mirrored = water.radiance(0.0, (w[0], w[1], -w[2]))
+    mirrored = water.radiance(EDGE.depth, w, mirrored)
     inside = (np.abs(seen - mirrored) / mirrored).max(axis=-1) > 0.02
     angle = 2 * np.degrees(np.arccos(rays[inside][:, 2].min()))
     print(f"\nSnell's window: {angle:.2f} degrees, closed form {2 * CRITICAL:.2f}")  # noqa: T201

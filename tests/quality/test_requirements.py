@@ -28,6 +28,7 @@ from underwater_spectral.quality.seen_points import (
     picture,
     visibility,
 )
+from underwater_spectral.tests import by_hand
 from underwater_spectral.uw_spectral.errors import InputError
 from underwater_spectral.uw_spectral.imaging.readouts import make_viewpoint
 from underwater_spectral.uw_spectral.spectra.bands import Bands
@@ -40,7 +41,6 @@ from underwater_spectral.uw_spectral.spectra.sensor import parse_sensor
 from underwater_spectral.uw_spectral.spectra.spectrum import DATA_DIRECTORY, read_table
 from underwater_spectral.uw_spectral.surface.wave_patterns import Sea
 from underwater_spectral.uw_spectral.transfer.light_cone import LightCone
-from underwater_spectral.uw_spectral.transfer.path_radiance import pixel_radiance
 from underwater_spectral.uw_spectral.transfer.water_column import SURFACES
 from underwater_spectral.uw_spectral.water.optical_properties import Water
 
@@ -90,15 +90,14 @@ def test_picture_of_one_ray_is_the_closed_form():
     rgb = picture(Optics(view), seen).without()
     i = int(np.argmax(np.isinf(seen.distance)))
     w = tuple(seen.direction[i])
-    ahead = view.path_radiance.background(5.0, w, view.column.sky_radiance)
+    ahead = view.path_radiance.radiance(5.0, w, view.column.sky_radiance)
     assert rgb[i] == pytest.approx(view.reduction.apply(ahead), rel=1e-9)
     i = int(np.argmax(np.isfinite(seen.distance)))
     w, P = tuple(seen.direction[i]), seen.distance[i]
     black = replace(seen, colour=np.zeros_like(seen.colour))
     y = 5.0 - w[2] * P
-    beyond = view.path_radiance.background(y, w, view.column.sky_radiance)
-    path = view.path_radiance.path(5.0, w, P)
-    expected = pixel_radiance(view.field, path, P, 0.0, beyond)
+    beyond = view.path_radiance.radiance(y, w, view.column.sky_radiance)
+    expected = by_hand.pixel(view.path_radiance, 5.0, w, P, 0.0, beyond)
     found = picture(Optics(view), black).without()[i]
     assert found == pytest.approx(view.reduction.apply(expected), rel=1e-9)
 
@@ -231,9 +230,8 @@ def test_nothing_lies_beyond_visibility():
     far = visible_distance(view, 1.0)
     for reflectance in (0.0, 0.9):
         P = np.array([[1.01 * far], [3.0 * far]])
-        path = view.path_radiance.path(5.0, view.level, P)
         lit = reflectance / math.pi * view.light
-        seen = pixel_radiance(view.field, path, P, lit, view.background)
+        seen = by_hand.pixel(view.path_radiance, 5.0, view.level, P, lit, view.background)
         rgb = view.reduction.apply(np.vstack([seen, view.background]))
         assert (
             delta_e_CIE2000_images(clip_to_display(rgb[:2]), clip_to_display(rgb[2:])).max() < 1.0

@@ -10,10 +10,10 @@ import pytest
 from underwater_spectral.scene import settings
 from underwater_spectral.scene.render_plan import make_plan
 from underwater_spectral.scene.settings import OPTIMISED, SceneSettings
+from underwater_spectral.tests import by_hand
 from underwater_spectral.uw_spectral.spectra.bands import Bands
 from underwater_spectral.uw_spectral.spectra.colour_rendering import delta_e_CIE2000_images
 from underwater_spectral.uw_spectral.spectra.reflectance import colorchecker_reflectance
-from underwater_spectral.uw_spectral.transfer.path_radiance import pixel_radiance
 
 SIX = SceneSettings(
     water="jerlov:II", bands=6, band_placement=OPTIMISED, surface="flat", floor_depth=15.0
@@ -28,11 +28,9 @@ def picture(plan):
     w, distance = (0.6, 0.8, 0.0), 2.5
     field, centres = radiance.field, plan.bands.centres
     patches = np.stack([colorchecker_reflectance(patch).at(centres) for patch in PATCHES])
-    background = radiance.background(DEPTH, w)
+    background = radiance.radiance(DEPTH, w)
     light = field.Ed(DEPTH) / math.pi
-    seen = pixel_radiance(
-        field, radiance.path(DEPTH, w, distance), distance, patches * light, background
-    )
+    seen = by_hand.pixel(radiance, DEPTH, w, distance, patches * light, background)
     return plan.reduction(DEPTH).apply(np.vstack([background, seen]))
 
 

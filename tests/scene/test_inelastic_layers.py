@@ -71,7 +71,7 @@ def test_layers_in_absorbing_water(tmp_path, tilt, w_z):
     light = light_of(column)
     w = (0.0, math.sqrt(1 - w_z**2), w_z)
     found = rendered(column, light, tilt, tmp_path, 4)
-    np.testing.assert_allclose(found, light.background(DEPTH, w), rtol=0.01)
+    np.testing.assert_allclose(found, light.radiance(DEPTH, w), rtol=0.01)
 
 
 def test_layers_in_scattering_water_over_a_floor(tmp_path):
@@ -80,7 +80,7 @@ def test_layers_in_scattering_water_over_a_floor(tmp_path):
     )
     light = light_of(column)
     found = rendered(column, light, 0.0, tmp_path, 256)
-    np.testing.assert_allclose(found, light.background(DEPTH, (0.0, 0.0, -1.0)), rtol=0.08)
+    np.testing.assert_allclose(found, light.radiance(DEPTH, (0.0, 0.0, -1.0)), rtol=0.08)
 
 
 def test_layers_reach_the_bottom_and_keep_the_emission():

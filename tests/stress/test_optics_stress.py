@@ -34,18 +34,19 @@ from underwater_spectral.uw_spectral.surface.refraction import (
     sun_travel_direction,
 )
 from underwater_spectral.uw_spectral.surface.wave_patterns import Sea
+from underwater_spectral.uw_spectral.transfer.closed_form import ClosedForm, solve_closed_form
 from underwater_spectral.uw_spectral.transfer.inelastic_light import (
     excitation_fields,
     reduced,
     solve_inelastic,
 )
 from underwater_spectral.uw_spectral.transfer.light_field import LightField
-from underwater_spectral.uw_spectral.transfer.path_radiance import (
-    PathRadiance,
-    pixel_radiance,
-    solve_path_radiance,
+from underwater_spectral.uw_spectral.transfer.pixel import Pixel, forward_scattered_share
+from underwater_spectral.uw_spectral.transfer.radiance_field import (
+    Ripples,
+    sun_glitter,
+    under_surface,
     upwelling_irradiance,
-    veil,
 )
 from underwater_spectral.uw_spectral.transfer.sunlit_water import SunlitWater
 from underwater_spectral.uw_spectral.transfer.water_column import SURFACES, WaterColumn
@@ -90,7 +91,7 @@ class Case:
     """A camera in a column of water, and how much light enters it."""
 
     column: WaterColumn
-    water: PathRadiance
+    water: ClosedForm
     depth: float
 
     @property
@@ -131,7 +132,7 @@ def cases(draw, phases=FORWARD + LIMITS, indices=(1.0, 1.1, 1.34, 2.0), zeniths=
         bands, a, b, float(sun), float(in_water_cosine(zenith, index)), direction, float(sky),
         floor, draw(SHARES), draw(st.sampled_from(SURFACES)), index,
     )  # fmt: skip
-    water = solve_path_radiance(column.light_field(phase), phase, depth, direction)
+    water = solve_closed_form(column.light_field(phase), phase, depth, direction)
     return Case(column, water, depth)
 
 
@@ -152,20 +153,22 @@ def test_radiance_is_finite_and_not_negative(cases_, record_property):
         for P in (0.0, *DISTANCES, math.inf):
             _sound(water.path(y, w, P), "path")
             _sound(water.single_scattering(y, w, P), "single scattering")
-            _sound(veil(case.field, min(P, 1e7)), "veil")
+            _sound(forward_scattered_share(water, min(P, 1e7)), "forward-scattered")
         if column.reflects:
             up = (w[0], w[1], np.abs(w[2]))
             index = column.refractive_index
-            sky = water.under_surface(w, sky, index)
+            sky = under_surface(water, w, sky, index)
             _sound(sky, "surface")
             for slopes in ((0.0, 0.0), (0.1, -0.3), (-30.0, 4.0)):
-                _sound(water.under_surface(up, column.sky_radiance, index, slopes=slopes), "waves")
-                _sound(water.sun_glitter(y, up, index, 1e-5, slopes), "glitter")
-        background = water.background(y, w, sky)
+                _sound(under_surface(water, up, column.sky_radiance, index, slopes=slopes), "waves")
+                _sound(
+                    sun_glitter(case.field, water.sun, y, up, index, Ripples(slopes, 1e-5)),
+                    "glitter",
+                )
+        background = water.radiance(y, w, sky)
         _sound(background, "background")
-        path = water.path(y, w, 1.0)
-        _sound(pixel_radiance(case.field, path, 1.0, 1.0, background), "pixel")
-        _sound(upwelling_irradiance(water.background, y), "upwelling")
+        _sound(Pixel(water, y, w, 1.0, 1.0, background).total, "pixel")
+        _sound(upwelling_irradiance(water.radiance, y), "upwelling")
         for part in (-1.0, 0.0, 1.0):
             for light in case.field.surface_irradiance(case.depths(), 0.5 * part, part):
                 _sound(light, "surface irradiance")
@@ -199,7 +202,7 @@ def test_no_energy_is_gained(cases_, record_property):
         net = Ed - Eu
         assert (np.diff(net, axis=0) <= 1e-9 * most).all()
         assert (net <= entering * 1.08).all()
-        assert (upwelling_irradiance(case.water.background, case.depth) <= 1.001 * most).all()
+        assert (upwelling_irradiance(case.water.radiance, case.depth) <= 1.001 * most).all()
         for part in field.surface_irradiance(y, field.mu_s, 1.0):
             assert (part <= most).all()
 
@@ -218,8 +221,8 @@ def test_white_water_is_no_brighter_than_its_sky(cases_, record_property):
             assert (case.water.path(case.depth, w, P) <= source * (1 + 1e-6)).all()
         sky = column.sky_radiance
         if column.reflects:
-            sky = case.water.under_surface(w, sky, column.refractive_index)
-        assert (case.water.background(case.depth, w, sky) <= source * (1 + 1e-6)).all()
+            sky = under_surface(case.water, w, sky, column.refractive_index)
+        assert (case.water.radiance(case.depth, w, sky) <= source * (1 + 1e-6)).all()
 
     drawn = cases(FORWARD, light=st.just((0, 1)))
     try_cases(check, cases_, record_property, case=drawn, seed=st.integers(0, 9))
@@ -227,12 +230,15 @@ def test_white_water_is_no_brighter_than_its_sky(cases_, record_property):
 
 @few_or_many(40, 3_000)
 def test_what_must_be_monotone(cases_, record_property):
-    """Transmittance and veil share one beam; more absorption leaves less light and less sight."""
+    """What is scattered forward comes of the beam; more absorption leaves less light and sight."""
 
     def check(case, more):
         field = case.field
         P = np.geomspace(1e-3, 1e4, 30)[:, None]
-        direct, together = np.exp(-field.c * P), np.exp(-field.c * P) + veil(field, P)
+        direct, together = (
+            np.exp(-field.c * P),
+            np.exp(-field.c * P) + forward_scattered_share(case.water, P),
+        )
         for share in (direct, together):
             assert (share <= 1.0).all()
             assert (np.diff(share, axis=0) <= 1e-15).all()
@@ -290,7 +296,7 @@ def test_single_precision_follows_double(cases_, record_property):
         near, few, few_w = np.float32(y), water.astype(np.float32), tuple(map(_single, w))
         white = np.maximum(field.Ed(y), 0.0) / math.pi
         floor = VISIBLE * white + 1e-12
-        behind, few_behind = water.background(y, w, 0.1), few.background(near, few_w, _single(0.1))
+        behind, few_behind = water.radiance(y, w, 0.1), few.radiance(near, few_w, _single(0.1))
         _agrees(few_behind, behind, floor, "background")
         for P in map(float, _single(DISTANCES)):
             far = np.float32(P)
@@ -300,9 +306,9 @@ def test_single_precision_follows_double(cases_, record_property):
             few_single = few.single_scattering(near, few_w, far)
             _agrees(few_single, single, floor, "single scattering")
             _agrees(few_path - few_single, path - single, np.maximum(floor, path), "many times")
-            seen = pixel_radiance(field, path, P, white, behind)
-            few_seen = pixel_radiance(few.field, few_path, far, _single(white), few_behind)
-            # The veil is a difference: exact to 6e-8 of the background, however near.
+            seen = Pixel(water, y, w, P, white, behind).total
+            few_seen = Pixel(few, near, few_w, far, _single(white), few_behind).total
+            # Forward-scattered light is a difference: exact to 6e-8 of what lies behind.
             _agrees(few_seen, seen, np.maximum(floor, 2e-4 * behind), "pixel")
         if column.reflects:
             index = float(np.float32(column.refractive_index))
@@ -311,8 +317,8 @@ def test_single_precision_follows_double(cases_, record_property):
             up = tuple(np.float64(_single(axis)) for axis in up)
             top = VISIBLE * np.maximum(field.Ed(0.0), 0.0) / math.pi + 1e-12
             few_up = tuple(map(_single, up))
-            exact = water.under_surface(up, 0.1, index)
-            _agrees(few.under_surface(few_up, _single(0.1), _single(index)), exact, top, "surface")
+            exact = under_surface(water, up, 0.1, index)
+            _agrees(under_surface(few, few_up, _single(0.1), _single(index)), exact, top, "surface")
         depths = np.float64(_single(case.depths()))
         light = np.maximum(field.Ed(depths), 0.0) + 1e-12
         for up in (-1.0, 0.0, 1.0):
@@ -509,7 +515,7 @@ def test_inelastic_light(cases_, record_property):
                 assert np.isfinite(getattr(now, name)(y)).all(), name
             for P in DISTANCES:
                 _sound(now.path(y[2], w, P), "inelastic path")
-            _sound(now.background(y[2], w, now.under_surface(w, 1.34)), "inelastic background")
+            _sound(now.radiance(y[2], w, under_surface(now, w, 0.0, 1.34)), "inelastic background")
             _sound(now.surface_irradiance(y, -1.0), "inelastic irradiance")
         # What is emitted has been taken from the light: at most the yield of one, and Raman.
         _sound(light.source(y), "source", -1e-9 * max(light.source(y).max(), 0.0))

@@ -32,7 +32,7 @@ from underwater_spectral.tests.scene.columns import grey_column
 from underwater_spectral.tests.stress.cases import few_or_many, try_cases
 from underwater_spectral.uw_spectral.errors import InputError
 from underwater_spectral.uw_spectral.spectra.spectral_image import read_exr
-from underwater_spectral.uw_spectral.transfer.path_radiance import solve_path_radiance
+from underwater_spectral.uw_spectral.transfer.closed_form import solve_closed_form
 from underwater_spectral.uw_spectral.water.phase import parse_phase
 
 pytestmark = pytest.mark.filterwarnings(
@@ -355,9 +355,9 @@ def _eevee(scene, camera, column, path):
 
 def _expected(column, rays):
     """Radiance of the open water along the rays of a picture, by numpy."""
-    water = solve_path_radiance(column.light_field(PHASE), PHASE, 5.0, column.sun_direction)
+    water = solve_closed_form(column.light_field(PHASE), PHASE, 5.0, column.sun_direction)
     w = np.array(rays)
-    return water.background(5.0, tuple(w[:, axis, None] for axis in range(3)), 0.0)
+    return water.radiance(5.0, tuple(w[:, axis, None] for axis in range(3)), 0.0)
 
 
 def _rays(scene, camera):

@@ -2,7 +2,7 @@
 
 N. Monzón, D. Gutierrez, D. Akkaynak & A. Muñoz, Real-Time Underwater Spectral
 Rendering, Computer Graphics Forum 43(2), e15009 (2024). Both need Kd; the closed
-form of :mod:`.path_radiance` does not.
+form of :mod:`.closed_form` does not.
 """
 
 from __future__ import annotations
@@ -12,7 +12,8 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..transfer.path_radiance import attenuated_path, distance_in_water
+from ..transfer.closed_form import attenuated_path
+from ..transfer.radiance_field import distance_in_water
 
 
 def path_radiance_Monzon2024(

@@ -32,7 +32,8 @@ from ..spectra.colour_rendering import (
 )
 from ..spectra.reflectance import uplift
 from ..spectra.sensor import OBSERVERS, Sensor, parse_sensor
-from ..transfer.path_radiance import FARTHEST, pixel_radiance
+from ..transfer.pixel import Pixel
+from ..transfer.radiance_field import FARTHEST
 from .readouts import Viewpoint, euphotic_depth
 
 DEPTHS = (2.0, 8.0, 32.0)
@@ -364,17 +365,17 @@ def _expected_spectra(
     background_weight = _BACKGROUND_SHARE * len(distances)
     spectra, weights = [], []
     for w in ((x, y, 0.0), (0.7 * x, 0.7 * y, -math.sqrt(0.51)), (0.8 * x, 0.8 * y, 0.6)):
-        background = view.path_radiance.background(view.depth, w)
+        background = view.path_radiance.radiance(view.depth, w)
         spectra.append(background[None])
         weights.append([background_weight])
         for distance in distances:
             depth = min(max(view.depth - w[2] * distance, 0.0), view.column.floor_depth)
             P = (view.depth - depth) / w[2] if w[2] else distance
-            path = view.path_radiance.path(view.depth, w, P)
             daylight = (view.field.Ed(depth), reflectances, 1 - _LAMP_SHARE)
             for light, things, share in (daylight, lamp):
                 diffuser = things * light / math.pi
-                spectra.append(pixel_radiance(view.field, path, P, diffuser, background))
+                pixel = Pixel(view.path_radiance, view.depth, w, P, diffuser, background)
+                spectra.append(pixel.total)
                 weights.append(np.full(len(things), share / len(things)))
     weight = np.concatenate(weights)
     return np.vstack(spectra), weight / weight.sum()

@@ -25,9 +25,10 @@ from ..spectra.reflectance import colorchecker_reflectance, parse_reflectance
 from ..spectra.sensor import OBSERVERS, Sensor, parse_sensor
 from ..spectra.spectrum import Spectrum
 from ..surface.refraction import fresnel_reflectance, in_water_cosine, sun_travel_direction
+from ..transfer.closed_form import ClosedForm, solve_closed_form
 from ..transfer.inelastic_light import InelasticLight
 from ..transfer.light_field import LightField
-from ..transfer.path_radiance import PathRadiance, pixel_radiance, solve_path_radiance
+from ..transfer.pixel import Pixel
 from ..transfer.water_column import WaterColumn
 from ..water.optical_properties import Water, molecular_scattering
 from ..water.phase import BandPhase, PhaseModel, parse_phase
@@ -110,9 +111,9 @@ class Viewpoint:
         return self.field.Ed(self.depth)
 
     @functools.cached_property
-    def path_radiance(self) -> PathRadiance:
+    def path_radiance(self) -> ClosedForm:
         """Closed form of the water's radiance for this camera."""
-        return solve_path_radiance(self.field, self.phase, self.depth, self.column.sun_direction)
+        return solve_closed_form(self.field, self.phase, self.depth, self.column.sun_direction)
 
     @functools.cached_property
     def level(self) -> tuple[float, float, float]:
@@ -124,7 +125,7 @@ class Viewpoint:
     @functools.cached_property
     def background(self) -> NDArray[np.float64]:
         """Radiance of the open water along :attr:`level`, shape (n,)."""
-        return self.path_radiance.background(self.depth, self.level)
+        return self.path_radiance.radiance(self.depth, self.level)
 
     @functools.cached_property
     def reduction(self) -> SensorReduction:
@@ -509,7 +510,7 @@ def inelastic_share(view: Viewpoint, light: InelasticLight) -> float:
     light : InelasticLight
         In the bands and the column of the view.
     """
-    extra = light.background(view.depth, view.level)
+    extra = light.radiance(view.depth, view.level)
     luminance = _observer(view.column.bands)[1]
     return float(luminance @ extra / (luminance @ (extra + view.background)))
 
@@ -620,9 +621,9 @@ def readouts(view: Viewpoint, reference: Viewpoint) -> Readouts:
 
 def _developed_colours(view: Viewpoint, distance: float) -> NDArray[np.float64]:
     """Scene-linear colours of the open water and of the patches before it."""
-    path = view.path_radiance.path(view.depth, view.level, distance)
     patches = _patch_reflectances(view.column.bands) * view.light / math.pi
-    seen = pixel_radiance(view.field, path, distance, patches, view.background)
+    water = view.path_radiance, view.depth, view.level
+    seen = Pixel(*water, distance, patches, view.background).total
     return view.reduction.apply(np.vstack([view.background, seen]))
 
 

@@ -1,16 +1,16 @@
 """Radiative transfer: the light in the water, and what a pixel sees of it."""
 
+from .closed_form import ClosedForm, solve_closed_form
 from .inelastic_light import InelasticLight, solve_inelastic
 from .light_field import LightField, solve_light_field
-from .path_radiance import PathRadiance, solve_path_radiance
 from .water_column import WaterColumn
 
 __all__ = [
+    "ClosedForm",
     "InelasticLight",
     "LightField",
-    "PathRadiance",
     "WaterColumn",
+    "solve_closed_form",
     "solve_inelastic",
     "solve_light_field",
-    "solve_path_radiance",
 ]

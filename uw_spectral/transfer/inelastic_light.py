@@ -2,7 +2,7 @@
 
 The elastic light field drives the processes: the source in each emission band is a
 sum of exponentials of depth, and so are the irradiances and the path radiance that
-follow. Like :mod:`.path_radiance` the per-pixel formulas are plain arithmetic over a
+follow. Like :mod:`.closed_form` the per-pixel formulas are plain arithmetic over a
 :class:`.Mathematics`.
 """
 
@@ -23,8 +23,9 @@ from ..spectra.bands import Bands
 from ..surface.refraction import diffuse_transmittance, fresnel_reflectance
 from ..water.inelastic_processes import InelasticProcess
 from ..water.phase import BandPhase
+from .closed_form import attenuated_path
 from .light_field import DEEPEST_FLOOR, LightField, solve_light_field
-from .path_radiance import attenuated_path, distance_in_water
+from .radiance_field import PathField, distance_in_water
 from .water_column import WaterColumn
 
 _RESONANCE = 1e-3
@@ -54,11 +55,11 @@ class DepthExponential:
 
 
 @dataclass(frozen=True, eq=False)
-class InelasticLight:
+class InelasticLight(PathField):
     """Light of changed wavelength in the emission bands; make it with :func:`solve_inelastic`.
 
     It adds to the elastic light of the same bands. The methods take what those
-    of :class:`.LightField` and :class:`.PathRadiance` take.
+    of :class:`.LightField` and :class:`.ClosedForm` take.
     """
 
     field: LightField
@@ -111,7 +112,7 @@ class InelasticLight:
         """Radiance that the water adds between depth y_o and distance P along w.
 
         Emitted on the path, and emitted elsewhere and scattered into it; see
-        :meth:`.PathRadiance.path` for the arguments.
+        :meth:`.ClosedForm.path` for the arguments.
         """
         f = self.field
         w_y = -w[2]
@@ -131,30 +132,9 @@ class InelasticLight:
             )
         return m.maximum(total, 0.0)
 
-    def background(
-        self,
-        y_o: Operand,
-        w: Sequence[Operand],
-        L_surface: Operand = 0.0,
-        m: Mathematics = NUMPY,
-    ) -> Operand:
-        """Radiance that the undisturbed water with its floor or surface behind adds along w.
-
-        ``L_surface`` comes down from the surface: :meth:`under_surface`, or 0.
-        """
-        f = self.field
-        w_y = -w[2]
-        P = distance_in_water(y_o, w_y, f.y_f, m)
-        end = m.select(m.less(w_y, 0.0), L_surface, self.floor_radiance(m))
-        return self.path(y_o, w, P, m) + m.exp(-f.cp * P) * end
-
-    def under_surface(
-        self, w: Sequence[Operand], relative_index: Operand, m: Mathematics = NUMPY
-    ) -> Operand:
-        """Radiance that a flat surface mirrors down; see :meth:`.PathRadiance.under_surface`."""
-        cosine = m.maximum(w[2], 0.0)
-        reflectance = fresnel_reflectance(cosine, 1.0 / relative_index, m)
-        return reflectance * self.background(0.0 * w[2], (w[0], w[1], -cosine), m=m)
+    def single_scattering(self, *_: Operand) -> float:
+        """No sunlight is among it."""
+        return 0.0
 
     def _sum(self, name: str, y: Operand, m: Mathematics) -> Operand:
         total = 0.0

@@ -104,7 +104,7 @@ class LightField:
         """Upwelling irradiance at depth y, of the two streams.
 
         With :meth:`Ed` it keeps the net flux, and may be negative where a ≫ b; for its own
-        sake take :func:`.path_radiance.upwelling_irradiance`.
+        sake take :func:`.radiance_field.upwelling_irradiance`.
         """
         return self.E0(y, m) / 4.0 - self.F(y, m) / 2.0
 

@@ -21,10 +21,13 @@ from underwater_spectral.uw_spectral.surface.wave_patterns import (
     sunlight_factor,
     under_waves,
 )
+from underwater_spectral.uw_spectral.transfer.closed_form import solve_closed_form
 from underwater_spectral.uw_spectral.transfer.light_field import solve_light_field
-from underwater_spectral.uw_spectral.transfer.path_radiance import (
-    solve_path_radiance,
+from underwater_spectral.uw_spectral.transfer.radiance_field import (
+    Ripples,
+    sun_glitter,
     surface_normal,
+    under_surface,
 )
 from underwater_spectral.uw_spectral.transfer.sunlit_water import SunlitWater
 from underwater_spectral.uw_spectral.water.phase import parse_phase
@@ -38,7 +41,7 @@ def _water(sky=0.2, index=1.34):
     field = solve_light_field(
         [0.05, 0.3], [0.1, 0.2], PHASE.chi1, PHASE.chi2, [1.0, 1.0], -SUN[2], E_sky=sky
     )
-    return solve_path_radiance(field, PHASE, 3.0, SUN)
+    return solve_closed_form(field, PHASE, 3.0, SUN)
 
 
 def test_formulas_are_those_of_the_layers():
@@ -103,8 +106,8 @@ def test_flat_surface_with_slopes_zero_is_the_flat_surface():
     water = _water()
     z = np.linspace(0.02, 1.0, 50)[:, None]
     w = (np.sqrt(1 - z * z), 0 * z, z)
-    flat = water.under_surface(w, 0.3, 1.34)
-    assert water.under_surface(w, 0.3, 1.34, slopes=(0.0, 0.0)) == pytest.approx(flat, rel=1e-6)
+    flat = under_surface(water, w, 0.3, 1.34)
+    assert under_surface(water, w, 0.3, 1.34, slopes=(0.0, 0.0)) == pytest.approx(flat, rel=1e-6)
 
 
 def test_no_energy_is_gained_under_a_tilted_surface():
@@ -118,12 +121,12 @@ def test_no_energy_is_gained_under_a_tilted_surface():
     normal = surface_normal(*slopes)
     cosine = sum(w[:, i, None] * normal[i] for i in range(3))
     reflectance = fresnel_reflectance(np.maximum(cosine, 0), 1 / n)
-    seen = _water(sky=0.0).under_surface([w[:, i, None] for i in range(3)], 1.0, n, slopes=slopes)
-    dark = solve_path_radiance(
+    seen = under_surface(_water(sky=0.0), [w[:, i, None] for i in range(3)], 1.0, n, slopes=slopes)
+    dark = solve_closed_form(
         solve_light_field([50.0], [1e-9], PHASE.chi1[:1], PHASE.chi2[:1], [0.0], -SUN[2]),
         parse_phase("hg:0.9").for_bands([1.0]), 0.0, SUN,
     )  # fmt: skip
-    only_sky = dark.under_surface([w[:, i, None] for i in range(3)], 1.0, n, slopes=slopes)
+    only_sky = under_surface(dark, [w[:, i, None] for i in range(3)], 1.0, n, slopes=slopes)
     assert only_sky == pytest.approx((1 - reflectance) * n * n, abs=1e-6)
     assert np.all(np.isfinite(seen))
 
@@ -138,6 +141,6 @@ def test_glitter_carries_the_irradiance_of_the_sun():
         a[..., None]
         for a in (np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta))
     ]
-    L = water.sun_glitter(0.0, w, 1.34, 0.03**2, (0.0, 0.0))
+    L = sun_glitter(water.field, water.sun, 0.0, w, 1.34, Ripples((0.0, 0.0), 0.03**2))
     weight = np.sin(theta) * np.cos(theta) * (zenith[1] - zenith[0]) * (turn[1] - turn[0])
     assert (L * weight[..., None]).sum(axis=(0, 1)) == pytest.approx(water.field.E, rel=0.01)

@@ -19,6 +19,7 @@ from underwater_spectral.uw_spectral.transfer.inelastic_light import (
     solve_inelastic,
 )
 from underwater_spectral.uw_spectral.transfer.light_field import solve_light_field
+from underwater_spectral.uw_spectral.transfer.radiance_field import under_surface
 from underwater_spectral.uw_spectral.transfer.water_column import WaterColumn
 from underwater_spectral.uw_spectral.water.bio_optics import Constituents, named_waters
 from underwater_spectral.uw_spectral.water.inelastic_processes import (
@@ -231,11 +232,11 @@ def test_mean_source_is_the_mean():
 def test_surface_mirrors_what_rises():
     light = _sea(CLEAR)
     level, steep = ((math.sqrt(1 - z**2), 0.0, z) for z in (0.3, 0.99))
-    below = light.background(0.0, (level[0], 0.0, -0.3))
-    np.testing.assert_allclose(light.under_surface(level, 1.34), below)  # total reflection
-    assert np.all(light.under_surface(steep, 1.34) < 0.03 * light.background(0.0, (0, 0, -1)))
-    seen = light.background(2.0, level, light.under_surface(level, 1.34))
-    assert np.all(seen > light.background(2.0, level))
+    below = light.radiance(0.0, (level[0], 0.0, -0.3))
+    np.testing.assert_allclose(under_surface(light, level, 0.0, 1.34), below)  # total reflection
+    assert np.all(under_surface(light, steep, 0.0, 1.34) < 0.03 * light.radiance(0.0, (0, 0, -1)))
+    seen = light.radiance(2.0, level, under_surface(light, level, 0.0, 1.34))
+    assert np.all(seen > light.radiance(2.0, level))
 
 
 def test_skylight_excites_as_a_beam_of_its_mean_cosine():

@@ -7,17 +7,24 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from underwater_spectral.tests import by_hand
 from underwater_spectral.uw_spectral.errors import InputError
 from underwater_spectral.uw_spectral.transfer.aureole import moments_of_spread, solve_aureole
-from underwater_spectral.uw_spectral.transfer.light_field import solve_light_field
-from underwater_spectral.uw_spectral.transfer.path_radiance import (
+from underwater_spectral.uw_spectral.transfer.closed_form import (
     attenuated_path,
-    distance_in_water,
     phi,
-    pixel_radiance,
-    solve_path_radiance,
+    solve_closed_form,
+)
+from underwater_spectral.uw_spectral.transfer.light_field import solve_light_field
+from underwater_spectral.uw_spectral.transfer.pixel import (
+    Pixel,
+    UndisturbedWater,
+    forward_scattered_share,
+)
+from underwater_spectral.uw_spectral.transfer.radiance_field import (
+    distance_in_water,
+    under_surface,
     upwelling_irradiance,
-    veil,
 )
 from underwater_spectral.uw_spectral.water.phase import parse_phase
 
@@ -26,7 +33,7 @@ def _water(a, b, text="hg:0.8", mu_s=0.9, y_o=5.0, y_f=8.0, **options):
     a, b = np.atleast_1d(a), np.atleast_1d(b)
     phase = parse_phase(text).for_bands(b)
     field = solve_light_field(a, b, phase.chi1, phase.chi2, 1.0, mu_s, y_f=y_f, **options)
-    return solve_path_radiance(field, phase, y_o, (math.sqrt(1 - mu_s**2), 0.0, -mu_s))
+    return solve_closed_form(field, phase, y_o, (math.sqrt(1 - mu_s**2), 0.0, -mu_s))
 
 
 def _view(w_y, azimuth=0.0):
@@ -88,15 +95,15 @@ def test_paths_add_up():
 def test_upwelling_irradiance_of_the_floor_and_converged():
     water = _water([0.05, 0.3], [0.2, 1.0], r=0.2)
     field = water.field
-    floor = upwelling_irradiance(water.background, field.y_f)
+    floor = upwelling_irradiance(water.radiance, field.y_f)
     np.testing.assert_allclose(floor, 0.2 * field.Ed(field.y_f), rtol=1e-9)
     mu, weights = np.polynomial.legendre.leggauss(40)
     mu, azimuth = (mu + 1) / 2, (np.arange(64) + 0.5) * 2 * math.pi / 64
     across = np.sqrt(1 - mu**2)[:, None, None]
     w = (across * np.cos(azimuth)[:, None], across * np.sin(azimuth)[:, None])
-    L = water.background(5.0, (*w, -mu[:, None, None] + 0 * w[0])).mean(axis=1)
+    L = water.radiance(5.0, (*w, -mu[:, None, None] + 0 * w[0])).mean(axis=1)
     exact = math.pi * (weights * mu) @ L
-    np.testing.assert_allclose(upwelling_irradiance(water.background, 5.0), exact, rtol=5e-3)
+    np.testing.assert_allclose(upwelling_irradiance(water.radiance, 5.0), exact, rtol=5e-3)
 
 
 def test_upwelling_irradiance_where_two_streams_are_negative():
@@ -104,7 +111,7 @@ def test_upwelling_irradiance_where_two_streams_are_negative():
     water = _water(1.0, 0.05)
     y = np.array([[1.0], [3.0], [6.0]])
     assert np.all(water.field.Eu(y)[1:] < 0)
-    share = upwelling_irradiance(water.background, y) / water.field.Ed(y)
+    share = upwelling_irradiance(water.radiance, y) / water.field.Ed(y)
     assert share.shape == (3, 1)
     assert np.all(share > 0)
     assert np.ptp(share) < 0.1 * share.mean()
@@ -134,22 +141,49 @@ def test_pixel_joins_object_and_background():
     field = water.field
     # An object with the radiance of the floor, on the floor, is the floor.
     floor = field.floor_radiance()
-    pixel = pixel_radiance(field, water.path(5.0, w, 3.0), 3.0, floor, floor)
-    np.testing.assert_allclose(pixel, water.background(5.0, w), rtol=1e-12)
-    assert (veil(field, np.array([0.0, 1.0, 1e3])) >= 0).all()
-    np.testing.assert_allclose(pixel_radiance(field, 0.0, 0.0, 2.0, 1.0), 2.0)
+    pixel = Pixel(water, 5.0, w, 3.0, floor, floor).total
+    np.testing.assert_allclose(pixel, water.radiance(5.0, w), rtol=1e-12)
+    assert (forward_scattered_share(water, np.array([0.0, 1.0, 1e3])) >= 0).all()
+    np.testing.assert_allclose(Pixel(water, 5.0, w, 0.0, 2.0, 1.0).total, 2.0)
+
+
+def test_components_add_up_and_are_what_their_names_say():
+    water, w = _water(0.05, 0.2, r=0.2), _view(0.3)
+    pixel = UndisturbedWater(water, sky=0.1).surface(5.0, 5.6, w, 2.0, 0.7, coverage=0.6)
+    parts = ("direct", "forward_scattered", "single_scattering", "multiple_scattering", "inelastic")
+    whole = sum(getattr(pixel, name) for name in parts)
+    np.testing.assert_allclose(pixel.total, whole, rtol=1e-12)
+    np.testing.assert_allclose(pixel.direct, 0.7 * np.exp(-0.25 * 2.0))
+    np.testing.assert_allclose(pixel.transmittance, np.exp(-0.25 * 2.0))
+    np.testing.assert_allclose(pixel.single_scattering, 0.6 * water.single_scattering(5.0, w, 2.0))
+    beyond = 0.6 * water.radiance(5.6, w, 0.1)
+    np.testing.assert_allclose(
+        pixel.total, by_hand.pixel(water, 5.0, w, 2.0, 0.7, beyond)
+        - 0.4 * water.path(5.0, w, 2.0), rtol=1e-12,
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("z", [0.9, 0.3, 0.0, -0.3, -0.9])
+@pytest.mark.parametrize("index", [None, 1.34])
+def test_open_water_is_the_undisturbed_radiance(z, index):
+    water, w = UndisturbedWater(_water(0.05, 0.2, r=0.2), 0.1, index), _view(z)
+    pixel = water.open_water(5.0, w)
+    np.testing.assert_allclose(pixel.total, water.radiance(5.0, w), rtol=1e-12)
+    # What lies on the way changes nothing if it shines as the water behind it does.
+    seen = water.surface(5.0, 5.0 - 1.5 * w[2], w, 1.5, water.radiance(5.0 - 1.5 * w[2], w))
+    np.testing.assert_allclose(seen.total, water.radiance(5.0, w), rtol=1e-6)
 
 
 def test_flat_surface_from_below():
     water = _water(0.05, 0.2, r=0.2)
     # Inside Snell's window the sky gains n²; outside only the mirrored water is seen.
-    overhead = water.under_surface((0.0, 0.0, 1.0), 1.0, 1.34) - water.under_surface(
-        (0.0, 0.0, 1.0), 0.0, 1.34
+    overhead = under_surface(water, (0.0, 0.0, 1.0), 1.0, 1.34) - under_surface(
+        water, (0.0, 0.0, 1.0), 0.0, 1.34
     )
     np.testing.assert_allclose(overhead, 1.34**2 * (1 - (0.34 / 2.34) ** 2), rtol=1e-6)
     shallow = _view(-0.3)
-    outside = water.under_surface(shallow, 1.0, 1.34)
-    np.testing.assert_allclose(outside, water.background(0.0, _view(0.3)), rtol=1e-6)
+    outside = under_surface(water, shallow, 1.0, 1.34)
+    np.testing.assert_allclose(outside, water.radiance(0.0, _view(0.3)), rtol=1e-6)
 
 
 @pytest.mark.parametrize("text", ["hg:0.8", "hg:0.95", "hg:0.99", "petzold", "rayleigh"])
@@ -251,7 +285,7 @@ def test_any_ray_is_finite_and_not_negative(
     w = [kind(value) for value in _view(w_y, azimuth)]
     values = (
         water.path(kind(y_o), w, kind(P)),
-        water.background(kind(y_o), w, kind(0.1)),
+        water.radiance(kind(y_o), w, kind(0.1)),
         water.single_scattering(kind(y_o), w, kind(P)),
     )
     for value in values:

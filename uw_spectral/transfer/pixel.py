@@ -1,0 +1,279 @@
+"""What a pixel contains: the one sum that every renderer and every estimate is made of.
+
+With the radiance field L(y, w) of the undisturbed water, a camera at depth y_o that sees a
+surface at distance P gets
+
+    L = path + e^{-cP} L_end + (e^{-cp P} - e^{-cP}) L_beyond,
+
+the water on the way, the surface itself, and the undisturbed light from beyond it that is
+scattered forward into the pixel. Open water is the same with the water's own boundary at
+its end. Light of changed wavelength is a second such sum. The components have names; a
+renderer draws those it is asked for, and pays for no others.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from ..mathematics import NUMPY, Mathematics, Operand
+from .closed_form import ClosedForm
+from .inelastic_light import InelasticLight
+from .light_field import LightField
+from .radiance_field import RadianceField, Ripples, sun_glitter, under_surface
+
+
+def forward_scattered_share(water: RadianceField, P: Operand, m: Mathematics = NUMPY) -> Operand:
+    """Share of the background that reaches the camera scattered forward, over distance P."""
+    return m.maximum(m.exp(-water.cp * P) - m.exp(-water.c * P), 0.0)
+
+
+@dataclass(frozen=True, eq=False)
+class Pixel:
+    """The light of a pixel in components that add up; each is computed when it is asked for.
+
+    Parameters
+    ----------
+    water : RadianceField
+        Of the undisturbed water.
+    y_o : float or array
+        Depth of the camera, m.
+    w : three floats or arrays
+        Unit view direction, away from the camera, z up.
+    P : float or array
+        Distance of what is seen, m.
+    L_end : float or array
+        Radiance of what is seen.
+    L_beyond : float or array
+        Radiance of the undisturbed water from there on.
+    m : Mathematics
+        Elementary functions.
+    changed : Pixel, optional
+        The light of changed wavelength in the same pixel.
+    coverage : float or array
+        Share of the pixel that what is seen fills; ``L_end`` is multiplied by it already.
+    """
+
+    water: RadianceField
+    y_o: Operand
+    w: Sequence[Operand]
+    P: Operand
+    L_end: Operand
+    L_beyond: Operand
+    m: Mathematics = NUMPY
+    changed: Pixel | None = None
+    coverage: Operand = 1.0
+
+    @functools.cached_property
+    def transmittance(self) -> Operand:
+        """Share e^{-cP} of the light of what is seen that arrives unscattered."""
+        return self.m.exp(-self.water.c * self.P)
+
+    @functools.cached_property
+    def path(self) -> Operand:
+        """Light scattered by the water on the way, once and more often."""
+        return self.water.path(self.y_o, self.w, self.P, self.m) * self.coverage
+
+    @functools.cached_property
+    def direct(self) -> Operand:
+        """Unscattered light of what is seen."""
+        return self.transmittance * self.L_end
+
+    @functools.cached_property
+    def forward_scattered(self) -> Operand:
+        """Light from beyond, blurred over what is seen by scattering at small angles."""
+        share = forward_scattered_share(self.water, self.P, self.m)
+        return share * (self.L_beyond * self.coverage)
+
+    @functools.cached_property
+    def single_scattering(self) -> Operand:
+        """Sunlight scattered once on the way, nothing in its way."""
+        return self.water.single_scattering(self.y_o, self.w, self.P, self.m) * self.coverage
+
+    @functools.cached_property
+    def multiple_scattering(self) -> Operand:
+        """The rest of the light of the path."""
+        return self.path - self.single_scattering
+
+    @functools.cached_property
+    def inelastic(self) -> Operand:
+        """Light of changed wavelength."""
+        return 0.0 if self.changed is None else self.changed.total
+
+    @functools.cached_property
+    def total(self) -> Operand:
+        """Sum of the components."""
+        elastic = self.path + self.direct + self.forward_scattered
+        return elastic if self.changed is None else elastic + self.inelastic
+
+
+@dataclass(frozen=True, eq=False)
+class SurfaceLight:
+    """Irradiance on a patch: the two parts of the sun on a plane across it, and the rest."""
+
+    direct: Operand
+    forward: Operand
+    diffuse: Operand
+
+    def reflected(
+        self, sun_response: Operand, albedo: Operand, sun_cosine: Operand, m: Mathematics = NUMPY
+    ) -> Operand:
+        """Radiance that the patch reflects.
+
+        Parameters
+        ----------
+        sun_response : float or array
+            Its radiance per normal irradiance of the sun, shadows and cosine included:
+            ``albedo / π max(sun_cosine, 0)`` of a sunlit Lambertian patch.
+        albedo : float or array
+            Its Lambertian reflectance, for the light that comes from many sides.
+        sun_cosine : float or array
+            Cosine between its normal and the direction towards the in-water sun.
+        m : Mathematics
+            Elementary functions.
+        """
+        wide = m.maximum(sun_cosine, 0.0) * self.forward + self.diffuse
+        return sun_response * self.direct + albedo / math.pi * wide
+
+
+def surface_light(
+    light: LightField,
+    y: Operand,
+    up: Operand,
+    m: Mathematics = NUMPY,
+    *,
+    openness: Operand | None = None,
+    sunlight: Operand = 1.0,
+) -> SurfaceLight:
+    """Irradiance at depth y on a patch whose normal has the upward component ``up``.
+
+    Parameters
+    ----------
+    light : LightField
+    y, up : float or array
+    m : Mathematics
+        Elementary functions.
+    openness : float or array, optional
+        Share of the light from above, the direct sun apart, that nothing keeps away.
+    sunlight : float or array
+        Factor of the waves on the sunlight.
+    """
+    direct, forward, diffuse = light.surface_irradiance(y, 1.0, up, m, openness)
+    return SurfaceLight(direct * sunlight, forward * sunlight, diffuse)
+
+
+@dataclass(frozen=True, eq=False)
+class UndisturbedWater:
+    """Water with its surface and its floor, as if nothing else were in it.
+
+    Parameters
+    ----------
+    elastic : ClosedForm
+        Its light.
+    sky : float or array
+        Radiance of the sky, in air.
+    index : float, optional
+        Index of the water against air; without one there is no surface that reflects.
+    inelastic : InelasticLight, optional
+        Light of changed wavelength; a surface mirrors it as if it were flat.
+    mirrors : bool
+        Whether a surface that reflects mirrors the water below it.
+    """
+
+    elastic: ClosedForm
+    sky: Operand = 0.0
+    index: Operand | None = None
+    inelastic: InelasticLight | None = None
+    mirrors: bool = True
+
+    def from_surface(
+        self,
+        y: Operand,
+        w: Sequence[Operand],
+        m: Mathematics = NUMPY,
+        ripples: Ripples | None = None,
+    ) -> Operand:
+        """Radiance that comes down from the surface against w, seen from depth y."""
+        if self.index is None:
+            return self.sky
+        mirror = self.elastic if self.mirrors else None
+        slopes = None if ripples is None else ripples.slopes
+        L = under_surface(mirror, w, self.sky, self.index, m, slopes)
+        if ripples is not None:
+            sun = self.elastic.field, self.elastic.sun
+            L = L + sun_glitter(*sun, y, w, self.index, ripples, m)
+        return L
+
+    def radiance(self, y: Operand, w: Sequence[Operand], m: Mathematics = NUMPY) -> Operand:
+        """Radiance L(y, w) of everything ahead of depth y along w, under a flat surface."""
+        return self.elastic.radiance(y, w, self.from_surface(y, w, m), m)
+
+    def surface(
+        self,
+        y_o: Operand,
+        y_e: Operand,
+        w: Sequence[Operand],
+        P: Operand,
+        L_surface: Operand,
+        m: Mathematics = NUMPY,
+        *,
+        L_inelastic: Operand = 0.0,
+        coverage: Operand = 1.0,
+    ) -> Pixel:
+        """Pixel of a surface.
+
+        Parameters
+        ----------
+        y_o, y_e : float or array
+            Depths of the camera and of the surface, m.
+        w : three floats or arrays
+            Unit view direction, away from the camera, z up.
+        P : float or array
+            Distance, m.
+        L_surface, L_inelastic : float or array
+            Radiance of the surface in elastic light, and in light of changed wavelength.
+        m : Mathematics
+            Elementary functions.
+        coverage : float or array
+            Share of the pixel that the surface fills; its radiances are multiplied by it.
+        """
+        changed = None
+        if self.inelastic is not None:
+            mirrored = self._mirrored(self.inelastic, w, m)
+            beyond = self.inelastic.radiance(y_e, w, mirrored, m)
+            changed = Pixel(self.inelastic, y_o, w, P, L_inelastic, beyond, m, coverage=coverage)
+        beyond = self.radiance(y_e, w, m)
+        return Pixel(self.elastic, y_o, w, P, L_surface, beyond, m, changed, coverage)
+
+    def open_water(
+        self,
+        y_o: Operand,
+        w: Sequence[Operand],
+        m: Mathematics = NUMPY,
+        ripples: Ripples | None = None,
+    ) -> Pixel:
+        """Pixel of open water with the surface or the floor behind; arguments as above."""
+        changed = None
+        if self.inelastic is not None:
+            mirrored = self._mirrored(self.inelastic, w, m)
+            changed = _to_boundary(self.inelastic, y_o, w, mirrored, m)
+        L_surface = self.from_surface(y_o, w, m, ripples)
+        return _to_boundary(self.elastic, y_o, w, L_surface, m, changed)
+
+    def _mirrored(self, light: RadianceField, w: Sequence[Operand], m: Mathematics) -> Operand:
+        """Radiance of water under a black sky that a flat surface mirrors down."""
+        return 0.0 if self.index is None else under_surface(light, w, 0.0, self.index, m)
+
+
+def _to_boundary(
+    water: RadianceField,
+    y_o: Operand,
+    w: Sequence[Operand],
+    L_surface: Operand,
+    m: Mathematics,
+    changed: Pixel | None = None,
+) -> Pixel:
+    end = water.boundary_radiance(w, L_surface, m)
+    return Pixel(water, y_o, w, water.boundary(y_o, w, m), end, end, m, changed)

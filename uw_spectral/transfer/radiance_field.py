@@ -1,0 +1,317 @@
+"""What every model of the light in undisturbed water answers, and what follows from it alone.
+
+Directions are in Blender's axes (x, y horizontal, z up); depth is positive down.
+Arguments broadcast against the bands: give arrays a last axis of 1. The formulas are
+plain arithmetic over an injected :class:`.Mathematics`, so they also build shader nodes.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..mathematics import NUMPY, Mathematics, Operand
+from ..surface.refraction import fresnel_reflectance
+from .light_field import LightField
+
+FARTHEST = 1e7
+"""Distance in m that stands for infinity along a level ray."""
+
+_LOWEST_SUN = 0.1  # share of the sun's normal irradiance that a flat surface lets in, at 80°
+_LEVEL = -0.01  # vertical component of a mirrored ray that would go up
+# Directions of the upwelling light; more of them change it by less than 0.5 %.
+_ELEVATIONS, _AZIMUTHS = 6, 8
+
+
+class RadianceField(Protocol):
+    """Light of one process (elastic, inelastic) in undisturbed plane-parallel water.
+
+    ``c`` is the extinction, ``cp`` that of the beam that a camera blurs over what it
+    sees, both 1/m: light scattered by less than the forward peak stays in the picture.
+    They are equal in a field that holds this light itself.
+    """
+
+    @property
+    def c(self) -> Operand:
+        """Extinction, 1/m."""
+        ...
+
+    @property
+    def cp(self) -> Operand:
+        """Extinction without the forward peak of the phase function, 1/m."""
+        ...
+
+    def path(
+        self, y_o: Operand, w: Sequence[Operand], P: Operand, m: Mathematics = NUMPY
+    ) -> Operand:
+        """Radiance of the water between depth y_o and distance P along w."""
+        ...
+
+    def radiance(
+        self,
+        y: Operand,
+        w: Sequence[Operand],
+        L_surface: Operand = 0.0,
+        m: Mathematics = NUMPY,
+    ) -> Operand:
+        """Radiance L(y, w) of everything that lies ahead of depth y along w."""
+        ...
+
+    def single_scattering(
+        self, y_o: Operand, w: Sequence[Operand], P: Operand, m: Mathematics = NUMPY
+    ) -> Operand:
+        """Part of :meth:`path` that is sunlight scattered once, nothing in its way."""
+        ...
+
+    def boundary(self, y: Operand, w: Sequence[Operand], m: Mathematics = NUMPY) -> Operand:
+        """Distance from depth y along w to the surface or the floor, m."""
+        ...
+
+    def boundary_radiance(
+        self, w: Sequence[Operand], L_surface: Operand = 0.0, m: Mathematics = NUMPY
+    ) -> Operand:
+        """Radiance that surface or floor, whichever lies ahead, send against w."""
+        ...
+
+
+def distance_in_water(
+    y_o: Operand,
+    w_y: Operand,
+    y_f: Operand,
+    m: Mathematics = NUMPY,
+) -> Operand:
+    """Distance from depth y_o along w to the surface or the floor, at most :data:`FARTHEST`."""
+    # Each bound holds for one sign of w_y; at the other, and at zero, FARTHEST lifts it.
+    to_surface = y_o / m.maximum(-w_y, 1e-7) + FARTHEST * m.clamp(1.0 + 1e7 * w_y, 0.0, 1.0)
+    to_floor = m.maximum(y_f - y_o, 0.0) / m.maximum(w_y, 1e-7) + FARTHEST * m.clamp(
+        1.0 - 1e7 * w_y, 0.0, 1.0
+    )
+    return m.minimum(m.minimum(to_surface, to_floor), FARTHEST)
+
+
+class PathField:
+    """A :class:`RadianceField` that is known by the radiance of its paths."""
+
+    field: LightField
+
+    @property
+    def c(self) -> Operand:
+        """Extinction, 1/m."""
+        return self.field.c
+
+    @property
+    def cp(self) -> Operand:
+        """Extinction without the forward peak of the phase function, 1/m."""
+        return self.field.cp
+
+    def path(
+        self, y_o: Operand, w: Sequence[Operand], P: Operand, m: Mathematics = NUMPY
+    ) -> Operand:
+        """Radiance of the water between depth y_o and distance P along w."""
+        raise NotImplementedError
+
+    def floor_radiance(self, m: Mathematics = NUMPY) -> Operand:
+        """Radiance of the Lambertian floor."""
+        raise NotImplementedError
+
+    def boundary(self, y: Operand, w: Sequence[Operand], m: Mathematics = NUMPY) -> Operand:
+        """Distance from depth y along w to the surface or the floor, m."""
+        return distance_in_water(y, -w[2], self.field.y_f, m)
+
+    def boundary_radiance(
+        self, w: Sequence[Operand], L_surface: Operand = 0.0, m: Mathematics = NUMPY
+    ) -> Operand:
+        """Radiance that surface or floor, whichever lies ahead, send against w."""
+        return m.select(m.less(-w[2], 0.0), L_surface, self.floor_radiance(m))
+
+    def radiance(
+        self,
+        y: Operand,
+        w: Sequence[Operand],
+        L_surface: Operand = 0.0,
+        m: Mathematics = NUMPY,
+    ) -> Operand:
+        """Radiance L(y, w) of the undisturbed water with its floor or surface behind.
+
+        Parameters
+        ----------
+        y : float or array
+            Depth it is seen from, m.
+        w : three floats or arrays
+            Components of the unit view direction, away from the camera, z up.
+        L_surface : float or array
+            Radiance that comes down from the surface against w.
+        m : Mathematics
+            Elementary functions.
+        """
+        P = self.boundary(y, w, m)
+        end = self.boundary_radiance(w, L_surface, m)
+        return self.path(y, w, P, m) + m.exp(-self.cp * P) * end
+
+
+def upwelling_irradiance(
+    radiance: Callable[..., NDArray[np.float64]],
+    y: ArrayLike,
+) -> NDArray[np.float64]:
+    """Upwelling irradiance: the radiance that comes from below, integrated.
+
+    The two streams' own Eu holds over a bright floor. Where little light comes
+    back it is off by tens of percent, and negative where absorption outweighs
+    scattering; this one is as good as the radiance, and never negative.
+
+    Parameters
+    ----------
+    radiance : callable
+        At depth y along w: :meth:`RadianceField.radiance`.
+    y : float or array
+        Depth, m; an array has a last axis of 1 for the bands.
+
+    Returns
+    -------
+    array, shape (..., n)
+        Gauss-Legendre over the cosine, evenly in azimuth.
+
+    Examples
+    --------
+    >>> upwelling_irradiance(lambda y, w: np.array([1.0]) + 0.0 * w[2], 1.0).round(6)
+    array([3.141593])
+    """
+    nodes, weights = np.polynomial.legendre.leggauss(_ELEVATIONS)
+    azimuth = (np.arange(_AZIMUTHS) + 0.5) * (2.0 * math.pi / _AZIMUTHS)
+    down, around = (x.ravel() for x in np.meshgrid((nodes + 1.0) / 2.0, azimuth, indexing="ij"))
+    across = np.sqrt(1.0 - down**2)
+    places = (slice(None), *[None] * max(np.ndim(y), 1))
+    w = (across * np.cos(around), across * np.sin(around), -down)
+    L = radiance(y, tuple(component[places] for component in w))
+    return np.tensordot(np.repeat(weights, _AZIMUTHS) * down * math.pi / _AZIMUTHS, L, axes=1)
+
+
+@dataclass(frozen=True, eq=False)
+class Ripples:
+    """The moving surface where a view ray meets it.
+
+    Parameters
+    ----------
+    slopes : two floats or arrays
+        Along x and y.
+    glitter_width : float
+        Mean squared angle, in air, of the sun's disc and of the waves that the
+        slopes leave out; positive, rad².
+    glitter : float
+        Factor on the sun's image; 1 is physical.
+    """
+
+    slopes: tuple[Operand, Operand]
+    glitter_width: Operand
+    glitter: Operand = 1.0
+
+
+def surface_normal(
+    slope_x: Operand,
+    slope_y: Operand,
+    m: Mathematics = NUMPY,
+) -> tuple[Operand, Operand, Operand]:
+    """Unit normal, upwards, of a surface with these slopes."""
+    z = 1.0 / m.sqrt(1.0 + slope_x * slope_x + slope_y * slope_y)
+    return -slope_x * z, -slope_y * z, z
+
+
+def under_surface(
+    water: RadianceField | None,
+    w: Sequence[Operand],
+    L_sky: Operand,
+    relative_index: Operand,
+    m: Mathematics = NUMPY,
+    slopes: tuple[Operand, Operand] | None = None,
+) -> Operand:
+    """Radiance just below the surface, looking up along w.
+
+    The sky inside Snell's window and the mirrored water outside it.
+
+    Parameters
+    ----------
+    water : RadianceField or None
+        What the surface mirrors; None for a surface that mirrors black water.
+    w : three floats or arrays
+        Unit view direction, away from the camera; z > 0.
+    L_sky : float or array
+        Radiance of the sky, in air, where the refracted ray meets it.
+    relative_index : float
+        Index of the water against air, n; the radiance gains a factor n².
+    m : Mathematics
+        Elementary functions.
+    slopes : two floats or arrays, optional
+        Slopes of the surface along x and y where w meets it; flat without.
+    """
+    n2 = relative_index * relative_index
+    if slopes is None:
+        cosine = m.maximum(w[2], 0.0)
+        reflected = (w[0], w[1], -cosine)
+    else:
+        normal = surface_normal(*slopes, m)
+        cosine = m.maximum(_dot(w, normal), 0.0)
+        x, y, z = (a - 2.0 * cosine * b for a, b in zip(w, normal, strict=True))
+        # A steep wave mirrors what lies level; a second reflection is left out.
+        reflected = (x, y, m.minimum(z, _LEVEL))
+    reflectance = fresnel_reflectance(cosine, 1.0 / relative_index, m)
+    mirrored = 0.0 if water is None else water.radiance(0.0 * w[2], reflected, m=m)
+    return (1.0 - reflectance) * n2 * L_sky + reflectance * mirrored
+
+
+def sun_glitter(
+    light: LightField,
+    sun: Sequence[Operand],
+    y_o: Operand,
+    w: Sequence[Operand],
+    relative_index: Operand,
+    ripples: Ripples,
+    m: Mathematics = NUMPY,
+) -> Operand:
+    """Radiance of the sun's image just below the waves, looking up along w.
+
+    The solid angle over which the sun appears is a Gaussian one, so that no
+    pixel misses it. Seen through water that keeps ``e^{-cp P}`` of it, it
+    comes out attenuated by ``e^{-c P}``: forward scattering takes it away.
+
+    Parameters
+    ----------
+    light : LightField
+        Gives the sun's irradiance and the extinctions.
+    sun : sequence of 3
+        Unit direction the sunlight travels to in the water.
+    y_o : float or array
+        Depth of the camera, m.
+    w : three floats or arrays
+        Unit view direction, away from the camera; z > 0.
+    relative_index : float
+        Index of the water against air.
+    ripples : Ripples
+        The surface where w meets it.
+    m : Mathematics
+        Elementary functions.
+    """
+    n, n2 = relative_index, relative_index * relative_index
+    normal = surface_normal(*ripples.slopes, m)
+    inside = m.maximum(_dot(w, normal), 0.0)
+    outside = m.sqrt(m.maximum(1.0 - n2 * (1.0 - inside * inside), 0.0))
+    air = [n * a + (outside - n * inside) * b for a, b in zip(w, normal, strict=True)]
+    sx, sy = n * sun[0], n * sun[1]
+    high = m.sqrt(m.maximum(1.0 - sx * sx - sy * sy, 1e-6))
+    x, y, z = air[0] + sx, air[1] + sy, air[2] - high
+    width2 = ripples.glitter_width
+    image = m.exp(-m.minimum((x * x + y * y + z * z) / width2, 80.0)) / (math.pi * width2)
+    through = 1.0 - fresnel_reflectance(inside, 1.0 / n, m)
+    # A sun at the horizon lights tilted waves out of all proportion to E: held.
+    entered = m.maximum(high * (1.0 - fresnel_reflectance(high, n, m)), _LOWEST_SUN)
+    P = m.minimum(y_o / m.maximum(w[2], 1e-4), FARTHEST)
+    seen = image * through * n2 / entered * light.E * m.exp((light.cp - light.c) * P)
+    return seen * ripples.glitter
+
+
+def _dot(one: Sequence[Operand], other: Sequence[Operand]) -> Operand:
+    return one[0] * other[0] + one[1] * other[1] + one[2] * other[2]
