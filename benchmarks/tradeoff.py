@@ -38,6 +38,7 @@ from ..scene import (
     moving_surface,
     realtime,
     render_plan,
+    scene_water,
     water_body,
 )
 from ..scene.settings import SceneSettings
@@ -185,7 +186,7 @@ def measure_eevee(
                 realtime.set_values(scene, _water(configuration, now, setting))
                 yield configuration, {"picture": _picture(options.eevee_samples), **cost}
     finally:
-        realtime.remove_realtime(scene)
+        scene_water.remove(scene)
 
 
 def measure_band_passes(
@@ -239,7 +240,7 @@ def measure_plain(
     with eevee_settings.realtime_settings(scene, case.camera, samples=1, water=None):
         cost = _cost(case, shadow_maps=True)
     for item in added:
-        water_body.delete(item)
+        bpy.data.batch_remove([item, item.data])
     for other in configurations:
         yield other, cost
 

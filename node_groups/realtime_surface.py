@@ -24,7 +24,7 @@ from .realtime_values import (
     build_triple,
     sum_of_triples,
 )
-from .realtime_waves import PATTERN, POSITION, caustics_here
+from .realtime_waves import PATTERN, POSITION, WaveImages, caustics_here
 
 NAME = "UW Surface of Bands"
 TRIPLE_NAME = "UW Surface of Three Bands"
@@ -49,7 +49,9 @@ def measured(triple: int) -> str:
     return f"{_MEASURED} {triple}"
 
 
-def build(values: bpy.types.ShaderNodeTree, shape: Shape) -> bpy.types.ShaderNodeTree:
+def build(
+    values: bpy.types.ShaderNodeTree, shape: Shape, images: WaveImages | None
+) -> bpy.types.ShaderNodeTree:
     """Build the group.
 
     Inputs: ``Lit``, the colour of the surface under a white sun of strength 1,
@@ -75,7 +77,7 @@ def build(values: bpy.types.ShaderNodeTree, shape: Shape) -> bpy.types.ShaderNod
     outputs = graph.node("NodeGroupInput").outputs
     given = {socket.name: graph.term(socket) for socket in outputs if socket.name}
     if shape.waves:
-        given |= caustics_here(graph, values)
+        given |= caustics_here(graph, values, images.caustics)
     if shape.diffuse_shadows:
         given[OPENNESS] = openness(graph, given[NORMAL])
     emission = graph.node("ShaderNodeEmission")

@@ -23,13 +23,12 @@ from ..quality.terms import TERMS, settings_of, switched_on
 from ..uw_spectral.imaging.description import REFERENCE_BANDS
 from ..uw_spectral.transfer.light_cone import LightCone, light_cone
 from ..uw_spectral.transfer.water_column import WaterColumn
-from . import moving_surface
+from . import moving_surface, scene_water
 from .cameras import camera_depth
 from .ray_casting import Meshes
 from .realtime import MOST_BANDS
 from .render_plan import RenderPlan, forget_files, plan_of, quiet
 from .settings import EQUAL, OPTIMISED, REALTIME, Job, SceneSettings
-from .water_body import COLLECTION
 
 OPTIMISED_COUNTS = (3, 6, 9)
 BAND_COUNTS = (3, 4, 5, 6, 7, 8, 9, 10, 12, 15, 16, 18, 21, 24, 27, 32)
@@ -170,7 +169,7 @@ def trace_view(
         About how many to return, out of a finer picture.
     """
     depsgraph = bpy.context.evaluated_depsgraph_get()
-    meshes = Meshes(depsgraph, _water())
+    meshes = Meshes(depsgraph, scene_water.objects(scene))
     seen = _first_seen(scene, camera.evaluated_get(depsgraph), column, meshes).subsample(rays)
     end = np.minimum(seen.reached, _to_surface(seen.origin, seen.direction))
     along = end[:, None] * (np.arange(_STEPS) + 0.5) / _STEPS
@@ -284,11 +283,6 @@ def _sphere(count: int, half_angle: float) -> Iterator[Vector]:
         z = 1 - (1 - math.cos(half_angle)) * (i + 0.5) / count
         side = math.sqrt(max(1 - z * z, 0.0))
         yield Vector((side * math.cos(golden * i), side * math.sin(golden * i), -z))
-
-
-def _water() -> list[bpy.types.Object]:
-    own = (c for c in bpy.data.collections if c.name.startswith(COLLECTION))
-    return [item for collection in own for item in collection.objects]
 
 
 def _colour(material: bpy.types.Material | None) -> tuple[float, ...]:

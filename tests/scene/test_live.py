@@ -12,7 +12,6 @@ from underwater_spectral.scene import live, realtime, stored_settings
 from underwater_spectral.scene.render_plan import make_plan, plan_of
 from underwater_spectral.scene.session import is_live
 from underwater_spectral.tests.scene import scenes, snapshot
-from underwater_spectral.uw_spectral.errors import InputError
 from underwater_spectral.uw_spectral.imaging.description import REFERENCE_BANDS
 from underwater_spectral.uw_spectral.transfer import inelastic_light, water_column
 from underwater_spectral.uw_spectral.transfer.light_field import solve_light_field
@@ -205,15 +204,6 @@ def test_bad_settings_are_a_message_and_leave_the_water():
     assert np.array_equal(_numbers(), before)
     scene.underwater.water = "jerlov:I"
     assert live.problem(scene) == ""
-
-
-def test_one_scene_holds_the_water():
-    scene = _scene()
-    live.add(scene)
-    other = bpy.data.scenes.new("other")
-    with pytest.raises(InputError, match="remove it there first"):
-        live.add(other)
-    live.remove(scene)
 
 
 def test_suspended_water_comes_back():
