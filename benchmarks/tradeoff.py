@@ -38,6 +38,7 @@ from ..scene import (
     moving_surface,
     realtime,
     render_plan,
+    scene_water,
     water_body,
 )
 from ..scene.settings import SceneSettings
@@ -185,7 +186,7 @@ def measure_eevee(
                 realtime.set_values(scene, _water(configuration, now, setting))
                 yield configuration, {"picture": _picture(options.eevee_samples), **cost}
     finally:
-        realtime.remove_realtime(scene)
+        scene_water.remove(scene)
 
 
 def measure_band_passes(
@@ -239,7 +240,7 @@ def measure_plain(
     with eevee_settings.realtime_settings(scene, case.camera, samples=1, water=None):
         cost = _cost(case, shadow_maps=True)
     for item in added:
-        water_body.delete(item)
+        bpy.data.batch_remove([item, item.data])
     for other in configurations:
         yield other, cost
 
@@ -277,19 +278,10 @@ def _water(
     """Return the real-time water of a setting, with the terms that it leaves out left out."""
     scene, depth = bpy.context.scene, configuration.depth
     weights = plan.reduction(depth).weights
-    drawn = replace(plan, settings=replace(plan.settings, shafts=setting.shafts))
-    water = drawn.realtime(scene, depth, weights)
-    if not (setting.aureole and setting.floor_term):
-        column = plan.column
-        if not setting.floor_term:
-            dark = np.zeros(len(plan.bands))
-            column = replace(column, floor_reflectance=dark)
-        known = water.reflectances
-        water = realtime.realtime_water(
-            column, plan.phase, depth, weights, aureole=setting.aureole, shafts=setting.shafts,
-            diffuse_shadows=plan.settings.diffuse_shadows, inelastic=plan.inelastic,
-        )  # fmt: skip
-        water = replace(water, reflectances=known)
+    if not setting.floor_term:
+        column = replace(plan.column, floor_reflectance=np.zeros(len(plan.bands)))
+        plan = replace(plan, column=column)
+    water = plan.realtime(scene, depth, weights)
     if not setting.single:
         bands = {**water.numbers.bands, "b": np.zeros(len(plan.bands))}
         water = replace(water, numbers=replace(water.numbers, bands=bands))

@@ -17,7 +17,7 @@ import numpy as np
 from ..uw_spectral.mathematics import NUMPY, Mathematics, Operand
 
 MARK = "uw_node"
-"""Custom property of every node and group that is made here."""
+"""Custom property of every node and data-block of the water."""
 
 _COLUMNS = 40
 
@@ -213,15 +213,6 @@ def _new_node(
     tree.nodes.active = active
     node.location = (180.0 * (place % _COLUMNS), -60.0 * (place // _COLUMNS))
     return node
-
-
-def remove_group(tree: bpy.types.ShaderNodeTree) -> None:
-    """Delete a node group and the groups in it that nothing else uses."""
-    inner = {node.node_tree for node in tree.nodes if node.type == "GROUP"} - {None}
-    bpy.data.node_groups.remove(tree)
-    for group in inner:
-        if MARK in group and not group.users:
-            remove_group(group)
 
 
 def new_group(name: str) -> bpy.types.ShaderNodeTree:

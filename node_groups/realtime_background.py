@@ -17,20 +17,24 @@ from .realtime_values import (
     build_triple,
     sum_of_triples,
 )
-from .realtime_waves import SLOPE, slope_ahead
+from .realtime_waves import SLOPE, WaveImages, slope_ahead
 
 NAME = "UW Background of Bands"
 TRIPLE_NAME = "UW Background of Three Bands"
 
 
-def build(values: bpy.types.ShaderNodeTree, shape: Shape) -> bpy.types.ShaderNodeTree:
+def build(
+    values: bpy.types.ShaderNodeTree, shape: Shape, images: WaveImages | None
+) -> bpy.types.ShaderNodeTree:
     """Build the group; output ``Color`` is what the sensor sees."""
     inputs = {SLOPE: "NodeSocketVector"} if shape.waves else {}
     triple = build_triple(TRIPLE_NAME, shape, inputs, _picture)
     tree = new_group(NAME)
     tree.interface.new_socket("Color", in_out="OUTPUT", socket_type="NodeSocketColor")
     graph = Graph(tree)
-    given = slope_ahead(graph, values, view_direction(graph)) if shape.waves else {}
+    given = {}
+    if shape.waves:
+        given = slope_ahead(graph, values, images.slopes, view_direction(graph))
     colour = sum_of_triples(graph, values, triple, shape, given)
     graph.assign(colour, graph.node("NodeGroupOutput").inputs[0])
     return tree

@@ -1,6 +1,6 @@
 """Material of the shafts of light: single scattering of the sun, with its shadows.
 
-EEVEE multiplies the scattering coefficient with the sun's visibility. So the
+EEVEE multiplies the scattering coefficient with the sun's shadows. So the
 coefficient holds the radiance that the sensor sees, made small by ``shaft
 scale``, and the lamp's volume factor makes it large again: the volume adds
 light and hardly dims what is behind it. Its phase function is a
@@ -26,14 +26,16 @@ from .realtime_values import (
     build_triple,
     sum_of_triples,
 )
-from .realtime_waves import PATTERN, caustics_here
+from .realtime_waves import PATTERN, WaveImages, caustics_here
 
 NAME = "UW Shafts"
 ANISOTROPY = 0.8
 TRIPLE_NAME = "UW Shafts of Three Bands"
 
 
-def build(values: bpy.types.ShaderNodeTree, shape: Shape) -> bpy.types.Material:
+def build(
+    values: bpy.types.ShaderNodeTree, shape: Shape, images: WaveImages | None
+) -> bpy.types.Material:
     """Build the material.
 
     A coefficient cannot be negative: where the sensor's sum over the bands is,
@@ -46,7 +48,7 @@ def build(values: bpy.types.ShaderNodeTree, shape: Shape) -> bpy.types.Material:
     tree.nodes.clear()
     graph = Graph(tree)
     scatter = graph.node("ShaderNodeVolumeScatter")
-    given = caustics_here(graph, values) if shape.waves else {}
+    given = caustics_here(graph, values, images.caustics) if shape.waves else {}
     coefficient = sum_of_triples(graph, values, triple, shape, given)
     coefficient = NODES.maximum(coefficient, 0.0)
     graph.assign(coefficient, scatter.inputs["Color"])

@@ -12,14 +12,14 @@ from nodebpy import shader as s
 from nodebpy.builder import VectorSocket
 
 from . import attributes
+from .node_mathematics import MARK
 
 REFLECTANCE = "UW Reflectance of Bands"
 EMISSION = "UW Emission of Bands"
 MEASURED = "UW Measured Reflectance"
 
-GROUP_NAMES = (REFLECTANCE, EMISSION, MEASURED)
+_KIND = "uw_uplift"
 COLOR_INPUT = "Color"
-TINT_INPUT = "Tint"
 MEASURED_INPUT = "Measured"
 
 
@@ -38,12 +38,9 @@ def build_reflectance() -> bpy.types.ShaderNodeTree:
 
 
 def build_emission() -> bpy.types.ShaderNodeTree:
-    """Build the group RGB emission → radiance of the three bands.
-
-    ``Tint`` holds the colour of a lamp, which multiplies its shader's colour.
-    """
+    """Build the group RGB emission → radiance of the three bands."""
     with s.tree(EMISSION) as tree:
-        color = tree.inputs.vector(COLOR_INPUT) * tree.inputs.vector(TINT_INPUT, (1.0, 1.0, 1.0))
+        color = tree.inputs.vector(COLOR_INPUT)
         _basis_sum(color, attributes.EMISSION_BASIS) >> tree.outputs.vector("Bands")
     return tree.tree
 
@@ -67,7 +64,16 @@ _BUILDERS = {
 }
 
 
-def group(name: str) -> bpy.types.ShaderNodeTree:
-    """Return the group of that name, building it on first use."""
-    existing = bpy.data.node_groups.get(name)
-    return existing if existing is not None else _BUILDERS[name]()
+def group(kind: str) -> bpy.types.ShaderNodeTree:
+    """Return the group of a kind, building it on first use."""
+    for existing in bpy.data.node_groups:
+        if existing.get(_KIND) == kind and existing.is_editable:
+            return existing
+    built = _BUILDERS[kind]()
+    built[MARK], built[_KIND] = True, kind
+    return built
+
+
+def is_uplift(tree: bpy.types.NodeTree | None) -> bool:
+    """Whether a node tree is a group of :func:`group`."""
+    return tree is not None and _KIND in tree

@@ -17,7 +17,6 @@ import bpy
 
 from ..uw_spectral.surface.wave_patterns import layer_position, pattern_at, sunlight_factor
 from ..uw_spectral.transfer.radiance_field import surface_normal
-from . import realtime_waves
 from .node_mathematics import NODES, Graph, NodeValue
 from .realtime_values import (
     CAUSTIC_STRENGTH,
@@ -26,6 +25,7 @@ from .realtime_values import (
     WAVES_PER_LOG,
     WAVES_PER_METRE,
 )
+from .realtime_waves import WaveImages, layers_at, sample
 
 NAME = "UW Surface"
 _SUN_HEIGHT = "sun height"
@@ -39,10 +39,15 @@ _NUMBERS = (
 )
 
 
-def build(refractive_index: float, *, waves: bool = False) -> bpy.types.Material:
+def build(refractive_index: float, images: WaveImages | None = None) -> bpy.types.Material:
     """Build the material; the surface's normal points up, into the air.
 
-    With ``waves`` the images of :mod:`.realtime_waves` must exist.
+    Parameters
+    ----------
+    refractive_index : float
+        Of the water.
+    images : WaveImages, optional
+        Of a surface with waves.
     """
     material = bpy.data.materials.new(NAME)
     tree = material.node_tree
@@ -55,8 +60,8 @@ def build(refractive_index: float, *, waves: bool = False) -> bpy.types.Material
     glass.inputs["IOR"].default_value = refractive_index
     clear = graph.node("ShaderNodeBsdfTransparent")
     clear.inputs["Color"].default_value = (1.0, 1.0, 1.0, 1.0)
-    if waves:
-        normal, sunlight = _waves(graph, graph.term(path["Ray Length"]))
+    if images is not None:
+        normal, sunlight = _waves(graph, images, graph.term(path["Ray Length"]))
         graph.assign(normal, glass.inputs["Normal"])
         graph.assign(sunlight, clear.inputs["Color"])
     mix, output = graph.node("ShaderNodeMixShader"), graph.node("ShaderNodeOutputMaterial")
@@ -67,7 +72,7 @@ def build(refractive_index: float, *, waves: bool = False) -> bpy.types.Material
     return material
 
 
-def _waves(graph: Graph, ray_length: NodeValue) -> tuple[NodeValue, NodeValue]:
+def _waves(graph: Graph, images: WaveImages, ray_length: NodeValue) -> tuple[NodeValue, NodeValue]:
     """Normal of the surface, and what it lets through to a shadow ray of a length."""
     number = {
         name: graph.term(graph.node("ShaderNodeValue", name=name, label=name).outputs[0])
@@ -76,12 +81,12 @@ def _waves(graph: Graph, ray_length: NodeValue) -> tuple[NodeValue, NodeValue]:
     place = number[WAVES_PER_METRE], number[WAVES_HALF_CELL]
     geometry = graph.node("ShaderNodeNewGeometry").outputs
     x, y, _ = graph.components(graph.term(geometry["Position"]))
-    slopes, _ = realtime_waves.sample(graph, realtime_waves.SLOPES, x, y, *place)
+    slopes, _ = sample(graph, images.slopes, x, y, *place)
     facing = 1.0 - 2.0 * graph.term(geometry["Backfacing"])
     normal = graph.vector(*surface_normal(*graph.components(slopes)[:2], NODES)) * facing
     depth = ray_length * number[_SUN_HEIGHT]
     position = layer_position(depth, number[WAVES_LOG_DEPTH], number[WAVES_PER_LOG], NODES)
-    layers = realtime_waves.layers_at(graph, x, y, *place)
+    layers = layers_at(graph, images.caustics, x, y, *place)
     pattern = pattern_at(depth, position, layers, NODES)
     return normal, sunlight_factor(pattern, number[CAUSTIC_STRENGTH], NODES)
 
@@ -92,7 +97,7 @@ def write(material: bpy.types.Material, numbers: Mapping[str, float], sun_height
     Parameters
     ----------
     material : Material
-        Of :func:`build` with waves.
+        Of :func:`build` with images.
     numbers : mapping of str to float
         Those of the images, by the names of :mod:`.realtime_values`.
     sun_height : float

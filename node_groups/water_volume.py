@@ -19,15 +19,18 @@ class ScatteringLobe:
     Parameters
     ----------
     phase : str
-        Cycles' name, ``HENYEY_GREENSTEIN``, ``RAYLEIGH`` or ``FOURNIER_FORAND``.
+        Cycles' name, ``HENYEY_GREENSTEIN``, ``DRAINE`` or ``FOURNIER_FORAND``.
     anisotropy : float
-        Mean cosine, Henyey-Greenstein only.
+        Mean cosine, Henyey-Greenstein; asymmetry, Draine.
+    alpha : float
+        Weight of cos² beside 1, Draine only.
     index, backscatter : float
         Relative refractive index of the particles and bb/b, Fournier-Forand only.
     """
 
     phase: str
     anisotropy: float = 0.0
+    alpha: float = 0.5
     index: float = 1.10
     backscatter: float = 0.0183
 
@@ -47,6 +50,7 @@ def build(lobes: tuple[ScatteringLobe, ...]) -> bpy.types.Material:
                 absorption_coefficients=absorption,
                 scatter_coefficients=s.Attribute.view_layer(attributes.scattering(index)).o.vector,
                 anisotropy=lobe.anisotropy,
+                alpha=lobe.alpha,
                 ior=lobe.index,
                 backscatter=lobe.backscatter,
                 phase=lobe.phase,

@@ -1,4 +1,4 @@
-"""Routes the colours of a scene's own shaders through the bands of the pass.
+"""Routes the colours of a scene's own materials through the bands of the pass.
 
 Every colour that enters a shader node gets a group node in between: RGB goes
 in, the values of the pass's bands come out. Nothing else of the tree changes,
@@ -7,19 +7,19 @@ and taking the groups out again leaves the tree as it was.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+import itertools
+from collections.abc import Collection, Iterable, Iterator
 
 import bpy
 import numpy as np
 
 from ..node_groups import attributes, uplift
 from ..uw_spectral.spectra.spectrum import Spectrum
+from . import contents
 
 MEASURED_WAVELENGTHS = "uw_reflectance_wavelengths_nm"
 MEASURED_REFLECTANCE = "uw_reflectance"
 _MEASURED_INDEX = "uw_measured_index"
-_LAMP_COLOR = "uw_lamp_color"
-_LAMP_TEMPERATURE = "uw_lamp_use_temperature"
 
 # Vectors that hold one number per colour channel, so they follow the bands too.
 _SPECTRAL_VECTORS = {
@@ -31,13 +31,20 @@ _SPECTRAL_VECTORS = {
     "Absorption Coefficients",
     "Scatter Coefficients",
 }
+# Inputs without effect while another one is zero.
+_WEIGHTS = {
+    "Coat Tint": "Coat Weight",
+    "Emission Color": "Emission Strength",
+    "Sheen Tint": "Sheen Weight",
+    "Subsurface Radius": "Subsurface Weight",
+}
 _EMISSION_NODES = {"ShaderNodeEmission", "ShaderNodeBackground"}
 _BASE_COLORS = {"Base Color", "Color"}
 _UNTOUCHED = 1e-6
 
 
-def insert(scene: bpy.types.Scene) -> list[str]:
-    """Insert the groups into every material and lamp that the scene uses.
+def insert(materials: Iterable[bpy.types.Material]) -> list[str]:
+    """Insert the groups into materials.
 
     Returns
     -------
@@ -45,47 +52,32 @@ def insert(scene: bpy.types.Scene) -> list[str]:
         What could not be treated, one line each.
     """
     notes = []
-    own = materials(scene)
-    for index, material in enumerate(_with_measured_reflectance(own)):
-        material[_MEASURED_INDEX] = index
-    for material in own:
+    taken = [m[_MEASURED_INDEX] for m in bpy.data.materials if _MEASURED_INDEX in m]
+    indices = itertools.count(1 + max(taken, default=-1))
+    for material in materials:
         if not material.is_editable:
             notes.append(
                 f"material {material.name!r} is linked from {material.library.filepath} and keeps "
                 "its RGB colours; make it local to give it spectra"
             )
             continue
+        if _is_measured(material) and _MEASURED_INDEX not in material:
+            material[_MEASURED_INDEX] = next(indices)
         _insert_into_tree(material.node_tree, material.get(_MEASURED_INDEX))
-    for lamp in _lamps(scene):
-        if lamp.is_editable:
-            _insert_into_lamp(lamp)
-        else:
-            notes.append(f"lamp {lamp.name!r} is linked and keeps its RGB colour; make it local")
     return notes
 
 
-def remove() -> None:
-    """Take every inserted group out again, wherever it is."""
-    trees = [
-        *(m.node_tree for m in bpy.data.materials if m.node_tree),
-        *(lamp.node_tree for lamp in bpy.data.lights if lamp.node_tree),
-        *(t for t in bpy.data.node_groups if t.bl_idname == "ShaderNodeTree"),
-    ]
+def remove(kept: Collection[bpy.types.Material]) -> None:
+    """Take every inserted group out again, except from materials and from groups in them."""
+    trees = {m.node_tree for m in bpy.data.materials if m.node_tree and m not in kept}
+    trees |= {t for t in bpy.data.node_groups if t.bl_idname == "ShaderNodeTree"}
+    trees -= contents.inner_groups(m.node_tree for m in kept)
     for tree in trees:
         for node in [n for n in tree.nodes if _is_inserted(n)]:
             _take_out(tree, node)
     for material in bpy.data.materials:
-        if _MEASURED_INDEX in material:
+        if _MEASURED_INDEX in material and material not in kept:
             del material[_MEASURED_INDEX]
-    for lamp in bpy.data.lights:
-        if _LAMP_COLOR in lamp:
-            lamp.color = lamp[_LAMP_COLOR]
-            lamp.use_temperature = lamp[_LAMP_TEMPERATURE]
-            del lamp[_LAMP_COLOR], lamp[_LAMP_TEMPERATURE]
-    for name in uplift.GROUP_NAMES:
-        group = bpy.data.node_groups.get(name)
-        if group is not None and group.users == 0:
-            bpy.data.node_groups.remove(group)
 
 
 def measured_reflectances(
@@ -98,7 +90,7 @@ def measured_reflectances(
     InputError
         If the custom properties of a material are not a spectrum.
     """
-    for material in _with_measured_reflectance(materials(scene)):
+    for material in filter(_is_measured, contents.materials(scene)):
         yield (
             material,
             Spectrum(
@@ -115,48 +107,8 @@ def measured_attribute(material: bpy.types.Material) -> str | None:
     return None if index is None else attributes.measured(index)
 
 
-def _with_measured_reflectance(
-    materials: Iterable[bpy.types.Material],
-) -> list[bpy.types.Material]:
-    return [m for m in materials if MEASURED_REFLECTANCE in m and MEASURED_WAVELENGTHS in m]
-
-
-def materials(scene: bpy.types.Scene) -> list[bpy.types.Material]:
-    """Materials of the scene's objects and of the objects instanced there, in stable order."""
-    found: dict[str, bpy.types.Material] = {}
-
-    def visit(objects: Iterable[bpy.types.Object], seen: set[bpy.types.Collection]) -> None:
-        for item in objects:
-            for slot in item.material_slots:
-                if slot.material is not None and slot.material.node_tree is not None:
-                    found[slot.material.name_full] = slot.material
-            collection = item.instance_collection
-            if collection is not None and collection not in seen:
-                visit(collection.all_objects, seen | {collection})
-
-    visit(scene.objects, set())
-    return [found[name] for name in sorted(found)]
-
-
-def _lamps(scene: bpy.types.Scene) -> list[bpy.types.Light]:
-    lamps = {o.data.name_full: o.data for o in scene.objects if o.type == "LIGHT"}
-    return [lamp for name, lamp in sorted(lamps.items()) if lamp.type != "SUN"]
-
-
-def _insert_into_lamp(lamp: bpy.types.Light) -> None:
-    if _LAMP_COLOR in lamp:
-        return
-    tint = np.array(lamp.color)
-    if lamp.use_temperature:
-        tint = tint * np.array(lamp.temperature_color)
-    lamp[_LAMP_COLOR] = list(lamp.color)
-    lamp[_LAMP_TEMPERATURE] = lamp.use_temperature
-    lamp.color = (1.0, 1.0, 1.0)
-    lamp.use_temperature = False
-    tree = lamp.node_tree
-    for node in [n for n in tree.nodes if n.bl_idname == "ShaderNodeEmission"]:
-        inserted = _put_before(tree, node.inputs["Color"], uplift.EMISSION)
-        inserted.inputs[uplift.TINT_INPUT].default_value = tint
+def _is_measured(material: bpy.types.Material) -> bool:
+    return MEASURED_REFLECTANCE in material and MEASURED_WAVELENGTHS in material
 
 
 def _insert_into_tree(tree: bpy.types.NodeTree, measured_index: int | None) -> None:
@@ -203,7 +155,7 @@ def _already_inserted(socket: bpy.types.NodeSocket) -> bool:
 def _has_no_effect(
     tree: bpy.types.NodeTree, node: bpy.types.Node, socket: bpy.types.NodeSocket, kind: str
 ) -> bool:
-    """Whether the socket is a constant that the group would not change (white, or unused)."""
+    """Whether the group would change nothing: the input weighs nothing, or is white."""
 
     def constant(name: str) -> float | None:
         other = node.inputs.get(name)
@@ -211,9 +163,7 @@ def _has_no_effect(
             return None
         return float(other.default_value)
 
-    if socket.name in {"Emission Color"} and constant("Emission Strength") == 0.0:
-        return True
-    if socket.name == "Subsurface Radius" and constant("Subsurface Weight") == 0.0:
+    if constant(_WEIGHTS.get(socket.name, "")) == 0.0:
         return True
     if socket.is_linked or _curves(tree, socket):
         return False
@@ -222,11 +172,7 @@ def _has_no_effect(
 
 
 def _is_inserted(node: bpy.types.Node) -> bool:
-    return (
-        node.bl_idname == "ShaderNodeGroup"
-        and node.node_tree is not None
-        and node.node_tree.name in uplift.GROUP_NAMES
-    )
+    return node.bl_idname == "ShaderNodeGroup" and uplift.is_uplift(node.node_tree)
 
 
 def _put_before(

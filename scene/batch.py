@@ -13,6 +13,7 @@ from typing import Any
 
 import bpy
 
+from ..quality.terms import SHAFTS
 from ..uw_spectral.errors import DataWarning, InputError
 from ..uw_spectral.spectra.sensor import list_sensors
 from ..uw_spectral.spectra.spectrum import is_file
@@ -103,7 +104,7 @@ def _chosen(
         print("\n".join(choice.lines))
     job = replace(
         job,
-        froxels=choice.required.froxels if choice.required.options.shafts else None,
+        froxels=choice.required.froxels if SHAFTS in choice.required.options else None,
         decisions=tuple(choice.lines),
     )
     return job, lambda: replace(settings_now(), **choice.settings)

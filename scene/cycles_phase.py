@@ -74,10 +74,8 @@ def _lobes(phase: PhaseFunction) -> list[tuple[ScatteringLobe, float]]:
             (_henyey_greenstein(phase.g2), 1.0 - phase.share),
         ]
     if isinstance(phase, EinsteinSmoluchowski):
-        # 1 + f cos² is f (1 + cos²) and a constant, by their shares of the integral.
-        f = phase.anisotropy
-        share = f * (4.0 / 3.0) / (1.0 + f / 3.0)
-        return [(ScatteringLobe("RAYLEIGH"), share), (_henyey_greenstein(0.0), 1.0 - share)]
+        # One lobe: Cycles counts 32 closures for each, and warns above 64.
+        return [(ScatteringLobe("DRAINE", alpha=phase.anisotropy), 1.0)]
     if isinstance(phase, PetzoldAverage):
         phase = FournierForand()
     if isinstance(phase, FournierForand):

@@ -16,11 +16,12 @@ from numpy.typing import NDArray
 from ..uw_spectral.spectra.spectral_image import read_exr, write_rgb_exr
 from . import (
     cycles_settings,
+    cycles_water,
     eevee_settings,
     inelastic_layers,
     moving_surface,
     realtime,
-    water_body,
+    scene_water,
 )
 from .exr_output import write_float_exr
 from .render_plan import RenderPlan
@@ -55,7 +56,7 @@ def cycles_bands(
     denoise: bool,
 ) -> Iterator[BandEngine]:
     """Water for the Cycles reference while the block runs."""
-    notes = water_body.add_water(scene, plan.column, plan.cycles.lobes, extent)
+    notes = cycles_water.add_water(scene, plan.column, plan.cycles.lobes, extent)
     light = plan.inelastic
     layers = None if light is None else inelastic_layers.add_layers(scene, light, extent)
     chosen = plan.settings
@@ -70,7 +71,7 @@ def cycles_bands(
         ) as layer:
 
             def frame(now: RenderPlan, _: float) -> RenderPass:
-                water_body.place(scene, now.column)
+                scene_water.place(scene, now.column)
                 moving_surface.move_surface(scene, now)
                 values = now.pass_values(scene)
                 if layers is not None:
@@ -85,7 +86,7 @@ def cycles_bands(
 
             yield BandEngine(plan.passes, notes, frame)
     finally:
-        water_body.remove_water(scene)
+        scene_water.remove(scene)
 
 
 @contextlib.contextmanager
@@ -108,7 +109,7 @@ def eevee_bands(
     water_of = _waters(scene, lambda now, _: np.ones((3, len(now.bands))))
 
     def scale_of(now: RenderPlan, camera_depth: float) -> np.ndarray:
-        white = now.column.light_field(now.phase).Ed(camera_depth) / np.pi
+        white = now.field.Ed(camera_depth) / np.pi
         return np.maximum(white, np.finfo(np.float32).tiny)
 
     gains = 1.0 / scale_of(plan, depth)[list(passes[0])]
@@ -205,4 +206,4 @@ def _eevee(
         ):
             yield notes
     finally:
-        realtime.remove_realtime(scene)
+        scene_water.remove(scene)

@@ -18,8 +18,8 @@ from numpy.typing import NDArray
 
 from ..node_groups import attributes
 from ..uw_spectral.transfer.inelastic_light import InelasticLight
-from . import water_body
-from .water_body import WaterExtent
+from . import scene_water
+from .water_body import WaterExtent, box
 
 NAME = "UW Layer"
 # A layer is as thick as the strongest band takes to change by this share, within limits.
@@ -71,12 +71,11 @@ def add_layers(
         Depths at which the layers meet, for :func:`emission`.
     """
     edges = boundaries(light, extent.bottom)
-    collection = scene.collection.children[water_body.COLLECTION]
     for layer, (upper, lower) in enumerate(itertools.pairwise(edges)):
         inside = WaterExtent(extent.half_width - _APART, float(lower) - _APART)
-        item = water_body.box(f"{NAME} {layer}", inside, -float(upper) - _APART)
+        item = box(f"{NAME} {layer}", inside, -float(upper) - _APART)
         item.data.materials.append(_material(layer))
-        collection.objects.link(item)
+        scene_water.link(scene, item)
     return edges
 
 

@@ -14,20 +14,20 @@ from typing import Any
 
 import bpy
 
-from ..node_groups import realtime_values
 from ..uw_spectral.errors import InputError
 from . import (
+    contents,
     eevee_settings,
     moving_surface,
     realtime,
     realtime_materials,
-    shared_plans,
+    scene_water,
     stored_settings,
-    water_body,
 )
+from .render_plan import forget_files, plan_of, quiet
 from .session import SESSION
 from .settings import NO_FLOOR, SceneSettings
-from .water_body import COLLECTION, has_water, water_extent
+from .water_body import water_extent
 
 NOMINAL_DEPTH = 1.0
 """Depth in m that the preview assumes while no camera is under water."""
@@ -51,14 +51,8 @@ def add(scene: bpy.types.Scene) -> list[str]:
     Raises
     ------
     InputError
-        If a scene of the file has water already, or the settings cannot be used.
+        If the scene has water already, or the settings cannot be used.
     """
-    holder = next((s for s in bpy.data.scenes if realtime.has_realtime(s) or has_water(s)), None)
-    if holder is not None:
-        raise InputError(
-            f"scene {holder.name!r} has water already; remove it there first: one scene of a file "
-            "can show the water at a time"
-        )
     # A script that has just placed the camera has not updated its matrix yet.
     for layer in scene.view_layers:
         layer.update()
@@ -76,7 +70,7 @@ def add(scene: bpy.types.Scene) -> list[str]:
 
 def remove(scene: bpy.types.Scene) -> None:
     """Take live water out; the scene is as it was before :func:`add`."""
-    realtime.remove_realtime(scene)
+    scene_water.remove(scene)
     session = scene.get(SESSION)
     if session is None:
         return
@@ -118,10 +112,10 @@ def update(
         if session[_SHOWN] == _key(scene, chosen, depth):
             return True
         water = _water(scene, chosen, depth)
-        if not _fits(scene, water):
+        if not realtime.fits(scene, water):
             if not may_rebuild:
                 return False
-            realtime.remove_realtime(scene)
+            scene_water.remove(scene)
             realtime.add_realtime(scene, water, water_extent(scene, water.column, depth))
         else:
             realtime.set_values(scene, water)
@@ -135,23 +129,30 @@ def update(
 
 def rebuild(scene: bpy.types.Scene) -> list[str]:
     """Build the water anew: new objects and materials get wet, files are read again."""
-    shared_plans.clear()
+    forget_files()
     remove(scene)
     return add(scene)
 
 
 @contextlib.contextmanager
 def suspended(scene: bpy.types.Scene) -> Iterator[None]:
-    """Take live water out while the block runs; a render brings its own."""
-    session = scene.get(SESSION)
-    if session is None:
-        yield
-        return
-    remove(scene)
+    """Take live water out while the block runs; a render brings its own.
+
+    Other scenes that share materials with the scene are dry meanwhile too.
+    """
+    own = set(contents.materials(scene))
+    wet = [
+        other
+        for other in bpy.data.scenes
+        if SESSION in other and (other == scene or not own.isdisjoint(contents.materials(other)))
+    ]
+    for other in wet:
+        remove(other)
     try:
         yield
     finally:
-        add(scene)
+        for other in wet:
+            add(other)
 
 
 def lower(scene: bpy.types.Scene, distance: float) -> None:
@@ -159,10 +160,7 @@ def lower(scene: bpy.types.Scene, distance: float) -> None:
 
     Their delta location changes, which keyframes leave alone.
     """
-    own = (c for c in scene.collection.children if c.name.startswith(COLLECTION))
-    of_water = (
-        {item for collection in own for item in collection.objects} if SESSION in scene else {}
-    )
+    of_water = set(scene_water.objects(scene))
     for item in scene.objects:
         if item.parent is None and item.is_editable and item not in of_water:
             item.delta_location.z -= distance
@@ -170,8 +168,7 @@ def lower(scene: bpy.types.Scene, distance: float) -> None:
 
 def refresh_materials() -> None:
     """Follow colours of the user's materials, which were edited or animated."""
-    if bpy.data.node_groups.get(realtime_values.NAME) is not None:
-        realtime_materials.refresh()
+    realtime_materials.refresh()
 
 
 def camera_depth(
@@ -225,20 +222,13 @@ def _key(scene: bpy.types.Scene, chosen: SceneSettings, depth: float) -> str:
 
 
 def _water(scene: bpy.types.Scene, chosen: SceneSettings, depth: float) -> realtime.RealtimeWater:
-    plan = shared_plans.plan_of(chosen)
+    plan = plan_of(chosen)
     if len(plan.bands) > realtime.MOST_BANDS:  # passes carry them all; the view does with fewer
-        plan = shared_plans.plan_of(replace(chosen, bands=realtime.MOST_BANDS, wavelengths=""))
-    with shared_plans.quiet():
+        plan = plan_of(replace(chosen, bands=realtime.MOST_BANDS, wavelengths=""))
+    with quiet():
         weights = plan.viewpoint(depth).reduction.weights
         water = plan.realtime(scene, depth, weights)
         return moving_surface.with_waves(scene, plan, water)
-
-
-def _fits(scene: bpy.types.Scene, water: realtime.RealtimeWater) -> bool:
-    tree = bpy.data.node_groups.get(realtime_values.NAME)
-    if tree is None or tree[realtime_values.SHAPE] != repr(water.shape):
-        return False
-    return water_body.has_floor(scene) == math.isfinite(water.column.floor_depth)
 
 
 def _apply_settings(scene: bpy.types.Scene, water: realtime.RealtimeWater) -> None:

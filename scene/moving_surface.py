@@ -16,6 +16,7 @@ from ..uw_spectral.spectra.spectral_image import write_exr
 from ..uw_spectral.surface.caustics import SUN_RADIUS
 from ..uw_spectral.surface.wave_patterns import LAYERS, Sea, WavePatterns
 from ..uw_spectral.transfer.sunlit_water import SunlitWater
+from . import cycles_water, scene_water
 from .realtime import RealtimeWater
 from .render_plan import RenderPlan
 from .settings import SceneSettings
@@ -70,8 +71,7 @@ def with_waves(scene: bpy.types.Scene, plan: RenderPlan, water: RealtimeWater) -
     if plan.settings.surface != WAVES:
         return water
     now = patterns(scene, plan)
-    field = plan.column.light_field(plan.phase)
-    lit = SunlitWater(field, plan.phase, np.asarray(plan.column.sun_direction))
+    lit = SunlitWater(plan.field, plan.phase, np.asarray(plan.column.sun_direction))
     contrast = plan.settings.caustics * now.contrast(lit)
     return moving(water, now, contrast, plan.settings.caustics)
 
@@ -125,8 +125,8 @@ def move_surface(scene: bpy.types.Scene, plan: RenderPlan) -> None:
         return
     # Its sun has a disc already.
     now = patterns(scene, plan, sun_disc=False)
-    realtime_waves.write_patterns(now, fresh=True)
-    material = bpy.data.materials[water_surface.NAME]
+    realtime_waves.write_patterns(scene_water.images(scene), now, fresh=True)
+    material = scene_water.part(scene, cycles_water.INTERFACE)
     numbers = wave_numbers(now, plan.settings.caustics)
     water_surface.write(material, numbers, -float(plan.column.sun_direction[2]))
 
@@ -167,13 +167,13 @@ def bake(
     scene.frame_set(before)
 
 
-def use_baked(folder: Path, first: int, last: int) -> None:
-    """Let the water in the file read images of :func:`bake` instead of its own.
+def use_baked(scene: bpy.types.Scene, folder: Path, first: int, last: int) -> None:
+    """Let the water in a scene read images of :func:`bake` instead of its own.
 
     The numbers of the water stay those of the moment; the sequence plays by the frame.
     """
-    for name, stem in ((realtime_waves.CAUSTICS, "caustics"), (realtime_waves.SLOPES, "slopes")):
-        image = bpy.data.images[name]
+    images = scene_water.images(scene)
+    for image, stem in ((images.caustics, "caustics"), (images.slopes, "slopes")):
         image.source = "SEQUENCE"
         image.filepath = str(folder / f"{stem}_{first:04d}.exr")
         image.colorspace_settings.name = "Non-Color"

@@ -23,7 +23,6 @@ from ..node_groups import (
     realtime_volume,
     realtime_waves,
 )
-from ..node_groups.node_mathematics import remove_group
 from ..node_groups.realtime_values import Numbers, Shape
 from ..uw_spectral.errors import InputError
 from ..uw_spectral.spectra.reflectance import emission_basis, uplift_basis
@@ -33,21 +32,13 @@ from ..uw_spectral.transfer.inelastic_light import InelasticLight, reduced
 from ..uw_spectral.transfer.light_cone import LightCone, light_cone
 from ..uw_spectral.transfer.water_column import WaterColumn
 from ..uw_spectral.water.phase import BandPhase, HenyeyGreenstein
-from . import band_colors, realtime_materials, water_body
-from .water_body import WaterExtent
+from . import contents, realtime_materials, scene_water
+from .water_body import WaterExtent, box
 
-_STATE = "uw_realtime"
-_WORLD = "uw_original_world"
-_LAMPS = "uw_hidden_lamps"
-_FLOOR = "UW Floor"
-_GROUPS = (
-    realtime_surface.NAME,
-    realtime_surface.TRIPLE_NAME,
-    realtime_background.NAME,
-    realtime_background.TRIPLE_NAME,
-    realtime_volume.TRIPLE_NAME,
-    realtime_values.NAME,
-)
+# Key of the added floor's reflectance; no material has an empty name.
+_FLOOR = ""
+_VALUES = "uw_values"
+_OWNER = "uw_owner"
 # Shafts end where the clearest band keeps 2 % of its light, or soon after the scene does.
 _SHAFT_OPTICAL_DEPTH = 4.0
 _LONGEST_SHAFT = 200.0
@@ -201,6 +192,7 @@ def add_realtime(scene: bpy.types.Scene, water: RealtimeWater, extent: WaterExte
 
     Replaces the world, hides the scene's own lamps, adds sun, floor and the
     volume of the shafts, and sends every material through the surface group.
+    :func:`.scene_water.remove` takes it out.
 
     Parameters
     ----------
@@ -219,52 +211,43 @@ def add_realtime(scene: bpy.types.Scene, water: RealtimeWater, extent: WaterExte
     Raises
     ------
     InputError
-        If the scene has water already, or the water has too many bands.
+        If the scene has water already or is linked from another file, or the water has too
+        many bands.
     """
-    if water_body.has_water(scene) or has_realtime(scene):
-        raise InputError(f"scene {scene.name!r} has water already; remove it first")
     if water.shape.bands > MOST_BANDS:
         raise InputError(
             f"one shader carries up to {MOST_BANDS} bands, and this water has {water.shape.bands}; "
             "take fewer, or some of them at a time (RealtimeWater.of_bands)"
         )
-    notes = []
-    materials = band_colors.materials(scene)
-    lamps = {o.name: o for o in scene.objects if o.type == "LIGHT" and o.is_editable}
-    shown = {name: o for name, o in lamps.items() if not o.hide_render}
-    if any(o.data.type != "SUN" for o in shown.values()):
-        notes.append("lamps other than the sun do not light the real-time water; they are hidden")
-    collection = bpy.data.collections.new(water_body.COLLECTION)
-    collection[_STATE] = True
-    for index, item in enumerate(lamps.values()):
-        collection[f"{_LAMPS}_{index}"] = item
-        item[_LAMPS] = [item.hide_render, item.hide_viewport]
-        item.hide_render = item.hide_viewport = True
-    if scene.world is not None:
-        collection[_WORLD] = scene.world
-    scene.collection.children.link(collection)
-    if water.waves is not None:
-        realtime_waves.write_patterns(water.waves)
-    values = realtime_values.build(water.shape)
-    realtime_values.write(values, water.numbers)
-    group = realtime_surface.build(values, water.shape)
-    scene.world = realtime_background.build_world(realtime_background.build(values, water.shape))
+    scene_water.prepare(scene)
+    materials, notes = scene_water.own_materials(scene, routed=False)
+    shape = water.shape
+    images = None if water.waves is None else realtime_waves.new_images()
+    values = realtime_values.build(shape)
+    surface = realtime_surface.build(values, shape, images)
+    background = realtime_background.build(values, shape, images)
+    floor, objects = None, []
     if math.isfinite(water.column.floor_depth):
-        materials.append(_floor_material())
-        collection.objects.link(water_body.floor_plane(extent, materials[-1]))
+        floor = _floor_material()
+        materials.append(floor)
     if water.shafts is not None:
-        box = water_body.box("UW Shafts", extent, 0.0)
-        box.data.materials.append(realtime_volume.build(values, water.shape))
-        collection.objects.link(box)
-    notes += realtime_materials.insert(materials, group, water.reflectances, water.shape)
-    lamp = bpy.data.lights.new("UW Sun", "SUN")
-    lamp.energy = 1.0
-    lamp.shadow_maximum_resolution = _SHADOW if water.waves is None else _WAVY_SHADOW
+        objects.append(box("UW Shafts", extent, 0.0))
+        objects[0].data.materials.append(realtime_volume.build(values, shape, images))
+    notes += realtime_materials.insert(materials, surface)
+    sun = bpy.data.lights.new("UW Sun", "SUN")
+    sun.energy = 1.0
+    sun.shadow_maximum_resolution = _SHADOW if water.waves is None else _WAVY_SHADOW
     above = realtime_shadows.lamps() if water.cone is not None else []
-    for data in (lamp, *above):
-        item = bpy.data.objects.new(data.name, data)
-        item[water_body.IS_SUN] = data is lamp
-        collection.objects.link(item)
+    filling = scene_water.Filling(
+        realtime_background.build_world(background),
+        [sun, *above],
+        floor,
+        objects,
+        images,
+        {_VALUES: values, scene_water.SURFACE: surface},
+    )
+    notes += scene_water.add(scene, filling, water.column, extent)
+    values[_OWNER] = scene_water.collection_of(scene)
     set_values(scene, water)
     return notes
 
@@ -277,63 +260,52 @@ def set_values(scene: bpy.types.Scene, water: RealtimeWater) -> None:
     InputError
         If the scene has no real-time water, or water of another shape.
     """
-    tree = bpy.data.node_groups.get(realtime_values.NAME)
-    if not has_realtime(scene) or tree is None:
+    values = scene_water.part(scene, _VALUES)
+    if values is None:
         raise InputError(f"scene {scene.name!r} has no real-time water; add it first")
-    if tree[realtime_values.SHAPE] != repr(water.shape):
+    if values[realtime_values.SHAPE] != repr(water.shape):
         raise InputError(
             "this water needs other nodes; remove the real-time water and add it again"
         )
-    realtime_values.write(tree, water.numbers)
+    realtime_values.write(values, water.numbers)
     if water.waves is not None:
-        realtime_waves.write_patterns(water.waves)
-    realtime_materials.write_reflectances(water.reflectances, water.shape)
+        realtime_waves.write_patterns(scene_water.images(scene), water.waves)
+    known = {m.name: m for m in contents.materials(scene) if m.is_editable}
+    known[_FLOOR] = scene_water.part(scene, scene_water.FLOOR)
+    for name, reflectance in water.reflectances.items():
+        if known.get(name) is not None:
+            realtime_materials.write_reflectance(known[name], reflectance, water.shape)
     realtime_materials.refresh()
-    collection = _collection(scene)
-    water_body.place_in(collection, water.column)
-    for item in collection.objects:
-        if item.get(water_body.IS_SUN):
-            item.data.angle = water_body.SUN_DIAMETER_IN_AIR / water.column.refractive_index
+    scene_water.place(scene, water.column)
+    for item in scene_water.objects(scene):
+        if item.get(scene_water.IS_SUN):
+            item.data.angle = scene_water.SUN_DIAMETER_IN_AIR / water.column.refractive_index
             item.data.volume_factor = 1.0 / water.shafts.scale if water.shafts is not None else 0.0
         elif item.type == "LIGHT" and water.cone is not None:
-            water_body.turn(item, water.cone.direction)
+            scene_water.turn(item, water.cone.direction)
             item.data.angle = 2.0 * water.cone.half_angle
-
-
-def remove_realtime(scene: bpy.types.Scene) -> None:
-    """Take the water out; the scene is as it was before :func:`add_realtime`."""
-    collection = _collection(scene)
-    if collection is None:
-        return
-    realtime_materials.remove()
-    for key in [k for k in collection.keys() if k.startswith(f"{_LAMPS}_")]:  # noqa: SIM118
-        item = collection[key]
-        item.hide_render, item.hide_viewport = (bool(x) for x in item[_LAMPS])
-        del item[_LAMPS]
-    world = scene.world
-    scene.world = collection.get(_WORLD)
-    bpy.data.worlds.remove(world)
-    for item in list(collection.objects):
-        water_body.delete(item)
-    bpy.data.collections.remove(collection)
-    for name in _GROUPS:
-        group = bpy.data.node_groups.get(name)
-        if group is not None:
-            remove_group(group)
-    realtime_waves.remove_images()
 
 
 def has_realtime(scene: bpy.types.Scene) -> bool:
     """Whether :func:`add_realtime` has put water into the scene."""
-    return _collection(scene) is not None
+    return scene_water.part(scene, _VALUES) is not None
 
 
-def _collection(scene: bpy.types.Scene) -> bpy.types.Collection | None:
-    return next((c for c in scene.collection.children if _STATE in c), None)
+def fits(scene: bpy.types.Scene, water: RealtimeWater) -> bool:
+    """Whether :func:`set_values` can give the water in a scene the values of another.
+
+    A full copy of a scene still shows the water of the original, and needs its own.
+    """
+    values = scene_water.part(scene, _VALUES)
+    if values is None or values[realtime_values.SHAPE] != repr(water.shape):
+        return False
+    has_floor = scene_water.part(scene, scene_water.FLOOR) is not None
+    own = values.get(_OWNER) == scene_water.collection_of(scene)
+    return own and has_floor == math.isfinite(water.column.floor_depth)
 
 
 def _floor_material() -> bpy.types.Material:
-    material = bpy.data.materials.new(_FLOOR)
+    material = bpy.data.materials.new("UW Floor")
     tree = material.node_tree
     tree.nodes.clear()
     diffuse = tree.nodes.new("ShaderNodeBsdfDiffuse")

@@ -9,7 +9,7 @@ mix and add it.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -19,6 +19,7 @@ import numpy as np
 from ..node_groups import realtime_surface
 from ..node_groups.node_mathematics import MARK, Graph, NodeValue
 from ..node_groups.realtime_values import Shape, pad_triples
+from . import contents
 
 SOURCE = "uw_source"
 """On a constant: node and socket of the user's that it repeats."""
@@ -165,8 +166,6 @@ class _Walk:
 def insert(
     materials: list[bpy.types.Material],
     group: bpy.types.ShaderNodeTree,
-    reflectances: dict[str, np.ndarray],
-    shape: Shape,
 ) -> list[str]:
     """Put the surface group behind the shader of each material.
 
@@ -176,10 +175,6 @@ def insert(
         The scene's own.
     group : ShaderNodeTree
         Of :func:`.realtime_surface.build`.
-    reflectances : dict of str to array, shape (n,)
-        Measured reflectance by material name.
-    shape : Shape
-        Shape of the group.
 
     Returns
     -------
@@ -197,20 +192,18 @@ def insert(
         output = _surface_output(material.node_tree)
         if output is not None:
             _insert(material, output, group, notes)
-    write_reflectances(reflectances, shape)
     return list(dict.fromkeys(notes))
 
 
-def write_reflectances(reflectances: dict[str, np.ndarray], shape: Shape) -> None:
-    """Set the measured reflectances, shape (n,) each, by material name."""
-    for name, values in reflectances.items():
-        node = _surface_node(bpy.data.materials[name].node_tree)
-        if node is None:
-            continue
-        node.inputs[realtime_surface.IS_MEASURED].default_value = 1.0
-        triples = pad_triples(values).reshape(shape.triples, 3)
-        for triple, numbers in enumerate(triples):
-            node.inputs[realtime_surface.measured(triple)].default_value = numbers
+def write_reflectance(material: bpy.types.Material, values: np.ndarray, shape: Shape) -> None:
+    """Give a wet material its measured reflectance, shape (n,)."""
+    node = _surface_node(material.node_tree)
+    if node is None:
+        return
+    node.inputs[realtime_surface.IS_MEASURED].default_value = 1.0
+    triples = pad_triples(values).reshape(shape.triples, 3)
+    for triple, numbers in enumerate(triples):
+        node.inputs[realtime_surface.measured(triple)].default_value = numbers
 
 
 def refresh() -> None:
@@ -221,15 +214,31 @@ def refresh() -> None:
                 _refresh(tree, node)
 
 
-def remove() -> None:
-    """Take every inserted node out again, wherever it is."""
-    for tree in _trees():
+def remove(
+    kept: Mapping[bpy.types.ShaderNodeTree, Collection[bpy.types.Material]],
+) -> None:
+    """Take every inserted node out again, except where they are kept.
+
+    Parameters
+    ----------
+    kept : mapping of ShaderNodeTree to collection of Material
+        Materials that stay behind a surface group.
+    """
+    wet = set()
+    for material in bpy.data.materials:
+        tree = material.node_tree
+        surface = None if tree is None else _surface_node(tree)
+        own = surface is None and MARK in material
+        if own or (surface is not None and material in kept.get(surface.node_tree, ())):
+            wet.add(tree)
+    wet |= contents.inner_groups(wet)
+    for tree in [tree for tree in _trees() if tree not in wet]:
         surface = _surface_node(tree)
         if surface is not None:
             _reconnect(tree, surface)
         for node in [n for n in tree.nodes if MARK in n]:
             tree.nodes.remove(node)
-    for group in _groups():
+    for group in [group for group in _groups() if group not in wet]:
         for item in [i for i in _interface_outputs(group) if _is_ours(i)]:
             group.interface.remove(item)
 

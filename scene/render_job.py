@@ -23,10 +23,10 @@ from ..uw_spectral.spectra.spectral_image import (
 )
 from ..uw_spectral.spectra.spectrum import split_location
 from . import band_passes, cameras, development, engines, picture_size, settings, units
-from .realtime import has_realtime
 from .render_plan import RenderPlan, make_plan
+from .scene_water import has_water
 from .settings import Job, SceneSettings
-from .water_body import WaterExtent, has_water, water_extent
+from .water_body import WaterExtent, water_extent
 
 _JOB_FILE = "job.json"
 # Settings that only the development reads: bands can be developed again without rendering.
@@ -85,7 +85,7 @@ def render(
     InputError
         If the scene, the settings or the output folder cannot be used.
     """
-    if has_water(scene) or has_realtime(scene):
+    if has_water(scene):
         raise InputError(
             f"scene {scene.name!r} holds water already; remove it and save, the batch adds its own"
         )

@@ -239,19 +239,44 @@ def flag(name: str) -> str:
 
 
 @dataclass(frozen=True)
-class Quality:
-    """How a quality is rendered: engine, mode, and the mean ΔE2000 that Auto aims at."""
+class RenderMethod:
+    """A way to render: engine, mode, and what a panel says of it."""
 
     engine: str
     mode: str
+    label: str
+    text: str
+
+
+METHODS = {
+    "realtime": RenderMethod(
+        "eevee", REALTIME, "Real-time",
+        "EEVEE, all bands in one pass: animation, look development",
+    ),
+    "bands": RenderMethod(
+        "eevee", BANDS, "Bands",
+        "EEVEE, three bands a pass: spectra, and the camera can be changed after rendering",
+    ),
+    "reference": RenderMethod(
+        "cycles", BANDS, "Reference",
+        "Cycles, light scattered any number of times: the truth to compare with, slow",
+    ),
+}  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Quality:
+    """How a quality is rendered, one of :data:`METHODS`, and the mean ΔE2000 that Auto aims at."""
+
+    method: str
     target: float
 
 
 QUALITIES = {
-    "draft": Quality("eevee", REALTIME, 4.0),
-    "preview": Quality("eevee", REALTIME, 2.0),
-    "final": Quality("eevee", BANDS, 1.0),
-    "reference": Quality("cycles", BANDS, 0.5),
+    "draft": Quality("realtime", 4.0),
+    "preview": Quality("realtime", 2.0),
+    "final": Quality("bands", 1.0),
+    "reference": Quality("reference", 0.5),
 }
 
 
@@ -409,11 +434,11 @@ def merge(stored: SceneSettings, options: argparse.Namespace) -> SceneSettings:
 
 def job(options: argparse.Namespace) -> Job:
     """Return the job that the options describe."""
-    preset = QUALITIES.get(getattr(options, "quality", ""))
-    engine = getattr(options, "engine", preset.engine if preset else "cycles")
-    # A preset's mode belongs to its engine.
-    usual = preset.mode if preset and preset.engine == engine else BANDS
-    mode = getattr(options, "mode", usual)
+    quality = getattr(options, "quality", None)
+    usual = METHODS[QUALITIES[quality].method if quality else "reference"]
+    engine = getattr(options, "engine", usual.engine)
+    # A method's mode belongs to its engine.
+    mode = getattr(options, "mode", usual.mode if engine == usual.engine else BANDS)
     if engine == "cycles" and (mode == REALTIME or getattr(options, "shafts", False)):
         raise InputError("--mode realtime and --shafts need --engine eevee")
     return Job(

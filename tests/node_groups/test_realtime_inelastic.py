@@ -8,7 +8,7 @@ import math
 import numpy as np
 import pytest
 from underwater_spectral.node_groups import realtime_inelastic
-from underwater_spectral.scene import realtime
+from underwater_spectral.scene import realtime, scene_water
 from underwater_spectral.scene.render_plan import make_plan
 from underwater_spectral.scene.settings import SceneSettings
 from underwater_spectral.tests import by_hand
@@ -57,7 +57,7 @@ def test_groups_equal_numpy(tmp_path):
             plan.column, plan.phase, view.depth, weights, inelastic=light
         )
         pictures.append(probe.render(water, view, tmp_path / f"{name}.exr"))
-        realtime.remove_realtime(probe.bpy.context.scene)
+        scene_water.remove(probe.bpy.context.scene)
     elastic, where = probe.expected(plan.column, plan.phase, view, weights)
     added = _added(plan, reduced(strong), view, where) @ weights.T
     for part in (0, 1):

@@ -7,7 +7,7 @@ import math
 import bpy
 import numpy as np
 import pytest
-from underwater_spectral.scene import realtime
+from underwater_spectral.scene import realtime, scene_water
 from underwater_spectral.tests.node_groups import realtime_probe as probe
 from underwater_spectral.tests.scene.columns import grey_column
 from underwater_spectral.uw_spectral.water.phase import parse_phase
@@ -52,10 +52,10 @@ def test_a_roof_keeps_the_light_of_the_cone_away(tmp_path):
     water = _water()
     open_water = probe.render(water, VIEW, tmp_path / "open.exr", samples=8)
     plain = _water(shadows=False)
-    realtime.remove_realtime(bpy.context.scene)
+    scene_water.remove(bpy.context.scene)
     roof = _roof()
     unshadowed = probe.render(plain, VIEW, tmp_path / "plain.exr", samples=8)
-    realtime.remove_realtime(bpy.context.scene)
+    scene_water.remove(bpy.context.scene)
     shadowed = probe.render(water, VIEW, tmp_path / "shadowed.exr", samples=32)
     bpy.data.objects.remove(roof)
     # In the open, and without shadows, nothing is kept away.
@@ -72,8 +72,8 @@ def test_a_roof_keeps_the_light_of_the_cone_away(tmp_path):
 def test_without_shadows_no_lamp_is_added(tmp_path):
     probe.render(_water(shadows=False), VIEW, tmp_path / "x.exr")
     assert len(bpy.data.lights) == 1
-    realtime.remove_realtime(bpy.context.scene)
+    scene_water.remove(bpy.context.scene)
     probe.render(_water(), VIEW, tmp_path / "y.exr")
     assert len(bpy.data.lights) == 3
-    realtime.remove_realtime(bpy.context.scene)
+    scene_water.remove(bpy.context.scene)
     assert not bpy.data.lights

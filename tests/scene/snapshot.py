@@ -17,6 +17,7 @@ _SKIPPED = {
     "original",
     "evaluated",
     "runtime",
+    "is_runtime_data",
     "internal_links",
     "dimensions",
     "warning_propagation",

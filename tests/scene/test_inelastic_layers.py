@@ -10,9 +10,11 @@ import numpy as np
 import pytest
 from underwater_spectral.scene import (
     cycles_settings,
+    cycles_water,
     exr_output,
     inelastic_layers,
     pass_values,
+    scene_water,
     water_body,
 )
 from underwater_spectral.scene.render_plan import make_plan
@@ -47,7 +49,7 @@ def rendered(column, light, tilt, tmp_path, samples):
     camera = scenes.add_camera((0.0, 0.0, -DEPTH), (tilt, 0.0, 0.0))
     camera.data.angle = math.radians(1.0)
     extent = water_body.water_extent(scene, column, DEPTH)
-    water_body.add_water(scene, column, columns.henyey_greenstein(0.8), extent)
+    cycles_water.add_water(scene, column, columns.henyey_greenstein(0.8), extent)
     edges = inelastic_layers.add_layers(scene, light, extent)
     values = pass_values.PassValues.of_column(column)
     values = values.with_values(inelastic_layers.emission(light, edges))
@@ -55,7 +57,7 @@ def rendered(column, light, tilt, tmp_path, samples):
     settings = {"samples": samples, "seed": 1, "denoise": False}
     with cycles_settings.reference_settings(scene, camera, **settings):
         exr_output.write_float_exr(scene, tmp_path / "a.exr")
-    water_body.remove_water(scene)
+    scene_water.remove(scene)
     assert not [o for o in bpy.data.objects if o.name.startswith(inelastic_layers.NAME)]
     return read_exr(tmp_path / "a.exr")[0].astype(np.float64).mean(axis=(0, 1))
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import bpy
 import numpy as np
 import pytest
-from underwater_spectral.node_groups import realtime_values, realtime_waves
-from underwater_spectral.scene import moving_surface, realtime, water_body
+from underwater_spectral.node_groups import realtime_values
+from underwater_spectral.scene import moving_surface, realtime, scene_water, water_body
 from underwater_spectral.scene.render_plan import make_plan
 from underwater_spectral.scene.settings import SceneSettings, merge, parse
 from underwater_spectral.tests.scene import scenes, snapshot
@@ -32,7 +32,7 @@ def _add(scene, water):
     realtime.add_realtime(scene, water, water_body.WaterExtent(50.0, 20.0))
 
 
-def _pixels(name=realtime_waves.CAUSTICS):
+def _pixels(name="UW Caustics"):
     image = bpy.data.images[name]
     values = np.empty(len(image.pixels), np.float32)
     image.pixels.foreach_get(values)
@@ -50,15 +50,15 @@ def test_removal_restores_every_value():
     scene = scenes.varied_scene()
     before = snapshot.snapshot()
     _add(scene, _water(scene, shafts=True))
-    assert realtime_waves.CAUSTICS in bpy.data.images
-    realtime.remove_realtime(scene)
+    assert "UW Caustics" in bpy.data.images
+    scene_water.remove(scene)
     assert snapshot.differences(before, snapshot.snapshot()) == []
 
 
 def test_nothing_is_built_for_a_flat_surface():
     scene = _scene()
     _add(scene, _water(scene, surface="flat"))
-    assert realtime_waves.CAUSTICS not in bpy.data.images
+    assert "UW Caustics" not in bpy.data.images
     names = {n.name for n in bpy.data.node_groups[realtime_values.NAME].nodes}
     assert not any(name.startswith(("wave", "caustic", "glitter")) for name in names)
 
@@ -82,13 +82,13 @@ def test_the_pattern_follows_the_frame_and_only_the_frame():
 def test_images_are_saved_with_the_file(tmp_path):
     scene = _scene()
     _add(scene, _water(scene))
-    wanted, slopes = _pixels(), _pixels(realtime_waves.SLOPES)
+    wanted, slopes = _pixels(), _pixels("UW Slopes")
     path = str(tmp_path / "scene.blend")
     bpy.ops.wm.save_as_mainfile(filepath=path)
     bpy.ops.wm.open_mainfile(filepath=path)
     assert np.array_equal(_pixels(), wanted)
-    assert np.array_equal(_pixels(realtime_waves.SLOPES), slopes)
-    image = bpy.data.images[realtime_waves.CAUSTICS]
+    assert np.array_equal(_pixels("UW Slopes"), slopes)
+    image = bpy.data.images["UW Caustics"]
     assert image.is_float
     assert image.colorspace_settings.is_data
 
@@ -139,5 +139,5 @@ def test_baked_images_are_those_of_the_frames(tmp_path):
     found = np.empty(len(image.pixels), np.float32)
     image.pixels.foreach_get(found)
     assert found == pytest.approx(wanted, abs=1e-6)
-    moving_surface.use_baked(tmp_path, 3, 4)
-    assert bpy.data.images[realtime_waves.CAUSTICS].source == "SEQUENCE"
+    moving_surface.use_baked(scene, tmp_path, 3, 4)
+    assert bpy.data.images["UW Caustics"].source == "SEQUENCE"

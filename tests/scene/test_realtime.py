@@ -7,7 +7,7 @@ import math
 import bpy
 import numpy as np
 import pytest
-from underwater_spectral.scene import realtime, realtime_materials, water_body
+from underwater_spectral.scene import realtime, realtime_materials, scene_water, water_body
 from underwater_spectral.tests.scene import columns, scenes, snapshot
 from underwater_spectral.uw_spectral.errors import InputError
 from underwater_spectral.uw_spectral.water.phase import parse_phase
@@ -38,9 +38,9 @@ def test_removal_restores_every_value(shafts):
     scene = scenes.varied_scene()
     before = snapshot.snapshot()
     notes = _add(scene, _water(shafts=shafts, surface="flat"))
-    assert notes == ["lamps other than the sun do not light the real-time water; they are hidden"]
+    assert notes == ["lamps other than the sun do not light the water; they are hidden"]
     during = snapshot.snapshot()
-    realtime.remove_realtime(scene)
+    scene_water.remove(scene)
     assert len(snapshot.differences(before, during)) > 100
     assert snapshot.differences(before, snapshot.snapshot()) == []
 
@@ -55,7 +55,7 @@ def test_removal_after_save_and_load(tmp_path):
     bpy.ops.wm.save_as_mainfile(filepath=path)
     bpy.ops.wm.open_mainfile(filepath=path)
     assert realtime.has_realtime(bpy.context.scene)
-    realtime.remove_realtime(bpy.context.scene)
+    scene_water.remove(bpy.context.scene)
     assert snapshot.differences(before, snapshot.snapshot()) == []
 
 
@@ -90,7 +90,7 @@ def test_other_shape_is_refused():
     _add(scene, _water())
     with pytest.raises(InputError, match="needs other nodes"):
         realtime.set_values(scene, _water(surface="flat"))
-    realtime.remove_realtime(scene)
+    scene_water.remove(scene)
     with pytest.raises(InputError, match="no real-time water"):
         realtime.set_values(scene, _water())
 
@@ -129,5 +129,5 @@ def test_linked_materials_are_named(tmp_path):
     before = snapshot.snapshot()
     notes = _add(scene, _water())
     assert any("material 'shared' is linked from" in note for note in notes)
-    realtime.remove_realtime(scene)
+    scene_water.remove(scene)
     assert snapshot.differences(before, snapshot.snapshot()) == []

@@ -6,7 +6,14 @@ import math
 
 import bpy
 import numpy as np
-from underwater_spectral.scene import eevee_settings, exr_output, realtime, temporary, water_body
+from underwater_spectral.scene import (
+    eevee_settings,
+    exr_output,
+    realtime,
+    scene_water,
+    temporary,
+    water_body,
+)
 from underwater_spectral.tests.scene import columns, scenes
 from underwater_spectral.uw_spectral.spectra.reflectance import emission_basis, uplift_basis
 from underwater_spectral.uw_spectral.spectra.spectral_image import read_exr
@@ -114,7 +121,7 @@ def test_in_clear_water_every_kind_looks_as_eevee_draws_it(tmp_path):
     sun.shadow_maximum_resolution = lamp.data.shadow_maximum_resolution
     own = bpy.data.objects.new("own sun", sun)
     own.matrix_world = lamp.matrix_world
-    realtime.remove_realtime(scene)
+    scene_water.remove(scene)
     scene.collection.objects.link(own)
     shader = bpy.data.materials["emissive"].node_tree.nodes["Principled BSDF"]
     glow = shader.inputs["Emission Color"].default_value

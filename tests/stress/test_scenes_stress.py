@@ -14,12 +14,14 @@ from underwater_spectral.node_groups.water_volume import ScatteringLobe
 from underwater_spectral.scene import (
     cameras,
     cycles_settings,
+    cycles_water,
     eevee_settings,
     exr_output,
     live,
     pass_values,
     realtime,
     scene_requirements,
+    scene_water,
     settings,
     water_body,
 )
@@ -185,10 +187,10 @@ def test_water_of_both_engines_leaves_no_trace(name):
     realtime.add_realtime(scene, water, extent)
     realtime.set_values(scene, water)
     assert realtime.has_realtime(scene)
-    realtime.remove_realtime(scene)
+    scene_water.remove(scene)
     assert snapshot.differences(before, snapshot.snapshot()) == []
-    water_body.add_water(scene, column, LOBES, extent)
-    water_body.remove_water(scene)
+    cycles_water.add_water(scene, column, LOBES, extent)
+    scene_water.remove(scene)
     assert snapshot.differences(before, snapshot.snapshot()) == []
 
 
@@ -347,7 +349,7 @@ def _eevee(scene, camera, column, path):
     realtime.add_realtime(scene, water, water_body.WaterExtent(2000.0, 2000.0))
     with eevee_settings.realtime_settings(scene, camera, samples=1, water=water):
         exr_output.write_float_exr(scene, path)
-    realtime.remove_realtime(scene)
+    scene_water.remove(scene)
     return read_exr(path)[0].astype(np.float64)
 
 
@@ -401,11 +403,11 @@ def test_cycles_panoramas_are_finite(tmp_path, panorama):
     camera = _open_water(scene, {"type": "PANO", "panorama_type": panorama})
     column = _column(surface="flat", refractive_index=1.34, sky_radiance=0.1)
     extent = water_body.water_extent(scene, column, 5.0)
-    water_body.add_water(scene, column, LOBES, extent)
+    cycles_water.add_water(scene, column, LOBES, extent)
     pass_values.PassValues.of_column(column).apply(scene.view_layers[0], (0, 1, 2))
     with cycles_settings.reference_settings(scene, camera, samples=4, seed=1, denoise=False):
         exr_output.write_float_exr(scene, tmp_path / "cycles.exr")
-    water_body.remove_water(scene)
+    scene_water.remove(scene)
     pixels = read_exr(tmp_path / "cycles.exr")[0]
     assert np.isfinite(pixels).all()
     assert (pixels >= 0).all()

@@ -9,7 +9,14 @@ from pathlib import Path
 import bpy
 import numpy as np
 from underwater_spectral.node_groups import water_volume
-from underwater_spectral.scene import cycles_settings, exr_output, pass_values, water_body
+from underwater_spectral.scene import (
+    cycles_settings,
+    cycles_water,
+    exr_output,
+    pass_values,
+    scene_water,
+    water_body,
+)
 from underwater_spectral.uw_spectral.spectra.spectral_image import read_exr
 from underwater_spectral.uw_spectral.transfer.water_column import WaterColumn
 
@@ -32,13 +39,13 @@ def _pixels(
     path: Path,
 ) -> np.ndarray:
     extent = water_body.water_extent(scene, column, -camera.location.z)
-    water_body.add_water(scene, column, lobes, extent)
+    cycles_water.add_water(scene, column, lobes, extent)
     pass_values.PassValues.of_column(column, shares).apply(scene.view_layers[0], (0, 1, 2))
     scene.cycles.pixel_filter_type = "BOX"
     settings = {"samples": samples, "seed": 1, "denoise": False}
     with cycles_settings.reference_settings(scene, camera, **settings):
         exr_output.write_float_exr(scene, path)
-    water_body.remove_water(scene)
+    scene_water.remove(scene)
     return read_exr(path)[0].astype(np.float64)
 
 

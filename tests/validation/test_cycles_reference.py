@@ -67,10 +67,7 @@ def _canonical() -> dict[tuple[int, int, float, str], tuple[float, float]]:
         }
 
 
-# 1 + 0.835 cos² is 1 + cos² and a constant, by their shares of the integral.
-RAYLEIGH_SHARE = 0.835 * (4 / 3) / (1 + 0.835 / 3)
-MOLECULAR = (ScatteringLobe("RAYLEIGH"), ScatteringLobe("HENYEY_GREENSTEIN", 0.0))
-SHARES = (RAYLEIGH_SHARE, 1 - RAYLEIGH_SHARE)
+MOLECULAR = (ScatteringLobe("DRAINE", alpha=0.835),)
 
 
 @pytest.mark.parametrize(
@@ -92,7 +89,7 @@ def test_mobley1993_problem_1(empty_blender, tmp_path, record_property, case, a,
         refractive_index=index,
     )
     depth = 1.0 / (a + b)
-    common = {"path": tmp_path / "probe.exr", "shares": SHARES}
+    common = {"path": tmp_path / "probe.exr"}
     meters = {
         "Ed": lambda: cycles_probe.downwelling_irradiance(
             empty_blender, column, MOLECULAR, depth, samples=4096, **common

@@ -8,12 +8,13 @@ import math
 import bpy
 import numpy as np
 import pytest
-from underwater_spectral.node_groups import realtime_waves
 from underwater_spectral.scene import (
     cycles_settings,
+    cycles_water,
     exr_output,
     moving_surface,
     pass_values,
+    scene_water,
     water_body,
 )
 from underwater_spectral.scene.render_plan import make_plan
@@ -55,7 +56,7 @@ def _camera(scene):
 def _renders(scene, camera, plan, frames, path, samples=64):
     column = plan.column
     extent = water_body.WaterExtent(60.0, column.floor_depth + 1)
-    water_body.add_water(scene, column, columns.henyey_greenstein(0.9), extent)
+    cycles_water.add_water(scene, column, columns.henyey_greenstein(0.9), extent)
     values = pass_values.PassValues.of_column(column)
     options = {"samples": samples, "seed": 0, "denoise": False}
     with cycles_settings.reference_settings(scene, camera, **options) as layer:
@@ -67,7 +68,7 @@ def _renders(scene, camera, plan, frames, path, samples=64):
             values.refresh(scene)
             exr_output.write_float_exr(scene, path)
             yield read_exr(path)[0].astype(np.float64)
-    water_body.remove_water(scene)
+    scene_water.remove(scene)
 
 
 def _expected(plan, time):
@@ -98,7 +99,7 @@ def test_caustics_follow_depth_and_time(empty_blender, tmp_path, floor):
         print(f"\n{shown}, {seen.std():.3f}")  # noqa: T201
         assert same > 0.95
         assert rmse < 0.35 * wanted.std()
-    assert realtime_waves.CAUSTICS not in bpy.data.images
+    assert "UW Caustics" not in bpy.data.images
 
 
 def test_calm_waves_are_the_flat_surface(empty_blender, tmp_path):

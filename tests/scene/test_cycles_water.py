@@ -5,7 +5,7 @@ from __future__ import annotations
 import bpy
 import pytest
 from underwater_spectral.node_groups import uplift
-from underwater_spectral.scene import water_body
+from underwater_spectral.scene import cycles_water, scene_water, water_body
 from underwater_spectral.tests.scene import columns, scenes, snapshot
 from underwater_spectral.uw_spectral.errors import InputError
 
@@ -15,16 +15,18 @@ FLAT = {"surface": "flat", "refractive_index": 1.34, "floor_depth": 9.0}
 def _add(scene, **changes):
     column = columns.grey_column(0.05, 0.1, **changes)
     extent = water_body.water_extent(scene, column, 5.0)
-    return water_body.add_water(scene, column, columns.henyey_greenstein(0.8), extent)
+    return cycles_water.add_water(scene, column, columns.henyey_greenstein(0.8), extent)
 
 
 @pytest.mark.parametrize("changes", [{}, FLAT])
 def test_removal_restores_every_value(changes):
     scene = scenes.varied_scene()
     before = snapshot.snapshot()
-    assert _add(scene, **changes) == []
+    assert _add(scene, **changes) == [
+        "lamps other than the sun do not light the water; they are hidden"
+    ]
     during = snapshot.snapshot()
-    water_body.remove_water(scene)
+    scene_water.remove(scene)
     assert len(snapshot.differences(before, during)) > 100
     assert snapshot.differences(before, snapshot.snapshot()) == []
 
@@ -38,8 +40,8 @@ def test_removal_after_save_and_load(tmp_path):
     _add(bpy.context.scene)
     bpy.ops.wm.save_as_mainfile(filepath=path)
     bpy.ops.wm.open_mainfile(filepath=path)
-    assert water_body.has_water(bpy.context.scene)
-    water_body.remove_water(bpy.context.scene)
+    assert scene_water.has_water(bpy.context.scene)
+    scene_water.remove(bpy.context.scene)
     assert snapshot.differences(before, snapshot.snapshot()) == []
 
 
@@ -62,7 +64,7 @@ def test_water_twice_is_refused():
 def test_removing_no_water_does_nothing():
     scene = scenes.varied_scene()
     before = snapshot.snapshot()
-    water_body.remove_water(scene)
+    scene_water.remove(scene)
     assert snapshot.differences(before, snapshot.snapshot()) == []
 
 
@@ -73,14 +75,14 @@ def test_animation_moves_with_the_colour():
         c.data_path for c in tree.animation_data.action.layers[0].strips[0].channelbags[0].fcurves
     }
     assert paths == {'nodes["Group"].inputs[0].default_value'}
-    assert tree.nodes["Group"].node_tree.name == uplift.REFLECTANCE
+    assert uplift.is_uplift(tree.nodes["Group"].node_tree)
 
 
 def test_only_the_water_lights_the_scene():
     scene = scenes.varied_scene()
     _add(scene)
-    suns = [o for o in scene.objects if o.type == "LIGHT" and o.data.type == "SUN"]
-    assert [o.name for o in suns if not o.hide_render] == ["UW Sun"]
+    lamps = [o for o in scene.objects if o.type == "LIGHT"]
+    assert [o.name for o in lamps if not o.hide_render] == ["UW Sun"]
     assert scene.world.name == "UW Sky"
 
 

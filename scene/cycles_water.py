@@ -1,0 +1,76 @@
+"""Water for Cycles: a volume with its sun, sky, surface and floor."""
+
+from __future__ import annotations
+
+import math
+
+import bpy
+
+from ..node_groups import realtime_waves, sea_floor, sky, sun_lamp, water_surface, water_volume
+from ..uw_spectral.transfer.water_column import WaterColumn
+from . import band_colors, scene_water
+from .water_body import WaterExtent, box, plane
+
+INTERFACE = "uw_interface"
+"""Part that is the material of the water surface; see :func:`.scene_water.part`."""
+
+# The volume box stays clear of the interface, or Cycles would nest the two media; the
+# gap is water that is not there, so it is kept to this optical depth.
+_SURFACE_GAP = 1e-3
+_LARGEST_GAP = 0.01
+
+
+def add_water(
+    scene: bpy.types.Scene,
+    column: WaterColumn,
+    lobes: tuple[water_volume.ScatteringLobe, ...],
+    extent: WaterExtent,
+) -> list[str]:
+    """Put water into a scene.
+
+    Adds the water box, the sun, and, where the column has them, the surface and
+    the floor; replaces the world by the sky; hides the scene's own lamps; routes
+    the colours of materials through the bands. :func:`.scene_water.remove` takes
+    it out.
+
+    Parameters
+    ----------
+    scene : Scene
+        The scene; its z = 0 is the mean water surface.
+    column : WaterColumn
+        The water, the light and the floor.
+    lobes : tuple of ScatteringLobe
+        The phase function, as Cycles knows it.
+    extent : WaterExtent
+        Size of the water.
+
+    Returns
+    -------
+    list of str
+        What could not be treated, one line each.
+
+    Raises
+    ------
+    InputError
+        If the scene has water already, or is linked from another file.
+    """
+    scene_water.prepare(scene)
+    materials, notes = scene_water.own_materials(scene, routed=True)
+    notes += band_colors.insert(materials)
+    gap = min(_LARGEST_GAP, _SURFACE_GAP / max(float(column.attenuation.max()), _SURFACE_GAP))
+    water = box("UW Water", extent, -gap if column.reflects else 0.0)
+    water.data.materials.append(water_volume.build(lobes))
+    objects, parts, images = [water], {}, None
+    if column.reflects:
+        if column.surface == "waves":
+            images = realtime_waves.new_images()
+        parts[INTERFACE] = water_surface.build(column.refractive_index, images)
+        objects.append(plane("UW Surface", 2.0 * extent.half_width, 0.0))
+        objects[-1].data.materials.append(parts[INTERFACE])
+    world = sky.build()
+    # Sampling the sky through the interface would ignore refraction; rays find it anyway.
+    world.cycles.sampling_method = "NONE" if column.reflects else "AUTOMATIC"
+    sun = sun_lamp.build(scene_water.SUN_DIAMETER_IN_AIR / column.refractive_index)
+    floor = sea_floor.build() if math.isfinite(column.floor_depth) else None
+    filling = scene_water.Filling(world, [sun], floor, objects, images, parts)
+    return [*notes, *scene_water.add(scene, filling, column, extent)]

@@ -1,0 +1,283 @@
+"""The water of a scene: what it brings along, what it hides, and the way back.
+
+The water of either engine is a collection of the scene. It points at the world
+that it replaced and at the data-blocks that the engine asks for again; all that
+was made carries a mark. Nothing is found by its name, so several scenes of a
+file can hold water. When a scene gives its water up, what no other wet scene
+holds goes; so copies of a scene or of its objects leave no trace either.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+
+import bpy
+from mathutils import Vector
+
+from ..node_groups.node_mathematics import MARK
+from ..node_groups.realtime_waves import WaveImages
+from ..uw_spectral.errors import InputError
+from ..uw_spectral.transfer.water_column import WaterColumn
+from . import band_colors, contents, pass_values, realtime_materials, seabed, water_body
+from .water_body import WaterExtent
+
+SUN_DIAMETER_IN_AIR = math.radians(0.53)
+"""Seen from the water the disc shrinks with refraction by about the index."""
+IS_SUN = "uw_sun"
+"""Mark of the lamp of the direct sun."""
+SURFACE = "uw_surface"
+"""Part that lights the materials in real time; see :func:`part`."""
+FLOOR = "uw_floor"
+"""Part that is the material of the added floor."""
+_CAUSTICS, _SLOPES = "uw_caustics", "uw_slopes"
+_WORLD = "uw_own_world"
+_HIDDEN = "uw_hidden"
+_FLOOR_DEPTH = "uw_floor_depth"
+
+
+@dataclass(frozen=True, eq=False)
+class Filling:
+    """What an engine brings into a scene.
+
+    Parameters
+    ----------
+    world : World
+        Takes the place of the scene's own.
+    lamps : list of Light
+        The sun first.
+    floor : Material
+        Of the added floor, if the water has one.
+    objects : list of Object
+        The others.
+    images : WaveImages, optional
+        Of a moving surface.
+    parts : mapping of str to ID
+        Data-blocks that :func:`part` returns.
+    """
+
+    world: bpy.types.World
+    lamps: list[bpy.types.Light]
+    floor: bpy.types.Material | None
+    objects: list[bpy.types.Object]
+    images: WaveImages | None = None
+    parts: Mapping[str, bpy.types.ID] = field(default_factory=dict)
+
+
+def prepare(scene: bpy.types.Scene) -> None:
+    """Ready a scene for :func:`add`; clear up what copies have left in the file.
+
+    Raises
+    ------
+    InputError
+        If the scene has water already, or is linked from another file.
+    """
+    if has_water(scene):
+        raise InputError(f"scene {scene.name!r} has water already; remove it first")
+    if not scene.is_editable:
+        raise InputError(
+            f"scene {scene.name!r} is linked from another file; add the water to it there"
+        )
+    _let_go()
+
+
+def own_materials(
+    scene: bpy.types.Scene, *, routed: bool
+) -> tuple[list[bpy.types.Material], list[str]]:
+    """Return the materials that a scene's water may change, and a note of the others.
+
+    Those of another wet scene stay with its water. Only where both scenes have their
+    colours ``routed`` through the bands of a pass, each sees its own.
+    """
+    found, others = contents.materials(scene), {}
+    for other, water in _waters().items():
+        if SURFACE in water or not routed:
+            shared = [m for m in contents.materials(other) if m in found]
+            others |= dict.fromkeys(shared, other.name)
+    notes = []
+    for name in dict.fromkeys(others.values()):
+        shared = ", ".join(repr(m.name) for m, of in others.items() if of == name)
+        notes.append(
+            f"materials {shared} are also in scene {name!r} and show its water, not that of scene "
+            f"{scene.name!r}; give one of the scenes copies of them"
+        )
+    return [m for m in found if m not in others], notes
+
+
+def add(
+    scene: bpy.types.Scene, filling: Filling, column: WaterColumn, extent: WaterExtent
+) -> list[str]:
+    """Put water into a scene in place of its own world and lamps.
+
+    Parameters
+    ----------
+    scene : Scene
+        Ready by :func:`prepare`.
+    filling : Filling
+        The water of an engine.
+    column : WaterColumn
+        Its sun and its floor.
+    extent : WaterExtent
+        Its size.
+
+    Returns
+    -------
+    list of str
+        What could not be treated, one line each.
+    """
+    notes = _hide_lamps(scene)
+    collection = bpy.data.collections.new("Underwater")
+    items, parts = list(filling.objects), dict(filling.parts)
+    for lamp in filling.lamps:
+        items.append(bpy.data.objects.new(lamp.name, lamp))
+        items[-1][IS_SUN] = lamp == filling.lamps[0]
+        # A refracted ray must not meet the disc: the lamp's shadow rays bring the sun already.
+        items[-1].visible_transmission = items[-1].visible_glossy = False
+    if filling.images is not None:
+        parts[_CAUSTICS], parts[_SLOPES] = filling.images.caustics, filling.images.slopes
+    if filling.floor is not None:
+        parts[FLOOR] = filling.floor
+        items.append(water_body.floor_plane(extent, filling.floor))
+        items[-1][_FLOOR_DEPTH] = math.inf
+    for item in items:
+        collection.objects.link(item)
+        _mark(item, item.data, *(slot.material for slot in item.material_slots))
+    _mark(collection, filling.world, *parts.values())
+    if scene.world is not None:
+        parts[_WORLD] = scene.world
+    for name, block in parts.items():
+        collection[name] = block
+    scene.collection.children.link(collection)
+    scene.world = filling.world
+    place(scene, column)
+    return notes
+
+
+def remove(scene: bpy.types.Scene) -> None:
+    """Take the water out; the scene is as it was before :func:`add`."""
+    if not has_water(scene):
+        return
+    if scene.world is not None and MARK in scene.world:
+        scene.world = collection_of(scene).get(_WORLD)
+    while has_water(scene):  # the user may have copied the collection
+        _detach(scene, collection_of(scene))
+    for layer in scene.view_layers:
+        pass_values.clear(layer)
+    _let_go()
+
+
+def has_water(scene: bpy.types.Scene) -> bool:
+    """Whether a scene holds water, of either engine."""
+    return collection_of(scene) is not None
+
+
+def part(scene: bpy.types.Scene, name: str) -> bpy.types.ID | None:
+    """Return a data-block of the water in a scene by the name its filling gave it."""
+    collection = collection_of(scene)
+    return None if collection is None else collection.get(name)
+
+
+def images(scene: bpy.types.Scene) -> WaveImages:
+    """Return the images of the moving surface of a scene."""
+    return WaveImages(part(scene, _CAUSTICS), part(scene, _SLOPES))
+
+
+def objects(scene: bpy.types.Scene) -> list[bpy.types.Object]:
+    """Objects of the water in a scene, copies of them included."""
+    return [item for item in scene.objects if MARK in item]
+
+
+def link(scene: bpy.types.Scene, item: bpy.types.Object) -> None:
+    """Add an object to the water in a scene; it leaves with it."""
+    _mark(item, item.data, *(slot.material for slot in item.material_slots))
+    collection_of(scene).objects.link(item)
+
+
+def place(scene: bpy.types.Scene, column: WaterColumn) -> None:
+    """Turn the sun and move the floor of a scene's water to where a column has them."""
+    for item in objects(scene):
+        if item.get(IS_SUN):
+            turn(item, column.sun_direction)
+        elif item.get(_FLOOR_DEPTH, column.floor_depth) != column.floor_depth:
+            item[_FLOOR_DEPTH] = column.floor_depth
+            item.location.z = -seabed.clear_depth(scene, column.floor_depth)
+
+
+def turn(lamp: bpy.types.Object, direction: Iterable[float]) -> None:
+    """Let a lamp's light travel along a direction."""
+    lamp.rotation_mode = "QUATERNION"
+    lamp.rotation_quaternion = Vector([float(x) for x in direction]).to_track_quat("-Z", "Y")
+
+
+def collection_of(scene: bpy.types.Scene) -> bpy.types.Collection | None:
+    """Return the collection of the water in a scene."""
+    found = scene.collection.children_recursive
+    return next((c for c in found if MARK in c and c.is_editable), None)
+
+
+def _detach(scene: bpy.types.Scene, collection: bpy.types.Collection) -> None:
+    if collection in scene.collection.children.values():
+        scene.collection.children.unlink(collection)
+    if collection in _waters().values():  # a linked copy of the scene has it too
+        return
+    for item in list(collection.objects):
+        if MARK not in item:  # the user's, put there by hand
+            scene.collection.objects.link(item)
+    bpy.data.collections.remove(collection)
+
+
+def _waters() -> dict[bpy.types.Scene, bpy.types.Collection]:
+    """Wet scenes of the file, and the collections of their water."""
+    found = {scene: collection_of(scene) for scene in bpy.data.scenes}
+    return {scene: water for scene, water in found.items() if water is not None}
+
+
+def _mark(*blocks: bpy.types.ID | None) -> None:
+    for block in blocks:
+        if block is not None:
+            block[MARK] = True
+
+
+def _hide_lamps(scene: bpy.types.Scene) -> list[str]:
+    notes = []
+    for item in contents.objects(scene):
+        if item.type != "LIGHT" or _HIDDEN in item:
+            continue
+        if not item.is_editable:
+            notes.append(f"lamp {item.name!r} is linked and cannot be hidden; make it local")
+            continue
+        if item.data.type != "SUN" and not item.hide_render:
+            notes.append("lamps other than the sun do not light the water; they are hidden")
+        item[_HIDDEN] = [item.hide_render, item.hide_viewport]
+        item.hide_render = item.hide_viewport = True
+    return list(dict.fromkeys(notes))
+
+
+def _let_go() -> None:
+    """Give back, dry and delete what no wet scene of the file holds."""
+    waters = _waters()
+    lamps = {item for scene in waters for item in contents.objects(scene)}
+    held = set(waters.values())
+    for stray in [c for c in bpy.data.collections if MARK in c and c.is_editable]:
+        if stray not in held:
+            bpy.data.collections.remove(stray)
+    for item in [o for o in bpy.data.objects if o.is_editable]:
+        if MARK in item and not held.intersection(item.users_collection):
+            bpy.data.objects.remove(item)
+        elif _HIDDEN in item and item not in lamps:
+            item.hide_render, item.hide_viewport = (bool(x) for x in item[_HIDDEN])
+            del item[_HIDDEN]
+    lit, routed = {}, set()
+    for scene, water in waters.items():
+        held = set(contents.materials(scene))
+        if SURFACE in water:
+            lit[water[SURFACE]] = lit.get(water[SURFACE], set()) | held
+        else:
+            routed |= held
+    realtime_materials.remove(lit)
+    band_colors.remove(routed)
+    data = bpy.data
+    kinds = (data.meshes, data.lights, data.materials, data.worlds, data.node_groups, data.images)
+    while unused := [b for k in kinds for b in k if MARK in b and b.is_editable and not b.users]:
+        data.batch_remove(unused)

@@ -1,0 +1,116 @@
+"""Cycles has room for every closure of a material and of the water."""
+
+from __future__ import annotations
+
+import math
+import subprocess
+import sys
+
+import bpy
+import numpy as np
+import pytest
+from underwater_spectral.node_groups import uplift
+from underwater_spectral.node_groups.water_volume import ScatteringLobe
+from underwater_spectral.scene import (
+    band_colors,
+    cycles_settings,
+    cycles_water,
+    exr_output,
+    pass_values,
+    water_body,
+)
+from underwater_spectral.scene.cycles_phase import cycles_phase
+from underwater_spectral.scene.render_plan import make_plan
+from underwater_spectral.scene.settings import SceneSettings
+from underwater_spectral.tests.scene import columns, scenes
+from underwater_spectral.uw_spectral.errors import DataWarning
+from underwater_spectral.uw_spectral.spectra.spectral_image import read_exr
+from underwater_spectral.uw_spectral.water.phase import EinsteinSmoluchowski
+
+_RENDER = """
+import runpy, sys, bpy
+runpy.run_path(sys.argv[1])["extension"]()
+from underwater_spectral.scene import batch
+bpy.ops.wm.read_factory_settings()
+for item in bpy.context.scene.objects:
+    item.location.z -= 8.0
+scene = bpy.context.scene
+scene.render.resolution_x, scene.render.resolution_y = 16, 9
+bpy.ops.wm.save_as_mainfile(filepath=sys.argv[2])
+options = ["--engine", "cycles", "--bands", "3", "--samples", "1", "--out", sys.argv[3]]
+sys.exit(batch.main([sys.argv[2], *options], inside_blender=False))
+"""
+
+
+@pytest.mark.filterwarnings(f"ignore::{DataWarning.__module__}.DataWarning")
+def test_cycles_does_not_run_out_of_closures(tmp_path, pytestconfig):
+    script = pytestconfig.rootpath / "render_bands.py"
+    command = [sys.executable, "-c", _RENDER, script, tmp_path / "cube.blend", tmp_path / "out"]
+    done = subprocess.run(command, check=True, capture_output=True, text=True)
+    assert (tmp_path / "out" / "0001.exr").exists()
+    assert "closures" not in done.stdout + done.stderr
+    # Cycles counts 32 for each lobe of a volume, and has room for 64.
+    assert len(make_plan(SceneSettings(bands=3)).cycles.lobes) <= 2
+
+
+def _column(b, **changes):
+    return columns.grey_column(0.1, b, **{"floor_depth": 10.0} | changes)
+
+
+def _radiance(lobes, shares, tilt, tmp_path):
+    """Mean radiance and its standard error, single and multiple scattering alike."""
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    scene, column = bpy.context.scene, _column(0.5, sky_radiance=0.1)
+    scene.render.resolution_x = scene.render.resolution_y = 16
+    camera = scenes.add_camera((0.0, 0.0, -3.0), (math.radians(tilt), 0.0, 0.0))
+    camera.data.angle = math.radians(1.0)
+    cycles_water.add_water(scene, column, lobes, water_body.water_extent(scene, column, 3.0))
+    pass_values.PassValues.of_column(column, shares).apply(scene.view_layers[0], (0, 1, 2))
+    scene.cycles.pixel_filter_type = "BOX"
+    with cycles_settings.reference_settings(scene, camera, samples=128, seed=1, denoise=False):
+        exr_output.write_float_exr(scene, tmp_path / "a.exr")
+    image = read_exr(tmp_path / "a.exr")[0][..., 0].astype(np.float64)
+    return image.mean(), image.std() / 16
+
+
+@pytest.mark.parametrize("tilt", [0.0, 90.0])
+def test_molecules_scatter_as_rayleigh_and_a_constant_do(tilt, tmp_path):
+    """1 + f cos² is f (1 + cos²) and a constant, by their shares of the integral."""
+    f = EinsteinSmoluchowski().anisotropy
+    share = f * (4.0 / 3.0) / (1.0 + f / 3.0)
+    parts = ScatteringLobe("RAYLEIGH"), ScatteringLobe("HENYEY_GREENSTEIN", 0.0)
+    wanted, noise = _radiance(parts, (share, 1.0 - share), tilt, tmp_path)
+    one = cycles_phase(EinsteinSmoluchowski().for_bands(np.ones(3)))
+    assert len(one.lobes) == 1
+    found, own_noise = _radiance(one.lobes, one.shares, tilt, tmp_path)
+    assert abs(found - wanted) < 3 * math.hypot(noise, own_noise)
+    assert noise < 0.01 * wanted
+
+
+def test_only_inputs_that_weigh_something_follow_the_bands():
+    material = scenes.principled("paint")
+    inputs = material.node_tree.nodes["Principled BSDF"].inputs
+    pairs = {
+        "Coat Tint": "Coat Weight",
+        "Sheen Tint": "Sheen Weight",
+        "Emission Color": "Emission Strength",
+        "Subsurface Radius": "Subsurface Weight",
+    }
+    for name in pairs:
+        for channel, value in enumerate((0.9, 0.5, 0.2)):
+            inputs[name].default_value[channel] = value
+
+    def routed():
+        band_colors.insert([material])
+        found = {
+            i.name
+            for i in inputs
+            if i.is_linked and uplift.is_uplift(i.links[0].from_node.node_tree)
+        }
+        band_colors.remove([])
+        return found
+
+    assert routed() == {"Base Color"}
+    for weight in pairs.values():
+        inputs[weight].default_value = 0.1
+    assert routed() == {"Base Color", *pairs}

@@ -1,0 +1,136 @@
+"""A seabed of the scene's own at the added floor: no light is lost, and it is what is seen."""
+
+from __future__ import annotations
+
+import math
+
+import bpy
+import numpy as np
+import pytest
+from underwater_spectral.scene import engines, render_plan, seabed, water_body
+from underwater_spectral.scene.settings import SceneSettings
+from underwater_spectral.tests.scene import scenes
+from underwater_spectral.uw_spectral.spectra.spectral_image import read_exr
+
+FLOOR, DEPTH = 6.0, 3.0
+SAND, GREY = (0.6, 0.3, 0.1), 0.3
+EXTENT = water_body.WaterExtent(100.0, FLOOR + 1.0)
+# Image means of as many samples as below repeat within a third of it.
+NOISE = {"cycles": 0.01, "bands": 0.005, "realtime": 0.005}
+MODES = pytest.mark.parametrize("mode", NOISE)
+
+
+def _plane(half_width, height=0.0, slope=0.0, colour=SAND):
+    """Level or sloping ground, ``height`` m above the floor at the origin."""
+    item = water_body.plane("ground", half_width, 0.0)
+    item.location.z, item.rotation_euler.x = height - FLOOR, math.radians(slope)
+    material = scenes.principled("sand", (*colour, 1.0))
+    shader = material.node_tree.nodes["Principled BSDF"].inputs
+    shader["Specular IOR Level"].default_value, shader["Roughness"].default_value = 0.0, 1.0
+    item.data.materials.append(material)
+    bpy.context.scene.collection.objects.link(item)
+    return item
+
+
+def _pictures(mode, tmp_path, *hidden):
+    """Pictures of the scene in water, one with each of the objects hidden by name or none."""
+    scene = bpy.context.scene
+    scene.render.resolution_x, scene.render.resolution_y = 64, 36
+    camera = scenes.add_camera((0.0, 0.0, -DEPTH), (math.radians(75.0), 0.0, 0.0))
+    bpy.context.view_layer.update()
+    samples = 32 if mode == "cycles" else 4
+    plan = render_plan.make_plan(
+        SceneSettings(
+            phase="hg:0.8", bands=3, samples=samples, surface="none", floor_depth=FLOOR,
+            floor_reflectance=str(GREY),
+        )
+    )  # fmt: skip
+    if mode == "cycles":
+        opened = engines.cycles_bands(scene, camera, plan, EXTENT, seed=1, denoise=False)
+    else:
+        engine_of = engines.eevee_bands if mode == "bands" else engines.eevee_realtime
+        opened = engine_of(scene, camera, plan, EXTENT, DEPTH)
+    found = []
+    with opened as engine:
+        for name in hidden:
+            if name is not None:
+                bpy.data.objects[name].hide_render = True
+            engine.frame(plan, DEPTH)(engine.passes[0], tmp_path / "a.exr")
+            found.append(read_exr(tmp_path / "a.exr")[0].astype(np.float64))
+            if name is not None:
+                bpy.data.objects[name].hide_render = False
+    return found
+
+
+def _near(picture):
+    """Mean of each channel where the ground is 5 to 12 m away."""
+    return picture[18:].mean(axis=(0, 1))
+
+
+@MODES
+@pytest.mark.parametrize("height", [0.0, 0.001, -0.001, 0.1, -0.1])
+def test_the_scenes_own_seabed_is_what_is_seen(mode, height, tmp_path):
+    _plane(40.0, height)
+    both, own = _pictures(mode, tmp_path, None, "UW Floor")
+    assert _near(both) == pytest.approx(_near(own), rel=NOISE[mode])
+
+
+@MODES
+@pytest.mark.parametrize(("slope", "covered"), [(3.0, "UW Floor"), (-3.0, "ground")])
+def test_a_slope_through_the_floor_hides_it_or_is_hidden(mode, slope, covered, tmp_path):
+    _plane(40.0, slope=slope)
+    both, seen = _pictures(mode, tmp_path, None, covered)
+    assert _near(both) == pytest.approx(_near(seen), rel=NOISE[mode])
+
+
+@MODES
+def test_the_added_floor_goes_on_beyond_the_border(mode, tmp_path):
+    """With one reflectance there is no telling where the scene's own seabed ends."""
+    _plane(8.0, colour=(GREY,) * 3)
+    both, added = _pictures(mode, tmp_path, None, "ground")
+    assert both.mean(axis=(0, 1)) == pytest.approx(added.mean(axis=(0, 1)), rel=NOISE[mode])
+    horizon = np.s_[4:12]
+    assert both[horizon].mean() == pytest.approx(added[horizon].mean(), rel=2 * NOISE[mode])
+
+
+def _clear_depth():
+    bpy.context.view_layer.update()
+    return seabed.clear_depth(bpy.context.scene, FLOOR)
+
+
+def test_only_level_ground_at_the_floor_moves_it():
+    assert _clear_depth() == FLOOR
+    box = scenes._cube("box", (0.0, 0.0, -FLOOR + 1.0))  # stands on the floor
+    assert _clear_depth() == FLOOR
+    box.scale.z = -1.0
+    assert _clear_depth() == FLOOR
+    ground = _plane(5.0, 0.005)
+    assert _clear_depth() == pytest.approx(FLOOR + 0.005, abs=1e-5)
+    ground.rotation_euler.x = math.pi  # faces down, but can be seen from above
+    assert _clear_depth() == pytest.approx(FLOOR + 0.005, abs=1e-5)
+    ground.rotation_euler.x = math.radians(4.0)  # leaves the floor
+    assert _clear_depth() == FLOOR
+    ground.rotation_euler.x = 0.0
+    ground.location.z = -FLOOR - 0.15
+    assert _clear_depth() == pytest.approx(FLOOR + 0.16, abs=1e-5)
+    ground.location.z = -FLOOR - 0.5  # the added floor covers it
+    assert _clear_depth() == FLOOR
+    ground.location.z = -FLOOR
+    ground.hide_set(True)
+    assert _clear_depth() == FLOOR
+
+
+def test_instances_and_modifiers_count():
+    ground = _plane(5.0)
+    wave = ground.modifiers.new("up", "DISPLACE")
+    wave.mid_level, wave.strength = 0.0, 0.05
+    assert _clear_depth() == FLOOR
+    ground.instance_type = "NONE"
+    group = bpy.data.collections.new("group")
+    group.objects.link(_plane(5.0, colour=SAND))
+    bpy.context.scene.collection.objects.unlink(group.objects[0])
+    instance = bpy.data.objects.new("instance", None)
+    instance.instance_type, instance.instance_collection = "COLLECTION", group
+    instance.location.z = -0.1
+    bpy.context.scene.collection.objects.link(instance)
+    assert _clear_depth() == pytest.approx(FLOOR + 0.11, abs=1e-5)
