@@ -217,12 +217,15 @@ def collection_of(scene: bpy.types.Scene) -> bpy.types.Collection | None:
 
 
 def _detach(scene: bpy.types.Scene, collection: bpy.types.Collection) -> None:
-    if collection in scene.collection.children.values():
-        scene.collection.children.unlink(collection)
-    if collection in _waters().values():  # a linked copy of the scene has it too
+    shared = any(collection_of(other) == collection for other in bpy.data.scenes if other != scene)
+    if shared and collection in scene.collection.children.values():
+        scene.collection.children.unlink(collection)  # a linked copy of the scene keeps it
         return
-    for item in list(collection.objects):
-        if MARK not in item:  # the user's, put there by hand
+    # What the user has put there by hand stays.
+    for child in collection.children:
+        scene.collection.children.link(child)
+    for item in collection.objects:
+        if MARK not in item and len(item.users_collection) == 1:
             scene.collection.objects.link(item)
     bpy.data.collections.remove(collection)
 
@@ -270,11 +273,11 @@ def _let_go() -> None:
             del item[_HIDDEN]
     lit, routed = {}, set()
     for scene, water in waters.items():
-        held = set(contents.materials(scene))
+        materials = set(contents.materials(scene))
         if SURFACE in water:
-            lit[water[SURFACE]] = lit.get(water[SURFACE], set()) | held
+            lit[water[SURFACE]] = lit.get(water[SURFACE], set()) | materials
         else:
-            routed |= held
+            routed |= materials
     realtime_materials.remove(lit)
     band_colors.remove(routed)
     data = bpy.data
