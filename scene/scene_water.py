@@ -132,8 +132,6 @@ def add(
     for lamp in filling.lamps:
         items.append(bpy.data.objects.new(lamp.name, lamp))
         items[-1][IS_SUN] = lamp == filling.lamps[0]
-        # A refracted ray must not meet the disc: the lamp's shadow rays bring the sun already.
-        items[-1].visible_transmission = items[-1].visible_glossy = False
     if filling.images is not None:
         parts[_CAUSTICS], parts[_SLOPES] = filling.images.caustics, filling.images.slopes
     if filling.floor is not None:
