@@ -4,7 +4,8 @@
     python3 dev.py example          render the example reef to out/example/
     python3 dev.py test [ARGS]      run the tests; ARGS go to pytest
     python3 dev.py check            ruff: lint and format
-    python3 dev.py build            build and validate dist/underwater_spectral-*.zip
+    python3 dev.py build            build and validate dist/underwater_spectral-*.zip;
+                                    --manual writes its sizes into docs/manual.md
     python3 dev.py run FILE [ARGS]  run a script in the project's environment
     python3 dev.py lock             write requirements.lock from pyproject.toml
 

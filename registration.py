@@ -2,27 +2,36 @@
 
 from __future__ import annotations
 
-from .scene import stored_settings as optics
-from .ui import handlers, operators, panels, presets, previews, property_group
+import contextlib
 
-_MODULES = (optics, property_group, previews, operators, presets, panels, handlers)
+from .scene import stored_settings
+from .ui import (
+    command,
+    handlers,
+    live_updates,
+    operators,
+    panels,
+    presets,
+    previews,
+    property_group,
+)
+
+_MODULES = (property_group, previews, operators, presets, panels, handlers, command)
 
 
 def register() -> None:
-    """Register every module of the list; undo the ones done if one fails."""
-    handlers.follow_properties()
-    done = []
-    try:
+    """Register the settings and every module of the list; undo the ones done if one fails."""
+    with contextlib.ExitStack() as undo:
+        stored_settings.register(live_updates.follow_property)
+        undo.callback(stored_settings.unregister)
         for module in _MODULES:
             module.register()
-            done.append(module)
-    except Exception:
-        for module in reversed(done):
-            module.unregister()
-        raise
+            undo.callback(module.unregister)
+        undo.pop_all()
 
 
 def unregister() -> None:
     """Unregister in the opposite order."""
     for module in reversed(_MODULES):
         module.unregister()
+    stored_settings.unregister()

@@ -3,33 +3,41 @@
     blender -b scene.blend -P render_bands.py -- OPTIONS
     python render_bands.py scene.blend OPTIONS
 
-``--help`` lists the options.
+``--help`` lists the options. The work is done by the extension: the enabled one, else the
+checkout that this file lies in, else an installed one. Where it is enabled, the same is
+``blender --command underwater scene.blend OPTIONS``.
 """
 
 from __future__ import annotations
 
-import importlib.util
+import importlib
+import runpy
 import sys
 from pathlib import Path
-from types import ModuleType
 
-_PACKAGE = "underwater_spectral"
+_EXTENSION = "underwater_spectral"
+_PROGRAM = Path(__file__).name
+_INSTALL = f"""\
+{_PROGRAM}: the extension Underwater Spectral is not installed in this Blender. Install its zip:
+    blender --command extension install-file -r user_default -e {_EXTENSION}-VERSION.zip
+or in Preferences, Get Extensions, Install from Disk. A checkout of the source needs no zip"""
 
 
-def extension() -> ModuleType:
-    """Return the extension this file is part of, loading it if Blender has not."""
-    entry = Path(__file__).resolve().with_name("__init__.py")
-    for module in list(sys.modules.values()):
-        file = getattr(module, "__file__", None)
-        if file and Path(file).resolve() == entry:
-            return module
-    spec = importlib.util.spec_from_file_location(
-        _PACKAGE, entry, submodule_search_locations=[str(entry.parent)]
-    )
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[_PACKAGE] = module
-    spec.loader.exec_module(module)
-    return module
+def find_extension() -> str | None:
+    """Return the name of the extension's package; None if there is none."""
+    import bpy
+
+    for name in bpy.context.preferences.addons.keys():  # noqa: SIM118 - not a dict
+        if name.rpartition(".")[2] == _EXTENSION:
+            return name
+    checkout = Path(__file__).resolve().parent / "tools" / "load_checkout.py"
+    if checkout.is_file():
+        return runpy.run_path(str(checkout))["load"]().__name__
+    for repository in bpy.context.preferences.extensions.repos:
+        entry = Path(repository.directory, _EXTENSION, "__init__.py")
+        if repository.enabled and entry.is_file():
+            return f"bl_ext.{repository.module}.{_EXTENSION}"
+    return None
 
 
 def main() -> int:
@@ -39,18 +47,21 @@ def main() -> int:
         arguments = sys.argv[sys.argv.index("--") + 1 :] if "--" in sys.argv else []
     else:
         arguments = sys.argv[1:]
-    name = extension().__name__
     try:
+        name = find_extension()
+        if name is None:
+            print(_INSTALL, file=sys.stderr)
+            return 2
         batch = importlib.import_module(f"{name}.scene.batch")
     except ModuleNotFoundError as error:
         print(
-            f"render_bands.py: the Python package {error.name!r} is missing. In Blender, install "
-            "and enable the extension (Preferences, Get Extensions, Install from Disk); outside, "
-            "run: python3 dev.py run render_bands.py scene.blend",
+            f"{_PROGRAM}: the Python package {error.name!r} is missing. In Blender, install and "
+            "enable the extension, which brings it; in a checkout run: "
+            f"python3 dev.py run {_PROGRAM} scene.blend",
             file=sys.stderr,
         )
         return 2
-    return batch.main(arguments, inside_blender=inside_blender)
+    return batch.main(arguments, program=_PROGRAM, inside_blender=inside_blender)
 
 
 if __name__ == "__main__":

@@ -15,7 +15,7 @@ def main() -> None:
     names = sorted(p.stem for p in _HERE.glob("*.py") if not p.stem.startswith("_"))
     if len(sys.argv) < 2 or sys.argv[1] not in names:
         sys.exit(f"name a benchmark: {', '.join(names)}")
-    package = runpy.run_path(str(_HERE.parent / "render_bands.py"))["extension"]()
+    package = runpy.run_path(str(_HERE.parent / "tools" / "load_checkout.py"))["load"]()
     module = importlib.import_module(f"{package.__name__}.benchmarks.{sys.argv[1]}")
     module.main(sys.argv[2:])
 

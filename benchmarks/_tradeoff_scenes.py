@@ -66,18 +66,16 @@ class Setting:
 
     ``kind`` is ``reference``, ``realtime``, ``bands`` (EEVEE, three bands a
     pass), ``cycles``, ``paper`` or ``fog``; ``changes`` are settings of the
-    scene; ``aureole``, ``floor_term``, ``single`` (sunlight scattered once or at
-    small angles) and ``shafts`` switch terms of real time; ``froxels`` are the steps
-    of the shafts, None for the most.
+    scene; ``floor_term`` and ``single`` (sunlight scattered once or at small angles)
+    leave out lights of real time that have no setting; ``froxels`` are the steps of
+    the shafts, None for the most.
     """
 
     name: str
     kind: str
     changes: Mapping[str, Any]
-    aureole: bool = True
     floor_term: bool = True
     single: bool = True
-    shafts: bool = False
     froxels: int | None = None
     first_only: bool = False
 
@@ -95,14 +93,14 @@ _OPTIMISED = [
     _realtime(f"real time, {n} optimised bands", n, {"band_placement": "optimised"}) for n in (6, 9)
 ]
 _TERMS = [
-    _realtime("real time, 8 bands, shafts", 8, shafts=True),
+    _realtime("real time, 8 bands, shafts", 8, {"shafts": True}),
     *(
-        _realtime(f"real time, 8 bands, shafts of {n} froxels", 8, shafts=True, froxels=n)
+        _realtime(f"real time, 8 bands, shafts of {n} froxels", 8, {"shafts": True}, froxels=n)
         for n in (32, 64, 128)
     ),
     _realtime("real time, 8 bands, no diffuse shadows", 8, {"diffuse_shadows": False}),
     _realtime("real time, 8 bands, no single scattering", 8, single=False),
-    _realtime("real time, 8 bands, no aureole", 8, aureole=False),
+    _realtime("real time, 8 bands, no aureole", 8, {"aureole": False}),
     _realtime("real time, 8 bands, no floor term", 8, floor_term=False),
     _realtime("real time, 8 bands, no surface", 8, {"surface": "none"}),
     _realtime("real time, 8 bands, waves", 8, {"surface": "waves"}),

@@ -31,26 +31,16 @@ from ..quality.combinations import (
     Workload,
     cheapest_within,
 )
-from ..quality.costs import Costs, Method, Options, read_costs
+from ..quality.costs import Costs, Method, read_costs
 from ..quality.light_reach import clip_to_display
 from ..quality.requirements import SAFETY
-from ..quality.seen_points import (
-    AUREOLE,
-    DIFFUSE_SHADOWS,
-    FLOOR_LIGHT,
-    INELASTIC,
-    INTERNAL_REFLECTION,
-    SHAFTS,
-    SINGLE,
-    Optics,
-    SeenPoints,
-    cone_directions,
-    picture,
-    visibility,
-)
+from ..quality.seen_points import Optics, Picture, SeenPoints, cone_directions, openness, picture
+from ..quality.terms import LIGHTS, TERMS, column_of, in_column, subsets, with_and_without
 from ..uw_spectral.errors import DataWarning
-from ..uw_spectral.imaging.optimised_bands import FittedViewpoint, optimised_bands
-from ..uw_spectral.imaging.readouts import REFERENCE_BANDS, Viewpoint, make_viewpoint
+from ..uw_spectral.imaging.band_selection import FittedViewpoint, optimised_bands
+from ..uw_spectral.imaging.description import REFERENCE_BANDS
+from ..uw_spectral.imaging.optics import make_viewpoint
+from ..uw_spectral.imaging.viewpoint import Viewpoint
 from ..uw_spectral.spectra.bands import Bands
 from ..uw_spectral.spectra.colour_rendering import delta_e_CIE2000_images
 from ..uw_spectral.spectra.illuminant import Illuminant, parse_illuminant
@@ -95,7 +85,6 @@ _TRUTH = Detail(100, 56, 576, 16, 64, 128)
 TARGETS = (0.5, 1.0, 2.0, 4.0)
 METHODS: tuple[Method, ...] = ("realtime", "bands")
 _REACH = 4.0  # optical depths of the clearest band that are looked at for shadows
-_PARTS = (AUREOLE, SHAFTS, INELASTIC, DIFFUSE_SHADOWS)
 _COLOURS = np.array([[0.8, 0.2, 0.1], [0.5, 0.5, 0.5], [0.9, 0.7, 0.2], [0.15, 0.3, 0.6]])
 
 
@@ -229,7 +218,7 @@ def look(
         path_sunlit=np.ones((count, 1), dtype=bool),
         reach=reach,
         on_floor=on_floor,
-        visibility=np.ones(count),
+        openness=np.ones(count),
         pixels=np.full(count, 1.0 / count),
     ).subsample(detail.rays)
     return _shaded(seen, things, sun, cone_directions(cone, detail.skyward), detail.steps)
@@ -253,12 +242,12 @@ def _shaded(
     along = np.minimum(seen.reached, to_surface)[:, None] * (np.arange(steps) + 0.5) / steps
     stations = seen.origin[:, None] + w[:, None] * along[..., None]
     point = seen.origin + w * np.where(hit, seen.distance, 0.0)[:, None] + 1e-3 * seen.normal
-    visible = visibility(seen.normal, skyward, clear(point[:, None], skyward))
+    share = openness(seen.normal, skyward, clear(point[:, None], skyward))
     return replace(
         seen,
         sunlit=~hit | clear(point, -sun),
         path_sunlit=clear(stations, -sun),
-        visibility=np.where(hit, visible, 1.0),
+        openness=np.where(hit, share, 1.0),
     )
 
 
@@ -337,10 +326,8 @@ def run_case(case: Case, costs: Costs) -> dict[str, object]:
     truth = Truth(case, full, everywhere, estimate)
     rows = []
     for c in estimate.combinations(Workload(), costs):
-        o = c.options
-        guess = float(estimate.errors([estimate.rgb(c.bands, o, floor=c.floor)])[0])
-        key = [c.bands.name, c.floor, c.bands.count, vars(o)]
-        rows.append([*key, guess, truth.error(c)])
+        guess = float(estimate.errors([estimate.rgb(c.bands, c.options)])[0])
+        rows.append([c.bands.name, c.bands.count, sorted(c.options), guess, truth.error(c)])
     return {
         "case": vars(case) | {"floor": min(case.floor, 1e9)},
         "seconds": seconds,
@@ -356,26 +343,22 @@ class Truth:
         self, case: Case, seen: SeenPoints, everywhere: Optics, estimate: ErrorEstimate
     ) -> None:
         self.full, self._weight = clip_to_display(picture(everywhere, seen).without()), seen.weight
-        self._pictures = {}
+        self._in_column = in_column(everywhere.view.column)
+        self._pictures: dict[tuple, Picture] = {}
         for choice in estimate.choices:
             on = optics(case, choice.optics.view.column.bands, _TRUTH.resolution)
             if isinstance(choice.optics.view, FittedViewpoint):
                 on = replace(on, view=fitted(on.view, everywhere.view))
-            for surface in estimate.surfaces:
-                for floor in estimate.floors:
-                    self._pictures[choice.name, surface, floor] = picture(
-                        on, seen, surface=surface, floor=floor
-                    )
+            for options in subsets(self._in_column):
+                self._pictures[choice.name, options] = picture(on, seen, **column_of(options))
         self._errors: dict[tuple, float] = {}
 
     def error(self, combination: Combination) -> float:
         """Mean ΔE2000."""
-        o = combination.options
-        key = (combination.bands.name, o, combination.floor)
+        name, options = key = combination.bands.name, combination.options
         if key not in self._errors:
-            seen = self._pictures[combination.bands.name, o.surface, combination.floor]
-            off = [name for name in _PARTS if not getattr(o, name)]
-            self._errors[key] = self.of(seen.without(*off))
+            seen = self._pictures[name, options & self._in_column]
+            self._errors[key] = self.of(seen.without(*(seen.parts.keys() - options)))
         return self._errors[key]
 
     def of(self, rgb: NDArray[np.float64]) -> float:
@@ -387,35 +370,22 @@ def effects(
     estimate: ErrorEstimate, truth: Truth, everywhere: Optics, full: SeenPoints
 ) -> dict[str, tuple[float, float]]:
     """Estimated and measured ΔE2000 of leaving one thing out."""
-    found, everything = {}, estimate.everything()
-    whole = picture(everywhere, full)
-    for name in _PARTS:
-        if getattr(everything, name):
-            without = estimate.rgb(None, replace(everything, **{name: False}))
-            found[name.replace("_", " ")] = (
-                estimate.errors([without])[0],
-                truth.of(whole.without(name)),
+    found, everything = {}, estimate.everything
+    for term in TERMS:
+        if term.name in everything:
+            _, options = with_and_without(term, everything)
+            less = picture(everywhere, full, **column_of(options))
+            found[term.label] = (
+                estimate.errors([estimate.rgb(None, options)])[0],
+                truth.of(less.without(*(less.parts.keys() - options))),
             )
-    for surface in estimate.surfaces[1:]:
-        without = estimate.rgb(None, replace(everything, surface=surface))
-        measured = picture(everywhere, full, surface=surface).without()
-        found[f"{estimate.surfaces[0]} to {surface}"] = (
-            estimate.errors([without])[0],
-            truth.of(measured),
-        )
-    if len(estimate.floors) > 1:
-        without = estimate.rgb(None, everything, floor=False)
-        measured = picture(everywhere, full, floor=False).without()
-        found["floor"] = estimate.errors([without])[0], truth.of(measured)
-    lights = [SINGLE]
-    lights += [FLOOR_LIGHT] if len(estimate.floors) > 1 else []
-    lights += [INTERNAL_REFLECTION] if estimate.surfaces[0] != "none" else []
-    for name in lights:
-        measured = picture(everywhere, full, without=name).without()
-        found[name] = estimate.light_effect(name), truth.of(measured)
+    for light in LIGHTS:
+        if not light.needs or light.needs in everything:
+            measured = picture(everywhere, full, without=light.name).without()
+            found[light.name] = estimate.light_effect(light.name), truth.of(measured)
     for choice in estimate.choices:
         rgb = estimate.rgb(choice, everything)
-        seen = truth.error(Combination(choice, everything, True, 0.0))
+        seen = truth.error(Combination(choice, everything, 0.0))
         found[f"{choice.name} bands"] = estimate.errors([rgb])[0], seen
     return {name: (float(a), float(b)) for name, (a, b) in found.items()}
 
@@ -474,8 +444,8 @@ def outcomes(results: Sequence[dict], costs: Costs, safety: float = SAFETY) -> l
         for method in METHODS:
             cost = np.array(
                 [
-                    costs.sample(method, bands, 3, Options(**options))
-                    for _, _, bands, options, _, _ in rows
+                    costs.sample(method, bands, 3, frozenset(options))
+                    for _, bands, options, _, _ in rows
                 ]
             )
             order = np.argsort(cost, kind="stable")

@@ -99,7 +99,7 @@ def fog_image(plan: RenderPlan, hits: Hits, depth: float) -> NDArray[np.float64]
     column = plan.column
     field = column.light_field(plan.phase)
     P = hits.distance[..., None]
-    ahead = plan.path_radiance(depth).radiance(depth, (0.0, 1.0, 0.0))
+    ahead = plan.viewpoint(depth).path_radiance.radiance(depth, (0.0, 1.0, 0.0))
     cosine = np.maximum(-(hits.normal @ column.sun_direction), 0.0) / column.sun_cosine
     lit = (cosine * hits.sunlit)[..., None] * field.Ed(depth)
     surface = hits.in_bands(plan.bands) / math.pi * lit

@@ -17,8 +17,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..uw_spectral.errors import DataWarning
-from ..uw_spectral.imaging.optimised_bands import fitted_reduction, optimised_bands
-from ..uw_spectral.imaging.readouts import REFERENCE_BANDS, Viewpoint, make_viewpoint
+from ..uw_spectral.imaging.band_selection import fitted_reduction, optimised_bands
+from ..uw_spectral.imaging.description import REFERENCE_BANDS
+from ..uw_spectral.imaging.optics import make_viewpoint
+from ..uw_spectral.imaging.viewpoint import Viewpoint
 from ..uw_spectral.spectra.bands import Bands
 from ..uw_spectral.spectra.colour_rendering import delta_e_CIE2000_images, luminance
 from ..uw_spectral.spectra.illuminant import Illuminant, parse_illuminant

@@ -17,7 +17,8 @@ from pathlib import Path
 
 import bpy
 
-from ..quality.costs import COLUMNS
+from ..quality.costs import COLUMNS, COSTED, USUAL
+from ..quality.terms import Options, settings_of, with_and_without
 from ..scene import (
     eevee_settings,
     engines,
@@ -31,19 +32,7 @@ from ..scene.water_body import floor_plane, water_extent
 from . import grey_scene
 
 _DEPTH = 5.0
-_SURFACES = ("none", "flat", "waves")
-# Bands, aureole, surface (index into _SURFACES), inelastic, shafts, diffuse shadows.
-_CONFIGURATIONS = (
-    (3, 1, 1, 0, 0, 0),
-    (9, 1, 1, 0, 0, 0),
-    (15, 1, 1, 0, 0, 0),
-    (9, 0, 1, 0, 0, 0),
-    (9, 1, 0, 0, 0, 0),
-    (9, 1, 2, 0, 0, 0),
-    (9, 1, 1, 1, 0, 0),
-    (9, 1, 1, 0, 1, 0),
-    (9, 1, 1, 0, 0, 1),
-)
+_FEW, _SOME, _MANY = 3, 9, 15  # bands
 _RESOLUTION = (480, 270)
 _SAMPLES, _REPEATS = 10, 2
 _CYCLES_SAMPLES = 32
@@ -53,7 +42,7 @@ _HEADER = """\
 # source: CPU times by `python3 dev.py run -m benchmarks option_costs`, {width} x {height}, EEVEE on
 # the software rasteriser of a two-core machine that other work kept busy; the least of {repeats}
 # runs; shadow maps are left out of the ratios
-# surface: 0 none, 1 flat, 2 waves. cycles 1: a pass of three bands in Cycles. bands 0: no water,
+# 1: with the term. cycles 1: a pass of three bands in Cycles. bands 0: no water,
 # where ratio holds the CPU time per megapixel and sample, s
 # licence: GPL-3.0-or-later. status: measured, on a CPU; read the ratios
 """
@@ -65,10 +54,10 @@ def main(arguments: Sequence[str]) -> None:
     plain, shadowed = plain_seconds()
     print(f"plain {plain:.3f} s per megapixel and sample, {shadowed:.3f} s with shadow maps")
     rows = []
-    for configuration in _CONFIGURATIONS:
-        rows.append((0, *configuration, 0, water_seconds(configuration) / plain))
+    for bands, options in configurations():
+        rows.append((0, bands, *_terms(options), 0, water_seconds(bands, options) / plain))
         print(*(f"{value:.4g}" for value in rows[-1]), flush=True)
-    rows.append((1, 3, 1, 1, 0, 0, 0, 0, cycles_seconds() / plain))
+    rows.append((1, _FEW, *_terms(USUAL), 0, cycles_seconds() / plain))
     rows += [(*[0] * (len(COLUMNS) - 2), maps, s) for maps, s in enumerate((plain, shadowed))]
     header = _HEADER.format(width=_RESOLUTION[0], height=_RESOLUTION[1], repeats=_REPEATS)
     lines = [",".join(COLUMNS), *(",".join(f"{value:.4g}" for value in row) for row in rows)]
@@ -76,9 +65,20 @@ def main(arguments: Sequence[str]) -> None:
     table.write_text(header + "\n".join(lines) + "\n", encoding="utf-8")
 
 
+def configurations() -> list[tuple[int, Options]]:
+    """Return bands and terms to measure: more and fewer bands, and each term alone."""
+    found = [(bands, USUAL) for bands in (_FEW, _SOME, _MANY)]
+    found += [(_SOME, o) for term in COSTED for o in with_and_without(term, USUAL)]
+    return list(dict.fromkeys(found))
+
+
+def _terms(options: Options) -> list[int]:
+    return [int(term.name in options) for term in COSTED]
+
+
 def plain_seconds() -> tuple[float, float]:
     """Return what a sample takes without water, without shadow maps and with them."""
-    camera, plan = _plan(_CONFIGURATIONS[0])
+    camera, plan = _plan(_FEW, USUAL)
     scene = bpy.context.scene
     extent = water_extent(scene, plan.column, _DEPTH)
     floor = floor_plane(extent, bpy.data.materials.new("plain floor"))
@@ -91,9 +91,9 @@ def plain_seconds() -> tuple[float, float]:
         return _seconds(shadows=False), _seconds(shadows=True)
 
 
-def water_seconds(configuration: Sequence[int]) -> float:
-    """Return what a sample takes with water of a configuration."""
-    camera, plan = _plan(configuration)
+def water_seconds(bands: int, options: Options) -> float:
+    """Return what a sample takes with some water."""
+    camera, plan = _plan(bands, options)
     scene = bpy.context.scene
     water = plan.realtime(scene, _DEPTH, plan.reduction(_DEPTH).weights)
     water = moving_surface.with_waves(scene, plan, water)
@@ -102,20 +102,17 @@ def water_seconds(configuration: Sequence[int]) -> float:
         return _seconds(shadows=False)
 
 
-def _plan(configuration: Sequence[int]) -> tuple[bpy.types.Object, render_plan.RenderPlan]:
-    bands, aureole, surface, inelastic, shafts, diffuse_shadows = configuration
+def _plan(bands: int, options: Options) -> tuple[bpy.types.Object, render_plan.RenderPlan]:
     bpy.ops.wm.read_factory_settings(use_empty=True)
     camera = grey_scene.build_scene(_DEPTH, *_RESOLUTION)
     return camera, render_plan.make_plan(
         settings.SceneSettings(
-            phase="hg:0.924",
-            bands=bands,
-            aureole=bool(aureole),
-            shafts=bool(shafts),
-            diffuse_shadows=bool(diffuse_shadows),
-            surface=_SURFACES[surface],
-            inelastic="raman" if inelastic else "",
-            floor_depth=_DEPTH + grey_scene.ABOVE_FLOOR,
+            **settings_of(options)
+            | {
+                "phase": "hg:0.924",
+                "bands": bands,
+                "floor_depth": _DEPTH + grey_scene.ABOVE_FLOOR,
+            }
         )
     )
 
@@ -141,7 +138,7 @@ def _seconds(*, shadows: bool) -> float:
 
 def cycles_seconds() -> float:
     """Return CPU seconds per megapixel and sample of a Cycles pass of three bands."""
-    camera, plan = _plan(_CONFIGURATIONS[0])
+    camera, plan = _plan(_FEW, USUAL)
     scene = bpy.context.scene
     extent = water_extent(scene, plan.column, _DEPTH)
     with (

@@ -43,7 +43,7 @@ def directions(oversampling: int = 1) -> NDArray[np.float64]:
 def closed_form(plan: render_plan.RenderPlan, oversampling: int = 4) -> NDArray[np.float64]:
     """Radiance of every pixel, shape (h, w, n)."""
     w = tuple(np.moveaxis(directions(oversampling), -1, 0)[..., None])
-    water, column = plan.path_radiance(DEPTH), plan.column
+    water, column = plan.viewpoint(DEPTH).path_radiance, plan.column
     seen = UndisturbedWater(water, column.sky_radiance, column.refractive_index)
     return grey_scene.blocks(seen.radiance(DEPTH, w), oversampling)
 

@@ -278,19 +278,10 @@ def _water(
     """Return the real-time water of a setting, with the terms that it leaves out left out."""
     scene, depth = bpy.context.scene, configuration.depth
     weights = plan.reduction(depth).weights
-    drawn = replace(plan, settings=replace(plan.settings, shafts=setting.shafts))
-    water = drawn.realtime(scene, depth, weights)
-    if not (setting.aureole and setting.floor_term):
-        column = plan.column
-        if not setting.floor_term:
-            dark = np.zeros(len(plan.bands))
-            column = replace(column, floor_reflectance=dark)
-        known = water.reflectances
-        water = realtime.realtime_water(
-            column, plan.phase, depth, weights, aureole=setting.aureole, shafts=setting.shafts,
-            diffuse_shadows=plan.settings.diffuse_shadows, inelastic=plan.inelastic,
-        )  # fmt: skip
-        water = replace(water, reflectances=known)
+    if not setting.floor_term:
+        column = replace(plan.column, floor_reflectance=np.zeros(len(plan.bands)))
+        plan = replace(plan, column=column)
+    water = plan.realtime(scene, depth, weights)
     if not setting.single:
         bands = {**water.numbers.bands, "b": np.zeros(len(plan.bands))}
         water = replace(water, numbers=replace(water.numbers, bands=bands))

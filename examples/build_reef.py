@@ -22,7 +22,7 @@ import bpy
 def _reef() -> ModuleType:
     """Import the reef as part of the repository root, whatever folder that lies in."""
     root = Path(__file__).resolve().parent.parent
-    extension = runpy.run_path(str(root / "render_bands.py"))["extension"]()
+    extension = runpy.run_path(str(root / "tools" / "load_checkout.py"))["load"]()
     return importlib.import_module(f"{extension.__name__}.examples.reef")
 
 

@@ -32,7 +32,7 @@ OPTIONS = [
 
 def build(scene_path: Path) -> None:
     """Make boulders on the floor, a ball that swims a circle, and a camera."""
-    package = runpy.run_path(str(ROOT / "render_bands.py"))["extension"]()
+    package = runpy.run_path(str(ROOT / "tools" / "load_checkout.py"))["load"]()
     shapes = importlib.import_module(f"{package.__name__}.examples.reef.shapes")
     bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
     scene = bpy.context.scene

@@ -11,7 +11,7 @@ import bpy
 
 from .node_mathematics import NODES, Graph, NodeValue
 
-VISIBILITY = "Visibility"
+OPENNESS = "Openness"
 
 # Fainter ones would drown in the rounding of single precision beside the sun.
 _FAINT = 1.0 / 2048.0
@@ -32,7 +32,7 @@ def lamps() -> list[bpy.types.Light]:
     return made
 
 
-def visibility(graph: Graph, normal: NodeValue) -> NodeValue:
+def openness(graph: Graph, normal: NodeValue) -> NodeValue:
     """Share of the lamps' light that reaches the shaded point; 1 where they do not shine."""
     white = graph.node("ShaderNodeBsdfDiffuse")
     white.inputs["Color"].default_value = (1.0, 1.0, 1.0, 1.0)

@@ -14,7 +14,7 @@ from ..uw_spectral.surface.wave_patterns import interp, sunlight_factor
 from ..uw_spectral.transfer.pixel import surface_light
 from .node_mathematics import NODES, Graph, NodeValue, new_group
 from .realtime_rays import depth_here, shaft, view_direction, view_distance
-from .realtime_shadows import VISIBILITY, visibility
+from .realtime_shadows import OPENNESS, openness
 from .realtime_values import (
     CONTRAST,
     EMISSION,
@@ -61,7 +61,7 @@ def build(
     ``Measured i``, reflectances that replace the colour.
     """
     own = [PATTERN, POSITION] if shape.waves else []
-    own += [VISIBILITY] if shape.diffuse_shadows else []
+    own += [OPENNESS] if shape.diffuse_shadows else []
     triple = build_triple(
         TRIPLE_NAME, shape, _INPUTS | dict.fromkeys(own, "NodeSocketFloat"), _picture
     )
@@ -79,7 +79,7 @@ def build(
     if shape.waves:
         given |= caustics_here(graph, values, images.caustics)
     if shape.diffuse_shadows:
-        given[VISIBILITY] = visibility(graph, given[NORMAL])
+        given[OPENNESS] = openness(graph, given[NORMAL])
     emission = graph.node("ShaderNodeEmission")
     graph.assign(sum_of_triples(graph, values, triple, shape, given), emission.inputs["Color"])
     tree.links.new(emission.outputs[0], graph.node("NodeGroupOutput").inputs[0])
@@ -92,12 +92,14 @@ def _picture(graph: Graph, values: Values) -> tuple[NodeValue, ...]:
     water, sun = values.water, values.elastic.sun
     nx, ny, nz = graph.components(values[NORMAL])
     cosine = -(nx * sun[0] + ny * sun[1] + nz * sun[2])
-    visible = values[VISIBILITY] if values.shape.diffuse_shadows else None
+    open_share = values[OPENNESS] if values.shape.diffuse_shadows else None
     sunlight = 1.0
     if values.shape.waves:
         contrast = interp(values[POSITION], [values[name] for name in CONTRAST], NODES)
         sunlight = sunlight_factor(values[PATTERN], contrast, NODES)
-    light = surface_light(values.elastic.field, y, nz, NODES, openness=visible, sunlight=sunlight)
+    light = surface_light(
+        values.elastic.field, y, nz, NODES, openness=open_share, sunlight=sunlight
+    )
     response = values.uplift(NODES.maximum(values[LIT] - values[EMITTED], 0.0), REFLECTANCE)
     base = values.uplift(values[COLOR], REFLECTANCE)
     known = values[_MEASURED] / NODES.maximum(base, _DARKEST)

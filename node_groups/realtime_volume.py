@@ -1,6 +1,6 @@
 """Material of the shafts of light: single scattering of the sun, with its shadows.
 
-EEVEE multiplies the scattering coefficient with the sun's visibility. So the
+EEVEE multiplies the scattering coefficient with the sun's shadows. So the
 coefficient holds the radiance that the sensor sees, made small by ``shaft
 scale``, and the lamp's volume factor makes it large again: the volume adds
 light and hardly dims what is behind it. Its phase function is a

@@ -11,32 +11,18 @@ needed.
 from __future__ import annotations
 
 import itertools
-import math
 from collections.abc import Collection, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..uw_spectral.errors import InputError
 from ..uw_spectral.spectra.colour_rendering import delta_e_CIE2000_images
-from ..uw_spectral.transfer.water_column import SURFACES
-from .costs import Costs, Method, Options
+from .costs import Costs, Method
 from .light_reach import clip_to_display
-from .seen_points import (
-    AUREOLE,
-    DIFFUSE_SHADOWS,
-    INELASTIC,
-    SHAFTS,
-    Optics,
-    Picture,
-    SeenPoints,
-    picture,
-)
-
-SURFACE, FLOOR = "surface", "floor"
-SWITCHES = (AUREOLE, SHAFTS, INELASTIC, DIFFUSE_SHADOWS, SURFACE, FLOOR)
-"""What can be left out of the water."""
+from .seen_points import Optics, Picture, SeenPoints, picture
+from .terms import TERMS, WAVES, Options, column_of, in_column, subsets
 
 RAYS = 144
 """Rays of all views together that are coloured."""
@@ -45,16 +31,16 @@ _CHUNK = 48
 _HARDLY, _UNSEEN = 1.02, 0.01  # factor and ΔE that are not worth a cost
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True)
 class BandChoice:
-    """Some bands, by name, and the elastic optics on them.
+    """Some bands, known by their name, and the elastic optics on them.
 
     ``settings`` are what a caller does to get them; they are handed back.
     """
 
     name: str
-    optics: Optics
-    settings: dict[str, object]
+    optics: Optics = field(compare=False)
+    settings: dict[str, object] = field(compare=False)
 
     @property
     def count(self) -> int:
@@ -94,12 +80,14 @@ class Combination:
 
     bands: BandChoice
     options: Options
-    floor: bool
     cost: float
 
 
 class ErrorEstimate:
-    """Colours of a few rays with and without everything; arguments as for :func:`decide`."""
+    """Colours of a few rays with and without everything; arguments as for :func:`decide`.
+
+    ``everything`` holds the terms that the scene has.
+    """
 
     def __init__(
         self,
@@ -110,55 +98,53 @@ class ErrorEstimate:
     ) -> None:
         if not seen or not choices:
             raise InputError("what a scene requires: give at least one view and one set of bands")
+        if len(set(choices)) < len(choices):
+            raise InputError("what a scene requires: give every set of bands a name of its own")
         few = [view.subsample(max(rays // len(seen), 1)) for view in seen]
         self.seen, self.reference, column = few, reference, reference.view.column
         self._weight = np.concatenate([view.weight for view in few]) / len(few)
-        level = SURFACES.index(column.surface)
-        self.surfaces = SURFACES[level::-1]
-        self.floors = (True, False) if math.isfinite(column.floor_depth) else (True,)
+        self._in_column = in_column(column)
         self._pictures = {
-            (surface, floor): self._picture(reference, surface=surface, floor=floor)
-            for surface in self.surfaces
-            for floor in self.floors
+            options: self._picture(reference, **column_of(options))
+            for options in subsets(self._in_column)
         }
-        self.full = self._pictures[column.surface, True]
-        self.has = {name for name in self.full.parts if np.abs(self.full.parts[name]).max() > 0}
+        self.full = self._pictures[self._in_column]
+        parts = {name for name, part in self.full.parts.items() if np.abs(part).max() > 0}
+        self.everything: Options = self._in_column | parts
         # Waves change what is seen of the bands too little to be baked for each of them.
-        calm = "flat" if column.surface == "waves" else column.surface
-        plain = self._pictures[calm, True].without(INELASTIC, SHAFTS, DIFFUSE_SHADOWS)
+        calm = self._in_column - {WAVES}
+        whole = self._pictures[calm]
         lit = [
             replace(
                 view,
                 path_sunlit=np.ones((len(view), 1), dtype=bool),
-                visibility=np.ones(len(view)),
+                openness=np.ones(len(view)),
             )
             for view in few
         ]
-        self._bands = {
-            id(choice): self._picture(choice.optics, lit, surface=calm).without(INELASTIC) - plain
-            for choice in choices
-        }
+        self._bands = {}
+        for choice in choices:
+            found = self._picture(choice.optics, lit, **column_of(calm))
+            plain = whole.without(*(whole.parts.keys() - found.parts.keys()))
+            self._bands[choice] = found.without() - plain
         self.choices = choices
 
     def _picture(
         self, optics: Optics, seen: Sequence[SeenPoints] | None = None, **how: object
     ) -> Picture:
         found = [picture(optics, view, **how) for view in seen or self.seen]
-        names = set().union(*(f.parts for f in found))
+        names = dict.fromkeys(name for f in found for name in f.parts)
         parts = {
             name: np.vstack([f.parts.get(name, np.zeros_like(f.plain)) for f in found])
             for name in names
         }
         return Picture(np.vstack([f.plain for f in found]), parts)
 
-    def rgb(
-        self, bands: BandChoice | None, options: Options, *, floor: bool = True
-    ) -> NDArray[np.float64]:
+    def rgb(self, bands: BandChoice | None, options: Options) -> NDArray[np.float64]:
         """Colours of a combination, shape (m, 3); many bands without a choice."""
-        parts = (AUREOLE, SHAFTS, INELASTIC, DIFFUSE_SHADOWS)
-        off = [name for name in parts if not getattr(options, name)]
-        rgb = self._pictures[options.surface, floor].without(*off)
-        return rgb if bands is None else rgb + self._bands[id(bands)]
+        found = self._pictures[options & self._in_column]
+        rgb = found.without(*(found.parts.keys() - options))
+        return rgb if bands is None else rgb + self._bands[bands]
 
     def errors(self, pictures: Sequence[NDArray[np.float64]]) -> NDArray[np.float64]:
         """Mean ΔE2000 of pictures against everything with many bands.
@@ -169,13 +155,6 @@ class ErrorEstimate:
         truth = clip_to_display(self.full.without())
         difference = delta_e_CIE2000_images(clip_to_display(np.array(pictures)), truth[None])
         return np.asarray(difference @ self._weight)
-
-    def everything(self) -> Options:
-        """Options with all that the scene has."""
-        inelastic, shafts, diffuse_shadows = (
-            name in self.has for name in (INELASTIC, SHAFTS, DIFFUSE_SHADOWS)
-        )
-        return Options(True, self.surfaces[0], inelastic, shafts, diffuse_shadows)
 
     def light_effect(self, name: str) -> float:
         """Mean ΔE2000 of a light that cannot be switched off by itself."""
@@ -193,27 +172,14 @@ class ErrorEstimate:
         What is named in ``keep`` stays on, in ``off`` off. Cycles leaves
         nothing out: that it would save time was not measured.
         """
-        everything = self.everything()
-        fixed = set(SWITCHES if workload.method == "cycles" else keep)
-        surfaces = self.surfaces[:1] if SURFACE in fixed else self.surfaces
-        aureoles, inelastics, shafts, diffuse_shadows = (
-            (False,) if name in off else (True, False) if on and name not in fixed else (on,)
-            for name, on in (
-                (AUREOLE, everything.aureole),
-                (INELASTIC, everything.inelastic),
-                (SHAFTS, everything.shafts or SHAFTS in keep),
-                (DIFFUSE_SHADOWS, everything.diffuse_shadows or DIFFUSE_SHADOWS in keep),
-            )
-        )
-        floors = (True,) if FLOOR in fixed else self.floors
+        kept = {term.name for term in TERMS if term.is_part and term.name in keep}
+        wanted = (self.everything | kept) - set(off)
+        fixed = wanted if workload.method == "cycles" else wanted & set(keep)
         found = []
-        for choice, *switches, floor in itertools.product(
-            self.choices, aureoles, surfaces, inelastics, shafts, diffuse_shadows, floors
-        ):
-            options = Options(*switches)
+        for choice, options in itertools.product(self.choices, subsets(wanted - fixed, fixed)):
             cost = costs.sample(workload.method, choice.count, workload.bands_per_pass, options)
-            found.append(Combination(choice, options, floor, cost))
-        return sorted(found, key=lambda c: (c.cost, -_content(c)))
+            found.append(Combination(choice, options, cost))
+        return sorted(found, key=lambda c: (c.cost, -len(c.options)))
 
     def search(
         self, combinations: Sequence[Combination], target: float
@@ -221,7 +187,7 @@ class ErrorEstimate:
         """Return what :func:`cheapest_within` picks, and its error."""
         errors = np.empty(0)
         for chunk in _chunks(combinations):
-            found = self.errors([self.rgb(c.bands, c.options, floor=c.floor) for c in chunk])
+            found = self.errors([self.rgb(c.bands, c.options) for c in chunk])
             errors = np.append(errors, found)
             if (found <= target).any():
                 break
@@ -240,12 +206,6 @@ def cheapest_within(errors: NDArray[np.float64], target: float) -> int:
     """
     allowed = max(target, _HARDLY * float(errors.min()) + _UNSEEN)
     return int(np.argmax(errors <= allowed))
-
-
-def _content(combination: Combination) -> int:
-    o = combination.options
-    terms = o.aureole + o.shafts + o.inelastic + o.diffuse_shadows
-    return combination.floor + terms + SURFACES.index(o.surface)
 
 
 def _chunks(combinations: Sequence[Combination]) -> Iterator[Sequence[Combination]]:

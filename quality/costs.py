@@ -4,42 +4,28 @@ from __future__ import annotations
 
 import functools
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
 
 from ..uw_spectral.spectra.spectrum import DATA_DIRECTORY, read_table
-from ..uw_spectral.transfer.water_column import SURFACES
+from .terms import AUREOLE, SURFACE, TERMS, Options, Term, with_and_without
 
 Method = Literal["realtime", "bands", "cycles"]
 """EEVEE with all bands in one pass, EEVEE with three bands a pass, Cycles."""
 
-COLUMNS = (
-    "cycles",
-    "bands",
-    "aureole",
-    "surface",
-    "inelastic",
-    "shafts",
-    "diffuse_shadows",
-    "shadow_maps",
-    "ratio",
-)
+COSTED = tuple(term for term in TERMS if term.cost)
+"""Terms that cost something."""
+
+USUAL: Options = frozenset([AUREOLE, SURFACE])
+"""The water that what a term adds is measured on."""
+
+COLUMNS = ("cycles", "bands", *(term.name for term in COSTED), "shadow_maps", "ratio")
 """Of ``data/costs.csv``."""
 
 _TABLE = DATA_DIRECTORY / "costs.csv"
-
-
-@dataclass(frozen=True)
-class Options:
-    """What can be left out of the water to save time."""
-
-    aureole: bool = True
-    surface: str = "none"
-    inelastic: bool = False
-    shafts: bool = False
-    diffuse_shadows: bool = False
 
 
 @dataclass(frozen=True)
@@ -49,11 +35,9 @@ class Costs:
     Parameters
     ----------
     base, triple : float
-        Cost of the real-time water, and of three of its bands, with aureole and flat surface.
-    aureole, surface, waves, inelastic : float
-        What each adds to three bands; waves to a flat surface.
-    shafts, diffuse_shadows : float
-        What each adds, however many bands there are.
+        Cost of the real-time water, and of three of its bands, with the :data:`USUAL` terms.
+    adds : mapping
+        What each of :data:`COSTED` adds, by name, to three bands or to a pass.
     cycles : float
         Of a Cycles sample of one pass.
     seconds, shadow_seconds : float
@@ -63,12 +47,7 @@ class Costs:
 
     base: float
     triple: float
-    aureole: float
-    surface: float
-    waves: float
-    inelastic: float
-    shafts: float
-    diffuse_shadows: float
+    adds: Mapping[str, float]
     cycles: float
     seconds: float
     shadow_seconds: float
@@ -83,33 +62,32 @@ class Costs:
         bands_per_pass : int
             Of band passes; real time has one pass.
         options : Options
-            Of EEVEE; what Cycles leaves out was not measured to save time.
+            Of EEVEE; that Cycles saves time by leaving something out was not measured.
 
         Examples
         --------
         >>> costs = read_costs()
-        >>> few, many = (costs.sample("realtime", n, 3, Options()) for n in (3, 15))
+        >>> few, many = (costs.sample("realtime", n, 3, USUAL) for n in (3, 15))
         >>> many > few > 1
         True
         """
         passes = _passes(method, bands, bands_per_pass)
         if method == "cycles":
             return passes * self.cycles
-        triple = (
-            self.triple
-            - self.aureole * (not options.aureole)
-            - self.surface * (options.surface == "none")
-            + self.waves * (options.surface == "waves")
-            + self.inelastic * options.inelastic
-        )
-        once = (
-            self.base
-            + self.shafts * options.shafts
-            + self.diffuse_shadows * options.diffuse_shadows
-        )
+        triple = max(self.triple + self._change("triple", options), 0.0)
+        once = self.base + self._change("pass", options)
         if method == "bands":
-            return passes * (once + max(triple, 0.0))
-        return once + math.ceil(bands / 3) * max(triple, 0.0)
+            return passes * (once + triple)
+        return once + math.ceil(bands / 3) * triple
+
+    def _change(self, cost: str, options: Options) -> float:
+        """Cost of terms against that of the usual ones."""
+        more, less = options - USUAL, USUAL - options
+        return sum(
+            self.adds[term.name] * ((term.name in more) - (term.name in less))
+            for term in COSTED
+            if term.cost == cost
+        )
 
     def sample_seconds(
         self, method: Method, bands: int, bands_per_pass: int, options: Options
@@ -140,37 +118,23 @@ def read_costs() -> Costs:
     )
     cycles = next(r["ratio"] for r in rows if r["cycles"])
     water = {
-        (int(r["bands"]), _options(r)): r["ratio"] for r in rows if r["bands"] and not r["cycles"]
+        (int(r["bands"]), frozenset(term.name for term in COSTED if r[term.name])): r["ratio"]
+        for r in rows
+        if r["bands"] and not r["cycles"]
     }
-    usual = Options(surface="flat")
-    basic = {bands: ratio for (bands, options), ratio in water.items() if options == usual}
+    basic = {bands: ratio for (bands, options), ratio in water.items() if options == USUAL}
     triple, base = np.polyfit([math.ceil(n / 3) for n in basic], list(basic.values()), 1)
-    bands = next(n for n, options in water if options != usual)
-    triples = math.ceil(bands / 3)
+    bands = next(n for n, options in water if options != USUAL)
 
-    def adds(more: Options, less: Options) -> float:
-        return max(water[bands, more] - water[bands, less], 0.0)
+    def adds(term: Term) -> float:
+        more, less = (water[bands, options] for options in with_and_without(term, USUAL))
+        return max(more - less, 0.0) / (math.ceil(bands / 3) if term.cost == "triple" else 1)
 
     return Costs(
         base=float(base),
         triple=float(triple),
-        aureole=adds(usual, Options(aureole=False, surface="flat")) / triples,
-        surface=adds(usual, Options()) / triples,
-        waves=adds(Options(surface="waves"), usual) / triples,
-        inelastic=adds(Options(surface="flat", inelastic=True), usual) / triples,
-        shafts=adds(Options(surface="flat", shafts=True), usual),
-        diffuse_shadows=adds(Options(surface="flat", diffuse_shadows=True), usual),
+        adds={term.name: adds(term) for term in COSTED},
         cycles=cycles,
         seconds=plain,
         shadow_seconds=shadowed - plain,
-    )
-
-
-def _options(row: dict[str, float]) -> Options:
-    return Options(
-        bool(row["aureole"]),
-        SURFACES[int(row["surface"])],
-        bool(row["inelastic"]),
-        bool(row["shafts"]),
-        bool(row["diffuse_shadows"]),
     )

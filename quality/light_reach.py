@@ -10,7 +10,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from ..uw_spectral.imaging.readouts import Viewpoint
+from ..uw_spectral.imaging.viewpoint import Viewpoint
 from ..uw_spectral.spectra.colour_rendering import delta_e_CIE2000_images, luminance
 from ..uw_spectral.spectra.spectrum import DATA_DIRECTORY, read_table
 from ..uw_spectral.transfer.pixel import Pixel
@@ -86,7 +86,7 @@ def lost_beyond(view: Viewpoint, bounces: Sequence[int] = BOUNCES) -> NDArray[np
 
     Examples
     --------
-    >>> from ..uw_spectral.imaging.readouts import make_viewpoint
+    >>> from ..uw_spectral.imaging.optics import make_viewpoint
     >>> from ..uw_spectral.spectra.bands import Bands
     >>> from ..uw_spectral.spectra.illuminant import parse_illuminant
     >>> from ..uw_spectral.spectra.sensor import parse_sensor

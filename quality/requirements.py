@@ -7,7 +7,6 @@ follow from how far light and its scattering reach.
 
 from __future__ import annotations
 
-import itertools
 import math
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -16,9 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..uw_spectral.errors import InputError
-from ..uw_spectral.transfer.water_column import SURFACES
-from .combinations import FLOOR, SURFACE, BandChoice, Combination, ErrorEstimate, Workload
-from .costs import Costs, Options, read_costs
+from .combinations import BandChoice, Combination, ErrorEstimate, Workload
+from .costs import Costs, read_costs
 from .light_reach import (
     BOUNCES,
     FROXELS,
@@ -28,17 +26,8 @@ from .light_reach import (
     shaft_range,
     visible_distance,
 )
-from .seen_points import (
-    AUREOLE,
-    DIFFUSE_SHADOWS,
-    FLOOR_LIGHT,
-    INELASTIC,
-    INTERNAL_REFLECTION,
-    SHAFTS,
-    SINGLE,
-    Optics,
-    SeenPoints,
-)
+from .seen_points import Optics, SeenPoints
+from .terms import LIGHTS, SHAFTS, TERMS, Options, Term, with_and_without
 
 SAFETY = 0.95
 """Share of the target that the estimate may use up; chosen on the tuning cases of the benchmark."""
@@ -47,7 +36,6 @@ _MINOR = 0.1  # share of the target that what is not searched may add
 _DENOISED = 4.0  # samples that a denoiser is worth; a rule of thumb
 # EEVEE's samples smooth edges, which no ΔE of the water sees: few from this target on.
 _FEW_SAMPLES, _MANY_SAMPLES, _COARSE = 16, 64, 2.0
-_LIGHTS = "not in view, but it lights the rest"
 
 
 @dataclass(frozen=True)
@@ -93,8 +81,6 @@ class Requirements:
     bands : BandChoice
     options : Options
         What the water has.
-    floor : bool
-        Whether the added floor stays.
     samples, bounces, froxels : int
     delta_e : float
         Estimated mean ΔE2000 (:attr:`.SeenPoints.weight`) of bands and options, against
@@ -108,7 +94,6 @@ class Requirements:
 
     bands: BandChoice
     options: Options
-    floor: bool
     samples: int
     bounces: int
     froxels: int
@@ -147,7 +132,7 @@ def decide(
         CPU time of all frames in s, on the machine of the cost table; goes before the target.
     workload : Workload, optional
     keep : collection of str
-        Those of :data:`SWITCHES` that must stay on.
+        Those of :data:`.TERMS`, by name, that must stay on.
     off : collection of str
         Those that must stay off.
     denoise : bool
@@ -190,7 +175,7 @@ def decide(
     bounces, froxels, ranges = about.ranges()
     decisions = (
         about.bands(delta_e),
-        *about.options(),
+        *about.terms(),
         *about.lights(),
         *ranges,
         about.samples(samples, noise),
@@ -198,7 +183,6 @@ def decide(
     return Requirements(
         chosen.bands,
         chosen.options,
-        chosen.floor,
         samples,
         bounces,
         froxels,
@@ -224,13 +208,10 @@ class _About:
         workload = self.workload
         return self.costs.sample(workload.method, bands.count, workload.bands_per_pass, options)
 
-    def _state(self, name: str, on: bool) -> str:
-        return ("on" if on else "off") + (", as given" if name in self.keep else "")
-
     def bands(self, delta_e: float) -> Decision:
         e, chosen = self.estimate, self.chosen
         most = max(e.choices, key=lambda c: c.count)
-        alone = float(e.errors([e.rgb(chosen.bands, e.everything())])[0])
+        alone = float(e.errors([e.rgb(chosen.bands, e.everything)])[0])
         passes = math.ceil(chosen.bands.count / self.workload.bands_per_pass)
         packed = {
             "realtime": "in one pass",
@@ -247,66 +228,35 @@ class _About:
             f"an equal mean of {_seen_kinds(e.seen)}",
         )
 
-    def options(self) -> Iterator[Decision]:
+    def terms(self) -> Iterator[Decision]:
         e, chosen = self.estimate, self.chosen
-        everything = e.everything()
-        if self.workload.method != "cycles":
-            for name, present, how in (
-                (AUREOLE, True, "sunlight spread by small angles"),
-                (SHAFTS, everything.shafts, _shadows(e.seen)),
-                (INELASTIC, everything.inelastic, "light of changed wavelength"),
-                (DIFFUSE_SHADOWS, everything.diffuse_shadows, _skylight(e.seen)),
-            ):
-                if present:
-                    yield self._option(name, how)
-                elif name in (SHAFTS, DIFFUSE_SHADOWS):
-                    state = self._state(name, getattr(chosen.options, name))
-                    yield Decision(_words(name), state, 0.0, 1.0, how)
-        for more, less in itertools.pairwise(e.surfaces):
-            kept = SURFACES.index(chosen.options.surface) >= SURFACES.index(more)
-            what = "waves and caustics" if more == "waves" else "surface with Snell's window"
-            options = [replace(everything, surface=s) for s in (more, less)]
-            with_, without = e.errors([e.rgb(None, o) for o in options])
-            costs = [
-                self._cost(chosen.bands, replace(chosen.options, surface=s)) for s in (more, less)
-            ]
-            yield Decision(
-                what,
-                self._state(SURFACE, kept),
-                float(without - with_),
-                costs[0] / costs[1],
-                _looking_up(e.seen),
-            )
-        if len(e.floors) > 1:
-            effect = float(e.errors([e.rgb(None, everything, floor=False)])[0])
-            distance = min((_nearest_floor(view) for view in e.seen), default=math.inf)
-            yield Decision(
-                FLOOR,
-                self._state(FLOOR, chosen.floor),
-                effect,
-                1.0,
-                f"nearest {distance:.1f} m" if math.isfinite(distance) else _LIGHTS,
-            )
+        for term in TERMS:
+            if term.is_part and self.workload.method == "cycles":
+                continue
+            effect, cost = 0.0, 1.0
+            if term.name in e.everything:
+                effect, cost = self._worth(term)
+            elif not term.is_switch:
+                continue
+            state = "on" if term.name in chosen.options else "off"
+            state += ", as given" if term.name in self.keep else ""
+            yield Decision(term.label, state, effect, cost, term.purpose(e.seen))
 
-    def _option(self, name: str, how: str) -> Decision:
-        e, on = self.estimate, getattr(self.chosen.options, name)
-        without = replace(e.everything(), **{name: False})
-        effect = float(e.errors([e.rgb(None, without)])[0])
-        costs = [
-            self._cost(self.chosen.bands, replace(self.chosen.options, **{name: state}))
-            for state in (True, False)
-        ]
-        return Decision(_words(name), self._state(name, on), effect, costs[0] / costs[1], how)
+    def _worth(self, term: Term) -> tuple[float, float]:
+        """Effect and cost ratio of a term."""
+        e, chosen = self.estimate, self.chosen
+        pictures = [e.rgb(None, options) for options in with_and_without(term, e.everything)]
+        more, less = e.errors(pictures)
+        dear, cheap = (
+            self._cost(chosen.bands, options) for options in with_and_without(term, chosen.options)
+        )
+        return float(less - more), dear / cheap
 
     def lights(self) -> Iterator[Decision]:
-        e, column = self.estimate, self.estimate.reference.view.column
-        kept = [(SINGLE, "sunlight scattered once on the way")]
-        if math.isfinite(column.floor_depth) and self.chosen.floor:
-            kept.append((FLOOR_LIGHT, "light that the floor sends up"))
-        if self.chosen.options.surface != "none":
-            kept.append((INTERNAL_REFLECTION, "water mirrored by the surface"))
-        for name, how in kept:
-            yield Decision(name, "on", e.light_effect(name), 1.0, f"{how}; always computed")
+        for light in LIGHTS:
+            if not light.needs or light.needs in self.chosen.options:
+                effect = self.estimate.light_effect(light.name)
+                yield Decision(light.name, "on", effect, 1.0, f"{light.purpose}; always computed")
 
     def ranges(self) -> tuple[int, int, list[Decision]]:
         """Bounces, froxels and the decisions about them and about what is out of sight."""
@@ -325,7 +275,7 @@ class _About:
             )
         ]
         froxels = FROXELS[-1]
-        if self.chosen.options.shafts and self.workload.method != "cycles":
+        if SHAFTS in self.chosen.options and self.workload.method != "cycles":
             end, enough = self.workload.shaft_end, shaft_range(view, allowed)
             errors = self._froxel_errors(end)
             froxels, error = first_within(FROXELS, errors, self.target * _MINOR)
@@ -378,18 +328,6 @@ def _samples(
     return count, one / math.sqrt(count)
 
 
-def _shadows(seen: Sequence[SeenPoints]) -> str:
-    share = float(np.mean([view.shaded_path for view in seen]))
-    return f"{share:.0%} of the seen water in shadow" if share else "no shadow in the water"
-
-
-def _skylight(seen: Sequence[SeenPoints]) -> str:
-    hidden = np.concatenate([1.0 - view.visibility[view.kind > 0] for view in seen])
-    if not hidden.any():
-        return "nothing shades the light from above"
-    return f"{hidden.mean():.0%} of the light from above is kept from what is seen"
-
-
 def _seen_kinds(seen: Sequence[SeenPoints]) -> str:
     """Name what counts, and its share of the pictures."""
     shares = [
@@ -401,17 +339,3 @@ def _seen_kinds(seen: Sequence[SeenPoints]) -> str:
         for name, share in zip(names, shares, strict=True)
         if share
     )
-
-
-def _words(name: str) -> str:
-    return name.replace("_", " ")
-
-
-def _looking_up(seen: Sequence[SeenPoints]) -> str:
-    up = [(view.direction[:, 2] > 0) & ~np.isfinite(view.distance) for view in seen]
-    share = float(np.mean([v.pixels @ u for v, u in zip(seen, up, strict=True)]))
-    return f"{share:.0%} of the rays go up to it" if share else _LIGHTS
-
-
-def _nearest_floor(view: SeenPoints) -> float:
-    return float(view.distance[view.on_floor].min(initial=math.inf))

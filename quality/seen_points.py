@@ -8,14 +8,15 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..uw_spectral.errors import InputError
-from ..uw_spectral.imaging.optimised_bands import FittedViewpoint
-from ..uw_spectral.imaging.readouts import Viewpoint
+from ..uw_spectral.imaging.band_selection import FittedViewpoint
+from ..uw_spectral.imaging.viewpoint import Viewpoint
 from ..uw_spectral.spectra.reflectance import uplift_basis
 from ..uw_spectral.surface.wave_patterns import (
     LAYERS,
@@ -33,10 +34,15 @@ from ..uw_spectral.transfer.light_cone import LightCone
 from ..uw_spectral.transfer.pixel import Pixel, UndisturbedWater, surface_light
 from ..uw_spectral.transfer.radiance_field import Ripples
 from ..uw_spectral.transfer.sunlit_water import SunlitWater
-
-AUREOLE, SHAFTS, INELASTIC = "aureole", "shafts", "inelastic"
-DIFFUSE_SHADOWS = "diffuse_shadows"
-FLOOR_LIGHT, INTERNAL_REFLECTION, SINGLE = "floor light", "internal reflection", "single scattering"
+from .terms import (
+    AUREOLE,
+    DIFFUSE_SHADOWS,
+    FLOOR_LIGHT,
+    INELASTIC,
+    INTERNAL_REFLECTION,
+    SHAFTS,
+    SINGLE,
+)
 
 _SHARPEST = Aureole(1.0, (0.0, 0.0, 0.0), (), ())
 _WHOLE = 0.01  # share of a picture from which on something counts as much as what fills it
@@ -67,9 +73,9 @@ class SeenPoints:
         Distance up to which those steps go, at most up to the point, m.
     on_floor : array of bool, shape (m,)
         Whether the point lies on the floor of the water column.
-    visibility : array, shape (m,)
+    openness : array, shape (m,)
         Share of the light from above, the direct sun apart, that nothing keeps from the
-        point: see :func:`visibility`. 1 for open water.
+        point: see :func:`openness`. 1 for open water.
     pixels : array, shape (m,)
         Share of the picture that each ray stands for; they add up to 1.
 
@@ -88,7 +94,7 @@ class SeenPoints:
     path_sunlit: NDArray[np.bool_]
     reach: float
     on_floor: NDArray[np.bool_]
-    visibility: NDArray[np.float64]
+    openness: NDArray[np.float64]
     pixels: NDArray[np.float64]
 
     def __post_init__(self) -> None:
@@ -198,7 +204,7 @@ def cone_directions(cone: LightCone, count: int) -> NDArray[np.float64]:
     return w[w[:, 2] > 0]
 
 
-def visibility(
+def openness(
     normal: NDArray[np.float64], directions: NDArray[np.float64], clear: NDArray[np.bool_]
 ) -> NDArray[np.float64]:
     """Share of the light of a cone that reaches surfaces.
@@ -264,9 +270,8 @@ def picture(
     optics: Optics,
     seen: SeenPoints,
     *,
-    surface: str | None = None,
-    floor: bool = True,
     without: str = "",
+    **column: object,
 ) -> Picture:
     """Colours of the rays.
 
@@ -274,19 +279,16 @@ def picture(
     ----------
     optics : Optics
     seen : SeenPoints
-    surface : {"none", "flat", "waves"}, optional
-        Instead of the column's own. Waves need ``optics.waves``.
-    floor : bool
-        Whether the floor of the column is there.
     without : str
-        One of :data:`FLOOR_LIGHT`, :data:`INTERNAL_REFLECTION` and
-        :data:`SINGLE`: leave that light out.
+        One of :data:`.LIGHTS`, by name: leave that light out.
+    **column : object
+        Fields of the water column, instead of its own. Waves need ``optics.waves``.
 
     Returns
     -------
     Picture
     """
-    view = _view(optics.view, seen.depth, surface, floor=floor)
+    view = _view(optics.view, seen.depth, column)
     develop = view.reduction.apply
     waves = optics.waves if view.column.surface == "waves" else None
     ray = _Rays(view, seen, waves, without)
@@ -298,8 +300,8 @@ def picture(
     plain = develop(ray.radiance(sharp))
     bright = develop(ray.radiance(blurred))
     parts = {AUREOLE: bright - plain}
-    if (seen.visibility < 1).any():
-        shaded = ray.radiance(blurred, seen.visibility[:, None])
+    if (seen.openness < 1).any():
+        shaded = ray.radiance(blurred, seen.openness[:, None])
         parts[DIFFUSE_SHADOWS] = develop(shaded) - bright
     if not seen.path_sunlit.all() or waves is not None:
         parts[SHAFTS] = -develop(ray.missing_light(blurred))
@@ -308,15 +310,11 @@ def picture(
     return Picture(plain, parts)
 
 
-def _view(view: Viewpoint, depth: float, surface: str | None, *, floor: bool) -> Viewpoint:
-    column = view.column
-    if surface is not None:
-        column = dataclasses.replace(column, surface=surface)
-    if not floor:
-        column = dataclasses.replace(column, floor_depth=math.inf)
+def _view(view: Viewpoint, depth: float, changed: Mapping[str, object]) -> Viewpoint:
+    column = dataclasses.replace(view.column, **changed)
     changes: dict[str, object] = {"column": column, "depth": min(depth, column.floor_depth)}
     if isinstance(view, FittedViewpoint):
-        changes["reference"] = _view(view.reference, depth, surface, floor=floor)
+        changes["reference"] = _view(view.reference, depth, changed)
     return dataclasses.replace(view, **changes)
 
 

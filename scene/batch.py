@@ -13,14 +13,17 @@ from typing import Any
 
 import bpy
 
+from ..quality.terms import SHAFTS
 from ..uw_spectral.errors import DataWarning, InputError
 from ..uw_spectral.spectra.sensor import list_sensors
 from ..uw_spectral.spectra.spectrum import is_file
 from ..uw_spectral.water.named import list_waters
-from . import cameras, render_job, scene_requirements, settings, stored_settings
+from . import cameras, picture_size, render_job, scene_requirements, settings, stored_settings
 
 
-def main(arguments: Sequence[str], *, inside_blender: bool) -> int:
+def main(
+    arguments: Sequence[str], *, inside_blender: bool, program: str = "render_bands.py"
+) -> int:
     """Run a batch and report errors in one line each.
 
     Parameters
@@ -29,6 +32,8 @@ def main(arguments: Sequence[str], *, inside_blender: bool) -> int:
         The command line, without the program's name.
     inside_blender : bool
         Whether Blender has opened the scene already.
+    program : str
+        The program's name, for messages.
 
     Returns
     -------
@@ -37,9 +42,9 @@ def main(arguments: Sequence[str], *, inside_blender: bool) -> int:
     """
     try:
         with _notes_to_stderr():
-            run(settings.parse(arguments), inside_blender=inside_blender)
+            run(settings.parse(arguments, program), inside_blender=inside_blender)
     except InputError as error:
-        print(f"render_bands.py: {error}", file=sys.stderr)
+        print(f"{program}: {error}", file=sys.stderr)
         return 2
     except SystemExit as stop:  # argparse, after --help
         return int(stop.code or 0)
@@ -62,6 +67,8 @@ def run(options: argparse.Namespace, *, inside_blender: bool) -> None:
             print(f"{source}: {', '.join(names)}")
         return
     job, auto = settings.job(options), settings.auto(options)
+    if job.resolution is not None:
+        picture_size.check_resolution(job.resolution)
     if not hasattr(bpy.types.Scene, stored_settings.PROPERTY):
         stored_settings.register()
     _open(job.blend, inside_blender)
@@ -97,7 +104,7 @@ def _chosen(
         print("\n".join(choice.lines))
     job = replace(
         job,
-        froxels=choice.required.froxels if choice.required.options.shafts else None,
+        froxels=choice.required.froxels if SHAFTS in choice.required.options else None,
         decisions=tuple(choice.lines),
     )
     return job, lambda: replace(settings_now(), **choice.settings)
@@ -109,7 +116,9 @@ def _open(blend: Path | None, inside_blender: bool) -> None:
             raise InputError(f"{blend}: inside Blender, name the scene before -P, not after --")
         return
     if blend is None:
-        raise InputError("name a scene: python render_bands.py scene.blend OPTIONS")
+        if bpy.data.filepath:  # blender scene.blend --command underwater OPTIONS
+            return
+        raise InputError("name a scene before the options: scene.blend OPTIONS")
     if not is_file(blend):
         raise InputError(f"cannot open {blend}: there is no such file; check the path")
     try:

@@ -22,9 +22,9 @@ from . import (
     realtime,
     realtime_materials,
     scene_water,
-    shared_plans,
     stored_settings,
 )
+from .render_plan import forget_files, plan_of, quiet
 from .session import SESSION
 from .settings import NO_FLOOR, SceneSettings
 from .water_body import water_extent
@@ -129,7 +129,7 @@ def update(
 
 def rebuild(scene: bpy.types.Scene) -> list[str]:
     """Build the water anew: new objects and materials get wet, files are read again."""
-    shared_plans.clear()
+    forget_files()
     remove(scene)
     return add(scene)
 
@@ -222,10 +222,10 @@ def _key(scene: bpy.types.Scene, chosen: SceneSettings, depth: float) -> str:
 
 
 def _water(scene: bpy.types.Scene, chosen: SceneSettings, depth: float) -> realtime.RealtimeWater:
-    plan = shared_plans.plan_of(chosen)
+    plan = plan_of(chosen)
     if len(plan.bands) > realtime.MOST_BANDS:  # passes carry them all; the view does with fewer
-        plan = shared_plans.plan_of(replace(chosen, bands=realtime.MOST_BANDS, wavelengths=""))
-    with shared_plans.quiet():
+        plan = plan_of(replace(chosen, bands=realtime.MOST_BANDS, wavelengths=""))
+    with quiet():
         weights = plan.viewpoint(depth).reduction.weights
         water = plan.realtime(scene, depth, weights)
         return moving_surface.with_waves(scene, plan, water)

@@ -71,8 +71,7 @@ def with_waves(scene: bpy.types.Scene, plan: RenderPlan, water: RealtimeWater) -
     if plan.settings.surface != WAVES:
         return water
     now = patterns(scene, plan)
-    field = plan.column.light_field(plan.phase)
-    lit = SunlitWater(field, plan.phase, np.asarray(plan.column.sun_direction))
+    lit = SunlitWater(plan.field, plan.phase, np.asarray(plan.column.sun_direction))
     contrast = plan.settings.caustics * now.contrast(lit)
     return moving(water, now, contrast, plan.settings.caustics)
 

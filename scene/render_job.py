@@ -21,7 +21,8 @@ from ..uw_spectral.spectra.spectral_image import (
     write_rgb_exr,
     write_spectral_exr,
 )
-from . import band_passes, cameras, development, engines, settings, units
+from ..uw_spectral.spectra.spectrum import split_location
+from . import band_passes, cameras, development, engines, picture_size, settings, units
 from .render_plan import RenderPlan, make_plan
 from .scene_water import has_water
 from .settings import Job, SceneSettings
@@ -90,9 +91,9 @@ def render(
         )
     camera = cameras.find_camera(scene, job.camera)
     frames = _frames(scene, camera, settings_now, job)
-    plan = frames[0].plan
+    plan, size = frames[0].plan, _size(scene)
+    picture_size.check_memory(size, len(plan.bands) if job.mode == settings.BANDS else 3)
     _claim_folder(job, _fingerprint(scene, camera, plan.settings, job))
-    size = _size(scene)
     with _engine(scene, camera, frames, job) as engine:
         notes = [note for note in (units.note(scene), *engine.notes) if note]
         for note in notes:
@@ -227,10 +228,12 @@ def _fingerprint(
     job: settings.Job,
 ) -> dict[str, Any]:
     """Return everything that a band pass depends on."""
+    # A real-time pass is developed as it is rendered.
+    developed = job.mode == settings.REALTIME
+    optics = {k: v for k, v in asdict(chosen).items() if developed or k not in _DEVELOPMENT}
     blend = Path(bpy.data.filepath)
-    content = hashlib.sha256(blend.read_bytes()).hexdigest() if blend.is_file() else "unsaved"
     return {
-        "scene_sha256": content,
+        "scene_sha256": _sha256(blend) if blend.is_file() else "unsaved",
         "camera": camera.name,
         "resolution": [
             scene.render.resolution_x,
@@ -242,13 +245,25 @@ def _fingerprint(
         "froxels": job.froxels,
         "seed": job.seed,
         "denoise": job.denoise,
-        # A real-time pass is developed as it is rendered.
-        **{
-            k: v
-            for k, v in asdict(chosen).items()
-            if job.mode == settings.REALTIME or k not in _DEVELOPMENT
-        },
+        **optics,
+        **_tables(optics),
     }
+
+
+def _tables(optics: dict[str, Any]) -> dict[str, str]:
+    """Return the content of each file that a setting names."""
+    files = {
+        name: split_location(value.removeprefix("file:"))[0]
+        for name, value in optics.items()
+        if isinstance(value, str) and value.startswith("file:")
+    }
+    return {
+        f"the table {path} ({settings.flag(name)})": _sha256(path) for name, path in files.items()
+    }
+
+
+def _sha256(path: Path) -> str:
+    return hashlib.sha256(path.read_bytes()).hexdigest()
 
 
 def _claim_folder(job: settings.Job, fingerprint: dict[str, Any]) -> None:

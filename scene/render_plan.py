@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import contextlib
+import dataclasses
 import functools
 import importlib.metadata
 import math
 import platform
+import warnings
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -14,38 +18,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..node_groups import attributes
-from ..uw_spectral.errors import InputError
-from ..uw_spectral.imaging.optimised_bands import FittedViewpoint, optimised_bands
-from ..uw_spectral.imaging.readouts import REFERENCE_BANDS, Viewpoint
-from ..uw_spectral.spectra.bands import Bands
+from ..uw_spectral.errors import DataWarning, InputError
+from ..uw_spectral.imaging.description import (
+    BandsDescription,
+    CameraDescription,
+    Description,
+    FloorDescription,
+    SunAndSky,
+    SurfaceDescription,
+    WaterDescription,
+)
+from ..uw_spectral.imaging.optics import ResolvedOptics, resolve
 from ..uw_spectral.spectra.colour_rendering import SensorReduction
-from ..uw_spectral.spectra.illuminant import RELATIVE, Illuminant, parse_illuminant
-from ..uw_spectral.spectra.reflectance import emission_basis, parse_reflectance, uplift_basis
-from ..uw_spectral.spectra.sensor import Sensor, parse_sensor
+from ..uw_spectral.spectra.illuminant import RELATIVE
+from ..uw_spectral.spectra.reflectance import emission_basis, uplift_basis
 from ..uw_spectral.spectra.spectral_image import RADIANCE_UNITS
-from ..uw_spectral.spectra.spectrum import Spectrum
-from ..uw_spectral.surface.refraction import (
-    fresnel_reflectance,
-    in_water_cosine,
-    sun_travel_direction,
-)
-from ..uw_spectral.transfer.closed_form import ClosedForm, solve_closed_form
-from ..uw_spectral.transfer.inelastic_light import (
-    InelasticLight,
-    excitation_fields,
-    solve_inelastic,
-)
-from ..uw_spectral.transfer.water_column import WaterColumn
-from ..uw_spectral.water.bio_optics import Constituents, constituents_of
-from ..uw_spectral.water.inelastic_processes import (
-    EXCITATION,
-    InelasticProcess,
-    inelastic_processes,
-    parse_processes,
-)
-from ..uw_spectral.water.named import parse_water
-from ..uw_spectral.water.optical_properties import Water, molecular_scattering
-from ..uw_spectral.water.phase import BandPhase, parse_phase
+from ..uw_spectral.water.bio_optics import Constituents
 from . import band_colors
 from .cycles_phase import CyclesPhase, cycles_phase
 from .pass_values import PassValues
@@ -57,21 +45,15 @@ _RECORDED_PACKAGES = ("numpy", "colour-science", "jerlov", "nodebpy", "OpenImage
 
 
 @dataclass(frozen=True, eq=False)
-class RenderPlan:
+class RenderPlan(ResolvedOptics):
     """The settings of a scene, resolved: optics, passes, development."""
 
-    settings: SceneSettings
-    bands: Bands
-    water: Water
-    phase: BandPhase
-    illuminant: Illuminant
-    sensor: Sensor
-    floor: Spectrum
-    column: WaterColumn
-    cycles: CyclesPhase
-    inelastic: InelasticLight | None = None
-    reference: tuple[WaterColumn, BandPhase] | None = None
-    """Column and phase function on many bands, to which the weights of few are fitted."""
+    settings: SceneSettings = dataclasses.field(kw_only=True)
+
+    @functools.cached_property
+    def cycles(self) -> CyclesPhase:
+        """How Cycles draws the phase function."""
+        return cycles_phase(self.phase)
 
     @property
     def passes(self) -> list[tuple[int, ...]]:
@@ -122,21 +104,6 @@ class RenderPlan:
             reflectances=reflectances, inelastic=self.inelastic,
         )  # fmt: skip
 
-    def path_radiance(self, depth: float) -> ClosedForm:
-        """Return the closed form for a camera at a depth in m."""
-        field = self.column.light_field(self.phase)
-        return solve_closed_form(field, self.phase, depth, self.column.sun_direction)
-
-    def viewpoint(self, depth: float) -> Viewpoint:
-        """Return the camera of the plan at a depth in m."""
-        chosen = self.settings
-        stops = None if chosen.exposure == AUTO else _stops(chosen.exposure)
-        camera = (self.illuminant, self.sensor, depth, chosen.white_balance, stops)
-        if self.reference is None:
-            return Viewpoint(self.column, self.phase, *camera)
-        reference = Viewpoint(*self.reference, *camera)
-        return FittedViewpoint(self.column, self.phase, *camera, reference=reference)
-
     def reduction(self, depth: float) -> SensorReduction:
         """Return the sensor's map for a camera at a depth in m."""
         return self.viewpoint(depth).reduction
@@ -175,7 +142,7 @@ class RenderPlan:
 
 
 def make_plan(settings: SceneSettings) -> RenderPlan:
-    """Resolve settings.
+    """Resolve settings; files are read.
 
     Raises
     ------
@@ -183,145 +150,103 @@ def make_plan(settings: SceneSettings) -> RenderPlan:
         If a name is unknown, a file cannot be used, or a table does not
         reach the bands.
     """
-    if settings.exposure != AUTO:
-        _stops(settings.exposure)
-    water = _water(settings)
-    illuminant = parse_illuminant(settings.illuminant, settings.sun_zenith)
-    floor = parse_reflectance(settings.floor_reflectance)
-    bands, reference = _bands(settings), None
-    if settings.band_placement == OPTIMISED and len(bands) < REFERENCE_BANDS:
-        fine = _reference_bands(settings.range_start, settings.range_end)
-        fine_column = _column(settings, water, illuminant, fine, floor.at(fine.centres))
-        reference = fine_column, _phase(settings, water, fine)
-        if not settings.wavelengths:
-            above = Viewpoint(*reference, illuminant, parse_sensor("cie1931"), depth=0.0)
-            bands = optimised_bands(settings.bands, above).bands
-    water.warn_doubts(bands.centres)
-    phase = _phase(settings, water, bands)
-    column = _column(settings, water, illuminant, bands, floor.at(bands.centres))
-    inelastic = None
-    switched_on = parse_processes(settings.inelastic)
-    if switched_on:
-        # A measured floor need not reach the ultraviolet, which only excites.
-        known = np.clip(EXCITATION.centres, floor.wavelengths[0], floor.wavelengths[-1])
-        exciting = _column(settings, water, illuminant, EXCITATION, floor.at(known))
-        inelastic = solve_inelastic(
-            _processes(settings, switched_on, bands),
-            excitation_fields(exciting, _phase(settings, water, EXCITATION)),
-            EXCITATION,
-            column.light_field(phase),
-            bands,
-        )
-    sensor = parse_sensor(settings.sensor)
-    return RenderPlan(
-        settings, bands, water, phase, illuminant, sensor, floor, column, cycles_phase(phase),
-        inelastic, reference,
-    )  # fmt: skip
+    optics = resolve(description_of(settings))
+    optics.water.warn_doubts(optics.bands.centres)
+    return _plan(settings, optics)
 
 
-@functools.lru_cache(maxsize=4)
-def _reference_bands(start: float, end: float) -> Bands:
-    """Return the same object each time, by which a fit to it is known again."""
-    return Bands.uniform(REFERENCE_BANDS, start, end)
+def plan_of(settings: SceneSettings) -> RenderPlan:
+    """Resolve settings as :func:`make_plan` does, for a view that follows them.
+
+    What was resolved is kept, a file's content too, until :func:`forget_files`;
+    caveats of the data are left to the records of renders.
+
+    Raises
+    ------
+    InputError
+        If a name is unknown or a file cannot be used.
+    """
+    with quiet():
+        return _plan(settings, _resolved(description_of(settings)))
 
 
-def _column(
-    settings: SceneSettings,
-    water: Water,
-    illuminant: Illuminant,
-    bands: Bands,
-    floor_reflectance: NDArray[np.float64],
-) -> WaterColumn:
-    index, zenith = settings.refractive_index, settings.sun_zenith
-    direct = illuminant.direct_in(bands)
-    transmitted = 1.0
-    if settings.irradiance == "above":
-        transmitted = 1.0 - float(fresnel_reflectance(math.cos(math.radians(zenith)), index))
-    return WaterColumn(
-        bands=bands,
-        absorption=water.a(bands.centres),
-        scattering=water.b(bands.centres),
-        sun_irradiance=direct * transmitted,
-        sun_cosine=float(in_water_cosine(zenith, index)),
-        sun_direction=sun_travel_direction(zenith, settings.sun_azimuth, index),
-        sky_radiance=illuminant.diffuse_in(bands) / math.pi + settings.sky_radiance * direct,
-        floor_depth=settings.floor_depth or math.inf,
-        floor_reflectance=floor_reflectance,
-        surface=settings.surface,
-        refractive_index=index,
+def forget_files() -> None:
+    """Let :func:`plan_of` read files again."""
+    _resolved.cache_clear()
+
+
+@contextlib.contextmanager
+def quiet() -> Iterator[None]:
+    """Keep caveats of the data to the records of renders."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", DataWarning)
+        yield
+
+
+def description_of(settings: SceneSettings) -> Description:
+    """Return the description that settings are.
+
+    Raises
+    ------
+    InputError
+        If wavelengths or exposure are no numbers.
+    """
+    return Description(
+        WaterDescription(
+            _constituents(settings) if settings.water == CONSTITUENTS else settings.water,
+            settings.water_source,
+            settings.second_water,
+            settings.second_water_share,
+            settings.absorption_factor,
+            settings.scattering_factor,
+            None if settings.phase == DEFAULT_PHASE else settings.phase,
+            settings.inelastic,
+        ),
+        SunAndSky(
+            settings.illuminant,
+            settings.sun_zenith,
+            settings.sun_azimuth,
+            settings.sky_radiance,
+            settings.irradiance == "above",
+        ),
+        SurfaceDescription(settings.surface, settings.refractive_index),
+        FloorDescription(settings.floor_depth or math.inf, settings.floor_reflectance),
+        CameraDescription(settings.sensor, settings.white_balance, _stops(settings.exposure)),
+        BandsDescription(
+            settings.bands,
+            settings.range_start,
+            settings.range_end,
+            _wavelengths(settings.wavelengths),
+            settings.band_placement == OPTIMISED,
+        ),
     )
 
 
-def _phase(settings: SceneSettings, water: Water, bands: Bands) -> BandPhase:
-    """Return the phase function; by default a bio-optical water has that of its particles."""
-    constituents = _constituents(settings)
-    if settings.phase == DEFAULT_PHASE and constituents is not None:
-        if settings.water == CONSTITUENTS:  # amounts that are animated must not change the nodes
-            return constituents.phase_of_fixed_parts(bands.centres)
-        return constituents.phase(bands.centres)
-    b = water.b(bands.centres)
-    return parse_phase(settings.phase).for_bands(b, molecular_scattering(bands.centres))
+_resolved = functools.lru_cache(maxsize=32)(resolve)
 
 
-def _constituents(settings: SceneSettings) -> Constituents | None:
-    """Return what the water is made of, if it is one bio-optical water."""
-    if settings.second_water:
-        return None
-    if settings.water == CONSTITUENTS:
-        return _chosen_constituents(settings)
-    return constituents_of(settings.water)
+def _plan(settings: SceneSettings, optics: ResolvedOptics) -> RenderPlan:
+    parts = {field.name: getattr(optics, field.name) for field in dataclasses.fields(optics)}
+    return RenderPlan(**parts, settings=settings)
 
 
-def _chosen_constituents(settings: SceneSettings) -> Constituents:
+def _constituents(settings: SceneSettings) -> Constituents:
     return Constituents(settings.chlorophyll, settings.cdom, settings.minerals, settings.detritus)
 
 
-def _processes(
-    settings: SceneSettings, switched_on: tuple[str, ...], bands: Bands
-) -> tuple[InelasticProcess, ...]:
-    constituents = _constituents(settings)
-    if constituents is None:
-        fluorescent = [name for name in switched_on if name != "raman"]
-        if fluorescent:
-            raise InputError(
-                f"--inelastic: {', '.join(fluorescent)} needs one water of known constituents, "
-                f"{CONSTITUENTS}, bio: or case:, not {settings.water!r}"
-                + (" with a second water" if settings.second_water else "")
-            )
-        constituents = Constituents()
-    found = inelastic_processes(constituents, EXCITATION, bands, switched_on)
-    return tuple(
-        p
-        if p.name == "raman"
-        else replace(p, coefficient=p.coefficient * settings.absorption_factor)
-        for p in found
-    )
-
-
-def _water(settings: SceneSettings) -> Water:
-    if settings.water == CONSTITUENTS:
-        water = _chosen_constituents(settings).water()
-    else:
-        water = parse_water(settings.water, settings.water_source)
-    if settings.second_water:
-        other = parse_water(settings.second_water, settings.water_source)
-        water = water.mixed(other, settings.second_water_share)
-    return water.scaled(settings.absorption_factor, settings.scattering_factor)
-
-
-def _bands(settings: SceneSettings) -> Bands:
-    if not settings.wavelengths:
-        return Bands.uniform(settings.bands, settings.range_start, settings.range_end)
+def _wavelengths(text: str) -> tuple[float, ...]:
     try:
-        centres = [float(part) for part in settings.wavelengths.split(",")]
+        return tuple(float(part) for part in text.split(",")) if text else ()
     except ValueError as error:
         raise InputError(
-            f"--wavelengths: {settings.wavelengths!r} is not a list of numbers like 450,550,650"
+            f"--wavelengths: {text!r} is not a list of numbers like 450,550,650"
         ) from error
-    return Bands.at_wavelengths(centres)
 
 
-def _stops(text: str) -> float:
+def _stops(text: str) -> float | None:
+    """Read an exposure; None is automatic."""
+    if text == AUTO:
+        return None
     try:
         stops = float(text)
     except ValueError:

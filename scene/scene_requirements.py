@@ -16,26 +16,19 @@ import numpy as np
 from mathutils import Vector
 from numpy.typing import NDArray
 
-from ..quality.combinations import FLOOR, RAYS, BandChoice, Workload
+from ..quality.combinations import RAYS, BandChoice, Workload
 from ..quality.requirements import Requirements, decide
-from ..quality.seen_points import (
-    AUREOLE,
-    DIFFUSE_SHADOWS,
-    SHAFTS,
-    Optics,
-    SeenPoints,
-    cone_directions,
-    visibility,
-)
-from ..uw_spectral.imaging.readouts import REFERENCE_BANDS
+from ..quality.seen_points import Optics, SeenPoints, cone_directions, openness
+from ..quality.terms import TERMS, settings_of, switched_on
+from ..uw_spectral.imaging.description import REFERENCE_BANDS
 from ..uw_spectral.transfer.light_cone import LightCone, light_cone
 from ..uw_spectral.transfer.water_column import WaterColumn
-from . import moving_surface, scene_water, shared_plans
+from . import moving_surface, scene_water
 from .cameras import camera_depth
 from .ray_casting import Meshes
 from .realtime import MOST_BANDS
-from .render_plan import RenderPlan
-from .settings import EQUAL, NO_FLOOR, OPTIMISED, REALTIME, Job, SceneSettings
+from .render_plan import RenderPlan, forget_files, plan_of, quiet
+from .settings import EQUAL, OPTIMISED, REALTIME, Job, SceneSettings
 
 OPTIMISED_COUNTS = (3, 6, 9)
 BAND_COUNTS = (3, 4, 5, 6, 7, 8, 9, 10, 12, 15, 16, 18, 21, 24, 27, 32)
@@ -102,17 +95,15 @@ def choose(
     InputError
         If the settings cannot be used or the camera is not under water.
     """
-    stays = set(keep)
-    if "floor_depth" in keep:
-        stays.add(FLOOR)
+    forget_files()
     before = scene.frame_current
     frames = _sampled(job.frames or (before,))
     views: list[SeenPoints] = []
     try:
         scene.frame_set(frames[0])
         chosen = settings_now()
-        with shared_plans.quiet():
-            plan = shared_plans.plan_of(chosen)
+        with quiet():
+            plan = plan_of(chosen)
             everything = _everything(scene, chosen)
         for frame in frames:
             scene.frame_set(frame)
@@ -138,10 +129,9 @@ def choose(
         chosen.samples if "samples" in keep else None,
         shaft_end,
     )
-    # Cycles has them all, whatever the settings say.
-    switches = () if method == "cycles" else (AUREOLE, SHAFTS, DIFFUSE_SHADOWS)
-    off = {name for name in switches if name in keep and not getattr(chosen, name)}
-    with shared_plans.quiet():
+    given = {term.name for term in TERMS if term.setting in keep and job.engine in term.engines}
+    on = given & switched_on(vars(chosen))
+    with quiet():
         required = decide(
             views,
             everything,
@@ -149,11 +139,11 @@ def choose(
             target=target,
             budget=budget,
             workload=workload,
-            keep=stays - off,
-            off=off,
+            keep=on,
+            off=given - on,
             denoise=job.denoise,
         )
-    return Choice(required, _changes(chosen, required, method, keep))
+    return Choice(required, _changes(chosen, required, job.engine, keep))
 
 
 def trace_view(
@@ -189,17 +179,17 @@ def trace_view(
     points = seen.origin + seen.direction * np.where(on_surface, seen.distance, 0.0)[:, None]
     points = points[on_surface] + seen.normal[on_surface] * _OFF_SURFACE
     skyward = cone_directions(cone, _SKYWARD)
-    sunlit, visible = np.ones(len(seen), dtype=bool), np.ones(len(seen))
+    sunlit, share = np.ones(len(seen), dtype=bool), np.ones(len(seen))
     facing = seen.normal[on_surface] @ to_sun > 0
     sunlit[on_surface] = facing & _clear(meshes, points[:, None], to_sun)[:, 0]
-    visible[on_surface] = visibility(
+    share[on_surface] = openness(
         seen.normal[on_surface], skyward, _clear(meshes, points[:, None], skyward)
     )
     return replace(
         seen,
         sunlit=sunlit,
         path_sunlit=_clear(meshes, stations, to_sun),
-        visibility=visible,
+        openness=share,
     )
 
 
@@ -228,7 +218,7 @@ def _first_seen(
         path_sunlit=np.ones((count, 1), dtype=bool),
         reach=min(_REACH / max(float(column.attenuation.min()), 1e-6), _FARTHEST),
         on_floor=on_floor,
-        visibility=np.ones(count),
+        openness=np.ones(count),
         pixels=np.full(count, 1.0 / count),
     )
 
@@ -321,7 +311,7 @@ def _optics(plan: RenderPlan, depth: float) -> Optics:
 def _everything(scene: bpy.types.Scene, chosen: SceneSettings) -> Optics:
     """Everything the settings ask for, on many bands."""
     many = replace(chosen, bands=REFERENCE_BANDS, wavelengths="", band_placement=EQUAL)
-    plan = shared_plans.plan_of(many)
+    plan = plan_of(many)
     found = _optics(plan, 0.0)
     if chosen.surface != moving_surface.WAVES:
         return found
@@ -339,7 +329,7 @@ def _choices(chosen: SceneSettings, method: str, keep: frozenset[str]) -> list[B
     )
     if keep & {"bands", "wavelengths", "range_start", "range_end"}:
         bands = {}
-        plan = shared_plans.plan_of(plain)
+        plan = plan_of(plain)
         return [BandChoice(f"{len(plan.bands)}, as given", _optics(plan, 0.0), bands)]
     most = MOST_BANDS if method == REALTIME else BAND_COUNTS[-1]
     found = []
@@ -348,30 +338,22 @@ def _choices(chosen: SceneSettings, method: str, keep: frozenset[str]) -> list[B
             continue
         for count in (n for n in counts if n <= most):
             changes = {"bands": count, "wavelengths": "", "band_placement": placement}
-            plan = shared_plans.plan_of(replace(plain, **changes))
+            plan = plan_of(replace(plain, **changes))
             found.append(BandChoice(f"{count} {placement}", _optics(plan, 0.0), changes))
     return found
 
 
 def _changes(
-    chosen: SceneSettings, required: Requirements, method: str, keep: frozenset[str]
+    chosen: SceneSettings, required: Requirements, engine: str, keep: frozenset[str]
 ) -> dict[str, Any]:
     """Settings that differ from the ones that were given."""
-    options = required.options
-    wanted = {
-        **required.bands.settings,
-        "surface": options.surface,
-        "samples": required.samples,
-    }
-    if method == "cycles":
+    wanted = {**required.bands.settings, "samples": required.samples}
+    if engine == "cycles":
         wanted["bounces"] = required.bounces
-    else:
-        for name in (AUREOLE, SHAFTS, DIFFUSE_SHADOWS):
-            wanted[name] = getattr(options, name)
-    if not options.inelastic:
-        wanted["inelastic"] = ""
-    if not required.floor:
-        wanted["floor_depth"] = NO_FLOOR
+    changed = required.options ^ switched_on(vars(chosen))
+    for term in TERMS:
+        if term.name in changed and engine in term.engines:
+            wanted[term.setting] = settings_of(required.options)[term.setting]
     return {
         name: value
         for name, value in wanted.items()

@@ -49,8 +49,9 @@ class SceneSettings:
 
     water: str = _setting(
         "jerlov:IB",
-        "Water: jerlov:TYPE (see --list-waters) or file:PATH, a CSV with the columns "
-        "wavelength_nm, a, b in 1/m; constituents takes chlorophyll, cdom, minerals and detritus",
+        "Water: jerlov:TYPE or case:NAME (see --list-waters); bio:chl=1,cdom=0.1, made of "
+        "constituents; file:PATH, a CSV with the columns wavelength_nm and a, b or Kd in 1/m, or "
+        "SeaBASS (.sb); constituents takes chlorophyll, cdom, minerals and detritus",
     )
     chlorophyll: float = _setting(
         1.0, "Chlorophyll, mg/m³, of --water constituents", limits=(0.0, 100.0), animatable=True
@@ -238,19 +239,44 @@ def flag(name: str) -> str:
 
 
 @dataclass(frozen=True)
-class Quality:
-    """How a quality is rendered: engine, mode, and the mean ΔE2000 that Auto aims at."""
+class RenderMethod:
+    """A way to render: engine, mode, and what a panel says of it."""
 
     engine: str
     mode: str
+    label: str
+    text: str
+
+
+METHODS = {
+    "realtime": RenderMethod(
+        "eevee", REALTIME, "Real-time",
+        "EEVEE, all bands in one pass: animation, look development",
+    ),
+    "bands": RenderMethod(
+        "eevee", BANDS, "Bands",
+        "EEVEE, three bands a pass: spectra, and the camera can be changed after rendering",
+    ),
+    "reference": RenderMethod(
+        "cycles", BANDS, "Reference",
+        "Cycles, light scattered any number of times: the truth to compare with, slow",
+    ),
+}  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Quality:
+    """How a quality is rendered, one of :data:`METHODS`, and the mean ΔE2000 that Auto aims at."""
+
+    method: str
     target: float
 
 
 QUALITIES = {
-    "draft": Quality("eevee", REALTIME, 4.0),
-    "preview": Quality("eevee", REALTIME, 2.0),
-    "final": Quality("eevee", BANDS, 1.0),
-    "reference": Quality("cycles", BANDS, 0.5),
+    "draft": Quality("realtime", 4.0),
+    "preview": Quality("realtime", 2.0),
+    "final": Quality("bands", 1.0),
+    "reference": Quality("reference", 0.5),
 }
 
 
@@ -295,15 +321,17 @@ class _Parser(argparse.ArgumentParser):
         raise InputError(f"{message}; see --help")
 
 
-def parser() -> argparse.ArgumentParser:
-    """Return the command line of ``render_bands.py``."""
+def parser(program: str | None = None) -> argparse.ArgumentParser:
+    """Return the command line of a batch; ``program`` is its name in the help."""
     result = _Parser(
-        prog="render_bands.py",
+        prog=program,
         description="Render the spectral bands of an underwater scene and develop them.",
         argument_default=argparse.SUPPRESS,
         allow_abbrev=False,
     )
-    result.add_argument("blend", nargs="?", type=Path, help="scene (python only)")
+    result.add_argument(
+        "blend", nargs="?", type=Path, default=None, help="scene, unless Blender has one open"
+    )
     result.add_argument(
         "--engine", choices=("cycles", "eevee"), help="default: that of --quality, else cycles"
     )
@@ -406,17 +434,15 @@ def merge(stored: SceneSettings, options: argparse.Namespace) -> SceneSettings:
 
 def job(options: argparse.Namespace) -> Job:
     """Return the job that the options describe."""
-    if options.resolution is not None and min(options.resolution) < 1:
-        raise InputError("--resolution: width and height must be at least 1 pixel")
-    preset = QUALITIES.get(getattr(options, "quality", ""))
-    engine = getattr(options, "engine", preset.engine if preset else "cycles")
-    # A preset's mode belongs to its engine.
-    usual = preset.mode if preset and preset.engine == engine else BANDS
-    mode = getattr(options, "mode", usual)
+    quality = getattr(options, "quality", None)
+    usual = METHODS[QUALITIES[quality].method if quality else "reference"]
+    engine = getattr(options, "engine", usual.engine)
+    # A method's mode belongs to its engine.
+    mode = getattr(options, "mode", usual.mode if engine == usual.engine else BANDS)
     if engine == "cycles" and (mode == REALTIME or getattr(options, "shafts", False)):
         raise InputError("--mode realtime and --shafts need --engine eevee")
     return Job(
-        blend=getattr(options, "blend", None),
+        blend=options.blend,
         engine=engine,
         mode=mode,
         frames=parse_frames(options.frames),
@@ -453,7 +479,7 @@ def auto(options: argparse.Namespace) -> AutoRequest | None:
     return AutoRequest(target, budget, options.explain, frozenset(keep))
 
 
-def parse(arguments: Sequence[str]) -> argparse.Namespace:
+def parse(arguments: Sequence[str], program: str | None = None) -> argparse.Namespace:
     """Parse a command line.
 
     Raises
@@ -461,4 +487,4 @@ def parse(arguments: Sequence[str]) -> argparse.Namespace:
     InputError
         If an option is unknown or has a value that is not acceptable.
     """
-    return parser().parse_args(list(arguments))
+    return parser(program).parse_args(list(arguments))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import Field, fields
 
 import bpy
@@ -11,11 +12,17 @@ from .settings import SceneSettings
 PROPERTY = "underwater"
 
 
-def _property(setting: Field) -> object:
+_CLASS = "UnderwaterProperties"
+
+OnChange = Callable[[bpy.types.PropertyGroup, bpy.types.Context], None]
+
+
+def _property(setting: Field, on_change: OnChange | None) -> object:
     text, choices = setting.metadata["help"], setting.metadata["choices"]
     common = {"name": setting.name.replace("_", " ").capitalize(), "description": text}
     common["default"] = setting.default
     common["options"] = {"ANIMATABLE"} if setting.metadata["animatable"] else set()
+    common["update"] = on_change
     if choices:
         return bpy.props.EnumProperty(items=[(c, c.capitalize(), "") for c in choices], **common)
     if isinstance(setting.default, bool):
@@ -27,22 +34,25 @@ def _property(setting: Field) -> object:
     return kind(min=low, max=high, **common)
 
 
-class UnderwaterProperties(bpy.types.PropertyGroup):
-    """The stored settings of a scene."""
+def register(on_change: OnChange | None = None) -> None:
+    """Add ``scene.underwater``.
 
-    __annotations__ = {s.name: _property(s) for s in fields(SceneSettings)}
-
-
-def register() -> None:
-    """Add ``scene.underwater``."""
-    bpy.utils.register_class(UnderwaterProperties)
-    setattr(bpy.types.Scene, PROPERTY, bpy.props.PointerProperty(type=UnderwaterProperties))
+    Parameters
+    ----------
+    on_change : callable, optional
+        Called with the group and the context whenever a setting is set.
+    """
+    properties = {s.name: _property(s, on_change) for s in fields(SceneSettings)}
+    description = {"__doc__": "The stored settings of a scene.", "__annotations__": properties}
+    group = type(_CLASS, (bpy.types.PropertyGroup,), description)
+    bpy.utils.register_class(group)
+    setattr(bpy.types.Scene, PROPERTY, bpy.props.PointerProperty(type=group))
 
 
 def unregister() -> None:
     """Take ``scene.underwater`` away; the values stay in the file."""
     delattr(bpy.types.Scene, PROPERTY)
-    bpy.utils.unregister_class(UnderwaterProperties)
+    bpy.utils.unregister_class(bpy.types.PropertyGroup.bl_rna_get_subclass_py(_CLASS))
 
 
 def stored_settings(scene: bpy.types.Scene) -> SceneSettings:

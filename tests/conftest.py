@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 _ROOT = Path(__file__).resolve().parent.parent
-runpy.run_path(str(_ROOT / "render_bands.py"))["extension"]()
+runpy.run_path(str(_ROOT / "tools" / "load_checkout.py"))["load"]()
 
 
 @pytest.fixture

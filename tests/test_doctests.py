@@ -69,6 +69,13 @@ def _imports(path: Path) -> set[str]:
     return found
 
 
+@pytest.mark.parametrize("folder", sorted((ROOT / "uw_spectral").glob("*/__init__.py")))
+def test_no_module_has_the_name_of_what_its_package_exports(folder):
+    name = f"{underwater_spectral.__name__}.uw_spectral.{folder.parent.name}"
+    modules = {module.name for module in pkgutil.iter_modules([str(folder.parent)])}
+    assert not modules & set(importlib.import_module(name).__all__)
+
+
 # What each package may import besides itself and what everything may.
 _ALLOWED = {
     "uw_spectral": set(),

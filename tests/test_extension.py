@@ -5,6 +5,8 @@ from __future__ import annotations
 import importlib.util
 import json
 import os
+import re
+import shutil
 import subprocess
 import sys
 import zipfile
@@ -34,11 +36,30 @@ print("FOUND " + json.dumps(found))
 
 
 @pytest.fixture(scope="module")
-def built_zip(tmp_path_factory) -> Path:
+def tool():
     spec = importlib.util.spec_from_file_location("build", ROOT / "tools" / "build_extension.py")
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
-    return module.build(tmp_path_factory.mktemp("dist"))
+    return module
+
+
+@pytest.fixture(scope="module")
+def built_zip(tool, tmp_path_factory) -> Path:
+    return tool.build(tmp_path_factory.mktemp("dist"))
+
+
+def test_the_sizes_in_the_manual_are_written_by_the_build(tool, built_zip, tmp_path):
+    manual = Path(shutil.copy(ROOT / "docs" / "manual.md", tmp_path))
+    table = tool.size_table(built_zip)
+    tool.write_manual(table, manual)
+    before, after = (path.read_text() for path in (ROOT / "docs" / "manual.md", manual))
+    assert f"\n\n{table}\n\n" in after
+    # The same parts as in the manual, which was written so.
+    parts = [re.findall(r"(?m)^\| ([\w./ -]+?) \|", text) for text in (before, after)]
+    assert sorted(parts[0]) == sorted(parts[1])
+    manual.write_text("no table")
+    with pytest.raises(ValueError, match="holds 0 tables"):
+        tool.write_manual(table, manual)
 
 
 def test_zip_holds_what_is_needed_and_no_more(built_zip):
@@ -49,25 +70,104 @@ def test_zip_holds_what_is_needed_and_no_more(built_zip):
     assert sum(name.endswith(".whl") for name in names) == 3
 
 
-def test_installs_and_enables_in_a_clean_profile(built_zip, tmp_path):
-    script = tmp_path / "install.py"
-    script.write_text(INSTALL)
-    environment = {**os.environ, "BLENDER_USER_RESOURCES": str(tmp_path / "profile")}
-    result = subprocess.run(
-        [sys.executable, str(script), str(built_zip)],
-        env=environment,
+def test_zip_leaves_the_import_system_alone(built_zip):
+    archive = zipfile.ZipFile(built_zip)
+    scripts = [name for name in archive.namelist() if name.endswith(".py")]
+    assert "render_bands.py" in scripts
+    for name in scripts:
+        assert not re.search(rb"sys\.(modules|path|meta_path)\b", archive.read(name)), name
+
+
+@pytest.fixture(scope="module")
+def installed(built_zip, tmp_path_factory) -> tuple[Path, dict]:
+    """A clean profile with the extension, and what was found while it was enabled."""
+    folder = tmp_path_factory.mktemp("installed")
+    result = _python(folder / "profile", "-c", INSTALL, built_zip)
+    lines = [line for line in result.stdout.splitlines() if line.startswith("FOUND ")]
+    assert lines, result.stdout + result.stderr
+    return folder / "profile", json.loads(lines[0].removeprefix("FOUND "))
+
+
+def _python(profile: Path, *arguments: object) -> subprocess.CompletedProcess:
+    return subprocess.run(
+        [sys.executable, *map(str, arguments)],
+        env={**os.environ, "BLENDER_USER_RESOURCES": str(profile)},
         capture_output=True,
         text=True,
     )
-    lines = [line for line in result.stdout.splitlines() if line.startswith("FOUND ")]
-    assert lines, result.stdout + result.stderr
-    found = json.loads(lines[0].removeprefix("FOUND "))
+
+
+def test_installs_and_enables_in_a_clean_profile(installed):
+    profile, found = installed
     assert found == {
         "enabled": [True, True],
         "settings": "jerlov:IB",
         "heavy": [],
         "gone": True,
     }
-    packages = tmp_path / "profile" / "extensions" / ".local" / "lib" / "python3.13"
-    installed = {path.name for path in (packages / "site-packages").iterdir()}
-    assert {"colour", "jerlov", "nodebpy"} <= installed
+    packages = profile / "extensions" / ".local" / "lib" / "python3.13"
+    wheels = {path.name for path in (packages / "site-packages").iterdir()}
+    assert {"colour", "jerlov", "nodebpy"} <= wheels
+
+
+# What Blender does with -P, and says where the batch came from.
+AS_BLENDER = """
+import pathlib, sys, bpy
+script, enable, *rest = sys.argv[1:]
+if enable:
+    import addon_utils
+    addon_utils.enable(enable, default_set=True)
+sys.argv = ["blender", "-b", "-P", script, "--", *rest]
+try:
+    code = compile(pathlib.Path(script).read_text(), script, "exec")
+    exec(code, {"__name__": "__main__", "__file__": script})
+finally:
+    print("FROM " + ",".join(m for m in sys.modules if m.endswith("scene.batch")))
+"""
+INSTALLED = "bl_ext.user_default.underwater_spectral"
+
+
+@pytest.fixture
+def lone_script(tmp_path) -> Path:
+    folder = tmp_path / "lone"
+    folder.mkdir()
+    return Path(shutil.copy(ROOT / "render_bands.py", folder))
+
+
+@pytest.mark.parametrize("enable", ["", INSTALLED])
+def test_a_lone_script_finds_the_installed_extension(installed, lone_script, enable):
+    result = _python(installed[0], "-c", AS_BLENDER, lone_script, enable, "--list-waters")
+    assert "solonenko2015: jerlov:I, jerlov:IA" in result.stdout, result.stderr
+    assert f"FROM {INSTALLED}.scene.batch" in result.stdout
+    assert result.returncode == 0
+
+
+def test_a_lone_script_renders_with_the_installed_extension(installed, lone_script, tmp_path):
+    make = (
+        "import bpy, sys; s = bpy.context.scene; s.camera.location.z = -3.0; "
+        "bpy.ops.wm.save_as_mainfile(filepath=sys.argv[1])"
+    )
+    blend, out = tmp_path / "scene.blend", tmp_path / "out"
+    _python(installed[0], "-c", make, blend)
+    options = ["--bands", 3, "--resolution", 8, 8, "--samples", 1, "--phase", "hg:0.8"]
+    result = _python(installed[0], lone_script, blend, *options, "--out", out)
+    assert result.returncode == 0, result.stderr
+    assert (out / "0001_spectral.exr").exists()
+
+
+def test_a_lone_script_without_the_extension_says_how_to_install(lone_script, tmp_path):
+    result = _python(tmp_path / "profile", lone_script, "scene.blend")
+    assert result.returncode == 2
+    assert "is not installed in this Blender" in result.stderr
+    assert "extension install-file -r user_default -e underwater_spectral" in result.stderr
+    assert "Traceback" not in result.stderr
+
+
+@pytest.mark.parametrize(
+    ("enable", "source"), [("", "underwater_spectral"), (INSTALLED, INSTALLED)]
+)
+def test_the_script_of_a_checkout_prefers_what_is_enabled(installed, enable, source):
+    script = ROOT / "render_bands.py"
+    result = _python(installed[0], "-c", AS_BLENDER, script, enable, "--list-waters")
+    assert f"FROM {source}.scene.batch" in result.stdout, result.stderr
+    assert result.returncode == 0

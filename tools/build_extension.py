@@ -1,4 +1,8 @@
-"""Build and validate the extension's zip with Blender's own command."""
+"""Build and validate the extension's zip with Blender's own command.
+
+python3 dev.py build            into dist/; prints the table of sizes
+python3 dev.py build --manual   and writes the table into docs/manual.md
+"""
 
 from __future__ import annotations
 
@@ -13,6 +17,8 @@ from pathlib import Path
 import bpy
 
 ROOT = Path(__file__).resolve().parent.parent
+MANUAL = ROOT / "docs" / "manual.md"
+_TABLE = re.compile(r"(?<=\n)\| part \| kB in the zip .*?(?=\n\n)", re.DOTALL)
 
 
 def blender_command() -> Path:
@@ -78,5 +84,16 @@ def size_table(built: Path) -> str:
     return "\n".join(lines)
 
 
+def write_manual(table: str, manual: Path = MANUAL) -> None:
+    """Put a table of :func:`size_table` in the place of the manual's."""
+    text, found = _TABLE.subn(lambda _: table, manual.read_text(encoding="utf-8"))
+    if found != 1:
+        raise ValueError(f"{manual} holds {found} tables of sizes; it should hold one")
+    manual.write_text(text, encoding="utf-8")
+
+
 if __name__ == "__main__":
-    sys.stdout.write(size_table(build(ROOT / "dist")) + "\n")
+    sizes = size_table(build(ROOT / "dist"))
+    sys.stdout.write(sizes + "\n")
+    if "--manual" in sys.argv[1:]:
+        write_manual(sizes)

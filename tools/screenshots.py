@@ -111,7 +111,7 @@ def walk() -> Iterator[float]:
     picture("02_added")
     call(bpy.ops.underwater.submerge, "EXEC_DEFAULT", depth=5.0)
     names = {path.stem: path for path in presets("look")}
-    call(bpy.ops.script.execute_preset, filepath=str(names["Tropical_reef"]),
+    call(bpy.ops.underwater.apply_preset, filepath=str(names["Tropical_reef"]),
          menu_idname="UNDERWATER_PT_look_presets")  # fmt: skip
     space.region_3d.view_perspective = "CAMERA"
     space.shading.type = "RENDERED"

@@ -5,45 +5,21 @@ from __future__ import annotations
 import bpy
 from bpy.app.handlers import persistent
 
-from ..scene import stored_settings as optics
 from ..scene.session import is_live
-
-
-def _update(
-    scene: bpy.types.Scene,
-    depsgraph: bpy.types.Depsgraph | None = None,
-    *,
-    may_rebuild: bool = False,
-) -> None:
-    if not is_live(scene):
-        return
-    from ..scene import live
-
-    if not live.update(scene, depsgraph, may_rebuild=may_rebuild):
-        _rebuild_later(scene)
-
-
-def _rebuild_later(scene: bpy.types.Scene) -> None:
-    """Build nodes outside of the handler, where data may be added and removed."""
-    if bpy.app.background:
-        _update(scene, may_rebuild=True)
-    elif not bpy.app.timers.is_registered(_rebuild):
-        bpy.app.timers.register(_rebuild, first_interval=0.0)
-
-
-def _rebuild() -> None:
-    for scene in bpy.data.scenes:
-        _update(scene, may_rebuild=True)
+from . import live_updates
 
 
 @persistent
 def _edited(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
+    """Follow an edit, an undo or a redo: once objects are where they belong."""
     if not is_live(scene):
         return
-    _update(scene, depsgraph)
-    if any(isinstance(u.id, bpy.types.Material | bpy.types.NodeTree) for u in depsgraph.updates):
-        from ..scene import live
+    from ..scene import live
 
+    # Nodes are built outside of the handler, where data may be added and removed.
+    if not live_updates.is_waiting() and not live.update(scene, depsgraph, may_rebuild=False):
+        live_updates.follow(scene)
+    if any(isinstance(u.id, bpy.types.Material | bpy.types.NodeTree) for u in depsgraph.updates):
         live.refresh_materials()
 
 
@@ -60,12 +36,10 @@ def _frame_changed(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> No
 @persistent
 def _render_begins(scene: bpy.types.Scene, _: object = None) -> None:
     """Take in what a script has set just before it renders."""
-    _update(scene, may_rebuild=True)
+    if is_live(scene):
+        from ..scene import live
 
-
-@persistent
-def _undone(scene: bpy.types.Scene, _: object = None) -> None:
-    _update(scene)
+        live.update(scene)
 
 
 @persistent
@@ -73,31 +47,18 @@ def _loaded(*_: object) -> None:
     """Bring a file that was opened, or data that was appended, to this version."""
     from . import migration
 
-    for scene in bpy.data.scenes:
-        migration.migrate(scene)
-        if scene.is_editable:
-            _update(scene, may_rebuild=True)
-
-
-def _property_changed(group: bpy.types.PropertyGroup, _: bpy.types.Context) -> None:
-    _update(group.id_data, may_rebuild=True)
+    with live_updates.transaction():
+        for scene in bpy.data.scenes:
+            migration.migrate(scene)
 
 
 _HANDLERS = {
     "depsgraph_update_post": _edited,
     "frame_change_post": _frame_changed,
     "render_init": _render_begins,
-    "undo_post": _undone,
-    "redo_post": _undone,
     "load_post": _loaded,
     "blend_import_post": _loaded,
 }
-
-
-def follow_properties() -> None:
-    """Let every setting of the water call the live water; before the properties register."""
-    for deferred in optics.UnderwaterProperties.__annotations__.values():
-        deferred.keywords["update"] = _property_changed
 
 
 def register() -> None:
@@ -110,5 +71,4 @@ def unregister() -> None:
     """Take the handlers away."""
     for name, handler in _HANDLERS.items():
         getattr(bpy.app.handlers, name).remove(handler)
-    if bpy.app.timers.is_registered(_rebuild):
-        bpy.app.timers.unregister(_rebuild)
+    live_updates.cancel()

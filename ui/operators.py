@@ -160,9 +160,12 @@ class OpenWater(_Operator, ImportHelper):
 
     bl_idname = "underwater.open_water"
     bl_label = "Open Water File"
-    bl_description = "Use a table of a water: CSV with the columns wavelength_nm, a, b in 1/m"
+    bl_description = (
+        "Use a table of a water: CSV with the columns wavelength_nm and a, b or Kd in 1/m, or "
+        "SeaBASS (.sb)"
+    )
     filename_ext = ".csv"
-    filter_glob: bpy.props.StringProperty(default="*.csv;*.txt", options={"HIDDEN"})
+    filter_glob: bpy.props.StringProperty(default="*.csv;*.txt;*.sb", options={"HIDDEN"})
 
     @override
     def run(self, context: bpy.types.Context) -> None:
@@ -326,9 +329,11 @@ class Render(bpy.types.Operator):
 
     def _passes(self, context: bpy.types.Context) -> Generator:
         """Yield each pass that is on disk; the live water makes way meanwhile."""
-        from ..scene import live, render_job
+        from ..scene import live, render_job, render_plan
 
         scene = context.scene
+        # Water that cannot be computed could not come back after the render.
+        render_plan.plan_of(optics.stored_settings(scene))
         job = property_group.job(scene, resume=self.resume)
         migration.stamp(scene)
         frame = scene.frame_current

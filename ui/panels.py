@@ -7,9 +7,11 @@ from typing import override
 
 import bpy
 
+from ..quality.terms import TERMS
 from ..scene import stored_settings as optics
 from ..scene import units
 from ..scene.session import is_live
+from ..scene.settings import METHODS
 from . import migration, presets, previews, property_group
 
 _SWATCH_SCALE = 5.0
@@ -289,18 +291,18 @@ class QualityPanel(_SubPanel, bpy.types.Panel):
         row = column.row(align=True)
         row.prop(water, "range_start", text="Range (nm)")
         row.prop(water, "range_end", text="")
-        if panel.quality == "REFERENCE":
+        engine = METHODS[panel.quality.lower()].engine
+        if engine == "cycles":
             column.prop(panel, "denoise")
-        else:
-            column.prop(water, "shafts")
-            column.prop(water, "aureole")
-            column.prop(water, "diffuse_shadows")
+        for term in TERMS:
+            if term.is_switch and engine in term.engines:
+                column.prop(water, term.setting)
         if water.shafts and is_live(context.scene):
             eevee = context.scene.eevee
             column.prop(eevee, "volumetric_tile_size", text="Froxel size")
             column.prop(eevee, "volumetric_samples", text="Froxel steps")
         column.prop(water, "samples")
-        if panel.quality == "REFERENCE":
+        if engine == "cycles":
             column.prop(water, "bounces")
         for line in panel.decisions.splitlines():
             _say(self.layout, line)

@@ -20,7 +20,7 @@ from numpy.typing import ArrayLike, NDArray
 from ..uw_spectral.errors import InputError
 from ..uw_spectral.spectra.bands import Bands
 from ..uw_spectral.spectra.colour_rendering import rec709_to_XYZ, srgb_encode
-from ..uw_spectral.spectra.sensor import OBSERVERS, Sensor, parse_sensor
+from ..uw_spectral.spectra.sensor import Sensor, standard_observer
 from ..uw_spectral.spectra.spectrum import Spectrum
 
 SIZE = (320, 160)
@@ -72,7 +72,7 @@ def spectrum_colours(wavelengths: ArrayLike) -> NDArray[np.float64]:
     array([2, 0])
     """
     nm = np.atleast_1d(np.asarray(wavelengths, dtype=np.float64))
-    observer = _observer()
+    observer = standard_observer().sensitivity
     XYZ = observer.at(np.clip(nm, *observer.range))
     rgb = XYZ @ np.linalg.inv(rec709_to_XYZ()).T
     rgb -= 0.8 * np.minimum(rgb.min(axis=1, keepdims=True), 0.0)
@@ -350,11 +350,6 @@ class _Axes:
 
     def _paint_area(self, colour: ArrayLike, cover: NDArray[np.float64]) -> None:
         _paint(self.picture[self.top : self.bottom, self.left : self.right], colour, cover)
-
-
-@functools.cache
-def _observer() -> Spectrum:
-    return parse_sensor(next(iter(OBSERVERS))).sensitivity
 
 
 def _sampled(spectrum: Spectrum, wavelengths: NDArray[np.float64]) -> NDArray[np.float64]:

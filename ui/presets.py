@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import override
 
 import bpy
 from bl_operators.presets import AddPresetBase
 from bl_ui.utils import PresetPanel
 
 from ..uw_spectral.errors import unknown_name
+from .live_updates import transaction
 
 _FOLDER = Path(__file__).resolve().parent.parent
 _SCENE = "bpy.context.scene.underwater"
@@ -24,10 +26,36 @@ def _values(names: tuple[str, ...]) -> list[str]:
     return [f"{_SCENE}.{name}" for name in names]
 
 
+class ApplyPreset(bpy.types.Operator):
+    """Runs a preset as Blender does; live water follows once, and undo is one step."""
+
+    bl_idname = "underwater.apply_preset"
+    bl_label = "Apply Preset"
+    bl_description = "Apply a preset to the water of the scene"
+    bl_options = {"REGISTER", "UNDO"}  # noqa: RUF012 - as Blender wants it
+
+    filepath: bpy.props.StringProperty(subtype="FILE_PATH", options={"SKIP_SAVE", "HIDDEN"})
+    menu_idname: bpy.props.StringProperty(options={"SKIP_SAVE", "HIDDEN"})
+
+    @override
+    def execute(self, _: bpy.types.Context) -> set[str]:
+        try:
+            with transaction():
+                return bpy.ops.script.execute_preset(
+                    filepath=self.filepath, menu_idname=self.menu_idname
+                )
+        except RuntimeError as error:  # what Blender has reported
+            self.report({"ERROR"}, str(error))
+            return {"CANCELLED"}
+
+
 class _PresetPanel(PresetPanel, bpy.types.Panel):
     """Popover with the presets of one kind."""
 
-    preset_operator = "script.execute_preset"
+    preset_operator = ApplyPreset.bl_idname
+
+    def __init_subclass__(cls) -> None:
+        cls.preset_operator_defaults = {"menu_idname": cls.__name__}
 
 
 class UNDERWATER_PT_water_presets(_PresetPanel):  # noqa: N801 - the name is the identifier
@@ -94,6 +122,7 @@ KINDS = {
 }
 
 CLASSES = (
+    ApplyPreset,
     *KINDS.values(),
     WaterPresetAdd,
     LookPresetAdd,
@@ -119,7 +148,7 @@ def apply(kind: str, name: str) -> None:
     known = names(kind)
     if name not in known:
         raise unknown_name(f"{kind} preset", name, list(known))
-    bpy.ops.script.execute_preset(filepath=str(known[name]), menu_idname=KINDS[kind].__name__)
+    bpy.ops.underwater.apply_preset(filepath=str(known[name]), menu_idname=KINDS[kind].__name__)
 
 
 def register() -> None:

@@ -21,7 +21,7 @@ from ..uw_spectral.water.optical_properties import JERLOV_TYPES
 
 if TYPE_CHECKING:
     from ..scene.render_plan import RenderPlan
-    from ..uw_spectral.imaging.readouts import Readouts
+    from ..uw_spectral.imaging.summary import Readouts
     from ..uw_spectral.spectra.spectrum import Spectrum
 
 SWATCH_SIZE = 64
@@ -127,30 +127,32 @@ def compute(scene: bpy.types.Scene) -> Pictures:
 
 
 def _fill(state: _State, pictures: Pictures, chosen: SceneSettings, depth: float) -> None:
-    from ..scene import shared_plans
-    from ..uw_spectral.imaging import readouts
+    from ..scene.render_plan import plan_of, quiet
+    from ..uw_spectral.imaging.description import REFERENCE_BANDS
+    from ..uw_spectral.imaging.summary import readouts
+    from ..uw_spectral.imaging.water_colour import inelastic_share, water_swatch
     from . import plots
 
-    fine = replace(chosen, bands=readouts.REFERENCE_BANDS, wavelengths="")
+    fine = replace(chosen, bands=REFERENCE_BANDS, wavelengths="")
     gallery = JERLOV_TYPES if chosen.water != CONSTITUENTS else ()  # it is not shown then
     for name in gallery:
         try:
-            plan = shared_plans.plan_of(
+            plan = plan_of(
                 replace(fine, water=f"jerlov:{name}", water_source=_source(chosen, name),
                         second_water="", second_water_share=0.0, inelastic="")
             )  # fmt: skip
-            swatch = readouts.water_swatch(plan.viewpoint(depth))
+            swatch = water_swatch(plan.viewpoint(depth))
         except InputError:
             continue
         _show(state, f"swatch {name}", _plain(swatch))
-    plan, reference = shared_plans.plan_of(chosen), shared_plans.plan_of(fine)
+    plan, reference = plan_of(chosen), plan_of(fine)
     pictures.source = plan.water.source
     view = plan.viewpoint(depth)
-    with shared_plans.quiet():
+    with quiet():
         fine_view = reference.viewpoint(depth)
-        pictures.readouts = readouts.readouts(view, fine_view)
+        pictures.readouts = readouts(view, fine_view)
         if reference.inelastic is not None:
-            pictures.inelastic = readouts.inelastic_share(fine_view, reference.inelastic)
+            pictures.inelastic = inelastic_share(fine_view, reference.inelastic)
     _show(state, "open water", _plain(pictures.readouts.swatch))
     coefficients = {"a": plan.water.absorption, "b": plan.water.scattering}
     coefficients["bb"] = _backscattering(reference)

@@ -10,22 +10,17 @@ import bpy
 
 from ..scene import stored_settings
 from ..scene.session import is_live
-from ..scene.settings import BANDS, CONSTITUENTS, REALTIME, Job, SceneSettings
+from ..scene.settings import CONSTITUENTS, METHODS, Job, SceneSettings
 from ..uw_spectral.errors import InputError
 from ..uw_spectral.water.inelastic_processes import PROCESSES, parse_processes
 from ..uw_spectral.water.optical_properties import JERLOV_TYPES
+from .live_updates import transaction
 
 if TYPE_CHECKING:
     from ..scene.scene_requirements import Choice
 
 PROPERTY = "underwater_panel"
 
-# Quality → engine and mode of the batch.
-QUALITIES = {
-    "REALTIME": ("eevee", REALTIME),
-    "BANDS": ("eevee", BANDS),
-    "REFERENCE": ("cycles", BANDS),
-}
 _JERLOV, _AUTO = "jerlov:", "auto"
 
 
@@ -219,15 +214,9 @@ class UnderwaterPanelProperties(bpy.types.PropertyGroup):
     quality: bpy.props.EnumProperty(
         name="Quality",
         description="How the water is rendered",
-        items=[
-            ("REALTIME", "Real-time", "EEVEE, all bands in one pass: animation, look development"),
-            ("BANDS", "Bands", "EEVEE, three bands a pass: spectra, and the camera can be changed "
-             "after rendering"),
-            ("REFERENCE", "Reference", "Cycles, light scattered any number of times: the truth to "
-             "compare with, slow"),
-        ],
+        items=[(name.upper(), m.label, m.text) for name, m in METHODS.items()],
         options=set(),
-    )  # fmt: skip
+    )
     target_delta_e: bpy.props.FloatProperty(
         name="Colour error",
         description="Mean ΔE2000, against everything in many bands, that Auto aims at, objects, "
@@ -269,14 +258,14 @@ class UnderwaterPanelProperties(bpy.types.PropertyGroup):
 def job(scene: bpy.types.Scene, *, resume: bool = False) -> Job:
     """Return the job that the panel describes, as the command line would."""
     group = getattr(scene, PROPERTY)
-    engine, mode = QUALITIES[group.quality]
+    method = METHODS[group.quality.lower()]
     frames = (scene.frame_current,)
     if group.animation:
         frames = tuple(range(scene.frame_start, scene.frame_end + 1, scene.frame_step))
     return Job(
         blend=None,
-        engine=engine,
-        mode=mode,
+        engine=method.engine,
+        mode=method.mode,
         frames=frames,
         camera=None,
         resolution=None,
@@ -314,12 +303,13 @@ def write_choice(scene: bpy.types.Scene, earlier: dict[str, Any], choice: Choice
     group, water = getattr(scene, PROPERTY), getattr(scene, stored_settings.PROPERTY)
     stored = stored_settings.stored_settings(scene)
     changed = {}
-    for name, value in (earlier | choice.settings).items():
-        before = earlier.get(name, getattr(stored, name))
-        if value != before:
-            changed[name] = before, value
-        if value != getattr(stored, name):
-            setattr(water, name, value)
+    with transaction():
+        for name, value in (earlier | choice.settings).items():
+            before = earlier.get(name, getattr(stored, name))
+            if value != before:
+                changed[name] = before, value
+            if value != getattr(stored, name):
+                setattr(water, name, value)
     group.chosen, group.decisions = json.dumps(changed), "\n".join(choice.lines)
     if choice.settings.get("shafts", stored.shafts) and is_live(scene):
         scene.eevee.volumetric_samples = choice.required.froxels

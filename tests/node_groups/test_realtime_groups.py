@@ -89,7 +89,11 @@ def test_equal_expressions_become_one_node():
     assert total.size == 3
     assert (x * 1.0) is x
     assert x * 0.0 == 0.0
-    assert np.float64(2.0) * x is not None
+    # numpy leaves the product to the term, which has it already.
+    before = len(tree.nodes)
+    assert np.float64(2.0) * x is x * 2.0
+    assert len(tree.nodes) == before
+    assert (x * 2.0).socket.node.operation == "MULTIPLY"
 
 
 def test_interpolation_is_exact_at_and_between_the_points():

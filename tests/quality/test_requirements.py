@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from underwater_spectral.quality.combinations import BandChoice, ErrorEstimate, Workload
-from underwater_spectral.quality.costs import COLUMNS, Options, read_costs
+from underwater_spectral.quality.costs import COLUMNS, COSTED, read_costs
 from underwater_spectral.quality.light_reach import (
     BOUNCES,
     clip_to_display,
@@ -18,19 +18,25 @@ from underwater_spectral.quality.light_reach import (
 )
 from underwater_spectral.quality.requirements import SAFETY, decide
 from underwater_spectral.quality.seen_points import (
+    Optics,
+    SeenPoints,
+    cone_directions,
+    openness,
+    picture,
+)
+from underwater_spectral.quality.terms import (
     AUREOLE,
     DIFFUSE_SHADOWS,
     SHAFTS,
     SINGLE,
-    Optics,
-    SeenPoints,
-    cone_directions,
-    picture,
-    visibility,
+    SURFACE,
+    TERMS,
+    WAVES,
+    with_and_without,
 )
 from underwater_spectral.tests import by_hand
 from underwater_spectral.uw_spectral.errors import InputError
-from underwater_spectral.uw_spectral.imaging.readouts import make_viewpoint
+from underwater_spectral.uw_spectral.imaging.optics import make_viewpoint
 from underwater_spectral.uw_spectral.spectra.bands import Bands
 from underwater_spectral.uw_spectral.spectra.colour_rendering import (
     delta_e_CIE2000_images,
@@ -41,7 +47,6 @@ from underwater_spectral.uw_spectral.spectra.sensor import parse_sensor
 from underwater_spectral.uw_spectral.spectra.spectrum import DATA_DIRECTORY, read_table
 from underwater_spectral.uw_spectral.surface.wave_patterns import Sea
 from underwater_spectral.uw_spectral.transfer.light_cone import LightCone
-from underwater_spectral.uw_spectral.transfer.water_column import SURFACES
 from underwater_spectral.uw_spectral.water.optical_properties import Water
 
 pytestmark = pytest.mark.filterwarnings(
@@ -73,7 +78,7 @@ def seen_points(count=24, depth=5.0, shadow=0.0, up=0.3, distance=6.0):
         path_sunlit=random.random((count, 5)) >= shadow,
         reach=30.0,
         on_floor=np.zeros(count, dtype=bool),
-        visibility=np.ones(count),
+        openness=np.ones(count),
         pixels=np.full(count, 1 / count),
     )
 
@@ -136,9 +141,9 @@ def test_waves_change_lit_points():
     estimate = ErrorEstimate(
         [seen_points()], Optics(view, waves=sea), choices((6,), surface="flat")
     )
-    assert estimate.surfaces == ("waves", "flat", "none")
-    everything = estimate.everything()
-    flat = estimate.rgb(None, replace(everything, surface="flat"))
+    everything = estimate.everything
+    assert everything == {AUREOLE, SHAFTS, WAVES, SURFACE}
+    flat = estimate.rgb(None, everything - {WAVES})
     assert estimate.errors([flat])[0] > 0.1
     assert estimate.errors([estimate.rgb(None, everything)])[0] == pytest.approx(0)
 
@@ -149,9 +154,7 @@ def test_search_finds_the_cheapest_of_all_combinations():
     costs = read_costs()
     combinations = estimate.combinations(Workload(), costs)
     assert len(combinations) == 5 * 2 * 2 * 2
-    errors = [
-        estimate.errors([estimate.rgb(c.bands, c.options, floor=c.floor)])[0] for c in combinations
-    ]
+    errors = [estimate.errors([estimate.rgb(c.bands, c.options)])[0] for c in combinations]
     for target in (0.5, 1.0, 3.0):
         chosen, error = estimate.search(combinations, target)
         good = [c.cost for c, e in zip(combinations, errors, strict=True) if e <= target]
@@ -163,8 +166,8 @@ def test_parts_add_up_as_separate_pictures_do():
     fine, few = viewpoint(surface="flat"), viewpoint(bands=9, surface="flat")
     seen = seen_points(shadow=0.4)
     estimate = ErrorEstimate([seen], Optics(fine), [BandChoice("9", Optics(few), {})])
-    options = Options(aureole=False, surface="none")
-    guess = estimate.errors([estimate.rgb(estimate.choices[0], options)])[0]
+    # Bands are known by their name, not by the object.
+    guess = estimate.errors([estimate.rgb(BandChoice("9", Optics(few), {}), frozenset())])[0]
     truth = clip_to_display(picture(Optics(fine), seen).without())
     direct = clip_to_display(picture(Optics(few), seen, surface="none").without(AUREOLE, SHAFTS))
     measured = delta_e_CIE2000_images(direct, truth).mean()
@@ -196,10 +199,9 @@ def test_a_looser_target_never_costs_more():
 
 def test_what_is_kept_stays():
     given = [seen_points(shadow=0.4)], Optics(viewpoint()), choices()
-    assert not decide(*given, target=20.0).options.shafts
+    assert SHAFTS not in decide(*given, target=20.0).options
     kept = decide(*given, target=20.0, keep=(SHAFTS, AUREOLE))
-    assert kept.options.shafts
-    assert kept.options.aureole
+    assert kept.options >= {SHAFTS, AUREOLE}
     assert "on, as given" in "\n".join(map(str, kept.decisions))
 
 
@@ -277,11 +279,7 @@ def test_costs_are_those_of_the_table():
     water = [row for row in rows if row["bands"] and not row["cycles"]]
     assert len(water) == 9
     for row in water:
-        options = Options(
-            bool(row["aureole"]),
-            SURFACES[int(row["surface"])],
-            *(bool(row[name]) for name in ("inelastic", "shafts", "diffuse_shadows")),
-        )
+        options = frozenset(term.name for term in COSTED if row[term.name])
         bands = int(row["bands"])
         found = costs.sample("realtime", bands, 3, options)
         assert found == pytest.approx(row["ratio"], rel=0.1)
@@ -292,18 +290,14 @@ def test_costs_are_those_of_the_table():
 
 def test_less_never_costs_more():
     costs = read_costs()
-    everything = Options(True, "waves", True, True, True)
-    for less in (
-        {"aureole": False},
-        {"surface": "flat"},
-        {"surface": "none"},
-        {"inelastic": False},
-        {"shafts": False},
-        {"diffuse_shadows": False},
-    ):
+    everything = frozenset(term.name for term in TERMS)
+    for term in TERMS:
         for bands in (3, 16):
-            cheaper = costs.sample("realtime", bands, 3, replace(everything, **less))
-            assert cheaper <= costs.sample("realtime", bands, 3, everything)
+            more, less = (
+                costs.sample("realtime", bands, 3, options)
+                for options in with_and_without(term, everything)
+            )
+            assert less < more if term.cost else less == more
 
 
 def test_few_rays_stand_for_all_that_is_seen():
@@ -347,7 +341,7 @@ def test_diffuse_shadows_are_a_part():
     view, seen = viewpoint(), seen_points(shadow=0.1)
     assert DIFFUSE_SHADOWS not in picture(Optics(view), seen).parts
     hit = np.isfinite(seen.distance)
-    shaded = replace(seen, visibility=np.where(hit, 0.0, 1.0))
+    shaded = replace(seen, openness=np.where(hit, 0.0, 1.0))
     part = picture(Optics(view), shaded).parts[DIFFUSE_SHADOWS]
     assert (part[~hit] == 0).all()
     assert (luminance(part[hit]) < 0).all()
@@ -360,7 +354,7 @@ def test_diffuse_shadows_are_a_part():
 
 def test_diffuse_shadows_are_chosen_where_they_matter():
     seen = seen_points()
-    shaded = replace(seen, visibility=np.where(np.isfinite(seen.distance), 0.2, 1.0))
+    shaded = replace(seen, openness=np.where(np.isfinite(seen.distance), 0.2, 1.0))
     given = Optics(viewpoint()), choices()
     chosen, less, none, kept, without = (
         decide([view], *given, target=target, **how)
@@ -372,12 +366,11 @@ def test_diffuse_shadows_are_chosen_where_they_matter():
             (shaded, 0.3, {"off": (DIFFUSE_SHADOWS, AUREOLE)}),
         )
     )
-    assert chosen.options.diffuse_shadows
-    assert not less.options.diffuse_shadows
-    assert not none.options.diffuse_shadows
-    assert kept.options.diffuse_shadows
-    assert not without.options.diffuse_shadows
-    assert not without.options.aureole
+    assert DIFFUSE_SHADOWS in chosen.options
+    assert DIFFUSE_SHADOWS not in less.options
+    assert DIFFUSE_SHADOWS not in none.options
+    assert DIFFUSE_SHADOWS in kept.options
+    assert not {DIFFUSE_SHADOWS, AUREOLE} & without.options
     line = {d.name: d for d in chosen.decisions}["diffuse shadows"]
     assert line.effect_delta_e > 0.3
     assert line.cost_ratio > 1
@@ -387,7 +380,7 @@ def test_diffuse_shadows_are_chosen_where_they_matter():
     assert "off, as given" in str({d.name: d for d in without.decisions}["diffuse shadows"])
 
 
-def test_visibility_is_the_share_of_the_cosine():
+def test_openness_is_the_share_of_the_cosine():
     cone = LightCone(np.array([0.0, 0.0, -1.0]), math.radians(50))
     assert cone.direction == pytest.approx([0.0, 0.0, -1.0], abs=1e-12)
     w = cone_directions(cone, 400)
@@ -399,10 +392,10 @@ def test_visibility_is_the_share_of_the_cosine():
         np.array([[1.0, 0, 0]]),
     )
     half = (w[:, 0] > 0)[None]
-    assert visibility(up, w, half)[0] == pytest.approx(0.5, abs=0.01)
-    assert visibility(level, w, half)[0] == pytest.approx(1)
-    assert visibility(level, w, ~half)[0] == pytest.approx(0)
-    assert visibility(down, w, half)[0] == 1
+    assert openness(up, w, half)[0] == pytest.approx(0.5, abs=0.01)
+    assert openness(level, w, half)[0] == pytest.approx(1)
+    assert openness(level, w, ~half)[0] == pytest.approx(0)
+    assert openness(down, w, half)[0] == 1
     low = cone_directions(LightCone(np.array([0.8, 0.0, -0.6]), math.radians(60)), 100)
     assert low[:, 2].min() > 0
 
@@ -419,3 +412,5 @@ def test_refusals():
         decide(*given, choices((3,)), target=1.0, budget=-1.0)
     with pytest.raises(InputError, match="at least one view and one set of bands"):
         decide(*given, [], target=1.0)
+    with pytest.raises(InputError, match="every set of bands a name of its own"):
+        decide(*given, choices((3, 3)), target=1.0)

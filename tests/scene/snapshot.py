@@ -57,7 +57,8 @@ def _walk(result: dict[str, object], path: str, struct: object, depth: int) -> N
         getattr(struct, "keys", list)() if isinstance(struct, bpy.types.ID | bpy.types.Node) else ()
     ):
         value = struct[key]
-        result[f"{path}[{key!r}]"] = value.to_list() if hasattr(value, "to_list") else repr(value)
+        plain = getattr(value, "to_dict", getattr(value, "to_list", lambda v=value: v))()
+        result[f"{path}[{key!r}]"] = plain if isinstance(plain, list) else repr(plain)
     if isinstance(struct, bpy.types.NodeTree):
         result[f"{path}.link_set"] = sorted(
             f"{k.from_node.name}.{k.from_socket.identifier}>{k.to_node.name}.{k.to_socket.identifier}"

@@ -24,7 +24,7 @@ PATCHES = ("blue sky", "orange", "bluish green", "neutral 5 (.70 D)")
 
 def picture(plan):
     """Colours of patches and open water that the plan's reduction gives, in numpy alone."""
-    radiance = plan.path_radiance(DEPTH)
+    radiance = plan.viewpoint(DEPTH).path_radiance
     w, distance = (0.6, 0.8, 0.0), 2.5
     field, centres = radiance.field, plan.bands.centres
     patches = np.stack([colorchecker_reflectance(patch).at(centres) for patch in PATCHES])

@@ -8,12 +8,13 @@ import signal
 import subprocess
 import sys
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import bpy
 import numpy as np
 import pytest
-from underwater_spectral.scene import batch
+from underwater_spectral.scene import batch, picture_size, render_job, settings
 from underwater_spectral.tests.scene import scenes, snapshot
 from underwater_spectral.uw_spectral.spectra.spectral_image import read_exr, read_spectral_exr
 
@@ -124,10 +125,88 @@ def test_resume_with_other_settings_is_refused(blend, tmp_path, capsys):
     assert "other values of bands; use the same ones, or another --out" in capsys.readouterr().err
 
 
-def _csv(tmp_path: Path, text: str) -> str:
-    path = tmp_path / "table.csv"
+def _csv(tmp_path: Path, text: str, name: str = "table.csv") -> str:
+    path = tmp_path / name
     path.write_text(text)
     return f"file:{path}"
+
+
+_TABLES = {
+    "--water": "wavelength_nm,a,b\n400,{0},0.2\n700,{0},0.2\n",
+    "--second-water": "wavelength_nm,a,b\n400,{0},0.2\n700,{0},0.2\n",
+    "--illuminant": "wavelength_nm,irradiance\n300,{0}\n800,1.0\n",
+    "--floor-reflectance": "wavelength_nm,reflectance\n300,{0}\n800,0.2\n",
+}
+
+
+@pytest.mark.parametrize("option", _TABLES)
+def test_resume_with_an_edited_table_is_refused(blend, tmp_path, capsys, option):
+    out = tmp_path / "out"
+    table = _csv(tmp_path, _TABLES[option].format(0.1), "tab#le.csv")
+    arguments = [blend, *FAST, "--bands", 3, option, table, "--out", out]
+    assert _run(*arguments) == 0
+    assert _run(*arguments, "--resume") == 0
+    _csv(tmp_path, _TABLES[option].format(0.3), "tab#le.csv")
+    capsys.readouterr()
+    assert _run(*arguments, "--resume") == 2
+    path = table.removeprefix("file:")
+    wanted = f"with other values of the table {path} ({option}); use the same ones, or another"
+    assert wanted in capsys.readouterr().err
+
+
+def test_a_water_of_seabass_counts_by_its_content_and_a_sensor_only_where_it_is_used(
+    blend, tmp_path, capsys
+):
+    sensors = "wavelength_nm,R,G,B\n400,{0},0.2,0.9\n550,0.3,0.9,0.1\n700,0.9,0.1,0.05\n"
+    station = tmp_path / "station.sb"
+    text = (ROOT / "tests" / "uw_spectral" / "water" / "Water_Absorption.sb").read_text()
+    _csv(tmp_path, sensors.format(0.1))
+    options = settings.parse(
+        ["--sensor", f"file:{tmp_path}/table.csv", "--water", f"file:{station}"]
+    )
+    chosen = settings.merge(settings.SceneSettings(), options)
+    bpy.ops.wm.open_mainfile(filepath=str(blend))
+
+    def fingerprint(mode):
+        job = replace(settings.job(options), mode=mode)
+        return render_job._fingerprint(bpy.context.scene, bpy.context.scene.camera, chosen, job)
+
+    station.write_text(text)
+    bands, realtime = fingerprint("bands"), fingerprint("realtime")
+    _csv(tmp_path, sensors.format(0.2))
+    assert fingerprint("bands") == bands
+    assert fingerprint("realtime") != realtime
+    station.write_text(text.replace("/end_header", "/end_header ", 1))
+    assert fingerprint("bands") != bands
+
+
+@pytest.mark.parametrize(
+    ("size", "message"),
+    [
+        ((100000, 100000), "100000 × 100000 pixels; Blender renders 4 to 65536 a side, and every "
+         "band of a picture of this size would take 80 GB of memory"),
+        ((2, 18), "Blender renders 4 to 65536 a side"),
+    ],
+)  # fmt: skip
+def test_sizes_that_blender_cannot_render_are_refused(blend, tmp_path, capsys, size, message):
+    assert _run(blend, "--out", tmp_path / "out", "--resolution", *size) == 2
+    assert message in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_frame_that_no_memory_holds_is_refused(blend, tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr(picture_size, "physical_memory", lambda: 2e10)
+    arguments = [blend, "--resolution", 20000, 20000, "--out", tmp_path / "out"]
+    assert _run(*arguments) == 2
+    assert (
+        "20000 × 20000 pixels in 8 bands takes at least 32 GB of memory, and this machine has "
+        "20 GB; lower --resolution or --bands"
+    ) in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
+
+
+def test_this_machine_has_memory():
+    assert 1e8 < picture_size.physical_memory() < 1e15
 
 
 @pytest.mark.parametrize(

@@ -8,10 +8,14 @@ import bpy
 import numpy as np
 import pytest
 from underwater_spectral.node_groups import realtime_values
-from underwater_spectral.scene import live, realtime, shared_plans, stored_settings
-from underwater_spectral.scene.render_plan import make_plan
+from underwater_spectral.scene import live, realtime, stored_settings
+from underwater_spectral.scene.render_plan import make_plan, plan_of
 from underwater_spectral.scene.session import is_live
 from underwater_spectral.tests.scene import scenes, snapshot
+from underwater_spectral.uw_spectral.imaging.description import REFERENCE_BANDS
+from underwater_spectral.uw_spectral.transfer import inelastic_light, water_column
+from underwater_spectral.uw_spectral.transfer.light_field import solve_light_field
+from underwater_spectral.uw_spectral.water.inelastic_processes import EXCITATION
 
 pytestmark = pytest.mark.filterwarnings(
     "ignore::underwater_spectral.uw_spectral.errors.DataWarning"
@@ -255,9 +259,87 @@ def test_edited_colours_are_followed():
     assert [i.default_value for i in copies[0].inputs] == pytest.approx([0.1, 0.2, 0.3])
 
 
-def test_shared_plans_are_plans():
+@pytest.fixture
+def solved(monkeypatch):
+    """Numbers of bands of the light fields that are solved."""
+    found = []
+
+    def solve(absorption, *arguments, **options):
+        found.append(len(absorption))
+        return solve_light_field(absorption, *arguments, **options)
+
+    water_column._light_field.cache_clear()
+    for module in (water_column, inelastic_light):
+        monkeypatch.setattr(module, "solve_light_field", solve)
+    return found
+
+
+@pytest.mark.parametrize("surface", ["none", "flat", "waves"])
+@pytest.mark.parametrize(
+    ("settings", "others"),
+    [
+        ({}, set()),
+        ({"white_balance": "depth"}, set()),
+        ({"water": "case:baltic", "inelastic": "all"}, {len(EXCITATION)}),
+        ({"band_placement": "optimised", "bands": 6}, {REFERENCE_BANDS}),
+    ],
+    ids=["plain", "depth balance", "inelastic", "optimised"],
+)
+def test_a_change_solves_the_light_field_of_its_bands_once(solved, surface, settings, others):
+    scene = _scene()
+    for name, value in {"surface": surface, "wave_resolution": 16, **settings}.items():
+        setattr(scene.underwater, name, value)
+    live.add(scene)
+    solved.clear()
+    scene.underwater.scattering_factor = 1.0625
+    assert live.problem(scene) == ""
+    drawn = len(make_plan(stored_settings.stored_settings(scene)).bands)
+    assert solved.count(drawn) == 1
+    assert set(solved) == {drawn, *others}
+
+
+def test_a_preset_solves_the_light_field_once(solved, monkeypatch):
+    scene = _scene()
+    live.add(scene)
+    built = _groups()
+    update = live.update
+    with monkeypatch.context() as patch:
+        patch.setattr(live, "update", lambda *_, **__: True)
+        for name, value in {"water": "jerlov:3C", "sun_zenith": 21.0, "sensor": "ARRI D21"}.items():
+            setattr(scene.underwater, name, value)
+    solved.clear()
+    update(scene)
+    assert solved == [8]
+    _assert_shows(scene, 5.0)
+    assert solved == [8]  # what is compared with knows the field
+    assert _groups() == built
+
+
+def test_an_edited_file_counts_once_the_water_is_built_anew(tmp_path):
+    path = tmp_path / "water.csv"
+
+    def write(b):
+        path.write_text(f"wavelength_nm,a,b\n300,0.05,{b}\n800,0.5,{b}\n")
+
+    scene = _scene()
+    write(0.1)
+    scene.underwater.water = f"file:{path}"
+    live.add(scene)
+    before = _numbers()
+    write(0.3)
+    live.update(scene)
+    assert np.array_equal(_numbers(), before)
+    live.rebuild(scene)
+    assert not np.array_equal(_numbers(), before)
+    _assert_shows(scene, 5.0)
+    write(0.2)
+    new_job = make_plan(stored_settings.stored_settings(scene))
+    assert new_job.column.scattering == pytest.approx(0.2)
+
+
+def test_plans_of_a_view_are_plans():
     chosen = stored_settings.stored_settings(_scene())
-    own, shared = make_plan(chosen), shared_plans.plan_of(chosen)
+    own, shared = make_plan(chosen), plan_of(chosen)
     found = shared.viewpoint(5.0).reduction.weights
     assert found == pytest.approx(own.reduction(5.0).weights, rel=1e-12)
     assert shared.column.absorption == pytest.approx(own.column.absorption)

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from mathutils import Vector
 from underwater_spectral.node_groups.node_mathematics import MARK
+from underwater_spectral.quality import requirements
 from underwater_spectral.scene import batch, scene_requirements, settings, stored_settings
 from underwater_spectral.scene.settings import SceneSettings
 from underwater_spectral.tests.scene import scenes
@@ -50,7 +51,7 @@ def test_a_cube_ahead_is_seen_where_it_is():
     assert seen.colour[hit] == pytest.approx(np.tile([0.7, 0.3, 0.2], (hit.sum(), 1)), abs=1e-6)
     assert not seen.on_floor.any()
     assert seen.path_sunlit.all()
-    assert (seen.visibility == 1).all()
+    assert (seen.openness == 1).all()
 
 
 def test_a_subject_of_one_percent_counts_as_the_water_does():
@@ -80,8 +81,8 @@ def test_floor_and_shadows_are_found():
     assert 0.1 < seen.shaded_path < 0.9
     assert not seen.sunlit[np.isfinite(seen.distance)].all()
     under = floor & (np.abs(seen.origin + seen.direction * seen.distance[:, None])[:, 0] < 1)
-    assert seen.visibility[floor].min() < 0.7
-    assert seen.visibility[under].mean() < seen.visibility[floor & ~under].mean()
+    assert seen.openness[floor].min() < 0.7
+    assert seen.openness[under].mean() < seen.openness[floor & ~under].mean()
 
 
 def test_a_ceiling_keeps_the_light_from_above_away():
@@ -90,8 +91,8 @@ def test_a_ceiling_keeps_the_light_from_above_away():
     slab.scale = (40.0, 40.0, 0.1)
     bpy.context.view_layer.update()
     seen = _look(scene, camera)
-    assert (seen.visibility[np.isfinite(seen.distance)] == 0).sum() > 10
-    assert (seen.visibility[np.isinf(seen.distance)] == 1).all()
+    assert (seen.openness[np.isfinite(seen.distance)] == 0).sum() > 10
+    assert (seen.openness[np.isinf(seen.distance)] == 1).all()
 
 
 def test_live_water_is_not_in_the_way():
@@ -157,7 +158,7 @@ def test_choice_changes_only_what_was_left_to_it():
     assert auto.keep == {"surface", "samples"}
     choice = _choose(scene, camera, options, target=8.0, keep=auto.keep)
     assert not {"surface", "samples"} & set(choice.settings)
-    assert choice.required.options.surface == "flat"
+    assert "surface" in choice.required.options
     assert choice.settings["bands"] == 3
     assert choice.settings["aureole"] is False
     assert "shafts" not in choice.settings
@@ -166,6 +167,52 @@ def test_choice_changes_only_what_was_left_to_it():
     )
     assert "bands" not in fixed.settings
     assert "5, as given" in fixed.lines[0]
+
+
+def test_an_edited_file_counts_for_the_next_choice(tmp_path, monkeypatch):
+    scene, camera = _scene()
+    path = tmp_path / "water.csv"
+    found = []
+
+    def decide(views, everything, *arguments, **options):
+        found.append(float(everything.view.column.scattering[0]))
+        return requirements.decide(views, everything, *arguments, **options)
+
+    monkeypatch.setattr(scene_requirements, "decide", decide)
+    options = ["--water", f"file:{path}", "--bands", "3"]
+    for b in (0.1, 0.3):
+        path.write_text(f"wavelength_nm,a,b\n300,0.05,{b}\n800,0.5,{b}\n")
+        _choose(scene, camera, options, target=8.0, keep=frozenset(["bands"]))
+    assert found == pytest.approx([0.1, 0.3])
+
+
+def test_terms_that_are_given_stay():
+    scene, camera = _scene()
+    options = ["--engine", "eevee", "--bands", "4", "--no-aureole", "--shafts", "--surface", "flat"]
+    options += ["--inelastic", ""]
+    keep = settings.auto(settings.parse([*options, "--target-delta-e", "8"])).keep
+    choice = _choose(scene, camera, options, target=8.0, keep=keep)
+    assert choice.required.options == {"shafts", "surface"}
+    lines = {line.split(";")[0] for line in choice.lines}
+    assert {
+        "aureole: off, as given",
+        "shafts: on, as given",
+        "diffuse shadows: off",
+        "surface with Snell's window: on, as given",
+    } <= lines
+    assert not any(line.startswith(("waves", "inelastic")) for line in lines)
+    assert not {"aureole", "shafts", "surface", "inelastic"} & set(choice.settings)
+    assert choice.settings["diffuse_shadows"] is False
+
+
+def test_cycles_has_terms_that_are_switches_of_eevee():
+    scene, camera = _scene()
+    options = ["--engine", "cycles", "--bands", "4", "--no-aureole"]
+    keep = frozenset(["bands", "aureole"])
+    choice = _choose(scene, camera, options, target=8.0, keep=keep)
+    assert "aureole" in choice.required.options
+    assert not {"aureole", "shafts", "diffuse_shadows"} & set(choice.settings)
+    assert not any(line.startswith("aureole") for line in choice.lines)
 
 
 def test_frames_along_the_path_are_looked_at():

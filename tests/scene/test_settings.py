@@ -51,6 +51,13 @@ def test_every_setting_is_an_option():
         assert settings.flag(setting.name) in text
 
 
+def test_help_names_every_kind_of_water():
+    text = " ".join(settings.parser().format_help().split())
+    start = text.index("--water WATER Water:")
+    for form in ("jerlov:", "case:", "bio:", "file:", ".sb", "Kd"):
+        assert form in text[start : start + 400], form
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [

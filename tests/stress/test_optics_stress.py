@@ -10,20 +10,16 @@ import pytest
 from hypothesis import strategies as st
 from underwater_spectral.tests.stress.cases import few_or_many, try_cases
 from underwater_spectral.uw_spectral.errors import InputError
-from underwater_spectral.uw_spectral.imaging.optimised_bands import (
-    fitted_reduction,
-    optimised_bands,
-)
-from underwater_spectral.uw_spectral.imaging.readouts import (
-    colour_error,
+from underwater_spectral.uw_spectral.imaging.band_error import colour_error
+from underwater_spectral.uw_spectral.imaging.band_selection import fitted_reduction, optimised_bands
+from underwater_spectral.uw_spectral.imaging.optics import make_viewpoint
+from underwater_spectral.uw_spectral.imaging.visibility import (
     diffuse_attenuation,
-    dominant_colour,
     euphotic_depth,
     horizontal_visibility,
     light_left,
-    make_viewpoint,
-    water_swatch,
 )
+from underwater_spectral.uw_spectral.imaging.water_colour import dominant_colour, water_swatch
 from underwater_spectral.uw_spectral.spectra.bands import Bands
 from underwater_spectral.uw_spectral.spectra.colour_rendering import WHITE_BALANCES, reduction
 from underwater_spectral.uw_spectral.spectra.illuminant import ILLUMINANTS, parse_illuminant

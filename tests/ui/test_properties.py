@@ -12,7 +12,8 @@ from unittest.mock import MagicMock
 import bpy
 import numpy as np
 import pytest
-from underwater_spectral.scene import shared_plans, stored_settings
+from underwater_spectral.scene import stored_settings
+from underwater_spectral.scene.render_plan import plan_of, quiet
 from underwater_spectral.scene.settings import SceneSettings
 from underwater_spectral.ui import migration, panels, presets, previews
 from underwater_spectral.ui import property_group as panel_group
@@ -21,14 +22,15 @@ from underwater_spectral.uw_spectral.spectra.sensor import list_sensors
 from underwater_spectral.uw_spectral.water.optical_properties import JERLOV_TYPES
 
 DEPTH = 0.5
+ROOT = Path(__file__).resolve().parents[2]
 
 
 def _plan():
     """Plan, development and path radiance of the scene: finite numbers, all of them."""
     chosen = stored_settings.stored_settings(bpy.context.scene)
-    plan = shared_plans.plan_of(chosen)
+    plan = plan_of(chosen)
     view = plan.viewpoint(min(DEPTH, 0.5 * (chosen.floor_depth or math.inf)))
-    with shared_plans.quiet():
+    with quiet():
         weights = view.reduction.weights
     assert weights.shape == (3, len(plan.bands))
     assert np.isfinite(weights).all()
@@ -123,11 +125,15 @@ def test_water_from_constituents_and_its_inelastic_light():
     assert (water.water, water.inelastic) == ("jerlov:IB", "")
 
 
-@pytest.mark.parametrize("water", ["constituents", "jerlov:IB", "file:none.csv"])
-def test_the_panel_names_properties_that_exist(water, monkeypatch):
+@pytest.mark.parametrize(
+    ("water", "quality"),
+    [("constituents", "REALTIME"), ("jerlov:IB", "BANDS"), ("file:none.csv", "REFERENCE")],
+)
+def test_the_panel_names_properties_that_exist(water, quality, monkeypatch):
     """Drawing onto a layout that only looks them up; a window is not needed."""
     monkeypatch.setattr(panels, "_say", lambda *_: None)  # it measures the window
     bpy.context.scene.underwater.water = water
+    bpy.context.scene.underwater_panel.quality = quality
     shown = []
 
     class Layout(MagicMock):
@@ -146,6 +152,31 @@ def test_the_panel_names_properties_that_exist(water, monkeypatch):
         panel.draw(drawn, bpy.context)
     assert "inelastic" in shown
     assert ("chlorophyll" in shown) == (water == "constituents")
+    assert ("denoise" in shown) == (quality == "REFERENCE")
+    switches = {"aureole", "shafts", "diffuse_shadows"} & set(shown)
+    assert len(switches) == (0 if quality == "REFERENCE" else 3)
+
+
+def test_the_manual_has_a_row_for_every_panel():
+    rows = (ROOT / "docs" / "manual.md").read_text().split("## How to read the panel")[1]
+    for panel in panels.CLASSES:
+        assert hasattr(panel, "bl_parent_id") == (f"\n| {panel.bl_label} | " in rows), panel
+
+
+def test_the_readme_counts_the_sensors():
+    text = (ROOT / "README.md").read_text()
+    count = {kind: len(list_sensors(kind)) for kind in ("camera", "film", "observer")}
+    assert count["observer"] == 4
+    assert f"| {count['camera']} cameras, {count['film']} films and four observers (" in text
+
+
+def test_files_of_every_kind_are_in_the_browser():
+    ours = bpy.ops.underwater
+    patterns = [
+        operator.get_rna_type().properties["filter_glob"].default.split(";")
+        for operator in (ours.open_water, ours.open_sensor)
+    ]
+    assert patterns == [["*.csv", "*.txt", "*.sb"], ["*.csv", "*.json", "*.txt"]]
 
 
 def test_exposure_is_automatic_or_stops():

@@ -13,16 +13,23 @@ from underwater_spectral import registration
 ROOT = Path(__file__).resolve().parents[2]
 
 COLD_START = """
-import json, runpy, sys, time
-extension = runpy.run_path(sys.argv[1])["extension"]()
+import json, runpy, sys
+extension = runpy.run_path(sys.argv[1])["load"]()
 import bpy
-start, cpu = time.perf_counter(), time.process_time()
+opened = []
+sys.addaudithook(lambda event, arguments: opened.append(arguments[0]) if event == "open" else None)
+before = set(sys.modules)
 extension.register()
-print("FOUND " + json.dumps({
-    "seconds": time.process_time() - cpu,
-    "heavy": sorted({"colour", "jerlov", "nodebpy", "OpenImageIO", "scipy"} & set(sys.modules)),
-}))
+data = [str(path) for path in opened if "/data/" in str(path)]
+loaded = sorted(name for name in set(sys.modules) - before)
+print("FOUND " + json.dumps({"loaded": loaded, "data": data}))
 """
+# Of what renders, enabling loads only what the panel stores and the table of terms.
+LIGHT = {
+    *("scene", "scene.session", "scene.settings", "scene.stored_settings", "scene.units"),
+    *("quality", "quality.terms"),
+}
+HEAVY = {"colour", "jerlov", "nodebpy", "OpenImageIO", "scipy"}
 
 
 def _everything():
@@ -51,13 +58,40 @@ def test_twenty_times_leaves_no_trace():
     assert _everything() != before
 
 
-def test_enabling_is_quick_and_light():
-    command = [sys.executable, "-c", COLD_START, str(ROOT / "render_bands.py")]
+def test_enabling_loads_little_and_reads_no_data():
+    command = [sys.executable, "-c", COLD_START, str(ROOT / "tools" / "load_checkout.py")]
     result = subprocess.run(command, capture_output=True, text=True, check=True)
     line = next(x for x in result.stdout.splitlines() if x.startswith("FOUND "))
     found = json.loads(line.removeprefix("FOUND "))
-    assert found["heavy"] == []
-    assert found["seconds"] < 0.3
+    loaded = [name.removeprefix("underwater_spectral.") for name in found["loaded"]]
+    assert not HEAVY & {name.split(".")[0] for name in loaded}
+    rendering = {
+        name for name in loaded if name.split(".")[0] in {"scene", "node_groups", "quality"}
+    }
+    assert rendering == LIGHT
+    assert found["data"] == []
+
+
+def test_the_command_of_blender_runs_the_batch(monkeypatch, capsys):
+    registration.unregister()
+    known = {}
+    monkeypatch.setattr(
+        bpy.utils, "register_cli_command", lambda name, run: known.update({name: run}) or name
+    )
+    monkeypatch.setattr(bpy.utils, "unregister_cli_command", known.pop)
+    registration.register()
+    bpy.ops.wm.read_homefile(use_empty=True)
+    run = known["underwater"]
+    assert run(["--list-waters"]) == 0
+    assert "solonenko2015: jerlov:I, jerlov:IA" in capsys.readouterr().out
+    assert run(["--help"]) == 0
+    assert capsys.readouterr().out.startswith("usage: underwater ")
+    assert run([]) == 2
+    assert capsys.readouterr().err.startswith("underwater: name a scene before the options")
+    registration.unregister()
+    assert known == {}
+    monkeypatch.undo()
+    registration.register()
 
 
 def test_a_failure_undoes_what_was_done(monkeypatch):

@@ -2,20 +2,27 @@
 
 from __future__ import annotations
 
-import functools
+import json
+import subprocess
+import sys
+from pathlib import Path
+from types import SimpleNamespace
 
 import bpy
 import numpy as np
 import pytest
-from underwater_spectral.scene import live, render_job, settings, stored_settings
+from underwater_spectral.scene import live
 from underwater_spectral.scene.session import is_live
-from underwater_spectral.tests.scene import scenes
-from underwater_spectral.ui import property_group as panel_group
+from underwater_spectral.tests.scene import scenes, snapshot
+from underwater_spectral.ui.operators import Render
 from underwater_spectral.uw_spectral.spectra.spectral_image import read_exr
 
 pytestmark = pytest.mark.filterwarnings(
     "ignore::underwater_spectral.uw_spectral.errors.DataWarning"
 )
+
+
+ROOT = Path(__file__).resolve().parents[2]
 
 
 def _scene(out):
@@ -32,41 +39,162 @@ def _scene(out):
     return scene
 
 
-def test_panel_and_command_line_give_the_same_picture(tmp_path):
+def test_panel_and_command_line_write_equal_files(tmp_path):
     scene = _scene(tmp_path / "panel")
+    path = str(tmp_path / "scene.blend")
+    bpy.ops.wm.save_as_mainfile(filepath=path)
     live.add(scene)
     assert bpy.ops.underwater.render() == {"FINISHED"}
     assert is_live(scene)
-    live.remove(scene)
-    options = settings.parse(["--out", str(tmp_path / "batch"), "--frames", "1"])
-    stored = functools.partial(stored_settings.stored_settings, scene)
-    job = settings.job(options)
-    for _ in render_job.render(scene, lambda: settings.merge(stored(), options), job, print):
-        pass
-    for name in ("0001.exr", "0001_spectral.exr"):
-        panel, batch = (read_exr(tmp_path / folder / name)[0] for folder in ("panel", "batch"))
-        assert np.array_equal(panel, batch)
+    command = [sys.executable, str(ROOT / "render_bands.py"), path, "--out", tmp_path / "batch"]
+    subprocess.run(command, check=True)
+    panel, batch = tmp_path / "panel", tmp_path / "batch"
+    written = sorted(item.relative_to(panel) for item in panel.rglob("*") if item.is_file())
+    assert written == sorted(item.relative_to(batch) for item in batch.rglob("*") if item.is_file())
+    assert len(written) == 7
+    for name in written:
+        if name.suffix == ".exr":  # the header holds the time
+            first, second = read_exr(panel / name), read_exr(batch / name)
+            assert np.array_equal(first[0], second[0]), name
+            assert first[1] == second[1]
+        elif name.suffix == ".png":
+            assert (panel / name).read_bytes() == (batch / name).read_bytes()
+    records = [json.loads((folder / "0001.json").read_text()) for folder in (panel, batch)]
+    for record in records:
+        # Where it went and how long it took; the command line named the file and no frames.
+        for key in ("out", "frames"):
+            del record["job"][key]
+        for item in record["passes"]:
+            assert item.pop("seconds") > 0
+    assert records[0] == records[1]
+    jobs = [json.loads((folder / "job.json").read_text()) for folder in (panel, batch)]
+    assert jobs[0] == jobs[1]
 
 
-def test_stopping_keeps_passes_and_continue_uses_them(tmp_path):
+class _Modal:
+    """The operator Render as a window drives it: Blender gives operators to nobody else."""
+
+    invoke, modal, cancel = Render.invoke, Render.modal, Render.cancel
+    _passes, _end = Render._passes, Render._end
+
+    def __init__(self, *, resume=False):
+        self.resume, self.reports = resume, []
+        self.shown, self.calls = [], []
+        manager = SimpleNamespace(
+            event_timer_add=lambda *_, **__: self.calls.append("timer added") or "timer",
+            event_timer_remove=lambda timer: self.calls.append(f"{timer} removed"),
+            modal_handler_add=lambda _: self.calls.append("handler added"),
+            progress_begin=lambda *_: self.calls.append("progress begun"),
+            progress_update=lambda share: self.shown.append(round(share, 3)),
+            progress_end=lambda: self.calls.append("progress ended"),
+        )
+        workspace = SimpleNamespace(status_text_set=lambda text: self.shown.append(text))
+        self.context = SimpleNamespace(
+            scene=bpy.context.scene, window_manager=manager, window=None, workspace=workspace
+        )
+
+    def report(self, kinds, text):
+        self.reports.append((*kinds, text))
+
+    def start(self):
+        return self.invoke(self.context, None)
+
+    def event(self, kind):
+        return self.modal(self.context, SimpleNamespace(type=kind))
+
+
+BEGUN = ["timer added", "handler added", "progress begun"]
+ENDED = ["timer removed", "progress ended"]
+
+
+def _live(tmp_path):
     scene = _scene(tmp_path)
+    scene.frame_set(3)
     live.add(scene)
+    return scene, snapshot.snapshot()
 
-    def steps(*, resume):
-        stored = functools.partial(stored_settings.stored_settings, scene)
-        job = panel_group.job(scene, resume=resume)
-        with live.suspended(scene):
-            yield from render_job.render(scene, stored, job, print)
 
-    first = steps(resume=False)
-    step = next(first)
-    assert (step.number, step.total) == (1, 2)
-    first.close()
+def test_the_window_renders_a_pass_at_each_tick(tmp_path):
+    scene, before = _live(tmp_path)
+    modal = _Modal()
+    assert modal.start() == {"RUNNING_MODAL"}
+    assert modal.calls == BEGUN
+    assert is_live(scene), "the water makes way at the first pass, not before"
+    assert modal.event("MOUSEMOVE") == {"RUNNING_MODAL"}
+    assert not (tmp_path / "passes").exists()
+    assert modal.event("TIMER") == {"RUNNING_MODAL"}
+    assert not is_live(scene)
+    assert [p.name for p in (tmp_path / "passes" / "0003").iterdir()] == ["pass_00.exr"]
+    assert modal.event("TIMER") == {"RUNNING_MODAL"}
+    assert modal.event("TIMER") == {"FINISHED"}
+    assert modal.calls == [*BEGUN, *ENDED]
+    assert modal.shown == [
+        "Underwater: first pass; Esc stops",
+        0.5, "Underwater: frame 3, pass 1 of 2; Esc stops",
+        1.0, "Underwater: frame 3, pass 2 of 2; Esc stops",
+        None,
+    ]  # fmt: skip
+    assert modal.reports == [("INFO", f"1 frame(s) in {tmp_path}")]
+    assert snapshot.differences(before, snapshot.snapshot()) == []
+
+
+@pytest.mark.parametrize("how", ["ESC", "cancel"])
+def test_stopping_restores_the_scene_and_continue_goes_on(tmp_path, how):
+    scene, _ = _live(tmp_path)
+    panel = scene.underwater_panel
+    panel.animation, scene.frame_start, scene.frame_end = True, 1, 1
+    before = snapshot.snapshot()
+    modal = _Modal()
+    modal.start()
+    modal.event("TIMER")
+    assert scene.frame_current == 1
+    if how == "ESC":
+        assert modal.event("ESC") == {"CANCELLED"}
+        assert modal.reports == [("WARNING", "Stopped; Continue goes on with the finished passes")]
+    else:
+        modal.cancel(modal.context)  # Blender's own end, such as closing the window
+    assert modal.calls == [*BEGUN, *ENDED]
+    assert modal.shown[-1] is None
     assert is_live(scene)
-    assert (tmp_path / "passes" / "0001" / "pass_00.exr").exists()
-    kept = [step.rendered.seconds is None for step in steps(resume=True)]
-    assert kept == [True, False]
-    assert (tmp_path / "0001.png").exists()
+    assert scene.frame_current == 3
+    assert snapshot.differences(before, snapshot.snapshot()) == []
+    again = _Modal(resume=True)
+    again.start()
+    while again.event("TIMER") == {"RUNNING_MODAL"}:
+        pass
+    seconds = [p["seconds"] for p in json.loads((tmp_path / "0001.json").read_text())["passes"]]
+    assert seconds[0] is None
+    assert seconds[1] > 0
+
+
+def test_stopping_before_the_first_pass_changes_nothing(tmp_path):
+    _, before = _live(tmp_path)
+    modal = _Modal()
+    modal.start()
+    assert modal.event("ESC") == {"CANCELLED"}
+    assert modal.calls == [*BEGUN, *ENDED]
+    assert snapshot.differences(before, snapshot.snapshot()) == []
+
+
+@pytest.mark.parametrize(
+    ("wrong", "message"),
+    [("camera", "2 m above the water"), ("sensor", "unknown sensor 'ARRI D20'")],
+)
+def test_an_error_ends_the_render_of_a_window(tmp_path, wrong, message):
+    scene, _ = _live(tmp_path)
+    if wrong == "camera":
+        scene.camera.location.z = 2.0
+    else:
+        scene.underwater.sensor = "ARRI D20"
+    bpy.context.view_layer.update()
+    modal = _Modal()
+    modal.start()
+    assert modal.event("TIMER") == {"CANCELLED"}
+    ((kind, text),) = modal.reports
+    assert kind == "ERROR"
+    assert message in text
+    assert modal.calls == [*BEGUN, *ENDED]
+    assert is_live(scene)
 
 
 def test_camera_above_the_water_is_reported(tmp_path):

@@ -7,13 +7,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ..content import ComparedByContent, constant
 from ..errors import InputError
 
 MAXIMUM_BANDS = 512
 
 
 @dataclass(frozen=True, eq=False)
-class Bands:
+class Bands(ComparedByContent):
     """Spectral bands by centre and width.
 
     A band stands for the spectrum over its width, taken at its centre
@@ -36,8 +37,8 @@ class Bands:
     widths: NDArray[np.float64]
 
     def __post_init__(self) -> None:
-        centres = np.atleast_1d(np.asarray(self.centres, dtype=np.float64))
-        widths = np.atleast_1d(np.asarray(self.widths, dtype=np.float64))
+        centres = constant(np.atleast_1d(self.centres))
+        widths = constant(np.atleast_1d(self.widths))
         if centres.ndim != 1 or centres.shape != widths.shape or not len(centres):
             raise InputError("bands: give one width per band centre, and at least one band")
         if not np.all(np.isfinite(centres)) or np.any(np.diff(centres) <= 0) or centres[0] <= 0:

@@ -15,7 +15,7 @@ from ..errors import DataWarning, InputError, unknown_name
 from ._colour import colour_science
 from .bands import Bands
 from .illuminant import Illuminant, band_mean
-from .sensor import OBSERVERS, Sensor, parse_sensor
+from .sensor import Sensor, standard_observer
 from .spectrum import Spectrum
 
 WhiteBalance = Literal["daylight", "depth", "none"]
@@ -132,7 +132,7 @@ def reduction(
     if white_balance == "depth" and depth_white is None:
         raise InputError("white balance depth needs the light at depth (depth_white)")
     _warn_coverage(sensor, bands)
-    response = sensor.sensitivity.at_or_zero(bands.centres).T * bands.widths
+    response = sensor.response_in(bands)
     surface_light = illuminant.total_in(bands)
     surface_white = _white(sensor, response, surface_light, "at the surface")
     white = surface_white
@@ -317,11 +317,6 @@ def training_reflectances() -> Spectrum:
     return Spectrum(data.wavelengths, data.values, "training reflectances of rawtoaces")
 
 
-@functools.cache
-def _standard_observer() -> Spectrum:
-    return parse_sensor(next(iter(OBSERVERS))).sensitivity
-
-
 @functools.lru_cache(maxsize=8)
 def _training_colours(
     illuminant: Illuminant,
@@ -337,7 +332,7 @@ def _training_colours(
         )
     fine = Bands.uniform(int((high - low) / _FINE_WIDTH), low, high)
     light = band_mean(illuminant.total, fine)
-    observer = _standard_observer().at(fine.centres) * fine.widths[:, None]
+    observer = standard_observer().sensitivity.at(fine.centres) * fine.widths[:, None]
     white = light @ observer
     colours = (reflectances.at(fine.centres) * light[:, None]).T @ observer
     return reflectances, colours @ _observer_matrix(white, _possible_adaptation(white)).T, white

@@ -9,10 +9,11 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from ..content import ComparedByContent
 from ..errors import InputError, unknown_name
 from .bands import Bands
 from .spectral_table import read_spectral_table
-from .spectrum import DATA_DIRECTORY, Spectrum, Table, read_table
+from .spectrum import Spectrum, Table, shipped_table
 
 ILLUMINANTS = ("d65", "equal-energy", "astm-g173", "clear-sky")
 RELATIVE = "relative"
@@ -25,7 +26,7 @@ _G173_SUN_ZENITH, _G173_TILT = 48.19, 37.0
 
 
 @dataclass(frozen=True, eq=False)
-class Illuminant:
+class Illuminant(ComparedByContent):
     """Horizontal spectral irradiance above the water surface.
 
     Parameters
@@ -144,7 +145,7 @@ def parse_illuminant(text: str, sun_zenith: float = 0.0) -> Illuminant:
         return _from_file(rest)
     name = text.strip().lower()
     if name == "d65":
-        table = read_table(DATA_DIRECTORY / "illuminant_d65.csv")
+        table = shipped_table("illuminant_d65.csv")
         d65 = table.spectrum("d65", "D65")
         scale = 1 / d65.at([_REFERENCE_WAVELENGTH])[0]
         return _illuminant("d65", table, d65.values * scale, None, RELATIVE)
@@ -178,7 +179,7 @@ def _illuminant(
 
 
 def _astm_g173(sun_zenith: float) -> Illuminant:
-    table = read_table(DATA_DIRECTORY / "surface_irradiance.csv")
+    table = shipped_table("surface_irradiance.csv")
     normal = table.columns["g173_direct_normal"]
     on_plane = normal * math.cos(math.radians(_G173_SUN_ZENITH - _G173_TILT))
     diffuse = table.columns["g173_global_tilt37"] - on_plane
@@ -193,7 +194,7 @@ def _clear_sky(sun_zenith: float) -> Illuminant:
             f"clear-sky is tabulated for a sun zenith of 0 to {last:g}°, not {sun_zenith:g}°; "
             "raise the sun, or use d65, astm-g173 or a file"
         )
-    table = read_table(DATA_DIRECTORY / "surface_irradiance.csv")
+    table = shipped_table("surface_irradiance.csv")
     upper = next(i for i, z in enumerate(_CLEAR_SKY_ZENITHS) if i and sun_zenith <= z)
     ends = _CLEAR_SKY_ZENITHS[upper - 1 : upper + 1]
 

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ..content import constant
 from ..errors import InputError, unknown_name
 from ._colour import colour_science
 from .bands import Bands
@@ -32,6 +33,7 @@ def _uplift_functions() -> Spectrum:
     )
 
 
+@functools.lru_cache(maxsize=8)
 def uplift_basis(bands: Bands) -> NDArray[np.float64]:
     """Reflectance of the three Rec.709 primaries in each band.
 
@@ -58,7 +60,7 @@ def uplift_basis(bands: Bands) -> NDArray[np.float64]:
     functions = _uplift_functions()
     values = functions.at(np.clip(bands.centres, *functions.range))
     # The published table sums to 1 within 1e-5 only.
-    return values / values.sum(axis=1, keepdims=True)
+    return constant(values / values.sum(axis=1, keepdims=True))
 
 
 def uplift(rgb: ArrayLike, bands: Bands) -> NDArray[np.float64]:
@@ -78,6 +80,7 @@ def uplift(rgb: ArrayLike, bands: Bands) -> NDArray[np.float64]:
     return np.asarray(rgb, dtype=np.float64) @ uplift_basis(bands).T
 
 
+@functools.lru_cache(maxsize=8)
 def emission_basis(bands: Bands) -> NDArray[np.float64]:
     """Radiance of the three Rec.709 primaries in each band, for emitters.
 
@@ -95,7 +98,7 @@ def emission_basis(bands: Bands) -> NDArray[np.float64]:
     array, shape (n, 3)
     """
     d65 = band_mean(parse_illuminant("d65").direct, bands)
-    return uplift_basis(bands) * d65[:, None] / math.pi
+    return constant(uplift_basis(bands) * d65[:, None] / math.pi)
 
 
 @dataclass(frozen=True)

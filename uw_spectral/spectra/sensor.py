@@ -11,10 +11,12 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from ..content import ComparedByContent
 from ..errors import InputError, unknown_name
 from ._colour import colour_science
+from .bands import Bands
 from .spectral_table import LARGEST_NUMBER, read_spectral_table
-from .spectrum import DATA_DIRECTORY, Spectrum, Table, is_file, read_table, read_text
+from .spectrum import Spectrum, read_text, shipped_table, split_location
 
 OBSERVERS = {
     "cie1931": "CIE 1931 2 Degree Standard Observer",
@@ -30,7 +32,7 @@ _JIANG2013_WAVELENGTHS = np.arange(400.0, 721.0, 10.0)
 
 
 @dataclass(frozen=True, eq=False)
-class Sensor:
+class Sensor(ComparedByContent):
     """Three spectral sensitivities.
 
     Parameters
@@ -76,6 +78,10 @@ class Sensor:
                 f"sensor {self.name}: a channel is zero at every wavelength; give all three"
             )
 
+    def response_in(self, bands: Bands) -> NDArray[np.float64]:
+        """Sensitivity times band width, shape (3, n): responses per unit radiance of each band."""
+        return self.sensitivity.at_or_zero(bands.centres).T * bands.widths
+
 
 @dataclass(frozen=True)
 class _Collection:
@@ -86,15 +92,12 @@ class _Collection:
     source: str
     licence: str
 
-    @functools.cached_property
-    def table(self) -> Table:
-        return read_table(DATA_DIRECTORY / self.file)
-
     def names(self) -> list[str]:
-        return [name[:-2] for name in self.table.columns if name.endswith(":R")]
+        columns = shipped_table(self.file).columns
+        return [name[:-2] for name in columns if name.endswith(":R")]
 
     def sensor(self, name: str) -> Sensor:
-        columns = self.table.columns
+        columns = shipped_table(self.file).columns
         values = np.stack([columns[f"{name}:{channel}"] for channel in _CHANNELS], axis=1)
         spectrum = Spectrum(columns["wavelength_nm"], values, f"sensitivity of {name}")
         return Sensor(name, spectrum, self.kind, self.source, self.licence)
@@ -160,6 +163,11 @@ def parse_sensor(text: str) -> Sensor:
     scheme, _, rest = text.partition(":")
     if scheme == "file" and rest:
         return _read_sensor(rest)
+    return _named_sensor(text)
+
+
+@functools.lru_cache(maxsize=32)
+def _named_sensor(text: str) -> Sensor:
     names = list_sensors()
     name = {known.lower(): known for known in names}.get(text.strip().lower())
     if name is None:
@@ -172,6 +180,11 @@ def parse_sensor(text: str) -> Sensor:
     return _from_colour_science(name, colour_science().MSDS_CAMERA_SENSITIVITIES[name])
 
 
+def standard_observer() -> Sensor:
+    """Return the eye: the CIE 1931 2° observer."""
+    return parse_sensor("cie1931")
+
+
 def _from_colour_science(name: str, data: object) -> Sensor:
     spectrum = Spectrum(data.wavelengths, data.values, f"sensitivity of {name}")  # type: ignore[attr-defined]
     source = f"colour-science {colour_science().__version__}: {data.name}"  # type: ignore[attr-defined]
@@ -181,10 +194,7 @@ def _from_colour_science(name: str, data: object) -> Sensor:
 
 
 def _read_sensor(location: str) -> Sensor:
-    path, name = Path(location), ""
-    if "#" in location and not is_file(path):
-        base, _, name = location.rpartition("#")
-        path = Path(base)
+    path, name = split_location(location)
     text = read_text(path, "sensor ", "give CSV, JSON or text")
     content = [line for line in text.splitlines() if line.strip() and not line.startswith("#")]
     if path.suffix.lower() == ".json":

@@ -3,19 +3,21 @@
 from __future__ import annotations
 
 import csv
+import functools
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ..content import ComparedByContent, constant
 from ..errors import InputError, printable
 
 DATA_DIRECTORY = Path(__file__).resolve().parents[2] / "data"
 
 
 @dataclass(frozen=True, eq=False)
-class Spectrum:
+class Spectrum(ComparedByContent):
     """Values over wavelength, linearly interpolated, never extrapolated.
 
     Parameters
@@ -41,8 +43,8 @@ class Spectrum:
     source: str = ""
 
     def __post_init__(self) -> None:
-        wavelengths = np.atleast_1d(np.asarray(self.wavelengths, dtype=np.float64))
-        values = np.atleast_1d(np.asarray(self.values, dtype=np.float64))
+        wavelengths = constant(np.atleast_1d(self.wavelengths))
+        values = constant(np.atleast_1d(self.values))
         if wavelengths.ndim != 1 or len(wavelengths) != len(values):
             raise InputError(
                 f"{self.name}: {len(wavelengths)} wavelengths for {len(values)} values; "
@@ -135,6 +137,20 @@ def is_file(path: str | Path) -> bool:
         return Path(path).is_file()
     except OSError:
         return False
+
+
+def split_location(location: str) -> tuple[Path, str]:
+    """Return the file, and the name after ``#`` of what is meant in it, if there is one.
+
+    Examples
+    --------
+    >>> split_location("cameras.txt#D90")[1]
+    'D90'
+    """
+    if "#" in location and not is_file(location):
+        base, _, name = location.rpartition("#")
+        return Path(base), name
+    return Path(location), ""
 
 
 def read_text(path: str | Path, kind: str = "", advice: str = "save it as CSV (UTF-8)") -> str:
@@ -234,4 +250,16 @@ def read_table(path: str | Path, required: tuple[str, ...] = ("wavelength_nm",))
                     "finite number; correct that cell"
                 )
             values[index, column] = value
-    return Table(path, header, dict(zip(names, values.T, strict=True)))
+    return Table(path, header, dict(zip(names, constant(values).T, strict=True)))
+
+
+@functools.cache
+def shipped_table(name: str) -> Table:
+    """Return one of the project's own tables, by its file name; it is read once.
+
+    Examples
+    --------
+    >>> list(shipped_table("illuminant_d65.csv").columns)
+    ['wavelength_nm', 'd65']
+    """
+    return read_table(DATA_DIRECTORY / name, required=())

@@ -118,7 +118,7 @@ class LightField:
         sun_cosine: Operand,
         up: Operand,
         m: Mathematics = NUMPY,
-        visibility: Operand = None,
+        openness: Operand = None,
     ) -> tuple[Operand, Operand, Operand]:
         """Irradiance on a patch of surface.
 
@@ -133,14 +133,14 @@ class LightField:
             Upward component of its normal (1 for a floor).
         m : Mathematics
             Elementary functions.
-        visibility : float or array, optional
+        openness : float or array, optional
             Share of the light from above, the direct sun apart, that nothing keeps
             away: of that in :func:`.light_cone`. All of it by default.
 
         Returns
         -------
         direct, forward, diffuse
-            The direct sun, to be multiplied by its own visibility; the sunlight
+            The direct sun, not yet shadowed by anything; the sunlight
             scattered forward; the diffuse light.
         """
         facing = m.maximum(sun_cosine, 0.0) / self.mu_s * self.E
@@ -148,10 +148,10 @@ class LightField:
         forward = m.maximum(m.exp(-self.ks * y) - sharp, 0.0)
         mean, half_flux = self.E0(y, m) / 4.0, self.F(y, m) / 2.0
         diffuse = mean + up * half_flux
-        if visibility is not None:
-            forward = forward * visibility
+        if openness is not None:
+            forward = forward * openness
             from_above = m.maximum(mean + half_flux, 0.0)
-            diffuse = diffuse - (1.0 - visibility) * (0.5 + 0.5 * up) * from_above
+            diffuse = diffuse - (1.0 - openness) * (0.5 + 0.5 * up) * from_above
         return facing * sharp, facing * forward, m.maximum(diffuse, 0.0)
 
     def floor_radiance(self, m: Mathematics = NUMPY) -> Operand:

@@ -6,12 +6,14 @@ Cycles reference and the real-time groups all read these arrays.
 
 from __future__ import annotations
 
+import functools
 import math
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ..content import ComparedByContent, constant
 from ..errors import InputError
 from ..spectra.bands import Bands
 from ..surface.refraction import diffuse_internal_reflectance, diffuse_transmittance
@@ -22,7 +24,7 @@ SURFACES = ("none", "flat", "waves")
 
 
 @dataclass(frozen=True, eq=False)
-class WaterColumn:
+class WaterColumn(ComparedByContent):
     """Plane-parallel water, its light and its floor, per band.
 
     Parameters
@@ -75,9 +77,7 @@ class WaterColumn:
             "sky_radiance",
             "floor_reflectance",
         ):
-            values = np.broadcast_to(
-                np.asarray(getattr(self, name), dtype=np.float64), len(self.bands)
-            )
+            values = np.broadcast_to(constant(getattr(self, name)), len(self.bands))
             bad = ~(np.isfinite(values) & (values >= 0))
             if bad.any():
                 raise InputError(
@@ -85,6 +85,7 @@ class WaterColumn:
                     f"{self.bands.centres[bad][0]:g} nm; it must be a finite number, not negative"
                 )
             object.__setattr__(self, name, values)
+        object.__setattr__(self, "sun_direction", constant(self.sun_direction))
         if np.any(self.floor_reflectance > 1):
             raise InputError("floor reflectance must be 0 to 1 in every band")
         if self.surface not in SURFACES:
@@ -112,7 +113,7 @@ class WaterColumn:
         return 0.5 * np.sqrt(self.absorption * self.attenuation)
 
     def light_field(self, phase: BandPhase) -> LightField:
-        """Solve the light field of the column for a phase function.
+        """Return the light field of the column for a phase function, solved once for both.
 
         Examples
         --------
@@ -122,17 +123,21 @@ class WaterColumn:
         >>> column.light_field(parse_phase("hg:0.8").for_bands([0.1])).Ed(5.0).round(2)
         array([0.74])
         """
-        flat = self.reflects
-        n = self.refractive_index
-        return solve_light_field(
-            self.absorption,
-            self.scattering,
-            phase.chi1,
-            phase.chi2,
-            self.sun_irradiance,
-            self.sun_cosine,
-            E_sky=math.pi * self.sky_radiance * (diffuse_transmittance(n) if flat else 1.0),
-            R=diffuse_internal_reflectance(n) if flat else 0.0,
-            r=self.floor_reflectance,
-            y_f=self.floor_depth,
-        )
+        return _light_field(self, phase)
+
+
+@functools.lru_cache(maxsize=64)
+def _light_field(column: WaterColumn, phase: BandPhase) -> LightField:
+    n, flat = column.refractive_index, column.reflects
+    return solve_light_field(
+        column.absorption,
+        column.scattering,
+        phase.chi1,
+        phase.chi2,
+        column.sun_irradiance,
+        column.sun_cosine,
+        E_sky=math.pi * column.sky_radiance * (diffuse_transmittance(n) if flat else 1.0),
+        R=diffuse_internal_reflectance(n) if flat else 0.0,
+        r=column.floor_reflectance,
+        y_f=column.floor_depth,
+    )

@@ -9,7 +9,6 @@ A. Muñoz & O. Anson, Comput. Graph. Forum 27, 547 (2008), for comparison only.
 from __future__ import annotations
 
 import dataclasses
-import functools
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -20,7 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..errors import InputError, unknown_name
 from ..mathematics import NUMPY, Mathematics
-from ..spectra.spectrum import DATA_DIRECTORY, Spectrum, Table, read_table
+from ..spectra.spectrum import Spectrum, shipped_table
 from .diffuse_attenuation import Kd490_Morel2007, Kd_Lee2005, chlorophyll_Morel2007
 from .optical_properties import Water, molecular_scattering
 from .phase import (
@@ -124,9 +123,8 @@ class Constituents:
         0.0133
         """
         own = cls(chlorophyll)
-        table = _phytoplankton()
-        particles = _power_law(table, "p", chlorophyll, np.array([440.0]))[0]
-        phytoplankton = _power_law(table, "phi", chlorophyll, np.array([440.0]))[0]
+        particles = _power_law("p", chlorophyll, np.array([440.0]))[0]
+        phytoplankton = _power_law("phi", chlorophyll, np.array([440.0]))[0]
         pure = pure_water_absorption([440.0])[0]
         return dataclasses.replace(
             own,
@@ -452,7 +450,7 @@ def pure_water_absorption(
     >>> pure_water_absorption([440, 700])
     array([0.00635, 0.624  ])
     """
-    table = _pure_water()
+    table = shipped_table("pure_water_absorption.csv")
     if source == "wavelength_nm" or source not in table.columns:
         raise unknown_name("absorption of pure water", source, list(table.columns)[1:])
     return table.spectrum(source, f"absorption of pure water ({source})").at(wavelengths)
@@ -466,7 +464,7 @@ def phytoplankton_absorption(chlorophyll: float, wavelengths: ArrayLike) -> NDAr
     >>> phytoplankton_absorption(1.0, [440, 550]).round(4)
     array([0.0378, 0.007 ])
     """
-    return _power_law(_phytoplankton(), "phi", chlorophyll, np.atleast_1d(wavelengths))
+    return _power_law("phi", chlorophyll, np.atleast_1d(wavelengths))
 
 
 def particle_scattering(chlorophyll: float, wavelengths: ArrayLike) -> NDArray[np.float64]:
@@ -554,26 +552,12 @@ def henyey_greenstein_Gutierrez2008(g: Any, s2: Any, m: Mathematics = NUMPY) -> 
     return 4.0 * math.pi * henyey_greenstein(g, s2, m)
 
 
-@functools.cache
-def _pure_water() -> Table:
-    return read_table(DATA_DIRECTORY / "pure_water_absorption.csv")
-
-
-@functools.cache
-def _phytoplankton() -> Table:
-    return read_table(
-        DATA_DIRECTORY / "phytoplankton_absorption.csv",
-        ("wavelength_nm", "A_p", "E_p", "A_phi", "E_phi"),
-    )
-
-
-def _power_law(
-    table: Table, part: str, chlorophyll: float, wavelengths: Iterable[float]
-) -> NDArray[np.float64]:
+def _power_law(part: str, chlorophyll: float, wavelengths: Iterable[float]) -> NDArray[np.float64]:
     if not (math.isfinite(chlorophyll) and chlorophyll >= 0):
         raise InputError(
             f"chlorophyll must be a finite number, not negative, got {chlorophyll:g} mg/m³"
         )
+    table = shipped_table("phytoplankton_absorption.csv")
     factor, exponent = (
         table.spectrum(f"{letter}_{part}", "absorption of phytoplankton").at(wavelengths)
         for letter in "AE"

@@ -6,7 +6,6 @@ A process is a coefficient per excitation band and a redistribution matrix in ph
 
 from __future__ import annotations
 
-import functools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -16,7 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..errors import InputError, unknown_name
 from ..spectra.bands import Bands
-from ..spectra.spectrum import DATA_DIRECTORY, Table, read_table
+from ..spectra.spectrum import shipped_table
 from .bio_optics import Constituents, pure_water_absorption
 from .phase import EinsteinSmoluchowski, Isotropic, PhaseFunction
 
@@ -142,16 +141,11 @@ def cdom_emission(excitation: float, wavelengths: ArrayLike) -> NDArray[np.float
     0.000135
     """
     nm = _checked(wavelengths)
-    table = _fulvic_acid()
+    table = shipped_table("cdom_fluorescence_hawes_fa7.csv")
     efficiency = table.spectrum("A0", "fluorescence of CDOM").at_or_zero([excitation])[0]
     width = 0.6 * (_A2 / excitation + _B2)
     x = (1 / nm - _A1 / excitation - _B1) / width
     return np.where(nm > excitation, efficiency * np.exp(-(x**2)), 0.0)
-
-
-@functools.cache
-def _fulvic_acid() -> Table:
-    return read_table(DATA_DIRECTORY / "cdom_fluorescence_hawes_fa7.csv")
 
 
 def raman_process(excitation: Bands, emission: Bands) -> InelasticProcess:

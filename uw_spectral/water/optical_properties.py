@@ -2,22 +2,19 @@
 
 from __future__ import annotations
 
-import functools
-import re
+import csv
 import warnings
 from dataclasses import dataclass, replace
+from importlib import resources
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ..content import ComparedByContent
 from ..errors import DataWarning, InputError, unknown_name
 from ..spectra.spectral_table import read_spectral_table
-from ..spectra.spectrum import DATA_DIRECTORY, Spectrum, Table, read_table
-
-if TYPE_CHECKING:
-    import jerlov
+from ..spectra.spectrum import Spectrum, shipped_table
 
 JERLOV_TYPES = ("I", "IA", "IB", "II", "III", "1C", "3C", "5C", "7C", "9C")
 JERLOV_SOURCES = ("solonenko2015", "williamson2022")
@@ -26,6 +23,7 @@ DEFAULT_SOURCE = "solonenko2015"
 # Rows of Solonenko & Mobley 2015, Table 7, that repeat another block.
 _REPAIRED_TYPES = ("3C", "5C")
 
+_SOUND = ("ok", "interpolated")
 _STATUS_TEXTS = {
     "suspect": "does not agree with the scattering model of the same paper",
     "reconstructed": "was recomputed from the paper's Eq. 8, its table being misprinted there",
@@ -54,7 +52,7 @@ class Doubt:
 
 
 @dataclass(frozen=True, eq=False)
-class Water:
+class Water(ComparedByContent):
     """Inherent optical properties of a homogeneous body of water.
 
     Parameters
@@ -154,20 +152,17 @@ class Water:
                 f"{source} has no Jerlov {canonical} (too few measurements); it has "
                 f"{', '.join(published.water_types)}. Use --water-source solonenko2015"
             )
-        data = jerlov.water(canonical, source=source)
         name = f"Jerlov {canonical}"
-        columns = {"a": _Column(data, "a"), "b": _Column(data, "b")}
-        if data.has("KdH"):
-            columns["Kd"] = _Column(data, "kd_hydrolight")
+        columns = _published_columns(canonical, source)
         if source == "solonenko2015" and canonical in _REPAIRED_TYPES:
-            repaired = read_table(DATA_DIRECTORY / f"solonenko2015_repaired_{canonical}.csv")
+            table = shipped_table(f"solonenko2015_repaired_{canonical}.csv").columns
             for quantity in ("a", "Kd"):
-                columns[quantity].fill(
-                    repaired.columns["wavelength_nm"], repaired.columns[quantity]
+                columns[quantity] = columns[quantity].repaired(
+                    table["wavelength_nm"], table[quantity]
                 )
         spectra = {
             quantity: Spectrum(
-                data.wavelengths, column.values, f"{quantity} of {name}", published.citation
+                column.wavelengths, column.values, f"{quantity} of {name}", published.citation
             )
             for quantity, column in columns.items()
         }
@@ -333,26 +328,26 @@ def _mixture(one: Spectrum, other: Spectrum, share: float, name: str) -> Spectru
     return Spectrum(common, (1 - share) * one.at(common) + share * other.at(common), name)
 
 
+@dataclass(frozen=True, eq=False)
 class _Column:
-    """One quantity of a jerlov water, with the status of each row."""
+    """One quantity of a Jerlov type, with the status of each row; empty where it is sound."""
 
-    def __init__(self, data: jerlov.Water, quantity: str) -> None:
-        self.wavelengths = data.wavelengths
-        self.values = np.empty(len(data.wavelengths))
-        self.statuses: list[str | None] = []
-        for row, wavelength in enumerate(data.wavelengths):
-            # jerlov states doubts as warnings: one call per row tells which row.
-            with warnings.catch_warnings(record=True) as caught:
-                warnings.simplefilter("always")
-                self.values[row] = getattr(data, quantity)(wavelength)
-            status = re.search(r"(\w+) at [\d.]+ nm", str(caught[0].message)) if caught else None
-            self.statuses.append(status[1] if status else None)
+    wavelengths: NDArray[np.float64]
+    values: NDArray[np.float64]
+    statuses: tuple[str, ...]
 
-    def fill(self, wavelengths: NDArray[np.float64], values: NDArray[np.float64]) -> None:
-        """Put values into the rows at these wavelengths."""
-        for row in np.flatnonzero(np.isin(self.wavelengths, wavelengths)):
-            self.values[row] = values[wavelengths == self.wavelengths[row]][0]
-            self.statuses[row] = "repaired"
+    def repaired(self, wavelengths: NDArray[np.float64], values: NDArray[np.float64]) -> _Column:
+        """Return the column with other values in the rows at these wavelengths."""
+        new = dict(zip(wavelengths.tolist(), values.tolist(), strict=True))
+        rows = zip(self.wavelengths.tolist(), self.values.tolist(), self.statuses, strict=True)
+        found = [
+            (new[nm], "repaired") if nm in new else (value, status) for nm, value, status in rows
+        ]
+        return replace(
+            self,
+            values=np.array([value for value, _ in found]),
+            statuses=tuple(status for _, status in found),
+        )
 
     def doubts(self, name: str) -> list[Doubt]:
         """Return one doubt per run of neighbouring rows of the same status."""
@@ -367,12 +362,33 @@ class _Column:
             end = first
             while end < last and self.statuses[end + 1] == status:
                 end += 1
-            meaning = _STATUS_TEXTS.get(status or "", f"has the status {status!r}")
+            meaning = _STATUS_TEXTS.get(status, f"has the status {status!r}")
             rows = f"{self.wavelengths[first]:g} to {self.wavelengths[end]:g} nm"
             above = self.wavelengths[first - 1] if first else -np.inf
             below = self.wavelengths[end + 1] if end < last else np.inf
             found.append(Doubt(f"{name}, {rows}: {meaning}", float(above), float(below)))
         return found
+
+
+def _published_columns(water_type: str, source: str) -> dict[str, _Column]:
+    """Return what the ``jerlov`` package tabulates for a type: a, b and, if it is there, Kd."""
+    with (resources.files("jerlov.data") / f"{source}_iop.csv").open(encoding="utf-8") as lines:
+        rows = [row for row in csv.DictReader(lines) if row["water_type"] == water_type]
+    columns = {}
+    for quantity, tabulated in (("a", "a"), ("b", "b"), ("Kd", "KdH")):
+        found = sorted(
+            (
+                float(row["wavelength_nm"]),
+                float(row["value_per_m"] or "nan"),
+                "" if row["status"] in _SOUND else row["status"],
+            )
+            for row in rows
+            if row["quantity"] == tabulated
+        )
+        if found:
+            wavelengths, values, statuses = zip(*found, strict=True)
+            columns[quantity] = _Column(np.array(wavelengths), np.array(values), statuses)
+    return columns
 
 
 def _implausible(
@@ -431,13 +447,8 @@ def molecular_scattering(
     >>> molecular_scattering([400, 500]).round(5)
     array([0.00658, 0.00254])
     """
-    table = _molecular_table()
+    table = shipped_table("molecular_scattering.csv")
     models = [column for column in table.columns if column != "wavelength_nm"]
     if model not in models:
         raise unknown_name("molecular scattering", model, models)
     return table.spectrum(model, f"molecular scattering {model}").at(wavelengths)
-
-
-@functools.cache
-def _molecular_table() -> Table:
-    return read_table(DATA_DIRECTORY / "molecular_scattering.csv")

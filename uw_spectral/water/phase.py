@@ -17,9 +17,10 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ..content import ComparedByContent, constant
 from ..errors import DataWarning, InputError, unknown_name
 from ..mathematics import NUMPY, Mathematics, Operand
-from ..spectra.spectrum import DATA_DIRECTORY, read_table
+from ..spectra.spectrum import shipped_table
 
 _PER_SPHERE = 1.0 / (4.0 * math.pi)
 _LARGEST_PARTICLE_INDEX = 1.5
@@ -304,10 +305,7 @@ class PetzoldAverage(PhaseFunction):
 @functools.cache
 def _petzold_table() -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Logarithms of s2 and of the normalised phase function, increasing in s2."""
-    table = read_table(
-        DATA_DIRECTORY / "petzold_average_particle_phase_function.csv",
-        ("angle_deg", "phase_function_per_sr"),
-    )
+    table = shipped_table("petzold_average_particle_phase_function.csv")
     half_angle = np.radians(table.columns["angle_deg"]) / 2
     x, y = 2 * np.log(np.sin(half_angle)), np.log(table.columns["phase_function_per_sr"])
     # The power law below 0.1° is a straight line in these axes: one far point holds it.
@@ -321,7 +319,7 @@ def _petzold_table() -> tuple[NDArray[np.float64], NDArray[np.float64]]:
 
 
 @dataclass(frozen=True, eq=False)
-class BandPhase:
+class BandPhase(ComparedByContent):
     """Mixture of phase functions whose weights may differ by band.
 
     Parameters
@@ -341,7 +339,7 @@ class BandPhase:
             raise InputError("phase mixture: give one row of weights per component")
         if not (np.all(weights >= 0) and np.allclose(weights.sum(axis=0), 1, atol=1e-6)):
             raise InputError("phase mixture: weights must not be negative and add up to 1 per band")
-        object.__setattr__(self, "weights", weights)
+        object.__setattr__(self, "weights", constant(weights, weights.dtype))
 
     def __len__(self) -> int:
         return self.weights.shape[1]

@@ -10,18 +10,19 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from underwater_spectral.uw_spectral.errors import InputError
-from underwater_spectral.uw_spectral.imaging.readouts import (
-    PATCHES,
-    colour_error,
+from underwater_spectral.uw_spectral.imaging.band_error import PATCHES, colour_error
+from underwater_spectral.uw_spectral.imaging.optics import make_viewpoint
+from underwater_spectral.uw_spectral.imaging.summary import readouts
+from underwater_spectral.uw_spectral.imaging.visibility import (
     diffuse_attenuation,
-    dominant_colour,
-    dominant_colour_of,
     euphotic_depth,
     horizontal_visibility,
     light_left,
-    make_viewpoint,
-    readouts,
     sighting_range,
+)
+from underwater_spectral.uw_spectral.imaging.water_colour import (
+    dominant_colour,
+    dominant_colour_of,
     water_swatch,
 )
 from underwater_spectral.uw_spectral.spectra.bands import Bands

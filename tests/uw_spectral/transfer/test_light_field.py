@@ -79,11 +79,11 @@ def test_surface_irradiance_adds_up_to_the_downwelling():
 def test_what_keeps_light_from_above_away_leaves_that_from_below():
     field = _field(E_sky=0.2, r=0.5)
     for up in (1.0, 0.3, -1.0):
-        open_, dark = (field.surface_irradiance(4.0, 0.5, up, visibility=v) for v in (1.0, 0.0))
+        open_, dark = (field.surface_irradiance(4.0, 0.5, up, openness=v) for v in (1.0, 0.0))
         np.testing.assert_allclose(dark[0], open_[0])
         np.testing.assert_allclose(dark[1], 0.0)
         np.testing.assert_allclose(dark[2], (1 - up) / 2 * field.Eu(4.0), rtol=1e-12)
-        half = field.surface_irradiance(4.0, 0.5, up, visibility=0.5)
+        half = field.surface_irradiance(4.0, 0.5, up, openness=0.5)
         np.testing.assert_allclose(half[2], (open_[2] + dark[2]) / 2, rtol=1e-12)
 
 

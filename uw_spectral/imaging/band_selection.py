@@ -31,10 +31,11 @@ from ..spectra.colour_rendering import (
     training_reflectances,
 )
 from ..spectra.reflectance import uplift
-from ..spectra.sensor import OBSERVERS, Sensor, parse_sensor
+from ..spectra.sensor import standard_observer
 from ..transfer.pixel import Pixel
 from ..transfer.radiance_field import FARTHEST
-from .readouts import Viewpoint, euphotic_depth
+from .viewpoint import Viewpoint
+from .visibility import euphotic_depth
 
 DEPTHS = (2.0, 8.0, 32.0)
 """Depths in m that wavelengths are chosen for, where nothing else is known."""
@@ -112,7 +113,7 @@ def optimised_bands(
     count : int
         Number of bands. Above :data:`MOST_SEARCHED` they are equal ones.
     reference : Viewpoint
-        A camera in the water, with :data:`.readouts.REFERENCE_BANDS` bands or
+        A camera in the water, with :data:`.description.REFERENCE_BANDS` bands or
         so over the range to choose from. Its sensor, depth, white balance and
         exposure do not matter.
     depths : sequence of float
@@ -130,12 +131,10 @@ def optimised_bands(
 
     Examples
     --------
-    >>> from ..spectra.illuminant import parse_illuminant
-    >>> from .readouts import make_viewpoint
-    >>> from ..water.optical_properties import Water
-    >>> view = make_viewpoint(Water.jerlov("IB"), parse_illuminant("d65"),
-    ...                       parse_sensor("cie1931"), 5.0, Bands.uniform(60))
-    >>> optimised_bands(3, view).bands.centres
+    >>> from .description import REFERENCE_BANDS, BandsDescription, Description
+    >>> from .optics import resolve
+    >>> many = resolve(Description(bands=BandsDescription(REFERENCE_BANDS)))
+    >>> optimised_bands(3, many.viewpoint(5.0)).bands.centres
     array([447.5, 532.5, 607.5])
     """
     if not depths:
@@ -174,7 +173,7 @@ def fitted_reduction(view: Viewpoint, reference: Viewpoint) -> SensorReduction:
     view : Viewpoint
         With the bands in question, any bands.
     reference : Viewpoint
-        The same with :data:`.readouts.REFERENCE_BANDS` or so; its white
+        The same with :data:`.description.REFERENCE_BANDS` or so; its white
         balance and exposure count.
 
     Returns
@@ -270,14 +269,9 @@ def _eyes(reference: Viewpoint, depths: Sequence[float]) -> list[Viewpoint]:
     column = reference.column
     deepest = min(euphotic_depth(column, reference.phase), 0.999 * column.floor_depth)
     return [
-        Viewpoint(column, reference.phase, reference.illuminant, _eye(), depth)
+        Viewpoint(column, reference.phase, reference.illuminant, standard_observer(), depth)
         for depth in sorted({min(float(depth), deepest) for depth in depths})
     ]
-
-
-@functools.cache
-def _eye() -> Sensor:
-    return parse_sensor(next(iter(OBSERVERS)))
 
 
 def _nearest(fine: Bands, bands: Bands) -> NDArray[np.int_]:

@@ -1,0 +1,73 @@
+"""When live water follows its settings: at each change, or once for many."""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Iterator
+from contextvars import ContextVar
+
+import bpy
+
+from ..scene.session import is_live
+
+_held: ContextVar[bool] = ContextVar("updates of live water wait", default=False)
+
+
+@contextlib.contextmanager
+def transaction() -> Iterator[None]:
+    """Let live water follow once, when the block ends, however many settings change in it.
+
+    A block inside another ends with the outer one. The water also follows
+    what was changed before an error.
+    """
+    if _held.get():
+        yield
+        return
+    token = _held.set(True)
+    try:
+        yield
+    finally:
+        _held.reset(token)
+        _update_all()
+
+
+def is_waiting() -> bool:
+    """Whether an update is still to come, which will take in every change until then."""
+    return _held.get() or bpy.app.timers.is_registered(_update_all)
+
+
+def follow(scene: bpy.types.Scene) -> None:
+    """Bring live water to its settings, with new nodes where it needs them.
+
+    In a window this happens once Blender is idle, so that many changes are
+    one update; in background at once, since nothing is idle there.
+    """
+    if _held.get() or not is_live(scene):
+        return
+    if bpy.app.background:
+        _update(scene)
+    elif not bpy.app.timers.is_registered(_update_all):
+        bpy.app.timers.register(_update_all, first_interval=0.0)
+
+
+def follow_property(group: bpy.types.PropertyGroup, _: bpy.types.Context) -> None:
+    """Follow a change of one setting; the update callback of them all."""
+    follow(group.id_data)
+
+
+def cancel() -> None:
+    """Forget an update that waits for Blender to be idle."""
+    if bpy.app.timers.is_registered(_update_all):
+        bpy.app.timers.unregister(_update_all)
+
+
+def _update_all() -> None:
+    for scene in bpy.data.scenes:
+        if is_live(scene):
+            _update(scene)
+
+
+def _update(scene: bpy.types.Scene) -> None:
+    from ..scene import live
+
+    live.update(scene)

@@ -1,0 +1,333 @@
+"""From a description to optics: every text read, every quantity on the bands."""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..content import ComparedByContent
+from ..errors import InputError
+from ..spectra.bands import Bands
+from ..spectra.colour_rendering import WhiteBalance
+from ..spectra.illuminant import Illuminant, parse_illuminant
+from ..spectra.reflectance import parse_reflectance
+from ..spectra.sensor import Sensor, parse_sensor, standard_observer
+from ..spectra.spectrum import Spectrum
+from ..surface.refraction import fresnel_reflectance, in_water_cosine, sun_travel_direction
+from ..transfer.inelastic_light import InelasticLight, excitation_fields, solve_inelastic
+from ..transfer.light_field import LightField
+from ..transfer.water_column import WaterColumn
+from ..water.bio_optics import Constituents, constituents_of
+from ..water.inelastic_processes import (
+    EXCITATION,
+    InelasticProcess,
+    inelastic_processes,
+    parse_processes,
+)
+from ..water.named import parse_water
+from ..water.optical_properties import Water, molecular_scattering
+from ..water.phase import BandPhase, PhaseModel, SeawaterMixture, parse_phase
+from .band_selection import FittedViewpoint, optimised_bands
+from .description import (
+    REFERENCE_BANDS,
+    BandsDescription,
+    CameraDescription,
+    Description,
+    FloorDescription,
+    SunAndSky,
+    SurfaceDescription,
+    WaterDescription,
+)
+from .viewpoint import Viewpoint
+
+_optimised_bands = functools.lru_cache(maxsize=32)(optimised_bands)
+
+
+@dataclass(frozen=True, eq=False)
+class ResolvedOptics(ComparedByContent):
+    """What a description stands for; make it with :func:`resolve`.
+
+    Parameters
+    ----------
+    description : Description
+    water : Water
+    illuminant : Illuminant
+    sensor : Sensor
+    floor : Spectrum
+        Reflectance of the floor.
+    bands : Bands
+        The n bands.
+    phase : BandPhase
+        Phase function on the bands.
+    column : WaterColumn
+    inelastic : InelasticLight, optional
+        Light of changed wavelength in the bands; None if nothing changes it.
+    reference : tuple of WaterColumn and BandPhase, optional
+        The same on many bands, to which the weights of few are fitted.
+    """
+
+    description: Description
+    water: Water
+    illuminant: Illuminant
+    sensor: Sensor
+    floor: Spectrum
+    bands: Bands
+    phase: BandPhase
+    column: WaterColumn
+    inelastic: InelasticLight | None = dataclasses.field(default=None, compare=False)
+    reference: tuple[WaterColumn, BandPhase] | None = None
+
+    @property
+    def field(self) -> LightField:
+        """Light field of the column."""
+        return self.column.light_field(self.phase)
+
+    def viewpoint(self, depth: float) -> Viewpoint:
+        """Return the camera at a depth in m.
+
+        Raises
+        ------
+        InputError
+            If it is not between surface and floor.
+        """
+        chosen = self.description.camera
+        camera = (
+            self.illuminant,
+            self.sensor,
+            depth,
+            chosen.white_balance,
+            chosen.exposure_stops,
+        )
+        if self.reference is None:
+            return Viewpoint(self.column, self.phase, *camera)
+        reference = Viewpoint(*self.reference, *camera)
+        return FittedViewpoint(self.column, self.phase, *camera, reference=reference)
+
+
+def resolve(description: Description) -> ResolvedOptics:
+    """Read every text and file of a description and compute the optics.
+
+    Raises
+    ------
+    InputError
+        If a name is unknown, a file cannot be used, or a table does not
+        reach the bands.
+
+    Examples
+    --------
+    A camera in coastal water, over sand at 9 m, and what a diver sees there:
+
+    >>> from .description import Description, FloorDescription, WaterDescription
+    >>> from .summary import readouts
+    >>> from .visibility import horizontal_visibility
+    >>> reef = Description(WaterDescription("jerlov:3C"), floor=FloorDescription(9.0, "0.4"))
+    >>> camera = resolve(reef).viewpoint(depth=5.0)
+    >>> round(horizontal_visibility(camera), 1)
+    3.3
+    >>> many = dataclasses.replace(reef, bands=BandsDescription(REFERENCE_BANDS))
+    >>> seen = readouts(camera, resolve(many).viewpoint(depth=5.0))
+    >>> seen.colour.name
+    'green'
+    """
+    water = _water(description.water)
+    light = description.light
+    illuminant = light.illuminant
+    if isinstance(illuminant, str):
+        illuminant = parse_illuminant(illuminant, light.zenith)
+    floor = description.floor.reflectance
+    if isinstance(floor, str):
+        floor = parse_reflectance(floor)
+
+    def column_and_phase(
+        bands: Bands, floor_reflectance: NDArray[np.float64]
+    ) -> tuple[WaterColumn, BandPhase]:
+        column = _column(description, water, illuminant, bands, floor_reflectance)
+        return column, _phase(description.water, water, bands)
+
+    bands, reference = description.bands, None
+    if isinstance(bands, BandsDescription):
+        chosen, bands = bands, _listed_or_equal(bands)
+        if chosen.optimised and len(bands) < REFERENCE_BANDS:
+            fine = Bands.uniform(REFERENCE_BANDS, chosen.start, chosen.end)
+            reference = column_and_phase(fine, floor.at(fine.centres))
+            if not chosen.wavelengths:
+                eye = Viewpoint(*reference, illuminant, standard_observer(), depth=0.0)
+                bands = _optimised_bands(chosen.count, eye).bands
+    column, phase = column_and_phase(bands, floor.at(bands.centres))
+    inelastic = None
+    switched_on = parse_processes(description.water.inelastic)
+    if switched_on:
+        # A measured floor need not reach the ultraviolet, which only excites.
+        known = np.clip(EXCITATION.centres, *floor.range)
+        inelastic = solve_inelastic(
+            _processes(description.water, water, switched_on, bands),
+            excitation_fields(*column_and_phase(EXCITATION, floor.at(known))),
+            EXCITATION,
+            column.light_field(phase),
+            bands,
+        )
+    sensor = description.camera.sensor
+    if isinstance(sensor, str):
+        sensor = parse_sensor(sensor)
+    return ResolvedOptics(
+        description, water, illuminant, sensor, floor, bands, phase, column, inelastic, reference
+    )
+
+
+def make_viewpoint(
+    water: Water,
+    illuminant: Illuminant,
+    sensor: Sensor,
+    depth: float,
+    bands: Bands,
+    phase: PhaseModel | str = "mixture",
+    *,
+    sun_zenith: float = 30.0,
+    sun_azimuth: float = 0.0,
+    floor_depth: float = math.inf,
+    floor_reflectance: Spectrum | str = "0.2",
+    surface: str = "none",
+    sky_radiance: float = 0.0,
+    refractive_index: float = 1.34,
+    above_surface: bool = False,
+    white_balance: WhiteBalance = "daylight",
+    exposure_stops: float | None = None,
+) -> Viewpoint:
+    """Put a camera into a water: a :class:`.Description` in one call.
+
+    Parameters
+    ----------
+    water, phase
+        See :class:`.WaterDescription`.
+    illuminant, sun_zenith, sun_azimuth, sky_radiance, above_surface
+        See :class:`.SunAndSky`.
+    sensor, white_balance, exposure_stops
+        See :class:`.CameraDescription`.
+    depth : float
+        Depth of the camera, m.
+    bands : Bands
+    floor_depth, floor_reflectance
+        See :class:`.FloorDescription`.
+    surface, refractive_index
+        See :class:`.SurfaceDescription`.
+
+    Raises
+    ------
+    InputError
+        If an argument is out of its domain or a table does not reach the bands.
+
+    Examples
+    --------
+    >>> from .visibility import euphotic_depth, horizontal_visibility
+    >>> camera = make_viewpoint(Water.jerlov("IB"), parse_illuminant("d65"),
+    ...                         parse_sensor("cie1931"), 5.0, Bands.uniform(60))
+    >>> round(horizontal_visibility(camera)), round(euphotic_depth(camera.column, camera.phase))
+    (39, 101)
+    """
+    description = Description(
+        WaterDescription(water, phase=phase),
+        SunAndSky(illuminant, sun_zenith, sun_azimuth, sky_radiance, above_surface),
+        SurfaceDescription(surface, refractive_index),
+        FloorDescription(floor_depth, floor_reflectance),
+        CameraDescription(sensor, white_balance, exposure_stops),
+        bands,
+    )
+    return resolve(description).viewpoint(depth)
+
+
+def _water(described: WaterDescription) -> Water:
+    water = _read_water(described.water, described.source)
+    if described.second:
+        second = _read_water(described.second, described.source)
+        water = water.mixed(second, described.second_share)
+    return water.scaled(described.absorption_factor, described.scattering_factor)
+
+
+def _read_water(water: str | Constituents | Water, source: str) -> Water:
+    if isinstance(water, str):
+        return parse_water(water, source)
+    return water.water() if isinstance(water, Constituents) else water
+
+
+def _constituents(described: WaterDescription) -> Constituents | None:
+    """Return what the water is made of, if it is one bio-optical water."""
+    water = described.water
+    if described.second or isinstance(water, Water):
+        return None
+    return constituents_of(water) if isinstance(water, str) else water
+
+
+def _phase(described: WaterDescription, water: Water, bands: Bands) -> BandPhase:
+    if described.phase is None:
+        constituents = _constituents(described)
+        if constituents is not None:
+            if constituents is described.water:
+                return constituents.phase_of_fixed_parts(bands.centres)
+            return constituents.phase(bands.centres)
+    model = SeawaterMixture() if described.phase is None else described.phase
+    if isinstance(model, str):
+        model = parse_phase(model)
+    return model.for_bands(water.b(bands.centres), molecular_scattering(bands.centres))
+
+
+def _column(
+    description: Description,
+    water: Water,
+    illuminant: Illuminant,
+    bands: Bands,
+    floor_reflectance: NDArray[np.float64],
+) -> WaterColumn:
+    light, surface = description.light, description.surface
+    index, zenith = surface.refractive_index, light.zenith
+    direct = illuminant.direct_in(bands)
+    transmitted = 1.0
+    if light.above_surface:
+        transmitted -= float(fresnel_reflectance(math.cos(math.radians(zenith)), index))
+    return WaterColumn(
+        bands=bands,
+        absorption=water.a(bands.centres),
+        scattering=water.b(bands.centres),
+        sun_irradiance=direct * transmitted,
+        sun_cosine=float(in_water_cosine(zenith, index)),
+        sun_direction=sun_travel_direction(zenith, light.azimuth, index),
+        sky_radiance=illuminant.diffuse_in(bands) / math.pi + light.sky_radiance * direct,
+        floor_depth=description.floor.depth,
+        floor_reflectance=floor_reflectance,
+        surface=surface.kind,
+        refractive_index=index,
+    )
+
+
+def _listed_or_equal(described: BandsDescription) -> Bands:
+    if described.wavelengths:
+        return Bands.at_wavelengths(described.wavelengths)
+    return Bands.uniform(described.count, described.start, described.end)
+
+
+def _processes(
+    described: WaterDescription, water: Water, switched_on: tuple[str, ...], bands: Bands
+) -> tuple[InelasticProcess, ...]:
+    constituents = _constituents(described)
+    if constituents is None:
+        fluorescent = [name for name in switched_on if name != "raman"]
+        if fluorescent:
+            raise InputError(
+                f"inelastic light: {', '.join(fluorescent)} needs one water of known "
+                f"constituents, bio: or case: or its amounts, not {water.name}"
+                + ("; leave the second water out" if described.second else "")
+            )
+        constituents = Constituents()
+    found = inelastic_processes(constituents, EXCITATION, bands, switched_on)
+    return tuple(
+        process
+        if process.name == "raman"
+        else dataclasses.replace(
+            process, coefficient=process.coefficient * described.absorption_factor
+        )
+        for process in found
+    )

@@ -1,0 +1,68 @@
+"""What a diver or photographer reads off a water, all of it together."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..spectra.spectrum import Spectrum
+from .band_error import ColourError, colour_error
+from .viewpoint import Viewpoint
+from .visibility import euphotic_depth, horizontal_visibility, light_left
+from .water_colour import DominantColour, dominant_colour, water_swatch
+
+
+@dataclass(frozen=True, eq=False)
+class Readouts:
+    """Everything a panel shows about one water.
+
+    Parameters
+    ----------
+    visibility : float
+        Level sighting range of a black target at 2 % contrast, m.
+    euphotic_depth : float
+        Depth of 1 % of PAR, m.
+    colour : DominantColour
+        Of the open water.
+    swatch : array, shape (3,)
+        sRGB of the open water through the camera.
+    light_left : Spectrum
+        Share of the light that reaches the camera's depth, per reference band.
+    colour_error : ColourError
+        Of the chosen bands.
+    """
+
+    visibility: float
+    euphotic_depth: float
+    colour: DominantColour
+    swatch: NDArray[np.float64]
+    light_left: Spectrum
+    colour_error: ColourError
+
+
+def readouts(view: Viewpoint, reference: Viewpoint) -> Readouts:
+    """All read-outs of a water.
+
+    Parameters
+    ----------
+    view : Viewpoint
+        With the bands of the renderer.
+    reference : Viewpoint
+        The same with :data:`.description.REFERENCE_BANDS` bands; everything but the colour
+        error is read from it.
+
+    Raises
+    ------
+    InputError
+        If no light is left at the camera's depth.
+    """
+    return Readouts(
+        horizontal_visibility(reference),
+        euphotic_depth(reference.column, reference.phase),
+        dominant_colour(reference),
+        water_swatch(reference),
+        Spectrum(reference.column.bands.centres, light_left(reference), "light left at depth"),
+        colour_error(view, reference),
+    )

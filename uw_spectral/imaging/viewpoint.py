@@ -1,0 +1,119 @@
+"""A camera at a depth: the light there, the water around it, and the map to colours."""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..content import ComparedByContent
+from ..errors import InputError
+from ..spectra.bands import Bands
+from ..spectra.colour_rendering import (
+    SensorReduction,
+    WhiteBalance,
+    auto_exposure_stops,
+    reduction,
+)
+from ..spectra.illuminant import Illuminant
+from ..spectra.sensor import Sensor
+from ..transfer.closed_form import ClosedForm, solve_closed_form
+from ..transfer.light_field import LightField
+from ..transfer.water_column import WaterColumn
+from ..water.phase import BandPhase
+
+
+@dataclass(frozen=True, eq=False)
+class Viewpoint(ComparedByContent):
+    """A camera at a depth in a column of water; what is computed from it is kept.
+
+    Parameters
+    ----------
+    column : WaterColumn
+    phase : BandPhase
+        Phase function on the bands of the column.
+    illuminant : Illuminant
+    sensor : Sensor
+    depth : float
+        Depth of the camera, m.
+    white_balance : {"daylight", "depth", "none"}
+    exposure_stops : float, optional
+        None exposes automatically: a white diffuser at depth has luminance 0.9.
+
+    Raises
+    ------
+    InputError
+        If the camera is not between surface and floor; on first use of
+        ``reduction`` where the sensor sees no light.
+    """
+
+    column: WaterColumn
+    phase: BandPhase
+    illuminant: Illuminant
+    sensor: Sensor
+    depth: float
+    white_balance: WhiteBalance = "daylight"
+    exposure_stops: float | None = None
+
+    def __post_init__(self) -> None:
+        if not 0 <= self.depth <= self.column.floor_depth:
+            raise InputError(
+                f"the camera is at depth {self.depth:g} m, but the water reaches from 0 to "
+                f"{self.column.floor_depth:g} m; move the camera or the floor"
+            )
+
+    @functools.cached_property
+    def field(self) -> LightField:
+        """Light field of the column."""
+        return self.column.light_field(self.phase)
+
+    @functools.cached_property
+    def light(self) -> NDArray[np.float64]:
+        """Downwelling irradiance Ed at the camera's depth, shape (n,)."""
+        return self.field.Ed(self.depth)
+
+    @functools.cached_property
+    def path_radiance(self) -> ClosedForm:
+        """Closed form of the water's radiance for this camera."""
+        return solve_closed_form(self.field, self.phase, self.depth, self.column.sun_direction)
+
+    @functools.cached_property
+    def level(self) -> tuple[float, float, float]:
+        """Level view direction at right angles to the sun."""
+        x, y, _ = self.column.sun_direction
+        length = math.hypot(x, y)
+        return (-y / length, x / length, 0.0) if length > 1e-9 else (1.0, 0.0, 0.0)
+
+    @functools.cached_property
+    def background(self) -> NDArray[np.float64]:
+        """Radiance of the open water along :attr:`level`, shape (n,)."""
+        return self.path_radiance.radiance(self.depth, self.level)
+
+    @functools.cached_property
+    def reduction(self) -> SensorReduction:
+        """Map from band radiances to scene-linear Rec.709."""
+        if self.white_balance == "depth":
+            develop = reduction(
+                self.sensor, self.column.bands, self.illuminant, self.light, "depth"
+            )
+        else:
+            develop = _reduction_everywhere(
+                self.sensor, self.column.bands, self.illuminant, self.white_balance
+            )
+        stops = self.exposure_stops
+        gain = 2.0 ** (auto_exposure_stops(develop, self.light) if stops is None else stops)
+        return dataclasses.replace(
+            develop, weights=develop.weights * gain, matrix=develop.matrix * gain
+        )
+
+
+@functools.lru_cache(maxsize=8)
+def _reduction_everywhere(
+    sensor: Sensor, bands: Bands, illuminant: Illuminant, white_balance: WhiteBalance
+) -> SensorReduction:
+    """Reduction that does not depend on depth, at 0 stops."""
+    return reduction(sensor, bands, illuminant, white_balance=white_balance)
