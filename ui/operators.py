@@ -1,5 +1,8 @@
 """What the buttons do, with undo; each is a thin call of what a script would call."""
 
+# pyright: reportInvalidTypeForm=false
+# Blender declares properties as annotations that are calls.
+
 from __future__ import annotations
 
 from collections.abc import Generator
@@ -277,8 +280,8 @@ class Render(bpy.types.Operator):
         options={"SKIP_SAVE"},
     )
 
-    _steps: Generator | None = None
-    _timer: bpy.types.Timer | None = None
+    _steps: Generator
+    _timer: bpy.types.Timer
 
     @override
     def execute(self, context: bpy.types.Context) -> set[str]:
@@ -329,11 +332,11 @@ class Render(bpy.types.Operator):
 
     def _passes(self, context: bpy.types.Context) -> Generator:
         """Yield each pass that is on disk; the live water makes way meanwhile."""
-        from ..scene import live, render_job, shared_plans
+        from ..scene import live, render_job, render_plan
 
         scene = context.scene
         # Water that cannot be computed could not come back after the render.
-        shared_plans.plan_of(optics.stored_settings(scene))
+        render_plan.plan_of(optics.stored_settings(scene))
         job = property_group.job(scene, resume=self.resume)
         migration.stamp(scene)
         frame = scene.frame_current
