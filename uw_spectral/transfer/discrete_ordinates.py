@@ -32,7 +32,7 @@ from ..water.phase import BandPhase
 from .radiance_field import FARTHEST, under_surface
 from .sky import Sky
 
-STREAMS = 24
+STREAMS = 32
 """Quadrature cosines, up and down together, that serve pictures."""
 
 _LARGEST_ALBEDO = 1.0 - 1e-8

