@@ -329,11 +329,11 @@ class Render(bpy.types.Operator):
 
     def _passes(self, context: bpy.types.Context) -> Generator:
         """Yield each pass that is on disk; the live water makes way meanwhile."""
-        from ..scene import live, render_job, shared_plans
+        from ..scene import live, render_job, render_plan
 
         scene = context.scene
         # Water that cannot be computed could not come back after the render.
-        shared_plans.plan_of(optics.stored_settings(scene))
+        render_plan.plan_of(optics.stored_settings(scene))
         job = property_group.job(scene, resume=self.resume)
         migration.stamp(scene)
         frame = scene.frame_current
