@@ -73,4 +73,9 @@ def add_water(
     sun = sun_lamp.build(scene_water.SUN_DIAMETER_IN_AIR / column.refractive_index)
     floor = sea_floor.build() if math.isfinite(column.floor_depth) else None
     filling = scene_water.Filling(world, [sun], floor, objects, images, parts)
-    return [*notes, *scene_water.add(scene, filling, column, extent)]
+    notes += scene_water.add(scene, filling, column, extent)
+    for item in scene_water.objects(scene):
+        if item.get(scene_water.IS_SUN):
+            # A refracted ray must not meet the disc: the lamp's shadow rays bring the sun already.
+            item.visible_transmission = item.visible_glossy = False
+    return notes

@@ -132,8 +132,6 @@ def add(
     for lamp in filling.lamps:
         items.append(bpy.data.objects.new(lamp.name, lamp))
         items[-1][IS_SUN] = lamp == filling.lamps[0]
-        # A refracted ray must not meet the disc: the lamp's shadow rays bring the sun already.
-        items[-1].visible_transmission = items[-1].visible_glossy = False
     if filling.images is not None:
         parts[_CAUSTICS], parts[_SLOPES] = filling.images.caustics, filling.images.slopes
     if filling.floor is not None:
@@ -217,12 +215,15 @@ def collection_of(scene: bpy.types.Scene) -> bpy.types.Collection | None:
 
 
 def _detach(scene: bpy.types.Scene, collection: bpy.types.Collection) -> None:
-    if collection in scene.collection.children.values():
-        scene.collection.children.unlink(collection)
-    if collection in _waters().values():  # a linked copy of the scene has it too
+    shared = any(collection_of(other) == collection for other in bpy.data.scenes if other != scene)
+    if shared and collection in scene.collection.children.values():
+        scene.collection.children.unlink(collection)  # a linked copy of the scene keeps it
         return
-    for item in list(collection.objects):
-        if MARK not in item:  # the user's, put there by hand
+    # What the user has put there by hand stays.
+    for child in collection.children:
+        scene.collection.children.link(child)
+    for item in collection.objects:
+        if MARK not in item and len(item.users_collection) == 1:
             scene.collection.objects.link(item)
     bpy.data.collections.remove(collection)
 
@@ -270,11 +271,11 @@ def _let_go() -> None:
             del item[_HIDDEN]
     lit, routed = {}, set()
     for scene, water in waters.items():
-        held = set(contents.materials(scene))
+        materials = set(contents.materials(scene))
         if SURFACE in water:
-            lit[water[SURFACE]] = lit.get(water[SURFACE], set()) | held
+            lit[water[SURFACE]] = lit.get(water[SURFACE], set()) | materials
         else:
-            routed |= held
+            routed |= materials
     realtime_materials.remove(lit)
     band_colors.remove(routed)
     data = bpy.data

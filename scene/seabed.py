@@ -31,7 +31,7 @@ def clear_depth(scene: bpy.types.Scene, floor_depth: float) -> float:
     depsgraph = scene.view_layers[0].depsgraph
     depth = floor_depth
     for found in depsgraph.object_instances if depsgraph is not None else ():
-        item, place = found.object, np.array(found.matrix_world)
+        item, place = found.object, np.array(found.matrix_world, dtype=np.float64)
         shown = found.is_instance or found.show_self
         if not shown or MARK in item or not isinstance(item.data, bpy.types.Mesh):
             continue

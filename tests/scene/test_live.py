@@ -206,6 +206,40 @@ def test_bad_settings_are_a_message_and_leave_the_water():
     assert live.problem(scene) == ""
 
 
+def test_two_scenes_show_their_own_water():
+    scene = _scene()
+    other = bpy.data.scenes.new("other")
+    other.underwater.phase, other.underwater.water = "hg:0.924", "jerlov:7C"
+    live.add(scene)
+    shown = _numbers()
+    live.add(other)
+    other.underwater.absorption_factor = 2.0
+    assert live.update(other)
+    assert live.problem(other).startswith("The scene has no camera")
+    assert np.array_equal(_numbers(), shown)
+    live.remove(scene)
+    assert is_live(other)
+    assert realtime.has_realtime(other)
+    live.remove(other)
+    assert not bpy.data.node_groups
+
+
+def test_scenes_that_share_materials_are_dry_while_one_renders():
+    scene = _scene()
+    live.add(scene)
+    other, third = (bpy.data.scenes.new(name) for name in ("other", "third"))
+    other.collection.objects.link(bpy.data.objects["ball"])
+    third.underwater.phase = "hg:0.924"
+    live.add(third)
+    tree = bpy.data.materials["paint"].node_tree
+    with live.suspended(other):
+        assert not is_live(scene)
+        assert is_live(third)
+        assert len(tree.nodes) == 2
+    assert is_live(scene)
+    assert len(tree.nodes) > 2
+
+
 def test_suspended_water_comes_back():
     scene = _scene()
     live.add(scene)

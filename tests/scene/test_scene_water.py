@@ -260,12 +260,17 @@ def test_names_that_are_taken(fill, tmp_path):
 def test_what_the_user_puts_among_the_water_stays(fill):
     scene = scenes.varied_scene()
     fill(scene)
-    cube = scenes._cube("left here", (0.0, 0.0, -3.0))
-    scene_water.collection_of(scene).objects.link(cube)
+    water = scene_water.collection_of(scene)
+    cube, other = (scenes._cube(name, (0.0, 0.0, -3.0)) for name in ("left here", "in both"))
+    for item in (cube, other):
+        water.objects.link(item)
     scene.collection.objects.unlink(cube)
+    child = bpy.data.collections.new("child")
+    water.children.link(child)
     world = scene.world = bpy.data.worlds.new("new world")
     scene_water.remove(scene)
-    assert cube.name in scene.collection.objects
+    assert {cube.name, other.name} <= set(scene.collection.objects.keys())
+    assert child.name in scene.collection.children
     assert scene.world == world
 
 

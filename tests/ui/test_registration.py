@@ -24,9 +24,11 @@ data = [str(path) for path in opened if "/data/" in str(path)]
 loaded = sorted(name for name in set(sys.modules) - before)
 print("FOUND " + json.dumps({"loaded": loaded, "data": data}))
 """
-# Of what renders, enabling loads only what the panel stores, and the table of its switches.
-LIGHT = {"scene", "scene.session", "scene.settings", "scene.stored_settings", "scene.units"}
-LIGHT |= {"quality", "quality.terms"}
+# Of what renders, enabling loads only what the panel stores and the table of terms.
+LIGHT = {
+    *("scene", "scene.session", "scene.settings", "scene.stored_settings", "scene.units"),
+    *("quality", "quality.terms"),
+}
 HEAVY = {"colour", "jerlov", "nodebpy", "OpenImageIO", "scipy"}
 
 
