@@ -3,7 +3,7 @@
 
     python3 dev.py example          render the example reef to out/example/
     python3 dev.py test [ARGS]      run the tests; ARGS go to pytest
-    python3 dev.py check            ruff: lint and format
+    python3 dev.py check            lint, format and types
     python3 dev.py build            build and validate dist/underwater_spectral-*.zip;
                                     --manual writes its sizes into docs/manual.md
     python3 dev.py run FILE [ARGS]  run a script in the project's environment
@@ -161,6 +161,8 @@ def main() -> None:
         python = set_up()
         run(python, "-m", "ruff", "check", ".")
         run(python, "-m", "ruff", "format", "--check", ".")
+        # Its warnings are nodebpy's >> and modules that only Blender has.
+        run(python, "-m", "basedpyright", "--level", "error")
     elif job == "build":
         run(set_up(), "tools/build_extension.py", *arguments)
     elif job == "run" and arguments:

@@ -99,7 +99,9 @@ def collect(
     for scene, configuration in configurations:
         key = (scene.name, configuration.name)
 
-        def read(setting: Setting, where: tuple[Any, Any] = (scene, configuration)) -> Any:  # noqa: ANN401
+        def read(
+            setting: Setting, where: tuple[TestScene, Configuration] = (scene, configuration)
+        ) -> dict[str, NDArray[Any]] | None:
             return _read(path_of(*where, setting))
 
         reference = read(REFERENCE)

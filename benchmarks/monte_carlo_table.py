@@ -83,7 +83,7 @@ class Canonical:
 def canonical(problem: int, case: int, photons: int, engine: str = "auto") -> list[Canonical]:
     """Solve a canonical problem of Mobley et al. (1993) down to τ = 5."""
     b = 0.25 if case == 1 else 9.0
-    published = _published(problem, case)
+    published = canonical_values(problem, case)
     published = [row for row in published if row[0] * (1 + b) <= DEEPEST_TAU + 1e-9]
     depths = sorted({row[0] for row in published})
     name = "einstein-smoluchowski" if problem == 1 else "petzold"
@@ -107,7 +107,8 @@ def canonical(problem: int, case: int, photons: int, engine: str = "auto") -> li
     return rows
 
 
-def _published(problem: int, case: int) -> list[tuple[float, str, float, float]]:
+def canonical_values(problem: int, case: int) -> list[tuple[float, str, float, float]]:
+    """Depth in m, quantity, mean of the models and their scatter over it, of Mobley et al. 1993."""
     with (DATA_DIRECTORY / "mobley1993_canonical.csv").open(encoding="utf-8") as file:
         return [
             (

@@ -33,7 +33,7 @@ def build(
     tree.interface.new_socket("Color", in_out="OUTPUT", socket_type="NodeSocketColor")
     graph = Graph(tree)
     given = {}
-    if shape.waves:
+    if images is not None:
         given = slope_ahead(graph, values, images.slopes, view_direction(graph))
     colour = sum_of_triples(graph, values, triple, shape, given)
     graph.assign(colour, graph.node("NodeGroupOutput").inputs[0])

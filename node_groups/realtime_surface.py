@@ -76,7 +76,7 @@ def build(
     graph = Graph(tree)
     outputs = graph.node("NodeGroupInput").outputs
     given = {socket.name: graph.term(socket) for socket in outputs if socket.name}
-    if shape.waves:
+    if images is not None:
         given |= caustics_here(graph, values, images.caustics)
     if shape.diffuse_shadows:
         given[OPENNESS] = openness(graph, given[NORMAL])

@@ -10,19 +10,19 @@ import functools
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields
-from typing import Any
 
 import bpy
 import numpy as np
 from numpy.typing import NDArray
 
+from ..uw_spectral.mathematics import Operand
 from ..uw_spectral.surface.wave_patterns import KNOTS
 from ..uw_spectral.transfer.aureole import Aureole
 from ..uw_spectral.transfer.closed_form import ClosedForm
 from ..uw_spectral.transfer.inelastic_light import InelasticLight
 from ..uw_spectral.transfer.light_field import LightField
 from ..uw_spectral.transfer.pixel import Pixel, UndisturbedWater
-from ..uw_spectral.water.phase import BandPhase, PhaseFunction
+from ..uw_spectral.water.phase import Mixture, PhaseFunction
 from . import realtime_inelastic
 from .node_mathematics import NODES, Graph, NodeValue, new_group
 
@@ -212,16 +212,6 @@ def _assign(socket: bpy.types.NodeSocket, value: float) -> None:
         socket.default_value = value
 
 
-@dataclass(frozen=True, eq=False)
-class Mixture:
-    """:class:`BandPhase` of one triple, its weights being terms."""
-
-    components: tuple[PhaseFunction, ...]
-    weights: tuple[Any, ...]
-
-    per_steradian = BandPhase.per_steradian
-
-
 class Values:
     """The numbers of one triple of bands inside its group, read as terms.
 
@@ -292,11 +282,11 @@ class Values:
         weights = [self[name] for name in SENSOR]
         return self._graph.vector(*(radiance.dot(weight) for weight in weights))
 
-    def uplift(self, colour: NodeValue, names: tuple[str, str, str]) -> NodeValue:
+    def uplift(self, colour: NodeValue, names: Sequence[str]) -> NodeValue:
         """Return the three bands of an RGB colour."""
         rgb = self._graph.components(colour)
-        first, *rest = (c * self[n] for c, n in zip(rgb, names, strict=True))
-        return sum(rest, first)
+        red, green, blue = (c * self[n] for c, n in zip(rgb, names, strict=True))
+        return red + green + blue
 
 
 def build_triple(
@@ -363,7 +353,7 @@ def sum_of_triples(
         Its inputs besides the numbers; ``NAME i`` goes to ``NAME`` of triple i.
     """
     numbers = graph.node("ShaderNodeGroup", node_tree=values)
-    totals: list[Any] = [0.0] * (2 if DRAWN in triple.interface.items_tree else 1)
+    totals: list[Operand] = [0.0] * (2 if DRAWN in triple.interface.items_tree else 1)
     for index in range(shape.triples):
         node = graph.node("ShaderNodeGroup", node_tree=triple)
         for socket in node.inputs:

@@ -48,7 +48,7 @@ def build(
     tree.nodes.clear()
     graph = Graph(tree)
     scatter = graph.node("ShaderNodeVolumeScatter")
-    given = caustics_here(graph, values, images.caustics) if shape.waves else {}
+    given = {} if images is None else caustics_here(graph, values, images.caustics)
     coefficient = sum_of_triples(graph, values, triple, shape, given)
     coefficient = NODES.maximum(coefficient, 0.0)
     graph.assign(coefficient, scatter.inputs["Color"])

@@ -7,6 +7,7 @@ of the surface along x and y.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import bpy
@@ -149,6 +150,6 @@ def slope_ahead(
     return {SLOPE: slope}
 
 
-def _numbers(graph: Graph, values: bpy.types.ShaderNodeTree):  # noqa: ANN202
+def _numbers(graph: Graph, values: bpy.types.ShaderNodeTree) -> Callable[[str], NodeValue]:
     outputs = graph.node("ShaderNodeGroup", node_tree=values).outputs
     return lambda name: graph.term(outputs[name])

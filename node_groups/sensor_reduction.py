@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import functools
+import operator
 from collections.abc import Sequence
 
 import bpy
@@ -30,15 +32,14 @@ def build(
         Inputs ``Pass 1`` … ``Pass m`` (colour), output ``Image``.
     """
     with c.tree(NAME) as tree:
-        sums = [None, None, None]
+        parts = []
         for number, indices in enumerate(passes, start=1):
             image = tree.inputs.color(f"Pass {number}")
             bands = c.SeparateColor(image)
             vector = c.CombineXYZ(bands.o.red, bands.o.green, bands.o.blue).o.vector
-            for channel in range(3):
-                row = np.zeros(3)
-                row[: len(indices)] = weights[channel, list(indices)]
-                share = vector.dot(tuple(row))
-                sums[channel] = share if sums[channel] is None else sums[channel] + share
+            rows = np.zeros((3, 3))
+            rows[:, : len(indices)] = weights[:, list(indices)]
+            parts.append([vector.dot(tuple(row)) for row in rows])
+        sums = (functools.reduce(operator.add, channel) for channel in zip(*parts, strict=True))
         c.CombineColor(*sums) >> tree.outputs.color("Image")
     return tree.tree

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import functools
 from dataclasses import dataclass
+from typing import Literal
 
 import bpy
 from nodebpy import shader as s
@@ -18,8 +20,8 @@ class ScatteringLobe:
 
     Parameters
     ----------
-    phase : str
-        Cycles' name, ``HENYEY_GREENSTEIN``, ``DRAINE`` or ``FOURNIER_FORAND``.
+    phase : {"HENYEY_GREENSTEIN", "DRAINE", "FOURNIER_FORAND", "RAYLEIGH"}
+        Cycles' name.
     anisotropy : float
         Mean cosine, Henyey-Greenstein; asymmetry, Draine.
     alpha : float
@@ -28,7 +30,7 @@ class ScatteringLobe:
         Relative refractive index of the particles and bb/b, Fournier-Forand only.
     """
 
-    phase: str
+    phase: Literal["HENYEY_GREENSTEIN", "DRAINE", "FOURNIER_FORAND", "RAYLEIGH"]
     anisotropy: float = 0.0
     alpha: float = 0.5
     index: float = 1.10
@@ -38,14 +40,14 @@ class ScatteringLobe:
 def build(lobes: tuple[ScatteringLobe, ...]) -> bpy.types.Material:
     """Build the material; lobe i reads the scattering coefficient ``uw_scattering_i``."""
     with s.material(NAME) as material:
-        total = None
+        nodes = []
         for index, lobe in enumerate(lobes):
             absorption = (
                 s.Attribute.view_layer(attributes.ABSORPTION).o.vector
                 if index == 0
                 else (0.0, 0.0, 0.0)
             )
-            node = s.VolumeCoefficients(
+            coefficients = s.VolumeCoefficients(
                 weight=1.0,
                 absorption_coefficients=absorption,
                 scatter_coefficients=s.Attribute.view_layer(attributes.scattering(index)).o.vector,
@@ -55,6 +57,6 @@ def build(lobes: tuple[ScatteringLobe, ...]) -> bpy.types.Material:
                 backscatter=lobe.backscatter,
                 phase=lobe.phase,
             )
-            total = node if total is None else s.AddShader(total, node)
-        total >> s.MaterialOutput().i.volume
+            nodes.append(coefficients)
+        functools.reduce(s.AddShader, nodes) >> s.MaterialOutput().i.volume
     return material.material

@@ -105,7 +105,7 @@ class ErrorEstimate:
         self._weight = np.concatenate([view.weight for view in few]) / len(few)
         self._in_column = in_column(column)
         self._pictures = {
-            options: self._picture(reference, **column_of(options))
+            options: self._picture(reference, column_of(options))
             for options in subsets(self._in_column)
         }
         self.full = self._pictures[self._in_column]
@@ -124,15 +124,20 @@ class ErrorEstimate:
         ]
         self._bands = {}
         for choice in choices:
-            found = self._picture(choice.optics, lit, **column_of(calm))
+            found = self._picture(choice.optics, column_of(calm), seen=lit)
             plain = whole.without(*(whole.parts.keys() - found.parts.keys()))
             self._bands[choice] = found.without() - plain
         self.choices = choices
 
     def _picture(
-        self, optics: Optics, seen: Sequence[SeenPoints] | None = None, **how: object
+        self,
+        optics: Optics,
+        column: dict[str, object],
+        *,
+        seen: Sequence[SeenPoints] | None = None,
+        without: str = "",
     ) -> Picture:
-        found = [picture(optics, view, **how) for view in seen or self.seen]
+        found = [picture(optics, view, without=without, **column) for view in seen or self.seen]
         names = dict.fromkeys(name for f in found for name in f.parts)
         parts = {
             name: np.vstack([f.parts.get(name, np.zeros_like(f.plain)) for f in found])
@@ -158,7 +163,7 @@ class ErrorEstimate:
 
     def light_effect(self, name: str) -> float:
         """Mean ΔE2000 of a light that cannot be switched off by itself."""
-        return float(self.errors([self._picture(self.reference, without=name).without()])[0])
+        return float(self.errors([self._picture(self.reference, {}, without=name).without()])[0])
 
     def combinations(
         self,

@@ -403,16 +403,15 @@ class _Rays:
 
     def sunlight(self, distance: NDArray[np.float64]) -> NDArray[np.float64] | float:
         """Factor of the waves on the sunlight at distances along the rays, shape (m, n)."""
-        if self.waves is None:
+        if self.waves is None or self.contrast is None:
             return 1.0
         point = self.seen.origin + self.seen.direction * distance
         layers, depth = self.waves.layers, np.maximum(-point[:, 2], 1e-6)
-        sun = np.asarray(self.view.column.sun_direction)
-        x, y = under_waves(point[:, 0], point[:, 1], depth, sun)
+        x, y = under_waves(point[:, 0], point[:, 1], depth, list(self.view.column.sun_direction))
         first, last = layers.depths[[0, -1]]
         per_log = (LAYERS - 1) / math.log(last / first)
         position = layer_position(depth, math.log(first), per_log)
-        images = [self._look_up(image, x, y) for image in layers.images]
+        images = [_look_up(image, layers.tile, x, y) for image in layers.images]
         pattern = pattern_at(depth, position, images)
         contrast = interp((2.0 * position)[:, None], list(self.contrast))
         return sunlight_factor(pattern[:, None], contrast)
@@ -421,18 +420,17 @@ class _Rays:
         """The moving surface where the rays would meet it."""
         if self.waves is None or not self.view.column.reflects:
             return None
-        origin, w = self.seen.origin, self.seen.direction
+        waves, origin, w = self.waves, self.seen.origin, self.seen.direction
         along = -origin[:, 2] / np.maximum(w[:, 2], 1e-3)
         x, y = (origin[:, i] + w[:, i] * along for i in (0, 1))
         slopes = (
-            self._look_up(self.waves.slope_x, x, y)[:, None],
-            self._look_up(self.waves.slope_y, x, y)[:, None],
+            _look_up(waves.slope_x, waves.layers.tile, x, y)[:, None],
+            _look_up(waves.slope_y, waves.layers.tile, x, y)[:, None],
         )
-        return Ripples(slopes, self.waves.glitter_width(self.view.column.refractive_index))
+        return Ripples(slopes, waves.glitter_width(self.view.column.refractive_index))
 
-    def _look_up(self, image: NDArray, x: NDArray, y: NDArray) -> NDArray[np.float64]:
-        cells = len(image)
-        scale = cells / self.waves.layers.tile
-        return image[
-            np.floor(y * scale).astype(int) % cells, np.floor(x * scale).astype(int) % cells
-        ]
+
+def _look_up(image: NDArray, tile: float, x: NDArray, y: NDArray) -> NDArray[np.float64]:
+    cells = len(image)
+    scale = cells / tile
+    return image[np.floor(y * scale).astype(int) % cells, np.floor(x * scale).astype(int) % cells]

@@ -9,7 +9,7 @@ import warnings
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import TextIO
 
 import bpy
 
@@ -132,11 +132,18 @@ def _notes_to_stderr() -> Iterator[None]:
     """Print caveats of the data as notes, other warnings as usual."""
     plain = warnings.showwarning
 
-    def show(message: Warning | str, category: type[Warning], *rest: Any) -> None:  # noqa: ANN401
+    def show(
+        message: Warning | str,
+        category: type[Warning],
+        filename: str,
+        lineno: int,
+        file: TextIO | None = None,
+        line: str | None = None,
+    ) -> None:
         if issubclass(category, DataWarning):
             print(f"note: {message}", file=sys.stderr)
         else:
-            plain(message, category, *rest)
+            plain(message, category, filename, lineno, file, line)
 
     with warnings.catch_warnings():
         warnings.simplefilter("always", DataWarning)

@@ -74,7 +74,7 @@ def cycles_bands(
                 scene_water.place(scene, now.column)
                 moving_surface.move_surface(scene, now)
                 values = now.pass_values(scene)
-                if layers is not None:
+                if layers is not None and now.inelastic is not None:
                     values = values.with_values(inelastic_layers.emission(now.inelastic, layers))
 
                 def render(indices: tuple[int, ...], path: Path) -> None:

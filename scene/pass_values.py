@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import bpy
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from ..node_groups import attributes
 from ..uw_spectral.transfer.water_column import WaterColumn
@@ -24,7 +24,7 @@ class PassValues:
 
     @classmethod
     def of_column(
-        cls, column: WaterColumn, scattering_shares: Sequence[ArrayLike] = (1.0,)
+        cls, column: WaterColumn, scattering_shares: Sequence[NDArray[np.float64] | float] = (1.0,)
     ) -> PassValues:
         """Return the values of the water itself.
 
@@ -32,7 +32,7 @@ class PassValues:
         ----------
         column : WaterColumn
             The water, its light and its floor.
-        scattering_shares : sequence of array_like, shape () or (n,)
+        scattering_shares : sequence of float or array, shape (n,)
             Share of each lobe of the phase function in the scattering.
         """
         # Radiance gains n² on its way into the denser medium; Cycles leaves that out.

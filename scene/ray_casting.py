@@ -196,7 +196,8 @@ class Meshes:
         for first in range(0, len(origin), step):
             rays = slice(first, first + step)
             o, w = origin[rays], direction[rays]
-            near, far = 0.0, farthest[rays, None]
+            far = farthest[rays, None]
+            near = np.zeros_like(far)
             for axis in range(3):
                 at, speed = o[:, axis, None], 1.0 / w[:, axis, None]
                 one, other = (self._low[:, axis] - at) * speed, (self._high[:, axis] - at) * speed

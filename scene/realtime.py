@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 
 import bpy
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from ..node_groups import (
     realtime_background,
@@ -99,14 +99,14 @@ class RealtimeWater:
         bands |= {name: np.maximum(sign * bands[name], 0.0) for name in realtime_values.SENSOR}
         return replace(self, numbers=Numbers(bands, self.numbers.single))
 
-    def of_triple(self, indices: Sequence[int], gains: Sequence[float]) -> RealtimeWater:
+    def of_triple(self, indices: Sequence[int], gains: ArrayLike) -> RealtimeWater:
         """Return the water of one band pass: three bands, seen as red, green and blue.
 
         Parameters
         ----------
         indices : sequence of int
             The one to three bands of the pass.
-        gains : sequence of float
+        gains : array_like, shape (3,) or fewer
             Factor of each channel that brings its radiance near 1.
         """
         water = self.of_bands(indices, 3)

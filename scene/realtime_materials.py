@@ -11,7 +11,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import Any
 
 import bpy
 import numpy as np
@@ -19,6 +18,7 @@ import numpy as np
 from ..node_groups import realtime_surface
 from ..node_groups.node_mathematics import MARK, Graph, NodeValue
 from ..node_groups.realtime_values import Shape, pad_triples
+from ..uw_spectral.mathematics import Operand
 from . import contents
 
 SOURCE = "uw_source"
@@ -47,12 +47,12 @@ _REFRACTING = {"ShaderNodeBsdfGlass", "ShaderNodeBsdfRefraction"}
 class _Closure:
     """What a shader reflects, emits and lets through, as RGB terms or numbers."""
 
-    colour: Any = 0.0
-    emission: Any = 0.0
-    transmittance: Any = 0.0
+    colour: Operand = 0.0
+    emission: Operand = 0.0
+    transmittance: Operand = 0.0
     normal: NodeValue | None = None
 
-    def combined(self, other: _Closure, join: Callable[[Any, Any], Any]) -> _Closure:
+    def combined(self, other: _Closure, join: Callable[[Operand, Operand], Operand]) -> _Closure:
         return _Closure(
             join(self.colour, other.colour),
             join(self.emission, other.emission),
@@ -138,7 +138,7 @@ class _Walk:
             }
         )
 
-    def _value(self, socket: bpy.types.NodeSocket) -> Any:  # noqa: ANN401
+    def _value(self, socket: bpy.types.NodeSocket) -> Operand:
         """Return what a socket holds: its link, or a constant that follows its value."""
         links = [link for link in socket.links if not link.is_muted]
         if links:
@@ -156,8 +156,9 @@ class _Walk:
 
     def _normal(self, node: bpy.types.Node) -> NodeValue | None:
         socket = node.inputs.get("Normal")
-        linked = socket is not None and any(not link.is_muted for link in socket.links)
-        return self.graph.term(socket.links[0].from_socket) if linked else None
+        if socket is None or all(link.is_muted for link in socket.links):
+            return None
+        return self.graph.term(socket.links[0].from_socket)
 
     def _note(self, text: str) -> None:
         self.notes.append(f"{self.name} {text}")
@@ -364,7 +365,7 @@ def _is_animated(tree: bpy.types.NodeTree, socket: bpy.types.NodeSocket) -> bool
     return any(curve.data_path == path for curve in curves)
 
 
-def _interface_outputs(group: bpy.types.ShaderNodeTree) -> list[Any]:
+def _interface_outputs(group: bpy.types.ShaderNodeTree) -> list[bpy.types.NodeTreeInterfaceSocket]:
     return [
         item
         for item in group.interface.items_tree
@@ -372,7 +373,7 @@ def _interface_outputs(group: bpy.types.ShaderNodeTree) -> list[Any]:
     ]
 
 
-def _is_ours(item: Any) -> bool:  # noqa: ANN401
+def _is_ours(item: bpy.types.NodeTreeInterfaceSocket) -> bool:
     return item.name in _OUTPUTS.values()
 
 
@@ -380,7 +381,7 @@ def _is_zero(value: object) -> bool:
     return not isinstance(value, NodeValue) and value == 0.0
 
 
-def _mean(colour: NodeValue) -> Any:  # noqa: ANN401
+def _mean(colour: NodeValue) -> Operand:
     if colour.size == 1:
         return colour
     x, y, z = colour.graph.components(colour)

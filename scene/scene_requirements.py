@@ -116,7 +116,7 @@ def choose(
     if job.engine == "eevee":
         shaded = replace(plan, settings=replace(chosen, shafts=True))
         drawn = shaded.realtime(scene, views[0].depth, np.ones((3, len(plan.bands))))
-        shaft_end = drawn.shafts.end
+        shaft_end = drawn.shafts.end if drawn.shafts is not None else 0.0
     method = job.mode if job.engine == "eevee" else "cycles"
     per_pass = plan.cycles.bands_per_pass if method == "cycles" else 3
     render = scene.render

@@ -154,12 +154,14 @@ def add(
 
 def remove(scene: bpy.types.Scene) -> None:
     """Take the water out; the scene is as it was before :func:`add`."""
-    if not has_water(scene):
+    collection = collection_of(scene)
+    if collection is None:
         return
     if scene.world is not None and MARK in scene.world:
-        scene.world = collection_of(scene).get(_WORLD)
-    while has_water(scene):  # the user may have copied the collection
-        _detach(scene, collection_of(scene))
+        scene.world = collection.get(_WORLD)
+    while collection is not None:  # the user may have copied it
+        _detach(scene, collection)
+        collection = collection_of(scene)
     for layer in scene.view_layers:
         pass_values.clear(layer)
     _let_go()
@@ -189,7 +191,9 @@ def objects(scene: bpy.types.Scene) -> list[bpy.types.Object]:
 def link(scene: bpy.types.Scene, item: bpy.types.Object) -> None:
     """Add an object to the water in a scene; it leaves with it."""
     _mark(item, item.data, *(slot.material for slot in item.material_slots))
-    collection_of(scene).objects.link(item)
+    collection = collection_of(scene)
+    assert collection is not None, "there is no water to add to"
+    collection.objects.link(item)
 
 
 def place(scene: bpy.types.Scene, column: WaterColumn) -> None:

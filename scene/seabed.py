@@ -7,8 +7,11 @@ closes the view beyond its border, makes way for it downwards.
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator
+
 import bpy
 import numpy as np
+from mathutils import Matrix
 from numpy.typing import NDArray
 
 from ..node_groups.node_mathematics import MARK
@@ -24,17 +27,13 @@ def clear_depth(scene: bpy.types.Scene, floor_depth: float) -> float:
     Parameters
     ----------
     scene : Scene
-        It is seen as its first view layer was last evaluated.
+        Its objects are seen as they were last evaluated; instances of collections count,
+        other instances do not.
     floor_depth : float
         Depth of the floor, m.
     """
-    depsgraph = scene.view_layers[0].depsgraph
     depth = floor_depth
-    for found in depsgraph.object_instances if depsgraph is not None else ():
-        item, place = found.object, np.array(found.matrix_world, dtype=np.float64)
-        shown = found.is_instance or found.show_self
-        if not shown or MARK in item or not isinstance(item.data, bpy.types.Mesh):
-            continue
+    for item, place in _meshes(scene.view_layers[0]):
         corners = np.array(item.bound_box) @ place[2, :3] + place[2, 3] + floor_depth
         if corners.min() <= _NEAR and corners.max() >= -_NEAR:
             ground = _ground(item.data, place) + floor_depth
@@ -42,6 +41,32 @@ def clear_depth(scene: bpy.types.Scene, floor_depth: float) -> float:
             lowest = float(ground.min(initial=_APART))
             depth = max(depth, floor_depth + (_APART - lowest))
     return depth
+
+
+def _meshes(
+    layer: bpy.types.ViewLayer,
+) -> Iterator[tuple[bpy.types.Object, NDArray[np.float64]]]:
+    """Evaluated objects with meshes of the scene's own, and their places."""
+    depsgraph = layer.depsgraph
+
+    # Objects that were just deleted are None here; the graph's own list would crash Blender.
+    def visit(
+        items: Iterable[bpy.types.Object], around: Matrix
+    ) -> Iterator[tuple[bpy.types.Object, NDArray[np.float64]]]:
+        for item in items:
+            if item is None or MARK in item or item.hide_render:
+                continue
+            shown = item if depsgraph is None else item.evaluated_get(depsgraph)
+            place = around @ shown.matrix_world
+            if isinstance(shown.data, bpy.types.Mesh):
+                yield shown, np.array(place, dtype=np.float64)
+            group = item.instance_collection
+            if group is not None:
+                yield from visit(
+                    group.all_objects, place @ Matrix.Translation(-group.instance_offset)
+                )
+
+    return visit(layer.objects, Matrix())
 
 
 def _ground(mesh: bpy.types.Mesh, place: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -6,11 +6,15 @@ import argparse
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field, fields
 from pathlib import Path
-from typing import Any
+from typing import Literal, NoReturn
 
 from ..uw_spectral.errors import InputError
+from ..uw_spectral.spectra.colour_rendering import WHITE_BALANCES, WhiteBalance
 from ..uw_spectral.transfer.water_column import SURFACES
 from ..uw_spectral.water import measured
+
+Engine = Literal["cycles", "eevee"]
+Mode = Literal["bands", "realtime"]
 
 AUTO = "auto"
 BANDS, REALTIME = "bands", "realtime"
@@ -24,14 +28,14 @@ _RANGE = ("range_start", "range_end")
 _SHORT = {"wind_speed": "--wind"}
 
 
-def _setting(
-    default: str | float | bool,
+def _setting[Default: str | float | bool](
+    default: Default,
     text: str,
     choices: tuple[str, ...] = (),
     limits: tuple[float, float] = (float("-inf"), float("inf")),
     *,
     animatable: bool = False,
-) -> Any:  # noqa: ANN401 - like dataclasses.field
+) -> Default:
     metadata = {"help": text, "choices": choices, "limits": limits, "animatable": animatable}
     return field(default=default, metadata=metadata)
 
@@ -186,10 +190,10 @@ class SceneSettings:
     refractive_index: float = _setting(
         1.34, "Refractive index of the water against air", limits=(1.0, 2.0)
     )
-    white_balance: str = _setting(
+    white_balance: WhiteBalance = _setting(  # noqa: RUF009 - a field, as the others
         "daylight",
         "Light that is rendered white: at the surface, at the camera's depth, or none",
-        choices=("daylight", "depth", "none"),
+        choices=WHITE_BALANCES,
     )
     exposure: str = _setting(
         AUTO,
@@ -243,8 +247,8 @@ def flag(name: str) -> str:
 class RenderMethod:
     """A way to render: engine, mode, and what a panel says of it."""
 
-    engine: str
-    mode: str
+    engine: Engine
+    mode: Mode
     label: str
     text: str
 
@@ -304,8 +308,8 @@ class Job:
     """
 
     blend: Path | None
-    engine: str
-    mode: str
+    engine: Engine
+    mode: Mode
     frames: tuple[int, ...]
     camera: str | None
     resolution: tuple[int, int] | None
@@ -318,7 +322,7 @@ class Job:
 
 
 class _Parser(argparse.ArgumentParser):
-    def error(self, message: str) -> None:
+    def error(self, message: str) -> NoReturn:
         raise InputError(f"{message}; see --help")
 
 
@@ -437,9 +441,9 @@ def job(options: argparse.Namespace) -> Job:
     """Return the job that the options describe."""
     quality = getattr(options, "quality", None)
     usual = METHODS[QUALITIES[quality].method if quality else "reference"]
-    engine = getattr(options, "engine", usual.engine)
+    engine: Engine = getattr(options, "engine", usual.engine)
     # A method's mode belongs to its engine.
-    mode = getattr(options, "mode", usual.mode if engine == usual.engine else BANDS)
+    mode: Mode = getattr(options, "mode", usual.mode if engine == usual.engine else BANDS)
     if engine == "cycles" and (mode == REALTIME or getattr(options, "shafts", False)):
         raise InputError("--mode realtime and --shafts need --engine eevee")
     return Job(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import Field, fields
+from typing import Any
 
 import bpy
 
@@ -60,5 +61,7 @@ def stored_settings(scene: bpy.types.Scene) -> SceneSettings:
     group = getattr(scene, PROPERTY)
     values = {s.name: getattr(group, s.name) for s in fields(SceneSettings)}
     # Properties are float32: 1.34 comes back as 1.3400000334.
-    exact = {n: float(f"{v:.7g}") if isinstance(v, float) else v for n, v in values.items()}
+    exact: dict[str, Any] = {
+        n: float(f"{v:.7g}") if isinstance(v, float) else v for n, v in values.items()
+    }
     return SceneSettings(**exact)

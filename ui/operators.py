@@ -1,5 +1,8 @@
 """What the buttons do, with undo; each is a thin call of what a script would call."""
 
+# pyright: reportInvalidTypeForm=false
+# Blender declares properties as annotations that are calls.
+
 from __future__ import annotations
 
 from collections.abc import Generator
@@ -273,8 +276,8 @@ class Render(bpy.types.Operator):
         options={"SKIP_SAVE"},
     )
 
-    _steps: Generator | None = None
-    _timer: bpy.types.Timer | None = None
+    _steps: Generator
+    _timer: bpy.types.Timer
 
     @override
     def execute(self, context: bpy.types.Context) -> set[str]:

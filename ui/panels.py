@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import override
+from typing import TYPE_CHECKING, override
 
 import bpy
 
@@ -13,6 +13,9 @@ from ..scene import units
 from ..scene.session import is_live
 from ..scene.settings import METHODS
 from . import migration, presets, previews, property_group
+
+if TYPE_CHECKING:
+    from ..uw_spectral.imaging.water_colour import DominantColour
 
 _SWATCH_SCALE = 5.0
 _PLOT_SCALE = 9.0
@@ -103,6 +106,7 @@ def _shows_water(context: bpy.types.Context) -> bool:
 
 
 class _SubPanel(_Panel):
+    layout: bpy.types.UILayout
     bl_parent_id = "UNDERWATER_PT_main"
 
     def column(self) -> bpy.types.UILayout:
@@ -364,7 +368,7 @@ def _metres(value: float) -> str:
     return f"{value:.3g} m" if math.isfinite(value) else "no limit"
 
 
-def _colour(colour: object) -> str:
+def _colour(colour: DominantColour) -> str:
     if math.isnan(colour.wavelength):
         return colour.name
     complementary = " (complement)" if colour.wavelength < 0 else ""

@@ -346,7 +346,7 @@ class _Axes:
         extent = self.bottom - self.top
         # Clipped just outside, so that what leaves the area does not run along its edge.
         inside = np.clip(heights, -8.0 / extent, 1.0 + 8.0 / extent)
-        return np.arange(extent)[:, None] + 0.5, (1.0 - inside) * extent
+        return np.arange(extent, dtype=np.float64)[:, None] + 0.5, (1.0 - inside) * extent
 
     def _paint_area(self, colour: ArrayLike, cover: NDArray[np.float64]) -> None:
         _paint(self.picture[self.top : self.bottom, self.left : self.right], colour, cover)
@@ -407,7 +407,7 @@ def _rounded(size: tuple[int, int], radius: float, inset: float = 0.0) -> NDArra
 
 
 @functools.cache
-def _text_mask(text: str, scale: int) -> NDArray[np.float64]:
+def _text_mask(text: str, scale: int) -> NDArray[np.floating]:
     unknown = sorted(set(text) - set(_GLYPHS))
     if unknown:
         raise InputError(

@@ -7,9 +7,10 @@ import functools
 from collections.abc import Hashable
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike, DTypeLike, NDArray
 
 
+@dataclasses.dataclass(frozen=True, eq=False)
 class ComparedByContent:
     """Base of frozen dataclasses that are equal, and hash alike, if all their fields do.
 
@@ -32,12 +33,12 @@ class ComparedByContent:
     def _content(self) -> tuple[Hashable, ...]:
         return tuple(
             _hashable(getattr(self, field.name))
-            for field in dataclasses.fields(self)  # type: ignore[arg-type]
+            for field in dataclasses.fields(self)
             if field.compare
         )
 
     def __eq__(self, other: object) -> bool:
-        if type(self) is not type(other):
+        if not isinstance(other, ComparedByContent) or type(self) is not type(other):
             return NotImplemented
         return self is other or self._content == other._content
 
@@ -45,7 +46,7 @@ class ComparedByContent:
         return hash((type(self), self._content))
 
 
-def constant(values: ArrayLike, dtype: type = np.float64) -> NDArray[np.float64]:
+def constant(values: ArrayLike, dtype: DTypeLike = np.float64) -> NDArray[np.float64]:
     """Return values as an array that cannot be written to; the caller's own still can.
 
     Examples
@@ -62,4 +63,4 @@ def _hashable(value: object) -> Hashable:
     # Bytes keep their hash, so that it is computed once.
     if isinstance(value, np.ndarray):
         return value.shape, value.dtype.str, value.tobytes()
-    return value  # type: ignore[return-value]
+    return value

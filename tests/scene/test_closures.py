@@ -27,25 +27,18 @@ from underwater_spectral.uw_spectral.errors import DataWarning
 from underwater_spectral.uw_spectral.spectra.spectral_image import read_exr
 from underwater_spectral.uw_spectral.water.phase import EinsteinSmoluchowski
 
-_RENDER = """
-import runpy, sys, bpy
-runpy.run_path(sys.argv[1])["extension"]()
-from underwater_spectral.scene import batch
-bpy.ops.wm.read_factory_settings()
-for item in bpy.context.scene.objects:
-    item.location.z -= 8.0
-scene = bpy.context.scene
-scene.render.resolution_x, scene.render.resolution_y = 16, 9
-bpy.ops.wm.save_as_mainfile(filepath=sys.argv[2])
-options = ["--engine", "cycles", "--bands", "3", "--samples", "1", "--out", sys.argv[3]]
-sys.exit(batch.main([sys.argv[2], *options], inside_blender=False))
-"""
-
 
 @pytest.mark.filterwarnings(f"ignore::{DataWarning.__module__}.DataWarning")
 def test_cycles_does_not_run_out_of_closures(tmp_path, pytestconfig):
-    script = pytestconfig.rootpath / "render_bands.py"
-    command = [sys.executable, "-c", _RENDER, script, tmp_path / "cube.blend", tmp_path / "out"]
+    bpy.ops.wm.read_factory_settings()
+    scene = bpy.context.scene
+    for item in scene.objects:
+        item.location.z -= 8.0
+    scene.render.resolution_x, scene.render.resolution_y = 16, 9
+    blend = tmp_path / "cube.blend"
+    bpy.ops.wm.save_as_mainfile(filepath=str(blend))
+    command = [sys.executable, pytestconfig.rootpath / "render_bands.py", blend]
+    command += ["--engine", "cycles", "--bands", "3", "--samples", "1", "--out", tmp_path / "out"]
     done = subprocess.run(command, check=True, capture_output=True, text=True)
     assert (tmp_path / "out" / "0001.exr").exists()
     assert "closures" not in done.stdout + done.stderr

@@ -116,7 +116,7 @@ def test_only_level_ground_at_the_floor_moves_it():
     ground.location.z = -FLOOR - 0.5  # the added floor covers it
     assert _clear_depth() == FLOOR
     ground.location.z = -FLOOR
-    ground.hide_set(True)
+    ground.hide_render = True
     assert _clear_depth() == FLOOR
 
 
@@ -134,3 +134,16 @@ def test_instances_and_modifiers_count():
     instance.location.z = -0.1
     bpy.context.scene.collection.objects.link(instance)
     assert _clear_depth() == pytest.approx(FLOOR + 0.11, abs=1e-5)
+
+
+def test_objects_that_were_just_deleted_do_no_harm():
+    """Blender's own list of instances still holds them until the scene is evaluated."""
+    ground = _plane(5.0)
+    others = [scenes._cube(f"cube {i}", (0.0, 0.0, -FLOOR)) for i in range(50)]
+    expected = _clear_depth()
+    for item in others:
+        bpy.data.batch_remove([item, item.data])
+    bpy.data.objects.remove(bpy.data.objects.new("another", None))
+    assert seabed.clear_depth(bpy.context.scene, FLOOR) == expected
+    bpy.data.objects.remove(ground)
+    assert seabed.clear_depth(bpy.context.scene, FLOOR) == FLOOR

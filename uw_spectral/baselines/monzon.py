@@ -34,10 +34,10 @@ def path_radiance_Monzon2024(
     Written from a description of the errors of Eq. 9, not from the paper itself.
     Parameters and result as in :func:`path_radiance_Monzon2024_corrected`.
     """
-    b, c, Kd, P = _prepared(b, c, Kd, y_o, w_y, P, y_f)
-    sun = _term(c, Kd, -np.asarray(w_y), -Kd * y_o, P)
-    floor = _term(c, Kd, -np.asarray(w_y), -Kd * (2 * y_f - np.asarray(y_o)), P)
-    return b * E / (4 * math.pi) * (sun + np.asarray(r) / math.pi * floor)
+    b, c, Kd, E, r, y_o, w_y, P = _prepared(b, c, Kd, E, r, y_o, w_y, P, y_f)
+    sun = _term(c, Kd, -w_y, -Kd * y_o, P)
+    floor = _term(c, Kd, -w_y, -Kd * (2 * y_f - y_o), P)
+    return b * E / (4 * math.pi) * (sun + r / math.pi * floor)
 
 
 def path_radiance_Monzon2024_corrected(
@@ -75,23 +75,16 @@ def path_radiance_Monzon2024_corrected(
     array
         Path radiance, the arguments broadcast.
     """
-    b, c, Kd, P = _prepared(b, c, Kd, y_o, w_y, P, y_f)
-    sun = _term(c, Kd, np.asarray(w_y), -Kd * y_o, P)
-    floor = _term(c, Kd, -np.asarray(w_y), -Kd * (2 * y_f - np.asarray(y_o)), P)
-    return b * E / (4 * math.pi) * (sun + np.asarray(r) * floor)
+    b, c, Kd, E, r, y_o, w_y, P = _prepared(b, c, Kd, E, r, y_o, w_y, P, y_f)
+    sun = _term(c, Kd, w_y, -Kd * y_o, P)
+    floor = _term(c, Kd, -w_y, -Kd * (2 * y_f - y_o), P)
+    return b * E / (4 * math.pi) * (sun + r * floor)
 
 
-def _prepared(
-    b: ArrayLike,
-    c: ArrayLike,
-    Kd: ArrayLike,
-    y_o: ArrayLike,
-    w_y: ArrayLike,
-    P: ArrayLike,
-    y_f: float,
-) -> tuple[NDArray[np.float64], ...]:
-    P = np.minimum(P, distance_in_water(np.asarray(y_o), np.asarray(w_y), y_f))
-    return np.asarray(b, dtype=np.float64), np.asarray(c), np.asarray(Kd), P
+def _prepared(*values: ArrayLike) -> tuple[NDArray[np.float64], ...]:
+    """Return all but the depth of the floor as arrays, the path within the water."""
+    *others, y_o, w_y, P, y_f = (np.asarray(value, dtype=np.float64) for value in values)
+    return *others, y_o, w_y, np.minimum(P, distance_in_water(y_o, w_y, y_f))
 
 
 def _term(

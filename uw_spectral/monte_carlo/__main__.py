@@ -40,10 +40,9 @@ Medium = tuple[BandPhase | list[Constituent], list[InelasticInteraction]]
 
 def main(arguments: list[str] | None = None, out: TextIO | None = None) -> int:
     """Run the command line; return the exit status: 0, or 2 if the input cannot be used."""
-    out = out or sys.stdout
     options = _parser().parse_args(arguments)
     try:
-        _run(options, out)
+        _run(options, out or sys.stdout)
     except (InputError, OSError) as error:
         print(f"\nmonte_carlo: {error}", file=sys.stderr)  # noqa: T201
         return 2
@@ -52,7 +51,7 @@ def main(arguments: list[str] | None = None, out: TextIO | None = None) -> int:
 
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
-        prog="python -m uw_spectral.monte_carlo", description=__doc__.partition("\n")[0]
+        prog="python -m uw_spectral.monte_carlo", description=(__doc__ or "").partition("\n")[0]
     )
     add = parser.add_argument
     add(
@@ -169,7 +168,8 @@ def _column(
 
 def _water(text: str) -> Water:
     if "," in text and ":" not in text:
-        return Water.uniform(*_numbers("--water", text, 2))
+        a, b = _numbers("--water", text, 2)
+        return Water.uniform(a, b)
     return parse_water(text)
 
 

@@ -181,7 +181,7 @@ def interactions(
                 f"{column.bands.centres[at]:g} nm, that of the column is {wanted[at]:g} 1/m"
             )
     for process in inelastic:
-        _check_bands(process.name, process.coefficient, n, broadcast=False)
+        _check_bands(process.name, np.atleast_1d(process.coefficient), n, broadcast=False)
         if process.absorber is not None:
             if process.absorber not in absorption:
                 raise InputError(

@@ -42,7 +42,7 @@ class Tables(NamedTuple):
     sun: Array  # (3,) travel direction
     sky_cdf: Array  # inverse CDF of the cosine of skylight in the water
     sky_cosine: Array
-    index: float  # of the water against air; 1 without a surface
+    refractive_index: float  # of the water against air; 1 without a surface
     floor: float
     floor_reflectance: Array  # (n,)
     floor_planar: Array  # (d, n) share of the floor's light that reaches each depth, as Eu
@@ -61,7 +61,7 @@ class Tallies(NamedTuple):
 
     flux: Array  # (4, o, d, n): Ed, Eu, Eod, Eou
     radiance: Array  # (o, v, n)
-    count: NDArray[np.int64]  # (k + 2, n) events, by band before the event
+    events: NDArray[np.int64]  # (k + 2, n) how many, by band before the event
     energy: Array  # (k + 2, n) power of the packets at the event
     deposit: Array  # (k + 2, n) power that ends there
 
@@ -148,7 +148,9 @@ def trace(rng: np.random.Generator, per_band: int, t: Tables, out: Tallies) -> N
 
         top = np.flatnonzero(end < 0)
         if len(top):
-            back = rng.random(len(top)) < fresnel_reflectance(np.abs(uz[top]), 1.0 / t.index)
+            back = rng.random(len(top)) < fresnel_reflectance(
+                np.abs(uz[top]), 1.0 / t.refractive_index
+            )
             uz[top[back]] *= -1.0
             gone = top[~back]
             _tally_event(surface, band[gone], energy[gone], energy[gone], out)
@@ -302,9 +304,9 @@ def _phase(sine: Array, which: NDArray, tables: Array) -> Array:
 def _tally_event(
     event: NDArray | int, band: NDArray, energy: Array, deposit: Array, out: Tallies
 ) -> None:
-    rows, n = out.count.shape
+    rows, n = out.events.shape
     where = event * n + band
-    out.count[...] += np.bincount(where, minlength=rows * n).reshape(rows, n)
+    out.events[...] += np.bincount(where, minlength=rows * n).reshape(rows, n)
     out.energy[...] += np.bincount(where, energy, rows * n).reshape(rows, n)
     out.deposit[...] += np.bincount(where, deposit, rows * n).reshape(rows, n)
 

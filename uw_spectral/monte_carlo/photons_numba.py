@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 import numba
 import numpy as np
 
+from ..mathematics import Operand
 from ..surface import refraction as sun
 from . import photons
 
@@ -31,7 +32,7 @@ _shared = _compiled(photons.shared)
 _fresnel_reflectance = _compiled(sun.fresnel_reflectance)
 
 # The elementary functions of the Fresnel formula as numba knows them.
-_MATH = namedtuple("Functions", ("clamp", "maximum", "sqrt"))(
+_MATH: Operand = namedtuple("Functions", ("clamp", "maximum", "sqrt"))(
     numba.njit(lambda x, low, high: min(max(x, low), high)),
     numba.njit(lambda x, y: max(x, y)),
     numba.njit(lambda x: math.sqrt(x)),
@@ -99,7 +100,7 @@ def _tally_floor(band, origin, power, t, out):  # noqa: ANN001, ANN202
 
 @_compiled
 def _tally_event(event, band, energy, deposit, out):  # noqa: ANN001, ANN202
-    out.count[event, band] += 1
+    out.events[event, band] += 1
     out.energy[event, band] += energy
     out.deposit[event, band] += deposit
 
@@ -120,7 +121,7 @@ def _follow(rng, band, t, out):  # noqa: ANN001, ANN202
         y -= uz * _free_path(rng.random(), t.c[band])
         if y < 0:
             y = 0.0
-            if rng.random() >= _fresnel_reflectance(abs(uz), 1.0 / t.index, _MATH):
+            if rng.random() >= _fresnel_reflectance(abs(uz), 1.0 / t.refractive_index, _MATH):
                 _tally_event(events, band, energy, energy, out)
                 return
             uz = -uz
@@ -174,7 +175,7 @@ def _trace(rng, per_band, t, out):  # noqa: ANN001, ANN202
 
 
 # The cache of compiled code knows neither the name of the package nor the sources of the steps.
-_SOURCES = "".join(inspect.getsource(module) for module in (photons, sun)) + __package__
+_SOURCES = "".join(inspect.getsource(module) for module in (photons, sun)) + str(__package__)
 _trace.__qualname__ = f"_trace_{hashlib.sha256(_SOURCES.encode()).hexdigest()[:12]}"
 _trace = numba.njit(nogil=True, error_model="numpy", cache=True)(_trace)
 

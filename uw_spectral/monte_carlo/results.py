@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -133,23 +134,23 @@ class MonteCarloResult:
             for part, light in {"total": self.total, **self.parts}.items():
                 for quantity in QUANTITIES:
                     where = [(depth, *[""] * 4) for depth in self.depths]
-                    _rows(table, quantity, part, where, self.wavelengths, getattr(light, quantity))
+                    estimate = getattr(light, quantity)
+                    table.writerows(_rows(quantity, part, where, self.wavelengths, estimate))
                 where = [(depth, *w, *(distance or [""])) for depth, w, *distance in self.views]
-                _rows(table, "L", part, where, self.wavelengths, light.L)
+                table.writerows(_rows("L", part, where, self.wavelengths, light.L))
 
 
 def _rows(
-    table: object,
     quantity: str,
     part: str,
     where: list[tuple],
     wavelengths: NDArray,
     estimate: Estimate,
-) -> None:
+) -> Iterator[list[str]]:
     for place, means, errors in zip(where, estimate.mean, estimate.error, strict=True):
         cells = [x if isinstance(x, str) else f"{x:g}" for x in place]
         for row in zip(wavelengths, means, errors, strict=True):
-            table.writerow([quantity, part, *cells, *(f"{value:.8g}" for value in row)])
+            yield [quantity, part, *cells, *(f"{value:.8g}" for value in row)]
 
 
 class Moments:

@@ -143,14 +143,14 @@ def simulate(
         trace(rng, per_band, t, out)
         return out
 
-    flux, radiance, events = Moments(), Moments(), None
+    flux, radiance = Moments(), Moments()
+    events = np.zeros((3, len(t.roulette) + 2, n))
     for done, out in enumerate(_in_order(run, batches, threads), start=1):
         per_photon = 1.0 / (per_band * column.bands.widths)
         scalar = out.flux[numpy_engine.EOD] + out.flux[numpy_engine.EOU]
         flux.add(_with_total(np.concatenate([out.flux, scalar[None]]), axis=1) * per_photon)
         radiance.add(_with_total(out.radiance, axis=0) * per_photon)
-        now = np.stack([out.count, out.energy, out.deposit])
-        events = now if events is None else events + now
+        events += np.stack([out.events, out.energy, out.deposit])
         if progress is not None:
             progress(done * per_band * n, batches * per_band * n)
 
@@ -241,6 +241,7 @@ def _tables(
     phases = [*medium.phases.values(), *(process.phase for process in medium.inelastic)]
     s2 = s2_grid(phases)
     meters = _meters(column, views)
+    floor_planar, floor_scalar = _from_floor(column, depths, c)
     index = float(column.refractive_index) if column.reflects else 1.0
     incoming = column.sun_irradiance + sky.irradiance
     centres = column.bands.centres
@@ -266,15 +267,16 @@ def _tables(
         sun=_sun(column),
         sky_cdf=sky.cdf,
         sky_cosine=sky.cosine,
-        index=index,
+        refractive_index=index,
         floor=float(column.floor_depth),
         floor_reflectance=np.ascontiguousarray(column.floor_reflectance),
-        **dict(zip(("floor_planar", "floor_scalar"), _from_floor(column, depths, c), strict=True)),
+        floor_planar=floor_planar,
+        floor_scalar=floor_scalar,
         depths=depths,
         **meters,
     )  # fmt: skip
     # One memory layout, so that numba compiles once.
-    return Tables(*(np.array(x, order="C") if isinstance(x, np.ndarray) else x for x in tables))
+    return Tables._make(np.array(x, order="C") if isinstance(x, np.ndarray) else x for x in tables)
 
 
 def _from_floor(
@@ -282,7 +284,8 @@ def _from_floor(
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Eu and Eou at each depth of a Lambertian floor of unit irradiance: 2 E3(τ) and 2 E2(τ)."""
     if column.floor_depth == math.inf:
-        return np.zeros((2, len(depths), len(c)))
+        nothing = np.zeros((len(depths), len(c)))
+        return nothing, nothing
     # μ = t³ resolves the kink of exp(-τ/μ) at the level.
     nodes, weights = np.polynomial.legendre.leggauss(200)
     t = (nodes + 1) / 2
@@ -382,7 +385,8 @@ def _view(column: WaterColumn, view: View) -> View:
         raise InputError("Monte Carlo: a level view has no end in level water; tilt it a little")
     if len(distance) > 1 or not all(x > 0 for x in distance):
         raise InputError("Monte Carlo: the distance of a view must be one positive number")
-    return (depth, tuple(w.tolist()), *distance)
+    direction = tuple(w.tolist())
+    return (depth, direction, distance[0]) if distance else (depth, direction)
 
 
 def _sun(column: WaterColumn) -> NDArray[np.float64]:

@@ -79,7 +79,8 @@ class Bands(ComparedByContent):
         if not (np.isfinite(start) and np.isfinite(end) and 0 < start < end):
             raise InputError(f"bands: the range {start:g} to {end:g} nm is empty or not positive")
         width = (end - start) / count
-        return cls(start + width * (np.arange(count) + 0.5), np.full(count, width))
+        index = np.arange(count, dtype=np.float64)
+        return cls(start + width * (index + 0.5), np.full(count, width))
 
     @classmethod
     def at_wavelengths(cls, wavelengths: ArrayLike) -> Bands:

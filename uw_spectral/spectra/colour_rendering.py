@@ -247,7 +247,7 @@ def _white(
     response: NDArray[np.float64],
     light: NDArray[np.float64],
     where: str,
-    darkest: ArrayLike = 0.0,
+    darkest: NDArray[np.float64] | float = 0.0,
 ) -> NDArray[np.float64]:
     """Sensor responses to a white diffuser."""
     white = response @ light / math.pi

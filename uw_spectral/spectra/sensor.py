@@ -6,7 +6,7 @@ import functools
 import json
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +17,9 @@ from ._colour import colour_science
 from .bands import Bands
 from .spectral_table import LARGEST_NUMBER, read_spectral_table
 from .spectrum import Spectrum, read_text, shipped_table, split_location
+
+if TYPE_CHECKING:
+    from colour import MultiSpectralDistributions
 
 OBSERVERS = {
     "cie1931": "CIE 1931 2 Degree Standard Observer",
@@ -191,9 +194,10 @@ def standard_observer() -> Sensor:
     return parse_sensor("cie1931")
 
 
-def _from_colour_science(name: str, data: object) -> Sensor:
-    spectrum = Spectrum(data.wavelengths, data.values, f"sensitivity of {name}")  # type: ignore[attr-defined]
-    source = f"colour-science {colour_science().__version__}: {data.name}"  # type: ignore[attr-defined]
+def _from_colour_science(name: str, data: MultiSpectralDistributions) -> Sensor:
+    wavelengths, values = (np.asarray(x, dtype=np.float64) for x in (data.wavelengths, data.values))
+    spectrum = Spectrum(wavelengths, values, f"sensitivity of {name}")
+    source = f"colour-science {colour_science().__version__}: {data.name}"
     return Sensor(
         name, spectrum, "observer" if name in OBSERVERS else "camera", source, "BSD-3-Clause"
     )

@@ -300,7 +300,7 @@ class WaveComponents:
     @property
     def k(self) -> NDArray[np.float64]:
         """Wave vectors, rad/m, shape (m, 2)."""
-        return 2 * math.pi / self.tile * self.index
+        return 2 * math.pi / self.tile * self.index.astype(np.float64)
 
     @property
     def slope_variance(self) -> NDArray[np.float64]:
@@ -353,7 +353,8 @@ class WaveComponents:
 
     def slopes(self, x: ArrayLike, y: ArrayLike, t: float) -> tuple[NDArray, NDArray]:
         """Slopes ∂η/∂x and ∂η/∂y at points."""
-        return self._sum(x, y, t)[1:]
+        _, slope_x, slope_y = self._sum(x, y, t)
+        return slope_x, slope_y
 
     def on_grid(self, resolution: int, t: float) -> tuple[NDArray, NDArray, NDArray]:
         """Elevation and slopes on a grid of the tile, by FFT.
@@ -392,10 +393,11 @@ class WaveComponents:
         unit = 2 * math.pi / self.tile
         kx = unit * np.arange(resolution // 2 + 1)
         ky = unit * resolution * np.fft.fftfreq(resolution)[:, None]
-        return tuple(
+        elevation, slope_x, slope_y = (
             np.fft.irfft2(factor * half, (resolution, resolution), norm="forward")
             for factor in (1.0, 1j * kx, 1j * ky)
         )
+        return elevation, slope_x, slope_y
 
     def _only(self, kept: NDArray, shorter: NDArray[np.float64] | None = None) -> WaveComponents:
         return WaveComponents(
@@ -419,7 +421,8 @@ class WaveComponents:
             angle = k @ points + start[part, None]
             total[0] += a @ np.cos(angle)
             total[1:] -= (a[:, None] * k).T @ np.sin(angle)
-        return tuple(part.reshape(x.shape) for part in total)
+        elevation, slope_x, slope_y = total.reshape(3, *x.shape)
+        return elevation, slope_x, slope_y
 
 
 def angular_frequency(k: ArrayLike, depth: float = math.inf) -> NDArray[np.float64]:

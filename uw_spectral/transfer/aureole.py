@@ -151,5 +151,6 @@ def _least_squares(lobes: NDArray[np.float64], target: NDArray[np.float64]) -> N
 def _directions() -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Directions of the fit as s2, and the Legendre terms (2l+1)/(4π) P_l there."""
     angle = np.radians(np.concatenate([np.geomspace(0.3, 30, 32), np.linspace(34, 180, 24)]))
+    degree = np.arange(_MOMENTS + 1, dtype=np.float64)
     terms = np.polynomial.legendre.legvander(np.cos(angle), _MOMENTS)
-    return np.sin(angle / 2) ** 2, terms * (2 * np.arange(_MOMENTS + 1) + 1) / (4 * np.pi)
+    return np.sin(angle / 2) ** 2, terms * (2 * degree + 1) / (4 * np.pi)

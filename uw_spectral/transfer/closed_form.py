@@ -11,11 +11,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, DTypeLike, NDArray
+from numpy.typing import ArrayLike, DTypeLike
 
 from ..errors import InputError
 from ..mathematics import NUMPY, Mathematics, Operand
-from ..water.phase import BandPhase
+from ..water.phase import BandPhase, Mixture
 from .aureole import Aureole, solve_aureole
 from .light_field import LightField
 from .radiance_field import PathField, distance_in_water
@@ -77,7 +77,7 @@ class ClosedForm(PathField):
     ----------
     field : LightField
         Light field of the n bands.
-    phase : BandPhase
+    phase : Mixture
         Phase function of the n bands.
     aureole : Aureole
         Spread of the sun at the depth of the camera.
@@ -86,19 +86,18 @@ class ClosedForm(PathField):
     """
 
     field: LightField
-    phase: BandPhase
+    phase: Mixture
     aureole: Aureole
     sun: Sequence[Operand]
 
     def astype(self, dtype: DTypeLike) -> ClosedForm:
         """Return the coefficients in another floating-point precision."""
-        cast = np.dtype(dtype).type
         return dataclasses.replace(
             self,
             field=self.field.astype(dtype),
-            phase=dataclasses.replace(self.phase, weights=cast(self.phase.weights)),
+            phase=dataclasses.replace(self.phase, weights=np.asarray(self.phase.weights, dtype)),
             aureole=self.aureole.astype(dtype),
-            sun=cast(self.sun),
+            sun=tuple(np.asarray(self.sun, dtype)),
         )
 
     def path(
@@ -247,5 +246,5 @@ def solve_closed_form(
             f"the camera is at depth {y_o:g} m, but the water reaches from 0 to {field.y_f:g} m; "
             "move the camera or the floor"
         )
-    direction: NDArray[np.float64] = np.asarray(sun, dtype=np.float64)
+    direction = tuple(np.asarray(sun, dtype=np.float64))
     return ClosedForm(field, phase, solve_aureole(field.b, phase, y_o, field.mu_s), direction)

@@ -132,8 +132,11 @@ class InelasticLight(PathField):
             )
         return m.maximum(total, 0.0)
 
-    def single_scattering(self, *_: Operand) -> float:
+    def single_scattering(
+        self, y_o: Operand, w: Sequence[Operand], P: Operand, m: Mathematics = NUMPY
+    ) -> Operand:
         """No sunlight is among it."""
+        del y_o, w, P, m
         return 0.0
 
     def _sum(self, name: str, y: Operand, m: Mathematics) -> Operand:
@@ -335,7 +338,7 @@ def reduced(light: InelasticLight, count: int = 3, deepest: float = 100.0) -> In
     fits = np.zeros((*f.k.shape, count + over_floor, 3))
     for chosen in itertools.combinations(range(_FIT_RATES), count):
         basis = columns[..., [*chosen, *([_FIT_RATES] if over_floor else [])]]
-        found, error = [], 0.0
+        found, error = [], np.zeros(f.k.shape)
         for weight, quantity in zip(weights, wanted, strict=True):
             weighted, aim = weight * basis, weight * quantity
             found.append(np.linalg.pinv(weighted, rcond=_FIT_CONDITION) @ aim)

@@ -28,7 +28,21 @@ _LEVEL = -0.01  # vertical component of a mirrored ray that would go up
 _ELEVATIONS, _AZIMUTHS = 6, 8
 
 
-class RadianceField(Protocol):
+class Radiant(Protocol):
+    """What has a radiance everywhere in the water."""
+
+    def radiance(
+        self,
+        y: Operand,
+        w: Sequence[Operand],
+        L_surface: Operand = 0.0,
+        m: Mathematics = NUMPY,
+    ) -> Operand:
+        """Radiance L(y, w) of everything that lies ahead of depth y along w."""
+        ...
+
+
+class RadianceField(Radiant, Protocol):
     """Light of one process (elastic, inelastic) in undisturbed plane-parallel water.
 
     ``c`` is the extinction, ``cp`` that of the beam that a camera blurs over what it
@@ -50,16 +64,6 @@ class RadianceField(Protocol):
         self, y_o: Operand, w: Sequence[Operand], P: Operand, m: Mathematics = NUMPY
     ) -> Operand:
         """Radiance of the water between depth y_o and distance P along w."""
-        ...
-
-    def radiance(
-        self,
-        y: Operand,
-        w: Sequence[Operand],
-        L_surface: Operand = 0.0,
-        m: Mathematics = NUMPY,
-    ) -> Operand:
-        """Radiance L(y, w) of everything that lies ahead of depth y along w."""
         ...
 
     def single_scattering(
@@ -222,7 +226,7 @@ def surface_normal(
 
 
 def under_surface(
-    water: RadianceField | None,
+    water: Radiant | None,
     w: Sequence[Operand],
     L_sky: Operand,
     relative_index: Operand,
@@ -235,7 +239,7 @@ def under_surface(
 
     Parameters
     ----------
-    water : RadianceField or None
+    water : Radiant or None
         What the surface mirrors; None for a surface that mirrors black water.
     w : three floats or arrays
         Unit view direction, away from the camera; z > 0.

@@ -10,15 +10,13 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import InputError, unknown_name
-from ..mathematics import NUMPY, Mathematics
+from ..mathematics import NUMPY, Mathematics, Operand
 from ..spectra.spectrum import Spectrum, shipped_table
 from .diffuse_attenuation import Kd490_Morel2007, Kd_Lee2005, chlorophyll_Morel2007
 from .optical_properties import Water, molecular_scattering
@@ -541,18 +539,18 @@ def water_Gutierrez2008(constituents: Constituents) -> Water:
     )
 
 
-def isotropic_Gutierrez2008(s2: Any, m: Mathematics = NUMPY) -> Any:  # noqa: ANN401
+def isotropic_Gutierrez2008(s2: Operand, m: Mathematics = NUMPY) -> Operand:
     """Isotropic phase function as printed, 1/π; it integrates to 4."""
     del m
     return 0.0 * s2 + 1.0 / math.pi
 
 
-def henyey_greenstein_Gutierrez2008(g: Any, s2: Any, m: Mathematics = NUMPY) -> Any:  # noqa: ANN401
+def henyey_greenstein_Gutierrez2008(g: Operand, s2: Operand, m: Mathematics = NUMPY) -> Operand:
     """Henyey-Greenstein as printed, without 1/(4π); it integrates to 4π."""
     return 4.0 * math.pi * henyey_greenstein(g, s2, m)
 
 
-def _power_law(part: str, chlorophyll: float, wavelengths: Iterable[float]) -> NDArray[np.float64]:
+def _power_law(part: str, chlorophyll: float, wavelengths: ArrayLike) -> NDArray[np.float64]:
     if not (math.isfinite(chlorophyll) and chlorophyll >= 0):
         raise InputError(
             f"chlorophyll must be a finite number, not negative, got {chlorophyll:g} mg/m³"

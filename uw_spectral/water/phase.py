@@ -34,8 +34,10 @@ class PhaseFunction:
     quadrature.
     """
 
-    kinks: tuple[float, ...] = ()
-    """Scattering angles in rad where the function is not smooth."""
+    @property
+    def kinks(self) -> tuple[float, ...]:
+        """Scattering angles in rad where the function is not smooth."""
+        return ()
 
     def per_steradian(self, s2: Operand, m: Mathematics = NUMPY) -> Operand:
         """Return the phase function at ``s2 = sin²(angle / 2) > 0``, in 1/sr.
@@ -61,7 +63,9 @@ class PhaseFunction:
     @property
     def backscatter_ratio(self) -> float:
         """Share of the light that is scattered backwards, bb/b."""
-        return float(_integral_over_sphere(self, lambda angle: (angle > math.pi / 2) * 1.0))
+        return float(
+            _integral_over_sphere(self, lambda angle: np.where(angle > math.pi / 2, 1.0, 0.0))
+        )
 
     def moments(self, count: int) -> NDArray[np.float64]:
         """Legendre moments χ1 to χn, χl = ∫ p(Θ) P_l(cos Θ) dΩ.
@@ -319,7 +323,30 @@ def _petzold_table() -> tuple[NDArray[np.float64], NDArray[np.float64]]:
 
 
 @dataclass(frozen=True, eq=False)
-class BandPhase(ComparedByContent):
+class Mixture:
+    """Phase functions added up; the weights may be values of shader nodes.
+
+    Parameters
+    ----------
+    components : tuple of PhaseFunction
+        The k parts.
+    weights : sequence of k
+        Their shares.
+    """
+
+    components: tuple[PhaseFunction, ...]
+    weights: Operand
+
+    def per_steradian(self, s2: Operand, m: Mathematics = NUMPY) -> Operand:
+        """Return the value in 1/sr; arrays ``s2`` need a last axis of 1 for the bands."""
+        return sum(
+            weight * component.per_steradian(s2, m)
+            for weight, component in zip(self.weights, self.components, strict=True)
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class BandPhase(ComparedByContent, Mixture):
     """Mixture of phase functions whose weights may differ by band.
 
     Parameters
@@ -330,7 +357,6 @@ class BandPhase(ComparedByContent):
         Share of each part in each band; each column adds up to 1.
     """
 
-    components: tuple[PhaseFunction, ...]
     weights: NDArray[np.float64]
 
     def __post_init__(self) -> None:
@@ -348,13 +374,6 @@ class BandPhase(ComparedByContent):
     def same_in_all_bands(self) -> bool:
         """Whether one function serves every band (then three bands fit one Cycles pass)."""
         return bool(np.all(self.weights == self.weights[:, :1]))
-
-    def per_steradian(self, s2: Operand, m: Mathematics = NUMPY) -> Operand:
-        """Return the value in 1/sr; arrays ``s2`` need a last axis of 1 for the bands."""
-        return sum(
-            weight * component.per_steradian(s2, m)
-            for weight, component in zip(self.weights, self.components, strict=True)
-        )
 
     def __call__(self, cosine: ArrayLike) -> NDArray[np.float64]:
         """Evaluate at cosines of shape (...), in 1/sr; shape (..., n)."""
