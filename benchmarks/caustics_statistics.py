@@ -342,7 +342,7 @@ Written by `python3 dev.py run -m benchmarks caustics_statistics`; every number 
 ## How it works
 
 - Waves: spectrum of Elfouhaily et al. (1997), shorter waves scaled to the slope variance of
-  Cox & Munk (1954), realised on a periodic tile (`uw_spectral/waves.py`).
+  Cox & Munk (1954), realised on a periodic tile (`uw_spectral/surface/waves.py`).
 - Rays of a grid are refracted by the waves, deposited on the plane below and blurred by the
   refracted disc of the sun and by the waves that the grid leaves out (`caustic_pattern`).
 - Scattering by small angles takes the contrast of each band, by the Legendre moments of its

@@ -240,10 +240,11 @@ def main(arguments: list[str]) -> None:
 
 Written by `python3 dev.py run -m benchmarks inelastic_table`.
 
-The closed form (`uw_spectral.inelastic`) against the Monte Carlo: deep water under a flat surface
-and a clear sky, sun at {SUN_ZENITH:g}°, {len(BANDS)} bands from 300 to 800 nm for both,
-{photons} photons per water. The numbers compare the inelastic part alone, summed over 400 to
-700 nm: difference of the closed form ± standard error of the Monte Carlo. Radiances at
+The closed form (`uw_spectral.transfer.inelastic_light`) against the Monte Carlo: deep
+water under a flat surface and a clear sky, sun at {SUN_ZENITH:g}°, {len(BANDS)} bands from 300
+to 800 nm for both, {photons} photons per water. The numbers compare the inelastic part
+alone, summed over 400 to 700 nm: difference of the closed form ± standard error of the Monte
+Carlo. Radiances at
 {CAMERA:g} m, the Monte Carlo averaging over a cone of {CONE:g}°. Target: within 10 %.
 
 The Monte Carlo lets a photon change its band once, and Raman scattering takes its events from the

@@ -46,7 +46,7 @@ def _picture(graph: Graph, values: Values) -> tuple[NodeValue, ...]:
     if values.shape.waves:
         slopes = graph.components(values[SLOPE])[:2]
         ripples = Ripples(slopes, values[GLITTER_WIDTH], values[GLITTER])
-    seen = values.sensor(values.water.open_water(y_o, w, NODES, ripples).total)
+    seen = values.seen(values.water.open_water(y_o, w, NODES, ripples))
     if values.shape.shafts:
         return seen, values.sensor(shaft(values, y_o, w, None))
     return (seen,)

@@ -111,7 +111,7 @@ def _picture(graph: Graph, values: Values) -> tuple[NodeValue, ...]:
     L = L + values.uplift(values[EMITTED], EMISSION)
     covered = values[COVERAGE]
     pixel = water.surface(y_o, y, w, P, L, NODES, L_inelastic=L_inelastic, coverage=covered)
-    seen = values.sensor(pixel.total)
+    seen = values.seen(pixel)
     if values.shape.shafts:
         return seen, values.sensor(shaft(values, y_o, w, P) * covered)
     return (seen,)

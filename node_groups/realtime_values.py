@@ -21,7 +21,7 @@ from ..uw_spectral.transfer.aureole import Aureole
 from ..uw_spectral.transfer.closed_form import ClosedForm
 from ..uw_spectral.transfer.inelastic_light import InelasticLight
 from ..uw_spectral.transfer.light_field import LightField
-from ..uw_spectral.transfer.pixel import UndisturbedWater
+from ..uw_spectral.transfer.pixel import Pixel, UndisturbedWater
 from ..uw_spectral.water.phase import Mixture, PhaseFunction
 from . import realtime_inelastic
 from .node_mathematics import NODES, Graph, NodeValue, new_group
@@ -272,6 +272,10 @@ class Values:
             tuple(self[f"lobe weight {i}"] for i in lobes),
             tuple(self[f"lobe asymmetry {i}"] for i in lobes),
         )
+
+    def seen(self, pixel: Pixel) -> NodeValue:
+        """Return what three bands of a pixel add to the colour that the sensor sees."""
+        return self.sensor(pixel.total)
 
     def sensor(self, radiance: NodeValue) -> NodeValue:
         """Return what three bands add to the colour that the sensor sees."""

@@ -11,6 +11,7 @@ from typing import Literal, NoReturn
 from ..uw_spectral.errors import InputError
 from ..uw_spectral.spectra.colour_rendering import WHITE_BALANCES, WhiteBalance
 from ..uw_spectral.transfer.water_column import SURFACES
+from ..uw_spectral.water import measured
 
 Engine = Literal["cycles", "eevee"]
 Mode = Literal["bands", "realtime"]
@@ -54,8 +55,8 @@ class SceneSettings:
     water: str = _setting(
         "jerlov:IB",
         "Water: jerlov:TYPE or case:NAME (see --list-waters); bio:chl=1,cdom=0.1, made of "
-        "constituents; file:PATH, a CSV with the columns wavelength_nm and a, b or Kd in 1/m, or "
-        "SeaBASS (.sb); constituents takes chlorophyll, cdom, minerals and detritus",
+        f"constituents; file:PATH, {measured.CONTENT}; constituents takes chlorophyll, cdom, "
+        "minerals and detritus",
     )
     chlorophyll: float = _setting(
         1.0, "Chlorophyll, mg/m³, of --water constituents", limits=(0.0, 100.0), animatable=True

@@ -98,3 +98,15 @@ def test_packages_without_blender_never_name_it(package):
     for path in (ROOT / package).rglob("*.py"):
         firsts = {name.split(".")[0] for name in _imports(path)}
         assert not firsts & {"bpy", "mathutils", "nodebpy", "bmesh"}, path
+
+
+@pytest.mark.parametrize("package", PACKAGES)
+def test_what_a_function_imports_is_there(package):
+    for path in (ROOT / package).rglob("*.py"):
+        home = ".".join([underwater_spectral.__name__, *path.relative_to(ROOT).parts[:-1]])
+        for node in ast.walk(ast.parse(path.read_text())):
+            if isinstance(node, ast.ImportFrom) and node.level:
+                source = importlib.import_module("." * node.level + (node.module or ""), home)
+                for name in (item.name for item in node.names):
+                    if not hasattr(source, name):
+                        importlib.import_module(f"{source.__name__}.{name}")

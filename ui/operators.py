@@ -15,6 +15,8 @@ from bpy_extras.io_utils import ImportHelper
 from ..scene import stored_settings as optics
 from ..scene.session import is_live
 from ..uw_spectral.errors import InputError
+from ..uw_spectral.spectra import sensor as sensors
+from ..uw_spectral.water import measured
 from . import migration, property_group
 
 _DEFAULT_DEPTH = 5.0
@@ -163,12 +165,9 @@ class OpenWater(_Operator, ImportHelper):
 
     bl_idname = "underwater.open_water"
     bl_label = "Open Water File"
-    bl_description = (
-        "Use a table of a water: CSV with the columns wavelength_nm and a, b or Kd in 1/m, or "
-        "SeaBASS (.sb)"
-    )
+    bl_description = f"Use a table of a water: {measured.CONTENT}"
     filename_ext = ".csv"
-    filter_glob: bpy.props.StringProperty(default="*.csv;*.txt;*.sb", options={"HIDDEN"})
+    filter_glob: bpy.props.StringProperty(default=";".join(measured.PATTERNS), options={"HIDDEN"})
 
     @override
     def run(self, context: bpy.types.Context) -> None:
@@ -184,19 +183,16 @@ class OpenSensor(_Operator, ImportHelper):
 
     bl_idname = "underwater.open_sensor"
     bl_label = "Open Sensor File"
-    bl_description = (
-        "Use a file of spectral sensitivities: CSV wavelength_nm, R, G, B, rawtoaces JSON, or text "
-        "as of Jiang et al. 2013"
-    )
+    bl_description = f"Use a file of spectral sensitivities: {sensors.FILE_CONTENT}"
     filename_ext = ".csv"
-    filter_glob: bpy.props.StringProperty(default="*.csv;*.json;*.txt", options={"HIDDEN"})
+    filter_glob: bpy.props.StringProperty(
+        default=";".join(sensors.FILE_PATTERNS), options={"HIDDEN"}
+    )
 
     @override
     def run(self, context: bpy.types.Context) -> None:
-        from ..uw_spectral.spectra.sensor import parse_sensor
-
         name = f"file:{self.filepath}"
-        parse_sensor(name)
+        sensors.parse_sensor(name)
         _water(context).sensor = name
 
 

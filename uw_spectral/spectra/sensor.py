@@ -27,6 +27,12 @@ OBSERVERS = {
     "cie2015": "CIE 2015 2 Degree Standard Observer",
     "cie2015-10": "CIE 2015 10 Degree Standard Observer",
 }
+FILE_PATTERNS = ("*.csv", "*.json", "*.txt")
+"""Names of the files that hold sensors, for those who look for one."""
+
+FILE_CONTENT = "CSV wavelength_nm, R, G, B, rawtoaces JSON, or text as of Jiang et al. 2013"
+"""What these files hold, in words."""
+
 _CHANNELS = ("R", "G", "B")
 _DARK = 1e-30  # sensitivity that counts as none
 Kind = Literal["camera", "film", "observer"]

@@ -9,6 +9,12 @@ from .kd_inversion import water_from_Kd_csv
 from .optical_properties import Water
 from .seabass import water_from_seabass
 
+PATTERNS = ("*.csv", "*.txt", "*.sb")
+"""Names of the files, for those who look for one."""
+
+CONTENT = "CSV with the columns wavelength_nm and a, b or Kd in 1/m, or SeaBASS (.sb)"
+"""What the files hold, in words."""
+
 
 def read_water(path: str | Path) -> Water:
     """Return the water of a file.
