@@ -106,7 +106,7 @@ class Case:
     def views(self, seed: int, *, at_sun: bool = True) -> tuple[np.ndarray, ...]:
         """Up, down, level, towards and away from the sun, and some others."""
         some = np.random.default_rng(seed).normal(size=(6, 3))
-        along = [-self.water.sun, self.water.sun] if at_sun else []
+        along = [-np.asarray(self.water.sun), np.asarray(self.water.sun)] if at_sun else []
         w = np.concatenate([UP_DOWN_LEVEL, *([along] if at_sun else []), some])
         w /= np.linalg.norm(w, axis=1)[:, None]
         return tuple(w[:, axis, None] for axis in range(3))
