@@ -33,8 +33,9 @@ from ..quality.combinations import (
 )
 from ..quality.costs import Costs, Method, read_costs
 from ..quality.light_reach import clip_to_display
+from ..quality.picture import Optics, Picture, picture
 from ..quality.requirements import SAFETY
-from ..quality.seen_points import Optics, Picture, SeenPoints, cone_directions, openness, picture
+from ..quality.seen_points import SeenPoints, cone_directions, openness
 from ..quality.terms import LIGHTS, TERMS, column_of, in_column, subsets, with_and_without
 from ..uw_spectral.errors import DataWarning
 from ..uw_spectral.imaging.band_selection import FittedViewpoint, optimised_bands

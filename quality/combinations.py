@@ -21,7 +21,8 @@ from ..uw_spectral.errors import InputError
 from ..uw_spectral.spectra.colour_rendering import delta_e_CIE2000_images
 from .costs import Costs, Method
 from .light_reach import clip_to_display
-from .seen_points import Optics, Picture, SeenPoints, picture
+from .picture import Optics, Picture, picture
+from .seen_points import SeenPoints
 from .terms import TERMS, WAVES, Options, column_of, in_column, subsets
 
 RAYS = 144

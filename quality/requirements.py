@@ -26,7 +26,8 @@ from .light_reach import (
     shaft_range,
     visible_distance,
 )
-from .seen_points import Optics, SeenPoints
+from .picture import Optics
+from .seen_points import SeenPoints
 from .terms import LIGHTS, SHAFTS, TERMS, Options, Term, with_and_without
 
 SAFETY = 0.95

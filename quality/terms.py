@@ -14,9 +14,10 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
+from .seen_points import SeenPoints
+
 if TYPE_CHECKING:
     from ..uw_spectral.transfer.water_column import WaterColumn
-    from .seen_points import SeenPoints
 
 AUREOLE, SHAFTS, INELASTIC = "aureole", "shafts", "inelastic"
 DIFFUSE_SHADOWS = "diffuse_shadows"
@@ -138,7 +139,7 @@ TERMS = (
 
 
 @dataclass(frozen=True)
-class Light:
+class ComputedLight:
     """A light that is always computed; ``needs`` is the term without which there is none."""
 
     name: str
@@ -147,9 +148,9 @@ class Light:
 
 
 LIGHTS = (
-    Light(SINGLE, "sunlight scattered once on the way"),
-    Light(FLOOR_LIGHT, "light that the floor sends up", FLOOR),
-    Light(INTERNAL_REFLECTION, "water mirrored by the surface", SURFACE),
+    ComputedLight(SINGLE, "sunlight scattered once on the way"),
+    ComputedLight(FLOOR_LIGHT, "light that the floor sends up", FLOOR),
+    ComputedLight(INTERNAL_REFLECTION, "water mirrored by the surface", SURFACE),
 )
 
 

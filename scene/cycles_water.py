@@ -6,7 +6,14 @@ import math
 
 import bpy
 
-from ..node_groups import realtime_waves, sea_floor, sky, sun_lamp, water_surface, water_volume
+from ..node_groups import (
+    realtime_waves,
+    sea_floor,
+    sky_world,
+    sun_lamp,
+    water_surface,
+    water_volume,
+)
 from ..uw_spectral.transfer.water_column import WaterColumn
 from . import band_colors, scene_water
 from .water_body import WaterExtent, box, plane
@@ -67,7 +74,7 @@ def add_water(
         parts[INTERFACE] = water_surface.build(column.refractive_index, images)
         objects.append(plane("UW Surface", 2.0 * extent.half_width, 0.0))
         objects[-1].data.materials.append(parts[INTERFACE])
-    world = sky.build()
+    world = sky_world.build()
     # Sampling the sky through the interface would ignore refraction; rays find it anyway.
     world.cycles.sampling_method = "NONE" if column.reflects else "AUTOMATIC"
     sun = sun_lamp.build(scene_water.SUN_DIAMETER_IN_AIR / column.refractive_index)

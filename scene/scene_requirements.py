@@ -17,8 +17,9 @@ from mathutils import Vector
 from numpy.typing import NDArray
 
 from ..quality.combinations import RAYS, BandChoice, Workload
+from ..quality.picture import Optics
 from ..quality.requirements import Requirements, decide
-from ..quality.seen_points import Optics, SeenPoints, cone_directions, openness
+from ..quality.seen_points import SeenPoints, cone_directions, openness
 from ..quality.terms import TERMS, settings_of, switched_on
 from ..uw_spectral.imaging.description import REFERENCE_BANDS
 from ..uw_spectral.transfer.light_cone import LightCone, light_cone

@@ -16,14 +16,9 @@ from underwater_spectral.quality.light_reach import (
     shaft_range,
     visible_distance,
 )
+from underwater_spectral.quality.picture import Optics, picture
 from underwater_spectral.quality.requirements import SAFETY, decide
-from underwater_spectral.quality.seen_points import (
-    Optics,
-    SeenPoints,
-    cone_directions,
-    openness,
-    picture,
-)
+from underwater_spectral.quality.seen_points import SeenPoints, cone_directions, openness
 from underwater_spectral.quality.terms import (
     AUREOLE,
     DIFFUSE_SHADOWS,

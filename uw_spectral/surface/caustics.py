@@ -16,7 +16,7 @@ from __future__ import annotations
 import functools
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -24,9 +24,6 @@ from numpy.typing import ArrayLike, NDArray
 from ..errors import InputError
 from .refraction import REFRACTIVE_INDEX, fresnel_reflectance
 from .waves import WaveComponents
-
-if TYPE_CHECKING:
-    from ..transfer.sunlit_water import SunlitWater
 
 SUN_RADIUS = math.radians(0.2665)
 """Angular radius of the sun in air, rad."""
@@ -228,6 +225,18 @@ def caustic_pattern(
     return positive_pattern(_filtered(density, transfer))
 
 
+class PatternCarrier(Protocol):
+    """Water that shows a pattern of sunlight in each band: :class:`.SunlitWater`."""
+
+    def sun_share(self, depth: float) -> NDArray[np.float64]:
+        """Share of the direct and forward-scattered sun in the irradiance, shape (n,)."""
+        ...
+
+    def variation(self, pattern: NDArray, tile: float, depth: float) -> NDArray[np.float64]:
+        """Coefficient of variation of Ed under a pattern, shape (n,)."""
+        ...
+
+
 @dataclass(frozen=True, eq=False)
 class CausticLayers:
     """Grey patterns at a few depths, from which a renderer makes any depth and band.
@@ -265,7 +274,7 @@ class CausticLayers:
         image = self.images[first].astype(np.float64)
         return image if share == 0 else (1 - share) * image + share * self.images[first + 1]
 
-    def contrast(self, water: SunlitWater, depth: float) -> NDArray[np.float64]:
+    def contrast(self, water: PatternCarrier, depth: float) -> NDArray[np.float64]:
         """Factor per band on the blended image, shape (n,), 0 to 1.5.
 
         It holds what scattering takes from the band, and gives back the

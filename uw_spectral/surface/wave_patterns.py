@@ -16,8 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..mathematics import NUMPY, Mathematics, Operand
-from ..transfer.sunlit_water import SunlitWater
-from .caustics import SUN_RADIUS, CausticLayers, bake_layers
+from .caustics import SUN_RADIUS, CausticLayers, PatternCarrier, bake_layers
 from .waves import LONGEST_FETCH, WaveComponents, WaveSpectrum
 
 LAYERS = 4
@@ -157,7 +156,7 @@ class WavePatterns:
         """
         return SUN_RADIUS**2 + (refractive_index - 1) ** 2 * self.finer
 
-    def contrast(self, water: SunlitWater) -> NDArray[np.float64]:
+    def contrast(self, water: PatternCarrier) -> NDArray[np.float64]:
         """Factor per band on the pattern at the knots, shape (KNOTS, n)."""
         return np.stack([self.layers.contrast(water, depth) for depth in self.knot_depths()])
 

@@ -287,13 +287,14 @@ class SolvedField:
     def _scattering_matrices(self, layer: _Modes, legendre: Array) -> tuple[Array, Array]:
         """What streams down and up scatter into rays, shape (m, n, q, N) each."""
         modes, count = self._legendre.shape[:2]
-        scale = 0.5 * layer.albedo[None, :, None, None] * self._weights
+        scale = 0.5 * layer.albedo[:, None, None] * self._weights
         sign = (-1.0) ** np.add.outer(np.arange(modes), np.arange(count))
+        rays = np.swapaxes(legendre, 1, 2)[:, None]
         one, other = (
-            np.einsum("ln,mlq,mlj->mnqj", layer.terms, legendre, nodes, optimize=True)
+            rays @ (scale * layer.terms.T[..., None] * nodes[:, None])
             for nodes in (self._legendre, self._legendre * sign[..., None])
         )
-        return scale * one, scale * other
+        return one, other
 
     def _single(self, y: Array, mu: Array, turn: Array, *, scaled: bool) -> Array:
         """Sunlight scattered once by the exact phase function, shape (q, n)."""

@@ -1,0 +1,254 @@
+"""The colours that the closed form gives to what a camera sees.
+
+They come in parts that add up, so that what a part is worth can be read off. The formulas
+are those of the renderers; there is none of its own here.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..uw_spectral.imaging.band_selection import FittedViewpoint
+from ..uw_spectral.imaging.viewpoint import Viewpoint
+from ..uw_spectral.spectra.reflectance import uplift_basis
+from ..uw_spectral.surface.wave_patterns import (
+    LAYERS,
+    WavePatterns,
+    interp,
+    layer_position,
+    pattern_at,
+    sunlight_factor,
+    under_waves,
+)
+from ..uw_spectral.transfer.aureole import Aureole
+from ..uw_spectral.transfer.closed_form import ClosedForm
+from ..uw_spectral.transfer.inelastic_light import InelasticLight
+from ..uw_spectral.transfer.pixel import Pixel, UndisturbedWater, surface_light
+from ..uw_spectral.transfer.radiance_field import Ripples
+from ..uw_spectral.transfer.sunlit_water import SunlitWater
+from .seen_points import SeenPoints
+from .terms import (
+    AUREOLE,
+    DIFFUSE_SHADOWS,
+    FLOOR_LIGHT,
+    INELASTIC,
+    INTERNAL_REFLECTION,
+    SHAFTS,
+    SINGLE,
+)
+
+_SHARPEST = Aureole(1.0, (0.0, 0.0, 0.0), (), ())
+
+
+@dataclass(frozen=True, eq=False)
+class Optics:
+    """Water and camera on some bands.
+
+    Parameters
+    ----------
+    view : Viewpoint
+        Its depth is replaced by that of the rays.
+    inelastic : InelasticLight, optional
+        On the same bands.
+    waves : WavePatterns, optional
+        The moving surface, where the column has waves.
+    """
+
+    view: Viewpoint
+    inelastic: InelasticLight | None = None
+    waves: WavePatterns | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Picture:
+    """Scene-linear Rec.709 of the rays, in parts that add up, shape (m, 3) each.
+
+    ``plain`` has neither aureole nor shadows in the water nor diffuse shadows
+    nor inelastic light; ``parts`` holds what each of these adds (shadows: take away).
+    """
+
+    plain: NDArray[np.float64]
+    parts: dict[str, NDArray[np.float64]]
+
+    def without(self, *names: str) -> NDArray[np.float64]:
+        """Return the colours without some parts."""
+        return self.plain + sum(
+            (value for name, value in self.parts.items() if name not in names),
+            np.zeros_like(self.plain),
+        )
+
+
+def picture(
+    optics: Optics,
+    seen: SeenPoints,
+    *,
+    without: str = "",
+    **column: object,
+) -> Picture:
+    """Colours of the rays.
+
+    Parameters
+    ----------
+    optics : Optics
+    seen : SeenPoints
+    without : str
+        One of :data:`.LIGHTS`, by name: leave that light out.
+    **column : object
+        Fields of the water column, instead of its own. Waves need ``optics.waves``.
+
+    Returns
+    -------
+    Picture
+    """
+    view = _view(optics.view, seen.depth, column)
+    develop = view.reduction.apply
+    waves = optics.waves if view.column.surface == "waves" else None
+    ray = _Rays(view, seen, waves, without)
+    blurred = view.path_radiance
+    if without == FLOOR_LIGHT:
+        dark = dataclasses.replace(blurred.field, C2=0.0 * blurred.field.C2)
+        blurred = dataclasses.replace(blurred, field=dark)
+    sharp = dataclasses.replace(blurred, aureole=_SHARPEST)
+    plain = develop(ray.radiance(sharp))
+    bright = develop(ray.radiance(blurred))
+    parts = {AUREOLE: bright - plain}
+    if (seen.openness < 1).any():
+        shaded = ray.radiance(blurred, seen.openness[:, None])
+        parts[DIFFUSE_SHADOWS] = develop(shaded) - bright
+    if not seen.path_sunlit.all() or waves is not None:
+        parts[SHAFTS] = -develop(ray.missing_light(blurred))
+    if optics.inelastic is not None:
+        parts[INELASTIC] = develop(ray.inelastic(optics.inelastic))
+    return Picture(plain, parts)
+
+
+def _view(view: Viewpoint, depth: float, changed: Mapping[str, object]) -> Viewpoint:
+    column = dataclasses.replace(view.column, **changed)
+    changes: dict[str, object] = {"column": column, "depth": min(depth, column.floor_depth)}
+    if isinstance(view, FittedViewpoint):
+        changes["reference"] = _view(view.reference, depth, changed)
+    return dataclasses.replace(view, **changes)
+
+
+class _Rays:
+    """The rays of a camera, their ends and how these are lit; shapes (m, 1) and (m, n)."""
+
+    def __init__(
+        self,
+        view: Viewpoint,
+        seen: SeenPoints,
+        waves: WavePatterns | None,
+        without: str,
+    ) -> None:
+        self.view, self.seen, self.waves, self.leave_out = view, seen, waves, without
+        self.w = tuple(seen.direction.T[..., None])
+        gone = seen.on_floor & np.isinf(view.column.floor_depth)
+        self.hit = (np.isfinite(seen.distance) & ~gone)[:, None]
+        self.P = np.where(self.hit, seen.distance[:, None], 0.0)
+        self.y_o = np.clip(-seen.origin[:, 2, None], 0.0, view.field.y_f)
+        self.y = np.clip(self.y_o - self.w[2] * self.P, 0.0, view.field.y_f)
+        self.up = seen.normal[:, 2, None]
+        self.reflectance = np.where(
+            seen.on_floor[:, None],
+            view.column.floor_reflectance,
+            seen.colour @ uplift_basis(view.column.bands).T,
+        )
+        self.contrast = None
+        if waves is not None:
+            sun = np.asarray(view.column.sun_direction)
+            self.contrast = waves.contrast(SunlitWater(view.field, view.phase, sun))
+
+    def water(
+        self, elastic: ClosedForm, inelastic: InelasticLight | None = None
+    ) -> UndisturbedWater:
+        """The water without things; what is to be left out is dark."""
+        column = self.view.column
+        index = column.refractive_index if column.reflects else None
+        mirrors = self.leave_out != INTERNAL_REFLECTION
+        return UndisturbedWater(elastic, column.sky_radiance, index, inelastic, mirrors)
+
+    def radiance(
+        self, elastic: ClosedForm, openness: NDArray[np.float64] | float = 1.0
+    ) -> NDArray[np.float64]:
+        """Elastic radiance with unshadowed water, shape (m, n)."""
+        sun = np.asarray(self.view.column.sun_direction)
+        cosine = -(self.seen.normal @ sun)[:, None]
+        response = self.reflectance / math.pi * np.maximum(cosine, 0.0)
+        light = surface_light(
+            elastic.field, self.y, self.up, openness=openness, sunlight=self.sunlight(self.P)
+        )
+        L = light.reflected(response * self.seen.sunlit[:, None], self.reflectance, cosine)
+        water = self.water(elastic)
+        on_surface = water.surface(self.y_o, self.y, self.w, self.P, L)
+        return self._seen(on_surface, water.open_water(self.y_o, self.w, ripples=self.ripples()))
+
+    def inelastic(self, light: InelasticLight) -> NDArray[np.float64]:
+        """Radiance of changed wavelength."""
+        water = self.water(self.view.path_radiance, light)
+        L = self.reflectance / math.pi * light.surface_irradiance(self.y, self.up)
+        on_surface = water.surface(self.y_o, self.y, self.w, self.P, 0.0, L_inelastic=L)
+        in_open = water.open_water(self.y_o, self.w)
+        return np.where(self.hit, on_surface.inelastic, in_open.inelastic)
+
+    def _seen(self, on_surface: Pixel, in_open: Pixel) -> NDArray[np.float64]:
+        """Light of the rays that hit something, and of those that do not."""
+        seen = [on_surface.total, in_open.total]
+        if self.leave_out == SINGLE:
+            seen = [
+                np.maximum(total - pixel.single_scattering, 0.0)
+                for total, pixel in zip(seen, (on_surface, in_open), strict=True)
+            ]
+        return np.where(self.hit, *seen)
+
+    def missing_light(self, water: ClosedForm) -> NDArray[np.float64]:
+        """Single scattering that shadows and waves take from the paths; negative: they add."""
+        steps = self.seen.path_sunlit.shape[1]
+        ends = self.seen.reached[:, None] * np.linspace(0.0, 1.0, steps + 1)
+        total = [water.single_scattering(self.y_o, self.w, ends[:, :1])]
+        lost = 0.0
+        for k in range(steps):
+            total.append(water.single_scattering(self.y_o, self.w, ends[:, k + 1, None]))
+            middle = (ends[:, k] + ends[:, k + 1])[:, None] / 2
+            light = self.seen.path_sunlit[:, k, None] * self.sunlight(middle)
+            lost = lost + (1.0 - light) * (total[-1] - total[-2])
+        return np.asarray(lost)
+
+    def sunlight(self, distance: NDArray[np.float64]) -> NDArray[np.float64] | float:
+        """Factor of the waves on the sunlight at distances along the rays, shape (m, n)."""
+        if self.waves is None or self.contrast is None:
+            return 1.0
+        point = self.seen.origin + self.seen.direction * distance
+        layers, depth = self.waves.layers, np.maximum(-point[:, 2], 1e-6)
+        x, y = under_waves(point[:, 0], point[:, 1], depth, list(self.view.column.sun_direction))
+        first, last = layers.depths[[0, -1]]
+        per_log = (LAYERS - 1) / math.log(last / first)
+        position = layer_position(depth, math.log(first), per_log)
+        images = [_look_up(image, layers.tile, x, y) for image in layers.images]
+        pattern = pattern_at(depth, position, images)
+        contrast = interp((2.0 * position)[:, None], list(self.contrast))
+        return sunlight_factor(pattern[:, None], contrast)
+
+    def ripples(self) -> Ripples | None:
+        """The moving surface where the rays would meet it."""
+        if self.waves is None or not self.view.column.reflects:
+            return None
+        waves, origin, w = self.waves, self.seen.origin, self.seen.direction
+        along = -origin[:, 2] / np.maximum(w[:, 2], 1e-3)
+        x, y = (origin[:, i] + w[:, i] * along for i in (0, 1))
+        slopes = (
+            _look_up(waves.slope_x, waves.layers.tile, x, y)[:, None],
+            _look_up(waves.slope_y, waves.layers.tile, x, y)[:, None],
+        )
+        return Ripples(slopes, waves.glitter_width(self.view.column.refractive_index))
+
+
+def _look_up(image: NDArray, tile: float, x: NDArray, y: NDArray) -> NDArray[np.float64]:
+    cells = len(image)
+    scale = cells / tile
+    return image[np.floor(y * scale).astype(int) % cells, np.floor(x * scale).astype(int) % cells]
