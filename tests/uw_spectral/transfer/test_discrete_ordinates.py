@@ -7,16 +7,16 @@ import math
 
 import numpy as np
 import pytest
-from underwater_spectral.benchmarks import monte_carlo_table, path_radiance_table
+from underwater_spectral.benchmarks import monte_carlo_table, solved_field
 from underwater_spectral.uw_spectral.errors import InputError
 from underwater_spectral.uw_spectral.monte_carlo import numba_available, simulate
 from underwater_spectral.uw_spectral.spectra.bands import Bands
 from underwater_spectral.uw_spectral.surface.refraction import (
-    fresnel_reflectance,
     in_water_cosine,
     sun_travel_direction,
 )
 from underwater_spectral.uw_spectral.transfer.discrete_ordinates import (
+    STREAMS,
     Layer,
     solve_discrete_ordinates,
 )
@@ -38,62 +38,25 @@ def _directions(count, seed=0):
     return tuple((w / np.linalg.norm(w, axis=1)[:, None]).T)
 
 
-def _random_case(random):
-    phase = random.choice(["hg:0.8", "hg:0.924", "hg:0.95", "fournier-forand:1.10,0.0183",
-                           "petzold"])  # fmt: skip
-    water = Water.jerlov(str(random.choice(["I", "IA", "IB", "II", "III", "1C", "3C", "5C", "9C"])))
-    nm = random.uniform(400, 700)
-    y = math.exp(random.uniform(math.log(0.2), math.log(30.0)))
-    return (
-        str(phase),
-        float(water.a([nm])[0]),
-        float(water.b([nm])[0]),
-        y,
-        random.uniform(0.2, 0.999),
-    )
-
-
-def _errors_against_disort(cases):
-    """Relative errors of radiance beyond 10° from the sun, and of Ed and Eu."""
-    radiance, irradiance = [], []
-    random = np.random.default_rng(2)
-    for _ in range(cases):
-        phase, a, b, y, mu_s = _random_case(random)
-        floor, r = y + random.uniform(1.0, 10.0), random.choice([0.0, 0.3])
-        reference = path_radiance_table.reference(a, b, mu_s, floor, r, parse_phase(phase), 64)
-        sun = (math.sqrt(1 - mu_s**2), 0.0, -mu_s)
-        field = solve_discrete_ordinates(
-            [_layer(a, b, phase, floor)], [1.0], sun, floor_reflectance=r
-        )
-        irradiance += [
-            abs(float(field.Ed(y)[0] / np.squeeze(reference.Ed(y)) - 1)),
-            abs(float(field.Eu(y)[0] / max(float(np.squeeze(reference.Eu(y))), 1e-6) - 1)),
-        ]
-        azimuths = (0.3, 1.4, 2.9)
-        for w_y in random.choice(reference.mu, 6, replace=False):
-            across = math.sqrt(1 - w_y**2)
-            w = (-across * np.cos(azimuths), -across * np.sin(azimuths), np.full(3, -w_y))
-            away = np.degrees(np.arccos(np.clip(-np.array(sun) @ np.array(w), -1, 1))) > 10
-            found, wanted = field.radiance(y, w)[:, 0], reference.L([y], w_y, azimuths)[0]
-            radiance += list(np.abs(found / wanted - 1)[away])
-    return np.array(radiance), np.array(irradiance)
+def _errors(count):
+    """Relative errors of L, Ed and Eu in random cases."""
+    found = [solved_field.errors(case, STREAMS) for case in solved_field.cases(count)]
+    return [np.concatenate([each[name][:, 0] for each in found]) for name in ("L", "Ed", "Eu")]
 
 
 def test_against_discrete_ordinates_quickly():
-    radiance, irradiance = _errors_against_disort(12)
-    assert np.median(radiance) < 0.005
-    assert np.quantile(radiance, 0.95) < 0.03
-    assert irradiance.max() < 0.005
+    L, Ed, Eu = _errors(12)
+    assert np.median(L) < 0.005
+    assert np.quantile(L, 0.95) < 0.03
+    assert max(Ed.max(), Eu.max()) < 0.005
 
 
 @pytest.mark.slow
-def test_against_discrete_ordinates(record_property):
-    radiance, irradiance = _errors_against_disort(150)
-    record_property("median", float(np.median(radiance)))
-    record_property("95 %", float(np.quantile(radiance, 0.95)))
-    assert np.median(radiance) < 0.005
-    assert np.quantile(radiance, 0.95) < 0.03
-    assert np.median(irradiance) < 1e-3
+def test_against_discrete_ordinates():
+    L, Ed, Eu = _errors(150)
+    assert np.median(L) < 0.005
+    assert np.quantile(L, 0.95) < 0.03
+    assert max(np.median(Ed), np.median(Eu)) < 1e-3
 
 
 # Radiance upwelling to the zenith, of converged solutions, to two or three digits; the models'
@@ -105,14 +68,7 @@ _CONVERGED_LU = {(1, 1, 0.8): 1.68e-3, (1, 1, 4.0): 1.27e-5, (2, 1, 4.0): 7.9e-7
 @pytest.mark.parametrize(("problem", "case"), [(1, 1), (1, 2), (2, 1), (2, 2), (6, 1)])
 def test_canonical_problems(problem, case):
     """C. D. Mobley et al., Appl. Opt. 32, 7484 (1993): a = 1 - w0 per optical depth, τ = c y."""
-    b = {1: 0.25, 2: 9.0}[case]
-    phase = "einstein-smoluchowski" if problem == 1 else "petzold"
-    E = 0.5 * (1 - float(fresnel_reflectance(math.cos(math.radians(60)), 1.34)))
-    floor = {6: (4.0, 0.5)}.get(problem, (math.inf, 0.0))
-    field = solve_discrete_ordinates(
-        [_layer(1.0, b, phase, floor[0])], [E], sun_travel_direction(60, 0, 1.34),
-        refractive_index=1.34, floor_reflectance=floor[1], streams=32,
-    )  # fmt: skip
+    field = solved_field.canonical_field(problem, case)
     checked = 0
     for y, quantity, mean, scatter in monte_carlo_table.canonical_values(problem, case):
         converged = _CONVERGED_LU.get((problem, case, y))
