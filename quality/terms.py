@@ -14,10 +14,9 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
-from .seen_points import SeenPoints
-
 if TYPE_CHECKING:
     from ..uw_spectral.transfer.water_column import WaterColumn
+    from .seen_points import SeenPoints
 
 AUREOLE, SHAFTS, INELASTIC = "aureole", "shafts", "inelastic"
 DIFFUSE_SHADOWS = "diffuse_shadows"
