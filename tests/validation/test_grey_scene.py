@@ -5,6 +5,11 @@ from __future__ import annotations
 import pytest
 from underwater_spectral.benchmarks import grey_scene
 
+# The coefficients of types I and IA are doubted by their source, which is no fault of a picture.
+pytestmark = pytest.mark.filterwarnings(
+    "ignore::underwater_spectral.uw_spectral.errors.DataWarning"
+)
+
 
 @pytest.mark.parametrize(
     ("water", "depth"),
