@@ -160,9 +160,6 @@ def diffuse_attenuation(view: Viewpoint) -> NDArray[np.float64]:
     Of the project's own light field, so every water has it; near a bright
     floor it may be negative. A band without light has NaN.
     """
-    step = 1e-3
-    top = max(view.depth - step, 0.0)
-    bottom = min(view.depth + step, view.column.floor_depth)
-    above, below = view.field.Ed(top), view.field.Ed(bottom)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        return np.log(above / below) / (bottom - top)
+    lit = view.light > 0
+    slope = view.field.Ed_gradient(view.depth)
+    return np.divide(-slope, view.light, out=np.full_like(slope, np.nan), where=lit)
