@@ -19,7 +19,7 @@ from __future__ import annotations
 import functools
 import itertools
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -29,6 +29,7 @@ from ..errors import InputError
 from ..mathematics import NUMPY, Mathematics, Operand
 from ..surface.refraction import fresnel_reflectance
 from ..water.phase import BandPhase
+from .closed_form import attenuated_path
 from .radiance_field import FARTHEST, under_surface
 from .sky import Sky
 
@@ -101,10 +102,7 @@ class _Modes:
 
 
 class SolvedField:
-    """Light field of n bands, solved; make it with :func:`solve_discrete_ordinates`.
-
-    It answers what :class:`.RadianceField` asks, for numpy.
-    """
+    """Light field of n bands, solved; make it with :func:`solve_discrete_ordinates`."""
 
     def __init__(
         self,
@@ -164,7 +162,7 @@ class SolvedField:
         y, mu, turn, shape = self._rays(y, w)
         seen = self._scattered(y, mu, turn)
         seen = seen + self._single(y, mu, turn, scaled=True)
-        seen = seen + self._image(y, mu, turn, scaled=True)
+        seen = seen + self._image(y, mu, turn)
         return seen.reshape(*shape, -1)
 
     def scattered(self, y: ArrayLike, w: Sequence[ArrayLike]) -> Array:
@@ -227,10 +225,20 @@ class SolvedField:
         )
         return down, up, beam
 
-    def _beam_depth(self, index: int) -> Array:
-        """Exponent of the scaled beam at the top of a layer, shape (n,)."""
-        above = (layer.depth for layer in self._layers[:index])
+    def _beam_depth(self, index: int, *, scaled: bool = True) -> Array:
+        """Exponent of the beam at the top of a layer, shape (n,)."""
+        above = (
+            (layer.scaled if scaled else layer.c) * (layer.bottom - layer.top)
+            for layer in self._layers[:index]
+        )
         return sum(above, np.zeros_like(self.light.E)) / self.light.mu_s
+
+    def _orders(self, mu: Array) -> Iterator[tuple[NDArray[np.bool_], Sequence[int]]]:
+        """Rays of light that goes down and up, and the layers in the order it meets them."""
+        down, layers = mu > 0, range(len(self._layers))
+        for rays, order in ((down, layers), (~down, layers[::-1])):
+            if rays.any():
+                yield rays, order
 
     def _scattered(self, y: Array, mu: Array, turn: Array) -> Array:
         """Light of the streams' source function and of the floor, shape (q, n)."""
@@ -238,17 +246,12 @@ class SolvedField:
         legendre = legendre_modes(self._legendre.shape[1] - 1, modes, mu)
         cosines = np.cos(np.arange(modes)[:, None] * turn)
         total = np.zeros((len(self.light.E), len(mu)))
-        down = mu > 0
-        up_layers = range(len(self._layers) - 1, -1, -1)
-        for rays, order in ((down, range(len(self._layers))), (~down, up_layers)):
-            if not rays.any():
-                continue
-            along = np.where(down[rays], 0.0, 1.0)
-            seen = self.floor_radiance[:, None] * along
+        for rays, order in self._orders(mu):
+            seen = self.floor_radiance[:, None] * (mu[rays] < 0)
             for index in order:
-                part = self._segment(index, y[rays], mu[rays], legendre[..., rays])
-                kept = np.exp(-self._length(index, y[rays], mu[rays])[1])
-                seen = seen * kept + np.einsum("mnq,mq->nq", part, cosines[:, rays])
+                t, P = self._length(index, y[rays], mu[rays])
+                part = self._segment(index, t, P, mu[rays], legendre[..., rays])
+                seen = seen * np.exp(-P) + np.einsum("mnq,mq->nq", part, cosines[:, rays])
             total[:, rays] = seen
         return total.T
 
@@ -261,10 +264,9 @@ class SolvedField:
         length = np.minimum(inside / np.abs(mu), FARTHEST)
         return layer.scaled[:, None] * below, layer.scaled[:, None] * length
 
-    def _segment(self, index: int, y: Array, mu: Array, legendre: Array) -> Array:
-        """Integral of the source function over the part of rays in a layer, (m, n, q)."""
+    def _segment(self, index: int, t: Array, P: Array, mu: Array, legendre: Array) -> Array:
+        """Integral of the source function over the part P of rays in a layer, (m, n, q)."""
         layer, (falls, rises) = self._layers[index], self._constants[index]
-        t, P = self._length(index, y, mu)
         slope = -mu  # depth per backward length
         one, other = self._scattering_matrices(layer, legendre)
         grow = one @ layer.along + other @ layer.against
@@ -287,11 +289,10 @@ class SolvedField:
     def _scattering_matrices(self, layer: _Modes, legendre: Array) -> tuple[Array, Array]:
         """What streams down and up scatter into rays, shape (m, n, q, N) each."""
         modes, count = self._legendre.shape[:2]
-        scale = 0.5 * layer.albedo[:, None, None] * self._weights
         sign = (-1.0) ** np.add.outer(np.arange(modes), np.arange(count))
-        rays = np.swapaxes(legendre, 1, 2)[:, None]
+        scale = 0.5 * layer.albedo[:, None, None] * self._weights
         one, other = (
-            rays @ (scale * layer.terms.T[..., None] * nodes[:, None])
+            scale * _coupling(layer.terms, legendre, nodes)
             for nodes in (self._legendre, self._legendre * sign[..., None])
         )
         return one, other
@@ -302,33 +303,26 @@ class SolvedField:
         across = np.sqrt(np.maximum(1.0 - mu**2, 0.0)) * math.sqrt(1.0 - light.mu_s**2)
         cosine = np.clip(mu * light.mu_s + across * np.cos(turn), -1.0, 1.0)
         s2 = np.maximum(0.5 - 0.5 * cosine, 1e-14)[:, None]
-        down = mu > 0
         total = np.zeros((len(mu), len(light.E)))
-        layers = list(enumerate(self._layers))
-        for rays, order in ((down, layers), (~down, layers[::-1])):
-            for index, layer in order if rays.any() else ():
+        for rays, order in self._orders(mu):
+            for index in order:
+                layer = self._layers[index]
                 extinction = layer.scaled if scaled else layer.c
                 ratio = (extinction / layer.scaled)[:, None]
                 t, P = (part * ratio for part in self._length(index, y[rays], mu[rays]))
-                above = sum(
-                    ((x.scaled if scaled else x.c) * (x.bottom - x.top) for x in
-                     self._layers[:index]), np.zeros_like(light.E),
-                )  # fmt: skip
-                near = -(above[:, None] + t) / light.mu_s
+                near = -self._beam_depth(index, scaled=scaled)[:, None] - t / light.mu_s
                 part = _path(near, 1.0 - mu[rays] / light.mu_s, P) / extinction[:, None]
                 source = layer.b * layer.phase.per_steradian(s2[rays]) * light.E / light.mu_s
                 total[rays] = total[rays] * np.exp(-P.T) + source * part.T
         return total
 
-    def _image(self, y: Array, mu: Array, turn: Array, *, scaled: bool) -> Array:
+    def _image(self, y: Array, mu: Array, turn: Array) -> Array:
         """The surface as it is seen from depths y along rays that come down from it."""
         total, down = np.zeros((len(mu), len(self.light.E))), mu > 0
         if down.any():
             image = self._under_surface(mu[down], turn[down])
-            for index, layer in enumerate(self._layers):
-                extinction = layer.scaled if scaled else layer.c
-                ratio = (extinction / layer.scaled)[:, None]
-                image = image * np.exp(-self._length(index, y[down], mu[down])[1] * ratio).T
+            for index in range(len(self._layers)):
+                image = image * np.exp(-self._length(index, y[down], mu[down])[1]).T
             total[down] = image
         return total
 
@@ -535,8 +529,7 @@ def _solve_layer(
     root, size = np.sqrt(weights * mu), np.sqrt(weights / mu)
 
     def symmetric(parity: Array) -> Array:
-        product = np.einsum("ln,mlin,mlj->mnij", terms, *_split(legendre * parity[..., None],
-                            legendre), optimize=True)  # fmt: skip
+        product = _coupling(terms, legendre * parity[..., None], legendre)
         matrix = -albedo[None, :, None, None] * size[:, None] * product * size
         matrix[..., range(len(mu)), range(len(mu))] += 1.0 / mu
         return matrix
@@ -577,8 +570,9 @@ def _solve_layer(
     )  # fmt: skip
 
 
-def _split(one: Array, other: Array) -> tuple[Array, Array]:
-    return one[..., None], other
+def _coupling(terms: Array, rays: Array, nodes: Array) -> Array:
+    """Sum over the degrees l of terms (l, n) and Legendre functions (m, l, q) and (m, l, j)."""
+    return np.swapaxes(rays, 1, 2)[:, None] @ (terms.T[..., None] * nodes[:, None])
 
 
 def _join(layers: Sequence[_Modes], mu: Array, weights: Array, light: _Light) -> Array:
@@ -639,7 +633,5 @@ def _join(layers: Sequence[_Modes], mu: Array, weights: Array, light: _Light) ->
 
 
 def _path(near: Array, rate: Array, P: Array) -> Array:
-    """Integral of e^{near - rate v} dv over the length P, stable for rates of either sign."""
-    x = np.abs(rate * P)
-    phi = np.where(x < 1e-9, 1.0, -np.expm1(-x) / np.where(x < 1e-9, 1.0, x))
-    return P * np.exp(np.maximum(near, near - rate * P)) * phi
+    """Integral of e^{near - rate v} dv over the length P."""
+    return attenuated_path(near, near - rate * P, rate * P, P)
