@@ -18,7 +18,7 @@ from ..mathematics import NUMPY, Mathematics, Operand
 from ..water.phase import BandPhase, Mixture
 from .aureole import Aureole, solve_aureole
 from .light_field import LightField
-from .radiance_field import PathField, distance_in_water
+from .radiance_field import PathField
 
 _NEAR_ZERO = 0.25  # below it phi comes from its series
 _STEP = math.exp(-_NEAR_ZERO)
@@ -127,8 +127,7 @@ class ClosedForm(PathField):
         """
         f = self.field
         w_y = -w[2]
-        P = m.minimum(P, distance_in_water(y_o, w_y, f.y_f, m))
-        y_e = m.clamp(y_o + w_y * P, 0.0, f.y_f)
+        P, y_e = self._end_of_path(y_o, w, P, m)
         cpP = f.cp * P
         sun, down, up = self._source(w, m)
         return m.maximum(
@@ -161,8 +160,7 @@ class ClosedForm(PathField):
         """
         f = self.field
         w_y = -w[2]
-        P = m.minimum(P, distance_in_water(y_o, w_y, f.y_f, m))
-        y_e = m.clamp(y_o + w_y * P, 0.0, f.y_f)
+        P, y_e = self._end_of_path(y_o, w, P, m)
         cs = f.c / f.mu_s
         return self._sun_source(w, m) * attenuated_path(
             -cs * y_o, -cs * y_e - f.c * P, (f.c + cs * w_y) * P, P, m

@@ -25,7 +25,7 @@ from ..water.inelastic_processes import InelasticProcess
 from ..water.phase import BandPhase
 from .closed_form import attenuated_path
 from .light_field import DEEPEST_FLOOR, LightField, solve_light_field
-from .radiance_field import PathField, distance_in_water
+from .radiance_field import PathField
 from .water_column import WaterColumn
 
 _RESONANCE = 1e-3
@@ -116,8 +116,7 @@ class InelasticLight(PathField):
         """
         f = self.field
         w_y = -w[2]
-        P = m.minimum(P, distance_in_water(y_o, w_y, f.y_f, m))
-        y_e = m.clamp(y_o + w_y * P, 0.0, f.y_f)
+        P, y_e = self._end_of_path(y_o, w, P, m)
         tilt = 3.0 * f.gp * w_y
         total = 0.0
         for t in self.terms:

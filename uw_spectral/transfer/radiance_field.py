@@ -127,6 +127,13 @@ class PathField:
         """Distance from depth y along w to the surface or the floor, m."""
         return distance_in_water(y, -w[2], self.field.y_f, m)
 
+    def _end_of_path(
+        self, y_o: Operand, w: Sequence[Operand], P: Operand, m: Mathematics
+    ) -> tuple[Operand, Operand]:
+        """Length of a path that ends at the surface or the floor, and the depth of its end."""
+        P = m.minimum(P, self.boundary(y_o, w, m))
+        return P, m.clamp(y_o + -w[2] * P, 0.0, self.field.y_f)
+
     def boundary_radiance(
         self, w: Sequence[Operand], L_surface: Operand = 0.0, m: Mathematics = NUMPY
     ) -> Operand:
