@@ -100,7 +100,7 @@ _TERMS = [
     ),
     _realtime("real time, 8 bands, no diffuse shadows", 8, {"diffuse_shadows": False}),
     _realtime("real time, 8 bands, no single scattering", 8, single=False),
-    _realtime("real time, 8 bands, no aureole", 8, {"aureole": False}),
+    _realtime("real time, 8 bands, closed form", 8, {"field": "closed-form"}),
     _realtime("real time, 8 bands, no floor term", 8, floor_term=False),
     _realtime("real time, 8 bands, no surface", 8, {"surface": "none"}),
     _realtime("real time, 8 bands, waves", 8, {"surface": "waves"}),
@@ -133,7 +133,7 @@ _FEW = tuple(
                                           "real time, 6 optimised bands"}
 )  # fmt: skip
 _SHADOWS = tuple(n for n in SETTINGS if "shafts" in n or "no diffuse" in n)
-_LIGHT = ("real time, 8 bands, no aureole", "real time, 8 bands, no single scattering")
+_LIGHT = ("real time, 8 bands, closed form", "real time, 8 bands, no single scattering")
 
 
 def _grey(width: int, height: int) -> bpy.types.Object:

@@ -27,13 +27,13 @@ from ..uw_spectral.surface.caustics import (
 from ..uw_spectral.surface.refraction import (
     REFRACTIVE_INDEX,
     diffuse_internal_reflectance,
-    diffuse_transmittance,
     fresnel_reflectance,
     in_water_cosine,
     sun_travel_direction,
 )
 from ..uw_spectral.surface.waves import WaveComponents, WaveSpectrum, slope_variance_CoxMunk1954
 from ..uw_spectral.transfer.light_field import solve_light_field
+from ..uw_spectral.transfer.sky import Sky
 from ..uw_spectral.transfer.sunlit_water import SunlitWater
 from ..uw_spectral.water.optical_properties import molecular_scattering
 from ..uw_spectral.water.phase import parse_phase
@@ -68,7 +68,7 @@ def sunlit_water(
     entering = 1 - fresnel_reflectance(math.cos(math.radians(zenith)))
     field = solve_light_field(
         a, b, phase.chi1, phase.chi2, direct * entering, float(in_water_cosine(zenith)),
-        E_sky=diffuse * diffuse_transmittance(), R=diffuse_internal_reflectance(),
+        E_sky=diffuse * Sky().transmittance(REFRACTIVE_INDEX), R=diffuse_internal_reflectance(),
     )  # fmt: skip
     return SunlitWater(field, phase, sun_travel_direction(zenith, WIND_AZIMUTH))
 

@@ -44,7 +44,7 @@ def closed_form(plan: render_plan.RenderPlan, oversampling: int = 4) -> NDArray[
     """Radiance of every pixel, shape (h, w, n)."""
     w = tuple(np.moveaxis(directions(oversampling), -1, 0)[..., None])
     water, column = plan.viewpoint(DEPTH).path_radiance, plan.column
-    seen = UndisturbedWater(water, column.sky_radiance, column.refractive_index)
+    seen = UndisturbedWater(water, column.skylight, column.refractive_index)
     return grey_scene.blocks(seen.radiance(DEPTH, w), oversampling)
 
 

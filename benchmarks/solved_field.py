@@ -7,6 +7,7 @@ writes docs/solved_field.md; the tests use the same random cases.
 
 from __future__ import annotations
 
+import itertools
 import math
 import time
 from collections.abc import Iterator
@@ -17,9 +18,10 @@ from numpy.typing import NDArray
 
 from ..uw_spectral.surface.refraction import fresnel_reflectance, sun_travel_direction
 from ..uw_spectral.transfer.closed_form import solve_closed_form
-from ..uw_spectral.transfer.discrete_ordinates import Layer, SolvedField, solve_discrete_ordinates
+from ..uw_spectral.transfer.discrete_ordinates import Layer, solve_discrete_ordinates
 from ..uw_spectral.transfer.light_field import solve_light_field
 from ..uw_spectral.transfer.sky import Sky
+from ..uw_spectral.transfer.solved_field import SolvedField
 from ..uw_spectral.water.optical_properties import Water, molecular_scattering
 from ..uw_spectral.water.phase import parse_phase
 from . import monte_carlo_table, path_radiance_table
@@ -29,6 +31,10 @@ STREAMS = (8, 16, 24, 32, 48)
 REFERENCE_STREAMS = 64
 FROM_SUN = 10.0
 """Angle to the sun in degrees from which on radiances are compared."""
+
+RINGS = (0.3, 1.0, 2.0, 3.0, 5.0, 10.0, 12.0, 15.0)
+"""Angles to the sun in degrees of the rings on which its aureole is compared."""
+RING_STREAMS = 128
 
 _SEED = 2
 _PHASES = ("hg:0.8", "hg:0.924", "hg:0.95", "fournier-forand:1.10,0.0183", "petzold")
@@ -164,6 +170,38 @@ def _canonical() -> str:
     return "\n".join(lines)
 
 
+def _aureole() -> str:
+    worst = dict.fromkeys((24, 32), np.zeros(len(RINGS)))
+    for water, nm, zenith in itertools.product(("IB", "II", "3C"), (480.0, 560.0), (10, 30, 60)):
+        kind, bands = Water.jerlov(water), np.array([nm])
+        a, b = kind.a(bands), kind.b(bands)
+        phase = parse_phase("mixture").for_bands(b, molecular_scattering(bands))
+        sun = sun_travel_direction(zenith, 0, 1.34)
+        w = _rings(sun)
+        true, *fields = (
+            solve_discrete_ordinates([Layer(math.inf, a, b, phase)], [1.0], sun, streams=n)
+            for n in (RING_STREAMS, *worst)
+        )
+        for y, (n, field) in itertools.product((1.0, 5.0, 15.0), zip(worst, fields, strict=True)):
+            error = field.radiance(y, w).mean(axis=1) / true.radiance(y, w).mean(axis=1) - 1
+            worst[n] = np.maximum(worst[n], 100 * np.abs(error[:, 0]))
+    lines = ["| streams | " + " | ".join(f"{angle:g}°" for angle in RINGS) + " |",
+             "|---" * (1 + len(RINGS)) + "|"]  # fmt: skip
+    for n, errors in worst.items():
+        lines.append(f"| {n} | " + " | ".join(f"{error:.2g}" for error in errors) + " |")
+    return "\n".join(lines)
+
+
+def _rings(sun: tuple[float, float, float]) -> tuple[NDArray[np.float64], ...]:
+    """View directions, eight on each ring, of shape (rings, 8)."""
+    to_sun, angle = -np.array(sun), np.radians(RINGS)[:, None, None]
+    across = np.cross(to_sun, (0.0, 1.0, 0.0))
+    across /= np.linalg.norm(across)
+    turn = 2.0 * math.pi * (np.arange(8)[:, None] + 0.5) / 8
+    aside = np.cos(turn) * across + np.sin(turn) * np.cross(to_sun, across)
+    return tuple(np.moveaxis(np.cos(angle) * to_sun + np.sin(angle) * aside, -1, 0))
+
+
 def _cost() -> str:
     nm = np.linspace(410.0, 690.0, 8)
     water = Water.jerlov("II")
@@ -174,20 +212,24 @@ def _cost() -> str:
     w = np.random.default_rng(0).normal(size=(3, 1152))
     rays = tuple(w / np.linalg.norm(w, axis=0))
     depths = np.random.default_rng(1).uniform(0.0, 9.0, 1152)
-    lines = ["| streams | solve, ms | radiance at 1152 rays, ms |", "|---|---|---|"]
+    grid = np.linspace(0.1, 8.9, 24), np.linspace(-0.99, 0.99, 48), np.linspace(0, math.pi, 32)
+    lines = ["| streams | solve, ms | grid, ms | radiance at 1152 rays, ms |", "|---|---|---|---|"]
     for streams in STREAMS:
         times = []
         for _ in range(3):
             start = time.process_time()
             field = solve_discrete_ordinates(
                 [layer], np.ones(8), sun_travel_direction(30, 0), refractive_index=1.34,
-                sky=Sky.standard("clear", np.ones(8), 30.0), floor_reflectance=0.2, streams=streams,
+                sky=Sky.standard("clear", np.ones(8), sun_travel_direction(30, 0, 1.0)),
+                floor_reflectance=0.2, streams=streams,
             )  # fmt: skip
-            middle = time.process_time()
+            solved = time.process_time()
+            field.scattered_on_grid(*grid)
+            filled = time.process_time()
             field.scattered(depths, rays)
-            times.append((middle - start, time.process_time() - middle))
-        solving, looking = 1e3 * np.min(times, axis=0)
-        lines.append(f"| {streams} | {solving:.0f} | {looking:.0f} |")
+            times.append((solved - start, filled - solved, time.process_time() - filled))
+        cells = " | ".join(f"{1e3 * each:.0f}" for each in np.min(times, axis=0))
+        lines.append(f"| {streams} | {cells} |")
     return "\n".join(lines)
 
 
@@ -196,7 +238,8 @@ def main(_: list[str]) -> None:
     text = f"""# The light field, solved
 
 `uw_spectral.transfer.discrete_ordinates` solves layered water with a refracting surface, sun and
-sky, for all bands at once, in numpy. No renderer uses it yet; the closed form draws the pictures.
+sky, for all bands at once, in numpy. The read-outs of water in layers come from it, with 16
+streams, and the pictures of EEVEE, which looks it up in tables (`radiance_table`) made with 24.
 Written by `python3 dev.py run -m benchmarks solved_field`.
 
 ## Against another solver
@@ -216,9 +259,37 @@ scatters; converged solutions are 1.68e-3 (1, 1, τ 1), 1.27e-5 (1, 1, τ 5), 7.
 
 {_canonical()}
 
+## Close to the sun
+Delta-M counts light that the forward peak scatters as direct. Within 3° of the sun that is too
+bright: in 3C at 560 nm, 5 m, by 68 % at 1° and 16 % at 2° (32 streams). The light scattered once
+gets a factor that holds all orders of scattering at small angles (`aureole.aureole_factor`); it
+depends on the angle to the sun and the depth, and fades between 10° and 15°. Worst errors in %
+of means over rings around the sun, against {RING_STREAMS} streams: IB, II and 3C at 480 and 560 nm,
+1, 5 and 15 m deep, sun at 10°, 30° and 60°, default phase function.
+
+{_aureole()}
+
+## Limits
+- Phase functions with a peak backwards that the streams do not resolve (`hg:-0.999`,
+  `tthg:0.999,-0.999,0.5`) ring: radiances, and irradiances in thin water, may be below 0. The
+  tables hold no negative light.
+- `hg:0.99` and narrower leave ripples around the peak, of some percent; below a sun at the horizon
+  without refraction dark directions may be negative by 1e-6 of the brightest.
+- Level rays in clear, shallow water: the path to the surface or the floor changes by orders of
+  magnitude within a degree, which the tables smooth.
+- Within 10° of the sun the tables smooth the light of the streams: by up to 7 % in 3C at 5 m, 3 %
+  in IB and II.
+- A band that inelastic light outlives is tabulated with the rate of the light before: up to 20 %
+  off where the two meet, and less than 2 % of the brightest band.
+- Elsewhere, over a and b of 0 to 50 1/m, floors of 0.05 to 1000 m and deep, any sun and sky, what
+  is looked up in one water differs from the solved field by less than 25 % of the mean radiance of
+  the brightest band there, in nine columns of ten by less than 10 %. Nothing is promised below 1e-7
+  of the light that enters. Tables of layers are finite; how close they are is not checked.
+- The albedo is held at 1 - 1e-8: white water of 1e4 scatterings loses 1e-3 of what enters.
+
 ## Cost
 Eight bands, default phase function, flat surface, clear sky; CPU time of one process, minimum of
-three.
+three. The grid is 24 depths, 48 elevations, 32 azimuths.
 
 {_cost()}
 

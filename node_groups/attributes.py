@@ -9,7 +9,6 @@ from __future__ import annotations
 
 PREFIX = "uw_"
 
-ABSORPTION = "uw_absorption"
 SUN_IRRADIANCE = "uw_sun_irradiance"
 SKY_RADIANCE = "uw_sky_radiance"
 FLOOR_REFLECTANCE = "uw_floor_reflectance"
@@ -17,9 +16,14 @@ REFLECTANCE_BASIS = ("uw_reflectance_red", "uw_reflectance_green", "uw_reflectan
 EMISSION_BASIS = ("uw_emission_red", "uw_emission_green", "uw_emission_blue")
 
 
-def scattering(component: int) -> str:
-    """Name of the scattering coefficient of one component of the phase function."""
-    return f"uw_scattering_{component}"
+def absorption(layer: int) -> str:
+    """Name of the absorption coefficient of one layer of the water."""
+    return f"uw_absorption_{layer}"
+
+
+def scattering(layer: int, component: int) -> str:
+    """Name of a layer's scattering coefficient, of one component of its phase function."""
+    return f"uw_scattering_{layer}_{component}"
 
 
 def measured(index: int) -> str:

@@ -332,6 +332,7 @@ NODES = Mathematics(
     log=_log,
     sqrt=_sqrt,
     absolute=_function("ABSOLUTE", NUMPY.absolute),
+    arccos=_function("ARCCOSINE", NUMPY.arccos),
     power=_power,
     minimum=_function("MINIMUM", NUMPY.minimum),
     maximum=_maximum,

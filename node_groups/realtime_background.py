@@ -5,17 +5,22 @@ from __future__ import annotations
 import bpy
 from nodebpy import shader as s
 
-from ..uw_spectral.transfer.radiance_field import Ripples
+from ..uw_spectral.transfer.radiance_field import Ripples, mirrored_ray
 from .node_mathematics import NODES, Graph, NodeValue, new_group
-from .realtime_rays import shaft, view_direction
+from .realtime_rays import camera_depth, shaft, view_direction
+from .realtime_tables import AUREOLE, MIRRORED, NEAR
 from .realtime_values import (
     CAMERA_DEPTH,
     GLITTER,
     GLITTER_WIDTH,
+    MIRRORED_TOWARDS,
+    TOWARDS,
     Shape,
+    Triples,
     Values,
     build_triple,
-    sum_of_triples,
+    phase_inputs,
+    phase_towards,
 )
 from .realtime_waves import SLOPE, WaveImages, slope_ahead
 
@@ -24,29 +29,50 @@ TRIPLE_NAME = "UW Background of Three Bands"
 
 
 def build(
-    values: bpy.types.ShaderNodeTree, shape: Shape, images: WaveImages | None
+    values: bpy.types.ShaderNodeTree,
+    shape: Shape,
+    images: WaveImages | None,
+    table: bpy.types.Image | None,
 ) -> bpy.types.ShaderNodeTree:
     """Build the group; output ``Color`` is what the sensor sees."""
     inputs = {SLOPE: "NodeSocketVector"} if shape.waves else {}
+    if shape.solved:
+        looked_up = (NEAR, AUREOLE, MIRRORED) if shape.flat else (NEAR, AUREOLE)
+        inputs |= dict.fromkeys(looked_up, "NodeSocketVector")
+        inputs |= dict.fromkeys(phase_inputs(TOWARDS, shape), "NodeSocketFloat")
+    if shape.solved and shape.flat:
+        inputs |= dict.fromkeys(phase_inputs(MIRRORED_TOWARDS, shape), "NodeSocketFloat")
     triple = build_triple(TRIPLE_NAME, shape, inputs, _picture)
     tree = new_group(NAME)
     tree.interface.new_socket("Color", in_out="OUTPUT", socket_type="NodeSocketColor")
     graph = Graph(tree)
-    given = {}
+    given, triples = {}, Triples(graph, values, shape, table)
     if images is not None:
         given = slope_ahead(graph, values, images.slopes, view_direction(graph))
-    colour = sum_of_triples(graph, values, triple, shape, given)
+    if table is not None:
+        w, slopes = view_direction(graph), None
+        if images is not None:
+            slopes = graph.components(given[SLOPE])[:2]
+        tables = triples.tables
+        mirrored = mirrored_ray(w, NODES, slopes)[1] if shape.flat else None
+        given |= tables.to_boundary(camera_depth(graph), w, mirrored)
+        given |= phase_towards(TOWARDS, shape, w, tables.sun)
+        if mirrored is not None:
+            given |= phase_towards(MIRRORED_TOWARDS, shape, mirrored, tables.sun)
+    colour = triples.sum(triple, given)
     graph.assign(colour, graph.node("NodeGroupOutput").inputs[0])
     return tree
 
 
 def _picture(graph: Graph, values: Values) -> tuple[NodeValue, ...]:
-    w, y_o = view_direction(graph), NODES.maximum(values[CAMERA_DEPTH], 0.0)
+    w, solved = view_direction(graph), values.shape.solved
+    y_o = camera_depth(graph) if solved else NODES.maximum(values[CAMERA_DEPTH], 0.0)
     ripples = None
     if values.shape.waves:
         slopes = graph.components(values[SLOPE])[:2]
         ripples = Ripples(slopes, values[GLITTER_WIDTH], values[GLITTER])
-    seen = values.seen(values.water.open_water(y_o, w, NODES, ripples))
+    water = values.solved_background(y_o) if solved else values.water
+    seen = values.seen(water.open_water(y_o, w, NODES, ripples))
     if values.shape.shafts:
         return seen, values.sensor(shaft(values, y_o, w, None))
     return (seen,)

@@ -20,6 +20,22 @@ def depth_here(graph: Graph) -> NodeValue:
     return NODES.maximum(-z, 0.0)
 
 
+def camera_depth(graph: Graph) -> NodeValue:
+    """Depth of what looks at the background, at least 0."""
+    camera = graph.node(
+        "ShaderNodeVectorTransform", vector_type="POINT", convert_from="CAMERA", convert_to="WORLD"
+    )
+    camera.inputs[0].default_value = (0.0, 0.0, 0.0)
+    return NODES.maximum(-graph.components(graph.term(camera.outputs[0]))[2], 0.0)
+
+
+def camera_depth_behind(
+    y: NodeValue, w: tuple[NodeValue, NodeValue, NodeValue], P: NodeValue
+) -> NodeValue:
+    """Depth, at least 0, of the camera that sees a point at depth y at distance P along w."""
+    return NODES.maximum(y + w[2] * P, 0.0)
+
+
 def view_distance(graph: Graph) -> NodeValue:
     """Distance of the shaded point from the camera."""
     return graph.term(graph.node("ShaderNodeCameraData").outputs["View Distance"])
@@ -31,4 +47,4 @@ def shaft(
     """Single scattering that the volume draws: up to its end, at most up to P."""
     end = values[SHAFT_END]
     reach = end if P is None else NODES.minimum(P, end)
-    return values.elastic.single_scattering(y_o, w, reach, NODES)
+    return values.beam.scattered_once(y_o, w, reach, NODES)

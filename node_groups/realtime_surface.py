@@ -13,16 +13,26 @@ import bpy
 from ..uw_spectral.surface.wave_patterns import interp, sunlight_factor
 from ..uw_spectral.transfer.pixel import surface_light
 from .node_mathematics import NODES, Graph, NodeValue, new_group
-from .realtime_rays import depth_here, shaft, view_direction, view_distance
+from .realtime_rays import (
+    camera_depth_behind,
+    depth_here,
+    shaft,
+    view_direction,
+    view_distance,
+)
 from .realtime_shadows import OPENNESS, openness
+from .realtime_tables import AUREOLE, FAR, FROM_ABOVE, IMAGE, NEAR, PATCH, Tables
 from .realtime_values import (
     CONTRAST,
     EMISSION,
     REFLECTANCE,
+    TOWARDS,
     Shape,
+    Triples,
     Values,
     build_triple,
-    sum_of_triples,
+    phase_inputs,
+    phase_towards,
 )
 from .realtime_waves import PATTERN, POSITION, WaveImages, caustics_here
 
@@ -50,7 +60,10 @@ def measured(triple: int) -> str:
 
 
 def build(
-    values: bpy.types.ShaderNodeTree, shape: Shape, images: WaveImages | None
+    values: bpy.types.ShaderNodeTree,
+    shape: Shape,
+    images: WaveImages | None,
+    table: bpy.types.Image | None,
 ) -> bpy.types.ShaderNodeTree:
     """Build the group.
 
@@ -62,9 +75,11 @@ def build(
     """
     own = [PATTERN, POSITION] if shape.waves else []
     own += [OPENNESS] if shape.diffuse_shadows else []
-    triple = build_triple(
-        TRIPLE_NAME, shape, _INPUTS | dict.fromkeys(own, "NodeSocketFloat"), _picture
-    )
+    looked_up = [NEAR, FAR, IMAGE, AUREOLE, PATCH] if shape.solved else []
+    looked_up += [FROM_ABOVE] if shape.solved and shape.diffuse_shadows else []
+    own += phase_inputs(TOWARDS, shape)
+    kinds = dict.fromkeys(own, "NodeSocketFloat") | dict.fromkeys(looked_up, "NodeSocketVector")
+    triple = build_triple(TRIPLE_NAME, shape, _INPUTS | kinds, _picture)
     tree = new_group(NAME)
     inputs = {name: kind for name, kind in _INPUTS.items() if name != _MEASURED}
     inputs |= {measured(t): "NodeSocketVector" for t in range(shape.triples)}
@@ -80,16 +95,32 @@ def build(
         given |= caustics_here(graph, values, images.caustics)
     if shape.diffuse_shadows:
         given[OPENNESS] = openness(graph, given[NORMAL])
+    triples = Triples(graph, values, shape, table)
+    if table is not None:
+        given |= _look_up(graph, triples.tables, shape, given[NORMAL])
+        given[_MEASURED] = triples.own(_MEASURED, given)
     emission = graph.node("ShaderNodeEmission")
-    graph.assign(sum_of_triples(graph, values, triple, shape, given), emission.inputs["Color"])
+    graph.assign(triples.sum(triple, given), emission.inputs["Color"])
     tree.links.new(emission.outputs[0], graph.node("NodeGroupOutput").inputs[0])
     return tree
 
 
+def _look_up(
+    graph: Graph,
+    tables: Tables,
+    shape: Shape,
+    normal: NodeValue,
+) -> dict[str, NodeValue]:
+    w, y = view_direction(graph), depth_here(graph)
+    y_o = camera_depth_behind(y, w, view_distance(graph))
+    on_it = tables.on_patch(y, graph.components(normal), from_above=shape.diffuse_shadows)
+    phase = phase_towards(TOWARDS, shape, w, tables.sun)
+    return tables.near_and_far(y_o, y, w) | on_it | phase
+
+
 def _picture(graph: Graph, values: Values) -> tuple[NodeValue, ...]:
     w, P, y = view_direction(graph), view_distance(graph), depth_here(graph)
-    y_o = NODES.maximum(y + w[2] * P, 0.0)
-    water, sun = values.water, values.elastic.sun
+    y_o, sun = camera_depth_behind(y, w, P), values.beam.sun
     nx, ny, nz = graph.components(values[NORMAL])
     cosine = -(nx * sun[0] + ny * sun[1] + nz * sun[2])
     open_share = values[OPENNESS] if values.shape.diffuse_shadows else None
@@ -97,20 +128,22 @@ def _picture(graph: Graph, values: Values) -> tuple[NodeValue, ...]:
     if values.shape.waves:
         contrast = interp(values[POSITION], [values[name] for name in CONTRAST], NODES)
         sunlight = sunlight_factor(values[PATTERN], contrast, NODES)
-    light = surface_light(
-        values.elastic.field, y, nz, NODES, openness=open_share, sunlight=sunlight
-    )
+    lighting = values.patch_light(y)
+    light = surface_light(lighting, y, nz, NODES, openness=open_share, sunlight=sunlight)
     response = values.uplift(NODES.maximum(values[LIT] - values[EMITTED], 0.0), REFLECTANCE)
     base = values.uplift(values[COLOR], REFLECTANCE)
     known = values[_MEASURED] / NODES.maximum(base, _DARKEST)
     known = NODES.select(values[IS_MEASURED], known, 1.0)
     L = light.reflected(response, base, cosine, NODES) * known
-    L_inelastic = 0.0
-    if water.inelastic is not None:
-        L_inelastic = base / math.pi * water.inelastic.surface_irradiance(y, nz, NODES) * known
     L = L + values.uplift(values[EMITTED], EMISSION)
     covered = values[COVERAGE]
-    pixel = water.surface(y_o, y, w, P, L, NODES, L_inelastic=L_inelastic, coverage=covered)
+    if values.shape.solved:
+        pixel = values.solved_path(y_o, y).surface(y_o, y, w, P, L, NODES, coverage=covered)
+    else:
+        water, L_inelastic = values.water, 0.0
+        if water.inelastic is not None:
+            L_inelastic = base / math.pi * water.inelastic.surface_irradiance(y, nz, NODES) * known
+        pixel = water.surface(y_o, y, w, P, L, NODES, L_inelastic=L_inelastic, coverage=covered)
     seen = values.seen(pixel)
     if values.shape.shafts:
         return seen, values.sensor(shaft(values, y_o, w, P) * covered)

@@ -16,15 +16,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..uw_spectral.mathematics import Operand
+from ..uw_spectral.surface.refraction import direction_in_air
 from ..uw_spectral.surface.wave_patterns import KNOTS
 from ..uw_spectral.transfer.aureole import Aureole
 from ..uw_spectral.transfer.closed_form import ClosedForm
 from ..uw_spectral.transfer.inelastic_light import InelasticLight
 from ..uw_spectral.transfer.light_field import LightField
-from ..uw_spectral.transfer.pixel import Pixel, UndisturbedWater
+from ..uw_spectral.transfer.pixel import PatchLight, Pixel, UndisturbedWater
+from ..uw_spectral.transfer.radiance_table import DepthScale, RadianceTable, table_unit
+from ..uw_spectral.transfer.sky import UNIFORM, Sky
+from ..uw_spectral.transfer.solved_ray import SolvedPatchLight, SolvedWater
+from ..uw_spectral.transfer.sun_beam import SunBeam, half_angle2
 from ..uw_spectral.water.phase import Mixture, PhaseFunction
 from . import realtime_inelastic
 from .node_mathematics import NODES, Graph, NodeValue, new_group
+from .realtime_tables import AUREOLE, FAR, FROM_ABOVE, IMAGE, MIRRORED, NEAR, PATCH, Tables
 
 NAME = "UW Values"
 SHAPE = "uw_shape"
@@ -34,6 +40,10 @@ _NOT_PER_PIXEL = ("R",)
 _FIELD_BANDS = tuple(
     f.name for f in fields(LightField) if f.name not in (*_FIELD_NUMBERS, *_NOT_PER_PIXEL)
 )
+_BEAM_BANDS = ("b", "c", "cp", "E")
+_TABLE_SCALE, _TABLE_DECAY = "table scale", "table decay"
+FLOOR = "floor radiance"
+_DEPTH_SCALE = {f.name: f"slices {f.name}" for f in fields(DepthScale)}
 SUN = ("sun x", "sun y", "sun z")
 _SMOOTH = tuple(f"aureole moment {i}" for i in range(3))
 CAMERA_DEPTH = "camera depth"
@@ -52,6 +62,7 @@ GLITTER = "glitter"
 GLITTER_WIDTH = "glitter width"
 CAUSTIC_STRENGTH = "caustic strength"
 CONTRAST = tuple(f"caustic contrast {i}" for i in range(KNOTS))
+TOWARDS, MIRRORED_TOWARDS = "Phase", "Mirrored Phase"
 SEEN = "Seen"
 DRAWN = "Drawn by the Volume"
 _PART_SIZE = 64  # of a triple's groups; fastest to build within a factor of two
@@ -88,6 +99,11 @@ class Shape:
         Exponentials of depth of the inelastic light: whether each rises to the floor.
     diffuse_shadows : bool
         Whether things keep light from above other than the direct sun away.
+    solved : bool
+        Whether the light is looked up in tables of the solved field; it has no aureole and
+        no inelastic exponentials then.
+    sky : str
+        Distribution of the sky's radiance.
     """
 
     bands: int
@@ -98,6 +114,8 @@ class Shape:
     waves: bool = False
     inelastic: tuple[bool, ...] = ()
     diffuse_shadows: bool = False
+    solved: bool = False
+    sky: str = UNIFORM
 
     @property
     def triples(self) -> int:
@@ -123,7 +141,8 @@ class Numbers:
 
 def band_names(shape: Shape) -> list[str]:
     """Names of the quantities per band."""
-    names = [*_FIELD_BANDS, SKY, *REFLECTANCE, *EMISSION, *SENSOR]
+    of_light = (*_BEAM_BANDS, _TABLE_SCALE, _TABLE_DECAY, FLOOR) if shape.solved else _FIELD_BANDS
+    names = [*of_light, SKY, *REFLECTANCE, *EMISSION, *SENSOR]
     if len(shape.components) > 1:
         names += [f"phase {i}" for i in range(len(shape.components))]
     if shape.lobes:
@@ -142,33 +161,51 @@ def single_names(shape: Shape) -> list[str]:
     return [*names, *_WAVES] if shape.waves else names
 
 
+def of_table(beam: SunBeam, table: RadianceTable, floor: NDArray[np.float64]) -> Numbers:
+    """Return the numbers of the sun, and of tables of the solved field over a floor's radiance."""
+    bands = {name: getattr(beam, name) for name in _BEAM_BANDS}
+    bands |= {_TABLE_SCALE: table.scale, _TABLE_DECAY: table.decay, FLOOR: floor}
+    depths = {name: getattr(table.depth_scale, key) for key, name in _DEPTH_SCALE.items()}
+    return Numbers(bands | _phase(beam.phase), _sun(beam) | depths)
+
+
 def of_water(water: ClosedForm, shape: Shape) -> Numbers:
     """Return the numbers of the closed form itself."""
-    bands = {name: getattr(water.field, name) for name in _FIELD_BANDS}
-    if len(shape.components) > 1:
-        bands |= {f"phase {i}": row for i, row in enumerate(water.phase.weights)}
+    bands = {name: getattr(water.field, name) for name in _FIELD_BANDS} | _phase(water.phase)
     if shape.lobes:
         aureole = water.aureole
         bands["aureole single"] = aureole.single
         bands |= dict(zip(_SMOOTH, aureole.smooth, strict=True))
         for kind, rows in (("weight", aureole.weights), ("asymmetry", aureole.asymmetries)):
             bands |= {f"lobe {kind} {i}": row for i, row in enumerate(rows)}
-    single = {name: getattr(water.field, name) for name in _FIELD_NUMBERS}
-    single |= dict(zip(SUN, water.sun, strict=True))
-    return Numbers(bands, single)
+    return Numbers(bands, _sun(water.beam))
+
+
+def _phase(phase: Mixture) -> dict[str, NDArray[np.float64]]:
+    if len(phase.components) == 1:
+        return {}
+    return {f"phase {i}": row for i, row in enumerate(phase.weights)}
+
+
+def _sun(beam: SunBeam) -> dict[str, float]:
+    numbers = {name: getattr(beam, name) for name in _FIELD_NUMBERS}
+    return numbers | dict(zip(SUN, beam.sun, strict=True))
 
 
 def build(shape: Shape) -> bpy.types.ShaderNodeTree:
-    """Build the group; its numbers are zero."""
+    """Build the group; its numbers are zero. Those of solved bands are in an image."""
     tree = new_group(NAME)
     tree[SHAPE] = repr(shape)
     graph = Graph(tree)
     output = tree.nodes.new("NodeGroupOutput")
     sources = [
-        *((name, "ShaderNodeValue", "NodeSocketFloat") for name in single_names(shape)),
+        *(
+            (name, "ShaderNodeValue", "NodeSocketFloat")
+            for name in (*single_names(shape), *(_DEPTH_SCALE.values() if shape.solved else ()))
+        ),
         *(
             (f"{name} {triple}", "ShaderNodeCombineXYZ", "NodeSocketVector")
-            for name in band_names(shape)
+            for name in (() if shape.solved else band_names(shape))
             for triple in range(shape.triples)
         ),
     ]
@@ -185,10 +222,10 @@ def write(tree: bpy.types.ShaderNodeTree, numbers: Numbers) -> None:
     """Put numbers into the group; only what differs is touched."""
     touched = None
     for name, values in numbers.bands.items():
-        triples = pad_triples(values).astype(np.float32)
-        if name in SENSOR:  # bands that only fill their triple are not seen
-            triples[len(values) :] = 0.0
+        triples = _full_triples(name, values)
         for index, triple in enumerate(triples.reshape(-1, 3)):
+            if f"{name} {index}" not in tree.nodes:
+                break
             inputs = tree.nodes[f"{name} {index}"].inputs
             now = np.empty(3, np.float32)
             inputs.foreach_get("default_value", now)
@@ -200,6 +237,18 @@ def write(tree: bpy.types.ShaderNodeTree, numbers: Numbers) -> None:
         touched.default_value = touched.default_value
     for name, value in numbers.single.items():
         _assign(tree.nodes[name].outputs[0], float(value))
+
+
+def rows(numbers: Numbers, shape: Shape) -> list[NDArray[np.float32]]:
+    """Return the numbers of solved bands, in full triples, as :class:`.Tables` finds them."""
+    return [_full_triples(name, numbers.bands[name]) for name in band_names(shape)]
+
+
+def _full_triples(name: str, values: NDArray[np.float64]) -> NDArray[np.float32]:
+    triples = pad_triples(values).astype(np.float32)
+    if name in SENSOR:  # bands that only fill their triple are not seen
+        triples[len(values) :] = 0.0
+    return triples
 
 
 def pad_triples(values: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -227,7 +276,7 @@ class Values:
 
     def __init__(self, graph: Graph, given: Mapping[str, NodeValue], shape: Shape) -> None:
         self._graph, self._given, self.shape = graph, given, shape
-        self._constant = set(band_names(shape))
+        self._constant = set() if shape.solved else set(band_names(shape))
 
     def __getitem__(self, name: str) -> NodeValue:
         """Return a quantity by its name, a vector of three bands or a single number."""
@@ -235,17 +284,32 @@ class Values:
         return self._graph.as_varying(value) if name in self._constant else value
 
     @functools.cached_property
+    def _phase(self) -> Mixture:
+        parts = self.shape.components
+        several = len(parts) > 1
+        weights = tuple(self[f"phase {i}"] if several else 1.0 for i in range(len(parts)))
+        return Mixture(parts, weights)
+
+    @functools.cached_property
+    def beam(self) -> SunBeam:
+        """The direct sun of three bands."""
+        numbers = {name: self[name] for name in (*_BEAM_BANDS, *_FIELD_NUMBERS)}
+        sun = tuple(self[name] for name in SUN)
+        return SunBeam(**numbers, phase=self._phase, sun=sun, p=self._known_phase(TOWARDS))
+
+    def _known_phase(self, name: str) -> NodeValue | None:
+        """Phase function of the bands whose parts the tree has computed, if it has."""
+        if f"{name} 0" not in self._given:
+            return None
+        parts = [self[f"{name} {i}"] for i in range(len(self.shape.components))]
+        return sum(w * p for w, p in zip(self._phase.weights, parts, strict=True))
+
+    @functools.cached_property
     def elastic(self) -> ClosedForm:
         """The closed form of three bands over node values."""
-        shape = self.shape
         field = {name: self[name] for name in (*_FIELD_BANDS, *_FIELD_NUMBERS)}
         light = LightField(**field, **dict.fromkeys(_NOT_PER_PIXEL))
-        several = len(shape.components) > 1
-        weights = tuple(
-            self[f"phase {i}"] if several else 1.0 for i in range(len(shape.components))
-        )
-        sun = tuple(self[name] for name in SUN)
-        return ClosedForm(light, Mixture(shape.components, weights), self._aureole(), sun)
+        return ClosedForm(light, self._phase, self._aureole(), self.beam.sun)
 
     @functools.cached_property
     def inelastic(self) -> InelasticLight | None:
@@ -260,7 +324,41 @@ class Values:
     def water(self) -> UndisturbedWater:
         """The undisturbed water of three bands."""
         index = self[INDEX] if self.shape.flat else None
-        return UndisturbedWater(self.elastic, self[SKY], index, self.inelastic)
+        return UndisturbedWater(self.elastic, self._sky(), index, self.inelastic)
+
+    def _sky(self) -> Sky:
+        if self.shape.sky == UNIFORM:
+            return Sky(self[SKY])
+        sun = direction_in_air([self[name] for name in SUN], (0.0, 0.0, -1.0), self[INDEX], NODES)
+        return Sky(self[SKY], self.shape.sky, sun)
+
+    def solved_path(self, y_o: NodeValue, y_e: NodeValue) -> SolvedWater:
+        """Return the solved water in front of a thing at depth y_e."""
+        near, far = (self._looked_up(name, y) for name, y in ((NEAR, y_o), (FAR, y_e)))
+        image = self[IMAGE] * self[_TABLE_SCALE]
+        return SolvedWater(self.beam, near, far, image, aureole=self[AUREOLE])
+
+    def solved_background(self, y_o: NodeValue) -> SolvedWater:
+        """Return the solved water up to its surface and its floor."""
+        index, mirrored = None, 0.0
+        if self.shape.flat:
+            index, mirrored = self[INDEX], self[MIRRORED] * self[_TABLE_SCALE]
+        near, floor = self._looked_up(NEAR, y_o), self[FLOOR]
+        return SolvedWater(
+            self.beam, near, mirrored=mirrored, p_mirrored=self._known_phase(MIRRORED_TOWARDS),
+            floor=floor, sky=self._sky(), index=index, aureole=self[AUREOLE],
+        )  # fmt: skip
+
+    def patch_light(self, y: NodeValue) -> PatchLight:
+        """Return the light on a patch at a depth."""
+        if not self.shape.solved:
+            return self.elastic.field
+        shaded = self.shape.diffuse_shadows
+        above = self._looked_up(FROM_ABOVE, y) if shaded else 0.0
+        return SolvedPatchLight(self.beam, self._looked_up(PATCH, y), above)
+
+    def _looked_up(self, name: str, y: Operand) -> NodeValue:
+        return self[name] * table_unit(self[_TABLE_SCALE], self[_TABLE_DECAY], y, NODES)
 
     def _aureole(self) -> Aureole:
         if not self.shape.lobes:
@@ -315,7 +413,7 @@ def build_triple(
     sockets |= dict.fromkeys(band_names(shape), "NodeSocketVector")
     for socket, kind in sockets.items():
         tree.interface.new_socket(socket, in_out="INPUT", socket_type=kind)
-    graph = Graph(tree, _PART_SIZE)
+    graph = Graph(tree, None if shape.solved else _PART_SIZE)
     outputs = graph.node("NodeGroupInput").outputs
     given = {socket.name: graph.term(socket) for socket in outputs if socket.name}
     results = formula(graph, Values(graph, given, shape))
@@ -327,17 +425,28 @@ def build_triple(
     return tree
 
 
-def sum_of_triples(
-    graph: Graph,
-    values: bpy.types.ShaderNodeTree,
-    triple: bpy.types.ShaderNodeTree,
-    shape: Shape,
-    given: Mapping[str, NodeValue],
-) -> NodeValue:
-    """Add up the triples in a tree, without the light that the volume draws.
+def phase_inputs(name: str, shape: Shape) -> list[str]:
+    """Names of the inputs that :func:`phase_towards` fills."""
+    return [f"{name} {i}" for i in range(len(shape.components))] if shape.solved else []
 
-    The volume draws no negative light: where the sum over the bands is
-    negative, its light stays in what is returned.
+
+def phase_towards(
+    name: str,
+    shape: Shape,
+    w: Sequence[NodeValue],
+    sun: Sequence[NodeValue],
+) -> dict[str, NodeValue]:
+    """Compute the parts of the phase function for sunlight that turns against w, once."""
+    s2 = half_angle2(w, sun, NODES)
+    parts = [component.per_steradian(s2, NODES) for component in shape.components]
+    return dict(zip(phase_inputs(name, shape), parts, strict=True))
+
+
+class Triples:
+    """The bands of a node tree, three at a time, added up.
+
+    In closed form each triple has nodes of its own. Solved, they go through the same nodes in
+    turn, in a repeat zone: what is compiled does not grow with the number of bands.
 
     Parameters
     ----------
@@ -345,26 +454,100 @@ def sum_of_triples(
         The tree.
     values : ShaderNodeTree
         The group of :func:`build`.
-    triple : ShaderNodeTree
-        The group of :func:`build_triple`.
     shape : Shape
-        Shape of the water.
-    given : mapping of str to NodeValue
-        Its inputs besides the numbers; ``NAME i`` goes to ``NAME`` of triple i.
+    image : Image, optional
+        The tables of solved bands.
     """
-    numbers = graph.node("ShaderNodeGroup", node_tree=values)
-    totals: list[Operand] = [0.0] * (2 if DRAWN in triple.interface.items_tree else 1)
-    for index in range(shape.triples):
-        node = graph.node("ShaderNodeGroup", node_tree=triple)
+
+    def __init__(
+        self,
+        graph: Graph,
+        values: bpy.types.ShaderNodeTree,
+        shape: Shape,
+        image: bpy.types.Image | None,
+    ) -> None:
+        self._graph, self._shape = graph, shape
+        self._numbers = graph.node("ShaderNodeGroup", node_tree=values).outputs
+        if image is not None:
+            self._begin = graph.node("GeometryNodeRepeatInput")
+            self._end = graph.node("GeometryNodeRepeatOutput")
+            self._begin.pair_with_output(self._end)
+            self._begin.inputs["Iterations"].default_value = shape.triples
+            self.tables = self._tables(image)
+
+    def _tables(self, image: bpy.types.Image) -> Tables:
+        scale = {key: self._number(name) for key, name in _DEPTH_SCALE.items()}
+        return Tables(
+            self._graph,
+            image,
+            self._shape.triples,
+            self._graph.term(self._begin.outputs["Iteration"]),
+            band_names(self._shape),
+            DepthScale(**scale),
+            [self._number(name) for name in SUN],
+        )
+
+    def _number(self, name: str) -> NodeValue:
+        return self._graph.term(self._numbers[name])
+
+    def own(self, name: str, given: Mapping[str, NodeValue]) -> NodeValue:
+        """Of the terms ``NAME i``, one for each triple, return that of the present one."""
+        total: Operand = 0.0
+        for triple in range(self._shape.triples):
+            here = self._graph.operation("COMPARE", (self.tables.index, float(triple), 0.5))
+            total = here * given[f"{name} {triple}"] + total
+        return total
+
+    def sum(self, triple: bpy.types.ShaderNodeTree, given: Mapping[str, NodeValue]) -> NodeValue:
+        """Add up the triples, without the light that the volume draws.
+
+        The volume draws no negative light: where the sum over the bands is
+        negative, its light stays in what is returned.
+
+        Parameters
+        ----------
+        triple : ShaderNodeTree
+            The group of :func:`build_triple`.
+        given : mapping of str to NodeValue
+            Its inputs besides the numbers; ``NAME i`` goes to ``NAME`` of triple i.
+        """
+        found = self._looped if self._shape.solved else self._unrolled
+        totals = found(triple, given)
+        if len(totals) == 1:
+            return totals[0]
+        return totals[0] - NODES.maximum(totals[1], 0.0)
+
+    def _unrolled(
+        self, triple: bpy.types.ShaderNodeTree, given: Mapping[str, NodeValue]
+    ) -> list[Operand]:
+        totals: list[Operand] = [0.0] * (2 if DRAWN in triple.interface.items_tree else 1)
+        for index in range(self._shape.triples):
+            node = self._graph.node("ShaderNodeGroup", node_tree=triple)
+            for socket in node.inputs:
+                own = f"{socket.name} {index}"
+                source = given.get(socket.name) or given.get(own)
+                if source is None:
+                    source = self._number(own if own in self._numbers else socket.name)
+                self._graph.assign(source, socket)
+            for place, output in enumerate(node.outputs):
+                totals[place] = self._graph.term(output) + totals[place]
+        return totals
+
+    def _looped(
+        self, triple: bpy.types.ShaderNodeTree, given: Mapping[str, NodeValue]
+    ) -> list[Operand]:
+        node = self._graph.node("ShaderNodeGroup", node_tree=triple)
+        of_bands = set(band_names(self._shape))
         for socket in node.inputs:
-            own = f"{socket.name} {index}"
-            source = given.get(socket.name) or given.get(own)
+            source = given.get(socket.name)
             if source is None:
-                name = own if own in numbers.outputs else socket.name
-                source = graph.term(numbers.outputs[name])
-            graph.assign(source, socket)
-        for place, output in enumerate(node.outputs):
-            totals[place] = graph.term(output) + totals[place]
-    if len(totals) == 1:
-        return totals[0]
-    return totals[0] - NODES.maximum(totals[1], 0.0)
+                look_up = self.tables.number if socket.name in of_bands else self._number
+                source = look_up(socket.name)
+            self._graph.assign(source, socket)
+        self._end.repeat_items.clear()
+        for output in node.outputs:
+            self._end.repeat_items.new("VECTOR", output.name)
+        for output in node.outputs:
+            before = self._graph.term(self._begin.outputs[output.name])
+            self._graph.assign(before + self._graph.term(output), self._end.inputs[output.name])
+        return [self._graph.term(self._end.outputs[output.name]) for output in node.outputs]

@@ -22,9 +22,9 @@ from .realtime_values import (
     SHAFT_END,
     SHAFT_SCALE,
     Shape,
+    Triples,
     Values,
     build_triple,
-    sum_of_triples,
 )
 from .realtime_waves import PATTERN, WaveImages, caustics_here
 
@@ -34,7 +34,10 @@ TRIPLE_NAME = "UW Shafts of Three Bands"
 
 
 def build(
-    values: bpy.types.ShaderNodeTree, shape: Shape, images: WaveImages | None
+    values: bpy.types.ShaderNodeTree,
+    shape: Shape,
+    images: WaveImages | None,
+    table: bpy.types.Image | None,
 ) -> bpy.types.Material:
     """Build the material.
 
@@ -49,7 +52,7 @@ def build(
     graph = Graph(tree)
     scatter = graph.node("ShaderNodeVolumeScatter")
     given = {} if images is None else caustics_here(graph, values, images.caustics)
-    coefficient = sum_of_triples(graph, values, triple, shape, given)
+    coefficient = Triples(graph, values, shape, table).sum(triple, given)
     coefficient = NODES.maximum(coefficient, 0.0)
     graph.assign(coefficient, scatter.inputs["Color"])
     scatter.inputs["Density"].default_value = 1.0
@@ -61,9 +64,9 @@ def build(
 
 def _coefficient(graph: Graph, values: Values) -> tuple[NodeValue]:
     w, v, y = view_direction(graph), view_distance(graph), depth_here(graph)
-    per_metre = values.elastic.single_scattering_at(y, w, v, NODES)
+    per_metre = values.beam.scattered_once_at(y, w, v, NODES)
     inside = NODES.less(v, values[SHAFT_END])
-    sun = values.elastic.sun
+    sun = values.beam.sun
     cosine = -(w[0] * sun[0] + w[1] * sun[1] + w[2] * sun[2])
     phase = henyey_greenstein(ANISOTROPY, 0.5 - 0.5 * cosine, NODES)
     strength = values[SHAFT_SCALE] * inside / phase

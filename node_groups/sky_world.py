@@ -1,19 +1,41 @@
-"""World: uniform sky radiance above the horizon, black below it."""
+"""World: radiance of the sky above the horizon, black below it."""
 
 from __future__ import annotations
+
+from collections.abc import Iterable
 
 import bpy
 from nodebpy import shader as s
 
+from ..uw_spectral.transfer.sky import UNIFORM, Sky
 from . import attributes
+from .node_mathematics import NODES, Graph
 
 NAME = "UW Sky"
+_SUN = "sun"
 
 
-def build() -> bpy.types.World:
-    """Build the world."""
+def build(kind: str = UNIFORM) -> bpy.types.World:
+    """Build the world of a kind of sky, one of :data:`.sky.SKIES`."""
     with s.world(NAME) as world:
         upwards = s.Geometry().o.incoming.z < 0.0
         radiance = s.Attribute.view_layer(attributes.SKY_RADIANCE).o.color
-        s.Background(color=radiance, strength=upwards) >> s.WorldOutput()
+        background = s.Background(color=radiance, strength=upwards)
+        background >> s.WorldOutput()
+    if kind != UNIFORM:
+        graph = Graph(world.tree)
+        geometry = graph.node("ShaderNodeNewGeometry")
+        sun = graph.node("ShaderNodeCombineXYZ", name=_SUN, label=_SUN)
+        x, y, z = graph.components(graph.term(geometry.outputs["Incoming"]))
+        towards_sun = graph.components(graph.term(sun.outputs[0]))
+        sky = Sky(graph.term(radiance.socket), kind, towards_sun)
+        graph.assign(sky.radiance((-x, -y, -z), NODES), background.node.inputs["Color"])
     return world.world
+
+
+def turn(world: bpy.types.World, sun: Iterable[float]) -> None:
+    """Let the sunlight of a world travel along a direction in air; nothing if it has none."""
+    node = world.node_tree.nodes.get(_SUN)
+    if node is not None:
+        for socket, component in zip(node.inputs, sun, strict=True):
+            socket.default_value = component

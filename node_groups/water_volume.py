@@ -37,20 +37,22 @@ class ScatteringLobe:
     backscatter: float = 0.0183
 
 
-def build(lobes: tuple[ScatteringLobe, ...]) -> bpy.types.Material:
-    """Build the material; lobe i reads the scattering coefficient ``uw_scattering_i``."""
+def build(lobes: tuple[ScatteringLobe, ...], layer: int = 0) -> bpy.types.Material:
+    """Build the material of a layer of the water, which scatters with some lobes."""
     with s.material(NAME) as material:
         nodes = []
         for index, lobe in enumerate(lobes):
             absorption = (
-                s.Attribute.view_layer(attributes.ABSORPTION).o.vector
+                s.Attribute.view_layer(attributes.absorption(layer)).o.vector
                 if index == 0
                 else (0.0, 0.0, 0.0)
             )
             coefficients = s.VolumeCoefficients(
                 weight=1.0,
                 absorption_coefficients=absorption,
-                scatter_coefficients=s.Attribute.view_layer(attributes.scattering(index)).o.vector,
+                scatter_coefficients=s.Attribute.view_layer(
+                    attributes.scattering(layer, index)
+                ).o.vector,
                 anisotropy=lobe.anisotropy,
                 alpha=lobe.alpha,
                 ior=lobe.index,

@@ -11,7 +11,7 @@ from typing import Literal
 import numpy as np
 
 from ..uw_spectral.spectra.spectrum import DATA_DIRECTORY, read_table
-from .terms import AUREOLE, SURFACE, TERMS, Options, Term, with_and_without
+from .terms import SURFACE, TERMS, Options, Term, with_and_without
 
 Method = Literal["realtime", "bands", "cycles"]
 """EEVEE with all bands in one pass, EEVEE with three bands a pass, Cycles."""
@@ -19,7 +19,7 @@ Method = Literal["realtime", "bands", "cycles"]
 COSTED = tuple(term for term in TERMS if term.cost)
 """Terms that cost something."""
 
-USUAL: Options = frozenset([AUREOLE, SURFACE])
+USUAL: Options = frozenset([SURFACE])
 """The water that what a term adds is measured on."""
 
 COLUMNS = ("cycles", "bands", *(term.name for term in COSTED), "shadow_maps", "ratio")

@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 from ..uw_spectral.imaging.viewpoint import Viewpoint
 from ..uw_spectral.spectra.colour_rendering import delta_e_CIE2000_images, luminance
 from ..uw_spectral.spectra.spectrum import DATA_DIRECTORY, read_table
-from ..uw_spectral.transfer.pixel import Pixel
 from ..uw_spectral.transfer.radiance_field import FARTHEST
 
 BOUNCES = (4, 8, 12, 16, 24, 32, 48, 64)
@@ -44,7 +43,7 @@ def visible_distance(view: Viewpoint, delta_e: float) -> float:
     worst = np.zeros(len(P))
     for reflectance in (0.0, _WHITE):
         L = reflectance / math.pi * view.light
-        seen = Pixel(view.path_radiance, view.depth, view.level, P, L, view.background).total
+        seen = view.seen_level(L, P)
         difference = delta_e_CIE2000_images(
             clip_to_display(view.reduction.apply(seen)), clip_to_display(water)
         )

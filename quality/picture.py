@@ -26,7 +26,6 @@ from ..uw_spectral.surface.wave_patterns import (
     sunlight_factor,
     under_waves,
 )
-from ..uw_spectral.transfer.aureole import Aureole
 from ..uw_spectral.transfer.closed_form import ClosedForm
 from ..uw_spectral.transfer.inelastic_light import InelasticLight
 from ..uw_spectral.transfer.pixel import Pixel, UndisturbedWater, surface_light
@@ -34,7 +33,6 @@ from ..uw_spectral.transfer.radiance_field import Ripples
 from ..uw_spectral.transfer.sunlit_water import SunlitWater
 from .seen_points import SeenPoints
 from .terms import (
-    AUREOLE,
     DIFFUSE_SHADOWS,
     FLOOR_LIGHT,
     INELASTIC,
@@ -42,8 +40,6 @@ from .terms import (
     SHAFTS,
     SINGLE,
 )
-
-_SHARPEST = Aureole(1.0, (0.0, 0.0, 0.0), (), ())
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,7 +65,7 @@ class Optics:
 class Picture:
     """Scene-linear Rec.709 of the rays, in parts that add up, shape (m, 3) each.
 
-    ``plain`` has neither aureole nor shadows in the water nor diffuse shadows
+    ``plain`` has neither shadows in the water nor diffuse shadows
     nor inelastic light; ``parts`` holds what each of these adds (shadows: take away).
     """
 
@@ -114,13 +110,11 @@ def picture(
     if without == FLOOR_LIGHT:
         dark = dataclasses.replace(blurred.field, C2=0.0 * blurred.field.C2)
         blurred = dataclasses.replace(blurred, field=dark)
-    sharp = dataclasses.replace(blurred, aureole=_SHARPEST)
-    plain = develop(ray.radiance(sharp))
-    bright = develop(ray.radiance(blurred))
-    parts = {AUREOLE: bright - plain}
+    plain = develop(ray.radiance(blurred))
+    parts = {}
     if (seen.openness < 1).any():
         shaded = ray.radiance(blurred, seen.openness[:, None])
-        parts[DIFFUSE_SHADOWS] = develop(shaded) - bright
+        parts[DIFFUSE_SHADOWS] = develop(shaded) - plain
     if not seen.path_sunlit.all() or waves is not None:
         parts[SHAFTS] = -develop(ray.missing_light(blurred))
     if optics.inelastic is not None:
@@ -171,7 +165,7 @@ class _Rays:
         column = self.view.column
         index = column.refractive_index if column.reflects else None
         mirrors = self.leave_out != INTERNAL_REFLECTION
-        return UndisturbedWater(elastic, column.sky_radiance, index, inelastic, mirrors)
+        return UndisturbedWater(elastic, column.skylight, index, inelastic, mirrors)
 
     def radiance(
         self, elastic: ClosedForm, openness: NDArray[np.float64] | float = 1.0

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from ..uw_spectral.transfer.water_column import WaterColumn
     from .seen_points import SeenPoints
 
-AUREOLE, SHAFTS, INELASTIC = "aureole", "shafts", "inelastic"
+SHAFTS, INELASTIC = "shafts", "inelastic"
 DIFFUSE_SHADOWS = "diffuse_shadows"
 WAVES, SURFACE, FLOOR = "waves", "surface", "floor"
 SINGLE, FLOOR_LIGHT, INTERNAL_REFLECTION = "single scattering", "floor light", "internal reflection"
@@ -103,16 +103,12 @@ class Term:
 
 TERMS = (
     Term(
-        AUREOLE, "aureole", lambda _: "sunlight spread by small angles",
-        "aureole", off=False, cost="triple", engines=("eevee",),
-    ),
-    Term(
         SHAFTS, "shafts", _shadows,
         "shafts", off=False, cost="pass", engines=("eevee",),
     ),
     Term(
         INELASTIC, "inelastic", lambda _: "light of changed wavelength",
-        "inelastic", off="", on="raman", cost="triple",
+        "inelastic", off="", on="raman",
     ),
     Term(
         DIFFUSE_SHADOWS, "diffuse shadows", _skylight,
@@ -163,8 +159,8 @@ def subsets(free: Collection[str], always: Collection[str] = ()) -> list[Options
 
     Examples
     --------
-    >>> [sorted(options) for options in subsets({"surface", "waves"}, {"aureole"})]
-    [['aureole', 'surface', 'waves'], ['aureole', 'surface'], ['aureole']]
+    >>> [sorted(options) for options in subsets({"surface", "waves"}, {"floor"})]
+    [['floor', 'surface', 'waves'], ['floor', 'surface'], ['floor']]
     """
     names = [term.name for term in TERMS if term.name in free]
     chosen = itertools.product((True, False), repeat=len(names))
@@ -177,7 +173,7 @@ def with_and_without(term: Term, options: Options) -> tuple[Options, Options]:
 
     Examples
     --------
-    >>> waves = TERMS[4]
+    >>> waves = TERMS[3]
     >>> [sorted(found) for found in with_and_without(waves, frozenset())]
     [['surface', 'waves'], ['surface']]
     """
@@ -203,8 +199,8 @@ def settings_of(options: Options) -> dict[str, object]:
 
     Examples
     --------
-    >>> found = settings_of(frozenset(["surface", "aureole"]))
-    >>> found["surface"], found["aureole"], found["shafts"]
+    >>> found = settings_of(frozenset(["surface", "diffuse_shadows"]))
+    >>> found["surface"], found["diffuse_shadows"], found["shafts"]
     ('flat', True, False)
     """
     found = {}

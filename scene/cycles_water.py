@@ -1,10 +1,12 @@
-"""Water for Cycles: a volume with its sun, sky, surface and floor."""
+"""Water for Cycles: a volume for each layer, with its sun, sky, surface and floor."""
 
 from __future__ import annotations
 
 import math
 
 import bpy
+import numpy as np
+from numpy.typing import NDArray
 
 from ..node_groups import (
     realtime_waves,
@@ -16,6 +18,7 @@ from ..node_groups import (
 )
 from ..uw_spectral.transfer.water_column import WaterColumn
 from . import band_colors, scene_water
+from .cycles_phase import cycles_phase
 from .water_body import WaterExtent, box, plane
 
 INTERFACE = "uw_interface"
@@ -25,6 +28,9 @@ INTERFACE = "uw_interface"
 # gap is water that is not there, so it is kept to this optical depth.
 _SURFACE_GAP = 1e-3
 _LARGEST_GAP = 0.01
+# Layers overlap: faces in one place would count as one. It is a tenth of that gap, and lies
+# below the depth where they meet, so that a camera there is in the upper one alone.
+_OVERLAP = 0.1
 
 
 def add_water(
@@ -47,7 +53,7 @@ def add_water(
     column : WaterColumn
         The water, the light and the floor.
     lobes : tuple of ScatteringLobe
-        The phase function, as Cycles knows it.
+        The phase function, as Cycles knows it, of the first layer.
     extent : WaterExtent
         Size of the water.
 
@@ -64,17 +70,15 @@ def add_water(
     scene_water.prepare(scene)
     materials, notes = scene_water.own_materials(scene, routed=True)
     notes += band_colors.insert(materials)
-    gap = min(_LARGEST_GAP, _SURFACE_GAP / max(float(column.attenuation.max()), _SURFACE_GAP))
-    water = box("UW Water", extent, -gap if column.reflects else 0.0)
-    water.data.materials.append(water_volume.build(lobes))
-    objects, parts, images = [water], {}, None
+    objects, parts, images = _layers(column, lobes, extent), {}, None
     if column.reflects:
         if column.surface == "waves":
             images = realtime_waves.new_images()
         parts[INTERFACE] = water_surface.build(column.refractive_index, images)
         objects.append(plane("UW Surface", 2.0 * extent.half_width, 0.0))
         objects[-1].data.materials.append(parts[INTERFACE])
-    world = sky_world.build()
+    world = sky_world.build(column.sky)
+    sky_world.turn(world, column.skylight.sun)
     # Sampling the sky through the interface would ignore refraction; rays find it anyway.
     world.cycles.sampling_method = "NONE" if column.reflects else "AUTOMATIC"
     sun = sun_lamp.build(scene_water.SUN_DIAMETER_IN_AIR / column.refractive_index)
@@ -85,4 +89,42 @@ def add_water(
         if item.get(scene_water.IS_SUN):
             # A refracted ray must not meet the disc: the lamp's shadow rays bring the sun already.
             item.visible_transmission = item.visible_glossy = False
+            # Under an interface none meets it: light that is left to them would be lost.
+            item.data.cycles.use_multiple_importance_sampling = not column.reflects
     return notes
+
+
+def place(scene: bpy.types.Scene, column: WaterColumn) -> None:
+    """Bring sun, sky and floor of the water in a scene to where a column has them."""
+    scene_water.place(scene, column)
+    sky_world.turn(scene.world, column.skylight.sun)
+
+
+def _layers(
+    column: WaterColumn,
+    lobes: tuple[water_volume.ScatteringLobe, ...],
+    extent: WaterExtent,
+) -> list[bpy.types.Object]:
+    """Make a box for each layer of the water, one upon the other."""
+    gap = _gap(column.attenuation)
+    tops, bottoms, phases = [gap if column.reflects else 0.0], [], [lobes]
+    above = column.attenuation
+    for layer in column.below:
+        here = layer.absorption + layer.scattering
+        overlap = _OVERLAP * _gap(np.maximum(above, here))
+        above = here
+        if layer.top + overlap >= extent.bottom:
+            break
+        tops.append(layer.top + overlap)
+        bottoms.append(min(layer.top + 2.0 * overlap, extent.bottom))
+        phases.append(cycles_phase(layer.phase).lobes)
+    bottoms.append(extent.bottom)
+    boxes = []
+    for index, (top, bottom, parts) in enumerate(zip(tops, bottoms, phases, strict=True)):
+        boxes.append(box("UW Water", WaterExtent(extent.half_width, bottom), -top))
+        boxes[-1].data.materials.append(water_volume.build(parts, index))
+    return boxes
+
+
+def _gap(attenuation: NDArray[np.float64]) -> float:
+    return min(_LARGEST_GAP, _SURFACE_GAP / max(float(attenuation.max()), _SURFACE_GAP))

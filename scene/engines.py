@@ -71,7 +71,7 @@ def cycles_bands(
         ) as layer:
 
             def frame(now: RenderPlan, _: float) -> RenderPass:
-                scene_water.place(scene, now.column)
+                cycles_water.place(scene, now.column)
                 moving_surface.move_surface(scene, now)
                 values = now.pass_values(scene)
                 if layers is not None and now.inelastic is not None:
@@ -144,7 +144,7 @@ def eevee_realtime(
 
     What is too much for one shader takes more passes, whose sum is the picture.
     """
-    count = math.ceil(len(plan.bands) / math.ceil(len(plan.bands) / realtime.MOST_BANDS))
+    count = math.ceil(len(plan.bands) / math.ceil(len(plan.bands) / plan.most_bands))
     passes = plan.bands.packed(count)
 
     water_of = _waters(scene, lambda now, at: now.reduction(at).weights)

@@ -223,8 +223,8 @@ def _key(scene: bpy.types.Scene, chosen: SceneSettings, depth: float) -> str:
 
 def _water(scene: bpy.types.Scene, chosen: SceneSettings, depth: float) -> realtime.RealtimeWater:
     plan = plan_of(chosen)
-    if len(plan.bands) > realtime.MOST_BANDS:  # passes carry them all; the view does with fewer
-        plan = plan_of(replace(chosen, bands=realtime.MOST_BANDS, wavelengths=""))
+    if len(plan.bands) > plan.most_bands:  # passes carry them all; the view does with fewer
+        plan = plan_of(replace(chosen, bands=plan.most_bands, wavelengths=""))
     with quiet():
         weights = plan.viewpoint(depth).reduction.weights
         water = plan.realtime(scene, depth, weights)

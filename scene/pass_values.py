@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from ..node_groups import attributes
 from ..uw_spectral.transfer.water_column import WaterColumn
+from .cycles_phase import cycles_phase
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,18 +34,20 @@ class PassValues:
         column : WaterColumn
             The water, its light and its floor.
         scattering_shares : sequence of float or array, shape (n,)
-            Share of each lobe of the phase function in the scattering.
+            Share of each lobe of the first layer's phase function in its scattering.
         """
         # Radiance gains n² on its way into the denser medium; Cycles leaves that out.
         gain = column.refractive_index**2 if column.reflects else 1.0
         values = {
-            attributes.ABSORPTION: column.absorption,
             attributes.SUN_IRRADIANCE: column.sun_irradiance / column.sun_cosine,
-            attributes.SKY_RADIANCE: column.sky_radiance * gain,
+            attributes.SKY_RADIANCE: column.skylight.level * gain,
             attributes.FLOOR_REFLECTANCE: column.floor_reflectance,
         }
-        for index, share in enumerate(scattering_shares):
-            values[attributes.scattering(index)] = column.scattering * share
+        shares = [scattering_shares, *(cycles_phase(x.phase).shares for x in column.below)]
+        for layer, (water, parts) in enumerate(zip((column, *column.below), shares, strict=True)):
+            values[attributes.absorption(layer)] = water.absorption
+            for index, share in enumerate(parts):
+                values[attributes.scattering(layer, index)] = water.scattering * share
         return cls(values)
 
     def with_values(self, values: dict[str, NDArray[np.float64]]) -> PassValues:

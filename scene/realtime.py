@@ -1,7 +1,7 @@
 """Real-time water for EEVEE: put into a scene, given its values, taken out again.
 
 Values change without rebuilding anything; only another :class:`Shape` (number
-of bands, kind of phase function, surface, aureole, shafts) builds new nodes.
+of bands, kind of phase function, surface, sky, aureole, shafts) builds new nodes.
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ from ..node_groups import (
     realtime_inelastic,
     realtime_shadows,
     realtime_surface,
+    realtime_tables,
     realtime_values,
     realtime_volume,
     realtime_waves,
@@ -30,6 +31,8 @@ from ..uw_spectral.surface.wave_patterns import WavePatterns
 from ..uw_spectral.transfer.closed_form import ClosedForm, solve_closed_form
 from ..uw_spectral.transfer.inelastic_light import InelasticLight, reduced
 from ..uw_spectral.transfer.light_cone import LightCone, light_cone
+from ..uw_spectral.transfer.radiance_table import RadianceTable, tabulate
+from ..uw_spectral.transfer.solved_field import SolvedField
 from ..uw_spectral.transfer.water_column import WaterColumn
 from ..uw_spectral.water.phase import BandPhase, HenyeyGreenstein
 from . import contents, realtime_materials, scene_water
@@ -39,11 +42,14 @@ from .water_body import WaterExtent, box
 _FLOOR = ""
 _VALUES = "uw_values"
 _OWNER = "uw_owner"
+_TABLE = "uw_table"
 # Shafts end where the clearest band keeps 2 % of its light, or soon after the scene does.
 _SHAFT_OPTICAL_DEPTH = 4.0
 _LONGEST_SHAFT = 200.0
-MOST_BANDS = 16
-"""Bands of one shader. More fit into its 64 KB of numbers, but take minutes to compile."""
+MOST_BANDS = 64
+"""Bands of one shader, looked up in turn."""
+MOST_CLOSED_FORM_BANDS = 16
+"""Of the closed form. More fit into a shader's 64 KB of numbers, but take minutes to compile."""
 # Share by which the volume may dim what is behind it; below, the rounding of its
 # transmittance costs more light than that (8 to 14 % at 0.003, 4 to 6 % at 0.02).
 _SHAFT_OPACITY = 0.02
@@ -70,6 +76,7 @@ class RealtimeWater:
     column: WaterColumn
     shafts: ShaftRange | None
     cone: LightCone | None = None
+    table: RadianceTable | None = None
     waves: WavePatterns | None = None
 
     def of_bands(self, indices: Sequence[int], count: int) -> RealtimeWater:
@@ -91,6 +98,7 @@ class RealtimeWater:
             shape=replace(self.shape, bands=count),
             numbers=Numbers(bands, self.numbers.single),
             reflectances={name: values[chosen] for name, values in self.reflectances.items()},
+            table=None if self.table is None else self.table.of_bands(chosen),
         )
 
     def of_sign(self, sign: float) -> RealtimeWater:
@@ -121,7 +129,7 @@ def realtime_water(
     camera_depth: float,
     weights: NDArray[np.float64],
     *,
-    aureole: bool = True,
+    solved: SolvedField | None = None,
     shafts: bool = False,
     diffuse_shadows: bool = False,
     reflectances: dict[str, NDArray[np.float64]] | None = None,
@@ -139,8 +147,8 @@ def realtime_water(
         Depth of the camera, m.
     weights : array, shape (3, n)
         Linear RGB per unit radiance of each band.
-    aureole : bool
-        Whether sunlight spreads by scattering many times at small angles.
+    solved : SolvedField, optional
+        Of the column and the phase function, to be looked up; the closed form without.
     shafts : bool
         Whether single scattering is drawn by the froxel volume, with shadows.
     diffuse_shadows : bool
@@ -148,20 +156,27 @@ def realtime_water(
     reflectances : dict of str to array, shape (n,), optional
         Measured reflectance by material name.
     inelastic : InelasticLight, optional
-        Light of changed wavelength in the same bands; it is reduced to a few exponentials.
+        Light of changed wavelength in the same bands, for the closed form; it is reduced to a
+        few exponentials. A solved field holds its own.
     """
     n = len(column.bands)
     water = solve_closed_form(column.light_field(phase), phase, camera_depth, column.sun_direction)
-    lobes = len(water.aureole.weights) if aureole else 0
+    lobes = len(water.aureole.weights) if solved is None else 0
     shape = Shape(
-        n, tuple(phase.components), lobes, column.reflects, shafts, diffuse_shadows=diffuse_shadows
-    )
-    light = {}
-    if inelastic is not None:
+        n, tuple(phase.components), lobes, column.reflects, shafts,
+        diffuse_shadows=diffuse_shadows, sky=column.sky, solved=solved is not None,
+    )  # fmt: skip
+    light, table = {}, None
+    if inelastic is not None and solved is None:
         few = reduced(inelastic)
         light = realtime_inelastic.of_light(few)
         shape = replace(shape, inelastic=tuple(term.rising for term in few.terms))
-    numbers = realtime_values.of_water(water, shape)
+    if solved is None:
+        numbers = realtime_values.of_water(water, shape)
+    else:
+        table = tabulate(solved)
+        beam = replace(water.beam, cp=solved.extinction)
+        numbers = realtime_values.of_table(beam, table, solved.floor_radiance)
     reach = _shaft_range(column, water, camera_depth, weights) if shafts else None
     cone = None
     if diffuse_shadows:
@@ -169,7 +184,7 @@ def realtime_water(
     bands = {
         **numbers.bands,
         **light,
-        realtime_values.SKY: column.sky_radiance,
+        realtime_values.SKY: column.skylight.level,
         **dict(zip(realtime_values.REFLECTANCE, uplift_basis(column.bands).T, strict=True)),
         **dict(zip(realtime_values.EMISSION, emission_basis(column.bands).T, strict=True)),
         **dict(zip(realtime_values.SENSOR, np.asarray(weights), strict=True)),
@@ -184,7 +199,7 @@ def realtime_water(
     known = dict(reflectances or {})
     if math.isfinite(column.floor_depth):
         known[_FLOOR] = column.floor_reflectance
-    return RealtimeWater(shape, Numbers(bands, single), known, column, reach, cone)
+    return RealtimeWater(shape, Numbers(bands, single), known, column, reach, cone, table)
 
 
 def add_realtime(scene: bpy.types.Scene, water: RealtimeWater, extent: WaterExtent) -> list[str]:
@@ -214,25 +229,31 @@ def add_realtime(scene: bpy.types.Scene, water: RealtimeWater, extent: WaterExte
         If the scene has water already or is linked from another file, or the water has too
         many bands.
     """
-    if water.shape.bands > MOST_BANDS:
+    most = MOST_BANDS if water.shape.solved else MOST_CLOSED_FORM_BANDS
+    if water.shape.bands > most:
         raise InputError(
-            f"one shader carries up to {MOST_BANDS} bands, and this water has {water.shape.bands}; "
+            f"one shader carries up to {most} bands, and this water has {water.shape.bands}; "
             "take fewer, or some of them at a time (RealtimeWater.of_bands)"
         )
     scene_water.prepare(scene)
     materials, notes = scene_water.own_materials(scene, routed=False)
     shape = water.shape
     images = None if water.waves is None else realtime_waves.new_images()
+    table = (
+        None
+        if water.table is None
+        else realtime_tables.new_image(shape.triples, len(realtime_values.band_names(shape)))
+    )
     values = realtime_values.build(shape)
-    surface = realtime_surface.build(values, shape, images)
-    background = realtime_background.build(values, shape, images)
+    surface = realtime_surface.build(values, shape, images, table)
+    background = realtime_background.build(values, shape, images, table)
     floor, objects = None, []
     if math.isfinite(water.column.floor_depth):
         floor = _floor_material()
         materials.append(floor)
     if water.shafts is not None:
         objects.append(box("UW Shafts", extent, 0.0))
-        objects[0].data.materials.append(realtime_volume.build(values, shape, images))
+        objects[0].data.materials.append(realtime_volume.build(values, shape, images, table))
     notes += realtime_materials.insert(materials, surface)
     sun = bpy.data.lights.new("UW Sun", "SUN")
     sun.energy = 1.0
@@ -244,7 +265,8 @@ def add_realtime(scene: bpy.types.Scene, water: RealtimeWater, extent: WaterExte
         floor,
         objects,
         images,
-        {_VALUES: values, scene_water.SURFACE: surface},
+        {_VALUES: values, scene_water.SURFACE: surface}
+        | ({} if table is None else {_TABLE: table}),
     )
     notes += scene_water.add(scene, filling, water.column, extent)
     values[_OWNER] = scene_water.collection_of(scene)
@@ -268,6 +290,9 @@ def set_values(scene: bpy.types.Scene, water: RealtimeWater) -> None:
             "this water needs other nodes; remove the real-time water and add it again"
         )
     realtime_values.write(values, water.numbers)
+    if water.table is not None:
+        numbers = realtime_values.rows(water.numbers, water.shape)
+        realtime_tables.write_table(scene_water.part(scene, _TABLE), water.table, numbers)
     if water.waves is not None:
         realtime_waves.write_patterns(scene_water.images(scene), water.waves)
     known = {m.name: m for m in contents.materials(scene) if m.is_editable}

@@ -191,7 +191,7 @@ def _develop(frame: _Frame, picture: Path) -> None:
         {
             "frame": frame.number,
             "illuminant": plan.illuminant.name,
-            "water": plan.water.name,
+            "water": "; ".join(dict.fromkeys(water.name for water in plan.waters.layers)),
         },
         plan.radiance_units,
     )

@@ -33,12 +33,13 @@ from ..uw_spectral.spectra.colour_rendering import SensorReduction
 from ..uw_spectral.spectra.illuminant import RELATIVE
 from ..uw_spectral.spectra.reflectance import emission_basis, uplift_basis
 from ..uw_spectral.spectra.spectral_image import RADIANCE_UNITS
+from ..uw_spectral.transfer.radiance_table import TABLE_STREAMS
 from ..uw_spectral.water.bio_optics import Constituents
 from . import band_colors
 from .cycles_phase import CyclesPhase, cycles_phase
 from .pass_values import PassValues
-from .realtime import RealtimeWater, realtime_water
-from .settings import AUTO, CONSTITUENTS, DEFAULT_PHASE, OPTIMISED, SceneSettings
+from .realtime import MOST_BANDS, MOST_CLOSED_FORM_BANDS, RealtimeWater, realtime_water
+from .settings import AUTO, CONSTITUENTS, DEFAULT_PHASE, OPTIMISED, SOLVED, SceneSettings
 
 _RELATIVE_UNITS = "sr^-1, relative to an irradiance of 1 at 560 nm"
 _RECORDED_PACKAGES = ("numpy", "colour-science", "jerlov", "nodebpy", "OpenImageIO")
@@ -52,13 +53,14 @@ class RenderPlan(ResolvedOptics):
 
     @functools.cached_property
     def cycles(self) -> CyclesPhase:
-        """How Cycles draws the phase function."""
+        """How Cycles draws the phase function of the first layer."""
         return cycles_phase(self.phase)
 
     @property
     def passes(self) -> list[tuple[int, ...]]:
         """The bands of each render pass."""
-        return self.bands.packed(self.cycles.bands_per_pass)
+        phases = self.cycles, *(cycles_phase(layer.phase) for layer in self.column.below)
+        return self.bands.packed(min(phase.bands_per_pass for phase in phases))
 
     @property
     def radiance_units(self) -> str:
@@ -68,7 +70,8 @@ class RenderPlan(ResolvedOptics):
     @property
     def notes(self) -> tuple[str, ...]:
         """Caveats of the data and of the renderer."""
-        notes = (*self.water.caveats_at(self.bands.centres), *self.cycles.notes)
+        caveats = [text for x in self.waters.layers for text in x.caveats_at(self.bands.centres)]
+        notes = (*dict.fromkeys(caveats), *self.cycles.notes)
         if self.reference is not None and self.inelastic is not None:
             notes += ("optimised bands do not expect inelastic light; its colour may be off",)
         return notes
@@ -87,6 +90,11 @@ class RenderPlan(ResolvedOptics):
                 values[name] = reflectance.at(self.bands.centres)
         return PassValues.of_column(self.column, self.cycles.shares).with_values(values)
 
+    @property
+    def most_bands(self) -> int:
+        """Bands that EEVEE draws in one pass."""
+        return MOST_BANDS if self.settings.field == SOLVED else MOST_CLOSED_FORM_BANDS
+
     def realtime(
         self,
         scene: bpy.types.Scene,
@@ -98,8 +106,11 @@ class RenderPlan(ResolvedOptics):
             material.name: reflectance.at(self.bands.centres)
             for material, reflectance in band_colors.measured_reflectances(scene)
         }
+        solved = None
+        if self.settings.field == SOLVED:
+            solved = self.solved_field(TABLE_STREAMS)
         return realtime_water(
-            self.column, self.phase, depth, weights, aureole=self.settings.aureole,
+            self.column, self.phase, depth, weights, solved=solved,
             shafts=self.settings.shafts, diffuse_shadows=self.settings.diffuse_shadows,
             reflectances=reflectances, inelastic=self.inelastic,
         )  # fmt: skip
@@ -128,8 +139,17 @@ class RenderPlan(ResolvedOptics):
                 "floor_reflectance": column.floor_reflectance.tolist(),
                 "radiance_units": self.radiance_units,
             },
+            "deeper_layers": [
+                {
+                    "top_m": layer.top,
+                    "water": water.name,
+                    "absorption_per_m": layer.absorption.tolist(),
+                    "scattering_per_m": layer.scattering.tolist(),
+                }
+                for layer, water in zip(column.below, self.waters.layers[1:], strict=True)
+            ],
             "sources": {
-                "water": self.water.source,
+                "water": "; ".join(dict.fromkeys(x.source for x in self.waters.layers)),
                 "illuminant": self.illuminant.source,
                 "sensor": f"{self.sensor.source} ({self.sensor.licence})",
             },
@@ -151,7 +171,8 @@ def make_plan(settings: SceneSettings) -> RenderPlan:
         reach the bands.
     """
     optics = resolve(description_of(settings))
-    optics.water.warn_doubts(optics.bands.centres)
+    for water in optics.waters.layers:
+        water.warn_doubts(optics.bands.centres)
     return _plan(settings, optics)
 
 
@@ -208,6 +229,7 @@ def description_of(settings: SceneSettings) -> Description:
             settings.sun_azimuth,
             settings.sky_radiance,
             settings.irradiance == "above",
+            settings.sky,
         ),
         SurfaceDescription(settings.surface, settings.refractive_index),
         FloorDescription(settings.floor_depth or math.inf, settings.floor_reflectance),

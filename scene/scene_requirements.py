@@ -27,7 +27,6 @@ from ..uw_spectral.transfer.water_column import WaterColumn
 from . import moving_surface, scene_water
 from .cameras import camera_depth
 from .ray_casting import Meshes
-from .realtime import MOST_BANDS
 from .render_plan import RenderPlan, forget_files, plan_of, quiet
 from .settings import EQUAL, OPTIMISED, REALTIME, Job, SceneSettings
 
@@ -332,7 +331,7 @@ def _choices(chosen: SceneSettings, method: str, keep: frozenset[str]) -> list[B
         bands = {}
         plan = plan_of(plain)
         return [BandChoice(f"{len(plan.bands)}, as given", _optics(plan, 0.0), bands)]
-    most = MOST_BANDS if method == REALTIME else BAND_COUNTS[-1]
+    most = plan_of(plain).most_bands if method == REALTIME else BAND_COUNTS[-1]
     found = []
     for placement, counts in ((EQUAL, BAND_COUNTS), (OPTIMISED, OPTIMISED_COUNTS)):
         if "band_placement" in keep and placement != chosen.band_placement:

@@ -10,6 +10,7 @@ from typing import Literal, NoReturn
 
 from ..uw_spectral.errors import InputError
 from ..uw_spectral.spectra.colour_rendering import WHITE_BALANCES, WhiteBalance
+from ..uw_spectral.transfer.sky import SKIES, UNIFORM
 from ..uw_spectral.transfer.water_column import SURFACES
 from ..uw_spectral.water import measured
 
@@ -19,6 +20,7 @@ Mode = Literal["bands", "realtime"]
 AUTO = "auto"
 BANDS, REALTIME = "bands", "realtime"
 EQUAL, OPTIMISED = "equal", "optimised"
+SOLVED, CLOSED_FORM = "solved", "closed-form"
 DEFAULT_PHASE = "mixture"
 CONSTITUENTS = "constituents"
 _AMOUNTS = ("chlorophyll", "cdom", "minerals", "detritus")
@@ -181,9 +183,16 @@ class SceneSettings:
         limits=(0.0, 10.0),
         animatable=True,
     )
+    sky: str = _setting(
+        UNIFORM,
+        "Where the sky is bright: uniform; overcast, three times as bright overhead as at the "
+        "horizon; clear, around the sun and towards the horizon",
+        choices=SKIES,
+    )
     sky_radiance: float = _setting(
         0.0,
-        "Radiance of a uniform sky in air, as a share of the illuminant, per steradian",
+        "Radiance in air of the uniform sky that brings as much light, as a share of the "
+        "illuminant, per steradian",
         limits=(0.0, 1e6),
         animatable=True,
     )
@@ -204,7 +213,11 @@ class SceneSettings:
     bounces: int = _setting(
         64, "Times that Cycles scatters or reflects light at most", limits=(1, 1024)
     )
-    aureole: bool = _setting(True, "EEVEE: spread sunlight by many scatterings at small angles")
+    field: str = _setting(
+        SOLVED,
+        "EEVEE: light scattered many times, solved once per water and looked up, or in closed form",
+        choices=(SOLVED, CLOSED_FORM),
+    )
     shafts: bool = _setting(
         False,
         "EEVEE: draw single scattering as a volume, so that things cast shadows in the water",

@@ -25,9 +25,8 @@ def _plain_switches(scene: bpy.types.Scene) -> None:
     """From 1 to 2: switches are booleans of the scene; turbidity is called scattering factor."""
     group, panel = getattr(scene, optics.PROPERTY), getattr(scene, property_group.PROPERTY)
     stored, of_panel = group.bl_system_properties_get(), panel.bl_system_properties_get()
-    for name in ("aureole", "diffuse_shadows"):
-        if name in stored:  # they were the words "on" and "off", by their places
-            setattr(group, name, stored[name] == 0)
+    if "diffuse_shadows" in stored:  # it was the words "on" and "off", by their places
+        group.diffuse_shadows = stored["diffuse_shadows"] == 0
     if "shafts" in of_panel:
         group.shafts = bool(of_panel["shafts"])
         del of_panel["shafts"]

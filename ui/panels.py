@@ -243,6 +243,7 @@ class SunPanel(_SubPanel, bpy.types.Panel):
         column.prop(water, "sun_zenith", text="Zenith (°)")
         column.prop(water, "sun_azimuth", text="Azimuth (°)")
         column.prop(water, "irradiance", text="Given")
+        column.prop(water, "sky")
         column.prop(water, "sky_radiance", text="Sky (1/sr)")
         column.prop(water, "refractive_index", text="Index")
 
@@ -298,6 +299,8 @@ class QualityPanel(_SubPanel, bpy.types.Panel):
         engine = METHODS[panel.quality.lower()].engine
         if engine == "cycles":
             column.prop(panel, "denoise")
+        if engine == "eevee":
+            column.prop(water, "field", text="Multiple scattering")
         for term in TERMS:
             if term.is_switch and engine in term.engines:
                 column.prop(water, term.setting)

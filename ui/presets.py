@@ -21,7 +21,7 @@ _SCENE = "bpy.context.scene.underwater"
 _WATER = ("water", "water_source", "chlorophyll", "cdom", "minerals", "detritus", "second_water",
           "second_water_share", "absorption_factor", "scattering_factor", "phase")  # fmt: skip
 _LOOK = (*_WATER, "floor_depth", "floor_reflectance", "surface", "illuminant", "sun_zenith",
-         "irradiance", "sky_radiance", "white_balance", "exposure")  # fmt: skip
+         "irradiance", "sky", "sky_radiance", "white_balance", "exposure")  # fmt: skip
 _CAMERA = ("sensor", "white_balance", "exposure")
 
 

@@ -20,8 +20,8 @@ from ..uw_spectral.errors import InputError
 from ..uw_spectral.water.optical_properties import JERLOV_TYPES
 
 if TYPE_CHECKING:
-    from ..scene.render_plan import RenderPlan
     from ..uw_spectral.imaging.summary import Readouts
+    from ..uw_spectral.imaging.viewpoint import Viewpoint
     from ..uw_spectral.spectra.spectrum import Spectrum
 
 SWATCH_SIZE = 64
@@ -154,21 +154,22 @@ def _fill(state: _State, pictures: Pictures, chosen: SceneSettings, depth: float
         if reference.inelastic is not None:
             pictures.inelastic = inelastic_share(fine_view, reference.inelastic)
     _show(state, "open water", _plain(pictures.readouts.swatch))
-    coefficients = {"a": plan.water.absorption, "b": plan.water.scattering}
-    coefficients["bb"] = _backscattering(reference)
-    if plan.water.diffuse_attenuation is not None:
-        coefficients["Kd"] = plan.water.diffuse_attenuation
+    water = plan.waters.at(depth)
+    coefficients = {"a": water.absorption, "b": water.scattering}
+    coefficients["bb"] = _backscattering(fine_view)
+    if water.diffuse_attenuation is not None:
+        coefficients["Kd"] = water.diffuse_attenuation
     _show(state, "water", plots.plot_coefficients(coefficients, plan.bands, PLOT_SIZE))
     _show(state, "sensor", plots.plot_sensor(plan.sensor, plan.bands, PLOT_SIZE))
     light = pictures.readouts.light_left
     _show(state, "light", plots.plot_light_left(light, plan.bands, PLOT_SIZE))
 
 
-def _backscattering(plan: RenderPlan) -> Spectrum:
+def _backscattering(view: Viewpoint) -> Spectrum:
     from ..uw_spectral.spectra.spectrum import Spectrum
 
-    values = plan.phase.backscatter_ratio * plan.column.scattering
-    return Spectrum(plan.bands.centres, values, "bb")
+    values = view.layer.phase.backscatter_ratio * view.layer.scattering
+    return Spectrum(view.column.bands.centres, values, "bb")
 
 
 def _source(chosen: SceneSettings, name: str) -> str:

@@ -8,7 +8,7 @@ so both give the same number.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -26,6 +26,8 @@ class Mathematics:
     ----------
     exp, log, sqrt, absolute : callable
         Of one operand.
+    arccos : callable
+        Of one number, -1 to 1.
     power, minimum, maximum : callable
         Of two operands; the base of ``power`` is positive.
     less : callable
@@ -39,6 +41,7 @@ class Mathematics:
     log: Callable[[Operand], Operand]
     sqrt: Callable[[Operand], Operand]
     absolute: Callable[[Operand], Operand]
+    arccos: Callable[[Operand], Operand]
     power: Callable[[Operand, Operand], Operand]
     minimum: Callable[[Operand, Operand], Operand]
     maximum: Callable[[Operand, Operand], Operand]
@@ -54,6 +57,11 @@ class Mathematics:
         return condition * if_one + (1.0 - condition) * if_zero
 
 
+def dot(one: Sequence[Operand], other: Sequence[Operand]) -> Operand:
+    """Dot product of two vectors of three components."""
+    return one[0] * other[0] + one[1] * other[1] + one[2] * other[2]
+
+
 def _interpolate(x: Operand, xs: Operand, ys: Operand) -> Operand:
     x = np.asarray(x)
     return np.interp(x, xs, ys).astype(x.dtype)
@@ -64,6 +72,7 @@ NUMPY = Mathematics(
     log=np.log,
     sqrt=np.sqrt,
     absolute=np.abs,
+    arccos=np.arccos,
     power=np.power,
     minimum=np.minimum,
     maximum=np.maximum,

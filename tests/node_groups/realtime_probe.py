@@ -9,16 +9,16 @@ from pathlib import Path
 import bpy
 import numpy as np
 from mathutils import Matrix
+from underwater_spectral.benchmarks._solved_cases import FROM_SUN, Case, LightAround
 from underwater_spectral.scene import eevee_settings, exr_output, realtime, water_body
 from underwater_spectral.tests import by_hand
 from underwater_spectral.uw_spectral.spectra.reflectance import uplift_basis
 from underwater_spectral.uw_spectral.spectra.spectral_image import read_exr
-from underwater_spectral.uw_spectral.transfer.aureole import Aureole
 from underwater_spectral.uw_spectral.transfer.closed_form import solve_closed_form
 from underwater_spectral.uw_spectral.transfer.radiance_field import under_surface
 
-WIDTH, HEIGHT = 32, 17
 COLOR = (0.8, 0.4, 0.2)
+_DEPTHS = 17
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -33,6 +33,7 @@ class View:
     angle: float = 80.0
     clip: tuple = (0.01, 100.0)
     square: tuple | None = ((-1.5, -1.8, -3.0), (3.0, 0.0, 0.0), (0.0, 1.5, -4.0))
+    size: tuple = (32, 17)
 
     @property
     def matrix(self) -> Matrix:
@@ -41,9 +42,10 @@ class View:
         )
 
     def rays(self) -> np.ndarray:
-        step = 2 * math.tan(math.radians(self.angle) / 2) / WIDTH
-        x = (np.arange(WIDTH) + 0.5 - WIDTH / 2) * step
-        y = (HEIGHT / 2 - np.arange(HEIGHT) - 0.5) * step
+        width, height = self.size
+        step = 2 * math.tan(math.radians(self.angle) / 2) / width
+        x = (np.arange(width) + 0.5 - width / 2) * step
+        y = (height / 2 - np.arange(height) - 0.5) * step
         right, up = np.meshgrid(x, y)
         rays = np.stack([right, up, -np.ones_like(right)], -1)
         rays = rays @ np.array(self.matrix.to_3x3()).T
@@ -68,8 +70,8 @@ def place(view: View) -> bpy.types.Object:
         for item in (camera, bpy.data.objects.new("Square", mesh)):
             scene.collection.objects.link(item)
         scene.camera = camera
-        scene.render.resolution_x, scene.render.resolution_y = WIDTH, HEIGHT
         scene.render.filter_size = 0.0
+    scene.render.resolution_x, scene.render.resolution_y = view.size
     camera.matrix_world = view.matrix
     camera.data.angle = math.radians(view.angle)
     camera.data.clip_start, camera.data.clip_end = view.clip
@@ -101,44 +103,100 @@ def render(water: realtime.RealtimeWater, view: View, path: Path, samples: int =
     return read_exr(path)[0].astype(np.float64)
 
 
-def hit_depth(view: View) -> np.ndarray:
-    """Depth in m at which every ray meets the plane of the square, shape (h, w)."""
+def square_ahead(view: View) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Distance in m to the square along every ray, its normal, and where it is.
+
+    1 is on it, 2 where it has an edge, 0 elsewhere.
+    """
     rays, turn = view.rays(), np.array(view.matrix.to_3x3())
+    if view.square is None:
+        return np.ones(rays.shape[:2]), np.array([0.0, 0.0, 1.0]), np.zeros(rays.shape[:2], int)
     origin, first, second = (turn @ np.array(v) for v in view.square)
     normal = np.cross(first, second)
+    normal *= -np.sign(origin @ normal) / np.linalg.norm(normal)
     with np.errstate(divide="ignore"):
-        return view.depth - rays[..., 2] * (origin @ normal) / (rays @ normal)
+        P = (origin @ normal) / (rays @ normal)
+    hit = P[..., None] * rays - origin
+    along = np.stack([hit @ e / (e @ e) for e in (first, second)], -1)
+    margin = 0.1
+    where = ((P > 0) & np.all((along > -margin) & (along < 1 + margin), axis=-1)).astype(int)
+    where += (where == 1) & ~np.all((along > margin) & (along < 1 - margin), axis=-1)
+    return P, normal, where
 
 
-def expected(column, phase, view: View, weights, *, aureole: bool = True):
+def hit_depth(view: View) -> np.ndarray:
+    """Depth in m at which every ray meets the plane of the square, shape (h, w)."""
+    return view.depth - view.rays()[..., 2] * square_ahead(view)[0]
+
+
+def expected_of_solved(column, phase, view: View, weights):
+    """Return the picture by the solution without its tables, and where the square is."""
+    field, w3 = column.solved_field(phase), view.rays()
+    w = tuple(np.moveaxis(w3, -1, 0))
+    picture = field.radiance(np.full(w3.shape[:2], view.depth), w)
+    P, normal, where = square_ahead(view)
+    seen = where == 1
+    if seen.any():
+        rays, P = tuple(part[seen] for part in w), P[seen]
+        y = view.depth - rays[2] * P
+        passed = np.exp(-column.attenuation * P[:, None])
+        lit = _lit(column, phase, y, normal) * (np.array(COLOR) @ uplift_basis(column.bands).T)
+        picture[seen] += passed * (lit / math.pi - field.radiance(y, rays))
+    return picture @ np.asarray(weights).T, where
+
+
+def errors_of_solved(column, phase, view: View, weights, path: Path):
+    """Relative errors of EEVEE away from the sun: of open water, and of the square.
+
+    EEVEE cuts the digits beyond half floats; half a step is put back.
+    """
+    solved = column.solved_field(phase)
+    seen = render(
+        realtime.realtime_water(column, phase, view.depth, weights, solved=solved), view, path
+    )
+    wanted, where = expected_of_solved(column, phase, view, weights)
+    far = view.rays() @ -column.sun_direction < math.cos(math.radians(FROM_SUN))
+    if column.reflects:
+        # A pixel across the edge of Snell's window is neither bright nor dark.
+        zenith = np.degrees(np.arccos(view.rays()[..., 2]))
+        far &= np.abs(zenith - math.degrees(math.asin(1 / column.refractive_index))) > 1.0
+    errors = np.abs(seen / wanted - 1 + 2.0**-11)
+    return [errors[far & (where == part)].ravel() for part in (0, 1)]
+
+
+def errors_of_case(case: Case, path: Path):
+    """Errors in each band of a random case, exposed so that a white patch is near 1."""
+    white = np.maximum(case.field.Ed(case.depth) / math.pi, 1e-30)
+    view = View(case.depth, case.turn, square=case.square)
+    return errors_of_solved(case.column, case.phase, view, np.diag(1.0 / white), path)
+
+
+def _lit(column, phase, y: np.ndarray, normal: np.ndarray) -> np.ndarray:
+    """Irradiance on patches at depths, shape (q, n)."""
+    field, mu_s = column.solved_field(phase), column.sun_cosine
+    depths = np.linspace(y.min(), y.max(), _DEPTHS)
+    direct = max(-(normal @ column.sun_direction), 0.0) / mu_s * column.sun_irradiance
+    E = LightAround.at(column, phase, depths).on_patch(normal)
+    E += direct * np.exp(-field.extinction * depths[:, None] / mu_s)
+    logarithms = (np.interp(y, depths, np.log(band)) for band in E.T)
+    return np.exp(np.stack(list(logarithms), axis=-1))
+
+
+def expected(column, phase, view: View, weights):
     """Return the picture by numpy, and where the square is (2 where it has an edge)."""
     w3 = view.rays()
     w = tuple(w3[..., i, None] for i in range(3))
     water = solve_closed_form(column.light_field(phase), phase, view.depth, column.sun_direction)
-    if not aureole:
-        water = dataclasses.replace(water, aureole=Aureole(1.0, (0.0,) * 3, (), ()))
 
     def background(y):
-        sky = column.sky_radiance
-        if column.surface == "flat":
-            sky = under_surface(water, w, sky, column.refractive_index)
-        return water.radiance(y, w, sky)
+        if column.surface == "none":
+            return water.radiance(y, w, column.skylight.radiance(w))
+        sky = column.skylight.seen_through(w, column.refractive_index)
+        return water.radiance(y, w, under_surface(water, w, sky, column.refractive_index))
 
     picture = background(view.depth)
-    where = np.zeros(w3.shape[:2], dtype=int)
+    P, normal, where = square_ahead(view)
     if view.square is not None:
-        turn = np.array(view.matrix.to_3x3())
-        origin, first, second = (turn @ np.array(v) for v in view.square)
-        normal = np.cross(first, second)
-        normal /= np.linalg.norm(normal)
-        with np.errstate(divide="ignore"):
-            P = (origin @ normal) / (w3 @ normal)
-        normal = normal * -np.sign(origin @ normal)
-        hit = P[..., None] * w3 - origin
-        along = np.stack([hit @ e / (e @ e) for e in (first, second)], -1)
-        margin = 0.1
-        where += (P > 0) & np.all((along > -margin) & (along < 1 + margin), axis=-1)
-        where += (where == 1) & ~np.all((along > margin) & (along < 1 - margin), axis=-1)
         P = np.where(where > 0, P, 1.0)[..., None]
         y = np.maximum(view.depth - w[2] * P, 0.0)
         cosine = -(normal @ column.sun_direction)

@@ -47,12 +47,12 @@ WEIGHTS = np.eye(3)
 PHASE = parse_phase("hg:0.9").for_bands(np.ones(3))
 
 
-def _column(zenith=30.0, **changes) -> WaterColumn:
+def _column(zenith=30.0, kind="uniform", **changes) -> WaterColumn:
     values = {"a": 0.05 * np.array([4.0, 2.0, 1.0]), "b": np.full(3, 0.1), "sky": 0.1} | changes
     return WaterColumn(
         Bands.uniform(3), values["a"], values["b"], np.ones(3), float(in_water_cosine(zenith)),
         sun_travel_direction(zenith, 160.0), np.full(3, values["sky"]), np.inf, np.zeros(3),
-        "waves", 1.34,
+        "waves", 1.34, sky=kind,
     )  # fmt: skip
 
 
@@ -170,9 +170,10 @@ def _up(now, column, view, width2=None):
     slope = _tiled(now.slopes_image(), reach * rays[..., 0], reach * rays[..., 1], SEA.tile)
     slopes, n = (slope[..., :1], slope[..., 1:2]), column.refractive_index
     width2 = now.glitter_width(n) if width2 is None else width2
-    sky = under_surface(water, w, column.sky_radiance, n, slopes=slopes)
+    sky = column.skylight.seen_through(w, n, slopes=slopes)
+    sky = under_surface(water, w, sky, n, slopes=slopes)
     ripples = Ripples(slopes, width2)
-    sky = sky + sun_glitter(water.field, water.sun, view.depth, w, n, ripples)
+    sky = sky + sun_glitter(water.beam, view.depth, w, n, ripples)
     sun = np.degrees(np.arccos(np.clip(rays @ -np.asarray(column.sun_direction), -1, 1)))
     return water.radiance(view.depth, w, sky), sun
 
@@ -187,6 +188,21 @@ def test_surface_from_below(pictures):
     print(f"\nfrom below: median, 90 %, mean: {np.round(shown, 4)}")  # noqa: T201
     assert np.median(error) < 0.01
     assert seen.mean() == pytest.approx(wanted.mean(), rel=0.03)
+
+
+def test_clear_sky_from_below(tmp_path, empty_blender):
+    """Each wave shows the part of the sky that it refracts into the view."""
+    column = _column(60.0, "clear", sky=1.0)
+    near = dataclasses.replace(UP, depth=0.3)  # where a pixel is finer than the image of slopes
+    water, now, _ = _water(column, near.depth)
+    seen = probe.render(water, near, tmp_path / "a.exr")
+    wanted, sun = _up(now, column, near)
+    even, _ = _up(now, dataclasses.replace(column, sky="uniform"), near)
+    seen, wanted, even = (picture[sun > 35.0] for picture in (seen, wanted, even))
+    error = np.abs(seen - wanted) / wanted
+    assert np.median(error) < 5e-3
+    assert seen.mean() == pytest.approx(wanted.mean(), rel=0.01)
+    assert np.median(np.abs(even - wanted) / wanted) > 0.2
 
 
 def test_image_of_the_sun(pictures):

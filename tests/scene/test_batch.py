@@ -55,6 +55,49 @@ def test_writes_picture_spectra_and_record(blend, tmp_path, capfd):
     assert "pass 2 of 2, 0 s left" in capfd.readouterr().out
 
 
+PROFILE = """# a cast
+depth_m,wavelength_nm,a,b
+0,400,0.05,0.1
+0,700,0.6,0.1
+4,400,0.3,0.4
+4,700,0.8,0.3
+"""
+
+
+def test_water_over_depth_goes_into_the_picture_and_its_record(blend, tmp_path, capsys):
+    out, table = tmp_path / "out", _csv(tmp_path, PROFILE, "profile.csv")
+    arguments = [blend, *FAST, "--bands", 2, "--water", table]
+    assert _run(*arguments, "--out", out) == 0
+    record = json.loads((out / "0001.json").read_text())
+    first = record["bands"]
+    (deeper,) = record["deeper_layers"]
+    assert deeper["top_m"] == 2.0
+    assert deeper["water"] == "profile.csv at 4 m"
+    assert first["absorption_per_m"] == pytest.approx([0.05 + 0.55 / 4, 0.05 + 0.55 * 3 / 4])
+    assert deeper["absorption_per_m"] == pytest.approx([0.425, 0.675])
+    assert deeper["scattering_per_m"] == pytest.approx([0.375, 0.325])
+    assert record["sources"]["water"] == "a cast"
+    # The camera, at 5 m, sees the deeper water, under the light that the clear one leaves.
+    alone = [row for row in PROFILE.splitlines() if not row.startswith("0,")]
+    table = _csv(
+        tmp_path, "\n".join(row.removeprefix("4,") for row in alone).replace("depth_m,", "")
+    )
+    assert _run(blend, *FAST, "--bands", 2, "--water", table, "--out", tmp_path / "alone") == 0
+    layered, alone = (
+        read_spectral_exr(folder / "0001_spectral.exr")[0].mean(axis=(0, 1))
+        for folder in (out, tmp_path / "alone")
+    )
+    assert np.all(layered > 1.2 * alone)
+    capsys.readouterr()
+    for options in (
+        ["--engine", "eevee"],
+        ["--quality", "final"],
+        ["--band-placement", "optimised"],
+    ):
+        assert _run(*arguments, *options, "--out", tmp_path / "refused") == 2
+        assert "one layer only, and this has 2; use --engine cycles" in capsys.readouterr().err
+
+
 def test_scene_is_as_before(blend, tmp_path):
     bpy.ops.wm.open_mainfile(filepath=str(blend))
     before = snapshot.snapshot()

@@ -3,13 +3,24 @@
 from __future__ import annotations
 
 import bpy
+import numpy as np
 import pytest
 from underwater_spectral.node_groups import uplift
-from underwater_spectral.scene import cycles_water, scene_water, water_body
+from underwater_spectral.scene import cycles_water, pass_values, scene_water, water_body
 from underwater_spectral.tests.scene import columns, scenes, snapshot
 from underwater_spectral.uw_spectral.errors import InputError
+from underwater_spectral.uw_spectral.transfer.water_column import DeeperWater
+from underwater_spectral.uw_spectral.water.phase import parse_phase
 
 FLAT = {"surface": "flat", "refractive_index": 1.34, "floor_depth": 9.0}
+
+
+def _deeper(*tops, phase="hg:0.8"):
+    phase = parse_phase(phase).for_bands(np.ones(3))
+    return tuple(DeeperWater(top, 0.2 * top, 0.5, phase) for top in tops)
+
+
+LAYERS = {"below": _deeper(2.0, 6.0)}
 
 
 def _add(scene, **changes):
@@ -18,7 +29,7 @@ def _add(scene, **changes):
     return cycles_water.add_water(scene, column, columns.henyey_greenstein(0.8), extent)
 
 
-@pytest.mark.parametrize("changes", [{}, FLAT])
+@pytest.mark.parametrize("changes", [{}, FLAT, FLAT | LAYERS])
 def test_removal_restores_every_value(changes):
     scene = scenes.varied_scene()
     before = snapshot.snapshot()
@@ -29,6 +40,13 @@ def test_removal_restores_every_value(changes):
     scene_water.remove(scene)
     assert len(snapshot.differences(before, during)) > 100
     assert snapshot.differences(before, snapshot.snapshot()) == []
+
+
+@pytest.mark.parametrize("changes", [{}, FLAT])
+def test_sunlight_is_not_left_to_rays_that_an_interface_turns_away(empty_blender, changes):
+    _add(empty_blender, **changes)
+    (sun,) = (o for o in scene_water.objects(empty_blender) if o.get(scene_water.IS_SUN))
+    assert sun.data.cycles.use_multiple_importance_sampling == (not changes)
 
 
 def test_removal_after_save_and_load(tmp_path):
@@ -91,3 +109,57 @@ def test_deep_clear_water_has_a_bound():
     extent = water_body.water_extent(scene, columns.grey_column(0.0, 0.0), 5.0)
     assert 1000.0 <= extent.half_width <= 6000.0
     assert extent.bottom <= 6000.0
+
+
+def _boxes(scene):
+    boxes = [item for item in scene_water.objects(scene) if item.name.startswith("UW Water")]
+    heights = [[corner[2] for corner in item.bound_box] for item in boxes]
+    return sorted((-max(z), -min(z)) for z in heights)
+
+
+@pytest.mark.parametrize(("changes", "top"), [({}, 0.0), (FLAT, 0.01 * 2 / 3)])
+def test_layers_lie_upon_each_other_without_a_gap_or_a_common_face(changes, top):
+    scene = scenes.varied_scene()
+    _add(scene, **changes, below=_deeper(2.0, 6.0, 1e5))
+    boxes = _boxes(scene)
+    assert len(boxes) == 3  # the fourth lies below all that can be seen
+    assert boxes[0][0] == pytest.approx(top)
+    for y, (_, end), (start, _) in zip((2.0, 6.0), boxes[:-1], boxes[1:], strict=True):
+        assert y < start < end < y + 2e-3
+
+
+def test_each_layer_reads_its_own_coefficients():
+    scene = scenes.varied_scene()
+    below = _deeper(2.0) + _deeper(6.0, phase="tthg:0.9,-0.5,0.75")
+    column = columns.grey_column(0.1, 0.3, below=below)
+    values = pass_values.PassValues.of_column(column).values
+    by_layer = [("uw_absorption_0", 0.1), ("uw_scattering_0_0", 0.3)]
+    by_layer += [("uw_absorption_1", 0.4), ("uw_scattering_1_0", 0.5)]
+    by_layer += [
+        ("uw_absorption_2", 1.2),
+        ("uw_scattering_2_0", 0.375),
+        ("uw_scattering_2_1", 0.125),
+    ]
+    for name, value in by_layer:
+        np.testing.assert_allclose(values[name], value)
+    cycles_water.add_water(
+        scene, column, columns.henyey_greenstein(0.8), water_body.water_extent(scene, column, 5.0)
+    )
+    read = {
+        node.attribute_name
+        for item in scene_water.objects(scene)
+        for slot in item.material_slots
+        for node in slot.material.node_tree.nodes
+        if node.type == "ATTRIBUTE"
+    }
+    assert read == {name for name, _ in by_layer}
+
+
+def test_water_reaches_as_far_as_in_its_clearest_layer():
+    scene = scenes.varied_scene()
+    clear, turbid = (
+        water_body.water_extent(scene, columns.grey_column(a, 0.5), 5.0).half_width
+        for a in (0.1, 1.0)
+    )
+    layered = columns.grey_column(1.0, 0.5, below=_deeper(0.5))
+    assert clear == water_body.water_extent(scene, layered, 5.0).half_width > turbid

@@ -11,7 +11,6 @@ from underwater_spectral.scene import (
     batch,
     engines,
     moving_surface,
-    realtime,
     render_plan,
     water_body,
 )
@@ -56,7 +55,7 @@ def test_more_bands_than_one_shader_carries_add_up(tmp_path, monkeypatch):
     common = [blend, "--engine", "eevee", "--mode", "realtime", "--phase", "hg:0.8", "--samples", 1]
     common += ["--floor-depth", 8, "--floor-reflectance", 0.3, "--bands", 5]
     assert _run(*common, "--out", tmp_path / "whole") == 0
-    monkeypatch.setattr(realtime, "MOST_BANDS", 3)
+    monkeypatch.setattr(render_plan, "MOST_BANDS", 3)
     assert _run(*common, "--out", tmp_path / "parts") == 0
     assert len(list((tmp_path / "parts" / "passes" / "0001").glob("*.exr"))) == 2
     whole, parts = (

@@ -7,8 +7,8 @@ import functools
 import bpy
 import numpy as np
 import pytest
-from underwater_spectral.node_groups import realtime_values
-from underwater_spectral.scene import live, realtime, stored_settings
+from underwater_spectral.node_groups import realtime_tables, realtime_values
+from underwater_spectral.scene import live, realtime, scene_water, stored_settings
 from underwater_spectral.scene.render_plan import make_plan, plan_of
 from underwater_spectral.scene.session import is_live
 from underwater_spectral.tests.scene import scenes, snapshot
@@ -43,10 +43,18 @@ def _shown(name="camera depth"):
 
 
 def _numbers():
-    """Every number of UW Values."""
+    """Every number of UW Values, and of the tables."""
     nodes = bpy.data.node_groups[realtime_values.NAME].nodes
     sockets = [s for n in nodes for s in (*n.inputs, *n.outputs) if hasattr(s, "default_value")]
-    return np.concatenate([np.ravel(s.default_value) for s in sockets])
+    return np.concatenate([*(np.ravel(s.default_value) for s in sockets), _texels()])
+
+
+def _texels():
+    """All of the tables of the water in the scene."""
+    image = scene_water.part(bpy.context.scene, "uw_table")
+    found = np.empty(len(image.pixels), np.float32)
+    image.pixels.foreach_get(found)
+    return found
 
 
 def _groups():
@@ -54,20 +62,18 @@ def _groups():
 
 
 def _expected(scene, depth):
-    """Numbers that water which is added afresh has."""
+    """Water that is added afresh."""
     chosen = stored_settings.stored_settings(scene)
     plan = make_plan(chosen)
-    return plan.realtime(scene, depth, plan.reduction(depth).weights).numbers
+    return plan.realtime(scene, depth, plan.reduction(depth).weights)
 
 
 def _assert_shows(scene, depth):
     expected = _expected(scene, depth)
-    nodes = bpy.data.node_groups[realtime_values.NAME].nodes
-    for name, values in expected.bands.items():
-        found = np.array(
-            [nodes[f"{name} {i // 3}"].inputs[i % 3].default_value for i in range(len(values))]
-        )
-        assert found == pytest.approx(np.asarray(values), rel=1e-5, abs=1e-30), name
+    rows = realtime_values.rows(expected.numbers, expected.shape)
+    np.testing.assert_array_equal(
+        _texels(), realtime_tables.pixels(expected.table, rows).ravel(), strict=True
+    )
     assert _shown() == pytest.approx(depth)
 
 
@@ -117,6 +123,8 @@ def test_another_shape_builds_other_nodes():
     scene = _scene()
     live.add(scene)
     scene.underwater.bands = 5
+    _assert_shows(scene, 5.0)
+    scene.underwater.sky, scene.underwater.sky_radiance = "clear", 0.2
     _assert_shows(scene, 5.0)
     scene.underwater.floor_depth = 9.0
     assert any(o.name.startswith("UW Floor") for o in scene.objects)
@@ -384,7 +392,7 @@ def test_a_render_sees_values_that_were_written_quickly_and_keyframes(tmp_path):
 
 def test_many_bands_are_shown_with_as_many_as_a_shader_holds():
     scene = _scene()
-    scene.underwater.bands = 40
+    scene.underwater.bands = 80
     live.add(scene)
     assert not live.problem(scene)
     shape = bpy.data.node_groups[realtime_values.NAME][realtime_values.SHAPE]

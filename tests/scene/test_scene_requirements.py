@@ -160,7 +160,7 @@ def test_choice_changes_only_what_was_left_to_it():
     assert not {"surface", "samples"} & set(choice.settings)
     assert "surface" in choice.required.options
     assert choice.settings["bands"] == 3
-    assert choice.settings["aureole"] is False
+    assert choice.settings["diffuse_shadows"] is False
     assert "shafts" not in choice.settings
     fixed = _choose(
         scene, camera, [*options, "--bands", "5"], target=8.0, keep=frozenset(["bands"])
@@ -188,31 +188,29 @@ def test_an_edited_file_counts_for_the_next_choice(tmp_path, monkeypatch):
 
 def test_terms_that_are_given_stay():
     scene, camera = _scene()
-    options = ["--engine", "eevee", "--bands", "4", "--no-aureole", "--shafts", "--surface", "flat"]
-    options += ["--inelastic", ""]
+    options = ["--engine", "eevee", "--bands", "4", "--no-diffuse-shadows", "--shafts"]
+    options += ["--surface", "flat", "--inelastic", ""]
     keep = settings.auto(settings.parse([*options, "--target-delta-e", "8"])).keep
     choice = _choose(scene, camera, options, target=8.0, keep=keep)
     assert choice.required.options == {"shafts", "surface"}
     lines = {line.split(";")[0] for line in choice.lines}
     assert {
-        "aureole: off, as given",
         "shafts: on, as given",
-        "diffuse shadows: off",
+        "diffuse shadows: off, as given",
         "surface with Snell's window: on, as given",
     } <= lines
     assert not any(line.startswith(("waves", "inelastic")) for line in lines)
-    assert not {"aureole", "shafts", "surface", "inelastic"} & set(choice.settings)
-    assert choice.settings["diffuse_shadows"] is False
+    assert not {"diffuse_shadows", "shafts", "surface", "inelastic"} & set(choice.settings)
 
 
 def test_cycles_has_terms_that_are_switches_of_eevee():
     scene, camera = _scene()
-    options = ["--engine", "cycles", "--bands", "4", "--no-aureole"]
-    keep = frozenset(["bands", "aureole"])
+    options = ["--engine", "cycles", "--bands", "4", "--no-diffuse-shadows"]
+    keep = frozenset(["bands", "diffuse_shadows"])
     choice = _choose(scene, camera, options, target=8.0, keep=keep)
-    assert "aureole" in choice.required.options
-    assert not {"aureole", "shafts", "diffuse_shadows"} & set(choice.settings)
-    assert not any(line.startswith("aureole") for line in choice.lines)
+    assert "diffuse_shadows" in choice.required.options
+    assert not {"shafts", "diffuse_shadows"} & set(choice.settings)
+    assert not any(line.startswith("diffuse shadows") for line in choice.lines)
 
 
 def test_frames_along_the_path_are_looked_at():

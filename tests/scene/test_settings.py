@@ -66,6 +66,7 @@ def test_help_names_every_kind_of_water():
         (["--bands", "nan"], "--bands"),
         (["--sky-radiance", "nan"], "--sky-radiance: nan is outside"),
         (["--surface", "rough"], "--surface"),
+        (["--sky", "stormy"], "--sky"),
         (["--colour=red"], "unrecognized arguments: --colour=red; see --help"),
         (["--range", "700", "400"], "--range: 700 to 400 nm is empty"),
     ],

@@ -59,13 +59,13 @@ def test_switches_and_turbidity_of_version_1_keep_their_meaning():
     water.water, panel.version = "jerlov:III", 1
     stored, of_panel = water.bl_system_properties_get(), panel.bl_system_properties_get()
     # As version 1 stored them: words by their places, and a name of its own.
-    stored["aureole"], stored["diffuse_shadows"], stored["turbidity"] = 1, 0, 1.75
+    stored["diffuse_shadows"], stored["turbidity"] = 0, 1.75
     of_panel["shafts"] = True
     water.keyframe_insert("scattering_factor", frame=3)
     (curve,) = migration._curves(scene)
     curve.data_path = "underwater.turbidity"
     migration.migrate(scene)
-    assert (water.aureole, water.diffuse_shadows, water.shafts) == (False, True, True)
+    assert (water.diffuse_shadows, water.shafts) == (True, True)
     assert water.scattering_factor == 1.75
     assert curve.data_path == "underwater.scattering_factor"
     assert "turbidity" not in water.bl_system_properties_get()

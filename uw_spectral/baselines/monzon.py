@@ -12,7 +12,7 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..transfer.closed_form import attenuated_path
+from ..transfer.path_integral import attenuated_path
 from ..transfer.radiance_field import distance_in_water
 
 

@@ -13,7 +13,6 @@ from ..errors import InputError
 from ..spectra.bands import Bands
 from ..spectra.colour_rendering import delta_e_CIE2000_images
 from ..spectra.reflectance import colorchecker_reflectance
-from ..transfer.pixel import Pixel
 from .viewpoint import Viewpoint
 
 PATCHES = ("white 9.5 (.05 D)", "dark skin", "foliage", "orange", "red", "yellow")
@@ -73,8 +72,7 @@ def colour_error(view: Viewpoint, reference: Viewpoint, distance: float = 2.0) -
 def _developed_colours(view: Viewpoint, distance: float) -> NDArray[np.float64]:
     """Scene-linear colours of the open water and of the patches before it."""
     patches = _patch_reflectances(view.column.bands) * view.light / math.pi
-    water = view.path_radiance, view.depth, view.level
-    seen = Pixel(*water, distance, patches, view.background).total
+    seen = view.seen_level(patches, distance)
     return view.reduction.apply(np.vstack([view.background, seen]))
 
 

@@ -14,9 +14,11 @@ from ..spectra.colour_rendering import WhiteBalance
 from ..spectra.illuminant import Illuminant
 from ..spectra.sensor import Sensor
 from ..spectra.spectrum import Spectrum
+from ..transfer.sky import UNIFORM
 from ..water.bio_optics import Constituents
 from ..water.optical_properties import DEFAULT_SOURCE, Water
 from ..water.phase import PhaseModel
+from ..water.profile import WaterProfile
 
 REFERENCE_BANDS = 60
 """Bands that stand for the continuous spectrum."""
@@ -28,7 +30,7 @@ class WaterDescription:
 
     Parameters
     ----------
-    water : str, Constituents or Water
+    water : str, Constituents, Water or Profile of either
         Text as :func:`.parse_water` takes it. Constituents keep the parts of
         their phase function whatever the amounts, so that these can be animated.
     source : str
@@ -46,7 +48,7 @@ class WaterDescription:
         What changes the wavelength of light, as :func:`.parse_processes` takes it.
     """
 
-    water: str | Constituents | Water = "jerlov:IB"
+    water: str | Constituents | Water | WaterProfile = "jerlov:IB"
     source: str = DEFAULT_SOURCE
     second: str | Water = ""
     second_share: float = 0.0
@@ -67,10 +69,13 @@ class SunAndSky:
     zenith, azimuth : float
         The sun in air, degrees; the azimuth is where its light travels to, from +x towards +y.
     sky_radiance : float
-        Uniform sky, as a share of the direct light, per steradian.
+        Of the uniform sky that brings as much light, as a share of the direct light, per
+        steradian.
     above_surface : bool
         Whether the sun's irradiance is known above the surface, so that part of it is
         reflected, or just below.
+    sky : str
+        Distribution of the sky's radiance, one of :data:`.SKIES`.
     """
 
     illuminant: str | Illuminant = "d65"
@@ -78,6 +83,7 @@ class SunAndSky:
     azimuth: float = 0.0
     sky_radiance: float = 0.0
     above_surface: bool = False
+    sky: str = UNIFORM
 
 
 @dataclass(frozen=True)

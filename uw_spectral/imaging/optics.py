@@ -19,9 +19,13 @@ from ..spectra.reflectance import parse_reflectance
 from ..spectra.sensor import Sensor, parse_sensor, standard_observer
 from ..spectra.spectrum import Spectrum
 from ..surface.refraction import fresnel_reflectance, in_water_cosine, sun_travel_direction
+from ..transfer.discrete_ordinates import STREAMS
+from ..transfer.inelastic_emission import inelastic_emission
 from ..transfer.inelastic_light import InelasticLight, excitation_fields, solve_inelastic
 from ..transfer.light_field import LightField
-from ..transfer.water_column import WaterColumn
+from ..transfer.sky import UNIFORM
+from ..transfer.solved_field import SolvedField
+from ..transfer.water_column import DeeperWater, WaterColumn
 from ..water.bio_optics import Constituents, constituents_of
 from ..water.inelastic_processes import (
     EXCITATION,
@@ -29,9 +33,10 @@ from ..water.inelastic_processes import (
     inelastic_processes,
     parse_processes,
 )
-from ..water.named import parse_water
+from ..water.named import parse_uniform_water, parse_water
 from ..water.optical_properties import Water, molecular_scattering
 from ..water.phase import BandPhase, PhaseModel, SeawaterMixture, parse_phase
+from ..water.profile import Profile, WaterProfile
 from .band_selection import FittedViewpoint, optimised_bands
 from .description import (
     REFERENCE_BANDS,
@@ -49,13 +54,23 @@ _optimised_bands = functools.lru_cache(maxsize=32)(optimised_bands)
 
 
 @dataclass(frozen=True, eq=False)
+class Excitation:
+    """Processes that change the wavelength of light, and the water in the bands they start from."""
+
+    processes: tuple[InelasticProcess, ...]
+    column: WaterColumn
+    phase: BandPhase
+
+
+@dataclass(frozen=True, eq=False)
 class ResolvedOptics(ComparedByContent):
     """What a description stands for; make it with :func:`resolve`.
 
     Parameters
     ----------
     description : Description
-    water : Water
+    waters : Profile of Water
+        The layers of the water; one, where it does not differ with depth.
     illuminant : Illuminant
     sensor : Sensor
     floor : Spectrum
@@ -63,29 +78,54 @@ class ResolvedOptics(ComparedByContent):
     bands : Bands
         The n bands.
     phase : BandPhase
-        Phase function on the bands.
+        Phase function on the bands, of the first layer.
     column : WaterColumn
-    inelastic : InelasticLight, optional
-        Light of changed wavelength in the bands; None if nothing changes it.
+    excitation : Excitation, optional
+        What changes the wavelength of light, if anything does.
     reference : tuple of WaterColumn and BandPhase, optional
         The same on many bands, to which the weights of few are fitted.
     """
 
     description: Description
-    water: Water
+    waters: Profile[Water]
     illuminant: Illuminant
     sensor: Sensor
     floor: Spectrum
     bands: Bands
     phase: BandPhase
     column: WaterColumn
-    inelastic: InelasticLight | None = dataclasses.field(default=None, compare=False)
+    excitation: Excitation | None = dataclasses.field(default=None, compare=False)
     reference: tuple[WaterColumn, BandPhase] | None = None
+
+    @property
+    def water(self) -> Water:
+        """The water, or its first layer."""
+        return self.waters.layers[0]
 
     @property
     def field(self) -> LightField:
         """Light field of the column."""
         return self.column.light_field(self.phase)
+
+    @functools.cached_property
+    def inelastic(self) -> InelasticLight | None:
+        """Light of changed wavelength in the bands; None if nothing changes it."""
+        if self.excitation is None:
+            return None
+        exciting = excitation_fields(self.excitation.column, self.excitation.phase)
+        return solve_inelastic(
+            self.excitation.processes, exciting, EXCITATION, self.field, self.bands
+        )
+
+    def solved_field(self, streams: int = STREAMS) -> SolvedField:
+        """Return the light field by discrete ordinates, light of changed wavelength included."""
+        emission = None
+        if self.excitation is not None:
+            exciting = self.excitation.column.solved_field(self.excitation.phase, streams, modes=1)
+            emission = inelastic_emission(
+                self.excitation.processes, exciting, EXCITATION, self.bands
+            )
+        return self.column.solved_field(self.phase, streams, emission)
 
     def viewpoint(self, depth: float) -> Viewpoint:
         """Return the camera at a depth in m.
@@ -134,7 +174,7 @@ def resolve(description: Description) -> ResolvedOptics:
     >>> seen.colour.name
     'green'
     """
-    water = _water(description.water)
+    mixtures = _mixtures(description.water)
     light = description.light
     illuminant = light.illuminant
     if isinstance(illuminant, str):
@@ -146,8 +186,10 @@ def resolve(description: Description) -> ResolvedOptics:
     def column_and_phase(
         bands: Bands, floor_reflectance: NDArray[np.float64]
     ) -> tuple[WaterColumn, BandPhase]:
-        column = _column(description, water, illuminant, bands, floor_reflectance)
-        return column, _phase(description.water, water, bands)
+        phases = mixtures.map(lambda mixture: _phase(description.water, mixture, bands))
+        waters = mixtures.map(lambda mixture: mixture.water)
+        column = _column(description, waters, phases, illuminant, bands, floor_reflectance)
+        return column, phases.layers[0]
 
     bands, reference = description.bands, None
     if isinstance(bands, BandsDescription):
@@ -155,32 +197,33 @@ def resolve(description: Description) -> ResolvedOptics:
         if chosen.optimised and len(bands) < REFERENCE_BANDS:
             fine = Bands.uniform(REFERENCE_BANDS, chosen.start, chosen.end)
             reference = column_and_phase(fine, floor.at(fine.centres))
+            reference[0].require_one_layer("optimised bands know")
             if not chosen.wavelengths:
                 eye = Viewpoint(*reference, illuminant, standard_observer(), depth=0.0)
                 bands = _optimised_bands(chosen.count, eye).bands
     column, phase = column_and_phase(bands, floor.at(bands.centres))
-    inelastic = None
+    excitation = None
     switched_on = parse_processes(description.water.inelastic)
     if switched_on:
+        column.require_one_layer("inelastic light knows")
         # A measured floor need not reach the ultraviolet, which only excites.
         known = np.clip(EXCITATION.centres, *floor.range)
-        inelastic = solve_inelastic(
-            _processes(description.water, water, switched_on, bands),
-            excitation_fields(*column_and_phase(EXCITATION, floor.at(known))),
-            EXCITATION,
-            column.light_field(phase),
-            bands,
+        excitation = Excitation(
+            _processes(description.water, mixtures.layers[0], switched_on, bands),
+            *column_and_phase(EXCITATION, floor.at(known)),
         )
     sensor = description.camera.sensor
     if isinstance(sensor, str):
         sensor = parse_sensor(sensor)
     return ResolvedOptics(
-        description, water, illuminant, sensor, floor, bands, phase, column, inelastic, reference
-    )
+        description,
+        mixtures.map(lambda mixture: mixture.water),
+        illuminant, sensor, floor, bands, phase, column, excitation, reference,
+    )  # fmt: skip
 
 
 def make_viewpoint(
-    water: Water,
+    water: Water | WaterProfile,
     illuminant: Illuminant,
     sensor: Sensor,
     depth: float,
@@ -193,6 +236,7 @@ def make_viewpoint(
     floor_reflectance: Spectrum | str = "0.2",
     surface: str = "none",
     sky_radiance: float = 0.0,
+    sky: str = UNIFORM,
     refractive_index: float = 1.34,
     above_surface: bool = False,
     white_balance: WhiteBalance = "daylight",
@@ -204,7 +248,7 @@ def make_viewpoint(
     ----------
     water, phase
         See :class:`.WaterDescription`.
-    illuminant, sun_zenith, sun_azimuth, sky_radiance, above_surface
+    illuminant, sun_zenith, sun_azimuth, sky_radiance, above_surface, sky
         See :class:`.SunAndSky`.
     sensor, white_balance, exposure_stops
         See :class:`.CameraDescription`.
@@ -231,7 +275,7 @@ def make_viewpoint(
     """
     description = Description(
         WaterDescription(water, phase=phase),
-        SunAndSky(illuminant, sun_zenith, sun_azimuth, sky_radiance, above_surface),
+        SunAndSky(illuminant, sun_zenith, sun_azimuth, sky_radiance, above_surface, sky),
         SurfaceDescription(surface, refractive_index),
         FloorDescription(floor_depth, floor_reflectance),
         CameraDescription(sensor, white_balance, exposure_stops),
@@ -240,44 +284,48 @@ def make_viewpoint(
     return resolve(description).viewpoint(depth)
 
 
-def _water(described: WaterDescription) -> Water:
-    water = _read_water(described.water, described.source)
-    if described.second:
-        second = _read_water(described.second, described.source)
-        water = water.mixed(second, described.second_share)
-    return water.scaled(described.absorption_factor, described.scattering_factor)
+@dataclass(frozen=True)
+class _Mixture:
+    """The water of a layer, and what it is made of if it is one bio-optical water."""
+
+    water: Water
+    constituents: Constituents | None
 
 
-def _read_water(water: str | Constituents | Water, source: str) -> Water:
+def _mixtures(described: WaterDescription) -> Profile[_Mixture]:
+    water, second, known = described.water, described.second, None
     if isinstance(water, str):
-        return parse_water(water, source)
-    return water.water() if isinstance(water, Constituents) else water
+        water, known = parse_water(water, described.source), constituents_of(water)
+    if isinstance(second, str) and second:
+        second = parse_uniform_water(second, described.source)
+
+    def mixture(layer: Water | Constituents) -> _Mixture:
+        constituents = known
+        if isinstance(layer, Constituents):
+            layer, constituents = layer.water(), layer
+        if second:
+            layer, constituents = layer.mixed(second, described.second_share), None
+        scaled = layer.scaled(described.absorption_factor, described.scattering_factor)
+        return _Mixture(scaled, constituents)
+
+    return (water if isinstance(water, Profile) else Profile.uniform(water)).map(mixture)
 
 
-def _constituents(described: WaterDescription) -> Constituents | None:
-    """Return what the water is made of, if it is one bio-optical water."""
-    water = described.water
-    if described.second or isinstance(water, Water):
-        return None
-    return constituents_of(water) if isinstance(water, str) else water
-
-
-def _phase(described: WaterDescription, water: Water, bands: Bands) -> BandPhase:
-    if described.phase is None:
-        constituents = _constituents(described)
-        if constituents is not None:
-            if constituents is described.water:
-                return constituents.phase_of_fixed_parts(bands.centres)
-            return constituents.phase(bands.centres)
+def _phase(described: WaterDescription, mixture: _Mixture, bands: Bands) -> BandPhase:
+    if described.phase is None and mixture.constituents is not None:
+        if mixture.constituents is described.water:
+            return mixture.constituents.phase_of_fixed_parts(bands.centres)
+        return mixture.constituents.phase(bands.centres)
     model = SeawaterMixture() if described.phase is None else described.phase
     if isinstance(model, str):
         model = parse_phase(model)
-    return model.for_bands(water.b(bands.centres), molecular_scattering(bands.centres))
+    return model.for_bands(mixture.water.b(bands.centres), molecular_scattering(bands.centres))
 
 
 def _column(
     description: Description,
-    water: Water,
+    waters: Profile[Water],
+    phases: Profile[BandPhase],
     illuminant: Illuminant,
     bands: Bands,
     floor_reflectance: NDArray[np.float64],
@@ -288,10 +336,14 @@ def _column(
     transmitted = 1.0
     if light.above_surface:
         transmitted -= float(fresnel_reflectance(math.cos(math.radians(zenith)), index))
+    first, *deeper = (
+        DeeperWater(top, water.a(bands.centres), water.b(bands.centres), phase)
+        for top, water, phase in zip(waters.tops, waters.layers, phases.layers, strict=True)
+    )
     return WaterColumn(
         bands=bands,
-        absorption=water.a(bands.centres),
-        scattering=water.b(bands.centres),
+        absorption=first.absorption,
+        scattering=first.scattering,
         sun_irradiance=direct * transmitted,
         sun_cosine=float(in_water_cosine(zenith, index)),
         sun_direction=sun_travel_direction(zenith, light.azimuth, index),
@@ -300,6 +352,8 @@ def _column(
         floor_reflectance=floor_reflectance,
         surface=surface.kind,
         refractive_index=index,
+        below=tuple(deeper),
+        sky=light.sky,
     )
 
 
@@ -310,15 +364,15 @@ def _listed_or_equal(described: BandsDescription) -> Bands:
 
 
 def _processes(
-    described: WaterDescription, water: Water, switched_on: tuple[str, ...], bands: Bands
+    described: WaterDescription, mixture: _Mixture, switched_on: tuple[str, ...], bands: Bands
 ) -> tuple[InelasticProcess, ...]:
-    constituents = _constituents(described)
+    constituents = mixture.constituents
     if constituents is None:
         fluorescent = [name for name in switched_on if name != "raman"]
         if fluorescent:
             raise InputError(
                 f"inelastic light: {', '.join(fluorescent)} needs one water of known "
-                f"constituents, bio: or case: or its amounts, not {water.name}"
+                f"constituents, bio: or case: or its amounts, not {mixture.water.name}"
                 + ("; leave the second water out" if described.second else "")
             )
         constituents = Constituents()

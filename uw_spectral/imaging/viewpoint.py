@@ -8,7 +8,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from ..content import ComparedByContent
 from ..errors import InputError
@@ -22,8 +22,10 @@ from ..spectra.colour_rendering import (
 from ..spectra.illuminant import Illuminant
 from ..spectra.sensor import Sensor
 from ..transfer.closed_form import ClosedForm, solve_closed_form
+from ..transfer.discrete_ordinates import Layer
 from ..transfer.light_field import LightField
-from ..transfer.water_column import WaterColumn
+from ..transfer.pixel import Pixel
+from ..transfer.water_column import FEW_STREAMS, WaterColumn
 from ..water.phase import BandPhase
 
 
@@ -68,13 +70,23 @@ class Viewpoint(ComparedByContent):
 
     @functools.cached_property
     def field(self) -> LightField:
-        """Light field of the column."""
+        """Closed-form light field of a column of one layer."""
         return self.column.light_field(self.phase)
 
     @functools.cached_property
     def light(self) -> NDArray[np.float64]:
         """Downwelling irradiance Ed at the camera's depth, shape (n,)."""
-        return self.field.Ed(self.depth)
+        return self.column.Ed(self.depth, self.phase)
+
+    @functools.cached_property
+    def layer(self) -> Layer:
+        """Water at the camera's depth."""
+        return self.column.layer_at(self.depth, self.phase)
+
+    @functools.cached_property
+    def attenuation(self) -> NDArray[np.float64]:
+        """Extinction c at the camera's depth, 1/m, shape (n,)."""
+        return self.layer.absorption + self.layer.scattering
 
     @functools.cached_property
     def path_radiance(self) -> ClosedForm:
@@ -91,7 +103,19 @@ class Viewpoint(ComparedByContent):
     @functools.cached_property
     def background(self) -> NDArray[np.float64]:
         """Radiance of the open water along :attr:`level`, shape (n,)."""
+        if self.column.below:
+            field = self.column.solved_field(self.phase, FEW_STREAMS)
+            return field.radiance(self.depth, self.level)
         return self.path_radiance.radiance(self.depth, self.level)
+
+    def seen_level(self, L: ArrayLike, distance: ArrayLike) -> NDArray[np.float64]:
+        """Radiance of surfaces of radiance L, shape (..., n), at a distance along :attr:`level`."""
+        if self.column.below:
+            # Along a level ray the water is the same, and so is its radiance.
+            left = np.exp(-self.attenuation * np.asarray(distance))
+            return left * np.asarray(L) + (1.0 - left) * self.background
+        water = self.path_radiance, self.depth, self.level
+        return Pixel(*water, distance, L, self.background).total
 
     @functools.cached_property
     def reduction(self) -> SensorReduction:

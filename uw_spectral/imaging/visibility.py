@@ -10,12 +10,14 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..errors import InputError
 from ..spectra.sensor import standard_observer
+from ..transfer.light_field import DEEPEST_FLOOR
 from ..transfer.water_column import WaterColumn
 from ..water.phase import BandPhase
 from .viewpoint import Viewpoint
 
 LIMINAL_CONTRAST = 0.02
 """Smallest contrast that counts as visible."""
+_SHORT = 1e-3  # optical length over which a slope is taken
 
 
 def sighting_range(
@@ -89,7 +91,7 @@ def horizontal_visibility(view: Viewpoint, contrast: float = LIMINAL_CONTRAST) -
         If no light is left at that depth.
     """
     weights = standard_observer().response_in(view.column.bands)[1] * view.background
-    return sighting_range(view.column.attenuation, weights, contrast)
+    return sighting_range(view.attenuation, weights, contrast)
 
 
 def euphotic_depth(column: WaterColumn, phase: BandPhase, share: float = 0.01) -> float:
@@ -104,7 +106,7 @@ def euphotic_depth(column: WaterColumn, phase: BandPhase, share: float = 0.01) -
     column : WaterColumn
         Its bands between 400 and 700 nm count.
     phase : BandPhase
-        Phase function on its bands.
+        Phase function on its bands, of the first layer.
     share : float
         Between 0 and 1.
 
@@ -127,21 +129,25 @@ def euphotic_depth(column: WaterColumn, phase: BandPhase, share: float = 0.01) -
         raise InputError(f"share of light must lie between 0 and 1, got {share:g}")
     centres = column.bands.centres
     photons = centres * column.bands.widths * ((centres >= 400) & (centres <= 700))
-    field = dataclasses.replace(column, floor_depth=math.inf).light_field(phase)
-    wanted = share * float(field.Ed(0.0) @ photons)
+    deep = dataclasses.replace(column, floor_depth=math.inf)
+
+    def light(y: ArrayLike) -> NDArray[np.float64]:
+        return deep.Ed(y, phase) @ photons
+
+    wanted = share * float(light(0.0))
     if not wanted > 0:
         raise InputError("depth of light: no light between 400 and 700 nm enters the water")
     # Nested grids, each 8 times finer; the last cell is then almost exponential.
     low, high = 0.0, 1.0
-    while float(field.Ed(high) @ photons) > wanted:
+    while float(light(high)) > wanted:
         low, high = high, 2.0 * high
-        if high > field.y_f:
+        if high > DEEPEST_FLOOR:
             return math.inf
     for _ in range(3):
         depths = np.linspace(low, high, 9)
-        below = int(np.argmax(field.Ed(depths[:, None]) @ photons <= wanted))
+        below = int(np.argmax(light(depths) <= wanted))
         low, high = depths[below - 1], depths[below]
-    ends = np.log(field.Ed(np.array([[low], [high]])) @ photons)
+    ends = np.log(light([low, high]))
     return float(low + (high - low) * (ends[0] - math.log(wanted)) / (ends[0] - ends[1]))
 
 
@@ -150,7 +156,7 @@ def light_left(view: Viewpoint) -> NDArray[np.float64]:
 
     A band without light has 0 left.
     """
-    surface = view.field.Ed(0.0)
+    surface = view.column.Ed(0.0, view.phase)
     return np.divide(view.light, surface, out=np.zeros_like(surface), where=surface > 0)
 
 
@@ -160,6 +166,13 @@ def diffuse_attenuation(view: Viewpoint) -> NDArray[np.float64]:
     Of the project's own light field, so every water has it; near a bright
     floor it may be negative. A band without light has NaN.
     """
+    if view.column.below:
+        # The solved light has no slope in closed form: a short way, where it is exponential.
+        step = _SHORT / float(np.max(view.attenuation))
+        low = min(view.depth, view.layer.bottom - step)
+        ends = view.column.Ed([low, low + step], view.phase)
+        ratio = np.divide(*ends, out=np.full_like(ends[0], np.nan), where=ends[1] > 0)
+        return np.log(ratio) / step
     lit = view.light > 0
     slope = view.field.Ed_gradient(view.depth)
     return np.divide(-slope, view.light, out=np.full_like(slope, np.nan), where=lit)

@@ -24,7 +24,7 @@ from ..surface.refraction import (
 from ..transfer.water_column import SURFACES, WaterColumn
 from ..water.bio_optics import Constituents, constituents_of
 from ..water.inelastic_processes import parse_processes
-from ..water.named import parse_water
+from ..water.named import parse_uniform_water
 from ..water.optical_properties import Water, molecular_scattering
 from ..water.phase import BandPhase, parse_phase
 from .bio_optical import bio_optical_medium
@@ -170,7 +170,7 @@ def _water(text: str) -> Water:
     if "," in text and ":" not in text:
         a, b = _numbers("--water", text, 2)
         return Water.uniform(a, b)
-    return parse_water(text)
+    return parse_uniform_water(text)
 
 
 def _numbers(option: str, text: str, count: int | None = None) -> list[float]:

@@ -155,9 +155,10 @@ def interactions(
     Raises
     ------
     InputError
-        If the parts do not add up to the column, bands do not fit, a name
+        If the column has layers, the parts do not add up to it, bands do not fit, a name
         appears twice, or a process takes more than its absorber absorbs.
     """
+    column.require_one_layer("Monte Carlo knows")
     n = len(column.bands)
     parts = _from_phase(column, water) if isinstance(water, BandPhase) else list(water)
     for part in parts:

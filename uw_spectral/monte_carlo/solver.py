@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..errors import InputError, unknown_name
 from ..surface.refraction import fresnel_reflectance
+from ..transfer.sky import UNIFORM
 from ..transfer.water_column import WaterColumn
 from ..water.phase import BandPhase
 from . import photons as numpy_engine
@@ -22,7 +23,7 @@ from .photons import Tables, Tallies
 from .results import Estimate, Event, Light, Moments, MonteCarloResult
 
 ENGINES = ("auto", "numpy", "numba")
-SKIES = ("uniform", "cardioidal")
+SKIES = (UNIFORM, "cardioidal")
 BOUNDARY_EVENTS = ("left through the surface", "absorption by the floor")
 
 _BATCH = 20_000
@@ -192,6 +193,11 @@ class _Sky:
     def __init__(self, column: WaterColumn, shape: str) -> None:
         if shape not in SKIES:
             raise unknown_name("sky", shape, SKIES)
+        if column.sky != UNIFORM:
+            raise InputError(
+                f"Monte Carlo: the column's sky is {column.sky}; give it a uniform one, and the "
+                f"shape as sky: {', '.join(SKIES)}"
+            )
         self._column = column
         self._n = float(column.refractive_index) if column.reflects else 1.0
         if not (math.isfinite(self._n) and self._n >= 1):

@@ -35,24 +35,38 @@ def read_spectral_table(path: str | Path, columns: tuple[str, ...] = ()) -> Tabl
         What :func:`read_table` refuses, a negative number, one above 1e12, or
         wavelengths that look like micrometres.
     """
-    table = read_table(path, ("wavelength_nm", *columns))
+    return checked_spectral_table(read_table(path, ("wavelength_nm", *columns)), str(path))
+
+
+def checked_spectral_table(table: Table, place: str) -> Table:
+    """Return a table over wavelength if its numbers can be true.
+
+    Parameters
+    ----------
+    table : Table
+    place : str
+        Where it comes from, for messages.
+
+    Raises
+    ------
+    InputError
+        A negative number, one above 1e12, or wavelengths that look like micrometres.
+    """
     wavelengths = table.columns["wavelength_nm"]
     if wavelengths.max() < SHORTEST_WAVELENGTH_NM:
         raise InputError(
-            f"{path}: wavelengths {wavelengths.min():g} to {wavelengths.max():g} look like "
+            f"{place}: wavelengths {wavelengths.min():g} to {wavelengths.max():g} look like "
             "micrometres; give nanometres (multiply by 1000)"
         )
     for name, values in table.columns.items():
-        if np.any(values < 0):
-            row = int(np.argmax(values < 0))
-            raise InputError(
-                f"{path}, row {wavelengths[row]:g} nm, column {name}: {values[row]:g} is negative; "
-                "correct that row"
-            )
-        if np.any(values > LARGEST_NUMBER):
-            row = int(np.argmax(values))
-            raise InputError(
-                f"{path}, row {wavelengths[row]:g} nm, column {name}: {values[row]:g} is too large "
-                "to be true; correct that row"
-            )
+        for bad, what in (
+            (values < 0, "negative"),
+            (values > LARGEST_NUMBER, "too large to be true"),
+        ):
+            if bad.any():
+                row = int(np.argmax(bad))
+                raise InputError(
+                    f"{place}, row {wavelengths[row]:g} nm, column {name}: {values[row]:g} is "
+                    f"{what}; correct that row"
+                )
     return table

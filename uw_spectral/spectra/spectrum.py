@@ -211,7 +211,11 @@ def read_table(path: str | Path, required: tuple[str, ...] = ("wavelength_nm",))
         if line.strip() and not line.startswith("#")
     ]
     if not numbered:
-        raise InputError(f"{path} holds no table; expected the columns {', '.join(required)}")
+        raise InputError(
+            f"{path} holds no table; add a row of names"
+            + (f", {', '.join(required)}, " if required else " ")
+            + "and numbers below it"
+        )
     try:
         rows = list(csv.reader(line for _, line in numbered))
     except csv.Error as error:

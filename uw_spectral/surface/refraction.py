@@ -1,14 +1,15 @@
-"""The sun through a flat water surface: Snell's law and Fresnel reflectance."""
+"""Light through the water surface: Snell's law and Fresnel reflectance."""
 
 from __future__ import annotations
 
 import functools
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import InputError
-from ..mathematics import NUMPY, Mathematics, Operand
+from ..mathematics import NUMPY, Mathematics, Operand, dot
 
 REFRACTIVE_INDEX = 1.34
 """Of seawater against air in the visible."""
@@ -78,6 +79,43 @@ def sun_travel_direction(
     return np.array([sine * np.cos(turn), sine * np.sin(turn), -cosine])
 
 
+def direction_in_air(
+    w: Sequence[Operand],
+    normal: Sequence[Operand],
+    relative_index: Operand,
+    m: Mathematics = NUMPY,
+) -> tuple[Operand, Operand, Operand]:
+    """Direction in air of light that travels along w in the water, out of it or into it.
+
+    Parameters
+    ----------
+    w : three floats or arrays
+        Unit direction.
+    normal : three floats or arrays
+        Unit normal of the surface, on the side that w points to.
+    relative_index : float
+        Of the water against air.
+    m : Mathematics
+        Elementary functions.
+
+    Returns
+    -------
+    three floats or arrays
+        Unit direction; finite, but without meaning, where the reflection is total.
+
+    Examples
+    --------
+    >>> x, _, z = direction_in_air(sun_travel_direction(60, 0), (0, 0, -1), REFRACTIVE_INDEX)
+    >>> round(float(x), 3), round(float(z), 3)
+    (0.866, -0.5)
+    """
+    n = relative_index
+    inside = m.maximum(dot(w, normal), 0.0)
+    outside = m.sqrt(m.maximum(1.0 - n * n * (1.0 - inside * inside), 0.0))
+    x, y, z = (n * a + (outside - n * inside) * b for a, b in zip(w, normal, strict=True))
+    return x, y, z
+
+
 def fresnel_reflectance(
     cosine: Operand,
     relative_index: float = REFRACTIVE_INDEX,
@@ -132,16 +170,3 @@ def diffuse_internal_reflectance(refractive_index: float = REFRACTIVE_INDEX) -> 
     step = (1 - critical) * t * weights
     cone = np.sum(2 * cosine * fresnel_reflectance(cosine, 1 / refractive_index) * step)
     return float(critical**2 + cone)
-
-
-def diffuse_transmittance(refractive_index: float = REFRACTIVE_INDEX) -> float:
-    """Share of uniform sky irradiance that enters the water, n²(1 - R).
-
-    By reciprocity; times the sky irradiance in air it is E_sky.
-
-    Examples
-    --------
-    >>> round(diffuse_transmittance(1.34), 3)
-    0.932
-    """
-    return refractive_index**2 * (1 - diffuse_internal_reflectance(refractive_index))

@@ -3,10 +3,11 @@
 from .closed_form import ClosedForm, solve_closed_form
 from .inelastic_light import InelasticLight, solve_inelastic
 from .light_field import LightField, solve_light_field
-from .water_column import WaterColumn
+from .water_column import DeeperWater, WaterColumn
 
 __all__ = [
     "ClosedForm",
+    "DeeperWater",
     "InelasticLight",
     "LightField",
     "WaterColumn",

@@ -20,11 +20,16 @@ slightly negative backwards, where the diffuse light outweighs it.
 
 A pixel or a shader node needs few terms: e^{-fx} p, three moments that are
 kept exactly, and a few Henyey-Greenstein lobes fitted to the rest.
+
+Light solved in N streams knows the moments below N, and its forward peak is χN: the same
+formulas, with N for 2, hold for it close to the sun.
 """
 
 from __future__ import annotations
 
 import functools
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -32,12 +37,17 @@ from numpy.typing import ArrayLike, DTypeLike, NDArray
 
 from ..mathematics import NUMPY, Mathematics, Operand
 from ..water.phase import BandPhase, henyey_greenstein
+from .legendre import legendre_modes
 
 _MOMENTS = 512
 _BLUR = 4.0  # of the Legendre sum, e^{-4 (l/512)²}: 0.3°, about the radius of the sun
 # 1 - asymmetry of the lobes, in units of 1 - χ1 and widening with x.
 _WIDTHS = np.array([0.1, 0.3, 1.0, 2.0, 4.0])
 _RIDGE = 1e-6
+_WINDOW = 4.0  # of the Legendre sum close to the sun, e^{-4 (l/512)⁴}: flat where streams end
+_FADES = math.radians(10.0), math.radians(15.0)
+WIDEST = math.sin(_FADES[1] / 2) ** 2
+"""Squared sine of half the angle to the sun from which on :func:`aureole_factor` is 1."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -116,25 +126,75 @@ def solve_aureole(b: ArrayLike, phase: BandPhase, y_o: float, mu_s: float) -> Au
     return Aureole(single, tuple(smooth), tuple(weights), tuple(asymmetries))
 
 
-def moments_of_spread(chi: NDArray[np.float64], x: NDArray[np.float64]) -> NDArray[np.float64]:
+def aureole_factor(
+    water: Sequence[tuple[BandPhase, NDArray[np.float64]]], streams: int, s2: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Return p*/p where the light is solved in streams, at angles close to the sun.
+
+    Parameters
+    ----------
+    water : sequence of (BandPhase, array of shape (d, n))
+        Phase function of each layer, and scatterings along the slant paths in it.
+    streams : int
+        N, even.
+    s2 : array, shape (t,)
+        Squared sines of half the scattering angle.
+
+    Returns
+    -------
+    array, shape (t, d, n)
+        1 from 15° on; from 10° on it fades.
+    """
+    count = max(_MOMENTS, 2 * streams)
+    x = [scatterings for _, scatterings in water]
+    x[0] = np.maximum(x[0], 1e-9)
+    total = sum(x)
+    p, chi = 0.0, 0.0
+    for (phase, _), share in zip(water, np.array(x) / total, strict=True):
+        p = p + share * phase.per_steradian(s2[:, None, None])
+        moments = np.vstack([np.ones(len(phase)), phase.moments(count)])
+        chi = chi + share * moments[:, None]
+    single = np.exp(-chi[streams] * total)
+    rest = moments_of_spread(chi, total, streams) - single * chi
+    spread = np.tensordot(_legendre_terms(count, s2.tobytes()), rest, axes=(0, 0))
+    low, high = _FADES
+    close = np.clip((high - 2.0 * np.arcsin(np.sqrt(s2))) / (high - low), 0.0, 1.0)
+    # What the streams leave out of a backward peak has no place here.
+    close = close[:, None, None] * (chi[streams - 1] > 0)
+    return 1.0 + close * (single - 1.0 + spread / np.maximum(p, 1e-30))
+
+
+@functools.lru_cache(maxsize=4)
+def _legendre_terms(count: int, s2: bytes) -> NDArray[np.float64]:
+    """Terms (2l + 1)/(4π) P_l, fading out, shape (l, t), at the bytes of s2."""
+    degree = np.arange(count + 1)
+    terms = (2 * degree + 1) / (4 * np.pi) * np.exp(-_WINDOW * (degree / count) ** 4)
+    return terms[:, None] * legendre_modes(count, 1, 1.0 - 2.0 * np.frombuffer(s2))[0]
+
+
+def moments_of_spread(
+    chi: NDArray[np.float64], x: NDArray[np.float64], known: int = 2
+) -> NDArray[np.float64]:
     """Legendre moments of p*.
 
     Parameters
     ----------
     chi : array, shape (l, n)
-        Moments of the phase function from l = 0, at least three.
+        Moments of the phase function from l = 0 to ``known`` at least.
     x : array, shape (n,)
         Scatterings along the slant path.
+    known : int
+        How many moments the diffuse light knows.
 
     Returns
     -------
     array, shape (l, n)
     """
-    f = chi[2]
+    f = chi[known]
     x = np.maximum(x, 1e-9)
     lost = -np.expm1(-f * x)
     moments = (np.expm1(np.minimum(chi - f, 0) * x) + lost) / x
-    moments[:2] = chi[:2] - f + lost / x
+    moments[:known] = chi[:known] - f + lost / x
     return moments
 
 

@@ -6,6 +6,7 @@ Directions, depth and shapes are those of :mod:`.radiance_field`.
 from __future__ import annotations
 
 import dataclasses
+import functools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -18,55 +19,9 @@ from ..mathematics import NUMPY, Mathematics, Operand
 from ..water.phase import BandPhase, Mixture
 from .aureole import Aureole, solve_aureole
 from .light_field import LightField
+from .path_integral import attenuated_path
 from .radiance_field import PathField
-
-_NEAR_ZERO = 0.25  # below it phi comes from its series
-_STEP = math.exp(-_NEAR_ZERO)
-
-
-def phi(x: Operand, m: Mathematics = NUMPY) -> Operand:
-    """Return ``(1 - e^{-x})/x`` for x ≥ 0, stable in single precision.
-
-    The series serves up to 0.25 and the exact difference beyond; the two are
-    added, not chosen: each is constant where the other is valid.
-
-    Examples
-    --------
-    >>> phi(np.array([0.0, 1.0])).round(6)
-    array([1.      , 0.632121])
-    """
-    small, large = m.minimum(x, _NEAR_ZERO), m.maximum(x, _NEAR_ZERO)
-    series = 1.0 / 5040.0
-    for term in (720.0, 120.0, 24.0, 6.0, 2.0, 1.0):
-        series = 1.0 / term - small * series
-    return (_NEAR_ZERO * series + (_STEP - m.exp(-large))) / large
-
-
-def attenuated_path(
-    near: Operand,
-    far: Operand,
-    qP: Operand,
-    P: Operand,
-    m: Mathematics = NUMPY,
-) -> Operand:
-    """Return ``e^near G(q, P)``, the integral of ``e^{near - q v}`` over the path.
-
-    Parameters
-    ----------
-    near, far : float or array
-        Exponents at the camera and at the end of the path, far = near - q P.
-    qP : float or array
-        q P; q may have either sign.
-    P : float or array
-        Length of the path, m.
-    m : Mathematics
-        Elementary functions.
-
-    Notes
-    -----
-    The larger exponent is taken out, so that nothing overflows for q < 0.
-    """
-    return P * m.exp(m.maximum(near, far)) * phi(m.absolute(qP), m)
+from .sun_beam import SunBeam, half_angle2
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,6 +44,12 @@ class ClosedForm(PathField):
     phase: Mixture
     aureole: Aureole
     sun: Sequence[Operand]
+
+    @functools.cached_property
+    def beam(self) -> SunBeam:
+        """The direct sun."""
+        f = self.field
+        return SunBeam(f.b, f.c, f.cp, f.E, f.mu_s, f.y_f, self.phase, self.sun)
 
     def astype(self, dtype: DTypeLike) -> ClosedForm:
         """Return the coefficients in another floating-point precision."""
@@ -158,40 +119,13 @@ class ClosedForm(PathField):
 
         Subtract it from :meth:`path` where shafts of light are drawn apart.
         """
-        f = self.field
-        w_y = -w[2]
-        P, y_e = self._end_of_path(y_o, w, P, m)
-        cs = f.c / f.mu_s
-        return self._sun_source(w, m) * attenuated_path(
-            -cs * y_o, -cs * y_e - f.c * P, (f.c + cs * w_y) * P, P, m
-        )  # fmt: skip
-
-    def single_scattering_at(
-        self,
-        y: Operand,
-        w: Sequence[Operand],
-        v: Operand,
-        m: Mathematics = NUMPY,
-    ) -> Operand:
-        """Integrand of :meth:`single_scattering` at depth y and distance v, per metre."""
-        f = self.field
-        return self._sun_source(w, m) * m.exp(-f.c * (y / f.mu_s + v))
-
-    def _sun_source(self, w: Sequence[Operand], m: Mathematics) -> Operand:
-        """Sunlight scattered once towards the camera, per metre, before any attenuation."""
-        f = self.field
-        return f.b * self.phase.per_steradian(self._s2(w, m), m) * f.E / f.mu_s
-
-    def _s2(self, w: Sequence[Operand], m: Mathematics) -> Operand:
-        """Squared sine of half the angle by which sunlight turns to reach the camera."""
-        x, y, z = (w[i] + self.sun[i] for i in range(3))
-        return m.clamp((x * x + y * y + z * z) / 4.0, 1e-14, 1.0)
+        return self.beam.scattered_once(y_o, w, P, m)
 
     def _source(self, w: Sequence[Operand], m: Mathematics) -> tuple[Operand, Operand, Operand]:
         """Strength m1, m2, m3 of the three exponentials of depth along w."""
         f = self.field
         w_y = -w[2]
-        s2 = self._s2(w, m)
+        s2 = half_angle2(w, self.sun, m)
         cosine = 1.0 - 2.0 * s2
         spread = self.aureole.spread(self.phase.per_steradian(s2, m), s2, m)
         diffuse = f.bp / (4.0 * math.pi)

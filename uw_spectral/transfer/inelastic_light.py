@@ -20,11 +20,11 @@ from numpy.typing import NDArray
 from ..errors import InputError
 from ..mathematics import NUMPY, Mathematics, Operand
 from ..spectra.bands import Bands
-from ..surface.refraction import diffuse_transmittance, fresnel_reflectance
-from ..water.inelastic_processes import InelasticProcess
+from ..surface.refraction import fresnel_reflectance
+from ..water.inelastic_processes import InelasticProcess, energy_matrix
 from ..water.phase import BandPhase
-from .closed_form import attenuated_path
 from .light_field import DEEPEST_FLOOR, LightField, solve_light_field
+from .path_integral import attenuated_path
 from .radiance_field import PathField
 from .water_column import WaterColumn
 
@@ -172,7 +172,7 @@ def excitation_fields(column: WaterColumn, phase: BandPhase) -> tuple[LightField
         column.scattering,
         phase.chi1,
         phase.chi2,
-        math.pi * column.sky_radiance * diffuse_transmittance(n),
+        math.pi * column.sky_radiance * column.skylight.transmittance(n),
         _skylight_cosine(n),
         R=field.R,
         r=column.floor_reflectance,
@@ -229,23 +229,14 @@ def solve_inelastic(
     Neglected: the small anisotropy of Raman scattering, light that changes its
     wavelength twice, and what the events take from the excitation.
     """
-    shape = (len(excitation), len(emission))
-    for process in processes:
-        if process.photons.shape != shape:
-            raise InputError(
-                f"inelastic {process.name}: the matrix has shape {process.photons.shape} for "
-                f"{shape[0]} excitation and {shape[1]} emission bands"
-            )
+    matrix = energy_matrix(processes, excitation, emission)
+    shape = matrix.shape
     f = emission_field
     exciting = [excitation_field] if isinstance(excitation_field, LightField) else excitation_field
     if np.shape(f.k) != shape[1:] or any(
         x.y_f != f.y_f or np.shape(x.k) != shape[:1] for x in exciting
     ):
         raise InputError("inelastic light: the two light fields are not of one water column")
-    matrix = np.zeros(shape)
-    for process in processes:
-        matrix += process.energy_matrix(excitation, emission)
-
     ct = f.k / f.h
     terms: list[DepthExponential] = []
 

@@ -17,15 +17,16 @@ import functools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Protocol
 
 from ..mathematics import NUMPY, Mathematics, Operand
 from .closed_form import ClosedForm
 from .inelastic_light import InelasticLight
-from .light_field import LightField
-from .radiance_field import RadianceField, Ripples, sun_glitter, under_surface
+from .radiance_field import PathLight, RadianceField, Ripples, sun_glitter, under_surface
+from .sky import BLACK, Sky
 
 
-def forward_scattered_share(water: RadianceField, P: Operand, m: Mathematics = NUMPY) -> Operand:
+def forward_scattered_share(water: PathLight, P: Operand, m: Mathematics = NUMPY) -> Operand:
     """Share of the background that reaches the camera scattered forward, over distance P."""
     return m.maximum(m.exp(-water.cp * P) - m.exp(-water.c * P), 0.0)
 
@@ -36,8 +37,8 @@ class Pixel:
 
     Parameters
     ----------
-    water : RadianceField
-        Of the undisturbed water.
+    water : PathLight
+        The undisturbed water.
     y_o : float or array
         Depth of the camera, m.
     w : three floats or arrays
@@ -56,7 +57,7 @@ class Pixel:
         Share of the pixel that what is seen fills; ``L_end`` is multiplied by it already.
     """
 
-    water: RadianceField
+    water: PathLight
     y_o: Operand
     w: Sequence[Operand]
     P: Operand
@@ -138,8 +139,23 @@ class SurfaceLight:
         return sun_response * self.direct + albedo / math.pi * wide
 
 
+class PatchLight(Protocol):
+    """What knows the irradiance on a patch."""
+
+    def surface_irradiance(
+        self,
+        y: Operand,
+        sun_cosine: Operand,
+        up: Operand,
+        m: Mathematics = NUMPY,
+        openness: Operand = None,
+    ) -> tuple[Operand, Operand, Operand]:
+        """Irradiance: direct sun, sun scattered forward, the rest."""
+        ...
+
+
 def surface_light(
-    light: LightField,
+    light: PatchLight,
     y: Operand,
     up: Operand,
     m: Mathematics = NUMPY,
@@ -151,7 +167,7 @@ def surface_light(
 
     Parameters
     ----------
-    light : LightField
+    light : PatchLight
     y, up : float or array
     m : Mathematics
         Elementary functions.
@@ -172,8 +188,8 @@ class UndisturbedWater:
     ----------
     elastic : ClosedForm
         Its light.
-    sky : float or array
-        Radiance of the sky, in air.
+    sky : Sky
+        The sky, in air; black by default.
     index : float, optional
         Index of the water against air; without one there is no surface that reflects.
     inelastic : InelasticLight, optional
@@ -183,7 +199,7 @@ class UndisturbedWater:
     """
 
     elastic: ClosedForm
-    sky: Operand = 0.0
+    sky: Sky = BLACK
     index: Operand | None = None
     inelastic: InelasticLight | None = None
     mirrors: bool = True
@@ -197,13 +213,13 @@ class UndisturbedWater:
     ) -> Operand:
         """Radiance that comes down from the surface against w, seen from depth y."""
         if self.index is None:
-            return self.sky
+            return self.sky.radiance(w, m)
         mirror = self.elastic if self.mirrors else None
         slopes = None if ripples is None else ripples.slopes
-        L = under_surface(mirror, w, self.sky, self.index, m, slopes)
+        L_sky = self.sky.seen_through(w, self.index, m, slopes)
+        L = under_surface(mirror, w, L_sky, self.index, m, slopes)
         if ripples is not None:
-            sun = self.elastic.field, self.elastic.sun
-            L = L + sun_glitter(*sun, y, w, self.index, ripples, m)
+            L = L + sun_glitter(self.elastic.beam, y, w, self.index, ripples, m)
         return L
 
     def radiance(self, y: Operand, w: Sequence[Operand], m: Mathematics = NUMPY) -> Operand:

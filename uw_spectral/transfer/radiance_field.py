@@ -15,8 +15,8 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..mathematics import NUMPY, Mathematics, Operand
-from ..surface.refraction import fresnel_reflectance
+from ..mathematics import NUMPY, Mathematics, Operand, dot
+from ..surface.refraction import direction_in_air, fresnel_reflectance
 from .light_field import LightField
 
 FARTHEST = 1e7
@@ -42,8 +42,21 @@ class Radiant(Protocol):
         ...
 
 
-class RadianceField(Radiant, Protocol):
-    """Light of one process (elastic, inelastic) in undisturbed plane-parallel water.
+class Beam(Protocol):
+    """The direct sun in the water; :class:`.SunBeam` says what its quantities are."""
+
+    @property
+    def c(self) -> Operand: ...  # noqa: D102
+    @property
+    def cp(self) -> Operand: ...  # noqa: D102
+    @property
+    def E(self) -> Operand: ...  # noqa: D102
+    @property
+    def sun(self) -> Sequence[Operand]: ...  # noqa: D102
+
+
+class PathLight(Protocol):
+    """Light that water brings on the way of a ray.
 
     ``c`` is the extinction, ``cp`` that of the beam that a camera blurs over what it
     sees, both 1/m: light scattered by less than the forward peak stays in the picture.
@@ -71,6 +84,10 @@ class RadianceField(Radiant, Protocol):
     ) -> Operand:
         """Part of :meth:`path` that is sunlight scattered once, nothing in its way."""
         ...
+
+
+class RadianceField(PathLight, Radiant, Protocol):
+    """Light of one process (elastic, inelastic) in undisturbed plane-parallel water."""
 
     def boundary(self, y: Operand, w: Sequence[Operand], m: Mathematics = NUMPY) -> Operand:
         """Distance from depth y along w to the surface or the floor, m."""
@@ -232,6 +249,25 @@ def surface_normal(
     return -slope_x * z, -slope_y * z, z
 
 
+def mirrored_ray(
+    w: Sequence[Operand],
+    m: Mathematics = NUMPY,
+    slopes: tuple[Operand, Operand] | None = None,
+) -> tuple[Operand, tuple[Operand, Operand, Operand]]:
+    """Cosine at which a ray meets the surface from below, and its direction from there on.
+
+    Arguments as of :func:`under_surface`.
+    """
+    if slopes is None:
+        cosine = m.maximum(w[2], 0.0)
+        return cosine, (w[0], w[1], -cosine)
+    normal = surface_normal(*slopes, m)
+    cosine = m.maximum(dot(w, normal), 0.0)
+    x, y, z = (a - 2.0 * cosine * b for a, b in zip(w, normal, strict=True))
+    # A steep wave mirrors what lies level; a second reflection is left out.
+    return cosine, (x, y, m.minimum(z, _LEVEL))
+
+
 def under_surface(
     water: Radiant | None,
     w: Sequence[Operand],
@@ -260,23 +296,14 @@ def under_surface(
         Slopes of the surface along x and y where w meets it; flat without.
     """
     n2 = relative_index * relative_index
-    if slopes is None:
-        cosine = m.maximum(w[2], 0.0)
-        reflected = (w[0], w[1], -cosine)
-    else:
-        normal = surface_normal(*slopes, m)
-        cosine = m.maximum(_dot(w, normal), 0.0)
-        x, y, z = (a - 2.0 * cosine * b for a, b in zip(w, normal, strict=True))
-        # A steep wave mirrors what lies level; a second reflection is left out.
-        reflected = (x, y, m.minimum(z, _LEVEL))
+    cosine, reflected = mirrored_ray(w, m, slopes)
     reflectance = fresnel_reflectance(cosine, 1.0 / relative_index, m)
     mirrored = 0.0 if water is None else water.radiance(0.0 * w[2], reflected, m=m)
     return (1.0 - reflectance) * n2 * L_sky + reflectance * mirrored
 
 
 def sun_glitter(
-    light: LightField,
-    sun: Sequence[Operand],
+    beam: Beam,
     y_o: Operand,
     w: Sequence[Operand],
     relative_index: Operand,
@@ -291,10 +318,8 @@ def sun_glitter(
 
     Parameters
     ----------
-    light : LightField
-        Gives the sun's irradiance and the extinctions.
-    sun : sequence of 3
-        Unit direction the sunlight travels to in the water.
+    beam : Beam
+        The sun in the water.
     y_o : float or array
         Depth of the camera, m.
     w : three floats or arrays
@@ -308,10 +333,9 @@ def sun_glitter(
     """
     n, n2 = relative_index, relative_index * relative_index
     normal = surface_normal(*ripples.slopes, m)
-    inside = m.maximum(_dot(w, normal), 0.0)
-    outside = m.sqrt(m.maximum(1.0 - n2 * (1.0 - inside * inside), 0.0))
-    air = [n * a + (outside - n * inside) * b for a, b in zip(w, normal, strict=True)]
-    sx, sy = n * sun[0], n * sun[1]
+    inside = m.maximum(dot(w, normal), 0.0)
+    air = direction_in_air(w, normal, n, m)
+    sx, sy = n * beam.sun[0], n * beam.sun[1]
     high = m.sqrt(m.maximum(1.0 - sx * sx - sy * sy, 1e-6))
     x, y, z = air[0] + sx, air[1] + sy, air[2] - high
     width2 = ripples.glitter_width
@@ -320,9 +344,5 @@ def sun_glitter(
     # A sun at the horizon lights tilted waves out of all proportion to E: held.
     entered = m.maximum(high * (1.0 - fresnel_reflectance(high, n, m)), _LOWEST_SUN)
     P = m.minimum(y_o / m.maximum(w[2], 1e-4), FARTHEST)
-    seen = image * through * n2 / entered * light.E * m.exp((light.cp - light.c) * P)
+    seen = image * through * n2 / entered * beam.E * m.exp((beam.cp - beam.c) * P)
     return seen * ripples.glitter
-
-
-def _dot(one: Sequence[Operand], other: Sequence[Operand]) -> Operand:
-    return one[0] * other[0] + one[1] * other[1] + one[2] * other[2]

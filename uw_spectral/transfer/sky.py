@@ -3,52 +3,55 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import InputError, unknown_name
-from ..surface.refraction import fresnel_reflectance
+from ..mathematics import NUMPY, Mathematics, Operand, dot
+from ..surface.refraction import direction_in_air, fresnel_reflectance
+from .radiance_field import surface_normal
 
+UNIFORM, OVERCAST, CLEAR = "uniform", "overcast", "clear"
 # a, b, c, d, e of the standard general sky, CIE S 011 (ISO 15469:2004), by name.
 _CIE_SKIES = {
-    "uniform": (0.0, -1.0, 0.0, -1.0, 0.0),
-    "overcast": (4.0, -0.70, 0.0, -1.0, 0.0),
-    "clear": (-1.0, -0.32, 10.0, -3.0, 0.45),
+    UNIFORM: (0.0, -1.0, 0.0, -1.0, 0.0),
+    OVERCAST: (4.0, -0.70, 0.0, -1.0, 0.0),
+    CLEAR: (-1.0, -0.32, 10.0, -3.0, 0.45),
 }
 SKIES = tuple(_CIE_SKIES)
 """Distributions of the sky's radiance: CIE types 5 (uniform), 1 (overcast), 12 (clear)."""
 
-_AZIMUTHS = 64
+_ELEVATIONS, _AZIMUTHS = 64, 64
 _LOWEST = 0.02  # cosine of the zenith angle below which the horizon's radiance is held
+_LEVEL_SURFACE = (0.0, 0.0, 1.0)
 
 
 @dataclass(frozen=True, eq=False)
 class Sky:
-    """Radiance of the sky in air; make it with :meth:`standard`.
+    """Radiance of the sky in air; :meth:`standard` makes one of a known irradiance.
 
     Parameters
     ----------
     level : array, shape (n,)
-        Factor per band on the relative distribution.
-    shape : tuple of five floats
-        a to e of the CIE standard general sky.
-    sun_cosine : float
-        Cosine of the sun's zenith angle in air.
+        Factor per band on the relative distribution; the radiance of a uniform sky.
+    kind : str
+        One of :data:`SKIES`.
+    sun : three floats
+        Unit direction that sunlight travels to in air, z up; the clear sky is brighter
+        around the sun.
     """
 
-    level: NDArray[np.float64]
-    shape: tuple[float, float, float, float, float]
-    sun_cosine: float
+    level: Operand = 0.0
+    kind: str = UNIFORM
+    sun: Sequence[Operand] = (0.0, 0.0, -1.0)
 
     @classmethod
-    def dark(cls, bands: int) -> Sky:
-        """Return a black sky."""
-        return cls(np.zeros(bands), _CIE_SKIES["uniform"], 1.0)
-
-    @classmethod
-    def standard(cls, kind: str, irradiance: ArrayLike, sun_zenith: float = 0.0) -> Sky:
+    def standard(
+        cls, kind: str, irradiance: ArrayLike, sun: Sequence[float] = (0.0, 0.0, -1.0)
+    ) -> Sky:
         """Return a sky of one of the CIE's distributions that brings an irradiance.
 
         Parameters
@@ -56,8 +59,8 @@ class Sky:
         kind : {"uniform", "overcast", "clear"}
         irradiance : array_like, shape (n,)
             Horizontal irradiance of the sky, in air.
-        sun_zenith : float
-            Zenith angle of the sun in air, degrees; the clear sky is brighter around it.
+        sun : sequence of 3
+            Unit direction that sunlight travels to in air, z up.
 
         Raises
         ------
@@ -70,45 +73,91 @@ class Sky:
 
         Examples
         --------
-        >>> sky = Sky.standard("uniform", [1.0])
-        >>> sky.radiance(np.array([0.5]), np.array([0.0])).round(4)
-        array([[0.3183]])
+        >>> sky = Sky.standard("overcast", [1.0])
+        >>> zenith, horizon = sky.radiance((0.0, 0.0, 1.0)), sky.radiance((1.0, 0.0, 0.0))
+        >>> zenith.round(3), (zenith / horizon).round(2)
+        (array([0.408]), array([2.99]))
         """
         if kind not in _CIE_SKIES:
             raise unknown_name("kind of sky", kind, SKIES)
         E = np.atleast_1d(np.asarray(irradiance, dtype=np.float64))
         if not np.all(np.isfinite(E) & (E >= 0)):
             raise InputError("irradiance of the sky must be finite and not negative")
-        sky = cls(np.ones(1), _CIE_SKIES[kind], math.cos(math.radians(sun_zenith)))
-        nodes, weights = np.polynomial.legendre.leggauss(64)
-        cosine, turn = (nodes + 1) / 2, 2 * math.pi * (np.arange(_AZIMUTHS) + 0.5) / _AZIMUTHS
-        L = sky.radiance(*np.broadcast_arrays(cosine[:, None], turn))[..., 0].mean(axis=1)
-        total = 2 * math.pi * float(weights / 2 @ (L * cosine))
-        return cls(E / total, sky.shape, sky.sun_cosine)
+        sky = cls(kind=kind, sun=sun)
+        return replace(sky, level=E / sky._rings()[1].sum())
 
-    def radiance(self, cosine: NDArray[np.float64], turn: NDArray[np.float64]) -> NDArray:
-        """Radiance of light that comes down at a zenith angle, shape (..., n).
+    def radiance(self, v: Sequence[Operand], m: Mathematics = NUMPY) -> Operand:
+        """Radiance in air of the sky that is seen along v.
 
         Parameters
         ----------
-        cosine : array
-            Of the zenith angle in air, 0 to 1.
-        turn : array
-            Azimuth between the travel of this light and of the sun's, rad.
+        v : three floats or arrays
+            Unit direction of view in air, z up; arrays have a last axis of 1. Below the
+            horizon the sky is that of the horizon.
+        m : Mathematics
+            Elementary functions.
         """
-        a, b, c, d, e = self.shape
-        cosine = np.clip(cosine, _LOWEST, 1.0)
-        across = np.sqrt(1.0 - cosine**2) * math.sqrt(1.0 - self.sun_cosine**2)
-        from_sun = np.clip(cosine * self.sun_cosine + across * np.cos(turn), -1.0, 1.0)
-        angle = np.arccos(from_sun)
-        indicatrix = 1.0 + c * (np.exp(d * angle) - math.exp(d * math.pi / 2)) + e * from_sun**2
-        relative = indicatrix * (1.0 + a * np.exp(b / cosine))
-        return relative[..., None] * self.level
+        return self._relative(v, m) * self.level
+
+    def _relative(self, v: Sequence[Operand], m: Mathematics = NUMPY) -> Operand:
+        """Radiance per level, by the CIE's formula."""
+        a, b, c, d, e = _CIE_SKIES[self.kind]
+        relative = 1.0 + 0.0 * v[2]
+        if a:
+            relative = relative + a * m.exp(b / m.maximum(v[2], _LOWEST))
+        if c:
+            cosine = m.clamp(-dot(v, self.sun), -1.0, 1.0)
+            near_sun = m.exp(d * m.arccos(cosine)) - math.exp(d * math.pi / 2)
+            relative = relative * (1.0 + c * near_sun + e * cosine * cosine)
+        return relative
+
+    def is_even_about(self, azimuth: float) -> bool:
+        """Whether the sky is the same to both sides of an azimuth that sunlight travels to, rad."""
+        if self.kind != CLEAR:
+            return True
+        x, y = float(self.sun[0]), float(self.sun[1])
+        return math.hypot(x, y) - (x * math.cos(azimuth) + y * math.sin(azimuth)) < 1e-6
+
+    def seen_through(
+        self,
+        w: Sequence[Operand],
+        relative_index: Operand,
+        m: Mathematics = NUMPY,
+        slopes: tuple[Operand, Operand] | None = None,
+    ) -> Operand:
+        """Radiance in air of the sky where a view ray that leaves the water meets it.
+
+        Parameters
+        ----------
+        w : three floats or arrays
+            Unit view direction in the water; z > 0.
+        relative_index : float
+            Of the water against air.
+        m : Mathematics
+            Elementary functions.
+        slopes : two floats or arrays, optional
+            Slopes of the surface along x and y where w meets it; flat without.
+        """
+        if self.kind != UNIFORM:
+            normal = _LEVEL_SURFACE if slopes is None else surface_normal(*slopes, m)
+            w = direction_in_air(w, normal, relative_index, m)
+        return self.radiance(w, m)
+
+    def transmittance(self, refractive_index: float) -> float:
+        """Share of the sky's irradiance that a flat surface lets into the water.
+
+        Examples
+        --------
+        >>> round(Sky().transmittance(1.34), 3)
+        0.932
+        """
+        cosine, E = self._rings()
+        return float(E @ (1.0 - fresnel_reflectance(cosine, refractive_index)) / E.sum())
 
     def modes(
         self, mu: NDArray[np.float64], modes: int, refractive_index: float | None
     ) -> NDArray[np.float64]:
-        """Cosine terms in azimuth of the radiance just below a flat surface.
+        """Cosine terms of the radiance just below a flat surface, in azimuth from the sun's.
 
         Parameters
         ----------
@@ -128,8 +177,31 @@ class Sky:
             in_air = np.sqrt(np.maximum(square, 0.0))
             reflected = fresnel_reflectance(mu, 1.0 / refractive_index)
             enters = np.where(square > 0, (1.0 - reflected) * refractive_index**2, 0.0)
-        turn = 2 * math.pi * (np.arange(_AZIMUTHS) + 0.5) / _AZIMUTHS
-        L = self.radiance(*np.broadcast_arrays(in_air[:, None], turn))
+        turn = _turns()
         waves = np.cos(np.arange(modes)[:, None] * turn) * 2.0 / _AZIMUTHS
         waves[0] /= 2.0
-        return np.einsum("mt,qtn->mnq", waves, L) * enters
+        relative = waves @ self._around(in_air).T * enters
+        return relative[:, None] * np.atleast_1d(self.level)[:, None]
+
+    def _around(self, cosine: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Radiance per level of light that travels at angles from the sun's, shape (q, t)."""
+        azimuth = _turns() + math.atan2(self.sun[1], self.sun[0])
+        up = cosine[:, None]
+        across = -np.sqrt(1.0 - up**2)
+        return self._relative(
+            np.broadcast_arrays(across * np.cos(azimuth), across * np.sin(azimuth), up)
+        )
+
+    def _rings(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Cosines of zenith angles, and the irradiance per level from around each."""
+        nodes, weights = np.polynomial.legendre.leggauss(_ELEVATIONS)
+        cosine = (nodes + 1.0) / 2.0
+        return cosine, math.pi * weights * cosine * self._around(cosine).mean(axis=1)
+
+
+BLACK = Sky()
+"""No sky."""
+
+
+def _turns() -> NDArray[np.float64]:
+    return 2.0 * math.pi * (np.arange(_AZIMUTHS) + 0.5) / _AZIMUTHS

@@ -6,33 +6,63 @@ Cycles reference and the real-time groups all read these arrays.
 
 from __future__ import annotations
 
+import dataclasses
 import functools
+import itertools
 import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from ..content import ComparedByContent, constant
-from ..errors import InputError
+from ..errors import InputError, unknown_name
 from ..spectra.bands import Bands
-from ..surface.refraction import diffuse_internal_reflectance, diffuse_transmittance
+from ..surface.refraction import diffuse_internal_reflectance, direction_in_air
 from ..water.phase import BandPhase
+from .discrete_ordinates import STREAMS, Emission, Layer, solve_discrete_ordinates
 from .light_field import LightField, solve_light_field
+from .sky import SKIES, UNIFORM, Sky
+from .solved_field import SolvedField
 
 SURFACES = ("none", "flat", "waves")
+FEW_STREAMS = 16
+"""Streams that serve read-outs: Ed to 0.1 %, radiance away from the sun to 1 %."""
+
+
+@dataclass(frozen=True, eq=False)
+class DeeperWater(ComparedByContent):
+    """Other water from a depth on.
+
+    Parameters
+    ----------
+    top : float
+        Depth in m at which it begins.
+    absorption, scattering : float or array, shape (n,)
+        Coefficients, 1/m.
+    phase : BandPhase
+        Its phase function.
+    """
+
+    top: float
+    absorption: NDArray[np.float64]
+    scattering: NDArray[np.float64]
+    phase: BandPhase
 
 
 @dataclass(frozen=True, eq=False)
 class WaterColumn(ComparedByContent):
     """Plane-parallel water, its light and its floor, per band.
 
+    Water that is the same at every depth is one layer. Where it is not, ``below`` holds
+    the layers under the first; they need not end above the floor.
+
     Parameters
     ----------
     bands : Bands
         The n bands.
     absorption, scattering : array, shape (n,)
-        Coefficients, 1/m.
+        Coefficients of the water, or of its first layer, 1/m.
     sun_irradiance : array, shape (n,)
         Direct downwelling (horizontal) irradiance of the sun just below the surface.
     sun_cosine : float
@@ -40,7 +70,7 @@ class WaterColumn(ComparedByContent):
     sun_direction : array, shape (3,)
         Direction the sunlight travels to in the water; x, y horizontal, z up.
     sky_radiance : array, shape (n,)
-        Radiance of the uniform sky, in air.
+        Radiance in air of the uniform sky that brings the same irradiance.
     floor_depth : float
         Depth of the floor in m; infinite for deep water.
     floor_reflectance : array, shape (n,)
@@ -50,11 +80,16 @@ class WaterColumn(ComparedByContent):
         ``"waves"``, whose light is that of a flat surface on average.
     refractive_index : float
         Of the water against air.
+    below : tuple of DeeperWater
+        Further layers, from above down.
+    sky : str
+        Distribution of the sky's radiance, one of :data:`.SKIES`.
 
     Raises
     ------
     InputError
-        If a quantity is negative or not finite, or the surface is unknown.
+        If a quantity is negative or not finite, the surface or the sky is unknown, or the
+        layers do not follow each other.
     """
 
     bands: Bands
@@ -68,6 +103,8 @@ class WaterColumn(ComparedByContent):
     floor_reflectance: NDArray[np.float64]
     surface: str
     refractive_index: float
+    below: tuple[DeeperWater, ...] = ()
+    sky: str = UNIFORM
 
     def __post_init__(self) -> None:
         for name in (
@@ -77,21 +114,31 @@ class WaterColumn(ComparedByContent):
             "sky_radiance",
             "floor_reflectance",
         ):
-            values = np.broadcast_to(constant(getattr(self, name)), len(self.bands))
-            bad = ~(np.isfinite(values) & (values >= 0))
-            if bad.any():
-                raise InputError(
-                    f"{name.replace('_', ' ')} is {values[bad][0]:g} at "
-                    f"{self.bands.centres[bad][0]:g} nm; it must be a finite number, not negative"
-                )
+            values = _checked(name.replace("_", " "), getattr(self, name), self.bands)
             object.__setattr__(self, name, values)
         object.__setattr__(self, "sun_direction", constant(self.sun_direction))
         if np.any(self.floor_reflectance > 1):
             raise InputError("floor reflectance must be 0 to 1 in every band")
         if self.surface not in SURFACES:
             raise InputError(f"surface must be one of {', '.join(SURFACES)}, got {self.surface!r}")
+        if self.sky not in SKIES:
+            raise unknown_name("kind of sky", self.sky, SKIES)
         if not self.floor_depth > 0:
             raise InputError(f"floor depth must be positive, got {self.floor_depth:g} m")
+        for upper, lower in itertools.pairwise((0.0, *(layer.top for layer in self.below))):
+            if not upper < lower < math.inf:
+                raise InputError(
+                    f"a layer of water begins at {lower:g} m, below one at {upper:g} m; depths "
+                    "must increase"
+                )
+        deeper = []
+        for layer in self.below:
+            a, b = (
+                _checked(f"{name} from {layer.top:g} m", getattr(layer, name), self.bands)
+                for name in ("absorption", "scattering")
+            )
+            deeper.append(dataclasses.replace(layer, absorption=a, scattering=b))
+        object.__setattr__(self, "below", tuple(deeper))
 
     @property
     def reflects(self) -> bool:
@@ -100,7 +147,7 @@ class WaterColumn(ComparedByContent):
 
     @property
     def attenuation(self) -> NDArray[np.float64]:
-        """Extinction c = a + b, 1/m."""
+        """Extinction c = a + b of the water, or of its first layer, 1/m."""
         return self.absorption + self.scattering
 
     @property
@@ -108,12 +155,57 @@ class WaterColumn(ComparedByContent):
         """Lower bound of the rate at which light dies away with distance, 1/m.
 
         Half the geometric mean of a and c, which lies below the asymptotic
-        diffuse attenuation for every phase function that scatters forward.
+        diffuse attenuation for every phase function that scatters forward; of
+        the layers, the least.
         """
-        return 0.5 * np.sqrt(self.absorption * self.attenuation)
+        layers = [(x.absorption, x.scattering) for x in (self, *self.below)]
+        return np.min([0.5 * np.sqrt(a * (a + b)) for a, b in layers], axis=0)
+
+    def layers(self, phase: BandPhase) -> tuple[Layer, ...]:
+        """Return the layers from the surface to the floor, given the first one's phase function."""
+        parts = [(self.absorption, self.scattering, phase)]
+        parts += [(x.absorption, x.scattering, x.phase) for x in self.below]
+        bottoms = [x.top for x in self.below if x.top < self.floor_depth] + [self.floor_depth]
+        return tuple(Layer(y, *part) for y, part in zip(bottoms, parts, strict=False))
+
+    def layer_at(self, y: float, phase: BandPhase) -> Layer:
+        """Return the layer at a depth; where two meet, the upper one."""
+        layers = self.layers(phase)
+        return next((layer for layer in layers if y <= layer.bottom), layers[-1])
+
+    def require_one_layer(self, who: str) -> None:
+        """Refuse layers on behalf of those that know none.
+
+        Raises
+        ------
+        InputError
+            If there are layers.
+        """
+        if self.below:
+            raise InputError(
+                f"{who} water of one layer only, and this has {len(self.below) + 1}; use --engine "
+                "cycles without them, or water that is the same at every depth"
+            )
+
+    def Ed(self, y: ArrayLike, phase: BandPhase) -> NDArray[np.float64]:
+        """Downwelling irradiance at depths y, shape (..., n): closed form, or solved for layers."""
+        if self.below:
+            return self.solved_field(phase, FEW_STREAMS).Ed(y)
+        return self.light_field(phase).Ed(np.asarray(y, dtype=np.float64)[..., None])
+
+    @functools.cached_property
+    def skylight(self) -> Sky:
+        """The sky in air, the sun of the column before refraction in it."""
+        sun = direction_in_air(self.sun_direction.tolist(), (0.0, 0.0, -1.0), self.refractive_index)
+        return Sky.standard(self.sky, math.pi * self.sky_radiance, sun)
 
     def light_field(self, phase: BandPhase) -> LightField:
         """Return the light field of the column for a phase function, solved once for both.
+
+        Raises
+        ------
+        InputError
+            If the column has layers.
 
         Examples
         --------
@@ -123,12 +215,34 @@ class WaterColumn(ComparedByContent):
         >>> column.light_field(parse_phase("hg:0.8").for_bands([0.1])).Ed(5.0).round(2)
         array([0.74])
         """
+        self.require_one_layer("EEVEE, Auto, optimised bands and inelastic light know")
         return _light_field(self, phase)
+
+    def solved_field(
+        self,
+        phase: BandPhase,
+        streams: int = STREAMS,
+        emission: Emission | None = None,
+        modes: int | None = None,
+    ) -> SolvedField:
+        """Return the light field of the column, solved by discrete ordinates once.
+
+        Parameters
+        ----------
+        phase : BandPhase
+            Of the water, or of its first layer; on the same bands.
+        streams, modes : int
+            As of :func:`.solve_discrete_ordinates`.
+        emission : Emission, optional
+            Light of other origin than sun and sky.
+        """
+        return _solved_field(self, phase, streams, emission, modes)
 
 
 @functools.lru_cache(maxsize=64)
 def _light_field(column: WaterColumn, phase: BandPhase) -> LightField:
     n, flat = column.refractive_index, column.reflects
+    transmitted = column.skylight.transmittance(n) if flat else 1.0
     return solve_light_field(
         column.absorption,
         column.scattering,
@@ -136,8 +250,39 @@ def _light_field(column: WaterColumn, phase: BandPhase) -> LightField:
         phase.chi2,
         column.sun_irradiance,
         column.sun_cosine,
-        E_sky=math.pi * column.sky_radiance * (diffuse_transmittance(n) if flat else 1.0),
+        E_sky=math.pi * column.sky_radiance * transmitted,
         R=diffuse_internal_reflectance(n) if flat else 0.0,
         r=column.floor_reflectance,
         y_f=column.floor_depth,
     )
+
+
+@functools.lru_cache(maxsize=8)
+def _solved_field(
+    column: WaterColumn,
+    phase: BandPhase,
+    streams: int,
+    emission: Emission | None,
+    modes: int | None,
+) -> SolvedField:
+    return solve_discrete_ordinates(
+        [dataclasses.replace(layer, emission=emission) for layer in column.layers(phase)],
+        column.sun_irradiance,
+        column.sun_direction.tolist(),
+        sky=column.skylight,
+        refractive_index=column.refractive_index if column.reflects else None,
+        floor_reflectance=column.floor_reflectance,
+        streams=streams,
+        modes=modes,
+    )
+
+
+def _checked(name: str, values: ArrayLike, bands: Bands) -> NDArray[np.float64]:
+    found = np.broadcast_to(constant(values), len(bands))
+    bad = ~(np.isfinite(found) & (found >= 0))
+    if bad.any():
+        raise InputError(
+            f"{name} is {found[bad][0]:g} at {bands.centres[bad][0]:g} nm; it must be a finite "
+            "number, not negative"
+        )
+    return found

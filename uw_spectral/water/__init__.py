@@ -4,6 +4,7 @@ from .bio_optics import Constituents
 from .named import list_waters, parse_water
 from .optical_properties import JERLOV_TYPES, Water, molecular_scattering
 from .phase import BandPhase, FournierForand, HenyeyGreenstein, parse_phase
+from .profile import Profile, read_profile
 
 __all__ = [
     "JERLOV_TYPES",
@@ -11,9 +12,11 @@ __all__ = [
     "Constituents",
     "FournierForand",
     "HenyeyGreenstein",
+    "Profile",
     "Water",
     "list_waters",
     "molecular_scattering",
     "parse_phase",
     "parse_water",
+    "read_profile",
 ]

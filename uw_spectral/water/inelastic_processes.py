@@ -80,6 +80,29 @@ class InelasticProcess:
         return self.coefficient[:, None] * self.photons * ratio * widths
 
 
+def energy_matrix(
+    processes: Sequence[InelasticProcess], excitation: Bands, emission: Bands
+) -> NDArray[np.float64]:
+    """Emitted power per spectral scalar irradiance of all processes together, shape (n, k).
+
+    See :meth:`InelasticProcess.energy_matrix`; zeros for no process.
+
+    Raises
+    ------
+    InputError
+        If a process is on other bands.
+    """
+    matrix = np.zeros((len(excitation), len(emission)))
+    for process in processes:
+        if process.photons.shape != matrix.shape:
+            raise InputError(
+                f"inelastic {process.name}: the matrix has shape {process.photons.shape} for "
+                f"{len(excitation)} excitation and {len(emission)} emission bands"
+            )
+        matrix += process.energy_matrix(excitation, emission)
+    return matrix
+
+
 def raman_coefficient(wavelengths: ArrayLike) -> NDArray[np.float64]:
     """Raman scattering coefficient of water in energy units, 1/m, by excitation wavelength.
 

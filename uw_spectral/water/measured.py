@@ -1,4 +1,4 @@
-"""Waters from files: a and b, Kd alone, or a SeaBASS file."""
+"""Waters from files: a and b, Kd alone, a profile, or a SeaBASS file."""
 
 from __future__ import annotations
 
@@ -7,24 +7,28 @@ from pathlib import Path
 from ..spectra.spectrum import read_table
 from .kd_inversion import water_from_Kd_csv
 from .optical_properties import Water
+from .profile import DEPTH, WaterProfile, read_profile
 from .seabass import water_from_seabass
 
 PATTERNS = ("*.csv", "*.txt", "*.sb")
 """Names of the files, for those who look for one."""
 
-CONTENT = "CSV with the columns wavelength_nm and a, b or Kd in 1/m, or SeaBASS (.sb)"
+CONTENT = (
+    "CSV with the columns wavelength_nm and a, b or Kd in 1/m; a profile with depth_m and these "
+    "(not Kd), or with depth_m and constituents; or SeaBASS (.sb)"
+)
 """What the files hold, in words."""
 
 
-def read_water(path: str | Path) -> Water:
-    """Return the water of a file.
+def read_water(path: str | Path) -> Water | WaterProfile:
+    """Return the water of a file, or its layers if it differs with depth.
 
     Parameters
     ----------
     path : str or Path
         ``.sb``: SeaBASS, see :func:`.water_from_seabass`. Else a CSV table:
         ``wavelength_nm,a,b[,Kd]``, or ``wavelength_nm,Kd``, which is inverted
-        (:func:`.invert_Kd`).
+        (:func:`.invert_Kd`). With a column ``depth_m``: see :func:`.read_profile`.
 
     Raises
     ------
@@ -34,7 +38,9 @@ def read_water(path: str | Path) -> Water:
     path = Path(path)
     if path.suffix.lower() == ".sb":
         return water_from_seabass(path)
-    columns = read_table(path).columns
+    columns = read_table(path, ()).columns
+    if DEPTH in columns:
+        return read_profile(path)
     if "Kd" in columns and not {"a", "b"} & set(columns):
         return water_from_Kd_csv(path)
     return Water.from_csv(path)

@@ -8,6 +8,7 @@ from ..errors import InputError
 from .bio_optics import named_water, named_waters, parse_constituents
 from .measured import read_water
 from .optical_properties import DEFAULT_SOURCE, JERLOV_SOURCES, Water
+from .profile import Profile, WaterProfile
 
 
 def list_waters() -> dict[str, tuple[str, ...]]:
@@ -21,8 +22,8 @@ def list_waters() -> dict[str, tuple[str, ...]]:
     return {**published, "constituents": tuple(f"case:{name}" for name in named_waters())}
 
 
-def parse_water(text: str, source: str = DEFAULT_SOURCE) -> Water:
-    """Return the water that an option names.
+def parse_water(text: str, source: str = DEFAULT_SOURCE) -> Water | WaterProfile:
+    """Return the water that an option names, in layers if a file gives it over depth.
 
     Parameters
     ----------
@@ -30,7 +31,7 @@ def parse_water(text: str, source: str = DEFAULT_SOURCE) -> Water:
         ``"jerlov:IB"``; ``"bio:chl=1,cdom=0.1"``, constituents as
         :func:`.parse_constituents` reads them; ``"case:baltic"``, one of
         :func:`.named_waters`; or a file, as :func:`.read_water` reads it:
-        ``"file:water.csv"``, ``"file:station.sb"``.
+        ``"file:water.csv"``, ``"file:profile.csv"``, ``"file:station.sb"``.
     source : str
         Source of a Jerlov type, see :meth:`Water.jerlov`.
 
@@ -52,6 +53,20 @@ def parse_water(text: str, source: str = DEFAULT_SOURCE) -> Water:
         f"water {text!r} is not understood; write jerlov:IB, bio:chl=1,cdom=0.1, case:baltic or "
         "file:water.csv"
     )
+
+
+def parse_uniform_water(text: str, source: str = DEFAULT_SOURCE) -> Water:
+    """Return the water that an option names, which must be the same at every depth.
+
+    Raises
+    ------
+    InputError
+        Also if it is a profile.
+    """
+    water = parse_water(text, source)
+    if isinstance(water, Profile):
+        raise InputError(f"water {text!r} differs with depth; give one that does not here")
+    return water
 
 
 @functools.lru_cache(maxsize=32)

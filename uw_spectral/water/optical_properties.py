@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from ..content import ComparedByContent
 from ..errors import DataWarning, InputError, unknown_name
 from ..spectra.spectral_table import read_spectral_table
-from ..spectra.spectrum import Spectrum, shipped_table
+from ..spectra.spectrum import Spectrum, Table, shipped_table
 
 JERLOV_TYPES = ("I", "IA", "IB", "II", "III", "1C", "3C", "5C", "7C", "9C")
 JERLOV_SOURCES = ("solonenko2015", "williamson2022")
@@ -192,17 +192,19 @@ class Water(ComparedByContent):
         InputError
             If the file cannot be used; the message names file and row.
         """
-        table = read_spectral_table(path, ("a", "b"))
-        wavelengths = table.columns["wavelength_nm"]
-        name = Path(path).name
+        return cls.from_table(read_spectral_table(path, ("a", "b")), Path(path).name)
+
+    @classmethod
+    def from_table(cls, table: Table, name: str) -> Water:
+        """Water from a table with the columns of :meth:`from_csv`; warns as that does."""
+        doubts = _implausible(table.columns["wavelength_nm"], table.columns, name)
+        for doubt in doubts:
+            warnings.warn(doubt, DataWarning, stacklevel=2)
         spectra = {
             quantity: table.spectrum(quantity, f"{quantity} of {name}")
             for quantity in ("a", "b", "Kd")
             if quantity in table.columns
         }
-        doubts = _implausible(wavelengths, table.columns, name)
-        for doubt in doubts:
-            warnings.warn(doubt, DataWarning, stacklevel=2)
         source = table.header or f"file {name}"
         return cls(spectra["a"], spectra["b"], spectra.get("Kd"), name, source, doubts)
 

@@ -17,6 +17,7 @@ water.surface = "flat"
 water.illuminant = "clear-sky"
 water.sun_zenith = 20.0
 water.irradiance = "above"
+water.sky = "uniform"
 water.sky_radiance = 0.0
 water.white_balance = "daylight"
 water.exposure = "auto"

@@ -26,7 +26,7 @@ from underwater_spectral.uw_spectral.monte_carlo import (
 )
 from underwater_spectral.uw_spectral.spectra.bands import Bands
 from underwater_spectral.uw_spectral.surface.refraction import (
-    diffuse_transmittance,
+    diffuse_internal_reflectance,
     fresnel_reflectance,
 )
 from underwater_spectral.uw_spectral.transfer.water_column import WaterColumn
@@ -233,7 +233,7 @@ def test_skylight_in_the_water(sky):
     expected = 2 * 1.34**2 * zenith * (1 - float(fresnel_reflectance(1.0))) * math.exp(-0.1)
     np.testing.assert_allclose(found.L.mean[:, 0], [expected, 0.0], rtol=1e-9)
     if sky == "uniform":
-        E_sky = 2 * math.pi * diffuse_transmittance(1.34)
+        E_sky = 2 * math.pi * 1.34**2 * (1 - diffuse_internal_reflectance(1.34))
         np.testing.assert_allclose(found.Ed.mean, E_sky, rtol=1e-4)
 
 

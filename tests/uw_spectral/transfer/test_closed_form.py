@@ -10,12 +10,9 @@ from hypothesis import strategies as st
 from underwater_spectral.tests import by_hand
 from underwater_spectral.uw_spectral.errors import InputError
 from underwater_spectral.uw_spectral.transfer.aureole import moments_of_spread, solve_aureole
-from underwater_spectral.uw_spectral.transfer.closed_form import (
-    attenuated_path,
-    phi,
-    solve_closed_form,
-)
+from underwater_spectral.uw_spectral.transfer.closed_form import solve_closed_form
 from underwater_spectral.uw_spectral.transfer.light_field import solve_light_field
+from underwater_spectral.uw_spectral.transfer.path_integral import attenuated_path, phi
 from underwater_spectral.uw_spectral.transfer.pixel import (
     Pixel,
     UndisturbedWater,
@@ -26,6 +23,7 @@ from underwater_spectral.uw_spectral.transfer.radiance_field import (
     under_surface,
     upwelling_irradiance,
 )
+from underwater_spectral.uw_spectral.transfer.sky import Sky
 from underwater_spectral.uw_spectral.water.phase import parse_phase
 
 
@@ -149,7 +147,7 @@ def test_pixel_joins_object_and_background():
 
 def test_components_add_up_and_are_what_their_names_say():
     water, w = _water(0.05, 0.2, r=0.2), _view(0.3)
-    pixel = UndisturbedWater(water, sky=0.1).surface(5.0, 5.6, w, 2.0, 0.7, coverage=0.6)
+    pixel = UndisturbedWater(water, Sky(0.1)).surface(5.0, 5.6, w, 2.0, 0.7, coverage=0.6)
     parts = ("direct", "forward_scattered", "single_scattering", "multiple_scattering", "inelastic")
     whole = sum(getattr(pixel, name) for name in parts)
     np.testing.assert_allclose(pixel.total, whole, rtol=1e-12)
@@ -166,7 +164,7 @@ def test_components_add_up_and_are_what_their_names_say():
 @pytest.mark.parametrize("z", [0.9, 0.3, 0.0, -0.3, -0.9])
 @pytest.mark.parametrize("index", [None, 1.34])
 def test_open_water_is_the_undisturbed_radiance(z, index):
-    water, w = UndisturbedWater(_water(0.05, 0.2, r=0.2), 0.1, index), _view(z)
+    water, w = UndisturbedWater(_water(0.05, 0.2, r=0.2), Sky(0.1), index), _view(z)
     pixel = water.open_water(5.0, w)
     np.testing.assert_allclose(pixel.total, water.radiance(5.0, w), rtol=1e-12)
     # What lies on the way changes nothing if it shines as the water behind it does.

@@ -1,0 +1,162 @@
+"""Pictures of sunlit water by Cycles, by EEVEE and by the papers' form, in the same bands."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import bpy
+import numpy as np
+from numpy.typing import NDArray
+
+from ..scene import engines, render_plan, settings, water_body
+from ..uw_spectral.baselines.monzon import path_radiance_Monzon2024_corrected
+from . import baselines, grey_scene
+from ._rays import blender_hits
+
+WIDTH, HEIGHT = 60, 40
+FIELD_OF_VIEW = 130.0
+BANDS = 3
+FLOOR_BELOW, FLOOR_REFLECTANCE = 3.0, 0.3
+_EEVEE_SAMPLES = 16
+_OVERSAMPLING = 2
+_COLOUR = (0.6, 0.4, 0.2)
+_RIG = "rig"
+
+
+@dataclass(frozen=True)
+class Scene:
+    """A water, a sun and a sky, and a camera at a depth that looks level."""
+
+    water: str
+    depth: float
+    sun: float = 30.0
+    sky: str = "clear"
+    things: bool = False
+    phase: str = settings.DEFAULT_PHASE
+
+    @property
+    def title(self) -> str:
+        """All of it in words."""
+        things = ", things" if self.things else ""
+        return f"{self.water} {self.depth:g} m, sun {self.sun:g}°, {self.sky}{things}, {self.phase}"
+
+    def plan(self, samples: int, field: str = settings.SOLVED) -> render_plan.RenderPlan:
+        """Resolve it; under an overcast sky little of the light is direct sun."""
+        return render_plan.make_plan(
+            settings.SceneSettings(
+                water=f"jerlov:{self.water}", phase=self.phase, bands=BANDS, surface="flat",
+                sky=self.sky, sky_radiance=0.05 if self.sky == "clear" else 3.0,
+                sun_zenith=self.sun, sun_azimuth=60.0, floor_depth=self.depth + FLOOR_BELOW,
+                floor_reflectance=str(FLOOR_REFLECTANCE), samples=samples, field=field,
+            )
+        )  # fmt: skip
+
+
+def build() -> bpy.types.Object:
+    """Fill an empty file with the camera, a sphere, a cube and a tilted square; return the first.
+
+    They hang on an empty that :func:`place` moves.
+    """
+    bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
+    scene = bpy.context.scene
+    scene.render.resolution_x, scene.render.resolution_y = WIDTH, HEIGHT
+    scene.render.resolution_percentage = 100
+    scene.cycles.pixel_filter_type = "BOX"
+    scene.cycles.use_guiding = True
+    rig = bpy.data.objects.new(_RIG, None)
+    camera = bpy.data.objects.new("camera", bpy.data.cameras.new("camera"))
+    camera.rotation_euler = (math.radians(90.0), 0.0, 0.0)
+    camera.data.angle = math.radians(FIELD_OF_VIEW)
+    material = _material()
+    shapes = {
+        "sphere": (bpy.ops.mesh.primitive_uv_sphere_add, (-0.9, 1.6, 0.1), 0.3),
+        "cube": (bpy.ops.mesh.primitive_cube_add, (0.9, 1.5, -0.5), 0.25),
+        "square": (bpy.ops.mesh.primitive_plane_add, (0.1, 1.4, 0.35), 0.35),
+    }
+    for name, (add, where, size) in shapes.items():
+        add(location=where)
+        thing = bpy.context.object
+        thing.name, thing.scale, thing.parent = name, (size,) * 3, rig
+        thing.rotation_euler = (0.4, 0.3, 0.2)
+        thing.data.materials.append(material)
+    for item in (rig, camera):
+        scene.collection.objects.link(item)
+    camera.parent = rig
+    scene.camera = camera
+    return camera
+
+
+def _material() -> bpy.types.Material:
+    material = bpy.data.materials.new("things")
+    tree = material.node_tree
+    tree.nodes.clear()
+    diffuse = tree.nodes.new("ShaderNodeBsdfDiffuse")
+    diffuse.inputs["Color"].default_value = (*_COLOUR, 1.0)
+    output = tree.nodes.new("ShaderNodeOutputMaterial")
+    tree.links.new(diffuse.outputs[0], output.inputs["Surface"])
+    return material
+
+
+def place(scene: Scene) -> None:
+    """Move the camera to a depth; show or hide the things."""
+    bpy.data.objects[_RIG].location.z = -scene.depth
+    for name in ("sphere", "cube", "square"):
+        bpy.data.objects[name].hide_render = not scene.things
+        bpy.data.objects[name].hide_viewport = not scene.things
+    bpy.context.view_layer.update()
+
+
+def by_cycles(
+    scene: Scene, camera: bpy.types.Object, samples: int, seeds: Sequence[int]
+) -> NDArray[np.float64]:
+    """Band radiances of seeds, shape (seeds, h, w, n)."""
+    place(scene)
+    plan = scene.plan(samples)
+    extent = water_body.water_extent(bpy.context.scene, plan.column, scene.depth)
+    images = []
+    for seed in seeds:
+        with engines.cycles_bands(
+            bpy.context.scene, camera, plan, extent, seed=seed, denoise=False
+        ) as engine:
+            images.append(grey_scene.band_image(engine, plan, scene.depth))
+    return np.stack(images)
+
+
+def by_eevee(
+    scenes: Sequence[Scene], camera: bpy.types.Object, field: str
+) -> Iterator[NDArray[np.float64]]:
+    """Band radiances of scenes under one sky, shape (h, w, n)."""
+    plans = []
+    for scene in scenes:
+        place(scene)
+        plan = scene.plan(_EEVEE_SAMPLES, field)
+        extent = water_body.water_extent(bpy.context.scene, plan.column, scene.depth)
+        plans.append((scene, plan, extent))
+    widest = water_body.WaterExtent(
+        max(e.half_width for *_, e in plans), max(e.bottom for *_, e in plans)
+    )
+    with engines.eevee_bands(
+        bpy.context.scene, camera, plans[0][1], widest, scenes[0].depth
+    ) as engine:
+        for scene, plan, _ in plans:
+            place(scene)
+            yield grey_scene.band_image(engine, plan, scene.depth)
+
+
+def by_papers(scene: Scene, camera: bpy.types.Object) -> NDArray[np.float64]:
+    """Band radiances by the papers' formula, its two exponents corrected, shape (h, w, n)."""
+    place(scene)
+    plan = scene.plan(_EEVEE_SAMPLES)
+    hits = blender_hits(bpy.context.scene, camera, plan.column, _OVERSAMPLING)
+    hits = replace(hits, distance=_within_water(hits, scene.depth))
+    image = baselines.paper_image(plan, hits, scene.depth, path_radiance_Monzon2024_corrected)
+    return grey_scene.blocks(image, _OVERSAMPLING)
+
+
+def _within_water(hits: grey_scene.Hits, depth: float) -> NDArray[np.float64]:
+    up = hits.direction[..., 2]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        to_surface = np.where(up > 0, depth / up, np.inf)
+    return np.where(hits.distance < to_surface, hits.distance, np.inf)

@@ -1,0 +1,74 @@
+"""EEVEE with the solved light field, rendered, against the solution without tables, per pixel."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from underwater_spectral.benchmarks import _solved_cases as solved_cases
+from underwater_spectral.scene import realtime
+from underwater_spectral.tests.node_groups import realtime_probe as probe
+from underwater_spectral.tests.node_groups.test_realtime_groups import _column
+from underwater_spectral.uw_spectral.spectra.bands import Bands
+from underwater_spectral.uw_spectral.water.phase import parse_phase
+
+SQUARES = {
+    "lit": ((-0.75, -0.9, -1.5), (1.5, 0.0, 0.0), (0.0, 0.75, -2.0)),
+    "underside": ((-1.5, 0.2, -3.0), (3.0, 0.0, 0.0), (0.0, 1.0, -1.0)),
+}
+MEDIAN, MOST = 0.01, 0.05
+SEAM = 3 * 2.0**-10  # second differences of half floats whose digits are cut
+
+
+@pytest.mark.parametrize(
+    ("n", "surface", "sky", "floor", "turns", "square"),
+    [
+        (3, "flat", "clear", 9.0, (150.0, 88.0, 30.0), "lit"),
+        (5, "flat", "overcast", 20.0, (88.0,), "lit"),
+        (3, "none", "uniform", np.inf, (120.0, 60.0), "underside"),
+        (3, "flat", "overcast", 9.0, (120.0, 88.0), "underside"),
+    ],
+)
+def test_pixels_are_those_of_the_solution(tmp_path, n, surface, sky, floor, turns, square):
+    wavelengths = Bands.uniform(n).centres
+    a, b = 0.03 + 0.3 * ((wavelengths - 400) / 300) ** 2, 0.1 * 550 / wavelengths
+    lobes = parse_phase("mixture").for_bands(b, 0.003 * (550 / wavelengths) ** 4)
+    column = _column(n, a, b, surface=surface, sky=sky, floor_depth=floor)
+    weights = np.random.default_rng(n).uniform(0.5, 1.5, size=(3, n)) * 9 / n
+    for turn in turns:
+        view = probe.View(5.0, turn, square=SQUARES[square])
+        for errors in probe.errors_of_solved(column, lobes, view, weights, tmp_path / "a.exr"):
+            assert errors.size > 100
+            assert np.median(errors) <= MEDIAN / 2
+            assert np.quantile(errors, 0.95) <= MOST / 2
+            assert errors.max() <= MOST
+
+
+@pytest.mark.parametrize("part", ["open water", "square"])
+def test_gradients_have_no_seams(tmp_path, part):
+    """Slices and texels of the tables leave no lines; second differences show the smallest."""
+    a, b = np.array([0.03, 0.08, 0.2]), np.array([0.4, 0.6, 1.0])
+    lobes = parse_phase("hg:0.8").for_bands(b)
+    column = _column(3, a, b, floor_depth=12.0, zenith=50.0)
+    # An underside has its light from the tables alone, here of some ten slices.
+    square = None if part == "open water" else ((-8.0, -1.6, -2.6), (16.0, 0, 0), (0, 4.0, 1.9))
+    view = probe.View(2.5, 90.0, 120.0, square=square, size=(160, 90))
+    solved = column.solved_field(lobes)
+    weights = np.diag(np.pi / solved.Eu(view.depth))
+    water = realtime.realtime_water(column, lobes, view.depth, weights, solved=solved)
+    seen = probe.render(water, view, tmp_path / "a.exr")
+    wanted, where = probe.expected_of_solved(column, lobes, view, weights)
+    inside = where == (square is not None)
+    assert inside.mean() > 0.5
+    for axis in (0, 1):
+        middle = np.delete(inside, [0, -1], axis) & (np.diff(inside.astype(int), 2, axis=axis) == 0)
+        bent = (np.diff(x, 2, axis=axis) / np.delete(wanted, [0, -1], axis) for x in (seen, wanted))
+        assert np.abs(np.subtract(*bent))[middle].max() <= SEAM
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", range(len(solved_cases.KINDS)))
+def test_random_waters_are_those_of_the_solution(tmp_path, kind):
+    found = [probe.errors_of_case(case, tmp_path / "a.exr") for case in solved_cases.cases(kind, 5)]
+    for errors in (np.concatenate(part) for part in zip(*found, strict=True)):
+        assert np.median(errors) <= MEDIAN
+        assert np.quantile(errors, 0.95) <= MOST

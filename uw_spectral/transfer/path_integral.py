@@ -1,0 +1,56 @@
+"""Integral of an exponential along a path, stable in single precision."""
+
+from __future__ import annotations
+
+import math
+
+from ..mathematics import NUMPY, Mathematics, Operand
+
+_NEAR_ZERO = 0.25  # below it phi comes from its series
+_STEP = math.exp(-_NEAR_ZERO)
+
+
+def phi(x: Operand, m: Mathematics = NUMPY) -> Operand:
+    """Return ``(1 - e^{-x})/x`` for x ≥ 0, stable in single precision.
+
+    The series serves up to 0.25 and the exact difference beyond; the two are
+    added, not chosen: each is constant where the other is valid.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> phi(np.array([0.0, 1.0])).round(6)
+    array([1.      , 0.632121])
+    """
+    small, large = m.minimum(x, _NEAR_ZERO), m.maximum(x, _NEAR_ZERO)
+    series = 1.0 / 5040.0
+    for term in (720.0, 120.0, 24.0, 6.0, 2.0, 1.0):
+        series = 1.0 / term - small * series
+    return (_NEAR_ZERO * series + (_STEP - m.exp(-large))) / large
+
+
+def attenuated_path(
+    near: Operand,
+    far: Operand,
+    qP: Operand,
+    P: Operand,
+    m: Mathematics = NUMPY,
+) -> Operand:
+    """Return ``e^near G(q, P)``, the integral of ``e^{near - q v}`` over the path.
+
+    Parameters
+    ----------
+    near, far : float or array
+        Exponents at the camera and at the end of the path, far = near - q P.
+    qP : float or array
+        q P; q may have either sign.
+    P : float or array
+        Length of the path, m.
+    m : Mathematics
+        Elementary functions.
+
+    Notes
+    -----
+    The larger exponent is taken out, so that nothing overflows for q < 0.
+    """
+    return P * m.exp(m.maximum(near, far)) * phi(m.absolute(qP), m)

@@ -1,0 +1,475 @@
+"""The solved light field of layered water: irradiances, and radiance along any ray.
+
+Every layer holds its light along the streams as a sum of exponentials of scaled optical
+depth, for each cosine of azimuth. Between the quadrature cosines the radiance is the integral
+of the source function along the ray, in closed form: at cosine μ an exponential
+of rate r gives (e^{-rt} - e^{-r t0 - (t - t0)/μ}) / (1 - rμ), in which directions and depths
+separate. A grid of them so takes two products of matrices. Sunlight scattered once is
+exact (T. Nakajima & M. Tanaka, JQSRT 40, 51 (1988), the TMS correction); close to the sun it
+stands for light scattered at small angles many times, by the factor of :mod:`.aureole`.
+
+Depth is positive down; ``mu`` is the cosine of the direction light travels to, positive
+down. Irradiances and radiances are in the units of E.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..mathematics import NUMPY, Mathematics, Operand
+from ..water.phase import BandPhase
+from .aureole import WIDEST, aureole_factor
+from .legendre import legendre_modes
+from .path_integral import attenuated_path
+from .radiance_field import FARTHEST, under_surface
+from .sky import Sky
+from .sun_beam import SUN_DISC
+
+_RESONANCE = 1e-5
+_LEVEL = 1e-7  # |mu| of a ray that is level
+_DEEP = 1e12  # optical depth that stands for infinity
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Surroundings:
+    """What comes in from above, and what the floor sends back."""
+
+    E: Array
+    mu_s: float
+    sun: Sequence[float]
+    sky: Sky
+    index: float | None
+    floor_reflectance: Array
+
+
+@dataclass(frozen=True, eq=False)
+class SolvedLayer:
+    """Homogeneous water as a sum of k exponentials per azimuth mode m and band n.
+
+    Parameters
+    ----------
+    top, bottom : float
+        Depths, m; the last bottom may be infinite.
+    c, scaled : array, shape (n,)
+        Extinction, and that after the forward peak is taken out, 1/m.
+    b : array, shape (n,)
+        Scattering coefficient, 1/m.
+    phase : BandPhase
+    rate : array, shape (m, n, k)
+        Per scaled optical depth: positive of an exponential that falls from 1 at the
+        top, negative of one that rises to 1 at the bottom.
+    down, up : array, shape (m, n, N, k)
+        Radiance along the streams where the exponential is 1.
+    source : array, shape (m, n, l, k)
+        The source function there, by degree of the Legendre functions.
+    """
+
+    top: float
+    bottom: float
+    c: Array
+    scaled: Array
+    b: Array
+    phase: BandPhase
+    rate: Array
+    down: Array
+    up: Array
+    source: Array
+
+    @property
+    def depth(self) -> Array:
+        """Scaled optical thickness, shape (n,), at most :data:`_DEEP`."""
+        return np.minimum(self.scaled * (self.bottom - self.top), _DEEP)
+
+    def inside(self, y: Array) -> Array:
+        """Depths y as seen from the top of the layer, held inside it, m."""
+        return np.clip(y - self.top, 0.0, self.bottom - self.top)
+
+    def exponentials(self, t: Array) -> Array:
+        """All of them at scaled optical depths t (n, d) below the top, shape (m, n, k, d)."""
+        left = np.maximum(self.depth[:, None] - t, 0.0)
+        rate = self.rate[..., None]
+        return np.exp(-np.abs(rate) * np.where(rate > 0, t[:, None], left[:, None]))
+
+
+class SolvedField:
+    """Light field of n bands; :func:`.solve_discrete_ordinates` makes it.
+
+    Parameters
+    ----------
+    mu, weights : array, shape (N,)
+        Quadrature cosines and weights of the streams down, mirrored by those up.
+    layers : sequence of SolvedLayer
+        From the surface down.
+    light : Surroundings
+    """
+
+    def __init__(
+        self, mu: Array, weights: Array, layers: Sequence[SolvedLayer], light: Surroundings
+    ) -> None:
+        self._mu, self._weights = mu, weights
+        self._layers, self.light = layers, light
+
+    @property
+    def mu(self) -> Array:
+        """Quadrature cosines of the streams, shape (N,)."""
+        return self._mu
+
+    @property
+    def weights(self) -> Array:
+        """Quadrature weights of the streams, shape (N,); they add up to 1."""
+        return self._weights
+
+    @property
+    def floor_depth(self) -> float:
+        """Depth of the floor, m; infinite without one."""
+        return self._layers[-1].bottom
+
+    @property
+    def sun(self) -> Sequence[float]:
+        """Unit direction that sunlight travels to in the water, z up."""
+        return self.light.sun
+
+    @functools.cached_property
+    def floor_radiance(self) -> Array:
+        """Radiance of the Lambertian floor, shape (n,); 0 without one."""
+        if math.isinf(self.floor_depth):
+            return np.zeros_like(self.light.E)
+        return self.light.floor_reflectance / math.pi * self.Ed(self.floor_depth)
+
+    @property
+    def extinction(self) -> Array:
+        """Extinction c* without the forward peak, of the uppermost layer, 1/m, shape (n,)."""
+        return self._layers[0].scaled
+
+    def beam(self, depths: ArrayLike) -> Array:
+        """Share of the sun's beam, the forward peak included, left at depths, shape (n, d)."""
+        return np.exp(-self._optical_depth(np.asarray(depths, np.float64)) / self.light.mu_s)
+
+    def stream_modes(self, depths: ArrayLike, modes: int) -> tuple[Array, Array]:
+        """Cosine terms in azimuth of the radiance along the streams, without :meth:`beam`.
+
+        Parameters
+        ----------
+        depths : array_like, shape (d,)
+            m.
+        modes : int
+            How many; those that the field lacks are 0.
+
+        Returns
+        -------
+        down, up : array, shape (modes, n, d, N)
+        """
+        depths, places = np.asarray(depths, np.float64), self._places(depths)
+        shape = (2, modes, len(self.light.E), len(depths), len(self._mu))
+        found = np.zeros(shape)
+        for place, layer in enumerate(self._layers):
+            here = places == place
+            t = layer.scaled[:, None] * np.maximum(depths[here] - layer.top, 0.0)
+            exponentials = layer.exponentials(t)[:modes]
+            for way, streams in zip(found, (layer.down, layer.up), strict=True):
+                radiance = streams[:modes] @ exponentials
+                way[: len(radiance), :, here] = np.swapaxes(radiance, 2, 3)
+        return found[0], found[1]
+
+    def Ed(self, y: ArrayLike) -> Array:
+        """Downwelling irradiance, direct sun included, at depths y, shape (..., n)."""
+        return self._irradiance(y, self._weights * self._mu, 0.0, 1.0)
+
+    def Eu(self, y: ArrayLike) -> Array:
+        """Upwelling irradiance at depths y, shape (..., n)."""
+        return self._irradiance(y, 0.0, self._weights * self._mu, 0.0)
+
+    def scalar_irradiance(self, y: ArrayLike) -> Array:
+        """Scalar irradiance E0, direct sun included, at depths y, shape (..., n)."""
+        return self._irradiance(y, self._weights, self._weights, 1.0 / self.light.mu_s)
+
+    def radiance(self, y: ArrayLike, w: Sequence[ArrayLike]) -> Array:
+        """Radiance L(y, w) of everything that lies ahead of depths y along view directions w.
+
+        Parameters
+        ----------
+        y : array_like
+            Depths, m.
+        w : three array_like
+            Components of the unit view directions, away from the camera, z up; they
+            broadcast with ``y``.
+
+        Returns
+        -------
+        array, shape (..., n)
+            The sun's own disc is left out.
+        """
+        y, mu, turn, shape = self._rays(y, w)
+        seen = self._scattered(y, mu, turn)
+        seen = seen + self._single_spread(y, mu, turn)
+        seen = seen + self._image(y, mu, turn)
+        return seen.reshape(*shape, -1)
+
+    def scattered(self, y: ArrayLike, w: Sequence[ArrayLike]) -> Array:
+        """Radiance M(y, w): :meth:`radiance` without sunlight scattered once and the surface.
+
+        What is left is smooth but for directions close to the sun: light scattered more
+        than once, skylight, light of the floor. Arguments and result as :meth:`radiance`.
+        """
+        y, mu, turn, shape = self._rays(y, w)
+        M = self._scattered(y, mu, turn) + self._single_spread(y, mu, turn)
+        return (M - self._single(y, mu, turn, scaled=False)).reshape(*shape, -1)
+
+    def single_scattering(self, y: ArrayLike, w: Sequence[ArrayLike]) -> Array:
+        """Radiance of sunlight scattered once between depths y and the end of the water."""
+        y, mu, turn, shape = self._rays(y, w)
+        return self._single(y, mu, turn, scaled=False).reshape(*shape, -1)
+
+    def images_and_single(self, y: ArrayLike, w: Sequence[ArrayLike]) -> Array:
+        """What :meth:`scattered_on_grid` lacks of :meth:`radiance`, along rays that look down."""
+        y, mu, turn, shape = self._rays(y, w)
+        seen = self._single(y, mu, turn, scaled=True)
+        if math.isfinite(self.floor_depth):
+            depth = self._optical_depth(np.array([self.floor_depth])) - self._optical_depth(y)
+            seen = seen + self.floor_radiance * np.exp(-depth / np.abs(mu)).T
+        return seen.reshape(*shape, -1)
+
+    def surface_radiance(self, w: Sequence[ArrayLike], mirrored: ArrayLike | None = None) -> Array:
+        """Radiance just below the surface along upward view directions: sky, mirrored water.
+
+        Parameters
+        ----------
+        w : three array_like
+            As of :meth:`radiance`.
+        mirrored : array_like, shape (..., n), optional
+            M* of :meth:`scattered_on_grid` at the surface along the mirrored directions, if known.
+        """
+        _, mu, turn, shape = self._rays(0.0, w)
+        if mirrored is not None:
+            mirrored = np.reshape(np.asarray(mirrored), (len(mu), -1))
+        return self._under_surface(mu, turn, mirrored).reshape(*shape, -1)
+
+    def _rays(
+        self, y: ArrayLike, w: Sequence[ArrayLike]
+    ) -> tuple[Array, Array, Array, tuple[int, ...]]:
+        """Depth, cosine of travel and azimuth of travel to the sun's, of each ray in a row."""
+        y, *w = np.broadcast_arrays(y, *w)
+        shape = np.shape(y)
+        x, along, mu = (np.ravel(part).astype(np.float64) for part in w)
+        sx, sy = self.light.sun[:2]
+        turn = np.arctan2(-along, -x) - math.atan2(sy, sx)
+        mu = np.where(np.abs(mu) < _LEVEL, _LEVEL, mu)
+        return np.ravel(y).astype(np.float64), mu, turn, shape
+
+    def scattered_on_grid(self, depths: ArrayLike, mu: ArrayLike, turns: ArrayLike) -> Array:
+        """Radiance M* at all depths and directions of a grid.
+
+        It is the part of :meth:`radiance` that is smooth in direction: without sunlight
+        scattered once by the exact phase function, and without the images of surface and floor.
+
+        Parameters
+        ----------
+        depths : array_like, shape (d,)
+            m.
+        mu : array_like, shape (v,)
+            Cosines of travel, positive down, not 0.
+        turns : array_like, shape (h,)
+            Azimuths of travel against the sun's, rad.
+
+        Returns
+        -------
+        array, shape (n, d, v, h)
+        """
+        depths, mu, turns = (np.asarray(x, np.float64) for x in (depths, mu, turns))
+        found = self._scattered_modes(depths[:, None], mu, np.zeros_like(self.light.E))
+        cosines = np.cos(np.arange(len(found))[:, None] * turns)
+        return np.moveaxis(found, 0, -1) @ cosines
+
+    def aureole(self, depths: ArrayLike, s2: ArrayLike) -> Array:
+        """Factor on sunlight scattered once that makes it the sun's aureole.
+
+        Parameters
+        ----------
+        depths : array_like, shape (d,)
+            m.
+        s2 : array_like, shape (t,)
+            Squared sines of half the angle to the sun.
+
+        Returns
+        -------
+        array, shape (n, d, t)
+            Of the light that :meth:`scattered_on_grid` leaves out, counted with the extinction
+            :attr:`extinction`; 1 further than 15° from the sun.
+        """
+        s2, y = np.asarray(s2, np.float64), np.asarray(depths, np.float64)[:, None]
+        water = [(x.phase, x.b * x.inside(y) / self.light.mu_s) for x in self._layers]
+        return np.moveaxis(aureole_factor(water, 2 * len(self._mu), s2), 2, 0).swapaxes(1, 2)
+
+    def _irradiance(self, y: ArrayLike, down: ArrayLike, up: ArrayLike, beam: float) -> Array:
+        """Streams and the sun's beam, weighted and added up at depths y, shape (..., n)."""
+        depths = np.ravel(np.asarray(y, np.float64))
+        falling, rising = (x[0] for x in self.stream_modes(depths, 1))
+        total = 2 * math.pi * (falling * down + rising * up).sum(axis=-1)
+        total += beam * self.light.E[:, None] * self.beam(depths)
+        return total.T.reshape(*np.shape(y), -1)
+
+    def _places(self, depths: ArrayLike) -> NDArray[np.intp]:
+        """Index of the layer at each depth; what lies deeper is in the last."""
+        return np.searchsorted([layer.bottom for layer in self._layers[:-1]], depths)
+
+    def _optical_depth(self, y: Array, *, scaled: bool = True) -> Array:
+        """Optical depth of depths y (d,), shape (n, d)."""
+        c = [(layer.scaled if scaled else layer.c)[:, None] for layer in self._layers]
+        parts = [c * layer.inside(y) for c, layer in zip(c, self._layers, strict=True)]
+        return np.sum(parts, axis=0)
+
+    def _orders(self, mu: Array) -> Iterator[tuple[NDArray[np.bool_], Sequence[SolvedLayer]]]:
+        """Rays of light that goes down and up, and the layers in the order it meets them."""
+        down = mu > 0
+        for rays, order in ((down, self._layers), (~down, self._layers[::-1])):
+            if rays.any():
+                yield rays, order
+
+    def _scattered(self, y: Array, mu: Array, turn: Array) -> Array:
+        """Light of the streams' source function and of the floor along rays, shape (q, n)."""
+        found = self._scattered_modes(y, mu, self.floor_radiance)
+        cosines = np.cos(np.arange(len(found))[:, None] * turn)
+        return np.einsum("mnq,mq->qn", found, cosines)
+
+    def _scattered_modes(self, y: Array, mu: Array, floor_radiance: Array) -> Array:
+        """Azimuth modes of that light over a floor; y (q,) as mu, or (d, 1) for all depths.
+
+        Shape (m, n, q), or (m, n, d, q).
+        """
+        modes, n, degrees = self._layers[0].source.shape[:3]
+        legendre = legendre_modes(degrees - 1, modes, mu)
+        total = np.zeros((modes, n, *np.broadcast_shapes(y.shape, mu.shape)))
+        for rays, order in self._orders(mu):
+            here = y if y.ndim > 1 else y[rays]
+            seen = np.zeros_like(total[..., rays])
+            if mu[rays][0] < 0:
+                seen[0] += floor_radiance.reshape(n, *[1] * y.ndim)
+            for layer in order:
+                seen = _across(layer, seen, here, mu[rays], legendre[..., rays])
+            total[..., rays] = seen
+        return total
+
+    def _length(self, layer: SolvedLayer, y: Array, mu: Array) -> tuple[Array, Array]:
+        """Depth below the top of a layer at which a ray is last, and its length in it, m."""
+        below = layer.inside(y)
+        inside = np.where(mu > 0, below, np.minimum(layer.bottom - layer.top, FARTHEST) - below)
+        return below, np.clip(inside / np.abs(mu), 0.0, FARTHEST)
+
+    def _single_spread(self, y: Array, mu: Array, turn: Array) -> Array:
+        """Sunlight scattered once, and at small angles more often, shape (q, n)."""
+        light, s2 = self._single(y, mu, turn, scaled=True), self._half_angle2(mu, turn)
+        close = s2 < WIDEST
+        for depth in np.unique(y[close]):
+            rays = close & (y == depth)
+            light[rays] *= self.aureole([depth], s2[rays])[:, 0].T
+        return light
+
+    def _half_angle2(self, mu: Array, turn: Array) -> Array:
+        """Squared sine of half the angle to the sun, as :func:`.sun_beam.half_angle2`."""
+        mu_s = self.light.mu_s
+        across = np.sqrt(np.maximum(1.0 - mu**2, 0.0)) * math.sqrt(1.0 - mu_s**2)
+        return np.clip(0.5 - 0.5 * (mu * mu_s + across * np.cos(turn)), SUN_DISC, 1.0)
+
+    def _single(self, y: Array, mu: Array, turn: Array, *, scaled: bool) -> Array:
+        """Sunlight scattered once by the exact phase function, shape (q, n)."""
+        light, s2 = self.light, self._half_angle2(mu, turn)[:, None]
+        total = np.zeros((len(mu), len(light.E)))
+        for rays, order in self._orders(mu):
+            for layer in order:
+                extinction = (layer.scaled if scaled else layer.c)[:, None]
+                t, P = self._length(layer, y[rays], mu[rays])
+                depth = self._optical_depth(layer.top + t, scaled=scaled)
+                P = extinction * P
+                part = _path(-depth / light.mu_s, 1.0 - mu[rays] / light.mu_s, P) / extinction
+                source = layer.b * layer.phase.per_steradian(s2[rays]) * light.E / light.mu_s
+                total[rays] = total[rays] * np.exp(-P.T) + source * part.T
+        return total
+
+    def _image(self, y: Array, mu: Array, turn: Array) -> Array:
+        """The surface as it is seen from depths y along rays that come down from it."""
+        total, down = np.zeros((len(mu), len(self.light.E))), mu > 0
+        if down.any():
+            image = self._under_surface(mu[down], turn[down])
+            y, mu = y[down], mu[down]
+            depth = sum(x.scaled[:, None] * self._length(x, y, mu)[1] for x in self._layers)
+            image = image * np.exp(-depth).T
+            total[down] = image
+        return total
+
+    def _under_surface(self, mu: Array, turn: Array, mirrored: Array | None = None) -> Array:
+        """Radiance that comes down from the surface along mu > 0, shape (q, n)."""
+        light = self.light
+        across = np.sqrt(1.0 - mu**2)
+        turn = turn + math.atan2(light.sun[1], light.sun[0])
+        w = [part[:, None] for part in (-across * np.cos(turn), -across * np.sin(turn), mu)]
+        if light.index is None:
+            return light.sky.radiance(w) + np.zeros_like(light.E)
+        L_sky = light.sky.seen_through(w, light.index)
+        return under_surface(_Mirror(self, mirrored), w, L_sky, light.index)
+
+
+class _Mirror:
+    """The rising light that a surface mirrors, asked for along rays of shape (q, 1)."""
+
+    def __init__(self, field: SolvedField, scattered: Array | None) -> None:
+        self._field, self._scattered = field, scattered
+
+    def radiance(
+        self,
+        y: Array,
+        w: Sequence[Array],
+        L_surface: Operand = 0.0,
+        m: Mathematics = NUMPY,
+    ) -> Array:
+        """Radiance that rises to depth y, against w."""
+        del L_surface, m
+        rays = y[:, 0], [part[:, 0] for part in w]
+        if self._scattered is None:
+            return self._field.radiance(*rays)
+        return self._scattered + self._field.images_and_single(*rays)
+
+
+def _across(layer: SolvedLayer, entering: Array, y: Array, mu: Array, legendre: Array) -> Array:
+    """Modes of light at depths y, or where it leaves the layer, that came into it with others.
+
+    All of mu has one sign; shapes as of :meth:`SolvedField._scattered_modes`.
+    """
+    strength = np.swapaxes(legendre, 1, 2)[:, None] @ layer.source
+    detuning = 1.0 - layer.rate[..., None, :] * mu[:, None]
+    close = np.abs(detuning) < _RESONANCE
+    ratio = strength / np.where(close, np.inf, detuning)
+    t = layer.scaled[:, None] * layer.inside(np.ravel(y))
+    start = np.zeros_like(layer.depth) if mu[0] > 0 else layer.depth
+    path = np.abs(t - start[:, None]).reshape(len(t), *y.shape) / np.abs(mu)
+    fades = np.exp(-path)
+    at_start = np.einsum("mnqk,mnk->mnq", ratio, layer.exponentials(start[:, None])[..., 0])
+    at_y = layer.exponentials(t)
+    if y.ndim > 1:
+        found = np.swapaxes(ratio @ at_y, 2, 3)
+        at_start = at_start[:, :, None]
+    else:
+        found = np.einsum("mnqk,mnkq->mnq", ratio, at_y)
+    found += fades * (entering - at_start)
+    # Where rate and cosine agree: (e^{-rt} - e^{-t/μ}) / (1 - rμ) by its series.
+    m, n, q, k = np.nonzero(close)
+    if len(m):
+        length, shape = path[n, ..., q], (-1, *[1] * (y.ndim - 1))
+        series = np.exp(-length) * length
+        series *= 1.0 + 0.5 * length * detuning[m, n, q, k].reshape(shape)
+        place: Any = (m, n, ..., q)
+        np.add.at(found, place, strength[m, n, q, k].reshape(shape) * series)
+    return found
+
+
+def _path(near: Array, rate: Array, P: Array) -> Array:
+    """Integral of e^{near - rate v} dv over the length P."""
+    return attenuated_path(near, near - rate * P, rate * P, P)

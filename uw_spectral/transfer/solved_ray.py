@@ -1,0 +1,208 @@
+"""The pixel of one ray from what it looks up in the tables of the solved field.
+
+With M(y, w) the light scattered in the undisturbed water, sunlight scattered once apart,
+and I(w) the radiance of the boundary that lies ahead, surface or floor, the radiance is
+
+    L(y, w) = once(y, w) + M(y, w) + e^{-cp P_b} I(w)
+
+where ``once`` and the boundary are dimmed by the extinction cp without the forward peak, as
+in the solution; ``once`` has the factor of the sun's aureole at the camera. The path to a thing
+at distance P is L(y_o) - e^{-cP} L(y_e), exactly but for that factor, which at y_e is another.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from ..mathematics import NUMPY, Mathematics, Operand
+from .pixel import Pixel
+from .radiance_field import Ripples, sun_glitter, under_surface
+from .sky import BLACK, Sky
+from .sun_beam import SunBeam
+
+
+@dataclass(frozen=True, eq=False)
+class SolvedPath:
+    """Light of the water along one ray, with M at the camera and at the end of the path."""
+
+    beam: SunBeam
+    near: Operand
+    far: Operand
+    aureole: Operand = 1.0
+
+    @property
+    def c(self) -> Operand:
+        """Extinction, 1/m."""
+        return self.beam.c
+
+    @property
+    def cp(self) -> Operand:
+        """Extinction without the forward peak of the phase function, 1/m."""
+        return self.beam.cp
+
+    def path(
+        self, y_o: Operand, w: Sequence[Operand], P: Operand, m: Mathematics = NUMPY
+    ) -> Operand:
+        """Radiance of the water between depth y_o and distance P along w."""
+        once = self.beam.scattered_once(y_o, w, P, m, without_peak=True)
+        once = once * self.aureole
+        return m.maximum(once + (self.near - m.exp(-self.c * P) * self.far), 0.0)
+
+    def single_scattering(
+        self, y_o: Operand, w: Sequence[Operand], P: Operand, m: Mathematics = NUMPY
+    ) -> Operand:
+        """Sunlight scattered once, nothing in its way."""
+        return self.beam.scattered_once(y_o, w, P, m)
+
+
+@dataclass(frozen=True, eq=False)
+class SolvedWater:
+    """Undisturbed water as one ray sees it.
+
+    Attributes
+    ----------
+    beam : SunBeam
+    near : float or array
+        M at the camera.
+    far : float or array
+        M at a thing's depth; of :meth:`surface`.
+    image : float or array
+        Radiance of the boundary ahead, under a flat surface; of :meth:`surface`.
+    mirrored, p_mirrored : float or array
+        M at the surface along :func:`.radiance_field.mirrored_ray`, and the phase function
+        towards there if it is known; of :meth:`open_water`.
+    floor : float or array
+        Radiance of the floor.
+    sky : Sky
+        The sky, in air; black by default.
+    index : float, optional
+        Index of the water against air; without one there is no surface that reflects.
+    aureole : float or array
+        Factor of the sun's aureole on sunlight scattered once, at the camera.
+    """
+
+    beam: SunBeam
+    near: Operand
+    far: Operand = 0.0
+    image: Operand = 0.0
+    mirrored: Operand = 0.0
+    p_mirrored: Operand = None
+    floor: Operand = 0.0
+    sky: Sky = BLACK
+    index: Operand | None = None
+    aureole: Operand = 1.0
+
+    def surface(
+        self,
+        y_o: Operand,
+        y_e: Operand,
+        w: Sequence[Operand],
+        P: Operand,
+        L_surface: Operand,
+        m: Mathematics = NUMPY,
+        *,
+        coverage: Operand = 1.0,
+    ) -> Pixel:
+        """Pixel of a surface; arguments as of :meth:`.UndisturbedWater.surface`."""
+        beam = self.beam
+        rest = beam.boundary(y_e, w, m)
+        beyond = beam.scattered_once(y_e, w, rest, m, without_peak=True)
+        beyond = beyond * self.aureole + m.exp(-beam.cp * rest) * self.image
+        water = SolvedPath(beam, self.near, self.far, self.aureole)
+        return Pixel(water, y_o, w, P, L_surface, beyond, m, coverage=coverage)
+
+    def open_water(
+        self,
+        y_o: Operand,
+        w: Sequence[Operand],
+        m: Mathematics = NUMPY,
+        ripples: Ripples | None = None,
+    ) -> Pixel:
+        """Pixel of open water with the surface or the floor behind."""
+        up = m.less(0.0, w[2])
+        end = m.select(up, self.from_surface(y_o, w, m, ripples), self.floor)
+        P = self.beam.boundary(y_o, w, m)
+        water = SolvedPath(self.beam, self.near, 0.0, self.aureole)
+        return Pixel(water, y_o, w, P, end, end, m)
+
+    def from_surface(
+        self,
+        y: Operand,
+        w: Sequence[Operand],
+        m: Mathematics = NUMPY,
+        ripples: Ripples | None = None,
+    ) -> Operand:
+        """Radiance that comes down from the surface against w, seen from depth y."""
+        if self.index is None:
+            return self.sky.radiance(w, m)
+        slopes = None if ripples is None else ripples.slopes
+        below = dataclasses.replace(self.beam, p=self.p_mirrored)
+        mirror = _Mirrored(below, self.mirrored, self.floor)
+        L_sky = self.sky.seen_through(w, self.index, m, slopes)
+        L = under_surface(mirror, w, L_sky, self.index, m, slopes)
+        if ripples is not None:
+            L = L + sun_glitter(self.beam, y, w, self.index, ripples, m)
+        return L
+
+
+@dataclass(frozen=True, eq=False)
+class _Mirrored:
+    """The water below the surface along the one ray for which M is known."""
+
+    beam: SunBeam
+    M: Operand
+    floor: Operand
+
+    def radiance(
+        self,
+        y: Operand,
+        w: Sequence[Operand],
+        L_surface: Operand = 0.0,
+        m: Mathematics = NUMPY,
+    ) -> Operand:
+        """Radiance L(y, w) of what rises to the surface."""
+        del L_surface
+        P = self.beam.boundary(y, w, m)
+        once = self.beam.scattered_once(y, w, P, m, without_peak=True)
+        return once + self.M + m.exp(-self.beam.cp * P) * self.floor
+
+
+@dataclass(frozen=True, eq=False)
+class SolvedPatchLight:
+    """Light on a patch: of the direct sun, and the irradiance that was looked up.
+
+    Attributes
+    ----------
+    beam : SunBeam
+    patch : float or array
+        Irradiance on it without the sun and its forward peak.
+    from_above : float or array
+        The same on a level patch that faces up; only for what things keep away.
+    """
+
+    beam: SunBeam
+    patch: Operand
+    from_above: Operand = 0.0
+
+    def surface_irradiance(
+        self,
+        y: Operand,
+        sun_cosine: Operand,
+        up: Operand,
+        m: Mathematics = NUMPY,
+        openness: Operand = None,
+    ) -> tuple[Operand, Operand, Operand]:
+        """Irradiance of the direct sun, its forward peak and the rest.
+
+        Arguments as of :meth:`.LightField.surface_irradiance`.
+        """
+        beam, diffuse = self.beam, self.patch
+        facing = m.maximum(sun_cosine, 0.0) / beam.mu_s * beam.E
+        sharp = m.exp(-beam.c / beam.mu_s * y)
+        forward = m.maximum(m.exp(-beam.cp / beam.mu_s * y) - sharp, 0.0)
+        if openness is not None:
+            forward = forward * openness
+            diffuse = diffuse - (1.0 - openness) * (0.5 + 0.5 * up) * self.from_above
+        return facing * sharp, facing * forward, m.maximum(diffuse, 0.0)

@@ -1,0 +1,180 @@
+"""Water that differs with depth: homogeneous layers, made from samples at depths."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from ..errors import InputError, unknown_name
+from ..spectra.spectral_table import checked_spectral_table
+from ..spectra.spectrum import Table, read_table
+from .bio_optics import Constituents
+from .optical_properties import Water
+
+DEPTH = "depth_m"
+"""Column that makes a table a profile."""
+
+AMOUNTS = ("chlorophyll", "cdom", "minerals", "detritus")
+"""Columns of a profile of constituents, in the units of :class:`.Constituents`."""
+
+MOST_LAYERS = 16
+"""Layers that solver and renderer take; more are finer than their light can tell apart."""
+
+
+@dataclass(frozen=True)
+class Profile[T]:
+    """Something for each layer of the water, from the surface down.
+
+    Parameters
+    ----------
+    tops : tuple of float
+        Depth in m at which each layer begins, the first at 0. The last one has no lower
+        end, but for the floor.
+    layers : tuple
+        What each of them holds, such as a :class:`.Water`.
+
+    Raises
+    ------
+    InputError
+        If the depths do not increase from 0, or there are more than :data:`MOST_LAYERS`.
+    """
+
+    tops: tuple[float, ...]
+    layers: tuple[T, ...]
+
+    def __post_init__(self) -> None:
+        increase = all(upper < lower for upper, lower in itertools.pairwise(self.tops))
+        if len(self.tops) != len(self.layers) or self.tops[:1] != (0.0,) or not increase:
+            raise InputError(
+                f"profile: {len(self.layers)} layers begin at {self.tops} m; give one depth each, "
+                "increasing from 0"
+            )
+        if len(self.layers) > MOST_LAYERS:
+            raise InputError(
+                f"profile: {len(self.layers)} layers; at most {MOST_LAYERS} can be computed, so "
+                "average neighbouring depths"
+            )
+
+    @classmethod
+    def uniform(cls, whole: T) -> Profile[T]:
+        """One layer."""
+        return cls((0.0,), (whole,))
+
+    @classmethod
+    def of_samples(cls, depths: Sequence[float], samples: Sequence[T]) -> Profile[T]:
+        """Layers around samples: they meet half-way between two neighbouring depths.
+
+        The first reaches up to the surface, and the last has no lower end.
+
+        Parameters
+        ----------
+        depths : sequence of float
+            In m, at least two, increasing, not negative.
+        samples : sequence
+            What was found at each.
+
+        Raises
+        ------
+        InputError
+            If the depths are not as said.
+
+        Examples
+        --------
+        >>> Profile.of_samples([0.0, 10.0, 30.0], "abc")
+        Profile(tops=(0.0, 5.0, 20.0), layers=('a', 'b', 'c'))
+        """
+        if len(depths) < 2:
+            raise InputError(
+                f"a profile needs two depths, and there is {len(depths)}; leave {DEPTH} out for "
+                "water that is the same everywhere"
+            )
+        if not depths[0] >= 0:
+            raise InputError(f"depth {depths[0]:g} m lies above the surface; depths are 0 or more")
+        for upper, lower in itertools.pairwise(depths):
+            if not upper < lower:
+                raise InputError(
+                    f"depth {lower:g} m follows {upper:g} m; depths must increase, each given once"
+                )
+        middles = ((upper + lower) / 2 for upper, lower in itertools.pairwise(depths))
+        return cls((0.0, *map(float, middles)), tuple(samples))
+
+    def at(self, y: float) -> T:
+        """What lies at a depth in m; where two layers meet, the upper one."""
+        return self.layers[max(sum(top < y for top in self.tops) - 1, 0)]
+
+    def map[U](self, function: Callable[[T], U]) -> Profile[U]:
+        """Return the layers with something else in them, made from what they hold."""
+        return Profile(self.tops, tuple(map(function, self.layers)))
+
+
+WaterProfile = Profile[Water] | Profile[Constituents]
+"""What a table over depth holds."""
+
+
+def read_profile(path: str | Path) -> WaterProfile:
+    """Read a profile from a CSV table with the column ``depth_m``.
+
+    Parameters
+    ----------
+    path : str or Path
+        Either ``depth_m,wavelength_nm,a,b`` in m, nm and 1/m: the rows of a depth stand
+        together, and the wavelengths may differ between depths. Or ``depth_m`` with some of
+        ``chlorophyll,cdom,minerals,detritus`` in the units of :class:`.Constituents`, a row
+        for each depth; what is left out is 0. Depths increase; see
+        :meth:`Profile.of_samples` for the layers that they make.
+
+    Raises
+    ------
+    InputError
+        If the table is not as said; the message names the file and the place in it.
+    """
+    columns = read_table(path, (DEPTH,)).columns
+    if "wavelength_nm" in columns:
+        return _measured(Path(path))
+    return _of_constituents(Path(path))
+
+
+def _measured(path: Path) -> Profile[Water]:
+    table = read_table(path, (DEPTH, "wavelength_nm", "a", "b"))
+    depth = table.columns[DEPTH]
+    starts = [0, *(np.flatnonzero(np.diff(depth)) + 1), len(depth)]
+    rows = [slice(*ends) for ends in itertools.pairwise(starts)]
+
+    def water(part: slice) -> Water:
+        columns = {name: values[part] for name, values in table.columns.items() if name != DEPTH}
+        at = f"at {depth[part.start]:g} m"
+        here = checked_spectral_table(Table(path, table.header, columns), f"{path}, {at}")
+        return Water.from_table(here, f"{path.name} {at}")
+
+    return _layers(path, [float(depth[part.start]) for part in rows], rows).map(water)
+
+
+def _of_constituents(path: Path) -> Profile[Constituents]:
+    columns = dict(read_table(path, (DEPTH,)).columns)
+    depths = columns.pop(DEPTH).tolist()
+    for name in columns:
+        if name not in AMOUNTS:
+            raise InputError(f"{path}: {unknown_name('constituent', name, AMOUNTS)}")
+    if not columns:
+        raise InputError(
+            f"{path} has {DEPTH} alone; add wavelength_nm, a and b, or some of {', '.join(AMOUNTS)}"
+        )
+
+    def constituents(at: int) -> Constituents:
+        try:
+            return Constituents(**{name: float(values[at]) for name, values in columns.items()})
+        except InputError as error:
+            raise InputError(f"{path}, at {depths[at]:g} m: {error}") from error
+
+    return _layers(path, depths, range(len(depths))).map(constituents)
+
+
+def _layers[T](path: Path, depths: Sequence[float], samples: Sequence[T]) -> Profile[T]:
+    try:
+        return Profile.of_samples(depths, samples)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from error
