@@ -58,12 +58,13 @@ def new_image(triples: int, numbers: int) -> bpy.types.Image:
         NAME, _TILE * triples, _HEIGHT + numbers, alpha=True, float_buffer=True, is_data=True
     )
     image.alpha_mode = "CHANNEL_PACKED"
+    image.use_half_precision = False  # the rows of numbers keep their digits
     image[MARK] = True
     return image
 
 
 def write_table(
-    image: bpy.types.Image, table: RadianceTable, numbers: Sequence[NDArray[np.float64]]
+    image: bpy.types.Image, table: RadianceTable, numbers: Sequence[NDArray[np.float32]]
 ) -> None:
     """Put the tables of the bands, and their numbers, into an image of their size."""
     image.pixels.foreach_set(np.ravel(pixels(table, numbers)))
@@ -72,7 +73,7 @@ def write_table(
     image.pack()
 
 
-def pixels(table: RadianceTable, numbers: Sequence[NDArray[np.float64]]) -> NDArray[np.float32]:
+def pixels(table: RadianceTable, numbers: Sequence[NDArray[np.float32]]) -> NDArray[np.float32]:
     """Return the texels, shape (rows, columns, 4); the first row is the lowest.
 
     Parameters

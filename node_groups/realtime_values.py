@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import functools
 import math
+import operator
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields
 
@@ -302,7 +303,8 @@ class Values:
         if f"{name} 0" not in self._given:
             return None
         parts = [self[f"{name} {i}"] for i in range(len(self.shape.components))]
-        return sum(w * p for w, p in zip(self._phase.weights, parts, strict=True))
+        weighted = (w * p for w, p in zip(self._phase.weights, parts, strict=True))
+        return functools.reduce(operator.add, weighted)
 
     @functools.cached_property
     def elastic(self) -> ClosedForm:

@@ -56,11 +56,9 @@ def _black_world(*_: object) -> bpy.types.World:
 def test_shadow_of_a_slab(tmp_path, c, empty_blender, monkeypatch):
     # Nothing but the volume shines.
     monkeypatch.setattr(realtime_background, "build_world", _black_world)
-    monkeypatch.setattr(probe, "WIDTH", 64)
-    monkeypatch.setattr(probe, "HEIGHT", 34)
     column = _column(c)
     phase = parse_phase("hg:0.8").for_bands(column.scattering)
-    view = probe.View(5.0, turn=90.0, angle=70.0, square=None)
+    view = probe.View(5.0, turn=90.0, angle=70.0, square=None, size=(64, 34))
     water = realtime.realtime_water(column, phase, view.depth, np.eye(3), shafts=True)
     seen = []
     for _ in range(2):

@@ -205,6 +205,9 @@ def test_terms_that_are_given_stay():
 
 def test_cycles_has_terms_that_are_switches_of_eevee():
     scene, camera = _scene()
+    slab = scenes._cube("slab", (0.0, 6.0, -1.0))
+    slab.scale = (20.0, 20.0, 0.1)
+    bpy.context.view_layer.update()
     options = ["--engine", "cycles", "--bands", "4", "--no-diffuse-shadows"]
     keep = frozenset(["bands", "diffuse_shadows"])
     choice = _choose(scene, camera, options, target=8.0, keep=keep)

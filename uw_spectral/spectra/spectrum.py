@@ -228,6 +228,12 @@ def read_table(path: str | Path, required: tuple[str, ...] = ("wavelength_nm",))
             f"{path}, line {numbered[0][0]}: column {', '.join(missing)} is missing; "
             f"found {printable(', '.join(names))}; {advice}"
         )
+    unreadable = [name for name in names if not name.isprintable()]
+    if unreadable:
+        raise InputError(
+            f"{path}, line {numbered[0][0]}: the column name {unreadable[0]!r} holds tabs or the "
+            "like; separate the columns by commas"
+        )
     doubled = [name for name in names if names.count(name) > 1]
     if doubled:
         raise InputError(

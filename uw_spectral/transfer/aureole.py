@@ -148,8 +148,8 @@ def aureole_factor(
     count = max(_MOMENTS, 2 * streams)
     x = [scatterings for _, scatterings in water]
     x[0] = np.maximum(x[0], 1e-9)
-    total = sum(x)
-    p, chi = 0.0, 0.0
+    total = np.sum(x, axis=0)
+    p, chi = np.zeros(()), np.zeros(())
     for (phase, _), share in zip(water, np.array(x) / total, strict=True):
         p = p + share * phase.per_steradian(s2[:, None, None])
         moments = np.vstack([np.ones(len(phase)), phase.moments(count)])
