@@ -37,6 +37,7 @@ FROM_SUN = 10.0
 _SEED = 7
 _INDEX = 1.34
 _BANDS = 3
+_DARK = 1e-8  # share of the light below which there is nothing to see
 _ELEVATIONS, _AROUND = 16, 128  # directions of the light on a patch: of each quarter, and all
 
 
@@ -59,6 +60,12 @@ class Case:
     def field(self) -> SolvedField:
         """The solved light field."""
         return self.column.solved_field(self.phase)
+
+    @property
+    def lit(self) -> NDArray[np.bool_]:
+        """Bands with light to see by at the camera."""
+        E0 = self.field.scalar_irradiance(np.array([0.0, self.depth]))
+        return E0[1] >= _DARK * E0[0]
 
 
 def cases(kind: int, count: int) -> Iterator[Case]:

@@ -32,7 +32,7 @@ from ..scene.water_body import floor_plane, water_extent
 from . import grey_scene
 
 _DEPTH = 5.0
-_FEW, _SOME, _MANY = 3, 9, 15  # bands
+_FEW, _SOME, _MANY = 3, 9, 33  # bands
 _RESOLUTION = (480, 270)
 _SAMPLES, _REPEATS = 10, 2
 _CYCLES_SAMPLES = 32
@@ -40,8 +40,8 @@ _SHADOW = 0.01  # m, that of the water's sun
 _HEADER = """\
 # Cost of a sample of a frame of EEVEE against the same scene without water, by the options.
 # source: CPU times by `python3 dev.py run -m benchmarks option_costs`, {width} x {height}, EEVEE on
-# the software rasteriser of a two-core machine that other work kept busy; the least of {repeats}
-# runs; shadow maps are left out of the ratios
+# the software rasteriser of a two-core machine; the least of {repeats} runs;
+# shadow maps are left out of the ratios
 # 1: with the term. cycles 1: a pass of three bands in Cycles. bands 0: no water,
 # where ratio holds the CPU time per megapixel and sample, s
 # licence: GPL-3.0-or-later. status: measured, on a CPU; read the ratios

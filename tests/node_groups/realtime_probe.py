@@ -145,7 +145,7 @@ def expected_of_solved(column, phase, view: View, weights):
     return picture @ np.asarray(weights).T, where
 
 
-def errors_of_solved(column, phase, view: View, weights, path: Path):
+def errors_of_solved(column, phase, view: View, weights, path: Path, channels=slice(None)):
     """Relative errors of EEVEE away from the sun: of open water, and of the square.
 
     EEVEE cuts the digits beyond half floats; half a step is put back.
@@ -160,7 +160,7 @@ def errors_of_solved(column, phase, view: View, weights, path: Path):
         # A pixel across the edge of Snell's window is neither bright nor dark.
         zenith = np.degrees(np.arccos(view.rays()[..., 2]))
         far &= np.abs(zenith - math.degrees(math.asin(1 / column.refractive_index))) > 1.0
-    errors = np.abs(seen / wanted - 1 + 2.0**-11)
+    errors = np.abs(seen / wanted - 1 + 2.0**-11)[..., channels]
     return [errors[far & (where == part)].ravel() for part in (0, 1)]
 
 
@@ -168,7 +168,7 @@ def errors_of_case(case: Case, path: Path):
     """Errors in each band of a random case, exposed so that a white patch is near 1."""
     white = np.maximum(case.field.Ed(case.depth) / math.pi, 1e-30)
     view = View(case.depth, case.turn, square=case.square)
-    return errors_of_solved(case.column, case.phase, view, np.diag(1.0 / white), path)
+    return errors_of_solved(case.column, case.phase, view, np.diag(1.0 / white), path, case.lit)
 
 
 def _lit(column, phase, y: np.ndarray, normal: np.ndarray) -> np.ndarray:

@@ -20,7 +20,6 @@ from underwater_spectral.quality.picture import Optics, picture
 from underwater_spectral.quality.requirements import SAFETY, decide
 from underwater_spectral.quality.seen_points import SeenPoints, cone_directions, openness
 from underwater_spectral.quality.terms import (
-    AUREOLE,
     DIFFUSE_SHADOWS,
     SHAFTS,
     SINGLE,
@@ -137,7 +136,7 @@ def test_waves_change_lit_points():
         [seen_points()], Optics(view, waves=sea), choices((6,), surface="flat")
     )
     everything = estimate.everything
-    assert everything == {AUREOLE, SHAFTS, WAVES, SURFACE}
+    assert everything == {SHAFTS, WAVES, SURFACE}
     flat = estimate.rgb(None, everything - {WAVES})
     assert estimate.errors([flat])[0] > 0.1
     assert estimate.errors([estimate.rgb(None, everything)])[0] == pytest.approx(0)
@@ -148,7 +147,7 @@ def test_search_finds_the_cheapest_of_all_combinations():
                         choices(surface="flat"))  # fmt: skip
     costs = read_costs()
     combinations = estimate.combinations(Workload(), costs)
-    assert len(combinations) == 5 * 2 * 2 * 2
+    assert len(combinations) == 5 * 2 * 2
     errors = [estimate.errors([estimate.rgb(c.bands, c.options)])[0] for c in combinations]
     for target in (0.5, 1.0, 3.0):
         chosen, error = estimate.search(combinations, target)
@@ -164,7 +163,7 @@ def test_parts_add_up_as_separate_pictures_do():
     # Bands are known by their name, not by the object.
     guess = estimate.errors([estimate.rgb(BandChoice("9", Optics(few), {}), frozenset())])[0]
     truth = clip_to_display(picture(Optics(fine), seen).without())
-    direct = clip_to_display(picture(Optics(few), seen, surface="none").without(AUREOLE, SHAFTS))
+    direct = clip_to_display(picture(Optics(few), seen, surface="none").without(SHAFTS))
     measured = delta_e_CIE2000_images(direct, truth).mean()
     assert guess == pytest.approx(measured, rel=0.1)
 
@@ -195,8 +194,8 @@ def test_a_looser_target_never_costs_more():
 def test_what_is_kept_stays():
     given = [seen_points(shadow=0.4)], Optics(viewpoint()), choices()
     assert SHAFTS not in decide(*given, target=20.0).options
-    kept = decide(*given, target=20.0, keep=(SHAFTS, AUREOLE))
-    assert kept.options >= {SHAFTS, AUREOLE}
+    kept = decide(*given, target=20.0, keep=(SHAFTS,))
+    assert kept.options >= {SHAFTS}
     assert "on, as given" in "\n".join(map(str, kept.decisions))
 
 
@@ -272,7 +271,7 @@ def test_costs_are_those_of_the_table():
     costs, columns = read_costs(), read_table(DATA_DIRECTORY / "costs.csv", COLUMNS).columns
     rows = [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
     water = [row for row in rows if row["bands"] and not row["cycles"]]
-    assert len(water) == 9
+    assert len(water) == 7
     for row in water:
         options = frozenset(term.name for term in COSTED if row[term.name])
         bands = int(row["bands"])
@@ -358,14 +357,14 @@ def test_diffuse_shadows_are_chosen_where_they_matter():
             (shaded, 20.0, {}),
             (seen, 0.3, {}),
             (seen, 0.3, {"keep": (DIFFUSE_SHADOWS,)}),
-            (shaded, 0.3, {"off": (DIFFUSE_SHADOWS, AUREOLE)}),
+            (shaded, 0.3, {"off": (DIFFUSE_SHADOWS,)}),
         )
     )
     assert DIFFUSE_SHADOWS in chosen.options
     assert DIFFUSE_SHADOWS not in less.options
     assert DIFFUSE_SHADOWS not in none.options
     assert DIFFUSE_SHADOWS in kept.options
-    assert not {DIFFUSE_SHADOWS, AUREOLE} & without.options
+    assert not {DIFFUSE_SHADOWS} & without.options
     line = {d.name: d for d in chosen.decisions}["diffuse shadows"]
     assert line.effect_delta_e > 0.3
     assert line.cost_ratio > 1
