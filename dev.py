@@ -45,7 +45,7 @@ OPENED_AT_RUN_TIME = {"libEGL.so.1": "EGL", "libGL.so.1": "GL"}
 SOFTWARE_RASTERISER = "libgl1-mesa-dri"
 
 EXAMPLE_OPTIONS = [
-    *("--water", "jerlov:IB", "--phase", "hg:0.924", "--bands", "9", "--sensor", "ARRI D21"),
+    *("--water", "jerlov:IB", "--bands", "9", "--sensor", "ARRI D21"),
     *("--illuminant", "clear-sky", "--irradiance", "above"),
     *("--sun-zenith", "30", "--sun-azimuth", "60"),
     *("--surface", "flat", "--floor-depth", "7", "--floor-reflectance", "0.3"),

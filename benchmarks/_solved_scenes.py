@@ -35,6 +35,7 @@ class Scene:
     sky: str = "clear"
     things: bool = False
     phase: str = settings.DEFAULT_PHASE
+    forward_peak: str = settings.EXACT
 
     @property
     def title(self) -> str:
@@ -50,6 +51,7 @@ class Scene:
                 sky=self.sky, sky_radiance=0.05 if self.sky == "clear" else 3.0,
                 sun_zenith=self.sun, sun_azimuth=60.0, floor_depth=self.depth + FLOOR_BELOW,
                 floor_reflectance=str(FLOOR_REFLECTANCE), samples=samples, field=field,
+                forward_peak=self.forward_peak,
             )
         )  # fmt: skip
 

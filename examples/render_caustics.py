@@ -22,7 +22,7 @@ FRAMES, RATE = 48, 25
 COLUMNS = 8
 OPTIONS = [
     *("--engine", "eevee", "--mode", "realtime", "--shafts", "--frames", f"1-{FRAMES}"),
-    *("--water", "jerlov:IB", "--phase", "hg:0.924", "--bands", "8", "--resume"),
+    *("--water", "jerlov:IB", "--bands", "8", "--resume"),
     *("--illuminant", "clear-sky", "--irradiance", "above", "--sun-zenith", "25"),
     *("--sun-azimuth", "-75", "--floor-depth", "5.5", "--floor-reflectance", "0.35"),
     *("--surface", "waves", "--wind", "4", "--wind-direction", "-30", "--wave-tile", "8"),

@@ -24,7 +24,7 @@ BOULDERS = 36
 COLUMNS = 6
 OPTIONS = [
     *("--engine", "eevee", "--mode", "realtime", "--frames", f"1-{FRAMES}", "--resume"),
-    *("--water", "jerlov:IB", "--second-water", "jerlov:3C", "--phase", "hg:0.924"),
+    *("--water", "jerlov:IB", "--second-water", "jerlov:3C"),
     *("--bands", "8", "--illuminant", "clear-sky", "--irradiance", "above", "--surface", "flat"),
     *("--sun-zenith", "30", "--sun-azimuth", "60", "--floor-reflectance", "0.3"),
     *("--floor-depth", str(FLOOR), "--resolution", "160", "90", "--samples", "8"),

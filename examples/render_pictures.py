@@ -14,7 +14,7 @@ WATERS = ("I", "IB", "II")
 # File name → camera and the light it is balanced for.
 CAMERAS = {"arri": ("ARRI D21", "depth"), "nikon": ("Nikon D7000", "daylight")}
 OPTIONS = [
-    *("--phase", "hg:0.924", "--bands", "9", "--illuminant", "clear-sky"),
+    *("--bands", "9", "--illuminant", "clear-sky"),
     *("--sun-zenith", "30", "--sun-azimuth", "60", "--irradiance", "above"),
     *("--floor-depth", "7", "--floor-reflectance", "0.3", "--surface", "flat"),
     *("--resolution", "384", "216", "--samples", "48", "--denoise", "--resume"),

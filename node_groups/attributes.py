@@ -26,6 +26,16 @@ def scattering(layer: int, component: int) -> str:
     return f"uw_scattering_{layer}_{component}"
 
 
+def asymmetry(layer: int, component: int) -> str:
+    """Name of the asymmetry of one component of a layer's phase function."""
+    return f"uw_asymmetry_{layer}_{component}"
+
+
+def alpha(layer: int, component: int) -> str:
+    """Name of the weight of cos² of one component of a layer's phase function."""
+    return f"uw_alpha_{layer}_{component}"
+
+
 def measured(index: int) -> str:
     """Name of the reflectance of one material with a measured spectrum."""
     return f"uw_measured_{index}"

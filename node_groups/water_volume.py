@@ -8,6 +8,7 @@ from typing import Literal
 
 import bpy
 from nodebpy import shader as s
+from nodebpy.builder import FloatSocket
 
 from . import attributes
 
@@ -28,6 +29,8 @@ class ScatteringLobe:
         Weight of cos² beside 1, Draine only.
     index, backscatter : float
         Relative refractive index of the particles and bb/b, Fournier-Forand only.
+    by_band : bool
+        Anisotropy and alpha differ by band: the material reads them as it reads coefficients.
     """
 
     phase: Literal["HENYEY_GREENSTEIN", "DRAINE", "FOURNIER_FORAND", "RAYLEIGH"]
@@ -35,6 +38,7 @@ class ScatteringLobe:
     alpha: float = 0.5
     index: float = 1.10
     backscatter: float = 0.0183
+    by_band: bool = False
 
 
 def build(lobes: tuple[ScatteringLobe, ...], layer: int = 0) -> bpy.types.Material:
@@ -53,8 +57,10 @@ def build(lobes: tuple[ScatteringLobe, ...], layer: int = 0) -> bpy.types.Materi
                 scatter_coefficients=s.Attribute.view_layer(
                     attributes.scattering(layer, index)
                 ).o.vector,
-                anisotropy=lobe.anisotropy,
-                alpha=lobe.alpha,
+                anisotropy=_by_band(attributes.asymmetry(layer, index))
+                if lobe.by_band
+                else lobe.anisotropy,
+                alpha=_by_band(attributes.alpha(layer, index)) if lobe.by_band else lobe.alpha,
                 ior=lobe.index,
                 backscatter=lobe.backscatter,
                 phase=lobe.phase,
@@ -62,3 +68,8 @@ def build(lobes: tuple[ScatteringLobe, ...], layer: int = 0) -> bpy.types.Materi
             nodes.append(coefficients)
         functools.reduce(s.AddShader, nodes) >> s.MaterialOutput().i.volume
     return material.material
+
+
+def _by_band(name: str) -> FloatSocket:
+    """Mean over the bands of a pass, which share a phase function."""
+    return s.Attribute.view_layer(name).o.factor

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,6 +10,8 @@ from numpy.typing import NDArray
 
 from ..node_groups.water_volume import ScatteringLobe
 from ..uw_spectral.errors import InputError
+from ..uw_spectral.transfer.water_column import WaterColumn
+from ..uw_spectral.water.bounded_peak import bound_forward_peak
 from ..uw_spectral.water.phase import (
     BandPhase,
     EinsteinSmoluchowski,
@@ -22,45 +25,90 @@ from ..uw_spectral.water.phase import (
 
 _PETZOLD_NOTE = (
     "Cycles has no tabulated phase function: petzold is rendered as Fournier-Forand 1.10, 0.0183, "
-    "its closest match (Mobley 2002)"
+    "its closest match (Mobley 2002); --forward-peak bounded fits petzold itself"
 )
+_SHARP_NOTE = (
+    "the forward peak of this phase function is too sharp to be bounded; Cycles draws it exactly, "
+    "with much noise"
+)
+LARGEST_ERROR = 0.25
+"""Error of a bounded phase function up to which it is drawn."""
 
 
 @dataclass(frozen=True, eq=False)
 class CyclesPhase:
     """A phase function as Cycles scatters it.
 
-    ``shares[i]``, shape (n,), is the share of ``lobes[i]`` in the scattering of
-    each band. Cycles picks among lobes by the average over its three channels,
-    so three bands fit one pass only where the shares are the same in each.
+    Attributes
+    ----------
+    lobes : tuple of ScatteringLobe
+        As many as Cycles has room for, two.
+    shares : tuple of array, shape (n,)
+        Share of each lobe in the scattering of each band; where the forward peak is bounded
+        they add up to less than 1, see :class:`.BoundedPhase`. Cycles picks among lobes by the
+        average over its three channels, so three bands fit one pass only where the shares
+        are about the same in each.
+    shapes : tuple of (array, array), shape (n,)
+        Anisotropy and alpha of each lobe that has its own in each band; else none.
+    bands_per_pass : int
+    notes : tuple of str
     """
 
     lobes: tuple[ScatteringLobe, ...]
     shares: tuple[NDArray[np.float64], ...]
     bands_per_pass: int
-    notes: tuple[str, ...]
+    notes: tuple[str, ...] = ()
+    shapes: tuple[tuple[NDArray[np.float64], NDArray[np.float64]], ...] = ()
 
 
-def cycles_phase(phase: BandPhase) -> CyclesPhase:
+def cycles_phase(phase: BandPhase, *, bounded: bool = False) -> CyclesPhase:
     """Split a phase function into lobes.
+
+    Parameters
+    ----------
+    phase : BandPhase
+    bounded : bool
+        Bound the forward peak of sea particles, see :func:`.bound_forward_peak`; a peak
+        that lobes cannot follow stays exact, and a note says so.
 
     Raises
     ------
     InputError
         If Cycles has nothing for one of its components.
     """
+    per_pass, notes = 3 if phase.same_in_all_bands else 1, []
+    peaked = [c for c in phase.components if isinstance(c, FournierForand | PetzoldAverage)]
+    if bounded and peaked:
+        # Whether lobes will do must not depend on what may be animated.
+        if all(_can_be_bounded(component) for component in peaked):
+            fit = bound_forward_peak(phase)
+            return CyclesPhase(
+                (ScatteringLobe("DRAINE", by_band=True),) * 2,
+                tuple(fit.shares),
+                per_pass,
+                shapes=tuple(zip(fit.asymmetries, fit.alphas, strict=True)),
+            )
+        notes.append(_SHARP_NOTE)
+    if any(isinstance(c, PetzoldAverage) for c in peaked):
+        notes.append(_PETZOLD_NOTE)
     parts = [
         (lobe, share * weights)
         for component, weights in zip(phase.components, phase.weights, strict=True)
         for lobe, share in _lobes(component)
     ]
-    notes = (_PETZOLD_NOTE,) if any(isinstance(c, PetzoldAverage) for c in phase.components) else ()
-    return CyclesPhase(
-        tuple(lobe for lobe, _ in parts),
-        tuple(shares for _, shares in parts),
-        3 if phase.same_in_all_bands else 1,
-        notes,
-    )
+    lobes, shares = zip(*parts, strict=True)
+    return CyclesPhase(lobes, shares, per_pass, tuple(notes))
+
+
+@functools.lru_cache(maxsize=32)
+def _can_be_bounded(phase: PhaseFunction) -> bool:
+    return bool(bound_forward_peak(phase.for_bands(1.0)).error.max() <= LARGEST_ERROR)
+
+
+def cycles_phases(column: WaterColumn, first: BandPhase, *, bounded: bool) -> list[CyclesPhase]:
+    """Split the phase functions of all layers, from the surface down."""
+    phases = first, *(layer.phase for layer in column.below)
+    return [cycles_phase(phase, bounded=bounded) for phase in phases]
 
 
 def _lobes(phase: PhaseFunction) -> list[tuple[ScatteringLobe, float]]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import bpy
 import numpy as np
@@ -18,7 +19,7 @@ from ..node_groups import (
 )
 from ..uw_spectral.transfer.water_column import WaterColumn
 from . import band_colors, scene_water
-from .cycles_phase import cycles_phase
+from .cycles_phase import CyclesPhase
 from .water_body import WaterExtent, box, plane
 
 INTERFACE = "uw_interface"
@@ -36,7 +37,7 @@ _OVERLAP = 0.1
 def add_water(
     scene: bpy.types.Scene,
     column: WaterColumn,
-    lobes: tuple[water_volume.ScatteringLobe, ...],
+    phases: Sequence[CyclesPhase],
     extent: WaterExtent,
 ) -> list[str]:
     """Put water into a scene.
@@ -52,8 +53,8 @@ def add_water(
         The scene; its z = 0 is the mean water surface.
     column : WaterColumn
         The water, the light and the floor.
-    lobes : tuple of ScatteringLobe
-        The phase function, as Cycles knows it, of the first layer.
+    phases : sequence of CyclesPhase
+        Phase function of each layer, from the surface down.
     extent : WaterExtent
         Size of the water.
 
@@ -70,7 +71,7 @@ def add_water(
     scene_water.prepare(scene)
     materials, notes = scene_water.own_materials(scene, routed=True)
     notes += band_colors.insert(materials)
-    objects, parts, images = _layers(column, lobes, extent), {}, None
+    objects, parts, images = _layers(column, phases, extent), {}, None
     if column.reflects:
         if column.surface == "waves":
             images = realtime_waves.new_images()
@@ -102,12 +103,12 @@ def place(scene: bpy.types.Scene, column: WaterColumn) -> None:
 
 def _layers(
     column: WaterColumn,
-    lobes: tuple[water_volume.ScatteringLobe, ...],
+    phases: Sequence[CyclesPhase],
     extent: WaterExtent,
 ) -> list[bpy.types.Object]:
     """Make a box for each layer of the water, one upon the other."""
     gap = _gap(column.attenuation)
-    tops, bottoms, phases = [gap if column.reflects else 0.0], [], [lobes]
+    tops, bottoms = [gap if column.reflects else 0.0], []
     above = column.attenuation
     for layer in column.below:
         here = layer.absorption + layer.scattering
@@ -117,12 +118,12 @@ def _layers(
             break
         tops.append(layer.top + overlap)
         bottoms.append(min(layer.top + 2.0 * overlap, extent.bottom))
-        phases.append(cycles_phase(layer.phase).lobes)
     bottoms.append(extent.bottom)
     boxes = []
-    for index, (top, bottom, parts) in enumerate(zip(tops, bottoms, phases, strict=True)):
+    # Layers below the water's bottom have no box.
+    for index, (top, bottom, phase) in enumerate(zip(tops, bottoms, phases, strict=False)):
         boxes.append(box("UW Water", WaterExtent(extent.half_width, bottom), -top))
-        boxes[-1].data.materials.append(water_volume.build(parts, index))
+        boxes[-1].data.materials.append(water_volume.build(phase.lobes, index))
     return boxes
 
 

@@ -56,7 +56,7 @@ def cycles_bands(
     denoise: bool,
 ) -> Iterator[BandEngine]:
     """Water for the Cycles reference while the block runs."""
-    notes = cycles_water.add_water(scene, plan.column, plan.cycles.lobes, extent)
+    notes = cycles_water.add_water(scene, plan.column, plan.cycles_phases, extent)
     light = plan.inelastic
     layers = None if light is None else inelastic_layers.add_layers(scene, light, extent)
     chosen = plan.settings

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ..node_groups import attributes
 from ..uw_spectral.transfer.water_column import WaterColumn
-from .cycles_phase import cycles_phase
+from .cycles_phase import CyclesPhase
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,17 +24,15 @@ class PassValues:
     values: dict[str, NDArray[np.float64]]
 
     @classmethod
-    def of_column(
-        cls, column: WaterColumn, scattering_shares: Sequence[NDArray[np.float64] | float] = (1.0,)
-    ) -> PassValues:
+    def of_column(cls, column: WaterColumn, phases: Sequence[CyclesPhase]) -> PassValues:
         """Return the values of the water itself.
 
         Parameters
         ----------
         column : WaterColumn
             The water, its light and its floor.
-        scattering_shares : sequence of float or array, shape (n,)
-            Share of each lobe of the first layer's phase function in its scattering.
+        phases : sequence of CyclesPhase
+            Phase function of each layer, from the surface down.
         """
         # Radiance gains n² on its way into the denser medium; Cycles leaves that out.
         gain = column.refractive_index**2 if column.reflects else 1.0
@@ -43,11 +41,14 @@ class PassValues:
             attributes.SKY_RADIANCE: column.skylight.level * gain,
             attributes.FLOOR_REFLECTANCE: column.floor_reflectance,
         }
-        shares = [scattering_shares, *(cycles_phase(x.phase).shares for x in column.below)]
-        for layer, (water, parts) in enumerate(zip((column, *column.below), shares, strict=True)):
+        layers = zip((column, *column.below), phases, strict=True)
+        for layer, (water, phase) in enumerate(layers):
             values[attributes.absorption(layer)] = water.absorption
-            for index, share in enumerate(parts):
+            for index, share in enumerate(phase.shares):
                 values[attributes.scattering(layer, index)] = water.scattering * share
+            for index, (asymmetry, alpha) in enumerate(phase.shapes):
+                values[attributes.asymmetry(layer, index)] = asymmetry
+                values[attributes.alpha(layer, index)] = alpha
         return cls(values)
 
     def with_values(self, values: dict[str, NDArray[np.float64]]) -> PassValues:

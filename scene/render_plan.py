@@ -36,10 +36,10 @@ from ..uw_spectral.spectra.spectral_image import RADIANCE_UNITS
 from ..uw_spectral.transfer.radiance_table import TABLE_STREAMS
 from ..uw_spectral.water.bio_optics import Constituents
 from . import band_colors
-from .cycles_phase import CyclesPhase, cycles_phase
+from .cycles_phase import CyclesPhase, cycles_phases
 from .pass_values import PassValues
 from .realtime import MOST_BANDS, MOST_CLOSED_FORM_BANDS, RealtimeWater, realtime_water
-from .settings import AUTO, CONSTITUENTS, DEFAULT_PHASE, OPTIMISED, SOLVED, SceneSettings
+from .settings import AUTO, BOUNDED, CONSTITUENTS, DEFAULT_PHASE, OPTIMISED, SOLVED, SceneSettings
 
 _RELATIVE_UNITS = "sr^-1, relative to an irradiance of 1 at 560 nm"
 _RECORDED_PACKAGES = ("numpy", "colour-science", "jerlov", "nodebpy", "OpenImageIO")
@@ -52,15 +52,20 @@ class RenderPlan(ResolvedOptics):
     settings: SceneSettings = dataclasses.field(kw_only=True)
 
     @functools.cached_property
-    def cycles(self) -> CyclesPhase:
-        """How Cycles draws the phase function of the first layer."""
-        return cycles_phase(self.phase)
+    def cycles_phases(self) -> list[CyclesPhase]:
+        """How Cycles draws the phase function of each layer, from the surface down."""
+        bounded = self.settings.forward_peak == BOUNDED
+        return cycles_phases(self.column, self.phase, bounded=bounded)
+
+    @property
+    def bands_per_pass(self) -> int:
+        """Bands that share a pass of Cycles."""
+        return min(phase.bands_per_pass for phase in self.cycles_phases)
 
     @property
     def passes(self) -> list[tuple[int, ...]]:
         """The bands of each render pass."""
-        phases = self.cycles, *(cycles_phase(layer.phase) for layer in self.column.below)
-        return self.bands.packed(min(phase.bands_per_pass for phase in phases))
+        return self.bands.packed(self.bands_per_pass)
 
     @property
     def radiance_units(self) -> str:
@@ -71,7 +76,7 @@ class RenderPlan(ResolvedOptics):
     def notes(self) -> tuple[str, ...]:
         """Caveats of the data and of the renderer."""
         caveats = [text for x in self.waters.layers for text in x.caveats_at(self.bands.centres)]
-        notes = (*dict.fromkeys(caveats), *self.cycles.notes)
+        notes = (*dict.fromkeys(caveats), *(note for x in self.cycles_phases for note in x.notes))
         if self.reference is not None and self.inelastic is not None:
             notes += ("optimised bands do not expect inelastic light; its colour may be off",)
         return notes
@@ -88,7 +93,7 @@ class RenderPlan(ResolvedOptics):
             name = band_colors.measured_attribute(material)
             if name is not None:
                 values[name] = reflectance.at(self.bands.centres)
-        return PassValues.of_column(self.column, self.cycles.shares).with_values(values)
+        return PassValues.of_column(self.column, self.cycles_phases).with_values(values)
 
     @property
     def most_bands(self) -> int:

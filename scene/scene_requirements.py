@@ -118,7 +118,7 @@ def choose(
         drawn = shaded.realtime(scene, views[0].depth, np.ones((3, len(plan.bands))))
         shaft_end = drawn.shafts.end if drawn.shafts is not None else 0.0
     method = job.mode if job.engine == "eevee" else "cycles"
-    per_pass = plan.cycles.bands_per_pass if method == "cycles" else 3
+    per_pass = plan.bands_per_pass if method == "cycles" else 3
     render = scene.render
     pixels = render.resolution_x * render.resolution_y * (render.resolution_percentage / 100) ** 2
     workload = Workload(

@@ -21,6 +21,7 @@ AUTO = "auto"
 BANDS, REALTIME = "bands", "realtime"
 EQUAL, OPTIMISED = "equal", "optimised"
 SOLVED, CLOSED_FORM = "solved", "closed-form"
+BOUNDED, EXACT = "bounded", "exact"
 DEFAULT_PHASE = "mixture"
 CONSTITUENTS = "constituents"
 _AMOUNTS = ("chlorophyll", "cdom", "minerals", "detritus")
@@ -212,6 +213,12 @@ class SceneSettings:
     samples: int = _setting(64, "Samples per pixel", limits=(1, 2**24))
     bounces: int = _setting(
         64, "Times that Cycles scatters or reflects light at most", limits=(1, 1024)
+    )
+    forward_peak: str = _setting(
+        BOUNDED,
+        "Cycles: light that sea particles turn by less than about 3 degrees: bounded, as if most "
+        "of it went straight on, which saves most of the noise; or exact",
+        choices=(BOUNDED, EXACT),
     )
     field: str = _setting(
         SOLVED,

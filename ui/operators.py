@@ -63,8 +63,7 @@ class AddWater(_Operator):
 
     start: bpy.props.BoolProperty(
         name="Start settings",
-        description="In a scene without settings of the water: a flat surface with Snell's window, "
-        "and a phase function that reference renders are quick with (Henyey-Greenstein 0.924)",
+        description="In a scene without settings of the water: a flat surface with Snell's window",
         default=True,
     )
 
@@ -79,7 +78,7 @@ class AddWater(_Operator):
 
         water = _water(context)
         if self.start and not migration.is_used(context.scene):
-            water.phase, water.surface = "hg:0.924", "flat"
+            water.surface = "flat"
         self.tell(live.add(context.scene))
         migration.stamp(context.scene)
         problem = live.problem(context.scene)

@@ -299,6 +299,7 @@ class QualityPanel(_SubPanel, bpy.types.Panel):
         engine = METHODS[panel.quality.lower()].engine
         if engine == "cycles":
             column.prop(panel, "denoise")
+            column.prop(water, "forward_peak", text="Forward peak")
         if engine == "eevee":
             column.prop(water, "field", text="Multiple scattering")
         for term in TERMS:

@@ -182,7 +182,6 @@ class UnderwaterPanelProperties(bpy.types.PropertyGroup):
         "Scattering",
         "Phase function: how far light is turned when it is scattered",
         {
-            "hg:0.924": ("Quick", "Henyey-Greenstein, g = 0.924: mean cosine of sea particles"),
             "mixture": ("Sea particles", "Molecules and particles by their share in each band"),
             "petzold": ("Petzold", "Measured average particles, the same in all bands"),
         },

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 from underwater_spectral.node_groups.water_volume import ScatteringLobe
+from underwater_spectral.scene.cycles_phase import CyclesPhase, cycles_phase
 from underwater_spectral.uw_spectral.spectra.bands import Bands
 from underwater_spectral.uw_spectral.transfer.water_column import WaterColumn
 
@@ -21,6 +22,12 @@ def grey_column(a: float, b: float, **changes) -> WaterColumn:
         "refractive_index": 1.0,
     }
     return WaterColumn(bands, np.full(3, a), np.full(3, b), **(values | changes))
+
+
+def layers_of(column: WaterColumn, lobes, shares=(1.0,)) -> list[CyclesPhase]:
+    """Return these lobes for the first layer, and the phase functions of those below."""
+    first = CyclesPhase(lobes, tuple(np.full(3, share) for share in shares), 3)
+    return [first, *(cycles_phase(layer.phase) for layer in column.below)]
 
 
 def henyey_greenstein(g: float) -> tuple[ScatteringLobe, ...]:

@@ -26,7 +26,9 @@ LAYERS = {"below": _deeper(2.0, 6.0)}
 def _add(scene, **changes):
     column = columns.grey_column(0.05, 0.1, **changes)
     extent = water_body.water_extent(scene, column, 5.0)
-    return cycles_water.add_water(scene, column, columns.henyey_greenstein(0.8), extent)
+    return cycles_water.add_water(
+        scene, column, columns.layers_of(column, columns.henyey_greenstein(0.8)), extent
+    )
 
 
 @pytest.mark.parametrize("changes", [{}, FLAT, FLAT | LAYERS])
@@ -132,7 +134,9 @@ def test_each_layer_reads_its_own_coefficients():
     scene = scenes.varied_scene()
     below = _deeper(2.0) + _deeper(6.0, phase="tthg:0.9,-0.5,0.75")
     column = columns.grey_column(0.1, 0.3, below=below)
-    values = pass_values.PassValues.of_column(column).values
+    values = pass_values.PassValues.of_column(
+        column, columns.layers_of(column, columns.henyey_greenstein(0.8))
+    ).values
     by_layer = [("uw_absorption_0", 0.1), ("uw_scattering_0_0", 0.3)]
     by_layer += [("uw_absorption_1", 0.4), ("uw_scattering_1_0", 0.5)]
     by_layer += [
@@ -143,7 +147,10 @@ def test_each_layer_reads_its_own_coefficients():
     for name, value in by_layer:
         np.testing.assert_allclose(values[name], value)
     cycles_water.add_water(
-        scene, column, columns.henyey_greenstein(0.8), water_body.water_extent(scene, column, 5.0)
+        scene,
+        column,
+        columns.layers_of(column, columns.henyey_greenstein(0.8)),
+        water_body.water_extent(scene, column, 5.0),
     )
     read = {
         node.attribute_name

@@ -49,9 +49,13 @@ def rendered(column, light, tilt, tmp_path, samples):
     camera = scenes.add_camera((0.0, 0.0, -DEPTH), (tilt, 0.0, 0.0))
     camera.data.angle = math.radians(1.0)
     extent = water_body.water_extent(scene, column, DEPTH)
-    cycles_water.add_water(scene, column, columns.henyey_greenstein(0.8), extent)
+    cycles_water.add_water(
+        scene, column, columns.layers_of(column, columns.henyey_greenstein(0.8)), extent
+    )
     edges = inelastic_layers.add_layers(scene, light, extent)
-    values = pass_values.PassValues.of_column(column)
+    values = pass_values.PassValues.of_column(
+        column, columns.layers_of(column, columns.henyey_greenstein(0.8))
+    )
     values = values.with_values(inelastic_layers.emission(light, edges))
     values.apply(scene.view_layers[0], (0, 1, 2))
     settings = {"samples": samples, "seed": 1, "denoise": False}

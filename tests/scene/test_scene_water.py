@@ -26,7 +26,9 @@ def _eevee(scene, a=0.05):
 
 def _cycles(scene, a=0.05):
     column = columns.grey_column(a, 0.1, surface="flat", refractive_index=1.34, floor_depth=9.0)
-    return cycles_water.add_water(scene, column, columns.henyey_greenstein(0.8), EXTENT)
+    return cycles_water.add_water(
+        scene, column, columns.layers_of(column, columns.henyey_greenstein(0.8)), EXTENT
+    )
 
 
 FILLINGS = pytest.mark.parametrize("fill", [_eevee, _cycles])

@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 from hypothesis import strategies as st
 from mathutils import Vector
-from underwater_spectral.node_groups.water_volume import ScatteringLobe
 from underwater_spectral.scene import (
     cameras,
     cycles_settings,
@@ -28,7 +27,7 @@ from underwater_spectral.scene import (
 from underwater_spectral.scene.render_plan import make_plan
 from underwater_spectral.scene.settings import SceneSettings
 from underwater_spectral.tests.scene import scenes, snapshot
-from underwater_spectral.tests.scene.columns import grey_column
+from underwater_spectral.tests.scene.columns import grey_column, henyey_greenstein, layers_of
 from underwater_spectral.tests.stress.cases import few_or_many, try_cases
 from underwater_spectral.uw_spectral.errors import InputError
 from underwater_spectral.uw_spectral.spectra.spectral_image import read_exr
@@ -39,7 +38,6 @@ pytestmark = pytest.mark.filterwarnings(
     "ignore::underwater_spectral.uw_spectral.errors.DataWarning"
 )
 PHASE = parse_phase("hg:0.8").for_bands(np.ones(3))
-LOBES = (ScatteringLobe("HENYEY_GREENSTEIN", 0.8),)
 
 
 @pytest.fixture(autouse=True)
@@ -189,7 +187,7 @@ def test_water_of_both_engines_leaves_no_trace(name):
     assert realtime.has_realtime(scene)
     scene_water.remove(scene)
     assert snapshot.differences(before, snapshot.snapshot()) == []
-    cycles_water.add_water(scene, column, LOBES, extent)
+    cycles_water.add_water(scene, column, layers_of(column, henyey_greenstein(0.8)), extent)
     scene_water.remove(scene)
     assert snapshot.differences(before, snapshot.snapshot()) == []
 
@@ -403,8 +401,9 @@ def test_cycles_panoramas_are_finite(tmp_path, panorama):
     camera = _open_water(scene, {"type": "PANO", "panorama_type": panorama})
     column = _column(surface="flat", refractive_index=1.34, sky_radiance=0.1)
     extent = water_body.water_extent(scene, column, 5.0)
-    cycles_water.add_water(scene, column, LOBES, extent)
-    pass_values.PassValues.of_column(column).apply(scene.view_layers[0], (0, 1, 2))
+    phases = layers_of(column, henyey_greenstein(0.8))
+    cycles_water.add_water(scene, column, phases, extent)
+    pass_values.PassValues.of_column(column, phases).apply(scene.view_layers[0], (0, 1, 2))
     with cycles_settings.reference_settings(scene, camera, samples=4, seed=1, denoise=False):
         exr_output.write_float_exr(scene, tmp_path / "cycles.exr")
     scene_water.remove(scene)

@@ -21,7 +21,7 @@ def scene():
     scenes._cube("ball", (0.0, 6.0, -5.0)).data.materials.append(scenes.principled("paint"))
     scenes.add_camera()
     water = bpy.context.scene.underwater
-    water.phase, water.surface, water.bands = "hg:0.924", "flat", 3
+    water.phase, water.surface, water.bands = "mixture", "flat", 3
     bpy.context.view_layer.update()
     live.add(bpy.context.scene)
     return bpy.context.scene

@@ -153,6 +153,7 @@ def test_the_panel_names_properties_that_exist(water, quality, monkeypatch):
     assert "inelastic" in shown
     assert ("chlorophyll" in shown) == (water == "constituents")
     assert ("denoise" in shown) == (quality == "REFERENCE")
+    assert ("forward_peak" in shown) == (quality == "REFERENCE")
     switches = {"field", "shafts", "diffuse_shadows"} & set(shown)
     assert len(switches) == (0 if quality == "REFERENCE" else 3)
 

@@ -17,6 +17,7 @@ from underwater_spectral.scene import (
     scene_water,
     water_body,
 )
+from underwater_spectral.tests.scene import columns
 from underwater_spectral.uw_spectral.spectra.spectral_image import read_exr
 from underwater_spectral.uw_spectral.transfer.water_column import WaterColumn
 
@@ -39,8 +40,9 @@ def _pixels(
     path: Path,
 ) -> np.ndarray:
     extent = water_body.water_extent(scene, column, -camera.location.z)
-    cycles_water.add_water(scene, column, lobes, extent)
-    pass_values.PassValues.of_column(column, shares).apply(scene.view_layers[0], (0, 1, 2))
+    phases = columns.layers_of(column, lobes, shares)
+    cycles_water.add_water(scene, column, phases, extent)
+    pass_values.PassValues.of_column(column, phases).apply(scene.view_layers[0], (0, 1, 2))
     scene.cycles.pixel_filter_type = "BOX"
     settings = {"samples": samples, "seed": 1, "denoise": False}
     with cycles_settings.reference_settings(scene, camera, **settings):

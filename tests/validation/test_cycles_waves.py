@@ -56,8 +56,12 @@ def _camera(scene):
 def _renders(scene, camera, plan, frames, path, samples=64):
     column = plan.column
     extent = water_body.WaterExtent(60.0, column.floor_depth + 1)
-    cycles_water.add_water(scene, column, columns.henyey_greenstein(0.9), extent)
-    values = pass_values.PassValues.of_column(column)
+    cycles_water.add_water(
+        scene, column, columns.layers_of(column, columns.henyey_greenstein(0.9)), extent
+    )
+    values = pass_values.PassValues.of_column(
+        column, columns.layers_of(column, columns.henyey_greenstein(0.9))
+    )
     options = {"samples": samples, "seed": 0, "denoise": False}
     with cycles_settings.reference_settings(scene, camera, **options) as layer:
         scene.cycles.pixel_filter_type = "BOX"

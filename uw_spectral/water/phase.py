@@ -114,6 +114,16 @@ def henyey_greenstein(g: Operand, s2: Operand, m: Mathematics = NUMPY) -> Operan
     return _PER_SPHERE * (1.0 - g) * (1.0 + g) / (narrow * m.sqrt(narrow))
 
 
+def draine(g: Operand, alpha: Operand, s2: Operand, m: Mathematics = NUMPY) -> Operand:
+    """Return the Draine function, 1/sr, at s2 = sin²(angle / 2): HG(g) times 1 + α cos².
+
+    B. T. Draine, Astrophys. J. 598, 1017 (2003).
+    """
+    cosine = 1.0 - 2.0 * s2
+    norm = 1.0 + alpha * (1.0 + 2.0 * g * g) / 3.0
+    return henyey_greenstein(g, s2, m) * (1.0 + alpha * cosine * cosine) / norm
+
+
 @dataclass(frozen=True)
 class HenyeyGreenstein(PhaseFunction):
     """Henyey-Greenstein function of mean cosine g.

@@ -10,4 +10,4 @@ water.second_water = ""
 water.second_water_share = 0.0
 water.absorption_factor = 1.0
 water.scattering_factor = 1.0
-water.phase = "hg:0.924"
+water.phase = "mixture"
