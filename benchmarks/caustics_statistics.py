@@ -35,8 +35,8 @@ from ..uw_spectral.surface.waves import WaveComponents, WaveSpectrum, slope_vari
 from ..uw_spectral.transfer.light_field import solve_light_field
 from ..uw_spectral.transfer.sky import Sky
 from ..uw_spectral.transfer.sunlit_water import SunlitWater
-from ..uw_spectral.water.optical_properties import molecular_scattering
 from ..uw_spectral.water.phase import parse_phase
+from ..uw_spectral.water.pure_water import molecular_scattering
 
 ROOT = Path(__file__).resolve().parent.parent
 WIND_AZIMUTH = 40.0  # between the sun and the wind, degrees; unknown in the field

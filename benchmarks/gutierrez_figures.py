@@ -39,8 +39,9 @@ from ..uw_spectral.water.bio_optics import (
 from ..uw_spectral.water.diffuse_attenuation import Kd490_Morel2007, Kd_Lee2005
 from ..uw_spectral.water.inelastic_processes import PROCESSES, inelastic_processes
 from ..uw_spectral.water.kd_inversion import invert_Kd
-from ..uw_spectral.water.optical_properties import JERLOV_TYPES, Water, molecular_scattering
+from ..uw_spectral.water.optical_properties import JERLOV_TYPES, Water
 from ..uw_spectral.water.phase import BandPhase, parse_phase
+from ..uw_spectral.water.pure_water import molecular_scattering
 
 ROOT = Path(__file__).resolve().parent.parent
 SUN_ZENITH = 30.0

@@ -26,8 +26,9 @@ from ..uw_spectral.surface.refraction import (
 from ..uw_spectral.transfer.water_column import WaterColumn
 from ..uw_spectral.water.bio_optics import named_waters
 from ..uw_spectral.water.inelastic_processes import PROCESSES
-from ..uw_spectral.water.optical_properties import JERLOV_TYPES, Water, molecular_scattering
+from ..uw_spectral.water.optical_properties import JERLOV_TYPES, Water
 from ..uw_spectral.water.phase import parse_phase
+from ..uw_spectral.water.pure_water import molecular_scattering
 from .inelastic_table import BANDS, CAMERA, CONE, SUN_ZENITH, column_of, first_order
 from .path_radiance_table import ROOT
 

@@ -22,8 +22,9 @@ from ..uw_spectral.transfer.discrete_ordinates import Layer, solve_discrete_ordi
 from ..uw_spectral.transfer.light_field import solve_light_field
 from ..uw_spectral.transfer.sky import Sky
 from ..uw_spectral.transfer.solved_field import SolvedField
-from ..uw_spectral.water.optical_properties import Water, molecular_scattering
+from ..uw_spectral.water.optical_properties import Water
 from ..uw_spectral.water.phase import parse_phase
+from ..uw_spectral.water.pure_water import molecular_scattering
 from . import monte_carlo_table, path_radiance_table
 
 CASES = 200

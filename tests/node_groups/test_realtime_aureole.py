@@ -16,8 +16,9 @@ from underwater_spectral.uw_spectral.surface.refraction import (
 from underwater_spectral.uw_spectral.transfer.radiance_table import tabulate
 from underwater_spectral.uw_spectral.transfer.sun_beam import half_angle2
 from underwater_spectral.uw_spectral.transfer.water_column import WaterColumn
-from underwater_spectral.uw_spectral.water.optical_properties import Water, molecular_scattering
+from underwater_spectral.uw_spectral.water.optical_properties import Water
 from underwater_spectral.uw_spectral.water.phase import parse_phase
+from underwater_spectral.uw_spectral.water.pure_water import molecular_scattering
 
 ZENITH, INDEX = 30.0, 1.34
 

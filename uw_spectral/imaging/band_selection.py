@@ -135,7 +135,7 @@ def optimised_bands(
     >>> from .optics import resolve
     >>> many = resolve(Description(bands=BandsDescription(REFERENCE_BANDS)))
     >>> optimised_bands(3, many.viewpoint(5.0)).bands.centres
-    array([447.5, 532.5, 607.5])
+    array([447.5, 532.5, 602.5])
     """
     if not depths:
         raise InputError("optimised bands: give at least one depth")

@@ -34,9 +34,10 @@ from ..water.inelastic_processes import (
     parse_processes,
 )
 from ..water.named import parse_uniform_water, parse_water
-from ..water.optical_properties import Water, molecular_scattering
+from ..water.optical_properties import Water
 from ..water.phase import BandPhase, PhaseModel, SeawaterMixture, parse_phase
 from ..water.profile import Profile, WaterProfile
+from ..water.pure_water import molecular_scattering
 from .band_selection import FittedViewpoint, optimised_bands
 from .description import (
     REFERENCE_BANDS,
@@ -271,7 +272,7 @@ def make_viewpoint(
     >>> camera = make_viewpoint(Water.jerlov("IB"), parse_illuminant("d65"),
     ...                         parse_sensor("cie1931"), 5.0, Bands.uniform(60))
     >>> round(horizontal_visibility(camera)), round(euphotic_depth(camera.column, camera.phase))
-    (39, 101)
+    (39, 103)
     """
     description = Description(
         WaterDescription(water, phase=phase),

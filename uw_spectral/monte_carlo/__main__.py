@@ -25,8 +25,9 @@ from ..transfer.water_column import SURFACES, WaterColumn
 from ..water.bio_optics import Constituents, constituents_of
 from ..water.inelastic_processes import parse_processes
 from ..water.named import parse_uniform_water
-from ..water.optical_properties import Water, molecular_scattering
+from ..water.optical_properties import Water
 from ..water.phase import BandPhase, parse_phase
+from ..water.pure_water import molecular_scattering
 from .bio_optical import bio_optical_medium
 from .medium import Constituent, InelasticInteraction
 from .results import MonteCarloResult

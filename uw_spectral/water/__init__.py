@@ -2,9 +2,10 @@
 
 from .bio_optics import Constituents
 from .named import list_waters, parse_water
-from .optical_properties import JERLOV_TYPES, Water, molecular_scattering
+from .optical_properties import JERLOV_TYPES, Water
 from .phase import BandPhase, FournierForand, HenyeyGreenstein, parse_phase
 from .profile import Profile, read_profile
+from .pure_water import molecular_scattering
 
 __all__ = [
     "JERLOV_TYPES",

@@ -19,7 +19,7 @@ from ..errors import InputError, unknown_name
 from ..mathematics import NUMPY, Mathematics, Operand
 from ..spectra.spectrum import Spectrum, shipped_table
 from .diffuse_attenuation import Kd490_Morel2007, Kd_Lee2005, chlorophyll_Morel2007
-from .optical_properties import Water, molecular_scattering
+from .optical_properties import Water
 from .phase import (
     BandPhase,
     EinsteinSmoluchowski,
@@ -28,6 +28,7 @@ from .phase import (
     SeawaterMixture,
     henyey_greenstein,
 )
+from .pure_water import molecular_scattering, pure_water_absorption
 
 SEA_SALINITY = 35.0
 """Salinity of the sea in g/kg, for which the molecular scattering is tabulated."""
@@ -424,34 +425,6 @@ def _named(name: str) -> tuple[str, NamedWater]:
     if key not in known:
         raise unknown_name("sea", name, known)
     return key, known[key]
-
-
-def pure_water_absorption(
-    wavelengths: ArrayLike, source: str = "pope_fry_1997"
-) -> NDArray[np.float64]:
-    """Absorption of pure water, 1/m.
-
-    Parameters
-    ----------
-    wavelengths : array_like, shape (n,)
-        300 to 800 nm.
-    source : str
-        ``pope_fry_1997`` (IOCCG 2018 outside 420 to 727.5 nm) or ``smith_baker_1981``.
-
-    Raises
-    ------
-    InputError
-        Wavelength outside the table, or unknown source.
-
-    Examples
-    --------
-    >>> pure_water_absorption([440, 700])
-    array([0.00635, 0.624  ])
-    """
-    table = shipped_table("pure_water_absorption.csv")
-    if source == "wavelength_nm" or source not in table.columns:
-        raise unknown_name("absorption of pure water", source, list(table.columns)[1:])
-    return table.spectrum(source, f"absorption of pure water ({source})").at(wavelengths)
 
 
 def phytoplankton_absorption(chlorophyll: float, wavelengths: ArrayLike) -> NDArray[np.float64]:

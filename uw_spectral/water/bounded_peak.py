@@ -90,7 +90,7 @@ def bound_forward_peak(phase: BandPhase) -> BoundedPhase:
 
     Examples
     --------
-    >>> from uw_spectral.water.phase import FournierForand
+    >>> from .phase import FournierForand
     >>> phase = FournierForand().for_bands([1.0])
     >>> bounded = bound_forward_peak(phase)
     >>> bounded.shares.sum(axis=0).round(1), (bounded.error < 0.15).all().item()

@@ -16,8 +16,9 @@ from numpy.typing import ArrayLike, NDArray
 from ..errors import InputError, unknown_name
 from ..spectra.bands import Bands
 from ..spectra.spectrum import shipped_table
-from .bio_optics import Constituents, pure_water_absorption
+from .bio_optics import Constituents
 from .phase import EinsteinSmoluchowski, Isotropic, PhaseFunction
+from .pure_water import pure_water_absorption
 
 PROCESSES = ("raman", "chlorophyll", "cdom")
 RAMAN_PHASE = EinsteinSmoluchowski(0.53)

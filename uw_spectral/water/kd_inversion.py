@@ -21,8 +21,9 @@ from ..spectra.spectral_table import read_spectral_table
 from ..spectra.spectrum import Spectrum
 from .bio_optics import particle_scattering
 from .diffuse_attenuation import Kd_Lee2005, chlorophyll_Morel2007
-from .optical_properties import Water, molecular_scattering
+from .optical_properties import Water
 from .phase import FournierForand
+from .pure_water import molecular_scattering
 
 REFERENCE_WAVELENGTH = 490.0
 # Particle scattering over its mean law: 0.12 and 0.45 over 0.30 (Gordon & Morel 1983).

@@ -15,6 +15,7 @@ from ..content import ComparedByContent
 from ..errors import DataWarning, InputError, unknown_name
 from ..spectra.spectral_table import read_spectral_table
 from ..spectra.spectrum import Spectrum, Table, shipped_table
+from .pure_water import PURE_WATER_TABLE, pure_water_absorption
 
 JERLOV_TYPES = ("I", "IA", "IB", "II", "III", "1C", "3C", "5C", "7C", "9C")
 JERLOV_SOURCES = ("solonenko2015", "williamson2022")
@@ -166,13 +167,14 @@ class Water(ComparedByContent):
             )
             for quantity, column in columns.items()
         }
+        spectra["a"] = _between_rows_as_water(spectra["a"])
         return cls(
             spectra["a"],
             spectra["b"],
             spectra.get("Kd"),
             f"{name} ({source})",
             f"{published.citation}; doi {published.doi}; PyPI jerlov {jerlov.__version__}",
-            tuple(published.caveats),
+            (*published.caveats, *_below_water(columns["a"], name)),
             tuple(
                 doubt
                 for quantity, column in columns.items()
@@ -320,6 +322,36 @@ class Water(ComparedByContent):
                 warnings.warn(doubt.text, DataWarning, stacklevel=2)
 
 
+def _between_rows_as_water(a: Spectrum) -> Spectrum:
+    """Return an absorption with rows between: what is not water, linear, plus water.
+
+    Absorption of water itself has steps that a straight line over 25 nm misses by up to a
+    fifth, between 575 and 600 nm most.
+    """
+    pure = shipped_table(PURE_WATER_TABLE).columns["wavelength_nm"]
+    inside = pure[(pure > a.wavelengths[0]) & (pure < a.wavelengths[-1])]
+    wavelengths = np.union1d(a.wavelengths, inside)
+    rest = replace(a, values=a.values - pure_water_absorption(a.wavelengths))
+    values = rest.at(wavelengths) + pure_water_absorption(wavelengths)
+    return replace(a, wavelengths=wavelengths, values=np.maximum(values, 0.0))
+
+
+def _below_water(a: _Column, name: str) -> tuple[str, ...]:
+    """Say where an absorption lies below that of pure water."""
+    with np.errstate(divide="ignore"):
+        lack = 1.0 - a.values / pure_water_absorption(a.wavelengths)
+    # Ultraviolet is left out: there tables of pure water differ by more than a factor of two.
+    rows = (lack > 0.01) & (a.wavelengths >= 400)
+    if not rows.any():
+        return ()
+    where = a.wavelengths[rows]
+    return (
+        f"absorption of {name} at {where[0]:g} to {where[-1]:g} nm lies up to "
+        f"{100 * lack[rows].max():.0f} % below that of pure water (Pope & Fry 1997); kept as "
+        "published",
+    )
+
+
 def _mixture(one: Spectrum, other: Spectrum, share: float, name: str) -> Spectrum:
     wavelengths = np.union1d(one.wavelengths, other.wavelengths)
     low = max(one.wavelengths[0], other.wavelengths[0])
@@ -419,38 +451,3 @@ def _implausible(
             "take both from one source"
         )
     return tuple(found)
-
-
-def molecular_scattering(
-    wavelengths: ArrayLike, model: str = "zhang2009_S35_T22"
-) -> NDArray[np.float64]:
-    """Scattering of the water molecules and salt ions, b_w.
-
-    Parameters
-    ----------
-    wavelengths : array_like, shape (n,)
-        Wavelengths in nm, 300 to 800.
-    model : str
-        ``zhang2009_S35_T22`` (sea water, 22 °C), ``zhang2009_S0_T20`` (fresh
-        water), ``morel1974_sea``, ``smith_baker_1981_sea`` or ``haltrin1999``.
-
-    Returns
-    -------
-    array, shape (n,)
-        b_w in 1/m. Its backscattering is b_w / 2.
-
-    Raises
-    ------
-    InputError
-        If a wavelength lies outside the table, or the model is unknown.
-
-    Examples
-    --------
-    >>> molecular_scattering([400, 500]).round(5)
-    array([0.00658, 0.00254])
-    """
-    table = shipped_table("molecular_scattering.csv")
-    models = [column for column in table.columns if column != "wavelength_nm"]
-    if model not in models:
-        raise unknown_name("molecular scattering", model, models)
-    return table.spectrum(model, f"molecular scattering {model}").at(wavelengths)

@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from ..errors import InputError, printable
 from ..spectra.spectral_table import LARGEST_NUMBER, SHORTEST_WAVELENGTH_NM
 from ..spectra.spectrum import Spectrum, read_text
-from .bio_optics import pure_water_absorption
 from .kd_inversion import check_pure_water_range, invert_Kd
-from .optical_properties import Water, molecular_scattering
+from .optical_properties import Water
+from .pure_water import molecular_scattering, pure_water_absorption
 
 _DELIMITERS = {"comma": ",", "tab": "\t", "space": None}
 _FLAGS = ("missing", "above_detection_limit", "below_detection_limit")

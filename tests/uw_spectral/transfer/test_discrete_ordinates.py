@@ -24,8 +24,9 @@ from underwater_spectral.uw_spectral.transfer.discrete_ordinates import (
 )
 from underwater_spectral.uw_spectral.transfer.sky import Sky
 from underwater_spectral.uw_spectral.transfer.water_column import WaterColumn
-from underwater_spectral.uw_spectral.water.optical_properties import Water, molecular_scattering
+from underwater_spectral.uw_spectral.water.optical_properties import Water
 from underwater_spectral.uw_spectral.water.phase import parse_phase
+from underwater_spectral.uw_spectral.water.pure_water import molecular_scattering
 
 DOWN, UP, LEVEL = (0.0, 0.0, -1.0), (0.0, 0.0, 1.0), (0.0, 1.0, 0.0)
 

@@ -16,10 +16,12 @@ from underwater_spectral.uw_spectral.water.bio_optics import (
     named_water,
     named_waters,
     parse_constituents,
-    pure_water_absorption,
     water_Gutierrez2008,
 )
-from underwater_spectral.uw_spectral.water.optical_properties import molecular_scattering
+from underwater_spectral.uw_spectral.water.pure_water import (
+    molecular_scattering,
+    pure_water_absorption,
+)
 
 NM = np.arange(400.0, 701.0, 25.0)
 

@@ -20,7 +20,6 @@ from underwater_spectral.uw_spectral.water.bounded_peak import (
 from underwater_spectral.uw_spectral.water.optical_properties import (
     JERLOV_TYPES,
     Water,
-    molecular_scattering,
 )
 from underwater_spectral.uw_spectral.water.phase import (
     BandPhase,
@@ -32,6 +31,7 @@ from underwater_spectral.uw_spectral.water.phase import (
     parse_phase,
     seawater_mixture,
 )
+from underwater_spectral.uw_spectral.water.pure_water import molecular_scattering
 
 NM = np.array([425.0, 475.0, 525.0, 575.0, 625.0, 675.0])
 

@@ -18,9 +18,9 @@ from underwater_spectral.uw_spectral.water.measured import read_water
 from underwater_spectral.uw_spectral.water.optical_properties import (
     JERLOV_TYPES,
     Water,
-    molecular_scattering,
 )
 from underwater_spectral.uw_spectral.water.phase import FournierForand
+from underwater_spectral.uw_spectral.water.pure_water import molecular_scattering
 
 NM = np.arange(400.0, 701.0, 25.0)
 

@@ -9,7 +9,10 @@ from underwater_spectral.uw_spectral.water.named import list_waters, parse_water
 from underwater_spectral.uw_spectral.water.optical_properties import (
     JERLOV_TYPES,
     Water,
+)
+from underwater_spectral.uw_spectral.water.pure_water import (
     molecular_scattering,
+    pure_water_absorption,
 )
 
 # Solonenko & Mobley 2015, Table 7: (type, nm) → a, b.
@@ -131,3 +134,21 @@ def test_molecular_scattering_of_seawater():
         molecular_scattering([500], "rayleigh")
     with pytest.raises(InputError, match="300 to 800"):
         molecular_scattering([900])
+
+
+def test_between_rows_absorption_has_the_steps_of_water():
+    """Linear over 25 nm, a at 585 nm would be a fifth too large."""
+    water, table = Water.jerlov("IB"), np.array([575.0, 600.0])
+    rest = water.a(table) - pure_water_absorption(table)
+    wanted = pure_water_absorption([585.0]) + 0.6 * rest[0] + 0.4 * rest[1]
+    assert water.a([585.0]) == pytest.approx(wanted)
+    assert np.interp(585.0, table, water.a(table)) > 1.2 * water.a([585.0])[0]
+
+
+def test_absorption_below_that_of_water_is_said():
+    texts = [text for text in Water.jerlov("I").caveats if "below that of pure water" in text]
+    assert texts == [
+        "absorption of Jerlov I at 650 to 700 nm lies up to 7 % below that of pure water "
+        "(Pope & Fry 1997); kept as published"
+    ]
+    assert not any("below that" in text for text in Water.jerlov("9C").caveats)

@@ -7,9 +7,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 from underwater_spectral.uw_spectral.errors import InputError
-from underwater_spectral.uw_spectral.water.bio_optics import pure_water_absorption
 from underwater_spectral.uw_spectral.water.measured import read_water
-from underwater_spectral.uw_spectral.water.optical_properties import molecular_scattering
+from underwater_spectral.uw_spectral.water.pure_water import (
+    molecular_scattering,
+    pure_water_absorption,
+)
 from underwater_spectral.uw_spectral.water.seabass import Kd_from_profile, read_seabass
 
 # From nasa/HyperCP (MIT).

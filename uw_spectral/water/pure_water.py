@@ -1,0 +1,74 @@
+"""Absorption and scattering of water itself, without anything in it."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..errors import unknown_name
+from ..spectra.spectrum import shipped_table
+
+PURE_WATER_TABLE = "pure_water_absorption.csv"
+
+
+def pure_water_absorption(
+    wavelengths: ArrayLike, source: str = "pope_fry_1997"
+) -> NDArray[np.float64]:
+    """Absorption of pure water, 1/m.
+
+    Parameters
+    ----------
+    wavelengths : array_like, shape (n,)
+        300 to 800 nm.
+    source : str
+        ``pope_fry_1997`` (IOCCG 2018 outside 420 to 727.5 nm) or ``smith_baker_1981``.
+
+    Raises
+    ------
+    InputError
+        Wavelength outside the table, or unknown source.
+
+    Examples
+    --------
+    >>> pure_water_absorption([440, 700])
+    array([0.00635, 0.624  ])
+    """
+    table = shipped_table(PURE_WATER_TABLE)
+    if source == "wavelength_nm" or source not in table.columns:
+        raise unknown_name("absorption of pure water", source, list(table.columns)[1:])
+    return table.spectrum(source, f"absorption of pure water ({source})").at(wavelengths)
+
+
+def molecular_scattering(
+    wavelengths: ArrayLike, model: str = "zhang2009_S35_T22"
+) -> NDArray[np.float64]:
+    """Scattering of the water molecules and salt ions, b_w.
+
+    Parameters
+    ----------
+    wavelengths : array_like, shape (n,)
+        Wavelengths in nm, 300 to 800.
+    model : str
+        ``zhang2009_S35_T22`` (sea water, 22 °C), ``zhang2009_S0_T20`` (fresh
+        water), ``morel1974_sea``, ``smith_baker_1981_sea`` or ``haltrin1999``.
+
+    Returns
+    -------
+    array, shape (n,)
+        b_w in 1/m. Its backscattering is b_w / 2.
+
+    Raises
+    ------
+    InputError
+        If a wavelength lies outside the table, or the model is unknown.
+
+    Examples
+    --------
+    >>> molecular_scattering([400, 500]).round(5)
+    array([0.00658, 0.00254])
+    """
+    table = shipped_table("molecular_scattering.csv")
+    models = [column for column in table.columns if column != "wavelength_nm"]
+    if model not in models:
+        raise unknown_name("molecular scattering", model, models)
+    return table.spectrum(model, f"molecular scattering {model}").at(wavelengths)
