@@ -233,7 +233,7 @@ def description_of(settings: SceneSettings) -> Description:
             settings.sun_zenith,
             settings.sun_azimuth,
             settings.sky_radiance,
-            settings.irradiance == "above",
+            {"above": True, "below": False}.get(settings.irradiance),
             settings.sky,
         ),
         SurfaceDescription(settings.surface, settings.refractive_index),

@@ -127,9 +127,10 @@ class SceneSettings:
         animatable=True,
     )
     irradiance: str = _setting(
-        "below",
-        "Whether the illuminant is the sun's irradiance just below or above the surface",
-        choices=("below", "above"),
+        AUTO,
+        "Whether the illuminant is the sun's irradiance just below or above the surface; auto: as "
+        "its table has it, above for clear-sky and astm-g173",
+        choices=(AUTO, "below", "above"),
     )
     floor_depth: float = _setting(
         NO_FLOOR,

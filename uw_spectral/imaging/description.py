@@ -71,9 +71,9 @@ class SunAndSky:
     sky_radiance : float
         Of the uniform sky that brings as much light, as a share of the direct light, per
         steradian.
-    above_surface : bool
+    above_surface : bool or None
         Whether the sun's irradiance is known above the surface, so that part of it is
-        reflected, or just below.
+        reflected, or just below; None as the illuminant has it.
     sky : str
         Distribution of the sky's radiance, one of :data:`.SKIES`.
     """
@@ -82,7 +82,7 @@ class SunAndSky:
     zenith: float = 30.0
     azimuth: float = 0.0
     sky_radiance: float = 0.0
-    above_surface: bool = False
+    above_surface: bool | None = None
     sky: str = UNIFORM
 
 

@@ -239,7 +239,7 @@ def make_viewpoint(
     sky_radiance: float = 0.0,
     sky: str = UNIFORM,
     refractive_index: float = 1.34,
-    above_surface: bool = False,
+    above_surface: bool | None = None,
     white_balance: WhiteBalance = "daylight",
     exposure_stops: float | None = None,
 ) -> Viewpoint:
@@ -335,7 +335,8 @@ def _column(
     index, zenith = surface.refractive_index, light.zenith
     direct = illuminant.direct_in(bands)
     transmitted = 1.0
-    if light.above_surface:
+    above = illuminant.above_surface if light.above_surface is None else light.above_surface
+    if above:
         transmitted -= float(fresnel_reflectance(math.cos(math.radians(zenith)), index))
     first, *deeper = (
         DeeperWater(top, water.a(bands.centres), water.b(bands.centres), phase)

@@ -27,7 +27,7 @@ _G173_SUN_ZENITH, _G173_TILT = 48.19, 37.0
 
 @dataclass(frozen=True, eq=False)
 class Illuminant(ComparedByContent):
-    """Horizontal spectral irradiance above the water surface.
+    """Horizontal spectral irradiance of sun and sky.
 
     Parameters
     ----------
@@ -37,6 +37,9 @@ class Illuminant(ComparedByContent):
     unit : str
         ``"W m-2 nm-1"``, or ``"relative"`` (direct is 1 at 560 nm).
     source : str
+    above_surface : bool
+        Whether it is that above the surface, of which a part is reflected; spectra without
+        a place are taken just below it.
     """
 
     name: str
@@ -44,6 +47,7 @@ class Illuminant(ComparedByContent):
     diffuse: Spectrum
     unit: str
     source: str
+    above_surface: bool = False
 
     @property
     def total(self) -> Spectrum:
@@ -166,6 +170,8 @@ def _illuminant(
     direct: NDArray[np.float64],
     diffuse: NDArray[np.float64] | None,
     unit: str,
+    *,
+    above_surface: bool = False,
 ) -> Illuminant:
     grid = table.columns["wavelength_nm"]
     sky = np.zeros_like(direct) if diffuse is None else diffuse
@@ -175,6 +181,7 @@ def _illuminant(
         Spectrum(grid, sky, f"diffuse irradiance of {name}", table.header),
         unit,
         table.header,
+        above_surface,
     )
 
 
@@ -184,7 +191,7 @@ def _astm_g173(sun_zenith: float) -> Illuminant:
     on_plane = normal * math.cos(math.radians(_G173_SUN_ZENITH - _G173_TILT))
     diffuse = table.columns["g173_global_tilt37"] - on_plane
     direct = normal * math.cos(math.radians(sun_zenith))
-    return _illuminant("astm-g173", table, direct, diffuse, ABSOLUTE)
+    return _illuminant("astm-g173", table, direct, diffuse, ABSOLUTE, above_surface=True)
 
 
 def _clear_sky(sun_zenith: float) -> Illuminant:
@@ -211,9 +218,8 @@ def _clear_sky(sun_zenith: float) -> Illuminant:
         return np.exp((1 - t) * first + t * second) * mass**-power
 
     # The sky has no such law; its horizontal irradiance does best as it is (4 %).
-    return _illuminant(
-        "clear-sky", table, interpolated("direct", 1), interpolated("diffuse", 0), ABSOLUTE
-    )
+    direct, diffuse = interpolated("direct", 1), interpolated("diffuse", 0)
+    return _illuminant("clear-sky", table, direct, diffuse, ABSOLUTE, above_surface=True)
 
 
 def _from_file(path: str) -> Illuminant:

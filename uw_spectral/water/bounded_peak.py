@@ -17,13 +17,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..content import ComparedByContent
-from .phase import BandPhase, draine
+from .phase import BandPhase, EinsteinSmoluchowski, draine
 
 NARROWEST_DEG = 3.0
 """Angle in degrees from which on the lobes follow the phase function."""
 LARGEST_ASYMMETRY = 0.94
 """Of a lobe: it bounds the peak, and with it the noise."""
 
+_MOLECULAR = EinsteinSmoluchowski().anisotropy
 _ORDERS = 1, 2, 3, 5  # moments that are kept with the backscatter, far better than single angles
 _HEAVY = 0.5  # weight of each of them, beside that of all the angles
 # Asymmetries and weights of cos² of the narrow and of the wide lobe.
@@ -32,7 +33,7 @@ _NARROW = tuple(
 )
 _WIDE = tuple(
     itertools.product(
-        (*np.arange(-0.1, 0.82, 0.025), 0.0), (0, 0.15, 0.3, 0.5, 0.835, 1.3, 2, 3.5, 7, 1e3)
+        (*np.arange(-0.1, 0.82, 0.025), 0.0), (0, 0.15, 0.3, 0.5, _MOLECULAR, 1.3, 2, 3.5, 7, 1e3)
     )
 )
 _NODES = 256

@@ -171,11 +171,12 @@ class TwoTermHenyeyGreenstein(PhaseFunction):
 class EinsteinSmoluchowski(PhaseFunction):
     """Molecular scattering of water, ∝ 1 + f cos².
 
-    f = (1 - δ)/(1 + δ) for the depolarisation ratio δ: 0.835 for δ = 0.09
-    (Morel 1974), 0.925 for δ = 0.039 (Zhang 2009).
+    f = (1 - δ)/(1 + δ) for the depolarisation ratio δ: 0.925 for δ = 0.039, with which
+    Zhang et al. 2009 compute the scattering coefficient that is used with it
+    (:func:`.molecular_scattering`); 0.835 for δ = 0.09 (Morel 1974).
     """
 
-    anisotropy: float = 0.835
+    anisotropy: float = (1 - 0.039) / (1 + 0.039)
 
     def __post_init__(self) -> None:
         if not 0 <= self.anisotropy <= 1:

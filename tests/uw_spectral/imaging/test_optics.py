@@ -158,3 +158,20 @@ def test_one_light_field_for_all_who_ask(monkeypatch):
         assert found.viewpoint(depth).field is found.field
         assert found.viewpoint(depth).path_radiance.field is found.field
     assert len(solved) == 1
+
+
+@pytest.mark.parametrize(
+    ("name", "above"), [("clear-sky", True), ("astm-g173", True), ("d65", False)]
+)
+def test_light_is_taken_where_its_table_has_it(name, above):
+    """Of a sun at 70° the surface reflects 13 % (Fresnel, by hand)."""
+    given = parse_illuminant(name, 70.0)
+    column = resolve(Description(light=SunAndSky(name, 70.0))).column
+    air, water = math.radians(70.0), math.asin(math.sin(math.radians(70.0)) / 1.34)
+    s = (math.sin(air - water) / math.sin(air + water)) ** 2
+    p = (math.tan(air - water) / math.tan(air + water)) ** 2
+    kept = 1 - (s + p) / 2 if above else 1.0
+    assert kept == pytest.approx(0.866 if above else 1.0, abs=2e-3)
+    np.testing.assert_allclose(
+        column.sun_irradiance, kept * given.direct_in(column.bands), rtol=1e-9
+    )

@@ -60,7 +60,9 @@ def test_published_values():
     assert petzold.g == pytest.approx(0.924, abs=5e-4)
     assert petzold.backscatter_ratio == pytest.approx(0.0183, abs=1e-4)
     # Morel's prefactor for seawater, and 3/(16π) for Rayleigh.
-    assert EinsteinSmoluchowski()(0.0) == pytest.approx(0.06225, abs=5e-6)
+    assert EinsteinSmoluchowski(0.835)(0.0) == pytest.approx(0.06225, abs=5e-6)
+    # β(90°)/b of Zhang et al. 2009: b = 8π/3 β(90°) (2 + δ)/(1 + δ), δ = 0.039.
+    assert EinsteinSmoluchowski()(0.0) == pytest.approx(3 * 1.039 / (8 * np.pi * 2.039), rel=1e-9)
     assert Rayleigh()(0.0) == pytest.approx(3 / (16 * np.pi))
 
 
