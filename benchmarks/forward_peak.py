@@ -47,9 +47,9 @@ _METHODS = {"bounded": ("mixture", BOUNDED), "exact": ("mixture", EXACT), "hg": 
 class Noise:
     """Pictures of one scene by one method: their mean, noise and time.
 
-    ``relative`` is the standard deviation of a pixel at one sample over the mean of the
-    picture, root mean square over bands; ``seconds`` the CPU time of a sample of a megapixel,
-    all bands.
+    ``mean`` and ``error`` are by band; ``relative`` is the standard deviation of a pixel at one
+    sample over the mean of the picture, in luminance; ``seconds`` the CPU time of a sample of a
+    megapixel, all bands.
     """
 
     mean: NDArray[np.float64]
@@ -72,15 +72,16 @@ def measured(scene: Scene, camera: bpy.types.Object, samples: int) -> Noise:
     seconds = (time.process_time() - start) / (samples * pixels / 1e6)
     mean = images.mean(axis=(0, 1, 2))
     variance = ((images[0] - images[1]) ** 2).mean(axis=(0, 1)) / 2.0
-    relative = np.sqrt(variance * samples) / mean
-    develop = scene.plan(1).reduction(scene.depth).apply
-    blocks = [grey_scene.blocks(np.maximum(develop(image), 0.0), _BLOCK) for image in images]
+    developed = [scene.plan(1).reduction(scene.depth).apply(image) for image in images]
+    seen = np.stack([luminance(image) for image in developed])
+    relative = math.sqrt(((seen[0] - seen[1]) ** 2).mean() / 2.0 * samples) / seen.mean()
+    blocks = [grey_scene.blocks(np.maximum(image, 0.0), _BLOCK) for image in developed]
     # Of the difference of two means back to a pixel and a sample.
     delta_e = float(delta_e_CIE2000_images(*(x[None] for x in blocks)).mean())
     return Noise(
         mean,
         np.sqrt(variance / pixels),
-        float(np.sqrt((relative**2).mean())),
+        float(relative),
         seconds,
         delta_e / math.sqrt(2.0) * _BLOCK * math.sqrt(samples),
     )
@@ -168,8 +169,8 @@ the phase function itself.
 Flat surface, clear sky, floor of reflectance {_solved_scenes.FLOOR_REFLECTANCE:g} at
 {_solved_scenes.FLOOR_BELOW:g} m below the camera, {_solved_scenes.BANDS} bands,
 {_solved_scenes.WIDTH} × {_solved_scenes.HEIGHT} pixels, {len(_SEEDS)} seeds of {samples} samples
-each. Noise: standard deviation of a pixel at one sample, over the mean of the picture. Variance is
-relative to Henyey-Greenstein 0.9 at equal samples. CPU seconds are of a megapixel with all bands
+each. Noise: standard deviation of the luminance of a pixel at one sample, over the mean of the
+picture. Variance is relative to Henyey-Greenstein 0.9 at equal samples. CPU seconds are of a megapixel with all bands
 at {100 * _NOISE:g} % noise, on two cores. Bias: of the mean of the band where it is largest beside
 its standard error. The noise of the exact peak is an estimate from rare paths.
 

@@ -59,8 +59,6 @@ def test_draine_is_molecules_and_henyey_greenstein():
     s2 = np.linspace(0.001, 1, 7)
     molecules = EinsteinSmoluchowski().per_steradian(s2)
     np.testing.assert_allclose(draine(0.0, (1 - 0.039) / 1.039, s2), molecules)
-        draine(0.0, (1 - 0.039) / 1.039, s2), EinsteinSmoluchowski().per_steradian(s2)
-    )
     np.testing.assert_allclose(draine(0.7, 0.0, s2), henyey_greenstein(0.7, s2))
     for shape in ((0.5, 2.0), (0.9, 1e3), (-0.3, 0.4)):
         assert _Draine(*shape).normalisation() == pytest.approx(1, abs=1e-9)
