@@ -37,7 +37,7 @@ def blender_hits(
     """
     width, height = scene.render.resolution_x, scene.render.resolution_y
     depsgraph = bpy.context.evaluated_depsgraph_get()
-    origin, direction = _camera_rays(camera, width * oversampling, height * oversampling)
+    origin, direction = camera_rays(camera, width * oversampling, height * oversampling)
     distance = np.full(direction.shape[:2], np.inf)
     normal = np.zeros_like(direction)
     normal[..., 2] = 1.0
@@ -67,7 +67,7 @@ def blender_hits(
     return Hits(distance, direction, normal, reflectance, sunlit)
 
 
-def _camera_rays(
+def camera_rays(
     camera: bpy.types.Object, columns: int, rows: int
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Origin, shape (3,), and unit directions, shape (rows, columns, 3)."""

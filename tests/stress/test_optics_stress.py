@@ -81,7 +81,7 @@ FORWARD = (
 LIMITS = (
     "hg:0.999", "hg:-0.999", "tthg:0.999,-0.999,0.5", "tthg:-0.99,0.99,0",
     "fournier-forand:1.0001,1e-6", "fournier-forand:1.0001,0.4999", "fournier-forand:1.5,1e-6",
-    "fournier-forand:1.5,0.4999", "mixture:1e-6", "mixture:0.4999",
+    "fournier-forand:1.5,0.4999", "mixture:1e-4", "mixture:0.2",
 )  # fmt: skip
 DISTANCES = (1e-3, 1.0, 30.0, 1e4)
 UP_DOWN_LEVEL = ((0.0, 0.0, 1.0), (0.0, 0.0, -1.0), (1.0, 0.0, 0.0), (0.0, -1.0, 0.0))
@@ -497,7 +497,7 @@ MADE = (
     "bio:",
     *(f"bio:{key}={amount:g}" for key, most in AMOUNTS.items() for amount in (1e-9, most)),
     "bio:" + ",".join(f"{key}={most:g}" for key, most in AMOUNTS.items()),
-    "bio:chl=1,cdom=1,detritus=1,cdom-slope=0.1,detritus-slope=0.1,salinity=40,bb/b=0.4999",
+    "bio:chl=1,cdom=1,detritus=1,cdom-slope=0.1,detritus-slope=0.1,salinity=40,bb/b=0.2",
     "bio:chl=1,cdom=1,detritus=1,cdom-slope=0,detritus-slope=0,salinity=0,bb/b=1e-6",
 )
 WATERS = tuple(parse_water(*name) for name in NAMED) + tuple(parse_water(name) for name in MADE)

@@ -40,7 +40,8 @@ _MINERAL_SCATTERING, _MINERAL_SCATTERING_EXPONENT, _MINERAL_BACKSCATTER = 1.1513
 # M. Babin et al., J. Geophys. Res. 108 (C7), 3211 (2003): m²/g at 443 nm, 1/nm. Public codes
 # take 0.031 to 0.041 m²/g; the slope is the mean of the survey, 0.0123 ± 0.0013.
 _MINERAL_ABSORPTION, _MINERAL_SLOPE = 0.031, 0.0123
-_MINERAL_INDEX, _ORGANIC_INDEX = 1.15, 1.10
+_MINERAL_INDEX = 1.15
+_ORGANIC_BACKSCATTER = (1e-4, 0.2)  # range of the line of sea particles
 _SMALLEST_BACKSCATTER = 0.002
 # bb/b of the two functions between which that of organic particles is interpolated.
 _FIXED_BACKSCATTER = (0.003, 0.0112)
@@ -100,8 +101,11 @@ class Constituents:
             value = getattr(self, field.name)
             bound = bounds.get(field.name, math.inf)
             if field.name == "backscatter":
-                if value is not None and not 0 < value < 0.5:
-                    raise InputError(f"constituents: backscatter must be 0 to 0.5, got {value:g}")
+                low, high = _ORGANIC_BACKSCATTER
+                if value is not None and not low <= value <= high:
+                    raise InputError(
+                        f"constituents: backscatter must be {low:g} to {high:g}, got {value:g}"
+                    )
             elif not (math.isfinite(value) and 0 <= value <= bound):
                 limit = "not negative" if bound == math.inf else f"0 to {bound:g}"
                 raise InputError(
@@ -195,8 +199,8 @@ class Constituents:
         :meth:`phase` has a part that changes with the chlorophyll. Here it is
         mixed of two, so that a change of the amounts changes weights only. The
         backscattering is the same for bb/b of 0.003 to 0.0112 (chlorophyll of 0.02
-        to 40 mg/m³, and held there beyond); organic particles scatter up to 13 %
-        less at 1 to 20°, 2 % more backwards.
+        to 40 mg/m³, and held there beyond); organic particles scatter up to 8 %
+        less at 1 to 20°, within 1.3 % backwards.
         """
         parts = self.scatterings(wavelengths)
         low, high = _FIXED_BACKSCATTER
@@ -208,7 +212,7 @@ class Constituents:
         )
         components = (
             EinsteinSmoluchowski(),
-            *(FournierForand(_ORGANIC_INDEX, ratio) for ratio in _FIXED_BACKSCATTER),
+            *map(FournierForand.of_backscatter_Mobley2002, _FIXED_BACKSCATTER),
             FournierForand(_MINERAL_INDEX, _MINERAL_BACKSCATTER),
         )
         return BandPhase(components, weights / weights.sum(axis=0))
@@ -218,7 +222,7 @@ class Constituents:
         """Phase function by constituent."""
         return {
             "water": EinsteinSmoluchowski(),
-            "phytoplankton": FournierForand(_ORGANIC_INDEX, self.organic_backscatter),
+            "phytoplankton": FournierForand.of_backscatter_Mobley2002(self.organic_backscatter),
             "minerals": FournierForand(_MINERAL_INDEX, _MINERAL_BACKSCATTER),
         }
 
@@ -234,7 +238,7 @@ class Constituents:
         if not total:
             return SeawaterMixture()
         back = self.organic_backscatter * organic + _MINERAL_BACKSCATTER * mineral
-        return SeawaterMixture(FournierForand(_ORGANIC_INDEX, back / total))
+        return SeawaterMixture(FournierForand.of_backscatter_Mobley2002(back / total))
 
     def water(self, name: str = "", source: str = "") -> Water:
         """Return the :class:`.Water`, 300 to 800 nm, with Kd of Lee et al. (2005).

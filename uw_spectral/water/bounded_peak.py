@@ -27,13 +27,12 @@ LARGEST_ASYMMETRY = 0.94
 _MOLECULAR = EinsteinSmoluchowski().anisotropy
 _ORDERS = 1, 2, 3, 5  # moments that are kept with the backscatter, far better than single angles
 _HEAVY = 0.5  # weight of each of them, beside that of all the angles
-# Asymmetries and weights of cos² of the narrow and of the wide lobe.
-_NARROW = tuple(
-    itertools.product(np.linspace(0.86, LARGEST_ASYMMETRY, 9), (0, 0.25, 0.5, 1, 2, 1e3))
-)
+# Asymmetries and weights of cos² of the narrow and of the wide lobe. Cycles, in single
+# precision, loses light with weights of 1000; up to 5 it is exact.
+_NARROW = tuple(itertools.product(np.linspace(0.86, LARGEST_ASYMMETRY, 9), (0, 0.25, 0.5, 1, 2, 5)))
 _WIDE = tuple(
     itertools.product(
-        (*np.arange(-0.1, 0.82, 0.025), 0.0), (0, 0.15, 0.3, 0.5, _MOLECULAR, 1.3, 2, 3.5, 7, 1e3)
+        (*np.arange(-0.1, 0.82, 0.025), 0.0), (0, 0.15, 0.3, 0.5, _MOLECULAR, 1.3, 2, 3.5, 5)
     )
 )
 _NODES = 256

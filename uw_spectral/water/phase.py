@@ -258,6 +258,42 @@ class FournierForand(PhaseFunction):
         ratio = (delta90 ** (-(3.0 - slope) / 2.0) - 1.0) / (2.0 * (delta90 - 1.0))
         return cls(refractive_index, ratio)
 
+    @classmethod
+    def of_backscatter_Mobley2002(cls, ratio: float) -> FournierForand:
+        """Make the function of a backscatter ratio on the line of index and slope of sea particles.
+
+        n = 1.01 + 0.1542 (μ - 3), of C. D. Mobley, L. K. Sundman & E. Boss, Appl. Opt. 41, 1035
+        (2002): particles that scatter less backwards are softer as well as larger.
+
+        Parameters
+        ----------
+        ratio : float
+            bb/b, 0.0001 to 0.2.
+
+        Raises
+        ------
+        InputError
+            If the ratio is outside that range.
+
+        Examples
+        --------
+        >>> particles = FournierForand.of_backscatter_Mobley2002(0.0183)
+        >>> round(particles.refractive_index, 3), round(particles.junge_slope, 3)
+        (1.1, 3.583)
+        """
+        if not 1e-4 <= ratio <= 0.2:
+            raise InputError(
+                "Fournier-Forand: on the line of sea particles bb/b is 0.0001 to 0.2, got "
+                f"{ratio:g}"
+            )
+        low, high = 3.01, 4.9
+        for _ in range(60):
+            slope = (low + high) / 2
+            index = 1.01 + 0.1542 * (slope - 3.0)
+            more = cls.from_junge_slope(index, slope).backscatter > ratio
+            low, high = (low, slope) if more else (slope, high)
+        return cls(1.01 + 0.1542 * (low - 3.0), ratio)
+
     @property
     def _delta90(self) -> float:
         return 2.0 / (3.0 * (self.refractive_index - 1.0) ** 2)
@@ -495,7 +531,7 @@ _PARSERS: dict[str, tuple[str, tuple[int, ...], Callable[..., PhaseModel]]] = {
     "mixture": (
         "mixture or mixture:bb/b of the particles",
         (0, 1),
-        lambda *ratio: SeawaterMixture(FournierForand(1.10, *ratio)),
+        lambda *ratio: SeawaterMixture(*map(FournierForand.of_backscatter_Mobley2002, ratio)),
     ),
 }
 
