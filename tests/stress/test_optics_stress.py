@@ -498,7 +498,7 @@ MADE = (
     *(f"bio:{key}={amount:g}" for key, most in AMOUNTS.items() for amount in (1e-9, most)),
     "bio:" + ",".join(f"{key}={most:g}" for key, most in AMOUNTS.items()),
     "bio:chl=1,cdom=1,detritus=1,cdom-slope=0.1,detritus-slope=0.1,salinity=40,bb/b=0.2",
-    "bio:chl=1,cdom=1,detritus=1,cdom-slope=0,detritus-slope=0,salinity=0,bb/b=1e-6",
+    "bio:chl=1,cdom=1,detritus=1,cdom-slope=0,detritus-slope=0,salinity=0,bb/b=1e-4",
 )
 WATERS = tuple(parse_water(*name) for name in NAMED) + tuple(parse_water(name) for name in MADE)
 D65 = parse_illuminant("d65")
