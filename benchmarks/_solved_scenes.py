@@ -19,7 +19,7 @@ WIDTH, HEIGHT = 60, 40
 FIELD_OF_VIEW = 130.0
 BANDS = 3
 FLOOR_BELOW, FLOOR_REFLECTANCE = 3.0, 0.3
-_EEVEE_SAMPLES = 16
+_EEVEE_SAMPLES = 4
 _OVERSAMPLING = 2
 _COLOUR = (0.6, 0.4, 0.2)
 _RIG = "rig"
@@ -35,13 +35,15 @@ class Scene:
     sky: str = "clear"
     things: bool = False
     phase: str = settings.DEFAULT_PHASE
-    forward_peak: str = settings.EXACT
+    forward_peak: str = settings.BOUNDED
 
     @property
     def title(self) -> str:
         """All of it in words."""
         things = ", things" if self.things else ""
-        return f"{self.water} {self.depth:g} m, sun {self.sun:g}°, {self.sky}{things}, {self.phase}"
+        peak = ", exact peak" if self.forward_peak == settings.EXACT else ""
+        where = f"{self.water} {self.depth:g} m, sun {self.sun:g}°, {self.sky}{things}"
+        return f"{where}, {self.phase}{peak}"
 
     def plan(self, samples: int, field: str = settings.SOLVED) -> render_plan.RenderPlan:
         """Resolve it; under an overcast sky little of the light is direct sun."""
@@ -66,7 +68,6 @@ def build() -> bpy.types.Object:
     scene.render.resolution_x, scene.render.resolution_y = WIDTH, HEIGHT
     scene.render.resolution_percentage = 100
     scene.cycles.pixel_filter_type = "BOX"
-    scene.cycles.use_guiding = True
     rig = bpy.data.objects.new(_RIG, None)
     camera = bpy.data.objects.new("camera", bpy.data.cameras.new("camera"))
     camera.rotation_euler = (math.radians(90.0), 0.0, 0.0)

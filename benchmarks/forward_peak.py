@@ -43,7 +43,7 @@ _SEEDS = (1, 2)
 _NOISE = 0.02
 _BLOCK = 5
 _STREAMS, _RAYS = 48, 2  # of the solution that is compared with; rays per pixel and axis
-_METHODS = {"bounded": ("mixture", BOUNDED), "exact": ("mixture", EXACT), "hg": ("hg:0.9", EXACT)}
+_METHODS = {"bounded": ("mixture", BOUNDED), "exact": ("mixture", EXACT), "hg": ("hg:0.9", BOUNDED)}
 
 
 @dataclass(frozen=True)

@@ -154,8 +154,10 @@ class WaterPanel(_SubPanel, bpy.types.Panel):
         self.layout.row(align=True).prop(panel, "inelastic")
         if pictures.error:
             _say(self.layout, pictures.error, "ERROR")
-        elif pictures.source:
-            _say(self.layout, pictures.source)
+        else:
+            for line in (pictures.visibility, pictures.source):
+                if line:
+                    _say(self.layout, line)
         _plot(self.layout, "water")
 
     def _named(

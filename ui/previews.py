@@ -43,6 +43,8 @@ class Pictures:
         Share of inelastic light in the luminance of the open water; None without any.
     source, error : str
         Where the water's data come from; why nothing is shown.
+    visibility : str
+        What each publication of a Jerlov type says.
     """
 
     key: tuple[SceneSettings, float] | None = None
@@ -50,6 +52,7 @@ class Pictures:
     inelastic: float | None = None
     source: str = ""
     error: str = ""
+    visibility: str = ""
 
 
 @dataclass
@@ -130,6 +133,7 @@ def _fill(state: _State, pictures: Pictures, chosen: SceneSettings, depth: float
     from ..scene.render_plan import plan_of, quiet
     from ..uw_spectral.imaging.description import REFERENCE_BANDS
     from ..uw_spectral.imaging.summary import readouts
+    from ..uw_spectral.imaging.visibility import visibility_by_source
     from ..uw_spectral.imaging.water_colour import inelastic_share, water_swatch
     from . import plots
 
@@ -147,6 +151,11 @@ def _fill(state: _State, pictures: Pictures, chosen: SceneSettings, depth: float
         _show(state, f"swatch {name}", _plain(swatch))
     plan, reference = plan_of(chosen), plan_of(fine)
     pictures.source = plan.water.source
+    scheme, _, water_type = chosen.water.partition(":")
+    if scheme == "jerlov":
+        each = visibility_by_source(water_type).items()
+        ranges = ", ".join(f"{metres:.3g} m ({source})" for source, metres in each)
+        pictures.visibility = f"Visibility at 550 nm: {ranges}"
     view = plan.viewpoint(depth)
     with quiet():
         fine_view = reference.viewpoint(depth)

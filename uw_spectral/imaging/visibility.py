@@ -12,11 +12,13 @@ from ..errors import InputError
 from ..spectra.sensor import standard_observer
 from ..transfer.light_field import DEEPEST_FLOOR
 from ..transfer.water_column import WaterColumn
+from ..water.optical_properties import JERLOV_SOURCES, Water
 from ..water.phase import BandPhase
 from .viewpoint import Viewpoint
 
 LIMINAL_CONTRAST = 0.02
 """Smallest contrast that counts as visible."""
+_GREEN = 550.0  # nm
 _SHORT = 1e-3  # optical length over which a slope is taken
 
 
@@ -77,6 +79,24 @@ def sighting_range(
         excess = math.log(left.sum() / contrast)
         distance += excess * left.sum() / (left @ attenuation)
     return float(distance)
+
+
+def visibility_by_source(water_type: str) -> dict[str, float]:
+    """Sighting range in m at 550 nm, of a Jerlov type by each publication that has it.
+
+    Examples
+    --------
+    >>> {name: round(metres, 1) for name, metres in visibility_by_source("II").items()}
+    {'solonenko2015': 9.3, 'williamson2022': 15.7}
+    """
+    found = {}
+    for source in JERLOV_SOURCES:
+        try:
+            c = Water.jerlov(water_type, source).c([_GREEN])
+        except InputError:
+            continue  # too few measurements of that type
+        found[source] = sighting_range(c, [1.0])
+    return found
 
 
 def horizontal_visibility(view: Viewpoint, contrast: float = LIMINAL_CONTRAST) -> float:
