@@ -231,7 +231,7 @@ def picture_sheet(comparisons: Sequence[Comparison], path: Path) -> None:
     for axis, title in zip(axes[0], titles, strict=True):
         axis.set_title(title, fontsize=7)
     figure.tight_layout(pad=0.3)
-    figure.savefig(path, dpi=90)
+    figure.savefig(path, dpi=60)
 
 
 def main(arguments: Sequence[str]) -> None:
