@@ -32,7 +32,7 @@ from ..scene.water_body import floor_plane, water_extent
 from . import grey_scene
 
 _DEPTH = 5.0
-_FEW, _SOME, _MANY = 3, 9, 33  # bands
+_FEW, _SOME, _MANY = 3, 9, 15  # bands
 _RESOLUTION = (480, 270)
 _SAMPLES, _REPEATS = 10, 2
 _CYCLES_SAMPLES = 32
