@@ -86,7 +86,7 @@ def canonical(problem: int, case: int, photons: int, engine: str = "auto") -> li
     published = canonical_values(problem, case)
     published = [row for row in published if row[0] * (1 + b) <= DEEPEST_TAU + 1e-9]
     depths = sorted({row[0] for row in published})
-    name = "einstein-smoluchowski" if problem == 1 else "petzold"
+    name = "einstein-smoluchowski:0.835" if problem == 1 else "petzold"
     floor = {"floor_depth": 4.0, "floor_reflectance": 0.5} if problem == 6 else {}
     result = simulate(
         _column([500.0], 1.0, b, 60.0, 0.5, **floor),

@@ -145,7 +145,7 @@ def canonical_field(problem: int, case: int, streams: int = 32) -> SolvedField:
     """Problem 1, 2 or 6 of C. D. Mobley et al., Appl. Opt. 32, 7484 (1993)."""
     index = monte_carlo_table.INDEX
     b = np.array([0.25 if case == 1 else 9.0])
-    phase = parse_phase("einstein-smoluchowski" if problem == 1 else "petzold").for_bands(b)
+    phase = parse_phase("einstein-smoluchowski:0.835" if problem == 1 else "petzold").for_bands(b)
     E = 0.5 * (1 - float(fresnel_reflectance(math.cos(math.radians(60)), index)))
     bottom, reflectance = (4.0, 0.5) if problem == 6 else (math.inf, 0.0)
     return solve_discrete_ordinates(

@@ -88,7 +88,7 @@ CHANGES = {
     "white_balance": "depth",
     "exposure": "-1.5",
     "illuminant": "clear-sky",
-    "irradiance": "above",
+    "irradiance": "below",
     "sky_radiance": 0.1,
     "refractive_index": 1.33,
     "range_start": 420.0,

@@ -526,7 +526,11 @@ _PARSERS: dict[str, tuple[str, tuple[int, ...], Callable[..., PhaseModel]]] = {
     "fournier-forand": ("fournier-forand:index,bb/b", (2,), FournierForand),
     "petzold": ("petzold", (0,), PetzoldAverage),
     "rayleigh": ("rayleigh", (0,), Rayleigh),
-    "einstein-smoluchowski": ("einstein-smoluchowski", (0,), EinsteinSmoluchowski),
+    "einstein-smoluchowski": (
+        "einstein-smoluchowski or einstein-smoluchowski:factor of cos²",
+        (0, 1),
+        EinsteinSmoluchowski,
+    ),
     "isotropic": ("isotropic", (0,), Isotropic),
     "mixture": (
         "mixture or mixture:bb/b of the particles",
