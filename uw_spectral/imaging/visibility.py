@@ -12,7 +12,8 @@ from ..errors import InputError
 from ..spectra.sensor import standard_observer
 from ..transfer.light_field import DEEPEST_FLOOR
 from ..transfer.water_column import WaterColumn
-from ..water.optical_properties import JERLOV_SOURCES, Water
+from ..water.named import parse_uniform_water
+from ..water.optical_properties import JERLOV_SOURCES
 from ..water.phase import BandPhase
 from .viewpoint import Viewpoint
 
@@ -92,7 +93,7 @@ def visibility_by_source(water_type: str) -> dict[str, float]:
     found = {}
     for source in JERLOV_SOURCES:
         try:
-            c = Water.jerlov(water_type, source).c([_GREEN])
+            c = parse_uniform_water(f"jerlov:{water_type}", source).c([_GREEN])
         except InputError:
             continue  # too few measurements of that type
         found[source] = sighting_range(c, [1.0])

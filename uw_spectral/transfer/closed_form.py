@@ -20,7 +20,7 @@ from ..water.phase import BandPhase, Mixture
 from .aureole import Aureole, solve_aureole
 from .light_field import LightField
 from .path_integral import attenuated_path
-from .radiance_field import PathField
+from .radiance_field import PathField, end_of_path
 from .sun_beam import SunBeam, half_angle2
 
 
@@ -88,7 +88,7 @@ class ClosedForm(PathField):
         """
         f = self.field
         w_y = -w[2]
-        P, y_e = self._end_of_path(y_o, w, P, m)
+        P, y_e = end_of_path(y_o, w, P, f.y_f, m)
         cpP = f.cp * P
         sun, down, up = self._source(w, m)
         return m.maximum(

@@ -25,7 +25,7 @@ from ..water.inelastic_processes import InelasticProcess, energy_matrix
 from ..water.phase import BandPhase
 from .light_field import DEEPEST_FLOOR, LightField, solve_light_field
 from .path_integral import attenuated_path
-from .radiance_field import PathField
+from .radiance_field import PathField, end_of_path
 from .water_column import WaterColumn
 
 _RESONANCE = 1e-3
@@ -116,7 +116,7 @@ class InelasticLight(PathField):
         """
         f = self.field
         w_y = -w[2]
-        P, y_e = self._end_of_path(y_o, w, P, m)
+        P, y_e = end_of_path(y_o, w, P, f.y_f, m)
         tilt = 3.0 * f.gp * w_y
         total = 0.0
         for t in self.terms:

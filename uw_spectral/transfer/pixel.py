@@ -22,7 +22,15 @@ from typing import Protocol
 from ..mathematics import NUMPY, Mathematics, Operand
 from .closed_form import ClosedForm
 from .inelastic_light import InelasticLight
-from .radiance_field import PathLight, RadianceField, Ripples, sun_glitter, under_surface
+from .radiance_field import (
+    Beam,
+    PathLight,
+    RadianceField,
+    Radiant,
+    Ripples,
+    sun_glitter,
+    under_surface,
+)
 from .sky import BLACK, Sky
 
 
@@ -180,6 +188,41 @@ def surface_light(
     return SurfaceLight(direct * sunlight, forward * sunlight, diffuse)
 
 
+def light_from_surface(
+    mirror: Radiant | None,
+    beam: Beam,
+    sky: Sky,
+    index: Operand | None,
+    y: Operand,
+    w: Sequence[Operand],
+    m: Mathematics = NUMPY,
+    ripples: Ripples | None = None,
+) -> Operand:
+    """Radiance that comes down from the surface against w, seen from depth y.
+
+    Parameters
+    ----------
+    mirror : Radiant or None
+        The water that the surface mirrors.
+    beam : Beam
+        The sun in the water.
+    sky : Sky
+        In air.
+    index : float or None
+        Of the water against air; without one there is no surface that reflects.
+    y, w, m, ripples
+        As of :meth:`UndisturbedWater.from_surface`.
+    """
+    if index is None:
+        return sky.radiance(w, m)
+    slopes = None if ripples is None else ripples.slopes
+    L_sky = sky.seen_through(w, index, m, slopes)
+    L = under_surface(mirror, w, L_sky, index, m, slopes)
+    if ripples is not None:
+        L = L + sun_glitter(beam, y, w, index, ripples, m)
+    return L
+
+
 @dataclass(frozen=True, eq=False)
 class UndisturbedWater:
     """Water with its surface and its floor, as if nothing else were in it.
@@ -212,15 +255,8 @@ class UndisturbedWater:
         ripples: Ripples | None = None,
     ) -> Operand:
         """Radiance that comes down from the surface against w, seen from depth y."""
-        if self.index is None:
-            return self.sky.radiance(w, m)
         mirror = self.elastic if self.mirrors else None
-        slopes = None if ripples is None else ripples.slopes
-        L_sky = self.sky.seen_through(w, self.index, m, slopes)
-        L = under_surface(mirror, w, L_sky, self.index, m, slopes)
-        if ripples is not None:
-            L = L + sun_glitter(self.elastic.beam, y, w, self.index, ripples, m)
-        return L
+        return light_from_surface(mirror, self.elastic.beam, self.sky, self.index, y, w, m, ripples)
 
     def radiance(self, y: Operand, w: Sequence[Operand], m: Mathematics = NUMPY) -> Operand:
         """Radiance L(y, w) of everything ahead of depth y along w, under a flat surface."""

@@ -100,6 +100,14 @@ class RadianceField(PathLight, Radiant, Protocol):
         ...
 
 
+def end_of_path(
+    y_o: Operand, w: Sequence[Operand], P: Operand, y_f: Operand, m: Mathematics = NUMPY
+) -> tuple[Operand, Operand]:
+    """Length of a path from depth y_o that surface or floor may end, and the depth of its end."""
+    P = m.minimum(P, distance_in_water(y_o, -w[2], y_f, m))
+    return P, m.clamp(y_o + -w[2] * P, 0.0, y_f)
+
+
 def distance_in_water(
     y_o: Operand,
     w_y: Operand,
@@ -143,13 +151,6 @@ class PathField:
     def boundary(self, y: Operand, w: Sequence[Operand], m: Mathematics = NUMPY) -> Operand:
         """Distance from depth y along w to the surface or the floor, m."""
         return distance_in_water(y, -w[2], self.field.y_f, m)
-
-    def _end_of_path(
-        self, y_o: Operand, w: Sequence[Operand], P: Operand, m: Mathematics
-    ) -> tuple[Operand, Operand]:
-        """Length of a path that ends at the surface or the floor, and the depth of its end."""
-        P = m.minimum(P, self.boundary(y_o, w, m))
-        return P, m.clamp(y_o + -w[2] * P, 0.0, self.field.y_f)
 
     def boundary_radiance(
         self, w: Sequence[Operand], L_surface: Operand = 0.0, m: Mathematics = NUMPY

@@ -17,8 +17,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from ..mathematics import NUMPY, Mathematics, Operand
-from .pixel import Pixel
-from .radiance_field import Ripples, sun_glitter, under_surface
+from .pixel import Pixel, light_from_surface
+from .radiance_field import Ripples
 from .sky import BLACK, Sky
 from .sun_beam import SunBeam
 
@@ -135,16 +135,9 @@ class SolvedWater:
         ripples: Ripples | None = None,
     ) -> Operand:
         """Radiance that comes down from the surface against w, seen from depth y."""
-        if self.index is None:
-            return self.sky.radiance(w, m)
-        slopes = None if ripples is None else ripples.slopes
         below = dataclasses.replace(self.beam, p=self.p_mirrored)
         mirror = _Mirrored(below, self.mirrored, self.floor)
-        L_sky = self.sky.seen_through(w, self.index, m, slopes)
-        L = under_surface(mirror, w, L_sky, self.index, m, slopes)
-        if ripples is not None:
-            L = L + sun_glitter(self.beam, y, w, self.index, ripples, m)
-        return L
+        return light_from_surface(mirror, self.beam, self.sky, self.index, y, w, m, ripples)
 
 
 @dataclass(frozen=True, eq=False)

@@ -13,7 +13,7 @@ from ..surface.caustics import SUN_RADIUS
 from ..surface.refraction import REFRACTIVE_INDEX
 from ..water.phase import Mixture
 from .path_integral import attenuated_path
-from .radiance_field import distance_in_water
+from .radiance_field import distance_in_water, end_of_path
 
 SUN_DISC = (0.42 * SUN_RADIUS / REFRACTIVE_INDEX / 2.0) ** 2
 """Squared sine of half the angle at which the forward peak of sea particles is its mean over
@@ -72,13 +72,6 @@ class SunBeam:
         """Distance from depth y along w to the surface or the floor, m."""
         return distance_in_water(y, -w[2], self.y_f, m)
 
-    def end_of_path(
-        self, y_o: Operand, w: Sequence[Operand], P: Operand, m: Mathematics = NUMPY
-    ) -> tuple[Operand, Operand]:
-        """Length of a path that ends at the surface or the floor, and the depth of its end."""
-        P = m.minimum(P, self.boundary(y_o, w, m))
-        return P, m.clamp(y_o + -w[2] * P, 0.0, self.y_f)
-
     def scattered_once(
         self,
         y_o: Operand,
@@ -93,7 +86,7 @@ class SunBeam:
         ``without_peak`` counts light that only the forward peak has scattered as
         unscattered, before and after.
         """
-        P, y_e = self.end_of_path(y_o, w, P, m)
+        P, y_e = end_of_path(y_o, w, P, self.y_f, m)
         c = self.cp if without_peak else self.c
         cs = c / self.mu_s
         return self.source(w, m) * attenuated_path(

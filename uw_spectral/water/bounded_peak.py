@@ -8,6 +8,7 @@ coefficient, and two lobes that stay finite carry the rest.
 
 from __future__ import annotations
 
+import dataclasses
 import functools
 import itertools
 import math
@@ -17,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..content import ComparedByContent
-from .phase import BandPhase, EinsteinSmoluchowski, draine
+from .phase import BandPhase, EinsteinSmoluchowski, draine, quadrature
 
 NARROWEST_DEG = 3.0
 """Angle in degrees from which on the lobes follow the phase function."""
@@ -35,7 +36,6 @@ _WIDE = tuple(
         (*np.arange(-0.1, 0.82, 0.025), 0.0), (0, 0.15, 0.3, 0.5, _MOLECULAR, 1.3, 2, 3.5, 5)
     )
 )
-_NODES = 256
 
 Array = NDArray[np.float64]
 
@@ -67,6 +67,7 @@ class BoundedPhase(ComparedByContent):
         return (self.shares * lobes).sum(axis=-2)
 
 
+@functools.lru_cache(maxsize=32)
 def bound_forward_peak(phase: BandPhase) -> BoundedPhase:
     """Fit two lobes to the phase function of each band, beyond its forward peak.
 
@@ -104,14 +105,14 @@ def bound_forward_peak(phase: BandPhase) -> BoundedPhase:
     weights = np.full(len(wanted), _HEAVY)
     weights[: len(s2)] = 1.0 / math.sqrt(len(s2))
     # Errors are relative; bands with the same phase function share their fit.
-    chosen = [_closest(narrow, wide, weights / w, weights) for w in np.unique(wanted.T, axis=0)]
-    which = np.unique(wanted.T, axis=0, return_inverse=True)[1].ravel()
-    i, j, shares = (np.array([chosen[k][part] for k in which]) for part in range(3))
+    distinct, which = np.unique(wanted.T, axis=0, return_inverse=True)
+    chosen = [_closest(narrow, wide, weights / w, weights) for w in distinct]
+    i, j, shares = (np.array([chosen[k][part] for k in which.ravel()]) for part in range(3))
     lobes = np.array(_NARROW)[i], np.array(_WIDE)[j]
     asymmetries, alphas = (np.stack([lobe[:, part] for lobe in lobes]) for part in range(2))
     found = BoundedPhase(asymmetries, alphas, shares.T, np.zeros(len(phase)))
     error = np.quantile(np.abs(found.per_steradian(s2) / values - 1.0), 0.95, axis=0)
-    return BoundedPhase(asymmetries, alphas, shares.T, error)
+    return dataclasses.replace(found, error=error)
 
 
 def _closest(narrow: Array, wide: Array, scale: Array, target: Array) -> tuple[int, int, Array]:
@@ -144,10 +145,8 @@ def _angles() -> Array:
 def _lobes(shapes: tuple[tuple[float, float], ...]) -> Array:
     """Values, moments that are kept (1 - χ), and backscatter of lobes, one in each row."""
     g, alpha = (np.array(part)[:, None] for part in zip(*shapes, strict=True))
-    nodes, weights = np.polynomial.legendre.leggauss(_NODES)
-    theta = (math.pi / 4) * np.concatenate([nodes + 1.0, nodes + 3.0])
-    solid_angle = 2.0 * math.pi * np.sin(theta) * np.tile(weights, 2) * math.pi / 4
+    theta, solid_angle = quadrature(())
     light = draine(g, alpha, np.sin(theta / 2) ** 2) * solid_angle
     legendre = np.polynomial.legendre.legvander(np.cos(theta), max(_ORDERS))[:, _ORDERS]
-    back = light[:, _NODES:].sum(axis=1, keepdims=True)
+    back = light[:, theta > math.pi / 2].sum(axis=1, keepdims=True)
     return np.concatenate([draine(g, alpha, _angles()), light @ (1.0 - legendre), back], axis=1)

@@ -119,9 +119,13 @@ def draine(g: Operand, alpha: Operand, s2: Operand, m: Mathematics = NUMPY) -> O
 
     B. T. Draine, Astrophys. J. 598, 1017 (2003).
     """
+    return _with_squared_cosine(henyey_greenstein(g, s2, m), g, alpha, s2)
+
+
+def _with_squared_cosine(p: Operand, g: Operand, alpha: Operand, s2: Operand) -> Operand:
+    """Multiply the Henyey-Greenstein function p of mean cosine g by 1 + α cos², normalised."""
     cosine = 1.0 - 2.0 * s2
-    norm = 1.0 + alpha * (1.0 + 2.0 * g * g) / 3.0
-    return henyey_greenstein(g, s2, m) * (1.0 + alpha * cosine * cosine) / norm
+    return p / (1.0 + alpha * (1.0 + 2.0 * g * g) / 3.0) * (1.0 + alpha * cosine * cosine)
 
 
 @dataclass(frozen=True)
@@ -187,9 +191,7 @@ class EinsteinSmoluchowski(PhaseFunction):
     def per_steradian(self, s2: Operand, m: Mathematics = NUMPY) -> Operand:
         """Return the value in 1/sr."""
         del m
-        cosine = 1.0 - 2.0 * s2
-        norm = 3.0 * _PER_SPHERE / (3.0 + self.anisotropy)
-        return norm * (1.0 + self.anisotropy * cosine * cosine)
+        return _with_squared_cosine(_PER_SPHERE, 0.0, self.anisotropy, s2)
 
 
 @dataclass(frozen=True)
@@ -286,13 +288,16 @@ class FournierForand(PhaseFunction):
                 "Fournier-Forand: on the line of sea particles bb/b is 0.0001 to 0.2, got "
                 f"{ratio:g}"
             )
+
+        def index_of(slope: float) -> float:
+            return 1.01 + 0.1542 * (slope - 3.0)
+
         low, high = 3.01, 4.9
         for _ in range(60):
             slope = (low + high) / 2
-            index = 1.01 + 0.1542 * (slope - 3.0)
-            more = cls.from_junge_slope(index, slope).backscatter > ratio
+            more = cls.from_junge_slope(index_of(slope), slope).backscatter > ratio
             low, high = (low, slope) if more else (slope, high)
-        return cls(1.01 + 0.1542 * (low - 3.0), ratio)
+        return cls(index_of(low), ratio)
 
     @property
     def _delta90(self) -> float:
@@ -585,8 +590,8 @@ def _check_asymmetry(g: float) -> None:
 
 
 @functools.cache
-def _quadrature(kinks: tuple[float, ...]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Angles and solid angles that resolve any forward or backward peak.
+def quadrature(kinks: tuple[float, ...]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Scattering angles and solid angles that resolve any forward or backward peak.
 
     Gauss-Legendre in the logarithm of the angle up to 0.02 rad, in the angle
     beyond; the last 0.02 rad before π by the logarithm of the distance to it.
@@ -619,14 +624,14 @@ def _quadrature(kinks: tuple[float, ...]) -> tuple[NDArray[np.float64], NDArray[
 def _integral_over_sphere(
     phase: PhaseFunction, of: Callable[[NDArray[np.float64]], NDArray[np.float64]]
 ) -> NDArray[np.float64]:
-    theta, solid_angle = _quadrature(phase.kinks)
+    theta, solid_angle = quadrature(phase.kinks)
     s2 = np.sin(theta / 2) ** 2
     return (phase.per_steradian(s2) * of(theta) * solid_angle).sum()
 
 
 @functools.lru_cache(maxsize=64)
 def _moments(phase: PhaseFunction, count: int) -> NDArray[np.float64]:
-    theta, solid_angle = _quadrature(phase.kinks)
+    theta, solid_angle = quadrature(phase.kinks)
     density = phase.per_steradian(np.sin(theta / 2) ** 2) * solid_angle
     cosine = np.cos(theta)
     before, legendre = np.ones_like(cosine), cosine

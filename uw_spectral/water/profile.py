@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..errors import InputError, unknown_name
 from ..spectra.spectral_table import checked_spectral_table
@@ -20,6 +21,8 @@ DEPTH = "depth_m"
 
 AMOUNTS = ("chlorophyll", "cdom", "minerals", "detritus")
 """Columns of a profile of constituents, in the units of :class:`.Constituents`."""
+
+Array = NDArray[np.float64]
 
 MOST_LAYERS = 16
 """Layers that solver and renderer take; more are finer than their light can tell apart."""
@@ -135,7 +138,7 @@ def read_profile(path: str | Path) -> WaterProfile:
     columns = read_table(path, (DEPTH,)).columns
     if "wavelength_nm" in columns:
         return _measured(Path(path))
-    return _of_constituents(Path(path))
+    return _of_constituents(Path(path), dict(columns))
 
 
 def _measured(path: Path) -> Profile[Water]:
@@ -153,8 +156,7 @@ def _measured(path: Path) -> Profile[Water]:
     return _layers(path, [float(depth[part.start]) for part in rows], rows).map(water)
 
 
-def _of_constituents(path: Path) -> Profile[Constituents]:
-    columns = dict(read_table(path, (DEPTH,)).columns)
+def _of_constituents(path: Path, columns: dict[str, Array]) -> Profile[Constituents]:
     depths = columns.pop(DEPTH).tolist()
     for name in columns:
         if name not in AMOUNTS:
