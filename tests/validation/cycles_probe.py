@@ -8,7 +8,6 @@ from pathlib import Path
 
 import bpy
 import numpy as np
-from underwater_spectral.node_groups import water_volume
 from underwater_spectral.scene import (
     cycles_settings,
     cycles_water,
@@ -17,6 +16,7 @@ from underwater_spectral.scene import (
     scene_water,
     water_body,
 )
+from underwater_spectral.scene.cycles_phase import CyclesPhase
 from underwater_spectral.tests.scene import columns
 from underwater_spectral.uw_spectral.spectra.spectral_image import read_exr
 from underwater_spectral.uw_spectral.transfer.water_column import WaterColumn
@@ -34,13 +34,11 @@ def _pixels(
     scene: bpy.types.Scene,
     camera: bpy.types.Object,
     column: WaterColumn,
-    lobes: tuple[water_volume.ScatteringLobe, ...],
-    shares: tuple[float, ...],
+    phases: list[CyclesPhase],
     samples: int,
     path: Path,
 ) -> np.ndarray:
     extent = water_body.water_extent(scene, column, -camera.location.z)
-    phases = columns.layers_of(column, lobes, shares)
     cycles_water.add_water(scene, column, phases, extent)
     pass_values.PassValues.of_column(column, phases).apply(scene.view_layers[0], (0, 1, 2))
     scene.cycles.pixel_filter_type = "BOX"
@@ -67,10 +65,18 @@ def _of_blocks(values: np.ndarray) -> Measurement:
 
 def radiance(scene, column, lobes, depth, rotation, *, samples, path, shares=(1.0,), size=16):
     """Radiance in one direction (a narrow camera), band 0."""
+    phases = columns.layers_of(column, lobes, shares)
+    return radiance_of_phases(
+        scene, column, phases, depth, rotation, samples=samples, path=path, size=size
+    )
+
+
+def radiance_of_phases(scene, column, phases, depth, rotation, *, samples, path, size=16):
+    """Likewise, of the phase functions of all layers."""
     scene.render.resolution_x = scene.render.resolution_y = size
     camera = _camera(scene, depth, rotation)
     camera.data.angle = math.radians(1.0)
-    pixels = _pixels(scene, camera, column, lobes, shares, samples, path)
+    pixels = _pixels(scene, camera, column, phases, samples, path)
     return _of_blocks(pixels[..., 0])
 
 
@@ -95,7 +101,8 @@ def downwelling_irradiance(scene, column, lobes, depth, *, samples, path, shares
     camera = _camera(scene, depth - half / 10, (0.0, 0.0, 0.0))
     camera.data.type = "ORTHO"
     camera.data.ortho_scale = half
-    pixels = _pixels(scene, camera, column, lobes, shares, samples, path)
+    phases = columns.layers_of(column, lobes, shares)
+    pixels = _pixels(scene, camera, column, phases, samples, path)
     bpy.data.objects.remove(collector)
     return _of_blocks(math.pi * pixels[..., 0])
 
@@ -107,7 +114,9 @@ def upwelling_scalar_irradiance(scene, column, lobes, depth, *, samples, path, s
     camera = _camera(scene, depth, (math.pi / 2, 0.0, 0.0))
     camera.data.type = "PANO"
     camera.data.panorama_type = "EQUIRECTANGULAR"
-    pixels = _pixels(scene, camera, column, lobes, shares, samples, path)[..., 0]
+    pixels = _pixels(
+        scene, camera, column, columns.layers_of(column, lobes, shares), samples, path
+    )[..., 0]
     below = pixels[height // 2 :]
     edges = np.linspace(0.0, math.pi / 2, height // 2 + 1)
     solid_angle = (np.sin(edges[1:]) - np.sin(edges[:-1])) * 2 * math.pi / width
