@@ -8,7 +8,6 @@ from nodebpy import shader as s
 from ..uw_spectral.transfer.radiance_field import Ripples, mirrored_ray
 from .node_mathematics import NODES, Graph, NodeValue, new_group
 from .realtime_rays import camera_depth, shaft, view_direction
-from .realtime_tables import AUREOLE, MIRRORED, NEAR
 from .realtime_values import (
     CAMERA_DEPTH,
     GLITTER,
@@ -19,6 +18,7 @@ from .realtime_values import (
     Triples,
     Values,
     build_triple,
+    looked_up_ahead,
     phase_inputs,
     phase_towards,
 )
@@ -37,8 +37,7 @@ def build(
     """Build the group; output ``Color`` is what the sensor sees."""
     inputs = {SLOPE: "NodeSocketVector"} if shape.waves else {}
     if shape.solved:
-        looked_up = (NEAR, AUREOLE, MIRRORED) if shape.flat else (NEAR, AUREOLE)
-        inputs |= dict.fromkeys(looked_up, "NodeSocketVector")
+        inputs |= dict.fromkeys(looked_up_ahead(shape), "NodeSocketVector")
         inputs |= dict.fromkeys(phase_inputs(TOWARDS, shape), "NodeSocketFloat")
     if shape.solved and shape.flat:
         inputs |= dict.fromkeys(phase_inputs(MIRRORED_TOWARDS, shape), "NodeSocketFloat")

@@ -21,7 +21,7 @@ from .realtime_rays import (
     view_distance,
 )
 from .realtime_shadows import OPENNESS, openness
-from .realtime_tables import AUREOLE, FAR, FROM_ABOVE, IMAGE, NEAR, PATCH, Tables
+from .realtime_tables import Tables
 from .realtime_values import (
     CONTRAST,
     EMISSION,
@@ -31,6 +31,7 @@ from .realtime_values import (
     Triples,
     Values,
     build_triple,
+    looked_up_on_surface,
     phase_inputs,
     phase_towards,
 )
@@ -75,10 +76,9 @@ def build(
     """
     own = [PATTERN, POSITION] if shape.waves else []
     own += [OPENNESS] if shape.diffuse_shadows else []
-    looked_up = [NEAR, FAR, IMAGE, AUREOLE, PATCH] if shape.solved else []
-    looked_up += [FROM_ABOVE] if shape.solved and shape.diffuse_shadows else []
     own += phase_inputs(TOWARDS, shape)
-    kinds = dict.fromkeys(own, "NodeSocketFloat") | dict.fromkeys(looked_up, "NodeSocketVector")
+    kinds = dict.fromkeys(own, "NodeSocketFloat")
+    kinds |= dict.fromkeys(looked_up_on_surface(shape), "NodeSocketVector")
     triple = build_triple(TRIPLE_NAME, shape, _INPUTS | kinds, _picture)
     tree = new_group(NAME)
     inputs = {name: kind for name, kind in _INPUTS.items() if name != _MEASURED}
@@ -120,7 +120,7 @@ def _look_up(
 
 def _picture(graph: Graph, values: Values) -> tuple[NodeValue, ...]:
     w, P, y = view_direction(graph), view_distance(graph), depth_here(graph)
-    y_o, sun = camera_depth_behind(y, w, P), values.beam.sun
+    y_o, sun = camera_depth_behind(y, w, P), values.sun
     nx, ny, nz = graph.components(values[NORMAL])
     cosine = -(nx * sun[0] + ny * sun[1] + nz * sun[2])
     open_share = values[OPENNESS] if values.shape.diffuse_shadows else None

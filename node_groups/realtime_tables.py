@@ -2,7 +2,8 @@
 
 A column of tiles holds three bands; a tile is a slice at one depth, radiance and above it the
 irradiance on patches, with a margin of one texel; then come the boundary's image, the factor of
-the sun's aureole, angles over depths, and a row for each other quantity of the bands.
+the sun's aureole, angles over depths; of layered water its mean extinction, depths over depths,
+and sunlight scattered once, elevations over depths; and a row for each other quantity of the bands.
 
 An ordinary image texture filters more where coordinates jump from pixel to pixel, and so
 draws lines where slices change. An environment texture in equirectangular projection never
@@ -19,14 +20,13 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
+from ..uw_spectral.transfer.depth_scale import DepthScale
 from ..uw_spectral.transfer.radiance_table import (
     ANGLES,
     AZIMUTHS,
-    DEPTHS,
     ELEVATIONS,
     TILTS,
     TURNS,
-    DepthScale,
     RadianceTable,
     azimuth,
     elevation,
@@ -41,22 +41,81 @@ NEAR, FAR = "Light at the Camera", "Light behind"
 IMAGE, MIRRORED = "Boundary", "Mirrored Light"
 AUREOLE = "Aureole"
 PATCH, FROM_ABOVE = "Light on It", "Light from Above"
+EXTINCTION, WITHOUT_PEAK = "Extinction", "Extinction without Peak"
+WITHOUT_PEAK_BEHIND, WITHOUT_PEAK_MIRRORED = "Extinction behind", "Mirrored Extinction"
+EXTINCTION_OF_SUN, WITHOUT_PEAK_OF_SUN = "Extinction of Sun", "Extinction of Sun without Peak"
+ONCE, ONCE_BEHIND, ONCE_MIRRORED = "Once", "Once behind", "Once mirrored"
 
 _MARGIN = 1
 _TILE = max(AZIMUTHS, ANGLES) + 2 * _MARGIN
 _PATCHES = ELEVATIONS + 2 * _MARGIN  # first row of the irradiance in a tile
 _ROW = _PATCHES + TILTS + 2 * _MARGIN
-_BOUNDARY = DEPTHS * _ROW  # first row of the boundary's image
-_AUREOLE = _BOUNDARY + _PATCHES  # first row of the aureole
-_HEIGHT = _AUREOLE + DEPTHS + 2 * _MARGIN
-_LAST = DEPTHS - 1.001  # the deepest position that has a slice behind it
+_OFF_MIDDLE = 1e-7  # the arctangent of 0/1 is not a number in some drivers
+_BEFORE_LAST = 1.001  # slices from the deepest position that has a slice behind it
 
 
-def new_image(triples: int, numbers: int) -> bpy.types.Image:
-    """Make the image of so many triples of bands and quantities of them."""
-    image = bpy.data.images.new(
-        NAME, _TILE * triples, _HEIGHT + numbers, alpha=True, float_buffer=True, is_data=True
-    )
+@dataclass(frozen=True)
+class Layout:
+    """Rows of the image.
+
+    Parameters
+    ----------
+    slices : int
+        Depths.
+    layered : int
+        Parts of the phase function of layered water, 0 of other water.
+    numbers : int
+        Other quantities of the bands.
+    """
+
+    slices: int
+    layered: int
+    numbers: int
+
+    @property
+    def boundary(self) -> int:
+        """First row of the boundary's image."""
+        return self.slices * _ROW
+
+    @property
+    def aureole(self) -> int:
+        """First row of the aureole."""
+        return self.boundary + _PATCHES
+
+    @property
+    def extinction(self) -> tuple[int, int]:
+        """First rows of the mean extinction, and of that without the forward peak."""
+        first = self.aureole + self._of_slices
+        return first, first + self._of_slices
+
+    def once(self, part: int) -> int:
+        """First row of sunlight scattered once by a part of the phase function."""
+        return self.extinction[1] + self._of_slices + part * _PATCHES
+
+    def number(self, index: int) -> int:
+        """Row of another quantity of the bands."""
+        return (self.once(self.layered) if self.layered else self.extinction[0]) + index
+
+    @property
+    def height(self) -> int:
+        """Rows in all."""
+        return self.number(self.numbers)
+
+    @property
+    def _of_slices(self) -> int:
+        return self.slices + 2 * _MARGIN
+
+    @classmethod
+    def of_table(cls, table: RadianceTable, numbers: int) -> Layout:
+        """Return the rows of tables and so many other quantities."""
+        parts = 0 if table.layers is None else len(table.layers.components)
+        return cls(table.depth_scale.slices, parts, numbers)
+
+
+def new_image(triples: int, layout: Layout) -> bpy.types.Image:
+    """Make the image of so many triples of bands."""
+    size = _TILE * triples, layout.height
+    image = bpy.data.images.new(NAME, *size, alpha=True, float_buffer=True, is_data=True)
     image.alpha_mode = "CHANNEL_PACKED"
     image.use_half_precision = False  # the rows of numbers keep their digits
     image[MARK] = True
@@ -84,7 +143,8 @@ def pixels(table: RadianceTable, numbers: Sequence[NDArray[np.float32]]) -> NDAr
         Other quantities of full triples of bands.
     """
     triples = -(-len(table.scale) // 3)
-    out = np.ones((_HEIGHT + len(numbers), triples, _TILE, 4), dtype=np.float32)
+    layers, layout = table.layers, Layout.of_table(table, len(numbers))
+    out = np.ones((layout.height, triples, _TILE, 4), dtype=np.float32)
 
     def put(values: NDArray[np.float64], row: int) -> None:
         """Lay a slice of all bands, shape (n, height, width), with its margin."""
@@ -93,13 +153,18 @@ def pixels(table: RadianceTable, numbers: Sequence[NDArray[np.float32]]) -> NDAr
         texels = np.moveaxis(values.reshape(triples, 3, height, width), (2, 0, 3, 1), (0, 1, 2, 3))
         out[row : row + height, :, :width, :3] = texels
 
-    for index in range(DEPTHS):
+    for index in range(layout.slices):
         put(table.radiance[:, index], index * _ROW)
         put(table.irradiance[:, index], index * _ROW + _PATCHES)
-    put(table.image, _BOUNDARY)
-    put(table.aureole, _AUREOLE)
-    for row, values in enumerate(numbers):
-        out[_HEIGHT + row, :, :, :3] = np.reshape(values, (triples, 1, 3))
+    put(table.image, layout.boundary)
+    put(table.aureole, layout.aureole)
+    if layers is not None:
+        for row, extinction in zip(layout.extinction, layers.extinction, strict=True):
+            put(extinction, row)
+        for part, once in enumerate(layers.once):
+            put(np.swapaxes(once, 1, 2), layout.once(part))
+    for index, values in enumerate(numbers):
+        out[layout.number(index), :, :, :3] = np.reshape(values, (triples, 1, 3))
     return out.reshape(len(out), -1, 4)
 
 
@@ -123,6 +188,8 @@ class Tables:
         Of node values.
     sun : three NodeValue
         Direction the sunlight travels to.
+    layered : int
+        Parts of the phase function of layered water, 0 of other water.
     """
 
     graph: Graph
@@ -132,13 +199,18 @@ class Tables:
     numbers: Sequence[str]
     depth_scale: DepthScale
     sun: Sequence[NodeValue]
+    layered: int = 0
+
+    @property
+    def _layout(self) -> Layout:
+        return Layout(self.depth_scale.slices, self.layered, len(self.numbers))
 
     def number(self, name: str) -> NodeValue:
         """Look up another quantity of the bands."""
         width, height = self.image.size
         texture = self.graph.node("ShaderNodeTexImage", image=self.image, interpolation="Closest")
         across = self.index * (_TILE / width) + 0.5 / width
-        up = (_HEIGHT + self.numbers.index(name) + 0.5) / height
+        up = (self._layout.number(self.numbers.index(name)) + 0.5) / height
         self.graph.assign(self.graph.vector(across, up, 0.0), texture.inputs["Vector"])
         return self.graph.term(texture.outputs["Color"])
 
@@ -147,12 +219,17 @@ class Tables:
     ) -> dict[str, NodeValue]:
         """Look up scattered light along w at two depths, the boundary ahead, and the aureole."""
         h, v = self._direction(w)
-        return {
+        found = {
             NEAR: self._between_slices(y_o, h, v),
             FAR: self._between_slices(y_e, h, v),
-            IMAGE: self._texel(h, _BOUNDARY + v),
+            IMAGE: self._texel(h, self._layout.boundary + v),
             AUREOLE: self._aureole(y_o, w),
         }
+        if self.layered:
+            found |= self._extinction(y_o, y_e)
+            found |= self._once(ONCE, y_o, w) | self._once(ONCE_BEHIND, y_e, w)
+            found[WITHOUT_PEAK_BEHIND] = self._mean(y_e, self._boundary(w), without_peak=True)
+        return found
 
     def to_boundary(
         self,
@@ -165,6 +242,12 @@ class Tables:
         found = {NEAR: near, AUREOLE: self._aureole(y_o, w)}
         if mirrored is not None:
             found[MIRRORED] = self._texel(*self._direction(mirrored))
+        if self.layered:
+            found |= self._extinction(y_o, self._boundary(w)) | self._once(ONCE, y_o, w)
+        if self.layered and mirrored is not None:
+            end = self._boundary(mirrored)
+            found |= self._once(ONCE_MIRRORED, None, mirrored)
+            found[WITHOUT_PEAK_MIRRORED] = self._mean(None, end, without_peak=True)
         return found
 
     def on_patch(
@@ -177,7 +260,36 @@ class Tables:
         if from_above:
             top = _PATCHES + _MARGIN + TILTS - 1.0
             found[FROM_ABOVE] = self._between_slices(y, float(_MARGIN), top)
+        if self.layered:
+            found[EXTINCTION_OF_SUN] = self._mean(None, y, without_peak=False)
+            found[WITHOUT_PEAK_OF_SUN] = self._mean(None, y, without_peak=True)
         return found
+
+    def _boundary(self, w: Sequence[NodeValue]) -> NodeValue:
+        """Depth of the boundary ahead; without a floor, of the last slice."""
+        return NODES.less(w[2], 0.0) * self.depth_scale.deepest
+
+    def _extinction(self, y: NodeValue, z: NodeValue) -> dict[str, NodeValue]:
+        return {
+            EXTINCTION: self._mean(y, z, without_peak=False),
+            WITHOUT_PEAK: self._mean(y, z, without_peak=True),
+        }
+
+    def _slice(self, y: NodeValue | None) -> NodeValue | float:
+        """Position of a depth, or of the surface, among the slices."""
+        return 0.0 if y is None else self.depth_scale.slice(y, NODES)
+
+    def _mean(self, y: NodeValue | None, z: NodeValue, *, without_peak: bool) -> NodeValue:
+        """Look up the mean extinction between two depths, the first one None at the surface."""
+        h, v = (_MARGIN + self._slice(depth) for depth in (y, z))
+        return self._texel(h, self._layout.extinction[without_peak] + v)
+
+    def _once(self, name: str, y: NodeValue | None, w: Sequence[NodeValue]) -> dict[str, NodeValue]:
+        """Look up sunlight scattered once at depth y along w, per part of the phase function."""
+        h = _MARGIN + self._slice(y)
+        v = _MARGIN + elevation(w[2], NODES)
+        rows = [self._layout.once(part) for part in range(self.layered)]
+        return {f"{name} {i}": self._texel(h, row + v) for i, row in enumerate(rows)}
 
     def _direction(self, w: Sequence[NodeValue]) -> tuple[NodeValue, NodeValue]:
         h = _MARGIN + azimuth(w, self.sun, AZIMUTHS, NODES)
@@ -185,19 +297,19 @@ class Tables:
 
     def _aureole(self, y_o: NodeValue, w: Sequence[NodeValue]) -> NodeValue:
         h = _MARGIN + sun_angle(half_angle2(w, self.sun, NODES), NODES)
-        return self._texel(h, _AUREOLE + _MARGIN + self.depth_scale.slice(y_o, NODES))
+        return self._texel(h, self._layout.aureole + _MARGIN + self._slice(y_o))
 
     def _between_slices(
         self, y: NodeValue, h: NodeValue | float, v: NodeValue | float
     ) -> NodeValue:
         """Look up a place of the tiles at a depth."""
-        z = NODES.minimum(self.depth_scale.slice(y, NODES), _LAST)
+        z = NODES.minimum(self.depth_scale.slice(y, NODES), self.depth_scale.slices - _BEFORE_LAST)
         above = self.graph.operation("FLOOR", (z,))
         row, share = v + _ROW * above, z - above
         one, other = self._texel(h, row), self._texel(h, row + _ROW)
         return one + share * (other - one)
 
-    def _texel(self, h: NodeValue | float, v: NodeValue) -> NodeValue:
+    def _texel(self, h: NodeValue | float, v: NodeValue | float) -> NodeValue:
         """Look up a texel of the triple's tiles, counted from their corner."""
         width, height = self.image.size
         around = (h + 0.5) * (-2.0 * math.pi / width) + math.pi
@@ -205,7 +317,7 @@ class Tables:
         up = (v + 0.5) * (math.pi / height) - math.pi / 2
         where = self.graph.vector(
             self.graph.operation("COSINE", (around,)),
-            self.graph.operation("SINE", (around,)),
+            self.graph.operation("SINE", (around,)) + _OFF_MIDDLE,
             self.graph.operation("TANGENT", (up,)),
         )
         texture = self.graph.node("ShaderNodeTexEnvironment", image=self.image)

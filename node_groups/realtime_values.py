@@ -21,17 +21,41 @@ from ..uw_spectral.surface.refraction import direction_in_air
 from ..uw_spectral.surface.wave_patterns import KNOTS
 from ..uw_spectral.transfer.aureole import Aureole
 from ..uw_spectral.transfer.closed_form import ClosedForm
+from ..uw_spectral.transfer.depth_scale import DepthScale, Zone
 from ..uw_spectral.transfer.inelastic_light import InelasticLight
 from ..uw_spectral.transfer.light_field import LightField
 from ..uw_spectral.transfer.pixel import PatchLight, Pixel, UndisturbedWater
-from ..uw_spectral.transfer.radiance_table import DepthScale, RadianceTable, table_unit
+from ..uw_spectral.transfer.radiance_table import RadianceTable, table_unit
 from ..uw_spectral.transfer.sky import UNIFORM, Sky
-from ..uw_spectral.transfer.solved_ray import SolvedPatchLight, SolvedWater
+from ..uw_spectral.transfer.solved_ray import (
+    LayeredBeam,
+    SolvedPatchLight,
+    SolvedWater,
+    SunOnPath,
+)
 from ..uw_spectral.transfer.sun_beam import SunBeam, half_angle2
 from ..uw_spectral.water.phase import Mixture, PhaseFunction
 from . import realtime_inelastic
 from .node_mathematics import NODES, Graph, NodeValue, new_group
-from .realtime_tables import AUREOLE, FAR, FROM_ABOVE, IMAGE, MIRRORED, NEAR, PATCH, Tables
+from .realtime_tables import (
+    AUREOLE,
+    EXTINCTION,
+    EXTINCTION_OF_SUN,
+    FAR,
+    FROM_ABOVE,
+    IMAGE,
+    MIRRORED,
+    NEAR,
+    ONCE,
+    ONCE_BEHIND,
+    ONCE_MIRRORED,
+    PATCH,
+    WITHOUT_PEAK,
+    WITHOUT_PEAK_BEHIND,
+    WITHOUT_PEAK_MIRRORED,
+    WITHOUT_PEAK_OF_SUN,
+    Tables,
+)
 
 NAME = "UW Values"
 SHAPE = "uw_shape"
@@ -42,9 +66,10 @@ _FIELD_BANDS = tuple(
     f.name for f in fields(LightField) if f.name not in (*_FIELD_NUMBERS, *_NOT_PER_PIXEL)
 )
 _BEAM_BANDS = ("b", "c", "cp", "E")
+_LAYERED_BANDS = ("E",)
 _TABLE_SCALE, _TABLE_DECAY = "table scale", "table decay"
 FLOOR = "floor radiance"
-_DEPTH_SCALE = {f.name: f"slices {f.name}" for f in fields(DepthScale)}
+_ZONE = tuple(f.name for f in fields(Zone))
 SUN = ("sun x", "sun y", "sun z")
 _SMOOTH = tuple(f"aureole moment {i}" for i in range(3))
 CAMERA_DEPTH = "camera depth"
@@ -105,6 +130,10 @@ class Shape:
         no inelastic exponentials then.
     sky : str
         Distribution of the sky's radiance.
+    layered : bool
+        Whether the water differs with depth; it is solved and has no shafts then.
+    zones, slices : int
+        Of the scale of depths of solved water.
     """
 
     bands: int
@@ -117,11 +146,19 @@ class Shape:
     diffuse_shadows: bool = False
     solved: bool = False
     sky: str = UNIFORM
+    layered: bool = False
+    zones: int = 0
+    slices: int = 0
 
     @property
     def triples(self) -> int:
         """Number of vectors that carry the bands."""
         return math.ceil(self.bands / 3)
+
+    @property
+    def layered_components(self) -> int:
+        """Parts of the phase function that layered water has tables for."""
+        return len(self.components) if self.layered else 0
 
 
 @dataclass(frozen=True, eq=False)
@@ -142,9 +179,12 @@ class Numbers:
 
 def band_names(shape: Shape) -> list[str]:
     """Names of the quantities per band."""
-    of_light = (*_BEAM_BANDS, _TABLE_SCALE, _TABLE_DECAY, FLOOR) if shape.solved else _FIELD_BANDS
+    of_light = _FIELD_BANDS
+    if shape.solved:
+        of_beam = _LAYERED_BANDS if shape.layered else _BEAM_BANDS
+        of_light = (*of_beam, _TABLE_SCALE, _TABLE_DECAY, FLOOR)
     names = [*of_light, SKY, *REFLECTANCE, *EMISSION, *SENSOR]
-    if len(shape.components) > 1:
+    if len(shape.components) > 1 and not shape.layered:
         names += [f"phase {i}" for i in range(len(shape.components))]
     if shape.lobes:
         names += ["aureole single", *_SMOOTH]
@@ -162,12 +202,54 @@ def single_names(shape: Shape) -> list[str]:
     return [*names, *_WAVES] if shape.waves else names
 
 
+def _zone_names(shape: Shape) -> list[str]:
+    return [_of_zone(field, place) for place in range(shape.zones) for field in _ZONE]
+
+
 def of_table(beam: SunBeam, table: RadianceTable, floor: NDArray[np.float64]) -> Numbers:
-    """Return the numbers of the sun, and of tables of the solved field over a floor's radiance."""
+    """Return the numbers of the sun, and of tables of the solved field over a floor's radiance.
+
+    The beam is that of the water, or of the first of its layers.
+    """
     bands = {name: getattr(beam, name) for name in _BEAM_BANDS}
     bands |= {_TABLE_SCALE: table.scale, _TABLE_DECAY: table.decay, FLOOR: floor}
-    depths = {name: getattr(table.depth_scale, key) for key, name in _DEPTH_SCALE.items()}
+    depths = {
+        _of_zone(field, place): getattr(zone, field)
+        for place, zone in enumerate(table.depth_scale.zones)
+        for field in _ZONE
+    }
     return Numbers(bands | _phase(beam.phase), _sun(beam) | depths)
+
+
+def _of_zone(field: str, place: int) -> str:
+    return f"zone {place} {field}"
+
+
+def looked_up_on_surface(shape: Shape) -> list[str]:
+    """Names of what :meth:`.Tables.near_and_far` and :meth:`.Tables.on_patch` find."""
+    if not shape.solved:
+        return []
+    names = [NEAR, FAR, IMAGE, AUREOLE, PATCH, *([FROM_ABOVE] if shape.diffuse_shadows else [])]
+    if shape.layered:
+        names += [EXTINCTION, WITHOUT_PEAK, WITHOUT_PEAK_BEHIND]
+        names += [EXTINCTION_OF_SUN, WITHOUT_PEAK_OF_SUN]
+    return [*names, *_parts(shape, ONCE), *_parts(shape, ONCE_BEHIND)]
+
+
+def looked_up_ahead(shape: Shape) -> list[str]:
+    """Names of what :meth:`.Tables.to_boundary` finds."""
+    if not shape.solved:
+        return []
+    names = [NEAR, AUREOLE, *_parts(shape, ONCE)]
+    names += [EXTINCTION, WITHOUT_PEAK] if shape.layered else []
+    if shape.flat:
+        names += [MIRRORED, *_parts(shape, ONCE_MIRRORED)]
+        names += [WITHOUT_PEAK_MIRRORED] if shape.layered else []
+    return names
+
+
+def _parts(shape: Shape, name: str) -> list[str]:
+    return [f"{name} {i}" for i in range(shape.layered_components)]
 
 
 def of_water(water: ClosedForm, shape: Shape) -> Numbers:
@@ -202,7 +284,7 @@ def build(shape: Shape) -> bpy.types.ShaderNodeTree:
     sources = [
         *(
             (name, "ShaderNodeValue", "NodeSocketFloat")
-            for name in (*single_names(shape), *(_DEPTH_SCALE.values() if shape.solved else ()))
+            for name in (*single_names(shape), *_zone_names(shape))
         ),
         *(
             (f"{name} {triple}", "ShaderNodeCombineXYZ", "NodeSocketVector")
@@ -291,12 +373,32 @@ class Values:
         weights = tuple(self[f"phase {i}"] if several else 1.0 for i in range(len(parts)))
         return Mixture(parts, weights)
 
+    @property
+    def sun(self) -> tuple[NodeValue, ...]:
+        """Direction the sunlight travels to."""
+        return tuple(self[name] for name in SUN)
+
     @functools.cached_property
     def beam(self) -> SunBeam:
-        """The direct sun of three bands."""
+        """The direct sun of three bands, in water that is the same at every depth."""
+        return self._beam(TOWARDS)
+
+    def _beam(self, towards: str) -> SunBeam:
         numbers = {name: self[name] for name in (*_BEAM_BANDS, *_FIELD_NUMBERS)}
-        sun = tuple(self[name] for name in SUN)
-        return SunBeam(**numbers, phase=self._phase, sun=sun, p=self._known_phase(TOWARDS))
+        p = self._known_phase(towards)
+        return SunBeam(**numbers, phase=self._phase, sun=self.sun, p=p)
+
+    def _leg(self, c: str, cp: str, near: Operand = 0.0, far: Operand = 0.0) -> LayeredBeam:
+        """Return the direct sun on a path in layered water with the extinctions looked up."""
+        numbers = {name: self[name] for name in (*_LAYERED_BANDS, *_FIELD_NUMBERS)}
+        return LayeredBeam(self[c], self[cp], **numbers, sun=self.sun, near=near, far=far)
+
+    def _once(self, name: str, towards: str, y: Operand) -> Operand:
+        """Sunlight scattered once in layered water, looked up at depth y."""
+        parts = range(self.shape.layered_components)
+        light = (self[f"{towards} {i}"] * self[f"{name} {i}"] for i in parts)
+        unit = table_unit(self[_TABLE_SCALE], self[_TABLE_DECAY], y, NODES)
+        return functools.reduce(operator.add, light) * unit
 
     def _known_phase(self, name: str) -> NodeValue | None:
         """Phase function of the bands whose parts the tree has computed, if it has."""
@@ -311,7 +413,7 @@ class Values:
         """The closed form of three bands over node values."""
         field = {name: self[name] for name in (*_FIELD_BANDS, *_FIELD_NUMBERS)}
         light = LightField(**field, **dict.fromkeys(_NOT_PER_PIXEL))
-        return ClosedForm(light, self._phase, self._aureole(), self.beam.sun)
+        return ClosedForm(light, self._phase, self._aureole(), self.sun)
 
     @functools.cached_property
     def inelastic(self) -> InelasticLight | None:
@@ -338,7 +440,15 @@ class Values:
         """Return the solved water in front of a thing at depth y_e."""
         near, far = (self._looked_up(name, y) for name, y in ((NEAR, y_o), (FAR, y_e)))
         image = self[IMAGE] * self[_TABLE_SCALE]
-        return SolvedWater(self.beam, near, far, image, aureole=self[AUREOLE])
+        beam, beyond = self._beams_to_thing(y_o, y_e)
+        return SolvedWater(beam, near, far, image, beyond, aureole=self[AUREOLE])
+
+    def _beams_to_thing(self, y_o: NodeValue, y_e: NodeValue) -> tuple[SunOnPath, SunOnPath | None]:
+        if not self.shape.layered:
+            return self.beam, None
+        far = self._once(ONCE_BEHIND, TOWARDS, y_e)
+        beam = self._leg(EXTINCTION, WITHOUT_PEAK, self._once(ONCE, TOWARDS, y_o), far)
+        return beam, self._leg(WITHOUT_PEAK_BEHIND, WITHOUT_PEAK_BEHIND, far)
 
     def solved_background(self, y_o: NodeValue) -> SolvedWater:
         """Return the solved water up to its surface and its floor."""
@@ -346,10 +456,21 @@ class Values:
         if self.shape.flat:
             index, mirrored = self[INDEX], self[MIRRORED] * self[_TABLE_SCALE]
         near, floor = self._looked_up(NEAR, y_o), self[FLOOR]
+        beam, below = self._beams_ahead(y_o)
         return SolvedWater(
-            self.beam, near, mirrored=mirrored, p_mirrored=self._known_phase(MIRRORED_TOWARDS),
-            floor=floor, sky=self._sky(), index=index, aureole=self[AUREOLE],
+            beam, near, mirrored=mirrored, below=below, floor=floor, sky=self._sky(), index=index,
+            aureole=self[AUREOLE],
         )  # fmt: skip
+
+    def _beams_ahead(self, y_o: NodeValue) -> tuple[SunOnPath, SunOnPath | None]:
+        """To the boundary ahead, and from the surface along a mirrored ray."""
+        if not self.shape.layered:
+            return self.beam, self._beam(MIRRORED_TOWARDS) if self.shape.flat else None
+        beam = self._leg(EXTINCTION, WITHOUT_PEAK, self._once(ONCE, TOWARDS, y_o))
+        if not self.shape.flat:
+            return beam, None
+        once = self._once(ONCE_MIRRORED, MIRRORED_TOWARDS, 0.0)
+        return beam, self._leg(WITHOUT_PEAK_MIRRORED, WITHOUT_PEAK_MIRRORED, once)
 
     def patch_light(self, y: NodeValue) -> PatchLight:
         """Return the light on a patch at a depth."""
@@ -357,7 +478,9 @@ class Values:
             return self.elastic.field
         shaded = self.shape.diffuse_shadows
         above = self._looked_up(FROM_ABOVE, y) if shaded else 0.0
-        return SolvedPatchLight(self.beam, self._looked_up(PATCH, y), above)
+        of_sun = EXTINCTION_OF_SUN, WITHOUT_PEAK_OF_SUN
+        beam = self._leg(*of_sun) if self.shape.layered else self.beam
+        return SolvedPatchLight(beam, self._looked_up(PATCH, y), above)
 
     def _looked_up(self, name: str, y: Operand) -> NodeValue:
         return self[name] * table_unit(self[_TABLE_SCALE], self[_TABLE_DECAY], y, NODES)
@@ -478,15 +601,19 @@ class Triples:
             self.tables = self._tables(image)
 
     def _tables(self, image: bpy.types.Image) -> Tables:
-        scale = {key: self._number(name) for key, name in _DEPTH_SCALE.items()}
+        zones = tuple(
+            Zone(**{field: self._number(_of_zone(field, place)) for field in _ZONE})
+            for place in range(self._shape.zones)
+        )
         return Tables(
             self._graph,
             image,
             self._shape.triples,
             self._graph.term(self._begin.outputs["Iteration"]),
             band_names(self._shape),
-            DepthScale(**scale),
+            DepthScale(zones, self._shape.slices),
             [self._number(name) for name in SUN],
+            self._shape.layered_components,
         )
 
     def _number(self, name: str) -> NodeValue:

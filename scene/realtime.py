@@ -24,6 +24,7 @@ from ..node_groups import (
     realtime_volume,
     realtime_waves,
 )
+from ..node_groups.realtime_tables import Layout
 from ..node_groups.realtime_values import Numbers, Shape
 from ..uw_spectral.errors import InputError
 from ..uw_spectral.spectra.reflectance import emission_basis, uplift_basis
@@ -159,12 +160,17 @@ def realtime_water(
         Light of changed wavelength in the same bands, for the closed form; it is reduced to a
         few exponentials. A solved field holds its own.
     """
-    n = len(column.bands)
-    water = solve_closed_form(column.light_field(phase), phase, camera_depth, column.sun_direction)
+    n, layered = len(column.bands), bool(column.below)
+    if layered and (solved is None or shafts):
+        column.require_one_layer("the closed form and shafts of light know")
+    # What single numbers say of layered water is that of all of it above the camera.
+    alike = column.mixed_above(camera_depth) if layered else column
+    water = solve_closed_form(alike.light_field(phase), phase, camera_depth, column.sun_direction)
     lobes = len(water.aureole.weights) if solved is None else 0
+    components = solved.components if layered and solved is not None else phase.components
     shape = Shape(
-        n, tuple(phase.components), lobes, column.reflects, shafts,
-        diffuse_shadows=diffuse_shadows, sky=column.sky, solved=solved is not None,
+        n, tuple(components), lobes, column.reflects, shafts, diffuse_shadows=diffuse_shadows,
+        sky=column.sky, solved=solved is not None, layered=layered,
     )  # fmt: skip
     light, table = {}, None
     if inelastic is not None and solved is None:
@@ -175,6 +181,8 @@ def realtime_water(
         numbers = realtime_values.of_water(water, shape)
     else:
         table = tabulate(solved)
+        scale = table.depth_scale
+        shape = replace(shape, zones=len(scale.zones), slices=scale.slices)
         beam = replace(water.beam, cp=solved.extinction)
         numbers = realtime_values.of_table(beam, table, solved.floor_radiance)
     reach = _shaft_range(column, water, camera_depth, weights) if shafts else None
@@ -242,7 +250,10 @@ def add_realtime(scene: bpy.types.Scene, water: RealtimeWater, extent: WaterExte
     table = (
         None
         if water.table is None
-        else realtime_tables.new_image(shape.triples, len(realtime_values.band_names(shape)))
+        else realtime_tables.new_image(
+            shape.triples,
+            Layout.of_table(water.table, len(realtime_values.band_names(shape))),
+        )
     )
     values = realtime_values.build(shape)
     surface = realtime_surface.build(values, shape, images, table)

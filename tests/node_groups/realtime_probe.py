@@ -139,7 +139,8 @@ def expected_of_solved(column, phase, view: View, weights):
     if seen.any():
         rays, P = tuple(part[seen] for part in w), P[seen]
         y = view.depth - rays[2] * P
-        passed = np.exp(-column.attenuation * P[:, None])
+        passed = field.extinction_between(view.depth, y, scaled=False)
+        passed = np.exp(-passed * P[:, None])
         lit = _lit(column, phase, y, normal) * (np.array(COLOR) @ uplift_basis(column.bands).T)
         picture[seen] += passed * (lit / math.pi - field.radiance(y, rays))
     return picture @ np.asarray(weights).T, where
@@ -174,6 +175,9 @@ def errors_of_case(case: Case, path: Path):
 def _lit(column, phase, y: np.ndarray, normal: np.ndarray) -> np.ndarray:
     """Irradiance on patches at depths, shape (q, n)."""
     field, mu_s = column.solved_field(phase), column.sun_cosine
+    if field.layered:
+        assert normal[2] > 1 - 1e-9, "in layers the squares lie level"
+        return field.Ed(y)
     depths = np.linspace(y.min(), y.max(), _DEPTHS)
     direct = max(-(normal @ column.sun_direction), 0.0) / mu_s * column.sun_irradiance
     E = LightAround.at(column, phase, depths).on_patch(normal)

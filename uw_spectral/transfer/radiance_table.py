@@ -18,15 +18,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..mathematics import NUMPY, Mathematics, Operand
+from ..water.phase import PhaseFunction
 from .aureole import WIDEST
+from .depth_scale import DepthScale
 from .solved_field import SolvedField
 from .sun_beam import SUN_DISC, half_angle2
 
-DEPTHS, ELEVATIONS, AZIMUTHS = 24, 48, 32
+ELEVATIONS, AZIMUTHS = 48, 32
 TILTS, TURNS = 24, 32
 """Elevations and azimuths of the normals of patches."""
 ANGLES = 32
 """Angles to the sun of its aureole."""
+MOST_ZONES = 4
+"""Zones of depth that a table tells apart."""
 
 _HORIZON = 1.0  # of the warp of elevations: they lie this dense about the horizon
 _SLANT = 1e-6  # horizontal component below which there is no azimuth
@@ -38,59 +42,11 @@ _FAINT, _GROWTH = 1e-3, 10.0  # share of the light that the rate holds for; of w
 TABLE_STREAMS = 24
 """Streams of a field that is tabulated; more change less than the tables' own error."""
 _FIRST = 0.3  # optical depths, in the most turbid band, of the scale of the first slices
+_CHANGE = 1.2  # factor of the extinction in any band from which on slices are dense around it
 _ANGLE = (ANGLES - 1) / math.log(WIDEST / SUN_DISC)
 _ORDERS, _AROUND = 12, 256  # azimuthal orders of the light on patches, and of what brings it
 
 Array = NDArray[np.float64]
-
-
-@dataclass(frozen=True)
-class DepthScale:
-    """Where depths lie among the slices: dense below the surface and above a floor.
-
-    Attributes
-    ----------
-    deepest : float
-        Depth of the last slice, m.
-    inverse : float
-        Of the depth below the surface within which slices are evenly spaced, 1/m.
-    top, low, start : float
-        Slices per logarithm of the distance from the surface and from the floor, and
-        where they start.
-    """
-
-    deepest: Operand
-    inverse: Operand
-    top: Operand
-    low: Operand
-    start: Operand
-
-    @classmethod
-    def between(cls, deepest: float, inverse: float, *, floor: bool) -> DepthScale:
-        """Return the scale of a table of a depth, with or without a floor at its end."""
-        log = math.log1p(deepest * inverse)
-        rate = (DEPTHS - 1) / (2 * log if floor else log)
-        low = rate if floor else 0.0
-        return cls(deepest, inverse, rate, low, low * log)
-
-    def slice(self, y: Operand, m: Mathematics = NUMPY) -> Operand:
-        """Position of a depth among the slices, 0 to ``DEPTHS - 1``."""
-        y = m.clamp(y, 0.0, self.deepest)
-        above = self.top * m.log(1.0 + self.inverse * y)
-        below = self.low * m.log(1.0 + self.inverse * (self.deepest - y))
-        return m.clamp(above - below + self.start, 0.0, DEPTHS - 1.0)
-
-    def depths(self) -> Array:
-        """Depths of the slices, m."""
-        # The scale is monotone: halving finds each slice.
-        low, high = np.zeros(DEPTHS), np.full(DEPTHS, float(self.deepest))
-        for _ in range(60):
-            middle = (low + high) / 2
-            beyond = self.slice(middle) > np.arange(DEPTHS)
-            low, high = np.where(beyond, low, middle), np.where(beyond, middle, high)
-        found = (low + high) / 2
-        found[[0, -1]] = 0.0, self.deepest
-        return found
 
 
 def elevation(w_z: Operand, m: Mathematics = NUMPY) -> Operand:
@@ -162,6 +118,29 @@ def table_unit(scale: Operand, decay: Operand, y: Operand, m: Mathematics = NUMP
 
 
 @dataclass(frozen=True, eq=False)
+class LayerTables:
+    """What differs with depth in layered water and is a number elsewhere, of n bands.
+
+    Attributes
+    ----------
+    components : tuple of PhaseFunction
+        The k parts of the phase functions of all layers.
+    extinction : array, shape (2, n, slices, slices)
+        Mean extinction between the depths of two slices, and that without the forward peak, 1/m.
+    once : array, shape (k, n, slices, ELEVATIONS)
+        :meth:`.SolvedField.once_on_grid`, over the unit of the other tables.
+    """
+
+    components: tuple[PhaseFunction, ...]
+    extinction: Array
+    once: Array
+
+    def of_bands(self, chosen: Sequence[int]) -> LayerTables:
+        """Return the tables of some of the bands."""
+        return LayerTables(self.components, self.extinction[:, chosen], self.once[:, chosen])
+
+
+@dataclass(frozen=True, eq=False)
 class RadianceTable:
     """Tables of n bands; make them with :func:`tabulate`.
 
@@ -170,14 +149,16 @@ class RadianceTable:
     depth_scale : DepthScale
     scale, decay : array, shape (n,)
         What is tabulated is divided by ``scale e^{-decay y}``.
-    radiance : array, shape (n, DEPTHS, ELEVATIONS, AZIMUTHS)
+    radiance : array, shape (n, slices, ELEVATIONS, AZIMUTHS)
         Scattered light M(y, w).
-    irradiance : array, shape (n, DEPTHS, TILTS, TURNS)
+    irradiance : array, shape (n, slices, TILTS, TURNS)
         On a patch that faces a direction, without the direct sun and its forward peak.
     image : array, shape (n, ELEVATIONS, AZIMUTHS)
         Radiance of a flat surface from just below and of the floor, over ``scale`` alone.
-    aureole : array, shape (n, DEPTHS, ANGLES)
+    aureole : array, shape (n, slices, ANGLES)
         Factor on sunlight scattered once, :meth:`.SolvedField.aureole`.
+    layers : LayerTables, optional
+        Of layered water.
     """
 
     depth_scale: DepthScale
@@ -187,6 +168,7 @@ class RadianceTable:
     irradiance: Array
     image: Array
     aureole: Array
+    layers: LayerTables | None = None
 
     def of_bands(self, indices: Sequence[int]) -> RadianceTable:
         """Return the tables of some of the bands."""
@@ -195,7 +177,8 @@ class RadianceTable:
             name: getattr(self, name)[chosen]
             for name in ("scale", "decay", "radiance", "irradiance", "image", "aureole")
         }
-        return RadianceTable(self.depth_scale, **parts)
+        layers = None if self.layers is None else self.layers.of_bands(chosen)
+        return RadianceTable(self.depth_scale, **parts, layers=layers)
 
     def scattered(self, y: Array, w: Sequence[Array], sun: Sequence[float]) -> Array:
         """Radiance M(y, w) by linear interpolation, shape (..., n)."""
@@ -228,8 +211,7 @@ def tabulate(field: SolvedField) -> RadianceTable:
     """Tabulate a solved field, once."""
     # Beyond it the light falls off as it does there.
     deepest = _deepest(field)
-    inverse = max(float(field.extinction.max()) / _FIRST, 1e-3)
-    depth_scale = DepthScale.between(deepest, inverse, floor=deepest == field.floor_depth)
+    depth_scale = _depth_scale(field, deepest)
     depths = depth_scale.depths()
     decay = _decay(depths, field.scalar_irradiance(depths))
     grown = np.exp(np.minimum(decay[:, None] * depths, _LARGEST_EXPONENT))[..., None, None]
@@ -250,7 +232,28 @@ def tabulate(field: SolvedField) -> RadianceTable:
         irradiance / over[..., None],
         image / over,
         field.aureole(depths, SUN_DISC * np.exp(np.arange(ANGLES) / _ANGLE)),
+        _layers(field, depths, mu, grown[..., 0] / over) if field.layered else None,
     )
+
+
+def _depth_scale(field: SolvedField, deepest: float) -> DepthScale:
+    """Slices that are dense where the light bends: below the surface, at the floor, at changes."""
+    tops = [y for y in field.changes(_CHANGE)[: MOST_ZONES - 1] if y < deepest]
+    ends = [0.0, *sorted(tops), deepest]
+    inverse = [
+        max(float(field.extinction_between(*zone, scaled=True).max()) / _FIRST, 1e-3)
+        for zone in itertools.pairwise(ends)
+    ]
+    return DepthScale.between(ends, inverse, floor=deepest == field.floor_depth)
+
+
+def _layers(field: SolvedField, depths: Array, mu: Array, per_unit: Array) -> LayerTables:
+    extinction = [
+        np.moveaxis(field.extinction_between(depths[:, None], depths, scaled=scaled), -1, 0)
+        for scaled in (False, True)
+    ]
+    once = field.once_on_grid(depths, mu) * per_unit
+    return LayerTables(field.components, np.array(extinction), once)
 
 
 def _deepest(field: SolvedField) -> float:

@@ -15,8 +15,9 @@ down. Irradiances and radiances are in the units of E.
 from __future__ import annotations
 
 import functools
+import itertools
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -24,7 +25,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..mathematics import NUMPY, Mathematics, Operand
-from ..water.phase import BandPhase
+from ..water.phase import BandPhase, PhaseFunction
 from .aureole import WIDEST, aureole_factor
 from .legendre import legendre_modes
 from .path_integral import attenuated_path
@@ -35,6 +36,7 @@ from .sun_beam import SUN_DISC
 _RESONANCE = 1e-5
 _LEVEL = 1e-7  # |mu| of a ray that is level
 _DEEP = 1e12  # optical depth that stands for infinity
+_THIN = 1e-6  # of a depth, and in m: a step across which extinction is averaged at least
 
 Array = NDArray[np.float64]
 
@@ -149,6 +151,42 @@ class SolvedField:
     def extinction(self) -> Array:
         """Extinction c* without the forward peak, of the uppermost layer, 1/m, shape (n,)."""
         return self._layers[0].scaled
+
+    @property
+    def layered(self) -> bool:
+        """Whether the water differs with depth."""
+        return len(self._layers) > 1
+
+    @property
+    def components(self) -> tuple[PhaseFunction, ...]:
+        """Parts of the phase functions of all layers, each once."""
+        parts = (part for layer in self._layers for part in layer.phase.components)
+        return tuple(dict.fromkeys(parts))
+
+    def changes(self, factor: float) -> list[float]:
+        """Depths where the extinction c* changes by a factor in any band, m, most change first."""
+        ratios = {
+            lower.top: float(np.abs(np.log(lower.scaled / upper.scaled)).max())
+            for upper, lower in itertools.pairwise(self._layers)
+        }
+        strong = [y for y, ratio in ratios.items() if ratio > math.log(factor)]
+        return sorted(strong, key=lambda y: -ratios[y])
+
+    def extinction_between(self, y: ArrayLike, z: ArrayLike, *, scaled: bool) -> Array:
+        """Mean extinction of the water between depths y and z, 1/m, shape (..., n).
+
+        It is that of a straight path between them. ``scaled`` leaves the forward peak out.
+        """
+        y, z = np.broadcast_arrays(np.asarray(y, np.float64), np.asarray(z, np.float64))
+        middle, half = (y + z) / 2.0, np.abs(y - z) / 2.0
+        half = np.maximum(half, _THIN * (1.0 + middle))
+        low, high = np.maximum(middle - half, 0.0)[..., None], (middle + half)[..., None]
+        total = 0.0
+        for layer, below in itertools.zip_longest(self._layers, self._layers[1:]):
+            bottom = math.inf if below is None else below.top
+            inside = np.clip(high, layer.top, bottom) - np.clip(low, layer.top, bottom)
+            total = total + inside * (layer.scaled if scaled else layer.c)
+        return total / (high - low)
 
     def beam(self, depths: ArrayLike) -> Array:
         """Share of the sun's beam, the forward peak included, left at depths, shape (n, d)."""
@@ -289,6 +327,31 @@ class SolvedField:
         cosines = np.cos(np.arange(len(found))[:, None] * turns)
         return np.moveaxis(found, 0, -1) @ cosines
 
+    def once_on_grid(self, depths: ArrayLike, mu: ArrayLike) -> Array:
+        """Sunlight scattered once, per value of each part of the phase function.
+
+        With the :attr:`components` p of the phase function towards a direction, Σ p times this
+        is the light that :meth:`scattered_on_grid` leaves out, counted with :attr:`extinction`.
+
+        Parameters
+        ----------
+        depths, mu : array_like, shapes (d,) and (v,)
+            As of :meth:`scattered_on_grid`.
+
+        Returns
+        -------
+        array, shape (k, n, d, v)
+            Irradiance.
+        """
+        depths, mu = np.asarray(depths, np.float64), np.asarray(mu, np.float64)
+        rays = np.repeat(depths, len(mu)), np.tile(mu, len(depths))
+        found = [
+            self._once(*rays, lambda layer, _, part=part: _weight(layer.phase, part), scaled=True)
+            for part in self.components
+        ]
+        shape = len(found), len(depths), len(mu), len(self.light.E)
+        return np.moveaxis(np.reshape(found, shape), -1, 1)
+
     def aureole(self, depths: ArrayLike, s2: ArrayLike) -> Array:
         """Factor on sunlight scattered once that makes it the sun's aureole.
 
@@ -381,8 +444,23 @@ class SolvedField:
 
     def _single(self, y: Array, mu: Array, turn: Array, *, scaled: bool) -> Array:
         """Sunlight scattered once by the exact phase function, shape (q, n)."""
-        light, s2 = self.light, self._half_angle2(mu, turn)[:, None]
-        total = np.zeros((len(mu), len(light.E)))
+        s2 = self._half_angle2(mu, turn)[:, None]
+
+        def phase(layer: SolvedLayer, rays: NDArray[np.bool_]) -> Array:
+            return layer.phase.per_steradian(s2[rays])
+
+        return self._once(y, mu, phase, scaled=scaled)
+
+    def _once(
+        self,
+        y: Array,
+        mu: Array,
+        phase: Callable[[SolvedLayer, NDArray[np.bool_]], Array],
+        *,
+        scaled: bool,
+    ) -> Array:
+        """Sunlight that each layer scatters with a phase function for some of the rays, (q, n)."""
+        light, total = self.light, np.zeros((len(mu), len(self.light.E)))
         for rays, order in self._orders(mu):
             for layer in order:
                 extinction = (layer.scaled if scaled else layer.c)[:, None]
@@ -390,7 +468,7 @@ class SolvedField:
                 depth = self._optical_depth(layer.top + t, scaled=scaled)
                 P = extinction * P
                 part = _path(-depth / light.mu_s, 1.0 - mu[rays] / light.mu_s, P) / extinction
-                source = layer.b * layer.phase.per_steradian(s2[rays]) * light.E / light.mu_s
+                source = layer.b * phase(layer, rays) * light.E / light.mu_s
                 total[rays] = total[rays] * np.exp(-P.T) + source * part.T
         return total
 
@@ -468,6 +546,14 @@ def _across(layer: SolvedLayer, entering: Array, y: Array, mu: Array, legendre: 
         place: Any = (m, n, ..., q)
         np.add.at(found, place, strength[m, n, q, k].reshape(shape) * series)
     return found
+
+
+def _weight(phase: BandPhase, part: PhaseFunction) -> Array:
+    """Weight per band of a part of a phase function; 0 where it has no such part."""
+    return sum(
+        (w for own, w in zip(phase.components, phase.weights, strict=True) if own == part),
+        np.zeros(len(phase)),
+    )
 
 
 def _path(near: Array, rate: Array, P: Array) -> Array:

@@ -8,26 +8,95 @@ and I(w) the radiance of the boundary that lies ahead, surface or floor, the rad
 where ``once`` and the boundary are dimmed by the extinction cp without the forward peak, as
 in the solution; ``once`` has the factor of the sun's aureole at the camera. The path to a thing
 at distance P is L(y_o) - e^{-cP} L(y_e), exactly but for that factor, which at y_e is another.
+In layered water c is the mean extinction of the path, and ``once`` is looked up too.
 """
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Protocol
 
 from ..mathematics import NUMPY, Mathematics, Operand
 from .pixel import Pixel, light_from_surface
-from .radiance_field import Ripples
+from .radiance_field import Beam, Ripples, distance_in_water
 from .sky import BLACK, Sky
-from .sun_beam import SunBeam
+
+
+class SunOnPath(Beam, Protocol):
+    """The direct sun along a path, :class:`.SunBeam` or :class:`LayeredBeam`."""
+
+    @property
+    def mu_s(self) -> Operand: ...  # noqa: D102
+
+    def boundary(self, y: Operand, w: Sequence[Operand], m: Mathematics = NUMPY) -> Operand:
+        """Distance from depth y along w to the surface or the floor, m."""
+        ...
+
+    def scattered_once(
+        self,
+        y_o: Operand,
+        w: Sequence[Operand],
+        P: Operand,
+        m: Mathematics = NUMPY,
+        *,
+        without_peak: bool = False,
+    ) -> Operand:
+        """Radiance of sunlight scattered once between depth y_o and distance P."""
+        ...
+
+
+@dataclass(frozen=True, eq=False)
+class LayeredBeam:
+    """The direct sun in layered water, along one path.
+
+    Attributes
+    ----------
+    c, cp : array
+        Mean extinction of the path, and that without the forward peak, 1/m.
+    E : array
+        Downwelling (horizontal) irradiance just below the surface.
+    mu_s, y_f : float
+        Cosine of the in-water zenith angle; depth of the floor, m.
+    sun : sequence of 3
+        Unit direction the sunlight travels to in the water.
+    near, far : float or array
+        Sunlight scattered once from the path's beginning, and from its end, to the boundary
+        ahead, the peak counted as unscattered.
+    """
+
+    c: Operand
+    cp: Operand
+    E: Operand
+    mu_s: Operand
+    y_f: Operand
+    sun: Sequence[Operand]
+    near: Operand = 0.0
+    far: Operand = 0.0
+
+    def boundary(self, y: Operand, w: Sequence[Operand], m: Mathematics = NUMPY) -> Operand:
+        """Distance from depth y along w to the surface or the floor, m."""
+        return distance_in_water(y, -w[2], self.y_f, m)
+
+    def scattered_once(
+        self,
+        y_o: Operand,
+        w: Sequence[Operand],
+        P: Operand,
+        m: Mathematics = NUMPY,
+        *,
+        without_peak: bool = False,
+    ) -> Operand:
+        """Radiance of sunlight scattered once on the path; always without the peak."""
+        del y_o, w, without_peak
+        return self.near - m.exp(-self.cp * P) * self.far
 
 
 @dataclass(frozen=True, eq=False)
 class SolvedPath:
     """Light of the water along one ray, with M at the camera and at the end of the path."""
 
-    beam: SunBeam
+    beam: SunOnPath
     near: Operand
     far: Operand
     aureole: Operand = 1.0
@@ -63,16 +132,20 @@ class SolvedWater:
 
     Attributes
     ----------
-    beam : SunBeam
+    beam : SunOnPath
+        On the way to the end of the path.
     near : float or array
         M at the camera.
     far : float or array
         M at a thing's depth; of :meth:`surface`.
     image : float or array
         Radiance of the boundary ahead, under a flat surface; of :meth:`surface`.
-    mirrored, p_mirrored : float or array
-        M at the surface along :func:`.radiance_field.mirrored_ray`, and the phase function
-        towards there if it is known; of :meth:`open_water`.
+    beyond : SunOnPath, optional
+        From a thing to the boundary, where it is another than ``beam``; of :meth:`surface`.
+    mirrored : float or array
+        M at the surface along :func:`.radiance_field.mirrored_ray`; of :meth:`open_water`.
+    below : SunOnPath, optional
+        From the surface along that ray, where it is another than ``beam``.
     floor : float or array
         Radiance of the floor.
     sky : Sky
@@ -83,12 +156,13 @@ class SolvedWater:
         Factor of the sun's aureole on sunlight scattered once, at the camera.
     """
 
-    beam: SunBeam
+    beam: SunOnPath
     near: Operand
     far: Operand = 0.0
     image: Operand = 0.0
+    beyond: SunOnPath | None = None
     mirrored: Operand = 0.0
-    p_mirrored: Operand = None
+    below: SunOnPath | None = None
     floor: Operand = 0.0
     sky: Sky = BLACK
     index: Operand | None = None
@@ -106,11 +180,11 @@ class SolvedWater:
         coverage: Operand = 1.0,
     ) -> Pixel:
         """Pixel of a surface; arguments as of :meth:`.UndisturbedWater.surface`."""
-        beam = self.beam
+        beam = self.beyond or self.beam
         rest = beam.boundary(y_e, w, m)
         beyond = beam.scattered_once(y_e, w, rest, m, without_peak=True)
         beyond = beyond * self.aureole + m.exp(-beam.cp * rest) * self.image
-        water = SolvedPath(beam, self.near, self.far, self.aureole)
+        water = SolvedPath(self.beam, self.near, self.far, self.aureole)
         return Pixel(water, y_o, w, P, L_surface, beyond, m, coverage=coverage)
 
     def open_water(
@@ -135,8 +209,7 @@ class SolvedWater:
         ripples: Ripples | None = None,
     ) -> Operand:
         """Radiance that comes down from the surface against w, seen from depth y."""
-        below = dataclasses.replace(self.beam, p=self.p_mirrored)
-        mirror = _Mirrored(below, self.mirrored, self.floor)
+        mirror = _Mirrored(self.below or self.beam, self.mirrored, self.floor)
         return light_from_surface(mirror, self.beam, self.sky, self.index, y, w, m, ripples)
 
 
@@ -144,7 +217,7 @@ class SolvedWater:
 class _Mirrored:
     """The water below the surface along the one ray for which M is known."""
 
-    beam: SunBeam
+    beam: SunOnPath
     M: Operand
     floor: Operand
 
@@ -168,14 +241,15 @@ class SolvedPatchLight:
 
     Attributes
     ----------
-    beam : SunBeam
+    beam : SunOnPath
+        From the surface to the patch.
     patch : float or array
         Irradiance on it without the sun and its forward peak.
     from_above : float or array
         The same on a level patch that faces up; only for what things keep away.
     """
 
-    beam: SunBeam
+    beam: SunOnPath
     patch: Operand
     from_above: Operand = 0.0
 

@@ -173,6 +173,15 @@ class WaterColumn(ComparedByContent):
         layers = self.layers(phase)
         return next((layer for layer in layers if y <= layer.bottom), layers[-1])
 
+    def mixed_above(self, y: float) -> WaterColumn:
+        """Return one layer with the mean coefficients of the water above a depth."""
+        tops = np.array([0.0, *(layer.top for layer in self.below), math.inf])
+        y = max(y, 1e-3)
+        shares = np.diff(np.minimum(tops, y)) / y
+        parts = [(x.absorption, x.scattering) for x in (self, *self.below)]
+        a, b = np.tensordot(shares, np.array(parts), axes=1)
+        return dataclasses.replace(self, absorption=a, scattering=b, below=())
+
     def require_one_layer(self, who: str) -> None:
         """Refuse layers on behalf of those that know none.
 
