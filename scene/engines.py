@@ -109,7 +109,7 @@ def eevee_bands(
     water_of = _waters(scene, lambda now, _: np.ones((3, len(now.bands))))
 
     def scale_of(now: RenderPlan, camera_depth: float) -> np.ndarray:
-        white = now.field.Ed(camera_depth) / np.pi
+        white = now.column.Ed(camera_depth, now.phase) / np.pi
         return np.maximum(white, np.finfo(np.float32).tiny)
 
     gains = 1.0 / scale_of(plan, depth)[list(passes[0])]

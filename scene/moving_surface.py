@@ -71,7 +71,9 @@ def with_waves(scene: bpy.types.Scene, plan: RenderPlan, water: RealtimeWater) -
     if plan.settings.surface != WAVES:
         return water
     now = patterns(scene, plan)
-    lit = SunlitWater(plan.field, plan.phase, np.asarray(plan.column.sun_direction))
+    column = plan.column.mixed_above(water.numbers.single[realtime_values.CAMERA_DEPTH])
+    field = column.light_field(plan.phase)
+    lit = SunlitWater(field, plan.phase, np.asarray(column.sun_direction))
     contrast = plan.settings.caustics * now.contrast(lit)
     return moving(water, now, contrast, plan.settings.caustics)
 

@@ -161,10 +161,11 @@ def realtime_water(
         few exponentials. A solved field holds its own.
     """
     n, layered = len(column.bands), bool(column.below)
-    if layered and (solved is None or shafts):
-        column.require_one_layer("the closed form and shafts of light know")
-    # What single numbers say of layered water is that of all of it above the camera.
-    alike = column.mixed_above(camera_depth) if layered else column
+    if solved is None:
+        column.require_one_layer("the closed form (--field) knows")
+    if shafts:
+        column.require_one_layer("shafts of light know")
+    alike = column.mixed_above(camera_depth)
     water = solve_closed_form(alike.light_field(phase), phase, camera_depth, column.sun_direction)
     lobes = len(water.aureole.weights) if solved is None else 0
     components = solved.components if layered and solved is not None else phase.components

@@ -77,6 +77,8 @@ class RenderPlan(ResolvedOptics):
         """Caveats of the data and of the renderer."""
         caveats = [text for x in self.waters.layers for text in x.caveats_at(self.bands.centres)]
         notes = (*dict.fromkeys(caveats), *(note for x in self.cycles_phases for note in x.notes))
+        if self.settings.shafts and not self.draws_shafts:
+            notes += ("shafts of light are not drawn in water of several layers",)
         if self.reference is not None and self.inelastic is not None:
             notes += ("optimised bands do not expect inelastic light; its colour may be off",)
         return notes
@@ -94,6 +96,11 @@ class RenderPlan(ResolvedOptics):
             if name is not None:
                 values[name] = reflectance.at(self.bands.centres)
         return PassValues.of_column(self.column, self.cycles_phases).with_values(values)
+
+    @property
+    def draws_shafts(self) -> bool:
+        """Whether EEVEE draws shafts of light; in water of several layers it does not."""
+        return self.settings.shafts and not self.column.below
 
     @property
     def most_bands(self) -> int:
@@ -116,7 +123,7 @@ class RenderPlan(ResolvedOptics):
             solved = self.solved_field(TABLE_STREAMS)
         return realtime_water(
             self.column, self.phase, depth, weights, solved=solved,
-            shafts=self.settings.shafts, diffuse_shadows=self.settings.diffuse_shadows,
+            shafts=self.draws_shafts, diffuse_shadows=self.settings.diffuse_shadows,
             reflectances=reflectances, inelastic=self.inelastic,
         )  # fmt: skip
 

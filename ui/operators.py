@@ -331,9 +331,7 @@ class Render(bpy.types.Operator):
 
         scene = context.scene
         # Water that cannot be computed could not come back after the render.
-        plan = render_plan.plan_of(optics.stored_settings(scene))
-        if is_live(scene) and plan.column.below:
-            raise InputError("live water cannot show layers; remove it, then render the reference")
+        render_plan.plan_of(optics.stored_settings(scene))
         job = property_group.job(scene, resume=self.resume)
         migration.stamp(scene)
         frame = scene.frame_current

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import bpy
 import numpy as np
-from mathutils import Matrix
+from mathutils import Matrix, Vector
 from underwater_spectral.benchmarks._solved_cases import FROM_SUN, Case, LightAround
 from underwater_spectral.scene import eevee_settings, exr_output, realtime, water_body
 from underwater_spectral.tests import by_hand
@@ -50,6 +50,18 @@ class View:
         rays = np.stack([right, up, -np.ones_like(right)], -1)
         rays = rays @ np.array(self.matrix.to_3x3()).T
         return rays / np.linalg.norm(rays, axis=-1, keepdims=True)
+
+
+def level_square(turn: float, drop: float, size: float = 4.0):
+    """Corner and edges in camera axes of a level square so far below a camera, ahead of it."""
+    turned = View(0.0, turn).matrix.to_3x3()
+    ahead = np.array(turned @ Vector((0.0, 0.0, -1.0)))
+    middle = ahead * drop / -ahead[2]
+    corner = middle - [size / 2, size / 2, 0.0]
+    return tuple(
+        tuple(turned.transposed() @ Vector(part))
+        for part in (corner, (size, 0.0, 0.0), (0.0, size, 0.0))
+    )
 
 
 def place(view: View) -> bpy.types.Object:

@@ -9,6 +9,7 @@ from underwater_spectral.scene import realtime
 from underwater_spectral.tests.node_groups import realtime_probe as probe
 from underwater_spectral.tests.node_groups.test_realtime_groups import _column
 from underwater_spectral.uw_spectral.spectra.bands import Bands
+from underwater_spectral.uw_spectral.transfer.water_column import DeeperWater
 from underwater_spectral.uw_spectral.water.phase import parse_phase
 
 SQUARES = {
@@ -39,6 +40,52 @@ def test_pixels_are_those_of_the_solution(tmp_path, n, surface, sky, floor, turn
         for errors in probe.errors_of_solved(column, lobes, view, weights, tmp_path / "a.exr"):
             assert errors.size > 100
             assert np.median(errors) <= MEDIAN / 2
+            assert np.quantile(errors, 0.95) <= MOST / 2
+            assert errors.max() <= MOST
+
+
+def _deeper(a, b, wavelengths, kind):
+    """What lies below: six times as turbid, clear under turbid, many steps, another phase."""
+
+    def layer(top, a, b, phase="mixture"):
+        lobes = parse_phase(phase).for_bands(b, 0.003 * (550 / wavelengths) ** 4)
+        return DeeperWater(float(top), a, b, lobes)
+
+    if kind == "many":
+        return tuple(layer(y, a * (1 + y / 8), b * (1 + y / 4)) for y in np.arange(0.8, 12, 0.8))
+    return {
+        "turbid": (layer(6.0, 2 * a, 6 * b),),
+        "clear": (layer(2.0, 0.7 * a, 0.3 * b),),
+        "other": (layer(3.0, a, 2 * b), layer(6.0, 2 * a, 6 * b, "hg:0.9")),
+    }[kind]
+
+
+@pytest.mark.parametrize(
+    ("kind", "surface", "sky", "floor"),
+    [
+        ("turbid", "flat", "clear", 14.0),
+        ("other", "flat", "overcast", np.inf),
+        pytest.param("turbid", "flat", "overcast", np.inf, marks=pytest.mark.slow),
+        pytest.param("clear", "flat", "clear", 14.0, marks=pytest.mark.slow),
+        pytest.param("clear", "none", "uniform", np.inf, marks=pytest.mark.slow),
+        pytest.param("many", "flat", "clear", 14.0, marks=pytest.mark.slow),
+        pytest.param("many", "none", "uniform", np.inf, marks=pytest.mark.slow),
+    ],
+)
+def test_pixels_in_layers_are_those_of_the_solution(tmp_path, kind, surface, sky, floor):
+    """A camera a metre above the turbid water, and things above and below its top."""
+    wavelengths = Bands.uniform(3).centres
+    a, b = 0.03 + 0.3 * ((wavelengths - 400) / 300) ** 2, 0.1 * 550 / wavelengths
+    lobes = parse_phase("mixture").for_bands(b, 0.003 * (550 / wavelengths) ** 4)
+    below = _deeper(a, b, wavelengths, kind)
+    column = _column(3, a, b, surface=surface, sky=sky, floor_depth=floor, below=below)
+    weights = np.diag(np.pi / column.solved_field(lobes).Ed(5.0))
+    for turn, drop in ((0.0, 0.7), (0.0, 3.0), (60.0, 2.0), (88.0, None), (150.0, None)):
+        square = None if drop is None else probe.level_square(turn, drop)
+        view = probe.View(5.0, turn, square=square)
+        found = probe.errors_of_solved(column, lobes, view, weights, tmp_path / "a.exr")
+        for errors in (part for part in found if part.size):
+            assert np.median(errors) <= MEDIAN
             assert np.quantile(errors, 0.95) <= MOST / 2
             assert errors.max() <= MOST
 

@@ -12,8 +12,9 @@ import bpy
 import numpy as np
 import pytest
 from underwater_spectral.scene import live
-from underwater_spectral.scene.render_plan import forget_files
+from underwater_spectral.scene.render_plan import forget_files, plan_of
 from underwater_spectral.scene.session import is_live
+from underwater_spectral.scene.stored_settings import stored_settings
 from underwater_spectral.tests.scene import scenes, snapshot
 from underwater_spectral.ui import previews
 from underwater_spectral.ui.operators import Render
@@ -73,16 +74,14 @@ def test_panel_and_command_line_write_equal_files(tmp_path):
     assert jobs[0] == jobs[1]
 
 
-def test_live_water_makes_way_for_layers(tmp_path):
+def test_live_water_shows_layers(tmp_path):
     scene, profile = _scene(tmp_path / "out"), tmp_path / "profile.csv"
     profile.write_text("depth_m,cdom\n0,0.02\n4,0.5\n")
     live.add(scene)
-    scene.underwater.water = f"file:{profile}"
+    scene.underwater.water, scene.underwater.shafts = f"file:{profile}", True
     live.update(scene)
-    assert "water of one layer only" in live.problem(scene)
-    with pytest.raises(RuntimeError, match="live water cannot show layers; remove it"):
-        bpy.ops.underwater.render()
-    assert is_live(scene)
+    assert not live.problem(scene)
+    assert any("shafts of light" in note for note in plan_of(stored_settings(scene)).notes)
     pictures = previews.compute(scene)
     assert not pictures.error
     # At 5 m the read-outs are those of the water with much CDOM.
@@ -91,8 +90,8 @@ def test_live_water_makes_way_for_layers(tmp_path):
     same = previews.compute(scene).readouts
     assert pictures.readouts.visibility == pytest.approx(same.visibility, rel=0.02)
     assert np.all(pictures.readouts.light_left.values > same.light_left.values)
-    live.remove(scene)
     assert bpy.ops.underwater.render() == {"FINISHED"}
+    assert is_live(scene)
     assert (tmp_path / "out" / "0001.exr").exists()
 
 

@@ -174,7 +174,12 @@ class WaterColumn(ComparedByContent):
         return next((layer for layer in layers if y <= layer.bottom), layers[-1])
 
     def mixed_above(self, y: float) -> WaterColumn:
-        """Return one layer with the mean coefficients of the water above a depth."""
+        """Return one layer with the mean coefficients of the water above a depth.
+
+        It stands for layers where a single number must do.
+        """
+        if not self.below:
+            return self
         tops = np.array([0.0, *(layer.top for layer in self.below), math.inf])
         y = max(y, 1e-3)
         shares = np.diff(np.minimum(tops, y)) / y
@@ -192,8 +197,8 @@ class WaterColumn(ComparedByContent):
         """
         if self.below:
             raise InputError(
-                f"{who} water of one layer only, and this has {len(self.below) + 1}; use --engine "
-                "cycles without them, or water that is the same at every depth"
+                f"{who} water of one layer only, and this has {len(self.below) + 1}; leave them, "
+                "or take water that is the same at every depth"
             )
 
     def Ed(self, y: ArrayLike, phase: BandPhase) -> NDArray[np.float64]:
@@ -224,7 +229,7 @@ class WaterColumn(ComparedByContent):
         >>> column.light_field(parse_phase("hg:0.8").for_bands([0.1])).Ed(5.0).round(2)
         array([0.74])
         """
-        self.require_one_layer("EEVEE, Auto, optimised bands and inelastic light know")
+        self.require_one_layer("the closed form and Auto know")
         return _light_field(self, phase)
 
     def solved_field(

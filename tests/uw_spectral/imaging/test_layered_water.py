@@ -161,8 +161,8 @@ def test_light_ends_where_two_absorbing_layers_say():
 
 def test_who_knows_one_layer_says_so():
     found = _resolved(LAYERS)
-    message = "water of one layer only, and this has 2; use --engine cycles"
-    with pytest.raises(InputError, match=f"EEVEE, Auto.* know {message}"):
+    message = "water of one layer only, and this has 2; leave them, or take"
+    with pytest.raises(InputError, match=f"the closed form and Auto know {message}"):
         found.column.light_field(found.phase)
     with pytest.raises(InputError, match=f"optimised bands know {message}"):
         _resolved(LAYERS, bands=BandsDescription(4, wavelengths=(450.0, 550.0), optimised=True))
