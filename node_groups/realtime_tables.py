@@ -142,27 +142,35 @@ def pixels(table: RadianceTable, numbers: Sequence[NDArray[np.float32]]) -> NDAr
     numbers : sequence of array
         Other quantities of full triples of bands.
     """
-    triples = -(-len(table.scale) // 3)
-    layers, layout = table.layers, Layout.of_table(table, len(numbers))
+    n, layers, layout = len(table.scale), table.layers, Layout.of_table(table, len(numbers))
+    triples = -(-n // 3)
     out = np.ones((layout.height, triples, _TILE, 4), dtype=np.float32)
+    bands = np.minimum(np.arange(3 * triples), n - 1)
 
-    def put(values: NDArray[np.float64], row: int) -> None:
-        """Lay a slice of all bands, shape (n, height, width), with its margin."""
-        values = np.pad(values, ((0, 3 * triples - len(values)), *[(_MARGIN, _MARGIN)] * 2), "edge")
-        height, width = values.shape[1:]
-        texels = np.moveaxis(values.reshape(triples, 3, height, width), (2, 0, 3, 1), (0, 1, 2, 3))
-        out[row : row + height, :, :width, :3] = texels
+    def put(values: NDArray[np.float64], rows: NDArray[np.float32]) -> None:
+        """Lay slices of all bands, (n, s, height, width), into rows (s, ≥ height + 2, ...)."""
+        slices, height, width = values.shape[1:]
+        texels = values[bands].reshape(triples, 3, slices, height, width)
+        inside = slice(_MARGIN, _MARGIN + height)
+        across = slice(_MARGIN, _MARGIN + width)
+        rows[:, inside, :, across, :3] = np.transpose(texels, (2, 3, 0, 4, 1))
+        for axis, end in ((1, height), (3, width)):
+            lines = np.moveaxis(rows, axis, 0)
+            lines[0], lines[_MARGIN + end] = lines[_MARGIN], lines[end]
 
-    for index in range(layout.slices):
-        put(table.radiance[:, index], index * _ROW)
-        put(table.irradiance[:, index], index * _ROW + _PATCHES)
-    put(table.image, layout.boundary)
-    put(table.aureole, layout.aureole)
+    def at(row: int) -> NDArray[np.float32]:
+        return out[None, row:]
+
+    slices = out[: layout.boundary].reshape(layout.slices, _ROW, triples, _TILE, 4)
+    put(table.radiance, slices)
+    put(table.irradiance, slices[:, _PATCHES:])
+    put(table.image[:, None], at(layout.boundary))
+    put(table.aureole[:, None], at(layout.aureole))
     if layers is not None:
         for row, extinction in zip(layout.extinction, layers.extinction, strict=True):
-            put(extinction, row)
+            put(extinction[:, None], at(row))
         for part, once in enumerate(layers.once):
-            put(np.swapaxes(once, 1, 2), layout.once(part))
+            put(np.swapaxes(once, 1, 2)[:, None], at(layout.once(part)))
     for index, values in enumerate(numbers):
         out[layout.number(index), :, :, :3] = np.reshape(values, (triples, 1, 3))
     return out.reshape(len(out), -1, 4)

@@ -315,11 +315,14 @@ def write(tree: bpy.types.ShaderNodeTree, numbers: Numbers) -> None:
             if not np.array_equal(now, triple):
                 inputs.foreach_set("default_value", triple)
                 touched = inputs[0]
-    # Ordinary assignments update the tree, at a cost: one is enough for all triples.
+    for name, value in numbers.single.items():
+        outputs = tree.nodes[name].outputs
+        if outputs[0].default_value != np.float32(value):
+            outputs.foreach_set("default_value", [float(value)])
+            touched = outputs[0]
+    # Ordinary assignments update the tree, at a cost: one is enough for all.
     if touched is not None:
         touched.default_value = touched.default_value
-    for name, value in numbers.single.items():
-        _assign(tree.nodes[name].outputs[0], float(value))
 
 
 def rows(numbers: Numbers, shape: Shape) -> list[NDArray[np.float32]]:
@@ -337,11 +340,6 @@ def _full_triples(name: str, values: NDArray[np.float64]) -> NDArray[np.float32]
 def pad_triples(values: NDArray[np.float64]) -> NDArray[np.float64]:
     """Repeat the last band until the triples are full."""
     return np.pad(np.asarray(values, dtype=np.float64), (0, -len(values) % 3), mode="edge")
-
-
-def _assign(socket: bpy.types.NodeSocket, value: float) -> None:
-    if socket.default_value != np.float32(value):
-        socket.default_value = value
 
 
 class Values:
