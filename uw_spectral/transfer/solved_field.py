@@ -24,16 +24,20 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..mathematics import NUMPY, Mathematics, Operand
+from ..surface.refraction import direction_in_air
 from ..water.phase import BandPhase
 from .aureole import WIDEST, aureole_factor
 from .legendre import legendre_modes
 from .path_integral import attenuated_path
-from .radiance_field import FARTHEST, under_surface
+from .radiance_field import FARTHEST, mirrored_ray, surface_normal, under_surface
+from .rough_surface import RoughSurface, facet_slopes
 from .sky import Sky
 from .sun_beam import SUN_DISC
 
 _RESONANCE = 1e-5
 _LEVEL = 1e-7  # |mu| of a ray that is level
+_RINGS, _AROUND = 6, 12  # sizes and azimuths of slopes that a ray meets under waves
+_UPS, _TURNS = 32, 24  # cosines and azimuths of the light that rises to them
 _DEEP = 1e12  # optical depth that stands for infinity
 
 Array = NDArray[np.float64]
@@ -41,7 +45,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class Surroundings:
-    """What comes in from above, and what the floor sends back."""
+    """What comes in from above, through what surface, and what the floor sends back."""
 
     E: Array
     mu_s: float
@@ -49,6 +53,7 @@ class Surroundings:
     sky: Sky
     index: float | None
     floor_reflectance: Array
+    waves: RoughSurface | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -413,8 +418,74 @@ class SolvedField:
         w = [part[:, None] for part in (-across * np.cos(turn), -across * np.sin(turn), mu)]
         if light.index is None:
             return light.sky.radiance(w) + np.zeros_like(light.E)
+        if light.waves is not None:
+            return self._under_waves(light.waves, w)
         L_sky = light.sky.seen_through(w, light.index)
         return under_surface(_Mirror(self, mirrored), w, L_sky, light.index)
+
+    def _under_waves(self, waves: RoughSurface, w: Sequence[Array]) -> Array:
+        """Radiance that comes down from waves, on average, along view directions (q, 1)."""
+        light, turn = self.light, math.atan2(self.light.sun[1], self.light.sun[0])
+        x, y, share = facet_slopes(waves.slope_variance, _RINGS, _AROUND)
+        x, y = x * math.cos(turn) - y * math.sin(turn), x * math.sin(turn) + y * math.cos(turn)
+        n, total, area = waves.refractive_index, np.zeros(1), np.zeros(1)
+        for slopes, part in zip(zip(x, y, strict=True), share, strict=True):
+            normal = surface_normal(*slopes)
+            met, mirrored = mirrored_ray(w, slopes=slopes)
+            risen = _Risen(self._risen(*mirrored))
+            air = direction_in_air(w, normal, n)[2]
+            passing = waves.passing(air)
+            L_sky = passing * light.sky.seen_through(w, n, slopes=slopes)
+            L_sky = L_sky + (1.0 - passing) / n**2 * risen.light
+            seen = part * met / normal[2]
+            area = area + seen
+            total = total + seen * under_surface(risen, w, L_sky, n, slopes=slopes)
+        return total / area
+
+    def _risen(self, x: Array, y: Array, z: Array) -> Array:
+        """Radiance that rises to the surface along directions (q, 1) of view down, (q, n)."""
+        sx, sy = self.light.sun[:2]
+        away = np.arctan2(sx * y - sy * x, -(sx * x + sy * y))
+        places = -z[:, 0] * (_UPS - 1), np.abs(away[:, 0]) / math.pi * (_TURNS - 1)
+        (i, u), (j, t) = (
+            _cell(at, count) for at, count in zip(places, (_UPS, _TURNS), strict=True)
+        )
+        L = self._rising
+        level = L[i, j] * (1.0 - t) + L[i, j + 1] * t
+        return level * (1.0 - u) + (L[i + 1, j] * (1.0 - t) + L[i + 1, j + 1] * t) * u
+
+    @functools.cached_property
+    def _rising(self) -> Array:
+        """Radiance that rises to the surface, by cosine and azimuth of travel, (u, t, n)."""
+        up = np.maximum(np.linspace(0.0, 1.0, _UPS), 0.5 / _UPS)[:, None]
+        turn = math.atan2(self.light.sun[1], self.light.sun[0]) + np.linspace(0, math.pi, _TURNS)
+        across = np.sqrt(1.0 - up * up)
+        return self.radiance(0.0, (-across * np.cos(turn), -across * np.sin(turn), -up))
+
+
+def _cell(share: Array, count: int) -> tuple[NDArray[np.intp], Array]:
+    """Index before a place on a scale of so many from 0 to 1, and share of the next, (q, 1)."""
+    at = share * (count - 1)
+    low = np.clip(at.astype(np.intp), 0, count - 2)
+    return low, np.clip(at - low, 0.0, 1.0)[:, None]
+
+
+@dataclass(frozen=True)
+class _Risen:
+    """Known light that a facet mirrors."""
+
+    light: Array
+
+    def radiance(
+        self,
+        y: Array,
+        w: Sequence[Array],
+        L_surface: Operand = 0.0,
+        m: Mathematics = NUMPY,
+    ) -> Array:
+        """Radiance that rises against w."""
+        del y, w, L_surface, m
+        return self.light
 
 
 class _Mirror:
