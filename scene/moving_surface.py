@@ -92,7 +92,7 @@ def moving(
     numbers = water.numbers
     single = {
         **wave_numbers(waves, strength),
-        realtime_values.GLITTER: float(bool(waves.slope_x.any())),
+        realtime_values.GLITTER: water.column.glitter * bool(waves.slope_x.any()),
         realtime_values.GLITTER_WIDTH: waves.glitter_width(water.column.refractive_index),
     }
     bands = dict(zip(realtime_values.CONTRAST, contrast, strict=True))

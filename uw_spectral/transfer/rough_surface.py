@@ -29,7 +29,7 @@ from .radiance_field import surface_normal, tilted_mirror
 
 _RINGS, _AROUND = 24, 64  # slopes of the facets: sizes and azimuths
 _COSINES = 48  # of beams in air
-_BALANCE = 200  # steps at most until what comes is what goes
+_BALANCE = 1000  # steps at most until what comes is what goes
 _EVEN = 1e-12
 
 Array = NDArray[np.float64]

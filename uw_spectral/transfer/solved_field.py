@@ -37,7 +37,7 @@ from .sun_beam import SUN_DISC
 _RESONANCE = 1e-5
 _LEVEL = 1e-7  # |mu| of a ray that is level
 _RINGS, _AROUND = 6, 12  # sizes and azimuths of slopes that a ray meets under waves
-_UPS, _TURNS = 32, 24  # cosines and azimuths of the light that rises to them
+_UPS, _TURNS = 64, 24  # cosines and azimuths of the light that rises to them
 _DEEP = 1e12  # optical depth that stands for infinity
 
 Array = NDArray[np.float64]
@@ -446,10 +446,7 @@ class SolvedField:
         """Radiance that rises to the surface along directions (q, 1) of view down, (q, n)."""
         sx, sy = self.light.sun[:2]
         away = np.arctan2(sx * y - sy * x, -(sx * x + sy * y))
-        places = -z[:, 0] * (_UPS - 1), np.abs(away[:, 0]) / math.pi * (_TURNS - 1)
-        (i, u), (j, t) = (
-            _cell(at, count) for at, count in zip(places, (_UPS, _TURNS), strict=True)
-        )
+        (i, u), (j, t) = _cell(-z[:, 0], _UPS), _cell(np.abs(away[:, 0]) / math.pi, _TURNS)
         L = self._rising
         level = L[i, j] * (1.0 - t) + L[i, j + 1] * t
         return level * (1.0 - u) + (L[i + 1, j] * (1.0 - t) + L[i + 1, j + 1] * t) * u
@@ -457,10 +454,13 @@ class SolvedField:
     @functools.cached_property
     def _rising(self) -> Array:
         """Radiance that rises to the surface, by cosine and azimuth of travel, (u, t, n)."""
-        up = np.maximum(np.linspace(0.0, 1.0, _UPS), 0.5 / _UPS)[:, None]
-        turn = math.atan2(self.light.sun[1], self.light.sun[0]) + np.linspace(0, math.pi, _TURNS)
-        across = np.sqrt(1.0 - up * up)
-        return self.radiance(0.0, (-across * np.cos(turn), -across * np.sin(turn), -up))
+        up = np.maximum(np.linspace(0.0, 1.0, _UPS), 0.5 / _UPS)
+        turns = np.linspace(0.0, math.pi, _TURNS)
+        across = np.sqrt(1.0 - up**2)
+        around = turns + math.atan2(self.light.sun[1], self.light.sun[0])
+        w = np.outer(-across, np.cos(around)), np.outer(-across, np.sin(around)), -up[:, None]
+        scattered = self.scattered_on_grid([0.0], -up, turns)[:, 0]
+        return np.moveaxis(scattered, 0, -1) + self.images_and_single(0.0, w)
 
 
 def _cell(share: Array, count: int) -> tuple[NDArray[np.intp], Array]:

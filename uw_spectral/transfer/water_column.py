@@ -22,7 +22,7 @@ from ..surface.refraction import direction_in_air
 from ..water.phase import BandPhase
 from .discrete_ordinates import STREAMS, Emission, Layer, solve_discrete_ordinates
 from .light_field import LightField, solve_light_field
-from .rough_surface import internal_reflectance
+from .rough_surface import beam_reflectance, internal_reflectance
 from .sky import SKIES, UNIFORM, Sky
 from .solved_field import SolvedField
 
@@ -160,6 +160,16 @@ class WaterColumn(ComparedByContent):
     def roughness(self) -> float:
         """Mean square slope of the surface; 0 of a flat one."""
         return self.slope_variance if self.surface == WAVES else 0.0
+
+    @property
+    def glitter(self) -> float:
+        """Sun above the waves, over what :func:`.sun_glitter` takes it for by a flat surface."""
+        if not self.roughness:
+            return 1.0
+        n, sine2 = self.refractive_index, 1.0 - self.sun_cosine**2
+        in_air = math.sqrt(max(1.0 - n * n * sine2, 0.0))
+        flat, waves = (1.0 - beam_reflectance(in_air, n, each) for each in (0.0, self.roughness))
+        return float(flat / waves)
 
     @property
     def sky_irradiance(self) -> NDArray[np.float64]:
