@@ -27,6 +27,7 @@ from ..surface.refraction import (
 )
 from .radiance_field import surface_normal, tilted_mirror
 
+_STEEPEST = 3.3  # slope over its root mean square beyond which there is 2e-5 of the surface
 _RINGS, _AROUND = 24, 64  # slopes of the facets: sizes and azimuths
 _COSINES = 48  # of beams in air
 _BALANCE = 1000  # steps at most until what comes is what goes
@@ -55,9 +56,12 @@ def facet_slopes(slope_variance: float, rings: int, around: int) -> tuple[Array,
     >>> round(float(share @ (x**2 + y**2)), 12), round(float(share.sum()), 12)
     (0.03, 1.0)
     """
-    squares, weights = np.polynomial.laguerre.laggauss(rings)
-    size = np.sqrt(slope_variance * squares)[:, None]
-    turn = 2.0 * math.pi * (np.arange(around) + 0.5) / around
+    nodes, weights = np.polynomial.legendre.leggauss(rings)
+    size = _STEEPEST * (nodes + 1.0) / 2.0
+    weights = weights * size * np.exp(-(size**2))
+    weights /= weights.sum()
+    size *= np.sqrt(slope_variance / (weights @ size**2))
+    size, turn = size[:, None], 2.0 * math.pi * (np.arange(around) + 0.5) / around
     share = np.repeat(weights / around, around)
     return (size * np.cos(turn)).ravel(), (size * np.sin(turn)).ravel(), share
 

@@ -36,7 +36,8 @@ from .sun_beam import SUN_DISC
 
 _RESONANCE = 1e-5
 _LEVEL = 1e-7  # |mu| of a ray that is level
-_RINGS, _AROUND = 6, 12  # sizes and azimuths of slopes that a ray meets under waves
+_RINGS, _AROUND = 10, 24  # sizes and azimuths of slopes that a ray meets under waves
+_AT_ONCE = 1 << 13  # facets, of all rays together
 _UPS, _TURNS = 64, 24  # cosines and azimuths of the light that rises to them
 _DEEP = 1e12  # optical depth that stands for infinity
 
@@ -425,21 +426,25 @@ class SolvedField:
 
     def _under_waves(self, waves: RoughSurface, w: Sequence[Array]) -> Array:
         """Radiance that comes down from waves, on average, along view directions (q, 1)."""
-        light, turn = self.light, math.atan2(self.light.sun[1], self.light.sun[0])
+        n, sky, q = waves.refractive_index, self.light.sky, len(w[0])
+        turn = math.atan2(self.light.sun[1], self.light.sun[0])
         x, y, share = facet_slopes(waves.slope_variance, _RINGS, _AROUND)
         x, y = x * math.cos(turn) - y * math.sin(turn), x * math.sin(turn) + y * math.cos(turn)
-        n, total, area = waves.refractive_index, np.zeros(1), np.zeros(1)
-        for slopes, part in zip(zip(x, y, strict=True), share, strict=True):
+        total, area = np.zeros(1), np.zeros(1)
+        for some in np.array_split(np.arange(len(share)), math.ceil(q * len(share) / _AT_ONCE)):
+            rays = [np.repeat(part, len(some), axis=0) for part in w]
+            slopes = np.tile(x[some], q)[:, None], np.tile(y[some], q)[:, None]
             normal = surface_normal(*slopes)
-            met, mirrored = mirrored_ray(w, slopes=slopes)
+            met, mirrored = mirrored_ray(rays, slopes=slopes)
             risen = _Risen(self._risen(*mirrored))
-            air = direction_in_air(w, normal, n)[2]
-            passing = waves.passing(air)
-            L_sky = passing * light.sky.seen_through(w, n, slopes=slopes)
+            # Towards the horizon other waves hide the sky; they show what they mirror, and water.
+            passing = waves.passing(direction_in_air(rays, normal, n)[2])
+            L_sky = passing * sky.seen_through(rays, n, slopes=slopes)
             L_sky = L_sky + (1.0 - passing) / n**2 * risen.light
-            seen = part * met / normal[2]
-            area = area + seen
-            total = total + seen * under_surface(risen, w, L_sky, n, slopes=slopes)
+            seen = np.tile(share[some], q)[:, None] * met / normal[2]
+            light = seen * under_surface(risen, rays, L_sky, n, slopes=slopes)
+            area = area + seen.reshape(q, -1, 1).sum(axis=1)
+            total = total + light.reshape(q, len(some), -1).sum(axis=1)
         return total / area
 
     def _risen(self, x: Array, y: Array, z: Array) -> Array:

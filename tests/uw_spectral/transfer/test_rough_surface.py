@@ -142,25 +142,31 @@ def test_what_enters_leaves_or_is_absorbed(variance, sky):
     np.testing.assert_allclose(left + absorbed, entered, rtol=1e-4)
 
 
-@pytest.mark.parametrize("wind", VARIANCES)
-@pytest.mark.parametrize("zenith", [0, 30, 50, 60, 70, 75, 80])
-def test_beam_reflectance_of_Jin2011(wind, zenith):
+def _reflectance_Jin2011(mu, variance):
     """Z. Jin et al., Opt. Express 19, 26429 (2011), a fit to a solver with waves; n = 1.34.
 
-    Coefficients as R. Séférian et al., Geosci. Model Dev. 11, 321 (2018), and public code have
-    them. At 80° the fit gives a flat surface 10 % too much.
+    Coefficients as public code that follows R. Séférian et al., Geosci. Model Dev. 11, 321
+    (2018), has them.
     """
-    mu, s = math.cos(math.radians(zenith)), math.sqrt(VARIANCES[wind])
+    s = math.sqrt(variance)
     f = 0.0152 - 1.7873 * mu + 6.8972 * mu**2 - 8.5778 * mu**3 + 4.071 * s - 7.6446 * mu * s
     f *= math.exp(0.1643 - 7.8409 * mu - 3.5639 * mu**2 - 2.3588 * s + 10.054 * mu * s)
-    found = float(beam_reflectance(mu, N, VARIANCES[wind]))
-    theirs = float(fresnel_reflectance(mu, N)) - f
-    assert found == pytest.approx(theirs, abs=0.003 + (0.1 if zenith == 80 else 0.05) * found)
+    return float(fresnel_reflectance(mu, N)) - f
+
+
+@EVERY
+@pytest.mark.parametrize("zenith", [0, 30, 50, 60, 70, 75, 80])
+def test_beam_reflectance_of_Jin2011(variance, zenith):
+    """As close as their fit is to Fresnel where there are no waves: 10 % at 80°, 2 % to 60°."""
+    mu = math.cos(math.radians(zenith))
+    flat = abs(_reflectance_Jin2011(mu, 0.0) - float(fresnel_reflectance(mu, N)))
+    found = float(beam_reflectance(mu, N, variance))
+    assert found == pytest.approx(_reflectance_Jin2011(mu, variance), abs=0.002 + flat)
 
 
 @EVERY
 def test_internal_reflectance_of_Jin2011(variance):
-    """r_w = 0.4817 - 0.0149 s - 0.2070 s², as above."""
+    """Of the same source: r_w = 0.4817 - 0.0149 s - 0.2070 s²."""
     theirs = 0.4817 - 0.0149 * math.sqrt(variance) - 0.2070 * variance
     assert internal_reflectance(N, variance) == pytest.approx(theirs, abs=0.008)
 
@@ -226,7 +232,7 @@ def test_facets_have_the_slope_variance():
     x, y, share = facet_slopes(0.05, 6, 12)
     assert share @ x**2 == pytest.approx(0.025)
     assert share @ y**2 == pytest.approx(0.025)
-    assert share @ x**4 == pytest.approx(3 * 0.025**2)
+    assert share @ x**4 == pytest.approx(3 * 0.025**2, rel=0.01)
 
 
 def _column(**changes):
