@@ -186,6 +186,24 @@ def test_reflectances_of_traced_waves(wind):
         assert abs(float(ours) - share) < 4 * error + 0.05 * min(share, 1 - share)
 
 
+@pytest.mark.parametrize("wind", [2, 10])
+def test_where_traced_waves_reflect_to(wind):
+    """How much of the light along a stream, how steeply down, and how far turned aside."""
+    count, sea = 20_000, TracedSea(VARIANCES[wind], np.random.default_rng(1), N)
+    mu, weights, rays = _streams(16)
+    waves, flux = exchange(RoughSurface(N, VARIANCES[wind]), *rays), mu * weights
+    for place in (4, 6):
+        up = mu[place]
+        w = np.repeat([[math.sqrt(1.0 - up * up)], [0.0], [up]], count, axis=1)
+        x, y, z = sea.trace(w, above=False)
+        down = z < 0
+        reflected = waves.reflected[:, :, place] * flux / flux[place]
+        assert reflected[0] @ mu == pytest.approx(-(z * down).mean(), abs=0.02)
+        for m, share in enumerate(reflected[:6].sum(axis=1)):
+            traced = np.cos(m * np.arctan2(y, x)) * down
+            assert share == pytest.approx(traced.mean(), abs=0.03), (m, up)
+
+
 @pytest.mark.parametrize(("zenith", "sky"), [(30.0, False), (75.0, False), (0.0, True)])
 def test_irradiances_of_photons_under_traced_waves(zenith, sky):
     """Ten winds' waves over a bright floor, which sends much to the surface from below."""
