@@ -69,7 +69,7 @@ class SolvedWater:
     far : float or array
         M at a thing's depth; of :meth:`surface`.
     image : float or array
-        Radiance of the boundary ahead, under a flat surface; of :meth:`surface`.
+        Radiance of the boundary ahead, under the surface at rest or on average; of :meth:`surface`.
     mirrored, p_mirrored : float or array
         M at the surface along :func:`.radiance_field.mirrored_ray`, and the phase function
         towards there if it is known; of :meth:`open_water`.
