@@ -131,7 +131,7 @@ def beam_reflectance(
     --------
     >>> low = math.cos(math.radians(80.0))
     >>> [beam_reflectance(low, 1.34, variance).round(3).tolist() for variance in (0.0, 0.054)]
-    [0.35, 0.212]
+    [0.35, 0.213]
     """
     if not slope_variance:
         return np.asarray(fresnel_reflectance(cosine, refractive_index))
