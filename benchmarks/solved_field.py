@@ -294,6 +294,8 @@ three. The grid is 24 depths, 48 elevations, 32 azimuths.
 
 {_cost()}
 
+Waves are an average over them: [rough_surface.md](rough_surface.md).
+
 The surface, skylight and floor are checked against the Monte Carlo solver in
 `tests/uw_spectral/transfer/test_discrete_ordinates.py`, with the furnace, Gershun's law, and layers
 of one water that must be one layer.

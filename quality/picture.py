@@ -239,7 +239,8 @@ class _Rays:
             _look_up(waves.slope_x, waves.layers.tile, x, y)[:, None],
             _look_up(waves.slope_y, waves.layers.tile, x, y)[:, None],
         )
-        return Ripples(slopes, waves.glitter_width(self.view.column.refractive_index))
+        column = self.view.column
+        return Ripples(slopes, waves.glitter_width(column.refractive_index), column.glitter)
 
 
 def _look_up(image: NDArray, tile: float, x: NDArray, y: NDArray) -> NDArray[np.float64]:

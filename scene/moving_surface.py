@@ -14,28 +14,13 @@ from ..node_groups import realtime_values, realtime_waves, water_surface
 from ..node_groups.realtime_values import Numbers
 from ..uw_spectral.spectra.spectral_image import write_exr
 from ..uw_spectral.surface.caustics import SUN_RADIUS
-from ..uw_spectral.surface.wave_patterns import LAYERS, Sea, WavePatterns
+from ..uw_spectral.surface.wave_patterns import LAYERS, WavePatterns
 from ..uw_spectral.transfer.sunlit_water import SunlitWater
+from ..uw_spectral.transfer.water_column import WAVES
 from . import cycles_water, scene_water
 from .realtime import RealtimeWater
-from .render_plan import RenderPlan
+from .render_plan import RenderPlan, sea_of
 from .settings import SceneSettings
-
-WAVES = "waves"
-
-
-def sea_of(settings: SceneSettings) -> Sea:
-    """Return the sea that settings describe."""
-    return Sea(
-        settings.wind_speed,
-        settings.wind_direction,
-        1e3 * settings.fetch,
-        settings.floor_depth or math.inf,
-        settings.wave_seed,
-        settings.wave_tile,
-        settings.wave_resolution,
-        settings.wave_loop or None,
-    )
 
 
 def wave_time(scene: bpy.types.Scene, settings: SceneSettings) -> float:
@@ -109,7 +94,7 @@ def moving(
     numbers = water.numbers
     single = {
         **wave_numbers(waves, strength),
-        realtime_values.GLITTER: float(bool(waves.slope_x.any())),
+        realtime_values.GLITTER: water.column.glitter * bool(waves.slope_x.any()),
         realtime_values.GLITTER_WIDTH: waves.glitter_width(water.column.refractive_index),
     }
     bands = dict(zip(realtime_values.CONTRAST, contrast, strict=True))

@@ -33,7 +33,9 @@ from ..uw_spectral.spectra.colour_rendering import SensorReduction
 from ..uw_spectral.spectra.illuminant import RELATIVE
 from ..uw_spectral.spectra.reflectance import emission_basis, uplift_basis
 from ..uw_spectral.spectra.spectral_image import RADIANCE_UNITS
+from ..uw_spectral.surface.wave_patterns import Sea
 from ..uw_spectral.transfer.radiance_table import TABLE_STREAMS
+from ..uw_spectral.transfer.water_column import WAVES
 from ..uw_spectral.water.bio_optics import Constituents
 from . import band_colors
 from .cycles_phase import CyclesPhase, cycles_phases
@@ -216,6 +218,20 @@ def quiet() -> Iterator[None]:
         yield
 
 
+def sea_of(settings: SceneSettings) -> Sea:
+    """Return the sea that settings describe."""
+    return Sea(
+        settings.wind_speed,
+        settings.wind_direction,
+        1e3 * settings.fetch,
+        settings.floor_depth or math.inf,
+        settings.wave_seed,
+        settings.wave_tile,
+        settings.wave_resolution,
+        settings.wave_loop or None,
+    )
+
+
 def description_of(settings: SceneSettings) -> Description:
     """Return the description that settings are.
 
@@ -243,7 +259,11 @@ def description_of(settings: SceneSettings) -> Description:
             {"above": True, "below": False}.get(settings.irradiance),
             settings.sky,
         ),
-        SurfaceDescription(settings.surface, settings.refractive_index),
+        SurfaceDescription(
+            settings.surface,
+            settings.refractive_index,
+            sea_of(settings).spectrum.mean_square_slope if settings.surface == WAVES else 0.0,
+        ),
         FloorDescription(settings.floor_depth or math.inf, settings.floor_reflectance),
         CameraDescription(settings.sensor, settings.white_balance, _stops(settings.exposure)),
         BandsDescription(

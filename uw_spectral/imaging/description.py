@@ -88,10 +88,22 @@ class SunAndSky:
 
 @dataclass(frozen=True)
 class SurfaceDescription:
-    """The water surface: one of :data:`.SURFACES`, and the refractive index below it."""
+    """The water surface.
+
+    Parameters
+    ----------
+    kind : str
+        One of :data:`.SURFACES`.
+    refractive_index : float
+        Of the water against air.
+    slope_variance : float
+        Mean square slope of waves, over which the light is averaged:
+        :attr:`.WaveSpectrum.mean_square_slope`.
+    """
 
     kind: str = "none"
     refractive_index: float = 1.34
+    slope_variance: float = 0.0
 
 
 @dataclass(frozen=True)

@@ -18,14 +18,15 @@ from ..spectra.illuminant import Illuminant, parse_illuminant
 from ..spectra.reflectance import parse_reflectance
 from ..spectra.sensor import Sensor, parse_sensor, standard_observer
 from ..spectra.spectrum import Spectrum
-from ..surface.refraction import fresnel_reflectance, in_water_cosine, sun_travel_direction
+from ..surface.refraction import in_water_cosine, sun_travel_direction
 from ..transfer.discrete_ordinates import STREAMS
 from ..transfer.inelastic_emission import inelastic_emission
 from ..transfer.inelastic_light import InelasticLight, excitation_fields, solve_inelastic
 from ..transfer.light_field import LightField
+from ..transfer.rough_surface import beam_reflectance
 from ..transfer.sky import UNIFORM
 from ..transfer.solved_field import SolvedField
-from ..transfer.water_column import DeeperWater, WaterColumn
+from ..transfer.water_column import WAVES, DeeperWater, WaterColumn
 from ..water.bio_optics import Constituents, constituents_of
 from ..water.inelastic_processes import (
     EXCITATION,
@@ -239,6 +240,7 @@ def make_viewpoint(
     sky_radiance: float = 0.0,
     sky: str = UNIFORM,
     refractive_index: float = 1.34,
+    slope_variance: float = 0.0,
     above_surface: bool | None = None,
     white_balance: WhiteBalance = "daylight",
     exposure_stops: float | None = None,
@@ -258,7 +260,7 @@ def make_viewpoint(
     bands : Bands
     floor_depth, floor_reflectance
         See :class:`.FloorDescription`.
-    surface, refractive_index
+    surface, refractive_index, slope_variance
         See :class:`.SurfaceDescription`.
 
     Raises
@@ -277,7 +279,7 @@ def make_viewpoint(
     description = Description(
         WaterDescription(water, phase=phase),
         SunAndSky(illuminant, sun_zenith, sun_azimuth, sky_radiance, above_surface, sky),
-        SurfaceDescription(surface, refractive_index),
+        SurfaceDescription(surface, refractive_index, slope_variance),
         FloorDescription(floor_depth, floor_reflectance),
         CameraDescription(sensor, white_balance, exposure_stops),
         bands,
@@ -336,8 +338,10 @@ def _column(
     direct = illuminant.direct_in(bands)
     transmitted = 1.0
     above = illuminant.above_surface if light.above_surface is None else light.above_surface
+    waves = surface.slope_variance if surface.kind == WAVES else 0.0
     if above:
-        transmitted -= float(fresnel_reflectance(math.cos(math.radians(zenith)), index))
+        cosine = math.cos(math.radians(zenith))
+        transmitted -= float(beam_reflectance(cosine, index, waves))
     first, *deeper = (
         DeeperWater(top, water.a(bands.centres), water.b(bands.centres), phase)
         for top, water, phase in zip(waters.tops, waters.layers, phases.layers, strict=True)
@@ -356,6 +360,7 @@ def _column(
         refractive_index=index,
         below=tuple(deeper),
         sky=light.sky,
+        slope_variance=waves,
     )
 
 

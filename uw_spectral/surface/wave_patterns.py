@@ -63,6 +63,17 @@ class Sea:
     resolution: int = 512
     loop_seconds: float | None = None
 
+    @property
+    def spectrum(self) -> WaveSpectrum:
+        """Spectrum of all its waves, on the tile or not.
+
+        Raises
+        ------
+        InputError
+            If a value is out of its range.
+        """
+        return WaveSpectrum(self.wind_speed, self.wind_direction, self.fetch, self.depth)
+
     def components(self) -> WaveComponents:
         """Return the realised waves.
 
@@ -126,8 +137,7 @@ class Sea:
 
 @functools.lru_cache(maxsize=4)
 def _components(sea: Sea) -> WaveComponents:
-    spectrum = WaveSpectrum(sea.wind_speed, sea.wind_direction, sea.fetch, sea.depth)
-    return spectrum.realise(sea.tile, sea.resolution, sea.seed, loop_seconds=sea.loop_seconds)
+    return sea.spectrum.realise(sea.tile, sea.resolution, sea.seed, loop_seconds=sea.loop_seconds)
 
 
 @dataclass(frozen=True, eq=False)

@@ -180,6 +180,17 @@ class WaveSpectrum:
         return np.array([np.sum(B * (1 + spread / 2)), np.sum(B * (1 - spread / 2))]) / 2
 
     @property
+    def mean_square_slope(self) -> float:
+        """Slope variance of all waves, along and across the wind together.
+
+        Examples
+        --------
+        >>> round(WaveSpectrum(5.0).mean_square_slope, 3)
+        0.028
+        """
+        return float(self.slope_variance().sum())
+
+    @property
     def significant_height(self) -> float:
         """Significant wave height, four standard deviations of the elevation, m."""
         k, weight = _logarithmic(self.peak / 30, _SHORTEST)

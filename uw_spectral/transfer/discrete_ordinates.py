@@ -31,7 +31,8 @@ from ..surface.refraction import fresnel_reflectance
 from ..water.phase import BandPhase
 from .legendre import legendre_modes
 from .radiance_field import FARTHEST
-from .sky import BLACK, Sky
+from .rough_surface import Exchange, RoughSurface, exchange
+from .sky import BLACK, RINGS, Sky
 from .solved_field import Array, SolvedField, SolvedLayer, Surroundings
 
 STREAMS = 32
@@ -105,6 +106,7 @@ def solve_discrete_ordinates(
     *,
     sky: Sky = BLACK,
     refractive_index: float | None = None,
+    slope_variance: float = 0.0,
     floor_reflectance: ArrayLike = 0.0,
     streams: int = STREAMS,
     modes: int | None = None,
@@ -123,6 +125,8 @@ def solve_discrete_ordinates(
         In air, its sun at the azimuth of that in the water; black by default.
     refractive_index : float, optional
         Of the water against air; without one the surface lets all light through.
+    slope_variance : float
+        Mean square slope of waves whose average the surface is; flat by default.
     floor_reflectance : array_like, shape (n,)
         Of the Lambertian floor.
     streams : int
@@ -150,12 +154,18 @@ def solve_discrete_ordinates(
     (array([0.7427]), array([0.0816]))
     """
     mu_s = max(-float(sun[2]), _SMALLEST_SUN_COSINE)
-    light = _checked(layers, E, mu_s, sun, sky, refractive_index, floor_reflectance)
+    light = _checked(layers, E, mu_s, sun, sky, refractive_index, slope_variance, floor_reflectance)
     if streams < 4 or streams % 2:
         raise InputError(f"discrete ordinates: streams must be even and at least 4, got {streams}")
     critical = 0.0 if light.index is None else math.sqrt(max(1.0 - light.index**-2, 0.0))
     mu, weights = _quadrature(streams // 2, critical)
-    sky_modes = light.sky.modes(mu, streams, light.index)
+    waves = None
+    if light.waves is None:
+        sky_modes = light.sky.modes(mu, streams, light.index)
+    else:
+        rays = tuple(mu.tolist()), tuple(weights.tolist())
+        waves = exchange(light.waves, *rays, RINGS, streams)
+        sky_modes = light.sky.modes_in_air(streams) @ waves.entering.mT
     sky_modes = np.broadcast_to(sky_modes, (streams, len(light.E), len(mu)))
     sun_legendre = legendre_modes(streams - 1, streams, np.array([mu_s]))[..., 0]
     driven = np.maximum(_shares(sun_legendre), _shares(sky_modes))
@@ -167,7 +177,8 @@ def solve_discrete_ordinates(
             _solve_layer(layer, top, mu, weights, legendre, sun_legendre[:modes], light, beam)
         )
         top, beam = layer.bottom, beam * np.exp(-solved[-1].depth / mu_s)
-    return SolvedField(mu, weights, _join(solved, mu, weights, sky_modes[:modes], light), light)
+    joined = _join(solved, mu, weights, sky_modes[:modes], waves, light)
+    return SolvedField(mu, weights, joined, light)
 
 
 def _shares(modes: Array) -> Array:
@@ -183,6 +194,7 @@ def _checked(
     sun: Sequence[float],
     sky: Sky,
     index: float | None,
+    slope_variance: float,
     floor_reflectance: ArrayLike,
 ) -> Surroundings:
     if not layers:
@@ -218,8 +230,14 @@ def _checked(
             "in the water; give both the same azimuth"
         )
     E, r = (np.broadcast_to(np.asarray(x, dtype=np.float64), n) for x in (E, floor_reflectance))
+    if not 0.0 <= slope_variance < math.inf:
+        raise InputError(
+            "discrete ordinates: slope variance must be finite and not negative, got "
+            f"{slope_variance:g}"
+        )
     index = None if index == 1.0 else index
-    return Surroundings(E, mu_s, sun, sky, index, r)
+    waves = RoughSurface(index, float(slope_variance)) if index and slope_variance else None
+    return Surroundings(E, mu_s, sun, sky, index, r, waves)
 
 
 @functools.lru_cache(maxsize=16)
@@ -315,16 +333,25 @@ def _solve_layer(
 
 
 def _join(
-    layers: Sequence[SolvedLayer], mu: Array, weights: Array, sky: Array, light: Surroundings
+    layers: Sequence[SolvedLayer],
+    mu: Array,
+    weights: Array,
+    sky: Array,
+    waves: Exchange | None,
+    light: Surroundings,
 ) -> list[SolvedLayer]:
     """Layers with the constants that the surface, the floor and each other ask for."""
     modes, n, N = sky.shape
     tops = [_streams(layer, np.zeros(n)) for layer in layers]
     bottoms = [_streams(layer, layer.depth) for layer in layers]
-    R = np.zeros(N) if light.index is None else fresnel_reflectance(mu, 1.0 / light.index)
     # One block of rows each: the factors of the layers' solutions, and what they add up to.
     (down, up), nothing = tops[0], np.zeros((modes, n, N))
-    rows: list[tuple[dict[int, Array], Array]] = [({0: down - R[:, None] * up}, sky)]
+    if waves is None:
+        R = np.zeros(N) if light.index is None else fresnel_reflectance(mu, 1.0 / light.index)
+        mirrored = R[:, None] * up
+    else:
+        mirrored = waves.reflected[:modes, None] @ up
+    rows: list[tuple[dict[int, Array], Array]] = [({0: down - mirrored}, sky)]
     for place, (above, below) in enumerate(zip(bottoms, tops[1:], strict=False)):
         for way in range(2):
             rows.append(({place: above[way], place + 1: -below[way]}, nothing))

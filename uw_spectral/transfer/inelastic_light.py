@@ -172,7 +172,7 @@ def excitation_fields(column: WaterColumn, phase: BandPhase) -> tuple[LightField
         column.scattering,
         phase.chi1,
         phase.chi2,
-        math.pi * column.sky_radiance * column.skylight.transmittance(n),
+        column.sky_irradiance,
         _skylight_cosine(n),
         R=field.R,
         r=column.floor_reflectance,

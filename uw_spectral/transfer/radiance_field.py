@@ -262,11 +262,18 @@ def mirrored_ray(
     if slopes is None:
         cosine = m.maximum(w[2], 0.0)
         return cosine, (w[0], w[1], -cosine)
-    normal = surface_normal(*slopes, m)
-    cosine = m.maximum(dot(w, normal), 0.0)
-    x, y, z = (a - 2.0 * cosine * b for a, b in zip(w, normal, strict=True))
+    cosine, (x, y, z) = tilted_mirror(w, surface_normal(*slopes, m), m)
     # A steep wave mirrors what lies level; a second reflection is left out.
     return cosine, (x, y, m.minimum(z, _LEVEL))
+
+
+def tilted_mirror(
+    w: Sequence[Operand], normal: Sequence[Operand], m: Mathematics = NUMPY
+) -> tuple[Operand, tuple[Operand, Operand, Operand]]:
+    """Cosine at which a ray meets a facet, and its direction after it is mirrored."""
+    cosine = m.maximum(dot(w, normal), 0.0)
+    x, y, z = (a - 2.0 * cosine * b for a, b in zip(w, normal, strict=True))
+    return cosine, (x, y, z)
 
 
 def under_surface(

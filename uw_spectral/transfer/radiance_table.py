@@ -154,7 +154,7 @@ class RadianceTable:
     irradiance : array, shape (n, slices, TILTS, TURNS)
         On a patch that faces a direction, without the direct sun and its forward peak.
     image : array, shape (n, ELEVATIONS, AZIMUTHS)
-        Radiance of a flat surface from just below and of the floor, over ``scale`` alone.
+        Radiance of the surface from just below and of the floor, over ``scale`` alone.
     aureole : array, shape (n, slices, ANGLES)
         Factor on sunlight scattered once, :meth:`.SolvedField.aureole`.
     layers : LayerTables, optional
@@ -194,7 +194,7 @@ class RadianceTable:
         return found * table_unit(self.scale, self.decay, y[..., None])
 
     def boundary_image(self, w: Sequence[Array], sun: Sequence[float]) -> Array:
-        """Radiance of a flat surface from just below, or of the floor, along w, (..., n)."""
+        """Radiance of the surface from just below, or of the floor, along w, (..., n)."""
         w = np.broadcast_arrays(*w)
         place = elevation(w[2]), azimuth(w, sun)
         return _interpolate(self.image, place) * self.scale

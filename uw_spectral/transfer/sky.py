@@ -13,6 +13,7 @@ from ..errors import InputError, unknown_name
 from ..mathematics import NUMPY, Mathematics, Operand, dot
 from ..surface.refraction import direction_in_air, fresnel_reflectance
 from .radiance_field import surface_normal
+from .rough_surface import beam_reflectance
 
 UNIFORM, OVERCAST, CLEAR = "uniform", "overcast", "clear"
 # a, b, c, d, e of the standard general sky, CIE S 011 (ISO 15469:2004), by name.
@@ -25,6 +26,9 @@ SKIES = tuple(_CIE_SKIES)
 """Distributions of the sky's radiance: CIE types 5 (uniform), 1 (overcast), 12 (clear)."""
 
 _ELEVATIONS, _AZIMUTHS = 64, 64
+_NODES, _RING_WEIGHTS = np.polynomial.legendre.leggauss(_ELEVATIONS)
+RINGS = tuple(((_NODES + 1.0) / 2.0).tolist())
+"""Cosines of zenith angles that stand for the sky."""
 _LOWEST = 0.02  # cosine of the zenith angle below which the horizon's radiance is held
 _LEVEL_SURFACE = (0.0, 0.0, 1.0)
 
@@ -143,8 +147,8 @@ class Sky:
             w = direction_in_air(w, normal, relative_index, m)
         return self.radiance(w, m)
 
-    def transmittance(self, refractive_index: float) -> float:
-        """Share of the sky's irradiance that a flat surface lets into the water.
+    def transmittance(self, refractive_index: float, slope_variance: float = 0.0) -> float:
+        """Share of the sky's irradiance that a surface, flat or of waves, lets into the water.
 
         Examples
         --------
@@ -152,7 +156,8 @@ class Sky:
         0.932
         """
         cosine, E = self._rings()
-        return float(E @ (1.0 - fresnel_reflectance(cosine, refractive_index)) / E.sum())
+        reflected = beam_reflectance(cosine, refractive_index, slope_variance)
+        return float(E @ (1.0 - reflected) / E.sum())
 
     def modes(
         self, mu: NDArray[np.float64], modes: int, refractive_index: float | None
@@ -177,10 +182,24 @@ class Sky:
             in_air = np.sqrt(np.maximum(square, 0.0))
             reflected = fresnel_reflectance(mu, 1.0 / refractive_index)
             enters = np.where(square > 0, (1.0 - reflected) * refractive_index**2, 0.0)
+        return self._modes(in_air, modes, enters)
+
+    def modes_in_air(self, modes: int) -> NDArray[np.float64]:
+        """Cosine terms of the radiance in air around the cosines :data:`RINGS`.
+
+        Returns
+        -------
+        array, shape (modes, n, k)
+        """
+        return self._modes(np.array(RINGS), modes, 1.0)
+
+    def _modes(
+        self, in_air: NDArray[np.float64], modes: int, factor: NDArray[np.float64] | float
+    ) -> NDArray[np.float64]:
         turn = _turns()
         waves = np.cos(np.arange(modes)[:, None] * turn) * 2.0 / _AZIMUTHS
         waves[0] /= 2.0
-        relative = waves @ self._around(in_air).T * enters
+        relative = waves @ self._around(in_air).T * factor
         return relative[:, None] * np.atleast_1d(self.level)[:, None]
 
     def _around(self, cosine: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -194,9 +213,8 @@ class Sky:
 
     def _rings(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Cosines of zenith angles, and the irradiance per level from around each."""
-        nodes, weights = np.polynomial.legendre.leggauss(_ELEVATIONS)
-        cosine = (nodes + 1.0) / 2.0
-        return cosine, math.pi * weights * cosine * self._around(cosine).mean(axis=1)
+        cosine = np.array(RINGS)
+        return cosine, math.pi * _RING_WEIGHTS * cosine * self._around(cosine).mean(axis=1)
 
 
 BLACK = Sky()

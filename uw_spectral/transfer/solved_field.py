@@ -25,16 +25,21 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..mathematics import NUMPY, Mathematics, Operand
+from ..surface.refraction import direction_in_air
 from ..water.phase import BandPhase, PhaseFunction
 from .aureole import WIDEST, aureole_factor
 from .legendre import legendre_modes
 from .path_integral import attenuated_path
-from .radiance_field import FARTHEST, under_surface
+from .radiance_field import FARTHEST, mirrored_ray, surface_normal, under_surface
+from .rough_surface import RoughSurface, facet_slopes
 from .sky import Sky
 from .sun_beam import SUN_DISC
 
 _RESONANCE = 1e-5
 _LEVEL = 1e-7  # |mu| of a ray that is level
+_RINGS, _AROUND = 10, 24  # sizes and azimuths of slopes that a ray meets under waves
+_AT_ONCE = 1 << 13  # facets, of all rays together
+_UPS, _TURNS = 64, 24  # cosines and azimuths of the light that rises to them
 _DEEP = 1e12  # optical depth that stands for infinity
 _THIN = 1e-6  # of a depth, and in m: a step across which extinction is averaged at least
 
@@ -43,7 +48,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class Surroundings:
-    """What comes in from above, and what the floor sends back."""
+    """What comes in from above, through what surface, and what the floor sends back."""
 
     E: Array
     mu_s: float
@@ -51,6 +56,7 @@ class Surroundings:
     sky: Sky
     index: float | None
     floor_reflectance: Array
+    waves: RoughSurface | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -491,8 +497,78 @@ class SolvedField:
         w = [part[:, None] for part in (-across * np.cos(turn), -across * np.sin(turn), mu)]
         if light.index is None:
             return light.sky.radiance(w) + np.zeros_like(light.E)
+        if light.waves is not None:
+            return self._under_waves(light.waves, w)
         L_sky = light.sky.seen_through(w, light.index)
         return under_surface(_Mirror(self, mirrored), w, L_sky, light.index)
+
+    def _under_waves(self, waves: RoughSurface, w: Sequence[Array]) -> Array:
+        """Radiance that comes down from waves, on average, along view directions (q, 1)."""
+        n, sky, q = waves.refractive_index, self.light.sky, len(w[0])
+        turn = math.atan2(self.light.sun[1], self.light.sun[0])
+        x, y, share = facet_slopes(waves.slope_variance, _RINGS, _AROUND)
+        x, y = x * math.cos(turn) - y * math.sin(turn), x * math.sin(turn) + y * math.cos(turn)
+        total, area = np.zeros(1), np.zeros(1)
+        for some in np.array_split(np.arange(len(share)), math.ceil(q * len(share) / _AT_ONCE)):
+            rays = [np.repeat(part, len(some), axis=0) for part in w]
+            slopes = np.tile(x[some], q)[:, None], np.tile(y[some], q)[:, None]
+            normal = surface_normal(*slopes)
+            met, mirrored = mirrored_ray(rays, slopes=slopes)
+            risen = _Risen(self._risen(*mirrored))
+            # Towards the horizon other waves hide the sky; they show what they mirror, and water.
+            passing = waves.passing(direction_in_air(rays, normal, n)[2])
+            L_sky = passing * sky.seen_through(rays, n, slopes=slopes)
+            L_sky = L_sky + (1.0 - passing) / n**2 * risen.light
+            seen = np.tile(share[some], q)[:, None] * met / normal[2]
+            light = seen * under_surface(risen, rays, L_sky, n, slopes=slopes)
+            area = area + seen.reshape(q, -1, 1).sum(axis=1)
+            total = total + light.reshape(q, len(some), -1).sum(axis=1)
+        return total / area
+
+    def _risen(self, x: Array, y: Array, z: Array) -> Array:
+        """Radiance that rises to the surface along directions (q, 1) of view down, (q, n)."""
+        sx, sy = self.light.sun[:2]
+        away = np.arctan2(sx * y - sy * x, -(sx * x + sy * y))
+        (i, u), (j, t) = _cell(-z[:, 0], _UPS), _cell(np.abs(away[:, 0]) / math.pi, _TURNS)
+        L = self._rising
+        level = L[i, j] * (1.0 - t) + L[i, j + 1] * t
+        return level * (1.0 - u) + (L[i + 1, j] * (1.0 - t) + L[i + 1, j + 1] * t) * u
+
+    @functools.cached_property
+    def _rising(self) -> Array:
+        """Radiance that rises to the surface, by cosine and azimuth of travel, (u, t, n)."""
+        up = np.maximum(np.linspace(0.0, 1.0, _UPS), 0.5 / _UPS)
+        turns = np.linspace(0.0, math.pi, _TURNS)
+        across = np.sqrt(1.0 - up**2)
+        around = turns + math.atan2(self.light.sun[1], self.light.sun[0])
+        w = np.outer(-across, np.cos(around)), np.outer(-across, np.sin(around)), -up[:, None]
+        scattered = self.scattered_on_grid([0.0], -up, turns)[:, 0]
+        return np.moveaxis(scattered, 0, -1) + self.images_and_single(0.0, w)
+
+
+def _cell(share: Array, count: int) -> tuple[NDArray[np.intp], Array]:
+    """Index before a place on a scale of so many from 0 to 1, and share of the next, (q, 1)."""
+    at = share * (count - 1)
+    low = np.clip(at.astype(np.intp), 0, count - 2)
+    return low, np.clip(at - low, 0.0, 1.0)[:, None]
+
+
+@dataclass(frozen=True)
+class _Risen:
+    """Known light that a facet mirrors."""
+
+    light: Array
+
+    def radiance(
+        self,
+        y: Array,
+        w: Sequence[Array],
+        L_surface: Operand = 0.0,
+        m: Mathematics = NUMPY,
+    ) -> Array:
+        """Radiance that rises against w."""
+        del y, w, L_surface, m
+        return self.light
 
 
 class _Mirror:

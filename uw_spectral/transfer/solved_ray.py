@@ -139,7 +139,7 @@ class SolvedWater:
     far : float or array
         M at a thing's depth; of :meth:`surface`.
     image : float or array
-        Radiance of the boundary ahead, under a flat surface; of :meth:`surface`.
+        Radiance of the boundary ahead, under the surface at rest or on average; of :meth:`surface`.
     beyond : SunOnPath, optional
         From a thing to the boundary, where it is another than ``beam``; of :meth:`surface`.
     mirrored : float or array

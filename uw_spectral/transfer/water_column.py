@@ -18,14 +18,16 @@ from numpy.typing import ArrayLike, NDArray
 from ..content import ComparedByContent, constant
 from ..errors import InputError, unknown_name
 from ..spectra.bands import Bands
-from ..surface.refraction import diffuse_internal_reflectance, direction_in_air
+from ..surface.refraction import direction_in_air
 from ..water.phase import BandPhase
 from .discrete_ordinates import STREAMS, Emission, Layer, solve_discrete_ordinates
 from .light_field import LightField, solve_light_field
+from .rough_surface import beam_reflectance, internal_reflectance
 from .sky import SKIES, UNIFORM, Sky
 from .solved_field import SolvedField
 
-SURFACES = ("none", "flat", "waves")
+WAVES = "waves"
+SURFACES = ("none", "flat", WAVES)
 FEW_STREAMS = 16
 """Streams that serve read-outs: Ed to 0.1 %, radiance away from the sun to 1 %."""
 
@@ -77,13 +79,16 @@ class WaterColumn(ComparedByContent):
         Reflectance of the Lambertian floor.
     surface : str
         ``"none"`` (index-matched, sky radiance enters unchanged), ``"flat"``, or
-        ``"waves"``, whose light is that of a flat surface on average.
+        ``"waves"``, whose light is solved as an average over them.
     refractive_index : float
         Of the water against air.
     below : tuple of DeeperWater
         Further layers, from above down.
     sky : str
         Distribution of the sky's radiance, one of :data:`.SKIES`.
+    slope_variance : float
+        Mean square slope of the waves; only ``surface="waves"`` takes note of it. The sun's
+        beam keeps the direction it has below a flat surface.
 
     Raises
     ------
@@ -105,6 +110,7 @@ class WaterColumn(ComparedByContent):
     refractive_index: float
     below: tuple[DeeperWater, ...] = ()
     sky: str = UNIFORM
+    slope_variance: float = 0.0
 
     def __post_init__(self) -> None:
         for name in (
@@ -123,6 +129,11 @@ class WaterColumn(ComparedByContent):
             raise InputError(f"surface must be one of {', '.join(SURFACES)}, got {self.surface!r}")
         if self.sky not in SKIES:
             raise unknown_name("kind of sky", self.sky, SKIES)
+        if not 0 <= self.slope_variance < math.inf:
+            raise InputError(
+                f"slope variance of the waves must be finite and not negative, got "
+                f"{self.slope_variance:g}"
+            )
         if not self.floor_depth > 0:
             raise InputError(f"floor depth must be positive, got {self.floor_depth:g} m")
         for upper, lower in itertools.pairwise((0.0, *(layer.top for layer in self.below))):
@@ -144,6 +155,29 @@ class WaterColumn(ComparedByContent):
     def reflects(self) -> bool:
         """Whether there is a surface that refracts and reflects."""
         return self.surface != "none"
+
+    @property
+    def roughness(self) -> float:
+        """Mean square slope of the surface; 0 of a flat one."""
+        return self.slope_variance if self.surface == WAVES else 0.0
+
+    @property
+    def glitter(self) -> float:
+        """Sun above the waves, over what :func:`.sun_glitter` takes it for by a flat surface."""
+        if not self.roughness:
+            return 1.0
+        n, sine2 = self.refractive_index, 1.0 - self.sun_cosine**2
+        in_air = math.sqrt(max(1.0 - n * n * sine2, 0.0))
+        flat, waves = (1.0 - beam_reflectance(in_air, n, each) for each in (0.0, self.roughness))
+        return float(flat / waves)
+
+    @property
+    def sky_irradiance(self) -> NDArray[np.float64]:
+        """Irradiance of the sky just below the surface, shape (n,)."""
+        share = 1.0
+        if self.reflects:
+            share = self.skylight.transmittance(self.refractive_index, self.roughness)
+        return math.pi * self.sky_radiance * share
 
     @property
     def attenuation(self) -> NDArray[np.float64]:
@@ -255,8 +289,9 @@ class WaterColumn(ComparedByContent):
 
 @functools.lru_cache(maxsize=64)
 def _light_field(column: WaterColumn, phase: BandPhase) -> LightField:
-    n, flat = column.refractive_index, column.reflects
-    transmitted = column.skylight.transmittance(n) if flat else 1.0
+    R = 0.0
+    if column.reflects:
+        R = internal_reflectance(column.refractive_index, column.roughness)
     return solve_light_field(
         column.absorption,
         column.scattering,
@@ -264,8 +299,8 @@ def _light_field(column: WaterColumn, phase: BandPhase) -> LightField:
         phase.chi2,
         column.sun_irradiance,
         column.sun_cosine,
-        E_sky=math.pi * column.sky_radiance * transmitted,
-        R=diffuse_internal_reflectance(n) if flat else 0.0,
+        E_sky=column.sky_irradiance,
+        R=R,
         r=column.floor_reflectance,
         y_f=column.floor_depth,
     )
@@ -285,6 +320,7 @@ def _solved_field(
         column.sun_direction.tolist(),
         sky=column.skylight,
         refractive_index=column.refractive_index if column.reflects else None,
+        slope_variance=column.roughness,
         floor_reflectance=column.floor_reflectance,
         streams=streams,
         modes=modes,

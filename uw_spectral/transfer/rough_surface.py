@@ -1,0 +1,259 @@
+"""What waves do to light on average: reflection and transmission by a surface of facets.
+
+The surface is a crowd of small mirrors whose slopes are normal and the same to all sides
+(C. Cox & W. Munk, J. Opt. Soc. Am. 44, 838 (1954)); each reflects and refracts by Fresnel
+and Snell. A ray meets facets in proportion to the area that they turn to it, and none that
+turns away: so many as the mean surface has area, which is the masking of B. G. Smith, IEEE
+Trans. Antennas Propag. 15, 668 (1967). What a facet sends towards other waves meets them once more.
+
+The mean surface is seen from below along upward directions, or from above, mirrored, alike:
+``cosine`` is that of the ray with the vertical.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..content import constant
+from ..surface.refraction import (
+    diffuse_internal_reflectance,
+    direction_in_air,
+    fresnel_reflectance,
+)
+from .radiance_field import surface_normal, tilted_mirror
+
+_STEEPEST = 3.3  # slope over its root mean square beyond which there is 2e-5 of the surface
+_RINGS, _AROUND = 24, 64  # slopes of the facets: sizes and azimuths
+_COSINES = 48  # of beams in air
+_BALANCE = 1000  # steps at most until what comes is what goes
+_EVEN = 1e-12
+
+Array = NDArray[np.float64]
+
+
+def facet_slopes(slope_variance: float, rings: int, around: int) -> tuple[Array, Array, Array]:
+    """Return slopes along x and y of facets, and the share of each in the mean surface.
+
+    Parameters
+    ----------
+    slope_variance : float
+        Mean square slope, of both axes together.
+    rings, around : int
+        Number of sizes and of azimuths; the latter lie to both sides of the x axis alike.
+
+    Returns
+    -------
+    x, y, share : array, shape (rings * around,)
+
+    Examples
+    --------
+    >>> x, y, share = facet_slopes(0.03, 8, 16)
+    >>> round(float(share @ (x**2 + y**2)), 12), round(float(share.sum()), 12)
+    (0.03, 1.0)
+    """
+    nodes, weights = np.polynomial.legendre.leggauss(rings)
+    size = _STEEPEST * (nodes + 1.0) / 2.0
+    weights = weights * size * np.exp(-(size**2))
+    weights /= weights.sum()
+    size *= np.sqrt(slope_variance / (weights @ size**2))
+    size, turn = size[:, None], 2.0 * math.pi * (np.arange(around) + 0.5) / around
+    share = np.repeat(weights / around, around)
+    return (size * np.cos(turn)).ravel(), (size * np.sin(turn)).ravel(), share
+
+
+@dataclass(frozen=True)
+class RoughSurface:
+    """A water surface of isotropic normal slopes.
+
+    Parameters
+    ----------
+    refractive_index : float
+        Of the water against air, n.
+    slope_variance : float
+        Mean square slope, of both axes together; positive.
+    """
+
+    refractive_index: float
+    slope_variance: float
+
+    def reflectance(self, cosine: ArrayLike) -> Array:
+        """Share of a beam in air that the waves reflect.
+
+        Parameters
+        ----------
+        cosine : array_like
+            Of its zenith angle, 0 to 1.
+        """
+        met = _meet(self, np.ravel(np.asarray(cosine, np.float64)), self.refractive_index)
+        nodes, once, _ = _beams(self)
+        # What a facet sends on down meets the waves again.
+        again = np.where(met.mirrored[2] > 0, np.interp(met.mirrored[2], nodes, once), 1.0)
+        return (met.share * met.reflectance * again).sum(axis=1).reshape(np.shape(cosine))
+
+    def passing(self, cosine: ArrayLike) -> Array:
+        """Share of the light between a facet and the sky that other waves let pass or mirror.
+
+        Parameters
+        ----------
+        cosine : array_like
+            Of its zenith angle in air; below the horizon as at it.
+        """
+        nodes, once, unhidden = _beams(self)
+        return np.interp(np.asarray(cosine, np.float64), nodes, unhidden + (1.0 - unhidden) * once)
+
+    @functools.cached_property
+    def sky_transmittance(self) -> float:
+        """Share of the irradiance of a uniform sky that enters the water."""
+        nodes, weights = np.polynomial.legendre.leggauss(_COSINES)
+        cosine = (nodes + 1.0) / 2.0
+        return float(weights * cosine @ (1.0 - self.reflectance(cosine)))
+
+    @property
+    def diffuse_internal_reflectance(self) -> float:
+        """Share of uniform upward radiance in the water that the waves reflect back down.
+
+        What leaves is, by reciprocity, what a uniform sky brings, over n².
+        """
+        return 1.0 - self.sky_transmittance / self.refractive_index**2
+
+
+def beam_reflectance(
+    cosine: ArrayLike, refractive_index: float, slope_variance: float = 0.0
+) -> Array:
+    """Share of a beam in air that a surface reflects, flat without slopes.
+
+    Examples
+    --------
+    >>> low = math.cos(math.radians(80.0))
+    >>> [beam_reflectance(low, 1.34, variance).round(3).tolist() for variance in (0.0, 0.054)]
+    [0.35, 0.213]
+    """
+    if not slope_variance:
+        return np.asarray(fresnel_reflectance(cosine, refractive_index))
+    return RoughSurface(refractive_index, slope_variance).reflectance(cosine)
+
+
+def internal_reflectance(refractive_index: float, slope_variance: float = 0.0) -> float:
+    """Share of uniform upward radiance that a surface reflects down, flat without slopes.
+
+    Examples
+    --------
+    >>> [round(internal_reflectance(1.34, variance), 3) for variance in (0.0, 0.054)]
+    [0.481, 0.474]
+    """
+    if not slope_variance:
+        return diffuse_internal_reflectance(refractive_index)
+    return RoughSurface(refractive_index, slope_variance).diffuse_internal_reflectance
+
+
+@dataclass(frozen=True, eq=False)
+class Exchange:
+    """Light that comes down from the waves along streams, per cosine mode of azimuth.
+
+    Attributes
+    ----------
+    reflected : array, shape (modes, N, N)
+        Of the radiance that rises along the streams of the last axis.
+    entering : array, shape (modes, N, k)
+        Of the sky's radiance in air around the zenith angles of the last axis.
+    """
+
+    reflected: Array
+    entering: Array
+
+
+@functools.lru_cache(maxsize=16)
+def exchange(
+    surface: RoughSurface,
+    mu: tuple[float, ...],
+    weights: tuple[float, ...],
+    sky: tuple[float, ...],
+    modes: int,
+) -> Exchange:
+    """Return what the waves reflect and let in, along streams.
+
+    Radiance between streams, and between zenith angles of the sky, is linear in the cosine. A
+    ray that is mirrored up becomes a level one; one from below the horizon sees the horizon.
+    What one stream sees in another is not quite what that one sees in it, where waves hide each
+    other: both are averaged, and scaled until as much light comes along each as goes, and a
+    uniform sky brings :attr:`RoughSurface.sky_transmittance`. So light is neither lost nor made,
+    the exchange is reciprocal, and water of n² under a uniform sky of 1 stays so.
+
+    Parameters
+    ----------
+    surface : RoughSurface
+    mu, weights : tuple of N floats
+        Quadrature cosines of the streams on (0, 1), and their weights.
+    sky : tuple of k floats
+        Increasing cosines of the zenith angle.
+    modes : int
+    """
+    n2, cosines = surface.refractive_index**2, np.array(mu)
+    met = _meet(surface, cosines, 1.0 / surface.refractive_index)
+    through = direction_in_air(met.w, met.normal, surface.refractive_index)
+    enters = met.share * (1.0 - met.reflectance) * surface.passing(through[2])
+    goes = met.share - enters
+    x, y, z = met.mirrored
+    reflected = _modes(goes, -z, np.arctan2(y, x), mu, modes)
+    entering = n2 * _modes(enters, through[2], np.arctan2(through[1], through[0]), sky, modes)
+    flux = np.array(weights) * cosines
+    both = flux[:, None] * reflected
+    both = (both + both.mT) / 2.0
+    from_sky, wanted = flux * enters.sum(axis=1), surface.sky_transmittance / (2.0 * n2)
+    scale, bright = np.ones_like(flux), 1.0
+    for _ in range(_BALANCE):
+        bright = wanted / (scale @ from_sky)
+        ratio = flux / (scale * (both[0] @ scale + bright * from_sky))
+        scale *= np.sqrt(ratio)
+        if np.abs(ratio - 1.0).max() < _EVEN:
+            break
+    reflected = scale[:, None] * both * scale / flux[:, None]
+    return Exchange(constant(reflected), constant(bright * scale[:, None] * entering))
+
+
+@dataclass(frozen=True, eq=False)
+class _Meeting:
+    """Rays (q,) and the facets (f,) that they meet, each of shape (q, f).
+
+    Shares add up to 1 for each ray; ``area`` (q,) is what all facets turn to it.
+    """
+
+    share: Array
+    w: tuple[Array, Array, Array]
+    normal: tuple[Array, Array, Array]
+    mirrored: tuple[Array, Array, Array]
+    reflectance: Array
+    area: Array
+
+
+def _meet(surface: RoughSurface, cosine: Array, relative_index: float) -> _Meeting:
+    x, y, share = facet_slopes(surface.slope_variance, _RINGS, _AROUND)
+    up = np.broadcast_to(cosine[:, None], (len(cosine), len(x)))
+    w = np.sqrt(1.0 - up * up), np.zeros_like(up), up
+    normal = surface_normal(x, y)
+    met, mirrored = tilted_mirror(w, normal)
+    seen = share * met / normal[2]
+    area = seen.sum(axis=1)
+    R = fresnel_reflectance(met, relative_index)
+    return _Meeting(seen / area[:, None], w, normal, mirrored, R, area)
+
+
+@functools.lru_cache(maxsize=64)
+def _beams(surface: RoughSurface) -> tuple[Array, Array, Array]:
+    """Of beams in air: cosines, shares that facets reflect to whatever side, and see unhidden."""
+    cosine = np.linspace(0.0, 1.0, _COSINES) ** 2
+    met = _meet(surface, cosine, surface.refractive_index)
+    return cosine, (met.share * met.reflectance).sum(axis=1), cosine / met.area
+
+
+def _modes(share: Array, cosine: Array, turn: Array, nodes: tuple[float, ...], modes: int) -> Array:
+    """Cosine modes of light that goes along cosines (q, f), shared among nodes, (modes, q, k)."""
+    at = np.clip(np.interp(cosine, nodes, np.arange(len(nodes))), 0.0, len(nodes) - 1.0)
+    hats = np.maximum(1.0 - np.abs(at[..., None] - np.arange(len(nodes))), 0.0)
+    waves = np.cos(np.arange(modes)[:, None, None] * turn)
+    return np.matmul(np.swapaxes(waves * share, 0, 1), hats).swapaxes(0, 1)
