@@ -14,7 +14,7 @@ from ..uw_spectral.spectra.bands import Bands
 from ..uw_spectral.surface.refraction import in_water_cosine, sun_travel_direction
 from ..uw_spectral.transfer.solved_field import SolvedField
 from ..uw_spectral.transfer.sun_beam import SunBeam
-from ..uw_spectral.transfer.water_column import WaterColumn
+from ..uw_spectral.transfer.water_column import DeeperWater, WaterColumn
 from ..uw_spectral.water.optical_properties import Water
 from ..uw_spectral.water.phase import BandPhase, parse_phase
 from ..uw_spectral.water.pure_water import molecular_scattering
@@ -35,7 +35,8 @@ KINDS = (
 FROM_SUN = 10.0
 """Angle to the sun in degrees from which on radiances are compared."""
 
-_SEED = 7
+_SEED, _LAYERED = 7, 100
+_ABOVE = ("flat", "clear", 0.1), ("flat", "overcast", 0.1), ("none", "uniform", 0.0)
 _INDEX = 1.34
 _BANDS = 3
 _DARK = 1e-8  # share of the light below which there is nothing to see
@@ -47,7 +48,7 @@ class Case:
     """A water column of three bands, its phase function, and a camera before a square.
 
     ``turn`` tilts the camera from straight down, degrees. ``square`` is a corner and two
-    edges in camera axes.
+    edges in camera axes, if there is one.
     """
 
     name: str
@@ -55,7 +56,7 @@ class Case:
     phase: BandPhase
     depth: float
     turn: float
-    square: tuple[Sequence[float], Sequence[float], Sequence[float]]
+    square: tuple[Sequence[float], Sequence[float], Sequence[float]] | None
 
     @property
     def field(self) -> SolvedField:
@@ -94,6 +95,38 @@ def cases(kind: int, count: int) -> Iterator[Case]:
             f"{name} {nm.round()} nm, {phase}, {sky}, {surface}, sun {zenith:.0f}°, "
             f"{depth:.2g} m over {below:.2g} m",
             column, lobes, depth, random.uniform(0.0, 180.0), _square(random, distance),
+        )  # fmt: skip
+
+
+def layered_cases(count: int) -> Iterator[Case]:
+    """Random waters of two to four layers, each of another type, without a square."""
+    for number in range(count):
+        random = np.random.default_rng([_SEED, _LAYERED, number])
+        nm = np.sort(random.uniform(400, 700, _BANDS))
+        names = random.choice(WATERS, int(random.integers(2, 5)), replace=False)
+        depth, below = math.exp(random.uniform(0.0, 3.0)), random.uniform(1.0, 10.0)
+        tops = np.sort(random.uniform(0.1, 1.0, len(names) - 1)) * (depth + below)
+        waters = [Water.jerlov(str(name)) for name in names]
+        each = [
+            (w.a(nm), w.b(nm), parse_phase("mixture").for_bands(w.b(nm), molecular_scattering(nm)))
+            for w in waters
+        ]
+        deeper = tuple(
+            DeeperWater(float(top), *part) for top, part in zip(tops, each[1:], strict=True)
+        )
+        zenith, azimuth = random.uniform(0, 80), random.uniform(0, 360)
+        surface, sky, E_sky = _ABOVE[number % len(_ABOVE)]
+        column = WaterColumn(
+            Bands.uniform(_BANDS), *each[0][:2], np.ones(_BANDS), float(in_water_cosine(zenith)),
+            np.asarray(sun_travel_direction(zenith, azimuth)), np.full(_BANDS, E_sky),
+            depth + below if number % 2 else math.inf, np.full(_BANDS, 0.3), surface, _INDEX,
+            deeper, sky,
+        )  # fmt: skip
+        ends = ", ".join(f"{top:.2g} m" for top in tops)
+        yield Case(
+            f"{' / '.join(map(str, names))} from {ends}, {nm.round()} nm, {sky}, {surface}, sun "
+            f"{zenith:.0f}°, camera at {depth:.2g} m",
+            column, each[0][2], depth, random.uniform(0.0, 60.0), None,
         )  # fmt: skip
 
 
