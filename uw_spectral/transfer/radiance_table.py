@@ -273,7 +273,7 @@ def _decay(depths: Array, E0: Array) -> Array:
     rate = np.take_along_axis(lost / y, first[None], axis=0)[0]
     # Depths that no light reaches say nothing, but for the first.
     grown = np.where((E0[1:] > _NOTHING) | (y == y[0]), (lost + math.log(_GROWTH)) / y, math.inf)
-    return np.clip(rate, 0.0, grown.min(axis=0))
+    return np.maximum(np.minimum(rate, grown.min(axis=0)), 0.0)
 
 
 def _upward(count: int, horizon: float = math.inf) -> Array:
