@@ -121,7 +121,7 @@ TERMS = (
     ),
     Term(
         SURFACE, "surface with Snell's window", _looking_up,
-        "surface", off="none", on="flat", cost="triple",
+        "surface", off="none", on="flat",
         column={"surface": "none"},
     ),
     Term(

@@ -310,7 +310,7 @@ def test_costs_are_those_of_the_table():
     costs, columns = read_costs(), read_table(DATA_DIRECTORY / "costs.csv", COLUMNS).columns
     rows = [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
     water = [row for row in rows if row["bands"] and not row["cycles"]]
-    assert len(water) == 7
+    assert len(water) == 6
     for row in water:
         options = frozenset(term.name for term in COSTED if row[term.name])
         bands = int(row["bands"])
