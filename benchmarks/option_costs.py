@@ -41,8 +41,8 @@ _HEADER = """\
 # Cost of a sample of a frame of EEVEE against the same scene without water, by the options.
 # source: CPU times by `python3 dev.py run -m benchmarks option_costs`, {width} x {height}, EEVEE on
 # the software rasteriser of a two-core machine; the least of {repeats} runs;
-# shadow maps are left out of the ratios. A flat surface costs nothing that can be told from the
-# scatter of the runs, and has no column: without it, {some} bands cost {without:.4g}
+# shadow maps are left out of the ratios. A flat surface costs nothing that can be told
+# from the scatter of the runs, and has no column: without it, {some} bands cost {without:.4g}
 # 1: with the term. cycles 1: a pass in Cycles, of one band. bands 0: no water,
 # where ratio holds the CPU time per megapixel and sample, s
 # licence: GPL-3.0-or-later. status: measured, on a CPU; read the ratios
