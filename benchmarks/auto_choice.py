@@ -478,8 +478,9 @@ def report(results: Sequence[dict]) -> str:
         f"by the solved field, against {REFERENCE_BANDS} bands with everything; costs by"
         " data/costs.csv. Both choose",
         f"among {', '.join(map(str, COUNTS))} equal bands and"
-        f" {', '.join(map(str, OPTIMISED))} optimised ones. The error of",
-        "the solved field itself is not in these numbers: solved_accuracy.md.",
+        f" {', '.join(map(str, OPTIMISED))} optimised ones, and leave on what",
+        "costs nothing. The error of the solved field itself is not in these numbers:"
+        " solved_accuracy.md.",
         "",
         f"The one constant, a safety of {SAFETY:g} on the target, was chosen on {tuning} scenes;"
         f" {len(results) - tuning} were held out.",
