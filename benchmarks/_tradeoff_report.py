@@ -334,7 +334,7 @@ def _summary(results: Results, reference_samples: int) -> str:
         "",
         f"Scenes: {', '.join(dict.fromkeys(scene for scene, _ in results.noise))}; each setting",
         f"against Cycles with {bands} bands and two times {reference_samples} samples in each of",
-        "them, more in turbid water; HG 0.8, sun at 30°.",
+        "them, more in turbid water; default phase function, sun at 30°.",
         "ΔE2000 over blocks of pixels, which beats the noise of the reference down; that noise is",
         "taken off the squares of RMSE and mean ΔE (`delta_e`; `delta_e_raw` has it, as has the",
         "95 % value). Pictures are exposed for their own bands and clipped to the display's range.",

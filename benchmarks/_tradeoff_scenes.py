@@ -13,7 +13,7 @@ from ..examples.reef import build_reef
 from ..scene.settings import SceneSettings
 from . import grey_scene
 
-_COMMON = {"phase": "hg:0.8", "sun_zenith": 30.0}
+_COMMON = {"sun_zenith": 30.0}
 _ABOVE = {"illuminant": "clear-sky", "irradiance": "above", "surface": "flat"}
 
 

@@ -37,7 +37,7 @@ def main(_: list[str]) -> None:
         stored_settings.unregister()
     registration.register()
     scene = bpy.context.scene
-    scene.underwater.phase, scene.underwater.surface = "hg:0.924", "flat"
+    scene.underwater.surface = "flat"
     scene.underwater.floor_depth = 8.9
     bpy.ops.underwater.submerge(depth=5.0)
     live.add(scene)

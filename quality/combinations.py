@@ -1,11 +1,10 @@
 """Colour error and cost of every combination of bands and options of the water.
 
-A few rays of the camera are coloured by the closed form once with everything,
-and once without each thing that can be left out; every choice of bands is
-coloured with everything elastic. These differences of colour are added, ray
-by ray and with their signs, for every combination of options, so that the
-error of a combination is one ΔE2000 per ray and no rule for adding up ΔE is
-needed.
+A few rays of the camera are coloured once with everything, and once without each thing
+that can be left out; every choice of bands is coloured with everything elastic. These
+differences of colour are added, ray by ray and with their signs, for every combination of
+options, so that the error of a combination is one ΔE2000 per ray and no rule for adding up
+ΔE is needed.
 """
 
 from __future__ import annotations
@@ -19,7 +18,7 @@ from numpy.typing import NDArray
 
 from ..uw_spectral.errors import InputError
 from ..uw_spectral.spectra.colour_rendering import delta_e_CIE2000_images
-from .costs import Costs, Method
+from .costs import Costs, Method, priced
 from .light_reach import clip_to_display
 from .picture import Optics, Picture, picture
 from .seen_points import SeenPoints
@@ -105,16 +104,13 @@ class ErrorEstimate:
         self.seen, self.reference, column = few, reference, reference.view.column
         self._weight = np.concatenate([view.weight for view in few]) / len(few)
         self._in_column = in_column(column)
-        self._pictures = {
-            options: self._picture(reference, column_of(options))
-            for options in subsets(self._in_column)
-        }
-        self.full = self._pictures[self._in_column]
+        self._pictures: dict[Options, Picture] = {}
+        self.full = self._in_full(self._in_column)
         parts = {name for name, part in self.full.parts.items() if np.abs(part).max() > 0}
         self.everything: Options = self._in_column | parts
         # Waves change what is seen of the bands too little to be baked for each of them.
         calm = self._in_column - {WAVES}
-        whole = self._pictures[calm]
+        whole = self._in_full(calm)
         lit = [
             replace(
                 view,
@@ -129,6 +125,12 @@ class ErrorEstimate:
             plain = whole.without(*(whole.parts.keys() - found.parts.keys()))
             self._bands[choice] = found.without() - plain
         self.choices = choices
+
+    def _in_full(self, options: Options) -> Picture:
+        """Many bands with some of the terms of the column."""
+        if options not in self._pictures:
+            self._pictures[options] = self._picture(self.reference, column_of(options))
+        return self._pictures[options]
 
     def _picture(
         self,
@@ -148,7 +150,7 @@ class ErrorEstimate:
 
     def rgb(self, bands: BandChoice | None, options: Options) -> NDArray[np.float64]:
         """Colours of a combination, shape (m, 3); many bands without a choice."""
-        found = self._pictures[options & self._in_column]
+        found = self._in_full(options & self._in_column)
         rgb = found.without(*(found.parts.keys() - options))
         return rgb if bands is None else rgb + self._bands[bands]
 
@@ -175,14 +177,14 @@ class ErrorEstimate:
     ) -> list[Combination]:
         """Every combination, the cheapest first; of equals the one with more in it.
 
-        What is named in ``keep`` stays on, in ``off`` off. Cycles leaves
-        nothing out: that it would save time was not measured.
+        What is named in ``keep`` stays on, in ``off`` off. What costs nothing is not left
+        out, nor is anything in Cycles: that it would save time there was not measured.
         """
         kept = {term.name for term in TERMS if term.is_part and term.name in keep}
         wanted = (self.everything | kept) - set(off)
-        fixed = wanted if workload.method == "cycles" else wanted & set(keep)
+        free = priced(wanted) - set(keep) if workload.method != "cycles" else frozenset()
         found = []
-        for choice, options in itertools.product(self.choices, subsets(wanted - fixed, fixed)):
+        for choice, options in itertools.product(self.choices, subsets(free, wanted - free)):
             cost = costs.sample(workload.method, choice.count, workload.bands_per_pass, options)
             found.append(Combination(choice, options, cost))
         return sorted(found, key=lambda c: (c.cost, -len(c.options)))

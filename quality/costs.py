@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Literal
 
@@ -17,7 +17,7 @@ Method = Literal["realtime", "bands", "cycles"]
 """EEVEE with all bands in one pass, EEVEE with three bands a pass, Cycles."""
 
 COSTED = tuple(term for term in TERMS if term.cost)
-"""Terms that cost something."""
+"""Terms that cost something where the solved field is looked up; the table holds no others."""
 
 USUAL: Options = frozenset([SURFACE])
 """The water that what a term adds is measured on."""
@@ -31,6 +31,8 @@ _TABLE = DATA_DIRECTORY / "costs.csv"
 @dataclass(frozen=True)
 class Costs:
     """Costs relative to a sample of the scene without water.
+
+    Those of EEVEE are of the solved field, its usual one; they stand for the closed form too.
 
     Parameters
     ----------
@@ -98,6 +100,17 @@ class Costs:
         return self.seconds * cost + self.shadow_seconds * maps
 
 
+def priced(options: Iterable[str]) -> Options:
+    """Leave out what costs nothing.
+
+    Examples
+    --------
+    >>> sorted(priced(["waves", "surface"]))
+    ['waves']
+    """
+    return frozenset(options) & {term.name for term in COSTED}
+
+
 def _passes(method: Method, bands: int, bands_per_pass: int) -> int:
     return 1 if method == "realtime" else math.ceil(bands / bands_per_pass)
 
@@ -118,16 +131,17 @@ def read_costs() -> Costs:
     )
     cycles = next(r["ratio"] for r in rows if r["cycles"])
     water = {
-        (int(r["bands"]), frozenset(term.name for term in COSTED if r[term.name])): r["ratio"]
+        (int(r["bands"]), priced(name for name, with_it in r.items() if with_it)): r["ratio"]
         for r in rows
         if r["bands"] and not r["cycles"]
     }
-    basic = {bands: ratio for (bands, options), ratio in water.items() if options == USUAL}
+    usual = priced(USUAL)
+    basic = {bands: ratio for (bands, options), ratio in water.items() if options == usual}
     triple, base = np.polyfit([math.ceil(n / 3) for n in basic], list(basic.values()), 1)
-    bands = next(n for n, options in water if options != USUAL)
+    bands = next(n for n, options in water if options != usual)
 
     def adds(term: Term) -> float:
-        more, less = (water[bands, options] for options in with_and_without(term, USUAL))
+        more, less = (water[bands, priced(options)] for options in with_and_without(term, USUAL))
         return max(more - less, 0.0) / (math.ceil(bands / 3) if term.cost == "triple" else 1)
 
     return Costs(

@@ -1,4 +1,4 @@
-"""The colours that the closed form gives to what a camera sees.
+"""The colours that the solved field, or the closed form, gives to what a camera sees.
 
 They come in parts that add up, so that what a part is worth can be read off. The formulas
 are those of the renderers; there is none of its own here.
@@ -7,14 +7,17 @@ are those of the renderers; there is none of its own here.
 from __future__ import annotations
 
 import dataclasses
+import functools
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..uw_spectral.imaging.band_selection import FittedViewpoint
+from ..uw_spectral.imaging.optics import Excitation
 from ..uw_spectral.imaging.viewpoint import Viewpoint
 from ..uw_spectral.spectra.reflectance import uplift_basis
 from ..uw_spectral.surface.wave_patterns import (
@@ -26,20 +29,24 @@ from ..uw_spectral.surface.wave_patterns import (
     sunlight_factor,
     under_waves,
 )
-from ..uw_spectral.transfer.closed_form import ClosedForm
 from ..uw_spectral.transfer.inelastic_light import InelasticLight
-from ..uw_spectral.transfer.pixel import Pixel, UndisturbedWater, surface_light
+from ..uw_spectral.transfer.pixel import PatchLight, Pixel, UndisturbedWater, surface_light
 from ..uw_spectral.transfer.radiance_field import Ripples
+from ..uw_spectral.transfer.radiance_table import TABLE_STREAMS
+from ..uw_spectral.transfer.sun_beam import SunBeam, sun_beam
 from ..uw_spectral.transfer.sunlit_water import SunlitWater
+from ..uw_spectral.transfer.tabulated_water import TabulatedWater, tabulated_water
+from ..uw_spectral.transfer.water_column import WaterColumn
 from .seen_points import SeenPoints
 from .terms import (
     DIFFUSE_SHADOWS,
     FLOOR_LIGHT,
     INELASTIC,
-    INTERNAL_REFLECTION,
     SHAFTS,
     SINGLE,
 )
+
+_Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,15 +57,26 @@ class Optics:
     ----------
     view : Viewpoint
         Its depth is replaced by that of the rays.
-    inelastic : InelasticLight, optional
-        On the same bands.
+    excitation : Excitation, optional
+        What changes the wavelength of light.
     waves : WavePatterns, optional
         The moving surface, where the column has waves.
+    solved : bool
+        Whether the light is that of the solved field, as EEVEE looks it up, which is close to
+        what Cycles traces too; or that of the closed form.
     """
 
     view: Viewpoint
-    inelastic: InelasticLight | None = None
+    excitation: Excitation | None = None
     waves: WavePatterns | None = None
+    solved: bool = True
+
+    @functools.cached_property
+    def inelastic(self) -> InelasticLight | None:
+        """Light of changed wavelength in the bands, in closed form."""
+        if self.excitation is None:
+            return None
+        return self.excitation.light(self.view.field, self.view.column.bands)
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,20 +124,67 @@ def picture(
     develop = view.reduction.apply
     waves = optics.waves if view.column.surface == "waves" else None
     ray = _Rays(view, seen, waves, without)
-    blurred = view.path_radiance
-    if without == FLOOR_LIGHT:
-        dark = dataclasses.replace(blurred.field, C2=0.0 * blurred.field.C2)
-        blurred = dataclasses.replace(blurred, field=dark)
-    plain = develop(ray.radiance(blurred))
+    water = _solved(view, without) if optics.solved else _closed_form(view, without)
+    plain = develop(ray.radiance(water))
     parts = {}
     if (seen.openness < 1).any():
-        shaded = ray.radiance(blurred, seen.openness[:, None])
+        shaded = ray.radiance(water, seen.openness[:, None])
         parts[DIFFUSE_SHADOWS] = develop(shaded) - plain
     if not seen.path_sunlit.all() or waves is not None:
-        parts[SHAFTS] = -develop(ray.missing_light(blurred))
-    if optics.inelastic is not None:
-        parts[INELASTIC] = develop(ray.inelastic(optics.inelastic))
+        parts[SHAFTS] = -develop(ray.missing_light())
+    if optics.excitation is not None and optics.solved:
+        exciting = dataclasses.replace(optics.excitation.column, **column)
+        excitation = dataclasses.replace(optics.excitation, column=exciting)
+        parts[INELASTIC] = develop(ray.radiance(_solved(view, without, excitation))) - plain
+    elif optics.inelastic is not None:
+        parts[INELASTIC] = develop(ray.inelastic(_closed_form(view, without), optics.inelastic))
     return Picture(plain, parts)
+
+
+class _Water(Protocol):
+    """Undisturbed water, and the light on what is in it."""
+
+    def surface(
+        self, y_o: _Array, y_e: _Array, w: Sequence[_Array], P: _Array, L_surface: _Array
+    ) -> Pixel: ...
+
+    def open_water(
+        self, y_o: _Array, w: Sequence[_Array], *, ripples: Ripples | None = None
+    ) -> Pixel: ...
+
+    def patch_light(self, y: _Array, normal: Sequence[_Array]) -> PatchLight: ...
+
+
+def _closed_form(view: Viewpoint, without: str) -> UndisturbedWater:
+    """The water without things in closed form; what is to be left out is dark."""
+    column, elastic = view.column, view.path_radiance
+    if without == FLOOR_LIGHT:
+        dark = dataclasses.replace(elastic.field, C2=0.0 * elastic.field.C2)
+        elastic = dataclasses.replace(elastic, field=dark)
+    index = column.refractive_index if column.reflects else None
+    return UndisturbedWater(elastic, column.skylight, index)
+
+
+def _solved(view: Viewpoint, without: str, excitation: Excitation | None = None) -> TabulatedWater:
+    """The same of the solved field, with light of changed wavelength in it."""
+    column, emission = _lit(view.column, without), None
+    if excitation is not None:
+        lit = dataclasses.replace(excitation, column=_lit(excitation.column, without))
+        emission = lit.emission(column.bands, TABLE_STREAMS)
+    field = column.solved_field(view.phase, TABLE_STREAMS, emission)
+    index = column.refractive_index if column.reflects else None
+    return tabulated_water(field, _beam(view), column.skylight, index)
+
+
+def _beam(view: Viewpoint) -> SunBeam:
+    return sun_beam(view.field, view.phase, view.column.sun_direction.tolist())
+
+
+def _lit(column: WaterColumn, without: str) -> WaterColumn:
+    """The water to solve: its waves are flat on average, and so solved once with the flat one."""
+    dark = {"floor_reflectance": 0.0} if without == FLOOR_LIGHT else {}
+    calm = {"surface": "flat"} if column.reflects else {}
+    return dataclasses.replace(column, **dark, **calm)
 
 
 def _view(view: Viewpoint, depth: float, changed: Mapping[str, object]) -> Viewpoint:
@@ -158,33 +223,24 @@ class _Rays:
             sun = np.asarray(view.column.sun_direction)
             self.contrast = waves.contrast(SunlitWater(view.field, view.phase, sun))
 
-    def water(
-        self, elastic: ClosedForm, inelastic: InelasticLight | None = None
-    ) -> UndisturbedWater:
-        """The water without things; what is to be left out is dark."""
-        column = self.view.column
-        index = column.refractive_index if column.reflects else None
-        mirrors = self.leave_out != INTERNAL_REFLECTION
-        return UndisturbedWater(elastic, column.skylight, index, inelastic, mirrors)
-
     def radiance(
-        self, elastic: ClosedForm, openness: NDArray[np.float64] | float = 1.0
+        self, water: _Water, openness: NDArray[np.float64] | float = 1.0
     ) -> NDArray[np.float64]:
-        """Elastic radiance with unshadowed water, shape (m, n)."""
+        """Radiance with unshadowed water, shape (m, n)."""
         sun = np.asarray(self.view.column.sun_direction)
         cosine = -(self.seen.normal @ sun)[:, None]
         response = self.reflectance / math.pi * np.maximum(cosine, 0.0)
+        patch = water.patch_light(self.y, tuple(self.seen.normal.T[..., None]))
         light = surface_light(
-            elastic.field, self.y, self.up, openness=openness, sunlight=self.sunlight(self.P)
+            patch, self.y, self.up, openness=openness, sunlight=self.sunlight(self.P)
         )
         L = light.reflected(response * self.seen.sunlit[:, None], self.reflectance, cosine)
-        water = self.water(elastic)
         on_surface = water.surface(self.y_o, self.y, self.w, self.P, L)
         return self._seen(on_surface, water.open_water(self.y_o, self.w, ripples=self.ripples()))
 
-    def inelastic(self, light: InelasticLight) -> NDArray[np.float64]:
-        """Radiance of changed wavelength."""
-        water = self.water(self.view.path_radiance, light)
+    def inelastic(self, water: UndisturbedWater, light: InelasticLight) -> NDArray[np.float64]:
+        """Radiance of changed wavelength, in closed form."""
+        water = dataclasses.replace(water, inelastic=light)
         L = self.reflectance / math.pi * light.surface_irradiance(self.y, self.up)
         on_surface = water.surface(self.y_o, self.y, self.w, self.P, 0.0, L_inelastic=L)
         in_open = water.open_water(self.y_o, self.w)
@@ -200,14 +256,15 @@ class _Rays:
             ]
         return np.where(self.hit, *seen)
 
-    def missing_light(self, water: ClosedForm) -> NDArray[np.float64]:
+    def missing_light(self) -> NDArray[np.float64]:
         """Single scattering that shadows and waves take from the paths; negative: they add."""
+        single = _beam(self.view).scattered_once
         steps = self.seen.path_sunlit.shape[1]
         ends = self.seen.reached[:, None] * np.linspace(0.0, 1.0, steps + 1)
-        total = [water.single_scattering(self.y_o, self.w, ends[:, :1])]
+        total = [single(self.y_o, self.w, ends[:, :1])]
         lost = 0.0
         for k in range(steps):
-            total.append(water.single_scattering(self.y_o, self.w, ends[:, k + 1, None]))
+            total.append(single(self.y_o, self.w, ends[:, k + 1, None]))
             middle = (ends[:, k] + ends[:, k + 1])[:, None] / 2
             light = self.seen.path_sunlit[:, k, None] * self.sunlight(middle)
             lost = lost + (1.0 - light) * (total[-1] - total[-2])

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 SHAFTS, INELASTIC = "shafts", "inelastic"
 DIFFUSE_SHADOWS = "diffuse_shadows"
 WAVES, SURFACE, FLOOR = "waves", "surface", "floor"
-SINGLE, FLOOR_LIGHT, INTERNAL_REFLECTION = "single scattering", "floor light", "internal reflection"
+SINGLE, FLOOR_LIGHT = "single scattering", "floor light"
 
 Options = frozenset[str]
 """Names of the terms that a water has."""
@@ -121,7 +121,7 @@ TERMS = (
     ),
     Term(
         SURFACE, "surface with Snell's window", _looking_up,
-        "surface", off="none", on="flat", cost="triple",
+        "surface", off="none", on="flat",
         column={"surface": "none"},
     ),
     Term(
@@ -145,7 +145,6 @@ class ComputedLight:
 LIGHTS = (
     ComputedLight(SINGLE, "sunlight scattered once on the way"),
     ComputedLight(FLOOR_LIGHT, "light that the floor sends up", FLOOR),
-    ComputedLight(INTERNAL_REFLECTION, "water mirrored by the surface", SURFACE),
 )
 
 

@@ -199,12 +199,13 @@ def _develop(frame: _Frame, picture: Path) -> None:
 
 def _record(frame: _Frame, job: Job, facts: dict[str, Any]) -> dict[str, Any]:
     plan, reduction = frame.plan, frame.plan.reduction(frame.depth)
+    drawn = plan.cycles_notes if job.engine == "cycles" else ()
     return {
         "frame": frame.number,
         "camera_depth_m": frame.depth,
         "settings": asdict(plan.settings),
         "job": {**asdict(job), "blend": bpy.data.filepath, "camera": facts["camera"]},
-        "notes": [*plan.notes, *facts["notes"]],
+        "notes": [*plan.notes, *drawn, *facts["notes"]],
         **plan.record(),
         "development": {
             "description": reduction.description,

@@ -76,14 +76,19 @@ class RenderPlan(ResolvedOptics):
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """Caveats of the data and of the renderer."""
+        """Caveats of the data and of the bands."""
         caveats = [text for x in self.waters.layers for text in x.caveats_at(self.bands.centres)]
-        notes = (*dict.fromkeys(caveats), *(note for x in self.cycles_phases for note in x.notes))
+        notes = tuple(dict.fromkeys(caveats))
         if self.settings.shafts and not self.draws_shafts:
             notes += ("shafts of light are not drawn in water of several layers",)
         if self.reference is not None and self.inelastic is not None:
             notes += ("optimised bands do not expect inelastic light; its colour may be off",)
         return notes
+
+    @property
+    def cycles_notes(self) -> tuple[str, ...]:
+        """Caveats of the phase functions that Cycles draws."""
+        return tuple(note for phase in self.cycles_phases for note in phase.notes)
 
     def pass_values(self, scene: bpy.types.Scene) -> PassValues:
         """Return every value that differs by band, for the materials of a scene."""

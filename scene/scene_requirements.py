@@ -28,7 +28,7 @@ from . import moving_surface, scene_water
 from .cameras import camera_depth
 from .ray_casting import Meshes
 from .render_plan import RenderPlan, forget_files, plan_of, quiet
-from .settings import EQUAL, OPTIMISED, REALTIME, Job, SceneSettings
+from .settings import EQUAL, OPTIMISED, REALTIME, SOLVED, Job, SceneSettings
 
 OPTIMISED_COUNTS = (3, 6, 9)
 BAND_COUNTS = (3, 4, 5, 6, 7, 8, 9, 10, 12, 15, 16, 18, 21, 24, 27, 32)
@@ -104,7 +104,7 @@ def choose(
         chosen = settings_now()
         with quiet():
             plan = plan_of(chosen)
-            everything = _everything(scene, chosen)
+            everything = _everything(scene, chosen, job.engine)
         for frame in frames:
             scene.frame_set(frame)
             depth = camera_depth(camera, plan.column.floor_depth)
@@ -135,7 +135,7 @@ def choose(
         required = decide(
             views,
             everything,
-            _choices(chosen, method, keep),
+            _choices(chosen, job.engine, method, keep),
             target=target,
             budget=budget,
             workload=workload,
@@ -304,22 +304,26 @@ def _sampled(frames: Sequence[int]) -> list[int]:
     return [frames[i] for i in chosen]
 
 
-def _optics(plan: RenderPlan, depth: float) -> Optics:
-    return Optics(plan.viewpoint(depth), plan.inelastic)
+def _optics(plan: RenderPlan, engine: str) -> Optics:
+    """The water of a plan by the light that an engine draws; the rays bring their own depth."""
+    solved = engine != "eevee" or plan.settings.field == SOLVED
+    return Optics(plan.viewpoint(0.0), plan.excitation, solved=solved)
 
 
-def _everything(scene: bpy.types.Scene, chosen: SceneSettings) -> Optics:
+def _everything(scene: bpy.types.Scene, chosen: SceneSettings, engine: str) -> Optics:
     """Everything the settings ask for, on many bands."""
     many = replace(chosen, bands=REFERENCE_BANDS, wavelengths="", band_placement=EQUAL)
     plan = plan_of(many)
-    found = _optics(plan, 0.0)
+    found = _optics(plan, engine)
     if chosen.surface != moving_surface.WAVES:
         return found
     coarse = replace(chosen, wave_resolution=min(chosen.wave_resolution, _WAVE_RESOLUTION))
     return replace(found, waves=moving_surface.patterns(scene, replace(plan, settings=coarse)))
 
 
-def _choices(chosen: SceneSettings, method: str, keep: frozenset[str]) -> list[BandChoice]:
+def _choices(
+    chosen: SceneSettings, engine: str, method: str, keep: frozenset[str]
+) -> list[BandChoice]:
     """Bands to choose from; those of the settings alone if they must stay."""
     # Only the elastic light of a calm sea is compared.
     plain = replace(
@@ -330,7 +334,7 @@ def _choices(chosen: SceneSettings, method: str, keep: frozenset[str]) -> list[B
     if keep & {"bands", "wavelengths", "range_start", "range_end"}:
         bands = {}
         plan = plan_of(plain)
-        return [BandChoice(f"{len(plan.bands)}, as given", _optics(plan, 0.0), bands)]
+        return [BandChoice(f"{len(plan.bands)}, as given", _optics(plan, engine), bands)]
     most = plan_of(plain).most_bands if method == REALTIME else BAND_COUNTS[-1]
     found = []
     for placement, counts in ((EQUAL, BAND_COUNTS), (OPTIMISED, OPTIMISED_COUNTS)):
@@ -339,7 +343,7 @@ def _choices(chosen: SceneSettings, method: str, keep: frozenset[str]) -> list[B
         for count in (n for n in counts if n <= most):
             changes = {"bands": count, "wavelengths": "", "band_placement": placement}
             plan = plan_of(replace(plain, **changes))
-            found.append(BandChoice(f"{count} {placement}", _optics(plan, 0.0), changes))
+            found.append(BandChoice(f"{count} {placement}", _optics(plan, engine), changes))
     return found
 
 

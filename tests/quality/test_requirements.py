@@ -21,6 +21,7 @@ from underwater_spectral.quality.requirements import SAFETY, decide
 from underwater_spectral.quality.seen_points import SeenPoints, cone_directions, openness
 from underwater_spectral.quality.terms import (
     DIFFUSE_SHADOWS,
+    INELASTIC,
     SHAFTS,
     SINGLE,
     SURFACE,
@@ -30,7 +31,7 @@ from underwater_spectral.quality.terms import (
 )
 from underwater_spectral.tests import by_hand
 from underwater_spectral.uw_spectral.errors import InputError
-from underwater_spectral.uw_spectral.imaging.optics import make_viewpoint
+from underwater_spectral.uw_spectral.imaging.optics import Excitation, make_viewpoint
 from underwater_spectral.uw_spectral.spectra.bands import Bands
 from underwater_spectral.uw_spectral.spectra.colour_rendering import (
     delta_e_CIE2000_images,
@@ -41,6 +42,12 @@ from underwater_spectral.uw_spectral.spectra.sensor import parse_sensor
 from underwater_spectral.uw_spectral.spectra.spectrum import DATA_DIRECTORY, read_table
 from underwater_spectral.uw_spectral.surface.wave_patterns import Sea
 from underwater_spectral.uw_spectral.transfer.light_cone import LightCone
+from underwater_spectral.uw_spectral.transfer.radiance_table import TABLE_STREAMS
+from underwater_spectral.uw_spectral.water.bio_optics import Constituents
+from underwater_spectral.uw_spectral.water.inelastic_processes import (
+    EXCITATION,
+    inelastic_processes,
+)
 from underwater_spectral.uw_spectral.water.optical_properties import Water
 
 pytestmark = pytest.mark.filterwarnings(
@@ -52,9 +59,12 @@ EYE = parse_sensor("cie1931")
 
 
 def viewpoint(water="IB", bands=60, depth=5.0, **how):
+    return viewpoint_on(water, Bands.uniform(bands), depth, **how)
+
+
+def viewpoint_on(water, bands, depth=5.0, **how):
     name = Water.jerlov(water) if isinstance(water, str) else water
-    how = {"phase": "hg:0.924"} | how
-    return make_viewpoint(name, D65, EYE, depth, Bands.uniform(bands), **how)
+    return make_viewpoint(name, D65, EYE, depth, bands, **how)
 
 
 def seen_points(count=24, depth=5.0, shadow=0.0, up=0.3, distance=6.0):
@@ -86,7 +96,7 @@ def choices(counts=(3, 5, 6, 9, 12), **how):
 def test_picture_of_one_ray_is_the_closed_form():
     view = viewpoint(sky_radiance=0.05)
     seen = seen_points(8)
-    rgb = picture(Optics(view), seen).without()
+    rgb = picture(Optics(view, solved=False), seen).without()
     i = int(np.argmax(np.isinf(seen.distance)))
     w = tuple(seen.direction[i])
     ahead = view.path_radiance.radiance(5.0, w, view.column.sky_radiance)
@@ -97,8 +107,37 @@ def test_picture_of_one_ray_is_the_closed_form():
     y = 5.0 - w[2] * P
     beyond = view.path_radiance.radiance(y, w, view.column.sky_radiance)
     expected = by_hand.pixel(view.path_radiance, 5.0, w, P, 0.0, beyond)
-    found = picture(Optics(view), black).without()[i]
+    found = picture(Optics(view, solved=False), black).without()[i]
     assert found == pytest.approx(view.reduction.apply(expected), rel=1e-9)
+
+
+@pytest.mark.parametrize("surface", ["none", "flat"])
+def test_picture_of_rays_is_the_solved_field(surface):
+    view = viewpoint(sky_radiance=0.05, surface=surface, floor_depth=12.0)
+    field = view.column.solved_field(view.phase, TABLE_STREAMS)
+    seen = seen_points(40)
+    seen = replace(seen, colour=np.zeros_like(seen.colour))
+    y, w, P = 5.0, tuple(seen.direction.T), seen.distance
+    hit = np.isfinite(P)
+    behind = field.radiance(np.clip(y - w[2] * np.where(hit, P, 0.0), 0.0, 12.0), w)
+    kept = np.exp(-view.column.attenuation * np.where(hit, P, math.inf)[:, None])
+    expected = view.reduction.apply(field.radiance(y, w) - kept * behind)
+    rgb = picture(Optics(view), seen).without()
+    assert delta_e_CIE2000_images(clip_to_display(rgb), clip_to_display(expected)).max() < 0.5
+
+
+def test_inelastic_light_of_the_solved_field_is_that_of_the_closed_form():
+    how = {"floor_depth": 12.0, "surface": "flat"}
+    view, exciting = viewpoint("I", **how), viewpoint_on("I", EXCITATION, **how)
+    processes = inelastic_processes(Constituents(), EXCITATION, view.column.bands, ("raman",))
+    seen, excitation = seen_points(40), Excitation(processes, exciting.column, exciting.phase)
+    solved, closed = (
+        picture(Optics(view, excitation, solved=solved), seen).parts[INELASTIC]
+        for solved in (True, False)
+    )
+    assert luminance(solved) == pytest.approx(luminance(closed), rel=0.2)
+    deep = picture(Optics(view, excitation), seen, floor_depth=math.inf, surface="none")
+    assert (luminance(deep.parts[INELASTIC]) > 0).all()
 
 
 def test_full_shadow_takes_all_single_scattering_within_reach():
@@ -147,7 +186,8 @@ def test_search_finds_the_cheapest_of_all_combinations():
                         choices(surface="flat"))  # fmt: skip
     costs = read_costs()
     combinations = estimate.combinations(Workload(), costs)
-    assert len(combinations) == 5 * 2 * 2
+    assert len(combinations) == 5 * 2
+    assert all(SURFACE in c.options for c in combinations)  # it is free
     errors = [estimate.errors([estimate.rgb(c.bands, c.options)])[0] for c in combinations]
     for target in (0.5, 1.0, 3.0):
         chosen, error = estimate.search(combinations, target)
@@ -271,7 +311,7 @@ def test_costs_are_those_of_the_table():
     costs, columns = read_costs(), read_table(DATA_DIRECTORY / "costs.csv", COLUMNS).columns
     rows = [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
     water = [row for row in rows if row["bands"] and not row["cycles"]]
-    assert len(water) == 7
+    assert len(water) == 6
     for row in water:
         options = frozenset(term.name for term in COSTED if row[term.name])
         bands = int(row["bands"])

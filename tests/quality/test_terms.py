@@ -7,7 +7,7 @@ from dataclasses import fields
 
 import pytest
 from underwater_spectral.benchmarks.option_costs import configurations
-from underwater_spectral.quality.costs import COLUMNS, COSTED
+from underwater_spectral.quality.costs import COLUMNS, COSTED, priced
 from underwater_spectral.quality.terms import (
     FLOOR,
     LIGHTS,
@@ -74,4 +74,4 @@ def test_every_term_that_costs_is_measured():
         for row in rows
         if row["bands"] and not row["cycles"]
     }
-    assert measured == set(configurations())
+    assert measured == {(bands, priced(options)) for bands, options in configurations()}

@@ -48,6 +48,14 @@ def test_cycles_does_not_run_out_of_closures(tmp_path, pytestconfig):
         assert len(plan.cycles_phases[0].lobes) <= 2
 
 
+@pytest.mark.filterwarnings(f"ignore::{DataWarning.__module__}.DataWarning")
+def test_eevee_asks_for_no_phase_functions_of_cycles():
+    plan = make_plan(SceneSettings(bands=3, phase="petzold", forward_peak="exact"))
+    assert not any("Cycles" in note for note in plan.notes)
+    assert "cycles_phases" not in vars(plan)
+    assert any("petzold is rendered" in note for note in plan.cycles_notes)
+
+
 def _column(b, **changes):
     return columns.grey_column(0.1, b, **{"floor_depth": 10.0} | changes)
 

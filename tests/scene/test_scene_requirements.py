@@ -145,7 +145,7 @@ def registered():
 
 def _choose(scene, camera, options, **how):
     parsed = settings.parse(options)
-    stored = SceneSettings(phase="hg:0.924")
+    stored = SceneSettings()
     return scene_requirements.choose(
         scene, camera, lambda: settings.merge(stored, parsed), settings.job(parsed), **how
     )
@@ -184,6 +184,28 @@ def test_an_edited_file_counts_for_the_next_choice(tmp_path, monkeypatch):
         path.write_text(f"wavelength_nm,a,b\n300,0.05,{b}\n800,0.5,{b}\n")
         _choose(scene, camera, options, target=8.0, keep=frozenset(["bands"]))
     assert found == pytest.approx([0.1, 0.3])
+
+
+@pytest.mark.parametrize(
+    ("options", "solved"),
+    [
+        (["--engine", "eevee"], True),
+        (["--engine", "eevee", "--field", "closed-form"], False),
+        (["--engine", "cycles", "--field", "closed-form"], True),
+    ],
+)
+def test_colours_are_estimated_as_the_engine_draws_them(monkeypatch, options, solved):
+    scene, camera = _scene()
+    found = []
+
+    def decide(views, everything, choices, **options):
+        found.extend(optics.solved for optics in (everything, *(c.optics for c in choices)))
+        return requirements.decide(views, everything, choices, **options)
+
+    monkeypatch.setattr(scene_requirements, "decide", decide)
+    options = [*options, "--bands", "3"]
+    _choose(scene, camera, options, target=8.0, keep=frozenset(["bands"]))
+    assert found == [solved] * 2
 
 
 def test_terms_that_are_given_stay():
@@ -266,7 +288,7 @@ def test_batch_explains_and_records_what_it_chose(registered, tmp_path, capfd):
     _scene()
     blend = tmp_path / "scene.blend"
     bpy.ops.wm.save_as_mainfile(filepath=str(blend))
-    options = ["--quality", "reference", "--explain", "--phase", "hg:0.924", "--samples", "1"]
+    options = ["--quality", "reference", "--explain", "--samples", "1"]
     small = ["--resolution", "8", "8", "--out", str(tmp_path / "out")]
     assert batch.main([str(blend), *options, *small], inside_blender=False) == 0
     printed = capfd.readouterr().out

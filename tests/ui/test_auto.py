@@ -16,7 +16,7 @@ def scene():
     scenes._cube("ball", (0.0, 6.0, -5.0)).data.materials.append(scenes.principled("paint"))
     scenes.add_camera()
     water = bpy.context.scene.underwater
-    water.phase, water.surface = "hg:0.924", "waves"
+    water.surface = "waves"
     return bpy.context.scene
 
 
@@ -33,7 +33,7 @@ def test_a_stricter_auto_brings_back_what_was_left_out(scene):
     water, panel = scene.underwater, scene.underwater_panel
     panel.quality, panel.target_delta_e = "REALTIME", 10.0
     bpy.ops.underwater.auto()
-    assert water.surface == "none"
+    assert water.surface == "flat"
     panel.quality = "REFERENCE"
     bpy.ops.underwater.auto()
     assert water.surface == "waves"
@@ -43,10 +43,10 @@ def test_what_the_user_changes_since_is_the_users(scene):
     water, panel = scene.underwater, scene.underwater_panel
     panel.quality, panel.target_delta_e = "REALTIME", 10.0
     bpy.ops.underwater.auto()
-    water.surface = "flat"
+    water.surface = "none"
     panel.quality = "REFERENCE"
     bpy.ops.underwater.auto()
-    assert water.surface == "flat"
+    assert water.surface == "none"
 
 
 def test_auto_refuses_a_scene_without_camera(scene):

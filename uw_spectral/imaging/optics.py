@@ -19,7 +19,7 @@ from ..spectra.reflectance import parse_reflectance
 from ..spectra.sensor import Sensor, parse_sensor, standard_observer
 from ..spectra.spectrum import Spectrum
 from ..surface.refraction import in_water_cosine, sun_travel_direction
-from ..transfer.discrete_ordinates import STREAMS
+from ..transfer.discrete_ordinates import STREAMS, Emission
 from ..transfer.inelastic_emission import inelastic_emission
 from ..transfer.inelastic_light import InelasticLight, excitation_fields, solve_inelastic
 from ..transfer.light_field import LightField
@@ -62,6 +62,16 @@ class Excitation:
     processes: tuple[InelasticProcess, ...]
     column: WaterColumn
     phase: BandPhase
+
+    def light(self, field: LightField, bands: Bands) -> InelasticLight:
+        """Return the light of changed wavelength in bands with a light field, in closed form."""
+        exciting = excitation_fields(self.column, self.phase)
+        return solve_inelastic(self.processes, exciting, EXCITATION, field, bands)
+
+    def emission(self, bands: Bands, streams: int = STREAMS) -> Emission:
+        """Return what is emitted in bands, by the solved field of the exciting light."""
+        exciting = self.column.solved_field(self.phase, streams, modes=1)
+        return inelastic_emission(self.processes, exciting, EXCITATION, bands)
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,19 +124,13 @@ class ResolvedOptics(ComparedByContent):
         """Light of changed wavelength in the bands; None if nothing changes it."""
         if self.excitation is None:
             return None
-        exciting = excitation_fields(self.excitation.column, self.excitation.phase)
-        return solve_inelastic(
-            self.excitation.processes, exciting, EXCITATION, self.field, self.bands
-        )
+        return self.excitation.light(self.field, self.bands)
 
     def solved_field(self, streams: int = STREAMS) -> SolvedField:
         """Return the light field by discrete ordinates, light of changed wavelength included."""
         emission = None
         if self.excitation is not None:
-            exciting = self.excitation.column.solved_field(self.excitation.phase, streams, modes=1)
-            emission = inelastic_emission(
-                self.excitation.processes, exciting, EXCITATION, self.bands
-            )
+            emission = self.excitation.emission(self.bands, streams)
         return self.column.solved_field(self.phase, streams, emission)
 
     def viewpoint(self, depth: float) -> Viewpoint:

@@ -21,7 +21,7 @@ from .aureole import Aureole, solve_aureole
 from .light_field import LightField
 from .path_integral import attenuated_path
 from .radiance_field import PathField, end_of_path
-from .sun_beam import SunBeam, half_angle2
+from .sun_beam import SunBeam, half_angle2, sun_beam
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,8 +48,7 @@ class ClosedForm(PathField):
     @functools.cached_property
     def beam(self) -> SunBeam:
         """The direct sun."""
-        f = self.field
-        return SunBeam(f.b, f.c, f.cp, f.E, f.mu_s, f.y_f, self.phase, self.sun)
+        return sun_beam(self.field, self.phase, self.sun)
 
     def astype(self, dtype: DTypeLike) -> ClosedForm:
         """Return the coefficients in another floating-point precision."""

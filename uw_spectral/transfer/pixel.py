@@ -189,7 +189,7 @@ def surface_light(
 
 
 def light_from_surface(
-    mirror: Radiant | None,
+    mirror: Radiant,
     beam: Beam,
     sky: Sky,
     index: Operand | None,
@@ -202,7 +202,7 @@ def light_from_surface(
 
     Parameters
     ----------
-    mirror : Radiant or None
+    mirror : Radiant
         The water that the surface mirrors.
     beam : Beam
         The sun in the water.
@@ -237,15 +237,12 @@ class UndisturbedWater:
         Index of the water against air; without one there is no surface that reflects.
     inelastic : InelasticLight, optional
         Light of changed wavelength; a surface mirrors it as if it were flat.
-    mirrors : bool
-        Whether a surface that reflects mirrors the water below it.
     """
 
     elastic: ClosedForm
     sky: Sky = BLACK
     index: Operand | None = None
     inelastic: InelasticLight | None = None
-    mirrors: bool = True
 
     def from_surface(
         self,
@@ -255,8 +252,8 @@ class UndisturbedWater:
         ripples: Ripples | None = None,
     ) -> Operand:
         """Radiance that comes down from the surface against w, seen from depth y."""
-        mirror = self.elastic if self.mirrors else None
-        return light_from_surface(mirror, self.elastic.beam, self.sky, self.index, y, w, m, ripples)
+        water = self.elastic
+        return light_from_surface(water, water.beam, self.sky, self.index, y, w, m, ripples)
 
     def radiance(self, y: Operand, w: Sequence[Operand], m: Mathematics = NUMPY) -> Operand:
         """Radiance L(y, w) of everything ahead of depth y along w, under a flat surface."""
@@ -313,6 +310,11 @@ class UndisturbedWater:
             changed = _to_boundary(self.inelastic, y_o, w, mirrored, m)
         L_surface = self.from_surface(y_o, w, m, ripples)
         return _to_boundary(self.elastic, y_o, w, L_surface, m, changed)
+
+    def patch_light(self, y: Operand, normal: Sequence[Operand]) -> PatchLight:
+        """Return the elastic light on patches, at any depth and along any normal."""
+        del y, normal
+        return self.elastic.field
 
     def _mirrored(self, light: RadianceField, w: Sequence[Operand], m: Mathematics) -> Operand:
         """Radiance of water under a black sky that a flat surface mirrors down."""

@@ -1,0 +1,111 @@
+"""Undisturbed water of which a renderer looks up the light: for whole arrays of rays, in numpy.
+
+The same formulas and tables as in EEVEE's nodes; for estimates of what a picture shows.
+Shapes are (..., 1) for rays, (..., n) for what is seen of them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .pixel import Pixel
+from .radiance_field import Ripples, mirrored_ray
+from .radiance_table import RadianceTable, tabulate
+from .sky import Sky
+from .solved_field import SolvedField
+from .solved_ray import SolvedPatchLight, SolvedWater
+from .sun_beam import SunBeam
+
+Array = NDArray[np.float64]
+
+_UP = (0.0, 0.0, 1.0)
+
+
+@dataclass(frozen=True, eq=False)
+class TabulatedWater:
+    """Undisturbed water with its surface and its floor; make it with :func:`tabulated_water`.
+
+    Attributes
+    ----------
+    table : RadianceTable
+    beam : SunBeam
+        The direct sun; its ``cp`` is that of the solution.
+    floor : array, shape (n,)
+        Radiance of the floor.
+    sky : Sky
+        The sky, in air.
+    index : float, optional
+        Index of the water against air; without one there is no surface that reflects.
+    """
+
+    table: RadianceTable
+    beam: SunBeam
+    floor: Array
+    sky: Sky
+    index: float | None
+
+    def surface(
+        self, y_o: Array, y_e: Array, w: Sequence[Array], P: Array, L_surface: Array
+    ) -> Pixel:
+        """Pixel of a surface; arguments as of :meth:`.UndisturbedWater.surface`."""
+        image = self.table.boundary_image(_rays(0.0, w)[1], self.beam.sun)
+        seen = replace(self._ahead(y_o, w), far=self._scattered(y_e, w), image=image)
+        return seen.surface(y_o, y_e, w, P, L_surface)
+
+    def open_water(self, y_o: Array, w: Sequence[Array], ripples: Ripples | None = None) -> Pixel:
+        """Pixel of open water with the surface or the floor behind."""
+        seen = self._ahead(y_o, w)
+        if self.index is not None:
+            slopes = None if ripples is None else ripples.slopes
+            _, away = mirrored_ray(w, slopes=slopes)
+            seen = replace(seen, mirrored=self._scattered(np.zeros_like(w[2]), away))
+        return seen.open_water(y_o, w, ripples=ripples)
+
+    def patch_light(self, y: Array, normal: Sequence[Array]) -> SolvedPatchLight:
+        """Return the light on patches that face along normals, shapes (..., 1), at depths y."""
+        return SolvedPatchLight(self.beam, self._on_patch(y, normal), self._on_patch(y, _UP))
+
+    def _ahead(self, y_o: Array, w: Sequence[Array]) -> SolvedWater:
+        return SolvedWater(
+            self.beam,
+            self._scattered(y_o, w),
+            floor=self.floor,
+            sky=self.sky,
+            index=self.index,
+            aureole=self.table.aureole_factor(*_rays(y_o, w), self.beam.sun),
+        )
+
+    def _scattered(self, y: Array, w: Sequence[Array]) -> Array:
+        return self.table.scattered(*_rays(y, w), self.beam.sun)
+
+    def _on_patch(self, y: Array, normal: Sequence[Array | float]) -> Array:
+        return self.table.patch_irradiance(*_rays(y, normal), self.beam.sun)
+
+
+def tabulated_water(
+    field: SolvedField, beam: SunBeam, sky: Sky, index: float | None
+) -> TabulatedWater:
+    """Return the water of a solved field.
+
+    Parameters
+    ----------
+    field : SolvedField
+    beam : SunBeam
+        The direct sun in the same water; its ``cp`` gives way to that of the solution.
+    sky : Sky
+    index : float, optional
+        As of :class:`TabulatedWater`.
+    """
+    return TabulatedWater(
+        tabulate(field), replace(beam, cp=field.extinction), field.floor_radiance, sky, index
+    )
+
+
+def _rays(y: Array | float, w: Sequence[Array | float]) -> tuple[Array, list[Array]]:
+    """Depths and directions of shape (..., 1) without their last axis."""
+    y, *w = np.broadcast_arrays(y, *w)
+    return y[..., 0], [part[..., 0] for part in w]
