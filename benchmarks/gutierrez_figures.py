@@ -508,35 +508,37 @@ Share of Raman scattering in the upwelling radiance at 650 nm, looking straight 
 {red_lines}
 
 ## Case 1 waters against measured Kd(490) and b
-`bio:case1=C`: particles absorb as Bricaud et al. (1998) measured, dissolved and detrital matter as in
-Morel & Gentili (2009), particles scatter as in Loisel & Morel (1998), with the spectral exponent and
-bb/b of Morel & Maritorena (2001). Kd(490) in 1/m, and how far it is from the regression of Morel et
-al. (2007) on the measurements of the same laboratory, {laboratory}; *merged* is their regression on
-those of others too. *Before* is version 0.1.0: a_y of Morel & Maritorena (2001), b of Gordon & Morel
-(1983), Kd by Lee et al. (2005). Sun at {SUN_ZENITH:g}° but for *solved*: discrete ordinates, clear
-sky, sun at 45°. b of the particles at 550 nm in 1/m, before and now; it is that of Loisel & Morel.
+`bio:case1=C`: particles absorb as Bricaud et al. (1998) measured, dissolved and detrital matter
+as in Morel & Gentili (2009), particles scatter as in Loisel & Morel (1998), with the spectral
+exponent and bb/b of Morel & Maritorena (2001). Kd(490) in 1/m, and how far it is from the regression
+of Morel et al. (2007) on the measurements of the same laboratory, {laboratory};
+*merged* is their regression on those of others too, 0.0166 + 0.0773 C^0.6715. *Before* is version
+0.1.0: a_y of Morel & Maritorena (2001), b of Gordon & Morel (1983), Kd by Lee et al. (2005). Sun at
+{SUN_ZENITH:g}° but for *solved*: discrete ordinates, clear sky, sun at 45°. b of the particles at
+550 nm in 1/m, before and now; it is that of Loisel & Morel.
 
 | C, mg/m³ | measured | merged | before | Lee 2013 | solved | b before | b |
 |---|---|---|---|---|---|---|---|
 {case1_lines}
 
 What is left above 1 mg/m³ lies between the published laws, which are regressions on different
-samples: with the absorption measured on filters Kd(490) comes out lower than it was measured in the
-sea. Not subtracting the detritus from the law of Morel & Gentili, which then counts twice, would give
--7 % at 1 and -22 % at 10 mg/m³, but up to 34 % too much Kd in the blue of Jerlov I (now 25 %). The
-CDOM of HydroLight's *new case 1*, a fifth of a_p(440), gives -17 % and -32 %.
+samples; nothing here is tuned to close them. Not subtracting the detritus from the law of Morel &
+Gentili, which then counts twice, would give -7 % at 1 and -22 % at 10 mg/m³, but up to 34 % too
+much Kd in the blue of Jerlov I (now 25 %). The CDOM of HydroLight's *new case 1*, a fifth of
+a_p(440), gives -17 % and -32 %.
 
 ## Kd inverted, round trip
-Light fields solved by discrete ordinates for the case 1 waters above (clear sky), Kd of each from the
-surface to 10 % of the light at {wavelengths} nm, inverted with the sun of the field: error of
-a and b in percent, median (lowest … highest). *Blind*: with bb/b 0.0183 and the sun taken at 30°, as
-in version 0.1.0.
+Light fields solved by discrete ordinates for the case 1 waters above (clear sky), Kd of each from
+the surface to 10 % of the light, inverted with the sun of the field: error of a and b in percent,
+median (lowest … highest), at {wavelengths} nm. *Blind*: with bb/b
+0.0183 and the sun taken at 30°, as the inversion once did.
 
 | sun | a | b | a, blind |
 |---|---|---|---|
 {inversion_lines}
 
-Over all, a is off by {inversion[0]}; blind, {inversion[1]}.
+Over all, a is off by {inversion[0]};
+blind, {inversion[1]}.
 
 ## Round trip to Kd
 Against the Kd published with the inherent optical properties (HydroLight's, Solonenko & Mobley
