@@ -510,8 +510,8 @@ Share of Raman scattering in the upwelling radiance at 650 nm, looking straight 
 ## Case 1 waters against measured Kd(490) and b
 `bio:case1=C`: particles absorb as Bricaud et al. (1998) measured, dissolved and detrital matter
 as in Morel & Gentili (2009), particles scatter as in Loisel & Morel (1998), with the spectral
-exponent and bb/b of Morel & Maritorena (2001). Kd(490) in 1/m, and how far it is from the regression
-of Morel et al. (2007) on the measurements of the same laboratory, {laboratory};
+exponent and bb/b of Morel & Maritorena (2001). Kd(490) in 1/m, and how far it is from the
+regression of Morel et al. (2007) on the measurements of the same laboratory, {laboratory};
 *merged* is their regression on those of others too, 0.0166 + 0.0773 C^0.6715. *Before* is version
 0.1.0: a_y of Morel & Maritorena (2001), b of Gordon & Morel (1983), Kd by Lee et al. (2005). Sun at
 {SUN_ZENITH:g}° but for *solved*: discrete ordinates, clear sky, sun at 45°. b of the particles at

@@ -159,8 +159,7 @@ def invert_Kd(
     bounds = [solve(spread) for spread in _SCATTERING_SPREAD]
     caveats = [
         "a and b are inverted from Kd (Lee et al. 2013, scattering of a case 1 water with "
-        f"chlorophyll {chlorophyll:.2g} mg/m³, bb/b {ratio:.3g}, sun at {zenith:.3g}°). "
-        + _ACCURACY
+        f"chlorophyll {chlorophyll:.2g} mg/m³, bb/b {ratio:.3g}, sun at {zenith:.3g}°). {_ACCURACY}"
     ]
     if sun_zenith is None:
         caveats.append(
