@@ -77,6 +77,8 @@ class RenderPlan(ResolvedOptics):
         """Caveats of the data and of the renderer."""
         caveats = [text for x in self.waters.layers for text in x.caveats_at(self.bands.centres)]
         notes = (*dict.fromkeys(caveats), *(note for x in self.cycles_phases for note in x.notes))
+        if self.sensor.note:
+            notes += (self.sensor.note,)
         if self.reference is not None and self.inelastic is not None:
             notes += ("optimised bands do not expect inelastic light; its colour may be off",)
         return notes
