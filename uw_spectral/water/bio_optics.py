@@ -307,11 +307,13 @@ class Constituents:
         return ",".join(changed) or "nothing in it"
 
 
-_KEYS = {
+_AMOUNTS = {
     "chl": "chlorophyll",
     "cdom": "cdom",
     "minerals": "minerals",
     "detritus": "detritus",
+}
+PROPERTIES = {
     "cdom-slope": "cdom_slope",
     "detritus-slope": "detritus_slope",
     "bb/b": "backscatter",
@@ -320,6 +322,9 @@ _KEYS = {
     "mineral-exponent": "mineral_exponent",
     "mineral-bb/b": "mineral_backscatter",
 }
+"""What of :class:`Constituents` is no amount, by the keys of options and of tables' comments."""
+
+_KEYS = {**_AMOUNTS, **PROPERTIES}
 _PURE = Constituents()
 
 

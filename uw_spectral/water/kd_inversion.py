@@ -10,7 +10,6 @@ spread of particle scattering.
 
 from __future__ import annotations
 
-import re
 import warnings
 from dataclasses import dataclass
 from pathlib import Path
@@ -20,7 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..errors import DataWarning, InputError
 from ..spectra.spectral_table import read_spectral_table
-from ..spectra.spectrum import Spectrum, Table
+from ..spectra.spectrum import Spectrum
 from .bio_optics import particle_backscatter_Morel2001, particle_scattering_Loisel1998
 from .diffuse_attenuation import Kd_Lee2013, chlorophyll_Morel2007
 from .optical_properties import Water
@@ -209,23 +208,7 @@ def water_from_Kd_csv(path: str | Path) -> Water:
     """
     table = read_spectral_table(path, ("Kd",))
     Kd = table.spectrum("Kd", f"Kd of {Path(path).name}")
-    return invert_Kd(Kd, _stated(table, SUN_ZENITH), _stated(table, BACKSCATTER)).water
-
-
-def _stated(table: Table, key: str) -> float | None:
-    """Number that a line ``key: number`` or ``key = number`` of the comment gives, if any."""
-    found = re.findall(rf"^{re.escape(key)}\s*[:=](.*)$", table.header, re.MULTILINE)
-    if not found:
-        return None
-    if len(found) > 1:
-        raise InputError(f"{table.path}: the comment gives {key} twice; keep one")
-    try:
-        return float(found[0])
-    except ValueError as error:
-        raise InputError(
-            f"{table.path}: the comment gives {key} as {found[0].strip()!r}; write "
-            f"'# {key}: ' and a number, or leave it out"
-        ) from error
+    return invert_Kd(Kd, table.stated(SUN_ZENITH), table.stated(BACKSCATTER)).water
 
 
 def _absorption(
