@@ -22,7 +22,7 @@ from ..spectra.spectral_table import read_spectral_table
 from ..spectra.spectrum import Spectrum
 from .bio_optics import particle_backscatter_Morel2001, particle_scattering_Loisel1998
 from .diffuse_attenuation import Kd_Lee2013, chlorophyll_Morel2007
-from .optical_properties import Water
+from .optical_properties import BACKSCATTER, Water
 from .phase import BACKSCATTER_RANGE
 from .pure_water import molecular_scattering
 
@@ -30,8 +30,8 @@ REFERENCE_WAVELENGTH = 490.0
 USUAL_SUN_ZENITH = 30.0
 """Sun zenith in degrees of a measurement that does not say its own."""
 
-SUN_ZENITH, BACKSCATTER = "sun_zenith", "bb/b"
-"""Keys in the comment of a table of Kd, as ``# sun_zenith: 45``."""
+SUN_ZENITH = "sun_zenith"
+"""Key in the comment of a table of Kd, as ``# sun_zenith: 45``."""
 
 # Particle scattering over its mean law: 0.12 and 0.45 over 0.30 (Gordon & Morel 1983).
 _SCATTERING_SPREAD = (0.4, 1.5)

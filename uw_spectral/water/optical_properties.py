@@ -21,6 +21,8 @@ from .pure_water import PURE_WATER_TABLE, pure_water_absorption
 JERLOV_TYPES = ("I", "IA", "IB", "II", "III", "1C", "3C", "5C", "7C", "9C")
 JERLOV_SOURCES = ("solonenko2015", "williamson2022")
 DEFAULT_SOURCE = "solonenko2015"
+BACKSCATTER = "bb/b"
+"""Key in the comment of a table, as ``# bb/b: 0.01``."""
 
 # Rows of Solonenko & Mobley 2015, Table 7, that repeat another block.
 _REPAIRED_TYPES = ("3C", "5C")
@@ -198,6 +200,8 @@ class Water(ComparedByContent):
     def from_csv(cls, path: str | Path) -> Water:
         """Water from a table ``wavelength_nm,a,b[,Kd]`` in nm and 1/m.
 
+        A comment line ``# bb/b: 0.01`` gives that of the particles.
+
         Warns (:class:`DataWarning`) about absorption far below that of pure
         water, which means other units or missing water, and about Kd below a.
 
@@ -220,7 +224,15 @@ class Water(ComparedByContent):
             if quantity in table.columns
         }
         source = table.header or f"file {name}"
-        return cls(spectra["a"], spectra["b"], spectra.get("Kd"), name, source, doubts)
+        return cls(
+            spectra["a"],
+            spectra["b"],
+            spectra.get("Kd"),
+            name,
+            source,
+            doubts,
+            particle_backscatter=table.stated(BACKSCATTER),
+        )
 
     def mixed(self, other: Water, share: float) -> Water:
         """Mix with another water, by volume.

@@ -16,8 +16,8 @@ from ..errors import InputError, printable
 from ..spectra.spectral_table import LARGEST_NUMBER, SHORTEST_WAVELENGTH_NM
 from ..spectra.spectrum import Spectrum, read_text
 from ..surface.sun_position import sun_zenith_Spencer1971
-from .kd_inversion import BACKSCATTER, SUN_ZENITH, check_pure_water_range, invert_Kd
-from .optical_properties import Water
+from .kd_inversion import SUN_ZENITH, check_pure_water_range, invert_Kd
+from .optical_properties import BACKSCATTER, Water
 from .phase import BACKSCATTER_RANGE, FournierForand
 from .pure_water import molecular_scattering, pure_water_absorption
 
