@@ -94,7 +94,11 @@ def test_impossible_kd():
 
 def test_closure_and_picture_have_one_backscatter():
     """bb/b of the case 1 water of 0.12 mg/m³ (Morel & Maritorena 2001), to solve and to draw."""
-    water = invert_Kd(Spectrum(NM, Water.jerlov("IB").Kd(NM), "IB")).water
+    found = invert_Kd(Spectrum(NM, Water.jerlov("IB").Kd(NM), "IB"))
+    water = found.water
+    # b of the same water, 0.416 C^0.766 at 550 nm (Loisel & Morel 1998), and the molecules'.
+    assert found.chlorophyll == pytest.approx(0.1222, rel=1e-3)
+    assert water.b([550.0])[0] == pytest.approx(0.08314 + 0.00167, rel=5e-3)
     assert water.particle_backscatter == pytest.approx(0.0093, rel=0.01)
     assert water.phase_model.particles.backscatter_ratio == pytest.approx(0.0093, rel=0.01)
     drawn = resolve(Description(WaterDescription(water))).phase
