@@ -209,10 +209,18 @@ def _scattering(
 ) -> tuple[Spectrum, float | None, list[str]] | None:
     """Total scattering, bb/b of the particles, and what is to be said of both."""
     stated = _stated(data, BACKSCATTER)
+    low, high = BACKSCATTER_RANGE
+    if stated is not None and not low <= stated <= high:
+        raise InputError(
+            f"{data.path}: /{BACKSCATTER}={stated:g}, but bb/b of particles is {low:g} to {high:g}; "
+            "correct it or leave it out"
+        )
     bbp, b = found.get("bbp"), found.get("b")
     if b is None and ("c" in found or "cgp" in found):
         c = found["c"] if "c" in found else _with_water(found["cgp"], "cgp")
         b = _combined(c, a, -1.0, "c - a of")
+        noise = (b.values < 0) & (b.values >= -_NOISE)
+        b = dataclasses.replace(b, values=np.where(noise, 0.0, b.values))
     if b is None:
         if bbp is None:
             return None
@@ -226,11 +234,10 @@ def _scattering(
         return b, stated, []
     check_pure_water_range(b)
     particles = dataclasses.replace(b, values=b.values - molecular_scattering(b.wavelengths))
-    low, high = (max(bbp.range[0], b.range[0]), min(bbp.range[1], b.range[1]))
-    nm = bbp.wavelengths[(bbp.wavelengths >= low) & (bbp.wavelengths <= high)]
+    shared = (bbp.wavelengths >= b.range[0]) & (bbp.wavelengths <= b.range[1])
+    nm = bbp.wavelengths[shared]
     measured = bbp.at(nm) / np.maximum(particles.at(nm), _SMALLEST) if len(nm) else np.array([])
     ratio = float(np.median(measured)) if len(nm) else None
-    low, high = BACKSCATTER_RANGE
     if ratio is not None and low <= ratio <= high:
         return b, ratio, [f"bb/b of the particles is measured: {ratio:.3g}"]
     told = "share no wavelengths" if ratio is None else f"give {ratio:.3g}, which no particles have"

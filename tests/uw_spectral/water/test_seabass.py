@@ -121,6 +121,20 @@ def test_scattering_from_backscattering(tmp_path, header, ratio):
     )
 
 
+def test_noise_of_scattering_where_there_is_little(tmp_path):
+    rows = [[440, 0.1, 0.4], [715, 1.003, 1.0]]
+    assert read_water(_file(tmp_path, "wavelength,a,c", rows)).b([715.0])[0] == 0
+    rows[1][1] = 1.1
+    with pytest.raises(InputError, match="c - a of cast.sb: -0.1 1/m at 715 nm is negative"):
+        read_water(_file(tmp_path, "wavelength,a,c", rows))
+
+
+def test_an_impossible_backscatter_is_refused(tmp_path):
+    rows = [[440, 0.1, 0.004]]
+    with pytest.raises(InputError, match="/bb/b=0, but bb/b of particles is 0.0001 to 0.2"):
+        read_water(_file(tmp_path, "wavelength,a,bbp", rows, extra="/bb/b=0"))
+
+
 def test_backscatter_ratio_is_measured_where_b_is_too(tmp_path):
     nm = np.array([440.0, 550.0])
     b = 0.3 + molecular_scattering(nm)
