@@ -212,8 +212,8 @@ def _scattering(
     low, high = BACKSCATTER_RANGE
     if stated is not None and not low <= stated <= high:
         raise InputError(
-            f"{data.path}: /{BACKSCATTER}={stated:g}, but bb/b of particles is {low:g} to {high:g}; "
-            "correct it or leave it out"
+            f"{data.path}: /{BACKSCATTER}={stated:g}, but bb/b of particles is {low:g} to "
+            f"{high:g}; correct it or leave it out"
         )
     bbp, b = found.get("bbp"), found.get("b")
     if b is None and ("c" in found or "cgp" in found):
