@@ -40,7 +40,7 @@ _PURE_WATER = (300.0, 800.0)  # nm
 _STEPS = 60
 _ACCURACY = (
     "From light solved for case 1 waters of 0.03 to 10 mg/m³, sun at 0 to 70°, a comes back within "
-    "3 % in the median and 17 % at worst. Of water with more in it than phytoplankton Kd does not "
+    "3 % in the median and 16 % at worst. Of water with more in it than phytoplankton Kd does not "
     "tell: against the published a and b of the ten Jerlov types, a is off by 14 % in the median "
     "and 124 % at worst, b by a factor of 1.9 in the median, of 10 to 60 in I and IA"
 )
