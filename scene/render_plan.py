@@ -81,6 +81,8 @@ class RenderPlan(ResolvedOptics):
         notes = tuple(dict.fromkeys(caveats))
         if self.settings.shafts and not self.draws_shafts:
             notes += ("shafts of light are not drawn in water of several layers",)
+        if self.sensor.note:
+            notes += (self.sensor.note,)
         if self.reference is not None and self.inelastic is not None:
             notes += ("optimised bands do not expect inelastic light; its colour may be off",)
         return notes

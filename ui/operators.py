@@ -202,10 +202,12 @@ def _sensors(
     _: bpy.types.OperatorProperties, __: bpy.types.Context | None
 ) -> list[tuple[str, str, str]]:
     if not _sensor_items:
-        from ..uw_spectral.spectra.sensor import list_sensors
-
+        films = set(sensors.list_sensors("film"))
         # Blender keeps no copy of the strings: the list must live on.
-        _sensor_items.extend((name, name, "") for name in list_sensors())
+        _sensor_items.extend(
+            (name, name, sensors.FILM_NOTE if name in films else "")
+            for name in sensors.list_sensors()
+        )
     return _sensor_items
 
 

@@ -275,6 +275,8 @@ class SensorPanel(_SubPanel, bpy.types.Panel):
             column.prop(panel, "stops")
         if pictures.error:
             _say(self.layout, pictures.error, "ERROR")
+        elif pictures.sensor:
+            _say(self.layout, pictures.sensor)
         _plot(self.layout, "sensor")
 
 

@@ -45,6 +45,8 @@ class Pictures:
         Where the water's data come from; why nothing is shown.
     visibility : str
         What each publication of a Jerlov type says.
+    sensor : str
+        What is to be known of the sensor.
     """
 
     key: tuple[SceneSettings, float] | None = None
@@ -53,6 +55,7 @@ class Pictures:
     source: str = ""
     error: str = ""
     visibility: str = ""
+    sensor: str = ""
 
 
 @dataclass
@@ -150,7 +153,7 @@ def _fill(state: _State, pictures: Pictures, chosen: SceneSettings, depth: float
             continue
         _show(state, f"swatch {name}", _plain(swatch))
     plan, reference = plan_of(chosen), plan_of(fine)
-    pictures.source = plan.water.source
+    pictures.source, pictures.sensor = plan.water.source, _sentence(plan.sensor.note)
     scheme, _, water_type = chosen.water.partition(":")
     if scheme == "jerlov":
         each = visibility_by_source(water_type).items()
@@ -172,6 +175,10 @@ def _fill(state: _State, pictures: Pictures, chosen: SceneSettings, depth: float
     _show(state, "sensor", plots.plot_sensor(plan.sensor, plan.bands, PLOT_SIZE))
     light = pictures.readouts.light_left
     _show(state, "light", plots.plot_light_left(light, plan.bands, PLOT_SIZE))
+
+
+def _sentence(text: str) -> str:
+    return f"{text[:1].upper()}{text[1:]}." if text else ""
 
 
 def _backscattering(view: Viewpoint) -> Spectrum:

@@ -238,6 +238,16 @@ def test_every_sensor():
         _plan()
 
 
+@pytest.mark.filterwarnings("ignore::underwater_spectral.uw_spectral.errors.DataWarning")
+def test_panel_and_record_say_what_a_film_is():
+    water = bpy.context.scene.underwater
+    for name, said in (("Kodak Portra 400", True), ("ARRI D21", False)):
+        water.sensor = name
+        shown = previews.compute(bpy.context.scene).sensor
+        assert ("characteristic curve" in shown) == said
+        assert any("characteristic curve" in note for note in _plan().notes) == said
+
+
 def test_undo_returns_to_the_state_before():
     bpy.context.preferences.edit.use_global_undo = True
     scene = bpy.context.scene

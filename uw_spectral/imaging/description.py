@@ -43,7 +43,8 @@ class WaterDescription:
         On the coefficients.
     phase : str or PhaseModel, optional
         Text as :func:`.parse_phase` takes it; by default that of the constituents, or the
-        mixture of molecules and sea particles.
+        mixture of molecules and sea particles with the bb/b of the water
+        (:attr:`.Water.phase_model`).
     inelastic : str
         What changes the wavelength of light, as :func:`.parse_processes` takes it.
     """

@@ -36,7 +36,7 @@ from ..water.inelastic_processes import (
 )
 from ..water.named import parse_uniform_water, parse_water
 from ..water.optical_properties import Water
-from ..water.phase import BandPhase, PhaseModel, SeawaterMixture, parse_phase
+from ..water.phase import BandPhase, PhaseModel, parse_phase
 from ..water.profile import Profile, WaterProfile
 from ..water.pure_water import molecular_scattering
 from .band_selection import FittedViewpoint, optimised_bands
@@ -234,7 +234,7 @@ def make_viewpoint(
     sensor: Sensor,
     depth: float,
     bands: Bands,
-    phase: PhaseModel | str = "mixture",
+    phase: PhaseModel | str | None = None,
     *,
     sun_zenith: float = 30.0,
     sun_azimuth: float = 0.0,
@@ -323,7 +323,7 @@ def _phase(described: WaterDescription, mixture: _Mixture, bands: Bands) -> Band
         if mixture.constituents is described.water:
             return mixture.constituents.phase_of_fixed_parts(bands.centres)
         return mixture.constituents.phase(bands.centres)
-    model = SeawaterMixture() if described.phase is None else described.phase
+    model = mixture.water.phase_model if described.phase is None else described.phase
     if isinstance(model, str):
         model = parse_phase(model)
     return model.for_bands(mixture.water.b(bands.centres), molecular_scattering(bands.centres))

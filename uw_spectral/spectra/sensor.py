@@ -36,6 +36,12 @@ FILE_CONTENT = "CSV wavelength_nm, R, G, B, rawtoaces JSON, or text as of Jiang 
 _CHANNELS = ("R", "G", "B")
 _DARK = 1e-30  # sensitivity that counts as none
 Kind = Literal["camera", "film", "observer"]
+FILM_NOTE = (
+    "film: the sensitivities of its layers, taken as linear; its characteristic curve, masking and "
+    "development are left out, so contrast and colours of a print are not its own"
+)
+"""What a film stock here is not."""
+
 # Layout of the camera files of Jiang et al. 2013: 400 to 720 nm in steps of 10.
 _JIANG2013_WAVELENGTHS = np.arange(400.0, 721.0, 10.0)
 
@@ -86,6 +92,11 @@ class Sensor(ComparedByContent):
             raise InputError(
                 f"sensor {self.name}: a channel is zero at every wavelength; give all three"
             )
+
+    @property
+    def note(self) -> str:
+        """What a user of this sensor should know; empty for cameras and observers."""
+        return FILM_NOTE if self.kind == "film" else ""
 
     def response_in(self, bands: Bands) -> NDArray[np.float64]:
         """Sensitivity times band width, shape (3, n): responses per unit radiance of each band."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import functools
+import re
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -129,6 +130,29 @@ class Table:
             name or f"{column} of {self.path.name}",
             self.header,
         )
+
+    def stated(self, key: str) -> float | None:
+        """Return the number of a comment line ``# key: number``, or with ``=``; None without one.
+
+        What follows it, such as a unit, is not read.
+
+        Raises
+        ------
+        InputError
+            If it is not a number, or there are two.
+        """
+        found = re.findall(rf"^{re.escape(key)}\s*[:=](.*)$", self.header, re.MULTILINE)
+        if not found:
+            return None
+        if len(found) > 1:
+            raise InputError(f"{self.path}: the comment gives {key} twice; keep one")
+        try:
+            return float(found[0].partition("[")[0].split()[0])
+        except (ValueError, IndexError) as error:
+            raise InputError(
+                f"{self.path}: the comment gives {key} as {found[0].strip()!r}; write "
+                f"'# {key}: ' and a number, or leave it out"
+            ) from error
 
 
 def is_file(path: str | Path) -> bool:

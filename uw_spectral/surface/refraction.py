@@ -15,6 +15,58 @@ REFRACTIVE_INDEX = 1.34
 """Of seawater against air in the visible."""
 
 
+# X. Quan & E. S. Fry, Appl. Opt. 34, 3477 (1995): what they fit lies within these, but for the
+# wavelengths, which P. D. T. Huibers, Appl. Opt. 36, 3785 (1997) found to hold from 200 to 1100 nm.
+_FITTED = {"wavelength": (200.0, 1100.0), "salinity": (0.0, 40.0), "temperature": (0.0, 30.0)}
+
+
+def refractive_index_QuanFry1995(
+    wavelength: ArrayLike, salinity: ArrayLike = 35.0, temperature: ArrayLike = 20.0
+) -> NDArray[np.float64]:
+    """Refractive index of seawater against air, at atmospheric pressure.
+
+    Pictures are made with one index, :data:`REFRACTIVE_INDEX`, for all wavelengths:
+    docs/refractive_index.md measures what that leaves out.
+
+    Parameters
+    ----------
+    wavelength : array_like
+        In nm, 200 to 1100; measured from 400 to 700.
+    salinity : array_like
+        In g/kg, 0 to 40.
+    temperature : array_like
+        In °C, 0 to 30.
+
+    Raises
+    ------
+    InputError
+        If one is out of its range.
+
+    References
+    ----------
+    X. Quan & E. S. Fry, Appl. Opt. 34, 3477 (1995): within 1.5e-5 of Austin & Halikas (1976).
+
+    Examples
+    --------
+    >>> refractive_index_QuanFry1995([400, 550, 700]).round(4)
+    array([1.3499, 1.3408, 1.3365])
+    >>> refractive_index_QuanFry1995(589.3, salinity=0).round(4).item()
+    1.333
+    """
+    given = {"wavelength": wavelength, "salinity": salinity, "temperature": temperature}
+    values = {name: np.asarray(value, dtype=np.float64) for name, value in given.items()}
+    for name, (low, high) in _FITTED.items():
+        if not np.all((values[name] >= low) & (values[name] <= high)):
+            raise InputError(
+                f"refractive index of seawater: the {name} must be {low:g} to {high:g}, got "
+                f"{np.ravel(values[name]).tolist()}"
+            )
+    nm, S, T = values.values()
+    n = 1.31405 + (1.779e-4 - 1.05e-6 * T + 1.6e-8 * T**2) * S - 2.02e-6 * T**2
+    n = n + (15.868 + 0.01155 * S - 0.00423 * T) / nm
+    return n - 4382 / nm**2 + 1.1455e6 / nm**3
+
+
 def in_water_cosine(zenith: ArrayLike, refractive_index: float = REFRACTIVE_INDEX) -> NDArray:
     """Cosine of the in-water sun zenith angle, μs.
 

@@ -18,14 +18,14 @@ from numpy.typing import ArrayLike, NDArray
 from ..errors import InputError, unknown_name
 from ..mathematics import NUMPY, Mathematics, Operand
 from ..spectra.spectrum import Spectrum, shipped_table
-from .diffuse_attenuation import Kd490_Morel2007, Kd_Lee2005, chlorophyll_Morel2007
+from .diffuse_attenuation import Kd490_Morel2007, Kd_Lee2013, chlorophyll_Morel2007
 from .optical_properties import Water
 from .phase import (
+    BACKSCATTER_RANGE,
     BandPhase,
     EinsteinSmoluchowski,
     FournierForand,
     PhaseFunction,
-    SeawaterMixture,
     henyey_greenstein,
 )
 from .pure_water import molecular_scattering, pure_water_absorption
@@ -33,20 +33,36 @@ from .pure_water import molecular_scattering, pure_water_absorption
 SEA_SALINITY = 35.0
 """Salinity of the sea in g/kg, for which the molecular scattering is tabulated."""
 
-# H. R. Gordon & A. Morel, Lecture Notes 4, Springer (1983).
-_PARTICLE_SCATTERING, _PARTICLE_EXPONENT = 0.30, 0.62
+# H. Loisel & A. Morel, Limnol. Oceanogr. 43, 847 (1998), at 550 nm, 1/m; their 0.347 at 660 nm.
+_PARTICLE_SCATTERING, _PARTICLE_EXPONENT = 0.416, 0.766
+# A. Morel & S. Maritorena, J. Geophys. Res. 106, 7163 (2001): mg/m³ between which the spectral
+# exponent of the scattering changes.
+_EXPONENT_CHANGES = (0.02, 2.0)
+# A. Morel & B. Gentili, Remote Sens. Environ. 113, 998 (2009): dissolved and detrital matter, 1/m
+# at 400 nm, and the exponent of the chlorophyll; 1/nm.
+_COLOURED_MATTER, _COLOURED_MATTER_EXPONENT, _CASE1_CDOM_SLOPE = 0.065, 0.63, 0.018
 # V. I. Haltrin, Appl. Opt. 38, 6826 (1999): small (terrigenic) particles, m²/g at 400 nm.
-_MINERAL_SCATTERING, _MINERAL_SCATTERING_EXPONENT, _MINERAL_BACKSCATTER = 1.151302, 1.7, 0.039
-# M. Babin et al., J. Geophys. Res. 108 (C7), 3211 (2003): m²/g at 443 nm, 1/nm. Public codes
-# take 0.031 to 0.041 m²/g; the slope is the mean of the survey, 0.0123 ± 0.0013.
-_MINERAL_ABSORPTION, _MINERAL_SLOPE = 0.031, 0.0123
+_MINERAL_SCATTERING = 1.151302
+# M. Babin et al., J. Geophys. Res. 108 (C7), 3211 (2003): m²/g at 443 nm; public codes take
+# 0.031 to 0.041.
+_MINERAL_ABSORPTION = 0.031
 _MINERAL_INDEX = 1.15
-_ORGANIC_BACKSCATTER = (1e-4, 0.2)  # range of the line of sea particles
 _SMALLEST_BACKSCATTER = 0.002
 # bb/b of the two functions between which that of organic particles is interpolated.
 _FIXED_BACKSCATTER = (0.003, 0.0112)
 _TRACE = 1e-9  # scattering in 1/m of particles that do no harm
 _WAVELENGTHS = np.arange(300.0, 800.1, 2.5)
+# Ranges of what is not bounded by 0 alone; bb/b is bounded by the line of sea particles.
+_RANGES = {
+    "chlorophyll": (0.0, 100.0),
+    "salinity": (0.0, 40.0),
+    "cdom_slope": (0.0, 0.1),
+    "detritus_slope": (0.0, 0.1),
+    "backscatter": BACKSCATTER_RANGE,
+    "mineral_slope": (0.0, 0.1),
+    "mineral_exponent": (0.0, 4.0),
+    "mineral_backscatter": (0.001, 0.2),
+}
 
 
 @dataclass(frozen=True)
@@ -74,6 +90,14 @@ class Constituents:
         g/kg, 0 to 40; it changes the molecular scattering only. The
         temperature has no place here: no table of its effect on absorption
         has a licence that lets it ship.
+    mineral_slope : float
+        Decay of the absorption of minerals with wavelength, 1/nm: the mean of
+        Babin et al. (2003), 0.0123 ± 0.0013.
+    mineral_exponent : float
+        Of the wavelength in their scattering, λ^-1.7: small terrigenic
+        particles (Haltrin 1999); large ones have 0.3.
+    mineral_backscatter : float
+        bb/b of the minerals, 0.001 to 0.2: 0.039 for small ones (Haltrin 1999).
 
     Raises
     ------
@@ -94,20 +118,16 @@ class Constituents:
     detritus_slope: float = 0.011
     backscatter: float | None = None
     salinity: float = SEA_SALINITY
+    mineral_slope: float = 0.0123
+    mineral_exponent: float = 1.7
+    mineral_backscatter: float = 0.039
 
     def __post_init__(self) -> None:
-        bounds = {"chlorophyll": 100.0, "salinity": 40.0, "cdom_slope": 0.1, "detritus_slope": 0.1}
         for field in dataclasses.fields(self):
             value = getattr(self, field.name)
-            bound = bounds.get(field.name, math.inf)
-            if field.name == "backscatter":
-                low, high = _ORGANIC_BACKSCATTER
-                if value is not None and not low <= value <= high:
-                    raise InputError(
-                        f"constituents: backscatter must be {low:g} to {high:g}, got {value:g}"
-                    )
-            elif not (math.isfinite(value) and 0 <= value <= bound):
-                limit = "not negative" if bound == math.inf else f"0 to {bound:g}"
+            low, high = _RANGES.get(field.name, (0.0, math.inf))
+            if value is not None and not (math.isfinite(value) and low <= value <= high):
+                limit = "not negative" if high == math.inf else f"{low:g} to {high:g}"
                 raise InputError(
                     f"constituents: {field.name} must be a finite number, {limit}, got {value:g}"
                 )
@@ -116,25 +136,28 @@ class Constituents:
     def case1(cls, chlorophyll: float) -> Constituents:
         """Open ocean, where everything goes with the chlorophyll.
 
-        CDOM is 20 % of the absorption at 440 nm by water and particles,
-        ``0.2 (a_w + 0.06 C^0.65)`` (Morel & Maritorena 2001); detritus is what
-        Bricaud et al. (1998) find in the particles besides phytoplankton.
+        One set of laws of one laboratory: absorption of the particles by Bricaud et
+        al. (1998), detritus being what they find besides phytoplankton; dissolved and
+        detrital absorption together ``0.065 C^0.63`` at 400 nm with the slope 0.018
+        (Morel & Gentili 2009), so that CDOM is this, at 440 nm, less the detritus;
+        scattering by Loisel & Morel (1998), its spectral exponent and bb/b by Morel
+        & Maritorena (2001).
 
         Examples
         --------
-        >>> round(Constituents.case1(1.0).cdom, 4)
-        0.0133
+        >>> sea = Constituents.case1(1.0)
+        >>> round(sea.cdom, 4), round(float(sea.scatterings([550.0])["phytoplankton"][0]), 3)
+        (0.0174, 0.416)
         """
-        own = cls(chlorophyll)
+        own = cls(chlorophyll, cdom_slope=_CASE1_CDOM_SLOPE)
         particles = _power_law("p", chlorophyll, np.array([440.0]))[0]
         phytoplankton = _power_law("phi", chlorophyll, np.array([440.0]))[0]
-        pure = pure_water_absorption([440.0])[0]
+        detritus = max(float(particles - phytoplankton), 0.0)
+        at_400 = _COLOURED_MATTER * chlorophyll**_COLOURED_MATTER_EXPONENT
         return dataclasses.replace(
             own,
-            cdom=float(0.2 * (pure + 0.06 * chlorophyll**0.65)),
-            detritus=float(
-                max(particles - phytoplankton, 0.0) * math.exp(own.detritus_slope * 40.0)
-            ),
+            cdom=max(at_400 * math.exp(-own.cdom_slope * 40.0) - detritus, 0.0),
+            detritus=detritus * math.exp(own.detritus_slope * 40.0),
         )
 
     def absorptions(self, wavelengths: ArrayLike) -> dict[str, NDArray[np.float64]]:
@@ -147,7 +170,7 @@ class Constituents:
             "detritus": self.detritus * np.exp(-self.detritus_slope * (nm - 400.0)),
             "minerals": self.minerals
             * _MINERAL_ABSORPTION
-            * np.exp(-_MINERAL_SLOPE * (nm - 443.0)),
+            * np.exp(-self.mineral_slope * (nm - 443.0)),
         }
 
     def scatterings(self, wavelengths: ArrayLike) -> dict[str, NDArray[np.float64]]:
@@ -158,10 +181,8 @@ class Constituents:
         )
         return {
             "water": fresh + (sea - fresh) * self.salinity / SEA_SALINITY,
-            "phytoplankton": particle_scattering(self.chlorophyll, nm),
-            "minerals": self.minerals
-            * _MINERAL_SCATTERING
-            * (400.0 / nm) ** _MINERAL_SCATTERING_EXPONENT,
+            "phytoplankton": particle_scattering_Loisel1998(self.chlorophyll, nm),
+            "minerals": self.minerals * _MINERAL_SCATTERING * (400.0 / nm) ** self.mineral_exponent,
         }
 
     def absorption(self, wavelengths: ArrayLike) -> NDArray[np.float64]:
@@ -178,7 +199,7 @@ class Constituents:
         return (
             0.5 * parts["water"]
             + self.organic_backscatter * parts["phytoplankton"]
-            + _MINERAL_BACKSCATTER * parts["minerals"]
+            + self.mineral_backscatter * parts["minerals"]
         )
 
     @property
@@ -213,7 +234,7 @@ class Constituents:
         components = (
             EinsteinSmoluchowski(),
             *map(FournierForand.of_backscatter_Mobley2002, _FIXED_BACKSCATTER),
-            FournierForand(_MINERAL_INDEX, _MINERAL_BACKSCATTER),
+            FournierForand(_MINERAL_INDEX, self.mineral_backscatter),
         )
         return BandPhase(components, weights / weights.sum(axis=0))
 
@@ -223,25 +244,26 @@ class Constituents:
         return {
             "water": EinsteinSmoluchowski(),
             "phytoplankton": FournierForand.of_backscatter_Mobley2002(self.organic_backscatter),
-            "minerals": FournierForand(_MINERAL_INDEX, _MINERAL_BACKSCATTER),
+            "minerals": FournierForand(_MINERAL_INDEX, self.mineral_backscatter),
         }
 
-    def phase_model(self) -> SeawaterMixture:
-        """Return the mixture with one particle function for all bands, of their bb/b at 550 nm.
+    @property
+    def particle_backscatter(self) -> float | None:
+        """bb/b at 550 nm of all particles together; None without any.
 
-        For places that know b and the molecular part only. :meth:`phase` is exact; with as
-        much minerals as organic particles bb/b differs from it by up to 7 % at 400 and 700 nm.
+        With it one particle function serves all bands, where b and the molecular part alone
+        are known. :meth:`phase` is exact; with as much minerals as organic particles bb/b
+        differs from it by 17 % at 400 nm.
         """
         parts = self.scatterings([550.0])
         organic, mineral = float(parts["phytoplankton"][0]), float(parts["minerals"][0])
-        total = organic + mineral
-        if not total:
-            return SeawaterMixture()
-        back = self.organic_backscatter * organic + _MINERAL_BACKSCATTER * mineral
-        return SeawaterMixture(FournierForand.of_backscatter_Mobley2002(back / total))
+        if not organic + mineral:
+            return None
+        back = self.organic_backscatter * organic + self.mineral_backscatter * mineral
+        return back / (organic + mineral)
 
     def water(self, name: str = "", source: str = "") -> Water:
-        """Return the :class:`.Water`, 300 to 800 nm, with Kd of Lee et al. (2005).
+        """Return the :class:`.Water`, 300 to 800 nm, with Kd of Lee et al. (2013).
 
         Examples
         --------
@@ -250,23 +272,23 @@ class Constituents:
         """
         name = name or f"water with {self.described()}"
         a, b = self.absorption(_WAVELENGTHS), self.scattering(_WAVELENGTHS)
+        bb, molecular = self.backscattering(_WAVELENGTHS), self.scatterings(_WAVELENGTHS)["water"]
         caveats = [
             "absorption of phytoplankton below 400 and above 700 nm is extrapolated",
-            "Kd is computed (Lee et al. 2005, sun at 30°)",
+            "Kd is computed (Lee et al. 2013, sun at 30°)",
         ]
         if self.chlorophyll > 30:
             caveats.append("chlorophyll above 30 mg/m³ lies beyond the measurements of the model")
         return Water(
             Spectrum(_WAVELENGTHS, a, f"a of {name}"),
             Spectrum(_WAVELENGTHS, b, f"b of {name}"),
-            Spectrum(
-                _WAVELENGTHS, Kd_Lee2005(a, self.backscattering(_WAVELENGTHS)), f"Kd of {name}"
-            ),
+            Spectrum(_WAVELENGTHS, Kd_Lee2013(a, bb, 0.5 * molecular), f"Kd of {name}"),
             name,
             source
-            or "Pope & Fry 1997, Bricaud et al. 1998, Gordon & Morel 1983, Haltrin 1999, "
-            "Babin et al. 2003, Zhang et al. 2009",
+            or "Pope & Fry 1997, Bricaud et al. 1998, Loisel & Morel 1998, Morel & Maritorena "
+            "2001, Haltrin 1999, Babin et al. 2003, Zhang et al. 2009",
             tuple(caveats),
+            particle_backscatter=self.particle_backscatter,
         )
 
     def described(self) -> str:
@@ -285,16 +307,24 @@ class Constituents:
         return ",".join(changed) or "nothing in it"
 
 
-_KEYS = {
+_AMOUNTS = {
     "chl": "chlorophyll",
     "cdom": "cdom",
     "minerals": "minerals",
     "detritus": "detritus",
+}
+PROPERTIES = {
     "cdom-slope": "cdom_slope",
     "detritus-slope": "detritus_slope",
     "bb/b": "backscatter",
     "salinity": "salinity",
+    "mineral-slope": "mineral_slope",
+    "mineral-exponent": "mineral_exponent",
+    "mineral-bb/b": "mineral_backscatter",
 }
+"""What of :class:`Constituents` is no amount, by the keys of options and of tables' comments."""
+
+_KEYS = {**_AMOUNTS, **PROPERTIES}
 _PURE = Constituents()
 
 
@@ -305,7 +335,8 @@ def parse_constituents(text: str) -> Constituents:
     ----------
     text : str
         ``"chl=1,cdom=0.05,minerals=0.1"``; keys chl, cdom, minerals, detritus,
-        cdom-slope, detritus-slope, bb/b, salinity; ``"case1=0.5"`` stands for
+        cdom-slope, detritus-slope, bb/b, salinity, mineral-slope,
+        mineral-exponent, mineral-bb/b; ``"case1=0.5"`` stands for
         :meth:`Constituents.case1`, which the other keys then change; empty is
         pure sea water.
 
@@ -399,7 +430,7 @@ def named_waters() -> dict[str, NamedWater]:
             "Remote Sens. 10, 418 (2018); a_y, minerals, detritus and salinity: chosen, typical",
         ),
         "north-sea": NamedWater(
-            Constituents(2.0, cdom=0.15, minerals=0.65, detritus=0.05, cdom_slope=0.0176),
+            Constituents(2.0, cdom=0.15, minerals=0.51, detritus=0.05, cdom_slope=0.0176),
             f"minerals from the median b_p(440) = 1.21 1/m of the North Sea, {coastlooc}; slope of "
             "CDOM: Babin et al. (2003); chlorophyll, a_y and detritus: chosen, typical",
         ),
@@ -442,13 +473,36 @@ def phytoplankton_absorption(chlorophyll: float, wavelengths: ArrayLike) -> NDAr
     return _power_law("phi", chlorophyll, np.atleast_1d(wavelengths))
 
 
-def particle_scattering(chlorophyll: float, wavelengths: ArrayLike) -> NDArray[np.float64]:
-    """Scattering of the particles of a case 1 water, 0.30 C^0.62 (550/λ), 1/m.
+def particle_scattering_Loisel1998(
+    chlorophyll: float, wavelengths: ArrayLike
+) -> NDArray[np.float64]:
+    """Scattering of the particles of a case 1 water, 0.416 C^0.766 (λ/550)^v, 1/m.
 
-    Gordon & Morel (1983); the factor ranges from 0.12 to 0.45 in nature.
+    Loisel & Morel (1998), as Morel & Maritorena (2001) use it: v = (log10 C - 0.3)/2, held
+    beyond 0.02 and 2 mg/m³, where it is -1 and 0.
+
+    Examples
+    --------
+    >>> particle_scattering_Loisel1998(10.0, [440, 550]).round(2)
+    array([2.43, 2.43])
     """
     nm = np.atleast_1d(np.asarray(wavelengths, dtype=np.float64))
-    return _PARTICLE_SCATTERING * chlorophyll**_PARTICLE_EXPONENT * 550.0 / nm
+    low, high = _EXPONENT_CHANGES
+    exponent = 0.0 if chlorophyll > high else 0.5 * (math.log10(max(chlorophyll, low)) - 0.3)
+    at_550 = _PARTICLE_SCATTERING * chlorophyll**_PARTICLE_EXPONENT
+    return at_550 * (nm / 550.0) ** exponent
+
+
+def particle_scattering_Gordon1983(
+    chlorophyll: float, wavelengths: ArrayLike
+) -> NDArray[np.float64]:
+    """Scattering of particles, 0.30 C^0.62 (550/λ), 1/m, as Gutierrez et al. (2008) print it.
+
+    H. R. Gordon & A. Morel, Lecture Notes 4, Springer (1983); the factor ranges from 0.12 to
+    0.45 in nature.
+    """
+    nm = np.atleast_1d(np.asarray(wavelengths, dtype=np.float64))
+    return 0.30 * chlorophyll**0.62 * 550.0 / nm
 
 
 def particle_backscatter_Morel2001(chlorophyll: float) -> float:
@@ -502,9 +556,8 @@ def water_Gutierrez2008(constituents: Constituents) -> Water:
     nm = _WAVELENGTHS
     parts = constituents.absorptions(nm)
     parts["water"] = pure_water_absorption(nm, "smith_baker_1981")
-    b = 16.06 * molecular_scattering(nm, "smith_baker_1981_sea") + particle_scattering(
-        constituents.chlorophyll, nm
-    )
+    b = 16.06 * molecular_scattering(nm, "smith_baker_1981_sea")
+    b = b + particle_scattering_Gordon1983(constituents.chlorophyll, nm)
     name = f"{constituents.described()} as printed in Gutierrez et al. 2008"
     return Water(
         Spectrum(nm, np.sum(list(parts.values()), axis=0), f"a of {name}"),

@@ -31,8 +31,10 @@ _RAMAN_488, _RAMAN_EXPONENT = 2.6e-4, 5.5
 _WALRAFEN = np.array(
     [(0.41, 3250.0, 210.0), (0.39, 3425.0, 175.0), (0.10, 3530.0, 140.0), (0.10, 3625.0, 140.0)]
 )
-# C. D. Mobley, Light and Water (1994), §5.15.
-_CHLOROPHYLL_LINE, _CHLOROPHYLL_SIGMA = 685.0, 10.6
+# Ocean Optics Web Book, Chlorophyll Fluorescence: shares of the photons, centres and standard
+# deviations, nm, of photosystem II and of the shoulder, mostly of photosystem I. One line at
+# 685 nm, as of C. D. Mobley, Light and Water (1994), leaves the shoulder out.
+_CHLOROPHYLL_LINES = ((0.75, 685.0, 10.6), (0.25, 730.0, 21.2))
 _CHLOROPHYLL_EXCITATION = (370.0, 690.0)
 EXCITATION = Bands.uniform(20, 300.0, 700.0)
 """Bands of the light that excites: no process of ours starts elsewhere."""
@@ -149,9 +151,20 @@ def raman_emission(excitation: float, wavelengths: ArrayLike) -> NDArray[np.floa
 
 
 def chlorophyll_emission(wavelengths: ArrayLike) -> NDArray[np.float64]:
-    """Spectrum of the photons that chlorophyll emits, 1/nm; a Gaussian at 685 nm, σ 10.6 nm."""
-    x = (_checked(wavelengths) - _CHLOROPHYLL_LINE) / _CHLOROPHYLL_SIGMA
-    return np.exp(-0.5 * x**2) / (_CHLOROPHYLL_SIGMA * math.sqrt(2 * math.pi))
+    """Spectrum of the photons that chlorophyll emits, 1/nm; integrates to 1.
+
+    Three quarters in a Gaussian at 685 nm, full width 25 nm at half of it, and a quarter in its
+    shoulder at 730 nm, 50 nm wide.
+
+    Examples
+    --------
+    >>> chlorophyll_emission([685.0, 730.0]).round(4)
+    array([0.0287, 0.0047])
+    """
+    x = _checked(wavelengths)[:, None]
+    shares, centres, sigmas = np.transpose(_CHLOROPHYLL_LINES)
+    lines = np.exp(-0.5 * ((x - centres) / sigmas) ** 2) / (sigmas * math.sqrt(2 * math.pi))
+    return lines @ shares
 
 
 def cdom_emission(excitation: float, wavelengths: ArrayLike) -> NDArray[np.float64]:
@@ -216,8 +229,9 @@ def chlorophyll_process(
         raise InputError(f"quantum yield must be 0 to 1, got {quantum_yield:g}")
     low, high = _CHLOROPHYLL_EXCITATION
     excites = (excitation.centres >= low) & (excitation.centres <= high)
-    scale = _CHLOROPHYLL_SIGMA * math.sqrt(2)
-    line = np.diff(_error_function((_edges(emission) - _CHLOROPHYLL_LINE) / scale))[..., 0] / 2
+    shares, centres, sigmas = np.transpose(_CHLOROPHYLL_LINES)
+    below = 0.5 * _error_function((_edges(emission)[..., None] - centres) / (sigmas * math.sqrt(2)))
+    line = (below[:, 1] - below[:, 0]) @ shares
     return InelasticProcess(
         "chlorophyll",
         _coefficient(absorption, excitation, "phytoplankton") * excites,

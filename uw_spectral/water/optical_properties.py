@@ -15,11 +15,14 @@ from ..content import ComparedByContent
 from ..errors import DataWarning, InputError, unknown_name
 from ..spectra.spectral_table import read_spectral_table
 from ..spectra.spectrum import Spectrum, Table, shipped_table
+from .phase import BACKSCATTER_RANGE, FournierForand, SeawaterMixture
 from .pure_water import PURE_WATER_TABLE, pure_water_absorption
 
 JERLOV_TYPES = ("I", "IA", "IB", "II", "III", "1C", "3C", "5C", "7C", "9C")
 JERLOV_SOURCES = ("solonenko2015", "williamson2022")
 DEFAULT_SOURCE = "solonenko2015"
+BACKSCATTER = "bb/b"
+"""Key in the comment of a table, as ``# bb/b: 0.01``."""
 
 # Rows of Solonenko & Mobley 2015, Table 7, that repeat another block.
 _REPAIRED_TYPES = ("3C", "5C")
@@ -68,11 +71,15 @@ class Water(ComparedByContent):
         What a user of the data should know, at all wavelengths.
     doubts : tuple of Doubt
         What they should know at some wavelengths.
+    particle_backscatter : float or None
+        bb/b of the particles, where the source says something of it; it chooses the default
+        phase function. None stands for the average of Petzold's, 0.0183.
 
     Raises
     ------
     InputError
-        If a coefficient is negative or not finite; the message names the row.
+        If a coefficient is negative or not finite (the message names the row), or bb/b is not
+        one of sea particles.
     """
 
     absorption: Spectrum
@@ -82,8 +89,15 @@ class Water(ComparedByContent):
     source: str
     caveats: tuple[str, ...] = ()
     doubts: tuple[Doubt, ...] = ()
+    particle_backscatter: float | None = None
 
     def __post_init__(self) -> None:
+        low, high = BACKSCATTER_RANGE
+        ratio = self.particle_backscatter
+        if ratio is not None and not low <= ratio <= high:
+            raise InputError(
+                f"{self.name}: bb/b of the particles must be {low:g} to {high:g}, got {ratio:g}"
+            )
         for spectrum in (self.absorption, self.scattering, self.diffuse_attenuation):
             if spectrum is not None and np.any(spectrum.values < 0):
                 row = int(np.argmax(spectrum.values < 0))
@@ -186,6 +200,8 @@ class Water(ComparedByContent):
     def from_csv(cls, path: str | Path) -> Water:
         """Water from a table ``wavelength_nm,a,b[,Kd]`` in nm and 1/m.
 
+        A comment line ``# bb/b: 0.01`` gives that of the particles.
+
         Warns (:class:`DataWarning`) about absorption far below that of pure
         water, which means other units or missing water, and about Kd below a.
 
@@ -208,7 +224,15 @@ class Water(ComparedByContent):
             if quantity in table.columns
         }
         source = table.header or f"file {name}"
-        return cls(spectra["a"], spectra["b"], spectra.get("Kd"), name, source, doubts)
+        return cls(
+            spectra["a"],
+            spectra["b"],
+            spectra.get("Kd"),
+            name,
+            source,
+            doubts,
+            particle_backscatter=table.stated(BACKSCATTER),
+        )
 
     def mixed(self, other: Water, share: float) -> Water:
         """Mix with another water, by volume.
@@ -246,6 +270,7 @@ class Water(ComparedByContent):
             f"{self.source} | {other.source}",
             tuple(dict.fromkeys((*self.caveats, *other.caveats))),
             (*self.doubts, *other.doubts),
+            self._mixed_backscatter(other, share),
         )
 
     def scaled(self, absorption: float, scattering: float) -> Water:
@@ -282,6 +307,25 @@ class Water(ComparedByContent):
             diffuse_attenuation=None,
             name=name,
         )
+
+    @property
+    def phase_model(self) -> SeawaterMixture:
+        """Molecules and sea particles with the bb/b of this water."""
+        if self.particle_backscatter is None:
+            return SeawaterMixture()
+        return SeawaterMixture(FournierForand.of_backscatter_Mobley2002(self.particle_backscatter))
+
+    def _mixed_backscatter(self, other: Water, share: float) -> float | None:
+        """bb/b of particles of which another water brings a share, weighted by their scattering."""
+        if self.particle_backscatter == other.particle_backscatter:
+            return self.particle_backscatter
+        weights = np.array([(1.0 - share), share])
+        weights *= [water.scattering.values.mean() for water in (self, other)]
+        ratios = [
+            FournierForand().backscatter if ratio is None else ratio
+            for ratio in (self.particle_backscatter, other.particle_backscatter)
+        ]
+        return float(weights @ ratios / weights.sum()) if weights.any() else None
 
     def a(self, wavelengths: ArrayLike) -> NDArray[np.float64]:
         """Absorption in 1/m; refuses wavelengths outside the table."""

@@ -24,6 +24,8 @@ from ..spectra.spectrum import shipped_table
 
 _PER_SPHERE = 1.0 / (4.0 * math.pi)
 _LARGEST_PARTICLE_INDEX = 1.5
+BACKSCATTER_RANGE = (1e-4, 0.2)
+"""bb/b on the line of index and slope of sea particles."""
 _SMALLEST_S2 = 1e-16  # 2e-8 rad; the Fournier-Forand and Petzold functions have no value at 0
 
 
@@ -283,9 +285,10 @@ class FournierForand(PhaseFunction):
         >>> round(particles.refractive_index, 3), round(particles.junge_slope, 3)
         (1.1, 3.583)
         """
-        if not 1e-4 <= ratio <= 0.2:
+        low, high = BACKSCATTER_RANGE
+        if not low <= ratio <= high:
             raise InputError(
-                "Fournier-Forand: on the line of sea particles bb/b is 0.0001 to 0.2, got "
+                f"Fournier-Forand: on the line of sea particles bb/b is {low:g} to {high:g}, got "
                 f"{ratio:g}"
             )
 

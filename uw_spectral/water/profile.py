@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from ..errors import InputError, unknown_name
 from ..spectra.spectral_table import checked_spectral_table
 from ..spectra.spectrum import Table, read_table
-from .bio_optics import Constituents
+from .bio_optics import PROPERTIES, Constituents
 from .optical_properties import Water
 
 DEPTH = "depth_m"
@@ -127,7 +127,8 @@ def read_profile(path: str | Path) -> WaterProfile:
         Either ``depth_m,wavelength_nm,a,b`` in m, nm and 1/m: the rows of a depth stand
         together, and the wavelengths may differ between depths. Or ``depth_m`` with some of
         ``chlorophyll,cdom,minerals,detritus`` in the units of :class:`.Constituents`, a row
-        for each depth; what is left out is 0. Depths increase; see
+        for each depth; what is left out is 0. The comment may state what holds at all depths, as
+        ``# cdom-slope: 0.018``, by the keys of :func:`.parse_constituents`. Depths increase; see
         :meth:`Profile.of_samples` for the layers that they make.
 
     Raises
@@ -135,10 +136,10 @@ def read_profile(path: str | Path) -> WaterProfile:
     InputError
         If the table is not as said; the message names the file and the place in it.
     """
-    columns = read_table(path, (DEPTH,)).columns
-    if "wavelength_nm" in columns:
+    table = read_table(path, (DEPTH,))
+    if "wavelength_nm" in table.columns:
         return _measured(Path(path))
-    return _of_constituents(Path(path), dict(columns))
+    return _of_constituents(table)
 
 
 def _measured(path: Path) -> Profile[Water]:
@@ -156,8 +157,11 @@ def _measured(path: Path) -> Profile[Water]:
     return _layers(path, [float(depth[part.start]) for part in rows], rows).map(water)
 
 
-def _of_constituents(path: Path, columns: dict[str, Array]) -> Profile[Constituents]:
+def _of_constituents(table: Table) -> Profile[Constituents]:
+    path, columns = table.path, dict(table.columns)
     depths = columns.pop(DEPTH).tolist()
+    stated = {name: table.stated(key) for key, name in PROPERTIES.items()}
+    everywhere = {name: value for name, value in stated.items() if value is not None}
     for name in columns:
         if name not in AMOUNTS:
             raise InputError(f"{path}: {unknown_name('constituent', name, AMOUNTS)}")
@@ -168,7 +172,8 @@ def _of_constituents(path: Path, columns: dict[str, Array]) -> Profile[Constitue
 
     def constituents(at: int) -> Constituents:
         try:
-            return Constituents(**{name: float(values[at]) for name, values in columns.items()})
+            amounts = {name: float(values[at]) for name, values in columns.items()}
+            return Constituents(**amounts, **everywhere)
         except InputError as error:
             raise InputError(f"{path}, at {depths[at]:g} m: {error}") from error
 

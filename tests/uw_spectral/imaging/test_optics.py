@@ -87,6 +87,15 @@ def test_constituents_bring_their_phase_function():
     assert len(resolve(Description(mixed)).phase.components) == 2
 
 
+def test_mixed_constituents_keep_their_backscatter():
+    """bb/b 0.007 of 1 mg/m³ and Petzold's 0.0183, by the scattering of each."""
+    described = WaterDescription("bio:chl=1", second="jerlov:IB", second_share=0.5)
+    ratio = resolve(Description(described)).phase.components[1].backscatter_ratio
+    assert 0.007 < ratio < 0.0183
+    alone = resolve(Description(replace(described, second_share=0.0))).phase.components[1]
+    assert alone.backscatter_ratio == pytest.approx(0.007, rel=0.01)
+
+
 def test_fluorescence_needs_constituents():
     with pytest.raises(InputError, match=r"chlorophyll, cdom needs .* bio: or case:.*Jerlov IB"):
         resolve(Description(WaterDescription(inelastic="all")))

@@ -47,6 +47,13 @@ def test_film_layers_record_red_green_and_blue(name):
     assert spectrum.values[-1].max() < 0.02
 
 
+def test_films_say_that_they_have_no_characteristic_curve():
+    for kind in ("camera", "film", "observer"):
+        for name in list_sensors(kind):
+            said = "characteristic curve" in parse_sensor(name).note
+            assert said == (kind == "film"), name
+
+
 def test_film_is_the_published_curve():
     # Kodak 5219: points of its green-recording layer around 480, 550 and 590 nm.
     digitised = {

@@ -7,6 +7,7 @@ from underwater_spectral.uw_spectral.surface.refraction import (
     diffuse_internal_reflectance,
     fresnel_reflectance,
     in_water_cosine,
+    refractive_index_QuanFry1995,
     sun_travel_direction,
 )
 
@@ -69,3 +70,30 @@ def test_travel_direction():
 def test_bad_input(zenith, index):
     with pytest.raises(InputError):
         in_water_cosine(zenith, index)
+
+
+@pytest.mark.parametrize(
+    ("wavelength", "salinity", "temperature", "index"),
+    [
+        # Pure water against air, L. W. Tilton & J. K. Taylor (1938).
+        (404.66, 0.0, 20.0, 1.342742),
+        (589.26, 0.0, 20.0, 1.332988),
+        (706.52, 0.0, 20.0, 1.330019),
+    ],
+)
+def test_index_of_seawater(wavelength, salinity, temperature, index):
+    found = refractive_index_QuanFry1995(wavelength, salinity, temperature)
+    assert found == pytest.approx(index, abs=1.5e-4)
+    # The salt of the sea adds 0.006.
+    assert refractive_index_QuanFry1995(589.3) == pytest.approx(1.339, abs=5e-4)
+
+
+def test_index_of_seawater_outside_its_measurements():
+    for wrong, name in (
+        ((150.0, 35.0, 20.0), "wavelength"),
+        ((550.0, 50.0, 20.0), "salinity"),
+        ((550.0, 35.0, -5.0), "temperature"),
+        ((np.nan, 35.0, 20.0), "wavelength"),
+    ):
+        with pytest.raises(InputError, match=f"the {name} must be"):
+            refractive_index_QuanFry1995(*wrong)

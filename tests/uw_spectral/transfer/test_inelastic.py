@@ -71,12 +71,18 @@ def test_raman_line():
         assert raman_emission(488.0, [nm])[0] * nm**2 / 1e7 == pytest.approx(by_hand, rel=1e-12)
 
 
-def test_chlorophyll_line():
+def test_chlorophyll_line_and_shoulder():
+    """Ocean Optics Web Book: 25 nm wide at 685 nm, and a quarter at 730 nm, 50 nm wide."""
     shape = chlorophyll_emission(FINE)
-    assert FINE[shape.argmax()] == pytest.approx(685.0, abs=0.05)
+    assert FINE[shape.argmax()] == pytest.approx(685.0, abs=0.3)
     wide = FINE[shape >= shape.max() / 2]
-    assert wide[-1] - wide[0] == pytest.approx(25.0, abs=0.2)
+    assert wide[-1] - wide[0] == pytest.approx(25.0, abs=0.8)
     assert np.trapezoid(shape, FINE) == pytest.approx(1.0, abs=1e-6)
+    red, shoulder = chlorophyll_emission([685.0, 730.0])
+    assert shoulder / red == pytest.approx(1 / 6, rel=0.05)
+    far = FINE >= 755.0  # half way down the shoulder
+    assert chlorophyll_emission([755.0])[0] == pytest.approx(shoulder / 2, rel=0.01)
+    assert np.trapezoid(shape[far], FINE[far]) == pytest.approx(0.25 * 0.1194, rel=0.02)
 
 
 def test_cdom_quantum_yields():
@@ -103,7 +109,7 @@ def test_photons_are_conserved_per_event():
 
 
 def test_energy_that_comes_out():
-    """Power out over scalar irradiance in: b_R in energy units, and Φ a λ'/685 for chlorophyll."""
+    """Power out over scalar irradiance in: b_R in energy units, and Φ a λ'/λ for chlorophyll."""
     raman = raman_process(WIDE, WIDE)
     per_metre = raman.energy_matrix(WIDE, WIDE) @ WIDE.widths / WIDE.widths
     inside = WIDE.centres < 600
@@ -112,7 +118,8 @@ def test_energy_that_comes_out():
     light = chlorophyll_process(a, WIDE, WIDE, 0.02)
     per_metre = light.energy_matrix(WIDE, WIDE) @ WIDE.widths / WIDE.widths
     band = int(np.argmin(np.abs(WIDE.centres - 440)))
-    assert per_metre[band] == pytest.approx(0.02 * 0.03 * WIDE.centres[band] / 685, rel=2e-3)
+    line = 1 / (0.75 / 685 + 0.25 / 730)
+    assert per_metre[band] == pytest.approx(0.02 * 0.03 * WIDE.centres[band] / line, rel=2e-3)
     assert per_metre[0] == 0
 
 

@@ -152,3 +152,15 @@ def test_absorption_below_that_of_water_is_said():
         "(Pope & Fry 1997); kept as published"
     ]
     assert not any("below that" in text for text in Water.jerlov("9C").caveats)
+
+
+def test_a_table_may_state_the_backscatter_of_its_particles(tmp_path):
+    path = tmp_path / "water.csv"
+    table = "wavelength_nm,a,b\n450,0.05,0.1\n550,0.07,0.1\n"
+    path.write_text(table)
+    assert Water.from_csv(path).particle_backscatter is None
+    path.write_text(f"# station 4\n# bb/b: 0.01\n{table}")
+    assert Water.from_csv(path).particle_backscatter == 0.01
+    path.write_text(f"# bb/b: 1\n{table}")
+    with pytest.raises(InputError, match=r"water.csv: bb/b of the particles must be 0.0001 to 0.2"):
+        Water.from_csv(path)

@@ -8,7 +8,7 @@ from underwater_spectral.uw_spectral.errors import InputError
 from underwater_spectral.uw_spectral.water.bio_optics import Constituents
 from underwater_spectral.uw_spectral.water.named import parse_uniform_water, parse_water
 from underwater_spectral.uw_spectral.water.optical_properties import Water
-from underwater_spectral.uw_spectral.water.profile import MOST_LAYERS, Profile
+from underwater_spectral.uw_spectral.water.profile import MOST_LAYERS, Profile, read_profile
 
 MEASURED = """# cast 7
 depth_m,wavelength_nm,a,b
@@ -71,6 +71,21 @@ def _measured(*rows):
 def test_what_is_no_profile_is_refused(tmp_path, text, message):
     with pytest.raises(InputError, match=rf"profile\.csv.*{message}"):
         _read(tmp_path, text)
+
+
+def test_the_comment_states_what_holds_at_all_depths(tmp_path):
+    path = tmp_path / "profile.csv"
+    path.write_text(
+        "# station 3\n# cdom-slope: 0.018\n# mineral-bb/b = 0.02\n# salinity: 7 g/kg\n"
+        "depth_m,cdom,minerals\n0,0.1,1\n5,0.2,2\n"
+    )
+    for layer, cdom in zip(read_profile(path).layers, (0.1, 0.2), strict=True):
+        assert layer == Constituents(
+            cdom=cdom, minerals=10 * cdom, cdom_slope=0.018, salinity=7.0, mineral_backscatter=0.02
+        )
+    path.write_text("# mineral-slope: steep\ndepth_m,cdom\n0,0.1\n5,0.2\n")
+    with pytest.raises(InputError, match="the comment gives mineral-slope as 'steep'"):
+        read_profile(path)
 
 
 def test_each_depth_has_its_own_reach(tmp_path):

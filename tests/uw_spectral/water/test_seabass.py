@@ -7,6 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 from underwater_spectral.uw_spectral.errors import InputError
+from underwater_spectral.uw_spectral.imaging import Description, WaterDescription, resolve
+from underwater_spectral.uw_spectral.spectra.bands import Bands
 from underwater_spectral.uw_spectral.water.measured import read_water
 from underwater_spectral.uw_spectral.water.pure_water import (
     molecular_scattering,
@@ -16,6 +18,8 @@ from underwater_spectral.uw_spectral.water.seabass import Kd_from_profile, read_
 
 # From nasa/HyperCP (MIT).
 SAMPLE = Path(__file__).parent / "Water_Absorption.sb"
+# A cast of an ac-9; its header says where it is from.
+CAST = Path(__file__).parent / "arctic_ac9_20110411.sb"
 DEPTHS = np.arange(0.5, 10.1, 0.5)
 TRUE_KD = {443.0: 0.10, 490.0: 0.08, 555.0: 0.12, 670.0: 0.60}
 
@@ -62,6 +66,109 @@ def test_public_sample():
         read_water(SAMPLE)
 
 
+def test_a_real_cast_to_the_end():
+    """Absorption and attenuation under the ice, five depths: what the file holds comes out."""
+    water = read_water(CAST)
+    nm = np.array([412.0, 440.0, 488.0, 510.0, 532.0, 555.0, 650.0, 676.0, 715.0])
+    agp = np.mean([0.114344, 0.098079, 0.081831, 0.081566, 0.084343])
+    cgp = np.mean([0.178616, 0.155066, 0.137294, 0.123139, 0.124843])
+    assert water.a([440.0])[0] == pytest.approx(agp + 0.00635)
+    assert water.b([440.0])[0] == pytest.approx(cgp - agp + molecular_scattering([440.0])[0])
+    assert np.all(water.a(nm) > pure_water_absorption(nm))
+    assert np.all(water.b(nm) > molecular_scattering(nm))
+    assert "start_date 20110411" in water.source
+    assert water.caveats[0].startswith(
+        "means over 5 depths, 1 to 3 m, between which they differ by"
+    )
+    drawn = resolve(Description(WaterDescription(water), bands=Bands.uniform(8, 420, 700)))
+    assert drawn.column.absorption == pytest.approx(water.a(drawn.bands.centres))
+
+
+def test_averages_say_how_far_the_depths_differ(tmp_path):
+    rows = [[1, 0.10, 0.40], [5, 0.30, 0.40]]
+    water = read_water(_file(tmp_path, "depth,a490,b490", rows))
+    assert water.a([490])[0] == pytest.approx(0.2)
+    assert "2 depths, 1 to 5 m, between which they differ by up to 100% of" in water.caveats[0]
+    assert not read_water(_file(tmp_path, "depth,a490,b490", rows[:1])).caveats
+
+
+def test_absorption_of_particles_and_of_dissolved_matter(tmp_path):
+    """a = a_w + ap + ag; b = c - a, or bbp over bb/b and the water's own."""
+    rows = [[440, 0.05, 0.03, 0.40], [550, 0.01, 0.006, 0.35], [700, -0.001, 0.0, 0.90]]
+    water = read_water(_file(tmp_path, "wavelength,ap,ag,c", rows))
+    nm = np.array([440.0, 550.0, 700.0])
+    a = np.add(pure_water_absorption(nm), [0.08, 0.016, 0.0])
+    np.testing.assert_allclose(water.a(nm[:2]), a[:2], rtol=1e-12)
+    np.testing.assert_allclose(water.b(nm[:2]), [0.40, 0.35] - a[:2], rtol=1e-12)
+    assert water.particle_backscatter is None
+
+
+@pytest.mark.parametrize(("header", "ratio"), [("", 0.0183), ("/bb/b=0.01", 0.01)])
+def test_scattering_from_backscattering(tmp_path, header, ratio):
+    rows = [[440, 0.05, -0.001, 0.004], [550, 0.01, 0.006, 0.003]]
+    water = read_water(_file(tmp_path, "wavelength,ap,ag,bbp", rows, extra=header))
+    nm = np.array([440.0, 550.0])
+    a = np.add(pure_water_absorption(nm), [0.05, 0.016])
+    np.testing.assert_allclose(water.a(nm), a, rtol=1e-12)
+    expected = np.array([0.004, 0.003]) / ratio + molecular_scattering(nm)
+    np.testing.assert_allclose(water.b(nm), expected, rtol=1e-12)
+    assert water.particle_backscatter == ratio
+    assert any(f"bbp with bb/b {ratio:g}" in text for text in water.caveats)
+    assert any("ag: values down to -0.005 1/m are noise" in text for text in water.caveats)
+    bb = water.phase_model.for_bands(water.b(nm), molecular_scattering(nm)).backscatter_ratio
+    np.testing.assert_allclose(
+        bb * water.b(nm), [0.004, 0.003] + molecular_scattering(nm) / 2, rtol=5e-3
+    )
+
+
+def test_noise_of_scattering_where_there_is_little(tmp_path):
+    rows = [[440, 0.1, 0.4], [715, 1.003, 1.0]]
+    assert read_water(_file(tmp_path, "wavelength,a,c", rows)).b([715.0])[0] == 0
+    rows[1][1] = 1.1
+    with pytest.raises(InputError, match="c - a of cast.sb: -0.1 1/m at 715 nm is negative"):
+        read_water(_file(tmp_path, "wavelength,a,c", rows))
+
+
+def test_an_impossible_backscatter_is_refused(tmp_path):
+    rows = [[440, 0.1, 0.004]]
+    with pytest.raises(InputError, match="/bb/b=0, but bb/b of particles is 0.0001 to 0.2"):
+        read_water(_file(tmp_path, "wavelength,a,bbp", rows, extra="/bb/b=0"))
+
+
+def test_backscatter_ratio_is_measured_where_b_is_too(tmp_path):
+    nm = np.array([440.0, 550.0])
+    b = 0.3 + molecular_scattering(nm)
+    rows = [[wave, 0.1, value, 0.0036] for wave, value in zip(nm, b, strict=True)]
+    water = read_water(_file(tmp_path, "wavelength,a,b,bbp", rows))
+    assert water.particle_backscatter == pytest.approx(0.012)
+    assert any("measured: 0.012" in text for text in water.caveats)
+    np.testing.assert_allclose(water.b(nm), b)
+    rows = [[*row[:3], 0.3] for row in rows]
+    odd = read_water(_file(tmp_path, "wavelength,a,b,bbp", rows))
+    assert odd.particle_backscatter is None
+    assert any("which no particles have" in text for text in odd.caveats)
+
+
+def test_the_sun_of_a_measurement(tmp_path):
+    """From a field, a header line of ours, or date, time and place; else it is said."""
+    rows = [[450, 0.05, 40.0], [500, 0.06, 44.0]]
+    water = read_water(_file(tmp_path, "wavelength,kd,sza", rows))
+    assert "sun at 42°" in water.caveats[0]
+    rows = [row[:2] for row in rows]
+    water = read_water(_file(tmp_path, "wavelength,kd", rows, extra="/sun_zenith=65"))
+    assert "sun at 65°" in water.caveats[0]
+    # Overhead at noon in June on the tropic of Cancer, and half past ten 22.5 degrees from it.
+    when = "/start_date=20200621\n/start_time=10:31:00[GMT]\n/north_latitude=23.44[DEG]"
+    place = f"{when}\n/east_longitude=0.0[DEG]"
+    water = read_water(_file(tmp_path, "wavelength,kd", rows, extra=place))
+    assert "sun at 20.7" in water.caveats[0]
+    for extra in ("", when, place.replace("10:31", "23:31"), place.replace("10:31", "late")):
+        water = read_water(_file(tmp_path, "wavelength,kd", rows, extra=extra))
+        assert any("sun of the Kd measurement is not known" in text for text in water.caveats)
+    with pytest.raises(InputError, match="/sun_zenith=noon is not a number"):
+        read_water(_file(tmp_path, "wavelength,kd", rows, extra="/sun_zenith=noon"))
+
+
 def test_kd_from_an_irradiance_profile(tmp_path):
     Kd = Kd_from_profile(read_seabass(_profile(tmp_path)))
     np.testing.assert_allclose(Kd.values, list(TRUE_KD.values()), rtol=1e-9)
@@ -99,6 +206,8 @@ def test_kd_by_row(tmp_path):
 @pytest.mark.parametrize(
     ("fields", "rows", "message"),
     [
+        ("wavelength,ap,c", [[440, 0.1, 0.2]], "needed are a with b or c .* ap and ag for a"),
+        ("wavelength,ap,ag,c", [[440, 0.1, -0.1, 0.2]], r"line 8, column 3 \(ag\): -0.1 is neg"),
         ("wavelength,a,b", [[440, 0.1, 0.2], [450, "x", 0.2]], r"line 9, column 2 \(a\): 'x'"),
         ("wavelength,a,b", [[440, 0.1, 0.2], [450, 0.1]], "line 9: 2 cells where /fields lists 3"),
         ("wavelength,a,b", [[440, 0.1, -0.2]], r"line 8, column 3 \(b\): -0.2 is negative"),
