@@ -196,7 +196,7 @@ def petzold_stations() -> list[StationFit]:
                 name,
                 station.backscatter_ratio,
                 medians(FournierForand.of_backscatter_Mobley2002(station.backscatter_ratio)),
-                medians(FournierForand(1.10, 0.0183)),
+                medians(FournierForand()),
                 medians(PetzoldAverage()),
             )
         )
