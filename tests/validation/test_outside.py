@@ -15,7 +15,7 @@ from underwater_spectral.benchmarks._canonical import (
     canonical_values,
 )
 from underwater_spectral.uw_spectral.water.inelastic_processes import raman_coefficient
-from underwater_spectral.uw_spectral.water.phase import FournierForand
+from underwater_spectral.uw_spectral.water.phase import FournierForand, PetzoldAverage
 
 # Lu of converged solutions where the published means scatter by 4 to 36 %: 64 and 128 streams
 # agree to 0.3 %. The Monte Carlo of docs/monte_carlo.md has 1.706e-3, 1.29e-5, 7.4e-7, 3.03e-3,
@@ -91,6 +91,14 @@ def test_backscattering_of_sea_particles():
     """χ = bb/(2π β), Boss & Pegau 2001: 41 functions differ by 3 to 6 %; here to twice that."""
     _, chi, error, ours = waters.boss_chi(FournierForand())
     assert np.all(np.abs(ours / chi - 1.0) <= 2 * np.maximum(error, 0.03))
+
+
+def test_default_particles_are_those_of_petzold():
+    """The average particle of Mobley et al. 1993 has bb/b 0.0183 and a mean cosine of 0.924."""
+    default, average = FournierForand(), PetzoldAverage()
+    for particles in (default, average):
+        assert particles.backscatter_ratio == pytest.approx(0.0183, rel=0.03)
+        assert 1.0 - particles.g == pytest.approx(1.0 - 0.924, rel=0.1)
 
 
 def test_stations_of_petzold():
