@@ -14,17 +14,18 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..uw_spectral.spectra.bands import Bands
-from ..uw_spectral.spectra.illuminant import parse_illuminant
 from ..uw_spectral.spectra.spectrum import DATA_DIRECTORY
-from ..uw_spectral.surface.refraction import fresnel_reflectance, sun_travel_direction
+from ..uw_spectral.surface.refraction import sun_travel_direction
 from ..uw_spectral.transfer.discrete_ordinates import Emission, Layer, solve_discrete_ordinates
 from ..uw_spectral.transfer.inelastic_emission import inelastic_emission
 from ..uw_spectral.transfer.sky import BLACK, Sky
 from ..uw_spectral.transfer.solved_field import SolvedField
 from ..uw_spectral.water.inelastic_processes import InelasticProcess
 from ..uw_spectral.water.phase import BandPhase, PetzoldAverage, Rayleigh, parse_phase
+from ._sunlight import entering, sky_share
 
 INDEX = 1.34
+GREEN = Bands(np.array([500.0]), np.array([10.0]))
 STREAMS = 32
 PROBLEMS = ((1, 1), (1, 2), (2, 1), (2, 2), (3, 1), (4, 2), (5, 2), (6, 1), (7, 1))
 """Problem and case; case 1 absorbs (w0 = 0.2), case 2 scatters (w0 = 0.9)."""
@@ -94,7 +95,7 @@ def canonical_field(problem: int, case: int, streams: int = STREAMS) -> SolvedFi
     layer = Layer(4.0 if problem == 6 else math.inf, np.ones(1), np.array([b]), phase)
     return _solved(
         [layer], zenith=80.0 if problem == 5 else 60.0,
-        sky_share=_sky_share() if problem == 4 else 0.0,
+        sky=float(sky_share(60.0, GREEN)[0]) if problem == 4 else 0.0,
         floor=0.5 if problem == 6 else 0.0, streams=streams,
     )  # fmt: skip
 
@@ -103,20 +104,20 @@ def _solved(
     layers: list[Layer],
     *,
     zenith: float = 60.0,
-    sky_share: float = 0.0,
+    sky: float = 0.0,
     floor: float = 0.0,
     sun: float = 1.0,
     streams: int = STREAMS,
 ) -> SolvedField:
-    """Solve layers below a flat surface; the irradiance of sun and sky is cos(zenith) in air."""
+    """Solve layers below a flat surface; in air sun and sky, its share, bring cos(zenith)."""
     cosine = math.cos(math.radians(zenith))
-    direct = sun * cosine * (1.0 - sky_share) * (1.0 - float(fresnel_reflectance(cosine, INDEX)))
-    sky = BLACK
-    if sky_share:
+    direct = sun * cosine * (1.0 - sky) * entering(zenith, INDEX)
+    above = BLACK
+    if sky:
         sun_in_air = sun_travel_direction(zenith, 0.0, 1.0)
-        sky = Sky.standard("clear", [sun * cosine * sky_share], sun_in_air)
+        above = Sky.standard("clear", [sun * cosine * sky], sun_in_air)
     return solve_discrete_ordinates(
-        layers, [direct], sun_travel_direction(zenith, 0.0, INDEX), sky=sky,
+        layers, [direct], sun_travel_direction(zenith, 0.0, INDEX), sky=above,
         refractive_index=INDEX, floor_reflectance=floor, streams=streams, modes=1,
     )  # fmt: skip
 
@@ -134,12 +135,6 @@ def _peak_of_chlorophyll() -> list[Layer]:
         end = math.inf if bottom == LAYERS[-1] else bottom
         layers.append(Layer(end, np.array([a]), np.array([b_w + b_p]), phase))
     return layers
-
-
-def _sky_share() -> float:
-    light, band = parse_illuminant("clear-sky", 60.0), Bands(np.array([500.0]), np.array([10.0]))
-    direct, diffuse = light.direct_in(band)[0], light.diffuse_in(band)[0]
-    return float(diffuse / (direct + diffuse))
 
 
 def _raman(streams: int) -> SolvedField:

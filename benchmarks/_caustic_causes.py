@@ -18,7 +18,6 @@ from ..uw_spectral.spectra.illuminant import parse_illuminant
 from ..uw_spectral.surface.caustics import caustic_pattern
 from ..uw_spectral.surface.refraction import (
     REFRACTIVE_INDEX,
-    fresnel_reflectance,
     sun_travel_direction,
 )
 from ..uw_spectral.surface.waves import WaveSpectrum
@@ -26,6 +25,7 @@ from ..uw_spectral.transfer.discrete_ordinates import Layer, solve_discrete_ordi
 from ..uw_spectral.transfer.sky import Sky
 from ..uw_spectral.water.phase import BandPhase
 from . import caustics_statistics as sea
+from ._sunlight import entering
 
 Array = NDArray[np.float64]
 ACCEPTANCE = 0.93
@@ -70,9 +70,8 @@ def solved_over_closed(water: dict[float, tuple[float, float]], depths: Array) -
     a, b = np.array(list(water.values())).T
     light = parse_illuminant("clear-sky", zenith)
     bands = Bands(wavelengths, np.full(len(wavelengths), 10.0))
-    entering = 1.0 - float(fresnel_reflectance(math.cos(math.radians(zenith))))
     field = solve_discrete_ordinates(
-        [Layer(math.inf, a, b, closed.phase)], light.direct_in(bands) * entering,
+        [Layer(math.inf, a, b, closed.phase)], light.direct_in(bands) * entering(zenith),
         closed.sun_direction.tolist(), refractive_index=REFRACTIVE_INDEX, modes=1,
         sky=Sky.standard(
             "clear", light.diffuse_in(bands), sun_travel_direction(zenith, sea.WIND_AZIMUTH, 1.0)

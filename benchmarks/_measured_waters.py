@@ -17,10 +17,8 @@ from numpy.typing import NDArray
 
 from ..uw_spectral.errors import DataWarning
 from ..uw_spectral.spectra.bands import Bands
-from ..uw_spectral.spectra.illuminant import parse_illuminant
 from ..uw_spectral.surface.refraction import (
     REFRACTIVE_INDEX,
-    fresnel_reflectance,
     sun_travel_direction,
 )
 from ..uw_spectral.transfer.discrete_ordinates import Layer, solve_discrete_ordinates
@@ -29,6 +27,7 @@ from ..uw_spectral.transfer.solved_field import SolvedField
 from ..uw_spectral.water.optical_properties import JERLOV_TYPES, Water
 from ..uw_spectral.water.phase import FournierForand, PetzoldAverage, PhaseFunction, parse_phase
 from ..uw_spectral.water.pure_water import molecular_scattering
+from ._sunlight import entering, sky_share
 
 Array = NDArray[np.float64]
 MEASURED_TYPES = ("IB", "II", "III", "1C", "3C", "5C")
@@ -47,15 +46,11 @@ def deep_water(
     """Solve deep water below a flat surface; the light in air is 1, its sky SPECTRL2's or black."""
     share, seen = np.zeros(len(a)), BLACK
     if sky:
-        bands = Bands(wavelengths, np.full(len(wavelengths), 10.0))
-        light = parse_illuminant("clear-sky", zenith)
-        direct, diffuse = light.direct_in(bands), light.diffuse_in(bands)
-        share = diffuse / (direct + diffuse)
+        share = sky_share(zenith, Bands(wavelengths, np.full(len(wavelengths), 10.0)))
         seen = Sky.standard("clear", share, sun_travel_direction(zenith, 0.0, 1.0))
-    entering = 1.0 - float(fresnel_reflectance(math.cos(math.radians(zenith))))
     phase = parse_phase("mixture").for_bands(b, molecular_scattering(wavelengths))
     return solve_discrete_ordinates(
-        [Layer(math.inf, a, b, phase)], (1.0 - share) * entering,
+        [Layer(math.inf, a, b, phase)], (1.0 - share) * entering(zenith),
         sun_travel_direction(zenith, 0.0), sky=seen, refractive_index=REFRACTIVE_INDEX,
         streams=_STREAMS, modes=1,
     )  # fmt: skip

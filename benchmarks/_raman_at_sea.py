@@ -18,7 +18,8 @@ from ..uw_spectral.transfer.water_column import WaterColumn
 from ..uw_spectral.water.bio_optics import Constituents
 from ..uw_spectral.water.inelastic_processes import EXCITATION, inelastic_processes
 from ..uw_spectral.water.phase import BandPhase
-from .gutierrez_figures import column
+from ._sunlight import entering
+from .gutierrez_figures import SUN_ZENITH, column
 
 CHLOROPHYLL = (0.03, 0.1, 0.3, 1.0)
 _NADIR, _STREAMS, _WIDTH = (0.0, 0.0, -1.0), 16, 10.0
@@ -70,7 +71,7 @@ def at_the_surface(chlorophyll: float) -> tuple[NDArray, NDArray, NDArray]:
     upwelling, changed = (each.radiance(0.0, _NADIR) for each in (elastic, raman))
     # Out of the water a radiance loses 1/n² and what the surface reflects; Ed gains the sky's.
     leaving = (1.0 - float(fresnel_reflectance(1.0))) / REFRACTIVE_INDEX**2
-    above = elastic.light.E / (1.0 - float(fresnel_reflectance(math.cos(math.radians(30.0)))))
+    above = elastic.light.E / entering(SUN_ZENITH)
     above = above + math.pi * np.asarray(elastic.light.sky.level)
     reflectance = leaving * (upwelling + changed) / above
     blue, green = np.interp([440.0, 550.0], every, reflectance)

@@ -22,10 +22,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..uw_spectral.spectra.bands import Bands
-from ..uw_spectral.spectra.illuminant import parse_illuminant
 from ..uw_spectral.surface.refraction import (
     diffuse_internal_reflectance,
-    fresnel_reflectance,
     in_water_cosine,
     sun_travel_direction,
 )
@@ -36,13 +34,14 @@ from ..uw_spectral.transfer.pixel import UndisturbedWater
 from ..uw_spectral.transfer.sky import Sky
 from ..uw_spectral.water.phase import parse_phase
 from ..uw_spectral.water.pure_water import molecular_scattering
+from ._sunlight import entering, sky_share
 
 PHASES = ("fournier-forand:1.10,0.0183", "petzold", "mixture", "hg:0.924", "hg:0.8")
 INDEX = 1.334
 """Of fresh water."""
 FROM_SUN = 12.0
 """Degrees from the refracted sun from which radiances are compared, beyond its glitter."""
-BAND = Bands.uniform(24, 430.0, 546.0)
+BAND = Bands.uniform(1, 430.0, 546.0)
 _RING = 6  # directions around each that stand for the acceptance
 
 
@@ -93,9 +92,7 @@ class Lake:
 
     def sky_share(self) -> float:
         """Share of the sky in the irradiance above the water, by SPECTRL2."""
-        light = parse_illuminant("clear-sky", self.zenith)
-        direct, diffuse = light.direct_in(BAND).sum(), light.diffuse_in(BAND).sum()
-        return float(diffuse / (direct + diffuse))
+        return float(sky_share(self.zenith, BAND)[0])
 
 
 @functools.cache
@@ -129,16 +126,15 @@ def lake() -> Lake:
 
 
 def modelled(
-    phase_name: str, sky_share: float, sky_kind: str = "clear", streams: int = 32
+    phase_name: str, share: float, sky_kind: str = "clear", streams: int = 32
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Radiance by discrete ordinates and by the closed form, shape (7, 19, 10) each."""
     at = lake()
     a = at.mean_absorption()
     b = np.array([at.c - a])
     phase = parse_phase(phase_name).for_bands(b, molecular_scattering([488.0]))
-    entering = 1.0 - float(fresnel_reflectance(math.cos(math.radians(at.zenith)), INDEX))
-    E = np.array([(1.0 - sky_share) * entering])
-    sky = Sky.standard(sky_kind, [sky_share], sun_travel_direction(at.zenith, 0.0, 1.0))
+    E = np.array([(1.0 - share) * entering(at.zenith, INDEX)])
+    sky = Sky.standard(sky_kind, [share], sun_travel_direction(at.zenith, 0.0, 1.0))
     field = solve_discrete_ordinates(
         [Layer(math.inf, np.array([a]), b, phase)], E, at.sun.tolist(),
         sky=sky, refractive_index=INDEX, streams=streams,
@@ -148,7 +144,7 @@ def modelled(
     solved = field.radiance(depths, tuple(tube))[..., 0].mean(axis=-1)
     light = solve_light_field(
         a, b, phase.chi1, phase.chi2, E, float(in_water_cosine(at.zenith, INDEX)),
-        E_sky=np.array([sky_share * sky.transmittance(INDEX)]),
+        E_sky=np.array([share * sky.transmittance(INDEX)]),
         R=diffuse_internal_reflectance(INDEX),
     )  # fmt: skip
     rays = tuple(part[..., None] for part in tube)
