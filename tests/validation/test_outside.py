@@ -14,8 +14,13 @@ from underwater_spectral.benchmarks._canonical import (
     canonical_field,
     canonical_values,
 )
+from underwater_spectral.uw_spectral.transfer.discrete_ordinates import (
+    Layer,
+    solve_discrete_ordinates,
+)
+from underwater_spectral.uw_spectral.transfer.sky import Sky
 from underwater_spectral.uw_spectral.water.inelastic_processes import raman_coefficient
-from underwater_spectral.uw_spectral.water.phase import FournierForand, PetzoldAverage
+from underwater_spectral.uw_spectral.water.phase import FournierForand, PetzoldAverage, Rayleigh
 
 # Lu of converged solutions where the published means scatter by 4 to 36 %: 64 and 128 streams
 # agree to 0.3 %. The Monte Carlo of docs/monte_carlo.md has 1.706e-3, 1.29e-5, 7.4e-7, 3.03e-3,
@@ -61,6 +66,25 @@ def test_atmosphere_of_the_canonical_problem():
 
 def test_every_problem_has_values():
     assert all(canonical_values(*problem) for problem in PROBLEMS)
+
+
+def test_radiance_grows_by_the_square_of_the_index():
+    """Straubel's law, and Fresnel's at normal incidence: clear water, straight up and at 40°."""
+    n, sky = 1.34, Sky.standard("uniform", [np.pi])
+    layer = Layer(np.inf, np.array([1e-9]), np.array([1e-12]), Rayleigh().for_bands([1e-12]))
+    field = solve_discrete_ordinates(
+        [layer], [0.0], (0.0, 0.0, -1.0), sky=sky, refractive_index=n, streams=16
+    )
+    across, up = np.sin(np.radians(40.0)), np.cos(np.radians(40.0))
+    sine = n * across
+    cosine = np.sqrt(1.0 - sine**2)
+    s = ((up * n - cosine) / (up * n + cosine)) ** 2
+    p = ((up - n * cosine) / (up + n * cosine)) ** 2
+    reflected = ((n - 1.0) / (n + 1.0)) ** 2, (s + p) / 2.0
+    for w, share in zip(((0.0, 0.0, 1.0), (across, 0.0, up)), reflected, strict=True):
+        assert field.radiance(0.5, w)[0] == pytest.approx(n**2 * (1.0 - share), rel=1e-3)
+    # Of a uniform sky level water reflects 6.6 %, known since Judd (1942) for n = 1.33.
+    assert field.Ed(0.5)[0] == pytest.approx(np.pi * (1.0 - 0.066), rel=0.005)
 
 
 @pytest.mark.parametrize("phase", ["fournier-forand:1.10,0.0183", "petzold"])
