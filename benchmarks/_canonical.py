@@ -15,9 +15,14 @@ import numpy as np
 
 from ..uw_spectral.spectra.bands import Bands
 from ..uw_spectral.spectra.spectrum import DATA_DIRECTORY
-from ..uw_spectral.surface.refraction import sun_travel_direction
+from ..uw_spectral.surface.refraction import (
+    diffuse_internal_reflectance,
+    in_water_cosine,
+    sun_travel_direction,
+)
 from ..uw_spectral.transfer.discrete_ordinates import Emission, Layer, solve_discrete_ordinates
 from ..uw_spectral.transfer.inelastic_emission import inelastic_emission
+from ..uw_spectral.transfer.light_field import LightField, solve_light_field
 from ..uw_spectral.transfer.sky import BLACK, Sky
 from ..uw_spectral.transfer.solved_field import SolvedField
 from ..uw_spectral.water.inelastic_processes import InelasticProcess
@@ -97,6 +102,18 @@ def canonical_field(problem: int, case: int, streams: int = STREAMS) -> SolvedFi
         [layer], zenith=80.0 if problem == 5 else 60.0,
         sky=float(sky_share(60.0, GREEN)[0]) if problem == 4 else 0.0,
         floor=0.5 if problem == 6 else 0.0, streams=streams,
+    )  # fmt: skip
+
+
+def closed_form(problem: int, case: int) -> LightField:
+    """Two streams of problem 1, 2 or 6."""
+    b = np.array([0.25 if case == 1 else 9.0])
+    phase = parse_phase(phase_of(problem)).for_bands(b)
+    bottom, floor = (4.0, 0.5) if problem == 6 else (math.inf, 0.0)
+    return solve_light_field(
+        1.0, b, phase.chi1, phase.chi2, 0.5 * entering(60.0, INDEX),
+        float(in_water_cosine(60.0, INDEX)), R=diffuse_internal_reflectance(INDEX),
+        r=floor, y_f=bottom,
     )  # fmt: skip
 
 
