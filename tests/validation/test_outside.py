@@ -13,6 +13,7 @@ from underwater_spectral.benchmarks._canonical import (
     PROBLEMS,
     canonical_field,
     canonical_values,
+    closed_form,
 )
 from underwater_spectral.uw_spectral.transfer.discrete_ordinates import (
     Layer,
@@ -44,6 +45,17 @@ def test_canonical_problems(problem, case):
             assert found == pytest.approx(converged, rel=0.02), row
         bound = 0.05 if row.quantity == "Lu" else 0.01
         assert found == pytest.approx(row.mean, rel=max(2 * row.scatter, bound)), row
+
+
+@pytest.mark.parametrize("problem", [1, 2])
+def test_canonical_problems_in_closed_form(problem):
+    """Ed of the two streams where much is scattered, w0 = 0.9, to 5 % down to τ = 5."""
+    field, checked = closed_form(problem, 2), 0
+    for row in canonical_values(problem, 2):
+        if row.quantity == "Ed" and row.depth <= 0.5:
+            assert float(field.Ed(row.depth)[0]) == pytest.approx(row.mean, rel=0.05), row
+            checked += 1
+    assert checked == 2
 
 
 def test_raman_light_of_the_canonical_problem():
