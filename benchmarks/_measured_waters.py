@@ -110,15 +110,9 @@ def Kd_Jerlov1976(name: str, wavelengths: Array) -> Array:
     """Kd of a type by Jerlov (1976), 1/m."""
     import jerlov
 
-    path = Path(jerlov.__file__).parent / "data" / "jerlov1976_kd.csv"
-    with path.open(encoding="utf-8") as file:
-        rows = [
-            (float(row["wavelength_nm"]), float(row["Kd_downwelling_per_m"]))
-            for row in csv.DictReader(file)
-            if row["water_type"] == name and row["Kd_downwelling_per_m"]
-        ]
-    nm, Kd = np.array(rows).T
-    return np.interp(wavelengths, nm, Kd)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", jerlov.ProvenanceWarning)
+        return jerlov.water(name, "jerlov1976").kd(wavelengths)
 
 
 def explaining_suns() -> dict[str, tuple[float, Array, Array]]:

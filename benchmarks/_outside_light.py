@@ -79,8 +79,7 @@ unit from 19 tilts and 10 azimuths at seven depths from 4 to 66 m, over four dec
 1/m is Tyler's; a = {at.mean_absorption():.3f} 1/m follows from his radiances by Gershun's law
 (between his
 depths {absorption}: the first lacks light of the sun's glitter, the others fall with depth, so
-the
-lake is not quite even). Sky: {100 * share:.1f} % of the irradiance by SPECTRL2, CIE clear; n =
+the lake is not quite even). Sky: {100 * share:.1f} % of the irradiance by SPECTRL2, CIE clear; n =
 {_tyler.INDEX:g}.
 Radiances are means over the 6.6° that the tubes accept, in the {count} directions more than
 {_tyler.FROM_SUN:g}° from the refracted sun. One factor is fitted: for all depths, or at each.
@@ -93,15 +92,11 @@ Median of modelled over measured by depth, one factor for all:
 {drift}
 
 The directions come out to 5 %: looking level or down to 2 to 5 %, looking up to 10 %. The tail
-looks up
-through the surface away from the sun, 17 to 29 m deep, where we have a third too much light: the
-real
-sky, with the hills around the lake, is not the CIE's. What is left grows with depth as a wrong
-absorption would: 0.002 1/m, a sixtieth, makes 13 % over the 62 m. The sky's share hardly matters.
-HG
-0.8 scatters 2.8 times too much light back and fails at every depth. The closed form is as good in
-the
-median and worse in the tail.
+looks up through the surface away from the sun, 17 to 29 m deep, where we have a third too much
+light: probably the sky and the hills, which the CIE's has not. What is left grows with
+depth as a wrong absorption would: 0.002 1/m, a sixtieth, makes 13 % over the 62 m. The sky's
+share hardly matters. HG 0.8 scatters 2.8 times too much light back and fails at every depth. The
+closed form is as good in the median and worse in the tail.
 """
     return rows, text
 
@@ -160,26 +155,22 @@ C. D. Mobley et al., Appl. Opt. 32, 7484 (1993): means of up to seven models and
 {table}
 
 - Problem 1 has the phase function (1 + cos²) of Rayleigh. Earlier versions of this project gave
-  it that
-  of sea water (1 + 0.835 cos²), and Lu at 0.8 m, case 1, 1.68e-3 for 1.71e-3: 2.5 % off instead
-  of 0.8 %.
+  it that of sea water (1 + 0.835 cos²), and Lu at 0.8 m, case 1, 1.68e-3 for 1.71e-3: 2.5 % off
+  instead of 0.8 %.
 - Lu is held to converged solutions where the models scatter: 64 and 128 streams agree to 0.3 %,
-  the
-  Monte Carlo, over a cone of 5°, to 2.5 of its standard errors
+  the Monte Carlo, over a cone of 5°, to 2.5 of its standard errors
   ([monte_carlo.md](monte_carlo.md)). The printed means of 2, case 1, at 4 m
   (6.24e-7, ± 36 %) and 3 at 60 m (± 43 %) are noise of the Monte Carlo codes of 1993.
 - 3 is water whose chlorophyll peaks at 17 m: {len(LAYERS)} layers here.
 - 4 has an atmosphere that each model makes itself; ours is SPECTRL2's sky. Ed at two depths over
   that at 0.1 m, and Eou over Ed, are within 1.2 %, Lu over Ed within 12 % (their scatter: 11 to
-  14 %);
-  the level is that of the atmosphere.
+  14 %); the level is that of the atmosphere.
 - 5 has the sun at 80° and wind of 7 m/s. The light of our wavy surface is that of a flat one on
   average, which reflects 35 % of that sun; waves reflect less. Ed at 0.1 m is a seventh too low.
 - The closed form's Ed is 2 % off at τ = 1, up to 8 % at τ = 5, and at τ = 10 up to 43 % too low
   where absorption prevails: its asymptotic decay is too fast.
 - 7 is Raman light at 486 nm excited at 417 nm; the paper scatters power, not photons, which is 14
-  %
-  more than photons would bring.
+  % more than photons would bring.
 """
     return rows, text
 
@@ -229,18 +220,14 @@ def raman() -> Section:
     ]  # fmt: skip
     text = f"""## Raman light
 b_R at {", ".join(f"{x:.0f}" for x in nm)} nm: {percent(off)} % against the means of Bartlett's
-law that NASA
-uses. Below: Raman over elastic light in what leaves deep case 1 water, in %, ours / the fit of
-Lee et al.
-(2013) at our own reflectances; solved field, clear sky, sun at 30°.
+law that NASA uses. Below: Raman over elastic light in what leaves deep case 1 water, in %, ours
+/ the fit of Lee et al. (2013) at our own reflectances; solved field, clear sky, sun at 30°.
 
 {surface}
 
 At 412 and 443 nm ours is {ratios[:, :2].min():.1f} to {ratios[:, :2].max():.1f} times theirs.
-That light is
-excited at 360 to 390 nm, where CDOM decides, which our case 1 water probably has less of than
-their
-runs. Problem 7 above holds the transfer itself to 3 %.
+That light is excited at 360 to 390 nm, where CDOM decides, which our case 1 water probably has
+less of than their runs. Problem 7 above holds the transfer itself to 3 %.
 
 Share of Raman light in the radiance seen straight down at 650 nm:
 

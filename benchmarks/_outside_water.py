@@ -109,23 +109,19 @@ def measured_waters() -> Section:
     ]  # fmt: skip
     text = f"""## Kd and b against measurement
 a and b are the measured points of Williamson & Hollins (2022), means over 5 to 34 campaigns, Kd
-is
-Jerlov's (1976): other water under the same name, so more than the campaigns' spread is not to be
+is Jerlov's (1976): other water under the same name, so more than the campaigns' spread is not to be
 expected. Kd to the depth of a tenth of the light, sun at {waters.MEASURED_ZENITH:g}°, SPECTRL2
 sky.
 
 {jerlov}
 
 Violet light of the coastal types goes twice as deep in the measured water as Jerlov has it: their
-a is
-half his. The b of the default source (Solonenko & Mobley 2015) was found by inversion of Kd and
-is 0.4
-to 5 times that measured; pictures of scattering need `--water-source williamson2022`.
+a is half his. The b of the default source (Solonenko & Mobley 2015) was found by inversion of Kd
+and is 0.4 to 5 times that measured; pictures of scattering need `--water-source williamson2022`.
 
 ### The sun of the published profiles
 Kd printed with a and b of Solonenko & Mobley (2015), over ours to a tenth of the light, black
-sky. Figure
-15 of Monzon et al. (2024) shows the same profiles and does not say where the sun is.
+sky. Figure 15 of Monzon et al. (2024) shows the same profiles and does not say where the sun is.
 
 {sun_table}
 
@@ -182,38 +178,31 @@ def caustics() -> Section:
     ]  # fmt: skip
     text = f"""## Caustics: what makes them too strong
 Coefficient of variation of Ed, modelled over measured by Darecki et al. (2011), at 443 / 532 /
-670 nm,
-wind {WIND:g} m/s; one cause at a time:
+670 nm, wind {WIND:g} m/s; one cause at a time:
 
 {table}
 
 - **The c-meter carries it.** b was taken from the published c(555) = 0.68 1/m. A c-meter counts
-  light
-  scattered by less than its acceptance angle as unscattered; of our particles' scattering that is
+  light scattered by less than its acceptance angle as unscattered; of our particles' scattering
+  that is
   {100 * lost.mean():.0f} % within {causes.ACCEPTANCE:g}° (an ac-9). With b larger by what it does
-  not see, nothing else
-  changed, the contrast at 10 m falls by a quarter. Which meter was used is not known to us; a
-  C-Star (1.2°)
-  would hide 28 %. Nothing is fitted, but it is a cause that fits, not one that was measured
-  there.
+  not see, nothing else changed, the contrast at 10 m falls by a quarter. Which meter was used is
+  not known to us; a C-Star (1.2°) would hide 28 %. Nothing is fitted, but it is a cause that
+  fits, not one that was measured there.
 - The two streams' Ed is up to 9 % below the solved one at 9.6 m, and the contrast as much too
   high.
 - Collector, tile and the width of the sun do nothing below 3 m. Fewer short waves make it worse
-  there: they
-  blur the pattern that the long ones focus.
+  there: they blur the pattern that the long ones focus.
 - Near the surface the model stays a fifth to a third too weak at this wind; at 4.1 m/s, the
-  calmest of the
-  record, × 0.77 to 0.83.
+  calmest of the record, × 0.77 to 0.83.
 
 At the buoy of Gernez & Antoine (2009) the water is clear, and scattering cannot be the cause.
-Their
-record does not resolve a third of a second; the model averaged over times, over the measured:
+Their record does not resolve a third of a second; the model averaged over times, over the measured:
 
 {buoy_table}
 
 At a high sun that is all of it. At 60° a factor of 1.4 is left, which would need more wind or
-more
-haze than assumed; neither is published with the medians.
+more haze than assumed; neither is published with the medians.
 """
     return rows, text
 
@@ -262,8 +251,7 @@ def papers() -> Section:
     ]  # fmt: skip
     text = f"""## The papers' own numbers
 **Monzon et al. (2024), Table 2.** sRGB RMSE against path tracing. Their scenes, textures and
-exposure are
-not published; the grey scene has the same waters and depths
+exposure are not published; the grey scene has the same waters and depths
 ([realtime_accuracy.md](realtime_accuracy.md)).
 Their printed formula, drawn there, errs as much on average as they report.
 
@@ -273,10 +261,9 @@ Their printed formula, drawn there, errs as much on average as they report.
 belong to. Their own equations give it: κ = {water.extinction:.4f} 1/m,
 {water.constituents.described()}. Beside them
 our weights of that water. Absorption by water differs because theirs is Smith & Baker's; by CDOM,
-detritus and
-particles because κ is larger with our phytoplankton and molecules. Their fluorescence would need
-quantum yields of 31 % (phytoplankton; 1 to 10 % are measured) and 13 % (CDOM; 1 %), their Raman
-scattering a coefficient of 1e-10 1/m (2.3e-4 is measured).
+detritus and particles because κ is larger with our phytoplankton and molecules. Their
+fluorescence would need quantum yields of 31 % (phytoplankton; 1 to 10 % are measured) and 13 %
+(CDOM; 1 %), their Raman scattering a coefficient of 1e-10 1/m (2.3e-4 is measured).
 
 {events}
 

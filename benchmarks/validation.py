@@ -54,8 +54,7 @@ def main(_arguments: list[str]) -> None:
     text = f"""# Against the outside world
 
 Numbers that others measured or computed, and ours beside them; nothing is fitted unless it says
-so.
-*Theirs* with ± is their spread or error.
+so. *Theirs* with ± is their spread or error.
 
 {lead}
 
@@ -73,8 +72,7 @@ so.
 
 ## What has no outside yet
 - Pictures: no photograph with measured water, light and camera was found. The figures of both
-  papers show
-  scenes that are not published.
+  papers show scenes that are not published.
 - Shares of Raman light and fluorescence below the surface, in numbers.
 - The wavy surface from below: our light of it is that of a flat one on average (problem 5).
 
