@@ -100,7 +100,7 @@ def measured_waters() -> Section:
             f"{min(backward):.2f} … {max(backward):.2f} of measured", "± 0.1", MET),
         Row("default particles at the three harbour stations, all angles", "Petzold 1972",
             f"{np.min(harbour):.2f} … {np.max(harbour):.2f} of measured",
-            f"their average ± {100 * np.max(np.abs(average - 1)):.0f} %", MET),
+            f"their average ± {100 * np.max(np.abs(average - 1)):.0f} %", PARTLY),
         Row("default bb/b in open water", "Petzold 1972", "0.0183",
             "0.013 to 0.044 with the water's own", "a setting: no type fixes it"),
         Row("χ = bb/(2π β), 90 to 160°", "Boss & Pegau 2001",
@@ -163,14 +163,15 @@ def caustics() -> Section:
     )
     below = depths > 2.0
     before, after = found[causes.CAUSES[0]][below], found[causes.CAUSES[-1]][below]
-    shallow = found[causes.CAUSES[-1]][~below]
+    plain, shallow = (found[causes.CAUSES[i]][~below] for i in (0, -1))
     rows = [
         Row("caustics, variation of Ed at 2.8 to 9.6 m over measured", "Darecki 2011",
             f"× {before.min():.2f} … {before.max():.2f}; with the cause found "
             f"{after.min():.2f} … {after.max():.2f}", "1 ± 0.2",
             PARTLY + ": carried by what a c-meter does not see of b"),
         Row("the same at 0.9 and 1.7 m", "Darecki 2011",
-            f"× {shallow.min():.2f} … {shallow.max():.2f}", "1 ± 0.2", MISSED),
+            f"× {plain.min():.2f} … {plain.max():.2f}; with the cause found "
+            f"{shallow.min():.2f} … {shallow.max():.2f}", "1 ± 0.2", MISSED),
         Row("caustics at 3.2 m, sun at 20 / 40 / 60°", "Gernez & Antoine 2009",
             "× " + " / ".join(f"{row[0]:.2f}" for row in buoy.values()) + "; averaged over ⅓ s "
             + " / ".join(f"{row[-1]:.2f}" for row in buoy.values()), "1 ± 0.2",
