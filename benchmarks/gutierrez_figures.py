@@ -50,8 +50,8 @@ VISIBLE = Bands.uniform(80, 380, 780)
 EXCITATION = Bands.uniform(100, 300, 800)
 DEPTH = 5.0
 LEVEL = (1.0, 0.0, 0.0)
-# Twelve waters as in Figure 2 of the paper: our values, the printed ones were not at hand.
-CHLOROPHYLL, DETRITUS, CDOM = (0.05, 0.5, 5.0), (0.01, 0.1), (0.01, 0.2)
+# Figure 2 of the paper: chlorophyll along its rows, detritus and CDOM (1/m) down its columns.
+CHLOROPHYLL, DETRITUS_CDOM = (0.0, 0.01, 0.1, 1.0), ((0.0, 0.0), (0.1, 0.0), (0.0, 0.1))
 Kd_WAVELENGTHS = np.arange(400.0, 701.0, 25.0)
 PHOTONS = 20_000
 """Per band, of the Kd by Monte Carlo: its error is below 1 %."""
@@ -340,10 +340,10 @@ def inversion_round_trip() -> dict[float, dict[str, np.ndarray]]:
 
 
 def constituents_of_figure2() -> list[Constituents]:
-    """Twelve waters: chlorophyll along the rows, detritus and CDOM along the columns."""
+    """Return the twelve waters that the paper prints, row by row."""
     return [
         Constituents(C, cdom=a_y, detritus=a_d)
-        for C, a_d, a_y in itertools.product(CHLOROPHYLL, DETRITUS, CDOM)
+        for (a_d, a_y), C in itertools.product(DETRITUS_CDOM, CHLOROPHYLL)
     ]
 
 
@@ -479,10 +479,9 @@ Written by `python3 dev.py run -m benchmarks gutierrez_figures`.
 
 Deep water seen level from {DEPTH:g} m, all inelastic processes on: closed form, CIE 1931 observer
 adapted to the light above the surface, clear sky, sun {SUN_ZENITH:g}° from the zenith,
-{len(VISIBLE)} bands. Brightness is normalised, so only the colour compares. The first twelve stand
-for Figure 2 of Gutierrez et al. (2008): chlorophyll × detritus × CDOM, with values of ours, since
-the printed ones were not at hand. The next five are the seas of its Figure 3, the last three its
-Figure 4.
+{len(VISIBLE)} bands. Brightness is normalised, so only the colour compares. The first twelve
+are the waters of Figure 2 of Gutierrez et al. (2008), in its order: chlorophyll in mg/m³, a_d(400)
+and a_y(440) in 1/m. The next five are the seas of its Figure 3, the last three its Figure 4.
 
 | water | sRGB |
 |---|---|

@@ -5,7 +5,6 @@ Writes docs/monte_carlo.md.
 
 from __future__ import annotations
 
-import csv
 import itertools
 import math
 from dataclasses import dataclass
@@ -14,7 +13,6 @@ import numpy as np
 
 from ..uw_spectral.monte_carlo import MonteCarloResult, simulate
 from ..uw_spectral.spectra.bands import Bands
-from ..uw_spectral.spectra.spectrum import DATA_DIRECTORY
 from ..uw_spectral.surface.refraction import (
     fresnel_reflectance,
     in_water_cosine,
@@ -27,9 +25,9 @@ from ..uw_spectral.transfer.water_column import WaterColumn
 from ..uw_spectral.water.optical_properties import Water
 from ..uw_spectral.water.phase import BandPhase, parse_phase
 from . import monte_carlo_speed
+from ._canonical import INDEX, canonical_values, phase_of
 from .path_radiance_table import AZIMUTHS, ROOT
 
-INDEX = 1.34
 PHASES = ("hg:0.8", "fournier-forand:1.10,0.0183")
 WATERS = ("I", "IA", "IB", "II", "3C")
 WAVELENGTHS = (450.0, 550.0)
@@ -84,13 +82,12 @@ def canonical(problem: int, case: int, photons: int, engine: str = "auto") -> li
     """Solve a canonical problem of Mobley et al. (1993) down to τ = 5."""
     b = 0.25 if case == 1 else 9.0
     published = canonical_values(problem, case)
-    published = [row for row in published if row[0] * (1 + b) <= DEEPEST_TAU + 1e-9]
-    depths = sorted({row[0] for row in published})
-    name = "einstein-smoluchowski:0.835" if problem == 1 else "petzold"
+    published = [row for row in published if row.depth * (1 + b) <= DEEPEST_TAU + 1e-9]
+    depths = sorted({row.depth for row in published})
     floor = {"floor_depth": 4.0, "floor_reflectance": 0.5} if problem == 6 else {}
     result = simulate(
         _column([500.0], 1.0, b, 60.0, 0.5, **floor),
-        parse_phase(name).for_bands([b]),
+        parse_phase(phase_of(problem)).for_bands([b]),
         depths,
         views=[(depth, (0.0, 0.0, -1.0)) for depth in depths],
         photons=photons,
@@ -98,28 +95,13 @@ def canonical(problem: int, case: int, photons: int, engine: str = "auto") -> li
         engine=engine,
     )
     rows = []
-    for depth, quantity, mean, variation in published:
-        estimate = getattr(result.total, "L" if quantity == "Lu" else quantity)
-        at = depths.index(depth)
-        found, error = estimate.mean[at, 0], estimate.error[at, 0]
-        tau = depth * (1 + b)
-        rows.append(Canonical(problem, case, tau, quantity, mean, variation, found, error / mean))
+    for row in published:
+        estimate = getattr(result.total, "L" if row.quantity == "Lu" else row.quantity)
+        at = depths.index(row.depth)
+        found, error = estimate.mean[at, 0], estimate.error[at, 0] / row.mean
+        printed = row.quantity, row.mean, row.scatter
+        rows.append(Canonical(problem, case, row.depth * (1 + b), *printed, found, error))
     return rows
-
-
-def canonical_values(problem: int, case: int) -> list[tuple[float, str, float, float]]:
-    """Depth in m, quantity, mean of the models and their scatter over it, of Mobley et al. 1993."""
-    with (DATA_DIRECTORY / "mobley1993_canonical.csv").open(encoding="utf-8") as file:
-        return [
-            (
-                float(row["depth_m"]),
-                row["quantity"],
-                float(row["mean_of_models"]),
-                float(row["std_over_mean"]),
-            )
-            for row in csv.DictReader(line for line in file if not line.startswith("#"))
-            if (row["problem"], row["case"]) == (str(problem), str(case))
-        ]
 
 
 def _column(

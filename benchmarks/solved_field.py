@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..uw_spectral.surface.refraction import fresnel_reflectance, sun_travel_direction
+from ..uw_spectral.surface.refraction import sun_travel_direction
 from ..uw_spectral.transfer.closed_form import solve_closed_form
 from ..uw_spectral.transfer.discrete_ordinates import Layer, solve_discrete_ordinates
 from ..uw_spectral.transfer.light_field import solve_light_field
@@ -25,7 +25,9 @@ from ..uw_spectral.transfer.solved_field import SolvedField
 from ..uw_spectral.water.optical_properties import Water
 from ..uw_spectral.water.phase import parse_phase
 from ..uw_spectral.water.pure_water import molecular_scattering
-from . import monte_carlo_table, path_radiance_table
+from . import path_radiance_table
+from ._canonical import PROBLEMS, canonical_field, canonical_values
+from ._canonical import STREAMS as STREAMS_OF_PROBLEMS
 
 CASES = 200
 STREAMS = (8, 16, 24, 32, 48)
@@ -141,33 +143,16 @@ def _accuracy() -> str:
     return "\n".join(lines)
 
 
-def canonical_field(problem: int, case: int, streams: int = 32) -> SolvedField:
-    """Problem 1, 2 or 6 of C. D. Mobley et al., Appl. Opt. 32, 7484 (1993)."""
-    index = monte_carlo_table.INDEX
-    b = np.array([0.25 if case == 1 else 9.0])
-    phase = parse_phase("einstein-smoluchowski:0.835" if problem == 1 else "petzold").for_bands(b)
-    E = 0.5 * (1 - float(fresnel_reflectance(math.cos(math.radians(60)), index)))
-    bottom, reflectance = (4.0, 0.5) if problem == 6 else (math.inf, 0.0)
-    return solve_discrete_ordinates(
-        [Layer(bottom, np.ones(1), b, phase)], [E], sun_travel_direction(60, 0, index),
-        refractive_index=index, floor_reflectance=reflectance, streams=streams,
-    )  # fmt: skip
-
-
 def _canonical() -> str:
-    lines = ["| problem, case | τ | quantity | solved | models: mean | scatter |", "|---" * 6 + "|"]
-    for problem, case in ((1, 1), (1, 2), (2, 1), (2, 2), (6, 1)):
+    lines = ["| problem, case | depth, m | quantity | solved | models: mean | scatter |",
+             "|---" * 6 + "|"]  # fmt: skip
+    for problem, case in PROBLEMS:
         field = canonical_field(problem, case)
-        for y, quantity, mean, scatter in monte_carlo_table.canonical_values(problem, case):
-            if quantity == "Ed":
-                value = float(field.Ed(y)[0])
-            elif quantity == "Lu":
-                value = float(field.radiance(y, (0.0, 0.0, -1.0))[0])
-            else:
-                continue
-            tau = y * (1.25 if case == 1 else 10.0)
-            lines.append(f"| {problem}, {case} | {tau:g} | {quantity} | {value:.3g} | {mean:.3g} "
-                         f"| {100 * scatter:.2g} % |")  # fmt: skip
+        lines += [
+            f"| {problem}, {case} | {x.depth:g} | {x.quantity} | {x.found(field):.3g} "
+            f"| {x.mean:.3g} | {100 * x.scatter:.2g} % |"
+            for x in canonical_values(problem, case)
+        ]
     return "\n".join(lines)
 
 
@@ -254,9 +239,11 @@ the sun's are compared with that. Radiances in
 {_accuracy()}
 
 ## Canonical problems
-C. D. Mobley et al. (1993): flat surface, n = 1.34, sun at 60°, black sky. Lu of the models
-scatters; converged solutions are 1.68e-3 (1, 1, τ 1), 1.27e-5 (1, 1, τ 5), 7.9e-7 (2, 1, τ 5) and
-3.13e-3 (2, 2, τ 5).
+C. D. Mobley et al. (1993), conditions in `data/mobley1993_canonical.csv`; {STREAMS_OF_PROBLEMS}
+streams. Where Lu of the models scatters, converged solutions (128 streams) are 1.706e-3 (problem 1,
+case 1, 0.8 m), 1.296e-5 (1, 1, 4 m), 7.87e-7 (2, 1, 4 m) and 3.115e-3 (2, 2, 0.5 m). Problem 4
+leaves the atmosphere to each model, and the surface of problem 5 has waves that ours here has not:
+[what that makes](validation.md).
 
 {_canonical()}
 

@@ -129,10 +129,10 @@ def test_inelastic_share_of_the_baltic():
 
 
 def test_twelve_waters_are_twelve_colours():
-    """More of everything shifts the colour from blue over green to yellow-green."""
+    """Gutierrez et al. 2008, §5: detritus and CDOM take the blue, chlorophyll does so slowly."""
     waters = figures.constituents_of_figure2()
     assert len(waters) == 12
-    clear, turbid = (figures.water_colour(waters[index]) for index in (0, -1))
-    assert clear.argmax() == 2
-    assert turbid.argmax() == 1
-    assert turbid[0] > clear[0]
+    colours = np.array([figures.water_colour(water) for water in waters]).reshape(3, 4, 3)
+    assert np.all(colours[0, :3].argmax(axis=-1) == 2)
+    assert np.all(colours[1:, :, 2] / colours[1:, :, 1] < colours[0, :, 2] / colours[0, :, 1])
+    assert np.all(np.diff(colours[..., 1] / colours[..., 2], axis=1) > -0.02)

@@ -1,0 +1,139 @@
+"""Which cause makes modelled caustics stronger than those measured deep in the sea.
+
+Darecki et al. (2011): what the model takes for b comes from a beam attenuation c; a c-meter counts
+light scattered by less than its acceptance angle as not scattered. Gernez & Antoine (2009): their
+record does not resolve a third of a second.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..uw_spectral.spectra.bands import Bands
+from ..uw_spectral.spectra.illuminant import parse_illuminant
+from ..uw_spectral.surface.caustics import caustic_pattern
+from ..uw_spectral.surface.refraction import (
+    REFRACTIVE_INDEX,
+    sun_travel_direction,
+)
+from ..uw_spectral.surface.waves import WaveSpectrum
+from ..uw_spectral.transfer.discrete_ordinates import Layer, solve_discrete_ordinates
+from ..uw_spectral.transfer.sky import Sky
+from ..uw_spectral.water.phase import BandPhase
+from . import caustics_statistics as sea
+from ._sunlight import entering
+
+Array = NDArray[np.float64]
+ACCEPTANCE = 0.93
+"""Half angle of acceptance of a WET Labs ac-9, degrees; of a C-Star it is 1.2."""
+CAUSES = (
+    "as in docs/caustics.md",
+    "Ed of the solved field below",
+    "sun's disc three times as wide",
+    "collector of 10 mm",
+    "no waves shorter than 0.3 m",
+    "tile twice as wide",
+    "b seen by a c-meter of 0.93°",
+    "b seen by a c-meter of 0.93°, Ed solved",
+)
+EXPOSURES = (0.0, 1.0 / 6.0, 1.0 / 3.0)
+"""Seconds over which a record is averaged."""
+_RESOLUTION, _MOMENTS_OF_EXPOSURE = 1024, 16
+
+
+def within(phase: BandPhase, degrees: float) -> Array:
+    """Share of the light that is scattered by less than an angle, shape (n,)."""
+    angle = np.geomspace(1e-6, math.radians(degrees), 4000)
+    density = phase(np.cos(angle)) * np.sin(angle)[:, None]
+    return 2.0 * math.pi * np.trapezoid(density, angle, axis=0)
+
+
+def seen_by_meter(
+    water: dict[float, tuple[float, float]], degrees: float = ACCEPTANCE
+) -> dict[float, tuple[float, float]]:
+    """Return the water whose b is larger by what a c-meter with that acceptance does not see."""
+    lost = within(sea.sunlit_water(water, sea.DARECKI_ZENITH).phase, degrees)
+    return {
+        nm: (a, float(b / (1.0 - share)))
+        for (nm, (a, b)), share in zip(water.items(), lost, strict=True)
+    }
+
+
+def solved_over_closed(water: dict[float, tuple[float, float]], depths: Array) -> Array:
+    """Ed of the solved field under a clear sky over that of the two streams, (depths, n)."""
+    closed = sea.sunlit_water(water, sea.DARECKI_ZENITH)
+    wavelengths, zenith = np.array(list(water)), sea.DARECKI_ZENITH
+    a, b = np.array(list(water.values())).T
+    light = parse_illuminant("clear-sky", zenith)
+    bands = Bands(wavelengths, np.full(len(wavelengths), 10.0))
+    field = solve_discrete_ordinates(
+        [Layer(math.inf, a, b, closed.phase)], light.direct_in(bands) * entering(zenith),
+        closed.sun_direction.tolist(), refractive_index=REFRACTIVE_INDEX, modes=1,
+        sky=Sky.standard(
+            "clear", light.diffuse_in(bands), sun_travel_direction(zenith, sea.WIND_AZIMUTH, 1.0)
+        ),
+    )  # fmt: skip
+    return np.array([field.Ed(depth) / closed.field.Ed(depth) for depth in depths.tolist()])
+
+
+def darecki(wind: float) -> tuple[Array, dict[str, Array]]:
+    """Depths, and modelled over measured variation of Ed by cause, (depths, wavelengths)."""
+    import jerlov
+
+    measured = jerlov.darecki2011_irradiance_cv()
+    depths, collector = measured.depth_m, measured.collector_mm / 1000.0
+    wider = seen_by_meter(sea.DARECKI_WATER)
+    plain, meter = (sea.sunlit_water(w, sea.DARECKI_ZENITH) for w in (sea.DARECKI_WATER, wider))
+
+    def pattern(depth: float, *, tile: float = 2.5, k_max: float = 0.0, disc: float = 1.0) -> Array:
+        waves = WaveSpectrum(wind).realise(tile * depth, _RESOLUTION, 0)
+        if k_max:
+            waves = dataclasses.replace(waves.below(k_max), shorter=np.zeros(2))
+        radius = disc * sea.SUN_RADIUS
+        return caustic_pattern(
+            waves, plain.sun_direction, depth, 10.0, _RESOLUTION, sun_radius=radius
+        )
+
+    found = {cause: np.zeros_like(measured.cv) for cause in CAUSES}
+    for i, depth in enumerate(depths.tolist()):
+        grey, tile = pattern(depth), 2.5 * depth
+        rows = (
+            plain.variation(grey, tile, depth, collector),
+            None,
+            plain.variation(pattern(depth, disc=3.0), tile, depth, collector),
+            plain.variation(grey, tile, depth, 0.010),
+            plain.variation(pattern(depth, k_max=2 * math.pi / 0.3), tile, depth, collector),
+            plain.variation(pattern(depth, tile=5.0), 2.0 * tile, depth, collector),
+            meter.variation(grey, tile, depth, collector),
+        )
+        for cause, row in zip(CAUSES, rows, strict=False):
+            if row is not None:
+                found[cause][i] = row / measured.cv[i]
+    for cause, of, water in (
+        (CAUSES[1], CAUSES[0], sea.DARECKI_WATER),
+        (CAUSES[7], CAUSES[6], wider),
+    ):
+        found[cause] = found[of] / solved_over_closed(water, depths)
+    return depths, found
+
+
+def gernez(zenith: float, wind: float = 5.0) -> list[float]:
+    """Modelled over measured variation at 510 nm and 3.2 m, for each of :data:`EXPOSURES`."""
+    import jerlov
+
+    measured, sky = jerlov.gernez2009_cv_by_sun_zenith(), jerlov.gernez2009_diffuse_share()
+    cv = float(measured.cv[np.flatnonzero(measured.sun_zenith_deg == zenith)[0]])
+    share = float(np.interp(zenith, sky.sun_zenith_deg, sky.diffuse_fraction))
+    water = sea.sunlit_water(sea.GERNEZ_WATER, zenith, share)
+    waves, tile = WaveSpectrum(wind).realise(8.0, 512, 0), 8.0
+    ratios = []
+    for exposure in EXPOSURES:
+        count = _MOMENTS_OF_EXPOSURE if exposure else 1
+        times = 10.0 + exposure * (np.arange(count) + 0.5) / count
+        moments = [caustic_pattern(waves, water.sun_direction, 3.2, t, 512) for t in times.tolist()]
+        ratios.append(float(water.variation(np.mean(moments, axis=0), tile, 3.2, 0.008)[0]) / cv)
+    return ratios
