@@ -1,8 +1,7 @@
 """The canonical problems of C. D. Mobley et al., Appl. Opt. 32, 7484 (1993), solved.
 
-Solved as the paper poses them, but for two of its light sources: problem 4 leaves the
-atmosphere to each model, here it is SPECTRL2's clear sky; problem 5 has a wind-blown surface,
-here it is flat.
+Solved as the paper poses them; problem 4 leaves the atmosphere to each model, here it is
+SPECTRL2's clear sky.
 """
 
 from __future__ import annotations
@@ -20,9 +19,11 @@ from ..uw_spectral.surface.refraction import (
     in_water_cosine,
     sun_travel_direction,
 )
+from ..uw_spectral.surface.waves import slope_variance_CoxMunk1954
 from ..uw_spectral.transfer.discrete_ordinates import Emission, Layer, solve_discrete_ordinates
 from ..uw_spectral.transfer.inelastic_emission import inelastic_emission
 from ..uw_spectral.transfer.light_field import LightField, solve_light_field
+from ..uw_spectral.transfer.rough_surface import RoughSurface, beam_reflectance
 from ..uw_spectral.transfer.sky import BLACK, Sky
 from ..uw_spectral.transfer.solved_field import SolvedField
 from ..uw_spectral.water.inelastic_processes import InelasticProcess
@@ -32,6 +33,8 @@ from ._sunlight import entering, sky_share
 INDEX = 1.34
 GREEN = Bands(np.array([500.0]), np.array([10.0]))
 STREAMS = 32
+WIND = 7.23
+"""Of problem 5, m/s."""
 PROBLEMS = ((1, 1), (1, 2), (2, 1), (2, 2), (3, 1), (4, 2), (5, 2), (6, 1), (7, 1))
 """Problem and case; case 1 absorbs (w0 = 0.2), case 2 scatters (w0 = 0.9)."""
 LAYERS = np.arange(1.0, 71.0)
@@ -99,7 +102,7 @@ def canonical_field(problem: int, case: int, streams: int = STREAMS) -> SolvedFi
     phase = parse_phase(phase_of(problem)).for_bands([b])
     layer = Layer(4.0 if problem == 6 else math.inf, np.ones(1), np.array([b]), phase)
     return _solved(
-        [layer], zenith=80.0 if problem == 5 else 60.0,
+        [layer], zenith=80.0 if problem == 5 else 60.0, wind=WIND if problem == 5 else 0.0,
         sky=float(sky_share(60.0, GREEN)[0]) if problem == 4 else 0.0,
         floor=0.5 if problem == 6 else 0.0, streams=streams,
     )  # fmt: skip
@@ -121,21 +124,29 @@ def _solved(
     layers: list[Layer],
     *,
     zenith: float = 60.0,
+    wind: float = 0.0,
     sky: float = 0.0,
     floor: float = 0.0,
     sun: float = 1.0,
     streams: int = STREAMS,
 ) -> SolvedField:
-    """Solve layers below a flat surface; in air sun and sky, its share, bring cos(zenith)."""
+    """Solve layers below a surface; in air sun and sky, its share, bring cos(zenith)."""
     cosine = math.cos(math.radians(zenith))
-    direct = sun * cosine * (1.0 - sky) * entering(zenith, INDEX)
+    slopes = float(slope_variance_CoxMunk1954(wind).sum()) if wind else 0.0
+    enters = 1.0 - float(beam_reflectance(cosine, INDEX, slopes))
+    direct = sun * cosine * (1.0 - sky) * enters
     above = BLACK
     if sky:
         sun_in_air = sun_travel_direction(zenith, 0.0, 1.0)
         above = Sky.standard("clear", [sun * cosine * sky], sun_in_air)
+    towards = sun_travel_direction(zenith, 0.0, INDEX)
+    if slopes:
+        flatter = float(RoughSurface(INDEX, slopes).entering_cosine(cosine))
+        towards = np.array([math.sqrt(1.0 - flatter**2), 0.0, -flatter])
     return solve_discrete_ordinates(
-        layers, [direct], sun_travel_direction(zenith, 0.0, INDEX), sky=above,
-        refractive_index=INDEX, floor_reflectance=floor, streams=streams, modes=1,
+        layers, [direct], towards, sky=above,
+        refractive_index=INDEX, slope_variance=slopes, floor_reflectance=floor,
+        streams=streams, modes=1,
     )  # fmt: skip
 
 

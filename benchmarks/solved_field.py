@@ -242,8 +242,7 @@ the sun's are compared with that. Radiances in
 C. D. Mobley et al. (1993), conditions in `data/mobley1993_canonical.csv`; {STREAMS_OF_PROBLEMS}
 streams. Where Lu of the models scatters, converged solutions (128 streams) are 1.706e-3 (problem 1,
 case 1, 0.8 m), 1.296e-5 (1, 1, 4 m), 7.87e-7 (2, 1, 4 m) and 3.115e-3 (2, 2, 0.5 m). Problem 4
-leaves the atmosphere to each model, and the surface of problem 5 has waves that ours here has not:
-[what that makes](validation.md).
+leaves the atmosphere to each model: [what that makes](validation.md).
 
 {_canonical()}
 

@@ -69,7 +69,7 @@ def _picture(graph: Graph, values: Values) -> tuple[NodeValue, ...]:
     ripples = None
     if values.shape.waves:
         slopes = graph.components(values[SLOPE])[:2]
-        ripples = Ripples(slopes, values[GLITTER_WIDTH], values[GLITTER])
+        ripples = Ripples(slopes, values[GLITTER_WIDTH], values[GLITTER], values.sun_in_air)
     water = values.solved_background(y_o) if solved else values.water
     seen = values.seen(water.open_water(y_o, w, NODES, ripples))
     if values.shape.shafts:

@@ -17,7 +17,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..uw_spectral.mathematics import Operand
-from ..uw_spectral.surface.refraction import direction_in_air
 from ..uw_spectral.surface.wave_patterns import KNOTS
 from ..uw_spectral.transfer.aureole import Aureole
 from ..uw_spectral.transfer.closed_form import ClosedForm
@@ -71,6 +70,7 @@ _TABLE_SCALE, _TABLE_DECAY = "table scale", "table decay"
 FLOOR = "floor radiance"
 _ZONE = tuple(f.name for f in fields(Zone))
 SUN = ("sun x", "sun y", "sun z")
+SUN_IN_AIR = ("sun in air x", "sun in air y", "sun in air z")
 _SMOOTH = tuple(f"aureole moment {i}" for i in range(3))
 CAMERA_DEPTH = "camera depth"
 INDEX = "refractive index"
@@ -198,7 +198,7 @@ def band_names(shape: Shape) -> list[str]:
 
 def single_names(shape: Shape) -> list[str]:
     """Names of the quantities that are the same in every band."""
-    names = [*_FIELD_NUMBERS, *SUN, CAMERA_DEPTH, INDEX, SHAFT_END, SHAFT_SCALE]
+    names = [*_FIELD_NUMBERS, *SUN, *SUN_IN_AIR, CAMERA_DEPTH, INDEX, SHAFT_END, SHAFT_SCALE]
     return [*names, *_WAVES] if shape.waves else names
 
 
@@ -376,6 +376,11 @@ class Values:
         """Direction the sunlight travels to."""
         return tuple(self[name] for name in SUN)
 
+    @property
+    def sun_in_air(self) -> tuple[NodeValue, ...]:
+        """The same above the water."""
+        return tuple(self[name] for name in SUN_IN_AIR)
+
     @functools.cached_property
     def beam(self) -> SunBeam:
         """The direct sun of three bands, in water that is the same at every depth."""
@@ -431,8 +436,7 @@ class Values:
     def _sky(self) -> Sky:
         if self.shape.sky == UNIFORM:
             return Sky(self[SKY])
-        sun = direction_in_air([self[name] for name in SUN], (0.0, 0.0, -1.0), self[INDEX], NODES)
-        return Sky(self[SKY], self.shape.sky, sun)
+        return Sky(self[SKY], self.shape.sky, self.sun_in_air)
 
     def solved_path(self, y_o: NodeValue, y_e: NodeValue) -> SolvedWater:
         """Return the solved water in front of a thing at depth y_e."""

@@ -297,7 +297,8 @@ class _Rays:
             _look_up(waves.slope_y, waves.layers.tile, x, y)[:, None],
         )
         column = self.view.column
-        return Ripples(slopes, waves.glitter_width(column.refractive_index), column.glitter)
+        width = waves.glitter_width(column.refractive_index)
+        return Ripples(slopes, width, column.glitter, column.skylight.sun)
 
 
 def _look_up(image: NDArray, tile: float, x: NDArray, y: NDArray) -> NDArray[np.float64]:

@@ -44,7 +44,7 @@ def patterns(scene: bpy.types.Scene, plan: RenderPlan, *, sun_disc: bool = True)
     column = plan.column
     return sea_of(plan.settings).at(
         wave_time(scene, plan.settings),
-        column.sun_direction,
+        column.sun_at_rest,
         column.refractive_index,
         column.floor_depth,
         sun_radius=SUN_RADIUS if sun_disc else 0.0,

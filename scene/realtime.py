@@ -202,6 +202,7 @@ def realtime_water(
         **numbers.single,
         realtime_values.CAMERA_DEPTH: camera_depth,
         realtime_values.INDEX: column.refractive_index,
+        **dict(zip(realtime_values.SUN_IN_AIR, column.skylight.sun, strict=True)),
         realtime_values.SHAFT_END: reach.end if reach else 0.0,
         realtime_values.SHAFT_SCALE: reach.scale if reach else 0.0,
     }

@@ -23,7 +23,7 @@ from ..transfer.discrete_ordinates import STREAMS, Emission
 from ..transfer.inelastic_emission import inelastic_emission
 from ..transfer.inelastic_light import InelasticLight, excitation_fields, solve_inelastic
 from ..transfer.light_field import LightField
-from ..transfer.rough_surface import beam_reflectance
+from ..transfer.rough_surface import RoughSurface, beam_reflectance
 from ..transfer.sky import UNIFORM
 from ..transfer.solved_field import SolvedField
 from ..transfer.water_column import WAVES, DeeperWater, WaterColumn
@@ -343,6 +343,14 @@ def _column(
     transmitted = 1.0
     above = illuminant.above_surface if light.above_surface is None else light.above_surface
     waves = surface.slope_variance if surface.kind == WAVES else 0.0
+    sun_cosine, in_air = float(in_water_cosine(zenith, index)), None
+    sun = sun_travel_direction(zenith, light.azimuth, index)
+    if waves:
+        in_air = sun_travel_direction(zenith, light.azimuth, 1.0)
+        sun_cosine = float(RoughSurface(index, waves).entering_cosine(-in_air[2]))
+        turn = math.radians(light.azimuth)
+        across = math.sqrt(1.0 - sun_cosine**2)
+        sun = np.array([across * math.cos(turn), across * math.sin(turn), -sun_cosine])
     if above:
         cosine = math.cos(math.radians(zenith))
         transmitted -= float(beam_reflectance(cosine, index, waves))
@@ -355,8 +363,8 @@ def _column(
         absorption=first.absorption,
         scattering=first.scattering,
         sun_irradiance=direct * transmitted,
-        sun_cosine=float(in_water_cosine(zenith, index)),
-        sun_direction=sun_travel_direction(zenith, light.azimuth, index),
+        sun_cosine=sun_cosine,
+        sun_direction=sun,
         sky_radiance=illuminant.diffuse_in(bands) / math.pi + light.sky_radiance * direct,
         floor_depth=description.floor.depth,
         floor_reflectance=floor_reflectance,
@@ -365,6 +373,7 @@ def _column(
         below=tuple(deeper),
         sky=light.sky,
         slope_variance=waves,
+        sun_in_air=in_air,
     )
 
 

@@ -233,11 +233,15 @@ class Ripples:
         slopes leave out; positive, rad².
     glitter : float
         Factor on the sun's image; 1 is physical.
+    sun : three floats, optional
+        Direction that sunlight travels to in air; that of the water's beam below a level
+        surface without.
     """
 
     slopes: tuple[Operand, Operand]
     glitter_width: Operand
     glitter: Operand = 1.0
+    sun: Sequence[Operand] | None = None
 
 
 def surface_normal(
@@ -343,7 +347,7 @@ def sun_glitter(
     normal = surface_normal(*ripples.slopes, m)
     inside = m.maximum(dot(w, normal), 0.0)
     air = direction_in_air(w, normal, n, m)
-    sx, sy = n * beam.sun[0], n * beam.sun[1]
+    sx, sy = (n * beam.sun[0], n * beam.sun[1]) if ripples.sun is None else ripples.sun[:2]
     high = m.sqrt(m.maximum(1.0 - sx * sx - sy * sy, 1e-6))
     x, y, z = air[0] + sx, air[1] + sy, air[2] - high
     width2 = ripples.glitter_width

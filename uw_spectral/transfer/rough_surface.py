@@ -32,6 +32,7 @@ _RINGS, _AROUND = 24, 64  # slopes of the facets: sizes and azimuths
 _COSINES = 48  # of beams in air
 _BALANCE = 1000  # steps at most until what comes is what goes
 _EVEN = 1e-12
+_FLATTEST = 0.05  # cosine of light that enters
 
 Array = NDArray[np.float64]
 
@@ -94,6 +95,34 @@ class RoughSurface:
         # What a facet sends on down meets the waves again.
         again = np.where(met.mirrored[2] > 0, np.interp(met.mirrored[2], nodes, once), 1.0)
         return (met.share * met.reflectance * again).sum(axis=1).reshape(np.shape(cosine))
+
+    def entering_cosine(self, cosine: ArrayLike) -> Array:
+        """Cosine in the water of a beam that comes from air, as a mean over the facets.
+
+        Facets that face a low sun take in most of it, and send it on flatter than a level
+        surface would. The harmonic mean, by the light that enters, keeps Ed and E0; it is
+        taken over that of a beam from the zenith, which is spread, but not tilted.
+
+        Parameters
+        ----------
+        cosine : array_like
+            Of its zenith angle in air, 0 to 1.
+
+        Examples
+        --------
+        >>> surface = RoughSurface(1.34, 0.04)
+        >>> surface.entering_cosine(np.cos(np.radians([0.0, 60.0, 80.0]))).round(3)
+        array([1.   , 0.749, 0.606])
+        """
+        with_zenith = np.append(np.ravel(np.asarray(cosine, np.float64)), 1.0)
+        met = _meet(self, with_zenith, self.refractive_index)
+        down = direction_in_air(
+            [-part for part in met.w], [-part for part in met.normal], 1.0 / self.refractive_index
+        )[2]
+        enters = met.share * (1.0 - met.reflectance)
+        slant = enters / np.maximum(-down, _FLATTEST)
+        *found, zenith = enters.sum(axis=1) / slant.sum(axis=1)
+        return np.reshape(found, np.shape(cosine)) / zenith
 
     def passing(self, cosine: ArrayLike) -> Array:
         """Share of the light between a facet and the sky that other waves let pass or mirror.

@@ -87,8 +87,10 @@ class WaterColumn(ComparedByContent):
     sky : str
         Distribution of the sky's radiance, one of :data:`.SKIES`.
     slope_variance : float
-        Mean square slope of the waves; only ``surface="waves"`` takes note of it. The sun's
-        beam keeps the direction it has below a flat surface.
+        Mean square slope of the waves; only ``surface="waves"`` takes note of it.
+    sun_in_air : array, shape (3,), optional
+        Direction that sunlight travels to in air, where that in the water is not what a flat
+        surface makes of it.
 
     Raises
     ------
@@ -111,6 +113,7 @@ class WaterColumn(ComparedByContent):
     below: tuple[DeeperWater, ...] = ()
     sky: str = UNIFORM
     slope_variance: float = 0.0
+    sun_in_air: NDArray[np.float64] | None = None
 
     def __post_init__(self) -> None:
         for name in (
@@ -123,6 +126,8 @@ class WaterColumn(ComparedByContent):
             values = _checked(name.replace("_", " "), getattr(self, name), self.bands)
             object.__setattr__(self, name, values)
         object.__setattr__(self, "sun_direction", constant(self.sun_direction))
+        if self.sun_in_air is not None:
+            object.__setattr__(self, "sun_in_air", constant(self.sun_in_air))
         if np.any(self.floor_reflectance > 1):
             raise InputError("floor reflectance must be 0 to 1 in every band")
         if self.surface not in SURFACES:
@@ -162,12 +167,19 @@ class WaterColumn(ComparedByContent):
         return self.slope_variance if self.surface == WAVES else 0.0
 
     @property
+    def sun_at_rest(self) -> NDArray[np.float64]:
+        """Direction that sunlight travels to below a level surface, shape (3,)."""
+        if self.sun_in_air is None:
+            return self.sun_direction
+        down = (0.0, 0.0, -1.0)
+        return np.array(direction_in_air(self.skylight.sun, down, 1.0 / self.refractive_index))
+
+    @property
     def glitter(self) -> float:
         """Sun above the waves, over what :func:`.sun_glitter` takes it for by a flat surface."""
         if not self.roughness:
             return 1.0
-        n, sine2 = self.refractive_index, 1.0 - self.sun_cosine**2
-        in_air = math.sqrt(max(1.0 - n * n * sine2, 0.0))
+        n, in_air = self.refractive_index, max(-float(self.skylight.sun[2]), 0.0)
         flat, waves = (1.0 - beam_reflectance(in_air, n, each) for each in (0.0, self.roughness))
         return float(flat / waves)
 
@@ -243,8 +255,12 @@ class WaterColumn(ComparedByContent):
 
     @functools.cached_property
     def skylight(self) -> Sky:
-        """The sky in air, the sun of the column before refraction in it."""
-        sun = direction_in_air(self.sun_direction.tolist(), (0.0, 0.0, -1.0), self.refractive_index)
+        """The sky in air, with the sun before refraction."""
+        if self.sun_in_air is None:
+            n, down = self.refractive_index, (0.0, 0.0, -1.0)
+            sun = direction_in_air(self.sun_direction.tolist(), down, n)
+        else:
+            sun = tuple(self.sun_in_air.tolist())
         return Sky.standard(self.sky, math.pi * self.sky_radiance, sun)
 
     def light_field(self, phase: BandPhase) -> LightField:
