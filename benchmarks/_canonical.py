@@ -23,7 +23,7 @@ from ..uw_spectral.surface.waves import slope_variance_CoxMunk1954
 from ..uw_spectral.transfer.discrete_ordinates import Emission, Layer, solve_discrete_ordinates
 from ..uw_spectral.transfer.inelastic_emission import inelastic_emission
 from ..uw_spectral.transfer.light_field import LightField, solve_light_field
-from ..uw_spectral.transfer.rough_surface import RoughSurface, beam_reflectance
+from ..uw_spectral.transfer.rough_surface import beam_below, beam_reflectance
 from ..uw_spectral.transfer.sky import BLACK, Sky
 from ..uw_spectral.transfer.solved_field import SolvedField
 from ..uw_spectral.water.inelastic_processes import InelasticProcess
@@ -136,15 +136,11 @@ def _solved(
     enters = 1.0 - float(beam_reflectance(cosine, INDEX, slopes))
     direct = sun * cosine * (1.0 - sky) * enters
     above = BLACK
+    sun_in_air = sun_travel_direction(zenith, 0.0, 1.0)
     if sky:
-        sun_in_air = sun_travel_direction(zenith, 0.0, 1.0)
         above = Sky.standard("clear", [sun * cosine * sky], sun_in_air)
-    towards = sun_travel_direction(zenith, 0.0, INDEX)
-    if slopes:
-        flatter = float(RoughSurface(INDEX, slopes).entering_cosine(cosine))
-        towards = np.array([math.sqrt(1.0 - flatter**2), 0.0, -flatter])
     return solve_discrete_ordinates(
-        layers, [direct], towards, sky=above,
+        layers, [direct], beam_below(sun_in_air.tolist(), INDEX, slopes).tolist(), sky=above,
         refractive_index=INDEX, slope_variance=slopes, floor_reflectance=floor,
         streams=streams, modes=1,
     )  # fmt: skip

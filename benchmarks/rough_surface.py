@@ -20,6 +20,7 @@ from ..uw_spectral.surface.waves import WaveSpectrum
 from ..uw_spectral.transfer.discrete_ordinates import Layer, solve_discrete_ordinates
 from ..uw_spectral.transfer.radiance_table import TABLE_STREAMS, tabulate
 from ..uw_spectral.transfer.rough_surface import (
+    beam_below,
     beam_reflectance,
     exchange,
     internal_reflectance,
@@ -103,13 +104,18 @@ def _photons() -> str:
         entered = sea.trace(w, above=True)
         entered = entered[:, entered[2] < 0]
         spread, share = photons(sea, entered, **_WATER), entered.shape[1] / _PHOTONS
-        sun = sun_travel_direction(zenith or 0, 0, _INDEX)
         if zenith is None:
+            sun = np.array([0.0, 0.0, -1.0])
             flat, waves = (_at(_field(each, sun, 0.0, 1.0 / share), 1.0) for each in (0.0, s))
             straight = spread
         else:
-            flat, waves = (_at(_field(each, sun, 1.0, 0.0), 1.0) for each in (0.0, s))
-            straight = photons(sea, np.repeat(sun[:, None], _PHOTONS, axis=1), **_WATER)
+            above = sun_travel_direction(zenith, 0, 1.0)
+            suns = [beam_below(above, _INDEX, each) for each in (0.0, s)]
+            flat, waves = (
+                _at(_field(each, sun, 1.0, 0.0), 1.0)
+                for each, sun in zip((0.0, s), suns, strict=True)
+            )
+            straight = photons(sea, np.repeat(suns[1][:, None], _PHOTONS, axis=1), **_WATER)
         name = "uniform sky" if zenith is None else f"sun at {zenith}°"
         for quantity in ("Ed", "Eu", "E0"):
             values = (getattr(each, quantity) for each in (flat, waves, straight, spread))
@@ -125,7 +131,7 @@ def _scene(wind: float, zenith: float) -> SolvedField:
     T = 1.0 - float(beam_reflectance(math.cos(math.radians(zenith)), _INDEX, s))
     return solve_discrete_ordinates(
         [Layer(math.inf, Water.jerlov("II").a(nm), b, phase)], [T],
-        sun_travel_direction(zenith, 0, _INDEX).tolist(),
+        beam_below(sun_travel_direction(zenith, 0, 1.0), _INDEX, s).tolist(),
         sky=Sky.standard("uniform", [_DIFFUSE]), refractive_index=_INDEX, slope_variance=s,
     )  # fmt: skip
 
@@ -193,8 +199,10 @@ long fetch), Fresnel and Snell at each (`uw_spectral/transfer/rough_surface.py`)
   scaled (Sinkhorn, symmetrically) until as much comes along each stream as goes, and a uniform
   sky brings what beams from all over it bring. So R + T = 1 for every stream to 1e-6, and a
   furnace stays at n² to 5e-6 (32 streams), as under a flat surface.
-- The direct sun below the surface is what waves let in, in the direction that a flat surface would
-  give it. Its spread by some degrees is in the caustics that are drawn, not in the field.
+- The direct sun below the surface is what waves let in, in one direction: facets that face a low
+  sun take in most of it and send it on flatter than a level surface, at 80° and 7 m/s by 5°.
+  Mobley's fifth problem needs that ([validation.md](validation.md)). Its spread by some degrees is in the
+  caustics that are drawn, not in the field.
 - The closed form takes the mean transmittances and the mean internal reflectance. The Monte Carlo
   solver (`uw_spectral.monte_carlo`) keeps a flat surface.
 
@@ -206,8 +214,9 @@ n = {_INDEX}. The tests hold the fit of Jin et al. (2011) as well.
 {_reflectances()}
 
 Photons through the waves of 10 m/s, {_PHOTONS} each (± 0.3 %): {water.format(**_WATER)};
-at {_WATER["y"]:g} m, per irradiance that entered. In the last column sunlight sets out in the
-directions in which the waves refract it: what the one direction leaves out.
+at {_WATER["y"]:g} m, per irradiance that entered. *Flat* and *waves* have the sun's one direction
+below each, *photons* that below waves; in the last column sunlight sets out in the directions in
+which the waves refract it: what the one direction leaves out.
 
 {_photons()}
 

@@ -23,7 +23,7 @@ from ..transfer.discrete_ordinates import STREAMS, Emission
 from ..transfer.inelastic_emission import inelastic_emission
 from ..transfer.inelastic_light import InelasticLight, excitation_fields, solve_inelastic
 from ..transfer.light_field import LightField
-from ..transfer.rough_surface import RoughSurface, beam_reflectance
+from ..transfer.rough_surface import beam_below, beam_reflectance
 from ..transfer.sky import UNIFORM
 from ..transfer.solved_field import SolvedField
 from ..transfer.water_column import WAVES, DeeperWater, WaterColumn
@@ -347,10 +347,8 @@ def _column(
     sun = sun_travel_direction(zenith, light.azimuth, index)
     if waves:
         in_air = sun_travel_direction(zenith, light.azimuth, 1.0)
-        sun_cosine = float(RoughSurface(index, waves).entering_cosine(-in_air[2]))
-        turn = math.radians(light.azimuth)
-        across = math.sqrt(1.0 - sun_cosine**2)
-        sun = np.array([across * math.cos(turn), across * math.sin(turn), -sun_cosine])
+        sun = beam_below(in_air.tolist(), index, waves)
+        sun_cosine = -float(sun[2])
     if above:
         cosine = math.cos(math.radians(zenith))
         transmitted -= float(beam_reflectance(cosine, index, waves))

@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import functools
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -32,6 +33,7 @@ _RINGS, _AROUND = 24, 64  # slopes of the facets: sizes and azimuths
 _COSINES = 48  # of beams in air
 _BALANCE = 1000  # steps at most until what comes is what goes
 _EVEN = 1e-12
+_OVERHEAD = 1e-12  # horizontal component of a beam that has no azimuth
 _FLATTEST = 0.05  # cosine of light that enters
 
 Array = NDArray[np.float64]
@@ -165,6 +167,23 @@ def beam_reflectance(
     if not slope_variance:
         return np.asarray(fresnel_reflectance(cosine, refractive_index))
     return RoughSurface(refractive_index, slope_variance).reflectance(cosine)
+
+
+def beam_below(sun: Sequence[float], refractive_index: float, slope_variance: float = 0.0) -> Array:
+    """Direction in the water of a beam that travels along a unit vector in air, shape (3,).
+
+    That of :meth:`RoughSurface.entering_cosine`, or below a level surface without slopes.
+
+    Examples
+    --------
+    >>> beam_below((0.6, 0.0, -0.8), 1.34, 0.04).round(3)
+    array([ 0.452,  0.   , -0.892])
+    """
+    if not slope_variance:
+        return np.array(direction_in_air(sun, (0.0, 0.0, -1.0), 1.0 / refractive_index))
+    cosine = float(RoughSurface(refractive_index, slope_variance).entering_cosine(-sun[2]))
+    across = math.sqrt(1.0 - cosine**2) / max(math.hypot(sun[0], sun[1]), _OVERHEAD)
+    return np.array([across * sun[0], across * sun[1], -cosine])
 
 
 def internal_reflectance(refractive_index: float, slope_variance: float = 0.0) -> float:

@@ -22,7 +22,7 @@ from ..surface.refraction import direction_in_air
 from ..water.phase import BandPhase
 from .discrete_ordinates import STREAMS, Emission, Layer, solve_discrete_ordinates
 from .light_field import LightField, solve_light_field
-from .rough_surface import beam_reflectance, internal_reflectance
+from .rough_surface import beam_below, beam_reflectance, internal_reflectance
 from .sky import SKIES, UNIFORM, Sky
 from .solved_field import SolvedField
 
@@ -171,8 +171,7 @@ class WaterColumn(ComparedByContent):
         """Direction that sunlight travels to below a level surface, shape (3,)."""
         if self.sun_in_air is None:
             return self.sun_direction
-        down = (0.0, 0.0, -1.0)
-        return np.array(direction_in_air(self.skylight.sun, down, 1.0 / self.refractive_index))
+        return beam_below(self.skylight.sun, self.refractive_index)
 
     @property
     def glitter(self) -> float:
