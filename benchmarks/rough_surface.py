@@ -201,8 +201,8 @@ long fetch), Fresnel and Snell at each (`uw_spectral/transfer/rough_surface.py`)
   furnace stays at n² to 5e-6 (32 streams), as under a flat surface.
 - The direct sun below the surface is what waves let in, in one direction: facets that face a low
   sun take in most of it and send it on flatter than a level surface, at 80° and 7 m/s by 5°.
-  Mobley's fifth problem needs that ([validation.md](validation.md)). Its spread by some degrees is in the
-  caustics that are drawn, not in the field.
+  Mobley's fifth problem needs that ([validation.md](validation.md)). Its spread by some degrees is
+  in the caustics that are drawn, not in the field.
 - The closed form takes the mean transmittances and the mean internal reflectance. The Monte Carlo
   solver (`uw_spectral.monte_carlo`) keeps a flat surface.
 

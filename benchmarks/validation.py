@@ -74,7 +74,6 @@ so. *Theirs* with ± is their spread or error.
 - Pictures: no photograph with measured water, light and camera was found. The figures of both
   papers show scenes that are not published.
 - Shares of Raman light and fluorescence below the surface, in numbers.
-- The wavy surface from below: our light of it is that of a flat one on average (problem 5).
 
 Written by `python3 dev.py run -m benchmarks validation`.
 """
