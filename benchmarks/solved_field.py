@@ -271,7 +271,7 @@ of means over rings around the sun, against {RING_STREAMS} streams: IB, II and 3
 - Elsewhere, over a and b of 0 to 50 1/m, floors of 0.05 to 1000 m and deep, any sun and sky, what
   is looked up in one water differs from the solved field by less than 25 % of the mean radiance of
   the brightest band there, in nine columns of ten by less than 10 %. Nothing is promised below 1e-7
-  of the light that enters. Tables of layers are finite; how close they are is not checked.
+  of the light that enters. Water in layers has [a page of its own](layered_water.md).
 - The albedo is held at 1 - 1e-8: white water of 1e4 scatterings loses 1e-3 of what enters.
 
 ## Cost
