@@ -57,7 +57,9 @@ def engine():
     context = py_mini_racer.MiniRacer()
     context.eval(f"'use strict';\n{MANAGER}")
     # The manager compiles scripts as strict ones.
-    context.eval(f"'use strict';\n{SCRIPT.read_text(encoding='utf-8').replace('const ', 'var ', 1)}")
+    context.eval(
+        f"'use strict';\n{SCRIPT.read_text(encoding='utf-8').replace('const ', 'var ', 1)}"
+    )
     return context
 
 
