@@ -7,21 +7,75 @@ import os
 import shutil
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 
 import bpy
 
 from ..uw_spectral.errors import InputError
-from . import openjd_template
+from . import engines, manifest, openjd_template, picture_size, planning
 from .external_files import external_files
 from .openjd_template import ASSETS, MANIFEST, README, TEMPLATE, VALUES, FarmJob
 from .path_mapping import table_files
-from .settings import SceneSettings
+from .settings import Job, SceneSettings
 
 _FILES = {ASSETS, MANIFEST, README, TEMPLATE, VALUES}
 _NAMED = 5
 
 Planner = Callable[[Path], FarmJob]
+
+
+def bundle_job(
+    folder: Path, scene: bpy.types.Scene, settings_now: Callable[[], SceneSettings], job: Job
+) -> FarmJob:
+    """Plan a job of the open file and write it as a bundle.
+
+    Parameters
+    ----------
+    folder : Path
+        The folder to create.
+    scene : Scene
+        Its current frame moves.
+    settings_now : callable
+        Returns the settings at the scene's current frame.
+    job : Job
+        Frames, engine, cameras and folder of the results.
+
+    Returns
+    -------
+    FarmJob
+        What the farm will render.
+
+    Raises
+    ------
+    InputError
+        As :func:`write_bundle` and :func:`.planning.plan_job`.
+    """
+    job = replace(job, out=job.out.absolute())
+
+    def plan(path: Path) -> FarmJob:
+        planned = planning.plan_job(scene, settings_now, job)
+        manifest.write_manifest(path, planned)
+        return farm_job(planned)
+
+    return write_bundle(folder, settings_now(), plan)
+
+
+def farm_job(planned: manifest.Manifest) -> FarmJob:
+    """Return what a farm has to know of a plan."""
+    output = planned.output
+    engine = engines.engine_of(output.engine, output.mode)
+    bands = 3 if engine.draws_colours else len(planned.bands_nm)
+    names = tuple(camera.name for camera in planned.cameras)
+    return FarmJob(
+        planned.scene.absolute(),
+        planned.out.absolute(),
+        planned.frames,
+        len(planned.passes),
+        memory=picture_size.least_memory(output.size, bands),
+        gpu=output.engine == "eevee" or output.device == "gpu",
+        cameras=names if len(names) > 1 else (),
+    )
 
 
 def write_bundle(folder: Path, settings: SceneSettings, plan: Planner) -> FarmJob:
@@ -50,7 +104,7 @@ def write_bundle(folder: Path, settings: SceneSettings, plan: Planner) -> FarmJo
         something else or cannot be written.
     """
     folder = folder.resolve()
-    _check_saved()
+    check_saved()
     found = external_files()
     missing = [f"{owner} ({path})" for owner, path in found.missing]
     tables = table_files(settings)
@@ -74,7 +128,14 @@ def write_bundle(folder: Path, settings: SceneSettings, plan: Planner) -> FarmJo
     return job
 
 
-def _check_saved() -> None:
+def check_saved() -> None:
+    """Refuse a file that is not on disk as it is.
+
+    Raises
+    ------
+    InputError
+        If it was never saved, or changed since.
+    """
     if not bpy.data.filepath:
         raise InputError("the scene was never saved, and a farm reads it from a file; save it")
     if bpy.data.is_dirty:
