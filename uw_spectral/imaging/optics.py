@@ -129,8 +129,14 @@ class ResolvedOptics(ComparedByContent):
             )
         return self.column.solved_field(self.phase, streams, emission)
 
-    def viewpoint(self, depth: float) -> Viewpoint:
+    def viewpoint(self, depth: float, stops: float | None = None) -> Viewpoint:
         """Return the camera at a depth in m.
+
+        Parameters
+        ----------
+        depth : float
+        stops : float, optional
+            Exposure instead of the description's, such as that of another camera.
 
         Raises
         ------
@@ -143,7 +149,7 @@ class ResolvedOptics(ComparedByContent):
             self.sensor,
             depth,
             chosen.white_balance,
-            chosen.exposure_stops,
+            chosen.exposure_stops if stops is None else stops,
         )
         if self.reference is None:
             return Viewpoint(self.column, self.phase, *camera)
