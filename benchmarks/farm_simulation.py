@@ -343,13 +343,14 @@ The hours are nearly the same; the first picture is not. A shot that somebody wa
 renders is better off with frames that are developed in turn.
 
 ## Where it stops
-Up to so many workers a tenth of the rented time is lost at most, or half. Where there are few tasks for
-a worker, it matters how well the last ones fit: the numbers are those before the first that is worse.
+Up to so many workers a tenth of the rented time is lost at most, or half. Where there are few tasks
+for a worker, it matters how well the last ones fit: the numbers are those before the first that is
+worse.
 
 {_limits(cases)}
 
-- Passes on several workers let four to five times as many workers help as whole frames do. It matters
-  where there are nearly as many workers as frames.
+- Passes on several workers let four to five times as many workers help as whole frames do. It
+  matters where there are nearly as many workers as frames.
 - Where passes are short, start and scheduling are what is paid: several passes a task
   (`PassesPerTask`, `passes_per_task`), or whole frames.
 - In the end the scheduler is the limit: at {slow.assign:g} s a task it feeds

@@ -19,6 +19,8 @@ from ..uw_spectral.spectra.sensor import list_sensors
 from ..uw_spectral.spectra.spectrum import is_file
 from ..uw_spectral.water.named import list_waters
 from . import (
+    farm_bundle,
+    live,
     picture_size,
     render_job,
     scene_requirements,
@@ -28,6 +30,7 @@ from . import (
 )
 from .planning import find_cameras
 from .progress import Progress, print_note
+from .session import is_live
 
 
 def main(
@@ -80,7 +83,7 @@ def run(options: argparse.Namespace, *, inside_blender: bool) -> None:
             print(f"{source}: {', '.join(names)}")
         return
     split, progress = settings.split(options), Progress(options.progress)
-    if split is not None and split.plan is None:
+    if split is not None and split.plan is None and split.bundle is None:
         split_batch.run(split, options.blend, progress, _open, inside_blender=inside_blender)
         return
     job, auto = settings.job(options), settings.auto(options)
@@ -101,6 +104,10 @@ def run(options: argparse.Namespace, *, inside_blender: bool) -> None:
         job, settings_now = _chosen(scene, settings_now, job, auto)
     if split is not None and split.plan is not None:
         split_batch.plan(scene, settings_now, job, split.plan)
+        return
+    if split is not None and split.bundle is not None:
+        made = farm_bundle.bundle_job(split.bundle, scene, settings_now, job)
+        print(f"bundled: {len(made.frames)} frame(s), {made.passes} pass(es), in {split.bundle}")
         return
     for step in render_job.render(scene, settings_now, job, print_note):
         progress.report(step)
@@ -130,6 +137,14 @@ def _chosen(
 
 
 def _open(blend: Path | None, inside_blender: bool) -> None:
+    """Open a scene; live water makes way for that of the batch."""
+    _open_file(blend, inside_blender)
+    for scene in bpy.data.scenes:
+        if is_live(scene):
+            live.remove(scene)
+
+
+def _open_file(blend: Path | None, inside_blender: bool) -> None:
     if inside_blender:
         if blend is not None:
             raise InputError(f"{blend}: inside Blender, name the scene before -P, not after --")

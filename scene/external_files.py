@@ -8,8 +8,8 @@ from pathlib import Path
 
 import bpy
 
-# What a render does not read. Fonts, volumes, caches and objects (simulations) stay.
-_UNUSED = {"SOUND", "TEXT", "SCREEN", "WINDOWMANAGER", "WORKSPACE", "BRUSH", "PALETTE"}
+# What a render can do without, should it be missing.
+_DISPENSABLE = ("sound", "text", "screen", "brush", "palette")
 _FLAGS = {"SKIP_PACKED", "SKIP_WEAK_REFERENCES"}
 # Tiles and numbered pictures come one by one.
 _EXPANDED = {*_FLAGS, "EXPAND_TOKENS", "EXPAND_SEQUENCES", "EXPAND_CACHES"}
@@ -35,14 +35,13 @@ def external_files() -> ExternalFiles:
     missing = [
         (owner, path)
         for owner, path in _visited(_FLAGS)
-        # A folder is one of a simulation, which fills it once it is baked.
-        if path.suffix and not any(item.exists() for item in found.get(owner, ()))
+        if _counts(owner, path) and not any(item.exists() for item in found.get(owner, ()))
     ]
     missing += [
         (owner, path)
         for owner, paths in found.items()
         for path in paths
-        if path.suffix and not path.exists() and (owner, path) not in missing
+        if _counts(owner, path) and not path.exists() and (owner, path) not in missing
     ]
     return ExternalFiles(
         tuple(sorted(path for path in present if path.is_file())),
@@ -51,12 +50,17 @@ def external_files() -> ExternalFiles:
     )
 
 
+def _counts(owner: str, path: Path) -> bool:
+    # A folder is one of a simulation, which fills it once it is baked.
+    return bool(path.suffix) and not owner.startswith(_DISPENSABLE)
+
+
 def _visited(flags: set[str]) -> Iterator[tuple[str, Path]]:
     """Yield an owner, such as ``image 'sand'``, and the absolute path of each file it names."""
     visited: list[tuple[str, Path]] = []
 
     def visit(block: bpy.types.ID, path: str, _: object) -> None:
-        if path and not path.startswith("<") and block.id_type not in _UNUSED:
+        if path and not path.startswith("<"):
             absolute = bpy.path.abspath(path, library=block.library)
             kind = block.id_type.lower()
             visited.append((f"{kind} {block.name!r}", Path(absolute)))

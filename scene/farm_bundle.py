@@ -7,17 +7,18 @@ import os
 import shutil
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import replace
+from dataclasses import asdict, replace
 from pathlib import Path
 
 import bpy
 
 from ..uw_spectral.errors import InputError
-from . import engines, manifest, openjd_template, picture_size, planning
+from ..uw_spectral.spectra.spectrum import split_location
+from . import engines, openjd_template, picture_size, planning
 from .external_files import external_files
+from .manifest import Manifest, tables, write_manifest
 from .openjd_template import ASSETS, MANIFEST, README, TEMPLATE, VALUES, FarmJob
-from .path_mapping import table_files
-from .settings import Job, SceneSettings
+from .settings import Job, SceneSettings, flag
 
 _FILES = {ASSETS, MANIFEST, README, TEMPLATE, VALUES}
 _NAMED = 5
@@ -55,14 +56,16 @@ def bundle_job(
 
     def plan(path: Path) -> FarmJob:
         planned = planning.plan_job(scene, settings_now, job)
-        manifest.write_manifest(path, planned)
+        write_manifest(path, planned)
         return farm_job(planned)
 
     return write_bundle(folder, settings_now(), plan)
 
 
-def farm_job(planned: manifest.Manifest) -> FarmJob:
+def farm_job(planned: Manifest) -> FarmJob:
     """Return what a farm has to know of a plan."""
+    if planned.scene is None:
+        raise InputError("the scene was never saved, and a farm reads it from a file; save it")
     output = planned.output
     engine = engines.engine_of(output.engine, output.mode)
     bands = 3 if engine.draws_colours else len(planned.bands_nm)
@@ -107,8 +110,9 @@ def write_bundle(folder: Path, settings: SceneSettings, plan: Planner) -> FarmJo
     check_saved()
     found = external_files()
     missing = [f"{owner} ({path})" for owner, path in found.missing]
-    tables = table_files(settings)
-    missing += [f"{option} ({path})" for path, option in tables.items() if not path.is_file()]
+    named = tables(asdict(settings)).items()
+    of_settings = {split_location(location)[0]: flag(name) for name, location in named}
+    missing += [f"{option} ({path})" for path, option in of_settings.items() if not path.is_file()]
     if missing:
         more = f" and {len(missing) - _NAMED} more" if len(missing) > _NAMED else ""
         raise InputError(
@@ -119,7 +123,7 @@ def write_bundle(folder: Path, settings: SceneSettings, plan: Planner) -> FarmJo
     _check_folder(folder)
     with _replacing(folder) as temporary:
         job = plan(temporary / MANIFEST)
-        files = [*found.files, *(path.absolute() for path in tables)]
+        files = [*found.files, *(path.absolute() for path in of_settings)]
         _write_json(temporary / TEMPLATE, openjd_template.template(job))
         _write_json(temporary / VALUES, openjd_template.parameter_values(job))
         assets = openjd_template.asset_references(job, files, found.folders)

@@ -145,7 +145,6 @@ elsewhere on a worker is found by the path mapping of its session.
 | `Frames`, `Passes` | what to render of the plan, such as `1-24` and `0-{job.passes - 1}` |
 | `PassesPerTask`, `FramesPerTask` | more where Blender takes long to start |
 | `Blender` | Blender's executable on the workers |
-| `Extra` | further options of the extension, in one text |
 
 Tasks may be run again at any time: finished passes are kept.
 """
@@ -170,7 +169,6 @@ def _parameters(job: FarmJob) -> list[dict[str, Any]]:
         _count("PassesPerTask", "Passes per task", "Passes that one start of Blender renders"),
         _count("FramesPerTask", "Frames per development", "Frames that one start develops", 10),
         _text("Blender", "Blender", "blender", "Blender's executable on the workers"),
-        _text("Extra", "Further options", "", "Options of the extension, in one text"),
     ]
 
 
@@ -258,7 +256,7 @@ def _script(job: FarmJob, work: list[str], timeout: int) -> dict[str, Any]:
     if job.cameras:
         arguments += ["--cameras", "{{Task.Param.Camera}}"]
     arguments += ["--path-mapping", "{{Session.PathMappingRulesFile}}"]
-    arguments += ["--progress", "openjd", "--extra={{Param.Extra}}"]
+    arguments += ["--progress", "openjd"]
     return {
         "actions": {
             "onRun": {

@@ -4,18 +4,17 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from pathlib import Path, PurePath, PurePosixPath, PureWindowsPath
 
 import bpy
 
 from ..uw_spectral.errors import InputError
 from ..uw_spectral.spectra.spectrum import split_location
-from .settings import SceneSettings, flag
+from .manifest import Manifest, tables
 
 _VERSION = "pathmapping-1.0"
 _FORMATS: dict[str, type[PurePath]] = {"POSIX": PurePosixPath, "WINDOWS": PureWindowsPath}
-_FILE = "file:"
 
 
 @dataclass(frozen=True)
@@ -54,15 +53,30 @@ class PathMapping:
         found = (rule.apply(path) for rule in self.rules)
         return next((mapped for mapped in found if mapped is not None), path)
 
-    def apply_to_settings(self, settings: SceneSettings) -> SceneSettings:
-        """Return settings whose tables are those of this machine."""
-        changed = {}
-        for name, location in table_locations(settings).items():
+    def apply_to_manifest(self, manifest: Manifest) -> Manifest:
+        """Return a manifest whose scene, results and tables are those of this machine.
+
+        The files of the scene stay named as the .blend has them.
+        """
+        if not self.rules:
+            return manifest
+        settings = dict(manifest.settings)
+        for name, location in tables(settings).items():
             path, part = split_location(location)
-            mapped = self.apply(str(path))
-            if mapped != str(path):
-                changed[name] = f"{_FILE}{mapped}{f'#{part}' if part else ''}"
-        return replace(settings, **changed)
+            settings[name] = f"file:{self.apply(str(path))}{f'#{part}' if part else ''}"
+        return replace(
+            manifest,
+            scene=self._placed(manifest.scene) if manifest.scene is not None else None,
+            out=self._placed(manifest.out),
+            settings=settings,
+            files=tuple(
+                replace(item, path=self.apply(item.path)) if item.setting else item
+                for item in manifest.files
+            ),
+        )
+
+    def _placed(self, path: Path) -> Path:
+        return Path(self.apply(str(path)))
 
 
 def read_path_mapping(path: Path) -> PathMapping:
@@ -121,20 +135,3 @@ def apply_to_scene(mapping: PathMapping) -> None:
 
 def _moved(before: dict[bpy.types.Library, str]) -> Iterable[bpy.types.Library]:
     return [library for library, path in before.items() if library.filepath != path]
-
-
-def table_locations(settings: SceneSettings) -> dict[str, str]:
-    """Return the file that each setting names, after ``file:``, by the setting's name."""
-    return {
-        name: value.removeprefix(_FILE)
-        for name, value in asdict(settings).items()
-        if isinstance(value, str) and value.startswith(_FILE)
-    }
-
-
-def table_files(settings: SceneSettings) -> dict[Path, str]:
-    """Return the tables that settings name, and the option that names each."""
-    return {
-        split_location(location)[0]: flag(name)
-        for name, location in table_locations(settings).items()
-    }

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
 from ..uw_spectral.errors import InputError
@@ -20,7 +21,7 @@ def check_programs(manifest: Manifest) -> None:
     _refuse(_programs(manifest) + _tables(manifest))
 
 
-def check_scene(manifest: Manifest, blend: Path | None) -> None:
+def check_scene(manifest: Manifest, blend: Path | None, placed: Callable[[str], str] = str) -> None:
     """Refuse to render if anything differs from what was planned; the scene is open.
 
     Parameters
@@ -28,6 +29,8 @@ def check_scene(manifest: Manifest, blend: Path | None) -> None:
     manifest : Manifest
     blend : Path or None
         The .blend that is open.
+    placed : callable
+        Returns where a file of the scene lies here.
 
     Raises
     ------
@@ -40,7 +43,7 @@ def check_scene(manifest: Manifest, blend: Path | None) -> None:
     here = {item.path: item for item in job_files.scene_files()}
     planned = {item.path: item for item in manifest.files if not item.setting}
     for path, item in planned.items():
-        now = here.get(path)
+        now = here.get(placed(path))
         if now is None or now.sha256 != item.sha256:
             found.append(_changed(item.what, now.sha256 if now else ""))
     _refuse(found)

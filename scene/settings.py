@@ -354,12 +354,15 @@ class Job:
 class SplitRequest:
     """What to do with a manifest, instead of planning, rendering and developing in one go.
 
-    ``plan`` is where to write one; ``work``, ``develop`` and ``status`` name one to read.
+    ``plan`` is where to write one, ``bundle`` the folder of a job for a farm; ``work``,
+    ``develop`` and ``status`` name one to read.
     ``passes``, ``frames`` and ``cameras`` are the part of the job that is meant, empty for all;
-    ``out`` is the folder of the results, if it is not the manifest's.
+    ``out`` is the folder of the results, if it is not the manifest's; ``path_mapping`` a file of
+    rules by which files lie elsewhere.
     """
 
     plan: Path | None = None
+    bundle: Path | None = None
     work: Path | None = None
     develop: Path | None = None
     status: Path | None = None
@@ -368,6 +371,7 @@ class SplitRequest:
     frames: tuple[int, ...] = ()
     cameras: tuple[str, ...] = ()
     out: Path | None = None
+    path_mapping: Path | None = None
 
 
 class _Parser(argparse.ArgumentParser):
@@ -475,6 +479,10 @@ def parser(program: str | None = None) -> argparse.ArgumentParser:
         help="render the passes of a manifest that are not done; nothing else is decided",
     )  # fmt: skip
     steps.add_argument(
+        "--bundle", type=Path, default=None, metavar="DIR",
+        help="decide everything and write a job for a render farm; render nothing",
+    )  # fmt: skip
+    steps.add_argument(
         "--status", type=Path, default=None, metavar="FILE",
         help="say what of a manifest is done, broken and missing",
     )  # fmt: skip
@@ -482,6 +490,10 @@ def parser(program: str | None = None) -> argparse.ArgumentParser:
     split.add_argument(
         "--develop", action="store_true", default=False,
         help="with --from: make pictures, spectra and records of the finished passes",
+    )  # fmt: skip
+    split.add_argument(
+        "--path-mapping", type=Path, default=None, metavar="FILE",
+        help="with --from: rules of Open Job Description, by which files lie elsewhere here",
     )  # fmt: skip
     split.add_argument("--json", action="store_true", default=False, help="with --status")
     split.add_argument(
@@ -571,13 +583,15 @@ def split(options: argparse.Namespace) -> SplitRequest | None:
     for name, needed, there in (
         ("--passes", "--from", not options.passes or source),
         ("--develop", "--from", not options.develop or source),
+        ("--path-mapping", "--from", not options.path_mapping or source),
         ("--json", "--status", not options.json or options.status),
     ):
         if not there:
             raise InputError(f"{name} needs {needed} and a manifest")
-    if options.plan is None and source is None and options.status is None:
+    planned = options.plan or options.bundle
+    if planned is None and source is None and options.status is None:
         return None
-    if options.plan is None:
+    if planned is None:
         decided = ("engine", "mode", "quality", "target_delta_e", "time_budget", "range")
         settled = [flag(s.name) for s in fields(SceneSettings) if s.name in vars(options)]
         settled += [flag(name) for name in decided if name in vars(options)]
@@ -590,6 +604,8 @@ def split(options: argparse.Namespace) -> SplitRequest | None:
             )
     return SplitRequest(
         plan=options.plan,
+        bundle=options.bundle,
+        path_mapping=options.path_mapping,
         work=None if options.develop else source,
         develop=source if options.develop else None,
         status=options.status,

@@ -12,6 +12,7 @@ from ..uw_spectral.errors import InputError
 from . import job_files, job_status, render_job, same_job, work
 from .frame_plans import FramePlans
 from .manifest import Manifest, read_manifest, write_manifest
+from .path_mapping import PathMapping, apply_to_scene, read_path_mapping
 from .planning import plan_job
 from .progress import Progress, print_note
 from .render_job import Step
@@ -70,7 +71,10 @@ def run(
     """
     path = request.status or request.develop or request.work
     assert path is not None
-    manifest = read_manifest(path)
+    mapping = PathMapping()
+    if request.path_mapping is not None:
+        mapping = read_path_mapping(request.path_mapping)
+    manifest = mapping.apply_to_manifest(read_manifest(path))
     if request.out is not None:
         manifest = replace(manifest, out=request.out)
     part = Part(request.passes, request.frames, request.cameras)
@@ -82,7 +86,8 @@ def run(
     else:
         if not (inside_blender and bpy.data.filepath):
             open_scene(blend or _scene_of(manifest), False)
-        _work(manifest, part, progress)
+        apply_to_scene(mapping)
+        _work(manifest, mapping, part, progress)
 
 
 def _scene_of(manifest: Manifest) -> Path:
@@ -94,9 +99,9 @@ def _scene_of(manifest: Manifest) -> Path:
     return manifest.scene
 
 
-def _work(manifest: Manifest, part: Part, progress: Progress) -> None:
+def _work(manifest: Manifest, mapping: PathMapping, part: Part, progress: Progress) -> None:
     tasks = part.tasks(manifest)
-    same_job.check_scene(manifest, job_files.open_blend())
+    same_job.check_scene(manifest, job_files.open_blend(), mapping.apply)
     render_job.join(manifest)
     kept = rendered = 0
     steps = work.render(

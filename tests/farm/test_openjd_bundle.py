@@ -22,7 +22,7 @@ from openjd.model import (
 )
 from underwater_spectral.scene import farm_bundle, openjd_template
 from underwater_spectral.scene.openjd_template import DEVELOP, RENDER, FarmJob
-from underwater_spectral.scene.settings import SceneSettings, parse_frames
+from underwater_spectral.scene.settings import SceneSettings, parse_numbers
 from underwater_spectral.uw_spectral.errors import InputError
 
 EXTENSIONS = ["TASK_CHUNKING"]
@@ -62,14 +62,14 @@ def test_every_pass_is_rendered_once_and_every_frame_developed_once(
     rendered = [
         (task.get("Camera"), int(task["Frame"]), number)
         for task in _tasks(made, RENDER)
-        for number in parse_frames(task["Pass"])
+        for number in parse_numbers(task["Pass"])
     ]
     views = [(camera, frame) for camera in cameras or (None,) for frame in JOB.frames]
     assert sorted(rendered) == sorted((*view, number) for view in views for number in range(9))
     developed = [
         (task.get("Camera"), frame)
         for task in _tasks(made, DEVELOP)
-        for frame in parse_frames(task["Frame"])
+        for frame in parse_numbers(task["Frame"])
     ]
     assert sorted(developed) == sorted(views)
 

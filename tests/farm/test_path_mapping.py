@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import json
+from dataclasses import asdict, replace
 from pathlib import Path
 
 import bpy
 import pytest
+from underwater_spectral.scene.manifest import ExternalFile
 from underwater_spectral.scene.path_mapping import PathMapping, apply_to_scene, read_path_mapping
 from underwater_spectral.scene.settings import SceneSettings
+from underwater_spectral.tests.scene.manifests import small_manifest
 from underwater_spectral.uw_spectral.errors import InputError
 
 
@@ -35,15 +38,24 @@ def test_the_first_rule_that_fits_applies(tmp_path):
     assert mapping.apply("//a.png") == "//a.png"
 
 
-def test_tables_of_the_settings_are_mapped(tmp_path):
+def test_a_plan_is_placed_and_stays_the_same_job(tmp_path):
     mapping = _rules(tmp_path, ("POSIX", "/home/me", "/mnt"))
-    settings = SceneSettings(
-        water="file:/home/me/water.csv", sensor="file:/home/me/cameras.txt#D90", illuminant="d65"
+    table = ExternalFile("the water", "/home/me/water.csv", "1", "water")
+    texture = ExternalFile("the texture", "/home/me/sand.png", "2")
+    settings = {"water": "file:/home/me/water.csv", "sensor": "file:/home/me/cameras.txt#D90"}
+    planned = replace(
+        small_manifest(Path("/home/me/out")),
+        scene=Path("/home/me/reef.blend"),
+        settings={**asdict(SceneSettings()), **settings},
+        files=(table, texture),
     )
-    mapped = mapping.apply_to_settings(settings)
-    assert (mapped.water, mapped.illuminant) == ("file:/mnt/water.csv", "d65")
-    assert mapped.sensor == "file:/mnt/cameras.txt#D90"
-    assert PathMapping().apply_to_settings(settings) == settings
+    placed = mapping.apply_to_manifest(planned)
+    assert (placed.scene, placed.out) == (Path("/mnt/reef.blend"), Path("/mnt/out"))
+    assert placed.settings["water"] == "file:/mnt/water.csv"
+    assert placed.settings["sensor"] == "file:/mnt/cameras.txt#D90"
+    assert [item.path for item in placed.files] == ["/mnt/water.csv", "/home/me/sand.png"]
+    assert placed.key(placed.views[0], 0) == planned.key(planned.views[0], 0)
+    assert PathMapping().apply_to_manifest(planned) is planned
 
 
 def test_without_rules_nothing_is_mapped(tmp_path):
