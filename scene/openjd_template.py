@@ -129,7 +129,7 @@ openjd run {TEMPLATE} --step {DEVELOP} --run-dependencies \\
     -p "Scene={job.scene}" -p "OutputDir={job.out}" -p Blender=blender
 ```
 
-One pass of one frame: `--step {RENDER} --tasks '[{{"Frame": {first}, "Pass": "0"}}]'`.
+One pass of one frame: `--step {RENDER} --tasks '[{{"Frame": {first}, "Pass": "0-0"}}]'`.
 
 ## AWS Deadline Cloud
 ```sh

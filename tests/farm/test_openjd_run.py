@@ -91,11 +91,11 @@ def test_two_sessions_at_once_render_what_one_process_renders(empty_blender, tmp
     assert not (project / "out").exists()
     # Pass 2 of frame 1 is asked of both.
     sessions = [
-        _openjd(bundle, project, blender, *_tasks((1, "0-2"), (2, "3"))),
+        _openjd(bundle, project, blender, *_tasks((1, "0-2"), (2, "3-3"))),
         _openjd(bundle, project, blender, *_tasks((1, "2-3"), (2, "0-2"))),
     ]
     for session in sessions:
-        assert "Progress: 100" in _finished(session)
+        assert "openjd_progress: 100.0" in _finished(session)
     develop = ["--step", DEVELOP, "--no-run-dependencies"]
     _finished(_openjd(bundle, project, blender, *develop))
     _assert_same(tmp_path / "single", project / "out")
