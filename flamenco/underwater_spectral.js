@@ -54,11 +54,13 @@ function compileJob(job) {
     settings.render_output_path = out;
     const manifest = path.join(out, "manifest.json");
 
-    const plan = blenderTask("plan", settings.blendfile, shellSplit(settings.options || "").concat([
+    const plan = author.Task("plan", "blender");
+    plan.addCommand(author.Command("make-directory", { path: out }));
+    plan.addCommand(blenderCommand(settings.blendfile, shellSplit(settings.options || "").concat([
         "--frames", frameChunker(settings.frames, 1).join(","),
         "--out", out,
         "--plan", manifest,
-    ]));
+    ])));
     job.addTask(plan);
 
     // A frame's development follows its passes in the list: it is picked up as soon as they
@@ -83,11 +85,15 @@ function compileJob(job) {
 // A task that runs the extension's command on a scene.
 function blenderTask(name, blendfile, options) {
     const task = author.Task(name, "blender");
-    task.addCommand(author.Command("exec", {
+    task.addCommand(blenderCommand(blendfile, options));
+    return task;
+}
+
+function blenderCommand(blendfile, options) {
+    return author.Command("exec", {
         exe: "{blender}",
         args: ["--command", "underwater", blendfile].concat(options),
-    }));
-    return task;
+    });
 }
 
 // "3" or "3-5".

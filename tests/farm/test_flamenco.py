@@ -3,10 +3,17 @@
 from __future__ import annotations
 
 import json
+import subprocess
 from pathlib import Path
 
 import py_mini_racer
 import pytest
+from underwater_spectral.tests.farm.project import (
+    PASSES,
+    assert_same_files,
+    make_project,
+    run_batch,
+)
 
 SCRIPT = Path(__file__).resolve().parents[2] / "flamenco" / "underwater_spectral.js"
 
@@ -69,7 +76,9 @@ def _compiled(engine, **changes) -> dict:
 
 
 def _arguments(task) -> list[str]:
-    (command,) = task["commands"]
+    *before, command = task["commands"]
+    folder = {"name": "make-directory", "parameters": {"path": OUT}}
+    assert before == ([folder] if task["name"] == "plan" else [])
     assert command["name"] == "exec"
     assert command["parameters"]["exe"] == "{blender}"
     start, blend = command["parameters"]["args"][:2], command["parameters"]["args"][2]
@@ -103,6 +112,34 @@ def test_every_command_is_one_of_the_batch(engine):
     passes = ["--from", manifest, "--frames", "2", "--passes", "0-1"]
     assert tasks["render-2-pass-0-1"] == passes
     assert tasks["develop-5"] == ["--from", manifest, "--frames", "5", "--develop"]
+
+
+@pytest.mark.slow
+def test_its_commands_render_what_one_process_renders(engine, empty_blender, tmp_path, blender):
+    scene, *options = make_project(tmp_path / "project")
+    run_batch(scene, *options, "--out", tmp_path / "single")
+    out = tmp_path / "out"
+    given = options[: options.index("--frames")]
+    made = _compiled(
+        engine,
+        frames="1-2",
+        passes=PASSES,
+        passes_per_task=3,
+        options=" ".join(given),
+        blendfile=scene,
+        render_output_path=str(out),
+    )
+    finished = set()
+    for task in made["tasks"]:
+        assert set(task["dependencies"]) <= finished
+        *before, command = task["commands"]
+        for folder in before:
+            Path(folder["parameters"]["path"]).mkdir(parents=True, exist_ok=True)
+        arguments = command["parameters"]["args"]
+        executable = command["parameters"]["exe"].replace("{blender}", str(blender))
+        subprocess.run([executable, *arguments], check=True)
+        finished.add(task["name"])
+    assert_same_files(tmp_path / "single", out)
 
 
 @pytest.mark.parametrize("per_task", [1, 3, 100])
