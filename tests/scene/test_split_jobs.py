@@ -33,6 +33,7 @@ from underwater_spectral.uw_spectral.spectra.spectral_image import read_exr, wri
 
 ROOT = Path(__file__).resolve().parents[2]
 FAST = ["--samples", 2, "--resolution", 16, 9, "--phase", "hg:0.8", "--bands", 4]
+EEVEE = ["--engine", "eevee", "--field", "closed-form", "--frames", "1-2"]
 DIVE = [*FAST, "--water", "constituents", "--frames", "1-3"]
 
 
@@ -131,13 +132,14 @@ def test_passes_and_frames_in_other_processes_give_the_same_pictures(dive):
         ["--surface", "waves", "--wave-resolution", 32, "--floor-depth", 9],
         ["--band-placement", "optimised", "--bands", 6],
         ["--inelastic", "raman"],
-        ["--engine", "eevee", "--field", "closed-form"],
-        ["--engine", "eevee", "--mode", "realtime", "--shafts"],
+        [*EEVEE, "--mode", "bands"],
+        [*EEVEE, "--mode", "realtime", "--shafts"],
     ],
+    ids=["waves", "optimised", "raman", "eevee", "realtime"],
 )
 def test_a_dive_that_is_cut_at_every_frame_is_the_uncut_one(dive, options):
     path = _planned(dive, *options)
-    for frame in (3, 1, 2):
+    for frame in reversed(json.loads(path.read_text())["frames"]):
         _finish(_worker("--from", path, "--frames", frame))
     _finish(_worker("--from", path, "--develop"))
     _assert_equal(_rendered(dive, *options), dive.with_name("split"))
@@ -145,7 +147,7 @@ def test_a_dive_that_is_cut_at_every_frame_is_the_uncut_one(dive, options):
 
 @pytest.mark.slow
 def test_a_worker_that_is_killed_in_a_pass_loses_nothing(dive):
-    options = ["--frames", 1, "--samples", 3000, "--resolution", 64, 36]
+    options = ["--frames", 1, "--samples", 1500, "--resolution", 32, 18]
     path, out = _planned(dive, *options), dive.with_name("split")
     worker = _worker("--from", path)
     deadline = time.monotonic() + 120
@@ -155,7 +157,7 @@ def test_a_worker_that_is_killed_in_a_pass_loses_nothing(dive):
         time.sleep(0.01)
     time.sleep(0.2)
     worker.send_signal(signal.SIGKILL)
-    worker.wait()
+    worker.communicate()
     assert not list(out.rglob("pass_00.exr"))
     assert list(out.rglob(".*.claim"))
     _finish(_worker("--from", path))
@@ -430,6 +432,33 @@ def test_a_disk_that_is_full_and_a_folder_that_is_read_only(dive, capsys, monkey
         capsys, "cannot write /proc/none/job.json", dive, *FAST, "--plan", "/proc/none/job.json"
     )
     assert _run("--from", path) == 0
+
+
+def test_inside_blender_the_open_scene_counts(dive, capsys):
+    path = _planned(dive, "--frames", 1)
+    bpy.ops.wm.open_mainfile(filepath=str(dive))
+    arguments = ["--from", str(path), "--passes", "0"]
+    assert batch.main(arguments, inside_blender=True) == 0
+    assert (dive.with_name("split") / "passes" / "0001" / "pass_00.exr").exists()
+    assert batch.main([str(dive), *arguments], inside_blender=True) == 2
+    assert "name the scene before -P" in capsys.readouterr().err
+    bpy.context.scene.render.fps = 12
+    bpy.ops.wm.save_as_mainfile(filepath=str(dive.with_name("other.blend")))
+    assert batch.main(arguments, inside_blender=True) == 2
+    assert "other.blend is not the file that was planned" in capsys.readouterr().err
+
+
+def test_pixels_that_rot_are_rendered_again_by_who_answers_for_them(dive, capsys):
+    path = _planned(dive, "--frames", 1)
+    assert _run("--from", path) == 0
+    rotten = dive.with_name("split") / "passes" / "0001" / "pass_01.exr"
+    whole = rotten.read_bytes()
+    rotten.write_bytes(whole[:-400] + bytes(300) + whole[-100:])
+    message = "passes are missing: frame 1 of Camera, 1; render them with --from and --frames"
+    _refused(capsys, message, "--from", path, "--develop")
+    assert _run("--from", path, "--frames", 1) == 0
+    assert rotten.read_bytes() != whole[:-400] + bytes(300) + whole[-100:]
+    assert _run("--from", path, "--develop") == 0
 
 
 def test_failures_are_told_in_the_words_of_a_farm(tmp_path, capsys):

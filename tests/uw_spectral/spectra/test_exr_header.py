@@ -23,6 +23,14 @@ def test_a_whole_image_and_every_cut_of_it(tmp_path, height):
         assert cropped is None or not cropped.whole
 
 
+def test_a_long_text(tmp_path):
+    path = tmp_path / "image.exr"
+    write_rgb_exr(path, np.zeros((3, 3, 3)), {"note": "x" * 100000})
+    header = read_header(path)
+    assert header is not None
+    assert len(header.text["note"]) == 100000
+
+
 @pytest.mark.parametrize("content", [b"", b"not an image", bytes(1000), b"\x76\x2f\x31\x01" * 9])
 def test_what_is_no_image(tmp_path, content):
     path = tmp_path / "image.exr"
