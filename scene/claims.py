@@ -64,8 +64,10 @@ def claimed(path: Path, *, force: bool = False) -> Iterator[bool]:
     mine = Claim(platform.node(), os.getpid(), time.time(), _started(os.getpid()), uuid.uuid4().hex)
     held = _make(place, mine)
     if not held and (force or not is_living(place)):
-        _give_up(place, force=force)
+        dead = _take_away(place, force=force)
         held = _make(place, mine)
+        if held and dead is not None and not force:
+            _sweep(path, dead)
     try:
         yield held
     finally:
@@ -102,20 +104,29 @@ def _make(place: Path, claim: Claim) -> bool:
     return True
 
 
-def _give_up(place: Path, *, force: bool) -> None:
-    """Remove the claim of a dead worker, and nobody else's that came meanwhile."""
+def _take_away(place: Path, *, force: bool) -> Claim | None:
+    """Remove the claim of a dead worker, and nobody else's that came meanwhile; return it."""
     aside = place.with_name(f"{place.name}.{uuid.uuid4().hex}")
     try:
         place.rename(aside)
     except OSError:  # another was quicker
-        return
+        return None
     if not force and is_living(aside):
         with contextlib.suppress(OSError):
             if not place.exists():
                 aside.rename(place)
-                return
+                return None
+    dead = _read(aside)
     with contextlib.suppress(OSError):
         aside.unlink()
+    return dead
+
+
+def _sweep(path: Path, dead: Claim) -> None:
+    """Remove the temporary files of a dead worker."""
+    for left in path.parent.glob(f".*{path.stem}.{dead.pid}.*"):
+        with contextlib.suppress(OSError):
+            left.unlink()
 
 
 def _read(place: Path) -> Claim | None:

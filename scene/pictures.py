@@ -202,5 +202,5 @@ def require(missing: Sequence[str]) -> None:
         more = f" and {len(missing) - 3} more" if len(missing) > 3 else ""
         raise InputError(
             f"not developed, passes are missing: {'; '.join(missing[:3])}{more}; render them with "
-            "--from, without --develop; the other pictures are finished"
+            "--from and --frames; the other pictures are finished"
         )

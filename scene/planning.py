@@ -186,22 +186,13 @@ def _passes(engine: Engine, plan: RenderPlan, job: Job) -> tuple[Pass, ...]:
         raise InputError(
             f"--parts: {parts} parts of {samples} samples; take fewer, or more samples"
         )
+    # The same for every part: Cycles, keeping its data, draws other numbers after a change of it.
+    share = math.ceil(samples / parts)
     return tuple(
         Pass(bands, part, part_seed(job.seed, part), share)
         for bands in engine.passes(plan)
-        for part, share in enumerate(_shares(samples, parts))
+        for part in range(parts)
     )
-
-
-def _shares(samples: int, parts: int) -> list[int]:
-    """Divide samples into parts.
-
-    Examples
-    --------
-    >>> _shares(10, 4)
-    [3, 3, 2, 2]
-    """
-    return [samples // parts + (part < samples % parts) for part in range(parts)]
 
 
 def part_seed(seed: int, part: int) -> int:

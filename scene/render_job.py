@@ -103,8 +103,13 @@ def begin(manifest: Manifest, *, resume: bool) -> Manifest:
     band_passes.make_folder(manifest.out)
     place = manifest.out / _JOB_FILE
     if not resume:
-        for view, number in manifest.tasks():
-            manifest.pass_path(view, number).unlink(missing_ok=True)
+        try:
+            for view, number in manifest.tasks():
+                manifest.pass_path(view, number).unlink(missing_ok=True)
+        except OSError as error:
+            raise InputError(
+                f"cannot write to {manifest.out}: {error.strerror}; choose another --out"
+            ) from error
     elif place.exists():
         try:
             earlier = read_manifest(place)

@@ -465,8 +465,8 @@ def parser(program: str | None = None) -> argparse.ArgumentParser:
         type=int,
         default=1,
         metavar="N",
-        help="cycles: render each pass N times with a share of the samples and another seed; their "
-        "mean is the pass, and the record holds their variance",
+        help="cycles: render each pass N times with a share of the samples, rounded up, and "
+        "another seed; their mean is the pass, and the record holds their variance",
     )
     split = result.add_argument_group("splitting a job over processes and machines")
     steps = split.add_mutually_exclusive_group()

@@ -84,7 +84,9 @@ def run(
     elif request.develop is not None:
         _develop(manifest, part, progress)
     else:
-        if not (inside_blender and bpy.data.filepath):
+        if inside_blender and bpy.data.filepath:
+            open_scene(blend, True)
+        else:
             open_scene(blend or _scene_of(manifest), False)
         apply_to_scene(mapping)
         _work(manifest, mapping, part, progress)

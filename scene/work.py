@@ -62,12 +62,13 @@ class Part:
         _require(self.frames, manifest.frames, "--frames", "frames")
         _require(self.passes, range(len(manifest.passes)), "--passes", "passes")
         _require(self.cameras, [c.name for c in manifest.cameras], "--cameras", "cameras")
+        frames = set(self.frames or manifest.frames)
+        passes = set(self.passes or range(len(manifest.passes)))
+        names = set(self.cameras) or {camera.name for camera in manifest.cameras}
         return [
             Task(view, number)
             for view, number in manifest.tasks()
-            if (not self.frames or view.frame in self.frames)
-            and (not self.passes or number in self.passes)
-            and (not self.cameras or view.camera in self.cameras)
+            if view.frame in frames and view.camera in names and number in passes
         ]
 
 
@@ -117,8 +118,9 @@ def render(
     report_note : callable
         Receives what could not be treated, a line each.
     insist : bool
-        In the end, render those too that another worker has claimed and not finished: it may
-        be on a machine that died. A doubled pass is the same pass.
+        Answer for every task: read the pixels of passes that are there, and in the end
+        render those too that another worker has claimed and not finished, since it may be
+        on a machine that died. A doubled pass is the same pass.
 
     Yields
     ------
@@ -139,9 +141,9 @@ def render(
         manifest.output.size, 3 if _engine(manifest).draws_colours else len(manifest.bands_nm)
     )
     left: list[Task] = []
-    yield from _round(scene, manifest, tasks, plans, report_note, left, force=False)
+    yield from _round(scene, manifest, tasks, plans, report_note, left, insist, force=False)
     if insist and left:
-        yield from _round(scene, manifest, left, plans, report_note, [], force=True)
+        yield from _round(scene, manifest, left, plans, report_note, [], insist, force=True)
 
 
 def _round(
@@ -151,6 +153,7 @@ def _round(
     plans: FramePlans,
     report_note: Callable[[str], None],
     left: list[Task],
+    thorough: bool,
     *,
     force: bool,
 ) -> Iterator[tuple[Rendered, bool]]:
@@ -159,14 +162,14 @@ def _round(
             water = _Water(scene, manifest, camera, plans, stack, report_note)
             for view, of_view in itertools.groupby(of_camera, lambda task: task.view):
                 for task in of_view:
-                    kept = done(manifest, task)
+                    kept = done(manifest, task, thorough=thorough)
                     if kept is not None:
                         yield kept, False
                         continue
                     path = manifest.pass_path(view, task.number)
                     band_passes.make_folder(path.parent)
                     with claimed(path, force=force) as ours:
-                        kept = done(manifest, task)  # by now
+                        kept = done(manifest, task, thorough=thorough)  # by now
                         found = water.render(task) if ours and kept is None else None
                     if found is not None:
                         yield found, True
@@ -267,7 +270,7 @@ def _resolution(scene: bpy.types.Scene, wanted: tuple[int, int, int]) -> Iterato
 
 def _require(named: Iterable[object], known: Iterable[object], option: str, what: str) -> None:
     there = list(known)
-    missing = [str(item) for item in named if item not in set(there)]
+    missing = [str(item) for item in sorted(set(named) - set(there), key=str)]
     if missing:
         shown = f"{there[0]} to {there[-1]}" if len(there) > 8 else ", ".join(map(str, there))
         raise InputError(

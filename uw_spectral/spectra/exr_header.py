@@ -6,6 +6,8 @@ Ten thousand passes can be looked at in a second so. The layout is that of *Open
 
 from __future__ import annotations
 
+import contextlib
+import os
 import struct
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,7 +16,8 @@ from typing import BinaryIO
 _MAGIC = 20000630
 _SINGLE_PART = 0x1E00  # bits of the version that must not be set
 _LINES = {0: 1, 1: 1, 2: 1, 3: 16, 4: 32, 5: 16, 6: 32, 7: 32, 8: 32, 9: 256}
-_LONGEST = 1 << 16
+# Bytes to look for the header in: as a rule, and for one with long texts.
+_USUAL, _LONGEST = 1 << 12, 1 << 20
 
 
 @dataclass(frozen=True)
@@ -34,25 +37,39 @@ def read_header(path: Path) -> ExrHeader | None:
     """Return the header of a single-part scanline EXR; None if the file is none, or missing."""
     try:
         with path.open("rb") as file:
-            return _header(file, path.stat().st_size)
-    except (OSError, struct.error, KeyError, ValueError):
-        return None
+            length = os.fstat(file.fileno()).st_size
+            for reach in (_USUAL, _LONGEST):
+                with contextlib.suppress(struct.error, LookupError, ValueError):
+                    return _header(file, length, reach)
+                if length <= reach:
+                    break
+                file.seek(0)
+    except OSError:
+        pass
+    return None
 
 
-def _header(file: BinaryIO, length: int) -> ExrHeader:
-    magic, version = struct.unpack("<ii", file.read(8))
+def _header(file: BinaryIO, length: int, reach: int) -> ExrHeader:
+    head = file.read(reach)
+    magic, version = struct.unpack_from("<ii", head)
     if magic != _MAGIC or version & _SINGLE_PART:
         raise ValueError("no single-part scanline EXR")
     attributes: dict[str, tuple[str, bytes]] = {}
-    while name := _word(file):
-        kind = _word(file)
-        (size,) = struct.unpack("<i", file.read(4))
-        content = file.read(size)
-        if size < 0 or len(content) != size:
+    at = 8
+    while True:
+        name, at = _word(head, at)
+        if not name:
+            break
+        kind, at = _word(head, at)
+        (size,) = struct.unpack_from("<i", head, at)
+        at += 4
+        if size < 0 or at + size > len(head):
             raise ValueError("the header is cut")
-        attributes[name] = kind, content
+        attributes[name] = kind, head[at : at + size]
+        at += size
     left, top, right, bottom = struct.unpack("<4i", attributes["dataWindow"][1])
     count = -((top - bottom - 1) // _LINES[attributes["compression"][1][0]])
+    file.seek(at)
     table = file.read(8 * count)
     text = {
         name: content.decode("utf-8", "replace")
@@ -64,14 +81,10 @@ def _header(file: BinaryIO, length: int) -> ExrHeader:
     )
 
 
-def _word(file: BinaryIO) -> str:
-    """Read text that ends with a zero."""
-    found = bytearray()
-    while (byte := file.read(1)) != b"\0":
-        found += byte
-        if not byte or len(found) > _LONGEST:
-            raise ValueError("the header is cut")
-    return found.decode("latin-1")
+def _word(head: bytes, at: int) -> tuple[str, int]:
+    """Return text that ends with a zero, and where it ends."""
+    end = head.index(b"\0", at)
+    return head[at:end].decode("latin-1"), end + 1
 
 
 def _reaches_end(file: BinaryIO, table: bytes, count: int, length: int) -> bool:
