@@ -42,6 +42,9 @@ const JOB_TYPE = {
     ],
 };
 
+// More than a job has: all of them in one chunk, written as ranges.
+const ALL_FRAMES = 10000000;
+
 function compileJob(job) {
     const settings = job.settings;
     const passes = integer(settings, "passes", 1);
@@ -57,7 +60,7 @@ function compileJob(job) {
     const plan = author.Task("plan", "blender");
     plan.addCommand(author.Command("make-directory", { path: out }));
     plan.addCommand(blenderCommand(settings.blendfile, shellSplit(settings.options || "").concat([
-        "--frames", frameChunker(settings.frames, 1).join(","),
+        "--frames", frameChunker(settings.frames, ALL_FRAMES)[0],
         "--out", out,
         "--plan", manifest,
     ])));

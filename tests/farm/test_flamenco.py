@@ -38,7 +38,19 @@ function frameChunker(text, size) {
         const ends = part.trim().split("-").map(Number);
         for (let frame = ends[0]; frame <= ends[ends.length - 1]; frame++) frames.push(`${frame}`);
     }
-    return frames;
+    const chunks = [];
+    for (let i = 0; i < frames.length; i += size) {
+        chunks.push(merged(frames.slice(i, i + size).map(Number)));
+    }
+    return chunks;
+}
+function merged(frames) {
+    const runs = [];
+    for (const frame of frames) {
+        const run = runs[runs.length - 1];
+        if (run && run[1] + 1 === frame) run[1] = frame; else runs.push([frame, frame]);
+    }
+    return runs.map(([a, b]) => a === b ? `${a}` : b === a + 1 ? `${a},${b}` : `${a}-${b}`).join();
 }
 function compiled(settings) {
     const tasks = [];
@@ -140,6 +152,11 @@ def test_its_commands_render_what_one_process_renders(engine, empty_blender, tmp
         subprocess.run([executable, *arguments], check=True)
         finished.add(task["name"])
     assert_same_files(tmp_path / "single", out)
+
+
+def test_a_long_shot_is_planned_by_ranges(engine):
+    plan, *_ = _compiled(engine, frames="1-2880, 3000", passes=1)["tasks"]
+    assert "1-2880,3000" in _arguments(plan)
 
 
 @pytest.mark.parametrize("per_task", [1, 3, 100])
