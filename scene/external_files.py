@@ -9,7 +9,7 @@ from pathlib import Path
 import bpy
 
 # What a render can do without, should it be missing.
-_DISPENSABLE = ("sound", "text", "screen", "brush", "palette")
+_DISPENSABLE = {"sound", "text", "screen", "brush", "palette"}
 _FLAGS = {"SKIP_PACKED", "SKIP_WEAK_REFERENCES"}
 # Tiles and numbered pictures come one by one.
 _EXPANDED = {*_FLAGS, "EXPAND_TOKENS", "EXPAND_SEQUENCES", "EXPAND_CACHES"}
@@ -52,7 +52,7 @@ def external_files() -> ExternalFiles:
 
 def _counts(owner: str, path: Path) -> bool:
     # A folder is one of a simulation, which fills it once it is baked.
-    return bool(path.suffix) and not owner.startswith(_DISPENSABLE)
+    return bool(path.suffix) and owner.partition(" ")[0] not in _DISPENSABLE
 
 
 def _visited(flags: set[str]) -> Iterator[tuple[str, Path]]:

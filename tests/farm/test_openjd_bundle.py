@@ -219,6 +219,15 @@ def test_a_missing_file_of_the_scene_is_named(saved, name):
     assert not (saved.parent / "bundle").exists()
 
 
+def test_a_missing_sound_or_an_unbaked_simulation_keeps_no_picture_from_rendering(saved):
+    bpy.data.sounds.load("//waves.wav", check_existing=False).use_fake_user = True
+    item = bpy.data.objects["coral"]
+    item.data = bpy.data.meshes.new("own")
+    item.modifiers.new("ocean", "OCEAN").filepath = "//not baked/"
+    bpy.ops.wm.save_mainfile()
+    assert (_bundle(saved) / "template.json").exists()
+
+
 def test_a_missing_table_is_named_with_its_option(saved):
     gone = saved.parent / "gone.csv"
     message = _refused(saved.parent / "bundle", SceneSettings(sensor=f"file:{gone}"))
