@@ -191,16 +191,14 @@ def band_image(
     engine: engines.BandEngine, plan: render_plan.RenderPlan, depth: float
 ) -> NDArray[np.float64]:
     """Render the passes of an engine and stack them, shape (h, w, n)."""
-    render = bpy.context.scene.render
+    render = engine.frame(plan, depth)
+    rendered = []
     with tempfile.TemporaryDirectory() as folder:
-        rendered = band_passes.render_passes(
-            engine.frame(plan, depth),
-            engine.passes,
-            Path(folder),
-            (render.resolution_x, render.resolution_y),
-            resume=False,
-        )
-        return band_passes.gather(list(rendered)).astype(np.float64)
+        for number, bands in enumerate(engine.passes):
+            path = Path(folder, f"pass_{number:02d}.exr")
+            seconds = band_passes.render_pass(render, bands, path)
+            rendered.append(band_passes.RenderedPass(path, bands, seconds))
+        return band_passes.gather(rendered).astype(np.float64)
 
 
 def plan_for(water: str, depth: float, bands: int) -> render_plan.RenderPlan:

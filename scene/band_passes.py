@@ -1,18 +1,46 @@
-"""Renders the passes of a frame, each whole on disk before the next begins."""
+"""The passes of a job on disk: each is whole, and says what it is, or is not there.
+
+A pass is a float EXR whose header tells which pass of which job it is, so that a worker knows
+what is done by looking at the files alone.
+"""
 
 from __future__ import annotations
 
+import json
+import os
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
+from enum import Enum
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..uw_spectral.errors import InputError
-from ..uw_spectral.spectra.spectral_image import read_exr
-from .engines import RenderPass
+from ..uw_spectral.spectra.exr_header import read_header
+from ..uw_spectral.spectra.spectral_image import read_exr, write_rgb_exr
+from .band_engine import RenderPass
+
+_ATTRIBUTE = "underwaterPass"
+
+
+class State(Enum):
+    """What is known of a pass."""
+
+    DONE = "done"
+    BROKEN = "broken"
+    MISSING = "missing"
+    OTHER = "of another job"
+
+
+@dataclass(frozen=True)
+class Stamp:
+    """What the header of a pass says: which it is, how long it took, what could not be treated."""
+
+    key: str
+    seconds: float
+    notes: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -24,33 +52,53 @@ class RenderedPass:
     seconds: float | None
 
 
-def render_passes(
-    render: RenderPass,
-    passes: Sequence[tuple[int, ...]],
-    folder: Path,
-    size: tuple[int, int],
-    *,
-    resume: bool,
-) -> Iterator[RenderedPass]:
-    """Render every pass of the current frame, one at each step of the iteration.
+def render_pass(
+    render: RenderPass, bands: tuple[int, ...], path: Path, key: str = "", notes: Sequence[str] = ()
+) -> float:
+    """Render a pass under another name, and put it in place with its stamp.
 
     Parameters
     ----------
     render : callable
-        Renders one pass, see :data:`.engines.RenderPass`.
-    passes : sequence of tuples
-        The bands of each pass.
-    folder : Path
-        Where the passes go, ``pass_00.exr`` and so on.
-    size : tuple of int
-        Width and height of the render in pixels.
-    resume : bool
-        Keep passes that are there and whole; render damaged ones again.
+        Renders one pass, see :data:`.band_engine.RenderPass`.
+    bands : tuple of int
+    path : Path
+        The file; its folder is there.
+    key : str
+        Tells the pass from every other.
+    notes : sequence of str
+        What could not be treated.
 
-    Yields
+    Returns
+    -------
+    float
+        Seconds that it took.
+
+    Raises
     ------
-    RenderedPass
-        The pass that was just written or found.
+    InputError
+        If it cannot be rendered or written.
+    """
+    raw = path.with_name(f".{path.stem}.{os.getpid()}.raw{path.suffix}")
+    start = time.perf_counter()
+    try:
+        render(bands, raw)
+        pixels, _ = read_exr(raw)
+    finally:
+        raw.unlink(missing_ok=True)
+    seconds = time.perf_counter() - start
+    stamp = {"key": key, "seconds": seconds, "notes": list(notes)}
+    write_rgb_exr(path, pixels, {_ATTRIBUTE: json.dumps(stamp)})
+    return seconds
+
+
+def make_folder(folder: Path) -> None:
+    """Make a folder for passes.
+
+    Raises
+    ------
+    InputError
+        If it cannot be made.
     """
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -58,14 +106,31 @@ def render_passes(
         raise InputError(
             f"cannot write to {folder}: {error.strerror}; choose another --out"
         ) from error
-    for number, bands in enumerate(passes):
-        path = folder / f"pass_{number:02d}.exr"
-        seconds = None
-        if not (resume and is_whole(path, size)):
-            start = time.perf_counter()
-            render(bands, path)
-            seconds = time.perf_counter() - start
-        yield RenderedPass(path, bands, seconds)
+
+
+def look_at(path: Path, key: str, size: tuple[int, int]) -> tuple[State, Stamp | None]:
+    """Return the state of a pass by its header, and its stamp.
+
+    Parameters
+    ----------
+    path : Path
+    key : str
+        Which pass it should be.
+    size : tuple of int
+        Width and height in pixels.
+    """
+    header = read_header(path)
+    if header is None:
+        return (State.BROKEN if path.exists() else State.MISSING), None
+    stamp = _stamp(header.text.get(_ATTRIBUTE, ""))
+    if not header.whole or header.size != size:
+        return State.BROKEN, stamp
+    return (State.OTHER if stamp is None or stamp.key != key else State.DONE), stamp
+
+
+def is_done(path: Path, key: str, size: tuple[int, int]) -> bool:
+    """Whether a pass is there and can be read to its end."""
+    return look_at(path, key, size)[0] is State.DONE and is_whole(path, size)
 
 
 def is_whole(path: Path, size: tuple[int, int]) -> bool:
@@ -81,3 +146,11 @@ def gather(rendered: Sequence[RenderedPass]) -> NDArray[np.float32]:
     """Read passes of up to three bands and stack them into bands, shape (h, w, n)."""
     images = [read_exr(item.path)[0][..., : len(item.bands)] for item in rendered]
     return np.concatenate(images, axis=-1)
+
+
+def _stamp(text: str) -> Stamp | None:
+    try:
+        found = json.loads(text)
+        return Stamp(str(found["key"]), float(found["seconds"]), tuple(map(str, found["notes"])))
+    except (ValueError, KeyError, TypeError):
+        return None

@@ -7,7 +7,7 @@ import contextlib
 import sys
 import warnings
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import TextIO
 
@@ -18,7 +18,19 @@ from ..uw_spectral.errors import DataWarning, InputError
 from ..uw_spectral.spectra.sensor import list_sensors
 from ..uw_spectral.spectra.spectrum import is_file
 from ..uw_spectral.water.named import list_waters
-from . import cameras, picture_size, render_job, scene_requirements, settings, stored_settings
+from . import (
+    farm_bundle,
+    live,
+    picture_size,
+    render_job,
+    scene_requirements,
+    settings,
+    split_batch,
+    stored_settings,
+)
+from .planning import find_cameras
+from .progress import Progress, print_note
+from .session import is_live
 
 
 def main(
@@ -45,9 +57,13 @@ def main(
             run(settings.parse(arguments, program), inside_blender=inside_blender)
     except InputError as error:
         print(f"{program}: {error}", file=sys.stderr)
+        _print_failure(arguments, str(error))
         return 2
     except SystemExit as stop:  # argparse, after --help
         return int(stop.code or 0)
+    except BaseException as error:
+        _print_failure(arguments, repr(error))
+        raise
     return 0
 
 
@@ -66,6 +82,10 @@ def run(options: argparse.Namespace, *, inside_blender: bool) -> None:
         for source, names in list_waters().items():
             print(f"{source}: {', '.join(names)}")
         return
+    split, progress = settings.split(options), Progress(options.progress)
+    if split is not None and split.plan is None and split.bundle is None:
+        split_batch.run(split, options.blend, progress, _open, inside_blender=inside_blender)
+        return
     job, auto = settings.job(options), settings.auto(options)
     if job.resolution is not None:
         picture_size.check_resolution(job.resolution)
@@ -82,8 +102,14 @@ def run(options: argparse.Namespace, *, inside_blender: bool) -> None:
 
     if auto is not None:
         job, settings_now = _chosen(scene, settings_now, job, auto)
-    progress = _Progress()
-    for step in render_job.render(scene, settings_now, job, _print_note):
+    if split is not None and split.plan is not None:
+        split_batch.plan(scene, settings_now, job, split.plan)
+        return
+    if split is not None and split.bundle is not None:
+        made = farm_bundle.bundle_job(split.bundle, scene, settings_now, job)
+        print(f"bundled: {len(made.frames)} frame(s), {made.passes} pass(es), in {split.bundle}")
+        return
+    for step in render_job.render(scene, settings_now, job, print_note):
         progress.report(step)
     print(f"done: {len(job.frames) or 1} frame(s) in {job.out}")
 
@@ -95,10 +121,10 @@ def _chosen(
     auto: settings.AutoRequest,
 ) -> tuple[settings.Job, Callable[[], settings.SceneSettings]]:
     """Return job and settings with what the scene requires."""
-    camera = cameras.find_camera(scene, job.camera)
+    camera, *others = find_cameras(scene, job)
     choice = scene_requirements.choose(
         scene, camera, settings_now, job,
-        target=auto.target, budget=auto.budget, keep=auto.keep,
+        target=auto.target, budget=auto.budget, keep=auto.keep, others=others,
     )  # fmt: skip
     if auto.explain:
         print("\n".join(choice.lines))
@@ -111,6 +137,14 @@ def _chosen(
 
 
 def _open(blend: Path | None, inside_blender: bool) -> None:
+    """Open a scene; live water makes way for that of the batch."""
+    _open_file(blend, inside_blender)
+    for scene in bpy.data.scenes:
+        if is_live(scene):
+            live.remove(scene)
+
+
+def _open_file(blend: Path | None, inside_blender: bool) -> None:
     if inside_blender:
         if blend is not None:
             raise InputError(f"{blend}: inside Blender, name the scene before -P, not after --")
@@ -151,27 +185,6 @@ def _notes_to_stderr() -> Iterator[None]:
         yield
 
 
-def _print_note(note: str) -> None:
-    print(f"note: {note}")
-
-
-@dataclass
-class _Progress:
-    """Prints one line per pass with the time that is left."""
-
-    rendered: int = 0
-    seconds: float = 0.0
-
-    def report(self, step: render_job.Step) -> None:
-        """Count a pass and print where the batch stands."""
-        item, took = step.rendered, "kept"
-        if item.seconds is not None:
-            self.rendered += 1
-            self.seconds += item.seconds
-            took = f"{item.seconds:.1f} s"
-        left = (step.total - step.number) * self.seconds / max(self.rendered, 1)
-        print(
-            f"frame {step.frame}: {item.path.name} {took}, pass {step.number} of {step.total}, "
-            f"{left:.0f} s left",
-            flush=True,
-        )
+def _print_failure(arguments: Sequence[str], text: str) -> None:
+    if "openjd" in arguments or "--progress=openjd" in arguments:
+        Progress("openjd").fail(text)

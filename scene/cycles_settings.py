@@ -8,11 +8,15 @@ from typing import Any
 
 import bpy
 
+from ..uw_spectral.errors import InputError
+from .settings import Device
 from .temporary import render_settings
 
 # White water with an inner reflecting surface needs them: 32 lose a percent, 64 do not.
 MOST_BOUNCES = 64
 _SURFACE_BOUNCES = 32
+# In the order in which they are tried; the faster first.
+_GPU_KINDS = ("OPTIX", "CUDA", "HIP", "METAL", "ONEAPI")
 
 
 @contextlib.contextmanager
@@ -24,6 +28,7 @@ def reference_settings(
     seed: int,
     denoise: bool,
     bounces: int = MOST_BOUNCES,
+    device: Device = "cpu",
 ) -> Iterator[bpy.types.ViewLayer]:
     """Render settings of the reference while the block runs, the scene's own afterwards.
 
@@ -39,11 +44,18 @@ def reference_settings(
         Denoise every pass; shifts dark bands by a few percent, so for previews only.
     bounces : int
         Most scattering events of a path.
+    device : {"cpu", "gpu"}
+        What renders.
 
     Yields
     ------
     ViewLayer
         The one layer that is rendered.
+
+    Raises
+    ------
+    InputError
+        If Cycles finds no such device.
     """
     render, cycles = scene.render, scene.cycles
     wanted: list[tuple[Any, str, Any]] = [
@@ -57,6 +69,7 @@ def reference_settings(
         (render, "use_border", False),
         (render, "use_sequencer", False),
         (render, "use_stamp", False),
+        (cycles, "device", device.upper()),
         (cycles, "samples", samples),
         (cycles, "seed", seed),
         (cycles, "use_animated_seed", False),
@@ -82,5 +95,51 @@ def reference_settings(
         # With it, water that does not scatter as Henyey-Greenstein is up to 20 % too bright.
         (cycles, "use_guiding", False),
     ]
-    with render_settings(scene, wanted) as layer:
+    with _devices(device), render_settings(scene, wanted) as layer:
         yield layer
+
+
+def device_of(scene: bpy.types.Scene) -> Device:
+    """Return what a scene renders on here: the GPU only if Cycles has been given one."""
+    enabled = any(item.use and item.type != "CPU" for item in _preferences().devices)
+    return "gpu" if scene.cycles.device == "GPU" and enabled else "cpu"
+
+
+@contextlib.contextmanager
+def _devices(device: Device) -> Iterator[None]:
+    """Enable every GPU of the first kind that is here, unless some are enabled already."""
+    if device == "cpu":
+        yield
+        return
+    preferences = _preferences()
+    before = preferences.compute_device_type
+    if before == "NONE":
+        for kind in _GPU_KINDS:
+            try:
+                preferences.compute_device_type = kind
+            except TypeError:  # not in this build of Blender
+                continue
+            preferences.refresh_devices()
+            if _gpus(preferences):
+                break
+    try:
+        found = _gpus(preferences)
+        if not found:
+            raise InputError(
+                "--device gpu: Cycles finds no GPU here; install its driver, or use --device cpu"
+            )
+        if not any(item.use for item in found):
+            for item in found:
+                item.use = True
+        yield
+    finally:
+        preferences.compute_device_type = before
+
+
+def _preferences() -> bpy.types.AddonPreferences:
+    return bpy.context.preferences.addons["cycles"].preferences
+
+
+def _gpus(preferences: bpy.types.AddonPreferences) -> list[bpy.types.PropertyGroup]:
+    kind = preferences.compute_device_type
+    return [item for item in preferences.devices if item.type == kind and kind != "NONE"]

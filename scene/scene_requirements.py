@@ -66,6 +66,7 @@ def choose(
     target: float,
     budget: float | None = None,
     keep: frozenset[str] = frozenset(),
+    others: Sequence[bpy.types.Object] = (),
 ) -> Choice:
     """Decide what a job needs.
 
@@ -85,6 +86,8 @@ def choose(
         CPU time in s.
     keep : set of str
         Settings that must stay as they are.
+    others : sequence of Object
+        Further cameras, for which the choice is made too.
 
     Returns
     -------
@@ -107,9 +110,11 @@ def choose(
             everything = _everything(scene, chosen, job.engine)
         for frame in frames:
             scene.frame_set(frame)
-            depth = camera_depth(camera, plan.column.floor_depth)
-            cone = light_cone(everything.view.field, depth, plan.column.sun_direction)
-            views.append(trace_view(scene, camera, plan.column, cone, rays=RAYS // len(frames)))
+            for eye in (camera, *others):
+                depth = camera_depth(eye, plan.column.floor_depth)
+                cone = light_cone(everything.view.field, depth, plan.column.sun_direction)
+                rays = RAYS // (len(frames) * (1 + len(others)))
+                views.append(trace_view(scene, eye, plan.column, cone, rays=rays))
     finally:
         scene.frame_set(before)
     shaft_end = 0.0

@@ -6,7 +6,7 @@ import argparse
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field, fields
 from pathlib import Path
-from typing import Literal, NoReturn
+from typing import Literal, NoReturn, get_args
 
 from ..uw_spectral.errors import InputError
 from ..uw_spectral.spectra.colour_rendering import WHITE_BALANCES, WhiteBalance
@@ -16,9 +16,11 @@ from ..uw_spectral.water import measured
 
 Engine = Literal["cycles", "eevee"]
 Mode = Literal["bands", "realtime"]
+Device = Literal["cpu", "gpu"]
 
 AUTO = "auto"
 BANDS, REALTIME = "bands", "realtime"
+PROGRESS = ("text", "openjd")
 EQUAL, OPTIMISED = "equal", "optimised"
 SOLVED, CLOSED_FORM = "solved", "closed-form"
 BOUNDED, EXACT = "bounded", "exact"
@@ -27,6 +29,7 @@ CONSTITUENTS = "constituents"
 _AMOUNTS = ("chlorophyll", "cdom", "minerals", "detritus")
 NO_FLOOR = 0.0
 _RANGE = ("range_start", "range_end")
+_OUT = Path("bands")
 # Options with a shorter name than their setting.
 _SHORT = {"wind_speed": "--wind"}
 
@@ -324,8 +327,10 @@ class AutoRequest:
 class Job:
     """What a batch renders besides the scene's settings.
 
-    ``froxels`` are the steps of the shafts' volume, None for the most;
-    ``decisions`` the lines that explain what was chosen automatically.
+    ``cameras`` are those of a job of several, else ``camera`` is the one, None for the
+    scene's. ``froxels`` are the steps of the shafts' volume, None for the most;
+    ``decisions`` the lines that explain what was chosen automatically. ``device`` is None for
+    the scene's; ``parts`` are renders of a pass with other seeds, whose mean it is.
     """
 
     blend: Path | None
@@ -340,6 +345,33 @@ class Job:
     denoise: bool
     froxels: int | None = None
     decisions: tuple[str, ...] = ()
+    cameras: tuple[str, ...] = ()
+    device: Device | None = None
+    parts: int = 1
+
+
+@dataclass(frozen=True)
+class SplitRequest:
+    """What to do with a manifest, instead of planning, rendering and developing in one go.
+
+    ``plan`` is where to write one, ``bundle`` the folder of a job for a farm; ``work``,
+    ``develop`` and ``status`` name one to read.
+    ``passes``, ``frames`` and ``cameras`` are the part of the job that is meant, empty for all;
+    ``out`` is the folder of the results, if it is not the manifest's; ``path_mapping`` a file of
+    rules by which files lie elsewhere.
+    """
+
+    plan: Path | None = None
+    bundle: Path | None = None
+    work: Path | None = None
+    develop: Path | None = None
+    status: Path | None = None
+    json: bool = False
+    passes: tuple[int, ...] = ()
+    frames: tuple[int, ...] = ()
+    cameras: tuple[str, ...] = ()
+    out: Path | None = None
+    path_mapping: Path | None = None
 
 
 class _Parser(argparse.ArgumentParser):
@@ -407,39 +439,92 @@ def parser(program: str | None = None) -> argparse.ArgumentParser:
             )
     result.add_argument("--range", nargs=2, type=float, metavar=("START", "END"), help="nm")
     result.add_argument("--frames", default="", help="e.g. 1-24 or 1,5,9; default: current frame")
-    result.add_argument("--camera", default=None, help="name; default: the scene's camera")
+    cameras = result.add_mutually_exclusive_group()
+    cameras.add_argument("--camera", default=None, help="name; default: the scene's camera")
+    cameras.add_argument(
+        "--cameras",
+        default="",
+        metavar="A,B",
+        help="several, which share bands and exposure; each gets a folder in --out",
+    )
     result.add_argument("--resolution", nargs=2, type=int, default=None, metavar=("W", "H"))
     result.add_argument("--seed", type=int, default=0)
-    result.add_argument("--out", type=Path, default=Path("bands"), metavar="DIR")
+    result.add_argument("--out", type=Path, default=None, metavar="DIR", help="default: bands")
     result.add_argument("--resume", action="store_true", default=False)
     result.add_argument(
         "--denoise", action="store_true", default=False, help="shifts dark bands by a few percent"
     )
+    result.add_argument(
+        "--device",
+        choices=get_args(Device),
+        default=None,
+        help="what Cycles renders on; default: the scene's, which is the cpu unless it was changed",
+    )
+    result.add_argument(
+        "--parts",
+        type=int,
+        default=1,
+        metavar="N",
+        help="cycles: render each pass N times with a share of the samples, rounded up, and "
+        "another seed; their mean is the pass, and the record holds their variance",
+    )
+    split = result.add_argument_group("splitting a job over processes and machines")
+    steps = split.add_mutually_exclusive_group()
+    steps.add_argument(
+        "--plan", type=Path, default=None, metavar="FILE",
+        help="decide everything and write it into a manifest; render nothing",
+    )  # fmt: skip
+    steps.add_argument(
+        "--from", type=Path, default=None, dest="manifest", metavar="FILE",
+        help="render the passes of a manifest that are not done; nothing else is decided",
+    )  # fmt: skip
+    steps.add_argument(
+        "--bundle", type=Path, default=None, metavar="DIR",
+        help="decide everything and write a job for a render farm; render nothing",
+    )  # fmt: skip
+    steps.add_argument(
+        "--status", type=Path, default=None, metavar="FILE",
+        help="say what of a manifest is done, broken and missing",
+    )  # fmt: skip
+    split.add_argument("--passes", default="", help="with --from: these, counted from 0, e.g. 0-3")
+    split.add_argument(
+        "--develop", action="store_true", default=False,
+        help="with --from: make pictures, spectra and records of the finished passes",
+    )  # fmt: skip
+    split.add_argument(
+        "--path-mapping", type=Path, default=None, metavar="FILE",
+        help="with --from: rules of Open Job Description, by which files lie elsewhere here",
+    )  # fmt: skip
+    split.add_argument("--json", action="store_true", default=False, help="with --status")
+    split.add_argument(
+        "--progress", choices=PROGRESS, default=PROGRESS[0],
+        help="openjd: also print lines that Open Job Description reads",
+    )  # fmt: skip
     result.add_argument("--list-sensors", action="store_true", default=False)
     result.add_argument("--list-waters", action="store_true", default=False)
     return result
 
 
-def parse_frames(text: str) -> tuple[int, ...]:
-    """Read a list of frames.
+def parse_numbers(text: str, option: str = "--frames") -> tuple[int, ...]:
+    """Read a list of frames or passes.
 
     Examples
     --------
-    >>> parse_frames("1-3,8")
+    >>> parse_numbers("1-3,8")
     (1, 2, 3, 8)
     """
-    frames: list[int] = []
+    numbers: list[int] = []
     for part in filter(None, (p.strip() for p in text.split(","))):
         first, dash, last = part.partition("-")
         try:
             start = int(first)
             end = int(last) if dash else start
         except ValueError as error:
-            raise InputError(f"--frames: {part!r} is not a frame or a range like 1-24") from error
+            raise InputError(f"{option}: {part!r} is not a number or a range like 1-24") from error
         if end < start:
-            raise InputError(f"--frames: {part!r} runs backwards")
-        frames.extend(range(start, end + 1))
-    return tuple(dict.fromkeys(frames))
+            raise InputError(f"{option}: {part!r} runs backwards")
+        numbers.extend(range(start, end + 1))
+    return tuple(dict.fromkeys(numbers))
 
 
 def merge(stored: SceneSettings, options: argparse.Namespace) -> SceneSettings:
@@ -467,18 +552,73 @@ def job(options: argparse.Namespace) -> Job:
     mode: Mode = getattr(options, "mode", usual.mode if engine == usual.engine else BANDS)
     if engine == "cycles" and (mode == REALTIME or getattr(options, "shafts", False)):
         raise InputError("--mode realtime and --shafts need --engine eevee")
+    if options.parts < 1:
+        raise InputError(f"--parts: {options.parts} is not 1 or more")
     return Job(
         blend=options.blend,
         engine=engine,
         mode=mode,
-        frames=parse_frames(options.frames),
+        frames=parse_numbers(options.frames),
         camera=options.camera,
         resolution=tuple(options.resolution) if options.resolution else None,
         seed=options.seed,
-        out=options.out,
+        out=options.out or _OUT,
         resume=options.resume,
         denoise=options.denoise,
+        cameras=_names(options.cameras),
+        device=options.device,
+        parts=options.parts,
     )
+
+
+def split(options: argparse.Namespace) -> SplitRequest | None:
+    """Return what the options ask for with a manifest; None if nothing.
+
+    Raises
+    ------
+    InputError
+        If an option is given without the one that it belongs to.
+    """
+    source = options.manifest
+    for name, needed, there in (
+        ("--passes", "--from", not options.passes or source),
+        ("--develop", "--from", not options.develop or source),
+        ("--path-mapping", "--from", not options.path_mapping or source),
+        ("--json", "--status", not options.json or options.status),
+    ):
+        if not there:
+            raise InputError(f"{name} needs {needed} and a manifest")
+    planned = options.plan or options.bundle
+    if planned is None and source is None and options.status is None:
+        return None
+    if planned is None:
+        decided = ("engine", "mode", "quality", "target_delta_e", "time_budget", "range")
+        settled = [flag(s.name) for s in fields(SceneSettings) if s.name in vars(options)]
+        settled += [flag(name) for name in decided if name in vars(options)]
+        others = ("seed", "denoise", "resolution", "device", "parts", "resume")
+        usual = vars(parser().parse_args([]))
+        settled += [flag(name) for name in others if getattr(options, name) != usual[name]]
+        if settled:
+            raise InputError(
+                f"{', '.join(settled)}: the manifest decides; plan again with other options"
+            )
+    return SplitRequest(
+        plan=options.plan,
+        bundle=options.bundle,
+        path_mapping=options.path_mapping,
+        work=None if options.develop else source,
+        develop=source if options.develop else None,
+        status=options.status,
+        json=options.json,
+        passes=parse_numbers(options.passes, "--passes"),
+        frames=parse_numbers(options.frames),
+        cameras=_names(options.cameras) or _names(options.camera or ""),
+        out=options.out,
+    )
+
+
+def _names(text: str) -> tuple[str, ...]:
+    return tuple(dict.fromkeys(filter(None, (name.strip() for name in text.split(",")))))
 
 
 def auto(options: argparse.Namespace) -> AutoRequest | None:

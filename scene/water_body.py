@@ -28,23 +28,46 @@ class WaterExtent:
     bottom: float
 
 
+@dataclass(frozen=True)
+class SceneReach:
+    """How far the things of a scene reach out, and down, in m."""
+
+    radius: float
+    lowest: float
+
+    def and_of(self, other: SceneReach) -> SceneReach:
+        """Return the reach of both."""
+        return SceneReach(max(self.radius, other.radius), max(self.lowest, other.lowest))
+
+
 def water_extent(scene: bpy.types.Scene, column: WaterColumn, camera_depth: float) -> WaterExtent:
     """Choose the size of the water from its clearest band and the scene's size."""
-    decay = float(column.decay.min())
-    reach = float(np.clip(_FAR / max(decay, _FAR / _LARGEST), _SMALLEST, _LARGEST))
+    return extent_around(scene_reach(scene), column, camera_depth)
+
+
+def scene_reach(scene: bpy.types.Scene) -> SceneReach:
+    """Return how far a scene reaches at its current frame."""
     corners = [
         item.matrix_world @ Vector(corner)
         for item in scene.objects
         if item.type not in {"CAMERA", "LIGHT"}
         for corner in item.bound_box
     ]
-    radius = max((math.hypot(c.x, c.y) for c in corners), default=0.0)
-    lowest = max((-c.z for c in corners), default=0.0)
+    return SceneReach(
+        max((math.hypot(c.x, c.y) for c in corners), default=0.0),
+        max((-c.z for c in corners), default=0.0),
+    )
+
+
+def extent_around(reach_of_things: SceneReach, column: WaterColumn, depth: float) -> WaterExtent:
+    """Choose the size of the water around things, for a camera at a depth in m."""
+    decay = float(column.decay.min())
+    reach = float(np.clip(_FAR / max(decay, _FAR / _LARGEST), _SMALLEST, _LARGEST))
     if math.isfinite(column.floor_depth):
         bottom = column.floor_depth + 1.0
     else:
-        bottom = max(camera_depth, lowest) + reach
-    return WaterExtent(radius + reach, bottom)
+        bottom = max(depth, reach_of_things.lowest) + reach
+    return WaterExtent(reach_of_things.radius + reach, bottom)
 
 
 def box(name: str, extent: WaterExtent, top: float) -> bpy.types.Object:

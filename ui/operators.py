@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Generator
 from dataclasses import replace
+from pathlib import Path
 from typing import override
 
 import bpy
@@ -356,6 +357,59 @@ class Render(bpy.types.Operator):
         context.workspace.status_text_set(None)
 
 
+class FarmBundle(_Operator):
+    """Writes the render as a job for a farm."""
+
+    bl_idname = "underwater.farm_bundle"
+    bl_label = "Farm Bundle…"
+    bl_description = (
+        "Plan the render and write it as a folder for a render farm: a job of Open Job "
+        "Description, which AWS Deadline Cloud and openjd run. The file must be saved"
+    )
+    bl_options = {"REGISTER"}  # noqa: RUF012 - as Blender wants it
+
+    directory: bpy.props.StringProperty(
+        name="Folder",
+        description="Folder to create; an earlier bundle in it is replaced",
+        subtype="DIR_PATH",
+        options={"SKIP_SAVE"},
+    )
+    filter_folder: bpy.props.BoolProperty(default=True, options={"HIDDEN"})
+
+    @override
+    def invoke(self, context: bpy.types.Context, _: bpy.types.Event) -> set[str]:
+        blend = Path(bpy.data.filepath)
+        if bpy.data.filepath:
+            self.directory = str(blend.with_name(f"{blend.stem}_farm"))
+        context.window_manager.fileselect_add(self)
+        return {"RUNNING_MODAL"}
+
+    @override
+    def run(self, context: bpy.types.Context) -> None:
+        from ..scene import farm_bundle, live
+
+        scene = context.scene
+        if not self.directory:
+            raise InputError("the bundle has no folder; choose one")
+        job = property_group.job(scene)
+        farm_bundle.check_saved()
+        frame = scene.frame_current
+        with live.suspended(scene):
+            try:
+                made = farm_bundle.bundle_job(
+                    Path(bpy.path.abspath(self.directory)),
+                    scene,
+                    lambda: optics.stored_settings(scene),
+                    job,
+                )
+            finally:
+                scene.frame_set(frame)
+        self.report(
+            {"INFO"},
+            f"{len(made.frames)} frame(s) of {made.passes} pass(es) in {self.directory}",
+        )
+
+
 CLASSES = (
     AddWater,
     RemoveWater,
@@ -366,6 +420,7 @@ CLASSES = (
     ChooseSensor,
     Auto,
     Render,
+    FarmBundle,
 )
 
 

@@ -335,6 +335,7 @@ class OutputPanel(_SubPanel, bpy.types.Panel):
         row.scale_y = 1.3
         row.operator("underwater.render", icon="RENDER_STILL").resume = False
         row.operator("underwater.render", text="Continue", icon="PLAY").resume = True
+        self.layout.operator("underwater.farm_bundle", icon="EXPORT")
 
 
 class ReadoutsPanel(_SubPanel, bpy.types.Panel):

@@ -130,6 +130,23 @@ def _set_stops(group: bpy.types.PropertyGroup, value: float) -> None:
     _water(group).exposure = f"{value:g}"
 
 
+def _get_pass_count(group: bpy.types.PropertyGroup) -> int:
+    from ..scene import engines, render_plan
+
+    wanted = job(group.id_data)
+    try:
+        plan = render_plan.plan_of(stored_settings.stored_settings(group.id_data))
+    except InputError:  # the panel says so
+        return 1
+    return len(engines.engine_of(wanted.engine, wanted.mode).passes(plan))
+
+
+def _get_job_options(group: bpy.types.PropertyGroup) -> str:
+    wanted = job(group.id_data)
+    options = f"--engine {wanted.engine} --mode {wanted.mode}"
+    return f"{options} --denoise" if wanted.denoise else options
+
+
 class UnderwaterPanelProperties(bpy.types.PropertyGroup):
     """How a scene is rendered, and views of its optics that suit a panel."""
 
@@ -254,6 +271,18 @@ class UnderwaterPanelProperties(bpy.types.PropertyGroup):
         name="Whole animation",
         description="Render every frame of the scene instead of the current one",
         options=set(),
+    )
+    pass_count: bpy.props.IntProperty(
+        name="Passes",
+        description="Render passes of a frame, for render farms",
+        options={"HIDDEN"},
+        get=_get_pass_count,
+    )
+    job_options: bpy.props.StringProperty(
+        name="Options",
+        description="What the panel says besides the settings of the water, for render farms",
+        options={"HIDDEN"},
+        get=_get_job_options,
     )
 
 

@@ -14,7 +14,7 @@ from pathlib import Path
 import bpy
 import numpy as np
 import pytest
-from underwater_spectral.scene import batch, picture_size, render_job, settings
+from underwater_spectral.scene import batch, manifest, picture_size, planning, settings
 from underwater_spectral.tests.scene import scenes, snapshot
 from underwater_spectral.uw_spectral.spectra.spectral_image import read_exr, read_spectral_exr
 
@@ -201,7 +201,8 @@ def test_a_water_of_seabass_counts_by_its_content_and_a_sensor_only_where_it_is_
 ):
     sensors = "wavelength_nm,R,G,B\n400,{0},0.2,0.9\n550,0.3,0.9,0.1\n700,0.9,0.1,0.05\n"
     station = tmp_path / "station.sb"
-    text = (ROOT / "tests" / "uw_spectral" / "water" / "Water_Absorption.sb").read_text()
+    text = "/begin_header\n/fields=wavelength,a,b\n/delimiter=comma\n/end_header\n"
+    text += "400,0.1,0.2\n700,0.6,0.2\n"
     _csv(tmp_path, sensors.format(0.1))
     options = settings.parse(
         ["--sensor", f"file:{tmp_path}/table.csv", "--water", f"file:{station}"]
@@ -209,17 +210,19 @@ def test_a_water_of_seabass_counts_by_its_content_and_a_sensor_only_where_it_is_
     chosen = settings.merge(settings.SceneSettings(), options)
     bpy.ops.wm.open_mainfile(filepath=str(blend))
 
-    def fingerprint(mode):
-        job = replace(settings.job(options), mode=mode)
-        return render_job._fingerprint(bpy.context.scene, bpy.context.scene.camera, chosen, job)
+    def planned(mode):
+        job = replace(settings.job(options), engine="eevee", mode=mode)
+        return planning.plan_job(bpy.context.scene, lambda: chosen, job)
 
     station.write_text(text)
-    bands, realtime = fingerprint("bands"), fingerprint("realtime")
+    bands, realtime = planned("bands"), planned("realtime")
     _csv(tmp_path, sensors.format(0.2))
-    assert fingerprint("bands") == bands
-    assert fingerprint("realtime") != realtime
+    assert not manifest.differences(bands, planned("bands"))
+    assert manifest.differences(realtime, planned("realtime")) == [
+        f"the table {tmp_path}/table.csv (--sensor)"
+    ]
     station.write_text(text.replace("/end_header", "/end_header ", 1))
-    assert fingerprint("bands") != bands
+    assert manifest.differences(bands, planned("bands"))
 
 
 @pytest.mark.parametrize(

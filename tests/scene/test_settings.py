@@ -128,9 +128,9 @@ def test_amounts_are_animatable(registered):
 @pytest.mark.parametrize("frames", ["a", "3-1", "1-x"])
 def test_bad_frames_are_named(frames):
     with pytest.raises(InputError, match="--frames"):
-        settings.parse_frames(frames)
+        settings.parse_numbers(frames)
 
 
 def test_frames():
-    assert settings.parse_frames("1-3, 7") == (1, 2, 3, 7)
-    assert settings.parse_frames("") == ()
+    assert settings.parse_numbers("1-3, 7") == (1, 2, 3, 7)
+    assert settings.parse_numbers("") == ()

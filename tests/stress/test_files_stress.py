@@ -9,8 +9,8 @@ import bpy
 import numpy as np
 import OpenImageIO as oiio
 import pytest
-from underwater_spectral.scene import band_passes, batch, render_job, settings
-from underwater_spectral.tests.scene import scenes
+from underwater_spectral.scene import band_passes, batch, render_job
+from underwater_spectral.tests.scene import manifests, scenes
 from underwater_spectral.uw_spectral.errors import InputError
 from underwater_spectral.uw_spectral.spectra.bands import Bands
 from underwater_spectral.uw_spectral.spectra.colour_rendering import reduction
@@ -270,24 +270,21 @@ def test_damaged_images(tmp_path, record_property):
 
 def test_damaged_output_folders(tmp_path):
     """What an earlier run left, or somebody else put there."""
-    job = settings.job(settings.parse(["--out", str(tmp_path / "out"), "--resume"]))
-    record = job.out / "job.json"
-    job.out.mkdir()
+    planned = manifests.small_manifest(tmp_path / "out")
+    record = planned.out / "job.json"
+    planned.out.mkdir()
     for content in ("", "[]", "[1]", "3", "null", '"x"', "{", "\0", "\udcff"):
         record.write_bytes(content.encode(errors="surrogateescape"))
-        # An empty list is an empty record: every value is another.
-        match = "other values of" if content == "[]" else "job.json is damaged; delete it"
-        with pytest.raises(InputError, match=match):
-            render_job._claim_folder(job, {"engine": "cycles"})
+        with pytest.raises(InputError, match="job.json is damaged; delete it"):
+            render_job.begin(planned, resume=True)
     record.unlink()
     record.mkdir()
     with pytest.raises(InputError, match="job.json is damaged"):
-        render_job._claim_folder(job, {"engine": "cycles"})
-    blocked = job.out / "passes"
+        render_job.begin(planned, resume=True)
+    blocked = planned.out / "passes"
     blocked.write_text("")
-    passes = band_passes.render_passes(None, [(0,)], blocked / "0001", (1, 1), resume=True)
     with pytest.raises(InputError, match="choose another --out"):
-        list(passes)
+        band_passes.make_folder(blocked / "0001")
 
 
 def test_damaged_scenes(empty_blender, tmp_path, capfd, record_property):

@@ -97,6 +97,11 @@ class FittedViewpoint(Viewpoint):
         """Map from band radiances to scene-linear Rec.709."""
         return fitted_reduction(self, self.reference)
 
+    @functools.cached_property
+    def stops(self) -> float:
+        """Exposure in stops, which is that of the reference."""
+        return self.reference.stops
+
 
 def optimised_bands(
     count: int, reference: Viewpoint, depths: Sequence[float] = DEPTHS

@@ -133,8 +133,14 @@ class ResolvedOptics(ComparedByContent):
             emission = self.excitation.emission(self.bands, streams)
         return self.column.solved_field(self.phase, streams, emission)
 
-    def viewpoint(self, depth: float) -> Viewpoint:
+    def viewpoint(self, depth: float, stops: float | None = None) -> Viewpoint:
         """Return the camera at a depth in m.
+
+        Parameters
+        ----------
+        depth : float
+        stops : float, optional
+            Exposure instead of the description's, such as that of another camera.
 
         Raises
         ------
@@ -147,7 +153,7 @@ class ResolvedOptics(ComparedByContent):
             self.sensor,
             depth,
             chosen.white_balance,
-            chosen.exposure_stops,
+            chosen.exposure_stops if stops is None else stops,
         )
         if self.reference is None:
             return Viewpoint(self.column, self.phase, *camera)

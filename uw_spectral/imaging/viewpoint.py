@@ -120,18 +120,25 @@ class Viewpoint(ComparedByContent):
     @functools.cached_property
     def reduction(self) -> SensorReduction:
         """Map from band radiances to scene-linear Rec.709."""
-        if self.white_balance == "depth":
-            develop = reduction(
-                self.sensor, self.column.bands, self.illuminant, self.light, "depth"
-            )
-        else:
-            develop = _reduction_everywhere(
-                self.sensor, self.column.bands, self.illuminant, self.white_balance
-            )
-        stops = self.exposure_stops
-        gain = 2.0 ** (auto_exposure_stops(develop, self.light) if stops is None else stops)
+        develop, gain = self._balanced, 2.0**self.stops
         return dataclasses.replace(
             develop, weights=develop.weights * gain, matrix=develop.matrix * gain
+        )
+
+    @functools.cached_property
+    def stops(self) -> float:
+        """Exposure in stops, the automatic one too."""
+        if self.exposure_stops is None:
+            return auto_exposure_stops(self._balanced, self.light)
+        return self.exposure_stops
+
+    @functools.cached_property
+    def _balanced(self) -> SensorReduction:
+        """The reduction at 0 stops."""
+        if self.white_balance == "depth":
+            return reduction(self.sensor, self.column.bands, self.illuminant, self.light, "depth")
+        return _reduction_everywhere(
+            self.sensor, self.column.bands, self.illuminant, self.white_balance
         )
 
 

@@ -1,0 +1,365 @@
+"""A farm that renders a shot, simulated: hours and waiting for 1 to 1000 workers.
+
+    python3 dev.py run -m benchmarks farm_simulation
+
+writes docs/farm_simulation.md. A discrete-event simulation: workers take tasks from one
+scheduler, start Blender, render passes, and develop frames. Times of passes, start and
+development are measured; those of the farm's own machinery are assumed, see `Costs`.
+"""
+
+from __future__ import annotations
+
+import argparse
+import heapq
+import math
+from collections import deque
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from enum import Enum
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+_DOCUMENT = Path(__file__).resolve().parent.parent / "docs" / "farm_simulation.md"
+WORKERS = (1, 3, 10, 30, 100, 200, 300, 500, 1000)
+SEED = 1
+_HOUR = 3600.0
+
+
+class Order(Enum):
+    """When a frame is developed, and what one task is."""
+
+    BY_STEP = "all passes, then frames"
+    BY_FRAME = "each frame when its passes are there"
+    WHOLE_FRAMES = "one task a frame"
+
+
+@dataclass(frozen=True)
+class Costs:
+    """Seconds of a worker, and of the farm's machinery.
+
+    Parameters
+    ----------
+    start : float
+        Blender starts, reads scene and plan, and resolves the water: once a task.
+    render : float
+        A pass, on average.
+    spread : float
+        Standard deviation of the logarithm of the time of a pass.
+    develop : float
+        A frame, from passes to pictures.
+    latency : float
+        From the choice of a task to its process, up to.
+    assign : float
+        The scheduler's own time for a task; it chooses one after the other.
+    boot : float
+        A worker comes up at a moment from 0 to this.
+    """
+
+    start: float
+    render: float
+    spread: float
+    develop: float
+    latency: float = 5.0
+    assign: float = 0.05
+    boot: float = 180.0
+
+
+@dataclass(frozen=True)
+class Shot:
+    """Frames, passes of a frame, and how many of each make a task."""
+
+    frames: int
+    passes: int
+    passes_per_task: int = 1
+    frames_per_development: int = 10
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What came of a shot.
+
+    ``seconds`` until the last picture, ``first_picture`` until the first; ``work`` is rendering
+    and developing, ``overhead`` starts and scheduling, ``waiting`` the rest: of all workers,
+    in seconds.
+    """
+
+    workers: int
+    tasks: int
+    seconds: float
+    first_picture: float
+    work: float
+    overhead: float
+
+    @property
+    def waiting(self) -> float:
+        """Seconds in which workers have nothing to do."""
+        return self.workers * self.seconds - self.work - self.overhead
+
+    @property
+    def efficiency(self) -> float:
+        """Share of the workers' time that renders and develops."""
+        return self.work / (self.workers * self.seconds)
+
+
+@dataclass(frozen=True)
+class _Task:
+    """Seconds of work, frames whose passes it renders and how many of each, frames developed."""
+
+    seconds: float
+    rendered: tuple[int, ...] = ()
+    count: int = 0
+    developed: tuple[int, ...] = ()
+
+
+def simulate(shot: Shot, costs: Costs, workers: int, order: Order, seed: int = SEED) -> Outcome:
+    """Render a shot with a number of workers.
+
+    Parameters
+    ----------
+    shot, costs : Shot, Costs
+    workers : int
+        Machines that take one task at a time.
+    order : Order
+        Which tasks there are, and what they wait for.
+    seed : int
+        Of the times of passes, latencies and boots.
+
+    Returns
+    -------
+    Outcome
+    """
+    random = np.random.default_rng(seed)
+    # The mean of a lognormal distribution is that of its logarithm plus half the variance.
+    centre = math.log(costs.render) - costs.spread**2 / 2
+    times = random.lognormal(centre, costs.spread, (shot.frames, shot.passes))
+    ready = deque(_renders(shot, costs, times, order))
+    developments = {task.developed[0]: task for task in _developments(shot, costs, order)}
+    total = len(ready) + len(developments)
+    left = np.full(shot.frames, shot.passes)
+    unrendered = shot.frames
+    # Workers that come up or are done, by time; a counter keeps the order of equals.
+    events: list[tuple[float, int, _Task | None]] = []
+    for place, moment in enumerate(random.uniform(0, costs.boot, workers).tolist()):
+        heapq.heappush(events, (moment, place, None))
+    number, idle, scheduler = workers, 0, 0.0
+    work = overhead = last = 0.0
+    first_picture = math.inf
+    while events:
+        now, _, done = heapq.heappop(events)
+        woken = 1
+        if done is not None:
+            last = max(last, now)
+            for frame in done.rendered:
+                left[frame] -= done.count
+                unrendered -= left[frame] == 0
+            if done.developed:
+                first_picture = min(first_picture, now)
+            released = _released(developments, done, left, unrendered, order)
+            ready.extendleft(reversed(released))
+            woken += min(idle, len(released))
+            idle -= woken - 1
+        for _ in range(woken):
+            if not ready:
+                idle += 1
+                continue
+            task = ready.popleft()
+            scheduler = max(scheduler, now) + costs.assign
+            wait = scheduler - now + random.uniform(0, costs.latency)
+            overhead += wait + costs.start
+            work += task.seconds
+            number += 1
+            heapq.heappush(events, (now + wait + costs.start + task.seconds, number, task))
+    return Outcome(workers, total, last, first_picture, work, overhead)
+
+
+def _renders(shot: Shot, costs: Costs, times: NDArray[np.float64], order: Order) -> Iterable[_Task]:
+    for frame in range(shot.frames):
+        if order is Order.WHOLE_FRAMES:
+            yield _Task(float(times[frame].sum()) + costs.develop, (frame,), shot.passes, (frame,))
+            continue
+        for first in range(0, shot.passes, shot.passes_per_task):
+            part = times[frame, first : first + shot.passes_per_task]
+            yield _Task(float(part.sum()), (frame,), len(part))
+
+
+def _developments(shot: Shot, costs: Costs, order: Order) -> Iterable[_Task]:
+    if order is Order.WHOLE_FRAMES:
+        return
+    size = shot.frames_per_development if order is Order.BY_STEP else 1
+    for first in range(0, shot.frames, size):
+        frames = tuple(range(first, min(first + size, shot.frames)))
+        yield _Task(costs.develop * len(frames), developed=frames)
+
+
+def _released(
+    developments: dict[int, _Task],
+    done: _Task,
+    left: NDArray[np.int_],
+    unrendered: int,
+    order: Order,
+) -> list[_Task]:
+    """Take out the developments that nothing keeps any longer."""
+    if order is Order.BY_STEP:
+        frames = list(developments) if unrendered == 0 else []
+    else:
+        frames = [frame for frame in done.rendered if left[frame] == 0 and frame in developments]
+    return [developments.pop(frame) for frame in frames]
+
+
+# Measured, in CPU seconds on two cores that other work kept busy: the reef of examples/ with the
+# options of `python3 dev.py example`, Cycles, 480 x 270 pixels, 32 samples, denoised; one process,
+# by time.process_time before the first pass, around each pass, and after the last.
+_CORES = 2
+_SMALL_PIXELS, _LARGE_PIXELS = 480 * 270, 3840 * 2160
+_START, _DEVELOP = 2.99, 0.65
+_PASSES = (49.2, 48.5, 47.2, 44.9, 44.1, 40.6, 37.4, 36.8, 34.3)
+_SHOT = Shot(frames=2 * 60 * 24, passes=9)
+# A pass of EEVEE on a graphics card: assumed, to show what short passes do.
+_SHORT = 10.0
+
+
+def measured() -> Costs:
+    """Return what a 4K frame costs a worker of two cores."""
+    scale = _LARGE_PIXELS / _SMALL_PIXELS
+    passes = np.array(_PASSES)
+    return Costs(
+        start=_START,
+        render=float(passes.mean()) / _CORES * scale,
+        spread=float(np.log(passes).std(ddof=1)),
+        develop=_DEVELOP * scale,
+    )
+
+
+def scaling_limit(shot: Shot, costs: Costs, order: Order, efficiency: float) -> int:
+    """Return the most workers, of numbers a tenth apart, that are used so well."""
+    best, workers = 1, 1
+    while workers < 4 * shot.frames * shot.passes:
+        if simulate(shot, costs, workers, order).efficiency < efficiency:
+            break
+        best, workers = workers, max(workers + 1, round(1.1 * workers))
+    return best
+
+
+def _table(shot: Shot, costs: Costs, order: Order) -> str:
+    lines = [
+        "| workers | hours | times faster | efficiency | starts and scheduling | waiting | "
+        "pictures per hour | first picture after |",
+        "|---|---|---|---|---|---|---|---|",
+    ]
+    alone = simulate(shot, costs, 1, order).seconds
+    for workers in WORKERS:
+        found = simulate(shot, costs, workers, order)
+        whole = workers * found.seconds
+        lines.append(
+            f"| {workers} | {found.seconds / _HOUR:.4g} | {alone / found.seconds:.4g} "
+            f"| {100 * found.efficiency:.1f} % | {100 * found.overhead / whole:.1f} % "
+            f"| {100 * found.waiting / whole:.1f} % | {shot.frames / found.seconds * _HOUR:.4g} "
+            f"| {found.first_picture / _HOUR:.3g} h |"
+        )
+    return "\n".join(lines)
+
+
+def _limits(cases: Sequence[tuple[str, Shot, Costs, Order]]) -> str:
+    lines = ["| job | efficiency with 1000 | 90 % until | 50 % until |", "|---|---|---|---|"]
+    for name, shot, costs, order in cases:
+        now = 100 * simulate(shot, costs, 1000, order).efficiency
+        limits = [scaling_limit(shot, costs, order, share) for share in (0.9, 0.5)]
+        lines.append(f"| {name} | {now:.0f} % | {limits[0]} workers | {limits[1]} workers |")
+    return "\n".join(lines)
+
+
+def _sources(costs: Costs) -> str:
+    small = "480 × 270 at 32 samples, denoised"
+    larger = f"× {_LARGE_PIXELS / _SMALL_PIXELS:.0f} for the pixels"
+    passes = np.array(_PASSES)
+    rows = [
+        (
+            "a pass",
+            f"{costs.render:.0f}, × or ÷ {math.exp(costs.spread):.2f}",
+            "the reef in Cycles with the options of `python3 dev.py example`: "
+            f"{passes.mean():.1f} CPU s for a pass of {small}, {passes.min():.1f} to "
+            f"{passes.max():.1f}; a worker of {_CORES} cores; {larger}",
+        ),
+        (
+            "start of a task",
+            f"{costs.start:.1f}",
+            "CPU time of the same process before its first pass: Blender, scene, water, materials",
+        ),
+        (
+            "development of a frame",
+            f"{costs.develop:.1f}",
+            f"CPU time of the same process after its last pass, {larger}",
+        ),
+        ("scheduler", f"{costs.assign:g} a task, one after the other", "assumed"),
+        ("from choice to process", f"0 to {costs.latency:g}", "assumed"),
+        ("a worker comes up", f"after 0 to {costs.boot:g}", "assumed"),
+    ]
+    lines = ["| what | seconds | whence |", "|---|---|---|"]
+    return "\n".join([*lines, *(f"| {' | '.join(row)} |" for row in rows)])
+
+
+def document() -> str:
+    """Return docs/farm_simulation.md."""
+    slow = measured()
+    short = replace(slow, render=_SHORT)
+    grouped = replace(_SHOT, passes_per_task=_SHOT.passes)
+    cases = [
+        (f"{kind}, {what}", shot, costs, order)
+        for kind, costs in (("4K in Cycles", slow), (f"passes of {_SHORT:g} s", short))
+        for what, shot, order in (
+            ("a task a pass, developed at the end", _SHOT, Order.BY_STEP),
+            ("a task a pass, developed frame by frame", _SHOT, Order.BY_FRAME),
+            ("a task for the passes of a frame, then developed", grouped, Order.BY_FRAME),
+            ("a task a frame, developed in it", _SHOT, Order.WHOLE_FRAMES),
+        )
+    ]
+    return f"""\
+# A simulated farm
+
+Written by `python3 dev.py run -m benchmarks farm_simulation`. No farm was rented for this page: the
+times of Blender are measured on one machine, the farm around it is simulated, event by event, with
+seed {SEED}.
+
+A shot of two minutes at 24 frames a second, {_SHOT.frames} frames of 3840 × 2160 pixels in
+{_SHOT.passes} bands, a pass each.
+
+{_sources(slow)}
+
+Not in it: files on their way, workers that are lost (a pass that was begun is rendered again),
+licences, other jobs.
+
+## Workers and hours
+A task a pass, a frame developed as soon as its passes are there, as Flamenco's job type does it:
+
+{_table(_SHOT, slow, Order.BY_FRAME)}
+
+All passes first, then ten frames a development, as a step of Open Job Description has to wait:
+
+{_table(_SHOT, slow, Order.BY_STEP)}
+
+The hours are nearly the same; the first picture is not. A shot that somebody watches while it
+renders is better off with frames that are developed in turn.
+
+## Where it stops
+Up to so many workers a tenth of the rented time is lost at most, or half. Where there are few tasks
+for a worker, it matters how well the last ones fit: the numbers are those before the first that is
+worse.
+
+{_limits(cases)}
+
+- Passes on several workers let four to five times as many workers help as whole frames do. It
+  matters where there are nearly as many workers as frames.
+- Where passes are short, start and scheduling are what is paid: several passes a task
+  (`PassesPerTask`, `passes_per_task`), or whole frames.
+- In the end the scheduler is the limit: at {slow.assign:g} s a task it feeds
+  {1 / slow.assign:.0f} tasks a second.
+"""
+
+
+def main(arguments: list[str]) -> None:
+    """Simulate and write the document."""
+    argparse.ArgumentParser(description=__doc__).parse_args(arguments)
+    _DOCUMENT.write_text(document(), encoding="utf-8")
+    print(_DOCUMENT)

@@ -1,0 +1,103 @@
+"""What an engine is: facts about it, and what it renders once there is water in a scene.
+
+Another renderer is a file that makes an :class:`Engine`, and a row of :data:`.engines.ENGINES`.
+"""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Protocol
+
+import bpy
+import numpy as np
+from numpy.typing import NDArray
+
+from .render_plan import RenderPlan
+from .settings import Device, Mode
+from .water_body import WaterExtent
+
+Weights = NDArray[np.float64]
+"""Linear RGB per unit radiance of each band, shape (3, n)."""
+
+RenderPass = Callable[[tuple[int, ...], Path], None]
+"""Renders the bands of one pass into a float EXR."""
+
+
+class ReadyFrame(Protocol):
+    """Readies the current frame.
+
+    Its plan may have other values than the first one; the camera is at a depth in m. Weights
+    count where an engine draws colours; by default they are those of plan and depth.
+    """
+
+    def __call__(
+        self, plan: RenderPlan, depth: float, weights: Weights | None = None, /
+    ) -> RenderPass:
+        """Return what renders a pass."""
+        ...
+
+
+def _same_noise(_: int, __: int) -> None:
+    """Leave the noise as it is."""
+
+
+@dataclass(frozen=True)
+class BandEngine:
+    """Water in a scene, ready to be rendered.
+
+    ``passes`` are the bands of each pass; ``frame`` readies the current frame; ``draw`` sets
+    seed and samples of the passes that follow.
+    """
+
+    passes: list[tuple[int, ...]]
+    notes: list[str]
+    frame: ReadyFrame
+    draw: Callable[[int, int], None] = _same_noise
+
+
+@dataclass(frozen=True, eq=False)
+class Opening:
+    """What an engine begins with: the first frame of the job, whatever part of it is rendered."""
+
+    plan: RenderPlan
+    extent: WaterExtent
+    depth: float
+    weights: Weights
+    seed: int
+    denoise: bool
+    froxels: int | None
+    device: Device
+
+
+@dataclass(frozen=True)
+class Engine:
+    """What can render, and how.
+
+    Parameters
+    ----------
+    name, mode : str
+        As options name it.
+    open : callable
+        Puts water into a scene for a camera, and takes it out after the block.
+    passes : callable
+        Returns the bands of each pass of a plan.
+    seeded : bool
+        Whether the noise has a seed, so that a pass can be cut into parts.
+    devices : tuple of str
+        What it can be told to render on.
+    draws_colours : bool
+        Whether its passes add up to the picture; else they hold bands that are developed.
+    """
+
+    name: str
+    mode: Mode
+    open: Callable[
+        [bpy.types.Scene, bpy.types.Object, Opening], contextlib.AbstractContextManager[BandEngine]
+    ]
+    passes: Callable[[RenderPlan], list[tuple[int, ...]]]
+    seeded: bool = False
+    devices: tuple[Device, ...] = ()
+    draws_colours: bool = False

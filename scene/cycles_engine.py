@@ -1,0 +1,87 @@
+"""Cycles as an engine: the reference, up to three bands a pass."""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Iterator
+from pathlib import Path
+
+import bpy
+
+from . import cycles_settings, cycles_water, inelastic_layers, moving_surface, scene_water
+from .band_engine import BandEngine, Engine, Opening, RenderPass, Weights
+from .exr_output import write_float_exr
+from .render_plan import RenderPlan
+from .settings import Device
+from .water_body import WaterExtent
+
+
+@contextlib.contextmanager
+def cycles_bands(
+    scene: bpy.types.Scene,
+    camera: bpy.types.Object,
+    plan: RenderPlan,
+    extent: WaterExtent,
+    *,
+    seed: int,
+    denoise: bool,
+    device: Device = "cpu",
+) -> Iterator[BandEngine]:
+    """Water for the Cycles reference while the block runs.
+
+    Raises
+    ------
+    InputError
+        If Cycles finds no such device.
+    """
+    notes = cycles_water.add_water(scene, plan.column, plan.cycles_phases, extent)
+    notes += plan.cycles_notes
+    light = plan.inelastic
+    layers = None if light is None else inelastic_layers.add_layers(scene, light, extent)
+    chosen = plan.settings
+    try:
+        with cycles_settings.reference_settings(
+            scene,
+            camera,
+            samples=chosen.samples,
+            seed=seed,
+            denoise=denoise,
+            bounces=chosen.bounces,
+            device=device,
+        ) as layer:
+
+            def frame(now: RenderPlan, _: float, __: Weights | None = None) -> RenderPass:
+                cycles_water.place(scene, now.column)
+                moving_surface.move_surface(scene, now)
+                values = now.pass_values(scene)
+                if layers is not None and now.inelastic is not None:
+                    values = values.with_values(inelastic_layers.emission(now.inelastic, layers))
+
+                def render(indices: tuple[int, ...], path: Path) -> None:
+                    values.apply(layer, indices)
+                    values.refresh(scene)
+                    write_float_exr(scene, path)
+
+                return render
+
+            def draw(part_seed: int, samples: int) -> None:
+                scene.cycles.seed, scene.cycles.samples = part_seed, samples
+
+            yield BandEngine(plan.passes, notes, frame, draw)
+    finally:
+        scene_water.remove(scene)
+
+
+def _open(
+    scene: bpy.types.Scene, camera: bpy.types.Object, opening: Opening
+) -> contextlib.AbstractContextManager[BandEngine]:
+    return cycles_bands(
+        scene, camera, opening.plan, opening.extent,
+        seed=opening.seed, denoise=opening.denoise, device=opening.device,
+    )  # fmt: skip
+
+
+BANDS = Engine(
+    "cycles", "bands", _open, lambda plan: plan.passes, seeded=True, devices=("cpu", "gpu")
+)
+"""Cycles, in band passes."""

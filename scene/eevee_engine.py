@@ -1,0 +1,192 @@
+"""EEVEE as an engine: in band passes, and all bands at once."""
+
+from __future__ import annotations
+
+import contextlib
+import functools
+import math
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import bpy
+import numpy as np
+from numpy.typing import NDArray
+
+from ..uw_spectral.spectra.spectral_image import read_exr, write_rgb_exr
+from . import eevee_settings, moving_surface, realtime, scene_water
+from .band_engine import BandEngine, Engine, Opening, RenderPass, Weights
+from .exr_output import write_float_exr
+from .render_plan import RenderPlan
+from .water_body import WaterExtent
+
+
+@contextlib.contextmanager
+def eevee_bands(
+    scene: bpy.types.Scene,
+    camera: bpy.types.Object,
+    plan: RenderPlan,
+    extent: WaterExtent,
+    depth: float,
+    *,
+    froxels: int | None = None,
+) -> Iterator[BandEngine]:
+    """Water for EEVEE, three bands a pass, while the block runs.
+
+    EEVEE keeps half floats, so each band is scaled to the radiance of a white
+    surface at the camera's depth, and back when the pass is written.
+    """
+    passes = band_passes_of(plan)
+    water_of = _waters(scene)
+
+    def water_at(now: RenderPlan, camera_depth: float) -> realtime.RealtimeWater:
+        return water_of(now, camera_depth, np.ones((3, len(now.bands))))
+
+    def scale_of(now: RenderPlan, camera_depth: float) -> np.ndarray:
+        white = now.column.Ed(camera_depth, now.phase) / np.pi
+        return np.maximum(white, np.finfo(np.float32).tiny)
+
+    gains = 1.0 / scale_of(plan, depth)[list(passes[0])]
+    first_pass = water_at(plan, depth).of_triple(passes[0], gains)
+    with _eevee(scene, camera, first_pass, extent, plan.settings.samples, froxels) as notes:
+
+        def frame(now: RenderPlan, camera_depth: float, _: Weights | None = None) -> RenderPass:
+            water, scale = water_at(now, camera_depth), scale_of(now, camera_depth)
+
+            def render(indices: tuple[int, ...], path: Path) -> None:
+                white = scale[[*indices, *[indices[-1]] * (3 - len(indices))]]
+                realtime.set_values(scene, water.of_triple(indices, 1.0 / white))
+                write_float_exr(scene, path)
+                write_rgb_exr(path, read_exr(path)[0] * white)
+
+            return render
+
+        yield BandEngine(passes, notes, frame)
+
+
+@contextlib.contextmanager
+def eevee_realtime(
+    scene: bpy.types.Scene,
+    camera: bpy.types.Object,
+    plan: RenderPlan,
+    extent: WaterExtent,
+    depth: float,
+    *,
+    froxels: int | None = None,
+    weights: Weights | None = None,
+) -> Iterator[BandEngine]:
+    """Water for EEVEE, all bands in one pass that is the picture already.
+
+    What is too much for one shader takes more passes, whose sum is the picture.
+    """
+    passes = picture_passes_of(plan)
+    count = len(passes[0])
+    waters = _waters(scene)
+
+    def water_of(
+        now: RenderPlan, camera_depth: float, given: Weights | None
+    ) -> realtime.RealtimeWater:
+        if given is None:
+            given = now.reduction(camera_depth).weights
+        return waters(now, camera_depth, given)
+
+    first, samples = (
+        water_of(plan, depth, weights).of_bands(passes[0], count),
+        plan.settings.samples,
+    )
+    with _eevee(scene, camera, first, extent, samples, froxels) as notes:
+
+        def frame(now: RenderPlan, camera_depth: float, given: Weights | None = None) -> RenderPass:
+            water = water_of(now, camera_depth, given)
+
+            def drawn(part: realtime.RealtimeWater, path: Path) -> NDArray[np.float32]:
+                realtime.set_values(scene, part)
+                write_float_exr(scene, path)
+                return read_exr(path)[0]
+
+            def render(indices: tuple[int, ...], path: Path) -> None:
+                part = water.of_bands(indices, count)
+                if len(passes) == 1:
+                    drawn(part, path)
+                    return
+                # EEVEE cuts what is below zero, and other parts may be above.
+                positive, negative = (drawn(part.of_sign(sign), path) for sign in (1.0, -1.0))
+                write_rgb_exr(path, positive - negative)
+
+            return render
+
+        yield BandEngine(passes, notes, frame)
+
+
+def band_passes_of(plan: RenderPlan) -> list[tuple[int, ...]]:
+    """Return the bands of each pass of three."""
+    return plan.bands.packed(3)
+
+
+def picture_passes_of(plan: RenderPlan) -> list[tuple[int, ...]]:
+    """Return the bands of each pass that is a part of the picture."""
+    count = math.ceil(len(plan.bands) / math.ceil(len(plan.bands) / plan.most_bands))
+    return plan.bands.packed(count)
+
+
+def _waters(
+    scene: bpy.types.Scene,
+) -> Callable[[RenderPlan, float, Weights], realtime.RealtimeWater]:
+    """Return what computes the water of the current frame, for a plan, a depth and weights.
+
+    The nodes are built for the first frame's, which is not computed again to be drawn.
+    """
+
+    @functools.lru_cache(maxsize=1)
+    def water_at(
+        _: float, plan: RenderPlan, depth: float, weights: tuple[tuple[float, ...], ...]
+    ) -> realtime.RealtimeWater:
+        water = plan.realtime(scene, depth, np.array(weights))
+        return moving_surface.with_waves(scene, plan, water)
+
+    def water_of(plan: RenderPlan, depth: float, weights: Weights) -> realtime.RealtimeWater:
+        rows = tuple(map(tuple, weights.tolist()))
+        return water_at(scene.frame_current_final, plan, depth, rows)
+
+    return water_of
+
+
+@contextlib.contextmanager
+def _eevee(
+    scene: bpy.types.Scene,
+    camera: bpy.types.Object,
+    water: realtime.RealtimeWater,
+    extent: WaterExtent,
+    samples: int,
+    froxels: int | None,
+) -> Iterator[list[str]]:
+    notes = realtime.add_realtime(scene, water, extent)
+    try:
+        with eevee_settings.realtime_settings(
+            scene, camera, samples=samples, water=water, froxels=froxels
+        ):
+            yield notes
+    finally:
+        scene_water.remove(scene)
+
+
+def _open_bands(
+    scene: bpy.types.Scene, camera: bpy.types.Object, opening: Opening
+) -> contextlib.AbstractContextManager[BandEngine]:
+    return eevee_bands(
+        scene, camera, opening.plan, opening.extent, opening.depth, froxels=opening.froxels
+    )
+
+
+def _open_realtime(
+    scene: bpy.types.Scene, camera: bpy.types.Object, opening: Opening
+) -> contextlib.AbstractContextManager[BandEngine]:
+    return eevee_realtime(
+        scene, camera, opening.plan, opening.extent, opening.depth,
+        froxels=opening.froxels, weights=opening.weights,
+    )  # fmt: skip
+
+
+BANDS = Engine("eevee", "bands", _open_bands, band_passes_of)
+"""EEVEE, three bands a pass."""
+REALTIME = Engine("eevee", "realtime", _open_realtime, picture_passes_of, draws_colours=True)
+"""EEVEE, the picture in one pass."""

@@ -1,0 +1,69 @@
+"""The files that an open scene reads besides its own: libraries, textures, caches."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import bpy
+
+# What a render can do without, should it be missing.
+_DISPENSABLE = {"sound", "text", "screen", "brush", "palette"}
+_FLAGS = {"SKIP_PACKED", "SKIP_WEAK_REFERENCES"}
+# Tiles and numbered pictures come one by one.
+_EXPANDED = {*_FLAGS, "EXPAND_TOKENS", "EXPAND_SEQUENCES", "EXPAND_CACHES"}
+
+
+@dataclass(frozen=True)
+class ExternalFiles:
+    """Files and folders that are there, and what is named but missing: owner and path."""
+
+    files: tuple[Path, ...]
+    folders: tuple[Path, ...]
+    missing: tuple[tuple[str, Path], ...]
+
+
+def external_files() -> ExternalFiles:
+    """Return what the open file reads besides itself and Blender's own files."""
+    own = Path(bpy.utils.resource_path("LOCAL")).resolve()
+    found: dict[str, set[Path]] = {}
+    for owner, path in _visited(_EXPANDED):
+        found.setdefault(owner, set()).add(path)
+    present = {path for paths in found.values() for path in paths if path.exists()}
+    present = {path for path in present if not path.resolve().is_relative_to(own)}
+    missing = [
+        (owner, path)
+        for owner, path in _visited(_FLAGS)
+        if _counts(owner, path) and not any(item.exists() for item in found.get(owner, ()))
+    ]
+    missing += [
+        (owner, path)
+        for owner, paths in found.items()
+        for path in paths
+        if _counts(owner, path) and not path.exists() and (owner, path) not in missing
+    ]
+    return ExternalFiles(
+        tuple(sorted(path for path in present if path.is_file())),
+        tuple(sorted(path for path in present if path.is_dir())),
+        tuple(sorted(set(missing))),
+    )
+
+
+def _counts(owner: str, path: Path) -> bool:
+    # A folder is one of a simulation, which fills it once it is baked.
+    return bool(path.suffix) and owner.partition(" ")[0] not in _DISPENSABLE
+
+
+def _visited(flags: set[str]) -> Iterator[tuple[str, Path]]:
+    """Yield an owner, such as ``image 'sand'``, and the absolute path of each file it names."""
+    visited: list[tuple[str, Path]] = []
+
+    def visit(block: bpy.types.ID, path: str, _: object) -> None:
+        if path and not path.startswith("<"):
+            absolute = bpy.path.abspath(path, library=block.library)
+            kind = block.id_type.lower()
+            visited.append((f"{kind} {block.name!r}", Path(absolute)))
+
+    bpy.data.file_path_foreach(visit, flags=flags)
+    yield from visited

@@ -1,0 +1,281 @@
+"""A render as a job of Open Job Description: plain data, without Blender.
+
+Source: Open Job Description, Template Schemas, revision 2023-09, with the extension
+``TASK_CHUNKING`` (RFC 0001). The files ``parameter_values`` and ``asset_references`` are those
+of job bundles of AWS Deadline Cloud. All are JSON: it is what Python writes without a further
+package, and both readers take ``.json`` and ``.yaml`` alike.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+TEMPLATE, VALUES, ASSETS = "template.json", "parameter_values.json", "asset_references.json"
+MANIFEST, README = "manifest.json", "README.md"
+RENDER, DEVELOP = "RenderPasses", "Develop"
+
+_LONGEST_NAME = 128
+# Seconds after which a task is taken for hung, and that one has to end: a pass lands whole or
+# not at all, so nothing is lost but the pass.
+_RENDER_TIMEOUT, _DEVELOP_TIMEOUT = 172_800, 21_600
+_NOTIFY_SECONDS = 30
+_MIB = 2**20
+# Blender and the extension without a scene.
+_BLENDER_MIB = 2048
+
+
+@dataclass(frozen=True)
+class FarmJob:
+    """What a farm renders: a scene that is planned already.
+
+    Parameters
+    ----------
+    scene : Path
+        The .blend.
+    out : Path
+        Folder of passes and pictures.
+    frames : tuple of int
+        Frames of the plan.
+    passes : int
+        Render passes of a frame.
+    memory : float
+        Memory in bytes that a frame takes at least.
+    gpu : bool
+        Whether the engine draws on a graphics card.
+    cameras : tuple of str
+        Names of the cameras where there are several, each rendered by tasks of its own.
+    """
+
+    scene: Path
+    out: Path
+    frames: tuple[int, ...]
+    passes: int
+    memory: float = 0.0
+    gpu: bool = False
+    cameras: tuple[str, ...] = ()
+
+
+def ranges(numbers: Sequence[int]) -> str:
+    """Write numbers as a range expression, in order and each once.
+
+    Examples
+    --------
+    >>> ranges([1, 2, 3, 7, 9, 10])
+    '1-3,7,9-10'
+    """
+    ordered = sorted(set(numbers))
+    starts = [ordered[0], *(b for a, b in pairwise(ordered) if b != a + 1)]
+    ends = [*(a for a, b in pairwise(ordered) if b != a + 1), ordered[-1]]
+    return ",".join(f"{a}" if a == b else f"{a}-{b}" for a, b in zip(starts, ends, strict=True))
+
+
+def template(job: FarmJob) -> dict[str, Any]:
+    """Return the job template: passes of all frames, then their development."""
+    return {
+        "specificationVersion": "jobtemplate-2023-09",
+        "extensions": ["TASK_CHUNKING"],
+        "name": _name(job),
+        "description": "Spectral bands of an underwater scene, rendered pass by pass from the "
+        "plan in manifest.json and developed into pictures. The workers need Blender with the "
+        "extension Underwater Spectral enabled.",
+        "parameterDefinitions": _parameters(job),
+        "steps": [_render_step(job), _develop_step(job)],
+    }
+
+
+def parameter_values(job: FarmJob) -> dict[str, Any]:
+    """Return the values of the parameters that have no default."""
+    values = {"Scene": job.scene, "OutputDir": job.out}
+    listed = [{"name": name, "value": str(value)} for name, value in values.items()]
+    return {"parameterValues": listed}
+
+
+def asset_references(
+    job: FarmJob, files: Sequence[Path], folders: Sequence[Path]
+) -> dict[str, Any]:
+    """Return what the job reads besides scene and plan, and the folder that it writes."""
+    return {
+        "assetReferences": {
+            "inputs": {
+                "filenames": sorted({str(path) for path in (job.scene, *files)}),
+                "directories": sorted({str(path) for path in folders}),
+            },
+            "outputs": {"directories": [str(job.out)]},
+            "referencedPaths": [],
+        }
+    }
+
+
+def readme(job: FarmJob) -> str:
+    """Return how to run and to submit the bundle, as Markdown."""
+    first = job.frames[0]
+    return f"""\
+# {job.scene.name} on a render farm
+
+{len(job.frames)} frame(s) of {job.passes} pass(es), planned already: `{MANIFEST}`. Every machine
+needs Blender with the extension Underwater Spectral enabled. Write the bundle again after a change
+of the scene or of its settings; a task refuses a scene that the plan does not fit.
+
+## On this machine
+`pip install openjd-cli`, then, in this folder:
+
+```sh
+openjd check {TEMPLATE}
+openjd run {TEMPLATE} --step {DEVELOP} --run-dependencies \\
+    -p "Scene={job.scene}" -p "OutputDir={job.out}" -p Blender=blender
+```
+
+One pass of one frame: `--step {RENDER} --tasks '[{{"Frame": {first}, "Pass": "0-0"}}]'`.
+
+## AWS Deadline Cloud
+```sh
+deadline bundle submit .
+deadline bundle gui-submit .
+```
+
+`{ASSETS}` lists the files that go along, `{VALUES}` where scene and output lie. What lies
+elsewhere on a worker is found by the path mapping of its session.
+
+| parameter | meaning |
+|---|---|
+| `Frames`, `Passes` | what to render of the plan, such as `1-24` and `0-{job.passes - 1}` |
+| `PassesPerTask`, `FramesPerTask` | more where Blender takes long to start |
+| `Blender` | Blender's executable on the workers |
+
+Tasks may be run again at any time: finished passes are kept.
+"""
+
+
+def _name(job: FarmJob) -> str:
+    # Two braces would be a reference to a parameter.
+    plain = job.scene.stem.replace("{{", "(").replace("}}", ")")
+    return f"Underwater {plain}"[:_LONGEST_NAME]
+
+
+def _parameters(job: FarmJob) -> list[dict[str, Any]]:
+    return [
+        _path("Scene", "Scene", "FILE", "IN", "The .blend"),
+        {
+            **_path("Manifest", "Plan", "FILE", "IN", "Plan of the job, written with the bundle"),
+            "default": MANIFEST,
+        },
+        _path("OutputDir", "Output folder", "DIRECTORY", "OUT", "Passes and pictures"),
+        _text("Frames", "Frames", ranges(job.frames), "Frames to render, such as 1-24 or 1,5,9"),
+        _text("Passes", "Passes", ranges(range(job.passes)), "Render passes of each frame"),
+        _count("PassesPerTask", "Passes per task", "Passes that one start of Blender renders"),
+        _count("FramesPerTask", "Frames per development", "Frames that one start develops", 10),
+        _text("Blender", "Blender", "blender", "Blender's executable on the workers"),
+    ]
+
+
+def _path(name: str, label: str, kind: str, flow: str, text: str) -> dict[str, Any]:
+    controls = {"FILE": "CHOOSE_INPUT_FILE", "DIRECTORY": "CHOOSE_DIRECTORY"}
+    return {
+        "name": name,
+        "type": "PATH",
+        "objectType": kind,
+        "dataFlow": flow,
+        "description": text,
+        "userInterface": {"control": controls[kind], "label": label},
+    }
+
+
+def _text(name: str, label: str, default: str, text: str) -> dict[str, Any]:
+    return {
+        "name": name,
+        "type": "STRING",
+        "default": default,
+        "description": text,
+        "userInterface": {"control": "LINE_EDIT", "label": label},
+    }
+
+
+def _count(name: str, label: str, text: str, default: int = 1) -> dict[str, Any]:
+    return {
+        "name": name,
+        "type": "INT",
+        "default": default,
+        "minValue": 1,
+        "description": text,
+        "userInterface": {"control": "SPIN_BOX", "label": label},
+    }
+
+
+def _chunks(name: str, numbers: str, size: str) -> dict[str, Any]:
+    """Return a task parameter of whole numbers of which a task takes several in a row."""
+    return {
+        "name": name,
+        "type": "CHUNK[INT]",
+        "range": numbers,
+        "chunks": {"defaultTaskCount": size, "rangeConstraint": "CONTIGUOUS"},
+    }
+
+
+def _render_step(job: FarmJob) -> dict[str, Any]:
+    frame = {"name": "Frame", "type": "INT", "range": "{{Param.Frames}}"}
+    passes = _chunks("Pass", "{{Param.Passes}}", "{{Param.PassesPerTask}}")
+    work = ["--frames", "{{Task.Param.Frame}}", "--passes", "{{Task.Param.Pass}}"]
+    return {
+        "name": RENDER,
+        "description": "Renders passes; those that are there and whole are kept.",
+        "parameterSpace": _space(job, frame, passes),
+        "script": _script(job, work, _RENDER_TIMEOUT),
+        "hostRequirements": _requirements(job, gpu=job.gpu),
+    }
+
+
+def _develop_step(job: FarmJob) -> dict[str, Any]:
+    frames = _chunks("Frame", "{{Param.Frames}}", "{{Param.FramesPerTask}}")
+    work = ["--develop", "--frames", "{{Task.Param.Frame}}"]
+    return {
+        "name": DEVELOP,
+        "description": "Develops the passes of each frame into pictures, spectra and a record.",
+        "dependencies": [{"dependsOn": RENDER}],
+        "parameterSpace": _space(job, frames),
+        "script": _script(job, work, _DEVELOP_TIMEOUT),
+        "hostRequirements": _requirements(job, gpu=False),
+    }
+
+
+def _space(job: FarmJob, *definitions: dict[str, Any]) -> dict[str, Any]:
+    # A chunk stays within one value of the others.
+    if job.cameras:
+        cameras = {"name": "Camera", "type": "STRING", "range": list(job.cameras)}
+        definitions = (cameras, *definitions)
+    names = [definition["name"] for definition in definitions]
+    return {"taskParameterDefinitions": list(definitions), "combination": " * ".join(names)}
+
+
+def _script(job: FarmJob, work: list[str], timeout: int) -> dict[str, Any]:
+    arguments = ["--command", "underwater", "{{Param.Scene}}", "--from", "{{Param.Manifest}}"]
+    arguments += ["--out", "{{Param.OutputDir}}", *work]
+    if job.cameras:
+        arguments += ["--cameras", "{{Task.Param.Camera}}"]
+    arguments += ["--path-mapping", "{{Session.PathMappingRulesFile}}"]
+    arguments += ["--progress", "openjd"]
+    return {
+        "actions": {
+            "onRun": {
+                "command": "{{Param.Blender}}",
+                "args": arguments,
+                "timeout": timeout,
+                "cancelation": {
+                    "mode": "NOTIFY_THEN_TERMINATE",
+                    "notifyPeriodInSeconds": _NOTIFY_SECONDS,
+                },
+            }
+        }
+    }
+
+
+def _requirements(job: FarmJob, *, gpu: bool) -> dict[str, Any]:
+    amounts: list[dict[str, Any]] = [
+        {"name": "amount.worker.memory", "min": _BLENDER_MIB + int(job.memory / _MIB)}
+    ]
+    if gpu:
+        amounts.append({"name": "amount.worker.gpu", "min": 1})
+    return {"amounts": amounts}

@@ -1,0 +1,231 @@
+"""Plans a job: looks at every frame through every camera, and decides everything once."""
+
+from __future__ import annotations
+
+import hashlib
+import math
+from collections.abc import Callable, Iterable
+from dataclasses import asdict, dataclass
+
+import bpy
+
+from ..uw_spectral.errors import InputError
+from . import cameras, cycles_settings, job_files, picture_size
+from .band_engine import Engine
+from .engines import engine_of
+from .manifest import Development, Manifest, Output, Pass, View, folders
+from .render_plan import RenderPlan, make_plan
+from .scene_water import has_water
+from .settings import Device, Job, SceneSettings
+from .water_body import WaterExtent, extent_around, scene_reach
+
+_LARGEST_SEED = 2**31 - 1
+
+
+@dataclass(frozen=True, eq=False)
+class _Frame:
+    number: int
+    plan: RenderPlan
+    depths: tuple[float, ...]
+
+
+def plan_job(
+    scene: bpy.types.Scene, settings_now: Callable[[], SceneSettings], job: Job
+) -> Manifest:
+    """Plan a job.
+
+    Parameters
+    ----------
+    scene : Scene
+        Its current frame moves.
+    settings_now : callable
+        Returns the settings at the scene's current frame.
+    job : Job
+        Frames, engine, cameras and folder.
+
+    Returns
+    -------
+    Manifest
+
+    Raises
+    ------
+    InputError
+        If the scene or the settings cannot be used.
+    """
+    if has_water(scene):
+        raise InputError(
+            f"scene {scene.name!r} holds water already; remove it and save, the batch adds its own"
+        )
+    seen_by = find_cameras(scene, job)
+    engine = engine_of(job.engine, job.mode)
+    device = _device(scene, engine, job.device)
+    reach = None
+    if job.frames:
+        scene.frame_set(job.frames[0])
+        reach = scene_reach(scene)
+    frames = _frames(scene, seen_by, settings_now, job)
+    last = scene_reach(scene)
+    reach = last if reach is None else reach.and_of(last)
+    extents = {
+        extent_around(reach, frame.plan.column, depth)
+        for frame in frames
+        for depth in (min(frame.depths), max(frame.depths))
+    }
+    first = frames[0].plan
+    render = scene.render
+    blend = job_files.open_blend()
+    output = Output(
+        engine=job.engine,
+        mode=job.mode,
+        device=device,
+        resolution=(render.resolution_x, render.resolution_y, render.resolution_percentage),
+        seed=job.seed,
+        denoise=job.denoise,
+        froxels=job.froxels,
+        extent=(max(e.half_width for e in extents), max(e.bottom for e in extents)),
+        decisions=job.decisions,
+    )
+    picture_size.check_memory(output.size, 3 if engine.draws_colours else len(first.bands))
+    base = asdict(first.settings)
+    developments, views = _views(frames, seen_by)
+    return Manifest(
+        scene=blend,
+        out=job.out,
+        scene_sha256=job_files.scene_digest(blend),
+        versions=job_files.versions(),
+        output=output,
+        settings=base,
+        changes=_changes(frames),
+        frames=tuple(frame.number for frame in frames),
+        cameras=folders([camera.name for camera in seen_by]),
+        passes=_passes(engine, first, job),
+        bands_nm=tuple(first.bands.centres.tolist()),
+        widths_nm=tuple(first.bands.widths.tolist()),
+        developments=developments,
+        views=views,
+        files=(*job_files.setting_files(base), *job_files.scene_files()),
+    )
+
+
+def find_cameras(scene: bpy.types.Scene, job: Job) -> list[bpy.types.Object]:
+    """Return the cameras of a job.
+
+    Raises
+    ------
+    InputError
+        If there is no such camera.
+    """
+    return [cameras.find_camera(scene, name) for name in job.cameras or (job.camera,)]
+
+
+def extent_of(manifest: Manifest) -> WaterExtent:
+    """Return the size of the water of a job."""
+    return WaterExtent(*manifest.output.extent)
+
+
+def _device(scene: bpy.types.Scene, engine: Engine, wanted: Device | None) -> Device:
+    if wanted is not None and wanted not in engine.devices:
+        raise InputError(f"--device: {engine.name} cannot be told what to render on; leave it out")
+    if wanted is None and engine.devices:
+        return cycles_settings.device_of(scene)
+    return wanted or "cpu"
+
+
+def _frames(
+    scene: bpy.types.Scene,
+    seen_by: list[bpy.types.Object],
+    settings_now: Callable[[], SceneSettings],
+    job: Job,
+) -> list[_Frame]:
+    """Resolve every frame, so that errors come early."""
+    plans: dict[SceneSettings, RenderPlan] = {}
+    frames: list[_Frame] = []
+    for number in job.frames or (scene.frame_current,):
+        scene.frame_set(number)
+        chosen = settings_now()
+        if frames:  # optimised bands stay while animated water changes
+            chosen = frames[0].plan.fixed_bands(chosen)
+        floor = chosen.floor_depth or math.inf
+        depths = tuple(cameras.camera_depth(camera, floor) for camera in seen_by)
+        if chosen not in plans:
+            plans[chosen] = make_plan(chosen)
+            if not frames:
+                # From here on the bands are listed, for this frame too.
+                fixed = plans[chosen].fixed_bands(chosen)
+                if fixed != chosen:
+                    plans = {fixed: make_plan(fixed)}
+                    chosen = fixed
+        frames.append(_Frame(number, plans[chosen], depths))
+    first = frames[0].plan.column
+    for frame in frames:
+        if math.isfinite(frame.plan.column.floor_depth) != math.isfinite(first.floor_depth):
+            raise InputError(
+                f"--floor-depth is 0 (no floor) in some frames only, such as {frame.number} or "
+                f"{frames[0].number}; keyframe it between depths above 0"
+            )
+    return frames
+
+
+def _changes(frames: Iterable[_Frame]) -> dict[int, dict[str, object]]:
+    """Return the settings of each frame that are not those of the first."""
+    found, base = {}, None
+    for frame in frames:
+        values = vars(frame.plan.settings)
+        base = base or values
+        other = {name: value for name, value in values.items() if value != base[name]}
+        if other:
+            found[frame.number] = other
+    return found
+
+
+def _passes(engine: Engine, plan: RenderPlan, job: Job) -> tuple[Pass, ...]:
+    samples, parts = plan.settings.samples, job.parts
+    if parts > 1 and not engine.seeded:
+        raise InputError(f"--parts: the noise of {engine.name} has no seed; use --engine cycles")
+    if parts > samples:
+        raise InputError(
+            f"--parts: {parts} parts of {samples} samples; take fewer, or more samples"
+        )
+    # The same for every part: Cycles, keeping its data, draws other numbers after a change of it.
+    share = math.ceil(samples / parts)
+    return tuple(
+        Pass(bands, part, part_seed(job.seed, part), share)
+        for bands in engine.passes(plan)
+        for part in range(parts)
+    )
+
+
+def part_seed(seed: int, part: int) -> int:
+    """Return the seed of a part; that of the job for the first.
+
+    Parts of jobs with neighbouring seeds share none.
+
+    Examples
+    --------
+    >>> part_seed(7, 0)
+    7
+    """
+    if part == 0:
+        return seed
+    digest = hashlib.sha256(f"{seed} {part}".encode()).digest()
+    return int.from_bytes(digest[:4], "big") % _LARGEST_SEED
+
+
+def _views(
+    frames: list[_Frame], seen_by: list[bpy.types.Object]
+) -> tuple[tuple[Development, ...], tuple[View, ...]]:
+    """Return how each frame is developed; its cameras share the exposure of the first."""
+    found: dict[Development, int] = {}
+    rows: dict[tuple[str, int], View] = {}
+    for frame in frames:
+        stops = None
+        for camera, depth in zip(seen_by, frame.depths, strict=True):
+            view = frame.plan.viewpoint(depth, stops)
+            stops = view.stops
+            development = Development(
+                view.reduction.description, tuple(map(tuple, view.reduction.weights.tolist()))
+            )
+            place = found.setdefault(development, len(found))
+            rows[camera.name, frame.number] = View(frame.number, camera.name, depth, place)
+    views = [rows[camera.name, frame.number] for camera in seen_by for frame in frames]
+    return tuple(found), tuple(views)

@@ -1,0 +1,72 @@
+"""A bundle renders what one process renders, bit for bit: in two sessions at once, and moved."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from underwater_spectral.scene.openjd_template import DEVELOP, RENDER
+from underwater_spectral.tests.farm.project import assert_same_files, make_project, run_batch
+
+
+def _openjd(bundle: Path, project: Path, blender: Path, *arguments: str) -> subprocess.Popen:
+    values = {"Scene": project / "reef.blend", "OutputDir": project / "out", "Blender": blender}
+    given = [part for name, value in values.items() for part in ("-p", f"{name}={value}")]
+    command = [sys.executable, "-m", "openjd", "run", str(bundle / "template.json"), *given]
+    return subprocess.Popen([*command, *arguments], stdout=subprocess.PIPE, text=True)
+
+
+def _finished(process: subprocess.Popen) -> str:
+    output, _ = process.communicate(timeout=900)
+    assert process.returncode == 0, output
+    return output
+
+
+def _tasks(*rows: tuple[int, str]) -> list[str]:
+    tasks = [{"Frame": frame, "Pass": passes} for frame, passes in rows]
+    return ["--step", RENDER, "--tasks", json.dumps(tasks)]
+
+
+@pytest.mark.slow
+def test_two_sessions_at_once_render_what_one_process_renders(empty_blender, tmp_path, blender):
+    project = tmp_path / "project"
+    options = make_project(project)
+    run_batch(*options, "--out", tmp_path / "single")
+    bundle = tmp_path / "bundle"
+    run_batch(*options, "--out", project / "out", "--bundle", bundle)
+    assert not (project / "out").exists()
+    # Pass 2 of frame 1 is asked of both.
+    sessions = [
+        _openjd(bundle, project, blender, *_tasks((1, "0-2"), (2, "3-3"))),
+        _openjd(bundle, project, blender, *_tasks((1, "2-3"), (2, "0-2"))),
+    ]
+    for session in sessions:
+        assert "openjd_progress: 100.0" in _finished(session)
+    develop = ["--step", DEVELOP, "--no-run-dependencies"]
+    _finished(_openjd(bundle, project, blender, *develop))
+    assert_same_files(tmp_path / "single", project / "out")
+
+
+@pytest.mark.slow
+def test_a_moved_project_renders_the_same_by_path_mapping(empty_blender, tmp_path, blender):
+    home = tmp_path / "home"
+    options = make_project(home)
+    run_batch(*options, "--out", tmp_path / "single")
+    bundle = tmp_path / "bundle"
+    run_batch(*options, "--out", home / "out", "--bundle", bundle)
+    # The bundle stays, so that what the plan says of the table is wrong as well.
+    worker = home.rename(tmp_path / "worker")
+    rule = {
+        "source_path_format": "POSIX" if os.name == "posix" else "WINDOWS",
+        "source_path": str(home),
+        "destination_path": str(worker),
+    }
+    rules = json.dumps({"version": "pathmapping-1.0", "path_mapping_rules": [rule]})
+    # The scheduler says where the scene was; the session maps it.
+    arguments = ["--step", DEVELOP, "--run-dependencies", "--path-mapping-rules", rules]
+    _finished(_openjd(bundle, home, blender, *arguments))
+    assert_same_files(tmp_path / "single", worker / "out")
