@@ -84,6 +84,11 @@ def render_pass(
     try:
         render(bands, raw)
         pixels, _ = read_exr(raw)
+    except InputError as error:
+        raise InputError(
+            f"{path} was not rendered: {error}. If the disk is full, make room, or choose another "
+            "--out"
+        ) from error
     finally:
         raw.unlink(missing_ok=True)
     seconds = time.perf_counter() - start
