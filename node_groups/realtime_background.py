@@ -8,13 +8,9 @@ from nodebpy import shader as s
 from ..uw_spectral.transfer.radiance_field import Ripples, mirrored_ray
 from .node_mathematics import NODES, Graph, NodeValue, new_group
 from .realtime_rays import camera_depth, shaft, view_direction
-from .realtime_values import (
-    CAMERA_DEPTH,
-    GLITTER,
-    GLITTER_WIDTH,
+from .realtime_triples import (
     MIRRORED_TOWARDS,
     TOWARDS,
-    Shape,
     Triples,
     Values,
     build_triple,
@@ -22,6 +18,7 @@ from .realtime_values import (
     phase_inputs,
     phase_towards,
 )
+from .realtime_values import CAMERA_DEPTH, GLITTER, GLITTER_WIDTH, Shape
 from .realtime_waves import SLOPE, WaveImages, slope_ahead
 
 NAME = "UW Background of Bands"

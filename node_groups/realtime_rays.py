@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from .node_mathematics import NODES, Graph, NodeValue
-from .realtime_values import SHAFT_END, Values
+from .realtime_triples import Values
+from .realtime_values import SHAFT_END
 
 
 def view_direction(graph: Graph) -> tuple[NodeValue, NodeValue, NodeValue]:

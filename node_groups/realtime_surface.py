@@ -22,12 +22,8 @@ from .realtime_rays import (
 )
 from .realtime_shadows import OPENNESS, openness
 from .realtime_tables import Tables
-from .realtime_values import (
-    CONTRAST,
-    EMISSION,
-    REFLECTANCE,
+from .realtime_triples import (
     TOWARDS,
-    Shape,
     Triples,
     Values,
     build_triple,
@@ -35,6 +31,7 @@ from .realtime_values import (
     phase_inputs,
     phase_towards,
 )
+from .realtime_values import CONTRAST, EMISSION, REFLECTANCE, Shape
 from .realtime_waves import PATTERN, POSITION, WaveImages, caustics_here
 
 NAME = "UW Surface of Bands"

@@ -17,15 +17,8 @@ from ..uw_spectral.surface.wave_patterns import sunlight_factor
 from ..uw_spectral.water.phase import henyey_greenstein
 from .node_mathematics import NODES, Graph, NodeValue
 from .realtime_rays import depth_here, view_direction, view_distance
-from .realtime_values import (
-    CAUSTIC_STRENGTH,
-    SHAFT_END,
-    SHAFT_SCALE,
-    Shape,
-    Triples,
-    Values,
-    build_triple,
-)
+from .realtime_triples import Triples, Values, build_triple
+from .realtime_values import CAUSTIC_STRENGTH, SHAFT_END, SHAFT_SCALE, Shape
 from .realtime_waves import PATTERN, WaveImages, caustics_here
 
 NAME = "UW Shafts"
