@@ -389,10 +389,11 @@ def _figure14_text(raw: Errors, balanced: Errors) -> str:
     count = len(raw) // len(SCENES)
     return f"""## Monzon 2024, Figure 14: RGB against spectral, by camera
 Theirs: 28 cameras in six combinations of water and depth; for both metrics the spectral method is
-far closer to the path tracer. The bars have no printed values, and of the six the text names one;
+closer to the path tracer. The bars have no printed values, and of the six the text names one;
 the waters and depths it lists are those of its Table 2. Ours: all {count} cameras that ship.
 *RGB: wavelengths* takes each channel at its mean wavelength under D65 (theirs are three that
-represent a sensor; how they are chosen is not said), *RGB: means* takes coefficients and reflectances averaged over each channel.
+represent a sensor; how they are chosen is not said), *RGB: means* takes coefficients and
+reflectances averaged over each channel.
 
 The cameras' responses as RGB, which is how Equation 12 reads:
 
@@ -405,6 +406,9 @@ Developed, with daylight white balance and a colour matrix, as the add-on does:
 - Spectral is closer than RGB in {_wins(raw, SPECTRAL, RGB_WAVES)} cameras and scenes for our
   light, in {_wins(raw, PAPER, PAPER_RGB)} for their formula (responses as RGB); developed,
   in {_wins(balanced, SPECTRAL, RGB_WAVES)} and {_wins(balanced, PAPER, PAPER_RGB)}.
+- With our light only the bands err, and RGB errs three to seven times as much as 8 bands.
+  With Equations 9 and 10 the light itself errs as much in 3C at 3 m and in II, where RGB is
+  no worse for some cameras.
 
 ![Figure 14 in our numbers, and the error over bands](paper_figures.png)
 """
@@ -428,16 +432,16 @@ def _figure12_text(bands: dict[int, list[Error]]) -> str:
     return f"""## Monzon 2024, Figure 12: the number of bands
 Theirs: time of a frame over 3 to 250 wavelengths, 11.07 ms + 3.57 ms + multiple scattering of
 1.17 + 0.056 n ms asymptotically (the fit gives 1.62 ms at 8 and 2.96 ms at 32 where the text
-measured 1.8 and 2.5 ms); eight are their compromise, no error is printed. Ours: sRGB RMSE / ΔE2000 of equal
-bands, 400 to 700 nm, against {len(MANY)}, developed, mean over the six scenes, the eye, ARRI D21
-and Canon 600D. Cost: process time of {_RAYS} rays into open water in numpy over that of 8 bands
+measured 1.8 and 2.5 ms); eight are their compromise, no error is printed. Ours: sRGB RMSE /
+ΔE2000 of equal bands, 400 to 700 nm, against {len(MANY)}, developed, mean over the six scenes, the
+eye, ARRI D21 and Canon 600D. Cost: process time of {_RAYS} rays into open water in numpy over that of 8 bands
 (no renderer's), beside the paper's fit over its own at 8.
 
 {table}
 
-The coefficients are tabulated every 25 nm: what many bands still resolve is the sensor, the D65
-and the straight lines between. Bands that are placed for a water do with fewer
-([optimised_bands.md](optimised_bands.md)), in EEVEE on a processor ([realtime_cost.md](realtime_cost.md)).
+From 12 bands on the closed form's own error is the larger one. Bands that are placed for a water
+do with fewer ([optimised_bands.md](optimised_bands.md)); what bands cost in EEVEE is in
+[realtime_cost.md](realtime_cost.md).
 """
 
 
@@ -466,7 +470,8 @@ def _looks_text() -> str:
         for floor in floors:
             looks = [look(PaperScene(water, floor - 1.0, 1.0)) for water in waters]
             cells = (
-                f"{_hex(x.rgb)} {100 * x.left:.2g} %, {100 * x.single:.0f} %, {100 * x.amount:.2g} %"
+                f"{_hex(x.rgb)} {100 * x.left:.2g} %, {100 * x.single:.2g} %, "
+                f"{100 * x.amount:.2g} %"
                 for x in looks
             )
             lines.append(f"| {floor:g} m | " + " | ".join(cells) + " |")
@@ -493,10 +498,11 @@ single scattering in the open water's luminance, and its amount over a white dif
 {chr(10).join(f"{x}{chr(10)}" for x in sections)}
 ![Colours of the open water](paper_waters.png)
 
-At 10 m, over a floor at 11 m, {at_ten} of the luminance at the surface is left: {_stops(left)}
-stops, which an exposure makes up for: extinguished is a matter of it. The share of single
-scattering falls with depth, as they say; with the albedo it does not grow but falls, since ever more
-light is scattered again, and its amount beside the white grows from I to IB only.
+At 10 m, over a floor at 11 m, {at_ten} of the luminance at the surface
+is left: {_stops(left)} stops, which an exposure makes up for. The share of single scattering
+falls with depth, as they say, though hardly in I and IA. With the albedo it falls too, since ever
+more light is scattered again; its amount beside the white grows from I to IB, as they have it, and
+falls again in II.
 
 **Figure 7** is one scene of IA, of unprinted depth, by Canon A2200 and Arriflex D21: the first has
 the stronger green and the greener picture. The A2200 does not ship; below are the D21 and others at
@@ -542,13 +548,13 @@ def _table2_text() -> str:
 sRGB RMSE against path tracing, CIE XYZ taken to sRGB. The paper says of the method of Chen et al.
 (USSim): coefficients averaged in XYZ, one ambient light by depth for the whole scene, a veil that
 does not depend on direction. Its formulas are not in the text; here the veil is as bright as
-Equation 9 has it looking level. Our scenes have no range of depths within a picture but in open water.
+Equation 9 has it looking level. Only our rays into open water cross a range of depths.
 
 {grid("| | " + " | ".join(titles) + " | mean |", lines)}
 
 Error of Chen et al. over that of Monzon et al., in the order of the columns: {ratios[0]};
-{ratios[1]}. In clear water the order comes out, in 3C at 3 m and in II it does not: there
-their formula is as far off as what XYZ adds, in either number of bands.
+{ratios[1]}. In clear water the order comes out; in 3C at 3 m and in II it does not:
+there the light of Equation 9 is the larger error, whatever the bands.
 """
 
 
@@ -570,33 +576,34 @@ def _gutierrez_text() -> str:
         for name in shares[0]
     ]
     gaining = ", ".join(f"{100 * printed.gaining_bands(w):.0f} %" for w in waters.values())
-    colours = [
-        gutierrez_figures.water_colour(baltic, on) for on in ((), ("chlorophyll",), PROCESSES)
-    ]
+    switched = ((), ("chlorophyll",), PROCESSES)
+    colours = [gutierrez_figures.water_colour(baltic, on) for on in switched]
     swatches = ", ".join(_hex(np.ravel(x).tolist()) for x in colours)
     head = "| | " + " | ".join(waters) + " |"
     return f"""## Gutierrez 2008: what Tables 1, 2 and 5 change
-Level open water at {gutierrez_figures.DEPTH:g} m in three waters of their Figure 2, closed form, clear
-sky, sun at {gutierrez_figures.SUN_ZENITH:g}°, the eye. Each line puts one printed element in place of
-ours: luminance over ours, ΔE2000 of the two colours made equally bright. The two-term phase
-function of detritus and minerals has no printed parameters; Petzold's average stands for it.
+Level open water at {gutierrez_figures.DEPTH:g} m in three waters of their Figure 2, closed form,
+clear sky, sun at {gutierrez_figures.SUN_ZENITH:g}°, the eye. Each line puts one printed element in
+place of ours: luminance over ours, ΔE2000 of the two colours made equally bright. The two-term
+phase function of detritus and minerals has no printed parameters; Petzold's average stands for it.
 
 {grid(head, lines)}
 
 As printed, the phase function 1/π of phytoplankton integrates to 4: in {gaining} of the
 bands, in this order, scattering then gives back more light than is lost, and deep water has no
 solution. With HG without 1/(4π) it is 4π. Share of light of changed wavelength in the luminance
-there, with the Raman coefficient of Table 5's model (a_w) and its quantum yield of {printed.QUANTUM_YIELD:g}:
+there, with the absorption of water for the Raman coefficient, as §3.3.2 has it, and Table 5's
+quantum yield of phytoplankton, {printed.QUANTUM_YIELD:g}:
 
 {grid(head + " Baltic |", inelastic)}
 
-The paper has less than 2 % of inelastic light, which its Raman coefficient would not give.
+The paper has usually less than 2 % of inelastic light; with its Raman coefficient there would be
+far more, and the weight in its §4.1 is that of another.
 
 Parameters of CDOM's fluorescence are not legible in the text that we have, and not tried.
 
-**Figure 2**, **Figure 3**: our swatches are in [bio_optics.md](bio_optics.md). Theirs are lit by a point
-light of unprinted place and strength, and the constituents of the seas are not printed.
+**Figure 2**, **Figure 3**: our swatches are in [bio_optics.md](bio_optics.md). Theirs are lit by a
+point light of unprinted place and strength, and the constituents of the seas are not printed.
 **Figure 4**, Baltic without inelastic light, with chlorophyll's, with all: {swatches}; here too the
-sea is from other sources. The values of **Figure 5** are not in the text that we have; §4.1's weights are in
-[validation.md](validation.md).
+sea is from other sources. The values of **Figure 5** are not in the text that we have; the weights
+of §4.1 are in [validation.md](validation.md).
 """
