@@ -407,8 +407,8 @@ Developed, with daylight white balance and a colour matrix, as the add-on does:
   light, in {_wins(raw, PAPER, PAPER_RGB)} for their formula (responses as RGB); developed,
   in {_wins(balanced, SPECTRAL, RGB_WAVES)} and {_wins(balanced, PAPER, PAPER_RGB)}.
 - With our light only the bands err, and RGB errs three to seven times as much as 8 bands.
-  With Equations 9 and 10 the light itself errs as much in 3C at 3 m and in II, where RGB is
-  no worse for some cameras.
+  With Equations 9 and 10 the light itself errs more than that in 3C at 3 m and in II, where
+  RGB comes out closer for many cameras.
 
 ![Figure 14 in our numbers, and the error over bands](paper_figures.png)
 """
@@ -434,8 +434,8 @@ Theirs: time of a frame over 3 to 250 wavelengths, 11.07 ms + 3.57 ms + multiple
 1.17 + 0.056 n ms asymptotically (the fit gives 1.62 ms at 8 and 2.96 ms at 32 where the text
 measured 1.8 and 2.5 ms); eight are their compromise, no error is printed. Ours: sRGB RMSE /
 ΔE2000 of equal bands, 400 to 700 nm, against {len(MANY)}, developed, mean over the six scenes, the
-eye, ARRI D21 and Canon 600D. Cost: process time of {_RAYS} rays into open water in numpy over that of 8 bands
-(no renderer's), beside the paper's fit over its own at 8.
+eye, ARRI D21 and Canon 600D. Cost: process time of {_RAYS} rays into open water in numpy over that
+of 8 bands (no renderer's), beside the paper's fit over its own at 8.
 
 {table}
 
