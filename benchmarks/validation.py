@@ -71,8 +71,9 @@ so. *Theirs* with ± is their spread or error.
 - Figure 2 of Gutierrez et al. is drawn with the waters that the paper prints.
 
 ## What has no outside yet
-- Pictures: no photograph with measured water, light and camera was found. The figures of both
-  papers show scenes that are not published.
+- Pictures: no photograph with measured water, light and camera was found. The figures of the
+  papers show scenes that are not published; [our numbers for them](paper_figures.md) are beside
+  what they say.
 - Shares of Raman light and fluorescence below the surface, in numbers.
 
 Written by `python3 dev.py run -m benchmarks validation`.
