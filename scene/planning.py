@@ -10,7 +10,7 @@ from dataclasses import asdict, dataclass
 import bpy
 
 from ..uw_spectral.errors import InputError
-from . import cameras, cycles_settings, job_files, picture_size
+from . import cameras, cycles_settings, job_files, picture_size, stereo
 from .band_engine import Engine
 from .engines import engine_of
 from .manifest import Development, Manifest, Output, Pass, View, folders
@@ -56,7 +56,12 @@ def plan_job(
         raise InputError(
             f"scene {scene.name!r} holds water already; remove it and save, the batch adds its own"
         )
-    seen_by = find_cameras(scene, job)
+    with stereo.two_eyes(scene):
+        return _plan(scene, settings_now, job)
+
+
+def _plan(scene: bpy.types.Scene, settings_now: Callable[[], SceneSettings], job: Job) -> Manifest:
+    seen_by = [eye for camera in find_cameras(scene, job) for eye in stereo.eyes_of(scene, camera)]
     engine = engine_of(job.engine, job.mode)
     device = _device(scene, engine, job.device)
     reach = None

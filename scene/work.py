@@ -11,7 +11,7 @@ import bpy
 import numpy as np
 
 from ..uw_spectral.errors import InputError
-from . import band_passes, cameras, picture_size, units
+from . import band_passes, cameras, picture_size, stereo, units
 from .band_engine import BandEngine, Engine, Opening, RenderPass
 from .claims import claimed
 from .engines import engine_of
@@ -141,9 +141,10 @@ def render(
         manifest.output.size, 3 if _engine(manifest).draws_colours else len(manifest.bands_nm)
     )
     left: list[Task] = []
-    yield from _round(scene, manifest, tasks, plans, report_note, left, insist, force=False)
-    if insist and left:
-        yield from _round(scene, manifest, left, plans, report_note, [], insist, force=True)
+    with stereo.two_eyes(scene):
+        yield from _round(scene, manifest, tasks, plans, report_note, left, insist, force=False)
+        if insist and left:
+            yield from _round(scene, manifest, left, plans, report_note, [], insist, force=True)
 
 
 def _round(
