@@ -10,7 +10,12 @@ from pathlib import Path
 
 import pytest
 from underwater_spectral.scene.openjd_template import DEVELOP, RENDER
-from underwater_spectral.tests.farm.project import assert_same_files, make_project, run_batch
+from underwater_spectral.tests.farm.project import (
+    ROOT,
+    assert_same_files,
+    make_project,
+    run_batch,
+)
 
 
 def _openjd(bundle: Path, project: Path, blender: Path, *arguments: str) -> subprocess.Popen:
@@ -49,6 +54,31 @@ def test_two_sessions_at_once_render_what_one_process_renders(empty_blender, tmp
     develop = ["--step", DEVELOP, "--no-run-dependencies"]
     _finished(_openjd(bundle, project, blender, *develop))
     assert_same_files(tmp_path / "single", project / "out")
+
+
+@pytest.mark.slow
+def test_the_reef_by_two_sessions_is_that_of_one_process(tmp_path, blender):
+    """Three frames of the draft reef, all passes."""
+    project = tmp_path / "project"
+    project.mkdir()
+    build = [sys.executable, str(ROOT / "examples" / "build_reef.py"), "--detail", "draft"]
+    subprocess.run([*build, str(project / "reef.blend")], check=True)
+    options = [project / "reef.blend", "--water", "jerlov:IB", "--bands", 2, "--frames", "1-3"]
+    options += ["--samples", 2, "--resolution", 32, 18, "--floor-depth", 7, "--surface", "flat"]
+    run_batch(*options, "--out", tmp_path / "single")
+    bundle = tmp_path / "bundle"
+    run_batch(*options, "--out", project / "out", "--bundle", bundle)
+    passes = len(json.loads((bundle / "manifest.json").read_text())["passes"])
+    every = f"0-{passes - 1}"
+    sessions = [
+        _openjd(bundle, project, blender, *_tasks((1, every), (2, "0-0"))),
+        _openjd(bundle, project, blender, *_tasks((3, every), (2, every))),
+    ]
+    for session in sessions:
+        _finished(session)
+    develop = ["--step", DEVELOP, "--no-run-dependencies"]
+    _finished(_openjd(bundle, project, blender, *develop))
+    assert_same_files(tmp_path / "single", project / "out", 3 * (passes + 3))
 
 
 @pytest.mark.slow
