@@ -15,7 +15,7 @@ from .band_engine import Engine
 from .engines import engine_of
 from .manifest import Development, Manifest, Output, Pass, View, folders
 from .render_plan import RenderPlan, make_plan
-from .scene_water import has_water
+from .scene_water import require_no_water
 from .settings import Device, Job, SceneSettings
 from .water_body import WaterExtent, extent_around, scene_reach
 
@@ -52,10 +52,7 @@ def plan_job(
     InputError
         If the scene or the settings cannot be used.
     """
-    if has_water(scene):
-        raise InputError(
-            f"scene {scene.name!r} holds water already; remove it and save, the batch adds its own"
-        )
+    require_no_water(scene)
     with stereo.two_eyes(scene):
         return _plan(scene, settings_now, job)
 

@@ -29,11 +29,12 @@ from ..node_groups.realtime_values import Numbers, Shape
 from ..uw_spectral.errors import InputError
 from ..uw_spectral.spectra.reflectance import emission_basis, uplift_basis
 from ..uw_spectral.surface.wave_patterns import WavePatterns
-from ..uw_spectral.transfer.closed_form import ClosedForm, solve_closed_form
+from ..uw_spectral.transfer.closed_form import solve_closed_form
 from ..uw_spectral.transfer.inelastic_light import InelasticLight, reduced
 from ..uw_spectral.transfer.light_cone import LightCone, light_cone
 from ..uw_spectral.transfer.radiance_table import RadianceTable, tabulate
 from ..uw_spectral.transfer.solved_field import SolvedField
+from ..uw_spectral.transfer.sun_beam import SunBeam, sun_beam
 from ..uw_spectral.transfer.water_column import WaterColumn
 from ..uw_spectral.water.phase import BandPhase, HenyeyGreenstein
 from . import contents, realtime_materials, scene_water
@@ -160,36 +161,35 @@ def realtime_water(
         Light of changed wavelength in the same bands, for the closed form; it is reduced to a
         few exponentials. A solved field holds its own.
     """
-    n, layered = len(column.bands), bool(column.below)
     if solved is None:
         column.require_one_layer("the closed form (--field) knows")
     if shafts:
         column.require_one_layer("shafts of light know")
-    alike = column.mixed_above(camera_depth)
-    water = solve_closed_form(alike.light_field(phase), phase, camera_depth, column.sun_direction)
-    lobes = len(water.aureole.weights) if solved is None else 0
-    components = solved.components if layered and solved is not None else phase.components
+    field = column.mixed_above(camera_depth).light_field(phase)
+    beam = sun_beam(field, phase, column.sun_direction.tolist())
     shape = Shape(
-        n, tuple(components), lobes, column.reflects, shafts, diffuse_shadows=diffuse_shadows,
-        sky=column.sky, solved=solved is not None, layered=layered,
+        len(column.bands), tuple(phase.components), 0, column.reflects, shafts,
+        diffuse_shadows=diffuse_shadows, sky=column.sky,
     )  # fmt: skip
     light, table = {}, None
-    if inelastic is not None and solved is None:
-        few = reduced(inelastic)
-        light = realtime_inelastic.of_light(few)
-        shape = replace(shape, inelastic=tuple(term.rising for term in few.terms))
     if solved is None:
+        water = solve_closed_form(field, phase, camera_depth, column.sun_direction)
+        shape = replace(shape, lobes=len(water.aureole.weights))
+        if inelastic is not None:
+            few = reduced(inelastic)
+            light = realtime_inelastic.of_light(few)
+            shape = replace(shape, inelastic=tuple(term.rising for term in few.terms))
         numbers = realtime_values.of_water(water, shape)
     else:
         table = tabulate(solved)
         scale = table.depth_scale
-        shape = replace(shape, zones=len(scale.zones), slices=scale.slices)
-        beam = replace(water.beam, cp=solved.extinction)
-        numbers = realtime_values.of_table(beam, table, solved.floor_radiance)
-    reach = _shaft_range(column, water, camera_depth, weights) if shafts else None
-    cone = None
-    if diffuse_shadows:
-        cone = light_cone(water.field, camera_depth, column.sun_direction)
+        shape = replace(shape, solved=True, zones=len(scale.zones), slices=scale.slices)
+        if solved.layered:
+            shape = replace(shape, layered=True, components=solved.components)
+        solved_beam = replace(beam, cp=solved.extinction)
+        numbers = realtime_values.of_table(solved_beam, table, solved.floor_radiance)
+    reach = _shaft_range(column, beam, camera_depth, weights) if shafts else None
+    cone = light_cone(field, camera_depth, column.sun_direction) if diffuse_shadows else None
     bands = {
         **numbers.bands,
         **light,
@@ -354,7 +354,7 @@ def _floor_material() -> bpy.types.Material:
 
 
 def _shaft_range(
-    column: WaterColumn, water: ClosedForm, camera_depth: float, weights: NDArray[np.float64]
+    column: WaterColumn, beam: SunBeam, camera_depth: float, weights: NDArray[np.float64]
 ) -> ShaftRange:
     """Reach of the froxels, and a scale that keeps their volume thin away from the sun."""
     clearest = float(column.attenuation.min())
@@ -364,7 +364,7 @@ def _shaft_range(
     across = np.cross(sun, [1.0, 0.0, 0.0] if abs(sun[0]) < 0.9 else [0.0, 1.0, 0.0])
     across /= np.linalg.norm(across)
     w = -np.cos(angles)[:, None] * sun + np.sin(angles)[:, None] * across
-    light = water.single_scattering(camera_depth, tuple(w.T[..., None]), end)
+    light = beam.scattered_once(camera_depth, tuple(w.T[..., None]), end)
     seen = np.maximum(light @ weights.T, 0.0).max(axis=1)
     phase = HenyeyGreenstein(realtime_volume.ANISOTROPY)
     opacity = float((seen / phase(np.cos(angles))).max())

@@ -172,6 +172,20 @@ def has_water(scene: bpy.types.Scene) -> bool:
     return collection_of(scene) is not None
 
 
+def require_no_water(scene: bpy.types.Scene) -> None:
+    """Refuse a scene that holds water, on behalf of jobs, which bring their own.
+
+    Raises
+    ------
+    InputError
+        If it does.
+    """
+    if has_water(scene):
+        raise InputError(
+            f"scene {scene.name!r} holds water already; remove it and save, the batch adds its own"
+        )
+
+
 def part(scene: bpy.types.Scene, name: str) -> bpy.types.ID | None:
     """Return a data-block of the water in a scene by the name its filling gave it."""
     collection = collection_of(scene)

@@ -18,7 +18,7 @@ from .engines import engine_of
 from .frame_plans import FramePlans
 from .manifest import Manifest, View
 from .planning import extent_of
-from .scene_water import has_water
+from .scene_water import require_no_water
 
 
 @dataclass(frozen=True)
@@ -133,10 +133,7 @@ def render(
     InputError
         If the scene cannot be used, or a pass cannot be written.
     """
-    if has_water(scene):
-        raise InputError(
-            f"scene {scene.name!r} holds water already; remove it and save, the batch adds its own"
-        )
+    require_no_water(scene)
     picture_size.check_memory(
         manifest.output.size, 3 if _engine(manifest).draws_colours else len(manifest.bands_nm)
     )

@@ -31,6 +31,15 @@ def _finished(process: subprocess.Popen) -> str:
     return output
 
 
+def _split(bundle: Path, project: Path, blender: Path, *sessions: list[str]) -> list[str]:
+    """Run sessions of tasks at once, then develop; return what the sessions print."""
+    running = [_openjd(bundle, project, blender, *tasks) for tasks in sessions]
+    printed = [_finished(session) for session in running]
+    develop = ["--step", DEVELOP, "--no-run-dependencies"]
+    _finished(_openjd(bundle, project, blender, *develop))
+    return printed
+
+
 def _tasks(*rows: tuple[int, str]) -> list[str]:
     tasks = [{"Frame": frame, "Pass": passes} for frame, passes in rows]
     return ["--step", RENDER, "--tasks", json.dumps(tasks)]
@@ -45,14 +54,9 @@ def test_two_sessions_at_once_render_what_one_process_renders(empty_blender, tmp
     run_batch(*options, "--out", project / "out", "--bundle", bundle)
     assert not (project / "out").exists()
     # Pass 2 of frame 1 is asked of both.
-    sessions = [
-        _openjd(bundle, project, blender, *_tasks((1, "0-2"), (2, "3-3"))),
-        _openjd(bundle, project, blender, *_tasks((1, "2-3"), (2, "0-2"))),
-    ]
-    for session in sessions:
-        assert "openjd_progress: 100.0" in _finished(session)
-    develop = ["--step", DEVELOP, "--no-run-dependencies"]
-    _finished(_openjd(bundle, project, blender, *develop))
+    sessions = _tasks((1, "0-2"), (2, "3-3")), _tasks((1, "2-3"), (2, "0-2"))
+    for printed in _split(bundle, project, blender, *sessions):
+        assert "openjd_progress: 100.0" in printed
     assert_same_files(tmp_path / "single", project / "out")
 
 
@@ -70,14 +74,8 @@ def test_the_reef_by_two_sessions_is_that_of_one_process(tmp_path, blender):
     run_batch(*options, "--out", project / "out", "--bundle", bundle)
     passes = len(json.loads((bundle / "manifest.json").read_text())["passes"])
     every = f"0-{passes - 1}"
-    sessions = [
-        _openjd(bundle, project, blender, *_tasks((1, every), (2, "0-0"))),
-        _openjd(bundle, project, blender, *_tasks((3, every), (2, every))),
-    ]
-    for session in sessions:
-        _finished(session)
-    develop = ["--step", DEVELOP, "--no-run-dependencies"]
-    _finished(_openjd(bundle, project, blender, *develop))
+    sessions = _tasks((1, every), (2, "0-0")), _tasks((3, every), (2, every))
+    _split(bundle, project, blender, *sessions)
     assert_same_files(tmp_path / "single", project / "out", 3 * (passes + 3))
 
 
