@@ -9,6 +9,7 @@ import signal
 import subprocess
 import sys
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import bpy
@@ -528,17 +529,25 @@ def test_the_claim_of_a_dead_worker_is_taken_over(tmp_path, changes, age, taken)
 
 
 @pytest.mark.slow
-def test_ten_thousand_passes(tmp_path, empty_blender, record_property):
+@pytest.mark.parametrize("water", ["still", "keyframed", "keyframed under waves"])
+def test_ten_thousand_passes(tmp_path, empty_blender, record_property, water):
     scenes.add_camera()
     camera = bpy.context.scene.camera
     for frame, depth in ((1, -1.0), (3334, -30.0)):
         camera.location.z = depth
         camera.keyframe_insert("location", frame=frame)
-    chosen = settings.SceneSettings(phase="hg:0.8")
+    scene, chosen = bpy.context.scene, settings.SceneSettings(phase="hg:0.8")
+
+    def now() -> settings.SceneSettings:
+        if water == "still":
+            return chosen
+        greener = replace(chosen, water="constituents", chlorophyll=scene.frame_current / 1000)
+        return replace(greener, surface="waves") if "waves" in water else greener
+
     arguments = ["--frames", "1-3334", "--resolution", "8", "8", "--out", str(tmp_path / "out")]
     job = settings.job(settings.parse(arguments))
     start = time.perf_counter()
-    planned = planning.plan_job(bpy.context.scene, lambda: chosen, job)
+    planned = planning.plan_job(scene, now, job)
     manifests.write_manifest(tmp_path / "job.json", planned)
     record_property("plan_s", time.perf_counter() - start)
     start = time.perf_counter()

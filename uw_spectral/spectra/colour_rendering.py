@@ -11,6 +11,7 @@ from typing import Literal, get_args
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ..content import constant
 from ..errors import DataWarning, InputError, unknown_name
 from ._colour import colour_science
 from .bands import Bands
@@ -132,9 +133,9 @@ def reduction(
     if white_balance == "depth" and depth_white is None:
         raise InputError("white balance depth needs the light at depth (depth_white)")
     _warn_coverage(sensor, bands)
-    response = sensor.response_in(bands)
-    surface_light = illuminant.total_in(bands)
-    surface_white = _white(sensor, response, surface_light, "at the surface")
+    # Where daylight is not balanced for, an observer's only serves to state delta_e.
+    daylight = _in_daylight(sensor, bands, illuminant, white_balance == "daylight")
+    response, surface_white = daylight.response, daylight.white
     white = surface_white
     if white_balance == "depth":
         light = np.asarray(depth_white, dtype=np.float64)
@@ -142,38 +143,62 @@ def reduction(
             raise InputError(f"depth_white has shape {light.shape} for {len(bands)} bands")
         white = _white(sensor, response, light, "at depth", _DARKEST * surface_white)
 
-    reflectances, colours, fine_white = _training_colours(illuminant)
-    training = (_held(reflectances, bands) * surface_light[:, None] / math.pi).T @ response.T
     if sensor.kind == "observer":
-        # Where daylight is not balanced for, it only serves to state delta_e.
-        wanted = white_balance == "daylight"
-        daylight = _observer_matrix(
-            surface_white, "Bradford" if wanted else _possible_adaptation(surface_white)
-        )
         matrix = {
-            "daylight": daylight,
+            "daylight": daylight.matrix,
             "depth": _observer_matrix(white, "Von Kries"),
             "none": np.linalg.inv(rec709_to_XYZ()) / surface_white[1],
         }[white_balance]
         adaptation = {"daylight": "Bradford", "depth": "Von Kries (HPE)", "none": "no"}
         how = f"{adaptation[white_balance]} chromatic adaptation"
     else:
-        balanced = _white_preserving_fit(training / surface_white, colours)
-        daylight = balanced / surface_white
-        matrix = balanced / white
+        matrix = daylight.matrix / white
         if white_balance == "none":
+            fine_white = _training_colours(illuminant)[2]
             undone = _adaptation(fine_white, _possible_adaptation(fine_white))
             matrix = np.linalg.solve(undone, matrix)
         how = "channel gains and a 3×3 matrix fitted to the rawtoaces reflectances"
         if white_balance == "none":
             how += ", adaptation to D65 undone"
-    delta_e = float(np.mean(delta_e_CIE2000_images(training @ daylight.T, colours)))
     matrix = matrix * 2.0**exposure_stops
     description = (
         f"{sensor.name} in {illuminant.name}, {len(bands)} bands, white balance {white_balance} "
-        f"({how}), {exposure_stops:+.2f} stops; mean ΔE2000 {delta_e:.2f} in daylight"
+        f"({how}), {exposure_stops:+.2f} stops; mean ΔE2000 {daylight.delta_e:.2f} in daylight"
     )
-    return SensorReduction(matrix @ response, matrix, white, delta_e, description)
+    return SensorReduction(matrix @ response, matrix, white, daylight.delta_e, description)
+
+
+@dataclass(frozen=True, eq=False)
+class _InDaylight:
+    """A sensor behind bands in the light at the surface.
+
+    ``response`` (3, n) is to radiances, ``white`` (3,) to a white diffuser. ``matrix`` (3, 3)
+    is that of an observer, or what fits a camera's responses, over those to white, to colours.
+    """
+
+    response: NDArray[np.float64]
+    white: NDArray[np.float64]
+    matrix: NDArray[np.float64]
+    delta_e: float
+
+
+# Only the light at depth differs between the frames of a camera that is balanced there.
+@functools.lru_cache(maxsize=8)
+def _in_daylight(
+    sensor: Sensor, bands: Bands, illuminant: Illuminant, by_bradford: bool
+) -> _InDaylight:
+    response, light = sensor.response_in(bands), illuminant.total_in(bands)
+    white = _white(sensor, response, light, "at the surface")
+    reflectances, colours, _ = _training_colours(illuminant)
+    training = (_held(reflectances, bands) * light[:, None] / math.pi).T @ response.T
+    if sensor.kind == "observer":
+        transform = "Bradford" if by_bradford else _possible_adaptation(white)
+        matrix = to_colours = _observer_matrix(white, transform)
+    else:
+        matrix = _white_preserving_fit(training / white, colours)
+        to_colours = matrix / white
+    delta_e = float(np.mean(delta_e_CIE2000_images(training @ to_colours.T, colours)))
+    return _InDaylight(constant(response), constant(white), constant(matrix), delta_e)
 
 
 def auto_exposure_stops(

@@ -297,3 +297,9 @@ def shipped_table(name: str) -> Table:
     ['wavelength_nm', 'd65']
     """
     return read_table(DATA_DIRECTORY / name, required=())
+
+
+@functools.cache
+def shipped_spectrum(table: str, column: str, name: str) -> Spectrum:
+    """Return a column of one of the project's own tables, by the table's file name."""
+    return shipped_table(table).spectrum(column, name)

@@ -188,7 +188,7 @@ class WaveSpectrum:
         >>> round(WaveSpectrum(5.0).mean_square_slope, 3)
         0.028
         """
-        return float(self.slope_variance().sum())
+        return _mean_square_slope(self)
 
     @property
     def significant_height(self) -> float:
@@ -496,6 +496,11 @@ def _logarithmic(low: float, high: float) -> tuple[NDArray[np.float64], NDArray[
     nodes, weights = _legendre()
     span = max(math.log(high / low), 0.0)
     return low * np.exp(span * nodes), span * weights
+
+
+@functools.lru_cache(maxsize=256)
+def _mean_square_slope(sea: WaveSpectrum) -> float:
+    return float(sea.slope_variance().sum())
 
 
 @functools.lru_cache(maxsize=256)

@@ -92,11 +92,7 @@ class RoughSurface:
         cosine : array_like
             Of its zenith angle, 0 to 1.
         """
-        met = _meet(self, np.ravel(np.asarray(cosine, np.float64)), self.refractive_index)
-        nodes, once, _ = _beams(self)
-        # What a facet sends on down meets the waves again.
-        again = np.where(met.mirrored[2] > 0, np.interp(met.mirrored[2], nodes, once), 1.0)
-        return (met.share * met.reflectance * again).sum(axis=1).reshape(np.shape(cosine))
+        return _reflectance(self, _flat(cosine)).reshape(np.shape(cosine))
 
     def entering_cosine(self, cosine: ArrayLike) -> Array:
         """Cosine in the water of a beam that comes from air, as a mean over the facets.
@@ -116,14 +112,7 @@ class RoughSurface:
         >>> surface.entering_cosine(np.cos(np.radians([0.0, 60.0, 80.0]))).round(3)
         array([1.   , 0.749, 0.606])
         """
-        with_zenith = np.append(np.ravel(np.asarray(cosine, np.float64)), 1.0)
-        met = _meet(self, with_zenith, self.refractive_index)
-        down = direction_in_air(
-            [-part for part in met.w], [-part for part in met.normal], 1.0 / self.refractive_index
-        )[2]
-        enters = met.share * (1.0 - met.reflectance)
-        slant = enters / np.maximum(-down, _FLATTEST)
-        *found, zenith = enters.sum(axis=1) / slant.sum(axis=1)
+        *found, zenith = _entering_cosine(self, (*_flat(cosine), 1.0))
         return np.reshape(found, np.shape(cosine)) / zenith
 
     def passing(self, cosine: ArrayLike) -> Array:
@@ -186,6 +175,7 @@ def beam_below(sun: Sequence[float], refractive_index: float, slope_variance: fl
     return np.array([across * sun[0], across * sun[1], -cosine])
 
 
+@functools.lru_cache(maxsize=64)
 def internal_reflectance(refractive_index: float, slope_variance: float = 0.0) -> float:
     """Share of uniform upward radiance that a surface reflects down, flat without slopes.
 
@@ -289,6 +279,33 @@ def _meet(surface: RoughSurface, cosine: Array, relative_index: float) -> _Meeti
     area = seen.sum(axis=1)
     R = fresnel_reflectance(met, relative_index)
     return _Meeting(seen / area[:, None], w, normal, mirrored, R, area)
+
+
+def _flat(cosine: ArrayLike) -> tuple[float, ...]:
+    return tuple(np.ravel(np.asarray(cosine, np.float64)).tolist())
+
+
+# Frames of an animation share a surface, where the water below it changes.
+@functools.lru_cache(maxsize=64)
+def _reflectance(surface: RoughSurface, cosines: tuple[float, ...]) -> Array:
+    """See :meth:`RoughSurface.reflectance`."""
+    met = _meet(surface, np.array(cosines), surface.refractive_index)
+    nodes, once, _ = _beams(surface)
+    # What a facet sends on down meets the waves again.
+    again = np.where(met.mirrored[2] > 0, np.interp(met.mirrored[2], nodes, once), 1.0)
+    return constant((met.share * met.reflectance * again).sum(axis=1))
+
+
+@functools.lru_cache(maxsize=64)
+def _entering_cosine(surface: RoughSurface, cosines: tuple[float, ...]) -> Array:
+    """Harmonic mean over the facets, see :meth:`RoughSurface.entering_cosine`."""
+    met = _meet(surface, np.array(cosines), surface.refractive_index)
+    down = direction_in_air(
+        [-part for part in met.w], [-part for part in met.normal], 1.0 / surface.refractive_index
+    )[2]
+    enters = met.share * (1.0 - met.reflectance)
+    slant = enters / np.maximum(-down, _FLATTEST)
+    return constant(enters.sum(axis=1) / slant.sum(axis=1))
 
 
 @functools.lru_cache(maxsize=64)

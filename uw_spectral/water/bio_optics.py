@@ -9,6 +9,7 @@ A. Muñoz & O. Anson, Comput. Graph. Forum 27, 547 (2008), for comparison only.
 from __future__ import annotations
 
 import dataclasses
+import functools
 import math
 from dataclasses import dataclass
 
@@ -233,7 +234,7 @@ class Constituents:
         )
         components = (
             EinsteinSmoluchowski(),
-            *map(FournierForand.of_backscatter_Mobley2002, _FIXED_BACKSCATTER),
+            *_fixed_organic(),
             FournierForand(_MINERAL_INDEX, self.mineral_backscatter),
         )
         return BandPhase(components, weights / weights.sum(axis=0))
@@ -326,6 +327,12 @@ PROPERTIES = {
 
 _KEYS = {**_AMOUNTS, **PROPERTIES}
 _PURE = Constituents()
+
+
+@functools.cache
+def _fixed_organic() -> tuple[FournierForand, ...]:
+    """The two that :meth:`Constituents.phase_of_fixed_parts` mixes."""
+    return tuple(map(FournierForand.of_backscatter_Mobley2002, _FIXED_BACKSCATTER))
 
 
 def parse_constituents(text: str) -> Constituents:

@@ -6,6 +6,7 @@ A process is a coefficient per excitation band and a redistribution matrix in ph
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -13,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ..content import constant
 from ..errors import InputError, unknown_name
 from ..spectra.bands import Bands
 from ..spectra.spectrum import shipped_table
@@ -185,6 +187,8 @@ def cdom_emission(excitation: float, wavelengths: ArrayLike) -> NDArray[np.float
     return np.where(nm > excitation, efficiency * np.exp(-(x**2)), 0.0)
 
 
+# The water does not change it; frames of an animation share it.
+@functools.lru_cache(maxsize=8)
 def raman_process(excitation: Bands, emission: Bands) -> InelasticProcess:
     """Raman scattering by water between two sets of bands; one photon out per event.
 
@@ -207,9 +211,8 @@ def raman_process(excitation: Bands, emission: Bands) -> InelasticProcess:
     # λ/λ' of the mean shift: 1/(1 - λ' shift).
     mean_shift = float(amplitude @ centre / amplitude.sum())
     stretch = 1 / (1 - excitation.centres * mean_shift * 1e-7)
-    return InelasticProcess(
-        "raman", raman_coefficient(excitation.centres) * stretch, photons, RAMAN_PHASE
-    )
+    coefficient = constant(raman_coefficient(excitation.centres) * stretch)
+    return InelasticProcess("raman", coefficient, constant(photons), RAMAN_PHASE)
 
 
 def chlorophyll_process(

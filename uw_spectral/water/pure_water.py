@@ -6,9 +6,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import unknown_name
-from ..spectra.spectrum import shipped_table
+from ..spectra.spectrum import shipped_spectrum, shipped_table
 
 PURE_WATER_TABLE = "pure_water_absorption.csv"
+_SCATTERING_TABLE = "molecular_scattering.csv"
 
 
 def pure_water_absorption(
@@ -36,7 +37,9 @@ def pure_water_absorption(
     table = shipped_table(PURE_WATER_TABLE)
     if source == "wavelength_nm" or source not in table.columns:
         raise unknown_name("absorption of pure water", source, list(table.columns)[1:])
-    return table.spectrum(source, f"absorption of pure water ({source})").at(wavelengths)
+    return shipped_spectrum(PURE_WATER_TABLE, source, f"absorption of pure water ({source})").at(
+        wavelengths
+    )
 
 
 def molecular_scattering(
@@ -67,8 +70,10 @@ def molecular_scattering(
     >>> molecular_scattering([400, 500]).round(5)
     array([0.00658, 0.00254])
     """
-    table = shipped_table("molecular_scattering.csv")
+    table = shipped_table(_SCATTERING_TABLE)
     models = [column for column in table.columns if column != "wavelength_nm"]
     if model not in models:
         raise unknown_name("molecular scattering", model, models)
-    return table.spectrum(model, f"molecular scattering {model}").at(wavelengths)
+    return shipped_spectrum(_SCATTERING_TABLE, model, f"molecular scattering {model}").at(
+        wavelengths
+    )

@@ -14,6 +14,7 @@ from underwater_spectral.uw_spectral.imaging.description import (
     FloorDescription,
     SunAndSky,
     SurfaceDescription,
+    WaterDescription,
 )
 from underwater_spectral.uw_spectral.imaging.optics import resolve
 from underwater_spectral.uw_spectral.spectra.bands import Bands
@@ -22,6 +23,7 @@ from underwater_spectral.uw_spectral.surface.refraction import (
     sun_travel_direction,
 )
 from underwater_spectral.uw_spectral.surface.waves import slope_variance_CoxMunk1954
+from underwater_spectral.uw_spectral.transfer import rough_surface
 from underwater_spectral.uw_spectral.transfer.discrete_ordinates import (
     Layer,
     _quadrature,
@@ -304,3 +306,17 @@ def test_tables_hold_the_surface_under_waves():
     error = np.abs(tabulate(field).boundary_image(w, sun) / field.surface_radiance(w) - 1.0)
     assert np.quantile(error, 0.9) < 0.03
     assert error.max() < 0.15
+
+
+def test_waters_below_the_same_waves_share_what_these_do():
+    surface = SurfaceDescription("waves", N, 0.03)
+
+    def light(absorption):
+        water = WaterDescription("jerlov:IB", absorption_factor=absorption)
+        return resolve(Description(water, surface=surface)).viewpoint(5.0).light
+
+    first = light(1.0)
+    before = [f.cache_info().misses for f in (rough_surface._reflectance, internal_reflectance)]
+    assert not np.array_equal(light(2.0), first)
+    after = [f.cache_info().misses for f in (rough_surface._reflectance, internal_reflectance)]
+    assert after == before
