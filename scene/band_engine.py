@@ -88,6 +88,8 @@ class Engine:
         Whether the noise has a seed, so that a pass can be cut into parts.
     devices : tuple of str
         What it can be told to render on.
+    needs_gpu : bool
+        Whether a farm has to choose a machine with a GPU, whatever device is named.
     draws_colours : bool
         Whether its passes add up to the picture; else they hold bands that are developed.
     """
@@ -100,4 +102,5 @@ class Engine:
     passes: Callable[[RenderPlan], list[tuple[int, ...]]]
     seeded: bool = False
     devices: tuple[Device, ...] = ()
+    needs_gpu: bool = False
     draws_colours: bool = False

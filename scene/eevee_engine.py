@@ -208,7 +208,9 @@ def _open_realtime(
     )  # fmt: skip
 
 
-BANDS = Engine("eevee", "bands", _open_bands, band_passes_of)
+BANDS = Engine("eevee", "bands", _open_bands, band_passes_of, needs_gpu=True)
 """EEVEE, three bands a pass."""
-REALTIME = Engine("eevee", "realtime", _open_realtime, picture_passes_of, draws_colours=True)
+REALTIME = Engine(
+    "eevee", "realtime", _open_realtime, picture_passes_of, needs_gpu=True, draws_colours=True
+)
 """EEVEE, the picture in one pass."""

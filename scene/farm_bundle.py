@@ -76,7 +76,7 @@ def farm_job(planned: Manifest) -> FarmJob:
         planned.frames,
         len(planned.passes),
         memory=picture_size.least_memory(output.size, bands),
-        gpu=output.engine == "eevee" or output.device == "gpu",
+        gpu=engine.needs_gpu or output.device == "gpu",
         cameras=names if len(names) > 1 else (),
     )
 
