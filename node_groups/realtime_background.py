@@ -5,12 +5,13 @@ from __future__ import annotations
 import bpy
 from nodebpy import shader as s
 
-from ..uw_spectral.transfer.radiance_field import Ripples, mirrored_ray
+from ..uw_spectral.transfer.radiance_field import Ripples, distance_in_water, mirrored_ray
 from .node_mathematics import NODES, Graph, NodeValue, new_group
-from .realtime_rays import camera_depth, shaft, view_direction
+from .realtime_rays import camera_depth, camera_place, shaft, view_direction
 from .realtime_triples import (
     MIRRORED_TOWARDS,
     TOWARDS,
+    TableImages,
     Triples,
     Values,
     build_triple,
@@ -29,7 +30,7 @@ def build(
     values: bpy.types.ShaderNodeTree,
     shape: Shape,
     images: WaveImages | None,
-    table: bpy.types.Image | None,
+    tables: TableImages,
 ) -> bpy.types.ShaderNodeTree:
     """Build the group; output ``Color`` is what the sensor sees."""
     inputs = {SLOPE: "NodeSocketVector"} if shape.waves else {}
@@ -42,19 +43,23 @@ def build(
     tree = new_group(NAME)
     tree.interface.new_socket("Color", in_out="OUTPUT", socket_type="NodeSocketColor")
     graph = Graph(tree)
-    given, triples = {}, Triples(graph, values, shape, table)
+    given, triples = {}, Triples(graph, values, shape, tables)
     if images is not None:
         given = slope_ahead(graph, values, images.slopes, view_direction(graph))
-    if table is not None:
+    if tables.light is not None:
         w, slopes = view_direction(graph), None
         if images is not None:
             slopes = graph.components(given[SLOPE])[:2]
-        tables = triples.tables
+        light = triples.tables
         mirrored = mirrored_ray(w, NODES, slopes)[1] if shape.flat else None
-        given |= tables.to_boundary(camera_depth(graph), w, mirrored)
-        given |= phase_towards(TOWARDS, shape, w, tables.sun)
+        given |= light.to_boundary(camera_depth(graph), w, mirrored)
+        given |= phase_towards(TOWARDS, shape, w, light.sun)
         if mirrored is not None:
-            given |= phase_towards(MIRRORED_TOWARDS, shape, mirrored, tables.sun)
+            given |= phase_towards(MIRRORED_TOWARDS, shape, mirrored, light.sun)
+    if shape.shade:
+        w = view_direction(graph)
+        P = distance_in_water(camera_depth(graph), -w[2], triples.number("y_f"), NODES)
+        given |= triples.shade.on_path(camera_place(graph), w, P)
     colour = triples.sum(triple, given)
     graph.assign(colour, graph.node("NodeGroupOutput").inputs[0])
     return tree
@@ -67,7 +72,7 @@ def _picture(graph: Graph, values: Values) -> tuple[NodeValue, ...]:
     if values.shape.waves:
         slopes = graph.components(values[SLOPE])[:2]
         ripples = Ripples(slopes, values[GLITTER_WIDTH], values[GLITTER], values.sun_in_air)
-    water = values.solved_background(y_o) if solved else values.water
+    water = values.solved_background(y_o, w) if solved else values.water
     seen = values.seen(water.open_water(y_o, w, NODES, ripples))
     if values.shape.shafts:
         return seen, values.sensor(shaft(values, y_o, w, None))

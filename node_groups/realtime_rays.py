@@ -14,20 +14,29 @@ def view_direction(graph: Graph) -> tuple[NodeValue, NodeValue, NodeValue]:
     return -x, -y, -z
 
 
+def place_here(graph: Graph) -> tuple[NodeValue, NodeValue, NodeValue]:
+    """Coordinates of the shaded point."""
+    geometry = graph.node("ShaderNodeNewGeometry")
+    return graph.components(graph.term(geometry.outputs["Position"]))
+
+
 def depth_here(graph: Graph) -> NodeValue:
     """Depth of the shaded point, at least 0."""
-    geometry = graph.node("ShaderNodeNewGeometry")
-    z = graph.components(graph.term(geometry.outputs["Position"]))[2]
-    return NODES.maximum(-z, 0.0)
+    return NODES.maximum(-place_here(graph)[2], 0.0)
 
 
-def camera_depth(graph: Graph) -> NodeValue:
-    """Depth of what looks at the background, at least 0."""
+def camera_place(graph: Graph) -> tuple[NodeValue, NodeValue, NodeValue]:
+    """Coordinates of what looks at the background."""
     camera = graph.node(
         "ShaderNodeVectorTransform", vector_type="POINT", convert_from="CAMERA", convert_to="WORLD"
     )
     camera.inputs[0].default_value = (0.0, 0.0, 0.0)
-    return NODES.maximum(-graph.components(graph.term(camera.outputs[0]))[2], 0.0)
+    return graph.components(graph.term(camera.outputs[0]))
+
+
+def camera_depth(graph: Graph) -> NodeValue:
+    """Depth of what looks at the background, at least 0."""
+    return NODES.maximum(-camera_place(graph)[2], 0.0)
 
 
 def camera_depth_behind(

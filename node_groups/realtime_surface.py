@@ -16,6 +16,7 @@ from .node_mathematics import NODES, Graph, NodeValue, new_group
 from .realtime_rays import (
     camera_depth_behind,
     depth_here,
+    place_here,
     shaft,
     view_direction,
     view_distance,
@@ -24,6 +25,7 @@ from .realtime_shadows import OPENNESS, openness
 from .realtime_tables import Tables
 from .realtime_triples import (
     TOWARDS,
+    TableImages,
     Triples,
     Values,
     build_triple,
@@ -61,7 +63,7 @@ def build(
     values: bpy.types.ShaderNodeTree,
     shape: Shape,
     images: WaveImages | None,
-    table: bpy.types.Image | None,
+    tables: TableImages,
 ) -> bpy.types.ShaderNodeTree:
     """Build the group.
 
@@ -92,9 +94,15 @@ def build(
         given |= caustics_here(graph, values, images.caustics)
     if shape.diffuse_shadows:
         given[OPENNESS] = openness(graph, given[NORMAL])
-    triples = Triples(graph, values, shape, table)
-    if table is not None:
+    triples = Triples(graph, values, shape, tables)
+    if tables.light is not None:
         given |= _look_up(graph, triples.tables, shape, given[NORMAL])
+    if shape.shade:
+        w, P, here = view_direction(graph), view_distance(graph), place_here(graph)
+        camera = [x - along * P for x, along in zip(here, w, strict=True)]
+        given |= triples.shade.on_patch(here, graph.components(given[NORMAL]))
+        given |= triples.shade.on_path(camera, w, P)
+    if tables.light is not None:
         given[_MEASURED] = triples.own(_MEASURED, given)
     emission = graph.node("ShaderNodeEmission")
     graph.assign(triples.sum(triple, given), emission.inputs["Color"])
@@ -135,7 +143,7 @@ def _picture(graph: Graph, values: Values) -> tuple[NodeValue, ...]:
     L = L + values.uplift(values[EMITTED], EMISSION)
     covered = values[COVERAGE]
     if values.shape.solved:
-        pixel = values.solved_path(y_o, y).surface(y_o, y, w, P, L, NODES, coverage=covered)
+        pixel = values.solved_path(y_o, y, w, P).surface(y_o, y, w, P, L, NODES, coverage=covered)
     else:
         water, L_inelastic = values.water, 0.0
         if water.inelastic is not None:

@@ -4,15 +4,10 @@ A column of tiles holds three bands; a tile is a slice at one depth, radiance an
 irradiance on patches, with a margin of one texel; then come the boundary's image, the factor of
 the sun's aureole, angles over depths; of layered water its mean extinction, depths over depths,
 and sunlight scattered once, elevations over depths; and a row for each other quantity of the bands.
-
-An ordinary image texture filters more where coordinates jump from pixel to pixel, and so
-draws lines where slices change. An environment texture in equirectangular projection never
-does: it is asked for the direction that is mapped to a place.
 """
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -35,6 +30,7 @@ from ..uw_spectral.transfer.radiance_table import (
 )
 from ..uw_spectral.transfer.sun_beam import half_angle2
 from .node_mathematics import MARK, NODES, Graph, NodeValue
+from .texels import texel
 
 NAME = "UW Light"
 NEAR, FAR = "Light at the Camera", "Light behind"
@@ -50,7 +46,6 @@ _MARGIN = 1
 _TILE = max(AZIMUTHS, ANGLES) + 2 * _MARGIN
 _PATCHES = ELEVATIONS + 2 * _MARGIN  # first row of the irradiance in a tile
 _ROW = _PATCHES + TILTS + 2 * _MARGIN
-_OFF_MIDDLE = 1e-7  # the arctangent of 0/1 is not a number in some drivers
 _BEFORE_LAST = 1.001  # slices from the deepest position that has a slice behind it
 
 
@@ -320,15 +315,4 @@ class Tables:
     def _texel(self, h: NodeValue | float, v: NodeValue | float) -> NodeValue:
         """Look up a texel of the triple's tiles, counted from their corner."""
         width, height = self.image.size
-        around = (h + 0.5) * (-2.0 * math.pi / width) + math.pi
-        around = around - self.index * (2.0 * math.pi / self.triples)
-        up = (v + 0.5) * (math.pi / height) - math.pi / 2
-        where = self.graph.vector(
-            self.graph.operation("COSINE", (around,)),
-            self.graph.operation("SINE", (around,)) + _OFF_MIDDLE,
-            self.graph.operation("TANGENT", (up,)),
-        )
-        texture = self.graph.node("ShaderNodeTexEnvironment", image=self.image)
-        texture.projection, texture.interpolation = "EQUIRECTANGULAR", "Linear"
-        self.graph.assign(where, texture.inputs["Vector"])
-        return self.graph.term(texture.outputs["Color"])
+        return texel(self.graph, self.image, h + self.index * float(_TILE), v, width, height)

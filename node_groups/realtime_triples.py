@@ -5,10 +5,12 @@ from __future__ import annotations
 import functools
 import operator
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 
 import bpy
 
 from ..uw_spectral.mathematics import Operand
+from ..uw_spectral.shade.shade_table import along_ray, ratio
 from ..uw_spectral.transfer.aureole import Aureole
 from ..uw_spectral.transfer.closed_form import ClosedForm
 from ..uw_spectral.transfer.depth_scale import DepthScale, Zone
@@ -18,7 +20,9 @@ from ..uw_spectral.transfer.pixel import PatchLight, Pixel, UndisturbedWater
 from ..uw_spectral.transfer.radiance_table import table_unit
 from ..uw_spectral.transfer.sky import UNIFORM, Sky
 from ..uw_spectral.transfer.solved_ray import (
+    UNSHADED,
     LayeredBeam,
+    PathShade,
     SolvedPatchLight,
     SolvedWater,
     SunOnPath,
@@ -27,6 +31,7 @@ from ..uw_spectral.transfer.sun_beam import SunBeam, half_angle2
 from ..uw_spectral.water.phase import Mixture
 from . import realtime_inelastic
 from .node_mathematics import NODES, Graph, NodeValue, new_group
+from .realtime_shade import ON_IT, ON_PATH, REACH, SPECTRUM, Shade
 from .realtime_tables import (
     AUREOLE,
     EXTINCTION,
@@ -74,6 +79,14 @@ DRAWN = "Drawn by the Volume"
 _PART_SIZE = 64  # of a triple's groups; fastest to build within a factor of two
 
 
+@dataclass(frozen=True)
+class TableImages:
+    """The tables of solved bands, and of the shade in them, if there are any."""
+
+    light: bpy.types.Image | None = None
+    shade: bpy.types.Image | None = None
+
+
 def looked_up_on_surface(shape: Shape) -> list[str]:
     """Names of what :meth:`.Tables.near_and_far` and :meth:`.Tables.on_patch` find."""
     if not shape.solved:
@@ -82,6 +95,7 @@ def looked_up_on_surface(shape: Shape) -> list[str]:
     if shape.layered:
         names += [EXTINCTION, WITHOUT_PEAK, WITHOUT_PEAK_BEHIND]
         names += [EXTINCTION_OF_SUN, WITHOUT_PEAK_OF_SUN]
+    names += [ON_IT, *ON_PATH] if shape.shade else []
     return [*names, *_parts(shape, ONCE), *_parts(shape, ONCE_BEHIND)]
 
 
@@ -94,6 +108,7 @@ def looked_up_ahead(shape: Shape) -> list[str]:
     if shape.flat:
         names += [MIRRORED, *_parts(shape, ONCE_MIRRORED)]
         names += [WITHOUT_PEAK_MIRRORED] if shape.layered else []
+    names += ON_PATH if shape.shade else []
     return names
 
 
@@ -197,12 +212,37 @@ class Values:
             return Sky(self[SKY])
         return Sky(self[SKY], self.shape.sky, self.sun_in_air)
 
-    def solved_path(self, y_o: NodeValue, y_e: NodeValue) -> SolvedWater:
-        """Return the solved water in front of a thing at depth y_e."""
+    def solved_path(
+        self, y_o: NodeValue, y_e: NodeValue, w: Sequence[NodeValue], P: NodeValue
+    ) -> SolvedWater:
+        """Return the solved water in front of a thing at depth y_e, at distance P along w."""
         near, far = (self._looked_up(name, y) for name, y in ((NEAR, y_o), (FAR, y_e)))
         image = self[IMAGE] * self[TABLE_SCALE]
         beam, beyond = self._beams_to_thing(y_o, y_e)
-        return SolvedWater(beam, near, far, image, beyond, aureole=self[AUREOLE])
+        shade = self._path_shade(beam, w, P)
+        return SolvedWater(beam, near, far, image, beyond, aureole=self[AUREOLE], shade=shade)
+
+    def _path_shade(self, beam: SunOnPath, w: Sequence[NodeValue], P: NodeValue) -> PathShade:
+        """What things leave of the light of the path; shafts have shadows of their own."""
+        if not self.shape.shade:
+            return UNSHADED
+        found = [self._graph.components(self[name]) for name in ON_PATH]
+        ratios = [ratio(mean, share, self[SPECTRUM], NODES) for mean, share, _ in found]
+        sunlit = [step[2] for step in found]
+        scattered = beam.cp - self[TABLE_DECAY] * w[2]
+        once = beam.cp * (1.0 - w[2] / beam.mu_s)
+        reach = P, self[REACH], NODES
+        return PathShade(
+            along_ray(ratios, scattered, *reach),
+            1.0 if self.shape.shafts else along_ray(sunlit, once, *reach),
+            self._graph.components(self[ON_IT])[2] if ON_IT in self._given else 1.0,
+        )
+
+    def _patch_shade(self) -> Operand:
+        if not self.shape.shade:
+            return None
+        mean, share, _ = self._graph.components(self[ON_IT])
+        return ratio(mean, share, self[SPECTRUM], NODES)
 
     def _beams_to_thing(self, y_o: NodeValue, y_e: NodeValue) -> tuple[SunOnPath, SunOnPath | None]:
         if not self.shape.layered:
@@ -211,7 +251,7 @@ class Values:
         beam = self._leg(EXTINCTION, WITHOUT_PEAK, self._once(ONCE, TOWARDS, y_o), far)
         return beam, self._leg(WITHOUT_PEAK_BEHIND, WITHOUT_PEAK_BEHIND, far)
 
-    def solved_background(self, y_o: NodeValue) -> SolvedWater:
+    def solved_background(self, y_o: NodeValue, w: Sequence[NodeValue]) -> SolvedWater:
         """Return the solved water up to its surface and its floor."""
         index, mirrored = None, 0.0
         if self.shape.flat:
@@ -220,7 +260,7 @@ class Values:
         beam, below = self._beams_ahead(y_o)
         return SolvedWater(
             beam, near, mirrored=mirrored, below=below, floor=floor, sky=self._sky(), index=index,
-            aureole=self[AUREOLE],
+            aureole=self[AUREOLE], shade=self._path_shade(beam, w, beam.boundary(y_o, w, NODES)),
         )  # fmt: skip
 
     def _beams_ahead(self, y_o: NodeValue) -> tuple[SunOnPath, SunOnPath | None]:
@@ -241,7 +281,7 @@ class Values:
         above = self._looked_up(FROM_ABOVE, y) if shaded else 0.0
         of_sun = EXTINCTION_OF_SUN, WITHOUT_PEAK_OF_SUN
         beam = self._leg(*of_sun) if self.shape.layered else self.beam
-        return SolvedPatchLight(beam, self._looked_up(PATCH, y), above)
+        return SolvedPatchLight(beam, self._looked_up(PATCH, y), above, self._patch_shade())
 
     def _looked_up(self, name: str, y: Operand) -> NodeValue:
         return self[name] * table_unit(self[TABLE_SCALE], self[TABLE_DECAY], y, NODES)
@@ -341,8 +381,7 @@ class Triples:
     values : ShaderNodeTree
         The group of :func:`build`.
     shape : Shape
-    image : Image, optional
-        The tables of solved bands.
+    images : TableImages
     """
 
     def __init__(
@@ -350,10 +389,13 @@ class Triples:
         graph: Graph,
         values: bpy.types.ShaderNodeTree,
         shape: Shape,
-        image: bpy.types.Image | None,
+        images: TableImages,
     ) -> None:
         self._graph, self._shape = graph, shape
         self._numbers = graph.node("ShaderNodeGroup", node_tree=values).outputs
+        image = images.light
+        if images.shade is not None:
+            self.shade = Shade(graph, self._numbers, images.shade)
         if image is not None:
             self._begin = graph.node("GeometryNodeRepeatInput")
             self._end = graph.node("GeometryNodeRepeatOutput")
@@ -363,7 +405,7 @@ class Triples:
 
     def _tables(self, image: bpy.types.Image) -> Tables:
         zones = tuple(
-            Zone(**{field: self._number(name_of_zone(field, place)) for field in ZONE})
+            Zone(**{field: self.number(name_of_zone(field, place)) for field in ZONE})
             for place in range(self._shape.zones)
         )
         return Tables(
@@ -373,11 +415,12 @@ class Triples:
             self._graph.term(self._begin.outputs["Iteration"]),
             band_names(self._shape),
             DepthScale(zones, self._shape.slices),
-            [self._number(name) for name in SUN],
+            [self.number(name) for name in SUN],
             self._shape.layered_components,
         )
 
-    def _number(self, name: str) -> NodeValue:
+    def number(self, name: str) -> NodeValue:
+        """Return a number of the water that is the same in every band."""
         return self._graph.term(self._numbers[name])
 
     def own(self, name: str, given: Mapping[str, NodeValue]) -> NodeValue:
@@ -417,7 +460,7 @@ class Triples:
                 own = f"{socket.name} {index}"
                 source = given.get(socket.name) or given.get(own)
                 if source is None:
-                    source = self._number(own if own in self._numbers else socket.name)
+                    source = self.number(own if own in self._numbers else socket.name)
                 self._graph.assign(source, socket)
             for place, output in enumerate(node.outputs):
                 totals[place] = self._graph.term(output) + totals[place]
@@ -431,7 +474,7 @@ class Triples:
         for socket in node.inputs:
             source = given.get(socket.name)
             if source is None:
-                look_up = self.tables.number if socket.name in of_bands else self._number
+                look_up = self.tables.number if socket.name in of_bands else self.number
                 source = look_up(socket.name)
             self._graph.assign(source, socket)
         self._end.repeat_items.clear()

@@ -22,7 +22,7 @@ from ..uw_spectral.transfer.radiance_table import RadianceTable
 from ..uw_spectral.transfer.sky import UNIFORM
 from ..uw_spectral.transfer.sun_beam import SunBeam
 from ..uw_spectral.water.phase import Mixture, PhaseFunction
-from . import realtime_inelastic
+from . import realtime_inelastic, realtime_shade
 from .node_mathematics import Graph, new_group
 
 NAME = "UW Values"
@@ -99,6 +99,8 @@ class Shape:
         Whether the water differs with depth; it is solved and has no shafts then.
     zones, slices : int
         Of the scale of depths of solved water.
+    shade : bool
+        Whether things keep all kinds of light away, and throw some back; of solved water.
     """
 
     bands: int
@@ -114,6 +116,7 @@ class Shape:
     layered: bool = False
     zones: int = 0
     slices: int = 0
+    shade: bool = False
 
     @property
     def triples(self) -> int:
@@ -158,13 +161,16 @@ def band_names(shape: Shape) -> list[str]:
         ]
     if shape.waves:
         names += CONTRAST
+    if shape.shade:
+        names.append(realtime_shade.SPECTRUM)
     return [*names, *realtime_inelastic.band_names(shape.inelastic)]
 
 
 def single_names(shape: Shape) -> list[str]:
     """Names of the quantities that are the same in every band."""
     names = [*FIELD_NUMBERS, *SUN, *SUN_IN_AIR, CAMERA_DEPTH, INDEX, SHAFT_END, SHAFT_SCALE]
-    return [*names, *_WAVES] if shape.waves else names
+    names += _WAVES if shape.waves else ()
+    return [*names, *realtime_shade.NUMBERS] if shape.shade else names
 
 
 def _zone_names(shape: Shape) -> list[str]:

@@ -17,7 +17,7 @@ from ..uw_spectral.surface.wave_patterns import sunlight_factor
 from ..uw_spectral.water.phase import henyey_greenstein
 from .node_mathematics import NODES, Graph, NodeValue
 from .realtime_rays import depth_here, view_direction, view_distance
-from .realtime_triples import Triples, Values, build_triple
+from .realtime_triples import TableImages, Triples, Values, build_triple
 from .realtime_values import CAUSTIC_STRENGTH, SHAFT_END, SHAFT_SCALE, Shape
 from .realtime_waves import PATTERN, WaveImages, caustics_here
 
@@ -30,7 +30,7 @@ def build(
     values: bpy.types.ShaderNodeTree,
     shape: Shape,
     images: WaveImages | None,
-    table: bpy.types.Image | None,
+    tables: TableImages,
 ) -> bpy.types.Material:
     """Build the material.
 
@@ -45,7 +45,7 @@ def build(
     graph = Graph(tree)
     scatter = graph.node("ShaderNodeVolumeScatter")
     given = {} if images is None else caustics_here(graph, values, images.caustics)
-    coefficient = Triples(graph, values, shape, table).sum(triple, given)
+    coefficient = Triples(graph, values, shape, tables).sum(triple, given)
     coefficient = NODES.maximum(coefficient, 0.0)
     graph.assign(coefficient, scatter.inputs["Color"])
     scatter.inputs["Density"].default_value = 1.0

@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 from ..node_groups import (
     realtime_background,
     realtime_inelastic,
+    realtime_shade,
     realtime_shadows,
     realtime_surface,
     realtime_tables,
@@ -25,8 +26,10 @@ from ..node_groups import (
     realtime_waves,
 )
 from ..node_groups.realtime_tables import Layout
+from ..node_groups.realtime_triples import TableImages
 from ..node_groups.realtime_values import Numbers, Shape
 from ..uw_spectral.errors import InputError
+from ..uw_spectral.shade.shade_table import ShadeTable
 from ..uw_spectral.spectra.reflectance import emission_basis, uplift_basis
 from ..uw_spectral.surface.wave_patterns import WavePatterns
 from ..uw_spectral.transfer.closed_form import solve_closed_form
@@ -45,6 +48,7 @@ _FLOOR = ""
 _VALUES = "uw_values"
 _OWNER = "uw_owner"
 _TABLE = "uw_table"
+_SHADE = "uw_shade"
 # Shafts end where the clearest band keeps 2 % of its light, or soon after the scene does.
 _SHAFT_OPTICAL_DEPTH = 4.0
 _LONGEST_SHAFT = 200.0
@@ -80,6 +84,7 @@ class RealtimeWater:
     cone: LightCone | None = None
     table: RadianceTable | None = None
     waves: WavePatterns | None = None
+    shade: ShadeTable | None = None
 
     def of_bands(self, indices: Sequence[int], count: int) -> RealtimeWater:
         """Return the water of some of the bands, and what the sensor sees of these.
@@ -101,6 +106,7 @@ class RealtimeWater:
             numbers=Numbers(bands, self.numbers.single),
             reflectances={name: values[chosen] for name, values in self.reflectances.items()},
             table=None if self.table is None else self.table.of_bands(chosen),
+            shade=None if self.shade is None else self.shade.of_bands(chosen),
         )
 
     def of_sign(self, sign: float) -> RealtimeWater:
@@ -136,6 +142,7 @@ def realtime_water(
     diffuse_shadows: bool = False,
     reflectances: dict[str, NDArray[np.float64]] | None = None,
     inelastic: InelasticLight | None = None,
+    shade: ShadeTable | None = None,
 ) -> RealtimeWater:
     """Compute everything that the node groups need for a frame.
 
@@ -154,12 +161,14 @@ def realtime_water(
     shafts : bool
         Whether single scattering is drawn by the froxel volume, with shadows.
     diffuse_shadows : bool
-        Whether things keep light from above other than the direct sun away.
+        Whether things keep light from above other than the direct sun away, in the closed form.
     reflectances : dict of str to array, shape (n,), optional
         Measured reflectance by material name.
     inelastic : InelasticLight, optional
         Light of changed wavelength in the same bands, for the closed form; it is reduced to a
         few exponentials. A solved field holds its own.
+    shade : ShadeTable, optional
+        What things keep away and throw back, of a solved field.
     """
     if solved is None:
         column.require_one_layer("the closed form (--field) knows")
@@ -169,7 +178,8 @@ def realtime_water(
     beam = sun_beam(field, phase, column.sun_direction.tolist())
     shape = Shape(
         len(column.bands), tuple(phase.components), 0, column.reflects, shafts,
-        diffuse_shadows=diffuse_shadows, sky=column.sky,
+        diffuse_shadows=diffuse_shadows and solved is None, sky=column.sky,
+        shade=shade is not None,
     )  # fmt: skip
     light, table = {}, None
     if solved is None:
@@ -189,7 +199,7 @@ def realtime_water(
         solved_beam = replace(beam, cp=solved.extinction)
         numbers = realtime_values.of_table(solved_beam, table, solved.floor_radiance)
     reach = _shaft_range(column, beam, camera_depth, weights) if shafts else None
-    cone = light_cone(field, camera_depth, column.sun_direction) if diffuse_shadows else None
+    cone = light_cone(field, camera_depth, column.sun_direction) if shape.diffuse_shadows else None
     bands = {
         **numbers.bands,
         **light,
@@ -206,10 +216,15 @@ def realtime_water(
         realtime_values.SHAFT_END: reach.end if reach else 0.0,
         realtime_values.SHAFT_SCALE: reach.scale if reach else 0.0,
     }
+    if shade is not None:
+        bands[realtime_shade.SPECTRUM] = shade.spectrum
+        single |= realtime_shade.numbers(shade.box)
     known = dict(reflectances or {})
     if math.isfinite(column.floor_depth):
         known[_FLOOR] = column.floor_reflectance
-    return RealtimeWater(shape, Numbers(bands, single), known, column, reach, cone, table)
+    return RealtimeWater(
+        shape, Numbers(bands, single), known, column, reach, cone, table, shade=shade
+    )
 
 
 def add_realtime(scene: bpy.types.Scene, water: RealtimeWater, extent: WaterExtent) -> list[str]:
@@ -258,15 +273,17 @@ def add_realtime(scene: bpy.types.Scene, water: RealtimeWater, extent: WaterExte
         )
     )
     values = realtime_values.build(shape)
-    surface = realtime_surface.build(values, shape, images, table)
-    background = realtime_background.build(values, shape, images, table)
+    shade = None if water.shade is None else realtime_shade.new_image()
+    tables = TableImages(table, shade)
+    surface = realtime_surface.build(values, shape, images, tables)
+    background = realtime_background.build(values, shape, images, tables)
     floor, objects = None, []
     if math.isfinite(water.column.floor_depth):
         floor = _floor_material()
         materials.append(floor)
     if water.shafts is not None:
         objects.append(box("UW Shafts", extent, 0.0))
-        objects[0].data.materials.append(realtime_volume.build(values, shape, images, table))
+        objects[0].data.materials.append(realtime_volume.build(values, shape, images, tables))
     notes += realtime_materials.insert(materials, surface)
     sun = bpy.data.lights.new("UW Sun", "SUN")
     sun.energy = 1.0
@@ -279,7 +296,7 @@ def add_realtime(scene: bpy.types.Scene, water: RealtimeWater, extent: WaterExte
         objects,
         images,
         {_VALUES: values, scene_water.SURFACE: surface}
-        | ({} if table is None else {_TABLE: table}),
+        | {name: image for name, image in ((_TABLE, table), (_SHADE, shade)) if image is not None},
     )
     notes += scene_water.add(scene, filling, water.column, extent)
     values[_OWNER] = scene_water.collection_of(scene)
@@ -306,6 +323,8 @@ def set_values(scene: bpy.types.Scene, water: RealtimeWater) -> None:
     if water.table is not None:
         numbers = realtime_values.rows(water.numbers, water.shape)
         realtime_tables.write_table(scene_water.part(scene, _TABLE), water.table, numbers)
+    if water.shade is not None:
+        realtime_shade.write_table(scene_water.part(scene, _SHADE), water.shade)
     if water.waves is not None:
         realtime_waves.write_patterns(scene_water.images(scene), water.waves)
     known = {m.name: m for m in contents.materials(scene) if m.is_editable}

@@ -37,11 +37,12 @@ from ..uw_spectral.surface.wave_patterns import Sea
 from ..uw_spectral.transfer.radiance_table import TABLE_STREAMS
 from ..uw_spectral.transfer.water_column import WAVES
 from ..uw_spectral.water.bio_optics import Constituents
-from . import band_colors
+from . import band_colors, shade
 from .cycles_phase import CyclesPhase, cycles_phases
 from .pass_values import PassValues
 from .realtime import MOST_BANDS, MOST_CLOSED_FORM_BANDS, RealtimeWater, realtime_water
 from .settings import AUTO, BOUNDED, CONSTITUENTS, DEFAULT_PHASE, OPTIMISED, SOLVED, SceneSettings
+from .surroundings import Surroundings, look_around
 
 _RELATIVE_UNITS = "sr^-1, relative to an irradiance of 1 at 560 nm"
 _RECORDED_PACKAGES = ("numpy", "colour-science", "jerlov", "nodebpy", "OpenImageIO")
@@ -127,14 +128,31 @@ class RenderPlan(ResolvedOptics):
             material.name: reflectance.at(self.bands.centres)
             for material, reflectance in band_colors.measured_reflectances(scene)
         }
-        solved = None
-        if self.settings.field == SOLVED:
-            solved = self.solved_field(TABLE_STREAMS)
-        return realtime_water(
-            self.column, self.phase, depth, weights, solved=solved,
+        solved, shaded, wet = None, None, self.settings.field == SOLVED
+        around = None
+        if self.settings.scene_floor or (wet and self.settings.diffuse_shadows):
+            around = look_around(scene, float(self.column.attenuation.min()))
+        over = self._over(around) if self.settings.scene_floor else self
+        if wet:
+            solved = over.solved_field(TABLE_STREAMS)
+            if around is not None and self.settings.diffuse_shadows:
+                shaded = shade.table_of(around, self.bands, solved, weights, depth)
+        water = realtime_water(
+            over.column, self.phase, depth, weights, solved=solved,
             shafts=self.draws_shafts, diffuse_shadows=self.settings.diffuse_shadows,
-            reflectances=reflectances, inelastic=self.inelastic,
+            reflectances=reflectances, inelastic=over.inelastic, shade=shaded,
         )  # fmt: skip
+        # The scene has that floor already.
+        return replace(water, column=self.column)
+
+    def _over(self, around: Surroundings | None) -> RenderPlan:
+        """Return the plan over the scene's own ground, if there is any and no floor is added."""
+        ground = None if around is None else around.ground
+        if ground is None or math.isfinite(self.column.floor_depth):
+            return self
+        reflectance = np.clip(uplift_basis(self.bands) @ np.array(ground.colour), 0.0, 1.0)
+        column = replace(self.column, floor_depth=ground.depth, floor_reflectance=reflectance)
+        return replace(self, column=column)
 
     def reduction(self, depth: float) -> SensorReduction:
         """Return the sensor's map for a camera at a depth in m."""

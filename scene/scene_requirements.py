@@ -29,6 +29,7 @@ from .cameras import camera_depth
 from .ray_casting import Meshes
 from .render_plan import RenderPlan, forget_files, plan_of, quiet
 from .settings import EQUAL, OPTIMISED, REALTIME, SOLVED, Job, SceneSettings
+from .surface_samples import plain_colour
 
 OPTIMISED_COUNTS = (3, 6, 9)
 BAND_COUNTS = (3, 4, 5, 6, 7, 8, 9, 10, 12, 15, 16, 18, 21, 24, 27, 32)
@@ -210,7 +211,7 @@ def _first_seen(
     hits = meshes.first(origin, direction, _to_surface(origin, direction))
     distance = np.array([hit.distance if hit else math.inf for hit in hits])
     normal = np.array([hit.normal if hit else -w for hit, w in zip(hits, direction, strict=True)])
-    colour = np.array([_colour(hit.material) if hit else _PLAIN for hit in hits])
+    colour = np.array([plain_colour(hit.material) if hit else _PLAIN for hit in hits])
     to_floor = _along(origin[:, 2] + column.floor_depth, -direction[:, 2])
     on_floor = to_floor < distance
     return SeenPoints(
@@ -288,19 +289,6 @@ def _sphere(count: int, half_angle: float) -> Iterator[Vector]:
         z = 1 - (1 - math.cos(half_angle)) * (i + 0.5) / count
         side = math.sqrt(max(1 - z * z, 0.0))
         yield Vector((side * math.cos(golden * i), side * math.sin(golden * i), -z))
-
-
-def _colour(material: bpy.types.Material | None) -> tuple[float, ...]:
-    """Plain colour of a material."""
-    if material is None:
-        return _PLAIN
-    for node in material.node_tree.nodes if material.node_tree else ():
-        socket = node.inputs.get("Base Color") or (
-            node.inputs.get("Color") if node.type.startswith("BSDF") else None
-        )
-        if socket is not None and not socket.is_linked:
-            return tuple(min(max(c, 0.0), 1.0) for c in socket.default_value[:3])
-    return tuple(material.diffuse_color[:3])
 
 
 def _sampled(frames: Sequence[int]) -> list[int]:

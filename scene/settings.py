@@ -141,6 +141,11 @@ class SceneSettings:
         limits=(0.0, 11000.0),
         animatable=True,
     )
+    scene_floor: bool = _setting(
+        True,
+        "EEVEE: without an added floor, the light that the scene's own seabed sends up: its depth "
+        "and mean colour are looked for around the camera",
+    )
     floor_reflectance: str = _setting(
         "0.2", "Reflectance of the floor: a number, or file:PATH with wavelength_nm, reflectance"
     )

@@ -63,6 +63,8 @@ class Pixel:
         The light of changed wavelength in the same pixel.
     coverage : float or array
         Share of the pixel that what is seen fills; ``L_end`` is multiplied by it already.
+    beyond : float or array
+        Share of what surrounds the thing that lies beyond it; the rest shines as the thing does.
     """
 
     water: PathLight
@@ -74,6 +76,7 @@ class Pixel:
     m: Mathematics = NUMPY
     changed: Pixel | None = None
     coverage: Operand = 1.0
+    beyond: Operand = 1.0
 
     @functools.cached_property
     def transmittance(self) -> Operand:
@@ -92,9 +95,10 @@ class Pixel:
 
     @functools.cached_property
     def forward_scattered(self) -> Operand:
-        """Light from beyond, blurred over what is seen by scattering at small angles."""
+        """Light of the surroundings, blurred over what is seen by scattering at small angles."""
         share = forward_scattered_share(self.water, self.P, self.m)
-        return share * (self.L_beyond * self.coverage)
+        around = self.L_beyond * self.coverage * self.beyond + self.L_end * (1.0 - self.beyond)
+        return share * around
 
     @functools.cached_property
     def single_scattering(self) -> Operand:

@@ -158,6 +158,18 @@ class SolvedField:
         """Extinction c* without the forward peak, of the uppermost layer, 1/m, shape (n,)."""
         return self._layers[0].scaled
 
+    def phase_at(self, y: float) -> BandPhase:
+        """Phase function of the water at a depth."""
+        return self._layer_at(y).phase
+
+    def peak_at(self, y: float) -> Array:
+        """Share of the scattering that counts as unscattered forward peak, shape (n,)."""
+        layer = self._layer_at(y)
+        return (layer.c - layer.scaled) / np.maximum(layer.b, np.finfo(np.float64).tiny)
+
+    def _layer_at(self, y: float) -> SolvedLayer:
+        return self._layers[int(self._places(np.array([y]))[0])]
+
     @property
     def layered(self) -> bool:
         """Whether the water differs with depth."""
@@ -332,6 +344,26 @@ class SolvedField:
         found = self._scattered_modes(depths[:, None], mu, np.zeros_like(self.light.E))
         cosines = np.cos(np.arange(len(found))[:, None] * turns)
         return np.moveaxis(found, 0, -1) @ cosines
+
+    def scattered_along(self, depths: ArrayLike, w: Sequence[ArrayLike]) -> Array:
+        """Radiance M* of :meth:`scattered_on_grid` at all depths along each of some rays.
+
+        Parameters
+        ----------
+        depths : array_like, shape (d,)
+            m.
+        w : three array_like, shape (r,)
+            Components of the unit view directions, not level.
+
+        Returns
+        -------
+        array, shape (d, r, n)
+        """
+        depths = np.asarray(depths, np.float64)
+        _, mu, turn, _ = self._rays(0.0, w)
+        found = self._scattered_modes(depths[:, None], mu, np.zeros_like(self.light.E))
+        cosines = np.cos(np.arange(len(found))[:, None] * turn)
+        return np.einsum("mndr,mr->drn", found, cosines)
 
     def once_on_grid(self, depths: ArrayLike, mu: ArrayLike) -> Array:
         """Sunlight scattered once, per value of each part of the phase function.

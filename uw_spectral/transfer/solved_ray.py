@@ -93,6 +93,26 @@ class LayeredBeam:
 
 
 @dataclass(frozen=True, eq=False)
+class PathShade:
+    """What things leave of the light that a path gathers, and of what surrounds its end.
+
+    Attributes
+    ----------
+    scattered, once : float or array
+        Share of M, and of sunlight scattered once.
+    beyond : float or array
+        As of :class:`.Pixel`.
+    """
+
+    scattered: Operand = 1.0
+    once: Operand = 1.0
+    beyond: Operand = 1.0
+
+
+UNSHADED = PathShade()
+
+
+@dataclass(frozen=True, eq=False)
 class SolvedPath:
     """Light of the water along one ray, with M at the camera and at the end of the path."""
 
@@ -100,6 +120,7 @@ class SolvedPath:
     near: Operand
     far: Operand
     aureole: Operand = 1.0
+    shade: PathShade = UNSHADED
 
     @property
     def c(self) -> Operand:
@@ -116,8 +137,9 @@ class SolvedPath:
     ) -> Operand:
         """Radiance of the water between depth y_o and distance P along w."""
         once = self.beam.scattered_once(y_o, w, P, m, without_peak=True)
-        once = once * self.aureole
-        return m.maximum(once + (self.near - m.exp(-self.c * P) * self.far), 0.0)
+        once = once * self.aureole * self.shade.once
+        scattered = (self.near - m.exp(-self.c * P) * self.far) * self.shade.scattered
+        return m.maximum(once + scattered, 0.0)
 
     def single_scattering(
         self, y_o: Operand, w: Sequence[Operand], P: Operand, m: Mathematics = NUMPY
@@ -154,6 +176,8 @@ class SolvedWater:
         Index of the water against air; without one there is no surface that reflects.
     aureole : float or array
         Factor of the sun's aureole on sunlight scattered once, at the camera.
+    shade : PathShade
+        What things leave of the light of the path.
     """
 
     beam: SunOnPath
@@ -167,6 +191,7 @@ class SolvedWater:
     sky: Sky = BLACK
     index: Operand | None = None
     aureole: Operand = 1.0
+    shade: PathShade = UNSHADED
 
     def surface(
         self,
@@ -184,8 +209,10 @@ class SolvedWater:
         rest = beam.boundary(y_e, w, m)
         beyond = beam.scattered_once(y_e, w, rest, m, without_peak=True)
         beyond = beyond * self.aureole + m.exp(-beam.cp * rest) * self.image
-        water = SolvedPath(self.beam, self.near, self.far, self.aureole)
-        return Pixel(water, y_o, w, P, L_surface, beyond, m, coverage=coverage)
+        beyond = beyond * self.shade.scattered
+        water = SolvedPath(self.beam, self.near, self.far, self.aureole, self.shade)
+        around = self.shade.beyond
+        return Pixel(water, y_o, w, P, L_surface, beyond, m, coverage=coverage, beyond=around)
 
     def open_water(
         self,
@@ -198,7 +225,7 @@ class SolvedWater:
         up = m.less(0.0, w[2])
         end = m.select(up, self.from_surface(y_o, w, m, ripples), self.floor)
         P = self.beam.boundary(y_o, w, m)
-        water = SolvedPath(self.beam, self.near, 0.0, self.aureole)
+        water = SolvedPath(self.beam, self.near, 0.0, self.aureole, self.shade)
         return Pixel(water, y_o, w, P, end, end, m)
 
     def from_surface(
@@ -247,11 +274,15 @@ class SolvedPatchLight:
         Irradiance on it without the sun and its forward peak.
     from_above : float or array
         The same on a level patch that faces up; only for what things keep away.
+    shade : float or array, optional
+        Share of ``patch`` that things leave or bring; the light of the forward peak then has
+        the direct sun's shadows.
     """
 
     beam: SunOnPath
     patch: Operand
     from_above: Operand = 0.0
+    shade: Operand = None
 
     def surface_irradiance(
         self,
@@ -272,4 +303,6 @@ class SolvedPatchLight:
         if openness is not None:
             forward = forward * openness
             diffuse = diffuse - (1.0 - openness) * (0.5 + 0.5 * up) * self.from_above
+        if self.shade is not None:
+            return facing * (sharp + forward), 0.0 * facing, diffuse * self.shade
         return facing * sharp, facing * forward, m.maximum(diffuse, 0.0)

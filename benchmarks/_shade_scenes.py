@@ -1,0 +1,167 @@
+"""Places where light is kept away: a slab, a box, and the example scenes with roofs."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import bpy
+import numpy as np
+from mathutils import Vector
+from numpy.typing import NDArray
+
+from ..scene import engines, render_plan, scene_requirements, settings, water_body
+from ..uw_spectral.transfer.light_cone import WIDEST, LightCone
+from . import grey_scene
+
+WIDTH, HEIGHT = 48, 27
+BANDS = 3
+_EEVEE_SAMPLES = 16
+_SAND, _STONE, _RED = (0.35, 0.32, 0.26), (0.25, 0.25, 0.23), (0.5, 0.12, 0.08)
+
+
+@dataclass(frozen=True)
+class Place:
+    """A scene and its water.
+
+    Parameters
+    ----------
+    name : str
+    build : callable
+        Fills an empty file and returns the camera.
+    water : str
+        Jerlov type.
+    sun : float
+        Zenith angle in air, degrees.
+    samples : int
+        Of Cycles.
+    """
+
+    name: str
+    build: Callable[[], bpy.types.Object]
+    water: str = "IB"
+    sun: float = 30.0
+    samples: int = 256
+
+    def plan(self, samples: int, **changes: object) -> render_plan.RenderPlan:
+        """Resolve it; ``changes`` are other settings."""
+        chosen = settings.SceneSettings(
+            water=f"jerlov:{self.water}", bands=BANDS, surface="flat", sky="clear",
+            sun_zenith=self.sun, sun_azimuth=60.0, samples=samples,
+        )  # fmt: skip
+        return render_plan.make_plan(replace(chosen, **changes))
+
+    def open(self) -> bpy.types.Object:
+        """Build it in an empty file; return the camera."""
+        bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
+        camera = self.build()
+        scene = bpy.context.scene
+        scene.camera = camera
+        scene.render.resolution_x, scene.render.resolution_y = WIDTH, HEIGHT
+        scene.render.resolution_percentage = 100
+        scene.cycles.pixel_filter_type = "BOX"
+        bpy.context.view_layer.update()
+        return camera
+
+    def by_cycles(self, camera: bpy.types.Object, seeds: Sequence[int]) -> NDArray[np.float64]:
+        """Band radiances of seeds, shape (seeds, h, w, n)."""
+        plan, depth = self.plan(self.samples), -camera.matrix_world.translation.z
+        extent = water_body.water_extent(bpy.context.scene, plan.column, depth)
+        images = []
+        for seed in seeds:
+            with engines.cycles_bands(
+                bpy.context.scene, camera, plan, extent, seed=seed, denoise=False
+            ) as engine:
+                images.append(grey_scene.band_image(engine, plan, depth))
+        return np.stack(images)
+
+    def by_eevee(self, camera: bpy.types.Object, **changes: object) -> NDArray[np.float64]:
+        """Band radiances, shape (h, w, n)."""
+        plan, depth = self.plan(_EEVEE_SAMPLES, **changes), -camera.matrix_world.translation.z
+        extent = water_body.water_extent(bpy.context.scene, plan.column, depth)
+        with engines.eevee_bands(bpy.context.scene, camera, plan, extent, depth) as engine:
+            return grey_scene.band_image(engine, plan, depth)
+
+    def shaded(self, camera: bpy.types.Object) -> NDArray[np.bool_]:
+        """Which pixels show a thing that the sun does not reach, shape (h, w)."""
+        plan = self.plan(1)
+        cone = LightCone(np.array([0.0, 0.0, -1.0]), WIDEST)
+        seen = scene_requirements.trace_view(
+            bpy.context.scene, camera, plan.column, cone, rays=WIDTH * HEIGHT
+        )
+        return (np.isfinite(seen.distance) & ~seen.sunlit).reshape(HEIGHT, WIDTH)
+
+
+def slab() -> bpy.types.Object:
+    """Fill a file with a slab of 8 m that hangs 4 m above sand, and two balls."""
+    _block("slab", (0.0, 0.0, -4.15), (8.0, 8.0, 0.3), _STONE)
+    _ground(-8.0)
+    _ball((0.5, 0.5, -6.5), 0.5, _RED)
+    _ball((-3.0, -5.2, -6.8), 0.5, _RED)
+    return _camera((1.0, -9.5, -6.2), (0.0, 0.0, -6.0))
+
+
+def box() -> bpy.types.Object:
+    """Fill a file with a box of 4 × 5 × 3 m on sand, open to one side, and a ball inside."""
+    for name, at, size in (
+        ("back", (0.0, 2.6, -8.5), (4.4, 0.2, 3.0)),
+        ("left", (-2.1, 0.0, -8.5), (0.2, 5.4, 3.0)),
+        ("right", (2.1, 0.0, -8.5), (0.2, 5.4, 3.0)),
+        ("roof", (0.0, 0.0, -6.9), (4.4, 5.4, 0.2)),
+    ):
+        _block(name, at, size, _RED if name == "left" else _STONE)
+    _ground(-10.0)
+    _ball((0.6, 0.8, -9.4), 0.6, _SAND)
+    return _camera((-0.8, -5.6, -8.8), (0.1, 1.0, -8.5))
+
+
+def of_file(path: Path, camera: str = "") -> Callable[[], bpy.types.Object]:
+    """Return what opens a file; its camera, or the one of a name, looks."""
+
+    def build() -> bpy.types.Object:
+        bpy.ops.wm.open_mainfile(filepath=str(path))
+        scene = bpy.context.scene
+        return bpy.data.objects[camera] if camera else scene.camera
+
+    return build
+
+
+def _block(name: str, at: Sequence[float], size: Sequence[float], colour: Sequence[float]) -> None:
+    bpy.ops.mesh.primitive_cube_add(size=1.0, location=at)
+    thing = bpy.context.object
+    thing.name, thing.scale = name, size
+    thing.data.materials.append(_material(colour))
+
+
+def _ground(z: float) -> None:
+    bpy.ops.mesh.primitive_plane_add(size=400.0, location=(0.0, 0.0, z))
+    bpy.context.object.data.materials.append(_material(_SAND))
+
+
+def _ball(at: Sequence[float], radius: float, colour: Sequence[float]) -> None:
+    bpy.ops.mesh.primitive_uv_sphere_add(radius=radius, location=at)
+    bpy.ops.object.shade_smooth()
+    bpy.context.object.data.materials.append(_material(colour))
+
+
+def _material(colour: Sequence[float]) -> bpy.types.Material:
+    material = bpy.data.materials.new("matt")
+    tree = material.node_tree
+    tree.nodes.clear()
+    diffuse = tree.nodes.new("ShaderNodeBsdfDiffuse")
+    diffuse.inputs["Color"].default_value = (*colour, 1.0)
+    output = tree.nodes.new("ShaderNodeOutputMaterial")
+    tree.links.new(diffuse.outputs[0], output.inputs["Surface"])
+    return material
+
+
+def _camera(at: Sequence[float], target: Sequence[float]) -> bpy.types.Object:
+    camera = bpy.data.objects.new("camera", bpy.data.cameras.new("camera"))
+    camera.location = at
+    look = Vector(target) - Vector(at)
+    camera.rotation_euler = look.to_track_quat("-Z", "Y").to_euler()
+    camera.data.angle = math.radians(70.0)
+    bpy.context.scene.collection.objects.link(camera)
+    return camera

@@ -1,0 +1,160 @@
+"""Shade in the water as node groups read it: one image, and where in it.
+
+A tile of the image is a level of the grid; levels lie one above the other, the ways that light
+is mixed from side by side. The image has the size of the grid, so another grid needs no
+other nodes.
+"""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Sequence
+from dataclasses import fields
+
+import bpy
+import numpy as np
+from numpy.typing import NDArray
+
+from ..uw_spectral.mathematics import Operand
+from ..uw_spectral.shade.shade_table import (
+    OFF_SURFACE,
+    ON_PATCH,
+    SCATTERED,
+    STEPS,
+    TILES,
+    ShadeBox,
+    ShadeTable,
+    step,
+)
+from .node_mathematics import MARK, NODES, Graph, NodeValue
+from .texels import texel
+
+NAME = "UW Shade"
+ON_IT = "Shade on It"
+ON_PATH = tuple(f"Shade on the Way {k}" for k in range(STEPS))
+SPECTRUM, REACH = "shade spectrum", "shade reach"
+_SIZES = {"lower": 3, "last": 3, "weight": TILES}
+_SMALLEST = 2
+_BEFORE_LAST = 1e-3  # levels from the last position that has a level behind it
+
+
+def _names_of(field: str) -> list[str]:
+    if field not in _SIZES:
+        return [f"shade {field}"]
+    return [f"shade {field} {i}" for i in range(_SIZES[field])]
+
+
+_FIELDS = tuple(field.name for field in fields(ShadeBox))
+NUMBERS = tuple(name for field in _FIELDS for name in _names_of(field))
+"""Names of the numbers of a box."""
+
+
+def numbers(box: ShadeBox) -> dict[str, float]:
+    """Return the numbers of a box by their names."""
+    values = [x for field in _FIELDS for x in np.ravel(getattr(box, field)).tolist()]
+    return dict(zip(NUMBERS, values, strict=True))
+
+
+def new_image() -> bpy.types.Image:
+    """Make an image without shade."""
+    return _image(TILES * _SMALLEST, _SMALLEST * _SMALLEST)
+
+
+def write_table(image: bpy.types.Image, table: ShadeTable) -> None:
+    """Put a table into the image; one of another size takes its place wherever it is used."""
+    texels = pixels(table)
+    rows, columns = texels.shape[:2]
+    if tuple(image.size) != (columns, rows):
+        name, old = image.name, image
+        image = _image(columns, rows)
+        old.user_remap(image)
+        bpy.data.images.remove(old)
+        image.name = name
+    image.pixels.foreach_set(np.ravel(texels))
+    image.update()
+    # A file that is saved now opens with these pixels, without the extension.
+    image.pack()
+
+
+def pixels(table: ShadeTable) -> NDArray[np.float32]:
+    """Return the texels, shape (rows, columns, 4); the first row is the lowest."""
+    tiles, nz, ny, nx, _ = table.texels.shape
+    out = np.ones((nz, ny, tiles, nx, 4), np.float32)
+    out[..., :3] = np.moveaxis(table.texels, 0, 2)
+    return out.reshape(nz * ny, tiles * nx, 4)
+
+
+def _image(columns: int, rows: int) -> bpy.types.Image:
+    image = bpy.data.images.new(NAME, columns, rows, alpha=True, float_buffer=True, is_data=True)
+    image.alpha_mode = "CHANNEL_PACKED"
+    image[MARK] = True
+    return image
+
+
+class Shade:
+    """Look-ups of shade in a node tree.
+
+    Parameters
+    ----------
+    graph : Graph
+        The tree.
+    values : NodeOutputs
+        Of the group of all numbers.
+    image : Image
+        Of :func:`new_image`.
+    """
+
+    def __init__(
+        self, graph: Graph, values: Sequence[bpy.types.NodeSocket], image: bpy.types.Image
+    ) -> None:
+        self._graph, self._image = graph, image
+        parts: dict[str, Operand] = {}
+        for field in _FIELDS:
+            terms = [graph.term(values[name]) for name in _names_of(field)]
+            parts[field] = terms if field in _SIZES else terms[0]
+        self._box = ShadeBox(**parts)
+
+    def on_patch(
+        self, point: Sequence[NodeValue], normal: Sequence[NodeValue]
+    ) -> dict[str, NodeValue]:
+        """Look up the light on a patch at a point, over the undisturbed."""
+        off = OFF_SURFACE / self._box.per_metre
+        beside = [x + n * off for x, n in zip(point, normal, strict=True)]
+        return {ON_IT: self._mixed(ON_PATCH, beside, normal)}
+
+    def on_path(
+        self, camera: Sequence[NodeValue], w: Sequence[NodeValue], P: NodeValue
+    ) -> dict[str, NodeValue]:
+        """Look up the light at steps of a ray of length P, over the undisturbed."""
+        begin = self._graph.node("GeometryNodeRepeatInput")
+        end = self._graph.node("GeometryNodeRepeatOutput")
+        begin.pair_with_output(end)
+        begin.inputs["Iterations"].default_value = STEPS
+        end.repeat_items.clear()
+        for name in ON_PATH:
+            end.repeat_items.new("VECTOR", name)
+        now = self._graph.term(begin.outputs["Iteration"])
+        s = step(now, P, self._box.reach, NODES)
+        point = [x + along * s for x, along in zip(camera, w, strict=True)]
+        light = self._mixed(SCATTERED, point, w)
+        for k, name in enumerate(ON_PATH):
+            here = self._graph.operation("COMPARE", (now, float(k), 0.5))
+            before = self._graph.term(begin.outputs[name])
+            self._graph.assign(before + light * here, end.inputs[name])
+        return {name: self._graph.term(end.outputs[name]) for name in ON_PATH}
+
+    def _mixed(self, first: int, point: Sequence[NodeValue], w: Sequence[NodeValue]) -> NodeValue:
+        place = self._box.place(point, NODES)
+        return self._box.mixed(first, w, functools.partial(self._at, place), NODES)
+
+    def _at(self, place: Sequence[NodeValue], tile: NodeValue) -> NodeValue:
+        """Look up a place in one of the tiles."""
+        x, y, z = place
+        columns, rows, levels = (last + 1.0 for last in self._box.last)
+        z = NODES.minimum(z, self._box.last[2] - _BEFORE_LAST)
+        below = self._graph.operation("FLOOR", (z,))
+        share, row = z - below, below * rows + y
+        size = columns * float(TILES), rows * levels
+        h = tile * columns + x
+        one, other = (texel(self._graph, self._image, h, v, *size) for v in (row, row + rows))
+        return one + share * (other - one)

@@ -1,0 +1,48 @@
+"""Linear look-ups in an image, wherever the coordinates jump.
+
+An ordinary image texture filters more where coordinates jump from pixel to pixel, and so
+draws lines where slices change. An environment texture in equirectangular projection never
+does: it is asked for the direction that is mapped to a place.
+"""
+
+from __future__ import annotations
+
+import math
+
+import bpy
+
+from .node_mathematics import Graph, NodeValue
+
+_OFF_MIDDLE = 1e-7  # the arctangent of 0/1 is not a number in some drivers
+
+
+def texel(
+    graph: Graph,
+    image: bpy.types.Image,
+    h: NodeValue | float,
+    v: NodeValue | float,
+    columns: NodeValue | float,
+    rows: NodeValue | float,
+) -> NodeValue:
+    """Look up a place of an image, in texels from the middle of its first.
+
+    Parameters
+    ----------
+    graph : Graph
+    image : Image
+    h, v : NodeValue or float
+        Column and row.
+    columns, rows : NodeValue or float
+        Size of the image.
+    """
+    around = (h + 0.5) * (-2.0 * math.pi / columns) + math.pi
+    up = (v + 0.5) * (math.pi / rows) - math.pi / 2
+    where = graph.vector(
+        graph.operation("COSINE", (around,)),
+        graph.operation("SINE", (around,)) + _OFF_MIDDLE,
+        graph.operation("TANGENT", (up,)),
+    )
+    texture = graph.node("ShaderNodeTexEnvironment", image=image)
+    texture.projection, texture.interpolation = "EQUIRECTANGULAR", "Linear"
+    graph.assign(where, texture.inputs["Vector"])
+    return graph.term(texture.outputs["Color"])

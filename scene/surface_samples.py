@@ -1,0 +1,155 @@
+"""The surfaces of a scene as samples that are close enough to fill voxels.
+
+Objects and instances count as the viewport shows them. Materials are taken for their plain colour.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator
+from dataclasses import dataclass
+
+import bpy
+import numpy as np
+from numpy.typing import NDArray
+
+_PLAIN = (0.5, 0.5, 0.5)
+_PER_CELL = 12.0  # samples of a surface that crosses a cell, where its triangles are small
+_SEED = 1
+_DEEPEST = 14  # halvings of a triangle's edges
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Samples:
+    """Points on surfaces, their unit normals and base colours, (m, 3) each."""
+
+    points: Array
+    normals: Array
+    colours: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Triangles:
+    """A visible mesh in its place: corners (t, 3, 3), material by triangle, base colours."""
+
+    corners: NDArray[np.float32]
+    slots: NDArray[np.int32]
+    colours: Array
+
+    @property
+    def bounds(self) -> tuple[Array, Array]:
+        """Lowest and highest corner of the box around it, m."""
+        flat = self.corners.reshape(-1, 3)
+        return flat.min(axis=0).astype(np.float64), flat.max(axis=0).astype(np.float64)
+
+
+def plain_colour(material: bpy.types.Material | None) -> tuple[float, ...]:
+    """Plain base colour of a material, linear Rec.709."""
+    if material is None:
+        return _PLAIN
+    for node in material.node_tree.nodes if material.node_tree else ():
+        socket = node.inputs.get("Base Color") or (
+            node.inputs.get("Color") if node.type.startswith("BSDF") else None
+        )
+        if socket is not None and not socket.is_linked:
+            return tuple(min(max(c, 0.0), 1.0) for c in socket.default_value[:3])
+    return tuple(material.diffuse_color[:3])
+
+
+def visible_triangles(
+    depsgraph: bpy.types.Depsgraph, leave_out: Collection[bpy.types.Object] = ()
+) -> Iterator[Triangles]:
+    """Yield every mesh that is visible in the viewport, instances included.
+
+    Parameters
+    ----------
+    depsgraph : Depsgraph
+        An evaluated scene.
+    leave_out : collection of Object
+        Not these.
+    """
+    meshes: dict[int, tuple[NDArray[np.float32], NDArray[np.int32]]] = {}
+    left_out = set(leave_out)
+    for found in depsgraph.object_instances:
+        item = found.object
+        owner = (found.parent or item) if found.is_instance else item
+        hidden = not (found.is_instance or found.show_self)
+        if not isinstance(item.data, bpy.types.Mesh) or hidden or owner.original in left_out:
+            continue
+        key = item.data.as_pointer()
+        if key not in meshes:
+            meshes[key] = _mesh(item.data)
+        corners, slots = meshes[key]
+        if len(corners):
+            place = np.array(found.matrix_world, dtype=np.float32)
+            colours = [plain_colour(slot.material) for slot in item.material_slots] or [_PLAIN]
+            yield Triangles(
+                corners @ place[:3, :3].T + place[:3, 3],
+                np.minimum(slots, len(colours) - 1),
+                np.array(colours),
+            )
+
+
+def _mesh(mesh: bpy.types.Mesh) -> tuple[NDArray[np.float32], NDArray[np.int32]]:
+    triangles = mesh.loop_triangles
+    vertices = np.empty((len(mesh.vertices), 3), dtype=np.float32)
+    which = np.empty((len(triangles), 3), dtype=np.int32)
+    mesh.vertices.foreach_get("co", vertices.ravel())
+    triangles.foreach_get("vertices", which.ravel())
+    slots = np.empty(len(mesh.polygons), dtype=np.int32)
+    mesh.polygons.foreach_get("material_index", slots)
+    polygons = np.empty(len(triangles), dtype=np.int32)
+    triangles.foreach_get("polygon_index", polygons)
+    return vertices[which], slots[polygons]
+
+
+def sampled(shown: Triangles, low: Array, high: Array, spacing: float) -> Samples:
+    """Sample a mesh in a box, at least once in every cell of ``spacing`` m that it crosses."""
+    corners, slots = shown.corners, shown.slots
+    low, high = np.asarray(low, np.float32), np.asarray(high, np.float32)
+    points, normals, colours = [], [], []
+    for level in range(_DEEPEST):
+        within = (corners.max(axis=1) >= low).all(axis=1) & (corners.min(axis=1) <= high).all(
+            axis=1
+        )
+        corners, slots = corners[within], slots[within]
+        one, other = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+        across = np.cross(one, other)
+        size = np.linalg.norm(across, axis=1)
+        if level == 0:
+            keep = _some(size, spacing)
+            small = np.abs(np.stack([one, other, one - other], axis=1)).max(axis=(1, 2))
+            keep |= small > spacing / 2.0
+            corners, slots, across, size = corners[keep], slots[keep], across[keep], size[keep]
+            one, other = one[keep], other[keep]
+        edges = np.stack([one, other, one - other], axis=1)
+        small = (np.abs(edges).max(axis=(1, 2)) <= spacing) | (level == _DEEPEST - 1)
+        points.append(corners[small].mean(axis=1))
+        normals.append(across[small] / np.maximum(size[small], 1e-20)[:, None])
+        colours.append(shown.colours[slots[small]])
+        corners, slots = corners[~small], slots[~small]
+        if not len(corners):
+            break
+        corners, slots = _halved(corners), np.tile(slots, 4)
+    parts = (np.concatenate(x).astype(np.float64) for x in (points, normals, colours))
+    found = Samples(*parts)
+    flat = (found.normals**2).sum(axis=1) < 0.5
+    found.normals[flat] = [0.0, 0.0, 1.0]
+    return found
+
+
+def _some(size: NDArray[np.float32], spacing: float) -> NDArray[np.bool_]:
+    """Which triangles are enough for their area; ``size`` is twice that of each."""
+    wanted = _PER_CELL * float(size.sum()) / 2.0 / spacing**2 + 64.0
+    if wanted >= len(size):
+        return np.ones(len(size), dtype=bool)
+    return np.random.default_rng(_SEED).random(len(size)) < wanted / len(size)
+
+
+def _halved(corners: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Split triangles in four."""
+    a, b, c = corners[:, 0], corners[:, 1], corners[:, 2]
+    ab, bc, ca = (a + b) / 2, (b + c) / 2, (c + a) / 2
+    parts = (a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca)
+    return np.concatenate([np.stack(part, axis=1) for part in parts])

@@ -1,0 +1,155 @@
+"""What stands around the cameras of a scene, and the ground below them."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import bpy
+import numpy as np
+from numpy.typing import NDArray
+
+from ..uw_spectral.shade.grid import Grid
+from ..uw_spectral.shade.voxels import SurfaceVoxels, voxelise
+from . import scene_water
+from .surface_samples import Triangles, sampled, visible_triangles
+
+PROBES = 6000
+"""Cells of the grid, at most."""
+VOXELS = 3
+"""Voxels along a cell of it."""
+_LEAST = 0.15  # m: the smallest cell
+_OPTICAL_REACH, _NEAREST, _FARTHEST = 4.0, 6.0, 30.0  # how far from the camera shade is looked for
+_MARGIN = 1.0  # m around things
+_SIDE = 0.5  # of the height of a place under things: how far from it there is shade
+_COARSE = 40_000  # voxels in which such places are looked for
+_LARGEST = 0.7  # m: a larger cell only where the eye is surrounded
+_COVERED = 0.5  # of the columns of water that end on ground, where there is a floor
+_BELOW_EYE = 0.3  # m
+_DEPTH_STEP, _COLOUR_STEP = 0.05, 0.01  # of the ground: it should not tremble with the camera
+_SAMPLES = ("points", "normals", "colours")
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Ground:
+    """Depth of a seabed in m, and its mean base colour, linear Rec.709."""
+
+    depth: float
+    colour: tuple[float, float, float]
+
+
+@dataclass(frozen=True, eq=False)
+class Surroundings:
+    """The visible things of a scene around its cameras; make it with :func:`look_around`.
+
+    Attributes
+    ----------
+    things : sequence of Triangles
+    eyes : array, shape (m, 3)
+        Where cameras are, m.
+    coarse : SurfaceVoxels
+        The surfaces, coarsely.
+    """
+
+    things: Sequence[Triangles]
+    eyes: Array
+    coarse: SurfaceVoxels
+
+    @functools.cached_property
+    def ground(self) -> Ground | None:
+        """The seabed: the lowest surface of the columns of water, if most have one below the eyes."""
+        voxels = self.coarse
+        if not len(voxels):
+            return None
+        full, water = voxels.number >= 0, voxels.reachable(self.eyes)
+        seabed = np.zeros_like(full)
+        seabed[:, :, :-1] = full[:, :, :-1] & water[:, :, 1:]
+        found = seabed.any(axis=2)
+        if found.mean() < _COVERED:
+            return None
+        columns = np.nonzero(found)
+        lowest = voxels.number[(*columns, seabed[columns].argmax(axis=1))]
+        depth = -float(np.median(voxels.centre[lowest, 2]))
+        eye = -float(self.eyes[:, 2].min()) if len(self.eyes) else 0.0
+        depth = max(depth, eye + _BELOW_EYE)
+        colour = voxels.colour[lowest].mean(axis=0)
+        red, green, blue = (round(float(c) / _COLOUR_STEP) * _COLOUR_STEP for c in colour)
+        return Ground(round(depth / _DEPTH_STEP) * _DEPTH_STEP, (red, green, blue))
+
+    def under_things(self) -> tuple[SurfaceVoxels, Grid] | None:
+        """Surfaces about the water that something overhangs, and a grid there; None without."""
+        low, high = self.coarse.under_things(self.eyes)
+        if not (high > low).all():
+            return None
+        side = _SIDE * (high[2] - low[2]) + _MARGIN
+        low, high = low - (side, side, _MARGIN), high + (side, side, _MARGIN)
+        high[2] = min(high[2], 0.0)
+        grid = Grid.around(*_near(low, high, self.eyes), PROBES, _LEAST)
+        fine = Grid(grid.lower, grid.cell / VOXELS, _times(grid.shape, VOXELS))
+        return _voxels(self.things, fine), grid
+
+
+def look_around(scene: bpy.types.Scene, extinction: float) -> Surroundings:
+    """Look at what is visible around the camera of a scene, at its current frame.
+
+    Parameters
+    ----------
+    scene : Scene
+    extinction : float
+        Of the clearest band, 1/m: decides how far away things matter.
+    """
+    depsgraph = bpy.context.evaluated_depsgraph_get()
+    things = list(visible_triangles(depsgraph, scene_water.objects(scene)))
+    eyes = [] if scene.camera is None else [scene.camera.evaluated_get(depsgraph)]
+    places = np.array([eye.matrix_world.translation for eye in eyes], np.float64).reshape(-1, 3)
+    low, high = _around(things, places, extinction)
+    grid = Grid((0.0, 0.0, 0.0), 1.0, (1, 1, 1))
+    if np.isfinite([low, high]).all() and (high > low).all():
+        grid = Grid.around(low, high, _COARSE, _LEAST)
+    else:
+        things = []
+    return Surroundings(things, places, _voxels(things, grid))
+
+
+def _around(things: Sequence[Triangles], eyes: Array, extinction: float) -> tuple[Array, Array]:
+    """Box around things that are not too far from the eyes to matter."""
+    low, high = (np.array([thing.bounds[end] for thing in things]).reshape(-1, 3) for end in (0, 1))
+    low, high = low.min(axis=0, initial=np.inf), high.max(axis=0, initial=-np.inf)
+    reach = min(max(_OPTICAL_REACH / max(extinction, 1e-3), _NEAREST), _FARTHEST)
+    if len(eyes):
+        low = np.maximum(low, eyes.min(axis=0) - reach)
+        high = np.minimum(high, eyes.max(axis=0) + reach)
+    low, high = low - _MARGIN, high + _MARGIN
+    high[2] = min(high[2], 0.0)
+    return low, high
+
+
+def _near(low: Array, high: Array, eyes: Array) -> tuple[Array, Array]:
+    """Cut a box down to what is close to the eyes, so that its cells are not too large."""
+    box, reach = (low, high), _FARTHEST
+    while len(eyes) and np.prod(box[1] - box[0]) > PROBES * _LARGEST**3 and reach > _NEAREST:
+        reach *= 0.95
+        nearer = (
+            np.maximum(low, eyes.min(axis=0) - reach),
+            np.minimum(high, eyes.max(axis=0) + reach),
+        )
+        if not (nearer[1] > nearer[0]).all():
+            break
+        box = nearer
+    return box
+
+
+def _voxels(things: Sequence[Triangles], grid: Grid) -> SurfaceVoxels:
+    found = [sampled(thing, np.asarray(grid.lower), grid.upper, grid.cell) for thing in things]
+    joined = (
+        np.concatenate([np.empty((0, 3)), *(getattr(x, part) for x in found)]) for part in _SAMPLES
+    )
+    return voxelise(grid, *joined)
+
+
+def _times(shape: tuple[int, int, int], factor: int) -> tuple[int, int, int]:
+    x, y, z = shape
+    return factor * x, factor * y, factor * z

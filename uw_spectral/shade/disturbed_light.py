@@ -1,0 +1,187 @@
+"""Light of the water with things in it, over that of the water without them.
+
+At each probe the light from all sides is what the path to the first surface brings and
+what that surface sends, both from the light that the probes have found before; where nothing
+is met, the undisturbed light of beyond the box. Repeated, light that the water scatters
+and light that surfaces reflect comes round corners, more than once. The direct sun keeps its
+own shadows; the light that its forward peak scatters goes with it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..transfer.solved_field import SolvedField
+from .grid import Array, Grid
+from .probes import RAYS, SETS, Rays, directions, set_of
+from .undisturbed_light import AXES, UndisturbedLight
+
+_ROUNDS = 6
+_MOST = 32.0  # times the undisturbed light; what a white wall sends into the dark has no bound
+_DARK = 1e-6  # of the brightest direction's light: what counts as light at all
+
+Light = NDArray[np.float32]
+
+
+@dataclass(frozen=True, eq=False)
+class DisturbedLight:
+    """Light at probes over the undisturbed light, of n bands.
+
+    Attributes
+    ----------
+    grid : Grid
+        Of the p probes.
+    irradiance : array, shape (p, 6, n)
+        Ratio of the irradiance, without the beam of the sun, on patches that face
+        :data:`.AXES`.
+    scattered : array, shape (p, 6, n)
+        Ratio of the light, without the beam, that the water scatters against view directions
+        along them.
+    sunlit : array, shape (p,)
+        Share of the sun's beam.
+    behind : array, shape (p, 6)
+        Share of what lies behind patches that is open water, by the cosine.
+    weight : array, shape (2, 6)
+        Mean undisturbed irradiance and scattered light of each of them, over the sum of the six.
+    """
+
+    grid: Grid
+    irradiance: Light
+    scattered: Light
+    sunlit: Array
+    behind: Array
+    weight: Array
+
+
+def disturbed_light(field: SolvedField, rays: Rays, reflectance: Array) -> DisturbedLight:
+    """Compute the light at the probes.
+
+    Parameters
+    ----------
+    field : SolvedField
+        Of the undisturbed water, n bands.
+    rays : Rays
+        What the probes see.
+    reflectance : array, shape (k, n)
+        Of each surface.
+    """
+    undisturbed = UndisturbedLight(field, rays.grid)
+    valid = np.flatnonzero(rays.valid)
+    kind = set_of(rays.grid)[valid]
+    kernels = _Kernels(undisturbed, [np.flatnonzero(kind == k) for k in range(SETS)])
+    point, distance, hit = rays.point[valid], rays.distance[valid], rays.hit[valid]
+    w = directions()[kind]
+    depth = np.maximum(-point[:, 2:], 0.0)
+    end_depth = np.maximum(depth - distance * w[..., 2], 0.0)
+    T = undisturbed.extinction(depth, end_depth) * distance[..., None]
+    T = np.exp(-T).astype(np.float32)
+    at, end = undisturbed.along(depth, kind), undisturbed.along(end_depth, kind)
+    before = at.scattered + at.once + at.image
+    path = np.maximum(at.scattered - T * end.scattered, 0.0)
+    sunlit = rays.sunlit[valid]
+    place = _places(rays, valid)
+    middle = place[rays.nearest(point[:, None] + w * (distance / 2)[..., None])]
+    known = np.maximum(at.once - T * end.once, 0.0)
+    known *= ((sunlit[:, None] + sunlit[middle]) / 2.0)[..., None]
+    known += np.where((hit < 0)[..., None], T * (end.scattered + end.once + end.image), 0.0)
+    same = kernels.nearest[kind[middle], kind[:, None], np.arange(RAYS)]
+    unshaded, source = kernels.irradiance(before), kernels.all_ways(before)
+    unshaded, source = np.maximum(unshaded, _tiny(unshaded)), np.maximum(source, _tiny(source))
+    met, sides = hit >= 0, _Sides(rays, reflectance, undisturbed)
+    side_place = place[rays.probe_of_side]
+    L = known + path
+    for _ in range(_ROUNDS):
+        E = kernels.irradiance(L)
+        J = np.minimum(kernels.all_ways(L) / source, _MOST)
+        L = known + path * ((J + J[middle, same]) / 2.0)
+        L[met] += T[met] * sides.radiance(E[side_place])[hit[met]]
+    scattered0 = kernels.along_axes(before)
+    scattered0 = np.maximum(scattered0, _tiny(scattered0))
+    everywhere = place[rays.nearest(rays.grid.centres())]
+    irradiance = np.clip(kernels.irradiance(L) / unshaded, 0.0, _MOST)[everywhere]
+    scattered = np.clip(kernels.along_axes(L) / scattered0, 0.0, _MOST)[everywhere]
+    mean = np.stack([x.mean(axis=(0, 2)) for x in (unshaded, scattered0)]).astype(np.float64)
+    return DisturbedLight(
+        rays.grid, irradiance, scattered, sunlit[everywhere], kernels.behind(hit < 0)[everywhere],
+        mean / mean.sum(axis=1, keepdims=True),
+    )  # fmt: skip
+
+
+class _Kernels:
+    """Sums over the directions of probes, those of each set apart."""
+
+    def __init__(self, undisturbed: UndisturbedLight, members: list[NDArray[np.intp]]) -> None:
+        w = directions()
+        self._members = members
+        facing = [np.maximum(AXES @ ways.T, 0.0) for ways in w]
+        self._patches = [(f * (4.0 * math.pi / RAYS)).astype(np.float32) for f in facing]
+        behind = [np.maximum(-AXES @ ways.T, 0.0) for ways in w]
+        self._behind = [b / b.sum(axis=1, keepdims=True) for b in behind]
+        self._phases = [undisturbed.phase_weights(k, w[k]) for k in range(SETS)]
+        self._axes = [undisturbed.phase_weights(k, AXES) for k in range(SETS)]
+        turned = np.einsum("kax,lbx->klab", w, w)
+        self.nearest = np.swapaxes(turned, 2, 3).argmax(axis=3)
+        """Of set k, the direction closest to each of set l, (k, l, RAYS)."""
+
+    def irradiance(self, L: Light) -> Light:
+        """On patches that face the axes, (p, 6, n)."""
+        return self._each(L, 6, lambda k, light: np.matmul(self._patches[k], light))
+
+    def behind(self, free: NDArray[np.bool_]) -> Array:
+        """Share of what patches that face the axes have behind them that is free, (p, 6)."""
+        found = np.empty((len(free), 6))
+        for k, rows in enumerate(self._members):
+            found[rows] = free[rows] @ self._behind[k].T
+        return found
+
+    def all_ways(self, L: Light) -> Light:
+        """Light scattered against each direction of the probe, (p, RAYS, n)."""
+        return self._each(L, RAYS, lambda k, light: _scatter(self._phases[k], light))
+
+    def along_axes(self, L: Light) -> Light:
+        """The same against the axes, (p, 6, n)."""
+        return self._each(L, 6, lambda k, light: _scatter(self._axes[k], light))
+
+    def _each(self, L: Light, count: int, sums: Callable[[int, Light], Light]) -> Light:
+        found = np.empty((len(L), count, L.shape[-1]), np.float32)
+        for k, rows in enumerate(self._members):
+            found[rows] = sums(k, L[rows])
+        return found
+
+
+def _scatter(weights: Light, L: Light) -> Light:
+    """Sum over directions r of light (p, r, n) by weights (n, r, q), shape (p, q, n)."""
+    return np.stack([L[..., b] @ weights[b] for b in range(L.shape[-1])], axis=-1)
+
+
+class _Sides:
+    """The sides of the surfaces: what light they send."""
+
+    def __init__(self, rays: Rays, reflectance: Array, undisturbed: UndisturbedLight) -> None:
+        normal = np.stack([rays.voxels.normal, -rays.voxels.normal], axis=1).reshape(-1, 3)
+        self._squared = np.where(normal[:, :, None] * [1, -1] > 0, normal[:, :, None] ** 2, 0.0)
+        self._squared = self._squared.reshape(-1, 6).astype(np.float32)
+        self._rho = (np.repeat(reflectance, 2, axis=0) / math.pi).astype(np.float32)
+        facing = np.maximum(-normal @ np.asarray(undisturbed.sun), 0.0) * rays.side_sunlit
+        depth = np.repeat(np.maximum(-rays.voxels.centre[:, 2], 0.0), 2)
+        self._sun = (undisturbed.beam(depth) * facing[:, None]).astype(np.float32)
+
+    def radiance(self, E: Light) -> Light:
+        """Radiance of the sides (s, n) from the irradiance on the axes beside them, (s, 6, n)."""
+        return self._rho * (np.einsum("sf,sfn->sn", self._squared, E) + self._sun)
+
+
+def _places(rays: Rays, valid: NDArray[np.intp]) -> NDArray[np.intp]:
+    """Of each valid probe its place among the valid ones."""
+    place = np.zeros(rays.grid.count, np.intp)
+    place[valid] = np.arange(len(valid))
+    return place
+
+
+def _tiny(L: Light) -> float:
+    return max(_DARK * float(L.max(initial=0.0)), float(np.finfo(np.float32).tiny))

@@ -1,0 +1,219 @@
+"""Disturbed light as a table that a renderer looks up: what is in it, where, and its use.
+
+Ratios to the undisturbed light are kept for patches and for light scattered along a ray, for
+the six ways along the axes each, as three numbers that all bands share: their mean,
+how they differ from it along a spectrum, and what the geometry says. Between the axes ratios are mixed by squared
+components and by the undisturbed light of each way, as in an ambient cube (J. McTaggart,
+"Half-Life 2 / Valve Source Shading", GDC 2004).
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import itertools
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..mathematics import NUMPY, Mathematics, Operand
+from .disturbed_light import DisturbedLight
+from .grid import Array, Grid
+
+ON_PATCH, SCATTERED = 0, 6
+"""First tiles of the irradiance on patches, and of the light scattered along a ray."""
+TILES = 12
+STEPS = 4
+"""Places along a ray that are looked at."""
+OFF_SURFACE = 0.7
+"""Cells from a patch to the place that is looked up for it, along its normal."""
+_LEAST = 1e-6
+
+
+@dataclass(frozen=True)
+class ShadeBox:
+    """Where the table lies, and what its ratios are mixed with; numbers or node values.
+
+    Attributes
+    ----------
+    lower : sequence of 3
+        Middle of the first cell, m.
+    per_metre : float
+        Cells in a metre.
+    last : sequence of 3
+        Number of the last cell along each axis.
+    weight : sequence of 12
+        Of the undisturbed light, by tile.
+    reach : float
+        Distance that :data:`STEPS` are spread over, m.
+    """
+
+    lower: Sequence[Operand]
+    per_metre: Operand
+    last: Sequence[Operand]
+    weight: Sequence[Operand]
+    reach: Operand
+
+    def place(self, point: Sequence[Operand], m: Mathematics = NUMPY) -> list[Operand]:
+        """Position of a point among the cells, held inside them."""
+        places = zip(point, self.lower, self.last, strict=True)
+        return [m.clamp((x - low) * self.per_metre, 0.0, last) for x, low, last in places]
+
+    def mixed(
+        self,
+        first: int,
+        w: Sequence[Operand],
+        texel: Callable[[Operand], Operand],
+        m: Mathematics = NUMPY,
+    ) -> Operand:
+        """Mix the three tiles of a way that lie towards a unit vector.
+
+        Parameters
+        ----------
+        first : int
+            :data:`ON_PATCH` or :data:`SCATTERED`.
+        w : three floats or arrays
+            Normal of a patch, or view direction.
+        texel : callable
+            Looks a tile up, by its number.
+        m : Mathematics
+            Elementary functions.
+        """
+        total: Operand = 0.0
+        light: Operand = 0.0
+        for axis, along in enumerate(w):
+            back = m.less(along, 0.0)
+            place = first + 2 * axis
+            share = along * along
+            total = total + texel(back + float(place)) * share
+            light = light + share * m.select(back, self.weight[place + 1], self.weight[place])
+        return total * (1.0 / light)
+
+
+def step(k: Operand, P: Operand, reach: Operand, m: Mathematics = NUMPY) -> Operand:
+    """Distance of step k, from 0, of a ray of length P, m; they are denser close to the camera."""
+    middle = (k + 0.5) / STEPS
+    return m.minimum(P, reach) * (middle * middle)
+
+
+def along_ray(
+    steps: Sequence[Operand],
+    rate: Operand,
+    P: Operand,
+    reach: Operand,
+    m: Mathematics = NUMPY,
+) -> Operand:
+    """Mean of what was found at :data:`STEPS` of a ray, by what each brings to the camera.
+
+    Parameters
+    ----------
+    steps : sequence of arrays
+        What was found.
+    rate : array
+        At which the light that arrives falls off along the ray, 1/m.
+    P, reach : float or array
+        Length of the ray, and :attr:`ShadeBox.reach`, m.
+    m : Mathematics
+        Elementary functions.
+    """
+    total: Operand = 0.0
+    weights: Operand = 0.0
+    for k, found in enumerate(steps):
+        # Each stands for a length in proportion to the root of its distance.
+        weight = (2 * k + 1.0) * m.exp(-rate * step(float(k), P, reach, m))
+        total = total + weight * found
+        weights = weights + weight
+    return total / m.maximum(weights, _LEAST)
+
+
+@dataclass(frozen=True, eq=False)
+class ShadeTable:
+    """Ratios of n bands at the cells of a grid; make it with :func:`shade_table`.
+
+    Attributes
+    ----------
+    grid : Grid
+    box : ShadeBox
+    texels : array, shape (TILES, nz, ny, nx, 3)
+        Mean over the bands, share of the spectrum, and of the open water behind patches or of
+        the sun that is seen elsewhere; all times the weight of the tile.
+    spectrum : array, shape (n,)
+    """
+
+    grid: Grid
+    box: ShadeBox
+    texels: NDArray[np.float32]
+    spectrum: Array
+
+    def of_bands(self, indices: Sequence[int]) -> ShadeTable:
+        """Return the table of some of the bands."""
+        return dataclasses.replace(self, spectrum=self.spectrum[list(indices)])
+
+    def mixed(self, first: int, points: Array, w: Array) -> Array:
+        """Three numbers at points (m, 3) for unit vectors (m, 3), shape (m, 3)."""
+        place = self.box.place(points.T)
+
+        def texel(tile: Operand) -> Array:
+            return self._texel(np.asarray(tile).astype(int), place)
+
+        columns = [part[:, None] for part in w.T]
+        return self.box.mixed(first, columns, lambda tile: texel(np.ravel(tile)))
+
+    def _texel(self, tile: NDArray[np.intp], place: Sequence[Array]) -> Array:
+        found = np.zeros((len(place[0]), 3))
+        cells = []
+        for at, count in zip(place, self.grid.shape, strict=True):
+            low = np.clip(np.floor(at).astype(int), 0, max(count - 2, 0))
+            cells.append(((low, 1.0 - (at - low)), (np.minimum(low + 1, count - 1), at - low)))
+        for (x, a), (y, b), (z, c) in itertools.product(*cells):
+            found += self.texels[tile, z, y, x] * (a * b * c)[:, None]
+        return found
+
+
+def shade_table(light: DisturbedLight, extinction: Array, importance: Array) -> ShadeTable:
+    """Tabulate disturbed light.
+
+    Parameters
+    ----------
+    light : DisturbedLight
+        Of n bands.
+    extinction : array, shape (n,)
+        Without the forward peak, 1/m.
+    importance : array, shape (n,)
+        How bright the water is in each band, not negative.
+    """
+    nx, ny, nz = light.grid.shape
+    ratios = np.stack([light.irradiance, light.scattered]) * light.weight[:, None, :, None]
+    share = importance / max(float(importance.sum()), float(np.finfo(np.float64).tiny))
+    if not share.sum() > 0:
+        share = np.full(len(importance), 1.0 / len(importance))
+    mean = ratios @ share
+    rest = (ratios - mean[..., None]).reshape(-1, len(share))
+    root = np.sqrt(np.maximum(share, _LEAST))
+    # The spectrum that brings the least error in what is bright.
+    _, vectors = np.linalg.eigh((rest * root).T @ (rest * root))
+    first = vectors[:, -1]
+    tiles = np.empty((*mean.shape, 3))
+    tiles[..., 0], tiles[..., 1] = mean, ((rest * root) @ first).reshape(mean.shape)
+    tiles[0, ..., 2] = light.behind * light.weight[0]
+    # The sun is the same in every tile of light along a ray, so that mixing leaves it.
+    tiles[1, ..., 2] = light.sunlit[:, None] * light.weight[1]
+    texels = np.moveaxis(tiles, 2, 1).reshape(TILES, nx, ny, nz, 3)
+    grid = light.grid
+    size = float(np.linalg.norm(grid.upper - np.asarray(grid.lower)))
+    box = ShadeBox(
+        tuple(low + grid.cell / 2.0 for low in grid.lower),
+        1.0 / grid.cell,
+        tuple(float(n - 1) for n in grid.shape),
+        tuple(light.weight.ravel().tolist()),
+        min(4.0 / max(float(extinction.min()), _LEAST), 2.0 * size),
+    )
+    return ShadeTable(
+        grid, box, np.ascontiguousarray(texels.transpose(0, 3, 2, 1, 4), np.float32), first / root
+    )
+
+
+def ratio(mean: Operand, share: Operand, spectrum: Operand, m: Mathematics = NUMPY) -> Operand:
+    """Ratio per band from the first two numbers that :meth:`ShadeBox.mixed` returns."""
+    return m.maximum(mean + share * spectrum, 0.0)

@@ -1,0 +1,155 @@
+"""The light of the undisturbed water as probes see it: along their directions, at their depths."""
+
+from __future__ import annotations
+
+import functools
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..transfer.solved_field import SolvedField
+from .grid import Array, Grid
+from .probes import RAYS, directions
+
+AXES = np.array([(1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0), (0, 0, 1), (0, 0, -1)], float)
+"""Ways that patches face, and view directions, for which ratios are kept."""
+_LEVELS = 33  # depths at which the undisturbed light is computed
+_MU = 0.02  # cosine of the most level ray
+_FINE = 2048  # directions for sums over the phase function
+_CAP = 1.0 - 2.0 / _FINE  # cosine of what one of them stands for
+
+Light = NDArray[np.float32]
+
+
+@dataclass(frozen=True, eq=False)
+class RayLight:
+    """Radiance along directions (..., r, n): scattered, sunlight scattered once, the boundary."""
+
+    scattered: Light
+    once: Light
+    image: Light
+
+
+class UndisturbedLight:
+    """The undisturbed light of n bands at the depths of a grid.
+
+    Parameters
+    ----------
+    field : SolvedField
+    grid : Grid
+        Of the probes.
+    """
+
+    def __init__(self, field: SolvedField, grid: Grid) -> None:
+        self._field = field
+        top = max(-float(grid.upper[2]), 0.0)
+        bottom = max(-float(grid.lower[2]), top + grid.cell)
+        bottom = max(min(bottom, field.floor_depth), top + grid.cell / 2.0)
+        self._depths = np.linspace(top, bottom, _LEVELS)
+        w = directions().reshape(-1, 3)
+        # Level rays are as long as the water is wide; a slight slope does as well.
+        z = np.where(np.abs(w[:, 2]) < _MU, np.copysign(_MU, w[:, 2]), w[:, 2])
+        scattered = field.scattered_along(self._depths, (w[:, 0], w[:, 1], z))
+        parts = np.maximum(scattered, 0.0), self._once_along(w, z), self._image_along(w, z)
+        sets = [x.reshape(_LEVELS, -1, RAYS, x.shape[-1]).astype(np.float32) for x in parts]
+        self._parts = [np.swapaxes(x, 0, 1) for x in sets]
+        self._beam = field.beam(self._depths).T * field.light.E / field.light.mu_s
+
+    @property
+    def sun(self) -> Sequence[float]:
+        """Unit direction that sunlight travels to."""
+        return self._field.sun
+
+    def along(self, y: Array, kind: NDArray[np.intp]) -> RayLight:
+        """Light along the directions of set ``kind`` (p,) at depths y (p, 1) or (p, RAYS)."""
+        low, share = self._place(y)
+        share = share.astype(np.float32)
+        which = kind[:, None], low, np.arange(RAYS)
+        above = kind[:, None], low + 1, np.arange(RAYS)
+        return RayLight(*(x[which] * (1 - share) + x[above] * share for x in self._parts))
+
+    def beam(self, y: Array) -> Array:
+        """Normal irradiance of the sun's beam, forward peak included, at depths (m,), (m, n)."""
+        low, share = self._place(y)
+        return self._beam[low] * (1 - share) + self._beam[low + 1] * share
+
+    def extinction(self, y: Array, z: Array) -> Array:
+        """Mean extinction between depths, without the forward peak, 1/m; the last axis has n."""
+        if not self._field.layered:
+            return self._field.extinction
+        return self._field.extinction_between(y, z, scaled=True)
+
+    def phase_weights(self, kind: int, towards: Array) -> Light:
+        """Share of the light along each direction of a set that is scattered against others.
+
+        Parameters
+        ----------
+        kind : int
+            The set.
+        towards : array, shape (q, 3)
+            View directions.
+
+        Returns
+        -------
+        array, shape (n, RAYS, q)
+            They add up to 1 over the set. The forward peak counts as unscattered.
+        """
+        nearest, fine = _cells(kind)
+        cosine = fine @ towards.T
+        p = np.moveaxis(self._phase(0.5 - 0.5 * np.minimum(cosine, _CAP)), -1, 0) / _FINE
+        p *= 4.0 * math.pi / (1.0 - self._peak[:, None, None])
+        weights = np.zeros((len(p), RAYS, len(towards)))
+        np.add.at(weights, (slice(None), nearest), np.where(cosine < _CAP, p, 0.0))
+        # What is left has hardly turned.
+        straight = (directions()[kind] @ towards.T).argmax(axis=0)
+        left = 1.0 - weights.sum(axis=1)
+        weights[:, straight, np.arange(len(towards))] += np.maximum(left, 0.0)
+        return (weights / weights.sum(axis=1, keepdims=True)).astype(np.float32)
+
+    def _phase(self, s2: Array) -> Array:
+        phase = self._field.phase_at(float(self._depths.mean()))
+        return phase.per_steradian(s2[..., None])
+
+    @functools.cached_property
+    def _peak(self) -> Array:
+        """Share of the scattering that the forward peak is, shape (n,)."""
+        return np.clip(self._field.peak_at(float(self._depths.mean())), 0.0, 0.999)
+
+    def _once_along(self, w: Array, z: Array) -> Array:
+        """Sunlight scattered once, the peak counted as unscattered, (levels, r, n)."""
+        field = self._field
+        # The light of a direction is the mean over what it stands for.
+        least = 1.0 / (2.0 * RAYS)
+        s2 = np.clip((w + np.asarray(field.sun)) ** 2 @ np.ones(3) / 4.0, least, 1.0)
+        once = field.once_on_grid(self._depths, z)
+        p = np.array([part.per_steradian(s2) for part in field.components])
+        return np.einsum("kndr,kr->drn", once, p)
+
+    def _image_along(self, w: Array, z: Array) -> Array:
+        """Light of the surface and of the floor, (levels, r, n)."""
+        field, up = self._field, w[:, 2] > 0
+        image = np.broadcast_to(field.floor_radiance, (len(w), len(field.light.E))).copy()
+        image[up] = field.surface_radiance(w[up].T)
+        ends = np.where(up, 0.0, min(field.floor_depth, 1e6))
+        c = field.extinction_between(self._depths[:, None], ends, scaled=True)
+        P = np.abs(self._depths[:, None] - ends) / np.abs(z)
+        return image * np.exp(-c * P[..., None])
+
+    def _place(self, y: Array) -> tuple[NDArray[np.intp], Array]:
+        first, step = self._depths[0], self._depths[1] - self._depths[0]
+        at = np.clip((y - first) / step, 0.0, _LEVELS - 1.0)
+        low = np.minimum(at.astype(np.intp), _LEVELS - 2)
+        return low, (at - low)[..., None]
+
+
+@functools.lru_cache(maxsize=8)
+def _cells(kind: int) -> tuple[NDArray[np.intp], Array]:
+    """Many directions, and for each the nearest of a set."""
+    i = np.arange(_FINE) + 0.5
+    z = 1.0 - 2.0 * i / _FINE
+    side, turn = np.sqrt(1.0 - z * z), math.pi * (3.0 - math.sqrt(5.0)) * i
+    fine = np.stack([side * np.cos(turn), side * np.sin(turn), z], axis=1)
+    return (fine @ directions()[kind].T).argmax(axis=1), fine

@@ -1,0 +1,206 @@
+"""Surfaces of things as voxels, and rays through them.
+
+A voxel that any surface crosses is full: thin walls hold, and openings narrower than a voxel
+close. Each keeps one mean normal and tells its two sides apart, so that a wall thinner than
+a voxel is bright on one side and dark on the other.
+"""
+
+from __future__ import annotations
+
+import functools
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from .grid import Array, Grid
+
+_FARTHEST_STEP = 12  # voxels that a ray skips at once, at most
+_WITHIN = 0.5  # of a voxel: step close to surfaces
+_AT_ONCE = 1 << 17  # rays
+
+Indices = NDArray[np.int32]
+
+
+@dataclass(frozen=True, eq=False)
+class SurfaceVoxels:
+    """Voxels that surfaces cross.
+
+    Attributes
+    ----------
+    grid : Grid
+    number : array of int, shape (nx, ny, nz)
+        Of the surface in a voxel, -1 in free ones.
+    centre : array, shape (k, 3)
+        Mean of the samples of a surface, m.
+    normal : array, shape (k, 3)
+        Unit normal of its first side.
+    colour : array, shape (k, 3)
+        Mean base colour, linear Rec.709.
+    """
+
+    grid: Grid
+    number: Indices
+    centre: Array
+    normal: Array
+    colour: Array
+
+    def __len__(self) -> int:
+        return len(self.centre)
+
+    @functools.cached_property
+    def _free(self) -> NDArray[np.int8]:
+        """Whole voxels around each within which all are free, in the largest of three axes."""
+        full = np.pad(self.number >= 0, 1)
+        distance = np.zeros(full.shape, np.int8)
+        for _ in range(_FARTHEST_STEP):
+            distance += ~full
+            full = _grown(full)
+        return distance[1:-1, 1:-1, 1:-1]
+
+    @functools.cached_property
+    def _roofed(self) -> NDArray[np.bool_]:
+        """Voxels that are full, or have a full one above."""
+        full = np.flip(self.number >= 0, axis=2)
+        return np.flip(np.logical_or.accumulate(full, axis=2), axis=2)
+
+    def trace(
+        self, origin: ArrayLike, direction: ArrayLike, start: float = 0.0
+    ) -> tuple[Array, Indices]:
+        """Return how far rays get, and what they meet.
+
+        Parameters
+        ----------
+        origin, direction : array_like, shape (m, 3)
+            Points in the box, m, and unit vectors.
+        start : float
+            Voxels that are skipped at the beginning.
+
+        Returns
+        -------
+        distance : array, shape (m,)
+            To the surface, or to the side of the box, m.
+        number : array of int, shape (m,)
+            Of the surface, -1 at the side of the box.
+        """
+        origin, direction = np.broadcast_arrays(
+            np.asarray(origin, np.float64), np.asarray(direction, np.float64)
+        )
+        distance, number = np.empty(len(origin)), np.empty(len(origin), np.int32)
+        for first in range(0, len(origin), _AT_ONCE):
+            some = slice(first, first + _AT_ONCE)
+            distance[some], number[some] = self._trace(origin[some], direction[some], start)
+        return distance, number
+
+    def _trace(self, origin: Array, direction: Array, start: float) -> tuple[Array, Indices]:
+        end = self.grid.exit_distance(origin, direction) / self.grid.cell
+        at = ((origin - self.grid.lower) / self.grid.cell).astype(np.float32)
+        heading = direction.astype(np.float32)
+        slowest = 1.0 / np.abs(heading).max(axis=1)
+        t = np.full(len(origin), start, np.float32)
+        found = np.full(len(origin), -1, np.int32)
+        free, number = self._free.ravel(), self.number.ravel()
+        last = np.asarray(self.grid.shape) - 1
+        rays = np.flatnonzero(t < end)
+        while len(rays):
+            cell = (at[rays] + heading[rays] * t[rays, None]).astype(np.int32)
+            place = self.grid.flat(np.clip(cell, 0, last).astype(np.intp))
+            hit = number[place]
+            found[rays] = hit
+            going = hit < 0
+            rays, place = rays[going], place[going]
+            # With k free voxels around, k - 1 of them can be crossed from anywhere in it.
+            step = np.maximum((free[place].astype(np.float32) - 1.0) * slowest[rays], _WITHIN)
+            t[rays] += step
+            rays = rays[t[rays] < end[rays]]
+        return np.minimum(t, end) * self.grid.cell, found
+
+    def under_things(self, points: ArrayLike) -> tuple[Array, Array]:
+        """Box around the water that something overhangs, m; its corners meet if there is none.
+
+        Parameters
+        ----------
+        points : array_like, shape (m, 3)
+            Points in open water; so is what lies under open sky.
+        """
+        below = np.argwhere(self.reachable(points) & self._roofed)
+        if not len(below):
+            return np.asarray(self.grid.lower), np.asarray(self.grid.lower)
+        low, high = below.min(axis=0), below.max(axis=0) + 1
+        corner = np.asarray(self.grid.lower)
+        return corner + low * self.grid.cell, corner + high * self.grid.cell
+
+    def reachable(self, points: ArrayLike) -> NDArray[np.bool_]:
+        """Free voxels that are joined with ones under open sky, or with points, (nx, ny, nz)."""
+        free = self.number < 0
+        reached = ~self._roofed
+        points = np.asarray(points, np.float64).reshape(-1, 3)
+        reached.ravel()[self.grid.index(points[self.grid.inside(points)])] = True
+        reached &= free
+        before = -1
+        while (now := int(reached.sum())) != before:
+            before = now
+            for axis in range(3):
+                for order in (1, -1):
+                    _sweep(
+                        np.moveaxis(reached, axis, 0)[::order], np.moveaxis(free, axis, 0)[::order]
+                    )
+        return reached
+
+
+def voxelise(grid: Grid, points: Array, normals: Array, colours: Array) -> SurfaceVoxels:
+    """Fill the voxels that samples of surfaces lie in.
+
+    Parameters
+    ----------
+    grid : Grid
+    points, normals, colours : array, shape (m, 3)
+        Samples of surfaces, no farther apart than a voxel; m, unit vectors, linear Rec.709.
+        Normals may point to either side.
+    """
+    inside = grid.inside(points)
+    points, normals, colours = points[inside], normals[inside], colours[inside]
+    cells = np.floor((points - grid.lower) / grid.cell).astype(np.intp)
+    cells = grid.flat(np.clip(cells, 0, np.asarray(grid.shape) - 1))
+    voxels, which, counts = np.unique(cells, return_inverse=True, return_counts=True)
+    number = np.full(grid.count, -1, np.int32)
+    number[voxels] = np.arange(len(voxels))
+    # Samples of both sides of a wall: turn them as the first one of their voxel.
+    first = np.zeros((len(voxels), 3))
+    first[which[::-1]] = normals[::-1]
+    turned = normals * np.where((normals * first[which]).sum(axis=1) < 0, -1.0, 1.0)[:, None]
+    normal = _means(turned, which, counts)
+    length = np.linalg.norm(normal, axis=1, keepdims=True)
+    normal = np.where(length > 1e-6, normal / np.maximum(length, 1e-6), first)
+    return SurfaceVoxels(
+        grid,
+        number.reshape(grid.shape),
+        _means(points, which, counts),
+        normal,
+        _means(colours, which, counts),
+    )
+
+
+def _means(values: Array, which: NDArray[np.intp], counts: NDArray[np.intp]) -> Array:
+    sums = [np.bincount(which, values[:, axis], len(counts)) for axis in range(3)]
+    return np.stack(sums, axis=1) / np.maximum(counts, 1)[:, None]
+
+
+def _grown(full: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Full voxels and all their neighbours, across edges and corners too."""
+    for axis in range(3):
+        lines = np.moveaxis(full, axis, 0)
+        wider = lines.copy()
+        wider[1:] |= lines[:-1]
+        wider[:-1] |= lines[1:]
+        full = np.moveaxis(wider, 0, axis)
+    return full
+
+
+def _sweep(reached: NDArray[np.bool_], free: NDArray[np.bool_]) -> None:
+    """Go on along the first axis as far as it is free; ``reached`` is changed."""
+    count = len(reached)
+    steps = np.arange(count).reshape(-1, *[1] * (reached.ndim - 1))
+    last_reached = np.maximum.accumulate(np.where(reached, steps, -1), axis=0)
+    last_wall = np.maximum.accumulate(np.where(free, -1, steps), axis=0)
+    reached |= last_reached > last_wall
