@@ -5,17 +5,17 @@ from __future__ import annotations
 import bpy
 import numpy as np
 import pytest
-from underwater_spectral.examples import build_reef as script
-from underwater_spectral.examples.reef import build_reef, count_triangles
+from underwater_spectral.examples import build_scene as script
+from underwater_spectral.examples.parts.shapes import Shape, box, icosphere, tube
 from underwater_spectral.examples.reef.color_checker import linear_rec709, reflectances
-from underwater_spectral.examples.reef.shapes import Shape, box, icosphere, tube
+from underwater_spectral.examples.scenes import build_scene, count_triangles
 
 CAMERAS = {"Reef", "Up", "ColorChecker"}
 
 
 def fresh_draft(seed: int) -> None:
     bpy.ops.wm.read_factory_settings(use_empty=True)
-    build_reef(seed, "draft")
+    build_scene("reef", seed, "draft")
 
 
 def vertices() -> dict[str, np.ndarray]:
@@ -172,14 +172,14 @@ def test_the_checker_camera_sees_the_whole_board(reef) -> None:
 
 def test_unknown_detail_and_negative_seed() -> None:
     with pytest.raises(ValueError, match="unknown detail 'fine'; known: draft, full"):
-        build_reef(1, "fine")
+        build_scene("reef", 1, "fine")
     with pytest.raises(ValueError, match="must not be negative"):
-        build_reef(-1, "draft")
+        build_scene("reef", -1, "draft")
 
 
 def test_script_saves_a_whole_file(tmp_path, capsys) -> None:
     target = tmp_path / "new" / "reef.blend"
-    script.main([str(target), "--detail", "draft", "--seed", "1"])
+    script.main(["reef", str(target), "--detail", "draft", "--seed", "1"])
     assert [path.name for path in target.parent.iterdir()] == ["reef.blend"]
     first = vertices()
     assert "triangles rendered" in capsys.readouterr().out
