@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import bpy
 
+from .cave.layout import Cave
 from .parts.detail import DETAILS
 from .reef.layout import Reef
 
 __all__ = ["DETAILS", "SCENES", "build_scene", "count_triangles"]
 
-SCENES = {"reef": Reef}
+SCENES = {"reef": Reef, "cave": Cave}
 
 
 def build_scene(name: str, seed: int = 1, detail: str = "full") -> None:
@@ -19,7 +20,7 @@ def build_scene(name: str, seed: int = 1, detail: str = "full") -> None:
 
     Parameters
     ----------
-    name : {"reef"}
+    name : {"reef", "cave"}
     seed : int
         Non-negative.
     detail : {"draft", "full"}

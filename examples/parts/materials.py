@@ -128,6 +128,20 @@ class Materials:
         p.bump(p.noise(14.0, 0.2, 0.8, 8.0), 0.05)
         return p.material
 
+    @cached_property
+    def limestone(self) -> bpy.types.Material:
+        """Limestone: turf in the light; bare rock and crusts of sponge in the cave ("inside")."""
+        p = Painter("Limestone", Roughness=0.93, **{"Specular IOR Level": 0.2})
+        bare = p.mix(p.noise(1.3, 0.35, 0.68, 8.0), (0.16, 0.13, 0.10), (0.36, 0.31, 0.24))
+        sponge = p.mix(p.noise(0.9, 0.60, 0.66, 8.0), bare, (0.38, 0.13, 0.05))
+        dim = p.mix(p.noise(1.4, 0.61, 0.67, 10.0), sponge, (0.33, 0.12, 0.17))
+        old = p.mix(p.noise(4.0, 0.35, 0.68, 6.0), (0.085, 0.07, 0.05), (0.25, 0.21, 0.15))
+        turf = p.mix(p.noise(1.1, 0.45, 0.60, 6.0), old, (0.12, 0.13, 0.045))
+        lit = p.mix(p.noise(2.3, 0.57, 0.66, 10.0), turf, (0.30, 0.12, 0.15))
+        p.set("Base Color", p.mix(p.attribute("inside"), lit, dim))
+        p.bump(p.noise(9.0, 0.2, 0.8, 10.0), 0.06)
+        return p.material
+
     def branching(self, name: str, body: Rgb, tip: Rgb) -> bpy.types.Material:
         """Branching coral, paler where it grows (attribute "tip")."""
         p = Painter(name, Roughness=0.75, **{"Specular IOR Level": 0.3})

@@ -35,6 +35,11 @@ def stations(
     return np.array(low[:0:-1] + high)
 
 
+def ripples(across: Array, length: float, high: float) -> Array:
+    """Sharp crests and wide troughs, `length` apart in the coordinate `across`, m."""
+    return high * (0.5 + 0.5 * np.cos(2 * np.pi * across / length)) ** 1.5
+
+
 def sand_mesh(height: Callable[[Array, Array], Array], x: Array, y: Array) -> Shape:
     """Mesh of the sand over a grid, with the attribute "uv" in metres."""
     gx, gy = np.meshgrid(x, y)

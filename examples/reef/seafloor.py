@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..parts.detail import Detail
 from ..parts.noise import fractal_noise, generator, gradient_noise
-from ..parts.sand import sand_mesh, smooth_step, stations
+from ..parts.sand import ripples, sand_mesh, smooth_step, stations
 from ..parts.shapes import Shape
 
 Array = NDArray[np.float64]
@@ -34,15 +34,14 @@ def height(x: ArrayLike, y: ArrayLike, seed: int) -> Array:
 
     slope = -6.12 - 0.03 * y
     # Crests lie across the way into the picture and swing with the noise.
-    phase = (0.93 * y + 0.28 * x + 0.42 * bend + 0.07 * fork) / _RIPPLE_LENGTH
-    crest = (0.5 + 0.5 * np.cos(2 * np.pi * phase)) ** 1.5
+    across = 0.93 * y + 0.28 * x + 0.42 * bend + 0.07 * fork
     # Ripples the mesh cannot hold any more end before they alias.
-    ripples = _RIPPLE_HEIGHT * crest * np.clip(0.8 + 0.9 * patch, 0.25, 1)
-    ripples *= 1 - smooth_step(7.0, 11.0, np.abs(y - 3))
-    ripples *= 1 - smooth_step(5.0, 9.0, np.abs(x))
+    crests = ripples(across, _RIPPLE_LENGTH, _RIPPLE_HEIGHT) * np.clip(0.8 + 0.9 * patch, 0.25, 1)
+    crests *= 1 - smooth_step(7.0, 11.0, np.abs(y - 3))
+    crests *= 1 - smooth_step(5.0, 9.0, np.abs(x))
     edge = np.maximum(np.abs(x - _CENTER[0]), np.abs(y - _CENTER[1]))
     rim = smooth_step(20.0, HALF_WIDTH - 4, edge)
-    return (slope + 0.22 * dunes + ripples) * (1 - rim) - FLOOR_DEPTH * rim
+    return (slope + 0.22 * dunes + crests) * (1 - rim) - FLOOR_DEPTH * rim
 
 
 def seafloor(seed: int, detail: Detail) -> Shape:
