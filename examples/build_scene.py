@@ -2,8 +2,8 @@
 
 Two ways to start, same options::
 
-    python examples/build_scene.py reef|cave OUT.blend [--seed N] [--detail draft|full]
-    blender -b -P examples/build_scene.py -- reef|cave OUT.blend [--seed N] …
+    python examples/build_scene.py reef|wreck|cave OUT.blend [--seed N] [--detail draft|full]
+    blender -b -P examples/build_scene.py -- reef|wreck|cave OUT.blend [--seed N] …
 """
 
 from __future__ import annotations

@@ -7,10 +7,11 @@ import bpy
 from .cave.layout import Cave
 from .parts.detail import DETAILS
 from .reef.layout import Reef
+from .wreck.layout import Wreck
 
 __all__ = ["DETAILS", "SCENES", "build_scene", "count_triangles"]
 
-SCENES = {"reef": Reef, "cave": Cave}
+SCENES = {"reef": Reef, "wreck": Wreck, "cave": Cave}
 
 
 def build_scene(name: str, seed: int = 1, detail: str = "full") -> None:
@@ -20,7 +21,7 @@ def build_scene(name: str, seed: int = 1, detail: str = "full") -> None:
 
     Parameters
     ----------
-    name : {"reef", "cave"}
+    name : {"reef", "wreck", "cave"}
     seed : int
         Non-negative.
     detail : {"draft", "full"}

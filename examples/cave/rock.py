@@ -42,9 +42,9 @@ class Shaft:
 
 
 SHAFTS = (
-    Shaft((-2.9, -9.6), 0.85, (0.17, 0.26)),
-    Shaft((0.7, 0.2), 1.25, (0.10, 0.18)),
-    Shaft((2.5, 5.6), 0.7, (0.15, 0.22)),
+    Shaft((-2.9, -9.2), 1.05, (0.17, 0.26)),
+    Shaft((0.5, 0.0), 1.75, (0.10, 0.18)),
+    Shaft((2.6, 7.4), 0.9, (0.15, 0.22)),
 )
 
 
@@ -87,8 +87,9 @@ def _shafts(points: Array) -> Array:
     distance = np.full(len(points), np.inf)
     for shaft in SHAFTS:
         x, y = shaft.axis(points[:, 2])
-        # They widen downwards, where the rock has fallen out.
-        radius = shaft.radius * (1 + 0.07 * np.clip(-7.0 - points[:, 2], -2, 4))
+        # They widen downwards, where rock has fallen out, and upwards into funnels.
+        down = -7.0 - points[:, 2]
+        radius = shaft.radius + 0.08 * np.clip(down, 0, 4) + 0.6 * np.clip(-down, 0, 3)
         around = np.hypot(points[:, 0] - x, points[:, 1] - y) - radius
         distance = np.minimum(distance, np.maximum(around, -12.0 - points[:, 2]))
     return distance
