@@ -70,7 +70,7 @@ class Cave(Builder):
     def raise_rock(self) -> None:
         """Raise the rock around the tunnel."""
         coarse = self.detail.coarser > 0
-        shape = rock(self.seed, 2.2 if coarse else 1.0, 0 if coarse else 1)
+        shape = rock(self.seed, 1.75 if coarse else 1.0, 0 if coarse else 1)
         self.ground.add(shape)
         mesh = to_mesh(shape, "Rock", [self.materials.limestone])
         place(mesh, self.collection("Rocks"))
@@ -78,15 +78,15 @@ class Cave(Builder):
     def lay_sand(self) -> None:
         """Lay the sand, through the cave and around it."""
         factor = self.detail.floor_spacing**0.75
-        across = stations((-HALF_WIDTH, HALF_WIDTH), 0.0, 4.5, 0.07 * factor, 0.06)
-        along = stations((-HALF_WIDTH, HALF_WIDTH), 0.0, 19.0, 0.06 * factor, 0.06)
+        across = stations((-HALF_WIDTH, HALF_WIDTH), 0.0, 4.5, 0.085 * factor, 0.06)
+        along = stations((-HALF_WIDTH, HALF_WIDTH), 0.0, 19.0, 0.075 * factor, 0.06)
         shape = sand_mesh(self.ground.height, across, along)
         place(to_mesh(shape, "Seafloor", [self.materials.sand]), self.collection("Ground"))
 
     def strew_boulders(self) -> None:
         """Lay boulders along the walls and before the mouths, rubble under the holes."""
         rng = generator(self.seed, "boulders")
-        shapes = [stone(self.seed, f"boulder {i}", self.detail.level(5)) for i in range(4)]
+        shapes = [stone(self.seed, f"boulder {i}", self.detail.level(4)) for i in range(4)]
         meshes = [to_mesh(s, f"Boulder {i}", [self.materials.rock]) for i, s in enumerate(shapes)]
         for _ in range(70):
             y = rng.uniform(-23, 23)
@@ -102,7 +102,7 @@ class Cave(Builder):
             self.ground.add(shapes[which].moved(foot, turn, scale))
             place(meshes[which], self.collection("Rocks"), foot, turn, scale)
         stones = self.stones()
-        for _ in range(max(self.few(420), 60)):
+        for _ in range(max(self.few(160), 40)):
             if rng.uniform() < 0.6:
                 shaft = SHAFTS[rng.integers(len(SHAFTS))]
                 x, y = np.array(shaft.axis(-14.5)) + rng.normal(size=2) * 0.9
@@ -120,7 +120,7 @@ class Cave(Builder):
     def grow(self) -> None:
         """Let corals settle in the light, fans at the mouths, and sponges where it is dim."""
         rng = generator(self.seed, "growth")
-        for _ in range(self.few(900)):
+        for _ in range(self.few(190)):
             # Onto the mound from above or from the open water before a mouth.
             if rng.uniform() < 0.4:
                 origin = np.array([*rng.uniform((-13, -17), (13, 17)), -1.0])
@@ -132,7 +132,7 @@ class Cave(Builder):
             kinds = ["small brain", "small boulder", "bush", "small table", "sponge", "fan"]
             flank = ["fan", "fan", "sponge", "small boulder", "small brain"]
             self.settler(origin, heading, kinds, flank, rng, (0.6, 1.5))
-        for _ in range(self.few(500)):
+        for _ in range(self.few(60)):
             # From where the diver swims, to the walls.
             y = rng.uniform(-15, 15)
             origin, heading = swim_path(y)[0], rng.normal(size=3)
@@ -185,8 +185,8 @@ class Cave(Builder):
     def set_cameras(self) -> None:
         """Set the cameras; "Beams" is the active one, "Swim" swims through in 48 frames."""
         scene = bpy.context.scene
-        eye = swim_path(-6.5)[0] + (-0.2, 0, -0.35)
-        scene.camera = camera("Beams", eye, swim_path(2.0)[0] + (0.2, 0, 0.5), 18.0)
+        eye = np.add(swim_path(-5.8)[0], (-0.5, 0, -0.5))
+        scene.camera = camera("Beams", eye, np.add(swim_path(1.5)[0], (0.0, 0, 0.6)), 16.0)
         camera("Entrance", (-6.0, -26.0, -11.2), (-1.5, -15.0, -11.8), 20.0)
         swimmer = camera("Swim", *swimming(0.0), 20.0)
         swimmer.rotation_mode = "QUATERNION"

@@ -19,8 +19,8 @@ FLOOR = -15.4
 LENGTH = 34.0
 """From mouth to mouth, m, along y."""
 _LOW, _HIGH = np.array([-18.0, -20.5, -18.6]), np.array([18.0, 20.5, -3.0])
-_SPACING = 0.2
-_BAND = 2.2
+_SPACING = 0.26
+_BAND = 2.6
 
 
 @dataclass(frozen=True)
@@ -42,9 +42,9 @@ class Shaft:
 
 
 SHAFTS = (
-    Shaft((-2.9, -9.2), 1.05, (0.17, 0.26)),
-    Shaft((0.5, 0.0), 1.75, (0.10, 0.18)),
-    Shaft((2.6, 7.4), 0.9, (0.15, 0.22)),
+    Shaft((-2.9, -9.2), 1.3, (0.17, 0.26)),
+    Shaft((0.5, 0.0), 2.3, (0.10, 0.18)),
+    Shaft((2.6, 7.4), 1.2, (0.15, 0.22)),
 )
 
 
@@ -57,8 +57,8 @@ def course(y: ArrayLike) -> tuple[Array, Array, Array, Array]:
     y = np.asarray(y, float)
     x = 2.6 * np.sin(0.20 * y + 0.25)
     mouths = 0.9 * _bump(y, -18, 4) + 1.3 * _bump(y, 18, 5)
-    wide = 2.5 + 2.3 * _bump(y, 1.5, 5.0) + mouths
-    high = 2.05 + 1.45 * _bump(y, 1.5, 4.5) + 0.6 * mouths
+    wide = 2.6 + 2.5 * _bump(y, 1.5, 5.0) + mouths
+    high = 2.1 + 1.6 * _bump(y, 1.5, 4.5) + 0.6 * mouths
     return x, FLOOR + high, wide, high
 
 
@@ -106,9 +106,9 @@ def _plain(points: Array) -> Array:
 def _roughness(points: Array, seed: int) -> Array:
     """Boulders, beds and clefts of the limestone, m."""
     rng = generator(seed, "cave")
-    large = 0.75 * fractal_noise(points / 4.5, rng, 2)
-    beds = 0.42 * gradient_noise(points * (0.33, 0.33, 1.5) + 0.2 * large[:, None], rng)
-    clefts = 0.34 * (0.25 - np.abs(gradient_noise(points / 1.5, rng)))
+    large = 1.0 * fractal_noise(points / 4.5, rng, 2)
+    beds = 0.65 * gradient_noise(points * (0.33, 0.33, 1.5) + 0.2 * large[:, None], rng)
+    clefts = 0.55 * (0.25 - np.abs(gradient_noise(points / 1.5, rng)))
     knobs = 0.16 * (0.25 - np.abs(gradient_noise(points / 0.62, rng)))
     # Not where the diver swims.
     near = np.linalg.norm(points - swim_path(points[:, 1]), axis=1)
@@ -122,7 +122,7 @@ def rock(seed: int, spacing_factor: float, finer: int) -> Shape:
     ----------
     seed : int
     spacing_factor : float
-        On the 0.2 m between the points of the field.
+        On the 0.26 m between the points of the field.
     finer : int
         Times that triangles are split in four.
     """

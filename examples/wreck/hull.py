@@ -205,7 +205,7 @@ def floor_of_hold(seed: int, detail: Detail) -> Shape:
     return thickened(clipped(Shape(sheet.vertices, sheet.triangles, {"uv": uv}), keep), 0.05)
 
 
-def bulkheads(seed: int, detail: Detail) -> Shape:
+def bulkheads(detail: Detail) -> Shape:
     """Walls before and behind the hold; the one aft has a doorway."""
     step = 0.15 if detail.coarser == 0 else 0.3
     parts = []
@@ -214,8 +214,8 @@ def bulkheads(seed: int, detail: Detail) -> Shape:
         z = np.linspace(0.05, top, int(DEPTH / step))
         u = np.linspace(-1, 1, int(BEAM / step))
         gu, gz = np.meshgrid(u, z)
-        y = gu * half_width(np.full_like(gz, x), gz)
-        sheet = _sheet(u, z, np.stack([np.full_like(gz, x), y, gz], axis=-1))
+        at = np.full_like(gz, x)
+        sheet = _sheet(u, z, np.stack([at, gu * half_width(at, gz), gz], axis=-1))
         triangles = sheet.triangles if facing > 0 else sheet.triangles[:, ::-1]
         keep = np.ones(len(sheet.vertices))
         if facing > 0:
@@ -228,7 +228,7 @@ def bulkheads(seed: int, detail: Detail) -> Shape:
     return joined(parts)
 
 
-def coamings(detail: Detail) -> Shape:
+def coamings() -> Shape:
     """Steel walls around the hatches."""
     parts = []
     for middle, length, width in HATCHES:
@@ -322,14 +322,14 @@ def rigging(seed: int, detail: Detail) -> Shape:
     rng = generator(seed, "rigging")
     sides = 2 * detail.sides
     foot = np.array([9.1, 0.0, float(sheer(0.7))])
-    head = foot + (0.5, 0.0, 8.2)
+    head = np.add(foot, (0.5, 0.0, 8.2))
     line = foot + np.linspace(0, 1, 8)[:, None] * (head - foot)
     parts = [tube(line, np.linspace(0.17, 0.09, 8), sides)]
     cross = foot + 0.72 * (head - foot)
-    parts.append(tube([cross + (0, -1.2, 0), cross, cross + (0, 1.2, 0)], 0.06, sides))
-    boom = [foot + (-0.3, 0.2, 0.9), (4.5, -1.2, 5.25), (0.6, -2.5, 5.2)]
+    parts.append(tube([np.add(cross, (0, y, 0)) for y in (-1.2, 0.0, 1.2)], 0.06, sides))
+    boom = [np.add(foot, (-0.3, 0.2, 0.9)), (4.5, -1.2, 5.25), (0.6, -2.5, 5.2)]
     parts.append(tube(boom, [0.11, 0.10, 0.07], sides))
-    parts.append(torus(0.3, 0.05, 4 * detail.sides, detail.sides).moved(cross + (0, 0, 0.2)))
+    parts.append(torus(0.3, 0.05, 4 * detail.sides, detail.sides).moved(np.add(cross, (0, 0, 0.2))))
     t = np.linspace(0, 1, 14)[:, None]
     for side in (-1, 1):
         for x, stop in ((8.0, 1.0), (10.2, 1.0 if side > 0 else 0.62)):

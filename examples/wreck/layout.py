@@ -107,8 +107,8 @@ class Wreck(Builder):
         m, d, seed = self.materials, self.detail, self.seed
         self.fit("Hull", hull.plating(seed, d), m.rust)
         self.fit("Frames", joined([hull.frames(seed, d), hull.rail_cap(d)]), m.rust, False)
-        self.fit("Bulkheads", hull.bulkheads(seed, d), m.rust, False)
-        self.fit("Coamings", hull.coamings(d), m.rust, False)
+        self.fit("Bulkheads", hull.bulkheads(d), m.rust, False)
+        self.fit("Coamings", hull.coamings(), m.rust, False)
         self.fit("Deck", hull.deck(seed, d), m.planks, False)
         self.fit("Hold floor", hull.floor_of_hold(seed, d), m.planks, False)
         self.fit("Hatch boards", hull.hatch_boards(seed), m.planks, False)
@@ -178,7 +178,7 @@ class Wreck(Builder):
     def drop_anchor(self) -> None:
         """Let her anchor lie before the bow, on its chain from the hawse."""
         hawse = world(hull.skin(0.88, np.array(0.93)))
-        x, y = hawse[:2] + (-1.6, -5.2)
+        x, y = np.add(hawse[:2], (0.9, -4.6))
         at = self.ground.sand(x, y)
         leaning = rotation_to((0.5, -0.35, 0.55), 0.6)
         size = 1.7
@@ -187,7 +187,7 @@ class Wreck(Builder):
         ring = at + UP * 0.2 + leaning @ (props.ANCHOR_RING * size)
         # It hangs from the hawse to the sand, and snakes to the ring.
         t = np.linspace(0, 1, 300)[:, None]
-        touch = self.ground.sand(*(hawse[:2] + (-0.25, -1.0)))
+        touch = self.ground.sand(*np.add(hawse[:2], (-0.25, -1.0)))
         hanging = hawse + (touch - hawse) * t
         hanging[:, 2] = hawse[2] + (touch[2] - hawse[2]) * np.sin(np.pi / 2 * t[:, 0]) ** 0.8
         lying = touch + (ring - touch) * t
@@ -201,7 +201,7 @@ class Wreck(Builder):
     def grow(self) -> None:
         """Let corals settle on what stands out: rails, mast, house, and her upper side."""
         rng = generator(self.seed, "growth")
-        for _ in range(self.few(900)):
+        for _ in range(self.few(650)):
             spot = rng.uniform((-12.5, -3.2, 0.5), (12.8, 3.4, 9.0))
             if rng.uniform() < 0.45:
                 origin, heading = world(spot * (1, 1, 0) + (0, 0, 14)), -UP
@@ -245,7 +245,7 @@ class Wreck(Builder):
 
     def set_cameras(self) -> None:
         """Set the three cameras; "Wreck" is the active one."""
-        main = camera("Wreck", (-12.5, -8.5, -17.8), (-1.2, 6.0, -19.2), 22.0)
+        main = camera("Wreck", (-7.6, -7.0, -18.9), (-3.0, 5.0, -19.3), 17.0)
         x, z = hull.BREACH
         camera("Breach", world((x + 0.9, 8.2, z + 0.6)), world((x - 1.0, -2.0, z - 0.5)), 24.0)
         camera("Hold", world((-1.7, -1.6, 2.2)), world((4.6, 1.7, 2.4)), 16.0)
