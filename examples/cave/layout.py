@@ -206,5 +206,5 @@ class Cave(Builder):
 def swimming(share: float) -> tuple[Array, Array]:
     """Where the swimmer is after a share of the way, and what they look at."""
     y = -LENGTH / 2 - 4.5 + (LENGTH + 4.0) * share
-    ahead = swim_path(y + np.array([2.5, 4.0, 5.5])).mean(axis=0)
+    ahead = swim_path(y + np.linspace(3.0, 9.0, 9)).mean(axis=0)
     return swim_path(y)[0], ahead

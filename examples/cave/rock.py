@@ -18,7 +18,7 @@ FLOOR = -15.4
 """Lowest part of the tunnel, beneath the sand, m."""
 LENGTH = 34.0
 """From mouth to mouth, m, along y."""
-_LOW, _HIGH = np.array([-18.0, -20.5, -18.6]), np.array([18.0, 20.5, -3.0])
+_LOW, _HIGH = np.array([-18.6, -21.0, -18.8]), np.array([18.6, 21.0, -2.2])
 _SPACING = 0.26
 _BAND = 2.6
 
@@ -66,7 +66,7 @@ def swim_path(y: ArrayLike) -> Array:
     """Where a diver swims at y: points, shape (n, 3)."""
     y = np.atleast_1d(np.asarray(y, float))
     x, z, _, high = course(y)
-    return np.stack([x, y, z + 0.12 * high + 0.15 * np.sin(0.5 * y)], axis=1)
+    return np.stack([x, y, z + 0.12 * high + 0.1 * np.sin(0.4 * y)], axis=1)
 
 
 def _smooth_max(a: Array, b: Array, width: float) -> Array:
@@ -112,7 +112,9 @@ def _roughness(points: Array, seed: int) -> Array:
     knobs = 0.16 * (0.25 - np.abs(gradient_noise(points / 0.62, rng)))
     # Not where the diver swims.
     near = np.linalg.norm(points - swim_path(points[:, 1]), axis=1)
-    return (large + beds + clefts + knobs) * smooth_step(0.9, 2.0, near)
+    buried = 1 - smooth_step(-17.6, -16.4, points[:, 2])
+    rough = (large + beds + clefts + knobs) * smooth_step(0.9, 2.0, near)
+    return rough * (1 - buried)
 
 
 def rock(seed: int, spacing_factor: float, finer: int) -> Shape:
