@@ -245,7 +245,7 @@ class Wreck(Builder):
 
     def set_cameras(self) -> None:
         """Set the three cameras; "Wreck" is the active one."""
-        main = camera("Wreck", (-7.6, -7.0, -18.9), (-3.0, 5.0, -19.3), 17.0)
+        main = camera("Wreck", (-6.0, -6.6, -18.7), (-3.6, 5.0, -18.9), 16.0)
         x, z = hull.BREACH
         camera("Breach", world((x + 0.9, 8.2, z + 0.6)), world((x - 1.0, -2.0, z - 0.5)), 24.0)
         camera("Hold", world((-1.7, -1.6, 2.2)), world((4.6, 1.7, 2.4)), 16.0)
