@@ -102,7 +102,7 @@ class Cave(Builder):
             self.ground.add(shapes[which].moved(foot, turn, scale))
             place(meshes[which], self.collection("Rocks"), foot, turn, scale)
         stones = self.stones()
-        for _ in range(max(self.few(160), 40)):
+        for _ in range(max(self.few(120), 40)):
             if rng.uniform() < 0.6:
                 shaft = SHAFTS[rng.integers(len(SHAFTS))]
                 x, y = np.array(shaft.axis(-14.5)) + rng.normal(size=2) * 0.9
@@ -120,7 +120,7 @@ class Cave(Builder):
     def grow(self) -> None:
         """Let corals settle in the light, fans at the mouths, and sponges where it is dim."""
         rng = generator(self.seed, "growth")
-        for _ in range(self.few(190)):
+        for _ in range(self.few(120)):
             # Onto the mound from above or from the open water before a mouth.
             if rng.uniform() < 0.4:
                 origin = np.array([*rng.uniform((-13, -17), (13, 17)), -1.0])
@@ -132,7 +132,7 @@ class Cave(Builder):
             kinds = ["small brain", "small boulder", "bush", "small table", "sponge", "fan"]
             flank = ["fan", "fan", "sponge", "small boulder", "small brain"]
             self.settler(origin, heading, kinds, flank, rng, (0.6, 1.5))
-        for _ in range(self.few(60)):
+        for _ in range(self.few(45)):
             # From where the diver swims, to the walls.
             y = rng.uniform(-15, 15)
             origin, heading = swim_path(y)[0], rng.normal(size=3)

@@ -143,8 +143,8 @@ class Materials:
         """Limestone: turf in the light; bare rock and crusts of sponge in the cave ("inside")."""
         p = Painter("Limestone", Roughness=0.93, **{"Specular IOR Level": 0.2})
         bare = p.mix(p.noise(1.3, 0.35, 0.68, 8.0), (0.22, 0.18, 0.14), (0.44, 0.39, 0.31))
-        sponge = p.mix(p.noise(0.9, 0.60, 0.66, 8.0), bare, (0.38, 0.13, 0.05))
-        dim = p.mix(p.noise(1.4, 0.61, 0.67, 10.0), sponge, (0.33, 0.12, 0.17))
+        sponge = p.mix(p.noise(2.1, 0.62, 0.66, 8.0), bare, (0.36, 0.14, 0.06))
+        dim = p.mix(p.noise(2.7, 0.62, 0.67, 10.0), sponge, (0.30, 0.13, 0.16))
         old = p.mix(p.noise(4.0, 0.35, 0.68, 6.0), (0.085, 0.07, 0.05), (0.25, 0.21, 0.15))
         turf = p.mix(p.noise(1.1, 0.45, 0.60, 6.0), old, (0.12, 0.13, 0.045))
         lit = p.mix(p.noise(2.3, 0.57, 0.66, 10.0), turf, (0.30, 0.12, 0.15))

@@ -63,3 +63,28 @@ def floor_under(scene: bpy.types.Scene, point: np.ndarray) -> float:
     below, floor, *_ = scene.ray_cast(graph, point, (0, 0, -1))
     assert below
     return floor.z
+
+
+def unread() -> list[tuple[str, str]]:
+    """Meshes that lack an attribute or a UV map which one of their materials reads."""
+    found = []
+    for mesh in bpy.data.meshes:
+        for material in mesh.materials:
+            for node in material.node_tree.nodes:
+                lacks = node.type == "ATTRIBUTE" and node.attribute_name not in mesh.attributes
+                uv = node.type == "TEX_COORD" and node.outputs["UV"].is_linked
+                if lacks or (uv and not mesh.uv_layers):
+                    found.append((mesh.name, material.name))
+    return found
+
+
+def assert_materials_end_in_an_output() -> None:
+    """Every material is used, has no broken link, and is a Principled BSDF."""
+    for material in bpy.data.materials:
+        tree = material.node_tree
+        output = tree.get_output_node("ALL")
+        assert output is not None, material.name
+        (link,) = output.inputs["Surface"].links
+        assert link.from_node.type == "BSDF_PRINCIPLED", material.name
+        assert all(found.is_valid for found in tree.links), material.name
+        assert material.users, material.name

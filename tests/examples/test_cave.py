@@ -12,11 +12,13 @@ from underwater_spectral.examples.cave.rock import SHAFTS, swim_path
 from underwater_spectral.examples.parts.solids import open_edges
 from underwater_spectral.examples.scenes import count_triangles
 from underwater_spectral.tests.examples.built import (
+    assert_materials_end_in_an_output,
     closed_shape,
     distance,
     floor_under,
     fresh,
     openness,
+    unread,
     world_vertices,
 )
 
@@ -80,6 +82,12 @@ def test_each_hole_lets_the_sun_in(cave) -> None:
         foot = np.array([*shaft.axis(-13.0), -13.0])
         up = np.array([*shaft.axis(-4.0), -4.0]) - foot
         assert not cave.ray_cast(graph, foot, up / np.linalg.norm(up))[0]
+
+
+@pytest.mark.usefixtures("cave")
+def test_materials_are_whole() -> None:
+    assert_materials_end_in_an_output()
+    assert unread() == []
 
 
 def test_cameras_are_in_the_water(cave) -> None:

@@ -11,11 +11,13 @@ from underwater_spectral.examples.scenes import count_triangles
 from underwater_spectral.examples.wreck import hull
 from underwater_spectral.examples.wreck.layout import aboard, world
 from underwater_spectral.tests.examples.built import (
+    assert_materials_end_in_an_output,
     closed_shape,
     distance,
     floor_under,
     fresh,
     openness,
+    unread,
     world_vertices,
 )
 
@@ -102,6 +104,12 @@ def test_one_sees_in_through_the_breach(wreck) -> None:
         hit, point, *_ = wreck.ray_cast(graph, origin, way / np.linalg.norm(way))
         seen += hit and aboard(point)[1] < 1.5
     assert seen >= 4
+
+
+@pytest.mark.usefixtures("wreck")
+def test_materials_are_whole() -> None:
+    assert_materials_end_in_an_output()
+    assert unread() == []
 
 
 def test_cameras_are_in_the_water(wreck) -> None:
