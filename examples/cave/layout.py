@@ -78,8 +78,8 @@ class Cave(Builder):
     def lay_sand(self) -> None:
         """Lay the sand, through the cave and around it."""
         factor = self.detail.floor_spacing**0.75
-        across = stations((-HALF_WIDTH, HALF_WIDTH), 0.0, 4.5, 0.085 * factor, 0.06)
-        along = stations((-HALF_WIDTH, HALF_WIDTH), 0.0, 19.0, 0.075 * factor, 0.06)
+        across = stations((-HALF_WIDTH, HALF_WIDTH), 0.0, 4.5, 0.095 * factor, 0.06)
+        along = stations((-HALF_WIDTH, HALF_WIDTH), 0.0, 19.0, 0.085 * factor, 0.06)
         shape = sand_mesh(self.ground.height, across, along)
         place(to_mesh(shape, "Seafloor", [self.materials.sand]), self.collection("Ground"))
 
@@ -88,7 +88,7 @@ class Cave(Builder):
         rng = generator(self.seed, "boulders")
         shapes = [stone(self.seed, f"boulder {i}", self.detail.level(4)) for i in range(4)]
         meshes = [to_mesh(s, f"Boulder {i}", [self.materials.rock]) for i, s in enumerate(shapes)]
-        for _ in range(70):
+        for _ in range(60):
             y = rng.uniform(-23, 23)
             middle, _, wide, _ = course(np.clip(y, -LENGTH / 2, LENGTH / 2))
             side = rng.choice([-1, 1])
@@ -120,7 +120,7 @@ class Cave(Builder):
     def grow(self) -> None:
         """Let corals settle in the light, fans at the mouths, and sponges where it is dim."""
         rng = generator(self.seed, "growth")
-        for _ in range(self.few(120)):
+        for _ in range(self.few(110)):
             # Onto the mound from above or from the open water before a mouth.
             if rng.uniform() < 0.4:
                 origin = np.array([*rng.uniform((-13, -17), (13, 17)), -1.0])
