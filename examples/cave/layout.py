@@ -170,6 +170,9 @@ class Cave(Builder):
         def ball(t: Array) -> Array:
             return swim_path(4.2 + 2.2 * t) + np.stack([-1.7 + 0.6 * t, 0 * t, 1.2 + 0 * t], 1)
 
+        def in_the_beam(t: Array) -> Array:
+            return np.stack([-2.2 + 5.0 * t, 3.4 - 1.5 * t, -10.9 + 0.9 * t], axis=1)
+
         def pass_by(t: Array) -> Array:
             return np.stack([8.5 - 15 * t, 20.5 + 3.0 * t, -12.0 + 0.8 * np.sin(3 * t)], axis=1)
 
@@ -178,6 +181,7 @@ class Cave(Builder):
 
         self.school(SWEEPER, 60, 0.14, ball, (0.55, 0.5, 0.32), 0.35)
         self.school(FUSILIER, 46, 0.32, pass_by, (0.7, 0.8, 0.5), 0.12)
+        self.school(FUSILIER, 14, 0.42, in_the_beam, (0.5, 0.6, 0.45), 0.2, "in the beam")
         self.school(ANTHIAS, 24, 0.11, cloud, (0.5, 0.3, 0.3), 0.5)
 
     # Cameras
