@@ -138,7 +138,7 @@ def example(python: Path) -> None:
     """Build the reef and render it."""
     scene = ROOT / "out" / "reef.blend"
     if not scene.exists():
-        run(python, "examples/build_reef.py", scene)
+        run(python, "examples/build_scene.py", "reef", scene)
     folder = ROOT / "out" / "example"
     run(python, "render_bands.py", scene, *EXAMPLE_OPTIONS, "--resume", "--out", folder)
     print(f"picture: {(folder / '0001.png').relative_to(ROOT)}")

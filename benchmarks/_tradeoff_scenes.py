@@ -9,7 +9,7 @@ from typing import Any
 
 import bpy
 
-from ..examples.reef import build_reef
+from ..examples.scenes import build_scene
 from ..scene.settings import SceneSettings
 from . import grey_scene
 
@@ -170,7 +170,7 @@ def _overhang(width: int, height: int) -> bpy.types.Object:
 
 
 def _reef(width: int, height: int) -> bpy.types.Object:
-    build_reef(1, "draft")
+    build_scene("reef", 1, "draft")
     scene = bpy.context.scene
     scene.render.resolution_x, scene.render.resolution_y = width, height
     scene.render.resolution_percentage = 100

@@ -33,7 +33,7 @@ OPTIONS = [
 def build(scene_path: Path) -> None:
     """Make boulders on the floor, a ball that swims a circle, and a camera."""
     package = runpy.run_path(str(ROOT / "tools" / "load_checkout.py"))["load"]()
-    shapes = importlib.import_module(f"{package.__name__}.examples.reef.shapes")
+    shapes = importlib.import_module(f"{package.__name__}.examples.parts.shapes")
     bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
     scene = bpy.context.scene
     scene.render.fps, scene.frame_start, scene.frame_end = RATE, 1, FRAMES

@@ -34,7 +34,7 @@ OPTIONS = [
 def build(scene_path: Path) -> None:
     """Make a wall of boulders down to the floor, and give camera and water their keyframes."""
     package = runpy.run_path(str(ROOT / "tools" / "load_checkout.py"))["load"]()
-    shapes = importlib.import_module(f"{package.__name__}.examples.reef.shapes")
+    shapes = importlib.import_module(f"{package.__name__}.examples.parts.shapes")
     settings = importlib.import_module(f"{package.__name__}.scene.stored_settings")
     bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
     settings.register()

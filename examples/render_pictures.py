@@ -27,7 +27,8 @@ def main() -> None:
     pictures = ROOT / "docs" / "pictures"
     pictures.mkdir(parents=True, exist_ok=True)
     if not scene.exists():
-        subprocess.run([sys.executable, ROOT / "examples" / "build_reef.py", scene], check=True)
+        build = [sys.executable, ROOT / "examples" / "build_scene.py", "reef", scene]
+        subprocess.run(build, check=True)
     for water in WATERS:
         out = ROOT / "out" / "pictures" / water
         for short, (camera, balance) in CAMERAS.items():

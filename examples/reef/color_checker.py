@@ -7,8 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...uw_spectral.spectra._colour import colour_science
-from .materials import Materials, Painter
-from .shapes import Shape, box, joined, to_mesh
+from ..parts.materials import Materials, Painter
+from ..parts.shapes import Shape, box, joined, to_mesh
 
 Array = NDArray[np.float64]
 

@@ -6,27 +6,25 @@ because every foot is found by casting a ray onto what is already there.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from functools import partial
 
 import bpy
 import numpy as np
-from mathutils import Vector
-from mathutils.bvhtree import BVHTree
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
-from . import color_checker, corals, props
-from .cameras import camera
-from .detail import Detail
-from .fish import ANTHIAS, BUTTERFLYFISH, FUSILIER, SPECIES, Species, fish
-from .materials import Materials
-from .noise import generator
-from .rocks import bommie, stone
+from ..parts import props
+from ..parts.builder import Builder
+from ..parts.cameras import camera
+from ..parts.detail import Detail
+from ..parts.fish import ANTHIAS, BUTTERFLYFISH, FUSILIER
+from ..parts.ground import UP
+from ..parts.noise import generator
+from ..parts.rocks import bommie
+from ..parts.shapes import normalised, place, rotation_to, to_mesh
+from . import color_checker
 from .seafloor import height, seafloor
-from .shapes import Shape, joined, normalised, place, rotation_to, to_mesh
 
 Array = NDArray[np.float64]
-UP = np.array([0.0, 0.0, 1.0])
 
 # Name, x, y, half axes, how far the middle stands above the sand, larvae that try to settle.
 BOMMIES = (
@@ -77,75 +75,21 @@ def shares(chances: dict[str, float]) -> Array:
     return weights / weights.sum()
 
 
-@dataclass
-class Ground:
-    """Where things can stand: the sand, and the rocks laid so far."""
-
-    seed: int
-    rocks: list[Shape] = field(default_factory=list)
-    _tree: BVHTree | None = None
-
-    def add(self, rock: Shape) -> None:
-        """Lay a rock, in world space."""
-        self.rocks.append(rock)
-        self._tree = None
-
-    def tree(self) -> BVHTree:
-        """Search tree over the rocks."""
-        if self._tree is None:
-            rocks = joined(self.rocks)
-            self._tree = BVHTree.FromPolygons(rocks.vertices.tolist(), rocks.triangles.tolist())
-        return self._tree
-
-    def sand(self, x: float, y: float) -> Array:
-        """Point on the sand."""
-        return np.array([x, y, float(height(x, y, self.seed))])
-
-    def below(self, x: float, y: float) -> tuple[Array, Array, bool]:
-        """Topmost point at (x, y), its normal, and whether it is rock."""
-        sand = self.sand(x, y)
-        point, normal, _, _ = self.tree().ray_cast(Vector((x, y, 0.0)), Vector((0, 0, -1)))
-        if point is None or point.z < sand[2]:
-            return sand, UP, False
-        return np.array(point), np.array(normal), True
-
-    def facing(self, origin: ArrayLike, heading: ArrayLike) -> tuple[Array, Array] | None:
-        """First rock seen from a point along a direction."""
-        point, normal, _, _ = self.tree().ray_cast(Vector(origin), Vector(heading))
-        return None if point is None else (np.array(point), np.array(normal))
-
-
-class Reef:
+class Reef(Builder):
     """Builds the scene, part by part."""
 
     def __init__(self, seed: int, detail: Detail) -> None:
-        self.seed, self.detail = seed, detail
-        self.materials = Materials(seed, detail)
-        self.ground = Ground(seed)
-        self.taken: list[tuple[Array, float]] = []
+        super().__init__(seed, detail, partial(height, seed=seed))
 
     def build(self) -> None:
         """Fill the scene."""
         self.lay_seafloor()
         self.lay_rocks()
-        self.grow_corals()
+        self.compose_corals()
+        self.crowd_corals()
         self.leave_props()
         self.release_fish()
         self.set_cameras()
-
-    def collection(self, name: str) -> bpy.types.Collection:
-        """Return a new collection in the scene."""
-        new = bpy.data.collections.new(name)
-        bpy.context.scene.collection.children.link(new)
-        return new
-
-    def level(self, level: int) -> int:
-        """Subdivision level in this detail."""
-        return max(1, level - self.detail.coarser)
-
-    def few(self, count: int) -> int:
-        """How many of many in this detail."""
-        return max(1, round(count * self.detail.density))
 
     # Ground
 
@@ -159,17 +103,12 @@ class Reef:
         rocks = self.collection("Rocks")
         for name, x, y, size, above, _ in BOMMIES:
             level = 6 if name in NEAR else 5
-            shape = bommie(self.seed, name, self.level(level), size)
+            shape = bommie(self.seed, name, self.detail.level(level), size)
             location = self.ground.sand(x, y) + UP * above
             self.ground.add(shape.moved(location))
             place(to_mesh(shape, f"Bommie {name}", [self.materials.rock]), rocks, location)
         rng = generator(self.seed, "stones")
-        stones = [
-            to_mesh(
-                stone(self.seed, f"stone {i}", self.level(3)), f"Stone {i}", [self.materials.rock]
-            )
-            for i in range(3)
-        ]
+        stones = self.stones()
         for _ in range(self.few(150)):
             _, x, y, size, _, _ = BOMMIES[rng.integers(0, 5)]
             angle, out = rng.uniform(0, 2 * np.pi), 1.0 + rng.exponential(0.22)
@@ -185,100 +124,6 @@ class Reef:
         return not (abs(x - CHECKER_AT[0]) < 0.35 + margin and -0.5 < y < CHECKER_AT[1] + 0.35)
 
     # Corals
-
-    def grow_corals(self) -> None:
-        """Grow the corals: those of the composition first, then the crowd."""
-        m, d, seed = self.materials, self.detail, self.seed
-        cream = m.branching("Staghorn cream", (0.40, 0.25, 0.09), (0.80, 0.72, 0.55))
-        blue = m.branching("Staghorn blue", (0.16, 0.15, 0.30), (0.55, 0.58, 0.85))
-        plate = m.branching("Table coral", (0.26, 0.17, 0.075), (0.62, 0.52, 0.30))
-        green = m.branching("Table coral green", (0.12, 0.19, 0.07), (0.50, 0.58, 0.30))
-        skins = {
-            "olive": m.grooved("Brain coral olive", (0.34, 0.30, 0.08), (0.07, 0.16, 0.05)),
-            "ochre": m.grooved("Brain coral ochre", (0.46, 0.25, 0.08), (0.16, 0.10, 0.05)),
-        }
-        staghorn = [corals.staghorn(seed, f"staghorn {i}", d, 10) for i in range(3)]
-        bushes = [corals.staghorn(seed, f"bush {i}", d, 5) for i in range(2)]
-        tables = [corals.table(seed, f"table {i}", d, 700) for i in range(2)]
-        small_tables = [corals.table(seed, f"small table {i}", d, 200) for i in range(2)]
-        self.kinds: dict[str, list[bpy.types.Mesh]] = {
-            "staghorn": [to_mesh(s, "Staghorn cream", [cream]) for s in staghorn],
-            "blue staghorn": [to_mesh(staghorn[0], "Staghorn blue", [blue])],
-            "bush": [to_mesh(s, "Staghorn bush cream", [cream]) for s in bushes],
-            "blue bush": [to_mesh(bushes[1], "Staghorn bush blue", [blue])],
-            "table": [
-                to_mesh(tables[0], "Table", [plate]),
-                to_mesh(tables[1], "Table green", [green]),
-            ],
-            "small table": [
-                to_mesh(shape, f"Small {skin.name.lower()}", [skin])
-                for shape, skin in zip(small_tables, (plate, green), strict=True)
-            ],
-            "brain": [
-                to_mesh(corals.brain(seed, f"brain {c}", self.level(6)), f"Brain {c}", [skin])
-                for c, skin in skins.items()
-            ],
-            "small brain": [
-                to_mesh(corals.brain(seed, f"small {c}", self.level(4)), f"Small brain {c}", [skin])
-                for c, skin in skins.items()
-            ],
-            "boulder": [
-                to_mesh(corals.boulder(seed, "boulder", self.level(5)), "Porites", [m.massive])
-            ],
-            "small boulder": [
-                to_mesh(corals.boulder(seed, "small", self.level(3)), "Small Porites", [m.massive])
-            ],
-            "fan": [
-                to_mesh(
-                    corals.sea_fan(seed, f"fan {name}", d),
-                    f"Sea fan {name}",
-                    [m.plain(f"Sea fan {name}", color, 0.3)],
-                )
-                for name, color in (("violet", (0.32, 0.07, 0.33)), ("red", (0.62, 0.09, 0.04)))
-            ],
-            "sponge": [
-                to_mesh(
-                    corals.tube_sponge(seed, f"sponge {name}", d),
-                    f"Tube sponge {name}",
-                    [m.hollow(f"Tube sponge {name}", color)],
-                )
-                for name, color in (("yellow", (0.70, 0.46, 0.04)), ("purple", (0.30, 0.14, 0.36)))
-            ],
-        }
-        self.corals = self.collection("Corals")
-        self.compose_corals()
-        self.crowd_corals()
-
-    def plant(
-        self,
-        kind: str,
-        variant: int,
-        x: float,
-        y: float,
-        scale: float,
-        spin: float,
-        upright: float = 0.75,
-    ) -> None:
-        """Plant a coral on what is at (x, y); `upright` from along the normal (0) to up (1)."""
-        foot, normal, _ = self.ground.below(x, y)
-        self.settle(kind, variant, foot, normal, scale, spin, upright)
-
-    def settle(
-        self,
-        kind: str,
-        variant: int,
-        foot: Array,
-        normal: Array,
-        scale: float,
-        spin: float,
-        upright: float,
-    ) -> None:
-        """Let a coral settle at a point of the ground, a little sunk in."""
-        meshes = self.kinds[kind]
-        axis = normalised(normal * (1 - upright) + UP * upright)
-        self.taken.append((foot, scale))
-        foot = foot - axis * 0.03 * scale - normal * 0.02 * scale
-        place(meshes[variant % len(meshes)], self.corals, foot, rotation_to(axis, spin), scale)
 
     def compose_corals(self) -> None:
         """Plant the corals that the picture is made of."""
@@ -317,7 +162,8 @@ class Reef:
         foot, normal = hit
         axis = normalised(normal * 0.35 + UP)
         turn = rotation_to(axis, 0.35 if x < 0 else -0.35)
-        place(self.kinds[kind][variant], self.corals, foot - normal * 0.02, turn, scale)
+        mesh = self.growth.meshes(kind)[variant]
+        place(mesh, self.collection("Corals"), foot - normal * 0.02, turn, scale)
 
     def crowd_corals(self) -> None:
         """Let smaller corals settle wherever the rocks leave room."""
@@ -343,8 +189,7 @@ class Reef:
                     continue
                 foot, normal = hit
                 low = foot[2] < self.ground.sand(foot[0], foot[1])[2] + 0.12
-                room = all(np.linalg.norm(foot - o) > 0.34 * (scale + s) for o, s in self.taken)
-                if low or not room or normal[2] < -0.15:
+                if low or not self.has_room(foot, scale) or normal[2] < -0.15:
                     continue
                 if kind == "fan":
                     spin = rng.normal() * 0.5
@@ -379,15 +224,14 @@ class Reef:
         place(to_mesh(props.rope(ring, hover - UP * 0.18, d), "Rope", [m.rope]), things)
         place(to_mesh(props.glass_float(d), "Glass float", [m.glass, m.rope]), things, hover)
 
-        self.hang_chain(ring, things)
+        self.hang_chain(ring)
 
         lamp = to_mesh(props.lamp(d), "Dive lamp", [m.aluminium, m.bulb])
         at = self.ground.sand(0.28, 3.15) + UP * 0.04
         place(lamp, things, at, rotation_to((0, 0, 1), np.radians(-128)))
 
-    def hang_chain(self, ring: Array, things: bpy.types.Collection) -> None:
+    def hang_chain(self, ring: Array) -> None:
         """Let a chain hang from the anchor's ring and snake over the sand to the camera."""
-        link = to_mesh(props.chain_link(self.detail), "Chain link", [self.materials.iron])
         t = np.linspace(0, 1, 400)
         swing = np.stack([ring[0] - 0.55 * t + 0.22 * np.sin(7 * t) * t, ring[1] - 2.6 * t**1.5], 1)
         sand = height(swing[:, 0], swing[:, 1], self.seed) + 0.015
@@ -395,30 +239,12 @@ class Reef:
         line = np.stack(
             [*swing.T, sand + (ring[2] - sand) * sag - 1.4 * np.clip(t - 0.86, 0, 1)], axis=1
         )
-        along = np.append(0, np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1)))
-        pitch = props.LINK_PITCH
-        for number in range(int(along[-1] / pitch)):
-            ends = [[np.interp((number + e) * pitch, along, c) for c in line.T] for e in (0, 1)]
-            heading = normalised(np.subtract(ends[1], ends[0]))
-            left = normalised(np.cross(UP, heading))
-            # Links alternate between flat and on edge; on sand the latter lean over.
-            up = np.cross(heading, left) if number % 2 else normalised(left + 0.3 * UP)
-            up = normalised(up - heading * (up @ heading))
-            turn = np.stack([heading, np.cross(up, heading), up], axis=1)
-            place(link, things, np.mean(ends, axis=0), turn)
+        self.lay_chain(line)
 
     # Fish
 
     def release_fish(self) -> None:
         """Release a school across the channel, a cloud over the table coral, and a pair."""
-        self.swimmers = self.collection("Fish")
-        skin = [self.materials.fish, self.materials.eye]
-        self.fish = {
-            s.name: [
-                to_mesh(fish(s, phase, self.detail), s.name, skin) for phase in (0.0, 2.1, 4.2)
-            ]
-            for s in SPECIES
-        }
 
         def stream(t: Array) -> Array:
             x, y = 5.8 - 5.0 * t, 9.8 - 6.4 * t + 2.2 * t**2
@@ -435,38 +261,6 @@ class Reef:
             ((1.85, 4.62, -5.12), (-0.85, -0.3, 0.0)),
         ):
             self.swim(BUTTERFLYFISH, 0, np.array(spot), np.array(heading), 0.19)
-
-    def swim(
-        self, species: Species, variant: int, spot: Array, heading: Array, length: float
-    ) -> None:
-        """Put one fish into the water."""
-        along = normalised(heading)
-        left = normalised(np.cross(UP, along))
-        turn = np.stack([along, left, np.cross(along, left)], axis=1)
-        place(self.fish[species.name][variant], self.swimmers, spot, turn, length)
-
-    def school(
-        self,
-        species: Species,
-        count: int,
-        length: float,
-        path: Callable[[Array], Array],
-        spread: Sequence[float],
-        disorder: float,
-    ) -> None:
-        """Let fish swim along a path, none nearer than a body length to the next."""
-        rng = generator(self.seed, species.name)
-        spots: list[Array] = []
-        while len(spots) < count:
-            t = rng.beta(1.6, 1.4, 1)
-            spot = path(t)[0] + rng.normal(size=3) * spread
-            heading = (path(t + 0.02) - path(t - 0.02))[0]
-            heading = normalised(heading) + rng.normal(size=3) * disorder * (1, 1, 0.5)
-            clear = self.ground.tree().find_nearest(Vector(spot), length)[0] is None
-            if clear and all(np.linalg.norm(spot - other) > 0.95 * length for other in spots):
-                spots.append(spot)
-                size = length * rng.uniform(0.85, 1.12)
-                self.swim(species, int(rng.integers(3)), spot, heading, size)
 
     # Cameras
 

@@ -1,13 +1,16 @@
-"""The sand: slope, dunes, ripples, and the mesh that is dense where the camera looks."""
+"""The sand: slope, dunes and ripples."""
 
 from __future__ import annotations
+
+from functools import partial
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .detail import Detail
-from .noise import fractal_noise, generator, gradient_noise
-from .shapes import Shape, grid_triangles
+from ..parts.detail import Detail
+from ..parts.noise import fractal_noise, generator, gradient_noise
+from ..parts.sand import ripples, sand_mesh, smooth_step, stations
+from ..parts.shapes import Shape
 
 Array = NDArray[np.float64]
 
@@ -17,11 +20,6 @@ HALF_WIDTH = 36.0
 _CENTER = np.array([0.0, 10.0])
 _RIPPLE_LENGTH = 0.24
 _RIPPLE_HEIGHT = 0.036
-
-
-def _step(low: float, high: float, x: Array) -> Array:
-    t = np.clip((x - low) / (high - low), 0, 1)
-    return t * t * (3 - 2 * t)
 
 
 def height(x: ArrayLike, y: ArrayLike, seed: int) -> Array:
@@ -36,37 +34,20 @@ def height(x: ArrayLike, y: ArrayLike, seed: int) -> Array:
 
     slope = -6.12 - 0.03 * y
     # Crests lie across the way into the picture and swing with the noise.
-    phase = (0.93 * y + 0.28 * x + 0.42 * bend + 0.07 * fork) / _RIPPLE_LENGTH
-    crest = (0.5 + 0.5 * np.cos(2 * np.pi * phase)) ** 1.5
+    across = 0.93 * y + 0.28 * x + 0.42 * bend + 0.07 * fork
     # Ripples the mesh cannot hold any more end before they alias.
-    ripples = _RIPPLE_HEIGHT * crest * np.clip(0.8 + 0.9 * patch, 0.25, 1)
-    ripples *= 1 - _step(7.0, 11.0, np.abs(y - 3))
-    ripples *= 1 - _step(5.0, 9.0, np.abs(x))
+    crests = ripples(across, _RIPPLE_LENGTH, _RIPPLE_HEIGHT) * np.clip(0.8 + 0.9 * patch, 0.25, 1)
+    crests *= 1 - smooth_step(7.0, 11.0, np.abs(y - 3))
+    crests *= 1 - smooth_step(5.0, 9.0, np.abs(x))
     edge = np.maximum(np.abs(x - _CENTER[0]), np.abs(y - _CENTER[1]))
-    rim = _step(20.0, HALF_WIDTH - 4, edge)
-    return (slope + 0.22 * dunes + ripples) * (1 - rim) - FLOOR_DEPTH * rim
-
-
-def _stations(center: float, fine: float, spacing: float, growth: float, middle: float) -> Array:
-    """Coordinates across the mesh: `spacing` within `fine` of `middle`, coarser outwards."""
-
-    def outwards(length: float) -> list[float]:
-        steps = [0.0]
-        while steps[-1] < length:
-            steps.append(steps[-1] + spacing + growth * max(steps[-1] - fine, 0.0))
-        scale = length / steps[-1]
-        return [s * scale for s in steps]
-
-    low = [middle - s for s in outwards(middle - (center - HALF_WIDTH))]
-    high = [middle + s for s in outwards(center + HALF_WIDTH - middle)]
-    return np.array(low[:0:-1] + high)
+    rim = smooth_step(20.0, HALF_WIDTH - 4, edge)
+    return (slope + 0.22 * dunes + crests) * (1 - rim) - FLOOR_DEPTH * rim
 
 
 def seafloor(seed: int, detail: Detail) -> Shape:
     """Mesh of the sand, 72 m wide, with the attribute "uv" in metres."""
     f = detail.floor_spacing
-    x = _stations(_CENTER[0], 2.5, 0.055 * f, 0.08, 0.0)
-    y = _stations(_CENTER[1], 3.0, 0.030 * f, 0.045, 4.0)
-    gx, gy = np.meshgrid(x, y)
-    vertices = np.stack([gx, gy, height(gx, gy, seed)], axis=-1).reshape(-1, 3)
-    return Shape(vertices, grid_triangles(len(y), len(x)), {"uv": vertices[:, :2].copy()})
+    (west, east), (south, north) = ((c - HALF_WIDTH, c + HALF_WIDTH) for c in _CENTER)
+    x = stations((west, east), 0.0, 2.5, 0.055 * f, 0.08)
+    y = stations((south, north), 4.0, 3.0, 0.030 * f, 0.045)
+    return sand_mesh(partial(height, seed=seed), x, y)

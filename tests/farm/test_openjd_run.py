@@ -65,7 +65,7 @@ def test_the_reef_by_two_sessions_is_that_of_one_process(tmp_path, blender):
     """Three frames of the draft reef, all passes."""
     project = tmp_path / "project"
     project.mkdir()
-    build = [sys.executable, str(ROOT / "examples" / "build_reef.py"), "--detail", "draft"]
+    build = [sys.executable, str(ROOT / "examples" / "build_scene.py"), "reef", "--detail", "draft"]
     subprocess.run([*build, str(project / "reef.blend")], check=True)
     options = [project / "reef.blend", "--water", "jerlov:IB", "--bands", 2, "--frames", "1-3"]
     options += ["--samples", 2, "--resolution", 32, 18, "--floor-depth", 7, "--surface", "flat"]

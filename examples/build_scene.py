@@ -1,9 +1,9 @@
-"""Build the example reef: a .blend without light and water, ready for both.
+"""Build an example scene: a .blend without light and water, ready for both.
 
 Two ways to start, same options::
 
-    python examples/build_reef.py OUT.blend [--seed N] [--detail draft|full]
-    blender -b -P examples/build_reef.py -- OUT.blend [--seed N] [--detail draft|full]
+    python examples/build_scene.py reef|wreck|cave OUT.blend [--seed N] [--detail draft|full]
+    blender -b -P examples/build_scene.py -- reef|wreck|cave OUT.blend [--seed N] …
 """
 
 from __future__ import annotations
@@ -19,11 +19,11 @@ from types import ModuleType
 import bpy
 
 
-def _reef() -> ModuleType:
-    """Import the reef as part of the repository root, whatever folder that lies in."""
+def _scenes() -> ModuleType:
+    """Import the scenes as part of the repository root, whatever folder that lies in."""
     root = Path(__file__).resolve().parent.parent
     extension = runpy.run_path(str(root / "tools" / "load_checkout.py"))["load"]()
-    return importlib.import_module(f"{extension.__name__}.examples.reef")
+    return importlib.import_module(f"{extension.__name__}.examples.scenes")
 
 
 def save_atomically(path: Path) -> None:
@@ -39,11 +39,12 @@ def save_atomically(path: Path) -> None:
 
 def main(arguments: list[str]) -> None:
     """Build, save, and say how large it is."""
-    reef = _reef()
-    parser = argparse.ArgumentParser(prog="build_reef.py", description=__doc__.split("\n")[0])
+    scenes = _scenes()
+    parser = argparse.ArgumentParser(prog="build_scene.py", description=__doc__.split("\n")[0])
+    parser.add_argument("scene", choices=list(scenes.SCENES))
     parser.add_argument("output", type=Path, metavar="OUT.blend")
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--detail", choices=sorted(reef.DETAILS), default="full")
+    parser.add_argument("--detail", choices=sorted(scenes.DETAILS), default="full")
     options = parser.parse_args(arguments)
     if options.output.suffix != ".blend":
         parser.error(f"{options.output} must end in .blend")
@@ -51,9 +52,9 @@ def main(arguments: list[str]) -> None:
         parser.error(f"the seed must not be negative, got {options.seed}")
     # Unlike factory settings, this keeps the add-ons, and with them their Python packages.
     bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
-    reef.build_reef(options.seed, options.detail)
+    scenes.build_scene(options.scene, options.seed, options.detail)
     save_atomically(options.output)
-    rendered, stored = reef.count_triangles()
+    rendered, stored = scenes.count_triangles()
     print(f"{options.output}: {rendered} triangles rendered, {stored} stored")
 
 

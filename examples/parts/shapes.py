@@ -116,14 +116,24 @@ def icosphere(level: int) -> Shape:
     a, b, c = (vertices[triangles[:, i]] for i in range(3))
     inward = np.einsum("ij,ij->i", np.cross(b - a, c - a), a) < 0
     triangles[inward] = triangles[inward][:, ::-1]
+    shape = Shape(vertices, triangles)
     for _ in range(level):
-        edges = np.sort(triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
-        unique, index = np.unique(edges, axis=0, return_inverse=True)
-        middle = index.reshape(-1, 3) + len(vertices)
-        vertices = np.concatenate([vertices, normalised(vertices[unique].sum(axis=1))])
-        (a, b, c), (ab, bc, ca) = triangles.T, middle.T
-        triangles = np.stack([a, ab, ca, b, bc, ab, c, ca, bc, ab, bc, ca], -1).reshape(-1, 3)
-    return Shape(vertices, triangles)
+        shape = subdivided(shape)
+        shape = replace(shape, vertices=normalised(shape.vertices))
+    return shape
+
+
+def subdivided(shape: Shape) -> Shape:
+    """Split each triangle into four at the middles of its edges; attributes and slots are lost."""
+    triangles = shape.triangles
+    edges = np.sort(triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
+    _, first, index = np.unique(
+        edges[:, 0] * len(shape.vertices) + edges[:, 1], return_index=True, return_inverse=True
+    )
+    middles = shape.vertices[edges[first]].mean(axis=1)
+    (a, b, c), (ab, bc, ca) = triangles.T, index.reshape(-1, 3).T + len(shape.vertices)
+    split = np.stack([a, ab, ca, b, bc, ab, c, ca, bc, ab, bc, ca], -1).reshape(-1, 3)
+    return Shape(np.concatenate([shape.vertices, middles]), split)
 
 
 def tube(points: ArrayLike, radii: ArrayLike, sides: int = 6, tip: float | None = None) -> Shape:

@@ -29,6 +29,10 @@ class Detail:
     density: float
     image_size: int
 
+    def level(self, level: int) -> int:
+        """Subdivision level of a sphere in this detail."""
+        return max(1, level - self.coarser)
+
 
 DETAILS = {
     "draft": Detail(3, 3, 13.0, 0.08, 128),

@@ -85,6 +85,27 @@ def rope(start: ArrayLike, end: ArrayLike, detail: Detail) -> Shape:
     return tube(line, 0.008, 6)
 
 
+def crate() -> Shape:
+    """Crate of 0.8 m on the origin, with battens; "uv" for planks."""
+    parts = [box((0.74, 0.74, 0.74), (0, 0, 0.4))]
+    for i in (-0.365, 0.365):
+        for j in (-0.365, 0.365):
+            parts.append(box((0.07, 0.07, 0.8), (i, j, 0.4)))
+            parts.append(box((0.8, 0.07, 0.07), (0, i, j + 0.4)))
+            parts.append(box((0.07, 0.8, 0.07), (i, 0, j + 0.4)))
+    whole = joined(parts)
+    v = whole.vertices
+    return whole.with_attributes(uv=np.stack([v[:, 0] + v[:, 1], v[:, 2]], axis=1))
+
+
+def barrel(detail: Detail) -> Shape:
+    """Steel drum of 0.9 m on the origin, with two ribs."""
+    rows = [(0.001, 0.02), (0.27, 0.02), (0.29, 0.0), (0.28, 0.04), (0.28, 0.29), (0.30, 0.31)]
+    rows += [(0.28, 0.33), (0.28, 0.57), (0.30, 0.59), (0.28, 0.61), (0.28, 0.86), (0.29, 0.90)]
+    rows += [(0.27, 0.88), (0.001, 0.88)]
+    return revolved(rows, 4 * detail.sides)
+
+
 def board_strut(top: ArrayLike, foot: ArrayLike) -> Shape:
     """Flat bar between two points."""
     top, foot = np.asarray(top, float), np.asarray(foot, float)

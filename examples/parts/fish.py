@@ -49,7 +49,11 @@ BUTTERFLYFISH = Species(
     back=(0.78, 0.50, 0.02), flank=(0.80, 0.62, 0.10), belly=(0.75, 0.72, 0.62),
     tail=(0.78, 0.52, 0.03), back_from=0.1, bands=(0.14, 0.90),
 )  # fmt: skip
-SPECIES = (FUSILIER, ANTHIAS, BUTTERFLYFISH)
+SWEEPER = Species(
+    "Sweeper", 0.36, 0.13, 0.3, 0.09,
+    back=(0.30, 0.15, 0.05), flank=(0.46, 0.26, 0.12), belly=(0.55, 0.38, 0.24),
+    tail=(0.32, 0.18, 0.08),
+)  # fmt: skip
 
 _STATION = np.array([0.0, 0.02, 0.07, 0.15, 0.27, 0.40, 0.55, 0.70, 0.82, 0.92, 1.0])
 _HEIGHT = np.array([0.05, 0.20, 0.46, 0.75, 0.96, 1.00, 0.90, 0.66, 0.42, 0.26, 0.26])

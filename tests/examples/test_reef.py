@@ -5,35 +5,23 @@ from __future__ import annotations
 import bpy
 import numpy as np
 import pytest
-from underwater_spectral.examples import build_reef as script
-from underwater_spectral.examples.reef import build_reef, count_triangles
+from underwater_spectral.examples import build_scene as script
+from underwater_spectral.examples.parts.shapes import Shape, box, icosphere, tube
 from underwater_spectral.examples.reef.color_checker import linear_rec709, reflectances
-from underwater_spectral.examples.reef.shapes import Shape, box, icosphere, tube
+from underwater_spectral.examples.scenes import build_scene, count_triangles
+from underwater_spectral.tests.examples.built import (
+    assert_materials_end_in_an_output,
+    fresh,
+    unread,
+    world_vertices,
+)
 
 CAMERAS = {"Reef", "Up", "ColorChecker"}
 
 
-def fresh_draft(seed: int) -> None:
-    bpy.ops.wm.read_factory_settings(use_empty=True)
-    build_reef(seed, "draft")
-
-
-def vertices() -> dict[str, np.ndarray]:
-    found = {}
-    for item in bpy.data.objects:
-        if item.type == "MESH":
-            flat = np.empty(3 * len(item.data.vertices), np.float32)
-            item.data.vertices.foreach_get("co", flat)
-            matrix = np.array(item.matrix_world)
-            found[item.name] = flat.reshape(-1, 3) @ matrix[:3, :3].T + matrix[:3, 3]
-    return found
-
-
 @pytest.fixture(scope="module")
 def reef() -> bpy.types.Scene:
-    fresh_draft(1)
-    bpy.context.view_layer.update()
-    return bpy.context.scene
+    return fresh("reef", 1)
 
 
 def signed_volume(shape: Shape) -> float:
@@ -80,7 +68,7 @@ def test_cameras_are_under_water_and_above_the_sand(reef) -> None:
 
 @pytest.mark.usefixtures("reef")
 def test_the_floor_is_flat_at_its_rim() -> None:
-    floor = vertices()["Seafloor"]
+    floor = world_vertices()["Seafloor"]
     x, y, z = floor.T
     rim = (np.abs(x) > 35.9) | (np.abs(y - 10) > 35.9)
     assert rim.any()
@@ -91,37 +79,26 @@ def test_the_floor_is_flat_at_its_rim() -> None:
 
 @pytest.mark.usefixtures("reef")
 def test_nothing_reaches_the_surface() -> None:
-    assert max(points[:, 2].max() for points in vertices().values()) < -2
+    assert max(points[:, 2].max() for points in world_vertices().values()) < -2
 
 
 @pytest.mark.usefixtures("reef")
 def test_materials_end_in_an_output() -> None:
     kinds = set()
+    assert_materials_end_in_an_output()
     for material in bpy.data.materials:
-        tree = material.node_tree
-        output = tree.get_output_node("ALL")
-        assert output is not None, material.name
-        (link,) = output.inputs["Surface"].links
-        assert link.is_valid, material.name
-        shader = link.from_node
-        assert shader.type == "BSDF_PRINCIPLED", material.name
-        assert all(found.is_valid for found in tree.links), material.name
+        shader = next(n for n in material.node_tree.nodes if n.type == "BSDF_PRINCIPLED")
         kinds |= {
             name
             for name in ("Metallic", "Transmission Weight", "Emission Strength")
             if shader.inputs[name].default_value > 0
         }
-        assert material.users, material.name
     assert kinds == {"Metallic", "Transmission Weight", "Emission Strength"}
 
 
 @pytest.mark.usefixtures("reef")
 def test_every_attribute_a_material_reads_is_on_its_meshes() -> None:
-    for mesh in bpy.data.meshes:
-        for material in mesh.materials:
-            for node in material.node_tree.nodes:
-                if node.type == "ATTRIBUTE":
-                    assert node.attribute_name in mesh.attributes, (mesh.name, material.name)
+    assert unread() == []
 
 
 @pytest.mark.usefixtures("reef")
@@ -172,29 +149,34 @@ def test_the_checker_camera_sees_the_whole_board(reef) -> None:
 
 def test_unknown_detail_and_negative_seed() -> None:
     with pytest.raises(ValueError, match="unknown detail 'fine'; known: draft, full"):
-        build_reef(1, "fine")
+        build_scene("reef", 1, "fine")
     with pytest.raises(ValueError, match="must not be negative"):
-        build_reef(-1, "draft")
+        build_scene("reef", -1, "draft")
 
 
 def test_script_saves_a_whole_file(tmp_path, capsys) -> None:
     target = tmp_path / "new" / "reef.blend"
-    script.main([str(target), "--detail", "draft", "--seed", "1"])
+    script.main(["reef", str(target), "--detail", "draft", "--seed", "1"])
     assert [path.name for path in target.parent.iterdir()] == ["reef.blend"]
-    first = vertices()
+    first = world_vertices()
     assert "triangles rendered" in capsys.readouterr().out
     bpy.ops.wm.open_mainfile(filepath=str(target))
-    again = vertices()
+    again = world_vertices()
     assert first.keys() == again.keys()
     assert all(np.array_equal(first[name], again[name]) for name in first)
 
 
 def test_a_seed_fixes_the_scene() -> None:
-    fresh_draft(3)
-    first = vertices()
-    fresh_draft(3)
-    again = vertices()
+    fresh("reef", 3)
+    first = world_vertices()
+    fresh("reef", 3)
+    again = world_vertices()
     assert first.keys() == again.keys()
     assert all(np.array_equal(first[name], again[name]) for name in first)
-    fresh_draft(4)
-    assert not np.array_equal(first["Bommie distant"], vertices()["Bommie distant"])
+    fresh("reef", 4)
+    assert not np.array_equal(first["Bommie distant"], world_vertices()["Bommie distant"])
+
+
+def test_unknown_scene() -> None:
+    with pytest.raises(ValueError, match="unknown scene 'lake'; known: reef, wreck, cave"):
+        build_scene("lake")

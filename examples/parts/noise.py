@@ -28,12 +28,16 @@ def gradient_noise(points: Array, rng: np.random.Generator) -> Array:
     inside = points - cell
     fade = inside**3 * (inside * (inside * 6 - 15) + 10)
     cell &= 255
+    # By axis: contiguous columns are several times as fast as rows of three.
+    gradient, near = gradients.T.copy(), (inside.T.copy(), (inside - 1).T.copy())
+    weights, cells = ((1 - fade).T.copy(), fade.T.copy()), cell.T.copy()
     total = np.zeros(len(points))
     for corner in np.ndindex(2, 2, 2):
-        i, j, k = (cell + corner).T & 255
+        i, j, k = ((c + step) & 255 for c, step in zip(cells, corner, strict=True))
         hashed = permutation[permutation[permutation[i] + j] + k]
-        weight = np.where(corner, fade, 1 - fade).prod(axis=1)
-        total += weight * np.einsum("ij,ij->i", gradients[hashed], inside - corner)
+        u, v, w = (weights[step][axis] for axis, step in enumerate(corner))
+        x, y, z = (gradient[axis][hashed] * near[step][axis] for axis, step in enumerate(corner))
+        total += u * v * w * (x + y + z)
     return total
 
 

@@ -10,6 +10,18 @@ from numpy.typing import ArrayLike
 
 def camera(name: str, location: ArrayLike, target: ArrayLike, lens: float) -> bpy.types.Object:
     """Add a camera at `location` that looks at `target`; `lens` in mm on a 36 mm sensor."""
+    data = bpy.data.cameras.new(name)
+    data.lens = lens
+    data.sensor_width = 36.0
+    data.clip_start, data.clip_end = 0.01, 200.0
+    item = bpy.data.objects.new(name, data)
+    aim(item, location, target)
+    bpy.context.scene.collection.objects.link(item)
+    return item
+
+
+def aim(item: bpy.types.Object, location: ArrayLike, target: ArrayLike) -> None:
+    """Put a camera at `location` and let it look at `target`."""
     location, target = np.asarray(location, float), np.asarray(target, float)
     backward = location - target
     backward /= np.linalg.norm(backward)
@@ -20,11 +32,4 @@ def camera(name: str, location: ArrayLike, target: ArrayLike, lens: float) -> bp
     matrix = np.eye(4)
     matrix[:3, :3] = np.stack([right, np.cross(backward, right), backward], axis=1)
     matrix[:3, 3] = location
-    data = bpy.data.cameras.new(name)
-    data.lens = lens
-    data.sensor_width = 36.0
-    data.clip_start, data.clip_end = 0.01, 200.0
-    item = bpy.data.objects.new(name, data)
     item.matrix_world = Matrix(matrix.tolist())
-    bpy.context.scene.collection.objects.link(item)
-    return item

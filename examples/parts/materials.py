@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -44,20 +45,29 @@ class Painter:
         """Read a vertex attribute."""
         return self.node("ShaderNodeAttribute", attribute_name=name).outputs[output]
 
-    def coordinates(self, output: str = "Object", scale: float = 1.0) -> Socket:
+    def coordinates(
+        self, output: str = "Object", scale: float | tuple[float, float, float] = 1.0
+    ) -> Socket:
         """Texture coordinates, scaled."""
         source = self.node("ShaderNodeTexCoord").outputs[output]
         mapping = self.node("ShaderNodeMapping")
-        mapping.inputs["Scale"].default_value = (scale,) * 3
+        mapping.inputs["Scale"].default_value = scale if isinstance(scale, tuple) else (scale,) * 3
         self.link(source, mapping.inputs["Vector"])
         return mapping.outputs["Vector"]
 
-    def noise(self, scale: float, low: float, high: float, detail: float = 3.0) -> Socket:
+    def noise(
+        self,
+        scale: float,
+        low: float,
+        high: float,
+        detail: float = 3.0,
+        stretch: tuple[float, float, float] = (1.0, 1.0, 1.0),
+    ) -> Socket:
         """Noise in object space; values from low to high become 0 to 1."""
         noise = self.node("ShaderNodeTexNoise")
         noise.inputs["Scale"].default_value = scale
         noise.inputs["Detail"].default_value = detail
-        self.link(self.coordinates(), noise.inputs["Vector"])
+        self.link(self.coordinates(scale=stretch), noise.inputs["Vector"])
         return self.ramp(noise.outputs[0], low, high)
 
     def ramp(self, source: Socket, low: float, high: float) -> Socket:
@@ -128,6 +138,20 @@ class Materials:
         p.bump(p.noise(14.0, 0.2, 0.8, 8.0), 0.05)
         return p.material
 
+    @cached_property
+    def limestone(self) -> bpy.types.Material:
+        """Limestone: turf in the light; bare rock and crusts of sponge in the cave ("inside")."""
+        p = Painter("Limestone", Roughness=0.93, **{"Specular IOR Level": 0.2})
+        bare = p.mix(p.noise(1.3, 0.35, 0.68, 8.0), (0.22, 0.18, 0.14), (0.44, 0.39, 0.31))
+        sponge = p.mix(p.noise(2.1, 0.62, 0.66, 8.0), bare, (0.36, 0.14, 0.06))
+        dim = p.mix(p.noise(2.7, 0.62, 0.67, 10.0), sponge, (0.30, 0.13, 0.16))
+        old = p.mix(p.noise(4.0, 0.35, 0.68, 6.0), (0.085, 0.07, 0.05), (0.25, 0.21, 0.15))
+        turf = p.mix(p.noise(1.1, 0.45, 0.60, 6.0), old, (0.12, 0.13, 0.045))
+        lit = p.mix(p.noise(2.3, 0.57, 0.66, 10.0), turf, (0.30, 0.12, 0.15))
+        p.set("Base Color", p.mix(p.attribute("inside"), lit, dim))
+        p.bump(p.noise(9.0, 0.2, 0.8, 10.0), 0.06)
+        return p.material
+
     def branching(self, name: str, body: Rgb, tip: Rgb) -> bpy.types.Material:
         """Branching coral, paler where it grows (attribute "tip")."""
         p = Painter(name, Roughness=0.75, **{"Specular IOR Level": 0.3})
@@ -193,6 +217,47 @@ class Materials:
         )
         p.set("Roughness", p.noise(7.0, -0.6, 0.9, 6.0))
         p.bump(p.noise(22.0, 0.2, 0.8, 6.0), 0.012)
+        return p.material
+
+    @cached_property
+    def rust(self) -> bpy.types.Material:
+        """Steel plates that have rusted for decades: flakes, streaks, turf, and crusts of lime."""
+        p = Painter("Rust", Roughness=0.93, **{"Specular IOR Level": 0.2})
+        flakes = p.mix(p.noise(3.5, 0.35, 0.66, 8.0), (0.075, 0.038, 0.024), (0.25, 0.10, 0.05))
+        streaks = p.noise(1.6, 0.52, 0.68, 6.0, (2.2, 2.2, 0.35))
+        rust = p.mix(streaks, flakes, (0.34, 0.14, 0.05))
+        turf = p.mix(p.noise(0.45, 0.46, 0.66, 10.0), rust, (0.13, 0.125, 0.055))
+        lime = p.mix(p.noise(2.6, 0.62, 0.67, 12.0), turf, (0.42, 0.36, 0.28))
+        pink = p.mix(p.noise(3.7, 0.64, 0.69, 10.0), lime, (0.30, 0.12, 0.14))
+        p.set("Base Color", pink)
+        p.bump(p.noise(8.0, 0.2, 0.8, 10.0), 0.04)
+        return p.material
+
+    @cached_property
+    def old_paint(self) -> bpy.types.Material:
+        """What was white paint, over rust."""
+        p = Painter("Old paint", Roughness=0.85, **{"Specular IOR Level": 0.25})
+        rust = p.mix(p.noise(4.0, 0.35, 0.66, 8.0), (0.09, 0.045, 0.028), (0.27, 0.11, 0.05))
+        paint = p.mix(p.noise(1.4, 0.40, 0.56, 8.0), (0.40, 0.39, 0.34), rust)
+        turf = p.mix(p.noise(1.0, 0.52, 0.66, 8.0), paint, (0.14, 0.135, 0.06))
+        p.set("Base Color", turf)
+        p.bump(p.noise(8.0, 0.2, 0.8, 10.0), 0.02)
+        return p.material
+
+    @cached_property
+    def planks(self) -> bpy.types.Material:
+        """Waterlogged planks along the first axis of "uv", 17 cm wide."""
+        p = Painter("Planks", Roughness=0.9, **{"Specular IOR Level": 0.2})
+        seams = p.node("ShaderNodeTexWave", bands_direction="Y")
+        # A wave of scale 1 is 2π/20 m long.
+        seams.inputs["Scale"].default_value = 2 * math.pi / 20 / 0.17
+        p.link(p.coordinates("UV"), seams.inputs["Vector"])
+        grain = p.noise(5.0, 0.3, 0.7, 6.0, (0.15, 1.6, 1.6))
+        wood = p.mix(grain, (0.075, 0.05, 0.032), (0.22, 0.155, 0.10))
+        turf = p.mix(p.noise(1.2, 0.50, 0.64, 8.0), wood, (0.16, 0.15, 0.075))
+        seam = p.ramp(seams.outputs["Fac"], 0.0, 0.10)
+        p.set("Base Color", p.mix(seam, (0.018, 0.014, 0.010), turf))
+        p.bump(seam, 0.012)
         return p.material
 
     @cached_property
