@@ -158,8 +158,9 @@ def decide(
     samples, noise = _samples(reference, estimate, workload, target, denoise=denoise)
 
     def seconds(c: Combination) -> float:
-        sample = (workload.method, c.bands.count, workload.bands_per_pass, c.options)
-        return workload.megapixels * workload.frames * costs.sample_seconds(*sample)
+        method = workload.method
+        picture = method, c.bands.count, c.bands.passes(method), c.options
+        return workload.megapixels * workload.frames * costs.sample_seconds(*picture)
 
     combinations = estimate.combinations(workload, costs, keep, off)
     if budget is not None:
@@ -206,19 +207,15 @@ class _About:
     keep: frozenset[str]
 
     def _cost(self, bands: BandChoice, options: Options) -> float:
-        workload = self.workload
-        return self.costs.sample(workload.method, bands.count, workload.bands_per_pass, options)
+        method = self.workload.method
+        return self.costs.sample(method, bands.count, bands.passes(method), options)
 
     def bands(self, delta_e: float) -> Decision:
         e, chosen = self.estimate, self.chosen
         most = max(e.choices, key=lambda c: c.count)
         alone = float(e.errors([e.rgb(chosen.bands, e.everything)])[0])
-        passes = math.ceil(chosen.bands.count / self.workload.bands_per_pass)
-        packed = {
-            "realtime": "in one pass",
-            "bands": f"in {passes} passes",
-            "cycles": f"in {passes} passes of {self.workload.bands_per_pass}",
-        }[self.workload.method]
+        passes = chosen.bands.passes(self.workload.method)
+        packed = "in one pass" if passes == 1 else f"in {passes} passes"
         verdict = "within" if delta_e <= SAFETY * self.target else "nothing affordable reaches"
         return Decision(
             "bands",
