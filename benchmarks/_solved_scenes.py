@@ -36,6 +36,8 @@ class Scene:
     things: bool = False
     phase: str = settings.DEFAULT_PHASE
     forward_peak: str = settings.BOUNDED
+    bands: int = BANDS
+    share_passes: bool = False
 
     @property
     def title(self) -> str:
@@ -49,11 +51,11 @@ class Scene:
         """Resolve it; under an overcast sky little of the light is direct sun."""
         return render_plan.make_plan(
             settings.SceneSettings(
-                water=f"jerlov:{self.water}", phase=self.phase, bands=BANDS, surface="flat",
+                water=f"jerlov:{self.water}", phase=self.phase, bands=self.bands, surface="flat",
                 sky=self.sky, sky_radiance=0.05 if self.sky == "clear" else 3.0,
                 sun_zenith=self.sun, sun_azimuth=60.0, floor_depth=self.depth + FLOOR_BELOW,
                 floor_reflectance=str(FLOOR_REFLECTANCE), samples=samples, field=field,
-                forward_peak=self.forward_peak,
+                forward_peak=self.forward_peak, share_passes=self.share_passes,
             )
         )  # fmt: skip
 

@@ -439,7 +439,7 @@ def outcomes(results: Sequence[dict], costs: Costs, safety: float = SAFETY) -> l
         for method in METHODS:
             cost = np.array(
                 [
-                    costs.sample(method, bands, 3, frozenset(options))
+                    costs.sample(method, bands, math.ceil(bands / 3), frozenset(options))
                     for _, bands, options, _, _ in rows
                 ]
             )

@@ -3,8 +3,8 @@
     python3 dev.py run -m benchmarks forward_peak [--samples N]
 
 renders the ten Jerlov types with the exact peak of the default phase function, with the
-bounded one, and with Henyey-Greenstein 0.9, under a high and a low sun, and writes
-docs/forward_peak.md and data/cycles_noise.csv, which Auto reads. Takes about half an hour.
+bounded one, and with Henyey-Greenstein 0.9, under a high and a low sun, each band in a pass of
+its own, and writes docs/forward_peak.md. Takes about half an hour.
 """
 
 from __future__ import annotations
@@ -23,13 +23,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..scene.settings import BOUNDED, EXACT
-from ..uw_spectral.spectra.colour_rendering import delta_e_CIE2000_images, luminance
-from . import _solved_scenes, grey_scene
+from ..uw_spectral.spectra.colour_rendering import luminance
+from . import _solved_scenes
 from ._rays import camera_rays
 from ._solved_cases import FROM_SUN
 from ._solved_scenes import Scene
 
-_WATERS = {
+WATERS = {
     "I": 20.0, "IA": 15.0, "IB": 8.0, "II": 5.0, "III": 3.0,
     "1C": 4.0, "3C": 2.0, "5C": 1.5, "7C": 1.0, "9C": 0.5,
 }  # fmt: skip
@@ -41,7 +41,6 @@ _HEADS = (
 )
 _SEEDS = (1, 2)
 _NOISE = 0.02
-_BLOCK = 5
 _STREAMS, _RAYS = 48, 2  # of the solution that is compared with; rays per pixel and axis
 _METHODS = {"bounded": ("mixture", BOUNDED), "exact": ("mixture", EXACT), "hg": ("hg:0.9", BOUNDED)}
 
@@ -59,7 +58,6 @@ class Noise:
     error: NDArray[np.float64]
     relative: float
     seconds: float
-    delta_e: float
 
     @property
     def seconds_at_noise(self) -> float:
@@ -77,15 +75,11 @@ def measured(scene: Scene, camera: bpy.types.Object, samples: int, far: NDArray[
     developed = [scene.plan(1).reduction(scene.depth).apply(image) for image in images]
     seen = np.stack([luminance(image)[far] for image in developed])
     relative = math.sqrt(((seen[0] - seen[1]) ** 2).mean() / 2.0 * samples) / seen.mean()
-    blocks = [grey_scene.blocks(np.maximum(image, 0.0), _BLOCK) for image in developed]
-    # Of the difference of two means back to a pixel and a sample.
-    delta_e = float(delta_e_CIE2000_images(*(x[None] for x in blocks)).mean())
     return Noise(
         chosen.mean(axis=(0, 1)),
         np.sqrt(variance / (far.sum() * len(_SEEDS))),
         float(relative),
         seconds,
-        delta_e / math.sqrt(2.0) * _BLOCK * math.sqrt(samples),
     )
 
 
@@ -101,15 +95,6 @@ def solved(scene: Scene, camera: bpy.types.Object) -> tuple[NDArray[np.float64],
     chosen = w[far.repeat(_RAYS, axis=0).repeat(_RAYS, axis=1)]
     radiance = plan.solved_field(_STREAMS).radiance(scene.depth, tuple(chosen.T))
     return radiance.mean(axis=0), far
-
-
-def scatterings(scene: Scene) -> float:
-    """Scatterings on the sun's slant path to the camera, weighted with luminance."""
-    plan = scene.plan(1)
-    reduction = plan.reduction(scene.depth)
-    weights = np.maximum(luminance(reduction.weights.T), 0.0) * plan.column.sun_irradiance
-    b = float(plan.column.scattering @ weights / weights.sum())
-    return b * scene.depth / plan.column.sun_cosine
 
 
 def _row(scene: Scene, found: dict[str, Noise], wanted: NDArray[np.float64]) -> str:
@@ -133,8 +118,8 @@ def main(arguments: Sequence[str]) -> None:
     parser.add_argument("--samples", type=int, default=128)
     options = parser.parse_args(arguments)
     camera = _solved_scenes.build()
-    lines, table, ratios = [], [], []
-    for (water, depth), sun in itertools.product(_WATERS.items(), _SUNS):
+    lines, ratios = [], []
+    for (water, depth), sun in itertools.product(WATERS.items(), _SUNS):
         scene = Scene(water, depth, sun=sun)
         wanted, far = solved(scene, camera)
         found = {
@@ -148,25 +133,12 @@ def main(arguments: Sequence[str]) -> None:
         }
         lines.append(_row(scene, found, wanted))
         print(lines[-1], flush=True)
-        table.append((scatterings(scene), found["bounded"].delta_e))
         ratios.append([(found[n].relative / found["hg"].relative) ** 2 for n in _METHODS])
     bounded, exact, _ = np.array(ratios).T
     root = Path(__file__).resolve().parent.parent
     (root / "docs" / "forward_peak.md").write_text(
         _report(lines, options.samples, bounded, exact), encoding="utf-8"
     )
-    rows = "\n".join(f"{x:.3g},{y:.3g}" for x, y in sorted(table))
-    (root / "data" / "cycles_noise.csv").write_text(_HEADER + rows + "\n", encoding="utf-8")
-
-
-_HEADER = f"""\
-# Noise of a Cycles pixel at one sample, ΔE2000 on the display; divide by the root of the samples
-# source: `python3 dev.py run -m benchmarks forward_peak`, default phase function, bounded peak
-# how: ΔE of two pictures over blocks of {_BLOCK} x {_BLOCK} pixels, back to a pixel and a sample
-# scatterings: b y/mu_s on the sun's slant path to the camera, weighted with luminance
-# licence: GPL-3.0-or-later. status: derived from measurements, within a factor of two
-scatterings,delta_e
-"""
 
 
 def _report(

@@ -10,6 +10,7 @@ options, so that the error of a combination is one ΔE2000 per ray and no rule f
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 
@@ -35,17 +36,26 @@ _HARDLY, _UNSEEN = 1.02, 0.01  # factor and ΔE that are not worth a cost
 class BandChoice:
     """Some bands, known by their name, and the elastic optics on them.
 
-    ``settings`` are what a caller does to get them; they are handed back.
+    ``settings`` are what a caller does to get them; they are handed back. ``cycles_passes`` are
+    what they take in Cycles: by default one for three bands.
     """
 
     name: str
     optics: Optics = field(compare=False)
     settings: dict[str, object] = field(compare=False)
+    cycles_passes: int | None = field(default=None, compare=False)
 
     @property
     def count(self) -> int:
         """Number of bands."""
         return len(self.optics.view.column.bands)
+
+    def passes(self, method: Method) -> int:
+        """Passes of a frame."""
+        if method == "realtime":
+            return 1
+        in_threes = math.ceil(self.count / 3)
+        return (self.cycles_passes or in_threes) if method == "cycles" else in_threes
 
 
 @dataclass(frozen=True)
@@ -55,8 +65,6 @@ class Workload:
     Parameters
     ----------
     method : {"realtime", "bands", "cycles"}
-    bands_per_pass : int
-        Of band passes.
     megapixels : float
         Of a frame.
     frames : int
@@ -67,7 +75,6 @@ class Workload:
     """
 
     method: Method = "realtime"
-    bands_per_pass: int = 3
     megapixels: float = 1.0
     frames: int = 1
     samples: int | None = None
@@ -185,7 +192,8 @@ class ErrorEstimate:
         free = priced(wanted) - set(keep) if workload.method != "cycles" else frozenset()
         found = []
         for choice, options in itertools.product(self.choices, subsets(free, wanted - free)):
-            cost = costs.sample(workload.method, choice.count, workload.bands_per_pass, options)
+            method = workload.method
+            cost = costs.sample(method, choice.count, choice.passes(method), options)
             found.append(Combination(choice, options, cost))
         return sorted(found, key=lambda c: (c.cost, -len(c.options)))
 

@@ -54,26 +54,25 @@ class Costs:
     seconds: float
     shadow_seconds: float
 
-    def sample(self, method: Method, bands: int, bands_per_pass: int, options: Options) -> float:
+    def sample(self, method: Method, bands: int, passes: int, options: Options) -> float:
         """Cost of one sample of every pass of a frame.
 
         Parameters
         ----------
         method : {"realtime", "bands", "cycles"}
         bands : int
-        bands_per_pass : int
-            Of band passes; real time has one pass.
+        passes : int
+            Of a frame.
         options : Options
             Of EEVEE; that Cycles saves time by leaving something out was not measured.
 
         Examples
         --------
         >>> costs = read_costs()
-        >>> few, many = (costs.sample("realtime", n, 3, USUAL) for n in (3, 15))
+        >>> few, many = (costs.sample("realtime", n, 1, USUAL) for n in (3, 15))
         >>> many > few > 1
         True
         """
-        passes = _passes(method, bands, bands_per_pass)
         if method == "cycles":
             return passes * self.cycles
         triple = max(self.triple + self._change("triple", options), 0.0)
@@ -91,12 +90,10 @@ class Costs:
             if term.cost == cost
         )
 
-    def sample_seconds(
-        self, method: Method, bands: int, bands_per_pass: int, options: Options
-    ) -> float:
+    def sample_seconds(self, method: Method, bands: int, passes: int, options: Options) -> float:
         """CPU time of a megapixel of :meth:`sample`, shadow maps included, s."""
-        maps = 0 if method == "cycles" else _passes(method, bands, bands_per_pass)
-        cost = self.sample(method, bands, bands_per_pass, options)
+        maps = 0 if method == "cycles" else passes
+        cost = self.sample(method, bands, passes, options)
         return self.seconds * cost + self.shadow_seconds * maps
 
 
@@ -109,10 +106,6 @@ def priced(options: Iterable[str]) -> Options:
     ['waves']
     """
     return frozenset(options) & {term.name for term in COSTED}
-
-
-def _passes(method: Method, bands: int, bands_per_pass: int) -> int:
-    return 1 if method == "realtime" else math.ceil(bands / bands_per_pass)
 
 
 @functools.cache

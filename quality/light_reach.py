@@ -6,6 +6,7 @@ import dataclasses
 import functools
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -122,18 +123,36 @@ def first_within[T](
     return values[index], float(errors[index])
 
 
-def cycles_noise(view: Viewpoint) -> float:
-    """ΔE2000 of the noise of a Cycles pixel at one sample; it falls with the root of their number.
+@dataclass(frozen=True)
+class CyclesSample:
+    """A sample of Cycles.
+
+    Attributes
+    ----------
+    delta_e : float
+        Noise of a pixel at one sample, ΔE2000; it falls with the root of their number.
+    seconds : float
+        CPU time of a pass of a megapixel, on the machine of the cost table.
+    """
+
+    delta_e: float
+    seconds: float
+
+
+def cycles_sample(view: Viewpoint) -> CyclesSample:
+    """Return noise and time of a sample with the default phase function.
 
     Interpolated, over the scatterings on the sun's slant path to the camera,
-    among pictures whose noise was measured; a factor of two either way.
+    among pictures that were measured; a factor of two either way.
     """
-    table = read_table(DATA_DIRECTORY / "cycles_noise.csv", ("scatterings", "delta_e")).columns
+    columns = "scatterings", "delta_e", "seconds"
+    table = read_table(DATA_DIRECTORY / "cycles_noise.csv", columns).columns
     weights = np.maximum(luminance(view.reduction.weights.T), 0.0) * view.light
     b = float(view.column.scattering @ weights / weights.sum())
     x = b * view.depth / view.column.sun_cosine
-    known = np.log(table["scatterings"]), np.log(table["delta_e"])
-    return float(np.exp(np.interp(math.log(max(x, 1e-9)), *known)))
+    known, place = np.log(table["scatterings"]), math.log(max(x, 1e-9))
+    delta_e, seconds = (np.interp(place, known, np.log(table[name])) for name in columns[1:])
+    return CyclesSample(math.exp(delta_e), math.exp(seconds))
 
 
 def _first_below(distances: NDArray, values: NDArray, limit: float) -> float:

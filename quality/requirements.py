@@ -20,7 +20,8 @@ from .costs import Costs, read_costs
 from .light_reach import (
     BOUNCES,
     FROXELS,
-    cycles_noise,
+    CyclesSample,
+    cycles_sample,
     first_within,
     lost_beyond,
     shaft_range,
@@ -153,13 +154,18 @@ def decide(
     for name, value in (("target ΔE", target), ("time budget", budget)):
         if value is not None and not value > 0:
             raise InputError(f"{name} must be positive, got {value:g}")
-    workload, costs = workload or Workload(), costs or read_costs()
-    estimate = ErrorEstimate(seen, reference, choices)
-    samples, noise = _samples(reference, estimate, workload, target, denoise=denoise)
+    workload, estimate = workload or Workload(), ErrorEstimate(seen, reference, choices)
+    sample = None
+    if workload.method == "cycles":
+        depth = float(np.mean([view.depth for view in estimate.seen]))
+        sample = cycles_sample(replace(reference.view, depth=depth))
+    costs = costs or _costs(sample)
+    samples, noise = _samples(sample, workload, target, denoise=denoise)
 
     def seconds(c: Combination) -> float:
-        sample = (workload.method, c.bands.count, workload.bands_per_pass, c.options)
-        return workload.megapixels * workload.frames * costs.sample_seconds(*sample)
+        method = workload.method
+        picture = method, c.bands.count, c.bands.passes(method), c.options
+        return workload.megapixels * workload.frames * costs.sample_seconds(*picture)
 
     combinations = estimate.combinations(workload, costs, keep, off)
     if budget is not None:
@@ -206,19 +212,15 @@ class _About:
     keep: frozenset[str]
 
     def _cost(self, bands: BandChoice, options: Options) -> float:
-        workload = self.workload
-        return self.costs.sample(workload.method, bands.count, workload.bands_per_pass, options)
+        method = self.workload.method
+        return self.costs.sample(method, bands.count, bands.passes(method), options)
 
     def bands(self, delta_e: float) -> Decision:
         e, chosen = self.estimate, self.chosen
         most = max(e.choices, key=lambda c: c.count)
         alone = float(e.errors([e.rgb(chosen.bands, e.everything)])[0])
-        passes = math.ceil(chosen.bands.count / self.workload.bands_per_pass)
-        packed = {
-            "realtime": "in one pass",
-            "bands": f"in {passes} passes",
-            "cycles": f"in {passes} passes of {self.workload.bands_per_pass}",
-        }[self.workload.method]
+        passes = chosen.bands.passes(self.workload.method)
+        packed = "in one pass" if passes == 1 else f"in {passes} passes"
         verdict = "within" if delta_e <= SAFETY * self.target else "nothing affordable reaches"
         return Decision(
             "bands",
@@ -317,14 +319,19 @@ class _About:
         return Decision("samples", str(samples), 0.0, 1.0, "for edges; the water has no noise")
 
 
+def _costs(sample: CyclesSample | None) -> Costs:
+    """Return the measured costs; those of Cycles depend on the water."""
+    costs = read_costs()
+    return costs if sample is None else replace(costs, cycles=sample.seconds / costs.seconds)
+
+
 def _samples(
-    reference: Optics, estimate: ErrorEstimate, workload: Workload, target: float, *, denoise: bool
+    sample: CyclesSample | None, workload: Workload, target: float, *, denoise: bool
 ) -> tuple[int, float]:
     """Samples per pixel, and the ΔE2000 of their noise in Cycles."""
-    if workload.method != "cycles":
+    if sample is None:
         return workload.samples or (_FEW_SAMPLES if target >= _COARSE else _MANY_SAMPLES), 0.0
-    depth = float(np.mean([view.depth for view in estimate.seen]))
-    one = cycles_noise(replace(reference.view, depth=depth)) / (_DENOISED if denoise else 1.0)
+    one = sample.delta_e / (_DENOISED if denoise else 1.0)
     count = workload.samples or int(np.clip((one / target) ** 2, 16, 4096))
     return count, one / math.sqrt(count)
 

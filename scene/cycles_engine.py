@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import bpy
+import numpy as np
 
+from ..uw_spectral.spectra.spectral_image import read_exr, write_rgb_exr
 from . import cycles_settings, cycles_water, inelastic_layers, moving_surface, scene_water
 from .band_engine import BandEngine, Engine, Opening, RenderPass, Weights
 from .exr_output import write_float_exr
@@ -57,10 +59,17 @@ def cycles_bands(
                 if layers is not None and now.inelastic is not None:
                     values = values.with_values(inelastic_layers.emission(now.inelastic, layers))
 
-                def render(indices: tuple[int, ...], path: Path) -> None:
+                def draw_bands(indices: tuple[int, ...], path: Path) -> None:
                     values.apply(layer, indices)
                     values.refresh(scene)
                     write_float_exr(scene, path)
+
+                def render(indices: tuple[int, ...], path: Path) -> None:
+                    shared = _sharing(indices, now.passes)
+                    if len(shared) == 1:
+                        draw_bands(indices, path)
+                    else:
+                        _draw_apart(shared, path, draw_bands)
 
                 return render
 
@@ -70,6 +79,23 @@ def cycles_bands(
             yield BandEngine(plan.passes, notes, frame, draw)
     finally:
         scene_water.remove(scene)
+
+
+def _sharing(bands: tuple[int, ...], passes: Sequence[tuple[int, ...]]) -> list[tuple[int, ...]]:
+    """Split the bands of a pass of the first frame into those that still share one."""
+    parts = (tuple(band for band in bands if band in shared) for shared in passes)
+    return [part for part in parts if part]
+
+
+def _draw_apart(parts: Sequence[tuple[int, ...]], path: Path, draw: RenderPass) -> None:
+    """Render parts of a pass by themselves and put them into one file."""
+    channels = []
+    for part in parts:
+        draw(part, path)
+        channels.append(read_exr(path)[0][..., : len(part)])
+    missing = 3 - sum(map(len, parts))
+    image = np.concatenate(channels, axis=-1)
+    write_rgb_exr(path, np.pad(image, ((0, 0), (0, 0), (0, missing)), mode="edge"))
 
 
 def _open(

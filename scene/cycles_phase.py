@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 
 from ..node_groups.water_volume import ScatteringLobe
 from ..uw_spectral.errors import InputError
-from ..uw_spectral.transfer.water_column import WaterColumn
 from ..uw_spectral.water.bounded_peak import bound_forward_peak
 from ..uw_spectral.water.phase import (
     BandPhase,
@@ -46,17 +45,15 @@ class CyclesPhase:
     shares : tuple of array, shape (n,)
         Share of each lobe in the scattering of each band; where the forward peak is bounded
         they add up to less than 1, see :class:`.BoundedPhase`. Cycles picks among lobes by the
-        average over its three channels, so three bands fit one pass only where the shares
-        are about the same in each.
+        average over its three channels, so bands share a pass only where they share
+        the phase function, see :mod:`.shared_phase`.
     shapes : tuple of (array, array), shape (n,)
         Anisotropy and alpha of each lobe that has its own in each band; else none.
-    bands_per_pass : int
     notes : tuple of str
     """
 
     lobes: tuple[ScatteringLobe, ...]
     shares: tuple[NDArray[np.float64], ...]
-    bands_per_pass: int
     notes: tuple[str, ...] = ()
     shapes: tuple[tuple[NDArray[np.float64], NDArray[np.float64]], ...] = ()
 
@@ -76,7 +73,7 @@ def cycles_phase(phase: BandPhase, *, bounded: bool = False) -> CyclesPhase:
     InputError
         If Cycles has nothing for one of its components.
     """
-    per_pass, notes = 3 if phase.same_in_all_bands else 1, []
+    notes = []
     peaked = [c for c in phase.components if isinstance(c, FournierForand | PetzoldAverage)]
     if bounded and peaked:
         # Whether lobes will do must not depend on what may be animated.
@@ -85,7 +82,6 @@ def cycles_phase(phase: BandPhase, *, bounded: bool = False) -> CyclesPhase:
             return CyclesPhase(
                 (ScatteringLobe("DRAINE", by_band=True),) * 2,
                 tuple(fit.shares),
-                per_pass,
                 shapes=tuple(zip(fit.asymmetries, fit.alphas, strict=True)),
             )
         notes.append(_SHARP_NOTE)
@@ -97,18 +93,12 @@ def cycles_phase(phase: BandPhase, *, bounded: bool = False) -> CyclesPhase:
         for lobe, share in _lobes(component)
     ]
     lobes, shares = zip(*parts, strict=True)
-    return CyclesPhase(lobes, shares, per_pass, tuple(notes))
+    return CyclesPhase(lobes, shares, tuple(notes))
 
 
 @functools.lru_cache(maxsize=32)
 def _can_be_bounded(phase: PhaseFunction) -> bool:
     return bool(bound_forward_peak(phase.for_bands(1.0)).error.max() <= LARGEST_ERROR)
-
-
-def cycles_phases(column: WaterColumn, first: BandPhase, *, bounded: bool) -> list[CyclesPhase]:
-    """Split the phase functions of all layers, from the surface down."""
-    phases = first, *(layer.phase for layer in column.below)
-    return [cycles_phase(phase, bounded=bounded) for phase in phases]
 
 
 def _lobes(phase: PhaseFunction) -> list[tuple[ScatteringLobe, float]]:

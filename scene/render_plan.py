@@ -37,8 +37,10 @@ from ..uw_spectral.surface.wave_patterns import Sea
 from ..uw_spectral.transfer.radiance_table import TABLE_STREAMS
 from ..uw_spectral.transfer.water_column import WAVES
 from ..uw_spectral.water.bio_optics import Constituents
+from ..uw_spectral.water.phase import BandPhase
+from ..uw_spectral.water.shared_phase import LARGEST_SPREAD, alike, with_mean_of
 from . import band_colors, shade
-from .cycles_phase import CyclesPhase, cycles_phases
+from .cycles_phase import CyclesPhase, cycles_phase
 from .pass_values import PassValues
 from .realtime import MOST_BANDS, MOST_CLOSED_FORM_BANDS, RealtimeWater, realtime_water
 from .settings import AUTO, BOUNDED, CONSTITUENTS, DEFAULT_PHASE, OPTIMISED, SOLVED, SceneSettings
@@ -58,17 +60,19 @@ class RenderPlan(ResolvedOptics):
     def cycles_phases(self) -> list[CyclesPhase]:
         """How Cycles draws the phase function of each layer, from the surface down."""
         bounded = self.settings.forward_peak == BOUNDED
-        return cycles_phases(self.column, self.phase, bounded=bounded)
+        return [
+            cycles_phase(with_mean_of(phase, self.passes), bounded=bounded)
+            for phase in self._phases
+        ]
 
-    @property
-    def bands_per_pass(self) -> int:
-        """Bands that share a pass of Cycles."""
-        return min(phase.bands_per_pass for phase in self.cycles_phases)
-
-    @property
+    @functools.cached_property
     def passes(self) -> list[tuple[int, ...]]:
-        """The bands of each render pass."""
-        return self.bands.packed(self.bands_per_pass)
+        """The bands of each pass of Cycles: those that share a phase function."""
+        return alike(self._phases, spread=LARGEST_SPREAD if self.settings.share_passes else 0.0)
+
+    @property
+    def _phases(self) -> tuple[BandPhase, ...]:
+        return self.phase, *(layer.phase for layer in self.column.below)
 
     @property
     def radiance_units(self) -> str:

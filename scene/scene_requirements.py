@@ -124,12 +124,10 @@ def choose(
         drawn = shaded.realtime(scene, views[0].depth, np.ones((3, len(plan.bands))))
         shaft_end = drawn.shafts.end if drawn.shafts is not None else 0.0
     method = job.mode if job.engine == "eevee" else "cycles"
-    per_pass = plan.bands_per_pass if method == "cycles" else 3
     render = scene.render
     pixels = render.resolution_x * render.resolution_y * (render.resolution_percentage / 100) ** 2
     workload = Workload(
         method,
-        per_pass,
         pixels / 1e6,
         max(len(job.frames), 1),
         chosen.samples if "samples" in keep else None,
@@ -327,7 +325,8 @@ def _choices(
     if keep & {"bands", "wavelengths", "range_start", "range_end"}:
         bands = {}
         plan = plan_of(plain)
-        return [BandChoice(f"{len(plan.bands)}, as given", _optics(plan, engine), bands)]
+        name = f"{len(plan.bands)}, as given"
+        return [BandChoice(name, _optics(plan, engine), bands, len(plan.passes))]
     most = plan_of(plain).most_bands if method == REALTIME else BAND_COUNTS[-1]
     found = []
     for placement, counts in ((EQUAL, BAND_COUNTS), (OPTIMISED, OPTIMISED_COUNTS)):
@@ -336,7 +335,8 @@ def _choices(
         for count in (n for n in counts if n <= most):
             changes = {"bands": count, "wavelengths": "", "band_placement": placement}
             plan = plan_of(replace(plain, **changes))
-            found.append(BandChoice(f"{count} {placement}", _optics(plan, engine), changes))
+            name = f"{count} {placement}"
+            found.append(BandChoice(name, _optics(plan, engine), changes, len(plan.passes)))
     return found
 
 

@@ -229,6 +229,11 @@ class SceneSettings:
         "of it went straight on, which saves most of the noise; or exact",
         choices=(BOUNDED, EXACT),
     )
+    share_passes: bool = _setting(
+        True,
+        "Cycles: up to three neighbouring bands whose phase functions are nearly the same share a "
+        "pass and the mean of these; otherwise only bands of equal ones do",
+    )
     field: str = _setting(
         SOLVED,
         "EEVEE: light scattered many times, solved once per water and looked up, or in closed form",

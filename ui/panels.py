@@ -304,6 +304,7 @@ class QualityPanel(_SubPanel, bpy.types.Panel):
         if engine == "cycles":
             column.prop(panel, "denoise")
             column.prop(water, "forward_peak", text="Forward peak")
+            column.prop(water, "share_passes", text="Share passes")
         if engine == "eevee":
             column.prop(water, "field", text="Multiple scattering")
         for term in TERMS:

@@ -26,7 +26,7 @@ def grey_column(a: float, b: float, **changes) -> WaterColumn:
 
 def layers_of(column: WaterColumn, lobes, shares=(1.0,)) -> list[CyclesPhase]:
     """Return these lobes for the first layer, and the phase functions of those below."""
-    first = CyclesPhase(lobes, tuple(np.full(3, share) for share in shares), 3)
+    first = CyclesPhase(lobes, tuple(np.full(3, share) for share in shares))
     return [first, *(cycles_phase(layer.phase) for layer in column.below)]
 
 

@@ -6,7 +6,13 @@ import bpy
 import numpy as np
 import pytest
 from underwater_spectral.node_groups import uplift
-from underwater_spectral.scene import cycles_water, pass_values, scene_water, water_body
+from underwater_spectral.scene import (
+    cycles_settings,
+    cycles_water,
+    pass_values,
+    scene_water,
+    water_body,
+)
 from underwater_spectral.tests.scene import columns, scenes, snapshot
 from underwater_spectral.uw_spectral.errors import InputError
 from underwater_spectral.uw_spectral.transfer.water_column import DeeperWater
@@ -170,3 +176,19 @@ def test_water_reaches_as_far_as_in_its_clearest_layer():
     )
     layered = columns.grey_column(1.0, 0.5, below=_deeper(0.5))
     assert clear == water_body.water_extent(scene, layered, 5.0).half_width > turbid
+
+
+@pytest.mark.parametrize("changes", [{}, FLAT])
+@pytest.mark.parametrize("strength", [0.0, 1.0])
+def test_the_light_tree_is_for_more_lights_than_the_sun(empty_blender, changes, strength):
+    """Under an interface nothing but the sun is sampled, unless something emits."""
+    material = scenes.principled("lamp")
+    material.node_tree.nodes["Principled BSDF"].inputs["Emission Strength"].default_value = strength
+    _add(empty_blender, **changes)
+    camera = scenes.add_camera((0.0, 0.0, -3.0), (0.0, 0.0, 0.0))
+    before = empty_blender.cycles.use_light_tree
+    with cycles_settings.reference_settings(
+        empty_blender, camera, samples=1, seed=1, denoise=False
+    ):
+        assert empty_blender.cycles.use_light_tree == (not changes or strength > 0.0)
+    assert empty_blender.cycles.use_light_tree == before

@@ -22,6 +22,8 @@ from .probes import RAYS, SETS, Rays, directions, set_of
 from .undisturbed_light import AXES, UndisturbedLight
 
 _ROUNDS = 6
+_ON_WAY = ((0.1127, 5 / 18), (0.5, 8 / 18), (0.8873, 5 / 18))
+"""Places along a ray where the light is looked at, and their weights: Gauss's."""
 _MOST = 32.0  # times the undisturbed light; what a white wall sends into the dark has no bound
 _DARK = 1e-6  # of the brightest direction's light: what counts as light at all
 
@@ -85,11 +87,14 @@ def disturbed_light(field: SolvedField, rays: Rays, reflectance: Array) -> Distu
     path = np.maximum(at.scattered - T * end.scattered, 0.0)
     sunlit = rays.sunlit[valid]
     place = _places(rays, valid)
-    middle = place[rays.nearest(point[:, None] + w * (distance / 2)[..., None])]
+    on_way = [
+        place[rays.nearest(point[:, None] + w * (share * distance)[..., None])]
+        for share, _ in _ON_WAY
+    ]
     known = np.maximum(at.once - T * end.once, 0.0)
-    known *= ((sunlit[:, None] + sunlit[middle]) / 2.0)[..., None]
+    known *= sum(weight * sunlit[p] for p, (_, weight) in zip(on_way, _ON_WAY, strict=True))[..., None]
     known += np.where((hit < 0)[..., None], T * (end.scattered + end.once + end.image), 0.0)
-    same = kernels.nearest[kind[middle], kind[:, None], np.arange(RAYS)]
+    same = [kernels.nearest[kind[p], kind[:, None], np.arange(RAYS)] for p in on_way]
     unshaded, source = kernels.irradiance(before), kernels.all_ways(before)
     unshaded, source = np.maximum(unshaded, _tiny(unshaded)), np.maximum(source, _tiny(source))
     met, sides = hit >= 0, _Sides(rays, reflectance, undisturbed)
@@ -98,7 +103,9 @@ def disturbed_light(field: SolvedField, rays: Rays, reflectance: Array) -> Distu
     for _ in range(_ROUNDS):
         E = kernels.irradiance(L)
         J = np.minimum(kernels.all_ways(L) / source, _MOST)
-        L = known + path * ((J + J[middle, same]) / 2.0)
+        L = known.copy()
+        for p, r, (_, weight) in zip(on_way, same, _ON_WAY, strict=True):
+            L += np.float32(weight) * path * J[p, r]
         L[met] += T[met] * sides.radiance(E[side_place])[hit[met]]
     scattered0 = kernels.along_axes(before)
     scattered0 = np.maximum(scattered0, _tiny(scattered0))

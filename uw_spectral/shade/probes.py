@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from .grid import Array, Grid
 from .voxels import SurfaceVoxels
 
-RAYS = 64
+RAYS = 192
 """Directions from each probe."""
 SETS = 4
 """Sets of directions; probes side by side have different ones."""

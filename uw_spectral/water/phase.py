@@ -425,11 +425,6 @@ class BandPhase(ComparedByContent, Mixture):
     def __len__(self) -> int:
         return self.weights.shape[1]
 
-    @property
-    def same_in_all_bands(self) -> bool:
-        """Whether one function serves every band (then three bands fit one Cycles pass)."""
-        return bool(np.all(self.weights == self.weights[:, :1]))
-
     def __call__(self, cosine: ArrayLike) -> NDArray[np.float64]:
         """Evaluate at cosines of shape (...), in 1/sr; shape (..., n)."""
         values = np.stack([component(cosine) for component in self.components], axis=-1)

@@ -1,0 +1,464 @@
+"""What a reference without visible noise costs in Cycles, by its settings, in ten waters.
+
+    python3 dev.py run -m benchmarks reference_cost [--cpu-minutes N] [--results FILE]
+
+measures the settings that Cycles has for noise, each in the ten Jerlov types, and writes
+docs/reference_cost.md; then the noise and the time of whole pictures with the default settings,
+and writes data/cycles_noise.csv, which Auto reads. About twenty minutes of one core. What was
+measured is kept in FILE: a run that is stopped, or has used up its minutes, goes on from there.
+"""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import dataclasses
+import json
+import math
+import tempfile
+import time
+import warnings
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import bpy
+import numpy as np
+from numpy.typing import NDArray
+
+from ..quality.light_reach import lost_beyond
+from ..scene import band_passes, engines, water_body
+from ..scene.settings import EXACT
+from ..uw_spectral.errors import DataWarning
+from ..uw_spectral.spectra.colour_rendering import delta_e_CIE2000_images, luminance
+from ..uw_spectral.water.shared_phase import LARGEST_SPREAD
+from . import _solved_scenes, grey_scene
+from ._rays import camera_rays
+from ._solved_cases import FROM_SUN
+from ._solved_scenes import Scene
+from .forward_peak import WATERS
+
+Array = NDArray[np.float64]
+
+_BANDS, _BAND = 8, 3
+"""Of them one is compared, 512.5 to 550 nm; in turbid waters it shares a pass with two more."""
+_SEEDS = (1, 2)
+_SAMPLES = 128
+_SUN = 30.0
+_NOISE = 0.02
+_STREAMS, _RAYS = 32, 2
+_GUIDING = {"use_guiding": True, "guiding_training_samples": _SAMPLES // 2}
+_SUNS = (30.0, 70.0)
+_ALLOWED = 0.01
+_TABLE_SAMPLES = 48
+_BLOCK = 5
+
+
+@dataclass(frozen=True)
+class _Setting:
+    """What is changed; ``cycles`` are properties of Cycles."""
+
+    name: str
+    cycles: dict[str, Any] = dataclasses.field(default_factory=dict)
+    scene: dict[str, Any] = dataclasses.field(default_factory=dict)
+    denoise: bool = False
+    same_paths: bool = False
+
+
+_PLAIN = _Setting("bounded peak, a band a pass")
+_SHARED = _Setting("shared passes", scene={"share_passes": True})
+_GUIDED = _Setting(
+    "guided surfaces, short training",
+    {**_GUIDING, "use_volume_guiding": False, "guiding_training_samples": 16},
+)
+_SETTINGS = (
+    _PLAIN,
+    _SHARED,
+    _Setting("exact peak", scene={"forward_peak": EXACT}),
+    _Setting("HG 0.9", scene={"phase": "hg:0.9"}),
+    _Setting("path guiding", _GUIDING),
+    _Setting("path guiding, surfaces only", {**_GUIDING, "use_volume_guiding": False}),
+    _GUIDED,
+    _Setting("light tree off", {"use_light_tree": False}, same_paths=True),
+    _Setting("roulette after 4 bounces", {"min_light_bounces": 4}),
+    _Setting("32 bounces", {"volume_bounces": 32, "max_bounces": 32}, same_paths=True),
+    _Setting("16 bounces", {"volume_bounces": 16, "max_bounces": 16}, same_paths=True),
+    _Setting("indirect clamp 10", {"sample_clamp_indirect": 10.0}, same_paths=True),
+    _Setting("indirect clamp 1", {"sample_clamp_indirect": 1.0}, same_paths=True),
+    _Setting("denoised", denoise=True, same_paths=True),
+)
+
+
+def _scene(water: str, setting: _Setting = _PLAIN, sun: float = _SUN) -> Scene:
+    return Scene(water, WATERS[water], sun=sun, bands=_BANDS, **setting.scene)
+
+
+@contextlib.contextmanager
+def _changed(values: dict[str, Any]) -> Iterator[None]:
+    values = {"use_light_tree": True, **values}
+    cycles = bpy.context.scene.cycles
+    before = {name: getattr(cycles, name) for name in values}
+    try:
+        for name, value in values.items():
+            setattr(cycles, name, value)
+        yield
+    finally:
+        for name, value in before.items():
+            setattr(cycles, name, value)
+
+
+def _render(
+    scene: Scene, camera: bpy.types.Object, setting: _Setting, samples: int, *, all_bands: bool
+) -> tuple[Array, float, int]:
+    """Render seeds of a scene.
+
+    Returns
+    -------
+    images : array, shape (seeds, h, w, n)
+        Of all bands, or of those that share a pass with the one that is compared.
+    seconds : float
+        CPU time of a sample of a megapixel, all of these passes; what a render takes before its
+        first sample is left out.
+    passes : int
+    """
+    _solved_scenes.place(scene)
+    plan = scene.plan(samples)
+    blender = bpy.context.scene
+    extent = water_body.water_extent(blender, plan.column, scene.depth)
+    images, seconds = [], 0.0
+    passes = [shared for shared in plan.passes if all_bands or _BAND in shared]
+    for seed in _SEEDS:
+        with (
+            engines.cycles_bands(
+                blender, camera, plan, extent, seed=seed, denoise=setting.denoise
+            ) as engine,
+            _changed(setting.cycles),
+            tempfile.TemporaryDirectory() as folder,
+        ):
+            render, parts = engine.frame(plan, scene.depth), []
+            for number, bands in enumerate(passes):
+                for count, sign in ((1, -1), (samples, 1)):
+                    engine.draw(seed, count)
+                    path = Path(folder, f"{number}_{count}.exr")
+                    start = time.process_time()
+                    band_passes.render_pass(render, bands, path)
+                    seconds += sign * (time.process_time() - start)
+                parts.append(band_passes.RenderedPass(path, bands, None))
+            images.append(band_passes.gather(parts).astype(np.float64))
+    pixels = _solved_scenes.WIDTH * _solved_scenes.HEIGHT / 1e6
+    return np.stack(images), seconds / ((samples - 1) * pixels * len(_SEEDS)), len(passes)
+
+
+def _solved(scene: Scene, camera: bpy.types.Object) -> tuple[Array, NDArray[np.bool_]]:
+    """Radiance by pixel of the compared band, exact peak, and which pixels are off the sun."""
+    _solved_scenes.place(scene)
+    plan = scene.plan(1)
+    height, width = _solved_scenes.HEIGHT, _solved_scenes.WIDTH
+    _, w = camera_rays(camera, width * _RAYS, height * _RAYS)
+    sun = np.asarray(plan.column.sun_direction)
+    far = (w @ -sun < math.cos(math.radians(FROM_SUN))).reshape(height, _RAYS, width, _RAYS)
+    field = plan.solved_field(_STREAMS)
+    image = field.radiance(scene.depth, tuple(w.reshape(-1, 3).T))[:, _BAND]
+    return image.reshape(height, _RAYS, width, _RAYS).mean(axis=(1, 3)), far.all(axis=(1, 3))
+
+
+def measure(
+    water: str,
+    setting: _Setting,
+    camera: bpy.types.Object,
+    truth: tuple[Array, NDArray[np.bool_]],
+    plain: Array | None,
+) -> tuple[dict[str, float], Array]:
+    """Measure one setting; ``plain`` are the images without it, of the same seeds."""
+    scene = _scene(water, setting)
+    images, seconds, _ = _render(scene, camera, setting, _SAMPLES, all_bands=False)
+    wanted, far = truth
+    shared = images.shape[-1]
+    where = next(group.index(_BAND) for group in scene.plan(1).passes if _BAND in group)
+    chosen = images[..., where][:, far]
+    mean, count = chosen.mean(), far.sum() * len(_SEEDS)
+    variance = ((chosen[0] - chosen[1]) ** 2).mean() / 2.0
+    bias, error = mean / wanted[far].mean() - 1.0, math.sqrt(variance / count) / mean
+    if setting.same_paths and plain is not None:
+        # Of the same random numbers: most of the noise is in both.
+        difference = (chosen - plain) / plain.mean()
+        bias, error = difference.mean(), difference.std() / math.sqrt(count)
+    found = {
+        "noise": math.sqrt(variance * _SAMPLES) / mean,
+        "rms": math.sqrt(((chosen - wanted[far]) ** 2).mean()) / wanted[far].mean(),
+        "seconds": seconds / shared,
+        "bands": shared,
+        "bias": float(bias),
+        "error": float(error),
+    }
+    return {name: float(value) for name, value in found.items()}, chosen
+
+
+def picture_noise(water: str, sun: float, camera: bpy.types.Object) -> dict[str, float]:
+    """Noise in ΔE2000 and time of a whole picture with the default settings."""
+    scene = _scene(water, _SHARED, sun=sun)
+    images, seconds, passes = _render(scene, camera, _SHARED, _TABLE_SAMPLES, all_bands=True)
+    plan = scene.plan(1)
+    reduction = plan.reduction(scene.depth)
+    weights = np.maximum(luminance(reduction.weights.T), 0.0) * plan.column.sun_irradiance
+    b = float(plan.column.scattering @ weights / weights.sum())
+    developed = [np.maximum(reduction.apply(image), 0.0) for image in images]
+    blocks = [grey_scene.blocks(image, _BLOCK) for image in developed]
+    delta_e = float(delta_e_CIE2000_images(*(x[None] for x in blocks)).mean())
+    return {
+        "scatterings": b * scene.depth / plan.column.sun_cosine,
+        # Of the difference of two means back to a pixel and a sample.
+        "delta_e": delta_e / math.sqrt(2.0) * _BLOCK * math.sqrt(_TABLE_SAMPLES),
+        "seconds": seconds / passes,
+        "passes": passes,
+    }
+
+
+class _Results:
+    """What was measured so far, on disk."""
+
+    def __init__(self, path: Path, minutes: float) -> None:
+        self._path, self._end = path, time.process_time() + 60.0 * minutes
+        self.values: dict[str, dict[str, float]] = (
+            json.loads(path.read_text(encoding="utf-8")) if path.exists() else {}
+        )
+
+    @property
+    def spent(self) -> bool:
+        """Whether the time is used up."""
+        return time.process_time() > self._end
+
+    def keep(self, key: str, value: dict[str, float]) -> None:
+        """Add a measurement."""
+        self.values[key] = value
+        self._path.write_text(json.dumps(self.values, indent=1), encoding="utf-8")
+        print(key, {name: float(f"{x:.3g}") for name, x in value.items()}, flush=True)
+
+
+def _measure_all(results: _Results, waters: Sequence[str]) -> bool:
+    """Return whether everything is there."""
+    camera = _solved_scenes.build()
+    render = bpy.context.scene.render
+    render.threads_mode, render.threads = "FIXED", 1
+    for water in waters:
+        missing = [s for s in _SETTINGS if f"{water}: {s.name}" not in results.values]
+        if missing:
+            truth, plain = _solved(_scene(water), camera), None
+            # The plain one again: what uses the same random numbers is held against it.
+            again = any(setting.same_paths for setting in missing) and _PLAIN not in missing
+            for setting in ([_PLAIN] if again else []) + missing:
+                if results.spent:
+                    return False
+                found, chosen = measure(water, setting, camera, truth, plain)
+                plain = chosen if plain is None else plain
+                results.keep(f"{water}: {setting.name}", found)
+        for sun in _SUNS:
+            if f"{water}, {sun:g}°" not in results.values:
+                if results.spent:
+                    return False
+                results.keep(f"{water}, {sun:g}°", picture_noise(water, sun, camera))
+    return True
+
+
+def main(arguments: Sequence[str]) -> None:
+    """Measure what is missing, and write the report and the table if nothing is."""
+    parser = argparse.ArgumentParser(prog="reference_cost")
+    parser.add_argument("--cpu-minutes", type=float, default=20.0)
+    parser.add_argument("--results", type=Path, default=Path("reference_cost.json"))
+    parser.add_argument("--waters", default=",".join(WATERS))
+    options = parser.parse_args(arguments)
+    results = _Results(options.results, options.cpu_minutes)
+    waters = options.waters.split(",")
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", DataWarning)
+        if not _measure_all(results, waters):
+            print("the time is used up; run it again to go on")
+            return
+    if waters == list(WATERS):
+        root = Path(__file__).resolve().parent.parent
+        (root / "docs" / "reference_cost.md").write_text(report(results.values), encoding="utf-8")
+        (root / "data" / "cycles_noise.csv").write_text(_table(results.values), encoding="utf-8")
+
+
+def _cost(found: dict[str, float]) -> float:
+    """CPU seconds of a megapixel and band at the noise that is compared at."""
+    return found["seconds"] * (found["noise"] / _NOISE) ** 2
+
+
+def _is_right(found: dict[str, float]) -> bool:
+    return abs(found["bias"]) <= _ALLOWED + 2.0 * found["error"]
+
+
+def _percent(found: dict[str, float]) -> str:
+    return f"{100 * found['bias']:+.1f} ± {100 * found['error']:.1f}"
+
+
+def _bias_and_gain(found: dict[str, dict[str, dict[str, float]]], name: str) -> str:
+    """Say how far a setting changes cost and mean in the waters."""
+    biases = [100 * by[name]["bias"] for by in found.values()]
+    return f"{_gain(found, name)} at a bias of {min(biases):+.1f} to {max(biases):+.1f} %"
+
+
+def _gain(found: dict[str, dict[str, dict[str, float]]], name: str) -> str:
+    costs = [_cost(by[name]) / _cost(by[_PLAIN.name]) for by in found.values()]
+    return f"it costs {min(costs):.2f} to {max(costs):.2f} times as much"
+
+
+def _rows(heads: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    lines = [f"| {' | '.join(row)} |" for row in (heads, *rows)]
+    return "\n".join([lines[0], "|" + "---|" * len(heads), *lines[1:]])
+
+
+def report(values: dict[str, dict[str, float]]) -> str:
+    """Return the page."""
+    names = [setting.name for setting in _SETTINGS]
+    found = {w: {name: values[f"{w}: {name}"] for name in names} for w in WATERS}
+    kinds = {
+        "cost": [_SHARED.name, _PLAIN.name, *names[2:7]],
+        "small": names[7:-1],
+    }
+    costs, small, biases, bounces, denoised, best = [], [], [], [], [], []
+    for water, by in found.items():
+        where = f"{water} {WATERS[water]:g} m"
+        plain = _cost(by[_PLAIN.name])
+        costs.append([where, *(f"{_cost(by[name]):.2g}" for name in kinds["cost"])])
+        small.append([where, *(f"{_cost(by[name]) / plain:.2f}" for name in kinds["small"])])
+        biases.append([where, *(_percent(by[n]) for n in names[:-1] if n != "HG 0.9")])
+        last = by["denoised"]
+        before, after = by[_PLAIN.name]["rms"], last["rms"]
+        worth = f"{(before / after) ** 2:.0f}"
+        denoised.append(
+            [where, f"{100 * before:.0f} %", f"{100 * after:.0f} %", worth, _percent(last)]
+        )
+        view = _scene(water).plan(1).viewpoint(WATERS[water])
+        bounds = lost_beyond(view, (32, 16))
+        lost = [-100 * by[f"{count} bounces"]["bias"] for count in (32, 16)]
+        pairs = zip(lost, 100 * bounds, strict=True)
+        bounces.append([where, *(f"{x:.2f}" for pair in pairs for x in pair)])
+        unbiased = [n for n in names[:-1] if n != "HG 0.9" and _is_right(by[n])]
+        first, second = sorted(unbiased, key=lambda n: _cost(by[n]))[:2]
+        gains = [plain / _cost(by[name]) for name in (first, second)]
+        best.append([where, f"{first}, {gains[0]:.1f} ×", f"{second}, {gains[1]:.1f} ×"])
+    shared = [
+        _cost(by[_PLAIN.name]) / _cost(by[_SHARED.name])
+        for by in found.values()
+        if by[_SHARED.name]["bands"] > 1
+    ]
+    tables = {
+        "costs": _rows(("water", *kinds["cost"]), costs),
+        "best": _rows(("water", "cheapest", "second"), best),
+        "small": _rows(("water", *kinds["small"]), small),
+        "biases": _rows(("water", *(n for n in names[:-1] if n != "HG 0.9")), biases),
+        "bounces": _rows(("water", "lost by 32", "bound", "lost by 16", "bound"), bounces),
+        "denoised": _rows(("water", "error", "denoised", "worth samples ×", "bias, %"), denoised),
+    }
+    return _PAGE.format(
+        low=min(shared), high=max(shared), middle=float(np.median(shared)), count=len(shared),
+        samples=_SAMPLES, training=_GUIDING["guiding_training_samples"], seeds=len(_SEEDS),
+        width=_solved_scenes.WIDTH, height=_solved_scenes.HEIGHT,
+        floor=_solved_scenes.FLOOR_REFLECTANCE, below=_solved_scenes.FLOOR_BELOW,
+        view=_solved_scenes.FIELD_OF_VIEW, sun=_SUN, from_sun=FROM_SUN, streams=_STREAMS,
+        bands=_BANDS, noise=100 * _NOISE, allowed=100 * _ALLOWED, spread=100 * LARGEST_SPREAD,
+        waters=len(found), guided=_bias_and_gain(found, "path guiding"),
+        short=_bias_and_gain(found, _GUIDED.name),
+        on_surfaces=_bias_and_gain(found, "path guiding, surfaces only"),
+        tree=_gain(found, "light tree off"),
+        roulette=_bias_and_gain(found, "roulette after 4 bounces"),
+        clamped=_bias_and_gain(found, "indirect clamp 10"),
+        clamp=max(abs(100 * by["indirect clamp 1"]["bias"]) for by in found.values()), **tables,
+    )  # fmt: skip
+
+
+_PAGE = """\
+# What a reference without visible noise costs
+
+Written by `python3 dev.py run -m benchmarks reference_cost`.
+
+**CPU seconds of one core for a megapixel and a band at {noise:g} % noise**; the default is *shared
+passes*:
+
+{costs}
+
+Noise: standard deviation of a pixel over the mean of the picture, between {seeds} seeds of
+{samples} samples; the seconds are extrapolated, as 1/√N. Where there are rare bright paths (the
+exact peak above all) both are too low. Other work shared the core: **differences below 20 % are
+none.** A band of *shared passes* and of HG 0.9 is a third of a pass of three.
+
+Camera at the depth given, {width} × {height} pixels, level, {view:g}° wide, those within
+{from_sun:g}° of the sun left out; flat surface, clear sky, sun at {sun:g}°, floor of reflectance
+{floor:g} {below:g} m below, nothing else in sight. Of {bands} bands the one at 531 nm is compared.
+
+## Verdict
+The cheapest two whose bias is at most {allowed:g} % and twice its standard error; HG 0.9 is another
+phase function, and the denoiser is below. Gains are over the bounded peak with a band a pass.
+
+{best}
+
+- **Shared passes** ({count} of {waters} waters here): {low:.1f} to {high:.1f} times cheaper, median
+  {middle:.1f}. The default; `--no-share-passes` gives bands of unlike phase functions a pass each.
+  Bands share where bb/b and 1 - g differ by less than {spread:g} %; by the solver, the mean
+  radiance of a band and Eu stay within 0.5 % and 1 % (`uw_spectral.water.shared_phase`).
+- **Path guiding** stays off. With volumes guided,
+  {guided}.
+  With surfaces only, {on_surfaces};
+  trained on 16 samples instead of {training}, {short}.
+  It gains in the clearest waters, which are the cheapest anyway, loses in the turbid ones, and took
+  300 MB more for 480 × 270 pixels of 3C, tried once by hand: it is not switched on by the water.
+- **Bounces**: fewer save little, for Cycles ends most paths early. What they lose is below.
+- **Roulette** stays where Cycles has it, from the first bounce on: with four bounces before it,
+  {roulette}.
+- **Light tree**: everything here is with it. Without it pictures are the same to the last bit and
+  {tree}; it is off where nothing but the sun is sampled.
+- **Clamping** indirect light at 10: {clamped};
+  at 1 the bias is up to {clamp:.0f} %.
+
+## Small settings
+CPU seconds at the same noise against the bounded peak with a band a pass:
+
+{small}
+
+## Bias
+Of the mean, %, ± its standard error. Light tree, bounces and clamps: against the same random
+numbers without them; the others: against the solution with the exact peak, {streams} streams.
+Path guiding was trained on the first {training} samples, with short training on 16.
+
+{biases}
+
+## Bounces
+Light lost, %, and the bound by which Auto chooses (`quality.light_reach.lost_beyond`), which is of
+the luminance of all bands:
+
+{bounces}
+
+## Denoiser
+OpenImageDenoise with albedo and normal, after {samples} samples, against the solved picture, pixel
+by pixel: root mean square error over the mean. Worth: the samples that would do the same without
+it; that is of this picture alone, which is smooth and without textures. Bias: of the mean, against
+the same picture not denoised.
+
+{denoised}
+"""
+
+
+def _table(values: dict[str, dict[str, float]]) -> str:
+    """Return data/cycles_noise.csv."""
+    rows = sorted(
+        (found["scatterings"], found["delta_e"], found["seconds"])
+        for water in WATERS
+        for found in (values[f"{water}, {sun:g}°"] for sun in _SUNS)
+    )
+    return _HEADER + "".join(f"{x:.3g},{y:.3g},{z:.3g}\n" for x, y, z in rows)
+
+
+_HEADER = f"""\
+# Noise and time of a Cycles pixel at one sample, by the scatterings on the sun's path
+# source: `python3 dev.py run -m benchmarks reference_cost`, default phase function, bounded peak,
+# {_BANDS} bands, those alike in shared passes
+# delta_e: ΔE2000 on the display; divide by the root of the samples. Of two pictures over blocks of
+# {_BLOCK} x {_BLOCK} pixels, back to a pixel and a sample
+# seconds: CPU time of a pass of a megapixel, s, on one of two cores that other work kept busy
+# scatterings: b y/mu_s on the sun's slant path to the camera, weighted with luminance
+# licence: GPL-3.0-or-later. status: derived from measurements, within a factor of two
+scatterings,delta_e,seconds
+"""
