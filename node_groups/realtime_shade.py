@@ -104,9 +104,7 @@ class Shade:
         Of :func:`new_image`.
     """
 
-    def __init__(
-        self, graph: Graph, values: Sequence[bpy.types.NodeSocket], image: bpy.types.Image
-    ) -> None:
+    def __init__(self, graph: Graph, values: bpy.types.NodeOutputs, image: bpy.types.Image) -> None:
         self._graph, self._image = graph, image
         parts: dict[str, Operand] = {}
         for field in _FIELDS:

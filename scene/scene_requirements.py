@@ -26,10 +26,10 @@ from ..uw_spectral.transfer.light_cone import LightCone, light_cone
 from ..uw_spectral.transfer.water_column import WaterColumn
 from . import moving_surface, scene_water
 from .cameras import camera_depth
+from .mean_colours import mean_colour
 from .ray_casting import Meshes
 from .render_plan import RenderPlan, forget_files, plan_of, quiet
 from .settings import EQUAL, OPTIMISED, REALTIME, SOLVED, Job, SceneSettings
-from .surface_samples import plain_colour
 
 OPTIMISED_COUNTS = (3, 6, 9)
 BAND_COUNTS = (3, 4, 5, 6, 7, 8, 9, 10, 12, 15, 16, 18, 21, 24, 27, 32)
@@ -209,7 +209,7 @@ def _first_seen(
     hits = meshes.first(origin, direction, _to_surface(origin, direction))
     distance = np.array([hit.distance if hit else math.inf for hit in hits])
     normal = np.array([hit.normal if hit else -w for hit, w in zip(hits, direction, strict=True)])
-    colour = np.array([plain_colour(hit.material) if hit else _PLAIN for hit in hits])
+    colour = np.array([mean_colour(hit.material) if hit else _PLAIN for hit in hits])
     to_floor = _along(origin[:, 2] + column.floor_depth, -direction[:, 2])
     on_floor = to_floor < distance
     return SeenPoints(

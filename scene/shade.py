@@ -39,7 +39,7 @@ def table_of(
     if found is None:
         return None
     voxels, grid = found
-    rays = cast(voxels, grid, -np.asarray(field.sun), around.eyes)
+    rays = cast(voxels, grid, -np.asarray(field.sun), around.eyes, around.coarse)
     reflectance = np.clip(voxels.colour @ uplift_basis(bands).T, 0.0, 1.0)
     light = disturbed_light(field, rays, reflectance)
     seen = field.scalar_irradiance(depth) * np.abs(weights).sum(axis=0)

@@ -1,6 +1,6 @@
 """The surfaces of a scene as samples that are close enough to fill voxels.
 
-Objects and instances count as the viewport shows them. Materials are taken for their plain colour.
+Objects and instances count as the viewport shows them, materials by their mean colour.
 """
 
 from __future__ import annotations
@@ -11,6 +11,8 @@ from dataclasses import dataclass
 import bpy
 import numpy as np
 from numpy.typing import NDArray
+
+from .mean_colours import mean_colour
 
 _PLAIN = (0.5, 0.5, 0.5)
 _PER_CELL = 12.0  # samples of a surface that crosses a cell, where its triangles are small
@@ -44,19 +46,6 @@ class Triangles:
         return flat.min(axis=0).astype(np.float64), flat.max(axis=0).astype(np.float64)
 
 
-def plain_colour(material: bpy.types.Material | None) -> tuple[float, ...]:
-    """Plain base colour of a material, linear Rec.709."""
-    if material is None:
-        return _PLAIN
-    for node in material.node_tree.nodes if material.node_tree else ():
-        socket = node.inputs.get("Base Color") or (
-            node.inputs.get("Color") if node.type.startswith("BSDF") else None
-        )
-        if socket is not None and not socket.is_linked:
-            return tuple(min(max(c, 0.0), 1.0) for c in socket.default_value[:3])
-    return tuple(material.diffuse_color[:3])
-
-
 def visible_triangles(
     depsgraph: bpy.types.Depsgraph, leave_out: Collection[bpy.types.Object] = ()
 ) -> Iterator[Triangles]:
@@ -83,7 +72,7 @@ def visible_triangles(
         corners, slots = meshes[key]
         if len(corners):
             place = np.array(found.matrix_world, dtype=np.float32)
-            colours = [plain_colour(slot.material) for slot in item.material_slots] or [_PLAIN]
+            colours = [mean_colour(slot.material) for slot in item.material_slots] or [_PLAIN]
             yield Triangles(
                 corners @ place[:3, :3].T + place[:3, 3],
                 np.minimum(slots, len(colours) - 1),
@@ -107,7 +96,6 @@ def _mesh(mesh: bpy.types.Mesh) -> tuple[NDArray[np.float32], NDArray[np.int32]]
 def sampled(shown: Triangles, low: Array, high: Array, spacing: float) -> Samples:
     """Sample a mesh in a box, at least once in every cell of ``spacing`` m that it crosses."""
     corners, slots = shown.corners, shown.slots
-    low, high = np.asarray(low, np.float32), np.asarray(high, np.float32)
     points, normals, colours = [], [], []
     for level in range(_DEEPEST):
         within = (corners.max(axis=1) >= low).all(axis=1) & (corners.min(axis=1) <= high).all(
@@ -139,7 +127,7 @@ def sampled(shown: Triangles, low: Array, high: Array, spacing: float) -> Sample
     return found
 
 
-def _some(size: NDArray[np.float32], spacing: float) -> NDArray[np.bool_]:
+def _some(size: NDArray[np.floating], spacing: float) -> NDArray[np.bool_]:
     """Which triangles are enough for their area; ``size`` is twice that of each."""
     wanted = _PER_CELL * float(size.sum()) / 2.0 / spacing**2 + 64.0
     if wanted >= len(size):
@@ -152,4 +140,4 @@ def _halved(corners: NDArray[np.float32]) -> NDArray[np.float32]:
     a, b, c = corners[:, 0], corners[:, 1], corners[:, 2]
     ab, bc, ca = (a + b) / 2, (b + c) / 2, (c + a) / 2
     parts = (a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca)
-    return np.concatenate([np.stack(part, axis=1) for part in parts])
+    return np.concatenate([np.stack(part, axis=1) for part in parts]).astype(np.float32)

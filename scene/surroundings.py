@@ -23,7 +23,7 @@ _LEAST = 0.15  # m: the smallest cell
 _OPTICAL_REACH, _NEAREST, _FARTHEST = 4.0, 6.0, 30.0  # how far from the camera shade is looked for
 _MARGIN = 1.0  # m around things
 _SIDE = 0.5  # of the height of a place under things: how far from it there is shade
-_COARSE = 40_000  # voxels in which such places are looked for
+_COARSE = 120_000  # voxels in which such places are looked for
 _LARGEST = 0.7  # m: a larger cell only where the eye is surrounded
 _COVERED = 0.5  # of the columns of water that end on ground, where there is a floor
 _BELOW_EYE = 0.3  # m
@@ -60,7 +60,7 @@ class Surroundings:
 
     @functools.cached_property
     def ground(self) -> Ground | None:
-        """The seabed: the lowest surface of the columns of water, if most have one below the eyes."""
+        """The seabed: the lowest surface of the columns of water, if most of them have one."""
         voxels = self.coarse
         if not len(voxels):
             return None
@@ -85,7 +85,8 @@ class Surroundings:
         if not (high > low).all():
             return None
         side = _SIDE * (high[2] - low[2]) + _MARGIN
-        low, high = low - (side, side, _MARGIN), high + (side, side, _MARGIN)
+        margin = np.array([side, side, _MARGIN])
+        low, high = low - margin, high + margin
         high[2] = min(high[2], 0.0)
         grid = Grid.around(*_near(low, high, self.eyes), PROBES, _LEAST)
         fine = Grid(grid.lower, grid.cell / VOXELS, _times(grid.shape, VOXELS))

@@ -10,7 +10,7 @@ own shadows; the light that its forward peak scatters goes with it.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -24,6 +24,8 @@ from .undisturbed_light import AXES, UndisturbedLight
 _ROUNDS = 6
 _ON_WAY = ((0.1127, 5 / 18), (0.5, 8 / 18), (0.8873, 5 / 18))
 """Places along a ray where the light is looked at, and their weights: Gauss's."""
+_FLOOR_CELLS = 1.0  # from the floor within which what is met beyond the box is the floor
+_MEAN_COSINE = 0.25  # of a beam on surfaces of all slopes, their dark sides too
 _MOST = 32.0  # times the undisturbed light; what a white wall sends into the dark has no bound
 _DARK = 1e-6  # of the brightest direction's light: what counts as light at all
 
@@ -72,51 +74,116 @@ def disturbed_light(field: SolvedField, rays: Rays, reflectance: Array) -> Distu
     reflectance : array, shape (k, n)
         Of each surface.
     """
-    undisturbed = UndisturbedLight(field, rays.grid)
-    valid = np.flatnonzero(rays.valid)
-    kind = set_of(rays.grid)[valid]
+    undisturbed, valid = UndisturbedLight(field, rays.grid), np.flatnonzero(rays.valid)
+    kind, place = set_of(rays.grid)[valid], _places(rays, valid)
     kernels = _Kernels(undisturbed, [np.flatnonzero(kind == k) for k in range(SETS)])
-    point, distance, hit = rays.point[valid], rays.distance[valid], rays.hit[valid]
-    w = directions()[kind]
+    paths = _paths(undisturbed, rays, valid, kind, place)
+    unshaded, source = kernels.irradiance(paths.before), kernels.all_ways(paths.before)
+    unshaded, source = np.maximum(unshaded, _tiny(unshaded)), np.maximum(source, _tiny(source))
+    sides, side_place = _Sides(rays, reflectance, undisturbed), place[rays.probe_of_side]
+    mean_reflectance = reflectance.mean(axis=0).astype(np.float32)
+    hit = rays.hit[valid]
+    met = hit >= 0
+    # Probes on the way have other directions; the closest stands for the ray's.
+    along = [kernels.nearest[kind[p], kind[:, None], np.arange(RAYS)] for p in paths.on_way]
+    L = paths.known + paths.scattered + paths.further
+    for _ in range(_ROUNDS):
+        E = kernels.irradiance(L)
+        J = np.minimum(kernels.all_ways(L) / source, _MOST)
+        # What lies beyond the box is lit as its side is.
+        sent = (E.mean(axis=1) + paths.beam) * (mean_reflectance / math.pi)
+        L = paths.known.copy()
+        for probe, ray, (_, weight) in zip(paths.on_way, along, _ON_WAY, strict=True):
+            L += np.float32(weight) * paths.scattered * J[probe, ray]
+        L += paths.further * J[paths.on_way[-1], along[-1]]
+        L += paths.to_further * sent[paths.on_way[-1]]
+        L[met] += paths.transmittance[met] * sides.radiance(E[side_place])[hit[met]]
+    scattered0 = kernels.along_axes(paths.before)
+    scattered0 = np.maximum(scattered0, _tiny(scattered0))
+    everywhere = place[rays.nearest(rays.grid.centres())]
+    ratios = kernels.irradiance(L) / unshaded, kernels.along_axes(L) / scattered0
+    irradiance, scattered = (np.minimum(x, _MOST)[everywhere] for x in ratios)
+    mean = np.stack([x.mean(axis=(0, 2)) for x in (unshaded, scattered0)]).astype(np.float64)
+    return DisturbedLight(
+        rays.grid, irradiance, scattered, rays.sunlit[valid][everywhere],
+        kernels.behind(~met)[everywhere], mean / mean.sum(axis=1, keepdims=True),
+    )  # fmt: skip
+
+
+@dataclass(frozen=True, eq=False)
+class _Paths:
+    """The rays of v probes, with what the light of other probes does not change.
+
+    Attributes
+    ----------
+    before : array, shape (v, RAYS, n)
+        Undisturbed radiance.
+    known : array, shape (v, RAYS, n)
+        Sunlight scattered once on the way, shadows and all, and what comes from where rays are
+        not followed.
+    scattered : array, shape (v, RAYS, n)
+        Other undisturbed light of the way.
+    further : array, shape (v, RAYS, n)
+        The same beyond the box.
+    transmittance : array, shape (v, RAYS, n)
+    to_further : array, shape (v, RAYS, n)
+        That up to surfaces beyond the box; 0 for none.
+    beam : array, shape (v, n)
+        Irradiance of the sun's beam at the probe, mean over surfaces of all slopes.
+    on_way : sequence of array of int, shape (v, RAYS)
+        Probes at the places of :data:`_ON_WAY`.
+    """
+
+    before: Light
+    known: Light
+    scattered: Light
+    further: Light
+    transmittance: Light
+    to_further: Light
+    beam: Light
+    on_way: Sequence[NDArray[np.intp]]
+
+
+def _paths(
+    undisturbed: UndisturbedLight,
+    rays: Rays,
+    valid: NDArray[np.intp],
+    kind: NDArray[np.intp],
+    place: NDArray[np.intp],
+) -> _Paths:
+    w, distance, hit = directions()[kind], rays.distance[valid], rays.hit[valid]
+    point, sunlit = rays.point[valid], rays.sunlit[valid].astype(np.float32)
     depth = np.maximum(-point[:, 2:], 0.0)
     end_depth = np.maximum(depth - distance * w[..., 2], 0.0)
-    T = undisturbed.extinction(depth, end_depth) * distance[..., None]
-    T = np.exp(-T).astype(np.float32)
+    thickness = undisturbed.extinction(depth, end_depth) * distance[..., None]
+    T = np.exp(-thickness).astype(np.float32)
     at, end = undisturbed.along(depth, kind), undisturbed.along(end_depth, kind)
-    before = at.scattered + at.once + at.image
-    path = np.maximum(at.scattered - T * end.scattered, 0.0)
-    sunlit = rays.sunlit[valid]
-    place = _places(rays, valid)
     on_way = [
         place[rays.nearest(point[:, None] + w * (share * distance)[..., None])]
         for share, _ in _ON_WAY
     ]
-    known = np.maximum(at.once - T * end.once, 0.0)
-    known *= sum(weight * sunlit[p] for p, (_, weight) in zip(on_way, _ON_WAY, strict=True))[..., None]
-    known += np.where((hit < 0)[..., None], T * (end.scattered + end.once + end.image), 0.0)
-    same = [kernels.nearest[kind[p], kind[:, None], np.arange(RAYS)] for p in on_way]
-    unshaded, source = kernels.irradiance(before), kernels.all_ways(before)
-    unshaded, source = np.maximum(unshaded, _tiny(unshaded)), np.maximum(source, _tiny(source))
-    met, sides = hit >= 0, _Sides(rays, reflectance, undisturbed)
-    side_place = place[rays.probe_of_side]
-    L = known + path
-    for _ in range(_ROUNDS):
-        E = kernels.irradiance(L)
-        J = np.minimum(kernels.all_ways(L) / source, _MOST)
-        L = known.copy()
-        for p, r, (_, weight) in zip(on_way, same, _ON_WAY, strict=True):
-            L += np.float32(weight) * path * J[p, r]
-        L[met] += T[met] * sides.radiance(E[side_place])[hit[met]]
-    scattered0 = kernels.along_axes(before)
-    scattered0 = np.maximum(scattered0, _tiny(scattered0))
-    everywhere = place[rays.nearest(rays.grid.centres())]
-    irradiance = np.clip(kernels.irradiance(L) / unshaded, 0.0, _MOST)[everywhere]
-    scattered = np.clip(kernels.along_axes(L) / scattered0, 0.0, _MOST)[everywhere]
-    mean = np.stack([x.mean(axis=(0, 2)) for x in (unshaded, scattered0)]).astype(np.float64)
-    return DisturbedLight(
-        rays.grid, irradiance, scattered, sunlit[everywhere], kernels.behind(hit < 0)[everywhere],
-        mean / mean.sum(axis=1, keepdims=True),
-    )  # fmt: skip
+    lit = np.zeros(distance.shape, np.float32)
+    for probes, (_, weight) in zip(on_way, _ON_WAY, strict=True):
+        lit += np.float32(weight) * sunlit[probes]
+    known = np.maximum(at.once - T * end.once, 0.0) * lit[..., None]
+    scattered = np.maximum(at.scattered - T * end.scattered, 0.0)
+    # Beyond the box shade is as at its side.
+    leaves, far, border = (hit < 0)[..., None], rays.further[valid], on_way[-1]
+    last_depth = np.maximum(end_depth - far * w[..., 2], 0.0)
+    thickness = undisturbed.extinction(end_depth, last_depth) * far[..., None]
+    T2, last = np.exp(-thickness).astype(np.float32), undisturbed.along(last_depth, kind)
+    T_out = T * leaves
+    further = T_out * np.maximum(end.scattered - T2 * last.scattered, 0.0)
+    known += T_out * np.maximum(end.once - T2 * last.once, 0.0) * sunlit[border][..., None]
+    # The floor of the undisturbed water is part of its light.
+    on_floor = last_depth > undisturbed.floor_depth - _FLOOR_CELLS * rays.grid.cell
+    blocked = (rays.blocked[valid] & ~on_floor)[..., None]
+    known += T_out * T2 * (last.scattered + last.once + last.image) * ~blocked
+    before = at.scattered + at.once + at.image
+    beam = undisturbed.beam(depth[:, 0]) * (_MEAN_COSINE * rays.sunlit[valid][:, None])
+    return _Paths(
+        before, known, scattered, further, T, T_out * T2 * blocked, beam.astype(np.float32), on_way
+    )
 
 
 class _Kernels:

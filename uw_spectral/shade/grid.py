@@ -56,14 +56,14 @@ class Grid:
         low, high = np.asarray(low, np.float64), np.asarray(high, np.float64)
         size = np.maximum(high - low, least)
         cell = max((float(size.prod()) / cells) ** (1 / 3), least)
+        shape = _cells(size, cell)
         # A flat box has fewer cells across than its volume says.
-        for _ in range(20):
-            shape = np.maximum(np.ceil(size / cell - 1e-9).astype(int), 1)
-            if shape.prod() <= cells:
-                break
+        while shape.prod() > max(cells, 1):
             cell *= 1.05
+            shape = _cells(size, cell)
         lower = (low + high - shape * cell) / 2.0
-        return cls(_three(lower), cell, tuple(int(n) for n in shape))
+        nx, ny, nz = (int(n) for n in shape)
+        return cls(_three(lower), cell, (nx, ny, nz))
 
     @property
     def count(self) -> int:
@@ -81,7 +81,8 @@ class Grid:
             low + self.cell * (np.arange(n) + 0.5)
             for low, n in zip(self.lower, self.shape, strict=True)
         ]
-        return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
+        points = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)
+        return points.reshape(-1, 3).astype(np.float64)
 
     def position(self, points: ArrayLike) -> Array:
         """Places of points (..., 3) in cells, 0 in the middle of the first."""
@@ -107,6 +108,11 @@ class Grid:
         slope = np.where(np.abs(direction) < 1e-12, 1e-12, direction)
         side = np.where(slope > 0, self.upper, np.asarray(self.lower))
         return np.maximum(((side - origin) / slope).min(axis=-1), 0.0)
+
+
+def _cells(size: Array, cell: float) -> NDArray[np.intp]:
+    """Cells that a box takes along each axis."""
+    return np.maximum(np.ceil(size / cell - 1e-9).astype(np.intp), 1)
 
 
 def _three(values: Sequence[float] | Array) -> tuple[float, float, float]:

@@ -12,11 +12,11 @@ from numpy.typing import ArrayLike, NDArray
 from .grid import Array, Grid
 from .voxels import SurfaceVoxels
 
-RAYS = 192
+RAYS = 64
 """Directions from each probe."""
 SETS = 4
 """Sets of directions; probes side by side have different ones."""
-_NEIGHBOURS = 26
+_COARSE_START = 1.0  # voxels of a larger box that rays skip as they enter it
 _OFF_WALL = 1.8  # voxels from a surface's middle to a point beside it, along its normal
 
 
@@ -63,6 +63,10 @@ class Rays:
     hit : array of int, shape (p, r)
         Side of a surface that is seen: twice its number, one more for the side away from its
         normal; -1 for none.
+    further : array, shape (p, r)
+        Of rays that leave the box, from there to a surface or to where they are not followed, m.
+    blocked : array of bool, shape (p, r)
+        Whether there is a surface.
     probe_of_side : array of int, shape (2 k,)
         Valid probe next to each side of each surface.
     sunlit : array, shape (p,)
@@ -77,6 +81,8 @@ class Rays:
     valid: NDArray[np.bool_]
     distance: Array
     hit: NDArray[np.int32]
+    further: Array
+    blocked: NDArray[np.bool_]
     probe_of_side: NDArray[np.intp]
     sunlit: Array
     side_sunlit: Array
@@ -96,6 +102,7 @@ def cast(
     grid: Grid,
     to_sun: ArrayLike,
     inside: ArrayLike = (),
+    beyond: SurfaceVoxels | None = None,
 ) -> Rays:
     """Look around from every probe.
 
@@ -109,7 +116,10 @@ def cast(
         Unit vector from the water to the sun.
     inside : array_like, shape (m, 3)
         Points that are in open water, such as the camera's; so is what lies under open sky.
+    beyond : SurfaceVoxels, optional
+        Surfaces in a larger box, in which rays are followed that leave this one.
     """
+    beyond = beyond or voxels
     reached = voxels.reachable(inside)
     point, valid = _places(voxels, grid, reached)
     origin = np.repeat(point[valid], RAYS, axis=0)
@@ -121,14 +131,38 @@ def cast(
     side[met] += (voxels.normal[number[met]] * heading[met]).sum(axis=1) > 0
     distance, hit = np.zeros((grid.count, RAYS)), np.full((grid.count, RAYS), -1, np.int32)
     distance[valid], hit[valid] = t.reshape(-1, RAYS), side.reshape(-1, RAYS)
+    further, blocked = np.zeros(distance.shape), np.zeros(distance.shape, bool)
+    leaving = hit[valid] < 0
+    ways = (origin + heading * t[:, None])[~met], heading[~met]
+    further[valid], blocked[valid] = _put(leaving, *_follow(beyond, *ways))
     sun = np.asarray(to_sun, np.float64)
     sides, facing = _beside(voxels)
-    clear = _sunlit(voxels, sides, sun) * (facing @ sun > 0)
+    clear = _sunlit(voxels, beyond, sides, sun) * (facing @ sun > 0)
     stand_in = stand_ins(grid, valid)
     return Rays(
-        grid, voxels, point, valid, distance, hit,
-        stand_in[grid.index(sides)], _sun_at(voxels, grid, reached, sun), clear,
+        grid, voxels, point, valid, distance, hit, further, blocked,
+        stand_in[grid.index(sides)], _sun_at(voxels, beyond, grid, reached, sun), clear,
     )  # fmt: skip
+
+
+def _put(
+    where: NDArray[np.bool_], distance: Array, blocked: NDArray[np.bool_]
+) -> tuple[Array, NDArray[np.bool_]]:
+    far, hit = np.zeros(where.shape), np.zeros(where.shape, bool)
+    far[where], hit[where] = distance, blocked
+    return far, hit
+
+
+def _follow(
+    beyond: SurfaceVoxels, origin: Array, direction: Array
+) -> tuple[Array, NDArray[np.bool_]]:
+    """How far rays get in a larger box, and whether they meet a surface there."""
+    distance, blocked = np.zeros(len(origin)), np.zeros(len(origin), bool)
+    inside = beyond.grid.inside(origin)
+    # Where they come from may be full there, being coarse.
+    t, number = beyond.trace(origin[inside], direction[inside], _COARSE_START)
+    distance[inside], blocked[inside] = t, number >= 0
+    return distance, blocked
 
 
 def stand_ins(grid: Grid, valid: NDArray[np.bool_]) -> NDArray[np.intp]:
@@ -173,20 +207,31 @@ def _blocks(grid: Grid, values: NDArray) -> NDArray:
     return blocks.reshape(grid.count, -1)
 
 
-def _sunlit(voxels: SurfaceVoxels, points: Array, to_sun: Array) -> Array:
+def _sunlit(voxels: SurfaceVoxels, beyond: SurfaceVoxels, points: Array, to_sun: Array) -> Array:
     """Whether the sun reaches points; those outside the box are in it."""
-    clear = np.ones(len(points))
-    inside = voxels.grid.inside(points)
-    clear[inside] = voxels.trace(points[inside], to_sun)[1] < 0
-    return clear
+    clear = np.ones(len(points), bool)
+    inside = np.flatnonzero(voxels.grid.inside(points))
+    way = np.broadcast_to(to_sun, (len(inside), 3))
+    t, number = voxels.trace(points[inside], way)
+    clear[inside] = number < 0
+    left = number < 0
+    ends = points[inside[left]] + t[left, None] * way[left]
+    clear[inside[left]] = ~_follow(beyond, ends, way[left])[1]
+    return clear.astype(np.float64)
 
 
-def _sun_at(voxels: SurfaceVoxels, grid: Grid, reached: NDArray[np.bool_], to_sun: Array) -> Array:
+def _sun_at(
+    voxels: SurfaceVoxels,
+    beyond: SurfaceVoxels,
+    grid: Grid,
+    reached: NDArray[np.bool_],
+    to_sun: Array,
+) -> Array:
     """Share of the free voxels of each probe's cell that the sun reaches."""
     lit = np.zeros(reached.size)
     points = voxels.grid.centres()
     free = np.flatnonzero(reached.ravel())
-    lit[free] = _sunlit(voxels, points[free], to_sun)
+    lit[free] = _sunlit(voxels, beyond, points[free], to_sun)
     lit, water = (_blocks(grid, x.reshape(reached.shape)) for x in (lit, reached))
     count = water.sum(axis=1)
     return np.where(count > 0, lit.sum(axis=1) / np.maximum(count, 1), 1.0)

@@ -1,8 +1,8 @@
 """Disturbed light as a table that a renderer looks up: what is in it, where, and its use.
 
 Ratios to the undisturbed light are kept for patches and for light scattered along a ray, for
-the six ways along the axes each, as three numbers that all bands share: their mean,
-how they differ from it along a spectrum, and what the geometry says. Between the axes ratios are mixed by squared
+the six ways along the axes each, as numbers that all bands share: their mean, how they differ
+from it along a spectrum, and what the geometry says. Between the axes ratios are mixed by squared
 components and by the undisturbed light of each way, as in an ambient cube (J. McTaggart,
 "Half-Life 2 / Valve Source Shading", GDC 2004).
 """
@@ -152,7 +152,7 @@ class ShadeTable:
 
     def mixed(self, first: int, points: Array, w: Array) -> Array:
         """Three numbers at points (m, 3) for unit vectors (m, 3), shape (m, 3)."""
-        place = self.box.place(points.T)
+        place = self.box.place(list(points.T))
 
         def texel(tile: Operand) -> Array:
             return self._texel(np.asarray(tile).astype(int), place)

@@ -63,13 +63,21 @@ class UndisturbedLight:
         """Unit direction that sunlight travels to."""
         return self._field.sun
 
+    @property
+    def floor_depth(self) -> float:
+        """Depth of the floor, m; infinite without one."""
+        return self._field.floor_depth
+
     def along(self, y: Array, kind: NDArray[np.intp]) -> RayLight:
         """Light along the directions of set ``kind`` (p,) at depths y (p, 1) or (p, RAYS)."""
         low, share = self._place(y)
         share = share.astype(np.float32)
         which = kind[:, None], low, np.arange(RAYS)
         above = kind[:, None], low + 1, np.arange(RAYS)
-        return RayLight(*(x[which] * (1 - share) + x[above] * share for x in self._parts))
+        scattered, once, image = (
+            (x[which] * (1 - share) + x[above] * share).astype(np.float32) for x in self._parts
+        )
+        return RayLight(scattered, once, image)
 
     def beam(self, y: Array) -> Array:
         """Normal irradiance of the sun's beam, forward peak included, at depths (m,), (m, n)."""
@@ -101,8 +109,9 @@ class UndisturbedLight:
         cosine = fine @ towards.T
         p = np.moveaxis(self._phase(0.5 - 0.5 * np.minimum(cosine, _CAP)), -1, 0) / _FINE
         p *= 4.0 * math.pi / (1.0 - self._peak[:, None, None])
-        weights = np.zeros((len(p), RAYS, len(towards)))
-        np.add.at(weights, (slice(None), nearest), np.where(cosine < _CAP, p, 0.0))
+        p = np.where(cosine < _CAP, p, 0.0)
+        belongs = (nearest == np.arange(RAYS)[:, None]).astype(np.float64)
+        weights = np.matmul(belongs, p)
         # What is left has hardly turned.
         straight = (directions()[kind] @ towards.T).argmax(axis=0)
         left = 1.0 - weights.sum(axis=1)
@@ -132,7 +141,7 @@ class UndisturbedLight:
         """Light of the surface and of the floor, (levels, r, n)."""
         field, up = self._field, w[:, 2] > 0
         image = np.broadcast_to(field.floor_radiance, (len(w), len(field.light.E))).copy()
-        image[up] = field.surface_radiance(w[up].T)
+        image[up] = field.surface_radiance(list(w[up].T))
         ends = np.where(up, 0.0, min(field.floor_depth, 1e6))
         c = field.extinction_between(self._depths[:, None], ends, scaled=True)
         P = np.abs(self._depths[:, None] - ends) / np.abs(z)

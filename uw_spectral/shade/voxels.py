@@ -93,7 +93,8 @@ class SurfaceVoxels:
         return distance, number
 
     def _trace(self, origin: Array, direction: Array, start: float) -> tuple[Array, Indices]:
-        end = self.grid.exit_distance(origin, direction) / self.grid.cell
+        cell_size = self.grid.cell
+        end = self.grid.exit_distance(origin, direction) / cell_size
         at = ((origin - self.grid.lower) / self.grid.cell).astype(np.float32)
         heading = direction.astype(np.float32)
         slowest = 1.0 / np.abs(heading).max(axis=1)
@@ -113,7 +114,8 @@ class SurfaceVoxels:
             step = np.maximum((free[place].astype(np.float32) - 1.0) * slowest[rays], _WITHIN)
             t[rays] += step
             rays = rays[t[rays] < end[rays]]
-        return np.minimum(t, end) * self.grid.cell, found
+        reached: Array = np.minimum(t, end).astype(np.float64)
+        return reached * cell_size, found
 
     def under_things(self, points: ArrayLike) -> tuple[Array, Array]:
         """Box around the water that something overhangs, m; its corners meet if there is none.
