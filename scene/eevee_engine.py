@@ -40,7 +40,7 @@ def eevee_bands(
     surface at the camera's depth, and back when the pass is written.
     """
     passes = band_passes_of(plan)
-    water_of = _waters(scene)
+    water_of = _waters(scene, camera)
 
     def water_at(now: RenderPlan, camera_depth: float) -> realtime.RealtimeWater:
         return water_of(now, camera_depth, np.ones((3, len(now.bands))))
@@ -84,7 +84,7 @@ def eevee_realtime(
     """
     passes = picture_passes_of(plan)
     count = len(passes[0])
-    waters = _waters(scene)
+    waters = _waters(scene, camera)
 
     def water_of(
         now: RenderPlan, camera_depth: float, given: Weights | None
@@ -134,6 +134,7 @@ def picture_passes_of(plan: RenderPlan) -> list[tuple[int, ...]]:
 
 def _waters(
     scene: bpy.types.Scene,
+    camera: bpy.types.Object,
 ) -> Callable[[RenderPlan, float, Weights], realtime.RealtimeWater]:
     """Return what computes the water of the current frame, for a plan, a depth and weights.
 
@@ -144,7 +145,7 @@ def _waters(
     def water_at(
         _: float, plan: RenderPlan, depth: float, weights: tuple[tuple[float, ...], ...]
     ) -> realtime.RealtimeWater:
-        water = plan.realtime(scene, depth, np.array(weights))
+        water = plan.realtime(scene, depth, np.array(weights), camera)
         return moving_surface.with_waves(scene, plan, water)
 
     def water_of(plan: RenderPlan, depth: float, weights: Weights) -> realtime.RealtimeWater:

@@ -14,7 +14,9 @@ from typing import Any
 
 import bpy
 
+from ..node_groups.node_mathematics import MARK
 from ..uw_spectral.errors import InputError
+from ..uw_spectral.shade.shade_table import ShadeTable
 from . import (
     contents,
     eevee_settings,
@@ -32,7 +34,10 @@ from .water_body import water_extent
 NOMINAL_DEPTH = 1.0
 """Depth in m that the preview assumes while no camera is under water."""
 
-_KEPT, _CAMERA, _SHOWN, _PROBLEM = "kept", "camera", "shown", "problem"
+_KEPT, _CAMERA, _SHOWN, _PROBLEM, _STALE = "kept", "camera", "shown", "problem", "stale"
+
+_shade: dict[int, ShadeTable] = {}
+"""The last shade of each scene, by its session's number; what is lost is computed again."""
 
 
 def add(scene: bpy.types.Scene) -> list[str]:
@@ -72,6 +77,7 @@ def remove(scene: bpy.types.Scene) -> None:
     """Take live water out; the scene is as it was before :func:`add`."""
     scene_water.remove(scene)
     session = scene.get(SESSION)
+    _shade.pop(scene.session_uid, None)
     if session is None:
         return
     _restore_settings(scene)
@@ -83,6 +89,7 @@ def update(
     depsgraph: bpy.types.Depsgraph | None = None,
     *,
     may_rebuild: bool = True,
+    hasty: bool = False,
 ) -> bool:
     """Bring the water of a scene to its present settings; do nothing without water.
 
@@ -96,6 +103,8 @@ def update(
         Where animated values are read, in a handler.
     may_rebuild : bool
         Whether nodes may be built anew; not while Blender evaluates or renders.
+    hasty : bool
+        Whether the shade between things may stay as it is; :func:`is_stale` says then that it did.
 
     Returns
     -------
@@ -109,9 +118,9 @@ def update(
     try:
         chosen = stored_settings.stored_settings(seen)
         depth = preview_depth(scene, chosen, depsgraph)
-        if session[_SHOWN] == _key(scene, chosen, depth):
+        if session[_SHOWN] == _key(scene, chosen, depth) and (hasty or not is_stale(scene)):
             return True
-        water = _water(scene, chosen, depth)
+        water = _water(scene, chosen, depth, hasty=hasty)
         if not realtime.fits(scene, water):
             if not may_rebuild:
                 return False
@@ -125,6 +134,21 @@ def update(
     except InputError as error:
         session[_PROBLEM] = str(error)
     return True
+
+
+def is_stale(scene: bpy.types.Scene) -> bool:
+    """Whether the shade between things is not that of the present scene and water."""
+    session = scene.get(SESSION)
+    return session is not None and bool(session.get(_STALE, False))
+
+
+def note_moves(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
+    """Take note that the shade, if there is any, is not what it was if things have moved."""
+    if scene.session_uid not in _shade:
+        return
+    moved = (u.id for u in depsgraph.updates if u.is_updated_geometry or u.is_updated_transform)
+    if any(isinstance(item, bpy.types.Object) and MARK not in item for item in moved):
+        scene[SESSION][_STALE] = True
 
 
 def rebuild(scene: bpy.types.Scene) -> list[str]:
@@ -221,13 +245,22 @@ def _key(scene: bpy.types.Scene, chosen: SceneSettings, depth: float) -> str:
     return repr((chosen, depth, moving_surface.wave_time(scene, chosen) if moving else 0.0))
 
 
-def _water(scene: bpy.types.Scene, chosen: SceneSettings, depth: float) -> realtime.RealtimeWater:
+def _water(
+    scene: bpy.types.Scene, chosen: SceneSettings, depth: float, *, hasty: bool = False
+) -> realtime.RealtimeWater:
     plan = plan_of(chosen)
     if len(plan.bands) > plan.most_bands:  # passes carry them all; the view does with fewer
         plan = plan_of(replace(chosen, bands=plan.most_bands, wavelengths=""))
     with quiet():
         weights = plan.viewpoint(depth).reduction.weights
-        water = plan.realtime(scene, depth, weights)
+        known = _shade.get(scene.session_uid) if hasty else None
+        if known is not None and len(known.spectrum) != len(plan.bands):
+            known = None
+        water = plan.realtime(scene, depth, weights, shaded=known)
+        if SESSION in scene:
+            scene[SESSION][_STALE] = known is not None
+        if water.shade is not None:
+            _shade[scene.session_uid] = water.shade
         return moving_surface.with_waves(scene, plan, water)
 
 

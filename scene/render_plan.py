@@ -29,6 +29,7 @@ from ..uw_spectral.imaging.description import (
     WaterDescription,
 )
 from ..uw_spectral.imaging.optics import ResolvedOptics, resolve
+from ..uw_spectral.shade.shade_table import ShadeTable
 from ..uw_spectral.spectra.colour_rendering import SensorReduction
 from ..uw_spectral.spectra.illuminant import RELATIVE
 from ..uw_spectral.spectra.reflectance import emission_basis, uplift_basis
@@ -44,7 +45,7 @@ from .cycles_phase import CyclesPhase, cycles_phase
 from .pass_values import PassValues
 from .realtime import MOST_BANDS, MOST_CLOSED_FORM_BANDS, RealtimeWater, realtime_water
 from .settings import AUTO, BOUNDED, CONSTITUENTS, DEFAULT_PHASE, OPTIMISED, SOLVED, SceneSettings
-from .surroundings import Surroundings, look_around
+from .surroundings import Surroundings, has_things, look_around
 
 _RELATIVE_UNITS = "sr^-1, relative to an irradiance of 1 at 560 nm"
 _RECORDED_PACKAGES = ("numpy", "colour-science", "jerlov", "nodebpy", "OpenImageIO")
@@ -126,24 +127,41 @@ class RenderPlan(ResolvedOptics):
         scene: bpy.types.Scene,
         depth: float,
         weights: NDArray[np.float64],
+        camera: bpy.types.Object | None = None,
+        shaded: ShadeTable | None = None,
     ) -> RealtimeWater:
-        """Return the water of EEVEE for a camera at a depth in m, see :func:`realtime_water`."""
+        """Return the water of EEVEE, see :func:`realtime_water`.
+
+        Parameters
+        ----------
+        scene : Scene
+        depth : float
+            Of the camera, m.
+        weights : array, shape (3, n)
+            Linear RGB per unit radiance of each band.
+        camera : Object, optional
+            The scene's by default.
+        shaded : ShadeTable, optional
+            What is known already of the shade.
+        """
         reflectances = {
             material.name: reflectance.at(self.bands.centres)
             for material, reflectance in band_colors.measured_reflectances(scene)
         }
-        solved, shaded, wet = None, None, self.settings.field == SOLVED
-        around = None
-        if self.settings.scene_floor or (wet and self.settings.diffuse_shadows):
-            around = look_around(scene, float(self.column.attenuation.min()))
-        over = self._over(around) if self.settings.scene_floor else self
-        if wet:
-            solved = over.solved_field(TABLE_STREAMS)
-            if around is not None and self.settings.diffuse_shadows:
-                shaded = shade.table_of(around, self.bands, solved, weights, depth)
+        chosen, around = self.settings, None
+        shades = chosen.field == SOLVED and chosen.diffuse_shadows and has_things(scene)
+        if shades or (chosen.scene_floor and has_things(scene)):
+            clearest = float(self.column.attenuation.min())
+            around = look_around(scene, camera or scene.camera, clearest)
+        over = self._over(around)
+        solved = over.solved_field(TABLE_STREAMS) if chosen.field == SOLVED else None
+        if not shades or around is None or solved is None:
+            shaded = None
+        elif shaded is None:
+            shaded = shade.table_of(around, self.bands, solved, weights, depth)
         water = realtime_water(
             over.column, self.phase, depth, weights, solved=solved,
-            shafts=self.draws_shafts, diffuse_shadows=self.settings.diffuse_shadows,
+            shafts=self.draws_shafts, diffuse_shadows=chosen.diffuse_shadows,
             reflectances=reflectances, inelastic=over.inelastic, shade=shaded,
         )  # fmt: skip
         # The scene has that floor already.
@@ -151,7 +169,7 @@ class RenderPlan(ResolvedOptics):
 
     def _over(self, around: Surroundings | None) -> RenderPlan:
         """Return the plan over the scene's own ground, if there is any and no floor is added."""
-        ground = None if around is None else around.ground
+        ground = around.ground if around is not None and self.settings.scene_floor else None
         if ground is None or math.isfinite(self.column.floor_depth):
             return self
         reflectance = np.clip(uplift_basis(self.bands) @ np.array(ground.colour), 0.0, 1.0)

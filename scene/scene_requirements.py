@@ -43,6 +43,7 @@ _FARTHEST = 500.0
 _OFF_SURFACE = 1e-3
 _WAVE_RESOLUTION = 64
 _PLAIN = (0.5, 0.5, 0.5)
+_WITHOUT_THINGS = {"diffuse_shadows": False, "scene_floor": False}
 
 
 @dataclass(frozen=True, eq=False)
@@ -120,7 +121,7 @@ def choose(
         scene.frame_set(before)
     shaft_end = 0.0
     if job.engine == "eevee":
-        shaded = replace(plan, settings=replace(chosen, shafts=True))
+        shaded = replace(plan, settings=replace(chosen, shafts=True, **_WITHOUT_THINGS))
         drawn = shaded.realtime(scene, views[0].depth, np.ones((3, len(plan.bands))))
         shaft_end = drawn.shafts.end if drawn.shafts is not None else 0.0
     method = job.mode if job.engine == "eevee" else "cycles"

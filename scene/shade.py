@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from ..uw_spectral.shade.disturbed_light import disturbed_light
 from ..uw_spectral.shade.probes import cast
-from ..uw_spectral.shade.shade_table import ShadeTable, shade_table
+from ..uw_spectral.shade.shade_table import ShadeTable, shade_table, without_shade
 from ..uw_spectral.spectra.bands import Bands
 from ..uw_spectral.spectra.reflectance import uplift_basis
 from ..uw_spectral.transfer.solved_field import SolvedField
@@ -20,8 +20,8 @@ def table_of(
     field: SolvedField,
     weights: NDArray[np.float64],
     depth: float,
-) -> ShadeTable | None:
-    """Return the shade in a scene's water; None where nothing overhangs.
+) -> ShadeTable:
+    """Return the shade in a scene's water, around its cameras.
 
     Parameters
     ----------
@@ -37,7 +37,7 @@ def table_of(
     """
     found = around.under_things()
     if found is None:
-        return None
+        return without_shade(len(bands))
     voxels, grid = found
     rays = cast(voxels, grid, -np.asarray(field.sun), around.eyes, around.coarse)
     reflectance = np.clip(voxels.colour @ uplift_basis(bands).T, 0.0, 1.0)

@@ -15,7 +15,7 @@ from ..uw_spectral.shade.voxels import SurfaceVoxels, voxelise
 from . import scene_water
 from .surface_samples import Triangles, sampled, visible_triangles
 
-PROBES = 6000
+PROBES = 4500
 """Cells of the grid, at most."""
 VOXELS = 3
 """Voxels along a cell of it."""
@@ -28,6 +28,7 @@ _LARGEST = 0.7  # m: a larger cell only where the eye is surrounded
 _COVERED = 0.5  # of the columns of water that end on ground, where there is a floor
 _BELOW_EYE = 0.3  # m
 _DEPTH_STEP, _COLOUR_STEP = 0.05, 0.01  # of the ground: it should not tremble with the camera
+_SOLID = {"MESH", "CURVE", "SURFACE", "META", "FONT", "CURVES"}
 _SAMPLES = ("points", "normals", "colours")
 
 Array = NDArray[np.float64]
@@ -93,18 +94,32 @@ class Surroundings:
         return _voxels(self.things, fine), grid
 
 
-def look_around(scene: bpy.types.Scene, extinction: float) -> Surroundings:
-    """Look at what is visible around the camera of a scene, at its current frame.
+def has_things(scene: bpy.types.Scene) -> bool:
+    """Whether there is anything in a scene that could be seen, at this frame or another."""
+    of_water = set(scene_water.objects(scene))
+    return any(
+        item.type in _SOLID or item.instance_collection is not None
+        for item in scene.objects
+        if item not in of_water
+    )
+
+
+def look_around(
+    scene: bpy.types.Scene, camera: bpy.types.Object | None, extinction: float
+) -> Surroundings:
+    """Look at what is visible around a camera, at the scene's current frame.
 
     Parameters
     ----------
     scene : Scene
+    camera : Object or None
+        Without one everything counts alike.
     extinction : float
         Of the clearest band, 1/m: decides how far away things matter.
     """
     depsgraph = bpy.context.evaluated_depsgraph_get()
     things = list(visible_triangles(depsgraph, scene_water.objects(scene)))
-    eyes = [] if scene.camera is None else [scene.camera.evaluated_get(depsgraph)]
+    eyes = [] if camera is None else [camera.evaluated_get(depsgraph)]
     places = np.array([eye.matrix_world.translation for eye in eyes], np.float64).reshape(-1, 3)
     low, high = _around(things, places, extinction)
     grid = Grid((0.0, 0.0, 0.0), 1.0, (1, 1, 1))

@@ -16,9 +16,15 @@ def _edited(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
         return
     from ..scene import live
 
+    live.note_moves(scene, depsgraph)
     # Nodes are built outside of the handler, where data may be added and removed.
-    if not live_updates.is_waiting() and not live.update(scene, depsgraph, may_rebuild=False):
+    hasty = not bpy.app.background
+    if not live_updates.is_waiting() and not live.update(
+        scene, depsgraph, may_rebuild=False, hasty=hasty
+    ):
         live_updates.follow(scene)
+    if live.is_stale(scene):
+        live_updates.settle()
     if any(isinstance(u.id, bpy.types.Material | bpy.types.NodeTree) for u in depsgraph.updates):
         live.refresh_materials()
 
@@ -29,7 +35,11 @@ def _frame_changed(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> No
         return
     from ..scene import live
 
-    live.update(scene, depsgraph, may_rebuild=False)
+    # A picture that is rendered is worth the wait; one that is played is not.
+    hasty = not (bpy.app.background or bpy.app.is_job_running("RENDER"))
+    live.update(scene, depsgraph, may_rebuild=False, hasty=hasty)
+    if live.is_stale(scene):
+        live_updates.settle()
     live.refresh_materials()
 
 

@@ -10,6 +10,8 @@ import bpy
 
 from ..scene.session import is_live
 
+_MOMENT = 0.4  # s
+
 _held: ContextVar[bool] = ContextVar("updates of live water wait", default=False)
 
 
@@ -55,10 +57,31 @@ def follow_property(group: bpy.types.PropertyGroup, _: bpy.types.Context) -> Non
     follow(group.id_data)
 
 
+def settle() -> None:
+    """Compute what a hasty update left out, once nothing has changed for a moment.
+
+    In background nothing is hasty.
+    """
+    if bpy.app.background:
+        return
+    if bpy.app.timers.is_registered(_settle_all):
+        bpy.app.timers.unregister(_settle_all)
+    bpy.app.timers.register(_settle_all, first_interval=_MOMENT)
+
+
 def cancel() -> None:
-    """Forget an update that waits for Blender to be idle."""
-    if bpy.app.timers.is_registered(_update_all):
-        bpy.app.timers.unregister(_update_all)
+    """Forget updates that wait for Blender to be idle."""
+    for update in (_update_all, _settle_all):
+        if bpy.app.timers.is_registered(update):
+            bpy.app.timers.unregister(update)
+
+
+def _settle_all() -> None:
+    from ..scene import live
+
+    for scene in bpy.data.scenes:
+        if is_live(scene) and live.is_stale(scene):
+            live.update(scene)
 
 
 def _update_all() -> None:
@@ -70,4 +93,6 @@ def _update_all() -> None:
 def _update(scene: bpy.types.Scene) -> None:
     from ..scene import live
 
-    live.update(scene)
+    live.update(scene, hasty=not bpy.app.background)
+    if live.is_stale(scene):
+        settle()

@@ -26,7 +26,7 @@ _ON_WAY = ((0.1127, 5 / 18), (0.5, 8 / 18), (0.8873, 5 / 18))
 """Places along a ray where the light is looked at, and their weights: Gauss's."""
 _FLOOR_CELLS = 1.0  # from the floor within which what is met beyond the box is the floor
 _MEAN_COSINE = 0.25  # of a beam on surfaces of all slopes, their dark sides too
-_MOST = 32.0  # times the undisturbed light; what a white wall sends into the dark has no bound
+_MOST = 1e3  # times the undisturbed light; what a white wall sends into the dark has no bound
 _DARK = 1e-6  # of the brightest direction's light: what counts as light at all
 
 Light = NDArray[np.float32]
@@ -80,15 +80,17 @@ def disturbed_light(field: SolvedField, rays: Rays, reflectance: Array) -> Distu
     paths = _paths(undisturbed, rays, valid, kind, place)
     unshaded, source = kernels.irradiance(paths.before), kernels.all_ways(paths.before)
     unshaded, source = np.maximum(unshaded, _tiny(unshaded)), np.maximum(source, _tiny(source))
+    # A sum over few directions is not an irradiance; over another such sum it is.
+    exact = undisturbed.irradiance(np.maximum(-rays.point[valid, 2], 0.0)) / unshaded
     sides, side_place = _Sides(rays, reflectance, undisturbed), place[rays.probe_of_side]
-    mean_reflectance = reflectance.mean(axis=0).astype(np.float32)
+    mean_reflectance = (reflectance.sum(axis=0) / max(len(reflectance), 1)).astype(np.float32)
     hit = rays.hit[valid]
     met = hit >= 0
     # Probes on the way have other directions; the closest stands for the ray's.
     along = [kernels.nearest[kind[p], kind[:, None], np.arange(RAYS)] for p in paths.on_way]
     L = paths.known + paths.scattered + paths.further
     for _ in range(_ROUNDS):
-        E = kernels.irradiance(L)
+        E = kernels.irradiance(L) * exact
         J = np.minimum(kernels.all_ways(L) / source, _MOST)
         # What lies beyond the box is lit as its side is.
         sent = (E.mean(axis=1) + paths.beam) * (mean_reflectance / math.pi)
@@ -106,7 +108,7 @@ def disturbed_light(field: SolvedField, rays: Rays, reflectance: Array) -> Distu
     mean = np.stack([x.mean(axis=(0, 2)) for x in (unshaded, scattered0)]).astype(np.float64)
     return DisturbedLight(
         rays.grid, irradiance, scattered, rays.sunlit[valid][everywhere],
-        kernels.behind(~met)[everywhere], mean / mean.sum(axis=1, keepdims=True),
+        kernels.behind(rays.open_water[valid])[everywhere], mean / mean.sum(axis=1, keepdims=True),
     )  # fmt: skip
 
 
@@ -159,8 +161,8 @@ def _paths(
     T = np.exp(-thickness).astype(np.float32)
     at, end = undisturbed.along(depth, kind), undisturbed.along(end_depth, kind)
     on_way = [
-        place[rays.nearest(point[:, None] + w * (share * distance)[..., None])]
-        for share, _ in _ON_WAY
+        place[rays.nearest_in_sight(point[:, None] + w * (t * distance)[..., None], valid[:, None])]
+        for t, _ in _ON_WAY
     ]
     lit = np.zeros(distance.shape, np.float32)
     for probes, (_, weight) in zip(on_way, _ON_WAY, strict=True):
@@ -177,7 +179,7 @@ def _paths(
     known += T_out * np.maximum(end.once - T2 * last.once, 0.0) * sunlit[border][..., None]
     # The floor of the undisturbed water is part of its light.
     on_floor = last_depth > undisturbed.floor_depth - _FLOOR_CELLS * rays.grid.cell
-    blocked = (rays.blocked[valid] & ~on_floor)[..., None]
+    blocked = (rays.blocked[valid] & ~(on_floor & (far > 0)))[..., None]
     known += T_out * T2 * (last.scattered + last.once + last.image) * ~blocked
     before = at.scattered + at.once + at.image
     beam = undisturbed.beam(depth[:, 0]) * (_MEAN_COSINE * rays.sunlit[valid][:, None])

@@ -17,6 +17,11 @@ RAYS = 64
 SETS = 4
 """Sets of directions; probes side by side have different ones."""
 _COARSE_START = 1.0  # voxels of a larger box that rays skip as they enter it
+_BETWEEN = (0.25, 0.5, 0.75)
+"""Places between a point and a probe where a surface would keep them apart."""
+_GRAZING = 0.2
+_BEFORE_HIT = 1.5  # voxels
+_OFF_SIDE = (1.8, 3.0, 4.2)  # the same to the probe that stands for it
 _OFF_WALL = 1.8  # voxels from a surface's middle to a point beside it, along its normal
 
 
@@ -66,7 +71,7 @@ class Rays:
     further : array, shape (p, r)
         Of rays that leave the box, from there to a surface or to where they are not followed, m.
     blocked : array of bool, shape (p, r)
-        Whether there is a surface.
+        Whether there is a surface; or one in the box of which it is not clear how it is lit.
     probe_of_side : array of int, shape (2 k,)
         Valid probe next to each side of each surface.
     sunlit : array, shape (p,)
@@ -87,9 +92,23 @@ class Rays:
     sunlit: Array
     side_sunlit: Array
 
+    @property
+    def open_water(self) -> NDArray[np.bool_]:
+        """Which rays leave the box, shape (p, r)."""
+        return (self.hit < 0) & ~(self.blocked & (self.further == 0))
+
     def nearest(self, points: Array) -> NDArray[np.intp]:
         """Valid probe close to each of the points (..., 3)."""
         return self._stand_in[self.grid.index(points)]
+
+    def nearest_in_sight(self, points: Array, otherwise: NDArray[np.intp]) -> NDArray[np.intp]:
+        """Probe close to points (p, r, 3) with no surface between, or others (p, 1)."""
+        found = self.nearest(points)
+        number, seen = self.voxels.number.ravel(), np.ones(found.shape, bool)
+        for share in _BETWEEN:
+            between = points + share * (self.point[found] - points)
+            seen &= number[self.voxels.grid.index(between)] < 0
+        return np.where(seen, found, otherwise)
 
     @functools.cached_property
     def _stand_in(self) -> NDArray[np.intp]:
@@ -129,20 +148,53 @@ def cast(
     side = np.full(len(t), -1, np.int32)
     side[met] = 2 * number[met]
     side[met] += (voxels.normal[number[met]] * heading[met]).sum(axis=1) > 0
+    sides, facing = _beside(voxels)
+    side[met] = _in_sight(
+        voxels, (origin + heading * t[:, None])[met], heading[met], side[met], sides
+    )
+    t[met] = _to_plane(voxels, origin[met], heading[met], t[met], number[met])
     distance, hit = np.zeros((grid.count, RAYS)), np.full((grid.count, RAYS), -1, np.int32)
     distance[valid], hit[valid] = t.reshape(-1, RAYS), side.reshape(-1, RAYS)
     further, blocked = np.zeros(distance.shape), np.zeros(distance.shape, bool)
-    leaving = hit[valid] < 0
+    leaving = ~met.reshape(-1, RAYS)
     ways = (origin + heading * t[:, None])[~met], heading[~met]
     further[valid], blocked[valid] = _put(leaving, *_follow(beyond, *ways))
+    blocked[valid] |= (met & (side < 0)).reshape(-1, RAYS)
     sun = np.asarray(to_sun, np.float64)
-    sides, facing = _beside(voxels)
     clear = _sunlit(voxels, beyond, sides, sun) * (facing @ sun > 0)
     stand_in = stand_ins(grid, valid)
+    beside = _probes_beside(voxels, grid, stand_in, point)
     return Rays(
         grid, voxels, point, valid, distance, hit, further, blocked,
-        stand_in[grid.index(sides)], _sun_at(voxels, beyond, grid, reached, sun), clear,
+        beside, _sun_at(voxels, beyond, grid, reached, sun), clear,
     )  # fmt: skip
+
+
+def _to_plane(
+    voxels: SurfaceVoxels, origin: Array, heading: Array, t: Array, number: NDArray[np.int32]
+) -> Array:
+    """Distance to the mean plane of the surface in a voxel, if that is about where it was met."""
+    normal = voxels.normal[number]
+    along = (heading * normal).sum(axis=1)
+    along = np.where(np.abs(along) < _GRAZING, np.inf, along)
+    plane = ((voxels.centre[number] - origin) * normal).sum(axis=1) / along
+    near = (np.abs(plane - t) < 2.0 * voxels.grid.cell) & (plane > 0)
+    return np.where(near, plane, t)
+
+
+def _in_sight(
+    voxels: SurfaceVoxels, end: Array, heading: Array, side: NDArray[np.int32], sides: Array
+) -> NDArray[np.int32]:
+    """The sides that rays meet, -1 where what lies beside them is not where the rays come from.
+
+    So are the edges of rooms, where one voxel has two walls.
+    """
+    number, before = voxels.number.ravel(), end - heading * (_BEFORE_HIT * voxels.grid.cell)
+    seen = np.ones(len(side), bool)
+    for share in _BETWEEN:
+        between = before + share * (sides[side] - before)
+        seen &= number[voxels.grid.index(between)] < 0
+    return np.where(seen, side, -1).astype(np.int32)
 
 
 def _put(
@@ -186,17 +238,42 @@ def _beside(voxels: SurfaceVoxels) -> tuple[Array, Array]:
     return points.reshape(-1, 3), away.reshape(-1, 3)
 
 
+def _probes_beside(
+    voxels: SurfaceVoxels, grid: Grid, stand_in: NDArray[np.intp], point: Array
+) -> NDArray[np.intp]:
+    """Probe on each side of each surface, (2 k,): the closest that is not behind it."""
+    _, facing = _beside(voxels)
+    centre = np.repeat(voxels.centre, 2, axis=0)
+    found = np.full(len(centre), -1, np.intp)
+    for voxels_off in _OFF_SIDE:
+        probe = stand_in[grid.index(centre + facing * (voxels_off * voxels.grid.cell))]
+        before = ((point[probe] - centre) * facing).sum(axis=1) > 0
+        found = np.where((found < 0) & (before | (voxels_off == _OFF_SIDE[-1])), probe, found)
+    return found
+
+
 def _places(
     voxels: SurfaceVoxels, grid: Grid, reached: NDArray[np.bool_]
 ) -> tuple[Array, NDArray[np.bool_]]:
-    """Point of each probe in water that is reached, nearest the middle of its cell."""
-    blocks = _blocks(grid, reached)
-    parts = round(blocks.shape[1] ** (1 / 3))
+    """Point of each probe among its voxels, nearest the middle of its cell."""
+    inner = _inner(voxels, grid, reached)
+    parts = round(inner.shape[1] ** (1 / 3))
     steps = np.stack(np.unravel_index(np.arange(parts**3), (parts,) * 3), axis=1)
     offset = (steps - (parts - 1) / 2.0) * voxels.grid.cell
     cost = (offset**2).sum(axis=1) / voxels.grid.cell**2
-    best = np.where(blocks, cost, np.inf).argmin(axis=1)
-    return grid.centres() + offset[best], blocks.any(axis=1)
+    best = np.where(inner, cost, np.inf).argmin(axis=1)
+    return grid.centres() + offset[best], inner.any(axis=1)
+
+
+def _inner(voxels: SurfaceVoxels, grid: Grid, reached: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Voxels that a probe stands for, (p, voxels in a cell).
+
+    Of a cell with a wall these are the roofed ones: light that leaks out is seen less than light
+    that leaks in.
+    """
+    blocks, roofed = _blocks(grid, reached), _blocks(grid, reached & voxels.roofed)
+    walled = roofed.any(axis=1) & _blocks(grid, voxels.number >= 0).any(axis=1)
+    return np.where(walled[:, None], roofed, blocks)
 
 
 def _blocks(grid: Grid, values: NDArray) -> NDArray:
@@ -227,11 +304,12 @@ def _sun_at(
     reached: NDArray[np.bool_],
     to_sun: Array,
 ) -> Array:
-    """Share of the free voxels of each probe's cell that the sun reaches."""
+    """Share of the voxels of each probe that the sun reaches."""
     lit = np.zeros(reached.size)
     points = voxels.grid.centres()
     free = np.flatnonzero(reached.ravel())
     lit[free] = _sunlit(voxels, beyond, points[free], to_sun)
-    lit, water = (_blocks(grid, x.reshape(reached.shape)) for x in (lit, reached))
+    water = _inner(voxels, grid, reached)
+    lit = _blocks(grid, lit.reshape(reached.shape)) * water
     count = water.sum(axis=1)
     return np.where(count > 0, lit.sum(axis=1) / np.maximum(count, 1), 1.0)

@@ -214,6 +214,23 @@ def shade_table(light: DisturbedLight, extinction: Array, importance: Array) -> 
     )
 
 
+def without_shade(bands: int) -> ShadeTable:
+    """Return the table of water with nothing in it.
+
+    Examples
+    --------
+    >>> table = without_shade(3)
+    >>> table.mixed(SCATTERED, np.zeros((1, 3)), np.array([[0.6, 0.0, 0.8]])).round(6)
+    array([[1., 0., 1.]])
+    """
+    grid = Grid((-0.5, -0.5, -0.5), 1.0, (1, 1, 1))
+    weight = (1.0 / 6.0,) * TILES
+    box = ShadeBox((0.0, 0.0, 0.0), 1.0, (0.0, 0.0, 0.0), weight, 1.0)
+    texels = np.zeros((TILES, 1, 1, 1, 3), np.float32)
+    texels[..., 0] = texels[..., 2] = 1.0 / 6.0
+    return ShadeTable(grid, box, texels, np.zeros(bands))
+
+
 def ratio(mean: Operand, share: Operand, spectrum: Operand, m: Mathematics = NUMPY) -> Operand:
     """Ratio per band from the first two numbers that :meth:`ShadeBox.mixed` returns."""
     return m.maximum(mean + share * spectrum, 0.0)

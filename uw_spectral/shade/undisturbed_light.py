@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ..transfer.radiance_table import tabulate
 from ..transfer.solved_field import SolvedField
 from .grid import Array, Grid
 from .probes import RAYS, directions
@@ -83,6 +84,14 @@ class UndisturbedLight:
         """Normal irradiance of the sun's beam, forward peak included, at depths (m,), (m, n)."""
         low, share = self._place(y)
         return self._beam[low] * (1 - share) + self._beam[low + 1] * share
+
+    def irradiance(self, y: Array) -> Light:
+        """Irradiance without the sun's beam on patches that face the axes, (m, 6, n)."""
+        normal = [part[:, None] for part in AXES.T]
+        E = tabulate(self._field).patch_irradiance(self._depths, normal, self.sun)
+        low, share = self._place(y)
+        E, share = np.moveaxis(E, 1, 0), share[..., None]
+        return (E[low] * (1 - share) + E[low + 1] * share).astype(np.float32)
 
     def extinction(self, y: Array, z: Array) -> Array:
         """Mean extinction between depths, without the forward peak, 1/m; the last axis has n."""

@@ -59,7 +59,7 @@ class SurfaceVoxels:
         return distance[1:-1, 1:-1, 1:-1]
 
     @functools.cached_property
-    def _roofed(self) -> NDArray[np.bool_]:
+    def roofed(self) -> NDArray[np.bool_]:
         """Voxels that are full, or have a full one above."""
         full = np.flip(self.number >= 0, axis=2)
         return np.flip(np.logical_or.accumulate(full, axis=2), axis=2)
@@ -114,8 +114,7 @@ class SurfaceVoxels:
             step = np.maximum((free[place].astype(np.float32) - 1.0) * slowest[rays], _WITHIN)
             t[rays] += step
             rays = rays[t[rays] < end[rays]]
-        reached: Array = np.minimum(t, end).astype(np.float64)
-        return reached * cell_size, found
+        return np.asarray(cell_size * np.minimum(t, end), np.float64), found
 
     def under_things(self, points: ArrayLike) -> tuple[Array, Array]:
         """Box around the water that something overhangs, m; its corners meet if there is none.
@@ -125,7 +124,7 @@ class SurfaceVoxels:
         points : array_like, shape (m, 3)
             Points in open water; so is what lies under open sky.
         """
-        below = np.argwhere(self.reachable(points) & self._roofed)
+        below = np.argwhere(self.reachable(points) & self.roofed)
         if not len(below):
             return np.asarray(self.grid.lower), np.asarray(self.grid.lower)
         low, high = below.min(axis=0), below.max(axis=0) + 1
@@ -135,7 +134,7 @@ class SurfaceVoxels:
     def reachable(self, points: ArrayLike) -> NDArray[np.bool_]:
         """Free voxels that are joined with ones under open sky, or with points, (nx, ny, nz)."""
         free = self.number < 0
-        reached = ~self._roofed
+        reached = ~self.roofed
         points = np.asarray(points, np.float64).reshape(-1, 3)
         reached.ravel()[self.grid.index(points[self.grid.inside(points)])] = True
         reached &= free
@@ -161,6 +160,8 @@ def voxelise(grid: Grid, points: Array, normals: Array, colours: Array) -> Surfa
         Normals may point to either side.
     """
     inside = grid.inside(points)
+    if not inside.any():
+        return SurfaceVoxels(grid, np.full(grid.shape, -1, np.int32), *np.zeros((3, 0, 3)))
     points, normals, colours = points[inside], normals[inside], colours[inside]
     cells = np.floor((points - grid.lower) / grid.cell).astype(np.intp)
     cells = grid.flat(np.clip(cells, 0, np.asarray(grid.shape) - 1))

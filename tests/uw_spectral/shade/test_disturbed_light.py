@@ -1,0 +1,142 @@
+"""Light among things, against the water's own solution and against geometry."""
+
+from __future__ import annotations
+
+import functools
+import math
+
+import numpy as np
+import pytest
+from underwater_spectral.uw_spectral.imaging.description import Description
+from underwater_spectral.uw_spectral.imaging.optics import resolve
+from underwater_spectral.uw_spectral.shade.disturbed_light import disturbed_light
+from underwater_spectral.uw_spectral.shade.grid import Grid
+from underwater_spectral.uw_spectral.shade.probes import cast
+from underwater_spectral.uw_spectral.shade.undisturbed_light import AXES, UndisturbedLight
+from underwater_spectral.uw_spectral.shade.voxels import voxelise
+
+UP, DOWN = 4, 5
+SEABED = -6.0
+
+
+@functools.cache
+def field(floor=math.inf, reflectance=0.4, water="jerlov:IB"):
+    import dataclasses
+
+    from underwater_spectral.uw_spectral.imaging.description import (
+        BandsDescription,
+        FloorDescription,
+        SunAndSky,
+        SurfaceDescription,
+        WaterDescription,
+    )
+
+    described = dataclasses.replace(
+        Description(),
+        water=WaterDescription(water),
+        light=SunAndSky(sky="clear"),
+        surface=SurfaceDescription("flat"),
+        floor=FloorDescription(floor, str(reflectance)),
+        bands=BandsDescription(3),
+    )
+    return resolve(described).solved_field()
+
+
+def plate(z, half, step=0.06):
+    x, y = np.meshgrid(*[np.arange(-half + step / 2, half, step)] * 2)
+    return np.stack([x.ravel(), y.ravel(), np.full(x.size, z)], axis=1)
+
+
+def light_around(points, solved, reflectance, half=4.0, probes=1500):
+    grid = Grid.around((-half, -half, -6.6), (half, half, -1.0), probes, 0.2)
+    fine = Grid(grid.lower, grid.cell / 3, tuple(3 * n for n in grid.shape))
+    count = (len(points), 1)
+    voxels = voxelise(fine, points, np.tile([0.0, 0.0, 1.0], count), np.full((len(points), 3), 0.5))
+    rays = cast(voxels, grid, -np.asarray(solved.sun))
+    return grid, rays, disturbed_light(solved, rays, np.full((len(voxels), 3), reflectance))
+
+
+def test_nothing_disturbs_nothing():
+    _, rays, light = light_around(np.zeros((0, 3)), field(), 0.3)
+    assert rays.valid.all()
+    np.testing.assert_allclose(light.irradiance, 1.0, atol=2e-5)
+    np.testing.assert_allclose(light.scattered, 1.0, atol=2e-5)
+    assert (light.sunlit == 1).all()
+    assert (light.behind == 1).all()
+
+
+def test_a_seabed_of_voxels_is_the_floor_of_the_column():
+    """What it sends up and the water scatters back, by the solver without any voxel."""
+    bare, over = (field(floor, water="jerlov:II") for floor in (math.inf, -SEABED))
+    grid, _, light = light_around(plate(SEABED, 16.0, 0.2), bare, 0.4, 14.0, 3000)
+    middle = np.abs(grid.centres()[:, :2]).max(axis=1) < 1.5
+    z = grid.centres()[:, 2]
+    for level in (-5.0, -4.5):
+        at = middle & (np.abs(z - level) < grid.cell / 2)
+        ratio = np.median(light.irradiance[at], axis=0)
+        y = -float(np.median(z[at]))
+        wanted = over.Eu(y) / bare.Eu(y)
+        # In red the water itself sends up next to nothing that could be compared with.
+        np.testing.assert_allclose(ratio[DOWN, :2], wanted[:2], rtol=0.1)
+
+
+def test_over_the_floor_of_the_column_a_seabed_changes_nothing():
+    grid, _, light = light_around(plate(SEABED, 5.0), field(-SEABED), 0.4)
+    above = grid.centres()[:, 2] > SEABED + 1.5 * grid.cell
+    for ratio in (light.irradiance[above], light.scattered[above]):
+        assert np.abs(np.median(ratio, axis=0) - 1.0).max() < 0.06
+        assert np.quantile(np.abs(ratio - 1.0), 0.95) < 0.12
+
+
+def test_a_black_plate_shades_by_its_solid_angle():
+    """In water that hardly scatters, light from above is what the plate leaves of the sky."""
+    solved = field(water="jerlov:I")
+    grid, _, light = light_around(plate(-2.0, 2.0), solved, 0.0)
+    z = grid.centres()[: grid.shape[2], 2]
+    column = grid.index(np.stack([0.0 * z + 0.01, 0.0 * z + 0.01, z], axis=1))
+    below = column[z < -2.5]
+    assert len(below) > 4
+    assert (np.diff(light.irradiance[below, UP].mean(axis=1)) < 0.02).all(), "darker nearer to it"
+    assert light.irradiance[below[-1], UP].max() < 0.4
+    assert (light.irradiance[column[-1], UP] > 0.97).all()
+
+
+def test_a_closed_room_is_dark():
+    x = plate(0.0, 1.5)
+    walls = [np.roll(x + np.array([0, 0, s]), k, axis=1) for k in range(3) for s in (-1.5, 1.5)]
+    points = np.concatenate(walls) - [0.0, 0.0, 3.5]
+    grid = Grid.around((-3.0, -3.0, -6.5), (3.0, 3.0, -0.6), 1500, 0.2)
+    fine = Grid(grid.lower, grid.cell / 3, tuple(3 * n for n in grid.shape))
+    normals = np.repeat(np.eye(3)[[2, 2, 0, 0, 1, 1]], len(x), axis=0)
+    voxels = voxelise(fine, points, normals, np.full((len(points), 3), 0.5))
+    inside = np.array([(0.0, 0.0, -3.5)])
+    rays = cast(voxels, grid, -np.asarray(field().sun), inside)
+    light = disturbed_light(field(), rays, np.full((len(voxels), 3), 0.3))
+    at = grid.index(inside[0])
+    assert rays.valid[at]
+    # Edges, where a voxel has two walls, are not quite tight.
+    assert light.irradiance[at].max() < 0.02
+    assert light.scattered[at].max() < 0.02
+    assert light.sunlit[at] == 0
+    assert (light.behind[at] == 0).all()
+
+
+def test_weights_of_the_phase_function_add_up():
+    grid = Grid((-2.0, -2.0, -6.0), 0.5, (8, 8, 8))
+    undisturbed = UndisturbedLight(field(), grid)
+    for kind in range(4):
+        weights = undisturbed.phase_weights(kind, AXES)
+        np.testing.assert_allclose(weights.sum(axis=1), 1.0, rtol=1e-5)
+        assert weights.min() >= 0
+
+
+@pytest.mark.parametrize("planted", [1.1, 0.9])
+def test_a_planted_error_of_a_tenth_is_seen(planted):
+    """The seabed's reflectance a tenth off moves what comes up from it."""
+    bare = field()
+    grid, _, right = light_around(plate(SEABED, 5.0), bare, 0.4)
+    wrong = light_around(plate(SEABED, 5.0), bare, 0.4 * planted)[2]
+    near = (np.abs(grid.centres()[:, :2]).max(axis=1) < 1.5) & (grid.centres()[:, 2] < -5.0)
+    near &= grid.centres()[:, 2] > SEABED
+    ratio = np.median(wrong.irradiance[near, DOWN] / right.irradiance[near, DOWN])
+    assert abs(ratio - 1.0) > 0.04
