@@ -117,6 +117,7 @@ def orders(
     rng: np.random.Generator,
     count: int = 40,
     batches: int = 10,
+    weight: NDArray | float = 1.0,
 ) -> NDArray[np.float64]:
     """Radiance by order of scattering, for albedo 1 and intensity 1, shape (batches, count).
 
@@ -135,9 +136,11 @@ def orders(
         Orders.
     batches : int
         Parts that the rays are divided into, for the error.
+    weight : array, shape (n,)
+        Of the rays.
     """
     found = np.empty((batches, count))
-    weight = np.ones(len(x))
+    weight = weight * np.ones(len(x))
     seen, chosen = w, weight
     for order in range(count):
         light = chosen * scattered_once(x, seen, P, lamp, profile, axis, phase, rng)

