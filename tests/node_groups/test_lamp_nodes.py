@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 
 import bpy
@@ -10,8 +11,8 @@ import pytest
 from underwater_spectral.node_groups.node_mathematics import MARK, NODES, Graph
 from underwater_spectral.scene import exr_output
 from underwater_spectral.uw_spectral.lamps.lamp import Lamp, ray_past_lamp
-from underwater_spectral.uw_spectral.lamps.lamp_path import scattered_once
 from underwater_spectral.uw_spectral.lamps.lamp_surface import patch_past_lamp, surface_irradiance
+from underwater_spectral.uw_spectral.lamps.multiple_scattering import lamp_light, lamp_water
 from underwater_spectral.uw_spectral.lamps.profile import IsotropicProfile, SpotProfile, rov_lamp
 from underwater_spectral.uw_spectral.mathematics import NUMPY
 from underwater_spectral.uw_spectral.spectra.spectral_image import read_exr
@@ -19,11 +20,14 @@ from underwater_spectral.uw_spectral.water.phase import (
     EinsteinSmoluchowski,
     FournierForand,
     Mixture,
+    seawater_mixture,
 )
 
 SIZE = 12
-B, C, INTENSITY = (0.1, 0.3, 1.0), (0.2, 0.35, 1.4), (1.0, 2.0, 0.5)
+INTENSITY = (1.0, 2.0, 0.5)
 PHASE = Mixture((EinsteinSmoluchowski(), FournierForand()), (0.02, 0.98))
+WATER = lamp_water([0.1, 0.05, 0.4], [0.1, 0.3, 1.0], seawater_mixture([1.0] * 3, [0.02] * 3))
+BANDED = ("b", "c", "bp", "cp", "K", "chi2")
 
 
 @pytest.fixture
@@ -84,34 +88,37 @@ def test_angles(square, tmp_path):
 
 @pytest.mark.parametrize(
     "profile",
-    [IsotropicProfile(), SpotProfile(math.radians(50), 0.3), rov_lamp()],
-    ids=lambda profile: type(profile).__name__,
+    [
+        pytest.param(IsotropicProfile(), id="isotropic", marks=pytest.mark.slow),
+        pytest.param(SpotProfile(math.radians(50), 0.3), id="spot"),
+        pytest.param(rov_lamp(), id="table", marks=pytest.mark.slow),
+    ],
 )
 def test_nodes_are_the_formulas(square, tmp_path, profile):
     at = _position(square, tmp_path)
     axis = (0.0, math.sin(2.5), math.cos(2.5))
 
-    def path(m, x, y, lamp, b, c):
+    def path(m, x, y, lamp, water):
         # From behind the lamp to far before it, through the lamp and past it.
         ray = ray_past_lamp(lamp, (x, 0.1, y * 4.0), (0.0, 0.0, 1.0), 6.0 + x, m)
-        return scattered_once(lamp, ray, b, c, PHASE, m)
+        once, more = lamp_light(lamp, ray, water, m)
+        return once + more
 
-    def surface(m, x, y, lamp, b, c):
+    def surface(m, x, y, lamp, water):
         patch = patch_past_lamp(lamp, (x, y, 0.0), (0.0, 0.0, 1.0), m)
-        direct, forward = surface_irradiance(lamp, patch, c, c - 0.6 * b, m)
-        return direct + forward
+        return sum(surface_irradiance(lamp, patch, water, m))
 
     for formula in (path, surface):
 
         def nodes(graph, position, formula=formula):
             x, y, _ = graph.components(position)
-            b, c, intensity = (graph.vector(*v) for v in (B, C, INTENSITY))
-            lamp = Lamp((0.2, 0.0, 1.0), axis, intensity, profile, 0.02)
-            return formula(NODES, x, y, lamp, b, c)
+            bands = {name: graph.vector(*getattr(WATER, name).tolist()) for name in BANDED}
+            water = dataclasses.replace(WATER, **bands, phase=PHASE)
+            lamp = Lamp((0.2, 0.0, 1.0), axis, graph.vector(*INTENSITY), profile, 0.02)
+            return formula(NODES, x, y, lamp, water)
 
         seen = square(nodes, tmp_path / "lamp.exr")
         lamp = Lamp((0.2, 0.0, 1.0), axis, np.array(INTENSITY), profile, 0.02)
-        x, y = at[..., :1], at[..., 1:2]
-        wanted = formula(NUMPY, x, y, lamp, np.array(B), np.array(C))
+        wanted = formula(NUMPY, at[..., :1], at[..., 1:2], lamp, WATER)
         assert wanted.max() > 0
         assert seen == pytest.approx(wanted, rel=2e-3, abs=2e-5 * wanted.max())
