@@ -5,6 +5,7 @@ Lengths are in units of 1/c. The camera is at the origin and looks along z.
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -17,7 +18,6 @@ from ..uw_spectral.lamps.profile import IsotropicProfile, Profile, SpotProfile, 
 from ..uw_spectral.water.phase import BandPhase, HenyeyGreenstein, seawater_mixture
 from . import _lamp_photons
 
-ALBEDOS = (0.3, 0.5, 0.7, 0.8, 0.9)
 ORDERS, BATCHES = 40, 10
 KINDS = ("beside", "in view", "across", "patch")
 PROFILES: dict[str, Profile] = {
@@ -55,6 +55,23 @@ class Case:
     def lamp(self) -> Lamp:
         """The lamp, of intensity 1."""
         return Lamp(tuple(self.position), tuple(self.axis), np.ones(1), self.profile, RADIUS)
+
+
+def grid() -> Iterator[Case]:
+    """The cases of radiance that the approximation was fitted to."""
+    functions = (
+        *(BandPhase((HenyeyGreenstein(g),), np.ones((1, 1))) for g in (0.8, 0.924)),
+        seawater_mixture([1.0], [0.02]),
+    )
+    for function, profile in itertools.product(functions, PROFILES.values()):
+        for d, P in itertools.product((0.03, 0.1, 0.3, 1.0, 3.0), (0.3, 1.0, 3.0, math.inf)):
+            yield Case("beside", function, profile, np.array([d, 0.0, 0.0]), _FACING, P)
+        for D, angle in itertools.product((0.1, 0.3, 1.0, 2.0, 4.0, 6.0), (2.0, 10.0, 30.0, 60.0)):
+            at = _seen_at(D, angle)
+            yield Case("in view", function, profile, at, -at / D, math.inf)
+        for D, angle in itertools.product((0.3, 1.0, 3.0), (10.0, 45.0)):
+            axis = np.array([-1.0, 0.0, 0.0])
+            yield Case("across", function, profile, _seen_at(D, angle), axis, math.inf)
 
 
 def unseen(count: int, seed: int = 1) -> Iterator[Case]:
