@@ -241,9 +241,9 @@ c - {ms.SLOWED:g} b, with a phase function Henyey-Greenstein of mean cosine
 e^(−(a + b (1 − g)) r), and diffuse light counts {ms.HALO_ON_SURFACES:g} times. The first three
 numbers were fitted to photons on a grid of cases of HG 0.8, HG 0.924 and the mixture with 2 %
 molecules (`--fit`), the last was chosen on patches. Here they meet {options.cases} random cases
-that were not in it, {options.photons} photons each, traced back from the camera: lamps without a cone,
-with the measured profile of an ROV's lamp, and with a cone of 60°; 0.1/c to 6/c away (beside the
-camera 0.03/c to 3/c); HG 0.8 to 0.924 or particles with 1 to 10 % molecules; albedos
+that were not in it, {options.photons} photons each, traced back from the camera: lamps without a
+cone, with the measured profile of an ROV's lamp, and with a cone of 60°; 0.1/c to 6/c away (beside
+the camera 0.03/c to 3/c); HG 0.8 to 0.924 or particles with 1 to 10 % molecules; albedos
 {", ".join(map(str, _ALBEDOS))}. Counted is what the photons know within {100 * _NOISE:g} %, a
 standard error that is in the errors below: {len(rows)} of {options.cases * len(_ALBEDOS)}. Radiance
 of the water, or irradiance; median / 95 % / worst error:
