@@ -28,6 +28,10 @@ class Mathematics:
         Of one operand.
     arccos : callable
         Of one number, -1 to 1.
+    tan : callable
+        Of one angle.
+    arctan2 : callable
+        ``arctan2(y, x)`` of two numbers: the angle of the point (x, y), -π to π.
     power, minimum, maximum : callable
         Of two operands; the base of ``power`` is positive.
     less : callable
@@ -42,6 +46,8 @@ class Mathematics:
     sqrt: Callable[[Operand], Operand]
     absolute: Callable[[Operand], Operand]
     arccos: Callable[[Operand], Operand]
+    tan: Callable[[Operand], Operand]
+    arctan2: Callable[[Operand, Operand], Operand]
     power: Callable[[Operand, Operand], Operand]
     minimum: Callable[[Operand, Operand], Operand]
     maximum: Callable[[Operand, Operand], Operand]
@@ -73,6 +79,8 @@ NUMPY = Mathematics(
     sqrt=np.sqrt,
     absolute=np.abs,
     arccos=np.arccos,
+    tan=np.tan,
+    arctan2=np.arctan2,
     power=np.power,
     minimum=np.minimum,
     maximum=np.maximum,

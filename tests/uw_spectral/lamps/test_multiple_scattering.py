@@ -1,0 +1,159 @@
+"""Lamp light scattered more than once: against photons, and its limits."""
+
+from __future__ import annotations
+
+import itertools
+import math
+
+import numpy as np
+import pytest
+from underwater_spectral.benchmarks import _lamp_cases, _lamp_photons
+from underwater_spectral.benchmarks.lamp_light import even_in_angle, exact, solved
+from underwater_spectral.uw_spectral.errors import InputError
+from underwater_spectral.uw_spectral.lamps.lamp import Lamp, ray_past_lamp
+from underwater_spectral.uw_spectral.lamps.lamp_path import scattered_once
+from underwater_spectral.uw_spectral.lamps.multiple_scattering import (
+    halo_irradiance,
+    halo_radiance,
+    lamp_light,
+    lamp_water,
+)
+from underwater_spectral.uw_spectral.lamps.profile import IsotropicProfile, SpotProfile, rov_lamp
+from underwater_spectral.uw_spectral.water.phase import (
+    BandPhase,
+    HenyeyGreenstein,
+    parse_phase,
+    seawater_mixture,
+)
+
+HG = BandPhase((HenyeyGreenstein(0.9),), np.ones((1, 1)))
+MIXTURE = seawater_mixture([1.0], [0.02])
+
+
+def test_photons_of_the_first_order_are_the_integral():
+    rng = np.random.default_rng(2)
+    for function in (HG, MIXTURE):
+        phase = _lamp_photons.tables_of(function)
+        for position in ((0.3, 0.0, 0.0), (0.5, 0.0, 3.0)):
+            x, w = np.zeros((20000, 3)), np.tile([0.0, 0.0, 1.0], (20000, 1))
+            lamp = Lamp(position, (0, 0, 1), np.ones(1), rov_lamp(), 1e-4)
+            found = _lamp_photons.orders(
+                x, w, math.inf, np.array(position), lamp.profile.value, np.array([0, 0, 1.0]),
+                phase, rng, count=1,
+            )  # fmt: skip
+            ray = ray_past_lamp(lamp, (0, 0, 0), (0, 0, 1), 1e6)
+            wanted = scattered_once(lamp, ray, np.ones(1), np.ones(1), function)[0]
+            assert found.mean() == pytest.approx(wanted, rel=0.02)
+
+
+def test_photons_absorb_all_that_the_lamp_emits():
+    # Rays from random places in random directions are the scalar irradiance: a E0 over all
+    # water is the power. Unscattered light is absorbed by a/c; the rest by what is scattered.
+    rng = np.random.default_rng(5)
+    count, R = 100_000, 14.0
+    r = R * rng.random(count)
+    x = np.zeros((count, 3))
+    x[:, 0] = r
+    w = rng.normal(size=(count, 3))
+    w /= np.linalg.norm(w, axis=1, keepdims=True)
+    # 4π r² (volume) × 4π (radiance to scalar irradiance) × R (mean over r) / 4π (power).
+    phase = _lamp_photons.tables_of(BandPhase((HenyeyGreenstein(0.6),), np.ones((1, 1))))
+    orders = _lamp_photons.orders(
+        x, w, math.inf, np.zeros(3), IsotropicProfile().value, np.array([0, 0, 1.0]), phase, rng,
+        count=12, weight=4 * math.pi * R * r**2,
+    )  # fmt: skip
+    albedo = 0.4
+    scattered, error = _lamp_photons.summed(orders, albedo)
+    assert (1 - albedo) * error < 0.03 * albedo
+    assert (1 - albedo) * scattered == pytest.approx(albedo, rel=0.05)
+
+
+@pytest.mark.parametrize(
+    ("index", "tolerance"), [(0, 0.25), (1, 0.25), (2, 0.25), (3, 0.15), (4, 0.4), (5, 0.25)]
+)
+def test_it_is_nearer_to_photons_than_light_scattered_once(index, tolerance):
+    away = np.array([math.sin(0.2), 0.0, math.cos(0.2)])
+    z, x = np.array([0.0, 0.0, 1.0]), np.array([1.0, 0.0, 0.0])
+    case = [
+        _lamp_cases.Case("in view", HG, IsotropicProfile(), 2.0 * away, -away, math.inf),
+        _lamp_cases.Case("in view", MIXTURE, rov_lamp(), 2.0 * away, -away, math.inf),
+        _lamp_cases.Case("beside", HG, rov_lamp(), 0.2 * x, z, 3.0),
+        _lamp_cases.Case("patch", HG, IsotropicProfile(), 1.5 * z, -z, math.inf),
+        _lamp_cases.Case("in view", HG, IsotropicProfile(), 5.0 * away, -away, math.inf),
+        _lamp_cases.Case("across", MIXTURE, SpotProfile(1.0, 0.5), 1.0 * away, -x, math.inf),
+    ][index]
+    found = _lamp_cases.traced(case, 30000, 7)
+    for albedo in (0.4, 0.8):
+        value, error = _lamp_photons.summed(found, albedo)
+        once, whole = solved(case, albedo)
+        value += once if case.kind == "patch" else 0.0
+        assert error < 0.15 * value
+        assert whole == pytest.approx(value, rel=tolerance)
+        assert abs(whole / value - 1) < abs(once / value - 1)
+
+
+def test_the_first_part_is_light_scattered_once():
+    lamp = Lamp((0.5, 0, 3), (0, 0, -1), np.array([2.0]), rov_lamp())
+    ray = ray_past_lamp(lamp, (0, 0, 0), (0, 0, 1), 20.0)
+    water = lamp_water([0.1], [0.3], HG)
+    once, more = lamp_light(lamp, ray, water)
+    assert once == pytest.approx(scattered_once(lamp, ray, water.b, water.c, HG))
+    assert more > 0
+
+
+def test_thin_water_scatters_once():
+    lamp = Lamp((0.5, 0, 3), (0, 0, -1), np.array([2.0]))
+    ray = ray_past_lamp(lamp, (0, 0, 0), (0, 0, 1), 20.0)
+    once, more = lamp_light(lamp, ray, lamp_water([1e-4], [1e-4], HG))
+    assert more < 0.01 * once
+
+
+def test_the_halo_is_the_integral_of_its_source():
+    water = lamp_water([0.2], [0.8], HG)
+    lamp = Lamp((1.0, 0, 2.0), (0, 0, 1), np.array([3.0]), rov_lamp())
+    for P in (0.5, 3.0, 1e4):
+        ray = ray_past_lamp(lamp, (0, 0, 0), (0, 0, 1), P)
+        t = (np.arange(200000) + 0.5) / 200000 * min(P, 60.0)
+        r = np.hypot(1.0, t - 2.0)
+        # The one of patches in the strength of the one of rays.
+        E0 = np.array([float(halo_irradiance(lamp, x, water)[0][0]) for x in (1.0, 2.0)])
+        assert E0[1] / E0[0] == pytest.approx(math.exp(-water.K[0]) / 2)
+        source = 3.0 * E0[0] * np.exp(-water.K * (r - 1.0)) / r  # 1.2 / 0.4
+        wanted = (water.bp / (4 * math.pi) * source * np.exp(-water.cp * t)).mean() * t[-1]
+        found = halo_radiance(lamp, ray, water)[0]
+        assert found == pytest.approx(wanted, rel=0.05)
+
+
+@pytest.mark.parametrize("dtype", [np.float64, np.float32])
+def test_extremes_are_finite(dtype):
+    z = dtype(0), dtype(0), dtype(1)
+    origin = (dtype(0),) * 3
+    for position, P, (a, b), profile, function in itertools.product(
+        [(0, 0, 0), (0, 0, 5), (0, 0, -5), (1e-3, 0, 0), (0, 0, 1e3), (1e3, 0, 0), (0, 0, -1e3)],
+        (1e-4, 1.0, 1e6),
+        [(0.0, 0.0), (0.0, 1.0), (1.0, 0.0), (1e-6, 1e-6), (100.0, 400.0)],
+        [IsotropicProfile(), SpotProfile(0.02, 0.0)],
+        [MIXTURE, parse_phase("isotropic").for_bands([1.0])],
+    ):
+        lamp = Lamp(tuple(map(dtype, position)), z, np.ones(1, dtype), profile, dtype(0.01))
+        water = lamp_water([a], [b], function).astype(dtype)
+        with np.errstate(over="raise", invalid="raise", divide="raise"):
+            ray = ray_past_lamp(lamp, origin, z, dtype(P))
+            L = lamp_light(lamp, ray, water)
+        assert np.all(np.isfinite(L))
+        assert np.all(np.asarray(L) >= 0)
+
+
+def test_coefficients_that_cannot_be_are_refused():
+    for a, b in ((-0.1, 0.1), (0.1, math.nan), (math.inf, 0.1)):
+        with pytest.raises(InputError, match="must be finite and not negative"):
+            lamp_water([a], [b], HG)
+
+
+def test_the_cube_root_is_what_sea_particles_need():
+    lamp = Lamp((0.05, 0.0, 4.0), (0, 0, 1), np.ones(1), radius=1e-4)
+    wanted = exact(lamp, 30.0, 0.3, MIXTURE)
+    assert abs(even_in_angle(lamp, 30.0, 0.3, MIXTURE, 12) / wanted - 1) > 0.1
+    ray = ray_past_lamp(lamp, (0, 0, 0), (0, 0, 1), 30.0)
+    found = scattered_once(lamp, ray, np.ones(1), np.full(1, 0.3), MIXTURE)[0]
+    assert found == pytest.approx(wanted, rel=1e-3)

@@ -1,0 +1,152 @@
+"""Angular profiles, and the photometric files they come from."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from underwater_spectral.uw_spectral.errors import InputError
+from underwater_spectral.uw_spectral.lamps.ies import parse_ies, read_ies
+from underwater_spectral.uw_spectral.lamps.profile import (
+    IsotropicProfile,
+    SpotProfile,
+    TableProfile,
+    profile_from_csv,
+    rov_lamp,
+)
+
+PROFILES = [
+    IsotropicProfile(),
+    *(SpotProfile(math.radians(s), b) for s in (1, 45, 120, 180) for b in (0, 0.15, 1)),
+    rov_lamp(),
+    TableProfile.of_angles([0, 30], [1, 1]),
+    TableProfile.of_angles([0, 30, 60, 180], [0.5, 1, 0.2, 0.1]),
+]
+
+
+@pytest.mark.parametrize("profile", PROFILES, ids=str)
+def test_a_profile_integrates_to_its_solid_angle(profile):
+    # Even in the angle: fine enough for a spot of 1°.
+    edges = np.union1d(np.linspace(0, math.radians(2), 20001), np.linspace(0, math.pi, 200001))
+    theta, width = (edges[1:] + edges[:-1]) / 2, np.diff(edges)
+    found = 2 * math.pi * (profile.value(np.cos(theta)) * np.sin(theta) * width).sum()
+    assert found == pytest.approx(profile.solid_angle, rel=2e-4)
+    assert profile.value(np.cos(theta)).min() >= 0
+    assert profile.value(np.cos(theta)).max() <= 1 + 1e-12
+    if profile.edge is not None:
+        outside = np.cos(theta) < profile.edge - 1e-12
+        assert not profile.value(np.cos(theta[outside])).any()
+
+
+def test_the_spot_is_blenders_smoothstep():
+    spot = SpotProfile(math.radians(60), 0.4)
+    k = math.cos(math.radians(30))
+    for theta in (0, 10, 20, 25, 29, 30, 31):
+        x = min(max((math.cos(math.radians(theta)) - k) / ((1 - k) * 0.4), 0.0), 1.0)
+        wanted = x * x * (3 - 2 * x)
+        assert spot.value(math.cos(math.radians(theta))) == pytest.approx(wanted, abs=1e-12)
+
+
+def test_the_measured_lamp_is_as_published():
+    angles = [0, 10, 20, 30, 40, 50, 60, 90]
+    wanted = [1, 0.96, 0.87, 0.75, 0.5, 0.2, 0.12, 0]
+    assert rov_lamp().value(np.cos(np.radians(angles))) == pytest.approx(wanted, abs=1e-9)
+    assert rov_lamp().value(np.cos(np.radians([91, 135, 180]))).max() == 0
+
+
+def test_few_points_draw_a_long_table():
+    angles = np.linspace(0, 90, 181)
+    values = np.exp(-((angles / 25) ** 2))
+    full, thin = (TableProfile.of_angles(angles, values, points=n) for n in (None, 20))
+    assert len(thin.cosines) == 20
+    at = np.linspace(0, 1, 500)
+    assert np.abs(full.value(at) - thin.value(at)).max() < 0.02
+    assert thin.solid_angle == pytest.approx(full.solid_angle, rel=0.02)
+
+
+@pytest.mark.parametrize(
+    ("angles", "values", "words"),
+    [
+        ([5, 90], [1, 0], "start at 0"),
+        ([0, 90, 40], [1, 0, 0], "increase"),
+        ([0, 190], [1, 0], "180"),
+        ([0, 90], [1, -1], "-1 at 90° is negative"),
+        ([0, 90], [math.nan, 1], "nan at 0°"),
+        ([0, 90], [0, 0], "no light"),
+        ([0], [1], "at least two"),
+    ],
+)
+def test_tables_that_cannot_be_are_refused(angles, values, words):
+    with pytest.raises(InputError, match=words):
+        TableProfile.of_angles(angles, values)
+
+
+def test_spots_that_cannot_be_are_refused():
+    for size, blend in ((0, 0.1), (4, 0.1), (1, -0.1), (1, 2), (math.nan, 0.1)):
+        with pytest.raises(InputError, match="spot: the"):
+            SpotProfile(size, blend)
+
+
+def test_a_profile_of_the_users(tmp_path):
+    path = tmp_path / "lamp.csv"
+    path.write_text("angle_deg,intensity\n0,200\n60,100\n90,0\n")
+    assert profile_from_csv(str(path)).value(0.5) == pytest.approx(0.5)
+    path.write_text("angle,intensity\n0,200\n")
+    with pytest.raises(InputError, match="angle_deg"):
+        profile_from_csv(str(path))
+
+
+HEAD = "IESNA:LM-63-2002\n[TEST] by hand\n[MANUFAC] nobody\nTILT=NONE\n"
+QUADRANT = HEAD + "1 1000 2 3 3 1 2 0.1 0.1 0\n0.5 1 50\n0 45\n90\n0 45 90\n" + (
+    "100 50 0\n100 60 0\n100 70 0\n"
+)  # fmt: skip
+
+
+def test_a_file_is_read_and_averaged_over_the_azimuth(tmp_path):
+    path = tmp_path / "lamp.ies"
+    path.write_text(QUADRANT)
+    lamp = read_ies(path)
+    assert lamp.candela.shape == (3, 3)
+    assert lamp.candela[1] == pytest.approx([100, 60, 0])  # multiplier 2, ballast 0.5
+    assert lamp.mean_candela == pytest.approx([100, 60, 0])
+    assert lamp.asymmetry == pytest.approx(0.1)
+    profile = lamp.profile()
+    assert profile.value(np.cos(np.radians([0, 45, 90, 120]))) == pytest.approx([1, 0.6, 0, 0])
+    assert lamp.lumens == pytest.approx(100 * profile.solid_angle)
+
+
+def test_the_flux_of_an_isotropic_file_is_4_pi_times_its_candela():
+    lamp = parse_ies(HEAD + "1 -1 1 3 1 1 1 0 0 0 1 1 5\n0 90 180\n0\n10 10 10")
+    assert lamp.lumens == pytest.approx(40 * math.pi)
+
+
+def test_a_tilt_inside_the_file_is_passed_over():
+    tilted = QUADRANT.replace("TILT=NONE\n", "TILT=INCLUDE\n1\n2\n0 90\n1 1\n")
+    assert parse_ies(tilted) == parse_ies(QUADRANT)
+
+
+@pytest.mark.parametrize(
+    ("broken", "words"),
+    [
+        ("", "no line TILT="),
+        ("a photograph of a lamp", "no IES LM-63 file"),
+        (QUADRANT.replace("NONE", "lamp.tlt"), "line 4: TILT=lamp.tlt"),
+        (QUADRANT[:-8], "ends after 7 of 9 numbers of its candela"),
+        (HEAD, "ends after 0 of 13 numbers of its header"),
+        (QUADRANT.replace("60", "sixty"), "line 11: 'sixty' of its candela"),
+        (QUADRANT.replace("3 3 1 2", "3 3 2 2"), "type B"),
+        (QUADRANT.replace("3 3 1 2", "3 3 3 2"), "type A"),
+        (QUADRANT.replace("3 3 1 2", "3.5 3 1 2"), "number of vertical angles"),
+        (QUADRANT.replace("3 3 1 2", "3 1e9 1 2"), "number of horizontal angles"),
+        (QUADRANT.replace("0 45\n90", "0 90\n45"), "vertical angles do not increase"),
+        (QUADRANT.replace("0 45\n90", "90 120\n180"), "vertical angles from 90°"),
+        (QUADRANT.replace("0 45 90\n100", "0 45 80\n100"), "0 to 90, 180 or 360"),
+        (QUADRANT.replace("60", "-60"), "must not be negative"),
+        (QUADRANT.replace("1000 2 3", "1000 0 3"), "nor all zero"),
+        (QUADRANT.replace("60", "nan"), "not a finite number"),
+    ],
+)
+def test_broken_files_are_refused(broken, words):
+    with pytest.raises(InputError, match=words):
+        parse_ies(broken)

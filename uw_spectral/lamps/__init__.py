@@ -1,0 +1,29 @@
+"""Lamps in the water: torches, strobes, lights of vehicles."""
+
+from .emission import intensity_of_colour, parse_emission, radiant_intensity
+from .ies import read_ies
+from .lamp import Lamp, ray_past_lamp
+from .lamp_path import scattered_once
+from .lamp_surface import patch_past_lamp, surface_irradiance
+from .multiple_scattering import LampWater, lamp_light, lamp_water
+from .profile import IsotropicProfile, Profile, SpotProfile, TableProfile, rov_lamp
+
+__all__ = [
+    "IsotropicProfile",
+    "Lamp",
+    "LampWater",
+    "Profile",
+    "SpotProfile",
+    "TableProfile",
+    "intensity_of_colour",
+    "lamp_light",
+    "lamp_water",
+    "parse_emission",
+    "patch_past_lamp",
+    "radiant_intensity",
+    "ray_past_lamp",
+    "read_ies",
+    "rov_lamp",
+    "scattered_once",
+    "surface_irradiance",
+]

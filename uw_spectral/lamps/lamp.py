@@ -1,0 +1,109 @@
+"""A lamp in the water, and where a ray passes it."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from ..mathematics import NUMPY, Mathematics, Operand, dot
+from .profile import IsotropicProfile, Profile
+
+NEAREST = 1e-3
+"""Distance of a ray from a lamp, over that of its origin, below which it counts as so much: a
+pixel is as wide. A ray that meets the lamp sees the lamp, not the water around it."""
+_SMALLEST = 1e-6  # m
+
+
+@dataclass(frozen=True, eq=False)
+class Lamp:
+    """A torch, a strobe or the light of a vehicle, of n bands.
+
+    Parameters
+    ----------
+    position : sequence of 3
+        World coordinates, m, z up.
+    axis : sequence of 3
+        Unit vector it shines along.
+    intensity : array, shape (n,)
+        Radiant intensity where the profile is 1 (:func:`.radiant_intensity`).
+    profile : Profile
+        Of the angle from the axis.
+    radius : float
+        Of what emits, m; nothing is nearer to the lamp than this.
+    """
+
+    position: Sequence[Operand]
+    axis: Sequence[Operand]
+    intensity: Operand
+    profile: Profile = dataclasses.field(default_factory=IsotropicProfile)
+    radius: Operand = 0.01
+
+    def towards(
+        self, point: Sequence[Operand], m: Mathematics = NUMPY
+    ) -> tuple[Operand, tuple[Operand, Operand, Operand]]:
+        """Distance of a point, at least the radius, and the unit vector to it (0 at the lamp)."""
+        x, y, z = (point[i] - self.position[i] for i in range(3))
+        r2 = x * x + y * y + z * z
+        r = m.sqrt(m.maximum(r2, self.radius * self.radius + _SMALLEST * _SMALLEST))
+        return r, (x / r, y / r, z / r)
+
+
+@dataclass(frozen=True, eq=False)
+class RayPastLamp:
+    """A ray and a lamp: what all bands share.
+
+    Attributes
+    ----------
+    t0 : float or array
+        Distance along the ray to its point nearest to the lamp, m; negative behind.
+    h : float or array
+        Distance of that point from the lamp, m; at least its radius.
+    near, far : float or array
+        Distances of the ends of the path from that point, along the ray, m.
+    across, along : float or array
+        Cosine between the lamp's axis and the direction to the nearest point, and the ray.
+    """
+
+    t0: Operand
+    h: Operand
+    near: Operand
+    far: Operand
+    across: Operand
+    along: Operand
+
+
+def ray_past_lamp(
+    lamp: Lamp,
+    origin: Sequence[Operand],
+    w: Sequence[Operand],
+    P: Operand,
+    m: Mathematics = NUMPY,
+) -> RayPastLamp:
+    """Return where a ray passes a lamp.
+
+    Parameters
+    ----------
+    lamp : Lamp
+    origin : three floats or arrays
+        Where it starts, m.
+    w : three floats or arrays
+        Its unit direction.
+    P : float or array
+        Its length, m; finite: 1e6 for one without end.
+    m : Mathematics
+        Elementary functions.
+
+    Examples
+    --------
+    >>> ray = ray_past_lamp(Lamp((3.0, 4.0, 0.0), (1.0, 0.0, 0.0), 1.0), (0, 0, 0), (1, 0, 0), 9.0)
+    >>> float(ray.t0), float(ray.h), float(ray.along)
+    (3.0, 4.0, 1.0)
+    """
+    to_lamp = [lamp.position[i] - origin[i] for i in range(3)]
+    t0 = dot(to_lamp, w)
+    x, y, z = (w[i] * t0 - to_lamp[i] for i in range(3))
+    least = m.maximum(lamp.radius, NEAREST * m.absolute(t0)) + _SMALLEST
+    h = m.sqrt(m.maximum(x * x + y * y + z * z, least * least))
+    return RayPastLamp(t0, h, 0.0 - t0, P - t0, dot(lamp.axis, (x / h, y / h, z / h)),
+                       dot(lamp.axis, w))  # fmt: skip

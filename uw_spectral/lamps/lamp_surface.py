@@ -1,0 +1,101 @@
+"""Irradiance that lamps put on things in the water.
+
+Unscattered light falls off as e^{-c r}. What is scattered forward on the way mostly still
+arrives, blurred: e^{-cp r} - e^{-c r} of it, with the extinction cp = a + b (1 - g), which fits
+photons better than the delta-scaled one of the sun's light, a + b (1 - χ2)
+(docs/lamp_light.md). The rest is the diffuse light round the lamp
+(:mod:`.multiple_scattering`), which reaches patches outside its cone too.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from ..mathematics import NUMPY, Mathematics, Operand, dot
+from .lamp import Lamp
+from .multiple_scattering import LampWater, halo_irradiance
+
+
+@dataclass(frozen=True, eq=False)
+class PatchPastLamp:
+    """A lamp as a patch sees it: what all bands share.
+
+    Attributes
+    ----------
+    r : float or array
+        Distance, m, at least the radius of the lamp.
+    per_intensity : float or array
+        Normal irradiance over intensity without water, Φ(θ) / (r² + R²), 1/m².
+    cosine : float or array
+        Between the patch's normal and the direction to the lamp; negative behind it.
+    """
+
+    r: Operand
+    per_intensity: Operand
+    cosine: Operand
+
+
+def patch_past_lamp(
+    lamp: Lamp, point: Sequence[Operand], normal: Sequence[Operand], m: Mathematics = NUMPY
+) -> PatchPastLamp:
+    """Return how a patch sees a lamp.
+
+    Parameters
+    ----------
+    lamp : Lamp
+        A lamp of finite radius R counts as a disc that faces the patch: on its axis the normal
+        irradiance of a disc is π L R²/(r² + R²), exactly, and so it stays finite at the lamp.
+    point, normal : three floats or arrays
+        World coordinates, m; unit vector.
+    m : Mathematics
+        Elementary functions.
+
+    Examples
+    --------
+    >>> lamp = Lamp((0.0, 0.0, 2.0), (0.0, 0.0, -1.0), 1.0, radius=0.0)
+    >>> patch = patch_past_lamp(lamp, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0))
+    >>> float(patch.r), float(patch.per_intensity), float(patch.cosine)
+    (2.0, 0.25, 1.0)
+    """
+    r, u = lamp.towards(point, m)
+    profile = lamp.profile.value(dot(lamp.axis, u), m)
+    return PatchPastLamp(r, profile / (r * r + lamp.radius * lamp.radius), 0.0 - dot(normal, u))
+
+
+def surface_irradiance(
+    lamp: Lamp, patch: PatchPastLamp, water: LampWater, m: Mathematics = NUMPY
+) -> tuple[Operand, Operand, Operand]:
+    """Irradiance on a patch: unscattered, scattered forward on the way, and diffuse.
+
+    Parameters
+    ----------
+    lamp : Lamp
+    patch : PatchPastLamp
+        Arrays need a last axis of 1 for the bands.
+    water : LampWater
+    m : Mathematics
+        Elementary functions.
+
+    Returns
+    -------
+    tuple of array, shape (..., n)
+        In the unit of the intensity per m². The first two are 0 from behind; the first is what a
+        renderer shadows.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from ..water.phase import parse_phase
+    >>> from .multiple_scattering import lamp_water
+    >>> water = lamp_water([0.1], [0.4], parse_phase("hg:0.9").for_bands([0.4]))
+    >>> lamp = Lamp((0.0, 0.0, 2.0), (0.0, 0.0, -1.0), np.array([1.0]))
+    >>> patch = patch_past_lamp(lamp, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0))
+    >>> [float(E[0].round(4)) for E in surface_irradiance(lamp, patch, water)]
+    [0.092, 0.097, 0.008]
+    """
+    falling = lamp.intensity * patch.per_intensity * m.maximum(patch.cosine, 0.0)
+    direct = m.exp(-water.c * patch.r)
+    forward = m.maximum(m.exp(-water.cp * patch.r) - direct, 0.0)
+    E0, flux = halo_irradiance(lamp, patch.r, water, m)
+    return falling * direct, falling * forward, E0 / 4.0 + flux * patch.cosine / 2.0
