@@ -15,7 +15,7 @@ from ..uw_spectral.shade.voxels import SurfaceVoxels, voxelise
 from . import scene_water
 from .surface_samples import Triangles, sampled, visible_triangles
 
-PROBES = 4500
+PROBES = 6000
 """Cells of the grid, at most."""
 VOXELS = 3
 """Voxels along a cell of it."""
@@ -25,6 +25,7 @@ _MARGIN = 1.0  # m around things
 _SIDE = 0.5  # of the height of a place under things: how far from it there is shade
 _COARSE = 120_000  # voxels in which such places are looked for
 _LARGEST = 0.7  # m: a larger cell only where the eye is surrounded
+_AHEAD, _ASIDE = 1.2, 0.4  # of the reach: where the box lies that is cut down
 _COVERED = 0.5  # of the columns of water that end on ground, where there is a floor
 _BELOW_EYE = 0.3  # m
 _DEPTH_STEP, _COLOUR_STEP = 0.05, 0.01  # of the ground: it should not tremble with the camera
@@ -49,14 +50,15 @@ class Surroundings:
     Attributes
     ----------
     things : sequence of Triangles
-    eyes : array, shape (m, 3)
-        Where cameras are, m.
+    eyes, ahead : array, shape (m, 3)
+        Where cameras are, m, and unit vectors to where they look.
     coarse : SurfaceVoxels
         The surfaces, coarsely.
     """
 
     things: Sequence[Triangles]
     eyes: Array
+    ahead: Array
     coarse: SurfaceVoxels
 
     @functools.cached_property
@@ -89,7 +91,7 @@ class Surroundings:
         margin = np.array([side, side, _MARGIN])
         low, high = low - margin, high + margin
         high[2] = min(high[2], 0.0)
-        grid = Grid.around(*_near(low, high, self.eyes), PROBES, _LEAST)
+        grid = Grid.around(*_near(low, high, self.eyes, self.ahead), PROBES, _LEAST)
         fine = Grid(grid.lower, grid.cell / VOXELS, _times(grid.shape, VOXELS))
         return _voxels(self.things, fine), grid
 
@@ -120,14 +122,16 @@ def look_around(
     depsgraph = bpy.context.evaluated_depsgraph_get()
     things = list(visible_triangles(depsgraph, scene_water.objects(scene)))
     eyes = [] if camera is None else [camera.evaluated_get(depsgraph)]
-    places = np.array([eye.matrix_world.translation for eye in eyes], np.float64).reshape(-1, 3)
+    frames = np.array([eye.matrix_world for eye in eyes], np.float64).reshape(-1, 4, 4)
+    places, ahead = frames[:, :3, 3], -frames[:, :3, 2]
+    ahead = ahead / np.maximum(np.linalg.norm(ahead, axis=1, keepdims=True), 1e-9)
     low, high = _around(things, places, extinction)
     grid = Grid((0.0, 0.0, 0.0), 1.0, (1, 1, 1))
     if np.isfinite([low, high]).all() and (high > low).all():
         grid = Grid.around(low, high, _COARSE, _LEAST)
     else:
         things = []
-    return Surroundings(things, places, _voxels(things, grid))
+    return Surroundings(things, places, ahead, _voxels(things, grid))
 
 
 def _around(things: Sequence[Triangles], eyes: Array, extinction: float) -> tuple[Array, Array]:
@@ -143,14 +147,15 @@ def _around(things: Sequence[Triangles], eyes: Array, extinction: float) -> tupl
     return low, high
 
 
-def _near(low: Array, high: Array, eyes: Array) -> tuple[Array, Array]:
-    """Cut a box down to what is close to the eyes, so that its cells are not too large."""
+def _near(low: Array, high: Array, eyes: Array, ahead: Array) -> tuple[Array, Array]:
+    """Cut a box down to what eyes have before them, so that its cells are not too large."""
     box, reach = (low, high), _FARTHEST
     while len(eyes) and np.prod(box[1] - box[0]) > PROBES * _LARGEST**3 and reach > _NEAREST:
         reach *= 0.95
+        seen = np.concatenate([eyes, eyes + _AHEAD * reach * ahead])
         nearer = (
-            np.maximum(low, eyes.min(axis=0) - reach),
-            np.minimum(high, eyes.max(axis=0) + reach),
+            np.maximum(low, seen.min(axis=0) - _ASIDE * reach),
+            np.minimum(high, seen.max(axis=0) + _ASIDE * reach),
         )
         if not (nearer[1] > nearer[0]).all():
             break

@@ -90,7 +90,7 @@ def disturbed_light(field: SolvedField, rays: Rays, reflectance: Array) -> Distu
     along = [kernels.nearest[kind[p], kind[:, None], np.arange(RAYS)] for p in paths.on_way]
     L = paths.known + paths.scattered + paths.further
     for _ in range(_ROUNDS):
-        E = kernels.irradiance(L) * exact
+        E = (kernels.irradiance(L) * exact).astype(np.float32)
         J = np.minimum(kernels.all_ways(L) / source, _MOST)
         # What lies beyond the box is lit as its side is.
         sent = (E.mean(axis=1) + paths.beam) * (mean_reflectance / math.pi)

@@ -114,7 +114,7 @@ class SurfaceVoxels:
             step = np.maximum((free[place].astype(np.float32) - 1.0) * slowest[rays], _WITHIN)
             t[rays] += step
             rays = rays[t[rays] < end[rays]]
-        return np.asarray(cell_size * np.minimum(t, end), np.float64), found
+        return np.minimum(t, end).astype(np.float64) * cell_size, found
 
     def under_things(self, points: ArrayLike) -> tuple[Array, Array]:
         """Box around the water that something overhangs, m; its corners meet if there is none.
@@ -126,9 +126,11 @@ class SurfaceVoxels:
         """
         below = np.argwhere(self.reachable(points) & self.roofed)
         if not len(below):
-            return np.asarray(self.grid.lower), np.asarray(self.grid.lower)
+            nowhere = np.asarray(self.grid.lower, dtype=np.float64)
+            return nowhere, nowhere
         low, high = below.min(axis=0), below.max(axis=0) + 1
-        corner = np.asarray(self.grid.lower)
+        corner = np.asarray(self.grid.lower, dtype=np.float64)
+        low, high = low.astype(np.float64), high.astype(np.float64)
         return corner + low * self.grid.cell, corner + high * self.grid.cell
 
     def reachable(self, points: ArrayLike) -> NDArray[np.bool_]:
