@@ -244,7 +244,9 @@ class SceneSettings:
         "EEVEE: draw single scattering as a volume, so that things cast shadows in the water",
     )
     diffuse_shadows: bool = _setting(
-        True, "EEVEE: shade the light from above that is not direct sun"
+        True,
+        "EEVEE: shade all light that is not direct sun, on things and in the water between them; "
+        "in closed form, on things only and from above",
     )
     inelastic: str = _setting(
         "",

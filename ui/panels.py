@@ -200,6 +200,7 @@ class DepthPanel(_SubPanel, bpy.types.Panel):
             column.prop(water, "floor_reflectance", text="Reflectance")
         else:
             column.label(text="0: no floor is added")
+            column.prop(water, "scene_floor", text="Light of the scene's own seabed")
 
 
 class WavesPanel(_SubPanel, bpy.types.Panel):

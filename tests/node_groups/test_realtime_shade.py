@@ -1,0 +1,130 @@
+"""Shade as EEVEE looks it up, rendered, against the table in numpy, per pixel."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+from underwater_spectral.node_groups import realtime_shade
+from underwater_spectral.scene import realtime
+from underwater_spectral.tests.node_groups import realtime_probe as probe
+from underwater_spectral.tests.node_groups.test_realtime_groups import _column
+from underwater_spectral.uw_spectral.shade import shade_table as tables
+from underwater_spectral.uw_spectral.shade.disturbed_light import DisturbedLight
+from underwater_spectral.uw_spectral.shade.grid import Grid
+from underwater_spectral.uw_spectral.spectra.bands import Bands
+from underwater_spectral.uw_spectral.transfer.radiance_table import tabulate
+from underwater_spectral.uw_spectral.transfer.sun_beam import sun_beam
+from underwater_spectral.uw_spectral.water.phase import parse_phase
+
+WEIGHTS = np.eye(3)
+UNDERSIDE = ((-1.5, 0.2, -3.0), (3.0, 0.0, 0.0), (0.0, 1.0, -1.0))
+
+
+def _water():
+    wavelengths = Bands.uniform(3).centres
+    a, b = 0.03 + 0.3 * ((wavelengths - 400) / 300) ** 2, 0.1 * 550 / wavelengths
+    lobes = parse_phase("mixture").for_bands(b, 0.003 * (550 / wavelengths) ** 4)
+    return _column(3, a, b, surface="none", sky="uniform", floor_depth=np.inf), lobes
+
+
+def _table(column, seed=3):
+    """Random shade of one spectrum, smooth from cell to cell, in a box about the view."""
+    random = np.random.default_rng(seed)
+    grid = Grid((-5.0, -2.0, -9.0), 1.0, (10, 9, 8))
+    along = grid.centres() @ random.normal(size=(3, 12)) * 0.5
+    mean, share = 0.6 + 0.3 * np.sin(along), 0.2 * np.cos(along)
+    ratios = mean[..., None] + share[..., None] * np.array([1.0, 0.2, -0.8])
+    weight = random.uniform(0.5, 1.5, (2, 6))
+    light = DisturbedLight(
+        grid, ratios[:, :6], ratios[:, 6:], 0.5 + 0.5 * np.sin(along[:, 0]),
+        0.5 + 0.5 * np.cos(along[:, :6]), weight / weight.sum(axis=1, keepdims=True),
+    )  # fmt: skip
+    return tables.shade_table(light, column.attenuation, np.ones(3))
+
+
+def _along_rays(table, rate, up, camera, w, P, part):
+    """What :func:`.along_ray` makes of the table, by places that are looked up in numpy."""
+    found = []
+    for k in range(tables.STEPS):
+        s = tables.step(float(k), P, table.box.reach)
+        three = table.mixed(tables.SCATTERED, camera + w * s[:, None], w)
+        mean, share, sunlit = three.T[..., None]
+        found.append(sunlit if part == "sun" else tables.ratio(mean, share, table.spectrum))
+    return tables.along_ray(found, rate(up), P[:, None], table.box.reach)
+
+
+def test_open_water_is_shaded_as_the_table_says(tmp_path):
+    column, lobes = _water()
+    solved, table = column.solved_field(lobes), _table(column)
+    view = probe.View(5.0, 88.0, square=None)
+    water = realtime.realtime_water(column, lobes, 5.0, WEIGHTS, solved=solved, shade=table)
+    seen = probe.render(water, view, tmp_path / "a.exr")
+    w = view.rays().reshape(-1, 3)
+    light, sun = tabulate(solved), solved.sun
+    field = column.light_field(lobes)
+    beam = dataclasses.replace(sun_beam(field, lobes, sun), cp=solved.extinction)
+    columns = [part[:, None] for part in w.T]
+    P = np.minimum(beam.boundary(5.0, columns), 1e6)[:, 0]
+    once = beam.scattered_once(5.0, columns, P[:, None], without_peak=True)
+    once = once * light.aureole_factor(np.full(len(w), 5.0), w.T, sun)
+    M = light.scattered(np.full(len(w), 5.0), w.T, sun)
+    camera = np.array([0.0, 0.0, -5.0])
+    rates = (
+        lambda up: solved.extinction - light.decay * up,
+        lambda up: solved.extinction * (1.0 - up / column.sun_cosine),
+    )
+    shade, lit = (
+        _along_rays(table, rate, w[:, 2:], camera, w, P, part)
+        for rate, part in zip(rates, ("ratio", "sun"), strict=True)
+    )
+    down = w[:, 2] < -0.05
+    wanted = (once * lit + M * shade)[down]
+    errors = np.abs(seen.reshape(-1, 3)[down] / wanted - 1.0)
+    assert np.median(errors) < 3e-3
+    assert np.quantile(errors, 0.99) < 0.02
+    unshaded = np.abs((once + M)[down] / wanted - 1.0)
+    assert np.median(unshaded) > 0.15
+
+
+def test_patches_are_shaded_as_the_table_says(tmp_path):
+    """The underside of a square over sand, in water so clear that only its own light is seen."""
+    column, _ = _water()
+    clear = {"absorption": np.full(3, 1e-4), "scattering": np.full(3, 1e-3)}
+    floor = {"floor_depth": 12.0, "floor_reflectance": np.full(3, 0.5)}
+    column = dataclasses.replace(column, **clear, **floor)
+    lobes = parse_phase("mixture").for_bands(column.scattering, np.full(3, 5e-4))
+    solved, table = column.solved_field(lobes), _table(column)
+    view = probe.View(5.0, 210.0, square=UNDERSIDE)
+    pictures = [
+        probe.render(
+            realtime.realtime_water(column, lobes, 5.0, WEIGHTS * 50, solved=solved, shade=shade),
+            view,
+            tmp_path / "a.exr",
+        )
+        for shade in (table, tables.without_shade(3))
+    ]
+    P, normal, where = probe.square_ahead(view)
+    on_it = where == 1
+    assert normal @ column.sun_direction > 0.1, "the sun shines on its back"
+    points = (view.rays() * P[..., None])[on_it] + [0.0, 0.0, -5.0]
+    beside = points + normal * tables.OFF_SURFACE * table.grid.cell
+    three = table.mixed(tables.ON_PATCH, beside, np.tile(normal, (len(beside), 1)))
+    wanted = tables.ratio(three[:, :1], three[:, 1:2], table.spectrum)
+    ratio = pictures[0][on_it] / pictures[1][on_it]
+    assert on_it.sum() > 30
+    assert np.median(np.abs(ratio / wanted - 1.0)) < 0.02
+
+
+def test_an_image_of_another_size_takes_the_place_of_one():
+    image = realtime_shade.new_image()
+    name = image.name
+    table = _table(_water()[0])
+    realtime_shade.write_table(image, table)
+    import bpy
+
+    found = bpy.data.images[name]
+    assert tuple(found.size) == (tables.TILES * 10, 9 * 8)
+    texels = np.empty(len(found.pixels), np.float32)
+    found.pixels.foreach_get(texels)
+    np.testing.assert_array_equal(texels.reshape(72, 120, 4), realtime_shade.pixels(table))
