@@ -9,7 +9,7 @@ from __future__ import annotations
 import contextlib
 import math
 from collections.abc import Iterator
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import bpy
@@ -36,7 +36,16 @@ NOMINAL_DEPTH = 1.0
 
 _KEPT, _CAMERA, _SHOWN, _PROBLEM, _STALE = "kept", "camera", "shown", "problem", "stale"
 
-_shade: dict[int, ShadeTable] = {}
+
+@dataclass(frozen=True, eq=False)
+class _Known:
+    """A shade, and what :func:`_places` was then."""
+
+    table: ShadeTable
+    places: int
+
+
+_shade: dict[int, _Known] = {}
 """The last shade of each scene, by its session's number; what is lost is computed again."""
 
 
@@ -144,11 +153,24 @@ def is_stale(scene: bpy.types.Scene) -> bool:
 
 def note_moves(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
     """Take note that the shade, if there is any, is not what it was if things have moved."""
-    if scene.session_uid not in _shade:
-        return
-    moved = (u.id for u in depsgraph.updates if u.is_updated_geometry or u.is_updated_transform)
-    if any(isinstance(item, bpy.types.Object) and MARK not in item for item in moved):
+    known = _shade.get(scene.session_uid)
+    moved = any(u.is_updated_geometry or u.is_updated_transform for u in depsgraph.updates)
+    if known is not None and moved and known.places != _places(scene, depsgraph):
         scene[SESSION][_STALE] = True
+
+
+def _places(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> int:
+    """Return a number that changes where an object of the user's gets another place or shape."""
+    places = []
+    for item in scene.objects:
+        if MARK in item:
+            continue
+        seen = item.evaluated_get(depsgraph)
+        size = len(seen.data.vertices) if isinstance(seen.data, bpy.types.Mesh) else 0
+        box = tuple(x for corner in (seen.bound_box or ()) for x in corner)
+        matrix = tuple(x for row in seen.matrix_world for x in row)
+        places.append((item.name, seen.hide_viewport, size, box, matrix))
+    return hash(tuple(places))
 
 
 def rebuild(scene: bpy.types.Scene) -> list[str]:
@@ -254,13 +276,14 @@ def _water(
     with quiet():
         weights = plan.viewpoint(depth).reduction.weights
         known = _shade.get(scene.session_uid) if hasty else None
-        if known is not None and len(known.spectrum) != len(plan.bands):
+        if known is not None and len(known.table.spectrum) != len(plan.bands):
             known = None
-        water = plan.realtime(scene, depth, weights, shaded=known)
+        water = plan.realtime(scene, depth, weights, shaded=known and known.table)
         if SESSION in scene:
-            scene[SESSION][_STALE] = known is not None
-        if water.shade is not None:
-            _shade[scene.session_uid] = water.shade
+            scene[SESSION][_STALE] = known is not None and water.shade is not None
+        if water.shade is not None and known is None:
+            depsgraph = bpy.context.evaluated_depsgraph_get()
+            _shade[scene.session_uid] = _Known(water.shade, _places(scene, depsgraph))
         return moving_surface.with_waves(scene, plan, water)
 
 
