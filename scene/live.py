@@ -9,6 +9,7 @@ from __future__ import annotations
 import contextlib
 import math
 from collections.abc import Iterator
+from contextvars import ContextVar
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -45,6 +46,7 @@ class _Known:
     places: int
 
 
+_busy: ContextVar[bool] = ContextVar("live water is being updated", default=False)
 _shade: dict[int, _Known] = {}
 """The last shade of each scene, by its session's number; what is lost is computed again."""
 
@@ -123,11 +125,16 @@ def update(
     session = scene.get(SESSION)
     if session is None or not scene.is_editable or not realtime.has_realtime(scene):
         return True
+    if _busy.get():
+        return True
     seen = scene if depsgraph is None else scene.evaluated_get(depsgraph)
+    # Looking around evaluates the scene, which asks for an update of its own.
+    token = _busy.set(True)
     try:
         chosen = stored_settings.stored_settings(seen)
         depth = preview_depth(scene, chosen, depsgraph)
-        if session[_SHOWN] == _key(scene, chosen, depth) and (hasty or not is_stale(scene)):
+        key = _key(scene, chosen, depth)
+        if session[_SHOWN] == key and (hasty or not is_stale(scene)):
             return True
         water = _water(scene, chosen, depth, hasty=hasty)
         if not realtime.fits(scene, water):
@@ -139,9 +146,11 @@ def update(
             realtime.set_values(scene, water)
         if water.shafts is not None:
             _use_shafts(scene, water)
-        session[_SHOWN], session[_PROBLEM] = _key(scene, chosen, depth), ""
+        session[_SHOWN], session[_PROBLEM] = key, ""
     except InputError as error:
         session[_PROBLEM] = str(error)
+    finally:
+        _busy.reset(token)
     return True
 
 

@@ -19,7 +19,7 @@ PROBES = 6000
 """Cells of the grid, at most."""
 VOXELS = 3
 """Voxels along a cell of it."""
-_LEAST = 0.15  # m: the smallest cell
+_LEAST = 0.3  # m: the smallest cell
 _OPTICAL_REACH, _NEAREST, _FARTHEST = 4.0, 6.0, 30.0  # how far from the camera shade is looked for
 _MARGIN = 1.0  # m around things
 _SIDE = 0.5  # of the height of a place under things: how far from it there is shade

@@ -12,6 +12,15 @@ _ROOT = Path(__file__).resolve().parent.parent
 runpy.run_path(str(_ROOT / "tools" / "load_checkout.py"))["load"]()
 
 
+@pytest.fixture(autouse=True)
+def coarse_shade(monkeypatch):
+    """Few probes and voxels: what shade is worth has tests of its own."""
+    from underwater_spectral.scene import surroundings
+
+    monkeypatch.setattr(surroundings, "PROBES", 300)
+    monkeypatch.setattr(surroundings, "_COARSE", 5_000)
+
+
 @pytest.fixture
 def empty_blender():
     """Read an empty home file; bpy's own deprecation warnings are not ours."""

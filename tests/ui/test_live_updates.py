@@ -177,17 +177,21 @@ def test_a_block_inside_another_ends_with_it_and_errors_end_both(scene, work):
 
 def test_a_window_updates_once_it_is_idle(scene, work, window):
     changes = {"water": "jerlov:II", "sun_zenith": 50.0}, {"water": "jerlov:I", "bands": 5}
-    for changed, expected in zip(changes, (["values"], ["values", "nodes"]), strict=True):
+    for changed, expected in zip(changes, ("values", "nodes"), strict=True):
         before = work.copy()
         for name, value in changed.items():
             setattr(scene.underwater, name, value)
         bpy.context.view_layer.update()  # the edit handler leaves the work to the timer
         assert work == before
         assert window() == 1
-        assert work == expected
+        # Shade may follow, once nothing has changed for a moment.
+        assert work[len(before) :] in ([expected], [expected, "values"])
+        assert not live.is_stale(scene)
+    before = work.copy()
     presets.apply("camera", "ARRI D21 daylight")
-    assert work == ["values", "nodes", "values"]
-    assert window() == 0
+    assert work == [*before, "values"]
+    assert window() <= 1
+    assert not live.is_stale(scene)
 
 
 def test_a_render_takes_in_what_a_window_has_not(scene, work, window):
