@@ -158,7 +158,9 @@ class RenderPlan(ResolvedOptics):
         if not shades or around is None or solved is None:
             shaded = None
         elif shaded is None:
-            shaded = shade.table_of(around, self.bands, solved, weights, depth)
+            # What the sensor sees decides, in band passes too, so that they agree.
+            seen = self.reduction(depth).weights
+            shaded = shade.table_of(around, self.bands, solved, seen, depth)
         water = realtime_water(
             over.column, self.phase, depth, weights, solved=solved,
             shafts=self.draws_shafts, diffuse_shadows=chosen.diffuse_shadows,

@@ -48,6 +48,7 @@ def _scene():
 
 def test_removal_restores_every_value():
     scene = scenes.varied_scene()
+    bpy.context.view_layer.update()  # drivers write what they compute
     before = snapshot.snapshot()
     _add(scene, _water(scene, shafts=True))
     assert "UW Caustics" in bpy.data.images
