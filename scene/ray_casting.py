@@ -17,6 +17,8 @@ from mathutils import Matrix, Vector
 from mathutils.bvhtree import BVHTree
 from numpy.typing import NDArray
 
+from .visible_meshes import MeshArrays, visible_meshes
+
 _AT_ONCE = 200_000  # rays times boxes
 _FARTHEST = 1e30  # what a search tree takes for infinite
 _LOOSE = 1e-5  # of a box, for the rounding of the rays that graze it
@@ -35,17 +37,9 @@ class Hit:
 class _Mesh:
     """Triangles; their tree is built when a ray first comes near."""
 
-    def __init__(self, mesh: bpy.types.Mesh) -> None:
-        triangles = mesh.loop_triangles
-        self.vertices = np.empty((len(mesh.vertices), 3), dtype=np.float32)
-        self.triangles = np.empty((len(triangles), 3), dtype=np.int32)
-        mesh.vertices.foreach_get("co", self.vertices.ravel())
-        triangles.foreach_get("vertices", self.triangles.ravel())
-        slots = np.empty(len(mesh.polygons), dtype=np.int32)
-        mesh.polygons.foreach_get("material_index", slots)
-        polygons = np.empty(len(triangles), dtype=np.int32)
-        triangles.foreach_get("polygon_index", polygons)
-        self.slots = slots[polygons]
+    def __init__(self, arrays: MeshArrays) -> None:
+        self.vertices, self.triangles = arrays.vertices, arrays.triangles
+        self.slots = arrays.slots
 
     @functools.cached_property
     def tree(self) -> BVHTree:
@@ -117,21 +111,11 @@ class Meshes:
         self, depsgraph: bpy.types.Depsgraph, leave_out: Collection[bpy.types.Object] = ()
     ) -> None:
         meshes: dict[int, _Mesh] = {}
-        left_out = set(leave_out)
         self._instances: list[_Instance] = []
-        for found in depsgraph.object_instances:
-            item = found.object
-            owner = (found.parent or item) if found.is_instance else item
-            hidden = not (found.is_instance or found.show_self)
-            if not isinstance(item.data, bpy.types.Mesh) or hidden or owner.original in left_out:
-                continue
-            key = item.data.as_pointer()
-            if key not in meshes:
-                meshes[key] = _Mesh(item.data)
-            if len(meshes[key].triangles):
-                slots = [slot.material for slot in item.material_slots]
-                place = found.matrix_world.copy()
-                self._instances.append(_Instance(meshes[key], place, slots))
+        for shown in visible_meshes(depsgraph, leave_out):
+            if shown.key not in meshes:
+                meshes[shown.key] = _Mesh(shown.arrays)
+            self._instances.append(_Instance(meshes[shown.key], shown.place, shown.materials))
         low, high = (
             np.array([getattr(i, end) for i in self._instances]).reshape(-1, 3)
             for end in ("low", "high")

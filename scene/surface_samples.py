@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .mean_colours import mean_colour
+from .visible_meshes import visible_meshes
 
-_PLAIN = (0.5, 0.5, 0.5)
 _PER_CELL = 12.0  # samples of a surface that crosses a cell, where its triangles are small
 _SEED = 1
 _DEEPEST = 14  # halvings of a triangle's edges
@@ -58,39 +58,15 @@ def visible_triangles(
     leave_out : collection of Object
         Not these.
     """
-    meshes: dict[int, tuple[NDArray[np.float32], NDArray[np.int32]]] = {}
-    left_out = set(leave_out)
-    for found in depsgraph.object_instances:
-        item = found.object
-        owner = (found.parent or item) if found.is_instance else item
-        hidden = not (found.is_instance or found.show_self)
-        if not isinstance(item.data, bpy.types.Mesh) or hidden or owner.original in left_out:
-            continue
-        key = item.data.as_pointer()
-        if key not in meshes:
-            meshes[key] = _mesh(item.data)
-        corners, slots = meshes[key]
-        if len(corners):
-            place = np.array(found.matrix_world, dtype=np.float32)
-            colours = [mean_colour(slot.material) for slot in item.material_slots] or [_PLAIN]
-            yield Triangles(
-                corners @ place[:3, :3].T + place[:3, 3],
-                np.minimum(slots, len(colours) - 1),
-                np.array(colours),
-            )
-
-
-def _mesh(mesh: bpy.types.Mesh) -> tuple[NDArray[np.float32], NDArray[np.int32]]:
-    triangles = mesh.loop_triangles
-    vertices = np.empty((len(mesh.vertices), 3), dtype=np.float32)
-    which = np.empty((len(triangles), 3), dtype=np.int32)
-    mesh.vertices.foreach_get("co", vertices.ravel())
-    triangles.foreach_get("vertices", which.ravel())
-    slots = np.empty(len(mesh.polygons), dtype=np.int32)
-    mesh.polygons.foreach_get("material_index", slots)
-    polygons = np.empty(len(triangles), dtype=np.int32)
-    triangles.foreach_get("polygon_index", polygons)
-    return vertices[which], slots[polygons]
+    for shown in visible_meshes(depsgraph, leave_out):
+        arrays, place = shown.arrays, np.array(shown.place, dtype=np.float32)
+        colours = [mean_colour(material) for material in shown.materials or [None]]
+        corners = arrays.vertices[arrays.triangles]
+        yield Triangles(
+            corners @ place[:3, :3].T + place[:3, 3],
+            np.minimum(arrays.slots, len(colours) - 1),
+            np.array(colours),
+        )
 
 
 def sampled(shown: Triangles, low: Array, high: Array, spacing: float) -> Samples:

@@ -17,12 +17,18 @@ RAYS = 64
 SETS = 4
 """Sets of directions; probes side by side have different ones."""
 _COARSE_START = 1.0  # voxels of a larger box that rays skip as they enter it
-_BETWEEN = (0.25, 0.5, 0.75)
-"""Places between a point and a probe where a surface would keep them apart."""
 _GRAZING = 0.2
 _BEFORE_HIT = 1.5  # voxels
 _OFF_SIDE = (1.8, 3.0, 4.2)  # the same to the probe that stands for it
 _OFF_WALL = 1.8  # voxels from a surface's middle to a point beside it, along its normal
+
+
+def spiral(count: int) -> Array:
+    """Unit vectors spread evenly over the sphere, shape (count, 3)."""
+    i = np.arange(count) + 0.5
+    z = 1.0 - 2.0 * i / count
+    side, turn = np.sqrt(1.0 - z * z), math.pi * (3.0 - math.sqrt(5.0)) * i
+    return np.stack([side * np.cos(turn), side * np.sin(turn), z], axis=1)
 
 
 @functools.lru_cache(maxsize=1)
@@ -34,12 +40,7 @@ def directions() -> Array:
     >>> bool(np.abs(directions().mean(axis=1)).max() < 0.02)
     True
     """
-    count = SETS * RAYS
-    i = np.arange(count) + 0.5
-    z = 1.0 - 2.0 * i / count
-    side, turn = np.sqrt(1.0 - z * z), math.pi * (3.0 - math.sqrt(5.0)) * i
-    w = np.stack([side * np.cos(turn), side * np.sin(turn), z], axis=1)
-    w = np.swapaxes(w.reshape(RAYS, SETS, 3), 0, 1)
+    w = np.swapaxes(spiral(SETS * RAYS).reshape(RAYS, SETS, 3), 0, 1)
     w.flags.writeable = False
     return w
 
@@ -104,10 +105,7 @@ class Rays:
     def nearest_in_sight(self, points: Array, otherwise: NDArray[np.intp]) -> NDArray[np.intp]:
         """Probe close to points (p, r, 3) with no surface between, or others (p, 1)."""
         found = self.nearest(points)
-        number, seen = self.voxels.number.ravel(), np.ones(found.shape, bool)
-        for share in _BETWEEN:
-            between = points + share * (self.point[found] - points)
-            seen &= number[self.voxels.grid.index(between)] < 0
+        seen = self.voxels.free_between(points, self.point[found])
         return np.where(seen, found, otherwise)
 
     @functools.cached_property
@@ -140,7 +138,8 @@ def cast(
     """
     beyond = beyond or voxels
     reached = voxels.reachable(inside)
-    point, valid = _places(voxels, grid, reached)
+    inner = _inner(voxels, grid, reached)
+    point, valid = _places(voxels, grid, inner)
     origin = np.repeat(point[valid], RAYS, axis=0)
     heading = directions()[set_of(grid)[valid]].reshape(-1, 3)
     t, number = voxels.trace(origin, heading)
@@ -163,10 +162,10 @@ def cast(
     sun = np.asarray(to_sun, np.float64)
     clear = _sunlit(voxels, beyond, sides, sun) * (facing @ sun > 0)
     stand_in = stand_ins(grid, valid)
-    beside = _probes_beside(voxels, grid, stand_in, point)
+    beside = _probes_beside(voxels, grid, stand_in, point, facing)
     return Rays(
         grid, voxels, point, valid, distance, hit, further, blocked,
-        beside, _sun_at(voxels, beyond, grid, reached, sun), clear,
+        beside, _sun_at(voxels, beyond, grid, reached, inner, sun), clear,
     )  # fmt: skip
 
 
@@ -189,11 +188,8 @@ def _in_sight(
 
     So are the edges of rooms, where one voxel has two walls.
     """
-    number, before = voxels.number.ravel(), end - heading * (_BEFORE_HIT * voxels.grid.cell)
-    seen = np.ones(len(side), bool)
-    for share in _BETWEEN:
-        between = before + share * (sides[side] - before)
-        seen &= number[voxels.grid.index(between)] < 0
+    before = end - heading * (_BEFORE_HIT * voxels.grid.cell)
+    seen = voxels.free_between(before, sides[side])
     return np.where(seen, side, -1).astype(np.int32)
 
 
@@ -239,10 +235,9 @@ def _beside(voxels: SurfaceVoxels) -> tuple[Array, Array]:
 
 
 def _probes_beside(
-    voxels: SurfaceVoxels, grid: Grid, stand_in: NDArray[np.intp], point: Array
+    voxels: SurfaceVoxels, grid: Grid, stand_in: NDArray[np.intp], point: Array, facing: Array
 ) -> NDArray[np.intp]:
     """Probe on each side of each surface, (2 k,): the closest that is not behind it."""
-    _, facing = _beside(voxels)
     centre = np.repeat(voxels.centre, 2, axis=0)
     found = np.full(len(centre), -1, np.intp)
     for voxels_off in _OFF_SIDE:
@@ -253,10 +248,9 @@ def _probes_beside(
 
 
 def _places(
-    voxels: SurfaceVoxels, grid: Grid, reached: NDArray[np.bool_]
+    voxels: SurfaceVoxels, grid: Grid, inner: NDArray[np.bool_]
 ) -> tuple[Array, NDArray[np.bool_]]:
     """Point of each probe among its voxels, nearest the middle of its cell."""
-    inner = _inner(voxels, grid, reached)
     parts = round(inner.shape[1] ** (1 / 3))
     steps = np.stack(np.unravel_index(np.arange(parts**3), (parts,) * 3), axis=1)
     offset = (steps - (parts - 1) / 2.0) * voxels.grid.cell
@@ -302,6 +296,7 @@ def _sun_at(
     beyond: SurfaceVoxels,
     grid: Grid,
     reached: NDArray[np.bool_],
+    inner: NDArray[np.bool_],
     to_sun: Array,
 ) -> Array:
     """Share of the voxels of each probe that the sun reaches."""
@@ -309,7 +304,6 @@ def _sun_at(
     points = voxels.grid.centres()
     free = np.flatnonzero(reached.ravel())
     lit[free] = _sunlit(voxels, beyond, points[free], to_sun)
-    water = _inner(voxels, grid, reached)
-    lit = _blocks(grid, lit.reshape(reached.shape)) * water
-    count = water.sum(axis=1)
+    lit = _blocks(grid, lit.reshape(reached.shape)) * inner
+    count = inner.sum(axis=1)
     return np.where(count > 0, lit.sum(axis=1) / np.maximum(count, 1), 1.0)

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from ..transfer.radiance_table import tabulate
 from ..transfer.solved_field import SolvedField
 from .grid import Array, Grid
-from .probes import RAYS, directions
+from .probes import RAYS, directions, spiral
 
 AXES = np.array([(1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0), (0, 0, 1), (0, 0, -1)], float)
 """Ways that patches face, and view directions, for which ratios are kept."""
@@ -166,8 +166,5 @@ class UndisturbedLight:
 @functools.lru_cache(maxsize=8)
 def _cells(kind: int) -> tuple[NDArray[np.intp], Array]:
     """Many directions, and for each the nearest of a set."""
-    i = np.arange(_FINE) + 0.5
-    z = 1.0 - 2.0 * i / _FINE
-    side, turn = np.sqrt(1.0 - z * z), math.pi * (3.0 - math.sqrt(5.0)) * i
-    fine = np.stack([side * np.cos(turn), side * np.sin(turn), z], axis=1)
+    fine = spiral(_FINE)
     return (fine @ directions()[kind].T).argmax(axis=1), fine

@@ -18,6 +18,7 @@ from .grid import Array, Grid
 _FARTHEST_STEP = 12  # voxels that a ray skips at once, at most
 _WITHIN = 0.5  # of a voxel: step close to surfaces
 _AT_ONCE = 1 << 17  # rays
+_BETWEEN = (0.25, 0.5, 0.75)  # places between two points where a surface would keep them apart
 
 Indices = NDArray[np.int32]
 
@@ -115,6 +116,13 @@ class SurfaceVoxels:
             t[rays] += step
             rays = rays[t[rays] < end[rays]]
         return np.minimum(t, end).astype(np.float64) * cell_size, found
+
+    def free_between(self, start: Array, end: Array) -> NDArray[np.bool_]:
+        """Whether the voxels at a few places between points (..., 3), the ends aside, are free."""
+        number = self.number.ravel()
+        places = (start + share * (end - start) for share in _BETWEEN)
+        free = [number[self.grid.index(place)] < 0 for place in places]
+        return np.logical_and.reduce(free)
 
     def under_things(self, points: ArrayLike) -> tuple[Array, Array]:
         """Box around the water that something overhangs, m; its corners meet if there is none.
