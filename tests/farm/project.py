@@ -12,7 +12,9 @@ from underwater_spectral.tests.scene import scenes
 from underwater_spectral.uw_spectral.spectra.spectral_image import read_exr
 
 ROOT = Path(__file__).resolve().parents[2]
-FRAMES, PASSES = (1, 2), 4
+FRAMES, BANDS = (1, 2), 6
+PASSES = 4
+"""Some hold two neighbouring bands or three."""
 TABLE = "wavelength_nm,a,b\n400,0.02,0.2\n550,0.06,0.15\n700,0.6,0.1\n"
 
 
@@ -38,7 +40,7 @@ def make_project(folder: Path) -> list[str]:
     water = f"file:{folder / 'water.csv'}"
     return [
         str(folder / "reef.blend"),
-        *("--water", water, "--bands", str(PASSES), "--samples", "2", "--frames", "1-2"),
+        *("--water", water, "--bands", str(BANDS), "--samples", "2", "--frames", "1-2"),
     ]
 
 
