@@ -36,6 +36,11 @@ def alpha(layer: int, component: int) -> str:
     return f"uw_alpha_{layer}_{component}"
 
 
+def lamp(index: int) -> str:
+    """Name of the radiant intensity of one lamp."""
+    return f"uw_lamp_{index}"
+
+
 def measured(index: int) -> str:
     """Name of the reflectance of one material with a measured spectrum."""
     return f"uw_measured_{index}"

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import dataclasses
+import functools
+
 import bpy
 from nodebpy import shader as s
 
 from ..uw_spectral.transfer.radiance_field import Ripples, distance_in_water, mirrored_ray
+from . import realtime_lamps
 from .node_mathematics import NODES, Graph, NodeValue, new_group
-from .realtime_rays import camera_depth, camera_place, shaft, view_direction
+from .realtime_rays import camera_depth, camera_place, view_direction
 from .realtime_triples import (
     MIRRORED_TOWARDS,
     TOWARDS,
@@ -39,7 +43,11 @@ def build(
         inputs |= dict.fromkeys(phase_inputs(TOWARDS, shape), "NodeSocketFloat")
     if shape.solved and shape.flat:
         inputs |= dict.fromkeys(phase_inputs(MIRRORED_TOWARDS, shape), "NodeSocketFloat")
-    triple = build_triple(TRIPLE_NAME, shape, inputs, _picture)
+    ahead = None
+    if tables.lamps is not None:
+        ahead = realtime_lamps.build_path(shape.components, tables.lamps, ahead=True)
+    picture = functools.partial(_picture, ahead=ahead)
+    triple = build_triple(TRIPLE_NAME, shape, inputs, picture)
     tree = new_group(NAME)
     tree.interface.new_socket("Color", in_out="OUTPUT", socket_type="NodeSocketColor")
     graph = Graph(tree)
@@ -65,7 +73,9 @@ def build(
     return tree
 
 
-def _picture(graph: Graph, values: Values) -> tuple[NodeValue, ...]:
+def _picture(
+    graph: Graph, values: Values, *, ahead: bpy.types.ShaderNodeTree | None
+) -> tuple[NodeValue, ...]:
     w, solved = view_direction(graph), values.shape.solved
     y_o = camera_depth(graph) if solved else NODES.maximum(values[CAMERA_DEPTH], 0.0)
     ripples = None
@@ -73,9 +83,12 @@ def _picture(graph: Graph, values: Values) -> tuple[NodeValue, ...]:
         slopes = graph.components(values[SLOPE])[:2]
         ripples = Ripples(slopes, values[GLITTER_WIDTH], values[GLITTER], values.sun_in_air)
     water = values.solved_background(y_o, w) if solved else values.water
-    seen = values.seen(water.open_water(y_o, w, NODES, ripples))
+    pixel = water.open_water(y_o, w, NODES, ripples)
+    if ahead is not None:
+        pixel = dataclasses.replace(pixel, lamps=values.of_group(ahead))
+    seen = values.seen(pixel)
     if values.shape.shafts:
-        return seen, values.sensor(shaft(values, y_o, w, None))
+        return seen, values.sensor(values.shaft(y_o, w, None))
     return (seen,)
 
 

@@ -1,10 +1,8 @@
-"""What a pixel knows about its ray, and the light that a volume draws along it."""
+"""What a pixel knows about its ray."""
 
 from __future__ import annotations
 
 from .node_mathematics import NODES, Graph, NodeValue
-from .realtime_triples import Values
-from .realtime_values import SHAFT_END
 
 
 def view_direction(graph: Graph) -> tuple[NodeValue, NodeValue, NodeValue]:
@@ -49,12 +47,3 @@ def camera_depth_behind(
 def view_distance(graph: Graph) -> NodeValue:
     """Distance of the shaded point from the camera."""
     return graph.term(graph.node("ShaderNodeCameraData").outputs["View Distance"])
-
-
-def shaft(
-    values: Values, y_o: NodeValue, w: tuple[NodeValue, NodeValue, NodeValue], P: NodeValue | None
-) -> NodeValue:
-    """Single scattering that the volume draws: up to its end, at most up to P."""
-    end = values[SHAFT_END]
-    reach = end if P is None else NODES.minimum(P, end)
-    return values.beam.scattered_once(y_o, w, reach, NODES)

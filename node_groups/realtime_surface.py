@@ -6,18 +6,20 @@ a shader that emits what the sensor sees comes out. All bands in one pass.
 
 from __future__ import annotations
 
+import dataclasses
+import functools
 import math
 
 import bpy
 
 from ..uw_spectral.surface.wave_patterns import interp, sunlight_factor
 from ..uw_spectral.transfer.pixel import surface_light
+from . import realtime_lamps
 from .node_mathematics import NODES, Graph, NodeValue, new_group
 from .realtime_rays import (
     camera_depth_behind,
     depth_here,
     place_here,
-    shaft,
     view_direction,
     view_distance,
 )
@@ -78,7 +80,13 @@ def build(
     own += phase_inputs(TOWARDS, shape)
     kinds = dict.fromkeys(own, "NodeSocketFloat")
     kinds |= dict.fromkeys(looked_up_on_surface(shape), "NodeSocketVector")
-    triple = build_triple(TRIPLE_NAME, shape, _INPUTS | kinds, _picture)
+    on_things, on_way = None, None
+    if tables.lamps is not None:
+        kinds[realtime_lamps.VISIBILITY] = "NodeSocketVector"
+        on_things = realtime_lamps.build_patch(shape.components, tables.lamps)
+        on_way = realtime_lamps.build_path(shape.components, tables.lamps, ahead=False)
+    picture = functools.partial(_picture, on_things=on_things, on_way=on_way)
+    triple = build_triple(TRIPLE_NAME, shape, _INPUTS | kinds, picture)
     tree = new_group(NAME)
     inputs = {name: kind for name, kind in _INPUTS.items() if name != _MEASURED}
     inputs |= {measured(t): "NodeSocketVector" for t in range(shape.triples)}
@@ -95,6 +103,10 @@ def build(
     if shape.diffuse_shadows:
         given[OPENNESS] = openness(graph, given[NORMAL])
     triples = Triples(graph, values, shape, tables)
+    if tables.lamps is not None:
+        given[realtime_lamps.VISIBILITY] = realtime_lamps.visibility(
+            graph, triples.numbers, tables.lamps, given[NORMAL]
+        )
     if tables.light is not None:
         given |= _look_up(graph, triples.tables, shape, given[NORMAL])
     if shape.shade:
@@ -123,7 +135,13 @@ def _look_up(
     return tables.near_and_far(y_o, y, w) | on_it | phase
 
 
-def _picture(graph: Graph, values: Values) -> tuple[NodeValue, ...]:
+def _picture(
+    graph: Graph,
+    values: Values,
+    *,
+    on_things: bpy.types.ShaderNodeTree | None,
+    on_way: bpy.types.ShaderNodeTree | None,
+) -> tuple[NodeValue, ...]:
     w, P, y = view_direction(graph), view_distance(graph), depth_here(graph)
     y_o, sun = camera_depth_behind(y, w, P), values.sun
     nx, ny, nz = graph.components(values[NORMAL])
@@ -149,7 +167,11 @@ def _picture(graph: Graph, values: Values) -> tuple[NodeValue, ...]:
         if water.inelastic is not None:
             L_inelastic = base / math.pi * water.inelastic.surface_irradiance(y, nz, NODES) * known
         pixel = water.surface(y_o, y, w, P, L, NODES, L_inelastic=L_inelastic, coverage=covered)
+    if on_things is not None and on_way is not None:
+        carried = base / math.pi * known * values.of_group(on_things)
+        lamps = values.of_group(on_way) * covered
+        pixel = dataclasses.replace(pixel, lamps=lamps, L_carried=carried)
     seen = values.seen(pixel)
     if values.shape.shafts:
-        return seen, values.sensor(shaft(values, y_o, w, P) * covered)
+        return seen, values.sensor(values.shaft(y_o, w, P) * covered)
     return (seen,)

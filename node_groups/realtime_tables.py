@@ -30,7 +30,7 @@ from ..uw_spectral.transfer.radiance_table import (
 )
 from ..uw_spectral.transfer.sun_beam import half_angle2
 from .node_mathematics import MARK, NODES, Graph, NodeValue
-from .texels import texel
+from .texels import closest, texel
 
 NAME = "UW Light"
 NEAR, FAR = "Light at the Camera", "Light behind"
@@ -210,12 +210,8 @@ class Tables:
 
     def number(self, name: str) -> NodeValue:
         """Look up another quantity of the bands."""
-        width, height = self.image.size
-        texture = self.graph.node("ShaderNodeTexImage", image=self.image, interpolation="Closest")
-        across = self.index * (_TILE / width) + 0.5 / width
-        up = (self._layout.number(self.numbers.index(name)) + 0.5) / height
-        self.graph.assign(self.graph.vector(across, up, 0.0), texture.inputs["Vector"])
-        return self.graph.term(texture.outputs["Color"])
+        row = self._layout.number(self.numbers.index(name))
+        return closest(self.graph, self.image, self.index * float(_TILE), row)
 
     def near_and_far(
         self, y_o: NodeValue, y_e: NodeValue, w: Sequence[NodeValue]

@@ -31,6 +31,7 @@ from ..uw_spectral.transfer.sun_beam import SunBeam, half_angle2
 from ..uw_spectral.water.phase import Mixture
 from . import realtime_inelastic
 from .node_mathematics import NODES, Graph, NodeValue, new_group
+from .realtime_lamps import TRIPLE
 from .realtime_shade import ON_IT, ON_PATH, REACH, SPECTRUM, Shade
 from .realtime_tables import (
     AUREOLE,
@@ -60,6 +61,7 @@ from .realtime_values import (
     LAYERED_BANDS,
     NOT_PER_PIXEL,
     SENSOR,
+    SHAFT_END,
     SKY,
     SMOOTH,
     SUN,
@@ -81,10 +83,11 @@ _PART_SIZE = 64  # of a triple's groups; fastest to build within a factor of two
 
 @dataclass(frozen=True)
 class TableImages:
-    """The tables of solved bands, and of the shade in them, if there are any."""
+    """The tables of solved bands, of the shade in them and of lamps, if there are any."""
 
     light: bpy.types.Image | None = None
     shade: bpy.types.Image | None = None
+    lamps: bpy.types.Image | None = None
 
 
 def looked_up_on_surface(shape: Shape) -> list[str]:
@@ -297,6 +300,19 @@ class Values:
             tuple(self[f"lobe asymmetry {i}"] for i in lobes),
         )
 
+    def of_group(self, tree: bpy.types.ShaderNodeTree) -> NodeValue:
+        """Return the result of a group whose inputs have the names of values."""
+        node = self._graph.node("ShaderNodeGroup", node_tree=tree)
+        for socket in node.inputs:
+            self._graph.assign(self[socket.name], socket)
+        return self._graph.term(node.outputs[0])
+
+    def shaft(self, y_o: NodeValue, w: Sequence[NodeValue], P: NodeValue | None) -> NodeValue:
+        """Single scattering that the volume draws: up to its end, at most up to P."""
+        end = self[SHAFT_END]
+        reach = end if P is None else NODES.minimum(P, end)
+        return self.beam.scattered_once(y_o, w, reach, NODES)
+
     def seen(self, pixel: Pixel) -> NodeValue:
         """Return what three bands of a pixel add to the colour that the sensor sees."""
         return self.sensor(pixel.total)
@@ -337,6 +353,7 @@ def build_triple(
     sockets = dict(inputs)
     sockets |= dict.fromkeys(single_names(shape), "NodeSocketFloat")
     sockets |= dict.fromkeys(band_names(shape), "NodeSocketVector")
+    sockets |= {TRIPLE: "NodeSocketFloat"} if shape.lamps else {}
     for socket, kind in sockets.items():
         tree.interface.new_socket(socket, in_out="INPUT", socket_type=kind)
     graph = Graph(tree, None if shape.solved else _PART_SIZE)
@@ -392,10 +409,10 @@ class Triples:
         images: TableImages,
     ) -> None:
         self._graph, self._shape = graph, shape
-        self._numbers = graph.node("ShaderNodeGroup", node_tree=values).outputs
+        self.numbers = graph.node("ShaderNodeGroup", node_tree=values).outputs
         image = images.light
         if images.shade is not None:
-            self.shade = Shade(graph, self._numbers, images.shade)
+            self.shade = Shade(graph, self.numbers, images.shade)
         if image is not None:
             self._begin = graph.node("GeometryNodeRepeatInput")
             self._end = graph.node("GeometryNodeRepeatOutput")
@@ -421,7 +438,7 @@ class Triples:
 
     def number(self, name: str) -> NodeValue:
         """Return a number of the water that is the same in every band."""
-        return self._graph.term(self._numbers[name])
+        return self._graph.term(self.numbers[name])
 
     def own(self, name: str, given: Mapping[str, NodeValue]) -> NodeValue:
         """Of the terms ``NAME i``, one for each triple, return that of the present one."""
@@ -453,14 +470,17 @@ class Triples:
     def _unrolled(
         self, triple: bpy.types.ShaderNodeTree, given: Mapping[str, NodeValue]
     ) -> list[Operand]:
+        known: dict[str, Operand] = dict(given)
+        if self._shape.lamps:
+            known |= {f"{TRIPLE} {i}": float(i) for i in range(self._shape.triples)}
         totals: list[Operand] = [0.0] * (2 if DRAWN in triple.interface.items_tree else 1)
         for index in range(self._shape.triples):
             node = self._graph.node("ShaderNodeGroup", node_tree=triple)
             for socket in node.inputs:
                 own = f"{socket.name} {index}"
-                source = given.get(socket.name) or given.get(own)
+                source = known.get(socket.name, known.get(own))
                 if source is None:
-                    source = self.number(own if own in self._numbers else socket.name)
+                    source = self.number(own if own in self.numbers else socket.name)
                 self._graph.assign(source, socket)
             for place, output in enumerate(node.outputs):
                 totals[place] = self._graph.term(output) + totals[place]
@@ -469,6 +489,8 @@ class Triples:
     def _looped(
         self, triple: bpy.types.ShaderNodeTree, given: Mapping[str, NodeValue]
     ) -> list[Operand]:
+        if self._shape.lamps:
+            given = {**given, TRIPLE: self.tables.index}
         node = self._graph.node("ShaderNodeGroup", node_tree=triple)
         of_bands = set(band_names(self._shape))
         for socket in node.inputs:

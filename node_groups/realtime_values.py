@@ -22,7 +22,7 @@ from ..uw_spectral.transfer.radiance_table import RadianceTable
 from ..uw_spectral.transfer.sky import UNIFORM
 from ..uw_spectral.transfer.sun_beam import SunBeam
 from ..uw_spectral.water.phase import Mixture, PhaseFunction
-from . import realtime_inelastic, realtime_shade
+from . import realtime_inelastic, realtime_lamps, realtime_shade
 from .node_mathematics import Graph, new_group
 
 NAME = "UW Values"
@@ -101,6 +101,8 @@ class Shape:
         Of the scale of depths of solved water.
     shade : bool
         Whether things keep all kinds of light away, and throw some back; of solved water.
+    lamps : int
+        Lamps in the water.
     """
 
     bands: int
@@ -117,6 +119,7 @@ class Shape:
     zones: int = 0
     slices: int = 0
     shade: bool = False
+    lamps: int = 0
 
     @property
     def triples(self) -> int:
@@ -163,6 +166,8 @@ def band_names(shape: Shape) -> list[str]:
         names += CONTRAST
     if shape.shade:
         names.append(realtime_shade.SPECTRUM)
+    if shape.lamps:
+        names += realtime_lamps.band_names(shape.components)
     return [*names, *realtime_inelastic.band_names(shape.inelastic)]
 
 
@@ -170,7 +175,8 @@ def single_names(shape: Shape) -> list[str]:
     """Names of the quantities that are the same in every band."""
     names = [*FIELD_NUMBERS, *SUN, *SUN_IN_AIR, CAMERA_DEPTH, INDEX, SHAFT_END, SHAFT_SCALE]
     names += _WAVES if shape.waves else ()
-    return [*names, *realtime_shade.NUMBERS] if shape.shade else names
+    names += realtime_shade.NUMBERS if shape.shade else ()
+    return [*names, *realtime_lamps.NUMBERS] if shape.lamps else names
 
 
 def _zone_names(shape: Shape) -> list[str]:

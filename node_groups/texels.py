@@ -1,4 +1,4 @@
-"""Linear look-ups in an image, wherever the coordinates jump.
+"""Look-ups in an image, wherever the coordinates jump: linear ones, and of single texels.
 
 An ordinary image texture filters more where coordinates jump from pixel to pixel, and so
 draws lines where slices change. An environment texture in equirectangular projection never
@@ -44,5 +44,19 @@ def texel(
     )
     texture = graph.node("ShaderNodeTexEnvironment", image=image)
     texture.projection, texture.interpolation = "EQUIRECTANGULAR", "Linear"
+    graph.assign(where, texture.inputs["Vector"])
+    return graph.term(texture.outputs["Color"])
+
+
+def closest(
+    graph: Graph,
+    image: bpy.types.Image,
+    column: NodeValue | float,
+    row: NodeValue | float,
+) -> NodeValue:
+    """Return a single texel of an image of fixed size, with all its digits."""
+    width, height = image.size
+    texture = graph.node("ShaderNodeTexImage", image=image, interpolation="Closest")
+    where = graph.vector((column + 0.5) / width, (row + 0.5) / height, 0.0)
     graph.assign(where, texture.inputs["Vector"])
     return graph.term(texture.outputs["Color"])

@@ -82,6 +82,8 @@ def run(options: argparse.Namespace, *, inside_blender: bool) -> None:
         for source, names in list_waters().items():
             print(f"{source}: {', '.join(names)}")
         return
+    if not hasattr(bpy.types.Scene, stored_settings.PROPERTY):
+        stored_settings.register()
     split, progress = settings.split(options), Progress(options.progress)
     if split is not None and split.plan is None and split.bundle is None:
         split_batch.run(split, options.blend, progress, _open, inside_blender=inside_blender)
@@ -89,8 +91,6 @@ def run(options: argparse.Namespace, *, inside_blender: bool) -> None:
     job, auto = settings.job(options), settings.auto(options)
     if job.resolution is not None:
         picture_size.check_resolution(job.resolution)
-    if not hasattr(bpy.types.Scene, stored_settings.PROPERTY):
-        stored_settings.register()
     _open(job.blend, inside_blender)
     scene = bpy.context.scene
     if job.resolution is not None:

@@ -36,7 +36,8 @@ def cycles_bands(
     InputError
         If Cycles finds no such device.
     """
-    notes = cycles_water.add_water(scene, plan.column, plan.cycles_phases, extent)
+    lamps = plan.lamps(scene)
+    notes = cycles_water.add_water(scene, plan.column, plan.cycles_phases, extent, lamps)
     notes += plan.cycles_notes
     light = plan.inelastic
     layers = None if light is None else inelastic_layers.add_layers(scene, light, extent)

@@ -14,12 +14,14 @@ from ..node_groups import (
     sea_floor,
     sky_world,
     sun_lamp,
+    water_lamp,
     water_surface,
     water_volume,
 )
 from ..uw_spectral.transfer.water_column import WaterColumn
 from . import band_colors, scene_water
 from .cycles_phase import CyclesPhase
+from .lamps import SceneLamps
 from .water_body import WaterExtent, box, plane
 
 INTERFACE = "uw_interface"
@@ -39,6 +41,7 @@ def add_water(
     column: WaterColumn,
     phases: Sequence[CyclesPhase],
     extent: WaterExtent,
+    lamps: SceneLamps | None = None,
 ) -> list[str]:
     """Put water into a scene.
 
@@ -57,6 +60,8 @@ def add_water(
         Phase function of each layer, from the surface down.
     extent : WaterExtent
         Size of the water.
+    lamps : SceneLamps, optional
+        In the water.
 
     Returns
     -------
@@ -84,8 +89,14 @@ def add_water(
     world.cycles.sampling_method = "NONE" if column.reflects else "AUTOMATIC"
     sun = sun_lamp.build(scene_water.SUN_DIAMETER_IN_AIR / column.refractive_index)
     floor = sea_floor.build() if math.isfinite(column.floor_depth) else None
-    filling = scene_water.Filling(world, [sun], floor, objects, images, parts)
-    notes += scene_water.add(scene, filling, column, extent)
+    lamps = lamps or SceneLamps()
+    lit = [
+        water_lamp.build(index, lamp, item.data)
+        for index, (lamp, item) in enumerate(zip(lamps.lamps, lamps.objects, strict=True))
+    ]
+    filling = scene_water.Filling(world, [sun, *lit], floor, objects, images, parts)
+    notes += [*lamps.notes, *scene_water.add(scene, filling, column, extent)]
+    scene_water.follow(scene, lamps.objects)
     for item in scene_water.objects(scene):
         if item.get(scene_water.IS_SUN):
             # A refracted ray must not meet the disc: the lamp's shadow rays bring the sun already.

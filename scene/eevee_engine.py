@@ -90,7 +90,7 @@ def eevee_realtime(
         now: RenderPlan, camera_depth: float, given: Weights | None
     ) -> realtime.RealtimeWater:
         if given is None:
-            given = now.reduction(camera_depth).weights
+            given = now.reduction(camera_depth, now.lamplight(scene, camera)).weights
         return waters(now, camera_depth, given)
 
     first, samples = (

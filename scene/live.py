@@ -21,6 +21,7 @@ from ..uw_spectral.shade.shade_table import ShadeTable
 from . import (
     contents,
     eevee_settings,
+    lamps,
     moving_surface,
     realtime,
     realtime_materials,
@@ -273,7 +274,8 @@ def problem(scene: bpy.types.Scene) -> str:
 
 def _key(scene: bpy.types.Scene, chosen: SceneSettings, depth: float) -> str:
     moving = chosen.surface == moving_surface.WAVES
-    return repr((chosen, depth, moving_surface.wave_time(scene, chosen) if moving else 0.0))
+    time = moving_surface.wave_time(scene, chosen) if moving else 0.0
+    return repr((chosen, depth, time, lamps.state(scene)))
 
 
 def _water(
@@ -283,7 +285,8 @@ def _water(
     if len(plan.bands) > plan.most_bands:  # passes carry them all; the view does with fewer
         plan = plan_of(replace(chosen, bands=plan.most_bands, wavelengths=""))
     with quiet():
-        weights = plan.viewpoint(depth).reduction.weights
+        lit = None if scene.camera is None else plan.lamplight(scene, scene.camera)
+        weights = plan.reduction(depth, lit).weights
         known = _shade.get(scene.session_uid) if hasty else None
         if known is not None and len(known.table.spectrum) != len(plan.bands):
             known = None

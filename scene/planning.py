@@ -8,6 +8,8 @@ from collections.abc import Callable, Iterable
 from dataclasses import asdict, dataclass
 
 import bpy
+import numpy as np
+from numpy.typing import NDArray
 
 from ..uw_spectral.errors import InputError
 from . import cameras, cycles_settings, job_files, picture_size, stereo
@@ -27,6 +29,7 @@ class _Frame:
     number: int
     plan: RenderPlan
     depths: tuple[float, ...]
+    lamplight: tuple[NDArray[np.float64] | None, ...]
 
 
 def plan_job(
@@ -157,7 +160,9 @@ def _frames(
                 if fixed != chosen:
                     plans = {fixed: make_plan(fixed)}
                     chosen = fixed
-        frames.append(_Frame(number, plans[chosen], depths))
+        plan = plans[chosen]
+        lit = tuple(plan.lamplight(scene, camera) for camera in seen_by)
+        frames.append(_Frame(number, plan, depths, lit))
     first = frames[0].plan.column
     for frame in frames:
         if math.isfinite(frame.plan.column.floor_depth) != math.isfinite(first.floor_depth):
@@ -221,8 +226,8 @@ def _views(
     rows: dict[tuple[str, int], View] = {}
     for frame in frames:
         stops = None
-        for camera, depth in zip(seen_by, frame.depths, strict=True):
-            view = frame.plan.viewpoint(depth, stops)
+        for camera, depth, lit in zip(seen_by, frame.depths, frame.lamplight, strict=True):
+            view = frame.plan.viewpoint(depth, stops, lit)
             stops = view.stops
             development = Development(
                 view.reduction.description, tuple(map(tuple, view.reduction.weights.tolist()))

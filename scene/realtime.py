@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import bpy
 import numpy as np
@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 from ..node_groups import (
     realtime_background,
     realtime_inelastic,
+    realtime_lamps,
     realtime_shade,
     realtime_shadows,
     realtime_surface,
@@ -29,6 +30,8 @@ from ..node_groups.realtime_tables import Layout
 from ..node_groups.realtime_triples import TableImages
 from ..node_groups.realtime_values import Numbers, Shape
 from ..uw_spectral.errors import InputError
+from ..uw_spectral.lamps.grouping import grouped
+from ..uw_spectral.lamps.multiple_scattering import lamp_water
 from ..uw_spectral.shade.shade_table import ShadeTable
 from ..uw_spectral.spectra.reflectance import emission_basis, uplift_basis
 from ..uw_spectral.surface.wave_patterns import WavePatterns
@@ -41,6 +44,7 @@ from ..uw_spectral.transfer.sun_beam import SunBeam, sun_beam
 from ..uw_spectral.transfer.water_column import WaterColumn
 from ..uw_spectral.water.phase import BandPhase, HenyeyGreenstein
 from . import contents, realtime_materials, scene_water
+from .lamps import SceneLamps
 from .water_body import WaterExtent, box
 
 # Key of the added floor's reflectance; no material has an empty name.
@@ -49,6 +53,7 @@ _VALUES = "uw_values"
 _OWNER = "uw_owner"
 _TABLE = "uw_table"
 _SHADE = "uw_shade"
+_LAMPS = "uw_lamps"
 # Shafts end where the clearest band keeps 2 % of its light, or soon after the scene does.
 _SHAFT_OPTICAL_DEPTH = 4.0
 _LONGEST_SHAFT = 200.0
@@ -62,6 +67,9 @@ _SHAFT_OPACITY = 0.02
 # Finest detail of the sun's shadow in m: Blender's millimetre costs several times as much,
 # and the sun's disc blurs a shadow by 7 mm per metre, waves by far more.
 _SHADOW, _WAVY_SHADOW = 0.01, 0.03
+# Intensity of the lamps that cast shadows: what they add to the sun's light on a thing is this
+# share of what the lamps themselves do. Fainter ones drown in the rounding of single precision.
+_FAINT_SHARE, _FAINTEST, _BRIGHTEST = 1e-3, 2e-5, 2e-3
 
 
 @dataclass(frozen=True)
@@ -85,6 +93,7 @@ class RealtimeWater:
     table: RadianceTable | None = None
     waves: WavePatterns | None = None
     shade: ShadeTable | None = None
+    lamps: SceneLamps = field(default_factory=SceneLamps)
 
     def of_bands(self, indices: Sequence[int], count: int) -> RealtimeWater:
         """Return the water of some of the bands, and what the sensor sees of these.
@@ -107,6 +116,7 @@ class RealtimeWater:
             reflectances={name: values[chosen] for name, values in self.reflectances.items()},
             table=None if self.table is None else self.table.of_bands(chosen),
             shade=None if self.shade is None else self.shade.of_bands(chosen),
+            lamps=self.lamps.of_bands(chosen),
         )
 
     def of_sign(self, sign: float) -> RealtimeWater:
@@ -143,6 +153,7 @@ def realtime_water(
     reflectances: dict[str, NDArray[np.float64]] | None = None,
     inelastic: InelasticLight | None = None,
     shade: ShadeTable | None = None,
+    lamps: SceneLamps | None = None,
 ) -> RealtimeWater:
     """Compute everything that the node groups need for a frame.
 
@@ -169,7 +180,10 @@ def realtime_water(
         few exponentials. A solved field holds its own.
     shade : ShadeTable, optional
         What things keep away and throw back, of a solved field.
+    lamps : SceneLamps, optional
+        In the water.
     """
+    lamps = lamps or SceneLamps()
     if solved is None:
         column.require_one_layer("the closed form (--field) knows")
     if shafts:
@@ -178,8 +192,9 @@ def realtime_water(
     beam = sun_beam(field, phase, column.sun_direction.tolist())
     shape = Shape(
         len(column.bands), tuple(phase.components), 0, column.reflects, shafts,
-        diffuse_shadows=diffuse_shadows and solved is None, sky=column.sky,
-        shade=shade is not None,
+        # Lamps need the colours that tell those of the light from above apart.
+        diffuse_shadows=diffuse_shadows and solved is None and not lamps.lamps, sky=column.sky,
+        shade=shade is not None, lamps=len(lamps.lamps),
     )  # fmt: skip
     light, table = {}, None
     if solved is None:
@@ -219,11 +234,32 @@ def realtime_water(
     if shade is not None:
         bands[realtime_shade.SPECTRUM] = shade.spectrum
         single |= realtime_shade.numbers(shade.box)
+    if lamps.lamps:
+        of_lamps, more = _of_lamps(lamps, column, phase, camera_depth)
+        bands, single = bands | of_lamps, single | more
     known = dict(reflectances or {})
     if math.isfinite(column.floor_depth):
         known[_FLOOR] = column.floor_reflectance
     return RealtimeWater(
-        shape, Numbers(bands, single), known, column, reach, cone, table, shade=shade
+        shape, Numbers(bands, single), known, column, reach, cone, table, shade=shade, lamps=lamps
+    )
+
+
+def _of_lamps(
+    lamps: SceneLamps, column: WaterColumn, phase: BandPhase, depth: float
+) -> tuple[dict[str, NDArray[np.float64]], dict[str, float]]:
+    """Return the numbers per band, and the others, of lamps in the water of a depth."""
+    here = column.layer_at(depth, phase)
+    alike = here.phase.components == phase.components
+    water = lamp_water(here.absorption, here.scattering, here.phase if alike else phase)
+    sun = float(np.mean(column.Ed(depth, phase)))
+    brightest = max(float(np.mean(lamp.intensity)) for lamp in lamps.lamps)
+    sunlit = bool(np.any(column.sun_irradiance > 0))
+    code = min(max(_FAINT_SHARE * brightest / sun, _FAINTEST), _BRIGHTEST) if sun > 0 else 1.0
+    numbers = (water.reach, float(sunlit), code)
+    return (
+        realtime_lamps.of_water(water),
+        dict(zip(realtime_lamps.NUMBERS, numbers, strict=True)),
     )
 
 
@@ -274,7 +310,9 @@ def add_realtime(scene: bpy.types.Scene, water: RealtimeWater, extent: WaterExte
     )
     values = realtime_values.build(shape)
     shade = None if water.shade is None else realtime_shade.new_image()
-    tables = TableImages(table, shade)
+    count = len(water.lamps.lamps)
+    lit = realtime_lamps.new_image(count, shape.triples) if count else None
+    tables = TableImages(table, shade, lit)
     surface = realtime_surface.build(values, shape, images, tables)
     background = realtime_background.build(values, shape, images, tables)
     floor, objects = None, []
@@ -291,14 +329,19 @@ def add_realtime(scene: bpy.types.Scene, water: RealtimeWater, extent: WaterExte
     above = realtime_shadows.lamps() if water.cone is not None else []
     filling = scene_water.Filling(
         realtime_background.build_world(background),
-        [sun, *above],
+        [sun, *above, *realtime_lamps.shadow_lamps(count)],
         floor,
         objects,
         images,
         {_VALUES: values, scene_water.SURFACE: surface}
-        | {name: image for name, image in ((_TABLE, table), (_SHADE, shade)) if image is not None},
+        | {
+            name: image
+            for name, image in ((_TABLE, table), (_SHADE, shade), (_LAMPS, lit))
+            if image is not None
+        },
     )
-    notes += scene_water.add(scene, filling, water.column, extent)
+    notes += [*water.lamps.notes, *scene_water.add(scene, filling, water.column, extent)]
+    scene_water.follow(scene, water.lamps.objects)
     values[_OWNER] = scene_water.collection_of(scene)
     set_values(scene, water)
     return notes
@@ -325,6 +368,8 @@ def set_values(scene: bpy.types.Scene, water: RealtimeWater) -> None:
         realtime_tables.write_table(scene_water.part(scene, _TABLE), water.table, numbers)
     if water.shade is not None:
         realtime_shade.write_table(scene_water.part(scene, _SHADE), water.shade)
+    if water.lamps.lamps:
+        _set_lamps(scene, water)
     if water.waves is not None:
         realtime_waves.write_patterns(scene_water.images(scene), water.waves)
     known = {m.name: m for m in contents.materials(scene) if m.is_editable}
@@ -338,9 +383,20 @@ def set_values(scene: bpy.types.Scene, water: RealtimeWater) -> None:
         if item.get(scene_water.IS_SUN):
             item.data.angle = scene_water.SUN_DIAMETER_IN_AIR / water.column.refractive_index
             item.data.volume_factor = 1.0 / water.shafts.scale if water.shafts is not None else 0.0
-        elif item.type == "LIGHT" and water.cone is not None:
+        elif item.type == "LIGHT" and item.data.type == "SUN" and water.cone is not None:
             scene_water.turn(item, water.cone.direction)
             item.data.angle = 2.0 * water.cone.half_angle
+
+
+def _set_lamps(scene: bpy.types.Scene, water: RealtimeWater) -> None:
+    lamps, numbers = water.lamps.lamps, water.numbers.single
+    codes = realtime_lamps.CODES[int(numbers[realtime_lamps.SUNLIT]) :]
+    groups = grouped([lamp.position for lamp in lamps], len(codes))
+    colours = [codes[group] for group in groups]
+    realtime_lamps.write_lamps(scene_water.part(scene, _LAMPS), lamps, colours)
+    for item, lamp, colour in zip(scene_water.followers(scene), lamps, colours, strict=True):
+        code = numbers[realtime_lamps.CODE]
+        realtime_lamps.write_shadow_lamp(item.data, lamp, colour, code)
 
 
 def has_realtime(scene: bpy.types.Scene) -> bool:

@@ -29,6 +29,8 @@ from ..uw_spectral.imaging.description import (
     WaterDescription,
 )
 from ..uw_spectral.imaging.optics import ResolvedOptics, resolve
+from ..uw_spectral.lamps.lamp_surface import lamplight
+from ..uw_spectral.lamps.multiple_scattering import lamp_water
 from ..uw_spectral.shade.shade_table import ShadeTable
 from ..uw_spectral.spectra.colour_rendering import SensorReduction
 from ..uw_spectral.spectra.illuminant import RELATIVE
@@ -42,6 +44,7 @@ from ..uw_spectral.water.phase import BandPhase
 from ..uw_spectral.water.shared_phase import LARGEST_SPREAD, alike, with_mean_of
 from . import band_colors, shade
 from .cycles_phase import CyclesPhase, cycles_phase
+from .lamps import SceneLamps, lamps_of
 from .pass_values import PassValues
 from .realtime import MOST_BANDS, MOST_CLOSED_FORM_BANDS, RealtimeWater, realtime_water
 from .settings import AUTO, BOUNDED, CONSTITUENTS, DEFAULT_PHASE, OPTIMISED, SOLVED, SceneSettings
@@ -110,6 +113,8 @@ class RenderPlan(ResolvedOptics):
             name = band_colors.measured_attribute(material)
             if name is not None:
                 values[name] = reflectance.at(self.bands.centres)
+        for index, lamp in enumerate(self.lamps(scene).lamps):
+            values[attributes.lamp(index)] = lamp.intensity
         return PassValues.of_column(self.column, self.cycles_phases).with_values(values)
 
     @property
@@ -149,7 +154,8 @@ class RenderPlan(ResolvedOptics):
             for material, reflectance in band_colors.measured_reflectances(scene)
         }
         chosen, around = self.settings, None
-        shades = chosen.field == SOLVED and chosen.diffuse_shadows and has_things(scene)
+        shades = chosen.field == SOLVED and chosen.diffuse_shadows and chosen.sunlight > 0
+        shades = shades and has_things(scene)
         if shades or (chosen.scene_floor and has_things(scene)):
             clearest = float(self.column.attenuation.min())
             around = look_around(scene, camera or scene.camera, clearest)
@@ -159,15 +165,32 @@ class RenderPlan(ResolvedOptics):
             shaded = None
         elif shaded is None:
             # What the sensor sees decides, in band passes too, so that they agree.
-            seen = self.reduction(depth).weights
+            seen = self.reduction(depth, self.lamplight(scene, camera or scene.camera)).weights
             shaded = shade.table_of(around, self.bands, solved, seen, depth)
         water = realtime_water(
             over.column, self.phase, depth, weights, solved=solved,
             shafts=self.draws_shafts, diffuse_shadows=chosen.diffuse_shadows,
             reflectances=reflectances, inelastic=over.inelastic, shade=shaded,
+            lamps=self.lamps(scene),
         )  # fmt: skip
         # The scene has that floor already.
         return replace(water, column=self.column)
+
+    def lamps(self, scene: bpy.types.Scene) -> SceneLamps:
+        """Return the lamps of a scene's current frame."""
+        return lamps_of(scene, self.bands, self.illuminant.unit)
+
+    def lamplight(
+        self, scene: bpy.types.Scene, camera: bpy.types.Object
+    ) -> NDArray[np.float64] | None:
+        """Return the irradiance of lamps that a camera exposes by; None without lamps."""
+        lamps = self.lamps(scene).lamps
+        if not lamps:
+            return None
+        place = tuple(camera.matrix_world.translation)
+        here = self.column.layer_at(max(-place[2], 0.0), self.phase)
+        water = lamp_water(here.absorption, here.scattering, here.phase)
+        return lamplight(lamps, water, place)
 
     def _over(self, around: Surroundings | None) -> RenderPlan:
         """Return the plan over the scene's own ground, if there is any and no floor is added."""
@@ -178,9 +201,11 @@ class RenderPlan(ResolvedOptics):
         column = replace(self.column, floor_depth=ground.depth, floor_reflectance=reflectance)
         return replace(self, column=column)
 
-    def reduction(self, depth: float) -> SensorReduction:
+    def reduction(
+        self, depth: float, lamplight: NDArray[np.float64] | None = None
+    ) -> SensorReduction:
         """Return the sensor's map for a camera at a depth in m."""
-        return self.viewpoint(depth).reduction
+        return self.viewpoint(depth, lamplight=lamplight).reduction
 
     def fixed_bands(self, settings: SceneSettings) -> SceneSettings:
         """Return settings of another frame with the bands of this plan, if they are optimised."""
@@ -307,6 +332,7 @@ def description_of(settings: SceneSettings) -> Description:
             settings.sky_radiance,
             {"above": True, "below": False}.get(settings.irradiance),
             settings.sky,
+            settings.sunlight,
         ),
         SurfaceDescription(
             settings.surface,

@@ -10,7 +10,7 @@ holds goes; so copies of a scene or of its objects leave no trace either.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import bpy
@@ -32,6 +32,7 @@ SURFACE = "uw_surface"
 FLOOR = "uw_floor"
 """Part that is the material of the added floor."""
 _CAUSTICS, _SLOPES = "uw_caustics", "uw_slopes"
+_FOLLOWS = "uw_follows"
 _WORLD = "uw_own_world"
 _HIDDEN = "uw_hidden"
 _FLOOR_DEPTH = "uw_floor_depth"
@@ -220,6 +221,22 @@ def place(scene: bpy.types.Scene, column: WaterColumn) -> None:
             item.location.z = -seabed.clear_depth(scene, column.floor_depth)
 
 
+def follow(scene: bpy.types.Scene, leaders: Sequence[bpy.types.Object]) -> None:
+    """Let the last lamps of a scene's water be where its own lamps are, one each."""
+    lamps = [item for item in objects(scene) if item.type == "LIGHT" and not item.get(IS_SUN)]
+    for place, (item, leader) in enumerate(
+        zip(lamps[len(lamps) - len(leaders) :], leaders, strict=True)
+    ):
+        item[_FOLLOWS] = place
+        constraint = item.constraints.new("COPY_TRANSFORMS")
+        constraint.target = leader
+
+
+def followers(scene: bpy.types.Scene) -> list[bpy.types.Object]:
+    """Lamps of a scene's water that :func:`follow` its own, in their order."""
+    return sorted((i for i in objects(scene) if _FOLLOWS in i), key=lambda i: i[_FOLLOWS])
+
+
 def turn(lamp: bpy.types.Object, direction: Iterable[float]) -> None:
     """Let a lamp's light travel along a direction."""
     lamp.rotation_mode = "QUATERNION"
@@ -230,6 +247,16 @@ def collection_of(scene: bpy.types.Scene) -> bpy.types.Collection | None:
     """Return the collection of the water in a scene."""
     found = scene.collection.children_recursive
     return next((c for c in found if MARK in c and c.is_editable), None)
+
+
+def is_ours(item: bpy.types.ID) -> bool:
+    """Whether a data-block belongs to the water."""
+    return MARK in item
+
+
+def is_hidden(item: bpy.types.Object) -> bool:
+    """Whether an object does not show in renders, or would not without the water."""
+    return bool(item[_HIDDEN][0]) if _HIDDEN in item else item.hide_render
 
 
 def _detach(scene: bpy.types.Scene, collection: bpy.types.Collection) -> None:
@@ -266,8 +293,6 @@ def _hide_lamps(scene: bpy.types.Scene) -> list[str]:
         if not item.is_editable:
             notes.append(f"lamp {item.name!r} is linked and cannot be hidden; make it local")
             continue
-        if item.data.type != "SUN" and not item.hide_render:
-            notes.append("lamps other than the sun do not light the water; they are hidden")
         item[_HIDDEN] = [item.hide_render, item.hide_viewport]
         item.hide_render = item.hide_viewport = True
     return list(dict.fromkeys(notes))

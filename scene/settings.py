@@ -129,6 +129,12 @@ class SceneSettings:
         limits=(-360.0, 360.0),
         animatable=True,
     )
+    sunlight: float = _setting(
+        1.0,
+        "Factor on the light of sun and sky; 0 is night, where lamps are all the light",
+        limits=(0.0, 1e3),
+        animatable=True,
+    )
     irradiance: str = _setting(
         AUTO,
         "Whether the illuminant is the sun's irradiance just below or above the surface; auto: as "

@@ -8,6 +8,7 @@ from typing import Any
 
 import bpy
 
+from . import stored_lamps
 from .settings import SceneSettings
 
 PROPERTY = "underwater"
@@ -36,7 +37,7 @@ def _property(setting: Field, on_change: OnChange | None) -> object:
 
 
 def register(on_change: OnChange | None = None) -> None:
-    """Add ``scene.underwater``.
+    """Add ``scene.underwater``, and what lamps store.
 
     Parameters
     ----------
@@ -48,10 +49,12 @@ def register(on_change: OnChange | None = None) -> None:
     group = type(_CLASS, (bpy.types.PropertyGroup,), description)
     bpy.utils.register_class(group)
     setattr(bpy.types.Scene, PROPERTY, bpy.props.PointerProperty(type=group))
+    stored_lamps.register(on_change)
 
 
 def unregister() -> None:
-    """Take ``scene.underwater`` away; the values stay in the file."""
+    """Take them away; the values stay in the file."""
+    stored_lamps.unregister()
     delattr(bpy.types.Scene, PROPERTY)
     bpy.utils.unregister_class(bpy.types.PropertyGroup.bl_rna_get_subclass_py(_CLASS))
 

@@ -13,8 +13,10 @@ from underwater_spectral.scene import (
     scene_water,
     water_body,
 )
+from underwater_spectral.scene.lamps import lamps_of
 from underwater_spectral.tests.scene import columns, scenes, snapshot
 from underwater_spectral.uw_spectral.errors import InputError
+from underwater_spectral.uw_spectral.spectra.illuminant import RELATIVE
 from underwater_spectral.uw_spectral.transfer.water_column import DeeperWater
 from underwater_spectral.uw_spectral.water.phase import parse_phase
 
@@ -33,7 +35,11 @@ def _add(scene, **changes):
     column = columns.grey_column(0.05, 0.1, **changes)
     extent = water_body.water_extent(scene, column, 5.0)
     return cycles_water.add_water(
-        scene, column, columns.layers_of(column, columns.henyey_greenstein(0.8)), extent
+        scene,
+        column,
+        columns.layers_of(column, columns.henyey_greenstein(0.8)),
+        extent,
+        lamps_of(scene, column.bands, RELATIVE),
     )
 
 
@@ -41,9 +47,7 @@ def _add(scene, **changes):
 def test_removal_restores_every_value(changes):
     scene = scenes.varied_scene()
     before = snapshot.snapshot()
-    assert _add(scene, **changes) == [
-        "lamps other than the sun do not light the water; they are hidden"
-    ]
+    assert _add(scene, **changes) == []
     during = snapshot.snapshot()
     scene_water.remove(scene)
     assert len(snapshot.differences(before, during)) > 100
@@ -108,7 +112,9 @@ def test_only_the_water_lights_the_scene():
     scene = scenes.varied_scene()
     _add(scene)
     lamps = [o for o in scene.objects if o.type == "LIGHT"]
-    assert [o.name for o in lamps if not o.hide_render] == ["UW Sun"]
+    shining = [o.name for o in lamps if not o.hide_render]
+    # The scene's own, an area and a point, are followed; its sun is not.
+    assert shining == ["UW Sun", "UW Lamp", "UW Lamp.001"]
     assert scene.world.name == "UW Sky"
 
 

@@ -8,15 +8,19 @@ import bpy
 import numpy as np
 import pytest
 from underwater_spectral.scene import realtime, realtime_materials, scene_water, water_body
+from underwater_spectral.scene.lamps import lamps_of
 from underwater_spectral.tests.scene import columns, scenes, snapshot
 from underwater_spectral.uw_spectral.errors import InputError
+from underwater_spectral.uw_spectral.spectra.illuminant import RELATIVE
 from underwater_spectral.uw_spectral.water.phase import parse_phase
 
 HG = parse_phase("hg:0.8").for_bands(np.ones(3))
 DEPTH = 5.0
 
 
-def _water(a=0.05, b=0.1, *, phase=HG, shafts=False, reflectances=None, depth=DEPTH, **changes):
+def _water(
+    a=0.05, b=0.1, *, phase=HG, shafts=False, reflectances=None, depth=DEPTH, lamps=None, **changes
+):
     values = {"floor_depth": 9.0, "floor_reflectance": 0.3} | changes
     return realtime.realtime_water(
         columns.grey_column(a, b, **values),
@@ -25,6 +29,7 @@ def _water(a=0.05, b=0.1, *, phase=HG, shafts=False, reflectances=None, depth=DE
         np.eye(3),
         shafts=shafts,
         reflectances=reflectances,
+        lamps=lamps,
     )
 
 
@@ -37,8 +42,13 @@ def _add(scene, water):
 def test_removal_restores_every_value(shafts):
     scene = scenes.varied_scene()
     before = snapshot.snapshot()
-    notes = _add(scene, _water(shafts=shafts, surface="flat"))
-    assert notes == ["lamps other than the sun do not light the water; they are hidden"]
+    water = _water(
+        shafts=shafts,
+        surface="flat",
+        lamps=lamps_of(scene, columns.grey_column(0.1, 0.1).bands, RELATIVE),
+    )
+    assert len(water.lamps.lamps) == 2
+    assert _add(scene, water) == []
     during = snapshot.snapshot()
     scene_water.remove(scene)
     assert len(snapshot.differences(before, during)) > 100

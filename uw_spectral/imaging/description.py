@@ -77,6 +77,8 @@ class SunAndSky:
         reflected, or just below; None as the illuminant has it.
     sky : str
         Distribution of the sky's radiance, one of :data:`.SKIES`.
+    strength : float
+        Factor on all of it; 0 is night.
     """
 
     illuminant: str | Illuminant = "d65"
@@ -85,6 +87,7 @@ class SunAndSky:
     sky_radiance: float = 0.0
     above_surface: bool | None = None
     sky: str = UNIFORM
+    strength: float = 1.0
 
 
 @dataclass(frozen=True)

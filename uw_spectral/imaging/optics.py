@@ -133,7 +133,12 @@ class ResolvedOptics(ComparedByContent):
             emission = self.excitation.emission(self.bands, streams)
         return self.column.solved_field(self.phase, streams, emission)
 
-    def viewpoint(self, depth: float, stops: float | None = None) -> Viewpoint:
+    def viewpoint(
+        self,
+        depth: float,
+        stops: float | None = None,
+        lamplight: NDArray[np.float64] | None = None,
+    ) -> Viewpoint:
         """Return the camera at a depth in m.
 
         Parameters
@@ -141,6 +146,8 @@ class ResolvedOptics(ComparedByContent):
         depth : float
         stops : float, optional
             Exposure instead of the description's, such as that of another camera.
+        lamplight : array, shape (n,), optional
+            Irradiance that lamps put on things before the camera.
 
         Raises
         ------
@@ -156,9 +163,12 @@ class ResolvedOptics(ComparedByContent):
             chosen.exposure_stops if stops is None else stops,
         )
         if self.reference is None:
-            return Viewpoint(self.column, self.phase, *camera)
-        reference = Viewpoint(*self.reference, *camera)
-        return FittedViewpoint(self.column, self.phase, *camera, reference=reference)
+            return Viewpoint(self.column, self.phase, *camera, lamplight)
+        fine = lamplight
+        if lamplight is not None:
+            fine = np.interp(self.reference[0].bands.centres, self.bands.centres, lamplight)
+        reference = Viewpoint(*self.reference, *camera, fine)
+        return FittedViewpoint(self.column, self.phase, *camera, lamplight, reference=reference)
 
 
 def resolve(description: Description) -> ResolvedOptics:
@@ -345,7 +355,9 @@ def _column(
 ) -> WaterColumn:
     light, surface = description.light, description.surface
     index, zenith = surface.refractive_index, light.zenith
-    direct = illuminant.direct_in(bands)
+    direct, diffuse = (
+        part(bands) * light.strength for part in (illuminant.direct_in, illuminant.diffuse_in)
+    )
     transmitted = 1.0
     above = illuminant.above_surface if light.above_surface is None else light.above_surface
     waves = surface.slope_variance if surface.kind == WAVES else 0.0
@@ -369,7 +381,7 @@ def _column(
         sun_irradiance=direct * transmitted,
         sun_cosine=sun_cosine,
         sun_direction=sun,
-        sky_radiance=illuminant.diffuse_in(bands) / math.pi + light.sky_radiance * direct,
+        sky_radiance=diffuse / math.pi + light.sky_radiance * direct,
         floor_depth=description.floor.depth,
         floor_reflectance=floor_reflectance,
         surface=surface.kind,

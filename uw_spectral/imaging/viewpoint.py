@@ -45,6 +45,8 @@ class Viewpoint(ComparedByContent):
     white_balance : {"daylight", "depth", "none"}
     exposure_stops : float, optional
         None exposes automatically: a white diffuser at depth has luminance 0.9.
+    lamplight : array, shape (n,), optional
+        Irradiance that lamps put on things before the camera (:func:`.lamplight`).
 
     Raises
     ------
@@ -60,6 +62,7 @@ class Viewpoint(ComparedByContent):
     depth: float
     white_balance: WhiteBalance = "daylight"
     exposure_stops: float | None = None
+    lamplight: NDArray[np.float64] | None = None
 
     def __post_init__(self) -> None:
         if not 0 <= self.depth <= self.column.floor_depth:
@@ -75,8 +78,9 @@ class Viewpoint(ComparedByContent):
 
     @functools.cached_property
     def light(self) -> NDArray[np.float64]:
-        """Downwelling irradiance Ed at the camera's depth, shape (n,)."""
-        return self.column.Ed(self.depth, self.phase)
+        """Irradiance of things at the camera's depth: Ed, and lamps, shape (n,)."""
+        Ed = self.column.Ed(self.depth, self.phase)
+        return Ed if self.lamplight is None else Ed + self.lamplight
 
     @functools.cached_property
     def layer(self) -> Layer:

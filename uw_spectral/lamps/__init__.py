@@ -2,7 +2,7 @@
 
 from .emission import intensity_of_colour, parse_emission, radiant_intensity
 from .ies import read_ies
-from .lamp import Lamp, ray_past_lamp
+from .lamp import Lamp, lamp_disc, ray_past_lamp
 from .lamp_path import scattered_once
 from .lamp_surface import patch_past_lamp, surface_irradiance
 from .multiple_scattering import LampWater, lamp_light, lamp_water
@@ -16,6 +16,7 @@ __all__ = [
     "SpotProfile",
     "TableProfile",
     "intensity_of_colour",
+    "lamp_disc",
     "lamp_light",
     "lamp_water",
     "parse_emission",

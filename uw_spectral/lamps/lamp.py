@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -61,6 +62,8 @@ class RayPastLamp:
         Distance of that point from the lamp, m; at least its radius.
     near, far : float or array
         Distances of the ends of the path from that point, along the ray, m.
+    offset : float or array
+        Distance of the ray from the middle of the lamp, m.
     across, along : float or array
         Cosine between the lamp's axis and the direction to the nearest point, and the ray.
     """
@@ -69,6 +72,7 @@ class RayPastLamp:
     h: Operand
     near: Operand
     far: Operand
+    offset: Operand
     across: Operand
     along: Operand
 
@@ -104,6 +108,32 @@ def ray_past_lamp(
     t0 = dot(to_lamp, w)
     x, y, z = (w[i] * t0 - to_lamp[i] for i in range(3))
     least = m.maximum(lamp.radius, NEAREST * m.absolute(t0)) + _SMALLEST
-    h = m.sqrt(m.maximum(x * x + y * y + z * z, least * least))
-    return RayPastLamp(t0, h, 0.0 - t0, P - t0, dot(lamp.axis, (x / h, y / h, z / h)),
-                       dot(lamp.axis, w))  # fmt: skip
+    offset = m.sqrt(x * x + y * y + z * z)
+    h = m.maximum(offset, least)
+    across = dot(lamp.axis, (x / h, y / h, z / h))
+    return RayPastLamp(t0, h, 0.0 - t0, P - t0, offset, across, dot(lamp.axis, w))
+
+
+def lamp_disc(lamp: Lamp, ray: RayPastLamp, c: Operand, m: Mathematics = NUMPY) -> Operand:
+    """Radiance of the lamp itself where a ray meets it, as a disc that faces the camera.
+
+    Parameters
+    ----------
+    lamp : Lamp
+    ray : RayPastLamp
+    c : array, shape (n,)
+        Extinction, 1/m.
+    m : Mathematics
+        Elementary functions.
+
+    Examples
+    --------
+    >>> lamp = Lamp((0.0, 0.0, 2.0), (0.0, 0.0, -1.0), 1.0, radius=0.1)
+    >>> ray = ray_past_lamp(lamp, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), 10.0)
+    >>> round(float(lamp_disc(lamp, ray, 0.5)), 2)
+    11.71
+    """
+    met = m.less(ray.offset, lamp.radius) * m.less(ray.near, 0.0) * m.less(0.0, ray.far)
+    shining = lamp.profile.value(0.0 - ray.along, m) * met
+    area = math.pi * lamp.radius * lamp.radius + _SMALLEST * _SMALLEST
+    return lamp.intensity * m.exp(-c * m.maximum(ray.t0, 0.0)) * (shining / area)

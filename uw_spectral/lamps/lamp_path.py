@@ -17,6 +17,8 @@ from __future__ import annotations
 
 import functools
 import math
+import operator
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -25,9 +27,14 @@ from numpy.typing import NDArray
 from ..mathematics import NUMPY, Mathematics, Operand
 from ..water.phase import Mixture
 from .lamp import Lamp, RayPastLamp
+from .profile import NO_EDGE
 
 NODES = 12
 """Of the integral along the ray."""
+type Quadrature = Callable[
+    [int, Callable[[Operand, Operand], tuple[Operand, ...]]], tuple[Operand, ...]
+]
+"""Adds up terms of so many places, as :func:`gauss_sum` does."""
 _POWER = 3
 _SMALLEST_ANGLE = 1e-6  # rad; of ξ from 0 and from π/2
 _SMALLEST_COMPONENT = 1e-9
@@ -55,26 +62,16 @@ class PathNode:
     length: Operand
 
 
-def path_nodes(
-    lamp: Lamp, ray: RayPastLamp, m: Mathematics = NUMPY, nodes: int = NODES
-) -> tuple[PathNode, ...]:
-    """Places of the quadrature along a ray.
+@dataclass(frozen=True, eq=False)
+class LitPart:
+    """The part of a path that a lamp lights: where ξ^{1/3} begins, and how far it goes."""
 
-    Parameters
-    ----------
-    lamp : Lamp
-        Its profile; a cone with an edge bounds the path, so that narrow spots are resolved.
-    ray : RayPastLamp
-    m : Mathematics
-        Elementary functions.
-    nodes : int
-        How many.
+    first: Operand
+    width: Operand
 
-    Returns
-    -------
-    tuple of PathNode
-        The sum of weights is ∫ Φ dt / r².
-    """
+
+def lit_part(lamp: Lamp, ray: RayPastLamp, m: Mathematics = NUMPY) -> LitPart:
+    """Part of a ray that is in the cone of a lamp; all of it where the lamp has none."""
     start, end = _scattering_angle(ray.near, ray.h, m), _scattering_angle(ray.far, ray.h, m)
     if lamp.profile.edge is not None:
         low, high = _in_cone(ray, lamp.profile.edge, m)
@@ -83,23 +80,29 @@ def path_nodes(
     start = m.clamp(start, _SMALLEST_ANGLE, largest)
     end = m.maximum(m.minimum(end, largest), start)
     first = m.power(start, 1.0 / _POWER)
-    width = m.power(end, 1.0 / _POWER) - first
-    found = []
-    for place, share in zip(*gauss(nodes), strict=True):
-        q = first + width * float(place)
-        tangent = m.tan(q * q * q)
-        t2 = tangent * tangent
-        cosine = (2.0 * ray.across * tangent + ray.along * (t2 - 1.0)) / (1.0 + t2)
-        weight = width * q * q * (2.0 * _POWER * float(share)) / ray.h
-        found.append(
-            PathNode(
-                weight * lamp.profile.value(cosine, m),
-                t2 / (1.0 + t2),
-                ray.h * (1.0 + t2) / (2.0 * tangent),
-                m.maximum(ray.t0 + ray.h * tangent, 0.0),
-            )
-        )
-    return tuple(found)
+    return LitPart(first, m.power(end, 1.0 / _POWER) - first)
+
+
+def path_node(
+    lamp: Lamp,
+    ray: RayPastLamp,
+    part: LitPart,
+    place: Operand,
+    share: Operand,
+    m: Mathematics = NUMPY,
+) -> PathNode:
+    """Node of the quadrature at a place of the part, 0 to 1, of a share in its sum."""
+    q = part.first + part.width * place
+    tangent = m.tan(q * q * q)
+    t2 = tangent * tangent
+    cosine = (2.0 * ray.across * tangent + ray.along * (t2 - 1.0)) / (1.0 + t2)
+    weight = part.width * q * q * (2.0 * _POWER * share) / ray.h
+    return PathNode(
+        weight * lamp.profile.value(cosine, m),
+        t2 / (1.0 + t2),
+        ray.h * (1.0 + t2) / (2.0 * tangent),
+        m.maximum(ray.t0 + ray.h * tangent, 0.0),
+    )
 
 
 def scattered_once(
@@ -142,10 +145,13 @@ def scattered_once(
     >>> scattered_once(lamp, ray, np.array([0.1]), np.array([0.2]), phase).round(5)
     array([0.01716])
     """
-    total = 0.0
-    for node in path_nodes(lamp, ray, m, nodes):
-        total = total + node.weight * phase.per_steradian(node.s2, m) * m.exp(-c * node.length)
-    return b * lamp.intensity * total
+    part = lit_part(lamp, ray, m)
+
+    def light(place: Operand, share: Operand) -> tuple[Operand]:
+        node = path_node(lamp, ray, part, place, share, m)
+        return (node.weight * phase.per_steradian(node.s2, m) * m.exp(-c * node.length),)
+
+    return b * lamp.intensity * gauss_sum(nodes, light)[0]
 
 
 def _scattering_angle(s: Operand, h: Operand, m: Mathematics) -> Operand:
@@ -159,13 +165,23 @@ def _scattering_angle(s: Operand, h: Operand, m: Mathematics) -> Operand:
 def _in_cone(ray: RayPastLamp, edge: Operand, m: Mathematics) -> tuple[Operand, Operand]:
     """Range of ξ inside the cone of the lamp; equal where the ray misses it.
 
-    The cosine from the axis is ``across cos η + along sin η`` = R cos(η - η_c).
+    The cosine from the axis is ``across cos η + along sin η`` = R cos(η - η_c). An edge of
+    :data:`.NO_EDGE` is no cone.
     """
     across, along = ray.across + _SMALLEST_COMPONENT, ray.along
     R = m.sqrt(m.maximum(across * across + along * along, _SMALLEST_COMPONENT))
     centre = math.pi / 4 + m.arctan2(along, across) / 2.0
     half = m.arccos(m.clamp(edge / R, -1.0, 1.0)) / 2.0
+    half = half + m.less(edge, NO_EDGE / 2.0) * math.pi
     return centre - half, centre + half
+
+
+def gauss_sum(
+    nodes: int, term: Callable[[Operand, Operand], tuple[Operand, ...]]
+) -> tuple[Operand, ...]:
+    """Add up terms of the places of Gauss and Legendre on 0 to 1, and of their shares."""
+    terms = [term(float(place), float(share)) for place, share in zip(*gauss(nodes), strict=True)]
+    return tuple(functools.reduce(operator.add, column) for column in zip(*terms, strict=True))
 
 
 @functools.cache

@@ -12,9 +12,46 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+import numpy as np
+from numpy.typing import NDArray
+
 from ..mathematics import NUMPY, Mathematics, Operand, dot
 from .lamp import Lamp
 from .multiple_scattering import LampWater, halo_irradiance
+
+USUAL_DISTANCE = 2.0
+"""Of things from the lamps that light them, m."""
+_FAINTEST = 0.05
+
+
+def lamplight(
+    lamps: Sequence[Lamp], water: LampWater, camera: Sequence[float]
+) -> NDArray[np.float64]:
+    """Irradiance of lamps by which a camera exposes.
+
+    That of a surface which faces each lamp, on its axis at the usual distance, dimmed by the
+    water from there to the camera, at most to a twentieth.
+
+    Parameters
+    ----------
+    lamps : sequence of Lamp
+    water : LampWater
+    camera : sequence of 3
+        Its place, m.
+
+    Returns
+    -------
+    array, shape (n,)
+    """
+    total = np.zeros(np.shape(water.c))
+    for lamp in lamps:
+        axis = np.array(lamp.axis)
+        place = np.array(lamp.position) + USUAL_DISTANCE * axis
+        patch = patch_past_lamp(lamp, place.tolist(), (-axis).tolist())
+        E = sum(surface_irradiance(lamp, patch, water))
+        away = float(np.linalg.norm(place - np.array(camera)))
+        total = total + E * np.maximum(np.exp(-water.cp * away), _FAINTEST)
+    return total
 
 
 @dataclass(frozen=True, eq=False)

@@ -25,7 +25,7 @@ from ..errors import InputError
 from ..mathematics import NUMPY, Mathematics, Operand
 from ..water.phase import BandPhase, Mixture, henyey_greenstein
 from .lamp import Lamp, RayPastLamp
-from .lamp_path import NODES, gauss, path_nodes
+from .lamp_path import NODES, PathNode, Quadrature, gauss_sum, lit_part, path_node
 
 SLOWED = 0.54
 """κ: share of b that does not attenuate light scattered more than once."""
@@ -130,8 +130,7 @@ def lamp_light(
     ray: RayPastLamp,
     water: LampWater,
     m: Mathematics = NUMPY,
-    nodes: int = NODES,
-    halo_nodes: int = HALO_NODES,
+    integrate: Quadrature = gauss_sum,
 ) -> tuple[Operand, Operand]:
     """Radiance of a lamp's light in the water along a ray, unshadowed.
 
@@ -143,8 +142,8 @@ def lamp_light(
     water : LampWater
     m : Mathematics
         Elementary functions.
-    nodes, halo_nodes : int
-        Of the quadratures.
+    integrate : callable
+        Adds up the terms of the quadratures; a shader has a loop for it.
 
     Returns
     -------
@@ -162,17 +161,24 @@ def lamp_light(
     >>> [float(L[0].round(4)) for L in lamp_light(lamp, ray, water)]
     [0.0451, 0.0277]
     """
-    once, more = 0.0, 0.0
-    for node in path_nodes(lamp, ray, m, nodes):
-        optical = water.b * node.length
-        passed = m.exp(-water.c * node.length)
-        once = once + node.weight * water.phase.per_steradian(node.s2, m) * passed
-        later = m.maximum(m.exp(-(water.c - SLOWED * water.b) * node.length) - passed, 0.0)
-        exponent = m.minimum(1.0 + BLUR * SLOWED * optical, _LARGEST_EXPONENT)
-        blurred = henyey_greenstein(m.power(water.chi2, exponent), node.s2, m)
-        more = more + node.weight * blurred * later
+    part = lit_part(lamp, ray, m)
+
+    def light(place: Operand, share: Operand) -> tuple[Operand, Operand]:
+        return _light_of_node(path_node(lamp, ray, part, place, share, m), water, m)
+
+    once, more = integrate(NODES, light)
     strength = water.b * lamp.intensity
-    return strength * once, strength * more + halo_radiance(lamp, ray, water, m, halo_nodes)
+    return strength * once, strength * more + halo_radiance(lamp, ray, water, m, integrate)
+
+
+def _light_of_node(node: PathNode, water: LampWater, m: Mathematics) -> tuple[Operand, Operand]:
+    """Light that a place of the path sends to the camera, over b I: scattered once, and more."""
+    passed = m.exp(-water.c * node.length)
+    once = node.weight * water.phase.per_steradian(node.s2, m) * passed
+    later = m.maximum(m.exp(-(water.c - SLOWED * water.b) * node.length) - passed, 0.0)
+    exponent = m.minimum(1.0 + BLUR * SLOWED * water.b * node.length, _LARGEST_EXPONENT)
+    blurred = henyey_greenstein(m.power(water.chi2, exponent), node.s2, m)
+    return once, node.weight * blurred * later
 
 
 def halo_radiance(
@@ -180,7 +186,7 @@ def halo_radiance(
     ray: RayPastLamp,
     water: LampWater,
     m: Mathematics = NUMPY,
-    nodes: int = HALO_NODES,
+    integrate: Quadrature = gauss_sum,
 ) -> Operand:
     """Radiance of the diffuse light round a lamp along a ray.
 
@@ -189,14 +195,15 @@ def halo_radiance(
     last = m.minimum(ray.far, m.maximum(ray.near + water.reach, ray.near))
     start, end = (_asinh(s, ray.h, m) for s in (ray.near, last))
     width = m.maximum(end - start, 0.0)
-    total = 0.0
-    for place, share in zip(*gauss(nodes), strict=True):
-        grown = m.exp(start + width * float(place))
+
+    def light(place: Operand, share: Operand) -> tuple[Operand]:
+        grown = m.exp(start + width * place)
         s, r = ray.h * (grown - 1.0 / grown) / 2.0, ray.h * (grown + 1.0 / grown) / 2.0
         t = m.maximum(ray.t0 + s, 0.0)
-        total = total + float(share) * m.exp(-water.K * r - water.cp * t)
+        return (share * m.exp(-water.K * r - water.cp * t),)
+
     power = lamp.intensity * (lamp.profile.solid_angle * 3.0 * HALO / (4.0 * math.pi) ** 2)
-    return power * water.bp * water.bp * (total * width)
+    return power * water.bp * water.bp * (integrate(HALO_NODES, light)[0] * width)
 
 
 def halo_irradiance(

@@ -23,10 +23,17 @@ _STEP = 1e-4
 _NARROWEST_BLEND = 1e-4
 """Of the cosine, over which the edge of a spot rises at least; Blender's own bound in EEVEE."""
 _BRIGHTEST = 1e9
+NO_EDGE = -2.0
+"""In place of the cosine of an edge, where a lamp may or may not have one."""
 
 
 class Profile:
     """Angular profile of a lamp, symmetric about its axis."""
+
+    def sampled(self, count: int) -> NDArray[np.float64]:
+        """Values at so many places of :func:`sample_place`, for a table that is looked up."""
+        sine = np.linspace(0.0, 1.0, count)
+        return np.asarray(self.value(1.0 - 2.0 * sine * sine))
 
     @property
     def edge(self) -> Operand | None:
@@ -37,13 +44,26 @@ class Profile:
         return None
 
     @property
-    def solid_angle(self) -> float:
+    def solid_angle(self) -> Operand:
         """Integral of the profile over the sphere, sr."""
         raise NotImplementedError
 
     def value(self, cosine: Operand, m: Mathematics = NUMPY) -> Operand:
         """Value at the cosine of the angle from the axis."""
         raise NotImplementedError
+
+
+def sample_place(cosine: Operand, count: int, m: Mathematics = NUMPY) -> Operand:
+    """Place, 0 to count - 1, of a cosine among the samples of :meth:`Profile.sampled`.
+
+    They are even in the sine of half the angle: fine on the axis, where lamps are bright.
+
+    Examples
+    --------
+    >>> float(sample_place(-1.0, 5)), round(float(sample_place(0.0, 5)), 3)
+    (4.0, 2.828)
+    """
+    return m.sqrt(m.clamp(0.5 - 0.5 * cosine, 0.0, 1.0)) * (count - 1.0)
 
 
 @dataclass(frozen=True)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from dataclasses import dataclass
 from pathlib import Path
@@ -183,6 +184,21 @@ def _illuminant(
         table.header,
         above_surface,
     )
+
+
+@functools.cache
+def full_sun() -> float:
+    """Irradiance at 560 nm that a relative sun of 1 stands for where lamps have a power in W.
+
+    That of the AM 1.5 sun (ASTM G173) on a plane across its rays, W m⁻² nm⁻¹.
+
+    Examples
+    --------
+    >>> round(full_sun(), 2)
+    1.34
+    """
+    table = shipped_table("surface_irradiance.csv")
+    return float(table.spectrum("g173_direct_normal", "AM 1.5 sun").at(_REFERENCE_WAVELENGTH))
 
 
 def _astm_g173(sun_zenith: float) -> Illuminant:

@@ -65,6 +65,11 @@ class Pixel:
         Share of the pixel that what is seen fills; ``L_end`` is multiplied by it already.
     beyond : float or array
         Share of what surrounds the thing that lies beyond it; the rest shines as the thing does.
+    lamps : float or array
+        Light of lamps that the water on the way scatters, share of the pixel included.
+    L_carried : float or array
+        Radiance of what is seen in the light of lamps, besides ``L_end``; what surrounds it
+        shines likewise.
     """
 
     water: PathLight
@@ -77,6 +82,8 @@ class Pixel:
     changed: Pixel | None = None
     coverage: Operand = 1.0
     beyond: Operand = 1.0
+    lamps: Operand = 0.0
+    L_carried: Operand = 0.0
 
     @functools.cached_property
     def transmittance(self) -> Operand:
@@ -91,14 +98,14 @@ class Pixel:
     @functools.cached_property
     def direct(self) -> Operand:
         """Unscattered light of what is seen."""
-        return self.transmittance * self.L_end
+        return self.transmittance * (self.L_end + self.L_carried)
 
     @functools.cached_property
     def forward_scattered(self) -> Operand:
         """Light of the surroundings, blurred over what is seen by scattering at small angles."""
         share = forward_scattered_share(self.water, self.P, self.m)
         around = self.L_beyond * self.coverage * self.beyond + self.L_end * (1.0 - self.beyond)
-        return share * around
+        return share * (around + self.L_carried)
 
     @functools.cached_property
     def single_scattering(self) -> Operand:
@@ -118,7 +125,7 @@ class Pixel:
     @functools.cached_property
     def total(self) -> Operand:
         """Sum of the components."""
-        elastic = self.path + self.direct + self.forward_scattered
+        elastic = self.path + self.direct + self.forward_scattered + self.lamps
         return elastic if self.changed is None else elastic + self.inelastic
 
 

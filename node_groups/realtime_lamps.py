@@ -1,0 +1,300 @@
+"""Lamps in the water as node groups read them: one image, looped over.
+
+A row of the image holds the places of the quadratures; then come two rows for each lamp, its
+numbers and its profile. Light in the water, and on things, is computed for three bands at a
+time. Shadows are EEVEE's own: a lamp of one colour stands for each, so faint beside the sun
+that it is not seen on the scene's own materials, and a white surface reads it.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import bpy
+import numpy as np
+from numpy.typing import NDArray
+
+from ..uw_spectral.lamps.lamp import Lamp, lamp_disc, ray_past_lamp
+from ..uw_spectral.lamps.lamp_path import NODES as PATH_NODES
+from ..uw_spectral.lamps.lamp_path import gauss
+from ..uw_spectral.lamps.lamp_surface import patch_past_lamp, surface_irradiance
+from ..uw_spectral.lamps.multiple_scattering import HALO_NODES, LampWater, lamp_light
+from ..uw_spectral.lamps.profile import NO_EDGE, Profile, sample_place
+from ..uw_spectral.mathematics import NUMPY, Mathematics, Operand
+from ..uw_spectral.transfer.radiance_field import distance_in_water
+from ..uw_spectral.water.phase import Mixture, PhaseFunction
+from .loops import summed
+from .node_mathematics import MARK, NODES, Graph, NodeValue, new_group
+from .realtime_rays import camera_depth, camera_place, place_here, view_direction, view_distance
+from .texels import closest
+
+NAME = "UW Lamps"
+TRIPLE = "Triple"
+NORMAL, VISIBILITY = "Normal", "Lamp Visibility"
+_BANDS = ("b", "c", "bp", "cp", "K", "chi2")
+REACH, SUNLIT, CODE = "lamp reach", "lamps beside the sun", "lamp code"
+NUMBERS = (REACH, SUNLIT, CODE)
+"""Names of the numbers that are the same in every band."""
+SAMPLES = 256
+CODES = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+"""Colours of the lamps that cast shadows; the first is the sun's where it shines."""
+_POSITION, _AXIS, _FORM, _COLOUR, _INTENSITY = range(5)
+_OF_LAMP = 2  # rows
+_DARKEST = 1e-12
+
+
+def band_names(components: Sequence[PhaseFunction]) -> list[str]:
+    """Names of the quantities per band."""
+    parts = range(len(components)) if len(components) > 1 else ()
+    return [f"lamp {name}" for name in _BANDS] + [f"lamp phase {i}" for i in parts]
+
+
+def of_water(water: LampWater) -> dict[str, NDArray[np.float64]]:
+    """Return the quantities per band of a water."""
+    values = [getattr(water, name) for name in _BANDS]
+    if len(water.phase.components) > 1:
+        values += list(water.phase.weights)
+    return dict(zip(band_names(water.phase.components), values, strict=True))
+
+
+def new_image(lamps: int, triples: int) -> bpy.types.Image:
+    """Make the image of so many lamps and triples of bands, which are dark."""
+    size = max(SAMPLES, _INTENSITY + triples), 1 + _OF_LAMP * lamps
+    image = bpy.data.images.new(NAME, *size, alpha=True, float_buffer=True, is_data=True)
+    image.alpha_mode = "CHANNEL_PACKED"
+    image.use_half_precision = False  # numbers keep their digits
+    image[MARK] = True
+    return image
+
+
+def write_lamps(
+    image: bpy.types.Image, lamps: Sequence[Lamp], colours: Sequence[Sequence[float]]
+) -> None:
+    """Put lamps, and the colours of those that cast their shadows, into an image for as many."""
+    image.pixels.foreach_set(np.ravel(_pixels(image.size, lamps, colours)))
+    image.update()
+    # A file that is saved now opens with these pixels, without the extension.
+    image.pack()
+
+
+def _pixels(
+    size: Sequence[int], lamps: Sequence[Lamp], colours: Sequence[Sequence[float]]
+) -> NDArray[np.float32]:
+    width, height = size
+    out = np.zeros((height, width, 4), np.float32)
+    out[..., 3] = 1.0
+    row = np.concatenate([np.transpose(gauss(count)) for count in (PATH_NODES, HALO_NODES)])
+    out[0, : len(row), :2] = row
+    for index, (lamp, colour) in enumerate(zip(lamps, colours, strict=True)):
+        numbers, profile = out[1 + _OF_LAMP * index :][:_OF_LAMP]
+        edge = NO_EDGE if lamp.profile.edge is None else lamp.profile.edge
+        numbers[_POSITION, :3], numbers[_AXIS, :3] = lamp.position, lamp.axis
+        numbers[_FORM, :3] = lamp.radius, edge, lamp.profile.solid_angle
+        numbers[_COLOUR, :3] = colour
+        triples = np.pad(lamp.intensity, (0, -len(lamp.intensity) % 3), mode="edge").reshape(-1, 3)
+        numbers[_INTENSITY : _INTENSITY + len(triples), :3] = triples
+        profile[:SAMPLES, 0] = lamp.profile.sampled(SAMPLES)
+    return out
+
+
+@dataclass(frozen=True, eq=False)
+class _ImageProfile(Profile):
+    """The profile of a lamp in the image."""
+
+    graph: Graph
+    image: bpy.types.Image
+    row: NodeValue
+    cosine: NodeValue
+    integral: NodeValue
+
+    @property
+    def edge(self) -> NodeValue:
+        return self.cosine
+
+    @property
+    def solid_angle(self) -> NodeValue:
+        return self.integral
+
+    def value(self, cosine: Operand, m: Mathematics = NUMPY) -> Operand:
+        place = m.minimum(sample_place(cosine, SAMPLES, m), SAMPLES - 1.001)
+        below = self.graph.operation("FLOOR", (place,))
+        one, other = (
+            self.graph.components(closest(self.graph, self.image, column, self.row))[0]
+            for column in (below, below + 1.0)
+        )
+        return one + (place - below) * (other - one)
+
+
+@dataclass(frozen=True, eq=False)
+class _Table:
+    """Look-ups in the image in a node tree."""
+
+    graph: Graph
+    image: bpy.types.Image
+
+    @property
+    def count(self) -> int:
+        """Number of lamps."""
+        return self.image.size[1] // _OF_LAMP
+
+    def colour(self, index: NodeValue) -> NodeValue:
+        """Return the colour of the lamp that casts the shadows of one."""
+        return self._at(_COLOUR, self._row(index))
+
+    def lamp(self, index: NodeValue, triple: NodeValue | None = None) -> Lamp:
+        """Return a lamp, in three bands or of intensity 1."""
+        row = self._row(index)
+        position, axis, form = (
+            self.graph.components(self._at(column, row)) for column in (_POSITION, _AXIS, _FORM)
+        )
+        radius, edge, solid_angle = form
+        profile = _ImageProfile(self.graph, self.image, row + 1.0, edge, solid_angle)
+        intensity = 1.0 if triple is None else self._at(triple + float(_INTENSITY), row)
+        return Lamp(position, axis, intensity, profile, radius)
+
+    def integrate(
+        self, count: int, term: Callable[[Operand, Operand], tuple[Operand, ...]]
+    ) -> tuple[NodeValue, ...]:
+        """Add up terms of the places of a quadrature, as :func:`.gauss_sum` does."""
+        first = {PATH_NODES: 0.0, HALO_NODES: float(PATH_NODES)}[count]
+
+        def of_place(index: NodeValue) -> tuple[NodeValue, ...]:
+            place, share, _ = self.graph.components(self._at(index + first, 0.0))
+            return term(place, share)
+
+        return summed(self.graph, count, of_place)
+
+    def _at(self, column: NodeValue | float, row: NodeValue | float) -> NodeValue:
+        return closest(self.graph, self.image, column, row)
+
+    def _row(self, index: NodeValue) -> NodeValue:
+        return index * float(_OF_LAMP) + 1.0
+
+
+def build_path(
+    components: Sequence[PhaseFunction], image: bpy.types.Image, *, ahead: bool
+) -> bpy.types.ShaderNodeTree:
+    """Build the group of the light of lamps in the water before a thing, or up to the boundary.
+
+    Output: radiance of three bands, the lamps themselves included.
+    """
+    more = {"y_f": "NodeSocketFloat"} if ahead else {}
+    tree, graph, given = _group(f"{NAME} in the Water", components, more)
+    table, water = _Table(graph, image), _water(given, components)
+    w = view_direction(graph)
+    if ahead:
+        origin = camera_place(graph)
+        P = distance_in_water(camera_depth(graph), -w[2], given["y_f"], NODES)
+    else:
+        P = view_distance(graph)
+        origin = [x - along * P for x, along in zip(place_here(graph), w, strict=True)]
+
+    def of_lamp(index: NodeValue) -> tuple[NodeValue]:
+        lamp = table.lamp(index, given[TRIPLE])
+        ray = ray_past_lamp(lamp, origin, w, P, NODES)
+        once, more = lamp_light(lamp, ray, water, NODES, table.integrate)
+        return (once + more + lamp_disc(lamp, ray, water.c, NODES),)
+
+    return _finished(tree, graph, summed(graph, table.count, of_lamp)[0])
+
+
+def build_patch(
+    components: Sequence[PhaseFunction], image: bpy.types.Image
+) -> bpy.types.ShaderNodeTree:
+    """Build the group of the irradiance of lamps on a thing, in three bands."""
+    kinds: dict[str, str] = dict.fromkeys((NORMAL, VISIBILITY), "NodeSocketVector")
+    tree, graph, given = _group(f"{NAME} on Things", components, kinds)
+    table, water = _Table(graph, image), _water(given, components)
+    here, normal = place_here(graph), graph.components(given[NORMAL])
+
+    def of_lamp(index: NodeValue) -> tuple[NodeValue]:
+        lamp = table.lamp(index, given[TRIPLE])
+        patch = patch_past_lamp(lamp, here, normal, NODES)
+        direct, forward, diffuse = surface_irradiance(lamp, patch, water, NODES)
+        seen = given[VISIBILITY].dot(table.colour(index))
+        return ((direct + forward) * seen + diffuse,)
+
+    return _finished(tree, graph, summed(graph, table.count, of_lamp)[0])
+
+
+def visibility(
+    graph: Graph, numbers: bpy.types.NodeOutputs, image: bpy.types.Image, normal: NodeValue
+) -> NodeValue:
+    """Share of the lamps of each colour that the shaded point sees.
+
+    A white surface shows the faint lamps; without things in their way they would be as bright
+    as their inverse squares of the distance.
+    """
+    sunlit, code = (graph.term(numbers[name]) for name in (SUNLIT, CODE))
+    table, here, facing = _Table(graph, image), place_here(graph), graph.components(normal)
+
+    def of_lamp(index: NodeValue) -> tuple[NodeValue]:
+        lamp = dataclasses.replace(table.lamp(index), radius=0.0)
+        patch = patch_past_lamp(lamp, here, facing, NODES)
+        bright = NODES.maximum(patch.cosine, 0.0) / (patch.r * patch.r)
+        return (table.colour(index) * bright,)
+
+    (expected,) = summed(graph, table.count, of_lamp)
+    white = graph.node("ShaderNodeBsdfDiffuse")
+    white.inputs["Color"].default_value = (1.0, 1.0, 1.0, 1.0)
+    graph.assign(normal, white.inputs["Normal"])
+    lit = graph.node("ShaderNodeShaderToRGB")
+    graph.tree.links.new(white.outputs[0], lit.inputs[0])
+    seen = graph.term(lit.outputs["Color"])
+    sun = graph.components(seen)[0] * sunlit
+    found = (seen - sun) * (math.pi / code) / NODES.maximum(expected, _DARKEST)
+    return NODES.clamp(found, 0.0, 1.0)
+
+
+def shadow_lamps(count: int) -> list[bpy.types.Light]:
+    """Make the lamps that cast the shadows; see :func:`write_shadow_lamp`."""
+    made = []
+    for _ in range(count):
+        light = bpy.data.lights.new(NAME, "POINT")
+        light.specular_factor = light.transmission_factor = light.volume_factor = 0.0
+        light.use_custom_distance, light.cutoff_distance = True, _REACH_OF_SHADOWS
+        made.append(light)
+    return made
+
+
+_REACH_OF_SHADOWS = 1e4  # m
+
+
+def write_shadow_lamp(
+    light: bpy.types.PointLight, lamp: Lamp, colour: Sequence[float], code: float
+) -> None:
+    """Give a lamp that casts shadows its colour, its faint intensity and its size."""
+    light.color, light.energy = colour, 4.0 * math.pi * code
+    light.shadow_soft_size = float(lamp.radius)
+
+
+def _group(
+    name: str, components: Sequence[PhaseFunction], more: dict[str, str]
+) -> tuple[bpy.types.ShaderNodeTree, Graph, dict[str, NodeValue]]:
+    tree = new_group(name)
+    kinds = dict.fromkeys((TRIPLE, REACH), "NodeSocketFloat")
+    kinds |= dict.fromkeys(band_names(components), "NodeSocketVector") | more
+    for socket, kind in kinds.items():
+        tree.interface.new_socket(socket, in_out="INPUT", socket_type=kind)
+    graph = Graph(tree)
+    outputs = graph.node("NodeGroupInput").outputs
+    return tree, graph, {s.name: graph.term(s) for s in outputs if s.name}
+
+
+def _finished(
+    tree: bpy.types.ShaderNodeTree, graph: Graph, result: NodeValue
+) -> bpy.types.ShaderNodeTree:
+    tree.interface.new_socket("Light", in_out="OUTPUT", socket_type="NodeSocketVector")
+    graph.assign(result, graph.node("NodeGroupOutput").inputs[0])
+    return tree
+
+
+def _water(given: dict[str, NodeValue], components: Sequence[PhaseFunction]) -> LampWater:
+    bands = {name: given[f"lamp {name}"] for name in _BANDS}
+    weights: tuple[Operand, ...] = (1.0,)
+    if len(components) > 1:
+        weights = tuple(given[f"lamp phase {i}"] for i in range(len(components)))
+    return LampWater(**bands, phase=Mixture(tuple(components), weights), reach=given[REACH])

@@ -1,0 +1,55 @@
+"""A lamp in the water for Cycles: radiant intensity per band, by its profile."""
+
+from __future__ import annotations
+
+import math
+
+import bpy
+
+from ..uw_spectral.lamps.lamp import Lamp
+from . import attributes
+from .node_mathematics import NODES, Graph
+
+NAME = "UW Lamp"
+
+
+def build(index: int, lamp: Lamp, like: bpy.types.Light) -> bpy.types.Light:
+    """Build a lamp that shines along its own -z.
+
+    Parameters
+    ----------
+    index : int
+        Of its intensity among the values of a pass.
+    lamp : Lamp
+        Its profile and its size.
+    like : Light
+        The user's; an area lamp keeps its shape.
+    """
+    if like.type == "AREA":
+        light = _area(like)
+    else:
+        light = bpy.data.lights.new(NAME, "POINT")
+        light.shadow_soft_size, light.energy = float(lamp.radius), 4.0 * math.pi
+    tree = light.node_tree
+    tree.nodes.clear()
+    graph = Graph(tree)
+    attribute = graph.node(
+        "ShaderNodeAttribute", attribute_type="VIEW_LAYER", attribute_name=attributes.lamp(index)
+    )
+    emission = graph.node("ShaderNodeEmission")
+    tree.links.new(attribute.outputs["Color"], emission.inputs["Color"])
+    if like.type != "AREA":
+        # The normal of a point lamp's texture is the direction it shines in, in its own axes.
+        here = graph.node("ShaderNodeTexCoord").outputs["Normal"]
+        _, _, up = graph.components(graph.term(here))
+        graph.assign(lamp.profile.value(-up, NODES), emission.inputs["Strength"])
+    output = graph.node("ShaderNodeOutputLight")
+    tree.links.new(emission.outputs[0], output.inputs["Surface"])
+    return light
+
+
+def _area(like: bpy.types.AreaLight) -> bpy.types.AreaLight:
+    light = bpy.data.lights.new(NAME, "AREA")
+    light.energy = math.pi
+    light.shape, light.size, light.size_y = like.shape, like.size, like.size_y
+    return light

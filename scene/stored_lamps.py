@@ -1,0 +1,71 @@
+"""What a lamp stores besides Blender's own properties: ``light.underwater``."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import bpy
+
+from ..uw_spectral.lamps.emission import LUMENS, WATTS
+
+PROPERTY = "underwater"
+
+OnChange = Callable[[bpy.types.PropertyGroup, bpy.types.Context], None]
+_CLASS = "UnderwaterLamp"
+
+
+@dataclass(frozen=True)
+class LampSettings:
+    """Spectrum, unit of the power and angular profile of a lamp."""
+
+    spectrum: str = ""
+    unit: str = WATTS
+    profile: str = ""
+
+
+def register(on_change: OnChange | None = None) -> None:
+    """Add ``light.underwater``; ``on_change`` gets the group and the context."""
+    properties = {
+        "spectrum": bpy.props.StringProperty(
+            name="Spectrum",
+            description="Light that the lamp emits: led, led-warm, halogen, hid, blackbody:5600, "
+            "another light source by name, or file:PATH with wavelength_nm, power. Empty: the "
+            "lamp's colour",
+            update=on_change,
+        ),
+        "unit": bpy.props.EnumProperty(
+            name="Power in",
+            description="Unit of the lamp's power, where it has a spectrum",
+            items=[
+                (WATTS, "Watt", "Radiant power of the whole spectrum"),
+                (LUMENS, "Lumen", "Luminous flux"),
+            ],
+            update=on_change,
+        ),
+        "profile": bpy.props.StringProperty(
+            name="Profile",
+            description="Directions that the lamp shines in: rov (measured), an IES file, or a "
+            "table angle_deg, intensity. Empty: as Blender has it",
+            subtype="FILE_PATH",
+            update=on_change,
+        ),
+    }
+    description = {"__doc__": "What a lamp stores.", "__annotations__": properties}
+    group = type(_CLASS, (bpy.types.PropertyGroup,), description)
+    bpy.utils.register_class(group)
+    setattr(bpy.types.Light, PROPERTY, bpy.props.PointerProperty(type=group))
+
+
+def unregister() -> None:
+    """Take ``light.underwater`` away; the values stay in the file."""
+    delattr(bpy.types.Light, PROPERTY)
+    bpy.utils.unregister_class(bpy.types.PropertyGroup.bl_rna_get_subclass_py(_CLASS))
+
+
+def stored_lamp(light: bpy.types.Light) -> LampSettings:
+    """Return what a lamp stores."""
+    group = getattr(light, PROPERTY, None)
+    if group is None:
+        return LampSettings()
+    return LampSettings(group.spectrum.strip(), group.unit, group.profile.strip())
