@@ -41,7 +41,7 @@ NUMBERS = (REACH, SUNLIT, CODE)
 SAMPLES = 256
 CODES = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 """Colours of the lamps that cast shadows; the first is the sun's where it shines."""
-_POSITION, _AXIS, _FORM, _COLOUR, _INTENSITY = range(5)
+_POSITION, _AXIS, _FORM, _COLOUR, _SEEN, _INTENSITY = range(6)
 _OF_LAMP = 2  # rows
 _DARKEST = 1e-12
 
@@ -93,7 +93,7 @@ def _pixels(
         edge = NO_EDGE if lamp.profile.edge is None else lamp.profile.edge
         numbers[_POSITION, :3], numbers[_AXIS, :3] = lamp.position, lamp.axis
         numbers[_FORM, :3] = lamp.radius, edge, lamp.profile.solid_angle
-        numbers[_COLOUR, :3] = colour
+        numbers[_COLOUR, :3], numbers[_SEEN, :3] = colour, lamp.seen
         triples = np.pad(lamp.intensity, (0, -len(lamp.intensity) % 3), mode="edge").reshape(-1, 3)
         numbers[_INTENSITY : _INTENSITY + len(triples), :3] = triples
         profile[:SAMPLES, 0] = lamp.profile.sampled(SAMPLES)
@@ -153,7 +153,8 @@ class _Table:
         radius, edge, solid_angle = form
         profile = _ImageProfile(self.graph, self.image, row + 1.0, edge, solid_angle)
         intensity = 1.0 if triple is None else self._at(triple + float(_INTENSITY), row)
-        return Lamp(position, axis, intensity, profile, radius)
+        seen = self.graph.components(self._at(_SEEN, row))[0]
+        return Lamp(position, axis, intensity, profile, radius, seen)
 
     def integrate(
         self, count: int, term: Callable[[Operand, Operand], tuple[Operand, ...]]

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 
 import bpy
+from mathutils import Vector
 
 from ..uw_spectral.errors import InputError
 
@@ -51,3 +53,46 @@ def camera_depth(camera: bpy.types.Object, floor_depth: float) -> float:
             f"{depth:g} m depth at frame {frame}; give a larger --floor-depth"
         )
     return depth
+
+
+def camera_rays(
+    scene: bpy.types.Scene, camera: bpy.types.Object, width: int, height: int
+) -> Iterator[tuple[Vector, Vector]]:
+    """Yield origin and unit direction of as many rays, spread over a picture.
+
+    A panorama's are spread over the sphere, or over the cone of a fisheye.
+    """
+    place = camera.matrix_world
+    turn = place.to_quaternion()
+    data = camera.data
+    if data.type == "PANO":
+        for direction in _sphere(width * height, _panorama_angle(data)):
+            yield place.translation.copy(), turn @ direction
+        return
+    corner, _, opposite, left = (
+        Vector(c) for c in data.view_frame(scene=scene)
+    )  # right top, right bottom, left bottom, left top
+    for row in range(height):
+        for column in range(width):
+            across, down = (column + 0.5) / width, (row + 0.5) / height
+            at = left + (corner - left) * across + (opposite - left) * down
+            if data.type == "ORTHO":
+                yield place @ Vector((at.x, at.y, 0.0)), turn @ Vector((0.0, 0.0, -1.0))
+            else:
+                yield place.translation.copy(), turn @ at.normalized()
+
+
+def _panorama_angle(data: bpy.types.Camera) -> float:
+    """Half the angle of the cone that a panorama shows."""
+    if data.panorama_type.startswith("FISHEYE_EQUI"):
+        return min(data.fisheye_fov / 2, math.pi)
+    return math.pi
+
+
+def _sphere(count: int, half_angle: float) -> Iterator[Vector]:
+    """Directions spread evenly over a cone about -z (a spiral by the golden angle)."""
+    golden = math.pi * (3 - math.sqrt(5))
+    for i in range(count):
+        z = 1 - (1 - math.cos(half_angle)) * (i + 0.5) / count
+        side = math.sqrt(max(1 - z * z, 0.0))
+        yield Vector((side * math.cos(golden * i), side * math.sin(golden * i), -z))

@@ -97,6 +97,8 @@ def add_water(
     filling = scene_water.Filling(world, [sun, *lit], floor, objects, images, parts)
     notes += [*lamps.notes, *scene_water.add(scene, filling, column, extent)]
     scene_water.follow(scene, lamps.objects)
+    for item, lamp in zip(scene_water.followers(scene), lamps.lamps, strict=True):
+        item.visible_camera = bool(lamp.seen)
     for item in scene_water.objects(scene):
         if item.get(scene_water.IS_SUN):
             # A refracted ray must not meet the disc: the lamp's shadow rays bring the sun already.

@@ -31,15 +31,16 @@ from ..uw_spectral.lamps.profile import (
 )
 from ..uw_spectral.spectra.bands import Bands
 from ..uw_spectral.spectra.illuminant import RELATIVE, full_sun
-from . import scene_water
-from .stored_lamps import stored_lamp
+from . import cameras, scene_water
+from .stored_lamps import ROV, stored_lamp
 
 KINDS = ("POINT", "SPOT", "AREA")
 """Types of Blender's lights that light the water; the sun is the water's own."""
-ROV = "rov"
 _POINTS = 24
 """Of a measured profile."""
 _LAMBERT = TableProfile(np.array([0.0, 1.0]), np.array([0.0, 1.0]))
+_RAYS = (12, 8)
+_LAYERS, _STEP = 4, 1e-3  # of the water's own things that a ray passes; m behind each
 _FORM = ("shadow_soft_size", "spot_size", "spot_blend", "shape", "size", "size_y")
 _DOWN = Vector((0.0, 0.0, -1.0))
 
@@ -104,6 +105,22 @@ def lamps_of(scene: bpy.types.Scene, bands: Bands, unit: str) -> SceneLamps:
     return SceneLamps(tuple(objects), tuple(lamps), tuple(notes))
 
 
+def seen_places(scene: bpy.types.Scene, camera: bpy.types.Object) -> list[tuple[float, ...]]:
+    """Return places on the things that a camera sees, by a few rays."""
+    depsgraph, found = bpy.context.evaluated_depsgraph_get(), []
+    for origin, direction in cameras.camera_rays(scene, camera, *_RAYS):
+        start = origin
+        for _ in range(_LAYERS):
+            hit, place, _, _, item, _ = scene.ray_cast(depsgraph, start, direction)
+            if not hit:
+                break
+            if not scene_water.is_ours(item):
+                found.append(tuple(place))
+                break
+            start = place + direction * _STEP
+    return found
+
+
 def state(scene: bpy.types.Scene) -> tuple[object, ...]:
     """Return all that the light of a scene's lamps depends on, to be compared."""
     found = []
@@ -111,7 +128,7 @@ def state(scene: bpy.types.Scene) -> tuple[object, ...]:
         light = item.data
         numbers = (
             light.energy, light.exposure, *light.color, light.use_temperature, light.temperature,
-            *(x for row in item.matrix_world for x in row),
+            item.visible_camera, *(x for row in item.matrix_world for x in row),
         )  # fmt: skip
         form = [getattr(light, name, 0.0) for name in _FORM]
         found.append((item.name_full, light.type, stored_lamp(light), *numbers, *form))
@@ -139,7 +156,8 @@ def _lamp(item: bpy.types.Object, bands: Bands, unit: str) -> Lamp:
         intensity = gain * intensity_of_colour(colour, power, bands)
     place = item.matrix_world
     axis = (place.to_3x3() @ _DOWN).normalized()
-    return Lamp(tuple(place.translation), tuple(axis), intensity, profile, _radius(light, place))
+    radius, seen = _radius(light, place), float(item.visible_camera)
+    return Lamp(tuple(place.translation), tuple(axis), intensity, profile, radius, seen)
 
 
 def _absolute(text: str) -> str:

@@ -44,7 +44,7 @@ from ..uw_spectral.water.phase import BandPhase
 from ..uw_spectral.water.shared_phase import LARGEST_SPREAD, alike, with_mean_of
 from . import band_colors, shade
 from .cycles_phase import CyclesPhase, cycles_phase
-from .lamps import SceneLamps, lamps_of
+from .lamps import SceneLamps, lamps_of, seen_places
 from .pass_values import PassValues
 from .realtime import MOST_BANDS, MOST_CLOSED_FORM_BANDS, RealtimeWater, realtime_water
 from .settings import AUTO, BOUNDED, CONSTITUENTS, DEFAULT_PHASE, OPTIMISED, SOLVED, SceneSettings
@@ -190,7 +190,7 @@ class RenderPlan(ResolvedOptics):
         place = tuple(camera.matrix_world.translation)
         here = self.column.layer_at(max(-place[2], 0.0), self.phase)
         water = lamp_water(here.absorption, here.scattering, here.phase)
-        return lamplight(lamps, water, place)
+        return lamplight(lamps, water, place, seen_places(scene, camera))
 
     def _over(self, around: Surroundings | None) -> RenderPlan:
         """Return the plan over the scene's own ground, if there is any and no floor is added."""

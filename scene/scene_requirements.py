@@ -7,13 +7,12 @@ taken for their material's plain colour, lamps and glass for nothing special.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 import bpy
 import numpy as np
-from mathutils import Vector
 from numpy.typing import NDArray
 
 from ..quality.combinations import RAYS, BandChoice, Workload
@@ -24,7 +23,7 @@ from ..quality.terms import TERMS, settings_of, switched_on
 from ..uw_spectral.imaging.description import REFERENCE_BANDS
 from ..uw_spectral.transfer.light_cone import LightCone, light_cone
 from ..uw_spectral.transfer.water_column import WaterColumn
-from . import moving_surface, scene_water
+from . import cameras, moving_surface, scene_water
 from .cameras import camera_depth
 from .mean_colours import mean_colour
 from .ray_casting import Meshes
@@ -204,7 +203,7 @@ def _first_seen(
     """What a picture shows, its shadows not looked for yet."""
     origin, direction = (
         np.array(vectors, dtype=np.float64)
-        for vectors in zip(*camera_rays(scene, camera), strict=True)
+        for vectors in zip(*cameras.camera_rays(scene, camera, _WIDTH, _HEIGHT), strict=True)
     )
     count = len(origin)
     hits = meshes.first(origin, direction, _to_surface(origin, direction))
@@ -245,49 +244,6 @@ def _to_surface(origin: NDArray[np.float64], direction: NDArray[np.float64]) -> 
 def _along(distance: NDArray[np.float64], speed: NDArray[np.float64]) -> NDArray[np.float64]:
     away = speed <= 0
     return np.where(away, np.inf, distance / np.where(away, 1.0, speed))
-
-
-def camera_rays(
-    scene: bpy.types.Scene, camera: bpy.types.Object
-) -> Iterator[tuple[Vector, Vector]]:
-    """Yield origin and unit direction of rays that are spread over a picture.
-
-    A panorama's are spread over the sphere, or over the cone of a fisheye.
-    """
-    place = camera.matrix_world
-    turn = place.to_quaternion()
-    data = camera.data
-    if data.type == "PANO":
-        for direction in _sphere(_WIDTH * _HEIGHT, _panorama_angle(data)):
-            yield place.translation.copy(), turn @ direction
-        return
-    corner, _, opposite, left = (
-        Vector(c) for c in data.view_frame(scene=scene)
-    )  # right top, right bottom, left bottom, left top
-    for row in range(_HEIGHT):
-        for column in range(_WIDTH):
-            across, down = (column + 0.5) / _WIDTH, (row + 0.5) / _HEIGHT
-            at = left + (corner - left) * across + (opposite - left) * down
-            if data.type == "ORTHO":
-                yield place @ Vector((at.x, at.y, 0.0)), turn @ Vector((0.0, 0.0, -1.0))
-            else:
-                yield place.translation.copy(), turn @ at.normalized()
-
-
-def _panorama_angle(data: bpy.types.Camera) -> float:
-    """Half the angle of the cone that a panorama shows."""
-    if data.panorama_type.startswith("FISHEYE_EQUI"):
-        return min(data.fisheye_fov / 2, math.pi)
-    return math.pi
-
-
-def _sphere(count: int, half_angle: float) -> Iterator[Vector]:
-    """Directions spread evenly over a cone about -z (a spiral by the golden angle)."""
-    golden = math.pi * (3 - math.sqrt(5))
-    for i in range(count):
-        z = 1 - (1 - math.cos(half_angle)) * (i + 0.5) / count
-        side = math.sqrt(max(1 - z * z, 0.0))
-        yield Vector((side * math.cos(golden * i), side * math.sin(golden * i), -z))
 
 
 def _sampled(frames: Sequence[int]) -> list[int]:

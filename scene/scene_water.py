@@ -33,6 +33,8 @@ FLOOR = "uw_floor"
 """Part that is the material of the added floor."""
 _CAUSTICS, _SLOPES = "uw_caustics", "uw_slopes"
 _FOLLOWS = "uw_follows"
+_DIMMED = "uw_dimmed"
+_FACTORS = ("diffuse_factor", "specular_factor", "transmission_factor", "volume_factor")
 _WORLD = "uw_own_world"
 _HIDDEN = "uw_hidden"
 _FLOOR_DEPTH = "uw_floor_depth"
@@ -294,7 +296,14 @@ def _hide_lamps(scene: bpy.types.Scene) -> list[str]:
             notes.append(f"lamp {item.name!r} is linked and cannot be hidden; make it local")
             continue
         item[_HIDDEN] = [item.hide_render, item.hide_viewport]
-        item.hide_render = item.hide_viewport = True
+        item.hide_render = True
+        if item.data.type == "SUN" or not item.data.is_editable:
+            item.hide_viewport = True
+        elif _DIMMED not in item.data:
+            # It lights nothing by itself, but can be seen and moved.
+            item.data[_DIMMED] = [getattr(item.data, name) for name in _FACTORS]
+            for name in _FACTORS:
+                setattr(item.data, name, 0.0)
     return list(dict.fromkeys(notes))
 
 
@@ -312,6 +321,11 @@ def _let_go() -> None:
         elif _HIDDEN in item and item not in lamps:
             item.hide_render, item.hide_viewport = (bool(x) for x in item[_HIDDEN])
             del item[_HIDDEN]
+    dark = {item.data for item in lamps if _HIDDEN in item}
+    for light in [light for light in bpy.data.lights if _DIMMED in light and light not in dark]:
+        for name, value in zip(_FACTORS, light[_DIMMED], strict=True):
+            setattr(light, name, value)
+        del light[_DIMMED]
     lit, routed = {}, set()
     for scene, water in waters.items():
         materials = set(contents.materials(scene))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import bpy
@@ -10,8 +9,9 @@ import bpy
 from ..uw_spectral.lamps.emission import LUMENS, WATTS
 
 PROPERTY = "underwater"
+ROV = "rov"
+"""Profile of a measured lamp."""
 
-OnChange = Callable[[bpy.types.PropertyGroup, bpy.types.Context], None]
 _CLASS = "UnderwaterLamp"
 
 
@@ -24,15 +24,14 @@ class LampSettings:
     profile: str = ""
 
 
-def register(on_change: OnChange | None = None) -> None:
-    """Add ``light.underwater``; ``on_change`` gets the group and the context."""
+def register() -> None:
+    """Add ``light.underwater``."""
     properties = {
         "spectrum": bpy.props.StringProperty(
             name="Spectrum",
             description="Light that the lamp emits: led, led-warm, halogen, hid, blackbody:5600, "
             "another light source by name, or file:PATH with wavelength_nm, power. Empty: the "
             "lamp's colour",
-            update=on_change,
         ),
         "unit": bpy.props.EnumProperty(
             name="Power in",
@@ -41,14 +40,12 @@ def register(on_change: OnChange | None = None) -> None:
                 (WATTS, "Watt", "Radiant power of the whole spectrum"),
                 (LUMENS, "Lumen", "Luminous flux"),
             ],
-            update=on_change,
         ),
         "profile": bpy.props.StringProperty(
             name="Profile",
             description="Directions that the lamp shines in: rov (measured), an IES file, or a "
             "table angle_deg, intensity. Empty: as Blender has it",
             subtype="FILE_PATH",
-            update=on_change,
         ),
     }
     description = {"__doc__": "What a lamp stores.", "__annotations__": properties}

@@ -49,7 +49,7 @@ def register(on_change: OnChange | None = None) -> None:
     group = type(_CLASS, (bpy.types.PropertyGroup,), description)
     bpy.utils.register_class(group)
     setattr(bpy.types.Scene, PROPERTY, bpy.props.PointerProperty(type=group))
-    stored_lamps.register(on_change)
+    stored_lamps.register()
 
 
 def unregister() -> None:

@@ -13,6 +13,7 @@ from typing import override
 import bpy
 from bpy_extras.io_utils import ImportHelper
 
+from ..scene import lamp_rigs
 from ..scene import stored_settings as optics
 from ..scene.session import is_live
 from ..uw_spectral.errors import InputError
@@ -158,6 +159,34 @@ class Submerge(_Operator):
         context.view_layer.update()
         live.lower(context.scene, self.depth + context.scene.camera.matrix_world.translation.z)
         context.view_layer.update()
+
+
+class AddLamps(_Operator):
+    """Hangs lamps on the camera."""
+
+    bl_idname = "underwater.add_lamps"
+    bl_label = "Add Lamps"
+    bl_description = "Hang a torch, strobes or the lights of a vehicle on the camera"
+
+    rig: bpy.props.EnumProperty(
+        name="Lamps",
+        description="What to add",
+        items=[(name, rig.label, "") for name, rig in lamp_rigs.RIGS.items()],
+        default="rov2",
+    )
+
+    @classmethod
+    @override
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return context.scene.camera is not None
+
+    @override
+    def run(self, context: bpy.types.Context) -> None:
+        lamp_rigs.add_rig(context.scene, self.rig)
+        if is_live(context.scene):
+            from ..scene import live
+
+            live.update(context.scene)
 
 
 class OpenWater(_Operator, ImportHelper):
@@ -415,6 +444,7 @@ CLASSES = (
     RemoveWater,
     Rebuild,
     Submerge,
+    AddLamps,
     OpenWater,
     OpenSensor,
     ChooseSensor,

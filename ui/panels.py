@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, override
 import bpy
 
 from ..quality.terms import TERMS
+from ..scene import stored_lamps, units
 from ..scene import stored_settings as optics
-from ..scene import units
 from ..scene.session import is_live
 from ..scene.settings import METHODS
 from . import migration, presets, previews, property_group
@@ -251,6 +251,35 @@ class SunPanel(_SubPanel, bpy.types.Panel):
         column.prop(water, "refractive_index", text="Index")
 
 
+class LampsPanel(_SubPanel, bpy.types.Panel):
+    """Torches, strobes and lights of vehicles, and how much sun there is beside them."""
+
+    bl_idname = "UNDERWATER_PT_lamps"
+    bl_label = "Lamps"
+    bl_options = {"DEFAULT_CLOSED"}  # noqa: RUF012 - as Blender wants it
+
+    @override
+    def draw(self, context: bpy.types.Context) -> None:
+        from ..scene import lamps
+
+        column = self.column()
+        column.prop(_water(context), "sunlight", text="Sunlight")
+        column.operator_menu_enum("underwater.add_lamps", "rig", icon="LIGHT_SPOT")
+        for item in lamps.objects_of(context.scene):
+            light = item.data
+            box = column.box().column()
+            box.label(text=item.name, icon=f"LIGHT_{light.type}")
+            own = getattr(light, stored_lamps.PROPERTY)
+            box.prop(light, "energy", text=f"Power ({own.unit if own.spectrum else 'W'})")
+            box.prop(own, "spectrum")
+            if own.spectrum:
+                box.prop(own, "unit")
+            else:
+                box.prop(light, "color")
+            box.prop(own, "profile")
+            box.prop(item, "visible_camera", text="Itself Seen")
+
+
 class SensorPanel(_SubPanel, bpy.types.Panel):
     """The camera's spectral sensitivities and the development."""
 
@@ -392,6 +421,7 @@ CLASSES = (
     DepthPanel,
     WavesPanel,
     SunPanel,
+    LampsPanel,
     SensorPanel,
     QualityPanel,
     ReadoutsPanel,

@@ -11,7 +11,7 @@ import pytest
 from mathutils import Vector
 from underwater_spectral.node_groups.node_mathematics import MARK
 from underwater_spectral.quality import requirements
-from underwater_spectral.scene import batch, scene_requirements, settings, stored_settings
+from underwater_spectral.scene import batch, cameras, scene_requirements, settings, stored_settings
 from underwater_spectral.scene.settings import SceneSettings
 from underwater_spectral.tests.scene import scenes
 from underwater_spectral.tests.scene.columns import grey_column
@@ -111,7 +111,7 @@ def test_rays_of_a_perspective_camera_fill_its_view():
     scene, camera = _scene()
     camera.data.angle = math.radians(60)
     scene.render.resolution_x, scene.render.resolution_y = 100, 100
-    rays = [w for _, w in scene_requirements.camera_rays(scene, camera)]
+    rays = [w for _, w in cameras.camera_rays(scene, camera, 48, 27)]
     widest = max(abs(w.x / w.y) for w in rays)
     assert 0.9 * math.tan(math.radians(30)) < widest < math.tan(math.radians(30))
 
@@ -119,7 +119,7 @@ def test_rays_of_a_perspective_camera_fill_its_view():
 def test_rays_of_an_orthographic_camera_are_parallel():
     scene, camera = _scene()
     camera.data.type, camera.data.ortho_scale = "ORTHO", 4.0
-    rays = list(scene_requirements.camera_rays(scene, camera))
+    rays = list(cameras.camera_rays(scene, camera, 48, 27))
     assert all((w - Vector((0, 1, 0))).length < 1e-6 for _, w in rays)
     across = [o.x for o, _ in rays]
     assert 3.5 < max(across) - min(across) < 4.0
@@ -130,10 +130,10 @@ def test_rays_of_an_orthographic_camera_are_parallel():
 def test_rays_of_a_panorama_look_everywhere():
     scene, camera = _scene()
     camera.data.type, camera.data.panorama_type = "PANO", "EQUIRECTANGULAR"
-    rays = np.array([w for _, w in scene_requirements.camera_rays(scene, camera)])
+    rays = np.array([w for _, w in cameras.camera_rays(scene, camera, 48, 27)])
     assert np.abs(rays.mean(axis=0)).max() < 0.01
     camera.data.panorama_type, camera.data.fisheye_fov = "FISHEYE_EQUIDISTANT", math.radians(90)
-    rays = np.array([w for _, w in scene_requirements.camera_rays(scene, camera)])
+    rays = np.array([w for _, w in cameras.camera_rays(scene, camera, 48, 27)])
     assert rays[:, 1].min() == pytest.approx(math.cos(math.radians(45)), abs=0.01)
 
 

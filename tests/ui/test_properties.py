@@ -51,6 +51,7 @@ _REFUSED = {
     ("range_start", 830): "is empty",
     ("range_end", 300): "is empty",
     ("range_end", 830): "nm",  # beyond the tables of the water
+    ("sunlight", 0): "no light",  # at night something else must shine
     ("bands", 1): "too saturated",  # one band has no colour to balance
 }
 

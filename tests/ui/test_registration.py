@@ -27,7 +27,7 @@ print("FOUND " + json.dumps({"loaded": loaded, "data": data}))
 # Of what renders, enabling loads only what the panel stores and the table of terms.
 LIGHT = {
     *("scene", "scene.session", "scene.settings", "scene.stored_settings", "scene.units"),
-    *("quality", "quality.terms"),
+    *("scene.lamp_rigs", "scene.stored_lamps", "quality", "quality.terms"),
 }
 HEAVY = {"colour", "jerlov", "nodebpy", "OpenImageIO", "scipy"}
 

@@ -32,6 +32,8 @@ class Lamp:
         Of the angle from the axis.
     radius : float
         Of what emits, m; nothing is nearer to the lamp than this.
+    seen : float
+        1 where the lamp itself is seen, 0 where only its light is.
     """
 
     position: Sequence[Operand]
@@ -39,6 +41,7 @@ class Lamp:
     intensity: Operand
     profile: Profile = dataclasses.field(default_factory=IsotropicProfile)
     radius: Operand = 0.01
+    seen: Operand = 1.0
 
     def towards(
         self, point: Sequence[Operand], m: Mathematics = NUMPY
@@ -134,6 +137,6 @@ def lamp_disc(lamp: Lamp, ray: RayPastLamp, c: Operand, m: Mathematics = NUMPY) 
     11.71
     """
     met = m.less(ray.offset, lamp.radius) * m.less(ray.near, 0.0) * m.less(0.0, ray.far)
-    shining = lamp.profile.value(0.0 - ray.along, m) * met
+    shining = lamp.profile.value(0.0 - ray.along, m) * met * lamp.seen
     area = math.pi * lamp.radius * lamp.radius + _SMALLEST * _SMALLEST
     return lamp.intensity * m.exp(-c * m.maximum(ray.t0, 0.0)) * (shining / area)

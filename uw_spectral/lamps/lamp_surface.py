@@ -13,7 +13,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from ..mathematics import NUMPY, Mathematics, Operand, dot
 from .lamp import Lamp
@@ -25,12 +25,16 @@ _FAINTEST = 0.05
 
 
 def lamplight(
-    lamps: Sequence[Lamp], water: LampWater, camera: Sequence[float]
+    lamps: Sequence[Lamp],
+    water: LampWater,
+    camera: Sequence[float],
+    seen: ArrayLike = (),
 ) -> NDArray[np.float64]:
     """Irradiance of lamps by which a camera exposes.
 
-    That of a surface which faces each lamp, on its axis at the usual distance, dimmed by the
-    water from there to the camera, at most to a twentieth.
+    The mean of the brightest quarter of places that it sees, on surfaces that face the lamp,
+    dimmed by the water from there to the camera. Where it sees nothing lit: that of a surface
+    on each lamp's axis at the usual distance, dimmed likewise, at most to a twentieth.
 
     Parameters
     ----------
@@ -38,20 +42,42 @@ def lamplight(
     water : LampWater
     camera : sequence of 3
         Its place, m.
+    seen : array_like, shape (k, 3)
+        Places on things in the picture, m.
 
     Returns
     -------
     array, shape (n,)
     """
+    places = np.asarray(seen, dtype=np.float64).reshape(-1, 3)
+    if len(places):
+        E = sum(_facing(lamp, places, water) for lamp in lamps)
+        E = E * _dimmed(places, water, camera)
+        order = np.argsort(E.mean(axis=-1))[::-1]
+        brightest = E[order[: max(len(order) // 4, 1)]].mean(axis=0)
+        if brightest.max() > 0:
+            return brightest
     total = np.zeros(np.shape(water.c))
     for lamp in lamps:
-        axis = np.array(lamp.axis)
-        place = np.array(lamp.position) + USUAL_DISTANCE * axis
-        patch = patch_past_lamp(lamp, place.tolist(), (-axis).tolist())
-        E = sum(surface_irradiance(lamp, patch, water))
-        away = float(np.linalg.norm(place - np.array(camera)))
-        total = total + E * np.maximum(np.exp(-water.cp * away), _FAINTEST)
+        place = (np.array(lamp.position) + USUAL_DISTANCE * np.array(lamp.axis))[None]
+        dimmed = np.maximum(_dimmed(place, water, camera), _FAINTEST)
+        total = total + (_facing(lamp, place, water) * dimmed)[0]
     return total
+
+
+def _facing(lamp: Lamp, places: NDArray[np.float64], water: LampWater) -> NDArray[np.float64]:
+    """Irradiance on surfaces that face a lamp, shape (k, n)."""
+    columns = tuple(places.T[..., None])
+    _, u = lamp.towards(columns)
+    patch = patch_past_lamp(lamp, columns, tuple(-x for x in u))
+    return np.asarray(sum(surface_irradiance(lamp, patch, water)))
+
+
+def _dimmed(
+    places: NDArray[np.float64], water: LampWater, camera: Sequence[float]
+) -> NDArray[np.float64]:
+    away = np.linalg.norm(places - np.array(camera), axis=-1)
+    return np.exp(-water.cp * away[:, None])
 
 
 @dataclass(frozen=True, eq=False)

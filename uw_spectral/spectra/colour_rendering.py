@@ -222,7 +222,9 @@ def auto_exposure_stops(
     """
     now = float(luminance(reduction.apply(np.asarray(depth_white) / math.pi)))
     if not (math.isfinite(now) and now > _DARKEST):
-        raise InputError("automatic exposure: no light at that depth; set the exposure in stops")
+        raise InputError(
+            "automatic exposure: no light at that depth; add lamps, or set the exposure in stops"
+        )
     return math.log2(target / now)
 
 

@@ -198,7 +198,7 @@ def full_sun() -> float:
     1.34
     """
     table = shipped_table("surface_irradiance.csv")
-    return float(table.spectrum("g173_direct_normal", "AM 1.5 sun").at(_REFERENCE_WAVELENGTH))
+    return float(table.spectrum("g173_direct_normal", "AM 1.5 sun").at([_REFERENCE_WAVELENGTH])[0])
 
 
 def _astm_g173(sun_zenith: float) -> Illuminant:
