@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -12,6 +13,7 @@ import numpy as np
 from mathutils import Vector
 from numpy.typing import NDArray
 
+from ..quality.seen_points import SeenPoints
 from ..scene import engines, render_plan, scene_requirements, settings, water_body
 from ..uw_spectral.transfer.light_cone import WIDEST, LightCone
 from . import grey_scene
@@ -84,14 +86,30 @@ class Place:
         with engines.eevee_bands(bpy.context.scene, camera, plan, extent, depth) as engine:
             return grey_scene.band_image(engine, plan, depth)
 
+    def seconds(self, camera: bpy.types.Object) -> float:
+        """Seconds of a pass of EEVEE, the shaders compiled."""
+        plan, depth = self.plan(_EEVEE_SAMPLES), -camera.matrix_world.translation.z
+        extent = water_body.water_extent(bpy.context.scene, plan.column, depth)
+        with engines.eevee_bands(bpy.context.scene, camera, plan, extent, depth) as engine:
+            grey_scene.band_image(engine, plan, depth)
+            start = time.perf_counter()
+            grey_scene.band_image(engine, plan, depth)
+            return time.perf_counter() - start
+
+    def distance(self, camera: bpy.types.Object) -> NDArray[np.float64]:
+        """Distance of what pixels show, m, shape (h, w); infinite of open water."""
+        return self._seen(camera).distance.reshape(HEIGHT, WIDTH)
+
     def shaded(self, camera: bpy.types.Object) -> NDArray[np.bool_]:
         """Which pixels show a thing that the sun does not reach, shape (h, w)."""
-        plan = self.plan(1)
-        cone = LightCone(np.array([0.0, 0.0, -1.0]), WIDEST)
-        seen = scene_requirements.trace_view(
-            bpy.context.scene, camera, plan.column, cone, rays=WIDTH * HEIGHT
-        )
+        seen = self._seen(camera)
         return (np.isfinite(seen.distance) & ~seen.sunlit).reshape(HEIGHT, WIDTH)
+
+    def _seen(self, camera: bpy.types.Object) -> SeenPoints:
+        cone = LightCone(np.array([0.0, 0.0, -1.0]), WIDEST)
+        return scene_requirements.trace_view(
+            bpy.context.scene, camera, self.plan(1).column, cone, rays=WIDTH * HEIGHT
+        )
 
 
 def slab() -> bpy.types.Object:
@@ -132,21 +150,22 @@ def _block(name: str, at: Sequence[float], size: Sequence[float], colour: Sequen
     bpy.ops.mesh.primitive_cube_add(size=1.0, location=at)
     thing = bpy.context.object
     thing.name, thing.scale = name, size
-    thing.data.materials.append(_material(colour))
+    thing.data.materials.append(matt(colour))
 
 
 def _ground(z: float) -> None:
     bpy.ops.mesh.primitive_plane_add(size=400.0, location=(0.0, 0.0, z))
-    bpy.context.object.data.materials.append(_material(_SAND))
+    bpy.context.object.data.materials.append(matt(_SAND))
 
 
 def _ball(at: Sequence[float], radius: float, colour: Sequence[float]) -> None:
     bpy.ops.mesh.primitive_uv_sphere_add(radius=radius, location=at)
     bpy.ops.object.shade_smooth()
-    bpy.context.object.data.materials.append(_material(colour))
+    bpy.context.object.data.materials.append(matt(colour))
 
 
-def _material(colour: Sequence[float]) -> bpy.types.Material:
+def matt(colour: Sequence[float]) -> bpy.types.Material:
+    """Make a Lambertian material."""
     material = bpy.data.materials.new("matt")
     tree = material.node_tree
     tree.nodes.clear()
