@@ -10,6 +10,8 @@ from .description import (
     SurfaceDescription,
     WaterDescription,
 )
+from .formation_fit import FormationFit, fit_formation
+from .image_formation import FormationCurves, ImageFormation, compute_image_formation
 from .optics import ResolvedOptics, make_viewpoint, resolve
 from .summary import Readouts, readouts
 from .viewpoint import Viewpoint
@@ -19,12 +21,17 @@ __all__ = [
     "CameraDescription",
     "Description",
     "FloorDescription",
+    "FormationCurves",
+    "FormationFit",
+    "ImageFormation",
     "Readouts",
     "ResolvedOptics",
     "SunAndSky",
     "SurfaceDescription",
     "Viewpoint",
     "WaterDescription",
+    "compute_image_formation",
+    "fit_formation",
     "fitted_reduction",
     "make_viewpoint",
     "optimised_bands",
