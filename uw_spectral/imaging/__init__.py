@@ -13,6 +13,7 @@ from .description import (
 from .formation_fit import FormationFit, fit_formation
 from .image_formation import FormationCurves, ImageFormation, compute_image_formation
 from .optics import ResolvedOptics, make_viewpoint, resolve
+from .restoration import Formation, remove_water
 from .summary import Readouts, readouts
 from .viewpoint import Viewpoint
 
@@ -21,6 +22,7 @@ __all__ = [
     "CameraDescription",
     "Description",
     "FloorDescription",
+    "Formation",
     "FormationCurves",
     "FormationFit",
     "ImageFormation",
@@ -36,5 +38,6 @@ __all__ = [
     "make_viewpoint",
     "optimised_bands",
     "readouts",
+    "remove_water",
     "resolve",
 ]

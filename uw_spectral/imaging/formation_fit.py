@@ -26,7 +26,6 @@ _DARKEST = 0.01  # share of a bin's pixels that counts as black
 _SCAN = np.geomspace(0.02, 40.0, 60)  # optical lengths over the longest range
 _LOGARITHMS = (-30.0, 10.0)
 _RATES = (-6.0, 3.0)
-_FAR = 1e7  # m; stands for open water
 _FEWEST = 4
 
 _Model = Callable[[Array], tuple[Array, Array]]
@@ -54,9 +53,7 @@ class FormationFit:
 
     def backscatter(self, z: ArrayLike) -> Array:
         """Backscatter B∞ (1 - e^{-β_B(z) z}) at ranges z in m, shape (..., k)."""
-        z = np.asarray(z, dtype=np.float64)
-        finite = np.where(np.isfinite(z), z, _FAR)
-        shares = [1.0 - beta.transmittance(finite) for beta in self.beta_backscatter]
+        shares = [1.0 - beta.transmittance(z) for beta in self.beta_backscatter]
         return np.stack(shares, axis=-1) * np.array(self.B_inf)
 
 
@@ -74,8 +71,8 @@ def fit_formation(
     surfaces : array_like of int, shape (n,), optional
         Which surface a pixel shows: :data:`BLACK`, or another number for each that is seen at
         several ranges. Without it, of the pixels at about the same range the darkest
-        are taken for black, and their mean for that of one surface (Akkaynak & Treibitz 2019
-        find black so).
+        are taken for black, and the mean of all for one surface (Akkaynak & Treibitz 2019 find
+        black so). Such means scatter: β_D is then a constant.
 
     Returns
     -------
@@ -121,8 +118,10 @@ def fit_formation(
                 "take more pictures of it"
             )
     longest = float(z[near].max())
-    finite = np.where(near, z, _FAR)
-    found = [_fit_channel(channel, finite, labels, black, lit, longest) for channel in seen.T]
+    found = [
+        _fit_channel(channel, z, labels, black, lit, longest, constant=surfaces is None)
+        for channel in seen.T
+    ]
     D, B, B_inf = zip(*found, strict=True)
     return FormationFit(D, B, B_inf)
 
@@ -134,6 +133,8 @@ def _fit_channel(
     black: NDArray[np.bool_],
     lit: NDArray[np.bool_],
     longest: float,
+    *,
+    constant: bool,
 ) -> tuple[RangeAttenuation, RangeAttenuation, float]:
     def backscattered(p: Array) -> tuple[Array, Array]:
         share = 1.0 - _curve(p, longest).transmittance(z[black])
@@ -150,19 +151,29 @@ def _fit_channel(
         J = np.bincount(places, left * direct) / np.maximum(squares, np.finfo(np.float64).tiny)
         return J, J[places] * left - direct
 
-    beta_D, _ = _fitted(attenuated, longest)
+    beta_D, _ = _fitted(attenuated, longest, constant=constant)
     return beta_D, beta_B, float(B_inf)
 
 
-def _fitted(model: _Model, longest: float) -> tuple[RangeAttenuation, Array]:
-    """Best constant coefficient of a scan, then the curve from there."""
+def _fitted(
+    model: _Model, longest: float, *, constant: bool = False
+) -> tuple[RangeAttenuation, Array]:
+    """Best constant coefficient of a scan, then the curve from there, or the constant itself."""
 
     def error(p: Array) -> Array:
         return model(p)[1]
 
-    starts = [np.array([np.log(0.1 * x / longest), 0.0, np.log(0.9 * x / longest)]) for x in _SCAN]
-    start = min(starts, key=lambda p: float(np.square(error(p)).sum()))
-    p = least_squares(error, start)
+    def level(p: Array) -> Array:
+        return np.array([_LOGARITHMS[0], 0.0, p[0]])
+
+    def split(x: float) -> Array:
+        return np.array([np.log(0.1 * x / longest), 0.0, np.log(0.9 * x / longest)])
+
+    best = min(_SCAN, key=lambda x: float(np.square(error(split(x))).sum()))
+    if constant:
+        p = level(least_squares(lambda q: error(level(q)), np.log([best / longest])))
+    else:
+        p = least_squares(error, split(best))
     return _curve(p, longest), model(p)[0]
 
 

@@ -51,6 +51,23 @@ class FormationCurves:
     beta_backscatter: Array
     B_inf: Array
 
+    def transmittance(self, z: ArrayLike) -> Array:
+        """Share e^{-β_D(z) z} left at ranges z in m, shape (..., k); 0 at infinite ones.
+
+        Between the tabulated ranges β is interpolated, beyond them held.
+        """
+        return self._left(z, self.beta_direct)
+
+    def backscatter(self, z: ArrayLike) -> Array:
+        """Backscatter B∞ (1 - e^{-β_B(z) z}) at ranges z in m, shape (..., k)."""
+        return self.B_inf * (1.0 - self._left(z, self.beta_backscatter))
+
+    def _left(self, z: ArrayLike, beta: Array) -> Array:
+        z = np.asarray(z, dtype=np.float64)
+        near = np.where(np.isfinite(z), z, 0.0)
+        left = [np.exp(-np.interp(near, self.z, channel) * near) for channel in beta.T]
+        return np.where(np.isfinite(z)[..., None], np.stack(left, axis=-1), 0.0)
+
     def fitted(self) -> FormationFit:
         """Return curves a e^{bz} + c e^{dz} through the coefficients."""
         direct, backscatter = (

@@ -58,8 +58,10 @@ class RangeAttenuation:
         return self.a * np.exp(self.b * z) + self.c * np.exp(self.d * z)
 
     def transmittance(self, z: ArrayLike) -> Array:
-        """Share e^{-β(z) z} that is left after ranges z in m."""
-        return np.exp(-self.at(z) * np.asarray(z))
+        """Share e^{-β(z) z} that is left after ranges z in m; 0 after infinite ones."""
+        z = np.asarray(z, dtype=np.float64)
+        near = np.where(np.isfinite(z), z, 0.0)
+        return np.where(np.isfinite(z), np.exp(-self.at(near) * near), 0.0)
 
 
 def fit_range_attenuation(z: ArrayLike, beta: ArrayLike) -> RangeAttenuation:
