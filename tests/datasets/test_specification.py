@@ -325,3 +325,11 @@ def test_files_that_are_none_say_so(tmp_path):
     path.write_text('title = "a"')
     with pytest.raises(InputError, match=r"spec.toml: water.name is missing"):
         read_spec(path)
+
+
+def test_the_specification_of_the_manual_is_one():
+    text = (SPEC.parents[2] / "docs" / "datasets.md").read_text()
+    written = tomllib.loads(text.split("```toml\n")[1].split("```")[0])
+    found = enumerate_views(parse_spec(written, Path()))
+    poses, seas = 12 * 2 + 20 + 30, 1 + 2  # flat, or waves of two winds
+    assert len(found) == poses * 2 * 2 * 2 * (3 * seas + 1)
