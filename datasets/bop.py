@@ -33,13 +33,14 @@ def write_bop(folder: Path, views: Sequence[View]) -> None:
     folder : Path
         Of the scene, such as ``set/train/000000``; made if it is not there.
     views : sequence of View
-        Each with its depth; instances with their silhouettes, as BOP counts what is hidden.
+        Each with its depth, by cameras without distortion; instances with their silhouettes, as
+        BOP counts what is hidden.
 
     Raises
     ------
     InputError
-        If a view lacks something, BOP has no place for the picture's format, or a file cannot
-        be written.
+        If a view lacks something, BOP has no place for the picture's format or the lens's
+        distortion, or a file cannot be written.
 
     References
     ----------
@@ -57,6 +58,10 @@ def write_bop(folder: Path, views: Sequence[View]) -> None:
             raise InputError(
                 f"view {view.name}: BOP knows pictures {', '.join(_FORMATS)}, not "
                 f"{view.image.suffix!r}; develop it to one of them"
+            )
+        if any(view.camera.distortion):
+            raise InputError(
+                f"view {view.name}: BOP knows no lens distortion; render with a camera without"
             )
         if view.depth is None:
             raise InputError(f"view {view.name}: BOP needs its depth; write it in mm")

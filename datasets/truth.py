@@ -211,7 +211,7 @@ def _sensor(place: Viewpoint) -> dict[str, Any]:
         "name": sensor.name,
         "source": sensor.source,
         "licence": sensor.licence,
-        "response": sensor.response_in(place.column.bands).tolist(),
+        "response": develop.response.tolist(),
         "white_balance": place.white_balance,
         "white_balance_gains": (develop.white[1] / develop.white).tolist(),
         "exposure_stops": place.stops,

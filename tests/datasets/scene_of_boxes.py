@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +17,7 @@ POINTS = np.random.default_rng(3).uniform((-1, -1, -5), (1, 1, -3), (40, 3))
 """Known points of the world, m, all before the cameras."""
 
 PLAIN = PinholeCamera.from_field_of_view(64, 48, 70.0)
+ACROSS = PinholeCamera(80, 60, 70.0, 71.0, 41.3, 28.2)
 BENT = PinholeCamera(80, 60, 70.0, 71.0, 41.3, 28.2, (-0.12, 0.03, 0.002, -0.001, 0.0))
 BENT_MORE = PinholeCamera(80, 60, 70.0, 71.0, 41.3, 28.2, (-0.12, 0.03, 0.002, -0.001, 0.01))
 CAMERAS = (PLAIN, BENT, BENT_MORE)
@@ -30,11 +32,11 @@ def poses() -> list[np.ndarray]:
     ]
 
 
-def views(folder: Path) -> list[View]:
+def views(folder: Path, cameras: Sequence[PinholeCamera] = CAMERAS) -> list[View]:
     """Write pictures, depths and instances of three views, and return these."""
     found = []
     splits = ("train", "val", "test")
-    for number, (camera, pose) in enumerate(zip(CAMERAS, poses(), strict=True)):
+    for number, (camera, pose) in enumerate(zip(cameras, poses(), strict=True)):
         size = (camera.height, camera.width)
         y, x = np.mgrid[: size[0], : size[1]]
         image, depth = folder / f"view_{number}.png", folder / f"depth_{number}.png"

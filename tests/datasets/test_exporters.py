@@ -32,7 +32,7 @@ from underwater_spectral.datasets.instance_maps import visible_masks, write_inst
 from underwater_spectral.datasets.nerfstudio import write_nerfstudio
 from underwater_spectral.datasets.run_length import compressed, run_lengths
 from underwater_spectral.datasets.view import Instance, View
-from underwater_spectral.tests.datasets.scene_of_boxes import BENT, PLAIN, POINTS, poses
+from underwater_spectral.tests.datasets.scene_of_boxes import ACROSS, BENT, PLAIN, POINTS, poses
 from underwater_spectral.tests.datasets.scene_of_boxes import views as made_views
 from underwater_spectral.uw_spectral.errors import InputError
 
@@ -121,6 +121,9 @@ def test_nerfstudio_has_one_camera_at_the_top(views, tmp_path):
 
 
 def test_bop_scenes_reproject_and_count(views, tmp_path):
+    with pytest.raises(InputError, match="no lens distortion"):
+        write_bop(tmp_path / "bent", views)
+    views = made_views(tmp_path, [ACROSS] * 3)
     scene = tmp_path / "set" / "train" / "000000"
     write_bop(scene, views)
     cameras, poses_of, infos = (
@@ -134,8 +137,7 @@ def test_bop_scenes_reproject_and_count(views, tmp_path):
         for item, pose in zip(view.instances, poses_of[str(number)], strict=True):
             R = np.array(pose["cam_R_m2c"]).reshape(3, 3)
             turn, shift = cv2.Rodrigues(R)[0], np.array(pose["cam_t_m2c"])
-            distortion = np.array(view.camera.distortion)
-            seen = cv2.projectPoints(corners, turn, shift, K, distortion)[0][:, 0]
+            seen = cv2.projectPoints(corners, turn, shift, K, None)[0][:, 0]
             world = corners / 1e3 @ item.object_to_world[:3, :3].T + item.object_to_world[:3, 3]
             ours = view.project(world) - 0.5
             ahead = (corners @ R.T + shift)[:, 2] > 0

@@ -13,6 +13,7 @@ from underwater_spectral.datasets.view import View
 from underwater_spectral.tests.datasets.scene_of_boxes import BENT
 from underwater_spectral.uw_spectral.errors import InputError
 from underwater_spectral.uw_spectral.imaging import (
+    BandsDescription,
     CameraDescription,
     Description,
     FloorDescription,
@@ -92,6 +93,36 @@ def test_cameras_that_look_level_or_straight_down(reef, target):
     formation = image_truth(reef, _view(target))["formation"]
     assert list(formation) == (["level"] if target[0] else ["level", "optical_axis"])
     assert formation["level"]["direction"][2] == 0.0
+
+
+@pytest.mark.parametrize("optimised", [False, True])
+def test_the_channels_are_those_of_the_picture(optimised):
+    bands = BandsDescription(5, optimised=optimised)
+    optics = resolve(Description(camera=CameraDescription("Nikon D7000"), bands=bands))
+    sensor = image_truth(optics, _view())["sensor"]
+    weights = np.array(sensor["to_linear_rec709"]) @ sensor["response"]
+    assert weights == pytest.approx(optics.viewpoint(5.0).reduction.weights)
+    own = optics.sensor.response_in(optics.bands)
+    assert (np.array(sensor["response"]) == pytest.approx(own, rel=1e-6)) is not optimised
+
+
+def test_water_in_layers_and_inelastic_light(tmp_path):
+    rows = ["depth_m,wavelength_nm,a,b"]
+    rows += [
+        f"{y},{nm},{0.05 * k + (nm > 500)},{0.1 * k}"
+        for y, k in ((0, 1), (20, 3))
+        for nm in (400, 700)
+    ]
+    (tmp_path / "profile.csv").write_text("\n".join(rows))
+    water = WaterDescription(f"file:{tmp_path / 'profile.csv'}")
+    truth = image_truth(resolve(Description(water)), _view((3.0, 0.0, -9.0)))
+    assert len(truth["water"]["layers"]) > 1
+    axis = np.array(truth["formation"]["optical_axis"]["bands"]["beta_D"])
+    assert axis[-1, 0] > 1.5 * axis[0, 0]  # the deeper water is thicker
+    raman = image_truth(resolve(Description(WaterDescription(inelastic="raman"))), _view())
+    without = image_truth(resolve(Description()), _view())
+    more, less = (t["formation"]["level"]["bands"]["B_inf"][-1] for t in (raman, without))
+    assert more > 1.05 * less
 
 
 def test_what_is_no_truth_is_refused(reef, tmp_path):

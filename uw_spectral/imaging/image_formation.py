@@ -170,7 +170,7 @@ def compute_image_formation(
     thing = field.Ed(ends)
     if reflectance is not None:
         thing = thing * reflectance.at(optics.bands.centres)
-    response = view.sensor.response_in(optics.bands).T
+    response = view.reduction.response.T
     bands = _curves(z, np.ones_like(left), left, near, beyond)
     channels = _curves(z, thing @ response, (left * thing) @ response, near @ response,
                        beyond @ response)  # fmt: skip
