@@ -21,8 +21,10 @@ from ..uw_spectral.imaging.image_formation import (
     FormationCurves,
     ImageFormation,
     compute_image_formation,
+    ranges_in_water,
 )
 from ..uw_spectral.imaging.optics import ResolvedOptics
+from ..uw_spectral.imaging.range_attenuation import FEWEST
 from ..uw_spectral.imaging.viewpoint import Viewpoint
 from ..uw_spectral.imaging.visibility import diffuse_attenuation
 from ..uw_spectral.lamps.lamp import Lamp
@@ -54,7 +56,8 @@ def image_truth(
     lamps : sequence of Lamp
         In the bands of the optics; they are listed, and light nothing here.
     ranges : array_like
-        At which coefficients are tabulated, m.
+        At which coefficients are tabulated, m. Where surface or floor is so near along the
+        optical axis that only a few are left, that direction is left out.
 
     Raises
     ------
@@ -65,7 +68,8 @@ def image_truth(
     place = optics.viewpoint(depth)
     axis = -view.camera_to_world[:3, 2]
     directions = {LEVEL: _level(axis, place)}
-    if abs(axis[2]) > _LEVEL_WITHIN:
+    there = ranges_in_water(optics, depth, axis.tolist(), ranges)
+    if abs(axis[2]) > _LEVEL_WITHIN and len(there) >= FEWEST:
         directions[OPTICAL_AXIS] = tuple(axis.tolist())
     formations = {
         name: _formation(compute_image_formation(optics, depth, w, ranges))

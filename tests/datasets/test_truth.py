@@ -95,6 +95,11 @@ def test_cameras_that_look_level_or_straight_down(reef, target):
     assert formation["level"]["direction"][2] == 0.0
 
 
+def test_a_camera_close_above_the_floor_has_level_coefficients():
+    optics = resolve(Description(floor=FloorDescription(5.3)))
+    assert list(image_truth(optics, _view((0.0, 0.0, -8.0)))["formation"]) == ["level"]
+
+
 @pytest.mark.parametrize("optimised", [False, True])
 def test_the_channels_are_those_of_the_picture(optimised):
     bands = BandsDescription(5, optimised=optimised)

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import InputError
-from .range_attenuation import Array, RangeAttenuation, least_squares
+from .range_attenuation import FEWEST, Array, RangeAttenuation, least_squares
 
 BLACK = 0
 """Label of what reflects nothing."""
@@ -26,7 +26,6 @@ _DARKEST = 0.01  # share of a bin's pixels that counts as black
 _SCAN = np.geomspace(0.02, 40.0, 60)  # optical lengths over the longest range
 _LOGARITHMS = (-30.0, 10.0)
 _RATES = (-6.0, 3.0)
-_FEWEST = 4
 
 _Model = Callable[[Array], tuple[Array, Array]]
 
@@ -112,9 +111,9 @@ def fit_formation(
     near = np.isfinite(z)
     black, lit = (labels == BLACK) | ~near, (labels != BLACK) & near
     for what, chosen in (("black", black & near), ("lit", lit)):
-        if len(np.unique(z[chosen])) < _FEWEST:
+        if len(np.unique(z[chosen])) < FEWEST:
             raise InputError(
-                f"image formation: something {what} must be seen at {_FEWEST} ranges at least; "
+                f"image formation: something {what} must be seen at {FEWEST} ranges at least; "
                 "take more pictures of it"
             )
     longest = float(z[near].max())
@@ -185,7 +184,7 @@ def _curve(p: Array, longest: float) -> RangeAttenuation:
 def _by_range(seen: Array, z: Array) -> tuple[Array, Array, NDArray[np.int_]]:
     """Darkest and mean values in bins of range, and open water."""
     near = np.isfinite(z)
-    if np.count_nonzero(near) < _FEWEST:
+    if np.count_nonzero(near) < FEWEST:
         raise InputError("image formation: too few pixels have a range")
     edges = np.quantile(z[near], np.linspace(0.0, 1.0, _BINS + 1))
     bins = np.clip(np.searchsorted(edges, z, side="right") - 1, 0, _BINS - 1)

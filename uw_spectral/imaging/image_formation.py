@@ -149,15 +149,13 @@ def compute_image_formation(
     if len(direction) != 3 or not 0 < length < np.inf:
         raise InputError(f"image formation: {tuple(direction)} is no direction; give x, y, z")
     w = tuple((np.asarray(direction, np.float64) / length).tolist())
-    z = np.sort(np.asarray(ranges, dtype=np.float64))
-    ends = depth - w[2] * z
-    inside = (ends > 0) & (ends < optics.column.floor_depth)
-    if z.ndim != 1 or not (z > 0).all() or not inside.any():
+    z = ranges_in_water(optics, depth, w, ranges)
+    if z.ndim != 1 or not z.size or not (z > 0).all():
         raise InputError(
             "image formation: give positive ranges that end between surface and floor; the "
             f"camera is at {depth:g} m and looks along {tuple(round(x, 3) for x in w)}"
         )
-    z, ends = z[inside], ends[inside]
+    ends = depth - w[2] * z
     field = optics.solved_field(streams)
 
     def sent(y: ArrayLike) -> Array:
@@ -175,6 +173,26 @@ def compute_image_formation(
     channels = _curves(z, thing @ response, (left * thing) @ response, near @ response,
                        beyond @ response)  # fmt: skip
     return ImageFormation(depth, w, channels, bands)
+
+
+def ranges_in_water(
+    optics: ResolvedOptics, depth: float, w: Sequence[float], ranges: ArrayLike = RANGES
+) -> Array:
+    """Return the ranges, in order, at which a ray from a depth has reached neither end of the water.
+
+    Parameters
+    ----------
+    optics : ResolvedOptics
+    depth : float
+        m.
+    w : three floats
+        Unit view direction, z up.
+    ranges : array_like, shape (m,)
+        m.
+    """
+    z = np.sort(np.asarray(ranges, dtype=np.float64))
+    ends = depth - w[2] * z
+    return z[(ends > 0) & (ends < optics.column.floor_depth)]
 
 
 def _curves(z: Array, J: Array, D: Array, B_inf: Array, beyond: Array) -> FormationCurves:

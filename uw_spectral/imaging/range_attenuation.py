@@ -18,6 +18,8 @@ from ..errors import InputError
 
 Array = NDArray[np.float64]
 
+FEWEST = 4
+"""Ranges that a curve is fitted to at least."""
 _STEPS = 200
 _SETTLED = 1e-13  # relative fall of the squared error that counts as none
 _SLIGHT = 1e-6  # of a parameter, for slopes
@@ -87,8 +89,8 @@ def fit_range_attenuation(z: ArrayLike, beta: ArrayLike) -> RangeAttenuation:
     True
     """
     z, beta = np.asarray(z, np.float64), np.asarray(beta, np.float64)
-    if z.ndim != 1 or z.shape != beta.shape or len(z) < 4:
-        raise InputError(f"attenuation over range: give four points at least, got {z.size}")
+    if z.ndim != 1 or z.shape != beta.shape or len(z) < FEWEST:
+        raise InputError(f"attenuation over range: give {FEWEST} points at least, got {z.size}")
     if not (np.isfinite(beta).all() and (beta > 0).all() and (z > 0).all()):
         raise InputError("attenuation over range: ranges and coefficients must be positive")
 

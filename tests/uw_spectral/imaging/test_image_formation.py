@@ -210,7 +210,7 @@ def test_what_cannot_be_fitted_says_why():
         fit_formation(ones, z, np.ones(3, int))
     with pytest.raises(InputError, match="too few pixels"):
         fit_formation(ones, np.full(5, np.inf))
-    with pytest.raises(InputError, match="four points"):
+    with pytest.raises(InputError, match="4 points"):
         fit_range_attenuation([1.0, 2.0], [0.1, 0.1])
     with pytest.raises(InputError, match="must be positive"):
         fit_range_attenuation(z, -z)
