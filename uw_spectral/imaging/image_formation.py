@@ -178,7 +178,7 @@ def compute_image_formation(
 def ranges_in_water(
     optics: ResolvedOptics, depth: float, w: Sequence[float], ranges: ArrayLike = RANGES
 ) -> Array:
-    """Return the ranges, in order, at which a ray from a depth has reached neither end of the water.
+    """Return the ranges, in order, at which a ray has reached neither surface nor floor.
 
     Parameters
     ----------
