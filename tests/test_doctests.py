@@ -14,8 +14,8 @@ import pytest
 import underwater_spectral
 
 ROOT = Path(__file__).resolve().parent.parent
-PACKAGES = ("uw_spectral", "quality", "node_groups", "scene", "ui")
-BLENDER_FREE = ("uw_spectral", "quality")
+PACKAGES = ("uw_spectral", "quality", "datasets", "node_groups", "scene", "ui")
+BLENDER_FREE = ("uw_spectral", "quality", "datasets")
 
 
 def _modules(*packages: str) -> list[str]:
@@ -80,8 +80,9 @@ def test_no_module_has_the_name_of_what_its_package_exports(folder):
 _ALLOWED = {
     "uw_spectral": set(),
     "quality": {"uw_spectral"},
+    "datasets": {"uw_spectral"},
     "node_groups": {"uw_spectral"},
-    "scene": {"uw_spectral", "quality", "node_groups"},
+    "scene": {"uw_spectral", "quality", "datasets", "node_groups"},
     "ui": {"uw_spectral", "quality", "scene"},
 }
 

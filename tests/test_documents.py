@@ -13,7 +13,7 @@ import underwater_spectral
 
 ROOT = Path(__file__).resolve().parent.parent
 DOCUMENTS = [*ROOT.glob("*.md"), *ROOT.glob("docs/*.md"), ROOT / "data" / "SOURCES.md"]
-PACKAGES = ("uw_spectral", "quality", "node_groups", "scene", "ui")
+PACKAGES = ("uw_spectral", "quality", "datasets", "node_groups", "scene", "ui")
 _FOLDERS = (*PACKAGES, "data", "tests", "tools", "examples", "presets")
 # scene.underwater is a property of Blender's, scene.blend a file.
 _NAME = re.compile(rf"(?<![\w.])(?!scene\.(?:underwater|blend))(?:{'|'.join(PACKAGES)})(?:\.\w+)+")

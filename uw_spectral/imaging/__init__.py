@@ -10,7 +10,10 @@ from .description import (
     SurfaceDescription,
     WaterDescription,
 )
+from .formation_fit import FormationFit, fit_formation
+from .image_formation import FormationCurves, ImageFormation, compute_image_formation
 from .optics import ResolvedOptics, make_viewpoint, resolve
+from .restoration import Formation, remove_water
 from .summary import Readouts, readouts
 from .viewpoint import Viewpoint
 
@@ -19,15 +22,22 @@ __all__ = [
     "CameraDescription",
     "Description",
     "FloorDescription",
+    "Formation",
+    "FormationCurves",
+    "FormationFit",
+    "ImageFormation",
     "Readouts",
     "ResolvedOptics",
     "SunAndSky",
     "SurfaceDescription",
     "Viewpoint",
     "WaterDescription",
+    "compute_image_formation",
+    "fit_formation",
     "fitted_reduction",
     "make_viewpoint",
     "optimised_bands",
     "readouts",
+    "remove_water",
     "resolve",
 ]

@@ -59,6 +59,14 @@ class SensorReduction:
     delta_e: float
     description: str
 
+    @property
+    def response(self) -> NDArray[np.float64]:
+        """Responses of the sensor's channels that ``weights`` stand for, shape (3, n).
+
+        They are its sensitivities times band widths, or what was fitted in their place.
+        """
+        return np.linalg.solve(self.matrix, self.weights)
+
     def apply(self, radiance: ArrayLike) -> NDArray[np.float64]:
         """Reduce radiances of shape (..., n) to Rec.709 of shape (..., 3)."""
         return np.asarray(radiance) @ self.weights.T

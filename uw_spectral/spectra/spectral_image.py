@@ -63,6 +63,33 @@ def write_png(path: str | Path, rgb: ArrayLike) -> None:
     _write(path, codes, ("R", "G", "B"), "uint8", {"oiio:ColorSpace": "srgb_rec709_scene"})
 
 
+def write_codes(
+    path: str | Path,
+    codes: NDArray[np.uint8] | NDArray[np.uint16],
+    metadata: Mapping[str, Any] | None = None,
+) -> None:
+    """Write whole numbers as they are, as PNG or TIFF of 8 or 16 bits.
+
+    Parameters
+    ----------
+    path : str or Path
+        Its suffix chooses the format.
+    codes : array of uint8 or uint16, shape (height, width) or (height, width, 3)
+    metadata : mapping, optional
+        As of :func:`write_exr`.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be written, or the numbers are of another kind.
+    """
+    kind = codes.dtype.name
+    if kind not in {"uint8", "uint16"}:
+        raise InputError(f"cannot write {path}: codes are uint8 or uint16, not {kind}")
+    pixels = codes[..., None] if codes.ndim == 2 else codes
+    _write(path, pixels, "Y" if pixels.shape[-1] == 1 else "RGB", kind, metadata or {})
+
+
 def write_spectral_exr(
     path: str | Path,
     radiance: ArrayLike,

@@ -1,0 +1,142 @@
+"""Axes of cameras: Blender's and OpenGL's, and those of OpenCV, COLMAP and BOP.
+
+Both are right-handed and share x, to the right of the picture. In Blender's a camera looks
+along -z with y up, in OpenCV's along +z with y down. The world keeps its axes, z up.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..uw_spectral.content import constant
+from ..uw_spectral.errors import InputError
+
+Array = NDArray[np.float64]
+
+_TURN = constant(np.diag([1.0, -1.0, -1.0, 1.0]))  # between the two; its own inverse
+_RIGID = 1e-6
+
+
+def rigid(pose: ArrayLike, what: str) -> Array:
+    """Return a pose as an array that cannot be written to.
+
+    Parameters
+    ----------
+    pose : array_like, shape (4, 4)
+        Rotation and translation (m) to the world.
+    what : str
+        Whose, for messages.
+
+    Raises
+    ------
+    InputError
+        If it scales, mirrors or shears, or is none.
+    """
+    matrix = np.asarray(pose, dtype=np.float64)
+    if matrix.shape != (4, 4) or not np.all(np.isfinite(matrix)):
+        raise InputError(f"pose of {what}: give a finite 4×4 matrix, got shape {matrix.shape}")
+    turn = matrix[:3, :3]
+    if not (
+        np.allclose(turn @ turn.T, np.eye(3), atol=_RIGID)
+        and np.linalg.det(turn) > 0
+        and np.allclose(matrix[3], (0, 0, 0, 1), atol=_RIGID)
+    ):
+        raise InputError(
+            f"pose of {what} is no rotation with a translation; apply its scale, and keep it "
+            "right-handed"
+        )
+    return constant(matrix)
+
+
+def world_to_opencv(camera_to_world: ArrayLike) -> Array:
+    """Return the matrix from the world to a camera in OpenCV's axes, shape (4, 4).
+
+    Parameters
+    ----------
+    camera_to_world : array_like, shape (4, 4)
+        Pose of the camera in Blender's axes.
+
+    Examples
+    --------
+    A camera at the origin that looks along the world's -z sees what lies there in front:
+
+    >>> (world_to_opencv(np.eye(4)) @ [1.0, 2.0, -5.0, 1.0])[:3].tolist()
+    [1.0, -2.0, 5.0]
+    """
+    return inverse(np.asarray(camera_to_world, dtype=np.float64) @ _TURN)
+
+
+def blender_from_opencv(world_to_camera: ArrayLike) -> Array:
+    """Return the pose in Blender's axes of a camera in OpenCV's; undoes :func:`world_to_opencv`."""
+    return inverse(np.asarray(world_to_camera, dtype=np.float64)) @ _TURN
+
+
+def inverse(pose: Array) -> Array:
+    """Return the inverse of a rotation with a translation, shape (4, 4)."""
+    found = np.eye(4)
+    found[:3, :3] = pose[:3, :3].T
+    found[:3, 3] = -pose[:3, :3].T @ pose[:3, 3]
+    return found
+
+
+def quaternion(turn: ArrayLike) -> Array:
+    """Return the unit quaternion (w, x, y, z) of a rotation matrix, w not negative, shape (4,).
+
+    It is the eigenvector of the largest eigenvalue of Bar-Itzhack's matrix, which has no
+    special cases (I. Y. Bar-Itzhack, J. Guid. Control Dyn. 23, 1085 (2000)).
+
+    Examples
+    --------
+    >>> quaternion(np.diag([1.0, -1.0, -1.0])).round(12).tolist()
+    [0.0, 1.0, 0.0, 0.0]
+    """
+    m = np.asarray(turn, dtype=np.float64)
+    K = np.empty((4, 4))
+    K[:3, :3] = m + m.T - np.trace(m) * np.eye(3)
+    K[:3, 3] = K[3, :3] = m[2, 1] - m[1, 2], m[0, 2] - m[2, 0], m[1, 0] - m[0, 1]
+    K[3, 3] = np.trace(m)
+    x, y, z, w = np.linalg.eigh(K)[1][:, -1]
+    q = np.array([w, x, y, z])
+    first = q[np.argmax(np.abs(q))] if abs(w) < 1e-12 else w
+    return np.abs(q) * np.sign(q) * np.sign(first)
+
+
+def looking_at(eye: ArrayLike, target: ArrayLike, roll: float = 0.0) -> Array:
+    """Return the pose in Blender's axes of a camera that looks at a point, shape (4, 4).
+
+    Parameters
+    ----------
+    eye, target : array_like, shape (3,)
+        World coordinates, m.
+    roll : float
+        Turn about the view direction, counter-clockwise as the camera sees it, degrees.
+
+    Raises
+    ------
+    InputError
+        If the two points coincide.
+
+    Examples
+    --------
+    >>> looking_at((0, -2, 0), (0, 0, 0))[:3, :3].round(12).tolist()
+    [[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]]
+    """
+    start = np.asarray(eye, dtype=np.float64)
+    back = start - np.asarray(target, dtype=np.float64)
+    length = np.linalg.norm(back)
+    if not length > 0:
+        raise InputError(f"a camera at {start.tolist()} m cannot look at where it is; move one")
+    back = back / length
+    # A camera that looks straight up or down has the world's y on top.
+    up = np.array([0.0, 1.0, 0.0] if abs(back[2]) > 1 - 1e-9 else [0.0, 0.0, 1.0])
+    right = np.cross(up, back)
+    right /= np.linalg.norm(right)
+    top = np.cross(back, right)
+    cosine, sine = np.cos(np.radians(roll)), np.sin(np.radians(roll))
+    pose = np.eye(4)
+    # A camera that turns counter-clockwise has its top go to the left.
+    pose[:3, 0] = cosine * right + sine * top
+    pose[:3, 1] = cosine * top - sine * right
+    pose[:3, 2], pose[:3, 3] = back, start
+    return pose

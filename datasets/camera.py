@@ -1,0 +1,161 @@
+"""A pinhole camera with lens distortion, as computer vision calibrates it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..uw_spectral.errors import InputError
+
+Array = NDArray[np.float64]
+
+PIXEL_CENTRE = 0.5
+"""Image coordinates of the first pixel's centre; OpenCV and BOP count it as 0."""
+_ITERATIONS = 20
+_EXACT = 1e-9
+
+
+@dataclass(frozen=True)
+class PinholeCamera:
+    """Intrinsics of a camera.
+
+    Image coordinates are pixels from the upper left corner of the picture, x to the right and
+    y down, so that the first pixel's centre is at (0.5, 0.5), as in COLMAP and nerfstudio.
+
+    Parameters
+    ----------
+    width, height : int
+        Of the picture, pixels.
+    fx, fy : float
+        Focal lengths, pixels.
+    cx, cy : float
+        Principal point, image coordinates.
+    distortion : tuple of 5 floats
+        k1, k2, p1, p2, k3 of Brown and Conrady, in OpenCV's order.
+
+    Raises
+    ------
+    InputError
+        If a size or focal length is not positive, or a number not finite.
+
+    References
+    ----------
+    D. C. Brown, Photogramm. Eng. 32, 444 (1966).
+    """
+
+    width: int
+    height: int
+    fx: float
+    fy: float
+    cx: float
+    cy: float
+    distortion: tuple[float, float, float, float, float] = (0.0, 0.0, 0.0, 0.0, 0.0)
+
+    def __post_init__(self) -> None:
+        if not (self.width > 0 and self.height > 0):
+            raise InputError(f"camera: a picture of {self.width} × {self.height} pixels is empty")
+        if not (0 < self.fx < math.inf and 0 < self.fy < math.inf):
+            raise InputError(f"camera: focal lengths must be positive, got {self.fx}, {self.fy}")
+        if len(self.distortion) != 5 or not all(map(math.isfinite, self.distortion)):
+            raise InputError("camera: distortion is five finite numbers k1, k2, p1, p2, k3")
+        if not (math.isfinite(self.cx) and math.isfinite(self.cy)):
+            raise InputError(f"camera: the principal point {self.cx}, {self.cy} is not finite")
+
+    @classmethod
+    def from_field_of_view(cls, width: int, height: int, degrees: float) -> PinholeCamera:
+        """Return a camera without distortion and square pixels, of a horizontal field of view.
+
+        Raises
+        ------
+        InputError
+            If the angle is not between 0 and 180 degrees.
+
+        Examples
+        --------
+        >>> round(PinholeCamera.from_field_of_view(640, 480, 90.0).fx, 9)
+        320.0
+        """
+        if not 0 < degrees < 180:
+            raise InputError(f"camera: a field of view of {degrees:g}° is not between 0 and 180")
+        f = width / 2 / math.tan(math.radians(degrees) / 2)
+        return cls(width, height, f, f, width / 2, height / 2)
+
+    @property
+    def K(self) -> Array:
+        """Calibration matrix in our image coordinates, shape (3, 3)."""
+        return np.array([[self.fx, 0.0, self.cx], [0.0, self.fy, self.cy], [0.0, 0.0, 1.0]])
+
+    @property
+    def K_opencv(self) -> Array:
+        """Calibration matrix where the first pixel's centre is (0, 0), shape (3, 3)."""
+        K = self.K
+        K[:2, 2] -= PIXEL_CENTRE
+        return K
+
+    def project(self, points: ArrayLike) -> Array:
+        """Image coordinates of points, shape (..., 3) in OpenCV's camera axes, m, to (..., 2).
+
+        Points behind the camera are NaN.
+
+        Examples
+        --------
+        >>> camera = PinholeCamera.from_field_of_view(640, 480, 90.0)
+        >>> camera.project([0.5, -0.25, 2.0]).round(6).tolist()
+        [400.0, 200.0]
+        """
+        found = np.asarray(points, dtype=np.float64)
+        z = np.where(found[..., 2] > 0, found[..., 2], np.nan)
+        x, y = self._distorted(found[..., 0] / z, found[..., 1] / z)
+        return np.stack([self.fx * x + self.cx, self.fy * y + self.cy], axis=-1)
+
+    def rays(self) -> Array:
+        """Unit view directions of the pixels' centres in OpenCV's axes, shape (height, width, 3).
+
+        Raises
+        ------
+        InputError
+            If the distortion folds the picture over, so that it cannot be undone.
+        """
+        u = (np.arange(self.width, dtype=np.float64) + PIXEL_CENTRE - self.cx) / self.fx
+        v = (np.arange(self.height, dtype=np.float64) + PIXEL_CENTRE - self.cy) / self.fy
+        wanted = np.stack(np.meshgrid(u, v), axis=-1)
+        found = wanted
+        if any(self.distortion):
+            found = self._undistorted(wanted)
+        directions = np.concatenate([found, np.ones_like(found[..., :1])], axis=-1)
+        return directions / np.linalg.norm(directions, axis=-1, keepdims=True)
+
+    def _distorted(self, x: Array, y: Array) -> tuple[Array, Array]:
+        k1, k2, p1, p2, k3 = self.distortion
+        r2 = x * x + y * y
+        radial = 1.0 + r2 * (k1 + r2 * (k2 + r2 * k3))
+        return (
+            x * radial + 2.0 * p1 * x * y + p2 * (r2 + 2.0 * x * x),
+            y * radial + p1 * (r2 + 2.0 * y * y) + 2.0 * p2 * x * y,
+        )
+
+    def _undistorted(self, wanted: Array) -> Array:
+        """Newton's iteration from the distorted coordinates."""
+        found = wanted.copy()
+        step = 1e-6
+        for _ in range(_ITERATIONS):
+            x, y = found[..., 0], found[..., 1]
+            here = np.stack(self._distorted(x, y), axis=-1)
+            along = (np.stack(self._distorted(x + step, y), axis=-1) - here) / step
+            down = (np.stack(self._distorted(x, y + step), axis=-1) - here) / step
+            miss = wanted - here
+            if np.abs(miss).max() < _EXACT:
+                return found
+            det = along[..., 0] * down[..., 1] - along[..., 1] * down[..., 0]
+            if not (det > 0).all():
+                break
+            dx = (miss[..., 0] * down[..., 1] - miss[..., 1] * down[..., 0]) / det
+            dy = (along[..., 0] * miss[..., 1] - along[..., 1] * miss[..., 0]) / det
+            found = found + np.stack([dx, dy], axis=-1)
+        raise InputError(
+            f"camera: the distortion {self.distortion} folds the picture over; take smaller "
+            "coefficients or a narrower lens"
+        )

@@ -1,0 +1,79 @@
+"""Instance annotations of COCO, masks as compressed run lengths."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from .card import DataCard
+from .files import relative, write_json
+from .instance_maps import box, visible_masks
+from .run_length import compressed, run_lengths
+from .view import View, check_views
+
+
+def write_coco(path: Path, views: Sequence[View], card: DataCard) -> None:
+    """Write instances as COCO does; those that are not seen are left out.
+
+    Parameters
+    ----------
+    path : Path
+        The file; names of pictures are relative to its folder.
+    views : sequence of View
+    card : DataCard
+        Its title, version and licence.
+
+    Raises
+    ------
+    InputError
+        If there are no views, two share a name, or a file cannot be read or written.
+
+    References
+    ----------
+    T.-Y. Lin et al., ECCV 2014; cocodataset.org, *Data format*.
+    """
+    check_views(views)
+    names = sorted({item.category for view in views for item in view.instances})
+    categories = {name: number for number, name in enumerate(names, 1)}
+    images: list[dict[str, Any]] = []
+    annotations: list[dict[str, Any]] = []
+    for image, view in enumerate(views, 1):
+        images.append(
+            {
+                "id": image,
+                "file_name": relative(view.image, path.parent),
+                "width": view.camera.width,
+                "height": view.camera.height,
+                "license": 1,
+            }
+        )
+        masks = visible_masks(view)
+        for item in view.instances:
+            mask = masks[item.number]
+            if not mask.any():
+                continue
+            size = [view.camera.height, view.camera.width]
+            annotations.append(
+                {
+                    "id": len(annotations) + 1,
+                    "image_id": image,
+                    "category_id": categories[item.category],
+                    "segmentation": {"size": size, "counts": compressed(run_lengths(mask))},
+                    "area": int(np.count_nonzero(mask)),
+                    "bbox": box(mask),
+                    "iscrowd": 0,
+                }
+            )
+    write_json(
+        path,
+        {
+            "info": {"description": card.title, "version": card.version},
+            "licenses": [{"id": 1, "name": card.licence, "url": card.licence_url}],
+            "categories": [{"id": n, "name": name} for name, n in categories.items()],
+            "images": images,
+            "annotations": annotations,
+        },
+    )

@@ -1,0 +1,119 @@
+"""How far things are: Euclidean range along the ray, and planar depth along the optical axis.
+
+Every file says which of the two it holds. Where nothing is seen both are 0 in a PNG, which
+readers take for *not measured*, and infinite in an EXR.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..uw_spectral.errors import InputError
+from ..uw_spectral.spectra.spectral_image import read_exr, write_codes, write_exr
+from .camera import PinholeCamera
+from .files import read_codes
+
+Array = NDArray[np.float64]
+
+RANGE, PLANAR = "range", "planar_depth"
+"""Channels of an EXR: Euclidean distance from the camera's centre; along its optical axis."""
+MILLIMETRE = 1e-3
+DEEPEST = np.iinfo(np.uint16).max * MILLIMETRE
+"""Largest depth in a 16-bit PNG, m."""
+
+
+def planar_depth(distances: ArrayLike, camera: PinholeCamera) -> Array:
+    """Return the planar depth of Euclidean ranges, shape (height, width), m.
+
+    Examples
+    --------
+    >>> camera = PinholeCamera.from_field_of_view(3, 1, 90.0)
+    >>> planar_depth([[5.0, 5.0, 5.0]], camera).round(3).tolist()
+    [[4.16, 5.0, 4.16]]
+    """
+    return _of_picture(distances, camera) * camera.rays()[..., 2]
+
+
+def euclidean_range(depth: ArrayLike, camera: PinholeCamera) -> Array:
+    """Return the Euclidean range of planar depths, shape (height, width), m."""
+    return _of_picture(depth, camera) / camera.rays()[..., 2]
+
+
+def write_depth_png(path: Path, depth: ArrayLike) -> int:
+    """Write planar depth as 16-bit PNG in mm, 0 where nothing is seen.
+
+    Parameters
+    ----------
+    path : Path
+    depth : array_like, shape (height, width)
+        m; infinite or 0 where nothing is seen.
+
+    Returns
+    -------
+    int
+        Pixels that are farther than :data:`DEEPEST` and were written as 0.
+
+    Raises
+    ------
+    InputError
+        If a depth is negative or no number, or the file cannot be written.
+    """
+    metres = np.asarray(depth, dtype=np.float64)
+    if np.isnan(metres).any() or (metres < 0).any():
+        raise InputError(f"cannot write {path}: a depth is negative or not a number")
+    far = metres > DEEPEST
+    codes = np.where(far, 0.0, np.round(np.where(far, 0.0, metres) / MILLIMETRE))
+    write_codes(path, codes.astype(np.uint16))
+    return int(np.count_nonzero(far & np.isfinite(metres)))
+
+
+def read_depth_png(path: Path) -> Array:
+    """Read planar depth in m; infinite where nothing is seen."""
+    codes = read_codes(path)
+    return np.where(codes > 0, codes * MILLIMETRE, np.inf)
+
+
+def write_depth_exr(path: Path, distances: ArrayLike, camera: PinholeCamera) -> None:
+    """Write Euclidean range and planar depth, both in m, as the channels of an EXR.
+
+    Parameters
+    ----------
+    path : Path
+    distances : array_like, shape (height, width)
+        Euclidean range, m; infinite where nothing is seen.
+    camera : PinholeCamera
+    """
+    pixels = np.stack([_of_picture(distances, camera), planar_depth(distances, camera)], axis=-1)
+    header = {
+        "range_is": "Euclidean distance from the centre of the camera, m",
+        "planar_depth_is": "distance along the optical axis, m",
+    }
+    write_exr(path, pixels, (RANGE, PLANAR), header)
+
+
+def read_depth_exr(path: Path) -> tuple[Array, Array]:
+    """Read Euclidean range and planar depth, m.
+
+    Raises
+    ------
+    InputError
+        If the file lacks one of them.
+    """
+    pixels, names = read_exr(path)
+    if not {RANGE, PLANAR} <= set(names):
+        raise InputError(f"{path} has channels {', '.join(names)}; it needs {RANGE} and {PLANAR}")
+    found = (pixels[..., names.index(name)].astype(np.float64) for name in (RANGE, PLANAR))
+    return next(found), next(found)
+
+
+def _of_picture(values: ArrayLike, camera: PinholeCamera) -> Array:
+    found = np.asarray(values, dtype=np.float64)
+    if found.shape != (camera.height, camera.width):
+        raise InputError(
+            f"distances have shape {found.shape}, the camera's picture "
+            f"{(camera.height, camera.width)}; give one per pixel"
+        )
+    return found

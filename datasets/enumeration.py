@@ -1,0 +1,239 @@
+"""The views that a specification stands for, in order, each with a name of its own content.
+
+A view keeps its name whatever else changes in the specification, so that one that is finished
+need not be rendered again.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import itertools
+import json
+from collections.abc import Container, Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+
+from ..uw_spectral.errors import InputError
+from ..uw_spectral.spectra.spectral_image import replacing
+from ..uw_spectral.spectra.spectrum import is_file
+from ..uw_spectral.transfer.water_column import WAVES
+from .axes import Array
+from .pose_sets import RandomPoses, Surroundings
+from .quantities import Value, generator
+from .specification import AIR, AMOUNTS, CONSTITUENTS, DataSetCamera, DataSetSpec, Rig
+from .view import SPLITS, Split
+
+_WAVES = ("wind_speed", "wind_direction", "fetch", "wave_seed")
+_DIGITS = 16  # of a name
+_ROUNDED = 9  # decimals of a pose that count
+
+
+@dataclass(frozen=True)
+class PlannedView:
+    """A view to render.
+
+    Parameters
+    ----------
+    name : str
+        Digest of everything but the split.
+    pose_set : str
+    pose : int
+        Its place among all poses; views of one pose differ by water, light, camera and noise.
+    camera_to_world : array, shape (4, 4)
+        In Blender's axes, in the lowered scene.
+    camera : DataSetCamera
+    settings : mapping
+        Of the scene, by name.
+    lowered : float
+        Metres that the scene is lowered by.
+    rig : Rig
+    noise_seed : int
+    split : str
+        The same for all views of a pose.
+    """
+
+    name: str
+    pose_set: str
+    pose: int
+    camera_to_world: Array
+    camera: DataSetCamera
+    settings: Mapping[str, Value]
+    lowered: float
+    rig: Rig
+    noise_seed: int
+    split: Split
+
+    @property
+    def in_air(self) -> bool:
+        """Whether there is no water."""
+        return self.settings["water"] == AIR
+
+    def record(self) -> dict[str, Any]:
+        """Return all of it as JSON holds it."""
+        return {
+            "name": self.name,
+            "pose_set": self.pose_set,
+            "pose": self.pose,
+            "camera_to_world": self.camera_to_world.tolist(),
+            "camera": asdict(self.camera),
+            "settings": dict(self.settings),
+            "lowered_m": self.lowered,
+            "rig": asdict(self.rig),
+            "noise_seed": self.noise_seed,
+            "split": self.split,
+        }
+
+
+def enumerate_views(spec: DataSetSpec, scene: Surroundings | None = None) -> list[PlannedView]:
+    """Return the views of a specification; the same for the same one.
+
+    Parameters
+    ----------
+    spec : DataSetSpec
+    scene : Surroundings, optional
+        For random poses that must fit into it.
+
+    Raises
+    ------
+    InputError
+        If there are too many, a camera is not in the water, or no random pose fits.
+    """
+    poses = list(_poses(spec, scene))
+    choices = [quantity.values for quantity in spec.settings.values()]
+    conditions = list(dict.fromkeys(map(_known, _crossed(spec, choices))))
+    sets = len(spec.lowered.values) * len(spec.cameras) * len(spec.rigs) * spec.repeats
+    total = len(poses) * len(conditions) * sets
+    if total > spec.most:
+        raise InputError(
+            f"the specification makes {total} views, more than most_views = {spec.most}: "
+            f"{len(poses)} poses × {len(conditions)} waters and lights × {sets} depths, cameras, "
+            "rigs and repeats; shorten its lists, or raise most_views"
+        )
+    splits = _splits(len(poses), spec)
+    digests = _digests(spec)
+    return [
+        view
+        for number, (pose_set, pose) in enumerate(poses)
+        for view in _of_pose(spec, number, pose_set, pose, conditions, splits[number], digests)
+    ]
+
+
+def unfinished(views: Sequence[PlannedView], done: Container[str]) -> list[PlannedView]:
+    """Return the views whose names are not among those that are done."""
+    return [view for view in views if view.name not in done]
+
+
+def write_plan(path: Path, views: Sequence[PlannedView]) -> None:
+    """Write views as JSON, one a line; whole under its name, or not at all.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be written.
+    """
+    with replacing(path) as temporary:
+        lines = (json.dumps(view.record()) + "\n" for view in views)
+        temporary.write_text("".join(lines), encoding="utf-8")
+
+
+def _poses(spec: DataSetSpec, scene: Surroundings | None) -> Iterator[tuple[str, Array]]:
+    for pose_set in spec.poses:
+        if isinstance(pose_set, RandomPoses):
+            camera = spec.cameras[0].optics
+            for number in range(pose_set.count):
+                yield pose_set.name, pose_set.pose(spec.seed, number, camera, scene)
+        else:
+            for pose in pose_set.poses():
+                yield pose_set.name, pose
+
+
+def _crossed(spec: DataSetSpec, choices: Sequence[tuple[Value, ...]]) -> Iterator[dict[str, Value]]:
+    for values in itertools.product(*choices):
+        yield dict(zip(spec.settings, values, strict=True))
+
+
+def _known(values: Mapping[str, Value]) -> tuple[tuple[str, Value], ...]:
+    """Settings that tell a view from another: without those that its water takes no note of."""
+    water, left_out = values["water"], set[str]()
+    if water != CONSTITUENTS:
+        left_out |= set(AMOUNTS)
+    if not str(water).startswith("jerlov:"):
+        left_out.add("water_source")
+    if water == AIR:
+        left_out |= {"absorption_factor", "scattering_factor", "surface", *_WAVES}
+    if values.get("surface") not in (None, WAVES):
+        left_out |= set(_WAVES)
+    return tuple((name, value) for name, value in values.items() if name not in left_out)
+
+
+def _of_pose(
+    spec: DataSetSpec,
+    number: int,
+    pose_set: str,
+    pose: Array,
+    conditions: Sequence[tuple[tuple[str, Value], ...]],
+    split: Split,
+    digests: Mapping[str, str],
+) -> Iterator[PlannedView]:
+    place = np.round(pose, _ROUNDED) + 0.0  # no negative zero
+    key = place.tolist()
+    for depth, given in itertools.product(spec.lowered.values, conditions):
+        lowered = float(spec.lowered.resolved(depth, spec.seed, "depth", key))
+        settings = MappingProxyType(
+            {
+                name: spec.settings[name].resolved(value, spec.seed, name, key)
+                for name, value in given
+            }
+        )
+        there = place.copy()
+        there[2, 3] -= lowered
+        there.setflags(write=False)
+        if settings["water"] != AIR and there[2, 3] >= 0:
+            raise InputError(
+                f"{pose_set}: a camera is {there[2, 3]:g} m above the water, whose surface is "
+                "z = 0; move the poses down, or raise scene.depth"
+            )
+        for camera, rig, repeat in itertools.product(spec.cameras, spec.rigs, range(spec.repeats)):
+            content = [
+                there.tolist(),
+                asdict(camera),
+                {name: digests.get(str(value), value) for name, value in settings.items()},
+                lowered,
+                asdict(rig),
+                [spec.seed, repeat],
+            ]
+            text = json.dumps(content, sort_keys=True)
+            for location, digest in digests.items():
+                text = text.replace(json.dumps(location)[1:-1], digest)
+            name = hashlib.sha256(text.encode()).hexdigest()[:_DIGITS]
+            seed = int(generator(spec.seed, "noise", name).integers(2**31))
+            yield PlannedView(
+                name, pose_set, number, there, camera, settings, lowered, rig, seed, split
+            )
+
+
+def _digests(spec: DataSetSpec) -> dict[str, str]:
+    """Files by their content, so that a name does not depend on the folder."""
+    texts = [str(v) for q in spec.settings.values() for v in q.values]
+    texts += [camera.sensor for camera in spec.cameras]
+    texts += [lamp.emission for rig in spec.rigs for lamp in rig.lamps]
+    found = {}
+    for text in texts:
+        path = text.removeprefix("file:")
+        if text.startswith("file:") and is_file(path):
+            found[text] = "file:" + hashlib.sha256(Path(path).read_bytes()).hexdigest()
+    return found
+
+
+def _splits(count: int, spec: DataSetSpec) -> list[Split]:
+    """Split of each pose: drawn without replacement, so that the shares are kept."""
+    order = generator(spec.seed, "splits").permutation(count)
+    ends = np.round(np.cumsum(spec.shares) * count)
+    places = np.searchsorted(ends, np.arange(count), side="right")
+    found = np.empty(count, dtype=int)
+    found[order] = np.minimum(places, len(SPLITS) - 1)
+    return [SPLITS[place] for place in found]

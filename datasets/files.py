@@ -1,0 +1,95 @@
+"""Files of a data set: written whole, and named from where they are read."""
+
+from __future__ import annotations
+
+import json
+import os
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..uw_spectral.errors import InputError
+from ..uw_spectral.spectra.spectral_image import replacing
+
+
+def write_text(path: Path, text: str) -> None:
+    """Write a text file; whole under its name, or not at all.
+
+    Raises
+    ------
+    InputError
+        If it cannot be written.
+    """
+    with replacing(path) as temporary:
+        temporary.write_text(text, encoding="utf-8")
+
+
+def write_json(path: Path, content: Any) -> None:  # noqa: ANN401 - what JSON holds
+    """Write a JSON file; numbers that are not finite are refused.
+
+    Raises
+    ------
+    InputError
+        If it cannot be written, or holds what JSON does not.
+    """
+    try:
+        text = json.dumps(content, indent=1, allow_nan=False)
+    except (TypeError, ValueError) as error:
+        raise InputError(f"cannot write {path}: {error}; JSON holds text and finite numbers") from (
+            error
+        )
+    write_text(path, text + "\n")
+
+
+def relative(path: Path, folder: Path) -> str:
+    """Return a path as seen from a folder, with forward slashes.
+
+    Examples
+    --------
+    >>> relative(Path("/set/images/a.png"), Path("/set/colmap"))
+    '../images/a.png'
+    """
+    return Path(os.path.relpath(path.absolute(), folder.absolute())).as_posix()
+
+
+def make_folder(path: Path) -> Path:
+    """Make a folder and those above it, and return it.
+
+    Raises
+    ------
+    InputError
+        If a file is in the way, or it is not allowed.
+    """
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(
+            f"cannot make the folder {path}: {error.strerror}; choose another"
+        ) from error
+    return path
+
+
+def read_codes(path: Path) -> NDArray[np.uint16]:
+    """Read a picture of one channel as whole numbers, shape (height, width).
+
+    Raises
+    ------
+    InputError
+        If there is no such picture, or it has more channels.
+    """
+    import OpenImageIO as oiio  # noqa: N813
+
+    source = oiio.ImageInput.open(str(path)) if path.is_file() else None
+    if source is None:
+        raise InputError(f"cannot read {path}: there is no such picture; write it again")
+    try:
+        spec = source.spec()
+        # As it is stored: OpenImageIO scales 8-bit codes when it is asked for 16.
+        codes = source.read_image(spec.format)
+    finally:
+        source.close()
+    if codes is None or spec.nchannels != 1 or not np.issubdtype(codes.dtype, np.unsignedinteger):
+        raise InputError(f"{path} is not a whole picture of one channel of 8 or 16 bits")
+    return np.asarray(codes, dtype=np.uint16).reshape(spec.height, spec.width)

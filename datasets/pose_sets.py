@@ -1,0 +1,260 @@
+"""Where cameras go: around a thing, along a line, or anywhere they fit.
+
+Poses are in the axes of Blender, before the scene is lowered; angles in degrees.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..uw_spectral.errors import InputError
+from .axes import Array, looking_at
+from .camera import PinholeCamera
+from .quantities import generator
+from .tables import Table
+
+Point = tuple[float, float, float]
+_TRIES = 500
+
+
+class Surroundings(Protocol):
+    """What random poses must know of a scene."""
+
+    def clearance(self, point: ArrayLike) -> float:
+        """Distance of a point from the nearest thing, m; negative inside one."""
+        ...
+
+    def seen_share(self, camera_to_world: Array, camera: PinholeCamera) -> float:
+        """Share of the picture in which something is seen, not open water."""
+        ...
+
+
+@dataclass(frozen=True)
+class Orbit:
+    """Cameras on a circle around a point, which they look at.
+
+    ``elevations`` are angles above the level through the target, ``arc`` the part of the
+    circle; a whole one does not repeat its beginning.
+    """
+
+    name: str
+    target: Point
+    radii: tuple[float, ...]
+    elevations: tuple[float, ...]
+    count: int
+    start: float = 0.0
+    arc: float = 360.0
+    roll: float = 0.0
+
+    def poses(self) -> Iterator[Array]:
+        """Yield the poses, the angle around the target changing fastest."""
+        whole = abs(self.arc) >= 360.0
+        around = np.linspace(0.0, self.arc, self.count, endpoint=not whole) + self.start
+        for radius in self.radii:
+            for up in np.radians(self.elevations):
+                for turn in np.radians(around):
+                    level = radius * np.cos(up)
+                    offset = level * np.cos(turn), level * np.sin(turn), radius * np.sin(up)
+                    yield looking_at(np.add(self.target, offset), self.target, self.roll)
+
+
+@dataclass(frozen=True)
+class Transect:
+    """Cameras at even distances along a line.
+
+    They look along ``heading``, counter-clockwise from +x, or along the line without one, by
+    ``pitch`` above level: -90 looks straight down with the heading on top.
+    """
+
+    name: str
+    start: Point
+    end: Point
+    count: int
+    heading: float | None = None
+    pitch: float = 0.0
+    roll: float = 0.0
+
+    def poses(self) -> Iterator[Array]:
+        """Yield the poses from start to end."""
+        along = np.subtract(self.end, self.start)
+        heading = (
+            np.degrees(np.arctan2(along[1], along[0])) if self.heading is None else self.heading
+        )
+        for share in np.linspace(0.0, 1.0, self.count):
+            yield heading_pose(self.start + share * along, heading, self.pitch, self.roll)
+
+
+@dataclass(frozen=True)
+class RandomPoses:
+    """Cameras anywhere in a box, looking at points of another.
+
+    Those nearer to a thing than ``clearance`` (m), or that see things in less than ``in_view``
+    of the picture, are drawn again.
+    """
+
+    name: str
+    low: Point
+    high: Point
+    target_low: Point
+    target_high: Point
+    count: int
+    roll: float = 0.0
+    clearance: float = 0.0
+    in_view: float = 0.0
+
+    @property
+    def needs_scene(self) -> bool:
+        """Whether it has constraints."""
+        return self.clearance > 0 or self.in_view > 0
+
+    def pose(
+        self, seed: int, number: int, camera: PinholeCamera, scene: Surroundings | None
+    ) -> Array:
+        """Return one of its poses; the same for the same seed and number.
+
+        Parameters
+        ----------
+        seed, number : int
+        camera : PinholeCamera
+            Whose picture counts.
+        scene : Surroundings, optional
+
+        Raises
+        ------
+        InputError
+            If no pose fits, or there are constraints and no scene.
+        """
+        if self.needs_scene and scene is None:
+            raise InputError(
+                f"{self.name}: clearance and in_view need the scene; leave them out to plan "
+                "without it"
+            )
+        random = generator(seed, self.name, number)
+        inside = hidden = 0
+        for _ in range(_TRIES):
+            eye = random.uniform(self.low, self.high)
+            target = random.uniform(self.target_low, self.target_high)
+            roll = random.uniform(-self.roll, self.roll) if self.roll else 0.0
+            if np.linalg.norm(eye - target) < 1e-6:
+                continue
+            pose = looking_at(eye, target, roll)
+            if scene is None:
+                return pose
+            if self.clearance > 0 and scene.clearance(eye) < self.clearance:
+                inside += 1
+            elif self.in_view > 0 and scene.seen_share(pose, camera) < self.in_view:
+                hidden += 1
+            else:
+                return pose
+        raise InputError(
+            f"{self.name}: of {_TRIES} cameras none fits: {inside} are inside things or nearer "
+            f"than clearance = {self.clearance:g} m, {hidden} have less than in_view = "
+            f"{self.in_view:g} of things in view; change the box from {self.low} to {self.high}, "
+            "its targets, or the constraints"
+        )
+
+
+PoseSet = Orbit | Transect | RandomPoses
+
+
+def heading_pose(eye: ArrayLike, heading: float, pitch: float, roll: float = 0.0) -> Array:
+    """Return the pose of a camera of a heading and a pitch.
+
+    Examples
+    --------
+    >>> heading_pose((0, 0, -1), heading=90.0, pitch=-90.0)[:3, 1].round(12).tolist()
+    [0.0, 1.0, 0.0]
+    """
+    turn, up = np.radians(heading), np.radians(pitch)
+    along = np.array([np.cos(turn), np.sin(turn), 0.0])
+    high = np.array([0.0, 0.0, 1.0])
+    ahead, top = np.cos(up) * along + np.sin(up) * high, np.cos(up) * high - np.sin(up) * along
+    right = np.cross(ahead, top)
+    cosine, sine = np.cos(np.radians(roll)), np.sin(np.radians(roll))
+    pose = np.eye(4)
+    pose[:3, 0], pose[:3, 1] = cosine * right + sine * top, cosine * top - sine * right
+    pose[:3, 2], pose[:3, 3] = -ahead, np.asarray(eye, dtype=np.float64)
+    return pose
+
+
+def read_pose_set(table: Table) -> PoseSet:
+    """Read one of the tables ``[[poses]]``.
+
+    Raises
+    ------
+    InputError
+        If a key is unknown or missing, or a value out of its domain.
+    """
+    kind, count = table.text("kind"), table.whole("count", least=1)
+    name = table.text("name", f"{kind} of {table.where}")
+    found = _READERS.get(kind)
+    if found is None:
+        raise InputError(f"{table.place('kind')}: {kind!r} is not one of {', '.join(_READERS)}")
+    result = found(table, name, count)
+    table.close()
+    return result
+
+
+def _point(table: Table, key: str) -> Point:
+    x, y, z = table.numbers(key, 3)
+    return x, y, z
+
+
+def _orbit(table: Table, name: str, count: int) -> Orbit:
+    values: dict[str, tuple[float, ...]] = {}
+    for key, default in (("radius", None), ("elevation", 0.0)):
+        quantity = table.quantity(key, default)
+        if quantity.drawn:
+            raise InputError(f"{table.place(key)}: an orbit draws nothing; give steps to the range")
+        values[key] = tuple(float(value) for value in quantity.values)
+    if min(values["radius"]) <= 0:
+        raise InputError(f"{table.place('radius')}: an orbit has a radius above 0 m")
+    if max(map(abs, values["elevation"])) > 90:
+        raise InputError(f"{table.place('elevation')}: give angles of -90 to 90°")
+    return Orbit(
+        name,
+        _point(table, "target"),
+        values["radius"],
+        values["elevation"],
+        count,
+        table.number("start", 0.0),
+        table.number("arc", 360.0),
+        table.number("roll", 0.0),
+    )
+
+
+def _transect(table: Table, name: str, count: int) -> Transect:
+    start, end = _point(table, "start"), _point(table, "end")
+    if start == end:
+        raise InputError(f"{table.where}: start and end are the same point; move one")
+    heading = table.number("heading") if "heading" in table else None
+    pitch, roll = table.number("pitch", 0.0), table.number("roll", 0.0)
+    return Transect(name, start, end, count, heading, pitch, roll)
+
+
+def _random(table: Table, name: str, count: int) -> RandomPoses:
+    low, high = _box(table, "low", "high")
+    target_low, target_high = _box(table, "target_low", "target_high")
+    in_view, clearance = table.number("in_view", 0.0), table.number("clearance", 0.0)
+    if not 0 <= in_view <= 1:
+        raise InputError(f"{table.place('in_view')}: a share is 0 to 1, not {in_view:g}")
+    roll = table.number("roll", 0.0)
+    return RandomPoses(name, low, high, target_low, target_high, count, roll, clearance, in_view)
+
+
+def _box(table: Table, low: str, high: str) -> tuple[Point, Point]:
+    corners = _point(table, low), _point(table, high)
+    if any(a > b for a, b in zip(*corners, strict=True)):
+        raise InputError(
+            f"{table.where}: the box from {low} = {corners[0]} to {high} = {corners[1]} is empty; "
+            "exchange what is larger in the first"
+        )
+    return corners
+
+
+_READERS = {"orbit": _orbit, "transect": _transect, "random": _random}

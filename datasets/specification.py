@@ -1,0 +1,329 @@
+"""The specification of a data set: a TOML file, read and checked.
+
+Lists are crossed with each other: every water with every sun, camera, pose. A range without
+steps is drawn once for each pose, so that all waters and cameras show it alike.
+"""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from types import MappingProxyType
+
+from ..uw_spectral.errors import InputError, unknown_name
+from ..uw_spectral.lamps.emission import LUMENS, WATTS, parse_emission
+from ..uw_spectral.spectra.colour_rendering import WHITE_BALANCES
+from ..uw_spectral.spectra.illuminant import parse_illuminant
+from ..uw_spectral.spectra.sensor import parse_sensor
+from ..uw_spectral.transfer.sky import SKIES
+from ..uw_spectral.transfer.water_column import SURFACES
+from ..uw_spectral.water.named import parse_water
+from ..uw_spectral.water.optical_properties import DEFAULT_SOURCE, JERLOV_SOURCES
+from .camera import PinholeCamera
+from .pose_sets import PoseSet, read_pose_set
+from .quantities import Quantity
+from .tables import Table
+from .view import SPLITS
+
+AIR = "air"
+"""A water that is none: the same views without it."""
+CONSTITUENTS = "constituents"
+AMOUNTS = ("chlorophyll", "cdom", "minerals", "detritus")
+MOST_VIEWS = 100_000
+_SPLIT_SHARES = (0.8, 0.1, 0.1)
+_FACTORS = ("absorption_factor", "scattering_factor")
+
+
+@dataclass(frozen=True)
+class DataSetCamera:
+    """A camera of a data set."""
+
+    name: str
+    optics: PinholeCamera
+    sensor: str
+    white_balance: str
+    exposure: str
+
+
+@dataclass(frozen=True)
+class RigLamp:
+    """A lamp that moves with the camera; position (m) and axis in its axes, Blender's.
+
+    ``size`` is the full angle of its cone in degrees, 0 for light to all sides.
+    """
+
+    power: float
+    unit: str
+    emission: str
+    position: tuple[float, float, float]
+    axis: tuple[float, float, float]
+    size: float
+
+
+@dataclass(frozen=True)
+class Rig:
+    """Lamps that are on together."""
+
+    name: str
+    lamps: tuple[RigLamp, ...]
+
+
+@dataclass(frozen=True)
+class DataSetSpec:
+    """A data set, specified.
+
+    Parameters
+    ----------
+    title, licence : str
+    seed : int
+        Of all that is drawn.
+    settings : mapping of Quantity
+        By the names of the settings of a scene; what is not named is left to the scene.
+    lowered : Quantity
+        Metres that the scene and its cameras are lowered by.
+    cameras : tuple of DataSetCamera
+    poses : tuple of PoseSet
+    rigs : tuple of Rig
+    repeats : int
+        Pictures of a view that differ by their noise.
+    shares : tuple of 3 floats
+        Of train, val and test.
+    most : int
+        Views that are not exceeded by mistake.
+    """
+
+    title: str
+    licence: str
+    seed: int
+    settings: Mapping[str, Quantity]
+    lowered: Quantity
+    cameras: tuple[DataSetCamera, ...]
+    poses: tuple[PoseSet, ...]
+    rigs: tuple[Rig, ...]
+    repeats: int
+    shares: tuple[float, ...]
+    most: int
+
+
+def read_spec(path: Path) -> DataSetSpec:
+    """Read a specification; files that it names are sought from its folder.
+
+    Raises
+    ------
+    InputError
+        If it cannot be read, is not TOML, or holds what is unknown, empty or out of its domain;
+        the message names the place and what to do.
+    """
+    try:
+        content = tomllib.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise InputError(f"cannot read {path}: {error.strerror}; check the path") from error
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise InputError(f"{path} is not TOML: {error}; correct it there") from error
+    try:
+        return parse_spec(content, path.absolute().parent)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from error
+
+
+def parse_spec(content: Mapping[str, object], folder: Path) -> DataSetSpec:
+    """Return the specification of a parsed file.
+
+    Parameters
+    ----------
+    content : mapping
+        As tomllib reads it.
+    folder : Path
+        Where files lie that it names.
+
+    Raises
+    ------
+    InputError
+        As of :func:`read_spec`.
+    """
+    top = Table(dict(content), "")
+    settings = {
+        **_water(top.table("water"), folder),
+        **_sun(top.table("sun"), folder),
+        **_sea(top.table("sea")),
+    }
+    scene = top.table("scene")
+    lowered = scene.quantity("depth", 0.0)
+    scene.close()
+    if any(isinstance(v, str) or v < 0 for v in (*lowered.values, *(lowered.drawn or ()))):
+        raise InputError("scene.depth: a scene is lowered by 0 m or more")
+    cameras = tuple(_camera(table, folder) for table in top.tables("camera"))
+    poses = tuple(read_pose_set(table) for table in top.tables("poses"))
+    rigs = tuple(_rig(table, folder) for table in top.tables("rig")) or (Rig("none", ()),)
+    for key, found in (("camera", cameras), ("poses", poses)):
+        if not found:
+            raise InputError(f"[[{key}]] is missing; a data set needs one at least")
+    for key, found in (("camera", cameras), ("poses", poses), ("rig", rigs)):
+        names = [item.name for item in found]
+        twice = {name for name in names if names.count(name) > 1}
+        if twice:
+            raise InputError(f"[[{key}]]: two are named {min(twice)!r}; name one anew")
+    spec = DataSetSpec(
+        top.text("title"),
+        top.text("licence"),
+        top.whole("seed", 0),
+        MappingProxyType(settings),
+        lowered,
+        cameras,
+        poses,
+        rigs,
+        top.whole("repeats", 1, least=1),
+        _shares(top.table("splits")),
+        top.whole("most_views", MOST_VIEWS, least=1),
+    )
+    top.close()
+    return spec
+
+
+def _water(table: Table, folder: Path) -> dict[str, Quantity]:
+    names = table.quantity("name", text=True)
+    source = table.quantity("source", DEFAULT_SOURCE, text=True)
+    for text in source.values:
+        if text not in JERLOV_SOURCES:
+            raise unknown_name(f"{table.place('source')}", str(text), JERLOV_SOURCES)
+    placed = []
+    for name in map(str, names.values):
+        found = _placed(name, folder)
+        if name not in (AIR, CONSTITUENTS):
+            for text in source.values:
+                try:
+                    parse_water(found, str(text))
+                except InputError as error:
+                    raise InputError(f"{table.place('name')}: {error}") from error
+        placed.append(found)
+    settings = {"water": Quantity(tuple(placed)), "water_source": source}
+    for key in AMOUNTS:
+        if key in table:
+            if CONSTITUENTS not in names.values:
+                raise InputError(
+                    f"{table.place(key)} is only for name = {CONSTITUENTS!r}; add it to the names"
+                )
+            settings[key] = _positive(table, key)
+    for key in _FACTORS:
+        if key in table:
+            settings[key] = _positive(table, key)
+    table.close()
+    return settings
+
+
+def _sun(table: Table, folder: Path) -> dict[str, Quantity]:
+    settings = {}
+    if "zenith" in table:
+        zenith = settings["sun_zenith"] = table.quantity("zenith")
+        if not all(0 <= float(v) < 90 for v in (*zenith.values, *(zenith.drawn or ()))):
+            raise InputError(f"{table.place('zenith')}: the sun is 0 to 89.9° from the zenith")
+    if "azimuth" in table:
+        settings["sun_azimuth"] = table.quantity("azimuth")
+    if "sky" in table:
+        skies = settings["sky"] = table.quantity("sky", text=True)
+        for sky in skies.values:
+            if sky not in SKIES:
+                raise unknown_name(f"{table.place('sky')}", str(sky), SKIES)
+    if "sky_radiance" in table:
+        settings["sky_radiance"] = _positive(table, "sky_radiance")
+    if "illuminant" in table:
+        given = table.quantity("illuminant", text=True)
+        placed = tuple(_placed(str(text), folder) for text in given.values)
+        for text in placed:
+            parse_illuminant(text)
+        settings["illuminant"] = Quantity(placed)
+    table.close()
+    return settings
+
+
+def _sea(table: Table) -> dict[str, Quantity]:
+    settings = {}
+    if "surface" in table:
+        surfaces = settings["surface"] = table.quantity("surface", text=True)
+        for surface in surfaces.values:
+            if surface not in SURFACES:
+                raise unknown_name(f"{table.place('surface')}", str(surface), SURFACES)
+    for key, name in (("wind", "wind_speed"), ("fetch", "fetch"), ("seed", "wave_seed")):
+        if key in table:
+            settings[name] = _positive(table, key)
+    if "wind_direction" in table:
+        settings["wind_direction"] = table.quantity("wind_direction")
+    if "wave_seed" in settings:
+        seeds = settings["wave_seed"]
+        if seeds.drawn or not all(float(v).is_integer() for v in seeds.values):
+            raise InputError(f"{table.place('seed')}: seeds are a list of whole numbers")
+        settings["wave_seed"] = Quantity(tuple(int(v) for v in seeds.values))
+    table.close()
+    return settings
+
+
+def _camera(table: Table, folder: Path) -> DataSetCamera:
+    name = table.text("name")
+    width, height = table.whole("width", least=1), table.whole("height", least=1)
+    distortion = table.numbers("distortion", 5, (0.0,) * 5)
+    if "field_of_view" in table:
+        optics = PinholeCamera.from_field_of_view(width, height, table.number("field_of_view"))
+        fx, fy, cx, cy = optics.fx, optics.fy, optics.cx, optics.cy
+    else:
+        if "focal" not in table:
+            raise InputError(f"{table.where}: give field_of_view in degrees, or focal in pixels")
+        fx, fy = table.numbers("focal", 2)
+        cx, cy = table.numbers("centre", 2, (width / 2, height / 2))
+    sensor = _placed(table.text("sensor", "cie1931"), folder)
+    parse_sensor(sensor)
+    balance = table.text("white_balance", "daylight")
+    if balance not in WHITE_BALANCES:
+        raise unknown_name(f"{table.place('white_balance')}", balance, WHITE_BALANCES)
+    automatic = table.get("exposure", "auto") == "auto"
+    exposure = "auto" if automatic else repr(table.number("exposure"))
+    table.close()
+    k1, k2, p1, p2, k3 = distortion
+    optics = PinholeCamera(width, height, fx, fy, cx, cy, (k1, k2, p1, p2, k3))
+    return DataSetCamera(name, optics, sensor, balance, exposure)
+
+
+def _rig(table: Table, folder: Path) -> Rig:
+    name, lamps = table.text("name"), []
+    for lamp in table.tables("lamps"):
+        emission = _placed(lamp.text("emission", "led"), folder)
+        parse_emission(emission)
+        unit = lamp.text("unit", LUMENS)
+        if unit not in (LUMENS, WATTS):
+            raise unknown_name(f"{lamp.place('unit')}", unit, (LUMENS, WATTS))
+        power, size = lamp.number("power"), lamp.number("size", 0.0)
+        if power <= 0 or not 0 <= size <= 180:
+            raise InputError(f"{lamp.where}: power is above 0, and size 0 to 180°")
+        px, py, pz = lamp.numbers("position", 3, (0.0, 0.0, 0.0))
+        ax, ay, az = lamp.numbers("axis", 3, (0.0, 0.0, -1.0))
+        if not (ax or ay or az):
+            raise InputError(f"{lamp.place('axis')}: (0, 0, 0) is no direction")
+        lamps.append(RigLamp(power, unit, emission, (px, py, pz), (ax, ay, az), size))
+        lamp.close()
+    table.close()
+    return Rig(name, tuple(lamps))
+
+
+def _shares(table: Table) -> tuple[float, ...]:
+    shares = tuple(
+        table.number(split, 0.0 if any(s in table for s in SPLITS) else default)
+        for split, default in zip(SPLITS, _SPLIT_SHARES, strict=True)
+    )
+    table.close()
+    if min(shares) < 0 or abs(sum(shares) - 1) > 1e-6:
+        raise InputError(f"splits: the shares {shares} must not be negative and add up to 1")
+    return shares
+
+
+def _positive(table: Table, key: str) -> Quantity:
+    found = table.quantity(key)
+    if any(float(v) < 0 for v in (*found.values, *(found.drawn or ()))):
+        raise InputError(f"{table.place(key)}: values are 0 or more")
+    return found
+
+
+def _placed(text: str, folder: Path) -> str:
+    """Return what names a file with its path from the folder of the specification."""
+    scheme, _, rest = text.partition(":")
+    return f"file:{folder / rest}" if scheme == "file" and rest else text

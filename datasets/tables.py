@@ -1,0 +1,107 @@
+"""Tables of a TOML file, read key by key; what is left over is named."""
+
+from __future__ import annotations
+
+from ..uw_spectral.errors import InputError, unknown_name
+from .quantities import Quantity, number, read_quantity
+
+
+class Table:
+    """A table of a specification and its place in the file.
+
+    Parameters
+    ----------
+    content : mapping
+    where : str
+        For messages.
+
+    Raises
+    ------
+    InputError
+        If it is no table.
+    """
+
+    def __init__(self, content: object, where: str) -> None:
+        if not isinstance(content, dict):
+            raise InputError(f"{where} is {content!r}; it should be a table")
+        self._content, self.where, self._known = content, where, list[str]()
+
+    def __contains__(self, key: str) -> bool:
+        self._known.append(key)
+        return key in self._content
+
+    def place(self, key: str) -> str:
+        """Return the place of a key."""
+        return f"{self.where}.{key}" if self.where else key
+
+    def get(self, key: str, default: object = None) -> object:
+        """Return what is there, as it is."""
+        self._known.append(key)
+        return self._content.get(key, default)
+
+    def text(self, key: str, default: str | None = None) -> str:
+        """Return text; needed if there is no default."""
+        found = self.get(key, default)
+        if not isinstance(found, str) or (not found.strip() and default != ""):
+            raise self.needed(key, "text in quotes", found)
+        return found
+
+    def number(self, key: str, default: float | None = None) -> float:
+        """Return a finite number; needed if there is no default."""
+        found = self.get(key, default)
+        if found is None:
+            raise self.needed(key, "a number", found)
+        return number(self.place(key), found)
+
+    def whole(self, key: str, default: int | None = None, least: int = 0) -> int:
+        """Return a whole number; needed if there is no default."""
+        found = self.get(key, default)
+        if isinstance(found, bool) or not isinstance(found, int) or found < least:
+            raise self.needed(key, f"a whole number, {least} or more", found)
+        return found
+
+    def numbers(
+        self, key: str, count: int, default: tuple[float, ...] | None = None
+    ) -> tuple[float, ...]:
+        """Return so many finite numbers; needed if there is no default."""
+        found = self.get(key, default)
+        if not isinstance(found, list | tuple) or len(found) != count:
+            raise self.needed(key, f"a list of {count} numbers", found)
+        return tuple(number(self.place(key), value) for value in found)
+
+    def quantity(
+        self,
+        key: str,
+        default: object = None,
+        *,
+        text: bool = False,
+    ) -> Quantity:
+        """Return a quantity; needed if there is no default."""
+        found = self.get(key, default)
+        if found is None:
+            raise self.needed(key, "a value, a list or a range", found)
+        return read_quantity(self.place(key), found, text=text)
+
+    def table(self, key: str) -> Table:
+        """Return the table of a key, empty if it is not there."""
+        return Table(self.get(key, {}), self.place(key))
+
+    def tables(self, key: str) -> list[Table]:
+        """Return the tables of ``[[key]]``."""
+        found = self.get(key, [])
+        if not isinstance(found, list):
+            raise self.needed(key, f"a list of tables, [[{self.place(key)}]]", found)
+        return [Table(item, f"{self.place(key)}[{i}]") for i, item in enumerate(found)]
+
+    def close(self) -> None:
+        """Refuse keys that nobody asked for."""
+        for key in self._content:
+            if key not in self._known:
+                known = dict.fromkeys(self._known)
+                raise unknown_name(f"key of {self.where or 'the file'}", key, known)
+
+    def needed(self, key: str, what: str, found: object) -> InputError:
+        """Return the error for a key that is missing or of another kind."""
+        if found is None:
+            return InputError(f"{self.place(key)} is missing; give {what}")
+        return InputError(f"{self.place(key)}: {found!r} should be {what}")

@@ -1,0 +1,248 @@
+"""The image-formation truth of a picture: one JSON file with what its colours are made of.
+
+Lengths are m, coefficients 1/m, wavelengths nm, angles degrees. The names of the coefficients are
+those of Akkaynak & Treibitz (2018, 2019).
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..uw_spectral.errors import InputError
+from ..uw_spectral.imaging.formation_fit import FormationFit
+from ..uw_spectral.imaging.image_formation import (
+    RANGES,
+    FormationCurves,
+    ImageFormation,
+    compute_image_formation,
+    ranges_in_water,
+)
+from ..uw_spectral.imaging.optics import ResolvedOptics
+from ..uw_spectral.imaging.range_attenuation import FEWEST
+from ..uw_spectral.imaging.viewpoint import Viewpoint
+from ..uw_spectral.imaging.visibility import diffuse_attenuation
+from ..uw_spectral.lamps.lamp import Lamp
+from .camera import PinholeCamera
+from .files import write_json
+from .view import View
+
+KIND = "underwater-spectral image formation"
+FORMAT = 1
+MODEL = "I = J exp(-beta_D(z) z) + B_inf (1 - exp(-beta_B(z) z)), z: Euclidean range, m"
+LEVEL, OPTICAL_AXIS = "level", "optical_axis"
+_LEVEL_WITHIN = 1e-6  # of the vertical component of the view direction
+
+
+def image_truth(
+    optics: ResolvedOptics,
+    view: View,
+    lamps: Sequence[Lamp] = (),
+    ranges: ArrayLike = RANGES,
+) -> dict[str, Any]:
+    """Return the truth of a picture as JSON holds it.
+
+    Parameters
+    ----------
+    optics : ResolvedOptics
+        Water, light, sensor and bands of the picture.
+    view : View
+        Its camera; the world's z = 0 is the surface.
+    lamps : sequence of Lamp
+        In the bands of the optics; they are listed, and light nothing here.
+    ranges : array_like
+        At which coefficients are tabulated, m. Where surface or floor is so near along the
+        optical axis that only a few are left, that direction is left out.
+
+    Raises
+    ------
+    InputError
+        If the camera is not in the water, or sees no light.
+    """
+    depth = -float(view.camera_to_world[2, 3])
+    place = optics.viewpoint(depth)
+    axis = -view.camera_to_world[:3, 2]
+    directions = {LEVEL: _level(axis, place)}
+    there = ranges_in_water(optics, depth, axis.tolist(), ranges)
+    if abs(axis[2]) > _LEVEL_WITHIN and len(there) >= FEWEST:
+        directions[OPTICAL_AXIS] = tuple(axis.tolist())
+    formations = {
+        name: _formation(compute_image_formation(optics, depth, w, ranges))
+        for name, w in directions.items()
+    }
+    description, column, layer = optics.description, optics.column, place.layer
+    light, surface = description.light, description.surface
+    return {
+        "kind": KIND,
+        "format": FORMAT,
+        "view": view.name,
+        "model": MODEL,
+        "conventions": {
+            "beta_D": "of a grey Lambertian surface lit by Ed of its depth, effective from 0 to z",
+            "B_inf": "response of the sensor to radiance, before white balance and exposure",
+            "camera_to_world": "Blender axes: looks along -z, y up; world z up, surface at z = 0",
+            "K": "image coordinates from the upper left corner of the picture, pixels",
+        },
+        "camera_depth_m": depth,
+        "water": {
+            "layers": [
+                {"top_m": top, "name": water.name, "source": water.source}
+                for top, water in zip(optics.waters.tops, optics.waters.layers, strict=True)
+            ],
+            "inelastic": description.water.inelastic,
+        },
+        "bands": {
+            "centres_nm": optics.bands.centres.tolist(),
+            "widths_nm": optics.bands.widths.tolist(),
+            "a": layer.absorption.tolist(),
+            "b": layer.scattering.tolist(),
+            "c": place.attenuation.tolist(),
+            "bb": (layer.scattering * layer.phase.backscatter_ratio).tolist(),
+            "Kd": _finite(diffuse_attenuation(place)),
+            "Ed": place.light.tolist(),
+        },
+        "sun": {
+            "zenith_deg": light.zenith,
+            "azimuth_deg": light.azimuth,
+            "zenith_in_water_deg": float(np.degrees(np.arccos(column.sun_cosine))),
+            "illuminant": optics.illuminant.name,
+            "sky": light.sky,
+        },
+        "surface": {
+            "kind": surface.kind,
+            "refractive_index": surface.refractive_index,
+            "slope_variance": column.roughness,
+        },
+        "floor": {
+            "depth_m": column.floor_depth if np.isfinite(column.floor_depth) else None,
+            "reflectance": column.floor_reflectance.tolist(),
+        },
+        "sensor": _sensor(place),
+        "camera": {
+            **_intrinsics(view.camera),
+            "camera_to_world": view.camera_to_world.tolist(),
+        },
+        "lamps": [_lamp(lamp) for lamp in lamps],
+        "formation": formations,
+    }
+
+
+def write_truth(path: Path, truth: Mapping[str, Any]) -> None:
+    """Write what :func:`image_truth` returned.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be written.
+    """
+    write_json(path, dict(truth))
+
+
+def read_formation(path: Path, direction: str = LEVEL) -> FormationCurves:
+    """Read the coefficients of the sensor's channels.
+
+    Parameters
+    ----------
+    path : Path
+        File of :func:`write_truth`.
+    direction : str
+        Which of its directions.
+
+    Raises
+    ------
+    InputError
+        If the file is none, or lacks that direction.
+    """
+    try:
+        content = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        raise InputError(
+            f"cannot read {path}: {error}; give a file of image-formation truth"
+        ) from (error)
+    if not isinstance(content, dict) or content.get("kind") != KIND:
+        raise InputError(f"{path} holds no image-formation truth")
+    if content.get("format") != FORMAT:
+        raise InputError(f"{path} has format {content.get('format')!r}; this reads {FORMAT}")
+    known = content["formation"]
+    if direction not in known:
+        raise InputError(f"{path} has no direction {direction!r}, but {', '.join(known)}")
+    found = known[direction]["channels"]
+    names = ("z", "beta_D", "beta_B", "B_inf")
+    return FormationCurves(*(np.array(found[name], dtype=np.float64) for name in names))
+
+
+def _level(axis: np.ndarray, place: Viewpoint) -> tuple[float, float, float]:
+    """Level direction that the camera looks to; that of the viewpoint if it looks up or down."""
+    x, y = axis[:2].tolist()
+    length = float(np.hypot(x, y))
+    return (x / length, y / length, 0.0) if length > _LEVEL_WITHIN else place.level
+
+
+def _formation(found: ImageFormation) -> dict[str, Any]:
+    return {
+        "direction": found.direction,
+        "channels": {"names": ["R", "G", "B"], **_curves(found.channels)},
+        "bands": _curves(found.bands),
+    }
+
+
+def _curves(curves: FormationCurves) -> dict[str, Any]:
+    fit = curves.fitted()
+    return {
+        "z": curves.z.tolist(),
+        "beta_D": curves.beta_direct.tolist(),
+        "beta_B": curves.beta_backscatter.tolist(),
+        "B_inf": curves.B_inf.tolist(),
+        "fitted": {"form": "beta(z) = a exp(b z) + c exp(d z)", **_constants(fit)},
+    }
+
+
+def _constants(fit: FormationFit) -> dict[str, Any]:
+    return {
+        name: [{"a": k.a, "b": k.b, "c": k.c, "d": k.d} for k in channels]
+        for name, channels in (("beta_D", fit.beta_direct), ("beta_B", fit.beta_backscatter))
+    }
+
+
+def _sensor(place: Viewpoint) -> dict[str, Any]:
+    sensor, develop = place.sensor, place.reduction
+    return {
+        "name": sensor.name,
+        "source": sensor.source,
+        "licence": sensor.licence,
+        "response": develop.response.tolist(),
+        "white_balance": place.white_balance,
+        "white_balance_gains": (develop.white[1] / develop.white).tolist(),
+        "exposure_stops": place.stops,
+        "to_linear_rec709": develop.matrix.tolist(),
+    }
+
+
+def _intrinsics(camera: PinholeCamera) -> dict[str, Any]:
+    return {
+        "width": camera.width,
+        "height": camera.height,
+        "K": camera.K.tolist(),
+        "distortion": {
+            "model": "Brown-Conrady k1, k2, p1, p2, k3",
+            "coefficients": camera.distortion,
+        },
+    }
+
+
+def _lamp(lamp: Lamp) -> dict[str, Any]:
+    return {
+        "position": np.asarray(lamp.position, dtype=np.float64).tolist(),
+        "axis": np.asarray(lamp.axis, dtype=np.float64).tolist(),
+        "radiant_intensity": np.asarray(lamp.intensity, dtype=np.float64).tolist(),
+        "profile": type(lamp.profile).__name__,
+    }
+
+
+def _finite(values: np.ndarray) -> list[float | None]:
+    return [float(x) if np.isfinite(x) else None for x in values]

@@ -1,0 +1,138 @@
+"""Raw pictures as DNG: uncompressed counts behind a mosaic, and what a developer must know.
+
+One image directory, as *Digital Negative Specification 1.4* and TIFF 6.0 describe it, little
+endian, with the linear counts as they are. Lens corrections, previews and EXIF are not in it.
+"""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Sequence
+from fractions import Fraction
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..errors import InputError, unknown_name
+from ..spectra.spectral_image import replacing
+from .bayer import PATTERNS
+from .linear_detector import Detector
+
+_BYTE, _ASCII, _SHORT, _LONG, _RATIONAL, _SRATIONAL = 1, 2, 3, 4, 5, 10
+_CODES = {_BYTE: "B", _SHORT: "H", _LONG: "I", _RATIONAL: "I", _SRATIONAL: "i"}
+_MOSAIC, _D65 = 32803, 21
+_STRIP = 273  # tag with the place of the counts
+_DENOMINATOR = 1_000_000
+
+
+def write_dng(
+    path: Path,
+    counts: NDArray[np.uint16],
+    detector: Detector,
+    pattern: str,
+    xyz_to_camera: ArrayLike,
+    neutral: ArrayLike,
+    camera: str,
+    software: str = "Underwater Spectral",
+) -> None:
+    """Write the counts of a mosaic.
+
+    Parameters
+    ----------
+    path : Path
+        Replaced in one step once its content is complete.
+    counts : array of uint16, shape (height, width)
+    detector : Detector
+        Its black and white levels.
+    pattern : str
+        One of :data:`.PATTERNS`.
+    xyz_to_camera : array_like, shape (3, 3)
+        From CIE XYZ under D65 to the camera's channels before white balance, to a factor.
+    neutral : array_like, shape (3,)
+        What the channels see of grey, to a factor.
+    camera, software : str
+        Their names.
+
+    Raises
+    ------
+    InputError
+        If the counts are no mosaic, a matrix or grey is not usable, or the file cannot be written.
+
+    References
+    ----------
+    Adobe, Digital Negative (DNG) Specification 1.4.0.0 (2012).
+    """
+    matrix, grey = np.asarray(xyz_to_camera, np.float64), np.asarray(neutral, np.float64)
+    if counts.dtype != np.uint16 or counts.ndim != 2:
+        raise InputError(f"cannot write {path}: a DNG holds one 16-bit count per pixel")
+    if pattern not in PATTERNS:
+        raise unknown_name("mosaic", pattern, PATTERNS)
+    if matrix.shape != (3, 3) or not np.isfinite(matrix).all() or not np.linalg.det(matrix):
+        raise InputError(f"cannot write {path}: the colour matrix must be 3×3 and invertible")
+    if grey.shape != (3,) or not (np.isfinite(grey).all() and (grey > 0).all()):
+        raise InputError(f"cannot write {path}: grey must be seen by all three channels")
+    height, width = counts.shape
+    # A white of luminance 1 brings the channel that sees most of it to 1.
+    white = np.array([0.9505, 1.0, 1.089])
+    matrix = matrix / np.max(matrix @ white)
+    pixels = counts.astype("<u2").tobytes()
+    tags = {
+        254: (_LONG, [0]),  # a full picture
+        256: (_LONG, [width]),
+        257: (_LONG, [height]),
+        258: (_SHORT, [16]),
+        259: (_SHORT, [1]),  # not compressed
+        262: (_SHORT, [_MOSAIC]),
+        271: (_ASCII, software),
+        272: (_ASCII, camera),
+        _STRIP: (_LONG, [0]),
+        274: (_SHORT, [1]),  # upright
+        277: (_SHORT, [1]),
+        278: (_LONG, [height]),
+        279: (_LONG, [len(pixels)]),
+        284: (_SHORT, [1]),
+        305: (_ASCII, software),
+        33421: (_SHORT, [2, 2]),
+        33422: (_BYTE, ["RGB".index(letter) for letter in pattern]),
+        50706: (_BYTE, [1, 4, 0, 0]),
+        50707: (_BYTE, [1, 1, 0, 0]),
+        50708: (_ASCII, camera),
+        50714: (_RATIONAL, _rationals([detector.black_level])),
+        50717: (_LONG, [detector.white_level]),
+        50721: (_SRATIONAL, _rationals(matrix.ravel().tolist())),
+        50728: (_RATIONAL, _rationals((grey / grey.max()).tolist())),
+        50778: (_SHORT, [_D65]),
+    }
+    with replacing(path) as temporary:
+        temporary.write_bytes(_tiff(tags, pixels))
+
+
+def _rationals(values: Sequence[float]) -> list[int]:
+    found = [Fraction(value).limit_denominator(_DENOMINATOR) for value in values]
+    return [part for value in found for part in (value.numerator, value.denominator)]
+
+
+def _tiff(tags: dict[int, tuple[int, list[int] | str]], pixels: bytes) -> bytes:
+    """One directory after the header, then what does not fit into it, then the counts."""
+    start = 8 + 2 + 12 * len(tags) + 4
+    entries, extra = [], b""
+    for tag, (kind, values) in sorted(tags.items()):
+        if isinstance(values, str):
+            content = values.encode("ascii", "replace") + b"\0"
+            count = len(content)
+        else:
+            content = struct.pack(f"<{len(values)}{_CODES[kind]}", *values)
+            count = len(values) // (2 if kind in (_RATIONAL, _SRATIONAL) else 1)
+        if len(content) > 4:
+            place = struct.pack("<I", start + len(extra))
+            extra += content + b"\0" * (len(content) % 2)
+        else:
+            place = content.ljust(4, b"\0")
+        entries.append([tag, kind, count, place])
+    for entry in entries:
+        if entry[0] == _STRIP:
+            entry[3] = struct.pack("<I", start + len(extra))
+    directory = struct.pack("<H", len(entries))
+    directory += b"".join(struct.pack("<HHI", *entry[:3]) + entry[3] for entry in entries)
+    return struct.pack("<2sHI", b"II", 42, 8) + directory + struct.pack("<I", 0) + extra + pixels

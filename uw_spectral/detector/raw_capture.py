@@ -1,0 +1,109 @@
+"""A raw picture: linear responses of a camera's channels through lens, mosaic and detector."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..errors import InputError
+from .bayer import mosaic
+from .linear_detector import Detector, raw_counts
+from .vignetting import Vignetting
+
+
+@dataclass(frozen=True)
+class RawSettings:
+    """How raw pictures are taken.
+
+    Parameters
+    ----------
+    detector : Detector
+    saturation : float
+        Response of a channel that fills the well in this exposure, in the unit of the picture.
+    exposure_time : float
+        s; the light of the picture is that of this time, and the dark current grows with it.
+    iso : float, optional
+        The base ISO of the detector by default.
+    pattern : str, optional
+        One of :data:`.PATTERNS`; every pixel sees three channels by default.
+    vignetting : Vignetting, optional
+    seed : int
+
+    Raises
+    ------
+    InputError
+        If the saturation is not positive.
+    """
+
+    detector: Detector
+    saturation: float
+    exposure_time: float = 0.01
+    iso: float | None = None
+    pattern: str | None = None
+    vignetting: Vignetting | None = None
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        if not 0 < self.saturation < math.inf:
+            raise InputError(f"raw picture: saturation must be positive, got {self.saturation}")
+
+    def record(self) -> dict[str, Any]:
+        """Return all of it as JSON holds it."""
+        return dataclasses.asdict(self)
+
+
+def capture(
+    channels: ArrayLike,
+    settings: RawSettings,
+    *,
+    focal: tuple[float, float] | None = None,
+    centre: tuple[float, float] | None = None,
+) -> NDArray[np.uint16]:
+    """Return the counts of a raw picture.
+
+    Parameters
+    ----------
+    channels : array_like, shape (height, width, 3)
+        Linear responses of the sensor, before white balance; negative ones count as dark.
+    settings : RawSettings
+    focal, centre : two floats, optional
+        Focal lengths and principal point in pixels, for vignetting.
+
+    Returns
+    -------
+    array of uint16, shape (height, width), or (height, width, 3) without a mosaic
+
+    Raises
+    ------
+    InputError
+        If vignetting lacks the camera, or a value is out of its domain.
+
+    Examples
+    --------
+    >>> still = Detector(1000.0, 0.0, 0.0, 1.0, 10, 0.0, shot_noise=False)
+    >>> capture(np.full((1, 2, 3), 0.5), RawSettings(still, 1.0, pattern="RGGB")).tolist()
+    [[500, 500]]
+    """
+    values = np.maximum(np.asarray(channels, dtype=np.float64), 0.0)
+    if values.ndim != 3 or values.shape[2] != 3:
+        raise InputError(f"raw picture: three channels are needed, not {values.shape}")
+    electrons = values / settings.saturation * settings.detector.full_well
+    if settings.vignetting is not None:
+        if focal is None or centre is None:
+            raise InputError("raw picture: vignetting needs focal lengths and principal point")
+        height, width, _ = values.shape
+        electrons = electrons * settings.vignetting.share((width, height), focal, centre)[..., None]
+    if settings.pattern is not None:
+        electrons = mosaic(electrons, settings.pattern)
+    return raw_counts(
+        electrons,
+        settings.detector,
+        settings.seed,
+        exposure_time=settings.exposure_time,
+        iso=settings.iso,
+    )

@@ -1,0 +1,82 @@
+"""How a lens darkens towards the corners."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import InputError
+
+
+@dataclass(frozen=True)
+class Vignetting:
+    """Share of the light that reaches each pixel.
+
+    Parameters
+    ----------
+    natural : bool
+        Whether it falls with cos⁴ of the angle from the optical axis.
+    radial : tuple of floats
+        k1, k2, … of the share 1 + k1 r² + k2 r⁴ + …, with r from the principal point, 1 at the
+        farthest corner.
+
+    Raises
+    ------
+    InputError
+        If a coefficient is not finite.
+
+    References
+    ----------
+    D. B. Goldman, IEEE TPAMI 32, 2276 (2010).
+    """
+
+    natural: bool = True
+    radial: tuple[float, ...] = ()
+
+    def __post_init__(self) -> None:
+        if not all(map(math.isfinite, self.radial)):
+            raise InputError("vignetting: coefficients must be finite numbers")
+
+    def share(
+        self, size: tuple[int, int], focal: tuple[float, float], centre: tuple[float, float]
+    ) -> NDArray[np.float64]:
+        """Return the share of each pixel, shape (height, width).
+
+        Parameters
+        ----------
+        size : two ints
+            Width and height, pixels.
+        focal, centre : two floats
+            Focal lengths fx, fy and principal point cx, cy in pixels from the upper left corner.
+
+        Raises
+        ------
+        InputError
+            If a share is negative.
+
+        Examples
+        --------
+        >>> share = Vignetting().share((3, 1), (1.0, 1.0), (1.5, 0.5))
+        >>> share.round(3).tolist()
+        [[0.25, 1.0, 0.25]]
+        """
+        width, height = size
+        x = np.arange(width) + 0.5 - centre[0]
+        y = (np.arange(height) + 0.5 - centre[1])[:, None]
+        found = np.ones((height, width))
+        if self.natural:
+            found /= (1.0 + (x / focal[0]) ** 2 + (y / focal[1]) ** 2) ** 2
+        if self.radial:
+            corner = (
+                max(centre[0], width - centre[0]) ** 2 + max(centre[1], height - centre[1]) ** 2
+            )
+            r2 = (x * x + y * y) / corner
+            found *= np.polynomial.polynomial.polyval(r2, (1.0, *self.radial))
+        if (found < 0).any():
+            raise InputError(
+                f"vignetting: the coefficients {self.radial} make the corners darker than black"
+            )
+        return found

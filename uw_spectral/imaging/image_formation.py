@@ -1,0 +1,205 @@
+"""Image formation as the optics has it: β_D(z), β_B(z) and B∞ of a camera in a water.
+
+In a band the light of a thing at range z is left as T = e^{-cz}, and the water adds
+B = S(y_o) - T S(y_e): the radiance S that it sends to the camera, less what of it comes from
+beyond the thing, y being the depths of both. A sensor sums bands, and its channels follow
+
+    I = J e^{-β_D(z) z} + B∞ (1 - e^{-β_B(z) z})
+
+exactly, with coefficients that depend on range (Akkaynak & Treibitz 2018): on the spectrum of
+the thing for β_D, on that of the backscatter for β_B. In a band of level rays both are c.
+Light of surface and floor, dimmed by the water, does not count as backscatter.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..errors import InputError
+from ..spectra.spectrum import Spectrum
+from ..transfer.discrete_ordinates import STREAMS
+from .formation_fit import FormationFit
+from .optics import ResolvedOptics
+from .range_attenuation import Array, fit_range_attenuation
+
+RANGES = tuple(np.round(np.geomspace(0.25, 30.0, 40), 4).tolist())
+"""Ranges in m at which coefficients are tabulated."""
+LEVEL = (1.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True, eq=False)
+class FormationCurves:
+    """Coefficients of k channels over m ranges.
+
+    Parameters
+    ----------
+    z : array, shape (m,)
+        Euclidean ranges, m.
+    beta_direct, beta_backscatter : array, shape (m, k)
+        β_D(z) and β_B(z), 1/m: effective from the camera to z, so that the share left is
+        e^{-β(z) z}.
+    B_inf : array, shape (k,)
+        What the water sends to the camera where nothing is in its way.
+    """
+
+    z: Array
+    beta_direct: Array
+    beta_backscatter: Array
+    B_inf: Array
+
+    def transmittance(self, z: ArrayLike) -> Array:
+        """Share e^{-β_D(z) z} left at ranges z in m, shape (..., k); 0 at infinite ones.
+
+        Between the tabulated ranges β is interpolated, beyond them held.
+        """
+        return self._left(z, self.beta_direct)
+
+    def backscatter(self, z: ArrayLike) -> Array:
+        """Backscatter B∞ (1 - e^{-β_B(z) z}) at ranges z in m, shape (..., k)."""
+        return self.B_inf * (1.0 - self._left(z, self.beta_backscatter))
+
+    def _left(self, z: ArrayLike, beta: Array) -> Array:
+        z = np.asarray(z, dtype=np.float64)
+        near = np.where(np.isfinite(z), z, 0.0)
+        left = [np.exp(-np.interp(near, self.z, channel) * near) for channel in beta.T]
+        return np.where(np.isfinite(z)[..., None], np.stack(left, axis=-1), 0.0)
+
+    def fitted(self) -> FormationFit:
+        """Return curves a e^{bz} + c e^{dz} through the coefficients."""
+        direct, backscatter = (
+            tuple(fit_range_attenuation(self.z, channel) for channel in beta.T)
+            for beta in (self.beta_direct, self.beta_backscatter)
+        )
+        return FormationFit(direct, backscatter, tuple(self.B_inf.tolist()))
+
+
+@dataclass(frozen=True, eq=False)
+class ImageFormation:
+    """What turns things into a picture, for one camera.
+
+    Parameters
+    ----------
+    depth : float
+        Of the camera, m.
+    direction : three floats
+        Unit view direction that it was computed for, z up.
+    channels : FormationCurves
+        Of the sensor's three channels; B∞ in their response to radiance, before white balance.
+    bands : FormationCurves
+        Of the n bands; B∞ is a radiance.
+    """
+
+    depth: float
+    direction: tuple[float, float, float]
+    channels: FormationCurves
+    bands: FormationCurves
+
+
+def compute_image_formation(
+    optics: ResolvedOptics,
+    depth: float,
+    direction: Sequence[float] = LEVEL,
+    ranges: ArrayLike = RANGES,
+    reflectance: Spectrum | None = None,
+    streams: int = STREAMS,
+) -> ImageFormation:
+    """Compute the coefficients of image formation.
+
+    Parameters
+    ----------
+    optics : ResolvedOptics
+    depth : float
+        Of the camera, m.
+    direction : three floats
+        View direction, z up; its length does not count.
+    ranges : array_like, shape (m,)
+        Euclidean ranges, m; those beyond surface or floor are left out.
+    reflectance : Spectrum, optional
+        Of the thing, lit by Ed of its depth; grey by default.
+    streams : int
+        Of the solution.
+
+    Raises
+    ------
+    InputError
+        If depth, ranges or direction are out of their domain, or a channel sees no light.
+
+    References
+    ----------
+    D. Akkaynak & T. Treibitz, CVPR 2018, Eq. 8 to 12.
+
+    Examples
+    --------
+    >>> from .description import CameraDescription, Description, WaterDescription
+    >>> from .optics import resolve
+    >>> camera = CameraDescription("Nikon D7000")
+    >>> reef = resolve(Description(WaterDescription("jerlov:IB"), camera=camera))
+    >>> found = compute_image_formation(reef, 5.0, ranges=[1.0, 5.0, 20.0])
+    >>> found.channels.beta_direct.round(3)
+    array([[0.191, 0.106, 0.092],
+           [0.169, 0.104, 0.092],
+           [0.129, 0.102, 0.091]])
+    """
+    view = optics.viewpoint(depth)
+    length = float(np.linalg.norm(direction))
+    if len(direction) != 3 or not 0 < length < np.inf:
+        raise InputError(f"image formation: {tuple(direction)} is no direction; give x, y, z")
+    w = tuple((np.asarray(direction, np.float64) / length).tolist())
+    z = ranges_in_water(optics, depth, w, ranges)
+    if z.ndim != 1 or not z.size or not (z > 0).all():
+        raise InputError(
+            "image formation: give positive ranges that end between surface and floor; the "
+            f"camera is at {depth:g} m and looks along {tuple(round(x, 3) for x in w)}"
+        )
+    ends = depth - w[2] * z
+    field = optics.solved_field(streams)
+
+    def sent(y: ArrayLike) -> Array:
+        return field.scattered(y, w) + field.single_scattering(y, w)
+
+    c = field.extinction_between(depth, ends, scaled=False)
+    left, near = np.exp(-c * z[:, None]), sent(depth)
+    # What is left of the backscatter that comes from beyond z; the rest comes from before it.
+    beyond = left * sent(ends)
+    thing = field.Ed(ends)
+    if reflectance is not None:
+        thing = thing * reflectance.at(optics.bands.centres)
+    response = view.reduction.response.T
+    bands = _curves(z, np.ones_like(left), left, near, beyond)
+    channels = _curves(z, thing @ response, (left * thing) @ response, near @ response,
+                       beyond @ response)  # fmt: skip
+    return ImageFormation(depth, w, channels, bands)
+
+
+def ranges_in_water(
+    optics: ResolvedOptics, depth: float, w: Sequence[float], ranges: ArrayLike = RANGES
+) -> Array:
+    """Return the ranges, in order, at which a ray has reached neither surface nor floor.
+
+    Parameters
+    ----------
+    optics : ResolvedOptics
+    depth : float
+        m.
+    w : three floats
+        Unit view direction, z up.
+    ranges : array_like, shape (m,)
+        m.
+    """
+    z = np.sort(np.asarray(ranges, dtype=np.float64))
+    ends = depth - w[2] * z
+    return z[(ends > 0) & (ends < optics.column.floor_depth)]
+
+
+def _curves(z: Array, J: Array, D: Array, B_inf: Array, beyond: Array) -> FormationCurves:
+    if not ((J > 0).all() and (D > 0).all() and (B_inf > 0).all() and (beyond > 0).all()):
+        raise InputError(
+            "image formation: a channel sees no light at that depth or range; move the camera up, "
+            "or take shorter ranges"
+        )
+    along = z[:, None]
+    return FormationCurves(z, np.log(J / D) / along, np.log(B_inf / beyond) / along, B_inf)
