@@ -37,7 +37,7 @@ def eevee_bands(
     """Water for EEVEE, three bands a pass, while the block runs.
 
     EEVEE keeps half floats, so each band is scaled to the radiance of a white
-    surface at the camera's depth, and back when the pass is written.
+    surface before the camera, and back when the pass is written.
     """
     passes = band_passes_of(plan)
     water_of = _waters(scene, camera)
@@ -46,7 +46,8 @@ def eevee_bands(
         return water_of(now, camera_depth, np.ones((3, len(now.bands))))
 
     def scale_of(now: RenderPlan, camera_depth: float) -> np.ndarray:
-        white = now.column.Ed(camera_depth, now.phase) / np.pi
+        light = now.viewpoint(camera_depth, lamplight=now.lamplight(scene, camera)).light
+        white = light / np.pi
         return np.maximum(white, np.finfo(np.float32).tiny)
 
     gains = 1.0 / scale_of(plan, depth)[list(passes[0])]
