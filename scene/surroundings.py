@@ -19,12 +19,15 @@ PROBES = 6000
 """Cells of the grid, at most."""
 VOXELS = 3
 """Voxels along a cell of it."""
-_LEAST = 0.3  # m: the smallest cell
+CELLS = (0.3, 0.35, 0.42, 0.5, 0.6, 0.7)
+"""Edges of a cell of it, m; few, so that they last."""
+_BLOCK = 4  # cells that come and go together when the camera moves
+_COARSE_CELLS = 0.3 * 1.25 ** np.arange(40)  # m
+_COARSE_BLOCK = 8
 _OPTICAL_REACH, _NEAREST, _FARTHEST = 4.0, 6.0, 30.0  # how far from the camera shade is looked for
 _MARGIN = 1.0  # m around things
 _SIDE = 0.5  # of the height of a place under things: how far from it there is shade
 _COARSE = 120_000  # voxels in which such places are looked for
-_LARGEST = 0.7  # m: a larger cell only where the eye is surrounded
 _AHEAD, _ASIDE = 1.2, 0.4  # of the reach: where the box lies that is cut down
 _COVERED = 0.5  # of the columns of water that end on ground, where there is a floor
 _BELOW_EYE = 0.3  # m
@@ -91,7 +94,7 @@ class Surroundings:
         margin = np.array([side, side, _MARGIN])
         low, high = low - margin, high + margin
         high[2] = min(high[2], 0.0)
-        grid = Grid.around(*_near(low, high, self.eyes, self.ahead), PROBES, _LEAST)
+        grid = _near(low, high, self.eyes, self.ahead)
         fine = Grid(grid.lower, grid.cell / VOXELS, _times(grid.shape, VOXELS))
         return _voxels(self.things, fine), grid
 
@@ -128,7 +131,7 @@ def look_around(
     low, high = _around(things, places, extinction)
     grid = Grid((0.0, 0.0, 0.0), 1.0, (1, 1, 1))
     if np.isfinite([low, high]).all() and (high > low).all():
-        grid = Grid.around(low, high, _COARSE, _LEAST)
+        grid = _coarse_grid(low, high)
     else:
         things = []
     return Surroundings(things, places, ahead, _voxels(things, grid))
@@ -147,20 +150,40 @@ def _around(things: Sequence[Triangles], eyes: Array, extinction: float) -> tupl
     return low, high
 
 
-def _near(low: Array, high: Array, eyes: Array, ahead: Array) -> tuple[Array, Array]:
-    """Cut a box down to what eyes have before them, so that its cells are not too large."""
-    box, reach = (low, high), _FARTHEST
-    while len(eyes) and np.prod(box[1] - box[0]) > PROBES * _LARGEST**3 and reach > _NEAREST:
-        reach *= 0.95
-        seen = np.concatenate([eyes, eyes + _AHEAD * reach * ahead])
-        nearer = (
-            np.maximum(low, seen.min(axis=0) - _ASIDE * reach),
-            np.minimum(high, seen.max(axis=0) + _ASIDE * reach),
-        )
-        if not (nearer[1] > nearer[0]).all():
+def _coarse_grid(low: Array, high: Array) -> Grid:
+    """Return cells of a lattice that hold a box, as small as :data:`_COARSE` of them allow."""
+    for cell in _COARSE_CELLS:
+        grid = Grid.on_lattice(low, high, float(cell), _COARSE_BLOCK)
+        if grid.count <= _COARSE:
             break
-        box = nearer
-    return box
+    return grid
+
+
+def _near(low: Array, high: Array, eyes: Array, ahead: Array) -> Grid:
+    """Return at most :data:`PROBES` cells in a box, cut down to what eyes have before them."""
+    fitting = [cell for cell in CELLS if np.prod(high - low) <= PROBES * cell**3]
+    cell, reach = fitting[0] if fitting else CELLS[-1], _FARTHEST
+    grid = Grid.on_lattice(low, high, cell)
+    while grid.count > PROBES:
+        if len(eyes) and reach > _NEAREST:
+            reach *= 0.95
+        else:
+            cell *= 1.1
+        grid = Grid.on_lattice(*_before(low, high, eyes, ahead, reach, _BLOCK * cell), cell)
+    return grid
+
+
+def _before(
+    low: Array, high: Array, eyes: Array, ahead: Array, reach: float, block: float
+) -> tuple[Array, Array]:
+    """Part of a box that eyes have before them, moving in blocks; all of it if that is none."""
+    if not len(eyes):
+        return low, high
+    seen = np.concatenate([eyes, eyes + _AHEAD * reach * ahead])
+    first, last = seen.min(axis=0) - _ASIDE * reach, seen.max(axis=0) + _ASIDE * reach
+    first, last = (np.round(corner / block) * block for corner in (first, last))
+    first, last = np.maximum(low, first), np.minimum(high, last)
+    return (first, last) if (last > first).all() else (low, high)
 
 
 def _voxels(things: Sequence[Triangles], grid: Grid) -> SurfaceVoxels:
