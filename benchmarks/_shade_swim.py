@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
+import itertools
+import tempfile
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 import bpy
+import matplotlib as mpl
+import matplotlib.image
 import numpy as np
 from numpy.typing import NDArray
 
-from ..scene import shade
+from ..scene import engines, shade, water_body
+from ..scene.cameras import eye_of
 from ..scene.render_plan import RenderPlan
 from ..scene.surroundings import Surroundings, look_around
 from ..uw_spectral.shade.shade_table import (
@@ -21,7 +27,13 @@ from ..uw_spectral.shade.shade_table import (
     step,
 )
 from ..uw_spectral.shade.voxels import SurfaceVoxels
+from ..uw_spectral.spectra.colour_rendering import srgb_encode
+from ..uw_spectral.spectra.spectral_image import read_exr
+from ._shade_scenes import Place, of_file
 
+_PICTURES, _SIZE, _SAMPLES = 12, (160, 90), 8
+_BRIGHT = 0.25  # mean of the contact sheet
+_SCATTERED_MORE = 1.7  # light falls off in both ways
 _ACROSS, _DOWN = 32, 18
 _DARK = 0.02  # of the undisturbed light: changes of less light than that are not seen
 
@@ -50,16 +62,31 @@ class View:
     table: ShadeTable
 
 
-def views(plan: RenderPlan, camera: bpy.types.Object, frames: Sequence[int]) -> Iterator[View]:
-    """Compute the shade of each frame by itself."""
+def path_of(camera: bpy.types.Object, frames: Sequence[int]) -> list[tuple[float, ...]]:
+    """Return where a camera is at some frames."""
+    path = []
+    for number in frames:
+        bpy.context.scene.frame_set(number)
+        path.append(eye_of(camera))
+    return path
+
+
+def views(
+    plan: RenderPlan,
+    camera: bpy.types.Object,
+    frames: Sequence[int],
+    path: Sequence[tuple[float, ...]] = (),
+) -> Iterator[View]:
+    """Compute the shade of each frame, as one of a job if a path is given, else by itself."""
     scene = bpy.context.scene
     clearest, field = float(plan.column.attenuation.min()), plan.solved_field()
     weights = plan.reduction(-camera.matrix_world.translation.z).weights
+    kept = shade.Kept()
     for number in frames:
         scene.frame_set(number)
-        around = look_around(scene, camera, clearest)
+        around = look_around(scene, camera, clearest, path, kept.samples)
         depth = -float(around.eyes[0, 2])
-        table = shade.table_of(around, plan.bands, field, weights, depth)
+        table = shade.table_of(around, plan.bands, field, weights, depth, kept)
         yield _view(around, camera, table)
 
 
@@ -115,3 +142,69 @@ def _view(around: Surroundings, camera: bpy.types.Object, table: ShadeTable) -> 
     normals[number >= 0] = voxels.normal[number[number >= 0]]
     normals *= np.where((normals * ways).sum(axis=1) > 0, -1.0, 1.0)[:, None]
     return View(around.eyes[0], ways, normals, distance, number >= 0, table)
+
+
+@dataclass(frozen=True)
+class Swum:
+    """Changes from frame to frame, in the water and on things, by how the frames are rendered."""
+
+    frames: int
+    changes: dict[tuple[str, str], Array]
+
+    def rows(self) -> list[str]:
+        """Return the rows of a table: median, 95 % and worst in percent."""
+        return [
+            f"| {how} | {where} | {100 * np.median(x):.2f} % | {100 * np.quantile(x, 0.95):.2f} % "
+            f"| {100 * x.max():.1f} % |"
+            for (how, where), x in self.changes.items()
+        ]
+
+
+def swim(file: Path, sheet: Path) -> Swum:
+    """Swim through the cave, as a job and frame by frame, and draw a contact sheet."""
+    place = Place("cave", of_file(file, "Swim"))
+    camera = place.open()
+    scene, plan = bpy.context.scene, place.plan(1)
+    frames = range(scene.frame_start, scene.frame_end + 1)
+    rate = _SCATTERED_MORE * float(plan.solved_field().extinction.min())
+    path = path_of(camera, frames)
+    found = {}
+    for how, eyes in (("job", path), ("alone", [])):
+        pairs = itertools.pairwise(views(plan, camera, frames, eyes))
+        parts = zip(*(changes(*pair, rate) for pair in pairs), strict=True)
+        for where, x in zip(("water", "things"), parts, strict=True):
+            found[how, where] = np.concatenate(x)
+    _draw(place, camera, frames[:: len(frames) // _PICTURES], path, sheet)
+    return Swum(len(frames), found)
+
+
+def _draw(
+    place: Place,
+    camera: bpy.types.Object,
+    frames: Sequence[int],
+    path: Sequence[tuple[float, ...]],
+    sheet: Path,
+) -> None:
+    """Render some frames as a job does, side by side."""
+    scene, images = bpy.context.scene, []
+    scene.render.resolution_x, scene.render.resolution_y = _SIZE
+    plan = place.plan(_SAMPLES, diffuse_shadows=True, scene_floor=True)
+    scene.frame_set(frames[0])
+    depth = -camera.matrix_world.translation.z
+    extent = water_body.water_extent(scene, plan.column, depth)
+    weights = plan.reduction(depth).weights
+    with (
+        tempfile.TemporaryDirectory() as folder,
+        engines.eevee_realtime(
+            scene, camera, plan, extent, depth, weights=weights, eyes=path
+        ) as engine,
+    ):
+        for number in frames:
+            scene.frame_set(number)
+            render = engine.frame(plan, -eye_of(camera)[2], weights)
+            render(engine.passes[0], Path(folder, "frame.exr"))
+            images.append(read_exr(Path(folder, "frame.exr"))[0][..., :3])
+    rows = [np.concatenate(images[k : k + 4], axis=1) for k in range(0, len(images), 4)]
+    whole = np.concatenate(rows)
+    whole = np.clip(whole * _BRIGHT / float(whole.mean()), 0.0, 1.0)
+    mpl.image.imsave(sheet, srgb_encode(whole), pil_kwargs={"quality": 80})

@@ -51,3 +51,11 @@ def camera_depth(camera: bpy.types.Object, floor_depth: float) -> float:
             f"{depth:g} m depth at frame {frame}; give a larger --floor-depth"
         )
     return depth
+
+
+def eye_of(camera: bpy.types.Object) -> tuple[float, ...]:
+    """Return the camera's place, m, and the unit vector to where it looks, at this frame."""
+    depsgraph = bpy.context.evaluated_depsgraph_get()
+    matrix = camera.evaluated_get(depsgraph).matrix_world
+    ahead = -matrix.to_3x3().col[2].normalized()
+    return (*matrix.translation, *ahead)

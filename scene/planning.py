@@ -27,6 +27,7 @@ class _Frame:
     number: int
     plan: RenderPlan
     depths: tuple[float, ...]
+    eyes: tuple[tuple[float, ...], ...]
 
 
 def plan_job(
@@ -157,7 +158,8 @@ def _frames(
                 if fixed != chosen:
                     plans = {fixed: make_plan(fixed)}
                     chosen = fixed
-        frames.append(_Frame(number, plans[chosen], depths))
+        eyes = tuple(cameras.eye_of(camera) for camera in seen_by)
+        frames.append(_Frame(number, plans[chosen], depths, eyes))
     first = frames[0].plan.column
     for frame in frames:
         if math.isfinite(frame.plan.column.floor_depth) != math.isfinite(first.floor_depth):
@@ -221,13 +223,13 @@ def _views(
     rows: dict[tuple[str, int], View] = {}
     for frame in frames:
         stops = None
-        for camera, depth in zip(seen_by, frame.depths, strict=True):
+        for camera, depth, eye in zip(seen_by, frame.depths, frame.eyes, strict=True):
             view = frame.plan.viewpoint(depth, stops)
             stops = view.stops
             development = Development(
                 view.reduction.description, tuple(map(tuple, view.reduction.weights.tolist()))
             )
             place = found.setdefault(development, len(found))
-            rows[camera.name, frame.number] = View(frame.number, camera.name, depth, place)
+            rows[camera.name, frame.number] = View(frame.number, camera.name, depth, place, eye)
     views = [rows[camera.name, frame.number] for camera in seen_by for frame in frames]
     return tuple(found), tuple(views)

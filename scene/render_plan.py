@@ -9,7 +9,7 @@ import importlib.metadata
 import math
 import platform
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -129,6 +129,9 @@ class RenderPlan(ResolvedOptics):
         weights: NDArray[np.float64],
         camera: bpy.types.Object | None = None,
         shaded: ShadeTable | None = None,
+        *,
+        eyes: Sequence[tuple[float, ...]] = (),
+        kept: shade.Kept | None = None,
     ) -> RealtimeWater:
         """Return the water of EEVEE, see :func:`realtime_water`.
 
@@ -143,6 +146,10 @@ class RenderPlan(ResolvedOptics):
             The scene's by default.
         shaded : ShadeTable, optional
             What is known already of the shade.
+        eyes : sequence of six floats
+            Where the camera is at the frames of a job, for all of which the shade shall serve.
+        kept : Kept, optional
+            What may be used again.
         """
         reflectances = {
             material.name: reflectance.at(self.bands.centres)
@@ -152,7 +159,8 @@ class RenderPlan(ResolvedOptics):
         shades = chosen.field == SOLVED and chosen.diffuse_shadows and has_things(scene)
         if shades or (chosen.scene_floor and has_things(scene)):
             clearest = float(self.column.attenuation.min())
-            around = look_around(scene, camera or scene.camera, clearest)
+            samples = None if kept is None else kept.samples
+            around = look_around(scene, camera or scene.camera, clearest, eyes, samples)
         over = self._over(around)
         solved = over.solved_field(TABLE_STREAMS) if chosen.field == SOLVED else None
         if not shades or around is None or solved is None:
@@ -160,7 +168,7 @@ class RenderPlan(ResolvedOptics):
         elif shaded is None:
             # What the sensor sees decides, in band passes too, so that they agree.
             seen = self.reduction(depth).weights
-            shaded = shade.table_of(around, self.bands, solved, seen, depth)
+            shaded = shade.table_of(around, self.bands, solved, seen, depth, kept)
         water = realtime_water(
             over.column, self.phase, depth, weights, solved=solved,
             shafts=self.draws_shafts, diffuse_shadows=chosen.diffuse_shadows,

@@ -63,7 +63,7 @@ class DisturbedLight:
     irradiance: Light
     scattered: Light
     sunlit: Array
-    behind: Array
+    behind: Light
     weight: Array
 
 
@@ -242,13 +242,14 @@ class _Part:
     def round(self, now: _Light) -> tuple[Light, Light]:
         """Return irradiance and scattered light as all probes' light makes them."""
         E, J = self._kernel.sums(self._radiance(now))
-        return E * self._exact, np.minimum(J / self._source, _MOST)
+        E = (E * self._exact).astype(np.float32, copy=False)
+        return E, np.minimum(J / self._source, _MOST)
 
     def ratios(self, now: _Light) -> tuple[Light, Light, Light]:
         """Return what :class:`DisturbedLight` has of irradiance, scattered light and open water."""
         E, _, scattered = self._kernel.sums(self._radiance(now), axes=True)
-        found = E / self._unshaded, scattered / self._scattered0
-        return (*(np.minimum(x, _MOST) for x in found), self._behind)
+        irradiance = np.minimum(E / self._unshaded, _MOST)
+        return irradiance, np.minimum(scattered / self._scattered0, _MOST), self._behind
 
     def _radiance(self, now: _Light) -> Light:
         """Radiance along all rays, (m RAYS, n)."""
@@ -283,9 +284,9 @@ class _Kernel:
         """Direction of this set that is closest to each of another, (RAYS,)."""
         return (directions()[self.kind] @ directions()[other.kind].T).argmax(axis=0)
 
-    def behind(self, free: NDArray[np.bool_]) -> Array:
+    def behind(self, free: NDArray[np.bool_]) -> Light:
         """Share of what patches that face the axes have behind them that is free, (m, 6)."""
-        return free @ self._behind
+        return (free @ self._behind).astype(np.float32)
 
     def sums(self, L: Light, *, axes: bool = False) -> list[Light]:
         """Sum radiances (m RAYS, n).

@@ -49,6 +49,13 @@ class SurfaceVoxels:
     def __len__(self) -> int:
         return len(self.centre)
 
+    def equals(self, other: SurfaceVoxels) -> bool:
+        """Whether all of another's voxels are the same, to the bit."""
+        return self.grid == other.grid and all(
+            np.array_equal(getattr(self, name), getattr(other, name))
+            for name in ("number", "centre", "normal", "colour")
+        )
+
     @functools.cached_property
     def _free(self) -> NDArray[np.int8]:
         """Whole voxels around each within which all are free, in the largest of three axes."""
