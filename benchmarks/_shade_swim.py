@@ -9,8 +9,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import bpy
-import matplotlib as mpl
-import matplotlib.image
 import numpy as np
 from numpy.typing import NDArray
 
@@ -207,4 +205,6 @@ def _draw(
     rows = [np.concatenate(images[k : k + 4], axis=1) for k in range(0, len(images), 4)]
     whole = np.concatenate(rows)
     whole = np.clip(whole * _BRIGHT / float(whole.mean()), 0.0, 1.0)
-    mpl.image.imsave(sheet, srgb_encode(whole), pil_kwargs={"quality": 80})
+    from matplotlib import image
+
+    image.imsave(sheet, srgb_encode(whole), pil_kwargs={"quality": 80})

@@ -18,6 +18,7 @@ from .visible_meshes import visible_meshes
 
 _PER_CELL = 12.0  # samples of a surface that crosses a cell, where its triangles are small
 _SEED = 1
+_SMALLEST = 1e-20
 _ENOUGH = 64  # triangles that are all looked at
 _DEEPEST = 14  # halvings of a triangle's edges
 
@@ -26,11 +27,12 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class Samples:
-    """Points on surfaces, their unit normals and base colours, (m, 3) each."""
+    """Points on surfaces, unit normals and base colours, (m, 3), and areas they stand for, m²."""
 
     points: Array
     normals: Array
     colours: Array
+    areas: Array
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,12 +80,15 @@ def sampled(shown: Triangles, low: Array, high: Array, spacing: float) -> Sample
     """Sample a mesh in a box, at least once in every cell of ``spacing`` m that it crosses."""
     corners, slots = shown.corners, shown.slots
     # Whatever the box, so that the same places have the same samples.
+    more = 1.0
     if len(corners) > _ENOUGH:
         one, other = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
-        keep = _some(np.linalg.norm(np.cross(one, other), axis=1), spacing)
+        twice = np.linalg.norm(np.cross(one, other), axis=1)
+        keep = _some(twice, spacing)
         keep |= np.abs(np.stack([one, other, one - other], axis=1)).max(axis=(1, 2)) > spacing / 2.0
         corners, slots = corners[keep], slots[keep]
-    points, normals, colours = [], [], []
+        more = float(twice.sum()) / max(float(twice[keep].sum()), _SMALLEST)
+    points, normals, colours, areas = [], [], [], []
     for level in range(_DEEPEST):
         within = (corners.max(axis=1) >= low).all(axis=1) & (corners.min(axis=1) <= high).all(
             axis=1
@@ -95,13 +100,14 @@ def sampled(shown: Triangles, low: Array, high: Array, spacing: float) -> Sample
         edges = np.stack([one, other, one - other], axis=1)
         small = (np.abs(edges).max(axis=(1, 2)) <= spacing) | (level == _DEEPEST - 1)
         points.append(corners[small].mean(axis=1))
-        normals.append(across[small] / np.maximum(size[small], 1e-20)[:, None])
+        normals.append(across[small] / np.maximum(size[small], _SMALLEST)[:, None])
         colours.append(shown.colours[slots[small]])
+        areas.append(size[small] * (more / 2.0))
         corners, slots = corners[~small], slots[~small]
         if not len(corners):
             break
         corners, slots = _halved(corners), np.tile(slots, 4)
-    parts = (np.concatenate(x).astype(np.float64) for x in (points, normals, colours))
+    parts = (np.concatenate(x).astype(np.float64) for x in (points, normals, colours, areas))
     found = Samples(*parts)
     flat = (found.normals**2).sum(axis=1) < 0.5
     found.normals[flat] = [0.0, 0.0, 1.0]

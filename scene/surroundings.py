@@ -40,6 +40,7 @@ _COVERED = 0.5  # of the columns of water that end on ground, where there is a f
 _BELOW_EYE = 0.3  # m
 _DEPTH_STEP, _COLOUR_STEP = 0.05, 0.01  # of the ground: it should not tremble with the camera
 _SOLID = {"MESH", "CURVE", "SURFACE", "META", "FONT", "CURVES"}
+_SMALL = 2.5  # voxels
 _SAMPLES = ("points", "normals", "colours")
 
 Array = NDArray[np.float64]
@@ -228,10 +229,34 @@ def _before(low: Array, high: Array, eyes: Array, ahead: Array, cell: float) -> 
 def _voxels(things: Sequence[Triangles], grid: Grid, samples: KeptSamples) -> SurfaceVoxels:
     low, high = np.asarray(grid.lower), grid.upper
     found = [samples.sampled(thing, low, high, grid.cell) for thing in things]
-    joined = (
+    sizes = [np.linalg.norm(np.subtract(*thing.bounds)) for thing in things]
+    small = [
+        np.full(len(x.points), s < _SMALL * grid.cell) for x, s in zip(found, sizes, strict=True)
+    ]
+    points, normals, colours = (
         np.concatenate([np.empty((0, 3)), *(getattr(x, part) for x in found)]) for part in _SAMPLES
     )
-    return voxelise(grid, *joined)
+    keep = _filling(
+        grid,
+        points,
+        np.concatenate([[], *(x.areas for x in found)]),
+        np.concatenate([np.zeros(0, bool), *small]),
+    )
+    return voxelise(grid, points[keep], normals[keep], colours[keep])
+
+
+def _filling(
+    grid: Grid, points: Array, areas: Array, small: NDArray[np.bool_]
+) -> NDArray[np.bool_]:
+    """Which samples fill a voxel: small things only where there are so many that they cover it.
+
+    Else a fish would cover as much as a rock.
+    """
+    which = grid.index(points[small])
+    covered = np.bincount(which, areas[small], grid.count) >= grid.cell**2
+    keep = ~small
+    keep[small] = covered[which]
+    return keep
 
 
 def _times(shape: tuple[int, int, int], factor: int) -> tuple[int, int, int]:

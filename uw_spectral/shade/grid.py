@@ -78,17 +78,16 @@ class Grid:
         cell : float
             Edge of a cell, m.
         block : int
-            Cells that come and go together along each axis; the top is kept to a cell.
+            Cells that come and go together, horizontally.
 
         Examples
         --------
         >>> Grid.on_lattice((0.1, 0.9, -2.0), (2.2, 1.1, -0.3), 0.5, 2)
         Grid(lower=(0.0, 0.0, -2.0), cell=0.5, shape=(6, 4, 4))
         """
-        edge, slack = np.array([block * cell] * 3), 1e-6
-        first = np.floor(np.asarray(low) / edge + slack) * block
-        last = np.ceil(np.asarray(high) / edge - slack) * block
-        last[2] = np.ceil(float(np.asarray(high)[2]) / cell - slack)
+        cells, slack = np.array([block, block, 1]), 1e-6
+        first = np.floor(np.asarray(low) / (cells * cell) + slack) * cells
+        last = np.ceil(np.asarray(high) / (cells * cell) - slack) * cells
         shape = np.maximum(last - first, 1.0).astype(np.intp)
         nx, ny, nz = (int(n) for n in shape)
         return cls(_three(first * cell), cell, (nx, ny, nz))
