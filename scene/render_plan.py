@@ -45,7 +45,7 @@ from .cycles_phase import CyclesPhase, cycles_phase
 from .pass_values import PassValues
 from .realtime import MOST_BANDS, MOST_CLOSED_FORM_BANDS, RealtimeWater, realtime_water
 from .settings import AUTO, BOUNDED, CONSTITUENTS, DEFAULT_PHASE, OPTIMISED, SOLVED, SceneSettings
-from .surroundings import Surroundings, has_things, look_around
+from .surroundings import Ground, has_things, look_around
 
 _RELATIVE_UNITS = "sr^-1, relative to an irradiance of 1 at 560 nm"
 _RECORDED_PACKAGES = ("numpy", "colour-science", "jerlov", "nodebpy", "OpenImageIO")
@@ -145,7 +145,7 @@ class RenderPlan(ResolvedOptics):
         camera : Object, optional
             The scene's by default.
         shaded : ShadeTable, optional
-            What is known already of the shade.
+            What is known already of the shade; the ground is then the one that was kept.
         eyes : sequence of six floats
             Where the camera is at the frames of a job, for all of which the shade shall serve.
         kept : Kept, optional
@@ -155,17 +155,18 @@ class RenderPlan(ResolvedOptics):
             material.name: reflectance.at(self.bands.centres)
             for material, reflectance in band_colors.measured_reflectances(scene)
         }
-        chosen, around = self.settings, None
+        chosen, around, kept = self.settings, None, kept or shade.Kept()
         shades = chosen.field == SOLVED and chosen.diffuse_shadows and has_things(scene)
-        if shades or (chosen.scene_floor and has_things(scene)):
-            clearest = float(self.column.attenuation.min())
-            samples = None if kept is None else kept.samples
-            around = look_around(scene, camera or scene.camera, clearest, eyes, samples)
-        over = self._over(around)
-        solved = over.solved_field(TABLE_STREAMS) if chosen.field == SOLVED else None
-        if not shades or around is None or solved is None:
+        if not shades:
             shaded = None
-        elif shaded is None:
+        looks = shades or (chosen.scene_floor and has_things(scene))
+        if looks and shaded is None:
+            clearest = float(self.column.attenuation.min())
+            around = look_around(scene, camera or scene.camera, clearest, eyes, kept.samples)
+            kept.ground = around.ground
+        over = self._over(kept.ground if looks else None)
+        solved = over.solved_field(TABLE_STREAMS) if chosen.field == SOLVED else None
+        if shades and around is not None and solved is not None:
             # What the sensor sees decides, in band passes too, so that they agree.
             seen = self.reduction(depth).weights
             shaded = shade.table_of(around, self.bands, solved, seen, depth, kept)
@@ -177,10 +178,13 @@ class RenderPlan(ResolvedOptics):
         # The scene has that floor already.
         return replace(water, column=self.column)
 
-    def _over(self, around: Surroundings | None) -> RenderPlan:
+    def _over(self, ground: Ground | None) -> RenderPlan:
         """Return the plan over the scene's own ground, if there is any and no floor is added."""
-        ground = around.ground if around is not None and self.settings.scene_floor else None
-        if ground is None or math.isfinite(self.column.floor_depth):
+        if (
+            ground is None
+            or not self.settings.scene_floor
+            or math.isfinite(self.column.floor_depth)
+        ):
             return self
         reflectance = np.clip(uplift_basis(self.bands) @ np.array(ground.colour), 0.0, 1.0)
         column = replace(self.column, floor_depth=ground.depth, floor_reflectance=reflectance)

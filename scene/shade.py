@@ -16,7 +16,7 @@ from ..uw_spectral.spectra.bands import Bands
 from ..uw_spectral.spectra.reflectance import uplift_basis
 from ..uw_spectral.transfer.solved_field import SolvedField
 from .surface_samples import KeptSamples
-from .surroundings import Surroundings
+from .surroundings import Ground, Surroundings
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,6 +54,8 @@ class Kept:
 
     def __init__(self) -> None:
         self.samples = KeptSamples()
+        self.ground: Ground | None = None
+        """That of the last look around."""
         self._last: tuple[_Inputs, DisturbedLight] | None = None
 
     def light(self, inputs: _Inputs) -> DisturbedLight:

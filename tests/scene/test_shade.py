@@ -7,7 +7,7 @@ import itertools
 import bpy
 import numpy as np
 import pytest
-from underwater_spectral.scene import live, scene_water, shade, surroundings
+from underwater_spectral.scene import live, render_plan, scene_water, shade, surroundings
 from underwater_spectral.scene.cameras import eye_of
 from underwater_spectral.scene.render_plan import make_plan
 from underwater_spectral.scene.session import is_live
@@ -169,3 +169,29 @@ def test_undo_takes_the_shade_out():
     # And it can come back.
     assert bpy.ops.underwater.add_water("EXEC_DEFAULT", True) == {"FINISHED"}
     assert scene_water.part(bpy.context.scene, "uw_shade").size[0] > 24
+
+
+def test_a_hasty_update_does_not_look_around(monkeypatch):
+    """A slider that is dragged keeps the shade, and the ground that belongs to it."""
+    scene = _under_a_slab()
+    live.add(scene)
+    column = _floors(monkeypatch)
+    monkeypatch.setattr(render_plan, "look_around", None)
+    scene.underwater.scattering_factor = 1.3
+    assert live.update(scene, hasty=True)
+    assert not live.problem(scene)
+    assert live.is_stale(scene)
+    assert column
+    assert np.isfinite(column).all()
+
+
+def _floors(monkeypatch):
+    """Depths of the floors that are drawn from now on."""
+    found, before = [], render_plan.realtime_water
+
+    def noted(column, *rest, **more):
+        found.append(column.floor_depth)
+        return before(column, *rest, **more)
+
+    monkeypatch.setattr(render_plan, "realtime_water", noted)
+    return found
