@@ -24,7 +24,7 @@ PATH_PROBES = 30_000
 _LONGEST = 60.0  # m along each axis, of a camera's path that it serves for
 VOXELS = 3
 """Voxels along a cell of it."""
-CELLS = (0.3, 0.35, 0.42, 0.5, 0.6, 0.7)
+CELLS = (0.3, 0.33, 0.36, 0.39, 0.42, 0.46, 0.5, 0.55, 0.6, 0.65, 0.7)
 """Edges of a cell of it, m; few, so that they last."""
 _LEAST = 0.3  # m: the smallest cell of the coarse grid
 _COARSER = 1.12
@@ -194,11 +194,11 @@ def _near(low: Array, high: Array, eyes: Array, ahead: Array) -> Grid:
     All eyes have cells if that takes no more than :data:`PATH_PROBES`; else the first has. What is
     cut out for it has the same size wherever it looks, and moves in blocks.
     """
-    fitting = [cell for cell in CELLS if np.prod(high - low) <= PROBES * cell**3]
-    cell = fitting[0] if fitting else CELLS[-1]
-    grid = Grid.on_lattice(low, high, cell)
-    if grid.count <= PROBES:
-        return grid
+    whole = [Grid.on_lattice(low, high, cell) for cell in CELLS]
+    fitting = [grid for grid in whole if grid.count <= PROBES]
+    if fitting:
+        return fitting[0]
+    cell, grid = CELLS[-1], whole[-1]
     for some, most in ((len(eyes), PATH_PROBES), (1, PROBES)):
         if 0 < some <= len(eyes):
             grid = Grid.on_lattice(*_before(low, high, eyes[:some], ahead[:some], cell), cell)
