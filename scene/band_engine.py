@@ -70,6 +70,8 @@ class Opening:
     denoise: bool
     froxels: int | None
     device: Device
+    eyes: tuple[tuple[float, ...], ...] = ()
+    """Where the camera is at the frames of the job, see :attr:`.manifest.View.eye`."""
 
 
 @dataclass(frozen=True)

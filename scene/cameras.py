@@ -96,3 +96,11 @@ def _sphere(count: int, half_angle: float) -> Iterator[Vector]:
         z = 1 - (1 - math.cos(half_angle)) * (i + 0.5) / count
         side = math.sqrt(max(1 - z * z, 0.0))
         yield Vector((side * math.cos(golden * i), side * math.sin(golden * i), -z))
+
+
+def eye_of(camera: bpy.types.Object) -> tuple[float, ...]:
+    """Return the camera's place, m, and the unit vector to where it looks, at this frame."""
+    depsgraph = bpy.context.evaluated_depsgraph_get()
+    matrix = camera.evaluated_get(depsgraph).matrix_world
+    ahead = -matrix.to_3x3().col[2].normalized()
+    return (*matrix.translation, *ahead)

@@ -6,7 +6,7 @@ import contextlib
 import functools
 import math
 import tempfile
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
 import bpy
@@ -18,6 +18,7 @@ from . import eevee_settings, moving_surface, realtime, scene_water
 from .band_engine import BandEngine, Engine, Opening, RenderPass, Weights
 from .exr_output import write_float_exr
 from .render_plan import RenderPlan
+from .shade import Kept
 from .temporary import render_settings
 from .water_body import WaterExtent
 
@@ -33,6 +34,7 @@ def eevee_bands(
     depth: float,
     *,
     froxels: int | None = None,
+    eyes: Sequence[tuple[float, ...]] = (),
 ) -> Iterator[BandEngine]:
     """Water for EEVEE, three bands a pass, while the block runs.
 
@@ -40,7 +42,7 @@ def eevee_bands(
     surface before the camera, and back when the pass is written.
     """
     passes = band_passes_of(plan)
-    water_of = _waters(scene, camera)
+    water_of = _waters(scene, camera, eyes)
 
     def water_at(now: RenderPlan, camera_depth: float) -> realtime.RealtimeWater:
         return water_of(now, camera_depth, np.ones((3, len(now.bands))))
@@ -78,6 +80,7 @@ def eevee_realtime(
     *,
     froxels: int | None = None,
     weights: Weights | None = None,
+    eyes: Sequence[tuple[float, ...]] = (),
 ) -> Iterator[BandEngine]:
     """Water for EEVEE, all bands in one pass that is the picture already.
 
@@ -85,7 +88,7 @@ def eevee_realtime(
     """
     passes = picture_passes_of(plan)
     count = len(passes[0])
-    waters = _waters(scene, camera)
+    waters = _waters(scene, camera, eyes)
 
     def water_of(
         now: RenderPlan, camera_depth: float, given: Weights | None
@@ -136,17 +139,19 @@ def picture_passes_of(plan: RenderPlan) -> list[tuple[int, ...]]:
 def _waters(
     scene: bpy.types.Scene,
     camera: bpy.types.Object,
+    eyes: Sequence[tuple[float, ...]],
 ) -> Callable[[RenderPlan, float, Weights], realtime.RealtimeWater]:
     """Return what computes the water of the current frame, for a plan, a depth and weights.
 
     The nodes are built for the first frame's, which is not computed again to be drawn.
     """
+    kept = Kept()
 
     @functools.lru_cache(maxsize=1)
     def water_at(
         _: float, plan: RenderPlan, depth: float, weights: tuple[tuple[float, ...], ...]
     ) -> realtime.RealtimeWater:
-        water = plan.realtime(scene, depth, np.array(weights), camera)
+        water = plan.realtime(scene, depth, np.array(weights), camera, eyes=eyes, kept=kept)
         return moving_surface.with_waves(scene, plan, water)
 
     def water_of(plan: RenderPlan, depth: float, weights: Weights) -> realtime.RealtimeWater:
@@ -197,8 +202,9 @@ def _open_bands(
     scene: bpy.types.Scene, camera: bpy.types.Object, opening: Opening
 ) -> contextlib.AbstractContextManager[BandEngine]:
     return eevee_bands(
-        scene, camera, opening.plan, opening.extent, opening.depth, froxels=opening.froxels
-    )
+        scene, camera, opening.plan, opening.extent, opening.depth,
+        froxels=opening.froxels, eyes=opening.eyes,
+    )  # fmt: skip
 
 
 def _open_realtime(
@@ -206,7 +212,7 @@ def _open_realtime(
 ) -> contextlib.AbstractContextManager[BandEngine]:
     return eevee_realtime(
         scene, camera, opening.plan, opening.extent, opening.depth,
-        froxels=opening.froxels, weights=opening.weights,
+        froxels=opening.froxels, weights=opening.weights, eyes=opening.eyes,
     )  # fmt: skip
 
 

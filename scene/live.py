@@ -31,6 +31,7 @@ from . import (
 from .render_plan import forget_files, plan_of, quiet
 from .session import SESSION
 from .settings import NO_FLOOR, SceneSettings
+from .shade import Kept
 from .water_body import water_extent
 
 NOMINAL_DEPTH = 1.0
@@ -41,10 +42,11 @@ _KEPT, _CAMERA, _SHOWN, _PROBLEM, _STALE = "kept", "camera", "shown", "problem",
 
 @dataclass(frozen=True, eq=False)
 class _Known:
-    """A shade, and what :func:`_places` was then."""
+    """A shade, what :func:`_places` was then, and what serves for the next."""
 
     table: ShadeTable
     places: int
+    kept: Kept
 
 
 _busy: ContextVar[bool] = ContextVar("live water is being updated", default=False)
@@ -287,15 +289,16 @@ def _water(
     with quiet():
         lit = None if scene.camera is None else plan.lamplight(scene, scene.camera)
         weights = plan.reduction(depth, lit).weights
-        known = _shade.get(scene.session_uid) if hasty else None
+        last = _shade.get(scene.session_uid)
+        kept, known = last.kept if last else Kept(), last if hasty else None
         if known is not None and len(known.table.spectrum) != len(plan.bands):
             known = None
-        water = plan.realtime(scene, depth, weights, shaded=known and known.table)
+        water = plan.realtime(scene, depth, weights, shaded=known and known.table, kept=kept)
         if SESSION in scene:
             scene[SESSION][_STALE] = known is not None and water.shade is not None
         if water.shade is not None and known is None:
             depsgraph = bpy.context.evaluated_depsgraph_get()
-            _shade[scene.session_uid] = _Known(water.shade, _places(scene, depsgraph))
+            _shade[scene.session_uid] = _Known(water.shade, _places(scene, depsgraph), kept)
         return moving_surface.with_waves(scene, plan, water)
 
 

@@ -73,12 +73,16 @@ class Development:
 
 @dataclass(frozen=True)
 class View:
-    """A frame as a camera sees it; ``development`` is a place in the manifest's list."""
+    """A frame as a camera sees it; ``development`` is a place in the manifest's list.
+
+    ``eye`` is the place of the camera, m, and the unit vector to where it looks.
+    """
 
     frame: int
     camera: str
     depth: float
     development: int
+    eye: tuple[float, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -292,7 +296,7 @@ def write_manifest(path: Path, manifest: Manifest) -> None:
             for item in manifest.files
         ],
         "developments": [asdict(item) for item in manifest.developments],
-        "views": [[v.frame, v.camera, v.depth, v.development] for v in manifest.views],
+        "views": [[v.frame, v.camera, v.depth, v.development, v.eye] for v in manifest.views],
     }
     text = ",\n".join(f"{json.dumps(name)}: {_rows(value)}" for name, value in content.items())
     with replacing(path) as temporary:
@@ -366,7 +370,7 @@ def _manifest(content: dict[str, Any], folder: Path) -> Manifest:
             Development(item["description"], tuple(map(tuple, item["weights"])))
             for item in content["developments"]
         ),
-        views=tuple(View(*row) for row in content["views"]),
+        views=tuple(View(*row[:4], eye=tuple(*row[4:])) for row in content["views"]),
         files=tuple(
             ExternalFile(
                 item["what"],

@@ -30,6 +30,7 @@ class _Frame:
     plan: RenderPlan
     depths: tuple[float, ...]
     lamplight: tuple[NDArray[np.float64] | None, ...]
+    eyes: tuple[tuple[float, ...], ...]
 
 
 def plan_job(
@@ -162,7 +163,8 @@ def _frames(
                     chosen = fixed
         plan = plans[chosen]
         lit = tuple(plan.lamplight(scene, camera) for camera in seen_by)
-        frames.append(_Frame(number, plan, depths, lit))
+        eyes = tuple(cameras.eye_of(camera) for camera in seen_by)
+        frames.append(_Frame(number, plan, depths, lit, eyes))
     first = frames[0].plan.column
     for frame in frames:
         if math.isfinite(frame.plan.column.floor_depth) != math.isfinite(first.floor_depth):
@@ -226,13 +228,15 @@ def _views(
     rows: dict[tuple[str, int], View] = {}
     for frame in frames:
         stops = None
-        for camera, depth, lit in zip(seen_by, frame.depths, frame.lamplight, strict=True):
+        for camera, depth, lit, eye in zip(
+            seen_by, frame.depths, frame.lamplight, frame.eyes, strict=True
+        ):
             view = frame.plan.viewpoint(depth, stops, lit)
             stops = view.stops
             development = Development(
                 view.reduction.description, tuple(map(tuple, view.reduction.weights.tolist()))
             )
             place = found.setdefault(development, len(found))
-            rows[camera.name, frame.number] = View(frame.number, camera.name, depth, place)
+            rows[camera.name, frame.number] = View(frame.number, camera.name, depth, place, eye)
     views = [rows[camera.name, frame.number] for camera in seen_by for frame in frames]
     return tuple(found), tuple(views)

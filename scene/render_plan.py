@@ -9,7 +9,7 @@ import importlib.metadata
 import math
 import platform
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -31,7 +31,7 @@ from ..uw_spectral.imaging.description import (
 from ..uw_spectral.imaging.optics import ResolvedOptics, resolve
 from ..uw_spectral.lamps.lamp_surface import lamplight
 from ..uw_spectral.lamps.multiple_scattering import lamp_water
-from ..uw_spectral.shade.shade_table import ShadeTable
+from ..uw_spectral.shade.shade_table import ShadeTable, without_shade
 from ..uw_spectral.spectra.colour_rendering import SensorReduction
 from ..uw_spectral.spectra.illuminant import RELATIVE
 from ..uw_spectral.spectra.reflectance import emission_basis, uplift_basis
@@ -48,7 +48,7 @@ from .lamps import SceneLamps, lamps_of, seen_places
 from .pass_values import PassValues
 from .realtime import MOST_BANDS, MOST_CLOSED_FORM_BANDS, RealtimeWater, realtime_water
 from .settings import AUTO, BOUNDED, CONSTITUENTS, DEFAULT_PHASE, OPTIMISED, SOLVED, SceneSettings
-from .surroundings import Surroundings, has_things, look_around
+from .surroundings import Ground, has_things, look_around
 
 _RELATIVE_UNITS = "sr^-1, relative to an irradiance of 1 at 560 nm"
 _RECORDED_PACKAGES = ("numpy", "colour-science", "jerlov", "nodebpy", "OpenImageIO")
@@ -134,6 +134,9 @@ class RenderPlan(ResolvedOptics):
         weights: NDArray[np.float64],
         camera: bpy.types.Object | None = None,
         shaded: ShadeTable | None = None,
+        *,
+        eyes: Sequence[tuple[float, ...]] = (),
+        kept: shade.Kept | None = None,
     ) -> RealtimeWater:
         """Return the water of EEVEE, see :func:`realtime_water`.
 
@@ -147,26 +150,34 @@ class RenderPlan(ResolvedOptics):
         camera : Object, optional
             The scene's by default.
         shaded : ShadeTable, optional
-            What is known already of the shade.
+            What is known already of the shade; the ground is then the one that was kept.
+        eyes : sequence of six floats
+            Where the camera is at the frames of a job, for all of which the shade shall serve.
+        kept : Kept, optional
+            What may be used again.
         """
         reflectances = {
             material.name: reflectance.at(self.bands.centres)
             for material, reflectance in band_colors.measured_reflectances(scene)
         }
-        chosen, around = self.settings, None
-        shades = chosen.field == SOLVED and chosen.diffuse_shadows and chosen.sunlight > 0
-        shades = shades and has_things(scene)
-        if shades or (chosen.scene_floor and has_things(scene)):
-            clearest = float(self.column.attenuation.min())
-            around = look_around(scene, camera or scene.camera, clearest)
-        over = self._over(around)
-        solved = over.solved_field(TABLE_STREAMS) if chosen.field == SOLVED else None
-        if not shades or around is None or solved is None:
+        chosen, around, kept = self.settings, None, kept or shade.Kept()
+        shades = chosen.field == SOLVED and chosen.diffuse_shadows and has_things(scene)
+        if not shades:
             shaded = None
-        elif shaded is None:
+        if shades and chosen.sunlight == 0:
+            # The same nodes as by day; there is nothing to shade.
+            shaded = without_shade(len(self.bands))
+        looks = shades or (chosen.scene_floor and has_things(scene))
+        if looks and shaded is None:
+            clearest = float(self.column.attenuation.min())
+            around = look_around(scene, camera or scene.camera, clearest, eyes, kept.samples)
+            kept.ground = around.ground
+        over = self._over(kept.ground if looks else None)
+        solved = over.solved_field(TABLE_STREAMS) if chosen.field == SOLVED else None
+        if shades and around is not None and solved is not None:
             # What the sensor sees decides, in band passes too, so that they agree.
             seen = self.reduction(depth, self.lamplight(scene, camera or scene.camera)).weights
-            shaded = shade.table_of(around, self.bands, solved, seen, depth)
+            shaded = shade.table_of(around, self.bands, solved, seen, depth, kept)
         water = realtime_water(
             over.column, self.phase, depth, weights, solved=solved,
             shafts=self.draws_shafts, diffuse_shadows=chosen.diffuse_shadows,
@@ -192,10 +203,13 @@ class RenderPlan(ResolvedOptics):
         water = lamp_water(here.absorption, here.scattering, here.phase)
         return lamplight(lamps, water, place, seen_places(scene, camera))
 
-    def _over(self, around: Surroundings | None) -> RenderPlan:
+    def _over(self, ground: Ground | None) -> RenderPlan:
         """Return the plan over the scene's own ground, if there is any and no floor is added."""
-        ground = around.ground if around is not None and self.settings.scene_floor else None
-        if ground is None or math.isfinite(self.column.floor_depth):
+        if (
+            ground is None
+            or not self.settings.scene_floor
+            or math.isfinite(self.column.floor_depth)
+        ):
             return self
         reflectance = np.clip(uplift_basis(self.bands) @ np.array(ground.colour), 0.0, 1.0)
         column = replace(self.column, floor_depth=ground.depth, floor_reflectance=reflectance)

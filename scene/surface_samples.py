@@ -5,6 +5,7 @@ Objects and instances count as the viewport shows them, materials by their mean 
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass
 
@@ -12,11 +13,13 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from .mean_colours import mean_colour
+from .mean_colours import Rgb, mean_colour
 from .visible_meshes import visible_meshes
 
 _PER_CELL = 12.0  # samples of a surface that crosses a cell, where its triangles are small
 _SEED = 1
+_SMALLEST = 1e-20
+_ENOUGH = 64  # triangles that are all looked at
 _DEEPEST = 14  # halvings of a triangle's edges
 
 Array = NDArray[np.float64]
@@ -24,11 +27,12 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class Samples:
-    """Points on surfaces, their unit normals and base colours, (m, 3) each."""
+    """Points on surfaces, unit normals and base colours, (m, 3), and areas they stand for, m²."""
 
     points: Array
     normals: Array
     colours: Array
+    areas: Array
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,9 +62,12 @@ def visible_triangles(
     leave_out : collection of Object
         Not these.
     """
+    known: dict[bpy.types.Material | None, Rgb] = {}
     for shown in visible_meshes(depsgraph, leave_out):
         arrays, place = shown.arrays, np.array(shown.place, dtype=np.float32)
-        colours = [mean_colour(material) for material in shown.materials or [None]]
+        materials = shown.materials or [None]
+        known |= {item: mean_colour(item) for item in materials if item not in known}
+        colours = [known[item] for item in materials]
         corners = arrays.vertices[arrays.triangles]
         yield Triangles(
             corners @ place[:3, :3].T + place[:3, 3],
@@ -72,7 +79,16 @@ def visible_triangles(
 def sampled(shown: Triangles, low: Array, high: Array, spacing: float) -> Samples:
     """Sample a mesh in a box, at least once in every cell of ``spacing`` m that it crosses."""
     corners, slots = shown.corners, shown.slots
-    points, normals, colours = [], [], []
+    # Whatever the box, so that the same places have the same samples.
+    more = 1.0
+    if len(corners) > _ENOUGH:
+        one, other = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+        twice = np.linalg.norm(np.cross(one, other), axis=1)
+        keep = _some(twice, spacing)
+        keep |= np.abs(np.stack([one, other, one - other], axis=1)).max(axis=(1, 2)) > spacing / 2.0
+        corners, slots = corners[keep], slots[keep]
+        more = float(twice.sum()) / max(float(twice[keep].sum()), _SMALLEST)
+    points, normals, colours, areas = [], [], [], []
     for level in range(_DEEPEST):
         within = (corners.max(axis=1) >= low).all(axis=1) & (corners.min(axis=1) <= high).all(
             axis=1
@@ -81,26 +97,43 @@ def sampled(shown: Triangles, low: Array, high: Array, spacing: float) -> Sample
         one, other = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
         across = np.cross(one, other)
         size = np.linalg.norm(across, axis=1)
-        if level == 0:
-            keep = _some(size, spacing)
-            small = np.abs(np.stack([one, other, one - other], axis=1)).max(axis=(1, 2))
-            keep |= small > spacing / 2.0
-            corners, slots, across, size = corners[keep], slots[keep], across[keep], size[keep]
-            one, other = one[keep], other[keep]
         edges = np.stack([one, other, one - other], axis=1)
         small = (np.abs(edges).max(axis=(1, 2)) <= spacing) | (level == _DEEPEST - 1)
         points.append(corners[small].mean(axis=1))
-        normals.append(across[small] / np.maximum(size[small], 1e-20)[:, None])
+        normals.append(across[small] / np.maximum(size[small], _SMALLEST)[:, None])
         colours.append(shown.colours[slots[small]])
+        areas.append(size[small] * (more / 2.0))
         corners, slots = corners[~small], slots[~small]
         if not len(corners):
             break
         corners, slots = _halved(corners), np.tile(slots, 4)
-    parts = (np.concatenate(x).astype(np.float64) for x in (points, normals, colours))
+    parts = (np.concatenate(x).astype(np.float64) for x in (points, normals, colours, areas))
     found = Samples(*parts)
     flat = (found.normals**2).sum(axis=1) < 0.5
     found.normals[flat] = [0.0, 0.0, 1.0]
     return found
+
+
+class KeptSamples:
+    """Samples of meshes that have not changed since they were taken."""
+
+    def __init__(self) -> None:
+        self._before: dict[bytes, Samples] = {}
+        self._now: dict[bytes, Samples] = {}
+
+    def next_frame(self) -> None:
+        """Forget what was not asked for since the last time."""
+        self._before, self._now = self._now, {}
+
+    def sampled(self, shown: Triangles, low: Array, high: Array, spacing: float) -> Samples:
+        """Return what :func:`sampled` returns."""
+        digest = hashlib.blake2b(digest_size=16)
+        for part in (shown.corners, shown.slots, shown.colours, low, high, np.float64(spacing)):
+            digest.update(np.ascontiguousarray(part).data)
+        key = digest.digest()
+        found = self._now.get(key) or self._before.get(key)
+        self._now[key] = found or sampled(shown, low, high, spacing)
+        return self._now[key]
 
 
 def _some(size: NDArray[np.floating], spacing: float) -> NDArray[np.bool_]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -13,23 +14,33 @@ from numpy.typing import NDArray
 from ..uw_spectral.shade.grid import Grid
 from ..uw_spectral.shade.voxels import SurfaceVoxels, voxelise
 from . import scene_water
-from .surface_samples import Triangles, sampled, visible_triangles
+from .cameras import eye_of
+from .surface_samples import KeptSamples, Triangles, visible_triangles
 
 PROBES = 6000
 """Cells of the grid, at most."""
+PATH_PROBES = 30_000
+"""The same where one grid serves for all frames of a job."""
+_LONGEST = 60.0  # m along each axis, of a camera's path that it serves for
 VOXELS = 3
 """Voxels along a cell of it."""
-_LEAST = 0.3  # m: the smallest cell
+CELLS = (0.3, 0.33, 0.36, 0.39, 0.42, 0.46, 0.5, 0.55, 0.6, 0.65, 0.7)
+"""Edges of a cell of it, m; few, so that they last."""
+_LEAST = 0.3  # m: the smallest cell of the coarse grid
+_COARSER = 1.12
+_BLOCK, _COARSE_BLOCK = 6, 8  # cells that come and go together when the camera moves
 _OPTICAL_REACH, _NEAREST, _FARTHEST = 4.0, 6.0, 30.0  # how far from the camera shade is looked for
 _MARGIN = 1.0  # m around things
 _SIDE = 0.5  # of the height of a place under things: how far from it there is shade
 _COARSE = 120_000  # voxels in which such places are looked for
-_LARGEST = 0.7  # m: a larger cell only where the eye is surrounded
-_AHEAD, _ASIDE = 1.2, 0.4  # of the reach: where the box lies that is cut down
+_AHEAD = 0.6  # of half a box that is cut down: how far from the eye its middle lies
+_TALLEST = 15.0  # m, of such a box
+_DEEPEST = 0.01  # of the ground lies lower than the box
 _COVERED = 0.5  # of the columns of water that end on ground, where there is a floor
 _BELOW_EYE = 0.3  # m
 _DEPTH_STEP, _COLOUR_STEP = 0.05, 0.01  # of the ground: it should not tremble with the camera
 _SOLID = {"MESH", "CURVE", "SURFACE", "META", "FONT", "CURVES"}
+_SMALL = 2.5  # voxels
 _SAMPLES = ("points", "normals", "colours")
 
 Array = NDArray[np.float64]
@@ -51,30 +62,35 @@ class Surroundings:
     ----------
     things : sequence of Triangles
     eyes, ahead : array, shape (m, 3)
-        Where cameras are, m, and unit vectors to where they look.
+        Where the camera is, now and at other frames, m, and unit vectors to where it looks.
     coarse : SurfaceVoxels
         The surfaces, coarsely.
+    samples : KeptSamples
     """
 
     things: Sequence[Triangles]
     eyes: Array
     ahead: Array
     coarse: SurfaceVoxels
+    samples: KeptSamples
 
     @functools.cached_property
-    def ground(self) -> Ground | None:
-        """The seabed: the lowest surface of the columns of water, if most of them have one."""
+    def _seabed(self) -> NDArray[np.int32]:
+        """The lowest surface of each column of water, none if too few have one."""
         voxels = self.coarse
-        if not len(voxels):
-            return None
         full, water = voxels.number >= 0, voxels.reachable(self.eyes)
         seabed = np.zeros_like(full)
         seabed[:, :, :-1] = full[:, :, :-1] & water[:, :, 1:]
         found = seabed.any(axis=2)
-        if found.mean() < _COVERED:
+        columns = np.nonzero(found if found.mean() >= _COVERED else found & False)
+        return voxels.number[(*columns, seabed[columns].argmax(axis=1))]
+
+    @functools.cached_property
+    def ground(self) -> Ground | None:
+        """The seabed: the lowest surface of the columns of water, if most of them have one."""
+        voxels, lowest = self.coarse, self._seabed
+        if not len(lowest):
             return None
-        columns = np.nonzero(found)
-        lowest = voxels.number[(*columns, seabed[columns].argmax(axis=1))]
         depth = -float(np.median(voxels.centre[lowest, 2]))
         eye = -float(self.eyes[:, 2].min()) if len(self.eyes) else 0.0
         depth = max(depth, eye + _BELOW_EYE)
@@ -87,13 +103,17 @@ class Surroundings:
         low, high = self.coarse.under_things(self.eyes)
         if not (high > low).all():
             return None
+        if len(self._seabed):
+            # Below it, beyond its border, there is nothing to be seen.
+            deepest = np.quantile(self.coarse.centre[self._seabed, 2], _DEEPEST)
+            low[2] = min(max(low[2], deepest), high[2])
         side = _SIDE * (high[2] - low[2]) + _MARGIN
         margin = np.array([side, side, _MARGIN])
         low, high = low - margin, high + margin
         high[2] = min(high[2], 0.0)
-        grid = Grid.around(*_near(low, high, self.eyes, self.ahead), PROBES, _LEAST)
+        grid = _near(low, high, self.eyes, self.ahead)
         fine = Grid(grid.lower, grid.cell / VOXELS, _times(grid.shape, VOXELS))
-        return _voxels(self.things, fine), grid
+        return _voxels(self.things, fine, self.samples), grid
 
 
 def has_things(scene: bpy.types.Scene) -> bool:
@@ -107,7 +127,11 @@ def has_things(scene: bpy.types.Scene) -> bool:
 
 
 def look_around(
-    scene: bpy.types.Scene, camera: bpy.types.Object | None, extinction: float
+    scene: bpy.types.Scene,
+    camera: bpy.types.Object | None,
+    extinction: float,
+    path: Sequence[tuple[float, ...]] = (),
+    samples: KeptSamples | None = None,
 ) -> Surroundings:
     """Look at what is visible around a camera, at the scene's current frame.
 
@@ -118,20 +142,29 @@ def look_around(
         Without one everything counts alike.
     extinction : float
         Of the clearest band, 1/m: decides how far away things matter.
+    path : sequence of six floats
+        Where the camera is at the frames of a job, see :func:`.cameras.eye_of`. Unless they lie too
+        far apart, one place serves for all, so that nothing changes but what moves.
+    samples : KeptSamples, optional
+        What may be used again.
     """
-    depsgraph = bpy.context.evaluated_depsgraph_get()
-    things = list(visible_triangles(depsgraph, scene_water.objects(scene)))
-    eyes = [] if camera is None else [camera.evaluated_get(depsgraph)]
-    frames = np.array([eye.matrix_world for eye in eyes], np.float64).reshape(-1, 4, 4)
-    places, ahead = frames[:, :3, 3], -frames[:, :3, 2]
-    ahead = ahead / np.maximum(np.linalg.norm(ahead, axis=1, keepdims=True), 1e-9)
+    samples = samples or KeptSamples()
+    samples.next_frame()
+    things = list(
+        visible_triangles(bpy.context.evaluated_depsgraph_get(), scene_water.objects(scene))
+    )
+    eyes = [] if camera is None else [eye_of(camera)]
+    if len(path) and (np.ptp(np.array(path)[:, :3], axis=0) <= _LONGEST).all():
+        eyes += path
+    frames = np.array(eyes, np.float64).reshape(-1, 6)
+    places, ahead = frames[:, :3], frames[:, 3:]
     low, high = _around(things, places, extinction)
     grid = Grid((0.0, 0.0, 0.0), 1.0, (1, 1, 1))
     if np.isfinite([low, high]).all() and (high > low).all():
-        grid = Grid.around(low, high, _COARSE, _LEAST)
+        grid = _coarse_grid(low, high)
     else:
         things = []
-    return Surroundings(things, places, ahead, _voxels(things, grid))
+    return Surroundings(things, places, ahead, _voxels(things, grid, samples), samples)
 
 
 def _around(things: Sequence[Triangles], eyes: Array, extinction: float) -> tuple[Array, Array]:
@@ -147,28 +180,83 @@ def _around(things: Sequence[Triangles], eyes: Array, extinction: float) -> tupl
     return low, high
 
 
-def _near(low: Array, high: Array, eyes: Array, ahead: Array) -> tuple[Array, Array]:
-    """Cut a box down to what eyes have before them, so that its cells are not too large."""
-    box, reach = (low, high), _FARTHEST
-    while len(eyes) and np.prod(box[1] - box[0]) > PROBES * _LARGEST**3 and reach > _NEAREST:
-        reach *= 0.95
-        seen = np.concatenate([eyes, eyes + _AHEAD * reach * ahead])
-        nearer = (
-            np.maximum(low, seen.min(axis=0) - _ASIDE * reach),
-            np.minimum(high, seen.max(axis=0) + _ASIDE * reach),
-        )
-        if not (nearer[1] > nearer[0]).all():
-            break
-        box = nearer
-    return box
+def _coarse_grid(low: Array, high: Array) -> Grid:
+    """Return cells of a lattice that hold a box, as small as :data:`_COARSE` of them allow."""
+    cell = _LEAST
+    while (grid := Grid.on_lattice(low, high, cell, _COARSE_BLOCK)).count > _COARSE:
+        cell *= _COARSER
+    return grid
 
 
-def _voxels(things: Sequence[Triangles], grid: Grid) -> SurfaceVoxels:
-    found = [sampled(thing, np.asarray(grid.lower), grid.upper, grid.cell) for thing in things]
-    joined = (
+def _near(low: Array, high: Array, eyes: Array, ahead: Array) -> Grid:
+    """Return cells in a box, cut down to what eyes have before them if there are too many.
+
+    All eyes have cells if that takes no more than :data:`PATH_PROBES`; else the first has. What is
+    cut out for it has the same size wherever it looks, and moves in blocks.
+    """
+    whole = [Grid.on_lattice(low, high, cell) for cell in CELLS]
+    fitting = [grid for grid in whole if grid.count <= PROBES]
+    if fitting:
+        return fitting[0]
+    cell, grid = CELLS[-1], whole[-1]
+    for some, most in ((len(eyes), PATH_PROBES), (1, PROBES)):
+        if 0 < some <= len(eyes):
+            grid = Grid.on_lattice(*_before(low, high, eyes[:some], ahead[:some], cell), cell)
+            if grid.count <= most:
+                return grid
+    while grid.count > PROBES:
+        cell *= _COARSER
+        grid = Grid.on_lattice(low, high, cell)
+    return grid
+
+
+def _before(low: Array, high: Array, eyes: Array, ahead: Array, cell: float) -> tuple[Array, Array]:
+    """Part of a box that eyes have before them."""
+    height = min(high[2] - low[2] + 2.0 * cell, _TALLEST)
+    side = (math.sqrt(PROBES * cell / height) - 1.0) * cell
+    level = ahead * [1.0, 1.0, 0.0]
+    level /= np.maximum(np.linalg.norm(level, axis=1, keepdims=True), 1e-3)
+    middle = eyes + _AHEAD * side / 2.0 * level
+    middle = np.round(middle / (_BLOCK * cell)) * _BLOCK * cell
+    half = np.array([side, side, _TALLEST]) / 2.0
+    first, last = middle.min(axis=0) - half, middle.max(axis=0) + half
+    if height < _TALLEST:
+        first[2], last[2] = low[2], high[2]
+    first, last = np.maximum(low, first), np.minimum(high, last)
+    return (first, last) if (last > first).all() else (low, high)
+
+
+def _voxels(things: Sequence[Triangles], grid: Grid, samples: KeptSamples) -> SurfaceVoxels:
+    low, high = np.asarray(grid.lower), grid.upper
+    found = [samples.sampled(thing, low, high, grid.cell) for thing in things]
+    sizes = [np.linalg.norm(np.subtract(*thing.bounds)) for thing in things]
+    small = [
+        np.full(len(x.points), s < _SMALL * grid.cell) for x, s in zip(found, sizes, strict=True)
+    ]
+    points, normals, colours = (
         np.concatenate([np.empty((0, 3)), *(getattr(x, part) for x in found)]) for part in _SAMPLES
     )
-    return voxelise(grid, *joined)
+    keep = _filling(
+        grid,
+        points,
+        np.concatenate([[], *(x.areas for x in found)]),
+        np.concatenate([np.zeros(0, bool), *small]),
+    )
+    return voxelise(grid, points[keep], normals[keep], colours[keep])
+
+
+def _filling(
+    grid: Grid, points: Array, areas: Array, small: NDArray[np.bool_]
+) -> NDArray[np.bool_]:
+    """Which samples fill a voxel: small things only where there are so many that they cover it.
+
+    Else a fish would cover as much as a rock.
+    """
+    which = grid.index(points[small])
+    covered = np.bincount(which, areas[small], grid.count) >= grid.cell**2
+    keep = ~small
+    keep[small] = covered[which]
+    return keep
 
 
 def _times(shape: tuple[int, int, int], factor: int) -> tuple[int, int, int]:

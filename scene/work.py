@@ -215,7 +215,8 @@ class _Water:
         if self._engine is not None:
             return self._engine
         scene, manifest = self._scene, self._manifest
-        first = next(view for view in manifest.views if view.camera == self._camera)
+        of_camera = [view for view in manifest.views if view.camera == self._camera]
+        first = of_camera[0]
         camera = cameras.find_camera(scene, self._camera)
         self._stack.enter_context(_resolution(scene, manifest.output.resolution))
         scene.frame_set(first.frame)
@@ -229,6 +230,7 @@ class _Water:
             denoise=output.denoise,
             froxels=output.froxels,
             device=output.device,
+            eyes=tuple(view.eye for view in of_camera if view.eye),
         )
         engine = self._stack.enter_context(_engine(manifest).open(scene, camera, opening))
         if engine.passes != [item.bands for item in manifest.passes if item.part == 0]:

@@ -31,7 +31,7 @@ def small_manifest(
         "widths_nm": (1.0,) * passes,
         "developments": (manifests.Development("none", ((1.0,) * passes,) * 3),),
         "views": tuple(
-            manifests.View(frame, camera, 5.0 + frame / 3, 0)
+            manifests.View(frame, camera, 5.0 + frame / 3, 0, (0.1, frame / 7, -5.0, 0.0, 1.0, 0.0))
             for camera in cameras
             for frame in numbers
         ),

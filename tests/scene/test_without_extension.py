@@ -8,7 +8,7 @@ import sys
 import bpy
 import numpy as np
 import pytest
-from underwater_spectral.scene import exr_output, live, stored_settings
+from underwater_spectral.scene import exr_output, live, scene_water, stored_settings, surroundings
 from underwater_spectral.uw_spectral.errors import DataWarning
 from underwater_spectral.uw_spectral.spectra.spectral_image import read_exr
 
@@ -29,11 +29,14 @@ def _render(blend, picture):
 
 
 @pytest.mark.filterwarnings(f"ignore::{DataWarning.__module__}.DataWarning")
-def test_groups_are_ordinary_nodes(tmp_path, empty_blender):
+def test_groups_are_ordinary_nodes(tmp_path, empty_blender, monkeypatch):
+    monkeypatch.setattr(surroundings, "_COARSE", 60_000)
     scene = bpy.context.scene
     if not hasattr(bpy.types.Scene, stored_settings.PROPERTY):
         stored_settings.register()
     bpy.ops.mesh.primitive_uv_sphere_add(location=(0.0, 4.0, -3.0))
+    # What is below is in the shade, of which there is a table too.
+    bpy.ops.mesh.primitive_plane_add(size=6.0, location=(0.0, 4.0, -1.5))
     camera = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))
     camera.location, camera.rotation_euler = (0.0, 0.0, -3.0), (np.pi / 2, 0.0, 0.0)
     scene.collection.objects.link(camera)
@@ -41,6 +44,7 @@ def test_groups_are_ordinary_nodes(tmp_path, empty_blender):
     scene.render.resolution_x, scene.render.resolution_y = 48, 27
     scene.eevee.taa_render_samples = 1
     live.add(scene)
+    assert scene_water.part(scene, "uw_shade").size[0] > 24
     wet = tmp_path / "wet.blend"
     bpy.ops.wm.save_as_mainfile(filepath=str(wet))
     exr_output.write_float_exr(scene, tmp_path / "with.exr")

@@ -9,9 +9,13 @@ own shadows; the light that its forward peak scatters goes with it.
 
 from __future__ import annotations
 
+import functools
+import itertools
 import math
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+import os
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,13 +25,14 @@ from .grid import Array, Grid
 from .probes import RAYS, SETS, Rays, directions, set_of
 from .undisturbed_light import AXES, UndisturbedLight
 
-_ROUNDS = 6
+_ROUNDS = 16
+_SETTLED, _MOSTLY = 0.01, 0.98  # change of a round that is none, in that share of the probes
 _ON_WAY = ((0.1127, 5 / 18), (0.5, 8 / 18), (0.8873, 5 / 18))
 """Places along a ray where the light is looked at, and their weights: Gauss's."""
 _FLOOR_CELLS = 1.0  # from the floor within which what is met beyond the box is the floor
 _MEAN_COSINE = 0.25  # of a beam on surfaces of all slopes, their dark sides too
 _MOST = 1e3  # times the undisturbed light; what a white wall sends into the dark has no bound
-_DARK = 1e-6  # of the brightest direction's light: what counts as light at all
+_AT_ONCE = 128  # probes, of whose light a processor's cache holds all
 
 Light = NDArray[np.float32]
 
@@ -58,181 +63,260 @@ class DisturbedLight:
     irradiance: Light
     scattered: Light
     sunlit: Array
-    behind: Array
+    behind: Light
     weight: Array
 
 
-def disturbed_light(field: SolvedField, rays: Rays, reflectance: Array) -> DisturbedLight:
+def disturbed_light(water: SolvedField, rays: Rays, reflectance: Array) -> DisturbedLight:
     """Compute the light at the probes.
 
     Parameters
     ----------
-    field : SolvedField
+    water : SolvedField
         Of the undisturbed water, n bands.
     rays : Rays
         What the probes see.
     reflectance : array, shape (k, n)
         Of each surface.
     """
-    undisturbed, valid = UndisturbedLight(field, rays.grid), np.flatnonzero(rays.valid)
-    kind, place = set_of(rays.grid)[valid], _places(rays, valid)
-    kernels = _Kernels(undisturbed, [np.flatnonzero(kind == k) for k in range(SETS)])
-    paths = _paths(undisturbed, rays, valid, kind, place)
-    unshaded, source = kernels.irradiance(paths.before), kernels.all_ways(paths.before)
-    unshaded, source = np.maximum(unshaded, _tiny(unshaded)), np.maximum(source, _tiny(source))
-    # A sum over few directions is not an irradiance; over another such sum it is.
-    exact = undisturbed.irradiance(np.maximum(-rays.point[valid, 2], 0.0)) / unshaded
-    sides, side_place = _Sides(rays, reflectance, undisturbed), place[rays.probe_of_side]
-    mean_reflectance = (reflectance.sum(axis=0) / max(len(reflectance), 1)).astype(np.float32)
-    hit = rays.hit[valid]
-    met = hit >= 0
-    # Probes on the way have other directions; the closest stands for the ray's.
-    along = [kernels.nearest[kind[p], kind[:, None], np.arange(RAYS)] for p in paths.on_way]
-    L = paths.known + paths.scattered + paths.further
-    for _ in range(_ROUNDS):
-        E = (kernels.irradiance(L) * exact).astype(np.float32)
-        J = np.minimum(kernels.all_ways(L) / source, _MOST)
-        # What lies beyond the box is lit as its side is.
-        sent = (E.mean(axis=1) + paths.beam) * (mean_reflectance / math.pi)
-        L = paths.known.copy()
-        for probe, ray, (_, weight) in zip(paths.on_way, along, _ON_WAY, strict=True):
-            L += np.float32(weight) * paths.scattered * J[probe, ray]
-        L += paths.further * J[paths.on_way[-1], along[-1]]
-        L += paths.to_further * sent[paths.on_way[-1]]
-        L[met] += paths.transmittance[met] * sides.radiance(E[side_place])[hit[met]]
-    scattered0 = kernels.along_axes(paths.before)
-    scattered0 = np.maximum(scattered0, _tiny(scattered0))
-    everywhere = place[rays.nearest(rays.grid.centres())]
-    ratios = kernels.irradiance(L) / unshaded, kernels.along_axes(L) / scattered0
-    irradiance, scattered = (np.minimum(x, _MOST)[everywhere] for x in ratios)
-    mean = np.stack([x.mean(axis=(0, 2)) for x in (unshaded, scattered0)]).astype(np.float64)
+    known = _Known(UndisturbedLight(water, rays.grid), rays)
+    kernels = [_Kernel(known.undisturbed, kind) for kind in range(SETS)]
+    sides = _Sides(rays, reflectance, known.undisturbed)
+    mean = reflectance.sum(axis=0) / max(len(reflectance), 1) / math.pi
+    by_set = [_split(known, kernel, kernels) for kernel in kernels]
+    parts = [part for some in by_set for part in some]
+    count = len(known.order)
+    with ThreadPoolExecutor(os.process_cpu_count()) as pool:
+        started = list(pool.map(_Part.prepare, parts))
+        now = _Light(*(_joined(started, count, k) for k in range(3)))
+        for _ in range(_ROUNDS):
+            # What lies beyond the box is lit as its side is.
+            now.sent = ((now.E.mean(axis=1) + now.beam) * mean).astype(np.float32)
+            now.of_sides = sides.radiance(now.E[known.place[rays.probe_of_side]])
+            before = now.E.mean(axis=(1, 2))
+            for some in by_set:
+                found = list(pool.map(functools.partial(_Part.round, now=now), some))
+                for part, (E, J) in zip(some, found, strict=True):
+                    now.E[part.rows], now.J[part.rows] = E, J
+            after = now.E.mean(axis=(1, 2))
+            if (np.abs(after - before) <= _SETTLED * after).mean() >= _MOSTLY:
+                break
+        ended = list(pool.map(functools.partial(_Part.ratios, now=now), parts))
+    everywhere = known.place[rays.nearest(rays.grid.centres())]
+    irradiance, scattered, behind = (_joined(ended, count, k)[everywhere] for k in range(3))
+    weight = np.sum([part.undisturbed for part in parts], axis=0)
     return DisturbedLight(
-        rays.grid, irradiance, scattered, rays.sunlit[valid][everywhere],
-        kernels.behind(rays.open_water[valid])[everywhere], mean / mean.sum(axis=1, keepdims=True),
+        rays.grid, irradiance, scattered, rays.sunlit[known.order][everywhere], behind,
+        weight / weight.sum(axis=1, keepdims=True),
     )  # fmt: skip
 
 
-@dataclass(frozen=True, eq=False)
-class _Paths:
-    """The rays of v probes, with what the light of other probes does not change.
+@dataclass(eq=False)
+class _Light:
+    """The light of v probes, as far as it is known.
 
     Attributes
     ----------
-    before : array, shape (v, RAYS, n)
-        Undisturbed radiance.
-    known : array, shape (v, RAYS, n)
-        Sunlight scattered once on the way, shadows and all, and what comes from where rays are
-        not followed.
-    scattered : array, shape (v, RAYS, n)
-        Other undisturbed light of the way.
-    further : array, shape (v, RAYS, n)
-        The same beyond the box.
-    transmittance : array, shape (v, RAYS, n)
-    to_further : array, shape (v, RAYS, n)
-        That up to surfaces beyond the box; 0 for none.
+    E : array, shape (v, 6, n)
+        Irradiance on the axes, without the beam.
+    J : array, shape (v, RAYS, n)
+        Light scattered against each direction, over the undisturbed.
     beam : array, shape (v, n)
-        Irradiance of the sun's beam at the probe, mean over surfaces of all slopes.
-    on_way : sequence of array of int, shape (v, RAYS)
-        Probes at the places of :data:`_ON_WAY`.
+        Irradiance of the sun's beam, mean over surfaces of all slopes.
+    sent : array, shape (v, n)
+        Radiance of surfaces that are lit as a probe is.
+    of_sides : array, shape (2 k, n)
+        Radiance of the sides of surfaces.
     """
 
-    before: Light
-    known: Light
-    scattered: Light
-    further: Light
-    transmittance: Light
-    to_further: Light
+    E: Light
+    J: Light
     beam: Light
-    on_way: Sequence[NDArray[np.intp]]
+    sent: Light = field(default_factory=lambda: np.empty((0, 0), np.float32))
+    of_sides: Light = field(default_factory=lambda: np.empty((0, 0), np.float32))
 
 
-def _paths(
-    undisturbed: UndisturbedLight,
-    rays: Rays,
-    valid: NDArray[np.intp],
-    kind: NDArray[np.intp],
-    place: NDArray[np.intp],
-) -> _Paths:
-    w, distance, hit = directions()[kind], rays.distance[valid], rays.hit[valid]
-    point, sunlit = rays.point[valid], rays.sunlit[valid].astype(np.float32)
-    depth = np.maximum(-point[:, 2:], 0.0)
-    end_depth = np.maximum(depth - distance * w[..., 2], 0.0)
-    thickness = undisturbed.extinction(depth, end_depth) * distance[..., None]
-    T = np.exp(-thickness).astype(np.float32)
-    at, end = undisturbed.along(depth, kind), undisturbed.along(end_depth, kind)
-    on_way = [
-        place[rays.nearest_in_sight(point[:, None] + w * (t * distance)[..., None], valid[:, None])]
-        for t, _ in _ON_WAY
-    ]
-    lit = np.zeros(distance.shape, np.float32)
-    for probes, (_, weight) in zip(on_way, _ON_WAY, strict=True):
-        lit += np.float32(weight) * sunlit[probes]
-    known = np.maximum(at.once - T * end.once, 0.0) * lit[..., None]
-    scattered = np.maximum(at.scattered - T * end.scattered, 0.0)
-    # Beyond the box shade is as at its side.
-    leaves, far, border = (hit < 0)[..., None], rays.further[valid], on_way[-1]
-    last_depth = np.maximum(end_depth - far * w[..., 2], 0.0)
-    thickness = undisturbed.extinction(end_depth, last_depth) * far[..., None]
-    T2, last = np.exp(-thickness).astype(np.float32), undisturbed.along(last_depth, kind)
-    T_out = T * leaves
-    further = T_out * np.maximum(end.scattered - T2 * last.scattered, 0.0)
-    known += T_out * np.maximum(end.once - T2 * last.once, 0.0) * sunlit[border][..., None]
-    # The floor of the undisturbed water is part of its light.
-    on_floor = last_depth > undisturbed.floor_depth - _FLOOR_CELLS * rays.grid.cell
-    blocked = (rays.blocked[valid] & ~(on_floor & (far > 0)))[..., None]
-    known += T_out * T2 * (last.scattered + last.once + last.image) * ~blocked
-    before = at.scattered + at.once + at.image
-    beam = undisturbed.beam(depth[:, 0]) * (_MEAN_COSINE * rays.sunlit[valid][:, None])
-    return _Paths(
-        before, known, scattered, further, T, T_out * T2 * blocked, beam.astype(np.float32), on_way
-    )
+class _Known:
+    """What all parts of the probes share: probes of a set are side by side in ``order``."""
+
+    def __init__(self, undisturbed: UndisturbedLight, rays: Rays) -> None:
+        self.undisturbed, self.rays = undisturbed, rays
+        kind = set_of(rays.grid)
+        order = np.argsort(kind, kind="stable")
+        self.order = order[rays.valid[order]]
+        self.kind = kind[self.order]
+        self.place = np.zeros(rays.grid.count, np.intp)
+        self.place[self.order] = np.arange(len(self.order))
+        self.sunlit = rays.sunlit[self.order].astype(np.float32)
 
 
-class _Kernels:
-    """Sums over the directions of probes, those of each set apart."""
-
-    def __init__(self, undisturbed: UndisturbedLight, members: list[NDArray[np.intp]]) -> None:
-        w = directions()
-        self._members = members
-        facing = [np.maximum(AXES @ ways.T, 0.0) for ways in w]
-        self._patches = [(f * (4.0 * math.pi / RAYS)).astype(np.float32) for f in facing]
-        behind = [np.maximum(-AXES @ ways.T, 0.0) for ways in w]
-        self._behind = [b / b.sum(axis=1, keepdims=True) for b in behind]
-        self._phases = [undisturbed.phase_weights(k, w[k]) for k in range(SETS)]
-        self._axes = [undisturbed.phase_weights(k, AXES) for k in range(SETS)]
-        turned = np.einsum("kax,lbx->klab", w, w)
-        self.nearest = np.swapaxes(turned, 2, 3).argmax(axis=3)
-        """Of set k, the direction closest to each of set l, (k, l, RAYS)."""
-
-    def irradiance(self, L: Light) -> Light:
-        """On patches that face the axes, (p, 6, n)."""
-        return self._each(L, 6, lambda k, light: np.matmul(self._patches[k], light))
-
-    def behind(self, free: NDArray[np.bool_]) -> Array:
-        """Share of what patches that face the axes have behind them that is free, (p, 6)."""
-        found = np.empty((len(free), 6))
-        for k, rows in enumerate(self._members):
-            found[rows] = free[rows] @ self._behind[k].T
-        return found
-
-    def all_ways(self, L: Light) -> Light:
-        """Light scattered against each direction of the probe, (p, RAYS, n)."""
-        return self._each(L, RAYS, lambda k, light: _scatter(self._phases[k], light))
-
-    def along_axes(self, L: Light) -> Light:
-        """The same against the axes, (p, 6, n)."""
-        return self._each(L, 6, lambda k, light: _scatter(self._axes[k], light))
-
-    def _each(self, L: Light, count: int, sums: Callable[[int, Light], Light]) -> Light:
-        found = np.empty((len(L), count, L.shape[-1]), np.float32)
-        for k, rows in enumerate(self._members):
-            found[rows] = sums(k, L[rows])
-        return found
+def _split(known: _Known, kernel: _Kernel, kernels: Sequence[_Kernel]) -> list[_Part]:
+    rows = np.flatnonzero(known.kind == kernel.kind)
+    if not len(rows):
+        return []
+    first, end = int(rows[0]), int(rows[-1]) + 1
+    ends = [*range(first, end, _AT_ONCE), end]
+    nearest = np.stack([other.nearest(kernel) for other in kernels])
+    return [_Part(slice(*pair), known, kernel, nearest) for pair in itertools.pairwise(ends)]
 
 
-def _scatter(weights: Light, L: Light) -> Light:
-    """Sum over directions r of light (p, r, n) by weights (n, r, q), shape (p, q, n)."""
-    return np.stack([L[..., b] @ weights[b] for b in range(L.shape[-1])], axis=-1)
+def _joined(found: Sequence[Sequence[Light]], count: int, which: int) -> Light:
+    arrays = [parts[which] for parts in found]
+    return np.concatenate(arrays) if count else np.empty((0, 6, 1), np.float32)
+
+
+class _Part:
+    """Some probes of one set, few enough to stay in a processor's cache."""
+
+    def __init__(
+        self, rows: slice, known: _Known, kernel: _Kernel, nearest: NDArray[np.intp]
+    ) -> None:
+        self.rows, self._known, self._kernel, self._nearest = rows, known, kernel, nearest
+        self.undisturbed = np.zeros((2, 6))
+        """Irradiance and scattered light on the axes, added up."""
+
+    def prepare(self) -> tuple[Light, Light, Light]:
+        """Compute what other probes do not change; return the start of the light."""
+        rays, light = self._known.rays, self._known.undisturbed
+        valid, kind, ways = self._known.order[self.rows], self._kernel.kind, np.arange(RAYS)
+        w, distance, hit = directions()[kind], rays.distance[valid], rays.hit[valid]
+        point = rays.point[valid]
+        depth = np.maximum(-point[:, 2:], 0.0)
+        end_depth = np.maximum(depth - distance * w[:, 2], 0.0)
+        T = _transmitted(light, depth, end_depth, distance)
+        at, end = light.along(depth, kind, ways), light.along(end_depth, kind, ways)
+        on_way = [
+            self._known.place[
+                rays.nearest_in_sight(
+                    point[:, None] + w * (t * distance)[..., None], valid[:, None]
+                )
+            ]
+            for t, _ in _ON_WAY
+        ]
+        # Probes on the way have other directions; the closest stands for the ray's.
+        self._on_way = [
+            (p * RAYS + self._nearest[self._known.kind[p], ways]).ravel() for p in on_way
+        ]
+        lit = np.zeros(distance.shape, np.float32)
+        for probes, (_, weight) in zip(on_way, _ON_WAY, strict=True):
+            lit += np.float32(weight) * self._known.sunlit[probes]
+        L = np.maximum(at.once - T * end.once, 0.0) * lit[..., None]
+        self._scattered = _flat(np.maximum(at.scattered - T * end.scattered, 0.0))
+        # Beyond the box shade is as at its side.
+        out = (hit < 0).nonzero()
+        self._out, self._border = np.flatnonzero(hit < 0), on_way[-1][out]
+        far, T_out, z = rays.further[valid][out], T[out], end_depth[out]
+        last_depth = np.maximum(z - far * w[out[1], 2], 0.0)
+        T_last = _transmitted(light, z, last_depth, far)
+        last = light.along(last_depth, kind, out[1])
+        self._further = T_out * np.maximum(end.scattered[out] - T_last * last.scattered, 0.0)
+        once = T_out * np.maximum(end.once[out] - T_last * last.once, 0.0)
+        L[out] += once * self._known.sunlit[self._border][:, None]
+        # The floor of the undisturbed water is part of its light.
+        on_floor = last_depth > light.floor_depth - _FLOOR_CELLS * rays.grid.cell
+        blocked = (rays.blocked[valid][out] & ~(on_floor & (far > 0)))[:, None]
+        T_last *= T_out
+        L[out] += T_last * (last.scattered + last.once + last.image) * ~blocked
+        self._to_further = T_last * blocked
+        self._known_light = _flat(L)
+        self._met = np.flatnonzero(hit >= 0)
+        self._to_met, self._side = _flat(T)[self._met], hit.ravel()[self._met]
+        unshaded, self._source, self._scattered0 = (
+            np.maximum(x, light.faintest)
+            for x in self._kernel.sums(_flat(at.scattered + at.once + at.image), axes=True)
+        )
+        self.undisturbed = np.stack(
+            [x.sum(axis=(0, 2), dtype=np.float64) for x in (unshaded, self._scattered0)]
+        )
+        # A sum over few directions is not an irradiance; over another such sum it is.
+        irradiance = light.irradiance(depth[:, 0])
+        self._unshaded, self._exact = unshaded, irradiance / unshaded
+        # To begin with light comes as far as rays do.
+        free = rays.open_water[valid]
+        self._behind = self._kernel.behind(free)
+        share = free.mean(axis=1, dtype=np.float32)[:, None, None]
+        beam = light.beam(depth[:, 0]) * (_MEAN_COSINE * rays.sunlit[valid][:, None])
+        J = np.broadcast_to(share, at.once.shape)
+        return irradiance * share, J, beam.astype(np.float32)
+
+    def round(self, now: _Light) -> tuple[Light, Light]:
+        """Return irradiance and scattered light as all probes' light makes them."""
+        E, J = self._kernel.sums(self._radiance(now))
+        E = (E * self._exact).astype(np.float32, copy=False)
+        return E, np.minimum(J / self._source, _MOST)
+
+    def ratios(self, now: _Light) -> tuple[Light, Light, Light]:
+        """Return what :class:`DisturbedLight` has of irradiance, scattered light and open water."""
+        E, _, scattered = self._kernel.sums(self._radiance(now), axes=True)
+        irradiance = np.minimum(E / self._unshaded, _MOST)
+        return irradiance, np.minimum(scattered / self._scattered0, _MOST), self._behind
+
+    def _radiance(self, now: _Light) -> Light:
+        """Radiance along all rays, (m RAYS, n)."""
+        J = _flat(now.J)
+        looked_up = [J.take(places, axis=0) for places in self._on_way]
+        last = looked_up[-1][self._out]
+        total, *others = looked_up
+        total *= np.float32(_ON_WAY[0][1])
+        for found, (_, weight) in zip(others, _ON_WAY[1:], strict=True):
+            found *= np.float32(weight)
+            total += found
+        total *= self._scattered
+        total += self._known_light
+        total[self._out] += self._further * last + self._to_further * now.sent[self._border]
+        total[self._met] += self._to_met * now.of_sides[self._side]
+        return total
+
+
+class _Kernel:
+    """Sums over the directions of a set."""
+
+    def __init__(self, undisturbed: UndisturbedLight, kind: int) -> None:
+        self.kind, w = kind, directions()[kind]
+        patches = (np.maximum(AXES @ w.T, 0.0) * (4.0 * math.pi / RAYS)).astype(np.float32).T
+        ways, axes = (undisturbed.phase_weights(kind, towards) for towards in (w, AXES))
+        patches = np.broadcast_to(patches, (len(ways), *patches.shape))
+        self._weights = np.concatenate([patches, ways, axes], axis=2)
+        behind = np.maximum(-AXES @ w.T, 0.0)
+        self._behind = (behind / behind.sum(axis=1, keepdims=True)).T
+
+    def nearest(self, other: _Kernel) -> NDArray[np.intp]:
+        """Direction of this set that is closest to each of another, (RAYS,)."""
+        return (directions()[self.kind] @ directions()[other.kind].T).argmax(axis=0)
+
+    def behind(self, free: NDArray[np.bool_]) -> Light:
+        """Share of what patches that face the axes have behind them that is free, (m, 6)."""
+        return (free @ self._behind).astype(np.float32)
+
+    def sums(self, L: Light, *, axes: bool = False) -> list[Light]:
+        """Sum radiances (m RAYS, n).
+
+        Parameters
+        ----------
+        L : array
+        axes : bool
+            Whether light scattered against view directions along the axes is wanted.
+
+        Returns
+        -------
+        list of arrays
+            Irradiance on patches that face the axes, (m, 6, n); light scattered against each
+            direction, (m, RAYS, n), and against the axes, (m, 6, n).
+        """
+        by_band = np.ascontiguousarray(L.T).reshape(L.shape[1], -1, RAYS)
+        weights = self._weights if axes else self._weights[..., : 6 + RAYS]
+        found = np.ascontiguousarray(np.matmul(by_band, weights).transpose(1, 2, 0))
+        return np.split(found, [6, 6 + RAYS] if axes else [6], axis=1)
+
+
+def _flat(x: Light) -> Light:
+    return x.reshape(-1, x.shape[-1])
+
+
+def _transmitted(light: UndisturbedLight, y: Array, z: Array, distance: Array) -> Light:
+    """Share that gets from one depth to another along some distances (...), (..., n)."""
+    thickness = light.extinction(y, z) * distance[..., None]
+    return np.exp(-thickness.astype(np.float32))
 
 
 class _Sides:
@@ -250,14 +334,3 @@ class _Sides:
     def radiance(self, E: Light) -> Light:
         """Radiance of the sides (s, n) from the irradiance on the axes beside them, (s, 6, n)."""
         return self._rho * (np.einsum("sf,sfn->sn", self._squared, E) + self._sun)
-
-
-def _places(rays: Rays, valid: NDArray[np.intp]) -> NDArray[np.intp]:
-    """Of each valid probe its place among the valid ones."""
-    place = np.zeros(rays.grid.count, np.intp)
-    place[valid] = np.arange(len(valid))
-    return place
-
-
-def _tiny(L: Light) -> float:
-    return max(_DARK * float(L.max(initial=0.0)), float(np.finfo(np.float32).tiny))

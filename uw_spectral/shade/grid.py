@@ -65,6 +65,39 @@ class Grid:
         nx, ny, nz = (int(n) for n in shape)
         return cls(_three(lower), cell, (nx, ny, nz))
 
+    @classmethod
+    def on_lattice(cls, low: ArrayLike, high: ArrayLike, cell: float, block: int = 1) -> Grid:
+        """Return cells of the lattice through the origin that hold a box, in whole blocks.
+
+        A box that moves a little has the same cells; one that moves more shares most of them.
+
+        Parameters
+        ----------
+        low, high : array_like, shape (3,)
+            Corners of the box, m.
+        cell : float
+            Edge of a cell, m.
+        block : int
+            Cells that come and go together, horizontally.
+
+        Examples
+        --------
+        >>> Grid.on_lattice((0.1, 0.9, -2.0), (2.2, 1.1, -0.3), 0.5, 2)
+        Grid(lower=(0.0, 0.0, -2.0), cell=0.5, shape=(6, 4, 4))
+        """
+        cells, slack = np.array([block, block, 1]), 1e-6
+        first = np.floor(np.asarray(low) / (cells * cell) + slack) * cells
+        last = np.ceil(np.asarray(high) / (cells * cell) - slack) * cells
+        shape = np.maximum(last - first, 1.0).astype(np.intp)
+        nx, ny, nz = (int(n) for n in shape)
+        return cls(_three(first * cell), cell, (nx, ny, nz))
+
+    @property
+    def first(self) -> tuple[int, int, int]:
+        """Place of the first cell on the lattice through the origin."""
+        x, y, z = (round(low / self.cell) for low in self.lower)
+        return x, y, z
+
     @property
     def count(self) -> int:
         """Number of cells."""

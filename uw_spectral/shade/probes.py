@@ -46,8 +46,12 @@ def directions() -> Array:
 
 
 def set_of(grid: Grid) -> NDArray[np.intp]:
-    """Set of directions of each probe, shape (p,): every two of eight neighbours share one."""
-    x, y, z = np.unravel_index(np.arange(grid.count), grid.shape)
+    """Set of directions of each probe, shape (p,): every two of eight neighbours share one.
+
+    The same place has the same set in every grid of a lattice.
+    """
+    cells = np.unravel_index(np.arange(grid.count), grid.shape)
+    x, y, z = (cell + first for cell, first in zip(cells, grid.first, strict=True))
     return (x + 2 * y + 3 * z) % SETS
 
 
@@ -137,8 +141,8 @@ def cast(
         Surfaces in a larger box, in which rays are followed that leave this one.
     """
     beyond = beyond or voxels
-    reached = voxels.reachable(inside)
-    inner = _inner(voxels, grid, reached)
+    reached = voxels.reachable_from(beyond, inside)
+    inner = _inner(grid, voxels, reached, voxels.roofed_below(beyond))
     point, valid = _places(voxels, grid, inner)
     origin = np.repeat(point[valid], RAYS, axis=0)
     heading = directions()[set_of(grid)[valid]].reshape(-1, 3)
@@ -259,13 +263,18 @@ def _places(
     return grid.centres() + offset[best], inner.any(axis=1)
 
 
-def _inner(voxels: SurfaceVoxels, grid: Grid, reached: NDArray[np.bool_]) -> NDArray[np.bool_]:
+def _inner(
+    grid: Grid,
+    voxels: SurfaceVoxels,
+    reached: NDArray[np.bool_],
+    below: NDArray[np.bool_],
+) -> NDArray[np.bool_]:
     """Voxels that a probe stands for, (p, voxels in a cell).
 
     Of a cell with a wall these are the roofed ones: light that leaks out is seen less than light
     that leaks in.
     """
-    blocks, roofed = _blocks(grid, reached), _blocks(grid, reached & voxels.roofed)
+    blocks, roofed = _blocks(grid, reached), _blocks(grid, reached & below)
     walled = roofed.any(axis=1) & _blocks(grid, voxels.number >= 0).any(axis=1)
     return np.where(walled[:, None], roofed, blocks)
 

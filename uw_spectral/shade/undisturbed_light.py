@@ -20,6 +20,7 @@ AXES = np.array([(1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0), (0, 0, 1), (0, 0,
 _LEVELS = 33  # depths at which the undisturbed light is computed
 _MU = 0.02  # cosine of the most level ray
 _FINE = 2048  # directions for sums over the phase function
+_DARK = 1e-6  # of the brightest light
 _CAP = 1.0 - 2.0 / _FINE  # cosine of what one of them stands for
 
 Light = NDArray[np.float32]
@@ -55,8 +56,9 @@ class UndisturbedLight:
         z = np.where(np.abs(w[:, 2]) < _MU, np.copysign(_MU, w[:, 2]), w[:, 2])
         scattered = field.scattered_along(self._depths, (w[:, 0], w[:, 1], z))
         parts = np.maximum(scattered, 0.0), self._once_along(w, z), self._image_along(w, z)
-        sets = [x.reshape(_LEVELS, -1, RAYS, x.shape[-1]).astype(np.float32) for x in parts]
-        self._parts = [np.swapaxes(x, 0, 1) for x in sets]
+        every = np.concatenate(parts, axis=-1).astype(np.float32)
+        every = every.reshape(_LEVELS, -1, RAYS, every.shape[-1]).swapaxes(0, 1)
+        self._parts = np.ascontiguousarray(every).reshape(-1, every.shape[-1])
         self._beam = field.beam(self._depths).T * field.light.E / field.light.mu_s
 
     @property
@@ -69,16 +71,23 @@ class UndisturbedLight:
         """Depth of the floor, m; infinite without one."""
         return self._field.floor_depth
 
-    def along(self, y: Array, kind: NDArray[np.intp]) -> RayLight:
-        """Light along the directions of set ``kind`` (p,) at depths y (p, 1) or (p, RAYS)."""
+    @property
+    def faintest(self) -> float:
+        """What counts as light at all."""
+        return max(_DARK * float(self._parts.max()), float(np.finfo(np.float32).tiny))
+
+    def along(self, y: Array, kind: int, ways: NDArray[np.intp]) -> RayLight:
+        """Light along directions (..., ) of a set at depths y, m, that fit them."""
         low, share = self._place(y)
-        share = share.astype(np.float32)
-        which = kind[:, None], low, np.arange(RAYS)
-        above = kind[:, None], low + 1, np.arange(RAYS)
-        scattered, once, image = (
-            (x[which] * (1 - share) + x[above] * share).astype(np.float32) for x in self._parts
-        )
-        return RayLight(scattered, once, image)
+        which = (kind * _LEVELS + low) * RAYS + ways
+        share = np.broadcast_to(share.astype(np.float32), (*which.shape, 1))
+        found = self._parts.take(which, axis=0)
+        above = self._parts.take(which + RAYS, axis=0)
+        above -= found
+        above *= share
+        found += above
+        n = found.shape[-1] // 3
+        return RayLight(found[..., :n], found[..., n : 2 * n], found[..., 2 * n :])
 
     def beam(self, y: Array) -> Array:
         """Normal irradiance of the sun's beam, forward peak included, at depths (m,), (m, n)."""

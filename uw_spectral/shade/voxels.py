@@ -49,6 +49,13 @@ class SurfaceVoxels:
     def __len__(self) -> int:
         return len(self.centre)
 
+    def equals(self, other: SurfaceVoxels) -> bool:
+        """Whether all of another's voxels are the same, to the bit."""
+        return self.grid == other.grid and all(
+            np.array_equal(getattr(self, name), getattr(other, name))
+            for name in ("number", "centre", "normal", "colour")
+        )
+
     @functools.cached_property
     def _free(self) -> NDArray[np.int8]:
         """Whole voxels around each within which all are free, in the largest of three axes."""
@@ -124,6 +131,24 @@ class SurfaceVoxels:
         free = [number[self.grid.index(place)] < 0 for place in places]
         return np.logical_and.reduce(free)
 
+    def roofed_below(self, beyond: SurfaceVoxels) -> NDArray[np.bool_]:
+        """The same, where things above the box count that a larger box has."""
+        top = self.grid.centres().reshape(*self.grid.shape, 3)[:, :, -1]
+        top = top + np.array([0.0, 0.0, self.grid.cell / 2.0 + beyond.grid.cell])
+        above = beyond.roofed.ravel()[beyond.grid.index(top)] & beyond.grid.inside(top)
+        return self.roofed | above[..., None]
+
+    def reachable_from(self, beyond: SurfaceVoxels, points: ArrayLike) -> NDArray[np.bool_]:
+        """What is :meth:`reachable` where a larger box says what is so at the sides of this."""
+        grid, side = self.grid, np.zeros(self.grid.shape, bool)
+        side[[0, -1]] = side[:, [0, -1]] = side[:, :, [0, -1]] = True
+        at = grid.centres()[side.ravel()]
+        known = beyond.grid.inside(at)
+        from_there = beyond.reachable(points).ravel()[beyond.grid.index(at)] & known
+        open_sky = ~self.roofed_below(beyond)
+        open_sky[side] |= from_there
+        return self._joined(open_sky, points)
+
     def under_things(self, points: ArrayLike) -> tuple[Array, Array]:
         """Box around the water that something overhangs, m; its corners meet if there is none.
 
@@ -143,8 +168,11 @@ class SurfaceVoxels:
 
     def reachable(self, points: ArrayLike) -> NDArray[np.bool_]:
         """Free voxels that are joined with ones under open sky, or with points, (nx, ny, nz)."""
+        return self._joined(~self.roofed, points)
+
+    def _joined(self, reached: NDArray[np.bool_], points: ArrayLike) -> NDArray[np.bool_]:
+        """Free voxels that are joined with some that are reached, which are changed, or points."""
         free = self.number < 0
-        reached = ~self.roofed
         points = np.asarray(points, np.float64).reshape(-1, 3)
         reached.ravel()[self.grid.index(points[self.grid.inside(points)])] = True
         reached &= free

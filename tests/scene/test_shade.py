@@ -1,0 +1,197 @@
+"""Shade between things: steady while a camera moves, the same from what was kept, gone with it."""
+
+from __future__ import annotations
+
+import itertools
+
+import bpy
+import numpy as np
+import pytest
+from underwater_spectral.scene import live, render_plan, scene_water, shade, surroundings
+from underwater_spectral.scene.cameras import eye_of
+from underwater_spectral.scene.render_plan import make_plan
+from underwater_spectral.scene.session import is_live
+from underwater_spectral.scene.settings import SceneSettings
+from underwater_spectral.scene.surroundings import look_around
+from underwater_spectral.tests.scene import scenes, snapshot
+from underwater_spectral.uw_spectral.shade.shade_table import ON_PATCH, SCATTERED
+
+pytestmark = pytest.mark.filterwarnings(
+    "ignore::underwater_spectral.uw_spectral.errors.DataWarning"
+)
+
+BELOW = np.array([(x, y, z) for x in (-1.6, 0.3, 1.4) for y in (-1.2, 1.1) for z in (-7.3, -6.1)])
+
+
+@pytest.fixture(autouse=True)
+def _registered(registered, monkeypatch):
+    monkeypatch.setattr(surroundings, "PROBES", 1500)
+    monkeypatch.setattr(surroundings, "_COARSE", 60_000)
+    return registered
+
+
+def _block(name, at, size):
+    bpy.ops.mesh.primitive_cube_add(size=1.0, location=at)
+    item = bpy.context.object
+    item.name, item.scale = name, size
+    item.data.materials.append(scenes.principled(name))
+    return item
+
+
+def _under_a_slab(size=7.0):
+    """A camera before a slab over sand, and a thing below it."""
+    scene = bpy.context.scene
+    _block("slab", (0.0, 0.0, -4.6), (size, size, 0.4))
+    _block("sand", (0.0, 0.0, -8.3), (60.0, 60.0, 0.4))
+    _block("fish", (0.4, -0.6, -6.6), (1.2, 0.5, 0.5))
+    camera = scenes.add_camera()
+    camera.location, camera.rotation_euler = (0.5, -6.0, -6.4), (np.pi / 2, 0.0, 0.0)
+    bpy.context.view_layer.update()
+    return scene
+
+
+def _plan():
+    return make_plan(SceneSettings(bands=3, phase="hg:0.9"))
+
+
+def _table(scene, plan, path=(), kept=None):
+    samples = None if kept is None else kept.samples
+    around = look_around(scene, scene.camera, float(plan.column.attenuation.min()), path, samples)
+    weights = plan.reduction(6.0).weights
+    return shade.table_of(around, plan.bands, plan.solved_field(), weights, 6.0, kept)
+
+
+def _read(table):
+    ways = [(0.0, 0.0, 1.0), (0.0, 0.0, -1.0), (0.0, 1.0, 0.0)]
+    return np.concatenate(
+        [
+            table.mixed(first, BELOW, np.tile(w, (len(BELOW), 1)))[:, 0]
+            for first in (ON_PATCH, SCATTERED)
+            for w in ways
+        ]
+    )
+
+
+def _moved(scene, step):
+    scene.camera.location = np.array((0.5, -6.0, -6.4)) + step * np.array((0.11, 0.23, 0.07))
+    scene.camera.rotation_euler.z = 0.05 * step
+    bpy.context.view_layer.update()
+
+
+@pytest.mark.parametrize("size", [7.0, 20.0])
+def test_shade_is_steady_while_the_camera_moves(size):
+    """With cells that follow the camera it changes by a tenth and more."""
+    scene, plan, path, read = _under_a_slab(size), _plan(), [], []
+    for step in range(6):
+        _moved(scene, step)
+        path.append(eye_of(scene.camera))
+    kept = shade.Kept()
+    for step in range(6):
+        _moved(scene, step)
+        read.append(_read(_table(scene, plan, path, kept)))
+    assert read[0].min() < 0.5, "there is shade"
+    for one, other in itertools.pairwise(read):
+        np.testing.assert_allclose(one, other, rtol=1e-3)
+
+
+def test_a_view_keeps_the_cells_of_a_lattice():
+    scene, plan = _under_a_slab(20.0), _plan()
+    grids = []
+    for step in range(8):
+        _moved(scene, step)
+        grids.append(_table(scene, plan).grid)
+    assert len({grid.cell for grid in grids}) == 1
+    for grid in grids:
+        assert np.allclose(np.asarray(grid.lower) / grid.cell, grid.first, atol=1e-9)
+
+
+def test_what_is_kept_changes_nothing():
+    scene, plan, kept = _under_a_slab(), _plan(), shade.Kept()
+    fish = bpy.data.objects["fish"]
+    for x in (0.4, 1.3, 0.4, 0.4):
+        fish.location.x = x
+        bpy.context.view_layer.update()
+        one, other = _table(scene, plan, kept=kept), _table(scene, plan)
+        np.testing.assert_array_equal(one.texels, other.texels)
+        np.testing.assert_array_equal(one.spectrum, other.spectrum)
+
+
+def test_nothing_is_computed_again_where_nothing_has_moved(monkeypatch):
+    scene, plan, kept = _under_a_slab(), _plan(), shade.Kept()
+    _table(scene, plan, kept=kept)
+    monkeypatch.setattr(shade, "disturbed_light", None)
+    _table(scene, plan, kept=kept)
+    bpy.data.objects["fish"].location.x = 1.3
+    bpy.context.view_layer.update()
+    with pytest.raises(TypeError):
+        _table(scene, plan, kept=kept)
+
+
+def test_a_small_thing_fills_no_voxel_but_a_wall_of_them_does():
+    scene, plan = _under_a_slab(), _plan()
+    fry = _block("fry", (0.0, -2.0, -6.0), (0.06, 0.03, 0.03))
+    clearest = float(plan.column.attenuation.min())
+
+    def full():
+        bpy.context.view_layer.update()
+        voxels, _ = look_around(scene, scene.camera, clearest).under_things()
+        off = np.abs(voxels.grid.centres() - [0.0, -2.0, -6.0]).max(axis=1)
+        return (voxels.number.ravel()[off < 0.6] >= 0).any()
+
+    assert not full()
+    fry.scale *= 15.0
+    assert full()
+    fry.scale /= 15.0
+    for x, z in np.ndindex(8, 8):
+        _block("brick", (0.08 * (x - 4), -2.0, -6.0 + 0.08 * (z - 4)), (0.09, 0.09, 0.09))
+    assert full()
+
+
+def test_removal_leaves_no_trace_of_shade():
+    scene = _under_a_slab()
+    before = snapshot.snapshot()
+    live.add(scene)
+    image = scene_water.part(scene, "uw_shade")
+    assert image.size[0] > 24, "there is a table"
+    live.remove(scene)
+    assert snapshot.differences(before, snapshot.snapshot()) == []
+
+
+def test_undo_takes_the_shade_out():
+    bpy.context.preferences.edit.use_global_undo = True
+    _under_a_slab()
+    bpy.ops.ed.undo_push(message="start")
+    assert bpy.ops.underwater.add_water("EXEC_DEFAULT", True) == {"FINISHED"}
+    assert scene_water.part(bpy.context.scene, "uw_shade").size[0] > 24
+    bpy.ops.ed.undo()
+    assert not is_live(bpy.context.scene)
+    assert not [image for image in bpy.data.images if image.name.startswith("UW")]
+    # And it can come back.
+    assert bpy.ops.underwater.add_water("EXEC_DEFAULT", True) == {"FINISHED"}
+    assert scene_water.part(bpy.context.scene, "uw_shade").size[0] > 24
+
+
+def test_a_hasty_update_does_not_look_around(monkeypatch):
+    """A slider that is dragged keeps the shade, and the ground that belongs to it."""
+    scene = _under_a_slab()
+    live.add(scene)
+    column = _floors(monkeypatch)
+    monkeypatch.setattr(render_plan, "look_around", None)
+    scene.underwater.scattering_factor = 1.3
+    assert live.update(scene, hasty=True)
+    assert not live.problem(scene)
+    assert live.is_stale(scene)
+    assert column
+    assert np.isfinite(column).all()
+
+
+def _floors(monkeypatch):
+    """Depths of the floors that are drawn from now on."""
+    found, before = [], render_plan.realtime_water
+
+    def noted(column, *rest, **more):
+        found.append(column.floor_depth)
+        return before(column, *rest, **more)
+
+    monkeypatch.setattr(render_plan, "realtime_water", noted)
+    return found
