@@ -378,11 +378,13 @@ def report(comparisons: Sequence[Comparison], samples: int, variant: str) -> str
     for c, (z, chosen), (ratio, error) in zip(comparisons, every, overall, strict=True):
         cells = f"{_z_cells(z, chosen)} | {ratio:.4f} ± {error:.4f}"
         lines.append(f"| {c.title} | {cells} |")
-    weights = np.array([error**-2 for _, error in overall])
+    ours = [c.light == CLEAR for c in comparisons]
+    weights = np.array([own * error**-2 for own, (_, error) in zip(ours, overall, strict=True)])
     mean = float(weights @ [ratio for ratio, _ in overall] / weights.sum())
+    every = [z for own, z in zip(ours, every, strict=True) if own]
+    cells = _z_cells(*(np.concatenate(x) for x in zip(*every, strict=True)))
     lines += [
-        f"| **all** | | {_z_cells(*(np.concatenate(x) for x in zip(*every, strict=True)))} | "
-        f"**{mean:.4f} ± {weights.sum() ** -0.5:.4f}** |",
+        f"| **all with a clear sky** | | {cells} | **{mean:.4f} ± {weights.sum() ** -0.5:.4f}** |",
         "",
         "## Ratio by band",
         "",
