@@ -74,7 +74,7 @@ def measure(water: str, depth: float, samples: int, bands: int) -> Result:
     """Render one combination by every method."""
     bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
     camera = grey_scene.build_scene(depth, WIDTH, HEIGHT)
-    plan = grey_scene.plan_for(water, depth, bands)
+    plan = grey_scene.plan_for(water, depth, bands, grey_scene.PAPERS)
     develop = plan.reduction(depth).apply
     halves = [
         _displayable(develop(grey_scene.cycles_image(plan, camera, samples, seed)))
@@ -115,7 +115,7 @@ def redraw(result: Result, bands: int) -> Result:
     """Draw EEVEE's pictures again, against the same reference."""
     bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
     camera = grey_scene.build_scene(result.depth, WIDTH, HEIGHT)
-    plan = grey_scene.plan_for(result.water, result.depth, bands)
+    plan = grey_scene.plan_for(result.water, result.depth, bands, grey_scene.PAPERS)
     drawn = _eevee(plan, camera, result.depth)
     shown = {name: _displayable(picture) for name, picture in drawn.items()}
     return replace(result, pictures={**shown, **result.pictures, **shown})

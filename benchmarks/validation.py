@@ -8,9 +8,9 @@ holds the same comparisons to bounds of others.
 
 from __future__ import annotations
 
+from . import _answers, planted_errors
 from . import _outside_light as light
 from . import _outside_water as water
-from . import planted_errors
 from ._outside import grid
 from .path_radiance_table import ROOT
 
@@ -28,7 +28,8 @@ def planted() -> str:
     return f"""## Planted errors
 One error of 10 % at a time in a copy of the checkout, and the fast tests of the optics
 (`python3 dev.py run -m benchmarks planted_errors`). *Outside*: tests whose bound is someone
-else's number (`tests/validation/test_outside.py`).
+else's number (`tests/validation/test_outside.py`). All tests by name:
+[planted_errors.csv](planted_errors.csv).
 
 {grid("| planted error | caught outside by | and by tests of the optics |", lines)}
 
@@ -40,7 +41,7 @@ def main(_arguments: list[str]) -> None:
     """Compare everything and write docs/validation.md."""
     sections = [
         light.tyler(), light.canonical(), water.measured_waters(), light.raman(),
-        water.caustics(), water.papers(),
+        water.caustics(), water.papers(), _answers.pictures(),
     ]  # fmt: skip
     lead = grid(
         "| quantity | source | ours | theirs | verdict |",
@@ -60,6 +61,7 @@ so. *Theirs* with ± is their spread or error.
 
 {texts}
 {planted()}
+{_answers.answers()}
 ## What the comparison put right
 - Problem 1 of Mobley et al. was solved with another phase function than the paper's, in numpy,
   Monte Carlo and Cycles alike; one digit of Lu (problem 2, case 2, 0.5 m) was transcribed wrongly.

@@ -67,7 +67,8 @@ def test_six_beat_eight_equal_bands(water, sensor, depth, options):
     )
     eight = camera(Bands.uniform(8), water, sensor, depth, **options)
     error = colour_error(fitted, reference).mean
-    assert error < 1.0  # what is just seen
+    # What half of all observers see, ISO/TR 28642:2016.
+    assert error < 0.8
     assert error < 0.7 * colour_error(eight, reference).mean
 
 

@@ -82,6 +82,8 @@ def test_phase_is_normalised_and_backscatters_as_stated():
     assert simple[NM == 550.0] == pytest.approx(ratio[NM == 550.0], rel=5e-3)
     near = np.abs(NM - 550.0) <= 50.0
     assert simple[near] == pytest.approx(ratio[near], rel=0.08)
+    # Not more than measured bb/b changes itself from 550 to 700 nm: b_b goes as λ^-0.94 (Snyder
+    # et al. 2008, 6000 spectra), b as λ^-0.1 to λ^-1.2 (Doxaran et al. 2007).
     assert simple == pytest.approx(ratio, rel=0.18)
 
 
