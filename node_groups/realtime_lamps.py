@@ -44,6 +44,8 @@ CODES = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 _POSITION, _AXIS, _FORM, _COLOUR, _SEEN, _INTENSITY = range(6)
 _OF_LAMP = 2  # rows
 _DARKEST = 1e-12
+# m; far beyond the reach of a lamp in water. From some 5 km on EEVEE draws no shadow.
+_REACH_OF_SHADOWS = 200.0
 
 
 def band_names(components: Sequence[PhaseFunction]) -> list[str]:
@@ -259,9 +261,6 @@ def shadow_lamps(count: int) -> list[bpy.types.Light]:
         light.use_custom_distance, light.cutoff_distance = True, _REACH_OF_SHADOWS
         made.append(light)
     return made
-
-
-_REACH_OF_SHADOWS = 1e4  # m
 
 
 def write_shadow_lamp(

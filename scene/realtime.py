@@ -381,6 +381,8 @@ def set_values(scene: bpy.types.Scene, water: RealtimeWater) -> None:
     scene_water.place(scene, water.column)
     for item in scene_water.objects(scene):
         if item.get(scene_water.IS_SUN):
+            # At night it would hide the shadows of lamps.
+            item.data.energy = float(np.any(water.column.sun_irradiance > 0))
             item.data.angle = scene_water.SUN_DIAMETER_IN_AIR / water.column.refractive_index
             item.data.volume_factor = 1.0 / water.shafts.scale if water.shafts is not None else 0.0
         elif item.type == "LIGHT" and item.data.type == "SUN" and water.cone is not None:

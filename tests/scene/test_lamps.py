@@ -1,0 +1,288 @@
+"""Lamps of a scene in its water: their power, their light, their shadows, and what goes wrong."""
+
+from __future__ import annotations
+
+import math
+
+import bpy
+import numpy as np
+import pytest
+from underwater_spectral.scene import (
+    cameras,
+    engines,
+    lamp_rigs,
+    lamps,
+    live,
+    render_plan,
+    scene_water,
+    stored_lamps,
+    water_body,
+)
+from underwater_spectral.scene.settings import SceneSettings
+from underwater_spectral.tests.scene import scenes
+from underwater_spectral.uw_spectral.errors import InputError
+from underwater_spectral.uw_spectral.lamps.grouping import grouped
+from underwater_spectral.uw_spectral.lamps.lamp import ray_past_lamp
+from underwater_spectral.uw_spectral.lamps.lamp_path import gauss_sum
+from underwater_spectral.uw_spectral.lamps.multiple_scattering import lamp_light, lamp_water
+from underwater_spectral.uw_spectral.spectra.bands import Bands
+from underwater_spectral.uw_spectral.spectra.illuminant import ABSOLUTE, RELATIVE, full_sun
+from underwater_spectral.uw_spectral.spectra.reflectance import emission_basis
+from underwater_spectral.uw_spectral.spectra.spectral_image import read_exr
+
+BANDS = Bands.uniform(3)
+DEPTH = 20.0
+NIGHT = SceneSettings(water="jerlov:IB", bands=3, sunlight=0.0, samples=8)
+SIZE = 24
+
+
+@pytest.fixture
+def scene(registered):
+    """A camera at 20 m that looks along y, at a matt white wall 4 m away."""
+    scene = registered
+    camera = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))
+    camera.location, camera.rotation_euler.x = (0.0, 0.0, -DEPTH), math.pi / 2
+    scene.collection.objects.link(camera)
+    scene.camera = camera
+    render = scene.render
+    render.resolution_x = render.resolution_y = SIZE
+    render.resolution_percentage = 100
+    _plane("wall", (0.0, 4.0, -DEPTH), 8.0)
+    return scene
+
+
+def _plane(name, place, size, colour=0.8):
+    bpy.ops.mesh.primitive_plane_add(size=size, location=place, rotation=(math.pi / 2, 0.0, 0.0))
+    material = bpy.data.materials.new(name)
+    tree = material.node_tree
+    tree.nodes.clear()
+    diffuse = tree.nodes.new("ShaderNodeBsdfDiffuse")
+    diffuse.inputs["Color"].default_value = (colour, colour, colour, 1.0)
+    output = tree.nodes.new("ShaderNodeOutputMaterial")
+    tree.links.new(diffuse.outputs[0], output.inputs["Surface"])
+    bpy.context.object.data.materials.append(material)
+    bpy.context.object.name = name
+    return bpy.context.object
+
+
+def _lamp(place, power=100.0, kind="POINT", colour=(1.0, 1.0, 1.0)):
+    light = bpy.data.lights.new("Lamp", kind)
+    light.energy, light.color, light.shadow_soft_size = power, colour, 0.02
+    item = bpy.data.objects.new("Lamp", light)
+    item.location = place
+    item.rotation_euler.x = math.pi / 2
+    bpy.context.scene.collection.objects.link(item)
+    bpy.context.view_layer.update()
+    return item
+
+
+def _by(engine, scene, chosen=NIGHT, **arguments):
+    """Bands of a picture, shape (SIZE, SIZE, 3), top row first."""
+    bpy.context.view_layer.update()
+    plan, camera = render_plan.make_plan(chosen), scene.camera
+    depth = cameras.camera_depth(camera, math.inf)
+    extent = water_body.water_extent(scene, plan.column, depth)
+    if engine == "cycles":
+        opened = engines.cycles_bands(scene, camera, plan, extent, seed=1, denoise=False)
+    else:
+        opened = engines.eevee_bands(scene, camera, plan, extent, depth)
+    out = np.zeros((SIZE, SIZE, 3))
+    folder = arguments["folder"]
+    with opened as water:
+        draw = water.frame(plan, depth)
+        for number, bands in enumerate(water.passes):
+            draw(bands, folder / f"{number}.exr")
+            out[..., list(bands)] = read_exr(folder / f"{number}.exr")[0][..., : len(bands)]
+    return plan, out
+
+
+@pytest.mark.parametrize("engine", ["eevee", "cycles"])
+def test_a_lamp_has_the_intensity_of_its_watts(scene, tmp_path, engine):
+    """W → radiant intensity: P/4π over 4π sr, in water that only absorbs, within 1 %."""
+    _lamp((0.0, 1.0, -DEPTH))
+    chosen = {"scattering_factor": 0.0, "samples": 64}
+    plan, picture = _by(engine, scene, SceneSettings(**{**vars(NIGHT), **chosen}), folder=tmp_path)
+    a, middle = plan.column.absorption, slice(SIZE // 2 - 1, SIZE // 2 + 1)
+    intensity = 100.0 / (4 * math.pi) * emission_basis(plan.bands).sum(axis=1)
+    reflectance = render_plan.uplift_basis(plan.bands) @ (0.8, 0.8, 0.8)
+    wanted = reflectance / math.pi * intensity / 9.0 * np.exp(-a * (3.0 + 4.0))
+    assert picture[middle, middle].mean(axis=(0, 1)) == pytest.approx(wanted, rel=0.01)
+
+
+def test_light_in_the_water_is_the_formula(scene, tmp_path):
+    bpy.data.objects.remove(bpy.data.objects["wall"])
+    spot = _lamp((0.7, 0.5, -DEPTH + 0.4), kind="SPOT")
+    spot.data.spot_size = math.radians(80)
+    plan, picture = _by("eevee", scene, folder=tmp_path)
+    (lamp,) = plan.lamps(scene).lamps
+    water = lamp_water(plan.column.absorption, plan.column.scattering, plan.phase)
+    half = math.tan(scene.camera.data.angle / 2)
+    at = (np.arange(SIZE) + 0.5) / SIZE * 2.0 - 1.0
+    x, z = np.meshgrid(half * at, -half * at)
+    w = np.stack([x, np.ones_like(x), z]) / np.sqrt(1 + x**2 + z**2)
+    ray = ray_past_lamp(lamp, (0.0, 0.0, -DEPTH), tuple(w[..., None]), 1e3)
+    wanted = sum(lamp_light(lamp, ray, water, integrate=gauss_sum))
+    assert np.median(np.abs(picture / wanted - 1.0)) < 3e-3
+    assert np.quantile(np.abs(picture / wanted - 1.0), 0.95) < 0.03
+
+
+@pytest.mark.parametrize("sunlight", [0.0, 1.0])
+def test_shadows_of_two_lamps_are_told_apart(scene, tmp_path, sunlight):
+    """A screen keeps the red lamp from the wall's middle, and not the blue one.
+
+    The sun stands before the wall: its light must not be taken for that of a lamp.
+    """
+    red = _lamp((-1.5, 1.0, -DEPTH), colour=(1.0, 0.0, 0.0), power=2e4)
+    blue = _lamp((1.5, 1.0, -DEPTH), colour=(0.0, 0.0, 1.0), power=2e4)
+    chosen = {"scattering_factor": 0.0, "sunlight": sunlight, "diffuse_shadows": False}
+    chosen |= {"sun_zenith": 60.0, "sun_azimuth": 90.0}
+    settings = SceneSettings(**{**vars(NIGHT), **chosen})
+    pictures = {}
+    _plane("screen", (-0.75, 2.5, -DEPTH), 0.7, 0.0)
+    for name, shining in (("both", (red, blue)), ("blue", (blue,)), ("none", ())):
+        for item in (red, blue):
+            item.hide_render = item not in shining
+        pictures[name] = _by("eevee", scene, settings, folder=tmp_path)[1]
+    middle = slice(SIZE // 2 - 1, SIZE // 2 + 1)
+    both, blue_only, dark = (pictures[n][middle, middle].mean((0, 1)) for n in pictures)
+    assert both - dark == pytest.approx(blue_only - dark, rel=0.01)
+    # Beside the shadow the red one shines.
+    beside = {name: picture[SIZE // 2, -3, 2] for name, picture in pictures.items()}
+    assert beside["both"] - beside["blue"] > 0.2 * (beside["both"] - beside["none"])
+    assert beside["both"] - beside["none"] > 0
+
+
+def test_extremes_are_finite(scene, tmp_path):
+    """At the camera, on its ray, behind the wall, above the water, on a thing, near, far, dark."""
+    for place, power in (
+        ((0.0, 0.0, -DEPTH), 10.0),
+        ((0.0, 2.0, -DEPTH), 10.0),
+        ((0.0, 6.0, -DEPTH), 10.0),
+        ((0.0, 0.0, 3.0), 10.0),
+        ((1.0, 4.0, -DEPTH), 10.0),
+        ((0.0, 1e-3, -DEPTH), 10.0),
+        ((0.0, 1e3, -DEPTH), 1e6),
+        ((1.0, 1.0, -DEPTH), 0.0),
+    ):
+        _lamp(place, power)
+    _, picture = _by("eevee", scene, folder=tmp_path)
+    assert np.isfinite(picture).all()
+    assert (picture >= 0).all()
+    assert picture.max() > 0
+
+
+@pytest.mark.slow
+def test_a_hundred_lamps_are_finite(scene, tmp_path):
+    for index in range(100):
+        _lamp((0.1 * (index % 10) - 0.5, 1.0, -DEPTH + 0.1 * (index // 10) - 0.5), 1.0)
+    _, picture = _by("eevee", scene, folder=tmp_path)
+    assert np.isfinite(picture).all()
+    assert picture.max() > 0
+
+
+def test_powers_in_lumen_and_watt(scene):
+    item = _lamp((0.0, 1.0, -DEPTH), 683.0)
+    own = item.data.underwater
+    own.spectrum, own.unit = "file:" + str(_green(bpy.app.tempdir)), "lm"
+    (absolute,) = lamps.lamps_of(scene, Bands.uniform(3), ABSOLUTE).lamps
+    # 683 lm at 555 nm are 1 W, in a triangle of 2 nm within a band of 100 nm.
+    assert absolute.intensity == pytest.approx([0.0, 0.01 / (4 * math.pi), 0.0], rel=2e-3)
+    (relative,) = lamps.lamps_of(scene, Bands.uniform(3), RELATIVE).lamps
+    assert relative.intensity * full_sun() == pytest.approx(absolute.intensity)
+
+
+def _green(folder):
+    path = f"{folder}/green.csv"
+    with open(path, "w") as file:  # noqa: PTH123
+        file.write("wavelength_nm,power\n300,0\n554,0\n555,1\n556,0\n830,0\n")
+    return path
+
+
+def test_a_spectrum_that_cannot_be_used_names_the_lamp(scene):
+    _lamp((0.0, 1.0, -DEPTH)).data.underwater.spectrum = "sodium lamp of my aunt"
+    with pytest.raises(InputError, match="lamp 'Lamp': .*emission"):
+        lamps.lamps_of(scene, BANDS, RELATIVE)
+
+
+def test_a_lamp_above_the_water_is_named_and_dark(scene):
+    _lamp((0.0, 1.0, 2.0))
+    found = lamps.lamps_of(scene, BANDS, RELATIVE)
+    assert "above the water" in found.notes[0]
+    assert not found.lamps[0].intensity.any()
+
+
+def test_a_strobe_follows_its_keyframes_and_its_parent(scene):
+    item = _lamp((0.0, 1.0, -DEPTH), 50.0)
+    item.data.keyframe_insert("energy", frame=1)
+    item.data.energy = 0.0
+    item.data.keyframe_insert("energy", frame=2)
+    carrier = bpy.data.objects.new("carrier", None)
+    scene.collection.objects.link(carrier)
+    item.parent = carrier
+    carrier.keyframe_insert("location", frame=1)
+    carrier.location.x = 3.0
+    carrier.keyframe_insert("location", frame=2)
+    scene.frame_set(1)
+    live.add(scene)
+    try:
+        found = []
+        for frame in (1, 2):
+            scene.frame_set(frame)
+            (lamp,) = lamps.lamps_of(scene, BANDS, RELATIVE).lamps
+            (follower,) = scene_water.followers(scene)
+            bpy.context.view_layer.update()
+            found += [lamp.position[0], follower.matrix_world.translation.x]
+            assert bool(lamp.intensity.any()) == (frame == 1)
+    finally:
+        live.remove(scene)
+    assert found == pytest.approx([0.0, 0.0, 3.0, 3.0], abs=1e-6)
+
+
+def test_lamps_light_nothing_by_themselves_and_get_their_factors_back(scene):
+    item = _lamp((0.0, 1.0, -DEPTH))
+    item.data.diffuse_factor = 0.5
+    live.add(scene)
+    assert item.data.diffuse_factor == 0.0
+    assert not item.hide_viewport
+    live.remove(scene)
+    assert item.data.diffuse_factor == 0.5
+    assert not item.hide_render
+
+
+def test_what_lamps_store_is_part_of_their_state(scene):
+    item = _lamp((0.0, 1.0, -DEPTH))
+    before = lamps.state(scene)
+    item.data.underwater.spectrum = "led"
+    assert lamps.state(scene) != before
+    assert stored_lamps.stored_lamp(item.data).spectrum == "led"
+
+
+@pytest.mark.parametrize("name", list(lamp_rigs.RIGS))
+def test_rigs_hang_on_the_camera_and_meet_before_it(scene, name):
+    rig = lamp_rigs.RIGS[name]
+    made = lamp_rigs.add_rig(scene, name)
+    scene.camera.location.x = 7.0
+    bpy.context.view_layer.update()
+    found = lamps.lamps_of(scene, BANDS, RELATIVE)
+    assert len(found.lamps) == len(made) == len(rig.places)
+    aim = np.array([7.0, rig.aim, -DEPTH])
+    for lamp, (_, _, back) in zip(found.lamps, rig.places, strict=True):
+        towards = aim - np.array([0.0, back, 0.0]) - np.array(lamp.position)
+        assert np.array(lamp.axis) @ towards / np.linalg.norm(towards) > 0.9999
+        assert lamp.intensity.all()
+
+
+def test_a_rig_needs_a_camera_and_a_name(registered):
+    with pytest.raises(InputError, match="no camera"):
+        lamp_rigs.add_rig(registered, "torch")
+    scenes.add_camera()
+    with pytest.raises(InputError, match="rov2"):
+        lamp_rigs.add_rig(registered, "lighthouse")
+
+
+def test_groups_do_not_change_when_a_rig_moves():
+    rig = np.array(lamp_rigs.RIGS["rov4"].places)
+    turn = np.linalg.qr(np.random.default_rng(1).normal(size=(3, 3)))[0]
+    first = grouped(rig, 2)
+    for shift in np.random.default_rng(2).uniform(-100, 100, (20, 3)):
+        assert grouped((rig @ turn.T + shift).astype(np.float32), 2) == first
