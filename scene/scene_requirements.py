@@ -20,6 +20,7 @@ from ..quality.picture import Optics
 from ..quality.requirements import Requirements, decide
 from ..quality.seen_points import SeenPoints, cone_directions, openness
 from ..quality.terms import TERMS, settings_of, switched_on
+from ..uw_spectral.errors import InputError
 from ..uw_spectral.imaging.description import REFERENCE_BANDS
 from ..uw_spectral.transfer.light_cone import LightCone, light_cone
 from ..uw_spectral.transfer.water_column import WaterColumn
@@ -97,7 +98,7 @@ def choose(
     Raises
     ------
     InputError
-        If the settings cannot be used or the camera is not under water.
+        If the settings cannot be used, the camera is not under water, or it is night.
     """
     forget_files()
     before = scene.frame_current
@@ -106,6 +107,11 @@ def choose(
     try:
         scene.frame_set(frames[0])
         chosen = settings_now()
+        if chosen.sunlight == 0:
+            raise InputError(
+                "Auto weighs the light of sun and sky, and --sunlight is 0; choose the settings of "
+                "a night by hand (Quality), or choose them by day"
+            )
         with quiet():
             plan = plan_of(chosen)
             everything = _everything(scene, chosen, job.engine)

@@ -259,6 +259,13 @@ def test_a_camera_above_the_water_is_refused():
     assert scene.frame_current == 1
 
 
+def test_night_is_refused():
+    scene, camera = _scene()
+    options = ["--sunlight", "0"]
+    with pytest.raises(InputError, match="--sunlight is 0"):
+        _choose(scene, camera, options, target=2.0)
+
+
 def test_quality_gives_engine_mode_and_target():
     parsed = settings.parse(["--quality", "draft"])
     job = settings.job(parsed)
