@@ -3,6 +3,7 @@
 Two ways to start, same options::
 
     python examples/build_scene.py reef|wreck|cave OUT.blend [--seed N] [--detail draft|full]
+        [--camera NAME] [--lamps torch|strobes|rov2|rov4]
     blender -b -P examples/build_scene.py -- reef|wreck|cave OUT.blend [--seed N] …
 """
 
@@ -19,11 +20,27 @@ from types import ModuleType
 import bpy
 
 
-def _scenes() -> ModuleType:
-    """Import the scenes as part of the repository root, whatever folder that lies in."""
+def _module(name: str) -> ModuleType:
+    """Import a module as part of the repository root, whatever folder that lies in."""
     root = Path(__file__).resolve().parent.parent
     extension = runpy.run_path(str(root / "tools" / "load_checkout.py"))["load"]()
-    return importlib.import_module(f"{extension.__name__}.examples.scenes")
+    return importlib.import_module(f"{extension.__name__}.{name}")
+
+
+def choose_camera(name: str) -> None:
+    """Let a camera of the open scene be the one that looks."""
+    cameras = {item.name: item for item in bpy.context.scene.objects if item.type == "CAMERA"}
+    if name not in cameras:
+        sys.exit(f"no camera {name!r}; there are {', '.join(sorted(cameras))}")
+    bpy.context.scene.camera = cameras[name]
+
+
+def hang_lamps(rig: str) -> None:
+    """Hang lamps on the camera that looks."""
+    stored = _module("scene.stored_lamps")
+    if not hasattr(bpy.types.Light, stored.PROPERTY):
+        stored.register()
+    _module("scene.lamp_rigs").add_rig(bpy.context.scene, rig)
 
 
 def save_atomically(path: Path) -> None:
@@ -39,12 +56,14 @@ def save_atomically(path: Path) -> None:
 
 def main(arguments: list[str]) -> None:
     """Build, save, and say how large it is."""
-    scenes = _scenes()
+    scenes, rigs = _module("examples.scenes"), _module("scene.lamp_rigs").RIGS
     parser = argparse.ArgumentParser(prog="build_scene.py", description=__doc__.split("\n")[0])
     parser.add_argument("scene", choices=list(scenes.SCENES))
     parser.add_argument("output", type=Path, metavar="OUT.blend")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--detail", choices=sorted(scenes.DETAILS), default="full")
+    parser.add_argument("--camera", help="the one that looks")
+    parser.add_argument("--lamps", choices=list(rigs), help="that hang on it")
     options = parser.parse_args(arguments)
     if options.output.suffix != ".blend":
         parser.error(f"{options.output} must end in .blend")
@@ -53,6 +72,10 @@ def main(arguments: list[str]) -> None:
     # Unlike factory settings, this keeps the add-ons, and with them their Python packages.
     bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
     scenes.build_scene(options.scene, options.seed, options.detail)
+    if options.camera is not None:
+        choose_camera(options.camera)
+    if options.lamps is not None:
+        hang_lamps(options.lamps)
     save_atomically(options.output)
     rendered, stored = scenes.count_triangles()
     print(f"{options.output}: {rendered} triangles rendered, {stored} stored")
