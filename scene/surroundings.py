@@ -41,6 +41,7 @@ _BELOW_EYE = 0.3  # m
 _DEPTH_STEP, _COLOUR_STEP = 0.05, 0.01  # of the ground: it should not tremble with the camera
 _SOLID = {"MESH", "CURVE", "SURFACE", "META", "FONT", "CURVES"}
 _SMALL = 2.5  # voxels
+_STEP, _MOST_STEPS = 1.1, 30
 _SAMPLES = ("points", "normals", "colours")
 
 Array = NDArray[np.float64]
@@ -201,19 +202,32 @@ def _near(low: Array, high: Array, eyes: Array, ahead: Array) -> Grid:
     cell, grid = CELLS[-1], whole[-1]
     for some, most in ((len(eyes), PATH_PROBES), (1, PROBES)):
         if 0 < some <= len(eyes):
-            grid = Grid.on_lattice(*_before(low, high, eyes[:some], ahead[:some], cell), cell)
+            seen = low, high, eyes[:some], ahead[:some], cell
+            grid = Grid.on_lattice(*_before(*seen), cell)
             if grid.count <= most:
-                return grid
+                return _grown(grid, *seen)
     while grid.count > PROBES:
         cell *= _COARSER
         grid = Grid.on_lattice(low, high, cell)
     return grid
 
 
-def _before(low: Array, high: Array, eyes: Array, ahead: Array, cell: float) -> tuple[Array, Array]:
-    """Part of a box that eyes have before them."""
+def _grown(grid: Grid, low: Array, high: Array, eyes: Array, ahead: Array, cell: float) -> Grid:
+    """Return more of a box than a grid holds, if cells are left, as where eyes are outside it."""
+    for step in range(1, _MOST_STEPS):
+        larger = Grid.on_lattice(*_before(low, high, eyes, ahead, cell, _STEP**step), cell)
+        if larger.count > PROBES:
+            break
+        grid = larger
+    return grid
+
+
+def _before(
+    low: Array, high: Array, eyes: Array, ahead: Array, cell: float, scale: float = 1.0
+) -> tuple[Array, Array]:
+    """Part of a box that eyes have before them, of the usual size or larger."""
     height = min(high[2] - low[2] + 2.0 * cell, _TALLEST)
-    side = (math.sqrt(PROBES * cell / height) - 1.0) * cell
+    side = scale * (math.sqrt(PROBES * cell / height) - 1.0) * cell
     level = ahead * [1.0, 1.0, 0.0]
     level /= np.maximum(np.linalg.norm(level, axis=1, keepdims=True), 1e-3)
     middle = eyes + _AHEAD * side / 2.0 * level
