@@ -211,7 +211,18 @@ class Manifest:
         """Return what tells a pass from every other: a digest of all that it depends on."""
         item = self.passes[number]
         weights = self.developments[view.development].weights if self._draws_colours else ()
-        return _digest([self._frame_key(view.frame), view.camera, astuple(item), weights])
+        path = self._paths.get(view.camera, ())
+        return _digest([self._frame_key(view.frame), view.camera, astuple(item), weights, path])
+
+    @functools.cached_property
+    def _paths(self) -> dict[str, list[tuple[float, ...]]]:
+        """Where each camera is in all frames, which EEVEE's shade is computed for."""
+        if self.output.engine != "eevee":
+            return {}
+        found: dict[str, set[tuple[float, ...]]] = {}
+        for view in self.views:
+            found.setdefault(view.camera, set()).add(view.eye)
+        return {camera: sorted(eyes) for camera, eyes in found.items()}
 
     @property
     def _draws_colours(self) -> bool:

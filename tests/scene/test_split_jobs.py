@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 import os
 import re
@@ -399,6 +400,21 @@ def test_a_manifest_is_read_as_it_was_written(tmp_path):
     assert read == written
     assert read.key(read.views[1], 1) == written.key(written.views[1], 1)
     assert len({read.key(view, number) for view, number in read.tasks()}) == 12
+
+
+@pytest.mark.parametrize(("engine", "alike"), [("cycles", True), ("eevee", False)])
+def test_a_pass_of_eevee_is_that_of_a_path_of_the_camera(tmp_path, engine, alike):
+    """Its shade is computed for all frames of the job; a still camera has one place."""
+    made = small_manifest(tmp_path, 3)
+    made = dataclasses.replace(made, output=dataclasses.replace(made.output, engine=engine))
+    shorter = dataclasses.replace(made, frames=(1, 2), views=made.views[:2])
+    assert (made.key(made.views[0], 0) == shorter.key(made.views[0], 0)) == alike
+    eye = made.views[0].eye
+    still, fewer = (
+        dataclasses.replace(job, views=tuple(dataclasses.replace(v, eye=eye) for v in job.views))
+        for job in (made, shorter)
+    )
+    assert still.key(still.views[0], 0) == fewer.key(fewer.views[0], 0)
 
 
 def test_options_that_the_manifest_decides_are_refused(tmp_path, capsys):
