@@ -195,7 +195,7 @@ def full_sun() -> float:
     Examples
     --------
     >>> round(full_sun(), 2)
-    1.34
+    1.31
     """
     table = shipped_table("surface_irradiance.csv")
     return float(table.spectrum("g173_direct_normal", "AM 1.5 sun").at([_REFERENCE_WAVELENGTH])[0])
