@@ -26,6 +26,7 @@ from ..uw_spectral.shade.shade_table import (
     ShadeTable,
     step,
 )
+from .loops import summed
 from .node_mathematics import MARK, NODES, Graph, NodeValue
 from .texels import texel
 
@@ -124,22 +125,15 @@ class Shade:
         self, camera: Sequence[NodeValue], w: Sequence[NodeValue], P: NodeValue
     ) -> dict[str, NodeValue]:
         """Look up the light at steps of a ray of length P, over the undisturbed."""
-        begin = self._graph.node("GeometryNodeRepeatInput")
-        end = self._graph.node("GeometryNodeRepeatOutput")
-        begin.pair_with_output(end)
-        begin.inputs["Iterations"].default_value = STEPS
-        end.repeat_items.clear()
-        for name in ON_PATH:
-            end.repeat_items.new("VECTOR", name)
-        now = self._graph.term(begin.outputs["Iteration"])
-        s = step(now, P, self._box.reach, NODES)
-        point = [x + along * s for x, along in zip(camera, w, strict=True)]
-        light = self._mixed(SCATTERED, point, w)
-        for k, name in enumerate(ON_PATH):
-            here = self._graph.operation("COMPARE", (now, float(k), 0.5))
-            before = self._graph.term(begin.outputs[name])
-            self._graph.assign(before + light * here, end.inputs[name])
-        return {name: self._graph.term(end.outputs[name]) for name in ON_PATH}
+
+        def of_step(now: NodeValue) -> list[NodeValue]:
+            s = step(now, P, self._box.reach, NODES)
+            point = [x + along * s for x, along in zip(camera, w, strict=True)]
+            light = self._mixed(SCATTERED, point, w)
+            steps = range(len(ON_PATH))
+            return [light * self._graph.operation("COMPARE", (now, float(k), 0.5)) for k in steps]
+
+        return dict(zip(ON_PATH, summed(self._graph, STEPS, of_step), strict=True))
 
     def _mixed(self, first: int, point: Sequence[NodeValue], w: Sequence[NodeValue]) -> NodeValue:
         place = self._box.place(point, NODES)

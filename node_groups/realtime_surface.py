@@ -80,12 +80,14 @@ def build(
     own += phase_inputs(TOWARDS, shape)
     kinds = dict.fromkeys(own, "NodeSocketFloat")
     kinds |= dict.fromkeys(looked_up_on_surface(shape), "NodeSocketVector")
-    on_things, on_way = None, None
+    lit = None
     if tables.lamps is not None:
         kinds[realtime_lamps.VISIBILITY] = "NodeSocketVector"
-        on_things = realtime_lamps.build_patch(shape.components, tables.lamps)
-        on_way = realtime_lamps.build_path(shape.components, tables.lamps, ahead=False)
-    picture = functools.partial(_picture, on_things=on_things, on_way=on_way)
+        lit = (
+            realtime_lamps.build_patch(shape.components, tables.lamps),
+            realtime_lamps.build_path(shape.components, tables.lamps, ahead=False),
+        )
+    picture = functools.partial(_picture, lit=lit)
     triple = build_triple(TRIPLE_NAME, shape, _INPUTS | kinds, picture)
     tree = new_group(NAME)
     inputs = {name: kind for name, kind in _INPUTS.items() if name != _MEASURED}
@@ -139,8 +141,7 @@ def _picture(
     graph: Graph,
     values: Values,
     *,
-    on_things: bpy.types.ShaderNodeTree | None,
-    on_way: bpy.types.ShaderNodeTree | None,
+    lit: tuple[bpy.types.ShaderNodeTree, bpy.types.ShaderNodeTree] | None,
 ) -> tuple[NodeValue, ...]:
     w, P, y = view_direction(graph), view_distance(graph), depth_here(graph)
     y_o, sun = camera_depth_behind(y, w, P), values.sun
@@ -167,7 +168,8 @@ def _picture(
         if water.inelastic is not None:
             L_inelastic = base / math.pi * water.inelastic.surface_irradiance(y, nz, NODES) * known
         pixel = water.surface(y_o, y, w, P, L, NODES, L_inelastic=L_inelastic, coverage=covered)
-    if on_things is not None and on_way is not None:
+    if lit is not None:
+        on_things, on_way = lit
         carried = base / math.pi * known * values.of_group(on_things)
         lamps = values.of_group(on_way) * covered
         pixel = dataclasses.replace(pixel, lamps=lamps, L_carried=carried)

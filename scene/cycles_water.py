@@ -92,14 +92,11 @@ def add_water(
     floor = sea_floor.build() if math.isfinite(column.floor_depth) else None
     lamps = lamps or SceneLamps()
     lit = [
-        water_lamp.build(index, lamp, item.data)
+        (water_lamp.build(index, lamp, item.data), item)
         for index, (lamp, item) in enumerate(zip(lamps.lamps, lamps.objects, strict=True))
     ]
-    filling = scene_water.Filling(world, [sun, *lit], floor, objects, images, parts)
+    filling = scene_water.Filling(world, [sun], floor, objects, images, parts, lit)
     notes += [*lamps.notes, *scene_water.add(scene, filling, column, extent)]
-    scene_water.follow(scene, lamps.objects)
-    for item, lamp in zip(scene_water.followers(scene), lamps.lamps, strict=True):
-        item.visible_camera = bool(lamp.seen)
     for item in scene_water.objects(scene):
         if item.get(scene_water.IS_SUN):
             # A refracted ray must not meet the disc: the lamp's shadow rays bring the sun already.

@@ -11,6 +11,7 @@ import bpy
 import numpy as np
 from mathutils import Matrix, Vector
 
+from ..node_groups.node_mathematics import MARK
 from ..uw_spectral.errors import InputError
 from ..uw_spectral.lamps.emission import (
     SPHERE,
@@ -67,7 +68,7 @@ def objects_of(scene: bpy.types.Scene) -> list[bpy.types.Object]:
         for item in scene.objects
         if item.type == "LIGHT"
         and item.data.type in KINDS
-        and not scene_water.is_ours(item)
+        and MARK not in item
         and not scene_water.is_hidden(item)
     ]
     return sorted(found, key=lambda item: item.name_full)
@@ -114,7 +115,7 @@ def seen_places(scene: bpy.types.Scene, camera: bpy.types.Object) -> list[tuple[
             hit, place, _, _, item, _ = scene.ray_cast(depsgraph, start, direction)
             if not hit:
                 break
-            if not scene_water.is_ours(item):
+            if MARK not in item:
                 found.append(tuple(place))
                 break
             start = place + direction * _STEP

@@ -329,7 +329,7 @@ def add_realtime(scene: bpy.types.Scene, water: RealtimeWater, extent: WaterExte
     above = realtime_shadows.lamps() if water.cone is not None else []
     filling = scene_water.Filling(
         realtime_background.build_world(background),
-        [sun, *above, *realtime_lamps.shadow_lamps(count)],
+        [sun, *above],
         floor,
         objects,
         images,
@@ -339,9 +339,9 @@ def add_realtime(scene: bpy.types.Scene, water: RealtimeWater, extent: WaterExte
             for name, image in ((_TABLE, table), (_SHADE, shade), (_LAMPS, lit))
             if image is not None
         },
+        list(zip(realtime_lamps.shadow_lamps(count), water.lamps.objects, strict=True)),
     )
     notes += [*water.lamps.notes, *scene_water.add(scene, filling, water.column, extent)]
-    scene_water.follow(scene, water.lamps.objects)
     values[_OWNER] = scene_water.collection_of(scene)
     set_values(scene, water)
     return notes

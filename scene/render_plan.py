@@ -164,7 +164,7 @@ class RenderPlan(ResolvedOptics):
         shades = chosen.field == SOLVED and chosen.diffuse_shadows and has_things(scene)
         if not shades:
             shaded = None
-        if shades and chosen.sunlight == 0:
+        elif chosen.sunlight == 0:
             # The same nodes as by day; there is nothing to shade.
             shaded = without_shade(len(self.bands))
         looks = shades or (chosen.scene_floor and has_things(scene))

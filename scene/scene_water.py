@@ -58,6 +58,8 @@ class Filling:
         Of a moving surface.
     parts : mapping of str to ID
         Data-blocks that :func:`part` returns.
+    followers : sequence of tuples
+        Lamps that are where objects of the scene are, and seen where these are.
     """
 
     world: bpy.types.World
@@ -66,6 +68,7 @@ class Filling:
     objects: list[bpy.types.Object]
     images: WaveImages | None = None
     parts: Mapping[str, bpy.types.ID] = field(default_factory=dict)
+    followers: Sequence[tuple[bpy.types.Light, bpy.types.Object]] = ()
 
 
 def prepare(scene: bpy.types.Scene) -> None:
@@ -135,6 +138,9 @@ def add(
     for lamp in filling.lamps:
         items.append(bpy.data.objects.new(lamp.name, lamp))
         items[-1][IS_SUN] = lamp == filling.lamps[0]
+    for number, (lamp, leader) in enumerate(filling.followers):
+        items.append(_follower(lamp, leader))
+        items[-1][_FOLLOWS] = number
     if filling.images is not None:
         parts[_CAUSTICS], parts[_SLOPES] = filling.images.caustics, filling.images.slopes
     if filling.floor is not None:
@@ -223,19 +229,8 @@ def place(scene: bpy.types.Scene, column: WaterColumn) -> None:
             item.location.z = -seabed.clear_depth(scene, column.floor_depth)
 
 
-def follow(scene: bpy.types.Scene, leaders: Sequence[bpy.types.Object]) -> None:
-    """Let the last lamps of a scene's water be where its own lamps are, one each."""
-    lamps = [item for item in objects(scene) if item.type == "LIGHT" and not item.get(IS_SUN)]
-    for place, (item, leader) in enumerate(
-        zip(lamps[len(lamps) - len(leaders) :], leaders, strict=True)
-    ):
-        item[_FOLLOWS] = place
-        constraint = item.constraints.new("COPY_TRANSFORMS")
-        constraint.target = leader
-
-
 def followers(scene: bpy.types.Scene) -> list[bpy.types.Object]:
-    """Lamps of a scene's water that :func:`follow` its own, in their order."""
+    """Lamps of a scene's water that follow its own, in the order of :class:`Filling`."""
     return sorted((i for i in objects(scene) if _FOLLOWS in i), key=lambda i: i[_FOLLOWS])
 
 
@@ -251,14 +246,16 @@ def collection_of(scene: bpy.types.Scene) -> bpy.types.Collection | None:
     return next((c for c in found if MARK in c and c.is_editable), None)
 
 
-def is_ours(item: bpy.types.ID) -> bool:
-    """Whether a data-block belongs to the water."""
-    return MARK in item
-
-
 def is_hidden(item: bpy.types.Object) -> bool:
     """Whether an object does not show in renders, or would not without the water."""
     return bool(item[_HIDDEN][0]) if _HIDDEN in item else item.hide_render
+
+
+def _follower(lamp: bpy.types.Light, leader: bpy.types.Object) -> bpy.types.Object:
+    item = bpy.data.objects.new(lamp.name, lamp)
+    item.visible_camera = leader.visible_camera
+    item.constraints.new("COPY_TRANSFORMS").target = leader
+    return item
 
 
 def _detach(scene: bpy.types.Scene, collection: bpy.types.Collection) -> None:

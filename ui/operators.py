@@ -128,7 +128,16 @@ class Rebuild(_LiveOperator):
         self.tell(live.rebuild(context.scene))
 
 
-class Submerge(_Operator):
+class _CameraOperator(_Operator):
+    """Needs a camera."""
+
+    @classmethod
+    @override
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return context.scene.camera is not None
+
+
+class Submerge(_CameraOperator):
     """Lowers the scene below the surface."""
 
     bl_idname = "underwater.submerge"
@@ -147,11 +156,6 @@ class Submerge(_Operator):
         subtype="DISTANCE",
     )
 
-    @classmethod
-    @override
-    def poll(cls, context: bpy.types.Context) -> bool:
-        return context.scene.camera is not None
-
     @override
     def run(self, context: bpy.types.Context) -> None:
         from ..scene import live
@@ -161,7 +165,7 @@ class Submerge(_Operator):
         context.view_layer.update()
 
 
-class AddLamps(_Operator):
+class AddLamps(_CameraOperator):
     """Hangs lamps on the camera."""
 
     bl_idname = "underwater.add_lamps"
@@ -174,11 +178,6 @@ class AddLamps(_Operator):
         items=[(name, rig.label, "") for name, rig in lamp_rigs.RIGS.items()],
         default="rov2",
     )
-
-    @classmethod
-    @override
-    def poll(cls, context: bpy.types.Context) -> bool:
-        return context.scene.camera is not None
 
     @override
     def run(self, context: bpy.types.Context) -> None:

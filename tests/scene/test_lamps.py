@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 
 import bpy
@@ -101,7 +102,7 @@ def test_a_lamp_has_the_intensity_of_its_watts(scene, tmp_path, engine):
     """W → radiant intensity: P/4π over 4π sr, in water that only absorbs, within 1 %."""
     _lamp((0.0, 1.0, -DEPTH))
     chosen = {"scattering_factor": 0.0, "samples": 64}
-    plan, picture = _by(engine, scene, SceneSettings(**{**vars(NIGHT), **chosen}), folder=tmp_path)
+    plan, picture = _by(engine, scene, dataclasses.replace(NIGHT, **chosen), folder=tmp_path)
     a, middle = plan.column.absorption, slice(SIZE // 2 - 1, SIZE // 2 + 1)
     intensity = 100.0 / (4 * math.pi) * emission_basis(plan.bands).sum(axis=1)
     reflectance = render_plan.uplift_basis(plan.bands) @ (0.8, 0.8, 0.8)
@@ -136,7 +137,7 @@ def test_shadows_of_two_lamps_are_told_apart(scene, tmp_path, sunlight):
     blue = _lamp((1.5, 1.0, -DEPTH), colour=(0.0, 0.0, 1.0), power=2e4)
     chosen = {"scattering_factor": 0.0, "sunlight": sunlight, "diffuse_shadows": False}
     chosen |= {"sun_zenith": 60.0, "sun_azimuth": 90.0}
-    settings = SceneSettings(**{**vars(NIGHT), **chosen})
+    settings = dataclasses.replace(NIGHT, **chosen)
     pictures = {}
     _plane("screen", (-0.75, 2.5, -DEPTH), 0.7, 0.0)
     for name, shining in (("both", (red, blue)), ("blue", (blue,)), ("none", ())):
