@@ -332,6 +332,7 @@ NODES = Mathematics(
     log=_log,
     sqrt=_sqrt,
     absolute=_function("ABSOLUTE", NUMPY.absolute),
+    floor=_function("FLOOR", NUMPY.floor),
     arccos=_function("ARCCOSINE", NUMPY.arccos),
     tan=_function("TANGENT", NUMPY.tan),
     arctan2=_function("ARCTAN2", NUMPY.arctan2),
