@@ -1,5 +1,6 @@
 """Every way to draw the grey scene, against the Cycles reference.
 
+As it ships: default phase function, clear sky; once as the papers have it.
 ``python3 dev.py run -m benchmarks realtime_accuracy`` writes
 docs/realtime_accuracy.md and docs/realtime_accuracy.png.
 """
@@ -38,10 +39,17 @@ class Result:
 
     water: str
     depth: float
+    light: grey_scene.Light
     reference: NDArray[np.float64]
     noise: float
     delta_e_noise: float
     pictures: dict[str, NDArray[np.float64]]
+
+    @property
+    def title(self) -> str:
+        """Water and depth, and the light where it is not the default."""
+        other = "" if self.light == grey_scene.CLEAR else f", {self.light.title}"
+        return f"{self.water} {self.depth:g} m{other}"
 
     def rmse(self, method: str) -> float:
         """RMSE in sRGB with the variance of the reference taken off."""
@@ -62,19 +70,20 @@ class Result:
             )
 
     @classmethod
-    def load(cls, path: Path) -> Result:
+    def load(cls, path: Path, light: grey_scene.Light) -> Result:
         """Read what :meth:`save` wrote."""
         with np.load(path) as kept:
             pictures = {k[8:]: kept[k] for k in kept.files if k.startswith("picture ")}
             depth, noise, delta_e_noise = (float(x) for x in kept["facts"])
-            return cls(str(kept["water"]), depth, kept["reference"], noise, delta_e_noise, pictures)
+            reference = kept["reference"]
+            return cls(str(kept["water"]), depth, light, reference, noise, delta_e_noise, pictures)
 
 
-def measure(water: str, depth: float, samples: int, bands: int) -> Result:
+def measure(water: str, depth: float, light: grey_scene.Light, samples: int, bands: int) -> Result:
     """Render one combination by every method."""
     bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
     camera = grey_scene.build_scene(depth, WIDTH, HEIGHT)
-    plan = grey_scene.plan_for(water, depth, bands, grey_scene.PAPERS)
+    plan = grey_scene.plan_for(water, depth, bands, light)
     develop = plan.reduction(depth).apply
     halves = [
         _displayable(develop(grey_scene.cycles_image(plan, camera, samples, seed)))
@@ -104,6 +113,7 @@ def measure(water: str, depth: float, samples: int, bands: int) -> Result:
     return Result(
         water,
         depth,
+        light,
         (halves[0] + halves[1]) / 2,
         srgb_rmse(*halves) / 2,
         _delta_e(*halves) / 2,
@@ -115,7 +125,7 @@ def redraw(result: Result, bands: int) -> Result:
     """Draw EEVEE's pictures again, against the same reference."""
     bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
     camera = grey_scene.build_scene(result.depth, WIDTH, HEIGHT)
-    plan = grey_scene.plan_for(result.water, result.depth, bands, grey_scene.PAPERS)
+    plan = grey_scene.plan_for(result.water, result.depth, bands, result.light)
     drawn = _eevee(plan, camera, result.depth)
     shown = {name: _displayable(picture) for name, picture in drawn.items()}
     return replace(result, pictures={**shown, **result.pictures, **shown})
@@ -177,23 +187,30 @@ def _delta_e(picture: NDArray[np.float64], reference: NDArray[np.float64]) -> fl
 def report(results: Sequence[Result], samples: int, bands: int) -> str:
     """Return the tables as Markdown."""
     methods = list(results[0].pictures)
+    clear = [result.light == grey_scene.CLEAR for result in results]
     lines = [
         "# Real time against the reference",
         "",
-        f"The grey scene, {bands} bands, CIE 1931, HG 0.8, sun at 30°, no surface, floor 3 m",
-        f"below the camera; pictures of {WIDTH} × {HEIGHT}, clipped to the display's range.",
-        f"Reference: two Cycles images of {samples} samples, whose noise is taken off the RMSE.",
-        f"ΔE2000 over blocks of {_BLOCK} × {_BLOCK} pixels. The paper's forms get the Kd of",
-        "Solonenko & Mobley (2015).",
+        f"The grey scene, {bands} bands, CIE 1931, default phase function, clear sky with its",
+        "spectrum, sun at 30°, no surface, floor 3 m below the camera; the last column has HG 0.8",
+        f"and a black sky, as the papers. Pictures of {WIDTH} × {HEIGHT}, clipped to the display's",
+        f"range. Reference: two Cycles images of {samples} samples, whose noise is taken off the",
+        f"RMSE. ΔE2000 over blocks of {_BLOCK} × {_BLOCK} pixels. The paper's forms get the Kd of",
+        "Solonenko & Mobley (2015), the fog the colour of the closed form.",
         "",
     ]
     for title, value in (("sRGB RMSE", Result.rmse), ("ΔE2000, mean", Result.delta_e)):
-        head = " | ".join(f"{r.water} {r.depth:g} m" for r in results)
-        lines += [f"## {title}", "", f"| method | {head} | mean |", "|---|" + "---|" * 7]
+        head = " | ".join(result.title for result in results)
+        lines += [
+            f"## {title}",
+            "",
+            f"| method | {head} | mean, clear sky |",
+            "|---|" + "---|" * (len(results) + 1),
+        ]
         for method in methods:
-            values = [value(result, method) for result in results]
+            values = np.array([value(result, method) for result in results])
             cells = " | ".join(f"{v:.3f}" for v in values)
-            lines.append(f"| {method} | {cells} | **{np.mean(values):.3f}** |")
+            lines.append(f"| {method} | {cells} | **{values[clear].mean():.3f}** |")
         noise = [r.noise if value is Result.rmse else r.delta_e_noise for r in results]
         cells = " | ".join(f"{v:.3f}" for v in noise)
         lines += [f"| noise of the reference | {cells} | |", ""]
@@ -215,7 +232,7 @@ def picture_sheet(results: Sequence[Result], path: Path) -> None:
         len(results), columns, figsize=(1.6 * columns, 1.05 * len(results)), squeeze=False
     )
     for row, result in zip(axes, results, strict=True):
-        row[0].set_ylabel(f"{result.water} {result.depth:g} m", fontsize=7)
+        row[0].set_ylabel(result.title.replace(", ", ",\n"), fontsize=7)
         images = [result.reference, *result.pictures.values()]
         for axis, image in zip(row, images, strict=True):
             axis.imshow(srgb_encode(image))
@@ -227,7 +244,7 @@ def picture_sheet(results: Sequence[Result], path: Path) -> None:
 
 
 def main(arguments: Sequence[str]) -> None:
-    """Measure the six combinations and write the report."""
+    """Measure the cases of the grey scene and write the report."""
     parser = argparse.ArgumentParser(prog="realtime_accuracy")
     parser.add_argument("--samples", type=int, default=160)
     parser.add_argument("--bands", type=int, default=8)
@@ -244,16 +261,17 @@ def main(arguments: Sequence[str]) -> None:
     docs = Path(__file__).resolve().parent.parent / "docs"
     results = []
     options.keep.mkdir(parents=True, exist_ok=True)
-    for water, depth in grey_scene.COMBINATIONS:
-        kept = options.keep / f"{water}_{depth:g}m_{options.samples}_{options.bands}.npz"
+    for water, depth, light in grey_scene.CASES:
+        name = f"{water}_{depth:g}m_{light.phase.split(':')[0]}"
+        kept = options.keep / f"{name}_{options.samples}_{options.bands}.npz"
         if not kept.exists():
-            measure(water, depth, options.samples, options.bands).save(kept)
+            measure(water, depth, light, options.samples, options.bands).save(kept)
         elif options.redraw:
-            redraw(Result.load(kept), options.bands).save(kept)
-        results.append(Result.load(kept))
+            redraw(Result.load(kept, light), options.bands).save(kept)
+        results.append(Result.load(kept, light))
         last = results[-1]
         found = {m: (round(last.rmse(m), 4), round(last.delta_e(m), 2)) for m in last.pictures}
-        print(f"{water} {depth:g} m: {found}", flush=True)
+        print(f"{last.title}: {found}", flush=True)
     picture_sheet(results, docs / "realtime_accuracy.png")
     text = report(results, options.samples, options.bands)
     (docs / "realtime_accuracy.md").write_text(text, encoding="utf-8")
