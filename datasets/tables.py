@@ -39,6 +39,17 @@ class Table:
         self._known.append(key)
         return self._content.get(key, default)
 
+    def keys(self) -> tuple[str, ...]:
+        """Return all keys."""
+        return tuple(self._content)
+
+    def switch(self, key: str, default: bool) -> bool:
+        """Return true or false."""
+        found = self.get(key, default)
+        if not isinstance(found, bool):
+            raise self.needed(key, "true or false", found)
+        return found
+
     def text(self, key: str, default: str | None = None) -> str:
         """Return text; needed if there is no default."""
         found = self.get(key, default)

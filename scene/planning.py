@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..uw_spectral.errors import InputError
-from . import cameras, cycles_settings, job_files, picture_size, stereo
+from . import cameras, cycles_settings, job_files, picture_size, staging, stereo
 from .band_engine import Engine
 from .engines import engine_of
 from .manifest import Development, Manifest, Output, Pass, View, folders
@@ -57,7 +57,7 @@ def plan_job(
         If the scene or the settings cannot be used.
     """
     require_no_water(scene)
-    with stereo.two_eyes(scene):
+    with stereo.two_eyes(scene), staging.staged(scene, job.stage):
         return _plan(scene, settings_now, job)
 
 
@@ -110,6 +110,7 @@ def _plan(scene: bpy.types.Scene, settings_now: Callable[[], SceneSettings], job
         developments=developments,
         views=views,
         files=(*job_files.setting_files(base), *job_files.scene_files()),
+        stage=job.stage,
     )
 
 

@@ -11,7 +11,7 @@ import bpy
 import numpy as np
 
 from ..uw_spectral.errors import InputError
-from . import band_passes, cameras, picture_size, stereo, units
+from . import band_passes, cameras, picture_size, staging, stereo, units
 from .band_engine import BandEngine, Engine, Opening, RenderPass
 from .claims import claimed
 from .engines import engine_of
@@ -138,7 +138,7 @@ def render(
         manifest.output.size, 3 if _engine(manifest).draws_colours else len(manifest.bands_nm)
     )
     left: list[Task] = []
-    with stereo.two_eyes(scene):
+    with stereo.two_eyes(scene), staging.staged(scene, manifest.stage):
         yield from _round(scene, manifest, tasks, plans, report_note, left, insist, force=False)
         if insist and left:
             yield from _round(scene, manifest, left, plans, report_note, [], insist, force=True)
