@@ -28,6 +28,7 @@ def write_exr(
     pixels: ArrayLike,
     channels: Sequence[str],
     metadata: Mapping[str, Any] | None = None,
+    formats: Sequence[str] | None = None,
 ) -> None:
     """Write a float32 OpenEXR image.
 
@@ -41,13 +42,16 @@ def write_exr(
     metadata : mapping, optional
         Attributes of the header: text, whole numbers, floats; anything else
         is stored as JSON text.
+    formats : sequence of str, optional
+        ``"half"`` or ``"float"`` for each channel.
 
     Raises
     ------
     InputError
         If the file cannot be written; the message names the path.
     """
-    _write(path, np.asarray(pixels, dtype=np.float32), channels, "float", metadata or {})
+    values = np.asarray(pixels, dtype=np.float32)
+    _write(path, values, channels, "float", metadata or {}, formats)
 
 
 def write_rgb_exr(
@@ -154,6 +158,21 @@ def read_exr(path: str | Path) -> tuple[NDArray[np.float32], list[str]]:
     return pixels, list(spec.channelnames)
 
 
+def read_exr_texts(
+    path: str | Path,
+) -> tuple[NDArray[np.float32], list[str], dict[str, str]]:
+    """Read an OpenEXR image as :func:`read_exr` does, and its attributes of text.
+
+    Raises
+    ------
+    InputError
+        If the file is missing, damaged or incomplete.
+    """
+    pixels, spec = _read(path)
+    texts = {item.name: item.value for item in spec.extra_attribs if isinstance(item.value, str)}
+    return pixels, list(spec.channelnames), texts
+
+
 def read_spectral_exr(path: str | Path) -> tuple[NDArray[np.float32], Bands, str]:
     """Read a spectral image of :func:`write_spectral_exr`, or any of that layout.
 
@@ -231,6 +250,7 @@ def _write(
     channels: Sequence[str],
     kind: str,
     metadata: Mapping[str, Any],
+    formats: Sequence[str] | None = None,
 ) -> None:
     import OpenImageIO as oiio  # noqa: N813
 
@@ -241,6 +261,8 @@ def _write(
     height, width, count = pixels.shape
     spec = oiio.ImageSpec(width, height, count, kind)
     spec.channelnames = tuple(channels)
+    if formats is not None:
+        spec.channelformats = tuple(map(oiio.TypeDesc, formats))
     for name, value in metadata.items():
         plain = isinstance(value, str | int | float) and not isinstance(value, bool)
         spec.attribute(name, value if plain else json.dumps(value))
