@@ -25,6 +25,7 @@ from .view import Split
 KIND = "underwater-spectral data set"
 FORMAT = 1
 NAME = "dataset.json"
+_PLACED = ("job", "frame", "group")
 
 
 @dataclass(frozen=True)
@@ -34,6 +35,7 @@ class IndexedView:
     name: str
     job: str
     frame: int
+    group: str
     split: Split
     noise_seed: int
     record: Mapping[str, Any]
@@ -114,7 +116,7 @@ def job_folder(folder: Path, job: str) -> Path:
 def indexed(view: PlannedView, place: Place) -> IndexedView:
     """Return a planned view as the index has it."""
     return IndexedView(
-        view.name, place.job, place.frame, view.split, view.noise_seed, view.record()
+        view.name, place.job, place.frame, place.group, view.split, view.noise_seed, view.record()
     )
 
 
@@ -135,7 +137,10 @@ def write_index(path: Path, index: Index) -> None:
         "rendered": dict(index.rendered),
         "jobs": index.jobs,
     }
-    rows = [{**view.record, "job": view.job, "frame": view.frame} for view in index.views.values()]
+    rows = [
+        {**view.record, **{name: getattr(view, name) for name in _PLACED}}
+        for view in index.views.values()
+    ]
     parts = [f"{json.dumps(name)}: {json.dumps(value)}" for name, value in head.items()]
     parts += [f'"views": {_lines(rows)}', f'"things": {_lines(map(asdict, index.things))}']
     with replacing(path) as temporary:
@@ -169,12 +174,13 @@ def read_index(path: Path) -> Index:
     try:
         views = [
             IndexedView(
-                row["name"],
-                row["job"],
-                row["frame"],
-                row["split"],
-                row["noise_seed"],
-                {name: value for name, value in row.items() if name not in ("job", "frame")},
+                name=row["name"],
+                job=row["job"],
+                frame=row["frame"],
+                group=row["group"],
+                split=row["split"],
+                noise_seed=row["noise_seed"],
+                record={name: value for name, value in row.items() if name not in _PLACED},
             )
             for row in content["views"]
         ]

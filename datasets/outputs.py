@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Literal, get_args
 
@@ -12,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..uw_spectral.detector import PATTERNS, Detector, RawSettings, Vignetting, capture
 from ..uw_spectral.errors import InputError, unknown_name
+from ..uw_spectral.imaging.layers import NONE, parse_layers
 from .camera import PinholeCamera
 from .tables import Table
 
@@ -31,15 +31,28 @@ class Outputs:
         One of :data:`PICTURES`.
     formats : tuple of str
         Of :data:`FORMATS`.
-    linear, depth_exr, layers : bool
-        Whether scene-linear pictures, depth in m and all layers are written.
+    linear, depth_exr : bool
+        Whether scene-linear pictures and depth in m are written.
+    layers : tuple of str
+        Of :data:`.layers.NAMES`, in one file a view.
+    points : int
+        That COLMAP is given of each view.
+    leave_out : tuple of str
+        Categories that are no instances, such as the ground.
+    version : str
+        Of the set.
+    description : str
     """
 
     picture: str = "png"
     formats: tuple[str, ...] = FORMATS
     linear: bool = True
     depth_exr: bool = True
-    layers: bool = True
+    layers: tuple[str, ...] = ()
+    points: int = 100
+    leave_out: tuple[str, ...] = ()
+    version: str = "1.0"
+    description: str = ""
 
 
 @dataclass(frozen=True)
@@ -50,8 +63,7 @@ class RawOutputs:
     ----------
     detector : Detector
     white : float
-        Share of the full well that a white surface in the light at the camera fills, in its
-        brightest channel.
+        Share of the full well that what is developed to white fills in its brightest channel.
     exposure_time : float
         s.
     iso : float, optional
@@ -75,7 +87,7 @@ class RawOutputs:
         Parameters
         ----------
         white_response : float
-            Largest response of a channel to a white surface in the light at the camera.
+            Largest response of a channel to what is developed to white.
         seed : int
             Of the noise.
         """
@@ -139,17 +151,23 @@ def read_outputs(table: Table) -> Outputs:
     picture = table.text("picture", usual.picture)
     if picture not in PICTURES:
         raise unknown_name(table.place("picture"), picture, PICTURES)
-    formats = table.get("formats", list(FORMATS))
-    if not isinstance(formats, list):
-        raise table.needed("formats", "a list", formats)
+    formats = table.texts("formats", FORMATS)
     for name in formats:
         if name not in FORMATS:
-            raise unknown_name(table.place("formats"), str(name), FORMATS)
-    flags = {
-        name: table.switch(name, getattr(usual, name)) for name in ("linear", "depth_exr", "layers")
-    }
+            raise unknown_name(table.place("formats"), name, FORMATS)
+    found = Outputs(
+        picture,
+        formats,
+        table.switch("linear", usual.linear),
+        table.switch("depth_exr", usual.depth_exr),
+        parse_layers(table.text("layers", NONE)),
+        table.whole("points", usual.points),
+        table.texts("leave_out", ()),
+        table.text("version", usual.version),
+        table.text("description", usual.description),
+    )
     table.close()
-    return Outputs(picture, tuple(formats), **flags)
+    return found
 
 
 def read_raw(table: Table | None) -> RawOutputs | None:
@@ -209,11 +227,3 @@ def _vignetting(table: Table) -> Vignetting:
     if not isinstance(radial, list):
         raise table.needed("vignetting", "a list of coefficients, empty for cos⁴ alone", radial)
     return Vignetting(table.switch("natural", True), table.numbers("vignetting", len(radial)))
-
-
-def outputs_record(outputs: Outputs, raw: RawOutputs | None) -> Mapping[str, Any]:
-    """Return both as JSON holds them."""
-    return {
-        "outputs": dataclasses.asdict(outputs),
-        "detector": dataclasses.asdict(raw) if raw else None,
-    }

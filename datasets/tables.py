@@ -80,6 +80,13 @@ class Table:
             raise self.needed(key, f"a list of {count} numbers", found)
         return tuple(number(self.place(key), value) for value in found)
 
+    def texts(self, key: str, default: tuple[str, ...]) -> tuple[str, ...]:
+        """Return a list of texts."""
+        found = self.get(key, list(default))
+        if not isinstance(found, list) or not all(isinstance(text, str) for text in found):
+            raise self.needed(key, "a list of texts", found)
+        return tuple(map(str, found))
+
     def quantity(
         self,
         key: str,

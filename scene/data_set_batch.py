@@ -12,7 +12,7 @@ from pathlib import Path
 import bpy
 
 from ..datasets.index import NAME, Index, read_index
-from ..datasets.specification import DataSetSpec, read_spec
+from ..datasets.specification import read_spec
 from ..uw_spectral.errors import InputError
 from . import (
     data_set_export,
@@ -75,8 +75,8 @@ def request_of(options: argparse.Namespace) -> DataSetRequest | None:
         wrong += [name] if there else []
     if wrong:
         raise InputError(
-            f"{', '.join(wrong)}: not with a data set, whose specification names cameras, poses and "
-            "seed; --dataset-plan plans, and --from OUT/dataset.json renders a share"
+            f"{', '.join(wrong)}: not with a data set, whose specification names cameras, poses "
+            "and seed; --dataset-plan plans, and --from OUT/dataset.json renders a share"
         )
     return DataSetRequest(spec, export, options.dataset_plan)
 
@@ -245,8 +245,6 @@ def _check_room(index: Index) -> None:
     free = shutil.disk_usage(index.folder).free
     if needed > free:
         raise InputError(
-            f"the set takes about {needed / _GB:.3g} GB, and {index.folder} has {free / _GB:.3g} GB "
-            "free; make room, choose another --out, or shorten the specification"
+            f"the set takes about {needed / _GB:.3g} GB, and {index.folder} has {free / _GB:.3g} "
+            "GB free; make room, choose another --out, or shorten the specification"
         )
-
-

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import hashlib
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
@@ -11,6 +10,7 @@ from typing import Any
 import bpy
 
 from ..datasets.enumeration import PlannedView, enumerate_views, unfinished
+from ..datasets.exporting import NEEDED
 from ..datasets.grouping import ViewJob, group_views
 from ..datasets.index import (
     NAME,
@@ -94,10 +94,11 @@ def plan_data_set(
         spec,
         unfinished(views, known),
         seeded=engine.seeded,
-        first=len(earlier.jobs) if earlier else 0,
+        taken=earlier.jobs if earlier else (),
     )
+    layers = ",".join(dict.fromkeys((*NEEDED, *spec.outputs.layers)))
     for item in new:
-        manifest = _plan_one(scene, item, settings_now, job, held)
+        manifest = _plan_one(scene, item, settings_now, job, held, layers)
         job_files.require_all(manifest.files)
         make_folder(manifest.out)
         write_manifest(manifest.out / JOB_FILE, manifest)
@@ -166,6 +167,7 @@ def _plan_one(
     settings_now: Callable[[], SceneSettings],
     job: Job,
     held: int,
+    layers: str,
 ) -> Manifest:
     camera = item.camera
 
@@ -178,6 +180,8 @@ def _plan_one(
             "exposure": camera.exposure,
             **view.settings,
         }
+        if "layers" in asdict(chosen):
+            values["layers"] = layers
         if item.in_air:
             values = {**values, **_IN_AIR, "water": chosen.water}
         if chosen.floor_depth:
@@ -250,5 +254,3 @@ def _category(scene: bpy.types.Scene, item: bpy.types.Object) -> str:
         return str(item[_CATEGORY])
     owners = [c.name for c in item.users_collection if c != scene.collection]
     return owners[0] if owners else str(item.data.name if item.data else item.name)
-
-

@@ -209,6 +209,34 @@ def _in_daylight(
     return _InDaylight(constant(response), constant(white), constant(matrix), delta_e)
 
 
+def response_matrix(weights: ArrayLike, response: ArrayLike) -> NDArray[np.float64]:
+    """Matrix from a sensor's channels to colours, white balance and exposure included, (3, 3).
+
+    Parameters
+    ----------
+    weights : array_like, shape (3, n)
+        Linear Rec.709 per unit radiance of each band, of a :class:`SensorReduction`.
+    response : array_like, shape (3, n)
+        Of the sensor's channels.
+
+    Raises
+    ------
+    InputError
+        If there are too few bands to tell the channels apart.
+
+    Examples
+    --------
+    >>> response_matrix([[2.0, 0, 0], [0, 3.0, 0], [0, 0, 4.0]], np.eye(3)).diagonal()
+    array([2., 3., 4.])
+    """
+    found = np.asarray(response, dtype=np.float64)
+    if np.linalg.matrix_rank(found) < 3:
+        raise InputError(
+            f"{found.shape[1]} band(s) do not tell the sensor's channels apart; take 3 or more"
+        )
+    return np.asarray(weights, dtype=np.float64) @ np.linalg.pinv(found)
+
+
 def auto_exposure_stops(
     reduction: SensorReduction, depth_white: ArrayLike, target: float = 0.9
 ) -> float:

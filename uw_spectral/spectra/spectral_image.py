@@ -67,6 +67,12 @@ def write_png(path: str | Path, rgb: ArrayLike) -> None:
     _write(path, codes, ("R", "G", "B"), "uint8", {"oiio:ColorSpace": "srgb_rec709_scene"})
 
 
+def write_jpeg(path: str | Path, rgb: ArrayLike, quality: int = 90) -> None:
+    """Write scene-linear Rec.709, shape (height, width, 3), as sRGB JPEG."""
+    codes = np.round(srgb_encode(np.nan_to_num(rgb)) * 255).astype(np.uint8)
+    _write(path, codes, ("R", "G", "B"), "uint8", {"compression": f"jpeg:{quality}"})
+
+
 def write_codes(
     path: str | Path,
     codes: NDArray[np.uint8] | NDArray[np.uint16],
