@@ -95,7 +95,7 @@ def export_set(
     there = [view for view in index.views.values() if rendered(view).record.is_file()]
     if not there:
         raise InputError(f"{folder}: no view is rendered; render with --dataset, or --from")
-    things = {thing.name: thing for thing in index.things}
+    things = {thing.name: (number, thing) for number, thing in enumerate(index.things, 1)}
     views = [_view(folder, spec, view, rendered(view), things, silhouettes) for view in there]
     card = _card(spec, index, versions, [rendered(view).record for view in there])
     if "nerfstudio" in outputs.formats:
@@ -123,7 +123,7 @@ def _view(
     spec: DataSetSpec,
     view: IndexedView,
     files: Rendered,
-    things: Mapping[str, SceneThing],
+    things: Mapping[str, tuple[int, SceneThing]],
     silhouettes: Silhouettes,
 ) -> View:
     """Write the files of one view."""
@@ -147,9 +147,8 @@ def _view(
         write_depth_exr(depth.with_suffix(".exr"), layers[RANGE], view.camera)
     numbers = _file(folder, "instances", name, "png")
     instances = _instances(numbers, view, outputs, layers, things)
-    if "bop" in outputs.formats and instances:
-        names = {item.number: layers.instances[item.number] for item in instances}
-        instances = _with_silhouettes(folder, view, instances, numbers, names, silhouettes)
+    if "bop" in outputs.formats:
+        instances = _with_silhouettes(folder, view, instances, numbers, silhouettes)
     metadata: dict[str, Any] = {
         "water": view.record["settings"]["water"],
         "lowered_m": view.lowered,
@@ -162,7 +161,7 @@ def _view(
         metadata["raw"] = write_raw(raw, view, spec.raw, layers[IMAGE], files.to_rec709())
     return View(
         name, image, view.camera, view.camera_to_world, view.split,
-        depth=depth, instance_map=numbers, instances=tuple(instances), metadata=metadata,
+        depth=depth, instance_map=numbers, instances=tuple(instances.values()), metadata=metadata,
     )  # fmt: skip
 
 
@@ -171,42 +170,39 @@ def _instances(
     view: IndexedView,
     outputs: Outputs,
     layers: FrameLayers,
-    things: Mapping[str, SceneThing],
-) -> list[Instance]:
-    """Write the numbers of the things that a view sees, and return these."""
-    numbers = np.asarray(layers[INSTANCE]).astype(np.int64)
-    known = {
-        number: things[name]
-        for number, name in layers.instances.items()
-        if name in things and things[name].category not in outputs.leave_out
-    }
-    write_instance_map(path, np.where(np.isin(numbers, list(known)), numbers, 0))
-    found = []
-    for number in np.unique(numbers).tolist():
-        if number in known:
-            pose = np.array(known[number].object_to_world)
-            pose[2, 3] -= view.lowered
-            found.append(Instance(number, known[number].category, pose, known[number].model))
+    things: Mapping[str, tuple[int, SceneThing]],
+) -> dict[str, Instance]:
+    """Write the numbers of the things that a view sees, and return these by name."""
+    rendered = np.asarray(layers[INSTANCE]).astype(np.int64)
+    numbers, found = np.zeros_like(rendered), {}
+    for shown in np.unique(rendered).tolist():
+        name = layers.instances.get(shown, "")
+        if name not in things or things[name][1].category in outputs.leave_out:
+            continue
+        number, thing = things[name]
+        numbers[rendered == shown] = number
+        pose = np.array(thing.object_to_world)
+        pose[2, 3] -= view.lowered
+        found[name] = Instance(number, thing.category, pose, thing.model)
+    write_instance_map(path, numbers)
     return found
 
 
 def _with_silhouettes(
     folder: Path,
     view: IndexedView,
-    instances: Sequence[Instance],
+    instances: Mapping[str, Instance],
     numbers: Path,
-    names: Mapping[int, str],
     silhouettes: Silhouettes,
-) -> list[Instance]:
+) -> dict[str, Instance]:
     """Write all of what a view sees a part of, what hides it left out."""
-    seen, wholes = read_codes(numbers), silhouettes(view, list(names.values()))
-    found = []
-    for item in instances:
+    seen, wholes, found = read_codes(numbers), silhouettes(view, list(instances)), {}
+    for name, item in instances.items():
         path = _file(folder, "silhouettes", f"{view.name}_{item.number:05d}", "png")
         # What is seen is a part of it, whatever a ray at the edge met.
-        whole = wholes[names[item.number]] | (seen == item.number)
+        whole = wholes[name] | (seen == item.number)
         write_codes(path, np.where(whole, 255, 0).astype(np.uint8))
-        found.append(replace(item, silhouette=path))
+        found[name] = replace(item, silhouette=path)
     return found
 
 

@@ -56,7 +56,7 @@ class LayerImage:
         Whether it needs 32 bits.
     """
 
-    values: Image
+    values: NDArray[Any]
     channels: tuple[str, ...] = ("",)
     units: str = ""
     text: str = ""

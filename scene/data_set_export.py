@@ -14,7 +14,7 @@ from ..datasets.exporting import Rendered, export_set
 from ..datasets.index import Index, IndexedView
 from ..datasets.specification import DataSetSpec
 from ..uw_spectral.spectra.colour_rendering import response_matrix
-from . import job_files, pictures
+from . import job_files, picture_layers, pictures
 from .frame_plans import FramePlans
 from .manifest import read_manifest
 from .silhouettes import silhouettes
@@ -46,13 +46,13 @@ def export(index: Index, spec: DataSetSpec, scene: Callable[[], bpy.types.Scene]
         def to_rec709() -> Array:
             plan = plans[view.job].of(view.frame)
             weights = manifest.developments[shown.development].weights
-            return response_matrix(weights, plan.sensor.response_in(plan.bands))
+            return response_matrix(weights, plan.response(shown.depth))
 
         return Rendered(
             picture,
-            picture.with_name(f"{picture.stem}_layers.exr"),
+            picture_layers.layers_path(picture),
             pictures.record_path(manifest, shown),
-            picture.with_name(f"{picture.stem}_truth.json"),
+            picture_layers.truth_path(picture),
             to_rec709,
         )
 

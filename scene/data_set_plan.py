@@ -178,10 +178,9 @@ def _plan_one(
             "sensor": camera.sensor,
             "white_balance": camera.white_balance,
             "exposure": camera.exposure,
+            "layers": layers,
             **view.settings,
         }
-        if "layers" in asdict(chosen):
-            values["layers"] = layers
         if item.in_air:
             values = {**values, **_IN_AIR, "water": chosen.water}
         if chosen.floor_depth:
@@ -232,7 +231,7 @@ def things_of(scene: bpy.types.Scene, held: int) -> list[SceneThing]:
     depsgraph = bpy.context.evaluated_depsgraph_get()
     models: dict[object, int] = {}
     found = []
-    for item in sorted(scene.objects, key=lambda item: item.name_full):
+    for item in sorted(scene.objects, key=lambda item: item.name):
         if item.type in _UNSEEN or item.hide_render:
             continue
         place, turn, scale = item.evaluated_get(depsgraph).matrix_world.decompose()
@@ -242,7 +241,7 @@ def things_of(scene: bpy.types.Scene, held: int) -> list[SceneThing]:
         pose.translation = place
         rows = tuple(tuple(float(x) for x in row) for row in pose)
         number = models.setdefault(key, len(models) + 1)
-        found.append(SceneThing(item.name_full, _category(scene, item), number, rows))
+        found.append(SceneThing(item.name, _category(scene, item), number, rows))
     return found
 
 

@@ -16,6 +16,8 @@ from pathlib import Path
 from typing import Any, get_args
 
 from ..uw_spectral.errors import InputError
+from ..uw_spectral.imaging.layer_sums import drawn_for
+from ..uw_spectral.imaging.layers import NONE, parse_layers
 from ..uw_spectral.spectra.spectral_image import replacing
 from ..uw_spectral.spectra.spectrum import split_location
 from .settings import Device, Engine, Mode, SceneSettings, flag
@@ -163,6 +165,11 @@ class Manifest:
         """Return the settings of a frame."""
         return SceneSettings(**{**self.settings, **self.changes.get(frame, {})})
 
+    @property
+    def has_layers(self) -> bool:
+        """Whether the passes have layers."""
+        return bool(parse_layers(self.settings.get("layers", NONE)))
+
     def camera(self, name: str) -> CameraOutput:
         """Return the camera of a name."""
         return next(camera for camera in self.cameras if camera.name == name)
@@ -208,6 +215,8 @@ class Manifest:
         """Return the settings of a frame that its passes depend on; files count by content."""
         values = {**self.settings, **self.changes.get(frame, {})}
         found = {name: value for name, value in values.items() if self._counts(name)}
+        # Passes do not depend on what is made of them.
+        found["layers"] = sorted(drawn_for(parse_layers(values.get("layers", NONE))))
         for name, location in tables(found).items():
             found[name] = f"file#{split_location(location)[1]}"
         if self.stage is not None:

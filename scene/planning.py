@@ -12,10 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..uw_spectral.errors import InputError
+from ..uw_spectral.imaging.layers import parse_layers
 from . import cameras, cycles_settings, job_files, picture_size, staging, stereo
 from .band_engine import Engine
 from .engines import engine_of
 from .manifest import Development, Manifest, Output, Pass, View, folders
+from .pinhole import require_pinhole
 from .render_plan import RenderPlan, make_plan
 from .scene_water import require_no_water
 from .settings import Device, Job, SceneSettings
@@ -153,6 +155,9 @@ def _frames(
         if frames:  # optimised bands stay while animated water changes
             chosen = frames[0].plan.fixed_bands(chosen)
         floor = chosen.floor_depth or math.inf
+        if parse_layers(chosen.layers):
+            for camera in seen_by:
+                require_pinhole(camera)
         depths = tuple(cameras.camera_depth(camera, floor) for camera in seen_by)
         if chosen not in plans:
             plans[chosen] = make_plan(chosen)

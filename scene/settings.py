@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Literal, NoReturn, get_args
 
 from ..uw_spectral.errors import InputError
+from ..uw_spectral.imaging.layers import NAMES, NONE, parse_layers
 from ..uw_spectral.spectra.colour_rendering import WHITE_BALANCES, WhiteBalance
 from ..uw_spectral.transfer.sky import SKIES, UNIFORM
 from ..uw_spectral.transfer.water_column import SURFACES
@@ -261,7 +262,14 @@ class SceneSettings:
         "empty for none. Fluorescence needs constituents, or a bio: or case: water",
     )
 
+    layers: str = _setting(
+        NONE,
+        "What the picture comes apart in, written beside it as NNNN_layers.exr: "
+        f"{', '.join(NAMES)}, comma separated, or all, or none",
+    )
+
     def __post_init__(self) -> None:
+        parse_layers(self.layers)
         for setting in fields(self):
             value, limits = getattr(self, setting.name), setting.metadata["limits"]
             choices = setting.metadata["choices"]

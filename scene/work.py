@@ -84,10 +84,11 @@ def done(manifest: Manifest, task: Task, *, thorough: bool = True) -> Rendered |
     """
     path = manifest.pass_path(task.view, task.number)
     size = manifest.output.size
-    state, stamp = band_passes.look_at(path, manifest.key(task.view, task.number), size)
+    key, layers = manifest.key(task.view, task.number), manifest.has_layers
+    state, stamp = band_passes.look_at(path, key, size, layers=layers)
     if state is not band_passes.State.DONE or stamp is None:
         return None
-    if thorough and not band_passes.is_whole(path, size):
+    if thorough and not band_passes.is_whole(path, size, layers=layers):
         return None
     bands = manifest.passes[task.number].bands
     return Rendered(task, band_passes.RenderedPass(path, bands, stamp.seconds), stamp.notes)

@@ -115,7 +115,8 @@ def parse_layers(text: str) -> tuple[str, ...]:
     strange = sorted(found - set(NAMES))
     if strange:
         raise InputError(
-            f"layers: {strange[0]!r} is not one of {', '.join(NAMES)}; {ALL} and {NONE} stand alone"
+            f"--layers: {strange[0]!r} is not one of {', '.join(NAMES)}; {ALL} and {NONE} are "
+            "words of their own"
         )
     return tuple(name for name in NAMES if name in found)
 

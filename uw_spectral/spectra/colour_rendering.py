@@ -67,6 +67,17 @@ class SensorReduction:
         """
         return np.linalg.solve(self.matrix, self.weights)
 
+    def stops_to(self, weights: ArrayLike) -> float:
+        """Return the stops that the exposure of weights lies above that of these.
+
+        Parameters
+        ----------
+        weights : array_like, shape (3, n)
+            The same but for their exposure.
+        """
+        there = np.asarray(weights, dtype=np.float64)
+        return float(np.log2((there * self.weights).sum() / (self.weights**2).sum()))
+
     def apply(self, radiance: ArrayLike) -> NDArray[np.float64]:
         """Reduce radiances of shape (..., n) to Rec.709 of shape (..., 3)."""
         return np.asarray(radiance) @ self.weights.T

@@ -19,6 +19,7 @@ from .colour_rendering import srgb_encode
 from .spectrum import is_file
 
 RADIANCE_UNITS = "W.m^-2.sr^-1.nm^-1"
+IRRADIANCE_UNITS = "W.m^-2.nm^-1"
 _SPECTRAL_CHANNEL = re.compile(r"S0\.(\d+(?:,\d+)?)nm")
 _WIDTHS_ATTRIBUTE = "bandWidths_nm"
 
@@ -146,6 +147,17 @@ def spectral_channels(bands: Bands) -> list[str]:
         f"S0.{centre!r}nm".replace(".", ",").replace("S0,", "S0.")
         for centre in bands.centres.tolist()
     ]
+
+
+def band_labels(bands: Bands) -> list[str]:
+    """Names of bands in the channels of layers.
+
+    Examples
+    --------
+    >>> band_labels(Bands.uniform(2))
+    ['475,0nm', '625,0nm']
+    """
+    return [name.removeprefix("S0.") for name in spectral_channels(bands)]
 
 
 def read_exr(path: str | Path) -> tuple[NDArray[np.float32], list[str]]:
