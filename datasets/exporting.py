@@ -228,7 +228,7 @@ def _card(
     sources = {Source(index.scene.name, "see where it comes from", f"sha256 {index.scene_sha256}")}
     for path in records:
         for what, source in json.loads(path.read_text(encoding="utf-8"))["sources"].items():
-            sources.add(Source(what, "", source))
+            sources.add(Source(what, "", "; ".join(source.splitlines())))
     return DataCard(
         spec.title,
         spec.licence,

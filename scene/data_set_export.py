@@ -14,7 +14,7 @@ from ..datasets.exporting import Rendered, export_set
 from ..datasets.index import Index, IndexedView
 from ..datasets.specification import DataSetSpec
 from ..uw_spectral.spectra.colour_rendering import response_matrix
-from . import job_files, picture_layers, pictures
+from . import picture_layers, pictures
 from .frame_plans import FramePlans
 from .manifest import read_manifest
 from .silhouettes import silhouettes
@@ -68,7 +68,7 @@ def export(index: Index, spec: DataSetSpec, scene: Callable[[], bpy.types.Scene]
         pose[2, 3] += view.lowered
         return silhouettes(opened(), names, view.camera, pose)
 
-    versions = job_files.versions()
+    versions = jobs[index.jobs[0]].versions
     views = export_set(index, spec, rendered, versions, alone)
     left = len(index.views) - len(views)
     return f"exported: {len(views)} view(s)" + (f", {left} not rendered yet" if left else "")

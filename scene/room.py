@@ -71,7 +71,7 @@ class Room:
         return self._closed[key]
 
     def _is_below(self, point: Array) -> bool:
-        """Whether the first thing above, wherever one looks, is an open mesh seen from behind."""
+        """Whether the first open mesh above is seen from behind, wherever one looks."""
         rays = np.array(_UPWARDS, dtype=np.float64)
         rays /= np.linalg.norm(rays, axis=1, keepdims=True)
         origin, farthest = np.broadcast_to(point, rays.shape), np.full(len(rays), _FARTHEST)
@@ -80,11 +80,12 @@ class Room:
             for entry, item in near:
                 if entry >= limit:
                     break
+                if self._is_closed(item):
+                    continue
                 hit = item.cast(start, direction, limit)
                 if hit is not None:
                     limit = hit[0]
-                    outwards = item.turn.transposed() @ hit[1]
-                    behind = outwards.dot(direction) > 0 and not self._is_closed(item)
+                    behind = (item.turn.transposed() @ hit[1]).dot(direction) > 0
             if not behind:
                 return False
         return True
