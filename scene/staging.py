@@ -146,13 +146,14 @@ def _camera(scene: bpy.types.Scene, stage: Stage) -> Iterator[None]:
         )
     scene.collection.objects.link(camera)
     before, scene.camera = scene.camera, camera
-    lamps = [_lamp(scene, camera, number, lamp) for number, lamp in enumerate(stage.lamps)]
-    _place(camera, stage.places)
     try:
+        for number, lamp in enumerate(stage.lamps):
+            _lamp(scene, camera, number, lamp)
+        _place(camera, stage.places)
         yield
     finally:
         scene.camera = before
-        for item in (*lamps, camera):
+        for item in (*camera.children, camera):
             _remove(item)
 
 
@@ -182,9 +183,7 @@ def _animate(item: bpy.types.Object, path: str, index: int, values: dict[int, fl
 _CONSTANT = 0  # of the enumeration of interpolations
 
 
-def _lamp(
-    scene: bpy.types.Scene, camera: bpy.types.Object, number: int, lamp: StageLamp
-) -> bpy.types.Object:
+def _lamp(scene: bpy.types.Scene, camera: bpy.types.Object, number: int, lamp: StageLamp) -> None:
     scheme, _, path = lamp.emission.partition(":")
     if scheme == "file" and lamp.sha256 != job_files.digest_of(Path(path)):
         raise InputError(f"the table {path} of a lamp has changed or is missing; bring it back")
@@ -199,7 +198,6 @@ def _lamp(
     item.parent = camera
     turn = Vector(lamp.axis).to_track_quat("-Z", "Y").to_matrix().to_4x4()
     item.matrix_local = Matrix.Translation(lamp.position) @ turn
-    return item
 
 
 def _remove(item: bpy.types.Object) -> None:
