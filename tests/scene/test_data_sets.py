@@ -325,8 +325,11 @@ def test_depth_is_that_of_the_scene(made):
         in_mm = read_depth_png(made.folder / "depth" / f"{view.name}.png")
         distances, planar = read_depth_exr(made.folder / "depth" / f"{view.name}.exr")
         finite = np.isfinite(planar)
-        assert np.abs(in_mm - planar)[finite].max() < 0.6e-3
-        assert planar == pytest.approx(planar_depth(distances, view.camera), rel=1e-5)
+        assert finite.sum() > 5000
+        assert np.array_equal(finite, np.isfinite(in_mm))
+        assert np.abs(in_mm[finite] - planar[finite]).max() < 0.6e-3
+        along = planar_depth(distances, view.camera)[finite]
+        assert planar[finite] == pytest.approx(along, rel=1e-5)
         ids = read_codes(made.folder / "instances" / f"{view.name}.png")
         for number, centre in enumerate(DISCS):
             mask = ids == numbers[f"disc {number}"]
@@ -360,11 +363,11 @@ def test_coco_openimageio_and_libraw_read_their_files(made, capsys):
                 gamma=(1, 1), no_auto_bright=True, output_bps=16, half_size=True,
                 use_camera_wb=True, output_color=rawpy.ColorSpace.sRGB,
             )  # fmt: skip
-        # White is half the well: what is developed to 1 has half of the largest count.
+        # White is half the well: 1875 of the 4031 counts above the black level.
         wanted = linear.reshape(60, 2, 80, 2, 3).mean(axis=(1, 3))
         ratio = developed.mean(axis=(0, 1)) / 65535 / wanted.mean(axis=(0, 1))
         bright = wanted.mean(axis=(0, 1)) > 0.1
-        assert ratio[bright] == pytest.approx(np.full(bright.sum(), 0.5), rel=0.06)
+        assert ratio[bright] == pytest.approx(np.full(bright.sum(), 1875 / 4031), rel=0.02)
 
 
 def test_air_is_clear_and_water_is_not(made):
@@ -390,7 +393,7 @@ def test_the_card_and_the_truth_are_there(made):
     for view in wet:
         truth = json.loads((made.folder / "truth" / f"{view.name}.json").read_text())
         assert truth["camera"]["K"] == pytest.approx(view.camera.K, abs=1e-3)
-        assert truth["water"]["layers"][0]["name"] == "Jerlov IB"
+        assert truth["water"]["layers"][0]["name"].startswith("Jerlov IB")
 
 
 def test_a_set_grows_by_what_is_new(made, tmp_path):
