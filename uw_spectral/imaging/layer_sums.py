@@ -30,6 +30,11 @@ def drawn_for(names: Iterable[str]) -> frozenset[str]:
     return frozenset(found)
 
 
+def scattered_again(water: ArrayLike, single: ArrayLike) -> Array:
+    """Backscatter of sun and sky less what was scattered once."""
+    return np.asarray(water, np.float64) - np.asarray(single, np.float64)
+
+
 def backscatter(parts: Mapping[str, ArrayLike]) -> Array:
     """Sum of the parts of the backscatter that are there."""
     there = [np.asarray(parts[name], np.float64) for name in BACKSCATTER if name in parts]
