@@ -18,8 +18,8 @@ each was made, and what else is known of the picture.
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
@@ -130,6 +130,37 @@ class FrameLayers:
         return {int(number): name for number, name in self.header.get("instances", {}).items()}
 
 
+def joined(parts: Sequence[FrameLayers]) -> FrameLayers:
+    """Return the layers of all parts in one."""
+    layers, header, attributes = {}, {}, {}
+    for part in parts:
+        layers |= part.layers
+        header |= part.header
+        attributes |= part.attributes
+    return FrameLayers(layers, header, attributes)
+
+
+def side_by_side(parts: Sequence[FrameLayers]) -> FrameLayers:
+    """Return the layers of passes in one: bands side by side, channels of the sensor added.
+
+    What is the same for all light is that of the first pass that has it.
+    """
+    layers: dict[str, LayerImage] = {}
+    for part in parts:
+        for name, image in part.layers.items():
+            before = layers.get(name)
+            if before is None:
+                layers[name] = image
+            elif is_of_bands(name):
+                values = np.concatenate([before.values, image.values], axis=-1)
+                layers[name] = replace(
+                    before, values=values, channels=(*before.channels, *image.channels)
+                )
+            else:
+                layers[name] = replace(before, values=before.values + image.values)
+    return replace(joined(list(reversed(parts))), layers=layers)
+
+
 def bands_name(name: str) -> str:
     """Return the name of a layer in bands.
 
@@ -139,6 +170,11 @@ def bands_name(name: str) -> str:
     'D_bands'
     """
     return f"{name}{_BANDS}"
+
+
+def is_of_bands(name: str) -> bool:
+    """Whether a layer is one in bands."""
+    return name.endswith(_BANDS)
 
 
 def write_layers(path: Path, frame: FrameLayers) -> None:

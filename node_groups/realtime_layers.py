@@ -1,7 +1,7 @@
 """Layers of a picture as EEVEE writes them: outputs of the shaders beside their colour.
 
-Each is a number, of which three are the channels of the sensor or three bands: an output for
-colours would cut what is below zero.
+EEVEE cuts what is below zero in them, so light that may be is left to be subtracted; and every
+output takes its time to compile.
 """
 
 from __future__ import annotations
@@ -11,26 +11,29 @@ from collections.abc import Iterable, Mapping
 from ..uw_spectral.mathematics import Operand
 from .node_mathematics import NODES, Graph, NodeValue
 
-LIGHT = ("I", "J", "D", "B_single", "B_multiple", "B_lamps", "F", "T", "E", "reflectance")
+LIGHT = ("I", "J", "D", "B_water", "B_single", "B_lamps", "F", "E", "reflectance")
 """What three bands have each their own of."""
-POINT = ("albedo", "caustics", "shadow")
-"""What is the same for all bands; albedo is a colour."""
-_SHARES = ("I", "J", "D", "B_single", "B_multiple", "B_lamps", "F", "albedo", "reflectance")
-_NUMBERS = ("caustics", "shadow")
+COLOURS = ("albedo",)
+NUMBERS = ("caustics", "shadow")
+"""What is the same for all bands; the numbers share an output."""
+_TOGETHER = "numbers"
+_PREFIX = "uw_"
+_UNWEIGHTED = ("E", *NUMBERS)
 _LEAST_COVERED = 1e-4
 
 
-def output_names(layer: str) -> tuple[str, ...]:
-    """Names of the outputs of a layer.
+def output_names(layers: Iterable[str]) -> dict[str, tuple[str, ...]]:
+    """Return the outputs that layers need, and what each holds.
 
     Examples
     --------
-    >>> output_names("D"), output_names("shadow")
-    (('uw_D_0', 'uw_D_1', 'uw_D_2'), ('uw_shadow',))
+    >>> output_names(["D", "caustics", "shadow"])
+    {'uw_D': ('D',), 'uw_numbers': ('caustics', 'shadow')}
     """
-    if layer in _NUMBERS:
-        return (f"uw_{layer}",)
-    return tuple(f"uw_{layer}_{channel}" for channel in range(3))
+    wanted = list(layers)
+    found = {f"{_PREFIX}{name}": (name,) for name in wanted if name not in NUMBERS}
+    numbers = tuple(name for name in NUMBERS if name in wanted)
+    return {**found, f"{_PREFIX}{_TOGETHER}": numbers} if numbers else found
 
 
 def write(
@@ -52,12 +55,11 @@ def write(
         Share of the pixel that the surface fills, with which light and colours are multiplied.
         EEVEE draws the surface in that share of the samples.
     """
-    for layer in layers:
-        value = values.get(layer, 0.0)
-        if layer in _SHARES and isinstance(value, NodeValue):
+    for output, held in output_names(layers).items():
+        found = [values.get(name, 0.0) for name in held]
+        value = found[0]
+        if held[0] in NUMBERS:
+            value = graph.vector(*[*found, 0.0, 0.0][:3])
+        elif held[0] not in _UNWEIGHTED and isinstance(value, NodeValue):
             value = value / NODES.maximum(coverage, _LEAST_COVERED)
-        several = isinstance(value, NodeValue) and value.size > 1
-        parts = graph.components(value) if several else [value] * 3
-        for name, part in zip(output_names(layer), parts, strict=False):
-            output = graph.node("ShaderNodeOutputAOV", aov_name=name)
-            graph.assign(part, output.inputs["Value"])
+        graph.assign(value, graph.node("ShaderNodeOutputAOV", aov_name=output).inputs["Color"])

@@ -188,7 +188,7 @@ def _picture(
         pixel = dataclasses.replace(pixel, lamps=lamps, L_carried=carried)
     found = {SEEN: values.seen(pixel)}
     if values.shape.layers:
-        layers = pixel_layers(pixel) | {"reflectance": base * known}
+        layers = {**pixel_layers(pixel), "reflectance": base * known}
         if "E" in values.shape.layers:
             lamps = 0.0 if lit is None else values.of_group(lit[0])
             layers["E"] = illumination(light, cosine, values[SUNLIT], lamps, NODES)

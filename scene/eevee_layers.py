@@ -11,9 +11,9 @@ import bpy
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..datasets.layer_file import SENSOR, FrameLayers, LayerImage, bands_name
+from ..datasets.layer_file import SENSOR, FrameLayers, LayerImage, bands_name, joined
 from ..node_groups import realtime_layers
-from ..uw_spectral.imaging.layer_sums import drawn_for, remaining_single
+from ..uw_spectral.imaging.layer_sums import drawn_for, remaining_single, scattered_again
 from ..uw_spectral.imaging.layers import layer
 from ..uw_spectral.spectra.spectral_image import band_labels
 from . import geometry_layers
@@ -21,7 +21,6 @@ from .layer_passes import Passes, render_passes, rendered_layer, switched_on
 from .render_plan import RenderPlan
 from .temporary import render_settings
 
-_OTHERS = ("D", "B_multiple", "B_lamps", "F")
 _SHAFTS = "what the froxel volume drew: I less the other layers, with its errors of some percent"
 _BY_SHADER = "drawn by the shader, to the 11 bits of EEVEE's passes"
 
@@ -51,23 +50,23 @@ class EeveeLayers:
 
     @property
     def _subtracts(self) -> bool:
-        return self.shafts and "B_single" in drawn_for(self.wanted)
+        return self.shafts and not {"B_single", "B_multiple"}.isdisjoint(drawn_for(self.wanted))
 
     @property
     def drawn(self) -> tuple[str, ...]:
         """Layers that the shaders write, of :mod:`.realtime_layers`."""
         needed = set(drawn_for(self.wanted))
+        if not {"B_single", "B_multiple"}.isdisjoint(needed):
+            needed |= {"B_water", "B_single"}
         if self._subtracts:
-            needed = (needed | set(_OTHERS)) - {"B_single"}
+            needed |= {"D", "F", "B_lamps"}
         if not self.lamps:
             needed.discard("B_lamps")
         if self.by_band or self.shafts:
             needed.discard("I")
         if self.by_band and "albedo" in needed:
             needed.add("reflectance")
-        if not self.by_band:
-            needed.discard("T")
-        known = (*realtime_layers.LIGHT, *realtime_layers.POINT)
+        known = (*realtime_layers.LIGHT, *realtime_layers.COLOURS, *realtime_layers.NUMBERS)
         return tuple(name for name in known if name in needed)
 
     def render(
@@ -104,7 +103,7 @@ class EeveeLayers:
         switches = ()
         if is_first and "cryptomatte" in self.wanted:
             switches = geometry_layers.CRYPTOMATTE_SWITCHES
-        outputs = [name for item in self.drawn for name in realtime_layers.output_names(item)]
+        outputs = realtime_layers.output_names(self.drawn)
         with switched_on(rendered_layer(scene), switches, outputs):
             passes = render_passes(scene, path)
         image = passes["Combined"][..., :3]
@@ -119,7 +118,7 @@ class EeveeLayers:
                     scene, camera, self.plan, self.wanted, lambda: _one_sample(scene), path
                 )
             )
-        return image, _joined(found)
+        return image, joined(found)
 
     def _of_light(
         self,
@@ -133,19 +132,20 @@ class EeveeLayers:
             tuple(band_labels(self.plan.bands)[i] for i in indices) if self.by_band else SENSOR
         )
         drawn = {
-            name: np.concatenate(
-                [passes[output] for output in realtime_layers.output_names(name)], axis=-1
-            )
-            * scale
-            for name in self.drawn
-            if name in realtime_layers.LIGHT
+            held[0]: passes[output][..., :3] * scale
+            for output, held in realtime_layers.output_names(self.drawn).items()
+            if held[0] in realtime_layers.LIGHT
         }
         drawn.setdefault("I", image)
         if "reflectance" in drawn:
             drawn["albedo"] = drawn.pop("reflectance")
         notes = dict.fromkeys(drawn, _BY_SHADER)
+        if "B_water" in drawn:
+            water = drawn.pop("B_water")
+            drawn["B_multiple"] = scattered_again(water, drawn["B_single"])
+            notes["B_multiple"] = _BY_SHADER
         if self._subtracts:
-            others = [drawn[name] for name in _OTHERS if name in drawn]
+            others = [drawn[n] for n in ("D", "B_multiple", "B_lamps", "F") if n in drawn]
             drawn["B_single"], notes["B_single"] = remaining_single(drawn["I"], others), _SHAFTS
         name_of = bands_name if self.by_band else str
         return FrameLayers(
@@ -160,12 +160,14 @@ class EeveeLayers:
 
     def _of_points(self, passes: Passes) -> FrameLayers:
         found = {}
-        for name in realtime_layers.POINT:
-            if name in self.drawn:
-                values = [passes[output] for output in realtime_layers.output_names(name)]
-                channels = SENSOR if name == "albedo" else layer(name).channels
+        for output, held in realtime_layers.output_names(self.drawn).items():
+            for place, name in enumerate(held):
+                if name in realtime_layers.LIGHT:
+                    continue
+                is_colour = name in realtime_layers.COLOURS
+                image = passes[output][..., :3] if is_colour else passes[output][..., [place]]
+                channels = SENSOR if is_colour else layer(name).channels
                 text = f"{layer(name).text}; {_BY_SHADER}"
-                image = np.concatenate(values, axis=-1)
                 found[name] = LayerImage(image, channels, layer(name).units, text)
         return FrameLayers(found)
 
@@ -175,12 +177,3 @@ def _one_sample(scene: bpy.types.Scene) -> Iterator[object]:
     settings = [(scene.eevee, "taa_render_samples", 1), (scene.render, "filter_size", 0.0)]
     with render_settings(scene, settings) as found:
         yield found
-
-
-def _joined(parts: Sequence[FrameLayers]) -> FrameLayers:
-    layers, header, attributes = {}, {}, {}
-    for part in parts:
-        layers |= part.layers
-        header |= part.header
-        attributes |= part.attributes
-    return FrameLayers(layers, header, attributes)

@@ -32,6 +32,7 @@ _SWITCHES = {
     "instance": ("use_pass_cryptomatte_object",),
     "material": ("use_pass_cryptomatte_material",),
 }
+_UNSEEN = {"ARMATURE", "CAMERA", "EMPTY", "LATTICE", "LIGHT", "LIGHT_PROBE", "SPEAKER"}
 _NOTHING = 1e9  # m; Blender writes 1e10 where nothing is seen
 
 OneSample = Callable[[], contextlib.AbstractContextManager[object]]
@@ -107,7 +108,7 @@ def as_layer(name: str, values: NDArray[Any], note: str = "") -> LayerImage:
 def _numbered(scene: bpy.types.Scene) -> list[tuple[str, str, list[str]]]:
     """Layer of numbers, pass, and the names that are numbered, those of the water last."""
     items = contents.objects(scene)
-    objects = {item.name: MARK in item for item in items if item.type != "CAMERA"}
+    objects = {item.name: MARK in item for item in items if item.type not in _UNSEEN}
     slots = (slot.material for item in items for slot in item.material_slots)
     materials = {found.name: MARK in found for found in slots if found is not None}
     rows = zip(("instance", "material"), CRYPTOMATTE, (objects, materials), strict=True)

@@ -27,17 +27,19 @@ def switched_on(
     ----------
     layer : ViewLayer
     switches : iterable of str
-        Properties such as ``use_pass_z``.
+        Properties such as ``use_pass_z`` or ``cycles.use_pass_volume_direct``.
     outputs : iterable of str
-        Names of numbers that shaders write.
+        Names of colours that shaders write.
     """
     with contextlib.ExitStack() as stack:
-        for name in switches:
-            stack.callback(setattr, layer, name, getattr(layer, name))
-            setattr(layer, name, True)
+        for switch in switches:
+            of_engine, _, name = switch.rpartition(".")
+            owner = getattr(layer, of_engine) if of_engine else layer
+            stack.callback(setattr, owner, name, getattr(owner, name))
+            setattr(owner, name, True)
         for name in outputs:
             made = layer.aovs.add()
-            made.name, made.type = name, "VALUE"
+            made.name = name
         try:
             yield
         finally:

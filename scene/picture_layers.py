@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -15,15 +16,21 @@ from ..datasets.layer_file import (
     FrameLayers,
     LayerImage,
     bands_name,
+    is_of_bands,
     read_layers,
+    side_by_side,
     write_layers,
 )
+from ..datasets.light_paths import extinction_to, transmittance
 from ..datasets.truth import image_truth, write_truth
 from ..datasets.view import View as TruthView
 from ..uw_spectral.errors import InputError
-from ..uw_spectral.imaging.layer_sums import backscatter, share_left
+from ..uw_spectral.imaging.layer_sums import backscatter, share_left, unscattered
 from ..uw_spectral.imaging.layers import BACKSCATTER, layer, of_light, parse_layers
+from ..uw_spectral.spectra.spectral_image import band_labels
 from . import band_passes
+from .cycles_layers import UNTOUCHED_BANDS as UNTOUCHED
+from .engines import engine_of
 from .manifest import Manifest, View
 from .render_plan import RenderPlan
 
@@ -69,40 +76,43 @@ def develop_layers(
     wanted = parse_layers(manifest.settings_of(view.frame).layers)
     if not wanted:
         return []
+    output = manifest.output
+    draws_colours = engine_of(output.engine, output.mode).draws_colours
     parts = [read_layers(band_passes.layers_path(path)) for path in passes]
-    first = parts[:: manifest.parts]
-    together = _together(parts, manifest.parts)
+    repeats = manifest.parts
+    passes_apart = [_mean(parts[n : n + repeats]) for n in range(0, len(parts), repeats)]
+    found = side_by_side(passes_apart)
+    together = dict(found.layers)
+    seen = _seen(manifest, picture, found.header)
+    if UNTOUCHED in together:
+        together |= _unscattered(plan, seen, together)
+    elif "T" in wanted and not draws_colours:
+        together[bands_name("T")] = _transmittance(plan, seen, together["range"])
     together |= _of_sensor(together, plan, plan.response(view.depth))
     together |= _derived(together)
     header = {
         "frame": view.frame,
-        "engine": manifest.output.engine,
-        "mode": manifest.output.mode,
+        "engine": output.engine,
+        "mode": output.mode,
         "bands_nm": list(manifest.bands_nm),
         "sensor": plan.sensor.name,
-        **first[0].header,
+        **found.header,
     }
     chosen = _chosen(together, wanted)
-    write_layers(layers_path(picture), FrameLayers(chosen, header, first[0].attributes))
-    return _write_truth(manifest, view, plan, picture, first[0].header)
+    write_layers(layers_path(picture), FrameLayers(chosen, header, found.attributes))
+    return _write_truth(manifest, view, plan, seen, found.header["lamps"])
 
 
-def _together(parts: Sequence[FrameLayers], repeats: int) -> dict[str, LayerImage]:
-    """Join the layers of passes: bands side by side, channels summed, renders averaged."""
-    joined: dict[str, LayerImage] = {}
-    for first in range(0, len(parts), repeats):
-        same = parts[first : first + repeats]
-        for name, image in same[0].layers.items():
-            there = [part.layers[name].values for part in same]
-            mean = np.mean(there, axis=0) if len(there) > 1 else there[0]
-            channels, before = image.channels, joined.get(name)
-            if before is not None and channels == before.channels:
-                mean = mean + before.values
-            elif before is not None:
-                mean = np.concatenate([before.values, mean], axis=-1)
-                channels = (*before.channels, *channels)
-            joined[name] = LayerImage(mean, channels, image.units, image.text)
-    return joined
+def _mean(parts: Sequence[FrameLayers]) -> FrameLayers:
+    """Average renders of the same pass."""
+    if len(parts) == 1:
+        return parts[0]
+    layers = {
+        name: replace(image, values=np.mean([p.layers[name].values for p in parts], axis=0))
+        for name, image in parts[0].layers.items()
+        if is_of_bands(name)
+    }
+    return replace(parts[0], layers={**parts[0].layers, **layers})
 
 
 def _of_sensor(
@@ -155,13 +165,41 @@ def _chosen(found: dict[str, LayerImage], wanted: Sequence[str]) -> dict[str, La
     return chosen
 
 
-def _write_truth(
-    manifest: Manifest,
-    view: View,
-    plan: RenderPlan,
-    picture: Path,
-    header: Any,  # noqa: ANN401
-) -> list[str]:
+def _transmittance(plan: RenderPlan, seen: TruthView, distances: LayerImage) -> LayerImage:
+    about = layer("T")
+    share = transmittance(plan, seen.camera, seen.camera_to_world, distances.values[..., 0])
+    text = f"{about.text}; at the centre of the pixel"
+    return LayerImage(share, tuple(band_labels(plan.bands)), about.units, text)
+
+
+def _unscattered(
+    plan: RenderPlan, seen: TruthView, found: Mapping[str, LayerImage]
+) -> dict[str, LayerImage]:
+    """Take apart what Cycles drew without the forward peak; of one layer of water only."""
+    if plan.column.below:
+        return {}
+    drawn = found[UNTOUCHED]
+    distances = found["range"].values[..., 0]
+    c, way = extinction_to(plan, seen.camera, seen.camera_to_world, distances)
+    shares = np.sum(plan.cycles_phases[0].shares, axis=0)
+    parts = unscattered(drawn.values, c, c - plan.column.scattering * (1.0 - shares), way)
+    notes = (
+        "unscattered light over exp(-c' z), c' as Cycles draws it: exact but for noise and for "
+        "edges, where a pixel has several ranges",
+        "J T",
+        "of the bounded forward peak, as if things filled their surroundings; the rest is in "
+        "B_multiple",
+        "at the centre of the pixel",
+    )
+    return {
+        bands_name(name): replace(drawn, values=values, units=layer(name).units,
+                                  text=f"{layer(name).text}; {note}")
+        for name, values, note in zip(("J", "D", "F", "T"), parts, notes, strict=True)
+    }  # fmt: skip
+
+
+def _seen(manifest: Manifest, picture: Path, header: Mapping[str, Any]) -> TruthView:
+    """Return the picture and its camera."""
     camera = header["camera"]
     K = np.array(camera["K"])
     pinhole = PinholeCamera(
@@ -169,12 +207,21 @@ def _write_truth(
         tuple(camera["distortion"]),
     )  # fmt: skip
     name = picture.relative_to(manifest.out).with_suffix("").as_posix()
-    seen = TruthView(name, picture, pinhole, np.array(camera["camera_to_world"]))
+    return TruthView(name, picture, pinhole, np.array(camera["camera_to_world"]))
+
+
+def _write_truth(
+    manifest: Manifest,
+    view: View,
+    plan: RenderPlan,
+    seen: TruthView,
+    lamps: Sequence[Mapping[str, Any]],
+) -> list[str]:
     weights = np.array(manifest.developments[view.development].weights)
     stops = plan.viewpoint(view.depth, 0.0).reduction.stops_to(weights)
     try:
-        truth = image_truth(plan, seen, header["lamps"], stops=stops)
+        truth = image_truth(plan, seen, lamps, stops=stops)
     except InputError as error:
         return [f"the truth of the picture was not written: {error}"]
-    write_truth(truth_path(picture), truth)
+    write_truth(truth_path(seen.image), truth)
     return []

@@ -12,6 +12,7 @@ from .layers import BACKSCATTER
 Array = NDArray[np.float64]
 
 _DARKEST = 1e-12
+_FARTHEST = 1e-5  # share of light that is left
 
 
 def drawn_for(names: Iterable[str]) -> frozenset[str]:
@@ -28,6 +29,11 @@ def drawn_for(names: Iterable[str]) -> frozenset[str]:
     if "T" in found:
         found |= {"D", "J"}
     return frozenset(found)
+
+
+def scattered_again(water: ArrayLike, single: ArrayLike) -> Array:
+    """Backscatter of sun and sky less what was scattered once."""
+    return np.asarray(water, np.float64) - np.asarray(single, np.float64)
 
 
 def backscatter(parts: Mapping[str, ArrayLike]) -> Array:
@@ -74,6 +80,7 @@ def unscattered(
     Returns
     -------
     J, D, F, T : array, shape (..., n)
+        Where next to nothing is left of J, it is not known and 0.
 
     Examples
     --------
@@ -86,6 +93,7 @@ def unscattered(
     near = np.where(seen, z, 0.0)
     light = np.asarray(drawn, np.float64)
     T = np.where(seen, np.exp(-np.asarray(c) * near), 0.0)
-    J = np.where(seen, light * np.exp(np.asarray(drawn_c) * near), 0.0)
+    left = np.where(seen, np.exp(-np.asarray(drawn_c) * near), 0.0)
+    J = np.divide(light, left, out=np.zeros(light.shape), where=left > _FARTHEST)
     D = J * T
     return J, D, light - D, T

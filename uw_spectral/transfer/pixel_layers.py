@@ -9,26 +9,22 @@ from .pixel import Pixel, SurfaceLight
 def pixel_layers(pixel: Pixel) -> dict[str, Operand]:
     """Return the layers of a pixel, by the names of :data:`.layers.LAYERS`.
 
-    Light of changed wavelength belongs to where it was scattered last: on the thing, over it,
-    or on the way, there to what was scattered more than once.
+    ``B_water`` is all backscatter of sun and sky. Light of changed wavelength belongs to where
+    it was scattered last: on the thing, over it, or on the way, where it counts as scattered
+    more than once.
     """
     parts = {
         "I": pixel.total,
         "J": pixel.L_end + pixel.L_carried,
         "D": pixel.direct,
         "B_single": pixel.single_scattering,
-        "B_multiple": pixel.multiple_scattering,
+        "B_water": pixel.path,
         "F": pixel.forward_scattered,
     }
     if pixel.changed is not None:
         changed = pixel_layers(pixel.changed)
-        changed["B_multiple"] = changed["B_multiple"] + changed.pop("B_single")
-        parts |= {
-            name: parts[name] + light
-            for name, light in changed.items()
-            if name in parts and name != "I"
-        }
-    return {**parts, "B_lamps": pixel.lamps, "T": pixel.transmittance}
+        parts |= {name: parts[name] + changed[name] for name in ("J", "D", "B_water", "F")}
+    return {**parts, "B_lamps": pixel.lamps}
 
 
 def illumination(
