@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..uw_spectral.errors import InputError
 from ..uw_spectral.spectra.spectral_image import read_exr, write_codes, write_exr
+from .axes import inverse, world_to_opencv
 from .camera import PinholeCamera
 from .files import read_codes
 
@@ -40,6 +41,32 @@ def planar_depth(distances: ArrayLike, camera: PinholeCamera) -> Array:
 def euclidean_range(depth: ArrayLike, camera: PinholeCamera) -> Array:
     """Return the Euclidean range of planar depths, shape (height, width), m."""
     return _of_picture(depth, camera) / camera.rays()[..., 2]
+
+
+def world_positions(
+    distances: ArrayLike, camera: PinholeCamera, camera_to_world: ArrayLike
+) -> Array:
+    """Return what is seen as points of the world, shape (height, width, 3), m.
+
+    Parameters
+    ----------
+    distances : array_like, shape (height, width)
+        Euclidean range, m; where it is infinite, points are at 0.
+    camera : PinholeCamera
+    camera_to_world : array_like, shape (4, 4)
+        Its pose in Blender's axes.
+
+    Examples
+    --------
+    >>> camera = PinholeCamera.from_field_of_view(1, 1, 90.0)
+    >>> world_positions([[5.0]], camera, np.eye(4)).round(3).tolist()
+    [[[0.0, 0.0, -5.0]]]
+    """
+    far = _of_picture(distances, camera)[..., None]
+    pose = inverse(world_to_opencv(camera_to_world))
+    near = np.where(np.isfinite(far), far, 0.0)
+    points = camera.rays() * near @ pose[:3, :3].T + pose[:3, 3]
+    return np.where(np.isfinite(far), points, 0.0)
 
 
 def write_depth_png(path: Path, depth: ArrayLike) -> int:

@@ -54,6 +54,8 @@ class PlannedView:
     noise_seed : int
     split : str
         The same for all views of a pose.
+    repeat : int
+        Which of the pictures that differ by their noise.
     """
 
     name: str
@@ -66,6 +68,7 @@ class PlannedView:
     rig: Rig
     noise_seed: int
     split: Split
+    repeat: int = 0
 
     @property
     def in_air(self) -> bool:
@@ -189,18 +192,22 @@ def _of_pose(
                 for name, value in given
             }
         )
-        there = place.copy()
-        there[2, 3] -= lowered
-        there.setflags(write=False)
-        if settings["water"] != AIR and there[2, 3] >= 0:
-            raise InputError(
-                f"{pose_set}: a camera is {there[2, 3]:g} m above the water, whose surface is "
-                "z = 0; move the poses down, or raise scene.depth"
-            )
         for camera, rig, repeat in itertools.product(spec.cameras, spec.rigs, range(spec.repeats)):
+            there = place.copy()
+            if any(camera.offset):
+                there[:3, 3] = np.round(place[:3, 3] + place[:3, :3] @ camera.offset, _ROUNDED)
+            there[2, 3] -= lowered
+            there.setflags(write=False)
+            if settings["water"] != AIR and there[2, 3] >= 0:
+                raise InputError(
+                    f"{pose_set}: a camera is {there[2, 3]:g} m above the water, whose surface is "
+                    "z = 0; move the poses down, or raise scene.depth"
+                )
+            # The place says where its offset brings it.
+            kind = {name: value for name, value in asdict(camera).items() if name != "offset"}
             content = [
                 there.tolist(),
-                asdict(camera),
+                kind,
                 {name: digests.get(str(value), value) for name, value in settings.items()},
                 lowered,
                 asdict(rig),
@@ -212,7 +219,7 @@ def _of_pose(
             name = hashlib.sha256(text.encode()).hexdigest()[:_DIGITS]
             seed = int(generator(spec.seed, "noise", name).integers(2**31))
             yield PlannedView(
-                name, pose_set, number, there, camera, settings, lowered, rig, seed, split
+                name, pose_set, number, there, camera, settings, lowered, rig, seed, split, repeat
             )
 
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import tomllib
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from types import MappingProxyType
 
@@ -22,6 +22,7 @@ from ..uw_spectral.transfer.water_column import SURFACES
 from ..uw_spectral.water.named import parse_water
 from ..uw_spectral.water.optical_properties import DEFAULT_SOURCE, JERLOV_SOURCES
 from .camera import PinholeCamera
+from .outputs import Outputs, RawOutputs, read_outputs, read_raw, read_render
 from .pose_sets import PoseSet, read_pose_set
 from .quantities import Quantity
 from .tables import Table
@@ -38,13 +39,17 @@ _FACTORS = ("absorption_factor", "scattering_factor")
 
 @dataclass(frozen=True)
 class DataSetCamera:
-    """A camera of a data set."""
+    """A camera of a data set.
+
+    ``offset`` is its place beside the pose, in the pose's axes (Blender's: right, up, back), m.
+    """
 
     name: str
     optics: PinholeCamera
     sensor: str
     white_balance: str
     exposure: str
+    offset: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True)
@@ -92,6 +97,15 @@ class DataSetSpec:
         Of train, val and test.
     most : int
         Views that are not exceeded by mistake.
+    scene : Path, optional
+        The .blend.
+    frame : int, optional
+        At which its animation is held; its current one by default.
+    render : tuple of str
+        Options of the render, as on the command line.
+    outputs : Outputs
+    raw : RawOutputs, optional
+        The detector, if there are raw pictures.
     """
 
     title: str
@@ -105,6 +119,11 @@ class DataSetSpec:
     repeats: int
     shares: tuple[float, ...]
     most: int
+    scene: Path | None = None
+    frame: int | None = None
+    render: tuple[str, ...] = ()
+    outputs: Outputs = field(default_factory=Outputs)
+    raw: RawOutputs | None = None
 
 
 def read_spec(path: Path) -> DataSetSpec:
@@ -151,6 +170,8 @@ def parse_spec(content: Mapping[str, object], folder: Path) -> DataSetSpec:
     }
     scene = top.table("scene")
     lowered = scene.quantity("depth", 0.0)
+    blend = folder / scene.text("file") if "file" in scene else None
+    frame = scene.whole("frame") if "frame" in scene else None
     scene.close()
     if any(isinstance(v, str) or v < 0 for v in (*lowered.values, *(lowered.drawn or ()))):
         raise InputError("scene.depth: a scene is lowered by 0 m or more")
@@ -177,6 +198,11 @@ def parse_spec(content: Mapping[str, object], folder: Path) -> DataSetSpec:
         top.whole("repeats", 1, least=1),
         _shares(top.table("splits")),
         top.whole("most_views", MOST_VIEWS, least=1),
+        blend,
+        frame,
+        read_render(top.table("render")),
+        read_outputs(top.table("output")),
+        read_raw(top.table("detector") if "detector" in top else None),
     )
     top.close()
     return spec
@@ -278,10 +304,11 @@ def _camera(table: Table, folder: Path) -> DataSetCamera:
         raise unknown_name(f"{table.place('white_balance')}", balance, WHITE_BALANCES)
     automatic = table.get("exposure", "auto") == "auto"
     exposure = "auto" if automatic else repr(table.number("exposure"))
+    x, y, z = table.numbers("offset", 3, (0.0, 0.0, 0.0))
     table.close()
     k1, k2, p1, p2, k3 = distortion
     optics = PinholeCamera(width, height, fx, fy, cx, cy, (k1, k2, p1, p2, k3))
-    return DataSetCamera(name, optics, sensor, balance, exposure)
+    return DataSetCamera(name, optics, sensor, balance, exposure, (x, y, z))
 
 
 def _rig(table: Table, folder: Path) -> Rig:

@@ -39,6 +39,17 @@ class Table:
         self._known.append(key)
         return self._content.get(key, default)
 
+    def keys(self) -> tuple[str, ...]:
+        """Return all keys."""
+        return tuple(self._content)
+
+    def switch(self, key: str, default: bool) -> bool:
+        """Return true or false."""
+        found = self.get(key, default)
+        if not isinstance(found, bool):
+            raise self.needed(key, "true or false", found)
+        return found
+
     def text(self, key: str, default: str | None = None) -> str:
         """Return text; needed if there is no default."""
         found = self.get(key, default)
@@ -68,6 +79,13 @@ class Table:
         if not isinstance(found, list | tuple) or len(found) != count:
             raise self.needed(key, f"a list of {count} numbers", found)
         return tuple(number(self.place(key), value) for value in found)
+
+    def texts(self, key: str, default: tuple[str, ...]) -> tuple[str, ...]:
+        """Return a list of texts."""
+        found = self.get(key, list(default))
+        if not isinstance(found, list) or not all(isinstance(text, str) for text in found):
+            raise self.needed(key, "a list of texts", found)
+        return tuple(map(str, found))
 
     def quantity(
         self,

@@ -42,8 +42,9 @@ _LEVEL_WITHIN = 1e-6  # of the vertical component of the view direction
 def image_truth(
     optics: ResolvedOptics,
     view: View,
-    lamps: Sequence[Lamp] = (),
+    lamps: Sequence[Lamp | Mapping[str, Any]] = (),
     ranges: ArrayLike = RANGES,
+    stops: float | None = None,
 ) -> dict[str, Any]:
     """Return the truth of a picture as JSON holds it.
 
@@ -54,10 +55,13 @@ def image_truth(
     view : View
         Its camera; the world's z = 0 is the surface.
     lamps : sequence of Lamp
-        In the bands of the optics; they are listed, and light nothing here.
+        In the bands of the optics, or what :func:`lamp_record` returned; they are listed, and
+        light nothing here.
     ranges : array_like
         At which coefficients are tabulated, m. Where surface or floor is so near along the
         optical axis that only a few are left, that direction is left out.
+    stops : float, optional
+        Exposure, if it is not what the optics chooses.
 
     Raises
     ------
@@ -65,7 +69,7 @@ def image_truth(
         If the camera is not in the water, or sees no light.
     """
     depth = -float(view.camera_to_world[2, 3])
-    place = optics.viewpoint(depth)
+    place = optics.viewpoint(depth, stops)
     axis = -view.camera_to_world[:3, 2]
     directions = {LEVEL: _level(axis, place)}
     there = ranges_in_water(optics, depth, axis.tolist(), ranges)
@@ -127,7 +131,7 @@ def image_truth(
             **_intrinsics(view.camera),
             "camera_to_world": view.camera_to_world.tolist(),
         },
-        "lamps": [_lamp(lamp) for lamp in lamps],
+        "lamps": [lamp_record(x) if isinstance(x, Lamp) else dict(x) for x in lamps],
         "formation": formations,
     }
 
@@ -235,7 +239,8 @@ def _intrinsics(camera: PinholeCamera) -> dict[str, Any]:
     }
 
 
-def _lamp(lamp: Lamp) -> dict[str, Any]:
+def lamp_record(lamp: Lamp) -> dict[str, Any]:
+    """Return a lamp as JSON holds it."""
     return {
         "position": np.asarray(lamp.position, dtype=np.float64).tolist(),
         "axis": np.asarray(lamp.axis, dtype=np.float64).tolist(),

@@ -8,12 +8,15 @@ import functools
 import bpy
 from nodebpy import shader as s
 
+from ..uw_spectral.transfer.pixel_layers import pixel_layers
 from ..uw_spectral.transfer.radiance_field import Ripples, distance_in_water, mirrored_ray
-from . import realtime_lamps
+from . import realtime_lamps, realtime_layers
 from .node_mathematics import NODES, Graph, NodeValue, new_group
 from .realtime_rays import camera_depth, camera_place, view_direction
 from .realtime_triples import (
+    DRAWN,
     MIRRORED_TOWARDS,
+    SEEN,
     TOWARDS,
     TableImages,
     Triples,
@@ -68,14 +71,15 @@ def build(
         w = view_direction(graph)
         P = distance_in_water(camera_depth(graph), -w[2], triples.number("y_f"), NODES)
         given |= triples.shade.on_path(camera_place(graph), w, P)
-    colour = triples.sum(triple, given)
-    graph.assign(colour, graph.node("NodeGroupOutput").inputs[0])
+    total = triples.sum(triple, given)
+    graph.assign(total[SEEN], graph.node("NodeGroupOutput").inputs[0])
+    realtime_layers.write(graph, shape.layers, total)
     return tree
 
 
 def _picture(
     graph: Graph, values: Values, *, ahead: bpy.types.ShaderNodeTree | None
-) -> tuple[NodeValue, ...]:
+) -> dict[str, NodeValue]:
     w, solved = view_direction(graph), values.shape.solved
     y_o = camera_depth(graph) if solved else NODES.maximum(values[CAMERA_DEPTH], 0.0)
     ripples = None
@@ -86,10 +90,12 @@ def _picture(
     pixel = water.open_water(y_o, w, NODES, ripples)
     if ahead is not None:
         pixel = dataclasses.replace(pixel, lamps=values.of_group(ahead))
-    seen = values.seen(pixel)
+    found = {SEEN: values.seen(pixel)}
+    if values.shape.layers:
+        found |= values.layers(pixel_layers(pixel))
     if values.shape.shafts:
-        return seen, values.sensor(values.shaft(y_o, w, None))
-    return (seen,)
+        found[DRAWN] = values.sensor(values.shaft(y_o, w, None))
+    return found
 
 
 def build_world(group: bpy.types.ShaderNodeTree) -> bpy.types.World:

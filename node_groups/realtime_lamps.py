@@ -29,6 +29,7 @@ from ..uw_spectral.water.phase import Mixture, PhaseFunction
 from .loops import summed
 from .node_mathematics import MARK, NODES, Graph, NodeValue, new_group
 from .realtime_rays import camera_depth, camera_place, place_here, view_direction, view_distance
+from .realtime_shadows import light_on_white
 from .texels import closest
 
 NAME = "UW Lamps"
@@ -241,12 +242,7 @@ def visibility(
         return (table.colour(index) * bright,)
 
     (expected,) = summed(graph, table.count, of_lamp)
-    white = graph.node("ShaderNodeBsdfDiffuse")
-    white.inputs["Color"].default_value = (1.0, 1.0, 1.0, 1.0)
-    graph.assign(normal, white.inputs["Normal"])
-    lit = graph.node("ShaderNodeShaderToRGB")
-    graph.tree.links.new(white.outputs[0], lit.inputs[0])
-    seen = graph.term(lit.outputs["Color"])
+    seen = light_on_white(graph, normal)
     sun = graph.components(seen)[0] * sunlit
     found = (seen - sun) * (math.pi / code) / NODES.maximum(expected, _DARKEST)
     return NODES.clamp(found, 0.0, 1.0)

@@ -12,9 +12,11 @@ import math
 
 import bpy
 
+from ..uw_spectral.mathematics import Operand
 from ..uw_spectral.surface.wave_patterns import interp, sunlight_factor
 from ..uw_spectral.transfer.pixel import surface_light
-from . import realtime_lamps
+from ..uw_spectral.transfer.pixel_layers import illumination, pixel_layers
+from . import realtime_lamps, realtime_layers
 from .node_mathematics import NODES, Graph, NodeValue, new_group
 from .realtime_rays import (
     camera_depth_behind,
@@ -23,9 +25,11 @@ from .realtime_rays import (
     view_direction,
     view_distance,
 )
-from .realtime_shadows import OPENNESS, openness
+from .realtime_shadows import OPENNESS, SUNLIT, openness, sun_visibility
 from .realtime_tables import Tables
 from .realtime_triples import (
+    DRAWN,
+    SEEN,
     TOWARDS,
     TableImages,
     Triples,
@@ -35,7 +39,7 @@ from .realtime_triples import (
     phase_inputs,
     phase_towards,
 )
-from .realtime_values import CONTRAST, EMISSION, REFLECTANCE, Shape
+from .realtime_values import CAUSTIC_STRENGTH, CONTRAST, EMISSION, REFLECTANCE, SUN, Shape
 from .realtime_waves import PATTERN, POSITION, WaveImages, caustics_here
 
 NAME = "UW Surface of Bands"
@@ -80,6 +84,9 @@ def build(
     own += phase_inputs(TOWARDS, shape)
     kinds = dict.fromkeys(own, "NodeSocketFloat")
     kinds |= dict.fromkeys(looked_up_on_surface(shape), "NodeSocketVector")
+    needs_sunlit = not {"E", "shadow"}.isdisjoint(shape.layers)
+    if needs_sunlit:
+        kinds[SUNLIT] = "NodeSocketFloat"
     lit = None
     if tables.lamps is not None:
         kinds[realtime_lamps.VISIBILITY] = "NodeSocketVector"
@@ -105,6 +112,9 @@ def build(
     if shape.diffuse_shadows:
         given[OPENNESS] = openness(graph, given[NORMAL])
     triples = Triples(graph, values, shape, tables)
+    if needs_sunlit:
+        sun = [triples.number(name) for name in SUN]
+        given[SUNLIT] = sun_visibility(graph, given[NORMAL], sun)
     if tables.lamps is not None:
         given[realtime_lamps.VISIBILITY] = realtime_lamps.visibility(
             graph, triples.numbers, tables.lamps, given[NORMAL]
@@ -119,7 +129,10 @@ def build(
     if tables.light is not None:
         given[_MEASURED] = triples.own(_MEASURED, given)
     emission = graph.node("ShaderNodeEmission")
-    graph.assign(triples.sum(triple, given), emission.inputs["Color"])
+    total = triples.sum(triple, given)
+    graph.assign(total[SEEN], emission.inputs["Color"])
+    points = _points(triples, shape, given)
+    realtime_layers.write(graph, shape.layers, total | points, given[COVERAGE])
     tree.links.new(emission.outputs[0], graph.node("NodeGroupOutput").inputs[0])
     return tree
 
@@ -142,7 +155,7 @@ def _picture(
     values: Values,
     *,
     lit: tuple[bpy.types.ShaderNodeTree, bpy.types.ShaderNodeTree] | None,
-) -> tuple[NodeValue, ...]:
+) -> dict[str, NodeValue]:
     w, P, y = view_direction(graph), view_distance(graph), depth_here(graph)
     y_o, sun = camera_depth_behind(y, w, P), values.sun
     nx, ny, nz = graph.components(values[NORMAL])
@@ -173,7 +186,26 @@ def _picture(
         carried = base / math.pi * known * values.of_group(on_things)
         lamps = values.of_group(on_way) * covered
         pixel = dataclasses.replace(pixel, lamps=lamps, L_carried=carried)
-    seen = values.seen(pixel)
+    found = {SEEN: values.seen(pixel)}
+    if values.shape.layers:
+        layers = {**pixel_layers(pixel), "reflectance": base * known}
+        if "E" in values.shape.layers:
+            lamps = 0.0 if lit is None else values.of_group(lit[0])
+            layers["E"] = illumination(light, cosine, values[SUNLIT], lamps, NODES)
+        found |= values.layers(layers)
     if values.shape.shafts:
-        return seen, values.sensor(values.shaft(y_o, w, P) * covered)
-    return (seen,)
+        found[DRAWN] = values.sensor(values.shaft(y_o, w, P) * covered)
+    return found
+
+
+def _points(triples: Triples, shape: Shape, given: dict[str, NodeValue]) -> dict[str, Operand]:
+    """Layers that are the same for all bands."""
+    found: dict[str, Operand] = {"albedo": given[COLOR]}
+    if SUNLIT in given:
+        found["shadow"] = given[SUNLIT]
+    if shape.waves:
+        strength = triples.number(CAUSTIC_STRENGTH)
+        found["caustics"] = sunlight_factor(given[PATTERN], strength, NODES)
+    else:
+        found["caustics"] = 1.0
+    return found

@@ -32,6 +32,7 @@ from ..uw_spectral.water.phase import Mixture
 from . import realtime_inelastic
 from .node_mathematics import NODES, Graph, NodeValue, new_group
 from .realtime_lamps import TRIPLE
+from .realtime_layers import LIGHT
 from .realtime_shade import ON_IT, ON_PATH, REACH, SPECTRUM, Shade
 from .realtime_tables import (
     AUREOLE,
@@ -59,6 +60,7 @@ from .realtime_values import (
     FLOOR,
     INDEX,
     LAYERED_BANDS,
+    LAYERS_SENSOR,
     NOT_PER_PIXEL,
     SENSOR,
     SHAFT_END,
@@ -319,7 +321,19 @@ class Values:
 
     def sensor(self, radiance: NodeValue) -> NodeValue:
         """Return what three bands add to the colour that the sensor sees."""
-        weights = [self[name] for name in SENSOR]
+        return self._weighted(radiance, SENSOR)
+
+    def layers(self, values: Mapping[str, Operand]) -> dict[str, NodeValue]:
+        """Return what three bands add to the layers of the shape, as their sensor has them."""
+        known = {name: values.get(name, 0.0) for name in LIGHT if name in self.shape.layers}
+        return {
+            name: self._weighted(value, LAYERS_SENSOR)
+            for name, value in known.items()
+            if isinstance(value, NodeValue)
+        }
+
+    def _weighted(self, radiance: NodeValue, names: Sequence[str]) -> NodeValue:
+        weights = [self[name] for name in names]
         return self._graph.vector(*(radiance.dot(weight) for weight in weights))
 
     def uplift(self, colour: NodeValue, names: Sequence[str]) -> NodeValue:
@@ -333,7 +347,7 @@ def build_triple(
     name: str,
     shape: Shape,
     inputs: Mapping[str, str],
-    formula: Callable[[Graph, Values], Sequence[NodeValue]],
+    formula: Callable[[Graph, Values], Mapping[str, NodeValue]],
 ) -> bpy.types.ShaderNodeTree:
     """Build the group that adds three bands to the picture.
 
@@ -346,8 +360,9 @@ def build_triple(
     inputs : mapping of str to str
         Name and socket type of what it gets besides the numbers of the water.
     formula : callable
-        Makes the nodes; returns what the bands add to the colour: of all light, and,
-        if the shape has shafts, of the light that the volume draws.
+        Makes the nodes; returns what the bands add to the colour, :data:`SEEN`: of all light;
+        if the shape has shafts, of the light that the volume draws, :data:`DRAWN`; and to each
+        of its layers.
     """
     tree = new_group(name)
     sockets = dict(inputs)
@@ -360,11 +375,11 @@ def build_triple(
     outputs = graph.node("NodeGroupInput").outputs
     given = {socket.name: graph.term(socket) for socket in outputs if socket.name}
     results = formula(graph, Values(graph, given, shape))
-    for socket in (SEEN, DRAWN)[: len(results)]:
+    for socket in results:
         tree.interface.new_socket(socket, in_out="OUTPUT", socket_type="NodeSocketVector")
     end = graph.node("NodeGroupOutput").inputs
-    for result, socket in zip(results, end, strict=False):
-        graph.assign(result, socket)
+    for name, result in results.items():
+        graph.assign(result, end[name])
     return tree
 
 
@@ -448,8 +463,10 @@ class Triples:
             total = here * given[f"{name} {triple}"] + total
         return total
 
-    def sum(self, triple: bpy.types.ShaderNodeTree, given: Mapping[str, NodeValue]) -> NodeValue:
-        """Add up the triples, without the light that the volume draws.
+    def sum(
+        self, triple: bpy.types.ShaderNodeTree, given: Mapping[str, NodeValue]
+    ) -> dict[str, NodeValue]:
+        """Add up the triples; :data:`SEEN` is without the light that the volume draws.
 
         The volume draws no negative light: where the sum over the bands is
         negative, its light stays in what is returned.
@@ -463,17 +480,18 @@ class Triples:
         """
         found = self._looped if self._shape.solved else self._unrolled
         totals = found(triple, given)
-        if len(totals) == 1:
-            return totals[0]
-        return totals[0] - NODES.maximum(totals[1], 0.0)
+        drawn = totals.pop(DRAWN, None)
+        if drawn is not None:
+            totals[SEEN] = totals[SEEN] - NODES.maximum(drawn, 0.0)
+        return totals
 
     def _unrolled(
         self, triple: bpy.types.ShaderNodeTree, given: Mapping[str, NodeValue]
-    ) -> list[Operand]:
+    ) -> dict[str, Operand]:
         known: dict[str, Operand] = dict(given)
         if self._shape.lamps:
             known |= {f"{TRIPLE} {i}": float(i) for i in range(self._shape.triples)}
-        totals: list[Operand] = [0.0] * (2 if DRAWN in triple.interface.items_tree else 1)
+        totals: dict[str, Operand] = {}
         for index in range(self._shape.triples):
             node = self._graph.node("ShaderNodeGroup", node_tree=triple)
             for socket in node.inputs:
@@ -482,13 +500,13 @@ class Triples:
                 if source is None:
                     source = self.number(own if own in self.numbers else socket.name)
                 self._graph.assign(source, socket)
-            for place, output in enumerate(node.outputs):
-                totals[place] = self._graph.term(output) + totals[place]
+            for output in node.outputs:
+                totals[output.name] = self._graph.term(output) + totals.get(output.name, 0.0)
         return totals
 
     def _looped(
         self, triple: bpy.types.ShaderNodeTree, given: Mapping[str, NodeValue]
-    ) -> list[Operand]:
+    ) -> dict[str, Operand]:
         if self._shape.lamps:
             given = {**given, TRIPLE: self.tables.index}
         node = self._graph.node("ShaderNodeGroup", node_tree=triple)
@@ -505,4 +523,5 @@ class Triples:
         for output in node.outputs:
             before = self._graph.term(self._begin.outputs[output.name])
             self._graph.assign(before + self._graph.term(output), self._end.inputs[output.name])
-        return [self._graph.term(self._end.outputs[output.name]) for output in node.outputs]
+        names = [output.name for output in node.outputs]
+        return {name: self._graph.term(self._end.outputs[name]) for name in names}

@@ -47,6 +47,7 @@ SKY = "sky radiance"
 REFLECTANCE = tuple(f"reflectance {c}" for c in ("red", "green", "blue"))
 EMISSION = tuple(f"emission {c}" for c in ("red", "green", "blue"))
 SENSOR = tuple(f"sensor {c}" for c in ("red", "green", "blue"))
+LAYERS_SENSOR = tuple(f"layers {c}" for c in ("red", "green", "blue"))
 SHAFT_END = "shaft end"
 SHAFT_SCALE = "shaft scale"
 WAVES_PER_METRE = "waves per metre"
@@ -103,6 +104,8 @@ class Shape:
         Whether things keep all kinds of light away, and throw some back; of solved water.
     lamps : int
         Lamps in the water.
+    layers : tuple of str
+        What is written beside the picture, of :mod:`.realtime_layers`.
     """
 
     bands: int
@@ -120,6 +123,7 @@ class Shape:
     slices: int = 0
     shade: bool = False
     lamps: int = 0
+    layers: tuple[str, ...] = ()
 
     @property
     def triples(self) -> int:
@@ -168,6 +172,8 @@ def band_names(shape: Shape) -> list[str]:
         names.append(realtime_shade.SPECTRUM)
     if shape.lamps:
         names += realtime_lamps.band_names(shape.components)
+    if shape.layers:
+        names += LAYERS_SENSOR
     return [*names, *realtime_inelastic.band_names(shape.inelastic)]
 
 
@@ -283,7 +289,7 @@ def rows(numbers: Numbers, shape: Shape) -> list[NDArray[np.float32]]:
 
 def _full_triples(name: str, values: NDArray[np.float64]) -> NDArray[np.float32]:
     triples = pad_triples(values).astype(np.float32)
-    if name in SENSOR:  # bands that only fill their triple are not seen
+    if name in (*SENSOR, *LAYERS_SENSOR):  # bands that only fill their triple are not seen
         triples[len(values) :] = 0.0
     return triples
 

@@ -17,7 +17,7 @@ from ..uw_spectral.surface.wave_patterns import sunlight_factor
 from ..uw_spectral.water.phase import henyey_greenstein
 from .node_mathematics import NODES, Graph, NodeValue
 from .realtime_rays import depth_here, view_direction, view_distance
-from .realtime_triples import TableImages, Triples, Values, build_triple
+from .realtime_triples import SEEN, TableImages, Triples, Values, build_triple
 from .realtime_values import CAUSTIC_STRENGTH, SHAFT_END, SHAFT_SCALE, Shape
 from .realtime_waves import PATTERN, WaveImages, caustics_here
 
@@ -45,8 +45,8 @@ def build(
     graph = Graph(tree)
     scatter = graph.node("ShaderNodeVolumeScatter")
     given = {} if images is None else caustics_here(graph, values, images.caustics)
-    coefficient = Triples(graph, values, shape, tables).sum(triple, given)
-    coefficient = NODES.maximum(coefficient, 0.0)
+    total = Triples(graph, values, shape, tables).sum(triple, given)
+    coefficient = NODES.maximum(total[SEEN], 0.0)
     graph.assign(coefficient, scatter.inputs["Color"])
     scatter.inputs["Density"].default_value = 1.0
     scatter.inputs["Anisotropy"].default_value = ANISOTROPY
@@ -55,7 +55,7 @@ def build(
     return material
 
 
-def _coefficient(graph: Graph, values: Values) -> tuple[NodeValue]:
+def _coefficient(graph: Graph, values: Values) -> dict[str, NodeValue]:
     w, v, y = view_direction(graph), view_distance(graph), depth_here(graph)
     per_metre = values.beam.scattered_once_at(y, w, v, NODES)
     inside = NODES.less(v, values[SHAFT_END])
@@ -66,4 +66,4 @@ def _coefficient(graph: Graph, values: Values) -> tuple[NodeValue]:
     if values.shape.waves:
         # The unscattered sun carries the whole pattern, whatever the band.
         strength = strength * sunlight_factor(values[PATTERN], values[CAUSTIC_STRENGTH], NODES)
-    return (values.sensor(per_metre) * strength,)
+    return {SEEN: values.sensor(per_metre) * strength}

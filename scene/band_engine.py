@@ -15,6 +15,7 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
+from ..datasets.layer_file import FrameLayers
 from .render_plan import RenderPlan
 from .settings import Device, Mode
 from .water_body import WaterExtent
@@ -22,8 +23,8 @@ from .water_body import WaterExtent
 Weights = NDArray[np.float64]
 """Linear RGB per unit radiance of each band, shape (3, n)."""
 
-RenderPass = Callable[[tuple[int, ...], Path], None]
-"""Renders the bands of one pass into a float EXR."""
+RenderPass = Callable[[tuple[int, ...], Path], FrameLayers | None]
+"""Renders the bands of one pass into a float EXR; returns its layers, if any are wanted."""
 
 
 class ReadyFrame(Protocol):

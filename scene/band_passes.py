@@ -10,13 +10,14 @@ import json
 import os
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ..datasets.layer_file import write_layers
 from ..uw_spectral.errors import InputError
 from ..uw_spectral.spectra.exr_header import read_header
 from ..uw_spectral.spectra.spectral_image import read_exr, write_rgb_exr
@@ -82,7 +83,7 @@ def render_pass(
     raw = path.with_name(f".{path.stem}.{os.getpid()}.raw{path.suffix}")
     start = time.perf_counter()
     try:
-        render(bands, raw)
+        layers = render(bands, raw)
         pixels, _ = read_exr(raw)
     except InputError as error:
         raise InputError(
@@ -92,9 +93,17 @@ def render_pass(
     finally:
         raw.unlink(missing_ok=True)
     seconds = time.perf_counter() - start
-    stamp = {"key": key, "seconds": seconds, "notes": list(notes)}
-    write_rgb_exr(path, pixels, {_ATTRIBUTE: json.dumps(stamp)})
+    stamp = {_ATTRIBUTE: json.dumps({"key": key, "seconds": seconds, "notes": list(notes)})}
+    if layers is not None:
+        # First, so that a pass that is there has its layers.
+        write_layers(layers_path(path), replace(layers, attributes={**layers.attributes, **stamp}))
+    write_rgb_exr(path, pixels, stamp)
     return seconds
+
+
+def layers_path(path: Path) -> Path:
+    """Return the file of the layers of a pass."""
+    return path.with_name(f"{path.stem}_layers.exr")
 
 
 def make_folder(folder: Path) -> None:
@@ -113,7 +122,9 @@ def make_folder(folder: Path) -> None:
         ) from error
 
 
-def look_at(path: Path, key: str, size: tuple[int, int]) -> tuple[State, Stamp | None]:
+def look_at(
+    path: Path, key: str, size: tuple[int, int], *, layers: bool = False
+) -> tuple[State, Stamp | None]:
     """Return the state of a pass by its header, and its stamp.
 
     Parameters
@@ -123,7 +134,13 @@ def look_at(path: Path, key: str, size: tuple[int, int]) -> tuple[State, Stamp |
         Which pass it should be.
     size : tuple of int
         Width and height in pixels.
+    layers : bool
+        Whether its layers have to be there too.
     """
+    if layers:
+        found, _ = look_at(layers_path(path), key, size)
+        if found is not State.DONE:
+            return found, None
     header = read_header(path)
     if header is None:
         return (State.BROKEN if path.exists() else State.MISSING), None
@@ -138,13 +155,13 @@ def is_done(path: Path, key: str, size: tuple[int, int]) -> bool:
     return look_at(path, key, size)[0] is State.DONE and is_whole(path, size)
 
 
-def is_whole(path: Path, size: tuple[int, int]) -> bool:
-    """Whether a pass can be read to its end and has the size of the render."""
+def is_whole(path: Path, size: tuple[int, int], *, layers: bool = False) -> bool:
+    """Whether a pass, and its layers, can be read to the end and have the size of the render."""
+    files = [path, layers_path(path)] if layers else [path]
     try:
-        pixels, _ = read_exr(path)
+        return all(read_exr(file)[0].shape[1::-1] == size for file in files)
     except InputError:
         return False
-    return pixels.shape[1::-1] == size
 
 
 def gather(rendered: Sequence[RenderedPass]) -> NDArray[np.float32]:

@@ -19,6 +19,7 @@ from ..uw_spectral.spectra.sensor import list_sensors
 from ..uw_spectral.spectra.spectrum import is_file
 from ..uw_spectral.water.named import list_waters
 from . import (
+    data_set_batch,
     farm_bundle,
     live,
     picture_size,
@@ -54,7 +55,9 @@ def main(
     """
     try:
         with _notes_to_stderr():
-            run(settings.parse(arguments, program), inside_blender=inside_blender)
+            options = settings.parse(arguments, program)
+            options = data_set_batch.with_render_options(options, list(arguments))
+            run(options, inside_blender=inside_blender)
     except InputError as error:
         print(f"{program}: {error}", file=sys.stderr)
         _print_failure(arguments, str(error))
@@ -84,7 +87,11 @@ def run(options: argparse.Namespace, *, inside_blender: bool) -> None:
         return
     if not hasattr(bpy.types.Scene, stored_settings.PROPERTY):
         stored_settings.register()
-    split, progress = settings.split(options), Progress(options.progress)
+    asked, progress = data_set_batch.request_of(options), Progress(options.progress)
+    if asked is not None:
+        data_set_batch.run(asked, options, progress, _open, inside_blender=inside_blender)
+        return
+    split = settings.split(options)
     if split is not None and split.plan is None and split.bundle is None:
         split_batch.run(split, options.blend, progress, _open, inside_blender=inside_blender)
         return

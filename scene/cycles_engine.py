@@ -9,9 +9,12 @@ from pathlib import Path
 import bpy
 import numpy as np
 
+from ..datasets.layer_file import FrameLayers, side_by_side
+from ..uw_spectral.imaging.layers import parse_layers
 from ..uw_spectral.spectra.spectral_image import read_exr, write_rgb_exr
 from . import cycles_settings, cycles_water, inelastic_layers, moving_surface, scene_water
 from .band_engine import BandEngine, Engine, Opening, RenderPass, Weights
+from .cycles_layers import CyclesLayers
 from .exr_output import write_float_exr
 from .render_plan import RenderPlan
 from .settings import Device
@@ -41,7 +44,7 @@ def cycles_bands(
     notes += plan.cycles_notes
     light = plan.inelastic
     layers = None if light is None else inelastic_layers.add_layers(scene, light, extent)
-    chosen = plan.settings
+    chosen, wanted = plan.settings, parse_layers(plan.settings.layers)
     try:
         with cycles_settings.reference_settings(
             scene,
@@ -60,17 +63,23 @@ def cycles_bands(
                 if layers is not None and now.inelastic is not None:
                     values = values.with_values(inelastic_layers.emission(now.inelastic, layers))
 
-                def draw_bands(indices: tuple[int, ...], path: Path) -> None:
+                def draw_bands(indices: tuple[int, ...], path: Path) -> FrameLayers | None:
                     values.apply(layer, indices)
                     values.refresh(scene)
-                    write_float_exr(scene, path)
+                    if not wanted:
+                        write_float_exr(scene, path)
+                        return None
+                    image, found = CyclesLayers(wanted, now).render(
+                        scene, camera, path, indices, is_first=indices[0] == plan.passes[0][0]
+                    )
+                    write_rgb_exr(path, image)
+                    return found
 
-                def render(indices: tuple[int, ...], path: Path) -> None:
+                def render(indices: tuple[int, ...], path: Path) -> FrameLayers | None:
                     shared = _sharing(indices, now.passes)
                     if len(shared) == 1:
-                        draw_bands(indices, path)
-                    else:
-                        _draw_apart(shared, path, draw_bands)
+                        return draw_bands(indices, path)
+                    return _draw_apart(shared, path, draw_bands)
 
                 return render
 
@@ -88,15 +97,19 @@ def _sharing(bands: tuple[int, ...], passes: Sequence[tuple[int, ...]]) -> list[
     return [part for part in parts if part]
 
 
-def _draw_apart(parts: Sequence[tuple[int, ...]], path: Path, draw: RenderPass) -> None:
+def _draw_apart(
+    parts: Sequence[tuple[int, ...]], path: Path, draw: RenderPass
+) -> FrameLayers | None:
     """Render parts of a pass by themselves and put them into one file."""
-    channels = []
+    channels, layers = [], []
     for part in parts:
-        draw(part, path)
+        layers.append(draw(part, path))
         channels.append(read_exr(path)[0][..., : len(part)])
     missing = 3 - sum(map(len, parts))
     image = np.concatenate(channels, axis=-1)
     write_rgb_exr(path, np.pad(image, ((0, 0), (0, 0), (0, missing)), mode="edge"))
+    there = [found for found in layers if found is not None]
+    return side_by_side(there) if there else None
 
 
 def _open(

@@ -13,9 +13,12 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
+from ..datasets.layer_file import FrameLayers
+from ..uw_spectral.imaging.layers import parse_layers
 from ..uw_spectral.spectra.spectral_image import read_exr, write_rgb_exr
 from . import eevee_settings, moving_surface, realtime, scene_water
 from .band_engine import BandEngine, Engine, Opening, RenderPass, Weights
+from .eevee_layers import EeveeLayers
 from .exr_output import write_float_exr
 from .render_plan import RenderPlan
 from .shade import Kept
@@ -42,10 +45,13 @@ def eevee_bands(
     surface before the camera, and back when the pass is written.
     """
     passes = band_passes_of(plan)
+    layers = _layers(scene, plan, by_band=True)
     water_of = _waters(scene, camera, eyes)
 
     def water_at(now: RenderPlan, camera_depth: float) -> realtime.RealtimeWater:
-        return water_of(now, camera_depth, np.ones((3, len(now.bands))))
+        every = np.ones((3, len(now.bands)))
+        water = water_of(now, camera_depth, every)
+        return water if layers is None else water.with_layers(layers.drawn, every)
 
     def scale_of(now: RenderPlan, camera_depth: float) -> np.ndarray:
         light = now.viewpoint(camera_depth, lamplight=now.lamplight(scene, camera)).light
@@ -59,11 +65,19 @@ def eevee_bands(
         def frame(now: RenderPlan, camera_depth: float, _: Weights | None = None) -> RenderPass:
             water, scale = water_at(now, camera_depth), scale_of(now, camera_depth)
 
-            def render(indices: tuple[int, ...], path: Path) -> None:
+            def render(indices: tuple[int, ...], path: Path) -> FrameLayers | None:
                 white = scale[[*indices, *[indices[-1]] * (3 - len(indices))]]
                 realtime.set_values(scene, water.of_triple(indices, 1.0 / white))
-                write_float_exr(scene, path)
-                write_rgb_exr(path, read_exr(path)[0] * white)
+                if layers is None:
+                    write_float_exr(scene, path)
+                    write_rgb_exr(path, read_exr(path)[0] * white)
+                    return None
+                image, found = layers.render(
+                    scene, camera, path, indices, white, np.diag(white),
+                    is_first=indices == passes[0],
+                )  # fmt: skip
+                write_rgb_exr(path, image * white)
+                return found
 
             return render
 
@@ -87,6 +101,7 @@ def eevee_realtime(
     What is too much for one shader takes more passes, whose sum is the picture.
     """
     passes = picture_passes_of(plan)
+    layers = _layers(scene, plan, by_band=False)
     count = len(passes[0])
     waters = _waters(scene, camera, eyes)
 
@@ -97,28 +112,54 @@ def eevee_realtime(
             given = now.reduction(camera_depth, now.lamplight(scene, camera)).weights
         return waters(now, camera_depth, given)
 
+    def layered(
+        now: RenderPlan, camera_depth: float, given: Weights | None
+    ) -> tuple[realtime.RealtimeWater, Weights, Weights]:
+        """Return water, radiance of its layers per number drawn, and picture to sensor."""
+        water = water_of(now, camera_depth, given)
+        if layers is None:
+            return water, np.ones(3), np.eye(3)
+        response = now.response(camera_depth)
+        light = now.viewpoint(camera_depth, lamplight=now.lamplight(scene, camera)).light
+        white = np.maximum(np.abs(response @ light) / np.pi, np.finfo(np.float32).tiny)
+        back = response @ np.linalg.pinv(water.seen)
+        return water.with_layers(layers.drawn, response / white[:, None]), white, back
+
     first, samples = (
-        water_of(plan, depth, weights).of_bands(passes[0], count),
+        layered(plan, depth, weights)[0].of_bands(passes[0], count),
         plan.settings.samples,
     )
     with _eevee(scene, camera, first, extent, samples, froxels) as notes:
 
         def frame(now: RenderPlan, camera_depth: float, given: Weights | None = None) -> RenderPass:
-            water = water_of(now, camera_depth, given)
+            water, white, back = layered(now, camera_depth, given)
 
             def drawn(part: realtime.RealtimeWater, path: Path) -> NDArray[np.float32]:
                 realtime.set_values(scene, part)
                 write_float_exr(scene, path)
                 return read_exr(path)[0]
 
-            def render(indices: tuple[int, ...], path: Path) -> None:
+            def drawn_apart(
+                part: realtime.RealtimeWater, path: Path, indices: tuple[int, ...]
+            ) -> tuple[NDArray[np.float32], FrameLayers | None]:
+                if layers is None:
+                    return drawn(part, path), None
+                realtime.set_values(scene, part)
+                return layers.render(
+                    scene, camera, path, indices, white, back, is_first=indices == passes[0]
+                )
+
+            def render(indices: tuple[int, ...], path: Path) -> FrameLayers | None:
                 part = water.of_bands(indices, count)
                 if len(passes) == 1:
-                    drawn(part, path)
-                    return
-                # EEVEE cuts what is below zero, and other parts may be above.
-                positive, negative = (drawn(part.of_sign(sign), path) for sign in (1.0, -1.0))
-                write_rgb_exr(path, positive - negative)
+                    image, found = drawn_apart(part, path, indices)
+                else:
+                    # EEVEE cuts what is below zero, and other parts may be above.
+                    negative = drawn(part.of_sign(-1.0), path)
+                    positive, found = drawn_apart(part.of_sign(1.0), path, indices)
+                    image = positive - negative
+                write_rgb_exr(path, image)
+                return found
 
             return render
 
@@ -134,6 +175,13 @@ def picture_passes_of(plan: RenderPlan) -> list[tuple[int, ...]]:
     """Return the bands of each pass that is a part of the picture."""
     count = math.ceil(len(plan.bands) / math.ceil(len(plan.bands) / plan.most_bands))
     return plan.bands.packed(count)
+
+
+def _layers(scene: bpy.types.Scene, plan: RenderPlan, *, by_band: bool) -> EeveeLayers | None:
+    wanted = parse_layers(plan.settings.layers)
+    if not wanted:
+        return None
+    return EeveeLayers(wanted, plan, by_band, plan.draws_shafts, bool(plan.lamps(scene).lamps))
 
 
 def _waters(

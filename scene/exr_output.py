@@ -11,7 +11,12 @@ from ..uw_spectral.spectra.spectral_image import replacing
 
 
 def write_float_exr(scene: bpy.types.Scene, destination: Path) -> None:
-    """Render a scene into a 32-bit RGB EXR.
+    """Render a scene into a 32-bit RGB EXR, as :func:`write_exr` does."""
+    write_exr(scene, destination)
+
+
+def write_exr(scene: bpy.types.Scene, destination: Path, *, passes: bool = False) -> None:
+    """Render a scene into a 32-bit EXR.
 
     Parameters
     ----------
@@ -19,6 +24,8 @@ def write_float_exr(scene: bpy.types.Scene, destination: Path) -> None:
         What to render; its image format settings are changed and stay so.
     destination : Path
         The file; written under a temporary name beside it and renamed.
+    passes : bool
+        Every pass of the view layer; else the picture's RGB.
 
     Raises
     ------
@@ -27,9 +34,10 @@ def write_float_exr(scene: bpy.types.Scene, destination: Path) -> None:
     """
     render = scene.render
     image = render.image_settings
-    image.media_type = "IMAGE"
-    image.file_format = "OPEN_EXR"
-    image.color_mode = "RGB"
+    image.media_type = "MULTI_LAYER_IMAGE" if passes else "IMAGE"
+    image.file_format = "OPEN_EXR_MULTILAYER" if passes else "OPEN_EXR"
+    if not passes:
+        image.color_mode = "RGB"
     image.color_depth = "32"
     image.exr_codec = "ZIP"
     render.use_file_extension = False

@@ -17,7 +17,7 @@ from ..uw_spectral.spectra.spectrum import split_location
 from .manifest import ExternalFile, table_name, tables
 
 _ROOT = Path(__file__).resolve().parent.parent
-_SOURCES = ("uw_spectral", "quality", "node_groups", "scene", "data")
+_SOURCES = ("uw_spectral", "quality", "datasets", "node_groups", "scene", "data")
 _SUFFIXES = {".py", ".csv"}
 _TILES = re.compile("<UDIM>|<UVTILE>")
 _KINDS = {"Library": "linked library", "Image": "texture"}

@@ -101,7 +101,9 @@ def status_of(manifest: Manifest) -> JobStatus:
     left = [0] * len(manifest.passes)
     for view, number in manifest.tasks():
         path = manifest.pass_path(view, number)
-        state, stamp = band_passes.look_at(path, manifest.key(view, number), manifest.output.size)
+        state, stamp = band_passes.look_at(
+            path, manifest.key(view, number), manifest.output.size, layers=manifest.has_layers
+        )
         if state is State.DONE and stamp is not None:
             seconds[number].append(stamp.seconds)
             continue

@@ -16,9 +16,12 @@ from pathlib import Path
 from typing import Any, get_args
 
 from ..uw_spectral.errors import InputError
+from ..uw_spectral.imaging.layer_sums import drawn_for
+from ..uw_spectral.imaging.layers import NONE, parse_layers
 from ..uw_spectral.spectra.spectral_image import replacing
 from ..uw_spectral.spectra.spectrum import split_location
 from .settings import Device, Engine, Mode, SceneSettings, flag
+from .stage import Stage, stage_of
 
 FORMAT = 1
 """Of the file; a newer one is refused."""
@@ -137,6 +140,8 @@ class Manifest:
     views : tuple of View
         Cameras in turn, the frames of each in order.
     files : tuple of ExternalFile
+    stage : Stage, optional
+        What is added to the scene.
     """
 
     scene: Path | None
@@ -154,10 +159,16 @@ class Manifest:
     developments: tuple[Development, ...]
     views: tuple[View, ...]
     files: tuple[ExternalFile, ...]
+    stage: Stage | None = None
 
     def settings_of(self, frame: int) -> SceneSettings:
         """Return the settings of a frame."""
         return SceneSettings(**{**self.settings, **self.changes.get(frame, {})})
+
+    @property
+    def has_layers(self) -> bool:
+        """Whether the passes have layers."""
+        return bool(parse_layers(self.settings.get("layers", NONE)))
 
     def camera(self, name: str) -> CameraOutput:
         """Return the camera of a name."""
@@ -191,8 +202,9 @@ class Manifest:
         """What the passes of every frame depend on, besides settings and files."""
         values = asdict(self.output)
         del values["extent"], values["decisions"]
-        parts = self.parts
-        return {"scene_sha256": self.scene_sha256, **values, "parts": parts}
+        if self.stage is not None:
+            values["stage"] = self.stage.fixed
+        return {"scene_sha256": self.scene_sha256, **values, "parts": self.parts}
 
     @functools.cached_property
     def contents(self) -> dict[str, ExternalFile]:
@@ -203,8 +215,12 @@ class Manifest:
         """Return the settings of a frame that its passes depend on; files count by content."""
         values = {**self.settings, **self.changes.get(frame, {})}
         found = {name: value for name, value in values.items() if self._counts(name)}
+        # Passes do not depend on what is made of them.
+        found["layers"] = sorted(drawn_for(parse_layers(values.get("layers", NONE))))
         for name, location in tables(found).items():
             found[name] = f"file#{split_location(location)[1]}"
+        if self.stage is not None:
+            found["pose"] = astuple(self.stage.places[frame])
         return found
 
     def key(self, view: View, number: int) -> str:
@@ -308,6 +324,7 @@ def write_manifest(path: Path, manifest: Manifest) -> None:
         ],
         "developments": [asdict(item) for item in manifest.developments],
         "views": [[v.frame, v.camera, v.depth, v.development, v.eye] for v in manifest.views],
+        "stage": manifest.stage.record() if manifest.stage else {},
     }
     text = ",\n".join(f"{json.dumps(name)}: {_rows(value)}" for name, value in content.items())
     with replacing(path) as temporary:
@@ -391,11 +408,14 @@ def _manifest(content: dict[str, Any], folder: Path) -> Manifest:
             )
             for item in content["files"]
         ),
+        stage=stage_of(content["stage"]) if content.get("stage") else None,
     )
     if not (manifest.views and manifest.passes and manifest.frames):
         raise ValueError("no passes")
     known, names = set(manifest.frames), {camera.name for camera in manifest.cameras}
     for view in manifest.views:
+        if manifest.stage is not None:
+            manifest.stage.places[view.frame]
         if view.frame not in known or view.camera not in names:
             raise ValueError(f"a view of frame {view.frame} of camera {view.camera}")
         manifest.developments[view.development]

@@ -18,7 +18,7 @@ from ..uw_spectral.spectra.spectral_image import (
     write_rgb_exr,
     write_spectral_exr,
 )
-from . import band_passes, development
+from . import band_passes, development, picture_layers
 from .band_passes import RenderedPass
 from .engines import engine_of
 from .frame_plans import FramePlans
@@ -66,7 +66,10 @@ def develop(
         paths, bands = [item.path for item in whole], [item.bands for item in whole]
         development.develop(paths, weights, bands, picture)
     write_png(picture.with_suffix(".png"), read_exr(picture)[0])
+    paths = [item.file.path for item in rendered]
+    untold = picture_layers.develop_layers(manifest, view, paths, plan, picture)
     record = _record(manifest, view, rendered, plan)
+    record["notes"] += untold
     if variances:
         record["parts"] = variances
     write_json(record_path(manifest, view), record)

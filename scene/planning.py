@@ -12,10 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..uw_spectral.errors import InputError
-from . import cameras, cycles_settings, job_files, picture_size, stereo
+from ..uw_spectral.imaging.layers import parse_layers
+from . import cameras, cycles_settings, job_files, picture_size, staging, stereo
 from .band_engine import Engine
 from .engines import engine_of
 from .manifest import Development, Manifest, Output, Pass, View, folders
+from .pinhole import require_pinhole
 from .render_plan import RenderPlan, make_plan
 from .scene_water import require_no_water
 from .settings import Device, Job, SceneSettings
@@ -57,7 +59,7 @@ def plan_job(
         If the scene or the settings cannot be used.
     """
     require_no_water(scene)
-    with stereo.two_eyes(scene):
+    with stereo.two_eyes(scene), staging.staged(scene, job.stage):
         return _plan(scene, settings_now, job)
 
 
@@ -110,6 +112,7 @@ def _plan(scene: bpy.types.Scene, settings_now: Callable[[], SceneSettings], job
         developments=developments,
         views=views,
         files=(*job_files.setting_files(base), *job_files.scene_files()),
+        stage=job.stage,
     )
 
 
@@ -152,6 +155,9 @@ def _frames(
         if frames:  # optimised bands stay while animated water changes
             chosen = frames[0].plan.fixed_bands(chosen)
         floor = chosen.floor_depth or math.inf
+        if parse_layers(chosen.layers):
+            for camera in seen_by:
+                require_pinhole(camera)
         depths = tuple(cameras.camera_depth(camera, floor) for camera in seen_by)
         if chosen not in plans:
             plans[chosen] = make_plan(chosen)

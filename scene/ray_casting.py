@@ -22,6 +22,7 @@ from .visible_meshes import MeshArrays, visible_meshes
 _AT_ONCE = 200_000  # rays times boxes
 _FARTHEST = 1e30  # what a search tree takes for infinite
 _LOOSE = 1e-5  # of a box, for the rounding of the rays that graze it
+_SKEW = 1e-5  # of the squares of a matrix that keeps angles
 _FLAT = 1e-12  # determinant of a matrix without inverse, to the cube of its size
 
 
@@ -53,7 +54,7 @@ class _Mesh:
         return np.array([(ends[i, 0], ends[j, 1], ends[k, 2]) for i, j, k in np.ndindex(2, 2, 2)])
 
 
-class _Instance:
+class Instance:
     """A mesh in its place."""
 
     def __init__(
@@ -72,11 +73,26 @@ class _Instance:
     @functools.cached_property
     def tree(self) -> BVHTree:
         """Search tree; one of its own, in world space, where the place squeezes the mesh flat."""
-        if not self.flat:
-            return self.mesh.tree
+        return self._world_tree if self.flat else self.mesh.tree
+
+    @functools.cached_property
+    def _world_tree(self) -> BVHTree:
         turned = np.array(self.place)
         vertices = self.mesh.vertices @ turned[:3, :3].T + turned[:3, 3]
         return _tree(vertices, self.mesh.triangles)
+
+    @functools.cached_property
+    def _keeps_angles(self) -> bool:
+        turn = np.array(self.place)[:3, :3]
+        square = turn.T @ turn
+        return not self.flat and np.allclose(square, square[0, 0] * np.eye(3), atol=_SKEW)
+
+    def distance(self, point: Vector) -> float:
+        """Distance of a point from the surface, m."""
+        if not self._keeps_angles:
+            return float(self._world_tree.find_nearest(point)[3])
+        found = self.tree.find_nearest(self.inverse @ point)[0]
+        return float((self.place @ found - point).length)
 
     def cast(
         self, origin: Vector, direction: Vector, farthest: float
@@ -111,13 +127,13 @@ class Meshes:
         self, depsgraph: bpy.types.Depsgraph, leave_out: Collection[bpy.types.Object] = ()
     ) -> None:
         meshes: dict[int, _Mesh] = {}
-        self._instances: list[_Instance] = []
+        self.instances: list[Instance] = []
         for shown in visible_meshes(depsgraph, leave_out):
             if shown.key not in meshes:
                 meshes[shown.key] = _Mesh(shown.arrays)
-            self._instances.append(_Instance(meshes[shown.key], shown.place, shown.materials))
+            self.instances.append(Instance(meshes[shown.key], shown.place, shown.materials))
         low, high = (
-            np.array([getattr(i, end) for i in self._instances]).reshape(-1, 3)
+            np.array([getattr(i, end) for i in self.instances]).reshape(-1, 3)
             for end in ("low", "high")
         )
         loose = _LOOSE * (np.abs(low) + np.abs(high) + 1.0)
@@ -140,7 +156,7 @@ class Meshes:
             Distance at which to stop, m.
         """
         hits: list[Hit | None] = []
-        for start, heading, limit, near in self._near(origin, direction, farthest):
+        for start, heading, limit, near in self.near(origin, direction, farthest):
             best = None
             for entry, instance in near:
                 if entry >= limit:
@@ -158,25 +174,25 @@ class Meshes:
         farthest: NDArray[np.float64],
     ) -> NDArray[np.bool_]:
         """Whether rays meet nothing, shape (m,); arguments as for :meth:`first`."""
-        if not self._instances:
+        if not self.instances:
             return np.ones(len(origin), dtype=bool)
         return np.array(
             [
                 all(instance.cast(start, heading, limit) is None for _, instance in near)
-                for start, heading, limit, near in self._near(origin, direction, farthest)
+                for start, heading, limit, near in self.near(origin, direction, farthest)
             ],
             dtype=bool,
         )
 
-    def _near(
+    def near(
         self,
         origin: NDArray[np.float64],
         direction: NDArray[np.float64],
         farthest: NDArray[np.float64],
-    ) -> Iterator[tuple[Vector, Vector, float, list[tuple[float, _Instance]]]]:
+    ) -> Iterator[tuple[Vector, Vector, float, list[tuple[float, Instance]]]]:
         """Each ray with the instances whose boxes it enters, the nearest first."""
         direction = np.where(np.abs(direction) < 1e-12, 1e-12, direction)
-        step = max(_AT_ONCE // max(len(self._instances), 1), 1)
+        step = max(_AT_ONCE // max(len(self.instances), 1), 1)
         for first in range(0, len(origin), step):
             rays = slice(first, first + step)
             o, w = origin[rays], direction[rays]
@@ -191,7 +207,7 @@ class Meshes:
             for row, limit in enumerate(farthest[rays].tolist()):
                 which = np.flatnonzero(enters[row])
                 which = which[np.argsort(near[row, which])]
-                boxes = [(float(near[row, i]), self._instances[i]) for i in which]
+                boxes = [(float(near[row, i]), self.instances[i]) for i in which]
                 yield Vector(o[row]), Vector(w[row]), limit, boxes
 
 

@@ -108,7 +108,8 @@ class RealtimeWater:
         chosen = [*indices, *[indices[-1]] * (count - len(indices))]
         bands = {name: values[chosen] for name, values in self.numbers.bands.items()}
         seen = np.arange(count) < len(indices)
-        bands |= {name: bands[name] * seen for name in realtime_values.SENSOR}
+        sensors = (*realtime_values.SENSOR, *realtime_values.LAYERS_SENSOR)
+        bands |= {name: bands[name] * seen for name in sensors if name in bands}
         return replace(
             self,
             shape=replace(self.shape, bands=count),
@@ -118,6 +119,11 @@ class RealtimeWater:
             shade=None if self.shade is None else self.shade.of_bands(chosen),
             lamps=self.lamps.of_bands(chosen),
         )
+
+    @property
+    def seen(self) -> NDArray[np.float64]:
+        """What the picture sees per unit radiance of each band, shape (3, n)."""
+        return np.array([self.numbers.bands[name] for name in realtime_values.SENSOR])
 
     def of_sign(self, sign: float) -> RealtimeWater:
         """Return the water with the sensor's weights of one sign, 1 or -1, as positive ones."""
@@ -136,9 +142,26 @@ class RealtimeWater:
             Factor of each channel that brings its radiance near 1.
         """
         water = self.of_bands(indices, 3)
-        sensor = dict(zip(realtime_values.SENSOR, np.eye(3) * np.resize(gains, 3), strict=True))
+        seen = np.eye(3) * np.resize(gains, 3)
+        sensor = dict(zip(realtime_values.SENSOR, seen, strict=True))
+        if water.shape.layers:
+            sensor |= zip(realtime_values.LAYERS_SENSOR, seen, strict=True)
         numbers = Numbers({**water.numbers.bands, **sensor}, water.numbers.single)
         return replace(water, numbers=numbers)
+
+    def with_layers(self, layers: Sequence[str], seen: ArrayLike) -> RealtimeWater:
+        """Return the water that writes layers beside its picture.
+
+        Parameters
+        ----------
+        layers : sequence of str
+            Of :mod:`.realtime_layers`.
+        seen : array_like, shape (3, n)
+            What their sensor sees per unit radiance of each band.
+        """
+        rows = zip(realtime_values.LAYERS_SENSOR, np.asarray(seen, np.float64), strict=True)
+        numbers = Numbers({**self.numbers.bands, **dict(rows)}, self.numbers.single)
+        return replace(self, shape=replace(self.shape, layers=tuple(layers)), numbers=numbers)
 
 
 def realtime_water(

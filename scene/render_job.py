@@ -18,7 +18,8 @@ from .planning import plan_job
 from .settings import Job, SceneSettings
 from .work import Part, Rendered
 
-_JOB_FILE = "job.json"
+JOB_FILE = "job.json"
+"""The manifest of a job in its output folder."""
 
 
 @dataclass(frozen=True)
@@ -101,7 +102,7 @@ def begin(manifest: Manifest, *, resume: bool) -> Manifest:
         If the folder cannot be written to, or another job's passes are there.
     """
     band_passes.make_folder(manifest.out)
-    place = manifest.out / _JOB_FILE
+    place = manifest.out / JOB_FILE
     if not resume:
         try:
             for view, number in manifest.tasks():
@@ -137,7 +138,7 @@ def join(manifest: Manifest) -> None:
         If the folder cannot be written to, or holds another job.
     """
     band_passes.make_folder(manifest.out)
-    place = manifest.out / _JOB_FILE
+    place = manifest.out / JOB_FILE
     if not place.exists():
         write_manifest(place, manifest)
         return

@@ -35,7 +35,7 @@ from ..uw_spectral.shade.shade_table import ShadeTable, without_shade
 from ..uw_spectral.spectra.colour_rendering import SensorReduction
 from ..uw_spectral.spectra.illuminant import RELATIVE
 from ..uw_spectral.spectra.reflectance import emission_basis, uplift_basis
-from ..uw_spectral.spectra.spectral_image import RADIANCE_UNITS
+from ..uw_spectral.spectra.spectral_image import IRRADIANCE_UNITS, RADIANCE_UNITS
 from ..uw_spectral.surface.wave_patterns import Sea
 from ..uw_spectral.transfer.radiance_table import TABLE_STREAMS
 from ..uw_spectral.transfer.water_column import WAVES
@@ -51,6 +51,7 @@ from .settings import AUTO, BOUNDED, CONSTITUENTS, DEFAULT_PHASE, OPTIMISED, SOL
 from .surroundings import Ground, has_things, look_around
 
 _RELATIVE_UNITS = "sr^-1, relative to an irradiance of 1 at 560 nm"
+_RELATIVE_IRRADIANCE = "relative to an irradiance of 1 at 560 nm"
 _RECORDED_PACKAGES = ("numpy", "colour-science", "jerlov", "nodebpy", "OpenImageIO")
 
 
@@ -82,6 +83,11 @@ class RenderPlan(ResolvedOptics):
     def radiance_units(self) -> str:
         """Unit of the band radiances."""
         return _RELATIVE_UNITS if self.illuminant.unit == RELATIVE else RADIANCE_UNITS
+
+    @property
+    def irradiance_units(self) -> str:
+        """Unit of the band irradiances."""
+        return _RELATIVE_IRRADIANCE if self.illuminant.unit == RELATIVE else IRRADIANCE_UNITS
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -220,6 +226,13 @@ class RenderPlan(ResolvedOptics):
     ) -> SensorReduction:
         """Return the sensor's map for a camera at a depth in m."""
         return self.viewpoint(depth, lamplight=lamplight).reduction
+
+    def response(self, depth: float) -> NDArray[np.float64]:
+        """Return the responses of the sensor's channels to the bands, shape (3, n).
+
+        They depend on depth only where they are fitted to it.
+        """
+        return self.viewpoint(depth, 0.0).reduction.response
 
     def fixed_bands(self, settings: SceneSettings) -> SceneSettings:
         """Return settings of another frame with the bands of this plan, if they are optimised."""

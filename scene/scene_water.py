@@ -211,6 +211,11 @@ def objects(scene: bpy.types.Scene) -> list[bpy.types.Object]:
     return [item for item in scene.objects if MARK in item]
 
 
+def bodies(scene: bpy.types.Scene) -> list[bpy.types.Object]:
+    """Surface and volumes of the water in a scene, its floor and its lamps left out."""
+    return [i for i in objects(scene) if i.type == "MESH" and _FLOOR_DEPTH not in i]
+
+
 def link(scene: bpy.types.Scene, item: bpy.types.Object) -> None:
     """Add an object to the water in a scene; it leaves with it."""
     _mark(item, item.data, *(slot.material for slot in item.material_slots))

@@ -9,10 +9,12 @@ from pathlib import Path
 from typing import Literal, NoReturn, get_args
 
 from ..uw_spectral.errors import InputError
+from ..uw_spectral.imaging.layers import NAMES, NONE, parse_layers
 from ..uw_spectral.spectra.colour_rendering import WHITE_BALANCES, WhiteBalance
 from ..uw_spectral.transfer.sky import SKIES, UNIFORM
 from ..uw_spectral.transfer.water_column import SURFACES
 from ..uw_spectral.water import measured
+from .stage import Stage
 
 Engine = Literal["cycles", "eevee"]
 Mode = Literal["bands", "realtime"]
@@ -260,7 +262,14 @@ class SceneSettings:
         "empty for none. Fluorescence needs constituents, or a bio: or case: water",
     )
 
+    layers: str = _setting(
+        NONE,
+        "What the picture comes apart in, written beside it as NNNN_layers.exr: "
+        f"{', '.join(NAMES)}, comma separated, or all, or none",
+    )
+
     def __post_init__(self) -> None:
+        parse_layers(self.layers)
         for setting in fields(self):
             value, limits = getattr(self, setting.name), setting.metadata["limits"]
             choices = setting.metadata["choices"]
@@ -348,7 +357,8 @@ class Job:
     ``cameras`` are those of a job of several, else ``camera`` is the one, None for the
     scene's. ``froxels`` are the steps of the shafts' volume, None for the most;
     ``decisions`` the lines that explain what was chosen automatically. ``device`` is None for
-    the scene's; ``parts`` are renders of a pass with other seeds, whose mean it is.
+    the scene's; ``parts`` are renders of a pass with other seeds, whose mean it is; ``stage``
+    is what is added to the scene.
     """
 
     blend: Path | None
@@ -366,6 +376,7 @@ class Job:
     cameras: tuple[str, ...] = ()
     device: Device | None = None
     parts: int = 1
+    stage: Stage | None = None
 
 
 @dataclass(frozen=True)
@@ -517,6 +528,20 @@ def parser(program: str | None = None) -> argparse.ArgumentParser:
     split.add_argument(
         "--progress", choices=PROGRESS, default=PROGRESS[0],
         help="openjd: also print lines that Open Job Description reads",
+    )  # fmt: skip
+    sets = result.add_argument_group("data sets")
+    sets.add_argument(
+        "--dataset", type=Path, default=None, metavar="SPEC",
+        help="plan, render and export the views of a specification (TOML) into --out; again with "
+        "the same goes on",
+    )  # fmt: skip
+    sets.add_argument(
+        "--dataset-plan", action="store_true", default=False,
+        help="with --dataset: only plan; --from OUT/dataset.json renders",
+    )  # fmt: skip
+    sets.add_argument(
+        "--dataset-export", type=Path, default=None, metavar="DIR",
+        help="develop what is rendered of a data set and write its files",
     )  # fmt: skip
     result.add_argument("--list-sensors", action="store_true", default=False)
     result.add_argument("--list-waters", action="store_true", default=False)

@@ -8,8 +8,9 @@ from pathlib import Path
 
 import bpy
 
+from ..datasets.index import is_index, read_index
 from ..uw_spectral.errors import InputError
-from . import job_files, job_status, render_job, same_job, work
+from . import data_set_batch, job_files, job_status, render_job, same_job, work
 from .frame_plans import FramePlans
 from .manifest import Manifest, read_manifest, write_manifest
 from .path_mapping import PathMapping, apply_to_scene, read_path_mapping
@@ -71,6 +72,9 @@ def run(
     """
     path = request.status or request.develop or request.work
     assert path is not None
+    if is_index(path):
+        _data_set(request, path, blend, progress, open_scene, inside_blender)
+        return
     mapping = PathMapping()
     if request.path_mapping is not None:
         mapping = read_path_mapping(request.path_mapping)
@@ -90,6 +94,27 @@ def run(
             open_scene(blend or _scene_of(manifest), False)
         apply_to_scene(mapping)
         _work(manifest, mapping, part, progress)
+
+
+def _data_set(
+    request: SplitRequest,
+    path: Path,
+    blend: Path | None,
+    progress: Progress,
+    open_scene: OpenScene,
+    inside_blender: bool,
+) -> None:
+    """Work at a whole data set, by its index."""
+    if request.develop or request.path_mapping or request.out or request.frames or request.passes:
+        raise InputError(
+            f"{path} is a data set: --from renders its jobs, --dataset-export {path.parent} makes "
+            f"its files; parts are named with --from {path.parent}/jobs/NAME/job.json"
+        )
+    index = read_index(path)
+    if request.status is not None:
+        print(data_set_batch.status(index)[1 if request.json else 0])
+    else:
+        data_set_batch.work_on(index, progress, open_scene, blend, inside_blender)
 
 
 def _scene_of(manifest: Manifest) -> Path:

@@ -11,7 +11,7 @@ import bpy
 import numpy as np
 
 from ..uw_spectral.errors import InputError
-from . import band_passes, cameras, picture_size, stereo, units
+from . import band_passes, cameras, picture_size, staging, stereo, units
 from .band_engine import BandEngine, Engine, Opening, RenderPass
 from .claims import claimed
 from .engines import engine_of
@@ -84,10 +84,11 @@ def done(manifest: Manifest, task: Task, *, thorough: bool = True) -> Rendered |
     """
     path = manifest.pass_path(task.view, task.number)
     size = manifest.output.size
-    state, stamp = band_passes.look_at(path, manifest.key(task.view, task.number), size)
+    key, layers = manifest.key(task.view, task.number), manifest.has_layers
+    state, stamp = band_passes.look_at(path, key, size, layers=layers)
     if state is not band_passes.State.DONE or stamp is None:
         return None
-    if thorough and not band_passes.is_whole(path, size):
+    if thorough and not band_passes.is_whole(path, size, layers=layers):
         return None
     bands = manifest.passes[task.number].bands
     return Rendered(task, band_passes.RenderedPass(path, bands, stamp.seconds), stamp.notes)
@@ -138,7 +139,7 @@ def render(
         manifest.output.size, 3 if _engine(manifest).draws_colours else len(manifest.bands_nm)
     )
     left: list[Task] = []
-    with stereo.two_eyes(scene):
+    with stereo.two_eyes(scene), staging.staged(scene, manifest.stage):
         yield from _round(scene, manifest, tasks, plans, report_note, left, insist, force=False)
         if insist and left:
             yield from _round(scene, manifest, left, plans, report_note, [], insist, force=True)

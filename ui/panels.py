@@ -345,6 +345,7 @@ class QualityPanel(_SubPanel, bpy.types.Panel):
             column.prop(eevee, "volumetric_tile_size", text="Froxel size")
             column.prop(eevee, "volumetric_samples", text="Froxel steps")
         column.prop(water, "samples")
+        column.prop(water, "layers")
         if engine == "cycles":
             column.prop(water, "bounces")
         for line in panel.decisions.splitlines():

@@ -201,11 +201,11 @@ def test_a_thousand_views_are_planned_in_a_second(tmp_path):
         ),
         Path(),
     )
-    start = time.perf_counter()
+    start = time.process_time()
     found = enumerate_views(spec)
     write_plan(tmp_path / "views.jsonl", found)
     assert len(found) == 1008
-    assert time.perf_counter() - start < 1.0
+    assert time.process_time() - start < 1.0
     lines = (tmp_path / "views.jsonl").read_text().splitlines()
     assert [json.loads(line)["name"] for line in lines] == [view.name for view in found]
 

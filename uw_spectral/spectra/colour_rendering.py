@@ -67,6 +67,17 @@ class SensorReduction:
         """
         return np.linalg.solve(self.matrix, self.weights)
 
+    def stops_to(self, weights: ArrayLike) -> float:
+        """Return the stops that the exposure of weights lies above that of these.
+
+        Parameters
+        ----------
+        weights : array_like, shape (3, n)
+            The same but for their exposure.
+        """
+        there = np.asarray(weights, dtype=np.float64)
+        return float(np.log2((there * self.weights).sum() / (self.weights**2).sum()))
+
     def apply(self, radiance: ArrayLike) -> NDArray[np.float64]:
         """Reduce radiances of shape (..., n) to Rec.709 of shape (..., 3)."""
         return np.asarray(radiance) @ self.weights.T
@@ -207,6 +218,34 @@ def _in_daylight(
         to_colours = matrix / white
     delta_e = float(np.mean(delta_e_CIE2000_images(training @ to_colours.T, colours)))
     return _InDaylight(constant(response), constant(white), constant(matrix), delta_e)
+
+
+def response_matrix(weights: ArrayLike, response: ArrayLike) -> NDArray[np.float64]:
+    """Matrix from a sensor's channels to colours, white balance and exposure included, (3, 3).
+
+    Parameters
+    ----------
+    weights : array_like, shape (3, n)
+        Linear Rec.709 per unit radiance of each band, of a :class:`SensorReduction`.
+    response : array_like, shape (3, n)
+        Of the sensor's channels.
+
+    Raises
+    ------
+    InputError
+        If there are too few bands to tell the channels apart.
+
+    Examples
+    --------
+    >>> response_matrix([[2.0, 0, 0], [0, 3.0, 0], [0, 0, 4.0]], np.eye(3)).diagonal()
+    array([2., 3., 4.])
+    """
+    found = np.asarray(response, dtype=np.float64)
+    if np.linalg.matrix_rank(found) < 3:
+        raise InputError(
+            f"{found.shape[1]} band(s) do not tell the sensor's channels apart; take 3 or more"
+        )
+    return np.asarray(weights, dtype=np.float64) @ np.linalg.pinv(found)
 
 
 def auto_exposure_stops(

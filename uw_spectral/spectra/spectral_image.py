@@ -19,6 +19,7 @@ from .colour_rendering import srgb_encode
 from .spectrum import is_file
 
 RADIANCE_UNITS = "W.m^-2.sr^-1.nm^-1"
+IRRADIANCE_UNITS = "W.m^-2.nm^-1"
 _SPECTRAL_CHANNEL = re.compile(r"S0\.(\d+(?:,\d+)?)nm")
 _WIDTHS_ATTRIBUTE = "bandWidths_nm"
 
@@ -28,6 +29,7 @@ def write_exr(
     pixels: ArrayLike,
     channels: Sequence[str],
     metadata: Mapping[str, Any] | None = None,
+    formats: Sequence[str] | None = None,
 ) -> None:
     """Write a float32 OpenEXR image.
 
@@ -41,13 +43,16 @@ def write_exr(
     metadata : mapping, optional
         Attributes of the header: text, whole numbers, floats; anything else
         is stored as JSON text.
+    formats : sequence of str, optional
+        ``"half"`` or ``"float"`` for each channel.
 
     Raises
     ------
     InputError
         If the file cannot be written; the message names the path.
     """
-    _write(path, np.asarray(pixels, dtype=np.float32), channels, "float", metadata or {})
+    values = np.asarray(pixels, dtype=np.float32)
+    _write(path, values, channels, "float", metadata or {}, formats)
 
 
 def write_rgb_exr(
@@ -61,6 +66,12 @@ def write_png(path: str | Path, rgb: ArrayLike) -> None:
     """Write scene-linear Rec.709, shape (height, width, 3), as 8-bit sRGB PNG."""
     codes = np.round(srgb_encode(np.nan_to_num(rgb)) * 255).astype(np.uint8)
     _write(path, codes, ("R", "G", "B"), "uint8", {"oiio:ColorSpace": "srgb_rec709_scene"})
+
+
+def write_jpeg(path: str | Path, rgb: ArrayLike, quality: int = 90) -> None:
+    """Write scene-linear Rec.709, shape (height, width, 3), as sRGB JPEG."""
+    codes = np.round(srgb_encode(np.nan_to_num(rgb)) * 255).astype(np.uint8)
+    _write(path, codes, ("R", "G", "B"), "uint8", {"compression": f"jpeg:{quality}"})
 
 
 def write_codes(
@@ -138,6 +149,17 @@ def spectral_channels(bands: Bands) -> list[str]:
     ]
 
 
+def band_labels(bands: Bands) -> list[str]:
+    """Names of bands in the channels of layers.
+
+    Examples
+    --------
+    >>> band_labels(Bands.uniform(2))
+    ['475,0nm', '625,0nm']
+    """
+    return [name.removeprefix("S0.") for name in spectral_channels(bands)]
+
+
 def read_exr(path: str | Path) -> tuple[NDArray[np.float32], list[str]]:
     """Read an OpenEXR image.
 
@@ -152,6 +174,21 @@ def read_exr(path: str | Path) -> tuple[NDArray[np.float32], list[str]]:
     """
     pixels, spec = _read(path)
     return pixels, list(spec.channelnames)
+
+
+def read_exr_texts(
+    path: str | Path,
+) -> tuple[NDArray[np.float32], list[str], dict[str, str]]:
+    """Read an OpenEXR image as :func:`read_exr` does, and its attributes of text.
+
+    Raises
+    ------
+    InputError
+        If the file is missing, damaged or incomplete.
+    """
+    pixels, spec = _read(path)
+    texts = {item.name: item.value for item in spec.extra_attribs if isinstance(item.value, str)}
+    return pixels, list(spec.channelnames), texts
 
 
 def read_spectral_exr(path: str | Path) -> tuple[NDArray[np.float32], Bands, str]:
@@ -231,6 +268,7 @@ def _write(
     channels: Sequence[str],
     kind: str,
     metadata: Mapping[str, Any],
+    formats: Sequence[str] | None = None,
 ) -> None:
     import OpenImageIO as oiio  # noqa: N813
 
@@ -241,6 +279,8 @@ def _write(
     height, width, count = pixels.shape
     spec = oiio.ImageSpec(width, height, count, kind)
     spec.channelnames = tuple(channels)
+    if formats is not None:
+        spec.channelformats = tuple(map(oiio.TypeDesc, formats))
     for name, value in metadata.items():
         plain = isinstance(value, str | int | float) and not isinstance(value, bool)
         spec.attribute(name, value if plain else json.dumps(value))

@@ -144,8 +144,8 @@ class SolvedPath:
     def single_scattering(
         self, y_o: Operand, w: Sequence[Operand], P: Operand, m: Mathematics = NUMPY
     ) -> Operand:
-        """Sunlight scattered once, nothing in its way."""
-        return self.beam.scattered_once(y_o, w, P, m)
+        """Sunlight scattered once, where it shines."""
+        return self.beam.scattered_once(y_o, w, P, m) * self.shade.once
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,0 +1,100 @@
+"""Scenes whose layers are known: targets before a level camera."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from pathlib import Path
+
+import bpy
+import numpy as np
+
+DEPTH = 5.0
+GREY, BLACK = (0.5, 0.5, 0.5), (0.0, 0.0, 0.0)
+NEAR, FAR = "Near", "Far"
+_COLUMNS, _ROWS = 8, 6
+_FILLED = 0.7  # of a cell
+
+
+def empty_scene(size: tuple[int, int]) -> bpy.types.Scene:
+    """Return a scene without anything."""
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    scene = bpy.context.scene
+    scene.render.resolution_x, scene.render.resolution_y = size
+    scene.render.resolution_percentage = 100
+    return scene
+
+
+def paint() -> bpy.types.Material:
+    """Return a matt material of the colour of its object: one shader for all."""
+    material = bpy.data.materials.new("paint")
+    tree = material.node_tree
+    tree.nodes.clear()
+    shader, output = (
+        tree.nodes.new(kind) for kind in ("ShaderNodeBsdfDiffuse", "ShaderNodeOutputMaterial")
+    )
+    colour = tree.nodes.new("ShaderNodeObjectInfo").outputs["Color"]
+    tree.links.new(colour, shader.inputs["Color"])
+    tree.links.new(shader.outputs[0], output.inputs["Surface"])
+    return material
+
+
+def square(
+    name: str,
+    place: Iterable[float],
+    size: float,
+    colour: Iterable[float],
+    material: bpy.types.Material,
+    turn: Iterable[float] = (math.pi / 2, 0.0, 0.0),
+) -> bpy.types.Object:
+    """Add a square that faces -y, or is turned otherwise."""
+    half = size / 2
+    mesh = bpy.data.meshes.new(name)
+    corners = [(x, y, 0.0) for x, y in ((-half, -half), (half, -half), (half, half), (-half, half))]
+    mesh.from_pydata(corners, [], [(0, 1, 2, 3)])
+    mesh.materials.append(material)
+    item = bpy.data.objects.new(name, mesh)
+    item.location, item.rotation_euler = tuple(place), tuple(turn)
+    item.color = (*colour, 1.0)
+    bpy.context.scene.collection.objects.link(item)
+    return item
+
+
+def camera(
+    name: str, place: Iterable[float], angle: float, tilt: float = math.pi / 2
+) -> bpy.types.Object:
+    """Add a camera that looks along +y, and make it the scene's."""
+    data = bpy.data.cameras.new(name)
+    data.angle = math.radians(angle)
+    item = bpy.data.objects.new(name, data)
+    item.location, item.rotation_euler = tuple(place), (tilt, 0.0, 0.0)
+    bpy.context.scene.collection.objects.link(item)
+    bpy.context.scene.camera = item
+    return item
+
+
+def targets(path: Path, ranges: Iterable[float], size: tuple[int, int] = (96, 72)) -> list[str]:
+    """Write a scene of black and grey squares, a pair at each range, seen in a narrow angle.
+
+    Returns the names of the squares, black ones first of each pair.
+    """
+    scene = empty_scene(size)
+    angle = 8.0
+    seen = camera(FAR, (0.0, 0.0, -DEPTH), angle)
+    material, names = paint(), []
+    tangent = math.tan(math.radians(angle) / 2)
+    cell = 2 * tangent / _COLUMNS
+    for number, z in enumerate(ranges):
+        for place, (kind, colour) in enumerate((("black", BLACK), ("grey", GREY))):
+            index = 2 * number + place
+            across = (index % _COLUMNS + 0.5) * cell - tangent
+            up = (index // _COLUMNS + 0.5 - _ROWS / 2) * cell
+            ray = np.array([across, 1.0, up])
+            names.append(f"{kind} {number:02d}")
+            at = ray / np.linalg.norm(ray) * z + (0.0, 0.0, -DEPTH)
+            square(names[-1], at.tolist(), _FILLED * cell * z, colour, material)
+    scene.camera = seen
+    camera(NEAR, (0.0, 0.0, -DEPTH), angle)
+    scene.camera = seen
+    bpy.ops.wm.save_as_mainfile(filepath=str(path))
+    return names

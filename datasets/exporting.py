@@ -1,0 +1,263 @@
+"""Writes a data set: what was rendered of each view becomes files that other software reads."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..uw_spectral.errors import InputError
+from ..uw_spectral.spectra.spectral_image import (
+    read_exr,
+    replacing,
+    write_codes,
+    write_jpeg,
+    write_png,
+)
+from .axes import Array
+from .bop import write_bop
+from .card import DataCard, Source, write_card
+from .coco import write_coco
+from .colmap import write_colmap
+from .depth_maps import PLANAR, RANGE, read_depth_png, write_depth_exr, write_depth_png
+from .files import make_folder, read_codes
+from .index import Index, IndexedView, SceneThing
+from .instance_maps import write_instance_map
+from .layer_file import FrameLayers, read_layers
+from .nerfstudio import write_nerfstudio
+from .outputs import Outputs
+from .raw_files import write_raw
+from .sparse_points import sparse_points
+from .specification import DataSetSpec
+from .view import SPLITS, Instance, View
+
+IMAGE, INSTANCE = "I", "instance"
+NEEDED = (IMAGE, RANGE, PLANAR, INSTANCE)
+"""Layers that are read."""
+
+
+@dataclass(frozen=True)
+class Rendered:
+    """What was rendered of a view.
+
+    Parameters
+    ----------
+    picture, layers, record, truth : Path
+        Scene-linear picture, its layers, and JSON; the record is written last.
+    to_rec709 : callable
+        Returns the matrix from the sensor's channels to the picture, shape (3, 3).
+    """
+
+    picture: Path
+    layers: Path
+    record: Path
+    truth: Path
+    to_rec709: Callable[[], Array]
+
+
+Silhouettes = Callable[[IndexedView, Sequence[str]], Mapping[str, NDArray[np.bool_]]]
+"""Returns where things of these names would be seen if nothing hid them."""
+
+
+def export_set(
+    index: Index,
+    spec: DataSetSpec,
+    rendered: Callable[[IndexedView], Rendered],
+    versions: Mapping[str, str],
+    silhouettes: Silhouettes,
+) -> list[View]:
+    """Write the files of the views that are rendered, and return these.
+
+    Parameters
+    ----------
+    index : Index
+    spec : DataSetSpec
+    rendered : callable
+        Returns where the files of a view lie.
+    versions : mapping
+        Of the software.
+    silhouettes : callable
+        For BOP.
+
+    Raises
+    ------
+    InputError
+        If nothing is rendered, or a file cannot be read or written.
+    """
+    folder, outputs = index.folder, spec.outputs
+    there = [view for view in index.views.values() if rendered(view).record.is_file()]
+    if not there:
+        raise InputError(f"{folder}: no view is rendered; render with --dataset, or --from")
+    things = {thing.name: (number, thing) for number, thing in enumerate(index.things, 1)}
+    views = [_view(folder, spec, view, rendered(view), things, silhouettes) for view in there]
+    card = _card(spec, index, versions, [rendered(view).record for view in there])
+    if "nerfstudio" in outputs.formats:
+        write_nerfstudio(folder / "transforms.json", views)
+    for name, of_group in _groups(views).items():
+        place = folder / "scenes" / name
+        if "nerfstudio" in outputs.formats:
+            write_nerfstudio(make_folder(place) / "transforms.json", of_group)
+        if "colmap" in outputs.formats:
+            points = sparse_points(of_group, _depth, _picture, outputs.points, spec.seed)
+            write_colmap(place / "sparse" / "0", of_group, points, folder / "images")
+    if "bop" in outputs.formats:
+        _write_bop(folder / "bop", views)
+    if "coco" in outputs.formats:
+        for split in SPLITS:
+            of_split = [view for view in views if view.split == split]
+            if of_split:
+                write_coco(folder / f"coco_{split}.json", of_split, card)
+    write_card(folder / "README.md", card, views)
+    return views
+
+
+def _view(
+    folder: Path,
+    spec: DataSetSpec,
+    view: IndexedView,
+    files: Rendered,
+    things: Mapping[str, tuple[int, SceneThing]],
+    silhouettes: Silhouettes,
+) -> View:
+    """Write the files of one view."""
+    outputs, name = spec.outputs, view.name
+    layers = read_layers(files.layers)
+    image = _file(folder, "images", name, outputs.picture)
+    rgb = read_exr(files.picture)[0]
+    if outputs.picture == "jpg":
+        write_jpeg(image, rgb)
+    else:
+        write_png(image, rgb)
+    if outputs.linear:
+        _copy(files.picture, _file(folder, "linear", name, "exr"))
+    if outputs.layers:
+        _copy(files.layers, _file(folder, "layers", name, "exr"))
+    if files.truth.is_file():
+        _copy(files.truth, _file(folder, "truth", name, "json"))
+    depth = _file(folder, "depth", name, "png")
+    write_depth_png(depth, layers[PLANAR].astype(np.float64))
+    if outputs.depth_exr:
+        write_depth_exr(depth.with_suffix(".exr"), layers[RANGE], view.camera)
+    numbers = _file(folder, "instances", name, "png")
+    instances = _instances(numbers, view, outputs, layers, things)
+    if "bop" in outputs.formats:
+        instances = _with_silhouettes(folder, view, instances, numbers, silhouettes)
+    metadata: dict[str, Any] = {
+        "water": view.record["settings"]["water"],
+        "lowered_m": view.lowered,
+        "pose": view.record["pose"],
+        "camera": view.record["camera"]["name"],
+        "group": view.group,
+    }
+    if spec.raw is not None:
+        raw = _file(folder, "raw", name, spec.raw.file)
+        metadata["raw"] = write_raw(raw, view, spec.raw, layers[IMAGE], files.to_rec709())
+    return View(
+        name, image, view.camera, view.camera_to_world, view.split,
+        depth=depth, instance_map=numbers, instances=tuple(instances.values()), metadata=metadata,
+    )  # fmt: skip
+
+
+def _instances(
+    path: Path,
+    view: IndexedView,
+    outputs: Outputs,
+    layers: FrameLayers,
+    things: Mapping[str, tuple[int, SceneThing]],
+) -> dict[str, Instance]:
+    """Write the numbers of the things that a view sees, and return these by name."""
+    rendered = np.asarray(layers[INSTANCE]).astype(np.int64)
+    numbers, found = np.zeros_like(rendered), {}
+    for shown in np.unique(rendered).tolist():
+        name = layers.instances.get(shown, "")
+        if name not in things or things[name][1].category in outputs.leave_out:
+            continue
+        number, thing = things[name]
+        numbers[rendered == shown] = number
+        pose = np.array(thing.object_to_world)
+        pose[2, 3] -= view.lowered
+        found[name] = Instance(number, thing.category, pose, thing.model)
+    write_instance_map(path, numbers)
+    return found
+
+
+def _with_silhouettes(
+    folder: Path,
+    view: IndexedView,
+    instances: Mapping[str, Instance],
+    numbers: Path,
+    silhouettes: Silhouettes,
+) -> dict[str, Instance]:
+    """Write all of what a view sees a part of, what hides it left out."""
+    seen, wholes, found = read_codes(numbers), silhouettes(view, list(instances)), {}
+    for name, item in instances.items():
+        path = _file(folder, "silhouettes", f"{view.name}_{item.number:05d}", "png")
+        # What is seen is a part of it, whatever a ray at the edge met.
+        whole = wholes[name] | (seen == item.number)
+        write_codes(path, np.where(whole, 255, 0).astype(np.uint8))
+        found[name] = replace(item, silhouette=path)
+    return found
+
+
+def _groups(views: Iterable[View]) -> dict[str, list[View]]:
+    """Views of one water, light and rig, which show one scene."""
+    found: dict[str, list[View]] = {}
+    for view in views:
+        found.setdefault(str(view.metadata["group"]), []).append(view)
+    return found
+
+
+def _write_bop(folder: Path, views: Sequence[View]) -> None:
+    """Write a scene for each split and water."""
+    for split in SPLITS:
+        of_split = [view for view in views if view.split == split]
+        for number, of_group in enumerate(_groups(of_split).values()):
+            write_bop(folder / split / f"{number:06d}", of_group)
+
+
+def _card(
+    spec: DataSetSpec, index: Index, versions: Mapping[str, str], records: Sequence[Path]
+) -> DataCard:
+    sources = {Source(index.scene.name, "see where it comes from", f"sha256 {index.scene_sha256}")}
+    for path in records:
+        for what, source in json.loads(path.read_text(encoding="utf-8"))["sources"].items():
+            sources.add(Source(what, "", "; ".join(source.splitlines())))
+    return DataCard(
+        spec.title,
+        spec.licence,
+        sorted(sources, key=lambda source: (source.name, source.reference)),
+        versions,
+        spec.outputs.version,
+        spec.outputs.description,
+    )
+
+
+def _depth(view: View) -> Array:
+    assert view.depth is not None
+    return read_depth_png(view.depth)
+
+
+def _picture(view: View) -> NDArray[np.uint8]:
+    """An 8-bit picture."""
+    pixels = read_exr(view.image)[0]  # any picture, as shares
+    return np.round(pixels * 255).astype(np.uint8)
+
+
+def _file(folder: Path, kind: str, name: str, suffix: str) -> Path:
+    return make_folder(folder / kind) / f"{name}.{suffix}"
+
+
+def _copy(source: Path, target: Path) -> None:
+    """Put a file under a second name; a copy where the disk knows no links."""
+    with replacing(target) as temporary:
+        try:
+            os.link(source, temporary)
+        except OSError:
+            shutil.copyfile(source, temporary)

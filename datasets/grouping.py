@@ -1,0 +1,119 @@
+"""Views as jobs: those that differ by pose alone are frames of one job.
+
+A job has one water, light, camera and rig; its frames are the poses, in all jobs with the same
+numbers, so that a moving sea is the same in every water.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import re
+from collections.abc import Container, Iterable, Mapping
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+
+from .enumeration import PlannedView
+from .quantities import Value
+from .specification import DataSetCamera, DataSetSpec, Rig
+
+_DIGITS = 6  # of what tells groups apart
+
+
+@dataclass(frozen=True)
+class ViewJob:
+    """Views that are rendered together.
+
+    Parameters
+    ----------
+    name : str
+        Of its folder.
+    group : str
+        Of its water, light and rig, whose views show one scene.
+    camera : DataSetCamera
+    rig : Rig
+    settings : mapping
+        Of all frames.
+    in_air : bool
+    seed : int
+        Of the noise.
+    frames : mapping of int to PlannedView
+        One of the views of each frame; others differ by their detector's noise.
+    """
+
+    name: str
+    group: str
+    camera: DataSetCamera
+    rig: Rig
+    settings: Mapping[str, Value]
+    in_air: bool
+    seed: int
+    frames: dict[int, PlannedView] = field(default_factory=dict)
+
+    def settings_of(self, frame: int) -> Mapping[str, Value]:
+        """Return the settings of a frame, what is drawn included."""
+        return self.frames[frame].settings
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where the picture of a view is: job and frame; and the group of its job."""
+
+    job: str
+    frame: int
+    group: str
+
+
+def group_views(
+    spec: DataSetSpec, views: Iterable[PlannedView], *, seeded: bool, taken: Container[str] = ()
+) -> tuple[list[ViewJob], dict[str, Place]]:
+    """Return the jobs of views, and where the picture of each view will be.
+
+    Parameters
+    ----------
+    spec : DataSetSpec
+    views : iterable of PlannedView
+        In the order of :func:`.enumerate_views`.
+    seeded : bool
+        Whether the noise of the engine has a seed, so that repeats are rendered each.
+    taken : container of str
+        Names that other jobs have.
+    """
+    drawn = {name for name, quantity in spec.settings.items() if quantity.drawn}
+    lowered = spec.lowered.values
+    jobs: dict[object, ViewJob] = {}
+    places: dict[str, Place] = {}
+    for view in views:
+        fixed = {name: value for name, value in view.settings.items() if name not in drawn}
+        repeat = view.repeat if seeded else 0
+        key = (tuple(fixed.items()), view.camera.name, view.rig.name, repeat)
+        if key not in jobs:
+            group, seed = _group(fixed, view), spec.seed + repeat
+            words = [group, view.camera.name] + ([f"seed{repeat}"] if repeat else [])
+            name = _free(_plain(words), {job.name for job in jobs.values()}, taken)
+            jobs[key] = ViewJob(name, group, view.camera, view.rig, fixed, view.in_air, seed)
+        job = jobs[key]
+        depth = 0 if spec.lowered.drawn else lowered.index(view.lowered)
+        frame = 1 + view.pose * len(lowered) + depth
+        job.frames.setdefault(frame, view)
+        places[view.name] = Place(job.name, frame, job.group)
+    return list(jobs.values()), places
+
+
+def _group(fixed: Mapping[str, Value], view: PlannedView) -> str:
+    """Name water and rig, and tell them from those that differ by other settings."""
+    content = json.dumps([dict(fixed), asdict(view.rig)], sort_keys=True)
+    digest = hashlib.sha256(content.encode()).hexdigest()[:_DIGITS]
+    return _plain([Path(str(view.settings["water"])).stem, view.rig.name, digest])
+
+
+def _plain(words: Iterable[str]) -> str:
+    return re.sub(r"[^A-Za-z0-9.-]+", "_", "-".join(words)).strip("_.")
+
+
+def _free(name: str, ours: Container[str], taken: Container[str]) -> str:
+    found, count = name, 1
+    while found in ours or found in taken:
+        count += 1
+        found = f"{name}-{count}"
+    return found

@@ -1,0 +1,222 @@
+"""The index of a data set: its views, and the job and frame where each is rendered.
+
+One JSON file beside the jobs; paths in it are relative to its folder.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..uw_spectral.errors import InputError
+from ..uw_spectral.spectra.spectral_image import replacing
+from .axes import Array
+from .camera import PinholeCamera
+from .enumeration import PlannedView
+from .files import relative
+from .grouping import Place
+from .view import Split
+
+KIND = "underwater-spectral data set"
+FORMAT = 1
+NAME = "dataset.json"
+_PLACED = ("job", "frame", "group")
+
+
+@dataclass(frozen=True)
+class IndexedView:
+    """A view of the index."""
+
+    name: str
+    job: str
+    frame: int
+    group: str
+    split: Split
+    noise_seed: int
+    record: Mapping[str, Any]
+
+    @property
+    def camera(self) -> PinholeCamera:
+        """Its camera."""
+        optics = self.record["camera"]["optics"]
+        return PinholeCamera(**{**optics, "distortion": tuple(optics["distortion"])})
+
+    @property
+    def camera_to_world(self) -> Array:
+        """Its pose in Blender's axes, shape (4, 4)."""
+        return np.array(self.record["camera_to_world"], dtype=np.float64)
+
+    @property
+    def lowered(self) -> float:
+        """Metres that the scene is lowered by."""
+        return float(self.record["lowered_m"])
+
+
+@dataclass(frozen=True)
+class SceneThing:
+    """An object of the scene, as it is before the scene is lowered.
+
+    ``model`` numbers shapes: things of one mesh and size share it.
+    """
+
+    name: str
+    category: str
+    model: int
+    object_to_world: tuple[tuple[float, ...], ...]
+
+
+@dataclass(frozen=True)
+class Index:
+    """A data set, planned.
+
+    Parameters
+    ----------
+    folder : Path
+        Of the set.
+    spec : Path
+    scene : Path
+    scene_sha256 : str
+    rendered : mapping
+        What all jobs share besides the views: engine, mode, settings.
+    jobs : tuple of str
+        Folders of the jobs below ``jobs``.
+    views : mapping of str to IndexedView
+        In order.
+    things : tuple of SceneThing
+    """
+
+    folder: Path
+    spec: Path
+    scene: Path
+    scene_sha256: str
+    rendered: Mapping[str, Any]
+    jobs: tuple[str, ...]
+    views: Mapping[str, IndexedView]
+    things: tuple[SceneThing, ...]
+
+    def manifest(self, job: str) -> Path:
+        """Return the manifest of a job."""
+        return job_folder(self.folder, job) / "job.json"
+
+    def frames(self, job: str) -> list[int]:
+        """Return the frames of a job that the set needs."""
+        return sorted({view.frame for view in self.views.values() if view.job == job})
+
+
+def job_folder(folder: Path, job: str) -> Path:
+    """Return the folder of a job."""
+    return folder / "jobs" / job
+
+
+def indexed(view: PlannedView, place: Place) -> IndexedView:
+    """Return a planned view as the index has it."""
+    return IndexedView(
+        view.name, place.job, place.frame, place.group, view.split, view.noise_seed, view.record()
+    )
+
+
+def write_index(path: Path, index: Index) -> None:
+    """Write an index, a view a line; whole under its name, or not at all.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be written.
+    """
+    head = {
+        "kind": KIND,
+        "format": FORMAT,
+        "spec": relative(index.spec, path.parent),
+        "scene": relative(index.scene, path.parent),
+        "scene_sha256": index.scene_sha256,
+        "rendered": dict(index.rendered),
+        "jobs": index.jobs,
+    }
+    rows = [
+        {**view.record, **{name: getattr(view, name) for name in _PLACED}}
+        for view in index.views.values()
+    ]
+    parts = [f"{json.dumps(name)}: {json.dumps(value)}" for name, value in head.items()]
+    parts += [f'"views": {_lines(rows)}', f'"things": {_lines(map(asdict, index.things))}']
+    with replacing(path) as temporary:
+        temporary.write_text("{\n" + ",\n".join(parts) + "\n}\n", encoding="utf-8")
+
+
+def read_index(path: Path) -> Index:
+    """Read an index.
+
+    Raises
+    ------
+    InputError
+        If the file is missing, damaged, or of another format.
+    """
+    try:
+        content = json.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise InputError(
+            f"cannot read {path}: {error.strerror}; plan the data set with --dataset"
+        ) from error
+    except ValueError as error:
+        raise InputError(f"{path} is damaged ({error}); delete it and plan again") from error
+    if not isinstance(content, dict) or content.get("kind") != KIND:
+        raise InputError(f"{path} is no index of a data set; plan one with --dataset")
+    if content.get("format") != FORMAT:
+        raise InputError(
+            f"{path} has format {content.get('format')!r}, and this extension reads {FORMAT}; use "
+            "the version that wrote it"
+        )
+    folder = path.absolute().parent
+    try:
+        views = [
+            IndexedView(
+                name=row["name"],
+                job=row["job"],
+                frame=row["frame"],
+                group=row["group"],
+                split=row["split"],
+                noise_seed=row["noise_seed"],
+                record={name: value for name, value in row.items() if name not in _PLACED},
+            )
+            for row in content["views"]
+        ]
+        things = tuple(
+            SceneThing(
+                row["name"],
+                row["category"],
+                row["model"],
+                tuple(map(tuple, row["object_to_world"])),
+            )
+            for row in content["things"]
+        )
+        return Index(
+            folder,
+            (folder / content["spec"]).resolve(),
+            (folder / content["scene"]).resolve(),
+            content["scene_sha256"],
+            content["rendered"],
+            tuple(content["jobs"]),
+            {view.name: view for view in views},
+            things,
+        )
+    except (KeyError, TypeError, ValueError) as error:
+        raise InputError(
+            f"{path} is damaged ({type(error).__name__}: {error}); delete it and plan again"
+        ) from error
+
+
+def is_index(path: Path) -> bool:
+    """Whether a file is an index, by its first line after the brace."""
+    try:
+        with path.open(encoding="utf-8") as file:
+            return KIND in file.readline() + file.readline()
+    except (OSError, UnicodeDecodeError):
+        return False
+
+
+def _lines(rows: Any) -> str:  # noqa: ANN401 - what JSON holds
+    return "[\n" + ",\n".join(json.dumps(row) for row in rows) + "\n]"

@@ -1,0 +1,229 @@
+"""What a specification asks for besides its views: how they are rendered, and which files."""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+from typing import Any, Literal, get_args
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..uw_spectral.detector import PATTERNS, Detector, RawSettings, Vignetting, capture
+from ..uw_spectral.errors import InputError, unknown_name
+from ..uw_spectral.imaging.layers import NONE, parse_layers
+from .camera import PinholeCamera
+from .tables import Table
+
+Format = Literal["nerfstudio", "colmap", "bop", "coco"]
+FORMATS: tuple[Format, ...] = get_args(Format)
+PICTURES = ("png", "jpg")
+RAW_FILES = ("dng", "tiff")
+
+
+@dataclass(frozen=True)
+class Outputs:
+    """Files of a set.
+
+    Parameters
+    ----------
+    picture : str
+        One of :data:`PICTURES`.
+    formats : tuple of str
+        Of :data:`FORMATS`.
+    linear, depth_exr : bool
+        Whether scene-linear pictures and depth in m are written.
+    layers : tuple of str
+        Of :data:`.layers.NAMES`, in one file a view.
+    points : int
+        That COLMAP is given of each view.
+    leave_out : tuple of str
+        Categories that are no instances, such as the ground.
+    version : str
+        Of the set.
+    description : str
+    """
+
+    picture: str = "png"
+    formats: tuple[str, ...] = FORMATS
+    linear: bool = True
+    depth_exr: bool = True
+    layers: tuple[str, ...] = ()
+    points: int = 100
+    leave_out: tuple[str, ...] = ()
+    version: str = "1.0"
+    description: str = ""
+
+
+@dataclass(frozen=True)
+class RawOutputs:
+    """The camera's detector as a device.
+
+    Parameters
+    ----------
+    detector : Detector
+    white : float
+        Share of the full well that what is developed to white fills in its brightest channel.
+    exposure_time : float
+        s.
+    iso : float, optional
+    pattern : str, optional
+    vignetting : Vignetting, optional
+    file : str
+        One of :data:`RAW_FILES`.
+    """
+
+    detector: Detector = dataclasses.field(default_factory=Detector)
+    white: float = 0.5
+    exposure_time: float = 0.01
+    iso: float | None = None
+    pattern: str | None = None
+    vignetting: Vignetting | None = None
+    file: str = "tiff"
+
+    def settings(self, white_response: float, seed: int) -> RawSettings:
+        """Return how a picture is taken.
+
+        Parameters
+        ----------
+        white_response : float
+            Largest response of a channel to what is developed to white.
+        seed : int
+            Of the noise.
+        """
+        return RawSettings(
+            self.detector,
+            white_response / self.white,
+            self.exposure_time,
+            self.iso,
+            self.pattern,
+            self.vignetting,
+            seed,
+        )
+
+    def counts(
+        self, channels: ArrayLike, camera: PinholeCamera, white_response: float, seed: int
+    ) -> tuple[NDArray[np.uint16], dict[str, Any]]:
+        """Return the counts of a picture's linear responses, and what to record of them.
+
+        Parameters
+        ----------
+        channels : array_like, shape (height, width, 3)
+            Responses before white balance and exposure.
+        camera : PinholeCamera
+        white_response : float
+        seed : int
+        """
+        chosen = self.settings(white_response, seed)
+        focal, centre = (camera.fx, camera.fy), (camera.cx, camera.cy)
+        return capture(channels, chosen, focal=focal, centre=centre), chosen.record()
+
+
+def read_render(table: Table) -> tuple[str, ...]:
+    """Return the options of a render that a table gives, as on the command line.
+
+    Examples
+    --------
+    >>> read_render(Table({"engine": "eevee", "sky_radiance": 0.1, "shafts": False}, "render"))
+    ('--engine', 'eevee', '--sky-radiance', '0.1', '--no-shafts')
+    """
+    found: list[str] = []
+    for key in table.keys():  # noqa: SIM118 - not a dict
+        value, name = table.get(key), key.replace("_", "-")
+        if isinstance(value, bool):
+            found.append(f"--{name}" if value else f"--no-{name}")
+        elif isinstance(value, str | int | float):
+            found += [f"--{name}", str(value)]
+        else:
+            raise table.needed(key, "text, a number, true or false", value)
+    return tuple(found)
+
+
+def read_outputs(table: Table) -> Outputs:
+    """Read the table ``[output]``.
+
+    Raises
+    ------
+    InputError
+        If a format is unknown.
+    """
+    usual = Outputs()
+    picture = table.text("picture", usual.picture)
+    if picture not in PICTURES:
+        raise unknown_name(table.place("picture"), picture, PICTURES)
+    formats = table.texts("formats", FORMATS)
+    for name in formats:
+        if name not in FORMATS:
+            raise unknown_name(table.place("formats"), name, FORMATS)
+    found = Outputs(
+        picture,
+        formats,
+        table.switch("linear", usual.linear),
+        table.switch("depth_exr", usual.depth_exr),
+        parse_layers(table.text("layers", NONE)),
+        table.whole("points", usual.points),
+        table.texts("leave_out", ()),
+        table.text("version", usual.version),
+        table.text("description", usual.description),
+    )
+    table.close()
+    return found
+
+
+def read_raw(table: Table | None) -> RawOutputs | None:
+    """Read the table ``[detector]``; None without one.
+
+    Raises
+    ------
+    InputError
+        If a value is out of its domain.
+    """
+    if table is None:
+        return None
+    usual = RawOutputs()
+    values: dict[str, Any] = {}
+    for field in dataclasses.fields(Detector):
+        default = field.default
+        assert isinstance(default, bool | int | float)
+        if isinstance(default, bool):
+            values[field.name] = table.switch(field.name, default)
+        elif isinstance(default, int):
+            values[field.name] = table.whole(field.name, default)
+        else:
+            values[field.name] = table.number(field.name, default)
+    pattern = table.get("pattern")
+    if pattern is not None and pattern not in PATTERNS:
+        raise unknown_name(table.place("pattern"), str(pattern), PATTERNS)
+    file = table.text("file", "dng" if pattern else usual.file)
+    if file not in RAW_FILES:
+        raise unknown_name(table.place("file"), file, RAW_FILES)
+    if file == "dng" and pattern is None:
+        raise InputError(f"{table.place('file')}: a DNG holds a mosaic; give pattern = 'RGGB'")
+    white, time = (
+        table.number("white", usual.white),
+        table.number("exposure_time", usual.exposure_time),
+    )
+    if not white > 0 or time < 0:
+        raise InputError(f"{table.where}: white is above 0, and exposure_time 0 s or more")
+    iso = table.number("iso") if "iso" in table else None
+    radial = table.get("vignetting")
+    vignetting = None
+    if radial is not None:
+        if not isinstance(radial, list):
+            raise table.needed(
+                "vignetting", "a list of radial coefficients, empty for cos⁴", radial
+            )
+        vignetting = Vignetting(
+            radial=table.numbers("vignetting", len(radial)), natural=table.switch("natural", True)
+        )
+    table.close()
+    detector = Detector(**values)
+    detector.gain_at(iso)
+    return RawOutputs(detector, white, time, iso, pattern, vignetting, file)
+
+
+def _vignetting(table: Table) -> Vignetting:
+    radial = table.get("vignetting")
+    if not isinstance(radial, list):
+        raise table.needed("vignetting", "a list of coefficients, empty for cos⁴ alone", radial)
+    return Vignetting(table.switch("natural", True), table.numbers("vignetting", len(radial)))

@@ -1,0 +1,48 @@
+"""Raw pictures of a data set: counts of a detector as TIFF or DNG."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..uw_spectral.detector import write_dng
+from ..uw_spectral.spectra.colour_rendering import rec709_to_XYZ
+from ..uw_spectral.spectra.spectral_image import write_codes
+from .axes import Array
+from .index import IndexedView
+from .outputs import RawOutputs
+
+
+def write_raw(
+    path: Path, view: IndexedView, raw: RawOutputs, channels: ArrayLike, to_rec709: Array
+) -> dict[str, Any]:
+    """Write the counts of a view, and return how they were taken.
+
+    Parameters
+    ----------
+    path : Path
+    view : IndexedView
+        Whose noise seed counts.
+    raw : RawOutputs
+    channels : array_like, shape (height, width, 3)
+        Linear responses of the sensor before white balance and exposure.
+    to_rec709 : array, shape (3, 3)
+        From these to the developed picture.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be written.
+    """
+    white = np.linalg.solve(to_rec709, np.ones(3))
+    counts, record = raw.counts(channels, view.camera, float(white.max()), view.noise_seed)
+    if raw.file == "dng" and raw.pattern is not None:
+        sensor = view.record["camera"]["sensor"]
+        to_camera = np.linalg.inv(rec709_to_XYZ() @ to_rec709)
+        write_dng(path, counts, raw.detector, raw.pattern, to_camera, white, sensor)
+    else:
+        write_codes(path, counts, {"black_level": raw.detector.black_level})
+    return {**record, "white_response": white.tolist(), "to_linear_rec709": to_rec709.tolist()}

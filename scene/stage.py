@@ -1,0 +1,96 @@
+"""What a job adds to its scene: a camera with its lamps, and where it is at each frame.
+
+The scene stays as it is in its file; whoever renders a pass sets the stage anew.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field
+from typing import Any
+
+Matrix = tuple[tuple[float, ...], ...]
+
+
+@dataclass(frozen=True)
+class StageCamera:
+    """A camera; lengths in pixels from the upper left corner of the picture."""
+
+    name: str
+    width: int
+    height: int
+    fx: float
+    fy: float
+    cx: float
+    cy: float
+
+
+@dataclass(frozen=True)
+class StageLamp:
+    """A lamp on the camera, in its axes; ``size`` is the full angle of its cone, 0 for all sides.
+
+    ``sha256`` is the content of the file that ``emission`` names, empty without one.
+    """
+
+    power: float
+    unit: str
+    emission: str
+    position: tuple[float, ...]
+    axis: tuple[float, ...]
+    size: float
+    sha256: str = ""
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where the camera is at a frame: its pose in the world, and how far the scene is lowered."""
+
+    camera_to_world: Matrix
+    lowered: float = 0.0
+
+
+@dataclass(frozen=True)
+class Stage:
+    """A camera, its lamps, and their places by frame.
+
+    ``held`` is the frame at which the animation of the scene stands still.
+    """
+
+    camera: StageCamera
+    held: int
+    lamps: tuple[StageLamp, ...] = ()
+    places: Mapping[int, Place] = field(default_factory=dict)
+
+    @property
+    def fixed(self) -> dict[str, Any]:
+        """All but the places, as JSON holds it."""
+        return {
+            "camera": asdict(self.camera),
+            "held": self.held,
+            "lamps": [asdict(x) for x in self.lamps],
+        }
+
+    def record(self) -> dict[str, Any]:
+        """Return all of it as JSON holds it."""
+        places = {str(n): [p.lowered, *p.camera_to_world] for n, p in self.places.items()}
+        return {**self.fixed, "places": places}
+
+
+def stage_of(content: Mapping[str, Any]) -> Stage:
+    """Return the stage of what :meth:`Stage.record` returned.
+
+    Examples
+    --------
+    >>> stage = Stage(StageCamera("a", 8, 6, 9.0, 9.0, 4.0, 3.0), 1, (), {1: Place(((1.0,),))})
+    >>> stage_of(stage.record()) == stage
+    True
+    """
+    lamps = tuple(
+        StageLamp(**{**lamp, "position": tuple(lamp["position"]), "axis": tuple(lamp["axis"])})
+        for lamp in content["lamps"]
+    )
+    places = {
+        int(frame): Place(tuple(map(tuple, rows)), lowered)
+        for frame, (lowered, *rows) in content["places"].items()
+    }
+    return Stage(StageCamera(**content["camera"]), content["held"], lamps, places)

@@ -1,0 +1,520 @@
+"""Data sets from a specification: staged, planned, rendered and exported, and what bad ones say."""
+
+from __future__ import annotations
+
+import json
+import re
+import shutil
+import warnings
+from collections import namedtuple
+from pathlib import Path
+
+import bpy
+import cv2
+import numpy as np
+import OpenImageIO as oiio
+import pycolmap
+import pytest
+import rawpy
+from pycocotools.coco import COCO
+from underwater_spectral.datasets.axes import looking_at
+from underwater_spectral.datasets.camera import PinholeCamera
+from underwater_spectral.datasets.depth_maps import (
+    planar_depth,
+    read_depth_exr,
+    read_depth_png,
+)
+from underwater_spectral.datasets.files import read_codes
+from underwater_spectral.datasets.index import read_index
+from underwater_spectral.scene import batch, data_set_batch, staging, stored_settings
+from underwater_spectral.scene.manifest import read_manifest
+from underwater_spectral.scene.pinhole import pinhole_of, pose_of
+from underwater_spectral.scene.progress import Progress
+from underwater_spectral.scene.room import Room
+from underwater_spectral.scene.stage import Place, Stage, StageCamera, StageLamp
+from underwater_spectral.tests.scene import scenes
+from underwater_spectral.uw_spectral.spectra.spectral_image import read_exr
+
+# pycocotools' own, of its masks as arrays.
+pytestmark = pytest.mark.filterwarnings("ignore:__array__ implementation:DeprecationWarning")
+
+OPTICS = StageCamera("probe", 120, 90, 110.0, 121.0, 66.5, 40.25)
+SPEC = """
+title = "Discs"
+licence = "CC0-1.0"
+seed = 5
+[water]
+name = ["jerlov:IB", "air"]
+[sun]
+zenith = 30
+[scene]
+file = "discs.blend"
+depth = 1.5
+[render]
+engine = "eevee"
+mode = "realtime"
+samples = 1
+bands = 3
+field = "closed-form"
+diffuse_shadows = false
+[[camera]]
+name = "probe"
+width = 160
+height = 120
+focal = [150, 160]
+centre = [84.5, 55.25]
+[[poses]]
+name = "around"
+kind = "orbit"
+target = [0, 0, -3]
+radius = 3
+elevation = 25
+start = -100
+arc = 30
+count = 2
+[[rig]]
+name = "sun alone"
+[detector]
+pattern = "GRBG"
+[splits]
+train = 0.5
+val = 0.5
+test = 0
+[output]
+leave_out = ["sand"]
+layers = "position"
+"""
+DISCS = ((-0.6, 0.1, -2.8), (0.5, -0.2, -3.1), (0.1, 0.5, -2.5))
+
+
+def _blank() -> bpy.types.Scene:
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", DeprecationWarning)
+        bpy.ops.wm.read_factory_settings(use_empty=True)
+    if not hasattr(bpy.types.Scene, stored_settings.PROPERTY):
+        stored_settings.register()
+    return bpy.context.scene
+
+
+def _mesh(name: str, vertices: np.ndarray, faces: list) -> bpy.types.Object:
+    mesh = bpy.data.meshes.new(name)
+    mesh.from_pydata(vertices.tolist(), [], faces)
+    item = bpy.data.objects.new(name, mesh)
+    bpy.context.scene.collection.objects.link(item)
+    return item
+
+
+def _rim(place: tuple[float, ...], radius: float = 0.25) -> np.ndarray:
+    """Corners of a disc that looks at where the cameras are, world coordinates."""
+    angle = np.linspace(0, 2 * np.pi, 64, endpoint=False)
+    pose = looking_at(place, (0.3, 2.0, -4.0))
+    flat = radius * np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=-1)
+    return flat @ pose[:3, :3].T + pose[:3, 3]
+
+
+def _discs(path: Path) -> None:
+    """Three discs over sand."""
+    _blank()
+    paint = scenes.principled("paint", (0.9, 0.7, 0.5, 1.0))
+    for number, place in enumerate(DISCS):
+        corners = _rim(place)
+        disc = _mesh(f"disc {number}", corners - place, [tuple(range(len(corners)))])
+        disc.location, disc["category"] = place, "marker"
+        disc.data.materials.append(paint)
+    wide = 8.0 * np.array([(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)])
+    sand = _mesh("sand", wide - (0, 0, 4.5), [(0, 1, 2, 3)])
+    sand.data.materials.append(paint)
+    bpy.ops.wm.save_as_mainfile(filepath=str(path))
+
+
+def _run(*arguments: object) -> int:
+    return batch.main([str(a) for a in arguments], inside_blender=False)
+
+
+# --- The stage --------------------------------------------------------------------------------
+
+
+def test_a_stage_is_what_it_says_and_leaves_no_trace(empty_blender):
+    _blank()
+    scene = bpy.context.scene
+    box = scenes._cube("box", (0.0, 8.0, -6.0))
+    child = scenes._cube("child", (1.0, 0.0, 0.0))
+    child.parent = box
+    for frame, x in ((1, 0.0), (11, 10.0)):
+        box.location.x = x
+        box.keyframe_insert("location", frame=frame)
+    scene.frame_set(3)
+    before = sorted(block.name_full for block in bpy.data.user_map())
+    poses = {
+        1: looking_at((0, 0, -2), (1, 5, -3)),
+        2: looking_at((2, 1, -4), (0, 0, -6), 30.0),
+        9: looking_at((0, -1, -8), (0, 0, -1)),
+    }
+    places = {n: Place(tuple(map(tuple, p.tolist())), 0.5 * n) for n, p in poses.items()}
+    lamp = StageLamp(900.0, "lm", "led", (0.3, 0.1, 0.0), (0.0, 0.2, -1.0), 60.0)
+    with staging.staged(scene, Stage(OPTICS, 6, (lamp,), places)):
+        camera = scene.camera
+        assert camera.name == "probe"
+        found = pinhole_of(scene, camera)
+        for name in ("width", "height", "fx", "fy", "cx", "cy"):
+            assert getattr(found, name) == pytest.approx(getattr(OPTICS, name), abs=1e-4), name
+        light = next(item for item in scene.objects if item.type == "LIGHT")
+        for frame, pose in poses.items():
+            scene.frame_set(frame)
+            assert pose_of(camera) == pytest.approx(pose, abs=2e-6)
+            # The animation stands still at frame 6, and all has gone down.
+            depsgraph = bpy.context.evaluated_depsgraph_get()
+            place = child.evaluated_get(depsgraph).matrix_world.translation
+            assert tuple(place) == pytest.approx((6.0, 8.0, -6.0 - 0.5 * frame), abs=1e-5)
+            hangs = light.evaluated_get(depsgraph).matrix_world.translation
+            assert tuple(hangs) == pytest.approx((pose @ (0.3, 0.1, 0.0, 1.0))[:3], abs=1e-5)
+    assert sorted(block.name_full for block in bpy.data.user_map()) == before
+    assert scene.frame_current == 3
+    assert box.parent is None
+    scene.frame_set(6)
+    assert box.matrix_world.translation.x == pytest.approx(5.0)
+
+
+def test_room_knows_inside_and_outside(empty_blender):
+    _blank()
+    rock = scenes._cube("rock", (0.0, 0.0, -5.0))  # from -1 to 1
+    rock.scale = (2.0, 1.0, 0.5)
+    wide = 20.0 * np.array([(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)])
+    _mesh("sand", wide - (0, 0, 8.0), [(0, 1, 2, 3)])
+    bpy.context.view_layer.update()
+    room = Room(bpy.context.evaluated_depsgraph_get())
+    assert room.clearance((3.0, 0.0, -5.0)) == pytest.approx(1.0, abs=1e-5)
+    assert room.clearance((0.0, 0.0, -2.5)) == pytest.approx(2.0, abs=1e-5)
+    assert room.clearance((0.0, 0.0, -5.2)) == pytest.approx(-0.3, abs=1e-5)
+    assert room.clearance((9.0, 9.0, -8.7)) == pytest.approx(-0.7, abs=1e-5)
+    camera = PinholeCamera.from_field_of_view(60, 40, 60.0)
+    level = looking_at((0.0, -9.0, -5.0), (0.0, 0.0, -5.0))
+    down = looking_at((6.0, 6.0, -5.0), (6.0, 6.0, -8.0))
+    up = looking_at((6.0, 6.0, -5.0), (6.0, 6.0, 0.0))
+    assert room.seen_share(down, camera) == 1.0
+    assert room.seen_share(up, camera) == 0.0
+    assert 0.2 < room.seen_share(level, camera) < 0.6
+
+
+# --- From a specification to files ------------------------------------------------------------
+
+Made = namedtuple("Made", "folder index spec")
+
+
+class StoppedError(Exception):
+    """Stands for a process that is killed."""
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory) -> Made:
+    """A set that was stopped after its first pass, and gone on with."""
+    folder = tmp_path_factory.mktemp("set")
+    _discs(folder / "discs.blend")
+    spec, out = folder / "spec.toml", folder / "out"
+    spec.write_text(SPEC)
+
+    def stop(self, step):
+        raise StoppedError
+
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr(Progress, "report", stop)
+        with pytest.raises(StoppedError):
+            _run("--dataset", spec, "--out", out)
+    assert len(list(out.glob("jobs/*/passes/*/pass_00.exr"))) == 1
+    assert _run("--dataset", spec, "--out", out) == 0
+    return Made(out, read_index(out / "dataset.json"), spec)
+
+
+def test_a_run_that_was_killed_goes_on_with_the_same_bits(made):
+    first = made.index.jobs[0]
+    job = made.folder / "jobs" / first
+    passes = sorted(job.glob("passes/*/*.exr"))
+    before = {path: read_exr(path)[0] for path in passes}
+    kept = (job / "passes" / "0002" / "pass_00.exr").stat().st_mtime_ns
+    for path in (*job.glob("passes/0001/*"), *job.glob("0001*")):
+        path.unlink()
+    pictures = {p: p.read_bytes() for p in (made.folder / "images").iterdir()}
+    assert _run("--dataset", made.spec, "--out", made.folder) == 0
+    for path, pixels in before.items():
+        assert np.array_equal(read_exr(path)[0], pixels, equal_nan=True), path
+    assert (job / "passes" / "0002" / "pass_00.exr").stat().st_mtime_ns == kept
+    assert {p: p.read_bytes() for p in (made.folder / "images").iterdir()} == pictures
+
+
+def _polygon_centroid(corners: np.ndarray) -> np.ndarray:
+    x, y = corners.T
+    cross = x * np.roll(y, -1) - y * np.roll(x, -1)
+    sums = [((c + np.roll(c, -1)) * cross).sum() for c in (x, y)]
+    return np.array(sums) / (3.0 * cross.sum())
+
+
+def _numbers(index) -> dict[str, int]:
+    return {thing.name: number for number, thing in enumerate(index.things, 1)}
+
+
+def _centroid(mask: np.ndarray) -> np.ndarray:
+    rows, columns = np.nonzero(mask)
+    return np.array([columns.mean() + 0.5, rows.mean() + 0.5])
+
+
+def _lowered_rim(number: int) -> np.ndarray:
+    return _rim(DISCS[number]) - (0.0, 0.0, 1.5)
+
+
+def test_discs_are_seen_where_poses_and_cameras_put_them(made):
+    """Through our own camera, pycolmap, OpenCV by BOP, and nerfstudio's convention."""
+    numbers, checked = _numbers(made.index), 0
+    transforms = json.loads((made.folder / "transforms.json").read_text())
+    frames = {Path(frame["file_path"]).stem: frame for frame in transforms["frames"]}
+    groups = [pycolmap.Reconstruction(str(p)) for p in made.folder.glob("scenes/*/sparse/0")]
+    of_colmap = {Path(i.name).stem: i for model in groups for i in model.images.values()}
+    assert len(groups) == 2
+    assert len(of_colmap) == len(frames) == 4
+    for view in made.index.views.values():
+        ids = read_codes(made.folder / "instances" / f"{view.name}.png")
+        for number in range(len(DISCS)):
+            mask, rim = ids == numbers[f"disc {number}"], _lowered_rim(number)
+            assert mask.sum() > 150
+            seen = _centroid(mask)
+            image = of_colmap[view.name]
+            by_colmap = np.array([image.project_point(p) for p in rim])
+            frame = frames[view.name]
+            local = (np.c_[rim, np.ones(len(rim))]) @ np.linalg.inv(frame["transform_matrix"]).T
+            by_nerf = np.stack(
+                [
+                    transforms["fl_x"] * local[:, 0] / -local[:, 2] + transforms["cx"],
+                    transforms["fl_y"] * -local[:, 1] / -local[:, 2] + transforms["cy"],
+                ],
+                axis=-1,
+            )
+            for corners in (by_colmap, by_nerf):
+                assert _polygon_centroid(corners) == pytest.approx(seen, abs=0.1)
+            checked += 1
+    assert checked == 12
+
+
+def test_bop_is_read_by_opencv(made):
+    checked = 0
+    for folder in sorted((made.folder / "bop").glob("*/*")):
+        cameras = json.loads((folder / "scene_camera.json").read_text())
+        truths = json.loads((folder / "scene_gt.json").read_text())
+        infos = json.loads((folder / "scene_gt_info.json").read_text())
+        for key, camera in cameras.items():
+            K = np.array(camera["cam_K"]).reshape(3, 3)
+            assert cv2.imread(str(folder / "rgb" / f"{int(key):06d}.png")).shape == (120, 160, 3)
+            for place, (pose, info) in enumerate(zip(truths[key], infos[key], strict=True)):
+                path = folder / "mask_visib" / f"{int(key):06d}_{place:06d}.png"
+                mask = cv2.imread(str(path), cv2.IMREAD_UNCHANGED) > 0
+                # The mesh of a disc is its rim, moved to its origin.
+                errors = []
+                for centre in DISCS:
+                    rim_mm = 1e3 * (_rim(centre) - centre)
+                    turn = cv2.Rodrigues(np.array(pose["cam_R_m2c"]).reshape(3, 3))[0]
+                    shift = np.array(pose["cam_t_m2c"])
+                    at = cv2.projectPoints(rim_mm, turn, shift, K, None)[0][:, 0]
+                    errors.append(np.abs(_polygon_centroid(at) + 0.5 - _centroid(mask)).max())
+                assert min(errors) < 0.1
+                assert info["visib_fract"] > 0.95
+                checked += 1
+    assert checked == 12
+
+
+def test_depth_is_that_of_the_scene(made):
+    numbers = _numbers(made.index)
+    for view in made.index.views.values():
+        in_mm = read_depth_png(made.folder / "depth" / f"{view.name}.png")
+        distances, planar = read_depth_exr(made.folder / "depth" / f"{view.name}.exr")
+        finite = np.isfinite(planar)
+        assert finite.sum() > 5000
+        assert np.array_equal(finite, np.isfinite(in_mm))
+        assert np.abs(in_mm[finite] - planar[finite]).max() < 0.6e-3
+        along = planar_depth(distances, view.camera)[finite]
+        assert planar[finite] == pytest.approx(along, rel=1e-5)
+        ids = read_codes(made.folder / "instances" / f"{view.name}.png")
+        for number, centre in enumerate(DISCS):
+            mask = ids == numbers[f"disc {number}"]
+            rays = view.camera.rays()[mask] * (1, -1, -1) @ view.camera_to_world[:3, :3].T
+            normal = looking_at(centre, (0.3, 2.0, -4.0))[:3, 2]
+            offset = np.subtract(centre, (0, 0, 1.5)) - view.camera_to_world[:3, 3]
+            true = offset @ normal / (rays @ normal)
+            assert distances[mask] == pytest.approx(true, rel=2e-4)
+
+
+def test_coco_openimageio_and_libraw_read_their_files(made, capsys):
+    annotations = 0
+    for split in ("train", "val"):
+        coco = COCO(str(made.folder / f"coco_{split}.json"))
+        assert [c["name"] for c in coco.loadCats(coco.getCatIds())] == ["marker"]
+        for item in coco.loadAnns(coco.getAnnIds()):
+            name = Path(coco.loadImgs(item["image_id"])[0]["file_name"]).stem
+            ids = read_codes(made.folder / "instances" / f"{name}.png")
+            mask = coco.annToMask(item).astype(bool)
+            (number,) = set(ids[mask].tolist())
+            assert np.array_equal(mask, ids == number)
+            annotations += 1
+    capsys.readouterr()
+    assert annotations == 12
+    for view in made.index.views.values():
+        spec = oiio.ImageInput.open(str(made.folder / "layers" / f"{view.name}.exr")).spec()
+        assert {"range", "planar_depth", "position.X"} <= set(spec.channelnames)
+        linear = read_exr(made.folder / "linear" / f"{view.name}.exr")[0]
+        with rawpy.imread(str(made.folder / "raw" / f"{view.name}.dng")) as raw:
+            developed = raw.postprocess(
+                gamma=(1, 1), no_auto_bright=True, output_bps=16, half_size=True,
+                use_camera_wb=True, output_color=rawpy.ColorSpace.sRGB,
+            )  # fmt: skip
+        # White is half the well: 1875 of the 4031 counts above the black level.
+        wanted = linear.reshape(60, 2, 80, 2, 3).mean(axis=(1, 3))
+        ratio = developed.mean(axis=(0, 1)) / 65535 / wanted.mean(axis=(0, 1))
+        bright = wanted.mean(axis=(0, 1)) > 0.1
+        assert ratio[bright] == pytest.approx(np.full(bright.sum(), 1875 / 4031), rel=0.02)
+
+
+def test_air_is_clear_and_water_is_not(made):
+    by_water = {}
+    for view in made.index.views.values():
+        numbers = read_codes(made.folder / "instances" / f"{view.name}.png")
+        pixels = read_exr(made.folder / "linear" / f"{view.name}.exr")[0]
+        seen = pixels[numbers == _numbers(made.index)["disc 0"]].mean(axis=0)
+        by_water.setdefault(view.record["settings"]["water"], []).append(seen)
+    assert set(by_water) == {"jerlov:IB", "air"}
+    red_over_blue = {w: np.mean(v, axis=0)[0] / np.mean(v, axis=0)[2] for w, v in by_water.items()}
+    # The paint's own colour in air: 0.9 to 0.5.
+    assert red_over_blue["air"] == pytest.approx(0.9 / 0.5, rel=0.1)
+    assert red_over_blue["jerlov:IB"] < 1.0
+
+
+def test_the_card_and_the_truth_are_there(made):
+    text = (made.folder / "README.md").read_text()
+    for part in ("# Discs", "CC0-1.0", "| train | 2 |", "| val | 2 |", "marker", "Blender"):
+        assert part in text
+    assert all(line.count("|") in (0, 3, 4) for line in text.splitlines())
+    wet = [v for v in made.index.views.values() if v.record["settings"]["water"] == "jerlov:IB"]
+    for view in wet:
+        truth = json.loads((made.folder / "truth" / f"{view.name}.json").read_text())
+        assert truth["camera"]["K"] == pytest.approx(view.camera.K, abs=1e-3)
+        assert truth["water"]["layers"][0]["name"].startswith("Jerlov IB")
+
+
+def test_a_set_grows_by_what_is_new(made, tmp_path):
+    folder = tmp_path / "grown"
+    shutil.copytree(made.folder, folder / "out")
+    shutil.copy(made.spec.with_name("discs.blend"), folder / "discs.blend")
+    spec = folder / "spec.toml"
+    spec.write_text(SPEC.replace('"air"]', '"air", "jerlov:II"]'))
+    assert _run("--dataset", spec, "--out", folder / "out", "--dataset-plan") == 0
+    index = read_index(folder / "out" / "dataset.json")
+    assert index.jobs[:2] == made.index.jobs
+    assert len(index.jobs) == 3
+    assert len(index.views) == 6
+    new = [view for view in index.views.values() if view.name not in made.index.views]
+    assert {view.job for view in new} == {index.jobs[2]}
+    # The same poses are at the same frames.
+    manifests = [read_manifest(index.manifest(job)) for job in index.jobs]
+    places = [manifest.stage.places for manifest in manifests]
+    assert places[0] == places[2]
+    assert data_set_batch.status(index)[0].count("2 of 2 passes done") == 2
+
+
+def test_another_render_is_refused_in_the_same_folder(made, capsys):
+    assert _run("--dataset", made.spec, "--out", made.folder, "--samples", 2) == 2
+    assert "other values of samples" in capsys.readouterr().err
+
+
+def test_workers_and_status_take_the_index(made, capsys):
+    assert _run("--from", made.folder / "dataset.json") == 0
+    assert "0 of 4 view(s) rendered here" in capsys.readouterr().out
+    assert _run("--status", made.folder / "dataset.json", "--json") == 0
+    status = json.loads(capsys.readouterr().out.strip().splitlines()[-1])
+    assert [job["done"] for job in status.values()] == [2, 2]
+    images = {p: p.read_bytes() for p in (made.folder / "images").iterdir()}
+    shutil.rmtree(made.folder / "images")
+    assert _run("--dataset-export", made.folder) == 0
+    assert {p: p.read_bytes() for p in (made.folder / "images").iterdir()} == images
+
+
+# --- What cannot be used ----------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("zenith = 30", "zenith = { from = 40, to = 20 }", "range from 40 to 20 is empty"),
+        ('"jerlov:IB"', '"jerlov:IX"', "water.name: unknown Jerlov type 'IX'"),
+        ('file = "discs.blend"', 'file = "disks.blend"', "disks.blend .*is not there"),
+        ('file = "discs.blend"\n', "", "names no scene"),
+        ("samples = 1", "sample = 1", r"\[render\].*--sample"),
+        ("samples = 1", "samples = 0", "--samples: 0 is outside"),
+        ("radius = 3", "radius = 30", "above the water"),
+        ("height = 120", "height = 120\ndistortion = [0.1, 0, 0, 0, 0]", "no lens distortion"),
+        ('name = "probe"', 'name = "disc 0"', "the scene has an object of that name"),
+        ("seed = 5", "seed = 5\nrepeats = 2", None),
+        ('[detector]\npattern = "GRBG"', '[detector]\npattern = "GBRB"', "GBRB"),
+        ("[detector]", "[detector]\nbits = 20", "bits must be 1 to 16"),
+        ('layers = "position"', 'layers = "depth"', "depth"),
+    ],
+)
+def test_bad_specifications_say_what_to_do(tmp_path, capsys, old, new, message):
+    _discs(tmp_path / "discs.blend")
+    _blank()
+    assert old in SPEC
+    (tmp_path / "spec.toml").write_text(SPEC.replace(old, new))
+    out = tmp_path / "out"
+    status = _run("--dataset", tmp_path / "spec.toml", "--out", out, "--dataset-plan")
+    error = capsys.readouterr().err
+    if message is None:
+        assert status == 0
+        return
+    assert status == 2
+    assert re.search(message, error), error
+    assert not list(tmp_path.glob("out/jobs/*/passes"))
+
+
+def test_cameras_that_are_always_in_rock_say_so(tmp_path, capsys):
+    _discs(tmp_path / "discs.blend")
+    rock = scenes._cube("rock", (0.0, 0.0, -20.0))
+    rock.scale = (5.0, 5.0, 5.0)
+    bpy.ops.wm.save_mainfile()
+    poses = """[[poses]]
+kind = "random"
+low = [-1, -1, -21]
+high = [1, 1, -19]
+target_low = [0, 0, -20]
+target_high = [0.1, 0.1, -19]
+clearance = 0.1
+count = 2
+"""
+    before, after = SPEC.split("[[poses]]")[0], SPEC.split("count = 2\n")[1]
+    (tmp_path / "spec.toml").write_text(before + poses + after)
+    assert _run("--dataset", tmp_path / "spec.toml", "--out", tmp_path / "out") == 2
+    error = capsys.readouterr().err
+    assert "of 500 cameras none fits: 500 are inside things" in error
+    assert "change the box" in error
+
+
+def test_a_full_disk_says_how_much_is_needed(tmp_path, capsys, monkeypatch):
+    _discs(tmp_path / "discs.blend")
+    (tmp_path / "spec.toml").write_text(SPEC)
+    usage = shutil.disk_usage(tmp_path)._replace(free=100_000)
+    monkeypatch.setattr(data_set_batch.shutil, "disk_usage", lambda _: usage)
+    assert _run("--dataset", tmp_path / "spec.toml", "--out", tmp_path / "out") == 2
+    assert "make room, choose another --out, or shorten" in capsys.readouterr().err
+
+
+def test_repeats_need_noise_of_their_own(tmp_path, capsys):
+    _discs(tmp_path / "discs.blend")
+    text = SPEC.replace("seed = 5", "seed = 5\nrepeats = 2").replace("[detector]", "")
+    (tmp_path / "spec.toml").write_text(text.replace('pattern = "GRBG"\n', ""))
+    assert _run("--dataset", tmp_path / "spec.toml", "--out", tmp_path / "out") == 2
+    assert "the pictures would be the same; give a [detector]" in capsys.readouterr().err
+
+
+def test_options_that_the_specification_decides_are_refused(tmp_path, capsys):
+    (tmp_path / "spec.toml").write_text(SPEC)
+    for options, message in (
+        (["--water", "jerlov:II"], "--water: .*decides"),
+        (["--resolution", 8, 8], "--resolution: not with a data set"),
+        (["--frames", "1-3"], "--frames: not with a data set"),
+    ):
+        assert _run("--dataset", tmp_path / "spec.toml", "--out", tmp_path / "out", *options) == 2
+        assert message.split(":")[0] in capsys.readouterr().err

@@ -1,0 +1,235 @@
+"""Layers of a picture: they add up, and say where things are."""
+
+from __future__ import annotations
+
+import json
+import math
+
+import bpy
+import numpy as np
+import pytest
+from mathutils import Vector
+from underwater_spectral.datasets import cryptomatte
+from underwater_spectral.datasets.layer_file import read_layers
+from underwater_spectral.scene import batch, cameras, manifest, planning, settings
+from underwater_spectral.tests.scene import scenes
+from underwater_spectral.uw_spectral.errors import InputError
+from underwater_spectral.uw_spectral.spectra.spectral_image import read_exr
+
+SIZE = (40, 24)
+RANGE, MOVED = 3.0, 0.1  # m from the camera; a frame
+PLAIN = ["--bands", "3", "--no-diffuse-shadows", "--no-scene-floor", "--water", "jerlov:IB"]
+EEVEE = ["--engine", "eevee", "--field", "closed-form", "--samples", "4"]
+
+
+def _square(name, place, size, material, colour):
+    half = size / 2
+    mesh = bpy.data.meshes.new(name)
+    corners = [(x, y, 0.0) for x, y in ((-half, -half), (half, -half), (half, half), (-half, half))]
+    mesh.from_pydata(corners, [], [(0, 1, 2, 3)])
+    mesh.materials.append(material)
+    item = bpy.data.objects.new(name, mesh)
+    item.location, item.rotation_euler = place, (math.pi / 2, 0.0, 0.0)
+    item.color = (*colour, 1.0)
+    bpy.context.scene.collection.objects.link(item)
+    return item
+
+
+@pytest.fixture(scope="module")
+def blend(tmp_path_factory):
+    """A grey and a moving black square before a level camera."""
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    material = scenes.principled("paint")
+    tree = material.node_tree
+    tree.nodes.clear()
+    shader, output, info = (
+        tree.nodes.new(f"ShaderNode{kind}")
+        for kind in ("BsdfDiffuse", "OutputMaterial", "ObjectInfo")
+    )
+    tree.links.new(info.outputs["Color"], shader.inputs["Color"])
+    tree.links.new(shader.outputs[0], output.inputs["Surface"])
+    _square("grey", (-0.7, RANGE, -5.0), 1.2, material, (0.5, 0.5, 0.5))
+    item = _square("black", (0.0, RANGE, -5.0), 1.2, material, (0.0, 0.0, 0.0))
+    for frame in (1, 2, 3):
+        item.location.x = 0.7 + MOVED * (frame - 2)
+        item.keyframe_insert("location", frame=frame)
+    for curve in item.animation_data.action.layers[0].strips[0].channelbags[0].fcurves:
+        for key in curve.keyframe_points:
+            key.interpolation = "LINEAR"
+    scenes.add_camera(rotation=(math.pi / 2, 0.0, 0.0))
+    scene = bpy.context.scene
+    scene.frame_set(2)
+    scene.render.resolution_x, scene.render.resolution_y = SIZE
+    path = tmp_path_factory.mktemp("layers") / "scene.blend"
+    bpy.ops.wm.save_as_mainfile(filepath=str(path))
+    return path
+
+
+def _run(blend, out, *options):
+    arguments = [str(blend), *PLAIN, "--out", str(out), "--layers", "all", *options]
+    assert batch.main(arguments, inside_blender=False) == 0
+    return read_layers(out / "0002_layers.exr"), json.loads((out / "0002_truth.json").read_text())
+
+
+@pytest.fixture(scope="module")
+def eevee(blend, tmp_path_factory):
+    return _run(blend, tmp_path_factory.mktemp("eevee"), *EEVEE, "--mode", "bands")
+
+
+@pytest.fixture(scope="module")
+def cycles(blend, tmp_path_factory):
+    return _run(blend, tmp_path_factory.mktemp("cycles"), "--samples", "64")
+
+
+def _inside(frame, name):
+    """Pixels that one object fills, those at its edges left out."""
+    number = next(n for n, found in frame.instances.items() if found == name)
+    here = frame["instance"] == number
+    inner = here.copy()
+    for axis in (0, 1):
+        for step in (-1, 1):
+            inner &= np.roll(here, step, axis)
+    return inner
+
+
+@pytest.mark.parametrize("suffix", ["", "_bands"])
+def test_layers_add_up_to_the_image(eevee, suffix):
+    frame, _ = eevee
+    I, D, B, F = (frame[name + suffix].astype(float) for name in "IDBF")  # noqa: E741
+    error = np.abs(D + B + F - I) / I
+    assert np.median(error) < 1e-3
+    assert np.percentile(error, 95) < 1e-2
+    parts = sum(frame[f"B_{part}{suffix}"] for part in ("single", "multiple"))
+    np.testing.assert_allclose(B, parts, rtol=2e-3)
+    # Each of them counts.
+    grey = _inside(frame, "grey")
+    for part in (D, B, F):
+        assert (part[grey] / I[grey]).min() > 0.01
+
+
+def test_transmittance_is_exact_and_is_what_is_left(eevee):
+    frame, truth = eevee
+    grey, c = _inside(frame, "grey"), np.array(truth["bands"]["c"])
+    z = frame["range"][..., None].astype(float)
+    np.testing.assert_allclose(frame.bands("T")[grey], np.exp(-c * z)[grey], rtol=1e-6)
+    D, J, E = (frame.bands(name).astype(float)[grey] for name in "DJE")
+    np.testing.assert_allclose(D / J, np.exp(-c * z)[grey], rtol=4e-3)
+    # A matt surface under an open sky.
+    np.testing.assert_allclose(J, frame.bands("albedo")[grey] / np.pi * E, rtol=4e-3)
+    assert frame["shadow"][grey].min() > 0.99
+
+
+@pytest.mark.parametrize("engine", ["eevee", "cycles"])
+def test_places_are_those_of_the_things(engine, request, blend):
+    frame, truth = request.getfixturevalue(engine)
+    bpy.ops.wm.open_mainfile(filepath=str(blend))
+    scene = bpy.context.scene
+    depsgraph = bpy.context.evaluated_depsgraph_get()
+    place = np.full((*SIZE[::-1], 3), np.nan)
+    for index, (origin, ray) in enumerate(cameras.camera_rays(scene, scene.camera, *SIZE)):
+        hit, at, *_ = scene.ray_cast(depsgraph, origin, ray)
+        if hit:
+            place[divmod(index, SIZE[0])] = at
+    seen = np.isfinite(place[..., 0])
+    np.testing.assert_array_equal(np.isfinite(frame["range"]), seen)
+    K, pose = np.array(truth["camera"]["K"]), np.array(truth["camera"]["camera_to_world"])
+    assert np.abs(frame["position"] - place)[seen].max() < 0.1 * RANGE / K[0, 0]
+    # Known points are where the truth's camera puts them.
+    x, y, z = (np.linalg.inv(pose) @ [*place[seen].T, np.ones(seen.sum())])[:3]
+    columns, rows = np.meshgrid(np.arange(SIZE[0]) + 0.5, np.arange(SIZE[1]) + 0.5)
+    assert np.abs(K[0, 0] * x / -z + K[0, 2] - columns[seen]).max() < 0.1
+    assert np.abs(K[1, 1] * y / z + K[1, 2] - rows[seen]).max() < 0.1
+    np.testing.assert_allclose(frame["planar_depth"][seen], RANGE, rtol=1e-3)
+    distance = np.linalg.norm(place - np.array(Vector((0, 0, -5.0))), axis=-1)
+    np.testing.assert_allclose(frame["range"][seen], distance[seen], rtol=1e-3)
+    np.testing.assert_allclose(
+        frame["normal"][_inside(frame, "grey")], np.array([[0, -1, 0]] * 1), atol=1e-3
+    )
+    moved = frame["motion"][_inside(frame, "black")]
+    pixels = K[0, 0] * MOVED / RANGE
+    np.testing.assert_allclose(moved[:, [0, 2]], -pixels, rtol=0.02)
+
+
+@pytest.mark.parametrize("engine", ["eevee", "cycles"])
+def test_numbers_and_cryptomatte_name_the_things(engine, request):
+    frame, _ = request.getfixturevalue(engine)
+    known = cryptomatte.read_manifest(frame.attributes, "CryptoObject")
+    assert {"grey", "black"} <= set(known)
+    assert known["grey"] == cryptomatte.identifier("grey")
+    ranks = np.concatenate([frame[f"CryptoObject{rank:02d}"] for rank in range(3)], axis=-1)
+    for name, left in (("grey", True), ("black", False)):
+        share = cryptomatte.coverage(ranks, known[name])
+        assert share[_inside(frame, name)].min() > 0.999
+        assert (np.argwhere(share > 0.5)[:, 1].mean() < SIZE[0] / 2) == left
+        # A square of 1.2 m.
+        assert share.sum() == pytest.approx((1.2 * SIZE[0] / 0.72 / RANGE / 2) ** 2, rel=0.15)
+
+
+def test_cycles_tells_direct_light_from_the_rest(cycles, eevee):
+    (frame, truth), (other, _) = cycles, eevee
+    I, D, B, F = (frame.bands(name).astype(float) for name in "IDBF")  # noqa: E741
+    np.testing.assert_allclose(D + B + F, I, rtol=1e-4, atol=1e-6)
+    grey, c = _inside(frame, "grey"), np.array(truth["bands"]["c"])
+    J, E = frame.bands("J")[grey], other.bands("J")[grey]
+    np.testing.assert_allclose(J.mean(axis=0), E.mean(axis=0), rtol=0.05)
+    z = frame["range"][grey][:, None].astype(float)
+    np.testing.assert_allclose(D[grey], J * np.exp(-c * z), rtol=2e-3)
+    np.testing.assert_allclose(frame.bands("albedo")[grey], other.bands("albedo")[grey], atol=2e-3)
+
+
+def test_the_real_time_picture_comes_apart_alike(blend, tmp_path, eevee):
+    frame, truth = _run(blend, tmp_path, *EEVEE, "--mode", "realtime")
+    I, D, B, F = (frame[name].astype(float) for name in "IDBF")  # noqa: E741
+    error = np.abs(D + B + F - I) / I
+    assert np.median(error) < 1e-3
+    assert np.percentile(error, 95) < 1e-2
+    for name in "IJDBF":
+        reference = eevee[0][name]
+        np.testing.assert_allclose(frame[name], reference, atol=0.01 * reference.mean())
+    picture = read_exr(tmp_path / "0002.exr")[0]
+    developed = frame["I"] @ np.array(truth["sensor"]["to_linear_rec709"]).T
+    np.testing.assert_allclose(developed, picture, atol=0.005 * picture.mean())
+
+
+def _planned(blend, tmp_path, layers):
+    bpy.ops.wm.open_mainfile(filepath=str(blend))
+    options = settings.parse([*EEVEE, "--out", str(tmp_path), "--bands", "3", "--layers", layers])
+    chosen = settings.merge(settings.SceneSettings(), options)
+    return planning.plan_job(bpy.context.scene, lambda: chosen, settings.job(options))
+
+
+def test_a_pass_depends_on_what_is_drawn_with_it(blend, tmp_path):
+    keys = {
+        layers: manifest.Manifest.key(job, job.views[0], 0)
+        for layers in ("none", "range", "D,B", "B,D", "B_single,B_multiple,B_lamps,B,D")
+        for job in [_planned(blend, tmp_path, layers)]
+    }
+    assert keys["D,B"] == keys["B,D"] == keys["B_single,B_multiple,B_lamps,B,D"]
+    assert len(set(keys.values())) == 3
+
+
+def test_resuming_renders_passes_without_their_layers_again(blend, tmp_path):
+    options = [str(blend), *PLAIN, "--samples", "1", "--resolution", "8", "6", "--resume"]
+    options += ["--out", str(tmp_path), "--layers", "D,range"]
+    assert batch.main(options, inside_blender=False) == 0
+    names = ["pass_00.exr", "pass_00_layers.exr"]
+    files = [tmp_path / "passes" / "0002" / name for name in names]
+    first = [file.stat().st_mtime_ns for file in files]
+    assert batch.main(options, inside_blender=False) == 0
+    assert [file.stat().st_mtime_ns for file in files] == first
+    files[1].unlink()
+    assert batch.main(options, inside_blender=False) == 0
+    assert all(f.stat().st_mtime_ns > t for f, t in zip(files, first, strict=True))
+    found = read_layers(tmp_path / "0002_layers.exr")
+    assert list(found.layers) == ["D", "D_bands", "range"]
+
+
+def test_other_cameras_and_words_are_refused(blend, tmp_path):
+    bpy.ops.wm.open_mainfile(filepath=str(blend))
+    bpy.context.scene.camera.data.type = "ORTHO"
+    chosen = settings.SceneSettings(layers="range")
+    job = settings.job(settings.parse(["--out", str(tmp_path)]))
+    with pytest.raises(InputError, match="is of type ORTHO; layers .* need a perspective camera"):
+        planning.plan_job(bpy.context.scene, lambda: chosen, job)
+    with pytest.raises(InputError, match="--layers: 'depth' is not one of"):
+        settings.SceneSettings(layers="depth")
