@@ -5,7 +5,6 @@ Lengths are in units of 1/c. The camera is at the origin and looks along z.
 
 from __future__ import annotations
 
-import itertools
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -18,7 +17,7 @@ from ..uw_spectral.lamps.profile import IsotropicProfile, Profile, SpotProfile, 
 from ..uw_spectral.water.phase import BandPhase, HenyeyGreenstein, seawater_mixture
 from . import _lamp_photons
 
-ORDERS, BATCHES = 40, 10
+ORDERS, BATCHES = 60, 10
 KINDS = ("beside", "in view", "across", "patch")
 PROFILES: dict[str, Profile] = {
     "isotropic": IsotropicProfile(),
@@ -55,23 +54,6 @@ class Case:
     def lamp(self) -> Lamp:
         """The lamp, of intensity 1."""
         return Lamp(tuple(self.position), tuple(self.axis), np.ones(1), self.profile, RADIUS)
-
-
-def grid() -> Iterator[Case]:
-    """The cases of radiance that the approximation was fitted to."""
-    functions = (
-        *(BandPhase((HenyeyGreenstein(g),), np.ones((1, 1))) for g in (0.8, 0.924)),
-        seawater_mixture([1.0], [0.02]),
-    )
-    for function, profile in itertools.product(functions, PROFILES.values()):
-        for d, P in itertools.product((0.03, 0.1, 0.3, 1.0, 3.0), (0.3, 1.0, 3.0, math.inf)):
-            yield Case("beside", function, profile, np.array([d, 0.0, 0.0]), _FACING, P)
-        for D, angle in itertools.product((0.1, 0.3, 1.0, 2.0, 4.0, 6.0), (2.0, 10.0, 30.0, 60.0)):
-            at = _seen_at(D, angle)
-            yield Case("in view", function, profile, at, -at / D, math.inf)
-        for D, angle in itertools.product((0.3, 1.0, 3.0), (10.0, 45.0)):
-            axis = np.array([-1.0, 0.0, 0.0])
-            yield Case("across", function, profile, _seen_at(D, angle), axis, math.inf)
 
 
 def unseen(count: int, seed: int = 1) -> Iterator[Case]:
@@ -112,11 +94,10 @@ def traced(case: Case, photons: int, seed: int) -> NDArray[np.float64]:
     rng = np.random.default_rng(seed)
     phase = _lamp_photons.tables_of(case.function)
     x, w = np.zeros((photons, 3)), np.tile(_FACING, (photons, 1))
-    unit = 1.0
+    weight: NDArray[np.float64] | float = 1.0
     if case.kind == "patch":
-        w = _lamp_photons.turned(w, (1.0 - np.sqrt(rng.random(photons))) / 2.0, rng)
-        unit = math.pi
-    return unit * _lamp_photons.orders(
+        w, weight = _lamp_photons.onto_patch(w, case.position, rng)
+    return _lamp_photons.orders(
         x, w, case.P, case.position, case.profile.value, case.axis, phase, rng,
-        ORDERS, BATCHES,
+        ORDERS, BATCHES, weight,
     )  # fmt: skip

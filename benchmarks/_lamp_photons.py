@@ -21,6 +21,8 @@ from ..uw_spectral.water.phase import BandPhase
 
 _NEAREST = 1e-4  # of a ray to the lamp, in 1/c
 _TABLE = 4000
+_DECADES = 16.0  # in e; of angles from the lamp
+_NARROWEST = math.pi * math.exp(-_DECADES)
 
 
 @dataclass(frozen=True, eq=False)
@@ -169,19 +171,45 @@ def _towards_lamp(
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Directions to look for light in: half of them as scattered, half about the lamp; weights.
 
-    About the lamp the density is 1/(2 π² sin α), α from the direction to it: light scattered once
-    has the pole 1/sin α there.
+    Light scattered once has the pole 1/sin α there, α from the direction to the lamp, and that of
+    the phase function besides.
     """
     to_lamp = lamp - x
     to_lamp = to_lamp / np.maximum(np.linalg.norm(to_lamp, axis=1, keepdims=True), 1e-12)
-    angle = math.pi * rng.random(len(x))
-    seen = np.where(
-        (rng.random(len(x)) < 0.5)[:, None], after, turned(to_lamp, np.sin(angle / 2) ** 2, rng)
-    )
+    seen = np.where((rng.random(len(x)) < 0.5)[:, None], after, _about(to_lamp, rng))
     p = phase.per_steradian(((seen - before) ** 2).sum(axis=1) / 4)
-    sine = np.linalg.norm(np.cross(seen, to_lamp), axis=1)
-    about = 1.0 / (2 * math.pi**2 * np.maximum(sine, 1e-12))
-    return seen, 2.0 * p / (p + about)
+    return seen, 2.0 * p / (p + _density_about(seen, to_lamp))
+
+
+def onto_patch(
+    normals: NDArray, lamp: NDArray, rng: np.random.Generator
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Random directions that a patch is lit from, and weights that make their mean irradiance.
+
+    Half of them are drawn by the cosine, half about the lamp: by the cosine alone few would find
+    the light scattered by small angles.
+    """
+    count = len(normals)
+    by_cosine = turned(normals, (1.0 - np.sqrt(rng.random(count))) / 2.0, rng)
+    to_lamp = np.tile(lamp / np.linalg.norm(lamp), (count, 1))
+    w = np.where((rng.random(count) < 0.5)[:, None], by_cosine, _about(to_lamp, rng))
+    cosine = np.maximum((w * normals).sum(axis=1), 0.0)
+    return w, 2.0 * cosine / (cosine / math.pi + _density_about(w, to_lamp))
+
+
+def _about(to_lamp: NDArray, rng: np.random.Generator) -> NDArray[np.float64]:
+    """Draw directions about the lamp: half even in the angle from it, half in its logarithm."""
+    even, share = rng.random(len(to_lamp)) < 0.5, rng.random(len(to_lamp))
+    angle = math.pi * np.where(even, share, np.exp(-_DECADES * share))
+    return turned(to_lamp, np.sin(angle / 2) ** 2, rng)
+
+
+def _density_about(w: NDArray, to_lamp: NDArray) -> NDArray[np.float64]:
+    """Density of these directions, 1/sr."""
+    half = np.linalg.norm(w - to_lamp, axis=1) / 2
+    angle = 2 * np.arcsin(np.clip(half, 0.0, 1.0))
+    per_angle = 1.0 / math.pi + (angle > _NARROWEST) / (_DECADES * np.maximum(angle, _NARROWEST))
+    return per_angle / (4 * math.pi * np.maximum(np.sin(angle), 1e-12))
 
 
 def summed(found: NDArray, albedo: float) -> tuple[float, float]:

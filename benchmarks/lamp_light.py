@@ -1,9 +1,8 @@
 """How far the light of lamps is right: scattered once against the integral, more against photons.
 
-    python3 dev.py run -m benchmarks lamp_light [--cases N] [--photons N] [--fit]
+    python3 dev.py run -m benchmarks lamp_light [--cases N] [--photons N]
 
-writes docs/lamp_light.md. Takes about a quarter of an hour. ``--fit`` prints the constants of
-:mod:`uw_spectral.lamps.multiple_scattering` fitted again, to other cases, instead.
+writes docs/lamp_light.md. Takes about a quarter of an hour. Photons are kept.
 """
 
 from __future__ import annotations
@@ -17,20 +16,22 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from ..uw_spectral.lamps import lamp_path, multiple_scattering
+from ..uw_spectral.lamps import angular_spread, lamp_path
 from ..uw_spectral.lamps.lamp import Lamp, ray_past_lamp
 from ..uw_spectral.lamps.lamp_surface import patch_past_lamp, surface_irradiance
 from ..uw_spectral.lamps.multiple_scattering import lamp_light, lamp_water
 from ..uw_spectral.lamps.profile import IsotropicProfile
+from ..uw_spectral.spectra.spectral_image import replacing
 from ..uw_spectral.water.phase import BandPhase, HenyeyGreenstein, parse_phase, seawater_mixture
 from . import _lamp_cases
 from ._lamp_photons import summed
 
 _NODES = (8, 12, 16)
-_ALBEDOS = (0.3, 0.5, 0.7, 0.8, 0.9)
+_ALBEDOS = (0.3, 0.5, 0.7, 0.8, 0.9, 0.95)
 _NOISE = 0.12
 _PANELS = 400
-type Row = tuple[_lamp_cases.Case, float, float, float]
+_ROOT = Path(__file__).resolve().parent.parent
+type Row = tuple[_lamp_cases.Case, float, float, float, float]
 _PHASES = {
     "HG 0.8": BandPhase((HenyeyGreenstein(0.8),), np.ones((1, 1))),
     "HG 0.924": BandPhase((HenyeyGreenstein(0.924),), np.ones((1, 1))),
@@ -123,52 +124,45 @@ def solved(case: _lamp_cases.Case, albedo: float) -> tuple[float, float]:
     return once, once + more
 
 
-def photon_errors(count: int, photons: int) -> list[Row]:
-    """Case, albedo, and value over photons of what is scattered once and of all, less 1."""
+def traced(count: int, photons: int, keep: Path) -> NDArray[np.float64]:
+    """Light of each case by batch and order, from a file if it is kept."""
+    kept = keep / f"unseen_{count}_{photons}.npy"
+    if not kept.exists():
+        found = []
+        for i, case in enumerate(_lamp_cases.unseen(count)):
+            found.append(_lamp_cases.traced(case, photons, 10_000 + i))
+            if i % 20 == 19:
+                print(f"{i + 1} of {count} cases", flush=True)
+        keep.mkdir(parents=True, exist_ok=True)
+        with replacing(kept) as temporary, temporary.open("wb") as file:
+            np.save(file, found)
+    return np.load(kept)
+
+
+def photon_errors(count: int, photons: int, keep: Path) -> list[Row]:
+    """Case, albedo, value over photons of what is scattered once and of all, less 1, and noise."""
     rows = []
-    for i, case in enumerate(_lamp_cases.unseen(count)):
-        found = _lamp_cases.traced(case, photons, 10_000 + i)
+    for case, found in zip(_lamp_cases.unseen(count), traced(count, photons, keep), strict=True):
         for albedo in _ALBEDOS:
             value, error = summed(found, albedo)
             once, whole = solved(case, albedo)
             if case.kind == "patch":
                 value += once
             if error < _NOISE * value:
-                rows.append((case, albedo, once / value - 1, whole / value - 1))
-        if i % 20 == 19:
-            print(f"{i + 1} of {count} cases", flush=True)
+                rows.append((case, albedo, once / value - 1, whole / value - 1, error / value))
     return rows
-
-
-def fitted(photons: int) -> NDArray[np.float64]:
-    """κ, blur and halo by least squares in the logarithm, to the cases that are not unseen."""
-    from scipy.optimize import least_squares
-
-    names = ("SLOWED", "BLUR", "HALO")
-    wanted = []
-    for i, case in enumerate(_lamp_cases.grid()):
-        orders = _lamp_cases.traced(case, photons, 1000 + i)
-        for albedo in _ALBEDOS:
-            value, error = summed(orders, albedo)
-            if error < 0.15 * value:
-                wanted.append((case, albedo, value, math.hypot(0.1, error / value)))
-
-    def residuals(numbers: NDArray[np.float64]) -> list[float]:
-        for name, number in zip(names, numbers, strict=True):
-            setattr(multiple_scattering, name, float(number))
-        return [
-            math.log(max(solved(case, albedo)[1], 1e-300) / value) / error
-            for case, albedo, value, error in wanted
-        ]
-
-    start = [getattr(multiple_scattering, name) for name in names]
-    bounds = ([0.0, 0.0, 0.0], [1.08, 5.0, 20.0])
-    return least_squares(residuals, start, loss="soft_l1", bounds=bounds, diff_step=1e-2).x
 
 
 def _spread(errors: Sequence[float]) -> str:
     size = np.abs(np.asarray(errors)) * 100
     return f"{np.median(size):.0f} / {np.quantile(size, 0.95):.0f} / {size.max():.0f} %"
+
+
+def _transport_lengths(row: Row) -> float:
+    """Distance of the lamp in units of 1/(b (1 - g))."""
+    case, albedo = row[:2]
+    lost = 1.0 - float(case.function.chi1[0])
+    return float(np.linalg.norm(case.position)) * albedo * lost
 
 
 def _photon_table(rows: list[Row]) -> str:
@@ -182,10 +176,12 @@ def _photon_table(rows: list[Row]) -> str:
         "patch that faces the lamp": lambda row: row[0].kind == "patch",
         "albedo 0.3 and 0.5": lambda row: row[1] < 0.6,
         "albedo 0.7 and 0.8": lambda row: 0.6 < row[1] < 0.85,
-        "albedo 0.9": lambda row: row[1] > 0.85,
+        "albedo 0.9 and 0.95": lambda row: row[1] > 0.85,
         "c r below 0.5": lambda row: distance(row[0]) < 0.5,
         "c r 0.5 to 2": lambda row: 0.5 <= distance(row[0]) < 2,
         "c r 2 to 6": lambda row: distance(row[0]) >= 2,
+        "transport lengths below 0.2": lambda row: _transport_lengths(row) < 0.2,
+        "transport lengths above 0.2": lambda row: _transport_lengths(row) >= 0.2,
         "scattered once is above a tenth": lambda row: row[2] > -0.9,
         "scattered once is below a tenth": lambda row: row[2] <= -0.9,
         "all": lambda _: True,
@@ -204,20 +200,17 @@ def _photon_table(rows: list[Row]) -> str:
 def main(arguments: Sequence[str]) -> None:
     """Measure everything and write the report."""
     parser = argparse.ArgumentParser(prog="lamp_light")
-    parser.add_argument("--cases", type=int, default=240)
-    parser.add_argument("--photons", type=int, default=60000)
-    parser.add_argument("--fit", action="store_true")
+    parser.add_argument("--cases", type=int, default=160)
+    parser.add_argument("--photons", type=int, default=40000)
+    parser.add_argument("--keep", type=Path, default=_ROOT / "out" / "lamp_light")
     options = parser.parse_args(arguments)
-    if options.fit:
-        print(fitted(options.photons).round(3))
-        return
-    rows = photon_errors(options.cases, options.photons)
-    root = Path(__file__).resolve().parent.parent
-    (root / "docs" / "lamp_light.md").write_text(_report(rows, options), encoding="utf-8")
+    rows = photon_errors(options.cases, options.photons, options.keep)
+    (_ROOT / "docs" / "lamp_light.md").write_text(_report(rows, options), encoding="utf-8")
 
 
 def _report(rows: list[Row], options: argparse.Namespace) -> str:
-    ms, quadrature, photons = multiple_scattering, _quadrature_table(), _photon_table(rows)
+    quadrature, photons = _quadrature_table(), _photon_table(rows)
+    spread, noise = angular_spread, float(np.median([row[4] for row in rows]))
     return f"""# The light of lamps
 
 Written by `python3 dev.py run -m benchmarks lamp_light`.
@@ -234,23 +227,20 @@ view: 0.5 to 30 m away, 0.06 to 45° from the ray. 95 % / worst:
 {lamp_path.NODES} nodes in the cube root are what is used.
 
 ## Scattered more often
-`uw_spectral.lamps.multiple_scattering`: light scattered more than once is lost along the path as
-c - {ms.SLOWED:g} b, with a phase function Henyey-Greenstein of mean cosine
-χ2^(1 + {ms.BLUR * ms.SLOWED:.3f} b l) after a path l; diffuse light round the lamp is
-{ms.HALO:g} times that of diffusion. On patches the light scattered forward falls as
-e^(−(a + b (1 − g)) r), and diffuse light counts {ms.HALO_ON_SURFACES:g} times. The first three
-numbers were fitted to photons on a grid of cases of HG 0.8, HG 0.924 and the mixture with 2 %
-molecules (`--fit`), the last was chosen on patches. Here they meet {options.cases} random cases
-that were not in it, {options.photons} photons each, traced back from the camera: lamps without a
-cone, with the measured profile of an ROV's lamp, and with a cone of 60°; 0.1/c to 6/c away (beside
-the camera 0.03/c to 3/c); HG 0.8 to 0.924 or particles with 1 to 10 % molecules; albedos
-{", ".join(map(str, _ALBEDOS))}. Counted is what the photons know within {100 * _NOISE:g} %, a
-standard error that is in the errors below: {len(rows)} of {options.cases * len(_ALBEDOS)}. Radiance
-of the water, or irradiance; median / 95 % / worst error:
+`uw_spectral.lamps.multiple_scattering` takes, in place of the phase function, the distribution of
+the whole deflection after any number of scatterings on a path (Goudsmit and Saunderson), and blurs
+the lamp's profile as scattering on both legs does; `uw_spectral.lamps.angular_spread` has both from
+the Legendre moments of the phase function, as tables of {spread.LENGTHS} lengths. Patches get what
+is scattered on the way by the same moments (Wells). No number is fitted. Here it meets
+{options.cases} random cases, {options.photons} photons each, traced back from the camera: lamps
+without a cone, with the measured profile of an ROV's lamp, and with a cone of 60°; 0.1/c to 6/c
+away (beside the camera 0.03/c to 3/c); HG 0.8 to 0.924 or particles with 1 to 10 % molecules;
+albedos {", ".join(map(str, _ALBEDOS))}. Counted is what the photons know within {100 * _NOISE:g} %, a
+standard error that is in the errors below, {100 * noise:.1f} % in the median: {len(rows)} of
+{options.cases * len(_ALBEDOS)}. Radiance of the water, or irradiance; median / 95 % / worst error:
 
 {photons}
 
-Outside a lamp's beam nothing is scattered once, and what is there rests on the diffuse light alone:
-that is where it errs most. A lamp beside the camera lights much of its picture so. Below g = 0.8,
-beyond 6/c and above an albedo of 0.9 nothing is promised; values stay finite and positive.
+Light goes a longer way than by one bend once it has gone a transport length, 1/(b (1 − g)); from
+there on it is too dark, as it counts as if it had been bent in one place.
 """

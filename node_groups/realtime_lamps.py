@@ -1,9 +1,11 @@
 """Lamps in the water as node groups read them: one image, looped over.
 
 A row of the image holds the places of the quadratures; then come two rows for each lamp, its
-numbers and its profile. Light in the water, and on things, is computed for three bands at a
-time. Shadows are EEVEE's own: a lamp of one colour stands for each, so faint beside the sun
-that it is not seen on the scene's own materials, and a white surface reads it.
+numbers and its profile; then tables of each triple of bands, with a margin of one texel: the
+spread of scattered light, and for each lamp its blurred profile. Light in the water, and on
+things, is computed for three bands at a time. Shadows are EEVEE's own: a lamp of one colour stands
+for each, so faint beside the sun that it is not seen on the scene's own materials, and a white
+surface reads it.
 """
 
 from __future__ import annotations
@@ -17,11 +19,22 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
+from ..uw_spectral.lamps.angular_spread import (
+    ANGLES,
+    LENGTHS,
+    PROFILE_LENGTHS,
+    TILTS,
+)
 from ..uw_spectral.lamps.lamp import Lamp, lamp_disc, ray_past_lamp
 from ..uw_spectral.lamps.lamp_path import NODES as PATH_NODES
 from ..uw_spectral.lamps.lamp_path import gauss
 from ..uw_spectral.lamps.lamp_surface import patch_past_lamp, surface_irradiance
-from ..uw_spectral.lamps.multiple_scattering import HALO_NODES, LampWater, lamp_light
+from ..uw_spectral.lamps.multiple_scattering import (
+    BEYOND_NODES,
+    MORE_NODES,
+    LampWater,
+    lamp_light,
+)
 from ..uw_spectral.lamps.profile import NO_EDGE, Profile, sample_place
 from ..uw_spectral.mathematics import NUMPY, Mathematics, Operand
 from ..uw_spectral.transfer.radiance_field import distance_in_water
@@ -30,12 +43,12 @@ from .loops import summed
 from .node_mathematics import MARK, NODES, Graph, NodeValue, new_group
 from .realtime_rays import camera_depth, camera_place, place_here, view_direction, view_distance
 from .realtime_shadows import light_on_white
-from .texels import closest
+from .texels import closest, texel
 
 NAME = "UW Lamps"
 TRIPLE = "Triple"
 NORMAL, VISIBILITY = "Normal", "Lamp Visibility"
-_BANDS = ("b", "c", "bp", "cp", "K", "chi2")
+_BANDS = ("a", "b")
 REACH, SUNLIT, CODE = "lamp reach", "lamps beside the sun", "lamp code"
 NUMBERS = (REACH, SUNLIT, CODE)
 """Names of the numbers that are the same in every band."""
@@ -44,6 +57,11 @@ CODES = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 """Colours of the lamps that cast shadows; the first is the sun's where it shines."""
 _POSITION, _AXIS, _FORM, _COLOUR, _SEEN, _INTENSITY = range(6)
 _OF_LAMP = 2  # rows
+_QUADRATURES = (PATH_NODES, MORE_NODES, BEYOND_NODES)
+_MARGIN = 1
+_PATCHES = ANGLES + 2 * _MARGIN  # first column of the irradiance on patches in a tile
+_TILE = _PATCHES + 1 + TILTS + 2 * _MARGIN
+_SPREAD_ROWS, _PROFILE_ROWS = LENGTHS + 2 * _MARGIN, PROFILE_LENGTHS + 2 * _MARGIN
 _DARKEST = 1e-12
 # m; far beyond the reach of a lamp in water. From some 5 km on EEVEE draws no shadow.
 _REACH_OF_SHADOWS = 200.0
@@ -65,7 +83,8 @@ def of_water(water: LampWater) -> dict[str, NDArray[np.float64]]:
 
 def new_image(lamps: int, triples: int) -> bpy.types.Image:
     """Make the image of so many lamps and triples of bands, which are dark."""
-    size = max(SAMPLES, _INTENSITY + triples), 1 + _OF_LAMP * lamps
+    height = 1 + _SPREAD_ROWS + (_OF_LAMP + _PROFILE_ROWS) * lamps
+    size = max(SAMPLES, _INTENSITY + triples, _TILE * triples), height
     image = bpy.data.images.new(NAME, *size, alpha=True, float_buffer=True, is_data=True)
     image.alpha_mode = "CHANNEL_PACKED"
     image.use_half_precision = False  # numbers keep their digits
@@ -74,33 +93,57 @@ def new_image(lamps: int, triples: int) -> bpy.types.Image:
 
 
 def write_lamps(
-    image: bpy.types.Image, lamps: Sequence[Lamp], colours: Sequence[Sequence[float]]
+    image: bpy.types.Image,
+    lamps: Sequence[Lamp],
+    colours: Sequence[Sequence[float]],
+    water: LampWater,
 ) -> None:
-    """Put lamps, and the colours of those that cast their shadows, into an image for as many."""
-    image.pixels.foreach_set(np.ravel(_pixels(image.size, lamps, colours)))
+    """Put lamps, the colours of those that cast their shadows, and the water into an image."""
+    image.pixels.foreach_set(np.ravel(_pixels(image.size, lamps, colours, water)))
     image.update()
     # A file that is saved now opens with these pixels, without the extension.
     image.pack()
 
 
 def _pixels(
-    size: Sequence[int], lamps: Sequence[Lamp], colours: Sequence[Sequence[float]]
+    size: Sequence[int],
+    lamps: Sequence[Lamp],
+    colours: Sequence[Sequence[float]],
+    water: LampWater,
 ) -> NDArray[np.float32]:
     width, height = size
     out = np.zeros((height, width, 4), np.float32)
     out[..., 3] = 1.0
-    row = np.concatenate([np.transpose(gauss(count)) for count in (PATH_NODES, HALO_NODES)])
+    row = np.concatenate([np.transpose(gauss(count)) for count in _QUADRATURES])
     out[0, : len(row), :2] = row
     for index, (lamp, colour) in enumerate(zip(lamps, colours, strict=True)):
         numbers, profile = out[1 + _OF_LAMP * index :][:_OF_LAMP]
         edge = NO_EDGE if lamp.profile.edge is None else lamp.profile.edge
         numbers[_POSITION, :3], numbers[_AXIS, :3] = lamp.position, lamp.axis
-        numbers[_FORM, :3] = lamp.radius, edge, lamp.profile.solid_angle
+        numbers[_FORM, :2] = lamp.radius, edge
         numbers[_COLOUR, :3], numbers[_SEEN, :3] = colour, lamp.seen
         triples = np.pad(lamp.intensity, (0, -len(lamp.intensity) % 3), mode="edge").reshape(-1, 3)
         numbers[_INTENSITY : _INTENSITY + len(triples), :3] = triples
         profile[:SAMPLES, 0] = lamp.profile.sampled(SAMPLES)
+    spread, first = water.spread, 1 + _OF_LAMP * len(lamps)
+    _put(out[first:], 0, spread.deflection.values)
+    _put(out[first:], _PATCHES, spread.on_patches.values)
+    for index, lamp in enumerate(lamps):
+        row = first + _SPREAD_ROWS + _PROFILE_ROWS * index
+        _put(out[row:], 0, spread.profile(lamp.profile).values)
     return out
+
+
+def _put(out: NDArray[np.float32], column: int, values: NDArray[np.float64]) -> None:
+    """Lay a table of n bands, with its margin, into the tiles of their triples."""
+    rows, columns, n = values.shape
+    sides = (_MARGIN, _MARGIN)
+    padded = np.pad(values, (sides, sides, (0, -n % 3)), mode="edge")
+    for triple in range(padded.shape[2] // 3):
+        start = triple * _TILE + column
+        width = columns + 2 * _MARGIN
+        tile = out[: rows + 2 * _MARGIN, start : start + width, :3]
+        tile[:] = padded[..., 3 * triple : 3 * triple + 3]
 
 
 @dataclass(frozen=True, eq=False)
@@ -111,15 +154,11 @@ class _ImageProfile(Profile):
     image: bpy.types.Image
     row: NodeValue
     cosine: NodeValue
-    integral: NodeValue
+    blurred: NodeValue
 
     @property
     def edge(self) -> NodeValue:
         return self.cosine
-
-    @property
-    def solid_angle(self) -> NodeValue:
-        return self.integral
 
     def value(self, cosine: Operand, m: Mathematics = NUMPY) -> Operand:
         place = m.minimum(sample_place(cosine, SAMPLES, m), SAMPLES - 1.001)
@@ -132,7 +171,46 @@ class _ImageProfile(Profile):
 
 
 @dataclass(frozen=True, eq=False)
-class _Table:
+class _ImageGrid:
+    """A table of three bands in the image; its corner, margin included."""
+
+    graph: Graph
+    image: bpy.types.Image
+    column: NodeValue
+    row: NodeValue | float
+
+    def at(self, column: Operand, row: Operand) -> NodeValue:
+        h, v = self.column + _MARGIN + column, self.row + _MARGIN + row
+        return texel(self.graph, self.image, h, v, *self.image.size)
+
+
+@dataclass(frozen=True, eq=False)
+class _ImageSpread:
+    """The tables of a triple in the image, the spread of scattered light from a row on."""
+
+    graph: Graph
+    image: bpy.types.Image
+    triple: NodeValue
+    row: float
+
+    @property
+    def deflection(self) -> _ImageGrid:
+        return self._grid(0.0, self.row)
+
+    @property
+    def on_patches(self) -> _ImageGrid:
+        return self._grid(float(_PATCHES), self.row)
+
+    def profile(self, profile: Profile) -> _ImageGrid:
+        assert isinstance(profile, _ImageProfile)
+        return self._grid(0.0, profile.blurred)
+
+    def _grid(self, column: float, row: NodeValue | float) -> _ImageGrid:
+        return _ImageGrid(self.graph, self.image, self.triple * float(_TILE) + column, row)
+
+
+@dataclass(frozen=True, eq=False)
+class LampTable:
     """Look-ups in the image in a node tree."""
 
     graph: Graph
@@ -141,7 +219,11 @@ class _Table:
     @property
     def count(self) -> int:
         """Number of lamps."""
-        return self.image.size[1] // _OF_LAMP
+        return (self.image.size[1] - 1 - _SPREAD_ROWS) // (_OF_LAMP + _PROFILE_ROWS)
+
+    def spread(self, triple: NodeValue) -> _ImageSpread:
+        """Return the spread of scattered light in three bands."""
+        return _ImageSpread(self.graph, self.image, triple, 1.0 + _OF_LAMP * self.count)
 
     def colour(self, index: NodeValue) -> NodeValue:
         """Return the colour of the lamp that casts the shadows of one."""
@@ -153,8 +235,10 @@ class _Table:
         position, axis, form = (
             self.graph.components(self._at(column, row)) for column in (_POSITION, _AXIS, _FORM)
         )
-        radius, edge, solid_angle = form
-        profile = _ImageProfile(self.graph, self.image, row + 1.0, edge, solid_angle)
+        radius, edge, _ = form
+        first = 1.0 + _OF_LAMP * self.count + _SPREAD_ROWS
+        blurred = index * float(_PROFILE_ROWS) + first
+        profile = _ImageProfile(self.graph, self.image, row + 1.0, edge, blurred)
         intensity = 1.0 if triple is None else self._at(triple + float(_INTENSITY), row)
         seen = self.graph.components(self._at(_SEEN, row))[0]
         return Lamp(position, axis, intensity, profile, radius, seen)
@@ -163,7 +247,7 @@ class _Table:
         self, count: int, term: Callable[[Operand, Operand], tuple[Operand, ...]]
     ) -> tuple[NodeValue, ...]:
         """Add up terms of the places of a quadrature, as :func:`.gauss_sum` does."""
-        first = {PATH_NODES: 0.0, HALO_NODES: float(PATH_NODES)}[count]
+        first = float(sum(_QUADRATURES[: _QUADRATURES.index(count)]))
 
         def of_place(index: NodeValue) -> tuple[NodeValue, ...]:
             place, share, _ = self.graph.components(self._at(index + first, 0.0))
@@ -187,7 +271,8 @@ def build_path(
     """
     more = {"y_f": "NodeSocketFloat"} if ahead else {}
     tree, graph, given = _group(f"{NAME} in the Water", components, more)
-    table, water = _Table(graph, image), _water(given, components)
+    table = LampTable(graph, image)
+    water = _water(given, components, table)
     w = view_direction(graph)
     if ahead:
         origin = camera_place(graph)
@@ -211,7 +296,8 @@ def build_patch(
     """Build the group of the irradiance of lamps on a thing, in three bands."""
     kinds: dict[str, str] = dict.fromkeys((NORMAL, VISIBILITY), "NodeSocketVector")
     tree, graph, given = _group(f"{NAME} on Things", components, kinds)
-    table, water = _Table(graph, image), _water(given, components)
+    table = LampTable(graph, image)
+    water = _water(given, components, table)
     here, normal = place_here(graph), graph.components(given[NORMAL])
 
     def of_lamp(index: NodeValue) -> tuple[NodeValue]:
@@ -233,7 +319,7 @@ def visibility(
     as their inverse squares of the distance.
     """
     sunlit, code = (graph.term(numbers[name]) for name in (SUNLIT, CODE))
-    table, here, facing = _Table(graph, image), place_here(graph), graph.components(normal)
+    table, here, facing = LampTable(graph, image), place_here(graph), graph.components(normal)
 
     def of_lamp(index: NodeValue) -> tuple[NodeValue]:
         lamp = dataclasses.replace(table.lamp(index), radius=0.0)
@@ -288,9 +374,12 @@ def _finished(
     return tree
 
 
-def _water(given: dict[str, NodeValue], components: Sequence[PhaseFunction]) -> LampWater:
-    bands = {name: given[f"lamp {name}"] for name in _BANDS}
+def _water(
+    given: dict[str, NodeValue], components: Sequence[PhaseFunction], table: LampTable
+) -> LampWater:
+    a, b = (given[f"lamp {name}"] for name in _BANDS)
     weights: tuple[Operand, ...] = (1.0,)
     if len(components) > 1:
         weights = tuple(given[f"lamp phase {i}"] for i in range(len(components)))
-    return LampWater(**bands, phase=Mixture(tuple(components), weights), reach=given[REACH])
+    spread = table.spread(given[TRIPLE])
+    return LampWater(a, b, a + b, Mixture(tuple(components), weights), spread, given[REACH])

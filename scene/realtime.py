@@ -31,7 +31,7 @@ from ..node_groups.realtime_triples import TableImages
 from ..node_groups.realtime_values import Numbers, Shape
 from ..uw_spectral.errors import InputError
 from ..uw_spectral.lamps.grouping import grouped
-from ..uw_spectral.lamps.multiple_scattering import lamp_water
+from ..uw_spectral.lamps.multiple_scattering import LampWater, lamp_water
 from ..uw_spectral.shade.shade_table import ShadeTable
 from ..uw_spectral.spectra.reflectance import emission_basis, uplift_basis
 from ..uw_spectral.surface.wave_patterns import WavePatterns
@@ -94,6 +94,7 @@ class RealtimeWater:
     waves: WavePatterns | None = None
     shade: ShadeTable | None = None
     lamps: SceneLamps = field(default_factory=SceneLamps)
+    around_lamps: LampWater | None = None
 
     def of_bands(self, indices: Sequence[int], count: int) -> RealtimeWater:
         """Return the water of some of the bands, and what the sensor sees of these.
@@ -118,6 +119,7 @@ class RealtimeWater:
             table=None if self.table is None else self.table.of_bands(chosen),
             shade=None if self.shade is None else self.shade.of_bands(chosen),
             lamps=self.lamps.of_bands(chosen),
+            around_lamps=None if self.around_lamps is None else self.around_lamps.of_bands(chosen),
         )
 
     @property
@@ -257,33 +259,36 @@ def realtime_water(
     if shade is not None:
         bands[realtime_shade.SPECTRUM] = shade.spectrum
         single |= realtime_shade.numbers(shade.box)
+    around_lamps = None
     if lamps.lamps:
-        of_lamps, more = _of_lamps(lamps, column, phase, camera_depth)
-        bands, single = bands | of_lamps, single | more
+        around_lamps = _around_lamps(column, phase, camera_depth)
+        bands |= realtime_lamps.of_water(around_lamps)
+        single |= _of_lamps(lamps, column, phase, camera_depth, around_lamps.reach)
     known = dict(reflectances or {})
     if math.isfinite(column.floor_depth):
         known[_FLOOR] = column.floor_reflectance
     return RealtimeWater(
-        shape, Numbers(bands, single), known, column, reach, cone, table, shade=shade, lamps=lamps
-    )
+        shape, Numbers(bands, single), known, column, reach, cone, table, shade=shade, lamps=lamps,
+        around_lamps=around_lamps,
+    )  # fmt: skip
+
+
+def _around_lamps(column: WaterColumn, phase: BandPhase, depth: float) -> LampWater:
+    """Return the water of a depth as the light of lamps meets it."""
+    here = column.layer_at(depth, phase)
+    alike = here.phase.components == phase.components
+    return lamp_water(here.absorption, here.scattering, here.phase if alike else phase)
 
 
 def _of_lamps(
-    lamps: SceneLamps, column: WaterColumn, phase: BandPhase, depth: float
-) -> tuple[dict[str, NDArray[np.float64]], dict[str, float]]:
-    """Return the numbers per band, and the others, of lamps in the water of a depth."""
-    here = column.layer_at(depth, phase)
-    alike = here.phase.components == phase.components
-    water = lamp_water(here.absorption, here.scattering, here.phase if alike else phase)
+    lamps: SceneLamps, column: WaterColumn, phase: BandPhase, depth: float, reach: float
+) -> dict[str, float]:
+    """Return the numbers of lamps in water of a depth that are the same in every band."""
     sun = float(np.mean(column.Ed(depth, phase)))
     brightest = max(float(np.mean(lamp.intensity)) for lamp in lamps.lamps)
     sunlit = bool(np.any(column.sun_irradiance > 0))
     code = min(max(_FAINT_SHARE * brightest / sun, _FAINTEST), _BRIGHTEST) if sun > 0 else 1.0
-    numbers = (water.reach, float(sunlit), code)
-    return (
-        realtime_lamps.of_water(water),
-        dict(zip(realtime_lamps.NUMBERS, numbers, strict=True)),
-    )
+    return dict(zip(realtime_lamps.NUMBERS, (reach, float(sunlit), code), strict=True))
 
 
 def add_realtime(scene: bpy.types.Scene, water: RealtimeWater, extent: WaterExtent) -> list[str]:
@@ -391,8 +396,8 @@ def set_values(scene: bpy.types.Scene, water: RealtimeWater) -> None:
         realtime_tables.write_table(scene_water.part(scene, _TABLE), water.table, numbers)
     if water.shade is not None:
         realtime_shade.write_table(scene_water.part(scene, _SHADE), water.shade)
-    if water.lamps.lamps:
-        _set_lamps(scene, water)
+    if water.around_lamps is not None:
+        _set_lamps(scene, water, water.around_lamps)
     if water.waves is not None:
         realtime_waves.write_patterns(scene_water.images(scene), water.waves)
     known = {m.name: m for m in contents.materials(scene) if m.is_editable}
@@ -413,12 +418,12 @@ def set_values(scene: bpy.types.Scene, water: RealtimeWater) -> None:
             item.data.angle = 2.0 * water.cone.half_angle
 
 
-def _set_lamps(scene: bpy.types.Scene, water: RealtimeWater) -> None:
+def _set_lamps(scene: bpy.types.Scene, water: RealtimeWater, around: LampWater) -> None:
     lamps, numbers = water.lamps.lamps, water.numbers.single
     codes = realtime_lamps.CODES[int(numbers[realtime_lamps.SUNLIT]) :]
     groups = grouped([lamp.position for lamp in lamps], len(codes))
     colours = [codes[group] for group in groups]
-    realtime_lamps.write_lamps(scene_water.part(scene, _LAMPS), lamps, colours)
+    realtime_lamps.write_lamps(scene_water.part(scene, _LAMPS), lamps, colours, around)
     for item, lamp, colour in zip(scene_water.followers(scene), lamps, colours, strict=True):
         code = numbers[realtime_lamps.CODE]
         realtime_lamps.write_shadow_lamp(item.data, lamp, colour, code)

@@ -8,9 +8,11 @@ import math
 import bpy
 import numpy as np
 import pytest
+from underwater_spectral.node_groups import realtime_lamps
 from underwater_spectral.node_groups.node_mathematics import MARK, NODES, Graph
 from underwater_spectral.scene import exr_output
 from underwater_spectral.uw_spectral.lamps.lamp import Lamp, ray_past_lamp
+from underwater_spectral.uw_spectral.lamps.lamp_path import gauss_sum
 from underwater_spectral.uw_spectral.lamps.lamp_surface import patch_past_lamp, surface_irradiance
 from underwater_spectral.uw_spectral.lamps.multiple_scattering import lamp_light, lamp_water
 from underwater_spectral.uw_spectral.lamps.profile import IsotropicProfile, SpotProfile, rov_lamp
@@ -26,8 +28,7 @@ from underwater_spectral.uw_spectral.water.phase import (
 SIZE = 12
 INTENSITY = (1.0, 2.0, 0.5)
 PHASE = Mixture((EinsteinSmoluchowski(), FournierForand()), (0.02, 0.98))
-WATER = lamp_water([0.1, 0.05, 0.4], [0.1, 0.3, 1.0], seawater_mixture([1.0] * 3, [0.02] * 3))
-BANDED = ("b", "c", "bp", "cp", "K", "chi2")
+WATER = lamp_water([0.1, 0.1, 0.1], [0.1, 0.3, 1.0], seawater_mixture([1.0] * 3, [0.02] * 3))
 
 
 @pytest.fixture
@@ -97,14 +98,24 @@ def test_angles(square, tmp_path):
 def test_nodes_are_the_formulas(square, tmp_path, profile):
     at = _position(square, tmp_path)
     axis = (0.0, math.sin(2.5), math.cos(2.5))
+    other = Lamp((9.0, 9.0, 9.0), axis, np.zeros(6), IsotropicProfile(), 0.02)
+    lamp = Lamp((0.2, 0.0, 1.0), axis, np.array(INTENSITY), profile, 0.02)
+    # The second lamp of two and the second triple of two are looked up.
+    six = np.concatenate([np.zeros(3), INTENSITY])
+    b = np.concatenate([np.full(3, 9.0), WATER.b])
+    water = lamp_water(np.full(6, 0.1), b, seawater_mixture([1.0] * 6, [0.02] * 6))
+    image = realtime_lamps.new_image(2, 2)
+    lamps = [other, dataclasses.replace(lamp, intensity=six)]
+    realtime_lamps.write_lamps(image, lamps, [(1.0, 0.0, 0.0)] * 2, water)
 
-    def path(m, x, y, lamp, water):
+    def path(m, x, y, lamp, water, integrate):
         # From behind the lamp to far before it, through the lamp and past it.
         ray = ray_past_lamp(lamp, (x, 0.1, y * 4.0), (0.0, 0.0, 1.0), 6.0 + x, m)
-        once, more = lamp_light(lamp, ray, water, m)
+        once, more = lamp_light(lamp, ray, water, m, integrate)
         return once + more
 
-    def surface(m, x, y, lamp, water):
+    def surface(m, x, y, lamp, water, integrate):
+        del integrate
         patch = patch_past_lamp(lamp, (x, y, 0.0), (0.0, 0.0, 1.0), m)
         return sum(surface_irradiance(lamp, patch, water, m))
 
@@ -112,13 +123,15 @@ def test_nodes_are_the_formulas(square, tmp_path, profile):
 
         def nodes(graph, position, formula=formula):
             x, y, _ = graph.components(position)
-            bands = {name: graph.vector(*getattr(WATER, name).tolist()) for name in BANDED}
-            water = dataclasses.replace(WATER, **bands, phase=PHASE)
-            lamp = Lamp((0.2, 0.0, 1.0), axis, graph.vector(*INTENSITY), profile, 0.02)
-            return formula(NODES, x, y, lamp, water)
+            table = realtime_lamps.LampTable(graph, image)
+            index = graph.operation("ADD", (graph.operation("MULTIPLY", (x, 0.0)), 1.0))
+            bands = {name: graph.vector(*getattr(WATER, name).tolist()) for name in ("a", "b", "c")}
+            spread = table.spread(index)
+            water = dataclasses.replace(WATER, **bands, phase=PHASE, spread=spread)
+            return formula(NODES, x, y, table.lamp(index, index), water, table.integrate)
 
         seen = square(nodes, tmp_path / "lamp.exr")
-        lamp = Lamp((0.2, 0.0, 1.0), axis, np.array(INTENSITY), profile, 0.02)
-        wanted = formula(NUMPY, at[..., :1], at[..., 1:2], lamp, WATER)
+        wanted = formula(NUMPY, at[..., :1], at[..., 1:2], lamp, WATER, gauss_sum)
         assert wanted.max() > 0
-        assert seen == pytest.approx(wanted, rel=2e-3, abs=2e-5 * wanted.max())
+        # The table of the profile is linear between its places.
+        assert seen == pytest.approx(wanted, rel=2e-3, abs=2e-3 * wanted.max())

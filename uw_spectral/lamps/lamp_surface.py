@@ -1,10 +1,8 @@
 """Irradiance that lamps put on things in the water.
 
-Unscattered light falls off as e^{-c r}. What is scattered forward on the way mostly still
-arrives, blurred: e^{-cp r} - e^{-c r} of it, with the extinction cp = a + b (1 - g), which fits
-photons better than the delta-scaled one of the sun's light, a + b (1 - χ2)
-(docs/lamp_light.md). The rest is the diffuse light round the lamp
-(:mod:`.multiple_scattering`), which reaches patches outside its cone too.
+Unscattered light falls off as e^{-c r}. What is scattered on the way comes from directions, and
+left the lamp in directions, that are spread as :mod:`.angular_spread` says; nothing is fitted.
+Most of it still comes from about the lamp, and has the lamp's shadows.
 """
 
 from __future__ import annotations
@@ -16,8 +14,15 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..mathematics import NUMPY, Mathematics, Operand, dot
+from .angular_spread import (
+    LENGTHS,
+    PROFILE_LENGTHS,
+    length_place,
+    profile_place,
+    tilt_place,
+)
 from .lamp import Lamp
-from .multiple_scattering import LampWater, halo_irradiance
+from .multiple_scattering import LampWater
 
 USUAL_DISTANCE = 2.0
 """Of things from the lamps that light them, m."""
@@ -77,7 +82,7 @@ def _dimmed(
     places: NDArray[np.float64], water: LampWater, camera: Sequence[float]
 ) -> NDArray[np.float64]:
     away = np.linalg.norm(places - np.array(camera), axis=-1)
-    return np.exp(-water.cp * away[:, None])
+    return np.exp(-(water.c - water.b * water.phase.chi1) * away[:, None])
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,11 +97,14 @@ class PatchPastLamp:
         Normal irradiance over intensity without water, Φ(θ) / (r² + R²), 1/m².
     cosine : float or array
         Between the patch's normal and the direction to the lamp; negative behind it.
+    off_axis : float or array
+        Cosine between the lamp's axis and the direction to the patch.
     """
 
     r: Operand
     per_intensity: Operand
     cosine: Operand
+    off_axis: Operand
 
 
 def patch_past_lamp(
@@ -122,14 +130,20 @@ def patch_past_lamp(
     (2.0, 0.25, 1.0)
     """
     r, u = lamp.towards(point, m)
-    profile = lamp.profile.value(dot(lamp.axis, u), m)
-    return PatchPastLamp(r, profile / (r * r + lamp.radius * lamp.radius), 0.0 - dot(normal, u))
+    off_axis = dot(lamp.axis, u)
+    per_intensity = lamp.profile.value(off_axis, m) * _normal(lamp, r)
+    return PatchPastLamp(r, per_intensity, 0.0 - dot(normal, u), off_axis)
+
+
+def _normal(lamp: Lamp, r: Operand) -> Operand:
+    """Normal irradiance of an even lamp over intensity without water, 1/m²."""
+    return 1.0 / (r * r + lamp.radius * lamp.radius)
 
 
 def surface_irradiance(
     lamp: Lamp, patch: PatchPastLamp, water: LampWater, m: Mathematics = NUMPY
 ) -> tuple[Operand, Operand, Operand]:
-    """Irradiance on a patch: unscattered, scattered forward on the way, and diffuse.
+    """Irradiance on a patch: unscattered, scattered to it from about the lamp, and the rest.
 
     Parameters
     ----------
@@ -143,7 +157,7 @@ def surface_irradiance(
     Returns
     -------
     tuple of array, shape (..., n)
-        In the unit of the intensity per m². The first two are 0 from behind; the first is what a
+        In the unit of the intensity per m². The first two are 0 from behind, and are what a
         renderer shadows.
 
     Examples
@@ -157,8 +171,13 @@ def surface_irradiance(
     >>> [float(E[0].round(4)) for E in surface_irradiance(lamp, patch, water)]
     [0.092, 0.097, 0.008]
     """
-    falling = lamp.intensity * patch.per_intensity * m.maximum(patch.cosine, 0.0)
-    direct = m.exp(-water.c * patch.r)
-    forward = m.maximum(m.exp(-water.cp * patch.r) - direct, 0.0)
-    E0, flux = halo_irradiance(lamp, patch.r, water, m)
-    return falling * direct, falling * forward, E0 / 4.0 + flux * patch.cosine / 2.0
+    facing = m.maximum(patch.cosine, 0.0)
+    direct = lamp.intensity * patch.per_intensity * facing * m.exp(-water.c * patch.r)
+    profile, on_patches = water.spread.profile(lamp.profile), water.spread.on_patches
+    column, row = profile_place(patch.off_axis, m), length_place(patch.r, PROFILE_LENGTHS, m)
+    row_of_patch = length_place(patch.r, LENGTHS, m)
+    arriving = lamp.intensity * _normal(lamp, patch.r) * m.exp(-water.a * patch.r)
+    spread = arriving * profile.at(column, row)
+    about = on_patches.at(0.0, row_of_patch) * facing
+    rest = on_patches.at(1.0 + tilt_place(patch.cosine), row_of_patch)
+    return direct, spread * about, spread * rest

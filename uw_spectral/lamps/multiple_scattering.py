@@ -1,21 +1,22 @@
-"""Lamp light that is scattered more than once: an approximation, fitted to photons.
+"""Lamp light that is scattered more than once, without anything that is fitted.
 
-Two parts stand for it along a ray. Light that was turned by small angles before, or after,
-follows the path of light scattered once but is lost more slowly, c - κ b instead of c; its
-phase function is blurred, the more the longer the path. And light without direction fills the
-water round the lamp as diffusion from a point has it,
+Along the ray stands for it what stands for light scattered once, with the angular
+distribution after any number of scatterings in place of b p:
 
-    E0 = 3 A b' W e^{-K r} / (4π r),   K = √(3 a (a + b')),   b' = b (1 - g),
+    L = ∫ I Φ'(θ) K(Θ, l) e^{-a l} / r² ds,   K = Σ (2n + 1)/4π Q(b l, χn) Pn(cos Θ) / l,
 
-W being the power of the lamp. κ, A and the blur are one number each for all phase functions of
-water. docs/lamp_light.md says how far it holds: HG 0.8 to 0.924 and sea particles, albedo 0.3 to
-0.9, up to 6/c from the lamp.
+Q(x, χ) = e^{-x (1 - χ)} - e^{-x} (1 + x χ), l the path from the lamp over the place to the camera,
+Θ the deflection there, Φ' the profile blurred by the scatterings on both legs
+(:mod:`.angular_spread`). A path that ends after P takes what comes from the whole ray, less what
+comes from beyond as it is seen from its end: light scattered far ahead is scattered again nearby.
+
+It counts that scattered light goes a longer way no further than by one bend. Near a lamp, within a
+transport length 1/(b (1 - g)), that is nothing; docs/lamp_light.md has the errors.
 """
 
 from __future__ import annotations
 
 import dataclasses
-import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -23,24 +24,24 @@ from numpy.typing import ArrayLike, DTypeLike
 
 from ..errors import InputError
 from ..mathematics import NUMPY, Mathematics, Operand
-from ..water.phase import BandPhase, Mixture, henyey_greenstein
+from ..water.phase import BandPhase, Mixture
+from .angular_spread import (
+    LENGTHS,
+    PROFILE_LENGTHS,
+    Lookup,
+    Spread,
+    WaterSpread,
+    deflection_place,
+    length_place,
+    profile_place,
+)
 from .lamp import Lamp, RayPastLamp
-from .lamp_path import NODES, PathNode, Quadrature, gauss_sum, lit_part, path_node
+from .lamp_path import NODES, Quadrature, gauss_sum, lit_part, path_node
 
-SLOWED = 0.54
-"""κ: share of b that does not attenuate light scattered more than once."""
-BLUR = 0.15
-"""By how much of χ2's exponent a scattering blurs the phase function."""
-HALO = 1.2
-"""A: diffuse light over that of diffusion from a point."""
-HALO_ON_SURFACES = 0.4
-"""The same for patches, where the light scattered forward holds the rest."""
-HALO_NODES = 8
-
-_LARGEST_EXPONENT = 50.0
-_SMALLEST_CHI2 = 1e-3
-_SMALLEST = 1e-9  # 1/m
-_REACH = 8.0  # of the halo, in decay lengths
+MORE_NODES, BEYOND_NODES = 16, 8
+"""Of the integral up to the end of a path, and beyond."""
+_REACH = 8.0  # of scattered light, in decay lengths
+_MOST_BLURRED = 1e3  # path to the camera over that to the lamp
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,35 +50,35 @@ class LampWater:
 
     Attributes
     ----------
-    b, c : array
-        Scattering and extinction, 1/m.
-    bp, cp : array
-        The same without what is scattered forward: b (1 - g) and a + b (1 - g), 1/m.
-    K : array
-        Decay of diffuse light far from its source, 1/m.
-    chi2 : array
-        Second Legendre moment of the phase function.
+    a, b, c : array
+        Absorption, scattering and extinction, 1/m.
     phase : Mixture
         Phase function.
+    spread : Spread
+        Tables of light that is scattered more often.
     reach : float
-        Distance from the camera beyond which there is no diffuse light to count, m.
+        Distance from the camera, or beyond the lamp, from which no scattered light is counted, m.
     """
 
+    a: Operand
     b: Operand
     c: Operand
-    bp: Operand
-    cp: Operand
-    K: Operand
-    chi2: Operand
     phase: Mixture
+    spread: Spread
     reach: Operand
+
+    def of_bands(self, indices: ArrayLike) -> LampWater:
+        """Return the water in some of the bands."""
+        chosen = np.asarray(indices, dtype=int)
+        phase = BandPhase(self.phase.components, np.asarray(self.phase.weights)[:, chosen])
+        return lamp_water(self.a[chosen], self.b[chosen], phase)
 
     def astype(self, dtype: DTypeLike) -> LampWater:
         """Return the numbers in another floating-point precision."""
         cast = np.dtype(dtype).type
-        names = [field.name for field in dataclasses.fields(self) if field.name != "phase"]
         phase = dataclasses.replace(self.phase, weights=np.asarray(self.phase.weights, dtype))
-        return LampWater(**{name: cast(getattr(self, name)) for name in names}, phase=phase)
+        numbers = {name: cast(getattr(self, name)) for name in ("a", "b", "c", "reach")}
+        return LampWater(**numbers, phase=phase, spread=self.spread)
 
 
 def lamp_water(a: ArrayLike, b: ArrayLike, phase: BandPhase) -> LampWater:
@@ -99,8 +100,8 @@ def lamp_water(a: ArrayLike, b: ArrayLike, phase: BandPhase) -> LampWater:
     --------
     >>> from ..water.phase import parse_phase
     >>> water = lamp_water([0.1], [0.2], parse_phase("hg:0.9").for_bands([0.2]))
-    >>> water.cp.round(3), water.K.round(3)
-    (array([0.12]), array([0.19]))
+    >>> water.c.round(3), round(water.reach, 1)
+    (array([0.3]), 25.8)
     """
     absorption, scattering = np.broadcast_arrays(
         np.atleast_1d(a).astype(np.float64), np.atleast_1d(b).astype(np.float64)
@@ -110,18 +111,15 @@ def lamp_water(a: ArrayLike, b: ArrayLike, phase: BandPhase) -> LampWater:
             raise InputError(
                 f"lamp: the {name} must be finite and not negative, got {values.tolist()} 1/m"
             )
-    bp = scattering * (1.0 - phase.chi1)
-    cp = absorption + bp
-    K = np.sqrt(3.0 * absorption * cp)
+    transport = absorption + scattering * (1.0 - phase.chi1)
+    diffuse = np.sqrt(3.0 * absorption * transport)
     return LampWater(
+        absorption,
         scattering,
         absorption + scattering,
-        bp,
-        cp,
-        K,
-        np.clip(phase.chi2, _SMALLEST_CHI2, 1.0 - _SMALLEST_CHI2),
         phase,
-        _REACH / max(float((K + cp).min()), 1e-3),
+        WaterSpread(scattering, phase),
+        _REACH / max(float((transport + diffuse).min()), 1e-3),
     )
 
 
@@ -163,61 +161,84 @@ def lamp_light(
     """
     part = lit_part(lamp, ray, m)
 
-    def light(place: Operand, share: Operand) -> tuple[Operand, Operand]:
-        return _light_of_node(path_node(lamp, ray, part, place, share, m), water, m)
+    def light(place: Operand, share: Operand) -> tuple[Operand]:
+        node = path_node(lamp, ray, part, place, share, m)
+        passed = m.exp(-water.c * node.length)
+        return (node.weight * water.phase.per_steradian(node.s2, m) * passed,)
 
-    once, more = integrate(NODES, light)
-    strength = water.b * lamp.intensity
-    return strength * once, strength * more + halo_radiance(lamp, ray, water, m, integrate)
-
-
-def _light_of_node(node: PathNode, water: LampWater, m: Mathematics) -> tuple[Operand, Operand]:
-    """Light that a place of the path sends to the camera, over b I: scattered once, and more."""
-    passed = m.exp(-water.c * node.length)
-    once = node.weight * water.phase.per_steradian(node.s2, m) * passed
-    later = m.maximum(m.exp(-(water.c - SLOWED * water.b) * node.length) - passed, 0.0)
-    exponent = m.minimum(1.0 + BLUR * SLOWED * water.b * node.length, _LARGEST_EXPONENT)
-    blurred = henyey_greenstein(m.power(water.chi2, exponent), node.s2, m)
-    return once, node.weight * blurred * later
+    once = integrate(NODES, light)[0]
+    more = scattered_more(lamp, ray, water, m, integrate)
+    return water.b * lamp.intensity * once, lamp.intensity * more
 
 
-def halo_radiance(
+def scattered_more(
     lamp: Lamp,
     ray: RayPastLamp,
     water: LampWater,
     m: Mathematics = NUMPY,
     integrate: Quadrature = gauss_sum,
 ) -> Operand:
-    """Radiance of the diffuse light round a lamp along a ray.
+    """Radiance, over the intensity, of a lamp's light that is scattered more than once.
 
-    The integral of E0 b'/4π e^{-(a + b') t}, taken over asinh(s/h), in which the pole 1/r is even.
+    The integrals are taken over u = asinh(s/h), s from the point nearest to the lamp: half the
+    deflection is then atan(e^u), and ds/r² is du/r.
     """
-    last = m.minimum(ray.far, m.maximum(ray.near + water.reach, ray.near))
-    start, end = (_asinh(s, ray.h, m) for s in (ray.near, last))
-    width = m.maximum(end - start, 0.0)
+    profile, P = water.spread.profile(lamp.profile), ray.far - ray.near
+    end = m.maximum(ray.near, 0.0) + water.reach
+    last = m.minimum(ray.far, m.maximum(end, ray.near))
+    beyond = m.maximum(end, last)
+    passed = m.exp(-water.c * P)
 
-    def light(place: Operand, share: Operand) -> tuple[Operand]:
-        grown = m.exp(start + width * place)
-        s, r = ray.h * (grown - 1.0 / grown) / 2.0, ray.h * (grown + 1.0 / grown) / 2.0
-        t = m.maximum(ray.t0 + s, 0.0)
-        return (share * m.exp(-water.K * r - water.cp * t),)
+    def before_the_end(place: Operand, share: Operand) -> tuple[Operand]:
+        node = _node(ray, ray.near, last, place, share, m)
+        return (node.weight * node.light(profile, water, 0.0, m),)
 
-    power = lamp.intensity * (lamp.profile.solid_angle * 3.0 * HALO / (4.0 * math.pi) ** 2)
-    return power * water.bp * water.bp * (integrate(HALO_NODES, light)[0] * width)
+    def beyond_the_end(place: Operand, share: Operand) -> tuple[Operand]:
+        node = _node(ray, last, beyond, place, share, m)
+        here, there = (node.light(profile, water, start, m) for start in (0.0, P))
+        return (node.weight * (here - passed * there),)
+
+    near = integrate(MORE_NODES, before_the_end)[0]
+    return m.maximum(near + integrate(BEYOND_NODES, beyond_the_end)[0], 0.0)
 
 
-def halo_irradiance(
-    lamp: Lamp, r: Operand, water: LampWater, m: Mathematics = NUMPY
-) -> tuple[Operand, Operand]:
-    """Scalar irradiance of the diffuse light at a distance from a lamp, and its net flux.
+@dataclass(frozen=True, eq=False)
+class _Node:
+    """A place on the ray: its share in the integral, half the deflection, distances, cosine."""
 
-    The flux is that of diffusion, (K + 1/r) E0 / (3 (a + b')), at most E0/2: it then comes from
-    one side only.
-    """
-    spread = lamp.profile.solid_angle * 3.0 * HALO_ON_SURFACES / (4.0 * math.pi)
-    E0 = lamp.intensity * water.bp * m.exp(-water.K * r) * (spread / r)
-    flux = (water.K + 1.0 / r) / (3.0 * water.cp + _SMALLEST)
-    return E0, E0 * m.minimum(flux, 0.5)
+    weight: Operand
+    half: Operand
+    r: Operand
+    t: Operand
+    cosine: Operand
+
+    def light(self, profile: Lookup, water: LampWater, start: Operand, m: Mathematics) -> Operand:
+        """Light that it sends to a place on the ray, over the intensity, but for 1/r²."""
+        t = m.maximum(self.t - start, 0.0)
+        length, aside = self.r + t, m.minimum(t / self.r, _MOST_BLURRED)
+        # Scatterings on either leg blur the profile: seen from the lamp by t/r on the camera's.
+        row = length_place(self.r + t * aside * aside, PROFILE_LENGTHS, m)
+        intensity = profile.at(profile_place(self.cosine, m), row)
+        place = deflection_place(self.half, m), length_place(length, LENGTHS, m)
+        return intensity * m.exp(water.spread.deflection.at(*place) - water.a * length)
+
+
+def _node(
+    ray: RayPastLamp,
+    start: Operand,
+    end: Operand,
+    place: Operand,
+    share: Operand,
+    m: Mathematics,
+) -> _Node:
+    first, stop = (_asinh(s, ray.h, m) for s in (start, end))
+    width = m.maximum(stop - first, 0.0)
+    grown = m.exp(first + width * place)
+    s, r = ray.h * (grown - 1.0 / grown) / 2.0, ray.h * (grown + 1.0 / grown) / 2.0
+    cosine = (ray.across * ray.h + ray.along * s) / r
+    one = 0.0 * grown + 1.0
+    t = m.maximum(ray.t0 + s, 0.0)
+    return _Node(width * share / r, m.arctan2(grown, one), r, t, cosine)
 
 
 def _asinh(s: Operand, h: Operand, m: Mathematics) -> Operand:

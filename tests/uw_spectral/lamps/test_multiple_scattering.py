@@ -11,12 +11,11 @@ from underwater_spectral.benchmarks import _lamp_cases, _lamp_photons
 from underwater_spectral.benchmarks.lamp_light import even_in_angle, exact, solved
 from underwater_spectral.uw_spectral.errors import InputError
 from underwater_spectral.uw_spectral.lamps.lamp import Lamp, ray_past_lamp
-from underwater_spectral.uw_spectral.lamps.lamp_path import scattered_once
+from underwater_spectral.uw_spectral.lamps.lamp_path import gauss_sum, scattered_once
 from underwater_spectral.uw_spectral.lamps.multiple_scattering import (
-    halo_irradiance,
-    halo_radiance,
     lamp_light,
     lamp_water,
+    scattered_more,
 )
 from underwater_spectral.uw_spectral.lamps.profile import IsotropicProfile, SpotProfile, rov_lamp
 from underwater_spectral.uw_spectral.water.phase import (
@@ -69,9 +68,9 @@ def test_photons_absorb_all_that_the_lamp_emits():
 
 
 @pytest.mark.parametrize(
-    ("index", "tolerance"), [(0, 0.25), (1, 0.25), (2, 0.25), (3, 0.15), (4, 0.4), (5, 0.25)]
+    ("index", "tolerance"), [(0, 0.15), (1, 0.15), (2, 0.08), (3, 0.08), (4, 0.2), (5, 0.17)]
 )
-def test_it_is_nearer_to_photons_than_light_scattered_once(index, tolerance):
+def test_it_is_as_photons_have_it(index, tolerance):
     away = np.array([math.sin(0.2), 0.0, math.cos(0.2)])
     z, x = np.array([0.0, 0.0, 1.0]), np.array([1.0, 0.0, 0.0])
     case = [
@@ -83,11 +82,11 @@ def test_it_is_nearer_to_photons_than_light_scattered_once(index, tolerance):
         _lamp_cases.Case("across", MIXTURE, SpotProfile(1.0, 0.5), 1.0 * away, -x, math.inf),
     ][index]
     found = _lamp_cases.traced(case, 30000, 7)
-    for albedo in (0.4, 0.8):
+    for albedo in (0.4, 0.8, 0.95):
         value, error = _lamp_photons.summed(found, albedo)
         once, whole = solved(case, albedo)
         value += once if case.kind == "patch" else 0.0
-        assert error < 0.15 * value
+        assert error < 0.5 * tolerance * value
         assert whole == pytest.approx(value, rel=tolerance)
         assert abs(whole / value - 1) < abs(once / value - 1)
 
@@ -108,20 +107,41 @@ def test_thin_water_scatters_once():
     assert more < 0.01 * once
 
 
-def test_the_halo_is_the_integral_of_its_source():
-    water = lamp_water([0.2], [0.8], HG)
-    lamp = Lamp((1.0, 0, 2.0), (0, 0, 1), np.array([3.0]), rov_lamp())
-    for P in (0.5, 3.0, 1e4):
-        ray = ray_past_lamp(lamp, (0, 0, 0), (0, 0, 1), P)
-        t = (np.arange(200000) + 0.5) / 200000 * min(P, 60.0)
-        r = np.hypot(1.0, t - 2.0)
-        # The one of patches in the strength of the one of rays.
-        E0 = np.array([float(halo_irradiance(lamp, x, water)[0][0]) for x in (1.0, 2.0)])
-        assert E0[1] / E0[0] == pytest.approx(math.exp(-water.K[0]) / 2)
-        source = 3.0 * E0[0] * np.exp(-water.K * (r - 1.0)) / r  # 1.2 / 0.4
-        wanted = (water.bp / (4 * math.pi) * source * np.exp(-water.cp * t)).mean() * t[-1]
-        found = halo_radiance(lamp, ray, water)[0]
-        assert found == pytest.approx(wanted, rel=0.05)
+def test_a_path_is_the_whole_ray_less_what_lies_beyond():
+    # What lies beyond is dimmed by the path as an image behind it is.
+    lamp = Lamp((0.3, 0, 0.0), (0, 0, 1), np.ones(1), rov_lamp())
+    water = lamp_water([0.05], [0.6], MIXTURE)
+    for P in (0.5, 2.0):
+        whole, beyond = (
+            scattered_more(lamp, ray_past_lamp(lamp, (0, 0, z), (0, 0, 1), 1e6), water)
+            for z in (0.0, P)
+        )
+        part = scattered_more(lamp, ray_past_lamp(lamp, (0, 0, 0), (0, 0, 1), P), water)
+        assert part == pytest.approx(whole - np.exp(-water.c * P) * beyond, rel=0.03)
+
+
+def test_more_nodes_change_little():
+    def more(nodes, lamp, ray):
+        def integrate(count, term):
+            return gauss_sum(nodes or count, term)
+
+        return scattered_more(lamp, ray, water, integrate=integrate)
+
+    water = lamp_water([0.05], [0.6], MIXTURE)
+    for at, axis in (((0.4, 0, 0.1), (0, 0, 1)), ((1.0, 0, 4.0), (0, 0, -1))):
+        for profile in (IsotropicProfile(), rov_lamp(), SpotProfile(1.2, 0.4)):
+            lamp = Lamp(at, axis, np.ones(1), profile)
+            ray = ray_past_lamp(lamp, (0, 0, 0), (0, 0, 1), 6.0)
+            assert more(None, lamp, ray) == pytest.approx(more(100, lamp, ray), rel=0.03)
+
+
+def test_some_of_the_bands_are_those_bands():
+    phase = seawater_mixture([0.3, 0.6, 1.2], [0.02, 0.03, 0.04])
+    water = lamp_water([0.1, 0.2, 0.3], [0.3, 0.6, 1.2], phase)
+    lamp = Lamp((0.5, 0, 3), (0, 0, -1), np.ones(1), rov_lamp())
+    ray = ray_past_lamp(lamp, (0, 0, 0), (0, 0, 1), 1e6)
+    found = scattered_more(lamp, ray, water.of_bands([2, 0]))
+    assert found == pytest.approx(scattered_more(lamp, ray, water)[[2, 0]], rel=1e-2)
 
 
 @pytest.mark.parametrize("dtype", [np.float64, np.float32])

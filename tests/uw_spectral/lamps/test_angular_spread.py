@@ -1,0 +1,131 @@
+"""How scattering spreads the light of a lamp: what is kept, limits and closed forms."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from underwater_spectral.uw_spectral.lamps.angular_spread import (
+    ABOUT_LAMP,
+    ANGLES,
+    LENGTHS,
+    PROFILE_LENGTHS,
+    Grid,
+    WaterSpread,
+    deflection_place,
+    length_place,
+    profile_place,
+    tilt_place,
+)
+from underwater_spectral.uw_spectral.lamps.profile import IsotropicProfile, SpotProfile, rov_lamp
+from underwater_spectral.uw_spectral.water.phase import (
+    henyey_greenstein,
+    parse_phase,
+    seawater_mixture,
+)
+
+B = np.array([0.05, 0.7])
+HG = parse_phase("hg:0.9").for_bands(B)
+SEA = seawater_mixture(B, 0.02 * B)
+_PLACES, _WEIGHTS = np.polynomial.legendre.leggauss(4000)
+
+
+def _deflected(spread, half, length):
+    """Light of a deflection after a length, over that length, 1/(sr m)."""
+    row = length_place(length, LENGTHS)
+    return np.exp(spread.deflection.at(deflection_place(half)[..., None], np.full((1,), row)))
+
+
+@pytest.mark.parametrize("phase", [HG, SEA])
+@pytest.mark.parametrize("length", [0.1, 2.0, 50.0])
+def test_all_light_that_is_scattered_twice_goes_somewhere(phase, length):
+    half = math.pi / 2 * ((_PLACES + 1) / 2) ** 3
+    d_half = math.pi / 2 * 3 * ((_PLACES + 1) / 2) ** 2 * _WEIGHTS / 2
+    sphere = (4 * math.pi * np.sin(2 * half) * d_half)[:, None]
+    found = (_deflected(WaterSpread(B, phase), half, length) * sphere).sum(axis=0) * length
+    wanted = 1 - np.exp(-B * length) * (1 + B * length)
+    assert found == pytest.approx(wanted, rel=0.02)
+
+
+def test_two_scatterings_are_the_function_folded_with_itself():
+    half = np.radians([2.0, 10.0, 45.0, 80.0])
+    found = _deflected(WaterSpread(B, HG), half, 0.02)
+    wanted = B**2 * 0.01 * henyey_greenstein(0.81, np.sin(half) ** 2)[:, None]
+    assert found == pytest.approx(wanted, rel=0.02)
+
+
+def test_isotropic_scattering_is_isotropic():
+    spread = WaterSpread(B, parse_phase("isotropic").for_bands(B))
+    for length in (0.5, 20.0):
+        wanted = (1 - np.exp(-B * length) * (1 + B * length)) / (4 * math.pi * length)
+        found = _deflected(spread, np.array([0.1, 1.5]), length)
+        assert found == pytest.approx(np.tile(wanted, (2, 1)), rel=0.01)
+
+
+def test_without_scattering_there_is_nothing():
+    spread = WaterSpread(np.zeros(1), parse_phase("hg:0.9").for_bands([0.0]))
+    assert _deflected(spread, np.array([0.1]), 3.0) < 1e-25
+    assert not spread.on_patches.values.any()
+    assert np.isfinite(spread.profile(rov_lamp()).values).all()
+
+
+@pytest.mark.parametrize("profile", [rov_lamp(), SpotProfile(math.radians(60), 0.5)])
+def test_a_blurred_profile_keeps_its_light_and_loses_its_shape(profile):
+    grid = WaterSpread(B, SEA).profile(profile)
+    cosine = _PLACES[:, None]
+    widest = []
+    for length in (0.1, 5.0, 900.0):
+        row = np.full((1,), length_place(length, PROFILE_LENGTHS))
+        values = grid.at(profile_place(cosine), row)
+        light = 2 * math.pi * (values * _WEIGHTS[:, None]).sum(axis=0)
+        assert light == pytest.approx(profile.solid_angle, rel=0.02)
+        widest.append(values[:, 1].max())
+    assert widest[0] > widest[1] > widest[2]
+    assert widest[2] == pytest.approx(profile.solid_angle / (4 * math.pi), rel=0.02)
+    even = WaterSpread(B, SEA).profile(IsotropicProfile()).values
+    assert even == pytest.approx(np.ones_like(even), abs=1e-3)
+
+
+@pytest.mark.parametrize("phase", [HG, SEA])
+def test_patches_of_all_tilts_get_all_that_is_scattered(phase):
+    # The mean irradiance over all orientations is a quarter of the scalar irradiance.
+    grid = WaterSpread(B, phase).on_patches
+    cosine = _PLACES[:, None]
+    for r in (0.2, 3.0):
+        row = np.full((1,), length_place(r, LENGTHS))
+        about = grid.at(np.zeros(1), row) * np.maximum(cosine, 0)
+        found = about + grid.at(1.0 + tilt_place(cosine), row)
+        mean = (found * _WEIGHTS[:, None]).sum(axis=0) / 2
+        assert mean == pytest.approx((1 - np.exp(-B * r)) / 4, rel=0.02)
+
+
+def test_most_light_comes_from_about_the_lamp():
+    grid, row = WaterSpread(B, SEA).on_patches, np.full((1,), length_place(2.0, LENGTHS))
+    about, rest = grid.at(np.zeros(1), row), grid.at(np.full(1, 1.0 + tilt_place(1.0)), row)
+    assert math.degrees(ABOUT_LAMP) == pytest.approx(30)
+    assert np.all(about > 5 * rest)
+
+
+def test_the_table_is_linear_between_its_entries():
+    rng = np.random.default_rng(1)
+    values = rng.random((4, 5, 2))
+    grid = Grid(values)
+    at = grid.at(np.array([[1.25], [4.0]]), np.array([[2.5], [3.0]]))
+    between = 0.75 * values[2:4, 1] + 0.25 * values[2:4, 2]
+    assert at == pytest.approx(np.stack([between.mean(axis=0), values[3, 4]]))
+    assert grid.at(99.0, -3.0) == pytest.approx(values[0, 4])
+
+
+def test_the_table_is_as_fine_as_the_sum_needs():
+    spread, half = WaterSpread(B, SEA), np.geomspace(0.01, 1.5, 7)
+    orders = np.arange(401.0)
+    chi = np.concatenate([np.ones((1, 2)), SEA.moments(400)])
+    polynomials = np.polynomial.legendre.legvander(np.cos(2 * half), 400)
+    fading = np.exp(-((2 * orders / 400) ** 4)) * (2 * orders + 1)
+    for length in (0.3, 4.0):
+        x = B * length
+        share = np.exp(x * (chi - 1)) - np.exp(-x) * (1 + x * chi)
+        wanted = polynomials @ (fading[:, None] * share) / (4 * math.pi * length)
+        assert _deflected(spread, half, length) == pytest.approx(wanted, rel=0.02)
+    assert deflection_place(math.pi / 2) == pytest.approx(ANGLES - 1)

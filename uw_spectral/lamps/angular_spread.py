@@ -1,0 +1,269 @@
+"""How scattering spreads the light of a lamp over angles, after any number of scatterings.
+
+Of light that has gone a length l, n scatterings with the probability of Poisson of b l, the
+Legendre moments of its total deflection are e^{-b l (1 - χl)} (Goudsmit & Saunderson, Phys. Rev.
+57, 24, 1940). One place stands for all scatterings of a path there: exact for one, and right in
+the number of paths of two of which one is small; :mod:`.multiple_scattering` puts that
+place on the view ray.
+
+A scattering by ψ at the share σ of the way from the place that is lit back to the lamp
+turns what is seen there by (1 - σ) ψ, and the direction in which the light had left the lamp by
+σ ψ. A function of those directions so loses its Legendre moments as e^{-b r X(l)},
+X(l) = ∫ (1 - χ(l σ)) dσ (Wells, J. Opt. Soc. Am. 59, 686, 1969): the radiance round a lamp, and the
+profile of a lamp. None of this is fitted.
+
+All of it depends on the length, over which it is tabulated for a water.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..mathematics import NUMPY, Mathematics, Operand
+from ..water.phase import BandPhase
+from .profile import Profile, sample_place
+
+type Array = NDArray[np.float64]
+
+LENGTHS, ANGLES = 64, 64
+"""Rows and columns of the table of deflections."""
+TILTS = 24
+"""Of patches; one more column has the light from about the lamp."""
+PROFILE_LENGTHS, PROFILE_ANGLES = 32, 64
+SHORTEST, LONGEST = 1e-3, 1e3
+"""Of the tables, m; shorter and longer paths are held."""
+ABOUT_LAMP = math.radians(30.0)
+"""Within this of the lamp, scattered light has the lamp's shadows."""
+
+_MOMENTS = 400  # of phase functions
+_OF_PROFILE = 80
+_PLACES = 400  # of the quadratures of profiles and patches
+_THIRD = 1.0 / 3.0
+_SMALLEST = 1e-30
+_SMALL = 1e-2
+
+
+def length_place(length: Operand, rows: int, m: Mathematics = NUMPY) -> Operand:
+    """Place of a length in m among the rows of a table, even in its logarithm.
+
+    Examples
+    --------
+    >>> float(length_place(1.0, 7)), float(length_place(1e9, 7))
+    (3.0, 6.0)
+    """
+    scale = (rows - 1.0) / math.log(LONGEST / SHORTEST)
+    return (m.log(m.clamp(length, SHORTEST, LONGEST)) - math.log(SHORTEST)) * scale
+
+
+def deflection_place(half: Operand, m: Mathematics = NUMPY) -> Operand:
+    """Place of half a deflection, rad, among the columns; fine where it is small.
+
+    Examples
+    --------
+    >>> round(float(deflection_place(math.pi / 2)), 6), float(deflection_place(0.0))
+    (63.0, 0.0)
+    """
+    return m.power(half / (math.pi / 2), _THIRD) * (ANGLES - 1.0)
+
+
+def tilt_place(cosine: Operand) -> Operand:
+    """Place of the cosine between a patch's normal and the direction to the lamp.
+
+    Examples
+    --------
+    >>> tilt_place(-1.0), tilt_place(1.0)
+    (0.0, 23.0)
+    """
+    return (cosine + 1.0) * ((TILTS - 1.0) / 2.0)
+
+
+def profile_place(cosine: Operand, m: Mathematics = NUMPY) -> Operand:
+    """Place of the cosine from a lamp's axis among the columns of its spread profile."""
+    return sample_place(cosine, PROFILE_ANGLES, m)
+
+
+class Lookup(Protocol):
+    """A table of n bands."""
+
+    def at(self, column: Operand, row: Operand) -> Operand:
+        """Interpolate linearly between its columns and rows."""
+        ...
+
+
+class Spread(Protocol):
+    """The tables of a water, of arrays or in a node tree."""
+
+    @property
+    def deflection(self) -> Lookup:
+        """Logarithm of the share of light, 1/(sr m): see :class:`WaterSpread`."""
+        ...
+
+    @property
+    def on_patches(self) -> Lookup:
+        """Scattered irradiance over that without water."""
+        ...
+
+    def profile(self, profile: Profile) -> Lookup:
+        """Profile of a lamp as light that was scattered has it."""
+        ...
+
+
+@dataclass(frozen=True, eq=False)
+class Grid:
+    """Table of n bands, shape (rows, columns, n), between whose entries it is linear.
+
+    Examples
+    --------
+    >>> Grid(np.arange(4.0).reshape(2, 2, 1)).at(np.array([0.5]), np.array([1.0]))
+    array([2.5])
+    """
+
+    values: Array
+
+    def at(self, column: Operand, row: Operand) -> Array:
+        """Interpolate at places of shape (..., 1), or of no shape; shape (..., n)."""
+        cells = []
+        for place, size in zip((row, column), self.values.shape, strict=False):
+            place = np.asarray(place)
+            low = np.clip(np.floor(place).astype(int), 0, size - 2)
+            cells.append((low, np.clip(place - low, 0.0, 1.0)))
+        (v, down), (h, along) = ((_squeezed(low), share) for low, share in cells)
+        near = self.values[v, h] + along * (self.values[v, h + 1] - self.values[v, h])
+        far = self.values[v + 1, h] + along * (self.values[v + 1, h + 1] - self.values[v + 1, h])
+        return near + down * (far - near)
+
+
+def _squeezed(index: NDArray[np.intp]) -> NDArray[np.intp]:
+    return index[..., 0] if index.ndim else index
+
+
+@dataclass(frozen=True, eq=False)
+class WaterSpread:
+    """The tables of a water of n bands.
+
+    Parameters
+    ----------
+    b : array, shape (n,)
+        Scattering, 1/m.
+    phase : BandPhase
+    """
+
+    b: Array
+    phase: BandPhase
+
+    @functools.cached_property
+    def deflection(self) -> Grid:
+        """Logarithm of the share of light per angle and length, but for absorption.
+
+        Of light that was scattered at least twice on a length l (rows), over l, by the whole
+        deflection (columns): its limit for short lengths is b² l/2 of p folded with itself.
+        """
+        lengths = _lengths(LENGTHS)
+        x = lengths[:, None, None] * (self.b * self._chi)[None]
+        bl = lengths[:, None, None] * self.b
+        twice = np.where(
+            np.abs(x) < _SMALL,
+            np.exp(-bl) * x * x * (0.5 + x / 6.0),
+            np.exp(x - bl) - np.exp(-bl) * (1.0 + x),
+        )
+        half = math.pi / 2 * (np.arange(ANGLES) / (ANGLES - 1.0)) ** 3
+        found = _summed(twice, np.cos(2.0 * half), _MOMENTS) / (4.0 * math.pi)
+        return Grid(np.log(np.maximum(found / lengths[:, None, None], _SMALLEST)))
+
+    @functools.cached_property
+    def on_patches(self) -> Grid:
+        """Scattered irradiance of an isotropic lamp over that without water, but for absorption.
+
+        By the distance (rows). The first column is the light from about the lamp, on a patch
+        that faces it; the others are the rest by tilt.
+        """
+        lengths = _lengths(LENGTHS)
+        shares = self._transferred(lengths, self._blurs(np.arange(_MOMENTS + 1.0)))
+        shares = shares * -np.expm1(-lengths[:, None, None] * self.b)
+        cosines = np.linspace(-1.0, 1.0, TILTS)
+        whole, about = _received(0.0), _received(math.cos(ABOUT_LAMP))
+        forward = _summed(shares * about[:, None], np.ones(1), _MOMENTS) / (4.0 * math.pi)
+        tilted = _summed(shares * whole[:, None], cosines, _MOMENTS) / (4.0 * math.pi)
+        rest = tilted - forward * np.maximum(cosines, 0.0)[:, None]
+        return Grid(np.maximum(np.concatenate([forward, rest], axis=1), 0.0))
+
+    def profile(self, profile: Profile) -> Grid:
+        """Profile of a lamp as light has it that was scattered on a length (rows).
+
+        The columns are the places of :func:`.sample_place`.
+        """
+        lengths = _lengths(PROFILE_LENGTHS)
+        orders = np.arange(_OF_PROFILE + 1.0)
+        shares = self._transferred(lengths, self._blurs(orders)) * _moments_of(profile)[:, None]
+        sine = np.linspace(0.0, 1.0, PROFILE_ANGLES)
+        values = _summed(shares, 1.0 - 2.0 * sine * sine, _OF_PROFILE)
+        return Grid(np.maximum(values, 0.0))
+
+    @functools.cached_property
+    def _chi(self) -> Array:
+        """Moments from 0 on, shape (m + 1, n)."""
+        return np.concatenate([np.ones((1, len(self.b))), self.phase.moments(_MOMENTS)])
+
+    def _blurs(self, orders: Array) -> Array:
+        """Return X, the mean over σ from 0 to 1 of 1 - χ at the order scaled by σ, shape (k, n).
+
+        An order l counts as √(l (l + 1)), as whose square 1 - χ begins.
+        """
+        y = np.sqrt(np.arange(_MOMENTS + 1.0) * (np.arange(_MOMENTS + 1.0) + 1.0))
+        lost = 1.0 - self._chi
+        steps = np.diff(y)[:, None] * (lost[1:] + lost[:-1]) / 2.0
+        steps[0] = lost[1] * y[1] / 3.0
+        whole = np.concatenate([np.zeros((1, len(self.b))), np.cumsum(steps, axis=0)])
+        return whole[orders.astype(int)] / np.maximum(y[orders.astype(int)], 1.0)[:, None]
+
+    def _transferred(self, lengths: Array, blurs: Array) -> Array:
+        """Moments left of light that was scattered at least once, shape (lengths, orders, n)."""
+        bl = np.maximum(lengths[:, None, None] * self.b, _SMALLEST)
+        scattered = np.exp(-bl * blurs) * np.expm1(bl * (blurs - 1.0)) / np.expm1(-bl)
+        return np.clip(scattered, 0.0, 1.0)
+
+
+def _lengths(rows: int) -> Array:
+    return np.geomspace(SHORTEST, LONGEST, rows)
+
+
+def _summed(moments: Array, cosines: Array, highest: int) -> Array:
+    """Sum of (2 l + 1) times moments, (rows, l, n), and Legendre polynomials: (rows, k, n).
+
+    The highest moments are faded out, without which the sum would ring.
+    """
+    orders = np.arange(highest + 1.0)
+    fading = np.exp(-((2.0 * orders / highest) ** 4))
+    weighted = np.moveaxis(moments * (fading * (2.0 * orders + 1.0))[:, None], 1, -1)
+    return np.moveaxis(weighted @ _legendre(highest, cosines), 1, -1)
+
+
+def _legendre(highest: int, cosines: Array) -> Array:
+    """Legendre polynomials from 0 on, shape (l + 1, k)."""
+    found = np.empty((highest + 1, len(cosines)))
+    found[0], found[1] = 1.0, cosines
+    for order in range(1, highest):
+        following = (2 * order + 1) * cosines * found[order] - order * found[order - 1]
+        found[order + 1] = following / (order + 1)
+    return found
+
+
+@functools.cache
+def _received(lowest: float) -> Array:
+    """Integrals of μ P_l(μ) over the directions above a cosine, sr."""
+    places, weights = np.polynomial.legendre.leggauss(_PLACES)
+    mu = lowest + (1.0 - lowest) * (places + 1.0) / 2.0
+    return _legendre(_MOMENTS, mu) @ (math.pi * (1.0 - lowest) * weights * mu)
+
+
+@functools.lru_cache(maxsize=64)
+def _moments_of(profile: Profile) -> Array:
+    """Mean over all directions of a profile times each Legendre polynomial."""
+    cosines, weights = np.polynomial.legendre.leggauss(_PLACES)
+    return _legendre(_OF_PROFILE, cosines) @ (weights * np.asarray(profile.value(cosines))) / 2.0
