@@ -60,7 +60,7 @@ from .settings import (
 from .surroundings import Ground, has_things, look_around
 
 _RELATIVE_UNITS = "sr^-1, relative to an irradiance of 1 at 560 nm"
-_RECORDED_PACKAGES = ("numpy", "colour-science", "jerlov", "nodebpy", "OpenImageIO")
+_RECORDED_PACKAGES = ("numpy", "colour-science", "jerlov", "OpenImageIO")
 
 
 @dataclass(frozen=True, eq=False)

@@ -19,7 +19,7 @@ from ..scene.session import is_live
 from ..uw_spectral.errors import InputError
 from ..uw_spectral.spectra import sensor as sensors
 from ..uw_spectral.water import measured
-from . import migration, property_group
+from . import example_scenes, migration, property_group
 
 _DEFAULT_DEPTH = 5.0
 _START_DEPTH = 3.0
@@ -115,6 +115,30 @@ def _show_water(context: bpy.types.Context) -> None:
     space.shading.type = "RENDERED"
     if context.scene.camera is not None and space.region_3d is not None:
         space.region_3d.view_perspective = "CAMERA"
+
+
+class AddExample(_Operator):
+    """Builds an example."""
+
+    bl_idname = "underwater.add_example"
+    bl_label = "Add Example"
+    bl_description = "Build an example as a scene of its own in this file, and fill it with water"
+
+    example: bpy.props.EnumProperty(
+        name="Example",
+        description="What to build",
+        items=[(name, e.label, e.text) for name, e in example_scenes.EXAMPLES.items()],
+    )
+
+    @override
+    def run(self, context: bpy.types.Context) -> None:
+        from ..scene import live
+
+        scene = example_scenes.build(context, self.example)
+        with context.temp_override(scene=scene, view_layer=scene.view_layers[0]):
+            self.tell(live.add(scene))
+        migration.stamp(scene)
+        _show_water(context)
 
 
 class _LiveOperator(_Operator):
@@ -482,6 +506,7 @@ class FarmBundle(_Operator):
 
 CLASSES = (
     AddWater,
+    AddExample,
     RemoveWater,
     Show,
     Rebuild,

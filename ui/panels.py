@@ -83,6 +83,7 @@ class MainPanel(_Panel, bpy.types.Panel):
         else:
             column.operator("underwater.add_water", icon="MOD_OCEAN")
         layout.popover(presets.UNDERWATER_PT_look_presets.__name__, text="Looks", icon="PRESET")
+        layout.operator_menu_enum("underwater.add_example", "example", icon="SCENE_DATA")
         if not scene.is_editable:
             _say(layout, "This scene is linked: make it local to change its water.", "LINKED")
         if migration.is_newer(scene):

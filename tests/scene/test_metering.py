@@ -54,10 +54,10 @@ def test_the_picture_is_exposed_to_middle_grey(monkeypatch):
     assert max(seen["mean"] * 2**stops / 0.18, seen["bright"] * 2**stops) == pytest.approx(1.0)
 
 
-def test_darker_water_asks_for_more_light_and_compensation_adds_to_it():
-    clear, turbid = (_stops(replace(CHOSEN, water=f"jerlov:{name}")) for name in ("IB", "9C"))
-    assert turbid > clear + 1.0
-    assert _stops(replace(CHOSEN, exposure_compensation=1.5)) == pytest.approx(clear + 1.5)
+def test_less_light_asks_for_more_stops_and_compensation_adds_to_it():
+    full = _stops(CHOSEN)
+    assert _stops(replace(CHOSEN, sunlight=0.25)) == pytest.approx(full + 2.0, abs=1e-6)
+    assert _stops(replace(CHOSEN, exposure_compensation=1.5)) == pytest.approx(full + 1.5)
 
 
 def test_other_exposures_and_a_camera_in_the_air_are_not_metered():
