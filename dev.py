@@ -161,7 +161,7 @@ def main() -> None:
         python = set_up()
         run(python, "-m", "ruff", "check", ".")
         run(python, "-m", "ruff", "format", "--check", ".")
-        # Its warnings are nodebpy's >> and modules that only Blender has.
+        # Its warnings are modules that only Blender has.
         run(python, "-m", "basedpyright", "--level", "error")
     elif job == "build":
         run(set_up(), "tools/build_extension.py", *arguments)

@@ -46,6 +46,7 @@ _HEADER = """\
 # 1: with the term. cycles 1: a pass in Cycles, of one band. bands 0: no water,
 # where ratio holds the CPU time per megapixel and sample, s
 # licence: GPL-3.0-or-later. status: measured, on a CPU; read the ratios
+# SPDX-License-Identifier: GPL-3.0-or-later
 """
 
 

@@ -460,5 +460,6 @@ _HEADER = f"""\
 # seconds: CPU time of a pass of a megapixel, s, on one of two cores that other work kept busy
 # scatterings: b y/mu_s on the sun's slant path to the camera, weighted with luminance
 # licence: GPL-3.0-or-later. status: derived from measurements, within a factor of two
+# SPDX-License-Identifier: GPL-3.0-or-later
 scatterings,delta_e,seconds
 """

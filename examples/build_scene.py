@@ -2,9 +2,10 @@
 
 Two ways to start, same options::
 
-    python examples/build_scene.py reef|wreck|cave OUT.blend [--seed N] [--detail draft|full]
+    python examples/build_scene.py reef|wreck|cave|pool OUT.blend [--seed N]
+        [--detail draft|panel|full]
         [--camera NAME] [--lamps torch|strobes|rov2|rov4]
-    blender -b -P examples/build_scene.py -- reef|wreck|cave OUT.blend [--seed N] …
+    blender -b -P examples/build_scene.py -- reef|wreck|cave|pool OUT.blend [--seed N] …
 """
 
 from __future__ import annotations

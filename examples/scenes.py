@@ -6,12 +6,13 @@ import bpy
 
 from .cave.layout import Cave
 from .parts.detail import DETAILS
+from .pool.layout import Pool
 from .reef.layout import Reef
 from .wreck.layout import Wreck
 
 __all__ = ["DETAILS", "SCENES", "build_scene", "count_triangles"]
 
-SCENES = {"reef": Reef, "wreck": Wreck, "cave": Cave}
+SCENES = {"reef": Reef, "wreck": Wreck, "cave": Cave, "pool": Pool}
 
 
 def build_scene(name: str, seed: int = 1, detail: str = "full") -> None:
@@ -21,10 +22,10 @@ def build_scene(name: str, seed: int = 1, detail: str = "full") -> None:
 
     Parameters
     ----------
-    name : {"reef", "wreck", "cave"}
+    name : {"reef", "wreck", "cave", "pool"}
     seed : int
         Non-negative.
-    detail : {"draft", "full"}
+    detail : {"draft", "panel", "full"}
         How finely to mesh.
 
     Raises

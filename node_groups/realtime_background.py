@@ -6,11 +6,11 @@ import dataclasses
 import functools
 
 import bpy
-from nodebpy import shader as s
 
 from ..uw_spectral.transfer.pixel_layers import pixel_layers
 from ..uw_spectral.transfer.radiance_field import Ripples, distance_in_water, mirrored_ray
 from . import realtime_lamps, realtime_layers
+from .data_blocks import new_world
 from .node_mathematics import NODES, Graph, NodeValue, new_group
 from .realtime_rays import camera_depth, camera_place, view_direction
 from .realtime_triples import (
@@ -100,12 +100,13 @@ def _picture(
 
 def build_world(group: bpy.types.ShaderNodeTree) -> bpy.types.World:
     """Build a world that shows the group to the camera and lights nothing."""
-    with s.world(NAME) as world:
-        node = world.tree.nodes.new("ShaderNodeGroup")
-        node.node_tree = group
-        background = s.Background(strength=s.LightPath().o.is_camera_ray)
-        world.tree.links.new(node.outputs[0], background.node.inputs["Color"])
-        background >> s.WorldOutput()
+    world, graph, output = new_world(NAME)
+    node = graph.node("ShaderNodeGroup", node_tree=group)
+    background = graph.node("ShaderNodeBackground")
+    graph.tree.links.new(node.outputs[0], background.inputs["Color"])
+    seen = graph.node("ShaderNodeLightPath").outputs["Is Camera Ray"]
+    graph.tree.links.new(seen, background.inputs["Strength"])
+    graph.tree.links.new(background.outputs[0], output.inputs["Surface"])
     # EEVEE draws a map of the world for its light, of which there is none.
-    world.world.probe_resolution = "128"
-    return world.world
+    world.probe_resolution = "128"
+    return world

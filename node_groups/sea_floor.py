@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import bpy
-from nodebpy import shader as s
 
 from . import attributes
+from .data_blocks import new_material, of_view_layer
 
 NAME = "UW Floor"
 
 
 def build() -> bpy.types.Material:
     """Build the material."""
-    with s.material(NAME) as material:
-        reflectance = s.Attribute.view_layer(attributes.FLOOR_REFLECTANCE).o.color
-        s.DiffuseBSDF(color=reflectance) >> s.MaterialOutput().i.surface
-    return material.material
+    material, graph, output = new_material(NAME)
+    diffuse = graph.node("ShaderNodeBsdfDiffuse")
+    reflectance = of_view_layer(graph, attributes.FLOOR_REFLECTANCE)
+    graph.tree.links.new(reflectance.outputs["Color"], diffuse.inputs["Color"])
+    graph.tree.links.new(diffuse.outputs[0], output.inputs["Surface"])
+    return material

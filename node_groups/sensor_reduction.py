@@ -8,8 +8,9 @@ from collections.abc import Sequence
 
 import bpy
 import numpy as np
-from nodebpy import compositor as c
 from numpy.typing import NDArray
+
+from .node_mathematics import Graph, NodeValue
 
 NAME = "UW Sensor"
 
@@ -31,15 +32,37 @@ def build(
     CompositorNodeTree
         Inputs ``Pass 1`` … ``Pass m`` (colour), output ``Image``.
     """
-    with c.tree(NAME) as tree:
-        parts = []
-        for number, indices in enumerate(passes, start=1):
-            image = tree.inputs.color(f"Pass {number}")
-            bands = c.SeparateColor(image)
-            vector = c.CombineXYZ(bands.o.red, bands.o.green, bands.o.blue).o.vector
-            rows = np.zeros((3, 3))
-            rows[:, : len(indices)] = weights[:, list(indices)]
-            parts.append([vector.dot(tuple(row)) for row in rows])
-        sums = (functools.reduce(operator.add, channel) for channel in zip(*parts, strict=True))
-        c.CombineColor(*sums) >> tree.outputs.color("Image")
-    return tree.tree
+    tree = bpy.data.node_groups.new(NAME, "CompositorNodeTree")
+    graph = Graph(tree)
+    for number in range(1, len(passes) + 1):
+        tree.interface.new_socket(f"Pass {number}", in_out="INPUT", socket_type="NodeSocketColor")
+    tree.interface.new_socket("Image", in_out="OUTPUT", socket_type="NodeSocketColor")
+    images = graph.node("NodeGroupInput").outputs
+    parts = []
+    for indices, image in zip(passes, images, strict=False):
+        rows = np.zeros((3, 3))
+        rows[:, : len(indices)] = weights[:, list(indices)]
+        vector = _bands_of(graph, image)
+        parts.append([_weighed(graph, vector, row) for row in rows])
+    joined = graph.node("CompositorNodeCombineColor")
+    for channel, socket in zip(zip(*parts, strict=True), joined.inputs, strict=False):
+        graph.assign(functools.reduce(operator.add, channel), socket)
+    tree.links.new(joined.outputs[0], graph.node("NodeGroupOutput").inputs[0])
+    return tree
+
+
+def _bands_of(graph: Graph, image: bpy.types.NodeSocket) -> bpy.types.NodeSocket:
+    """Return the three bands of an image as a vector."""
+    split, vector = graph.node("CompositorNodeSeparateColor"), graph.node("ShaderNodeCombineXYZ")
+    graph.tree.links.new(image, split.inputs[0])
+    for band, socket in zip(split.outputs, vector.inputs, strict=False):
+        graph.tree.links.new(band, socket)
+    return vector.outputs[0]
+
+
+def _weighed(graph: Graph, vector: bpy.types.NodeSocket, weights: NDArray[np.float64]) -> NodeValue:
+    """Return the sum of three bands by their weights."""
+    node = graph.node("ShaderNodeVectorMath", operation="DOT_PRODUCT")
+    graph.tree.links.new(vector, node.inputs[0])
+    node.inputs[1].default_value = weights.tolist()
+    return graph.term(node.outputs["Value"])

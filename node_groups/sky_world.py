@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 import bpy
-from nodebpy import shader as s
 
 from ..uw_spectral.transfer.sky import UNIFORM, Sky
 from . import attributes
-from .node_mathematics import NODES, Graph
+from .data_blocks import new_world, of_view_layer
+from .node_mathematics import NODES
 
 NAME = "UW Sky"
 _SUN = "sun"
@@ -17,20 +17,20 @@ _SUN = "sun"
 
 def build(kind: str = UNIFORM) -> bpy.types.World:
     """Build the world of a kind of sky, one of :data:`.sky.SKIES`."""
-    with s.world(NAME) as world:
-        upwards = s.Geometry().o.incoming.z < 0.0
-        radiance = s.Attribute.view_layer(attributes.SKY_RADIANCE).o.color
-        background = s.Background(color=radiance, strength=upwards)
-        background >> s.WorldOutput()
+    world, graph, output = new_world(NAME)
+    geometry = graph.node("ShaderNodeNewGeometry")
+    x, y, z = graph.components(graph.term(geometry.outputs["Incoming"]))
+    background = graph.node("ShaderNodeBackground")
+    radiance = of_view_layer(graph, attributes.SKY_RADIANCE).outputs["Color"]
+    graph.tree.links.new(radiance, background.inputs["Color"])
+    graph.assign(NODES.less(z, 0.0), background.inputs["Strength"])
+    graph.tree.links.new(background.outputs[0], output.inputs["Surface"])
     if kind != UNIFORM:
-        graph = Graph(world.tree)
-        geometry = graph.node("ShaderNodeNewGeometry")
         sun = graph.node("ShaderNodeCombineXYZ", name=_SUN, label=_SUN)
-        x, y, z = graph.components(graph.term(geometry.outputs["Incoming"]))
         towards_sun = graph.components(graph.term(sun.outputs[0]))
-        sky = Sky(graph.term(radiance.socket), kind, towards_sun)
-        graph.assign(sky.radiance((-x, -y, -z), NODES), background.node.inputs["Color"])
-    return world.world
+        sky = Sky(graph.term(radiance), kind, towards_sun)
+        graph.assign(sky.radiance((-x, -y, -z), NODES), background.inputs["Color"])
+    return world
 
 
 def turn(world: bpy.types.World, sun: Iterable[float]) -> None:

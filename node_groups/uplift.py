@@ -8,11 +8,10 @@ before it keep their meaning.
 from __future__ import annotations
 
 import bpy
-from nodebpy import shader as s
-from nodebpy.builder import VectorSocket
 
 from . import attributes
-from .node_mathematics import MARK
+from .data_blocks import vector_of_view_layer
+from .node_mathematics import MARK, Graph, new_group
 
 REFLECTANCE = "UW Reflectance of Bands"
 EMISSION = "UW Emission of Bands"
@@ -23,26 +22,33 @@ COLOR_INPUT = "Color"
 MEASURED_INPUT = "Measured"
 
 
-def _basis_sum(color: VectorSocket, basis: tuple[str, str, str]) -> VectorSocket:
-    rgb = s.SeparateXYZ(color)
-    red, green, blue = (s.Attribute.view_layer(attribute).o.vector for attribute in basis)
-    return red * rgb.o.x + green * rgb.o.y + blue * rgb.o.z
+def _basis_group(name: str, basis: tuple[str, str, str]) -> bpy.types.ShaderNodeTree:
+    tree = _group(name, COLOR_INPUT)
+    graph = Graph(tree)
+    rgb = graph.components(graph.term(graph.node("NodeGroupInput").outputs[0]))
+    red, green, blue = (vector_of_view_layer(graph, attribute) for attribute in basis)
+    total = red * rgb[0] + green * rgb[1] + blue * rgb[2]
+    graph.assign(total, graph.node("NodeGroupOutput").inputs[0])
+    return tree
+
+
+def _group(name: str, *inputs: str) -> bpy.types.ShaderNodeTree:
+    """Return an empty group of vectors, with an output ``Bands``."""
+    tree = new_group(name)
+    for label in inputs:
+        tree.interface.new_socket(label, in_out="INPUT", socket_type="NodeSocketVector")
+    tree.interface.new_socket("Bands", in_out="OUTPUT", socket_type="NodeSocketVector")
+    return tree
 
 
 def build_reflectance() -> bpy.types.ShaderNodeTree:
     """Build the group RGB reflectance → reflectance of the three bands."""
-    with s.tree(REFLECTANCE) as tree:
-        color = tree.inputs.vector(COLOR_INPUT)
-        _basis_sum(color, attributes.REFLECTANCE_BASIS) >> tree.outputs.vector("Bands")
-    return tree.tree
+    return _basis_group(REFLECTANCE, attributes.REFLECTANCE_BASIS)
 
 
 def build_emission() -> bpy.types.ShaderNodeTree:
     """Build the group RGB emission → radiance of the three bands."""
-    with s.tree(EMISSION) as tree:
-        color = tree.inputs.vector(COLOR_INPUT)
-        _basis_sum(color, attributes.EMISSION_BASIS) >> tree.outputs.vector("Bands")
-    return tree.tree
+    return _basis_group(EMISSION, attributes.EMISSION_BASIS)
 
 
 def build_measured() -> bpy.types.ShaderNodeTree:
@@ -51,10 +57,11 @@ def build_measured() -> bpy.types.ShaderNodeTree:
     The colour input is kept, unused, so that the colour's own link has a home
     until the water is removed.
     """
-    with s.tree(MEASURED) as tree:
-        tree.inputs.vector(COLOR_INPUT)
-        tree.inputs.vector(MEASURED_INPUT) >> tree.outputs.vector("Bands")
-    return tree.tree
+    tree = _group(MEASURED, COLOR_INPUT, MEASURED_INPUT)
+    graph = Graph(tree)
+    measured = graph.node("NodeGroupInput").outputs[MEASURED_INPUT]
+    tree.links.new(measured, graph.node("NodeGroupOutput").inputs[0])
+    return tree
 
 
 _BUILDERS = {

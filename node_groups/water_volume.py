@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import functools
 from dataclasses import dataclass
 from typing import Literal
 
 import bpy
-from nodebpy import shader as s
-from nodebpy.builder import FloatSocket
 
 from . import attributes
+from .data_blocks import new_material, of_view_layer, vector_of_view_layer
+from .node_mathematics import Graph
 
 NAME = "UW Water"
 
@@ -43,33 +42,57 @@ class ScatteringLobe:
 
 def build(lobes: tuple[ScatteringLobe, ...], layer: int = 0) -> bpy.types.Material:
     """Build the material of a layer of the water, which scatters with some lobes."""
-    with s.material(NAME) as material:
-        nodes = []
-        for index, lobe in enumerate(lobes):
-            absorption = (
-                s.Attribute.view_layer(attributes.absorption(layer)).o.vector
-                if index == 0
-                else (0.0, 0.0, 0.0)
+    material, graph, output = new_material(NAME)
+    total = None
+    for index, lobe in enumerate(lobes):
+        node = volume_coefficients(graph)
+        if index == 0:
+            graph.assign(
+                vector_of_view_layer(graph, attributes.absorption(layer)),
+                _input(node, "Absorption Coefficients"),
             )
-            coefficients = s.VolumeCoefficients(
-                weight=1.0,
-                absorption_coefficients=absorption,
-                scatter_coefficients=s.Attribute.view_layer(
-                    attributes.scattering(layer, index)
-                ).o.vector,
-                anisotropy=_by_band(attributes.asymmetry(layer, index))
-                if lobe.by_band
-                else lobe.anisotropy,
-                alpha=_by_band(attributes.alpha(layer, index)) if lobe.by_band else lobe.alpha,
-                ior=lobe.index,
-                backscatter=lobe.backscatter,
-                phase=lobe.phase,
-            )
-            nodes.append(coefficients)
-        functools.reduce(s.AddShader, nodes) >> s.MaterialOutput().i.volume
-    return material.material
+        graph.assign(
+            vector_of_view_layer(graph, attributes.scattering(layer, index)),
+            _input(node, "Scatter Coefficients"),
+        )
+        node.phase = lobe.phase
+        if lobe.by_band:
+            _by_band(graph, attributes.asymmetry(layer, index), _input(node, "Anisotropy"))
+            _by_band(graph, attributes.alpha(layer, index), _input(node, "Alpha"))
+        else:
+            _input(node, "Anisotropy").default_value = lobe.anisotropy
+            _input(node, "Alpha").default_value = lobe.alpha
+        _input(node, "IOR").default_value = lobe.index
+        _input(node, "Backscatter").default_value = lobe.backscatter
+        total = node.outputs[0] if total is None else _sum(graph, total, node.outputs[0])
+    if total is not None:
+        graph.tree.links.new(total, output.inputs["Volume"])
+    return material
 
 
-def _by_band(name: str) -> FloatSocket:
-    """Mean over the bands of a pass, which share a phase function."""
-    return s.Attribute.view_layer(name).o.factor
+def volume_coefficients(graph: Graph) -> bpy.types.Node:
+    """Add a volume that neither absorbs nor scatters nor emits, as Blender's own default does."""
+    node = graph.node("ShaderNodeVolumeCoefficients")
+    _input(node, "Weight").default_value = 1.0
+    for name in ("Absorption", "Scatter", "Emission"):
+        _input(node, f"{name} Coefficients").default_value = (0.0, 0.0, 0.0)
+    return node
+
+
+def _input(node: bpy.types.Node, name: str) -> bpy.types.NodeSocket:
+    """Return an input by name, also one that the node's phase function leaves unused."""
+    return next(socket for socket in node.inputs if socket.name == name)
+
+
+def _sum(
+    graph: Graph, one: bpy.types.NodeSocket, other: bpy.types.NodeSocket
+) -> bpy.types.NodeSocket:
+    node = graph.node("ShaderNodeAddShader")
+    for source, socket in zip((one, other), node.inputs, strict=True):
+        graph.tree.links.new(source, socket)
+    return node.outputs[0]
+
+
+def _by_band(graph: Graph, name: str, socket: bpy.types.NodeSocket) -> None:
+    """Bring the mean over the bands of a pass, which share a phase function, to an input."""
+    graph.tree.links.new(of_view_layer(graph, name).outputs["Factor"], socket)

@@ -13,10 +13,11 @@ import math
 
 import bpy
 import numpy as np
-from nodebpy import shader as s
 from numpy.typing import NDArray
 
 from ..node_groups import attributes
+from ..node_groups.data_blocks import new_material, vector_of_view_layer
+from ..node_groups.water_volume import volume_coefficients
 from ..uw_spectral.transfer.inelastic_light import InelasticLight
 from . import scene_water
 from .water_body import WaterExtent, box
@@ -91,12 +92,9 @@ def emission(light: InelasticLight, edges: NDArray[np.float64]) -> dict[str, NDA
 
 
 def _material(layer: int) -> bpy.types.Material:
-    with s.material(f"{NAME} {layer}") as material:
-        node = s.VolumeCoefficients(
-            weight=1.0,
-            absorption_coefficients=(0.0, 0.0, 0.0),
-            scatter_coefficients=(0.0, 0.0, 0.0),
-            emission_coefficients=s.Attribute.view_layer(_attribute(layer)).o.vector,
-        )
-        node >> s.MaterialOutput().i.volume
-    return material.material
+    material, graph, output = new_material(f"{NAME} {layer}")
+    node = volume_coefficients(graph)
+    emission = vector_of_view_layer(graph, _attribute(layer))
+    graph.assign(emission, node.inputs["Emission Coefficients"])
+    graph.tree.links.new(node.outputs[0], output.inputs["Volume"])
+    return material

@@ -63,6 +63,27 @@ class SceneLamps:
 
 def objects_of(scene: bpy.types.Scene) -> list[bpy.types.Object]:
     """Return the lamps that light the water of a scene, by name."""
+    return [item for item in _shown(scene) if not why_dark(item)]
+
+
+def left_out(scene: bpy.types.Scene) -> dict[bpy.types.Object, str]:
+    """Return the lamps of a scene that do not light its water, and why."""
+    return {item: why_dark(item) for item in _shown(scene) if why_dark(item)}
+
+
+def why_dark(item: bpy.types.Object) -> str:
+    """Say why a lamp does not light the water, empty if it does.
+
+    One that moves counts everywhere: nodes for it are needed in all frames.
+    """
+    if not stored_lamp(item.data).in_water:
+        return "it belongs to the air; let it light the water with its switch"
+    if item.matrix_world.translation.z > 0.0 and not _moves(item):
+        return "it is above the water; lower it, or leave it to the sun"
+    return ""
+
+
+def _shown(scene: bpy.types.Scene) -> list[bpy.types.Object]:
     found = [
         item
         for item in scene.objects
@@ -72,6 +93,14 @@ def objects_of(scene: bpy.types.Scene) -> list[bpy.types.Object]:
         and not scene_water.is_hidden(item)
     ]
     return sorted(found, key=lambda item: item.name_full)
+
+
+def _moves(item: bpy.types.Object | None) -> bool:
+    while item is not None:
+        if item.animation_data is not None or item.constraints:
+            return True
+        item = item.parent
+    return False
 
 
 def lamps_of(scene: bpy.types.Scene, bands: Bands, unit: str) -> SceneLamps:
@@ -90,7 +119,8 @@ def lamps_of(scene: bpy.types.Scene, bands: Bands, unit: str) -> SceneLamps:
     InputError
         If a spectrum, a power or a profile cannot be used; it names the lamp.
     """
-    objects, lamps, notes = objects_of(scene), [], []
+    objects, lamps = objects_of(scene), []
+    notes = [f"lamp {item.name!r} is left out: {why}" for item, why in left_out(scene).items()]
     for item in objects:
         try:
             lamp = _lamp(item, bands, unit)

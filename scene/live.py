@@ -14,6 +14,8 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import bpy
+import numpy as np
+from numpy.typing import NDArray
 
 from ..node_groups.node_mathematics import MARK
 from ..uw_spectral.errors import InputError
@@ -22,15 +24,17 @@ from . import (
     contents,
     eevee_settings,
     lamps,
+    metering,
     moving_surface,
     realtime,
     realtime_materials,
     scene_water,
     stored_settings,
+    view_transform,
 )
-from .render_plan import forget_files, plan_of, quiet
+from .render_plan import RenderPlan, forget_files, plan_of, quiet
 from .session import SESSION
-from .settings import NO_FLOOR, SceneSettings
+from .settings import BY_PICTURE, NO_FLOOR, SceneSettings
 from .shade import Kept
 from .water_body import water_extent
 
@@ -38,6 +42,7 @@ NOMINAL_DEPTH = 1.0
 """Depth in m that the preview assumes while no camera is under water."""
 
 _KEPT, _CAMERA, _SHOWN, _PROBLEM, _STALE = "kept", "camera", "shown", "problem", "stale"
+_VIEW, _TONE, _STOPS = "view", "tone", "stops"
 
 
 @dataclass(frozen=True, eq=False)
@@ -149,6 +154,7 @@ def update(
             realtime.set_values(scene, water)
         if water.shafts is not None:
             _use_shafts(scene, water)
+        _show(scene)
         session[_SHOWN], session[_PROBLEM] = key, ""
     except InputError as error:
         session[_PROBLEM] = str(error)
@@ -288,18 +294,44 @@ def _water(
         plan = plan_of(replace(chosen, bands=plan.most_bands, wavelengths=""))
     with quiet():
         lit = None if scene.camera is None else plan.lamplight(scene, scene.camera)
-        weights = plan.reduction(depth, lit).weights
+        stops = _exposure(scene, plan, depth, lit, hasty=hasty)
+        weights = plan.reduction(depth, lit, stops).weights
         last = _shade.get(scene.session_uid)
         kept, known = last.kept if last else Kept(), last if hasty else None
         if known is not None and len(known.table.spectrum) != len(plan.bands):
             known = None
         water = plan.realtime(scene, depth, weights, shaded=known and known.table, kept=kept)
         if SESSION in scene:
-            scene[SESSION][_STALE] = known is not None and water.shade is not None
+            late = known is not None and water.shade is not None
+            scene[SESSION][_STALE] = late or (hasty and stops is not None)
         if water.shade is not None and known is None:
             depsgraph = bpy.context.evaluated_depsgraph_get()
             _shade[scene.session_uid] = _Known(water.shade, _places(scene, depsgraph), kept)
         return moving_surface.with_waves(scene, plan, water)
+
+
+def _exposure(
+    scene: bpy.types.Scene,
+    plan: RenderPlan,
+    depth: float,
+    lit: NDArray[np.float64] | None,
+    *,
+    hasty: bool,
+) -> float | None:
+    """Stops by the picture, where the settings ask for it; in haste those of the last."""
+    session = scene.get(SESSION)
+    if hasty and session is not None and _STOPS in session:
+        known = session[_STOPS]
+        return known if plan.settings.exposure == BY_PICTURE else None
+    if scene.camera is None:
+        return None
+    stops = metering.metered(scene, scene.camera, plan, depth, lit)
+    if session is not None:
+        if stops is None:
+            session.pop(_STOPS, None)
+        else:
+            session[_STOPS] = stops
+    return stops
 
 
 def _apply_settings(scene: bpy.types.Scene, water: realtime.RealtimeWater) -> None:
@@ -317,19 +349,22 @@ def _apply_settings(scene: bpy.types.Scene, water: realtime.RealtimeWater) -> No
         ]
     else:
         wanted = [(scene.render, "engine", "BLENDER_EEVEE")]
-    # The water group gives display colours; a film look on top would change them.
-    view = scene.view_settings
-    wanted += [
-        (view, "look", "None"),
-        (view, "view_transform", "Standard"),
-        (view, "exposure", 0.0),
-        (view, "gamma", 1.0),
-    ]
     kept = {}
     for owner, name, value in wanted:
         kept[f"{type(owner).__name__}.{name}"] = getattr(owner, name)
         setattr(owner, name, value)
     scene[SESSION][_KEPT] = kept
+    scene[SESSION][_VIEW] = view_transform.kept_view(scene.view_settings)
+    _show(scene)
+
+
+def _show(scene: bpy.types.Scene) -> None:
+    """Show the scene as its tone and contrast say; leave the view alone if it does so already."""
+    group = getattr(scene, stored_settings.PROPERTY)
+    wanted = f"{group.tone} {group.contrast}"
+    if scene[SESSION].get(_TONE) != wanted:
+        view_transform.show(scene.view_settings, group.tone, group.contrast)
+        scene[SESSION][_TONE] = wanted
 
 
 def _use_shafts(scene: bpy.types.Scene, water: realtime.RealtimeWater) -> None:
@@ -352,6 +387,8 @@ def _restore_settings(scene: bpy.types.Scene) -> None:
         for owner in (scene.render, scene.eevee, scene.view_settings, session.get(_CAMERA))
         if owner is not None
     }
+    if _VIEW in session:
+        view_transform.give_back(scene.view_settings, session[_VIEW])
     # In the reverse order: a look exists only under its view transform.
     for key, value in reversed(list(session[_KEPT].items())):
         owner, _, name = key.partition(".")

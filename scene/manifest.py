@@ -28,7 +28,9 @@ FORMAT = 1
 _KIND = "underwater-spectral job"
 # Settings that only the development reads: a pass does not depend on them, unless it is
 # developed as it is rendered.
-DEVELOPMENT = frozenset({"sensor", "white_balance", "exposure"})
+DEVELOPMENT = frozenset({"sensor", "white_balance", "exposure", "exposure_compensation"})
+# How a picture is shown: no pass depends on it.
+SHOWN = frozenset({"tone", "contrast"})
 
 
 @dataclass(frozen=True)
@@ -245,7 +247,7 @@ class Manifest:
         return self.output.mode == "realtime"
 
     def _counts(self, setting: str) -> bool:
-        return self._draws_colours or setting not in DEVELOPMENT
+        return setting not in SHOWN and (self._draws_colours or setting not in DEVELOPMENT)
 
     @functools.cached_property
     def _job_key(self) -> str:

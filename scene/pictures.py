@@ -14,11 +14,10 @@ from ..uw_spectral.errors import InputError
 from ..uw_spectral.spectra.spectral_image import (
     read_exr,
     replacing,
-    write_png,
     write_rgb_exr,
     write_spectral_exr,
 )
-from . import band_passes, development, picture_layers
+from . import band_passes, development, picture_layers, view_transform
 from .band_passes import RenderedPass
 from .engines import engine_of
 from .frame_plans import FramePlans
@@ -65,7 +64,9 @@ def develop(
         weights = np.array(manifest.developments[view.development].weights)
         paths, bands = [item.path for item in whole], [item.bands for item in whole]
         development.develop(paths, weights, bands, picture)
-    write_png(picture.with_suffix(".png"), read_exr(picture)[0])
+    chosen = plan.settings
+    shown = picture.with_suffix(".png")
+    view_transform.write_shown(shown, read_exr(picture)[0], chosen.tone, chosen.contrast)
     paths = [item.file.path for item in rendered]
     untold = picture_layers.develop_layers(manifest, view, paths, plan, picture)
     record = _record(manifest, view, rendered, plan)
@@ -177,7 +178,12 @@ def _record(
         },
         "notes": [*plan.notes, *dict.fromkeys(note for item in rendered for note in item.notes)],
         **plan.record(),
-        "development": {"description": chosen.description, "weights": chosen.weights},
+        "development": {
+            "description": chosen.description,
+            "weights": chosen.weights,
+            "tone": plan.settings.tone,
+            "contrast": plan.settings.contrast,
+        },
         "passes": [
             {
                 "file": _relative(manifest, item.file.path),

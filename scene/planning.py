@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from ..uw_spectral.errors import InputError
 from ..uw_spectral.imaging.layers import parse_layers
-from . import cameras, cycles_settings, job_files, picture_size, staging, stereo
+from . import cameras, cycles_settings, job_files, metering, picture_size, staging, stereo
 from .band_engine import Engine
 from .engines import engine_of
 from .manifest import Development, Manifest, Output, Pass, View, folders
@@ -32,6 +32,7 @@ class _Frame:
     plan: RenderPlan
     depths: tuple[float, ...]
     lamplight: tuple[NDArray[np.float64] | None, ...]
+    stops: float | None
     eyes: tuple[tuple[float, ...], ...]
 
 
@@ -170,7 +171,8 @@ def _frames(
         plan = plans[chosen]
         lit = tuple(plan.lamplight(scene, camera) for camera in seen_by)
         eyes = tuple(cameras.eye_of(camera) for camera in seen_by)
-        frames.append(_Frame(number, plan, depths, lit, eyes))
+        stops = metering.metered(scene, seen_by[0], plan, depths[0], lit[0])
+        frames.append(_Frame(number, plan, depths, lit, stops, eyes))
     first = frames[0].plan.column
     for frame in frames:
         if math.isfinite(frame.plan.column.floor_depth) != math.isfinite(first.floor_depth):
@@ -233,7 +235,7 @@ def _views(
     found: dict[Development, int] = {}
     rows: dict[tuple[str, int], View] = {}
     for frame in frames:
-        stops = None
+        stops = frame.stops
         for camera, depth, lit, eye in zip(
             seen_by, frame.depths, frame.lamplight, frame.eyes, strict=True
         ):

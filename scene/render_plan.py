@@ -30,7 +30,7 @@ from ..uw_spectral.imaging.description import (
 )
 from ..uw_spectral.imaging.optics import ResolvedOptics, resolve
 from ..uw_spectral.lamps.lamp_surface import lamplight
-from ..uw_spectral.lamps.multiple_scattering import lamp_water
+from ..uw_spectral.lamps.multiple_scattering import LampWater, lamp_water
 from ..uw_spectral.shade.shade_table import ShadeTable, without_shade
 from ..uw_spectral.spectra.colour_rendering import SensorReduction
 from ..uw_spectral.spectra.illuminant import RELATIVE
@@ -47,12 +47,21 @@ from .cycles_phase import CyclesPhase, cycles_phase
 from .lamps import SceneLamps, lamps_of, seen_places
 from .pass_values import PassValues
 from .realtime import MOST_BANDS, MOST_CLOSED_FORM_BANDS, RealtimeWater, realtime_water
-from .settings import AUTO, BOUNDED, CONSTITUENTS, DEFAULT_PHASE, OPTIMISED, SOLVED, SceneSettings
+from .settings import (
+    AUTO,
+    BOUNDED,
+    BY_PICTURE,
+    CONSTITUENTS,
+    DEFAULT_PHASE,
+    OPTIMISED,
+    SOLVED,
+    SceneSettings,
+)  # fmt: skip
 from .surroundings import Ground, has_things, look_around
 
 _RELATIVE_UNITS = "sr^-1, relative to an irradiance of 1 at 560 nm"
 _RELATIVE_IRRADIANCE = "relative to an irradiance of 1 at 560 nm"
-_RECORDED_PACKAGES = ("numpy", "colour-science", "jerlov", "nodebpy", "OpenImageIO")
+_RECORDED_PACKAGES = ("numpy", "colour-science", "jerlov", "OpenImageIO")
 
 
 @dataclass(frozen=True, eq=False)
@@ -205,9 +214,13 @@ class RenderPlan(ResolvedOptics):
         if not lamps:
             return None
         place = tuple(camera.matrix_world.translation)
-        here = self.column.layer_at(max(-place[2], 0.0), self.phase)
-        water = lamp_water(here.absorption, here.scattering, here.phase)
+        water = self.lamp_water(max(-place[2], 0.0))
         return lamplight(lamps, water, place, seen_places(scene, camera))
+
+    def lamp_water(self, depth: float) -> LampWater:
+        """Return the water at a depth in m as light of lamps meets it."""
+        here = self.column.layer_at(depth, self.phase)
+        return lamp_water(here.absorption, here.scattering, here.phase)
 
     def _over(self, ground: Ground | None) -> RenderPlan:
         """Return the plan over the scene's own ground, if there is any and no floor is added."""
@@ -222,10 +235,13 @@ class RenderPlan(ResolvedOptics):
         return replace(self, column=column)
 
     def reduction(
-        self, depth: float, lamplight: NDArray[np.float64] | None = None
+        self,
+        depth: float,
+        lamplight: NDArray[np.float64] | None = None,
+        stops: float | None = None,
     ) -> SensorReduction:
-        """Return the sensor's map for a camera at a depth in m."""
-        return self.viewpoint(depth, lamplight=lamplight).reduction
+        """Return the sensor's map for a camera at a depth in m, at its exposure or another."""
+        return self.viewpoint(depth, stops, lamplight).reduction
 
     def response(self, depth: float) -> NDArray[np.float64]:
         """Return the responses of the sensor's channels to the bands, shape (3, n).
@@ -367,7 +383,12 @@ def description_of(settings: SceneSettings) -> Description:
             sea_of(settings).spectrum.mean_square_slope if settings.surface == WAVES else 0.0,
         ),
         FloorDescription(settings.floor_depth or math.inf, settings.floor_reflectance),
-        CameraDescription(settings.sensor, settings.white_balance, _stops(settings.exposure)),
+        CameraDescription(
+            settings.sensor,
+            settings.white_balance,
+            _stops(settings.exposure),
+            settings.exposure_compensation,
+        ),
         BandsDescription(
             settings.bands,
             settings.range_start,
@@ -401,14 +422,16 @@ def _wavelengths(text: str) -> tuple[float, ...]:
 
 def _stops(text: str) -> float | None:
     """Read an exposure; None is automatic."""
-    if text == AUTO:
+    if text in (AUTO, BY_PICTURE):
         return None
     try:
         stops = float(text)
     except ValueError:
         stops = math.nan
     if not math.isfinite(stops):
-        raise InputError(f"--exposure: {text!r} is neither {AUTO!r} nor a number of stops")
+        raise InputError(
+            f"--exposure: {text!r} is neither {AUTO!r}, {BY_PICTURE!r} nor a number of stops"
+        )
     return stops
 
 

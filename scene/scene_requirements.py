@@ -163,6 +163,8 @@ def trace_view(
     cone: LightCone,
     *,
     rays: int = RAYS,
+    grid: tuple[int, int] = (_WIDTH, _HEIGHT),
+    skyward: int = _SKYWARD,
 ) -> SeenPoints:
     """Return what a camera sees at the current frame.
 
@@ -177,10 +179,15 @@ def trace_view(
         Light from above, other than the direct sun.
     rays : int
         About how many to return, out of a finer picture.
+    grid : (int, int)
+        Rays of that picture, across and down.
+    skyward : int
+        Rays towards the light from above, from each place.
     """
     depsgraph = bpy.context.evaluated_depsgraph_get()
     meshes = Meshes(depsgraph, scene_water.objects(scene))
-    seen = _first_seen(scene, camera.evaluated_get(depsgraph), column, meshes).subsample(rays)
+    first = _first_seen(scene, camera.evaluated_get(depsgraph), column, meshes, grid)
+    seen = first.subsample(rays)
     end = np.minimum(seen.reached, _to_surface(seen.origin, seen.direction))
     along = end[:, None] * (np.arange(_STEPS) + 0.5) / _STEPS
     stations = seen.origin[:, None] + seen.direction[:, None] * along[..., None]
@@ -188,12 +195,12 @@ def trace_view(
     on_surface = np.isfinite(seen.distance)
     points = seen.origin + seen.direction * np.where(on_surface, seen.distance, 0.0)[:, None]
     points = points[on_surface] + seen.normal[on_surface] * _OFF_SURFACE
-    skyward = cone_directions(cone, _SKYWARD)
+    upward = cone_directions(cone, skyward)
     sunlit, share = np.ones(len(seen), dtype=bool), np.ones(len(seen))
     facing = seen.normal[on_surface] @ to_sun > 0
     sunlit[on_surface] = facing & _clear(meshes, points[:, None], to_sun)[:, 0]
     share[on_surface] = openness(
-        seen.normal[on_surface], skyward, _clear(meshes, points[:, None], skyward)
+        seen.normal[on_surface], upward, _clear(meshes, points[:, None], upward)
     )
     return replace(
         seen,
@@ -204,12 +211,16 @@ def trace_view(
 
 
 def _first_seen(
-    scene: bpy.types.Scene, camera: bpy.types.Object, column: WaterColumn, meshes: Meshes
+    scene: bpy.types.Scene,
+    camera: bpy.types.Object,
+    column: WaterColumn,
+    meshes: Meshes,
+    grid: tuple[int, int],
 ) -> SeenPoints:
     """What a picture shows, its shadows not looked for yet."""
     origin, direction = (
         np.array(vectors, dtype=np.float64)
-        for vectors in zip(*cameras.camera_rays(scene, camera, _WIDTH, _HEIGHT), strict=True)
+        for vectors in zip(*cameras.camera_rays(scene, camera, *grid), strict=True)
     )
     count = len(origin)
     hits = meshes.first(origin, direction, _to_surface(origin, direction))

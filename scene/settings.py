@@ -11,6 +11,7 @@ from typing import Literal, NoReturn, get_args
 from ..uw_spectral.errors import InputError
 from ..uw_spectral.imaging.layers import NAMES, NONE, parse_layers
 from ..uw_spectral.spectra.colour_rendering import WHITE_BALANCES, WhiteBalance
+from ..uw_spectral.spectra.tone import CONTRASTS, MEDIUM, STANDARD, TONES
 from ..uw_spectral.transfer.sky import SKIES, UNIFORM
 from ..uw_spectral.transfer.water_column import SURFACES
 from ..uw_spectral.water import measured
@@ -21,6 +22,8 @@ Mode = Literal["bands", "realtime"]
 Device = Literal["cpu", "gpu"]
 
 AUTO = "auto"
+BY_PICTURE = "auto-picture"
+"""Exposure by the brightness of what the camera sees."""
 BANDS, REALTIME = "bands", "realtime"
 PROGRESS = ("text", "openjd")
 EQUAL, OPTIMISED = "equal", "optimised"
@@ -225,7 +228,23 @@ class SceneSettings:
     exposure: str = _setting(
         AUTO,
         "Exposure in stops; at 0 a white surface in the light that is balanced for is white. "
-        "auto: a white surface at the camera's depth has luminance 0.9",
+        "auto: a white surface at the camera's depth has luminance 0.9; auto-picture: the mean of "
+        "what the camera sees is middle grey, as long as no more than 2 % of it is white",
+    )
+    exposure_compensation: float = _setting(
+        0.0,
+        "Stops that are added to an automatic exposure",
+        limits=(-10.0, 10.0),
+        animatable=True,
+    )
+    tone: str = _setting(
+        STANDARD,
+        "Tone curve of the PNG and the viewport: standard (none), agx, or the measured curve of a "
+        "camera; all other files stay linear",
+        choices=TONES,
+    )
+    contrast: str = _setting(
+        MEDIUM, "Contrast of the PNG and the viewport: Blender's looks", choices=CONTRASTS
     )
     samples: int = _setting(64, "Samples per pixel", limits=(1, 2**24))
     bounces: int = _setting(

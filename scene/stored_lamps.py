@@ -22,6 +22,7 @@ class LampSettings:
     spectrum: str = ""
     unit: str = WATTS
     profile: str = ""
+    in_water: bool = True
 
 
 def register() -> None:
@@ -47,6 +48,12 @@ def register() -> None:
             "table angle_deg, intensity. Empty: as Blender has it",
             subtype="FILE_PATH",
         ),
+        "in_water": bpy.props.BoolProperty(
+            name="Lights the water",
+            description="Whether the lamp lights the water; without, it is dark while there is "
+            "water, as the lamps of a dry scene are beside the sun",
+            default=True,
+        ),
     }
     description = {"__doc__": "What a lamp stores.", "__annotations__": properties}
     group = type(_CLASS, (bpy.types.PropertyGroup,), description)
@@ -65,4 +72,4 @@ def stored_lamp(light: bpy.types.Light) -> LampSettings:
     group = getattr(light, PROPERTY, None)
     if group is None:
         return LampSettings()
-    return LampSettings(group.spectrum.strip(), group.unit, group.profile.strip())
+    return LampSettings(group.spectrum.strip(), group.unit, group.profile.strip(), group.in_water)

@@ -19,9 +19,10 @@ from ..scene.session import is_live
 from ..uw_spectral.errors import InputError
 from ..uw_spectral.spectra import sensor as sensors
 from ..uw_spectral.water import measured
-from . import migration, property_group
+from . import example_scenes, migration, property_group
 
 _DEFAULT_DEPTH = 5.0
+_START_DEPTH = 3.0
 _STEP_SECONDS = 0.05
 
 
@@ -65,8 +66,23 @@ class AddWater(_Operator):
 
     start: bpy.props.BoolProperty(
         name="Start settings",
-        description="In a scene without settings of the water: a flat surface with Snell's window",
+        description="In a scene without settings of the water: waves, a floor under its things, "
+        "colours balanced at the camera's depth, exposure by the picture",
         default=True,
+    )
+    submerge: bpy.props.BoolProperty(
+        name="Lower the scene",
+        description="With the start settings: a scene that stands above the water is lowered "
+        "into it, and its lamps are left to the air",
+        default=True,
+    )
+    depth: bpy.props.FloatProperty(
+        name="Camera depth",
+        description="Depth of the camera in a scene that is lowered",
+        default=_START_DEPTH,
+        min=0.01,
+        soft_max=50.0,
+        subtype="DISTANCE",
     )
 
     @classmethod
@@ -76,16 +92,53 @@ class AddWater(_Operator):
 
     @override
     def run(self, context: bpy.types.Context) -> None:
-        from ..scene import live
+        from ..scene import first_settings, live
 
-        water = _water(context)
-        if self.start and not migration.is_used(context.scene):
-            water.surface = "flat"
+        first = self.start and not migration.is_used(context.scene)
+        if first:
+            context.view_layer.update()
+            first_settings.start(context.scene, self.depth if self.submerge else None)
         self.tell(live.add(context.scene))
         migration.stamp(context.scene)
         problem = live.problem(context.scene)
         if problem:
             self.report({"WARNING"}, problem)
+        elif first:
+            _show_water(context)
+
+
+def _show_water(context: bpy.types.Context) -> None:
+    """Let the viewport of the context show the water as the camera sees it."""
+    space = context.space_data
+    if not isinstance(space, bpy.types.SpaceView3D):
+        return
+    space.shading.type = "RENDERED"
+    if context.scene.camera is not None and space.region_3d is not None:
+        space.region_3d.view_perspective = "CAMERA"
+
+
+class AddExample(_Operator):
+    """Builds an example."""
+
+    bl_idname = "underwater.add_example"
+    bl_label = "Add Example"
+    bl_description = "Build an example as a scene of its own in this file, and fill it with water"
+
+    example: bpy.props.EnumProperty(
+        name="Example",
+        description="What to build",
+        items=[(name, e.label, e.text) for name, e in example_scenes.EXAMPLES.items()],
+    )
+
+    @override
+    def run(self, context: bpy.types.Context) -> None:
+        from ..scene import live
+
+        scene = example_scenes.build(context, self.example)
+        with context.temp_override(scene=scene, view_layer=scene.view_layers[0]):
+            self.tell(live.add(scene))
+        migration.stamp(scene)
+        _show_water(context)
 
 
 class _LiveOperator(_Operator):
@@ -112,6 +165,19 @@ class RemoveWater(_LiveOperator):
         from ..scene import live
 
         live.remove(context.scene)
+
+
+class Show(_LiveOperator):
+    """Lets the viewport show the water."""
+
+    bl_idname = "underwater.show"
+    bl_label = "Show the Water"
+    bl_description = "Look through the camera, with the viewport set to Rendered"
+    bl_options = {"REGISTER"}  # noqa: RUF012 - as Blender wants it
+
+    @override
+    def run(self, context: bpy.types.Context) -> None:
+        _show_water(context)
 
 
 class Rebuild(_LiveOperator):
@@ -440,7 +506,9 @@ class FarmBundle(_Operator):
 
 CLASSES = (
     AddWater,
+    AddExample,
     RemoveWater,
+    Show,
     Rebuild,
     Submerge,
     AddLamps,

@@ -83,6 +83,7 @@ class MainPanel(_Panel, bpy.types.Panel):
         else:
             column.operator("underwater.add_water", icon="MOD_OCEAN")
         layout.popover(presets.UNDERWATER_PT_look_presets.__name__, text="Looks", icon="PRESET")
+        layout.operator_menu_enum("underwater.add_example", "example", icon="SCENE_DATA")
         if not scene.is_editable:
             _say(layout, "This scene is linked: make it local to change its water.", "LINKED")
         if migration.is_newer(scene):
@@ -97,7 +98,7 @@ class MainPanel(_Panel, bpy.types.Panel):
             if depth is not None and depth <= 0:
                 layout.operator("underwater.submerge", icon="TRIA_DOWN_BAR")
         if is_live(scene) and not _shows_water(context):
-            _say(layout, "Set the viewport to Rendered to see the water.", "SHADING_RENDERED")
+            layout.operator("underwater.show", icon="SHADING_RENDERED")
 
 
 def _shows_water(context: bpy.types.Context) -> bool:
@@ -265,6 +266,12 @@ class LampsPanel(_SubPanel, bpy.types.Panel):
         column = self.column()
         column.prop(_water(context), "sunlight", text="Sunlight")
         column.operator_menu_enum("underwater.add_lamps", "rig", icon="LIGHT_SPOT")
+        for item, why in lamps.left_out(context.scene).items():
+            row = column.row()
+            row.active = False
+            row.label(text=f"{item.name}: dark here", icon=f"LIGHT_{item.data.type}")
+            row.prop(getattr(item.data, stored_lamps.PROPERTY), "in_water", text="Light")
+            _say(column, f"{why[0].upper()}{why[1:]}.")
         for item in lamps.objects_of(context.scene):
             light = item.data
             box = column.box().column()
@@ -300,9 +307,13 @@ class SensorPanel(_SubPanel, bpy.types.Panel):
         row.operator("underwater.open_sensor", text="", icon="FILEBROWSER")
         column = self.column()
         column.prop(water, "white_balance")
-        column.prop(panel, "auto_exposure")
-        if not panel.auto_exposure:
+        column.prop(panel, "meter")
+        if panel.meter == "FIXED":
             column.prop(panel, "stops")
+        else:
+            column.prop(water, "exposure_compensation", text="Brighter (stops)")
+        column.prop(water, "tone")
+        column.prop(water, "contrast")
         if pictures.error:
             _say(self.layout, pictures.error, "ERROR")
         elif pictures.sensor:

@@ -20,9 +20,10 @@ _SCENE = "bpy.context.scene.underwater"
 
 _WATER = ("water", "water_source", "chlorophyll", "cdom", "minerals", "detritus", "second_water",
           "second_water_share", "absorption_factor", "scattering_factor", "phase")  # fmt: skip
+_SHOWN = ("exposure", "exposure_compensation", "tone", "contrast")
 _LOOK = (*_WATER, "floor_depth", "floor_reflectance", "surface", "illuminant", "sun_zenith",
-         "irradiance", "sky", "sky_radiance", "white_balance", "exposure")  # fmt: skip
-_CAMERA = ("sensor", "white_balance", "exposure")
+         "irradiance", "sky", "sky_radiance", "white_balance", *_SHOWN)  # fmt: skip
+_CAMERA = ("sensor", "white_balance", *_SHOWN)
 
 
 def _values(names: tuple[str, ...]) -> list[str]:

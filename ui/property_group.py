@@ -13,7 +13,7 @@ import bpy
 
 from ..scene import stored_settings
 from ..scene.session import is_live
-from ..scene.settings import CONSTITUENTS, METHODS, Job, SceneSettings
+from ..scene.settings import AUTO, BY_PICTURE, CONSTITUENTS, METHODS, Job, SceneSettings
 from ..uw_spectral.errors import InputError
 from ..uw_spectral.water.inelastic_processes import PROCESSES, parse_processes
 from ..uw_spectral.water.optical_properties import JERLOV_TYPES
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 PROPERTY = "underwater_panel"
 
-_JERLOV, _AUTO = "jerlov:", "auto"
+_JERLOV = "jerlov:"
 
 
 def _water(group: bpy.types.PropertyGroup) -> bpy.types.PropertyGroup:
@@ -111,12 +111,16 @@ def _choice(setting: str, name: str, description: str, items: dict[str, tuple[st
     )
 
 
-def _get_auto_exposure(group: bpy.types.PropertyGroup) -> bool:
-    return _water(group).exposure == _AUTO
+_METERS = (AUTO, BY_PICTURE)
 
 
-def _set_auto_exposure(group: bpy.types.PropertyGroup, value: bool) -> None:
-    _water(group).exposure = _AUTO if value else "0"
+def _get_meter(group: bpy.types.PropertyGroup) -> int:
+    text = _water(group).exposure
+    return _METERS.index(text) if text in _METERS else len(_METERS)
+
+
+def _set_meter(group: bpy.types.PropertyGroup, value: int) -> None:
+    _water(group).exposure = _METERS[value] if value < len(_METERS) else "0"
 
 
 def _get_stops(group: bpy.types.PropertyGroup) -> float:
@@ -214,12 +218,22 @@ class UnderwaterPanelProperties(bpy.types.PropertyGroup):
             "equal-energy": ("Equal energy", "The same at every wavelength"),
         },
     )
-    auto_exposure: bpy.props.BoolProperty(
-        name="Automatic exposure",
-        description="A white surface in the light at the camera gets luminance 0.9",
+    meter: bpy.props.EnumProperty(
+        name="Exposure",
+        description="What the exposure follows",
+        items=[
+            ("LIGHT", "By the light", "A white surface in the light at the camera is nearly white"),
+            (
+                "PICTURE",
+                "By the picture",
+                "What the camera sees is as bright as middle grey, on "
+                "average, and hardly any of it brighter than white",
+            ),
+            ("FIXED", "By hand", "As many stops as you give"),
+        ],
         options=set(),
-        get=_get_auto_exposure,
-        set=_set_auto_exposure,
+        get=_get_meter,
+        set=_set_meter,
     )
     stops: bpy.props.FloatProperty(
         name="Exposure",

@@ -36,5 +36,6 @@ class Detail:
 
 DETAILS = {
     "draft": Detail(3, 3, 13.0, 0.08, 128),
+    "panel": Detail(2, 5, 4.0, 0.25, 256),
     "full": Detail(0, 7, 1.0, 1.0, 1024),
 }

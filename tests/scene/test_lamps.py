@@ -205,8 +205,26 @@ def test_a_spectrum_that_cannot_be_used_names_the_lamp(scene):
         lamps.lamps_of(scene, BANDS, RELATIVE)
 
 
-def test_a_lamp_above_the_water_is_named_and_dark(scene):
-    _lamp((0.0, 1.0, 2.0))
+def test_a_lamp_above_the_water_is_named_and_left_out(scene):
+    item = _lamp((0.0, 1.0, 2.0))
+    found = lamps.lamps_of(scene, BANDS, RELATIVE)
+    assert found.notes == (
+        f"lamp {item.name!r} is left out: it is above the water; lower it, or leave it to the sun",
+    )
+    assert found.lamps == ()
+    item.location.z = -1.0
+    bpy.context.view_layer.update()
+    assert len(lamps.lamps_of(scene, BANDS, RELATIVE).lamps) == 1
+    item.data.underwater.in_water = False
+    found = lamps.lamps_of(scene, BANDS, RELATIVE)
+    assert found.lamps == ()
+    assert "belongs to the air" in found.notes[0]
+
+
+def test_a_lamp_that_moves_above_the_water_stays_and_is_dark(scene):
+    """Nodes for it are there in all frames."""
+    item = _lamp((0.0, 1.0, 2.0))
+    item.keyframe_insert("location", frame=1)
     found = lamps.lamps_of(scene, BANDS, RELATIVE)
     assert "above the water" in found.notes[0]
     assert not found.lamps[0].intensity.any()

@@ -181,14 +181,16 @@ def test_files_of_every_kind_are_in_the_browser():
     assert patterns == [["*.csv", "*.txt", "*.sb"], ["*.csv", "*.json", "*.txt"]]
 
 
-def test_exposure_is_automatic_or_stops():
+def test_exposure_is_metered_or_by_hand():
     scene = bpy.context.scene
-    assert scene.underwater_panel.auto_exposure
-    scene.underwater_panel.stops = 1.5
+    panel = scene.underwater_panel
+    assert panel.meter == "LIGHT"
+    panel.stops = 1.5
     assert scene.underwater.exposure == "1.5"
-    assert not scene.underwater_panel.auto_exposure
-    scene.underwater_panel.auto_exposure = True
-    assert scene.underwater.exposure == "auto"
+    assert panel.meter == "FIXED"
+    for meter, text in (("LIGHT", "auto"), ("PICTURE", "auto-picture"), ("FIXED", "0")):
+        panel.meter = meter
+        assert (scene.underwater.exposure, panel.meter) == (text, meter)
 
 
 @pytest.mark.parametrize("kind", presets.KINDS)

@@ -29,7 +29,7 @@ LIGHT = {
     *("scene", "scene.session", "scene.settings", "scene.stored_settings", "scene.units"),
     *("scene.lamp_rigs", "scene.stored_lamps", "quality", "quality.terms"),
 }
-HEAVY = {"colour", "jerlov", "nodebpy", "OpenImageIO", "scipy"}
+HEAVY = {"colour", "jerlov", "OpenImageIO", "scipy"}
 
 
 def _everything():

@@ -137,11 +137,14 @@ class CameraDescription:
     white_balance : {"daylight", "depth", "none"}
     exposure_stops : float, optional
         None exposes automatically.
+    compensation : float
+        Stops that are added to an automatic exposure.
     """
 
     sensor: str | Sensor = "cie1931"
     white_balance: WhiteBalance = "daylight"
     exposure_stops: float | None = None
+    compensation: float = 0.0
 
 
 @dataclass(frozen=True)

@@ -162,13 +162,15 @@ class ResolvedOptics(ComparedByContent):
             chosen.white_balance,
             chosen.exposure_stops if stops is None else stops,
         )
+        more = chosen.compensation
         if self.reference is None:
-            return Viewpoint(self.column, self.phase, *camera, lamplight)
+            return Viewpoint(self.column, self.phase, *camera, lamplight, more)
         fine = lamplight
         if lamplight is not None:
             fine = np.interp(self.reference[0].bands.centres, self.bands.centres, lamplight)
-        reference = Viewpoint(*self.reference, *camera, fine)
-        return FittedViewpoint(self.column, self.phase, *camera, lamplight, reference=reference)
+        reference = Viewpoint(*self.reference, *camera, fine, more)
+        view = self.column, self.phase, *camera, lamplight, more
+        return FittedViewpoint(*view, reference=reference)
 
 
 def resolve(description: Description) -> ResolvedOptics:

@@ -47,6 +47,8 @@ class Viewpoint(ComparedByContent):
         None exposes automatically: a white diffuser at depth has luminance 0.9.
     lamplight : array, shape (n,), optional
         Irradiance that lamps put on things before the camera (:func:`.lamplight`).
+    compensation : float
+        Stops that are added to the automatic exposure.
 
     Raises
     ------
@@ -63,6 +65,7 @@ class Viewpoint(ComparedByContent):
     white_balance: WhiteBalance = "daylight"
     exposure_stops: float | None = None
     lamplight: NDArray[np.float64] | None = None
+    compensation: float = 0.0
 
     def __post_init__(self) -> None:
         if not 0 <= self.depth <= self.column.floor_depth:
@@ -133,7 +136,7 @@ class Viewpoint(ComparedByContent):
     def stops(self) -> float:
         """Exposure in stops, the automatic one too."""
         if self.exposure_stops is None:
-            return auto_exposure_stops(self._balanced, self.light)
+            return auto_exposure_stops(self._balanced, self.light) + self.compensation
         return self.exposure_stops
 
     @functools.cached_property

@@ -18,6 +18,7 @@ from .bands import Bands
 from .illuminant import Illuminant, band_mean
 from .sensor import Sensor, standard_observer
 from .spectrum import Spectrum
+from .tone import MIDDLE_GREY
 
 WhiteBalance = Literal["daylight", "depth", "none"]
 WHITE_BALANCES: tuple[str, ...] = get_args(WhiteBalance)
@@ -28,6 +29,8 @@ _FINE_WIDTH = 2.0
 # Share of the light at the surface that still counts as light: the gain for less overflows in
 # single precision.
 _DARKEST = 1e-30
+# Share of a metered picture that may be brighter than white.
+_HIGHLIGHTS = 0.02
 
 
 @dataclass(frozen=True, eq=False)
@@ -273,6 +276,43 @@ def auto_exposure_stops(
             "automatic exposure: no light at that depth; add lamps, or set the exposure in stops"
         )
     return math.log2(target / now)
+
+
+def metered_stops(Y: ArrayLike, share: ArrayLike) -> float:
+    """Stops by which a picture is exposed, as a reflected-light meter has it.
+
+    The mean luminance becomes that of middle grey (ISO 2720 meters the mean too), unless the
+    brightest 2 % of the picture would be brighter than white: then these become white.
+
+    Parameters
+    ----------
+    Y : array_like, shape (m,)
+        Luminances of parts of the picture at 0 stops.
+    share : array_like, shape (m,)
+        Their shares of the picture.
+
+    Raises
+    ------
+    InputError
+        If the picture is black.
+
+    Examples
+    --------
+    >>> metered_stops([0.09, 0.09], [0.5, 0.5])
+    1.0
+    >>> metered_stops([0.001, 0.5], [0.9, 0.1])
+    1.0
+    """
+    Y, share = np.asarray(Y, dtype=np.float64), np.asarray(share, dtype=np.float64)
+    order = np.argsort(Y)
+    below = np.cumsum(share[order]) / share.sum()
+    bright = Y[order][min(int(np.searchsorted(below, 1.0 - _HIGHLIGHTS)), len(Y) - 1)]
+    mean = float(Y @ share / share.sum())
+    if not (math.isfinite(mean) and mean > _DARKEST):
+        raise InputError(
+            "exposure by the picture: nothing in it is lit; add lamps, or set the exposure in stops"
+        )
+    return math.log2(min(MIDDLE_GREY / mean, 1.0 / max(float(bright), _DARKEST)))
 
 
 def srgb_encode(rgb: ArrayLike) -> NDArray[np.float64]:

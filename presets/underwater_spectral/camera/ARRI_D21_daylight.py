@@ -6,4 +6,4 @@ water = bpy.context.scene.underwater
 
 water.sensor = "ARRI D21"
 water.white_balance = "daylight"
-water.exposure = "auto"
+water.tone = "standard"

@@ -6,4 +6,4 @@ water = bpy.context.scene.underwater
 
 water.sensor = "Canon EOS 5D Mark II"
 water.white_balance = "depth"
-water.exposure = "auto"
+water.tone = "canon-5d-mark-ii"

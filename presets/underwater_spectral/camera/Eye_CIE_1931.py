@@ -6,4 +6,4 @@ water = bpy.context.scene.underwater
 
 water.sensor = "cie1931"
 water.white_balance = "daylight"
-water.exposure = "auto"
+water.tone = "standard"

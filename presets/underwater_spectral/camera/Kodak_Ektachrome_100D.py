@@ -6,4 +6,4 @@ water = bpy.context.scene.underwater
 
 water.sensor = "Kodak Ektachrome 100D"
 water.white_balance = "daylight"
-water.exposure = "auto"
+water.tone = "standard"

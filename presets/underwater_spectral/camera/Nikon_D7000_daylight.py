@@ -6,4 +6,4 @@ water = bpy.context.scene.underwater
 
 water.sensor = "Nikon D7000"
 water.white_balance = "daylight"
-water.exposure = "auto"
+water.tone = "nikon-d7000"

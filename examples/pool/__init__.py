@@ -1,0 +1,1 @@
+"""A tiled test tank: targets at known distances in clean water."""

@@ -1,0 +1,69 @@
+"""What a camera's meter sees: the luminances along a few of its rays."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..uw_spectral.lamps.lamp import Lamp
+from ..uw_spectral.lamps.lamp_surface import patch_past_lamp, surface_irradiance
+from ..uw_spectral.lamps.multiple_scattering import LampWater
+from ..uw_spectral.spectra.colour_rendering import luminance, metered_stops
+from ..uw_spectral.spectra.reflectance import uplift_basis
+from .picture import Optics, picture
+from .seen_points import SeenPoints
+
+
+def picture_stops(
+    optics: Optics,
+    seen: SeenPoints,
+    lamps: Sequence[Lamp] = (),
+    water: LampWater | None = None,
+) -> float:
+    """Stops by which a camera that meters its picture exposes, from those of the optics on.
+
+    Light that lamps put on things counts; what they scatter into the water between does not.
+
+    Parameters
+    ----------
+    optics : Optics
+        Without sunlight, only lamps count.
+    seen : SeenPoints
+    lamps : sequence of Lamp
+    water : LampWater
+        Where there are lamps.
+
+    Raises
+    ------
+    InputError
+        If nothing in the picture is lit.
+    """
+    column = optics.view.column
+    colours = np.zeros((len(seen), 3))
+    if np.any(column.sun_irradiance > 0) or np.any(column.sky_radiance > 0):
+        parts = picture(optics, seen)
+        colours = parts.without()
+    if lamps and water is not None:
+        colours = colours + optics.view.reduction.apply(_lit(optics, seen, lamps, water))
+    return metered_stops(np.maximum(luminance(colours), 0.0), seen.pixels)
+
+
+def _lit(
+    optics: Optics, seen: SeenPoints, lamps: Sequence[Lamp], water: LampWater
+) -> NDArray[np.float64]:
+    """Radiance of what lamps light, as it arrives at the camera, shape (m, n)."""
+    hit = np.isfinite(seen.distance)
+    P = np.where(hit, seen.distance, 0.0)[:, None]
+    place = tuple((seen.origin + seen.direction * P).T[..., None])
+    normal = tuple(seen.normal.T[..., None])
+    bands = optics.view.column.bands
+    floor = np.broadcast_to(optics.view.column.floor_reflectance, (len(seen), len(bands)))
+    uplifted = seen.colour @ uplift_basis(bands).T
+    reflectance = np.where(seen.on_floor[:, None], floor, uplifted)
+    E = sum(
+        sum(surface_irradiance(lamp, patch_past_lamp(lamp, place, normal), water)) for lamp in lamps
+    )
+    return hit[:, None] * reflectance / math.pi * E * np.exp(-water.c * P)

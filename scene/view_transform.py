@@ -1,0 +1,140 @@
+"""How a picture is shown: Blender's own colour management, set by the tone and the contrast.
+
+Viewport and written picture go the same way, so they look the same.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import bpy
+import numpy as np
+from numpy.typing import NDArray
+
+from ..uw_spectral.errors import InputError
+from ..uw_spectral.spectra.spectral_image import replacing, write_png
+from ..uw_spectral.spectra.tone import AGX, CAMERA_CURVES, MEDIUM, STANDARD, camera_curve
+
+_NODES = 32
+_CURVE, _POINTS, _HANDLES = "curve", "points", "handles"
+_LEVELS = ("black_level", "white_level")
+_COMBINED = 3  # the curve of all channels
+
+
+def is_plain(tone: str, contrast: str) -> bool:
+    """Whether linear light is only encoded for the display."""
+    return tone == STANDARD and contrast == MEDIUM
+
+
+def show(view: bpy.types.ColorManagedViewSettings, tone: str, contrast: str) -> None:
+    """Set how a scene is shown.
+
+    Parameters
+    ----------
+    view : ColorManagedViewSettings
+    tone : str
+        One of :data:`.TONES`.
+    contrast : str
+        One of :data:`.CONTRASTS`; Blender's look of that name.
+    """
+    view.look = "None"
+    view.view_transform = "AgX" if tone == AGX else "Standard"
+    view.look = _look(tone, contrast)
+    view.exposure, view.gamma = 0.0, 1.0
+    view.use_curve_mapping = tone in CAMERA_CURVES
+    if tone in CAMERA_CURVES:
+        _draw_curve(view.curve_mapping, tone)
+
+
+def kept_view(view: bpy.types.ColorManagedViewSettings) -> dict[str, Any]:
+    """Return what :func:`show` changes, as a scene can store it."""
+    names = ("view_transform", "look", "exposure", "gamma", "use_curve_mapping")
+    kept: dict[str, Any] = {name: getattr(view, name) for name in names}
+    if view.curve_mapping is not None:
+        mapping = view.curve_mapping
+        points = mapping.curves[_COMBINED].points
+        kept[_CURVE] = {
+            **{name: list(getattr(mapping, name)) for name in _LEVELS},
+            _POINTS: [x for point in points for x in point.location],
+            _HANDLES: " ".join(point.handle_type for point in points),
+        }
+    return kept
+
+
+def give_back(view: bpy.types.ColorManagedViewSettings, kept: Mapping[str, Any]) -> None:
+    """Undo :func:`show`."""
+    view.look = "None"  # a look exists only under its view transform
+    for name in ("view_transform", "look", "exposure", "gamma"):
+        setattr(view, name, kept[name])
+    if _CURVE in kept:
+        mapping, curve = view.curve_mapping, kept[_CURVE]
+        for name in _LEVELS:
+            setattr(mapping, name, curve[name])
+        _set_points(mapping, np.reshape(curve[_POINTS], (-1, 2)), curve[_HANDLES].split())
+    view.use_curve_mapping = bool(kept["use_curve_mapping"])
+
+
+def write_shown(path: Path, rgb: NDArray[np.float32], tone: str, contrast: str) -> None:
+    """Write scene-linear Rec.709, shape (height, width, 3), as an 8-bit PNG as it is shown.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be written.
+    """
+    if is_plain(tone, contrast):
+        write_png(path, rgb)
+        return
+    height, width = rgb.shape[:2]
+    pixels = np.ones((height, width, 4), dtype=np.float32)
+    pixels[..., :3] = np.nan_to_num(rgb)[::-1]
+    scene = bpy.data.scenes.new("UW Picture")
+    image = bpy.data.images.new("UW Picture", width, height, float_buffer=True)
+    try:
+        scene.display_settings.display_device = "sRGB"
+        show(scene.view_settings, tone, contrast)
+        settings = scene.render.image_settings
+        settings.media_type, settings.file_format = "IMAGE", "PNG"
+        settings.color_mode, settings.color_depth = "RGB", "8"
+        image.pixels.foreach_set(pixels.ravel())
+        with replacing(path) as temporary:
+            try:
+                image.save_render(str(temporary), scene=scene)
+            except RuntimeError as error:
+                raise InputError(f"cannot write {path}: {str(error).strip()}") from error
+    finally:
+        bpy.data.images.remove(image)
+        bpy.data.scenes.remove(scene)
+
+
+def _look(tone: str, contrast: str) -> str:
+    if contrast == MEDIUM:
+        return "None"
+    words = f"{contrast.replace('-', ' ').title()} Contrast"
+    return f"AgX - {words}" if tone == AGX else words
+
+
+def _draw_curve(mapping: bpy.types.CurveMapping, tone: str) -> None:
+    """Let a curve mapping follow a camera's curve, by nodes that lie closer in the dark."""
+    curve = camera_curve(tone)
+    mapping.black_level = (0.0, 0.0, 0.0)
+    mapping.white_level = (curve.white,) * 3
+    place = np.linspace(0.0, 1.0, _NODES) ** 2
+    points = np.stack([place, curve(place * curve.white)], axis=-1)
+    mapping.extend = "HORIZONTAL"
+    _set_points(mapping, points, ["AUTO_CLAMPED"] * len(points))
+
+
+def _set_points(
+    mapping: bpy.types.CurveMapping, points: NDArray[np.float64], handles: list[str]
+) -> None:
+    held = mapping.curves[_COMBINED].points
+    while len(held) > 2:
+        held.remove(held[1])
+    while len(held) < len(points):
+        held.new(0.5, 0.5)
+    for point, location, handle in zip(held, points.tolist(), handles, strict=True):
+        point.location, point.handle_type = location, handle
+    mapping.update()
