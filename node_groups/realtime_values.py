@@ -42,6 +42,11 @@ SUN = ("sun x", "sun y", "sun z")
 SUN_IN_AIR = ("sun in air x", "sun in air y", "sun in air z")
 SMOOTH = tuple(f"aureole moment {i}" for i in range(3))
 CAMERA_DEPTH = "camera depth"
+IN_AIR, RAY_INDEX = "camera in air", "index of rays"
+CAMERA = ("camera x", "camera y", "camera z")
+DRAWN_SUN = ("drawn sun x", "drawn sun y", "drawn sun z")
+MIRRORED_SHARE = "mirrored sky"
+SUN_ABOVE, SKY_ABOVE = "sun above", "sky above"
 INDEX = "refractive index"
 SKY = "sky radiance"
 REFLECTANCE = tuple(f"reflectance {c}" for c in ("red", "green", "blue"))
@@ -103,6 +108,8 @@ class Shape:
         Whether things keep all kinds of light away, and throw some back; of solved water.
     lamps : int
         Lamps in the water.
+    above : bool
+        Whether the camera may be above the water.
     """
 
     bands: int
@@ -120,6 +127,7 @@ class Shape:
     slices: int = 0
     shade: bool = False
     lamps: int = 0
+    above: bool = False
 
     @property
     def triples(self) -> int:
@@ -168,6 +176,8 @@ def band_names(shape: Shape) -> list[str]:
         names.append(realtime_shade.SPECTRUM)
     if shape.lamps:
         names += realtime_lamps.band_names(shape.components)
+    if shape.above:
+        names += [SUN_ABOVE, SKY_ABOVE]
     return [*names, *realtime_inelastic.band_names(shape.inelastic)]
 
 
@@ -176,6 +186,7 @@ def single_names(shape: Shape) -> list[str]:
     names = [*FIELD_NUMBERS, *SUN, *SUN_IN_AIR, CAMERA_DEPTH, INDEX, SHAFT_END, SHAFT_SCALE]
     names += _WAVES if shape.waves else ()
     names += realtime_shade.NUMBERS if shape.shade else ()
+    names += (IN_AIR, RAY_INDEX, *CAMERA, *DRAWN_SUN, MIRRORED_SHARE) if shape.above else ()
     return [*names, *realtime_lamps.NUMBERS] if shape.lamps else names
 
 

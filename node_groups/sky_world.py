@@ -15,15 +15,30 @@ NAME = "UW Sky"
 _SUN = "sun"
 
 
-def build(kind: str = UNIFORM) -> bpy.types.World:
-    """Build the world of a kind of sky, one of :data:`.sky.SKIES`."""
+def build(kind: str = UNIFORM, gain_in_water: float = 1.0) -> bpy.types.World:
+    """Build the world of a kind of sky, one of :data:`.sky.SKIES`.
+
+    Parameters
+    ----------
+    kind : str
+    gain_in_water : float
+        Factor that the sky's radiance holds for those in the water, and that cameras and things in
+        the air do not see; what the surface mirrors up loses it there.
+    """
     with s.world(NAME) as world:
         upwards = s.Geometry().o.incoming.z < 0.0
         radiance = s.Attribute.view_layer(attributes.SKY_RADIANCE).o.color
         background = s.Background(color=radiance, strength=upwards)
         background >> s.WorldOutput()
+    graph = Graph(world.tree)
+    if gain_in_water != 1.0:
+        path = graph.node("ShaderNodeLightPath").outputs
+        through = graph.term(path["Transmission Depth"])
+        gained = NODES.less(0.5, NODES.maximum(through, graph.term(path["Is Singular Ray"])))
+        strength = background.node.inputs["Strength"]
+        above = graph.term(strength.links[0].from_socket)
+        graph.assign(above * NODES.select(gained, 1.0, 1.0 / gain_in_water), strength)
     if kind != UNIFORM:
-        graph = Graph(world.tree)
         geometry = graph.node("ShaderNodeNewGeometry")
         sun = graph.node("ShaderNodeCombineXYZ", name=_SUN, label=_SUN)
         x, y, z = graph.components(graph.term(geometry.outputs["Incoming"]))

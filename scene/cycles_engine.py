@@ -10,7 +10,14 @@ import bpy
 import numpy as np
 
 from ..uw_spectral.spectra.spectral_image import read_exr, write_rgb_exr
-from . import cycles_settings, cycles_water, inelastic_layers, moving_surface, scene_water
+from . import (
+    cycles_settings,
+    cycles_water,
+    inelastic_layers,
+    moving_surface,
+    scene_water,
+    waterline,
+)
 from .band_engine import BandEngine, Engine, Opening, RenderPass, Weights
 from .exr_output import write_float_exr
 from .render_plan import RenderPlan
@@ -28,6 +35,7 @@ def cycles_bands(
     seed: int,
     denoise: bool,
     device: Device = "cpu",
+    eyes: Sequence[tuple[float, ...]] = (),
 ) -> Iterator[BandEngine]:
     """Water for the Cycles reference while the block runs.
 
@@ -37,7 +45,10 @@ def cycles_bands(
         If Cycles finds no such device.
     """
     lamps = plan.lamps(scene)
-    notes = cycles_water.add_water(scene, plan.column, plan.cycles_phases, extent, lamps)
+    above = waterline.above(camera, eyes)
+    notes = cycles_water.add_water(
+        scene, plan.column, plan.cycles_phases, extent, lamps, above=above
+    )
     notes += plan.cycles_notes
     light = plan.inelastic
     layers = None if light is None else inelastic_layers.add_layers(scene, light, extent)
@@ -52,6 +63,7 @@ def cycles_bands(
             bounces=chosen.bounces,
             device=device,
         ) as layer:
+            clip_start = camera.data.clip_start
 
             def frame(now: RenderPlan, _: float, __: Weights | None = None) -> RenderPass:
                 cycles_water.place(scene, now.column)
@@ -60,10 +72,18 @@ def cycles_bands(
                 if layers is not None and now.inelastic is not None:
                     values = values.with_values(inelastic_layers.emission(now.inelastic, layers))
 
+                split = above and waterline.splits(scene, camera)
+                # Rays begin at the glass where the waterline is on it.
+                camera.data.clip_start = waterline.PORT if split else clip_start
+
                 def draw_bands(indices: tuple[int, ...], path: Path) -> None:
                     values.apply(layer, indices)
                     values.refresh(scene)
                     write_float_exr(scene, path)
+                    if split:
+                        both = read_exr(path)[0]
+                        index = now.column.refractive_index
+                        write_rgb_exr(path, waterline.joined(scene, camera, both, both, index))
 
                 def render(indices: tuple[int, ...], path: Path) -> None:
                     shared = _sharing(indices, now.passes)
@@ -104,7 +124,7 @@ def _open(
 ) -> contextlib.AbstractContextManager[BandEngine]:
     return cycles_bands(
         scene, camera, opening.plan, opening.extent,
-        seed=opening.seed, denoise=opening.denoise, device=opening.device,
+        seed=opening.seed, denoise=opening.denoise, device=opening.device, eyes=opening.eyes,
     )  # fmt: skip
 
 

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..uw_spectral.spectra.spectral_image import read_exr, write_rgb_exr
-from . import eevee_settings, moving_surface, realtime, scene_water
+from . import eevee_settings, moving_surface, realtime, scene_water, waterline
 from .band_engine import BandEngine, Engine, Opening, RenderPass, Weights
 from .exr_output import write_float_exr
 from .render_plan import RenderPlan
@@ -61,9 +61,8 @@ def eevee_bands(
 
             def render(indices: tuple[int, ...], path: Path) -> None:
                 white = scale[[*indices, *[indices[-1]] * (3 - len(indices))]]
-                realtime.set_values(scene, water.of_triple(indices, 1.0 / white))
-                write_float_exr(scene, path)
-                write_rgb_exr(path, read_exr(path)[0] * white)
+                drawn = _drawn(scene, camera, water.of_triple(indices, 1.0 / white), path)
+                write_rgb_exr(path, drawn * white)
 
             return render
 
@@ -106,23 +105,42 @@ def eevee_realtime(
         def frame(now: RenderPlan, camera_depth: float, given: Weights | None = None) -> RenderPass:
             water = water_of(now, camera_depth, given)
 
-            def drawn(part: realtime.RealtimeWater, path: Path) -> NDArray[np.float32]:
-                realtime.set_values(scene, part)
-                write_float_exr(scene, path)
-                return read_exr(path)[0]
-
             def render(indices: tuple[int, ...], path: Path) -> None:
                 part = water.of_bands(indices, count)
                 if len(passes) == 1:
-                    drawn(part, path)
+                    _drawn(scene, camera, part, path)
                     return
                 # EEVEE cuts what is below zero, and other parts may be above.
-                positive, negative = (drawn(part.of_sign(sign), path) for sign in (1.0, -1.0))
+                positive, negative = (
+                    _drawn(scene, camera, part.of_sign(sign), path) for sign in (1.0, -1.0)
+                )
                 write_rgb_exr(path, positive - negative)
 
             return render
 
         yield BandEngine(passes, notes, frame)
+
+
+def _drawn(
+    scene: bpy.types.Scene,
+    camera: bpy.types.Object,
+    water: realtime.RealtimeWater,
+    path: Path,
+) -> NDArray[np.float32]:
+    """Render a picture into a file, from either side of the waterline if the camera is there."""
+
+    def render(now: realtime.RealtimeWater) -> NDArray[np.float32]:
+        realtime.set_values(scene, now)
+        write_float_exr(scene, path)
+        return read_exr(path)[0]
+
+    if water.above is None or not waterline.splits(scene, camera):
+        return render(water)
+    air, wet = (render(water.seen_from(in_air=in_air)) for in_air in (True, False))
+    index = water.column.refractive_index
+    both = waterline.joined(scene, camera, air, wet, index)
+    write_rgb_exr(path, both)
+    return both
 
 
 def band_passes_of(plan: RenderPlan) -> list[tuple[int, ...]]:
