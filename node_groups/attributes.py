@@ -10,6 +10,7 @@ from __future__ import annotations
 PREFIX = "uw_"
 
 SUN_IRRADIANCE = "uw_sun_irradiance"
+SUN_IN_AIR = "uw_sun_in_air"
 SKY_RADIANCE = "uw_sky_radiance"
 FLOOR_REFLECTANCE = "uw_floor_reflectance"
 REFLECTANCE_BASIS = ("uw_reflectance_red", "uw_reflectance_green", "uw_reflectance_blue")

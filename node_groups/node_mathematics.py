@@ -37,16 +37,26 @@ class Graph:
         and a shader holds 64 KB of constants, among which each open input counts,
         those that an operation does not have included, and each use of a value
         that never varies.
+    rays: ShaderNodeTree, optional
+        The group of :mod:`.realtime_refraction`, where view rays may be bent at the surface.
     """
 
     tree: bpy.types.ShaderNodeTree
     part_size: int | None = None
+    rays: bpy.types.ShaderNodeTree | None = None
     _made: dict[tuple[Operand, ...], Operand] = field(default_factory=dict)
     _parts: list[_Part] = field(default_factory=list)
 
     def node(self, kind: str, **properties: Operand) -> bpy.types.Node:
         """Add a node of a type to the tree and set its properties."""
         return _new_node(self.tree, kind, len(self._made), properties)
+
+    def shared(self, group: bpy.types.ShaderNodeTree) -> bpy.types.NodeOutputs:
+        """Return the outputs of the one node of a group without inputs."""
+        key = ("shared", group)
+        if key not in self._made:
+            self._made[key] = self.node("ShaderNodeGroup", node_tree=group)
+        return self._made[key].outputs
 
     def term(self, socket: bpy.types.NodeSocket) -> NodeValue:
         """Return the term of an output socket."""

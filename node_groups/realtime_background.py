@@ -48,12 +48,14 @@ def build(
         inputs |= dict.fromkeys(phase_inputs(MIRRORED_TOWARDS, shape), "NodeSocketFloat")
     ahead = None
     if tables.lamps is not None:
-        ahead = realtime_lamps.build_path(shape.components, tables.lamps, ahead=True)
+        ahead = realtime_lamps.build_path(
+            shape.components, tables.lamps, ahead=True, rays=tables.rays
+        )
     picture = functools.partial(_picture, ahead=ahead)
-    triple = build_triple(TRIPLE_NAME, shape, inputs, picture)
+    triple = build_triple(TRIPLE_NAME, shape, inputs, picture, tables.rays)
     tree = new_group(NAME)
     tree.interface.new_socket("Color", in_out="OUTPUT", socket_type="NodeSocketColor")
-    graph = Graph(tree)
+    graph = Graph(tree, rays=tables.rays)
     given, triples = {}, Triples(graph, values, shape, tables)
     if images is not None:
         given = slope_ahead(graph, values, images.slopes, view_direction(graph))
@@ -81,7 +83,8 @@ def _picture(
     graph: Graph, values: Values, *, ahead: bpy.types.ShaderNodeTree | None
 ) -> dict[str, NodeValue]:
     w, solved = view_direction(graph), values.shape.solved
-    y_o = camera_depth(graph) if solved else NODES.maximum(values[CAMERA_DEPTH], 0.0)
+    here = solved or values.shape.above
+    y_o = camera_depth(graph) if here else NODES.maximum(values[CAMERA_DEPTH], 0.0)
     ripples = None
     if values.shape.waves:
         slopes = graph.components(values[SLOPE])[:2]

@@ -263,14 +263,18 @@ class LampTable:
 
 
 def build_path(
-    components: Sequence[PhaseFunction], image: bpy.types.Image, *, ahead: bool
+    components: Sequence[PhaseFunction],
+    image: bpy.types.Image,
+    *,
+    ahead: bool,
+    rays: bpy.types.ShaderNodeTree | None = None,
 ) -> bpy.types.ShaderNodeTree:
     """Build the group of the light of lamps in the water before a thing, or up to the boundary.
 
     Output: radiance of three bands, the lamps themselves included.
     """
     more = {"y_f": "NodeSocketFloat"} if ahead else {}
-    tree, graph, given = _group(f"{NAME} in the Water", components, more)
+    tree, graph, given = _group(f"{NAME} in the Water", components, more, rays)
     table = LampTable(graph, image)
     water = _water(given, components, table)
     w = view_direction(graph)
@@ -291,11 +295,13 @@ def build_path(
 
 
 def build_patch(
-    components: Sequence[PhaseFunction], image: bpy.types.Image
+    components: Sequence[PhaseFunction],
+    image: bpy.types.Image,
+    rays: bpy.types.ShaderNodeTree | None = None,
 ) -> bpy.types.ShaderNodeTree:
     """Build the group of the irradiance of lamps on a thing, in three bands."""
     kinds: dict[str, str] = dict.fromkeys((NORMAL, VISIBILITY), "NodeSocketVector")
-    tree, graph, given = _group(f"{NAME} on Things", components, kinds)
+    tree, graph, given = _group(f"{NAME} on Things", components, kinds, rays)
     table = LampTable(graph, image)
     water = _water(given, components, table)
     here, normal = place_here(graph), graph.components(given[NORMAL])
@@ -354,14 +360,17 @@ def write_shadow_lamp(
 
 
 def _group(
-    name: str, components: Sequence[PhaseFunction], more: dict[str, str]
+    name: str,
+    components: Sequence[PhaseFunction],
+    more: dict[str, str],
+    rays: bpy.types.ShaderNodeTree | None,
 ) -> tuple[bpy.types.ShaderNodeTree, Graph, dict[str, NodeValue]]:
     tree = new_group(name)
     kinds = dict.fromkeys((TRIPLE, REACH), "NodeSocketFloat")
     kinds |= dict.fromkeys(band_names(components), "NodeSocketVector") | more
     for socket, kind in kinds.items():
         tree.interface.new_socket(socket, in_out="INPUT", socket_type=kind)
-    graph = Graph(tree)
+    graph = Graph(tree, rays=rays)
     outputs = graph.node("NodeGroupInput").outputs
     return tree, graph, {s.name: graph.term(s) for s in outputs if s.name}
 

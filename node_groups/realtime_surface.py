@@ -91,11 +91,13 @@ def build(
     if tables.lamps is not None:
         kinds[realtime_lamps.VISIBILITY] = "NodeSocketVector"
         lit = (
-            realtime_lamps.build_patch(shape.components, tables.lamps),
-            realtime_lamps.build_path(shape.components, tables.lamps, ahead=False),
+            realtime_lamps.build_patch(shape.components, tables.lamps, tables.rays),
+            realtime_lamps.build_path(
+                shape.components, tables.lamps, ahead=False, rays=tables.rays
+            ),
         )
     picture = functools.partial(_picture, lit=lit)
-    triple = build_triple(TRIPLE_NAME, shape, _INPUTS | kinds, picture)
+    triple = build_triple(TRIPLE_NAME, shape, _INPUTS | kinds, picture, tables.rays)
     tree = new_group(NAME)
     inputs = {name: kind for name, kind in _INPUTS.items() if name != _MEASURED}
     inputs |= {measured(t): "NodeSocketVector" for t in range(shape.triples)}
@@ -104,7 +106,7 @@ def build(
         if name == COVERAGE:
             socket.default_value = 1.0
     tree.interface.new_socket("Shader", in_out="OUTPUT", socket_type="NodeSocketShader")
-    graph = Graph(tree)
+    graph = Graph(tree, rays=tables.rays)
     outputs = graph.node("NodeGroupInput").outputs
     given = {socket.name: graph.term(socket) for socket in outputs if socket.name}
     if images is not None:
@@ -171,8 +173,9 @@ def _picture(
     base = values.uplift(values[COLOR], REFLECTANCE)
     known = values[_MEASURED] / NODES.maximum(base, _DARKEST)
     known = NODES.select(values[IS_MEASURED], known, 1.0)
-    L = light.reflected(response, base, cosine, NODES) * known
-    L = L + values.uplift(values[EMITTED], EMISSION)
+    in_water = response * values.turned_sun((nx, ny, nz))
+    glow = values.uplift(values[EMITTED], EMISSION)
+    L = light.reflected(in_water, base, cosine, NODES) * known + glow
     covered = values[COVERAGE]
     if values.shape.solved:
         pixel = values.solved_path(y_o, y, w, P).surface(y_o, y, w, P, L, NODES, coverage=covered)
@@ -186,7 +189,10 @@ def _picture(
         carried = base / math.pi * known * values.of_group(on_things)
         lamps = values.of_group(on_way) * covered
         pixel = dataclasses.replace(pixel, lamps=lamps, L_carried=carried)
-    found = {SEEN: values.seen(pixel)}
+    dry = None
+    if values.shape.above:
+        dry = values.dry_radiance(response, base, (nx, ny, nz)) * known + glow
+    found = {SEEN: values.seen(pixel, dry)}
     if values.shape.layers:
         layers = {**pixel_layers(pixel), "reflectance": base * known}
         if "E" in values.shape.layers:

@@ -9,14 +9,17 @@ from dataclasses import dataclass
 
 import bpy
 
-from ..uw_spectral.mathematics import Operand
+from ..uw_spectral.mathematics import Operand, dot
 from ..uw_spectral.shade.shade_table import along_ray, ratio
+from ..uw_spectral.surface.caustics import SUN_RADIUS
+from ..uw_spectral.transfer.above_water import LightInAir, glitter_from_above, turned_sun
 from ..uw_spectral.transfer.aureole import Aureole
 from ..uw_spectral.transfer.closed_form import ClosedForm
 from ..uw_spectral.transfer.depth_scale import DepthScale, Zone
 from ..uw_spectral.transfer.inelastic_light import InelasticLight
 from ..uw_spectral.transfer.light_field import LightField
 from ..uw_spectral.transfer.pixel import PatchLight, Pixel, UndisturbedWater
+from ..uw_spectral.transfer.radiance_field import Ripples
 from ..uw_spectral.transfer.radiance_table import table_unit
 from ..uw_spectral.transfer.sky import UNIFORM, Sky
 from ..uw_spectral.transfer.solved_ray import (
@@ -33,6 +36,7 @@ from . import realtime_inelastic
 from .node_mathematics import NODES, Graph, NodeValue, new_group
 from .realtime_lamps import TRIPLE
 from .realtime_layers import LIGHT
+from .realtime_refraction import DRY, LEAVING, MIRRORED_SKY, REFLECTANCE
 from .realtime_shade import ON_IT, ON_PATH, REACH, SPECTRUM, Shade
 from .realtime_tables import (
     AUREOLE,
@@ -55,18 +59,24 @@ from .realtime_tables import (
 )
 from .realtime_values import (
     BEAM_BANDS,
+    DRAWN_SUN,
     FIELD_BANDS,
     FIELD_NUMBERS,
     FLOOR,
+    GLITTER,
+    GLITTER_WIDTH,
     INDEX,
     LAYERED_BANDS,
     LAYERS_SENSOR,
+    MIRRORED_SHARE,
     NOT_PER_PIXEL,
     SENSOR,
     SHAFT_END,
     SKY,
+    SKY_ABOVE,
     SMOOTH,
     SUN,
+    SUN_ABOVE,
     SUN_IN_AIR,
     TABLE_DECAY,
     TABLE_SCALE,
@@ -76,6 +86,7 @@ from .realtime_values import (
     name_of_zone,
     single_names,
 )
+from .realtime_waves import SLOPE
 
 TOWARDS, MIRRORED_TOWARDS = "Phase", "Mirrored Phase"
 SEEN = "Seen"
@@ -85,11 +96,15 @@ _PART_SIZE = 64  # of a triple's groups; fastest to build within a factor of two
 
 @dataclass(frozen=True)
 class TableImages:
-    """The tables of solved bands, of the shade in them and of lamps, if there are any."""
+    """The tables of solved bands, of the shade in them and of lamps, if there are any.
+
+    ``rays`` is the group of :mod:`.realtime_refraction`, if the camera may be in the air.
+    """
 
     light: bpy.types.Image | None = None
     shade: bpy.types.Image | None = None
     lamps: bpy.types.Image | None = None
+    rays: bpy.types.ShaderNodeTree | None = None
 
 
 def looked_up_on_surface(shape: Shape) -> list[str]:
@@ -315,9 +330,56 @@ class Values:
         reach = end if P is None else NODES.minimum(P, end)
         return self.beam.scattered_once(y_o, w, reach, NODES)
 
-    def seen(self, pixel: Pixel) -> NodeValue:
-        """Return what three bands of a pixel add to the colour that the sensor sees."""
-        return self.sensor(pixel.total)
+    def seen(self, pixel: Pixel, dry: NodeValue | None = None) -> NodeValue:
+        """Return what three bands of a pixel add to the colour that the sensor sees.
+
+        Parameters
+        ----------
+        pixel : Pixel
+            In the water.
+        dry : NodeValue, optional
+            Radiance of a thing where it lies in the air.
+        """
+        if not self.shape.above:
+            return self.sensor(pixel.total)
+        ray = self._ray
+        wet = ray(LEAVING) * pixel.total + pixel.coverage * self._mirrored_from_above()
+        return self.sensor(wet if dry is None else NODES.select(ray(DRY), dry, wet))
+
+    def dry_radiance(
+        self, response: NodeValue, base: NodeValue, normal: Sequence[NodeValue]
+    ) -> NodeValue:
+        """Radiance that a thing in the air reflects, lit white by the sun as it is drawn."""
+        drawn, in_air = ([self[name] for name in names] for names in (DRAWN_SUN, SUN_IN_AIR))
+        turned = turned_sun(-dot(normal, in_air), -dot(normal, drawn), NODES)
+        light = LightInAir(self[SUN_ABOVE], self[SKY_ABOVE], self[MIRRORED_SHARE])
+        return light.reflected(response, base, turned, normal[2])
+
+    def turned_sun(self, normal: Sequence[NodeValue]) -> Operand:
+        """Factor on the light of the sun as it is drawn, for a patch in the water."""
+        if not self.shape.above:
+            return 1.0
+        drawn = [self[name] for name in DRAWN_SUN]
+        return turned_sun(-dot(normal, self.sun), -dot(normal, drawn), NODES)
+
+    def _ray(self, name: str) -> NodeValue:
+        graph = self._graph
+        assert graph.rays is not None, "a camera in the air has rays that are bent"
+        return graph.term(graph.shared(graph.rays)[name])
+
+    def _mirrored_from_above(self) -> NodeValue:
+        """Radiance of the sky that the surface mirrors, or of the sky itself."""
+        v = self._graph.components(self._ray(MIRRORED_SKY))
+        R = self._ray(REFLECTANCE)
+        seen = R * self._sky().radiance(v, NODES)
+        if not self.shape.waves:
+            return seen
+        slopes = self._graph.components(self._ray(SLOPE))[:2]
+        ripples = Ripples(slopes, self[GLITTER_WIDTH], self[GLITTER], self.sun_in_air)
+        glitter = glitter_from_above(
+            self[SUN_ABOVE], v, R, ripples, self[INDEX], SUN_RADIUS**2, NODES
+        )
+        return seen + NODES.less(0.0, self._ray(LEAVING)) * glitter
 
     def sensor(self, radiance: NodeValue) -> NodeValue:
         """Return what three bands add to the colour that the sensor sees."""
@@ -348,6 +410,7 @@ def build_triple(
     shape: Shape,
     inputs: Mapping[str, str],
     formula: Callable[[Graph, Values], Mapping[str, NodeValue]],
+    rays: bpy.types.ShaderNodeTree | None = None,
 ) -> bpy.types.ShaderNodeTree:
     """Build the group that adds three bands to the picture.
 
@@ -363,6 +426,8 @@ def build_triple(
         Makes the nodes; returns what the bands add to the colour, :data:`SEEN`: of all light;
         if the shape has shafts, of the light that the volume draws, :data:`DRAWN`; and to each
         of its layers.
+    rays : ShaderNodeTree, optional
+        As of :class:`TableImages`.
     """
     tree = new_group(name)
     sockets = dict(inputs)
@@ -371,7 +436,7 @@ def build_triple(
     sockets |= {TRIPLE: "NodeSocketFloat"} if shape.lamps else {}
     for socket, kind in sockets.items():
         tree.interface.new_socket(socket, in_out="INPUT", socket_type=kind)
-    graph = Graph(tree, None if shape.solved else _PART_SIZE)
+    graph = Graph(tree, None if shape.solved else _PART_SIZE, rays)
     outputs = graph.node("NodeGroupInput").outputs
     given = {socket.name: graph.term(socket) for socket in outputs if socket.name}
     results = formula(graph, Values(graph, given, shape))

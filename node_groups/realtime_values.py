@@ -42,6 +42,11 @@ SUN = ("sun x", "sun y", "sun z")
 SUN_IN_AIR = ("sun in air x", "sun in air y", "sun in air z")
 SMOOTH = tuple(f"aureole moment {i}" for i in range(3))
 CAMERA_DEPTH = "camera depth"
+IN_AIR, RAY_INDEX = "camera in air", "index of rays"
+CAMERA = ("camera x", "camera y", "camera z")
+DRAWN_SUN = ("drawn sun x", "drawn sun y", "drawn sun z")
+MIRRORED_SHARE = "mirrored sky"
+SUN_ABOVE, SKY_ABOVE = "sun above", "sky above"
 INDEX = "refractive index"
 SKY = "sky radiance"
 REFLECTANCE = tuple(f"reflectance {c}" for c in ("red", "green", "blue"))
@@ -106,6 +111,8 @@ class Shape:
         Lamps in the water.
     layers : tuple of str
         What is written beside the picture, of :mod:`.realtime_layers`.
+    above : bool
+        Whether the camera may be above the water.
     """
 
     bands: int
@@ -124,6 +131,7 @@ class Shape:
     shade: bool = False
     lamps: int = 0
     layers: tuple[str, ...] = ()
+    above: bool = False
 
     @property
     def triples(self) -> int:
@@ -174,6 +182,8 @@ def band_names(shape: Shape) -> list[str]:
         names += realtime_lamps.band_names(shape.components)
     if shape.layers:
         names += LAYERS_SENSOR
+    if shape.above:
+        names += [SUN_ABOVE, SKY_ABOVE]
     return [*names, *realtime_inelastic.band_names(shape.inelastic)]
 
 
@@ -182,6 +192,7 @@ def single_names(shape: Shape) -> list[str]:
     names = [*FIELD_NUMBERS, *SUN, *SUN_IN_AIR, CAMERA_DEPTH, INDEX, SHAFT_END, SHAFT_SCALE]
     names += _WAVES if shape.waves else ()
     names += realtime_shade.NUMBERS if shape.shade else ()
+    names += (IN_AIR, RAY_INDEX, *CAMERA, *DRAWN_SUN, MIRRORED_SHARE) if shape.above else ()
     return [*names, *realtime_lamps.NUMBERS] if shape.lamps else names
 
 

@@ -21,6 +21,7 @@ from ..uw_spectral.surface.wave_patterns import (
     under_waves,
 )
 from .node_mathematics import MARK, NODES, Graph, NodeValue
+from .realtime_rays import camera_place, place_here
 from .realtime_values import (
     CAMERA_DEPTH,
     SUN,
@@ -116,8 +117,7 @@ def caustics_here(
 ) -> dict[str, NodeValue]:
     """Relative sunlight at the shaded point, and its place among the knots of the contrast."""
     number = _numbers(graph, values)
-    geometry = graph.node("ShaderNodeNewGeometry")
-    px, py, pz = graph.components(graph.term(geometry.outputs["Position"]))
+    px, py, pz = place_here(graph)
     depth = NODES.maximum(-pz, 0.0)
     x, y = under_waves(px, py, depth, [number(name) for name in SUN])
     layers = layers_at(graph, caustics, x, y, number(WAVES_PER_METRE), number(WAVES_HALF_CELL))
@@ -133,11 +133,7 @@ def slope_ahead(
 ) -> dict[str, NodeValue]:
     """Slopes of the surface where the view ray w of the background meets it."""
     number = _numbers(graph, values)
-    camera = graph.node(
-        "ShaderNodeVectorTransform", vector_type="POINT", convert_from="CAMERA", convert_to="WORLD"
-    )
-    camera.inputs[0].default_value = (0.0, 0.0, 0.0)
-    x, y, _ = graph.components(graph.term(camera.outputs[0]))
+    x, y, _ = camera_place(graph)
     reach = NODES.maximum(number(CAMERA_DEPTH), 0.0) / NODES.maximum(w[2], _FLATTEST)
     slope, _ = sample(
         graph,

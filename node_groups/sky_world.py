@@ -15,15 +15,29 @@ NAME = "UW Sky"
 _SUN = "sun"
 
 
-def build(kind: str = UNIFORM) -> bpy.types.World:
-    """Build the world of a kind of sky, one of :data:`.sky.SKIES`."""
+def build(kind: str = UNIFORM, gain_in_water: float = 1.0) -> bpy.types.World:
+    """Build the world of a kind of sky, one of :data:`.sky.SKIES`.
+
+    Parameters
+    ----------
+    kind : str
+    gain_in_water : float
+        Factor that the sky's radiance holds for those in the water, and that cameras and things in
+        the air do not see; what the surface mirrors up loses it there.
+    """
     world, graph, output = new_world(NAME)
     geometry = graph.node("ShaderNodeNewGeometry")
     x, y, z = graph.components(graph.term(geometry.outputs["Incoming"]))
     background = graph.node("ShaderNodeBackground")
     radiance = of_view_layer(graph, attributes.SKY_RADIANCE).outputs["Color"]
     graph.tree.links.new(radiance, background.inputs["Color"])
-    graph.assign(NODES.less(z, 0.0), background.inputs["Strength"])
+    strength = NODES.less(z, 0.0)
+    if gain_in_water != 1.0:
+        path = graph.node("ShaderNodeLightPath").outputs
+        through = graph.term(path["Transmission Depth"])
+        gained = NODES.less(0.5, NODES.maximum(through, graph.term(path["Is Singular Ray"])))
+        strength = strength * NODES.select(gained, 1.0, 1.0 / gain_in_water)
+    graph.assign(strength, background.inputs["Strength"])
     graph.tree.links.new(background.outputs[0], output.inputs["Surface"])
     if kind != UNIFORM:
         sun = graph.node("ShaderNodeCombineXYZ", name=_SUN, label=_SUN)

@@ -9,13 +9,17 @@ from . import attributes
 NAME = "UW Sun"
 
 
-def build(angular_diameter: float) -> bpy.types.SunLight:
+def build(
+    angular_diameter: float, irradiance: str = attributes.SUN_IRRADIANCE
+) -> bpy.types.SunLight:
     """Build the lamp.
 
     Parameters
     ----------
     angular_diameter : float
-        Diameter of the sun's disc seen in the water, radians.
+        Diameter of the sun's disc as it is seen, radians.
+    irradiance : str
+        Attribute that holds what it brings on a plane across its light.
     """
     light = bpy.data.lights.new(NAME, "SUN")
     light.energy = 1.0
@@ -24,7 +28,7 @@ def build(angular_diameter: float) -> bpy.types.SunLight:
     tree.nodes.clear()
     attribute = tree.nodes.new("ShaderNodeAttribute")
     attribute.attribute_type = "VIEW_LAYER"
-    attribute.attribute_name = attributes.SUN_IRRADIANCE
+    attribute.attribute_name = irradiance
     emission = tree.nodes.new("ShaderNodeEmission")
     output = tree.nodes.new("ShaderNodeOutputLight")
     tree.links.new(attribute.outputs["Color"], emission.inputs["Color"])

@@ -55,7 +55,10 @@ def build(refractive_index: float, images: WaveImages | None = None) -> bpy.type
     graph = Graph(tree)
     path = graph.node("ShaderNodeLightPath").outputs
     glass = graph.node("ShaderNodeBsdfGlass")
-    glass.inputs["Color"].default_value = (1.0, 1.0, 1.0, 1.0)
+    # Cycles leaves out that radiance has a factor n² in the water. The sky brings it, and what
+    # is seen from the air, the mirrored sky too, loses it here.
+    inside = graph.term(graph.node("ShaderNodeNewGeometry").outputs["Backfacing"])
+    graph.assign(NODES.select(inside, 1.0, refractive_index**-2), glass.inputs["Color"])
     glass.inputs["Roughness"].default_value = 0.0
     glass.inputs["IOR"].default_value = refractive_index
     clear = graph.node("ShaderNodeBsdfTransparent")

@@ -1,4 +1,4 @@
-"""The camera of a render: found, and under water."""
+"""The camera of a render: found, above the floor, and what it sees."""
 
 from __future__ import annotations
 
@@ -32,21 +32,16 @@ def find_camera(scene: bpy.types.Scene, name: str | None) -> bpy.types.Object:
 
 
 def camera_depth(camera: bpy.types.Object, floor_depth: float) -> float:
-    """Return the camera's depth in m at the current frame.
+    """Return the camera's depth in m at the current frame, 0 above the water.
 
     Raises
     ------
     InputError
-        If the camera is above the surface, or at or below the floor.
+        If the camera is at or below the floor.
     """
     depsgraph = bpy.context.evaluated_depsgraph_get()
-    depth = -camera.evaluated_get(depsgraph).matrix_world.translation.z
+    depth = max(-camera.evaluated_get(depsgraph).matrix_world.translation.z, 0.0)
     frame = bpy.context.scene.frame_current
-    if depth <= 0:
-        raise InputError(
-            f"camera {camera.name!r} is {-depth:g} m above the water at frame {frame}; "
-            "the surface is z = 0, move the camera below it"
-        )
     if math.isfinite(floor_depth) and depth >= floor_depth:
         raise InputError(
             f"the floor at {floor_depth:g} m is above camera {camera.name!r}, which is at "

@@ -10,9 +10,17 @@ import bpy
 import numpy as np
 
 from ..datasets.layer_file import FrameLayers, side_by_side
+from ..uw_spectral.errors import InputError
 from ..uw_spectral.imaging.layers import parse_layers
 from ..uw_spectral.spectra.spectral_image import read_exr, write_rgb_exr
-from . import cycles_settings, cycles_water, inelastic_layers, moving_surface, scene_water
+from . import (
+    cycles_settings,
+    cycles_water,
+    inelastic_layers,
+    moving_surface,
+    scene_water,
+    waterline,
+)
 from .band_engine import BandEngine, Engine, Opening, RenderPass, Weights
 from .cycles_layers import CyclesLayers
 from .exr_output import write_float_exr
@@ -31,20 +39,26 @@ def cycles_bands(
     seed: int,
     denoise: bool,
     device: Device = "cpu",
+    eyes: Sequence[tuple[float, ...]] = (),
 ) -> Iterator[BandEngine]:
     """Water for the Cycles reference while the block runs.
 
     Raises
     ------
     InputError
-        If Cycles finds no such device.
+        If Cycles finds no such device, or layers are wanted of a camera in the air.
     """
     lamps = plan.lamps(scene)
-    notes = cycles_water.add_water(scene, plan.column, plan.cycles_phases, extent, lamps)
+    chosen, wanted = plan.settings, parse_layers(plan.settings.layers)
+    above = waterline.above(camera, eyes)
+    if above and wanted:
+        raise InputError(waterline.NO_LAYERS)
+    notes = cycles_water.add_water(
+        scene, plan.column, plan.cycles_phases, extent, lamps, above=above
+    )
     notes += plan.cycles_notes
     light = plan.inelastic
     layers = None if light is None else inelastic_layers.add_layers(scene, light, extent)
-    chosen, wanted = plan.settings, parse_layers(plan.settings.layers)
     try:
         with cycles_settings.reference_settings(
             scene,
@@ -55,6 +69,7 @@ def cycles_bands(
             bounces=chosen.bounces,
             device=device,
         ) as layer:
+            clip_start = camera.data.clip_start
 
             def frame(now: RenderPlan, _: float, __: Weights | None = None) -> RenderPass:
                 cycles_water.place(scene, now.column)
@@ -63,17 +78,25 @@ def cycles_bands(
                 if layers is not None and now.inelastic is not None:
                     values = values.with_values(inelastic_layers.emission(now.inelastic, layers))
 
+                split = above and waterline.splits(scene, camera)
+                # Rays begin at the glass where the waterline is on it.
+                camera.data.clip_start = waterline.PORT if split else clip_start
+
                 def draw_bands(indices: tuple[int, ...], path: Path) -> FrameLayers | None:
                     values.apply(layer, indices)
                     values.refresh(scene)
-                    if not wanted:
-                        write_float_exr(scene, path)
-                        return None
-                    image, found = CyclesLayers(wanted, now).render(
-                        scene, camera, path, indices, is_first=indices[0] == plan.passes[0][0]
-                    )
-                    write_rgb_exr(path, image)
-                    return found
+                    if wanted:
+                        image, found = CyclesLayers(wanted, now).render(
+                            scene, camera, path, indices, is_first=indices[0] == plan.passes[0][0]
+                        )
+                        write_rgb_exr(path, image)
+                        return found
+                    write_float_exr(scene, path)
+                    if split:
+                        both = read_exr(path)[0]
+                        index = now.column.refractive_index
+                        write_rgb_exr(path, waterline.joined(scene, camera, both, both, index))
+                    return None
 
                 def render(indices: tuple[int, ...], path: Path) -> FrameLayers | None:
                     shared = _sharing(indices, now.passes)
@@ -117,7 +140,7 @@ def _open(
 ) -> contextlib.AbstractContextManager[BandEngine]:
     return cycles_bands(
         scene, camera, opening.plan, opening.extent,
-        seed=opening.seed, denoise=opening.denoise, device=opening.device,
+        seed=opening.seed, denoise=opening.denoise, device=opening.device, eyes=opening.eyes,
     )  # fmt: skip
 
 

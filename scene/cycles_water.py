@@ -10,10 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..node_groups import (
+    attributes,
     realtime_waves,
     sea_floor,
     sky_world,
     sun_lamp,
+    sun_lid,
     water_lamp,
     water_surface,
     water_volume,
@@ -26,6 +28,9 @@ from .water_body import WaterExtent, box, plane
 
 INTERFACE = "uw_interface"
 """Part that is the material of the water surface; see :func:`.scene_water.part`."""
+
+_LID = "uw_sun_lid"
+_LID_HEIGHT, _LID_REACH = 200.0, 6.0  # m above the water; heights that it is wider
 
 # The volume box stays clear of the interface, or Cycles would nest the two media; the
 # gap is water that is not there, so it is kept to this optical depth.
@@ -42,6 +47,8 @@ def add_water(
     phases: Sequence[CyclesPhase],
     extent: WaterExtent,
     lamps: SceneLamps | None = None,
+    *,
+    above: bool = False,
 ) -> list[str]:
     """Put water into a scene.
 
@@ -62,6 +69,8 @@ def add_water(
         Size of the water.
     lamps : SceneLamps, optional
         In the water.
+    above : bool
+        Whether the camera may be in the air: things there then have the sun and sky of the air.
 
     Returns
     -------
@@ -83,22 +92,27 @@ def add_water(
         parts[INTERFACE] = water_surface.build(column.refractive_index, images)
         objects.append(plane("UW Surface", 2.0 * extent.half_width, 0.0))
         objects[-1].data.materials.append(parts[INTERFACE])
-    world = sky_world.build(column.sky)
+    gain = column.refractive_index**2 if above and column.reflects else 1.0
+    world = sky_world.build(column.sky, gain)
     sky_world.turn(world, column.skylight.sun)
     # Sampling the sky through an interface would ignore refraction. Without one, Cycles 5.2 then
     # draws water that scatters forward 1 to 2 % too bright, in twice the time; rays find it anyway.
     world.cycles.sampling_method = "NONE"
-    sun = sun_lamp.build(scene_water.SUN_DIAMETER_IN_AIR / column.refractive_index)
+    suns = [sun_lamp.build(scene_water.SUN_DIAMETER_IN_AIR / column.refractive_index)]
+    if above and _suns_differ(column):
+        suns.append(sun_lamp.build(scene_water.SUN_DIAMETER_IN_AIR, attributes.SUN_IN_AIR))
+        parts[_LID] = sun_lid.build(_LID_HEIGHT)
+        objects.append(_lid(extent, parts[_LID]))
     floor = sea_floor.build() if math.isfinite(column.floor_depth) else None
     lamps = lamps or SceneLamps()
     lit = [
         (water_lamp.build(index, lamp, item.data), item)
         for index, (lamp, item) in enumerate(zip(lamps.lamps, lamps.objects, strict=True))
     ]
-    filling = scene_water.Filling(world, [sun], floor, objects, images, parts, lit)
+    filling = scene_water.Filling(world, suns, floor, objects, images, parts, lit)
     notes += [*lamps.notes, *scene_water.add(scene, filling, column, extent)]
     for item in scene_water.objects(scene):
-        if item.get(scene_water.IS_SUN):
+        if scene_water.IS_SUN in item:
             # A refracted ray must not meet the disc: the lamp's shadow rays bring the sun already.
             item.visible_transmission = item.visible_glossy = False
             # Under an interface none meets it: light that is left to them would be lost.
@@ -110,6 +124,27 @@ def place(scene: bpy.types.Scene, column: WaterColumn) -> None:
     """Bring sun, sky and floor of the water in a scene to where a column has them."""
     scene_water.place(scene, column)
     sky_world.turn(scene.world, column.skylight.sun)
+    lid = scene_water.part(scene, _LID)
+    if lid is not None:
+        sun_lid.turn(lid, column.sun_direction, column.skylight.sun)
+        for item in scene_water.objects(scene):
+            if scene_water.IS_SUN in item and not item[scene_water.IS_SUN]:
+                scene_water.turn(item, column.skylight.sun)
+
+
+def _suns_differ(column: WaterColumn) -> bool:
+    """Whether the suns of water and air can be told apart by where they stand."""
+    cosine = float(np.dot(column.sun_direction, column.skylight.sun))
+    return math.acos(min(cosine, 1.0)) > 2.0 * scene_water.SUN_DIAMETER_IN_AIR
+
+
+def _lid(extent: WaterExtent, material: bpy.types.Material) -> bpy.types.Object:
+    """Make the lid of :mod:`.sun_lid`, which only shadow rays meet."""
+    item = plane("UW Sun Lid", extent.half_width + _LID_REACH * _LID_HEIGHT, _LID_HEIGHT)
+    item.data.materials.append(material)
+    for kind in ("camera", "diffuse", "glossy", "transmission", "volume_scatter"):
+        setattr(item, f"visible_{kind}", False)
+    return item
 
 
 def _layers(

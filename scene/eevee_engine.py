@@ -14,9 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..datasets.layer_file import FrameLayers
+from ..uw_spectral.errors import InputError
 from ..uw_spectral.imaging.layers import parse_layers
 from ..uw_spectral.spectra.spectral_image import read_exr, write_rgb_exr
-from . import eevee_settings, moving_surface, realtime, scene_water
+from . import eevee_settings, moving_surface, realtime, scene_water, waterline
 from .band_engine import BandEngine, Engine, Opening, RenderPass, Weights
 from .eevee_layers import EeveeLayers
 from .exr_output import write_float_exr
@@ -45,7 +46,7 @@ def eevee_bands(
     surface before the camera, and back when the pass is written.
     """
     passes = band_passes_of(plan)
-    layers = _layers(scene, plan, by_band=True)
+    layers = _layers(scene, camera, plan, eyes, by_band=True)
     water_of = _waters(scene, camera, eyes)
 
     def water_at(now: RenderPlan, camera_depth: float) -> realtime.RealtimeWater:
@@ -67,11 +68,11 @@ def eevee_bands(
 
             def render(indices: tuple[int, ...], path: Path) -> FrameLayers | None:
                 white = scale[[*indices, *[indices[-1]] * (3 - len(indices))]]
-                realtime.set_values(scene, water.of_triple(indices, 1.0 / white))
+                now_seen = water.of_triple(indices, 1.0 / white)
                 if layers is None:
-                    write_float_exr(scene, path)
-                    write_rgb_exr(path, read_exr(path)[0] * white)
+                    write_rgb_exr(path, _drawn(scene, camera, now_seen, path) * white)
                     return None
+                realtime.set_values(scene, now_seen)
                 image, found = layers.render(
                     scene, camera, path, indices, white, np.diag(white),
                     is_first=indices == passes[0],
@@ -101,7 +102,7 @@ def eevee_realtime(
     What is too much for one shader takes more passes, whose sum is the picture.
     """
     passes = picture_passes_of(plan)
-    layers = _layers(scene, plan, by_band=False)
+    layers = _layers(scene, camera, plan, eyes, by_band=False)
     count = len(passes[0])
     waters = _waters(scene, camera, eyes)
 
@@ -134,16 +135,11 @@ def eevee_realtime(
         def frame(now: RenderPlan, camera_depth: float, given: Weights | None = None) -> RenderPass:
             water, white, back = layered(now, camera_depth, given)
 
-            def drawn(part: realtime.RealtimeWater, path: Path) -> NDArray[np.float32]:
-                realtime.set_values(scene, part)
-                write_float_exr(scene, path)
-                return read_exr(path)[0]
-
             def drawn_apart(
                 part: realtime.RealtimeWater, path: Path, indices: tuple[int, ...]
             ) -> tuple[NDArray[np.float32], FrameLayers | None]:
                 if layers is None:
-                    return drawn(part, path), None
+                    return _drawn(scene, camera, part, path), None
                 realtime.set_values(scene, part)
                 return layers.render(
                     scene, camera, path, indices, white, back, is_first=indices == passes[0]
@@ -155,7 +151,7 @@ def eevee_realtime(
                     image, found = drawn_apart(part, path, indices)
                 else:
                     # EEVEE cuts what is below zero, and other parts may be above.
-                    negative = drawn(part.of_sign(-1.0), path)
+                    negative = _drawn(scene, camera, part.of_sign(-1.0), path)
                     positive, found = drawn_apart(part.of_sign(1.0), path, indices)
                     image = positive - negative
                 write_rgb_exr(path, image)
@@ -164,6 +160,28 @@ def eevee_realtime(
             return render
 
         yield BandEngine(passes, notes, frame)
+
+
+def _drawn(
+    scene: bpy.types.Scene,
+    camera: bpy.types.Object,
+    water: realtime.RealtimeWater,
+    path: Path,
+) -> NDArray[np.float32]:
+    """Render a picture into a file, from either side of the waterline if the camera is there."""
+
+    def render(now: realtime.RealtimeWater) -> NDArray[np.float32]:
+        realtime.set_values(scene, now)
+        write_float_exr(scene, path)
+        return read_exr(path)[0]
+
+    if water.above is None or not waterline.splits(scene, camera):
+        return render(water)
+    air, wet = (render(water.seen_from(in_air=in_air)) for in_air in (True, False))
+    index = water.column.refractive_index
+    both = waterline.joined(scene, camera, air, wet, index)
+    write_rgb_exr(path, both)
+    return both
 
 
 def band_passes_of(plan: RenderPlan) -> list[tuple[int, ...]]:
@@ -177,10 +195,19 @@ def picture_passes_of(plan: RenderPlan) -> list[tuple[int, ...]]:
     return plan.bands.packed(count)
 
 
-def _layers(scene: bpy.types.Scene, plan: RenderPlan, *, by_band: bool) -> EeveeLayers | None:
+def _layers(
+    scene: bpy.types.Scene,
+    camera: bpy.types.Object,
+    plan: RenderPlan,
+    eyes: Sequence[tuple[float, ...]],
+    *,
+    by_band: bool,
+) -> EeveeLayers | None:
     wanted = parse_layers(plan.settings.layers)
     if not wanted:
         return None
+    if waterline.above(camera, eyes):
+        raise InputError(waterline.NO_LAYERS)
     return EeveeLayers(wanted, plan, by_band, plan.draws_shafts, bool(plan.lamps(scene).lamps))
 
 

@@ -254,10 +254,9 @@ def preview_depth(
 ) -> float:
     """Depth in m that the water is computed for: the camera's, or a nominal one."""
     depth = camera_depth(scene, depsgraph)
-    if depth is None or depth <= 0.0:
-        depth = NOMINAL_DEPTH
+    depth = NOMINAL_DEPTH if depth is None else max(depth, 0.0)
     floor = chosen.floor_depth or math.inf
-    # In the open interval between surface and floor, whatever the camera does.
+    # Above the floor, whatever the camera does.
     return float(f"{min(depth, 0.999 * floor):.6g}")
 
 
@@ -270,11 +269,6 @@ def problem(scene: bpy.types.Scene) -> str:
     floor = getattr(scene, stored_settings.PROPERTY).floor_depth
     if depth is None:
         return "The scene has no camera. Add one below z = 0, the water surface."
-    if depth <= 0.0:
-        return (
-            f"The camera is {-depth:.3g} m above the water surface (z = 0). Submerge the scene, or "
-            f"move the camera below; the preview assumes {NOMINAL_DEPTH:g} m depth."
-        )
     if floor != NO_FLOOR and depth >= floor:
         return f"The camera, at {depth:.3g} m, is below the floor at {floor:.3g} m."
     return ""

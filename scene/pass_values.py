@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..node_groups import attributes
+from ..uw_spectral.transfer.above_water import light_in_air
 from ..uw_spectral.transfer.water_column import WaterColumn
 from .cycles_phase import CyclesPhase
 
@@ -38,6 +39,7 @@ class PassValues:
         gain = column.refractive_index**2 if column.reflects else 1.0
         values = {
             attributes.SUN_IRRADIANCE: column.sun_irradiance / column.sun_cosine,
+            attributes.SUN_IN_AIR: light_in_air(column).sun,
             attributes.SKY_RADIANCE: column.skylight.level * gain,
             attributes.FLOOR_REFLECTANCE: column.floor_reflectance,
         }

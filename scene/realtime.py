@@ -18,6 +18,7 @@ from ..node_groups import (
     realtime_background,
     realtime_inelastic,
     realtime_lamps,
+    realtime_refraction,
     realtime_shade,
     realtime_shadows,
     realtime_surface,
@@ -35,6 +36,7 @@ from ..uw_spectral.lamps.multiple_scattering import LampWater, lamp_water
 from ..uw_spectral.shade.shade_table import ShadeTable
 from ..uw_spectral.spectra.reflectance import emission_basis, uplift_basis
 from ..uw_spectral.surface.wave_patterns import WavePatterns
+from ..uw_spectral.transfer.above_water import flattened_sun, light_in_air
 from ..uw_spectral.transfer.closed_form import solve_closed_form
 from ..uw_spectral.transfer.inelastic_light import InelasticLight, reduced
 from ..uw_spectral.transfer.light_cone import LightCone, light_cone
@@ -43,7 +45,7 @@ from ..uw_spectral.transfer.solved_field import SolvedField
 from ..uw_spectral.transfer.sun_beam import SunBeam, sun_beam
 from ..uw_spectral.transfer.water_column import WaterColumn
 from ..uw_spectral.water.phase import BandPhase, HenyeyGreenstein
-from . import contents, realtime_materials, scene_water
+from . import apparent_places, contents, realtime_materials, scene_water
 from .lamps import SceneLamps
 from .water_body import WaterExtent, box
 
@@ -80,6 +82,38 @@ class ShaftRange:
     scale: float
 
 
+@dataclass(frozen=True)
+class ViewFromAir:
+    """A camera of which some frames may be above the water.
+
+    Parameters
+    ----------
+    camera : three floats
+        Where it is, m.
+    in_air : bool
+        Whether its rays begin in the air.
+    towards : three floats
+        Unit vector to where it looks.
+    """
+
+    camera: Sequence[float]
+    in_air: bool
+    towards: Sequence[float]
+
+    def numbers(self, column: WaterColumn) -> dict[str, float]:
+        """Return what the node groups know of it."""
+        index = column.refractive_index if column.reflects else 1.0
+        sun = column.sun_direction.tolist()
+        if self.in_air:
+            sun = flattened_sun(sun, self.towards, index).tolist()
+        return {
+            realtime_values.IN_AIR: float(self.in_air),
+            realtime_values.RAY_INDEX: index,
+            **dict(zip(realtime_values.CAMERA, self.camera, strict=True)),
+            **dict(zip(realtime_values.DRAWN_SUN, sun, strict=True)),
+        }
+
+
 @dataclass(frozen=True, eq=False)
 class RealtimeWater:
     """The water of a frame, ready for the node groups; see :func:`realtime_water`."""
@@ -95,6 +129,14 @@ class RealtimeWater:
     shade: ShadeTable | None = None
     lamps: SceneLamps = field(default_factory=SceneLamps)
     around_lamps: LampWater | None = None
+    above: ViewFromAir | None = None
+
+    def seen_from(self, *, in_air: bool) -> RealtimeWater:
+        """Return the water for rays that all begin in the air, or all in the water."""
+        assert self.above is not None, "the camera may be in the air"
+        now = replace(self.above, in_air=in_air)
+        numbers = Numbers(self.numbers.bands, {**self.numbers.single, **now.numbers(self.column)})
+        return replace(self, numbers=numbers, above=now)
 
     def of_bands(self, indices: Sequence[int], count: int) -> RealtimeWater:
         """Return the water of some of the bands, and what the sensor sees of these.
@@ -179,6 +221,7 @@ def realtime_water(
     inelastic: InelasticLight | None = None,
     shade: ShadeTable | None = None,
     lamps: SceneLamps | None = None,
+    above: ViewFromAir | None = None,
 ) -> RealtimeWater:
     """Compute everything that the node groups need for a frame.
 
@@ -207,8 +250,11 @@ def realtime_water(
         What things keep away and throw back, of a solved field.
     lamps : SceneLamps, optional
         In the water.
+    above : ViewFromAir, optional
+        Of a camera that may be above the water; shafts are not drawn then.
     """
     lamps = lamps or SceneLamps()
+    shafts = shafts and above is None
     if solved is None:
         column.require_one_layer("the closed form (--field) knows")
     if shafts:
@@ -219,7 +265,7 @@ def realtime_water(
         len(column.bands), tuple(phase.components), 0, column.reflects, shafts,
         # Lamps need the colours that tell those of the light from above apart.
         diffuse_shadows=diffuse_shadows and solved is None and not lamps.lamps, sky=column.sky,
-        shade=shade is not None, lamps=len(lamps.lamps),
+        shade=shade is not None, lamps=len(lamps.lamps), above=above is not None,
     )  # fmt: skip
     light, table = {}, None
     if solved is None:
@@ -260,6 +306,10 @@ def realtime_water(
         bands[realtime_shade.SPECTRUM] = shade.spectrum
         single |= realtime_shade.numbers(shade.box)
     around_lamps = None
+    if above is not None:
+        in_air = light_in_air(column)
+        bands |= {realtime_values.SUN_ABOVE: in_air.sun, realtime_values.SKY_ABOVE: in_air.sky}
+        single |= above.numbers(column) | {realtime_values.MIRRORED_SHARE: float(in_air.mirrored)}
     if lamps.lamps:
         around_lamps = _around_lamps(column, phase, camera_depth)
         bands |= realtime_lamps.of_water(around_lamps)
@@ -269,7 +319,7 @@ def realtime_water(
         known[_FLOOR] = column.floor_reflectance
     return RealtimeWater(
         shape, Numbers(bands, single), known, column, reach, cone, table, shade=shade, lamps=lamps,
-        around_lamps=around_lamps,
+        around_lamps=around_lamps, above=above,
     )  # fmt: skip
 
 
@@ -340,7 +390,8 @@ def add_realtime(scene: bpy.types.Scene, water: RealtimeWater, extent: WaterExte
     shade = None if water.shade is None else realtime_shade.new_image()
     count = len(water.lamps.lamps)
     lit = realtime_lamps.new_image(count, shape.triples) if count else None
-    tables = TableImages(table, shade, lit)
+    rays = realtime_refraction.build(values, images) if shape.above else None
+    tables = TableImages(table, shade, lit, rays)
     surface = realtime_surface.build(values, shape, images, tables)
     background = realtime_background.build(values, shape, images, tables)
     floor, objects = None, []
@@ -351,6 +402,9 @@ def add_realtime(scene: bpy.types.Scene, water: RealtimeWater, extent: WaterExte
         objects.append(box("UW Shafts", extent, 0.0))
         objects[0].data.materials.append(realtime_volume.build(values, shape, images, tables))
     notes += realtime_materials.insert(materials, surface)
+    if shape.above:
+        apparent = realtime_refraction.build_apparent(values)
+        notes += apparent_places.insert(materials, apparent, extent.bottom)
     sun = bpy.data.lights.new("UW Sun", "SUN")
     sun.energy = 1.0
     sun.shadow_maximum_resolution = _SHADOW if water.waves is None else _WAVY_SHADOW
@@ -372,6 +426,8 @@ def add_realtime(scene: bpy.types.Scene, water: RealtimeWater, extent: WaterExte
     notes += [*water.lamps.notes, *scene_water.add(scene, filling, water.column, extent)]
     values[_OWNER] = scene_water.collection_of(scene)
     set_values(scene, water)
+    if shape.above:
+        apparent_places.subdivide(scene, _camera_of(water))
     return notes
 
 
@@ -409,6 +465,10 @@ def set_values(scene: bpy.types.Scene, water: RealtimeWater) -> None:
     scene_water.place(scene, water.column)
     for item in scene_water.objects(scene):
         if item.get(scene_water.IS_SUN):
+            if water.shape.above:
+                scene_water.fan_out_floor(scene, _camera_of(water))
+                drawn = (water.numbers.single[name] for name in realtime_values.DRAWN_SUN)
+                scene_water.turn(item, drawn)
             # At night it would hide the shadows of lamps.
             item.data.energy = float(np.any(water.column.sun_irradiance > 0))
             item.data.angle = scene_water.SUN_DIAMETER_IN_AIR / water.column.refractive_index
@@ -427,6 +487,11 @@ def _set_lamps(scene: bpy.types.Scene, water: RealtimeWater, around: LampWater) 
     for item, lamp, colour in zip(scene_water.followers(scene), lamps, colours, strict=True):
         code = numbers[realtime_lamps.CODE]
         realtime_lamps.write_shadow_lamp(item.data, lamp, colour, code)
+
+
+def _camera_of(water: RealtimeWater) -> tuple[float, float, float]:
+    x, y, z = (water.numbers.single[name] for name in realtime_values.CAMERA)
+    return x, y, z
 
 
 def has_realtime(scene: bpy.types.Scene) -> bool:

@@ -42,11 +42,17 @@ from ..uw_spectral.transfer.water_column import WAVES
 from ..uw_spectral.water.bio_optics import Constituents
 from ..uw_spectral.water.phase import BandPhase
 from ..uw_spectral.water.shared_phase import LARGEST_SPREAD, alike, with_mean_of
-from . import band_colors, shade
+from . import band_colors, cameras, shade, waterline
 from .cycles_phase import CyclesPhase, cycles_phase
 from .lamps import SceneLamps, lamps_of, seen_places
 from .pass_values import PassValues
-from .realtime import MOST_BANDS, MOST_CLOSED_FORM_BANDS, RealtimeWater, realtime_water
+from .realtime import (
+    MOST_BANDS,
+    MOST_CLOSED_FORM_BANDS,
+    RealtimeWater,
+    ViewFromAir,
+    realtime_water,
+)
 from .settings import (
     AUTO,
     BOUNDED,
@@ -152,6 +158,7 @@ class RenderPlan(ResolvedOptics):
         *,
         eyes: Sequence[tuple[float, ...]] = (),
         kept: shade.Kept | None = None,
+        in_air: bool | None = None,
     ) -> RealtimeWater:
         """Return the water of EEVEE, see :func:`realtime_water`.
 
@@ -170,6 +177,8 @@ class RenderPlan(ResolvedOptics):
             Where the camera is at the frames of a job, for all of which the shade shall serve.
         kept : Kept, optional
             What may be used again.
+        in_air : bool, optional
+            Whether rays begin in the air; by where the camera is without.
         """
         reflectances = {
             material.name: reflectance.at(self.bands.centres)
@@ -197,7 +206,7 @@ class RenderPlan(ResolvedOptics):
             over.column, self.phase, depth, weights, solved=solved,
             shafts=self.draws_shafts, diffuse_shadows=chosen.diffuse_shadows,
             reflectances=reflectances, inelastic=over.inelastic, shade=shaded,
-            lamps=self.lamps(scene),
+            lamps=self.lamps(scene), above=_view_from_air(camera or scene.camera, eyes, in_air),
         )  # fmt: skip
         # The scene has that floor already.
         return replace(water, column=self.column)
@@ -400,6 +409,18 @@ def description_of(settings: SceneSettings) -> Description:
 
 
 _resolved = functools.lru_cache(maxsize=32)(resolve)
+
+
+def _view_from_air(
+    camera: bpy.types.Object | None, eyes: Sequence[tuple[float, ...]], in_air: bool | None
+) -> ViewFromAir | None:
+    """Return what is special about views from the air; None if a job has none."""
+    if camera is None:
+        return None
+    if not waterline.above(camera, eyes):
+        return None
+    eye = cameras.eye_of(camera)
+    return ViewFromAir(eye[:3], eye[2] > 0.0 if in_air is None else in_air, eye[3:])
 
 
 def _plan(settings: SceneSettings, optics: ResolvedOptics) -> RenderPlan:

@@ -119,6 +119,11 @@ def choose(
             scene.frame_set(frame)
             for eye in (camera, *others):
                 depth = camera_depth(eye, plan.column.floor_depth)
+                if depth == 0.0:
+                    raise InputError(
+                        f"camera {eye.name!r} is {eye.matrix_world.translation.z:g} m above the "
+                        "water, and Auto weighs views in it; choose the settings by hand (Quality)"
+                    )
                 cone = light_cone(everything.view.field, depth, plan.column.sun_direction)
                 rays = RAYS // (len(frames) * (1 + len(others)))
                 views.append(trace_view(scene, eye, plan.column, cone, rays=rays))

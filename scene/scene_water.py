@@ -20,7 +20,15 @@ from ..node_groups.node_mathematics import MARK
 from ..node_groups.realtime_waves import WaveImages
 from ..uw_spectral.errors import InputError
 from ..uw_spectral.transfer.water_column import WaterColumn
-from . import band_colors, contents, pass_values, realtime_materials, seabed, water_body
+from . import (
+    apparent_places,
+    band_colors,
+    contents,
+    pass_values,
+    realtime_materials,
+    seabed,
+    water_body,
+)
 from .water_body import WaterExtent
 
 SUN_DIAMETER_IN_AIR = math.radians(0.53)
@@ -234,6 +242,15 @@ def place(scene: bpy.types.Scene, column: WaterColumn) -> None:
             item.location.z = -seabed.clear_depth(scene, column.floor_depth)
 
 
+def fan_out_floor(scene: bpy.types.Scene, camera: Sequence[float]) -> None:
+    """Give the added floor fine faces below the camera, and bring their middle there."""
+    for item in objects(scene):
+        if _FLOOR_DEPTH in item:
+            if len(item.data.polygons) == 1:
+                water_body.fan_out(item.data)
+            item.location.x, item.location.y = camera[:2]
+
+
 def followers(scene: bpy.types.Scene) -> list[bpy.types.Object]:
     """Lamps of a scene's water that follow its own, in the order of :class:`Filling`."""
     return sorted((i for i in objects(scene) if _FOLLOWS in i), key=lambda i: i[_FOLLOWS])
@@ -336,6 +353,8 @@ def _let_go() -> None:
         else:
             routed |= materials
     realtime_materials.remove(lit)
+    apparent_places.give_back(set().union(*lit.values()) if lit else ())
+    apparent_places.unite(waters)
     band_colors.remove(routed)
     data = bpy.data
     kinds = (data.meshes, data.lights, data.materials, data.worlds, data.node_groups, data.images)

@@ -38,6 +38,8 @@ _TALLEST = 15.0  # m, of such a box
 _DEEPEST = 0.01  # of the ground lies lower than the box
 _COVERED = 0.5  # of the columns of water that end on ground, where there is a floor
 _BELOW_EYE = 0.3  # m
+_WET = 0.05  # depth in m of an eye that came from the air
+_LEVEL_VIEW = 3.0  # heights above the water: how far ahead a level view looks into it
 _DEPTH_STEP, _COLOUR_STEP = 0.05, 0.01  # of the ground: it should not tremble with the camera
 _SOLID = {"MESH", "CURVE", "SURFACE", "META", "FONT", "CURVES"}
 _SMALL = 2.5  # voxels
@@ -157,7 +159,7 @@ def look_around(
     eyes = [] if camera is None else [eye_of(camera)]
     if len(path) and (np.ptp(np.array(path)[:, :3], axis=0) <= _LONGEST).all():
         eyes += path
-    frames = np.array(eyes, np.float64).reshape(-1, 6)
+    frames = np.array([in_the_water(eye) for eye in eyes], np.float64).reshape(-1, 6)
     places, ahead = frames[:, :3], frames[:, 3:]
     low, high = _around(things, places, extinction)
     grid = Grid((0.0, 0.0, 0.0), 1.0, (1, 1, 1))
@@ -166,6 +168,21 @@ def look_around(
     else:
         things = []
     return Surroundings(things, places, ahead, _voxels(things, grid, samples), samples)
+
+
+def in_the_water(eye: Sequence[float]) -> tuple[float, ...]:
+    """Bring an eye that is above the water to where it looks into it.
+
+    Examples
+    --------
+    >>> in_the_water((0.0, 0.0, 2.0, 0.6, 0.0, -0.8))
+    (1.5, 0.0, -0.05, 0.6, 0.0, -0.8)
+    """
+    x, y, z, *ahead = eye
+    if z <= -_WET:
+        return tuple(eye)
+    way = min(z / max(-ahead[2], 1e-9), _LEVEL_VIEW * z)
+    return (x + way * ahead[0], y + way * ahead[1], -_WET, *ahead)
 
 
 def _around(things: Sequence[Triangles], eyes: Array, extinction: float) -> tuple[Array, Array]:

@@ -14,6 +14,7 @@ from ..uw_spectral.transfer.water_column import WaterColumn
 _FAR = 12.0
 _LARGEST = 5000.0
 _SMALLEST = 50.0
+_RINGS, _SECTORS, _FIRST_RING = 96, 72, 0.05
 
 
 @dataclass(frozen=True)
@@ -85,6 +86,26 @@ def floor_plane(extent: WaterExtent, material: bpy.types.Material) -> bpy.types.
     floor = plane(material.name, 2.0 * extent.half_width, 0.0)
     floor.data.materials.append(material)
     return floor
+
+
+def fan_out(mesh: bpy.types.Mesh) -> None:
+    """Turn a level square into rings around its middle that widen outwards."""
+    half = max(abs(v.co.x) for v in mesh.vertices)
+    material = mesh.materials[0] if mesh.materials else None
+    turns = np.linspace(0.0, 2.0 * math.pi, _SECTORS, endpoint=False)
+    around = np.stack([np.cos(turns), np.sin(turns), np.zeros(_SECTORS)], axis=1)
+    rings = np.geomspace(_FIRST_RING, half, _RINGS)[:, None, None] * around
+    places = np.concatenate([np.zeros((1, 3)), rings.reshape(-1, 3)])
+    faces: list[tuple[int, ...]] = [(0, 1 + i, 1 + (i + 1) % _SECTORS) for i in range(_SECTORS)]
+    for ring in range(_RINGS - 1):
+        here, out = 1 + ring * _SECTORS, 1 + (ring + 1) * _SECTORS
+        for i in range(_SECTORS):
+            j = (i + 1) % _SECTORS
+            faces.append((here + i, out + i, out + j, here + j))
+    mesh.clear_geometry()
+    mesh.from_pydata(places.tolist(), [], faces)
+    if material is not None and not mesh.materials:
+        mesh.materials.append(material)
 
 
 def plane(name: str, half_width: float, height: float) -> bpy.types.Object:

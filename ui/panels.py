@@ -94,9 +94,10 @@ class MainPanel(_Panel, bpy.types.Panel):
         problem = live.problem(scene)
         if problem:
             _say(layout, problem, "ERROR")
-            depth = live.camera_depth(scene)
-            if depth is not None and depth <= 0:
-                layout.operator("underwater.submerge", icon="TRIA_DOWN_BAR")
+        depth = live.camera_depth(scene)
+        if depth is not None and depth <= 0:
+            _say(layout, "The camera looks at the water from above.", "INFO")
+            layout.operator("underwater.submerge", icon="TRIA_DOWN_BAR")
         if is_live(scene) and not _shows_water(context):
             layout.operator("underwater.show", icon="SHADING_RENDERED")
 
@@ -193,7 +194,7 @@ class DepthPanel(_SubPanel, bpy.types.Panel):
         elif depth > 0:
             column.label(text=f"Camera {depth:.4g} m under the surface", icon="CAMERA_DATA")
         else:
-            column.label(text=f"Camera {-depth:.4g} m above the surface", icon="ERROR")
+            column.label(text=f"Camera {-depth:.4g} m above the surface", icon="CAMERA_DATA")
         column.label(text="The surface is z = 0; 1 unit is 1 m", icon="MOD_OCEAN")
         column.operator("underwater.submerge", icon="TRIA_DOWN_BAR")
         column.prop(water, "floor_depth", text="Floor (m)")

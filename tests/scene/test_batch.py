@@ -305,14 +305,6 @@ def test_no_camera(blend, tmp_path, capsys):
     assert "has no active camera; add one" in capsys.readouterr().err
 
 
-def test_camera_above_the_water(blend, tmp_path, capsys):
-    bpy.ops.wm.open_mainfile(filepath=str(blend))
-    bpy.context.scene.camera.location.z = 2.0
-    bpy.ops.wm.save_as_mainfile(filepath=str(blend))
-    assert _run(blend, "--out", tmp_path / "out") == 2
-    assert "camera 'Camera' is 2 m above the water at frame 1" in capsys.readouterr().err
-
-
 def test_missing_and_broken_scenes(tmp_path, capfd):
     assert _run(tmp_path / "none.blend", "--out", tmp_path / "out") == 2
     assert "there is no such file" in capfd.readouterr().err

@@ -179,13 +179,13 @@ def test_water_survives_save_and_reload(tmp_path):
     assert not realtime.has_realtime(scene)
 
 
-def test_camera_above_the_water_is_a_message():
+def test_camera_above_the_water_is_shown_from_there():
     scene = _scene()
     scene.camera.location.z = 3.0
     bpy.context.view_layer.update()
     live.add(scene)
-    assert "3 m above the water surface" in live.problem(scene)
-    assert _shown() == pytest.approx(live.NOMINAL_DEPTH)
+    assert live.problem(scene) == ""
+    assert _shown() == 0.0
     live.lower(scene, 8.0)
     bpy.context.view_layer.update()
     assert live.problem(scene) == ""

@@ -14,6 +14,10 @@ from ..mathematics import NUMPY, Mathematics, Operand, dot
 REFRACTIVE_INDEX = 1.34
 """Of seawater against air in the visible."""
 
+_LEVEL = 0.01  # vertical component of a ray that is mirrored down from above
+_NEWTON = 6  # steps: within 0.01° for 99.9 % of places
+_NEAR, _MATCHED = 1e-5, 1e-6
+
 
 # X. Quan & E. S. Fry, Appl. Opt. 34, 3477 (1995): what they fit lies within these, but for the
 # wavelengths, which P. D. T. Huibers, Appl. Opt. 36, 3785 (1997) found to hold from 200 to 1100 nm.
@@ -201,6 +205,96 @@ def fresnel_reflectance(
     perpendicular = (incident - refracted) / (incident + refracted)
     parallel = (n2 * incident - refracted) / (n2 * incident + refracted)
     return 0.5 * (perpendicular * perpendicular + parallel * parallel)
+
+
+def seen_from_air(
+    v: Sequence[Operand],
+    normal: Sequence[Operand],
+    relative_index: Operand,
+    m: Mathematics = NUMPY,
+) -> tuple[Operand, tuple[Operand, ...], tuple[Operand, ...]]:
+    """What a view ray becomes that meets the water from above.
+
+    Parameters
+    ----------
+    v : three floats or arrays
+        Unit direction in air, away from the camera, z < 0.
+    normal : three floats or arrays
+        Unit normal of the surface, upwards.
+    relative_index : float
+        Of the water against air.
+    m : Mathematics
+        Elementary functions.
+
+    Returns
+    -------
+    reflectance : float or array
+        Fresnel reflectance.
+    refracted, mirrored : three floats or arrays
+        Unit directions of the ray in the water, and of the one that is mirrored up.
+
+    Examples
+    --------
+    >>> reflectance, w, _ = seen_from_air((0.6, 0.0, -0.8), (0.0, 0.0, 1.0), 1.34)
+    >>> round(float(reflectance), 4), round(float(w[0]), 4)
+    (0.0239, 0.4478)
+    """
+    n = relative_index
+    cosine = m.maximum(-dot(v, normal), 0.0)
+    inside = m.sqrt(1.0 - (1.0 - cosine * cosine) / (n * n))
+    refracted = [a / n + (cosine / n - inside) * b for a, b in zip(v, normal, strict=True)]
+    x, y, z = (a + 2.0 * cosine * b for a, b in zip(v, normal, strict=True))
+    # A steep wave mirrors what lies level; a second reflection is left out.
+    mirrored = x, y, m.maximum(z, _LEVEL)
+    return fresnel_reflectance(cosine, n, m), tuple(refracted), mirrored
+
+
+def apparent_depth(
+    distance: Operand,
+    depth: Operand,
+    height: Operand,
+    relative_index: Operand,
+    m: Mathematics = NUMPY,
+) -> Operand:
+    """Depth at which a thing under a flat surface seems to lie, seen from the air.
+
+    It is that of the point straight above the thing, or below it, on the ray that arrives, drawn
+    on without refraction. The place of refraction is found by Newton's method, from the
+    nearer of two bounds: an observer high above, and the critical angle.
+
+    Parameters
+    ----------
+    distance : float or array
+        Horizontal distance of the thing from the camera, m.
+    depth : float or array
+        Of the thing, m, positive.
+    height : float or array
+        Of the camera, m, positive.
+    relative_index : float
+        Of the water against air.
+    m : Mathematics
+        Elementary functions.
+
+    Examples
+    --------
+    >>> round(float(apparent_depth(0.0, 1.34, 2.0, 1.34)), 4)
+    1.0
+    >>> round(float(apparent_depth(3.0, 1.0, 2.0, 1.34)), 4)
+    0.5911
+    """
+    n = relative_index
+    farthest = depth / m.sqrt(n * n - 1.0 + _MATCHED)  # that a ray turns to the side in the water
+    least = m.maximum(1.0 - farthest / m.maximum(distance, _NEAR), _NEAR)
+    share = m.maximum(n * height / (n * height + depth), least)  # of the distance, in air
+    d2, h2, y2 = distance * distance, height * height, depth * depth
+    for _ in range(_NEWTON):
+        rest = 1.0 - share
+        air, water = share * share * d2 + h2, rest * rest * d2 + y2
+        root_air, root_water = m.sqrt(air), m.sqrt(water)
+        error = share / root_air - n * rest / root_water
+        slope = h2 / (air * root_air) + n * y2 / (water * root_water)
+        share = m.clamp(share - error / slope, least, 1.0)
+    return height * (1.0 - share) / share
 
 
 @functools.lru_cache(maxsize=64)

@@ -1,0 +1,122 @@
+"""Node groups of views from the air: rays bent at the surface, and where things seem to lie.
+
+EEVEE draws straight rays. So that a thing under water shows where refraction puts it, its vertices
+are moved straight up, to the line on which the bent ray reaches the camera. The pixel then works
+out from that line where the ray went in the water: on such a line, distances beyond the surface are
+those of the bent ray over the index.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import bpy
+
+from ..uw_spectral.surface.refraction import apparent_depth, seen_from_air
+from ..uw_spectral.transfer.above_water import leaving_share
+from ..uw_spectral.transfer.radiance_field import surface_normal
+from .node_mathematics import NODES, Graph, NodeValue, new_group
+from .realtime_rays import (
+    DIRECTION,
+    DISTANCE,
+    ORIGIN,
+    PLACE,
+    drawn_place,
+    eye_place,
+    straight_direction,
+    straight_distance,
+)
+from .realtime_values import (
+    CAMERA,
+    IN_AIR,
+    RAY_INDEX,
+    WAVES_HALF_CELL,
+    WAVES_PER_METRE,
+)
+from .realtime_waves import SLOPE, WaveImages, sample
+
+NAME = "UW Rays"
+APPARENT_NAME = "UW Apparent Place"
+MIRRORED_SKY, REFLECTANCE, LEAVING, DRY = "Mirrored", "Reflectance", "Leaving", "Dry"
+LOWEST = 1e-3
+"""Height in m, and downward share of a direction, that count as the least."""
+
+
+def build(values: bpy.types.ShaderNodeTree, images: WaveImages | None) -> bpy.types.ShaderNodeTree:
+    """Build the group of a pixel's ray.
+
+    Outputs: direction, origin, distance and place of its part in the water, as of
+    :mod:`.realtime_rays`; the direction in which it is mirrored, or goes on into the sky;
+    reflectance of the surface, and what is left of radiance from below; whether the shaded
+    point lies in the air; slopes of the surface. Without a camera in the air the ray is straight.
+    """
+    tree = new_group(NAME)
+    graph = Graph(tree)
+    number = _numbers(graph, values)
+    in_air, n = number(IN_AIR), number(RAY_INDEX)
+    v, eye, drawn = straight_direction(graph), eye_place(graph), drawn_place(graph)
+    straight = straight_distance(graph)
+    height = NODES.maximum(eye[2], LOWEST)
+    to_surface = height / NODES.maximum(-v[2], LOWEST)
+    sx, sy = (e + along * to_surface for e, along in zip(eye[:2], v[:2], strict=True))
+    level = (0.0, 0.0, 1.0)
+    _, at_rest, _ = seen_from_air(v, level, n, NODES)
+    slopes, normal = None, level
+    if images is not None:
+        place = number(WAVES_PER_METRE), number(WAVES_HALF_CELL)
+        slopes, _ = sample(graph, images.slopes, sx, sy, *place)
+        normal = surface_normal(*graph.components(slopes)[:2], NODES)
+    R, bent, mirrored = seen_from_air(v, normal, n, NODES)
+    up = NODES.less(0.0, v[2])
+    # A ray into the sky has none in the water; straight down is as good as any.
+    bent = [NODES.select(up, a, b) for a, b in zip((0.0, 0.0, -1.0), bent, strict=True)]
+    depth = -at_rest[2] * n * NODES.maximum(straight - to_surface, 0.0)
+    dry = in_air * NODES.less(0.0, drawn[2])
+
+    def pick(air: tuple, water: tuple) -> NodeValue:
+        parts = (NODES.select(in_air, a, b) for a, b in zip(air, water, strict=True))
+        return graph.vector(*parts)
+
+    sky = (NODES.select(up, a, b) for a, b in zip(v, mirrored, strict=True))
+    found = {
+        DIRECTION: pick(bent, v),
+        ORIGIN: pick((sx, sy, 0.0), eye),
+        DISTANCE: NODES.select(in_air, depth / NODES.maximum(-bent[2], LOWEST), straight),
+        PLACE: pick((*drawn[:2], -depth), drawn),
+        MIRRORED_SKY: graph.vector(*sky),
+        REFLECTANCE: in_air * NODES.select(up, 1.0, R),
+        LEAVING: NODES.select(in_air, (1.0 - up) * leaving_share(R, n), 1.0),
+        DRY: dry,
+    }
+    if slopes is not None:
+        found[SLOPE] = slopes
+    for name, value in found.items():
+        kind = "NodeSocketFloat" if value.size == 1 else "NodeSocketVector"
+        tree.interface.new_socket(name, in_out="OUTPUT", socket_type=kind)
+    end = graph.node("NodeGroupOutput").inputs
+    for name, value in found.items():
+        graph.assign(value, end[name])
+    return tree
+
+
+def build_apparent(values: bpy.types.ShaderNodeTree) -> bpy.types.ShaderNodeTree:
+    """Build the group that moves a vertex to where it seems to lie; output: the way it goes.
+
+    The surface counts as flat.
+    """
+    tree = new_group(APPARENT_NAME)
+    graph = Graph(tree)
+    number = _numbers(graph, values)
+    x, y, z = drawn_place(graph)
+    cx, cy, cz = (number(name) for name in CAMERA)
+    dx, dy, depth = x - cx, y - cy, NODES.maximum(-z, LOWEST)
+    distance, height = NODES.sqrt(dx * dx + dy * dy), NODES.maximum(cz, LOWEST)
+    seeming = apparent_depth(distance, depth, height, number(RAY_INDEX), NODES)
+    moved = number(IN_AIR) * NODES.less(z, -LOWEST) * (depth - seeming)
+    tree.interface.new_socket("Displacement", in_out="OUTPUT", socket_type="NodeSocketVector")
+    graph.assign(graph.vector(0.0, 0.0, moved), graph.node("NodeGroupOutput").inputs[0])
+    return tree
+
+
+def _numbers(graph: Graph, values: bpy.types.ShaderNodeTree) -> Callable[[str], NodeValue]:
+    return lambda name: graph.term(graph.shared(values)[name])

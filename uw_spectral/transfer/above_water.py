@@ -1,0 +1,181 @@
+"""The water seen from above, and things in the air over it.
+
+A camera in air that looks down sees the sky mirrored by the surface, and through it the light
+that comes up: the radiance just below it along the refracted ray, of which the surface lets
+1 - R pass and which loses the factor n² that it has in the water.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..mathematics import NUMPY, Mathematics, Operand
+from .radiance_field import Ripples
+from .rough_surface import beam_reflectance
+from .water_column import WaterColumn
+
+_LOWEST_VIEW = 0.25  # downward component of a view for which the sun is turned
+_MOST_TURN = 3.0  # factor on the sun's cosine, close to where a thing turns away from it
+
+
+def leaving_share(reflectance: Operand, relative_index: Operand) -> Operand:
+    """Share (1 - R)/n² of the radiance below the surface that is left above it.
+
+    Examples
+    --------
+    >>> round(leaving_share(0.02, 1.34), 3)
+    0.546
+    """
+    return (1.0 - reflectance) / (relative_index * relative_index)
+
+
+@dataclass(frozen=True, eq=False)
+class LightInAir:
+    """Sun and sky above the water.
+
+    Attributes
+    ----------
+    sun : array, shape (n,)
+        Irradiance on a plane across the sunlight.
+    sky : array, shape (n,)
+        Irradiance of the sky on a level plane.
+    mirrored : float
+        Share of the sky's irradiance that the water sends back up.
+    """
+
+    sun: Operand
+    sky: Operand
+    mirrored: Operand
+
+    def reflected(
+        self,
+        sun_response: Operand,
+        albedo: Operand,
+        turned: Operand,
+        up: Operand,
+    ) -> Operand:
+        """Radiance that a patch reflects.
+
+        Parameters
+        ----------
+        sun_response : float or array
+            Its radiance per normal irradiance of a sun in another direction, shadows included.
+        albedo : float or array
+            Its Lambertian reflectance.
+        turned : float or array
+            Of :func:`turned_sun`, from there to the sun in air.
+        up : float or array
+            Upward component of its normal.
+        """
+        above, below = 0.5 + 0.5 * up, 0.5 - 0.5 * up
+        diffuse = (above + below * self.mirrored) * self.sky
+        return sun_response * turned * self.sun + albedo / math.pi * diffuse
+
+
+def light_in_air(column: WaterColumn) -> LightInAir:
+    """Return the light above the water of a column.
+
+    Examples
+    --------
+    >>> from ..spectra.bands import Bands
+    >>> column = WaterColumn(Bands.uniform(1), 0.05, 0.1, 0.9788, 1.0, (0, 0, -1), 0.1,
+    ...                      math.inf, 0.0, "flat", 1.34)
+    >>> light = light_in_air(column)
+    >>> light.sun.round(3), light.sky.round(3), round(light.mirrored, 3)
+    (array([1.]), array([0.314]), 0.068)
+    """
+    sky, n, high = column.skylight, column.refractive_index, -float(column.skylight.sun[2])
+    lets_in, mirrored = 1.0, 0.0
+    if column.reflects:
+        lets_in = 1.0 - float(beam_reflectance(high, n, column.roughness))
+        mirrored = 1.0 - sky.transmittance(n, column.roughness)
+    sun: NDArray[np.float64] = column.sun_irradiance / (lets_in * max(high, 1e-3))
+    return LightInAir(sun, math.pi * column.sky_radiance, mirrored)
+
+
+def turned_sun(cosine: Operand, other: Operand, m: Mathematics = NUMPY) -> Operand:
+    """Factor on the light of a sun whose cosine on a patch is ``other`` but should be ``cosine``.
+
+    Examples
+    --------
+    >>> float(turned_sun(0.8, 0.5))
+    1.6
+    """
+    return m.minimum(m.maximum(cosine, 0.0) / m.maximum(other, 1e-3), _MOST_TURN)
+
+
+def glitter_from_above(
+    sun_irradiance: Operand,
+    mirrored: Sequence[Operand],
+    reflectance: Operand,
+    ripples: Ripples,
+    relative_index: Operand,
+    sun_disc2: float,
+    m: Mathematics = NUMPY,
+) -> Operand:
+    """Radiance of the sun's image on the waves, seen from the air.
+
+    As :func:`.sun_glitter` is from below: the finer waves spread a mirrored ray by twice the angle
+    of a facet, a refracted one by n - 1 of it.
+
+    Parameters
+    ----------
+    sun_irradiance : float or array
+        Across the sunlight, in air.
+    mirrored : three floats or arrays
+        Of :func:`.seen_from_air`.
+    reflectance : float or array
+        Of the surface there.
+    ripples : Ripples
+        The surface there, with the direction that sunlight travels to in air.
+    relative_index : float
+        Of the water against air.
+    sun_disc2 : float
+        Mean squared angle of the sun's disc, rad².
+    m : Mathematics
+        Elementary functions.
+    """
+    turn = 2.0 / (relative_index - 1.0)
+    width2 = (ripples.glitter_width - sun_disc2) * turn * turn + sun_disc2
+    sun = ripples.sun
+    assert sun is not None, "the sun in air is known"
+    x, y, z = (a + b for a, b in zip(mirrored, sun, strict=True))
+    image = m.exp(-m.minimum((x * x + y * y + z * z) / width2, 80.0)) / (math.pi * width2)
+    return reflectance * image * sun_irradiance * ripples.glitter
+
+
+def flattened_sun(
+    sun: Sequence[float], towards: Sequence[float], relative_index: float
+) -> NDArray[np.float64]:
+    """Direction of the sun for things that are drawn where they seem to lie from the air.
+
+    Shadows of things that seem to lie k times as deep fall right if the sun comes down k times as
+    far. That is exact on the camera's axis, where k is taken.
+
+    Parameters
+    ----------
+    sun : sequence of 3
+        Unit direction that the light travels to in the water.
+    towards : sequence of 3
+        Unit direction to where the camera looks.
+    relative_index : float
+        Of the water against air.
+
+    Returns
+    -------
+    array, shape (3,)
+
+    Examples
+    --------
+    >>> flattened_sun((0.0, 0.6, -0.8), (0.0, 0.0, -1.0), 4 / 3).round(3).tolist()
+    [0.0, 0.707, -0.707]
+    """
+    down = float(np.clip(-towards[2], _LOWEST_VIEW, 1.0))
+    inside = math.sqrt(1.0 - (1.0 - down * down) / relative_index**2)
+    flattened = np.array([sun[0], sun[1], sun[2] * down / (relative_index * inside)])
+    return flattened / np.linalg.norm(flattened)
