@@ -12,6 +12,9 @@ import numpy as np
 DEPTH = 5.0
 GREY, BLACK = (0.5, 0.5, 0.5), (0.0, 0.0, 0.0)
 NEAR, FAR = "Near", "Far"
+BEFORE = 0.02
+"""Metres of water before the near camera."""
+_ANGLE = 0.5  # degrees: in strongly absorbing bands a few degrees up are brighter already
 _COLUMNS, _ROWS = 8, 6
 _FILLED = 0.7  # of a cell
 
@@ -73,28 +76,30 @@ def camera(
     return item
 
 
-def targets(path: Path, ranges: Iterable[float], size: tuple[int, int] = (96, 72)) -> list[str]:
-    """Write a scene of black and grey squares, a pair at each range, seen in a narrow angle.
+def targets(path: Path, ranges: Iterable[float], size: tuple[int, int] = (96, 72)) -> str:
+    """Write a scene of black and grey squares, a pair at each range, all but level.
 
-    Returns the names of the squares, black ones first of each pair.
+    The nearest lie in the outer rows. Another camera is :data:`BEFORE` the middle grey one.
+    Returns the name of that square.
     """
     scene = empty_scene(size)
-    angle = 8.0
-    seen = camera(FAR, (0.0, 0.0, -DEPTH), angle)
-    material, names = paint(), []
-    tangent = math.tan(math.radians(angle) / 2)
+    seen = camera(FAR, (0.0, 0.0, -DEPTH), _ANGLE)
+    material, distances = paint(), list(ranges)
+    rows = sorted(range(_ROWS), key=lambda row: -abs(row + 0.5 - _ROWS / 2))
+    tangent = math.tan(math.radians(_ANGLE) / 2)
+    middle = f"grey {len(distances) // 2:02d}"
     cell = 2 * tangent / _COLUMNS
-    for number, z in enumerate(ranges):
+    for number, z in enumerate(distances):
         for place, (kind, colour) in enumerate((("black", BLACK), ("grey", GREY))):
             index = 2 * number + place
             across = (index % _COLUMNS + 0.5) * cell - tangent
-            up = (index // _COLUMNS + 0.5 - _ROWS / 2) * cell
+            up = (rows[index // _COLUMNS] + 0.5 - _ROWS / 2) * cell
             ray = np.array([across, 1.0, up])
-            names.append(f"{kind} {number:02d}")
+            name = f"{kind} {number:02d}"
             at = ray / np.linalg.norm(ray) * z + (0.0, 0.0, -DEPTH)
-            square(names[-1], at.tolist(), _FILLED * cell * z, colour, material)
-    scene.camera = seen
-    camera(NEAR, (0.0, 0.0, -DEPTH), angle)
+            square(name, at.tolist(), _FILLED * cell * z, colour, material)
+            if name == middle:
+                camera(NEAR, (at - (0.0, BEFORE, 0.0)).tolist(), _ANGLE)
     scene.camera = seen
     bpy.ops.wm.save_as_mainfile(filepath=str(path))
-    return names
+    return middle

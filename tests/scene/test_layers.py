@@ -11,7 +11,17 @@ import pytest
 from mathutils import Vector
 from underwater_spectral.datasets import cryptomatte
 from underwater_spectral.datasets.layer_file import read_layers
-from underwater_spectral.scene import batch, cameras, manifest, planning, settings
+from underwater_spectral.scene import (
+    batch,
+    cameras,
+    eevee_engine,
+    layer_passes,
+    manifest,
+    planning,
+    render_plan,
+    settings,
+    water_body,
+)
 from underwater_spectral.tests.scene import scenes
 from underwater_spectral.uw_spectral.errors import InputError
 from underwater_spectral.uw_spectral.spectra.spectral_image import read_exr
@@ -19,6 +29,7 @@ from underwater_spectral.uw_spectral.spectra.spectral_image import read_exr
 SIZE = (40, 24)
 RANGE, MOVED = 3.0, 0.1  # m from the camera; a frame
 PLAIN = ["--bands", "3", "--no-diffuse-shadows", "--no-scene-floor", "--water", "jerlov:IB"]
+PLAIN += ["--sun-azimuth", "90"]  # on the squares
 EEVEE = ["--engine", "eevee", "--field", "closed-form", "--samples", "4"]
 
 
@@ -142,9 +153,7 @@ def test_places_are_those_of_the_things(engine, request, blend):
     np.testing.assert_allclose(frame["planar_depth"][seen], RANGE, rtol=1e-3)
     distance = np.linalg.norm(place - np.array(Vector((0, 0, -5.0))), axis=-1)
     np.testing.assert_allclose(frame["range"][seen], distance[seen], rtol=1e-3)
-    np.testing.assert_allclose(
-        frame["normal"][_inside(frame, "grey")], np.array([[0, -1, 0]] * 1), atol=1e-3
-    )
+    assert np.abs(frame["normal"][_inside(frame, "grey")] - (0.0, -1.0, 0.0)).max() < 1e-3
     moved = frame["motion"][_inside(frame, "black")]
     pixels = K[0, 0] * MOVED / RANGE
     np.testing.assert_allclose(moved[:, [0, 2]], -pixels, rtol=0.02)
@@ -161,14 +170,15 @@ def test_numbers_and_cryptomatte_name_the_things(engine, request):
         share = cryptomatte.coverage(ranks, known[name])
         assert share[_inside(frame, name)].min() > 0.999
         assert (np.argwhere(share > 0.5)[:, 1].mean() < SIZE[0] / 2) == left
-        # A square of 1.2 m.
-        assert share.sum() == pytest.approx((1.2 * SIZE[0] / 0.72 / RANGE / 2) ** 2, rel=0.15)
+        # A square of 1.2 m, of which the picture cuts 0.22 m.
+        per_metre = SIZE[0] / 0.72 / RANGE
+        assert share.sum() == pytest.approx(1.2 * 0.98 * per_metre**2, rel=0.03)
 
 
 def test_cycles_tells_direct_light_from_the_rest(cycles, eevee):
     (frame, truth), (other, _) = cycles, eevee
     I, D, B, F = (frame.bands(name).astype(float) for name in "IDBF")  # noqa: E741
-    np.testing.assert_allclose(D + B + F, I, rtol=1e-4, atol=1e-6)
+    np.testing.assert_allclose(D + B + F, I, rtol=2e-3)
     grey, c = _inside(frame, "grey"), np.array(truth["bands"]["c"])
     J, E = frame.bands("J")[grey], other.bands("J")[grey]
     np.testing.assert_allclose(J.mean(axis=0), E.mean(axis=0), rtol=0.05)
@@ -185,10 +195,48 @@ def test_the_real_time_picture_comes_apart_alike(blend, tmp_path, eevee):
     assert np.percentile(error, 95) < 1e-2
     for name in "IJDBF":
         reference = eevee[0][name]
-        np.testing.assert_allclose(frame[name], reference, atol=0.01 * reference.mean())
+        np.testing.assert_allclose(frame[name], reference, rtol=3e-3, atol=0.01 * reference.mean())
     picture = read_exr(tmp_path / "0002.exr")[0]
     developed = frame["I"] @ np.array(truth["sensor"]["to_linear_rec709"]).T
     np.testing.assert_allclose(developed, picture, atol=0.005 * picture.mean())
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"surface": "waves", "diffuse_shadows": False},
+        {"surface": "flat", "floor_depth": 30.0},
+        {"field": "closed-form", "inelastic": "raman"},
+    ],
+    ids=str,
+)
+def test_every_kind_of_water_has_its_outputs(changes):
+    scene = scenes.varied_scene()
+    values = {"layers": "all", "bands": 4, "wave_resolution": 16, **changes}
+    plan = render_plan.make_plan(settings.SceneSettings(**values))
+    extent = water_body.WaterExtent(50.0, 40.0)
+    with eevee_engine.eevee_bands(scene, scene.camera, plan, extent, 5.0):
+        for name in ("UW Surface of Bands", "UW Background of Bands"):
+            nodes = bpy.data.node_groups[name].nodes
+            found = {n.aov_name: n for n in nodes if n.bl_idname == "ShaderNodeOutputAOV"}
+            light = {"J", "D", "B_water", "B_single", "B_lamps", "F"}
+            fed = {n for n in found if found[n].inputs["Color"].is_linked}
+            assert {f"uw_{layer}" for layer in light} <= fed
+            of_surfaces = {"uw_E", "uw_albedo", "uw_reflectance", "uw_numbers"}
+            assert of_surfaces <= set(found)
+            assert (of_surfaces <= fed) == name.startswith("UW Surface")
+    assert not list(scene.view_layers[0].aovs)
+
+
+def test_passes_are_switched_off_again():
+    layer = bpy.context.view_layer
+    own = layer.aovs.add()
+    own.name = "mine"
+    with layer_passes.switched_on(layer, ["use_pass_normal"], ["uw_D"]):
+        assert layer.use_pass_normal
+        assert [item.name for item in layer.aovs] == ["mine", "uw_D"]
+    assert not layer.use_pass_normal
+    assert [item.name for item in layer.aovs] == ["mine"]
 
 
 def _planned(blend, tmp_path, layers):

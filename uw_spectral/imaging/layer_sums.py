@@ -12,7 +12,7 @@ from .layers import BACKSCATTER
 Array = NDArray[np.float64]
 
 _DARKEST = 1e-12
-_FARTHEST = 1e-5  # share of light that is left
+_FARTHEST = 1e-3  # share of light that is left
 
 
 def drawn_for(names: Iterable[str]) -> frozenset[str]:

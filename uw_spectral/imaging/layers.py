@@ -62,7 +62,10 @@ LAYERS = (
     Layer("B_multiple", "the rest of the backscatter of sun and sky"),
     Layer("B_lamps", "backscatter of lamps, and lamps that are seen themselves"),
     Layer("F", "forward-scattered: light of the surroundings, blurred over what is seen"),
-    Layer("T", "transmittance: exp(-c z) in a band, D / J of a sensor's channel", "share", "1"),
+    Layer(
+        "T", "transmittance: exp(-c z) in a band, D / J of a sensor's channel", "share", "1",
+        whole=True,
+    ),
     Layer("E", "illumination: irradiance on the surface that is seen", "irradiance"),
     Layer("albedo", "base colour, linear Rec.709, and its reflectance in bands", "share", "1"),
     Layer("caustics", "factor of the waves on the unscattered sun", "map", "1"),
