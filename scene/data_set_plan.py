@@ -10,7 +10,7 @@ from typing import Any
 import bpy
 
 from ..datasets.enumeration import PlannedView, enumerate_views, unfinished
-from ..datasets.exporting import NEEDED
+from ..datasets.exporting import needed_layers
 from ..datasets.grouping import ViewJob, group_views
 from ..datasets.index import (
     NAME,
@@ -95,7 +95,7 @@ def plan_data_set(
         seeded=engine.seeded,
         taken=earlier.jobs if earlier else (),
     )
-    layers = ",".join(dict.fromkeys((*NEEDED, *spec.outputs.layers)))
+    layers = ",".join(needed_layers(spec))
     for item in new:
         manifest = _plan_one(scene, item, settings_now, job, held, layers)
         job_files.require_all(manifest.files)
