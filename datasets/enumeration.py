@@ -98,12 +98,13 @@ def enumerate_views(spec: DataSetSpec, scene: Surroundings | None = None) -> lis
     ----------
     spec : DataSetSpec
     scene : Surroundings, optional
-        For random poses that must fit into it.
+        For poses that must fit into it.
 
     Raises
     ------
     InputError
-        If there are too many, a camera is not in the water, or no random pose fits.
+        If there are too many, a camera is not in the water or inside a thing, or no random pose
+        fits.
     """
     poses = list(_poses(spec, scene))
     choices = [quantity.values for quantity in spec.settings.values()]
@@ -150,7 +151,14 @@ def _poses(spec: DataSetSpec, scene: Surroundings | None) -> Iterator[tuple[str,
             for number in range(pose_set.count):
                 yield pose_set.name, pose_set.pose(spec.seed, number, camera, scene)
         else:
-            for pose in pose_set.poses():
+            for number, pose in enumerate(pose_set.poses()):
+                if scene is not None and scene.clearance(pose[:3, 3]) < 0:
+                    x, y, z = pose[:3, 3]
+                    raise InputError(
+                        f"{pose_set.name}: camera {number}, at ({x:g}, {y:g}, {z:g}), is inside a "
+                        "thing or below the ground; move the poses, or hide what is around all of "
+                        "them in the viewport"
+                    )
                 yield pose_set.name, pose
 
 

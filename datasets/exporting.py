@@ -39,7 +39,6 @@ from .specification import DataSetSpec
 from .view import SPLITS, Instance, View
 
 IMAGE, INSTANCE = "I", "instance"
-NEEDED = (IMAGE, RANGE, PLANAR, INSTANCE)
 """Layers that are read."""
 
 
@@ -64,6 +63,12 @@ class Rendered:
 
 Silhouettes = Callable[[IndexedView, Sequence[str]], Mapping[str, NDArray[np.bool_]]]
 """Returns where things of these names would be seen if nothing hid them."""
+
+
+def needed_layers(spec: DataSetSpec) -> tuple[str, ...]:
+    """Return the layers that have to be rendered: what is wanted, and what files are made of."""
+    of_raw = (IMAGE,) if spec.raw is not None else ()
+    return tuple(dict.fromkeys((RANGE, PLANAR, INSTANCE, *of_raw, *spec.outputs.layers)))
 
 
 def export_set(

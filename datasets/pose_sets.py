@@ -155,7 +155,7 @@ class RandomPoses:
             f"{self.name}: of {_TRIES} cameras none fits: {inside} are inside things or nearer "
             f"than clearance = {self.clearance:g} m, {hidden} have less than in_view = "
             f"{self.in_view:g} of things in view; change the box from {self.low} to {self.high}, "
-            "its targets, or the constraints"
+            "its targets, or the constraints, or hide what is around all of them in the viewport"
         )
 
 

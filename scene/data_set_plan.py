@@ -10,7 +10,7 @@ from typing import Any
 import bpy
 
 from ..datasets.enumeration import PlannedView, enumerate_views, unfinished
-from ..datasets.exporting import NEEDED
+from ..datasets.exporting import needed_layers
 from ..datasets.grouping import ViewJob, group_views
 from ..datasets.index import (
     NAME,
@@ -21,7 +21,6 @@ from ..datasets.index import (
     read_index,
     write_index,
 )
-from ..datasets.pose_sets import RandomPoses
 from ..datasets.specification import DataSetSpec
 from ..uw_spectral.errors import InputError
 from . import job_files
@@ -81,7 +80,7 @@ def plan_data_set(
     held = scene.frame_current if spec.frame is None else spec.frame
     engine = engine_of(job.engine, job.mode)
     _check(spec, seeded=engine.seeded)
-    views = enumerate_views(spec, _room(scene, spec, held))
+    views = enumerate_views(spec, _room(scene, held))
     make_folder(job.out)
     path = job.out / NAME
     rendered = _rendered(job, settings_now(), held)
@@ -96,7 +95,7 @@ def plan_data_set(
         seeded=engine.seeded,
         taken=earlier.jobs if earlier else (),
     )
-    layers = ",".join(dict.fromkeys((*NEEDED, *spec.outputs.layers)))
+    layers = ",".join(needed_layers(spec))
     for item in new:
         manifest = _plan_one(scene, item, settings_now, job, held, layers)
         job_files.require_all(manifest.files)
@@ -132,9 +131,7 @@ def _check(spec: DataSetSpec, *, seeded: bool) -> None:
         )
 
 
-def _room(scene: bpy.types.Scene, spec: DataSetSpec, held: int) -> Room | None:
-    if not any(isinstance(item, RandomPoses) and item.needs_scene for item in spec.poses):
-        return None
+def _room(scene: bpy.types.Scene, held: int) -> Room:
     scene.frame_set(held)
     return Room(bpy.context.evaluated_depsgraph_get())
 

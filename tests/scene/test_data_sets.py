@@ -492,6 +492,14 @@ count = 2
     assert "change the box" in error
 
 
+def test_an_orbit_into_the_ground_says_so(tmp_path, capsys):
+    _discs(tmp_path / "discs.blend")
+    text = SPEC.replace("target = [0, 0, -3]", "target = [0, 0, -7]")
+    (tmp_path / "spec.toml").write_text(text)
+    assert _run("--dataset", tmp_path / "spec.toml", "--out", tmp_path / "out") == 2
+    assert "around: camera 0, at (-0.47" in capsys.readouterr().err
+
+
 def test_a_full_disk_says_how_much_is_needed(tmp_path, capsys, monkeypatch):
     _discs(tmp_path / "discs.blend")
     (tmp_path / "spec.toml").write_text(SPEC)
