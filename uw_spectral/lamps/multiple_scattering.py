@@ -157,7 +157,7 @@ def lamp_light(
     >>> lamp = Lamp((0.5, 0.0, 4.0), (0.0, 0.0, -1.0), np.array([1.0]))
     >>> ray = ray_past_lamp(lamp, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), 50.0)
     >>> [float(L[0].round(4)) for L in lamp_light(lamp, ray, water)]
-    [0.0451, 0.0277]
+    [0.0451, 0.0266]
     """
     part = lit_part(lamp, ray, m)
 
