@@ -41,7 +41,9 @@ from .lamp_path import NODES, Quadrature, gauss_sum, lit_part, path_node
 MORE_NODES, BEYOND_NODES = 16, 8
 """Of the integral up to the end of a path, and beyond."""
 _REACH = 8.0  # of scattered light, in decay lengths
-_MOST_BLURRED = 1e3  # path to the camera over that to the lamp
+# Path to the camera over that to the lamp. A place that is displaced by more than its distance
+# from the lamp is mostly farther away, not on another side.
+_MOST_BLURRED = 2.0
 
 
 @dataclass(frozen=True, eq=False)
