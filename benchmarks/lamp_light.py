@@ -235,8 +235,9 @@ is scattered on the way by the same moments (Wells). No number is fitted. Here i
 {options.cases} random cases, {options.photons} photons each, traced back from the camera: lamps
 without a cone, with the measured profile of an ROV's lamp, and with a cone of 60°; 0.1/c to 6/c
 away (beside the camera 0.03/c to 3/c); HG 0.8 to 0.924 or particles with 1 to 10 % molecules;
-albedos {", ".join(map(str, _ALBEDOS))}. Counted is what the photons know within {100 * _NOISE:g} %, a
-standard error that is in the errors below, {100 * noise:.1f} % in the median: {len(rows)} of
+albedos {", ".join(map(str, _ALBEDOS))}. Counted is what the photons know within
+{100 * _NOISE:g} %, a standard error that is in the errors below ({100 * noise:.1f} % in the
+median): {len(rows)} of
 {options.cases * len(_ALBEDOS)}. Radiance of the water, or irradiance; median / 95 % / worst error:
 
 {photons}

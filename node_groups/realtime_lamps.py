@@ -28,7 +28,7 @@ from ..uw_spectral.lamps.angular_spread import (
 from ..uw_spectral.lamps.lamp import Lamp, lamp_disc, ray_past_lamp
 from ..uw_spectral.lamps.lamp_path import NODES as PATH_NODES
 from ..uw_spectral.lamps.lamp_path import gauss
-from ..uw_spectral.lamps.lamp_surface import patch_past_lamp, surface_irradiance
+from ..uw_spectral.lamps.lamp_surface import carried_forward, patch_past_lamp, surface_irradiance
 from ..uw_spectral.lamps.multiple_scattering import (
     BEYOND_NODES,
     MORE_NODES,
@@ -60,7 +60,7 @@ _OF_LAMP = 2  # rows
 _QUADRATURES = (PATH_NODES, MORE_NODES, BEYOND_NODES)
 _MARGIN = 1
 _PATCHES = ANGLES + 2 * _MARGIN  # first column of the irradiance on patches in a tile
-_TILE = _PATCHES + 1 + TILTS + 2 * _MARGIN
+_TILE = _PATCHES + 2 + TILTS + 2 * _MARGIN
 _SPREAD_ROWS, _PROFILE_ROWS = LENGTHS + 2 * _MARGIN, PROFILE_LENGTHS + 2 * _MARGIN
 _DARKEST = 1e-12
 # m; far beyond the reach of a lamp in water. From some 5 km on EEVEE draws no shadow.
@@ -314,6 +314,17 @@ def build_patch(
         return ((direct + forward) * seen + diffuse,)
 
     return _finished(tree, graph, summed(graph, table.count, of_lamp)[0])
+
+
+def build_carried(
+    components: Sequence[PhaseFunction],
+    image: bpy.types.Image,
+    rays: bpy.types.ShaderNodeTree | None = None,
+) -> bpy.types.ShaderNodeTree:
+    """Build the group of the share of a thing's light that arrives scattered, in three bands."""
+    tree, graph, given = _group(f"{NAME} from Things", components, {}, rays)
+    water = _water(given, components, LampTable(graph, image))
+    return _finished(tree, graph, carried_forward(view_distance(graph), water, NODES))
 
 
 def visibility(

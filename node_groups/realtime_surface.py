@@ -95,6 +95,7 @@ def build(
             realtime_lamps.build_path(
                 shape.components, tables.lamps, ahead=False, rays=tables.rays
             ),
+            realtime_lamps.build_carried(shape.components, tables.lamps, tables.rays),
         )
     picture = functools.partial(_picture, lit=lit)
     triple = build_triple(TRIPLE_NAME, shape, _INPUTS | kinds, picture, tables.rays)
@@ -156,7 +157,7 @@ def _picture(
     graph: Graph,
     values: Values,
     *,
-    lit: tuple[bpy.types.ShaderNodeTree, bpy.types.ShaderNodeTree] | None,
+    lit: tuple[bpy.types.ShaderNodeTree, ...] | None,
 ) -> dict[str, NodeValue]:
     w, P, y = view_direction(graph), view_distance(graph), depth_here(graph)
     y_o, sun = camera_depth_behind(y, w, P), values.sun
@@ -185,10 +186,11 @@ def _picture(
             L_inelastic = base / math.pi * water.inelastic.surface_irradiance(y, nz, NODES) * known
         pixel = water.surface(y_o, y, w, P, L, NODES, L_inelastic=L_inelastic, coverage=covered)
     if lit is not None:
-        on_things, on_way = lit
+        on_things, on_way, from_things = lit
         carried = base / math.pi * known * values.of_group(on_things)
         lamps = values.of_group(on_way) * covered
-        pixel = dataclasses.replace(pixel, lamps=lamps, L_carried=carried)
+        share = values.of_group(from_things)
+        pixel = dataclasses.replace(pixel, lamps=lamps, L_carried=carried, carried_forward=share)
     dry = None
     if values.shape.above:
         dry = values.dry_radiance(response, base, (nx, ny, nz)) * known + glow

@@ -34,12 +34,16 @@ type Array = NDArray[np.float64]
 LENGTHS, ANGLES = 64, 64
 """Rows and columns of the table of deflections."""
 TILTS = 24
-"""Of patches; one more column has the light from about the lamp."""
+"""Of patches; two more columns have the light from about the lamp, and that of things."""
+ABOUT, OF_THINGS = 0.0, 1.0
+"""Those columns."""
 PROFILE_LENGTHS, PROFILE_ANGLES = 32, 64
 SHORTEST, LONGEST = 1e-3, 1e3
 """Of the tables, m; shorter and longer paths are held."""
 ABOUT_LAMP = math.radians(30.0)
 """Within this of the lamp, scattered light has the lamp's shadows."""
+THING = math.radians(10.0)
+"""Within this of its middle, what is around a thing that is seen shines as the thing does."""
 
 _MOMENTS = 400  # of phase functions
 _OF_PROFILE = 80
@@ -73,14 +77,14 @@ def deflection_place(half: Operand, m: Mathematics = NUMPY) -> Operand:
 
 
 def tilt_place(cosine: Operand) -> Operand:
-    """Place of the cosine between a patch's normal and the direction to the lamp.
+    """Column of the cosine between a patch's normal and the direction to the lamp.
 
     Examples
     --------
     >>> tilt_place(-1.0), tilt_place(1.0)
-    (0.0, 23.0)
+    (2.0, 25.0)
     """
-    return (cosine + 1.0) * ((TILTS - 1.0) / 2.0)
+    return OF_THINGS + 1.0 + (cosine + 1.0) * ((TILTS - 1.0) / 2.0)
 
 
 def profile_place(cosine: Operand, m: Mathematics = NUMPY) -> Operand:
@@ -181,17 +185,18 @@ class WaterSpread:
         """Scattered irradiance of an isotropic lamp over that without water, but for absorption.
 
         By the distance (rows). The first column is the light from about the lamp, on a patch
-        that faces it; the others are the rest by tilt.
+        that faces it; the second one the share of a thing's light that is scattered and seen
+        in its place; the others are the rest by tilt.
         """
         lengths = _lengths(LENGTHS)
         shares = self._transferred(lengths, self._blurs(np.arange(_MOMENTS + 1.0)))
         shares = shares * -np.expm1(-lengths[:, None, None] * self.b)
         cosines = np.linspace(-1.0, 1.0, TILTS)
-        whole, about = _received(0.0), _received(math.cos(ABOUT_LAMP))
-        forward = _summed(shares * about[:, None], np.ones(1), _MOMENTS) / (4.0 * math.pi)
-        tilted = _summed(shares * whole[:, None], cosines, _MOMENTS) / (4.0 * math.pi)
-        rest = tilted - forward * np.maximum(cosines, 0.0)[:, None]
-        return Grid(np.maximum(np.concatenate([forward, rest], axis=1), 0.0))
+        ahead = np.ones(1)
+        about = _received(shares, math.cos(ABOUT_LAMP), 1, ahead)
+        seen = _received(shares, math.cos(THING), 0, ahead)
+        rest = _received(shares, 0.0, 1, cosines) - about * np.maximum(cosines, 0.0)[:, None]
+        return Grid(np.maximum(np.concatenate([about, seen, rest], axis=1), 0.0))
 
     def profile(self, profile: Profile) -> Grid:
         """Profile of a lamp as light has it that was scattered on a length (rows).
@@ -254,12 +259,18 @@ def _legendre(highest: int, cosines: Array) -> Array:
     return found
 
 
+def _received(shares: Array, lowest: float, power: int, cosines: Array) -> Array:
+    """Light from around axes, whose cosine from its own is given, by a power of the cosine."""
+    window = _window(lowest, power)[:, None]
+    return _summed(shares * window, cosines, _MOMENTS) / (4.0 * math.pi)
+
+
 @functools.cache
-def _received(lowest: float) -> Array:
-    """Integrals of μ P_l(μ) over the directions above a cosine, sr."""
+def _window(lowest: float, power: int) -> Array:
+    """Integrals of μ to a power times P_l(μ) over the directions above a cosine, sr."""
     places, weights = np.polynomial.legendre.leggauss(_PLACES)
     mu = lowest + (1.0 - lowest) * (places + 1.0) / 2.0
-    return _legendre(_MOMENTS, mu) @ (math.pi * (1.0 - lowest) * weights * mu)
+    return _legendre(_MOMENTS, mu) @ (math.pi * (1.0 - lowest) * weights * mu**power)
 
 
 @functools.lru_cache(maxsize=64)

@@ -15,7 +15,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..mathematics import NUMPY, Mathematics, Operand, dot
 from .angular_spread import (
+    ABOUT,
     LENGTHS,
+    OF_THINGS,
     PROFILE_LENGTHS,
     length_place,
     profile_place,
@@ -78,11 +80,29 @@ def _facing(lamp: Lamp, places: NDArray[np.float64], water: LampWater) -> NDArra
     return np.asarray(sum(surface_irradiance(lamp, patch, water)))
 
 
+def carried_forward(P: Operand, water: LampWater, m: Mathematics = NUMPY) -> Operand:
+    """Share of the light of things that arrives scattered by small angles over the distance P.
+
+    What is lit by lamps has no undisturbed water about it that shines likewise: only what is near
+    it in the picture does.
+
+    Examples
+    --------
+    >>> from ..water.phase import parse_phase
+    >>> from .multiple_scattering import lamp_water
+    >>> water = lamp_water([0.1], [0.4], parse_phase("hg:0.9").for_bands([0.4]))
+    >>> carried_forward(4.0, water).round(2), np.exp(-water.c * 4.0).round(2)
+    (array([0.31]), array([0.14]))
+    """
+    share = water.spread.on_patches.at(OF_THINGS, length_place(P, LENGTHS, m))
+    return share * m.exp(-water.a * P)
+
+
 def _dimmed(
     places: NDArray[np.float64], water: LampWater, camera: Sequence[float]
 ) -> NDArray[np.float64]:
-    away = np.linalg.norm(places - np.array(camera), axis=-1)
-    return np.exp(-(water.c - water.b * water.phase.chi1) * away[:, None])
+    away = np.linalg.norm(places - np.array(camera), axis=-1)[:, None]
+    return np.exp(-water.c * away) + carried_forward(away, water)
 
 
 @dataclass(frozen=True, eq=False)
@@ -169,7 +189,7 @@ def surface_irradiance(
     >>> lamp = Lamp((0.0, 0.0, 2.0), (0.0, 0.0, -1.0), np.array([1.0]))
     >>> patch = patch_past_lamp(lamp, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0))
     >>> [float(E[0].round(4)) for E in surface_irradiance(lamp, patch, water)]
-    [0.092, 0.097, 0.008]
+    [0.092, 0.1012, 0.0063]
     """
     facing = m.maximum(patch.cosine, 0.0)
     direct = lamp.intensity * patch.per_intensity * facing * m.exp(-water.c * patch.r)
@@ -178,6 +198,6 @@ def surface_irradiance(
     row_of_patch = length_place(patch.r, LENGTHS, m)
     arriving = lamp.intensity * _normal(lamp, patch.r) * m.exp(-water.a * patch.r)
     spread = arriving * profile.at(column, row)
-    about = on_patches.at(0.0, row_of_patch) * facing
-    rest = on_patches.at(1.0 + tilt_place(patch.cosine), row_of_patch)
+    about = on_patches.at(ABOUT, row_of_patch) * facing
+    rest = on_patches.at(tilt_place(patch.cosine), row_of_patch)
     return direct, spread * about, spread * rest

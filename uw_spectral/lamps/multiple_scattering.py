@@ -41,7 +41,9 @@ from .lamp_path import NODES, Quadrature, gauss_sum, lit_part, path_node
 MORE_NODES, BEYOND_NODES = 16, 8
 """Of the integral up to the end of a path, and beyond."""
 _REACH = 8.0  # of scattered light, in decay lengths
-_MOST_BLURRED = 1e3  # path to the camera over that to the lamp
+# Path to the camera over that to the lamp. A place that is displaced by more than its distance
+# from the lamp is mostly farther away, not on another side.
+_MOST_BLURRED = 2.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -157,7 +159,7 @@ def lamp_light(
     >>> lamp = Lamp((0.5, 0.0, 4.0), (0.0, 0.0, -1.0), np.array([1.0]))
     >>> ray = ray_past_lamp(lamp, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), 50.0)
     >>> [float(L[0].round(4)) for L in lamp_light(lamp, ray, water)]
-    [0.0451, 0.0277]
+    [0.0451, 0.0266]
     """
     part = lit_part(lamp, ray, m)
 

@@ -68,8 +68,9 @@ class Pixel:
     lamps : float or array
         Light of lamps that the water on the way scatters, share of the pixel included.
     L_carried : float or array
-        Radiance of what is seen in the light of lamps, besides ``L_end``; what surrounds it
-        shines likewise.
+        Radiance of what is seen in the light of lamps, besides ``L_end``.
+    carried_forward : float or array
+        Share of that which arrives scattered forward.
     """
 
     water: PathLight
@@ -84,6 +85,7 @@ class Pixel:
     beyond: Operand = 1.0
     lamps: Operand = 0.0
     L_carried: Operand = 0.0
+    carried_forward: Operand = 0.0
 
     @functools.cached_property
     def transmittance(self) -> Operand:
@@ -105,7 +107,7 @@ class Pixel:
         """Light of the surroundings, blurred over what is seen by scattering at small angles."""
         share = forward_scattered_share(self.water, self.P, self.m)
         around = self.L_beyond * self.coverage * self.beyond + self.L_end * (1.0 - self.beyond)
-        return share * (around + self.L_carried)
+        return share * around + self.carried_forward * self.L_carried
 
     @functools.cached_property
     def single_scattering(self) -> Operand:

@@ -7,6 +7,7 @@ import math
 import numpy as np
 import pytest
 from underwater_spectral.uw_spectral.lamps.angular_spread import (
+    ABOUT,
     ABOUT_LAMP,
     ANGLES,
     LENGTHS,
@@ -94,15 +95,15 @@ def test_patches_of_all_tilts_get_all_that_is_scattered(phase):
     cosine = _PLACES[:, None]
     for r in (0.2, 3.0):
         row = np.full((1,), length_place(r, LENGTHS))
-        about = grid.at(np.zeros(1), row) * np.maximum(cosine, 0)
-        found = about + grid.at(1.0 + tilt_place(cosine), row)
+        about = grid.at(np.full(1, ABOUT), row) * np.maximum(cosine, 0)
+        found = about + grid.at(tilt_place(cosine), row)
         mean = (found * _WEIGHTS[:, None]).sum(axis=0) / 2
         assert mean == pytest.approx((1 - np.exp(-B * r)) / 4, rel=0.02)
 
 
 def test_most_light_comes_from_about_the_lamp():
     grid, row = WaterSpread(B, SEA).on_patches, np.full((1,), length_place(2.0, LENGTHS))
-    about, rest = grid.at(np.zeros(1), row), grid.at(np.full(1, 1.0 + tilt_place(1.0)), row)
+    about, rest = grid.at(np.full(1, ABOUT), row), grid.at(np.full(1, tilt_place(1.0)), row)
     assert math.degrees(ABOUT_LAMP) == pytest.approx(30)
     assert np.all(about > 5 * rest)
 
