@@ -8,15 +8,33 @@ from .scene import stored_settings
 from .ui import (
     command,
     handlers,
+    help_pages,
     live_updates,
     operators,
     panels,
+    preferences,
     presets,
     previews,
     property_group,
+    sections,
+    sun_handle,
+    translations,
 )
 
-_MODULES = (property_group, previews, operators, presets, panels, handlers, command)
+_MODULES = (
+    preferences,
+    property_group,
+    previews,
+    operators,
+    sections,
+    sun_handle,
+    presets,
+    panels,
+    handlers,
+    command,
+    translations,
+    help_pages,
+)
 
 
 def register() -> None:

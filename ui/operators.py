@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Generator
 from dataclasses import replace
 from pathlib import Path
@@ -19,7 +20,7 @@ from ..scene.session import is_live
 from ..uw_spectral.errors import InputError
 from ..uw_spectral.spectra import sensor as sensors
 from ..uw_spectral.water import measured
-from . import example_scenes, migration, property_group
+from . import example_scenes, migration, preferences, property_group
 
 _DEFAULT_DEPTH = 5.0
 _START_DEPTH = 3.0
@@ -98,6 +99,9 @@ class AddWater(_Operator):
         if first:
             context.view_layer.update()
             first_settings.start(context.scene, self.depth if self.submerge else None)
+            chosen, panel = preferences.stored(), getattr(context.scene, property_group.PROPERTY)
+            if chosen is not None:
+                panel.output, panel.quality = chosen.folder, chosen.quality
         self.tell(live.add(context.scene))
         migration.stamp(context.scene)
         problem = live.problem(context.scene)
@@ -355,6 +359,19 @@ class Auto(_Operator):
             self.report({"INFO"}, line)
 
 
+def time_left(seconds: float, done: int, left: int) -> str:
+    """Say how long a render will still take, by the mean time of its passes.
+
+    Examples
+    --------
+    >>> time_left(30.0, 3, 14)
+    '0:02:20 left'
+    """
+    minutes, rest = divmod(round(seconds / max(done, 1) * left), 60)
+    hours, minutes = divmod(minutes, 60)
+    return f"{hours:d}:{minutes:02d}:{rest:02d} left"
+
+
 class Render(bpy.types.Operator):
     """Renders into the output folder, pass by pass."""
 
@@ -374,6 +391,8 @@ class Render(bpy.types.Operator):
 
     _steps: Generator
     _timer: bpy.types.Timer
+    _began: float
+    _done: int
 
     @override
     def execute(self, context: bpy.types.Context) -> set[str]:
@@ -388,6 +407,7 @@ class Render(bpy.types.Operator):
     @override
     def invoke(self, context: bpy.types.Context, _: bpy.types.Event) -> set[str]:
         self._steps = self._passes(context)
+        self._began, self._done = time.monotonic(), 0
         manager = context.window_manager
         self._timer = manager.event_timer_add(_STEP_SECONDS, window=context.window)
         manager.modal_handler_add(self)
@@ -413,8 +433,11 @@ class Render(bpy.types.Operator):
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}
         context.window_manager.progress_update(step.number / step.total)
+        self._done += 1
+        spent = time.monotonic() - self._began
+        left = time_left(spent, self._done, step.total - step.number)
         context.workspace.status_text_set(
-            f"Underwater: frame {step.frame}, pass {step.number} of {step.total}; Esc stops"
+            f"Underwater: frame {step.frame}, pass {step.number} of {step.total}; {left}; Esc stops"
         )
         return {"RUNNING_MODAL"}
 

@@ -12,7 +12,7 @@ from ..scene import stored_lamps, units
 from ..scene import stored_settings as optics
 from ..scene.session import is_live
 from ..scene.settings import METHODS
-from . import migration, presets, previews, property_group
+from . import migration, preferences, presets, previews, property_group, sections, sun_handle
 
 if TYPE_CHECKING:
     from ..uw_spectral.imaging.water_colour import DominantColour
@@ -56,7 +56,7 @@ def _plot(layout: bpy.types.UILayout, name: str) -> None:
 class _Panel:
     bl_space_type = "VIEW_3D"
     bl_region_type = "UI"
-    bl_category = "Underwater"
+    bl_category = preferences.TAB
 
 
 class MainPanel(_Panel, bpy.types.Panel):
@@ -126,6 +126,7 @@ class WaterPanel(_SubPanel, bpy.types.Panel):
 
     @override
     def draw_header_preset(self, _: bpy.types.Context) -> None:
+        sections.draw_reset(self.layout, "water")
         presets.UNDERWATER_PT_water_presets.draw_panel_header(self.layout)
 
     @override
@@ -184,6 +185,10 @@ class DepthPanel(_SubPanel, bpy.types.Panel):
     bl_label = "Depth and Floor"
 
     @override
+    def draw_header_preset(self, _: bpy.types.Context) -> None:
+        sections.draw_reset(self.layout, "depth")
+
+    @override
     def draw(self, context: bpy.types.Context) -> None:
         from ..scene import live
 
@@ -213,6 +218,10 @@ class WavesPanel(_SubPanel, bpy.types.Panel):
     bl_options = {"DEFAULT_CLOSED"}  # noqa: RUF012 - as Blender wants it
 
     @override
+    def draw_header_preset(self, _: bpy.types.Context) -> None:
+        sections.draw_reset(self.layout, "waves")
+
+    @override
     def draw(self, context: bpy.types.Context) -> None:
         water, column = _water(context), self.column()
         column.prop(water, "surface")
@@ -240,6 +249,10 @@ class SunPanel(_SubPanel, bpy.types.Panel):
     bl_options = {"DEFAULT_CLOSED"}  # noqa: RUF012 - as Blender wants it
 
     @override
+    def draw_header_preset(self, _: bpy.types.Context) -> None:
+        sections.draw_reset(self.layout, "sun")
+
+    @override
     def draw(self, context: bpy.types.Context) -> None:
         water, panel, column = _water(context), _panel(context), self.column()
         column.prop(panel, "light")
@@ -247,6 +260,8 @@ class SunPanel(_SubPanel, bpy.types.Panel):
             column.prop(water, "illuminant", text="Written")
         column.prop(water, "sun_zenith", text="Zenith (°)")
         column.prop(water, "sun_azimuth", text="Azimuth (°)")
+        if not sun_handle.driven(context.scene):
+            column.operator("underwater.add_sun_handle", icon="LIGHT_SUN")
         column.prop(water, "irradiance", text="Given")
         column.prop(water, "sky")
         column.prop(water, "sky_radiance", text="Sky (1/sr)")
@@ -259,6 +274,10 @@ class LampsPanel(_SubPanel, bpy.types.Panel):
     bl_idname = "UNDERWATER_PT_lamps"
     bl_label = "Lamps"
     bl_options = {"DEFAULT_CLOSED"}  # noqa: RUF012 - as Blender wants it
+
+    @override
+    def draw_header_preset(self, _: bpy.types.Context) -> None:
+        sections.draw_reset(self.layout, "lamps")
 
     @override
     def draw(self, context: bpy.types.Context) -> None:
@@ -297,6 +316,7 @@ class SensorPanel(_SubPanel, bpy.types.Panel):
 
     @override
     def draw_header_preset(self, _: bpy.types.Context) -> None:
+        sections.draw_reset(self.layout, "sensor")
         presets.UNDERWATER_PT_camera_presets.draw_panel_header(self.layout)
 
     @override
@@ -327,6 +347,10 @@ class QualityPanel(_SubPanel, bpy.types.Panel):
 
     bl_idname = "UNDERWATER_PT_quality"
     bl_label = "Quality"
+
+    @override
+    def draw_header_preset(self, _: bpy.types.Context) -> None:
+        sections.draw_reset(self.layout, "quality")
 
     @override
     def draw(self, context: bpy.types.Context) -> None:
@@ -442,9 +466,16 @@ CLASSES = (
 )
 
 
-def register() -> None:
-    """Register the panels."""
+def move_to(tab: str) -> None:
+    """Show the panels under another tab of the sidebar."""
+    unregister()
+    register(tab)
+
+
+def register(tab: str | None = None) -> None:
+    """Register the panels, under the tab of the preferences."""
     for cls in CLASSES:
+        cls.bl_category = tab or preferences.tab()
         bpy.utils.register_class(cls)
 
 

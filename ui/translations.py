@@ -1,0 +1,100 @@
+# ruff: noqa: E501
+"""The panel in other languages; the source is English.
+
+Each row: English, German, Spanish, French, Japanese. Units and names of instruments stay.
+"""
+
+from __future__ import annotations
+
+import bpy
+
+LANGUAGES = ("de_DE", "es", "fr_FR", "ja_JP")
+_LABELS = """
+Underwater | Unterwasser | Bajo el agua | Sous l’eau | 水中
+Add Water | Wasser einfüllen | Añadir agua | Ajouter de l’eau | 水を追加
+Remove Water | Wasser entfernen | Quitar el agua | Retirer l’eau | 水を除去
+Refresh Water | Wasser erneuern | Renovar el agua | Actualiser l’eau | 水を更新
+Show the Water | Wasser zeigen | Mostrar el agua | Montrer l’eau | 水を表示
+Submerge Scene | Szene versenken | Sumergir la escena | Immerger la scène | シーンを沈める
+Add Example | Beispiel einfügen | Añadir ejemplo | Ajouter un exemple | 例を追加
+Reef | Riff | Arrecife | Récif | サンゴ礁
+Wreck | Wrack | Pecio | Épave | 沈没船
+Cave | Höhle | Cueva | Grotte | 洞窟
+Pool Test Tank | Versuchsbecken | Tanque de pruebas | Bassin d’essai | 試験水槽
+Looks | Stimmungen | Aspectos | Ambiances | ルック
+Water | Wasser | Agua | Eau | 水
+Depth and Floor | Tiefe und Grund | Profundidad y fondo | Profondeur et fond | 深さと海底
+Surface and Waves | Oberfläche und Wellen | Superficie y olas | Surface et vagues | 水面と波
+Sun and Sky | Sonne und Himmel | Sol y cielo | Soleil et ciel | 太陽と空
+Lamps | Lampen | Lámparas | Lampes | ランプ
+Camera Sensor | Kamerasensor | Sensor de la cámara | Capteur de la caméra | カメラセンサー
+Quality | Qualität | Calidad | Qualité | 品質
+Read-outs | Ablesungen | Lecturas | Relevés | 測定値
+Output | Ausgabe | Salida | Sortie | 出力
+Jerlov type | Jerlov-Typ | Tipo de Jerlov | Type de Jerlov | Jerlov 型
+From constituents | Aus Inhaltsstoffen | Por constituyentes | Par constituants | 成分から
+Chlorophyll (mg/m³) | Chlorophyll (mg/m³) | Clorofila (mg/m³) | Chlorophylle (mg/m³) | クロロフィル (mg/m³)
+Minerals (g/m³) | Minerale (g/m³) | Minerales (g/m³) | Minéraux (g/m³) | 鉱物 (g/m³)
+Source | Quelle | Fuente | Source | 出典
+Scattering × | Streuung × | Dispersión × | Diffusion × | 散乱 ×
+Absorption × | Absorption × | Absorción × | Absorption × | 吸収 ×
+Mix with | Mischen mit | Mezclar con | Mélanger avec | 混合
+Share | Anteil | Proporción | Part | 割合
+Scattering | Streuung | Dispersión | Diffusion | 散乱
+Floor (m) | Grund (m) | Fondo (m) | Fond (m) | 海底 (m)
+Reflectance | Reflexionsgrad | Reflectancia | Réflectance | 反射率
+Surface | Oberfläche | Superficie | Surface | 水面
+Wind (m/s) | Wind (m/s) | Viento (m/s) | Vent (m/s) | 風 (m/s)
+Caustics × | Kaustiken × | Cáusticas × | Caustiques × | コースティクス ×
+Speed × | Tempo × | Velocidad × | Vitesse × | 速度 ×
+Light | Licht | Luz | Lumière | 光
+Zenith (°) | Zenit (°) | Cenit (°) | Zénith (°) | 天頂角 (°)
+Azimuth (°) | Azimut (°) | Acimut (°) | Azimut (°) | 方位角 (°)
+Grab the Sun | Sonne greifen | Agarrar el sol | Saisir le soleil | 太陽をつかむ
+Sunlight | Sonnenlicht | Luz del sol | Lumière du soleil | 太陽光
+Add Lamps | Lampen hinzufügen | Añadir lámparas | Ajouter des lampes | ランプを追加
+White balance | Weißabgleich | Balance de blancos | Balance des blancs | ホワイトバランス
+Exposure | Belichtung | Exposición | Exposition | 露出
+By the light | Nach dem Licht | Por la luz | Selon la lumière | 光による
+By the picture | Nach dem Bild | Por la imagen | Selon l’image | 画面による
+By hand | Von Hand | A mano | À la main | 手動
+Brighter (stops) | Heller (Blenden) | Más claro (pasos) | Plus clair (IL) | 明るく (段)
+Tone | Tonwertkurve | Curva tonal | Courbe tonale | トーンカーブ
+Contrast | Kontrast | Contraste | Contraste | コントラスト
+Real-time | Echtzeit | Tiempo real | Temps réel | リアルタイム
+Bands | Bänder | Bandas | Bandes | バンド
+Reference | Referenz | Referencia | Référence | 基準
+Error ΔE | Fehler ΔE | Error ΔE | Erreur ΔE | 誤差 ΔE
+Folder | Ordner | Carpeta | Dossier | フォルダー
+Whole animation | Ganze Animation | Toda la animación | Toute l’animation | アニメーション全体
+Continue | Fortsetzen | Continuar | Continuer | 続行
+Denoise | Entrauschen | Reducir ruido | Débruiter | ノイズ除去
+Visibility | Sichtweite | Visibilidad | Visibilité | 視程
+Colour | Farbe | Color | Couleur | 色
+Colour error | Farbfehler | Error de color | Erreur de couleur | 色誤差
+Computing… | Wird berechnet … | Calculando… | Calcul en cours… | 計算中…
+Reset Section | Abschnitt zurücksetzen | Restablecer sección | Réinitialiser la section | セクションをリセット
+"""
+
+
+def rows() -> list[tuple[str, ...]]:
+    """Return every label with its translations."""
+    return [tuple(cell.strip() for cell in line.split("|")) for line in _LABELS.split("\n") if line]
+
+
+def catalogue() -> dict[str, dict[tuple[str, str], str]]:
+    """Return what Blender registers: by language and message, for plain words and buttons."""
+    return {
+        language: {(context, row[0]): row[place] for row in rows() for context in ("*", "Operator")}
+        for place, language in enumerate(LANGUAGES, start=1)
+    }
+
+
+def register() -> None:
+    """Register the translations."""
+    bpy.app.translations.register(__name__, catalogue())
+
+
+def unregister() -> None:
+    """Take them back."""
+    bpy.app.translations.unregister(__name__)
