@@ -12,7 +12,7 @@ from underwater_spectral.benchmarks import grey_scene
 from underwater_spectral.scene import engines, realtime, render_plan, scene_water, water_body
 from underwater_spectral.scene.settings import SceneSettings
 from underwater_spectral.uw_spectral.surface.refraction import apparent_depth, seen_from_air
-from underwater_spectral.uw_spectral.transfer.above_water import leaving_share
+from underwater_spectral.uw_spectral.transfer.above_water import leaving_share, light_in_air
 
 from . import snapshot
 
@@ -137,3 +137,29 @@ def test_a_camera_at_the_surface_shows_both_worlds(empty_blender, height):
     rows = SIZE / 2 * (1.0 + height / 0.1 / math.tan(FIELD / 2))
     below = image[math.ceil(rows) + 2 :]
     assert (np.abs(below / level - 1.0).max(axis=-1) > 0.1).all()
+
+
+def test_cycles_lights_things_in_the_air_by_the_sun_and_sky_of_the_air(empty_blender):
+    scene, plan = empty_blender, _plan(sky="uniform", phase="hg:0.9", sun_zenith=50.0)
+    camera = _camera(scene)
+    camera.location.z, camera.rotation_euler.x, camera.data.angle = 3.0, 0.0, 0.2
+    bpy.ops.mesh.primitive_plane_add(size=4.0, location=(0.0, 0.0, 1.0))
+    material = bpy.data.materials.new("white")
+    tree = material.node_tree
+    tree.nodes.clear()
+    diffuse = tree.nodes.new("ShaderNodeBsdfDiffuse")
+    diffuse.inputs["Color"].default_value = (0.8, 0.8, 0.8, 1.0)
+    output = tree.nodes.new("ShaderNodeOutputMaterial")
+    tree.links.new(diffuse.outputs[0], output.inputs["Surface"])
+    bpy.context.object.data.materials.append(material)
+    scene.render.resolution_x = scene.render.resolution_y = 12
+    bpy.context.view_layer.update()
+    before = snapshot.snapshot()
+    extent = water_body.water_extent(scene, plan.column, 0.0)
+    many = replace(plan, settings=replace(plan.settings, samples=64))
+    with engines.cycles_bands(scene, camera, many, extent, seed=1, denoise=False) as engine:
+        image = grey_scene.band_image(engine, many, 0.0)
+    assert snapshot.differences(before, snapshot.snapshot()) == []
+    light = light_in_air(plan.column)
+    wanted = 0.8 / math.pi * (light.sun * math.cos(math.radians(50.0)) + light.sky)
+    np.testing.assert_allclose(image.mean(axis=(0, 1)), wanted, rtol=0.02)
