@@ -7,7 +7,8 @@
     python3 dev.py build            build and validate dist/underwater_spectral-*.zip;
                                     --manual writes its sizes into docs/manual.md
     python3 dev.py run FILE [ARGS]  run a script in the project's environment
-    python3 dev.py lock             write requirements.lock from pyproject.toml
+    python3 dev.py site             build the documentation site into out/site/
+    python3 dev.py lock             write requirements.lock and docs.lock from pyproject.toml
 
 Each does all set-up itself: uv, Python 3.13, the packages of requirements.lock
 with their hashes, and the system libraries that Blender needs.
@@ -27,6 +28,7 @@ ROOT = Path(__file__).resolve().parent
 VENV = ROOT / ".venv"
 BOOTSTRAP = ROOT / ".venv-bootstrap"
 LOCK = ROOT / "requirements.lock"
+DOCS_VENV, DOCS_LOCK = ROOT / ".venv-docs", ROOT / "docs.lock"
 
 # Shared library → Debian package. EGL and GL are opened at run time, so ldd cannot see them.
 DEBIAN_PACKAGES = {
@@ -111,20 +113,26 @@ def missing_libraries() -> list[str]:
     return missing
 
 
-def set_up() -> Path:
-    """Make the environment match the lock file; return its Python."""
-    python = VENV / "bin" / "python"
-    stamp = VENV / "requirements.sha256"
-    wanted = hashlib.sha256(LOCK.read_bytes()).hexdigest()
+def environment(folder: Path, lock: Path) -> Path:
+    """Make an environment match a lock file; return its Python."""
+    python = folder / "bin" / "python"
+    stamp = folder / "requirements.sha256"
+    wanted = hashlib.sha256(lock.read_bytes()).hexdigest()
     if not (python.exists() and stamp.exists() and stamp.read_text() == wanted):
         uv = find_uv()
         if not python.exists():
-            command = [str(uv), "venv", "-q", "--python", "3.13", str(VENV)]
+            command = [str(uv), "venv", "-q", "--python", "3.13", str(folder)]
             if subprocess.call(command, cwd=ROOT):
                 stop("Python 3.13 is needed and uv could not get it; install it and try again")
         sync = (uv, "pip", "sync", "-q", "--require-hashes", "--compile-bytecode")
-        run(*sync, "--python", python, LOCK)
+        run(*sync, "--python", python, lock)
         stamp.write_text(wanted)
+    return python
+
+
+def set_up() -> Path:
+    """Ready the environment of the tests and the libraries of Blender; return its Python."""
+    python = environment(VENV, LOCK)
     missing = missing_libraries()
     if missing:
         unknown = [name for name in missing if name not in DEBIAN_PACKAGES]
@@ -151,7 +159,8 @@ def main() -> None:
         uv = find_uv()
         run(uv, "lock", "-q")
         command = ["export", "-q", "--no-emit-project", "--format", "requirements.txt"]
-        run(uv, *command, "--no-header", "--no-annotate", "-o", LOCK)
+        for groups, lock in (((), LOCK), (("--only-group", "docs"), DOCS_LOCK)):
+            run(uv, *command, *groups, "--no-header", "--no-annotate", "-o", lock)
     elif job == "example":
         example(set_up())
     elif job == "test":
@@ -165,6 +174,8 @@ def main() -> None:
         run(python, "-m", "basedpyright", "--level", "error")
     elif job == "build":
         run(set_up(), "tools/build_extension.py", *arguments)
+    elif job == "site":
+        run(environment(DOCS_VENV, DOCS_LOCK), "tools/build_site.py")
     elif job == "run" and arguments:
         run(set_up(), *arguments)
     else:

@@ -514,7 +514,8 @@ Of all cameras the ratio is from {every[low]:.2f} ({low}) to {every[high]:.2f} (
 {chr(10).join(seven)}
 
 **Monzon 2022, Figure 1**: two sensors or more by Jerlov types, six frames; neither is named in the
-text, so it cannot be repeated. Three sensors by three types, rendered, lead the README.
+text, so it cannot be repeated. Three sensors by three types, rendered, lead
+[the gallery](gallery.md).
 
 Not repeated here: Figures 1, 6 and 9 (pictures; [Snell's window](snell_window.md)), 2 (the
 coefficients are data), 3 to 5 (drawings), 15 (in [validation.md](validation.md)).

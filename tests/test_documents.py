@@ -12,8 +12,10 @@ import pytest
 import underwater_spectral
 
 ROOT = Path(__file__).resolve().parent.parent
-DOCUMENTS = [*ROOT.glob("*.md"), *ROOT.glob("docs/*.md"), ROOT / "data" / "SOURCES.md"]
+_OTHERS = (ROOT / "data" / "SOURCES.md", ROOT / "examples" / "README.md")
+DOCUMENTS = sorted([*ROOT.glob("*.md"), *ROOT.glob("docs/**/*.md"), *_OTHERS])
 PACKAGES = ("uw_spectral", "quality", "datasets", "node_groups", "scene", "ui")
+_BATCH = ROOT / "docs" / "batch.md"
 _FOLDERS = (*PACKAGES, "data", "tests", "tools", "examples", "presets")
 # scene.underwater is a property of Blender's, scene.blend a file.
 _NAME = re.compile(rf"(?<![\w.])(?!scene\.(?:underwater|blend))(?:{'|'.join(PACKAGES)})(?:\.\w+)+")
@@ -43,12 +45,50 @@ def test_modules_functions_and_files_exist(document):
 
 @pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: path.name)
 def test_relative_links_lead_somewhere(document):
-    links = re.findall(r"\]\(([^)#\s]+)[^)]*\)", document.read_text())
-    ours = [link for link in links if not link.startswith("http")]
-    assert [link for link in ours if not (document.parent / link).exists()] == []
+    links = re.findall(r"\]\(([^)\s]+)[^)]*\)", _without_code(document))
+    missing = []
+    for link in links:
+        path, _, place = link.partition("#")
+        target = document.parent / path if path else document
+        if not link.startswith("http") and not (target.exists() and _has_place(target, place)):
+            missing.append(link)
+    assert missing == []
 
 
-def test_the_example_of_the_readme_runs_without_blender():
-    (code,) = re.findall(r"```python\n(.*?)```", (ROOT / "README.md").read_text(), re.DOTALL)
+def _without_code(document: Path) -> str:
+    return re.sub(r"```.*?```", "", document.read_text(), flags=re.DOTALL)
+
+
+def _has_place(target: Path, place: str) -> bool:
+    """Whether a page has a heading of that name; names are those of GitHub and of the site."""
+    headings = re.findall(r"^#+ (.*)$", _without_code(target), re.MULTILINE) if place else ()
+    words = (re.sub(r"[^\w\- ]", "", heading.lower()) for heading in headings)
+    return not place or place in {name.strip().replace(" ", "-") for name in words}
+
+
+@pytest.mark.parametrize("page", sorted(ROOT.glob("docs/**/*.md")), ids=lambda path: path.name)
+def test_every_page_is_reached_from_the_front_of_the_site(page):
+    found, ahead = set(), [ROOT / "docs" / "index.md"]
+    while ahead:
+        here = ahead.pop()
+        found.add(here)
+        for tree in re.findall(r"```{toctree}\n(.*?)```", here.read_text(), re.DOTALL):
+            names = (line for line in tree.splitlines() if line and not line.startswith(":"))
+            pages = [(here.parent / f"{name}.md").resolve() for name in names]
+            ahead += [p for p in pages if p.exists() and p not in found]
+    assert page in found
+
+
+def test_the_version_is_the_same_everywhere():
+    texts = [(ROOT / name).read_text() for name in ("pyproject.toml", "blender_manifest.toml")]
+    versions = [re.search(r'^version = "(.*)"$', text, re.MULTILINE)[1] for text in texts]
+    (zipped,) = re.findall(r"underwater_spectral-([\d.]+)\.zip", _BATCH.read_text())
+    last = re.search(r"^## (\d[\d.]*)$", (ROOT / "CHANGELOG.md").read_text(), re.MULTILINE)[1]
+    assert len({*versions, zipped, last}) == 1
+
+
+def test_the_example_of_the_notebook_runs_without_blender():
+    page = ROOT / "docs" / "notebook.md"
+    (code,) = re.findall(r"```python\n(.*?)```", page.read_text(), re.DOTALL)
     code = f"import sys\nsys.modules['bpy'] = None\n{code}"
     subprocess.run([sys.executable, "-c", code], cwd=ROOT, check=True)

@@ -189,7 +189,7 @@ def test_camera_above_the_water_is_shown_from_there():
     live.lower(scene, 8.0)
     bpy.context.view_layer.update()
     assert live.problem(scene) == ""
-    _assert_shows(scene, 5.0)
+    assert _shown() == pytest.approx(5.0)
     assert bpy.data.objects["ball"].matrix_world.translation.z == pytest.approx(-13.0)
 
 

@@ -282,7 +282,7 @@ def test_a_worker_refuses_another_job(dive, capsys):
     assert content["scene"] == "dive.blend"
     for versions, message in (
         ({"Blender": "5.3.0"}, "Blender is 5.2.3 LTS, not 5.3.0"),
-        ({"the extension": "9.9"}, "the extension is 0.1.0, not 9.9"),
+        ({"the extension": "9.9"}, "the extension is 0.2.0, not 9.9"),
         ({"the source of the extension": "0"}, "the source of the extension is"),
     ):
         _edit(path, versions={**content["versions"], **versions})

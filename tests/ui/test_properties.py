@@ -165,8 +165,8 @@ def test_the_manual_has_a_row_for_every_panel():
         assert hasattr(panel, "bl_parent_id") == (f"\n| {panel.bl_label} | " in rows), panel
 
 
-def test_the_readme_counts_the_sensors():
-    text = (ROOT / "README.md").read_text()
+def test_the_manual_of_the_batch_counts_the_sensors():
+    text = (ROOT / "docs" / "batch.md").read_text()
     count = {kind: len(list_sensors(kind)) for kind in ("camera", "film", "observer")}
     assert count["observer"] == 4
     assert f"| {count['camera']} cameras, {count['film']} films and four observers (" in text

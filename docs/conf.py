@@ -1,0 +1,32 @@
+"""Sphinx builds the site from docs and docstrings: python3 dev.py site."""
+
+from __future__ import annotations
+
+import sys
+import tomllib
+from pathlib import Path
+
+# tools/build_site.py copies the pages; the code stays where it is.
+ROOT = Path((Path(__file__).resolve().parent / "checkout.txt").read_text(encoding="utf-8"))
+sys.path.insert(0, str(ROOT))
+
+project = "Underwater Spectral"
+author = "Underwater Spectral developers"
+release = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]["version"]
+extensions = ["myst_parser", "sphinx.ext.autodoc", "numpydoc"]
+root_doc = "docs/index"
+source_suffix = {".md": "markdown", ".rst": "restructuredtext"}
+myst_heading_anchors = 4
+myst_enable_extensions = ["deflist"]
+numpydoc_show_class_members = False
+numpydoc_class_members_toctree = False
+autodoc_member_order = "bysource"
+autodoc_typehints = "none"  # numpydoc says them
+autodoc_default_options = {"members": True, "show-inheritance": False}
+autodoc_mock_imports = ["bpy", "numba"]
+default_role = "literal"
+html_theme = "furo"
+html_title = f"Underwater Spectral {release}"
+html_theme_options = {"navigation_with_keys": True}
+html_copy_source = False
+html_show_sourcelink = False

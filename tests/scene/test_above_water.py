@@ -1,0 +1,165 @@
+"""Views from the air: EEVEE against the formulas, and scenes that get everything back."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import bpy
+import numpy as np
+import pytest
+from underwater_spectral.benchmarks import grey_scene
+from underwater_spectral.scene import engines, realtime, render_plan, scene_water, water_body
+from underwater_spectral.scene.settings import SceneSettings
+from underwater_spectral.uw_spectral.surface.refraction import apparent_depth, seen_from_air
+from underwater_spectral.uw_spectral.transfer.above_water import leaving_share, light_in_air
+
+from . import snapshot
+
+HEIGHT, FLOOR, N, SIZE = 2.0, 4.0, 1.34, 48
+ANGLE = math.radians(60.0)  # of the view, from straight down
+FIELD = math.radians(70.0)
+BALL, GLOW = np.array([0.4, 2.2, -2.0]), 40.0
+
+
+def _camera(scene: bpy.types.Scene) -> bpy.types.Object:
+    camera = bpy.data.objects.new("camera", bpy.data.cameras.new("camera"))
+    camera.location, camera.rotation_euler = (0.0, 0.0, HEIGHT), (ANGLE, 0.0, 0.0)
+    camera.data.angle = FIELD
+    scene.collection.objects.link(camera)
+    scene.camera = camera
+    scene.render.resolution_x = scene.render.resolution_y = SIZE
+    scene.render.resolution_percentage = 100
+    bpy.context.view_layer.update()
+    return camera
+
+
+def _ball() -> None:
+    bpy.ops.mesh.primitive_uv_sphere_add(radius=0.1, location=BALL, segments=16, ring_count=8)
+    material = bpy.data.materials.new("glow")
+    tree = material.node_tree
+    tree.nodes.clear()
+    emission = tree.nodes.new("ShaderNodeEmission")
+    emission.inputs["Strength"].default_value = GLOW
+    output = tree.nodes.new("ShaderNodeOutputMaterial")
+    tree.links.new(emission.outputs[0], output.inputs["Surface"])
+    bpy.context.object.data.materials.append(material)
+
+
+def _plan(**options: object) -> render_plan.RenderPlan:
+    chosen = {"surface": "flat", "sky": "clear", "illuminant": "clear-sky", "bands": 3}
+    chosen |= {"floor_depth": FLOOR, "floor_reflectance": "0.3", "diffuse_shadows": False}
+    return render_plan.make_plan(SceneSettings(water="jerlov:IB", samples=4, **chosen | options))
+
+
+def _directions() -> np.ndarray:
+    along = (np.arange(SIZE) + 0.5 - SIZE / 2) * 2.0 * math.tan(FIELD / 2) / SIZE
+    right, up = np.meshgrid(along, -along)
+    ahead = np.array([0.0, math.sin(ANGLE), -math.cos(ANGLE)])
+    lift = np.array([0.0, math.cos(ANGLE), math.sin(ANGLE)])
+    v = right[..., None] * [1.0, 0.0, 0.0] + up[..., None] * lift + ahead
+    return v / np.linalg.norm(v, axis=-1, keepdims=True)
+
+
+def test_eevee_draws_sky_floor_and_things_where_and_as_they_seem(empty_blender):
+    scene, plan = empty_blender, _plan()
+    camera = _camera(scene)
+    _ball()
+    before = snapshot.snapshot()
+    extent = water_body.water_extent(scene, plan.column, 0.0)
+    with engines.eevee_bands(scene, camera, plan, extent, 0.0) as engine:
+        image = grey_scene.band_image(engine, plan, 0.0)
+    assert snapshot.differences(before, snapshot.snapshot()) == []
+    v = _directions()
+    parts = tuple(v[..., i, None] for i in range(3))
+    sky = plan.column.skylight
+    up = v[..., 2] > 0.02
+    wanted = np.broadcast_to(sky.radiance(parts), image.shape)
+    np.testing.assert_allclose(image[up], wanted[up], rtol=5e-3)
+    # Below the horizon, and off the ball and its shadow: mirrored sky and light of the water.
+    place = BALL - [0.0, 0.0, HEIGHT]
+    place[2] = -HEIGHT - apparent_depth(np.hypot(*place[:2]), -BALL[2], HEIGHT, N)
+    towards = place / np.linalg.norm(place)
+    near = v @ towards
+    R, w, mirrored = seen_from_air(parts, (0.0, 0.0, 1.0), N)
+    flat = tuple(np.broadcast_to(component, (SIZE, SIZE, 1)).ravel() for component in w)
+    below = plan.solved_field(16).radiance(0.0, flat).reshape(image.shape)
+    seen = R * sky.radiance(mirrored) + leaving_share(R, N) * below
+    free = (v[..., 2] < -0.1) & (near < math.cos(math.radians(20.0)))
+    off = image[free] / seen[free] - 1.0
+    assert np.median(np.abs(off)) < 0.02
+    assert np.quantile(np.abs(off), 0.95) < 0.05
+    # The ball is where refraction puts it; without, it would be 7 pixels lower.
+    bright = np.maximum(image[..., 1] - seen[..., 1], 0.0) * (near > math.cos(math.radians(15.0)))
+    bright[bright < 0.3 * bright.max()] = 0.0
+    found = (bright[..., None] * v).sum(axis=(0, 1))
+    found /= np.linalg.norm(found)
+    assert math.degrees(math.acos(min(float(found @ towards), 1.0))) < 0.5
+
+
+def test_large_faces_are_divided_while_the_water_is_there(empty_blender):
+    scene, plan = empty_blender, _plan(floor_depth=0.0)
+    camera = _camera(scene)
+    bpy.ops.mesh.primitive_plane_add(size=40.0, location=(0.0, 0.0, -3.0))
+    ground = bpy.context.object
+    ground.data.materials.append(bpy.data.materials.new("ground"))
+    before = snapshot.snapshot()
+    water = plan.realtime(scene, 0.0, np.ones((3, 3)), camera)
+    assert water.shape.above
+    realtime.add_realtime(scene, water, water_body.water_extent(scene, plan.column, 0.0))
+    (modifier,) = ground.modifiers
+    assert 40.0 / 2**modifier.render_levels < 1.5
+    assert ground.material_slots[0].material.displacement_method == "DISPLACEMENT"
+    scene_water.remove(scene)
+    assert snapshot.differences(before, snapshot.snapshot()) == []
+
+
+def test_a_camera_below_has_neither(empty_blender):
+    scene, plan = empty_blender, _plan()
+    camera = _camera(scene)
+    camera.location.z = -1.0
+    bpy.context.view_layer.update()
+    assert not plan.realtime(scene, 1.0, np.ones((3, 3)), camera).shape.above
+
+
+@pytest.mark.parametrize("height", [0.01, -0.01])
+def test_a_camera_at_the_surface_shows_both_worlds(empty_blender, height):
+    scene, plan = empty_blender, _plan(floor_depth=0.0, sky="uniform")
+    camera = _camera(scene)
+    camera.location.z, camera.rotation_euler.x = height, math.pi / 2
+    bpy.context.view_layer.update()
+    extent = water_body.water_extent(scene, plan.column, 0.0)
+    few = replace(plan, settings=replace(plan.settings, samples=1))
+    with engines.eevee_bands(scene, camera, few, extent, 0.0) as engine:
+        image = grey_scene.band_image(engine, few, 0.0)
+    level = plan.column.sky_radiance
+    np.testing.assert_allclose(image[:15], np.broadcast_to(level, image[:15].shape), rtol=5e-3)
+    rows = SIZE / 2 * (1.0 + height / 0.1 / math.tan(FIELD / 2))
+    below = image[math.ceil(rows) + 2 :]
+    assert (np.abs(below / level - 1.0).max(axis=-1) > 0.1).all()
+
+
+def test_cycles_lights_things_in_the_air_by_the_sun_and_sky_of_the_air(empty_blender):
+    scene, plan = empty_blender, _plan(sky="uniform", phase="hg:0.9", sun_zenith=50.0)
+    camera = _camera(scene)
+    camera.location.z, camera.rotation_euler.x, camera.data.angle = 3.0, 0.0, 0.2
+    bpy.ops.mesh.primitive_plane_add(size=4.0, location=(0.0, 0.0, 1.0))
+    material = bpy.data.materials.new("white")
+    tree = material.node_tree
+    tree.nodes.clear()
+    diffuse = tree.nodes.new("ShaderNodeBsdfDiffuse")
+    diffuse.inputs["Color"].default_value = (0.8, 0.8, 0.8, 1.0)
+    output = tree.nodes.new("ShaderNodeOutputMaterial")
+    tree.links.new(diffuse.outputs[0], output.inputs["Surface"])
+    bpy.context.object.data.materials.append(material)
+    scene.render.resolution_x = scene.render.resolution_y = 12
+    bpy.context.view_layer.update()
+    before = snapshot.snapshot()
+    extent = water_body.water_extent(scene, plan.column, 0.0)
+    many = replace(plan, settings=replace(plan.settings, samples=64))
+    with engines.cycles_bands(scene, camera, many, extent, seed=1, denoise=False) as engine:
+        image = grey_scene.band_image(engine, many, 0.0)
+    assert snapshot.differences(before, snapshot.snapshot()) == []
+    light = light_in_air(plan.column)
+    wanted = 0.8 / math.pi * (light.sun * math.cos(math.radians(50.0)) + light.sky)
+    np.testing.assert_allclose(image.mean(axis=(0, 1)), wanted, rtol=0.02)
