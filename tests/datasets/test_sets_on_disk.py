@@ -24,7 +24,7 @@ from underwater_spectral.datasets.index import (
 from underwater_spectral.datasets.outputs import RawOutputs
 from underwater_spectral.datasets.raw_files import write_raw
 from underwater_spectral.datasets.sparse_points import sparse_points
-from underwater_spectral.datasets.specification import parse_spec
+from underwater_spectral.datasets.specification import parse_spec, read_spec
 from underwater_spectral.datasets.view import View
 from underwater_spectral.uw_spectral.detector import Detector, Vignetting
 from underwater_spectral.uw_spectral.errors import InputError
@@ -204,3 +204,8 @@ def test_raw_pictures_are_counted_by_the_detector(index, tmp_path):
 def test_bad_outputs_say_what_and_where(changes, message):
     with pytest.raises(InputError, match=message):
         spec_with(**changes)
+
+
+def test_the_small_set_of_the_examples_has_24_views():
+    spec = read_spec(SPEC.parents[2] / "examples" / "datasets" / "reef_small.toml")
+    assert len(enumerate_views(spec)) == 3 * 4 * 2
