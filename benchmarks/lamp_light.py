@@ -26,7 +26,7 @@ from ..uw_spectral.water.phase import BandPhase, HenyeyGreenstein, parse_phase, 
 from . import _lamp_cases
 from ._lamp_photons import summed
 
-_NODES = (8, 12, 16)
+_NODES: tuple[int, ...] = (8, 12, 16)
 _ALBEDOS = (0.3, 0.5, 0.7, 0.8, 0.9, 0.95)
 _NOISE = 0.12
 _PANELS = 400
@@ -190,7 +190,7 @@ def _photon_table(rows: list[Row]) -> str:
     for name, belongs in groups.items():
         chosen = [row for row in rows if belongs(row)]
         if chosen:
-            once, whole = (_spread([row[i] for row in chosen]) for i in (2, 3))
+            once, whole = _spread([r[2] for r in chosen]), _spread([r[3] for r in chosen])
             lines.append(f"| {name} | {len(chosen)} | {once} | {whole} |")
     return "| cases | number | scattered once only | all of it |\n|---|---|---|---|\n" + "\n".join(
         lines
