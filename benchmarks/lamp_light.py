@@ -26,7 +26,7 @@ from ..uw_spectral.water.phase import BandPhase, HenyeyGreenstein, parse_phase, 
 from . import _lamp_cases
 from ._lamp_photons import summed
 
-_NODES = (8, 12, 16)
+_NODES: tuple[int, ...] = (8, 12, 16)
 _ALBEDOS = (0.3, 0.5, 0.7, 0.8, 0.9, 0.95)
 _NOISE = 0.12
 _PANELS = 400
@@ -190,7 +190,7 @@ def _photon_table(rows: list[Row]) -> str:
     for name, belongs in groups.items():
         chosen = [row for row in rows if belongs(row)]
         if chosen:
-            once, whole = (_spread([row[i] for row in chosen]) for i in (2, 3))
+            once, whole = _spread([r[2] for r in chosen]), _spread([r[3] for r in chosen])
             lines.append(f"| {name} | {len(chosen)} | {once} | {whole} |")
     return "| cases | number | scattered once only | all of it |\n|---|---|---|---|\n" + "\n".join(
         lines
@@ -231,7 +231,8 @@ view: 0.5 to 30 m away, 0.06 to 45° from the ray. 95 % / worst:
 the whole deflection after any number of scatterings on a path (Goudsmit and Saunderson), and blurs
 the lamp's profile as scattering on both legs does; `uw_spectral.lamps.angular_spread` has both from
 the Legendre moments of the phase function, as tables of {spread.LENGTHS} lengths. Patches get what
-is scattered on the way by the same moments (Wells). No number is fitted. Here it meets
+is scattered on the way by the same moments (Wells). Nothing is fitted; one bound, on the blur by
+the camera's leg, was chosen on other cases. Here it meets
 {options.cases} random cases, {options.photons} photons each, traced back from the camera: lamps
 without a cone, with the measured profile of an ROV's lamp, and with a cone of 60°; 0.1/c to 6/c
 away (beside the camera 0.03/c to 3/c); HG 0.8 to 0.924 or particles with 1 to 10 % molecules;
@@ -244,4 +245,6 @@ median): {len(rows)} of
 
 Light goes a longer way than by one bend once it has gone a transport length, 1/(b (1 − g)); from
 there on it is too dark, as it counts as if it had been bent in one place.
+The worst are beams across the view: blur and deflection count as independent, but light has to be
+bent there and back to reach the side away from the beam, which is too bright.
 """

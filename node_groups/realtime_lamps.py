@@ -24,6 +24,7 @@ from ..uw_spectral.lamps.angular_spread import (
     LENGTHS,
     PROFILE_LENGTHS,
     TILTS,
+    WaterSpread,
 )
 from ..uw_spectral.lamps.lamp import Lamp, lamp_disc, ray_past_lamp
 from ..uw_spectral.lamps.lamp_path import NODES as PATH_NODES
@@ -126,6 +127,7 @@ def _pixels(
         numbers[_INTENSITY : _INTENSITY + len(triples), :3] = triples
         profile[:SAMPLES, 0] = lamp.profile.sampled(SAMPLES)
     spread, first = water.spread, 1 + _OF_LAMP * len(lamps)
+    assert isinstance(spread, WaterSpread)
     _put(out[first:], 0, spread.deflection.values)
     _put(out[first:], _PATCHES, spread.on_patches.values)
     for index, lamp in enumerate(lamps):

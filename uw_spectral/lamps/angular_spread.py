@@ -25,6 +25,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from ..content import ComparedByContent
 from ..mathematics import NUMPY, Mathematics, Operand
 from ..water.phase import BandPhase
 from .profile import Profile, sample_place
@@ -148,8 +149,8 @@ def _squeezed(index: NDArray[np.intp]) -> NDArray[np.intp]:
 
 
 @dataclass(frozen=True, eq=False)
-class WaterSpread:
-    """The tables of a water of n bands.
+class WaterSpread(ComparedByContent):
+    """The tables of a water of n bands, kept for equal ones.
 
     Parameters
     ----------
@@ -161,26 +162,16 @@ class WaterSpread:
     b: Array
     phase: BandPhase
 
-    @functools.cached_property
+    @property
     def deflection(self) -> Grid:
         """Logarithm of the share of light per angle and length, but for absorption.
 
         Of light that was scattered at least twice on a length l (rows), over l, by the whole
         deflection (columns): its limit for short lengths is b² l/2 of p folded with itself.
         """
-        lengths = _lengths(LENGTHS)
-        x = lengths[:, None, None] * (self.b * self._chi)[None]
-        bl = lengths[:, None, None] * self.b
-        twice = np.where(
-            np.abs(x) < _SMALL,
-            np.exp(-bl) * x * x * (0.5 + x / 6.0),
-            np.exp(x - bl) - np.exp(-bl) * (1.0 + x),
-        )
-        half = math.pi / 2 * (np.arange(ANGLES) / (ANGLES - 1.0)) ** 3
-        found = _summed(twice, np.cos(2.0 * half), _MOMENTS) / (4.0 * math.pi)
-        return Grid(np.log(np.maximum(found / lengths[:, None, None], _SMALLEST)))
+        return _deflection(self)
 
-    @functools.cached_property
+    @property
     def on_patches(self) -> Grid:
         """Scattered irradiance of an isotropic lamp over that without water, but for absorption.
 
@@ -188,50 +179,75 @@ class WaterSpread:
         that faces it; the second one the share of a thing's light that is scattered and seen
         in its place; the others are the rest by tilt.
         """
-        lengths = _lengths(LENGTHS)
-        shares = self._transferred(lengths, self._blurs(np.arange(_MOMENTS + 1.0)))
-        shares = shares * -np.expm1(-lengths[:, None, None] * self.b)
-        cosines = np.linspace(-1.0, 1.0, TILTS)
-        ahead = np.ones(1)
-        about = _received(shares, math.cos(ABOUT_LAMP), 1, ahead)
-        seen = _received(shares, math.cos(THING), 0, ahead)
-        rest = _received(shares, 0.0, 1, cosines) - about * np.maximum(cosines, 0.0)[:, None]
-        return Grid(np.maximum(np.concatenate([about, seen, rest], axis=1), 0.0))
+        return _on_patches(self)
 
     def profile(self, profile: Profile) -> Grid:
         """Profile of a lamp as light has it that was scattered on a length (rows).
 
         The columns are the places of :func:`.sample_place`.
         """
-        lengths = _lengths(PROFILE_LENGTHS)
-        orders = np.arange(_OF_PROFILE + 1.0)
-        shares = self._transferred(lengths, self._blurs(orders)) * _moments_of(profile)[:, None]
-        sine = np.linspace(0.0, 1.0, PROFILE_ANGLES)
-        values = _summed(shares, 1.0 - 2.0 * sine * sine, _OF_PROFILE)
-        return Grid(np.maximum(values, 0.0))
+        return _profile(self, profile)
 
     @functools.cached_property
-    def _chi(self) -> Array:
-        """Moments from 0 on, shape (m + 1, n)."""
+    def chi(self) -> Array:
+        """Moments of the phase function from 0 on, shape (m + 1, n)."""
         return np.concatenate([np.ones((1, len(self.b))), self.phase.moments(_MOMENTS)])
 
-    def _blurs(self, orders: Array) -> Array:
+    def blurs(self, orders: Array) -> Array:
         """Return X, the mean over σ from 0 to 1 of 1 - χ at the order scaled by σ, shape (k, n).
 
         An order l counts as √(l (l + 1)), as whose square 1 - χ begins.
         """
         y = np.sqrt(np.arange(_MOMENTS + 1.0) * (np.arange(_MOMENTS + 1.0) + 1.0))
-        lost = 1.0 - self._chi
+        lost = 1.0 - self.chi
         steps = np.diff(y)[:, None] * (lost[1:] + lost[:-1]) / 2.0
         steps[0] = lost[1] * y[1] / 3.0
         whole = np.concatenate([np.zeros((1, len(self.b))), np.cumsum(steps, axis=0)])
         return whole[orders.astype(int)] / np.maximum(y[orders.astype(int)], 1.0)[:, None]
 
-    def _transferred(self, lengths: Array, blurs: Array) -> Array:
+    def transferred(self, lengths: Array, blurs: Array) -> Array:
         """Moments left of light that was scattered at least once, shape (lengths, orders, n)."""
         bl = np.maximum(lengths[:, None, None] * self.b, _SMALLEST)
         scattered = np.exp(-bl * blurs) * np.expm1(bl * (blurs - 1.0)) / np.expm1(-bl)
         return np.clip(scattered, 0.0, 1.0)
+
+
+@functools.lru_cache(maxsize=16)
+def _deflection(spread: WaterSpread) -> Grid:
+    lengths = _lengths(LENGTHS)
+    x = lengths[:, None, None] * (spread.b * spread.chi)[None]
+    bl = lengths[:, None, None] * spread.b
+    twice = np.where(
+        np.abs(x) < _SMALL,
+        np.exp(-bl) * x * x * (0.5 + x / 6.0),
+        np.exp(x - bl) - np.exp(-bl) * (1.0 + x),
+    )
+    half = math.pi / 2 * (np.arange(ANGLES) / (ANGLES - 1.0)) ** 3
+    found = _summed(twice, np.cos(2.0 * half), _MOMENTS) / (4.0 * math.pi)
+    return Grid(np.log(np.maximum(found / lengths[:, None, None], _SMALLEST)))
+
+
+@functools.lru_cache(maxsize=16)
+def _on_patches(spread: WaterSpread) -> Grid:
+    lengths = _lengths(LENGTHS)
+    shares = spread.transferred(lengths, spread.blurs(np.arange(_MOMENTS + 1.0)))
+    shares = shares * -np.expm1(-lengths[:, None, None] * spread.b)
+    cosines = np.linspace(-1.0, 1.0, TILTS)
+    ahead = np.ones(1)
+    about = _received(shares, math.cos(ABOUT_LAMP), 1, ahead)
+    seen = _received(shares, math.cos(THING), 0, ahead)
+    rest = _received(shares, 0.0, 1, cosines) - about * np.maximum(cosines, 0.0)[:, None]
+    return Grid(np.maximum(np.concatenate([about, seen, rest], axis=1), 0.0))
+
+
+@functools.lru_cache(maxsize=16)
+def _profile(spread: WaterSpread, profile: Profile) -> Grid:
+    lengths = _lengths(PROFILE_LENGTHS)
+    orders = np.arange(_OF_PROFILE + 1.0)
+    shares = spread.transferred(lengths, spread.blurs(orders)) * _moments_of(profile)[:, None]
+    sine = np.linspace(0.0, 1.0, PROFILE_ANGLES)
+    values = _summed(shares, 1.0 - 2.0 * sine * sine, _OF_PROFILE)
+    return Grid(np.maximum(values, 0.0))
 
 
 def _lengths(rows: int) -> Array:

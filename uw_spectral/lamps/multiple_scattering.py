@@ -1,4 +1,4 @@
-"""Lamp light that is scattered more than once, without anything that is fitted.
+"""Lamp light that is scattered more than once, from the moments of the phase function.
 
 Along the ray stands for it what stands for light scattered once, with the angular
 distribution after any number of scatterings in place of b p:
