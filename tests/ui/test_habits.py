@@ -12,14 +12,16 @@ import bpy
 import pytest
 from mathutils import Vector
 from underwater_spectral import registration
-from underwater_spectral.scene import live, stored_settings
-from underwater_spectral.scene.settings import SceneSettings
+from underwater_spectral.scene import first_settings, live, stored_settings
+from underwater_spectral.scene.settings import METHODS, SceneSettings
 from underwater_spectral.tests.scene import scenes
 from underwater_spectral.ui import (
     help_pages,
     operators,
     panels,
     preferences,
+    presets,
+    previews,
     sections,
     sun_handle,
     translations,
@@ -66,6 +68,7 @@ def test_preferences_are_those_of_a_new_scene(monkeypatch):
     scenes.add_camera()
     bpy.context.view_layer.update()
     monkeypatch.setattr(operators.preferences, "stored", Stored)
+    monkeypatch.setattr(first_settings, "start", lambda *_: None)
     bpy.ops.underwater.add_water()
     panel = scene.underwater_panel
     assert (panel.output, panel.quality) == ("//dives", "BANDS")
@@ -104,6 +107,7 @@ def test_no_label_is_left_without_its_translations():
         if isinstance(node, ast.Constant) and isinstance(node.value, str)
     }
     shown |= {p.name for p in bpy.context.scene.underwater.bl_rna.properties}
+    shown |= {method.label for method in METHODS.values()}
     assert [name for name in names if name not in shown] == []
 
 
@@ -164,3 +168,12 @@ def test_a_new_registration_finds_its_tab():
     registration.unregister()
     registration.register()
     assert panels.MainPanel.bl_category == "Underwater"
+
+
+def test_every_factory_look_has_its_picture():
+    for path in presets.names("look").values():
+        assert previews.thumbnail("look", path.stem) > 0, path.stem
+    assert previews.thumbnail("look", "nowhere") == 0
+    sizes = [path.stat().st_size for path in (UI / "thumbnails").rglob("*.png")]
+    assert len(sizes) == len(presets.names("look"))
+    assert sum(sizes) < 150_000
