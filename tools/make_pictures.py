@@ -14,7 +14,6 @@ from __future__ import annotations
 import runpy
 import sys
 import tempfile
-from dataclasses import replace
 from pathlib import Path
 
 import bpy
@@ -23,9 +22,8 @@ import OpenImageIO
 
 ROOT = Path(__file__).resolve().parent.parent
 THUMBNAILS, LISTING = ROOT / "ui" / "thumbnails", ROOT / "docs" / "listing"
-SIZE = (128, 80)
+SIZE = (96, 60)
 TONE = "nikon-d7000"
-_FINER = 2  # rays across a pixel
 _FLOOR = 5.25
 _COLOURS = ((0.75, 0.05, 0.03), (0.8, 0.8, 0.8), (0.85, 0.65, 0.05))
 _SPECTRUM = (
@@ -38,7 +36,8 @@ def start() -> bpy.types.Scene:
     """Register the extension in an empty file."""
     package = runpy.run_path(str(ROOT / "tools" / "load_checkout.py"))["load"]()
     bpy.ops.wm.read_factory_settings(use_empty=True)
-    package.register()
+    if not hasattr(bpy.types.Scene, "underwater"):
+        package.register()
     return bpy.context.scene
 
 
@@ -51,7 +50,7 @@ def paint(color: tuple[float, float, float]) -> bpy.types.Material:
 
 def ball(place: tuple[float, float, float], radius: float) -> bpy.types.Mesh:
     """Add a smooth ball."""
-    bpy.ops.mesh.primitive_ico_sphere_add(radius=radius, location=place, subdivisions=6)
+    bpy.ops.mesh.primitive_ico_sphere_add(radius=radius, location=place, subdivisions=5)
     return bpy.context.object.data
 
 
@@ -66,8 +65,8 @@ def camera(place: tuple[float, float, float], tilt: float, lens: float) -> None:
     bpy.context.view_layer.update()
 
 
-def drawn(size: tuple[int, int]) -> np.ndarray:
-    """Draw the scene through its camera, by its settings; return display values, (h, w, 3)."""
+def drawn(size: tuple[int, int], finer: int) -> np.ndarray:
+    """Draw the scene by its settings, with ``finer`` rays across a pixel."""
     from underwater_spectral.quality.picture import Optics, picture
     from underwater_spectral.scene import scene_requirements, stored_settings
     from underwater_spectral.scene.render_plan import plan_of
@@ -80,18 +79,25 @@ def drawn(size: tuple[int, int]) -> np.ndarray:
     from underwater_spectral.uw_spectral.transfer.light_cone import light_cone
 
     scene = bpy.context.scene
-    grid = _FINER * size[0], _FINER * size[1]
+    grid = finer * size[0], finer * size[1]
     scene.render.resolution_x, scene.render.resolution_y = size
     chosen = stored_settings.stored_settings(scene)
     plan, depth = plan_of(chosen), -scene.camera.matrix_world.translation.z
     view = plan.viewpoint(depth, 0.0)
     cone = light_cone(view.field, depth, plan.column.sun_direction)
     seen = scene_requirements.trace_view(
-        scene, scene.camera, plan.column, cone, rays=grid[0] * grid[1], grid=grid, skyward=12
+        scene,
+        scene.camera,
+        plan.column,
+        cone,
+        rays=grid[0] * grid[1],
+        grid=grid,
+        skyward=4,
+        steps=1,
     )
-    colours = picture(Optics(view), replace(seen, path_sunlit=seen.path_sunlit[:, :1])).without()
+    colours = picture(Optics(view), seen).without()
     gain = 2.0 ** metered_stops(np.maximum(luminance(colours), 0.0), seen.pixels)
-    pixels = (gain * colours).reshape(size[1], _FINER, size[0], _FINER, 3).mean(axis=(1, 3))
+    pixels = (gain * colours).reshape(size[1], finer, size[0], finer, 3).mean(axis=(1, 3))
     return srgb_encode(camera_curve(TONE)(np.maximum(pixels, 0.0)))
 
 
@@ -130,9 +136,9 @@ def save(path: Path, picture: np.ndarray) -> None:
 
 def thumbnails() -> None:
     """Draw every factory look."""
+    scene = start()
     from underwater_spectral.ui import presets
 
-    scene = start()
     for index, colour in enumerate(_COLOURS):
         mesh = ball((1.15 * index - 1.15, 2.7 + 0.9 * index, -4.75), 0.5)
         mesh.materials.append(paint(colour))
@@ -144,7 +150,7 @@ def thumbnails() -> None:
             presets.apply("look", name)
             # Looks have floors that lie deeper than these balls.
             water.floor_depth = _FLOOR
-            save(THUMBNAILS / "look" / f"{path.stem}.png", drawn(SIZE))
+            save(THUMBNAILS / "look" / f"{path.stem}.png", drawn(SIZE, 2))
 
 
 def icon() -> None:
@@ -160,7 +166,7 @@ def icon() -> None:
     water = scene.underwater
     water.water, water.surface, water.white_balance = "jerlov:IA", "flat", "depth"
     water.floor_depth, water.floor_reflectance = 3.5, "0.3"
-    save(LISTING / "icon.png", drawn((256, 256)))
+    save(LISTING / "icon.png", drawn((256, 256), 1))
 
 
 def featured() -> None:
