@@ -48,9 +48,9 @@ def paint(color: tuple[float, float, float]) -> bpy.types.Material:
     return material
 
 
-def ball(place: tuple[float, float, float], radius: float) -> bpy.types.Mesh:
-    """Add a smooth ball."""
-    bpy.ops.mesh.primitive_ico_sphere_add(radius=radius, location=place, subdivisions=5)
+def ball(place: tuple[float, float, float], radius: float, fine: int = 5) -> bpy.types.Mesh:
+    """Add a ball, subdivided so often."""
+    bpy.ops.mesh.primitive_ico_sphere_add(radius=radius, location=place, subdivisions=fine)
     return bpy.context.object.data
 
 
@@ -156,7 +156,7 @@ def thumbnails() -> None:
 def icon() -> None:
     """Draw a ball that carries the spectrum, in clear water."""
     scene = start()
-    mesh = ball((0.0, 3.0, -2.5), 1.0)
+    mesh = ball((0.0, 3.0, -2.5), 1.0, 7)
     for colour in _SPECTRUM:
         mesh.materials.append(paint(colour))
     for face in mesh.polygons:
