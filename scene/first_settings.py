@@ -61,5 +61,6 @@ def start(scene: bpy.types.Scene, depth: float | None) -> None:
         setattr(group, name, value)
     reach, camera = scene_reach(scene), live.camera_depth(scene)
     lowest = round(reach.lowest, 3)
-    if camera is not None and reach.radius < _OWN_GROUND and camera < lowest < _DEEPEST_FLOOR:
+    under = camera is not None and 0.0 < camera < lowest < _DEEPEST_FLOOR
+    if under and reach.radius < _OWN_GROUND:
         group.floor_depth = lowest

@@ -170,6 +170,7 @@ def trace_view(
     rays: int = RAYS,
     grid: tuple[int, int] = (_WIDTH, _HEIGHT),
     skyward: int = _SKYWARD,
+    steps: int = _STEPS,
 ) -> SeenPoints:
     """Return what a camera sees at the current frame.
 
@@ -188,13 +189,15 @@ def trace_view(
         Rays of that picture, across and down.
     skyward : int
         Rays towards the light from above, from each place.
+    steps : int
+        Looks for shadow along a ray.
     """
     depsgraph = bpy.context.evaluated_depsgraph_get()
     meshes = Meshes(depsgraph, scene_water.objects(scene))
     first = _first_seen(scene, camera.evaluated_get(depsgraph), column, meshes, grid)
     seen = first.subsample(rays)
     end = np.minimum(seen.reached, _to_surface(seen.origin, seen.direction))
-    along = end[:, None] * (np.arange(_STEPS) + 0.5) / _STEPS
+    along = end[:, None] * (np.arange(steps) + 0.5) / steps
     stations = seen.origin[:, None] + seen.direction[:, None] * along[..., None]
     to_sun = -np.asarray(column.sun_direction, dtype=np.float64)
     on_surface = np.isfinite(seen.distance)

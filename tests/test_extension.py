@@ -129,11 +129,8 @@ def test_the_zip_has_what_a_platform_asks_for(built_zip):
 
 def test_the_listing_is_there(built_zip):
     folder = ROOT / "docs" / "listing"
-    sizes = {}
-    for name in ("icon.png", "featured.jpg"):
-        spec = oiio.ImageBuf(str(folder / name)).spec()
-        sizes[name] = spec.width, spec.height
-    assert sizes == {"icon.png": (256, 256), "featured.jpg": (1920, 1080)}
+    spec = oiio.ImageBuf(str(folder / "icon.png")).spec()
+    assert (spec.width, spec.height) == (256, 256)
     assert (folder / "review.md").is_file()
 
 

@@ -1,11 +1,12 @@
-"""Render the pictures that the panel and the listing show, with EEVEE.
+"""Draw the small pictures that the panel and the listing show, ray by ray, by the optics.
 
     python3 dev.py run tools/make_pictures.py thumbnails     into ui/thumbnails/
     python3 dev.py run tools/make_pictures.py icon           docs/listing/icon.png
     python3 dev.py run tools/make_pictures.py featured       docs/listing/featured.jpg
 
-Everything is small but the last, which is 1920 x 1080. A thumbnail shows balls of three colours
-on sand, at 4 m, each water and each look as the panel sets it.
+A thumbnail shows balls of three colours on sand at 4 m, in each look. The colours are those of
+`quality.picture`, which EEVEE draws too; no shader has to be compiled. The featured picture,
+1920 x 1080, is EEVEE's.
 """
 
 from __future__ import annotations
@@ -21,8 +22,10 @@ import OpenImageIO
 
 ROOT = Path(__file__).resolve().parent.parent
 THUMBNAILS, LISTING = ROOT / "ui" / "thumbnails", ROOT / "docs" / "listing"
-SIZE = (160, 100)
-_COLOURS = ((0.75, 0.05, 0.03, 1.0), (0.8, 0.8, 0.8, 1.0), (0.85, 0.65, 0.05, 1.0))
+SIZE = (96, 60)
+TONE = "nikon-d7000"
+_FLOOR = 5.25
+_COLOURS = ((0.75, 0.05, 0.03), (0.8, 0.8, 0.8), (0.85, 0.65, 0.05))
 _SPECTRUM = (
     (0.20, 0.02, 0.45), (0.03, 0.10, 0.75), (0.02, 0.55, 0.60), (0.08, 0.60, 0.08),
     (0.85, 0.75, 0.04), (0.85, 0.30, 0.02), (0.70, 0.02, 0.02),
@@ -33,38 +36,22 @@ def start() -> bpy.types.Scene:
     """Register the extension in an empty file."""
     package = runpy.run_path(str(ROOT / "tools" / "load_checkout.py"))["load"]()
     bpy.ops.wm.read_factory_settings(use_empty=True)
-    package.register()
+    if not hasattr(bpy.types.Scene, "underwater"):
+        package.register()
     return bpy.context.scene
 
 
-def painted() -> bpy.types.Material:
-    """Return a material that shows the colours of a mesh: one for all, since each is compiled."""
-    material = bpy.data.materials.new("Painted")
-    nodes, links = material.node_tree.nodes, material.node_tree.links
-    colour = nodes.new("ShaderNodeVertexColor")
-    colour.layer_name = "colour"
-    shader = nodes["Principled BSDF"]
-    shader.inputs["Roughness"].default_value = 0.6
-    links.new(colour.outputs["Color"], shader.inputs["Base Color"])
+def paint(color: tuple[float, float, float]) -> bpy.types.Material:
+    """Return a material of a plain colour."""
+    material = bpy.data.materials.new("Paint")
+    material.node_tree.nodes["Principled BSDF"].inputs["Base Color"].default_value = (*color, 1.0)
     return material
 
 
-def ball(
-    place: tuple[float, float, float], radius: float, material: bpy.types.Material
-) -> bpy.types.Mesh:
-    """Add a smooth ball, white so far."""
-    bpy.ops.mesh.primitive_uv_sphere_add(radius=radius, location=place, segments=56, ring_count=28)
-    mesh = bpy.context.object.data
-    mesh.shade_smooth()
-    mesh.materials.append(material)
-    mesh.color_attributes.new("colour", "FLOAT_COLOR", "POINT")
-    return mesh
-
-
-def paint(mesh: bpy.types.Mesh, colours: np.ndarray) -> None:
-    """Give the vertices of a mesh colours, shape (n, 4)."""
-    data = mesh.color_attributes["colour"].data
-    data.foreach_set("color", np.asarray(colours, dtype=np.float32).ravel())
+def ball(place: tuple[float, float, float], radius: float, fine: int = 5) -> bpy.types.Mesh:
+    """Add a ball, subdivided so often."""
+    bpy.ops.mesh.primitive_ico_sphere_add(radius=radius, location=place, subdivisions=fine)
+    return bpy.context.object.data
 
 
 def camera(place: tuple[float, float, float], tilt: float, lens: float) -> None:
@@ -75,6 +62,43 @@ def camera(place: tuple[float, float, float], tilt: float, lens: float) -> None:
     item.location, item.rotation_euler = place, (np.pi / 2 + tilt, 0.0, 0.0)
     bpy.context.scene.collection.objects.link(item)
     bpy.context.scene.camera = item
+    bpy.context.view_layer.update()
+
+
+def drawn(size: tuple[int, int], finer: int) -> np.ndarray:
+    """Draw the scene by its settings, with ``finer`` rays across a pixel."""
+    from underwater_spectral.quality.picture import Optics, picture
+    from underwater_spectral.scene import scene_requirements, stored_settings
+    from underwater_spectral.scene.render_plan import plan_of
+    from underwater_spectral.uw_spectral.spectra.colour_rendering import (
+        luminance,
+        metered_stops,
+        srgb_encode,
+    )
+    from underwater_spectral.uw_spectral.spectra.tone import camera_curve
+    from underwater_spectral.uw_spectral.transfer.light_cone import light_cone
+
+    scene = bpy.context.scene
+    grid = finer * size[0], finer * size[1]
+    scene.render.resolution_x, scene.render.resolution_y = size
+    chosen = stored_settings.stored_settings(scene)
+    plan, depth = plan_of(chosen), -scene.camera.matrix_world.translation.z
+    view = plan.viewpoint(depth, 0.0)
+    cone = light_cone(view.field, depth, plan.column.sun_direction)
+    seen = scene_requirements.trace_view(
+        scene,
+        scene.camera,
+        plan.column,
+        cone,
+        rays=grid[0] * grid[1],
+        grid=grid,
+        skyward=4,
+        steps=1,
+    )
+    colours = picture(Optics(view), seen).without()
+    gain = 2.0 ** metered_stops(np.maximum(luminance(colours), 0.0), seen.pixels)
+    pixels = (gain * colours).reshape(size[1], finer, size[0], finer, 3).mean(axis=(1, 3))
+    return srgb_encode(camera_curve(TONE)(np.maximum(pixels, 0.0)))
 
 
 def render(size: tuple[int, int], samples: int) -> np.ndarray:
@@ -89,7 +113,8 @@ def render(size: tuple[int, int], samples: int) -> np.ndarray:
         scene.render.image_settings.file_format = "PNG"
         scene.render.filepath = str(path)
         bpy.ops.render.render(write_still=True)
-        return np.asarray(OpenImageIO.ImageBuf(str(path)).get_pixels(OpenImageIO.FLOAT)[..., :3])
+        image = OpenImageIO.ImageBuf(str(path))
+        return np.asarray(image.get_pixels(OpenImageIO.FLOAT)[..., :3])
 
 
 def save(path: Path, picture: np.ndarray) -> None:
@@ -110,46 +135,38 @@ def save(path: Path, picture: np.ndarray) -> None:
 
 
 def thumbnails() -> None:
-    """Render every factory water and look."""
-    from underwater_spectral.scene import live
+    """Draw every factory look."""
+    scene = start()
     from underwater_spectral.ui import presets
 
-    scene = start()
-    material = painted()
     for index, colour in enumerate(_COLOURS):
-        mesh = ball((1.15 * index - 1.15, 2.7 + 0.9 * index, -4.75), 0.5, material)
-        paint(mesh, np.tile(colour, (len(mesh.vertices), 1)))
+        mesh = ball((1.15 * index - 1.15, 2.7 + 0.9 * index, -4.75), 0.5)
+        mesh.materials.append(paint(colour))
     camera((0.0, 0.0, -4.3), -0.1, 26.0)
-    bpy.context.view_layer.update()
     water = scene.underwater
-    water.surface, water.floor_depth, water.floor_reflectance = "flat", 5.25, "0.3"
-    water.white_balance, water.exposure, water.tone = "depth", "auto-picture", "nikon-d7000"
-    live.add(scene)
-    for kind in ("water", "look"):
-        for name, path in presets.names(kind).items():
-            if not path.is_relative_to(ROOT):
-                continue
-            presets.apply(kind, name)
-            # Looks differ in floors that lie deeper than these balls.
-            water.floor_depth = 5.25
-            save(THUMBNAILS / kind / f"{path.stem}.png", render(SIZE, 8))
+    water.surface, water.floor_reflectance, water.white_balance = "flat", "0.3", "daylight"
+    for name, path in presets.names("look").items():
+        if path.is_relative_to(ROOT):
+            presets.apply("look", name)
+            # Looks have floors that lie deeper than these balls.
+            water.floor_depth = _FLOOR
+            save(THUMBNAILS / "look" / f"{path.stem}.png", drawn(SIZE, 2))
 
 
 def icon() -> None:
-    """Render a ball that carries the spectrum, in clear water under waves."""
+    """Draw a ball that carries the spectrum, in clear water."""
     scene = start()
-    mesh = ball((0.0, 3.0, -2.3), 1.0, painted())
-    height = np.array([v.co.x + 0.25 * v.co.z for v in mesh.vertices])
-    stripe = np.clip((height + 1.0) / 2.0 * len(_SPECTRUM), 0, len(_SPECTRUM) - 1).astype(int)
-    paint(mesh, np.array([(*_SPECTRUM[i], 1.0) for i in stripe]))
-    camera((0.0, 0.0, -2.5), 0.08, 32.0)
-    bpy.context.view_layer.update()
+    mesh = ball((0.0, 3.0, -2.5), 1.0, 7)
+    for colour in _SPECTRUM:
+        mesh.materials.append(paint(colour))
+    for face in mesh.polygons:
+        across = (face.center.x + 0.25 * face.center.z + 1.0) / 2.0
+        face.material_index = min(max(int(across * len(_SPECTRUM)), 0), len(_SPECTRUM) - 1)
+    camera((0.0, 0.0, -2.6), -0.02, 34.0)
     water = scene.underwater
-    water.water, water.surface, water.wind_speed = "jerlov:IA", "waves", 5.0
-    water.white_balance, water.exposure, water.tone = "depth", "auto-picture", "nikon-d7000"
-    water.floor_depth, water.floor_reflectance = 3.35, "0.35"
-    bpy.ops.underwater.add_water(start=False)
-    save(LISTING / "icon.png", render((256, 256), 16))
+    water.water, water.surface, water.white_balance = "jerlov:IA", "flat", "depth"
+    water.floor_depth, water.floor_reflectance = 3.5, "0.3"
+    save(LISTING / "icon.png", drawn((256, 256), 1))
 
 
 def featured() -> None:

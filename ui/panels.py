@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
 _SWATCH_SCALE = 5.0
 _PLOT_SCALE = 9.0
+_LOOK_SCALE = 4.5
 # Average width of a character of the interface's font, in pixels at scale 1.
 _CHARACTER = 7.2
 _MARGIN = 70
@@ -82,7 +83,6 @@ class MainPanel(_Panel, bpy.types.Panel):
             row.operator("underwater.rebuild", text="", icon="FILE_REFRESH")
         else:
             column.operator("underwater.add_water", icon="MOD_OCEAN")
-        layout.popover(presets.UNDERWATER_PT_look_presets.__name__, text="Looks", icon="PRESET")
         layout.operator_menu_enum("underwater.add_example", "example", icon="SCENE_DATA")
         if not scene.is_editable:
             _say(layout, "This scene is linked: make it local to change its water.", "LINKED")
@@ -116,6 +116,25 @@ class _SubPanel(_Panel):
         self.layout.use_property_split = True
         self.layout.use_property_decorate = True
         return self.layout.column()
+
+
+class LooksPanel(_SubPanel, bpy.types.Panel):
+    """Looks by their pictures."""
+
+    bl_idname = "UNDERWATER_PT_looks"
+    bl_label = "Looks"
+
+    @override
+    def draw(self, _: bpy.types.Context) -> None:
+        grid = self.layout.grid_flow(row_major=True, columns=3, even_columns=True, align=True)
+        for name, path in presets.names("look").items():
+            cell = grid.column(align=True)
+            picture = previews.thumbnail("look", path.stem)
+            if picture:
+                cell.template_icon(icon_value=picture, scale=_LOOK_SCALE)
+            button = cell.operator("underwater.apply_preset", text=name)
+            button.filepath = str(path)
+            button.menu_idname = presets.UNDERWATER_PT_look_presets.__name__
 
 
 class WaterPanel(_SubPanel, bpy.types.Panel):
@@ -454,6 +473,7 @@ def _colour(colour: DominantColour) -> str:
 
 CLASSES = (
     MainPanel,
+    LooksPanel,
     WaterPanel,
     DepthPanel,
     WavesPanel,

@@ -7,6 +7,7 @@ missing; a timer computes it and draws the sidebar again.
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import bpy
@@ -27,6 +28,7 @@ if TYPE_CHECKING:
 SWATCH_SIZE = 64
 PLOT_SIZE = (360, 240)
 _DELAY = 0.15
+_THUMBNAILS = Path(__file__).resolve().parent / "thumbnails"
 
 
 @dataclass
@@ -100,6 +102,17 @@ def icon_id(name: str) -> int:
     """Identifier of a picture for ``icon_value``; 0 while there is none."""
     images = _states[-1].images
     return images[name].icon_id if name in images else 0
+
+
+def thumbnail(kind: str, stem: str) -> int:
+    """Identifier of the shipped picture of a factory preset; 0 if there is none."""
+    images, name = _states[-1].images, f"{kind} {stem}"
+    if name not in images:
+        path = _THUMBNAILS / kind / f"{stem}.png"
+        if not path.is_file():
+            return 0
+        images.load(name, str(path), "IMAGE")
+    return images[name].icon_id
 
 
 def of_scene(scene: bpy.types.Scene) -> Pictures:

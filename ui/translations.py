@@ -8,7 +8,8 @@ from __future__ import annotations
 
 import bpy
 
-LANGUAGES = ("de_DE", "es", "fr_FR", "ja_JP")
+LANGUAGES = ("de", "es", "fr", "ja")
+"""Blender takes the language where it has none for the country."""
 _LABELS = """
 Underwater | Unterwasser | Bajo el agua | Sous l’eau | 水中
 Add Water | Wasser einfüllen | Añadir agua | Ajouter de l’eau | 水を追加

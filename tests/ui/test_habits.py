@@ -12,14 +12,16 @@ import bpy
 import pytest
 from mathutils import Vector
 from underwater_spectral import registration
-from underwater_spectral.scene import live, stored_settings
-from underwater_spectral.scene.settings import SceneSettings
+from underwater_spectral.scene import first_settings, live, stored_settings
+from underwater_spectral.scene.settings import METHODS, SceneSettings
 from underwater_spectral.tests.scene import scenes
 from underwater_spectral.ui import (
     help_pages,
     operators,
     panels,
     preferences,
+    presets,
+    previews,
     sections,
     sun_handle,
     translations,
@@ -66,6 +68,7 @@ def test_preferences_are_those_of_a_new_scene(monkeypatch):
     scenes.add_camera()
     bpy.context.view_layer.update()
     monkeypatch.setattr(operators.preferences, "stored", Stored)
+    monkeypatch.setattr(first_settings, "start", lambda *_: None)
     bpy.ops.underwater.add_water()
     panel = scene.underwater_panel
     assert (panel.output, panel.quality) == ("//dives", "BANDS")
@@ -104,18 +107,17 @@ def test_no_label_is_left_without_its_translations():
         if isinstance(node, ast.Constant) and isinstance(node.value, str)
     }
     shown |= {p.name for p in bpy.context.scene.underwater.bl_rna.properties}
+    shown |= {method.label for method in METHODS.values()}
     assert [name for name in names if name not in shown] == []
 
 
-def test_blender_speaks_them():
-    view = bpy.context.preferences.view
-    before = view.language
-    try:
-        view.language = "de_DE"
-        view.use_translate_interface = True
-        assert bpy.app.translations.pgettext_iface("Add Water") == "Wasser einfüllen"
-    finally:
-        view.language = before
+def test_blender_gets_them_for_words_and_buttons():
+    """The module bpy is built without languages: what it would look up is compared."""
+    known = translations.catalogue()
+    assert set(known) == set(translations.LANGUAGES)
+    for context in ("*", "Operator"):
+        assert known["de"][context, "Add Water"] == "Wasser einfüllen"
+        assert known["ja"][context, "Reef"] == "サンゴ礁"
 
 
 def test_the_sun_follows_its_handle_with_drivers_that_need_no_script():
@@ -164,3 +166,14 @@ def test_a_new_registration_finds_its_tab():
     registration.unregister()
     registration.register()
     assert panels.MainPanel.bl_category == "Underwater"
+
+
+def test_every_factory_look_has_its_picture():
+    for path in presets.names("look").values():
+        previews.thumbnail("look", path.stem)  # icons have no numbers without a window
+        picture = previews._states[-1].images[f"look {path.stem}"]
+        assert tuple(picture.image_size) == (96, 60), path.stem
+    assert previews.thumbnail("look", "nowhere") == 0
+    sizes = [path.stat().st_size for path in (UI / "thumbnails").rglob("*.png")]
+    assert len(sizes) == len(presets.names("look"))
+    assert sum(sizes) < 150_000
