@@ -121,7 +121,9 @@ def environment(folder: Path, lock: Path) -> Path:
     if not (python.exists() and stamp.exists() and stamp.read_text() == wanted):
         uv = find_uv()
         if not python.exists():
-            command = [str(uv), "venv", "-q", "--python", "3.13", str(folder)]
+            known = VENV / "bin" / "python"  # of the other environment, if that is there
+            base = str(known) if known.exists() else "3.13"
+            command = [str(uv), "venv", "-q", "--python", base, str(folder)]
             if subprocess.call(command, cwd=ROOT):
                 stop("Python 3.13 is needed and uv could not get it; install it and try again")
         sync = (uv, "pip", "sync", "-q", "--require-hashes", "--compile-bytecode")
