@@ -164,19 +164,16 @@ def _against_no_water(far: Rendered, near: Rendered, name: str) -> tuple[float, 
     """J of a square against the image from close before it, and what that water takes."""
     J = far.layers.bands("J")[squares(far.layers)[name]].astype(np.float64).mean(axis=0)
     image = near.layers.bands("I").astype(np.float64).mean(axis=(0, 1))
-    taken = np.exp(-near.c * BEFORE)
-    return float(np.abs(J * taken / image - 1.0).max()), float(1.0 - taken.min())
+    return float(np.abs(J / image - 1.0).max()), float(1.0 - np.exp(-near.c * BEFORE).min())
 
 
-def _cost(blend: Path, folder: Path) -> float:
-    """CPU time of a frame in bands, all layers over none; shaders are compiled before."""
-    times = []
-    for layers in ("none", "all"):
-        options = ("--engine", "eevee", "--mode", "bands", "--samples", "16", "--camera", FAR)
-        out = folder / f"cost {layers}"
-        render(blend, out, *options, layers=layers)
-        times.append(render(blend, out, *options, layers=layers))
-    return times[1] / times[0]
+def _against_own_light(frame: FrameLayers, fit: FormationFit) -> float:
+    """Largest relative error of the channels' β_D against the layer T of the grey squares."""
+    greys = [mask for name, mask in squares(frame).items() if name.startswith("grey")]
+    z = np.array([frame["range"][mask].mean() for mask in greys], np.float64)
+    T = np.array([frame["T"][mask].mean(axis=0) for mask in greys], np.float64)
+    found = np.stack([beta.at(z) for beta in fit.beta_direct], axis=-1)
+    return float(np.abs(found * z[:, None] / -np.log(T) - 1.0).max())
 
 
 def measure(folder: Path) -> str:
@@ -198,7 +195,8 @@ def measure(folder: Path) -> str:
     exact, left = _left(far)
     same, taken = _against_no_water(far, near, middle)
     in_bands = fit_errors(fitted(far.layers, bands=True), band_curves(far.truth))
-    in_channels = fit_errors(fitted(far.layers, bands=False), read_formation(far.path))
+    of_sensor = fitted(far.layers, bands=False)
+    in_channels = fit_errors(of_sensor, read_formation(far.path))
     greys = [mask for name, mask in squares(far.layers).items() if name.startswith("grey")]
     traced = [
         cycles.layers.bands("J")[m].mean(axis=0) / far.layers.bands("J")[m].mean(axis=0)
@@ -217,7 +215,7 @@ def measure(folder: Path) -> str:
         bands="|".join(f" {_share(x)} " for x in in_bands),
         channels="|".join(f" {_share(x)} " for x in in_channels),
         traced=f"{ratio.mean():.3f} ± {ratio.std() / np.sqrt(ratio.size):.3f}",
-        cost=f"{_cost(blend, folder):.1f}",
+        own=_share(_against_own_light(far.layers, of_sensor)),
     )
 
 
@@ -252,8 +250,8 @@ scattered.
 ## They are what they are called
 - T of a band is e^(-cz) within {exact} at the centre of every pixel, and D / J, as drawn, is that within {left} where
   more than e⁻³ is left.
-- J of a grey square, seen through metres of water, against the image from {before} before it: {same} apart, the {taken} that
-  those {before} take counted.
+- J of a grey square, seen through metres of water, against the image from {before} before it: {same} apart. Those
+  {before} take {taken}, most of which is scattered forward.
 - J by Cycles over J by EEVEE, greys of which a tenth is left in all bands, mean of bands: {traced}.
 
 ## The image alone gives the truth's coefficients
@@ -264,9 +262,6 @@ scattered.
 | each band |{bands}|
 | the sensor's channels |{channels}|
 
-The truth's β_D of a channel is of grey in the light on a level surface; these squares stand upright.
-
-## What they cost
-CPU time of a job of one frame in two passes of bands, all layers over none: {cost}. 96 × 72 pixels, 16 samples, shaders compiled
-before; planning, development and the truth, which solves the light field, included. On a software rasteriser.
+The truth's β_D of a channel is of grey in the light on a level surface; these squares stand upright, where the light
+has another colour. Against the layer T of the same squares, β_D of the channels is within {own}.
 """
