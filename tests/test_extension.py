@@ -86,6 +86,7 @@ def test_zip_leaves_the_import_system_alone(built_zip):
         assert not re.search(rb"sys\.(modules|path|meta_path)\b", text), name
         assert not re.search(rb"import .*\b(numba|subprocess|socket|urllib|requests)\b", text), name
         assert not re.search(rb"import (threading|multiprocessing)", text), name
+        assert b"nodebpy" not in text, name
         assert not re.search(rb"\b(eval|exec|__import__)\(", text), name
 
 
