@@ -8,10 +8,11 @@ those of the bent ray over the index.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import bpy
 
+from ..uw_spectral.mathematics import Operand
 from ..uw_spectral.surface.refraction import apparent_depth, seen_from_air
 from ..uw_spectral.transfer.above_water import leaving_share
 from ..uw_spectral.transfer.radiance_field import surface_normal
@@ -73,7 +74,7 @@ def build(values: bpy.types.ShaderNodeTree, images: WaveImages | None) -> bpy.ty
     depth = -at_rest[2] * n * NODES.maximum(straight - to_surface, 0.0)
     dry = in_air * NODES.less(0.0, drawn[2])
 
-    def pick(air: tuple, water: tuple) -> NodeValue:
+    def pick(air: Sequence[Operand], water: Sequence[Operand]) -> NodeValue:
         parts = (NODES.select(in_air, a, b) for a, b in zip(air, water, strict=True))
         return graph.vector(*parts)
 

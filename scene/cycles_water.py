@@ -126,7 +126,7 @@ def place(scene: bpy.types.Scene, column: WaterColumn) -> None:
     sky_world.turn(scene.world, column.skylight.sun)
     lid = scene_water.part(scene, _LID)
     if lid is not None:
-        sun_lid.turn(lid, column.sun_direction, column.skylight.sun)
+        sun_lid.turn(lid, column.sun_direction.tolist(), column.skylight.sun)
         for item in scene_water.objects(scene):
             if scene_water.IS_SUN in item and not item[scene_water.IS_SUN]:
                 scene_water.turn(item, column.skylight.sun)
