@@ -27,7 +27,7 @@ from . import (
 )
 from .data_set_plan import plan_data_set
 from .frame_plans import FramePlans
-from .manifest import Manifest, read_manifest
+from .manifest import Manifest, View, read_manifest
 from .progress import Progress, print_note
 from .render_job import Step
 
@@ -212,11 +212,18 @@ def _opener(
 
 
 def _develop(index: Index, progress: Progress) -> None:
-    """Develop what is rendered and has no pictures yet."""
+    """Develop what is rendered and has no pictures yet; what is not rendered may come later."""
     for name in index.jobs:
         manifest = _manifest(index, name)
-        views = dict.fromkeys(task.view for task in _tasks(index, name, manifest))
-        left = [view for view in views if not pictures.record_path(manifest, view).is_file()]
+        by_view: dict[View, list[work.Task]] = {}
+        for task in _tasks(index, name, manifest):
+            by_view.setdefault(task.view, []).append(task)
+        left = [
+            view
+            for view, tasks in by_view.items()
+            if not pictures.record_path(manifest, view).is_file()
+            and all(work.done(manifest, task, thorough=False) for task in tasks)
+        ]
         if left:
             same_job.check_programs(manifest)
         for number, view in enumerate(render_job.develop(manifest, left), start=1):

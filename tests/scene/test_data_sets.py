@@ -416,6 +416,22 @@ def test_a_set_grows_by_what_is_new(made, tmp_path):
     assert data_set_batch.status(index)[0].count("2 of 2 passes done") == 2
 
 
+def test_what_is_rendered_can_be_exported_before_the_rest(made, tmp_path, capsys):
+    shutil.copytree(made.folder, tmp_path / "set" / "out")
+    for name in ("discs.blend", "spec.toml"):
+        shutil.copy(made.spec.with_name(name), tmp_path / "set" / name)
+    out = tmp_path / "set" / "out"
+    job = out / "jobs" / made.index.jobs[0]
+    (job / "0001.json").unlink()  # is developed again
+    for path in (*job.glob("passes/0002/*"), *job.glob("0002*")):
+        path.unlink()
+    assert _run("--dataset-export", out) == 0
+    assert "exported: 3 view(s), 1 not rendered yet" in capsys.readouterr().out
+    frames = json.loads((out / "transforms.json").read_text())["frames"]
+    assert len(frames) == 3
+    assert (job / "0001.json").is_file()
+
+
 def test_another_render_is_refused_in_the_same_folder(made, capsys):
     assert _run("--dataset", made.spec, "--out", made.folder, "--samples", 2) == 2
     assert "other values of samples" in capsys.readouterr().err
