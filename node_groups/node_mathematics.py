@@ -342,7 +342,6 @@ NODES = Mathematics(
     log=_log,
     sqrt=_sqrt,
     absolute=_function("ABSOLUTE", NUMPY.absolute),
-    floor=_function("FLOOR", NUMPY.floor),
     arccos=_function("ARCCOSINE", NUMPY.arccos),
     tan=_function("TANGENT", NUMPY.tan),
     arctan2=_function("ARCTAN2", NUMPY.arctan2),

@@ -24,7 +24,7 @@ class Mathematics:
 
     Parameters
     ----------
-    exp, log, sqrt, absolute, floor : callable
+    exp, log, sqrt, absolute : callable
         Of one operand.
     arccos : callable
         Of one number, -1 to 1.
@@ -45,7 +45,6 @@ class Mathematics:
     log: Callable[[Operand], Operand]
     sqrt: Callable[[Operand], Operand]
     absolute: Callable[[Operand], Operand]
-    floor: Callable[[Operand], Operand]
     arccos: Callable[[Operand], Operand]
     tan: Callable[[Operand], Operand]
     arctan2: Callable[[Operand, Operand], Operand]
@@ -79,7 +78,6 @@ NUMPY = Mathematics(
     log=np.log,
     sqrt=np.sqrt,
     absolute=np.abs,
-    floor=np.floor,
     arccos=np.arccos,
     tan=np.tan,
     arctan2=np.arctan2,

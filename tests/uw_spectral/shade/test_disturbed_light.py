@@ -60,9 +60,7 @@ def test_nothing_disturbs_nothing():
     _, rays, light = light_around(np.zeros((0, 3)), field(), 0.3)
     assert rays.valid.all()
     np.testing.assert_allclose(light.irradiance, 1.0, atol=2e-3)
-    off = np.abs(light.scattered - 1.0)
-    assert np.quantile(off, 0.99) < 2e-3
-    assert off.max() < 6e-3, "some view directions get next to no light"
+    np.testing.assert_allclose(light.scattered, 1.0, atol=2e-3)
     assert (light.sunlit == 1).all()
     np.testing.assert_allclose(light.behind, 1.0)
 
