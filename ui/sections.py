@@ -32,7 +32,7 @@ SECTIONS: dict[str, tuple[str, ...]] = {
     ),
     "quality": (
         "bands", "wavelengths", "band_placement", "range_start", "range_end", "forward_peak",
-        "share_passes", "field", "shafts", "diffuse_shadows", "samples", "bounces",
+        "share_passes", "field", "shafts", "diffuse_shadows", "layers", "samples", "bounces",
     ),
 }  # fmt: skip
 

@@ -148,7 +148,7 @@ def test_the_checker_camera_sees_the_whole_board(reef) -> None:
 
 
 def test_unknown_detail_and_negative_seed() -> None:
-    with pytest.raises(ValueError, match="unknown detail 'fine'; known: draft, full"):
+    with pytest.raises(ValueError, match="unknown detail 'fine'; known: draft, panel, full"):
         build_scene("reef", 1, "fine")
     with pytest.raises(ValueError, match="must not be negative"):
         build_scene("reef", -1, "draft")

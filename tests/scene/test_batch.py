@@ -266,7 +266,7 @@ def test_this_machine_has_memory():
         (["--phase", "hg:1.2"], "g must be between -1 and 1"),
         (["--range", "400", "800"], "is known from 300 to 700 nm, but 750 nm"),
         (["--wavelengths", "450,red"], "--wavelengths: '450,red' is not a list of numbers"),
-        (["--exposure", "bright"], "--exposure: 'bright' is neither 'auto' nor a number"),
+        (["--exposure", "bright"], "--exposure: 'bright' is neither 'auto', 'auto-picture' nor a"),
         (["--floor-reflectance", "2"], "reflectance 2 is not between 0 and 1"),
         (["--camera", "Cam"], "no camera 'Cam' in 'Scene'; there are: Camera"),
         (["--floor-depth", "4"], "the floor at 4 m is above camera 'Camera', which is at 5 m"),

@@ -202,7 +202,7 @@ def test_live_water_leaves_no_trace(registered, name):
     scene.underwater.floor_depth = 4.0
     scene.underwater.floor_depth = 0.0
     assert live.update(scene)
-    troubled = name in ("empty", "no camera", "in the surface", "above")
+    troubled = name in ("empty", "no camera")
     assert bool(live.problem(scene)) == troubled, live.problem(scene)
     live.remove(scene)
     assert snapshot.differences(before, snapshot.snapshot()) == []

@@ -26,7 +26,8 @@ print("FOUND " + json.dumps({"loaded": loaded, "data": data}))
 """
 # Of what renders, enabling loads only what the panel stores and the table of terms.
 LIGHT = {
-    *("scene", "scene.session", "scene.settings", "scene.stored_settings", "scene.units"),
+    *("scene", "scene.session", "scene.settings", "scene.stage", "scene.stored_settings"),
+    "scene.units",
     *("scene.lamp_rigs", "scene.stored_lamps", "quality", "quality.terms"),
 }
 HEAVY = {"colour", "jerlov", "OpenImageIO", "scipy"}
