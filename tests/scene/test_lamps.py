@@ -127,7 +127,7 @@ def test_light_in_the_water_is_the_formula(scene, tmp_path):
     assert np.quantile(np.abs(picture / wanted - 1.0), 0.95) < 0.03
 
 
-@pytest.mark.parametrize("sunlight", [0.0, 1.0])
+@pytest.mark.parametrize("sunlight", [0.0, pytest.param(1.0, marks=pytest.mark.slow)])
 def test_shadows_of_two_lamps_are_told_apart(scene, tmp_path, sunlight):
     """A screen keeps the red lamp from the wall's middle, and not the blue one.
 
