@@ -123,6 +123,7 @@ def test_a_camera_below_has_neither(empty_blender):
 
 
 @pytest.mark.parametrize("height", [0.01, pytest.param(-0.01, marks=pytest.mark.slow)])
+@pytest.mark.slow
 def test_a_camera_at_the_surface_shows_both_worlds(empty_blender, height):
     scene, plan = empty_blender, _plan(floor_depth=0.0, sky="uniform")
     camera = _camera(scene)

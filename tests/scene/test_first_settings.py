@@ -85,6 +85,7 @@ def test_a_scene_built_for_water_stays_where_it_is(default_file):
     assert lamps.left_out(scene)[scene.objects["Light"]].startswith("it is above the water")
 
 
+@pytest.mark.slow
 def test_the_scene_may_be_left_alone_and_grounds_of_its_own_are(default_file):
     scene = default_file
     before = _places(scene)
@@ -99,6 +100,7 @@ def test_the_scene_may_be_left_alone_and_grounds_of_its_own_are(default_file):
     assert scene.underwater.floor_depth == 0.0
 
 
+@pytest.mark.slow
 def test_add_water_leaves_settings_alone_that_are_there(default_file):
     scene = default_file
     scene.underwater.water, scene.underwater.phase = "jerlov:II", "hg:0.9"

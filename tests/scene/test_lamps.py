@@ -153,6 +153,7 @@ def test_shadows_of_two_lamps_are_told_apart(scene, tmp_path, sunlight):
     assert beside["both"] - beside["none"] > 0
 
 
+@pytest.mark.slow
 def test_extremes_are_finite(scene, tmp_path):
     """At the camera, on its ray, behind the wall, above the water, on a thing, near, far, dark."""
     for place, power in (

@@ -187,6 +187,7 @@ def test_cycles_tells_direct_light_from_the_rest(cycles, eevee):
     np.testing.assert_allclose(frame.bands("albedo")[grey], other.bands("albedo")[grey], atol=2e-3)
 
 
+@pytest.mark.slow
 def test_the_real_time_picture_comes_apart_alike(blend, tmp_path, eevee):
     frame, truth = _run(blend, tmp_path, *EEVEE, "--mode", "realtime")
     I, D, B, F = (frame[name].astype(float) for name in "IDBF")  # noqa: E741
@@ -210,6 +211,7 @@ def test_the_real_time_picture_comes_apart_alike(blend, tmp_path, eevee):
     ],
     ids=str,
 )
+@pytest.mark.slow
 def test_every_kind_of_water_has_its_outputs(changes):
     scene = scenes.varied_scene()
     values = {"layers": "all", "bands": 4, "wave_resolution": 16, **changes}
