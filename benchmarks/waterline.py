@@ -24,6 +24,7 @@ from ..scene.band_engine import BandEngine
 from ..uw_spectral.spectra.colour_rendering import delta_e_CIE2000_images, srgb_encode
 from ..uw_spectral.spectra.spectral_image import read_exr
 from . import grey_scene
+from ._shade_scenes import matt
 from .path_radiance_table import ROOT
 
 TARGET = 2.0
@@ -107,14 +108,7 @@ def _add_things() -> None:
 def _coat(colour: tuple[float, float, float]) -> None:
     item = bpy.context.object
     item.data.shade_smooth()
-    material = bpy.data.materials.new("coat")
-    tree = material.node_tree
-    tree.nodes.clear()
-    diffuse = tree.nodes.new("ShaderNodeBsdfDiffuse")
-    diffuse.inputs["Color"].default_value = (*colour, 1.0)
-    output = tree.nodes.new("ShaderNodeOutputMaterial")
-    tree.links.new(diffuse.outputs[0], output.inputs["Surface"])
-    item.data.materials.append(material)
+    item.data.materials.append(matt(colour))
 
 
 @dataclass(frozen=True, eq=False)

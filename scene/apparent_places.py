@@ -7,7 +7,7 @@ leave with the water.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 import bpy
 import numpy as np
@@ -71,7 +71,7 @@ def give_back(kept: Iterable[bpy.types.Material]) -> None:
         del material[_BEFORE]
 
 
-def subdivide(scene: bpy.types.Scene, camera: tuple[float, float, float]) -> None:
+def subdivide(scene: bpy.types.Scene, camera: Sequence[float]) -> None:
     """Subdivide meshes under water whose edges are too long to be bent as refraction asks.
 
     Parameters

@@ -426,8 +426,8 @@ def add_realtime(scene: bpy.types.Scene, water: RealtimeWater, extent: WaterExte
     notes += [*water.lamps.notes, *scene_water.add(scene, filling, water.column, extent)]
     values[_OWNER] = scene_water.collection_of(scene)
     set_values(scene, water)
-    if shape.above:
-        apparent_places.subdivide(scene, _camera_of(water))
+    if water.above is not None:
+        apparent_places.subdivide(scene, water.above.camera)
     return notes
 
 
@@ -465,8 +465,8 @@ def set_values(scene: bpy.types.Scene, water: RealtimeWater) -> None:
     scene_water.place(scene, water.column)
     for item in scene_water.objects(scene):
         if item.get(scene_water.IS_SUN):
-            if water.shape.above:
-                scene_water.fan_out_floor(scene, _camera_of(water))
+            if water.above is not None:
+                scene_water.fan_out_floor(scene, water.above.camera)
                 drawn = (water.numbers.single[name] for name in realtime_values.DRAWN_SUN)
                 scene_water.turn(item, drawn)
             # At night it would hide the shadows of lamps.
@@ -487,11 +487,6 @@ def _set_lamps(scene: bpy.types.Scene, water: RealtimeWater, around: LampWater) 
     for item, lamp, colour in zip(scene_water.followers(scene), lamps, colours, strict=True):
         code = numbers[realtime_lamps.CODE]
         realtime_lamps.write_shadow_lamp(item.data, lamp, colour, code)
-
-
-def _camera_of(water: RealtimeWater) -> tuple[float, float, float]:
-    x, y, z = (water.numbers.single[name] for name in realtime_values.CAMERA)
-    return x, y, z
 
 
 def has_realtime(scene: bpy.types.Scene) -> bool:

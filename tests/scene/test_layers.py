@@ -9,6 +9,7 @@ import bpy
 import numpy as np
 import pytest
 from mathutils import Vector
+from underwater_spectral.benchmarks._layer_scenes import square
 from underwater_spectral.datasets import cryptomatte
 from underwater_spectral.datasets.layer_file import read_layers
 from underwater_spectral.scene import (
@@ -33,19 +34,6 @@ PLAIN += ["--sun-azimuth", "90"]  # on the squares
 EEVEE = ["--engine", "eevee", "--field", "closed-form", "--samples", "4"]
 
 
-def _square(name, place, size, material, colour):
-    half = size / 2
-    mesh = bpy.data.meshes.new(name)
-    corners = [(x, y, 0.0) for x, y in ((-half, -half), (half, -half), (half, half), (-half, half))]
-    mesh.from_pydata(corners, [], [(0, 1, 2, 3)])
-    mesh.materials.append(material)
-    item = bpy.data.objects.new(name, mesh)
-    item.location, item.rotation_euler = place, (math.pi / 2, 0.0, 0.0)
-    item.color = (*colour, 1.0)
-    bpy.context.scene.collection.objects.link(item)
-    return item
-
-
 @pytest.fixture(scope="module")
 def blend(tmp_path_factory):
     """A grey and a moving black square before a level camera."""
@@ -59,8 +47,8 @@ def blend(tmp_path_factory):
     )
     tree.links.new(info.outputs["Color"], shader.inputs["Color"])
     tree.links.new(shader.outputs[0], output.inputs["Surface"])
-    _square("grey", (-0.7, RANGE, -5.0), 1.2, material, (0.5, 0.5, 0.5))
-    item = _square("black", (0.0, RANGE, -5.0), 1.2, material, (0.0, 0.0, 0.0))
+    square("grey", (-0.7, RANGE, -5.0), 1.2, (0.5, 0.5, 0.5), material)
+    item = square("black", (0.0, RANGE, -5.0), 1.2, (0.0, 0.0, 0.0), material)
     for frame in (1, 2, 3):
         item.location.x = 0.7 + MOVED * (frame - 2)
         item.keyframe_insert("location", frame=frame)
