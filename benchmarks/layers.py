@@ -12,7 +12,6 @@ import argparse
 import contextlib
 import io
 import json
-import re
 import tempfile
 import time
 from collections.abc import Sequence
@@ -38,17 +37,17 @@ _SHARED = [
     "--water", WATER, "--bands", "6", "--sensor", "Nikon D7000", "--no-diffuse-shadows",
     "--no-scene-floor",
 ]  # fmt: skip
-_SECONDS = re.compile(r"pass_00\.exr ([\d.]+) s")
+_FRAMES = 7  # more than one: what is left is without start, plan and compilation
+_FRAME = "320x180"
 
 
 @dataclass(frozen=True)
 class Rendered:
-    """A picture's layers and truth, and the CPU time of its job in s."""
+    """A picture's layers and truth."""
 
     layers: FrameLayers
     truth: dict[str, Any]
     path: Path
-    seconds: float
 
     @property
     def c(self) -> NDArray[np.float64]:
@@ -67,7 +66,7 @@ def render(blend: Path, out: Path, *options: str, layers: str = "all") -> float:
     start, said = time.process_time(), io.StringIO()
     with contextlib.redirect_stdout(said):
         status = batch.main(
-            [str(blend), *_SHARED, "--out", str(out), "--layers", layers, *options],
+            [str(blend), *_SHARED, "--out", str(out), *_asked(layers), *options],
             inside_blender=False,
         )
     if status:
@@ -75,11 +74,34 @@ def render(blend: Path, out: Path, *options: str, layers: str = "all") -> float:
     return time.process_time() - start
 
 
-def found(out: Path, seconds: float = 0.0) -> Rendered:
+def _asked(layers: str) -> list[str]:
+    return ["--layers", layers] if layers else []
+
+
+def frame_seconds(blend: Path, out: Path, *options: str, layers: str) -> float:
+    """Return the CPU time of a frame after the first, s."""
+    first, all_of_them = (
+        render(blend, out / f"{last}", *options, "--frames", f"1-{last}", layers=layers)
+        for last in (1, 1 + _FRAMES)
+    )
+    return (all_of_them - first) / _FRAMES
+
+
+def cost(blend: Path, out: Path, *options: str) -> str:
+    """Return a row of the table of costs: a frame without layers, and with all over that."""
+    size = ("--resolution", *_FRAME.split("x"))
+    plain, whole = (
+        frame_seconds(blend, out / (layers or "none"), *options, *size, layers=layers)
+        for layers in ("", "all")
+    )
+    return f"{plain:.2g} s | {whole / plain:.2f} |"
+
+
+def found(out: Path) -> Rendered:
     """Read what a job wrote for frame 1."""
     path = out / "0001_truth.json"
     truth = json.loads(path.read_text(encoding="utf-8"))
-    return Rendered(read_layers(out / "0001_layers.exr"), truth, path, seconds)
+    return Rendered(read_layers(out / "0001_layers.exr"), truth, path)
 
 
 def sum_error(frame: FrameLayers, *, bands: bool) -> NDArray[np.float64]:
@@ -203,7 +225,18 @@ def measure(folder: Path) -> str:
         for m in greys
     ]
     ratio = np.array(traced)[np.exp(-far.c.max() * np.array(RANGES[: len(traced)])) > 0.1]
+    costs = [
+        f"| {name} | {cost(blend, folder / 'cost' / name.split()[0], *options)}"
+        for name, options in {
+            "real-time, EEVEE, 16 samples": (*eevee, "--mode", "realtime", "--camera", FAR),
+            "bands, EEVEE, 16 samples": (*eevee, "--mode", "bands", "--camera", FAR),
+            "cycles, 16 samples": ("--samples", "16", "--camera", FAR),
+        }.items()
+    ]
     return _PAGE.format(
+        costs="\n".join(costs),
+        size=_FRAME.replace("x", " × "),
+        frames=_FRAMES,
         water=WATER,
         farthest=FARTHEST,
         sums="\n".join(sums),
@@ -264,4 +297,12 @@ scattered.
 
 The truth's β_D of a channel is of grey in the light on a level surface; these squares stand upright, where the light
 has another colour. Against the layer T of the same squares, β_D of the channels is within {own}.
+
+## What they cost
+CPU time of a frame of {size} pixels, mean of {frames} after the first, and that with all layers over that without any, in
+one run.
+
+| | without | all layers |
+|---|---|---|
+{costs}
 """

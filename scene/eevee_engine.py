@@ -103,6 +103,12 @@ def eevee_realtime(
     """
     passes = picture_passes_of(plan)
     layers = _layers(scene, camera, plan, eyes, by_band=False)
+    if layers is not None and layers.subtracts and len(passes) > 1:
+        raise InputError(
+            f"layers: B_single and B_multiple of shafts of light, in real time, take at most "
+            f"{plan.most_bands} bands, not {len(plan.bands)}; take fewer, "
+            f"--no-shafts or --mode bands, or leave those layers (and B) out"
+        )
     count = len(passes[0])
     waters = _waters(scene, camera, eyes)
 

@@ -49,7 +49,8 @@ class EeveeLayers:
     lamps: bool
 
     @property
-    def _subtracts(self) -> bool:
+    def subtracts(self) -> bool:
+        """Whether a layer is what the others leave of the image."""
         return self.shafts and not {"B_single", "B_multiple"}.isdisjoint(drawn_for(self.wanted))
 
     @property
@@ -58,7 +59,7 @@ class EeveeLayers:
         needed = set(drawn_for(self.wanted))
         if not {"B_single", "B_multiple"}.isdisjoint(needed):
             needed |= {"B_water", "B_single"}
-        if self._subtracts:
+        if self.subtracts:
             needed |= {"D", "F", "B_lamps"}
         if not self.lamps:
             needed.discard("B_lamps")
@@ -144,7 +145,7 @@ class EeveeLayers:
             water = drawn.pop("B_water")
             drawn["B_multiple"] = scattered_again(water, drawn["B_single"])
             notes["B_multiple"] = _BY_SHADER
-        if self._subtracts:
+        if self.subtracts:
             others = [drawn[n] for n in ("D", "B_multiple", "B_lamps", "F") if n in drawn]
             drawn["B_single"], notes["B_single"] = remaining_single(drawn["I"], others), _SHAFTS
         name_of = bands_name if self.by_band else str

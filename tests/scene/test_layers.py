@@ -218,6 +218,16 @@ def test_every_kind_of_water_has_its_outputs(changes):
     assert not list(scene.view_layers[0].aovs)
 
 
+def test_shafts_in_several_passes_leave_no_single_scattering():
+    scene = scenes.varied_scene()
+    chosen = settings.SceneSettings(layers="B_single", bands=20, field="closed-form", shafts=True)
+    extent = water_body.WaterExtent(50.0, 40.0)
+    refused = pytest.raises(InputError, match="take at most 16 bands, not 20; .* --mode bands")
+    plan = render_plan.make_plan(chosen)
+    with refused, eevee_engine.eevee_realtime(scene, scene.camera, plan, extent, 5.0):
+        pass
+
+
 def test_passes_are_switched_off_again():
     layer = bpy.context.view_layer
     own = layer.aovs.add()
