@@ -206,6 +206,6 @@ def test_bad_outputs_say_what_and_where(changes, message):
         spec_with(**changes)
 
 
-def test_the_small_set_of_the_examples_has_24_views():
+def test_the_small_set_of_the_examples_has_32_views():
     spec = read_spec(SPEC.parents[2] / "examples" / "datasets" / "reef_small.toml")
-    assert len(enumerate_views(spec)) == 3 * 4 * 2
+    assert len(enumerate_views(spec)) == (3 + 1) * 4 * 2

@@ -48,6 +48,7 @@ def _open_share(x: np.ndarray, half_angle: float) -> np.ndarray:
     return (tangent[..., None] > -x / (ABOVE_CAMERA + BELOW_CAMERA)).mean(axis=(0, 1))
 
 
+@pytest.mark.slow
 def test_a_roof_keeps_the_light_of_the_cone_away(tmp_path):
     water = _water()
     open_water = probe.render(water, VIEW, tmp_path / "open.exr", samples=8)

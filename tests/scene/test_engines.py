@@ -6,6 +6,7 @@ import json
 
 import bpy
 import numpy as np
+import pytest
 from underwater_spectral.benchmarks import grey_scene
 from underwater_spectral.scene import (
     batch,
@@ -48,6 +49,7 @@ def test_bands_and_real_time_agree(tmp_path):
     assert [p["seconds"] for p in record["passes"]] == [None]
 
 
+@pytest.mark.slow
 def test_more_bands_than_one_shader_carries_add_up(tmp_path, monkeypatch):
     grey_scene.build_scene(5.0, 36, 27)
     blend = tmp_path / "scene.blend"
@@ -66,7 +68,7 @@ def test_more_bands_than_one_shader_carries_add_up(tmp_path, monkeypatch):
 
 def test_each_frame_is_computed_once(monkeypatch):
     scene, camera = bpy.context.scene, grey_scene.build_scene(5.0, 36, 27)
-    plan = render_plan.make_plan(SceneSettings(phase="hg:0.8", bands=3))
+    plan = render_plan.make_plan(SceneSettings(phase="hg:0.8", bands=3, diffuse_shadows=False))
     asked = []
 
     def with_waves(scene, plan, water):

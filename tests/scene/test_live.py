@@ -282,17 +282,31 @@ def solved(monkeypatch):
     return found
 
 
-@pytest.mark.parametrize("surface", ["none", "flat", "waves"])
+KINDS = {
+    "plain": ({}, set()),
+    "depth balance": ({"white_balance": "depth"}, set()),
+    "inelastic": ({"water": "case:baltic", "inelastic": "all"}, {len(EXCITATION)}),
+    "optimised": ({"band_placement": "optimised", "bands": 6}, {REFERENCE_BANDS}),
+}
+QUICK = {
+    ("plain", "waves"),
+    ("depth balance", "none"),
+    ("inelastic", "flat"),
+    ("optimised", "waves"),
+}
+
+
 @pytest.mark.parametrize(
-    ("settings", "others"),
+    ("surface", "settings", "others"),
     [
-        ({}, set()),
-        ({"white_balance": "depth"}, set()),
-        ({"water": "case:baltic", "inelastic": "all"}, {len(EXCITATION)}),
-        ({"band_placement": "optimised", "bands": 6}, {REFERENCE_BANDS}),
+        pytest.param(
+            surface, *KINDS[kind], id=f"{kind}, {surface}",
+            marks=() if (kind, surface) in QUICK else pytest.mark.slow,
+        )
+        for kind in KINDS
+        for surface in ("none", "flat", "waves")
     ],
-    ids=["plain", "depth balance", "inelastic", "optimised"],
-)
+)  # fmt: skip
 def test_a_change_solves_the_light_field_of_its_bands_once(solved, surface, settings, others):
     scene = _scene()
     for name, value in {"surface": surface, "wave_resolution": 16, **settings}.items():

@@ -38,7 +38,7 @@ def _add(scene, water):
     return realtime.add_realtime(scene, water, extent)
 
 
-@pytest.mark.parametrize("shafts", [False, True])
+@pytest.mark.parametrize("shafts", [pytest.param(False, marks=pytest.mark.slow), True])
 def test_removal_restores_every_value(shafts):
     scene = scenes.varied_scene()
     before = snapshot.snapshot()

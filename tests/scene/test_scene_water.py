@@ -57,7 +57,10 @@ def _second_scene():
     return scene
 
 
-@pytest.mark.parametrize("fills", [(_eevee, _eevee), (_cycles, _cycles), (_eevee, _cycles)])
+@pytest.mark.parametrize(
+    "fills",
+    [pytest.param((_eevee, _eevee), marks=pytest.mark.slow), (_cycles, _cycles), (_eevee, _cycles)],
+)
 def test_two_scenes_hold_different_water(fills):
     first = scenes.varied_scene()
     second = _second_scene()

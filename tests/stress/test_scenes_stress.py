@@ -192,7 +192,7 @@ def test_water_of_both_engines_leaves_no_trace(name):
     assert snapshot.differences(before, snapshot.snapshot()) == []
 
 
-@pytest.mark.parametrize("name", _some(SCENES, ("empty", "above")))
+@pytest.mark.parametrize("name", _some(SCENES, ("empty",)))
 def test_live_water_leaves_no_trace(registered, name):
     scene = _made(name)
     scene.underwater.phase = "hg:0.924"

@@ -68,7 +68,13 @@ def window(monkeypatch):
     return idle
 
 
-PRESETS = [(kind, name) for kind in presets.KINDS for name in ("first", "last")]
+PRESETS = [
+    pytest.param(
+        kind, name, marks=() if (kind == "look") == (name == "first") else pytest.mark.slow
+    )
+    for kind in presets.KINDS
+    for name in ("first", "last")
+]
 
 
 @pytest.mark.parametrize(("kind", "which"), PRESETS)

@@ -75,6 +75,7 @@ def test_panel_and_command_line_write_equal_files(tmp_path):
     assert jobs[0] == jobs[1]
 
 
+@pytest.mark.slow
 def test_live_water_shows_layers(tmp_path):
     scene, profile = _scene(tmp_path / "out"), tmp_path / "profile.csv"
     profile.write_text("depth_m,cdom\n0,0.02\n4,0.5\n")
@@ -166,7 +167,7 @@ def test_the_window_renders_a_pass_at_each_tick(tmp_path):
     assert snapshot.differences(before, snapshot.snapshot()) == []
 
 
-@pytest.mark.parametrize("how", ["ESC", "cancel"])
+@pytest.mark.parametrize("how", ["ESC", pytest.param("cancel", marks=pytest.mark.slow)])
 def test_stopping_restores_the_scene_and_continue_goes_on(tmp_path, how):
     scene, _ = _live(tmp_path)
     panel = scene.underwater_panel

@@ -206,7 +206,10 @@ def test_where_traced_waves_reflect_to(wind):
             assert share == pytest.approx(traced.mean(), abs=0.03), (m, up)
 
 
-@pytest.mark.parametrize(("zenith", "sky"), [(30.0, False), (75.0, False), (0.0, True)])
+@pytest.mark.parametrize(
+    ("zenith", "sky"),
+    [pytest.param(30.0, False, marks=pytest.mark.slow), (75.0, False), (0.0, True)],
+)
 def test_irradiances_of_photons_under_traced_waves(zenith, sky):
     """Ten winds' waves over a bright floor, which sends much to the surface from below."""
     a, b, g, floor, reflectance, y, count = 0.1, 0.4, 0.8, 3.0, 0.6, 1.0, 30_000
