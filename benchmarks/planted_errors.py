@@ -29,7 +29,7 @@ COLUMNS = ("error", "outside", "others")
 
 @dataclass(frozen=True)
 class Error:
-    """A change of one line.
+    """A change of one place.
 
     Attributes
     ----------
@@ -44,6 +44,19 @@ class Error:
     file: str
     right: str
     wrong: str
+
+    def planted(self, package: Path) -> str:
+        """Text of the file in a package with the error in it.
+
+        Raises
+        ------
+        ValueError
+            If the text to be changed is not there once.
+        """
+        text = (package / self.file).read_text(encoding="utf-8")
+        if text.count(self.right) != 1:
+            raise ValueError(f"planted errors: {self.right!r} is not once in {self.file}")
+        return text.replace(self.right, self.wrong)
 
 
 ERRORS = (
@@ -71,13 +84,13 @@ ERRORS = (
     ),
     Error(
         "molecular scattering × 1.1", "water/pure_water.py",
-        'return table.spectrum(model, f"molecular scattering {model}").at(wavelengths)',
-        'return 1.1 * table.spectrum(model, f"molecular scattering {model}").at(wavelengths)',
+        'f"molecular scattering {model}").at(\n        wavelengths\n    )',
+        'f"molecular scattering {model}").at(\n        wavelengths\n    ) * 1.1',
     ),
     Error(
         "absorption of pure water × 1.1", "water/pure_water.py",
-        'return table.spectrum(source, f"absorption of pure water ({source})").at(wavelengths)',
-        'return 1.1 * table.spectrum(source, f"absorption of ({source})").at(wavelengths)',
+        'f"absorption of pure water ({source})").at(\n        wavelengths\n    )',
+        'f"absorption of pure water ({source})").at(\n        wavelengths\n    ) * 1.1',
     ),
     Error(
         "Raman coefficient × 1.1", "water/inelastic_processes.py",
@@ -100,8 +113,8 @@ ERRORS = (
     ),
     Error(
         "single scattering × 1.1", "transfer/solved_field.py",
-        "source = layer.b * layer.phase.per_steradian(s2[rays])",
-        "source = 1.1 * layer.b * layer.phase.per_steradian(s2[rays])",
+        "source = layer.b * phase(layer, rays) * light.E / light.mu_s",
+        "source = 1.1 * layer.b * phase(layer, rays) * light.E / light.mu_s",
     ),
     Error(
         "forward peak of delta-M × 0.9", "transfer/discrete_ordinates.py",
@@ -132,11 +145,8 @@ def failures(error: Error | None) -> list[str]:
             target.parent.mkdir(parents=True, exist_ok=True)
             shutil.copy(ROOT / name, target)
         if error is not None:
-            path = copy / "uw_spectral" / error.file
-            text = path.read_text(encoding="utf-8")
-            if text.count(error.right) != 1:
-                raise ValueError(f"planted errors: {error.right!r} is not once in {error.file}")
-            path.write_text(text.replace(error.right, error.wrong), encoding="utf-8")
+            package = copy / "uw_spectral"
+            (package / error.file).write_text(error.planted(package), encoding="utf-8")
         options = ["-q", "--tb=no", "-rfE", "-p", "no:cacheprovider", "-p", "no:xdist"]
         options += [f"--ignore={name}" for name in LONGEST]
         run = subprocess.run(
