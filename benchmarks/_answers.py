@@ -107,14 +107,17 @@ def answers() -> str:
              "[above](#pictures); [realtime_accuracy.md](realtime_accuracy.md) and "
              "[tradeoff.md](tradeoff.md) still have HG 0.8 alone", PARTLY),
             ("Errors of 10 % that fail a test",
-             "[below](#planted-errors), [planted_errors.csv](planted_errors.csv)", MET),
+             "[above](#planted-errors), [planted_errors.csv](planted_errors.csv)", MET),
             ("Lu of problems 1 and 2 on converged solutions",
              "1.706e-3, 1.296e-5, 7.87e-7, 3.115e-3 (`CONVERGED_LU`), to 2 %", MET),
             ("A real SeaBASS file to the end", "`test_a_real_cast_to_the_end`", MET),
             ("Bounds from outside instead of just above our numbers",
-             "`tests/validation/test_outside.py`; ours are still those of the round trips of Kd "
-             "(`test_bio_optics.py`), of Ed in two streams (`test_path_radiance_disort.py`) and of "
-             "plain caustics at 7 and 10 m (`test_caustics_sea.py`)", PARTLY),
+             "`tests/validation/test_outside.py`. Bounds of our own remain beside outside ones: "
+             "round trips of Kd (`test_bio_optics.py`; outside `test_Kd_of_Lee_2005` and "
+             "`test_Kd_of_types_whose_sun_is_known`), Ed in two streams "
+             "(`test_path_radiance_disort.py`; outside `test_canonical_problems_in_closed_form`), "
+             "plain caustics at 7 and 10 m, which miss (`test_caustics_sea.py`; outside, with the "
+             "c-meter, `test_with_what_the_c_meter_does_not_see`)", MET + " but for caustics"),
             ("A photograph with measured water", "none was found", OPEN),
         )
     ]  # fmt: skip
