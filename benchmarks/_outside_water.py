@@ -199,6 +199,8 @@ Coefficient of variation of Ed, modelled over measured by Darecki et al. (2011),
   high.
 - Collector, tile and the width of the sun do nothing below 3 m. Fewer short waves make it worse
   there: they blur the pattern that the long ones focus.
+- Whitecaps cover {100 * causes.whitecaps(WIND):.1f} % of the sea at this wind (Monahan &
+  O'Muircheartaigh 1980). If no image of the sun passed them, the contrast would fall by as much.
 - Near the surface the model stays a fifth to a third too weak at this wind; at 4.1 m/s, the
   calmest of the record, × 0.77 to 0.83.
 
