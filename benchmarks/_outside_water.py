@@ -260,9 +260,9 @@ def papers() -> Section:
     ]  # fmt: skip
     text = f"""## The papers' own numbers
 **Monzon et al. (2024), Table 2.** sRGB RMSE against path tracing. Their scenes, textures and
-exposure are not published; the grey scene has the same waters and depths
+exposure are not published; the grey scene has the same waters and depths, under a clear sky with
+the default phase function, over squares of 3 × 3 pixels
 ([realtime_accuracy.md](realtime_accuracy.md)).
-Their printed formula, drawn there, errs as much on average as they report.
 
 {rmse}
 

@@ -276,11 +276,11 @@ def report(results: Sequence[Result], samples: int, bands: int) -> str:
         f"The grey scene, {bands} bands, CIE 1931, default phase function, clear sky with its",
         "spectrum, sun at 30°, no surface, floor 3 m below the camera; the last column has HG 0.8",
         f"and a black sky, as the papers. Pictures of {WIDTH} × {HEIGHT}. Reference: two Cycles",
-        f"images of {samples} samples, whose noise is taken off the squares. sRGB RMSE over squares",
-        f"of {_SQUARE} × {_SQUARE} pixels, ΔE2000 over blocks of {_BLOCK} × {_BLOCK}, averaged",
-        "before they are clipped and encoded for a display, which would move the mean of noise. The",
-        "paper's forms get the Kd of Solonenko & Mobley (2015), the fog the colour of the closed",
-        "form.",
+        f"images of {samples} samples, whose noise is taken off the squares; 0 is less than it",
+        f"lets see. sRGB RMSE over squares of {_SQUARE} × {_SQUARE} pixels, ΔE2000 over blocks of",
+        f"{_BLOCK} × {_BLOCK}, averaged before they are clipped and encoded for a display, which",
+        "would move the mean of noise. The paper's forms get the Kd of Solonenko & Mobley (2015),",
+        "the fog the colour of the closed form.",
     )
     lines = [
         "# Real time against the reference",
