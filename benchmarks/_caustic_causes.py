@@ -45,6 +45,17 @@ EXPOSURES = (0.0, 1.0 / 6.0, 1.0 / 3.0)
 _RESOLUTION, _MOMENTS_OF_EXPOSURE = 1024, 16
 
 
+def whitecaps(wind: float) -> float:
+    """Share of the sea that foam covers at a wind in m/s: Monahan & O'Muircheartaigh (1980).
+
+    Examples
+    --------
+    >>> round(whitecaps(10.0), 4)
+    0.0099
+    """
+    return 3.84e-6 * wind**3.41
+
+
 def within(phase: BandPhase, degrees: float) -> Array:
     """Share of the light that is scattered by less than an angle, shape (n,)."""
     angle = np.geomspace(1e-6, math.radians(degrees), 4000)

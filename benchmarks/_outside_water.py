@@ -8,7 +8,7 @@ import numpy as np
 
 from ..uw_spectral.water.phase import FournierForand, PetzoldAverage
 from . import _caustic_causes as causes
-from . import _event_weights
+from . import _event_weights, gutierrez_figures
 from . import _measured_waters as waters
 from ._outside import MET, MISSED, OPEN, PARTLY, Row, Section, grid, percent
 from .path_radiance_table import ROOT
@@ -44,6 +44,7 @@ def measured_waters() -> Section:
         "| within two spreads | default b over measured b | within two spreads |",
         lines,
     )
+    lee = np.abs(gutierrez_figures.Lee2005_over_solved() - 1.0)
     suns = waters.explaining_suns()
     sun_table = grid(
         "| type | published Kd over ours, sun at 30°: 450 / 550 / 650 nm | sun that fits "
@@ -94,6 +95,10 @@ def measured_waters() -> Section:
         Row("Kd of types I, IA, IB at 30° over the published",
             "HydroLight, Solonenko & Mobley 2015",
             f"{1 / fit_3.max():.2f} … {1 / fit_3.min():.2f}", "1 (two digits)", MET),
+        Row("Kd by Lee et al. (2005) over that solved, case 1 waters, sun at 10, 30, 60°",
+            "HydroLight, Lee et al. 2005",
+            f"{100 * np.mean(lee):.1f} % off on average, {100 * np.max(lee):.0f} % at most",
+            "about 2 %, 12 % at most, in their waters", MET if np.max(lee) <= 0.12 else MISSED),
         Row("sun that explains the profiles of 3C, 5C, 9C", "Monzon 2024, Fig. 15",
             " / ".join(f"{z:.0f}°" for z in coast), "not stated; at 30° Kd is 9 to 16 % off", OPEN),
         Row("phase function backwards at eight stations, at their bb/b", "Petzold 1972",
@@ -194,6 +199,8 @@ Coefficient of variation of Ed, modelled over measured by Darecki et al. (2011),
   high.
 - Collector, tile and the width of the sun do nothing below 3 m. Fewer short waves make it worse
   there: they blur the pattern that the long ones focus.
+- Whitecaps cover {100 * causes.whitecaps(WIND):.1f} % of the sea at this wind (Monahan &
+  O'Muircheartaigh 1980). If no image of the sun passed them, the contrast would fall by as much.
 - Near the surface the model stays a fifth to a third too weak at this wind; at 4.1 m/s, the
   calmest of the record, × 0.77 to 0.83.
 
@@ -253,9 +260,9 @@ def papers() -> Section:
     ]  # fmt: skip
     text = f"""## The papers' own numbers
 **Monzon et al. (2024), Table 2.** sRGB RMSE against path tracing. Their scenes, textures and
-exposure are not published; the grey scene has the same waters and depths
+exposure are not published; the grey scene has the same waters and depths, under a clear sky with
+the default phase function, over squares of 3 × 3 pixels
 ([realtime_accuracy.md](realtime_accuracy.md)).
-Their printed formula, drawn there, errs as much on average as they report.
 
 {rmse}
 

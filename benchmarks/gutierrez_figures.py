@@ -272,6 +272,19 @@ def kd_solved(sea: Constituents, wavelengths: np.ndarray, sun_zenith: float) -> 
     return Kd
 
 
+def Lee2005_over_solved() -> np.ndarray:
+    """Kd by Lee et al. (2005) over the solved one, shape (suns, waters, wavelengths).
+
+    Suns of their simulations; case 1 waters.
+    """
+    nm = MEASURED
+    return np.array([
+        [Kd_Lee2005(sea.absorption(nm), sea.backscattering(nm), zenith) / kd_solved(sea, nm, zenith)
+         for sea in map(Constituents.case1, CASE1)]
+        for zenith in (10.0, 30.0, 60.0)
+    ])  # fmt: skip
+
+
 @dataclass(frozen=True)
 class Case1Row:
     """Kd(490) and b(550) of a case 1 water, 1/m: published, as ours was, and as it is."""

@@ -34,7 +34,9 @@ def _errors(round_trip, key):
     ],
 )
 def test_round_trip_to_the_published_Kd(round_trip, key, median, worst):
-    """Bounds just above what was measured; docs/bio_optics.md lists it by type."""
+    """The sun of the published Kd is not known, so these bounds are what was found, by type in
+    docs/bio_optics.md; those of others, with the sun known, are in test_outside.py.
+    """
     error = _errors(round_trip, key)
     assert np.median(error) < median
     assert error.max() < worst
