@@ -86,15 +86,17 @@ class Place:
         with engines.eevee_bands(bpy.context.scene, camera, plan, extent, depth) as engine:
             return grey_scene.band_image(engine, plan, depth)
 
-    def seconds(self, camera: bpy.types.Object) -> float:
-        """Seconds of a pass of EEVEE, the shaders compiled."""
+    def seconds(
+        self, camera: bpy.types.Object, clock: Callable[[], float] = time.perf_counter
+    ) -> float:
+        """Seconds of a pass of EEVEE, the shaders compiled; of the wall, or of another clock."""
         plan, depth = self.plan(_EEVEE_SAMPLES), -camera.matrix_world.translation.z
         extent = water_body.water_extent(bpy.context.scene, plan.column, depth)
         with engines.eevee_bands(bpy.context.scene, camera, plan, extent, depth) as engine:
             grey_scene.band_image(engine, plan, depth)
-            start = time.perf_counter()
+            start = clock()
             grey_scene.band_image(engine, plan, depth)
-            return time.perf_counter() - start
+            return clock() - start
 
     def distance(self, camera: bpy.types.Object) -> NDArray[np.float64]:
         """Distance of what pixels show, m, shape (h, w); infinite of open water."""

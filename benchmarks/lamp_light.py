@@ -245,6 +245,6 @@ median): {len(rows)} of
 
 Light goes a longer way than by one bend once it has gone a transport length, 1/(b (1 − g)); from
 there on it is too dark, as it counts as if it had been bent in one place.
-The worst are beams across the view: blur and deflection count as independent, but light has to be
-bent there and back to reach the side away from the beam, which is too bright.
+The worst are beams across the view, on the side away from them: light is bent there and back, which
+one angle between the beam and where the light comes from stands for.
 """

@@ -121,7 +121,7 @@ def _pixels(
         numbers, profile = out[1 + _OF_LAMP * index :][:_OF_LAMP]
         edge = NO_EDGE if lamp.profile.edge is None else lamp.profile.edge
         numbers[_POSITION, :3], numbers[_AXIS, :3] = lamp.position, lamp.axis
-        numbers[_FORM, :2] = lamp.radius, edge
+        numbers[_FORM, :3] = lamp.radius, edge, lamp.profile.beam
         numbers[_COLOUR, :3], numbers[_SEEN, :3] = colour, lamp.seen
         triples = np.pad(lamp.intensity, (0, -len(lamp.intensity) % 3), mode="edge").reshape(-1, 3)
         numbers[_INTENSITY : _INTENSITY + len(triples), :3] = triples
@@ -155,12 +155,17 @@ class _ImageProfile(Profile):
     graph: Graph
     image: bpy.types.Image
     row: NodeValue
-    cosine: NodeValue
+    edge_cosine: NodeValue
+    beam_cosine: NodeValue
     blurred: NodeValue
 
     @property
     def edge(self) -> NodeValue:
-        return self.cosine
+        return self.edge_cosine
+
+    @property
+    def beam(self) -> NodeValue:
+        return self.beam_cosine
 
     def value(self, cosine: Operand, m: Mathematics = NUMPY) -> Operand:
         place = m.minimum(sample_place(cosine, SAMPLES, m), SAMPLES - 1.001)
@@ -237,10 +242,10 @@ class LampTable:
         position, axis, form = (
             self.graph.components(self._at(column, row)) for column in (_POSITION, _AXIS, _FORM)
         )
-        radius, edge, _ = form
+        radius, edge, beam = form
         first = 1.0 + _OF_LAMP * self.count + _SPREAD_ROWS
         blurred = index * float(_PROFILE_ROWS) + first
-        profile = _ImageProfile(self.graph, self.image, row + 1.0, edge, blurred)
+        profile = _ImageProfile(self.graph, self.image, row + 1.0, edge, beam, blurred)
         intensity = 1.0 if triple is None else self._at(triple + float(_INTENSITY), row)
         seen = self.graph.components(self._at(_SEEN, row))[0]
         return Lamp(position, axis, intensity, profile, radius, seen)

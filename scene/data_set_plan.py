@@ -206,11 +206,8 @@ def stage_of_views(item: ViewJob, held: int) -> Stage:
     camera = StageCamera(
         item.camera.name, optics.width, optics.height, optics.fx, optics.fy, optics.cx, optics.cy
     )
-    lamps = []
-    for lamp in item.rig.lamps:
-        scheme, _, path = lamp.emission.partition(":")
-        digest = job_files.digest_of(Path(path)) if scheme == "file" else ""
-        lamps.append(StageLamp(**asdict(lamp), sha256=digest))
+    lamps = [StageLamp(**asdict(lamp)) for lamp in item.rig.lamps]
+    lamps = [replace(x, sha256=job_files.digest_of(Path(x.file))) if x.file else x for x in lamps]
     places = {
         frame: Place(tuple(map(tuple, view.camera_to_world.tolist())), view.lowered)
         for frame, view in item.frames.items()

@@ -1,4 +1,4 @@
-"""The files that an open scene reads besides its own: libraries, textures, caches."""
+"""The files that an open scene reads besides its own: libraries, textures, caches, lamps'."""
 
 from __future__ import annotations
 
@@ -8,8 +8,11 @@ from pathlib import Path
 
 import bpy
 
+from .lamp_files import lamp_files
+
 # What a render can do without, should it be missing.
 _DISPENSABLE = {"sound", "text", "screen", "brush", "palette"}
+_LAMP = "lamp"
 _FLAGS = {"SKIP_PACKED", "SKIP_WEAK_REFERENCES"}
 # Tiles and numbered pictures come one by one.
 _EXPANDED = {*_FLAGS, "EXPAND_TOKENS", "EXPAND_SEQUENCES", "EXPAND_CACHES"}
@@ -51,12 +54,15 @@ def external_files() -> ExternalFiles:
 
 
 def _counts(owner: str, path: Path) -> bool:
+    kind = owner.partition(" ")[0]
     # A folder is one of a simulation, which fills it once it is baked.
-    return bool(path.suffix) and owner.partition(" ")[0] not in _DISPENSABLE
+    return kind == _LAMP or (bool(path.suffix) and kind not in _DISPENSABLE)
 
 
 def _visited(flags: set[str]) -> Iterator[tuple[str, Path]]:
     """Yield an owner, such as ``image 'sand'``, and the absolute path of each file it names."""
+    for file in lamp_files():
+        yield f"{_LAMP} {file.light.name!r}", file.whole
     visited: list[tuple[str, Path]] = []
 
     def visit(block: bpy.types.ID, path: str, _: object) -> None:

@@ -17,7 +17,7 @@ from ..datasets.layer_file import FrameLayers, LayerImage
 from ..datasets.truth import lamp_record
 from ..node_groups.node_mathematics import MARK
 from ..uw_spectral.imaging.layers import layer
-from . import contents
+from . import contents, lamps
 from .layer_passes import Passes, render_passes, rendered_layer, switched_on
 from .pinhole import pinhole_of, pose_of
 from .render_plan import RenderPlan
@@ -51,7 +51,7 @@ def geometry_layers(
 
     Range, and what needs it, is always among them.
     """
-    view, pose = pinhole_of(scene, camera), pose_of(camera)
+    view, pose, shining = pinhole_of(scene, camera), pose_of(camera), plan.lamps(scene)
     switches = {"use_pass_z"}.union(*(_SWITCHES.get(name, ()) for name in wanted))
     with one_sample(), switched_on(rendered_layer(scene), sorted(switches)):
         passes = render_passes(scene, beside)
@@ -68,7 +68,10 @@ def geometry_layers(
             "distortion": list(view.distortion),
             "camera_to_world": pose.tolist(),
         },
-        "lamps": [lamp_record(lamp) for lamp in plan.lamps(scene).lamps],
+        "lamps": [
+            {**lamp_record(lamp), **lamps.record(item)}
+            for item, lamp in zip(shining.objects, shining.lamps, strict=True)
+        ],
     }
     if "position" in wanted:
         found["position"] = world_positions(distances, view, pose)

@@ -14,6 +14,7 @@ import bpy
 
 from ..uw_spectral.errors import InputError
 from ..uw_spectral.spectra.spectrum import split_location
+from .lamp_files import lamp_files
 from .manifest import ExternalFile, table_name, tables
 
 _ROOT = Path(__file__).resolve().parent.parent
@@ -61,7 +62,7 @@ def setting_files(settings: Mapping[str, Any]) -> tuple[ExternalFile, ...]:
 
 
 def scene_files() -> tuple[ExternalFile, ...]:
-    """Return what the open .blend reads: textures, linked libraries, caches."""
+    """Return what the open .blend reads: textures, linked libraries, caches, tables of lamps."""
     found: dict[str, ExternalFile] = {}
     for kind, path, whole in _references():
         if path not in found:
@@ -79,6 +80,8 @@ def _references() -> Iterator[tuple[str, str, Path]]:
         for path in paths:
             if is_library or path not in libraries:
                 yield kind, path, _whole_path(item, path, owner)
+    for file in lamp_files():
+        yield f"{file.setting} of lamp {file.light.name!r},", file.path, file.whole
 
 
 def _whole_path(item: bpy.types.ID, path: str, owner: bpy.types.Library | None) -> Path:

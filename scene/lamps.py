@@ -5,11 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
+from typing import Any
 
 import bpy
 import numpy as np
 from mathutils import Matrix, Vector
+from numpy.typing import NDArray
 
 from ..node_groups.node_mathematics import MARK
 from ..uw_spectral.errors import InputError
@@ -33,10 +34,9 @@ from ..uw_spectral.lamps.profile import (
 from ..uw_spectral.spectra.bands import Bands
 from ..uw_spectral.spectra.illuminant import RELATIVE, full_sun
 from . import cameras, scene_water
+from .lamp_files import KINDS, PROFILE, SPECTRUM, LampFile, files_of
 from .stored_lamps import ROV, stored_lamp
 
-KINDS = ("POINT", "SPOT", "AREA")
-"""Types of Blender's lights that light the water; the sun is the water's own."""
 _POINTS = 24
 """Of a measured profile."""
 _LAMBERT = TableProfile(np.array([0.0, 1.0]), np.array([0.0, 1.0]))
@@ -136,6 +136,35 @@ def lamps_of(scene: bpy.types.Scene, bands: Bands, unit: str) -> SceneLamps:
     return SceneLamps(tuple(objects), tuple(lamps), tuple(notes))
 
 
+def records(scene: bpy.types.Scene) -> tuple[dict[str, Any], ...]:
+    """Return the lamps of a scene's current frame as JSON holds them, dark ones with the reason."""
+    return tuple(
+        {**record(item), **({"left_out": why_dark(item)} if why_dark(item) else {})}
+        for item in _shown(scene)
+    )
+
+
+def record(item: bpy.types.Object) -> dict[str, Any]:
+    """Return what a lamp is, where it is and where it shines to; lengths are m."""
+    light, chosen, place = item.data, stored_lamp(item.data), item.matrix_world
+    found = {
+        "name": item.name,
+        "kind": light.type.lower(),
+        "spectrum": chosen.spectrum or "colour",
+        "power": light.energy * 2.0**light.exposure,
+        "unit": chosen.unit if chosen.spectrum else WATTS,
+        "profile": chosen.profile or "Blender",
+        "position": list(place.translation),
+        "axis": list(_axis(place)),
+        "radius": _radius(light, place),
+    }
+    if not chosen.spectrum:
+        found["colour"] = _colour(light).tolist()
+    if light.type == "SPOT" and not chosen.profile:
+        found["cone_deg"], found["blend"] = math.degrees(light.spot_size), light.spot_blend
+    return found
+
+
 def seen_places(scene: bpy.types.Scene, camera: bpy.types.Object) -> list[tuple[float, ...]]:
     """Return places on the things that a camera sees, by a few rays."""
     depsgraph, found = bpy.context.evaluated_depsgraph_get(), []
@@ -167,49 +196,48 @@ def state(scene: bpy.types.Scene) -> tuple[object, ...]:
 
 
 def _lamp(item: bpy.types.Object, bands: Bands, unit: str) -> Lamp:
-    light, chosen = item.data, stored_lamp(item.data)
-    profile = _profile(light, chosen.profile)
+    light, chosen, files = item.data, stored_lamp(item.data), files_of(item.data)
+    profile = _profile(light, chosen.profile, files.get(PROFILE))
     power = light.energy * 2.0**light.exposure
-    colour = np.array(light.color)
-    if light.use_temperature:
-        colour = colour * np.array(light.temperature_color)
     if chosen.spectrum:
         spread = profile.solid_angle if chosen.unit != WATTS or chosen.profile else SPHERE
         if light.type == "AREA":
             spread = profile.solid_angle
-        shape = parse_emission(_absolute(chosen.spectrum))
+        table = files.get(SPECTRUM)
+        shape = parse_emission(f"file:{table.whole}" if table else chosen.spectrum)
         intensity = radiant_intensity(shape, power, bands, chosen.unit, spread)
         if unit == RELATIVE:
             intensity = intensity / full_sun()
     else:
         # Blender's area light shines four times as strong along its axis as a point.
         gain = SPHERE / profile.solid_angle if light.type == "AREA" and not chosen.profile else 1.0
-        intensity = gain * intensity_of_colour(colour, power, bands)
+        intensity = gain * intensity_of_colour(_colour(light), power, bands)
     place = item.matrix_world
-    axis = (place.to_3x3() @ _DOWN).normalized()
     radius, seen = _radius(light, place), float(item.visible_camera)
-    return Lamp(tuple(place.translation), tuple(axis), intensity, profile, radius, seen)
+    return Lamp(tuple(place.translation), _axis(place), intensity, profile, radius, seen)
 
 
-def _absolute(text: str) -> str:
-    """Resolve a file's path that is relative to the .blend."""
-    scheme, _, path = text.partition(":")
-    return f"file:{bpy.path.abspath(path)}" if scheme == "file" else text
-
-
-def _profile(light: bpy.types.Light, chosen: str) -> Profile:
+def _profile(light: bpy.types.Light, chosen: str, file: LampFile | None) -> Profile:
     if chosen == ROV:
         return rov_lamp()
-    if chosen:
-        path = bpy.path.abspath(chosen)
-        if Path(path).suffix.lower() == ".ies":
-            return read_ies(path).profile(_POINTS)
-        return profile_from_csv(path, _POINTS)
+    if file is not None:
+        if file.whole.suffix.lower() == ".ies":
+            return read_ies(file.whole).profile(_POINTS)
+        return profile_from_csv(str(file.whole), _POINTS)
     if light.type == "SPOT":
         return SpotProfile(min(light.spot_size, math.pi), light.spot_blend)
     if light.type == "AREA":
         return _LAMBERT
     return IsotropicProfile()
+
+
+def _colour(light: bpy.types.Light) -> NDArray[np.float64]:
+    colour = np.array(light.color, dtype=np.float64)
+    return colour * np.array(light.temperature_color) if light.use_temperature else colour
+
+
+def _axis(place: Matrix) -> tuple[float, ...]:
+    return tuple((place.to_3x3() @ _DOWN).normalized())
 
 
 def _radius(light: bpy.types.Light, place: Matrix) -> float:

@@ -11,7 +11,7 @@ import hashlib
 import json
 import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import asdict, astuple, dataclass, fields
+from dataclasses import asdict, astuple, dataclass, field, fields
 from pathlib import Path
 from typing import Any, get_args
 
@@ -142,6 +142,8 @@ class Manifest:
     views : tuple of View
         Cameras in turn, the frames of each in order.
     files : tuple of ExternalFile
+    lamps : mapping
+        Those of the scene by frame, where they are others than at the frame before.
     stage : Stage, optional
         What is added to the scene.
     """
@@ -161,7 +163,13 @@ class Manifest:
     developments: tuple[Development, ...]
     views: tuple[View, ...]
     files: tuple[ExternalFile, ...]
+    lamps: Mapping[int, tuple[Mapping[str, Any], ...]] = field(default_factory=dict)
     stage: Stage | None = None
+
+    def lamps_of(self, frame: int) -> tuple[Mapping[str, Any], ...]:
+        """Return the lamps at a frame, as records have them."""
+        until = self.frames[: self.frames.index(frame) + 1]
+        return next((self.lamps[n] for n in reversed(until) if n in self.lamps), ())
 
     def settings_of(self, frame: int) -> SceneSettings:
         """Return the settings of a frame."""
@@ -205,7 +213,7 @@ class Manifest:
         values = asdict(self.output)
         del values["extent"], values["decisions"]
         if self.stage is not None:
-            values["stage"] = self.stage.fixed
+            values["stage"] = self.stage.drawn
         return {"scene_sha256": self.scene_sha256, **values, "parts": self.parts}
 
     @functools.cached_property
@@ -326,7 +334,8 @@ def write_manifest(path: Path, manifest: Manifest) -> None:
         ],
         "developments": [asdict(item) for item in manifest.developments],
         "views": [[v.frame, v.camera, v.depth, v.development, v.eye] for v in manifest.views],
-        "stage": manifest.stage.record() if manifest.stage else {},
+        "lamps": manifest.lamps,
+        "stage": _stage(manifest.stage, path.parent),
     }
     text = ",\n".join(f"{json.dumps(name)}: {_rows(value)}" for name, value in content.items())
     with replacing(path) as temporary:
@@ -410,7 +419,10 @@ def _manifest(content: dict[str, Any], folder: Path) -> Manifest:
             )
             for item in content["files"]
         ),
-        stage=stage_of(content["stage"]) if content.get("stage") else None,
+        lamps={int(frame): tuple(rows) for frame, rows in content.get("lamps", {}).items()},
+        stage=stage_of(content["stage"]).moved(lambda name: _joined(name, folder))
+        if content.get("stage")
+        else None,
     )
     if not (manifest.views and manifest.passes and manifest.frames):
         raise ValueError("no passes")
@@ -448,6 +460,10 @@ def _placed(
         else value
         for name, value in settings.items()
     }
+
+
+def _stage(stage: Stage | None, folder: Path) -> dict[str, Any]:
+    return {} if stage is None else stage.moved(lambda name: _relative(name, folder)).record()
 
 
 def _relative(path: Path | str, folder: Path) -> str:

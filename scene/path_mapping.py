@@ -11,6 +11,7 @@ import bpy
 
 from ..uw_spectral.errors import InputError
 from ..uw_spectral.spectra.spectrum import split_location
+from .lamp_files import lamp_files
 from .manifest import Manifest, tables
 
 _VERSION = "pathmapping-1.0"
@@ -69,6 +70,7 @@ class PathMapping:
             scene=self._placed(manifest.scene) if manifest.scene is not None else None,
             out=self._placed(manifest.out),
             settings=settings,
+            stage=manifest.stage.moved(self.apply) if manifest.stage is not None else None,
             files=tuple(
                 replace(item, path=self.apply(item.path)) if item.setting else item
                 for item in manifest.files
@@ -118,7 +120,7 @@ def read_path_mapping(path: Path) -> PathMapping:
 
 
 def apply_to_scene(mapping: PathMapping) -> None:
-    """Let libraries, textures and caches of the open file come from where they lie here."""
+    """Let libraries, textures, caches and lamps' tables come from where they lie here."""
     if not mapping.rules:
         return
 
@@ -131,6 +133,10 @@ def apply_to_scene(mapping: PathMapping) -> None:
     bpy.data.file_path_foreach(mapped, flags=flags)
     for library in _moved(before):
         library.reload()
+    for file in lamp_files():
+        path = mapping.apply(file.path)
+        if path != file.path:
+            file.move(path)
 
 
 def _moved(before: dict[bpy.types.Library, str]) -> Iterable[bpy.types.Library]:

@@ -184,6 +184,7 @@ def _record(
             "tone": plan.settings.tone,
             "contrast": plan.settings.contrast,
         },
+        "lamps": manifest.lamps_of(view.frame),
         "passes": [
             {
                 "file": _relative(manifest, item.file.path),

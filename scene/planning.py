@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import hashlib
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import asdict, dataclass
+from typing import Any
 
 import bpy
 import numpy as np
@@ -13,10 +14,10 @@ from numpy.typing import NDArray
 
 from ..uw_spectral.errors import InputError
 from ..uw_spectral.imaging.layers import parse_layers
-from . import cameras, cycles_settings, job_files, metering, picture_size, staging, stereo
+from . import cameras, cycles_settings, job_files, lamps, metering, picture_size, staging, stereo
 from .band_engine import Engine
 from .engines import engine_of
-from .manifest import Development, Manifest, Output, Pass, View, folders
+from .manifest import Development, ExternalFile, Manifest, Output, Pass, View, folders
 from .pinhole import require_pinhole
 from .render_plan import RenderPlan, make_plan
 from .scene_water import require_no_water
@@ -34,6 +35,7 @@ class _Frame:
     lamplight: tuple[NDArray[np.float64] | None, ...]
     stops: float | None
     eyes: tuple[tuple[float, ...], ...]
+    lamps: tuple[Mapping[str, Any], ...]
 
 
 def plan_job(
@@ -60,11 +62,17 @@ def plan_job(
         If the scene or the settings cannot be used.
     """
     require_no_water(scene)
+    files = job_files.scene_files()  # those of the stage are its own
     with stereo.two_eyes(scene), staging.staged(scene, job.stage):
-        return _plan(scene, settings_now, job)
+        return _plan(scene, settings_now, job, files)
 
 
-def _plan(scene: bpy.types.Scene, settings_now: Callable[[], SceneSettings], job: Job) -> Manifest:
+def _plan(
+    scene: bpy.types.Scene,
+    settings_now: Callable[[], SceneSettings],
+    job: Job,
+    files: tuple[ExternalFile, ...],
+) -> Manifest:
     seen_by = [eye for camera in find_cameras(scene, job) for eye in stereo.eyes_of(scene, camera)]
     engine = engine_of(job.engine, job.mode)
     device = _device(scene, engine, job.device)
@@ -112,7 +120,8 @@ def _plan(scene: bpy.types.Scene, settings_now: Callable[[], SceneSettings], job
         widths_nm=tuple(first.bands.widths.tolist()),
         developments=developments,
         views=views,
-        files=(*job_files.setting_files(base), *job_files.scene_files()),
+        files=(*job_files.setting_files(base), *files),
+        lamps=_lamps(frames),
         stage=job.stage,
     )
 
@@ -172,7 +181,8 @@ def _frames(
         lit = tuple(plan.lamplight(scene, camera) for camera in seen_by)
         eyes = tuple(cameras.eye_of(camera) for camera in seen_by)
         stops = metering.metered(scene, seen_by[0], plan, depths[0], lit[0])
-        frames.append(_Frame(number, plan, depths, lit, stops, eyes))
+        shining = lamps.records(scene)
+        frames.append(_Frame(number, plan, depths, lit, stops, eyes, shining))
     first = frames[0].plan.column
     for frame in frames:
         if math.isfinite(frame.plan.column.floor_depth) != math.isfinite(first.floor_depth):
@@ -192,6 +202,15 @@ def _changes(frames: Iterable[_Frame]) -> dict[int, dict[str, object]]:
         other = {name: value for name, value in values.items() if value != base[name]}
         if other:
             found[frame.number] = other
+    return found
+
+
+def _lamps(frames: Iterable[_Frame]) -> dict[int, tuple[Mapping[str, Any], ...]]:
+    """Return the lamps of each frame that are not those of the frame before."""
+    found, before = {}, ()
+    for frame in frames:
+        if frame.lamps != before:
+            found[frame.number] = before = frame.lamps
     return found
 
 

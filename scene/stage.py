@@ -5,8 +5,8 @@ The scene stays as it is in its file; whoever renders a pass sets the stage anew
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field
+from collections.abc import Callable, Mapping
+from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
 Matrix = tuple[tuple[float, ...], ...]
@@ -40,6 +40,12 @@ class StageLamp:
     size: float
     sha256: str = ""
 
+    @property
+    def file(self) -> str:
+        """The file that ``emission`` names, empty without one."""
+        scheme, _, path = self.emission.partition(":")
+        return path if scheme == "file" else ""
+
 
 @dataclass(frozen=True)
 class Place:
@@ -62,18 +68,30 @@ class Stage:
     places: Mapping[int, Place] = field(default_factory=dict)
 
     @property
-    def fixed(self) -> dict[str, Any]:
-        """All but the places, as JSON holds it."""
-        return {
-            "camera": asdict(self.camera),
-            "held": self.held,
-            "lamps": [asdict(x) for x in self.lamps],
-        }
+    def drawn(self) -> dict[str, Any]:
+        """All but the places; files count by content, wherever they lie."""
+        return _fixed(self.moved(lambda _: ""))
+
+    def moved(self, place: Callable[[str], str]) -> Stage:
+        """Return the stage with its files where ``place`` says that they lie."""
+        lamps = tuple(
+            replace(lamp, emission=f"file:{place(lamp.file)}") if lamp.file else lamp
+            for lamp in self.lamps
+        )
+        return replace(self, lamps=lamps)
 
     def record(self) -> dict[str, Any]:
         """Return all of it as JSON holds it."""
         places = {str(n): [p.lowered, *p.camera_to_world] for n, p in self.places.items()}
-        return {**self.fixed, "places": places}
+        return {**_fixed(self), "places": places}
+
+
+def _fixed(stage: Stage) -> dict[str, Any]:
+    return {
+        "camera": asdict(stage.camera),
+        "held": stage.held,
+        "lamps": [asdict(x) for x in stage.lamps],
+    }
 
 
 def stage_of(content: Mapping[str, Any]) -> Stage:

@@ -184,9 +184,10 @@ _CONSTANT = 0  # of the enumeration of interpolations
 
 
 def _lamp(scene: bpy.types.Scene, camera: bpy.types.Object, number: int, lamp: StageLamp) -> None:
-    scheme, _, path = lamp.emission.partition(":")
-    if scheme == "file" and lamp.sha256 != job_files.digest_of(Path(path)):
-        raise InputError(f"the table {path} of a lamp has changed or is missing; bring it back")
+    if lamp.file and lamp.sha256 != job_files.digest_of(Path(lamp.file)):
+        raise InputError(
+            f"the table {lamp.file} of a lamp has changed or is missing; bring it back"
+        )
     light = bpy.data.lights.new(f"{camera.name} lamp {number}", "SPOT" if lamp.size else "POINT")
     if light.type == "SPOT":
         light.spot_size, light.spot_blend = math.radians(lamp.size), _BLEND

@@ -47,6 +47,7 @@ def register() -> None:
             description="Directions that the lamp shines in: rov (measured), an IES file, or a "
             "table angle_deg, intensity. Empty: as Blender has it",
             subtype="FILE_PATH",
+            options={"ANIMATABLE", "PATH_SUPPORTS_BLEND_RELATIVE"},
         ),
         "in_water": bpy.props.BoolProperty(
             name="Lights the water",

@@ -10,6 +10,9 @@ Q(x, χ) = e^{-x (1 - χ)} - e^{-x} (1 + x χ), l the path from the lamp over th
 (:mod:`.angular_spread`). A path that ends after P takes what comes from the whole ray, less what
 comes from beyond as it is seen from its end: light scattered far ahead is scattered again nearby.
 
+What comes from outside the beam of a lamp had left it inside, and was bent by the angle δ between
+besides, across Θ as often as along it: cos Θ cos δ stands in place of cos Θ there.
+
 It counts that scattered light goes a longer way no further than by one bend. Near a lamp, within a
 transport length 1/(b (1 - g)), that is nothing; docs/lamp_light.md has the errors.
 """
@@ -186,17 +189,18 @@ def scattered_more(
     deflection is then atan(e^u), and ds/r² is du/r.
     """
     profile, P = water.spread.profile(lamp.profile), ray.far - ray.near
+    beam = lamp.profile.beam
     end = m.maximum(ray.near, 0.0) + water.reach
     last = m.minimum(ray.far, m.maximum(end, ray.near))
     beyond = m.maximum(end, last)
     passed = m.exp(-water.c * P)
 
     def before_the_end(place: Operand, share: Operand) -> tuple[Operand]:
-        node = _node(ray, ray.near, last, place, share, m)
+        node = _node(ray, beam, ray.near, last, place, share, m)
         return (node.weight * node.light(profile, water, 0.0, m),)
 
     def beyond_the_end(place: Operand, share: Operand) -> tuple[Operand]:
-        node = _node(ray, last, beyond, place, share, m)
+        node = _node(ray, beam, last, beyond, place, share, m)
         here, there = (node.light(profile, water, start, m) for start in (0.0, P))
         return (node.weight * (here - passed * there),)
 
@@ -227,6 +231,7 @@ class _Node:
 
 def _node(
     ray: RayPastLamp,
+    beam: Operand,
     start: Operand,
     end: Operand,
     place: Operand,
@@ -238,9 +243,19 @@ def _node(
     grown = m.exp(first + width * place)
     s, r = ray.h * (grown - 1.0 / grown) / 2.0, ray.h * (grown + 1.0 / grown) / 2.0
     cosine = (ray.across * ray.h + ray.along * s) / r
-    one = 0.0 * grown + 1.0
     t = m.maximum(ray.t0 + s, 0.0)
-    return _Node(width * share / r, m.arctan2(grown, one), r, t, cosine)
+    half = _half_deflection(grown * grown, cosine, beam, m)
+    return _Node(width * share / r, half, r, t, cosine)
+
+
+def _half_deflection(tangent2: Operand, cosine: Operand, beam: Operand, m: Mathematics) -> Operand:
+    """Half the deflection, from its squared tangent without that from the beam to a direction."""
+    c2 = 1.0 / (1.0 + tangent2)
+    s2 = tangent2 * c2
+    sines = m.maximum(1.0 - cosine * cosine, 0.0) * m.maximum(1.0 - beam * beam, 0.0)
+    off = m.maximum(cosine * beam + m.sqrt(sines), 0.0)
+    more = (1.0 - m.select(m.less(cosine, beam), off, 1.0)) * (c2 - s2) / 2.0
+    return m.arctan2(m.sqrt(m.maximum(s2 + more, 0.0)), m.sqrt(m.maximum(c2 - more, 0.0)))
 
 
 def _asinh(s: Operand, h: Operand, m: Mathematics) -> Operand:

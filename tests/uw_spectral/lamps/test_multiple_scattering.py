@@ -91,6 +91,15 @@ def test_it_is_as_photons_have_it(index, tolerance):
         assert abs(whole / value - 1) < abs(once / value - 1)
 
 
+def test_light_beside_a_beam_was_bent_out_of_it():
+    """By the blur of the beam alone it would be three times too bright there."""
+    at, axis = np.array([0.25, 0.0, 2.68]), np.array([0.7, -0.58, 0.42])
+    case = _lamp_cases.Case("across", HG, rov_lamp(), at, axis / np.linalg.norm(axis), math.inf)
+    value, error = _lamp_photons.summed(_lamp_cases.traced(case, 10000, 3), 0.8)
+    assert error < 0.1 * value
+    assert 0.7 < solved(case, 0.8)[1] / value < 1.3
+
+
 def test_the_first_part_is_light_scattered_once():
     lamp = Lamp((0.5, 0, 3), (0, 0, -1), np.array([2.0]), rov_lamp())
     ray = ray_past_lamp(lamp, (0, 0, 0), (0, 0, 1), 20.0)
