@@ -12,9 +12,10 @@ import argparse
 import math
 import tempfile
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import bpy
 import numpy as np
@@ -53,11 +54,11 @@ class Look:
     title: str
     engine: str
     night: bool
-    changes: dict[str, object]
+    changes: Mapping[str, float | str]
 
     def plan(self, samples: int) -> render_plan.RenderPlan:
         """Return what is rendered."""
-        usual: dict[str, object] = {
+        usual: dict[str, Any] = {
             "water": "jerlov:3C",
             "bands": 6,
             "phase": "hg:0.9",
@@ -67,11 +68,16 @@ class Look:
             "diffuse_shadows": False,
             "samples": samples,
         }
-        return render_plan.make_plan(settings.SceneSettings(**usual | self.changes))  # pyright: ignore[reportArgumentType]
+        return render_plan.make_plan(settings.SceneSettings(**{**usual, **self.changes}))
 
 
-_DAY = {"snow_of_water": 1.0, "plankton": 2.0}
-_NIGHT = {"sunlight": 0.0, "water": "jerlov:1C", "snow_of_water": 1.0, "silt": 40.0}
+_DAY: dict[str, float | str] = {"snow_of_water": 1.0, "plankton": 2.0}
+_NIGHT: dict[str, float | str] = {
+    "sunlight": 0.0,
+    "water": "jerlov:1C",
+    "snow_of_water": 1.0,
+    "silt": 40.0,
+}
 LOOKS = (
     Look("real time, by day: snow and plankton", "realtime", False, _DAY),
     Look("real time, at night: silt in the light of a torch", "realtime", True, _NIGHT),

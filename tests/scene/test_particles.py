@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from underwater_spectral.scene import (
     contents,
+    engines,
     live,
     particles,
     realtime,
@@ -20,7 +21,13 @@ from underwater_spectral.scene import (
     water_body,
 )
 from underwater_spectral.tests.scene import scenes, snapshot
-from underwater_spectral.uw_spectral.water.particles import KINDS, particle_cloud
+from underwater_spectral.uw_spectral.spectra.spectral_image import read_exr
+from underwater_spectral.uw_spectral.water.particles import (
+    KINDS,
+    ParticleCloud,
+    SizeClass,
+    particle_cloud,
+)
 
 CLOUDS = ("snow", "plankton", "bubbles", "silt")
 PLAIN = settings.SceneSettings(
@@ -207,3 +214,31 @@ def test_the_record_says_what_was_drawn():
     assert set(found["kinds"]) == {"snow", "bubbles"}
     assert "particles" not in _plan().record()
     assert particles.particles_of(PLAIN, plan.column).clouds == ()
+
+
+def test_they_are_as_bright_in_eevee_as_in_cycles(camera, tmp_path):
+    """Balls of the size of hands stand for flocs, so that few pixels are enough."""
+    scene = bpy.context.scene
+    scene.render.resolution_x, scene.render.resolution_y = 64, 36
+    camera.location = (0.0, 0.0, -5.0)
+    plan = _plan(water="jerlov:I", phase="hg:0.9", samples=16, sun_azimuth=90.0)
+    kind = replace(KINDS["snow"], wander=0.0)
+    part = SizeClass(0.2, 0.4, 6.0, 150, (0.0, 0.0))
+    plan.__dict__["particles"] = particles.SceneParticles(
+        (ParticleCloud(kind, 1.0, 4.0, 1.0, (part,)),)
+    )
+    extent = water_body.water_extent(scene, plan.column, 5.0)
+    pictures = []
+    for opened in (
+        engines.eevee_bands(scene, camera, plan, extent, 5.0),
+        engines.cycles_bands(scene, camera, plan, extent, seed=0, denoise=False),
+    ):
+        with opened as engine:
+            engine.frame(plan, 5.0)(engine.passes[0], tmp_path / "a.exr")
+            pictures.append(read_exr(tmp_path / "a.exr")[0].astype(np.float64))
+        assert not [b for b in bpy.data.objects if b.name.startswith("UW")]
+    eevee, cycles = pictures
+    open_water = np.median(eevee, axis=(0, 1))
+    seen = (np.abs(eevee / open_water - 1.0) > 0.3).any(axis=-1)
+    assert 0.05 < seen.mean() < 0.6
+    assert eevee[seen].mean(axis=0) == pytest.approx(cycles[seen].mean(axis=0), rel=0.08)
