@@ -22,7 +22,7 @@ import numpy as np
 import OpenImageIO
 from numpy.typing import NDArray
 
-from ..scene import engines, lamp_rigs, render_plan, settings, water_body
+from ..scene import engines, lamp_rigs, render_plan, settings, stored_lamps, water_body
 from ..scene.band_engine import BandEngine
 from ..uw_spectral.spectra.colour_rendering import luminance, metered_stops, srgb_encode
 from ..uw_spectral.spectra.spectral_image import read_exr
@@ -294,11 +294,13 @@ above 0. With more than {200_000} of a kind the smallest angle grows, and the re
 def main(arguments: Sequence[str]) -> None:
     """Measure and write the page."""
     parser = argparse.ArgumentParser(prog="particles")
-    parser.add_argument("--samples", type=int, default=32)
-    parser.add_argument("--width", type=int, default=384)
+    parser.add_argument("--samples", type=int, default=24)
+    parser.add_argument("--width", type=int, default=352)
     parser.add_argument("--look", type=int, help="only this one, into the file --out")
     parser.add_argument("--out", type=Path)
     options = parser.parse_args(arguments)
+    if not hasattr(bpy.types.Light, stored_lamps.PROPERTY):
+        stored_lamps.register()
     looks = LOOKS if options.look is None else LOOKS[options.look :][:1]
     found = []
     for look in looks:

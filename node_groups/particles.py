@@ -339,7 +339,7 @@ def _bubble(graph: Graph) -> bpy.types.NodeSocket:
 
 
 _SHAPES = {
-    SNOW: lambda graph: _lumps(graph, 3, 0.9, 3),
+    SNOW: lambda graph: _lumps(graph, 2, 0.9, 4),
     PLANKTON: _copepod,
     BUBBLES: _bubble,
     SILT: lambda graph: _lumps(graph, 1, 0.5, 2),
