@@ -6,7 +6,9 @@ import contextlib
 
 from .scene import stored_settings
 from .ui import (
+    asset_library,
     command,
+    dropped_worlds,
     handlers,
     help_pages,
     live_updates,
@@ -34,6 +36,8 @@ _MODULES = (
     command,
     translations,
     help_pages,
+    asset_library,
+    dropped_worlds,
 )
 
 

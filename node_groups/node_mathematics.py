@@ -225,9 +225,9 @@ def _new_node(
     return node
 
 
-def new_group(name: str) -> bpy.types.ShaderNodeTree:
-    """Add an empty node group that is marked as made here."""
-    tree = bpy.data.node_groups.new(name, "ShaderNodeTree")
+def new_group(name: str, kind: str = "ShaderNodeTree") -> bpy.types.ShaderNodeTree:
+    """Add an empty node group that is marked as made here; of geometry too, if so named."""
+    tree = bpy.data.node_groups.new(name, kind)
     tree[MARK] = True
     return tree
 
@@ -345,6 +345,8 @@ NODES = Mathematics(
     arccos=_function("ARCCOSINE", NUMPY.arccos),
     tan=_function("TANGENT", NUMPY.tan),
     arctan2=_function("ARCTAN2", NUMPY.arctan2),
+    floor=_function("FLOOR", NUMPY.floor),
+    sine=_function("SINE", NUMPY.sine),
     power=_power,
     minimum=_function("MINIMUM", NUMPY.minimum),
     maximum=_maximum,

@@ -14,10 +14,12 @@ from ..uw_spectral.errors import InputError
 from ..uw_spectral.imaging.layers import parse_layers
 from ..uw_spectral.spectra.spectral_image import read_exr, write_rgb_exr
 from . import (
+    band_colors,
     cycles_settings,
     cycles_water,
     inelastic_layers,
     moving_surface,
+    particles,
     scene_water,
     waterline,
 )
@@ -74,6 +76,7 @@ def cycles_bands(
             def frame(now: RenderPlan, _: float, __: Weights | None = None) -> RenderPass:
                 cycles_water.place(scene, now.column)
                 moving_surface.move_surface(scene, now)
+                particles.bring(scene, now.particles, lambda m: band_colors.insert([m]))
                 values = now.pass_values(scene)
                 if layers is not None and now.inelastic is not None:
                     values = values.with_values(inelastic_layers.emission(now.inelastic, layers))

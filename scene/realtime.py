@@ -45,8 +45,9 @@ from ..uw_spectral.transfer.solved_field import SolvedField
 from ..uw_spectral.transfer.sun_beam import SunBeam, sun_beam
 from ..uw_spectral.transfer.water_column import WaterColumn
 from ..uw_spectral.water.phase import BandPhase, HenyeyGreenstein
-from . import apparent_places, contents, realtime_materials, scene_water
+from . import apparent_places, contents, particles, realtime_materials, scene_water
 from .lamps import SceneLamps
+from .particles import SceneParticles
 from .water_body import WaterExtent, box
 
 # Key of the added floor's reflectance; no material has an empty name.
@@ -56,6 +57,7 @@ _OWNER = "uw_owner"
 _TABLE = "uw_table"
 _SHADE = "uw_shade"
 _LAMPS = "uw_lamps"
+_APPARENT = "uw_apparent"
 # Shafts end where the clearest band keeps 2 % of its light, or soon after the scene does.
 _SHAFT_OPTICAL_DEPTH = 4.0
 _LONGEST_SHAFT = 200.0
@@ -130,6 +132,7 @@ class RealtimeWater:
     lamps: SceneLamps = field(default_factory=SceneLamps)
     around_lamps: LampWater | None = None
     above: ViewFromAir | None = None
+    particles: SceneParticles = field(default_factory=SceneParticles)
 
     def seen_from(self, *, in_air: bool) -> RealtimeWater:
         """Return the water for rays that all begin in the air, or all in the water."""
@@ -402,8 +405,8 @@ def add_realtime(scene: bpy.types.Scene, water: RealtimeWater, extent: WaterExte
         objects.append(box("UW Shafts", extent, 0.0))
         objects[0].data.materials.append(realtime_volume.build(values, shape, images, tables))
     notes += realtime_materials.insert(materials, surface)
-    if shape.above:
-        apparent = realtime_refraction.build_apparent(values)
+    apparent = realtime_refraction.build_apparent(values) if shape.above else None
+    if apparent is not None:
         notes += apparent_places.insert(materials, apparent, extent.bottom)
     sun = bpy.data.lights.new("UW Sun", "SUN")
     sun.energy = 1.0
@@ -418,7 +421,12 @@ def add_realtime(scene: bpy.types.Scene, water: RealtimeWater, extent: WaterExte
         {_VALUES: values, scene_water.SURFACE: surface}
         | {
             name: image
-            for name, image in ((_TABLE, table), (_SHADE, shade), (_LAMPS, lit))
+            for name, image in (
+                (_TABLE, table),
+                (_SHADE, shade),
+                (_LAMPS, lit),
+                (_APPARENT, apparent),
+            )
             if image is not None
         },
         list(zip(realtime_lamps.shadow_lamps(count), water.lamps.objects, strict=True)),
@@ -456,6 +464,7 @@ def set_values(scene: bpy.types.Scene, water: RealtimeWater) -> None:
         _set_lamps(scene, water, water.around_lamps)
     if water.waves is not None:
         realtime_waves.write_patterns(scene_water.images(scene), water.waves)
+    particles.bring(scene, water.particles, lambda material: _wet(scene, material))
     known = {m.name: m for m in contents.materials(scene) if m.is_editable}
     known[_FLOOR] = scene_water.part(scene, scene_water.FLOOR)
     for name, reflectance in water.reflectances.items():
@@ -476,6 +485,14 @@ def set_values(scene: bpy.types.Scene, water: RealtimeWater) -> None:
         elif item.type == "LIGHT" and item.data.type == "SUN" and water.cone is not None:
             scene_water.turn(item, water.cone.direction)
             item.data.angle = 2.0 * water.cone.half_angle
+
+
+def _wet(scene: bpy.types.Scene, material: bpy.types.Material) -> None:
+    """Send a material of the water's own through the surface group that is there."""
+    realtime_materials.insert([material], scene_water.part(scene, scene_water.SURFACE))
+    apparent = scene_water.part(scene, _APPARENT)
+    if apparent is not None:
+        apparent_places.insert([material], apparent, _LONGEST_SHAFT)
 
 
 def _set_lamps(scene: bpy.types.Scene, water: RealtimeWater, around: LampWater) -> None:
@@ -504,6 +521,8 @@ def fits(scene: bpy.types.Scene, water: RealtimeWater) -> bool:
         return False
     has_floor = scene_water.part(scene, scene_water.FLOOR) is not None
     own = values.get(_OWNER) == scene_water.collection_of(scene)
+    if not particles.is_there(scene, water.particles):
+        return False
     return own and has_floor == math.isfinite(water.column.floor_depth)
 
 

@@ -42,9 +42,10 @@ from ..uw_spectral.transfer.water_column import WAVES
 from ..uw_spectral.water.bio_optics import Constituents
 from ..uw_spectral.water.phase import BandPhase
 from ..uw_spectral.water.shared_phase import LARGEST_SPREAD, alike, with_mean_of
-from . import band_colors, cameras, shade, waterline
+from . import band_colors, cameras, particles, shade, waterline
 from .cycles_phase import CyclesPhase, cycles_phase
 from .lamps import SceneLamps, lamps_of, seen_places
+from .particles import SceneParticles, particles_of
 from .pass_values import PassValues
 from .realtime import (
     MOST_BANDS,
@@ -138,6 +139,11 @@ class RenderPlan(ResolvedOptics):
             values[attributes.lamp(index)] = lamp.intensity
         return PassValues.of_column(self.column, self.cycles_phases).with_values(values)
 
+    @functools.cached_property
+    def particles(self) -> SceneParticles:
+        """Particles that are seen one by one."""
+        return particles_of(self.settings, self.column)
+
     @property
     def draws_shafts(self) -> bool:
         """Whether EEVEE draws shafts of light; in water of several layers it does not."""
@@ -209,7 +215,7 @@ class RenderPlan(ResolvedOptics):
             lamps=self.lamps(scene), above=_view_from_air(camera or scene.camera, eyes, in_air),
         )  # fmt: skip
         # The scene has that floor already.
-        return replace(water, column=self.column)
+        return replace(water, column=self.column, particles=self.particles)
 
     def lamps(self, scene: bpy.types.Scene) -> SceneLamps:
         """Return the lamps of a scene's current frame."""
@@ -293,6 +299,7 @@ class RenderPlan(ResolvedOptics):
                 "illuminant": self.illuminant.source,
                 "sensor": f"{self.sensor.source} ({self.sensor.licence})",
             },
+            **particles.record(self.settings, column),
             "versions": {
                 "blender": bpy.app.version_string,
                 "python": platform.python_version(),

@@ -37,6 +37,8 @@ IS_SUN = "uw_sun"
 """Mark of the lamp of the direct sun."""
 SURFACE = "uw_surface"
 """Part that lights the materials in real time; see :func:`part`."""
+PARTICLES = "uw_particles"
+"""Mark of objects that are particles: their kind."""
 FLOOR = "uw_floor"
 """Part that is the material of the added floor."""
 _CAUSTICS, _SLOPES = "uw_caustics", "uw_slopes"
@@ -220,8 +222,9 @@ def objects(scene: bpy.types.Scene) -> list[bpy.types.Object]:
 
 
 def bodies(scene: bpy.types.Scene) -> list[bpy.types.Object]:
-    """Surface and volumes of the water in a scene, its floor and its lamps left out."""
-    return [i for i in objects(scene) if i.type == "MESH" and _FLOOR_DEPTH not in i]
+    """Surface and volumes of the water in a scene, floor, lamps and particles left out."""
+    others = (_FLOOR_DEPTH, PARTICLES)
+    return [i for i in objects(scene) if i.type == "MESH" and not any(x in i for x in others)]
 
 
 def link(scene: bpy.types.Scene, item: bpy.types.Object) -> None:

@@ -15,6 +15,7 @@ from ..uw_spectral.spectra.tone import CONTRASTS, MEDIUM, STANDARD, TONES
 from ..uw_spectral.transfer.sky import SKIES, UNIFORM
 from ..uw_spectral.transfer.water_column import SURFACES
 from ..uw_spectral.water import measured
+from ..uw_spectral.water.particles import SLOPES, USUAL_SLOPE
 from .stage import Stage
 
 Engine = Literal["cycles", "eevee"]
@@ -245,6 +246,53 @@ class SceneSettings:
     )
     contrast: str = _setting(
         MEDIUM, "Contrast of the PNG and the viewport: Blender's looks", choices=CONTRASTS
+    )
+    snow: float = _setting(
+        0.0,
+        "Marine snow: flocs larger than 0.1 mm per litre",
+        limits=(0.0, 1e5),
+        animatable=True,
+    )
+    snow_of_water: float = _setting(
+        0.0,
+        "Marine snow by the water's own scattering, times this: 1 adds as much as it speaks for",
+        limits=(0.0, 1e3),
+        animatable=True,
+    )
+    plankton: float = _setting(
+        0.0,
+        "Small animals larger than 0.1 mm per litre",
+        limits=(0.0, 1e5),
+        animatable=True,
+    )
+    bubbles: float = _setting(
+        0.0, "Bubbles larger than 0.1 mm per litre", limits=(0.0, 1e5), animatable=True
+    )
+    silt: float = _setting(
+        0.0,
+        "Stirred-up grains larger than 0.1 mm per litre; smaller ones come with them",
+        limits=(0.0, 1e5),
+        animatable=True,
+    )
+    particle_slope: float = _setting(
+        USUAL_SLOPE,
+        "Power with which numbers of particles fall with diameter: 4 in the open sea, 3 in blooms",
+        limits=SLOPES,
+    )
+    particle_angle: float = _setting(
+        0.3,
+        "Smallest particle that is drawn: diameter over distance, in milliradians; half of it "
+        "draws eight times as many",
+        limits=(0.01, 100.0),
+    )
+    particle_seed: int = _setting(0, "Seed of the particles' places and sizes", limits=(0, 10**6))
+    drift_speed: float = _setting(
+        0.02, "Speed at which the water carries particles along, m/s", limits=(0.0, 10.0)
+    )
+    drift_direction: float = _setting(
+        0.0,
+        "Direction the water carries particles to, degrees from +x towards +y",
+        limits=(-360.0, 360.0),
     )
     samples: int = _setting(64, "Samples per pixel", limits=(1, 2**24))
     bounces: int = _setting(

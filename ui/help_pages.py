@@ -14,7 +14,7 @@ from pathlib import Path
 import bpy
 
 from ..scene import stored_lamps, stored_settings
-from . import operators, property_group, sections, sun_handle
+from . import asset_library, operators, property_group, sections, sun_handle
 
 _FILE = "help.html"
 _STYLE = "body{font-family:sans-serif;max-width:46em;margin:2em auto;line-height:1.5}"
@@ -32,7 +32,12 @@ def entries() -> Iterator[tuple[str, str, str]]:
         for item in pointer.fixed_type.properties:
             if item.identifier not in ("rna_type", "name"):
                 yield f"bpy.types.{kind}.{item.identifier}", item.name, item.description
-    buttons = (*operators.CLASSES, sections.ResetSection, sun_handle.AddSunHandle)
+    buttons = (
+        *operators.CLASSES,
+        sections.ResetSection,
+        sun_handle.AddSunHandle,
+        asset_library.AddAssets,
+    )
     for cls in buttons:
         yield f"bpy.ops.{cls.bl_idname}", cls.bl_label, getattr(cls, "bl_description", "")
 

@@ -260,6 +260,36 @@ class WavesPanel(_SubPanel, bpy.types.Panel):
             moving.prop(water, name, text=text)
 
 
+class ParticlesPanel(_SubPanel, bpy.types.Panel):
+    """What floats in the water and is seen by itself."""
+
+    bl_idname = "UNDERWATER_PT_particles"
+    bl_label = "Snow and Bubbles"
+    bl_options = {"DEFAULT_CLOSED"}  # noqa: RUF012 - as Blender wants it
+
+    @override
+    def draw_header_preset(self, _: bpy.types.Context) -> None:
+        sections.draw_reset(self.layout, "particles")
+
+    @override
+    def draw(self, context: bpy.types.Context) -> None:
+        water, column = _water(context), self.column()
+        column.label(text="Larger than 0.1 mm, per litre", icon="PARTICLES")
+        for name, text in (
+            ("snow_of_water", "Snow of the water ×"),
+            ("snow", "Marine snow"),
+            ("plankton", "Plankton"),
+            ("bubbles", "Bubbles"),
+            ("silt", "Silt"),
+            ("drift_speed", "Drift (m/s)"),
+            ("drift_direction", "To (°)"),
+            ("particle_slope", "Slope of sizes"),
+            ("particle_angle", "Down to (mrad)"),
+            ("particle_seed", "Seed"),
+        ):
+            column.prop(water, name, text=text)
+
+
 class SunPanel(_SubPanel, bpy.types.Panel):
     """The light above the water."""
 
@@ -477,6 +507,7 @@ CLASSES = (
     WaterPanel,
     DepthPanel,
     WavesPanel,
+    ParticlesPanel,
     SunPanel,
     LampsPanel,
     SensorPanel,

@@ -50,6 +50,7 @@ class UnderwaterPreferences(bpy.types.AddonPreferences):
         column.use_property_split = True
         for name in ("folder", "quality", "tab"):
             column.prop(self, name)
+        column.operator("underwater.add_assets", icon="ASSET_MANAGER")
 
 
 def stored() -> UnderwaterPreferences | None:

@@ -134,6 +134,11 @@ CLASSES = (
 )
 
 
+def settings_of(kind: str) -> tuple[str, ...]:
+    """Return the names of the settings that a preset of a kind holds."""
+    return {"water": _WATER, "look": _LOOK, "camera": _CAMERA}[kind]
+
+
 def names(kind: str) -> dict[str, Path]:
     """Return the presets of a kind (``water``, ``look``, ``camera``): name to file."""
     folders = bpy.utils.preset_paths(KINDS[kind].preset_subdir)

@@ -22,6 +22,10 @@ SECTIONS: dict[str, tuple[str, ...]] = {
         "surface", "wind_speed", "wind_direction", "fetch", "caustics", "wave_time_scale",
         "wave_loop", "wave_seed", "wave_tile", "wave_resolution",
     ),
+    "particles": (
+        "snow", "snow_of_water", "plankton", "bubbles", "silt", "particle_slope", "particle_angle",
+        "particle_seed", "drift_speed", "drift_direction",
+    ),
     "sun": (
         "illuminant", "sun_zenith", "sun_azimuth", "irradiance", "sky", "sky_radiance",
         "refractive_index",

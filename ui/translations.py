@@ -26,6 +26,13 @@ Looks | Stimmungen | Aspectos | Ambiances | ルック
 Water | Wasser | Agua | Eau | 水
 Depth and Floor | Tiefe und Grund | Profundidad y fondo | Profondeur et fond | 深さと海底
 Surface and Waves | Oberfläche und Wellen | Superficie y olas | Surface et vagues | 水面と波
+Snow and Bubbles | Schnee und Blasen | Nieve y burbujas | Neige et bulles | 雪と泡
+Marine snow | Meeresschnee | Nieve marina | Neige marine | マリンスノー
+Plankton | Plankton | Plancton | Plancton | プランクトン
+Bubbles | Blasen | Burbujas | Bulles | 泡
+Silt | Schlick | Limo | Limon | 沈泥
+Drift (m/s) | Strömung (m/s) | Corriente (m/s) | Courant (m/s) | 流れ (m/s)
+Seed | Startwert | Semilla | Graine | シード
 Sun and Sky | Sonne und Himmel | Sol y cielo | Soleil et ciel | 太陽と空
 Lamps | Lampen | Lámparas | Lampes | ランプ
 Camera Sensor | Kamerasensor | Sensor de la cámara | Capteur de la caméra | カメラセンサー

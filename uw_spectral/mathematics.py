@@ -24,8 +24,10 @@ class Mathematics:
 
     Parameters
     ----------
-    exp, log, sqrt, absolute : callable
+    exp, log, sqrt, absolute, floor : callable
         Of one operand.
+    sine : callable
+        Of one angle.
     arccos : callable
         Of one number, -1 to 1.
     tan : callable
@@ -48,6 +50,8 @@ class Mathematics:
     arccos: Callable[[Operand], Operand]
     tan: Callable[[Operand], Operand]
     arctan2: Callable[[Operand, Operand], Operand]
+    floor: Callable[[Operand], Operand]
+    sine: Callable[[Operand], Operand]
     power: Callable[[Operand, Operand], Operand]
     minimum: Callable[[Operand, Operand], Operand]
     maximum: Callable[[Operand, Operand], Operand]
@@ -81,6 +85,8 @@ NUMPY = Mathematics(
     arccos=np.arccos,
     tan=np.tan,
     arctan2=np.arctan2,
+    floor=np.floor,
+    sine=np.sin,
     power=np.power,
     minimum=np.minimum,
     maximum=np.maximum,

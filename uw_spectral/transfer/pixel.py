@@ -39,6 +39,11 @@ def forward_scattered_share(water: PathLight, P: Operand, m: Mathematics = NUMPY
     return m.maximum(m.exp(-water.cp * P) - m.exp(-water.c * P), 0.0)
 
 
+def transmittance(c: Operand, P: Operand, m: Mathematics = NUMPY) -> Operand:
+    """Share e^{-cP} of light that passes a distance P unscattered, at extinction c."""
+    return m.exp(-c * P)
+
+
 @dataclass(frozen=True, eq=False)
 class Pixel:
     """The light of a pixel in components that add up; each is computed when it is asked for.
@@ -90,7 +95,7 @@ class Pixel:
     @functools.cached_property
     def transmittance(self) -> Operand:
         """Share e^{-cP} of the light of what is seen that arrives unscattered."""
-        return self.m.exp(-self.water.c * self.P)
+        return transmittance(self.water.c, self.P, self.m)
 
     @functools.cached_property
     def path(self) -> Operand:

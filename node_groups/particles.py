@@ -1,0 +1,346 @@
+"""Particles around the camera as geometry nodes, and the materials of them.
+
+Each size class is one node of the group :func:`build_class`: its points fill a box that follows
+the active camera, while the particles stay where they are in the water and drift with time. Only
+those that the camera sees are instanced.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import bpy
+
+from ..uw_spectral.mathematics import dot
+from ..uw_spectral.water.particles import (
+    BUBBLES,
+    PLANKTON,
+    SILT,
+    SNOW,
+    ParticleCloud,
+    diameter,
+    drifted,
+    wrapped,
+)
+from .node_mathematics import MARK, NODES, Graph, NodeValue, new_group
+
+SHAPE, COUNT, SIDE, SEED = "Shape", "Count", "Box Side", "Seed"
+SMALLEST, LARGEST, SLOPE = "Smallest", "Largest", "Slope"
+RISE, RISE_LARGEST = "Rise of Smallest", "Rise of Largest"
+DRIFT, WANDER, PACE, STRETCH = "Drift", "Wander", "Pace", "Stretch"
+REFLECTANCE, DEEPEST, IN_VIEW = "Reflectance", "Deepest", "In View Only"
+CLASS_NAME = "UW Particles of a Size"
+_ATTRIBUTE = "uw_reflectance"
+_PORT = 0.1
+"""Nearer to the camera than this, m, is its housing."""
+_MARGIN = 1.3  # of the picture's half width, for blurred ones that only reach into it
+_INDEX = 1.34  # of water around bubbles; coarse beside their own distortion
+_INPUTS: dict[str, tuple[str, object, str]] = {
+    SHAPE: ("NodeSocketGeometry", None, "Bodies of diameter 1, as instances; one is picked each"),
+    COUNT: ("NodeSocketInt", 1000, "Particles in the box"),
+    SIDE: ("NodeSocketFloat", 2.0, "Side of the box around the camera, m"),
+    SMALLEST: ("NodeSocketFloat", 5e-4, "Diameter, m"),
+    LARGEST: ("NodeSocketFloat", 1e-3, "Diameter, m"),
+    SLOPE: ("NodeSocketFloat", 4.0, "Numbers fall with this power of the diameter"),
+    RISE: ("NodeSocketFloat", 0.0, "Speed upwards of the smallest, m/s; negative sinks"),
+    RISE_LARGEST: ("NodeSocketFloat", 0.0, "Speed upwards of the largest, m/s"),
+    DRIFT: ("NodeSocketVector", (0.0, 0.0, 0.0), "Velocity of the water, m/s"),
+    WANDER: ("NodeSocketFloat", 0.01, "How far a particle strays from its path, m"),
+    PACE: ("NodeSocketFloat", 1.0, "How fast it does, radians per second"),
+    STRETCH: ("NodeSocketFloat", 1.0, "Longest side over the others, at most"),
+    REFLECTANCE: ("NodeSocketColor", (0.5, 0.5, 0.5, 1.0), "Mean reflectance"),
+    DEEPEST: ("NodeSocketFloat", 1e4, "Depth of the floor, m"),
+    SEED: ("NodeSocketInt", 0, "Of places, sizes and turns"),
+    IN_VIEW: ("NodeSocketBool", True, "Leave out what the active camera does not see"),
+}
+
+
+def build_class() -> bpy.types.GeometryNodeTree:
+    """Build the group of the particles of a size class; output: instances in world space."""
+    tree = new_group(CLASS_NAME, "GeometryNodeTree")
+    for name, (kind, value, text) in _INPUTS.items():
+        socket = tree.interface.new_socket(name, in_out="INPUT", socket_type=kind)
+        socket.description = text
+        if value is not None:
+            socket.default_value = value
+    tree.interface.new_socket("Instances", in_out="OUTPUT", socket_type="NodeSocketGeometry")
+    graph = Graph(tree)
+    sockets = {s.name: s for s in graph.node("NodeGroupInput").outputs if s.name}
+    given = {
+        name: graph.term(sockets[name])
+        for name in _INPUTS
+        if name not in (SHAPE, REFLECTANCE, IN_VIEW)
+    }
+    chance = _Chance(graph, sockets[SEED])
+    side = given[SIDE]
+    start = graph.components(chance.vector(0) * side)
+    share = chance.number(1)
+    size = diameter(share, given[SMALLEST], given[LARGEST], given[SLOPE], NODES)
+    # Between the ends the speed follows a power law, as it does over an octave.
+    along = NODES.log(size / given[SMALLEST]) / NODES.log(given[LARGEST] / given[SMALLEST])
+    rise = given[RISE] + (given[RISE_LARGEST] - given[RISE]) * along
+    time = graph.term(graph.node("GeometryNodeInputSceneTime").outputs["Seconds"])
+    phases = graph.components(chance.vector(2) * (2.0 * math.pi))
+    moved = drifted(
+        start, time, rise, graph.components(given[DRIFT]), given[WANDER], given[PACE], phases, NODES
+    )
+    camera = graph.node("GeometryNodeInputActiveCamera").outputs[0]
+    seat = graph.node("GeometryNodeObjectInfo", transform_space="ORIGINAL")
+    tree.links.new(camera, seat.inputs["Object"])
+    eye = graph.components(graph.term(seat.outputs["Location"]))
+    place = [wrapped(x, o, side, NODES) for x, o in zip(moved, eye, strict=True)]
+    shown = _is_there(place, eye, size, given[DEEPEST]) * _is_seen(
+        graph, place, camera, seat.outputs["Transform"], sockets[IN_VIEW]
+    )
+    points = graph.node("GeometryNodePoints")
+    tree.links.new(sockets[COUNT], points.inputs["Count"])
+    graph.assign(graph.vector(*place), points.inputs["Position"])
+    instances = graph.node("GeometryNodeInstanceOnPoints")
+    tree.links.new(points.outputs[0], instances.inputs["Points"])
+    tree.links.new(sockets[SHAPE], instances.inputs["Instance"])
+    instances.inputs["Pick Instance"].default_value = True
+    graph.assign(NODES.floor(chance.number(3) * 1e3), instances.inputs["Instance Index"])
+    graph.assign(shown, instances.inputs["Selection"])
+    turn = graph.node("FunctionNodeEulerToRotation")
+    graph.assign(chance.vector(4) * (2.0 * math.pi), turn.inputs[0])
+    tree.links.new(turn.outputs[0], instances.inputs["Rotation"])
+    longer = 1.0 + (given[STRETCH] - 1.0) * chance.number(5)
+    thinner = NODES.power(longer, -0.5)
+    graph.assign(
+        graph.vector(size * longer, size * thinner, size * thinner), instances.inputs["Scale"]
+    )
+    named = graph.node("GeometryNodeStoreNamedAttribute", data_type="FLOAT_COLOR")
+    named.domain = "INSTANCE"
+    named.inputs["Name"].default_value = _ATTRIBUTE
+    tree.links.new(instances.outputs[0], named.inputs["Geometry"])
+    colour = graph.term(sockets[REFLECTANCE]) * (0.7 + 0.6 * chance.number(6))
+    graph.assign(colour, named.inputs["Value"])
+    tree.links.new(named.outputs[0], graph.node("NodeGroupOutput").inputs[0])
+    return tree
+
+
+class _Chance:
+    """Random values of each particle, from 0 to 1."""
+
+    def __init__(self, graph: Graph, seed: bpy.types.NodeSocket) -> None:
+        self._graph, self._seed = graph, seed
+
+    def number(self, number: int) -> NodeValue:
+        return self._of("FLOAT", number)
+
+    def vector(self, number: int) -> NodeValue:
+        return self._of("FLOAT_VECTOR", number)
+
+    def _of(self, kind: str, number: int) -> NodeValue:
+        graph = self._graph
+        node = graph.node("FunctionNodeRandomValue", data_type=kind)
+        own = graph.node("FunctionNodeIntegerMath", operation="MULTIPLY_ADD")
+        graph.tree.links.new(self._seed, own.inputs[0])
+        own.inputs[1].default_value, own.inputs[2].default_value = 16, number
+        graph.tree.links.new(own.outputs[0], node.inputs["Seed"])
+        output = next(s for s in node.outputs if s.enabled)
+        return graph.term(output)
+
+
+def _is_there(
+    place: Sequence[NodeValue],
+    eye: Sequence[NodeValue],
+    size: NodeValue,
+    deepest: NodeValue,
+) -> NodeValue:
+    """Whether a place is in the water, and not in the camera."""
+    away = [x - o for x, o in zip(place, eye, strict=True)]
+    in_water = NODES.less(place[2], size * -1.0) * NODES.less(deepest * -1.0, place[2])
+    return in_water * NODES.less(_PORT**2, dot(away, away))
+
+
+def _is_seen(
+    graph: Graph,
+    place: Sequence[NodeValue],
+    camera: bpy.types.NodeSocket,
+    seat: bpy.types.NodeSocket,
+    in_view: bpy.types.NodeSocket,
+) -> NodeValue:
+    """Whether the camera sees a place, or every place counts."""
+    tree = graph.tree
+    lens = graph.node("GeometryNodeCameraInfo")
+    tree.links.new(camera, lens.inputs[0])
+    back = graph.node("FunctionNodeInvertMatrix")
+    tree.links.new(seat, back.inputs[0])
+    local = graph.node("FunctionNodeTransformPoint")
+    graph.assign(graph.vector(*place), local.inputs["Vector"])
+    tree.links.new(back.outputs[0], local.inputs["Transform"])
+    flat = graph.node("FunctionNodeProjectPoint")
+    tree.links.new(local.outputs[0], flat.inputs["Vector"])
+    tree.links.new(lens.outputs["Projection Matrix"], flat.inputs["Transform"])
+    x, y, _ = graph.components(graph.term(flat.outputs[0]))
+    before = NODES.less(graph.components(graph.term(local.outputs[0]))[2], 0.0)
+    inside = NODES.less(NODES.absolute(x), _MARGIN) * NODES.less(NODES.absolute(y), _MARGIN)
+    return NODES.maximum(before * inside, 1.0 - graph.term(in_view))
+
+
+def build(name: str, cloud: ParticleCloud, material: bpy.types.Material) -> bpy.types.NodeTree:
+    """Build the geometry of a kind of particles; :func:`write` gives it its numbers."""
+    tree = new_group(name, "GeometryNodeTree")
+    tree.is_modifier = True
+    tree.interface.new_socket("Geometry", in_out="OUTPUT", socket_type="NodeSocketGeometry")
+    graph, group = Graph(tree), build_class()
+    shape = _SHAPES[cloud.kind.name](graph)
+    dressed = graph.node("GeometryNodeSetMaterial")
+    dressed.inputs["Material"].default_value = material
+    tree.links.new(shape, dressed.inputs["Geometry"])
+    joined = graph.node("GeometryNodeJoinGeometry")
+    for _ in cloud.classes:
+        node = graph.node("GeometryNodeGroup", node_tree=group)
+        tree.links.new(dressed.outputs[0], node.inputs[SHAPE])
+        tree.links.new(node.outputs[0], joined.inputs[0])
+    tree.links.new(joined.outputs[0], graph.node("NodeGroupOutput").inputs[0])
+    return tree
+
+
+def write(
+    tree: bpy.types.NodeTree,
+    cloud: ParticleCloud,
+    drift: Sequence[float],
+    deepest: float,
+    seed: int,
+) -> None:
+    """Give the geometry of a kind its numbers; what is right already is left alone."""
+    nodes = [n for n in tree.nodes if n.bl_idname == "GeometryNodeGroup"]
+    kind = cloud.kind
+    for index, (node, part) in enumerate(zip(nodes, cloud.classes, strict=True)):
+        values = {
+            COUNT: part.count,
+            SIDE: part.side,
+            SMALLEST: part.smallest,
+            LARGEST: part.largest,
+            SLOPE: cloud.slope,
+            RISE: part.rise[0],
+            RISE_LARGEST: part.rise[1],
+            DRIFT: tuple(drift),
+            WANDER: kind.wander,
+            PACE: 2.0 * math.pi / kind.period,
+            STRETCH: kind.stretch,
+            REFLECTANCE: (*kind.reflectance, 1.0),
+            DEEPEST: min(deepest, 1e4),
+            SEED: len(nodes) * seed + index,
+        }
+        for name, value in values.items():
+            socket = node.inputs[name]
+            now = socket.default_value
+            now = tuple(now) if isinstance(value, tuple) else now
+            if now != value:
+                socket.default_value = value
+
+
+def empty(tree: bpy.types.NodeTree) -> None:
+    """Take all particles out of the geometry of a kind."""
+    for node in tree.nodes:
+        if node.bl_idname == "GeometryNodeGroup" and node.inputs[COUNT].default_value:
+            node.inputs[COUNT].default_value = 0
+
+
+def grain_material() -> bpy.types.Material:
+    """Make the material of grains and flocs: they let through as much light as they throw back."""
+    material, tree = _material("UW Particles")
+    colour = tree.nodes.new("ShaderNodeAttribute")
+    colour.attribute_type, colour.attribute_name = "INSTANCER", _ATTRIBUTE
+    mixed = tree.nodes.new("ShaderNodeMixShader")
+    for place, kind in enumerate(("ShaderNodeBsdfDiffuse", "ShaderNodeBsdfTranslucent"), start=1):
+        shader = tree.nodes.new(kind)
+        tree.links.new(colour.outputs["Color"], shader.inputs["Color"])
+        tree.links.new(shader.outputs[0], mixed.inputs[place])
+    tree.links.new(mixed.outputs[0], tree.nodes["Output"].inputs["Surface"])
+    return material
+
+
+def bubble_material() -> bpy.types.Material:
+    """Make the material of bubbles: mirrors towards their rim, where light is totally reflected."""
+    material, tree = _material("UW Bubbles")
+    fresnel, clear, mirror, mixed = (
+        tree.nodes.new(f"ShaderNode{kind}")
+        for kind in ("Fresnel", "BsdfTransparent", "BsdfGlossy", "MixShader")
+    )
+    fresnel.inputs["IOR"].default_value = 1.0 / _INDEX
+    mirror.inputs["Roughness"].default_value = 0.15
+    tree.links.new(fresnel.outputs[0], mixed.inputs[0])
+    tree.links.new(clear.outputs[0], mixed.inputs[1])
+    tree.links.new(mirror.outputs[0], mixed.inputs[2])
+    tree.links.new(mixed.outputs[0], tree.nodes["Output"].inputs["Surface"])
+    return material
+
+
+def _material(name: str) -> tuple[bpy.types.Material, bpy.types.NodeTree]:
+    material = bpy.data.materials.new(name)
+    material[MARK] = True
+    tree = material.node_tree
+    tree.nodes.clear()
+    tree.nodes.new("ShaderNodeOutputMaterial").name = "Output"
+    return material, tree
+
+
+def _ball(graph: Graph, fine: int) -> bpy.types.NodeSocket:
+    node = graph.node("GeometryNodeMeshIcoSphere")
+    node.inputs["Radius"].default_value, node.inputs["Subdivisions"].default_value = 0.5, fine
+    return node.outputs["Mesh"]
+
+
+def _scaled(
+    graph: Graph,
+    mesh: bpy.types.NodeSocket,
+    scale: tuple[float, float, float],
+    place: tuple[float, float, float] = (0.0, 0.0, 0.0),
+) -> bpy.types.NodeSocket:
+    node = graph.node("GeometryNodeTransform")
+    graph.tree.links.new(mesh, node.inputs["Geometry"])
+    node.inputs["Scale"].default_value, node.inputs["Translation"].default_value = scale, place
+    return node.outputs[0]
+
+
+def _instances(graph: Graph, meshes: Sequence[bpy.types.NodeSocket]) -> bpy.types.NodeSocket:
+    node = graph.node("GeometryNodeGeometryToInstance")
+    for mesh in meshes:
+        graph.tree.links.new(mesh, node.inputs[0])
+    return node.outputs[0]
+
+
+def _lumps(graph: Graph, fine: int, roughness: float, kinds: int) -> bpy.types.NodeSocket:
+    """Return balls that noise has pushed in and out."""
+    meshes = []
+    for number in range(kinds):
+        noise = graph.node("ShaderNodeTexNoise", noise_dimensions="4D")
+        noise.inputs["Scale"].default_value, noise.inputs["Detail"].default_value = 2.5, 3.0
+        noise.inputs["W"].default_value = 7.0 * number
+        push = (graph.term(noise.outputs[0]) - 0.5) * roughness
+        normal = graph.term(graph.node("GeometryNodeInputNormal").outputs[0])
+        moved = graph.node("GeometryNodeSetPosition")
+        graph.tree.links.new(_ball(graph, fine), moved.inputs["Geometry"])
+        graph.assign(normal * push, moved.inputs["Offset"])
+        meshes.append(moved.outputs[0])
+    return _instances(graph, meshes)
+
+
+def _copepod(graph: Graph) -> bpy.types.NodeSocket:
+    """Return a body with antennae across its head, half as long as its stretch is at most."""
+    body = _scaled(graph, _ball(graph, 2), (0.8, 0.4, 0.4))
+    antennae = _scaled(graph, _ball(graph, 1), (0.05, 1.1, 0.05), (0.28, 0.0, 0.0))
+    tail = _scaled(graph, _ball(graph, 1), (0.35, 0.1, 0.1), (-0.5, 0.0, 0.0))
+    joined = graph.node("GeometryNodeJoinGeometry")
+    for part in (body, antennae, tail):
+        graph.tree.links.new(part, joined.inputs[0])
+    return _instances(graph, [joined.outputs[0]])
+
+
+def _bubble(graph: Graph) -> bpy.types.NodeSocket:
+    smooth = graph.node("GeometryNodeSetShadeSmooth")
+    graph.tree.links.new(_ball(graph, 3), smooth.inputs["Geometry"])
+    return _instances(graph, [smooth.outputs[0]])
+
+
+_SHAPES = {
+    SNOW: lambda graph: _lumps(graph, 2, 0.9, 4),
+    PLANKTON: _copepod,
+    BUBBLES: _bubble,
+    SILT: lambda graph: _lumps(graph, 1, 0.5, 2),
+}

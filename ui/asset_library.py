@@ -1,0 +1,56 @@
+"""One click that adds the extension's assets to Blender's asset libraries."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import override
+
+import bpy
+
+NAME = "Underwater Spectral"
+FOLDER = Path(__file__).resolve().parent.parent / "assets"
+FILE = "underwater_spectral.blend"
+
+
+def library() -> bpy.types.UserAssetLibrary | None:
+    """Return the library in Blender's preferences, if it was added."""
+    found = bpy.context.preferences.filepaths.asset_libraries
+    return next((item for item in found if item.name == NAME), None)
+
+
+class AddAssets(bpy.types.Operator):
+    """Adds the folder of the assets to the asset libraries, or corrects its path."""
+
+    bl_idname = "underwater.add_assets"
+    bl_label = "Add Asset Library"
+    bl_description = (
+        "Show the waters, looks, node groups, lamps and particles of the extension in the asset "
+        "browser"
+    )
+
+    @override
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        if not (FOLDER / FILE).is_file():
+            self.report(
+                {"ERROR"},
+                f"{FOLDER / FILE} is missing: install the extension from its zip, or in a "
+                "checkout run python3 dev.py run tools/build_assets.py",
+            )
+            return {"CANCELLED"}
+        found = library()
+        if found is None:
+            libraries = context.preferences.filepaths.asset_libraries
+            found = libraries.new(name=NAME, directory=str(FOLDER))
+        found.path, found.import_method = str(FOLDER), "APPEND"
+        self.report({"INFO"}, f"the asset browser has the library {NAME}")
+        return {"FINISHED"}
+
+
+def register() -> None:
+    """Register the operator."""
+    bpy.utils.register_class(AddAssets)
+
+
+def unregister() -> None:
+    """Unregister the operator; the library stays in the preferences."""
+    bpy.utils.unregister_class(AddAssets)
