@@ -19,6 +19,7 @@ from mathutils import Vector
 from numpy.typing import NDArray
 
 from ..scene import lamp_rigs, render_plan, stored_settings
+from ..uw_spectral.lamps.lamp_shadow import SIDE
 from ..uw_spectral.spectra.colour_rendering import delta_e_CIE2000_images, srgb_encode
 from ..uw_spectral.spectra.spectral_image import replacing
 from . import grey_scene
@@ -252,14 +253,15 @@ band: median, 95 % and worst relative error, and the standard error of Cycles in
 {rows}
 
 Wanted were a mean of 2, and backscatter within 5 % in the median and 15 % for 95 %. Cycles has
-the light that sand and things throw back, and the shade of things in the beams; EEVEE's lamps
-light each thing and the water by themselves, with shadows on things only.
+the light that sand and things throw back; EEVEE's lamps light each thing and the water by
+themselves.
 
 In clear water (I, IB) they agree. In II and 3C nine tenths and more of what the water takes away is
 scattered, often many times; pictures in the light of lamps beside the camera are as bright as by
-Cycles within a fifth. Beside a beam that crosses the view the water is too bright on the side away
-from it, where light would have to be bent there and back. Nothing keeps the light of a lamp from
-the water behind a thing yet, so a lamp behind a fish shines through it.
+Cycles within a fifth. The dark water on the side away from a beam that crosses the view is the
+hardest: light is bent there and back. Things keep a lamp's light from the water behind them by a
+map of {SIDE} × {SIDE} distances, the same for light that was scattered more often, which in truth
+finds its way round them.
 
 ## Seconds of a frame
 CPU seconds on the software rasteriser, {WIDTH} × {HEIGHT}, the less of two, sun on, shaders

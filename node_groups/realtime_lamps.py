@@ -1,11 +1,11 @@
 """Lamps in the water as node groups read them: one image, looped over.
 
 A row of the image holds the places of the quadratures; then come two rows for each lamp, its
-numbers and its profile; then tables of each triple of bands, with a margin of one texel: the
-spread of scattered light, and for each lamp its blurred profile. Light in the water, and on
-things, is computed for three bands at a time. Shadows are EEVEE's own: a lamp of one colour stands
-for each, so faint beside the sun that it is not seen on the scene's own materials, and a white
-surface reads it.
+numbers and its profile; then, with a margin of one texel, tables of each triple of bands: the
+spread of scattered light, and for each lamp its blurred profile; and a map of how far it shines
+into the water. Light in the water, and on things, is computed for three bands at a time. Shadows
+on things are EEVEE's own: a lamp of one colour stands for each, so faint beside the sun that it is
+not seen on the scene's own materials, and a white surface reads it.
 """
 
 from __future__ import annotations
@@ -24,11 +24,13 @@ from ..uw_spectral.lamps.angular_spread import (
     LENGTHS,
     PROFILE_LENGTHS,
     TILTS,
+    Grid,
     WaterSpread,
 )
 from ..uw_spectral.lamps.lamp import Lamp, lamp_disc, ray_past_lamp
 from ..uw_spectral.lamps.lamp_path import NODES as PATH_NODES
 from ..uw_spectral.lamps.lamp_path import gauss
+from ..uw_spectral.lamps.lamp_shadow import SIDE
 from ..uw_spectral.lamps.lamp_surface import carried_forward, patch_past_lamp, surface_irradiance
 from ..uw_spectral.lamps.multiple_scattering import (
     BEYOND_NODES,
@@ -63,6 +65,8 @@ _MARGIN = 1
 _PATCHES = ANGLES + 2 * _MARGIN  # first column of the irradiance on patches in a tile
 _TILE = _PATCHES + 2 + TILTS + 2 * _MARGIN
 _SPREAD_ROWS, _PROFILE_ROWS = LENGTHS + 2 * _MARGIN, PROFILE_LENGTHS + 2 * _MARGIN
+_SHADOW_ROWS = SIDE + 2 * _MARGIN
+_BELOW = _PROFILE_ROWS + _SHADOW_ROWS  # rows of a lamp that come after the spread
 _DARKEST = 1e-12
 # m; far beyond the reach of a lamp in water. From some 5 km on EEVEE draws no shadow.
 _REACH_OF_SHADOWS = 200.0
@@ -84,7 +88,7 @@ def of_water(water: LampWater) -> dict[str, NDArray[np.float64]]:
 
 def new_image(lamps: int, triples: int) -> bpy.types.Image:
     """Make the image of so many lamps and triples of bands, which are dark."""
-    height = 1 + _SPREAD_ROWS + (_OF_LAMP + _PROFILE_ROWS) * lamps
+    height = 1 + _SPREAD_ROWS + (_OF_LAMP + _BELOW) * lamps
     size = max(SAMPLES, _INTENSITY + triples, _TILE * triples), height
     image = bpy.data.images.new(NAME, *size, alpha=True, float_buffer=True, is_data=True)
     image.alpha_mode = "CHANNEL_PACKED"
@@ -131,8 +135,11 @@ def _pixels(
     _put(out[first:], 0, spread.deflection.values)
     _put(out[first:], _PATCHES, spread.on_patches.values)
     for index, lamp in enumerate(lamps):
-        row = first + _SPREAD_ROWS + _PROFILE_ROWS * index
+        row = first + _SPREAD_ROWS + _BELOW * index
         _put(out[row:], 0, spread.profile(lamp.profile).values)
+        if lamp.shadow is not None:
+            assert isinstance(lamp.shadow, Grid)
+            _put(out[row + _PROFILE_ROWS :], 0, lamp.shadow.values)
     return out
 
 
@@ -183,12 +190,19 @@ class _ImageGrid:
 
     graph: Graph
     image: bpy.types.Image
-    column: NodeValue
+    column: NodeValue | float
     row: NodeValue | float
 
     def at(self, column: Operand, row: Operand) -> NodeValue:
         h, v = self.column + _MARGIN + column, self.row + _MARGIN + row
         return texel(self.graph, self.image, h, v, *self.image.size)
+
+
+class _ImageShadow(_ImageGrid):
+    """The map of a lamp's shadows in the image: one number, the same in every band."""
+
+    def at(self, column: Operand, row: Operand) -> NodeValue:
+        return self.graph.components(super().at(column, row))[0]
 
 
 @dataclass(frozen=True, eq=False)
@@ -226,7 +240,7 @@ class LampTable:
     @property
     def count(self) -> int:
         """Number of lamps."""
-        return (self.image.size[1] - 1 - _SPREAD_ROWS) // (_OF_LAMP + _PROFILE_ROWS)
+        return (self.image.size[1] - 1 - _SPREAD_ROWS) // (_OF_LAMP + _BELOW)
 
     def spread(self, triple: NodeValue) -> _ImageSpread:
         """Return the spread of scattered light in three bands."""
@@ -244,11 +258,12 @@ class LampTable:
         )
         radius, edge, beam = form
         first = 1.0 + _OF_LAMP * self.count + _SPREAD_ROWS
-        blurred = index * float(_PROFILE_ROWS) + first
+        blurred = index * float(_BELOW) + first
+        shadow = _ImageShadow(self.graph, self.image, 0.0, blurred + float(_PROFILE_ROWS))
         profile = _ImageProfile(self.graph, self.image, row + 1.0, edge, beam, blurred)
         intensity = 1.0 if triple is None else self._at(triple + float(_INTENSITY), row)
         seen = self.graph.components(self._at(_SEEN, row))[0]
-        return Lamp(position, axis, intensity, profile, radius, seen)
+        return Lamp(position, axis, intensity, profile, radius, seen, shadow)
 
     def integrate(
         self, count: int, term: Callable[[Operand, Operand], tuple[Operand, ...]]

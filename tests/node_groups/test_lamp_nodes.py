@@ -13,6 +13,7 @@ from underwater_spectral.node_groups.node_mathematics import MARK, NODES, Graph
 from underwater_spectral.scene import exr_output
 from underwater_spectral.uw_spectral.lamps.lamp import Lamp, ray_past_lamp
 from underwater_spectral.uw_spectral.lamps.lamp_path import gauss_sum
+from underwater_spectral.uw_spectral.lamps.lamp_shadow import shadow_directions, shadow_map
 from underwater_spectral.uw_spectral.lamps.lamp_surface import patch_past_lamp, surface_irradiance
 from underwater_spectral.uw_spectral.lamps.multiple_scattering import lamp_light, lamp_water
 from underwater_spectral.uw_spectral.lamps.profile import IsotropicProfile, SpotProfile, rov_lamp
@@ -99,7 +100,10 @@ def test_nodes_are_the_formulas(square, tmp_path, profile):
     at = _position(square, tmp_path)
     axis = (0.0, math.sin(2.5), math.cos(2.5))
     other = Lamp((9.0, 9.0, 9.0), axis, np.zeros(6), IsotropicProfile(), 0.02)
-    lamp = Lamp((0.2, 0.0, 1.0), axis, np.array(INTENSITY), profile, 0.02)
+    # A wall 2.5 m below the lamp keeps its light from what is beyond.
+    down = -shadow_directions()[:, 2]
+    wall = shadow_map(np.where(down > 0.0, 2.5 / np.maximum(down, 1e-9), np.inf))
+    lamp = Lamp((0.2, 0.0, 1.0), axis, np.array(INTENSITY), profile, 0.02, shadow=wall)
     # The second lamp of two and the second triple of two are looked up.
     six = np.concatenate([np.zeros(3), INTENSITY])
     b = np.concatenate([np.full(3, 9.0), WATER.b])

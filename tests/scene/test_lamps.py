@@ -8,6 +8,7 @@ import math
 import bpy
 import numpy as np
 import pytest
+from underwater_spectral.node_groups.node_mathematics import MARK
 from underwater_spectral.scene import (
     cameras,
     engines,
@@ -24,7 +25,6 @@ from underwater_spectral.tests.scene import scenes
 from underwater_spectral.uw_spectral.errors import InputError
 from underwater_spectral.uw_spectral.lamps.grouping import grouped
 from underwater_spectral.uw_spectral.lamps.lamp import ray_past_lamp
-from underwater_spectral.uw_spectral.lamps.lamp_path import gauss_sum
 from underwater_spectral.uw_spectral.lamps.multiple_scattering import lamp_light, lamp_water
 from underwater_spectral.uw_spectral.spectra.bands import Bands
 from underwater_spectral.uw_spectral.spectra.illuminant import ABSOLUTE, RELATIVE, full_sun
@@ -111,18 +111,23 @@ def test_a_lamp_has_the_intensity_of_its_watts(scene, tmp_path, engine):
 
 
 def test_light_in_the_water_is_the_formula(scene, tmp_path):
+    """A screen beside the view keeps a part of it from the middle."""
     bpy.data.objects.remove(bpy.data.objects["wall"])
+    screen = _plane("screen", (0.62, 0.9, -DEPTH + 0.33), 0.3)
+    screen.rotation_euler = (0.0, math.pi / 2, 0.0)
     spot = _lamp((0.7, 0.5, -DEPTH + 0.4), kind="SPOT")
     spot.data.spot_size = math.radians(80)
     plan, picture = _by("eevee", scene, folder=tmp_path)
-    (lamp,) = plan.lamps(scene).lamps
+    alone = plan.lamps(scene)
+    (lamp,) = lamps.with_shadows(scene, alone).lamps
     water = lamp_water(plan.column.absorption, plan.column.scattering, plan.phase)
     half = math.tan(scene.camera.data.angle / 2)
     at = (np.arange(SIZE) + 0.5) / SIZE * 2.0 - 1.0
     x, z = np.meshgrid(half * at, -half * at)
     w = np.stack([x, np.ones_like(x), z]) / np.sqrt(1 + x**2 + z**2)
     ray = ray_past_lamp(lamp, (0.0, 0.0, -DEPTH), tuple(w[..., None]), 1e3)
-    wanted = sum(lamp_light(lamp, ray, water, integrate=gauss_sum))
+    wanted, bright = (sum(lamp_light(x, ray, water)) for x in (lamp, alone.lamps[0]))
+    assert np.quantile(wanted / bright, 0.2) < 0.8
     assert np.median(np.abs(picture / wanted - 1.0)) < 3e-3
     assert np.quantile(np.abs(picture / wanted - 1.0), 0.95) < 0.03
 
@@ -180,6 +185,25 @@ def test_a_hundred_lamps_are_finite(scene, tmp_path):
     _, picture = _by("eevee", scene, folder=tmp_path)
     assert np.isfinite(picture).all()
     assert picture.max() > 0
+
+
+def test_things_keep_light_from_the_water_behind_them(scene):
+    """The wall does, but not one without a shadow, nor the water's own things."""
+    _lamp((0.0, 1.0, -DEPTH))
+
+    def lit(*place):
+        found = lamps.with_shadows(scene, lamps.lamps_of(scene, BANDS, RELATIVE))
+        return float(np.ravel(found.lamps[0].lit(tuple(np.array([[x]]) for x in place)))[0])
+
+    assert lit(0.0, 2.9, 0.0) == 1.0
+    assert lit(0.0, 3.4, 0.0) == 0.0
+    assert lit(0.0, -9.0, 0.0) == 1.0
+    wall = bpy.data.objects["wall"]
+    wall.visible_shadow = False
+    assert lit(0.0, 3.4, 0.0) == 1.0
+    wall.visible_shadow = True
+    wall[MARK] = True
+    assert lit(0.0, 3.4, 0.0) == 1.0
 
 
 def test_powers_in_lumen_and_watt(scene):

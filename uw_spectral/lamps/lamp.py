@@ -8,6 +8,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from ..mathematics import NUMPY, Mathematics, Operand, dot
+from .angular_spread import Lookup
+from .lamp_shadow import lit
 from .profile import IsotropicProfile, Profile
 
 NEAREST = 1e-3
@@ -34,6 +36,8 @@ class Lamp:
         Of what emits, m; nothing is nearer to the lamp than this.
     seen : float
         1 where the lamp itself is seen, 0 where only its light is.
+    shadow : Lookup, optional
+        How far it shines into the water (:func:`.shadow_map`); everywhere without.
     """
 
     position: Sequence[Operand]
@@ -42,6 +46,11 @@ class Lamp:
     profile: Profile = dataclasses.field(default_factory=IsotropicProfile)
     radius: Operand = 0.01
     seen: Operand = 1.0
+    shadow: Lookup | None = None
+
+    def lit(self, place: Sequence[Operand], m: Mathematics = NUMPY) -> Operand:
+        """Share of its light that reaches a place seen from it, m; 1 where nothing is known."""
+        return 1.0 if self.shadow is None else lit(self.shadow, place, m)
 
     def towards(
         self, point: Sequence[Operand], m: Mathematics = NUMPY
@@ -69,6 +78,8 @@ class RayPastLamp:
         Distance of the ray from the middle of the lamp, m.
     across, along : float or array
         Cosine between the lamp's axis and the direction to the nearest point, and the ray.
+    nearest, w : three floats or arrays
+        The nearest point as seen from the lamp, m; the direction of the ray.
     """
 
     t0: Operand
@@ -78,6 +89,12 @@ class RayPastLamp:
     offset: Operand
     across: Operand
     along: Operand
+    nearest: Sequence[Operand]
+    w: Sequence[Operand]
+
+    def place(self, s: Operand) -> tuple[Operand, ...]:
+        """Return the place at a distance along the ray from the nearest, as the lamp sees it."""
+        return tuple(x + s * along for x, along in zip(self.nearest, self.w, strict=True))
 
 
 def ray_past_lamp(
@@ -114,7 +131,8 @@ def ray_past_lamp(
     offset = m.sqrt(x * x + y * y + z * z)
     h = m.maximum(offset, least)
     across = dot(lamp.axis, (x / h, y / h, z / h))
-    return RayPastLamp(t0, h, 0.0 - t0, P - t0, offset, across, dot(lamp.axis, w))
+    along = dot(lamp.axis, w)
+    return RayPastLamp(t0, h, 0.0 - t0, P - t0, offset, across, along, (x, y, z), tuple(w))
 
 
 def lamp_disc(lamp: Lamp, ray: RayPastLamp, c: Operand, m: Mathematics = NUMPY) -> Operand:

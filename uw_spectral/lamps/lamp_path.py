@@ -1,4 +1,4 @@
-"""Light of a lamp that the water scatters once towards the camera, nothing in its way.
+"""Light of a lamp that the water scatters once towards the camera.
 
 With the distance h of the ray from the lamp, the place t0 of its nearest point,
 η = atan((t - t0)/h) and ξ = π/4 + η/2, light from the lamp to the camera is scattered by
@@ -97,6 +97,7 @@ def path_node(
     t2 = tangent * tangent
     cosine = (2.0 * ray.across * tangent + ray.along * (t2 - 1.0)) / (1.0 + t2)
     weight = part.width * q * q * (2.0 * _POWER * share) / ray.h
+    weight = weight * lamp.lit(ray.place(ray.h * (tangent - 1.0 / tangent) / 2.0), m)
     return PathNode(
         weight * lamp.profile.value(cosine, m),
         t2 / (1.0 + t2),

@@ -135,7 +135,7 @@ def lamp_light(
     m: Mathematics = NUMPY,
     integrate: Quadrature = gauss_sum,
 ) -> tuple[Operand, Operand]:
-    """Radiance of a lamp's light in the water along a ray, unshadowed.
+    """Radiance of a lamp's light in the water along a ray.
 
     Parameters
     ----------
@@ -196,11 +196,11 @@ def scattered_more(
     passed = m.exp(-water.c * P)
 
     def before_the_end(place: Operand, share: Operand) -> tuple[Operand]:
-        node = _node(ray, beam, ray.near, last, place, share, m)
+        node = _node(lamp, ray, beam, ray.near, last, place, share, m)
         return (node.weight * node.light(profile, water, 0.0, m),)
 
     def beyond_the_end(place: Operand, share: Operand) -> tuple[Operand]:
-        node = _node(ray, beam, last, beyond, place, share, m)
+        node = _node(lamp, ray, beam, last, beyond, place, share, m)
         here, there = (node.light(profile, water, start, m) for start in (0.0, P))
         return (node.weight * (here - passed * there),)
 
@@ -230,6 +230,7 @@ class _Node:
 
 
 def _node(
+    lamp: Lamp,
     ray: RayPastLamp,
     beam: Operand,
     start: Operand,
@@ -245,7 +246,7 @@ def _node(
     cosine = (ray.across * ray.h + ray.along * s) / r
     t = m.maximum(ray.t0 + s, 0.0)
     half = _half_deflection(grown * grown, cosine, beam, m)
-    return _Node(width * share / r, half, r, t, cosine)
+    return _Node(width * share / r * lamp.lit(ray.place(s), m), half, r, t, cosine)
 
 
 def _half_deflection(tangent2: Operand, cosine: Operand, beam: Operand, m: Mathematics) -> Operand:

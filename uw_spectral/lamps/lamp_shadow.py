@@ -1,0 +1,95 @@
+"""What things keep the light of a lamp from the water: how far it shines, by direction.
+
+Directions are places of a square, as an octahedron that is folded open has them (Cigolle et al.,
+J. Comput. Graph. Tech. 3(2), 2014): linear in u/|u|, |u| the sum of its parts. So is
+the inverse of the distance of a plane, measured as such a sum: between its entries the map is
+exact for planes. Where nothing is, beside things, it is as much below zero as they are above, so
+that they end halfway.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..mathematics import NUMPY, Mathematics, Operand
+from .angular_spread import Grid, Lookup
+
+SIDE = 48
+"""Entries of the map, each way."""
+_SOFT = 0.1  # share of the distance of a thing, over which it grows dark behind
+_SMALLEST = 1e-6  # m
+
+
+def shadow_directions() -> NDArray[np.float64]:
+    """Unit vectors of the entries of a map, shape (SIDE², 3).
+
+    Examples
+    --------
+    >>> shadow_directions()[0].round(6).tolist()
+    [0.0, 0.0, -1.0]
+    """
+    at = np.linspace(-1.0, 1.0, SIDE)
+    x, y = (part.ravel() for part in np.meshgrid(at, at))
+    z = 1.0 - np.abs(x) - np.abs(y)
+    below = z < 0
+    x, y = (
+        np.where(below, (1.0 - np.abs(other)) * np.copysign(1.0, one), one)
+        for one, other in ((x, y), (y, x))
+    )
+    u = np.stack([x, y, z], axis=-1)
+    return u / np.linalg.norm(u, axis=-1, keepdims=True)
+
+
+def shadow_map(distances: ArrayLike) -> Grid:
+    """Return a map of the distances in m to the first thing in each direction, infinite without.
+
+    Parameters
+    ----------
+    distances : array_like, shape (SIDE²,)
+        In the order of :func:`shadow_directions`.
+    """
+    summed = np.abs(shadow_directions()).sum(axis=-1) * np.asarray(distances, dtype=np.float64)
+    inverse = (1.0 / np.maximum(summed, _SMALLEST)).reshape(SIDE, SIDE)
+    return Grid(np.where(inverse > 0, inverse, -_highest_near(inverse))[..., None])
+
+
+def _highest_near(values: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Highest of each entry's neighbours, across the folds at the edges of the square too."""
+    for _ in range(2):
+        rows = np.concatenate([values[1:2, ::-1], values, values[-2:-1, ::-1]])
+        values = np.max([rows[:-2], rows[1:-1], rows[2:]], axis=0).T
+    return values
+
+
+def lit(shadow: Lookup, place: Sequence[Operand], m: Mathematics = NUMPY) -> Operand:
+    """Share of a lamp's light that reaches a place, 0 to 1.
+
+    Parameters
+    ----------
+    shadow : Lookup
+        Of :func:`shadow_map`.
+    place : three floats or arrays
+        Seen from the lamp, m, in the axes of the world.
+    m : Mathematics
+        Elementary functions.
+
+    Examples
+    --------
+    >>> wall = np.where(shadow_directions()[:, 2] > 0, 2.0, np.inf)
+    >>> [float(lit(shadow_map(wall), (0.0, 0.0, z))[0]) for z in (-5.0, 1.9, 2.5)]
+    [1.0, 1.0, 0.0]
+    """
+    x, y, z = place
+    r = m.absolute(x) + m.absolute(y) + m.absolute(z) + _SMALLEST
+    h, v = x / r, y / r
+    below = m.less(z, 0.0)
+    h, v = (
+        m.select(below, (1.0 - m.absolute(other)) * (1.0 - 2.0 * m.less(one, 0.0)), one)
+        for one, other in ((h, v), (v, h))
+    )
+    half = (SIDE - 1.0) / 2.0
+    inverse = shadow.at((h + 1.0) * half, (v + 1.0) * half)
+    return m.clamp((1.0 + _SOFT - r * inverse) / _SOFT, 0.0, 1.0)
