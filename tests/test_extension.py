@@ -74,6 +74,7 @@ def test_zip_holds_what_is_needed_and_no_more(built_zip):
     assert examples == {"scenes.py", "parts", "reef", "wreck", "cave", "pool"}
     assert not any("monte_carlo" in name for name in names)
     assert "uw_spectral/py.typed" in names
+    assert {"assets/underwater_spectral.blend", "assets/blender_assets.cats.txt"} <= set(names)
     assert sum(name.endswith(".whl") for name in names) == 2
 
 

@@ -52,9 +52,23 @@ def fetch_wheels() -> None:
         subprocess.run(command, check=True)
 
 
+def make_assets() -> None:
+    """Build the asset library, unless it is younger than all that it is made of."""
+    library = ROOT / "assets" / "underwater_spectral.blend"
+    folders = ("data", "node_groups", "presets", "scene", "ui", "uw_spectral")
+    sources = [path for name in folders for path in (ROOT / name).rglob("*") if path.is_file()]
+    script = ROOT / "tools" / "build_assets.py"
+    latest = max(
+        path.stat().st_mtime for path in (*sources, script) if "__pycache__" not in path.parts
+    )
+    if not library.exists() or library.stat().st_mtime < latest:
+        subprocess.run([sys.executable, str(script)], check=True)
+
+
 def build(destination: Path) -> Path:
     """Build the zip into a folder and return its path."""
     fetch_wheels()
+    make_assets()
     destination.mkdir(parents=True, exist_ok=True)
     command = [sys.executable, str(blender_command())]
     source = ["--source-dir", str(ROOT), "--output-dir", str(destination)]

@@ -216,29 +216,34 @@ def test_the_record_says_what_was_drawn():
     assert particles.particles_of(PLAIN, plan.column).clouds == ()
 
 
-def test_they_are_as_bright_in_eevee_as_in_cycles(camera, tmp_path):
+def test_they_are_as_bright_in_eevee_as_in_cycles_and_named_in_layers(camera, tmp_path):
     """Balls of the size of hands stand for flocs, so that few pixels are enough."""
     scene = bpy.context.scene
     scene.render.resolution_x, scene.render.resolution_y = 64, 36
     camera.location = (0.0, 0.0, -5.0)
-    plan = _plan(water="jerlov:I", phase="hg:0.9", samples=16, sun_azimuth=90.0)
+    plan = _plan(phase="hg:0.9", samples=16, sun_azimuth=90.0, layers="instance,material")
     kind = replace(KINDS["snow"], wander=0.0)
     part = SizeClass(0.2, 0.4, 6.0, 150, (0.0, 0.0))
     plan.__dict__["particles"] = particles.SceneParticles(
         (ParticleCloud(kind, 1.0, 4.0, 1.0, (part,)),)
     )
     extent = water_body.water_extent(scene, plan.column, 5.0)
-    pictures = []
+    pictures, masks = [], []
     for opened in (
         engines.eevee_bands(scene, camera, plan, extent, 5.0),
         engines.cycles_bands(scene, camera, plan, extent, seed=0, denoise=False),
     ):
         with opened as engine:
-            engine.frame(plan, 5.0)(engine.passes[0], tmp_path / "a.exr")
+            layers = engine.frame(plan, 5.0)(engine.passes[0], tmp_path / "a.exr")
             pictures.append(read_exr(tmp_path / "a.exr")[0].astype(np.float64))
+        assert layers is not None
+        for layer, name in (("instance", "UW Snow"), ("material", "UW Particles")):
+            names = layers.header[f"{layer}s"]
+            number = next(int(n) for n, text in names.items() if text == name)
+            masks.append(layers[layer] == number)
         assert not [b for b in bpy.data.objects if b.name.startswith("UW")]
-    eevee, cycles = pictures
-    open_water = np.median(eevee, axis=(0, 1))
-    seen = (np.abs(eevee / open_water - 1.0) > 0.3).any(axis=-1)
+    assert all((mask == masks[0]).mean() > 0.99 for mask in masks)
+    seen = masks[0]
     assert 0.05 < seen.mean() < 0.6
-    assert eevee[seen].mean(axis=0) == pytest.approx(cycles[seen].mean(axis=0), rel=0.08)
+    eevee, cycles = (picture[seen].mean(axis=0) for picture in pictures)
+    assert eevee == pytest.approx(cycles, rel=0.06)
