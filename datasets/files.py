@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +13,9 @@ from numpy.typing import NDArray
 
 from ..uw_spectral.errors import InputError
 from ..uw_spectral.spectra.spectral_image import replacing
+
+_PLAIN_LIST = re.compile(r"\[\n\s*([^\[\]{}\"]*?)\n\s*\]")
+"""A list of numbers over several lines; in text of JSON a new line is written as backslash n."""
 
 
 def write_text(path: Path, text: str) -> None:
@@ -27,7 +31,7 @@ def write_text(path: Path, text: str) -> None:
 
 
 def write_json(path: Path, content: Any) -> None:  # noqa: ANN401 - what JSON holds
-    """Write a JSON file; numbers that are not finite are refused.
+    """Write a JSON file, lists of numbers on a line; numbers that are not finite are refused.
 
     Raises
     ------
@@ -40,7 +44,7 @@ def write_json(path: Path, content: Any) -> None:  # noqa: ANN401 - what JSON ho
         raise InputError(f"cannot write {path}: {error}; JSON holds text and finite numbers") from (
             error
         )
-    write_text(path, text + "\n")
+    write_text(path, _PLAIN_LIST.sub(lambda found: f"[{' '.join(found[1].split())}]", text) + "\n")
 
 
 def relative(path: Path, folder: Path) -> str:

@@ -36,6 +36,7 @@ KIND = "underwater-spectral image formation"
 FORMAT = 1
 MODEL = "I = J exp(-beta_D(z) z) + B_inf (1 - exp(-beta_B(z) z)), z: Euclidean range, m"
 LEVEL, OPTICAL_AXIS = "level", "optical_axis"
+_DIGITS = 9  # more than a float of 32 bits holds, half of one of 64
 _LEVEL_WITHIN = 1e-6  # of the vertical component of the view direction
 
 
@@ -137,14 +138,22 @@ def image_truth(
 
 
 def write_truth(path: Path, truth: Mapping[str, Any]) -> None:
-    """Write what :func:`image_truth` returned.
+    """Write what :func:`image_truth` returned, numbers to nine digits.
 
     Raises
     ------
     InputError
         If the file cannot be written.
     """
-    write_json(path, dict(truth))
+    write_json(path, _to_digits(dict(truth)))
+
+
+def _to_digits(content: Any) -> Any:  # noqa: ANN401 - what JSON holds
+    if isinstance(content, dict):
+        return {name: _to_digits(value) for name, value in content.items()}
+    if isinstance(content, list | tuple):
+        return [_to_digits(value) for value in content]
+    return float(f"{content:.{_DIGITS}g}") if isinstance(content, float) else content
 
 
 def read_formation(path: Path, direction: str = LEVEL) -> FormationCurves:

@@ -27,7 +27,7 @@ from underwater_spectral.datasets.depth_maps import (
     write_depth_exr,
     write_depth_png,
 )
-from underwater_spectral.datasets.files import read_codes
+from underwater_spectral.datasets.files import read_codes, write_json
 from underwater_spectral.datasets.instance_maps import visible_masks, write_instance_map
 from underwater_spectral.datasets.nerfstudio import write_nerfstudio
 from underwater_spectral.datasets.run_length import compressed, run_lengths
@@ -283,3 +283,12 @@ def test_views_compare_by_what_they_show(tmp_path):
     one, two = (View("a", tmp_path / "a.png", PLAIN, pose) for pose in poses()[:2])
     assert one.camera_to_world.flags.writeable is False
     assert one != dataclasses.replace(two, name="b")
+
+
+def test_lists_of_numbers_take_a_line_and_text_stays(tmp_path):
+    text = 'a [\n 1,\n 2\n] "b" \\n'
+    content = {"K": [[1, 2.5, -3e-9], [0, 4, 5]], "none": [], "names": ["x", text], text: [None]}
+    write_json(tmp_path / "a.json", content)
+    written = (tmp_path / "a.json").read_text()
+    assert json.loads(written) == content
+    assert "  [1, 2.5, -3e-09],\n" in written
