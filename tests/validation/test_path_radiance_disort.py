@@ -41,6 +41,7 @@ def test_path_radiance_of_sea_particles(phase):
     assert _medians(rows)["closed form"] <= 0.03
 
 
+@pytest.mark.slow
 def test_irradiance():
     """Bounds are what the two-stream field reaches, not a target."""
     black, bright = range(2)
