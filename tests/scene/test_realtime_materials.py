@@ -6,6 +6,7 @@ import math
 
 import bpy
 import numpy as np
+import pytest
 from underwater_spectral.scene import (
     eevee_settings,
     exr_output,
@@ -104,6 +105,7 @@ def _picture(camera, path):
     return read_exr(path)[0].astype(np.float64)
 
 
+@pytest.mark.slow
 def test_in_clear_water_every_kind_looks_as_eevee_draws_it(tmp_path):
     scene, row = bpy.context.scene, _row()
     camera = _camera(_STEP * (len(row) - 1) / 2, _STEP * len(row))

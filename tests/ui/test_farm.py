@@ -63,6 +63,7 @@ def test_the_button_writes_what_the_option_writes(tmp_path):
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.slow
 def test_a_worker_renders_a_file_that_holds_live_water(tmp_path):
     scene = _scene(tmp_path)
     dry = _save(tmp_path)
