@@ -35,7 +35,7 @@ ON_IT = "Shade on It"
 ON_PATH = tuple(f"Shade on the Way {k}" for k in range(STEPS))
 SPECTRUM, REACH = "shade spectrum", "shade reach"
 _SIZES = {"lower": 3, "last": 3, "weight": TILES}
-_SMALLEST = 2
+_SMALLEST = 3
 _BEFORE_LAST = 1e-3  # levels from the last position that has a level behind it
 
 

@@ -97,4 +97,4 @@ def table_of(
     eyes = np.unique(around.eyes, axis=0)
     light = (kept or Kept()).light(_Inputs(voxels, around.coarse, grid, eyes, bands, field))
     seen = field.scalar_irradiance(depth) * np.abs(weights).sum(axis=0)
-    return shade_table(light, field.extinction, seen)
+    return shade_table(light, field.extinction, seen, alone=around.is_whole(grid))

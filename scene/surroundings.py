@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import bpy
 import numpy as np
@@ -30,6 +30,7 @@ _LEAST = 0.3  # m: the smallest cell of the coarse grid
 _COARSER = 1.12
 _BLOCK, _COARSE_BLOCK = 6, 8  # cells that come and go together when the camera moves
 _OPTICAL_REACH, _NEAREST, _FARTHEST = 4.0, 6.0, 30.0  # how far from the camera shade is looked for
+_CLOSE = 10.0  # m from the eyes, where small overhangs are looked for
 _MARGIN = 1.0  # m around things
 _SIDE = 0.5  # of the height of a place under things: how far from it there is shade
 _COARSE = 120_000  # voxels in which such places are looked for
@@ -89,6 +90,18 @@ class Surroundings:
         return voxels.number[(*columns, seabed[columns].argmax(axis=1))]
 
     @functools.cached_property
+    def _close(self) -> SurfaceVoxels | None:
+        """The surfaces close to the eyes, where small overhangs show."""
+        if not len(self.eyes):
+            return None
+        low = np.maximum(self.coarse.grid.lower, self.eyes.min(axis=0) - _CLOSE)
+        high = np.minimum(self.coarse.grid.upper, self.eyes.max(axis=0) + _CLOSE)
+        grid = _coarse_grid(low, high) if (high > low).all() else self.coarse.grid
+        if grid.cell >= self.coarse.grid.cell:
+            return None
+        return _on_ground(_voxels(self.things, grid, self.samples), self.eyes)
+
+    @functools.cached_property
     def ground(self) -> Ground | None:
         """The seabed: the lowest surface of the columns of water, if most of them have one."""
         voxels, lowest = self.coarse, self._seabed
@@ -103,9 +116,31 @@ class Surroundings:
 
     def under_things(self) -> tuple[SurfaceVoxels, Grid] | None:
         """Surfaces about the water that something overhangs, and a grid there; None without."""
-        low, high = self.coarse.under_things(self.eyes)
+        low, high = self._overhung
         if not (high > low).all():
             return None
+        grid = _near(low, high, self.eyes, self.ahead)
+        fine = Grid(grid.lower, grid.cell / VOXELS, _times(grid.shape, VOXELS))
+        return _voxels(self.things, fine, self.samples), grid
+
+    def is_whole(self, grid: Grid) -> bool:
+        """Whether a grid of :meth:`under_things` holds all of that water about the cameras."""
+        low, high = self._overhung
+        slack = 0.01 * grid.cell
+        return bool((grid.lower <= low + slack).all() and (grid.upper >= high - slack).all())
+
+    @functools.cached_property
+    def _overhung(self) -> tuple[Array, Array]:
+        """Box around the water that something overhangs; empty without."""
+        low, high = self.coarse.under_things(self.eyes)
+        if self._close is not None:
+            ends = self._close.under_things(self.eyes)
+            if not (high > low).all():
+                low, high = ends
+            elif (ends[1] > ends[0]).all():
+                low, high = np.minimum(low, ends[0]), np.maximum(high, ends[1])
+        if not (high > low).all():
+            return low, high
         if len(self._seabed):
             # Below it, beyond its border, there is nothing to be seen.
             deepest = np.quantile(self.coarse.centre[self._seabed, 2], _DEEPEST)
@@ -114,9 +149,7 @@ class Surroundings:
         margin = np.array([side, side, _MARGIN])
         low, high = low - margin, high + margin
         high[2] = min(high[2], 0.0)
-        grid = _near(low, high, self.eyes, self.ahead)
-        fine = Grid(grid.lower, grid.cell / VOXELS, _times(grid.shape, VOXELS))
-        return _voxels(self.things, fine, self.samples), grid
+        return low, high
 
 
 def has_things(scene: bpy.types.Scene) -> bool:
@@ -167,7 +200,17 @@ def look_around(
         grid = _coarse_grid(low, high)
     else:
         things = []
-    return Surroundings(things, places, ahead, _voxels(things, grid, samples), samples)
+    coarse = _on_ground(_voxels(things, grid, samples), places)
+    return Surroundings(things, places, ahead, coarse, samples)
+
+
+def _on_ground(voxels: SurfaceVoxels, eyes: Array) -> SurfaceVoxels:
+    """Surfaces whose lowest ones below all eyes are the ground, if most columns have such."""
+    height = float(eyes[:, 2].min(initial=np.inf))
+    full = voxels.number >= 0
+    lowest = voxels.grid.lower[2] + (full.argmax(axis=2) + 0.5) * voxels.grid.cell
+    below = full.any(axis=2) & (lowest < height)
+    return replace(voxels, ground_below=height) if below.mean() >= _COVERED else voxels
 
 
 def in_the_water(eye: Sequence[float]) -> tuple[float, ...]:

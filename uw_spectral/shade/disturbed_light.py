@@ -32,6 +32,8 @@ _ON_WAY = ((0.1127, 5 / 18), (0.5, 8 / 18), (0.8873, 5 / 18))
 _FLOOR_CELLS = 1.0  # from the floor within which what is met beyond the box is the floor
 _MEAN_COSINE = 0.25  # of a beam on surfaces of all slopes, their dark sides too
 _MOST = 1e3  # times the undisturbed light; what a white wall sends into the dark has no bound
+FADE = 2.0
+"""Cells beyond the box after which half of the way to the light there is gone."""
 _AT_ONCE = 128  # probes, of whose light a processor's cache holds all
 
 Light = NDArray[np.float32]
@@ -45,6 +47,8 @@ class DisturbedLight:
     ----------
     grid : Grid
         Of the p probes.
+    valid : array of bool, shape (p,)
+        Which stand for water; the others have the light of one close by.
     irradiance : array, shape (p, 6, n)
         Ratio of the irradiance, without the beam of the sun, on patches that face
         :data:`.AXES`.
@@ -60,6 +64,7 @@ class DisturbedLight:
     """
 
     grid: Grid
+    valid: NDArray[np.bool_]
     irradiance: Light
     scattered: Light
     sunlit: Array
@@ -106,7 +111,7 @@ def disturbed_light(water: SolvedField, rays: Rays, reflectance: Array) -> Distu
     irradiance, scattered, behind = (_joined(ended, count, k)[everywhere] for k in range(3))
     weight = np.sum([part.undisturbed for part in parts], axis=0)
     return DisturbedLight(
-        rays.grid, irradiance, scattered, rays.sunlit[known.order][everywhere], behind,
+        rays.grid, rays.valid, irradiance, scattered, rays.sunlit[known.order][everywhere], behind,
         weight / weight.sum(axis=1, keepdims=True),
     )  # fmt: skip
 
@@ -202,16 +207,22 @@ class _Part:
             lit += np.float32(weight) * self._known.sunlit[probes]
         L = np.maximum(at.once - T * end.once, 0.0) * lit[..., None]
         self._scattered = _flat(np.maximum(at.scattered - T * end.scattered, 0.0))
-        # Beyond the box shade is as at its side.
+        # Beyond the box shade is as at its side, the less the further, unless things are there.
         out = (hit < 0).nonzero()
         self._out, self._border = np.flatnonzero(hit < 0), on_way[-1][out]
         far, T_out, z = rays.further[valid][out], T[out], end_depth[out]
         last_depth = np.maximum(z - far * w[out[1], 2], 0.0)
         T_last = _transmitted(light, z, last_depth, far)
         last = light.along(last_depth, kind, out[1])
-        self._further = T_out * np.maximum(end.scattered[out] - T_last * last.scattered, 0.0)
+        near = FADE * rays.grid.cell
+        brought_from = 1.0 / (light.extinction(z, last_depth) + 2.0 / np.maximum(far, near)[:, None])
+        as_side = near / (near + brought_from)
+        as_side = np.where(rays.blocked[valid][out][:, None], 1.0, as_side).astype(np.float32)
+        further = T_out * np.maximum(end.scattered[out] - T_last * last.scattered, 0.0)
+        self._further = as_side * further
         once = T_out * np.maximum(end.once[out] - T_last * last.once, 0.0)
-        L[out] += once * self._known.sunlit[self._border][:, None]
+        shaded = as_side * (1.0 - self._known.sunlit[self._border][:, None])
+        L[out] += once * (1.0 - shaded) + (1.0 - as_side) * further
         # The floor of the undisturbed water is part of its light.
         on_floor = last_depth > light.floor_depth - _FLOOR_CELLS * rays.grid.cell
         blocked = (rays.blocked[valid][out] & ~(on_floor & (far > 0)))[:, None]

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..mathematics import NUMPY, Mathematics, Operand
-from .disturbed_light import DisturbedLight
+from .disturbed_light import FADE, DisturbedLight
 from .grid import Array, Grid
 
 ON_PATCH, SCATTERED = 0, 6
@@ -28,6 +28,7 @@ STEPS = 4
 """Places along a ray that are looked at."""
 OFF_SURFACE = 0.7
 """Cells from a patch to the place that is looked up for it, along its normal."""
+_RING = 1  # cells around the grid, of the light beyond it
 _LEAST = 1e-6
 
 
@@ -38,11 +39,11 @@ class ShadeBox:
     Attributes
     ----------
     lower : sequence of 3
-        Middle of the first cell, m.
+        Middle of the first cell of the grid, m; one cell around it has the light beyond.
     per_metre : float
         Cells in a metre.
     last : sequence of 3
-        Number of the last cell along each axis.
+        Number of the last cell of the table along each axis.
     weight : sequence of 12
         Of the undisturbed light, by tile.
     reach : float
@@ -56,9 +57,14 @@ class ShadeBox:
     reach: Operand
 
     def place(self, point: Sequence[Operand], m: Mathematics = NUMPY) -> list[Operand]:
-        """Position of a point among the cells, held inside them."""
-        places = zip(point, self.lower, self.last, strict=True)
-        return [m.clamp((x - low) * self.per_metre, 0.0, last) for x, low, last in places]
+        """Position of a point among the cells of the table; far away is its border."""
+        places = []
+        for x, low, last in zip(point, self.lower, self.last, strict=True):
+            at = (x - low) * self.per_metre
+            inside = m.clamp(at, 0.0, last - 2.0 * _RING)
+            off = at - inside
+            places.append(inside + _RING + off / (m.maximum(off, -off) + FADE))
+        return places
 
     def mixed(
         self,
@@ -135,7 +141,7 @@ class ShadeTable:
     ----------
     grid : Grid
     box : ShadeBox
-    texels : array, shape (TILES, nz, ny, nx, 3)
+    texels : array, shape (TILES, nz + 2, ny + 2, nx + 2, 3)
         Mean over the bands, share of the spectrum, and of the open water behind patches or of
         the sun that is seen elsewhere; all times the weight of the tile.
     spectrum : array, shape (n,)
@@ -163,7 +169,7 @@ class ShadeTable:
     def _texel(self, tile: NDArray[np.intp], place: Sequence[Array]) -> Array:
         found = np.zeros((len(place[0]), 3))
         cells = []
-        for at, count in zip(place, self.grid.shape, strict=True):
+        for at, count in zip(place, self.texels.shape[3:0:-1], strict=True):
             low = np.clip(np.floor(at).astype(int), 0, max(count - 2, 0))
             cells.append(((low, 1.0 - (at - low)), (np.minimum(low + 1, count - 1), at - low)))
         for (x, a), (y, b), (z, c) in itertools.product(*cells):
@@ -171,7 +177,9 @@ class ShadeTable:
         return found
 
 
-def shade_table(light: DisturbedLight, extinction: Array, importance: Array) -> ShadeTable:
+def shade_table(
+    light: DisturbedLight, extinction: Array, importance: Array, *, alone: bool = True
+) -> ShadeTable:
     """Tabulate disturbed light.
 
     Parameters
@@ -182,6 +190,8 @@ def shade_table(light: DisturbedLight, extinction: Array, importance: Array) -> 
         Without the forward peak, 1/m.
     importance : array, shape (n,)
         How bright the water is in each band, not negative.
+    alone : bool
+        Whether nothing casts shade beyond the grid; else it is there as on its sides.
     """
     nx, ny, nz = light.grid.shape
     ratios = np.stack([light.irradiance, light.scattered]) * light.weight[:, None, :, None]
@@ -200,18 +210,42 @@ def shade_table(light: DisturbedLight, extinction: Array, importance: Array) -> 
     # The sun is the same in every tile of light along a ray, so that mixing leaves it.
     tiles[1, ..., 2] = light.sunlit[:, None] * light.weight[1]
     texels = np.moveaxis(tiles, 2, 1).reshape(TILES, nx, ny, nz, 3)
+    beyond = _sides(texels, light.valid)
+    if alone:
+        beyond[:, 0], beyond[:, 1] = light.weight.ravel(), 0.0
+        beyond[SCATTERED:, 2] = light.weight[1]
+    texels = _ringed(texels, beyond)
     grid = light.grid
     size = float(np.linalg.norm(grid.upper - np.asarray(grid.lower)))
     box = ShadeBox(
         tuple(low + grid.cell / 2.0 for low in grid.lower),
         1.0 / grid.cell,
-        tuple(float(n - 1) for n in grid.shape),
+        _last(grid),
         tuple(light.weight.ravel().tolist()),
         min(4.0 / max(float(extinction.min()), _LEAST), 2.0 * size),
     )
     return ShadeTable(
         grid, box, np.ascontiguousarray(texels.transpose(0, 3, 2, 1, 4), np.float32), first / root
     )
+
+
+def _last(grid: Grid) -> tuple[float, ...]:
+    return tuple(n + 2.0 * _RING - 1.0 for n in grid.shape)
+
+
+def _sides(texels: Array, valid: NDArray[np.bool_]) -> Array:
+    """Mean of the water at the upright sides of a grid (TILES, nx, ny, nz, 3)."""
+    sides = np.zeros(texels.shape[1:4], bool)
+    sides[[0, -1]] = sides[:, [0, -1]] = True
+    water = sides & valid.reshape(sides.shape)
+    return texels[:, water if water.any() else sides].mean(axis=1)
+
+
+def _ringed(texels: Array, beyond: Array) -> Array:
+    """Put cells with the light beyond (TILES, 3) around those of a grid."""
+    around = [(0, 0), *[(_RING, _RING)] * 3, (0, 0)]
+    inner = np.pad(np.ones(texels.shape[1:4], bool), _RING)
+    return np.where(inner[..., None], np.pad(texels, around), beyond[:, None, None, None])
 
 
 def without_shade(bands: int) -> ShadeTable:
@@ -225,8 +259,8 @@ def without_shade(bands: int) -> ShadeTable:
     """
     grid = Grid((-0.5, -0.5, -0.5), 1.0, (1, 1, 1))
     weight = (1.0 / 6.0,) * TILES
-    box = ShadeBox((0.0, 0.0, 0.0), 1.0, (0.0, 0.0, 0.0), weight, 1.0)
-    texels = np.zeros((TILES, 1, 1, 1, 3), np.float32)
+    box = ShadeBox((0.0, 0.0, 0.0), 1.0, _last(grid), weight, 1.0)
+    texels = np.zeros((TILES, 3, 3, 3, 3), np.float32)
     texels[..., 0] = texels[..., 2] = 1.0 / 6.0
     return ShadeTable(grid, box, texels, np.zeros(bands))
 

@@ -8,6 +8,7 @@ a voxel is bright on one side and dark on the other.
 from __future__ import annotations
 
 import functools
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -38,6 +39,9 @@ class SurfaceVoxels:
         Unit normal of its first side.
     colour : array, shape (k, 3)
         Mean base colour, linear Rec.709.
+    ground_below : float
+        Height, m, below which the lowest surface of a column is the ground: a seabed is a sheet,
+        but there is no water under it.
     """
 
     grid: Grid
@@ -45,13 +49,15 @@ class SurfaceVoxels:
     centre: Array
     normal: Array
     colour: Array
+    ground_below: float = -math.inf
 
     def __len__(self) -> int:
         return len(self.centre)
 
     def equals(self, other: SurfaceVoxels) -> bool:
         """Whether all of another's voxels are the same, to the bit."""
-        return self.grid == other.grid and all(
+        same = self.grid == other.grid and self.ground_below == other.ground_below
+        return same and all(
             np.array_equal(getattr(self, name), getattr(other, name))
             for name in ("number", "centre", "normal", "colour")
         )
@@ -65,6 +71,16 @@ class SurfaceVoxels:
             distance += ~full
             full = _grown(full)
         return distance[1:-1, 1:-1, 1:-1]
+
+    @functools.cached_property
+    def _water(self) -> NDArray[np.bool_]:
+        """Voxels that are free, and not in the ground."""
+        full = self.number >= 0
+        lowest = full.argmax(axis=2)
+        height = self.grid.lower[2] + (lowest + 0.5) * self.grid.cell
+        on_ground = full.any(axis=2) & (height < self.ground_below)
+        in_ground = np.arange(full.shape[2]) < np.where(on_ground, lowest, 0)[..., None]
+        return ~full & ~in_ground
 
     @functools.cached_property
     def roofed(self) -> NDArray[np.bool_]:
@@ -167,12 +183,12 @@ class SurfaceVoxels:
         return corner + low * self.grid.cell, corner + high * self.grid.cell
 
     def reachable(self, points: ArrayLike) -> NDArray[np.bool_]:
-        """Free voxels that are joined with ones under open sky, or with points, (nx, ny, nz)."""
+        """Water that is joined with what is under open sky, or with points, (nx, ny, nz)."""
         return self._joined(~self.roofed, points)
 
     def _joined(self, reached: NDArray[np.bool_], points: ArrayLike) -> NDArray[np.bool_]:
-        """Free voxels that are joined with some that are reached, which are changed, or points."""
-        free = self.number < 0
+        """Water that is joined with some that is reached, which is changed, or with points."""
+        free = self._water
         points = np.asarray(points, np.float64).reshape(-1, 3)
         reached.ravel()[self.grid.index(points[self.grid.inside(points)])] = True
         reached &= free
