@@ -37,8 +37,9 @@ def _table(column, seed=3):
     ratios = mean[..., None] + share[..., None] * np.array([1.0, 0.2, -0.8])
     weight = random.uniform(0.5, 1.5, (2, 6))
     light = DisturbedLight(
-        grid, ratios[:, :6], ratios[:, 6:], 0.5 + 0.5 * np.sin(along[:, 0]),
-        0.5 + 0.5 * np.cos(along[:, :6]), weight / weight.sum(axis=1, keepdims=True),
+        grid, np.ones(grid.count, bool), ratios[:, :6], ratios[:, 6:],
+        0.5 + 0.5 * np.sin(along[:, 0]), 0.5 + 0.5 * np.cos(along[:, :6]),
+        weight / weight.sum(axis=1, keepdims=True),
     )  # fmt: skip
     return tables.shade_table(light, column.attenuation, np.ones(3))
 

@@ -147,6 +147,28 @@ def test_a_small_thing_fills_no_voxel_but_a_wall_of_them_does():
     assert full()
 
 
+def test_a_small_overhang_close_to_the_camera_is_found():
+    """Its room is half a metre high; farther away, where voxels are larger, it does not count."""
+    scene, plan = bpy.context.scene, _plan()
+    _block("sand", (0.0, 0.0, -8.3), (60.0, 60.0, 0.4))
+    camera = scenes.add_camera()
+    camera.rotation_euler = (np.pi / 2, 0.0, 0.0)
+    _block("shelf", (0.0, 0.0, -7.45), (1.4, 1.4, 0.1))
+    found = []
+    for y in (-4.0, -25.0):
+        camera.location = (0.0, y, -6.5)
+        bpy.context.view_layer.update()
+        around = look_around(scene, camera, float(plan.column.attenuation.min()))
+        found.append(around.under_things())
+    assert found[1] is None
+    assert found[0] is not None
+    grid = found[0][1]
+    assert grid.inside((0.0, 0.0, -7.8))
+    # Nothing else overhangs, and below the sand, which ends, there is nothing.
+    assert grid.upper[0] - grid.lower[0] < 8.0
+    assert grid.lower[2] > -9.6
+
+
 def test_removal_leaves_no_trace_of_shade():
     scene = _under_a_slab()
     before = snapshot.snapshot()

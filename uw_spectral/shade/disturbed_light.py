@@ -215,7 +215,9 @@ class _Part:
         T_last = _transmitted(light, z, last_depth, far)
         last = light.along(last_depth, kind, out[1])
         near = FADE * rays.grid.cell
-        brought_from = 1.0 / (light.extinction(z, last_depth) + 2.0 / np.maximum(far, near)[:, None])
+        brought_from = 1.0 / (
+            light.extinction(z, last_depth) + 2.0 / np.maximum(far, near)[:, None]
+        )
         as_side = near / (near + brought_from)
         as_side = np.where(rays.blocked[valid][out][:, None], 1.0, as_side).astype(np.float32)
         further = T_out * np.maximum(end.scattered[out] - T_last * last.scattered, 0.0)

@@ -215,7 +215,8 @@ def voxelise(grid: Grid, points: Array, normals: Array, colours: Array) -> Surfa
     """
     inside = grid.inside(points)
     if not inside.any():
-        return SurfaceVoxels(grid, np.full(grid.shape, -1, np.int32), *np.zeros((3, 0, 3)))
+        nothing = np.zeros((0, 3))
+        return SurfaceVoxels(grid, np.full(grid.shape, -1, np.int32), nothing, nothing, nothing)
     points, normals, colours = points[inside], normals[inside], colours[inside]
     cells = np.floor((points - grid.lower) / grid.cell).astype(np.intp)
     cells = grid.flat(np.clip(cells, 0, np.asarray(grid.shape) - 1))

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 import pytest
 from underwater_spectral.uw_spectral.errors import InputError
@@ -87,3 +89,20 @@ def test_a_grid_fills_its_box():
     assert (np.asarray(grid.lower) <= (0.0, 0.0, -20.0)).all()
     assert (grid.upper >= (30.0, 8.0, -18.0)).all()
     np.testing.assert_array_equal(grid.index(grid.centres()), np.arange(grid.count))
+
+
+def test_there_is_no_water_under_a_seabed_that_ends():
+    """A seabed is a sheet with an edge; round that one would get below it."""
+    sheet = plate(-5.03, (-3.0, -3.0), (2.0, 3.0))
+    shelf = plate(-3.03, (-1.0, -1.0), (1.0, 1.0))
+    voxels = filled(np.concatenate([sheet, shelf]))
+    low, _ = voxels.under_things(np.zeros((0, 3)))
+    assert low[2] == pytest.approx(-6.0), "without ground there is water under it"
+    grounded = dataclasses.replace(voxels, ground_below=-4.0)
+    assert not grounded.equals(voxels)
+    low, high = grounded.under_things(np.zeros((0, 3)))
+    np.testing.assert_allclose(low, [-1.0, -1.0, -5.0], atol=0.11)
+    np.testing.assert_allclose(high, [1.0, 1.0, -3.1], atol=0.11)
+    reached = grounded.reachable(np.zeros((0, 3)))
+    assert reached[GRID.shape[0] // 2, GRID.shape[1] // 2, 20], "there is water under the shelf"
+    assert reached[-2, 30, 2], "there is water beside the sheet"
