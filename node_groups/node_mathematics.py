@@ -150,7 +150,11 @@ class Graph:
         if key not in self._made:
             socket = term.socket
             if home != self.tree:
-                socket = self._part_of(home).export(socket)
+                part = self._part_of(home)
+                socket = part.export(socket)
+                if tree == self.tree:
+                    # What reads the node outside may not lie in this part: links have no circles.
+                    part.nodes = self.part_size or 0
             if tree != self.tree:
                 part = self._part_of(tree)
                 entry, inside = part.entry(socket)
