@@ -23,7 +23,6 @@ from ..uw_spectral.lamps.emission import (
 )
 from ..uw_spectral.lamps.ies import read_ies
 from ..uw_spectral.lamps.lamp import Lamp
-from ..uw_spectral.lamps.lamp_shadow import shadow_directions, shadow_map
 from ..uw_spectral.lamps.profile import (
     IsotropicProfile,
     Profile,
@@ -179,34 +178,6 @@ def seen_places(scene: bpy.types.Scene, camera: bpy.types.Object) -> list[tuple[
                 found.append(tuple(place))
                 break
             start = place + direction * _STEP
-    return found
-
-
-def with_shadows(scene: bpy.types.Scene, found: SceneLamps) -> SceneLamps:
-    """Return lamps of a scene that know how far they shine into its water, by rays."""
-    directions = shadow_directions()
-    lamps = tuple(
-        replace(lamp, shadow=shadow_map(_clear(scene, lamp, directions)) if lit else None)
-        for lamp in found.lamps
-        for lit in (bool(np.any(lamp.intensity)),)
-    )
-    return replace(found, lamps=lamps)
-
-
-def _clear(scene: bpy.types.Scene, lamp: Lamp, directions: NDArray[np.float64]) -> list[float]:
-    """Distances in m to the first things of a scene that cast shadows, infinite without."""
-    depsgraph, middle, found = bpy.context.evaluated_depsgraph_get(), Vector(lamp.position), []
-    for direction in map(Vector, directions):
-        start, distance = middle + direction * float(lamp.radius), math.inf
-        for _ in range(_LAYERS):
-            hit, place, _, _, item, _ = scene.ray_cast(depsgraph, start, direction)
-            if not hit:
-                break
-            if MARK not in item and item.visible_shadow:
-                distance = (place - middle).length
-                break
-            start = place + direction * _STEP
-        found.append(distance)
     return found
 
 

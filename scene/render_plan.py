@@ -44,7 +44,7 @@ from ..uw_spectral.water.phase import BandPhase
 from ..uw_spectral.water.shared_phase import LARGEST_SPREAD, alike, with_mean_of
 from . import band_colors, cameras, particles, shade, waterline
 from .cycles_phase import CyclesPhase, cycles_phase
-from .lamps import SceneLamps, lamps_of, seen_places, with_shadows
+from .lamps import SceneLamps, lamps_of, seen_places
 from .particles import SceneParticles, particles_of
 from .pass_values import PassValues
 from .realtime import (
@@ -212,7 +212,7 @@ class RenderPlan(ResolvedOptics):
             over.column, self.phase, depth, weights, solved=solved,
             shafts=self.draws_shafts, diffuse_shadows=chosen.diffuse_shadows,
             reflectances=reflectances, inelastic=over.inelastic, shade=shaded,
-            lamps=with_shadows(scene, self.lamps(scene)),
+            lamps=kept.lamp_shadows.of(scene, self.lamps(scene)),
             above=_view_from_air(camera or scene.camera, eyes, in_air),
         )  # fmt: skip
         # The scene has that floor already.

@@ -15,6 +15,7 @@ from ..uw_spectral.shade.voxels import SurfaceVoxels
 from ..uw_spectral.spectra.bands import Bands
 from ..uw_spectral.spectra.reflectance import uplift_basis
 from ..uw_spectral.transfer.solved_field import SolvedField
+from .lamp_shadows import KeptLampShadows
 from .surface_samples import KeptSamples
 from .surroundings import Ground, Surroundings
 
@@ -54,6 +55,7 @@ class Kept:
 
     def __init__(self) -> None:
         self.samples = KeptSamples()
+        self.lamp_shadows = KeptLampShadows()
         self.ground: Ground | None = None
         """That of the last look around."""
         self._last: tuple[_Inputs, DisturbedLight] | None = None

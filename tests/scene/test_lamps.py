@@ -13,6 +13,7 @@ from underwater_spectral.scene import (
     cameras,
     engines,
     lamp_rigs,
+    lamp_shadows,
     lamps,
     live,
     render_plan,
@@ -20,6 +21,7 @@ from underwater_spectral.scene import (
     stored_lamps,
     water_body,
 )
+from underwater_spectral.scene.lamp_shadows import KeptLampShadows
 from underwater_spectral.scene.settings import SceneSettings
 from underwater_spectral.tests.scene import scenes
 from underwater_spectral.uw_spectral.errors import InputError
@@ -194,7 +196,7 @@ def test_things_keep_light_from_the_water_behind_them(scene):
     _lamp((0.0, 1.0, -DEPTH))
 
     def lit(*place):
-        found = lamps.with_shadows(scene, lamps.lamps_of(scene, BANDS, RELATIVE))
+        found = KeptLampShadows().of(scene, lamps.lamps_of(scene, BANDS, RELATIVE))
         return float(np.ravel(found.lamps[0].lit(tuple(np.array([[x]]) for x in place)))[0])
 
     assert lit(0.0, 2.9, 0.0) == 1.0
@@ -206,6 +208,42 @@ def test_things_keep_light_from_the_water_behind_them(scene):
     wall.visible_shadow = True
     wall[MARK] = True
     assert lit(0.0, 3.4, 0.0) == 1.0
+
+
+def test_shadows_are_computed_again_where_something_moved(scene, monkeypatch):
+    """Else they are those of before; what is kept changes nothing."""
+    one, other = _lamp((0.0, 1.0, -DEPTH)), _lamp((0.5, 1.5, -DEPTH))
+    wall, kept, traced = bpy.data.objects["wall"], KeptLampShadows(), []
+    first = lamp_shadows.Meshes.first
+
+    def noted(self, *rays):
+        traced.append(1)
+        return first(self, *rays)
+
+    monkeypatch.setattr(lamp_shadows.Meshes, "first", noted)
+
+    def moved(item=None, step=0.25):
+        if item is not None:
+            item.location.y += step
+        bpy.context.view_layer.update()
+        found, before = lamps.lamps_of(scene, BANDS, RELATIVE), len(traced)
+        now = kept.of(scene, found).lamps
+        count = len(traced) - before
+        for lamp, fresh in zip(now, KeptLampShadows().of(scene, found).lamps, strict=True):
+            assert (lamp.shadow is None) == (fresh.shadow is None)
+            if lamp.shadow is not None:
+                np.testing.assert_array_equal(lamp.shadow.values, fresh.shadow.values)
+        return count
+
+    assert [moved(), moved(), moved(one), moved(wall), moved()] == [2, 0, 1, 2, 0]
+    wall.data.vertices[0].co.x += 1.0
+    wall.data.update()
+    assert moved() == 2
+    # A lamp that is out has none, and one that shines again has its own.
+    other.data.energy = 0.0
+    assert moved() == 0
+    other.data.energy = 10.0
+    assert moved() == 1
 
 
 def test_powers_in_lumen_and_watt(scene):
