@@ -34,7 +34,9 @@ _CLOSE = 10.0  # m from the eyes, where small overhangs are looked for
 _MARGIN = 1.0  # m around things
 _SIDE = 0.5  # of the height of a place under things: how far from it there is shade
 _COARSE = 120_000  # voxels in which such places are looked for
-_AHEAD = 0.9  # of half a box that is cut down: how far from the eye its middle lies
+_AHEAD, _AHEAD_INDOORS = 0.9, 0.3
+"""Of half a box that is cut down: how far from the eye its middle lies. Under a roof light comes
+from behind the camera, too."""
 _TALLEST = 15.0  # m, of such a box
 _DEEPEST = 0.01  # of the ground lies lower than the box
 _COVERED = 0.5  # of the columns of water that end on ground, where there is a floor
@@ -119,7 +121,9 @@ class Surroundings:
         low, high = self._overhung
         if not (high > low).all():
             return None
-        grid = _near(low, high, self.eyes, self.ahead)
+        roofed = self.coarse.roofed.ravel()[self.coarse.grid.index(self.eyes)]
+        shift = np.where(roofed, _AHEAD_INDOORS, _AHEAD)[:, None] * _level(self.ahead)
+        grid = _near(low, high, self.eyes, shift)
         fine = Grid(grid.lower, grid.cell / VOXELS, _times(grid.shape, VOXELS))
         return _voxels(self.things, fine, self.samples), grid
 
@@ -249,8 +253,16 @@ def _coarse_grid(low: Array, high: Array) -> Grid:
     return grid
 
 
+def _level(ahead: Array) -> Array:
+    """Level unit vectors to where eyes look."""
+    level = ahead * [1.0, 1.0, 0.0]
+    return level / np.maximum(np.linalg.norm(level, axis=1, keepdims=True), 1e-3)
+
+
 def _near(low: Array, high: Array, eyes: Array, ahead: Array) -> Grid:
     """Return cells in a box, cut down to what eyes have before them if there are too many.
+
+    Its middle then lies ``ahead`` of them, in halves of its size.
 
     All eyes have cells if that takes no more than :data:`PATH_PROBES`; else the first has. What is
     cut out for it has the same size wherever it looks, and moves in blocks.
@@ -288,9 +300,7 @@ def _before(
     """Part of a box that eyes have before them, of the usual size or larger."""
     height = min(high[2] - low[2] + 2.0 * cell, _TALLEST)
     side = scale * (math.sqrt(PROBES * cell / height) - 1.0) * cell
-    level = ahead * [1.0, 1.0, 0.0]
-    level /= np.maximum(np.linalg.norm(level, axis=1, keepdims=True), 1e-3)
-    middle = eyes + _AHEAD * side / 2.0 * level
+    middle = eyes + side / 2.0 * ahead
     middle = np.round(middle / (_BLOCK * cell)) * _BLOCK * cell
     half = np.array([side, side, _TALLEST]) / 2.0
     first, last = middle.min(axis=0) - half, middle.max(axis=0) + half
