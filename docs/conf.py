@@ -22,7 +22,8 @@ numpydoc_show_class_members = False
 numpydoc_class_members_toctree = False
 autodoc_member_order = "bysource"
 autodoc_typehints = "none"  # numpydoc says them
-autodoc_default_options = {"members": True, "show-inheritance": False}
+# A package lists what its modules hold; each thing has one place, that of its module.
+autodoc_default_options = {"members": True, "show-inheritance": False, "ignore-module-all": True}
 autodoc_mock_imports = ["bpy", "numba"]
 default_role = "literal"
 html_theme = "furo"
