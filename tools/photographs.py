@@ -19,8 +19,9 @@ ROOT = Path(__file__).resolve().parent.parent
 OUT = ROOT / "out" / "photographs"
 PACKAGE = "underwater_spectral"
 _DRAFT = ("--samples", "4", "--bands", "3", "--resolution", "320", "180")
+CYCLES = ("--engine", "cycles", "--band-placement", "optimised", "--denoise")
+REALTIME = ("--engine", "eevee", "--mode", "realtime", "--band-placement", "optimised")
 _ALL = (
-    *("--engine", "cycles", "--band-placement", "optimised", "--denoise"),
     *("--illuminant", "clear-sky", "--irradiance", "above", "--sky", "clear"),
     *("--tone", "nikon-d7000", "--exposure", "auto-picture"),
 )
@@ -45,6 +46,8 @@ class Photograph:
     bands : int
     options : sequence of str
         Of ``render_bands.py``, besides those of all pictures.
+    engine : sequence of str
+        What draws it, in options.
     rig : str
         Lamps that hang on the camera; empty for none.
     hidden : sequence of str
@@ -61,6 +64,7 @@ class Photograph:
     samples: int
     bands: int
     options: Sequence[str]
+    engine: Sequence[str] = CYCLES
     rig: str = ""
     hidden: Sequence[str] = ()
     raised: float = 0.0
@@ -89,21 +93,24 @@ PHOTOGRAPHS = {
     ),
     "wreck": Photograph(
         "wreck", (-3.9, -0.1, -18.4), (-3.1, 8.1, -21.3), 20.0, _PREVIEW, 8, 4,
-        (*("--water", "jerlov:IB", "--surface", "flat", "--sunlight", "0"),
-         *("--white-balance", "daylight")),
+        (*("--water", "jerlov:IB", "--surface", "flat", "--sunlight", "1e-4"),
+         *("--white-balance", "daylight", "--contrast", "medium-high")),
         rig="rov2",
     ),
     "cave": Photograph(
-        "cave", (-2.55, -5.8, -13.5), (1.36, 1.5, -10.6), 16.0, _PREVIEW, 8, 4,
-        (*("--water", "jerlov:IA", "--surface", "flat", "--sun-zenith", "15"),
-         *("--sun-azimuth", "60", "--white-balance", "depth", "--exposure-compensation", "2")),
+        "cave", (-2.55, -5.8, -13.5), (1.36, 1.5, -10.6), 16.0, _PREVIEW, 16, 8,
+        (*("--water", "jerlov:IB", "--surface", "flat", "--sun-zenith", "15", "--shafts"),
+         *("--sun-azimuth", "60", "--white-balance", "depth", "--exposure-compensation", "1.5")),
+        engine=REALTIME,
     ),
     "waterline": Photograph(
-        "cave", (-7.0, -25.0, 0.0), (-1.0, 0.0, -3.0), 16.0, _PREVIEW, 8, 4,
-        (*("--water", "jerlov:IB", "--surface", "flat", "--white-balance", "daylight"),
-         *("--sun-zenith", "40", "--sun-azimuth", "70", "--exposure-compensation", "1"),
-         *("--floor-depth", "8.5", "--floor-reflectance", "0.3")),
-        raised=7.5,
+        "reef", (0.0, -0.6, 0.0), (0.0, 8.0, -1.4), 15.0, _PREVIEW, 8, 4,
+        (*("--water", "jerlov:IB", "--surface", "waves", "--wind", "2"),
+         *("--sun-zenith", "35", "--sun-azimuth", "80", "--floor-depth", "3.8"),
+         *("--white-balance", "daylight", "--floor-reflectance", "0.3"),
+         *("--exposure-compensation", "0.8")),
+        hidden=_CHART,
+        raised=3.2,
     ),
 }  # fmt: skip
 
@@ -147,7 +154,7 @@ def render(name: str, start: Callable[[], object], draft: bool = False) -> Path:
         start()
         build(name, scene, "panel" if draft else "full")
     size = tuple(map(str, photograph.size))
-    options = [*_ALL, *photograph.options, "--samples", str(photograph.samples)]
+    options = [*_ALL, *photograph.engine, *photograph.options, "--samples", str(photograph.samples)]
     options += ["--bands", str(photograph.bands)]
     options += ["--resolution", *size, *(_DRAFT if draft else ("--resume",))]
     command = [sys.executable, ROOT / "render_bands.py", scene, *options, "--out", folder]
