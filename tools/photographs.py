@@ -48,6 +48,8 @@ class Photograph:
         Of ``render_bands.py``, besides those of all pictures.
     engine : sequence of str
         What draws it, in options.
+    detail : str
+        One of ``examples.scenes.DETAILS``.
     rig : str
         Lamps that hang on the camera; empty for none.
     hidden : sequence of str
@@ -65,6 +67,7 @@ class Photograph:
     bands: int
     options: Sequence[str]
     engine: Sequence[str] = CYCLES
+    detail: str = "full"
     rig: str = ""
     hidden: Sequence[str] = ()
     raised: float = 0.0
@@ -80,31 +83,32 @@ PHOTOGRAPHS = {
         hidden=_CHART,
     ),
     "reef": Photograph(
-        "reef", (1.15, 1.4, -5.3), (-1.7, 4.3, -5.5), 24.0, _PREVIEW, 8, 4,
+        "reef", (1.15, 1.4, -5.3), (-1.7, 4.3, -5.5), 24.0, _PREVIEW, 6, 3,
         (*("--water", "jerlov:IB", "--surface", "waves", "--wind", "3", "--white-balance", "depth"),
          *("--sun-zenith", "30", "--sun-azimuth", "100")),
         hidden=_CHART,
     ),
     "window": Photograph(
-        "reef", (-0.75, 3.9, -5.75), (-0.45, 6.4, -3.6), 16.0, _PREVIEW, 8, 4,
+        "reef", (-0.75, 3.9, -5.75), (-0.45, 6.4, -3.6), 16.0, _PREVIEW, 6, 3,
         (*("--water", "jerlov:IB", "--surface", "waves", "--wind", "2"),
          *("--white-balance", "daylight", "--sun-zenith", "30", "--sun-azimuth", "-90"),
          *("--exposure-compensation", "0.8")),
     ),
     "wreck": Photograph(
-        "wreck", (-3.9, -0.1, -18.4), (-3.1, 8.1, -21.3), 20.0, _PREVIEW, 8, 4,
+        "wreck", (-3.9, -0.1, -18.4), (-3.1, 8.1, -21.3), 20.0, _PREVIEW, 6, 3,
         (*("--water", "jerlov:IB", "--surface", "flat", "--sunlight", "1e-4"),
          *("--white-balance", "daylight", "--contrast", "medium-high")),
         rig="rov2",
     ),
     "cave": Photograph(
-        "cave", (-2.55, -5.8, -13.5), (1.36, 1.5, -10.6), 16.0, _PREVIEW, 16, 8,
+        "cave", (-2.55, -5.8, -13.5), (1.36, 1.5, -10.6), 16.0, _PREVIEW, 12, 6,
         (*("--water", "jerlov:IB", "--surface", "flat", "--sun-zenith", "15", "--shafts"),
-         *("--sun-azimuth", "60", "--white-balance", "depth", "--exposure-compensation", "1.5")),
-        engine=REALTIME,
+         *("--sun-azimuth", "60", "--white-balance", "daylight"),
+         *("--exposure-compensation", "1")),
+        engine=REALTIME, detail="panel",
     ),
     "waterline": Photograph(
-        "reef", (0.0, -0.6, 0.0), (0.0, 8.0, -1.4), 15.0, _PREVIEW, 8, 4,
+        "reef", (0.0, -0.6, 0.0), (0.0, 8.0, -1.4), 15.0, _PREVIEW, 6, 3,
         (*("--water", "jerlov:IB", "--surface", "waves", "--wind", "2"),
          *("--sun-zenith", "35", "--sun-azimuth", "80", "--floor-depth", "3.8"),
          *("--white-balance", "daylight", "--floor-reflectance", "0.3"),
@@ -152,7 +156,7 @@ def render(name: str, start: Callable[[], object], draft: bool = False) -> Path:
     scene = folder.with_suffix(".blend")
     if draft or not scene.exists():
         start()
-        build(name, scene, "panel" if draft else "full")
+        build(name, scene, "panel" if draft else PHOTOGRAPHS[name].detail)
     size = tuple(map(str, photograph.size))
     options = [*_ALL, *photograph.engine, *photograph.options, "--samples", str(photograph.samples)]
     options += ["--bands", str(photograph.bands)]

@@ -25,7 +25,13 @@ FOLDER, *_REST = (Path(word) for word in sys.argv[sys.argv.index("--") + 1 :])
 _PATIENCE = float(str(_REST[0])) if _REST else 1.0
 PACKAGE = "bl_ext.user_default.underwater_spectral"
 SAMPLES = 4
+DROPPED = "Blue hole"
 _PAUSE = 1.5
+_WINDOWS = ("start", "added", "assets", "dropped")
+_SHEETS = (
+    ("looks", "water", "depth", "waves", "particles"),
+    ("sun", "lamps", "sensor", "quality", "readouts", "output"),
+)
 
 
 def area() -> bpy.types.Area:
@@ -87,6 +93,7 @@ def walk() -> Iterator[float]:
     yield from sections()
     space.shading.type = "RENDERED"
     yield from assets()
+    sheets()
 
 
 def sections() -> Iterator[float]:
@@ -96,25 +103,41 @@ def sections() -> Iterator[float]:
     for cls in reversed(others):
         bpy.utils.unregister_class(cls)
     for cls in others:
-        # Only a panel that was never drawn opens by itself.
-        cls.bl_options = set()
-        bpy.utils.register_class(cls)
+        # Blender remembers by the name whether a panel is folded.
+        name = cls.bl_idname
+        unfolded = type(cls.__name__, (cls,), {"bl_idname": f"{name}_open", "bl_options": set()})
+        bpy.utils.register_class(unfolded)
         yield from settle(3 * _PAUSE)
-        picture(cls.bl_idname.rpartition("_")[2], sidebar())
-        bpy.utils.unregister_class(cls)
+        picture(f"section_{name.rpartition('_')[2]}", sidebar())
+        bpy.utils.unregister_class(unfolded)
     for cls in others:
         bpy.utils.register_class(cls)
+
+
+def sheets() -> None:
+    """Lay the sections side by side without their tabs, as JPEG, and the windows too."""
+    for number, names in enumerate(_SHEETS, 1):
+        parts = [str(FOLDER / f"section_{name}.png") for name in names]
+        cut = ["-gravity", "East", "-chop", "26x0", "-fuzz", "12%"]
+        cut += ["-define", "trim:edges=south", "-trim", "+repage"]
+        frame = ["-gravity", "North", "-background", "white", "-bordercolor", "white"]
+        frame += ["-border", "8x0", "+append", "-quality", "85"]
+        command = ["convert", *parts, *cut, *frame, str(FOLDER / f"sections_{number}.jpg")]
+        subprocess.run(command, check=True)
+    for name in _WINDOWS:
+        picture = str(FOLDER / f"{name}.png")
+        command = ["convert", picture, "-quality", "80", str(FOLDER / f"{name}.jpg")]
+        subprocess.run(command, check=True)
 
 
 def assets() -> Iterator[float]:
     """Add the library, look at it, and drag a look into the viewport."""
     call(bpy.ops.underwater.add_assets)
-    window = bpy.context.window_manager.windows[0]
-    below = next(a for a in window.screen.areas if a.type == "DOPESHEET_EDITOR")
-    with bpy.context.temp_override(window=window, area=below):
-        bpy.ops.screen.area_move(
-            "EXEC_DEFAULT", x=below.x + 99, y=below.y + below.height, delta=250
-        )
+    before = set(bpy.context.window_manager.windows[0].screen.areas)
+    call(bpy.ops.screen.area_split, direction="HORIZONTAL", factor=0.4)
+    yield from settle(_PAUSE)
+    created = set(bpy.context.window_manager.windows[0].screen.areas) - before
+    below = min([*created, area()], key=lambda found: found.y)
     below.ui_type = "ASSETS"
     yield from settle(2 * _PAUSE)
     browser = below.spaces.active
@@ -122,7 +145,10 @@ def assets() -> Iterator[float]:
     browser.params.display_size = 80
     yield from settle(10 * _PAUSE)
     picture("assets")
-    drag((below.x + 0.30 * below.width, below.y + 0.6 * below.height), middle(area()))
+    # It is then the first and only one.
+    browser.params.filter_search = DROPPED
+    yield from settle(3 * _PAUSE)
+    drag((below.x + 0.235 * below.width, below.y + 0.8 * below.height), middle(area()))
     yield from settle(40 * _PAUSE)
     picture("dropped")
     worlds = ", ".join(world.name for world in bpy.data.worlds)
