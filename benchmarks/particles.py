@@ -246,11 +246,11 @@ lamps, in real time, in bands and in Cycles, and are named in the layers `instan
 the camera does. Without density nothing is added to a scene, and no shader is compiled.
 
 ## How to use them
-In the panel *Snow and Bubbles*: numbers per litre, all of which keyframe. *Snow of the water* × 1 takes as much snow
+In the panel *Snow and Bubbles*: numbers per litre, all of which keyframe. *Of water* × 1 takes as much snow
 as the water's own scattering speaks for. On a command line:
 `--snow-of-water 1 --plankton 2 --bubbles 5 --silt 100 --drift-speed 0.05`.
 The scene's camera makes the discs: switch on its *Depth of Field*. With few samples they are grainy in both engines:
-take 64 or more. *Down to (mrad)* is the smallest that is drawn, diameter over distance;
+take 64 or more. *Down to mrad* is the smallest that is drawn, diameter over distance;
 half of it draws eight times as many. A pixel of a camera of 60° at 1920 wide is 0.55 mrad.
 
 ## How many
