@@ -108,10 +108,11 @@ PHOTOGRAPHS = {
         engine=REALTIME, detail="panel",
     ),
     "waterline": Photograph(
-        "reef", (0.0, -0.6, 0.0), (0.0, 8.0, -1.4), 15.0, _PREVIEW, 6, 3,
+        "reef", (0.0, -0.6, 0.0), (0.0, 8.0, -2.3), 15.0, _PREVIEW, 6, 3,
         (*("--water", "jerlov:IB", "--surface", "waves", "--wind", "2"),
          *("--sun-zenith", "35", "--sun-azimuth", "80", "--floor-depth", "3.8"),
-         *("--white-balance", "daylight", "--floor-reflectance", "0.3")),
+         *("--white-balance", "daylight", "--floor-reflectance", "0.3"),
+         *("--exposure-compensation", "0.4")),
         hidden=_CHART,
         raised=3.2,
     ),
