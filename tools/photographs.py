@@ -1,6 +1,6 @@
 """Photographs of the example scenes: what the listing and the gallery show.
 
-Rendered by ``render_bands.py`` in Cycles, denoised, whose passes are kept in ``out/photographs``:
+Rendered by ``render_bands.py``, most in Cycles and denoised; passes are kept in ``out/photographs``:
 a job that was stopped goes on. ``tools/make_pictures.py`` calls this.
 """
 
@@ -101,11 +101,19 @@ PHOTOGRAPHS = {
         rig="rov2",
     ),
     "cave": Photograph(
-        "cave", (-2.55, -5.8, -13.5), (1.36, 1.5, -10.6), 16.0, _PREVIEW, 12, 6,
+        "cave", (-2.55, -5.8, -13.5), (1.36, 1.5, -10.6), 16.0, (320, 180), 4, 3,
         (*("--water", "jerlov:IB", "--surface", "flat", "--sun-zenith", "15", "--shafts"),
-         *("--sun-azimuth", "60", "--white-balance", "daylight"),
-         *("--exposure-compensation", "1")),
+         *("--sun-azimuth", "60", "--white-balance", "depth"),
+         *("--exposure-compensation", "1.5")),
         engine=REALTIME, detail="panel",
+    ),
+    "above": Photograph(
+        "reef", (0.3, -3.2, 2.2), (0.3, 3.2, -2.6), 20.0, _PREVIEW, 6, 3,
+        (*("--water", "jerlov:IB", "--surface", "waves", "--wind", "2"),
+         *("--sun-zenith", "30", "--sun-azimuth", "80", "--floor-depth", "3.8"),
+         *("--white-balance", "daylight", "--floor-reflectance", "0.3")),
+        hidden=_CHART,
+        raised=3.2,
     ),
     "waterline": Photograph(
         "reef", (0.0, -0.6, 0.0), (0.0, 8.0, -2.3), 15.0, _PREVIEW, 6, 3,
