@@ -1,7 +1,7 @@
 """Photographs of the example scenes: what the listing and the gallery show.
 
-Rendered by ``render_bands.py``, most in Cycles and denoised. Passes are kept in ``out/photographs``,
-so that a job that was stopped goes on. ``tools/make_pictures.py`` calls this.
+Rendered by ``render_bands.py``, most in Cycles and denoised. Passes are kept in
+``out/photographs``: a job that was stopped goes on. ``tools/make_pictures.py`` calls this.
 """
 
 from __future__ import annotations
