@@ -67,6 +67,7 @@ class Look:
             "surface": "flat",
             "floor_depth": _FLOOR,
             "diffuse_shadows": False,
+            "particle_slope": 4.0,
             "samples": samples * (1 if self.engine == "realtime" else _CYCLES),
         }
         return render_plan.make_plan(settings.SceneSettings(**{**usual, **self.changes}))
@@ -204,7 +205,7 @@ def _water_rows() -> str:
         assert isinstance(water, Water)
         b_p = particle_scattering(wavelengths, water.b(wavelengths))
         numbers = [number_of_scattering(b_p, slope) for slope in (4.0, 3.6, SLOPES[0])]
-        large = numbers[0] * 5.0**-3
+        large = numbers[1] * 5.0 ** (1.0 - 3.6)
         rows.append(
             f"| {name} | {b_p:.3f} | "
             + " | ".join(f"{n:.0f}" for n in numbers)
@@ -231,12 +232,12 @@ Written by `python3 dev.py run -m benchmarks particles`.
 
 ![Snow by day, silt in the light of a torch, and snow by day in Cycles](pictures/particles.jpg)
 
-From above: {"; ".join(x.look.title for x in found)}. {width} × {height} pixels, {samples} samples ({_CYCLES * samples} in Cycles), through a lens that is open.
+From above: {"; ".join(x.look.title for x in found)}. {width} × {height} pixels, {samples} samples ({_CYCLES * samples} in Cycles), slope 4, through a lens that is open.
 
 The torch's beam is full of bright specks and small discs, as in a diver's photograph at night. By day snow is pale and faint
 before bright water, and seen mostly before dark things, as in nature. In the lowest picture it is all but gone: the denoiser
-of Cycles takes faint specks for noise. Without it, and with enough samples, they are as bright as in EEVEE, within 6 %
-in a test.
+of Cycles takes faint specks for noise, so **do not denoise particles by day**. Without it, and with enough samples, they are as
+bright as in EEVEE, within 6 % in a test.
 
 What is larger than about 0.1 mm is seen by itself: as specks, and near the lens as discs out of focus. These are
 meshes, made by geometry nodes around the camera. They are lit and dimmed as all other things in the water, by sun and
@@ -245,25 +246,27 @@ lamps, in real time, in bands and in Cycles, and are named in the layers `instan
 the camera does. Without density nothing is added to a scene, and no shader is compiled.
 
 ## How to use them
-In the panel *Snow and Bubbles*: numbers per litre, all of which keyframe. *Snow of the water* × 1 takes as much snow
+In the panel *Snow and Bubbles*: numbers per litre, all of which keyframe. *Of water* × 1 takes as much snow
 as the water's own scattering speaks for. On a command line:
 `--snow-of-water 1 --plankton 2 --bubbles 5 --silt 100 --drift-speed 0.05`.
 The scene's camera makes the discs: switch on its *Depth of Field*. With few samples they are grainy in both engines:
-take 64 or more. *Down to (mrad)* is the smallest that is drawn, diameter over distance;
+take 64 or more. *Down to mrad* is the smallest that is drawn, diameter over distance;
 half of it draws eight times as many. A pixel of a camera of 60° at 1920 wide is 0.55 mrad.
 
 ## How many
-The numbers fall with the power of the diameter that `--particle-slope` says: 4 means equal volumes in equal steps of
-size (Sheldon et al. 1972); 3.6 ± 0.33 was measured in the Arctic from 0.8 to 120 µm (Runyan et al. 2020), 3 in a bloom
-(Jackson et al. 1997). Assumed is that one law holds from 1 µm to 1 cm, and that each particle scatters twice
+The numbers fall with the power of the diameter that `--particle-slope` says, 3.6 by default: measured were 3.6 ± 0.33 in
+168 samples of the Arctic from 0.8 to 120 µm (Runyan et al. 2020), 3.5 in some 5500 of coasts from 3 µm on (Reynolds et al. 2010),
+and in a bloom of diatoms 3 in images, 3.5 to 3.6 by aperture impedance (Jackson et al. 1997). 4 means equal volumes in equal steps of
+size (Sheldon et al. 1972). The first two say that one power is a rough description. Assumed is that one law holds from 1 µm
+to 1 cm, and that each particle scatters twice
 its cross section. Larger ones than 0.1 mm then carry {shares} of the scattering. Per litre:
 
-| water | particles' b at 550 nm, 1/m | slope 4 | slope 3.6 | slope 3 | above 0.5 mm, slope 4 |
+| water | particles' b at 550 nm, 1/m | slope 4 | slope 3.6 | slope 3 | above 0.5 mm, slope 3.6 |
 |---|---|---|---|---|---|
 {_water_rows()}
 
 Divers count 1 to 10 flocs above 0.5 mm in a litre of usual surface water, seldom more than 100 (Alldredge & Silver
-1988): with slope 4 clear water has fewer, with 3.6 about as many. The particles that are drawn stay in the water's own scattering, which they would lower by the shares above.
+1988, quoted from memory, not looked up): with 3.6 about as many are drawn, with 4 fewer. The particles that are drawn stay in the water's own scattering, which they would lower by the shares above.
 
 ## Kinds
 | kind | diameter, mm | reflectance (green) | speed upwards at 0.5 mm, mm/s |

@@ -12,6 +12,7 @@ sys.path.insert(0, str(ROOT))
 
 project = "Underwater Spectral"
 author = "Underwater Spectral developers"
+copyright = author  # noqa: A001 - as Sphinx wants it
 release = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]["version"]
 extensions = ["myst_parser", "sphinx.ext.autodoc", "numpydoc"]
 root_doc = "docs/index"
@@ -22,7 +23,8 @@ numpydoc_show_class_members = False
 numpydoc_class_members_toctree = False
 autodoc_member_order = "bysource"
 autodoc_typehints = "none"  # numpydoc says them
-autodoc_default_options = {"members": True, "show-inheritance": False}
+# A package lists what its modules hold; each thing has one place, that of its module.
+autodoc_default_options = {"members": True, "show-inheritance": False, "ignore-module-all": True}
 autodoc_mock_imports = ["bpy", "numba"]
 default_role = "literal"
 html_theme = "furo"

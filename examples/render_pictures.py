@@ -1,4 +1,4 @@
-"""Render the pictures of the README: three waters through two cameras.
+"""Render the pictures of the gallery: three waters through two cameras.
 
 python3 dev.py run examples/render_pictures.py
 """
@@ -23,6 +23,8 @@ OPTIONS = [
 
 def main() -> None:
     """Render each water once and develop it through each camera."""
+    import OpenImageIO as oiio  # noqa: N813
+
     scene = ROOT / "out" / "reef.blend"
     pictures = ROOT / "docs" / "pictures"
     pictures.mkdir(parents=True, exist_ok=True)
@@ -36,7 +38,9 @@ def main() -> None:
             command += ["--water", f"jerlov:{water}", "--sensor", camera, "--white-balance"]
             command += [balance, "--out", out]
             subprocess.run(command, check=True)
-            (pictures / f"{water}_{short}.png").write_bytes((out / "0001.png").read_bytes())
+            picture = oiio.ImageBuf(str(out / "0001.png"))
+            picture.specmod().attribute("Compression", "jpeg:90")
+            picture.write(str(pictures / f"{water}_{short}.jpg"))
 
 
 if __name__ == "__main__":

@@ -13,6 +13,8 @@ from ..uw_spectral.lamps.lamp_surface import patch_past_lamp, surface_irradiance
 from ..uw_spectral.lamps.multiple_scattering import LampWater
 from ..uw_spectral.spectra.colour_rendering import luminance, metered_stops
 from ..uw_spectral.spectra.reflectance import uplift_basis
+from ..uw_spectral.surface.refraction import seen_from_air
+from ..uw_spectral.transfer.above_water import leaving_share
 from .picture import Optics, picture
 from .seen_points import SeenPoints
 
@@ -41,14 +43,61 @@ def picture_stops(
     InputError
         If nothing in the picture is lit.
     """
+    colours = _colours(optics, seen, lamps, water)
+    return metered_stops(np.maximum(luminance(colours), 0.0), seen.pixels)
+
+
+def stops_from_above(
+    optics: Optics,
+    directions: NDArray[np.float64],
+    relative_index: NDArray[np.float64],
+    seen: SeenPoints | None,
+    lamps: Sequence[Lamp] = (),
+    water: LampWater | None = None,
+) -> float:
+    """Stops of a camera over the water that meters its picture; things in the air are left out.
+
+    Parameters
+    ----------
+    optics : Optics
+        Of a camera at the surface.
+    directions : array, shape (m, 3)
+        Unit directions of its rays.
+    relative_index : array, shape (m,)
+        Of the water against what is before it; 1 where the camera's glass is in the water.
+    seen : SeenPoints
+        What the rays that go down meet in the water, in their order; None without any.
+    lamps, water
+        As of :func:`picture_stops`.
+
+    Raises
+    ------
+    InputError
+        If nothing in the picture is lit.
+    """
+    sky, develop = optics.view.column.skylight, optics.view.reduction.apply
+    colours = develop(sky.radiance(tuple(directions.T[..., None])))
+    if seen is not None:
+        down = directions[:, 2] < 0.0
+        v, n = tuple(directions[down].T[..., None]), relative_index[down, None]
+        R, _, mirrored = seen_from_air(v, (0.0, 0.0, 1.0), n)
+        below = _colours(optics, seen, lamps, water)
+        colours[down] = develop(R * sky.radiance(mirrored)) + leaving_share(R, n) * below
+    shares = np.full(len(directions), 1.0 / len(directions))
+    return metered_stops(np.maximum(luminance(colours), 0.0), shares)
+
+
+def _colours(
+    optics: Optics, seen: SeenPoints, lamps: Sequence[Lamp], water: LampWater | None
+) -> NDArray[np.float64]:
+    """Colours of the rays in the light of sun, sky and lamps, shape (m, 3)."""
     column = optics.view.column
     colours = np.zeros((len(seen), 3))
     if np.any(column.sun_irradiance > 0) or np.any(column.sky_radiance > 0):
-        parts = picture(optics, seen)
-        colours = parts.without()
+        colours = picture(optics, seen).without()
     if lamps and water is not None:
         colours = colours + optics.view.reduction.apply(_lit(optics, seen, lamps, water))
-    return metered_stops(np.maximum(luminance(colours), 0.0), seen.pixels)
+    return colours
 
 
 def _lit(

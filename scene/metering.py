@@ -2,20 +2,30 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import bpy
 import numpy as np
+from mathutils import Vector
 from numpy.typing import NDArray
 
-from ..quality.metering import picture_stops
+from ..quality.metering import picture_stops, stops_from_above
 from ..quality.picture import Optics
 from ..uw_spectral.errors import InputError
-from ..uw_spectral.transfer.light_cone import light_cone
+from ..uw_spectral.lamps.lamp import Lamp
+from ..uw_spectral.lamps.multiple_scattering import LampWater
+from ..uw_spectral.surface.refraction import seen_from_air
+from ..uw_spectral.transfer.light_cone import LightCone, light_cone
+from . import cameras
 from .render_plan import RenderPlan
-from .scene_requirements import trace_view
+from .scene_requirements import trace_rays, trace_view
 from .settings import BY_PICTURE, SOLVED
+from .waterline import PORT
 
+_FARTHEST = 1000.0  # m, where a ray is let into the water that hardly goes down
+_UNDER = 1e-3  # m, how far under the surface rays go on
+_OBLIQUE = 0.1  # cosine to the camera's axis at which its glass ends
 _GRID = (32, 18)
 _SKYWARD = 8
 
@@ -29,8 +39,8 @@ def metered(
 ) -> float | None:
     """Return the stops that the picture asks for at the current frame.
 
-    None if the settings expose otherwise, the camera is not under water, or nothing is lit: the
-    exposure is then that of the light at the camera.
+    None if the settings expose otherwise or nothing is lit: the exposure is then that of the
+    light at the camera.
 
     Parameters
     ----------
@@ -43,7 +53,7 @@ def metered(
         Irradiance of lamps before the camera.
     """
     chosen = plan.settings
-    if chosen.exposure != BY_PICTURE or camera.matrix_world.translation.z >= 0:
+    if chosen.exposure != BY_PICTURE:
         return None
     # The rays need neither waves, whose light is the same on average, nor changed wavelengths.
     column = plan.column
@@ -51,13 +61,44 @@ def metered(
         column = replace(column, surface="flat")
     view = replace(plan.viewpoint(depth, 0.0, lit), column=column)
     cone = light_cone(view.field, depth, column.sun_direction)
-    seen = trace_view(
-        scene, camera, column, cone, rays=_GRID[0] * _GRID[1], grid=_GRID, skyward=_SKYWARD
-    )
     lamps = plan.lamps(scene).lamps
     water = plan.lamp_water(depth) if lamps else None
     optics = Optics(view, solved=chosen.field == SOLVED)
     try:
-        return picture_stops(optics, seen, lamps, water) + chosen.exposure_compensation
+        if camera.matrix_world.translation.z >= 0:
+            stops = _from_above(scene, camera, optics, cone, lamps, water)
+        else:
+            seen = trace_view(
+                scene, camera, column, cone, rays=_GRID[0] * _GRID[1], grid=_GRID, skyward=_SKYWARD
+            )
+            stops = picture_stops(optics, seen, lamps, water)
     except InputError:
         return None
+    return stops + chosen.exposure_compensation
+
+
+def _from_above(
+    scene: bpy.types.Scene,
+    camera: bpy.types.Object,
+    optics: Optics,
+    cone: LightCone,
+    lamps: Sequence[Lamp],
+    water: LampWater | None,
+) -> float:
+    """Stops of a camera over the water, or with the waterline on its glass."""
+    column, pairs = optics.view.column, cameras.camera_rays(scene, camera, *_GRID)
+    origin, direction = (np.array(x, dtype=np.float64) for x in zip(*pairs, strict=True))
+    forward = np.array(camera.matrix_world.to_quaternion() @ Vector((0.0, 0.0, -1.0)))
+    glass = origin[:, 2] + PORT * direction[:, 2] / np.maximum(direction @ forward, _OBLIQUE)
+    n = np.where((glass > 0) & column.reflects, column.refractive_index, 1.0)
+    down = np.flatnonzero(direction[:, 2] < 0)
+    seen = None
+    if len(down):
+        v = direction[down]
+        to_water = np.minimum(-origin[down, 2] / v[:, 2], _FARTHEST)
+        place = origin[down] + v * to_water[:, None]
+        place[:, 2] = -_UNDER
+        _, refracted, _ = seen_from_air(tuple(v.T), (0.0, 0.0, 1.0), n[down])
+        towards = np.stack(np.broadcast_arrays(*refracted), axis=1)
+        seen = trace_rays(scene, place, towards, column, cone, skyward=_SKYWARD)
+    return stops_from_above(optics, direction, n, seen, lamps, water)

@@ -194,8 +194,45 @@ def trace_view(
     """
     depsgraph = bpy.context.evaluated_depsgraph_get()
     meshes = Meshes(depsgraph, scene_water.objects(scene))
-    first = _first_seen(scene, camera.evaluated_get(depsgraph), column, meshes, grid)
-    seen = first.subsample(rays)
+    pairs = cameras.camera_rays(scene, camera.evaluated_get(depsgraph), *grid)
+    origin, direction = (np.array(x, dtype=np.float64) for x in zip(*pairs, strict=True))
+    first = _first_seen(origin, direction, column, meshes)
+    return _with_shadows(first.subsample(rays), column, cone, meshes, skyward, steps)
+
+
+def trace_rays(
+    scene: bpy.types.Scene,
+    origin: NDArray[np.float64],
+    direction: NDArray[np.float64],
+    column: WaterColumn,
+    cone: LightCone,
+    *,
+    skyward: int = _SKYWARD,
+) -> SeenPoints:
+    """Return what rays in the water meet at the current frame.
+
+    Parameters
+    ----------
+    scene : Scene
+    origin, direction : array, shape (m, 3)
+        Places under water or on its surface, m; unit directions.
+    column, cone, skyward
+        As of :func:`trace_view`.
+    """
+    meshes = Meshes(bpy.context.evaluated_depsgraph_get(), scene_water.objects(scene))
+    first = _first_seen(origin, direction, column, meshes)
+    return _with_shadows(first, column, cone, meshes, skyward, _STEPS)
+
+
+def _with_shadows(
+    seen: SeenPoints,
+    column: WaterColumn,
+    cone: LightCone,
+    meshes: Meshes,
+    skyward: int,
+    steps: int,
+) -> SeenPoints:
+    """Look for the shadows of what is seen."""
     end = np.minimum(seen.reached, _to_surface(seen.origin, seen.direction))
     along = end[:, None] * (np.arange(steps) + 0.5) / steps
     stations = seen.origin[:, None] + seen.direction[:, None] * along[..., None]
@@ -219,17 +256,12 @@ def trace_view(
 
 
 def _first_seen(
-    scene: bpy.types.Scene,
-    camera: bpy.types.Object,
+    origin: NDArray[np.float64],
+    direction: NDArray[np.float64],
     column: WaterColumn,
     meshes: Meshes,
-    grid: tuple[int, int],
 ) -> SeenPoints:
-    """What a picture shows, its shadows not looked for yet."""
-    origin, direction = (
-        np.array(vectors, dtype=np.float64)
-        for vectors in zip(*cameras.camera_rays(scene, camera, *grid), strict=True)
-    )
+    """What rays meet, its shadows not looked for yet."""
     count = len(origin)
     hits = meshes.first(origin, direction, _to_surface(origin, direction))
     distance = np.array([hit.distance if hit else math.inf for hit in hits])

@@ -276,7 +276,7 @@ class SceneSettings:
     )
     particle_slope: float = _setting(
         USUAL_SLOPE,
-        "Power with which numbers of particles fall with diameter: 4 in the open sea, 3 in blooms",
+        "Power with which numbers of particles fall with diameter: 3.6 on average, 3 in blooms",
         limits=SLOPES,
     )
     particle_angle: float = _setting(

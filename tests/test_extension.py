@@ -131,9 +131,21 @@ def test_the_zip_has_what_a_platform_asks_for(built_zip):
 
 def test_the_listing_is_there(built_zip):
     folder = ROOT / "docs" / "listing"
-    spec = oiio.ImageBuf(str(folder / "icon.png")).spec()
-    assert (spec.width, spec.height) == (256, 256)
+    sizes = {}
+    for path in [*folder.glob("*.png"), *folder.glob("*.jpg")]:
+        spec = oiio.ImageBuf(str(path)).spec()
+        sizes[path.stem] = spec.width, spec.height
+    assert sizes.pop("icon") == (256, 256)
+    assert sizes.pop("featured") == (1920, 1080)
+    previews = ("window", "waterline", "wreck", "above", "reef")
+    assert [sizes[name] for name in previews] == [(960, 540)] * 5
     assert (folder / "review.md").is_file()
+
+
+def test_the_pictures_of_the_repository_are_small():
+    paths = [*ROOT.glob("docs/**/*.png"), *ROOT.glob("docs/**/*.jpg"), *ROOT.glob("ui/**/*.png")]
+    assert len(paths) > 20
+    assert sum(path.stat().st_size for path in paths) < 4_000_000
 
 
 @pytest.fixture(scope="module")

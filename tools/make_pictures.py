@@ -2,23 +2,25 @@
 
     python3 dev.py run tools/make_pictures.py thumbnails     into ui/thumbnails/
     python3 dev.py run tools/make_pictures.py icon           docs/listing/icon.png
-    python3 dev.py run tools/make_pictures.py featured       docs/listing/featured.jpg
+    python3 dev.py run tools/make_pictures.py featured window waterline wreck above cave reef
+                                                             into docs/listing/
 
 A thumbnail shows balls of three colours on sand at 4 m, in each look. The colours are those of
-`quality.picture`, which EEVEE draws too; no shader has to be compiled. The featured picture,
-1920 x 1080, is EEVEE's.
+`quality.picture`, which EEVEE draws too; no shader has to be compiled. The others, from
+`featured` (1920 x 1080) on, are Cycles', denoised, but for the cave, which is EEVEE's; they take
+minutes to an hour each without a GPU, and a job that was stopped goes on (`photographs.py`).
 """
 
 from __future__ import annotations
 
 import runpy
 import sys
-import tempfile
 from pathlib import Path
 
 import bpy
 import numpy as np
 import OpenImageIO
+import photographs
 
 ROOT = Path(__file__).resolve().parent.parent
 THUMBNAILS, LISTING = ROOT / "ui" / "thumbnails", ROOT / "docs" / "listing"
@@ -101,22 +103,6 @@ def drawn(size: tuple[int, int], finer: int) -> np.ndarray:
     return srgb_encode(camera_curve(TONE)(np.maximum(pixels, 0.0)))
 
 
-def render(size: tuple[int, int], samples: int) -> np.ndarray:
-    """Render the scene of the window; return display values, shape (h, w, 3)."""
-    scene = bpy.context.scene
-    scene.render.resolution_x, scene.render.resolution_y = size
-    scene.render.resolution_percentage = 100
-    scene.eevee.taa_render_samples = samples
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "picture.png"
-        scene.render.image_settings.media_type = "IMAGE"
-        scene.render.image_settings.file_format = "PNG"
-        scene.render.filepath = str(path)
-        bpy.ops.render.render(write_still=True)
-        image = OpenImageIO.ImageBuf(str(path))
-        return np.asarray(image.get_pixels(OpenImageIO.FLOAT)[..., :3])
-
-
 def save(path: Path, picture: np.ndarray) -> None:
     """Write a picture; JPEG at good quality."""
     path.parent.mkdir(parents=True, exist_ok=True)
@@ -169,13 +155,23 @@ def icon() -> None:
     save(LISTING / "icon.png", drawn((256, 256), 1))
 
 
-def featured() -> None:
-    """Render the example wreck."""
-    start()
-    bpy.ops.underwater.add_example(example="wreck")
-    save(LISTING / "featured.jpg", render((1920, 1080), 8))
+def photograph(name: str) -> None:
+    """Render an example scene for the listing."""
+    image = OpenImageIO.ImageBuf(str(photographs.render(name, start)))
+    save(LISTING / f"{name}.jpg", image.get_pixels(OpenImageIO.FLOAT)[..., :3])
+
+
+def main() -> None:
+    """Do the jobs of the command line."""
+    jobs = {"thumbnails": thumbnails, "icon": icon}
+    for job in sys.argv[1:]:
+        if job in jobs:
+            jobs[job]()
+        elif job in photographs.PHOTOGRAPHS:
+            photograph(job)
+        else:
+            sys.exit(f"no job {job!r}; there are {', '.join([*jobs, *photographs.PHOTOGRAPHS])}")
 
 
 if __name__ == "__main__":
-    for job in sys.argv[1:]:
-        {"thumbnails": thumbnails, "icon": icon, "featured": featured}[job]()
+    main()

@@ -3,13 +3,15 @@ r"""Walk through the panel in a real Blender window and take a picture of each s
     Xvfb :99 -screen 0 1280x960x24 & DISPLAY=:99 blender --window-geometry 0 0 1280 960 \
         -P tools/screenshots.py -- FOLDER [PATIENCE]
 
-Needs the extension installed and enabled, and ImageMagick's ``import``. The
-steps call what the buttons call; ``status.txt`` in the folder says how each went.
-Without a GPU shaders take minutes to compile: PATIENCE multiplies the waits.
+Needs the extension installed from its zip and enabled, ImageMagick's ``import``, and xdotool,
+which drags an asset into the viewport. The steps call what the buttons call; ``status.txt`` in
+the folder says how each went. Without a GPU shaders take minutes to compile: PATIENCE multiplies
+the waits.
 """
 
 from __future__ import annotations
 
+import importlib
 import subprocess
 import sys
 import time
@@ -21,10 +23,15 @@ import bpy
 
 FOLDER, *_REST = (Path(word) for word in sys.argv[sys.argv.index("--") + 1 :])
 _PATIENCE = float(str(_REST[0])) if _REST else 1.0
+PACKAGE = "bl_ext.user_default.underwater_spectral"
 SAMPLES = 4
+DROPPED = "Blue hole"
 _PAUSE = 1.5
-_SCROLL_STEP = 40
-_TIMEOUT = 900.0
+_WINDOWS = ("start", "added", "assets", "dropped")
+_SHEETS = (
+    ("looks", "water", "depth", "waves", "particles"),
+    ("sun", "lamps", "sensor", "quality", "readouts", "output"),
+)
 
 
 def area() -> bpy.types.Area:
@@ -46,42 +53,19 @@ def call(operator: Callable[..., set[str]], *arguments: str, **properties: objec
         operator(*arguments, **properties)
 
 
-def scroll(pixels: int) -> None:
-    """Scroll the sidebar down, or up where negative."""
-    window = bpy.context.window_manager.windows[0]
-    with bpy.context.temp_override(window=window, area=area(), region=sidebar()):
-        step = bpy.ops.view2d.scroll_down if pixels > 0 else bpy.ops.view2d.scroll_up
-        for _ in range(abs(pixels) // _SCROLL_STEP):
-            step(deltax=0, deltay=_SCROLL_STEP)
-
-
-def picture(name: str) -> None:
-    """Take a picture of the whole screen."""
-    command = ["import", "-window", "root", str(FOLDER / f"{name}.png")]
+def picture(name: str, region: bpy.types.Region | None = None) -> None:
+    """Take a picture of the whole screen, or of a region of the window."""
+    crop = []
+    if region is not None:
+        top = bpy.context.window_manager.windows[0].height - region.y - region.height
+        crop = ["-crop", f"{region.width}x{region.height}+{region.x}+{top}", "+repage"]
+    command = ["import", "-window", "root", *crop, str(FOLDER / f"{name}.png")]
     subprocess.run(command, check=True)
 
 
 def scene() -> bpy.types.Scene:
     """Return the scene of the window."""
     return bpy.context.window_manager.windows[0].scene
-
-
-def build() -> None:
-    """Replace the default cube by coloured balls at growing distances from the camera."""
-    bpy.data.objects.remove(bpy.data.objects["Cube"])
-    colours = [(0.8, 0.05, 0.03), (0.9, 0.4, 0.05), (0.8, 0.7, 0.1), (0.1, 0.5, 0.1), (0.9,) * 3]
-    for index, colour in enumerate(colours):
-        bpy.ops.mesh.primitive_uv_sphere_add(
-            radius=0.7, location=(1.7 * index - 3.4, 2.0 * index, 2.0), segments=24, ring_count=12
-        )
-        ball = bpy.context.object
-        bpy.ops.object.shade_smooth()
-        material = bpy.data.materials.new(f"ball {index}")
-        shader = material.node_tree.nodes["Principled BSDF"]
-        shader.inputs["Base Color"].default_value = (*colour, 1.0)
-        ball.data.materials.append(material)
-    camera = scene().camera
-    camera.location, camera.rotation_euler = (-2.0, -9.0, 2.6), (1.5, 0.0, -0.22)
 
 
 def settle(seconds: float) -> Iterator[float]:
@@ -96,69 +80,95 @@ def walk() -> Iterator[float]:
     """Yield the seconds to wait after each step."""
     space = area().spaces.active
     space.show_region_ui = True
-    space.overlay.show_overlays = False
-    scene().render.preview_pixel_size = "8"
+    scene().render.preview_pixel_size = "4"
     scene().eevee.taa_samples = SAMPLES
-    scene().underwater.samples = SAMPLES
-    if "Cube" in bpy.data.objects:
-        build()
     yield from settle(_PAUSE)
     sidebar().active_panel_category = "Underwater"
-    yield from settle(_PAUSE)
-    picture("01_start")
-    call(bpy.ops.underwater.add_water, "EXEC_DEFAULT")
-    yield from settle(4 * _PAUSE)
-    picture("02_added")
-    call(bpy.ops.underwater.submerge, "EXEC_DEFAULT", depth=5.0)
-    names = {path.stem: path for path in presets("look")}
-    call(bpy.ops.underwater.apply_preset, filepath=str(names["Tropical_reef"]),
-         menu_idname="UNDERWATER_PT_look_presets")  # fmt: skip
-    space.region_3d.view_perspective = "CAMERA"
-    space.shading.type = "RENDERED"
-    yield from settle(20 * _PAUSE)
-    picture("03_tropical_reef")
-    scroll(420)
     yield from settle(2 * _PAUSE)
-    picture("04_water")
-    scene().underwater_panel.gallery = "JERLOV_3C"
-    yield from settle(8 * _PAUSE)
-    picture("05_jerlov_3C")
-    scene().underwater_panel.gallery = "JERLOV_IB"
-    scroll(520)
-    scene().underwater.sensor = "ARRI D21"
-    yield from settle(8 * _PAUSE)
-    picture("06_camera")
-    scroll(600)
-    scene().underwater_panel.quality = "BANDS"
-    call(bpy.ops.underwater.auto, "EXEC_DEFAULT")
-    yield from settle(8 * _PAUSE)
-    picture("07_quality_readouts")
-    scene().render.resolution_x, scene().render.resolution_y = 240, 135
-    scene().render.resolution_percentage = 100
-    scene().underwater_panel.output = str(FOLDER / "render")
-    call(bpy.ops.underwater.render, "INVOKE_DEFAULT")
-    started = time.monotonic()
-    shown = False
-    while time.monotonic() - started < _TIMEOUT:
-        done = sorted((FOLDER / "render" / "passes").glob("*/pass_*.exr"))
-        if done and not shown:
-            picture("08_rendering")
-            shown = True
-        if list((FOLDER / "render").glob("[0-9]*.json")):
-            break
-        yield 0.2
-    yield from settle(8 * _PAUSE)
-    picture("09_last_pass")
-    scroll(-3000)
-    call(bpy.ops.underwater.remove_water, "EXEC_DEFAULT")
-    yield from settle(6 * _PAUSE)
-    picture("10_removed")
+    picture("start")
+    call(bpy.ops.underwater.add_water, "EXEC_DEFAULT")
+    yield from settle(40 * _PAUSE)
+    picture("added")
+    space.shading.type = "SOLID"
+    yield from sections()
+    space.shading.type = "RENDERED"
+    yield from assets()
+    sheets()
 
 
-def presets(kind: str) -> list[Path]:
-    """Return the factory presets of a kind."""
-    folders = bpy.utils.preset_paths(f"underwater_spectral/{kind}")
-    return [path for folder in folders for path in Path(folder).glob("*.py")]
+def sections() -> Iterator[float]:
+    """Show one section of the panel after the other, unfolded, the others away."""
+    panels = importlib.import_module(f"{PACKAGE}.ui.panels")
+    others = panels.CLASSES[1:]
+    for cls in reversed(others):
+        bpy.utils.unregister_class(cls)
+    for cls in others:
+        # Blender remembers by the name whether a panel is folded.
+        name = cls.bl_idname
+        unfolded = type(cls.__name__, (cls,), {"bl_idname": f"{name}_open", "bl_options": set()})
+        bpy.utils.register_class(unfolded)
+        yield from settle(3 * _PAUSE)
+        picture(f"section_{name.rpartition('_')[2]}", sidebar())
+        bpy.utils.unregister_class(unfolded)
+    for cls in others:
+        bpy.utils.register_class(cls)
+
+
+def sheets() -> None:
+    """Lay the sections side by side without their tabs, as JPEG, and the windows too."""
+    for number, names in enumerate(_SHEETS, 1):
+        parts = [str(FOLDER / f"section_{name}.png") for name in names]
+        cut = ["-gravity", "East", "-chop", "26x0", "-fuzz", "12%"]
+        cut += ["-define", "trim:edges=south", "-trim", "+repage"]
+        frame = ["-gravity", "North", "-background", "white", "-bordercolor", "white"]
+        frame += ["-border", "8x0", "+append", "-quality", "85"]
+        command = ["convert", *parts, *cut, *frame, str(FOLDER / f"sections_{number}.jpg")]
+        subprocess.run(command, check=True)
+    for name in _WINDOWS:
+        picture = str(FOLDER / f"{name}.png")
+        command = ["convert", picture, "-quality", "80", str(FOLDER / f"{name}.jpg")]
+        subprocess.run(command, check=True)
+
+
+def assets() -> Iterator[float]:
+    """Add the library, look at it, and drag a look into the viewport."""
+    call(bpy.ops.underwater.add_assets)
+    before = set(bpy.context.window_manager.windows[0].screen.areas)
+    call(bpy.ops.screen.area_split, direction="HORIZONTAL", factor=0.4)
+    yield from settle(_PAUSE)
+    created = set(bpy.context.window_manager.windows[0].screen.areas) - before
+    below = min([*created, area()], key=lambda found: found.y)
+    below.ui_type = "ASSETS"
+    yield from settle(2 * _PAUSE)
+    browser = below.spaces.active
+    browser.params.asset_library_reference = "Underwater Spectral"
+    browser.params.display_size = 80
+    yield from settle(10 * _PAUSE)
+    picture("assets")
+    # It is then the first and only one.
+    browser.params.filter_search = DROPPED
+    yield from settle(3 * _PAUSE)
+    drag((below.x + 0.235 * below.width, below.y + 0.8 * below.height), middle(area()))
+    yield from settle(40 * _PAUSE)
+    picture("dropped")
+    worlds = ", ".join(world.name for world in bpy.data.worlds)
+    (FOLDER / "worlds.txt").write_text(f"{scene().world.name}: {worlds}\n")
+
+
+def middle(of: bpy.types.Area) -> tuple[float, float]:
+    """Return the middle of an area, in pixels of the window."""
+    return of.x + 0.4 * of.width, of.y + 0.5 * of.height
+
+
+def drag(start: tuple[float, float], end: tuple[float, float]) -> None:
+    """Drag with the mouse, while Blender goes on with its events."""
+    height = bpy.context.window_manager.windows[0].height
+    words = ["sleep", "0.5"]
+    for step in range(9):
+        x, y = (a + (b - a) * step / 8 for a, b in zip(start, end, strict=True))
+        words += ["mousemove", str(int(x)), str(int(height - y)), "sleep", "0.3"]
+        words += ["mousedown", "1", "sleep", "0.3"] if step == 0 else []
+    subprocess.Popen(["xdotool", *words, "mouseup", "1"])
 
 
 def main() -> None:

@@ -254,7 +254,7 @@ class WavesPanel(_SubPanel, bpy.types.Panel):
             ("wave_time_scale", "Speed ×"),
             ("wave_loop", "Loop (s)"),
             ("wave_seed", "Seed"),
-            ("wave_tile", "Repeats after (m)"),
+            ("wave_tile", "Repeats (m)"),
             ("wave_resolution", "Resolution"),
         ):
             moving.prop(water, name, text=text)
@@ -276,7 +276,7 @@ class ParticlesPanel(_SubPanel, bpy.types.Panel):
         water, column = _water(context), self.column()
         column.label(text="Larger than 0.1 mm, per litre", icon="PARTICLES")
         for name, text in (
-            ("snow_of_water", "Snow of the water ×"),
+            ("snow_of_water", "Of water ×"),
             ("snow", "Marine snow"),
             ("plankton", "Plankton"),
             ("bubbles", "Bubbles"),
@@ -284,7 +284,7 @@ class ParticlesPanel(_SubPanel, bpy.types.Panel):
             ("drift_speed", "Drift (m/s)"),
             ("drift_direction", "To (°)"),
             ("particle_slope", "Slope of sizes"),
-            ("particle_angle", "Down to (mrad)"),
+            ("particle_angle", "Down to mrad"),
             ("particle_seed", "Seed"),
         ):
             column.prop(water, name, text=text)
@@ -381,7 +381,7 @@ class SensorPanel(_SubPanel, bpy.types.Panel):
         if panel.meter == "FIXED":
             column.prop(panel, "stops")
         else:
-            column.prop(water, "exposure_compensation", text="Brighter (stops)")
+            column.prop(water, "exposure_compensation", text="Brighter (EV)")
         column.prop(water, "tone")
         column.prop(water, "contrast")
         if pictures.error:
@@ -421,7 +421,7 @@ class QualityPanel(_SubPanel, bpy.types.Panel):
             column.prop(water, "forward_peak", text="Forward peak")
             column.prop(water, "share_passes", text="Share passes")
         if engine == "eevee":
-            column.prop(water, "field", text="Multiple scattering")
+            column.prop(water, "field", text="Light field")
         for term in TERMS:
             if term.is_switch and engine in term.engines:
                 column.prop(water, term.setting)

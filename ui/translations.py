@@ -66,7 +66,7 @@ Exposure | Belichtung | Exposición | Exposition | 露出
 By the light | Nach dem Licht | Por la luz | Selon la lumière | 光による
 By the picture | Nach dem Bild | Por la imagen | Selon l’image | 画面による
 By hand | Von Hand | A mano | À la main | 手動
-Brighter (stops) | Heller (Blenden) | Más claro (pasos) | Plus clair (IL) | 明るく (段)
+Brighter (EV) | Heller (Blenden) | Más claro (EV) | Plus clair (IL) | 明るく (段)
 Tone | Tonwertkurve | Curva tonal | Courbe tonale | トーンカーブ
 Contrast | Kontrast | Contraste | Contraste | コントラスト
 Real-time | Echtzeit | Tiempo real | Temps réel | リアルタイム

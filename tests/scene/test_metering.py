@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from underwater_spectral.node_groups import realtime_tables, realtime_values
 from underwater_spectral.scene import (
+    cameras,
     live,
     metering,
     planning,
@@ -19,6 +20,9 @@ from underwater_spectral.scene import (
 from underwater_spectral.scene.render_plan import plan_of
 from underwater_spectral.scene.settings import SceneSettings
 from underwater_spectral.tests.scene import scenes
+from underwater_spectral.uw_spectral.spectra.colour_rendering import luminance
+from underwater_spectral.uw_spectral.surface.refraction import seen_from_air
+from underwater_spectral.uw_spectral.transfer.above_water import leaving_share
 
 DEPTH = 5.0
 CHOSEN = SceneSettings(exposure="auto-picture", phase="hg:0.924", bands=4)
@@ -60,12 +64,43 @@ def test_less_light_asks_for_more_stops_and_compensation_adds_to_it():
     assert _stops(replace(CHOSEN, exposure_compensation=1.5)) == pytest.approx(full + 1.5)
 
 
-def test_other_exposures_and_a_camera_in_the_air_are_not_metered():
+def test_other_exposures_are_not_metered():
     assert _stops(replace(CHOSEN, exposure="auto")) is None
     assert _stops(replace(CHOSEN, exposure="2")) is None
-    bpy.context.scene.camera.location.z = 1.0
+
+
+def _from_air(tilt, height=1.0, chosen=CHOSEN):
+    camera = bpy.context.scene.camera
+    camera.location, camera.rotation_euler = (0.0, -60.0, height), (tilt, 0.0, 0.0)
     bpy.context.view_layer.update()
-    assert _stops(CHOSEN) is None
+    return metering.metered(bpy.context.scene, camera, plan_of(chosen), 0.0, None)
+
+
+def test_from_the_air_mirrored_sky_and_the_light_of_the_water_are_metered():
+    chosen = replace(CHOSEN, surface="flat", sky="clear", sky_radiance=0.05)
+    plan = plan_of(chosen)
+    sky, n = plan.column.skylight, plan.column.refractive_index
+    stops = _from_air(0.0, chosen=chosen)
+    pairs = cameras.camera_rays(bpy.context.scene, bpy.context.scene.camera, 32, 18)
+    v = tuple(np.array([direction[:] for _, direction in pairs]).T[..., None])
+    R, w, mirrored = seen_from_air(v, (0.0, 0.0, 1.0), n)
+    below = plan.solved_field(16).radiance(0.0, tuple(component[:, 0] for component in w))
+    seen = R * sky.radiance(mirrored) + leaving_share(R, n) * below
+    mean = luminance(plan.viewpoint(0.0, 0.0).reduction.apply(seen)).mean()
+    assert stops == pytest.approx(np.log2(0.18 / mean), abs=0.03)
+    # The sky alone: what the water is does not count.
+    up = _from_air(np.pi, chosen=chosen)
+    assert up == pytest.approx(_from_air(np.pi, chosen=replace(chosen, water="jerlov:9C")))
+    assert up < stops - 1.0
+
+
+def test_what_lies_under_water_is_metered_from_the_air_and_at_the_waterline():
+    deep, shallow = CHOSEN, replace(CHOSEN, floor_depth=2.0, floor_reflectance="0.5")
+    for tilt, height in ((0.3, 1.0), (1.4, 0.0)):
+        assert _from_air(tilt, height, shallow) < _from_air(tilt, height, deep) - 0.5
+    # No surface mirrors or darkens what the glass has under water.
+    flat = replace(shallow, surface="flat")
+    assert _from_air(0.6, 0.0, flat) < _from_air(0.6, 0.5, flat) - 0.5
 
 
 def test_at_night_lamps_are_metered_and_nothing_is_no_error():

@@ -46,7 +46,7 @@ def write_dng(
     detector : Detector
         Its black and white levels.
     pattern : str
-        One of :data:`.PATTERNS`.
+        One of :data:`.bayer.PATTERNS`.
     xyz_to_camera : array_like, shape (3, 3)
         From CIE XYZ under D65 to the camera's channels before white balance, to a factor.
     neutral : array_like, shape (3,)

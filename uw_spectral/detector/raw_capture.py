@@ -30,7 +30,7 @@ class RawSettings:
     iso : float, optional
         The base ISO of the detector by default.
     pattern : str, optional
-        One of :data:`.PATTERNS`; every pixel sees three channels by default.
+        One of :data:`.bayer.PATTERNS`; every pixel sees three channels by default.
     vignetting : Vignetting, optional
     seed : int
 

@@ -219,6 +219,11 @@ def resolve(description: Description) -> ResolvedOptics:
     if isinstance(bands, BandsDescription):
         chosen, bands = bands, _listed_or_equal(bands)
         if chosen.optimised and len(bands) < REFERENCE_BANDS:
+            if light.strength == 0:
+                raise InputError(
+                    "optimised bands are fitted to daylight, and the sunlight is 0: take equal "
+                    "bands, or a sunlight of 0.0001, which is night to the eye"
+                )
             fine = Bands.uniform(REFERENCE_BANDS, chosen.start, chosen.end)
             reference = column_and_phase(fine, floor.at(fine.centres))
             reference[0].require_one_layer("optimised bands know")

@@ -1,7 +1,7 @@
 """What things keep the light of a lamp from the water: how far it shines, by direction.
 
 Directions are places of a square, as an octahedron that is folded open has them (Cigolle et al.,
-J. Comput. Graph. Tech. 3(2), 2014): linear in u/|u|, |u| the sum of its parts. So is
+J. Comput. Graph. Tech. 3(2), 2014): linear in u / s, s the sum of the sizes of its parts. So is
 the inverse of the distance of a plane, measured as such a sum: between its entries the map is
 exact for planes. Where nothing is, beside things, it is as much below zero as they are above, so
 that they end halfway.

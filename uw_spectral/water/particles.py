@@ -23,11 +23,12 @@ from .pure_water import molecular_scattering
 SNOW, PLANKTON, BUBBLES, SILT = "snow", "plankton", "bubbles", "silt"
 COUNTED_FROM = 1e-4
 """Diameter in m from which on particles are counted: 0.1 mm, about the smallest that eyes see."""
-USUAL_SLOPE = 4.0
-"""Equal volumes in equal steps of log size (Sheldon, Prakash & Sutcliffe 1972, Limnol. Oceanogr.
-17:327). Measured: 3.6 ± 0.33 from 0.8 to 120 µm (Runyan, Reynolds & Stramski 2020,
-doi:10.1029/2020JC016218), and 3 in images of 1 µm to 1 cm of a diatom bloom (Jackson et al. 1997,
-Deep-Sea Res. I 44:1739)."""
+USUAL_SLOPE = 3.6
+"""Measured: 3.6 ± 0.33 from 0.8 to 120 µm in 168 Arctic samples (Runyan, Reynolds & Stramski 2020,
+doi:10.1029/2020JC016218); 3.5 from 3 µm on in 5500 coastal ones (Reynolds et al. 2010, J. Geophys.
+Res. 115(8)); 3 in images of 1 µm to 1 cm of a diatom bloom, 3.5 to 3.6 there by aperture
+impedance (Jackson et al. 1997, Deep-Sea Res. I 44:1739). With 4, equal steps of log size hold
+equal volumes (Sheldon, Prakash & Sutcliffe 1972, Limnol. Oceanogr. 17:327)."""
 SLOPES = (3.0, 5.0)
 """Limits of the slope."""
 REFERENCE_WAVELENGTH = 550.0
@@ -202,7 +203,7 @@ def number_of_scattering(b_p: float, slope: float = USUAL_SLOPE) -> float:
     Examples
     --------
     >>> round(number_of_scattering(0.2), 1)
-    42.4
+    186.1
     """
     _require_slope(slope)
     first, last = _SCATTERERS
@@ -349,7 +350,7 @@ def particle_cloud(
     --------
     >>> cloud = particle_cloud(KINDS["snow"], 40.0)
     >>> len(cloud.classes), cloud.count
-    (7, 70965)
+    (7, 175468)
     """
     slope = kind.slope or slope
     _require_slope(slope)

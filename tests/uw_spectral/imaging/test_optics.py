@@ -144,6 +144,13 @@ def test_bands_are_chosen_once_for_any_camera(monkeypatch):
     assert len(searched) == 1
 
 
+def test_optimised_bands_say_that_they_want_daylight():
+    night = Description(light=SunAndSky(strength=0.0), bands=BandsDescription(3, optimised=True))
+    with pytest.raises(InputError, match="fitted to daylight, and the sunlight is 0: take equal"):
+        resolve(night)
+    resolve(replace(night, bands=BandsDescription(3)))
+
+
 def test_a_file_is_read_whenever_a_description_is_resolved(tmp_path):
     path = tmp_path / "water.csv"
     described = Description(WaterDescription(f"file:{path}", phase="hg:0.8"))
