@@ -232,7 +232,8 @@ def _cost_columns(
         wall = data.get("wall_per_sample", math.nan)
     return {
         "cpu_per_frame": frame,
-        "wall_ms": 1e3 * wall,
+        # On a busy machine the difference that this is may be negative: it is not known then.
+        "wall_ms": 1e3 * wall if wall > 0 else math.nan,
         "cost": frame / (FRAME_SAMPLES * plain.get("cpu_per_sample", math.nan)),
         "share": frame / float(reference["cpu"]) if reference else math.nan,
     }
