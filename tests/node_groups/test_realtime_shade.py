@@ -125,7 +125,8 @@ def test_an_image_of_another_size_takes_the_place_of_one():
     import bpy
 
     found = bpy.data.images[name]
-    assert tuple(found.size) == (tables.TILES * 10, 9 * 8)
+    # A cell around the grid of 10 × 9 × 8.
+    assert tuple(found.size) == (tables.TILES * 12, 11 * 10)
     texels = np.empty(len(found.pixels), np.float32)
     found.pixels.foreach_get(texels)
     np.testing.assert_array_equal(texels.reshape(72, 120, 4), realtime_shade.pixels(table))
