@@ -129,4 +129,4 @@ def test_an_image_of_another_size_takes_the_place_of_one():
     assert tuple(found.size) == (tables.TILES * 12, 11 * 10)
     texels = np.empty(len(found.pixels), np.float32)
     found.pixels.foreach_get(texels)
-    np.testing.assert_array_equal(texels.reshape(72, 120, 4), realtime_shade.pixels(table))
+    np.testing.assert_array_equal(texels.reshape(110, 144, 4), realtime_shade.pixels(table))
