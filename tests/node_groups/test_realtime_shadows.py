@@ -70,6 +70,7 @@ def test_a_roof_keeps_the_light_of_the_cone_away(tmp_path):
     assert shadowed[:, inside].std(axis=-1).max() < 1e-3 * shadowed.max()
 
 
+@pytest.mark.slow
 def test_without_shadows_no_lamp_is_added(tmp_path):
     probe.render(_water(shadows=False), VIEW, tmp_path / "x.exr")
     assert len(bpy.data.lights) == 1

@@ -59,7 +59,11 @@ def _second_scene():
 
 @pytest.mark.parametrize(
     "fills",
-    [pytest.param((_eevee, _eevee), marks=pytest.mark.slow), (_cycles, _cycles), (_eevee, _cycles)],
+    [
+        (_cycles, _cycles),
+        pytest.param((_eevee, _eevee), marks=pytest.mark.slow),
+        pytest.param((_eevee, _cycles), marks=pytest.mark.slow),
+    ],
 )
 def test_two_scenes_hold_different_water(fills):
     first = scenes.varied_scene()

@@ -179,6 +179,7 @@ def test_removal_leaves_no_trace_of_shade():
     assert snapshot.differences(before, snapshot.snapshot()) == []
 
 
+@pytest.mark.slow
 def test_undo_takes_the_shade_out():
     bpy.context.preferences.edit.use_global_undo = True
     _under_a_slab()

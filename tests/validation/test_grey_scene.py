@@ -15,7 +15,7 @@ pytestmark = pytest.mark.filterwarnings(
 @pytest.mark.parametrize(
     ("water", "depth"),
     [
-        ("IB", 5.0),
+        pytest.param("IB", 5.0, marks=pytest.mark.slow),
         pytest.param("I", 5.0, marks=pytest.mark.slow),
         pytest.param("IA", 9.0, marks=pytest.mark.slow),
         pytest.param("II", 3.0, marks=pytest.mark.slow),
