@@ -112,8 +112,8 @@ def answers() -> str:
              "[above](#the-papers-own-numbers), [bio_optics.md](bio_optics.md); the values of "
              "Gutierrez's Figure 5 are not in the text that we have", PARTLY),
             ("Pictures with the default phase function",
-             "[above](#pictures), [realtime_accuracy.md](realtime_accuracy.md); "
-             "[tradeoff.md](tradeoff.md) still has HG 0.8 and the closed form", PARTLY),
+             "[above](#pictures), [realtime_accuracy.md](realtime_accuracy.md), "
+             "[tradeoff.md](tradeoff.md)", MET),
             ("Errors of 10 % that fail a test",
              "[above](#planted-errors), [planted_errors.csv](planted_errors.csv)", MET),
             ("Lu of problems 1 and 2 on converged solutions",
