@@ -6,7 +6,9 @@ import math
 from collections.abc import Iterator
 
 import bpy
+import numpy as np
 from mathutils import Vector
+from numpy.typing import NDArray
 
 from ..uw_spectral.errors import InputError
 
@@ -75,6 +77,14 @@ def camera_rays(
                 yield place @ Vector((at.x, at.y, 0.0)), turn @ Vector((0.0, 0.0, -1.0))
             else:
                 yield place.translation.copy(), turn @ at.normalized()
+
+
+def ray_arrays(
+    scene: bpy.types.Scene, camera: bpy.types.Object, width: int, height: int
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return what :func:`camera_rays` yields as arrays of shape (m, 3)."""
+    origins, directions = zip(*camera_rays(scene, camera, width, height), strict=True)
+    return np.array(origins, dtype=np.float64), np.array(directions, dtype=np.float64)
 
 
 def _panorama_angle(data: bpy.types.Camera) -> float:

@@ -34,12 +34,11 @@ class KeptLampShadows:
         meshes = Meshes(bpy.context.evaluated_depsgraph_get(), without)
         things = _digest(meshes)
         known = self._maps if things == self._things else {}
-        self._things = things
-        self._maps = {
-            key: known[key] if key in known else shadow_map(_clear(meshes, lamp))
-            for lamp in shining
-            for key in (_key(lamp),)
-        }
+        self._things, self._maps = things, {}
+        for lamp in shining:
+            key = _key(lamp)
+            if key not in self._maps:
+                self._maps[key] = known.get(key) or shadow_map(_clear(meshes, lamp))
         lamps = tuple(replace(lamp, shadow=self._maps.get(_key(lamp))) for lamp in found.lamps)
         return replace(found, lamps=lamps)
 
@@ -51,15 +50,15 @@ def _key(lamp: Lamp) -> tuple[float, ...]:
 def _digest(meshes: Meshes) -> bytes:
     """Digest of all surfaces in their places."""
     digest = hashlib.blake2b(digest_size=16)
-    seen = set()
+    numbers: dict[int, int] = {}
     for instance in meshes.instances:
         mesh = instance.mesh
-        digest.update(np.array(instance.place, np.float64).tobytes())
-        if id(mesh) not in seen:
-            seen.add(id(mesh))
+        if id(mesh) not in numbers:
+            numbers[id(mesh)] = len(numbers)
             for part in (mesh.vertices, mesh.triangles):
                 digest.update(np.ascontiguousarray(part).data)
-        digest.update(len(seen).to_bytes(4, "little"))
+        digest.update(numbers[id(mesh)].to_bytes(4, "little"))
+        digest.update(np.array(instance.place, np.float64).tobytes())
     return digest.digest()
 
 

@@ -86,8 +86,8 @@ def _from_above(
     water: LampWater | None,
 ) -> float:
     """Stops of a camera over the water, or with the waterline on its glass."""
-    column, pairs = optics.view.column, cameras.camera_rays(scene, camera, *_GRID)
-    origin, direction = (np.array(x, dtype=np.float64) for x in zip(*pairs, strict=True))
+    column = optics.view.column
+    origin, direction = cameras.ray_arrays(scene, camera, *_GRID)
     forward = np.array(camera.matrix_world.to_quaternion() @ Vector((0.0, 0.0, -1.0)))
     glass = origin[:, 2] + PORT * direction[:, 2] / np.maximum(direction @ forward, _OBLIQUE)
     n = np.where((glass > 0) & column.reflects, column.refractive_index, 1.0)

@@ -194,9 +194,8 @@ def trace_view(
     """
     depsgraph = bpy.context.evaluated_depsgraph_get()
     meshes = Meshes(depsgraph, scene_water.objects(scene))
-    pairs = cameras.camera_rays(scene, camera.evaluated_get(depsgraph), *grid)
-    origin, direction = (np.array(x, dtype=np.float64) for x in zip(*pairs, strict=True))
-    first = _first_seen(origin, direction, column, meshes)
+    rays_of_view = cameras.ray_arrays(scene, camera.evaluated_get(depsgraph), *grid)
+    first = _first_seen(*rays_of_view, column, meshes)
     return _with_shadows(first.subsample(rays), column, cone, meshes, skyward, steps)
 
 

@@ -98,7 +98,9 @@ class Surroundings:
             return None
         low = np.maximum(self.coarse.grid.lower, self.eyes.min(axis=0) - _CLOSE)
         high = np.minimum(self.coarse.grid.upper, self.eyes.max(axis=0) + _CLOSE)
-        grid = _coarse_grid(low, high) if (high > low).all() else self.coarse.grid
+        if not (high > low).all():
+            return None
+        grid = _coarse_grid(low, high)
         if grid.cell >= self.coarse.grid.cell:
             return None
         return _on_ground(_voxels(self.things, grid, self.samples), self.eyes)
@@ -136,15 +138,13 @@ class Surroundings:
     @functools.cached_property
     def _overhung(self) -> tuple[Array, Array]:
         """Box around the water that something overhangs; empty without."""
-        low, high = self.coarse.under_things(self.eyes)
-        if self._close is not None:
-            ends = self._close.under_things(self.eyes)
-            if not (high > low).all():
-                low, high = ends
-            elif (ends[1] > ends[0]).all():
-                low, high = np.minimum(low, ends[0]), np.maximum(high, ends[1])
-        if not (high > low).all():
-            return low, high
+        looked_at = [voxels for voxels in (self.coarse, self._close) if voxels is not None]
+        boxes = [voxels.under_things(self.eyes) for voxels in looked_at]
+        found = [box for box in boxes if (box[1] > box[0]).all()]
+        if not found:
+            return boxes[0]
+        low = np.min([box[0] for box in found], axis=0)
+        high = np.max([box[1] for box in found], axis=0)
         if len(self._seabed):
             # Below it, beyond its border, there is nothing to be seen.
             deepest = np.quantile(self.coarse.centre[self._seabed, 2], _DEEPEST)
@@ -211,10 +211,8 @@ def look_around(
 def _on_ground(voxels: SurfaceVoxels, eyes: Array) -> SurfaceVoxels:
     """Surfaces whose lowest ones below all eyes are the ground, if most columns have such."""
     height = float(eyes[:, 2].min(initial=np.inf))
-    full = voxels.number >= 0
-    lowest = voxels.grid.lower[2] + (full.argmax(axis=2) + 0.5) * voxels.grid.cell
-    below = full.any(axis=2) & (lowest < height)
-    return replace(voxels, ground_below=height) if below.mean() >= _COVERED else voxels
+    covered = (voxels.lowest < height).mean() >= _COVERED
+    return replace(voxels, ground_below=height) if covered else voxels
 
 
 def in_the_water(eye: Sequence[float]) -> tuple[float, ...]:

@@ -18,7 +18,6 @@ import bpy
 ROOT = Path(__file__).resolve().parent.parent
 OUT = ROOT / "out" / "photographs"
 PACKAGE = "underwater_spectral"
-_DRAFT = ("--samples", "4", "--bands", "3", "--resolution", "320", "180")
 CYCLES = ("--engine", "cycles", "--band-placement", "optimised", "--denoise")
 REALTIME = ("--engine", "eevee", "--mode", "realtime", "--band-placement", "optimised")
 _ALL = (
@@ -127,18 +126,18 @@ PHOTOGRAPHS = {
 }  # fmt: skip
 
 
-def build(name: str, path: Path, detail: str) -> None:
+def build(name: str, path: Path) -> None:
     """Build the scene of a photograph and store it."""
     photograph = PHOTOGRAPHS[name]
     scenes = importlib.import_module(f"{PACKAGE}.examples.scenes")
     cameras = importlib.import_module(f"{PACKAGE}.examples.parts.cameras")
     rigs = importlib.import_module(f"{PACKAGE}.scene.lamp_rigs")
-    scenes.build_scene(photograph.scene, detail=detail)
+    scenes.build_scene(photograph.scene, detail=photograph.detail)
     scene = bpy.context.scene
     for item in scene.objects:
         if item.parent is None:
             item.location.z += photograph.raised
-        item.hide_render = item.name.startswith(tuple(photograph.hidden) or "\0")
+        item.hide_render = item.name.startswith(tuple(photograph.hidden))
     scene.camera = cameras.camera(name, photograph.eye, photograph.target, photograph.lens)
     bpy.context.view_layer.update()
     if photograph.rig:
@@ -147,7 +146,7 @@ def build(name: str, path: Path, detail: str) -> None:
     bpy.ops.wm.save_as_mainfile(filepath=str(path), copy=True, compress=True)
 
 
-def render(name: str, start: Callable[[], object], draft: bool = False) -> Path:
+def render(name: str, start: Callable[[], object]) -> Path:
     """Render a photograph, or go on with it; return the path of its PNG.
 
     Parameters
@@ -156,19 +155,17 @@ def render(name: str, start: Callable[[], object], draft: bool = False) -> Path:
         One of :data:`PHOTOGRAPHS`.
     start : callable
         Registers the extension in an empty file.
-    draft : bool
-        Small, noisy, in three bands: to look at the composition.
     """
     photograph = PHOTOGRAPHS[name]
-    folder = OUT / ("draft" if draft else "final") / name
+    folder = OUT / name
     scene = folder.with_suffix(".blend")
-    if draft or not scene.exists():
+    if not scene.exists():
         start()
-        build(name, scene, "panel" if draft else PHOTOGRAPHS[name].detail)
+        build(name, scene)
     size = tuple(map(str, photograph.size))
     options = [*_ALL, *photograph.engine, *photograph.options, "--samples", str(photograph.samples)]
     options += ["--bands", str(photograph.bands)]
-    options += ["--resolution", *size, *(_DRAFT if draft else ("--resume",))]
+    options += ["--resolution", *size, "--resume"]
     command = [sys.executable, ROOT / "render_bands.py", scene, *options, "--out", folder]
     subprocess.run(list(map(str, command)), check=True)
     return folder / "0001.png"

@@ -63,7 +63,7 @@ class ShadeBox:
             at = (x - low) * self.per_metre
             inside = m.clamp(at, 0.0, last - 2.0 * _RING)
             off = at - inside
-            places.append(inside + _RING + off / (m.maximum(off, -off) + FADE))
+            places.append(inside + _RING + off / (m.absolute(off) + FADE))
         return places
 
     def mixed(
@@ -243,9 +243,11 @@ def _sides(texels: Array, valid: NDArray[np.bool_]) -> Array:
 
 def _ringed(texels: Array, beyond: Array) -> Array:
     """Put cells with the light beyond (TILES, 3) around those of a grid."""
-    around = [(0, 0), *[(_RING, _RING)] * 3, (0, 0)]
-    inner = np.pad(np.ones(texels.shape[1:4], bool), _RING)
-    return np.where(inner[..., None], np.pad(texels, around), beyond[:, None, None, None])
+    nx, ny, nz = (n + 2 * _RING for n in texels.shape[1:4])
+    ringed = np.tile(beyond[:, None, None, None], (1, nx, ny, nz, 1))
+    inner = slice(_RING, -_RING)
+    ringed[:, inner, inner, inner] = texels
+    return ringed
 
 
 def without_shade(bands: int) -> ShadeTable:

@@ -75,12 +75,19 @@ class SurfaceVoxels:
     @functools.cached_property
     def _water(self) -> NDArray[np.bool_]:
         """Voxels that are free, and not in the ground."""
+        lowest = self.lowest[..., None]
+        in_ground = (self._heights < lowest) & (lowest < self.ground_below)
+        return (self.number < 0) & ~in_ground
+
+    @property
+    def _heights(self) -> Array:
+        return self.grid.lower[2] + (np.arange(self.grid.shape[2]) + 0.5) * self.grid.cell
+
+    @functools.cached_property
+    def lowest(self) -> Array:
+        """Height of the lowest full voxel of each column, m, infinite without, shape (nx, ny)."""
         full = self.number >= 0
-        lowest = full.argmax(axis=2)
-        height = self.grid.lower[2] + (lowest + 0.5) * self.grid.cell
-        on_ground = full.any(axis=2) & (height < self.ground_below)
-        in_ground = np.arange(full.shape[2]) < np.where(on_ground, lowest, 0)[..., None]
-        return ~full & ~in_ground
+        return np.where(full.any(axis=2), self._heights[full.argmax(axis=2)], np.inf)
 
     @functools.cached_property
     def roofed(self) -> NDArray[np.bool_]:
