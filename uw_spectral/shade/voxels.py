@@ -81,7 +81,8 @@ class SurfaceVoxels:
 
     @property
     def _heights(self) -> Array:
-        return self.grid.lower[2] + (np.arange(self.grid.shape[2]) + 0.5) * self.grid.cell
+        steps = np.arange(self.grid.shape[2], dtype=np.float64) + 0.5
+        return self.grid.lower[2] + steps * self.grid.cell
 
     @functools.cached_property
     def lowest(self) -> Array:
