@@ -191,12 +191,12 @@ def scattered_more(
     profile, P = water.spread.profile(lamp.profile), ray.far - ray.near
     beam = lamp.profile.beam
     end = m.maximum(ray.near, 0.0) + water.reach
-    last = m.minimum(ray.far, m.maximum(end, ray.near))
+    last = m.maximum(m.minimum(ray.far, m.maximum(end, ray.near)), ray.first)
     beyond = m.maximum(end, last)
     passed = m.exp(-water.c * P)
 
     def before_the_end(place: Operand, share: Operand) -> tuple[Operand]:
-        node = _node(lamp, ray, beam, ray.near, last, place, share, m)
+        node = _node(lamp, ray, beam, ray.first, last, place, share, m)
         return (node.weight * node.light(profile, water, 0.0, m),)
 
     def beyond_the_end(place: Operand, share: Operand) -> tuple[Operand]:
