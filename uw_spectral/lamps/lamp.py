@@ -86,6 +86,8 @@ class RayPastLamp:
         Cosine between the lamp's axis and the direction to the nearest point, and the ray.
     nearest, w : three floats or arrays
         The nearest point as seen from the lamp, m; the direction of the ray.
+    before_thing : bool
+        Whether no light comes from beyond the end.
     """
 
     t0: Operand
@@ -98,6 +100,7 @@ class RayPastLamp:
     along: Operand
     nearest: Sequence[Operand]
     w: Sequence[Operand]
+    before_thing: bool = False
 
     def place(self, s: Operand) -> tuple[Operand, ...]:
         """Return the place at a distance along the ray from the nearest, as the lamp sees it."""
@@ -127,8 +130,9 @@ def ray_past_lamp(
     m : Mathematics
         Elementary functions.
     before_thing : bool
-        Whether a thing is at the end: light that things throw back counts where it is bent by more
-        than :data:`THING`, what is bent by less is that of the thing.
+        Whether a thing is at the end, which keeps light from beyond it away: light that things
+        throw back counts where it is bent by more than :data:`THING`, what is bent by less is that
+        of the thing.
 
     Examples
     --------
@@ -147,7 +151,9 @@ def ray_past_lamp(
     near = first = 0.0 - t0
     if before_thing:
         first = m.maximum(near, 0.0 - h * (_COTANGENT / (lamp.thrown + _SMALLEST)))
-    return RayPastLamp(t0, h, near, P - t0, first, offset, across, along, (x, y, z), tuple(w))
+    return RayPastLamp(
+        t0, h, near, P - t0, first, offset, across, along, (x, y, z), tuple(w), before_thing
+    )
 
 
 def lamp_disc(lamp: Lamp, ray: RayPastLamp, c: Operand, m: Mathematics = NUMPY) -> Operand:

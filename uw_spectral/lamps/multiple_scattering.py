@@ -9,6 +9,7 @@ Q(x, χ) = e^{-x (1 - χ)} - e^{-x} (1 + x χ), l the path from the lamp over th
 Θ the deflection there, Φ' the profile blurred by the scatterings on both legs
 (:mod:`.angular_spread`). A path that ends after P takes what comes from the whole ray, less what
 comes from beyond as it is seen from its end: light scattered far ahead is scattered again nearby.
+A thing at the end keeps that away.
 
 What comes from outside the beam of a lamp had left it inside, and was bent by the angle δ between
 besides, across Θ as often as along it: cos Θ cos δ stands in place of cos Θ there.
@@ -205,6 +206,8 @@ def scattered_more(
         return (node.weight * (here - passed * there),)
 
     near = integrate(MORE_NODES, before_the_end)[0]
+    if ray.before_thing:
+        return near
     return m.maximum(near + integrate(BEYOND_NODES, beyond_the_end)[0], 0.0)
 
 

@@ -88,6 +88,20 @@ def test_light_of_a_thing_that_is_seen_begins_beyond_ten_degrees():
     assert ray_past_lamp(lamp, *ray, before_thing=True).first == before.near
 
 
+def test_no_light_comes_through_a_wall():
+    """A thing in the shadow of a wall is seen without a lamp's glow, which is beyond both."""
+    toward = -shadow_directions()[:, 2]
+    wall = shadow_map(np.where(toward > 0, 0.8 / np.maximum(toward, 1e-9), np.inf))
+    lamp = Lamp((0.1, 0.0, 5.0), (0.0, 0.0, -1.0), np.ones(1), SPOT, 1e-3, shadow=wall)
+    water = lamp_water([0.06], [0.36], PHASE)
+    ray = (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), 4.0
+    seen, open_water = (
+        float(sum(lamp_light(lamp, ray_past_lamp(lamp, *ray, before_thing=thing), water))[0])
+        for thing in (True, False)
+    )
+    assert seen < 1e-3 * open_water
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(("a", "b"), [(0.06, 0.36), (0.3, 0.3)])
 def test_water_over_a_lit_floor_against_photons(a, b):
