@@ -400,15 +400,15 @@ picture's light that a thing has thrown back.
 {photons}
 
 Wanted were a mean of 2, and backscatter within 5 % in the median and 15 % for 95 %. In clear water
-(I) and with the sun (IB) the mean is met; backscatter is in the median, its 95 % in I only.
+(I, IB) the mean is met, and backscatter too, but for its 95 % beside the sun.
 
 In II and 3C most of what the water takes away of blue and green is scattered, often many times, and
 neither reference knows blocks of {_BLOCK} × {_BLOCK} well enough to tell: their own noise is half
-of the ΔE2000 or more. Much of the light comes in rare, very bright samples: three times the samples
-of Cycles hardly lowered its noise. Its pictures are as bright as photons' within 5 %, but single
-blocks of open water differ by 14 to 26 % in the median. Bounces are not its limit: it follows
-{MOST_BOUNCES}, photons are followed over 400. In the coarse blocks vehicles' lamps a metre beside
-the camera in II, and the strobe, are about as near as the references' noise.
+of the ΔE2000 or more. Much of the light comes in rare, very bright samples. Cycles' pictures are as
+bright as photons' within 5 %, but single blocks of open water differ by 14 to 26 % in the median.
+Bounces are not the limit: Cycles follows {MOST_BOUNCES}, photons are followed over 400. In the
+coarse blocks the vehicle with lamps 1 m beside in II and the strobe differ from photons by about
+the noise of these.
 
 What things throw back is up to three fifths of the light: sand lights the water over it, ball and
 box. {COUNT} lamps stand for it ([physics.md](physics.md#lamps)); sixty would bring up to a tenth
