@@ -1,7 +1,8 @@
 """Lamps in the water as node groups read them: one image, looped over.
 
-A row of the image holds the places of the quadratures; then come two rows for each lamp, its
-numbers and its profile; then, with a margin of one texel, tables of each triple of bands: the
+A row of the image holds the places of the quadratures; then come two rows for each lamp, and each
+that stands for things that throw light back: its numbers and its profile; then, with a margin of
+one texel, tables of each triple of bands: the
 spread of scattered light, and for each lamp its blurred profile; and a map of how far it shines
 into the water. Light in the water, and on things, is computed for three bands at a time. Shadows
 on things are EEVEE's own: a lamp of one colour stands for each, so faint beside the sun that it is
@@ -58,6 +59,8 @@ NUMBERS = (REACH, SUNLIT, CODE)
 SAMPLES = 256
 CODES = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 """Colours of the lamps that cast shadows; the first is the sun's where it shines."""
+NO_SHADOW = (0.0, 0.0, 0.0)
+"""In place of the colour of what stands for things."""
 _POSITION, _AXIS, _FORM, _COLOUR, _SEEN, _INTENSITY = range(6)
 _OF_LAMP = 2  # rows
 _QUADRATURES = (PATH_NODES, MORE_NODES, BEYOND_NODES)
@@ -126,7 +129,7 @@ def _pixels(
         edge = NO_EDGE if lamp.profile.edge is None else lamp.profile.edge
         numbers[_POSITION, :3], numbers[_AXIS, :3] = lamp.position, lamp.axis
         numbers[_FORM, :3] = lamp.radius, edge, lamp.profile.beam
-        numbers[_COLOUR, :3], numbers[_SEEN, :3] = colour, lamp.seen
+        numbers[_COLOUR, :3], numbers[_SEEN, :3] = colour, (lamp.seen, lamp.thrown, 0.0)
         triples = np.pad(lamp.intensity, (0, -len(lamp.intensity) % 3), mode="edge").reshape(-1, 3)
         numbers[_INTENSITY : _INTENSITY + len(triples), :3] = triples
         profile[:SAMPLES, 0] = lamp.profile.sampled(SAMPLES)
@@ -262,8 +265,8 @@ class LampTable:
         shadow = _ImageShadow(self.graph, self.image, 0.0, blurred + float(_PROFILE_ROWS))
         profile = _ImageProfile(self.graph, self.image, row + 1.0, edge, beam, blurred)
         intensity = 1.0 if triple is None else self._at(triple + float(_INTENSITY), row)
-        seen = self.graph.components(self._at(_SEEN, row))[0]
-        return Lamp(position, axis, intensity, profile, radius, seen, shadow)
+        seen, thrown, _ = self.graph.components(self._at(_SEEN, row))
+        return Lamp(position, axis, intensity, profile, radius, seen, shadow, thrown)
 
     def integrate(
         self, count: int, term: Callable[[Operand, Operand], tuple[Operand, ...]]
@@ -309,7 +312,7 @@ def build_path(
 
     def of_lamp(index: NodeValue) -> tuple[NodeValue]:
         lamp = table.lamp(index, given[TRIPLE])
-        ray = ray_past_lamp(lamp, origin, w, P, NODES)
+        ray = ray_past_lamp(lamp, origin, w, P, NODES, before_thing=not ahead)
         once, more = lamp_light(lamp, ray, water, NODES, table.integrate)
         return (once + more + lamp_disc(lamp, ray, water.c, NODES),)
 
@@ -332,7 +335,7 @@ def build_patch(
         lamp = table.lamp(index, given[TRIPLE])
         patch = patch_past_lamp(lamp, here, normal, NODES)
         direct, forward, diffuse = surface_irradiance(lamp, patch, water, NODES)
-        seen = given[VISIBILITY].dot(table.colour(index))
+        seen = given[VISIBILITY].dot(table.colour(index)) + lamp.thrown
         return ((direct + forward) * seen + diffuse,)
 
     return _finished(tree, graph, summed(graph, table.count, of_lamp)[0])

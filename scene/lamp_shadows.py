@@ -1,54 +1,74 @@
-"""How far the lamps of a scene shine into its water before they meet a thing."""
+"""What the lamps of a scene shine on, and how far into its water."""
 
 from __future__ import annotations
 
 import hashlib
-from dataclasses import replace
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
 
 import bpy
 import numpy as np
-from numpy.typing import NDArray
 
 from ..node_groups.node_mathematics import MARK
 from ..uw_spectral.lamps.angular_spread import Grid
 from ..uw_spectral.lamps.lamp import Lamp
 from ..uw_spectral.lamps.lamp_shadow import shadow_directions, shadow_map
-from .lamps import SceneLamps
+from .lamps import SceneLamps, SeenByLamp
+from .mean_colours import Rgb, mean_colour
 from .ray_casting import Meshes
 
 
+@dataclass(frozen=True, eq=False)
+class _Map:
+    """What lies around a lamp."""
+
+    seen: SeenByLamp
+    shadow: Grid
+
+
 class KeptLampShadows:
-    """Maps of the shadows of lamps, computed again where the lamp or a thing has moved."""
+    """Maps around lamps, computed again where the lamp or a thing has changed."""
 
     def __init__(self) -> None:
         self._things = b""
-        self._maps: dict[tuple[float, ...], Grid] = {}
+        self._maps: dict[tuple[float, ...], _Map] = {}
 
     def of(self, scene: bpy.types.Scene, found: SceneLamps) -> SceneLamps:
-        """Return lamps of a scene that know how far they shine at its current frame."""
+        """Return lamps of a scene that know what they shine on at its current frame."""
         shining = [lamp for lamp in found.lamps if np.any(lamp.intensity)]
         if not shining:
             self._maps = {}
             return found
         without = [item for item in scene.objects if MARK in item or not item.visible_shadow]
         meshes = Meshes(bpy.context.evaluated_depsgraph_get(), without)
-        things = _digest(meshes)
+        colours = _colours(meshes)
+        things = _digest(meshes, colours)
         known = self._maps if things == self._things else {}
         self._things, self._maps = things, {}
         for lamp in shining:
             key = _key(lamp)
             if key not in self._maps:
-                self._maps[key] = known.get(key) or shadow_map(_clear(meshes, lamp))
-        lamps = tuple(replace(lamp, shadow=self._maps.get(_key(lamp))) for lamp in found.lamps)
-        return replace(found, lamps=lamps)
+                self._maps[key] = known.get(key) or _around(meshes, lamp, colours)
+        maps = [self._maps[_key(lamp)] if np.any(lamp.intensity) else None for lamp in found.lamps]
+        lamps = tuple(
+            lamp if near is None else replace(lamp, shadow=near.shadow)
+            for lamp, near in zip(found.lamps, maps, strict=True)
+        )
+        return replace(found, lamps=lamps, seen=tuple(near and near.seen for near in maps))
 
 
 def _key(lamp: Lamp) -> tuple[float, ...]:
     return (*(float(x) for x in lamp.position), float(lamp.radius))
 
 
-def _digest(meshes: Meshes) -> bytes:
-    """Digest of all surfaces in their places."""
+def _colours(meshes: Meshes) -> dict[bpy.types.Material | None, Rgb]:
+    """Mean colours of all materials."""
+    found: Iterable[bpy.types.Material | None] = (m for i in meshes.instances for m in i.materials)
+    return {material: mean_colour(material) for material in {None, *found}}
+
+
+def _digest(meshes: Meshes, colours: dict[bpy.types.Material | None, Rgb]) -> bytes:
+    """Digest of all surfaces in their places and colours."""
     digest = hashlib.blake2b(digest_size=16)
     numbers: dict[int, int] = {}
     for instance in meshes.instances:
@@ -58,13 +78,18 @@ def _digest(meshes: Meshes) -> bytes:
             for part in (mesh.vertices, mesh.triangles):
                 digest.update(np.ascontiguousarray(part).data)
         digest.update(numbers[id(mesh)].to_bytes(4, "little"))
-        digest.update(np.array(instance.place, np.float64).tobytes())
+        shown = [colours[material] for material in instance.materials]
+        for part in (instance.place, shown):
+            digest.update(np.array(part, np.float64).tobytes())
     return digest.digest()
 
 
-def _clear(meshes: Meshes, lamp: Lamp) -> NDArray[np.float64]:
-    """Distances in m to the first things, infinite without."""
+def _around(meshes: Meshes, lamp: Lamp, colours: dict[bpy.types.Material | None, Rgb]) -> _Map:
+    """Look around a lamp."""
     directions, radius = shadow_directions(), float(lamp.radius)
     origin = np.asarray(lamp.position, np.float64) + directions * radius
     hits = meshes.first(origin, directions, np.full(len(directions), np.inf))
-    return np.array([np.inf if hit is None else hit.distance + radius for hit in hits])
+    distances = np.array([np.inf if hit is None else hit.distance + radius for hit in hits])
+    normals = np.array([(0.0, 0.0, 1.0) if hit is None else hit.normal for hit in hits])
+    base = np.array([colours[None if hit is None else hit.material] for hit in hits])
+    return _Map(SeenByLamp(distances, normals, base), shadow_map(distances))

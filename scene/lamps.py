@@ -23,23 +23,25 @@ from ..uw_spectral.lamps.emission import (
 )
 from ..uw_spectral.lamps.ies import read_ies
 from ..uw_spectral.lamps.lamp import Lamp
+from ..uw_spectral.lamps.multiple_scattering import LampWater
 from ..uw_spectral.lamps.profile import (
+    LAMBERT,
     IsotropicProfile,
     Profile,
     SpotProfile,
-    TableProfile,
     profile_from_csv,
     rov_lamp,
 )
+from ..uw_spectral.lamps.thrown_back import LitThings, thrown_back
 from ..uw_spectral.spectra.bands import Bands
 from ..uw_spectral.spectra.illuminant import RELATIVE, full_sun
+from ..uw_spectral.spectra.reflectance import uplift_basis
 from . import cameras, scene_water
 from .lamp_files import KINDS, PROFILE, SPECTRUM, LampFile, files_of
 from .stored_lamps import ROV, stored_lamp
 
 _POINTS = 24
 """Of a measured profile."""
-_LAMBERT = TableProfile(np.array([0.0, 1.0]), np.array([0.0, 1.0]))
 _RAYS = (12, 8)
 _LAYERS, _STEP = 4, 1e-3  # of the water's own things that a ray passes; m behind each
 _FORM = ("shadow_soft_size", "spot_size", "spot_blend", "shape", "size", "size_y")
@@ -47,18 +49,71 @@ _DOWN = Vector((0.0, 0.0, -1.0))
 
 
 @dataclass(frozen=True, eq=False)
+class SeenByLamp:
+    """What lies in the directions of a map from a lamp (:func:`.shadow_directions`).
+
+    Attributes
+    ----------
+    distances : array, shape (SIDE²,)
+        m; infinite where nothing is.
+    normals, colours : array, shape (SIDE², 3)
+        Unit vectors towards the lamp; mean base colours, linear Rec.709.
+    """
+
+    distances: NDArray[np.float64]
+    normals: NDArray[np.float64]
+    colours: NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
 class SceneLamps:
-    """Lamps of a scene that light its water, and the objects they come from."""
+    """Lamps of a scene that light its water, and the objects they come from.
+
+    Attributes
+    ----------
+    objects : tuple of Object
+    lamps : tuple of Lamp
+    notes : tuple of str
+    seen : tuple of SeenByLamp or None
+        What each of them lights, where that is known.
+    thrown : tuple of Lamp
+        What stands for the things that throw their light back.
+    """
 
     objects: tuple[bpy.types.Object, ...] = ()
     lamps: tuple[Lamp, ...] = ()
     notes: tuple[str, ...] = ()
+    seen: tuple[SeenByLamp | None, ...] = ()
+    thrown: tuple[Lamp, ...] = ()
+
+    @property
+    def all(self) -> tuple[Lamp, ...]:
+        """The lamps, and what stands for things."""
+        return self.lamps + self.thrown
 
     def of_bands(self, indices: Sequence[int]) -> SceneLamps:
         """Return the lamps in some of the bands."""
         chosen = list(indices)
-        lamps = tuple(replace(lamp, intensity=lamp.intensity[chosen]) for lamp in self.lamps)
-        return replace(self, lamps=lamps)
+        lamps, thrown = (
+            tuple(replace(lamp, intensity=lamp.intensity[chosen]) for lamp in part)
+            for part in (self.lamps, self.thrown)
+        )
+        return replace(self, lamps=lamps, thrown=thrown)
+
+    def with_thrown_back(
+        self, water: LampWater, bands: Bands, camera: Sequence[float]
+    ) -> SceneLamps:
+        """Return them with what stands for the things they light, seen by a camera in m."""
+        if not self.lamps:
+            return self
+        basis = uplift_basis(bands).T
+        known = [(one, near) for one, near in zip(self.lamps, self.seen, strict=True) if near]
+        things = [
+            LitThings(near.distances, near.normals, np.clip(near.colours @ basis, 0.0, 1.0))
+            for _, near in known
+        ]
+        thrown = thrown_back([lamp for lamp, _ in known], things, water, camera)
+        return replace(self, thrown=thrown)
 
 
 def objects_of(scene: bpy.types.Scene) -> list[bpy.types.Object]:
@@ -227,7 +282,7 @@ def _profile(light: bpy.types.Light, chosen: str, file: LampFile | None) -> Prof
     if light.type == "SPOT":
         return SpotProfile(min(light.spot_size, math.pi), light.spot_blend)
     if light.type == "AREA":
-        return _LAMBERT
+        return LAMBERT
     return IsotropicProfile()
 
 

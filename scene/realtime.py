@@ -268,7 +268,7 @@ def realtime_water(
         len(column.bands), tuple(phase.components), 0, column.reflects, shafts,
         # Lamps need the colours that tell those of the light from above apart.
         diffuse_shadows=diffuse_shadows and solved is None and not lamps.lamps, sky=column.sky,
-        shade=shade is not None, lamps=len(lamps.lamps), above=above is not None,
+        shade=shade is not None, lamps=len(lamps.all), above=above is not None,
     )  # fmt: skip
     light, table = {}, None
     if solved is None:
@@ -392,7 +392,7 @@ def add_realtime(scene: bpy.types.Scene, water: RealtimeWater, extent: WaterExte
     values = realtime_values.build(shape)
     shade = None if water.shade is None else realtime_shade.new_image()
     count = len(water.lamps.lamps)
-    lit = realtime_lamps.new_image(count, shape.triples) if count else None
+    lit = realtime_lamps.new_image(shape.lamps, shape.triples) if count else None
     rays = realtime_refraction.build(values, images) if shape.above else None
     tables = TableImages(table, shade, lit, rays)
     surface = realtime_surface.build(values, shape, images, tables)
@@ -500,7 +500,8 @@ def _set_lamps(scene: bpy.types.Scene, water: RealtimeWater, around: LampWater) 
     codes = realtime_lamps.CODES[int(numbers[realtime_lamps.SUNLIT]) :]
     groups = grouped([lamp.position for lamp in lamps], len(codes))
     colours = [codes[group] for group in groups]
-    realtime_lamps.write_lamps(scene_water.part(scene, _LAMPS), lamps, colours, around)
+    shown = colours + [realtime_lamps.NO_SHADOW] * len(water.lamps.thrown)
+    realtime_lamps.write_lamps(scene_water.part(scene, _LAMPS), water.lamps.all, shown, around)
     for item, lamp, colour in zip(scene_water.followers(scene), lamps, colours, strict=True):
         code = numbers[realtime_lamps.CODE]
         realtime_lamps.write_shadow_lamp(item.data, lamp, colour, code)

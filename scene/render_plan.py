@@ -208,12 +208,15 @@ class RenderPlan(ResolvedOptics):
             # What the sensor sees decides, in band passes too, so that they agree.
             seen = self.reduction(depth, self.lamplight(scene, camera or scene.camera)).weights
             shaded = shade.table_of(around, self.bands, solved, seen, depth, kept)
+        viewer = camera or scene.camera
+        place = (0.0, 0.0, -depth) if viewer is None else tuple(viewer.matrix_world.translation)
+        lamps = kept.lamp_shadows.of(scene, self.lamps(scene))
+        lamps = lamps.with_thrown_back(self.lamp_water(max(depth, 0.0)), self.bands, place)
         water = realtime_water(
             over.column, self.phase, depth, weights, solved=solved,
             shafts=self.draws_shafts, diffuse_shadows=chosen.diffuse_shadows,
             reflectances=reflectances, inelastic=over.inelastic, shade=shaded,
-            lamps=kept.lamp_shadows.of(scene, self.lamps(scene)),
-            above=_view_from_air(camera or scene.camera, eyes, in_air),
+            lamps=lamps, above=_view_from_air(viewer, eyes, in_air),
         )  # fmt: skip
         # The scene has that floor already.
         return replace(water, column=self.column, particles=self.particles)

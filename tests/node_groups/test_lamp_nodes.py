@@ -103,7 +103,7 @@ def test_nodes_are_the_formulas(square, tmp_path, profile):
     # A wall 2.5 m below the lamp keeps its light from what is beyond.
     down = -shadow_directions()[:, 2]
     wall = shadow_map(np.where(down > 0.0, 2.5 / np.maximum(down, 1e-9), np.inf))
-    lamp = Lamp((0.2, 0.0, 1.0), axis, np.array(INTENSITY), profile, 0.02, shadow=wall)
+    lamp = Lamp((0.2, 0.0, 1.0), axis, np.array(INTENSITY), profile, 0.02, shadow=wall, thrown=1.0)
     # The second lamp of two and the second triple of two are looked up.
     six = np.concatenate([np.zeros(3), INTENSITY])
     b = np.concatenate([np.full(3, 9.0), WATER.b])
@@ -118,12 +118,17 @@ def test_nodes_are_the_formulas(square, tmp_path, profile):
         once, more = lamp_light(lamp, ray, water, m, integrate)
         return once + more
 
+    def before_a_thing(m, x, y, lamp, water, integrate):
+        # What is bent by less than ten degrees is left out.
+        ray = ray_past_lamp(lamp, (x, 0.1, y - 3.0), (0.0, 0.0, 1.0), 6.0, m, before_thing=True)
+        return sum(lamp_light(lamp, ray, water, m, integrate))
+
     def surface(m, x, y, lamp, water, integrate):
         del integrate
         patch = patch_past_lamp(lamp, (x, y, 0.0), (0.0, 0.0, 1.0), m)
         return sum(surface_irradiance(lamp, patch, water, m))
 
-    for formula in (path, surface):
+    for formula in (path, before_a_thing, surface):
 
         def nodes(graph, position, formula=formula):
             x, y, _ = graph.components(position)

@@ -28,10 +28,12 @@ from underwater_spectral.uw_spectral.errors import InputError
 from underwater_spectral.uw_spectral.lamps.grouping import grouped
 from underwater_spectral.uw_spectral.lamps.lamp import ray_past_lamp
 from underwater_spectral.uw_spectral.lamps.multiple_scattering import lamp_light, lamp_water
+from underwater_spectral.uw_spectral.lamps.thrown_back import COUNT
 from underwater_spectral.uw_spectral.spectra.bands import Bands
 from underwater_spectral.uw_spectral.spectra.illuminant import ABSOLUTE, RELATIVE, full_sun
 from underwater_spectral.uw_spectral.spectra.reflectance import emission_basis
 from underwater_spectral.uw_spectral.spectra.spectral_image import read_exr
+from underwater_spectral.uw_spectral.water.phase import seawater_mixture
 
 BANDS = Bands.uniform(3)
 DEPTH = 20.0
@@ -244,6 +246,32 @@ def test_shadows_are_computed_again_where_something_moved(scene, monkeypatch):
     assert moved() == 0
     other.data.energy = 10.0
     assert moved() == 1
+
+
+def test_what_lamps_light_throws_light_back(scene):
+    """The wall does, in the colour that it has now, also where maps are kept."""
+    _lamp((0.0, 1.0, -DEPTH))
+    (node,) = (n for n in bpy.data.materials["wall"].node_tree.nodes if n.type == "BSDF_DIFFUSE")
+    water = lamp_water([0.1] * 3, [0.1] * 3, seawater_mixture([1.0] * 3, [0.02] * 3))
+    kept = KeptLampShadows()
+
+    def thrown(colour):
+        node.inputs["Color"].default_value = (*colour, 1.0)
+        bpy.context.view_layer.update()
+        found = kept.of(scene, lamps.lamps_of(scene, BANDS, RELATIVE))
+        assert found.thrown == ()
+        return found.with_thrown_back(water, BANDS, (0.0, 0.0, -DEPTH)).thrown
+
+    white, red, black = (thrown(c) for c in ((0.8,) * 3, (0.8, 0.0, 0.0), (0.0,) * 3))
+    assert len(white) == len(red) == len(black) == COUNT
+    for one in white:
+        assert one.position[1] == pytest.approx(4.0, abs=1e-3)
+        assert one.axis == pytest.approx((0.0, -1.0, 0.0), abs=1e-3)
+    power = [sum(one.intensity for one in made) for made in (white, red, black)]
+    assert np.all(power[0] > 0)
+    assert 0.8 * power[0][2] < power[1][2] < power[0][2]
+    assert power[1][0] < 0.2 * power[0][0]
+    assert not np.any(power[2])
 
 
 def test_powers_in_lumen_and_watt(scene):

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from ..mathematics import NUMPY, Mathematics, Operand, dot
-from .angular_spread import Lookup
+from .angular_spread import THING, Lookup
 from .lamp_shadow import lit
 from .profile import IsotropicProfile, Profile
 
@@ -16,6 +16,7 @@ NEAREST = 1e-3
 """Distance of a ray from a lamp, over that of its origin, below which it counts as so much: a
 pixel is as wide. A ray that meets the lamp sees the lamp, not the water around it."""
 _SMALLEST = 1e-6  # m
+_COTANGENT = 1.0 / math.tan(THING)
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,6 +39,8 @@ class Lamp:
         1 where the lamp itself is seen, 0 where only its light is.
     shadow : Lookup, optional
         How far it shines into the water (:func:`.shadow_map`); everywhere without.
+    thrown : float
+        1 where it stands for things that throw light back (:func:`.thrown_back`).
     """
 
     position: Sequence[Operand]
@@ -47,6 +50,7 @@ class Lamp:
     radius: Operand = 0.01
     seen: Operand = 1.0
     shadow: Lookup | None = None
+    thrown: Operand = 0.0
 
     def lit(self, place: Sequence[Operand], m: Mathematics = NUMPY) -> Operand:
         """Share of its light that reaches a place seen from it, m; 1 where nothing is known."""
@@ -74,23 +78,29 @@ class RayPastLamp:
         Distance of that point from the lamp, m; at least its radius.
     near, far : float or array
         Distances of the ends of the path from that point, along the ray, m.
+    first : float or array
+        Where light begins to count, likewise; see :func:`ray_past_lamp`.
     offset : float or array
         Distance of the ray from the middle of the lamp, m.
     across, along : float or array
         Cosine between the lamp's axis and the direction to the nearest point, and the ray.
     nearest, w : three floats or arrays
         The nearest point as seen from the lamp, m; the direction of the ray.
+    before_thing : bool
+        Whether no light comes from beyond the end.
     """
 
     t0: Operand
     h: Operand
     near: Operand
     far: Operand
+    first: Operand
     offset: Operand
     across: Operand
     along: Operand
     nearest: Sequence[Operand]
     w: Sequence[Operand]
+    before_thing: bool = False
 
     def place(self, s: Operand) -> tuple[Operand, ...]:
         """Return the place at a distance along the ray from the nearest, as the lamp sees it."""
@@ -103,6 +113,8 @@ def ray_past_lamp(
     w: Sequence[Operand],
     P: Operand,
     m: Mathematics = NUMPY,
+    *,
+    before_thing: bool = False,
 ) -> RayPastLamp:
     """Return where a ray passes a lamp.
 
@@ -117,6 +129,10 @@ def ray_past_lamp(
         Its length, m; finite: 1e6 for one without end.
     m : Mathematics
         Elementary functions.
+    before_thing : bool
+        Whether a thing is at the end, which keeps light from beyond it away: light that things
+        throw back counts where it is bent by more than :data:`THING`, what is bent by less is that
+        of the thing.
 
     Examples
     --------
@@ -132,7 +148,12 @@ def ray_past_lamp(
     h = m.maximum(offset, least)
     across = dot(lamp.axis, (x / h, y / h, z / h))
     along = dot(lamp.axis, w)
-    return RayPastLamp(t0, h, 0.0 - t0, P - t0, offset, across, along, (x, y, z), tuple(w))
+    near = first = 0.0 - t0
+    if before_thing:
+        first = m.maximum(near, 0.0 - h * (_COTANGENT / (lamp.thrown + _SMALLEST)))
+    return RayPastLamp(
+        t0, h, near, P - t0, first, offset, across, along, (x, y, z), tuple(w), before_thing
+    )
 
 
 def lamp_disc(lamp: Lamp, ray: RayPastLamp, c: Operand, m: Mathematics = NUMPY) -> Operand:

@@ -72,7 +72,7 @@ class LitPart:
 
 def lit_part(lamp: Lamp, ray: RayPastLamp, m: Mathematics = NUMPY) -> LitPart:
     """Part of a ray that is in the cone of a lamp; all of it where the lamp has none."""
-    start, end = _scattering_angle(ray.near, ray.h, m), _scattering_angle(ray.far, ray.h, m)
+    start, end = _scattering_angle(ray.first, ray.h, m), _scattering_angle(ray.far, ray.h, m)
     if lamp.profile.edge is not None:
         low, high = _in_cone(ray, lamp.profile.edge, m)
         start, end = m.maximum(start, low), m.minimum(end, high)

@@ -9,6 +9,7 @@ Q(x, χ) = e^{-x (1 - χ)} - e^{-x} (1 + x χ), l the path from the lamp over th
 Θ the deflection there, Φ' the profile blurred by the scatterings on both legs
 (:mod:`.angular_spread`). A path that ends after P takes what comes from the whole ray, less what
 comes from beyond as it is seen from its end: light scattered far ahead is scattered again nearby.
+A thing at the end keeps that away.
 
 What comes from outside the beam of a lamp had left it inside, and was bent by the angle δ between
 besides, across Θ as often as along it: cos Θ cos δ stands in place of cos Θ there.
@@ -191,12 +192,12 @@ def scattered_more(
     profile, P = water.spread.profile(lamp.profile), ray.far - ray.near
     beam = lamp.profile.beam
     end = m.maximum(ray.near, 0.0) + water.reach
-    last = m.minimum(ray.far, m.maximum(end, ray.near))
+    last = m.maximum(m.minimum(ray.far, m.maximum(end, ray.near)), ray.first)
     beyond = m.maximum(end, last)
     passed = m.exp(-water.c * P)
 
     def before_the_end(place: Operand, share: Operand) -> tuple[Operand]:
-        node = _node(lamp, ray, beam, ray.near, last, place, share, m)
+        node = _node(lamp, ray, beam, ray.first, last, place, share, m)
         return (node.weight * node.light(profile, water, 0.0, m),)
 
     def beyond_the_end(place: Operand, share: Operand) -> tuple[Operand]:
@@ -205,6 +206,8 @@ def scattered_more(
         return (node.weight * (here - passed * there),)
 
     near = integrate(MORE_NODES, before_the_end)[0]
+    if ray.before_thing:
+        return near
     return m.maximum(near + integrate(BEYOND_NODES, beyond_the_end)[0], 0.0)
 
 

@@ -264,6 +264,10 @@ class TableProfile(ComparedByContent, Profile):
         return m.interpolate(cosine, self.cosines, self.values)
 
 
+LAMBERT = TableProfile(constant([0.0, 1.0]), constant([0.0, 1.0]))
+"""The cosine from the axis, of half a space: a matt surface."""
+
+
 def rov_lamp() -> TableProfile:
     """Measured profile of a lamp of a remotely operated vehicle (Song et al. 2020).
 
