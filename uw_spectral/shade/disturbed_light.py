@@ -286,7 +286,7 @@ class _Kernel:
 
     def __init__(self, undisturbed: UndisturbedLight, kind: int) -> None:
         self.kind, w = kind, directions()[kind]
-        patches = (np.maximum(AXES @ w.T, 0.0) * (4.0 * math.pi / RAYS)).astype(np.float32).T
+        patches = undisturbed.patch_weights(kind)
         ways, axes = (undisturbed.phase_weights(kind, towards) for towards in (w, AXES))
         patches = np.broadcast_to(patches, (len(ways), *patches.shape))
         self._weights = np.concatenate([patches, ways, axes], axis=2)
