@@ -56,6 +56,9 @@ class UndisturbedLight:
         z = np.where(np.abs(w[:, 2]) < _MU, np.copysign(_MU, w[:, 2]), w[:, 2])
         scattered = field.scattered_along(self._depths, (w[:, 0], w[:, 1], z))
         parts = np.maximum(scattered, 0.0), self._once_along(w, z), self._image_along(w, z)
+        total = parts[0] + parts[1] + parts[2]
+        # Of each direction, at all depths alike.
+        self._bright = (total / total.mean(axis=1, keepdims=True)).mean(axis=0)
         every = np.concatenate(parts, axis=-1).astype(np.float32)
         # What a direction stands for counts, or few of them would miss the brightest.
         means = [np.matmul(_belongs(kind, mean=True), every) for kind in range(SETS)]
@@ -135,10 +138,22 @@ class UndisturbedLight:
         weights[:, straight, np.arange(len(towards))] += np.maximum(left, 0.0)
         return (weights / weights.sum(axis=1, keepdims=True)).astype(np.float32)
 
-    def patch_weights(self, kind: int) -> Light:
-        """Irradiance on patches that face the axes per radiance along directions, (RAYS, 6)."""
+    def patch_weights(self, kind: int) -> tuple[Light, Light]:
+        """Irradiance on patches that face the axes per radiance along directions of a set.
+
+        Returns
+        -------
+        array, shape (n, RAYS, 6)
+            Of light that is spread as the undisturbed is within what a direction stands for.
+        array, shape (RAYS, 6)
+            Of light that is the same throughout.
+        """
+        belongs, bright = _belongs(kind), self._bright.T[..., None]
         cosine = np.maximum(_cells(kind)[1] @ AXES.T, 0.0)
-        return (_belongs(kind) @ cosine * (4.0 * math.pi / _FINE)).astype(np.float32)
+        spread = np.matmul(belongs, bright * cosine) / np.matmul(belongs, bright)
+        share = 4.0 * math.pi / _FINE
+        spread *= share * belongs.sum(axis=1, keepdims=True)
+        return spread.astype(np.float32), (share * belongs @ cosine).astype(np.float32)
 
     def _phase(self, s2: Array) -> Array:
         phase = self._field.phase_at(float(self._depths.mean()))
