@@ -17,7 +17,7 @@ from .probes import RAYS, SETS, directions, spiral
 
 AXES = np.array([(1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0), (0, 0, 1), (0, 0, -1)], float)
 """Ways that patches face, and view directions, for which ratios are kept."""
-_LEVELS = 33  # depths at which the undisturbed light is computed
+_LEVELS = 17  # depths at which the undisturbed light is computed
 _MU = 0.02  # cosine of the most level ray
 _FINE = 2048  # directions for sums over the phase function
 _DARK = 1e-6  # of the brightest light
@@ -54,7 +54,7 @@ class UndisturbedLight:
         w = _cells(0)[1]
         # Level rays are as long as the water is wide; a slight slope does as well.
         z = np.where(np.abs(w[:, 2]) < _MU, np.copysign(_MU, w[:, 2]), w[:, 2])
-        scattered = field.scattered_along(self._depths, (w[:, 0], w[:, 1], z))
+        scattered = tabulate(field).scattered(self._depths[:, None], [*w.T], field.sun)
         parts = np.maximum(scattered, 0.0), self._once_along(w, z), self._image_along(w, z)
         total = parts[0] + parts[1] + parts[2]
         # Of each direction, at all depths alike.
@@ -175,8 +175,7 @@ class UndisturbedLight:
     def _image_along(self, w: Array, z: Array) -> Array:
         """Light of the surface and of the floor, (levels, r, n)."""
         field, up = self._field, w[:, 2] > 0
-        image = np.broadcast_to(field.floor_radiance, (len(w), len(field.light.E))).copy()
-        image[up] = field.surface_radiance(list(w[up].T))
+        image = tabulate(field).boundary_image([*w.T], field.sun)
         ends = np.where(up, 0.0, min(field.floor_depth, 1e6))
         c = field.extinction_between(self._depths[:, None], ends, scaled=True)
         P = np.abs(self._depths[:, None] - ends) / np.abs(z)
