@@ -19,6 +19,7 @@ from ..uw_spectral.mathematics import Operand
 from ..uw_spectral.shade.shade_table import (
     OFF_SURFACE,
     ON_PATCH,
+    PATCHES,
     SCATTERED,
     STEPS,
     TILES,
@@ -34,7 +35,7 @@ NAME = "UW Shade"
 ON_IT = "Shade on It"
 ON_PATH = tuple(f"Shade on the Way {k}" for k in range(STEPS))
 SPECTRUM, REACH = "shade spectrum", "shade reach"
-_SIZES = {"lower": 3, "last": 3, "weight": TILES}
+_SIZES = {"lower": 3, "last": 3, "weight": PATCHES}
 _SMALLEST = 3
 _BEFORE_LAST = 1e-3  # levels from the last position that has a level behind it
 
@@ -144,7 +145,7 @@ class Shade:
         x, y, z = place
         columns, rows, levels = (last + 1.0 for last in self._box.last)
         z = NODES.minimum(z, self._box.last[2] - _BEFORE_LAST)
-        below = self._graph.operation("FLOOR", (z,))
+        below = NODES.floor(z)
         share, row = z - below, below * rows + y
         size = columns * float(TILES), rows * levels
         h = tile * columns + x

@@ -21,6 +21,8 @@ PROBES = 6000
 """Cells of the grid, at most."""
 PATH_PROBES = 30_000
 """The same where one grid serves for all frames of a job."""
+_PATH_CELLS = (0.8, 0.9)
+"""Edges that cells have there rather than that the frames have a grid each, m."""
 _LONGEST = 60.0  # m along each axis, of a camera's path that it serves for
 VOXELS = 3
 """Voxels along a cell of it."""
@@ -270,10 +272,11 @@ def _near(low: Array, high: Array, eyes: Array, ahead: Array) -> Grid:
     if fitting:
         return fitting[0]
     cell, grid = CELLS[-1], whole[-1]
-    for some, most in ((len(eyes), PATH_PROBES), (1, PROBES)):
+    tries = [(len(eyes), PATH_PROBES, longer) for longer in (cell, *_PATH_CELLS)]
+    for some, most, edge in (*tries, (1, PROBES, cell)):
         if 0 < some <= len(eyes):
-            seen = low, high, eyes[:some], ahead[:some], cell
-            grid = Grid.on_lattice(*_before(*seen), cell)
+            seen = low, high, eyes[:some], ahead[:some], edge
+            grid = Grid.on_lattice(*_before(*seen), edge)
             if grid.count <= most:
                 return _grown(grid, *seen)
     while grid.count > PROBES:

@@ -32,14 +32,13 @@ def _table(column, seed=3):
     """Random shade of one spectrum, smooth from cell to cell, in a box about the view."""
     random = np.random.default_rng(seed)
     grid = Grid((-5.0, -2.0, -9.0), 1.0, (10, 9, 8))
-    along = grid.centres() @ random.normal(size=(3, 12)) * 0.5
+    along = grid.centres() @ random.normal(size=(3, tables.TILES)) * 0.5
     mean, share = 0.6 + 0.3 * np.sin(along), 0.2 * np.cos(along)
     ratios = mean[..., None] + share[..., None] * np.array([1.0, 0.2, -0.8])
-    weight = random.uniform(0.5, 1.5, (2, 6))
+    weight = random.uniform(0.5, 1.5, 6)
     light = DisturbedLight(
         grid, np.ones(grid.count, bool), ratios[:, :6], ratios[:, 6:],
-        0.5 + 0.5 * np.sin(along[:, 0]), 0.5 + 0.5 * np.cos(along[:, :6]),
-        weight / weight.sum(axis=1, keepdims=True),
+        0.5 + 0.5 * np.sin(along[:, 0]), 0.5 + 0.5 * np.cos(along[:, :6]), weight / weight.sum(),
     )  # fmt: skip
     return tables.shade_table(light, column.attenuation, np.ones(3))
 
@@ -129,4 +128,6 @@ def test_an_image_of_another_size_takes_the_place_of_one():
     assert tuple(found.size) == (tables.TILES * 12, 11 * 10)
     texels = np.empty(len(found.pixels), np.float32)
     found.pixels.foreach_get(texels)
-    np.testing.assert_array_equal(texels.reshape(110, 144, 4), realtime_shade.pixels(table))
+    np.testing.assert_array_equal(
+        texels.reshape(110, tables.TILES * 12, 4), realtime_shade.pixels(table)
+    )

@@ -105,6 +105,19 @@ def test_a_view_keeps_the_cells_of_a_lattice():
         assert np.allclose(np.asarray(grid.lower) / grid.cell, grid.first, atol=1e-9)
 
 
+def test_a_long_path_has_larger_cells_rather_than_a_grid_per_frame():
+    """It was so in the example's cave: shade changed by half from frame to frame."""
+    y = np.linspace(-19.0, 19.0, 48)
+    path = np.stack([2.5 * np.sin(y / 6.0), y, np.full(48, -12.0)], axis=1)
+    ahead = np.tile([0.0, 0.3, 0.0], (48, 1))
+    low, high = np.array([-18.6, -22.6, -15.6]), np.array([20.6, 22.6, -6.3])
+    grids = {
+        surroundings._near(low, high, np.roll(path, k, axis=0), ahead) for k in range(0, 48, 6)
+    }
+    assert len(grids) == 1
+    assert surroundings.PROBES < grids.pop().count <= surroundings.PATH_PROBES
+
+
 def test_what_is_kept_changes_nothing():
     scene, plan, kept = _under_a_slab(), _plan(), shade.Kept()
     fish = bpy.data.objects["fish"]

@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 
 from ..transfer.solved_field import SolvedField
 from .grid import Array, Grid
+from .octahedron import lattice
 from .probes import RAYS, SETS, Rays, directions, set_of
 from .undisturbed_light import AXES, UndisturbedLight
 
@@ -31,6 +32,7 @@ _ON_WAY = ((0.1127, 5 / 18), (0.5, 8 / 18), (0.8873, 5 / 18))
 """Places along a ray where the light is looked at, and their weights: Gauss's."""
 _FLOOR_CELLS = 1.0  # from the floor within which what is met beyond the box is the floor
 _MEAN_COSINE = 0.25  # of a beam on surfaces of all slopes, their dark sides too
+_LEVEL = 1e-9  # cosine of a ray that gets nowhere
 _MOST = 1e3  # times the undisturbed light; what a white wall sends into the dark has no bound
 FADE = 2.0
 """Cells beyond the box after which half of the way to the light there is gone."""
@@ -52,15 +54,15 @@ class DisturbedLight:
     irradiance : array, shape (p, 6, n)
         Ratio of the irradiance, without the beam of the sun, on patches that face
         :data:`.AXES`.
-    scattered : array, shape (p, 6, n)
-        Ratio of the light, without the beam, that the water scatters against view directions
-        along them.
+    scattered : array, shape (p, COUNT, n)
+        Ratio of the light, without the beam, that the water scatters against the view directions
+        of :mod:`.octahedron`.
     sunlit : array, shape (p,)
         Share of the sun's beam.
     behind : array, shape (p, 6)
         Share of what lies behind patches that is open water, by the cosine.
-    weight : array, shape (2, 6)
-        Mean undisturbed irradiance and scattered light of each of them, over the sum of the six.
+    weight : array, shape (6,)
+        Mean undisturbed irradiance on each of them, over the sum of the six.
     """
 
     grid: Grid
@@ -112,7 +114,7 @@ def disturbed_light(water: SolvedField, rays: Rays, reflectance: Array) -> Distu
     weight = np.sum([part.undisturbed for part in parts], axis=0)
     return DisturbedLight(
         rays.grid, rays.valid, irradiance, scattered, rays.sunlit[known.order][everywhere], behind,
-        weight / weight.sum(axis=1, keepdims=True),
+        weight / weight.sum(),
     )  # fmt: skip
 
 
@@ -177,16 +179,21 @@ class _Part:
         self, rows: slice, known: _Known, kernel: _Kernel, nearest: NDArray[np.intp]
     ) -> None:
         self.rows, self._known, self._kernel, self._nearest = rows, known, kernel, nearest
-        self.undisturbed = np.zeros((2, 6))
-        """Irradiance and scattered light on the axes, added up."""
+        self.undisturbed = np.zeros(6)
+        """Irradiance on the axes, added up."""
 
     def prepare(self) -> tuple[Light, Light, Light]:
         """Compute what other probes do not change; return the start of the light."""
         rays, light = self._known.rays, self._known.undisturbed
         valid, kind, ways = self._known.order[self.rows], self._kernel.kind, np.arange(RAYS)
-        w, distance, hit = directions()[kind], rays.distance[valid], rays.hit[valid]
-        point = rays.point[valid]
+        w, hit, point = directions()[kind], rays.hit[valid], rays.point[valid]
         depth = np.maximum(-point[:, 2:], 0.0)
+        # Where the water has a floor, nothing comes from below it but what is met there.
+        to_floor = np.maximum(light.floor_depth - depth, 0.0) / np.maximum(-w[:, 2], _LEVEL)
+        distance = np.where(
+            hit < 0, np.minimum(rays.distance[valid], to_floor), rays.distance[valid]
+        )
+        at_floor = distance < rays.distance[valid]
         end_depth = np.maximum(depth - distance * w[:, 2], 0.0)
         T = _transmitted(light, depth, end_depth, distance)
         at, end = light.along(depth, kind, ways), light.along(end_depth, kind, ways)
@@ -205,12 +212,14 @@ class _Part:
         lit = np.zeros(distance.shape, np.float32)
         for probes, (_, weight) in zip(on_way, _ON_WAY, strict=True):
             lit += np.float32(weight) * self._known.sunlit[probes]
-        L = np.maximum(at.once - T * end.once, 0.0) * lit[..., None]
-        self._scattered = _flat(np.maximum(at.scattered - T * end.scattered, 0.0))
+        L = (at.once - T * end.once) * lit[..., None]
+        scattered = at.scattered - T * end.scattered
+        self._scattered = _flat(scattered.astype(np.float32, copy=False))
         # Beyond the box shade is as at its side, the less the further, unless things are there.
         out = (hit < 0).nonzero()
         self._out, self._border = np.flatnonzero(hit < 0), on_way[-1][out]
-        far, T_out, z = rays.further[valid][out], T[out], end_depth[out]
+        far = np.where(at_floor, 0.0, rays.further[valid])[out]
+        T_out, z = T[out], end_depth[out]
         last_depth = np.maximum(z - far * w[out[1], 2], 0.0)
         T_last = _transmitted(light, z, last_depth, far)
         last = light.along(last_depth, kind, out[1])
@@ -220,32 +229,32 @@ class _Part:
         )
         as_side = near / (near + brought_from)
         as_side = np.where(rays.blocked[valid][out][:, None], 1.0, as_side).astype(np.float32)
-        further = T_out * np.maximum(end.scattered[out] - T_last * last.scattered, 0.0)
+        further = T_out * (end.scattered[out] - T_last * last.scattered)
         self._further = as_side * further
-        once = T_out * np.maximum(end.once[out] - T_last * last.once, 0.0)
+        once = T_out * (end.once[out] - T_last * last.once)
         shaded = as_side * (1.0 - self._known.sunlit[self._border][:, None])
         L[out] += once * (1.0 - shaded) + (1.0 - as_side) * further
         # The floor of the undisturbed water is part of its light.
         on_floor = last_depth > light.floor_depth - _FLOOR_CELLS * rays.grid.cell
-        blocked = (rays.blocked[valid][out] & ~(on_floor & (far > 0)))[:, None]
+        blocked = (rays.blocked[valid] & ~at_floor)[out]
+        blocked = (blocked & ~(on_floor & (far > 0)))[:, None]
         T_last *= T_out
-        L[out] += T_last * (last.scattered + last.once + last.image) * ~blocked
+        boundary = at.image[out]  # dimmed, of all that a direction stands for
+        L[out] += (T_last * (last.scattered + last.once) + boundary) * ~blocked
         self._to_further = T_last * blocked
-        self._known_light = _flat(L)
+        self._known_light = _flat(L.astype(np.float32, copy=False))
         self._met = np.flatnonzero(hit >= 0)
         self._to_met, self._side = _flat(T)[self._met], hit.ravel()[self._met]
         unshaded, self._source, self._scattered0 = (
             np.maximum(x, light.faintest)
-            for x in self._kernel.sums(_flat(at.scattered + at.once + at.image), axes=True)
+            for x in self._kernel.sums(_flat(at.scattered + at.once + at.image), last=True)
         )
-        self.undisturbed = np.stack(
-            [x.sum(axis=(0, 2), dtype=np.float64) for x in (unshaded, self._scattered0)]
-        )
+        self.undisturbed = unshaded.sum(axis=(0, 2), dtype=np.float64)
         # A sum over few directions is not an irradiance; over another such sum it is.
         irradiance = light.irradiance(depth[:, 0])
         self._unshaded, self._exact = unshaded, irradiance / unshaded
         # To begin with light comes as far as rays do.
-        free = rays.open_water[valid]
+        free = rays.open_water[valid] | at_floor
         self._behind = self._kernel.behind(free)
         share = free.mean(axis=1, dtype=np.float32)[:, None, None]
         beam = light.beam(depth[:, 0]) * (_MEAN_COSINE * rays.sunlit[valid][:, None])
@@ -254,18 +263,18 @@ class _Part:
 
     def round(self, now: _Light) -> tuple[Light, Light]:
         """Return irradiance and scattered light as all probes' light makes them."""
-        E, J = self._kernel.sums(self._radiance(now))
+        E, J = self._kernel.sums(*self._radiance(now))
         E = (E * self._exact).astype(np.float32, copy=False)
         return E, np.minimum(J / self._source, _MOST)
 
     def ratios(self, now: _Light) -> tuple[Light, Light, Light]:
         """Return what :class:`DisturbedLight` has of irradiance, scattered light and open water."""
-        E, _, scattered = self._kernel.sums(self._radiance(now), axes=True)
+        E, _, scattered = self._kernel.sums(*self._radiance(now), last=True)
         irradiance = np.minimum(E / self._unshaded, _MOST)
         return irradiance, np.minimum(scattered / self._scattered0, _MOST), self._behind
 
-    def _radiance(self, now: _Light) -> Light:
-        """Radiance along all rays, (m RAYS, n)."""
+    def _radiance(self, now: _Light) -> tuple[Light, Light]:
+        """Radiance along all rays, and what of it surfaces send, (m RAYS, n)."""
         J = _flat(now.J)
         looked_up = [J.take(places, axis=0) for places in self._on_way]
         last = looked_up[-1][self._out]
@@ -277,8 +286,11 @@ class _Part:
         total *= self._scattered
         total += self._known_light
         total[self._out] += self._further * last + self._to_further * now.sent[self._border]
-        total[self._met] += self._to_met * now.of_sides[self._side]
-        return total
+        sent = np.zeros_like(total)
+        sent[self._met] = self._to_met * now.of_sides[self._side]
+        total += sent
+        # Means over directions are not quite the light of a path.
+        return np.maximum(total, 0.0, out=total), sent
 
 
 class _Kernel:
@@ -286,10 +298,10 @@ class _Kernel:
 
     def __init__(self, undisturbed: UndisturbedLight, kind: int) -> None:
         self.kind, w = kind, directions()[kind]
-        patches = (np.maximum(AXES @ w.T, 0.0) * (4.0 * math.pi / RAYS)).astype(np.float32).T
-        ways, axes = (undisturbed.phase_weights(kind, towards) for towards in (w, AXES))
-        patches = np.broadcast_to(patches, (len(ways), *patches.shape))
-        self._weights = np.concatenate([patches, ways, axes], axis=2)
+        patches, even = undisturbed.patch_weights(kind)
+        self._of_surfaces = even - patches
+        ways, views = (undisturbed.phase_weights(kind, towards) for towards in (w, lattice()))
+        self._weights = np.concatenate([patches, ways, views], axis=2)
         behind = np.maximum(-AXES @ w.T, 0.0)
         self._behind = (behind / behind.sum(axis=1, keepdims=True)).T
 
@@ -301,29 +313,39 @@ class _Kernel:
         """Share of what patches that face the axes have behind them that is free, (m, 6)."""
         return (free @ self._behind).astype(np.float32)
 
-    def sums(self, L: Light, *, axes: bool = False) -> list[Light]:
+    def sums(
+        self, L: Light, of_surfaces: Light | None = None, *, last: bool = False
+    ) -> list[Light]:
         """Sum radiances (m RAYS, n).
 
         Parameters
         ----------
         L : array
-        axes : bool
-            Whether light scattered against view directions along the axes is wanted.
+        of_surfaces : array, optional
+            What of it surfaces send.
+        last : bool
+            Whether the light that is tabulated is wanted too.
 
         Returns
         -------
         list of arrays
             Irradiance on patches that face the axes, (m, 6, n); light scattered against each
-            direction, (m, RAYS, n), and against the axes, (m, 6, n).
+            direction, (m, RAYS, n), and against those of :mod:`.octahedron`, (m, COUNT, n).
         """
-        by_band = np.ascontiguousarray(L.T).reshape(L.shape[1], -1, RAYS)
-        weights = self._weights if axes else self._weights[..., : 6 + RAYS]
-        found = np.ascontiguousarray(np.matmul(by_band, weights).transpose(1, 2, 0))
-        return np.split(found, [6, 6 + RAYS] if axes else [6], axis=1)
+        weights = self._weights if last else self._weights[..., : 6 + RAYS]
+        found = np.matmul(_by_band(L), weights)
+        if of_surfaces is not None:
+            found[..., :6] += np.matmul(_by_band(of_surfaces), self._of_surfaces)
+        found = np.ascontiguousarray(found.transpose(1, 2, 0))
+        return np.split(found, [6, 6 + RAYS] if last else [6], axis=1)
 
 
 def _flat(x: Light) -> Light:
     return x.reshape(-1, x.shape[-1])
+
+
+def _by_band(x: Light) -> Light:
+    return np.ascontiguousarray(x.T).reshape(x.shape[1], -1, RAYS)
 
 
 def _transmitted(light: UndisturbedLight, y: Array, z: Array, distance: Array) -> Light:

@@ -1,10 +1,11 @@
 """Disturbed light as a table that a renderer looks up: what is in it, where, and its use.
 
-Ratios to the undisturbed light are kept for patches and for light scattered along a ray, for
-the six ways along the axes each, as numbers that all bands share: their mean, how they differ
-from it along a spectrum, and what the geometry says. Between the axes ratios are mixed by squared
-components and by the undisturbed light of each way, as in an ambient cube (J. McTaggart,
-"Half-Life 2 / Valve Source Shading", GDC 2004).
+Ratios to the undisturbed light are kept as numbers that all bands share: their mean, how they
+differ from it along a spectrum, and what the geometry says. Those of patches are kept for six
+normals along the axes, and mixed by squared components and by the undisturbed light of each
+way, as in an ambient cube (J. McTaggart, "Half-Life 2 / Valve Source Shading", GDC 2004). Those of
+the light scattered along a ray are kept for the directions of :mod:`.octahedron`, for it changes
+with the direction as the phase function is sharp.
 """
 
 from __future__ import annotations
@@ -18,12 +19,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..mathematics import NUMPY, Mathematics, Operand
+from . import octahedron
 from .disturbed_light import FADE, DisturbedLight
 from .grid import Array, Grid
 
-ON_PATCH, SCATTERED = 0, 6
+PATCHES = 6
+ON_PATCH, SCATTERED = 0, PATCHES
 """First tiles of the irradiance on patches, and of the light scattered along a ray."""
-TILES = 12
+TILES = PATCHES + octahedron.COUNT
 STEPS = 4
 """Places along a ray that are looked at."""
 OFF_SURFACE = 0.7
@@ -44,8 +47,8 @@ class ShadeBox:
         Cells in a metre.
     last : sequence of 3
         Number of the last cell of the table along each axis.
-    weight : sequence of 12
-        Of the undisturbed light, by tile.
+    weight : sequence of 6
+        Of the undisturbed light on patches, by tile.
     reach : float
         Distance that :data:`STEPS` are spread over, m.
     """
@@ -73,7 +76,7 @@ class ShadeBox:
         texel: Callable[[Operand], Operand],
         m: Mathematics = NUMPY,
     ) -> Operand:
-        """Mix the three tiles of a way that lie towards a unit vector.
+        """Mix the three tiles that lie towards a unit vector.
 
         Parameters
         ----------
@@ -87,6 +90,10 @@ class ShadeBox:
             Elementary functions.
         """
         total: Operand = 0.0
+        if first == SCATTERED:
+            for number, share in octahedron.around(w, m):
+                total = total + texel(number + float(first)) * share
+            return total
         light: Operand = 0.0
         for axis, along in enumerate(w):
             back = m.less(along, 0.0)
@@ -143,7 +150,7 @@ class ShadeTable:
     box : ShadeBox
     texels : array, shape (TILES, nz + 2, ny + 2, nx + 2, 3)
         Mean over the bands, share of the spectrum, and of the open water behind patches or of
-        the sun that is seen elsewhere; all times the weight of the tile.
+        the sun that is seen elsewhere; those of patches times the weight of the tile.
     spectrum : array, shape (n,)
     """
 
@@ -194,26 +201,30 @@ def shade_table(
         Whether nothing casts shade beyond the grid; else it is there as on its sides.
     """
     nx, ny, nz = light.grid.shape
-    ratios = np.stack([light.irradiance, light.scattered]) * light.weight[:, None, :, None]
+    weight = light.weight[:, None]
+    # Patches and directions count alike for the spectrum.
+    ratios = np.concatenate([light.irradiance * weight, light.scattered], axis=1)
     share = importance / max(float(importance.sum()), float(np.finfo(np.float64).tiny))
     if not share.sum() > 0:
         share = np.full(len(importance), 1.0 / len(importance))
     mean = ratios @ share
-    rest = (ratios - mean[..., None]).reshape(-1, len(share))
     root = np.sqrt(np.maximum(share, _LEAST))
+    rest = (ratios - mean[..., None]) * root
+    counted = rest / np.repeat([1.0, octahedron.COUNT**0.5], [PATCHES, octahedron.COUNT])[:, None]
     # The spectrum that brings the least error in what is bright.
-    _, vectors = np.linalg.eigh((rest * root).T @ (rest * root))
+    _, vectors = np.linalg.eigh(np.tensordot(counted, counted, axes=([0, 1], [0, 1])))
     first = vectors[:, -1]
     tiles = np.empty((*mean.shape, 3))
-    tiles[..., 0], tiles[..., 1] = mean, ((rest * root) @ first).reshape(mean.shape)
-    tiles[0, ..., 2] = light.behind * light.weight[0]
+    tiles[..., 0], tiles[..., 1] = mean, rest @ first
+    tiles[:, :PATCHES, 2] = light.behind * light.weight
     # The sun is the same in every tile of light along a ray, so that mixing leaves it.
-    tiles[1, ..., 2] = light.sunlit[:, None] * light.weight[1]
-    texels = np.moveaxis(tiles, 2, 1).reshape(TILES, nx, ny, nz, 3)
+    tiles[:, PATCHES:, 2] = light.sunlit[:, None]
+    texels = tiles.transpose(1, 0, 2).reshape(TILES, nx, ny, nz, 3)
     beyond = _sides(texels, light.valid)
     if alone:
-        beyond[:, 0], beyond[:, 1] = light.weight.ravel(), 0.0
-        beyond[SCATTERED:, 2] = light.weight[1]
+        beyond[:, 0], beyond[:, 1] = 1.0, 0.0
+        beyond[:PATCHES, 0] = light.weight
+        beyond[PATCHES:, 2] = 1.0
     texels = _ringed(texels, beyond)
     grid = light.grid
     size = float(np.linalg.norm(grid.upper - np.asarray(grid.lower)))
@@ -221,7 +232,7 @@ def shade_table(
         tuple(low + grid.cell / 2.0 for low in grid.lower),
         1.0 / grid.cell,
         _last(grid),
-        tuple(light.weight.ravel().tolist()),
+        tuple(light.weight.tolist()),
         min(4.0 / max(float(extinction.min()), _LEAST), 2.0 * size),
     )
     return ShadeTable(
@@ -260,10 +271,11 @@ def without_shade(bands: int) -> ShadeTable:
     array([[1., 0., 1.]])
     """
     grid = Grid((-0.5, -0.5, -0.5), 1.0, (1, 1, 1))
-    weight = (1.0 / 6.0,) * TILES
+    weight = (1.0 / PATCHES,) * PATCHES
     box = ShadeBox((0.0, 0.0, 0.0), 1.0, _last(grid), weight, 1.0)
     texels = np.zeros((TILES, 3, 3, 3, 3), np.float32)
-    texels[..., 0] = texels[..., 2] = 1.0 / 6.0
+    texels[..., 0] = texels[..., 2] = 1.0
+    texels[:PATCHES] /= PATCHES
     return ShadeTable(grid, box, texels, np.zeros(bands))
 
 

@@ -13,11 +13,11 @@ from numpy.typing import NDArray
 from ..transfer.radiance_table import tabulate
 from ..transfer.solved_field import SolvedField
 from .grid import Array, Grid
-from .probes import RAYS, directions, spiral
+from .probes import RAYS, SETS, directions, spiral
 
 AXES = np.array([(1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0), (0, 0, 1), (0, 0, -1)], float)
 """Ways that patches face, and view directions, for which ratios are kept."""
-_LEVELS = 33  # depths at which the undisturbed light is computed
+_LEVELS = 17  # depths at which the undisturbed light is computed
 _MU = 0.02  # cosine of the most level ray
 _FINE = 2048  # directions for sums over the phase function
 _DARK = 1e-6  # of the brightest light
@@ -51,14 +51,18 @@ class UndisturbedLight:
         bottom = max(-float(grid.lower[2]), top + grid.cell)
         bottom = max(min(bottom, field.floor_depth), top + grid.cell / 2.0)
         self._depths = np.linspace(top, bottom, _LEVELS)
-        w = directions().reshape(-1, 3)
+        w = _cells(0)[1]
         # Level rays are as long as the water is wide; a slight slope does as well.
         z = np.where(np.abs(w[:, 2]) < _MU, np.copysign(_MU, w[:, 2]), w[:, 2])
-        scattered = field.scattered_along(self._depths, (w[:, 0], w[:, 1], z))
+        scattered = tabulate(field).scattered(self._depths[:, None], [*w.T], field.sun)
         parts = np.maximum(scattered, 0.0), self._once_along(w, z), self._image_along(w, z)
+        total = parts[0] + parts[1] + parts[2]
+        # Of each direction, at all depths alike.
+        self._bright = (total / total.mean(axis=1, keepdims=True)).mean(axis=0)
         every = np.concatenate(parts, axis=-1).astype(np.float32)
-        every = every.reshape(_LEVELS, -1, RAYS, every.shape[-1]).swapaxes(0, 1)
-        self._parts = np.ascontiguousarray(every).reshape(-1, every.shape[-1])
+        # What a direction stands for counts, or few of them would miss the brightest.
+        means = [np.matmul(_belongs(kind, mean=True), every) for kind in range(SETS)]
+        self._parts = np.stack(means).reshape(-1, every.shape[-1])
         self._beam = field.beam(self._depths).T * field.light.E / field.light.mu_s
 
     @property
@@ -123,18 +127,33 @@ class UndisturbedLight:
         array, shape (n, RAYS, q)
             They add up to 1 over the set. The forward peak counts as unscattered.
         """
-        nearest, fine = _cells(kind)
-        cosine = fine @ towards.T
+        cosine = _cells(kind)[1] @ towards.T
         p = np.moveaxis(self._phase(0.5 - 0.5 * np.minimum(cosine, _CAP)), -1, 0) / _FINE
         p *= 4.0 * math.pi / (1.0 - self._peak[:, None, None])
         p = np.where(cosine < _CAP, p, 0.0)
-        belongs = (nearest == np.arange(RAYS)[:, None]).astype(np.float64)
-        weights = np.matmul(belongs, p)
+        weights = np.matmul(_belongs(kind), p)
         # What is left has hardly turned.
         straight = (directions()[kind] @ towards.T).argmax(axis=0)
         left = 1.0 - weights.sum(axis=1)
         weights[:, straight, np.arange(len(towards))] += np.maximum(left, 0.0)
         return (weights / weights.sum(axis=1, keepdims=True)).astype(np.float32)
+
+    def patch_weights(self, kind: int) -> tuple[Light, Light]:
+        """Irradiance on patches that face the axes per radiance along directions of a set.
+
+        Returns
+        -------
+        array, shape (n, RAYS, 6)
+            Of light that is spread as the undisturbed is within what a direction stands for.
+        array, shape (RAYS, 6)
+            Of light that is the same throughout.
+        """
+        belongs, bright = _belongs(kind), self._bright.T[..., None]
+        cosine = np.maximum(_cells(kind)[1] @ AXES.T, 0.0)
+        spread = np.matmul(belongs, bright * cosine) / np.matmul(belongs, bright)
+        share = 4.0 * math.pi / _FINE
+        spread *= share * belongs.sum(axis=1, keepdims=True)
+        return spread.astype(np.float32), (share * belongs @ cosine).astype(np.float32)
 
     def _phase(self, s2: Array) -> Array:
         phase = self._field.phase_at(float(self._depths.mean()))
@@ -148,9 +167,7 @@ class UndisturbedLight:
     def _once_along(self, w: Array, z: Array) -> Array:
         """Sunlight scattered once, the peak counted as unscattered, (levels, r, n)."""
         field = self._field
-        # The light of a direction is the mean over what it stands for.
-        least = 1.0 / (2.0 * RAYS)
-        s2 = np.clip((w + np.asarray(field.sun)) ** 2 @ np.ones(3) / 4.0, least, 1.0)
+        s2 = np.clip((w + np.asarray(field.sun)) ** 2 @ np.ones(3) / 4.0, 0.5 - 0.5 * _CAP, 1.0)
         once = field.once_on_grid(self._depths, z)
         p = np.array([part.per_steradian(s2) for part in field.components])
         return np.einsum("kndr,kr->drn", once, p)
@@ -158,8 +175,7 @@ class UndisturbedLight:
     def _image_along(self, w: Array, z: Array) -> Array:
         """Light of the surface and of the floor, (levels, r, n)."""
         field, up = self._field, w[:, 2] > 0
-        image = np.broadcast_to(field.floor_radiance, (len(w), len(field.light.E))).copy()
-        image[up] = field.surface_radiance(list(w[up].T))
+        image = tabulate(field).boundary_image([*w.T], field.sun)
         ends = np.where(up, 0.0, min(field.floor_depth, 1e6))
         c = field.extinction_between(self._depths[:, None], ends, scaled=True)
         P = np.abs(self._depths[:, None] - ends) / np.abs(z)
@@ -177,3 +193,10 @@ def _cells(kind: int) -> tuple[NDArray[np.intp], Array]:
     """Many directions, and for each the nearest of a set."""
     fine = spiral(_FINE)
     return (fine @ directions()[kind].T).argmax(axis=1), fine
+
+
+@functools.lru_cache(maxsize=2 * SETS)
+def _belongs(kind: int, *, mean: bool = False) -> Light:
+    """Which of many directions belong to each of a set, or their shares in its mean."""
+    found = (_cells(kind)[0] == np.arange(RAYS)[:, None]).astype(np.float32)
+    return found / found.sum(axis=1, keepdims=True) if mean else found

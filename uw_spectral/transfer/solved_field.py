@@ -345,26 +345,6 @@ class SolvedField:
         cosines = np.cos(np.arange(len(found))[:, None] * turns)
         return np.moveaxis(found, 0, -1) @ cosines
 
-    def scattered_along(self, depths: ArrayLike, w: Sequence[ArrayLike]) -> Array:
-        """Radiance M* of :meth:`scattered_on_grid` at all depths along each of some rays.
-
-        Parameters
-        ----------
-        depths : array_like, shape (d,)
-            m.
-        w : three array_like, shape (r,)
-            Components of the unit view directions, not level.
-
-        Returns
-        -------
-        array, shape (d, r, n)
-        """
-        depths = np.asarray(depths, np.float64)
-        _, mu, turn, _ = self._rays(0.0, w)
-        found = self._scattered_modes(depths[:, None], mu, np.zeros_like(self.light.E))
-        cosines = np.cos(np.arange(len(found))[:, None] * turn)
-        return np.einsum("mndr,mr->drn", found, cosines)
-
     def once_on_grid(self, depths: ArrayLike, mu: ArrayLike) -> Array:
         """Sunlight scattered once, per value of each part of the phase function.
 

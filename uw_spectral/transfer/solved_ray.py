@@ -138,7 +138,10 @@ class SolvedPath:
         """Radiance of the water between depth y_o and distance P along w."""
         once = self.beam.scattered_once(y_o, w, P, m, without_peak=True)
         once = once * self.aureole * self.shade.once
-        scattered = (self.near - m.exp(-self.c * P) * self.far) * self.shade.scattered
+        # The forward peak's light comes from where there is open water behind a thing.
+        around = self.shade.beyond
+        kept = m.exp(-self.c * P) * around + m.exp(-self.cp * P) * (1.0 - around)
+        scattered = (self.near - kept * self.far) * self.shade.scattered
         return m.maximum(once + scattered, 0.0)
 
     def single_scattering(

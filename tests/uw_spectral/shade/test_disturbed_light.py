@@ -11,7 +11,7 @@ from underwater_spectral.uw_spectral.imaging.description import Description
 from underwater_spectral.uw_spectral.imaging.optics import resolve
 from underwater_spectral.uw_spectral.shade.disturbed_light import disturbed_light
 from underwater_spectral.uw_spectral.shade.grid import Grid
-from underwater_spectral.uw_spectral.shade.probes import cast
+from underwater_spectral.uw_spectral.shade.probes import cast, spiral
 from underwater_spectral.uw_spectral.shade.undisturbed_light import AXES, UndisturbedLight
 from underwater_spectral.uw_spectral.shade.voxels import voxelise
 
@@ -20,7 +20,7 @@ SEABED = -6.0
 
 
 @functools.cache
-def field(floor=math.inf, reflectance=0.4, water="jerlov:IB"):
+def field(floor=math.inf, reflectance=0.4, water="jerlov:IB", surface="flat"):
     import dataclasses
 
     from underwater_spectral.uw_spectral.imaging.description import (
@@ -35,7 +35,7 @@ def field(floor=math.inf, reflectance=0.4, water="jerlov:IB"):
         Description(),
         water=WaterDescription(water),
         light=SunAndSky(sky="clear"),
-        surface=SurfaceDescription("flat"),
+        surface=SurfaceDescription(surface),
         floor=FloorDescription(floor, str(reflectance)),
         bands=BandsDescription(3),
     )
@@ -60,24 +60,32 @@ def test_nothing_disturbs_nothing():
     _, rays, light = light_around(np.zeros((0, 3)), field(), 0.3)
     assert rays.valid.all()
     np.testing.assert_allclose(light.irradiance, 1.0, atol=2e-3)
-    np.testing.assert_allclose(light.scattered, 1.0, atol=2e-3)
+    off = np.abs(light.scattered - 1.0)
+    assert np.quantile(off, 0.99) < 2e-3
+    assert off.max() < 6e-3, "some view directions get next to no light"
     assert (light.sunlit == 1).all()
     np.testing.assert_allclose(light.behind, 1.0)
 
 
 def test_a_seabed_of_voxels_is_the_floor_of_the_column():
-    """What it sends up and the water scatters back, by the solver without any voxel."""
-    bare, over = (field(floor, water="jerlov:II") for floor in (math.inf, -SEABED))
-    grid, _, light = light_around(plate(SEABED, 16.0, 0.2), bare, 0.4, 14.0, 3000)
+    """What it sends up and the water scatters back, by the solver without any voxel.
+
+    The surface mirrors the undisturbed water alone, so there is none here. Cells of 0.7 m
+    lose up to 8 % of what the water scatters.
+    """
+    water = {"water": "jerlov:II", "surface": "none"}
+    bare, over = field(**water), field(-SEABED, **water)
+    grid, _, light = light_around(plate(SEABED, 16.0, 0.2), bare, 0.4, 14.0, 14000)
     middle = np.abs(grid.centres()[:, :2]).max(axis=1) < 1.5
     z = grid.centres()[:, 2]
-    for level in (-5.0, -4.5):
+    for level in (-5.6, -4.9):
         at = middle & (np.abs(z - level) < grid.cell / 2)
         ratio = np.median(light.irradiance[at], axis=0)
         y = -float(np.median(z[at]))
-        wanted = over.Eu(y) / bare.Eu(y)
         # In red the water itself sends up next to nothing that could be compared with.
-        np.testing.assert_allclose(ratio[DOWN, :2], wanted[:2], rtol=0.1)
+        off = (ratio[DOWN] / (over.Eu(y) / bare.Eu(y)))[:2]
+        assert off.min() > 0.91
+        assert off.max() < 1.02
 
 
 def test_over_the_floor_of_the_column_a_seabed_changes_nothing():
@@ -90,14 +98,23 @@ def test_over_the_floor_of_the_column_a_seabed_changes_nothing():
 
 def test_a_black_plate_shades_by_its_solid_angle():
     """In water that hardly scatters, light from above is what the plate leaves of the sky."""
-    solved = field(water="jerlov:I")
-    grid, _, light = light_around(plate(-2.0, 2.0), solved, 0.0)
-    z = grid.centres()[: grid.shape[2], 2]
-    column = grid.index(np.stack([0.0 * z + 0.01, 0.0 * z + 0.01, z], axis=1))
-    below = column[z < -2.5]
-    assert len(below) > 4
-    assert (np.diff(light.irradiance[below, UP].mean(axis=1)) < 0.02).all(), "darker nearer to it"
-    assert light.irradiance[below[-1], UP].max() < 0.4
+    solved, (height, half) = field(water="jerlov:I"), (-2.0, 2.0)
+    grid, rays, light = light_around(plate(height, half), solved, 0.0)
+    cell = rays.voxels.grid.cell
+    half = np.abs(rays.voxels.centre[:, :2]).max() + cell / 2
+    level = grid.centres()[np.argmin(np.abs(grid.centres()[:, 2] + 3.5)), 2]
+    at = np.flatnonzero((rays.point[:, 2] == level) & (np.abs(rays.point[:, :2]).max(axis=1) < 2.5))
+    assert len(at) > 20
+    w = spiral(1024)
+    w = w[w[:, 2] > 0.02]
+    flux = solved.radiance(-level, list(w.T)) * w[:, 2:]
+    over = rays.point[at, None, :2] + w[:, :2] * ((height - level) / w[:, 2:])
+    free = np.abs(over).max(axis=2) > half
+    off = light.irradiance[at, UP] - free @ (flux / flux.sum(axis=0))
+    # The plate also shades the water on the way; a probe's ray stands for 0.2 sr.
+    assert np.abs(off.mean(axis=0)).max() < 0.06
+    assert np.sqrt((off**2).mean()) < 0.1
+    column = grid.index([[0.01, 0.01, z] for z in grid.centres()[: grid.shape[2], 2]])
     assert (light.irradiance[column[-1], UP] > 0.97).all()
 
 

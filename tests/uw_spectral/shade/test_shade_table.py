@@ -9,6 +9,7 @@ from underwater_spectral.uw_spectral.shade.grid import Grid
 from underwater_spectral.uw_spectral.shade.shade_table import (
     ON_PATCH,
     SCATTERED,
+    TILES,
     shade_table,
 )
 
@@ -18,12 +19,13 @@ WAYS = ((0.0, 0.0, 1.0), (0.6, 0.0, -0.8), (-0.48, 0.64, 0.6))
 
 def _table(ratio, sunlit, *, alone, valid=None):
     """Shade of a ratio per cell, the same in all bands and ways."""
-    weight = np.array([[3.0, 2.0, 1.0, 1.0, 5.0, 0.5], [1.0, 1.0, 2.0, 2.0, 1.0, 3.0]])
-    ratios = np.broadcast_to(np.asarray(ratio)[..., None, None], (GRID.count, 6, 3))
+    weight = np.array([3.0, 2.0, 1.0, 1.0, 5.0, 0.5])
+    ratios = np.broadcast_to(np.asarray(ratio)[..., None, None], (GRID.count, TILES, 3))
     valid = np.ones(GRID.count, bool) if valid is None else valid
+    open_water = np.ones((GRID.count, 6))
     light = DisturbedLight(
-        GRID, valid, ratios, ratios, np.full(GRID.count, sunlit), np.ones((GRID.count, 6)),
-        weight / weight.sum(axis=1, keepdims=True),
+        GRID, valid, ratios[:, :6], ratios[:, 6:], np.full(GRID.count, sunlit), open_water,
+        weight / weight.sum(),
     )  # fmt: skip
     return shade_table(light, np.full(3, 0.2), np.ones(3), alone=alone)
 
