@@ -104,13 +104,14 @@ def drawn(size: tuple[int, int], finer: int) -> np.ndarray:
 
 
 def save(path: Path, picture: np.ndarray) -> None:
-    """Write a picture; JPEG at good quality."""
+    """Write a picture; JPEG progressive and small enough for a repository."""
     path.parent.mkdir(parents=True, exist_ok=True)
     picture = np.ascontiguousarray(np.clip(picture, 0.0, 1.0), dtype=np.float32)
     height, width = picture.shape[:2]
     spec = OpenImageIO.ImageSpec(width, height, 3, "uint8")
     if path.suffix == ".jpg":
-        spec.attribute("Compression", "jpeg:88")
+        spec.attribute("Compression", "jpeg:80")
+        spec.attribute("jpeg:progressive", 1)
     else:
         spec.attribute("png:compressionLevel", 9)
     buffer = OpenImageIO.ImageBuf(spec)
