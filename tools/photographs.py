@@ -107,12 +107,12 @@ PHOTOGRAPHS = {
         raised=10.0,
     ),
     "pool": Photograph(
-        "pool", (0.3, -0.6, -1.2), (-0.15, 6.0, -1.75), 22.0, _FULL, 6, 3,
+        "pool", (0.3, -0.6, -1.2), (-0.15, 6.0, -1.75), 22.0, _FULL, 4, 3,
         (*("--water", "jerlov:I", "--surface", "waves", "--wind", "2", "--white-balance", "depth"),
          *("--sun-zenith", "30", "--sun-azimuth", "70")),
     ),
     "coastal": Photograph(
-        "reef", (-0.55, 1.75, -5.45), (-1.75, 3.4, -5.6), 24.0, _FULL, 6, 3,
+        "reef", (-0.55, 1.75, -5.45), (-1.75, 3.4, -5.6), 24.0, _FULL, 4, 3,
         (*("--water", "jerlov:1C", "--surface", "waves", "--wind", "3", "--white-balance", "depth"),
          *("--sun-zenith", "30", "--sun-azimuth", "100")),
         hidden=_CHART,
