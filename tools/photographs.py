@@ -112,7 +112,7 @@ PHOTOGRAPHS = {
          *("--sun-zenith", "30", "--sun-azimuth", "70")),
     ),
     "coastal": Photograph(
-        "reef", (-0.55, 1.75, -5.45), (-1.75, 3.4, -5.6), 24.0, _FULL, 4, 3,
+        "reef", (-0.55, 1.75, -5.45), (-1.75, 3.4, -5.6), 24.0, _FULL, 6, 3,
         (*("--water", "jerlov:1C", "--surface", "waves", "--wind", "3", "--white-balance", "depth"),
          *("--sun-zenith", "30", "--sun-azimuth", "100")),
         hidden=_CHART,
