@@ -136,8 +136,8 @@ def test_the_listing_is_there(built_zip):
         spec = oiio.ImageBuf(str(path)).spec()
         sizes[path.stem] = spec.width, spec.height
     assert sizes.pop("icon") == (256, 256)
-    large = ("featured", "window", "waterline", "wreck", "above", "reef", "pool")
-    assert {sizes[name] for name in large} == {(1920, 1080)}
+    names = ("featured", "window", "waterline", "wreck", "above", "reef", "pool", "coastal")
+    assert {sizes[name] for name in names} == {(1920, 1080)}
     assert (folder / "review.md").is_file()
 
 
