@@ -2,13 +2,12 @@
 
     python3 dev.py run tools/make_pictures.py thumbnails     into ui/thumbnails/
     python3 dev.py run tools/make_pictures.py icon           docs/listing/icon.png
-    python3 dev.py run tools/make_pictures.py featured window waterline wreck above cave reef
-                                                             into docs/listing/
+    python3 dev.py run tools/make_pictures.py featured ...   docs/listing/featured.jpg ...
 
 A thumbnail shows balls of three colours on sand at 4 m, in each look. The colours are those of
-`quality.picture`, which EEVEE draws too; no shader has to be compiled. The others, from
-`featured` (1920 x 1080) on, are Cycles', denoised, but for the cave, which is EEVEE's; they take
-minutes to an hour each without a GPU, and a job that was stopped goes on (`photographs.py`).
+`quality.picture`, which EEVEE draws too; no shader has to be compiled. The others,
+`featured`, `window` and so on (`photographs.py`), are Cycles', denoised, but for the cave, which
+is EEVEE's; they take minutes to an hour each without a GPU, and a job that was stopped goes on.
 """
 
 from __future__ import annotations

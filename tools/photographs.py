@@ -100,7 +100,7 @@ PHOTOGRAPHS = {
         rig="rov2",
     ),
     "wreck_day": Photograph(
-        "wreck", (-13.3, -2.0, -10.3), (-3.4, 4.2, -6.9), 14.0, _FULL, 4, 3,
+        "wreck", (-13.3, -2.0, -10.3), (-3.4, 4.2, -6.9), 14.0, _FULL, 3, 3,
         (*("--water", "jerlov:IB", "--surface", "waves", "--wind", "3"),
          *("--white-balance", "daylight", "--sun-zenith", "35", "--sun-azimuth", "155"),
          *("--exposure-compensation", "0.2")),
@@ -118,10 +118,11 @@ PHOTOGRAPHS = {
         hidden=_CHART,
     ),
     "cave": Photograph(
-        "cave", (-1.6, -4.6, -13.6), (1.0, 2.0, -11.0), 15.0, _FULL, 4, 3,
-        (*("--water", "jerlov:IB", "--surface", "waves", "--wind", "2", "--sun-zenith", "15"),
-         *("--sun-azimuth", "60", "--white-balance", "daylight"),
-         *("--exposure-compensation", "0.5")),
+        "cave", (-2.55, -5.8, -13.5), (1.36, 1.5, -10.6), 16.0, (320, 180), 4, 3,
+        (*("--water", "jerlov:IB", "--surface", "flat", "--sun-zenith", "15", "--shafts"),
+         *("--sun-azimuth", "60", "--white-balance", "depth"),
+         *("--exposure-compensation", "1.5")),
+        engine=REALTIME, detail="panel",
     ),
     "above": Photograph(
         "reef", (0.3, -3.2, 2.2), (0.3, 3.2, -2.6), 20.0, _FULL, 4, 3,
