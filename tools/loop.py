@@ -80,8 +80,15 @@ def main() -> None:
         return
     pictures = [Image.open(file).convert("RGB") for file in files]
     path = ROOT / "docs" / "listing" / "loop.webp"
-    options = {"duration": round(1000 / RATE), "loop": 0, "quality": 60, "method": 6}
-    pictures[0].save(path, save_all=True, append_images=pictures[1:], **options)
+    pictures[0].save(
+        path,
+        save_all=True,
+        append_images=pictures[1:],
+        duration=round(1000 / RATE),
+        loop=0,
+        quality=60,
+        method=6,
+    )
     print(path.relative_to(ROOT), path.stat().st_size)  # noqa: T201
 
 
