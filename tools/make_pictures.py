@@ -2,13 +2,12 @@
 
     python3 dev.py run tools/make_pictures.py thumbnails     into ui/thumbnails/
     python3 dev.py run tools/make_pictures.py icon           docs/listing/icon.png
-    python3 dev.py run tools/make_pictures.py featured window waterline wreck above cave reef
-                                                             into docs/listing/
+    python3 dev.py run tools/make_pictures.py featured ...   docs/listing/featured.jpg ...
 
 A thumbnail shows balls of three colours on sand at 4 m, in each look. The colours are those of
-`quality.picture`, which EEVEE draws too; no shader has to be compiled. The others, from
-`featured` (1920 x 1080) on, are Cycles', denoised, but for the cave, which is EEVEE's; they take
-minutes to an hour each without a GPU, and a job that was stopped goes on (`photographs.py`).
+`quality.picture`, which EEVEE draws too; no shader has to be compiled. The others,
+`featured`, `window` and so on (`photographs.py`), are Cycles', denoised, but for the cave, which
+is EEVEE's; they take minutes to an hour each without a GPU, and a job that was stopped goes on.
 """
 
 from __future__ import annotations
@@ -104,13 +103,14 @@ def drawn(size: tuple[int, int], finer: int) -> np.ndarray:
 
 
 def save(path: Path, picture: np.ndarray) -> None:
-    """Write a picture; JPEG at good quality."""
+    """Write a picture; JPEG progressive and small enough for a repository."""
     path.parent.mkdir(parents=True, exist_ok=True)
     picture = np.ascontiguousarray(np.clip(picture, 0.0, 1.0), dtype=np.float32)
     height, width = picture.shape[:2]
     spec = OpenImageIO.ImageSpec(width, height, 3, "uint8")
     if path.suffix == ".jpg":
-        spec.attribute("Compression", "jpeg:88")
+        spec.attribute("Compression", "jpeg:80")
+        spec.attribute("jpeg:progressive", 1)
     else:
         spec.attribute("png:compressionLevel", 9)
     buffer = OpenImageIO.ImageBuf(spec)

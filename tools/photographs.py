@@ -73,31 +73,49 @@ class Photograph:
 
 
 _CHART = ("ColorChecker", "Checker strut", "Dive lamp")
-_PREVIEW = (960, 540)
+_FULL = (1920, 1080)
 PHOTOGRAPHS = {
     "featured": Photograph(
-        "reef", (0.0, -0.15, -4.95), (0.05, 8.0, -5.35), 22.0, (1920, 1080), 8, 6,
+        "reef", (0.0, -0.15, -4.95), (0.05, 8.0, -5.35), 22.0, _FULL, 8, 6,
         (*("--water", "jerlov:IB", "--surface", "waves", "--wind", "3", "--white-balance", "depth"),
          *("--sun-zenith", "30", "--sun-azimuth", "90")),
         hidden=_CHART,
     ),
     "reef": Photograph(
-        "reef", (1.15, 1.4, -5.3), (-1.7, 4.3, -5.5), 24.0, _PREVIEW, 6, 3,
+        "reef", (1.15, 1.4, -5.3), (-1.7, 4.3, -5.5), 24.0, _FULL, 4, 3,
         (*("--water", "jerlov:IB", "--surface", "waves", "--wind", "3", "--white-balance", "depth"),
          *("--sun-zenith", "30", "--sun-azimuth", "100")),
         hidden=_CHART,
     ),
     "window": Photograph(
-        "reef", (-0.75, 3.9, -5.75), (-0.45, 6.4, -3.6), 16.0, _PREVIEW, 6, 3,
+        "reef", (-0.75, 3.9, -5.75), (-0.45, 6.4, -3.6), 16.0, _FULL, 4, 3,
         (*("--water", "jerlov:IB", "--surface", "waves", "--wind", "2"),
          *("--white-balance", "daylight", "--sun-zenith", "30", "--sun-azimuth", "-90"),
          *("--exposure-compensation", "0.8")),
     ),
     "wreck": Photograph(
-        "wreck", (-3.9, -0.1, -18.4), (-3.1, 8.1, -21.3), 20.0, _PREVIEW, 6, 3,
+        "wreck", (-3.7, 0.9, -18.5), (-2.9, 8.1, -21.0), 16.0, _FULL, 4, 3,
         (*("--water", "jerlov:IB", "--surface", "flat", "--sunlight", "1e-4"),
          *("--white-balance", "daylight", "--contrast", "medium-high")),
         rig="rov2",
+    ),
+    "wreck_day": Photograph(
+        "wreck", (-13.3, -2.0, -10.3), (-3.4, 4.2, -6.9), 14.0, _FULL, 3, 3,
+        (*("--water", "jerlov:IB", "--surface", "waves", "--wind", "3"),
+         *("--white-balance", "daylight", "--sun-zenith", "35", "--sun-azimuth", "155"),
+         *("--exposure-compensation", "0.2")),
+        raised=10.0,
+    ),
+    "pool": Photograph(
+        "pool", (0.3, -0.6, -1.2), (-0.15, 6.0, -1.75), 22.0, _FULL, 4, 3,
+        (*("--water", "jerlov:I", "--surface", "waves", "--wind", "2", "--white-balance", "depth"),
+         *("--sun-zenith", "30", "--sun-azimuth", "70")),
+    ),
+    "coastal": Photograph(
+        "reef", (-0.55, 1.75, -5.45), (-1.75, 3.4, -5.6), 24.0, _FULL, 6, 3,
+        (*("--water", "jerlov:1C", "--surface", "waves", "--wind", "3", "--white-balance", "depth"),
+         *("--sun-zenith", "30", "--sun-azimuth", "100")),
+        hidden=_CHART,
     ),
     "cave": Photograph(
         "cave", (-2.55, -5.8, -13.5), (1.36, 1.5, -10.6), 16.0, (320, 180), 4, 3,
@@ -107,15 +125,16 @@ PHOTOGRAPHS = {
         engine=REALTIME, detail="panel",
     ),
     "above": Photograph(
-        "reef", (0.3, -3.2, 2.2), (0.3, 3.2, -2.6), 20.0, _PREVIEW, 6, 3,
+        "reef", (0.3, -3.2, 2.2), (0.3, 3.2, -2.6), 20.0, _FULL, 4, 3,
         (*("--water", "jerlov:IB", "--surface", "waves", "--wind", "2"),
          *("--sun-zenith", "30", "--sun-azimuth", "80", "--floor-depth", "3.8"),
-         *("--white-balance", "daylight", "--floor-reflectance", "0.3")),
+         *("--white-balance", "daylight", "--floor-reflectance", "0.3"),
+         *("--exposure-compensation", "0.5")),
         hidden=_CHART,
         raised=3.2,
     ),
     "waterline": Photograph(
-        "reef", (0.0, -0.6, 0.0), (0.0, 8.0, -2.3), 15.0, _PREVIEW, 6, 3,
+        "reef", (0.0, -0.6, 0.0), (0.0, 8.0, -2.3), 15.0, _FULL, 4, 3,
         (*("--water", "jerlov:IB", "--surface", "waves", "--wind", "2"),
          *("--sun-zenith", "35", "--sun-azimuth", "80", "--floor-depth", "3.8"),
          *("--white-balance", "daylight", "--floor-reflectance", "0.3"),
