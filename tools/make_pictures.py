@@ -6,8 +6,8 @@
 
 A thumbnail shows balls of three colours on sand at 4 m, in each look. The colours are those of
 `quality.picture`, which EEVEE draws too; no shader has to be compiled. The others,
-`featured`, `window` and so on (`photographs.py`), are Cycles', denoised, but for the cave, which
-is EEVEE's; they take minutes to an hour each without a GPU, and a job that was stopped goes on.
+`featured`, `window` and so on (`photographs.py`), are Cycles', denoised; they take minutes to an
+hour each without a GPU, and a job that was stopped goes on.
 """
 
 from __future__ import annotations

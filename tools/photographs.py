@@ -1,6 +1,6 @@
 """Photographs of the example scenes: what the listing and the gallery show.
 
-Rendered by ``render_bands.py``, most in Cycles and denoised. Passes are kept in
+Rendered by ``render_bands.py`` in Cycles, and denoised. Passes are kept in
 ``out/photographs``: a job that was stopped goes on. ``tools/make_pictures.py`` calls this.
 """
 
@@ -18,8 +18,7 @@ import bpy
 ROOT = Path(__file__).resolve().parent.parent
 OUT = ROOT / "out" / "photographs"
 PACKAGE = "underwater_spectral"
-CYCLES = ("--engine", "cycles", "--band-placement", "optimised", "--denoise")
-REALTIME = ("--engine", "eevee", "--mode", "realtime", "--band-placement", "optimised")
+_CYCLES = ("--engine", "cycles", "--band-placement", "optimised", "--denoise")
 _ALL = (
     *("--illuminant", "clear-sky", "--irradiance", "above", "--sky", "clear"),
     *("--tone", "nikon-d7000", "--exposure", "auto-picture"),
@@ -45,10 +44,6 @@ class Photograph:
     bands : int
     options : sequence of str
         Of ``render_bands.py``, besides those of all pictures.
-    engine : sequence of str
-        What draws it, in options.
-    detail : str
-        One of ``examples.scenes.DETAILS``.
     rig : str
         Lamps that hang on the camera; empty for none.
     hidden : sequence of str
@@ -65,8 +60,6 @@ class Photograph:
     samples: int
     bands: int
     options: Sequence[str]
-    engine: Sequence[str] = CYCLES
-    detail: str = "full"
     rig: str = ""
     hidden: Sequence[str] = ()
     raised: float = 0.0
@@ -118,11 +111,10 @@ PHOTOGRAPHS = {
         hidden=_CHART,
     ),
     "cave": Photograph(
-        "cave", (-2.55, -5.8, -13.5), (1.36, 1.5, -10.6), 16.0, (320, 180), 4, 3,
-        (*("--water", "jerlov:IB", "--surface", "flat", "--sun-zenith", "15", "--shafts"),
-         *("--sun-azimuth", "60", "--white-balance", "depth"),
-         *("--exposure-compensation", "1.5")),
-        engine=REALTIME, detail="panel",
+        "cave", (-1.6, -4.6, -13.6), (1.0, 2.0, -11.0), 15.0, _FULL, 4, 3,
+        (*("--water", "jerlov:IB", "--surface", "waves", "--wind", "2", "--sun-zenith", "15"),
+         *("--sun-azimuth", "60", "--white-balance", "daylight"),
+         *("--exposure-compensation", "0.5")),
     ),
     "above": Photograph(
         "reef", (0.3, -3.2, 2.2), (0.3, 3.2, -2.6), 20.0, _FULL, 4, 3,
@@ -151,7 +143,7 @@ def build(name: str, path: Path) -> None:
     scenes = importlib.import_module(f"{PACKAGE}.examples.scenes")
     cameras = importlib.import_module(f"{PACKAGE}.examples.parts.cameras")
     rigs = importlib.import_module(f"{PACKAGE}.scene.lamp_rigs")
-    scenes.build_scene(photograph.scene, detail=photograph.detail)
+    scenes.build_scene(photograph.scene)
     scene = bpy.context.scene
     for item in scene.objects:
         if item.parent is None:
@@ -182,7 +174,7 @@ def render(name: str, start: Callable[[], object]) -> Path:
         start()
         build(name, scene)
     size = tuple(map(str, photograph.size))
-    options = [*_ALL, *photograph.engine, *photograph.options, "--samples", str(photograph.samples)]
+    options = [*_ALL, *_CYCLES, *photograph.options, "--samples", str(photograph.samples)]
     options += ["--bands", str(photograph.bands)]
     options += ["--resolution", *size, "--resume"]
     command = [sys.executable, ROOT / "render_bands.py", scene, *options, "--out", folder]
