@@ -82,7 +82,7 @@ def traced(
     rows = [(*lamp.position, *lamp.axis, *_cone(lamp)) for lamp in lamps]
     tables = phase.log_s2, phase.log_p, phase.share, phase.edges
     things = room.floor, room.ellipsoids, room.boxes
-    return _trace(directions, np.array(rows), *water, *tables, *things, reflectance, seed)
+    return _trace(directions, np.array(rows), *water, tables, things, reflectance, seed)
 
 
 def _cone(lamp: Lamp) -> tuple[float, float]:
@@ -92,8 +92,9 @@ def _cone(lamp: Lamp) -> tuple[float, float]:
 
 
 @njit(cache=True)
-def _first(x, y, z, wx, wy, wz, floor, ellipsoids, boxes):
+def _first(x, y, z, wx, wy, wz, things):
     """Distance, number and normal of what a ray meets first; number -1 without."""
+    floor, ellipsoids, boxes = things
     best, found, nx, ny, nz = _FAR, -1, 0.0, 0.0, 0.0
     if wz < 0.0 and z > floor:
         best, found, nz = (floor - z) / wz, 0, 1.0
@@ -204,8 +205,9 @@ def _half_angle(s, h):
 
 
 @njit(cache=True)
-def _once(x, y, z, wx, wy, wz, P, lamp, c, log_s2, log_p, floor, ellipsoids, boxes):
+def _once(x, y, z, wx, wy, wz, P, lamp, water, things):
     """Light of a lamp scattered once into a ray, over b, from a random place of it."""
+    c, log_s2, log_p = water
     lx, ly, lz, r = _towards(lamp, x, y, z)
     t0 = r * (lx * wx + ly * wy + lz * wz)
     nx, ny, nz = wx * t0 - r * lx, wy * t0 - r * ly, wz * t0 - r * lz
@@ -221,7 +223,7 @@ def _once(x, y, z, wx, wy, wz, P, lamp, c, log_s2, log_p, floor, ellipsoids, box
     light = _shines(lamp, px * lamp[3] + py * lamp[4] + pz * lamp[5])
     if light == 0.0:
         return 0.0
-    if _first(lamp[0], lamp[1], lamp[2], px, py, pz, floor, ellipsoids, boxes)[0] < r - 1e-6:
+    if _first(lamp[0], lamp[1], lamp[2], px, py, pz, things)[0] < r - 1e-6:
         return 0.0
     path = max(t0 + h * math.tan(angle), 0.0)
     p = _per_steradian(math.sin(angle) ** 2, log_s2, log_p)
@@ -229,34 +231,22 @@ def _once(x, y, z, wx, wy, wz, P, lamp, c, log_s2, log_p, floor, ellipsoids, box
 
 
 @njit(cache=True)
-def _irradiance(x, y, z, nx, ny, nz, lamp, c, floor, ellipsoids, boxes):
+def _irradiance(x, y, z, nx, ny, nz, lamp, c, things):
     """Unscattered light of a lamp on a patch."""
     lx, ly, lz, r = _towards(lamp, x, y, z)
     cosine = lx * nx + ly * ny + lz * nz
     light = _shines(lamp, -(lx * lamp[3] + ly * lamp[4] + lz * lamp[5]))
     if cosine <= 0.0 or light == 0.0:
         return 0.0
-    if _first(x, y, z, lx, ly, lz, floor, ellipsoids, boxes)[0] < r:
+    if _first(x, y, z, lx, ly, lz, things)[0] < r:
         return 0.0
     return light * cosine * math.exp(-c * r) / (r * r)
 
 
 @njit(parallel=True, cache=True)
-def _trace(
-    directions,
-    lamps,
-    a,
-    b,
-    log_s2,
-    log_p,
-    share,
-    edges,
-    floor,
-    ellipsoids,
-    boxes,
-    reflectance,
-    seed,
-):
+def _trace(directions, lamps, a, b, tables, things, reflectance, seed):
+    log_s2, log_p, share, edges = tables
+    water = a + b, log_s2, log_p
     n, photons = directions.shape[:2]
     c = a + b
     found = np.zeros((n, 4, BATCHES))
@@ -268,24 +258,11 @@ def _trace(
             wx, wy, wz = directions[i, k]
             weight, thrown, bent = 1.0, 0, False
             for order in range(_MOST):
-                P, thing, nx, ny, nz = _first(x, y, z, wx, wy, wz, floor, ellipsoids, boxes)
+                P, thing, nx, ny, nz = _first(x, y, z, wx, wy, wz, things)
                 if order == 0:
                     for j in range(len(lamps)):
                         found[i, 0, batch] += b * _once(
-                            x,
-                            y,
-                            z,
-                            wx,
-                            wy,
-                            wz,
-                            P,
-                            lamps[j],
-                            c,
-                            log_s2,
-                            log_p,
-                            floor,
-                            ellipsoids,
-                            boxes,
+                            x, y, z, wx, wy, wz, P, lamps[j], water, things
                         )
                 t = -math.log(1.0 - np.random.random()) / c
                 on_thing = t >= P
@@ -311,11 +288,7 @@ def _trace(
                 if on_thing:
                     for j in range(len(lamps)):
                         found[i, kind, batch] += (
-                            weight
-                            / math.pi
-                            * _irradiance(
-                                x, y, z, nx, ny, nz, lamps[j], c, floor, ellipsoids, boxes
-                            )
+                            weight / math.pi * _irradiance(x, y, z, nx, ny, nz, lamps[j], c, things)
                         )
                     s2 = (1.0 - math.sqrt(np.random.random())) / 2.0
                 else:
@@ -333,28 +306,13 @@ def _trace(
                         half = (sx - before_x) ** 2 + (sy - before_y) ** 2 + (sz - before_z) ** 2
                         p = _per_steradian(half / 4.0, log_s2, log_p)
                     if p > 0.0:
-                        P = _first(x, y, z, sx, sy, sz, floor, ellipsoids, boxes)[0]
+                        P = _first(x, y, z, sx, sy, sz, things)[0]
                         chosen = 2.0 * p / (p + _density_about(sx, sy, sz, lx, ly, lz))
                         found[i, kind, batch] += (
                             weight
                             * chosen
                             * b
-                            * _once(
-                                x,
-                                y,
-                                z,
-                                sx,
-                                sy,
-                                sz,
-                                P,
-                                lamps[j],
-                                c,
-                                log_s2,
-                                log_p,
-                                floor,
-                                ellipsoids,
-                                boxes,
-                            )
+                            * _once(x, y, z, sx, sy, sz, P, lamps[j], water, things)
                         )
                 # Where to go on.
                 towards = _ABOUT_FROM_THINGS if on_thing else _ABOUT

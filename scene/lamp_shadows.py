@@ -49,7 +49,7 @@ class KeptLampShadows:
             key = _key(lamp)
             if key not in self._maps:
                 self._maps[key] = known.get(key) or _around(meshes, lamp, colours)
-        maps = [self._maps[_key(lamp)] if np.any(lamp.intensity) else None for lamp in found.lamps]
+        maps = [self._maps.get(_key(lamp)) for lamp in found.lamps]
         lamps = tuple(
             lamp if near is None else replace(lamp, shadow=near.shadow)
             for lamp, near in zip(found.lamps, maps, strict=True)

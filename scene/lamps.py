@@ -104,8 +104,6 @@ class SceneLamps:
         self, water: LampWater, bands: Bands, camera: Sequence[float]
     ) -> SceneLamps:
         """Return them with what stands for the things they light, seen by a camera in m."""
-        if not self.lamps:
-            return self
         basis = uplift_basis(bands).T
         known = [(one, near) for one, near in zip(self.lamps, self.seen, strict=True) if near]
         things = [

@@ -191,6 +191,7 @@ class RenderPlan(ResolvedOptics):
             for material, reflectance in band_colors.measured_reflectances(scene)
         }
         chosen, around, kept = self.settings, None, kept or shade.Kept()
+        viewer = camera or scene.camera
         shades = chosen.field == SOLVED and chosen.diffuse_shadows and has_things(scene)
         if not shades:
             shaded = None
@@ -200,18 +201,18 @@ class RenderPlan(ResolvedOptics):
         looks = shades or (chosen.scene_floor and has_things(scene))
         if looks and shaded is None:
             clearest = float(self.column.attenuation.min())
-            around = look_around(scene, camera or scene.camera, clearest, eyes, kept.samples)
+            around = look_around(scene, viewer, clearest, eyes, kept.samples)
             kept.ground = around.ground
         over = self._over(kept.ground if looks else None)
         solved = over.solved_field(TABLE_STREAMS) if chosen.field == SOLVED else None
         if shades and around is not None and solved is not None:
             # What the sensor sees decides, in band passes too, so that they agree.
-            seen = self.reduction(depth, self.lamplight(scene, camera or scene.camera)).weights
+            seen = self.reduction(depth, self.lamplight(scene, viewer)).weights
             shaded = shade.table_of(around, self.bands, solved, seen, depth, kept)
-        viewer = camera or scene.camera
         place = (0.0, 0.0, -depth) if viewer is None else tuple(viewer.matrix_world.translation)
         lamps = kept.lamp_shadows.of(scene, self.lamps(scene))
-        lamps = lamps.with_thrown_back(self.lamp_water(max(depth, 0.0)), self.bands, place)
+        if lamps.lamps:
+            lamps = lamps.with_thrown_back(self.lamp_water(max(depth, 0.0)), self.bands, place)
         water = realtime_water(
             over.column, self.phase, depth, weights, solved=solved,
             shafts=self.draws_shafts, diffuse_shadows=chosen.diffuse_shadows,

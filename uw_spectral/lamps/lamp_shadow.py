@@ -1,10 +1,9 @@
 """What things keep the light of a lamp from the water: how far it shines, by direction.
 
-Directions are places of a square, as an octahedron that is folded open has them (Cigolle et al.,
-J. Comput. Graph. Tech. 3(2), 2014): linear in u / s, s the sum of the sizes of its parts. So is
-the inverse of the distance of a plane, measured as such a sum: between its entries the map is
-exact for planes. Where nothing is, beside things, it is as much below zero as they are above, so
-that they end halfway.
+Directions are places of a square (:mod:`..octahedron`): linear in u / s, s the sum of the sizes of
+its parts. So is the inverse of the distance of a plane, measured as such a sum: between its entries
+the map is exact for planes. Where nothing is, beside things, it is as much below zero as they are
+above, so that they end halfway.
 """
 
 from __future__ import annotations
@@ -15,6 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..mathematics import NUMPY, Mathematics, Operand
+from ..octahedron import folded, lattice
 from .angular_spread import Grid, Lookup
 
 SIDE = 48
@@ -31,16 +31,7 @@ def shadow_directions() -> NDArray[np.float64]:
     >>> shadow_directions().shape, float(shadow_directions()[0, 2])
     ((2304, 3), -1.0)
     """
-    at = np.linspace(-1.0, 1.0, SIDE)
-    x, y = (part.ravel() for part in np.meshgrid(at, at))
-    z = 1.0 - np.abs(x) - np.abs(y)
-    below = z < 0
-    x, y = (
-        np.where(below, (1.0 - np.abs(other)) * np.copysign(1.0, one), one)
-        for one, other in ((x, y), (y, x))
-    )
-    u = np.stack([x, y, z], axis=-1)
-    return u / np.linalg.norm(u, axis=-1, keepdims=True)
+    return lattice(SIDE)
 
 
 def shadow_map(distances: ArrayLike) -> Grid:
@@ -84,12 +75,7 @@ def lit(shadow: Lookup, place: Sequence[Operand], m: Mathematics = NUMPY) -> Ope
     """
     x, y, z = place
     r = m.absolute(x) + m.absolute(y) + m.absolute(z) + _SMALLEST
-    h, v = x / r, y / r
-    below = m.less(z, 0.0)
-    h, v = (
-        m.select(below, (1.0 - m.absolute(other)) * (1.0 - 2.0 * m.less(one, 0.0)), one)
-        for one, other in ((h, v), (v, h))
-    )
+    h, v = folded(x / r, y / r, z, m)
     half = (SIDE - 1.0) / 2.0
     inverse = shadow.at((h + 1.0) * half, (v + 1.0) * half)
     return m.clamp((1.0 + _SOFT - r * inverse) / _SOFT, 0.0, 1.0)

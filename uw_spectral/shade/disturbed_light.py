@@ -20,11 +20,12 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from ..octahedron import lattice
 from ..transfer.solved_field import SolvedField
 from .grid import Array, Grid
-from .octahedron import lattice
 from .probes import RAYS, SETS, Rays, directions, set_of
 from .undisturbed_light import AXES, UndisturbedLight
+from .view_directions import SIDE
 
 _ROUNDS = 16
 _SETTLED, _MOSTLY = 0.01, 0.98  # change of a round that is none, in that share of the probes
@@ -56,7 +57,7 @@ class DisturbedLight:
         :data:`.AXES`.
     scattered : array, shape (p, COUNT, n)
         Ratio of the light, without the beam, that the water scatters against the view directions
-        of :mod:`.octahedron`.
+        of :mod:`.view_directions`.
     sunlit : array, shape (p,)
         Share of the sun's beam.
     behind : array, shape (p, 6)
@@ -190,10 +191,9 @@ class _Part:
         depth = np.maximum(-point[:, 2:], 0.0)
         # Where the water has a floor, nothing comes from below it but what is met there.
         to_floor = np.maximum(light.floor_depth - depth, 0.0) / np.maximum(-w[:, 2], _LEVEL)
-        distance = np.where(
-            hit < 0, np.minimum(rays.distance[valid], to_floor), rays.distance[valid]
-        )
-        at_floor = distance < rays.distance[valid]
+        to_side = rays.distance[valid]
+        distance = np.where(hit < 0, np.minimum(to_side, to_floor), to_side)
+        at_floor = distance < to_side
         end_depth = np.maximum(depth - distance * w[:, 2], 0.0)
         T = _transmitted(light, depth, end_depth, distance)
         at, end = light.along(depth, kind, ways), light.along(end_depth, kind, ways)
@@ -300,7 +300,7 @@ class _Kernel:
         self.kind, w = kind, directions()[kind]
         patches, even = undisturbed.patch_weights(kind)
         self._of_surfaces = even - patches
-        ways, views = (undisturbed.phase_weights(kind, towards) for towards in (w, lattice()))
+        ways, views = (undisturbed.phase_weights(kind, towards) for towards in (w, lattice(SIDE)))
         self._weights = np.concatenate([patches, ways, views], axis=2)
         behind = np.maximum(-AXES @ w.T, 0.0)
         self._behind = (behind / behind.sum(axis=1, keepdims=True)).T
@@ -330,7 +330,7 @@ class _Kernel:
         -------
         list of arrays
             Irradiance on patches that face the axes, (m, 6, n); light scattered against each
-            direction, (m, RAYS, n), and against those of :mod:`.octahedron`, (m, COUNT, n).
+            direction, (m, RAYS, n), and against those of :mod:`.view_directions`, (m, COUNT, n).
         """
         weights = self._weights if last else self._weights[..., : 6 + RAYS]
         found = np.matmul(_by_band(L), weights)

@@ -4,8 +4,8 @@ Ratios to the undisturbed light are kept as numbers that all bands share: their 
 differ from it along a spectrum, and what the geometry says. Those of patches are kept for six
 normals along the axes, and mixed by squared components and by the undisturbed light of each
 way, as in an ambient cube (J. McTaggart, "Half-Life 2 / Valve Source Shading", GDC 2004). Those of
-the light scattered along a ray are kept for the directions of :mod:`.octahedron`, for it changes
-with the direction as the phase function is sharp.
+the light scattered along a ray are kept for those of :mod:`.view_directions`, for it changes with
+the direction as the phase function is sharp.
 """
 
 from __future__ import annotations
@@ -19,14 +19,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..mathematics import NUMPY, Mathematics, Operand
-from . import octahedron
+from . import view_directions as views
 from .disturbed_light import FADE, DisturbedLight
 from .grid import Array, Grid
 
 PATCHES = 6
 ON_PATCH, SCATTERED = 0, PATCHES
 """First tiles of the irradiance on patches, and of the light scattered along a ray."""
-TILES = PATCHES + octahedron.COUNT
+TILES = PATCHES + views.COUNT
 STEPS = 4
 """Places along a ray that are looked at."""
 OFF_SURFACE = 0.7
@@ -91,7 +91,7 @@ class ShadeBox:
         """
         total: Operand = 0.0
         if first == SCATTERED:
-            for number, share in octahedron.around(w, m):
+            for number, share in views.around(w, m):
                 total = total + texel(number + float(first)) * share
             return total
         light: Operand = 0.0
@@ -210,7 +210,7 @@ def shade_table(
     mean = ratios @ share
     root = np.sqrt(np.maximum(share, _LEAST))
     rest = (ratios - mean[..., None]) * root
-    counted = rest / np.repeat([1.0, octahedron.COUNT**0.5], [PATCHES, octahedron.COUNT])[:, None]
+    counted = rest / np.repeat([1.0, views.COUNT**0.5], [PATCHES, views.COUNT])[:, None]
     # The spectrum that brings the least error in what is bright.
     _, vectors = np.linalg.eigh(np.tensordot(counted, counted, axes=([0, 1], [0, 1])))
     first = vectors[:, -1]

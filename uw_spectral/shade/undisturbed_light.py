@@ -16,7 +16,7 @@ from .grid import Array, Grid
 from .probes import RAYS, SETS, directions, spiral
 
 AXES = np.array([(1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0), (0, 0, 1), (0, 0, -1)], float)
-"""Ways that patches face, and view directions, for which ratios are kept."""
+"""Ways that patches face, for which ratios are kept."""
 _LEVELS = 17  # depths at which the undisturbed light is computed
 _MU = 0.02  # cosine of the most level ray
 _FINE = 2048  # directions for sums over the phase function
@@ -51,7 +51,7 @@ class UndisturbedLight:
         bottom = max(-float(grid.lower[2]), top + grid.cell)
         bottom = max(min(bottom, field.floor_depth), top + grid.cell / 2.0)
         self._depths = np.linspace(top, bottom, _LEVELS)
-        w = _cells(0)[1]
+        w = _fine()
         # Level rays are as long as the water is wide; a slight slope does as well.
         z = np.where(np.abs(w[:, 2]) < _MU, np.copysign(_MU, w[:, 2]), w[:, 2])
         scattered = tabulate(field).scattered(self._depths[:, None], [*w.T], field.sun)
@@ -127,7 +127,7 @@ class UndisturbedLight:
         array, shape (n, RAYS, q)
             They add up to 1 over the set. The forward peak counts as unscattered.
         """
-        cosine = _cells(kind)[1] @ towards.T
+        cosine = _fine() @ towards.T
         p = np.moveaxis(self._phase(0.5 - 0.5 * np.minimum(cosine, _CAP)), -1, 0) / _FINE
         p *= 4.0 * math.pi / (1.0 - self._peak[:, None, None])
         p = np.where(cosine < _CAP, p, 0.0)
@@ -149,7 +149,7 @@ class UndisturbedLight:
             Of light that is the same throughout.
         """
         belongs, bright = _belongs(kind), self._bright.T[..., None]
-        cosine = np.maximum(_cells(kind)[1] @ AXES.T, 0.0)
+        cosine = np.maximum(_fine() @ AXES.T, 0.0)
         spread = np.matmul(belongs, bright * cosine) / np.matmul(belongs, bright)
         share = 4.0 * math.pi / _FINE
         spread *= share * belongs.sum(axis=1, keepdims=True)
@@ -188,15 +188,15 @@ class UndisturbedLight:
         return low, (at - low)[..., None]
 
 
-@functools.lru_cache(maxsize=8)
-def _cells(kind: int) -> tuple[NDArray[np.intp], Array]:
-    """Many directions, and for each the nearest of a set."""
-    fine = spiral(_FINE)
-    return (fine @ directions()[kind].T).argmax(axis=1), fine
+@functools.lru_cache(maxsize=1)
+def _fine() -> Array:
+    """Many directions."""
+    return spiral(_FINE)
 
 
 @functools.lru_cache(maxsize=2 * SETS)
 def _belongs(kind: int, *, mean: bool = False) -> Light:
     """Which of many directions belong to each of a set, or their shares in its mean."""
-    found = (_cells(kind)[0] == np.arange(RAYS)[:, None]).astype(np.float32)
+    nearest = (_fine() @ directions()[kind].T).argmax(axis=1)
+    found = (nearest == np.arange(RAYS)[:, None]).astype(np.float32)
     return found / found.sum(axis=1, keepdims=True) if mean else found
