@@ -3,14 +3,15 @@
 What a lamp lights is a lamp itself (Keller, Instant radiosity, Proc. SIGGRAPH 1997, 49):
 Lambertian about its normal, as strong as the light that it gets and throws back. A few of them
 stand for all that is lit: each has the middle and half the spread of its places, weighted by what
-they bring to the camera, e^{-c r}/r², and all that they bring.
+they bring to the camera, e^{-c r}/r², and all that they bring. Places belong to several of them by
+shares that change smoothly as lamps, camera and things move.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,8 +27,12 @@ type Array = NDArray[np.float64]
 COUNT = 6
 """Lamps that stand for all that is lit."""
 _TURN = 0.5  # of the distance, as which a difference of unit normals counts
+_WIDE = math.sqrt(3.0)  # deviations from its middle to the ends of what is spread evenly
+_SOFT = 0.05  # of all variance, as that of each lamp's share
 _LEAST_COSINE = 0.05  # of a place that is lit
 _NEAREST = 0.1  # m
+_LEAST_SHARE = 1e-6
+_FAINTEST = 1e-200  # of what reaches the camera
 _SMALLEST = 1e-30
 
 
@@ -54,9 +59,8 @@ def thrown_back(
     things: Sequence[LitThings],
     water: LampWater,
     camera: Sequence[float],
-    count: int = COUNT,
 ) -> tuple[Lamp, ...]:
-    """Return so many lamps that stand for what lamps light; dark ones where there is less.
+    """Return the lamps that stand for what lamps light; dark ones where that is nothing.
 
     Parameters
     ----------
@@ -67,15 +71,13 @@ def thrown_back(
         Of n bands.
     camera : sequence of 3
         Its place, m.
-    count : int
     """
     dark = Lamp((0.0, 0.0, 0.0), (0.0, 0.0, 1.0), 0.0 * water.a, LAMBERT, 1.0, 0.0, None, 1.0)
     found = [_of_lamp(lamp, lit, water, camera) for lamp, lit in zip(lamps, things, strict=True)]
     lit = _Lit.joined(found) if found else None
     if lit is None or not len(lit.points):
-        return (dark,) * count
-    groups = _groups(lit, np.array(camera), count)
-    return (*map(_stands_for, groups), *(dark,) * (count - len(groups)))
+        return (dark,) * COUNT
+    return tuple(_stands_for(lit.shared(share)) for share in _shares(lit, np.array(camera)))
 
 
 def solid_angles() -> Array:
@@ -106,8 +108,11 @@ class _Lit:
         names = ("points", "normals", "intensity", "arriving")
         return cls(*(np.concatenate([getattr(part, name) for part in parts]) for name in names))
 
-    def part(self, chosen: NDArray[np.bool_] | NDArray[np.intp]) -> _Lit:
+    def part(self, chosen: NDArray[np.bool_]) -> _Lit:
         return _Lit(*(x[chosen] for x in vars(self).values()))
+
+    def shared(self, share: Array) -> _Lit:
+        return replace(self, intensity=self.intensity * share[:, None])
 
     @property
     def weights(self) -> Array:
@@ -126,36 +131,31 @@ def _of_lamp(lamp: Lamp, lit: LitThings, water: LampWater, camera: Sequence[floa
     area = solid_angles()[hit] * r * r / np.maximum(-(normals * u).sum(axis=-1), _LEAST_COSINE)
     intensity = E * area[:, None] * lit.reflectance[hit] / math.pi
     away = np.maximum(np.linalg.norm(points - np.array(camera), axis=-1), _NEAREST)[:, None]
-    found = _Lit(points, normals, intensity, np.exp(-water.c * away) / away**2)
+    arriving = np.maximum(np.exp(-water.c * away) / away**2, _FAINTEST)
+    found = _Lit(points, normals, intensity, arriving)
     return found.part(found.weights > 0)
 
 
-def _groups(lit: _Lit, camera: Array, count: int) -> list[_Lit]:
-    """Split places, each time those that are spread most, across where they are spread.
+def _shares(lit: _Lit, camera: Array) -> Array:
+    """Share of each place in each lamp, shape (COUNT, places).
 
-    Spread counts by the distance from the camera.
+    Lamps are wanted on both sides of the middle of all places, along three axes and as far as the
+    places are spread; a place belongs to those near it. Distances count by those from the camera.
     """
-    seen = lit.points - camera
-    away = np.maximum(np.linalg.norm(seen, axis=-1), _NEAREST)[:, None]
-    scaled = seen / away * (1.0 + np.log(away / away.min()))
-    features, weights = np.concatenate([scaled, _TURN * lit.normals], axis=1), lit.weights
-    groups = [np.arange(len(away))]
-    while len(groups) < count:
-        spread = [_spread(features[group], weights[group]) for group in groups]
-        widest = int(np.argmax([size for size, _ in spread]))
-        size, along = spread[widest]
-        if size <= _SMALLEST * weights.sum():
-            break
-        group = groups.pop(widest)
-        groups += [group[along > 0], group[along <= 0]]
-    return [lit.part(group) for group in groups]
-
-
-def _spread(features: Array, weights: Array) -> tuple[float, Array]:
-    """Weighted squares of a group about its middle, and where along its length its members lie."""
-    off = features - np.average(features, axis=0, weights=weights)
-    moments = (off * weights[:, None]).T @ off
-    return float(np.trace(moments)), off @ np.linalg.eigh(moments)[1][:, -1]
+    seen, weights = lit.points - camera, lit.weights / lit.weights.sum()
+    away = np.maximum(np.linalg.norm(seen, axis=-1), _NEAREST)
+    typical = math.exp(weights @ np.log(away))
+    features = np.concatenate([seen / typical, _TURN * lit.normals], axis=1)
+    features -= weights @ features
+    covariance = (features * weights[:, None]).T @ features
+    # Its symmetric root changes smoothly even where eigenvectors are exchanged.
+    variance, along = np.linalg.eigh(covariance)
+    root = (along * np.sqrt(np.maximum(variance, 0.0))) @ along.T
+    wanted = _WIDE * np.concatenate([root[:3], -root[:3]])
+    off = ((features - wanted[:, None]) ** 2).sum(axis=-1)
+    near = np.exp((off.min(axis=0) - off) / (2.0 * _SOFT * variance.sum() + _SMALLEST))
+    near += _LEAST_SHARE
+    return near / near.sum(axis=0)
 
 
 def _stands_for(lit: _Lit) -> Lamp:

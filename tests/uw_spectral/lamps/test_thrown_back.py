@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from underwater_spectral.benchmarks import _lamp_photons
 from underwater_spectral.uw_spectral.lamps.lamp import Lamp, ray_past_lamp
-from underwater_spectral.uw_spectral.lamps.lamp_shadow import shadow_directions, shadow_map
+from underwater_spectral.uw_spectral.lamps.lamp_shadow import SIDE, shadow_directions, shadow_map
 from underwater_spectral.uw_spectral.lamps.lamp_surface import patch_past_lamp, surface_irradiance
 from underwater_spectral.uw_spectral.lamps.multiple_scattering import lamp_light, lamp_water
 from underwater_spectral.uw_spectral.lamps.profile import SpotProfile
@@ -32,28 +32,70 @@ def _over_floor(lamp):
     return LitThings(distances, up, np.full((len(u), 1), REFLECTANCE))
 
 
+def _by_many(lamp, things, water, side=6):
+    """Lamps for what lies in each of small squares of the map of directions."""
+    squares = np.add.outer(np.arange(SIDE) // side * SIDE, np.arange(SIDE) // side).ravel()
+    made = []
+    for square in np.unique(squares):
+        distances = np.where(squares == square, things.distances, np.inf)
+        part = dataclasses.replace(things, distances=distances)
+        made += thrown_back([lamp], [part], water, CAMERA)
+    return [one for one in made if one.intensity[0] > 0]
+
+
 def test_no_light_is_lost_or_made():
     """Without water a floor under a lamp throws back its share of the lamp's power."""
     water = lamp_water([1e-9], [0.0], PHASE)
     lamp = Lamp((0.5, 1.0, 0.3), (0.0, 0.0, -1.0), np.array([2.0]), SPOT)
-    for count, near in ((400, 0.03), (COUNT, 0.15)):
-        made = thrown_back([lamp], [_over_floor(lamp)], water, CAMERA, count)
+    things = _over_floor(lamp)
+    few = thrown_back([lamp], [things], water, CAMERA)
+    for made, near in ((_by_many(lamp, things, water), 0.03), (few, 0.15)):
         power = math.pi * sum(float(one.intensity[0]) for one in made)
         assert power == pytest.approx(REFLECTANCE * 2.0 * SPOT.solid_angle, rel=near)
-        lit = [one for one in made if one.intensity[0] > 0]
-        assert {one.axis for one in lit} == {(0.0, 0.0, 1.0)}
-        assert all(one.position[2] == pytest.approx(FLOOR) for one in lit)
+        assert all(one.axis == pytest.approx((0.0, 0.0, 1.0)) for one in made)
+        assert all(one.position[2] == pytest.approx(FLOOR) for one in made)
 
 
 def test_a_few_lamps_light_a_ceiling_as_many_do():
     water = lamp_water([0.06], [0.36], PHASE)
     lamp = Lamp((0.5, 1.0, 0.3), DOWN, np.ones(1), SPOT)
+    things = _over_floor(lamp)
+    few, many = thrown_back([lamp], [things], water, CAMERA), _by_many(lamp, things, water)
+    for point in ((0.0, 1.0, 0.8), (0.5, 2.0, 0.8)):
+        assert _on_ceiling(few, point, water) == pytest.approx(
+            _on_ceiling(many, point, water), rel=0.05
+        )
+
+
+@pytest.mark.parametrize("turn", [0.0, 0.02])
+def test_light_changes_steadily_past_a_ball(turn):
+    """Of a vehicle's two lamps that come near a ball by 3 cm a frame, or turn by one degree."""
+    water, ceiling = lamp_water([0.06], [0.36], PHASE), ((-0.5, 3.5, 0.6), (0.0, 3.5, 0.6))
     light = []
-    for count in (COUNT, 100):
-        made = thrown_back([lamp], [_over_floor(lamp)], water, CAMERA, count)
-        points = ((0.0, 1.0, 0.8), (0.5, 2.0, 0.8))
-        light.append([_on_ceiling(made, point, water) for point in points])
-    assert light[0] == pytest.approx(light[1], rel=0.05)
+    for frame in range(40):
+        y, angle = (0.0, turn * frame) if turn else (0.03 * frame, 0.0)
+        cosine, sine = math.cos(angle), math.sin(angle)
+        axis = (0.98 * sine, 0.98 * cosine, -0.2)
+        lamps = [Lamp((x * cosine, y - x * sine, 0.3), axis, np.ones(1), SPOT) for x in (-0.5, 0.5)]
+        made = thrown_back(lamps, [_with_ball(lamp) for lamp in lamps], water, (0.0, y, 0.0))
+        light.append([_on_ceiling(made, point, water) for point in ceiling])
+    change = np.diff(np.log(light), axis=0)
+    assert np.abs(np.diff(change, axis=0)).max() < 0.03
+
+
+def _with_ball(lamp, middle=(0.4, 4.0, -0.6), radius=0.6, reflectance=0.2):
+    """Put a dark ball on the floor."""
+    floor, u, o = _over_floor(lamp), shadow_directions(), np.array(lamp.position) - middle
+    past = (u @ o) ** 2 - (o @ o - radius**2)
+    distances = np.where(past > 0, -(u @ o) - np.sqrt(np.maximum(past, 0.0)), np.inf)
+    near = ((distances > 0) & (distances < floor.distances))[:, None]
+    distances = np.where(near[:, 0], distances, floor.distances)
+    normals = (o + np.where(near, distances[:, None], 0.0) * u) / radius
+    return LitThings(
+        distances,
+        np.where(near, normals, floor.normals),
+        np.where(near, reflectance, floor.reflectance),
+    )
 
 
 def _on_ceiling(lamps, point, water):
@@ -122,7 +164,7 @@ def test_water_over_a_lit_floor_against_photons(a, b):
     assert photons.std(ddof=1) / math.sqrt(room.BATCHES) < 0.04 * whole
     water, things = lamp_water([a], [b], PHASE), _over_floor(lamp)
     lit = dataclasses.replace(lamp, shadow=shadow_map(things.distances))
-    few, many = (thrown_back([lamp], [things], water, CAMERA, count) for count in (COUNT, 60))
+    few, many = thrown_back([lamp], [things], water, CAMERA), _by_many(lamp, things, water)
     without, by_few, by_many = (
         np.mean([sum(_in_water(one, ray, water) for one in lamps) for ray in w])
         for lamps in ([lit], [lit, *few], [lit, *many])
