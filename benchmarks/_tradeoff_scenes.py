@@ -68,7 +68,7 @@ class Setting:
     pass), ``cycles``, ``paper`` or ``fog``; ``changes`` are settings of the
     scene; ``floor_term`` and ``single`` (sunlight scattered once or at small angles)
     leave out lights of real time that have no setting; ``froxels`` are the steps of
-    the shafts, None for the most.
+    the shafts, None for the usual ones.
     """
 
     name: str
@@ -96,7 +96,7 @@ _TERMS = [
     _realtime("real time, 8 bands, shafts", 8, {"shafts": True}),
     *(
         _realtime(f"real time, 8 bands, shafts of {n} froxels", 8, {"shafts": True}, froxels=n)
-        for n in (32, 64, 128)
+        for n in (64, 128, 256)
     ),
     _realtime("real time, 8 bands, no diffuse shadows", 8, {"diffuse_shadows": False}),
     _realtime("real time, 8 bands, no single scattering", 8, single=False),

@@ -411,8 +411,8 @@ coarse blocks the vehicle with lamps 1 m beside in II and the strobe differ from
 the noise of these.
 
 What things throw back is up to three fifths of the light: sand lights the water over it, ball and
-box. {COUNT} lamps stand for it ([physics.md](physics.md#lamps)); far more of them would bring up to a tenth
-more of it. Nothing keeps their light away.
+box. {COUNT} lamps stand for it ([physics.md](physics.md#lamps)); many more would
+bring up to a tenth more of it. Nothing keeps their light away.
 
 Missed are the torch that shines across the view (the dark water on the side away from its beam is
 up to several times too bright: light is bent there and back), the lamp right behind a fish (no glow

@@ -422,7 +422,7 @@ class Job:
     """What a batch renders besides the scene's settings.
 
     ``cameras`` are those of a job of several, else ``camera`` is the one, None for the
-    scene's. ``froxels`` are the steps of the shafts' volume, None for the most;
+    scene's. ``froxels`` are the steps of the shafts' volume, None for the usual ones;
     ``decisions`` the lines that explain what was chosen automatically. ``device`` is None for
     the scene's; ``parts`` are renders of a pass with other seeds, whose mean it is; ``stage``
     is what is added to the scene.

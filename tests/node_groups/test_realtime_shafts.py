@@ -17,9 +17,9 @@ from underwater_spectral.uw_spectral.water.phase import parse_phase
 SLAB_HEIGHT = -2.0
 LOW, HIGH = np.array([-1.5, 1.0]), np.array([1.5, 12.0])
 STEPS = 800
-# Froxels keep 6 bits of red and green and 5 of blue, and the software rasteriser cuts the
-# rest in each of several steps: measured losses of 4 to 6 %, with and without a shadow.
-CUT_DIGITS = 0.08
+# Froxels keep 6 bits of red and green and 5 of blue, and the software rasteriser cuts the rest in
+# each step: with 256 of them 4 to 6 % are lost, with 32 long ones 2 to 4 % are too much.
+NEAR = 0.05
 
 
 def _column(c: float) -> WaterColumn:
@@ -84,4 +84,4 @@ def test_shadow_of_a_slab(tmp_path, c, empty_blender, monkeypatch):
     assert (wanted.min(axis=1) < 0.8).sum() > 100
     assert np.abs(kept - wanted).mean() <= 0.03
     level = (seen[0] / open_water)[free]
-    assert 1 - CUT_DIGITS <= level.mean() <= 1.01
+    assert level.mean() == pytest.approx(1.0, abs=NEAR)
