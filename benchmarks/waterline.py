@@ -199,6 +199,8 @@ pixels each way and 2 samples in EEVEE. ΔE2000 of means over {block} × {block}
 ## What is not there
 - EEVEE: things are not mirrored in the surface, and waves do not bend their outlines; the
   mirrored sky, the sun's glitter and the light of the water follow the waves.
+- EEVEE: the post's part in the air is far too dark, as if the sun did not reach it, and
+  ends short of the line where the view is half under water. Not explained yet.
 - EEVEE: shadows under water are turned for the middle of the picture, and a little off at its
   edges. Shafts are not drawn from above. A material with a displacement of its own, and what is
   linked from another file, stay where they are; a note says so.
