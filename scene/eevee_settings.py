@@ -11,7 +11,7 @@ import bpy
 from .realtime import RealtimeWater
 from .temporary import render_settings
 
-FROXELS = 32
+USUAL_FROXELS = 32
 """Steps of the froxel volume: each costs, and with 256 no pixel changes by a ΔE2000 of 0.3."""
 _FROXEL_TILE = "4"
 _FROXEL_DISTRIBUTION = 0.95
@@ -61,7 +61,7 @@ def wanted_settings(
             (eevee, "use_volume_custom_range", True),
             (eevee, "volumetric_start", _FROXEL_START),
             (eevee, "volumetric_end", water.shafts.end),
-            (eevee, "volumetric_samples", froxels or FROXELS),
+            (eevee, "volumetric_samples", froxels or USUAL_FROXELS),
             (eevee, "volumetric_tile_size", _FROXEL_TILE),
             (eevee, "volumetric_sample_distribution", _FROXEL_DISTRIBUTION),
             (eevee, "volumetric_light_clamp", 0.0),

@@ -25,7 +25,7 @@ from .profile import LAMBERT
 type Array = NDArray[np.float64]
 
 COUNT = 6
-"""Lamps that stand for all that is lit."""
+"""Lamps that stand for all that is lit: on both sides of its middle, along three axes."""
 _TURN = 0.5  # of the distance, as which a difference of unit normals counts
 _WIDE = math.sqrt(3.0)  # deviations from its middle to the ends of what is spread evenly
 _SOFT = 0.05  # of all variance, as that of each lamp's share
