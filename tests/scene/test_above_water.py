@@ -164,3 +164,32 @@ def test_cycles_lights_things_in_the_air_by_the_sun_and_sky_of_the_air(empty_ble
     light = light_in_air(plan.column)
     wanted = 0.8 / math.pi * (light.sun * math.cos(math.radians(50.0)) + light.sky)
     np.testing.assert_allclose(image.mean(axis=(0, 1)), wanted, rtol=0.02)
+
+
+@pytest.mark.parametrize("height", [1.0, 0.3])
+def test_eevee_lights_things_in_the_air_by_the_sun_and_sky_of_the_air(empty_blender, height):
+    """A wall that faces the sun and the camera; the sun is drawn from elsewhere."""
+    scene = empty_blender
+    plan = _plan(sky="uniform", phase="hg:0.9", sun_zenith=50.0, sun_azimuth=80.0)
+    camera = _camera(scene)
+    camera.location.z, camera.rotation_euler.x, camera.data.angle = height, math.pi / 2, 0.1
+    bpy.ops.mesh.primitive_plane_add(
+        size=1.0, location=(0.0, 3.0, height), rotation=(math.pi / 2, 0.0, 0.0)
+    )
+    material = bpy.data.materials.new("white")
+    tree = material.node_tree
+    tree.nodes.clear()
+    diffuse = tree.nodes.new("ShaderNodeBsdfDiffuse")
+    diffuse.inputs["Color"].default_value = (0.8, 0.8, 0.8, 1.0)
+    output = tree.nodes.new("ShaderNodeOutputMaterial")
+    tree.links.new(diffuse.outputs[0], output.inputs["Surface"])
+    bpy.context.object.data.materials.append(material)
+    scene.render.resolution_x = scene.render.resolution_y = 12
+    bpy.context.view_layer.update()
+    extent = water_body.water_extent(scene, plan.column, 0.0)
+    with engines.eevee_bands(scene, camera, plan, extent, 0.0) as engine:
+        image = grey_scene.band_image(engine, plan, 0.0)
+    light = light_in_air(plan.column)
+    cosine = math.sin(math.radians(50.0)) * math.sin(math.radians(80.0))
+    wanted = 0.8 / math.pi * (light.sun * cosine + light.sky * (1.0 + light.mirrored) / 2)
+    np.testing.assert_allclose(image[6, 6], wanted, rtol=0.02)
