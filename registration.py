@@ -8,7 +8,7 @@ from .scene import stored_settings
 from .ui import (
     asset_library,
     command,
-    dropped_worlds,
+    dropped_assets,
     handlers,
     help_pages,
     live_updates,
@@ -37,7 +37,7 @@ _MODULES = (
     translations,
     help_pages,
     asset_library,
-    dropped_worlds,
+    dropped_assets,
 )
 
 

@@ -14,7 +14,7 @@ from mathutils import Vector
 from numpy.typing import NDArray
 
 from ..quality.seen_points import SeenPoints
-from ..scene import engines, render_plan, scene_requirements, settings, water_body
+from ..scene import engines, render_plan, settings, view_tracing, water_body
 from ..uw_spectral.transfer.light_cone import WIDEST, LightCone
 from . import grey_scene
 
@@ -109,7 +109,7 @@ class Place:
 
     def _seen(self, camera: bpy.types.Object) -> SeenPoints:
         cone = LightCone(np.array([0.0, 0.0, -1.0]), WIDEST)
-        return scene_requirements.trace_view(
+        return view_tracing.trace_view(
             bpy.context.scene, camera, self.plan(1).column, cone, rays=WIDTH * HEIGHT
         )
 

@@ -210,7 +210,9 @@ pixels each way and 2 samples in EEVEE. ΔE2000 of means over {block} × {block}
 - Cycles: the surface does not mirror the sun itself, so there is no glitter.
 - Waves do not lift the surface: the waterline is straight.
 - Orthographic cameras and panoramas at the waterline show the side that they are on.
-- Auto refuses cameras above the water.
+- Auto weighs what is in the water alone, as it is seen from just below the surface, and keeps
+  the surface as it is; not sky, things in the air, waves. Against 30 bands it was at ΔE 1.0 and
+  0.7 in the third and fourth view, where it expected 0.6 and 0.9.
 
 Repeat: `python3 dev.py run -m benchmarks waterline`
 """
@@ -249,7 +251,7 @@ def _sheet(found: dict[Case, Found], path: Path) -> None:
             axis.imshow(srgb_encode(np.clip(picture, 0.0, 1.0)), interpolation="nearest")
             axis.set_title(f"{case.title}: {name}" if name == "Cycles" else name, fontsize=7)
             axis.axis("off")
-    figure.tight_layout()
+    figure.tight_layout(h_pad=1.5)
     figure.savefig(path, dpi=80)
     plt.close(figure)
 

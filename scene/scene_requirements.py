@@ -1,48 +1,33 @@
-"""What a scene requires: looks at it through its camera and lets the optics decide.
-
-The scene's own objects are looked at as they are in the viewport. Textures are
-taken for their material's plain colour, lamps and glass for nothing special.
-"""
+"""What a scene requires: looks at it through its camera and lets the optics decide."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 import bpy
 import numpy as np
-from numpy.typing import NDArray
 
 from ..quality.combinations import RAYS, BandChoice, Workload
 from ..quality.picture import Optics
 from ..quality.requirements import Requirements, decide
-from ..quality.seen_points import SeenPoints, cone_directions, openness
-from ..quality.terms import TERMS, settings_of, switched_on
+from ..quality.seen_points import SeenPoints
+from ..quality.terms import SURFACE, TERMS, WAVES, settings_of, switched_on
 from ..uw_spectral.errors import InputError
 from ..uw_spectral.imaging.description import REFERENCE_BANDS
-from ..uw_spectral.transfer.light_cone import LightCone, light_cone
-from ..uw_spectral.transfer.water_column import WaterColumn
-from . import cameras, moving_surface, scene_water
+from ..uw_spectral.transfer.light_cone import light_cone
+from . import moving_surface
 from .cameras import camera_depth
-from .mean_colours import mean_colour
-from .ray_casting import Meshes
 from .render_plan import RenderPlan, forget_files, plan_of, quiet
 from .settings import EQUAL, OPTIMISED, REALTIME, SOLVED, Job, SceneSettings
+from .view_tracing import trace_from_above, trace_view
 
 OPTIMISED_COUNTS = (3, 6, 9)
 BAND_COUNTS = (3, 4, 5, 6, 7, 8, 9, 10, 12, 15, 16, 18, 21, 24, 27, 32)
 
-_WIDTH, _HEIGHT = 48, 27  # rays of a frame; a few of them are looked at more closely
 _FRAMES = 5
-_STEPS = 6  # looks for shadow along a ray
-_SKYWARD = 16  # looks for shadow of the light from above
-_REACH = 4.0  # optical depths of the clearest band that are looked at
-_FARTHEST = 500.0
-_OFF_SURFACE = 1e-3
 _WAVE_RESOLUTION = 64
-_PLAIN = (0.5, 0.5, 0.5)
 _WITHOUT_THINGS = {"diffuse_shadows": False, "scene_floor": False}
 
 
@@ -72,6 +57,9 @@ def choose(
 ) -> Choice:
     """Decide what a job needs.
 
+    From above the water, what rays meet in it is weighed as it is seen from just below the
+    surface, by the share that is let out; sky, things in the air and waves are not weighed.
+
     Parameters
     ----------
     scene : Scene
@@ -98,12 +86,13 @@ def choose(
     Raises
     ------
     InputError
-        If the settings cannot be used, the camera is not under water, or it is night.
+        If the settings cannot be used, no camera sees the water, or it is night.
     """
     forget_files()
     before = scene.frame_current
     frames = _sampled(job.frames or (before,))
     views: list[SeenPoints] = []
+    from_above = False
     try:
         scene.frame_set(frames[0])
         chosen = settings_now()
@@ -118,19 +107,28 @@ def choose(
         for frame in frames:
             scene.frame_set(frame)
             for eye in (camera, *others):
-                depth = camera_depth(eye, plan.column.floor_depth)
-                if depth == 0.0:
-                    raise InputError(
-                        f"camera {eye.name!r} is {eye.matrix_world.translation.z:g} m above the "
-                        "water, and Auto weighs views in it; choose the settings by hand (Quality)"
-                    )
-                cone = light_cone(everything.view.field, depth, plan.column.sun_direction)
                 rays = RAYS // (len(frames) * (1 + len(others)))
-                views.append(trace_view(scene, eye, plan.column, cone, rays=rays))
+                depth = camera_depth(eye, plan.column.floor_depth)
+                cone = light_cone(everything.view.field, depth, plan.column.sun_direction)
+                if depth > 0.0:
+                    views.append(trace_view(scene, eye, plan.column, cone, rays=rays))
+                    continue
+                from_above = True
+                seen = trace_from_above(scene, eye, plan.column, cone, rays=rays).seen
+                if seen is not None:
+                    views.append(seen)
     finally:
         scene.frame_set(before)
+    if not views:
+        raise InputError(
+            f"camera {camera.name!r} is above the water and sees only sky; turn it down, or choose "
+            "the settings by hand (Quality)"
+        )
+    if from_above:
+        # Shafts are not drawn then, in no frame of a job.
+        views = [replace(view, path_sunlit=np.ones((len(view), 1), dtype=bool)) for view in views]
     shaft_end = 0.0
-    if job.engine == "eevee":
+    if job.engine == "eevee" and not from_above:
         shaded = replace(plan, settings=replace(chosen, shafts=True, **_WITHOUT_THINGS))
         drawn = shaded.realtime(scene, views[0].depth, np.ones((3, len(plan.bands))))
         shaft_end = drawn.shafts.end if drawn.shafts is not None else 0.0
@@ -146,6 +144,9 @@ def choose(
     )
     given = {term.name for term in TERMS if term.setting in keep and job.engine in term.engines}
     on = given & switched_on(vars(chosen))
+    if from_above:
+        # What the surface mirrors is not weighed.
+        on |= {SURFACE, WAVES} & switched_on(vars(chosen))
     with quiet():
         required = decide(
             views,
@@ -159,147 +160,6 @@ def choose(
             denoise=job.denoise,
         )
     return Choice(required, _changes(chosen, required, job.engine, keep))
-
-
-def trace_view(
-    scene: bpy.types.Scene,
-    camera: bpy.types.Object,
-    column: WaterColumn,
-    cone: LightCone,
-    *,
-    rays: int = RAYS,
-    grid: tuple[int, int] = (_WIDTH, _HEIGHT),
-    skyward: int = _SKYWARD,
-    steps: int = _STEPS,
-) -> SeenPoints:
-    """Return what a camera sees at the current frame.
-
-    Parameters
-    ----------
-    scene : Scene
-    camera : Object
-        Perspective, orthographic or panoramic, under water.
-    column : WaterColumn
-        Gives the sun, the floor and how far to look for shadows.
-    cone : LightCone
-        Light from above, other than the direct sun.
-    rays : int
-        About how many to return, out of a finer picture.
-    grid : (int, int)
-        Rays of that picture, across and down.
-    skyward : int
-        Rays towards the light from above, from each place.
-    steps : int
-        Looks for shadow along a ray.
-    """
-    depsgraph = bpy.context.evaluated_depsgraph_get()
-    meshes = Meshes(depsgraph, scene_water.objects(scene))
-    rays_of_view = cameras.ray_arrays(scene, camera.evaluated_get(depsgraph), *grid)
-    first = _first_seen(*rays_of_view, column, meshes)
-    return _with_shadows(first.subsample(rays), column, cone, meshes, skyward, steps)
-
-
-def trace_rays(
-    scene: bpy.types.Scene,
-    origin: NDArray[np.float64],
-    direction: NDArray[np.float64],
-    column: WaterColumn,
-    cone: LightCone,
-    *,
-    skyward: int = _SKYWARD,
-) -> SeenPoints:
-    """Return what rays in the water meet at the current frame.
-
-    Parameters
-    ----------
-    scene : Scene
-    origin, direction : array, shape (m, 3)
-        Places under water or on its surface, m; unit directions.
-    column, cone, skyward
-        As of :func:`trace_view`.
-    """
-    meshes = Meshes(bpy.context.evaluated_depsgraph_get(), scene_water.objects(scene))
-    first = _first_seen(origin, direction, column, meshes)
-    return _with_shadows(first, column, cone, meshes, skyward, _STEPS)
-
-
-def _with_shadows(
-    seen: SeenPoints,
-    column: WaterColumn,
-    cone: LightCone,
-    meshes: Meshes,
-    skyward: int,
-    steps: int,
-) -> SeenPoints:
-    """Look for the shadows of what is seen."""
-    end = np.minimum(seen.reached, _to_surface(seen.origin, seen.direction))
-    along = end[:, None] * (np.arange(steps) + 0.5) / steps
-    stations = seen.origin[:, None] + seen.direction[:, None] * along[..., None]
-    to_sun = -np.asarray(column.sun_direction, dtype=np.float64)
-    on_surface = np.isfinite(seen.distance)
-    points = seen.origin + seen.direction * np.where(on_surface, seen.distance, 0.0)[:, None]
-    points = points[on_surface] + seen.normal[on_surface] * _OFF_SURFACE
-    upward = cone_directions(cone, skyward)
-    sunlit, share = np.ones(len(seen), dtype=bool), np.ones(len(seen))
-    facing = seen.normal[on_surface] @ to_sun > 0
-    sunlit[on_surface] = facing & _clear(meshes, points[:, None], to_sun)[:, 0]
-    share[on_surface] = openness(
-        seen.normal[on_surface], upward, _clear(meshes, points[:, None], upward)
-    )
-    return replace(
-        seen,
-        sunlit=sunlit,
-        path_sunlit=_clear(meshes, stations, to_sun),
-        openness=share,
-    )
-
-
-def _first_seen(
-    origin: NDArray[np.float64],
-    direction: NDArray[np.float64],
-    column: WaterColumn,
-    meshes: Meshes,
-) -> SeenPoints:
-    """What rays meet, its shadows not looked for yet."""
-    count = len(origin)
-    hits = meshes.first(origin, direction, _to_surface(origin, direction))
-    distance = np.array([hit.distance if hit else math.inf for hit in hits])
-    normal = np.array([hit.normal if hit else -w for hit, w in zip(hits, direction, strict=True)])
-    colour = np.array([mean_colour(hit.material) if hit else _PLAIN for hit in hits])
-    to_floor = _along(origin[:, 2] + column.floor_depth, -direction[:, 2])
-    on_floor = to_floor < distance
-    return SeenPoints(
-        origin,
-        direction,
-        distance=np.minimum(distance, to_floor),
-        normal=np.where(on_floor[:, None], [0.0, 0.0, 1.0], normal),
-        colour=colour,
-        sunlit=np.ones(count, dtype=bool),
-        path_sunlit=np.ones((count, 1), dtype=bool),
-        reach=min(_REACH / max(float(column.attenuation.min()), 1e-6), _FARTHEST),
-        on_floor=on_floor,
-        openness=np.ones(count),
-        pixels=np.full(count, 1.0 / count),
-    )
-
-
-def _clear(
-    meshes: Meshes, points: NDArray[np.float64], directions: NDArray[np.float64]
-) -> NDArray[np.bool_]:
-    """Whether nothing stands between points, shape (m, k or 1, 3), and the surface, (m, k)."""
-    points, directions = np.broadcast_arrays(points, directions)
-    rays = points.reshape(-1, 3), directions.reshape(-1, 3)
-    return meshes.clear(*rays, _to_surface(*rays)).reshape(points.shape[:-1])
-
-
-def _to_surface(origin: NDArray[np.float64], direction: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Distance along rays to the water's surface, shape (m,); infinite for those that go down."""
-    return _along(np.maximum(-origin[:, 2], 0.0), direction[:, 2])
-
-
-def _along(distance: NDArray[np.float64], speed: NDArray[np.float64]) -> NDArray[np.float64]:
-    away = speed <= 0
-    return np.where(away, np.inf, distance / np.where(away, 1.0, speed))
 
 
 def _sampled(frames: Sequence[int]) -> list[int]:

@@ -15,12 +15,13 @@ from underwater_spectral.node_groups import asset_groups
 from underwater_spectral.scene import (
     cycles_settings,
     exr_output,
+    lamps,
     render_plan,
     scene_water,
     settings,
     stored_settings,
 )
-from underwater_spectral.ui import asset_library, dropped_worlds
+from underwater_spectral.ui import asset_library, dropped_assets
 from underwater_spectral.uw_spectral.spectra.spectral_image import read_exr
 from underwater_spectral.uw_spectral.water import JERLOV_TYPES
 
@@ -161,19 +162,19 @@ def test_a_world_that_is_dropped_brings_its_water(loaded):
     scene.collection.objects.link(camera)
     scene.camera = camera
     bpy.context.view_layer.update()
-    assert not dropped_worlds.take_over(scene)
+    assert not dropped_assets.take_over(scene)
     world = loaded["Harbour"]
-    given = json.loads(world[dropped_worlds.SETTINGS])
+    given = json.loads(world[dropped_assets.SETTINGS])
     assert given["water"] == "jerlov:7C"
     scene.world = world
-    assert dropped_worlds.take_over(scene)
+    assert dropped_assets.take_over(scene)
     assert scene.underwater.water == "jerlov:7C"
     assert scene.underwater.floor_depth == pytest.approx(8.0)
     assert scene_water.has_water(scene)
-    assert not dropped_worlds.take_over(scene)
+    assert not dropped_assets.take_over(scene)
     bpy.ops.underwater.remove_water()
     assert scene.world == world
-    assert not dropped_worlds.take_over(scene)
+    assert not dropped_assets.take_over(scene)
 
 
 def test_lamps_of_a_rig_keep_what_they_are(loaded):
@@ -182,6 +183,25 @@ def test_lamps_of_a_rig_keep_what_they_are(loaded):
     assert len(lights) == 4
     assert {light.parent.name for light in lights} == {"Four ROV Lights Rig"}
     assert all(light.data.underwater.unit == "lm" for light in lights)
+
+
+def test_a_rig_that_is_dropped_becomes_lamps_of_the_scene(loaded):
+    scene = bpy.context.scene
+    dropped = bpy.data.objects.new("Torch", None)
+    dropped.instance_type, dropped.instance_collection = "COLLECTION", loaded["Torch"]
+    dropped.location = (1.0, 2.0, -3.0)
+    scene.collection.objects.link(dropped)
+    bpy.context.view_layer.update()
+    assert not lamps.objects_of(scene)
+    (torch,) = dropped_assets.hang_lamps(scene)
+    bpy.context.view_layer.update()
+    assert lamps.objects_of(scene) == [torch]
+    assert torch.parent == dropped
+    assert (torch.matrix_world.translation - dropped.location).length < 0.5
+    assert torch.data.underwater.unit == "lm"
+    assert dropped.instance_collection is None
+    assert "Torch" not in bpy.data.collections
+    assert dropped_assets.hang_lamps(scene) == []
 
 
 def test_one_click_adds_the_library(library, registered, monkeypatch, tmp_path):

@@ -57,7 +57,7 @@ def mark(block: Any, kind: str, text: str, picture: NDArray[np.float64]) -> Any:
 
 def looks() -> Iterable[Any]:
     """Yield the looks and waters as worlds that carry their settings."""
-    from underwater_spectral.ui import dropped_worlds, presets
+    from underwater_spectral.ui import dropped_assets, presets
 
     for kind, title in (("look", "Looks"), ("water", "Waters")):
         for name, path in presets.names(kind).items():
@@ -72,7 +72,7 @@ def looks() -> Iterable[Any]:
             world = bpy.data.worlds.new(name)
             background = world.node_tree.nodes["Background"]
             background.inputs["Color"].default_value = (*_linear(rows[len(rows) // 2]), 1.0)
-            world[dropped_worlds.SETTINGS] = json.dumps(given, sort_keys=True)
+            world[dropped_assets.SETTINGS] = json.dumps(given, sort_keys=True)
             thumbnail = ROOT / "ui" / "thumbnails" / kind / f"{path.stem}.png"
             picture = _read(thumbnail) if thumbnail.is_file() else _rows(rows)
             text = _first_line(path)
@@ -160,6 +160,7 @@ def compositor() -> Iterable[Any]:
 def lamps() -> Iterable[Any]:
     """Yield the rigs as collections: an empty, and lamps that hang on it."""
     from underwater_spectral.scene import lamp_rigs
+    from underwater_spectral.ui import dropped_assets
 
     scene = bpy.context.scene
     for name, rig in lamp_rigs.RIGS.items():
@@ -171,8 +172,9 @@ def lamps() -> Iterable[Any]:
             collection.objects.link(item)
         text = (
             f"{len(rig.places)} × {rig.lumens:.0f} lm; parent the empty to a camera, which it fits "
-            "at its origin, looking along -z. Drop it with Instance switched off"
+            "at its origin, looking along -z"
         )
+        collection[dropped_assets.RIG] = name
         yield mark(collection, "Lamps", text, _beams(rig))
 
 

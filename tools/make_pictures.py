@@ -69,7 +69,7 @@ def camera(place: tuple[float, float, float], tilt: float, lens: float) -> None:
 def drawn(size: tuple[int, int], finer: int) -> np.ndarray:
     """Draw the scene by its settings, with ``finer`` rays across a pixel."""
     from underwater_spectral.quality.picture import Optics, picture
-    from underwater_spectral.scene import scene_requirements, stored_settings
+    from underwater_spectral.scene import stored_settings, view_tracing
     from underwater_spectral.scene.render_plan import plan_of
     from underwater_spectral.uw_spectral.spectra.colour_rendering import (
         luminance,
@@ -86,7 +86,7 @@ def drawn(size: tuple[int, int], finer: int) -> np.ndarray:
     plan, depth = plan_of(chosen), -scene.camera.matrix_world.translation.z
     view = plan.viewpoint(depth, 0.0)
     cone = light_cone(view.field, depth, plan.column.sun_direction)
-    seen = scene_requirements.trace_view(
+    seen = view_tracing.trace_view(
         scene,
         scene.camera,
         plan.column,

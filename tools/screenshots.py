@@ -25,9 +25,9 @@ FOLDER, *_REST = (Path(word) for word in sys.argv[sys.argv.index("--") + 1 :])
 _PATIENCE = float(str(_REST[0])) if _REST else 1.0
 PACKAGE = "bl_ext.user_default.underwater_spectral"
 SAMPLES = 4
-DROPPED = "Blue hole"
+LOOK, RIG, PARTICLES = "Blue hole", "Torch", "Snow"
 _PAUSE = 1.5
-_WINDOWS = ("start", "added", "assets", "dropped")
+_WINDOWS = ("start", "added", "assets", "dropped", "lamps_dropped", "particles_dropped")
 _SHEETS = (
     ("looks", "water", "depth", "waves", "particles"),
     ("sun", "lamps", "sensor", "quality", "readouts", "output"),
@@ -145,14 +145,24 @@ def assets() -> Iterator[float]:
     browser.params.display_size = 80
     yield from settle(10 * _PAUSE)
     picture("assets")
-    # It is then the first and only one.
-    browser.params.filter_search = DROPPED
-    yield from settle(3 * _PAUSE)
-    drag((below.x + 0.235 * below.width, below.y + 0.8 * below.height), middle(area()))
-    yield from settle(40 * _PAUSE)
-    picture("dropped")
-    worlds = ", ".join(world.name for world in bpy.data.worlds)
-    (FOLDER / "worlds.txt").write_text(f"{scene().world.name}: {worlds}\n")
+    for name, shown in zip((LOOK, RIG, PARTICLES), _WINDOWS[3:], strict=True):
+        # It is then the first and only one.
+        browser.params.filter_search = name
+        yield from settle(3 * _PAUSE)
+        drag((below.x + 0.235 * below.width, below.y + 0.8 * below.height), middle(area()))
+        yield from settle(40 * _PAUSE)
+        picture(shown)
+        (FOLDER / f"{shown}.txt").write_text(state())
+
+
+def state() -> str:
+    """Name what a drop may have changed: the world, objects with parents and modifiers."""
+    lines = [f"world {scene().world.name}"]
+    for item in scene().objects:
+        parent = "" if item.parent is None else f" on {item.parent.name}"
+        modifiers = ", ".join(m.name for m in item.modifiers)
+        lines.append(f"{item.type} {item.name}{parent}: {modifiers}")
+    return "\n".join(lines) + "\n"
 
 
 def middle(of: bpy.types.Area) -> tuple[float, float]:

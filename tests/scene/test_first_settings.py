@@ -14,8 +14,8 @@ from underwater_spectral.scene import (
     lamps,
     live,
     metering,
-    scene_requirements,
     stored_settings,
+    view_tracing,
 )
 from underwater_spectral.scene.render_plan import plan_of
 from underwater_spectral.uw_spectral.spectra.colour_rendering import luminance, srgb_encode
@@ -50,7 +50,7 @@ def test_the_default_cube_is_lowered_lit_and_exposed(default_file):
     stops = metering.metered(scene, scene.camera, plan, depth, None)
     column = plan.column
     cone = light_cone(plan.viewpoint(depth).field, depth, column.sun_direction)
-    seen = scene_requirements.trace_view(scene, scene.camera, column, cone, rays=300)
+    seen = view_tracing.trace_view(scene, scene.camera, column, cone, rays=300)
     flat = Optics(plan_of(replace(chosen, surface="flat")).viewpoint(depth, stops))
     colours = picture(flat, seen).without()
     shown = srgb_encode(camera_curve(chosen.tone)(np.maximum(colours, 0.0)))

@@ -11,7 +11,14 @@ import pytest
 from mathutils import Vector
 from underwater_spectral.node_groups.node_mathematics import MARK
 from underwater_spectral.quality import requirements
-from underwater_spectral.scene import batch, cameras, scene_requirements, settings, stored_settings
+from underwater_spectral.scene import (
+    batch,
+    cameras,
+    scene_requirements,
+    settings,
+    stored_settings,
+    view_tracing,
+)
 from underwater_spectral.scene.settings import SceneSettings
 from underwater_spectral.tests.scene import scenes
 from underwater_spectral.tests.scene.columns import grey_column
@@ -37,7 +44,7 @@ def _column(**how):
 
 def _look(scene, camera, column=None, **how):
     cone = LightCone(np.array([0.0, 0.0, -1.0]), math.radians(50))
-    return scene_requirements.trace_view(scene, camera, column or _column(), cone, **how)
+    return view_tracing.trace_view(scene, camera, column or _column(), cone, **how)
 
 
 def test_a_cube_ahead_is_seen_where_it_is():
@@ -251,14 +258,6 @@ def test_frames_along_the_path_are_looked_at():
     assert choice.required.delta_e <= 2.0
 
 
-def test_a_camera_above_the_water_is_refused():
-    scene, camera = _scene()
-    camera.location.z = 1.0
-    with pytest.raises(InputError, match="1 m above the water"):
-        _choose(scene, camera, [], target=1.0)
-    assert scene.frame_current == 1
-
-
 def test_night_is_refused():
     scene, camera = _scene()
     options = ["--sunlight", "0"]
@@ -305,3 +304,55 @@ def test_batch_explains_and_records_what_it_chose(registered, tmp_path, capfd):
     assert "bounces: " in printed
     assert record["settings"]["bounces"] < 64
     assert record["settings"]["bands"] == len(record["bands"]["centres_nm"])
+
+
+_FROM_ABOVE = ("--engine", "eevee", "--mode", "bands", "--water", "jerlov:3C", "--floor-depth", "4")
+
+
+def test_from_above_what_is_seen_in_the_water_counts():
+    scene, _ = _scene()
+    camera = scenes.add_camera((0.0, -4.0, 4.0), (math.radians(65.0), 0.0, 0.0))
+    bpy.context.view_layer.update()
+    cone = LightCone(np.array([0.0, 0.0, -1.0]), math.radians(50))
+    column = _column(floor_depth=9.0, surface="flat", refractive_index=1.34)
+    view = view_tracing.trace_from_above(scene, camera, column, cone)
+    seen = view.seen
+    assert seen.pixels.sum() == pytest.approx(1.0)
+    assert seen.depth == pytest.approx(1e-3)
+    hit = (seen.kind == 2) & (seen.direction[:, 0] ** 2 < 1e-2)
+    points = seen.origin[hit] + seen.direction[hit] * seen.distance[hit, None]
+    # The cube's top and its front, below where the camera sees it without refraction.
+    assert hit.sum() > 5
+    assert (np.isclose(points[:, 2], -4.0) | np.isclose(points[:, 1], 7.0)).all()
+    # Each counts by what Fresnel lets through, here by the angles of the refracted ray.
+    t = np.arccos(-seen.direction[:, 2])
+    i = np.arcsin(np.minimum(1.34 * np.sin(t), 1.0))
+    R = (np.sin(i - t) / np.sin(i + t)) ** 2 / 2 + (np.tan(i - t) / np.tan(i + t)) ** 2 / 2
+    assert R.max() > 0.2
+    assert seen.pixels == pytest.approx((1.0 - R) / (1.0 - R).sum(), rel=1e-3)
+
+
+def test_auto_from_above_meets_its_target_and_leaves_the_surface_as_it_is():
+    scene, _ = _scene()
+    camera = scenes.add_camera((0.0, 3.0, 4.0), (math.radians(50.0), 0.0, 0.0))
+    slab = scenes._cube("slab", (0.0, 6.0, -1.0))
+    slab.scale = (4.0, 3.0, 0.1)
+    bpy.context.view_layer.update()
+    found = {}
+    for target in (8.0, 0.5):
+        options = [*_FROM_ABOVE, "--surface", "waves", "--shafts"]
+        found[target] = _choose(scene, camera, options, target=target)
+        assert {"surface", "waves"} <= found[target].required.options
+        assert found[target].settings["shafts"] is False
+        assert "surface" not in found[target].settings
+    few, many = (found[target].settings.get("bands", 8) for target in (8.0, 0.5))
+    assert few < many
+    assert found[0.5].required.delta_e < 0.5
+
+
+def test_auto_says_that_a_camera_sees_only_sky():
+    scene, _ = _scene()
+    camera = scenes.add_camera((0.0, 0.0, 4.0), (math.radians(170.0), 0.0, 0.0))
+    bpy.context.view_layer.update()
+    with pytest.raises(InputError, match="sees only sky"):
+        _choose(scene, camera, _FROM_ABOVE, target=2.0)
