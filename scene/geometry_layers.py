@@ -112,8 +112,7 @@ def _numbered(scene: bpy.types.Scene) -> list[tuple[str, str, list[str]]]:
     """Layer of numbers, pass, and the names that are numbered, those of the water last."""
     items = contents.objects(scene)
     objects = {item.name: MARK in item for item in items if item.type not in _UNSEEN}
-    slots = (slot.material for item in items for slot in item.material_slots)
-    materials = {found.name: MARK in found for found in slots if found is not None}
+    materials = {found.name: MARK in found for found in contents.materials(scene)}
     rows = zip(("instance", "material"), CRYPTOMATTE, (objects, materials), strict=True)
     return [
         (name, source, sorted(names, key=lambda n, own=names: (own[n], n)))

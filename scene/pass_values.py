@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from ..node_groups import attributes
 from ..uw_spectral.transfer.above_water import light_in_air
 from ..uw_spectral.transfer.water_column import WaterColumn
+from . import contents
 from .cycles_phase import CyclesPhase
 
 
@@ -75,9 +76,8 @@ class PassValues:
         for item in scene.objects:
             if item.type == "LIGHT":
                 item.data.update_tag()
-            for slot in item.material_slots:
-                if slot.material is not None:
-                    slot.material.update_tag()
+        for material in contents.materials(scene):
+            material.update_tag()
 
 
 def clear(layer: bpy.types.ViewLayer) -> None:
