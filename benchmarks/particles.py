@@ -279,7 +279,7 @@ Bubbles are mirrors where water reflects totally, and clear elsewhere; they do n
 
 ## What they cost
 CPU time of a sample, with particles over without, in turn in one scene and process, EEVEE on a software rasteriser, at
-half the size of the pictures, other work running beside it:
+half the size of the pictures:
 
 | | particles around the camera | ratio |
 |---|---|---|

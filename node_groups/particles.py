@@ -27,6 +27,7 @@ from ..uw_spectral.water.particles import (
 from .node_mathematics import MARK, NODES, Graph, NodeValue, new_group
 
 SHAPE, COUNT, SIDE, SEED = "Shape", "Count", "Box Side", "Seed"
+TIMES = "Times"
 SMALLEST, LARGEST, SLOPE = "Smallest", "Largest", "Slope"
 RISE, RISE_LARGEST = "Rise of Smallest", "Rise of Largest"
 DRIFT, WANDER, PACE, STRETCH = "Drift", "Wander", "Pace", "Stretch"
@@ -40,6 +41,7 @@ _INDEX = 1.34  # of water around bubbles; coarse beside their own distortion
 _INPUTS: dict[str, tuple[str, object, str]] = {
     SHAPE: ("NodeSocketGeometry", None, "Bodies of diameter 1, as instances; one is picked each"),
     COUNT: ("NodeSocketInt", 1000, "Particles in the box"),
+    TIMES: ("NodeSocketFloat", 1.0, "Factor on their number"),
     SIDE: ("NodeSocketFloat", 2.0, "Side of the box around the camera, m"),
     SMALLEST: ("NodeSocketFloat", 5e-4, "Diameter, m"),
     LARGEST: ("NodeSocketFloat", 1e-3, "Diameter, m"),
@@ -95,7 +97,7 @@ def build_class() -> bpy.types.GeometryNodeTree:
         graph, place, camera, seat.outputs["Transform"], sockets[IN_VIEW]
     )
     points = graph.node("GeometryNodePoints")
-    tree.links.new(sockets[COUNT], points.inputs["Count"])
+    graph.assign(given[COUNT] * given[TIMES], points.inputs["Count"])
     graph.assign(graph.vector(*place), points.inputs["Position"])
     instances = graph.node("GeometryNodeInstanceOnPoints")
     tree.links.new(points.outputs[0], instances.inputs["Points"])
@@ -182,11 +184,18 @@ def _is_seen(
 
 
 def build(name: str, cloud: ParticleCloud, material: bpy.types.Material) -> bpy.types.NodeTree:
-    """Build the geometry of a kind of particles; :func:`write` gives it its numbers."""
+    """Build the geometry of a kind of particles; :func:`write` gives it its numbers.
+
+    They join what geometry there is, wherever the object of the modifier is.
+    """
     tree = new_group(name, "GeometryNodeTree")
     tree.is_modifier = True
-    tree.interface.new_socket("Geometry", in_out="OUTPUT", socket_type="NodeSocketGeometry")
+    for way in ("OUTPUT", "INPUT"):
+        tree.interface.new_socket("Geometry", in_out=way, socket_type="NodeSocketGeometry")
+    times = tree.interface.new_socket(TIMES, in_out="INPUT", socket_type="NodeSocketFloat")
+    times.default_value, times.min_value, times.description = 1.0, 0.0, _INPUTS[TIMES][2]
     graph, group = Graph(tree), build_class()
+    given = graph.node("NodeGroupInput").outputs
     shape = _SHAPES[cloud.kind.name](graph)
     dressed = graph.node("GeometryNodeSetMaterial")
     dressed.inputs["Material"].default_value = material
@@ -195,9 +204,26 @@ def build(name: str, cloud: ParticleCloud, material: bpy.types.Material) -> bpy.
     for _ in cloud.classes:
         node = graph.node("GeometryNodeGroup", node_tree=group)
         tree.links.new(dressed.outputs[0], node.inputs[SHAPE])
+        tree.links.new(given[TIMES], node.inputs[TIMES])
         tree.links.new(node.outputs[0], joined.inputs[0])
-    tree.links.new(joined.outputs[0], graph.node("NodeGroupOutput").inputs[0])
+    whole = graph.node("GeometryNodeJoinGeometry")
+    tree.links.new(_in_own_space(graph, joined.outputs[0]), whole.inputs[0])
+    tree.links.new(given["Geometry"], whole.inputs[0])
+    tree.links.new(whole.outputs[0], graph.node("NodeGroupOutput").inputs[0])
     return tree
+
+
+def _in_own_space(graph: Graph, geometry: bpy.types.NodeSocket) -> bpy.types.NodeSocket:
+    """Take geometry from the world's space to that of the object."""
+    seat = graph.node("GeometryNodeObjectInfo", transform_space="ORIGINAL")
+    graph.tree.links.new(graph.node("GeometryNodeSelfObject").outputs[0], seat.inputs["Object"])
+    back = graph.node("FunctionNodeInvertMatrix")
+    graph.tree.links.new(seat.outputs["Transform"], back.inputs[0])
+    moved = graph.node("GeometryNodeTransform")
+    moved.inputs["Mode"].default_value = "Matrix"
+    graph.tree.links.new(geometry, moved.inputs["Geometry"])
+    graph.tree.links.new(back.outputs[0], moved.inputs["Transform"])
+    return moved.outputs[0]
 
 
 def write(

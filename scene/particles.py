@@ -145,15 +145,28 @@ def _add(scene: bpy.types.Scene, cloud: ParticleCloud, wet: Wet) -> bpy.types.Ob
     material = _material(scene, wet, bubbles=cloud.kind.name == BUBBLES)
     item = bpy.data.objects.new(name, bpy.data.meshes.new(name))
     item[scene_water.PARTICLES] = cloud.kind.name
+    dress(item, geometry.build(name, cloud, material), material)
+    scene_water.link(scene, item)
+    return item
+
+
+def dress(item: bpy.types.Object, tree: bpy.types.NodeTree, material: bpy.types.Material) -> None:
+    """Let an object show particles of one material.
+
+    Parameters
+    ----------
+    item : Object
+        A mesh.
+    tree : NodeTree
+        Of :func:`.node_groups.particles.build`.
+    material : Material
+    """
     item.data.materials.append(material)
-    modifier = item.modifiers.new(name, "NODES")
-    modifier.node_group = geometry.build(name, cloud, material)
+    item.modifiers.new(tree.name, "NODES").node_group = tree
     # Only the camera sees them: what they keep from each other and from things is in the water's
     # own scattering already.
     item.visible_shadow = item.visible_diffuse = item.visible_glossy = False
     item.visible_transmission = item.visible_volume_scatter = False
-    scene_water.link(scene, item)
-    return item
 
 
 def _material(scene: bpy.types.Scene, wet: Wet, *, bubbles: bool) -> bpy.types.Material:

@@ -13,6 +13,7 @@ import pytest
 from underwater_spectral import registration
 from underwater_spectral.node_groups import asset_groups
 from underwater_spectral.scene import (
+    contents,
     cycles_settings,
     exr_output,
     lamps,
@@ -26,7 +27,7 @@ from underwater_spectral.uw_spectral.spectra.spectral_image import read_exr
 from underwater_spectral.uw_spectral.water import JERLOV_TYPES
 
 ROOT = Path(__file__).resolve().parent.parent
-LOADED = ("worlds", "node_groups", "collections")
+LOADED = ("worlds", "node_groups", "collections", "objects")
 
 
 @pytest.fixture(scope="module")
@@ -202,6 +203,50 @@ def test_a_rig_that_is_dropped_becomes_lamps_of_the_scene(loaded):
     assert dropped.instance_collection is None
     assert "Torch" not in bpy.data.collections
     assert dropped_assets.hang_lamps(scene) == []
+
+
+def _specks():
+    """Places of instanced particles, sorted, shape (n, 3)."""
+    bpy.context.view_layer.update()
+    instances = bpy.context.evaluated_depsgraph_get().object_instances
+    places = [tuple(x.matrix_world.translation) for x in instances if x.is_instance]
+    return np.array(sorted(places))
+
+
+def test_particles_are_the_same_wherever_they_are_dropped(loaded):
+    scene = bpy.context.scene
+    camera = bpy.data.objects.new("camera", bpy.data.cameras.new("camera"))
+    camera.location = (3.0, -2.0, -6.0)
+    camera.rotation_euler = (math.pi / 2, 0.0, 0.0)
+    snow = loaded["Snow"]
+    for item in (camera, snow):
+        scene.collection.objects.link(item)
+    scene.camera = camera
+    places = _specks()
+    assert len(places) > 50
+    snow.location, snow.rotation_euler, snow.scale = (5.0, 1.0, -3.0), (0.3, 0.5, 1.0), (2, 2, 2)
+    np.testing.assert_allclose(_specks(), places, atol=1e-4)
+    assert np.linalg.norm(places - camera.location, axis=1).max() < 40.0
+    tree = snow.modifiers[0].node_group
+    name = tree.interface.items_tree["Times"].identifier
+    getattr(snow.modifiers[0].properties.inputs, name).value = 3.0
+    snow.update_tag()
+    assert len(_specks()) == pytest.approx(3 * len(places), rel=0.2)
+    assert snow.active_material in contents.materials(scene)
+
+
+def test_a_mesh_that_particles_are_dropped_on_stays(loaded):
+    scene = bpy.context.scene
+    camera = bpy.data.objects.new("camera", bpy.data.cameras.new("camera"))
+    camera.location.z = -6.0
+    scene.collection.objects.link(camera)
+    scene.camera = camera
+    bpy.ops.mesh.primitive_cube_add(location=(0.0, 3.0, -6.0))
+    cube = bpy.context.object
+    cube.modifiers.new("silt", "NODES").node_group = loaded["Silt"].modifiers[0].node_group
+    assert len(_specks()) > 50
+    depsgraph = bpy.context.evaluated_depsgraph_get()
+    assert len(cube.evaluated_get(depsgraph).data.vertices) == 8
 
 
 def test_one_click_adds_the_library(library, registered, monkeypatch, tmp_path):

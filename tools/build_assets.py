@@ -179,8 +179,9 @@ def lamps() -> Iterable[Any]:
 
 
 def floating() -> Iterable[Any]:
-    """Yield the particles as geometry nodes."""
+    """Yield the particles as objects with geometry nodes, and the nodes of a size."""
     from underwater_spectral.node_groups import particles as geometry
+    from underwater_spectral.scene import particles
     from underwater_spectral.uw_spectral.water.particles import (
         BUBBLES,
         KINDS,
@@ -194,11 +195,13 @@ def floating() -> Iterable[Any]:
         material = bubbles if kind.name == BUBBLES else grains
         tree = geometry.build(kind.name.capitalize(), cloud, material)
         geometry.write(tree, cloud, (0.02, 0.0, 0.0), 1e4, number)
+        item = bpy.data.objects.new(tree.name, bpy.data.meshes.new(tree.name))
+        particles.dress(item, tree, material)
         text = (
             f"{kind.name.capitalize()} around the active camera, 40 larger than 0.1 mm per litre, "
-            "drifting with the scene's clock; drop it on any mesh object at the origin"
+            "drifting with the scene's clock; Times in its modifier makes them more or fewer"
         )
-        yield mark(tree, "Particles", text, _specks(cloud, number))
+        yield mark(item, "Particles", text, _specks(cloud, number))
     one = next(g for g in bpy.data.node_groups if g.name.startswith(geometry.CLASS_NAME))
     one.name = "Particles of a Size"
     text = "Particles of a size class in a box around the active camera, for sets of your own"
