@@ -33,14 +33,15 @@ def objects(scene: bpy.types.Scene) -> list[bpy.types.Object]:
 
 def materials(scene: bpy.types.Scene) -> list[bpy.types.Material]:
     """Materials of the objects of a scene, those that geometry nodes set too, in stable order."""
-    found = {}
-    for item in objects(scene):
-        named = [slot.material for slot in item.material_slots]
-        named += [block for block in _named(item) if isinstance(block, bpy.types.Material)]
-        for material in named:
-            if material is not None and material.node_tree is not None:
-                found[material.name_full] = material
+    found = {m.name_full: m for item in objects(scene) for m in materials_of(item)}
     return [found[name] for name in sorted(found)]
+
+
+def materials_of(item: bpy.types.Object) -> list[bpy.types.Material]:
+    """Materials of an object, and those that its geometry nodes set."""
+    named = [slot.material for slot in item.material_slots]
+    named += [block for block in _named(item) if isinstance(block, bpy.types.Material)]
+    return [m for m in named if m is not None and m.node_tree is not None]
 
 
 def _instanced(item: bpy.types.Object) -> Iterator[bpy.types.ID]:

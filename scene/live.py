@@ -142,6 +142,8 @@ def update(
         chosen = stored_settings.stored_settings(seen)
         depth = preview_depth(scene, chosen, depsgraph)
         key = _key(scene, chosen, depth)
+        if may_rebuild:
+            realtime.take_in(scene)
         if session[_SHOWN] == key and (hasty or not is_stale(scene)):
             return True
         water = _water(scene, chosen, depth, hasty=hasty)
@@ -161,6 +163,18 @@ def update(
     finally:
         _busy.reset(token)
     return True
+
+
+def has_come(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> bool:
+    """Whether an object that has changed is not in the scene's water yet."""
+    changed = (update.id.original for update in depsgraph.updates)
+    return any(
+        isinstance(item, bpy.types.Object)
+        and MARK not in item
+        and realtime.is_dry(item)
+        and item.name in scene.objects
+        for item in changed
+    )
 
 
 def is_stale(scene: bpy.types.Scene) -> bool:

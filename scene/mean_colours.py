@@ -15,6 +15,7 @@ from mathutils import Color
 Rgb = tuple[float, float, float]
 
 _PLAIN: Rgb = (0.5, 0.5, 0.5)
+_BARE: Rgb = (0.8, 0.8, 0.8)  # what Blender draws without a material
 _HALFWAY = 0.5
 _RAMP = np.linspace(0.3, 0.7, 9)  # where noise of most kinds lies
 _PIXELS = 4096  # of an image that are looked at
@@ -28,7 +29,7 @@ _PASSED_ON = {
 def mean_colour(material: bpy.types.Material | None) -> Rgb:
     """Mean base colour of a material, linear Rec.709."""
     if material is None:
-        return _PLAIN
+        return _BARE
     for node in material.node_tree.nodes if material.node_tree else ():
         socket = node.inputs.get("Base Color") or (
             node.inputs.get("Color") if node.type.startswith("BSDF") else None

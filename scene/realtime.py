@@ -45,7 +45,7 @@ from ..uw_spectral.transfer.solved_field import SolvedField
 from ..uw_spectral.transfer.sun_beam import SunBeam, sun_beam
 from ..uw_spectral.transfer.water_column import WaterColumn
 from ..uw_spectral.water.phase import BandPhase, HenyeyGreenstein
-from . import apparent_places, contents, particles, realtime_materials, scene_water
+from . import apparent_places, bare_surfaces, contents, particles, realtime_materials, scene_water
 from .lamps import SceneLamps
 from .particles import SceneParticles
 from .water_body import WaterExtent, box
@@ -58,6 +58,7 @@ _TABLE = "uw_table"
 _SHADE = "uw_shade"
 _LAMPS = "uw_lamps"
 _APPARENT = "uw_apparent"
+_PLAIN = "uw_plain"
 # Shafts end where the clearest band keeps 2 % of its light, or soon after the scene does.
 _SHAFT_OPTICAL_DEPTH = 4.0
 _LONGEST_SHAFT = 200.0
@@ -378,7 +379,9 @@ def add_realtime(scene: bpy.types.Scene, water: RealtimeWater, extent: WaterExte
             "take fewer, or some of them at a time (RealtimeWater.of_bands)"
         )
     scene_water.prepare(scene)
+    plain, bare = bare_surfaces.dress(scene)
     materials, notes = scene_water.own_materials(scene, routed=False)
+    notes += bare
     shape = water.shape
     images = None if water.waves is None else realtime_waves.new_images()
     table = (
@@ -426,6 +429,7 @@ def add_realtime(scene: bpy.types.Scene, water: RealtimeWater, extent: WaterExte
                 (_SHADE, shade),
                 (_LAMPS, lit),
                 (_APPARENT, apparent),
+                (_PLAIN, plain),
             )
             if image is not None
         },
@@ -436,6 +440,31 @@ def add_realtime(scene: bpy.types.Scene, water: RealtimeWater, extent: WaterExte
     set_values(scene, water)
     if water.above is not None:
         apparent_places.subdivide(scene, water.above.camera)
+    return notes
+
+
+def is_dry(item: bpy.types.Object) -> bool:
+    """Whether an object came, or got a material, after the water of its scene."""
+    return bare_surfaces.is_bare(item) or any(
+        realtime_materials.is_dry(material) for material in contents.materials_of(item)
+    )
+
+
+def take_in(scene: bpy.types.Scene) -> list[str]:
+    """Let what has come into a scene since its water get wet; other nodes stay.
+
+    Returns
+    -------
+    list of str
+        What could not be treated, one line each.
+    """
+    plain, notes = bare_surfaces.dress(scene, scene_water.part(scene, _PLAIN))
+    collection = scene_water.collection_of(scene)
+    if plain is not None and collection is not None:
+        collection[_PLAIN] = plain
+    materials, _ = scene_water.own_materials(scene, routed=False)
+    for material in filter(realtime_materials.is_dry, materials):
+        _wet(scene, material)
     return notes
 
 

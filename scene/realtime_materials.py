@@ -26,6 +26,7 @@ SOURCE = "uw_source"
 _MUTED = "uw_muted"
 _OUTPUTS = {"colour": "UW Color", "emission": "UW Emission", "transmittance": "UW Transmittance"}
 _GREY = 0.5
+_MATTE = "mirrors; in real time it throws back the water's light as a matte thing does"
 
 _REFLECTING = {
     "ShaderNodeBsdfDiffuse": "Color",
@@ -39,6 +40,7 @@ _REFLECTING = {
     "ShaderNodeBsdfHairPrincipled": "Color",
     "ShaderNodeSubsurfaceScattering": "Color",
 }
+_MIRRORING = {"ShaderNodeBsdfGlossy", "ShaderNodeBsdfAnisotropic", "ShaderNodeBsdfMetallic"}
 _EMITTING = {"ShaderNodeEmission", "ShaderNodeBackground"}
 _REFRACTING = {"ShaderNodeBsdfGlass", "ShaderNodeBsdfRefraction"}
 
@@ -96,6 +98,8 @@ class _Walk:
         if kind == "ShaderNodeBsdfPrincipled":
             return self._principled(node)
         normal = self._normal(node)
+        if kind in _MIRRORING:
+            self._note(_MATTE)
         if kind in _REFLECTING and _REFLECTING[kind] in node.inputs:
             return _Closure(colour=self._value(node.inputs[_REFLECTING[kind]]), normal=normal)
         if kind in _EMITTING:
@@ -113,6 +117,8 @@ class _Walk:
         inputs = node.inputs
         alpha, base = self._value(inputs["Alpha"]), self._value(inputs["Base Color"])
         passing = self._value(inputs["Transmission Weight"])
+        if inputs["Metallic"].is_linked or inputs["Metallic"].default_value > 0.0:
+            self._note(_MATTE)
         transmittance = 1.0 - alpha
         if not _is_zero(passing):
             self._note("transmits light; in real time it goes straight through")
@@ -194,6 +200,17 @@ def insert(
         if output is not None:
             _insert(material, output, group, notes)
     return list(dict.fromkeys(notes))
+
+
+def is_dry(material: bpy.types.Material) -> bool:
+    """Whether :func:`insert` would change a material."""
+    tree = material.node_tree
+    return (
+        material.is_editable
+        and tree is not None
+        and _surface_output(tree) is not None
+        and _surface_node(tree) is None
+    )
 
 
 def write_reflectance(material: bpy.types.Material, values: np.ndarray, shape: Shape) -> None:

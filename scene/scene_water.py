@@ -23,6 +23,7 @@ from ..uw_spectral.transfer.water_column import WaterColumn
 from . import (
     apparent_places,
     band_colors,
+    bare_surfaces,
     contents,
     pass_values,
     realtime_materials,
@@ -108,7 +109,7 @@ def own_materials(
     """
     found, others = contents.materials(scene), {}
     for other, water in _waters().items():
-        if SURFACE in water or not routed:
+        if other != scene and (SURFACE in water or not routed):
             shared = [m for m in contents.materials(other) if m in found]
             others |= dict.fromkeys(shared, other.name)
     notes = []
@@ -355,6 +356,9 @@ def _let_go() -> None:
             lit[water[SURFACE]] = lit.get(water[SURFACE], set()) | materials
         else:
             routed |= materials
+    bare_surfaces.undress(
+        {x for scene, water in waters.items() if SURFACE in water for x in contents.objects(scene)}
+    )
     realtime_materials.remove(lit)
     apparent_places.give_back(set().union(*lit.values()) if lit else ())
     apparent_places.unite(waters)

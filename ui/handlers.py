@@ -19,8 +19,9 @@ def _edited(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
     live.note_moves(scene, depsgraph)
     # Nodes are built outside of the handler, where data may be added and removed.
     hasty = not bpy.app.background
-    if not live_updates.is_waiting() and not live.update(
-        scene, depsgraph, may_rebuild=False, hasty=hasty
+    if not live_updates.is_waiting() and (
+        live.has_come(scene, depsgraph)
+        or not live.update(scene, depsgraph, may_rebuild=False, hasty=hasty)
     ):
         live_updates.follow(scene)
     if live.is_stale(scene):

@@ -189,7 +189,7 @@ class Rebuild(_LiveOperator):
 
     bl_idname = "underwater.rebuild"
     bl_label = "Refresh Water"
-    bl_description = "Build the water anew: new objects get wet, data files are read again"
+    bl_description = "Build the water anew; data files are read again"
 
     @override
     def run(self, context: bpy.types.Context) -> None:

@@ -9,6 +9,7 @@ import bpy
 import numpy as np
 import pytest
 from underwater_spectral.scene import (
+    bare_surfaces,
     contents,
     engines,
     live,
@@ -77,7 +78,8 @@ def test_without_density_nothing_is_added():
     assert not [i for i in scene_water.objects(scene) if scene_water.PARTICLES in i]
     groups = {g.bl_idname for g in bpy.data.node_groups}
     assert "GeometryNodeTree" not in groups
-    assert not [m for m in bpy.data.materials if m.name.startswith("UW")]
+    own = {m.name for m in bpy.data.materials if m.name.startswith("UW")}
+    assert own <= {bare_surfaces.NAME}
 
 
 @pytest.mark.filterwarnings("ignore::UserWarning")
@@ -85,11 +87,12 @@ def test_every_kind_comes_with_two_materials_and_leaves_no_trace():
     scene = scenes.varied_scene()
     bpy.context.view_layer.update()
     before = snapshot.snapshot()
-    dry = len(contents.materials(scene))
+    dry = {m.name for m in contents.materials(scene)}
     _add(scene, _plan(**dict.fromkeys(CLOUDS, 5.0)))
     kinds = {i[scene_water.PARTICLES] for i in scene_water.objects(scene) if len(i.modifiers)}
     assert kinds == set(CLOUDS)
-    assert len(contents.materials(scene)) == dry + 2
+    found = {m.name for m in contents.materials(scene)} - dry
+    assert found == {"UW Particles", "UW Bubbles", bare_surfaces.NAME}
     scene_water.remove(scene)
     assert snapshot.differences(before, snapshot.snapshot()) == []
 
