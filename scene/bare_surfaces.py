@@ -10,13 +10,14 @@ from collections.abc import Collection, Iterator
 
 import bpy
 
-from ..node_groups.node_mathematics import MARK
+from ..node_groups.node_mathematics import MARK, Graph, new_group
 from . import contents
 
 NAME = "UW Plain"
 STANDS_IN = "uw_stands_in"
 """Property of the material: it goes when the water goes."""
 _ADDED = "uw_slot"  # property of a data-block: its one slot is not its own
+_MODIFIER = "UW Material"
 _KINDS = {"MESH", "CURVE", "SURFACE", "META", "FONT", "CURVES", "POINTCLOUD"}
 
 
@@ -62,6 +63,13 @@ def dress(
                 f"{item.name!r} has no material, is linked from another file and stays dry; give "
                 "it a material there"
             )
+    makers = [item for item in contents.objects(scene) if _may_make_bare(item)]
+    if makers:
+        layer = scene.view_layers[0]
+        layer.update()
+        for item in (i for i in makers if _makes_bare(i, layer.depsgraph)):
+            material = material or _grey()
+            item.modifiers.new(_MODIFIER, "NODES").node_group = _setting(material)
     return material, notes
 
 
@@ -71,6 +79,8 @@ def undress(kept: Collection[bpy.types.Object]) -> None:
     for item in bpy.data.objects:
         if item in kept or item.type not in _KINDS:
             continue
+        if _MODIFIER in item.modifiers and item.is_editable:
+            item.modifiers.remove(item.modifiers[_MODIFIER])
         for slot in _standing_in(item):
             if slot.link == "OBJECT" or item.data not in data:
                 slot.material = None
@@ -79,6 +89,39 @@ def undress(kept: Collection[bpy.types.Object]) -> None:
                 # Unlike pop, this shortens the lists of the objects too.
                 item.data.materials.clear()
             del item.data[_ADDED]
+
+
+def _may_make_bare(item: bpy.types.Object) -> bool:
+    return (
+        item.type in _KINDS
+        and MARK not in item
+        and item.is_editable
+        and item.override_library is None
+        and _MODIFIER not in item.modifiers
+        and any(modifier.type == "NODES" for modifier in item.modifiers)
+    )
+
+
+def _makes_bare(item: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> bool:
+    """Whether an object's geometry nodes make a mesh without materials; instances may have some."""
+    geometry = item.evaluated_get(depsgraph).evaluated_geometry()
+    mesh = geometry.mesh
+    bare = mesh is not None and len(mesh.polygons) > 0 and not any(mesh.materials)
+    return bare and geometry.instances_pointcloud() is None
+
+
+def _setting(material: bpy.types.Material) -> bpy.types.NodeTree:
+    """Make geometry nodes that set a material."""
+    tree = new_group(_MODIFIER, "GeometryNodeTree")
+    tree.is_modifier = True
+    for way in ("INPUT", "OUTPUT"):
+        tree.interface.new_socket("Geometry", in_out=way, socket_type="NodeSocketGeometry")
+    graph = Graph(tree)
+    node = graph.node("GeometryNodeSetMaterial")
+    node.inputs["Material"].default_value = material
+    tree.links.new(graph.node("NodeGroupInput").outputs[0], node.inputs["Geometry"])
+    tree.links.new(node.outputs[0], graph.node("NodeGroupOutput").inputs[0])
+    return tree
 
 
 def _grey() -> bpy.types.Material:

@@ -36,7 +36,7 @@ from ..uw_spectral.lamps.thrown_back import LitThings, thrown_back
 from ..uw_spectral.spectra.bands import Bands
 from ..uw_spectral.spectra.illuminant import RELATIVE, full_sun
 from ..uw_spectral.spectra.reflectance import uplift_basis
-from . import cameras, scene_water
+from . import cameras, contents, scene_water
 from .lamp_files import KINDS, PROFILE, SPECTRUM, LampFile, files_of
 from .stored_lamps import ROV, stored_lamp
 
@@ -121,7 +121,11 @@ def objects_of(scene: bpy.types.Scene) -> list[bpy.types.Object]:
 
 def left_out(scene: bpy.types.Scene) -> dict[bpy.types.Object, str]:
     """Return the lamps of a scene that do not light its water, and why."""
-    return {item: why_dark(item) for item in _shown(scene) if why_dark(item)}
+    own = set(scene.objects)
+    instanced = [x for x in contents.objects(scene) if x not in own and _is_lamp(x)]
+    return {item: why_dark(item) for item in _shown(scene) if why_dark(item)} | dict.fromkeys(
+        instanced, "it is in an instance; make that real (Object, Apply, Make Instances Real)"
+    )
 
 
 def why_dark(item: bpy.types.Object) -> str:
@@ -140,12 +144,13 @@ def _shown(scene: bpy.types.Scene) -> list[bpy.types.Object]:
     found = [
         item
         for item in scene.objects
-        if item.type == "LIGHT"
-        and item.data.type in KINDS
-        and MARK not in item
-        and not scene_water.is_hidden(item)
+        if _is_lamp(item) and MARK not in item and not scene_water.is_hidden(item)
     ]
     return sorted(found, key=lambda item: item.name_full)
+
+
+def _is_lamp(item: bpy.types.Object) -> bool:
+    return item.type == "LIGHT" and item.data.type in KINDS
 
 
 def _moves(item: bpy.types.Object | None) -> bool:

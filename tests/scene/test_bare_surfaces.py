@@ -113,6 +113,46 @@ def test_shared_meshes_and_slots_of_objects_get_theirs_back(registered):
     assert not [m for m in bpy.data.materials if m.name.startswith(bare_surfaces.NAME)]
 
 
+def _made_by_nodes(item, *, instances):
+    """Let geometry nodes make a cube in place of a mesh, or an instance of one."""
+    tree = bpy.data.node_groups.new("made", "GeometryNodeTree")
+    tree.is_modifier = True
+    tree.interface.new_socket("Geometry", in_out="OUTPUT", socket_type="NodeSocketGeometry")
+    made, end = tree.nodes.new("GeometryNodeMeshCube"), tree.nodes.new("NodeGroupOutput")
+    last = made.outputs[0]
+    if instances:
+        points = tree.nodes.new("GeometryNodePoints")
+        node = tree.nodes.new("GeometryNodeInstanceOnPoints")
+        tree.links.new(points.outputs[0], node.inputs["Points"])
+        tree.links.new(last, node.inputs["Instance"])
+        last = node.outputs[0]
+    tree.links.new(last, end.inputs[0])
+    item.modifiers.new("made", "NODES").node_group = tree
+
+
+@pytest.mark.parametrize("instances", [False, True])
+def test_what_nodes_make_of_nothing_gets_a_material(registered, instances):
+    scene = registered
+    scenes.add_camera((0.0, 0.0, -5.0))
+    wall = _wall(scenes.principled("paint"))
+    _made_by_nodes(wall, instances=instances)
+    scene.underwater.diffuse_shadows = False
+    bpy.context.view_layer.update()
+    before = snapshot.snapshot()
+    live.add(scene)
+    bpy.context.view_layer.update()
+    shown = wall.evaluated_get(bpy.context.evaluated_depsgraph_get()).evaluated_geometry()
+    if instances:
+        assert len(wall.modifiers) == 1
+    else:
+        (stand_in,) = filter(None, shown.mesh.materials)
+        assert bare_surfaces.STANDS_IN in stand_in
+        assert _surfaces(stand_in.original)
+    live.remove(scene)
+    bpy.context.view_layer.update()
+    assert snapshot.differences(before, snapshot.snapshot()) == []
+
+
 def test_things_that_cannot_be_changed_are_named(empty_blender, tmp_path):
     wall = _wall()
     bpy.data.libraries.write(str(tmp_path / "wall.blend"), {wall})

@@ -298,6 +298,20 @@ def test_a_spectrum_that_cannot_be_used_names_the_lamp(scene):
         lamps.lamps_of(scene, BANDS, RELATIVE)
 
 
+def test_a_lamp_in_an_instance_is_named(scene):
+    lamp = _lamp((0.0, 1.0, -DEPTH))
+    vehicle = bpy.data.collections.new("vehicle")
+    for collection in lamp.users_collection:
+        collection.objects.unlink(lamp)
+    vehicle.objects.link(lamp)
+    empty = bpy.data.objects.new("vehicle", None)
+    empty.instance_type, empty.instance_collection = "COLLECTION", vehicle
+    scene.collection.objects.link(empty)
+    assert "Make Instances Real" in lamps.left_out(scene)[lamp]
+    found = lamps.lamps_of(scene, BANDS, RELATIVE)
+    assert (len(found.lamps), len(found.notes)) == (0, 1)
+
+
 def test_a_lamp_above_the_water_is_named_and_left_out(scene):
     item = _lamp((0.0, 1.0, 2.0))
     found = lamps.lamps_of(scene, BANDS, RELATIVE)
