@@ -9,10 +9,11 @@ from __future__ import annotations
 import dataclasses
 import functools
 import math
+from collections.abc import Sequence
 
 import bpy
 
-from ..uw_spectral.mathematics import Operand
+from ..uw_spectral.mathematics import Operand, dot
 from ..uw_spectral.surface.wave_patterns import interp, sunlight_factor
 from ..uw_spectral.transfer.pixel import surface_light
 from ..uw_spectral.transfer.pixel_layers import illumination, pixel_layers
@@ -29,6 +30,7 @@ from .realtime_shadows import OPENNESS, SUNLIT, openness, sun_visibility
 from .realtime_tables import Tables
 from .realtime_triples import (
     DRAWN,
+    MIRRORED_TOWARDS,
     SEEN,
     TOWARDS,
     TableImages,
@@ -46,6 +48,7 @@ NAME = "UW Surface of Bands"
 TRIPLE_NAME = "UW Surface of Three Bands"
 
 LIT, COLOR, EMITTED = "Lit", "Color", "Emission"
+MIRRORED = "Mirrored"
 COVERAGE, NORMAL, IS_MEASURED = "Coverage", "Normal", "Is Measured"
 _MEASURED = "Measured"
 _INPUTS = {
@@ -77,11 +80,13 @@ def build(
     emission included; ``Color``, its reflectance; ``Emission``, its emitted
     RGB radiance; ``Coverage``, the share that is not transparent, with which
     the three are multiplied already; ``Normal``; ``Is Measured`` (0 or 1) and
-    ``Measured i``, reflectances that replace the colour.
+    ``Measured i``, reflectances that replace the colour; and, if things mirror, ``Mirrored``,
+    the part of the reflectance that does.
     """
     own = [PATTERN, POSITION] if shape.waves else []
     own += [OPENNESS] if shape.diffuse_shadows else []
     own += phase_inputs(TOWARDS, shape)
+    own += phase_inputs(MIRRORED_TOWARDS, shape) if shape.mirrors else []
     kinds = dict.fromkeys(own, "NodeSocketFloat")
     kinds |= dict.fromkeys(looked_up_on_surface(shape), "NodeSocketVector")
     needs_sunlit = not {"E", "shadow"}.isdisjoint(shape.layers)
@@ -98,9 +103,10 @@ def build(
             realtime_lamps.build_carried(shape.components, tables.lamps, tables.rays),
         )
     picture = functools.partial(_picture, lit=lit)
-    triple = build_triple(TRIPLE_NAME, shape, _INPUTS | kinds, picture, tables.rays)
+    given_colours = _INPUTS | ({MIRRORED: "NodeSocketColor"} if shape.mirrors else {})
+    triple = build_triple(TRIPLE_NAME, shape, given_colours | kinds, picture, tables.rays)
     tree = new_group(NAME)
-    inputs = {name: kind for name, kind in _INPUTS.items() if name != _MEASURED}
+    inputs = {name: kind for name, kind in given_colours.items() if name != _MEASURED}
     inputs |= {measured(t): "NodeSocketVector" for t in range(shape.triples)}
     for name, kind in inputs.items():
         socket = tree.interface.new_socket(name, in_out="INPUT", socket_type=kind)
@@ -150,6 +156,9 @@ def _look_up(
     y_o = camera_depth_behind(y, w, view_distance(graph))
     on_it = tables.on_patch(y, graph.components(normal), from_above=shape.diffuse_shadows)
     phase = phase_towards(TOWARDS, shape, w, tables.sun)
+    if shape.mirrors:
+        r = _mirrored_ray(w, graph.components(normal))
+        on_it |= tables.in_mirror(y, r) | phase_towards(MIRRORED_TOWARDS, shape, r, tables.sun)
     return tables.near_and_far(y_o, y, w) | on_it | phase
 
 
@@ -176,7 +185,12 @@ def _picture(
     known = NODES.select(values[IS_MEASURED], known, 1.0)
     in_water = response * values.turned_sun((nx, ny, nz))
     glow = values.uplift(values[EMITTED], EMISSION)
-    L = light.reflected(in_water, base, cosine, NODES) * known + glow
+    mirrored = L_mirrored = 0.0
+    if values.shape.mirrors:
+        mirrored = values.uplift(values[MIRRORED], REFLECTANCE)
+        L_mirrored = values.mirrored(y, _mirrored_ray(w, (nx, ny, nz)))
+    L = light.reflected(in_water, base, cosine, NODES, mirrored=mirrored, L_mirrored=L_mirrored)
+    L = L * known + glow
     covered = values[COVERAGE]
     if values.shape.solved:
         pixel = values.solved_path(y_o, y, w, P).surface(y_o, y, w, P, L, NODES, coverage=covered)
@@ -204,6 +218,12 @@ def _picture(
     if values.shape.shafts:
         found[DRAWN] = values.sensor(values.shaft(y_o, w, P) * covered)
     return found
+
+
+def _mirrored_ray(w: Sequence[NodeValue], normal: Sequence[NodeValue]) -> list[Operand]:
+    """Direction in which a view ray goes on from a mirror."""
+    twice = 2.0 * dot(w, normal)
+    return [x - twice * n for x, n in zip(w, normal, strict=True)]
 
 
 def _points(triples: Triples, shape: Shape, given: dict[str, NodeValue]) -> dict[str, Operand]:

@@ -36,6 +36,7 @@ NAME = "UW Light"
 NEAR, FAR = "Light at the Camera", "Light behind"
 IMAGE, MIRRORED = "Boundary", "Mirrored Light"
 AUREOLE = "Aureole"
+MIRROR, BEHIND_MIRROR, MIRROR_AUREOLE = "Mirror", "Boundary in Mirror", "Aureole in Mirror"
 PATCH, FROM_ABOVE = "Light on It", "Light from Above"
 EXTINCTION, WITHOUT_PEAK = "Extinction", "Extinction without Peak"
 WITHOUT_PEAK_BEHIND, WITHOUT_PEAK_MIRRORED = "Extinction behind", "Mirrored Extinction"
@@ -248,6 +249,15 @@ class Tables:
             found |= self._once(ONCE_MIRRORED, None, mirrored)
             found[WITHOUT_PEAK_MIRRORED] = self._mean(None, end, without_peak=True)
         return found
+
+    def in_mirror(self, y: NodeValue, r: Sequence[NodeValue]) -> dict[str, NodeValue]:
+        """Look up what a thing at depth y mirrors: what comes to it along r."""
+        h, v = self._direction(r)
+        return {
+            MIRROR: self._between_slices(y, h, v),
+            BEHIND_MIRROR: self._texel(h, self._layout.boundary + v),
+            MIRROR_AUREOLE: self._aureole(y, r),
+        }
 
     def on_patch(
         self, y: NodeValue, normal: Sequence[NodeValue], *, from_above: bool

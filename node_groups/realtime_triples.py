@@ -26,6 +26,7 @@ from ..uw_spectral.transfer.solved_ray import (
     UNSHADED,
     LayeredBeam,
     PathShade,
+    SolvedAhead,
     SolvedPatchLight,
     SolvedWater,
     SunOnPath,
@@ -40,11 +41,14 @@ from .realtime_refraction import DRY, LEAVING, MIRRORED_SKY, REFLECTANCE
 from .realtime_shade import ON_IT, ON_PATH, REACH, SPECTRUM, Shade
 from .realtime_tables import (
     AUREOLE,
+    BEHIND_MIRROR,
     EXTINCTION,
     EXTINCTION_OF_SUN,
     FAR,
     FROM_ABOVE,
     IMAGE,
+    MIRROR,
+    MIRROR_AUREOLE,
     MIRRORED,
     NEAR,
     ONCE,
@@ -116,6 +120,7 @@ def looked_up_on_surface(shape: Shape) -> list[str]:
         names += [EXTINCTION, WITHOUT_PEAK, WITHOUT_PEAK_BEHIND]
         names += [EXTINCTION_OF_SUN, WITHOUT_PEAK_OF_SUN]
     names += [ON_IT, *ON_PATH] if shape.shade else []
+    names += [MIRROR, BEHIND_MIRROR, MIRROR_AUREOLE] if shape.mirrors else []
     return [*names, *_parts(shape, ONCE), *_parts(shape, ONCE_BEHIND)]
 
 
@@ -302,6 +307,18 @@ class Values:
         of_sun = EXTINCTION_OF_SUN, WITHOUT_PEAK_OF_SUN
         beam = self._leg(*of_sun) if self.shape.layered else self.beam
         return SolvedPatchLight(beam, self._looked_up(PATCH, y), above, self._patch_shade())
+
+    def mirrored(self, y: NodeValue, r: Sequence[NodeValue]) -> Operand:
+        """Radiance that comes to a thing at depth y along r, and is mirrored."""
+        ahead = SolvedAhead(
+            self._beam(MIRRORED_TOWARDS),
+            self._looked_up(MIRROR, y),
+            self[BEHIND_MIRROR] * self[TABLE_SCALE],
+            self[MIRROR_AUREOLE],
+        )
+        shade = self._patch_shade()
+        light = ahead.radiance(y, r, NODES)
+        return light if shade is None else light * shade
 
     def _looked_up(self, name: str, y: Operand) -> NodeValue:
         return self[name] * table_unit(self[TABLE_SCALE], self[TABLE_DECAY], y, NODES)

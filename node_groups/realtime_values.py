@@ -113,6 +113,8 @@ class Shape:
         What is written beside the picture, of :mod:`.realtime_layers`.
     above : bool
         Whether the camera may be above the water.
+    mirrors : bool
+        Whether things mirror the water; where it is solved and the same at every depth.
     """
 
     bands: int
@@ -132,6 +134,7 @@ class Shape:
     lamps: int = 0
     layers: tuple[str, ...] = ()
     above: bool = False
+    mirrors: bool = False
 
     @property
     def triples(self) -> int:

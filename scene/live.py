@@ -42,7 +42,7 @@ NOMINAL_DEPTH = 1.0
 """Depth in m that the preview assumes while no camera is under water."""
 
 _KEPT, _CAMERA, _SHOWN, _PROBLEM, _STALE = "kept", "camera", "shown", "problem", "stale"
-_VIEW, _TONE, _STOPS = "view", "tone", "stops"
+_VIEW, _TONE, _STOPS, _MIRRORS = "view", "tone", "stops", "mirrors"
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,6 +85,7 @@ def add(scene: bpy.types.Scene) -> list[str]:
     water = _water(scene, chosen, depth)
     notes = realtime.add_realtime(scene, water, water_extent(scene, water.column, depth))
     session: dict[str, Any] = {_SHOWN: _key(scene, chosen, depth), _PROBLEM: ""}
+    session[_MIRRORS] = _mirror(scene)
     if scene.camera is not None:
         session[_CAMERA] = scene.camera.data
     scene[SESSION] = session
@@ -144,7 +145,8 @@ def update(
         key = _key(scene, chosen, depth)
         if may_rebuild:
             realtime.take_in(scene)
-        if session[_SHOWN] == key and (hasty or not is_stale(scene)):
+        same = session[_SHOWN] == key and not (may_rebuild and has_new_mirrors(scene))
+        if same and (hasty or not is_stale(scene)):
             return True
         water = _water(scene, chosen, depth, hasty=hasty)
         if not realtime.fits(scene, water):
@@ -158,6 +160,8 @@ def update(
             _use_shafts(scene, water)
         _show(scene)
         session[_SHOWN], session[_PROBLEM] = key, ""
+        if may_rebuild:
+            session[_MIRRORS] = _mirror(scene)
     except InputError as error:
         session[_PROBLEM] = str(error)
     finally:
@@ -175,6 +179,16 @@ def has_come(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> bool:
         and item.name in scene.objects
         for item in changed
     )
+
+
+def has_new_mirrors(scene: bpy.types.Scene) -> bool:
+    """Whether things mirror the water now that did not, or the other way round."""
+    session = scene.get(SESSION)
+    return session is not None and bool(session.get(_MIRRORS, False)) != _mirror(scene)
+
+
+def _mirror(scene: bpy.types.Scene) -> bool:
+    return realtime_materials.mirror(contents.materials(scene))
 
 
 def is_stale(scene: bpy.types.Scene) -> bool:

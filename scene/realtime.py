@@ -226,6 +226,7 @@ def realtime_water(
     shade: ShadeTable | None = None,
     lamps: SceneLamps | None = None,
     above: ViewFromAir | None = None,
+    mirrors: bool = False,
 ) -> RealtimeWater:
     """Compute everything that the node groups need for a frame.
 
@@ -256,6 +257,8 @@ def realtime_water(
         In the water.
     above : ViewFromAir, optional
         Of a camera that may be above the water; shafts are not drawn then.
+    mirrors : bool
+        Whether things mirror the water, which takes a solved field of a single layer.
     """
     lamps = lamps or SceneLamps()
     shafts = shafts and above is None
@@ -284,6 +287,7 @@ def realtime_water(
         table = tabulate(solved)
         scale = table.depth_scale
         shape = replace(shape, solved=True, zones=len(scale.zones), slices=scale.slices)
+        shape = replace(shape, mirrors=mirrors and not solved.layered)
         if solved.layered:
             shape = replace(shape, layered=True, components=solved.components)
         solved_beam = replace(beam, cp=solved.extinction)

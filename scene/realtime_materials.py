@@ -9,7 +9,7 @@ mix and add it.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 
 import bpy
@@ -24,7 +24,12 @@ from . import contents
 SOURCE = "uw_source"
 """On a constant: node and socket of the user's that it repeats."""
 _MUTED = "uw_muted"
-_OUTPUTS = {"colour": "UW Color", "emission": "UW Emission", "transmittance": "UW Transmittance"}
+_OUTPUTS = {
+    "colour": "UW Color",
+    "emission": "UW Emission",
+    "transmittance": "UW Transmittance",
+    "mirrored": "UW Mirrored",
+}
 _GREY = 0.5
 _MATTE = "mirrors; in real time it throws back the water's light as a matte thing does"
 
@@ -40,6 +45,7 @@ _REFLECTING = {
     "ShaderNodeBsdfHairPrincipled": "Color",
     "ShaderNodeSubsurfaceScattering": "Color",
 }
+_PRINCIPLED = "ShaderNodeBsdfPrincipled"
 _MIRRORING = {"ShaderNodeBsdfGlossy", "ShaderNodeBsdfAnisotropic", "ShaderNodeBsdfMetallic"}
 _EMITTING = {"ShaderNodeEmission", "ShaderNodeBackground"}
 _REFRACTING = {"ShaderNodeBsdfGlass", "ShaderNodeBsdfRefraction"}
@@ -47,11 +53,15 @@ _REFRACTING = {"ShaderNodeBsdfGlass", "ShaderNodeBsdfRefraction"}
 
 @dataclass(frozen=True)
 class _Closure:
-    """What a shader reflects, emits and lets through, as RGB terms or numbers."""
+    """What a shader reflects, emits and lets through, as RGB terms or numbers.
+
+    ``mirrored`` is the part of the colour that mirrors.
+    """
 
     colour: Operand = 0.0
     emission: Operand = 0.0
     transmittance: Operand = 0.0
+    mirrored: Operand = 0.0
     normal: NodeValue | None = None
 
     def combined(self, other: _Closure, join: Callable[[Operand, Operand], Operand]) -> _Closure:
@@ -59,6 +69,7 @@ class _Closure:
             join(self.colour, other.colour),
             join(self.emission, other.emission),
             join(self.transmittance, other.transmittance),
+            join(self.mirrored, other.mirrored),
             self.normal or other.normal,
         )
 
@@ -95,13 +106,14 @@ class _Walk:
             return first.combined(second, lambda a, b: a + b)
         if kind == "ShaderNodeGroup" and node.node_tree is not None:
             return self._group(node, output)
-        if kind == "ShaderNodeBsdfPrincipled":
+        if kind == _PRINCIPLED:
             return self._principled(node)
         normal = self._normal(node)
-        if kind in _MIRRORING:
-            self._note(_MATTE)
         if kind in _REFLECTING and _REFLECTING[kind] in node.inputs:
-            return _Closure(colour=self._value(node.inputs[_REFLECTING[kind]]), normal=normal)
+            colour, mirrored = self._value(node.inputs[_REFLECTING[kind]]), 0.0
+            if kind in _MIRRORING:
+                mirrored = colour * _smooth(self._value(node.inputs["Roughness"]))
+            return _Closure(colour=colour, mirrored=mirrored, normal=normal)
         if kind in _EMITTING:
             strength = self._value(node.inputs["Strength"])
             return _Closure(emission=self._value(node.inputs["Color"]) * strength)
@@ -117,17 +129,17 @@ class _Walk:
         inputs = node.inputs
         alpha, base = self._value(inputs["Alpha"]), self._value(inputs["Base Color"])
         passing = self._value(inputs["Transmission Weight"])
-        if inputs["Metallic"].is_linked or inputs["Metallic"].default_value > 0.0:
-            self._note(_MATTE)
         transmittance = 1.0 - alpha
         if not _is_zero(passing):
             self._note("transmits light; in real time it goes straight through")
             transmittance = transmittance + alpha * passing * base
         strength = self._value(inputs["Emission Strength"])
         glow = 0.0 if _is_zero(strength) else self._value(inputs["Emission Color"]) * strength
-        return _Closure(
-            base * (alpha * (1.0 - passing)), glow * alpha, transmittance, self._normal(node)
-        )
+        colour, metallic = base * (alpha * (1.0 - passing)), self._value(inputs["Metallic"])
+        mirrored = 0.0
+        if not _is_zero(metallic):
+            mirrored = colour * (metallic * _smooth(self._value(inputs["Roughness"])))
+        return _Closure(colour, glow * alpha, transmittance, mirrored, self._normal(node))
 
     def _group(self, node: bpy.types.Node, output: bpy.types.NodeSocket) -> _Closure:
         group = node.node_tree
@@ -200,6 +212,21 @@ def insert(
         if output is not None:
             _insert(material, output, group, notes)
     return list(dict.fromkeys(notes))
+
+
+def mirror(materials: Iterable[bpy.types.Material]) -> bool:
+    """Whether any of some materials may mirror what is around it."""
+    trees = {material.node_tree for material in materials}
+    every = trees | contents.inner_groups(trees)
+    return any(_mirrors(tree, node) for tree in every for node in tree.nodes)
+
+
+def _mirrors(tree: bpy.types.NodeTree, node: bpy.types.Node) -> bool:
+    if node.bl_idname != _PRINCIPLED:
+        return node.bl_idname in _MIRRORING
+    metallic = node.inputs["Metallic"]
+    # What may change while a job runs counts from its beginning: its nodes stay.
+    return metallic.is_linked or metallic.default_value > 0.0 or _is_animated(tree, metallic)
 
 
 def is_dry(material: bpy.types.Material) -> bool:
@@ -282,6 +309,10 @@ def _insert(
     tree.links.new(lit.outputs["Color"], surface.inputs[realtime_surface.LIT])
     graph.assign(closure.colour, surface.inputs[realtime_surface.COLOR])
     graph.assign(closure.emission, surface.inputs[realtime_surface.EMITTED])
+    if realtime_surface.MIRRORED in surface.inputs:
+        graph.assign(closure.mirrored, surface.inputs[realtime_surface.MIRRORED])
+    elif not _is_zero(closure.mirrored):
+        notes.append(f"material {material.name!r} {_MATTE}")
     normal = closure.normal
     if normal is None:
         normal = graph.term(graph.node("ShaderNodeNewGeometry").outputs["Normal"])
@@ -392,6 +423,11 @@ def _interface_outputs(group: bpy.types.ShaderNodeTree) -> list[bpy.types.NodeTr
 
 def _is_ours(item: bpy.types.NodeTreeInterfaceSocket) -> bool:
     return item.name in _OUTPUTS.values()
+
+
+def _smooth(roughness: Operand) -> Operand:
+    """Share of a mirror that a rough one still is; the rest is taken for matte."""
+    return 1.0 - roughness * roughness
 
 
 def _is_zero(value: object) -> bool:

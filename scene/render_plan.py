@@ -42,7 +42,15 @@ from ..uw_spectral.transfer.water_column import WAVES
 from ..uw_spectral.water.bio_optics import Constituents
 from ..uw_spectral.water.phase import BandPhase
 from ..uw_spectral.water.shared_phase import LARGEST_SPREAD, alike, with_mean_of
-from . import band_colors, cameras, particles, shade, waterline
+from . import (
+    band_colors,
+    cameras,
+    contents,
+    particles,
+    realtime_materials,
+    shade,
+    waterline,
+)
 from .cycles_phase import CyclesPhase, cycles_phase
 from .lamps import SceneLamps, lamps_of, seen_places
 from .particles import SceneParticles, particles_of
@@ -218,6 +226,7 @@ class RenderPlan(ResolvedOptics):
             shafts=self.draws_shafts, diffuse_shadows=chosen.diffuse_shadows,
             reflectances=reflectances, inelastic=over.inelastic, shade=shaded,
             lamps=lamps, above=_view_from_air(viewer, eyes, in_air),
+            mirrors=realtime_materials.mirror(contents.materials(scene)),
         )  # fmt: skip
         # The scene has that floor already.
         return replace(water, column=self.column, particles=self.particles)

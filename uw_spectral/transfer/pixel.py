@@ -145,7 +145,14 @@ class SurfaceLight:
     diffuse: Operand
 
     def reflected(
-        self, sun_response: Operand, albedo: Operand, sun_cosine: Operand, m: Mathematics = NUMPY
+        self,
+        sun_response: Operand,
+        albedo: Operand,
+        sun_cosine: Operand,
+        m: Mathematics = NUMPY,
+        *,
+        mirrored: Operand = 0.0,
+        L_mirrored: Operand = 0.0,
     ) -> Operand:
         """Radiance that the patch reflects.
 
@@ -155,14 +162,19 @@ class SurfaceLight:
             Its radiance per normal irradiance of the sun, shadows and cosine included:
             ``albedo / π max(sun_cosine, 0)`` of a sunlit Lambertian patch.
         albedo : float or array
-            Its Lambertian reflectance, for the light that comes from many sides.
+            Its reflectance, for the light that comes from many sides.
         sun_cosine : float or array
             Cosine between its normal and the direction towards the in-water sun.
         m : Mathematics
             Elementary functions.
+        mirrored : float or array
+            Part of ``albedo`` that mirrors; the rest is Lambertian.
+        L_mirrored : float or array
+            Radiance that it mirrors, the direct sun's apart.
         """
         wide = m.maximum(sun_cosine, 0.0) * self.forward + self.diffuse
-        return sun_response * self.direct + albedo / math.pi * wide
+        matte = (albedo - mirrored) / math.pi * wide
+        return sun_response * self.direct + matte + mirrored * L_mirrored
 
 
 class PatchLight(Protocol):

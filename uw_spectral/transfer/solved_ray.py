@@ -208,11 +208,8 @@ class SolvedWater:
         coverage: Operand = 1.0,
     ) -> Pixel:
         """Pixel of a surface; arguments as of :meth:`.UndisturbedWater.surface`."""
-        beam = self.beyond or self.beam
-        rest = beam.boundary(y_e, w, m)
-        beyond = beam.scattered_once(y_e, w, rest, m, without_peak=True)
-        beyond = beyond * self.aureole + m.exp(-beam.cp * rest) * self.image
-        beyond = beyond * self.shade.scattered
+        ahead = SolvedAhead(self.beyond or self.beam, 0.0, self.image, self.aureole)
+        beyond = ahead.radiance(y_e, w, m) * self.shade.scattered
         water = SolvedPath(self.beam, self.near, self.far, self.aureole, self.shade)
         around = self.shade.beyond
         return Pixel(water, y_o, w, P, L_surface, beyond, m, coverage=coverage, beyond=around)
@@ -241,6 +238,32 @@ class SolvedWater:
         """Radiance that comes down from the surface against w, seen from depth y."""
         mirror = _Mirrored(self.below or self.beam, self.mirrored, self.floor)
         return light_from_surface(mirror, self.beam, self.sky, self.index, y, w, m, ripples)
+
+
+@dataclass(frozen=True, eq=False)
+class SolvedAhead:
+    """All that is ahead of a point in undisturbed water.
+
+    Attributes
+    ----------
+    beam : SunOnPath
+        From there to the boundary.
+    near : float or array
+        M at the point.
+    image, aureole : float or array
+        As of :class:`SolvedWater`.
+    """
+
+    beam: SunOnPath
+    near: Operand
+    image: Operand
+    aureole: Operand = 1.0
+
+    def radiance(self, y: Operand, w: Sequence[Operand], m: Mathematics = NUMPY) -> Operand:
+        """Radiance that arrives at depth y along w, the direct sun and its forward peak apart."""
+        rest = self.beam.boundary(y, w, m)
+        once = self.beam.scattered_once(y, w, rest, m, without_peak=True)
+        return once * self.aureole + self.near + m.exp(-self.beam.cp * rest) * self.image
 
 
 @dataclass(frozen=True, eq=False)

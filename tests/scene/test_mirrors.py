@@ -1,0 +1,118 @@
+"""Metals mirror the light of the water."""
+
+from __future__ import annotations
+
+import math
+
+import bpy
+import numpy as np
+import pytest
+from underwater_spectral.benchmarks import grey_scene
+from underwater_spectral.node_groups import realtime_surface
+from underwater_spectral.scene import (
+    contents,
+    engines,
+    live,
+    realtime_materials,
+    render_plan,
+    water_body,
+)
+from underwater_spectral.scene.settings import SceneSettings
+from underwater_spectral.tests.scene import scenes
+
+DEPTH, NEAR = 6.0, 0.2
+
+
+def _metal(colour=1.0, roughness=0.0):
+    material = scenes.principled("metal", (colour, colour, colour, 1.0))
+    shader = material.node_tree.nodes["Principled BSDF"].inputs
+    shader["Metallic"].default_value, shader["Roughness"].default_value = 1.0, roughness
+    return material
+
+
+@pytest.mark.parametrize(("turn", "tilt"), [(0.0, 45.0), (50.0, 20.0), (-70.0, -40.0)])
+def test_a_mirror_shows_the_water_that_it_faces(empty_blender, turn, tilt):
+    """A plate close to the camera, against the solver along the mirrored ray."""
+    scene = empty_blender
+    scene.camera = camera = scenes.add_camera((0.0, 0.0, -DEPTH), (math.pi / 2, 0.0, 0.0))
+    camera.data.angle = math.radians(4.0)
+    scene.render.resolution_x = scene.render.resolution_y = 8
+    scene.render.resolution_percentage = 100
+    # The sun is behind the plate, so that no highlight is in it.
+    plan = render_plan.make_plan(
+        SceneSettings(
+            water="jerlov:II",
+            bands=3,
+            samples=4,
+            surface="flat",
+            sky="uniform",
+            phase="hg:0.9",
+            sun_azimuth=270.0,
+            sun_zenith=60.0,
+            diffuse_shadows=False,
+        )
+    )
+    bpy.ops.mesh.primitive_plane_add(size=0.2, location=(0.0, NEAR, -DEPTH))
+    plate = bpy.context.object
+    plate.rotation_euler = (math.pi / 2 - math.radians(tilt), 0.0, math.radians(turn) / 2)
+    plate.data.materials.append(_metal())
+    bpy.context.view_layer.update()
+    shader = plate.active_material.node_tree.nodes["Principled BSDF"].inputs
+    extent = water_body.water_extent(scene, plan.column, DEPTH)
+    found = []
+    for metallic, colour in ((1.0, 1.0), (1.0, 0.0)):
+        shader["Metallic"].default_value = metallic
+        shader["Base Color"].default_value = (colour, colour, colour, 1.0)
+        with engines.eevee_bands(scene, camera, plan, extent, DEPTH) as engine:
+            found.append(grey_scene.band_image(engine, plan, DEPTH)[3:5, 3:5].mean(axis=(0, 1)))
+    n = np.array(plate.matrix_world.to_3x3().col[2])
+    r = np.array([0.0, 1.0, 0.0]) - 2.0 * n[1] * n
+    assert n[1] < 0
+    direction = tuple(np.array([x]) for x in r)
+    L = plan.solved_field(16).radiance(DEPTH, direction).ravel()
+    # So near, no light is scattered out of the view.
+    wanted = L * np.exp(-NEAR * plan.column.absorption)
+    low = L * np.exp(-NEAR * plan.column.attenuation)
+    seen = found[0] - found[1]
+    assert (seen < 1.02 * wanted).all()
+    assert (seen > 0.98 * low).all()
+
+
+def test_only_scenes_with_mirrors_pay_for_them(empty_blender):
+    scene = empty_blender
+    scenes.add_camera((0.0, 0.0, -DEPTH))
+    item = scenes._cube("thing", (0.0, 4.0, -DEPTH))
+    item.data.materials.append(scenes.principled("paint"))
+    plan = render_plan.make_plan(SceneSettings(bands=3, diffuse_shadows=False))
+    assert not plan.realtime(scene, DEPTH, np.eye(3)).shape.mirrors
+    shader = item.active_material.node_tree.nodes["Principled BSDF"].inputs["Metallic"]
+    shader.keyframe_insert("default_value", frame=1)
+    assert plan.realtime(scene, DEPTH, np.eye(3)).shape.mirrors
+    item.active_material.node_tree.animation_data_clear()
+    assert not realtime_materials.mirror(contents.materials(scene))
+    shader.default_value = 0.5
+    assert plan.realtime(scene, DEPTH, np.eye(3)).shape.mirrors
+
+
+def test_live_water_follows_what_becomes_a_mirror(registered):
+    scene = registered
+    scenes.add_camera((0.0, 0.0, -DEPTH))
+    item = scenes._cube("thing", (0.0, 4.0, -DEPTH))
+    item.data.materials.append(scenes.principled("paint"))
+    scene.underwater.diffuse_shadows = False
+    bpy.context.view_layer.update()
+    live.add(scene)
+    bpy.context.view_layer.update()
+
+    def mirrors():
+        nodes = item.active_material.node_tree.nodes
+        return any(realtime_surface.MIRRORED in node.inputs for node in nodes)
+
+    shader = item.active_material.node_tree.nodes["Principled BSDF"].inputs["Metallic"]
+    assert not mirrors()
+    for value in (1.0, 0.0):
+        shader.default_value = value
+        item.active_material.node_tree.update_tag()
+        bpy.context.view_layer.update()
+        assert mirrors() == bool(value)
+    live.remove(scene)
