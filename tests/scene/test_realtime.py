@@ -48,7 +48,9 @@ def test_removal_restores_every_value(shafts):
         lamps=lamps_of(scene, columns.grey_column(0.1, 0.1).bands, RELATIVE),
     )
     assert len(water.lamps.lamps) == 2
-    assert _add(scene, water) == []
+    notes = _add(scene, water)
+    assert len(notes) == 2
+    assert all("mirrors" in note for note in notes)
     during = snapshot.snapshot()
     scene_water.remove(scene)
     assert len(snapshot.differences(before, during)) > 100

@@ -57,8 +57,10 @@ class UndisturbedLight:
         scattered = tabulate(field).scattered(self._depths[:, None], [*w.T], field.sun)
         parts = np.maximum(scattered, 0.0), self._once_along(w, z), self._image_along(w, z)
         total = parts[0] + parts[1] + parts[2]
-        # Of each direction, at all depths alike.
-        self._bright = (total / total.mean(axis=1, keepdims=True)).mean(axis=0)
+        # Of each direction, at all depths alike; even where there is no light left.
+        mean = total.mean(axis=1, keepdims=True)
+        lit = mean > np.finfo(np.float64).tiny
+        self._bright = np.where(lit, total / np.where(lit, mean, 1.0), 1.0).mean(axis=0)
         every = np.concatenate(parts, axis=-1).astype(np.float32)
         # What a direction stands for counts, or few of them would miss the brightest.
         means = [np.matmul(_belongs(kind, mean=True), every) for kind in range(SETS)]
