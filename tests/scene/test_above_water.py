@@ -46,6 +46,20 @@ def _ball() -> None:
     bpy.context.object.data.materials.append(material)
 
 
+def _paint_white(scene: bpy.types.Scene) -> None:
+    """Give the last thing a matt white, and the picture few pixels."""
+    material = bpy.data.materials.new("white")
+    tree = material.node_tree
+    tree.nodes.clear()
+    diffuse = tree.nodes.new("ShaderNodeBsdfDiffuse")
+    diffuse.inputs["Color"].default_value = (0.8, 0.8, 0.8, 1.0)
+    output = tree.nodes.new("ShaderNodeOutputMaterial")
+    tree.links.new(diffuse.outputs[0], output.inputs["Surface"])
+    bpy.context.object.data.materials.append(material)
+    scene.render.resolution_x = scene.render.resolution_y = 12
+    bpy.context.view_layer.update()
+
+
 def _plan(**options: object) -> render_plan.RenderPlan:
     chosen = {"surface": "flat", "sky": "clear", "illuminant": "clear-sky", "bands": 3}
     chosen |= {"floor_depth": FLOOR, "floor_reflectance": "0.3", "diffuse_shadows": False}
@@ -145,16 +159,7 @@ def test_cycles_lights_things_in_the_air_by_the_sun_and_sky_of_the_air(empty_ble
     camera = _camera(scene)
     camera.location.z, camera.rotation_euler.x, camera.data.angle = 3.0, 0.0, 0.2
     bpy.ops.mesh.primitive_plane_add(size=4.0, location=(0.0, 0.0, 1.0))
-    material = bpy.data.materials.new("white")
-    tree = material.node_tree
-    tree.nodes.clear()
-    diffuse = tree.nodes.new("ShaderNodeBsdfDiffuse")
-    diffuse.inputs["Color"].default_value = (0.8, 0.8, 0.8, 1.0)
-    output = tree.nodes.new("ShaderNodeOutputMaterial")
-    tree.links.new(diffuse.outputs[0], output.inputs["Surface"])
-    bpy.context.object.data.materials.append(material)
-    scene.render.resolution_x = scene.render.resolution_y = 12
-    bpy.context.view_layer.update()
+    _paint_white(scene)
     before = snapshot.snapshot()
     extent = water_body.water_extent(scene, plan.column, 0.0)
     many = replace(plan, settings=replace(plan.settings, samples=64))
@@ -176,16 +181,7 @@ def test_eevee_lights_things_in_the_air_by_the_sun_and_sky_of_the_air(empty_blen
     bpy.ops.mesh.primitive_plane_add(
         size=1.0, location=(0.0, 3.0, height), rotation=(math.pi / 2, 0.0, 0.0)
     )
-    material = bpy.data.materials.new("white")
-    tree = material.node_tree
-    tree.nodes.clear()
-    diffuse = tree.nodes.new("ShaderNodeBsdfDiffuse")
-    diffuse.inputs["Color"].default_value = (0.8, 0.8, 0.8, 1.0)
-    output = tree.nodes.new("ShaderNodeOutputMaterial")
-    tree.links.new(diffuse.outputs[0], output.inputs["Surface"])
-    bpy.context.object.data.materials.append(material)
-    scene.render.resolution_x = scene.render.resolution_y = 12
-    bpy.context.view_layer.update()
+    _paint_white(scene)
     extent = water_body.water_extent(scene, plan.column, 0.0)
     with engines.eevee_bands(scene, camera, plan, extent, 0.0) as engine:
         image = grey_scene.band_image(engine, plan, 0.0)
