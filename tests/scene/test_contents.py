@@ -108,8 +108,15 @@ def test_groups_that_name_one_another_end():
     assert item in contents.objects(bpy.context.scene)
 
 
-@pytest.mark.parametrize("engine", ["eevee", "cycles"])
-@pytest.mark.parametrize("way", ["node", "collection"])
+@pytest.mark.parametrize(
+    ("engine", "way"),
+    [
+        ("eevee", "node"),
+        ("cycles", "collection"),
+        pytest.param("eevee", "collection", marks=pytest.mark.slow),
+        pytest.param("cycles", "node", marks=pytest.mark.slow),
+    ],
+)
 def test_what_nodes_show_is_as_wet_as_other_things(empty_blender, engine, way):
     scene = empty_blender
     camera = scenes.add_camera((0.0, 0.0, -5.0))

@@ -30,7 +30,14 @@ def _metal(colour=1.0, roughness=0.0):
     return material
 
 
-@pytest.mark.parametrize(("turn", "tilt"), [(0.0, 45.0), (50.0, 20.0), (-70.0, -40.0)])
+@pytest.mark.parametrize(
+    ("turn", "tilt"),
+    [
+        (50.0, 20.0),
+        pytest.param(0.0, 45.0, marks=pytest.mark.slow),
+        pytest.param(-70.0, -40.0, marks=pytest.mark.slow),
+    ],
+)
 def test_a_mirror_shows_the_water_that_it_faces(empty_blender, turn, tilt):
     """A plate close to the camera, against the solver along the mirrored ray."""
     scene = empty_blender
