@@ -9,11 +9,11 @@ from __future__ import annotations
 import dataclasses
 import functools
 import math
-from collections.abc import Sequence
 
 import bpy
 
-from ..uw_spectral.mathematics import Operand, dot
+from ..uw_spectral.mathematics import Operand
+from ..uw_spectral.surface.refraction import mirrored_direction
 from ..uw_spectral.surface.wave_patterns import interp, sunlight_factor
 from ..uw_spectral.transfer.pixel import surface_light
 from ..uw_spectral.transfer.pixel_layers import illumination, pixel_layers
@@ -157,7 +157,7 @@ def _look_up(
     on_it = tables.on_patch(y, graph.components(normal), from_above=shape.diffuse_shadows)
     phase = phase_towards(TOWARDS, shape, w, tables.sun)
     if shape.mirrors:
-        r = _mirrored_ray(w, graph.components(normal))
+        r = mirrored_direction(w, graph.components(normal))
         on_it |= tables.in_mirror(y, r) | phase_towards(MIRRORED_TOWARDS, shape, r, tables.sun)
     return tables.near_and_far(y_o, y, w) | on_it | phase
 
@@ -188,7 +188,7 @@ def _picture(
     mirrored = L_mirrored = 0.0
     if values.shape.mirrors:
         mirrored = values.uplift(values[MIRRORED], REFLECTANCE)
-        L_mirrored = values.mirrored(y, _mirrored_ray(w, (nx, ny, nz)))
+        L_mirrored = values.mirrored(y, mirrored_direction(w, (nx, ny, nz)))
     L = light.reflected(in_water, base, cosine, NODES, mirrored=mirrored, L_mirrored=L_mirrored)
     L = L * known + glow
     covered = values[COVERAGE]
@@ -218,12 +218,6 @@ def _picture(
     if values.shape.shafts:
         found[DRAWN] = values.sensor(values.shaft(y_o, w, P) * covered)
     return found
-
-
-def _mirrored_ray(w: Sequence[NodeValue], normal: Sequence[NodeValue]) -> list[Operand]:
-    """Direction in which a view ray goes on from a mirror."""
-    twice = 2.0 * dot(w, normal)
-    return [x - twice * n for x, n in zip(w, normal, strict=True)]
 
 
 def _points(triples: Triples, shape: Shape, given: dict[str, NodeValue]) -> dict[str, Operand]:

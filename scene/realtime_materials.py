@@ -19,6 +19,7 @@ from ..node_groups import realtime_surface
 from ..node_groups.node_mathematics import MARK, Graph, NodeValue
 from ..node_groups.realtime_values import Shape, pad_triples
 from ..uw_spectral.mathematics import Operand
+from ..uw_spectral.transfer.pixel import mirroring_share
 from . import contents
 
 SOURCE = "uw_source"
@@ -112,7 +113,7 @@ class _Walk:
         if kind in _REFLECTING and _REFLECTING[kind] in node.inputs:
             colour, mirrored = self._value(node.inputs[_REFLECTING[kind]]), 0.0
             if kind in _MIRRORING:
-                mirrored = colour * _smooth(self._value(node.inputs["Roughness"]))
+                mirrored = colour * mirroring_share(self._value(node.inputs["Roughness"]))
             return _Closure(colour=colour, mirrored=mirrored, normal=normal)
         if kind in _EMITTING:
             strength = self._value(node.inputs["Strength"])
@@ -138,7 +139,7 @@ class _Walk:
         colour, metallic = base * (alpha * (1.0 - passing)), self._value(inputs["Metallic"])
         mirrored = 0.0
         if not _is_zero(metallic):
-            mirrored = colour * (metallic * _smooth(self._value(inputs["Roughness"])))
+            mirrored = colour * (metallic * mirroring_share(self._value(inputs["Roughness"])))
         return _Closure(colour, glow * alpha, transmittance, mirrored, self._normal(node))
 
     def _group(self, node: bpy.types.Node, output: bpy.types.NodeSocket) -> _Closure:
@@ -423,11 +424,6 @@ def _interface_outputs(group: bpy.types.ShaderNodeTree) -> list[bpy.types.NodeTr
 
 def _is_ours(item: bpy.types.NodeTreeInterfaceSocket) -> bool:
     return item.name in _OUTPUTS.values()
-
-
-def _smooth(roughness: Operand) -> Operand:
-    """Share of a mirror that a rough one still is; the rest is taken for matte."""
-    return 1.0 - roughness * roughness
 
 
 def _is_zero(value: object) -> bool:

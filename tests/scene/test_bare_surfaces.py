@@ -18,6 +18,16 @@ def _surfaces(material):
     return {n.node_tree for n in material.node_tree.nodes if "uw_muted" in n}
 
 
+def _filled(scene):
+    """Put live water into a scene; return what the file held before."""
+    scene.underwater.diffuse_shadows = False
+    bpy.context.view_layer.update()
+    before = snapshot.snapshot()
+    live.add(scene)
+    bpy.context.view_layer.update()
+    return before
+
+
 def _wall(*materials):
     item = scenes._cube("wall", (0.0, 6.0, -5.0))
     item.scale = (6.0, 1.0, 6.0)
@@ -62,12 +72,7 @@ def test_what_comes_into_live_water_gets_wet(registered):
     scene = registered
     scenes.add_camera((0.0, 0.0, -5.0))
     _wall(scenes.principled("paint"))
-    bpy.context.view_layer.update()
-    scene.underwater.diffuse_shadows = False
-    bpy.context.view_layer.update()
-    before = snapshot.snapshot()
-    live.add(scene)
-    bpy.context.view_layer.update()
+    before = _filled(scene)
     (surface,) = _surfaces(bpy.data.materials["paint"])
     bpy.ops.mesh.primitive_monkey_add(location=(1.0, 5.0, -5.0))
     monkey = bpy.context.object
@@ -100,12 +105,7 @@ def test_shared_meshes_and_slots_of_objects_get_theirs_back(registered):
     third = _wall(scenes.principled("paint"))
     third.material_slots[0].link = "OBJECT"
     scene.collection.objects.link(other)
-    bpy.context.view_layer.update()
-    scene.underwater.diffuse_shadows = False
-    bpy.context.view_layer.update()
-    before = snapshot.snapshot()
-    live.add(scene)
-    bpy.context.view_layer.update()
+    before = _filled(scene)
     assert one.material_slots[0].material == third.material_slots[0].material
     assert other.active_material == one.active_material
     live.remove(scene)
@@ -136,11 +136,7 @@ def test_what_nodes_make_of_nothing_gets_a_material(registered, instances):
     scenes.add_camera((0.0, 0.0, -5.0))
     wall = _wall(scenes.principled("paint"))
     _made_by_nodes(wall, instances=instances)
-    scene.underwater.diffuse_shadows = False
-    bpy.context.view_layer.update()
-    before = snapshot.snapshot()
-    live.add(scene)
-    bpy.context.view_layer.update()
+    before = _filled(scene)
     shown = wall.evaluated_get(bpy.context.evaluated_depsgraph_get()).evaluated_geometry()
     if instances:
         assert len(wall.modifiers) == 1

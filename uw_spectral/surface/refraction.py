@@ -207,6 +207,18 @@ def fresnel_reflectance(
     return 0.5 * (perpendicular * perpendicular + parallel * parallel)
 
 
+def mirrored_direction(v: Sequence[Operand], normal: Sequence[Operand]) -> list[Operand]:
+    """Direction in which a ray along v goes on from a mirror with a unit normal.
+
+    Examples
+    --------
+    >>> mirrored_direction((0.0, 1.0, 0.0), (0.0, -1.0, 0.0))
+    [0.0, -1.0, 0.0]
+    """
+    twice = 2.0 * dot(v, normal)
+    return [a - twice * b for a, b in zip(v, normal, strict=True)]
+
+
 def seen_from_air(
     v: Sequence[Operand],
     normal: Sequence[Operand],
