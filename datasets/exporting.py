@@ -48,15 +48,17 @@ class Rendered:
 
     Parameters
     ----------
-    picture, layers, record, truth : Path
-        Scene-linear picture, its layers, and JSON; the record is written last.
+    picture, layers, truth : Path
+        Scene-linear picture, its layers, and JSON.
+    record : Path, optional
+        JSON, written last; None if the view is not rendered as its job now has it.
     to_rec709 : callable
         Returns the matrix from the sensor's channels to the picture, shape (3, 3).
     """
 
     picture: Path
     layers: Path
-    record: Path
+    record: Path | None
     truth: Path
     to_rec709: Callable[[], Array]
 
@@ -97,12 +99,13 @@ def export_set(
         If nothing is rendered, or a file cannot be read or written.
     """
     folder, outputs = index.folder, spec.outputs
-    there = [view for view in index.views.values() if rendered(view).record.is_file()]
+    found = {view.name: rendered(view) for view in index.views.values()}
+    there = [view for view in index.views.values() if found[view.name].record is not None]
     if not there:
         raise InputError(f"{folder}: no view is rendered; render with --dataset, or --from")
     things = {thing.name: (number, thing) for number, thing in enumerate(index.things, 1)}
-    views = [_view(folder, spec, view, rendered(view), things, silhouettes) for view in there]
-    card = _card(spec, index, versions, [rendered(view).record for view in there])
+    views = [_view(folder, spec, view, found[view.name], things, silhouettes) for view in there]
+    card = _card(spec, index, versions, [x.record for x in found.values() if x.record is not None])
     if "nerfstudio" in outputs.formats:
         write_nerfstudio(folder / "transforms.json", views)
     for name, of_group in _groups(views).items():

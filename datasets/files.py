@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import os
 import re
-from pathlib import Path
+from pathlib import Path, PureWindowsPath
 from typing import Any
 
 import numpy as np
@@ -47,15 +47,39 @@ def write_json(path: Path, content: Any) -> None:  # noqa: ANN401 - what JSON ho
     write_text(path, _PLAIN_LIST.sub(lambda found: f"[{' '.join(found[1].split())}]", text) + "\n")
 
 
-def relative(path: Path, folder: Path) -> str:
-    """Return a path as seen from a folder, with forward slashes.
+def relative(path: Path | str, folder: Path) -> str:
+    r"""Return a path as seen from a folder, with forward slashes.
+
+    What lies on another drive, or on another kind of machine, keeps its whole path.
 
     Examples
     --------
     >>> relative(Path("/set/images/a.png"), Path("/set/colmap"))
     '../images/a.png'
     """
-    return Path(os.path.relpath(path.absolute(), folder.absolute())).as_posix()
+    if _is_elsewhere(path):
+        return str(path)
+    try:
+        return Path(os.path.relpath(Path(path).absolute(), folder.absolute())).as_posix()
+    except ValueError:  # another drive
+        return str(path)
+
+
+def joined(path: str, folder: Path) -> str:
+    r"""Return the path of a file that :func:`relative` told as seen from a folder.
+
+    Examples
+    --------
+    >>> joined(r"D:\tables\w.csv", Path("/jobs"))
+    'D:\\tables\\w.csv'
+    """
+    return path if _is_elsewhere(path) else os.path.normpath(folder / path)
+
+
+def _is_elsewhere(path: Path | str) -> bool:
+    """Whether a path is a whole one of another kind of machine; a rule of the farm moves it."""
+    whole = str(path).startswith("/") or bool(PureWindowsPath(path).drive)
+    return whole and not Path(path).is_absolute()
 
 
 def make_folder(path: Path) -> Path:

@@ -18,7 +18,7 @@ from ..uw_spectral.spectra.spectral_image import replacing
 from .axes import Array
 from .camera import PinholeCamera
 from .enumeration import PlannedView
-from .files import relative
+from .files import joined, relative
 from .grouping import Place
 from .view import Split
 
@@ -195,8 +195,8 @@ def read_index(path: Path) -> Index:
         )
         return Index(
             folder,
-            (folder / content["spec"]).resolve(),
-            (folder / content["scene"]).resolve(),
+            Path(joined(content["spec"], folder)).resolve(),
+            Path(joined(content["scene"], folder)).resolve(),
             content["scene_sha256"],
             content["rendered"],
             tuple(content["jobs"]),

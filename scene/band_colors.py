@@ -16,6 +16,7 @@ import numpy as np
 from ..node_groups import attributes, uplift
 from ..uw_spectral.spectra.spectrum import Spectrum
 from . import contents
+from .animation import curves
 
 MEASURED_WAVELENGTHS = "uw_reflectance_wavelengths_nm"
 MEASURED_REFLECTANCE = "uw_reflectance"
@@ -236,17 +237,7 @@ def _link(
 
 def _curves(tree: bpy.types.NodeTree, socket: bpy.types.NodeSocket) -> list[bpy.types.FCurve]:
     """Animation curves and drivers of a socket's value."""
-    if tree.animation_data is None:
-        return []
-    path = f"{socket.path_from_id()}.default_value"
-    curves = list(tree.animation_data.drivers)
-    action = tree.animation_data.action
-    if action is not None:
-        for layer in action.layers:
-            for strip in layer.strips:
-                for bag in strip.channelbags:
-                    curves.extend(bag.fcurves)
-    return [curve for curve in curves if curve.data_path == path]
+    return list(curves(tree, f"{socket.path_from_id()}.default_value"))
 
 
 def _move_curves(

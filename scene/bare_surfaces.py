@@ -12,6 +12,7 @@ import bpy
 
 from ..node_groups.node_mathematics import MARK, Graph, new_group
 from . import contents
+from .rendered import rendered_layer
 
 NAME = "UW Plain"
 STANDS_IN = "uw_stands_in"
@@ -65,7 +66,7 @@ def dress(
             )
     makers = [item for item in contents.objects(scene) if _may_make_bare(item)]
     if makers:
-        layer = scene.view_layers[0]
+        layer = rendered_layer(scene)
         layer.update()
         for item in (i for i in makers if _makes_bare(i, layer.depsgraph)):
             material = material or _grey()

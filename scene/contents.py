@@ -6,11 +6,18 @@ from collections.abc import Iterable, Iterator
 
 import bpy
 
+from ..uw_spectral.errors import InputError
+from .animation import curves
+from .rendered import in_rendered_collections, rendered_layer
+
+_NAMED = 3  # of what is linked
 _SOCKETS = {"OBJECT", "COLLECTION", "MATERIAL"}
 
 
-def objects(scene: bpy.types.Scene) -> list[bpy.types.Object]:
-    """Objects of a scene and those that it instances, each once.
+def objects(
+    scene: bpy.types.Scene, among: Iterable[bpy.types.Object] | None = None
+) -> list[bpy.types.Object]:
+    """Objects of a scene, all or some, and those that they instance, each once.
 
     Instanced are collections, and what geometry nodes and particle systems name.
     """
@@ -27,8 +34,45 @@ def objects(scene: bpy.types.Scene) -> list[bpy.types.Object]:
                 elif isinstance(named, bpy.types.Collection):
                     visit(named.all_objects)
 
-    visit(scene.objects)
+    visit(scene.objects if among is None else among)
     return list(found)
+
+
+def require_local(scene: bpy.types.Scene) -> None:
+    """Refuse what is linked from another file and would have to change with the water.
+
+    Raises
+    ------
+    InputError
+        Names materials, node groups in them and lamps that renders show, and their libraries.
+    """
+    shown = [
+        item
+        for item in in_rendered_collections(rendered_layer(scene))
+        if not item.hide_render or any(curves(item, "hide_render"))
+    ]
+    seen = objects(scene, sorted(shown, key=lambda item: item.name_full))
+    lamps = [item for item in seen if item.type == "LIGHT"]
+    wet = list(dict.fromkeys(m for item in seen for m in materials_of(item)))
+    inner = inner_groups(m.node_tree for m in wet if m.is_editable)
+    groups = [group for group in inner if _has_shaders(group)]
+    linked = [x for x in (*wet, *sorted(groups, key=lambda g: g.name), *lamps) if not x.is_editable]
+    if linked:
+        kinds = {"Material": "material", "Object": "lamp"}
+        names = [
+            f"{kinds.get(x.bl_rna.identifier, 'node group')} {x.name!r} of {x.library.filepath}"
+            for x in linked
+        ]
+        more = f" and {len(names) - _NAMED} more" if len(names) > _NAMED else ""
+        raise InputError(
+            f"{', '.join(names[:_NAMED])}{more}: linked from another file, which keeps its RGB "
+            "colours and stays dry; make it local (Object, Relations, Make Local, All) or append "
+            "it instead of linking"
+        )
+
+
+def _has_shaders(group: bpy.types.NodeTree) -> bool:
+    return any(output.type == "SHADER" for node in group.nodes for output in node.outputs)
 
 
 def materials(scene: bpy.types.Scene) -> list[bpy.types.Material]:
@@ -60,7 +104,9 @@ def _named(item: bpy.types.Object) -> Iterator[bpy.types.ID]:
         if modifier.type == "NODES" and modifier.node_group is not None:
             inputs = modifier.properties.inputs
             for socket in modifier.node_group.interface.items_tree:
-                given = getattr(inputs, getattr(socket, "identifier", ""), None)
+                if socket.item_type != "SOCKET":  # a panel; its identifier is a number
+                    continue
+                given = getattr(inputs, socket.identifier, None)
                 if isinstance(value := getattr(given, "value", None), bpy.types.ID):
                     yield value
             yield from _named_in(modifier.node_group, seen)

@@ -113,9 +113,11 @@ def add_water(
     notes += [*lamps.notes, *scene_water.add(scene, filling, column, extent)]
     for item in scene_water.objects(scene):
         if scene_water.IS_SUN in item:
-            # A refracted ray must not meet the disc: the lamp's shadow rays bring the sun already.
-            item.visible_transmission = item.visible_glossy = False
-            # Under an interface none meets it: light that is left to them would be lost.
+            # Under an interface a refracted ray must not meet the disc: the lamp's shadow rays
+            # bring the sun already. Glossy rays none meets; without the switch Cycles would leave
+            # the sun out of what shines.
+            item.visible_transmission = not column.reflects
+            # Light that is left to rays that meet nothing would be lost.
             item.data.cycles.use_multiple_importance_sampling = not column.reflects
     return notes
 

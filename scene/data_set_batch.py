@@ -150,7 +150,7 @@ def render(index: Index, progress: Progress, *, insist: bool) -> None:
     for name in index.jobs:
         manifest = _manifest(index, name)
         tasks = _tasks(index, name, manifest)
-        tasks = [t for t in tasks if not pictures.record_path(manifest, t.view).is_file()]
+        tasks = [t for t in tasks if not pictures.is_developed(manifest, t.view)]
         if not tasks:
             continue
         same_job.check_scene(manifest, job_files.open_blend())
@@ -221,7 +221,7 @@ def _develop(index: Index, progress: Progress) -> None:
         left = [
             view
             for view, tasks in by_view.items()
-            if not pictures.record_path(manifest, view).is_file()
+            if not pictures.is_developed(manifest, view)
             and all(work.done(manifest, task, thorough=False) for task in tasks)
         ]
         if left:
@@ -247,7 +247,7 @@ def _check_room(index: Index) -> None:
         width, height = manifest.output.size
         pixel = _PIXEL_BYTES + 8 * len(manifest.bands_nm)
         for view in dict.fromkeys(task.view for task in _tasks(index, name, manifest)):
-            if not pictures.record_path(manifest, view).is_file():
+            if not pictures.is_developed(manifest, view):
                 needed += _SMALLER * width * height * pixel
     free = shutil.disk_usage(index.folder).free
     if needed > free:

@@ -42,6 +42,7 @@ def export(index: Index, spec: DataSetSpec, scene: Callable[[], bpy.types.Scene]
         manifest = jobs[view.job]
         shown = next(item for item in manifest.views if item.frame == view.frame)
         picture = pictures.picture_path(manifest, shown)
+        is_done = pictures.is_developed(manifest, shown)
 
         def to_rec709() -> Array:
             plan = plans[view.job].of(view.frame)
@@ -51,7 +52,7 @@ def export(index: Index, spec: DataSetSpec, scene: Callable[[], bpy.types.Scene]
         return Rendered(
             picture,
             picture_layers.layers_path(picture),
-            pictures.record_path(manifest, shown),
+            pictures.record_path(manifest, shown) if is_done else None,
             picture_layers.truth_path(picture),
             to_rec709,
         )

@@ -23,13 +23,15 @@ from ..datasets.index import (
 )
 from ..datasets.specification import DataSetSpec
 from ..uw_spectral.errors import InputError
+from ..uw_spectral.imaging.layers import parse_layers
 from . import job_files
 from .band_passes import make_folder
 from .engines import engine_of
-from .manifest import Manifest, write_manifest
+from .manifest import Manifest, read_manifest, write_manifest
 from .planning import plan_job
 from .render_job import JOB_FILE
 from .render_plan import quiet
+from .rendered import as_rendered, in_rendered_collections, rendered_layer
 from .room import Room
 from .settings import Job, SceneSettings
 from .stage import Place, Stage, StageCamera, StageLamp
@@ -96,6 +98,8 @@ def plan_data_set(
         taken=earlier.jobs if earlier else (),
     )
     layers = ",".join(needed_layers(spec))
+    for name in earlier.jobs if earlier else ():
+        _add_layers(earlier.manifest(name), layers)
     for item in new:
         manifest = _plan_one(scene, item, settings_now, job, held, layers)
         job_files.require_all(manifest.files)
@@ -132,8 +136,9 @@ def _check(spec: DataSetSpec, *, seeded: bool) -> None:
 
 
 def _room(scene: bpy.types.Scene, held: int) -> Room:
-    scene.frame_set(held)
-    return Room(bpy.context.evaluated_depsgraph_get())
+    with as_rendered(scene):
+        scene.frame_set(held)
+        return Room(bpy.context.evaluated_depsgraph_get())
 
 
 def _rendered(job: Job, settings: SceneSettings, held: int) -> dict[str, Any]:
@@ -156,6 +161,16 @@ def _require_same(earlier: Index, digest: str, rendered: Mapping[str, Any], out:
             f"{out} holds a data set with other values of {', '.join(changed)}; use the same ones, "
             "or another --out; nothing was overwritten"
         )
+
+
+def _add_layers(path: Path, layers: str) -> None:
+    """Let a job that was planned before have more layers; its passes are then of another key."""
+    manifest = read_manifest(path)
+    known = parse_layers(manifest.settings["layers"])
+    wanted = dict.fromkeys((*known, *parse_layers(layers)))
+    if len(wanted) > len(known):
+        settings = {**manifest.settings, "layers": ",".join(wanted)}
+        write_manifest(path, replace(manifest, settings=settings))
 
 
 def _plan_one(
@@ -225,7 +240,8 @@ def things_of(scene: bpy.types.Scene, held: int) -> list[SceneThing]:
     depsgraph = bpy.context.evaluated_depsgraph_get()
     models: dict[object, int] = {}
     found = []
-    for item in sorted(scene.objects, key=lambda item: item.name):
+    shown = in_rendered_collections(rendered_layer(scene))
+    for item in sorted(shown, key=lambda item: item.name):
         if item.type in _UNSEEN or item.hide_render:
             continue
         place, turn, scale = item.evaluated_get(depsgraph).matrix_world.decompose()

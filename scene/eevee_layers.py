@@ -17,8 +17,9 @@ from ..uw_spectral.imaging.layer_sums import drawn_for, remaining_single, scatte
 from ..uw_spectral.imaging.layers import layer
 from ..uw_spectral.spectra.spectral_image import band_labels
 from . import geometry_layers
-from .layer_passes import Passes, render_passes, rendered_layer, switched_on
+from .layer_passes import Passes, render_passes, switched_on
 from .render_plan import RenderPlan
+from .rendered import rendered_layer
 from .temporary import render_settings
 
 _SHAFTS = "what the froxel volume drew: I less the other layers, with its errors of some percent"

@@ -42,7 +42,8 @@ def write_exr(scene: bpy.types.Scene, destination: Path, *, passes: bool = False
     image.exr_codec = "ZIP"
     render.use_file_extension = False
     with replacing(destination) as temporary:
-        render.filepath = str(temporary)
+        # Blender fills in what stands in braces.
+        render.filepath = str(temporary).replace("{", "{{").replace("}", "}}")
         try:
             bpy.ops.render.render(write_still=True, scene=scene.name)
         except RuntimeError as error:

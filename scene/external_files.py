@@ -53,6 +53,12 @@ def external_files() -> ExternalFiles:
     )
 
 
+def is_read(library: bpy.types.Library) -> bool:
+    """Whether the open file needs a library's own file; what was packed into it does not."""
+    packed = library.is_archive or library.packed_file is not None
+    return not packed and bool(library.users_id)
+
+
 def _counts(owner: str, path: Path) -> bool:
     kind = owner.partition(" ")[0]
     # A folder is one of a simulation, which fills it once it is baked.
@@ -66,6 +72,8 @@ def _visited(flags: set[str]) -> Iterator[tuple[str, Path]]:
     visited: list[tuple[str, Path]] = []
 
     def visit(block: bpy.types.ID, path: str, _: object) -> None:
+        if isinstance(block, bpy.types.Library) and not is_read(block):
+            return
         if path and not path.startswith("<"):
             absolute = bpy.path.abspath(path, library=block.library)
             kind = block.id_type.lower()

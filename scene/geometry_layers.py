@@ -18,9 +18,10 @@ from ..datasets.truth import lamp_record
 from ..node_groups.node_mathematics import MARK
 from ..uw_spectral.imaging.layers import layer
 from . import contents, lamps
-from .layer_passes import Passes, render_passes, rendered_layer, switched_on
+from .layer_passes import Passes, render_passes, switched_on
 from .pinhole import pinhole_of, pose_of
 from .render_plan import RenderPlan
+from .rendered import rendered_layer
 
 CRYPTOMATTE = ("CryptoObject", "CryptoMaterial")
 """Names of Blender's passes."""

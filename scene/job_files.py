@@ -14,6 +14,7 @@ import bpy
 
 from ..uw_spectral.errors import InputError
 from ..uw_spectral.spectra.spectrum import split_location
+from .external_files import is_read
 from .lamp_files import lamp_files
 from .manifest import ExternalFile, table_name, tables
 
@@ -76,6 +77,8 @@ def _references() -> Iterator[tuple[str, str, Path]]:
     for item, paths in bpy.data.file_path_map(include_libraries=True).items():
         kind = _KINDS.get(item.bl_rna.identifier, str(item.bl_rna.name).lower())
         is_library = isinstance(item, bpy.types.Library)
+        if is_library and not is_read(item):
+            continue
         owner = getattr(item, "parent", None) if is_library else item.library
         for path in paths:
             if is_library or path not in libraries:

@@ -115,7 +115,7 @@ def status_of(manifest: Manifest) -> JobStatus:
     return JobStatus(
         total=done + len(unfinished),
         done=done,
-        pictures=sum(pictures.record_path(manifest, view).is_file() for view in manifest.views),
+        pictures=sum(pictures.is_developed(manifest, view) for view in manifest.views),
         views=len(manifest.views),
         seconds_spent=spent,
         seconds_left=_left(seconds, left, spent / done) if done else None,

@@ -39,8 +39,8 @@ class KeptLampShadows:
         if not shining:
             self._maps = {}
             return found
-        without = [item for item in scene.objects if MARK in item or not item.visible_shadow]
-        meshes = Meshes(bpy.context.evaluated_depsgraph_get(), without)
+        without = [item for item in scene.objects if MARK in item]
+        meshes = Meshes(bpy.context.evaluated_depsgraph_get(), without, "shadow")
         colours = _colours(meshes)
         things = _digest(meshes, colours)
         known = self._maps if things == self._things else {}

@@ -38,6 +38,7 @@ from ..uw_spectral.spectra.illuminant import RELATIVE, full_sun
 from ..uw_spectral.spectra.reflectance import uplift_basis
 from . import cameras, contents, scene_water
 from .lamp_files import KINDS, PROFILE, SPECTRUM, LampFile, files_of
+from .rendered import in_rendered_collections, rendered_layer
 from .stored_lamps import ROV, stored_lamp
 
 _POINTS = 24
@@ -140,11 +141,18 @@ def why_dark(item: bpy.types.Object) -> str:
     return ""
 
 
+def _why_not_now(item: bpy.types.Object) -> str:
+    """Say why a lamp does not light the water at this frame, empty if it does."""
+    return why_dark(item) or ("it is hidden" if scene_water.is_hidden(item) else "")
+
+
 def _shown(scene: bpy.types.Scene) -> list[bpy.types.Object]:
     found = [
         item
-        for item in scene.objects
-        if _is_lamp(item) and MARK not in item and not scene_water.is_hidden(item)
+        for item in in_rendered_collections(rendered_layer(scene))
+        if _is_lamp(item)
+        and MARK not in item
+        and (not scene_water.is_hidden(item) or scene_water.is_hidden_by_animation(item))
     ]
     return sorted(found, key=lambda item: item.name_full)
 
@@ -190,6 +198,8 @@ def lamps_of(scene: bpy.types.Scene, bands: Bands, unit: str) -> SceneLamps:
                 "it to the sun"
             )
             lamp = replace(lamp, intensity=np.zeros(len(bands)))
+        if scene_water.is_hidden(item):
+            lamp = replace(lamp, intensity=np.zeros(len(bands)))
         lamps.append(lamp)
     return SceneLamps(tuple(objects), tuple(lamps), tuple(notes))
 
@@ -197,7 +207,7 @@ def lamps_of(scene: bpy.types.Scene, bands: Bands, unit: str) -> SceneLamps:
 def records(scene: bpy.types.Scene) -> tuple[dict[str, Any], ...]:
     """Return the lamps of a scene's current frame as JSON holds them, dark ones with the reason."""
     return tuple(
-        {**record(item), **({"left_out": why_dark(item)} if why_dark(item) else {})}
+        {**record(item), **({"left_out": why} if (why := _why_not_now(item)) else {})}
         for item in _shown(scene)
     )
 
@@ -246,7 +256,8 @@ def state(scene: bpy.types.Scene) -> tuple[object, ...]:
         light = item.data
         numbers = (
             light.energy, light.exposure, *light.color, light.use_temperature, light.temperature,
-            item.visible_camera, *(x for row in item.matrix_world for x in row),
+            scene_water.is_seen(item), scene_water.is_hidden(item),
+            *(x for row in item.matrix_world for x in row),
         )  # fmt: skip
         form = [getattr(light, name, 0.0) for name in _FORM]
         found.append((item.name_full, light.type, stored_lamp(light), *numbers, *form))
@@ -271,7 +282,7 @@ def _lamp(item: bpy.types.Object, bands: Bands, unit: str) -> Lamp:
         gain = SPHERE / profile.solid_angle if light.type == "AREA" and not chosen.profile else 1.0
         intensity = gain * intensity_of_colour(_colour(light), power, bands)
     place = item.matrix_world
-    radius, seen = _radius(light, place), float(item.visible_camera)
+    radius, seen = _radius(light, place), float(scene_water.is_seen(item))
     return Lamp(tuple(place.translation), _axis(place), intensity, profile, radius, seen)
 
 

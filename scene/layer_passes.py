@@ -69,8 +69,3 @@ def render_passes(scene: bpy.types.Scene, beside: Path) -> Passes:
         return read_passes(raw)
     finally:
         raw.unlink(missing_ok=True)
-
-
-def rendered_layer(scene: bpy.types.Scene) -> bpy.types.ViewLayer:
-    """Return the one layer that is rendered."""
-    return next(layer for layer in scene.view_layers if layer.use)

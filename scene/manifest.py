@@ -9,12 +9,12 @@ from __future__ import annotations
 import functools
 import hashlib
 import json
-import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, astuple, dataclass, field, fields
 from pathlib import Path
 from typing import Any, get_args
 
+from ..datasets.files import joined, relative
 from ..uw_spectral.errors import InputError
 from ..uw_spectral.imaging.layer_sums import drawn_for
 from ..uw_spectral.imaging.layers import NONE, parse_layers
@@ -90,6 +90,17 @@ class View:
     eye: tuple[float, ...] = ()
 
 
+def rendered_size(width: int, height: int, percentage: int) -> tuple[int, int]:
+    """Size in pixels that Blender renders, which counts in whole numbers.
+
+    Examples
+    --------
+    >>> rendered_size(1280, 720, 35)
+    (448, 252)
+    """
+    return width * percentage // 100, height * percentage // 100
+
+
 @dataclass(frozen=True)
 class Output:
     """What is rendered besides the settings of the water, and by what.
@@ -111,8 +122,7 @@ class Output:
     @property
     def size(self) -> tuple[int, int]:
         """Width and height of a picture in pixels."""
-        scale = self.resolution[2] / 100
-        return int(self.resolution[0] * scale), int(self.resolution[1] * scale)
+        return rendered_size(*self.resolution)
 
 
 @dataclass(frozen=True)
@@ -240,6 +250,19 @@ class Manifest:
         path = self._paths.get(view.camera, ())
         return _digest([self._frame_key(view.frame), view.camera, astuple(item), weights, path])
 
+    def view_key(self, view: View) -> str:
+        """Return a digest of all that the pictures and the record of a view depend on."""
+        values = {**self.settings, **self.changes.get(view.frame, {})}
+        named = {name: f"file#{split_location(at)[1]}" for name, at in tables(values).items()}
+        return _digest(
+            [
+                [self.key(view, number) for number in range(len(self.passes))],
+                {**values, **named},
+                {file.setting: file.sha256 for file in self.files if file.setting},
+                self.developments[view.development].weights,
+            ]
+        )
+
     @functools.cached_property
     def _paths(self) -> dict[str, list[tuple[float, ...]]]:
         """Where each camera is in all frames, which EEVEE's shade is computed for."""
@@ -284,6 +307,9 @@ def differences(earlier: Manifest, now: Manifest) -> list[str]:
     """
     before, after = earlier.drawing, now.drawing
     changed = [name for name in {**before, **after} if before.get(name) != after.get(name)]
+    # Another version may draw the same job otherwise, or know better how far its water reaches.
+    one, other = earlier.versions, now.versions
+    changed += [name for name in {**one, **other} if one.get(name) != other.get(name)]
     old, new = earlier.contents, now.contents
     changed += [
         (new.get(name) or old[name]).what
@@ -316,12 +342,12 @@ def write_manifest(path: Path, manifest: Manifest) -> None:
     content = {
         "kind": _KIND,
         "format": FORMAT,
-        "scene": _relative(manifest.scene, path.parent) if manifest.scene else "",
+        "scene": relative(manifest.scene, path.parent) if manifest.scene else "",
         "scene_sha256": manifest.scene_sha256,
-        "out": _relative(manifest.out, path.parent),
+        "out": relative(manifest.out, path.parent),
         "versions": dict(manifest.versions),
         "output": asdict(manifest.output),
-        "settings": _placed(manifest.settings, path.parent, _relative),
+        "settings": _placed(manifest.settings, path.parent, relative),
         "frames": manifest.frames,
         "changes": manifest.changes,
         "cameras": [asdict(camera) for camera in manifest.cameras],
@@ -329,7 +355,7 @@ def write_manifest(path: Path, manifest: Manifest) -> None:
         "bands_nm": manifest.bands_nm,
         "widths_nm": manifest.widths_nm,
         "files": [
-            asdict(item) | ({"path": _relative(item.path, path.parent)} if item.setting else {})
+            asdict(item) | ({"path": relative(item.path, path.parent)} if item.setting else {})
             for item in manifest.files
         ],
         "developments": [asdict(item) for item in manifest.developments],
@@ -390,12 +416,12 @@ def _manifest(content: dict[str, Any], folder: Path) -> Manifest:
         if value not in get_args(known):
             raise ValueError(f"{value!r} is not one of {', '.join(get_args(known))}")
     manifest = Manifest(
-        scene=Path(_joined(content["scene"], folder)) if content["scene"] else None,
-        out=Path(_joined(content["out"], folder)),
+        scene=Path(joined(content["scene"], folder)) if content["scene"] else None,
+        out=Path(joined(content["out"], folder)),
         scene_sha256=content["scene_sha256"],
         versions=content["versions"],
         output=output,
-        settings=_placed(content["settings"], folder, _joined),
+        settings=_placed(content["settings"], folder, joined),
         changes={int(frame): values for frame, values in content["changes"].items()},
         frames=tuple(map(int, content["frames"])),
         cameras=tuple(CameraOutput(**item) for item in content["cameras"]),
@@ -413,14 +439,14 @@ def _manifest(content: dict[str, Any], folder: Path) -> Manifest:
         files=tuple(
             ExternalFile(
                 item["what"],
-                _joined(item["path"], folder) if item["setting"] else item["path"],
+                joined(item["path"], folder) if item["setting"] else item["path"],
                 item["sha256"],
                 item["setting"],
             )
             for item in content["files"]
         ),
         lamps={int(frame): tuple(rows) for frame, rows in content.get("lamps", {}).items()},
-        stage=stage_of(content["stage"]).moved(lambda name: _joined(name, folder))
+        stage=stage_of(content["stage"]).moved(lambda name: joined(name, folder))
         if content.get("stage")
         else None,
     )
@@ -463,18 +489,7 @@ def _placed(
 
 
 def _stage(stage: Stage | None, folder: Path) -> dict[str, Any]:
-    return {} if stage is None else stage.moved(lambda name: _relative(name, folder)).record()
-
-
-def _relative(path: Path | str, folder: Path) -> str:
-    try:
-        return Path(os.path.relpath(path, folder)).as_posix()
-    except ValueError:  # another drive
-        return str(path)
-
-
-def _joined(path: str, folder: Path) -> str:
-    return os.path.normpath(folder / path)
+    return {} if stage is None else stage.moved(lambda name: relative(name, folder)).record()
 
 
 def tables(settings: Mapping[str, Any]) -> dict[str, str]:

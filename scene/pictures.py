@@ -25,6 +25,8 @@ from .manifest import Manifest, View
 from .render_plan import RenderPlan
 from .work import Rendered
 
+_HEAD = 200  # characters of a record, which hold its key
+
 
 def picture_path(manifest: Manifest, view: View) -> Path:
     """Return the scene-linear picture of a view."""
@@ -34,6 +36,16 @@ def picture_path(manifest: Manifest, view: View) -> Path:
 def record_path(manifest: Manifest, view: View) -> Path:
     """Return the record of a view, which is written last."""
     return picture_path(manifest, view).with_suffix(".json")
+
+
+def is_developed(manifest: Manifest, view: View) -> bool:
+    """Whether the pictures of a view are there, made of the passes that the manifest plans."""
+    try:
+        with record_path(manifest, view).open(encoding="utf-8") as file:
+            head = file.read(_HEAD)
+    except (OSError, UnicodeDecodeError):
+        return False
+    return f'"key": "{manifest.view_key(view)}"' in head
 
 
 def develop(
@@ -157,6 +169,7 @@ def _record(
     output = manifest.output
     chosen = manifest.developments[view.development]
     return {
+        "key": manifest.view_key(view),
         "frame": view.frame,
         "camera_depth_m": view.depth,
         "settings": vars(manifest.settings_of(view.frame)),

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from ..datasets.camera import PinholeCamera
 from ..uw_spectral.errors import InputError
+from .manifest import rendered_size
 
 
 def require_pinhole(camera: bpy.types.Object) -> None:
@@ -28,8 +29,9 @@ def require_pinhole(camera: bpy.types.Object) -> None:
 def pinhole_of(scene: bpy.types.Scene, camera: bpy.types.Object) -> PinholeCamera:
     """Return the intrinsics of a perspective camera at the size of the scene's render."""
     render = scene.render
-    scale = render.resolution_percentage / 100
-    width, height = int(render.resolution_x * scale), int(render.resolution_y * scale)
+    width, height = rendered_size(
+        render.resolution_x, render.resolution_y, render.resolution_percentage
+    )
     corners = np.array([tuple(corner) for corner in camera.data.view_frame(scene=scene)])
     corners = corners[:, :2] / -corners[:, 2:]
     (left, bottom), (right, top) = corners.min(axis=0), corners.max(axis=0)

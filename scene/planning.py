@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import hashlib
 import math
 from collections.abc import Callable, Iterable, Mapping
@@ -14,15 +15,26 @@ from numpy.typing import NDArray
 
 from ..uw_spectral.errors import InputError
 from ..uw_spectral.imaging.layers import parse_layers
-from . import cameras, cycles_settings, job_files, lamps, metering, picture_size, staging, stereo
+from . import (
+    cameras,
+    contents,
+    cycles_settings,
+    job_files,
+    lamps,
+    metering,
+    picture_size,
+    staging,
+    stereo,
+)
 from .band_engine import Engine
 from .engines import engine_of
 from .manifest import Development, ExternalFile, Manifest, Output, Pass, View, folders
 from .pinhole import require_pinhole
 from .render_plan import RenderPlan, make_plan
+from .rendered import as_rendered
 from .scene_water import require_no_water
 from .settings import Device, Job, SceneSettings
-from .water_body import WaterExtent, extent_around, scene_reach
+from .water_body import SceneReach, WaterExtent, extent_around, reach_of, scene_reach
 
 _LARGEST_SEED = 2**31 - 1
 
@@ -36,6 +48,7 @@ class _Frame:
     stops: float | None
     eyes: tuple[tuple[float, ...], ...]
     lamps: tuple[Mapping[str, Any], ...]
+    reach: SceneReach
 
 
 def plan_job(
@@ -62,8 +75,9 @@ def plan_job(
         If the scene or the settings cannot be used.
     """
     require_no_water(scene)
+    contents.require_local(scene)
     files = job_files.scene_files()  # those of the stage are its own
-    with stereo.two_eyes(scene), staging.staged(scene, job.stage):
+    with as_rendered(scene), stereo.two_eyes(scene), staging.staged(scene, job.stage):
         return _plan(scene, settings_now, job, files)
 
 
@@ -76,13 +90,9 @@ def _plan(
     seen_by = [eye for camera in find_cameras(scene, job) for eye in stereo.eyes_of(scene, camera)]
     engine = engine_of(job.engine, job.mode)
     device = _device(scene, engine, job.device)
-    reach = None
-    if job.frames:
-        scene.frame_set(job.frames[0])
-        reach = scene_reach(scene)
-    frames = _frames(scene, seen_by, settings_now, job)
-    last = scene_reach(scene)
-    reach = last if reach is None else reach.and_of(last)
+    with _ReachNow(scene) as reach_now:
+        frames = _frames(scene, seen_by, settings_now, job, reach_now)
+    reach = functools.reduce(SceneReach.and_of, (frame.reach for frame in frames))
     extents = {
         extent_around(reach, frame.plan.column, depth)
         for frame in frames
@@ -155,6 +165,7 @@ def _frames(
     seen_by: list[bpy.types.Object],
     settings_now: Callable[[], SceneSettings],
     job: Job,
+    reach_now: Callable[[], SceneReach],
 ) -> list[_Frame]:
     """Resolve every frame, so that errors come early."""
     plans: dict[SceneSettings, RenderPlan] = {}
@@ -182,7 +193,8 @@ def _frames(
         eyes = tuple(cameras.eye_of(camera) for camera in seen_by)
         stops = metering.metered(scene, seen_by[0], plan, depths[0], lit[0])
         shining = lamps.records(scene)
-        frames.append(_Frame(number, plan, depths, lit, stops, eyes, shining))
+        reach = reach_now().and_of(reach_of(eyes))
+        frames.append(_Frame(number, plan, depths, lit, stops, eyes, shining, reach))
     first = frames[0].plan.column
     for frame in frames:
         if math.isfinite(frame.plan.column.floor_depth) != math.isfinite(first.floor_depth):
@@ -191,6 +203,33 @@ def _frames(
                 f"{frames[0].number}; keyframe it between depths above 0"
             )
     return frames
+
+
+class _ReachNow:
+    """How far the things of a scene reach, computed again where a frame has changed one."""
+
+    def __init__(self, scene: bpy.types.Scene) -> None:
+        self._scene = scene
+        self._known: SceneReach | None = None
+
+    def __enter__(self) -> Callable[[], SceneReach]:
+        # After the frame is set, Blender no longer tells what it has changed.
+        bpy.app.handlers.frame_change_post.append(self._look)
+        return self._reach
+
+    def __exit__(self, *_: object) -> None:
+        bpy.app.handlers.frame_change_post.remove(self._look)
+
+    def _look(self, scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
+        if scene == self._scene and any(
+            isinstance(update.id, bpy.types.Object) and update.id.type not in ("CAMERA", "LIGHT")
+            for update in depsgraph.updates
+        ):
+            self._known = None
+
+    def _reach(self) -> SceneReach:
+        self._known = self._known or scene_reach(self._scene)
+        return self._known
 
 
 def _changes(frames: Iterable[_Frame]) -> dict[int, dict[str, object]]:

@@ -1,4 +1,4 @@
-"""Rays through the meshes of a scene, as the viewport shows them.
+"""Rays through the meshes of a scene that its renders show.
 
 ``Scene.ray_cast`` tries every object with every ray. Here boxes are tried for
 all rays at once, and a mesh is searched only by rays that enter its box;
@@ -8,7 +8,7 @@ objects and instances that share a mesh share its search tree.
 from __future__ import annotations
 
 import functools
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Hashable, Iterator
 from dataclasses import dataclass
 
 import bpy
@@ -17,7 +17,7 @@ from mathutils import Matrix, Vector
 from mathutils.bvhtree import BVHTree
 from numpy.typing import NDArray
 
-from .visible_meshes import MeshArrays, visible_meshes
+from .visible_meshes import MeshArrays, Ray, visible_meshes
 
 _AT_ONCE = 200_000  # rays times boxes
 _FARTHEST = 1e30  # what a search tree takes for infinite
@@ -113,7 +113,7 @@ class Instance:
 
 
 class Meshes:
-    """Every mesh that is visible in the viewport, instances included.
+    """Every mesh that renders show, instances included.
 
     Parameters
     ----------
@@ -121,14 +121,19 @@ class Meshes:
         An evaluated scene; rays can be cast until it is evaluated again.
     leave_out : collection of Object
         Rays pass through these.
+    ray : {"camera", "shadow"}, optional
+        What rays are cast for, see :func:`.visible_meshes`.
     """
 
     def __init__(
-        self, depsgraph: bpy.types.Depsgraph, leave_out: Collection[bpy.types.Object] = ()
+        self,
+        depsgraph: bpy.types.Depsgraph,
+        leave_out: Collection[bpy.types.Object] = (),
+        ray: Ray | None = None,
     ) -> None:
-        meshes: dict[int, _Mesh] = {}
+        meshes: dict[Hashable, _Mesh] = {}
         self.instances: list[Instance] = []
-        for shown in visible_meshes(depsgraph, leave_out):
+        for shown in visible_meshes(depsgraph, leave_out, ray):
             if shown.key not in meshes:
                 meshes[shown.key] = _Mesh(shown.arrays)
             self.instances.append(Instance(meshes[shown.key], shown.place, shown.materials))

@@ -21,6 +21,7 @@ from ..node_groups.realtime_values import Shape, pad_triples
 from ..uw_spectral.mathematics import Operand
 from ..uw_spectral.transfer.pixel import mirroring_share
 from . import contents
+from .animation import curves
 
 SOURCE = "uw_source"
 """On a constant: node and socket of the user's that it repeats."""
@@ -364,6 +365,14 @@ def _surface_output(tree: bpy.types.ShaderNodeTree) -> bpy.types.Node | None:
     return output if output is not None and output.inputs["Surface"].is_linked else None
 
 
+def own_shader(tree: bpy.types.ShaderNodeTree) -> bpy.types.NodeSocket | None:
+    """Return the input that a material's own shader arrives at, whether it is wet or not."""
+    surface, output = _surface_node(tree), tree.get_output_node("EEVEE")
+    if surface is not None:
+        return surface.inputs[realtime_surface.LIT].links[0].from_node.inputs[0]
+    return None if output is None else output.inputs["Surface"]
+
+
 def _surface_node(tree: bpy.types.NodeTree) -> bpy.types.Node | None:
     for node in tree.nodes:
         if node.bl_idname == "ShaderNodeGroup" and _MUTED in node:
@@ -398,20 +407,7 @@ def _refresh(tree: bpy.types.NodeTree, node: bpy.types.Node) -> None:
 
 
 def _is_animated(tree: bpy.types.NodeTree, socket: bpy.types.NodeSocket) -> bool:
-    data = tree.animation_data
-    if data is None:
-        return False
-    path = f"{socket.path_from_id()}.default_value"
-    curves = list(data.drivers)
-    if data.action is not None:
-        curves += [
-            curve
-            for layer in data.action.layers
-            for strip in layer.strips
-            for bag in strip.channelbags
-            for curve in bag.fcurves
-        ]
-    return any(curve.data_path == path for curve in curves)
+    return any(curves(tree, f"{socket.path_from_id()}.default_value"))
 
 
 def _interface_outputs(group: bpy.types.ShaderNodeTree) -> list[bpy.types.NodeTreeInterfaceSocket]:

@@ -105,6 +105,8 @@ def begin(manifest: Manifest, *, resume: bool) -> Manifest:
     place = manifest.out / JOB_FILE
     if not resume:
         try:
+            for view in manifest.views:
+                pictures.record_path(manifest, view).unlink(missing_ok=True)
             for view, number in manifest.tasks():
                 manifest.pass_path(view, number).unlink(missing_ok=True)
         except OSError as error:

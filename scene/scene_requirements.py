@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -19,7 +20,9 @@ from ..uw_spectral.imaging.description import REFERENCE_BANDS
 from ..uw_spectral.transfer.light_cone import light_cone
 from . import moving_surface
 from .cameras import camera_depth
+from .manifest import rendered_size
 from .render_plan import RenderPlan, forget_files, plan_of, quiet
+from .rendered import as_rendered
 from .settings import EQUAL, OPTIMISED, REALTIME, SOLVED, Job, SceneSettings
 from .view_tracing import trace_from_above, trace_view
 
@@ -93,7 +96,9 @@ def choose(
     frames = _sampled(job.frames or (before,))
     views: list[SeenPoints] = []
     from_above = False
+    shown = contextlib.ExitStack()
     try:
+        shown.enter_context(as_rendered(scene))
         scene.frame_set(frames[0])
         chosen = settings_now()
         if chosen.sunlight == 0:
@@ -118,6 +123,7 @@ def choose(
                 if seen is not None:
                     views.append(seen)
     finally:
+        shown.close()
         scene.frame_set(before)
     if not views:
         raise InputError(
@@ -134,10 +140,12 @@ def choose(
         shaft_end = drawn.shafts.end if drawn.shafts is not None else 0.0
     method = job.mode if job.engine == "eevee" else "cycles"
     render = scene.render
-    pixels = render.resolution_x * render.resolution_y * (render.resolution_percentage / 100) ** 2
+    width, height = rendered_size(
+        render.resolution_x, render.resolution_y, render.resolution_percentage
+    )
     workload = Workload(
         method,
-        pixels / 1e6,
+        width * height / 1e6,
         max(len(job.frames), 1),
         chosen.samples if "samples" in keep else None,
         shaft_end,

@@ -30,6 +30,7 @@ from . import (
     seabed,
     water_body,
 )
+from .animation import curves
 from .water_body import WaterExtent
 
 SUN_DIAMETER_IN_AIR = math.radians(0.53)
@@ -46,8 +47,12 @@ _CAUSTICS, _SLOPES = "uw_caustics", "uw_slopes"
 _FOLLOWS = "uw_follows"
 _DIMMED = "uw_dimmed"
 _FACTORS = ("diffuse_factor", "specular_factor", "transmission_factor", "volume_factor")
+_RAYS = (
+    "visible_camera", "visible_diffuse", "visible_glossy", "visible_transmission",
+    "visible_volume_scatter",
+)  # fmt: skip
 _WORLD = "uw_own_world"
-_HIDDEN = "uw_hidden"
+_HIDDEN, _UNSEEN = "uw_hidden", "uw_unseen"
 _FLOOR_DEPTH = "uw_floor_depth"
 
 
@@ -273,13 +278,24 @@ def collection_of(scene: bpy.types.Scene) -> bpy.types.Collection | None:
 
 
 def is_hidden(item: bpy.types.Object) -> bool:
-    """Whether an object does not show in renders, or would not without the water."""
-    return bool(item[_HIDDEN][0]) if _HIDDEN in item else item.hide_render
+    """Whether an object does not show in renders now, or would not without the water."""
+    kept = _HIDDEN in item and not is_hidden_by_animation(item)
+    return bool(item[_HIDDEN][0]) if kept else item.hide_render
+
+
+def is_hidden_by_animation(item: bpy.types.Object) -> bool:
+    """Whether an animation or a driver decides if an object shows in renders."""
+    return any(curves(item, "hide_render"))
+
+
+def is_seen(item: bpy.types.Object) -> bool:
+    """Whether a camera sees a lamp itself, or would without the water."""
+    return bool(item[_UNSEEN][0]) if _UNSEEN in item else item.visible_camera
 
 
 def _follower(lamp: bpy.types.Light, leader: bpy.types.Object) -> bpy.types.Object:
     item = bpy.data.objects.new(lamp.name, lamp)
-    item.visible_camera = leader.visible_camera
+    item.visible_camera = is_seen(leader)
     item.constraints.new("COPY_TRANSFORMS").target = leader
     return item
 
@@ -319,10 +335,16 @@ def _hide_lamps(scene: bpy.types.Scene) -> list[str]:
             notes.append(f"lamp {item.name!r} is linked and cannot be hidden; make it local")
             continue
         item[_HIDDEN] = [item.hide_render, item.hide_viewport]
-        item.hide_render = True
+        if is_hidden_by_animation(item):
+            # The next frame would show it again: no ray of Cycles meets it instead.
+            item[_UNSEEN] = [getattr(item, name) for name in _RAYS]
+            for name in _RAYS:
+                setattr(item, name, False)
+        else:
+            item.hide_render = True
         if item.data.type == "SUN" or not item.data.is_editable:
             item.hide_viewport = True
-        elif _DIMMED not in item.data:
+        if item.data.is_editable and _DIMMED not in item.data:
             # It lights nothing by itself, but can be seen and moved.
             item.data[_DIMMED] = [getattr(item.data, name) for name in _FACTORS]
             for name in _FACTORS:
@@ -344,6 +366,9 @@ def _let_go() -> None:
         elif _HIDDEN in item and item not in lamps:
             item.hide_render, item.hide_viewport = (bool(x) for x in item[_HIDDEN])
             del item[_HIDDEN]
+            for name, value in zip(_RAYS, item.get(_UNSEEN, ()), strict=False):
+                setattr(item, name, bool(value))
+            item.pop(_UNSEEN, None)
     dark = {item.data for item in lamps if _HIDDEN in item}
     for light in [light for light in bpy.data.lights if _DIMMED in light and light not in dark]:
         for name, value in zip(_FACTORS, light[_DIMMED], strict=True):

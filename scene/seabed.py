@@ -15,6 +15,7 @@ from mathutils import Matrix
 from numpy.typing import NDArray
 
 from ..node_groups.node_mathematics import MARK
+from .rendered import in_rendered_collections, rendered_layer
 
 _NEAR = 0.2  # m from the floor's depth within which level ground is taken for the floor
 _APART = 0.01  # m between the two
@@ -33,7 +34,7 @@ def clear_depth(scene: bpy.types.Scene, floor_depth: float) -> float:
         Depth of the floor, m.
     """
     depth = floor_depth
-    for item, place in _meshes(scene.view_layers[0]):
+    for item, place in _meshes(rendered_layer(scene)):
         corners = np.array(item.bound_box) @ place[2, :3] + place[2, 3] + floor_depth
         if corners.min() <= _NEAR and corners.max() >= -_NEAR:
             ground = _ground(item.data, place) + floor_depth
@@ -66,7 +67,8 @@ def _meshes(
                     group.all_objects, place @ Matrix.Translation(-group.instance_offset)
                 )
 
-    return visit(layer.objects, Matrix())
+    shown = in_rendered_collections(layer)
+    return visit((item for item in layer.objects if item is None or item in shown), Matrix())
 
 
 def _ground(mesh: bpy.types.Mesh, place: NDArray[np.float64]) -> NDArray[np.float64]:

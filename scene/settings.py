@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import re
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field, fields
 from pathlib import Path
@@ -35,6 +36,8 @@ CONSTITUENTS = "constituents"
 _AMOUNTS = ("chlorophyll", "cdom", "minerals", "detritus")
 NO_FLOOR = 0.0
 _RANGE = ("range_start", "range_end")
+_SPAN = re.compile(r"(-?\d+)(?:-(-?\d+))?")
+_BELOW_ZERO = re.compile(r"-\d")
 _OUT = Path("bands")
 # Options with a shorter name than their setting.
 _SHORT = {"wind_speed": "--wind"}
@@ -622,15 +625,16 @@ def parse_numbers(text: str, option: str = "--frames") -> tuple[int, ...]:
     --------
     >>> parse_numbers("1-3,8")
     (1, 2, 3, 8)
+    >>> parse_numbers("-5--3")
+    (-5, -4, -3)
     """
     numbers: list[int] = []
     for part in filter(None, (p.strip() for p in text.split(","))):
-        first, dash, last = part.partition("-")
-        try:
-            start = int(first)
-            end = int(last) if dash else start
-        except ValueError as error:
-            raise InputError(f"{option}: {part!r} is not a number or a range like 1-24") from error
+        found = _SPAN.fullmatch(part)
+        if found is None:
+            raise InputError(f"{option}: {part!r} is not a number or a range like 1-24")
+        start = int(found[1])
+        end = int(found[2] or start)
         if end < start:
             raise InputError(f"{option}: {part!r} runs backwards")
         numbers.extend(range(start, end + 1))
@@ -763,4 +767,11 @@ def parse(arguments: Sequence[str], program: str | None = None) -> argparse.Name
     InputError
         If an option is unknown or has a value that is not acceptable.
     """
-    return parser(program).parse_args(list(arguments))
+    whole: list[str] = []
+    for argument in arguments:
+        # argparse would take frames below 0 for an option.
+        if whole and whole[-1] == "--frames" and _BELOW_ZERO.match(argument):
+            whole[-1] += f"={argument}"
+        else:
+            whole.append(argument)
+    return parser(program).parse_args(whole)

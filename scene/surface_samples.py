@@ -1,6 +1,6 @@
 """The surfaces of a scene as samples that are close enough to fill voxels.
 
-Objects and instances count as the viewport shows them, materials by their mean colour.
+Objects and instances count as renders show them, materials by their mean colour.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ class Triangles:
 def visible_triangles(
     depsgraph: bpy.types.Depsgraph, leave_out: Collection[bpy.types.Object] = ()
 ) -> Iterator[Triangles]:
-    """Yield every mesh that is visible in the viewport, instances included.
+    """Yield every mesh that casts shadows in renders, instances included.
 
     Parameters
     ----------
@@ -63,7 +63,7 @@ def visible_triangles(
         Not these.
     """
     known: dict[bpy.types.Material | None, Rgb] = {}
-    for shown in visible_meshes(depsgraph, leave_out):
+    for shown in visible_meshes(depsgraph, leave_out, "shadow"):
         arrays, place = shown.arrays, np.array(shown.place, dtype=np.float32)
         materials = shown.materials or [None]
         known |= {item: mean_colour(item) for item in materials if item not in known}

@@ -15,6 +15,7 @@ from ..uw_spectral.shade.grid import Grid
 from ..uw_spectral.shade.voxels import SurfaceVoxels, voxelise
 from . import scene_water
 from .cameras import eye_of
+from .rendered import in_rendered_collections, rendered_layer
 from .surface_samples import KeptSamples, Triangles, visible_triangles
 
 PROBES = 6000
@@ -163,8 +164,8 @@ def has_things(scene: bpy.types.Scene) -> bool:
     of_water = set(scene_water.objects(scene))
     return any(
         item.type in _SOLID or item.instance_collection is not None
-        for item in scene.objects
-        if item not in of_water
+        for item in in_rendered_collections(rendered_layer(scene)) - of_water
+        if not item.hide_render or scene_water.is_hidden_by_animation(item)
     )
 
 
@@ -224,10 +225,12 @@ def in_the_water(eye: Sequence[float]) -> tuple[float, ...]:
     --------
     >>> in_the_water((0.0, 0.0, 2.0, 0.6, 0.0, -0.8))
     (1.5, 0.0, -0.05, 0.6, 0.0, -0.8)
+    >>> in_the_water((0.0, 0.0, -0.02, 1.0, 0.0, 0.0))
+    (0.0, 0.0, -0.05, 1.0, 0.0, 0.0)
     """
     x, y, z, *ahead = eye
-    if z <= -_WET:
-        return tuple(eye)
+    if z <= 0.0:
+        return (x, y, min(z, -_WET), *ahead)
     way = min(z / max(-ahead[2], 1e-9), _LEVEL_VIEW * z)
     return (x + way * ahead[0], y + way * ahead[1], -_WET, *ahead)
 

@@ -8,6 +8,8 @@ from typing import Any
 
 import bpy
 
+from .rendered import rendered_layer
+
 # The writer of the image sets these; restored in the reverse of this order.
 _IMAGE_SETTINGS = ("exr_codec", "color_depth", "color_mode", "file_format", "media_type")
 
@@ -30,7 +32,7 @@ def render_settings(
     ViewLayer
         The one layer that is rendered.
     """
-    rendered = next((layer for layer in scene.view_layers if layer.use), scene.view_layers[0])
+    rendered = rendered_layer(scene)
     layers = [(layer, "use", layer == rendered) for layer in scene.view_layers]
     with contextlib.ExitStack() as stack:
         for owner, name, value in [*wanted, *layers]:

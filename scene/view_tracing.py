@@ -88,7 +88,7 @@ def trace_view(
         Looks for shadow along a ray.
     """
     depsgraph = bpy.context.evaluated_depsgraph_get()
-    meshes = Meshes(depsgraph, scene_water.objects(scene))
+    meshes = Meshes(depsgraph, scene_water.objects(scene), "camera")
     rays_of_view = cameras.ray_arrays(scene, camera.evaluated_get(depsgraph), *grid)
     first = _first_seen(*rays_of_view, column, meshes)
     return _with_shadows(first.subsample(rays), column, cone, meshes, skyward, steps)
@@ -128,7 +128,7 @@ def trace_from_above(
     place[:, 2] = -_UNDER
     R, refracted, _ = seen_from_air(tuple(v.T), (0.0, 0.0, 1.0), n[down])
     towards = np.stack(np.broadcast_arrays(*refracted), axis=1)
-    meshes = Meshes(bpy.context.evaluated_depsgraph_get(), scene_water.objects(scene))
+    meshes = Meshes(bpy.context.evaluated_depsgraph_get(), scene_water.objects(scene), "camera")
     first = _first_seen(place, towards, column, meshes)
     first = replace(first, pixels=(1.0 - R) / np.sum(1.0 - R))
     few = first if rays is None else first.subsample(rays)

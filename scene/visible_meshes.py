@@ -1,14 +1,20 @@
-"""The meshes of a scene as the viewport shows them, instances included."""
+"""The meshes of a scene that renders show, instances included, as the viewport evaluates them."""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Hashable, Iterator
 from dataclasses import dataclass
+from typing import Literal
 
 import bpy
 import numpy as np
 from mathutils import Matrix
 from numpy.typing import NDArray
+
+from .mean_colours import mean_surface
+from .rendered import in_rendered_collections
+
+_OPAQUE = 0.5  # coverage from which a surface counts as whole
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,16 +30,20 @@ class MeshArrays:
 class VisibleMesh:
     """A mesh in its place; ``key`` tells which ones share their arrays."""
 
-    key: int
+    key: Hashable
     arrays: MeshArrays
     place: Matrix
     materials: list[bpy.types.Material | None]
 
 
-def visible_meshes(
+Ray = Literal["camera", "shadow"]
+"""A kind of ray that objects can be invisible to."""
+
+
+def visible_instances(
     depsgraph: bpy.types.Depsgraph, leave_out: Collection[bpy.types.Object] = ()
-) -> Iterator[VisibleMesh]:
-    """Yield every mesh with triangles that is visible.
+) -> Iterator[bpy.types.DepsgraphObjectInstance]:
+    """Yield every object and instance that renders show, as it was last evaluated.
 
     Parameters
     ----------
@@ -42,23 +52,61 @@ def visible_meshes(
     leave_out : collection of Object
         Not these.
     """
-    meshes: dict[int, MeshArrays] = {}
     left_out = set(leave_out)
+    shown = in_rendered_collections(depsgraph.view_layer)
     for found in depsgraph.object_instances:
         item = found.object
         owner = (found.parent or item) if found.is_instance else item
-        hidden = not (found.is_instance or found.show_self)
-        if not isinstance(item.data, bpy.types.Mesh) or hidden or owner.original in left_out:
+        if owner.hide_render or owner.original in left_out or owner.original not in shown:
             continue
-        key = item.data.as_pointer()
+        if not found.is_instance and not found.show_self:
+            continue
+        # What geometry nodes and particles show may well be hidden where it stands itself.
+        if found.is_instance and owner.instance_type == "COLLECTION" and item.hide_render:
+            continue
+        yield found
+
+
+def visible_meshes(
+    depsgraph: bpy.types.Depsgraph,
+    leave_out: Collection[bpy.types.Object] = (),
+    ray: Ray | None = None,
+) -> Iterator[VisibleMesh]:
+    """Yield every mesh with triangles that renders show.
+
+    Parameters
+    ----------
+    depsgraph : Depsgraph
+        An evaluated scene.
+    leave_out : collection of Object
+        Not these.
+    ray : {"camera", "shadow"}, optional
+        What rays of a kind meet: neither objects that are invisible to them, nor surfaces that
+        let most light through.
+    """
+    meshes: dict[tuple[int, frozenset[int]], MeshArrays] = {}
+    opaque: dict[bpy.types.Material | None, bool] = {}
+    for found in visible_instances(depsgraph, leave_out):
+        item = found.object
+        if not isinstance(item.data, bpy.types.Mesh):
+            continue
+        if ray is not None and not getattr(item, f"visible_{ray}"):
+            continue
+        materials = [slot.material for slot in item.material_slots]
+        clear: frozenset[int] = frozenset()
+        if ray is not None:
+            opaque |= {x: mean_surface(x).coverage >= _OPAQUE for x in materials if x not in opaque}
+            clear = frozenset(n for n, x in enumerate(materials) if not opaque[x])
+        key = item.data.as_pointer(), clear
         if key not in meshes:
-            meshes[key] = _arrays(item.data)
+            meshes[key] = _arrays(item.data, clear, len(materials))
         if len(meshes[key].triangles):
-            materials = [slot.material for slot in item.material_slots]
-            yield VisibleMesh(key, meshes[key], found.matrix_world.copy(), materials)
+            place = found.matrix_world.copy()
+            yield VisibleMesh(key, meshes[key], place, materials)
 
 
-def _arrays(mesh: bpy.types.Mesh) -> MeshArrays:
+def _arrays(mesh: bpy.types.Mesh, clear: Collection[int], materials: int) -> MeshArrays:
+    """Return the triangles of a mesh but those of some materials."""
     found = mesh.loop_triangles
     vertices = np.empty((len(mesh.vertices), 3), dtype=np.float32)
     triangles = np.empty((len(found), 3), dtype=np.int32)
@@ -68,4 +116,8 @@ def _arrays(mesh: bpy.types.Mesh) -> MeshArrays:
     mesh.polygons.foreach_get("material_index", slots)
     polygons = np.empty(len(found), dtype=np.int32)
     found.foreach_get("polygon_index", polygons)
-    return MeshArrays(vertices, triangles, slots[polygons])
+    used = slots[polygons]
+    if clear:
+        kept = ~np.isin(np.minimum(used, materials - 1), list(clear))
+        triangles, used = triangles[kept], used[kept]
+    return MeshArrays(vertices, triangles, used)

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import bpy
 import numpy as np
-from mathutils import Vector
 
+from ..node_groups.node_mathematics import MARK
 from ..uw_spectral.transfer.water_column import WaterColumn
+from .visible_meshes import visible_instances
 
+_SOLID = {"MESH", "CURVE", "SURFACE", "META", "FONT", "CURVES", "POINTCLOUD", "VOLUME"}
 _FAR = 12.0
 _LARGEST = 5000.0
 _SMALLEST = 50.0
@@ -31,7 +34,7 @@ class WaterExtent:
 
 @dataclass(frozen=True)
 class SceneReach:
-    """How far the things of a scene reach out, and down, in m."""
+    """How far the things of a scene and its cameras reach out, and down, in m."""
 
     radius: float
     lowest: float
@@ -42,22 +45,39 @@ class SceneReach:
 
 
 def water_extent(scene: bpy.types.Scene, column: WaterColumn, camera_depth: float) -> WaterExtent:
-    """Choose the size of the water from its clearest band and the scene's size."""
-    return extent_around(scene_reach(scene), column, camera_depth)
+    """Choose the size of the water from its clearest band, the scene's size and its camera."""
+    reach = scene_reach(scene)
+    if scene.camera is not None:
+        reach = reach.and_of(reach_of([scene.camera.matrix_world.translation]))
+    return extent_around(reach, column, camera_depth)
 
 
 def scene_reach(scene: bpy.types.Scene) -> SceneReach:
-    """Return how far a scene reaches at its current frame."""
-    corners = [
-        item.matrix_world @ Vector(corner)
-        for item in scene.objects
-        if item.type not in {"CAMERA", "LIGHT"}
-        for corner in item.bound_box
-    ]
-    return SceneReach(
-        max((math.hypot(c.x, c.y) for c in corners), default=0.0),
-        max((-c.z for c in corners), default=0.0),
-    )
+    """Return how far what renders show of a scene reaches at its current frame.
+
+    Instances count; the water of the scene does not.
+    """
+    depsgraph = bpy.context.evaluated_depsgraph_get()
+    own = [item for item in scene.objects if MARK in item]
+    corners = [np.empty((0, 3))]
+    for found in visible_instances(depsgraph, own):
+        if found.object.type in _SOLID:
+            place = np.array(found.matrix_world)
+            corners.append(np.array(found.object.bound_box) @ place[:3, :3].T + place[:3, 3])
+    return reach_of(np.concatenate(corners))
+
+
+def reach_of(places: Iterable[Sequence[float]]) -> SceneReach:
+    """Return how far places reach; the first three numbers of each count, m.
+
+    Examples
+    --------
+    >>> reach_of([(3.0, 4.0, -2.0)])
+    SceneReach(radius=5.0, lowest=2.0)
+    """
+    found = np.array([tuple(place)[:3] for place in places], dtype=np.float64).reshape(-1, 3)
+    radius = np.hypot(found[:, 0], found[:, 1]).max(initial=0.0)
+    return SceneReach(float(radius), float(-found[:, 2].min(initial=0.0)))
 
 
 def extent_around(reach_of_things: SceneReach, column: WaterColumn, depth: float) -> WaterExtent:

@@ -11,13 +11,14 @@ import bpy
 import numpy as np
 
 from ..uw_spectral.errors import InputError
-from . import band_passes, cameras, picture_size, staging, stereo, units
+from . import band_passes, cameras, contents, picture_size, staging, stereo, units
 from .band_engine import BandEngine, Engine, Opening, RenderPass
 from .claims import claimed
 from .engines import engine_of
 from .frame_plans import FramePlans
 from .manifest import Manifest, View
 from .planning import extent_of
+from .rendered import as_rendered
 from .scene_water import require_no_water
 
 
@@ -135,11 +136,12 @@ def render(
         If the scene cannot be used, or a pass cannot be written.
     """
     require_no_water(scene)
+    contents.require_local(scene)
     picture_size.check_memory(
         manifest.output.size, 3 if _engine(manifest).draws_colours else len(manifest.bands_nm)
     )
     left: list[Task] = []
-    with stereo.two_eyes(scene), staging.staged(scene, manifest.stage):
+    with as_rendered(scene), stereo.two_eyes(scene), staging.staged(scene, manifest.stage):
         yield from _round(scene, manifest, tasks, plans, report_note, left, insist, force=False)
         if insist and left:
             yield from _round(scene, manifest, left, plans, report_note, [], insist, force=True)

@@ -127,6 +127,7 @@ def varied_scene() -> bpy.types.Scene:
         scene.collection.objects.link(bpy.data.objects.new(lamp.name, lamp))
     scene.world = bpy.data.worlds.new("own world")
     add_camera()
+    bpy.context.view_layer.update()  # what drivers and animations say, before it is compared
     return scene
 
 

@@ -196,15 +196,14 @@ def fitted_reduction(view: Viewpoint, reference: Viewpoint) -> SensorReduction:
             f"fitted weights: the depths differ, {view.depth:g} and {reference.depth:g} m"
         )
     target = _Target.of(view, reference)
-    count, stops = len(view.column.bands), reference.exposure_stops
+    count = len(view.column.bands)
     weights, delta_e = target.solve(np.arange(count)[None])
-    exposure = "automatic exposure" if stops is None else f"{stops:+.2f} stops"
     return dataclasses.replace(
         reference.reduction,
         weights=weights[0] * target.scale,
-        description=f"{view.sensor.name} in {view.illuminant.name}, {count} bands with weights "
+        method=f"{view.sensor.name} in {view.illuminant.name}, {count} bands with weights "
         f"fitted to {len(reference.column.bands)}, white balance {reference.white_balance}, "
-        f"{exposure}; expected ΔE2000 {delta_e[0]:.2f}",
+        f"expected ΔE2000 {delta_e[0]:.2f}",
     )
 
 

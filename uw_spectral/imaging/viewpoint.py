@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import functools
 import math
 from dataclasses import dataclass
@@ -127,10 +126,7 @@ class Viewpoint(ComparedByContent):
     @functools.cached_property
     def reduction(self) -> SensorReduction:
         """Map from band radiances to scene-linear Rec.709."""
-        develop, gain = self._balanced, 2.0**self.stops
-        return dataclasses.replace(
-            develop, weights=develop.weights * gain, matrix=develop.matrix * gain
-        )
+        return self._balanced.exposed(self.stops)
 
     @functools.cached_property
     def stops(self) -> float:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 import math
 import warnings
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal, get_args
 
 import numpy as np
@@ -52,15 +52,30 @@ class SensorReduction:
         Mean ΔE2000 of the training reflectances in the surface light,
         balanced for it, against CIE 1931 on a fine grid: what sensor and
         bands together cost in colour.
-    description : str
+    method : str
         What was done, in words.
+    stops : float
+        The exposure in ``weights``.
     """
 
     weights: NDArray[np.float64]
     matrix: NDArray[np.float64]
     white: NDArray[np.float64]
     delta_e: float
-    description: str
+    method: str
+    stops: float = 0.0
+
+    @property
+    def description(self) -> str:
+        """What the map is, with its exposure."""
+        return f"{self.method}; {self.stops:+.2f} stops"
+
+    def exposed(self, stops: float) -> SensorReduction:
+        """Return the map at as many stops more."""
+        gain = 2.0**stops
+        return replace(
+            self, weights=self.weights * gain, matrix=self.matrix * gain, stops=self.stops + stops
+        )
 
     @property
     def response(self) -> NDArray[np.float64]:
@@ -182,12 +197,12 @@ def reduction(
         how = "channel gains and a 3×3 matrix fitted to the rawtoaces reflectances"
         if white_balance == "none":
             how += ", adaptation to D65 undone"
-    matrix = matrix * 2.0**exposure_stops
-    description = (
+    method = (
         f"{sensor.name} in {illuminant.name}, {len(bands)} bands, white balance {white_balance} "
-        f"({how}), {exposure_stops:+.2f} stops; mean ΔE2000 {daylight.delta_e:.2f} in daylight"
+        f"({how}), mean ΔE2000 {daylight.delta_e:.2f} in daylight"
     )
-    return SensorReduction(matrix @ response, matrix, white, daylight.delta_e, description)
+    developed = SensorReduction(matrix @ response, matrix, white, daylight.delta_e, method)
+    return developed.exposed(exposure_stops)
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,0 +1,71 @@
+"""What of a scene its renders show: Blender's own switches, wherever they are."""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Iterator
+
+import bpy
+
+from .animation import curves
+
+
+def rendered_layer(scene: bpy.types.Scene) -> bpy.types.ViewLayer:
+    """Return the view layer that jobs render: the first that is switched on."""
+    return next((layer for layer in scene.view_layers if layer.use), scene.view_layers[0])
+
+
+def in_rendered_collections(layer: bpy.types.ViewLayer) -> set[bpy.types.Object]:
+    """Objects of a view layer but those of collections that are left out or hidden in renders."""
+    found: set[bpy.types.Object] = set()
+
+    def visit(part: bpy.types.LayerCollection, hidden: bool) -> None:
+        hidden = hidden or part.collection.hide_render
+        if not (part.exclude or hidden):
+            found.update(part.collection.objects)
+        for child in part.children:
+            visit(child, hidden)
+
+    if layer.layer_collection is None:  # of a scene that was just made
+        layer.update()
+    visit(layer.layer_collection, False)
+    return found
+
+
+@contextlib.contextmanager
+def as_rendered(scene: bpy.types.Scene) -> Iterator[None]:
+    """Let the viewport show what renders show while the block runs.
+
+    What looks at a scene evaluates it as the viewport does; without this it would miss what is
+    hidden there only.
+    """
+    layer = rendered_layer(scene)
+    with contextlib.ExitStack() as stack:
+
+        def put(owner: bpy.types.bpy_struct, name: str, value: bool) -> None:
+            before = getattr(owner, name)
+            if before != value:
+                setattr(owner, name, value)
+                stack.callback(setattr, owner, name, before)
+
+        def visit(part: bpy.types.LayerCollection) -> None:
+            if not part.collection.hide_render:
+                put(part, "hide_viewport", False)
+                put(part.collection, "hide_viewport", False)
+                for child in part.children:
+                    visit(child)
+
+        visit(layer.layer_collection)
+        for item in in_rendered_collections(layer):
+            animated = list(curves(item, "hide_render"))
+            if item.hide_render and not animated:
+                continue
+            for curve in curves(item, "hide_viewport"):
+                put(curve, "mute", True)
+            put(item, "hide_viewport", False)
+            if item.hide_get(view_layer=layer):
+                item.hide_set(False, view_layer=layer)
+                stack.callback(item.hide_set, True, view_layer=layer)
+            for modifier in item.modifiers:
+                put(modifier, "show_viewport", modifier.show_render)
+        yield
