@@ -38,7 +38,7 @@ class KeptLampShadows:
         shining = [lamp for lamp in found.lamps if np.any(lamp.intensity)]
         if not shining:
             self._maps = {}
-            return found
+            return replace(found, seen=(None,) * len(found.lamps))
         without = [item for item in scene.objects if MARK in item]
         meshes = Meshes(bpy.context.evaluated_depsgraph_get(), without, "shadow")
         colours = _colours(meshes)

@@ -50,7 +50,6 @@ def as_rendered(scene: bpy.types.Scene) -> Iterator[None]:
 
         def visit(part: bpy.types.LayerCollection) -> None:
             if not part.collection.hide_render:
-                put(part, "hide_viewport", False)
                 put(part.collection, "hide_viewport", False)
                 for child in part.children:
                     visit(child)

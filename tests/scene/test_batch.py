@@ -14,7 +14,17 @@ from pathlib import Path
 import bpy
 import numpy as np
 import pytest
-from underwater_spectral.scene import batch, manifest, picture_size, planning, settings
+from underwater_spectral.scene import (
+    batch,
+    job_files,
+    manifest,
+    picture_size,
+    pictures,
+    pinhole,
+    planning,
+    render_job,
+    settings,
+)
 from underwater_spectral.tests.scene import scenes, snapshot
 from underwater_spectral.uw_spectral.spectra.spectral_image import read_exr, read_spectral_exr
 
@@ -319,3 +329,65 @@ def test_lists(capsys):
     assert "solonenko2015: jerlov:I, jerlov:IA" in capsys.readouterr().out
     assert _run("--list-sensors") == 0
     assert len(capsys.readouterr().out.splitlines()) >= 54
+
+
+def test_a_picture_of_a_part_of_the_size_is_whole(blend, tmp_path, capsys):
+    """100 × 50 at 29 % are 29 × 14 pixels; 28 were waited for, so a resume never ended."""
+    bpy.context.scene.render.resolution_x, bpy.context.scene.render.resolution_y = 100, 50
+    bpy.context.scene.render.resolution_percentage = 29
+    bpy.ops.wm.save_as_mainfile(filepath=str(blend))
+    out, few = tmp_path / "out", [*FAST[:2], *FAST[5:], "--bands", 3]
+    assert _run(blend, *few, "--layers", "range", "--out", out) == 0
+    assert read_exr(out / "0001.exr")[0].shape == (14, 29, 3)
+    camera = bpy.data.objects["Camera"]
+    assert pinhole.pinhole_of(bpy.context.scene, camera).height == 14
+    when = (out / "passes" / "0001" / "pass_00.exr").stat().st_mtime_ns
+    assert _run(blend, *few, "--layers", "range", "--out", out, "--resume") == 0
+    assert (out / "passes" / "0001" / "pass_00.exr").stat().st_mtime_ns == when
+    assert _run("--from", out / "job.json", "--develop") == 0
+
+
+@pytest.mark.parametrize("exposure", ["auto", "1.5"])
+def test_the_record_tells_the_exposure_that_was_used(blend, tmp_path, exposure):
+    """It said +0.00 stops whatever was used."""
+    found = {}
+    for text in ("0", exposure):
+        out = tmp_path / text
+        assert _run(blend, *FAST, "--bands", 3, "--exposure", text, "--out", out) == 0
+        found[text] = json.loads((out / "0001.json").read_text())["development"]
+    plain, exposed = found["0"], found[exposure]
+    gain = np.array(exposed["weights"]).sum() / np.array(plain["weights"]).sum()
+    assert plain["description"].endswith("; +0.00 stops")
+    assert exposed["description"].endswith(f"; {np.log2(gain):+.2f} stops")
+    assert abs(np.log2(gain)) > 0.1
+
+
+def test_folders_with_braces_and_frames_below_zero(blend, tmp_path):
+    out = tmp_path / "a {frame} {b}}"
+    few = [*FAST, "--bands", 3, "--out", out]
+    assert _run(blend, *few, "--frames", "-2--1") == 0
+    assert {path.name for path in out.glob("*.png")} == {"-002.png", "-001.png"}
+    assert _run("--from", out / "job.json", "--develop", "--frames", "-1") == 0
+
+
+def test_results_of_another_version_are_not_gone_on_with(blend, tmp_path, capsys, monkeypatch):
+    """It may draw otherwise, or know better how far the water reaches."""
+    arguments = [blend, *FAST, "--bands", 3, "--out", tmp_path / "out"]
+    assert _run(*arguments) == 0
+    monkeypatch.setattr(job_files, "_source_digest", lambda: "another")
+    assert _run(*arguments, "--resume") == 2
+    assert "the source of the extension" in capsys.readouterr().err
+
+
+def test_a_new_render_forgets_the_records_of_the_old_one(blend, tmp_path, monkeypatch):
+    """A record says that a picture is done: it must not outlive the passes."""
+    out = tmp_path / "out"
+    assert _run(blend, *FAST, "--bands", 3, "--out", out) == 0
+    job = manifest.read_manifest(out / "job.json")
+    (view,) = job.views
+    assert pictures.is_developed(job, view)
+    other = replace(job, settings={**job.settings, "tone": "agx"})
+    assert not pictures.is_developed(other, view)
+    render_job.begin(job, resume=False)
+    assert not (out / "0001.json").exists()
+    assert not pictures.is_developed(job, view)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import bpy
 import numpy as np
 import pytest
@@ -9,6 +11,7 @@ from underwater_spectral.node_groups import uplift
 from underwater_spectral.scene import (
     cycles_settings,
     cycles_water,
+    exr_output,
     pass_values,
     scene_water,
     water_body,
@@ -17,6 +20,7 @@ from underwater_spectral.scene.lamps import lamps_of
 from underwater_spectral.tests.scene import columns, scenes, snapshot
 from underwater_spectral.uw_spectral.errors import InputError
 from underwater_spectral.uw_spectral.spectra.illuminant import RELATIVE
+from underwater_spectral.uw_spectral.spectra.spectral_image import read_exr
 from underwater_spectral.uw_spectral.transfer.water_column import DeeperWater
 from underwater_spectral.uw_spectral.water.phase import parse_phase
 
@@ -198,3 +202,50 @@ def test_the_light_tree_is_for_more_lights_than_the_sun(empty_blender, changes, 
     ):
         assert empty_blender.cycles.use_light_tree == (strength > 0.0)
     assert empty_blender.cycles.use_light_tree == before
+
+
+def _shine(surface, inputs, tmp_path):
+    """Mean radiance of a white plate below a sun of 1 W/m², in clear water or in none."""
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    scene = bpy.context.scene
+    scene.render.resolution_x = scene.render.resolution_y = 8
+    camera = scenes.add_camera((0.0, 0.0, -2.0), (0.0, 0.0, 0.0))
+    camera.data.angle = math.radians(2.0)
+    bpy.ops.mesh.primitive_plane_add(size=0.5, location=(0.0, 0.0, -6.0))
+    material = scenes.principled("plate", (1.0, 1.0, 1.0, 1.0))
+    for name, value in inputs.items():
+        material.node_tree.nodes["Principled BSDF"].inputs[name].default_value = value
+    bpy.context.object.data.materials.append(material)
+    if surface is None:
+        sun = bpy.data.objects.new("sun", bpy.data.lights.new("sun", "SUN"))
+        sun.data.energy = 1.0
+        scene.collection.objects.link(sun)
+    else:
+        index = 1.0 if surface == "none" else 1.33
+        column = columns.grey_column(1e-6, 0.0, surface=surface, refractive_index=index)
+        phases = columns.layers_of(column, columns.henyey_greenstein(0.8))
+        extent = water_body.water_extent(scene, column, 2.0)
+        cycles_water.add_water(scene, column, phases, extent)
+        pass_values.PassValues.of_column(column, phases).apply(scene.view_layers[0], (0, 1, 2))
+    with cycles_settings.reference_settings(scene, camera, samples=64, seed=1, denoise=False):
+        exr_output.write_float_exr(scene, tmp_path / "a.exr")
+    image = read_exr(tmp_path / "a.exr")[0][..., 0]
+    assert image.max() < 1.5 * image.mean()  # no fireflies
+    return float(image.mean())
+
+
+@pytest.mark.parametrize(
+    "inputs",
+    [
+        {"Metallic": 1.0, "Roughness": 0.7},
+        {"Metallic": 1.0, "Roughness": 0.3},
+        {"Roughness": 0.3},
+        {"Roughness": 0.8, "Coat Weight": 1.0, "Coat Roughness": 0.2},
+    ],
+    ids=["rough metal", "metal", "plastic", "varnish"],
+)
+def test_the_sun_shines_in_metal_and_varnish(inputs, tmp_path):
+    """As in plain Blender. The sun was left out of all that shines: metal had nothing of it."""
+    wanted = _shine(None, inputs, tmp_path)
+    assert _shine("none", inputs, tmp_path) == pytest.approx(wanted, rel=0.01)
+    assert _shine("flat", inputs, tmp_path) == pytest.approx(wanted, rel=0.01)

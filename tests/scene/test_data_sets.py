@@ -26,6 +26,7 @@ from underwater_spectral.datasets.depth_maps import (
 )
 from underwater_spectral.datasets.files import read_codes
 from underwater_spectral.datasets.index import read_index
+from underwater_spectral.datasets.layer_file import read_layers
 from underwater_spectral.scene import batch, data_set_batch, staging, stored_settings
 from underwater_spectral.scene.manifest import read_manifest
 from underwater_spectral.scene.pinhole import pinhole_of, pose_of
@@ -435,6 +436,45 @@ def test_what_is_rendered_can_be_exported_before_the_rest(made, tmp_path, capsys
 def test_another_render_is_refused_in_the_same_folder(made, capsys):
     assert _run("--dataset", made.spec, "--out", made.folder, "--samples", 2) == 2
     assert "other values of samples" in capsys.readouterr().err
+
+
+def _copy(made, folder):
+    """Return the output folder and the specification of a copy of a set."""
+    shutil.copytree(made.folder, folder / "out")
+    for name in ("discs.blend", "spec.toml"):
+        shutil.copy(made.spec.with_name(name), folder / name)
+    return folder / "out", folder / "spec.toml"
+
+
+def test_pictures_of_another_scene_are_not_exported(made, tmp_path):
+    """With dataset.json deleted and the scene changed, old pictures were taken for the new ones."""
+    out, spec = _copy(made, tmp_path / "set")
+    old = {path.name: path.read_bytes() for path in (out / "images").iterdir()}
+    (out / "dataset.json").unlink()
+    bpy.ops.wm.open_mainfile(filepath=str(spec.with_name("discs.blend")))
+    for number in range(len(DISCS)):
+        bpy.data.objects.remove(bpy.data.objects[f"disc {number}"])
+    bpy.ops.wm.save_mainfile()
+    assert _run("--dataset", spec, "--out", out) == 0
+    new = {path.name: path.read_bytes() for path in (out / "images").iterdir()}
+    assert new.keys() == old.keys()
+    assert all(new[name] != old[name] for name in new)
+
+
+def test_a_detector_and_layers_can_be_added_to_a_finished_set(made, tmp_path, capsys):
+    """The former ended in "there is no 'I'" for ever, the latter were left out in silence."""
+    plain = SPEC.replace('[detector]\npattern = "GRBG"\n', "").replace('layers = "position"\n', "")
+    out, spec = tmp_path / "out", tmp_path / "spec.toml"
+    shutil.copy(made.spec.with_name("discs.blend"), tmp_path / "discs.blend")
+    spec.write_text(plain)
+    assert _run("--dataset", spec, "--out", out) == 0
+    assert not (out / "raw").exists()
+    spec.write_text(SPEC)
+    assert _run("--dataset", spec, "--out", out) == 0
+    for name in read_index(out / "dataset.json").views:
+        layers = read_layers(out / "layers" / f"{name}.exr")
+        assert "position" in layers.layers
+    assert len(list((out / "raw").iterdir())) > 0
 
 
 def test_workers_and_status_take_the_index(made, capsys):

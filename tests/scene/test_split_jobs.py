@@ -11,7 +11,7 @@ import subprocess
 import sys
 import time
 from dataclasses import replace
-from pathlib import Path
+from pathlib import Path, PureWindowsPath
 
 import bpy
 import numpy as np
@@ -20,7 +20,10 @@ from underwater_spectral.scene import (
     band_passes,
     batch,
     claims,
+    external_files,
+    job_files,
     job_status,
+    path_mapping,
     planning,
     settings,
     stored_settings,
@@ -587,3 +590,37 @@ def test_ten_thousand_passes(tmp_path, empty_blender, record_property, water):
     record_property("bytes", (tmp_path / "job.json").stat().st_size)
     assert (status.total, status.done) == (10002, 10000)
     assert status.seconds_left == pytest.approx(4.0)
+
+
+def test_tables_on_a_windows_drive_are_moved_by_a_rule(tmp_path):
+    """The folder of the manifest was put before them, so that no rule fitted."""
+    job = small_manifest(
+        tmp_path / "out",
+        settings={**dataclasses.asdict(settings.SceneSettings()), "water": r"file:D:\tables\w.csv"},
+        files=(manifests.ExternalFile("the table", r"D:\tables\w.csv", "0", "water"),),
+    )
+    manifests.write_manifest(tmp_path / "job.json", job)
+    found = manifests.read_manifest(tmp_path / "job.json")
+    rule = path_mapping.PathRule(PureWindowsPath("d:/tables"), Path("/mnt/tables"))
+    moved = path_mapping.PathMapping((rule,)).apply_to_manifest(found)
+    assert moved.settings["water"] == "file:/mnt/tables/w.csv"
+    assert moved.files[0].path == "/mnt/tables/w.csv"
+
+
+def test_libraries_that_are_packed_are_not_missed(tmp_path, empty_blender):
+    """Blender 5 packs linked data-blocks, each in a library of its own beside the empty first."""
+    library = tmp_path / "corals.blend"
+    mesh = bpy.data.meshes.new("coral")
+    bpy.data.libraries.write(str(library), {mesh})
+    bpy.data.meshes.remove(mesh)
+    with bpy.data.libraries.load(str(library), link=True, pack=True) as (_, wanted):
+        wanted.meshes = ["coral"]
+    item = bpy.data.objects.new("coral", wanted.meshes[0])
+    bpy.context.scene.collection.objects.link(item)
+    library.unlink()
+    assert job_files.scene_files() == ()
+    assert external_files.external_files().missing == ()
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "reef.blend"))
+    bpy.ops.wm.open_mainfile(filepath=str(tmp_path / "reef.blend"))
+    assert job_files.scene_files() == ()
+    assert bpy.data.objects["coral"].data is not None

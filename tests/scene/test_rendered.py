@@ -1,0 +1,355 @@
+"""What renders show decides, not what the viewport shows or what lies in the file."""
+
+from __future__ import annotations
+
+import bpy
+import numpy as np
+import pytest
+from underwater_spectral.scene import batch, contents, lamps, planning, scene_water, surroundings
+from underwater_spectral.scene.lamp_shadows import KeptLampShadows
+from underwater_spectral.scene.mean_colours import mean_colour, mean_surface
+from underwater_spectral.scene.ray_casting import Meshes
+from underwater_spectral.scene.rendered import as_rendered
+from underwater_spectral.scene.surroundings import has_things, look_around
+from underwater_spectral.scene.visible_meshes import visible_meshes
+from underwater_spectral.scene.water_body import scene_reach
+from underwater_spectral.tests.scene import scenes, snapshot
+from underwater_spectral.uw_spectral.errors import InputError
+from underwater_spectral.uw_spectral.spectra.bands import Bands
+from underwater_spectral.uw_spectral.spectra.illuminant import RELATIVE
+from underwater_spectral.uw_spectral.spectra.spectral_image import read_exr
+
+pytestmark = pytest.mark.usefixtures("registered")
+
+HIDDEN = {
+    "the object": lambda item, _: setattr(item, "hide_render", True),
+    "the collection": lambda _, part: setattr(part.collection, "hide_render", True),
+    "left out of the layer": lambda _, part: setattr(part, "exclude", True),
+}
+IN_VIEWPORT = {
+    "the object": lambda item, _: setattr(item, "hide_viewport", True),
+    "the eye": lambda item, _: item.hide_set(True),
+    "the collection": lambda _, part: setattr(part.collection, "hide_viewport", True),
+}
+
+
+def _in_collection(item):
+    """Move an object into a collection of its own and return its place in the view layer."""
+    scene = bpy.context.scene
+    own = bpy.data.collections.new("own")
+    scene.collection.children.link(own)
+    for owner in list(item.users_collection):
+        owner.objects.unlink(item)
+    own.objects.link(item)
+    bpy.context.view_layer.update()
+    return bpy.context.view_layer.layer_collection.children["own"]
+
+
+def _lamp(**changes):
+    light = bpy.data.lights.new("Lamp", "POINT")
+    item = bpy.data.objects.new("Lamp", light)
+    item.location = (0.0, 3.0, -4.0)
+    bpy.context.scene.collection.objects.link(item)
+    for name, value in changes.items():
+        setattr(light, name, value)
+    return item
+
+
+def _shown(**options):
+    depsgraph = bpy.context.evaluated_depsgraph_get()
+    return sum(len(shown.arrays.triangles) for shown in visible_meshes(depsgraph, **options))
+
+
+@pytest.mark.parametrize("where", HIDDEN)
+def test_lamps_that_blender_does_not_render_light_nothing(where):
+    scene = bpy.context.scene
+    item = _lamp()
+    assert lamps.objects_of(scene) == [item]
+    HIDDEN[where](item, _in_collection(item))
+    bpy.context.view_layer.update()
+    assert lamps.objects_of(scene) == []
+
+
+@pytest.mark.parametrize("where", HIDDEN)
+def test_things_that_are_not_rendered_do_nothing(where):
+    scene = bpy.context.scene
+    cutter = scenes._cube("cutter", (500.0, 0.0, -5.0))
+    part = _in_collection(cutter)
+    assert _shown() == 12
+    assert scene_reach(scene).radius > 400.0
+    HIDDEN[where](cutter, part)
+    bpy.context.view_layer.update()
+    assert _shown() == 0
+    assert not has_things(scene)
+    assert scene_reach(scene).radius == 0.0
+    found = look_around(scene, None, 0.1)
+    assert len(found.things) == 0
+
+
+@pytest.mark.parametrize("where", IN_VIEWPORT)
+def test_things_that_only_the_viewport_hides_count_in_jobs(where):
+    scene = bpy.context.scene
+    rock = scenes._cube("rock", (0.0, 5.0, -5.0))
+    part = _in_collection(rock)
+    IN_VIEWPORT[where](rock, part)
+    bpy.context.view_layer.update()
+    before = snapshot.snapshot()
+    assert _shown() == 0
+    with as_rendered(scene):
+        assert _shown() == 12
+    assert snapshot.differences(before, snapshot.snapshot()) == []
+
+
+def test_an_instancer_hides_what_it_shows_and_sources_need_not_be_shown():
+    scene = bpy.context.scene
+    rock = scenes._cube("rock", (0.0, 0.0, 0.0))
+    _in_collection(rock).exclude = True
+    empty = bpy.data.objects.new("group", None)
+    empty.instance_type, empty.instance_collection = "COLLECTION", bpy.data.collections["own"]
+    empty.location = (300.0, 0.0, -5.0)
+    scene.collection.objects.link(empty)
+    bpy.context.view_layer.update()
+    assert _shown() == 12
+    assert scene_reach(scene).radius > 299.0
+    empty.hide_render = True
+    bpy.context.view_layer.update()
+    assert _shown() == 0
+
+
+def test_things_without_shadow_shade_nothing():
+    ghost = scenes._cube("ghost", (0.0, 5.0, -5.0))
+    ghost.visible_shadow = False
+    bpy.context.view_layer.update()
+    assert (_shown(), _shown(ray="shadow"), _shown(ray="camera")) == (12, 0, 12)
+    ghost.visible_shadow, ghost.visible_camera = True, False
+    bpy.context.view_layer.update()
+    assert (_shown(ray="shadow"), _shown(ray="camera")) == (12, 0)
+
+
+def _volume(tree, output):
+    tree.links.new(tree.nodes.new("ShaderNodeVolumeScatter").outputs[0], output.inputs["Volume"])
+
+
+def _clear(tree, output):
+    tree.links.new(tree.nodes.new("ShaderNodeBsdfTransparent").outputs[0], output.inputs[0])
+
+
+def _glass(tree, output):
+    shader = tree.nodes.new("ShaderNodeBsdfPrincipled")
+    shader.inputs["Base Color"].default_value = (1.0, 1.0, 1.0, 1.0)
+    shader.inputs["Transmission Weight"].default_value = 1.0
+    tree.links.new(shader.outputs[0], output.inputs["Surface"])
+
+
+@pytest.mark.parametrize("kind", [_volume, _clear, _glass])
+def test_what_light_goes_through_shades_nothing(kind):
+    scene = bpy.context.scene
+    both = scenes._cube("both", (0.0, 3.0, -4.0))
+    both.scale = (4.0, 0.1, 4.0)
+    material, tree, output = scenes._material("clear")
+    kind(tree, output)
+    both.data.materials.append(material)
+    bpy.context.view_layer.update()
+    assert (_shown(), _shown(ray="shadow")) == (12, 0)
+    both.data.materials.append(scenes.principled("opaque"))
+    both.data.polygons[0].material_index = 1
+    bpy.context.view_layer.update()
+    assert _shown(ray="shadow") == 2
+    both.data.polygons[0].material_index = 0
+    _lamp().location = (0.0, 0.0, -4.0)
+    bpy.context.view_layer.update()
+    found = lamps.lamps_of(scene, Bands.uniform(3), RELATIVE)
+    (seen,) = KeptLampShadows().of(scene, found).seen
+    assert np.isinf(seen.distances).all()
+    rays = np.array([[0.0, 0.0, -4.0]]), np.array([[0.0, 1.0, 0.0]]), np.array([np.inf])
+    depsgraph = bpy.context.evaluated_depsgraph_get()
+    assert Meshes(depsgraph, (), "camera").first(*rays) == [None]
+    assert Meshes(depsgraph).first(*rays) != [None]
+
+
+def test_the_shader_that_is_rendered_gives_the_mean_colour():
+    """Not the first of the node list, nor one that no output shows."""
+    material, tree, output = scenes._material("paint")
+    stray, used, glow = (
+        tree.nodes.new(f"ShaderNode{kind}") for kind in ("BsdfDiffuse", "BsdfDiffuse", "Emission")
+    )
+    stray.inputs["Color"].default_value = (0.0, 0.0, 1.0, 1.0)
+    used.inputs["Color"].default_value = (0.6, 0.2, 0.1, 1.0)
+    tree.links.new(used.outputs[0], output.inputs["Surface"])
+    assert mean_colour(material) == pytest.approx((0.6, 0.2, 0.1))
+    mix = tree.nodes.new("ShaderNodeMixShader")
+    mix.inputs[0].default_value = 0.25
+    tree.links.new(used.outputs[0], mix.inputs[1])
+    tree.links.new(stray.outputs[0], mix.inputs[2])
+    tree.links.new(mix.outputs[0], output.inputs["Surface"])
+    assert mean_colour(material) == pytest.approx((0.45, 0.15, 0.325))
+    clear = tree.nodes.new("ShaderNodeBsdfTransparent")
+    tree.links.new(clear.outputs[0], mix.inputs[2])
+    surface = mean_surface(material)
+    assert surface.colour == pytest.approx((0.6, 0.2, 0.1))
+    assert surface.coverage == pytest.approx(0.75)
+    tree.links.new(glow.outputs[0], output.inputs["Surface"])
+    assert mean_colour(material) == (0.0, 0.0, 0.0)
+
+
+def test_mean_colours_follow_groups_and_masks():
+    material = scenes.grouped()
+    assert mean_colour(material) == pytest.approx((0.1, 0.3, 0.7))
+    leaf = scenes.textured()
+    tree = leaf.node_tree
+    texture, shader = tree.nodes["Image Texture"], tree.nodes["Principled BSDF"]
+    image = bpy.data.images.new("leaf", 4, 4, alpha=True)
+    image.pixels[:] = [0.2, 0.4, 0.1, 1.0] * 4 + [0.2, 0.4, 0.1, 0.0] * 12
+    texture.image = image
+    tree.links.new(texture.outputs["Alpha"], shader.inputs["Alpha"])
+    assert mean_surface(leaf).coverage == pytest.approx(0.25, abs=0.01)
+
+
+def test_an_eye_just_under_the_surface_stays_where_it_is(monkeypatch):
+    """A level view 2 cm deep sees the seabed below it; it was sought 3e7 m behind."""
+    monkeypatch.setattr(surroundings, "_COARSE", 120_000)
+    scene = bpy.context.scene
+    bpy.ops.mesh.primitive_plane_add(size=40.0, location=(0.0, 0.0, -5.0))
+    camera = scenes.add_camera((0.0, 0.0, -0.02), (np.pi / 2, 0.0, 0.0))
+    bpy.context.view_layer.update()
+    ground = look_around(scene, camera, 0.1).ground
+    assert ground is not None
+    assert ground.depth == pytest.approx(5.0, abs=0.3)
+
+
+def _night(tmp_path, *, keyed):
+    """Green of two frames by Cycles and by EEVEE; the lamp is keyed to go out in the second."""
+    bpy.data.batch_remove(bpy.data.objects)
+    thing = scenes._cube("thing", (0.0, 5.0, -5.0))
+    thing.data.materials.append(scenes.principled("white", (1.0, 1.0, 1.0, 1.0)))
+    scenes.add_camera((0.0, 0.0, -5.0), (np.pi / 2, 0.0, 0.0))
+    item = _lamp(energy=500.0)
+    for frame in (1, 2) if keyed else ():
+        item.hide_render = frame == 2
+        item.keyframe_insert("hide_render", frame=frame)
+    path = tmp_path / f"night{keyed}.blend"
+    bpy.ops.wm.save_as_mainfile(filepath=str(path))
+    found = []
+    cycles = ("--engine", "cycles", "--samples", "256")
+    for engine in (cycles, ("--engine", "eevee", "--mode", "realtime", "--samples", "4")):
+        out = tmp_path / f"{engine[1]}{keyed}"
+        options = ["--bands", "3", "--sunlight", "0", "--exposure", "0"]
+        options += ["--frames", "1-2", "--resolution", "16", "9", "--phase", "hg:0.8"]
+        options += ["--layers", "none", "--out", str(out)]
+        assert batch.main([str(path), *engine, *options], inside_blender=False) == 0
+        found.append([read_exr(out / f"000{n}.exr")[0][..., 1].mean() for n in (1, 2)])
+    return np.array(found)
+
+
+@pytest.mark.filterwarnings("ignore::underwater_spectral.uw_spectral.errors.DataWarning")
+def test_a_keyframed_lamp_goes_out_and_is_not_lit_twice(tmp_path):
+    """Blender's own lamp came back with the next frame, four times too bright in Cycles."""
+    still, keyed = _night(tmp_path, keyed=False), _night(tmp_path, keyed=True)
+    assert keyed[:, 0] == pytest.approx(still[:, 0], rel=0.02)
+    assert (keyed[:, 1] < 1e-3 * still[:, 0]).all()
+
+
+def test_water_that_is_taken_out_leaves_a_keyframed_lamp_as_it_was():
+    scene = bpy.context.scene
+    item = _lamp()
+    scenes.add_camera()
+    item.keyframe_insert("hide_render", frame=1)
+    bpy.context.view_layer.update()
+    before = snapshot.snapshot()
+    scene_water._hide_lamps(scene)
+    assert item["uw_unseen"]
+    assert not item.visible_diffuse
+    assert item.data.diffuse_factor == 0.0
+    scene_water._let_go()
+    assert snapshot.differences(before, snapshot.snapshot()) == []
+
+
+# --- What is linked ---------------------------------------------------------------------------
+
+
+def _linked(tmp_path, kind):
+    """A scene that shows a material, a group in one, or a lamp of another file."""
+    scenes.add_camera()
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "empty.blend"))
+    material = scenes.grouped()
+    name, library = material.name, tmp_path / "library.blend"
+    group = bpy.data.node_groups["paint"]
+    lamp = bpy.data.objects.new("torch", bpy.data.lights.new("torch", "POINT"))
+    bpy.data.libraries.write(str(library), {material, group, lamp})
+    bpy.ops.wm.open_mainfile(filepath=str(tmp_path / "empty.blend"))
+    with bpy.data.libraries.load(str(library), link=True) as (_, wanted):
+        wanted.materials = [name] if kind == "material" else []
+        wanted.node_groups = ["paint"] if kind == "node group" else []
+        wanted.objects = ["torch"] if kind == "lamp" else []
+    ball = scenes._cube("ball", (0.0, 5.0, -5.0))
+    if kind == "material":
+        ball.data.materials.append(wanted.materials[0])
+    elif kind == "node group":
+        own = scenes.grouped()
+        own.node_tree.nodes["Group"].node_tree = wanted.node_groups[0]
+        ball.data.materials.append(own)
+    else:
+        bpy.context.scene.collection.objects.link(wanted.objects[0])
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "scene.blend"))
+    return ball
+
+
+@pytest.mark.parametrize("kind", ["material", "node group", "lamp"])
+def test_what_is_linked_and_would_stay_dry_is_refused(kind, tmp_path, capsys):
+    ball = _linked(tmp_path, kind)
+    options = ["--bands", "3", "--out", str(tmp_path / "out")]
+    assert batch.main([str(tmp_path / "scene.blend"), *options], inside_blender=False) == 2
+    said = capsys.readouterr().err
+    assert f"{kind} " in said
+    assert "library.blend" in said
+    assert "make it local" in said
+    assert not (tmp_path / "out").exists()
+    if kind == "lamp":
+        return
+    # What is not rendered does not matter.
+    ball = bpy.data.objects["ball"]
+    ball.hide_render = True
+    contents.require_local(bpy.context.scene)
+    ball.hide_render = False
+    with pytest.raises(InputError, match="linked from another file"):
+        contents.require_local(bpy.context.scene)
+
+
+# --- How far the water reaches ----------------------------------------------------------------
+
+
+def _extent(*arguments):
+    from underwater_spectral.scene import settings, stored_settings
+
+    options = settings.parse([str(a) for a in arguments])
+    scene = bpy.context.scene
+    stored = stored_settings.stored_settings
+    job = settings.job(options)
+    return planning.plan_job(
+        scene, lambda: settings.merge(stored(scene), options), job
+    ).output.extent
+
+
+def test_the_water_reaches_as_far_as_every_frame_and_camera(tmp_path):
+    """A camera that goes 0, 200 m, 0 was dry in the middle; one beside the scene always."""
+    fast = ("scene.blend", "--bands", 3, "--frames", "1-3", "--exposure", 0, "--water", "jerlov:9C")
+    near = scenes.add_camera((0.0, 0.0, -5.0))
+    bpy.ops.mesh.primitive_plane_add(size=10.0, location=(0.0, 0.0, -8.0))
+    width, bottom = _extent(*fast)
+    for frame, x in ((1, 0.0), (2, 200.0), (3, 0.0)):
+        near.location.x = x
+        near.keyframe_insert("location", frame=frame)
+    assert _extent(*fast)[0] == pytest.approx(width - np.hypot(5.0, 5.0) + 200.0)
+    near.animation_data_clear()
+    near.location.x = 0.0
+    thing = scenes._cube("swimmer", (0.0, 0.0, -5.0))
+    for frame, z in ((1, -5.0), (2, -90.0), (3, -5.0)):
+        thing.location.z = z
+        thing.keyframe_insert("location", frame=frame)
+    assert _extent(*fast)[1] == pytest.approx(bottom - 8.0 + 91.0)
+    thing.animation_data_clear()
+    thing.location.z = -5.0
+    far = scenes.add_camera((0.0, 120.0, -5.0))
+    assert far.name != near.name
+    both = _extent(*fast, "--cameras", f"{near.name},{far.name}")
+    assert both[0] == pytest.approx(width - np.hypot(5.0, 5.0) + 120.0)
