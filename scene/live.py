@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from ..node_groups.node_mathematics import MARK
 from ..uw_spectral.errors import InputError
 from ..uw_spectral.shade.shade_table import ShadeTable
+from ..uw_spectral.transfer.water_column import WaterColumn
 from . import (
     contents,
     eevee_settings,
@@ -36,13 +37,13 @@ from .render_plan import RenderPlan, forget_files, plan_of, quiet
 from .session import SESSION
 from .settings import BY_PICTURE, NO_FLOOR, SceneSettings
 from .shade import Kept
-from .water_body import water_extent
+from .water_body import WaterExtent, extent_around, reach_of, water_extent
 
 NOMINAL_DEPTH = 1.0
 """Depth in m that the preview assumes while no camera is under water."""
 
 _KEPT, _CAMERA, _SHOWN, _PROBLEM, _STALE = "kept", "camera", "shown", "problem", "stale"
-_VIEW, _TONE, _STOPS, _MIRRORS = "view", "tone", "stops", "mirrors"
+_VIEW, _TONE, _STOPS, _MIRRORS, _ROAM = "view", "tone", "stops", "mirrors", "roam"
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,8 +84,10 @@ def add(scene: bpy.types.Scene) -> list[str]:
     chosen = stored_settings.stored_settings(scene)
     depth = preview_depth(scene, chosen)
     water = _water(scene, chosen, depth)
-    notes = realtime.add_realtime(scene, water, water_extent(scene, water.column, depth))
+    extent = water_extent(scene, water.column, depth)
+    notes = realtime.add_realtime(scene, water, extent)
     session: dict[str, Any] = {_SHOWN: _key(scene, chosen, depth), _PROBLEM: ""}
+    session[_ROAM] = _roam(extent, water.column)
     session[_MIRRORS] = _mirror(scene)
     if scene.camera is not None:
         session[_CAMERA] = scene.camera.data
@@ -145,15 +148,19 @@ def update(
         key = _key(scene, chosen, depth)
         if may_rebuild:
             realtime.take_in(scene)
+        outgrown = may_rebuild and _from_the_middle(scene, depsgraph) > session.get(_ROAM, math.inf)
         same = session[_SHOWN] == key and not (may_rebuild and has_new_mirrors(scene))
+        same = same and not outgrown
         if same and (hasty or not is_stale(scene)):
             return True
         water = _water(scene, chosen, depth, hasty=hasty)
-        if not realtime.fits(scene, water):
+        if outgrown or not realtime.fits(scene, water):
             if not may_rebuild:
                 return False
             scene_water.remove(scene)
-            realtime.add_realtime(scene, water, water_extent(scene, water.column, depth))
+            extent = water_extent(scene, water.column, depth)
+            realtime.add_realtime(scene, water, extent)
+            session[_ROAM] = _roam(extent, water.column)
         else:
             realtime.set_values(scene, water)
         if water.shafts is not None:
@@ -286,6 +293,19 @@ def preview_depth(
     floor = chosen.floor_depth or math.inf
     # Above the floor, whatever the camera does.
     return float(f"{min(depth, 0.999 * floor):.6g}")
+
+
+def _roam(extent: WaterExtent, column: WaterColumn) -> float:
+    """Distance from the origin in m that a camera may have before the water is widened."""
+    around_camera = extent_around(reach_of([]), column, 0.0).half_width
+    return extent.half_width - around_camera / 2.0
+
+
+def _from_the_middle(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph | None) -> float:
+    camera = scene.camera
+    if camera is not None and depsgraph is not None:
+        camera = camera.evaluated_get(depsgraph)
+    return 0.0 if camera is None else math.hypot(*camera.matrix_world.translation.xy)
 
 
 def problem(scene: bpy.types.Scene) -> str:

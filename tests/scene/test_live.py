@@ -412,3 +412,25 @@ def test_many_bands_are_shown_with_as_many_as_a_shader_holds():
     assert not live.problem(scene)
     shape = bpy.data.node_groups[realtime_values.NAME][realtime_values.SHAPE]
     assert f"bands={realtime.MOST_BANDS}" in shape
+
+
+def test_the_water_goes_along_with_a_camera_that_travels():
+    """Shafts ended where the scene did when the water was put in."""
+    scene = _scene()
+    scene.underwater.shafts = True
+    live.add(scene)
+
+    def width():
+        (body,) = scene_water.bodies(scene)
+        return max(corner[0] for corner in body.bound_box)
+
+    before = width()
+    scene.camera.location.x = 3.0
+    bpy.context.view_layer.update()
+    assert live.update(scene)
+    assert width() == before
+    scene.camera.location.x = before + 40.0
+    bpy.context.view_layer.update()
+    assert live.update(scene)
+    assert width() > before + 40.0 + 20.0
+    live.remove(scene)
