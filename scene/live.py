@@ -157,8 +157,9 @@ def update(
         if outgrown or not realtime.fits(scene, water):
             if not may_rebuild:
                 return False
-            scene_water.remove(scene)
+            # It evaluates the scene: while that is dry, its things would seem to have come.
             extent = water_extent(scene, water.column, depth)
+            scene_water.remove(scene)
             realtime.add_realtime(scene, water, extent)
             session[_ROAM] = _roam(extent, water.column)
         else:
