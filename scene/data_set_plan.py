@@ -98,8 +98,9 @@ def plan_data_set(
         taken=earlier.jobs if earlier else (),
     )
     layers = ",".join(needed_layers(spec))
-    for name in earlier.jobs if earlier else ():
-        _add_layers(earlier.manifest(name), layers)
+    if earlier is not None:
+        for name in earlier.jobs:
+            _add_layers(earlier.manifest(name), layers)
     for item in new:
         manifest = _plan_one(scene, item, settings_now, job, held, layers)
         job_files.require_all(manifest.files)
