@@ -122,8 +122,9 @@ def objects_of(scene: bpy.types.Scene) -> list[bpy.types.Object]:
 
 def left_out(scene: bpy.types.Scene) -> dict[bpy.types.Object, str]:
     """Return the lamps of a scene that do not light its water, and why."""
-    own = set(scene.objects)
-    instanced = [x for x in contents.objects(scene) if x not in own and _is_lamp(x)]
+    own = in_rendered_collections(rendered_layer(scene))
+    shown = sorted((item for item in own if not item.hide_render), key=lambda item: item.name_full)
+    instanced = [x for x in contents.objects(scene, shown) if x not in own and _is_lamp(x)]
     return {item: why_dark(item) for item in _shown(scene) if why_dark(item)} | dict.fromkeys(
         instanced, "it is in an instance; make that real (Object, Apply, Make Instances Real)"
     )

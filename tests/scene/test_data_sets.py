@@ -463,13 +463,14 @@ def test_pictures_of_another_scene_are_not_exported(made, tmp_path):
 
 def test_a_detector_and_layers_can_be_added_to_a_finished_set(made, tmp_path, capsys):
     """The former ended in "there is no 'I'" for ever, the latter were left out in silence."""
-    plain = SPEC.replace('[detector]\npattern = "GRBG"\n', "").replace('layers = "position"\n', "")
+    full = SPEC.replace('"jerlov:IB", "air"', '"jerlov:IB"').replace("count = 2", "count = 1")
+    plain = full.replace('[detector]\npattern = "GRBG"\n', "").replace('layers = "position"\n', "")
     out, spec = tmp_path / "out", tmp_path / "spec.toml"
     shutil.copy(made.spec.with_name("discs.blend"), tmp_path / "discs.blend")
     spec.write_text(plain)
     assert _run("--dataset", spec, "--out", out) == 0
     assert not (out / "raw").exists()
-    spec.write_text(SPEC)
+    spec.write_text(full)
     assert _run("--dataset", spec, "--out", out) == 0
     for name in read_index(out / "dataset.json").views:
         layers = read_layers(out / "layers" / f"{name}.exr")

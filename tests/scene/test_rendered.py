@@ -70,6 +70,20 @@ def test_lamps_that_blender_does_not_render_light_nothing(where):
     assert lamps.objects_of(scene) == []
 
 
+def test_lamps_of_a_collection_that_is_left_out_and_instanced_are_named():
+    scene = bpy.context.scene
+    item = _lamp()
+    _in_collection(item).exclude = True
+    empty = bpy.data.objects.new("group", None)
+    empty.instance_type, empty.instance_collection = "COLLECTION", bpy.data.collections["own"]
+    scene.collection.objects.link(empty)
+    bpy.context.view_layer.update()
+    assert lamps.objects_of(scene) == []
+    assert list(lamps.left_out(scene)) == [item]
+    empty.hide_render = True
+    assert lamps.left_out(scene) == {}
+
+
 @pytest.mark.parametrize("where", HIDDEN)
 def test_things_that_are_not_rendered_do_nothing(where):
     scene = bpy.context.scene
