@@ -93,7 +93,7 @@ def _render(case: _Case, mode: str, scenes: Path, out: Path) -> None:
     started = time.perf_counter()
     command = [sys.executable, _ROOT / "render_bands.py", blend, "--engine", "eevee"]
     command += [word.replace("PROFILE", str(profile)) for word in case.options.split()]
-    command += ["--mode", mode, "--bands", "8", "--samples", "16", "--out", out]
+    command += ["--mode", mode, "--bands", "6", "--samples", "4", "--out", out]
     command += ["--resolution", *map(str, _SIZE)]
     done = subprocess.run([str(part) for part in command], capture_output=True, text=True)
     if done.returncode:
