@@ -15,7 +15,12 @@ def curves(block: bpy.types.ID, path: str) -> Iterator[bpy.types.FCurve]:
     actions = [data.action, *(s.action for track in data.nla_tracks for s in track.strips)]
     yield from (curve for curve in data.drivers if curve.data_path == path)
     for action in dict.fromkeys(action for action in actions if action is not None):
-        for layer in action.layers:
-            for strip in layer.strips:
-                for bag in strip.channelbags:
-                    yield from (curve for curve in bag.fcurves if curve.data_path == path)
+        yield from (curve for curve in curves_of(action) if curve.data_path == path)
+
+
+def curves_of(action: bpy.types.Action) -> Iterator[bpy.types.FCurve]:
+    """Yield every curve of an action."""
+    for layer in action.layers:
+        for strip in layer.strips:
+            for bag in strip.channelbags:
+                yield from bag.fcurves

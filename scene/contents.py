@@ -7,8 +7,7 @@ from collections.abc import Iterable, Iterator
 import bpy
 
 from ..uw_spectral.errors import InputError
-from .animation import curves
-from .rendered import in_rendered_collections, rendered_layer
+from .rendered import ever_rendered
 
 _NAMED = 3  # of what is linked
 _SOCKETS = {"OBJECT", "COLLECTION", "MATERIAL"}
@@ -46,12 +45,7 @@ def require_local(scene: bpy.types.Scene) -> None:
     InputError
         Names materials, node groups in them and lamps that renders show, and their libraries.
     """
-    shown = [
-        item
-        for item in in_rendered_collections(rendered_layer(scene))
-        if not item.hide_render or any(curves(item, "hide_render"))
-    ]
-    seen = objects(scene, sorted(shown, key=lambda item: item.name_full))
+    seen = objects(scene, ever_rendered(scene))
     lamps = [item for item in seen if item.type == "LIGHT"]
     wet = list(dict.fromkeys(m for item in seen for m in materials_of(item)))
     inner = inner_groups(m.node_tree for m in wet if m.is_editable)

@@ -150,7 +150,9 @@ def render(index: Index, progress: Progress, *, insist: bool) -> None:
     for name in index.jobs:
         manifest = _manifest(index, name)
         tasks = _tasks(index, name, manifest)
-        tasks = [t for t in tasks if not pictures.is_developed(manifest, t.view)]
+        views = dict.fromkeys(task.view for task in tasks)
+        left = {view for view in views if not pictures.is_developed(manifest, view)}
+        tasks = [task for task in tasks if task.view in left]
         if not tasks:
             continue
         same_job.check_scene(manifest, job_files.open_blend())

@@ -38,7 +38,12 @@ from ..uw_spectral.spectra.illuminant import RELATIVE, full_sun
 from ..uw_spectral.spectra.reflectance import uplift_basis
 from . import cameras, contents, scene_water
 from .lamp_files import KINDS, PROFILE, SPECTRUM, LampFile, files_of
-from .rendered import in_rendered_collections, rendered_layer
+from .rendered import (
+    ever_rendered,
+    in_rendered_collections,
+    is_hidden_by_animation,
+    rendered_layer,
+)
 from .stored_lamps import ROV, stored_lamp
 
 _POINTS = 24
@@ -123,8 +128,8 @@ def objects_of(scene: bpy.types.Scene) -> list[bpy.types.Object]:
 def left_out(scene: bpy.types.Scene) -> dict[bpy.types.Object, str]:
     """Return the lamps of a scene that do not light its water, and why."""
     own = in_rendered_collections(rendered_layer(scene))
-    shown = sorted((item for item in own if not item.hide_render), key=lambda item: item.name_full)
-    instanced = [x for x in contents.objects(scene, shown) if x not in own and _is_lamp(x)]
+    shown = contents.objects(scene, ever_rendered(scene))
+    instanced = [x for x in shown if x not in own and _is_lamp(x)]
     return {item: why_dark(item) for item in _shown(scene) if why_dark(item)} | dict.fromkeys(
         instanced, "it is in an instance; make that real (Object, Apply, Make Instances Real)"
     )
@@ -153,7 +158,7 @@ def _shown(scene: bpy.types.Scene) -> list[bpy.types.Object]:
         for item in in_rendered_collections(rendered_layer(scene))
         if _is_lamp(item)
         and MARK not in item
-        and (not scene_water.is_hidden(item) or scene_water.is_hidden_by_animation(item))
+        and (not scene_water.is_hidden(item) or is_hidden_by_animation(item))
     ]
     return sorted(found, key=lambda item: item.name_full)
 

@@ -32,6 +32,21 @@ def in_rendered_collections(layer: bpy.types.ViewLayer) -> set[bpy.types.Object]
     return found
 
 
+def is_hidden_by_animation(item: bpy.types.Object) -> bool:
+    """Whether an animation or a driver decides if an object shows in renders."""
+    return any(curves(item, "hide_render"))
+
+
+def ever_rendered(scene: bpy.types.Scene) -> list[bpy.types.Object]:
+    """Objects that renders show at this frame, or may show at another, by name."""
+    shown = (
+        item
+        for item in in_rendered_collections(rendered_layer(scene))
+        if not item.hide_render or is_hidden_by_animation(item)
+    )
+    return sorted(shown, key=lambda item: item.name_full)
+
+
 @contextlib.contextmanager
 def as_rendered(scene: bpy.types.Scene) -> Iterator[None]:
     """Let the viewport show what renders show while the block runs.
@@ -55,10 +70,7 @@ def as_rendered(scene: bpy.types.Scene) -> Iterator[None]:
                     visit(child)
 
         visit(layer.layer_collection)
-        for item in in_rendered_collections(layer):
-            animated = list(curves(item, "hide_render"))
-            if item.hide_render and not animated:
-                continue
+        for item in ever_rendered(scene):
             for curve in curves(item, "hide_viewport"):
                 put(curve, "mute", True)
             put(item, "hide_viewport", False)

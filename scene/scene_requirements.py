@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -96,34 +95,32 @@ def choose(
     frames = _sampled(job.frames or (before,))
     views: list[SeenPoints] = []
     from_above = False
-    shown = contextlib.ExitStack()
     try:
-        shown.enter_context(as_rendered(scene))
-        scene.frame_set(frames[0])
-        chosen = settings_now()
-        if chosen.sunlight == 0:
-            raise InputError(
-                "Auto weighs the light of sun and sky, and --sunlight is 0; choose the settings of "
-                "a night by hand (Quality), or choose them by day"
-            )
-        with quiet():
-            plan = plan_of(chosen)
-            everything = _everything(scene, chosen, job.engine)
-        for frame in frames:
-            scene.frame_set(frame)
-            for eye in (camera, *others):
-                rays = RAYS // (len(frames) * (1 + len(others)))
-                depth = camera_depth(eye, plan.column.floor_depth)
-                cone = light_cone(everything.view.field, depth, plan.column.sun_direction)
-                if depth > 0.0:
-                    views.append(trace_view(scene, eye, plan.column, cone, rays=rays))
-                    continue
-                from_above = True
-                seen = trace_from_above(scene, eye, plan.column, cone, rays=rays).seen
-                if seen is not None:
-                    views.append(seen)
+        with as_rendered(scene):
+            scene.frame_set(frames[0])
+            chosen = settings_now()
+            if chosen.sunlight == 0:
+                raise InputError(
+                    "Auto weighs the light of sun and sky, and --sunlight is 0; choose the "
+                    "settings of a night by hand (Quality), or choose them by day"
+                )
+            with quiet():
+                plan = plan_of(chosen)
+                everything = _everything(scene, chosen, job.engine)
+            for frame in frames:
+                scene.frame_set(frame)
+                for eye in (camera, *others):
+                    rays = RAYS // (len(frames) * (1 + len(others)))
+                    depth = camera_depth(eye, plan.column.floor_depth)
+                    cone = light_cone(everything.view.field, depth, plan.column.sun_direction)
+                    if depth > 0.0:
+                        views.append(trace_view(scene, eye, plan.column, cone, rays=rays))
+                        continue
+                    from_above = True
+                    seen = trace_from_above(scene, eye, plan.column, cone, rays=rays).seen
+                    if seen is not None:
+                        views.append(seen)
     finally:
-        shown.close()
         scene.frame_set(before)
     if not views:
         raise InputError(

@@ -30,7 +30,7 @@ from . import (
     seabed,
     water_body,
 )
-from .animation import curves
+from .rendered import is_hidden_by_animation
 from .water_body import WaterExtent
 
 SUN_DIAMETER_IN_AIR = math.radians(0.53)
@@ -281,11 +281,6 @@ def is_hidden(item: bpy.types.Object) -> bool:
     """Whether an object does not show in renders now, or would not without the water."""
     kept = _HIDDEN in item and not is_hidden_by_animation(item)
     return bool(item[_HIDDEN][0]) if kept else item.hide_render
-
-
-def is_hidden_by_animation(item: bpy.types.Object) -> bool:
-    """Whether an animation or a driver decides if an object shows in renders."""
-    return any(curves(item, "hide_render"))
 
 
 def is_seen(item: bpy.types.Object) -> bool:

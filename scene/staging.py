@@ -13,6 +13,7 @@ from mathutils import Matrix, Vector
 
 from ..uw_spectral.errors import InputError
 from . import job_files
+from .animation import curves_of
 from .stage import Place, Stage, StageCamera, StageLamp
 from .stored_lamps import PROPERTY
 from .temporary import render_settings
@@ -96,10 +97,7 @@ def _animations() -> Iterator[bpy.types.AnimData]:
 
 def _curves() -> Iterator[bpy.types.FCurve]:
     for action in bpy.data.actions:
-        for layer in action.layers:
-            for strip in layer.strips:
-                for bag in strip.channelbags:
-                    yield from bag.fcurves
+        yield from curves_of(action)
     for data in _animations():
         yield from data.drivers
 

@@ -13,7 +13,7 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from .mean_colours import Rgb, mean_colour
+from .mean_colours import mean_colour
 from .visible_meshes import visible_meshes
 
 _PER_CELL = 12.0  # samples of a surface that crosses a cell, where its triangles are small
@@ -62,12 +62,9 @@ def visible_triangles(
     leave_out : collection of Object
         Not these.
     """
-    known: dict[bpy.types.Material | None, Rgb] = {}
     for shown in visible_meshes(depsgraph, leave_out, "shadow"):
         arrays, place = shown.arrays, np.array(shown.place, dtype=np.float32)
-        materials = shown.materials or [None]
-        known |= {item: mean_colour(item) for item in materials if item not in known}
-        colours = [known[item] for item in materials]
+        colours = [mean.colour for mean in shown.means] or [mean_colour(None)]
         corners = arrays.vertices[arrays.triangles]
         yield Triangles(
             corners @ place[:3, :3].T + place[:3, 3],

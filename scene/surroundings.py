@@ -15,7 +15,7 @@ from ..uw_spectral.shade.grid import Grid
 from ..uw_spectral.shade.voxels import SurfaceVoxels, voxelise
 from . import scene_water
 from .cameras import eye_of
-from .rendered import in_rendered_collections, rendered_layer
+from .rendered import ever_rendered
 from .surface_samples import KeptSamples, Triangles, visible_triangles
 
 PROBES = 6000
@@ -164,8 +164,8 @@ def has_things(scene: bpy.types.Scene) -> bool:
     of_water = set(scene_water.objects(scene))
     return any(
         item.type in _SOLID or item.instance_collection is not None
-        for item in in_rendered_collections(rendered_layer(scene)) - of_water
-        if not item.hide_render or scene_water.is_hidden_by_animation(item)
+        for item in ever_rendered(scene)
+        if item not in of_water
     )
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from mathutils import Matrix
 from numpy.typing import NDArray
 
-from .mean_colours import mean_surface
+from .mean_colours import MeanSurface, mean_surface
 from .rendered import in_rendered_collections
 
 _OPAQUE = 0.5  # coverage from which a surface counts as whole
@@ -28,12 +28,16 @@ class MeshArrays:
 
 @dataclass(frozen=True, eq=False)
 class VisibleMesh:
-    """A mesh in its place; ``key`` tells which ones share their arrays."""
+    """A mesh in its place; ``key`` tells which ones share their arrays.
+
+    ``means`` are what its materials reflect and cover, where rays of a kind were asked for.
+    """
 
     key: Hashable
     arrays: MeshArrays
     place: Matrix
     materials: list[bpy.types.Material | None]
+    means: list[MeanSurface]
 
 
 Ray = Literal["camera", "shadow"]
@@ -85,7 +89,7 @@ def visible_meshes(
         let most light through.
     """
     meshes: dict[tuple[int, frozenset[int]], MeshArrays] = {}
-    opaque: dict[bpy.types.Material | None, bool] = {}
+    known: dict[bpy.types.Material | None, MeanSurface] = {}
     for found in visible_instances(depsgraph, leave_out):
         item = found.object
         if not isinstance(item.data, bpy.types.Mesh):
@@ -93,16 +97,17 @@ def visible_meshes(
         if ray is not None and not getattr(item, f"visible_{ray}"):
             continue
         materials = [slot.material for slot in item.material_slots]
-        clear: frozenset[int] = frozenset()
+        means: list[MeanSurface] = []
         if ray is not None:
-            opaque |= {x: mean_surface(x).coverage >= _OPAQUE for x in materials if x not in opaque}
-            clear = frozenset(n for n, x in enumerate(materials) if not opaque[x])
+            known |= {x: mean_surface(x) for x in materials if x not in known}
+            means = [known[x] for x in materials]
+        clear = frozenset(n for n, mean in enumerate(means) if mean.coverage < _OPAQUE)
         key = item.data.as_pointer(), clear
         if key not in meshes:
             meshes[key] = _arrays(item.data, clear, len(materials))
         if len(meshes[key].triangles):
             place = found.matrix_world.copy()
-            yield VisibleMesh(key, meshes[key], place, materials)
+            yield VisibleMesh(key, meshes[key], place, materials, means)
 
 
 def _arrays(mesh: bpy.types.Mesh, clear: Collection[int], materials: int) -> MeshArrays:

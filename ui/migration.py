@@ -8,6 +8,7 @@ from dataclasses import fields
 import bpy
 
 from ..scene import stored_settings as optics
+from ..scene.animation import curves_of
 from ..scene.settings import SceneSettings
 from . import property_group
 
@@ -45,10 +46,7 @@ def _curves(scene: bpy.types.Scene) -> Iterator[bpy.types.FCurve]:
         return
     yield from data.drivers
     if data.action is not None:
-        for layer in data.action.layers:
-            for strip in layer.strips:
-                for bag in strip.channelbags:
-                    yield from bag.fcurves
+        yield from curves_of(data.action)
 
 
 STEPS: tuple[Step, ...] = (_keep_single_water, _plain_switches)
