@@ -147,5 +147,5 @@ def slope_ahead(
 
 
 def _numbers(graph: Graph, values: bpy.types.ShaderNodeTree) -> Callable[[str], NodeValue]:
-    outputs = graph.node("ShaderNodeGroup", node_tree=values).outputs
+    outputs = graph.shared(values)
     return lambda name: graph.term(outputs[name])

@@ -40,7 +40,7 @@ def texel(
     where = graph.vector(
         graph.operation("COSINE", (around,)),
         graph.operation("SINE", (around,)) + _OFF_MIDDLE,
-        graph.operation("TANGENT", (up,)),
+        graph.operation("TANGENT", (up,)) if isinstance(up, NodeValue) else math.tan(up),
     )
     texture = graph.node("ShaderNodeTexEnvironment", image=image)
     texture.projection, texture.interpolation = "EQUIRECTANGULAR", "Linear"

@@ -14,10 +14,10 @@ from dataclasses import dataclass, field
 
 import bpy
 import numpy as np
+from numpy.typing import NDArray
 
 from ..node_groups import realtime_surface
 from ..node_groups.node_mathematics import MARK, Graph, NodeValue
-from ..node_groups.realtime_values import Shape, pad_triples
 from ..uw_spectral.mathematics import Operand
 from ..uw_spectral.transfer.pixel import mirroring_share
 from . import contents
@@ -242,15 +242,14 @@ def is_dry(material: bpy.types.Material) -> bool:
     )
 
 
-def write_reflectance(material: bpy.types.Material, values: np.ndarray, shape: Shape) -> None:
-    """Give a wet material its measured reflectance, shape (n,)."""
+def write_reflectance(
+    material: bpy.types.Material, column: int, channels: NDArray[np.float64]
+) -> None:
+    """Tell a wet material where its measured reflectance is, and its channels."""
     node = _surface_node(material.node_tree)
-    if node is None:
-        return
-    node.inputs[realtime_surface.IS_MEASURED].default_value = 1.0
-    triples = pad_triples(values).reshape(shape.triples, 3)
-    for triple, numbers in enumerate(triples):
-        node.inputs[realtime_surface.measured(triple)].default_value = numbers
+    if node is not None:
+        node.inputs[realtime_surface.COLUMN].default_value = float(column)
+        node.inputs[realtime_surface.MEASURED].default_value = channels
 
 
 def refresh() -> None:

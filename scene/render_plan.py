@@ -56,8 +56,6 @@ from .lamps import SceneLamps, lamps_of, seen_places
 from .particles import SceneParticles, particles_of
 from .pass_values import PassValues
 from .realtime import (
-    MOST_BANDS,
-    MOST_CLOSED_FORM_BANDS,
     RealtimeWater,
     ViewFromAir,
     realtime_water,
@@ -69,7 +67,6 @@ from .settings import (
     CONSTITUENTS,
     DEFAULT_PHASE,
     OPTIMISED,
-    SOLVED,
     SceneSettings,
 )  # fmt: skip
 from .surroundings import Ground, has_things, look_around
@@ -157,11 +154,6 @@ class RenderPlan(ResolvedOptics):
         """Whether EEVEE draws shafts of light; in water of several layers it does not."""
         return self.settings.shafts and not self.column.below
 
-    @property
-    def most_bands(self) -> int:
-        """Bands that EEVEE draws in one pass."""
-        return MOST_BANDS if self.settings.field == SOLVED else MOST_CLOSED_FORM_BANDS
-
     def realtime(
         self,
         scene: bpy.types.Scene,
@@ -200,7 +192,7 @@ class RenderPlan(ResolvedOptics):
         }
         chosen, around, kept = self.settings, None, kept or shade.Kept()
         viewer = camera or scene.camera
-        shades = chosen.field == SOLVED and chosen.diffuse_shadows and has_things(scene)
+        shades = chosen.diffuse_shadows and has_things(scene)
         if not shades:
             shaded = None
         elif chosen.sunlight == 0:
@@ -212,8 +204,8 @@ class RenderPlan(ResolvedOptics):
             around = look_around(scene, viewer, clearest, eyes, kept.samples)
             kept.ground = around.ground
         over = self._over(kept.ground if looks else None)
-        solved = over.solved_field(TABLE_STREAMS) if chosen.field == SOLVED else None
-        if shades and around is not None and solved is not None:
+        solved = over.solved_field(TABLE_STREAMS)
+        if shades and around is not None:
             # What the sensor sees decides, in band passes too, so that they agree.
             seen = self.reduction(depth, self.lamplight(scene, viewer)).weights
             shaded = shade.table_of(around, self.bands, solved, seen, depth, kept)
@@ -223,8 +215,7 @@ class RenderPlan(ResolvedOptics):
             lamps = lamps.with_thrown_back(self.lamp_water(max(depth, 0.0)), self.bands, place)
         water = realtime_water(
             over.column, self.phase, depth, weights, solved=solved,
-            shafts=self.draws_shafts, diffuse_shadows=chosen.diffuse_shadows,
-            reflectances=reflectances, inelastic=over.inelastic, shade=shaded,
+            shafts=self.draws_shafts, reflectances=reflectances, shade=shaded,
             lamps=lamps, above=_view_from_air(viewer, eyes, in_air),
             mirrors=realtime_materials.mirror(contents.materials(scene)),
         )  # fmt: skip

@@ -343,11 +343,24 @@ def sun_glitter(
     m : Mathematics
         Elementary functions.
     """
+    P = m.minimum(y_o / m.maximum(w[2], 1e-4), FARTHEST)
+    image = sun_image(beam.sun, w, relative_index, ripples, m)
+    return image * beam.E * m.exp((beam.cp - beam.c) * P)
+
+
+def sun_image(
+    sun: Sequence[Operand],
+    w: Sequence[Operand],
+    relative_index: Operand,
+    ripples: Ripples,
+    m: Mathematics = NUMPY,
+) -> Operand:
+    """Radiance of :func:`sun_glitter` per irradiance of the sun, as the water leaves it."""
     n, n2 = relative_index, relative_index * relative_index
     normal = surface_normal(*ripples.slopes, m)
     inside = m.maximum(dot(w, normal), 0.0)
     air = direction_in_air(w, normal, n, m)
-    sx, sy = (n * beam.sun[0], n * beam.sun[1]) if ripples.sun is None else ripples.sun[:2]
+    sx, sy = (n * sun[0], n * sun[1]) if ripples.sun is None else ripples.sun[:2]
     high = m.sqrt(m.maximum(1.0 - sx * sx - sy * sy, 1e-6))
     x, y, z = air[0] + sx, air[1] + sy, air[2] - high
     width2 = ripples.glitter_width
@@ -355,6 +368,4 @@ def sun_glitter(
     through = 1.0 - fresnel_reflectance(inside, 1.0 / n, m)
     # A sun at the horizon lights tilted waves out of all proportion to E: held.
     entered = m.maximum(high * (1.0 - fresnel_reflectance(high, n, m)), _LOWEST_SUN)
-    P = m.minimum(y_o / m.maximum(w[2], 1e-4), FARTHEST)
-    seen = image * through * n2 / entered * beam.E * m.exp((beam.cp - beam.c) * P)
-    return seen * ripples.glitter
+    return image * through * n2 / entered * ripples.glitter
