@@ -273,14 +273,26 @@ def scattered_more(
 
 
 @dataclass(frozen=True, eq=False)
-class _Node:
-    """A place on the ray: its share in the integral, half the deflection, distances, cosine."""
+class BendingNode:
+    """A place on the ray where light is bent that is scattered more than once.
 
-    weight: Operand
+    Attributes
+    ----------
+    half : float or array
+        Half its deflection, rad.
+    r, t : float or array
+        Distances from the lamp and, along the ray, from the camera, m.
+    cosine : float or array
+        From the axis of the lamp.
+    weight : float or array
+        Share of the place in the integral, 1/m.
+    """
+
     half: Operand
     r: Operand
     t: Operand
     cosine: Operand
+    weight: Operand = 1.0
 
     @property
     def length(self) -> Operand:
@@ -309,7 +321,7 @@ def _node(
     place: Operand,
     share: Operand,
     m: Mathematics,
-) -> _Node:
+) -> BendingNode:
     first, stop = (_asinh(s, ray.h, m) for s in (start, end))
     width = m.maximum(stop - first, 0.0)
     grown = m.exp(first + width * place)
@@ -317,7 +329,7 @@ def _node(
     cosine = (ray.across * ray.h + ray.along * s) / r
     t = m.maximum(ray.t0 + s, 0.0)
     half = _half_deflection(grown * grown, cosine, beam, m)
-    return _Node(width * share / r * lamp.lit(ray.place(s), m), half, r, t, cosine)
+    return BendingNode(half, r, t, cosine, width * share / r * lamp.lit(ray.place(s), m))
 
 
 def _half_deflection(tangent2: Operand, cosine: Operand, beam: Operand, m: Mathematics) -> Operand:
