@@ -344,11 +344,11 @@ def fold_lamps(
     >>> channels = channels_of_bands(Bands.uniform(3), [0, 1, 2])
     >>> folded = fold_lamps([lamp], water, channels)
     >>> folded.path_light((0.0, 0.0, 0.0), (0.0, 0.0, 1.0), 50.0).round(3)
-    array([0.112, 0.223, 0.335])
+    array([0.072, 0.143, 0.215])
     """
     spectra = np.asarray(measured, dtype=np.float64).reshape(-1, len(water.a))
     intensities = [np.broadcast_to(lamp.intensity, water.a.shape) for lamp in lamps]
-    seen = np.abs(channels.weights).sum(axis=0) * _mean_spectrum(intensities, len(water.a))
+    seen = np.abs(channels.weights) * _mean_spectrum(intensities, len(water.a))
     in_water, on_things = _bands_in_water(water, seen), _bands_on_things(water, seen)
     lost = water.a + _LOST * water.b
     middle = math.sqrt(float(lost.min() * lost.max()))
@@ -395,7 +395,7 @@ def _bands_in_water(water: LampWater, seen: Array) -> ThreeBands:
     node = BendingNode(half, r, t, cosine)
     profile = water.spread.profile(_USUAL.profile)
     values = node.scattered(profile, water, 0.0, NUMPY)
-    return three_bands(values, seen * np.exp(-water.a * node.length))
+    return three_bands(values, _light_in(seen, water, node.length))
 
 
 def _bands_on_things(water: LampWater, seen: Array) -> ThreeBands:
@@ -405,7 +405,14 @@ def _bands_on_things(water: LampWater, seen: Array) -> ThreeBands:
     light = ThingLight(water, (), _bands_of)
     arriving = light.unscattered(P) + light.forward(P)
     values = light.on_patch(_USUAL, patch) * arriving
-    return three_bands(values, seen * np.exp(-water.a * (r + P)))
+    return three_bands(values, _light_in(seen, water, r + P))
+
+
+def _light_in(seen: Array, water: LampWater, lengths: Array) -> Array:
+    """How much each band counts at lengths (k, 1), shape (k, n); all channels alike."""
+    left = seen * np.exp(-water.a * lengths)[:, None, :]
+    whole = left.sum(axis=-1, keepdims=True)
+    return np.divide(left, whole, out=np.zeros_like(left), where=whole > 0.0).sum(axis=1)
 
 
 def _places(*axes: Sequence[float]) -> list[Array]:
