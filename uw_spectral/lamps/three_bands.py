@@ -2,13 +2,11 @@
 
 Values f of n bands, of many places, are those of three of them, f_λ = Σ_j share_jλ f_j: an
 interpolative decomposition (Cheng, Gimbutas, Martinsson & Rokhlin, SIAM J. Sci. Comput. 26, 1389,
-2005), each band and place counting by its light. The bands are found one by one where most is left, and
-exchanged until nothing is gained.
+2005), each band and place counting by its light. The bands are found one by one where most is left.
 """
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,7 +16,6 @@ type Array = NDArray[np.float64]
 
 COUNT = 3
 _RANK = 1e-16  # of the squares of all values, below which nothing is left to stand for
-_GAIN = 0.999  # of what is left, that an exchange is worth
 _CONDITION = 1e-10  # of the three bands, below which they are taken for fewer
 
 
@@ -65,7 +62,18 @@ def three_bands(values: ArrayLike, light: ArrayLike) -> ThreeBands:
     size = np.sqrt((found * weights * found * weights).sum(axis=-1, keepdims=True))
     lit = size[:, 0] > 0.0
     found, weights = found[lit] / size[lit], weights[lit]
-    chosen = _chosen(found * weights) or [0]
+    left = found * weights
+    least = _RANK * float((left * left).sum())
+    chosen: list[int] = []
+    for _ in range(COUNT):
+        rest = (left * left).sum(axis=0)
+        band = int(np.argmax(rest))
+        if rest[band] <= least:
+            break
+        chosen.append(band)
+        along = left[:, band] / np.sqrt(rest[band])
+        left = left - along[:, None] * (along @ left)
+    chosen = sorted(chosen) or [0]
     shares = np.zeros((COUNT, found.shape[1]))
     for band in range(found.shape[1]):
         count = weights[:, band : band + 1]
@@ -75,36 +83,3 @@ def three_bands(values: ArrayLike, light: ArrayLike) -> ThreeBands:
     shares[:, chosen] = np.eye(COUNT)[:, : len(chosen)]
     indices = np.array(chosen + [chosen[-1]] * (COUNT - len(chosen)), dtype=np.intp)
     return ThreeBands(indices, shares)
-
-
-def _chosen(values: Array) -> list[int]:
-    """Indices of the bands, three at most, in whose span the others are nearest to."""
-    left = np.linalg.qr(values, mode="r")
-    least = _RANK * float((left * left).sum())
-    chosen: list[int] = []
-    rest = left
-    while len(chosen) < COUNT:
-        sizes = (rest * rest).sum(axis=0)
-        band = int(np.argmax(sizes))
-        if sizes[band] <= least:
-            return sorted(chosen)
-        chosen.append(band)
-        rest = _beside(left, chosen)
-    # One by one they are good; exchanged until nothing is gained, they are better.
-    smallest, before = float((rest * rest).sum()), math.inf
-    while smallest < _GAIN * before:
-        before = smallest
-        for place in range(COUNT):
-            for band in sorted(set(range(left.shape[1])) - set(chosen)):
-                tried = [*chosen[:place], band, *chosen[place + 1 :]]
-                rest = _beside(left, tried)
-                size = float((rest * rest).sum())
-                if size < _GAIN * smallest:
-                    chosen, smallest = tried, size
-    return sorted(chosen)
-
-
-def _beside(values: Array, chosen: list[int]) -> Array:
-    """What of the columns lies beside the span of some."""
-    along = np.linalg.qr(values[:, chosen])[0]
-    return values - along @ (along.T @ values)
