@@ -223,6 +223,8 @@ class LampChannels:
     in_water, on_things : LampWater
         Of the three bands that stand for all.
     components : tuple of PhaseFunction
+    measured : int
+        Measured reflectances of surfaces.
     stretch : float
         Length at the middle of the tables, m.
     """
@@ -232,7 +234,13 @@ class LampChannels:
     in_water: LampWater
     on_things: LampWater
     components: tuple[PhaseFunction, ...]
+    measured: int
     stretch: float
+
+    @property
+    def parts(self) -> int:
+        """Parts of the phase function."""
+        return len(self.components)
 
     def path_light(
         self,
@@ -375,6 +383,7 @@ def fold_lamps(
         _of_three(water, in_water),
         _of_three(water, on_things),
         water.phase.components,
+        len(spectra),
         stretch,
     )
 

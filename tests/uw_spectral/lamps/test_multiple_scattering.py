@@ -152,7 +152,9 @@ def test_some_of_the_bands_are_those_bands():
     lamp = Lamp((0.5, 0, 3), (0, 0, -1), np.ones(1), rov_lamp())
     ray = ray_past_lamp(lamp, (0, 0, 0), (0, 0, 1), 1e6)
     found = scattered_more(lamp, ray, BandLight(1.0, water.of_bands([2, 0])))
-    assert found == pytest.approx(scattered_more(lamp, ray, BandLight(1.0, water))[[2, 0]], rel=1e-2)
+    assert found == pytest.approx(
+        scattered_more(lamp, ray, BandLight(1.0, water))[[2, 0]], rel=1e-2
+    )
 
 
 @pytest.mark.parametrize("dtype", [np.float64, np.float32])
