@@ -262,7 +262,11 @@ class _ImageGrid:
 
     def at(self, column: Operand, row: Operand) -> NodeValue:
         h, v = self.column + _MARGIN + column, self.row + _MARGIN + row
-        return texel(self.graph, self.image, h, v, *self.image.size)
+        if isinstance(h, NodeValue):
+            return texel(self.graph, self.image, h, v, *self.image.size)
+        below = self.graph.operation("FLOOR", (v,))
+        one, other = (closest(self.graph, self.image, h, place) for place in (below, below + 1.0))
+        return one + (other - one) * (v - below)
 
 
 class _ImageShadow(_ImageGrid):
