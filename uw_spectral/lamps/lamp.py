@@ -175,7 +175,11 @@ def lamp_disc(lamp: Lamp, ray: RayPastLamp, c: Operand, m: Mathematics = NUMPY) 
     >>> round(float(lamp_disc(lamp, ray, 0.5)), 2)
     11.71
     """
+    return lamp.intensity * m.exp(-c * m.maximum(ray.t0, 0.0)) * disc_seen(lamp, ray, m)
+
+
+def disc_seen(lamp: Lamp, ray: RayPastLamp, m: Mathematics = NUMPY) -> Operand:
+    """Radiance of that disc over the intensity, without water, 1/m²; 0 beside it."""
     met = m.less(ray.offset, lamp.radius) * m.less(ray.near, 0.0) * m.less(0.0, ray.far)
     shining = lamp.profile.value(0.0 - ray.along, m) * met * lamp.seen
-    area = math.pi * lamp.radius * lamp.radius + _SMALLEST * _SMALLEST
-    return lamp.intensity * m.exp(-c * m.maximum(ray.t0, 0.0)) * (shining / area)
+    return shining / (math.pi * lamp.radius * lamp.radius + _SMALLEST * _SMALLEST)
