@@ -14,7 +14,7 @@ from .node_mathematics import NODES, Graph, new_group
 from .realtime_rays import camera_depth, camera_place, view_direction
 from .realtime_surface import shaft
 from .realtime_values import FLOOR_DEPTH, SHAFT_END, Shape
-from .realtime_water import PixelWater, Sources, pixel_layers
+from .realtime_water import PixelWater, Sources, in_group, pixel_layers
 from .realtime_waves import SLOPE, slope_ahead
 
 NAME = "UW Background"
@@ -40,8 +40,11 @@ def build(shape: Shape, sources: Sources) -> bpy.types.ShaderNodeTree:
         y_o, w, water.sky, water.index, ripples=water.ripples(slope), shade=path_shade
     )
     if sources.lamps is not None:
-        lamps = realtime_lamps.ahead(graph, water.values, shape, sources.lamps, sources.rays)
-        pixel = replace(pixel, lamps=lamps)
+        path = realtime_lamps.build_path(
+            sources.lamps, shape.lamp_components, ahead=True, rays=sources.rays
+        )
+        lit = in_group(graph, path, {FLOOR_DEPTH: water.values[FLOOR_DEPTH]})
+        pixel = replace(pixel, lamps=lit[realtime_lamps.LIGHT])
     if "B_single" in shape.layers:
         y_e = NODES.maximum(y_o - w[2] * P, 0.0)
         once = ray.single_scattering(y_o, y_e, w, P) * path_shade.once

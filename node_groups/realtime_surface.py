@@ -42,7 +42,7 @@ from .realtime_values import (
     SUN_IN_AIR,
     Shape,
 )
-from .realtime_water import PixelWater, Sources, pixel_layers
+from .realtime_water import PixelWater, Sources, in_group, pixel_layers
 from .realtime_waves import PATTERN, POSITION, caustics_here
 
 NAME = "UW Thing in Water"
@@ -114,14 +114,28 @@ class _Surface:
             camera = [x - along * self._P for x, along in zip(here, self._w, strict=True)]
             self._shade = shade.on_patch(here, self._normal)
             self._shade |= shade.on_path(camera, self._w, self._P)
-        self._lamps = None
-        if sources.lamps is not None:
-            self._lamps = realtime_lamps.on_surface(
-                graph, self._values, shape, sources.lamps, sources.rays, given[NORMAL],
-                *self._base(),
-            )  # fmt: skip
+        self._lamps = {} if sources.lamps is None else self._lit_by_lamps(sources)
         self._thing = self._made_thing()
         self._pixel = self._made_pixel()
+
+    def _lit_by_lamps(self, sources: Sources) -> dict[str, Operand]:
+        """Light of lamps: on the thing, and in the water before it."""
+        graph, given, image = self._graph, self._given, sources.lamps
+        layers, lamps = self._shape.layers, realtime_lamps
+        outputs = [lamps.UNSCATTERED, lamps.FORWARD] if layers else [lamps.SEEN]
+        outputs += [lamps.THERE] if "J" in layers else []
+        outputs += [lamps.IRRADIANCE] if "E" in layers else []
+        inputs: dict[str, Operand] = {
+            lamps.NORMAL: given[NORMAL],
+            lamps.COLOR: given[COLOR],
+            lamps.VISIBILITY: lamps.visibility(graph, self._values.outputs, image, given[NORMAL]),
+        }
+        if self._shape.measured:
+            # There measured reflectances count from 1, here columns go on after three colours.
+            inputs[lamps.MEASURED] = NODES.maximum(given[COLUMN] - (len(COLOURS) - 1.0), 0.0)
+        found = in_group(graph, lamps.build_patch(image, outputs, sources.rays), inputs)
+        path = lamps.build_path(image, self._shape.lamp_components, ahead=False, rays=sources.rays)
+        return found | in_group(graph, path, {})
 
     def seen(self) -> Operand:
         """Radiance that the camera sees."""
@@ -226,9 +240,20 @@ class _Surface:
         )
         if not {"J", "I"}.isdisjoint(self._shape.layers):
             pixel = replace(pixel, L_end=ray.leaving(self._thing, y, n, 0.0))
-        if self._lamps is not None:
-            pixel = self._lamps.added_to(pixel, coverage)
-        return pixel
+        return self._with_lamps(pixel)
+
+    def _with_lamps(self, pixel: ChannelPixel) -> ChannelPixel:
+        found, lamps = self._lamps, realtime_lamps
+        if not found:
+            return pixel
+        direct = found.get(lamps.SEEN, found.get(lamps.UNSCATTERED, 0.0))
+        return replace(
+            pixel,
+            direct=pixel.direct + direct,
+            forward_scattered=pixel.forward_scattered + found.get(lamps.FORWARD, 0.0),
+            L_end=pixel.L_end + found.get(lamps.THERE, 0.0),
+            lamps=found[lamps.LIGHT] * self._given[COVERAGE],
+        )
 
     def _dry(self) -> Operand:
         """Radiance of the thing where it lies in the air."""
@@ -267,7 +292,7 @@ class _Surface:
             direct = self._ray.sunlight(self._y, 0.0, k) + direct
         E = direct * (facing * sun) * self._thing.sunlight
         E = E + self._ray.irradiance(self._y, self._normal) * self._thing.shade
-        return E if self._lamps is None else E + self._lamps.illumination
+        return E + self._lamps.get(realtime_lamps.IRRADIANCE, 0.0)
 
 
 def shaft(ray: ChannelWater, y_o: Operand, w: Sequence[Operand], reach: Operand) -> Operand:

@@ -80,9 +80,14 @@ class Layout:
         return self.matte + 3 * self.columns * self.deep
 
     @property
+    def glowing(self) -> int:
+        """First row of what is left of light that colours emit."""
+        return self.sunlit + self.columns * self.deep
+
+    @property
     def aureole(self) -> int:
         """First row of the sun's aureole."""
-        return self.sunlit + self.columns * self.deep
+        return self.glowing + 3 * self.deep
 
     @property
     def image(self) -> int:
@@ -107,7 +112,7 @@ class Layout:
     def _along(self) -> tuple[tuple[str, int], ...]:
         parts = 0 if self.layered else self.parts
         return (
-            *(("glowing", 3), ("image_left", 2), ("sky", 1), ("glitter", 1), ("floor", 1)),
+            *(("rates", 3), ("image_left", 2), ("sky", 1), ("glitter", 1), ("floor", 1)),
             *(("mirrored", 3), ("once", parts), ("drawn", parts), ("drawn_at", parts)),
             ("", 0),
         )
@@ -159,13 +164,14 @@ def pixels(light: FoldedLight) -> NDArray[np.float32]:
     # Of a colour all three kinds of light follow each other.
     put(np.moveaxis(np.swapaxes(light.matte, 0, 1), 2, 0), layout.matte)
     put(np.moveaxis(light.sunlit, 1, 0), layout.sunlit)
+    put(np.moveaxis(light.glowing, 1, 0), layout.glowing)
     put(light.aureole, layout.aureole)
     put(light.image, layout.image)
     if light.layered:
         put(np.moveaxis(light.once, 1, 0), layout.on_path)
-    for name in ("glowing", "image_left", "sky", "glitter", "floor", "mirrored"):
+    for name in ("rates", "image_left", "sky", "glitter", "floor", "mirrored"):
         table = getattr(light, name)
-        table = table.reshape(-1, 3, LENGTHS)
+        table = table.reshape(-1, *table.shape[-2:])
         put(np.moveaxis(table, 1, 0)[..., None, :], layout.along(name))
     for name in () if light.layered else ("once", "drawn", "drawn_at"):
         put(np.moveaxis(getattr(light, name), 1, 0)[..., None, :], layout.along(name))
@@ -235,6 +241,14 @@ class ImageTables:
     def sunlit(self, y: Operand, P: Operand, k: Operand) -> NodeValue:
         """Look up what is left of sunlight on a colour."""
         return self._deep(self.layout.sunlit, y, P, k)
+
+    def glowing(self, y: Operand, P: Operand, k: int) -> NodeValue:
+        """Look up what is left of light of colour k."""
+        return self._deep(self.layout.glowing, y, P, float(k))
+
+    def rate(self, kind: int, y: Operand) -> NodeValue:
+        """Look up one of the rates at a depth."""
+        return self._texel(self._slice(y), 0.0, self.layout.along("rates", kind))
 
     def along(self, name: str, index: int | None, P: Operand) -> NodeValue:
         """Look up a table over distance."""

@@ -89,6 +89,8 @@ class Shape:
         Whether things keep all kinds of light away, and throw some back.
     lamps : int
         Lamps in the water.
+    lamp_components : tuple of PhaseFunction
+        Parts of the phase function of the water that they shine in.
     layers : tuple of str
         What is written beside the picture, of :mod:`.realtime_layers`.
     above : bool
@@ -109,6 +111,7 @@ class Shape:
     layered: bool = False
     shade: bool = False
     lamps: int = 0
+    lamp_components: tuple[PhaseFunction, ...] = ()
     layers: tuple[str, ...] = ()
     above: bool = False
     mirrors: bool = False

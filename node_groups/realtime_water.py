@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import bpy
@@ -173,6 +173,16 @@ class PixelWater:
         assert ripples is not None
         glitter = glitter_from_above(1.0, v, R, ripples, self.values[INDEX], SUN_RADIUS**2, NODES)
         return seen + NODES.less(0.0, self.ray(LEAVING)) * glitter * self.values[SUN_LEVEL]
+
+
+def in_group(
+    graph: Graph, tree: bpy.types.ShaderNodeTree, inputs: Mapping[str, Operand]
+) -> dict[str, NodeValue]:
+    """Put a group into a tree; return its outputs."""
+    node = graph.node("ShaderNodeGroup", node_tree=tree)
+    for name, value in inputs.items():
+        graph.assign(value, node.inputs[name])
+    return {socket.name: graph.term(socket) for socket in node.outputs}
 
 
 def pixel_layers(pixel: ChannelPixel) -> dict[str, Operand]:

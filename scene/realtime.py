@@ -31,6 +31,7 @@ from ..node_groups.realtime_values import Numbers, Shape
 from ..node_groups.realtime_water import Sources, layout_of
 from ..uw_spectral.errors import InputError
 from ..uw_spectral.lamps.grouping import grouped
+from ..uw_spectral.lamps.lamp_channels import fold_lamps
 from ..uw_spectral.lamps.multiple_scattering import LampWater, lamp_water
 from ..uw_spectral.shade.shade_table import ShadeTable
 from ..uw_spectral.surface.wave_patterns import LAYERS, WavePatterns
@@ -327,6 +328,7 @@ def realtime_water(
     shape = Shape(
         field.components, column.reflects, len(scale.zones), scale.slices, shafts,
         sky=column.sky, layered=field.layered, shade=shade is not None, lamps=len(lamps.all),
+        lamp_components=phase.components if lamps.lamps else (),
         above=above is not None, mirrors=mirrors, measured=len(known),
     )  # fmt: skip
     around_lamps = _around_lamps(column, phase, camera_depth) if lamps.lamps else None
@@ -391,7 +393,11 @@ def add_realtime(scene: bpy.types.Scene, water: RealtimeWater, extent: WaterExte
     values = realtime_values.build(shape)
     shade = None if water.shade is None else realtime_shade.new_image()
     count = len(water.lamps.lamps)
-    lit = realtime_lamps.new_image(shape.lamps) if count else None
+    lit = (
+        realtime_lamps.new_image(shape.lamps, len(shape.lamp_components), shape.measured)
+        if count
+        else None
+    )
     rays = realtime_refraction.build(values, images) if shape.above else None
     sources = Sources(values, table, shade, lit, images, rays)
     surface = realtime_surface.build(shape, sources)
@@ -521,7 +527,9 @@ def _set_lamps(scene: bpy.types.Scene, water: RealtimeWater, around: LampWater) 
     groups = grouped([lamp.position for lamp in lamps], len(codes))
     colours = [codes[group] for group in groups]
     shown = colours + [realtime_lamps.NO_SHADOW] * len(water.lamps.thrown)
-    realtime_lamps.write_lamps(scene_water.part(scene, _LAMPS), water.lamps.all, shown, around)
+    measured = list(water.reflectances.values())
+    folded = fold_lamps(water.lamps.all, around, water.channels, measured)
+    realtime_lamps.write_lamps(scene_water.part(scene, _LAMPS), folded, shown)
     for item, lamp, colour in zip(scene_water.followers(scene), lamps, colours, strict=True):
         code = numbers[realtime_lamps.CODE]
         realtime_lamps.write_shadow_lamp(item.data, lamp, colour, code)

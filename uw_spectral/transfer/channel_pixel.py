@@ -24,6 +24,7 @@ from .solved_ray import UNSHADED, PathShade
 from .sun_beam import half_angle2
 
 _LEAST = 1e-30
+_DEEP = 1e4  # m; below every table
 COLOURS = (0, 1, 2)
 """Columns of red, green and blue; those of measured reflectances follow."""
 
@@ -41,6 +42,8 @@ class Tables(Protocol):
     def dimmed(self, y: Operand, P: Operand) -> Sequence[Operand]: ...  # noqa: D102
     def matte(self, y: Operand, P: Operand, k: Operand) -> Sequence[Operand]: ...  # noqa: D102
     def sunlit(self, y: Operand, P: Operand, k: Operand) -> Operand: ...  # noqa: D102
+    def glowing(self, y: Operand, P: Operand, k: int) -> Operand: ...  # noqa: D102
+    def rate(self, kind: int, y: Operand) -> Operand: ...  # noqa: D102
     def along(self, name: str, index: int | None, P: Operand) -> Operand: ...  # noqa: D102
     def once_on_path(self, part: int, v: Operand, P: Operand) -> Operand: ...  # noqa: D102
 
@@ -149,13 +152,17 @@ class ChannelWater:
         """What tables of depth and direction are divided by."""
         return self.numbers.scale * self.m.exp(-self.numbers.decay * y)
 
-    def left(self, P: Operand) -> Operand:
-        """What tables over distance are divided by."""
-        return self.m.exp(-self.numbers.extinction * P)
+    def left(self, y: Operand, P: Operand) -> Operand:
+        """What tables over a distance to depth y are divided by."""
+        return self.m.exp(-self._extinction(y) * P)
 
-    def left_with_peak(self, P: Operand) -> Operand:
+    def left_with_peak(self, y: Operand, P: Operand) -> Operand:
         """The same where light that the forward peak scatters counts as unscattered."""
-        return self.m.exp(-(self.numbers.extinction - self.numbers.peak) * P)
+        peak = self.tables.rate(1, y) if self.layered else self.numbers.peak
+        return self.m.exp((peak - self._extinction(y)) * P)
+
+    def _extinction(self, y: Operand) -> Operand:
+        return self.tables.rate(0, y) if self.layered else self.numbers.extinction
 
     def scattered(self, y: Operand, w: Sequence[Operand]) -> Operand:
         """Radiance M(y, w)."""
@@ -175,7 +182,8 @@ class ChannelWater:
     def sunlight(self, y: Operand, P: Operand, column: Operand) -> Operand:
         """Normal irradiance of the sun at depth y on a colour, as it is seen from P."""
         lit = self.tables.sunlit(y, P, column)
-        return lit * self.m.exp(-self.numbers.sun_decay * y)
+        decay = self.tables.rate(2, y) if self.layered else self.numbers.sun_decay
+        return lit * self.m.exp(-decay * y)
 
     def once(self, y_o: Operand, y_e: Operand, w: Sequence[Operand], P: Operand) -> Operand:
         """Sunlight scattered once between the camera and P, the peak counted as unscattered."""
@@ -248,7 +256,7 @@ class ChannelWater:
                     light = (base - share) * E[j] + share * L[j]
                 total = left * light + total
         for k, radiance in enumerate(thing.emitted):
-            total = total + radiance * self.tables.along("glowing", k, P)
+            total = radiance * self.tables.glowing(y, P, k) + total
         return total
 
     def surface(
@@ -281,7 +289,7 @@ class ChannelWater:
         columns = self.tables.dimmed(y_e, P)
         far = _sum([c * part for c, part in zip(columns, self.tables.split(M_far), strict=True)])
         rest = _sum([c * part for c, part in zip(columns, self.tables.split(beyond), strict=True)])
-        direct, peaked = self.left(P), self.left_with_peak(P)
+        direct, peaked = self.left(y_e, P), self.left_with_peak(y_e, P)
         forward = peaked - direct
         # Of the boundary all that reaches the camera with the peak, less what does without it.
         boundary = self.boundary(y_o, w) * (1.0 - direct / m.maximum(peaked, _LEAST))
@@ -297,8 +305,10 @@ class ChannelWater:
         """Radiance of the surface or floor ahead that reaches depth y_o, the peak included."""
         m = self.m
         R = distance_in_water(y_o, -w[2], self.numbers.y_f, m)
+        up = m.less(0.0, w[2])
         image = self.tables.image_at(*self._direction(w))
-        return image * self.tables.image_left(m.less(0.0, w[2]), R) * self.left_with_peak(R)
+        deep = (1.0 - up) * _DEEP
+        return image * self.tables.image_left(up, R) * self.left_with_peak(deep, R)
 
     def open_water(
         self,
@@ -320,8 +330,7 @@ class ChannelWater:
         once = self.once(y_o, y_e, w, P) * self.aureole(y_o, w)
         path = once * shade.once + self.scattered(y_o, w) * shade.scattered
         up = m.less(0.0, w[2])
-        peaked = self.left_with_peak(P)
-        below = self.tables.along("floor", None, P) * peaked
+        below = self.tables.along("floor", None, P) * self.left_with_peak(0.0 * P + _DEEP, P)
         end = m.select(up, self.from_surface(w, P, sky, index, ripples), below)
         return ChannelPixel(path, end, 0.0, end)
 
@@ -335,7 +344,7 @@ class ChannelWater:
     ) -> Operand:
         """Radiance that comes down from the surface against w and is left after P."""
         m = self.m
-        peaked = self.left_with_peak(P)
+        peaked = self.left_with_peak(0.0 * P, P)
         skylight = self.tables.along("sky", None, P) * peaked
         if index is None:
             return skylight * sky.radiance(w, m)
@@ -347,11 +356,13 @@ class ChannelWater:
         risen = _sum(
             [c * part for c, part in zip(columns, self.tables.split(M + rest), strict=True)]
         )
-        floor = self.tables.along("floor", None, P + to_floor) * self.left_with_peak(P + to_floor)
+        floor = self.tables.along("floor", None, P + to_floor) * self.left_with_peak(
+            0.0 * P + _DEEP, P + to_floor
+        )
         total = skylight * seen + mirrored * (peaked * risen + floor)
         if ripples is not None:
             image = sun_image(self.sun, w, index, ripples, m)
-            total = total + image * self.tables.along("glitter", None, P) * self.left(P)
+            total = total + image * self.tables.along("glitter", None, P) * self.left(0.0 * P, P)
         return total
 
     def _direction(self, w: Sequence[Operand]) -> tuple[Operand, Operand]:

@@ -95,7 +95,8 @@ class FoldedNumbers:
     scale, decay : channels
         Light in the tables of depth and direction is divided by ``scale e^{-decay y}``.
     extinction : channels
-        κ: tables over distance are divided by e^{-κP}, 1/m.
+        κ: tables over distance are divided by e^{-κP}, 1/m. In layered water, where each depth
+        has its own, it is :attr:`FoldedLight.rates`, as are the next two.
     peak : channels
         Part of the extinction that scatters forward and counts as unscattered, 1/m.
     sun_decay : channels
@@ -142,8 +143,10 @@ class FoldedLight:
         [j, k]: the same of what colour k reflects of it; after red, green and blue measured ones.
     sunlit : array, shape (3 + i, 3, slices, LENGTHS)
         [k]: what is left over a distance of direct sunlight on colour k, normal irradiance.
-    glowing : array, shape (3, 3, LENGTHS)
-        [k]: of the light of a lamp of colour k, in the thinnest water there is on the way.
+    glowing : array, shape (3, 3, slices, LENGTHS)
+        [k]: of the light of a lamp of colour k.
+    rates : array, shape (3, 3, slices)
+        Extinction, peak and decay of the sun of :class:`FoldedNumbers`, [0] to [2], by depth.
     image : array, shape (3, ELEVATIONS, AZIMUTHS)
         Radiance of the surface from just below, and of the floor.
     image_left : array, shape (2, 3, LENGTHS)
@@ -174,6 +177,7 @@ class FoldedLight:
     matte: Array
     sunlit: Array
     glowing: Array
+    rates: Array
     image: Array
     image_left: Array
     sky: Array
@@ -250,8 +254,7 @@ def fold(
     E = field.light.E
     light = np.maximum(E, field.scalar_irradiance(eye))
     counts = _counting(np.abs(channels.weights) * light)
-    slowest = np.where(counts, c.min(axis=0), math.inf).min(axis=1)
-    slowest = np.where(np.isfinite(slowest), slowest, c.min())
+    slowest = _slowest(counts, c)  # (d, 3)
     fastest = float(c.max())
     lengths = LengthScale.up_to(
         min(_GONE / max(float(slowest.min()), 1e-4), _FARTHEST), _FIRST / max(fastest, 1e-3)
@@ -261,26 +264,24 @@ def fold(
         mean(bottom, scaled=True), lengths,
     )  # fmt: skip
     # Weighed as what is left after a distance over which forward scattering counts.
-    arriving = light * np.exp(-c.mean(axis=0) / slowest[:, None])
-    peak = np.diagonal(channels.mean((c - cp).mean(axis=0), arriving))
+    arriving = light * np.exp(-c[:, None] / slowest[..., None])  # (d, 3, n)
+    peak = np.diagonal(channels.mean((c - cp)[:, None], arriving), axis1=1, axis2=2)
     peak = np.minimum(peak, 0.98 * slowest)
     scattered, beyond = _scattered(spectra), _beyond(spectra)
     irradiance = _irradiance(spectra, shaded=shaded)
     decay, scale = _unit(spectra, scattered, irradiance)
     over = (scale[:, None] * np.exp(-decay[:, None] * depths))[..., None, None]
-    way = np.exp(-slowest[:, None] * lengths.lengths())
-    forward = np.exp(-(slowest - peak)[:, None] * lengths.lengths())
+    way = np.exp(-slowest.T[..., None] * lengths.lengths())  # (3, d, l)
+    forward = np.exp(-(slowest - peak).T[..., None] * lengths.lengths())
     bases = np.column_stack([channels.reflectance, *measured])
     sun_decay, sunlit = _sunlit(spectra, bases, counts, shaded=shaded)
     once_decay, once, drawn, drawn_at = _once(spectra, eye, counts)
     numbers = FoldedNumbers(
-        scale, decay, slowest, peak, sun_decay, once_decay, lengths, field.light.mu_s,
+        scale, decay, slowest[0], peak[0], sun_decay[0], once_decay, lengths, field.light.mu_s,
         field.floor_depth,
     )  # fmt: skip
     image, image_left = _image(spectra)
-    glow = channels.fold_colours(
-        np.exp(-c.min(axis=0) * lengths.lengths()[:, None]), channels.emission
-    )
+    glow = channels.fold_colours(_transmittance(c, lengths), channels.emission)
     up = np.exp(-spectra.cp_up * lengths.lengths()[:, None])
     sun_up = np.exp(-spectra.c_up * lengths.lengths()[:, None])
     down = np.exp(-spectra.cp_down * lengths.lengths()[:, None])
@@ -292,16 +293,17 @@ def fold(
         np.einsum("cn,ndvh->cdvh", channels.weights, beyond) / over,
         np.einsum("cn,ndvh->cdvh", channels.weights, irradiance) / over,
         _aureole(spectra),
-        _dimmed(spectra, [scattered, beyond]) / way[:, None],
-        _matte(spectra, bases, irradiance) / way[:, None],
-        sunlit / way[:, None],
-        np.moveaxis(glow, (0, 1, 2), (2, 1, 0)) / way,
+        _dimmed(spectra, [scattered, beyond]) / way,
+        _matte(spectra, bases, irradiance) / way,
+        sunlit / way,
+        np.moveaxis(glow, (0, 1, 2, 3), (2, 3, 1, 0)) / way,
+        np.array([slowest.T, peak.T, sun_decay.T]),
         image,
-        image_left / forward,
-        channels.fold(sky * up).T / forward,
-        channels.fold(E * sun_up).T / way,
-        channels.fold(field.floor_radiance * down).T / forward,
-        _mirrored(spectra, scattered, beyond) / forward,
+        image_left / np.swapaxes(forward[:, [0, -1]], 0, 1),
+        channels.fold(sky * up).T / forward[:, 0],
+        channels.fold(E * sun_up).T / way[:, 0],
+        channels.fold(field.floor_radiance * down).T / forward[:, -1],
+        _mirrored(spectra, scattered, beyond) / forward[:, 0],
         once,
         drawn,
         drawn_at,
@@ -314,6 +316,12 @@ def _counting(shares: Array) -> NDArray[np.bool_]:
     """Bands (3, n) that have a share in a channel worth counting."""
     total = shares.sum(axis=1, keepdims=True)
     return shares > _SEEN * np.maximum(total, _NOTHING)
+
+
+def _slowest(counts: NDArray[np.bool_], rates: Array) -> Array:
+    """Least rate (d, n) of the bands that count in each channel, (d, 3)."""
+    least = np.where(counts, rates[:, None], math.inf).min(axis=-1)
+    return np.where(np.isfinite(least), least, rates.min(axis=1, keepdims=True))
 
 
 def _scattered(spectra: _Spectra) -> Array:
@@ -398,13 +406,12 @@ def _sunlit(
     beam = _beams(spectra)[1 if shaded else 0]
     field, y = spectra.field, spectra.depths
     rate = field.extinction_between(0.0, y, scaled=shaded) / field.light.mu_s  # (d, n)
-    slowest = np.where(counts, rate.min(axis=0), math.inf).min(axis=1)
-    slowest = np.where(np.isfinite(slowest), slowest, rate.min())
+    slowest = _slowest(counts, rate)
     T = _transmittance(spectra.c, spectra.lengths)  # (d, l, n)
     weights = np.einsum("cn,nk->kcn", spectra.channels.weights, bases)
     light = np.einsum("nd,dln->dln", beam, T)
     found = np.einsum("kcn,dln->kcdl", weights, light, optimize=True)
-    return slowest, found * np.exp(np.minimum(slowest[:, None] * y, 80.0))[..., None]
+    return slowest, found * np.exp(np.minimum(slowest.T * y, 80.0))[..., None]
 
 
 def _transmittance(c: Array, lengths: LengthScale) -> Array:
@@ -524,8 +531,7 @@ def _once(
     if field.layered:
         return np.zeros(3), _once_on_paths(spectra, eye), *(np.zeros((0, 3, LENGTHS)),) * 2
     E = field.light.E / field.light.mu_s
-    slowest = np.where(counts, spectra.cp[0], math.inf).min(axis=1)
-    slowest = np.where(np.isfinite(slowest), slowest, spectra.cp[0].min())
+    slowest = _slowest(counts, spectra.cp[:1])[0]
     over = np.exp(-slowest[:, None] * x)
     b = field.scattering_at(np.zeros(1))[0]
     found: list[list[Array]] = [[], [], []]
@@ -623,6 +629,14 @@ class NumpyTables:
     def sunlit(self, y: Operand, P: Operand, k: int) -> Array:
         """Return what is left of sunlight on colour k."""
         return self._on(self.light.sunlit[k], self._slice(y), self._length(P))
+
+    def glowing(self, y: Operand, P: Operand, k: int) -> Array:
+        """Return what is left of light of colour k."""
+        return self._on(self.light.glowing[k], self._slice(y), self._length(P))
+
+    def rate(self, kind: int, y: Operand) -> Array:
+        """Return one of the rates at a depth."""
+        return self._on(self.light.rates[kind], self._slice(y))
 
     def along(self, name: str, index: int | None, P: Operand) -> Array:
         """Look a table over distance up, by the name of its attribute."""
