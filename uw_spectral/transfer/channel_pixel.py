@@ -211,17 +211,19 @@ class ChannelWater:
         self, table: str, decay: Operand, y_o: Operand, y_e: Operand, P: Operand
     ) -> Operand:
         """Difference of an integral between two optical paths, however close they are."""
-        m, lengths = self.m, self.numbers.lengths
+        m = self.m
         near, far = y_o / self.numbers.mu_s, y_e / self.numbers.mu_s + P
         middle = 0.5 * (near + far)
-        half = m.maximum(0.5 * m.absolute(far - near), 0.5 * lengths.step(middle))
-        middle = m.maximum(middle, half)
-        total: Operand = 0.0
-        for sign in (-1.0, 1.0):
-            x = middle + sign * half
-            found = _sum([p * self.tables.along(table, i, x) for i, p in enumerate(self.parts)])
-            total = total - sign * (found * m.exp(-decay * x))
-        return total * (0.5 * P / half)
+        least = 0.5 * self.numbers.lengths.step(middle)
+        # The ends themselves, for they may be far apart: a middle would lose the digits of one.
+        first = m.maximum(m.minimum(m.minimum(near, far), middle - least), 0.0)
+        last = m.maximum(m.maximum(near, far), middle + least)
+        left, gone = (
+            _sum([p * self.tables.along(table, i, x) for i, p in enumerate(self.parts)])
+            * m.exp(-decay * x)
+            for x in (first, last)
+        )
+        return (left - gone) * (P / (last - first))
 
     def aureole(self, y: Operand, w: Sequence[Operand]) -> Operand:
         """Factor of the sun's aureole on sunlight scattered once against w."""
