@@ -42,6 +42,11 @@ class Drawing:
         self.scene.eevee.taa_render_samples = samples
         self.write(path)
 
+    def again(self, samples: int) -> None:
+        """Render what was last drawn once more, and write nothing."""
+        self.scene.eevee.taa_render_samples = samples
+        bpy.ops.render.render(scene=self.scene.name)
+
 
 @contextlib.contextmanager
 def drawing(settings: SceneSettings | None) -> Iterator[Drawing]:
