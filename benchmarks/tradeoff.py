@@ -45,7 +45,8 @@ from ..scene.settings import SceneSettings
 from ..uw_spectral.baselines.monzon import path_radiance_Monzon2024_corrected
 from ..uw_spectral.errors import InputError
 from ..uw_spectral.spectra.spectral_image import read_exr, replacing
-from . import _tradeoff_report, baselines, grey_scene, realtime_cost
+from . import _tradeoff_report, baselines, grey_scene
+from ._fog import add_fog
 from ._rays import blender_hits
 from ._tradeoff_scenes import (
     FOG,
@@ -236,7 +237,7 @@ def measure_plain(
         scene.collection.objects.link(item)
     if setting is FOG:
         for material in bpy.data.materials:
-            realtime_cost.add_fog(material)
+            add_fog(material)
     with eevee_settings.realtime_settings(scene, case.camera, samples=1, water=None):
         cost = _cost(case, shadow_maps=True)
     for item in added:

@@ -1,0 +1,334 @@
+"""Real time on a GPU: how fast, in how much memory, and how near to the processor's picture.
+
+    python3 dev.py run -m benchmarks gpu_check [--reference DIR] [--page docs/gpu.md]
+    python3 dev.py run -m benchmarks gpu_check --make-reference DIR
+
+Needs this checkout, its environment and at most ten minutes, no network. The reef, the wreck, the
+cave and a scene of fifty materials are built and rendered at Full HD by whatever EEVEE runs on:
+the first frame, with nothing compiled yet, further frames, memory, pixels that are no numbers. A
+small picture of each is compared with that of Mesa's software rasteriser, by ΔE2000.
+
+The small pictures of the software rasteriser are made first, into DIR (out/gpu_check/reference), by
+processes that Mesa is asked to draw; where that cannot be had, make them with ``--make-reference``
+on another machine and copy DIR. On the software rasteriser itself only the small pictures are
+rendered, unless there is ``--force``, and no page is written.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import resource
+import shutil
+import statistics
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import bpy
+import gpu
+import numpy as np
+
+from ..scene.settings import SceneSettings
+from ..uw_spectral.errors import InputError
+from ..uw_spectral.spectra.colour_rendering import delta_e_CIE2000_images
+from ..uw_spectral.spectra.spectral_image import read_exr, replacing
+from . import _many_materials
+from ._drawing import Drawing, drawing, empty_shader_cache, hang_lamps
+
+_ROOT = Path(__file__).resolve().parent.parent
+_OUT = _ROOT / "out" / "gpu_check"
+_SMALL, _FULL = (240, 135), (1920, 1080)
+_FRAMES = 5  # of each kind that is timed; the median counts
+_TARGET = 0.1  # mean ΔE2000
+_SOFTWARE = "SOFTWARE"
+_LIMIT = 240  # s, of a scene
+_MESA = Path("/usr/share/glvnd/egl_vendor.d/50_mesa.json")
+
+_SCENES: dict[str, dict[str, Any]] = {
+    "reef": {"water": "jerlov:IB", "surface": "waves"},
+    "wreck": {"water": "jerlov:II", "sun_zenith": 60.0},
+    "cave": {"water": "jerlov:IB"},
+    "materials": {"water": "jerlov:IA"},
+}
+_LIT = {"cave": "torch"}
+"""Lamps that hang on the camera."""
+
+_HEAD = """# On a GPU
+
+What [a machine without one](realtime_cost.md) cannot tell: frames per second, and whether a GPU
+draws the same picture as the software rasteriser, on which everything else here was measured. One
+command, offline, at most ten minutes; it writes this page:
+
+    python3 dev.py run -m benchmarks gpu_check
+
+The small pictures of the software rasteriser are made on the same machine first. Where Mesa is not
+to be had there, `--make-reference DIR` makes them on another one, and `--reference DIR` uses them.
+"""
+
+
+@dataclass(frozen=True)
+class _Found:
+    """What a process found out about a scene; times in s, memory in MB."""
+
+    device: dict[str, str]
+    no_numbers: int
+    memory: float
+    first: float
+    one: float = 0.0
+    many: float = 0.0
+    on_gpu: float | None = None
+    """Memory of the first GPU that is used, by all processes."""
+
+
+def main(arguments: Sequence[str]) -> None:
+    """Build, render, compare, and write the page."""
+    parser = argparse.ArgumentParser(prog="gpu_check", description=(__doc__ or "").split("\n")[0])
+    parser.add_argument("--reference", type=Path, default=_OUT / "reference", metavar="DIR")
+    parser.add_argument("--make-reference", type=Path, metavar="DIR")
+    parser.add_argument("--page", type=Path, default=_ROOT / "docs" / "gpu.md")
+    parser.add_argument("--scenes", nargs="+", choices=list(_SCENES), default=list(_SCENES))
+    parser.add_argument("--samples", type=int, default=16)
+    parser.add_argument("--bands", type=int, default=6)
+    parser.add_argument("--detail", choices=("draft", "panel", "full"), default="panel")
+    parser.add_argument("--force", action="store_true", help="Full HD on the software rasteriser")
+    parser.add_argument("--case", help="one scene as JSON, rendered in this process")
+    parser.add_argument("--probe", action="store_true", help="only print what EEVEE draws with")
+    options = parser.parse_args(arguments)
+    if min(options.samples, options.bands) < 1:
+        parser.error("samples and bands must be 1 or more")
+    if options.probe:
+        print(json.dumps(_probe()))
+        return
+    if options.case:
+        print(json.dumps(asdict(_render(**json.loads(options.case)))))
+        return
+    try:
+        if options.make_reference:
+            _make_reference(options.make_reference.absolute(), options)
+        else:
+            _check(options)
+    except InputError as error:
+        parser.exit(2, f"gpu_check: {error}\n")
+
+
+def _make_reference(folder: Path, options: argparse.Namespace) -> None:
+    """Render the small pictures on the software rasteriser."""
+    folder.mkdir(parents=True, exist_ok=True)
+    with replacing(folder / "reference.json") as path:
+        path.write_text(json.dumps(_wanted(options)))
+    for name in options.scenes:
+        picture = folder / f"{name}.exr"
+        if picture.exists():
+            continue
+        started = time.perf_counter()
+        found = _of_process(name, picture, options, full=False, software=True)
+        if found.device["device"] != _SOFTWARE:
+            picture.unlink()
+            raise InputError(
+                f"the reference was drawn by {found.device['renderer']}, not by Mesa's software "
+                "rasteriser; make it with --make-reference on a machine without a GPU and copy it"
+            )
+        print(f"reference of {name}: {time.perf_counter() - started:.0f} s", flush=True)
+
+
+def _check(options: argparse.Namespace) -> None:
+    reference = options.reference.absolute()
+    known = reference / "reference.json"
+    if known.exists() and json.loads(known.read_text()) != _wanted(options):
+        raise InputError(f"{reference} is of other samples, bands or detail; delete it, or name it")
+    try:
+        _make_reference(reference, options)
+    except InputError as error:
+        print(f"{error}\nΔE2000 is left out.", file=sys.stderr)
+    device = json.loads(_process(["--probe"], _LIMIT))
+    full = options.force or device["device"] != _SOFTWARE
+    if not full:
+        print(
+            f"{device['renderer']} is a software rasteriser: only small pictures; --force for more"
+        )
+    rows: list[str] = []
+    for name in options.scenes:
+        before, picture = _gpu_memory(), _OUT / f"{name}.exr"
+        found = _of_process(name, picture, options, full=full)
+        rows.append(_row(name, found, picture, reference / f"{name}.exr", options, before))
+        print(rows[-1], flush=True)
+    body = _body(device, rows, options)
+    print(f"\n{body}")
+    if device["device"] != _SOFTWARE:
+        with replacing(options.page) as path:
+            path.write_text(f"{_HEAD}\n{body}")
+
+
+def _wanted(options: argparse.Namespace) -> dict[str, Any]:
+    return {"samples": options.samples, "bands": options.bands, "detail": options.detail}
+
+
+def _row(
+    name: str, found: _Found, picture: Path, reference: Path, options: argparse.Namespace,
+    before: float | None,
+) -> str:  # fmt: skip
+    apart = "- | - | - | -"
+    if reference.exists():
+        ours, theirs = (np.clip(read_exr(path)[0], 0, 1) for path in (picture, reference))
+        differs = delta_e_CIE2000_images(np.nan_to_num(ours), theirs)
+        numbers = (differs.mean(), np.quantile(differs, 0.95), differs.max())
+        met = "yes" if numbers[0] <= _TARGET and not found.no_numbers else "**no**"
+        apart = " | ".join(f"{value:.3f}" for value in numbers) + f" | {met}"
+    of_gpu = "-"
+    if before is not None and found.on_gpu is not None:
+        of_gpu = f"{found.on_gpu - before:.0f}"
+    times = f"{found.first:.1f} | - | - | -"
+    if found.many:
+        sample = 1e3 * (found.many - found.one) / options.samples
+        times = f"{found.first:.1f} | {1e3 * found.one:.1f} | {sample:.2f} | {1 / found.many:.1f}"
+    return f"| {name} | {times} | {found.memory:.0f} | {of_gpu} | {found.no_numbers} | {apart} |"
+
+
+def _body(device: dict[str, str], rows: Sequence[str], options: argparse.Namespace) -> str:
+    named = ", ".join(f"{word} {value}" for word, value in device.items())
+    return "\n".join([
+        f"Measured on: {named}. {options.bands} bands, {options.samples} samples,",
+        f"{_FULL[0]} × {_FULL[1]} for times and {_SMALL[0]} × {_SMALL[1]} for ΔE2000, whose mean",
+        f"shall be {_TARGET} or less; scenes in detail *{options.detail}*. A further frame is",
+        f"rendered as for a file, but not written: with 1 sample, and {options.samples} for the",
+        "frames per second. The first frame begins with nothing compiled.",
+        "",
+        "| scene | first frame, s | frame of 1 sample, ms | further sample, ms | frames per second "
+        "| peak MB | of the GPU, MB | no numbers | ΔE2000 mean | 95 % | worst | met |",
+        "|---|---|---|---|---|---|---|---|---|---|---|---|",
+        *rows,
+        "",
+    ])  # fmt: skip
+
+
+def _of_process(
+    name: str, picture: Path, options: argparse.Namespace, *, full: bool, software: bool = False
+) -> _Found:
+    """Render a scene in a process of its own, with nothing compiled."""
+    picture.parent.mkdir(parents=True, exist_ok=True)
+    case = {
+        "name": name, "blend": str(_scene(name, options.detail)), "picture": str(picture),
+        "samples": options.samples, "bands": options.bands, "full": full,
+    }  # fmt: skip
+    limit = None if options.force or software else _LIMIT
+    try:
+        said = _process(["--case", json.dumps(case)], limit, software=software)
+    except subprocess.TimeoutExpired:
+        raise InputError(f"{name} took more than {_LIMIT} s; try --scenes, --samples") from None
+    return _Found(**json.loads(said))
+
+
+def _process(arguments: list[str], limit: float | None, *, software: bool = False) -> str:
+    """Return the last line that this script prints in a process that has nothing compiled."""
+    command = [sys.executable, "-m", "benchmarks", Path(__file__).stem, *arguments]
+    with empty_shader_cache() as environment:
+        if software:
+            environment |= {"LIBGL_ALWAYS_SOFTWARE": "1", "GALLIUM_DRIVER": "llvmpipe"}
+            if _MESA.exists():
+                environment["__EGL_VENDOR_LIBRARY_FILENAMES"] = str(_MESA)
+        done = subprocess.run(
+            command, cwd=_ROOT, capture_output=True, text=True, env=environment, timeout=limit
+        )
+    if done.returncode:
+        raise InputError(f"EEVEE could not render: {done.stderr.strip()[-500:]}")
+    return done.stdout.splitlines()[-1]
+
+
+def _scene(name: str, detail: str) -> Path:
+    """Return the .blend of a scene; it is built if it is not there."""
+    blend = _OUT / "scenes" / f"{name}-{detail}.blend"
+    if blend.exists():
+        return blend
+    blend.parent.mkdir(parents=True, exist_ok=True)
+    if name == "materials":
+        bpy.ops.wm.read_factory_settings(use_empty=True)
+        _many_materials.build()
+        bpy.ops.wm.save_as_mainfile(filepath=str(blend), compress=True)
+        return blend
+    command = [sys.executable, str(_ROOT / "examples" / "build_scene.py"), name, str(blend)]
+    done = subprocess.run([*command, "--detail", detail], capture_output=True, text=True)
+    if done.returncode:
+        raise InputError(f"{name} could not be built: {done.stderr.strip()[-500:]}")
+    return blend
+
+
+def _render(name: str, blend: str, picture: str, samples: int, bands: int, *, full: bool) -> _Found:
+    """Render a scene in this process: times at Full HD if wanted, and the small picture."""
+    bpy.ops.wm.open_mainfile(filepath=blend, load_ui=False, use_scripts=False)
+    if name in _LIT:
+        hang_lamps(_LIT[name])
+    settings = SceneSettings(bands=bands, samples=1, **_SCENES[name])
+    path, times, no_numbers = Path(picture), (0.0, 0.0), 0
+    _resize(_FULL if full else _SMALL)
+    with drawing(settings) as drawn:
+        first = _seconds(lambda: drawn.picture(path, 1))
+        if full:
+            no_numbers += _no_numbers(path)
+            times = _median(drawn, 1), _median(drawn, 1 + samples)
+            _resize(_SMALL)
+        drawn.picture(path, samples)
+    memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+    no_numbers += _no_numbers(path)
+    one, many = times
+    return _Found(_device(), no_numbers, memory, first, one, many, _gpu_memory())
+
+
+def _probe() -> dict[str, str]:
+    """Draw next to nothing, and return what has drawn it."""
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    scene = bpy.context.scene
+    camera = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))
+    scene.collection.objects.link(camera)
+    scene.camera = camera
+    _resize((16, 16))
+    with drawing(None) as drawn:
+        drawn.again(1)
+    return _device()
+
+
+def _resize(size: tuple[int, int]) -> None:
+    render = bpy.context.scene.render
+    render.resolution_x, render.resolution_y = size
+    render.resolution_percentage = 100
+
+
+def _median(drawn: Drawing, samples: int) -> float:
+    """Seconds of a frame that is rendered and not written."""
+    return statistics.median(_seconds(lambda: drawn.again(samples)) for _ in range(_FRAMES))
+
+
+def _seconds(work: Callable[[], None]) -> float:
+    start = time.perf_counter()
+    work()
+    return time.perf_counter() - start
+
+
+def _no_numbers(path: Path) -> int:
+    return int((~np.isfinite(read_exr(path)[0])).any(axis=-1).sum())
+
+
+def _device() -> dict[str, str]:
+    """Return what EEVEE has drawn with; known once it has."""
+    platform = gpu.platform
+    return {
+        "renderer": platform.renderer_get(),
+        "vendor": platform.vendor_get(),
+        "driver": platform.version_get(),
+        "backend": platform.backend_type_get(),
+        "device": platform.device_type_get(),
+    }
+
+
+def _gpu_memory() -> float | None:
+    """Memory in MB that is used on the first GPU, where NVIDIA's tool tells it."""
+    tool = shutil.which("nvidia-smi")
+    if tool is None:
+        return None
+    command = [tool, "--query-gpu=memory.used", "--format=csv,noheader,nounits", "--id=0"]
+    done = subprocess.run(command, capture_output=True, text=True)
+    return float(done.stdout) if done.returncode == 0 and done.stdout.strip() else None

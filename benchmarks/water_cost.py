@@ -1,0 +1,305 @@
+"""What the real-time water costs over plain fog, in one run on one machine.
+
+    python3 dev.py run -m benchmarks water_cost [--scene spheres PATH.blend ...]
+        [--bands 6 30 80] [--terms alone shade ...] [--against "fog kept"] [--repeats N]
+
+CPU time per sample (the difference of two counts of samples), CPU time of the first frame, and
+peak memory: of a scene without water, of fog, and of water of so many bands, alone and with shade
+of things, lamps, waves and shafts. Each case has a process of its own with an empty shader cache;
+cases are repeated in turn and the least counts. A table of each scene, as ratios to fog, and which
+targets are met. Without a GPU EEVEE runs on the CPU: read the ratios.
+
+Fog is what artists use: the light of each surface times e^(-c P), plus a colour. *fog* takes the
+light by Shader to RGB, *fog kept* mixes the shader with an emission and so keeps its closures. Both
+are lit by one sun with the water's shadow maps; *with lamps* two spots shine as well.
+
+A scene is a .blend with a camera below z = 0, or ``spheres``: three spheres of ``--materials``
+different materials over a seabed. ``foreign_scenes`` builds some of other people's models.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import math
+import resource
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+import bpy
+
+from ..scene.settings import CLOSED_FORM, SOLVED, SceneSettings
+from ._drawing import Drawing, drawing, empty_shader_cache, hang_lamps
+from ._fog import add_fog, add_kept_fog
+
+_SPHERES = "spheres"
+_FOG, _FOG_KEPT = "fog", "fog kept"
+_TERMS = {
+    "alone": (),
+    "shade": ("shade",),
+    "lamps": ("lamps",),
+    "waves": ("waves",),
+    "shafts": ("shafts",),
+    "shade, lamps, waves": ("shade", "lamps", "waves"),
+    "all": ("shade", "lamps", "waves", "shafts"),
+}
+_LAMPS = "strobes"  # two spots
+_SHADOW = 0.01  # m, of the sun's shadow, as in the water
+
+# Over fog: a sample without and with terms, a first frame, memory; and many bands over few.
+_PLAIN_SAMPLE, _SAMPLE, _FIRST, _MEMORY, _BANDS = 1.1, 1.25, 1.25, 1.2, 1.03
+
+
+@dataclass(frozen=True)
+class _Case:
+    """What is measured: a plain scene, fog, or water of some bands."""
+
+    name: str
+    bands: int = 0
+    terms: tuple[str, ...] = ()
+    field: str = SOLVED
+
+    @property
+    def settings(self) -> SceneSettings | None:
+        """Its water, if there is any."""
+        if not self.bands:
+            return None
+        return SceneSettings(
+            bands=self.bands,
+            field=self.field,
+            surface="waves" if "waves" in self.terms else "flat",
+            diffuse_shadows="shade" in self.terms,
+            shafts="shafts" in self.terms,
+            samples=1,
+        )
+
+
+@dataclass(frozen=True)
+class _Cost:
+    """CPU seconds of a sample, the first frame, what goes before it, other values; peak MB."""
+
+    sample: float
+    first: float
+    before: float
+    change: float
+    memory: float
+
+    def least(self, other: _Cost) -> _Cost:
+        """Return the least of both."""
+        return _Cost(*map(min, zip(asdict(self).values(), asdict(other).values(), strict=True)))
+
+
+def main(arguments: Sequence[str]) -> None:
+    """Measure each case in a process of its own, and print a table of each scene."""
+    parser = argparse.ArgumentParser(prog="water_cost", description=(__doc__ or "").split("\n")[0])
+    parser.add_argument("--scene", nargs="+", default=[_SPHERES], metavar="PATH")
+    parser.add_argument("--bands", type=int, nargs="+", default=[6, 30, 80])
+    parser.add_argument("--terms", nargs="+", choices=list(_TERMS), default=list(_TERMS))
+    parser.add_argument("--closed-form", type=int, nargs="*", default=[], metavar="BANDS")
+    parser.add_argument("--against", choices=(_FOG, _FOG_KEPT), default=_FOG)
+    parser.add_argument("--samples", type=int, default=8)
+    parser.add_argument("--repeats", type=int, default=2)
+    parser.add_argument("--materials", type=int, default=1, help="of the spheres")
+    parser.add_argument("--resolution", type=int, nargs=2, default=(480, 270))
+    parser.add_argument("--case", help="one case as JSON, measured in this process")
+    options = parser.parse_args(arguments)
+    for scene in options.scene:
+        if scene != _SPHERES and not Path(scene).is_file():
+            parser.error(f"--scene: there is no {scene}; foreign_scenes builds some")
+    if min(options.samples, options.repeats, options.materials, *options.bands) < 1:
+        parser.error("samples, repeats, materials and bands must be 1 or more")
+    if options.case:
+        given = json.loads(options.case)
+        case = _Case(**{**given, "terms": tuple(given["terms"])})
+        print(json.dumps(asdict(_measure(case, options))))
+        return
+    for scene in options.scene:
+        _report(scene, _costs(scene, options), options)
+
+
+def _cases(options: argparse.Namespace) -> list[_Case]:
+    cases = [_Case("plain"), _Case(_FOG), _Case(_FOG_KEPT)]
+    if any("lamps" in _TERMS[name] for name in options.terms):
+        cases += [_Case(f"{name}, with lamps", terms=("lamps",)) for name in (_FOG, _FOG_KEPT)]
+    cases += [_Case(f"closed form, {n} bands", n, field=CLOSED_FORM) for n in options.closed_form]
+    return cases + [
+        _Case(f"{bands} bands" + ("" if name == "alone" else f", {name}"), bands, _TERMS[name])
+        for name in options.terms
+        for bands in options.bands
+    ]
+
+
+def _costs(scene: str, options: argparse.Namespace) -> dict[_Case, _Cost]:
+    found: dict[_Case, _Cost] = {}
+    root = Path(__file__).resolve().parent.parent
+    for case in _cases(options) * options.repeats:
+        command = [sys.executable, "-m", "benchmarks", Path(__file__).stem]
+        command += ["--scene", scene if scene == _SPHERES else str(Path(scene).resolve())]
+        command += ["--samples", str(options.samples), "--materials", str(options.materials)]
+        command += ["--resolution", *map(str, options.resolution)]
+        command += ["--case", json.dumps(asdict(case))]
+        with empty_shader_cache() as environment:
+            done = subprocess.run(
+                command, cwd=root, capture_output=True, text=True, env=environment
+            )
+        if done.returncode:
+            print(f"{scene}, {case.name}: {done.stderr.strip()[-300:]}", file=sys.stderr)
+            continue
+        cost = _Cost(**json.loads(done.stdout.splitlines()[-1]))
+        print(f"{scene}, {case.name}: {cost}", file=sys.stderr, flush=True)
+        found[case] = cost.least(found.get(case, cost))
+    return found
+
+
+def _report(scene: str, found: dict[_Case, _Cost], options: argparse.Namespace) -> None:
+    """Print the table of a scene, and the targets."""
+    by_name = {case.name: cost for case, cost in found.items()}
+    if options.against not in by_name:
+        sys.exit(f"{scene}: {options.against} could not be measured")
+    fog, other = by_name[options.against], _FOG if options.against == _FOG_KEPT else _FOG_KEPT
+    print(
+        f"\n## {Path(scene).stem}\n\nRatios to *{options.against}*; CPU seconds.\n\n"
+        f"| case | sample | ratio | to {other} | first frame | ratio | before it | other values "
+        "| peak MB | ratio |\n|---|---|---|---|---|---|---|---|---|---|"
+    )
+    for name, cost in by_name.items():
+        beside = f"{cost.sample / by_name[other].sample:.2f}" if other in by_name else "-"
+        print(
+            f"| {name} | {cost.sample:.3f} | {cost.sample / fog.sample:.2f} | {beside} "
+            f"| {cost.first:.1f} | {cost.first / fog.first:.2f} | {cost.before:.1f} "
+            f"| {cost.change:.2f} | {cost.memory:.0f} | {cost.memory / fog.memory:.2f} |"
+        )
+    print("\n| target | case | measured | met |\n|---|---|---|---|")
+    for words, name, ratio, limit in _targets(found, fog):
+        print(f"| {words} ≤ {limit:g} | {name} | {ratio:.2f} | {_verdict(ratio, limit)} |")
+
+
+def _verdict(ratio: float, limit: float) -> str:
+    return "yes" if ratio <= limit else "**no**"
+
+
+def _targets(found: dict[_Case, _Cost], fog: _Cost) -> list[tuple[str, str, float, float]]:
+    """Words, case, ratio and limit of each target."""
+    waters = {case: cost for case, cost in found.items() if case.bands and case.field == SOLVED}
+    targets = []
+    for case, cost in waters.items():
+        if "shafts" not in case.terms:  # they have a volume, which fog has not
+            limit = _SAMPLE if case.terms else _PLAIN_SAMPLE
+            targets.append(("sample", case.name, cost.sample / fog.sample, limit))
+            targets.append(("first frame", case.name, cost.first / fog.first, _FIRST))
+            targets.append(("memory", case.name, cost.memory / fog.memory, _MEMORY))
+    for case, cost in waters.items():
+        alike = [other for other in waters if other.terms == case.terms]
+        few = min(alike, key=lambda other: other.bands)
+        if case is max(alike, key=lambda other: other.bands) and case is not few:
+            words = f"sample over that of {few.bands} bands"
+            targets.append((words, case.name, cost.sample / waters[few].sample, _BANDS))
+    return targets
+
+
+def _measure(case: _Case, options: argparse.Namespace) -> _Cost:
+    """Measure a case in this process."""
+    path = options.scene[0]
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    if path == _SPHERES:
+        _spheres(options.materials)
+    else:
+        bpy.ops.wm.open_mainfile(filepath=path, load_ui=False, use_scripts=False)
+    scene = bpy.context.scene
+    if scene.camera is None:
+        sys.exit(f"{path} has no camera")
+    render = scene.render
+    render.resolution_x, render.resolution_y = options.resolution
+    render.resolution_percentage = 100
+    if "lamps" in case.terms:
+        hang_lamps(_LAMPS)
+    if not case.bands:
+        _sun(scene)
+    if case.name.startswith(_FOG):
+        fog = add_kept_fog if case.name.startswith(_FOG_KEPT) else add_fog
+        for material in bpy.data.materials:
+            fog(material)
+    times = _times(case, options.samples)
+    return _Cost(*times, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024)
+
+
+def _times(case: _Case, samples: int) -> tuple[float, float, float, float]:
+    began = time.process_time()
+    rendering: list[float] = []
+
+    def note(*_: object) -> None:
+        rendering.append(time.process_time())
+
+    bpy.app.handlers.render_pre.append(note)
+    with tempfile.TemporaryDirectory() as folder, drawing(case.settings) as drawn:
+        picture = Path(folder, "a.exr")
+        drawn.picture(picture, 1)
+        # Shafts are rendered once, small, before the first picture.
+        before, first = rendering[0] - began, time.process_time() - rendering[0]
+        few, many = (
+            min(_time(drawn, picture, count) for _ in range(2)) for count in (1, 1 + samples)
+        )
+        change = 0.0
+        settings = case.settings
+        if settings is not None:
+            start = time.process_time()
+            drawn.change(SceneSettings(**{**asdict(settings), "scattering_factor": 2.0}))
+            change = time.process_time() - start
+    return (many - few) / samples, first, before, change
+
+
+def _time(drawn: Drawing, path: Path, samples: int) -> float:
+    start = time.process_time()
+    drawn.picture(path, samples)
+    return time.process_time() - start
+
+
+def _spheres(materials: int) -> None:
+    """Make a scene of spheres on the ground before a camera, of materials with different nodes."""
+    scene = bpy.context.scene
+    shades = [_material(index) for index in range(materials)]
+    for x in (-1.5, 0.0, 1.5):
+        bpy.ops.mesh.primitive_uv_sphere_add(
+            segments=64, ring_count=32, radius=0.7, location=(x, 4.0, -6.0)
+        )
+    bpy.ops.mesh.primitive_plane_add(size=100.0, location=(0.0, 0.0, -6.9))
+    polygons = [polygon for item in scene.objects for polygon in item.data.polygons]
+    for item in scene.objects:
+        for shade in shades:
+            item.data.materials.append(shade)
+    for index, polygon in enumerate(polygons):
+        polygon.material_index = index * materials // len(polygons)
+    camera = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))
+    camera.location, camera.rotation_euler = (0.0, 0.0, -5.0), (math.radians(80), 0.0, 0.0)
+    scene.collection.objects.link(camera)
+    scene.camera = camera
+
+
+def _material(index: int) -> bpy.types.Material:
+    """Return a material whose shader differs from those of other indices."""
+    material = bpy.data.materials.new(f"Grey {index}")
+    tree = material.node_tree
+    shader = next(node for node in tree.nodes if "Base Color" in node.inputs)
+    shader.inputs["Base Color"].default_value = (0.5, 0.5, 0.5, 1.0)
+    last = shader.inputs["Base Color"]
+    for _ in range(index):
+        curve = tree.nodes.new("ShaderNodeVectorMath")
+        curve.operation = "SINE"
+        curve.inputs[0].default_value = (0.5, 0.5, 0.5)
+        tree.links.new(curve.outputs[0], last)
+        last = curve.inputs[0]
+    return material
+
+
+def _sun(scene: bpy.types.Scene) -> None:
+    """Light a scene that has no sun of its own."""
+    if any(item.type == "LIGHT" and item.data.type == "SUN" for item in scene.objects):
+        return
+    lamp = bpy.data.lights.new("Sun", "SUN")
+    lamp.energy, lamp.shadow_maximum_resolution = 3.0, _SHADOW
+    scene.collection.objects.link(bpy.data.objects.new("Sun", lamp))
