@@ -98,8 +98,7 @@ def shaders() -> Iterable[Any]:
             "stand for red, green and blue: transmittance, and the sunlight scattered into it"
         )
         tree = asset_groups.build_water(f"Water Jerlov {name}", text, water.shape, water.numbers)
-        field = plan.viewpoint(_DEPTH).path_radiance
-        path = field.path(_DEPTH, (0.0, 1.0, 0.0), distances[:, None])[:, ::-1]
+        path = plan.viewpoint(_DEPTH).seen_level(np.zeros(3), distances[:, None])[:, ::-1]
         yield mark(tree, "Shaders", text, _columns(_shown(path / path.max())))
         colours.append(_linear(_open_water(water=f"jerlov:{name}")[0]))
     tree = asset_groups.build_jerlov_colour("Jerlov Colour", colours)

@@ -30,6 +30,7 @@ from ..errors import InputError
 from ..surface.refraction import fresnel_reflectance
 from ..water.phase import BandPhase
 from .legendre import legendre_modes
+from .path_integral import attenuated_path
 from .radiance_field import FARTHEST
 from .rough_surface import Exchange, RoughSurface, exchange
 from .sky import BLACK, RINGS, Sky
@@ -74,6 +75,20 @@ class Emission(ComparedByContent):
         y = np.asarray(depth, np.float64)[:, None, None]
         y = np.where(self.rate < 0, y - min(thickness, FARTHEST), y)
         return (self.power * np.exp(-self.rate * y)).sum(axis=1)
+
+    def mean(self, upper: ArrayLike, lower: ArrayLike, thickness: float) -> Array:
+        """Mean of :meth:`at` between pairs of depths (d,), shape (d, n).
+
+        Examples
+        --------
+        >>> Emission([[1.0]], [[2.0]]).mean([0.0], [10.0], math.inf).round(3)
+        array([[0.2]])
+        """
+        upper, lower = (np.asarray(y, np.float64)[:, None, None] for y in (upper, lower))
+        zero = np.where(self.rate < 0, min(thickness, FARTHEST), 0.0)
+        ends = (-self.rate * (y - zero) for y in (upper, lower))
+        mean = attenuated_path(*ends, self.rate * (lower - upper), 1.0)
+        return (self.power * mean).sum(axis=1)
 
 
 @dataclass(frozen=True, eq=False)

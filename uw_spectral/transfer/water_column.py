@@ -251,10 +251,8 @@ class WaterColumn(ComparedByContent):
             )
 
     def Ed(self, y: ArrayLike, phase: BandPhase) -> NDArray[np.float64]:
-        """Downwelling irradiance at depths y, shape (..., n): closed form, or solved for layers."""
-        if self.below:
-            return self.solved_field(phase, FEW_STREAMS).Ed(y)
-        return self.light_field(phase).Ed(np.asarray(y, dtype=np.float64)[..., None])
+        """Downwelling irradiance at depths y, shape (..., n)."""
+        return self.solved_field(phase, FEW_STREAMS, modes=1).Ed(y)
 
     @functools.cached_property
     def skylight(self) -> Sky:
@@ -288,7 +286,7 @@ class WaterColumn(ComparedByContent):
         >>> beam.c.round(3), beam.cp.round(3)
         (array([0.15]), array([0.086]))
         """
-        self.require_one_layer("the beam of the sun, and Auto, know")
+        self.require_one_layer("the beam of the sun knows")
         a, b = self.absorption, self.scattering
         return SunBeam(
             b,
@@ -317,7 +315,7 @@ class WaterColumn(ComparedByContent):
         >>> column.light_field(parse_phase("hg:0.8").for_bands([0.1])).Ed(5.0).round(2)
         array([0.74])
         """
-        self.require_one_layer("the closed form and Auto know")
+        self.require_one_layer("the closed form knows")
         return _light_field(self, phase)
 
     def solved_field(
@@ -338,7 +336,8 @@ class WaterColumn(ComparedByContent):
         emission : Emission, optional
             Light of other origin than sun and sky.
         """
-        return _solved_field(self, phase, streams, emission, modes)
+        solved = _few_streams if streams <= FEW_STREAMS else _many_streams
+        return solved(self, phase, streams, emission, modes)
 
 
 @functools.lru_cache(maxsize=64)
@@ -360,7 +359,6 @@ def _light_field(column: WaterColumn, phase: BandPhase) -> LightField:
     )
 
 
-@functools.lru_cache(maxsize=8)
 def _solved_field(
     column: WaterColumn,
     phase: BandPhase,
@@ -379,6 +377,11 @@ def _solved_field(
         streams=streams,
         modes=modes,
     )
+
+
+# Read-outs ask for many waters, pictures for large solutions of few.
+_few_streams = functools.lru_cache(maxsize=64)(_solved_field)
+_many_streams = functools.lru_cache(maxsize=8)(_solved_field)
 
 
 def _checked(name: str, values: ArrayLike, bands: Bands) -> NDArray[np.float64]:
