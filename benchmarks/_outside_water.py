@@ -157,12 +157,8 @@ def caustics() -> Section:
             for cause in causes.CAUSES
         ],
     )
-    lost = causes.within(
-        causes.sea.sunlit_water(causes.sea.DARECKI_WATER, causes.sea.DARECKI_ZENITH).field.phase_at(
-            0.0
-        ),
-        causes.ACCEPTANCE,
-    )
+    clear = causes.sea.sunlit_water(causes.sea.DARECKI_WATER, causes.sea.DARECKI_ZENITH)
+    lost = causes.within(clear.field.phase_at(0.0), causes.ACCEPTANCE)
     buoy = {zenith: causes.gernez(zenith) for zenith in GERNEZ_ZENITHS}
     buoy_table = grid(
         "| sun zenith | " + " | ".join(f"{t:.2g} s" for t in causes.EXPOSURES) + " |",

@@ -86,8 +86,8 @@ class Emission(ComparedByContent):
         """
         upper, lower = (np.asarray(y, np.float64)[:, None, None] for y in (upper, lower))
         zero = np.where(self.rate < 0, min(thickness, FARTHEST), 0.0)
-        ends = (-self.rate * (y - zero) for y in (upper, lower))
-        mean = attenuated_path(*ends, self.rate * (lower - upper), 1.0)
+        near, far = (-self.rate * (y - zero) for y in (upper, lower))
+        mean = attenuated_path(near, far, self.rate * (lower - upper), 1.0)
         return (self.power * mean).sum(axis=1)
 
 

@@ -60,7 +60,7 @@ def light_from_above(field: SolvedField, y: float, count: int) -> Array:
         return np.tile([0.0, 0.0, 1.0], (count, 1))
     order = np.argsort(field.mu)
     share, weights = share[order], field.weights[order]
-    places = (np.arange(count) + 0.5) / count
+    places = (np.arange(count, dtype=np.float64) + 0.5) / count
     row, within = _drawn(np.broadcast_to(share.sum(axis=1), (count, len(order))), places)
     mu = np.cumsum(weights)[row] - (1.0 - within) * weights[row]
     column, within = _drawn(share[row], np.arange(1, count + 1) * _GOLDEN % 1.0)
