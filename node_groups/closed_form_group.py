@@ -25,6 +25,7 @@ from .realtime_rays import (
 
 NAME = "UW Closed Form"
 LIT, COLOR, EMISSION = "Lit", "Color", "Emission"
+COVERAGE, NORMAL = "Coverage", "Normal"
 ABSORPTION, SCATTERING = "Absorption", "Scattering"
 ASYMMETRY, SECOND_MOMENT = "Asymmetry", "Second Moment"
 SUN_IRRADIANCE, SKY_RADIANCE, SUN_DIRECTION = "Sun Irradiance", "Sky Radiance", "Sun Direction"
@@ -44,6 +45,12 @@ _INPUTS = {
     ),
     COLOR: Socket("Color", "Reflectance of the surface", (0.5, 0.5, 0.5, 1.0)),
     EMISSION: Socket("Color", "Radiance that the surface emits", _BLACK),
+    COVERAGE: Socket(
+        "Float",
+        "Share of the surface that is not transparent; the colours above hold it already",
+        1.0, 0.0, 1.0,
+    ),
+    NORMAL: Socket("Vector", "Unit normal of the surface; 0, 0, 0 is the geometry's", (0.0,) * 3),
     ABSORPTION: Socket(
         "Vector",
         "Absorption of the water in three bands that stand for red, green and blue, 1/m; Jerlov IB "
@@ -92,8 +99,10 @@ def build(name: str = NAME) -> bpy.types.ShaderNodeTree:
     P, y = view_distance(graph), depth_here(graph)
     y_o = camera_depth_behind(y, w, P)
     sun = graph.components(given[SUN_DIRECTION])
-    normal = graph.term(graph.node("ShaderNodeNewGeometry").outputs["Normal"])
-    n = graph.components(normal)
+    geometry = graph.term(graph.node("ShaderNodeNewGeometry").outputs["Normal"])
+    normal = given[NORMAL]
+    is_given = NODES.less(0.25, normal.dot(normal))
+    n = graph.components(geometry + is_given * (normal - geometry))
 
     water = _water(given, sun, y_o)
     light = surface_light(water.patch_light(y, n), y, n[2], NODES)
@@ -102,7 +111,7 @@ def build(name: str = NAME) -> bpy.types.ShaderNodeTree:
     eye = camera_depth(graph)
     return group.finished(
         {
-            SURFACE: water.surface(y_o, y, w, P, L, NODES).total,
+            SURFACE: water.surface(y_o, y, w, P, L, NODES, coverage=given[COVERAGE]).total,
             OPEN_WATER: _water(given, sun, eye).open_water(eye, w, NODES).total,
         }
     )

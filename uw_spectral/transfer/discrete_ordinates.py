@@ -182,10 +182,10 @@ def solve_discrete_ordinates(
         waves = exchange(light.waves, *rays, RINGS, streams)
         sky_modes = light.sky.modes_in_air(streams) @ waves.entering.mT
     sky_modes = np.broadcast_to(sky_modes, (streams, len(light.E), len(mu)))
-    sun_legendre = legendre_modes(streams - 1, streams, np.array([mu_s]))[..., 0]
+    sun_legendre = _legendre(streams - 1, streams, (mu_s,))[..., 0]
     driven = np.maximum(_shares(sun_legendre), _shares(sky_modes))
     modes = min(1 + int(np.flatnonzero(driven > _FAINT)[-1]), modes or streams)
-    legendre = legendre_modes(streams - 1, modes, mu)
+    legendre = _legendre(streams - 1, modes, tuple(mu.tolist()))
     solved, top, beam = [], 0.0, np.ones_like(light.E)
     for layer in layers:
         solved.append(
@@ -266,6 +266,11 @@ def _quadrature(count: int, critical: float) -> tuple[Array, Array]:
             parts.append((low + (high - low) * (nodes + 1) / 2, weights * (high - low) / 2))
     mu, weights = (np.concatenate(part) for part in zip(*parts, strict=True))
     return constant(mu), constant(weights)
+
+
+@functools.lru_cache(maxsize=32)
+def _legendre(degree: int, modes: int, mu: tuple[float, ...]) -> Array:
+    return constant(legendre_modes(degree, modes, np.array(mu)))
 
 
 def _solve_layer(
