@@ -135,9 +135,8 @@ def write(tree: bpy.types.ShaderNodeTree, numbers: BandNumbers) -> None:
     for triple in range(numbers.triples):
         here = slice(3 * triple, 3 * triple + 3)
         inputs = tree.nodes[_name(NAME, triple)].inputs
-        for name, values in (
-            numbers.single | {n: v[here] for n, v in numbers.bands.items()}
-        ).items():
+        bands = {name: values[here] for name, values in numbers.bands.items()}
+        for name, values in (numbers.single | bands).items():
             _give(inputs[name], values)
         rows = [(_SENSOR, numbers.sensor[:, here])]
         if _name(f"{_EMITTED} R", triple) in tree.nodes:

@@ -25,6 +25,7 @@ from ..node_groups.closed_form_group import (
     SUN_IRRADIANCE,
 )
 from ..uw_spectral.errors import InputError
+from ..uw_spectral.imaging.layers import parse_layers
 from ..uw_spectral.spectra.reflectance import emission_basis, uplift_basis
 from ..uw_spectral.transfer.sky import UNIFORM
 from ..uw_spectral.transfer.water_column import WAVES, WaterColumn
@@ -142,7 +143,7 @@ def refuse(chosen: SceneSettings, *, lamps: bool = False, above: bool = False) -
             ("--surface waves", chosen.surface == WAVES),
             ("--shafts", chosen.shafts),
             ("--inelastic", bool(chosen.inelastic)),
-            ("--layers", bool(chosen.layers)),
+            ("--layers", bool(parse_layers(chosen.layers))),
             ("lamps in the water", lamps),
             ("a camera in the air", above),
         )

@@ -134,12 +134,8 @@ def closed_form() -> Any:
     )  # fmt: skip
     up = np.sin(np.radians(np.linspace(60.0, -60.0, SIZE)))[:, None]
     seen = water.open_water(_DEPTH, (np.zeros_like(up), np.sqrt(1.0 - up**2), up)).total
-    return mark(
-        tree,
-        "Shaders",
-        tree.description,
-        np.repeat(_shown(seen / seen.max())[:, None], SIZE, axis=1),
-    )
+    picture = np.repeat(_shown(seen / seen.max())[:, None], SIZE, axis=1)
+    return mark(tree, "Shaders", tree.description, picture)
 
 
 def three_bands(water: str, **changes: Any) -> tuple[Any, Any]:

@@ -15,6 +15,7 @@ from underwater_spectral.uw_spectral.spectra.spectral_image import read_exr
 from underwater_spectral.uw_spectral.transfer.pixel import surface_light
 from underwater_spectral.uw_spectral.water.optical_properties import Water
 
+_OF_THE_SURFACE = {group.LIT, group.COLOR, group.EMISSION, group.NORMAL}
 GLOW = (0.02, 0.01, 0.03)
 WATERS = {
     "by default": {},
@@ -88,12 +89,7 @@ def _give(wet, changes):
     """Give both nodes the values of a water, those of the group where it says nothing."""
     around = bpy.context.scene.world.node_tree.nodes["water"]
     for item in wet.node_tree.interface.items_tree:
-        if item.in_out == "INPUT" and item.name not in {
-            group.LIT,
-            group.COLOR,
-            group.EMISSION,
-            group.NORMAL,
-        }:
+        if item.in_out == "INPUT" and item.name not in _OF_THE_SURFACE:
             value = changes.get(item.name, item.default_value)
             for node in (wet, around):
                 node.inputs[item.name].default_value = value

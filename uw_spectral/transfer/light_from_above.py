@@ -60,10 +60,10 @@ def light_from_above(field: SolvedField, y: float, count: int) -> Array:
         return np.tile([0.0, 0.0, 1.0], (count, 1))
     order = np.argsort(field.mu)
     share, weights = share[order], field.weights[order]
-    places = (np.arange(count, dtype=np.float64) + 0.5) / count
+    places = np.linspace(0.5, count - 0.5, count) / count
     row, within = _drawn(np.broadcast_to(share.sum(axis=1), (count, len(order))), places)
     mu = np.cumsum(weights)[row] - (1.0 - within) * weights[row]
-    column, within = _drawn(share[row], np.arange(1, count + 1) * _GOLDEN % 1.0)
+    column, within = _drawn(share[row], np.linspace(1.0, count, count) * _GOLDEN % 1.0)
     turn = (column + within) * (2.0 * math.pi / _TURNS) + math.atan2(field.sun[1], field.sun[0])
     across = np.sqrt(np.maximum(1.0 - mu**2, 0.0))
     return np.stack([-across * np.cos(turn), -across * np.sin(turn), mu], axis=-1)
