@@ -25,7 +25,6 @@ from ..uw_spectral.transfer.closed_form import solve_closed_form
 from ..uw_spectral.transfer.pixel import UndisturbedWater, surface_light
 from ..uw_spectral.transfer.radiance_field import distance_in_water
 from ..uw_spectral.transfer.radiance_table import TABLE_STREAMS
-from ..uw_spectral.transfer.sun_beam import sun_beam
 from ..uw_spectral.transfer.tabulated_water import TabulatedWater, tabulated_water
 from ..uw_spectral.transfer.water_column import WaterColumn
 from ..uw_spectral.water.optical_properties import Water
@@ -94,7 +93,7 @@ class Setting:
         """What EEVEE looks up."""
         column = self.column
         field = column.solved_field(self.phase, TABLE_STREAMS)
-        beam = sun_beam(column.light_field(self.phase), self.phase, column.sun_direction.tolist())
+        beam = column.sun_beam(self.phase)
         return tabulated_water(field, beam, column.skylight, None)
 
     @functools.cached_property

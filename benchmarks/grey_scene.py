@@ -26,7 +26,6 @@ from ..uw_spectral.spectra.reflectance import uplift_basis
 from ..uw_spectral.transfer.closed_form import solve_closed_form
 from ..uw_spectral.transfer.pixel import UndisturbedWater, surface_light
 from ..uw_spectral.transfer.radiance_table import TABLE_STREAMS
-from ..uw_spectral.transfer.sun_beam import sun_beam
 from ..uw_spectral.transfer.tabulated_water import TabulatedWater, tabulated_water
 from ..uw_spectral.transfer.water_column import WaterColumn
 from ..uw_spectral.water.phase import BandPhase
@@ -153,7 +152,7 @@ def solved_image(
 ) -> NDArray[np.float64]:
     """Return the band radiances of the tables that EEVEE looks up, shape (h, w, n)."""
     field = column.solved_field(phase, TABLE_STREAMS)
-    beam = sun_beam(column.light_field(phase), phase, column.sun_direction.tolist())
+    beam = column.sun_beam(phase)
     water = tabulated_water(field, beam, column.skylight, None)
     return _image(water, column, depth, width, height, oversampling)
 

@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..scene import engines, render_plan, settings, water_body
+from ..uw_spectral.transfer.closed_form import solve_closed_form
 from ..uw_spectral.transfer.pixel import UndisturbedWater
 from . import grey_scene
 
@@ -46,7 +47,9 @@ def directions(oversampling: int = 1) -> NDArray[np.float64]:
 def closed_form(plan: render_plan.RenderPlan, oversampling: int = 4) -> NDArray[np.float64]:
     """Radiance of every pixel, shape (h, w, n)."""
     w = tuple(np.moveaxis(directions(oversampling), -1, 0)[..., None])
-    water, column = plan.viewpoint(DEPTH).path_radiance, plan.column
+    column = plan.column
+    field = column.light_field(plan.phase)
+    water = solve_closed_form(field, plan.phase, DEPTH, column.sun_direction)
     seen = UndisturbedWater(water, column.skylight, column.refractive_index)
     return grey_scene.blocks(seen.radiance(DEPTH, w), oversampling)
 

@@ -6,15 +6,15 @@ and blue stand for :data:`WAVELENGTHS`.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
 
 import bpy
 
 from ..uw_spectral.surface.wave_patterns import interp, sunlight_factor
 from ..uw_spectral.transfer.pixel import transmittance
 from . import realtime_values, realtime_waves
-from .node_mathematics import NODES, Graph, NodeValue, new_group
+from .group_sockets import OpenGroup, Socket
+from .node_mathematics import NODES, Graph, NodeValue
 from .realtime_triples import Values
 from .realtime_values import Numbers, Shape
 from .realtime_waves import WaveImages
@@ -25,16 +25,6 @@ DISTANCE, EXTINCTION = "Distance", "Extinction"
 DEPTH, DIRECTION = "Camera Depth", "Direction"
 TRANSMITTANCE, PATH_RADIANCE = "Transmittance", "Path Radiance"
 KIND, COLOUR, STRENGTH, SUNLIGHT = "Type", "Colour", "Strength", "Sunlight"
-
-
-@dataclass(frozen=True)
-class Socket:
-    """An input or output: its type, words with the unit, its value and its smallest one."""
-
-    kind: str
-    text: str
-    value: float | tuple[float, ...] | None = None
-    least: float | None = None
 
 
 _SOCKETS = {
@@ -55,38 +45,9 @@ _SOCKETS = {
 }
 
 
-class _Asset:
-    """A group under construction: its graph and the terms of its inputs."""
-
-    def __init__(self, name: str, inputs: Sequence[str], outputs: Sequence[str], text: str) -> None:
-        self.tree = new_group(name)
-        self.tree.description = text
-        for direction, names in (("INPUT", inputs), ("OUTPUT", outputs)):
-            for socket_name in names:
-                about = _SOCKETS[socket_name]
-                socket = self.tree.interface.new_socket(
-                    socket_name, in_out=direction, socket_type=f"NodeSocket{about.kind}"
-                )
-                socket.description = about.text
-                if about.value is not None:
-                    socket.default_value = about.value
-                if about.least is not None:
-                    socket.min_value = about.least
-        self.graph = Graph(self.tree)
-        sockets = self.graph.node("NodeGroupInput").outputs
-        self.given = {s.name: self.graph.term(s) for s in sockets if s.name}
-
-    def finished(self, results: Mapping[str, NodeValue]) -> bpy.types.ShaderNodeTree:
-        """Link the results, and spread the nodes."""
-        end = self.graph.node("NodeGroupOutput")
-        for name, value in results.items():
-            self.graph.assign(value, end.inputs[name])
-        return self.tree
-
-
 def build_transmittance(name: str) -> bpy.types.ShaderNodeTree:
     """Build the group of the light that passes water of a given extinction."""
-    asset = _Asset(
+    asset = _group(
         name, (DISTANCE, EXTINCTION), (TRANSMITTANCE,),
         "Share of light that arrives unscattered after a way through water",
     )  # fmt: skip
@@ -105,7 +66,7 @@ def build_water(name: str, text: str, shape: Shape, numbers: Numbers) -> bpy.typ
     numbers : Numbers
         Of :func:`.realtime_water`.
     """
-    asset = _Asset(name, (DISTANCE, DEPTH, DIRECTION), (TRANSMITTANCE, PATH_RADIANCE), text)
+    asset = _group(name, (DISTANCE, DEPTH, DIRECTION), (TRANSMITTANCE, PATH_RADIANCE), text)
     graph, given = asset.graph, asset.given
     water = Values(graph, _numbers(graph, name, shape, numbers), shape).elastic
     P = given[DISTANCE]
@@ -120,7 +81,7 @@ def build_water(name: str, text: str, shape: Shape, numbers: Numbers) -> bpy.typ
 
 def build_jerlov_colour(name: str, colours: Sequence[Sequence[float]]) -> bpy.types.ShaderNodeTree:
     """Build the group of the open water's colour by Jerlov type, linear Rec.709 of each type."""
-    asset = _Asset(
+    asset = _group(
         name, (KIND,), (COLOUR,),
         "Colour of open water at 5 m, looking level, developed for daylight; types in between mix",
     )  # fmt: skip
@@ -133,7 +94,7 @@ def build_caustics(
     name: str, shape: Shape, numbers: Numbers, images: WaveImages
 ) -> bpy.types.ShaderNodeTree:
     """Build the group of the sunlight that waves focus on things, at one moment."""
-    asset = _Asset(
+    asset = _group(
         name, (STRENGTH,), (SUNLIGHT,),
         "Sunlight under waves at the shaded point, relative to a flat surface at z = 0",
     )  # fmt: skip
@@ -141,6 +102,11 @@ def build_caustics(
     found = realtime_waves.caustics_here(asset.graph, values, images.caustics)
     pattern = found[realtime_waves.PATTERN]
     return asset.finished({SUNLIGHT: sunlight_factor(pattern, asset.given[STRENGTH], NODES)})
+
+
+def _group(name: str, inputs: Sequence[str], outputs: Sequence[str], text: str) -> OpenGroup:
+    given, results = ({n: _SOCKETS[n] for n in names} for names in (inputs, outputs))
+    return OpenGroup(name, given, results, text)
 
 
 def _values(name: str, shape: Shape, numbers: Numbers) -> bpy.types.ShaderNodeTree:

@@ -6,12 +6,12 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 
 import bpy
-import numpy as np
 
 from ..node_groups import realtime_waves, water_surface
 from ..uw_spectral.spectra.spectral_image import write_exr
 from ..uw_spectral.surface.caustics import SUN_RADIUS
 from ..uw_spectral.surface.wave_patterns import WavePatterns
+from ..uw_spectral.transfer.radiance_table import TABLE_STREAMS
 from ..uw_spectral.transfer.sunlit_water import SunlitWater
 from ..uw_spectral.transfer.water_column import WAVES
 from . import cycles_water, scene_water
@@ -54,8 +54,7 @@ def with_waves(scene: bpy.types.Scene, plan: RenderPlan, water: RealtimeWater) -
         return water
     now = patterns(scene, plan)
     column = plan.column.mixed_above(water.depth)
-    field = column.light_field(plan.phase)
-    lit = SunlitWater(field, plan.phase, np.asarray(column.sun_direction))
+    lit = SunlitWater(column.solved_field(plan.phase, TABLE_STREAMS))
     contrast = plan.settings.caustics * now.contrast(lit)
     return water.under_waves(now, contrast, plan.settings.caustics)
 

@@ -119,7 +119,7 @@ class RenderPlan(ResolvedOptics):
             notes += ("shafts of light are not drawn in water of several layers",)
         if self.sensor.note:
             notes += (self.sensor.note,)
-        if self.reference is not None and self.inelastic is not None:
+        if self.reference is not None and self.excitation is not None:
             notes += ("optimised bands do not expect inelastic light; its colour may be off",)
         return notes
 

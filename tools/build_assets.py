@@ -98,13 +98,13 @@ def shaders() -> Iterable[Any]:
             "stand for red, green and blue: transmittance, and the sunlight scattered into it"
         )
         tree = asset_groups.build_water(f"Water Jerlov {name}", text, water.shape, water.numbers)
-        field = plan.viewpoint(_DEPTH).path_radiance
-        path = field.path(_DEPTH, (0.0, 1.0, 0.0), distances[:, None])[:, ::-1]
+        path = plan.viewpoint(_DEPTH).seen_level(np.zeros(3), distances[:, None])[:, ::-1]
         yield mark(tree, "Shaders", text, _columns(_shown(path / path.max())))
         colours.append(_linear(_open_water(water=f"jerlov:{name}")[0]))
     tree = asset_groups.build_jerlov_colour("Jerlov Colour", colours)
     picture = _shown(np.repeat(np.array(colours), SIZE // len(colours) + 1, axis=0)[:SIZE])
     yield mark(tree, "Shaders", tree.description, _columns(picture))
+    yield closed_form()
     plan, water = three_bands("jerlov:IB", **_WAVES)
     water = moving_surface.with_waves(bpy.context.scene, plan, water)
     assert water.waves is not None
@@ -113,6 +113,29 @@ def shaders() -> Iterable[Any]:
     realtime_waves.write_patterns(images, water.waves)
     pattern = water.waves.caustics_image()[: SIZE - 1, : SIZE - 1, 1]
     yield mark(tree, "Shaders", tree.description, _shown(_grey(pattern / pattern.max())))
+
+
+def closed_form() -> Any:
+    """Return the group of the closed form, with a picture of open water by its view's turn."""
+    from underwater_spectral.node_groups import closed_form_group
+    from underwater_spectral.uw_spectral.closed_form import plain_water
+
+    tree = closed_form_group.build("Closed Form Water")
+    given = {s.name: s.default_value for s in tree.interface.items_tree if s.in_out == "INPUT"}
+    number = {name: np.array(value, np.float64) for name, value in given.items()}
+    band = {name: value[:3] for name, value in number.items() if value.ndim}
+    water = plain_water(
+        band[closed_form_group.ABSORPTION], band[closed_form_group.SCATTERING],
+        band[closed_form_group.ASYMMETRY], band[closed_form_group.SECOND_MOMENT],
+        E=band[closed_form_group.SUN_IRRADIANCE], L_sky=band[closed_form_group.SKY_RADIANCE],
+        sun=band[closed_form_group.SUN_DIRECTION].tolist(), y_o=_DEPTH,
+        y_f=number[closed_form_group.FLOOR_DEPTH], r=band[closed_form_group.FLOOR_REFLECTANCE],
+        index=number[closed_form_group.INDEX],
+    )  # fmt: skip
+    up = np.sin(np.radians(np.linspace(60.0, -60.0, SIZE)))[:, None]
+    seen = water.open_water(_DEPTH, (np.zeros_like(up), np.sqrt(1.0 - up**2), up)).total
+    picture = np.repeat(_shown(seen / seen.max())[:, None], SIZE, axis=1)
+    return mark(tree, "Shaders", tree.description, picture)
 
 
 def three_bands(water: str, **changes: Any) -> tuple[Any, Any]:

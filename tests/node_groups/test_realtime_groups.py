@@ -159,7 +159,7 @@ def test_extremes_are_as_numpy_has_them(tmp_path, cases, empty_blender):
         clip = (min(0.01, 0.1 * distance), max(100.0, 10.0 * distance))
         view = probe.View(depth, TURNS[turn], 80.0, clip, square)
         # Exposed as a picture would be, or deep and turbid water leaves the range of half floats.
-        white = float(column.light_field(lobes).Ed(min(depth, 50.0)).max()) / np.pi
+        white = float(column.Ed(min(depth, 50.0), lobes).max()) / np.pi
         exposed = weights / max(white, 1e-30)
         values = realtime.realtime_water(column, lobes, depth, exposed)
         seen = probe.render(values, view, tmp_path / "a.exr")

@@ -31,6 +31,7 @@ from underwater_spectral.uw_spectral.transfer.radiance_field import (
     sun_glitter,
     under_surface,
 )
+from underwater_spectral.uw_spectral.transfer.radiance_table import TABLE_STREAMS
 from underwater_spectral.uw_spectral.transfer.sunlit_water import SunlitWater
 from underwater_spectral.uw_spectral.transfer.water_column import WaterColumn
 from underwater_spectral.uw_spectral.water.phase import parse_phase
@@ -57,7 +58,7 @@ def _column(zenith=30.0, kind="uniform", **changes) -> WaterColumn:
 
 
 def _lit(column):
-    return SunlitWater(column.light_field(PHASE), PHASE, np.asarray(column.sun_direction))
+    return SunlitWater(column.solved_field(PHASE, TABLE_STREAMS))
 
 
 def _water(column, depth, *, sea=SEA, t=1.0, shafts=False, strength=1.0):

@@ -126,12 +126,15 @@ class ResolvedOptics(ComparedByContent):
             return None
         return self.excitation.light(self.field, self.bands)
 
+    def emission(self, streams: int = STREAMS) -> Emission | None:
+        """Return the light of changed wavelength where it is emitted; None if nothing does."""
+        if self.excitation is None:
+            return None
+        return self.excitation.emission(self.bands, streams)
+
     def solved_field(self, streams: int = STREAMS) -> SolvedField:
         """Return the light field by discrete ordinates, light of changed wavelength included."""
-        emission = None
-        if self.excitation is not None:
-            emission = self.excitation.emission(self.bands, streams)
-        return self.column.solved_field(self.phase, streams, emission)
+        return self.column.solved_field(self.phase, streams, self.emission(streams))
 
     def viewpoint(
         self,

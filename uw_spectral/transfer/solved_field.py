@@ -158,6 +158,11 @@ class SolvedField:
         """Extinction c* without the forward peak, of the uppermost layer, 1/m, shape (n,)."""
         return self._layers[0].scaled
 
+    @property
+    def scattering(self) -> Array:
+        """Scattering coefficient b of the uppermost layer, 1/m, shape (n,)."""
+        return self._layers[0].b
+
     def phase_at(self, y: float) -> BandPhase:
         """Phase function of the water at a depth."""
         return self._layer_at(y).phase

@@ -1,0 +1,9 @@
+"""The papers' way: analytic multiple scattering, short enough for shader nodes.
+
+Nothing outside asks it but its node group, its engine and what is compared with it; the light
+of the water is the solved field of :mod:`..transfer`.
+"""
+
+from .plain_water import plain_water, surface_shares
+
+__all__ = ["plain_water", "surface_shares"]
