@@ -17,11 +17,12 @@ from ..uw_spectral.errors import InputError
 from ..uw_spectral.imaging.layers import parse_layers
 from ..uw_spectral.spectra.spectral_image import read_exr, write_rgb_exr
 from ..uw_spectral.transfer.channels import channels_of, channels_of_bands
-from . import eevee_settings, moving_surface, realtime, scene_water, waterline
+from . import closed_form_engine, eevee_settings, moving_surface, realtime, scene_water, waterline
 from .band_engine import BandEngine, Engine, Opening, RenderPass, Weights
 from .eevee_layers import EeveeLayers
 from .exr_output import write_float_exr
 from .render_plan import RenderPlan
+from .settings import CLOSED_FORM
 from .shade import Kept
 from .temporary import render_settings
 from .water_body import WaterExtent
@@ -56,20 +57,21 @@ def eevee_bands(
         return np.maximum(white, np.finfo(np.float32).tiny)
 
     def part_of(
-        now: RenderPlan, camera_depth: float, indices: tuple[int, ...], scale: np.ndarray
+        water: realtime.RealtimeWater, indices: tuple[int, ...], scale: np.ndarray
     ) -> realtime.RealtimeWater:
-        channels = channels_of_bands(now.bands, indices, 1.0 / scale[list(indices)])
-        return water_of(now, camera_depth).in_channels(channels, drawn)
+        bands = water.column.bands
+        channels = channels_of_bands(bands, indices, 1.0 / scale[list(indices)])
+        return water.in_channels(channels, drawn)
 
-    first_pass = part_of(plan, depth, passes[0], scale_of(plan, depth))
+    first_pass = part_of(water_of(plan, depth), passes[0], scale_of(plan, depth))
     with _eevee(scene, camera, first_pass, extent, plan.settings.samples, froxels) as notes:
 
         def frame(now: RenderPlan, camera_depth: float, _: Weights | None = None) -> RenderPass:
-            scale = scale_of(now, camera_depth)
+            water, scale = water_of(now, camera_depth), scale_of(now, camera_depth)
 
             def render(indices: tuple[int, ...], path: Path) -> FrameLayers | None:
                 white = scale[[*indices, *[indices[-1]] * (3 - len(indices))]]
-                seen = part_of(now, camera_depth, indices, scale)
+                seen = part_of(water, indices, scale)
                 if layers is None:
                     write_rgb_exr(path, _drawn(scene, camera, seen, path) * white)
                     return None
@@ -169,7 +171,9 @@ def band_passes_of(plan: RenderPlan) -> list[tuple[int, ...]]:
 
 
 def picture_passes_of(plan: RenderPlan) -> list[tuple[int, ...]]:
-    """Return the bands of the one pass that is the picture."""
+    """Return the bands of each pass that is a part of the picture: one, but in closed form."""
+    if plan.settings.field == CLOSED_FORM:
+        return closed_form_engine.picture_passes_of(plan)
     return [tuple(range(len(plan.bands)))]
 
 
@@ -252,6 +256,8 @@ def _warm_up(scene: bpy.types.Scene) -> None:
 def _open_bands(
     scene: bpy.types.Scene, camera: bpy.types.Object, opening: Opening
 ) -> contextlib.AbstractContextManager[BandEngine]:
+    if opening.plan.settings.field == CLOSED_FORM:
+        return closed_form_engine.closed_form(scene, camera, opening, by_band=True)
     return eevee_bands(
         scene, camera, opening.plan, opening.extent, opening.depth,
         froxels=opening.froxels, eyes=opening.eyes,
@@ -261,6 +267,8 @@ def _open_bands(
 def _open_realtime(
     scene: bpy.types.Scene, camera: bpy.types.Object, opening: Opening
 ) -> contextlib.AbstractContextManager[BandEngine]:
+    if opening.plan.settings.field == CLOSED_FORM:
+        return closed_form_engine.closed_form(scene, camera, opening, by_band=False)
     return eevee_realtime(
         scene, camera, opening.plan, opening.extent, opening.depth,
         froxels=opening.froxels, eyes=opening.eyes,

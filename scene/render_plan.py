@@ -252,7 +252,17 @@ class RenderPlan(ResolvedOptics):
             return self
         reflectance = np.clip(uplift_basis(self.bands) @ np.array(ground.colour), 0.0, 1.0)
         column = replace(self.column, floor_depth=ground.depth, floor_reflectance=reflectance)
-        return replace(self, column=column)
+        excitation = self.excitation
+        if excitation is not None:
+            below = replace(
+                excitation.column,
+                floor_depth=ground.depth,
+                floor_reflectance=np.clip(
+                    uplift_basis(excitation.column.bands) @ np.array(ground.colour), 0.0, 1.0
+                ),
+            )
+            excitation = replace(excitation, column=below)
+        return replace(self, column=column, excitation=excitation)
 
     def reduction(
         self,
