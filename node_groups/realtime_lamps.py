@@ -12,6 +12,7 @@ scene's own materials, and a white surface reads it.
 from __future__ import annotations
 
 import dataclasses
+import functools
 import math
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
@@ -381,7 +382,7 @@ class LampTable:
         stretch = self._extent[0]
         return [_ImageRow(self.graph, self.image, first + float(i), stretch) for i in range(count)]
 
-    @property
+    @functools.cached_property
     def _extent(self) -> tuple[NodeValue, ...]:
         return self.graph.components(self._at(_EXTENT, 0.0))
 

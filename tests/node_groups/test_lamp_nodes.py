@@ -19,6 +19,7 @@ from underwater_spectral.uw_spectral.mathematics import NUMPY
 from underwater_spectral.uw_spectral.spectra.bands import Bands
 from underwater_spectral.uw_spectral.spectra.spectral_image import read_exr
 from underwater_spectral.uw_spectral.transfer.channels import channels_of
+from underwater_spectral.uw_spectral.transfer.radiance_field import distance_in_water
 from underwater_spectral.uw_spectral.water.phase import seawater_mixture
 
 SIZE = 12
@@ -165,6 +166,22 @@ def test_the_group_of_the_way_is_the_formula(square, tmp_path):
     P = np.sqrt(x * x + y * y + 9.0)
     wanted = folded.path_light((x, y, P), (0.0, 0.0, -1.0), P, before_thing=True)
     _agree(seen, wanted)
+
+
+def test_the_group_ahead_is_the_formula(square, tmp_path):
+    folded = _folded(seen=1.0, radius=0.3, shadow=None)
+    group = realtime_lamps.build_path(_image(folded), folded.components, ahead=True)
+
+    def nodes(graph, position):
+        del position
+        node = graph.node("ShaderNodeGroup", node_tree=group)
+        node.inputs["y_f"].default_value = 4.0
+        return graph.term(node.outputs["Light"])
+
+    seen = square(nodes, tmp_path / "lamp.exr")
+    # The camera is above the water, whose surface counts as its depth; the floor is below that.
+    P = distance_in_water(0.0, 1.0, 4.0)
+    _agree(seen, folded.path_light((0.0, 0.0, 3.0), (0.0, 0.0, -1.0), P)[None, None] + 0.0 * seen)
 
 
 @pytest.mark.parametrize("measured", [0, 2])

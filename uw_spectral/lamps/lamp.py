@@ -7,6 +7,8 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
 from ..mathematics import NUMPY, Mathematics, Operand, dot
 from .angular_spread import THING, Lookup
 from .lamp_shadow import lit
@@ -156,7 +158,7 @@ def ray_past_lamp(
     )
 
 
-def lamp_disc(lamp: Lamp, ray: RayPastLamp, c: Operand, m: Mathematics = NUMPY) -> Operand:
+def lamp_disc(lamp: Lamp, ray: RayPastLamp, c: Operand) -> Operand:
     """Radiance of the lamp itself where a ray meets it, as a disc that faces the camera.
 
     Parameters
@@ -165,8 +167,6 @@ def lamp_disc(lamp: Lamp, ray: RayPastLamp, c: Operand, m: Mathematics = NUMPY) 
     ray : RayPastLamp
     c : array, shape (n,)
         Extinction, 1/m.
-    m : Mathematics
-        Elementary functions.
 
     Examples
     --------
@@ -175,7 +175,7 @@ def lamp_disc(lamp: Lamp, ray: RayPastLamp, c: Operand, m: Mathematics = NUMPY) 
     >>> round(float(lamp_disc(lamp, ray, 0.5)), 2)
     11.71
     """
-    return lamp.intensity * m.exp(-c * m.maximum(ray.t0, 0.0)) * disc_seen(lamp, ray, m)
+    return lamp.intensity * np.exp(-c * np.maximum(ray.t0, 0.0)) * disc_seen(lamp, ray)
 
 
 def disc_seen(lamp: Lamp, ray: RayPastLamp, m: Mathematics = NUMPY) -> Operand:

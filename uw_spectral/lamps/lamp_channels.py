@@ -13,7 +13,13 @@ no bands: with the parts p_i of the phase function and their weights w it is
 
     Σ_i p_i O_ci(l),   O_ci(l) = Σ_λ s_cλ I_λ b_λ w_iλ e^{-(a_λ + b_λ) l}.
 
-Three channels that are three bands are what the bands are.
+Three channels that are three bands are what the bands are, but for the tables' own 0.1 %.
+
+Against 30 bands added up, paths and distances of 0.2 to 12 m, three spectra and three profiles of
+lamps, in Jerlov I, IB, II and 3C; worst of these of the median / 95 % / worst error of a channel of
+CIE 1931, a camera and Rec.709 (over what its bands add up to without sign): light of things
+0.05 / 0.25 / 2 %, light in the water 0.11 / 0.72 / 5.3 %. Of what is seen of a thing 0.6 % (95 %)
+at most is on the wrong side of unscattered and scattered forward.
 """
 
 from __future__ import annotations

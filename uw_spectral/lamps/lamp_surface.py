@@ -80,7 +80,7 @@ def _facing(lamp: Lamp, places: NDArray[np.float64], water: LampWater) -> NDArra
     return np.asarray(sum(surface_irradiance(lamp, patch, water)))
 
 
-def carried_forward(P: Operand, water: LampWater, m: Mathematics = NUMPY) -> Operand:
+def carried_forward(P: Operand, water: LampWater) -> Operand:
     """Share of the light of things that arrives scattered by small angles over the distance P.
 
     What is lit by lamps has no undisturbed water about it that shines likewise: only what is near
@@ -94,7 +94,7 @@ def carried_forward(P: Operand, water: LampWater, m: Mathematics = NUMPY) -> Ope
     >>> carried_forward(4.0, water).round(2), np.exp(-water.c * 4.0).round(2)
     (array([0.31]), array([0.14]))
     """
-    return carried_share(P, water, m) * m.exp(-water.a * P)
+    return carried_share(P, water) * np.exp(-water.a * P)
 
 
 def carried_share(P: Operand, water: LampWater, m: Mathematics = NUMPY) -> Operand:
@@ -165,7 +165,7 @@ def _normal(lamp: Lamp, r: Operand) -> Operand:
 
 
 def surface_irradiance(
-    lamp: Lamp, patch: PatchPastLamp, water: LampWater, m: Mathematics = NUMPY
+    lamp: Lamp, patch: PatchPastLamp, water: LampWater
 ) -> tuple[Operand, Operand, Operand]:
     """Irradiance on a patch: unscattered, scattered to it from about the lamp, and the rest.
 
@@ -175,8 +175,6 @@ def surface_irradiance(
     patch : PatchPastLamp
         Arrays need a last axis of 1 for the bands.
     water : LampWater
-    m : Mathematics
-        Elementary functions.
 
     Returns
     -------
@@ -195,8 +193,8 @@ def surface_irradiance(
     >>> [float(E[0].round(4)) for E in surface_irradiance(lamp, patch, water)]
     [0.092, 0.1012, 0.0063]
     """
-    light = lamp.intensity * m.exp(-water.a * patch.r)
-    direct, about, rest = scattered_onto(lamp, patch, water, m)
+    light = lamp.intensity * np.exp(-water.a * patch.r)
+    direct, about, rest = scattered_onto(lamp, patch, water)
     return light * direct, light * about, light * rest
 
 
