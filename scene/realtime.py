@@ -233,8 +233,7 @@ class RealtimeWater:
             single |= self.above.numbers(column)
             single[realtime_values.MIRRORED_SHARE] = float(in_air.mirrored)
         if self.around_lamps is not None:
-            reach = float(self.around_lamps.reach)
-            single |= _of_lamps(self.lamps, column, self.phase, self.depth, reach)
+            single |= _of_lamps(self.lamps, column, self.phase, self.depth)
         if self.waves is not None and self.contrast is not None:
             seen = self.channels.mean(
                 self.contrast, np.broadcast_to(self.light, self.contrast.shape)
@@ -346,14 +345,14 @@ def _around_lamps(column: WaterColumn, phase: BandPhase, depth: float) -> LampWa
 
 
 def _of_lamps(
-    lamps: SceneLamps, column: WaterColumn, phase: BandPhase, depth: float, reach: float
+    lamps: SceneLamps, column: WaterColumn, phase: BandPhase, depth: float
 ) -> dict[str, float]:
     """Return the numbers of lamps in water of a depth that are the same in every band."""
     sun = float(np.mean(column.Ed(depth, phase)))
     brightest = max(float(np.mean(lamp.intensity)) for lamp in lamps.lamps)
     sunlit = bool(np.any(column.sun_irradiance > 0))
     code = min(max(_FAINT_SHARE * brightest / sun, _FAINTEST), _BRIGHTEST) if sun > 0 else 1.0
-    return dict(zip(realtime_lamps.NUMBERS, (reach, float(sunlit), code), strict=True))
+    return dict(zip(realtime_lamps.NUMBERS, (float(sunlit), code), strict=True))
 
 
 def add_realtime(scene: bpy.types.Scene, water: RealtimeWater, extent: WaterExtent) -> list[str]:
