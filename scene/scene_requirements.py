@@ -21,7 +21,7 @@ from .cameras import camera_depth
 from .manifest import rendered_size
 from .render_plan import RenderPlan, forget_files, plan_of, quiet
 from .rendered import as_rendered
-from .settings import EQUAL, OPTIMISED, REALTIME, Job, SceneSettings
+from .settings import EQUAL, OPTIMISED, Job, SceneSettings
 from .view_tracing import trace_from_above, trace_view
 
 OPTIMISED_COUNTS = (3, 6, 9)
@@ -156,7 +156,7 @@ def choose(
         required = decide(
             views,
             everything,
-            _choices(chosen, method, keep),
+            _choices(chosen, keep),
             target=target,
             budget=budget,
             workload=workload,
@@ -189,7 +189,7 @@ def _everything(scene: bpy.types.Scene, chosen: SceneSettings) -> Optics:
     return replace(found, waves=moving_surface.patterns(scene, replace(plan, settings=coarse)))
 
 
-def _choices(chosen: SceneSettings, method: str, keep: frozenset[str]) -> list[BandChoice]:
+def _choices(chosen: SceneSettings, keep: frozenset[str]) -> list[BandChoice]:
     """Bands to choose from; those of the settings alone if they must stay."""
     # Only the elastic light of a calm sea is compared.
     plain = replace(
@@ -202,12 +202,11 @@ def _choices(chosen: SceneSettings, method: str, keep: frozenset[str]) -> list[B
         plan = plan_of(plain)
         name = f"{len(plan.bands)}, as given"
         return [BandChoice(name, _optics(plan), bands, len(plan.passes))]
-    most = plan_of(plain).most_bands if method == REALTIME else BAND_COUNTS[-1]
     found = []
     for placement, counts in ((EQUAL, BAND_COUNTS), (OPTIMISED, OPTIMISED_COUNTS)):
         if "band_placement" in keep and placement != chosen.band_placement:
             continue
-        for count in (n for n in counts if n <= most):
+        for count in counts:
             changes = {"bands": count, "wavelengths": "", "band_placement": placement}
             plan = plan_of(replace(plain, **changes))
             name = f"{count} {placement}"
