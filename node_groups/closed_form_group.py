@@ -12,7 +12,7 @@ import bpy
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..uw_spectral.closed_form.plain_water import plain_water
+from ..uw_spectral.closed_form.one_lobe import plain_water
 from ..uw_spectral.mathematics import Operand, dot
 from ..uw_spectral.transfer.pixel import UndisturbedWater, surface_light, transmittance
 from ..uw_spectral.transfer.water_column import WaterColumn
