@@ -14,32 +14,23 @@ from ..uw_spectral.surface.wave_patterns import interp, sunlight_factor
 from ..uw_spectral.transfer.pixel import transmittance
 from . import realtime_values, realtime_waves
 from .group_sockets import OpenGroup, Socket
-from .node_mathematics import NODES, Graph, NodeValue
-from .realtime_triples import Values
+from .node_mathematics import NODES
 from .realtime_values import Numbers, Shape
 from .realtime_waves import WaveImages
 
 WAVELENGTHS = (600.0, 540.0, 450.0)
 """In nm; the centres of the bands that stand for red, green and blue."""
 DISTANCE, EXTINCTION = "Distance", "Extinction"
-DEPTH, DIRECTION = "Camera Depth", "Direction"
-TRANSMITTANCE, PATH_RADIANCE = "Transmittance", "Path Radiance"
+TRANSMITTANCE = "Transmittance"
 KIND, COLOUR, STRENGTH, SUNLIGHT = "Type", "Colour", "Strength", "Sunlight"
 
 
 _SOCKETS = {
     DISTANCE: Socket("Float", "Length of the way through the water, m", 1.0, 0.0),
     EXTINCTION: Socket("Vector", "Absorption and scattering together, 1/m", (0.4, 0.1, 0.08), 0.0),
-    DEPTH: Socket("Float", "Depth of the camera under the surface, m", 5.0, 0.0),
-    DIRECTION: Socket("Vector", "Unit vector away from the camera, z up", (0.0, 1.0, 0.0)),
     KIND: Socket("Float", "0 to 9: Jerlov I, IA, IB, II, III, 1C, 3C, 5C, 7C, 9C", 2.0, 0.0),
     STRENGTH: Socket("Float", "Contrast; 1 as the surface makes it, 0 none", 1.0, 0.0),
     TRANSMITTANCE: Socket("Vector", "Share of the light that arrives unscattered"),
-    PATH_RADIANCE: Socket(
-        "Vector",
-        "Light that the water scatters into the view, per steradian, relative to the sun's "
-        "irradiance",
-    ),
     COLOUR: Socket("Color", "Linear colour of the open water"),
     SUNLIGHT: Socket("Float", "Factor on the sunlight at the shaded point"),
 }
@@ -53,30 +44,6 @@ def build_transmittance(name: str) -> bpy.types.ShaderNodeTree:
     )  # fmt: skip
     passed = transmittance(asset.given[EXTINCTION], asset.given[DISTANCE], NODES)
     return asset.finished({TRANSMITTANCE: passed})
-
-
-def build_water(name: str, text: str, shape: Shape, numbers: Numbers) -> bpy.types.ShaderNodeTree:
-    """Build the group of what a way through one water does to light.
-
-    Parameters
-    ----------
-    name, text : str
-    shape : Shape
-        Of three bands, in closed form.
-    numbers : Numbers
-        Of :func:`.realtime_water`.
-    """
-    asset = _group(name, (DISTANCE, DEPTH, DIRECTION), (TRANSMITTANCE, PATH_RADIANCE), text)
-    graph, given = asset.graph, asset.given
-    water = Values(graph, _numbers(graph, name, shape, numbers), shape).elastic
-    P = given[DISTANCE]
-    w = graph.components(given[DIRECTION])
-    return asset.finished(
-        {
-            TRANSMITTANCE: transmittance(water.c, P, NODES),
-            PATH_RADIANCE: water.path(given[DEPTH], w, P, NODES),
-        }
-    )
 
 
 def build_jerlov_colour(name: str, colours: Sequence[Sequence[float]]) -> bpy.types.ShaderNodeTree:
@@ -114,11 +81,3 @@ def _values(name: str, shape: Shape, numbers: Numbers) -> bpy.types.ShaderNodeTr
     tree.name = f"{name} Values"
     realtime_values.write(tree, numbers)
     return tree
-
-
-def _numbers(graph: Graph, name: str, shape: Shape, numbers: Numbers) -> dict[str, NodeValue]:
-    """Return the terms of the numbers of a shape of three bands."""
-    outputs = graph.shared(_values(name, shape, numbers))
-    found = {n: graph.term(outputs[n]) for n in realtime_values.single_names(shape)}
-    bands = realtime_values.band_names(shape)
-    return found | {n: graph.term(outputs[f"{n} 0"]) for n in bands}

@@ -9,10 +9,14 @@ uniform sky; no thing shades it, and no lamp lights it.
 from __future__ import annotations
 
 import bpy
+import numpy as np
+from numpy.typing import ArrayLike
 
-from ..uw_spectral.closed_form.plain_water import plain_water
+from ..uw_spectral.closed_form.one_lobe import plain_water
 from ..uw_spectral.mathematics import Operand, dot
-from ..uw_spectral.transfer.pixel import UndisturbedWater, surface_light
+from ..uw_spectral.transfer.pixel import UndisturbedWater, surface_light, transmittance
+from ..uw_spectral.transfer.water_column import WaterColumn
+from ..uw_spectral.water.phase import BandPhase
 from .group_sockets import OpenGroup, Socket
 from .node_mathematics import NODES, NodeValue
 from .realtime_rays import (
@@ -32,6 +36,8 @@ SUN_IRRADIANCE, SKY_RADIANCE, SUN_DIRECTION = "Sun Irradiance", "Sky Radiance", 
 FLOOR_DEPTH, FLOOR_REFLECTANCE = "Floor Depth", "Floor Reflectance"
 INDEX = "Refractive Index"
 SURFACE, OPEN_WATER = "Surface", "Open Water"
+DISTANCE, DEPTH, DIRECTION = "Distance", "Camera Depth", "Direction"
+TRANSMITTANCE, PATH_RADIANCE = "Transmittance", "Path Radiance"
 DEEP = 1000.0
 """Floor depth in m from which on water counts as deep."""
 
@@ -85,6 +91,19 @@ _OUTPUTS = {
     SURFACE: Socket("Color", "The surface seen through the water; emit it"),
     OPEN_WATER: Socket("Color", "The water with its surface or floor behind, for a world"),
 }
+_WAY = {
+    DISTANCE: Socket("Float", "Length of the way through the water, m", 1.0, 0.0),
+    DEPTH: Socket("Float", "Depth of the camera under the surface, m", 5.0, 0.0),
+    DIRECTION: Socket("Vector", "Unit vector away from the camera, z up", (0.0, 1.0, 0.0)),
+}
+_FOUND = {
+    TRANSMITTANCE: Socket("Vector", "Share of the light that arrives unscattered"),
+    PATH_RADIANCE: Socket(
+        "Vector",
+        "Light that the water scatters into the view, per steradian, relative to the sun's "
+        "irradiance",
+    ),
+}
 _TEXT = (
     "Water between the camera and a surface, and open water, by analytic multiple scattering; the "
     "mean water surface is z = 0. Every input can be keyframed"
@@ -113,6 +132,40 @@ def build(name: str = NAME) -> bpy.types.ShaderNodeTree:
         {
             SURFACE: water.surface(y_o, y, w, P, L, NODES, coverage=given[COVERAGE]).total,
             OPEN_WATER: _water(given, sun, eye).open_water(eye, w, NODES).total,
+        }
+    )
+
+
+def build_water(
+    name: str, text: str, column: WaterColumn, phase: BandPhase
+) -> bpy.types.ShaderNodeTree:
+    """Build the group of what a way through one water of three bands does to light.
+
+    Parameters
+    ----------
+    name, text : str
+    column : WaterColumn
+        Deep, of one layer; its last band stands for red.
+    phase : BandPhase
+        Henyey-Greenstein's.
+    """
+    group = OpenGroup(name, _WAY, _FOUND, text)
+    graph, given = group.graph, group.given
+
+    def bands(values: ArrayLike) -> NodeValue:
+        return graph.vector(*np.broadcast_to(np.asarray(values, np.float64), 3)[::-1].tolist())
+
+    y_o, P = given[DEPTH], given[DISTANCE]
+    water = plain_water(
+        bands(column.absorption), bands(column.scattering), bands(phase.chi1), bands(phase.chi2),
+        E=bands(column.sun_irradiance), L_sky=bands(column.sky_radiance),
+        sun=column.sun_direction.tolist(), y_o=y_o, y_f=DEEP, r=0.0,
+        index=column.refractive_index if column.reflects else 1.0, m=NODES,
+    ).elastic  # fmt: skip
+    return group.finished(
+        {
+            TRANSMITTANCE: transmittance(water.c, P, NODES),
+            PATH_RADIANCE: water.path(y_o, graph.components(given[DIRECTION]), P, NODES),
         }
     )
 

@@ -81,7 +81,7 @@ def looks() -> Iterable[Any]:
 
 def shaders() -> Iterable[Any]:
     """Yield the groups for shaders."""
-    from underwater_spectral.node_groups import asset_groups, realtime_waves
+    from underwater_spectral.node_groups import asset_groups, closed_form_group, realtime_waves
     from underwater_spectral.scene import moving_surface
     from underwater_spectral.uw_spectral.water import JERLOV_TYPES
 
@@ -91,13 +91,13 @@ def shaders() -> Iterable[Any]:
     yield mark(tree, "Shaders", tree.description, _columns(faded))
     colours = []
     for name in JERLOV_TYPES:
-        plan, water = three_bands(f"jerlov:{name}")
+        plan = three_bands(f"jerlov:{name}")
         bands = ", ".join(f"{x:.0f}" for x in asset_groups.WAVELENGTHS)
         text = (
             f"What a way through water of Jerlov type {name} does to light at {bands} nm, which "
             "stand for red, green and blue: transmittance, and the sunlight scattered into it"
         )
-        tree = asset_groups.build_water(f"Water Jerlov {name}", text, water.shape, water.numbers)
+        tree = closed_form_group.build_water(f"Water Jerlov {name}", text, plan.column, plan.phase)
         path = plan.viewpoint(_DEPTH).seen_level(np.zeros(3), distances[:, None])[:, ::-1]
         yield mark(tree, "Shaders", text, _columns(_shown(path / path.max())))
         colours.append(_linear(_open_water(water=f"jerlov:{name}")[0]))
@@ -105,7 +105,8 @@ def shaders() -> Iterable[Any]:
     picture = _shown(np.repeat(np.array(colours), SIZE // len(colours) + 1, axis=0)[:SIZE])
     yield mark(tree, "Shaders", tree.description, _columns(picture))
     yield closed_form()
-    plan, water = three_bands("jerlov:IB", **_WAVES)
+    plan = three_bands("jerlov:IB", **_WAVES)
+    water = plan.realtime(bpy.context.scene, _DEPTH, np.eye(3)).of_bands((2, 1, 0), 3)
     water = moving_surface.with_waves(bpy.context.scene, plan, water)
     assert water.waves is not None
     images = realtime_waves.new_images()
@@ -138,24 +139,21 @@ def closed_form() -> Any:
     return mark(tree, "Shaders", tree.description, picture)
 
 
-def three_bands(water: str, **changes: Any) -> tuple[Any, Any]:
-    """Return the plan and the real-time water of the three bands, red first."""
+def three_bands(water: str, **changes: Any) -> Any:
+    """Return the plan of the three bands, blue first."""
     from underwater_spectral.node_groups.asset_groups import WAVELENGTHS
     from underwater_spectral.scene import render_plan, settings
 
-    plan = render_plan.plan_of(
+    return render_plan.plan_of(
         settings.SceneSettings(
             water=water,
             phase="hg:0.9",
             wavelengths=",".join(f"{x:g}" for x in sorted(WAVELENGTHS)),
-            field="closed-form",
             diffuse_shadows=False,
             scene_floor=False,
             **changes,
         )
     )
-    realtime = plan.realtime(bpy.context.scene, _DEPTH, np.eye(3))
-    return plan, realtime.of_bands((2, 1, 0), 3)
 
 
 def compositor() -> Iterable[Any]:

@@ -4,6 +4,6 @@ Nothing outside asks it but its node group, its engine and what is compared with
 of the water is the solved field of :mod:`..transfer`.
 """
 
-from .plain_water import plain_water, surface_shares
+from .one_lobe import plain_water
 
-__all__ = ["plain_water", "surface_shares"]
+__all__ = ["plain_water"]

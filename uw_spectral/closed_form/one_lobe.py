@@ -154,7 +154,7 @@ def plain_water(
     >>> water = plain_water(np.array([0.05]), np.array([0.1]), 0.8, 0.64, E=1.0, L_sky=0.0,
     ...                     sun=(0.0, 0.0, -1.0), y_o=5.0, y_f=1e3, r=0.0, index=1.34)
     >>> water.open_water(5.0, (1.0, 0.0, 0.0)).total.round(4)
-    array([0.0164])
+    array([0.0188])
     """
     let_in, sent_back = surface_shares(index, m)
     field = two_stream_field(

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from underwater_spectral.uw_spectral.closed_form.plain_water import (
+from underwater_spectral.uw_spectral.closed_form.one_lobe import (
     LobeSeries,
     plain_water,
     surface_shares,
