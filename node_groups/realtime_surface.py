@@ -26,7 +26,7 @@ from .realtime_rays import (
     view_direction,
     view_distance,
 )
-from .realtime_refraction import DRY
+from .realtime_refraction import DRY, LEAVING
 from .realtime_shade import ON_IT
 from .realtime_shadows import sun_visibility
 from .realtime_values import (
@@ -44,8 +44,9 @@ from .realtime_values import (
 )
 from .realtime_water import PixelWater, Sources, in_group, pixel_layers
 from .realtime_waves import PATTERN, POSITION, caustics_here
+from .uplift import COLUMNS, SHARE
 
-NAME = "UW Thing in Water"
+NAME, KEEPING = "UW Thing in Water", "UW Water before Thing"
 
 LIT, COLOR, EMITTED = "Lit", "Color", "Emission"
 MIRRORED = "Mirrored"
@@ -62,8 +63,12 @@ _MEASURED_INPUTS = {COLUMN: "NodeSocketFloat", MEASURED: "NodeSocketVector"}
 _DARKEST = 1e-3  # reflectance below which a colour does not tell how a thing is lit
 
 
-def build(shape: Shape, sources: Sources) -> bpy.types.ShaderNodeTree:
+def build(shape: Shape, sources: Sources, *, keeps: bool = False) -> bpy.types.ShaderNodeTree:
     """Build the group.
+
+    With ``keeps`` the closures of the material stay: instead of the input ``Lit`` there are
+    outputs, as of :mod:`.uplift`: the colours that the sun lights are seen by the channels in
+    these columns, and all closures with this share.
 
     Inputs: ``Lit``, the colour of the surface under a white sun of strength 1,
     emission included; ``Color``, its reflectance; ``Emission``, its emitted
@@ -72,8 +77,9 @@ def build(shape: Shape, sources: Sources) -> bpy.types.ShaderNodeTree:
     the part of the reflectance that does; and if reflectances were measured, ``Column``, where
     that of the material is found if it is not 0, and ``Measured``, its channels.
     """
-    tree = new_group(NAME)
-    kinds = _INPUTS | ({MIRRORED: "NodeSocketColor"} if shape.mirrors else {})
+    tree = new_group(KEEPING if keeps else NAME)
+    own = {name: kind for name, kind in _INPUTS.items() if not (keeps and name == LIT)}
+    kinds = own | ({MIRRORED: "NodeSocketColor"} if shape.mirrors else {})
     kinds |= _MEASURED_INPUTS if shape.measured else {}
     for name, kind in kinds.items():
         socket = tree.interface.new_socket(name, in_out="INPUT", socket_type=kind)
@@ -84,10 +90,16 @@ def build(shape: Shape, sources: Sources) -> bpy.types.ShaderNodeTree:
     outputs = graph.node("NodeGroupInput").outputs
     given = {socket.name: graph.term(socket) for socket in outputs if socket.name}
     surface = _Surface(graph, shape, sources, given)
+    end = graph.node("NodeGroupOutput")
     emission = graph.node("ShaderNodeEmission")
     graph.assign(surface.seen(), emission.inputs["Color"])
     realtime_layers.write(graph, shape.layers, surface.layers(), given[COVERAGE])
-    tree.links.new(emission.outputs[0], graph.node("NodeGroupOutput").inputs[0])
+    tree.links.new(emission.outputs[0], end.inputs[0])
+    if keeps:
+        for name, value in surface.sunlit().items():
+            kind = "NodeSocketFloat" if name == SHARE else "NodeSocketVector"
+            tree.interface.new_socket(name, in_out="OUTPUT", socket_type=kind)
+            graph.assign(value, end.inputs[name])
     return tree
 
 
@@ -146,6 +158,32 @@ class _Surface:
             seen = seen - NODES.maximum(self._drawn(), 0.0)
         return seen
 
+    def sunlit(self) -> dict[str, Operand]:
+        """What channels see of the white sun on colours, and the share of whole closures."""
+        ray, y, P = self._ray, self._y, self._P
+        around = self._path_shade().beyond
+        direct = ray.left(y, P)
+        left = direct
+        if isinstance(around, NodeValue):
+            left = direct + (ray.left_with_peak(y, P) - direct) * (1.0 - around)
+        factor = left * self._thing.sunlight * self._turned(self._water.sun)
+        wanted: dict[str, Operand] = dict(zip(COLUMNS, COLOURS, strict=True))
+        if self._shape.measured:
+            wanted[MEASURED] = self._given[COLUMN]
+        columns = [ray.sunlight(y, P, k) * factor for k in wanted.values()]
+        if self._shape.above:
+            columns = [self._water.ray(LEAVING) * column for column in columns]
+            turned = self._turned(self._values.of(*SUN_IN_AIR))
+            dry = [self._values[name] * turned for name in SUN_ABOVE]
+            # A measured reflectance is only known in the water: red stands for it in the air.
+            dry += dry[:1] * (len(columns) - len(dry))
+            pick = self._water.ray(DRY)
+            columns = [NODES.select(pick, a, b) for a, b in zip(dry, columns, strict=True)]
+        white = columns[0] + columns[1] + columns[2]
+        x, y, z = self._graph.components(white)
+        share = NODES.minimum(NODES.maximum(NODES.maximum(x, y), z), 1.0)
+        return dict(zip(wanted, columns, strict=True)) | {SHARE: share}
+
     def layers(self) -> dict[str, Operand]:
         """What is written beside the picture."""
         if not self._shape.layers:
@@ -180,10 +218,11 @@ class _Surface:
     def _made_thing(self) -> Thing:
         graph, given = self._graph, self._given
         columns, base = self._base()
-        lit = NODES.maximum(given[LIT] - given[EMITTED], 0.0)
-        response = self._in_columns(lit, base)
-        turned = self._turned(self._water.sun)
-        response = [part * turned for part in response]
+        response = ()
+        if LIT in given:
+            lit = NODES.maximum(given[LIT] - given[EMITTED], 0.0)
+            turned = self._turned(self._water.sun)
+            response = [part * turned for part in self._in_columns(lit, base)]
         mirrored, L_mirrored = (), 0.0
         if self._shape.mirrors:
             mirrored = self._in_columns(given[MIRRORED], base)
@@ -258,7 +297,10 @@ class _Surface:
     def _dry(self) -> Operand:
         """Radiance of the thing where it lies in the air."""
         turned, up = self._turned(self._values.of(*SUN_IN_AIR)), self._normal[2]
-        lit = self._graph.components(NODES.maximum(self._given[LIT] - self._given[EMITTED], 0.0))
+        lit: Sequence[Operand] = (0.0, 0.0, 0.0)
+        if LIT in self._given:
+            shone = NODES.maximum(self._given[LIT] - self._given[EMITTED], 0.0)
+            lit = self._graph.components(shone)
         base, emitted = (self._graph.components(self._given[n]) for n in (COLOR, EMITTED))
         total: Operand = 0.0
         for k in range(3):

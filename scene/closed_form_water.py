@@ -202,7 +202,7 @@ def add(scene: bpy.types.Scene, water: ClosedFormWater, extent: WaterExtent) -> 
     group = closed_form_group.build()
     surface = closed_form_bands.build(group, numbers.triples)
     background = closed_form_bands.build_background(group, numbers.triples)
-    found += realtime_materials.insert(materials, surface)
+    found += realtime_materials.insert(materials, realtime_materials.Surfaces(surface))
     sun = bpy.data.lights.new("UW Sun", "SUN")
     sun.energy, sun.shadow_maximum_resolution = 1.0, _SHADOW
     filling = scene_water.Filling(

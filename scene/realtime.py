@@ -46,6 +46,7 @@ from ..uw_spectral.water.phase import BandPhase, HenyeyGreenstein
 from . import apparent_places, bare_surfaces, contents, particles, realtime_materials, scene_water
 from .lamps import SceneLamps
 from .particles import SceneParticles
+from .realtime_materials import Surfaces
 from .water_body import WaterExtent, box
 
 # Key of the added floor's reflectance; no material has an empty name.
@@ -181,6 +182,15 @@ class RealtimeWater:
         """
         shape = replace(self.shape, waves=True)
         return replace(self, shape=shape, waves=waves, contrast=contrast, strength=strength)
+
+    @property
+    def keeps_closures(self) -> bool:
+        """Whether materials keep their closures, which only add to the light of the water.
+
+        Layers hold the light of things, which nothing tells of a closure; and where channels are
+        negative, as those of a display are, EEVEE would cut the light of the water first.
+        """
+        return not self.shape.layers and bool(np.all(self.channels.weights >= 0))
 
     @functools.cached_property
     def folded(self) -> FoldedLight:
@@ -400,6 +410,7 @@ def add_realtime(scene: bpy.types.Scene, water: RealtimeWater, extent: WaterExte
     rays = realtime_refraction.build(values, images) if shape.above else None
     sources = Sources(values, table, shade, lit, images, rays)
     surface = realtime_surface.build(shape, sources)
+    keeping = realtime_surface.build(shape, sources, keeps=True) if water.keeps_closures else None
     background = realtime_background.build(shape, sources)
     floor, objects = None, []
     if math.isfinite(water.column.floor_depth):
@@ -408,7 +419,7 @@ def add_realtime(scene: bpy.types.Scene, water: RealtimeWater, extent: WaterExte
     if shape.shafts:
         objects.append(box("UW Shafts", extent, 0.0))
         objects[0].data.materials.append(realtime_volume.build(shape, sources))
-    notes += realtime_materials.insert(materials, surface)
+    notes += realtime_materials.insert(materials, Surfaces(surface, keeping))
     apparent = realtime_refraction.build_apparent(values) if shape.above else None
     if apparent is not None:
         notes += apparent_places.insert(materials, apparent, extent.bottom)
@@ -426,6 +437,7 @@ def add_realtime(scene: bpy.types.Scene, water: RealtimeWater, extent: WaterExte
             name: image
             for name, image in (
                 (_TABLE, table),
+                (scene_water.KEEPING, keeping),
                 (_SHADE, shade),
                 (_LAMPS, lit),
                 (_APPARENT, apparent),
@@ -514,7 +526,10 @@ def set_values(scene: bpy.types.Scene, water: RealtimeWater) -> None:
 
 def _wet(scene: bpy.types.Scene, material: bpy.types.Material) -> None:
     """Send a material of the water's own through the surface group that is there."""
-    realtime_materials.insert([material], scene_water.part(scene, scene_water.SURFACE))
+    lit, keeping = (
+        scene_water.part(scene, name) for name in (scene_water.SURFACE, scene_water.KEEPING)
+    )
+    realtime_materials.insert([material], Surfaces(lit, keeping))
     apparent = scene_water.part(scene, _APPARENT)
     if apparent is not None:
         apparent_places.insert([material], apparent, _LONGEST_SHAFT)

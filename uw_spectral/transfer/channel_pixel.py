@@ -95,7 +95,8 @@ class Thing:
     columns : sequence
         Of its colours: :data:`COLOURS`, or the one of a measured reflectance.
     response : sequence of numbers
-        Per column: radiance per normal irradiance of a white sun, shadows included.
+        Per column: radiance per normal irradiance of a white sun, shadows included; empty where
+        another draws it.
     base : sequence of numbers
         Per column: its reflectance for light from many sides.
     mirrored : sequence of numbers
@@ -231,7 +232,8 @@ class ChannelWater:
 
     def leaving(self, thing: Thing, y: Operand, normal: Sequence[Operand], P: Operand) -> Operand:
         """Light of a thing at depth y that is left after P, over :meth:`left`."""
-        return self.reflected_sun(thing, y, P) + self.reflected_light(thing, y, normal, P)
+        rest = self.reflected_light(thing, y, normal, P)
+        return self.reflected_sun(thing, y, P) + rest if thing.response else rest
 
     def reflected_sun(self, thing: Thing, y: Operand, P: Operand) -> Operand:
         """The direct sun's part of :meth:`leaving`."""
