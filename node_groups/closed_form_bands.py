@@ -164,6 +164,7 @@ def numbers_of(
     reflectance: NDArray[np.float64],
     emission: NDArray[np.float64],
     sensor: NDArray[np.float64],
+    count: int,
 ) -> BandNumbers:
     """Return the numbers of n bands; the last one fills up the last three, unseen.
 
@@ -176,10 +177,12 @@ def numbers_of(
     floor_depth, index : float
     reflectance, emission, sensor
         As of :class:`BandNumbers`.
+    count : int
+        Bands of the nodes, at least n.
     """
-    count = sensor.shape[1]
-    places = np.minimum(np.arange(-(-count // 3) * 3), count - 1)
-    seen = np.arange(len(places)) < count
+    known = sensor.shape[1]
+    places = np.minimum(np.arange(-(-count // 3) * 3), known - 1)
+    seen = np.arange(len(places)) < known
     return BandNumbers(
         {name: bands[name][places] for name in BANDS},
         {

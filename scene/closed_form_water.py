@@ -54,16 +54,19 @@ class ClosedFormWater:
         Linear RGB per unit radiance of each band.
     indices : tuple of int
         The bands that are drawn.
+    count : int
+        Bands that the nodes have; the last one that is drawn fills up, unseen.
     """
 
     column: WaterColumn
     phase: BandPhase
     weights: NDArray[np.float64]
     indices: tuple[int, ...]
+    count: int
 
-    def of_bands(self, indices: Sequence[int]) -> ClosedFormWater:
-        """Return the water of some of the bands."""
-        return replace(self, indices=tuple(indices))
+    def of_bands(self, indices: Sequence[int], count: int) -> ClosedFormWater:
+        """Return the water of some of the bands, in nodes of ``count``."""
+        return replace(self, indices=tuple(indices), count=count)
 
     def of_triple(self, indices: Sequence[int], gains: ArrayLike) -> ClosedFormWater:
         """Return the water of one band pass: up to three bands, as red, green and blue.
@@ -77,7 +80,7 @@ class ClosedFormWater:
         weights = np.zeros_like(self.weights)
         for channel, (band, gain) in enumerate(zip(indices, np.asarray(gains), strict=False)):
             weights[channel, band] = gain
-        return replace(self, weights=weights, indices=tuple(indices))
+        return replace(self, weights=weights, indices=tuple(indices), count=3)
 
     def of_sign(self, sign: float) -> ClosedFormWater:
         """Return the water with the weights of one sign, 1 or -1, as positive ones."""
@@ -104,6 +107,7 @@ class ClosedFormWater:
             reflectance=uplift_basis(column.bands)[chosen],
             emission=emission_basis(column.bands)[chosen],
             sensor=np.asarray(self.weights)[:, chosen],
+            count=self.count,
         )
 
 
@@ -118,7 +122,8 @@ def closed_form_water(
         If the water has layers.
     """
     column.require_one_layer("the closed form (--field) knows")
-    return ClosedFormWater(column, phase, weights, tuple(range(len(column.bands))))
+    count = len(column.bands)
+    return ClosedFormWater(column, phase, weights, tuple(range(count)), count)
 
 
 def refuse(chosen: SceneSettings, *, lamps: bool = False, above: bool = False) -> None:
@@ -191,10 +196,10 @@ def add(scene: bpy.types.Scene, water: ClosedFormWater, extent: WaterExtent) -> 
         If the scene has water already or is linked from another file, or the water has more
         bands than one shader carries.
     """
-    if len(water.indices) > MOST_BANDS:
+    if water.count > MOST_BANDS:
         raise InputError(
             f"one shader carries up to {MOST_BANDS} bands of the closed form, and this water has "
-            f"{len(water.indices)}; take some of them at a time (ClosedFormWater.of_bands)"
+            f"{water.count}; take some of them at a time (ClosedFormWater.of_bands)"
         )
     scene_water.prepare(scene)
     materials, found = scene_water.own_materials(scene, routed=False)

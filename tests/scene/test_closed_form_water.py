@@ -88,7 +88,7 @@ def test_bands_are_the_closed_form_and_leave_no_trace(empty_blender, tmp_path):
     few = water.of_triple((1, 2, 3), (2.0, 3.0, 4.0))
     with pytest.raises(InputError, match="2 times three bands, not 1"):
         closed_form_water.set_values(scene, few)
-    closed_form_water.set_values(scene, replace(few, indices=(1, 2, 3, 4)))
+    closed_form_water.set_values(scene, replace(few, count=5))
     seen = _rendered(tmp_path / "few.exr")
     wanted = radiance[..., 1:4] * (2.0, 3.0, 4.0) * (1 - 2.0**-11)
     np.testing.assert_allclose(seen[inside], wanted[inside], rtol=5e-3)
