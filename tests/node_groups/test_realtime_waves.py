@@ -163,7 +163,6 @@ def test_without_wind_the_light_is_even(pictures):
 def _up(now, column, view, width2=None):
     """Picture of the surface from below, and the angle to the sun in degrees, by numpy."""
     rays = view.rays()
-    w = tuple(rays[..., i, None] for i in range(3))
     reach = view.depth / np.maximum(rays[..., 2], 1e-3)
     slope = _tiled(now.slopes_image(), reach * rays[..., 0], reach * rays[..., 1], SEA.tile)
     slopes, n = (slope[..., :1], slope[..., 1:2]), column.refractive_index
