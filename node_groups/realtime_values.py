@@ -136,7 +136,7 @@ class Numbers:
 
 def channel_names(shape: Shape) -> list[str]:
     """Names of the quantities that each channel has its own of."""
-    names = list(_OF_LIGHT)
+    names: list[str] = list(_OF_LIGHT)
     names += CONTRAST if shape.waves else ()
     names += (SHADE_SPECTRUM, SHADE_RATE) if shape.shade else ()
     names += REFLECTANCE if "reflectance" in shape.layers else ()

@@ -529,7 +529,8 @@ def _once(
     field, channels, lengths = spectra.field, spectra.channels, spectra.lengths
     x = lengths.lengths()
     if field.layered:
-        return np.zeros(3), _once_on_paths(spectra, eye), *(np.zeros((0, 3, LENGTHS)),) * 2
+        none = np.zeros((0, 3, LENGTHS))
+        return np.zeros(3), _once_on_paths(spectra, eye), none, none
     E = field.light.E / field.light.mu_s
     slowest = _slowest(counts, spectra.cp[:1])[0]
     over = np.exp(-slowest[:, None] * x)
@@ -544,7 +545,8 @@ def _once(
         ):
             density = source * np.exp(-c * x[:, None])
             rows.append(channels.fold(density / c if integrated else density).T / over)
-    return slowest, *(np.array(rows) for rows in found)
+    once, drawn, drawn_at = (np.array(rows) for rows in found)
+    return slowest, once, drawn, drawn_at
 
 
 def _once_on_paths(spectra: _Spectra, eye: float) -> Array:
