@@ -9,9 +9,9 @@ the first frame, with nothing compiled yet, further frames, memory, pixels that 
 small picture of each is compared with that of Mesa's software rasteriser, by ΔE2000.
 
 The small pictures of the software rasteriser are made first, into DIR (out/gpu_check/reference), by
-processes that Mesa is asked to draw; where that cannot be had, make them with ``--make-reference``
-on another machine and copy DIR. On the software rasteriser itself only the small pictures are
-rendered, unless there is ``--force``, and no page is written.
+processes that Mesa is asked to draw, which takes some minutes once; where that cannot be had, make
+them with ``--make-reference`` on another machine and copy DIR. On the software rasteriser itself
+only the small pictures are rendered, unless there is ``--force``, and no page is written.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ _SMALL, _FULL = (240, 135), (1920, 1080)
 _FRAMES = 5  # of each kind that is timed; the median counts
 _TARGET = 0.1  # mean ΔE2000
 _SOFTWARE = "SOFTWARE"
-_LIMIT = 240  # s, of a scene
+_LIMIT = 120  # s, of a scene
 _MESA = Path("/usr/share/glvnd/egl_vendor.d/50_mesa.json")
 
 _SCENES: dict[str, dict[str, Any]] = {
@@ -92,6 +92,7 @@ def main(arguments: Sequence[str]) -> None:
     parser.add_argument("--make-reference", type=Path, metavar="DIR")
     parser.add_argument("--page", type=Path, default=_ROOT / "docs" / "gpu.md")
     parser.add_argument("--scenes", nargs="+", choices=list(_SCENES), default=list(_SCENES))
+    parser.add_argument("--resolution", type=int, nargs=2, default=_FULL, help="of what is timed")
     parser.add_argument("--samples", type=int, default=16)
     parser.add_argument("--bands", type=int, default=6)
     parser.add_argument("--detail", choices=("draft", "panel", "full"), default="panel")
@@ -99,8 +100,8 @@ def main(arguments: Sequence[str]) -> None:
     parser.add_argument("--case", help="one scene as JSON, rendered in this process")
     parser.add_argument("--probe", action="store_true", help="only print what EEVEE draws with")
     options = parser.parse_args(arguments)
-    if min(options.samples, options.bands) < 1:
-        parser.error("samples and bands must be 1 or more")
+    if min(options.samples, options.bands, *options.resolution) < 1:
+        parser.error("samples, bands and resolution must be 1 or more")
     if options.probe:
         print(json.dumps(_probe()))
         return
@@ -154,9 +155,13 @@ def _check(options: argparse.Namespace) -> None:
     rows: list[str] = []
     for name in options.scenes:
         before, picture = _gpu_memory(), _OUT / f"{name}.exr"
-        found = _of_process(name, picture, options, full=full)
+        try:
+            found = _of_process(name, picture, options, full=full)
+        except InputError as error:  # the others count all the same
+            print(error, file=sys.stderr)
+            rows.append(f"| {name} | could not be rendered" + " |" * 11)
+            continue
         rows.append(_row(name, found, picture, reference / f"{name}.exr", options, before))
-        print(rows[-1], flush=True)
     body = _body(device, rows, options)
     print(f"\n{body}")
     if device["device"] != _SOFTWARE:
@@ -191,11 +196,12 @@ def _row(
 
 def _body(device: dict[str, str], rows: Sequence[str], options: argparse.Namespace) -> str:
     named = ", ".join(f"{word} {value}" for word, value in device.items())
+    width, height = options.resolution
     return "\n".join([
         f"Measured on: {named}. {options.bands} bands, {options.samples} samples,",
-        f"{_FULL[0]} × {_FULL[1]} for times and {_SMALL[0]} × {_SMALL[1]} for ΔE2000, whose mean",
+        f"{width} × {height} for times and {_SMALL[0]} × {_SMALL[1]} for ΔE2000, whose mean",
         f"shall be {_TARGET} or less; scenes in detail *{options.detail}*. A further frame is",
-        f"rendered as for a file, but not written: with 1 sample, and {options.samples} for the",
+        f"rendered, but not written: with 1 sample, and with {1 + options.samples} for the",
         "frames per second. The first frame begins with nothing compiled.",
         "",
         "| scene | first frame, s | frame of 1 sample, ms | further sample, ms | frames per second "
@@ -213,7 +219,8 @@ def _of_process(
     picture.parent.mkdir(parents=True, exist_ok=True)
     case = {
         "name": name, "blend": str(_scene(name, options.detail)), "picture": str(picture),
-        "samples": options.samples, "bands": options.bands, "full": full,
+        "samples": options.samples, "bands": options.bands,
+        "size": list(options.resolution) if full else None,
     }  # fmt: skip
     limit = None if options.force or software else _LIMIT
     try:
@@ -257,17 +264,19 @@ def _scene(name: str, detail: str) -> Path:
     return blend
 
 
-def _render(name: str, blend: str, picture: str, samples: int, bands: int, *, full: bool) -> _Found:
-    """Render a scene in this process: times at Full HD if wanted, and the small picture."""
+def _render(
+    name: str, blend: str, picture: str, samples: int, bands: int, size: list[int] | None
+) -> _Found:
+    """Render a scene in this process: times at a size if one is given, and the small picture."""
     bpy.ops.wm.open_mainfile(filepath=blend, load_ui=False, use_scripts=False)
     if name in _LIT:
         hang_lamps(_LIT[name])
     settings = SceneSettings(bands=bands, samples=1, **_SCENES[name])
     path, times, no_numbers = Path(picture), (0.0, 0.0), 0
-    _resize(_FULL if full else _SMALL)
+    _resize(size or _SMALL)
     with drawing(settings) as drawn:
         first = _seconds(lambda: drawn.picture(path, 1))
-        if full:
+        if size:
             no_numbers += _no_numbers(path)
             times = _median(drawn, 1), _median(drawn, 1 + samples)
             _resize(_SMALL)
@@ -291,7 +300,7 @@ def _probe() -> dict[str, str]:
     return _device()
 
 
-def _resize(size: tuple[int, int]) -> None:
+def _resize(size: Sequence[int]) -> None:
     render = bpy.context.scene.render
     render.resolution_x, render.resolution_y = size
     render.resolution_percentage = 100

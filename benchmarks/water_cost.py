@@ -7,7 +7,8 @@ CPU time per sample (the difference of two counts of samples), CPU time of the f
 peak memory: of a scene without water, of fog, and of water of so many bands, alone and with shade
 of things, lamps, waves and shafts. Each case has a process of its own with an empty shader cache;
 cases are repeated in turn and the least counts. A table of each scene, as ratios to fog, and which
-targets are met. Without a GPU EEVEE runs on the CPU: read the ratios.
+targets are met; Ctrl-C ends a scene with what is known. Without a GPU EEVEE runs on the CPU: read
+the ratios.
 
 Fog is what artists use: the light of each surface times e^(-c P), plus a colour. *fog* takes the
 light by Shader to RGB, *fog kept* mixes the shader with an emission and so keeps its closures. Both
@@ -143,10 +144,13 @@ def _costs(scene: str, options: argparse.Namespace) -> dict[_Case, _Cost]:
         command += ["--samples", str(options.samples), "--materials", str(options.materials)]
         command += ["--resolution", *map(str, options.resolution)]
         command += ["--case", json.dumps(asdict(case))]
-        with empty_shader_cache() as environment:
-            done = subprocess.run(
-                command, cwd=root, capture_output=True, text=True, env=environment
-            )
+        try:
+            with empty_shader_cache() as environment:
+                done = subprocess.run(
+                    command, cwd=root, capture_output=True, text=True, env=environment
+                )
+        except KeyboardInterrupt:  # the table of what is known already
+            break
         if done.returncode:
             print(f"{scene}, {case.name}: {done.stderr.strip()[-300:]}", file=sys.stderr)
             continue
