@@ -56,7 +56,7 @@ def closed_form(
         return read_exr(path)[0]
 
     first = water_of(plan, given_of(plan, opening.depth, opening.weights))
-    notes = closed_form_water.add(scene, first.of_bands(passes[0]), opening.extent)
+    notes = closed_form_water.add(scene, first.of_bands(passes[0], len(passes[0])), opening.extent)
     notes += closed_form_water.notes(plan.settings, plan.phase)
     try:
         with eevee_settings.realtime_settings(
@@ -73,7 +73,7 @@ def closed_form(
                         image = drawn(water.of_triple(indices, 1.0 / scale), path) * scale
                     else:
                         # EEVEE cuts what is below zero, and other parts may be above.
-                        part = water.of_bands(indices)
+                        part = water.of_bands(indices, len(passes[0]))
                         image = drawn(part.of_sign(1.0), path) - drawn(part.of_sign(-1.0), path)
                     write_rgb_exr(path, image)
                     return None
