@@ -29,9 +29,10 @@ from underwater_spectral.scene.settings import SceneSettings
 from underwater_spectral.tests.scene import scenes, snapshot
 from underwater_spectral.tests.scene.columns import grey_column, henyey_greenstein, layers_of
 from underwater_spectral.tests.stress.cases import few_or_many, try_cases
+from underwater_spectral.uw_spectral.closed_form.closed_form import solve_closed_form
+from underwater_spectral.uw_spectral.closed_form.light_field import light_field_of
 from underwater_spectral.uw_spectral.errors import InputError
 from underwater_spectral.uw_spectral.spectra.spectral_image import read_exr
-from underwater_spectral.uw_spectral.transfer.closed_form import solve_closed_form
 from underwater_spectral.uw_spectral.water.phase import parse_phase
 
 pytestmark = pytest.mark.filterwarnings(
@@ -351,7 +352,7 @@ def _eevee(scene, camera, column, path):
 
 def _expected(column, rays):
     """Radiance of the open water along the rays of a picture, by numpy."""
-    water = solve_closed_form(column.light_field(PHASE), PHASE, 5.0, column.sun_direction)
+    water = solve_closed_form(light_field_of(column, PHASE), PHASE, 5.0, column.sun_direction)
     w = np.array(rays)
     return water.radiance(5.0, tuple(w[:, axis, None] for axis in range(3)), 0.0)
 

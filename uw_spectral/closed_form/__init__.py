@@ -4,6 +4,17 @@ Nothing outside asks it but its node group, its engine and what is compared with
 of the water is the solved field of :mod:`..transfer`.
 """
 
+from .closed_form import ClosedForm, solve_closed_form
+from .light_field import LightField, light_field_of, solve_light_field
 from .one_lobe import plain_water
+from .undisturbed_water import UndisturbedWater
 
-__all__ = ["plain_water"]
+__all__ = [
+    "ClosedForm",
+    "LightField",
+    "UndisturbedWater",
+    "light_field_of",
+    "plain_water",
+    "solve_closed_form",
+    "solve_light_field",
+]

@@ -22,12 +22,12 @@ import numpy as np
 
 from ..mathematics import NUMPY, Mathematics, Operand
 from ..surface.refraction import diffuse_internal_reflectance
-from ..transfer.closed_form import ClosedForm
-from ..transfer.light_field import two_stream_field
 from ..transfer.path_integral import phi
-from ..transfer.pixel import UndisturbedWater
 from ..transfer.sky import Sky
 from ..water.phase import henyey_greenstein
+from .closed_form import ClosedForm
+from .light_field import two_stream_field
+from .undisturbed_water import UndisturbedWater
 
 _ORDERS = 5
 _LEAST = 1e-6

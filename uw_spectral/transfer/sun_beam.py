@@ -12,7 +12,6 @@ from typing import Protocol
 from ..mathematics import NUMPY, Mathematics, Operand
 from ..surface.caustics import SUN_RADIUS
 from ..surface.refraction import REFRACTIVE_INDEX
-from .light_field import LightField
 from .path_integral import attenuated_path
 from .radiance_field import distance_in_water, end_of_path
 
@@ -107,9 +106,3 @@ class SunBeam:
     ) -> Operand:
         """Integrand of :meth:`scattered_once` at depth y and distance v, per metre."""
         return self.source(w, m) * m.exp(-self.c * (y / self.mu_s + v))
-
-
-def sun_beam(field: LightField, phase: Scattering, sun: Sequence[Operand]) -> SunBeam:
-    """Return the direct sun of a light field, travelling along ``sun``."""
-    f = field
-    return SunBeam(f.b, f.c, f.cp, f.E, f.mu_s, f.y_f, phase, sun)

@@ -1,7 +1,7 @@
 """The water column of a scene: every optical quantity, resolved for the bands.
 
-It is the one hand-over from the optics to whoever draws: the closed form, the
-Cycles reference and the real-time groups all read these arrays.
+It is the one hand-over from the optics to whoever draws: the Cycles reference and the
+real-time groups read these arrays.
 """
 
 from __future__ import annotations
@@ -21,8 +21,7 @@ from ..spectra.bands import Bands
 from ..surface.refraction import direction_in_air
 from ..water.phase import BandPhase
 from .discrete_ordinates import STREAMS, Emission, Layer, solve_discrete_ordinates
-from .light_field import LightField, solve_light_field
-from .rough_surface import beam_below, beam_reflectance, internal_reflectance
+from .rough_surface import beam_below, beam_reflectance
 from .sky import SKIES, UNIFORM, Sky
 from .solved_field import SolvedField
 from .sun_beam import SunBeam
@@ -299,25 +298,6 @@ class WaterColumn(ComparedByContent):
             self.sun_direction.tolist(),
         )
 
-    def light_field(self, phase: BandPhase) -> LightField:
-        """Return the light field of the column for a phase function, solved once for both.
-
-        Raises
-        ------
-        InputError
-            If the column has layers.
-
-        Examples
-        --------
-        >>> from ..water.phase import parse_phase
-        >>> column = WaterColumn(Bands.uniform(1), 0.05, 0.1, 1.0, 1.0, (0, 0, -1), 0.0,
-        ...                      math.inf, 0.0, "none", 1.34)
-        >>> column.light_field(parse_phase("hg:0.8").for_bands([0.1])).Ed(5.0).round(2)
-        array([0.74])
-        """
-        self.require_one_layer("the closed form knows")
-        return _light_field(self, phase)
-
     def solved_field(
         self,
         phase: BandPhase,
@@ -338,25 +318,6 @@ class WaterColumn(ComparedByContent):
         """
         solved = _few_streams if streams <= FEW_STREAMS else _many_streams
         return solved(self, phase, streams, emission, modes)
-
-
-@functools.lru_cache(maxsize=64)
-def _light_field(column: WaterColumn, phase: BandPhase) -> LightField:
-    R = 0.0
-    if column.reflects:
-        R = internal_reflectance(column.refractive_index, column.roughness)
-    return solve_light_field(
-        column.absorption,
-        column.scattering,
-        phase.chi1,
-        phase.chi2,
-        column.sun_irradiance,
-        column.sun_cosine,
-        E_sky=column.sky_irradiance,
-        R=R,
-        r=column.floor_reflectance,
-        y_f=column.floor_depth,
-    )
 
 
 def _solved_field(

@@ -6,16 +6,17 @@ import math
 
 import numpy as np
 import pytest
+from underwater_spectral.uw_spectral.closed_form.closed_form import solve_closed_form
+from underwater_spectral.uw_spectral.closed_form.light_field import light_field_of
 from underwater_spectral.uw_spectral.closed_form.one_lobe import (
     LobeSeries,
     plain_water,
     surface_shares,
 )
+from underwater_spectral.uw_spectral.closed_form.undisturbed_water import UndisturbedWater
 from underwater_spectral.uw_spectral.spectra.bands import Bands
 from underwater_spectral.uw_spectral.surface.refraction import diffuse_internal_reflectance
 from underwater_spectral.uw_spectral.transfer.aureole import moments_of_spread
-from underwater_spectral.uw_spectral.transfer.closed_form import solve_closed_form
-from underwater_spectral.uw_spectral.transfer.pixel import UndisturbedWater
 from underwater_spectral.uw_spectral.transfer.water_column import WaterColumn
 from underwater_spectral.uw_spectral.water.phase import henyey_greenstein, parse_phase
 
@@ -50,7 +51,7 @@ def _plain(column, g, depth, dtype=np.float64):
 @pytest.mark.parametrize(("floor", "r"), [(math.inf, 0.0), (8.0, 0.3)])
 def test_it_is_the_closed_form_with_its_fitted_aureole(g, a, b, depth, floor, r):
     column, phase = _column(a, b, floor, r), parse_phase(f"hg:{g}").for_bands([1.0])
-    fitted = solve_closed_form(column.light_field(phase), phase, depth, SUN)
+    fitted = solve_closed_form(light_field_of(column, phase), phase, depth, SUN)
     w = _rays()
     wanted = UndisturbedWater(fitted, column.skylight, 1.34).open_water(depth, w).total
     errors = np.abs(_plain(column, g, depth).open_water(depth, w).total / wanted - 1)

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from underwater_spectral.uw_spectral.closed_form.light_field import light_field_of
 from underwater_spectral.uw_spectral.errors import InputError
 from underwater_spectral.uw_spectral.imaging import (
     BandsDescription,
@@ -161,7 +162,7 @@ def test_who_knows_one_layer_says_so():
     found = _resolved(LAYERS)
     message = "water of one layer only, and this has 2; leave them, or take"
     with pytest.raises(InputError, match=f"the closed form knows {message}"):
-        found.column.light_field(found.phase)
+        light_field_of(found.column, found.phase)
     with pytest.raises(InputError, match=f"optimised bands know {message}"):
         _resolved(LAYERS, bands=BandsDescription(4, wavelengths=(450.0, 550.0), optimised=True))
     with pytest.raises(InputError, match=f"inelastic light knows {message}"):

@@ -7,6 +7,8 @@ import math
 
 import numpy as np
 import pytest
+from underwater_spectral.uw_spectral.closed_form.closed_form import solve_closed_form
+from underwater_spectral.uw_spectral.closed_form.light_field import solve_light_field
 from underwater_spectral.uw_spectral.surface.refraction import (
     fresnel_reflectance,
     sun_travel_direction,
@@ -21,12 +23,10 @@ from underwater_spectral.uw_spectral.surface.wave_patterns import (
     sunlight_factor,
     under_waves,
 )
-from underwater_spectral.uw_spectral.transfer.closed_form import solve_closed_form
 from underwater_spectral.uw_spectral.transfer.discrete_ordinates import (
     Layer,
     solve_discrete_ordinates,
 )
-from underwater_spectral.uw_spectral.transfer.light_field import solve_light_field
 from underwater_spectral.uw_spectral.transfer.radiance_field import (
     Ripples,
     sun_glitter,

@@ -1,6 +1,6 @@
 """Radiance of the water between the camera and what it sees: the closed form.
 
-Directions, depth and shapes are those of :mod:`.radiance_field`.
+Directions, depth and shapes are those of :mod:`..transfer.radiance_field`.
 """
 
 from __future__ import annotations
@@ -17,12 +17,13 @@ from numpy.typing import ArrayLike, DTypeLike
 
 from ..errors import InputError
 from ..mathematics import NUMPY, Mathematics, Operand
+from ..transfer.path_integral import attenuated_path
+from ..transfer.radiance_field import end_of_path
+from ..transfer.sun_beam import Scattering, SunBeam, half_angle2
 from ..water.phase import BandPhase, Mixture
-from .aureole import Aureole, solve_aureole
+from .aureole_lobes import Aureole, solve_aureole
 from .light_field import LightField
-from .path_integral import attenuated_path
-from .radiance_field import PathField, end_of_path
-from .sun_beam import Scattering, SunBeam, half_angle2, sun_beam
+from .path_field import PathField
 
 
 class Spread(Protocol):
@@ -57,7 +58,8 @@ class ClosedForm(PathField):
     @functools.cached_property
     def beam(self) -> SunBeam:
         """The direct sun."""
-        return sun_beam(self.field, self.phase, self.sun)
+        f = self.field
+        return SunBeam(f.b, f.c, f.cp, f.E, f.mu_s, f.y_f, self.phase, self.sun)
 
     def astype(self, dtype: DTypeLike) -> ClosedForm:
         """Return the coefficients of :func:`solve_closed_form` in another precision."""

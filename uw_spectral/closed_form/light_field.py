@@ -8,6 +8,7 @@ at no cost. The coefficients are solved here, once, in double precision.
 from __future__ import annotations
 
 import dataclasses
+import functools
 import math
 from dataclasses import dataclass
 
@@ -16,6 +17,9 @@ from numpy.typing import ArrayLike, DTypeLike
 
 from ..errors import InputError
 from ..mathematics import NUMPY, Mathematics, Operand
+from ..transfer.rough_surface import internal_reflectance
+from ..transfer.water_column import WaterColumn
+from ..water.phase import BandPhase
 
 DEEPEST_FLOOR = 1e6
 """Depth in m from which a floor does not matter: deep water."""
@@ -111,7 +115,7 @@ class LightField:
         """Upwelling irradiance at depth y, of the two streams.
 
         With :meth:`Ed` it keeps the net flux, and may be negative where a ≫ b; for its own
-        sake take :func:`.radiance_field.upwelling_irradiance`.
+        sake take :func:`.upwelling_irradiance`.
         """
         return self.E0(y, m) / 4.0 - self.F(y, m) / 2.0
 
@@ -142,7 +146,7 @@ class LightField:
             Elementary functions.
         openness : float or array, optional
             Share of the light from above, the direct sun apart, that nothing keeps
-            away: of that in :func:`.light_cone`. All of it by default.
+            away. All of it by default.
 
         Returns
         -------
@@ -250,6 +254,42 @@ def solve_light_field(
     return two_stream_field(
         a, b, chi1, f, E, float(mu_s), E_sky=E_sky, R=R, r=r, y_f=float(y_f)
     )  # fmt: skip
+
+
+@functools.lru_cache(maxsize=64)
+def light_field_of(column: WaterColumn, phase: BandPhase) -> LightField:
+    """Return the light field of a column for a phase function, solved once for both.
+
+    Raises
+    ------
+    InputError
+        If the column has layers.
+
+    Examples
+    --------
+    >>> from ..spectra.bands import Bands
+    >>> from ..water.phase import parse_phase
+    >>> column = WaterColumn(Bands.uniform(1), 0.05, 0.1, 1.0, 1.0, (0, 0, -1), 0.0,
+    ...                      math.inf, 0.0, "none", 1.34)
+    >>> light_field_of(column, parse_phase("hg:0.8").for_bands([0.1])).Ed(5.0).round(2)
+    array([0.74])
+    """
+    column.require_one_layer("the closed form knows")
+    R = 0.0
+    if column.reflects:
+        R = internal_reflectance(column.refractive_index, column.roughness)
+    return solve_light_field(
+        column.absorption,
+        column.scattering,
+        phase.chi1,
+        phase.chi2,
+        column.sun_irradiance,
+        column.sun_cosine,
+        E_sky=column.sky_irradiance,
+        R=R,
+        r=column.floor_reflectance,
+        y_f=column.floor_depth,
+    )
 
 
 def two_stream_field(
