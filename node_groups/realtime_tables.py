@@ -112,7 +112,7 @@ class Layout:
     def _along(self) -> tuple[tuple[str, int], ...]:
         parts = 0 if self.layered else self.parts
         return (
-            *(("rates", 4), ("image_left", 2), ("sky", 1), ("glitter", 1), ("floor", 1)),
+            *(("rates", 3), ("image_left", 2), ("sky", 1), ("glitter", 1), ("floor", 1)),
             *(("mirrored", 3), ("once", parts), ("drawn", parts), ("drawn_at", parts)),
             ("", 0),
         )

@@ -55,7 +55,7 @@ _WAVES = (
     *(GLITTER, GLITTER_WIDTH, CAUSTIC_STRENGTH),
 )
 
-_OF_LIGHT = ("decay", "extinction", "peak", "sun_decay", "once_decay")
+_OF_LIGHT = ("scale", "decay", "extinction", "peak", "sun_decay", "once_decay")
 SUN_ABOVE = tuple(f"sun above on {c}" for c in ("red", "green", "blue"))
 SKY_ABOVE = tuple(f"sky above on {c}" for c in ("red", "green", "blue"))
 GLOW_ABOVE = tuple(f"glow in air {c}" for c in ("red", "green", "blue"))

@@ -151,7 +151,7 @@ class ChannelWater:
 
     def unit(self, y: Operand) -> Operand:
         """What tables of depth and direction are divided by."""
-        return self.m.exp(self.tables.rate(3, y))
+        return self.numbers.scale * self.m.exp(-self.numbers.decay * y)
 
     def left(self, y: Operand, P: Operand) -> Operand:
         """What tables over a distance to depth y are divided by."""

@@ -49,6 +49,7 @@ _SEEN = 1e-3  # share of a channel from which on a band counts for its slowest d
 _RIDGE = 1e-6  # of the regression, relative to the mean squares of what it stands on
 _EVERY = 4, 6  # of the elevations and azimuths whose spectra are regressed
 _NOTHING = 1e-30
+_LARGEST_EXPONENT = 40.0
 
 Array = NDArray[np.float64]
 
@@ -91,8 +92,8 @@ class FoldedNumbers:
 
     Attributes
     ----------
-    decay : channels
-        Rate at which light falls off with depth, 1/m.
+    scale, decay : channels
+        Light in the tables of depth and direction is divided by ``scale e^{-decay y}``.
     extinction : channels
         κ: tables over distance are divided by e^{-κP}, 1/m. In layered water, where each depth
         has its own, it is :attr:`FoldedLight.rates`, as are the next two.
@@ -107,6 +108,7 @@ class FoldedNumbers:
         Cosine of the in-water zenith angle; depth of the floor, m.
     """
 
+    scale: Operand
     decay: Operand
     extinction: Operand
     peak: Operand
@@ -143,9 +145,8 @@ class FoldedLight:
         [k]: what is left over a distance of direct sunlight on colour k, normal irradiance.
     glowing : array, shape (3, 3, slices, LENGTHS)
         [k]: of the light of a lamp of colour k.
-    rates : array, shape (4, 3, slices)
-        Extinction, peak and decay of the sun of :class:`FoldedNumbers`, [0] to [2], by depth; and
-        the logarithm of what tables of depth and direction are divided by.
+    rates : array, shape (3, 3, slices)
+        Extinction, peak and decay of the sun of :class:`FoldedNumbers`, [0] to [2], by depth.
     image : array, shape (3, ELEVATIONS, AZIMUTHS)
         Radiance of the surface from just below, and of the floor.
     image_left : array, shape (2, 3, LENGTHS)
@@ -268,15 +269,15 @@ def fold(
     peak = np.minimum(peak, 0.98 * slowest)
     scattered, beyond = _scattered(spectra), _beyond(spectra)
     irradiance = _irradiance(spectra, shaded=shaded)
-    decay, unit = _unit(spectra, scattered, irradiance)
-    over = np.exp(unit)[..., None, None]
+    decay, scale = _unit(spectra, scattered, irradiance)
+    over = (scale[:, None] * np.exp(-decay[:, None] * depths))[..., None, None]
     way = np.exp(-slowest.T[..., None] * lengths.lengths())  # (3, d, l)
     forward = np.exp(-(slowest - peak).T[..., None] * lengths.lengths())
     bases = np.column_stack([channels.reflectance, *measured])
     sun_decay, sunlit = _sunlit(spectra, bases, counts, shaded=shaded)
     once_decay, once, drawn, drawn_at = _once(spectra, eye, counts)
     numbers = FoldedNumbers(
-        decay, slowest[0], peak[0], sun_decay[0], once_decay, lengths, field.light.mu_s,
+        scale, decay, slowest[0], peak[0], sun_decay[0], once_decay, lengths, field.light.mu_s,
         field.floor_depth,
     )  # fmt: skip
     image, image_left = _image(spectra)
@@ -296,7 +297,7 @@ def fold(
         _matte(spectra, bases, irradiance) / way,
         sunlit / way,
         np.moveaxis(glow, (0, 1, 2, 3), (2, 3, 1, 0)) / way,
-        np.array([slowest.T, peak.T, sun_decay.T, unit]),
+        np.array([slowest.T, peak.T, sun_decay.T]),
         image,
         image_left / np.swapaxes(forward[:, [0, -1]], 0, 1),
         channels.fold(sky * up).T / forward[:, 0],
@@ -360,12 +361,14 @@ def _image(spectra: _Spectra) -> tuple[Array, Array]:
 
 
 def _unit(spectra: _Spectra, scattered: Array, irradiance: Array) -> tuple[Array, Array]:
-    """Decay of the channels' light, and the logarithm of what is divided by, (3, d)."""
+    """Decay and scale of the channels' tables; of a band those of its own."""
     field, depths = spectra.field, spectra.depths
     weights = np.abs(spectra.channels.weights)
     decay = decay_rate(depths, field.scalar_irradiance(depths) @ weights.T)
     most = np.maximum(scattered.max(axis=(2, 3)), irradiance.max(axis=(2, 3)))
-    return decay, np.log(np.maximum(weights @ most, _NOTHING))
+    grown = np.exp(np.minimum(decay[:, None] * depths, _LARGEST_EXPONENT))
+    scale = (weights @ most * grown).max(axis=1)
+    return decay, np.maximum(scale, float(np.finfo(np.float32).tiny))
 
 
 def _irradiance(spectra: _Spectra, *, shaded: bool) -> Array:
