@@ -11,9 +11,9 @@ from ..uw_spectral.transfer.radiance_field import distance_in_water
 from . import realtime_lamps, realtime_layers
 from .data_blocks import new_world
 from .node_mathematics import NODES, Graph, new_group
-from .realtime_rays import camera_depth, camera_place, view_direction
+from .realtime_rays import camera_place, view_direction
 from .realtime_surface import shaft
-from .realtime_values import FLOOR_DEPTH, SHAFT_END, Shape
+from .realtime_values import FLOOR_DEPTH, FRAME, SHAFT_END, Shape
 from .realtime_water import PixelWater, Sources, in_group, pixel_layers
 from .realtime_waves import SLOPE, slope_ahead
 
@@ -26,15 +26,16 @@ def build(shape: Shape, sources: Sources) -> bpy.types.ShaderNodeTree:
     tree.interface.new_socket("Color", in_out="OUTPUT", socket_type="NodeSocketColor")
     graph = Graph(tree, rays=sources.rays)
     water = PixelWater(graph, shape, sources)
-    w, y_o = view_direction(graph), camera_depth(graph)
+    w, eye = view_direction(graph), camera_place(graph, water.values.of(*FRAME))
+    y_o = NODES.maximum(-eye[2], 0.0)
     slope = None
     if sources.waves is not None:
-        slope = slope_ahead(graph, sources.values, sources.waves.slopes, w)[SLOPE]
+        slope = slope_ahead(graph, sources.values, sources.waves.slopes, eye, w)[SLOPE]
     P = distance_in_water(y_o, -w[2], water.values[FLOOR_DEPTH], NODES)
     found = {}
     shade = water.shade()
     if shade is not None:
-        found = shade.on_path(camera_place(graph), w, P)
+        found = shade.on_path(eye, w, P)
     path_shade, ray = water.path_shade(found, w, P), water.along(w)
     pixel = ray.open_water(
         y_o, w, water.sky, water.index, ripples=water.ripples(slope), shade=path_shade

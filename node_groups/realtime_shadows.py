@@ -10,7 +10,9 @@ from .node_mathematics import NODES, Graph, NodeValue
 _GRAZING = 1e-3  # cosine to the sun
 
 
-def sun_visibility(graph: Graph, normal: NodeValue, sun: Sequence[NodeValue]) -> NodeValue:
+def sun_visibility(
+    graph: Graph, normal: NodeValue, sun: Sequence[NodeValue], gain: NodeValue
+) -> NodeValue:
     """Share of the direct sun that reaches the shaded point; 0 where it faces away.
 
     Other lamps shine in other colours than red, or not at all beside the sun.
@@ -18,7 +20,7 @@ def sun_visibility(graph: Graph, normal: NodeValue, sun: Sequence[NodeValue]) ->
     lit = graph.components(light_on_white(graph, normal))[0]
     nx, ny, nz = graph.components(normal)
     cosine = -(nx * sun[0] + ny * sun[1] + nz * sun[2])
-    return NODES.clamp(math.pi * lit / NODES.maximum(cosine, _GRAZING), 0.0, 1.0)
+    return NODES.clamp(math.pi * lit * gain / NODES.maximum(cosine, _GRAZING), 0.0, 1.0)
 
 
 def light_on_white(graph: Graph, normal: NodeValue) -> NodeValue:

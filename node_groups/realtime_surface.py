@@ -39,6 +39,7 @@ from .realtime_values import (
     SHAFT_END,
     SKY_ABOVE,
     SUN_ABOVE,
+    SUN_GAIN,
     SUN_IN_AIR,
     Shape,
 )
@@ -167,6 +168,7 @@ class _Surface:
         if isinstance(around, NodeValue):
             left = direct + (ray.left_with_peak(y, P) - direct) * (1.0 - around)
         factor = left * self._thing.sunlight * self._turned(self._water.sun)
+        factor = factor * self._values[SUN_GAIN]
         wanted: dict[str, Operand] = dict(zip(COLUMNS, COLOURS, strict=True))
         if self._shape.measured:
             wanted[MEASURED] = self._given[COLUMN]
@@ -174,6 +176,7 @@ class _Surface:
         if self._shape.above:
             columns = [self._water.ray(LEAVING) * column for column in columns]
             turned = self._turned(self._values.of(*SUN_IN_AIR))
+            turned = turned * self._values[SUN_GAIN]
             dry = [self._values[name] * turned for name in SUN_ABOVE]
             # A measured reflectance is only known in the water: red stands for it in the air.
             dry += dry[:1] * (len(columns) - len(dry))
@@ -189,7 +192,8 @@ class _Surface:
         if not self._shape.layers:
             return {}
         wanted, here = self._shape.layers, self._pixel
-        sun = sun_visibility(self._graph, self._given[NORMAL], self._water.sun)
+        gain = self._values[SUN_GAIN]
+        sun = sun_visibility(self._graph, self._given[NORMAL], self._water.sun, gain)
         if "B_single" in wanted:
             once = self._ray.single_scattering(self._y_o, self._y, self._w, self._P)
             sunlit = self._path_shade().once
@@ -220,7 +224,7 @@ class _Surface:
         columns, base = self._base()
         response = ()
         if LIT in given:
-            lit = NODES.maximum(given[LIT] - given[EMITTED], 0.0)
+            lit = NODES.maximum(given[LIT] - given[EMITTED], 0.0) * self._values[SUN_GAIN]
             turned = self._turned(self._water.sun)
             response = [part * turned for part in self._in_columns(lit, base)]
         mirrored, L_mirrored = (), 0.0
@@ -300,6 +304,7 @@ class _Surface:
         lit: Sequence[Operand] = (0.0, 0.0, 0.0)
         if LIT in self._given:
             shone = NODES.maximum(self._given[LIT] - self._given[EMITTED], 0.0)
+            shone = shone * self._values[SUN_GAIN]
             lit = self._graph.components(shone)
         base, emitted = (self._graph.components(self._given[n]) for n in (COLOR, EMITTED))
         total: Operand = 0.0

@@ -32,11 +32,13 @@ LENGTH_FIRST, LENGTH_PER_LOG = "length first", "length per log"
 FASTEST = "fastest"
 CAMERA_DEPTH = "camera depth"
 INDEX = "refractive index"
+FRAME = ("frame left", "frame bottom", "frame width", "frame height")
+SUN_GAIN = "sun gain"
 SHAFT_END = "shaft end"
 SHAFT_SCALE = "shaft scale"
 _ALWAYS = (
     *(MU_S, FLOOR_DEPTH, *SUN, *SUN_IN_AIR, LENGTH_FIRST, LENGTH_PER_LOG, FASTEST),
-    *(CAMERA_DEPTH, INDEX, SHAFT_END, SHAFT_SCALE),
+    *(CAMERA_DEPTH, *FRAME, INDEX, SUN_GAIN, SHAFT_END, SHAFT_SCALE),
 )
 IN_AIR, RAY_INDEX = "camera in air", "index of rays"
 CAMERA = ("camera x", "camera y", "camera z")

@@ -34,7 +34,6 @@ def wanted_settings(
     wanted: list[tuple[Any, str, Any]] = [
         (scene, "camera", camera),
         (scene, "compositing_node_group", None),
-        (camera.data, "clip_start", max(min(start, _CLIP_START), _CLIP_RATIO * end)),
         (render, "engine", "BLENDER_EEVEE"),
         (render, "film_transparent", False),
         (render, "use_border", False),
@@ -51,6 +50,10 @@ def wanted_settings(
         (eevee, "direct_light_intensity", 1.0),
         (eevee, "use_volumetric_shadows", False),
     ]
+    if water is not None and water.particles.clouds:
+        # Particles come closer than things do; what else is nearer stays cut away, as in a housing.
+        near = max(min(start, _CLIP_START), _CLIP_RATIO * end)
+        wanted.append((camera.data, "clip_start", near))
     if water is not None and water.shafts is not None:
         wanted += [
             (eevee, "use_volume_custom_range", True),

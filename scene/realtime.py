@@ -36,7 +36,7 @@ from ..uw_spectral.lamps.multiple_scattering import LampWater, lamp_water
 from ..uw_spectral.shade.shade_table import ShadeTable
 from ..uw_spectral.surface.wave_patterns import LAYERS, WavePatterns
 from ..uw_spectral.transfer.above_water import LightInAir, flattened_sun, light_in_air
-from ..uw_spectral.transfer.channel_pixel import along_rays
+from ..uw_spectral.transfer.channel_pixel import COLOURS, along_rays
 from ..uw_spectral.transfer.channels import Channels, channels_of
 from ..uw_spectral.transfer.folded_light import FoldedLight, fold
 from ..uw_spectral.transfer.radiance_table import TABLE_STREAMS, tabulate
@@ -63,6 +63,7 @@ _SHAFT_OPTICAL_DEPTH = 4.0
 _LONGEST_SHAFT = 200.0
 # Columns of red, green and blue come before those of measured reflectances.
 _FIRST_MEASURED = 3
+_HALF_RANGE = 4.0  # of the colours of closures
 # Share by which the volume may dim what is behind it; below, the rounding of its
 # transmittance costs more light than that (8 to 14 % at 0.003, 4 to 6 % at 0.02).
 _SHAFT_OPACITY = 0.02
@@ -135,6 +136,8 @@ class RealtimeWater:
     draws_shafts : bool
     reflectances : dict of str to array, shape (n,)
         Measured ones, by the names of materials.
+    frame : four floats
+        Left, bottom, width and height of the picture of an orthographic camera, m; zero of others.
     waves, contrast, strength : WavePatterns, array (KNOTS, n), float
         The moving surface: its patterns, and the strength of what they throw.
     """
@@ -155,6 +158,7 @@ class RealtimeWater:
     waves: WavePatterns | None = None
     contrast: NDArray[np.float64] | None = None
     strength: float = 0.0
+    frame: tuple[float, ...] = (0.0, 0.0, 0.0, 0.0)
 
     def in_channels(self, channels: Channels, layers: Sequence[str] = ()) -> RealtimeWater:
         """Return the water in other channels, with layers that are written beside the picture."""
@@ -210,6 +214,19 @@ class RealtimeWater:
         return _shaft_range(self) if self.draws_shafts else None
 
     @functools.cached_property
+    def sun_gain(self) -> float:
+        """What the light of the drawn sun is multiplied with.
+
+        EEVEE keeps colours of closures up to 8 in steps of a thousandth: in the sunlight at the
+        camera a white one shall be about half of that.
+        """
+        along = along_rays(self.folded, self.field.sun, [np.zeros((1, 1))] * 3)
+        y = np.full((1, 1), min(max(self.depth, 0.0), self.field.floor_depth))
+        white = sum(along.sunlight(y, 0.0 * y, k) for k in COLOURS)
+        brightest = float(np.max(white))
+        return _HALF_RANGE / brightest if brightest > 0 else 1.0
+
+    @functools.cached_property
     def light(self) -> NDArray[np.float64]:
         """Scalar irradiance at the camera, by which channels weigh their bands, shape (n,)."""
         depth = min(max(self.depth, 0.0), self.field.floor_depth)
@@ -224,7 +241,9 @@ class RealtimeWater:
         single |= dict(zip(realtime_values.SUN_IN_AIR, column.skylight.sun, strict=True))
         single |= {
             realtime_values.CAMERA_DEPTH: self.depth,
+            **dict(zip(realtime_values.FRAME, self.frame, strict=True)),
             realtime_values.INDEX: column.refractive_index,
+            realtime_values.SUN_GAIN: self.sun_gain,
             realtime_values.SHAFT_END: self.shafts.end if self.shafts else 0.0,
             realtime_values.SHAFT_SCALE: self.shafts.scale if self.shafts else 0.0,
         }
@@ -519,9 +538,11 @@ def set_values(scene: bpy.types.Scene, water: RealtimeWater) -> None:
                 drawn = (water.numbers.single[name] for name in realtime_values.DRAWN_SUN)
                 scene_water.turn(item, drawn)
             # At night it would hide the shadows of lamps.
-            item.data.energy = float(np.any(water.column.sun_irradiance > 0))
+            shines = bool(np.any(water.column.sun_irradiance > 0))
+            item.data.energy = shines / water.sun_gain
             item.data.angle = scene_water.SUN_DIAMETER_IN_AIR / water.column.refractive_index
-            item.data.volume_factor = 1.0 / water.shafts.scale if water.shafts is not None else 0.0
+            of_volume = water.sun_gain / water.shafts.scale if water.shafts is not None else 0.0
+            item.data.volume_factor = of_volume
 
 
 def _wet(scene: bpy.types.Scene, material: bpy.types.Material) -> None:

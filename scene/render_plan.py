@@ -219,8 +219,15 @@ class RenderPlan(ResolvedOptics):
             lamps=lamps, above=_view_from_air(viewer, eyes, in_air),
             mirrors=realtime_materials.mirror(contents.materials(scene)),
         )  # fmt: skip
+        frame = cameras.orthographic_frame(scene, viewer)
+        if viewer is not None and frame is not None and water.shape.layered:
+            raise InputError(
+                f"camera {viewer.name!r} is orthographic, and the water differs with depth; EEVEE "
+                "draws that for perspective cameras: take one, or Cycles"
+            )
         # The scene has that floor already.
-        return replace(water, column=self.column, particles=self.particles)
+        water = replace(water, column=self.column, particles=self.particles)
+        return water if frame is None else replace(water, frame=frame)
 
     def lamps(self, scene: bpy.types.Scene) -> SceneLamps:
         """Return the lamps of a scene's current frame."""
