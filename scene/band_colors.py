@@ -291,7 +291,8 @@ def _take_out(tree: bpy.types.NodeTree, node: bpy.types.Node) -> None:
             _link(tree, source.from_socket, target, source.is_muted)
     if uplift.MEASURED_INPUT in node.inputs:
         for link in list(node.inputs[uplift.MEASURED_INPUT].links):
-            tree.nodes.remove(link.from_node)
+            if link.from_node.bl_idname == "ShaderNodeAttribute":
+                tree.nodes.remove(link.from_node)
     tree.nodes.remove(node)
 
 

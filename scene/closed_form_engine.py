@@ -41,6 +41,7 @@ def closed_form(
     """
     plan = opening.plan
     passes = plan.bands.packed(3) if by_band else picture_passes_of(plan)
+    plan.column.require_one_layer("the closed form (--field) knows")
     lamps, above = bool(plan.lamps(scene).lamps), waterline.above(camera, opening.eyes)
     closed_form_water.refuse(plan.settings, lamps=lamps, above=above)
 

@@ -28,6 +28,7 @@ from .temporary import render_settings
 from .water_body import WaterExtent
 
 _FEW_PIXELS = 8
+_DARKEST = 1e-20  # of the brightest: what is multiplied stays in single precision
 
 
 @contextlib.contextmanager
@@ -53,8 +54,7 @@ def eevee_bands(
 
     def scale_of(now: RenderPlan, camera_depth: float) -> np.ndarray:
         light = now.viewpoint(camera_depth, lamplight=now.lamplight(scene, camera)).light
-        white = light / np.pi
-        return np.maximum(white, np.finfo(np.float32).tiny)
+        return _scale(light / np.pi)
 
     def part_of(
         water: realtime.RealtimeWater, indices: tuple[int, ...], scale: np.ndarray
@@ -114,7 +114,7 @@ def eevee_realtime(
         """Return water, and the sensor's response per number drawn."""
         response = now.response(camera_depth)
         light = now.viewpoint(camera_depth, lamplight=now.lamplight(scene, camera)).light
-        white = np.maximum(np.abs(response @ light) / np.pi, np.finfo(np.float32).tiny)
+        white = _scale(np.abs(response @ light) / np.pi)
         channels = channels_of(now.bands, response / white[:, None])
         return waters(now, camera_depth).in_channels(channels, drawn), white
 
@@ -141,6 +141,12 @@ def eevee_realtime(
             return render
 
         yield BandEngine(picture_passes_of(plan), notes, frame)
+
+
+def _scale(white: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return what to divide by so that white is near 1; where there is no light, anything."""
+    brightest = float(white.max())
+    return np.maximum(white, _DARKEST * brightest) if brightest > 0 else np.ones_like(white)
 
 
 def _drawn(

@@ -298,6 +298,20 @@ def refresh() -> None:
                 _refresh(tree, node)
 
 
+def behind(
+    surfaces: Mapping[bpy.types.ShaderNodeTree, Collection[bpy.types.Material]],
+) -> set[bpy.types.Material]:
+    """Return the materials that are behind these groups, and those of the water's own."""
+    found = set()
+    for material in bpy.data.materials:
+        tree = material.node_tree
+        surface = None if tree is None else _surface_node(tree)
+        own = surface is None and MARK in material and tree is not None
+        if own or (surface is not None and material in surfaces.get(surface.node_tree, ())):
+            found.add(material)
+    return found
+
+
 def remove(
     kept: Mapping[bpy.types.ShaderNodeTree, Collection[bpy.types.Material]],
 ) -> None:
@@ -308,13 +322,7 @@ def remove(
     kept : mapping of ShaderNodeTree to collection of Material
         Materials that stay behind a surface group.
     """
-    wet = set()
-    for material in bpy.data.materials:
-        tree = material.node_tree
-        surface = None if tree is None else _surface_node(tree)
-        own = surface is None and MARK in material
-        if own or (surface is not None and material in kept.get(surface.node_tree, ())):
-            wet.add(tree)
+    wet = {material.node_tree for material in behind(kept)}
     wet |= contents.inner_groups(wet)
     for tree in [tree for tree in _trees() if tree not in wet]:
         surface = _surface_node(tree)

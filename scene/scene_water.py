@@ -382,7 +382,7 @@ def _let_go() -> None:
         {x for scene, water in waters.items() if SURFACE in water for x in contents.objects(scene)}
     )
     # Colours go home before the nodes that they are led through are taken away.
-    band_colors.remove(routed.union(*lit.values()))
+    band_colors.remove(routed | realtime_materials.behind(lit))
     realtime_materials.remove(lit)
     apparent_places.give_back(set().union(*lit.values()) if lit else ())
     apparent_places.unite(waters)

@@ -509,7 +509,7 @@ def _matte(spectra: _Spectra, bases: Array, irradiance: Array) -> Array:
     targets = (light @ np.swapaxes(weighted, 1, 2)).reshape(d, -1, lengths, k * 3)
     size = light @ np.abs(coloured).T
     mean = np.einsum("pn,dln,dn->dpl", np.abs(coloured), T, light.mean(axis=1), optimize=True)
-    own = np.tile(np.abs(light @ channels.weights.T).mean(axis=1), (1, k))[..., None]
+    own = np.tile((light @ np.abs(channels.weights).T).mean(axis=1), (1, k))[..., None]
     share = mean / np.maximum(own, _NOTHING)
     found = _regressed(light @ channels.weights.T, size, np.swapaxes(targets, 2, 3), share)
     return found.reshape(3, k, 3, d, lengths)
