@@ -50,8 +50,9 @@ def wanted_settings(
         (eevee, "direct_light_intensity", 1.0),
         (eevee, "use_volumetric_shadows", False),
     ]
-    if water is not None and water.particles.clouds:
-        # Particles come closer than things do; what else is nearer stays cut away, as in a housing.
+    if water is not None and (water.particles.clouds or water.shape.layers):
+        # Particles come closer than things do, and depths are finer then; else what is nearer
+        # stays cut away, as a housing about the camera is.
         near = max(min(start, _CLIP_START), _CLIP_RATIO * end)
         wanted.append((camera.data, "clip_start", near))
     if water is not None and water.shafts is not None:

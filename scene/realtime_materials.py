@@ -284,10 +284,10 @@ def write_reflectance(
     material: bpy.types.Material, column: int, channels: NDArray[np.float64]
 ) -> None:
     """Tell a wet material where its measured reflectance is, and its channels."""
-    node = _surface_node(material.node_tree)
-    if node is not None:
-        node.inputs[realtime_surface.COLUMN].default_value = float(column)
-        node.inputs[realtime_surface.MEASURED].default_value = channels
+    for node in material.node_tree.nodes:
+        if node.bl_idname == "ShaderNodeGroup" and (_MUTED in node or _SUNLIGHT in node):
+            node.inputs[realtime_surface.COLUMN].default_value = float(column)
+            node.inputs[realtime_surface.MEASURED].default_value = channels
 
 
 def refresh() -> None:
