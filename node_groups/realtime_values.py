@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from ..uw_spectral.surface.wave_patterns import KNOTS
 from ..uw_spectral.transfer.depth_scale import DepthScale, Zone
 from ..uw_spectral.transfer.folded_light import FoldedLight, FoldedNumbers, LengthScale
+from ..uw_spectral.transfer.radiance_field import FARTHEST
 from ..uw_spectral.transfer.sky import UNIFORM
 from ..uw_spectral.water.phase import PhaseFunction
 from . import realtime_lamps, realtime_shade
@@ -166,7 +167,7 @@ def of_light(light: FoldedLight, sun: tuple[float, ...]) -> Numbers:
     numbers = light.numbers
     single = {
         MU_S: float(numbers.mu_s),
-        FLOOR_DEPTH: float(numbers.y_f),
+        FLOOR_DEPTH: min(float(numbers.y_f), FARTHEST),
         **dict(zip(SUN, sun, strict=True)),
         LENGTH_FIRST: float(numbers.lengths.first),
         LENGTH_PER_LOG: float(numbers.lengths.per_log),

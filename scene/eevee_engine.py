@@ -6,6 +6,7 @@ import contextlib
 import functools
 import tempfile
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import bpy
@@ -116,7 +117,8 @@ def eevee_realtime(
         light = now.viewpoint(camera_depth, lamplight=now.lamplight(scene, camera)).light
         white = _scale(np.abs(response @ light) / np.pi)
         channels = channels_of(now.bands, response / white[:, None])
-        return waters(now, camera_depth).in_channels(channels, drawn), white
+        water = waters(now, camera_depth).in_channels(channels, drawn)
+        return replace(water, pictures=True), white
 
     first, samples = water_of(plan, depth)[0], plan.settings.samples
     with _eevee(scene, camera, first, extent, samples, froxels) as notes:

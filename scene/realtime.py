@@ -138,6 +138,8 @@ class RealtimeWater:
         Measured ones, by the names of materials.
     frame : four floats
         Left, bottom, width and height of the picture of an orthographic camera, m; zero of others.
+    pictures : bool
+        Whether the channels are those of a picture.
     waves, contrast, strength : WavePatterns, array (KNOTS, n), float
         The moving surface: its patterns, and the strength of what they throw.
     """
@@ -159,6 +161,7 @@ class RealtimeWater:
     contrast: NDArray[np.float64] | None = None
     strength: float = 0.0
     frame: tuple[float, ...] = (0.0, 0.0, 0.0, 0.0)
+    pictures: bool = False
 
     def in_channels(self, channels: Channels, layers: Sequence[str] = ()) -> RealtimeWater:
         """Return the water in other channels, with layers that are written beside the picture."""
@@ -192,9 +195,14 @@ class RealtimeWater:
         """Whether materials keep their closures, which only add to the light of the water.
 
         Layers hold the light of things, which nothing tells of a closure; and where channels are
-        negative, as those of a display are, EEVEE would cut the light of the water first.
+        negative, as those of a display are, EEVEE would cut the light of the water first. Band
+        passes are measurements, and EEVEE keeps the colours of closures in steps of a thousandth.
+        Among things that shade each other, with lamps and from the air kept closures are not as
+        bright as lit ones yet.
         """
-        return not self.shape.layers and bool(np.all(self.channels.weights >= 0))
+        shape = self.shape
+        proven = not (shape.layers or shape.shade or shape.above or shape.lamps)
+        return self.pictures and proven and bool(np.all(self.channels.weights >= 0))
 
     @functools.cached_property
     def folded(self) -> FoldedLight:

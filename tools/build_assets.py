@@ -106,7 +106,7 @@ def shaders() -> Iterable[Any]:
     yield mark(tree, "Shaders", tree.description, _columns(picture))
     yield closed_form()
     plan = three_bands("jerlov:IB", **_WAVES)
-    water = plan.realtime(bpy.context.scene, _DEPTH, np.eye(3)).of_bands((2, 1, 0), 3)
+    water = plan.realtime(bpy.context.scene, _DEPTH, np.eye(3))
     water = moving_surface.with_waves(bpy.context.scene, plan, water)
     assert water.waves is not None
     images = realtime_waves.new_images()
