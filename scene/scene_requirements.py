@@ -16,12 +16,13 @@ from ..quality.seen_points import SeenPoints
 from ..quality.terms import SURFACE, TERMS, WAVES, settings_of, switched_on
 from ..uw_spectral.errors import InputError
 from ..uw_spectral.imaging.description import REFERENCE_BANDS
+from ..uw_spectral.transfer.light_cone import light_cone
 from . import moving_surface
 from .cameras import camera_depth
 from .manifest import rendered_size
 from .render_plan import RenderPlan, forget_files, plan_of, quiet
 from .rendered import as_rendered
-from .settings import EQUAL, OPTIMISED, Job, SceneSettings
+from .settings import EQUAL, OPTIMISED, REALTIME, SOLVED, Job, SceneSettings
 from .view_tracing import trace_from_above, trace_view
 
 OPTIMISED_COUNTS = (3, 6, 9)
@@ -105,19 +106,18 @@ def choose(
                 )
             with quiet():
                 plan = plan_of(chosen)
-                plan.column.require_one_layer("Auto knows")
-                everything = _everything(scene, chosen)
+                everything = _everything(scene, chosen, job.engine)
             for frame in frames:
                 scene.frame_set(frame)
                 for eye in (camera, *others):
                     rays = RAYS // (len(frames) * (1 + len(others)))
                     depth = camera_depth(eye, plan.column.floor_depth)
-                    light = everything.view.field
+                    cone = light_cone(everything.view.field, depth, plan.column.sun_direction)
                     if depth > 0.0:
-                        views.append(trace_view(scene, eye, plan.column, light, rays=rays))
+                        views.append(trace_view(scene, eye, plan.column, cone, rays=rays))
                         continue
                     from_above = True
-                    seen = trace_from_above(scene, eye, plan.column, light, rays=rays).seen
+                    seen = trace_from_above(scene, eye, plan.column, cone, rays=rays).seen
                     if seen is not None:
                         views.append(seen)
     finally:
@@ -156,7 +156,7 @@ def choose(
         required = decide(
             views,
             everything,
-            _choices(chosen, keep),
+            _choices(chosen, job.engine, method, keep),
             target=target,
             budget=budget,
             workload=workload,
@@ -173,23 +173,26 @@ def _sampled(frames: Sequence[int]) -> list[int]:
     return [frames[i] for i in chosen]
 
 
-def _optics(plan: RenderPlan) -> Optics:
-    """The water of a plan; the rays bring their own depth."""
-    return Optics(plan.viewpoint(0.0), plan.excitation)
+def _optics(plan: RenderPlan, engine: str) -> Optics:
+    """The water of a plan by the light that an engine draws; the rays bring their own depth."""
+    solved = engine != "eevee" or plan.settings.field == SOLVED
+    return Optics(plan.viewpoint(0.0), plan.excitation, solved=solved)
 
 
-def _everything(scene: bpy.types.Scene, chosen: SceneSettings) -> Optics:
+def _everything(scene: bpy.types.Scene, chosen: SceneSettings, engine: str) -> Optics:
     """Everything the settings ask for, on many bands."""
     many = replace(chosen, bands=REFERENCE_BANDS, wavelengths="", band_placement=EQUAL)
     plan = plan_of(many)
-    found = _optics(plan)
+    found = _optics(plan, engine)
     if chosen.surface != moving_surface.WAVES:
         return found
     coarse = replace(chosen, wave_resolution=min(chosen.wave_resolution, _WAVE_RESOLUTION))
     return replace(found, waves=moving_surface.patterns(scene, replace(plan, settings=coarse)))
 
 
-def _choices(chosen: SceneSettings, keep: frozenset[str]) -> list[BandChoice]:
+def _choices(
+    chosen: SceneSettings, engine: str, method: str, keep: frozenset[str]
+) -> list[BandChoice]:
     """Bands to choose from; those of the settings alone if they must stay."""
     # Only the elastic light of a calm sea is compared.
     plain = replace(
@@ -201,16 +204,17 @@ def _choices(chosen: SceneSettings, keep: frozenset[str]) -> list[BandChoice]:
         bands = {}
         plan = plan_of(plain)
         name = f"{len(plan.bands)}, as given"
-        return [BandChoice(name, _optics(plan), bands, len(plan.passes))]
+        return [BandChoice(name, _optics(plan, engine), bands, len(plan.passes))]
+    most = plan_of(plain).most_bands if method == REALTIME else BAND_COUNTS[-1]
     found = []
     for placement, counts in ((EQUAL, BAND_COUNTS), (OPTIMISED, OPTIMISED_COUNTS)):
         if "band_placement" in keep and placement != chosen.band_placement:
             continue
-        for count in counts:
+        for count in (n for n in counts if n <= most):
             changes = {"bands": count, "wavelengths": "", "band_placement": placement}
             plan = plan_of(replace(plain, **changes))
             name = f"{count} {placement}"
-            found.append(BandChoice(name, _optics(plan), changes, len(plan.passes)))
+            found.append(BandChoice(name, _optics(plan, engine), changes, len(plan.passes)))
     return found
 
 

@@ -56,6 +56,7 @@ engine = "eevee"
 mode = "realtime"
 samples = 1
 bands = 3
+field = "closed-form"
 diffuse_shadows = false
 [[camera]]
 name = "probe"
