@@ -25,12 +25,13 @@ import numpy as np
 from mathutils import Matrix, Vector
 
 from ..uw_spectral.errors import InputError
+from ..uw_spectral.spectra.spectral_image import replacing
 from ._packages import Package, recorded, unpacked
 
-_WHAT = "Scenes of other people's models under water, built out of public packages."
 _MATERIALS = (30, 60)
 _FLOOR = -6.5
 _COLUMNS = 5
+_PITCH = 1.1  # of the models in a row, in the size of the largest
 _LENS = 28.0
 _TILT = math.radians(63.0)
 _IGNORED = "glTF_not_exported"  # where Blender's importer keeps the shapes of bones
@@ -141,7 +142,7 @@ def _build(name: str, out: Path) -> dict[str, Any]:
     count = len(_materials())
     if not least <= count <= most:
         raise InputError(f"{name}: {count} materials, not {least} to {most}; are files missing?")
-    _camera(1.1 * max(models.sizes[1] for models in _SCENES[name]))
+    _camera(_PITCH * max(models.sizes[1] for models in _SCENES[name]))
     bpy.ops.outliner.orphans_purge(do_recursive=True)
     images = [image for image in bpy.data.images if image.type == "IMAGE"]
     bpy.ops.file.pack_all()
@@ -154,7 +155,8 @@ def _build(name: str, out: Path) -> dict[str, Any]:
         "models": taken,
         "packages": [recorded(models.package, cache) for models in _SCENES[name]],
     }
-    (out / f"{name}.json").write_text(json.dumps(found, indent=1))
+    with replacing(out / f"{name}.json") as path:
+        path.write_text(json.dumps(found, indent=1))
     return found
 
 
@@ -196,7 +198,7 @@ def _place(items: Sequence[bpy.types.Object], models: _Models, index: int) -> bo
     side = float((high - low).max())
     scale = float(np.clip(side * models.metres, *models.sizes)) / side
     row, column = divmod(index, _COLUMNS)
-    pitch = 1.1 * models.sizes[1]
+    pitch = _PITCH * models.sizes[1]
     # Every second row stands in the gaps of the one before it.
     place = Vector(((column - _COLUMNS / 2 + 0.5 * (row % 2) + 0.25) * pitch, row * pitch, _FLOOR))
     centre = Vector(((low[0] + high[0]) / 2, (low[1] + high[1]) / 2, low[2]))
@@ -281,7 +283,7 @@ def _camera(pitch: float) -> None:
     """Look down on the rows, of which the first fills the picture."""
     camera = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))
     camera.data.lens = _LENS
-    away = pitch * _COLUMNS / 2 * 2 * _LENS / camera.data.sensor_width
+    away = pitch * _COLUMNS * _LENS / camera.data.sensor_width
     camera.location, camera.rotation_euler = (0.0, -away, _FLOOR + 0.6 * away), (_TILT, 0.0, 0.0)
     scene = bpy.context.scene
     scene.collection.objects.link(camera)

@@ -18,6 +18,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import re
 import resource
 import shutil
 import statistics
@@ -58,17 +59,9 @@ _SCENES: dict[str, dict[str, Any]] = {
 _LIT = {"cave": "torch"}
 """Lamps that hang on the camera."""
 
-_HEAD = """# On a GPU
-
-What [a machine without one](realtime_cost.md) cannot tell: frames per second, and whether a GPU
-draws the same picture as the software rasteriser, on which everything else here was measured. One
-command, offline, at most ten minutes; it writes this page:
-
-    python3 dev.py run -m benchmarks gpu_check
-
-The small pictures of the software rasteriser are made on the same machine first. Where Mesa is not
-to be had there, `--make-reference DIR` makes them on another one, and `--reference DIR` uses them.
-"""
+_PAGE = _ROOT / "docs" / "gpu.md"
+_RESULTS = re.compile(r"^(?:\*\*Not run yet|Measured on)", re.MULTILINE)
+"""Where the results begin on the page; what stands before them stays."""
 
 
 @dataclass(frozen=True)
@@ -90,7 +83,7 @@ def main(arguments: Sequence[str]) -> None:
     parser = argparse.ArgumentParser(prog="gpu_check", description=(__doc__ or "").split("\n")[0])
     parser.add_argument("--reference", type=Path, default=_OUT / "reference", metavar="DIR")
     parser.add_argument("--make-reference", type=Path, metavar="DIR")
-    parser.add_argument("--page", type=Path, default=_ROOT / "docs" / "gpu.md")
+    parser.add_argument("--page", type=Path, default=_PAGE)
     parser.add_argument("--scenes", nargs="+", choices=list(_SCENES), default=list(_SCENES))
     parser.add_argument("--resolution", type=int, nargs=2, default=_FULL, help="of what is timed")
     parser.add_argument("--samples", type=int, default=16)
@@ -165,8 +158,9 @@ def _check(options: argparse.Namespace) -> None:
     body = _body(device, rows, options)
     print(f"\n{body}")
     if device["device"] != _SOFTWARE:
+        head = _RESULTS.split(_PAGE.read_text(), maxsplit=1)[0]
         with replacing(options.page) as path:
-            path.write_text(f"{_HEAD}\n{body}")
+            path.write_text(head + body)
 
 
 def _wanted(options: argparse.Namespace) -> dict[str, Any]:

@@ -29,7 +29,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
 import bpy
@@ -252,7 +252,7 @@ def _times(case: _Case, samples: int) -> tuple[float, float, float, float]:
         settings = case.settings
         if settings is not None:
             start = time.process_time()
-            drawn.change(SceneSettings(**{**asdict(settings), "scattering_factor": 2.0}))
+            drawn.change(replace(settings, scattering_factor=2.0))
             change = time.process_time() - start
     return (many - few) / samples, first, before, change
 

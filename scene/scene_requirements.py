@@ -17,6 +17,8 @@ from ..quality.terms import SURFACE, TERMS, WAVES, settings_of, switched_on
 from ..uw_spectral.errors import InputError
 from ..uw_spectral.imaging.description import REFERENCE_BANDS
 from ..uw_spectral.transfer.light_cone import light_cone
+from ..uw_spectral.transfer.light_field import LightField
+from ..uw_spectral.transfer.water_column import WaterColumn
 from . import moving_surface
 from .cameras import camera_depth
 from .manifest import rendered_size
@@ -93,8 +95,6 @@ def choose(
     forget_files()
     before = scene.frame_current
     frames = _sampled(job.frames or (before,))
-    views: list[SeenPoints] = []
-    from_above = False
     try:
         with as_rendered(scene):
             scene.frame_set(frames[0])
@@ -107,19 +107,9 @@ def choose(
             with quiet():
                 plan = plan_of(chosen)
                 everything = _everything(scene, chosen, job.engine)
-            for frame in frames:
-                scene.frame_set(frame)
-                for eye in (camera, *others):
-                    rays = RAYS // (len(frames) * (1 + len(others)))
-                    depth = camera_depth(eye, plan.column.floor_depth)
-                    cone = light_cone(everything.view.field, depth, plan.column.sun_direction)
-                    if depth > 0.0:
-                        views.append(trace_view(scene, eye, plan.column, cone, rays=rays))
-                        continue
-                    from_above = True
-                    seen = trace_from_above(scene, eye, plan.column, cone, rays=rays).seen
-                    if seen is not None:
-                        views.append(seen)
+            views, from_above = _traced(
+                scene, (camera, *others), frames, plan.column, everything.view.field
+            )
     finally:
         scene.frame_set(before)
     if not views:
@@ -165,6 +155,32 @@ def choose(
             denoise=job.denoise,
         )
     return Choice(required, _changes(chosen, required, job.engine, keep))
+
+
+def _traced(
+    scene: bpy.types.Scene,
+    eyes: Sequence[bpy.types.Object],
+    frames: Sequence[int],
+    column: WaterColumn,
+    field: LightField,
+) -> tuple[list[SeenPoints], bool]:
+    """Return what cameras see of the water at frames, and whether any looks from above it."""
+    views: list[SeenPoints] = []
+    from_above = False
+    rays = RAYS // (len(frames) * len(eyes))
+    for frame in frames:
+        scene.frame_set(frame)
+        for eye in eyes:
+            depth = camera_depth(eye, column.floor_depth)
+            cone = light_cone(field, depth, column.sun_direction)
+            if depth > 0.0:
+                views.append(trace_view(scene, eye, column, cone, rays=rays))
+                continue
+            from_above = True
+            seen = trace_from_above(scene, eye, column, cone, rays=rays).seen
+            if seen is not None:
+                views.append(seen)
+    return views, from_above
 
 
 def _sampled(frames: Sequence[int]) -> list[int]:
