@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..uw_spectral.closed_form.light_field import LightField, solve_light_field
 from ..uw_spectral.spectra.bands import Bands
 from ..uw_spectral.spectra.spectrum import DATA_DIRECTORY
 from ..uw_spectral.surface.refraction import (
@@ -22,7 +23,6 @@ from ..uw_spectral.surface.refraction import (
 from ..uw_spectral.surface.waves import slope_variance_CoxMunk1954
 from ..uw_spectral.transfer.discrete_ordinates import Emission, Layer, solve_discrete_ordinates
 from ..uw_spectral.transfer.inelastic_emission import inelastic_emission
-from ..uw_spectral.transfer.light_field import LightField, solve_light_field
 from ..uw_spectral.transfer.rough_surface import beam_below, beam_reflectance
 from ..uw_spectral.transfer.sky import BLACK, Sky
 from ..uw_spectral.transfer.solved_field import SolvedField

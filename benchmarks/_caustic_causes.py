@@ -13,32 +13,21 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from ..uw_spectral.spectra.bands import Bands
-from ..uw_spectral.spectra.illuminant import parse_illuminant
 from ..uw_spectral.surface.caustics import caustic_pattern
-from ..uw_spectral.surface.refraction import (
-    REFRACTIVE_INDEX,
-    sun_travel_direction,
-)
 from ..uw_spectral.surface.waves import WaveSpectrum
-from ..uw_spectral.transfer.discrete_ordinates import Layer, solve_discrete_ordinates
-from ..uw_spectral.transfer.sky import Sky
 from ..uw_spectral.water.phase import BandPhase
 from . import caustics_statistics as sea
-from ._sunlight import entering
 
 Array = NDArray[np.float64]
 ACCEPTANCE = 0.93
 """Half angle of acceptance of a WET Labs ac-9, degrees; of a C-Star it is 1.2."""
 CAUSES = (
     "as in docs/caustics.md",
-    "Ed of the solved field below",
     "sun's disc three times as wide",
     "collector of 10 mm",
     "no waves shorter than 0.3 m",
     "tile twice as wide",
     "b seen by a c-meter of 0.93°",
-    "b seen by a c-meter of 0.93°, Ed solved",
 )
 EXPOSURES = (0.0, 1.0 / 6.0, 1.0 / 3.0)
 """Seconds over which a record is averaged."""
@@ -67,28 +56,11 @@ def seen_by_meter(
     water: dict[float, tuple[float, float]], degrees: float = ACCEPTANCE
 ) -> dict[float, tuple[float, float]]:
     """Return the water whose b is larger by what a c-meter with that acceptance does not see."""
-    lost = within(sea.sunlit_water(water, sea.DARECKI_ZENITH).phase, degrees)
+    lost = within(sea.sunlit_water(water, sea.DARECKI_ZENITH).field.phase_at(0.0), degrees)
     return {
         nm: (a, float(b / (1.0 - share)))
         for (nm, (a, b)), share in zip(water.items(), lost, strict=True)
     }
-
-
-def solved_over_closed(water: dict[float, tuple[float, float]], depths: Array) -> Array:
-    """Ed of the solved field under a clear sky over that of the two streams, (depths, n)."""
-    closed = sea.sunlit_water(water, sea.DARECKI_ZENITH)
-    wavelengths, zenith = np.array(list(water)), sea.DARECKI_ZENITH
-    a, b = np.array(list(water.values())).T
-    light = parse_illuminant("clear-sky", zenith)
-    bands = Bands(wavelengths, np.full(len(wavelengths), 10.0))
-    field = solve_discrete_ordinates(
-        [Layer(math.inf, a, b, closed.phase)], light.direct_in(bands) * entering(zenith),
-        closed.sun_direction.tolist(), refractive_index=REFRACTIVE_INDEX, modes=1,
-        sky=Sky.standard(
-            "clear", light.diffuse_in(bands), sun_travel_direction(zenith, sea.WIND_AZIMUTH, 1.0)
-        ),
-    )  # fmt: skip
-    return np.array([field.Ed(depth) / closed.field.Ed(depth) for depth in depths.tolist()])
 
 
 def darecki(wind: float) -> tuple[Array, dict[str, Array]]:
@@ -106,7 +78,7 @@ def darecki(wind: float) -> tuple[Array, dict[str, Array]]:
             waves = dataclasses.replace(waves.below(k_max), shorter=np.zeros(2))
         radius = disc * sea.SUN_RADIUS
         return caustic_pattern(
-            waves, plain.sun_direction, depth, 10.0, _RESOLUTION, sun_radius=radius
+            waves, np.asarray(plain.field.sun), depth, 10.0, _RESOLUTION, sun_radius=radius
         )
 
     found = {cause: np.zeros_like(measured.cv) for cause in CAUSES}
@@ -114,21 +86,14 @@ def darecki(wind: float) -> tuple[Array, dict[str, Array]]:
         grey, tile = pattern(depth), 2.5 * depth
         rows = (
             plain.variation(grey, tile, depth, collector),
-            None,
             plain.variation(pattern(depth, disc=3.0), tile, depth, collector),
             plain.variation(grey, tile, depth, 0.010),
             plain.variation(pattern(depth, k_max=2 * math.pi / 0.3), tile, depth, collector),
             plain.variation(pattern(depth, tile=5.0), 2.0 * tile, depth, collector),
             meter.variation(grey, tile, depth, collector),
         )
-        for cause, row in zip(CAUSES, rows, strict=False):
-            if row is not None:
-                found[cause][i] = row / measured.cv[i]
-    for cause, of, water in (
-        (CAUSES[1], CAUSES[0], sea.DARECKI_WATER),
-        (CAUSES[7], CAUSES[6], wider),
-    ):
-        found[cause] = found[of] / solved_over_closed(water, depths)
+        for cause, row in zip(CAUSES, rows, strict=True):
+            found[cause][i] = row / measured.cv[i]
     return depths, found
 
 
@@ -145,6 +110,7 @@ def gernez(zenith: float, wind: float = 5.0) -> list[float]:
     for exposure in EXPOSURES:
         count = _MOMENTS_OF_EXPOSURE if exposure else 1
         times = 10.0 + exposure * (np.arange(count) + 0.5) / count
-        moments = [caustic_pattern(waves, water.sun_direction, 3.2, t, 512) for t in times.tolist()]
+        sun = np.asarray(water.field.sun)
+        moments = [caustic_pattern(waves, sun, 3.2, t, 512) for t in times.tolist()]
         ratios.append(float(water.variation(np.mean(moments, axis=0), tile, 3.2, 0.008)[0]) / cv)
     return ratios

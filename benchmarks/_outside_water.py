@@ -157,10 +157,8 @@ def caustics() -> Section:
             for cause in causes.CAUSES
         ],
     )
-    lost = causes.within(
-        causes.sea.sunlit_water(causes.sea.DARECKI_WATER, causes.sea.DARECKI_ZENITH).phase,
-        causes.ACCEPTANCE,
-    )
+    clear = causes.sea.sunlit_water(causes.sea.DARECKI_WATER, causes.sea.DARECKI_ZENITH)
+    lost = causes.within(clear.field.phase_at(0.0), causes.ACCEPTANCE)
     buoy = {zenith: causes.gernez(zenith) for zenith in GERNEZ_ZENITHS}
     buoy_table = grid(
         "| sun zenith | " + " | ".join(f"{t:.2g} s" for t in causes.EXPOSURES) + " |",
@@ -195,8 +193,6 @@ Coefficient of variation of Ed, modelled over measured by Darecki et al. (2011),
   not see, nothing else changed, the contrast at 10 m falls by a quarter. Which meter was used is
   not known to us; a C-Star (1.2°) would hide 28 %. Nothing is fitted, but it is a cause that
   fits, not one that was measured there.
-- The two streams' Ed is up to 9 % below the solved one at 9.6 m, and the contrast as much too
-  high.
 - Collector, tile and the width of the sun do nothing below 3 m. Fewer short waves make it worse
   there: they blur the pattern that the long ones focus.
 - Whitecaps cover {100 * causes.whitecaps(WIND):.1f} % of the sea at this wind (Monahan &

@@ -15,17 +15,18 @@ from ..uw_spectral.baselines.monzon import (
     path_radiance_Monzon2024,
     path_radiance_Monzon2024_corrected,
 )
+from ..uw_spectral.closed_form.closed_form import solve_closed_form
+from ..uw_spectral.closed_form.light_field import light_field_of
+from ..uw_spectral.closed_form.undisturbed_water import UndisturbedWater
 from ..uw_spectral.imaging.optics import make_viewpoint
 from ..uw_spectral.spectra.bands import Bands
 from ..uw_spectral.spectra.colour_rendering import luminance, reduction
 from ..uw_spectral.spectra.illuminant import Illuminant, parse_illuminant
 from ..uw_spectral.spectra.reflectance import colorchecker_patches, colorchecker_reflectance
 from ..uw_spectral.spectra.sensor import Sensor, standard_observer
-from ..uw_spectral.transfer.closed_form import solve_closed_form
-from ..uw_spectral.transfer.pixel import UndisturbedWater, surface_light
+from ..uw_spectral.transfer.pixel import surface_light
 from ..uw_spectral.transfer.radiance_field import distance_in_water
 from ..uw_spectral.transfer.radiance_table import TABLE_STREAMS
-from ..uw_spectral.transfer.sun_beam import sun_beam
 from ..uw_spectral.transfer.tabulated_water import TabulatedWater, tabulated_water
 from ..uw_spectral.transfer.water_column import WaterColumn
 from ..uw_spectral.water.optical_properties import Water
@@ -94,7 +95,7 @@ class Setting:
         """What EEVEE looks up."""
         column = self.column
         field = column.solved_field(self.phase, TABLE_STREAMS)
-        beam = sun_beam(column.light_field(self.phase), self.phase, column.sun_direction.tolist())
+        beam = column.sun_beam(self.phase)
         return tabulated_water(field, beam, column.skylight, None)
 
     @functools.cached_property
@@ -106,7 +107,7 @@ class Setting:
     def closed_form(self) -> UndisturbedWater:
         """The light in closed form."""
         column = self.column
-        field = column.light_field(self.phase)
+        field = light_field_of(column, self.phase)
         water = solve_closed_form(field, self.phase, self.depth, column.sun_direction)
         return UndisturbedWater(water, column.skylight)
 

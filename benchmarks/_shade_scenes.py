@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 
 from ..quality.seen_points import SeenPoints
 from ..scene import engines, render_plan, settings, view_tracing, water_body
-from ..uw_spectral.transfer.light_cone import WIDEST, LightCone
 from . import grey_scene
 
 WIDTH, HEIGHT = 48, 27
@@ -108,9 +107,9 @@ class Place:
         return (np.isfinite(seen.distance) & ~seen.sunlit).reshape(HEIGHT, WIDTH)
 
     def _seen(self, camera: bpy.types.Object) -> SeenPoints:
-        cone = LightCone(np.array([0.0, 0.0, -1.0]), WIDEST)
+        plan = self.plan(1)
         return view_tracing.trace_view(
-            bpy.context.scene, camera, self.plan(1).column, cone, rays=WIDTH * HEIGHT
+            bpy.context.scene, camera, plan.column, plan.viewpoint(0.0).field, rays=WIDTH * HEIGHT
         )
 
 

@@ -21,16 +21,16 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ..uw_spectral.closed_form.closed_form import solve_closed_form
+from ..uw_spectral.closed_form.light_field import solve_light_field
+from ..uw_spectral.closed_form.undisturbed_water import UndisturbedWater
 from ..uw_spectral.spectra.bands import Bands
 from ..uw_spectral.surface.refraction import (
     diffuse_internal_reflectance,
     in_water_cosine,
     sun_travel_direction,
 )
-from ..uw_spectral.transfer.closed_form import solve_closed_form
 from ..uw_spectral.transfer.discrete_ordinates import Layer, solve_discrete_ordinates
-from ..uw_spectral.transfer.light_field import solve_light_field
-from ..uw_spectral.transfer.pixel import UndisturbedWater
 from ..uw_spectral.transfer.sky import Sky
 from ..uw_spectral.water.phase import parse_phase
 from ..uw_spectral.water.pure_water import molecular_scattering

@@ -35,7 +35,7 @@ from ..quality.costs import Costs, Method, read_costs
 from ..quality.light_reach import clip_to_display
 from ..quality.picture import Optics, Picture, picture
 from ..quality.requirements import SAFETY
-from ..quality.seen_points import SeenPoints, cone_directions, openness
+from ..quality.seen_points import SeenPoints, openness
 from ..quality.terms import LIGHTS, TERMS, column_of, in_column, subsets, with_and_without
 from ..uw_spectral.errors import DataWarning
 from ..uw_spectral.imaging.band_selection import FittedViewpoint, optimised_bands
@@ -47,7 +47,8 @@ from ..uw_spectral.spectra.colour_rendering import delta_e_CIE2000_images
 from ..uw_spectral.spectra.illuminant import Illuminant, parse_illuminant
 from ..uw_spectral.spectra.sensor import Sensor, parse_sensor
 from ..uw_spectral.surface.wave_patterns import Sea, WavePatterns
-from ..uw_spectral.transfer.light_cone import LightCone, light_cone
+from ..uw_spectral.transfer.light_from_above import light_from_above
+from ..uw_spectral.transfer.solved_field import SolvedField
 from ..uw_spectral.water.bio_optics import Constituents
 from ..uw_spectral.water.inelastic_processes import EXCITATION, inelastic_processes
 from ..uw_spectral.water.optical_properties import Water
@@ -190,7 +191,7 @@ def solids(case: Case) -> Solids:
 
 
 def look(
-    case: Case, sun: NDArray[np.float64], cone: LightCone, reach: float, detail: Detail
+    case: Case, sun: NDArray[np.float64], field: SolvedField, reach: float, detail: Detail
 ) -> SeenPoints:
     """Trace a picture and look for shadows."""
     things, w = solids(case), rays(case, detail.width, detail.height)
@@ -221,7 +222,8 @@ def look(
         openness=np.ones(count),
         pixels=np.full(count, 1.0 / count),
     ).subsample(detail.rays)
-    return _shaded(seen, things, sun, cone_directions(cone, detail.skyward), detail.steps)
+    above = light_from_above(field, case.depth, detail.skyward)
+    return _shaded(seen, things, sun, above, detail.steps)
 
 
 def _shaded(
@@ -310,8 +312,8 @@ def run_case(case: Case, costs: Costs) -> dict[str, object]:
     fine = optics(case, Bands.uniform(REFERENCE_BANDS), _ESTIMATE.resolution)
     sun = np.asarray(fine.view.column.sun_direction)
     reach = _REACH / float(fine.view.column.attenuation.min())
-    cone = light_cone(fine.view.field, case.depth, sun)
-    few, full = (look(case, sun, cone, reach, detail) for detail in (_ESTIMATE, _TRUTH))
+    light = fine.view.field
+    few, full = (look(case, sun, light, reach, detail) for detail in (_ESTIMATE, _TRUTH))
     start = time.process_time()
     calm = replace(case, raman=False, surface="flat" if case.surface == "waves" else case.surface)
     choices = band_choices(calm, viewpoint(calm, Bands.uniform(REFERENCE_BANDS)))

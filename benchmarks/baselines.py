@@ -35,7 +35,7 @@ def rgb_plan(settings: SceneSettings) -> RenderPlan:
 def as_rgb(plan: RenderPlan, depth: float, image: NDArray[np.float64]) -> NDArray[np.float64]:
     """Take three wavelengths for blue, green, red; expose as the spectral pictures are."""
     white = plan.illuminant.total_in(plan.bands) / math.pi
-    at_depth = plan.column.light_field(plan.phase).Ed(depth) / math.pi
+    at_depth = plan.column.Ed(depth, plan.phase) / math.pi
     exposure = 0.9 / luminance((at_depth / white)[::-1])
     return (image / white)[..., ::-1] * exposure
 
@@ -93,15 +93,14 @@ def paper_image(
 def fog_image(plan: RenderPlan, hits: Hits, depth: float) -> NDArray[np.float64]:
     """Band radiances with exponential fog towards the colour of level open water.
 
-    The fog gets the best constants there are, those of the closed form: its
+    The fog gets the best constants there are, those of the solved field: its
     colour is the radiance of the open water ahead, its density c.
     """
     column = plan.column
-    field = column.light_field(plan.phase)
     P = hits.distance[..., None]
-    ahead = plan.viewpoint(depth).path_radiance.radiance(depth, (0.0, 1.0, 0.0))
+    ahead = plan.viewpoint(depth).field.radiance(depth, (0.0, 1.0, 0.0))
     cosine = np.maximum(-(hits.normal @ column.sun_direction), 0.0) / column.sun_cosine
-    lit = (cosine * hits.sunlit)[..., None] * field.Ed(depth)
+    lit = (cosine * hits.sunlit)[..., None] * column.Ed(depth, plan.phase)
     surface = hits.in_bands(plan.bands) / math.pi * lit
     transmitted = np.exp(-column.attenuation * P)
     return transmitted * surface + (1.0 - transmitted) * ahead

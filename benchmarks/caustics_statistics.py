@@ -26,13 +26,11 @@ from ..uw_spectral.surface.caustics import (
 )
 from ..uw_spectral.surface.refraction import (
     REFRACTIVE_INDEX,
-    diffuse_internal_reflectance,
     fresnel_reflectance,
-    in_water_cosine,
     sun_travel_direction,
 )
 from ..uw_spectral.surface.waves import WaveComponents, WaveSpectrum, slope_variance_CoxMunk1954
-from ..uw_spectral.transfer.light_field import solve_light_field
+from ..uw_spectral.transfer.discrete_ordinates import Layer, solve_discrete_ordinates
 from ..uw_spectral.transfer.sky import Sky
 from ..uw_spectral.transfer.sunlit_water import SunlitWater
 from ..uw_spectral.water.phase import parse_phase
@@ -66,11 +64,17 @@ def sunlit_water(
     else:
         direct, diffuse = 1 - sky_share, sky_share
     entering = 1 - fresnel_reflectance(math.cos(math.radians(zenith)))
-    field = solve_light_field(
-        a, b, phase.chi1, phase.chi2, direct * entering, float(in_water_cosine(zenith)),
-        E_sky=diffuse * Sky().transmittance(REFRACTIVE_INDEX), R=diffuse_internal_reflectance(),
-    )  # fmt: skip
-    return SunlitWater(field, phase, sun_travel_direction(zenith, WIND_AZIMUTH))
+    one = np.ones(len(wavelengths))
+    field = solve_discrete_ordinates(
+        [Layer(math.inf, a, b, phase)],
+        direct * entering * one,
+        sun_travel_direction(zenith, WIND_AZIMUTH).tolist(),
+        sky=Sky.standard(
+            "clear", diffuse * one, sun_travel_direction(zenith, WIND_AZIMUTH, 1.0).tolist()
+        ),
+        refractive_index=REFRACTIVE_INDEX,
+    )
+    return SunlitWater(field)
 
 
 def variation(
@@ -81,7 +85,7 @@ def variation(
     squares = 0.0
     for seed in range(seeds):
         waves = WaveSpectrum(wind).realise(tile, resolution, seed)
-        pattern = caustic_pattern(waves, water.sun_direction, depth, 10.0, resolution)
+        pattern = caustic_pattern(waves, np.asarray(water.field.sun), depth, 10.0, resolution)
         squares = squares + water.variation(pattern, tile, depth, collector) ** 2
     return np.sqrt(squares / seeds)
 
@@ -213,11 +217,13 @@ def layer_cost(wind: float) -> list[tuple[float, NDArray, NDArray]]:
     tile, resolution = 16.0, 512
     water = sunlit_water(DARECKI_WATER, DARECKI_ZENITH)
     waves = WaveSpectrum(wind).realise(tile, resolution, 1)
-    layers = bake_layers(waves, water.sun_direction, layer_depths(1.0, 16.0), 0.0, resolution)
+    layers = bake_layers(
+        waves, np.asarray(water.field.sun), layer_depths(1.0, 16.0), 0.0, resolution
+    )
     rows = []
     for depth in (1.0, 1.41, 2.0, 2.83, 5.66, 11.3):
         truth = water.variation(
-            caustic_pattern(waves, water.sun_direction, depth, 0.0, resolution), tile, depth
+            caustic_pattern(waves, np.asarray(water.field.sun), depth, 0.0, resolution), tile, depth
         )
         grey, share = layers.blend(depth), water.sun_share(depth)
         with_gain = share * layers.contrast(water, depth) * grey.std() / truth - 1
@@ -239,7 +245,7 @@ def figure(path: Path, found: list[tuple[NDArray, NDArray, NDArray]]) -> None:
     (depths, cv, calm), (_, _, modelled) = found[:2]
     plot, axes = plt.subplots(1, 4, figsize=(10, 2.6), layout="constrained", dpi=90)
     for axis, depth in zip(axes, (0.5, 2.0, 8.0), strict=False):
-        image = caustic_pattern(waves, water.sun_direction, depth, 0.0, 1024)
+        image = caustic_pattern(waves, np.asarray(water.field.sun), depth, 0.0, 1024)
         axis.imshow(image[:384:2, :384:2], cmap="gray", vmin=0, vmax=3)
         axis.set(title=f"{depth:g} m, 3 × 3 m", xticks=[], yticks=[])
     for band, (wavelength, colour) in enumerate(

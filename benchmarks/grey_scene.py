@@ -20,13 +20,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..scene import band_passes, engines, render_plan, settings, water_body
+from ..uw_spectral.closed_form.closed_form import solve_closed_form
+from ..uw_spectral.closed_form.light_field import light_field_of
+from ..uw_spectral.closed_form.undisturbed_water import UndisturbedWater
 from ..uw_spectral.spectra.bands import Bands
 from ..uw_spectral.spectra.colour_rendering import delta_e_CIE2000_images, srgb_encode, srgb_rmse
 from ..uw_spectral.spectra.reflectance import uplift_basis
-from ..uw_spectral.transfer.closed_form import solve_closed_form
-from ..uw_spectral.transfer.pixel import UndisturbedWater, surface_light
+from ..uw_spectral.transfer.pixel import surface_light
 from ..uw_spectral.transfer.radiance_table import TABLE_STREAMS
-from ..uw_spectral.transfer.sun_beam import sun_beam
 from ..uw_spectral.transfer.tabulated_water import TabulatedWater, tabulated_water
 from ..uw_spectral.transfer.water_column import WaterColumn
 from ..uw_spectral.water.phase import BandPhase
@@ -137,7 +138,7 @@ def closed_form_image(
     oversampling: int = 3,
 ) -> NDArray[np.float64]:
     """Return the band radiances of the closed form, shape (h, w, n)."""
-    field = column.light_field(phase)
+    field = light_field_of(column, phase)
     water = solve_closed_form(field, phase, depth, column.sun_direction)
     undisturbed = UndisturbedWater(water, column.skylight)
     return _image(undisturbed, column, depth, width, height, oversampling)
@@ -153,7 +154,7 @@ def solved_image(
 ) -> NDArray[np.float64]:
     """Return the band radiances of the tables that EEVEE looks up, shape (h, w, n)."""
     field = column.solved_field(phase, TABLE_STREAMS)
-    beam = sun_beam(column.light_field(phase), phase, column.sun_direction.tolist())
+    beam = column.sun_beam(phase)
     water = tabulated_water(field, beam, column.skylight, None)
     return _image(water, column, depth, width, height, oversampling)
 

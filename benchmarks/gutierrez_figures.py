@@ -13,6 +13,9 @@ from pathlib import Path
 
 import numpy as np
 
+from ..uw_spectral.closed_form.closed_form import ClosedForm, solve_closed_form
+from ..uw_spectral.closed_form.inelastic_light import InelasticLight, solve_inelastic
+from ..uw_spectral.closed_form.light_field import LightField, light_field_of
 from ..uw_spectral.errors import DataWarning
 from ..uw_spectral.monte_carlo import simulate
 from ..uw_spectral.spectra.bands import Bands
@@ -26,9 +29,6 @@ from ..uw_spectral.surface.refraction import (
     in_water_cosine,
     sun_travel_direction,
 )
-from ..uw_spectral.transfer.closed_form import ClosedForm, solve_closed_form
-from ..uw_spectral.transfer.inelastic_light import InelasticLight, solve_inelastic
-from ..uw_spectral.transfer.light_field import LightField
 from ..uw_spectral.transfer.water_column import WaterColumn
 from ..uw_spectral.water.bio_optics import (
     Constituents,
@@ -103,7 +103,7 @@ def column(
 
 def light_field(bands: Bands, a: np.ndarray, b: np.ndarray, phase: BandPhase) -> LightField:
     """Light field of :func:`column`."""
-    return column(bands, a, b).light_field(phase)
+    return light_field_of(column(bands, a, b), phase)
 
 
 def scene(
@@ -207,7 +207,7 @@ def kd_round_trip(photons: int = 0) -> dict[str, dict[str, np.ndarray]]:
                     a, phase.backscatter_ratio * b, phase.weights[0] * b / 2, SUN_ZENITH
                 )
                 / Kd,
-                "closed form": kd_closed_form(water.light_field(phase), Kd) / Kd,
+                "closed form": kd_closed_form(light_field_of(water, phase), Kd) / Kd,
             }
             if photons:
                 ratios["Monte Carlo"] = kd_monte_carlo(water, phase, Kd, photons) / Kd

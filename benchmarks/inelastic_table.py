@@ -12,6 +12,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from ..uw_spectral.closed_form.inelastic_light import (
+    InelasticLight,
+    excitation_fields,
+    solve_inelastic,
+)
+from ..uw_spectral.closed_form.light_field import light_field_of
 from ..uw_spectral.monte_carlo import (
     Constituent,
     InelasticInteraction,
@@ -22,11 +28,6 @@ from ..uw_spectral.monte_carlo import (
 from ..uw_spectral.spectra.bands import Bands
 from ..uw_spectral.surface.refraction import (
     REFRACTIVE_INDEX,
-)
-from ..uw_spectral.transfer.inelastic_light import (
-    InelasticLight,
-    excitation_fields,
-    solve_inelastic,
 )
 from ..uw_spectral.transfer.radiance_field import under_surface, upwelling_irradiance
 from ..uw_spectral.transfer.water_column import WaterColumn
@@ -137,7 +138,7 @@ def compare(name: str, photons: int, threads: int = 1, cone: float = CONE) -> li
         constituents, depths, views, photons=photons, threads=threads, cone=cone
     )
     column, phase = column_of(constituents), constituents.phase(BANDS.centres)
-    exciting, field = excitation_fields(column, phase), column.light_field(phase)
+    exciting, field = excitation_fields(column, phase), light_field_of(column, phase)
     rows = []
     for process in PROCESSES:
         one = inelastic_processes(constituents, BANDS, BANDS, (process,))
@@ -263,7 +264,7 @@ def main(arguments: list[str]) -> None:
 
 Written by `python3 dev.py run -m benchmarks inelastic_table`.
 
-The closed form (`uw_spectral.transfer.inelastic_light`) against the Monte Carlo: deep
+The closed form (`uw_spectral.closed_form.inelastic_light`) against the Monte Carlo: deep
 water under a flat surface and a clear sky, sun at {SUN_ZENITH:g}°, {len(BANDS)} bands from 300
 to 800 nm for both, {photons} photons per water. The numbers compare the inelastic part
 alone, summed over 400 to 700 nm: difference of the closed form ± standard error of the Monte

@@ -11,6 +11,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..uw_spectral.closed_form.closed_form import ClosedForm, solve_closed_form
+from ..uw_spectral.closed_form.light_field import light_field_of
+from ..uw_spectral.closed_form.undisturbed_water import UndisturbedWater
 from ..uw_spectral.monte_carlo import MonteCarloResult, simulate
 from ..uw_spectral.spectra.bands import Bands
 from ..uw_spectral.surface.refraction import (
@@ -18,8 +21,6 @@ from ..uw_spectral.surface.refraction import (
     in_water_cosine,
     sun_travel_direction,
 )
-from ..uw_spectral.transfer.closed_form import ClosedForm, solve_closed_form
-from ..uw_spectral.transfer.pixel import UndisturbedWater
 from ..uw_spectral.transfer.radiance_field import distance_in_water, upwelling_irradiance
 from ..uw_spectral.transfer.water_column import WaterColumn
 from ..uw_spectral.water.optical_properties import Water
@@ -130,7 +131,7 @@ def _case(water: str, phase_name: str, r: float) -> tuple[WaterColumn, BandPhase
     a, b = iops.a(WAVELENGTHS), iops.b(WAVELENGTHS)
     column = _column(WAVELENGTHS, a, b, 30.0, 1.0, floor_depth=FLOOR_DEPTH, floor_reflectance=r)
     phase = parse_phase(phase_name).for_bands(b)
-    field = column.light_field(phase)
+    field = light_field_of(column, phase)
     return column, phase, solve_closed_form(field, phase, CAMERA, column.sun_direction)
 
 

@@ -26,7 +26,6 @@ from ..uw_spectral.spectra.colour_rendering import delta_e_CIE2000_images, lumin
 from ..uw_spectral.spectra.illuminant import Illuminant, parse_illuminant
 from ..uw_spectral.spectra.reflectance import colorchecker_patches, colorchecker_reflectance, uplift
 from ..uw_spectral.spectra.sensor import Sensor, list_sensors, parse_sensor
-from ..uw_spectral.transfer.pixel import Pixel
 from ..uw_spectral.water.optical_properties import JERLOV_TYPES, Water
 
 TUNED_WATERS = ("I", "IB", "II", "3C")
@@ -62,14 +61,14 @@ def _spectra(view: Viewpoint, lengths: NDArray[np.float64]) -> NDArray[np.float6
     spectra = []
     for direction in _DIRECTIONS:
         w = np.array(direction) / np.linalg.norm(direction)
-        background = view.path_radiance.radiance(view.depth, w)
+        background = view.field.radiance(view.depth, w)
         spectra.append(background[None])
         for length in lengths:
             depth = max(view.depth - w[2] * length, 0.0)
             P = (view.depth - depth) / w[2] if w[2] else length
             patches = _patches(view.column.bands) * view.field.Ed(depth) / math.pi
-            pixel = Pixel(view.path_radiance, view.depth, w, P, patches, background)
-            spectra.append(pixel.total)
+            left = np.exp(-view.attenuation * P)
+            spectra.append(background + left * (patches - view.field.radiance(depth, w)))
     return np.vstack(spectra)
 
 

@@ -19,9 +19,9 @@ from ..uw_spectral.baselines.monzon import (
     path_radiance_Monzon2024,
     path_radiance_Monzon2024_corrected,
 )
+from ..uw_spectral.closed_form.closed_form import solve_closed_form
+from ..uw_spectral.closed_form.light_field import solve_light_field
 from ..uw_spectral.surface.refraction import in_water_cosine
-from ..uw_spectral.transfer.closed_form import solve_closed_form
-from ..uw_spectral.transfer.light_field import solve_light_field
 from ..uw_spectral.transfer.pixel import Pixel
 from ..uw_spectral.transfer.radiance_field import distance_in_water, upwelling_irradiance
 from ..uw_spectral.water.optical_properties import Water

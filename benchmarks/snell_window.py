@@ -20,7 +20,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..scene import engines, render_plan, settings, water_body
-from ..uw_spectral.transfer.pixel import UndisturbedWater
+from ..uw_spectral.closed_form.closed_form import solve_closed_form
+from ..uw_spectral.closed_form.light_field import light_field_of
+from ..uw_spectral.closed_form.undisturbed_water import UndisturbedWater
 from . import grey_scene
 
 DEPTH, FLOOR = 5.0, 12.0
@@ -46,7 +48,9 @@ def directions(oversampling: int = 1) -> NDArray[np.float64]:
 def closed_form(plan: render_plan.RenderPlan, oversampling: int = 4) -> NDArray[np.float64]:
     """Radiance of every pixel, shape (h, w, n)."""
     w = tuple(np.moveaxis(directions(oversampling), -1, 0)[..., None])
-    water, column = plan.viewpoint(DEPTH).path_radiance, plan.column
+    column = plan.column
+    field = light_field_of(column, plan.phase)
+    water = solve_closed_form(field, plan.phase, DEPTH, column.sun_direction)
     seen = UndisturbedWater(water, column.skylight, column.refractive_index)
     return grey_scene.blocks(seen.radiance(DEPTH, w), oversampling)
 

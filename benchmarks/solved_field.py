@@ -16,10 +16,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ..uw_spectral.closed_form.closed_form import solve_closed_form
+from ..uw_spectral.closed_form.light_field import solve_light_field
 from ..uw_spectral.surface.refraction import sun_travel_direction
-from ..uw_spectral.transfer.closed_form import solve_closed_form
 from ..uw_spectral.transfer.discrete_ordinates import Layer, solve_discrete_ordinates
-from ..uw_spectral.transfer.light_field import solve_light_field
 from ..uw_spectral.transfer.sky import Sky
 from ..uw_spectral.transfer.solved_field import SolvedField
 from ..uw_spectral.water.optical_properties import Water

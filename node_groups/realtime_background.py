@@ -2,103 +2,60 @@
 
 from __future__ import annotations
 
-import dataclasses
-import functools
+from dataclasses import replace
 
 import bpy
 
-from ..uw_spectral.transfer.pixel_layers import pixel_layers
-from ..uw_spectral.transfer.radiance_field import Ripples, distance_in_water, mirrored_ray
+from ..uw_spectral.mathematics import Operand
+from ..uw_spectral.transfer.radiance_field import distance_in_water
 from . import realtime_lamps, realtime_layers
 from .data_blocks import new_world
-from .node_mathematics import NODES, Graph, NodeValue, new_group
-from .realtime_rays import camera_depth, camera_place, view_direction
-from .realtime_triples import (
-    DRAWN,
-    MIRRORED_TOWARDS,
-    SEEN,
-    TOWARDS,
-    TableImages,
-    Triples,
-    Values,
-    build_triple,
-    looked_up_ahead,
-    phase_inputs,
-    phase_towards,
-)
-from .realtime_values import CAMERA_DEPTH, GLITTER, GLITTER_WIDTH, Shape
-from .realtime_waves import SLOPE, WaveImages, slope_ahead
+from .node_mathematics import NODES, Graph, new_group
+from .realtime_rays import camera_place, view_direction
+from .realtime_surface import shaft
+from .realtime_values import FLOOR_DEPTH, FRAME, SHAFT_END, Shape
+from .realtime_water import PixelWater, Sources, in_group, pixel_layers
+from .realtime_waves import SLOPE, slope_ahead
 
-NAME = "UW Background of Bands"
-TRIPLE_NAME = "UW Background of Three Bands"
+NAME = "UW Background"
 
 
-def build(
-    values: bpy.types.ShaderNodeTree,
-    shape: Shape,
-    images: WaveImages | None,
-    tables: TableImages,
-) -> bpy.types.ShaderNodeTree:
-    """Build the group; output ``Color`` is what the sensor sees."""
-    inputs = {SLOPE: "NodeSocketVector"} if shape.waves else {}
-    if shape.solved:
-        inputs |= dict.fromkeys(looked_up_ahead(shape), "NodeSocketVector")
-        inputs |= dict.fromkeys(phase_inputs(TOWARDS, shape), "NodeSocketFloat")
-    if shape.solved and shape.flat:
-        inputs |= dict.fromkeys(phase_inputs(MIRRORED_TOWARDS, shape), "NodeSocketFloat")
-    ahead = None
-    if tables.lamps is not None:
-        ahead = realtime_lamps.build_path(
-            shape.components, tables.lamps, ahead=True, rays=tables.rays
-        )
-    picture = functools.partial(_picture, ahead=ahead)
-    triple = build_triple(TRIPLE_NAME, shape, inputs, picture, tables.rays)
+def build(shape: Shape, sources: Sources) -> bpy.types.ShaderNodeTree:
+    """Build the group; output ``Color`` is what the channels see."""
     tree = new_group(NAME)
     tree.interface.new_socket("Color", in_out="OUTPUT", socket_type="NodeSocketColor")
-    graph = Graph(tree, rays=tables.rays)
-    given, triples = {}, Triples(graph, values, shape, tables)
-    if images is not None:
-        given = slope_ahead(graph, values, images.slopes, view_direction(graph))
-    if tables.light is not None:
-        w, slopes = view_direction(graph), None
-        if images is not None:
-            slopes = graph.components(given[SLOPE])[:2]
-        light = triples.tables
-        mirrored = mirrored_ray(w, NODES, slopes)[1] if shape.flat else None
-        given |= light.to_boundary(camera_depth(graph), w, mirrored)
-        given |= phase_towards(TOWARDS, shape, w, light.sun)
-        if mirrored is not None:
-            given |= phase_towards(MIRRORED_TOWARDS, shape, mirrored, light.sun)
-    if shape.shade:
-        w = view_direction(graph)
-        P = distance_in_water(camera_depth(graph), -w[2], triples.number("y_f"), NODES)
-        given |= triples.shade.on_path(camera_place(graph), w, P)
-    total = triples.sum(triple, given)
-    graph.assign(total[SEEN], graph.node("NodeGroupOutput").inputs[0])
-    realtime_layers.write(graph, shape.layers, total)
+    graph = Graph(tree, rays=sources.rays)
+    water = PixelWater(graph, shape, sources)
+    w, eye = view_direction(graph), camera_place(graph, water.values.of(*FRAME))
+    y_o = NODES.maximum(-eye[2], 0.0)
+    slope = None
+    if sources.waves is not None:
+        slope = slope_ahead(graph, sources.values, sources.waves.slopes, eye, w)[SLOPE]
+    P = distance_in_water(y_o, -w[2], water.values[FLOOR_DEPTH], NODES)
+    found = {}
+    shade = water.shade()
+    if shade is not None:
+        found = shade.on_path(eye, w, P)
+    path_shade, ray = water.path_shade(found, w, P), water.along(w)
+    pixel = ray.open_water(
+        y_o, w, water.sky, water.index, ripples=water.ripples(slope), shade=path_shade
+    )
+    if sources.lamps is not None:
+        path = realtime_lamps.build_path(
+            sources.lamps, shape.lamp_components, ahead=True, rays=sources.rays
+        )
+        lit = in_group(graph, path, {FLOOR_DEPTH: water.values[FLOOR_DEPTH]})
+        pixel = replace(pixel, lamps=lit[realtime_lamps.LIGHT])
+    if "B_single" in shape.layers:
+        y_e = NODES.maximum(y_o - w[2] * P, 0.0)
+        once = ray.single_scattering(y_o, y_e, w, P) * path_shade.once
+        pixel = replace(pixel, single_scattering=once)
+    seen: Operand = water.seen(pixel.total)
+    if shape.shafts:
+        seen = seen - NODES.maximum(shaft(ray, y_o, w, water.values[SHAFT_END]), 0.0)
+    graph.assign(seen, graph.node("NodeGroupOutput").inputs[0])
+    realtime_layers.write(graph, shape.layers, pixel_layers(pixel))
     return tree
-
-
-def _picture(
-    graph: Graph, values: Values, *, ahead: bpy.types.ShaderNodeTree | None
-) -> dict[str, NodeValue]:
-    w, solved = view_direction(graph), values.shape.solved
-    here = solved or values.shape.above
-    y_o = camera_depth(graph) if here else NODES.maximum(values[CAMERA_DEPTH], 0.0)
-    ripples = None
-    if values.shape.waves:
-        slopes = graph.components(values[SLOPE])[:2]
-        ripples = Ripples(slopes, values[GLITTER_WIDTH], values[GLITTER], values.sun_in_air)
-    water = values.solved_background(y_o, w) if solved else values.water
-    pixel = water.open_water(y_o, w, NODES, ripples)
-    if ahead is not None:
-        pixel = dataclasses.replace(pixel, lamps=values.of_group(ahead))
-    found = {SEEN: values.seen(pixel)}
-    if values.shape.layers:
-        found |= values.layers(pixel_layers(pixel))
-    if values.shape.shafts:
-        found[DRAWN] = values.sensor(values.shaft(y_o, w, None))
-    return found
 
 
 def build_world(group: bpy.types.ShaderNodeTree) -> bpy.types.World:

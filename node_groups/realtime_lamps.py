@@ -1,19 +1,20 @@
 """Lamps in the water as node groups read them: one image, looped over.
 
-A row of the image holds the places of the quadratures; then come two rows for each lamp, and each
-that stands for things that throw light back: its numbers and its profile; then, with a margin of
-one texel, tables of each triple of bands: the
-spread of scattered light, and for each lamp its blurred profile; and a map of how far it shines
-into the water. Light in the water, and on things, is computed for three bands at a time. Shadows
-on things are EEVEE's own: a lamp of one colour stands for each, so faint beside the sun that it is
-not seen on the scene's own materials, and a white surface reads it.
+The first row of the image holds the places of the quadratures and the numbers of the water; then
+come, with a margin of one texel, the tables of the spread of scattered light; and a block for each
+lamp, and each that stands for things that throw light back: its numbers, its profile, its tables
+over the length of a path (:mod:`..uw_spectral.lamps.lamp_channels`), its blurred profiles and a map
+of how far it shines into the water. All light is in three channels. Shadows on things are EEVEE's
+own: a lamp of one colour stands for each, so faint beside the sun that it is not seen on the
+scene's own materials, and a white surface reads it.
 """
 
 from __future__ import annotations
 
 import dataclasses
+import functools
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
 
 import bpy
@@ -23,23 +24,30 @@ from numpy.typing import NDArray
 from ..uw_spectral.lamps.angular_spread import (
     ANGLES,
     LENGTHS,
+    PROFILE_ANGLES,
     PROFILE_LENGTHS,
     TILTS,
     Grid,
     WaterSpread,
 )
-from ..uw_spectral.lamps.lamp import Lamp, lamp_disc, ray_past_lamp
+from ..uw_spectral.lamps.lamp import Lamp, ray_past_lamp
+from ..uw_spectral.lamps.lamp_channels import (
+    COLOURS,
+    ChannelLight,
+    FoldedLamp,
+    LampChannels,
+    ThingLight,
+    of_colour,
+    place_of_length,
+)
+from ..uw_spectral.lamps.lamp_channels import LENGTHS as SAMPLES
 from ..uw_spectral.lamps.lamp_path import NODES as PATH_NODES
 from ..uw_spectral.lamps.lamp_path import gauss
 from ..uw_spectral.lamps.lamp_shadow import SIDE
-from ..uw_spectral.lamps.lamp_surface import carried_forward, patch_past_lamp, surface_irradiance
-from ..uw_spectral.lamps.multiple_scattering import (
-    BEYOND_NODES,
-    MORE_NODES,
-    LampWater,
-    lamp_light,
-)
+from ..uw_spectral.lamps.lamp_surface import patch_past_lamp
+from ..uw_spectral.lamps.multiple_scattering import BEYOND_NODES, MORE_NODES, LampWater
 from ..uw_spectral.lamps.profile import NO_EDGE, Profile, sample_place
+from ..uw_spectral.lamps.three_bands import COUNT as BANDS
 from ..uw_spectral.mathematics import NUMPY, Mathematics, Operand
 from ..uw_spectral.transfer.radiance_field import distance_in_water
 from ..uw_spectral.water.phase import Mixture, PhaseFunction
@@ -50,112 +58,152 @@ from .realtime_shadows import light_on_white
 from .texels import closest, texel
 
 NAME = "UW Lamps"
-TRIPLE = "Triple"
-NORMAL, VISIBILITY = "Normal", "Lamp Visibility"
-_BANDS = ("a", "b")
-REACH, SUNLIT, CODE = "lamp reach", "lamps beside the sun", "lamp code"
-NUMBERS = (REACH, SUNLIT, CODE)
-"""Names of the numbers that are the same in every band."""
-SAMPLES = 256
+NORMAL, VISIBILITY, COLOR, MEASURED = "Normal", "Lamp Visibility", "Color", "Measured"
+LIGHT = "Light"
+SEEN, UNSCATTERED, FORWARD, THERE, IRRADIANCE = "Seen", "D", "F", "J", "E"
+"""Outputs of :func:`build_patch`."""
+SUNLIT, CODE = "lamps beside the sun", "lamp code"
+NUMBERS = (SUNLIT, CODE)
+"""Names of the numbers that shadows are read with."""
 CODES = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 """Colours of the lamps that cast shadows; the first is the sun's where it shines."""
 NO_SHADOW = (0.0, 0.0, 0.0)
 """In place of the colour of what stands for things."""
-_POSITION, _AXIS, _FORM, _COLOUR, _SEEN, _INTENSITY = range(6)
-_OF_LAMP = 2  # rows
+_PARTS, _MEASURED = "uw_parts", "uw_measured"  # custom properties of the image
 _QUADRATURES = (PATH_NODES, MORE_NODES, BEYOND_NODES)
+_NUMBERS = sum(_QUADRATURES)  # first column after them
+_EXTENT, _IN_WATER, _ON_THINGS = _NUMBERS, _NUMBERS + 1, _NUMBERS + 2
+_POSITION, _AXIS, _FORM, _COLOUR, _SEEN = range(5)
+_PROFILE, _FOLDED = 1, 2  # rows of a block; its numbers are in the first
 _MARGIN = 1
-_PATCHES = ANGLES + 2 * _MARGIN  # first column of the irradiance on patches in a tile
-_TILE = _PATCHES + 2 + TILTS + 2 * _MARGIN
-_SPREAD_ROWS, _PROFILE_ROWS = LENGTHS + 2 * _MARGIN, PROFILE_LENGTHS + 2 * _MARGIN
-_SHADOW_ROWS = SIDE + 2 * _MARGIN
-_BELOW = _PROFILE_ROWS + _SHADOW_ROWS  # rows of a lamp that come after the spread
+_SPREAD, _SPREAD_ROWS = 1, LENGTHS + 2 * _MARGIN
+_PATCHES = ANGLES + 2 * _MARGIN  # first column of the irradiance on patches
+_PROFILE_COLUMNS = PROFILE_ANGLES + 2 * _MARGIN
+_SHADOW = 2 * _PROFILE_COLUMNS  # first column of the map of shadows
+_TABLE_ROWS = max(PROFILE_LENGTHS, SIDE) + 2 * _MARGIN
+_WIDTH = max(
+    SAMPLES, _ON_THINGS + 1, _SHADOW + SIDE + 2 * _MARGIN, _PATCHES + TILTS + 2 + 2 * _MARGIN
+)
 _DARKEST = 1e-12
 # m; far beyond the reach of a lamp in water. From some 5 km on EEVEE draws no shadow.
 _REACH_OF_SHADOWS = 200.0
 
 
-def band_names(components: Sequence[PhaseFunction]) -> list[str]:
-    """Names of the quantities per band."""
-    parts = range(len(components)) if len(components) > 1 else ()
-    return [f"lamp {name}" for name in _BANDS] + [f"lamp phase {i}" for i in parts]
+@dataclass(frozen=True)
+class _Rows:
+    """Rows of a lamp's block, of so many parts of the phase function and measured reflectances."""
+
+    parts: int
+    measured: int
+
+    @property
+    def unscattered(self) -> int:
+        return _FOLDED + self.parts
+
+    @property
+    def in_water(self) -> int:
+        return self.unscattered + 1
+
+    @property
+    def coloured(self) -> int:
+        return self.in_water + BANDS
+
+    @property
+    def tables(self) -> int:
+        return self.coloured + BANDS * (COLOURS + self.measured)
+
+    @property
+    def all(self) -> int:
+        return self.tables + _TABLE_ROWS
 
 
-def of_water(water: LampWater) -> dict[str, NDArray[np.float64]]:
-    """Return the quantities per band of a water."""
-    values = [getattr(water, name) for name in _BANDS]
-    if len(water.phase.components) > 1:
-        values += list(water.phase.weights)
-    return dict(zip(band_names(water.phase.components), values, strict=True))
+def new_image(lamps: int, parts: int, measured: int = 0) -> bpy.types.Image:
+    """Make the image of so many lamps, which are dark.
 
-
-def new_image(lamps: int, triples: int) -> bpy.types.Image:
-    """Make the image of so many lamps and triples of bands, which are dark."""
-    height = 1 + _SPREAD_ROWS + (_OF_LAMP + _BELOW) * lamps
-    size = max(SAMPLES, _INTENSITY + triples, _TILE * triples), height
-    image = bpy.data.images.new(NAME, *size, alpha=True, float_buffer=True, is_data=True)
+    Parameters
+    ----------
+    lamps : int
+        Those that stand for things included.
+    parts : int
+        Of the phase function.
+    measured : int
+        Measured reflectances of things.
+    """
+    height = _SPREAD + _SPREAD_ROWS + _Rows(parts, measured).all * lamps
+    image = bpy.data.images.new(NAME, _WIDTH, height, alpha=True, float_buffer=True, is_data=True)
     image.alpha_mode = "CHANNEL_PACKED"
     image.use_half_precision = False  # numbers keep their digits
-    image[MARK] = True
+    image[MARK], image[_PARTS], image[_MEASURED] = True, parts, measured
     return image
 
 
 def write_lamps(
-    image: bpy.types.Image,
-    lamps: Sequence[Lamp],
-    colours: Sequence[Sequence[float]],
-    water: LampWater,
+    image: bpy.types.Image, folded: LampChannels, colours: Sequence[Sequence[float]]
 ) -> None:
-    """Put lamps, the colours of those that cast their shadows, and the water into an image."""
-    image.pixels.foreach_set(np.ravel(_pixels(image.size, lamps, colours, water)))
+    """Put lamps and their water into an image of their size.
+
+    Parameters
+    ----------
+    image : Image
+        Of :func:`new_image`.
+    folded : LampChannels
+    colours : sequence of 3
+        Of the lamps that cast the shadows of each; :data:`NO_SHADOW` of what stands for things.
+    """
+    image.pixels.foreach_set(np.ravel(_pixels(image.size, folded, colours)))
     image.update()
     # A file that is saved now opens with these pixels, without the extension.
     image.pack()
 
 
 def _pixels(
-    size: Sequence[int],
-    lamps: Sequence[Lamp],
-    colours: Sequence[Sequence[float]],
-    water: LampWater,
+    size: Sequence[int], folded: LampChannels, colours: Sequence[Sequence[float]]
 ) -> NDArray[np.float32]:
     width, height = size
     out = np.zeros((height, width, 4), np.float32)
     out[..., 3] = 1.0
     row = np.concatenate([np.transpose(gauss(count)) for count in _QUADRATURES])
+    in_water, on_things = folded.in_water, folded.on_things
     out[0, : len(row), :2] = row
-    for index, (lamp, colour) in enumerate(zip(lamps, colours, strict=True)):
-        numbers, profile = out[1 + _OF_LAMP * index :][:_OF_LAMP]
-        edge = NO_EDGE if lamp.profile.edge is None else lamp.profile.edge
-        numbers[_POSITION, :3], numbers[_AXIS, :3] = lamp.position, lamp.axis
-        numbers[_FORM, :3] = lamp.radius, edge, lamp.profile.beam
-        numbers[_COLOUR, :3], numbers[_SEEN, :3] = colour, (lamp.seen, lamp.thrown, 0.0)
-        triples = np.pad(lamp.intensity, (0, -len(lamp.intensity) % 3), mode="edge").reshape(-1, 3)
-        numbers[_INTENSITY : _INTENSITY + len(triples), :3] = triples
-        profile[:SAMPLES, 0] = lamp.profile.sampled(SAMPLES)
-    spread, first = water.spread, 1 + _OF_LAMP * len(lamps)
-    assert isinstance(spread, WaterSpread)
-    _put(out[first:], 0, spread.deflection.values)
-    _put(out[first:], _PATCHES, spread.on_patches.values)
-    for index, lamp in enumerate(lamps):
-        row = first + _SPREAD_ROWS + _BELOW * index
-        _put(out[row:], 0, spread.profile(lamp.profile).values)
+    out[0, _EXTENT, :2] = folded.stretch, in_water.reach
+    out[0, _IN_WATER, :3], out[0, _ON_THINGS, :3] = in_water.b, on_things.b
+    in_spread, on_spread = in_water.spread, on_things.spread
+    assert isinstance(in_spread, WaterSpread)
+    assert isinstance(on_spread, WaterSpread)
+    _put(out[_SPREAD:], 0, in_spread.deflection.values)
+    _put(out[_SPREAD:], _PATCHES, on_spread.on_patches.values)
+    first, rows = _SPREAD + _SPREAD_ROWS, _Rows(folded.parts, folded.measured)
+    for index, (lamp, tables) in enumerate(zip(folded.lamps, folded.folded, strict=True)):
+        block = out[first + rows.all * index :][: rows.all]
+        _put_lamp(block, lamp, tables, colours[index])
+        _put(block[rows.tables :], 0, in_spread.profile(lamp.profile).values)
+        _put(block[rows.tables :], _PROFILE_COLUMNS, on_spread.profile(lamp.profile).values)
         if lamp.shadow is not None:
             assert isinstance(lamp.shadow, Grid)
-            _put(out[row + _PROFILE_ROWS :], 0, lamp.shadow.values)
+            _put(block[rows.tables :], _SHADOW, lamp.shadow.values)
     return out
 
 
+def _put_lamp(
+    block: NDArray[np.float32], lamp: Lamp, folded: FoldedLamp, colour: Sequence[float]
+) -> None:
+    edge = NO_EDGE if lamp.profile.edge is None else lamp.profile.edge
+    numbers = block[0]
+    numbers[_POSITION, :3], numbers[_AXIS, :3] = lamp.position, lamp.axis
+    numbers[_FORM, :3] = lamp.radius, edge, lamp.profile.beam
+    numbers[_COLOUR, :3], numbers[_SEEN, :3] = colour, (lamp.seen, lamp.thrown, 0.0)
+    block[_PROFILE, :SAMPLES, 0] = lamp.profile.sampled(SAMPLES)
+    coloured = folded.coloured.reshape(-1, SAMPLES, 3)
+    tables = [folded.scattered, folded.unscattered[None], folded.in_water, coloured]
+    rows = np.concatenate(tables)
+    block[_FOLDED : _FOLDED + len(rows), :SAMPLES, :3] = rows
+
+
 def _put(out: NDArray[np.float32], column: int, values: NDArray[np.float64]) -> None:
-    """Lay a table of n bands, with its margin, into the tiles of their triples."""
-    rows, columns, n = values.shape
-    sides = (_MARGIN, _MARGIN)
-    padded = np.pad(values, (sides, sides, (0, -n % 3)), mode="edge")
-    for triple in range(padded.shape[2] // 3):
-        start = triple * _TILE + column
-        width = columns + 2 * _MARGIN
-        tile = out[: rows + 2 * _MARGIN, start : start + width, :3]
-        tile[:] = padded[..., 3 * triple : 3 * triple + 3]
+    """Lay a table of one number or three into the image, with its margin."""
+    padded = np.pad(values, ((_MARGIN, _MARGIN), (_MARGIN, _MARGIN), (0, 0)), mode="edge")
+    rows, columns, count = padded.shape
+    out[:rows, column : column + columns, :count] = padded
 
 
 @dataclass(frozen=True, eq=False)
@@ -167,7 +215,7 @@ class _ImageProfile(Profile):
     row: NodeValue
     edge_cosine: NodeValue
     beam_cosine: NodeValue
-    blurred: NodeValue
+    tables: NodeValue
 
     @property
     def edge(self) -> NodeValue:
@@ -178,13 +226,30 @@ class _ImageProfile(Profile):
         return self.beam_cosine
 
     def value(self, cosine: Operand, m: Mathematics = NUMPY) -> Operand:
-        place = m.minimum(sample_place(cosine, SAMPLES, m), SAMPLES - 1.001)
-        below = self.graph.operation("FLOOR", (place,))
-        one, other = (
-            self.graph.components(closest(self.graph, self.image, column, self.row))[0]
-            for column in (below, below + 1.0)
-        )
-        return one + (place - below) * (other - one)
+        place = sample_place(cosine, SAMPLES, m)
+        return self.graph.components(_between(self.graph, self.image, place, self.row))[0]
+
+
+@dataclass(frozen=True, eq=False)
+class _ImageRow:
+    """A table over the length of a path in a row of the image."""
+
+    graph: Graph
+    image: bpy.types.Image
+    row: NodeValue
+    stretch: NodeValue
+
+    def at(self, length: Operand) -> NodeValue:
+        place = place_of_length(length, self.stretch)
+        return _between(self.graph, self.image, place, self.row)
+
+
+def _between(graph: Graph, image: bpy.types.Image, place: NodeValue, row: NodeValue) -> NodeValue:
+    """Interpolate between the samples of a row: two single texels are cheaper than a linear one."""
+    held = NODES.minimum(place, SAMPLES - 1.001)
+    below = graph.operation("FLOOR", (held,))
+    one, other = (closest(graph, image, column, row) for column in (below, below + 1.0))
+    return one + (other - one) * (held - below)
 
 
 @dataclass(frozen=True, eq=False)
@@ -193,16 +258,20 @@ class _ImageGrid:
 
     graph: Graph
     image: bpy.types.Image
-    column: NodeValue | float
+    column: float
     row: NodeValue | float
 
     def at(self, column: Operand, row: Operand) -> NodeValue:
         h, v = self.column + _MARGIN + column, self.row + _MARGIN + row
-        return texel(self.graph, self.image, h, v, *self.image.size)
+        if isinstance(h, NodeValue):
+            return texel(self.graph, self.image, h, v, *self.image.size)
+        below = self.graph.operation("FLOOR", (v,))
+        one, other = (closest(self.graph, self.image, h, place) for place in (below, below + 1.0))
+        return one + (other - one) * (v - below)
 
 
 class _ImageShadow(_ImageGrid):
-    """The map of a lamp's shadows in the image: one number, the same in every band."""
+    """The map of a lamp's shadows in the image: one number, the same in every channel."""
 
     def at(self, column: Operand, row: Operand) -> NodeValue:
         return self.graph.components(super().at(column, row))[0]
@@ -210,63 +279,84 @@ class _ImageShadow(_ImageGrid):
 
 @dataclass(frozen=True, eq=False)
 class _ImageSpread:
-    """The tables of a triple in the image, the spread of scattered light from a row on."""
+    """The tables of three bands in the image; the first column of their blurred profiles."""
 
     graph: Graph
     image: bpy.types.Image
-    triple: NodeValue
-    row: float
+    profiles: float
 
     @property
     def deflection(self) -> _ImageGrid:
-        return self._grid(0.0, self.row)
+        return _ImageGrid(self.graph, self.image, 0.0, float(_SPREAD))
 
     @property
     def on_patches(self) -> _ImageGrid:
-        return self._grid(float(_PATCHES), self.row)
+        return _ImageGrid(self.graph, self.image, float(_PATCHES), float(_SPREAD))
 
     def profile(self, profile: Profile) -> _ImageGrid:
         assert isinstance(profile, _ImageProfile)
-        return self._grid(0.0, profile.blurred)
-
-    def _grid(self, column: float, row: NodeValue | float) -> _ImageGrid:
-        return _ImageGrid(self.graph, self.image, self.triple * float(_TILE) + column, row)
+        return _ImageGrid(self.graph, self.image, self.profiles, profile.tables)
 
 
 @dataclass(frozen=True, eq=False)
 class LampTable:
-    """Look-ups in the image in a node tree."""
+    """Look-ups in the image in a node tree; make it with :meth:`of`."""
 
     graph: Graph
     image: bpy.types.Image
+    rows: _Rows
+
+    @classmethod
+    def of(cls, graph: Graph, image: bpy.types.Image) -> LampTable:
+        """Make it of an image of :func:`new_image`."""
+        return cls(graph, image, _Rows(image[_PARTS], image[_MEASURED]))
 
     @property
     def count(self) -> int:
         """Number of lamps."""
-        return (self.image.size[1] - 1 - _SPREAD_ROWS) // (_OF_LAMP + _BELOW)
-
-    def spread(self, triple: NodeValue) -> _ImageSpread:
-        """Return the spread of scattered light in three bands."""
-        return _ImageSpread(self.graph, self.image, triple, 1.0 + _OF_LAMP * self.count)
+        return (self.image.size[1] - _SPREAD - _SPREAD_ROWS) // self.rows.all
 
     def colour(self, index: NodeValue) -> NodeValue:
         """Return the colour of the lamp that casts the shadows of one."""
         return self._at(_COLOUR, self._row(index))
 
-    def lamp(self, index: NodeValue, triple: NodeValue | None = None) -> Lamp:
-        """Return a lamp, in three bands or of intensity 1."""
+    def lamp(self, index: NodeValue) -> Lamp:
+        """Return a lamp, of intensity 1."""
         row = self._row(index)
         position, axis, form = (
             self.graph.components(self._at(column, row)) for column in (_POSITION, _AXIS, _FORM)
         )
         radius, edge, beam = form
-        first = 1.0 + _OF_LAMP * self.count + _SPREAD_ROWS
-        blurred = index * float(_BELOW) + first
-        shadow = _ImageShadow(self.graph, self.image, 0.0, blurred + float(_PROFILE_ROWS))
-        profile = _ImageProfile(self.graph, self.image, row + 1.0, edge, beam, blurred)
-        intensity = 1.0 if triple is None else self._at(triple + float(_INTENSITY), row)
+        tables = row + float(self.rows.tables)
+        shadow = _ImageShadow(self.graph, self.image, float(_SHADOW), tables)
+        profile = _ImageProfile(self.graph, self.image, row + float(_PROFILE), edge, beam, tables)
         seen, thrown, _ = self.graph.components(self._at(_SEEN, row))
-        return Lamp(position, axis, intensity, profile, radius, seen, shadow, thrown)
+        return Lamp(position, axis, 1.0, profile, radius, seen, shadow, thrown)
+
+    def in_water(self, index: NodeValue, components: Sequence[PhaseFunction]) -> ChannelLight:
+        """Return the light of a lamp in the water."""
+        return ChannelLight(
+            self._water(_IN_WATER, 0.0),
+            components,
+            self._folded(index, _FOLDED, self.rows.parts),
+            self._folded(index, self.rows.unscattered, 1)[0],
+            self._folded(index, self.rows.in_water, BANDS),
+            self.graph.components,
+        )
+
+    def on_things(self, index: NodeValue) -> ThingLight:
+        """Return the light of a lamp on things."""
+        rows = self._folded(index, self.rows.coloured, BANDS * COLOURS)
+        coloured = [rows[BANDS * colour :][:BANDS] for colour in range(COLOURS)]
+        water = self._water(_ON_THINGS, float(_PROFILE_COLUMNS))
+        return ThingLight(water, coloured, self.graph.components)
+
+    def of_measured(self, index: NodeValue, number: NodeValue, length: NodeValue) -> list[Operand]:
+        """Look up the tables of a measured reflectance; the first has the number 1."""
+        # Number 0 finds those of a colour, which nothing uses.
+        first = self._row(index) + float(self.rows.coloured + BANDS * (COLOURS - 1))
+        rows = self._rows(first + number * float(BANDS), BANDS)
+        return [row.at(length) for row in rows]
 
     def integrate(
         self, count: int, term: Callable[[Operand, Operand], tuple[Operand, ...]]
@@ -280,29 +370,57 @@ class LampTable:
 
         return summed(self.graph, count, of_place)
 
+    def _water(self, column: int, profiles: float) -> LampWater:
+        b, nothing = self._at(column, 0.0), Mixture((), ())
+        spread = _ImageSpread(self.graph, self.image, profiles)
+        return LampWater(0.0, b, b, nothing, spread, self._extent[1])
+
+    def _folded(self, index: NodeValue, row: int, count: int) -> list[_ImageRow]:
+        return self._rows(self._row(index) + float(row), count)
+
+    def _rows(self, first: NodeValue, count: int) -> list[_ImageRow]:
+        stretch = self._extent[0]
+        return [_ImageRow(self.graph, self.image, first + float(i), stretch) for i in range(count)]
+
+    @functools.cached_property
+    def _extent(self) -> tuple[NodeValue, ...]:
+        return self.graph.components(self._at(_EXTENT, 0.0))
+
     def _at(self, column: NodeValue | float, row: NodeValue | float) -> NodeValue:
         return closest(self.graph, self.image, column, row)
 
     def _row(self, index: NodeValue) -> NodeValue:
-        return index * float(_OF_LAMP) + 1.0
+        return index * float(self.rows.all) + float(_SPREAD + _SPREAD_ROWS)
 
 
 def build_path(
-    components: Sequence[PhaseFunction],
     image: bpy.types.Image,
+    components: Sequence[PhaseFunction],
     *,
     ahead: bool,
     rays: bpy.types.ShaderNodeTree | None = None,
 ) -> bpy.types.ShaderNodeTree:
     """Build the group of the light of lamps in the water before a thing, or up to the boundary.
 
-    Output: radiance of three bands, the lamps themselves included.
+    Parameters
+    ----------
+    image : Image
+        Of :func:`new_image`.
+    components : sequence of PhaseFunction
+        Parts of the phase function.
+    ahead : bool
+        Whether it goes to the boundary; the group has the input ``y_f`` then, else none.
+    rays : ShaderNodeTree, optional
+        Of :mod:`.realtime_refraction`.
+
+    Returns
+    -------
+    ShaderNodeTree
+        Output :data:`LIGHT`: three channels, the lamps themselves included.
     """
-    more = {"y_f": "NodeSocketFloat"} if ahead else {}
-    tree, graph, given = _group(f"{NAME} in the Water", components, more, rays)
-    table = LampTable(graph, image)
-    water = _water(given, components, table)
-    w = view_direction(graph)
+    inputs = {"y_f": "NodeSocketFloat"} if ahead else {}
+    tree, graph, given = _group(f"{NAME} in the Water", inputs, rays)
+    table, w = LampTable.of(graph, image), view_direction(graph)
     if ahead:
         origin = camera_place(graph)
         P = distance_in_water(camera_depth(graph), -w[2], given["y_f"], NODES)
@@ -311,45 +429,77 @@ def build_path(
         origin = [x - along * P for x, along in zip(place_here(graph), w, strict=True)]
 
     def of_lamp(index: NodeValue) -> tuple[NodeValue]:
-        lamp = table.lamp(index, given[TRIPLE])
+        lamp = table.lamp(index)
         ray = ray_past_lamp(lamp, origin, w, P, NODES, before_thing=not ahead)
-        once, more = lamp_light(lamp, ray, water, NODES, table.integrate)
-        return (once + more + lamp_disc(lamp, ray, water.c, NODES),)
+        light = table.in_water(index, components)
+        return (light.along(lamp, ray, NODES, table.integrate),)
 
-    return _finished(tree, graph, summed(graph, table.count, of_lamp)[0])
+    return _finished(tree, graph, {LIGHT: summed(graph, table.count, of_lamp)[0]})
 
 
 def build_patch(
-    components: Sequence[PhaseFunction],
     image: bpy.types.Image,
+    outputs: Collection[str] = (SEEN,),
     rays: bpy.types.ShaderNodeTree | None = None,
 ) -> bpy.types.ShaderNodeTree:
-    """Build the group of the irradiance of lamps on a thing, in three bands."""
-    kinds: dict[str, str] = dict.fromkeys((NORMAL, VISIBILITY), "NodeSocketVector")
-    tree, graph, given = _group(f"{NAME} on Things", components, kinds, rays)
-    table = LampTable(graph, image)
-    water = _water(given, components, table)
-    here, normal = place_here(graph), graph.components(given[NORMAL])
+    """Build the group of the light of lamps on a thing.
 
-    def of_lamp(index: NodeValue) -> tuple[NodeValue]:
-        lamp = table.lamp(index, given[TRIPLE])
+    Inputs: ``Normal``; ``Lamp Visibility``, of :func:`visibility`; ``Color``, the reflectance;
+    and, if the image has measured reflectances, ``Measured``: 0, or the number of one from 1 on
+    that replaces the colour.
+
+    Parameters
+    ----------
+    image : Image
+        Of :func:`new_image`.
+    outputs : collection of str
+        Which of these, in three channels: :data:`SEEN`, the radiance that arrives at the camera,
+        of which :data:`UNSCATTERED` and :data:`FORWARD` are the parts; :data:`THERE`, the radiance
+        at the thing; :data:`IRRADIANCE`, on it.
+    rays : ShaderNodeTree, optional
+        Of :mod:`.realtime_refraction`.
+    """
+    inputs = dict.fromkeys((NORMAL, VISIBILITY), "NodeSocketVector") | {COLOR: "NodeSocketColor"}
+    measured = bool(image[_MEASURED])
+    inputs |= {MEASURED: "NodeSocketFloat"} if measured else {}
+    tree, graph, given = _group(f"{NAME} on Things", inputs, rays)
+    table, here, P = LampTable.of(graph, image), place_here(graph), view_distance(graph)
+    normal, colour = (graph.components(given[name]) for name in (NORMAL, COLOR))
+
+    def of_lamp(index: NodeValue) -> tuple[NodeValue, ...]:
+        lamp, light = table.lamp(index), table.on_things(index)
         patch = patch_past_lamp(lamp, here, normal, NODES)
-        direct, forward, diffuse = surface_irradiance(lamp, patch, water, NODES)
-        seen = given[VISIBILITY].dot(table.colour(index)) + lamp.thrown
-        return ((direct + forward) * seen + diffuse,)
+        visible = given[VISIBILITY].dot(table.colour(index)) + lamp.thrown
+        bands = light.on_patch(lamp, patch, visible, NODES)
+        reflected = bands * (1.0 / math.pi)
 
-    return _finished(tree, graph, summed(graph, table.count, of_lamp)[0])
+        def of_thing(tables: Sequence[Sequence[Operand]], length: NodeValue) -> list[Operand]:
+            coloured = of_colour(tables, colour)
+            if not measured:
+                return coloured
+            number = given[MEASURED]
+            known, chosen = table.of_measured(index, number, length), NODES.less(0.5, number)
+            pairs = zip(known, coloured, strict=True)
+            return [NODES.select(chosen, one, other) for one, other in pairs]
 
+        found: dict[str, NodeValue] = {}
+        if not {SEEN, UNSCATTERED, FORWARD}.isdisjoint(outputs):
+            length = patch.r + P
+            seen = of_thing(light.tables(length), length)
+            shares = {UNSCATTERED: light.unscattered(P, NODES), FORWARD: light.forward(P, NODES)}
+            shares[SEEN] = shares[UNSCATTERED] + shares[FORWARD]
+            wanted = [name for name in shares if name in outputs]
+            found |= {name: light.arriving(reflected * shares[name], seen) for name in wanted}
+        if not {THERE, IRRADIANCE}.isdisjoint(outputs):
+            tables = light.tables(patch.r)
+            if THERE in outputs:
+                found[THERE] = light.arriving(reflected, of_thing(tables, patch.r))
+            if IRRADIANCE in outputs:
+                found[IRRADIANCE] = light.arriving(bands, of_colour(tables, (1.0, 1.0, 1.0)))
+        return tuple(found[name] for name in outputs)
 
-def build_carried(
-    components: Sequence[PhaseFunction],
-    image: bpy.types.Image,
-    rays: bpy.types.ShaderNodeTree | None = None,
-) -> bpy.types.ShaderNodeTree:
-    """Build the group of the share of a thing's light that arrives scattered, in three bands."""
-    tree, graph, given = _group(f"{NAME} from Things", components, {}, rays)
-    water = _water(given, components, LampTable(graph, image))
-    return _finished(tree, graph, carried_forward(view_distance(graph), water, NODES))
+    totals = summed(graph, table.count, of_lamp)
+    return _finished(tree, graph, dict(zip(outputs, totals, strict=True)))
 
 
 def visibility(
@@ -361,7 +511,7 @@ def visibility(
     as their inverse squares of the distance.
     """
     sunlit, code = (graph.term(numbers[name]) for name in (SUNLIT, CODE))
-    table, here, facing = LampTable(graph, image), place_here(graph), graph.components(normal)
+    table, here, facing = LampTable.of(graph, image), place_here(graph), graph.components(normal)
 
     def of_lamp(index: NodeValue) -> tuple[NodeValue]:
         lamp = dataclasses.replace(table.lamp(index), radius=0.0)
@@ -396,15 +546,10 @@ def write_shadow_lamp(
 
 
 def _group(
-    name: str,
-    components: Sequence[PhaseFunction],
-    more: dict[str, str],
-    rays: bpy.types.ShaderNodeTree | None,
+    name: str, inputs: dict[str, str], rays: bpy.types.ShaderNodeTree | None
 ) -> tuple[bpy.types.ShaderNodeTree, Graph, dict[str, NodeValue]]:
     tree = new_group(name)
-    kinds = dict.fromkeys((TRIPLE, REACH), "NodeSocketFloat")
-    kinds |= dict.fromkeys(band_names(components), "NodeSocketVector") | more
-    for socket, kind in kinds.items():
+    for socket, kind in inputs.items():
         tree.interface.new_socket(socket, in_out="INPUT", socket_type=kind)
     graph = Graph(tree, rays=rays)
     outputs = graph.node("NodeGroupInput").outputs
@@ -412,19 +557,11 @@ def _group(
 
 
 def _finished(
-    tree: bpy.types.ShaderNodeTree, graph: Graph, result: NodeValue
+    tree: bpy.types.ShaderNodeTree, graph: Graph, results: dict[str, NodeValue]
 ) -> bpy.types.ShaderNodeTree:
-    tree.interface.new_socket("Light", in_out="OUTPUT", socket_type="NodeSocketVector")
-    graph.assign(result, graph.node("NodeGroupOutput").inputs[0])
+    for name in results:
+        tree.interface.new_socket(name, in_out="OUTPUT", socket_type="NodeSocketVector")
+    end = graph.node("NodeGroupOutput").inputs
+    for name, result in results.items():
+        graph.assign(result, end[name])
     return tree
-
-
-def _water(
-    given: dict[str, NodeValue], components: Sequence[PhaseFunction], table: LampTable
-) -> LampWater:
-    a, b = (given[f"lamp {name}"] for name in _BANDS)
-    weights: tuple[Operand, ...] = (1.0,)
-    if len(components) > 1:
-        weights = tuple(given[f"lamp phase {i}"] for i in range(len(components)))
-    spread = table.spread(given[TRIPLE])
-    return LampWater(a, b, a + b, Mixture(tuple(components), weights), spread, given[REACH])

@@ -6,10 +6,14 @@ the surface bends the ray.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import bpy
 
+from ..uw_spectral.mathematics import Operand
 from .node_mathematics import NODES, Graph, NodeValue
 
+_LEAST_COSINE = 1e-4
 DIRECTION, ORIGIN, DISTANCE, PLACE = "Direction", "Origin", "Distance", "Place"
 
 
@@ -32,11 +36,13 @@ def depth_here(graph: Graph) -> NodeValue:
     return NODES.maximum(-place_here(graph)[2], 0.0)
 
 
-def camera_place(graph: Graph) -> tuple[NodeValue, NodeValue, NodeValue]:
-    """Coordinates of what looks at the background."""
+def camera_place(
+    graph: Graph, frame: Sequence[Operand] | None = None
+) -> tuple[NodeValue, NodeValue, NodeValue]:
+    """Coordinates of what looks at the background; arguments as of :func:`eye_place`."""
     if graph.rays is not None:
         return graph.components(graph.term(graph.shared(graph.rays)[ORIGIN]))
-    return eye_place(graph)
+    return eye_place(graph, frame)
 
 
 def camera_depth(graph: Graph) -> NodeValue:
@@ -65,8 +71,16 @@ def straight_direction(graph: Graph) -> tuple[NodeValue, NodeValue, NodeValue]:
 
 
 def straight_distance(graph: Graph) -> NodeValue:
-    """Distance of what is drawn from the camera."""
-    return graph.term(graph.node("ShaderNodeCameraData").outputs["View Distance"])
+    """Distance of what is drawn from the camera along the pixel's ray.
+
+    Rays of an orthographic camera begin on its plane, not at a point: the depth along the axis
+    over the ray's cosine with that serves for both.
+    """
+    depth = graph.term(graph.node("ShaderNodeCameraData").outputs["View Z Depth"])
+    axis = _from_camera(graph, "VECTOR", (0.0, 0.0, -1.0))
+    w = straight_direction(graph)
+    along = w[0] * axis[0] + w[1] * axis[1] + w[2] * axis[2]
+    return depth / NODES.maximum(along, _LEAST_COSINE)
 
 
 def drawn_place(graph: Graph) -> tuple[NodeValue, NodeValue, NodeValue]:
@@ -74,12 +88,39 @@ def drawn_place(graph: Graph) -> tuple[NodeValue, NodeValue, NodeValue]:
     return graph.components(_geometry(graph, "Position"))
 
 
-def eye_place(graph: Graph) -> tuple[NodeValue, NodeValue, NodeValue]:
-    """Coordinates of the camera, or of the eye of a view."""
+def eye_place(
+    graph: Graph, frame: Sequence[Operand] | None = None
+) -> tuple[NodeValue, NodeValue, NodeValue]:
+    """Coordinates of the camera, or of the eye of a view.
+
+    Parameters
+    ----------
+    graph : Graph
+    frame : sequence of 4, optional
+        Of an orthographic camera: left and bottom edge, width and height of its picture, m; zero
+        of others. Where the pixel's ray begins on its plane.
+    """
+    if frame is None:
+        return _from_camera(graph, "POINT", (0.0, 0.0, 0.0))
+    place = graph.components(graph.term(graph.node("ShaderNodeTexCoord").outputs["Window"]))
+    left, bottom, width, height = frame
+    at = left + place[0] * width, bottom + place[1] * height, 0.0
+    return _from_camera(graph, "POINT", at)
+
+
+def _from_camera(
+    graph: Graph, kind: str, value: Sequence[Operand]
+) -> tuple[NodeValue, NodeValue, NodeValue]:
+    """Coordinates in the world of a point or a vector in camera space, z backwards."""
     camera = graph.node(
-        "ShaderNodeVectorTransform", vector_type="POINT", convert_from="CAMERA", convert_to="WORLD"
+        "ShaderNodeVectorTransform", vector_type=kind, convert_from="CAMERA", convert_to="WORLD"
     )
-    camera.inputs[0].default_value = (0.0, 0.0, 0.0)
+    # The node's camera looks along +z, unlike Blender's.
+    x, y, z = value
+    if all(isinstance(part, float) for part in value):
+        camera.inputs[0].default_value = (x, y, -z)
+    else:
+        graph.assign(graph.vector(x, y, -1.0 * z), camera.inputs[0])
     return graph.components(graph.term(camera.outputs[0]))
 
 

@@ -34,7 +34,7 @@ from .texels import texel
 NAME = "UW Shade"
 ON_IT = "Shade on It"
 ON_PATH = tuple(f"Shade on the Way {k}" for k in range(STEPS))
-SPECTRUM, REACH = "shade spectrum", "shade reach"
+REACH = "shade reach"
 _SIZES = {"lower": 3, "last": 3, "weight": PATCHES}
 _SMALLEST = 3
 _BEFORE_LAST = 1e-3  # levels from the last position that has a level behind it

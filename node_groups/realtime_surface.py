@@ -1,22 +1,22 @@
 """Node group that turns a lit surface into its picture through the water.
 
 It replaces the shader of a user's material: lit colour and base colour go in,
-a shader that emits what the sensor sees comes out. All bands in one pass.
+a shader that emits what the channels see comes out. All bands in one pass.
 """
 
 from __future__ import annotations
 
-import dataclasses
-import functools
-import math
+from collections.abc import Sequence
+from dataclasses import replace
 
 import bpy
 
-from ..uw_spectral.mathematics import Operand
+from ..uw_spectral.mathematics import Operand, dot
 from ..uw_spectral.surface.refraction import mirrored_direction
 from ..uw_spectral.surface.wave_patterns import interp, sunlight_factor
-from ..uw_spectral.transfer.pixel import surface_light
-from ..uw_spectral.transfer.pixel_layers import illumination, pixel_layers
+from ..uw_spectral.transfer.above_water import LightInAir, turned_sun
+from ..uw_spectral.transfer.channel_pixel import COLOURS, ChannelPixel, ChannelWater, Thing
+from ..uw_spectral.transfer.solved_ray import PathShade
 from . import realtime_lamps, realtime_layers
 from .node_mathematics import NODES, Graph, NodeValue, new_group
 from .realtime_rays import (
@@ -26,208 +26,323 @@ from .realtime_rays import (
     view_direction,
     view_distance,
 )
-from .realtime_shadows import OPENNESS, SUNLIT, openness, sun_visibility
-from .realtime_tables import Tables
-from .realtime_triples import (
-    DRAWN,
-    MIRRORED_TOWARDS,
-    SEEN,
-    TOWARDS,
-    TableImages,
-    Triples,
-    Values,
-    build_triple,
-    looked_up_on_surface,
-    phase_inputs,
-    phase_towards,
+from .realtime_refraction import DRY, LEAVING
+from .realtime_shade import ON_IT
+from .realtime_shadows import sun_visibility
+from .realtime_values import (
+    CAUSTIC_STRENGTH,
+    CONTRAST,
+    DRAWN_SUN,
+    GLOW_ABOVE,
+    MIRRORED_SHARE,
+    REFLECTANCE,
+    SHAFT_END,
+    SKY_ABOVE,
+    SUN_ABOVE,
+    SUN_GAIN,
+    SUN_IN_AIR,
+    Shape,
 )
-from .realtime_values import CAUSTIC_STRENGTH, CONTRAST, EMISSION, REFLECTANCE, SUN, Shape
-from .realtime_waves import PATTERN, POSITION, WaveImages, caustics_here
+from .realtime_water import PixelWater, Sources, in_group, pixel_layers
+from .realtime_waves import PATTERN, POSITION, caustics_here
+from .uplift import COLUMNS, SHARE
 
-NAME = "UW Surface of Bands"
-TRIPLE_NAME = "UW Surface of Three Bands"
+NAME, KEEPING = "UW Thing in Water", "UW Water before Thing"
 
 LIT, COLOR, EMITTED = "Lit", "Color", "Emission"
 MIRRORED = "Mirrored"
-COVERAGE, NORMAL, IS_MEASURED = "Coverage", "Normal", "Is Measured"
-_MEASURED = "Measured"
+COVERAGE, NORMAL = "Coverage", "Normal"
+COLUMN, MEASURED = "Column", "Measured"
 _INPUTS = {
     LIT: "NodeSocketColor",
     COLOR: "NodeSocketColor",
     EMITTED: "NodeSocketColor",
     COVERAGE: "NodeSocketFloat",
     NORMAL: "NodeSocketVector",
-    IS_MEASURED: "NodeSocketFloat",
-    _MEASURED: "NodeSocketVector",
 }
-_DARKEST = 1e-3  # reflectance below which an uplifted colour cannot carry a measured spectrum
+_MEASURED_INPUTS = {COLUMN: "NodeSocketFloat", MEASURED: "NodeSocketVector"}
+_DARKEST = 1e-3  # reflectance below which a colour does not tell how a thing is lit
 
 
-def measured(triple: int) -> str:
-    """Name of the input for a measured reflectance of three bands."""
-    return f"{_MEASURED} {triple}"
-
-
-def build(
-    values: bpy.types.ShaderNodeTree,
-    shape: Shape,
-    images: WaveImages | None,
-    tables: TableImages,
-) -> bpy.types.ShaderNodeTree:
+def build(shape: Shape, sources: Sources, *, keeps: bool = False) -> bpy.types.ShaderNodeTree:
     """Build the group.
+
+    With ``keeps`` the closures of the material stay: instead of the input ``Lit`` there are
+    outputs, as of :mod:`.uplift`: the colours that the sun lights are seen by the channels in
+    these columns, and all closures with this share.
 
     Inputs: ``Lit``, the colour of the surface under a white sun of strength 1,
     emission included; ``Color``, its reflectance; ``Emission``, its emitted
     RGB radiance; ``Coverage``, the share that is not transparent, with which
-    the three are multiplied already; ``Normal``; ``Is Measured`` (0 or 1) and
-    ``Measured i``, reflectances that replace the colour; and, if things mirror, ``Mirrored``,
-    the part of the reflectance that does.
+    the three are multiplied already; ``Normal``; if things mirror, ``Mirrored``,
+    the part of the reflectance that does; and if reflectances were measured, ``Column``, where
+    that of the material is found if it is not 0, and ``Measured``, its channels.
     """
-    own = [PATTERN, POSITION] if shape.waves else []
-    own += [OPENNESS] if shape.diffuse_shadows else []
-    own += phase_inputs(TOWARDS, shape)
-    own += phase_inputs(MIRRORED_TOWARDS, shape) if shape.mirrors else []
-    kinds = dict.fromkeys(own, "NodeSocketFloat")
-    kinds |= dict.fromkeys(looked_up_on_surface(shape), "NodeSocketVector")
-    needs_sunlit = not {"E", "shadow"}.isdisjoint(shape.layers)
-    if needs_sunlit:
-        kinds[SUNLIT] = "NodeSocketFloat"
-    lit = None
-    if tables.lamps is not None:
-        kinds[realtime_lamps.VISIBILITY] = "NodeSocketVector"
-        lit = (
-            realtime_lamps.build_patch(shape.components, tables.lamps, tables.rays),
-            realtime_lamps.build_path(
-                shape.components, tables.lamps, ahead=False, rays=tables.rays
-            ),
-            realtime_lamps.build_carried(shape.components, tables.lamps, tables.rays),
-        )
-    picture = functools.partial(_picture, lit=lit)
-    given_colours = _INPUTS | ({MIRRORED: "NodeSocketColor"} if shape.mirrors else {})
-    triple = build_triple(TRIPLE_NAME, shape, given_colours | kinds, picture, tables.rays)
-    tree = new_group(NAME)
-    inputs = {name: kind for name, kind in given_colours.items() if name != _MEASURED}
-    inputs |= {measured(t): "NodeSocketVector" for t in range(shape.triples)}
-    for name, kind in inputs.items():
+    tree = new_group(KEEPING if keeps else NAME)
+    own = {name: kind for name, kind in _INPUTS.items() if not (keeps and name == LIT)}
+    kinds = own | ({MIRRORED: "NodeSocketColor"} if shape.mirrors else {})
+    kinds |= _MEASURED_INPUTS if shape.measured else {}
+    for name, kind in kinds.items():
         socket = tree.interface.new_socket(name, in_out="INPUT", socket_type=kind)
         if name == COVERAGE:
             socket.default_value = 1.0
     tree.interface.new_socket("Shader", in_out="OUTPUT", socket_type="NodeSocketShader")
-    graph = Graph(tree, rays=tables.rays)
+    graph = Graph(tree, rays=sources.rays)
     outputs = graph.node("NodeGroupInput").outputs
     given = {socket.name: graph.term(socket) for socket in outputs if socket.name}
-    if images is not None:
-        given |= caustics_here(graph, values, images.caustics)
-    if shape.diffuse_shadows:
-        given[OPENNESS] = openness(graph, given[NORMAL])
-    triples = Triples(graph, values, shape, tables)
-    if needs_sunlit:
-        sun = [triples.number(name) for name in SUN]
-        given[SUNLIT] = sun_visibility(graph, given[NORMAL], sun)
-    if tables.lamps is not None:
-        given[realtime_lamps.VISIBILITY] = realtime_lamps.visibility(
-            graph, triples.numbers, tables.lamps, given[NORMAL]
-        )
-    if tables.light is not None:
-        given |= _look_up(graph, triples.tables, shape, given[NORMAL])
-    if shape.shade:
-        w, P, here = view_direction(graph), view_distance(graph), place_here(graph)
-        camera = [x - along * P for x, along in zip(here, w, strict=True)]
-        given |= triples.shade.on_patch(here, graph.components(given[NORMAL]))
-        given |= triples.shade.on_path(camera, w, P)
-    if tables.light is not None:
-        given[_MEASURED] = triples.own(_MEASURED, given)
+    surface = _Surface(graph, shape, sources, given)
+    end = graph.node("NodeGroupOutput")
     emission = graph.node("ShaderNodeEmission")
-    total = triples.sum(triple, given)
-    graph.assign(total[SEEN], emission.inputs["Color"])
-    points = _points(triples, shape, given)
-    realtime_layers.write(graph, shape.layers, total | points, given[COVERAGE])
-    tree.links.new(emission.outputs[0], graph.node("NodeGroupOutput").inputs[0])
+    graph.assign(surface.seen(), emission.inputs["Color"])
+    realtime_layers.write(graph, shape.layers, surface.layers(), given[COVERAGE])
+    tree.links.new(emission.outputs[0], end.inputs[0])
+    if keeps:
+        for name, value in surface.sunlit().items():
+            kind = "NodeSocketFloat" if name == SHARE else "NodeSocketVector"
+            tree.interface.new_socket(name, in_out="OUTPUT", socket_type=kind)
+            graph.assign(value, end.inputs[name])
     return tree
 
 
-def _look_up(
-    graph: Graph,
-    tables: Tables,
-    shape: Shape,
-    normal: NodeValue,
-) -> dict[str, NodeValue]:
-    w, y = view_direction(graph), depth_here(graph)
-    y_o = camera_depth_behind(y, w, view_distance(graph))
-    on_it = tables.on_patch(y, graph.components(normal), from_above=shape.diffuse_shadows)
-    phase = phase_towards(TOWARDS, shape, w, tables.sun)
-    if shape.mirrors:
-        r = mirrored_direction(w, graph.components(normal))
-        on_it |= tables.in_mirror(y, r) | phase_towards(MIRRORED_TOWARDS, shape, r, tables.sun)
-    return tables.near_and_far(y_o, y, w) | on_it | phase
+class _Surface:
+    """The pixel of a surface under construction."""
+
+    def __init__(
+        self, graph: Graph, shape: Shape, sources: Sources, given: dict[str, NodeValue]
+    ) -> None:
+        self._graph, self._shape, self._given = graph, shape, given
+        self._water = PixelWater(graph, shape, sources)
+        self._values = self._water.values
+        self._normal = graph.components(given[NORMAL])
+        self._w, self._P, self._y = view_direction(graph), view_distance(graph), depth_here(graph)
+        self._y_o = camera_depth_behind(self._y, self._w, self._P)
+        self._ray = self._water.along(self._w)
+        self._waves = {}
+        if sources.waves is not None:
+            self._waves = caustics_here(graph, sources.values, sources.waves.caustics)
+        self._shade = {}
+        shade = self._water.shade()
+        if shade is not None:
+            here = place_here(graph)
+            camera = [x - along * self._P for x, along in zip(here, self._w, strict=True)]
+            self._shade = shade.on_patch(here, self._normal)
+            self._shade |= shade.on_path(camera, self._w, self._P)
+        self._lamps = {} if sources.lamps is None else self._lit_by_lamps(sources)
+        self._thing = self._made_thing()
+        self._pixel = self._made_pixel()
+
+    def _lit_by_lamps(self, sources: Sources) -> dict[str, Operand]:
+        """Light of lamps: on the thing, and in the water before it."""
+        graph, given, image = self._graph, self._given, sources.lamps
+        layers, lamps = self._shape.layers, realtime_lamps
+        outputs = [lamps.UNSCATTERED, lamps.FORWARD] if layers else [lamps.SEEN]
+        outputs += [lamps.THERE] if "J" in layers else []
+        outputs += [lamps.IRRADIANCE] if "E" in layers else []
+        inputs: dict[str, Operand] = {
+            lamps.NORMAL: given[NORMAL],
+            lamps.COLOR: given[COLOR],
+            lamps.VISIBILITY: lamps.visibility(graph, self._values.outputs, image, given[NORMAL]),
+        }
+        if self._shape.measured:
+            # There measured reflectances count from 1, here columns go on after three colours.
+            inputs[lamps.MEASURED] = NODES.maximum(given[COLUMN] - (len(COLOURS) - 1.0), 0.0)
+        found = in_group(graph, lamps.build_patch(image, outputs, sources.rays), inputs)
+        path = lamps.build_path(image, self._shape.lamp_components, ahead=False, rays=sources.rays)
+        return found | in_group(graph, path, {})
+
+    def seen(self) -> Operand:
+        """Radiance that the camera sees."""
+        seen = self._water.seen(self._pixel.total, self._given[COVERAGE])
+        if self._shape.above:
+            seen = NODES.select(self._water.ray(DRY), self._dry(), seen)
+        if self._shape.shafts:
+            seen = seen - NODES.maximum(self._drawn(), 0.0)
+        return seen
+
+    def sunlit(self) -> dict[str, Operand]:
+        """What channels see of the white sun on colours, and the share of whole closures."""
+        ray, y, P = self._ray, self._y, self._P
+        around = self._path_shade().beyond
+        direct = ray.left(y, P)
+        left = direct
+        if isinstance(around, NodeValue):
+            left = direct + (ray.left_with_peak(y, P) - direct) * (1.0 - around)
+        factor = left * self._thing.sunlight * self._turned(self._water.sun)
+        factor = factor * self._values[SUN_GAIN]
+        wanted: dict[str, Operand] = dict(zip(COLUMNS, COLOURS, strict=True))
+        if self._shape.measured:
+            wanted[MEASURED] = self._given[COLUMN]
+        columns = [ray.sunlight(y, P, k) * factor for k in wanted.values()]
+        if self._shape.above:
+            columns = [self._water.ray(LEAVING) * column for column in columns]
+            turned = self._turned(self._values.of(*SUN_IN_AIR))
+            turned = turned * self._values[SUN_GAIN]
+            dry = [self._values[name] * turned for name in SUN_ABOVE]
+            # A measured reflectance is only known in the water: red stands for it in the air.
+            dry += dry[:1] * (len(columns) - len(dry))
+            pick = self._water.ray(DRY)
+            columns = [NODES.select(pick, a, b) for a, b in zip(dry, columns, strict=True)]
+        white = columns[0] + columns[1] + columns[2]
+        x, y, z = self._graph.components(white)
+        share = NODES.minimum(NODES.maximum(NODES.maximum(x, y), z), 1.0)
+        return dict(zip(wanted, columns, strict=True)) | {SHARE: share}
+
+    def layers(self) -> dict[str, Operand]:
+        """What is written beside the picture."""
+        if not self._shape.layers:
+            return {}
+        wanted, here = self._shape.layers, self._pixel
+        gain = self._values[SUN_GAIN]
+        sun = sun_visibility(self._graph, self._given[NORMAL], self._water.sun, gain)
+        if "B_single" in wanted:
+            once = self._ray.single_scattering(self._y_o, self._y, self._w, self._P)
+            sunlit = self._path_shade().once
+            here = replace(here, single_scattering=once * sunlit * self._given[COVERAGE])
+        found = pixel_layers(here)
+        found |= {"albedo": self._given[COLOR], "shadow": sun, "caustics": 1.0}
+        if "reflectance" in wanted:
+            found["reflectance"] = self._reflectance()
+        if "E" in wanted:
+            found["E"] = self._illumination(sun)
+        if self._shape.waves:
+            strength = self._values[CAUSTIC_STRENGTH]
+            found["caustics"] = sunlight_factor(self._waves[PATTERN], strength, NODES)
+        return found
+
+    def _base(self) -> tuple[Sequence[Operand], Sequence[Operand]]:
+        """Columns of the thing's colours, and what it reflects of each."""
+        base = self._graph.components(self._given[COLOR])
+        if not self._shape.measured:
+            return COLOURS, base
+        column = self._given[COLUMN]
+        known = NODES.less(0.5, column)
+        first = NODES.select(known, self._given[COVERAGE], base[0])
+        return (column, 1, 2), (first, *((1.0 - known) * part for part in base[1:]))
+
+    def _made_thing(self) -> Thing:
+        graph, given = self._graph, self._given
+        columns, base = self._base()
+        response = ()
+        if LIT in given:
+            lit = NODES.maximum(given[LIT] - given[EMITTED], 0.0) * self._values[SUN_GAIN]
+            turned = self._turned(self._water.sun)
+            response = [part * turned for part in self._in_columns(lit, base)]
+        mirrored, L_mirrored = (), 0.0
+        if self._shape.mirrors:
+            mirrored = self._in_columns(given[MIRRORED], base)
+            L_mirrored = self._mirrored_light()
+        sunlight, shade = 1.0, 1.0
+        if self._shape.waves:
+            knots = [self._values[name] for name in CONTRAST]
+            contrast = interp(self._waves[POSITION], knots, NODES)
+            sunlight = sunlight_factor(self._waves[PATTERN], contrast, NODES)
+        if self._shape.shade:
+            mean, share, _ = graph.components(self._shade[ON_IT])
+            shade = self._water.ratio(mean, share)
+        emitted = graph.components(given[EMITTED])
+        return Thing(columns, response, base, mirrored, L_mirrored, emitted, sunlight, shade)
+
+    def _in_columns(self, colour: NodeValue, base: Sequence[Operand]) -> list[Operand]:
+        """Return a colour that is part of the thing's own in the columns of that."""
+        parts = self._graph.components(colour)
+        if not self._shape.measured:
+            return list(parts)
+        known = NODES.less(0.5, self._given[COLUMN])
+        own = self._graph.components(self._given[COLOR])
+        share = (parts[0] + parts[1] + parts[2]) / NODES.maximum(own[0] + own[1] + own[2], _DARKEST)
+        first = NODES.select(known, share * base[0], parts[0])
+        return [first, *((1.0 - known) * part for part in parts[1:])]
+
+    def _mirrored_light(self) -> Operand:
+        """Radiance that comes to the thing along the mirrored view ray."""
+        r = mirrored_direction(self._w, self._normal)
+        ray = self._water.along(r)
+        M, once = ray.ahead(self._y, r)
+        L = M + once + ray.boundary(self._y, r)
+        if not self._shape.shade:
+            return L
+        mean, share, _ = self._graph.components(self._shade[ON_IT])
+        return L * self._water.ratio(mean, share)
+
+    def _turned(self, sun: Sequence[Operand]) -> Operand:
+        """Factor on the light of the sun as it is drawn, for a patch that another sun lights."""
+        if not self._shape.above:
+            return 1.0
+        drawn = self._values.of(*DRAWN_SUN)
+        return turned_sun(-dot(self._normal, sun), -dot(self._normal, drawn), NODES)
+
+    def _path_shade(self) -> PathShade:
+        return self._water.path_shade(self._shade, self._w, self._P)
+
+    def _made_pixel(self) -> ChannelPixel:
+        ray, y, n = self._ray, self._y, self._normal
+        leaving = ray.leaving(self._thing, y, n, self._P)
+        coverage = self._given[COVERAGE]
+        pixel = ray.surface(
+            self._y_o, y, self._w, self._P, leaving, shade=self._path_shade(), coverage=coverage
+        )
+        if not {"J", "I"}.isdisjoint(self._shape.layers):
+            pixel = replace(pixel, L_end=ray.leaving(self._thing, y, n, 0.0))
+        return self._with_lamps(pixel)
+
+    def _with_lamps(self, pixel: ChannelPixel) -> ChannelPixel:
+        found, lamps = self._lamps, realtime_lamps
+        if not found:
+            return pixel
+        direct = found.get(lamps.SEEN, found.get(lamps.UNSCATTERED, 0.0))
+        return replace(
+            pixel,
+            direct=pixel.direct + direct,
+            forward_scattered=pixel.forward_scattered + found.get(lamps.FORWARD, 0.0),
+            L_end=pixel.L_end + found.get(lamps.THERE, 0.0),
+            lamps=found[lamps.LIGHT] * self._given[COVERAGE],
+        )
+
+    def _dry(self) -> Operand:
+        """Radiance of the thing where it lies in the air."""
+        turned, up = self._turned(self._values.of(*SUN_IN_AIR)), self._normal[2]
+        lit: Sequence[Operand] = (0.0, 0.0, 0.0)
+        if LIT in self._given:
+            shone = NODES.maximum(self._given[LIT] - self._given[EMITTED], 0.0)
+            shone = shone * self._values[SUN_GAIN]
+            lit = self._graph.components(shone)
+        base, emitted = (self._graph.components(self._given[n]) for n in (COLOR, EMITTED))
+        total: Operand = 0.0
+        for k in range(3):
+            light = LightInAir(
+                self._values[SUN_ABOVE[k]], self._values[SKY_ABOVE[k]], self._values[MIRRORED_SHARE]
+            )
+            total = light.reflected(lit[k], base[k], turned, up) + total
+            total = emitted[k] * self._values[GLOW_ABOVE[k]] + total
+        return total
+
+    def _drawn(self) -> Operand:
+        """Single scattering that the volume draws: up to its end, at most up to the thing."""
+        reach = NODES.minimum(self._P, self._values[SHAFT_END])
+        return shaft(self._ray, self._y_o, self._w, reach) * self._given[COVERAGE]
+
+    def _reflectance(self) -> Operand:
+        base = self._graph.components(self._given[COLOR])
+        total: Operand = 0.0
+        for part, name in zip(base, REFLECTANCE, strict=True):
+            total = part * self._values[name] + total
+        if not self._shape.measured:
+            return total
+        known = NODES.less(0.5, self._given[COLUMN])
+        return NODES.select(known, self._given[MEASURED], total)
+
+    def _illumination(self, sun: Operand) -> Operand:
+        """Irradiance on the thing with its normal."""
+        facing = NODES.maximum(-dot(self._normal, self._water.sun), 0.0)
+        direct: Operand = 0.0
+        for k in COLOURS:
+            direct = self._ray.sunlight(self._y, 0.0, k) + direct
+        E = direct * (facing * sun) * self._thing.sunlight
+        E = E + self._ray.irradiance(self._y, self._normal) * self._thing.shade
+        return E + self._lamps.get(realtime_lamps.IRRADIANCE, 0.0)
 
 
-def _picture(
-    graph: Graph,
-    values: Values,
-    *,
-    lit: tuple[bpy.types.ShaderNodeTree, ...] | None,
-) -> dict[str, NodeValue]:
-    w, P, y = view_direction(graph), view_distance(graph), depth_here(graph)
-    y_o, sun = camera_depth_behind(y, w, P), values.sun
-    nx, ny, nz = graph.components(values[NORMAL])
-    cosine = -(nx * sun[0] + ny * sun[1] + nz * sun[2])
-    open_share = values[OPENNESS] if values.shape.diffuse_shadows else None
-    sunlight = 1.0
-    if values.shape.waves:
-        contrast = interp(values[POSITION], [values[name] for name in CONTRAST], NODES)
-        sunlight = sunlight_factor(values[PATTERN], contrast, NODES)
-    lighting = values.patch_light(y)
-    light = surface_light(lighting, y, nz, NODES, openness=open_share, sunlight=sunlight)
-    response = values.uplift(NODES.maximum(values[LIT] - values[EMITTED], 0.0), REFLECTANCE)
-    base = values.uplift(values[COLOR], REFLECTANCE)
-    known = values[_MEASURED] / NODES.maximum(base, _DARKEST)
-    known = NODES.select(values[IS_MEASURED], known, 1.0)
-    in_water = response * values.turned_sun((nx, ny, nz))
-    glow = values.uplift(values[EMITTED], EMISSION)
-    mirrored = L_mirrored = 0.0
-    if values.shape.mirrors:
-        mirrored = values.uplift(values[MIRRORED], REFLECTANCE)
-        L_mirrored = values.mirrored(y, mirrored_direction(w, (nx, ny, nz)))
-    L = light.reflected(in_water, base, cosine, NODES, mirrored=mirrored, L_mirrored=L_mirrored)
-    L = L * known + glow
-    covered = values[COVERAGE]
-    if values.shape.solved:
-        pixel = values.solved_path(y_o, y, w, P).surface(y_o, y, w, P, L, NODES, coverage=covered)
-    else:
-        water, L_inelastic = values.water, 0.0
-        if water.inelastic is not None:
-            L_inelastic = base / math.pi * water.inelastic.surface_irradiance(y, nz, NODES) * known
-        pixel = water.surface(y_o, y, w, P, L, NODES, L_inelastic=L_inelastic, coverage=covered)
-    if lit is not None:
-        on_things, on_way, from_things = lit
-        carried = base / math.pi * known * values.of_group(on_things)
-        lamps = values.of_group(on_way) * covered
-        share = values.of_group(from_things)
-        pixel = dataclasses.replace(pixel, lamps=lamps, L_carried=carried, carried_forward=share)
-    dry = None
-    if values.shape.above:
-        dry = values.dry_radiance(response, base, (nx, ny, nz)) * known + glow
-    found = {SEEN: values.seen(pixel, dry)}
-    if values.shape.layers:
-        layers = {**pixel_layers(pixel), "reflectance": base * known}
-        if "E" in values.shape.layers:
-            lamps = 0.0 if lit is None else values.of_group(lit[0])
-            layers["E"] = illumination(light, cosine, values[SUNLIT], lamps, NODES)
-        found |= values.layers(layers)
-    if values.shape.shafts:
-        found[DRAWN] = values.sensor(values.shaft(y_o, w, P) * covered)
-    return found
-
-
-def _points(triples: Triples, shape: Shape, given: dict[str, NodeValue]) -> dict[str, Operand]:
-    """Layers that are the same for all bands."""
-    found: dict[str, Operand] = {"albedo": given[COLOR]}
-    if SUNLIT in given:
-        found["shadow"] = given[SUNLIT]
-    if shape.waves:
-        strength = triples.number(CAUSTIC_STRENGTH)
-        found["caustics"] = sunlight_factor(given[PATTERN], strength, NODES)
-    else:
-        found["caustics"] = 1.0
-    return found
+def shaft(ray: ChannelWater, y_o: Operand, w: Sequence[Operand], reach: Operand) -> Operand:
+    """Single scattering between the camera and a distance, as the volume draws it."""
+    y_e = NODES.maximum(y_o - w[2] * reach, 0.0)
+    return ray.single_scattering(y_o, y_e, w, reach)

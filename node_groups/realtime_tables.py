@@ -1,9 +1,8 @@
-"""Tables of the solved light field as node groups read them: one image, and where in it.
+"""Tables of the folded light as node groups read them: one image, and where in it.
 
-A column of tiles holds three bands; a tile is a slice at one depth, radiance and above it the
-irradiance on patches, with a margin of one texel; then come the boundary's image, the factor of
-the sun's aureole, angles over depths; of layered water its mean extinction, depths over depths,
-and sunlight scattered once, elevations over depths; and a row for each other quantity of the bands.
+Every tile of the image is a table of two dimensions with a margin of one texel. From below: a row
+of tiles for each depth (light scattered, light scattered once ahead, irradiance on patches); the
+tables of depth and distance, one above the other; and those of one dimension, which are as wide.
 """
 
 from __future__ import annotations
@@ -15,39 +14,22 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
+from ..uw_spectral.mathematics import Operand
 from ..uw_spectral.transfer.depth_scale import DepthScale
-from ..uw_spectral.transfer.radiance_table import (
-    ANGLES,
-    AZIMUTHS,
-    ELEVATIONS,
-    TILTS,
-    TURNS,
-    RadianceTable,
-    azimuth,
-    elevation,
-    sun_angle,
-    tilt,
-)
-from ..uw_spectral.transfer.sun_beam import half_angle2
+from ..uw_spectral.transfer.folded_light import LENGTHS, FoldedLight, LengthScale
+from ..uw_spectral.transfer.radiance_table import ANGLES, AZIMUTHS, ELEVATIONS, TILTS, TURNS
 from .node_mathematics import MARK, NODES, Graph, NodeValue
-from .texels import closest, texel
+from .texels import texel
 
 NAME = "UW Light"
-NEAR, FAR = "Light at the Camera", "Light behind"
-IMAGE, MIRRORED = "Boundary", "Mirrored Light"
-AUREOLE = "Aureole"
-MIRROR, BEHIND_MIRROR, MIRROR_AUREOLE = "Mirror", "Boundary in Mirror", "Aureole in Mirror"
-PATCH, FROM_ABOVE = "Light on It", "Light from Above"
-EXTINCTION, WITHOUT_PEAK = "Extinction", "Extinction without Peak"
-WITHOUT_PEAK_BEHIND, WITHOUT_PEAK_MIRRORED = "Extinction behind", "Mirrored Extinction"
-EXTINCTION_OF_SUN, WITHOUT_PEAK_OF_SUN = "Extinction of Sun", "Extinction of Sun without Peak"
-ONCE, ONCE_BEHIND, ONCE_MIRRORED = "Once", "Once behind", "Once mirrored"
-
 _MARGIN = 1
-_TILE = max(AZIMUTHS, ANGLES) + 2 * _MARGIN
-_PATCHES = ELEVATIONS + 2 * _MARGIN  # first row of the irradiance in a tile
-_ROW = _PATCHES + TILTS + 2 * _MARGIN
+_SIDES = 2 * _MARGIN
+_ACROSS = AZIMUTHS + _SIDES
+_PATCHES = 2 * _ACROSS  # first column of the irradiance
+_WIDTH = max(_PATCHES + TURNS + _SIDES, LENGTHS + _SIDES, ANGLES + _SIDES)
+_ROW = max(ELEVATIONS, TILTS) + _SIDES
 _BEFORE_LAST = 1.001  # slices from the deepest position that has a slice behind it
+_ALONG = 1 + _SIDES  # rows of a table of one dimension
 
 
 @dataclass(frozen=True)
@@ -58,123 +40,147 @@ class Layout:
     ----------
     slices : int
         Depths.
-    layered : int
-        Parts of the phase function of layered water, 0 of other water.
-    numbers : int
-        Other quantities of the bands.
+    columns : int
+        Colours: red, green, blue and measured ones.
+    parts : int
+        Of the phase function.
+    layered : bool
+        Whether the water differs with depth.
     """
 
     slices: int
-    layered: int
-    numbers: int
+    columns: int
+    parts: int
+    layered: bool
+
+    @classmethod
+    def of(cls, light: FoldedLight) -> Layout:
+        """Return the rows of folded light."""
+        columns, parts = len(light.sunlit), len(light.components)
+        return cls(light.depth_scale.slices, columns, parts, light.layered)
 
     @property
-    def boundary(self) -> int:
-        """First row of the boundary's image."""
+    def deep(self) -> int:
+        """Rows of a table of depths."""
+        return self.slices + _SIDES
+
+    @property
+    def dimmed(self) -> int:
+        """First row of what is left of light."""
         return self.slices * _ROW
 
     @property
-    def aureole(self) -> int:
-        """First row of the aureole."""
-        return self.boundary + _PATCHES
+    def matte(self) -> int:
+        """First row of what is left of what colours reflect of it."""
+        return self.dimmed + 3 * self.deep
 
     @property
-    def extinction(self) -> tuple[int, int]:
-        """First rows of the mean extinction, and of that without the forward peak."""
-        first = self.aureole + self._of_slices
-        return first, first + self._of_slices
+    def sunlit(self) -> int:
+        """First row of what is left of sunlight on colours."""
+        return self.matte + 3 * self.columns * self.deep
 
-    def once(self, part: int) -> int:
-        """First row of sunlight scattered once by a part of the phase function."""
-        return self.extinction[1] + self._of_slices + part * _PATCHES
+    @property
+    def glowing(self) -> int:
+        """First row of what is left of light that colours emit."""
+        return self.sunlit + self.columns * self.deep
 
-    def number(self, index: int) -> int:
-        """Row of another quantity of the bands."""
-        return (self.once(self.layered) if self.layered else self.extinction[0]) + index
+    @property
+    def aureole(self) -> int:
+        """First row of the sun's aureole."""
+        return self.glowing + 3 * self.deep
+
+    @property
+    def image(self) -> int:
+        """First row of the boundary's image."""
+        return self.aureole + self.deep
+
+    @property
+    def on_path(self) -> int:
+        """First row of layered water's sunlight scattered once."""
+        return self.image + ELEVATIONS + _SIDES
+
+    def along(self, name: str, index: int = 0) -> int:
+        """First row of a table of one dimension."""
+        row = self.on_path + self.layered * self.parts * (ELEVATIONS + _SIDES)
+        for own, count in self._along:
+            if own == name:
+                return row + index * _ALONG
+            row += count * _ALONG
+        raise KeyError(name)
+
+    @property
+    def _along(self) -> tuple[tuple[str, int], ...]:
+        parts = 0 if self.layered else self.parts
+        return (
+            *(("rates", 3), ("image_left", 2), ("sky", 1), ("glitter", 1), ("floor", 1)),
+            *(("mirrored", 3), ("once", parts), ("drawn", parts), ("drawn_at", parts)),
+            ("", 0),
+        )
 
     @property
     def height(self) -> int:
         """Rows in all."""
-        return self.number(self.numbers)
-
-    @property
-    def _of_slices(self) -> int:
-        return self.slices + 2 * _MARGIN
-
-    @classmethod
-    def of_table(cls, table: RadianceTable, numbers: int) -> Layout:
-        """Return the rows of tables and so many other quantities."""
-        parts = 0 if table.layers is None else len(table.layers.components)
-        return cls(table.depth_scale.slices, parts, numbers)
+        return self.along("")
 
 
-def new_image(triples: int, layout: Layout) -> bpy.types.Image:
-    """Make the image of so many triples of bands."""
-    size = _TILE * triples, layout.height
+def new_image(layout: Layout) -> bpy.types.Image:
+    """Make the image, dark."""
+    size = _WIDTH, layout.height
     image = bpy.data.images.new(NAME, *size, alpha=True, float_buffer=True, is_data=True)
     image.alpha_mode = "CHANNEL_PACKED"
-    image.use_half_precision = False  # the rows of numbers keep their digits
+    image.use_half_precision = False
     image[MARK] = True
     return image
 
 
-def write_table(
-    image: bpy.types.Image, table: RadianceTable, numbers: Sequence[NDArray[np.float32]]
-) -> None:
-    """Put the tables of the bands, and their numbers, into an image of their size."""
-    image.pixels.foreach_set(np.ravel(pixels(table, numbers)))
+def write_light(image: bpy.types.Image, light: FoldedLight) -> None:
+    """Put folded light into an image of its size."""
+    image.pixels.foreach_set(np.ravel(pixels(light)))
     image.update()
     # A file that is saved now opens with these pixels, without the extension.
     image.pack()
 
 
-def pixels(table: RadianceTable, numbers: Sequence[NDArray[np.float32]]) -> NDArray[np.float32]:
-    """Return the texels, shape (rows, columns, 4); the first row is the lowest.
+def pixels(light: FoldedLight) -> NDArray[np.float32]:
+    """Return the texels, shape (rows, columns, 4); the first row is the lowest."""
+    layout = Layout.of(light)
+    out = np.ones((layout.height, _WIDTH, 4), np.float32)
 
-    Parameters
-    ----------
-    table : RadianceTable
-        Of n bands.
-    numbers : sequence of array
-        Other quantities of full triples of bands.
-    """
-    n, layers, layout = len(table.scale), table.layers, Layout.of_table(table, len(numbers))
-    triples = -(-n // 3)
-    out = np.ones((layout.height, triples, _TILE, 4), dtype=np.float32)
-    bands = np.minimum(np.arange(3 * triples), n - 1)
+    def put(table: NDArray[np.float64], row: int, column: int = 0, *, every: int = 0) -> None:
+        """Lay tables (3, ..., height, width) one above the other, ``every`` so many rows."""
+        shape = table.shape[-2:]
+        tiles = np.moveaxis(table.reshape(3, -1, *shape), 0, -1)
+        sides = (_MARGIN, _MARGIN)
+        padded = np.pad(tiles, ((0, 0), sides, sides, (0, 0)), mode="edge")
+        height, width = padded.shape[1:3]
+        for place, tile in enumerate(padded):
+            first = row + place * (every or height)
+            out[first : first + height, column : column + width, :3] = tile
 
-    def put(values: NDArray[np.float64], rows: NDArray[np.float32]) -> None:
-        """Lay slices of all bands, (n, s, height, width), into rows (s, ≥ height + 2, ...)."""
-        slices, height, width = values.shape[1:]
-        texels = values[bands].reshape(triples, 3, slices, height, width)
-        inside = slice(_MARGIN, _MARGIN + height)
-        across = slice(_MARGIN, _MARGIN + width)
-        rows[:, inside, :, across, :3] = np.transpose(texels, (2, 3, 0, 4, 1))
-        for axis, end in ((1, height), (3, width)):
-            lines = np.moveaxis(rows, axis, 0)
-            lines[0], lines[_MARGIN + end] = lines[_MARGIN], lines[end]
-
-    def at(row: int) -> NDArray[np.float32]:
-        return out[None, row:]
-
-    slices = out[: layout.boundary].reshape(layout.slices, _ROW, triples, _TILE, 4)
-    put(table.radiance, slices)
-    put(table.irradiance, slices[:, _PATCHES:])
-    put(table.image[:, None], at(layout.boundary))
-    put(table.aureole[:, None], at(layout.aureole))
-    if layers is not None:
-        for row, extinction in zip(layout.extinction, layers.extinction, strict=True):
-            put(extinction[:, None], at(row))
-        for part, once in enumerate(layers.once):
-            put(np.swapaxes(once, 1, 2)[:, None], at(layout.once(part)))
-    for index, values in enumerate(numbers):
-        out[layout.number(index), :, :, :3] = np.reshape(values, (triples, 1, 3))
-    return out.reshape(len(out), -1, 4)
+    put(light.scattered, 0, every=_ROW)
+    put(light.beyond, 0, _ACROSS, every=_ROW)
+    put(light.irradiance, 0, _PATCHES, every=_ROW)
+    put(np.moveaxis(light.dimmed, 1, 0), layout.dimmed)
+    # Of a colour all three kinds of light follow each other.
+    put(np.moveaxis(np.swapaxes(light.matte, 0, 1), 2, 0), layout.matte)
+    put(np.moveaxis(light.sunlit, 1, 0), layout.sunlit)
+    put(np.moveaxis(light.glowing, 1, 0), layout.glowing)
+    put(light.aureole, layout.aureole)
+    put(light.image, layout.image)
+    if light.layered:
+        put(np.moveaxis(light.once, 1, 0), layout.on_path)
+    for name in ("rates", "image_left", "sky", "glitter", "floor", "mirrored"):
+        table = getattr(light, name)
+        table = table.reshape(-1, *table.shape[-2:])
+        put(np.moveaxis(table, 1, 0)[..., None, :], layout.along(name))
+    for name in () if light.layered else ("once", "drawn", "drawn_at"):
+        put(np.moveaxis(getattr(light, name), 1, 0)[..., None, :], layout.along(name))
+    return out
 
 
 @dataclass(frozen=True, eq=False)
-class Tables:
-    """Look-ups of one triple in a node tree.
+class ImageTables:
+    """Look-ups in a node tree; see :class:`.channel_pixel.Tables`.
 
     Parameters
     ----------
@@ -182,143 +188,97 @@ class Tables:
         The tree.
     image : Image
         Of :func:`new_image`.
-    triples : int
-        Of bands.
-    index : NodeValue
-        The triple, from 0.
-    numbers : sequence of str
-        Names of the other quantities, in the order of their rows.
+    layout : Layout
     depth_scale : DepthScale
         Of node values.
-    sun : three NodeValue
-        Direction the sunlight travels to.
-    layered : int
-        Parts of the phase function of layered water, 0 of other water.
+    lengths : LengthScale
+        Of node values.
     """
 
     graph: Graph
     image: bpy.types.Image
-    triples: int
-    index: NodeValue
-    numbers: Sequence[str]
+    layout: Layout
     depth_scale: DepthScale
-    sun: Sequence[NodeValue]
-    layered: int = 0
+    lengths: LengthScale
 
-    @property
-    def _layout(self) -> Layout:
-        return Layout(self.depth_scale.slices, self.layered, len(self.numbers))
+    def split(self, channels: NodeValue) -> Sequence[NodeValue]:
+        """Return the three channels."""
+        return self.graph.components(channels)
 
-    def number(self, name: str) -> NodeValue:
-        """Look up another quantity of the bands."""
-        row = self._layout.number(self.numbers.index(name))
-        return closest(self.graph, self.image, self.index * float(_TILE), row)
+    def scattered(self, y: Operand, h: Operand, v: Operand) -> NodeValue:
+        """Look up M over its unit."""
+        return self._between_slices(y, h, v, 0)
 
-    def near_and_far(
-        self, y_o: NodeValue, y_e: NodeValue, w: Sequence[NodeValue]
-    ) -> dict[str, NodeValue]:
-        """Look up scattered light along w at two depths, the boundary ahead, and the aureole."""
-        h, v = self._direction(w)
-        found = {
-            NEAR: self._between_slices(y_o, h, v),
-            FAR: self._between_slices(y_e, h, v),
-            IMAGE: self._texel(h, self._layout.boundary + v),
-            AUREOLE: self._aureole(y_o, w),
-        }
-        if self.layered:
-            found |= self._extinction(y_o, y_e)
-            found |= self._once(ONCE, y_o, w) | self._once(ONCE_BEHIND, y_e, w)
-            found[WITHOUT_PEAK_BEHIND] = self._mean(y_e, self._boundary(w), without_peak=True)
-        return found
+    def beyond(self, y: Operand, h: Operand, v: Operand) -> NodeValue:
+        """Look up sunlight that is scattered once ahead, over the same unit."""
+        return self._between_slices(y, h, v, _ACROSS)
 
-    def to_boundary(
-        self,
-        y_o: NodeValue,
-        w: Sequence[NodeValue],
-        mirrored: Sequence[NodeValue] | None,
-    ) -> dict[str, NodeValue]:
-        """Look up scattered light along w, the aureole, and what the surface mirrors of it."""
-        near = self._between_slices(y_o, *self._direction(w))
-        found = {NEAR: near, AUREOLE: self._aureole(y_o, w)}
-        if mirrored is not None:
-            found[MIRRORED] = self._texel(*self._direction(mirrored))
-        if self.layered:
-            found |= self._extinction(y_o, self._boundary(w)) | self._once(ONCE, y_o, w)
-        if self.layered and mirrored is not None:
-            end = self._boundary(mirrored)
-            found |= self._once(ONCE_MIRRORED, None, mirrored)
-            found[WITHOUT_PEAK_MIRRORED] = self._mean(None, end, without_peak=True)
-        return found
+    def irradiance(self, y: Operand, h: Operand, v: Operand) -> NodeValue:
+        """Look up the irradiance on a patch over the same unit."""
+        return self._between_slices(y, h, v, _PATCHES)
 
-    def in_mirror(self, y: NodeValue, r: Sequence[NodeValue]) -> dict[str, NodeValue]:
-        """Look up what a thing at depth y mirrors: what comes to it along r."""
-        h, v = self._direction(r)
-        return {
-            MIRROR: self._between_slices(y, h, v),
-            BEHIND_MIRROR: self._texel(h, self._layout.boundary + v),
-            MIRROR_AUREOLE: self._aureole(y, r),
-        }
+    def image_at(self, h: Operand, v: Operand) -> NodeValue:
+        """Look up the radiance of the boundary that is ahead."""
+        return self._texel(h, v, self.layout.image)
 
-    def on_patch(
-        self, y: NodeValue, normal: Sequence[NodeValue], *, from_above: bool
-    ) -> dict[str, NodeValue]:
-        """Look up the irradiance on a patch, and that of a level one that faces up."""
-        h = _MARGIN + azimuth(normal, self.sun, TURNS, NODES)
-        v = _PATCHES + _MARGIN + tilt(normal[2], NODES)
-        found = {PATCH: self._between_slices(y, h, v)}
-        if from_above:
-            top = _PATCHES + _MARGIN + TILTS - 1.0
-            found[FROM_ABOVE] = self._between_slices(y, float(_MARGIN), top)
-        if self.layered:
-            found[EXTINCTION_OF_SUN] = self._mean(None, y, without_peak=False)
-            found[WITHOUT_PEAK_OF_SUN] = self._mean(None, y, without_peak=True)
-        return found
+    def image_left(self, up: Operand, P: Operand) -> NodeValue:
+        """Look up the share of that which is left, looking up (1) or down (0)."""
+        row = float(self.layout.along("image_left", 1)) - up * float(_ALONG)
+        return self._texel(self._place(P), 0.0, row)
 
-    def _boundary(self, w: Sequence[NodeValue]) -> NodeValue:
-        """Depth of the boundary ahead; without a floor, of the last slice."""
-        return NODES.less(w[2], 0.0) * self.depth_scale.deepest
+    def aureole(self, y: Operand, t: Operand) -> NodeValue:
+        """Look up the factor of the sun's aureole."""
+        return self._texel(t, self._slice(y), self.layout.aureole)
 
-    def _extinction(self, y: NodeValue, z: NodeValue) -> dict[str, NodeValue]:
-        return {
-            EXTINCTION: self._mean(y, z, without_peak=False),
-            WITHOUT_PEAK: self._mean(y, z, without_peak=True),
-        }
+    def dimmed(self, y: Operand, P: Operand) -> list[NodeValue]:
+        """Look up what is left of light, per channel of it."""
+        return [self._deep(self.layout.dimmed, y, P, j) for j in range(3)]
 
-    def _slice(self, y: NodeValue | None) -> NodeValue | float:
-        """Position of a depth, or of the surface, among the slices."""
-        return 0.0 if y is None else self.depth_scale.slice(y, NODES)
+    def matte(self, y: Operand, P: Operand, k: Operand) -> list[NodeValue]:
+        """Look up what is left of what a colour reflects, per channel of the light."""
+        return [self._deep(self.layout.matte, y, P, k * 3.0 + float(j)) for j in range(3)]
 
-    def _mean(self, y: NodeValue | None, z: NodeValue, *, without_peak: bool) -> NodeValue:
-        """Look up the mean extinction between two depths, the first one None at the surface."""
-        h, v = (_MARGIN + self._slice(depth) for depth in (y, z))
-        return self._texel(h, self._layout.extinction[without_peak] + v)
+    def sunlit(self, y: Operand, P: Operand, k: Operand) -> NodeValue:
+        """Look up what is left of sunlight on a colour."""
+        return self._deep(self.layout.sunlit, y, P, k)
 
-    def _once(self, name: str, y: NodeValue | None, w: Sequence[NodeValue]) -> dict[str, NodeValue]:
-        """Look up sunlight scattered once at depth y along w, per part of the phase function."""
-        h = _MARGIN + self._slice(y)
-        v = _MARGIN + elevation(w[2], NODES)
-        rows = [self._layout.once(part) for part in range(self.layered)]
-        return {f"{name} {i}": self._texel(h, row + v) for i, row in enumerate(rows)}
+    def glowing(self, y: Operand, P: Operand, k: int) -> NodeValue:
+        """Look up what is left of light of colour k."""
+        return self._deep(self.layout.glowing, y, P, float(k))
 
-    def _direction(self, w: Sequence[NodeValue]) -> tuple[NodeValue, NodeValue]:
-        h = _MARGIN + azimuth(w, self.sun, AZIMUTHS, NODES)
-        return h, _MARGIN + elevation(w[2], NODES)
+    def rate(self, kind: int, y: Operand) -> NodeValue:
+        """Look up one of the rates at a depth."""
+        return self._texel(self._slice(y), 0.0, self.layout.along("rates", kind))
 
-    def _aureole(self, y_o: NodeValue, w: Sequence[NodeValue]) -> NodeValue:
-        h = _MARGIN + sun_angle(half_angle2(w, self.sun, NODES), NODES)
-        return self._texel(h, self._layout.aureole + _MARGIN + self._slice(y_o))
+    def along(self, name: str, index: int | None, P: Operand) -> NodeValue:
+        """Look up a table over distance."""
+        return self._texel(self._place(P), 0.0, self.layout.along(name, index or 0))
 
-    def _between_slices(
-        self, y: NodeValue, h: NodeValue | float, v: NodeValue | float
-    ) -> NodeValue:
-        """Look up a place of the tiles at a depth."""
-        z = NODES.minimum(self.depth_scale.slice(y, NODES), self.depth_scale.slices - _BEFORE_LAST)
-        above = self.graph.operation("FLOOR", (z,))
-        row, share = v + _ROW * above, z - above
-        one, other = self._texel(h, row), self._texel(h, row + _ROW)
+    def once_on_path(self, part: int, v: Operand, P: Operand) -> NodeValue:
+        """Look up layered water's sunlight scattered once."""
+        row = self.layout.on_path + part * (ELEVATIONS + _SIDES)
+        return self._texel(self._place(P), v, row)
+
+    def _slice(self, y: Operand) -> Operand:
+        return self.depth_scale.slice(y, NODES)
+
+    def _place(self, P: Operand) -> Operand:
+        return self.lengths.place(P, NODES)
+
+    def _deep(self, first: int, y: Operand, P: Operand, tile: Operand) -> NodeValue:
+        row = float(first) + tile * float(self.layout.deep)
+        return self._texel(self._place(P), self._slice(y), row)
+
+    def _between_slices(self, y: Operand, h: Operand, v: Operand, column: int) -> NodeValue:
+        """Look up a place of the tiles of depths."""
+        z = NODES.minimum(self._slice(y), self.layout.slices - _BEFORE_LAST)
+        above = NODES.floor(z)
+        share, row = z - above, float(_ROW) * above
+        one, other = (self._texel(h, v, row + below, column) for below in (0.0, float(_ROW)))
         return one + share * (other - one)
 
-    def _texel(self, h: NodeValue | float, v: NodeValue | float) -> NodeValue:
-        """Look up a texel of the triple's tiles, counted from their corner."""
+    def _texel(self, h: Operand, v: Operand, row: Operand, column: int = 0) -> NodeValue:
+        """Look up a place of a tile, from the middle of its first texel inside the margin."""
         width, height = self.image.size
-        return texel(self.graph, self.image, h + self.index * float(_TILE), v, width, height)
+        h, v = h + float(_MARGIN + column), v + row + float(_MARGIN)
+        return texel(self.graph, self.image, h, v, width, height)

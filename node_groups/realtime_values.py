@@ -6,7 +6,6 @@ writes numbers here and reaches every material; no node is added or removed.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
 
@@ -15,46 +14,38 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..uw_spectral.surface.wave_patterns import KNOTS
-from ..uw_spectral.transfer.closed_form import ClosedForm
-from ..uw_spectral.transfer.depth_scale import Zone
-from ..uw_spectral.transfer.light_field import LightField
-from ..uw_spectral.transfer.radiance_table import RadianceTable
+from ..uw_spectral.transfer.depth_scale import DepthScale, Zone
+from ..uw_spectral.transfer.folded_light import FoldedLight, FoldedNumbers, LengthScale
+from ..uw_spectral.transfer.radiance_field import FARTHEST
 from ..uw_spectral.transfer.sky import UNIFORM
-from ..uw_spectral.transfer.sun_beam import SunBeam
-from ..uw_spectral.water.phase import Mixture, PhaseFunction
-from . import realtime_inelastic, realtime_lamps, realtime_shade
-from .node_mathematics import Graph, new_group
+from ..uw_spectral.water.phase import PhaseFunction
+from . import realtime_lamps, realtime_shade
+from .node_mathematics import Graph, NodeValue, new_group
 
 NAME = "UW Values"
 SHAPE = "uw_shape"
 
-FIELD_NUMBERS = ("mu_s", "y_f")
-NOT_PER_PIXEL = ("R",)
-FIELD_BANDS = tuple(
-    f.name for f in fields(LightField) if f.name not in (*FIELD_NUMBERS, *NOT_PER_PIXEL)
-)
-BEAM_BANDS = ("b", "c", "cp", "E")
-LAYERED_BANDS = ("E",)
-TABLE_SCALE, TABLE_DECAY = "table scale", "table decay"
-FLOOR = "floor radiance"
 ZONE = tuple(f.name for f in fields(Zone))
 SUN = ("sun x", "sun y", "sun z")
 SUN_IN_AIR = ("sun in air x", "sun in air y", "sun in air z")
-SMOOTH = tuple(f"aureole moment {i}" for i in range(3))
+MU_S, FLOOR_DEPTH = "mu_s", "y_f"
+LENGTH_FIRST, LENGTH_PER_LOG = "length first", "length per log"
+FASTEST = "fastest"
 CAMERA_DEPTH = "camera depth"
+INDEX = "refractive index"
+FRAME = ("frame left", "frame bottom", "frame width", "frame height")
+SUN_GAIN = "sun gain"
+SHAFT_END = "shaft end"
+SHAFT_SCALE = "shaft scale"
+_ALWAYS = (
+    *(MU_S, FLOOR_DEPTH, *SUN, *SUN_IN_AIR, LENGTH_FIRST, LENGTH_PER_LOG, FASTEST),
+    *(CAMERA_DEPTH, *FRAME, INDEX, SUN_GAIN, SHAFT_END, SHAFT_SCALE),
+)
 IN_AIR, RAY_INDEX = "camera in air", "index of rays"
 CAMERA = ("camera x", "camera y", "camera z")
 DRAWN_SUN = ("drawn sun x", "drawn sun y", "drawn sun z")
 MIRRORED_SHARE = "mirrored sky"
-SUN_ABOVE, SKY_ABOVE = "sun above", "sky above"
-INDEX = "refractive index"
-SKY = "sky radiance"
-REFLECTANCE = tuple(f"reflectance {c}" for c in ("red", "green", "blue"))
-EMISSION = tuple(f"emission {c}" for c in ("red", "green", "blue"))
-SENSOR = tuple(f"sensor {c}" for c in ("red", "green", "blue"))
-LAYERS_SENSOR = tuple(f"layers {c}" for c in ("red", "green", "blue"))
-SHAFT_END = "shaft end"
-SHAFT_SCALE = "shaft scale"
+_ABOVE = (IN_AIR, RAY_INDEX, *CAMERA, *DRAWN_SUN, MIRRORED_SHARE)
 WAVES_PER_METRE = "waves per metre"
 WAVES_HALF_CELL = "waves half cell"
 WAVES_LOG_DEPTH = "waves log depth"
@@ -62,16 +53,19 @@ WAVES_PER_LOG = "waves per log"
 GLITTER = "glitter"
 GLITTER_WIDTH = "glitter width"
 CAUSTIC_STRENGTH = "caustic strength"
-CONTRAST = tuple(f"caustic contrast {i}" for i in range(KNOTS))
 _WAVES = (
-    WAVES_PER_METRE,
-    WAVES_HALF_CELL,
-    WAVES_LOG_DEPTH,
-    WAVES_PER_LOG,
-    GLITTER,
-    GLITTER_WIDTH,
-    CAUSTIC_STRENGTH,
+    *(WAVES_PER_METRE, WAVES_HALF_CELL, WAVES_LOG_DEPTH, WAVES_PER_LOG),
+    *(GLITTER, GLITTER_WIDTH, CAUSTIC_STRENGTH),
 )
+
+_OF_LIGHT = ("scale", "decay", "extinction", "peak", "sun_decay", "once_decay")
+SUN_ABOVE = tuple(f"sun above on {c}" for c in ("red", "green", "blue"))
+SKY_ABOVE = tuple(f"sky above on {c}" for c in ("red", "green", "blue"))
+GLOW_ABOVE = tuple(f"glow in air {c}" for c in ("red", "green", "blue"))
+SKY_LEVEL, SUN_LEVEL = "sky above", "sun above"
+REFLECTANCE = tuple(f"reflectance {c}" for c in ("red", "green", "blue"))
+CONTRAST = tuple(f"caustic contrast {i}" for i in range(KNOTS))
+SHADE_SPECTRUM, SHADE_RATE = "shade spectrum", "shade rate"
 
 
 @dataclass(frozen=True)
@@ -80,71 +74,51 @@ class Shape:
 
     Parameters
     ----------
-    bands : int
-        Number of bands n.
     components : tuple of PhaseFunction
-        Parts of the phase function; their weights per band are numbers.
-    lobes : int
-        Terms of the sun's aureole, 0 leaves it out.
+        Parts of the phase function.
     flat : bool
         Whether the water has a surface that reflects.
+    zones, slices : int
+        Of the scale of depths.
     shafts : bool
         Whether single scattering comes from the volume.
     waves : bool
         Whether the surface moves and throws caustics.
-    inelastic : tuple of bool
-        Exponentials of depth of the inelastic light: whether each rises to the floor.
-    diffuse_shadows : bool
-        Whether things keep light from above other than the direct sun away.
-    solved : bool
-        Whether the light is looked up in tables of the solved field; it has no aureole and
-        no inelastic exponentials then.
     sky : str
         Distribution of the sky's radiance.
     layered : bool
-        Whether the water differs with depth; it is solved and has no shafts then.
-    zones, slices : int
-        Of the scale of depths of solved water.
+        Whether the water differs with depth.
     shade : bool
-        Whether things keep all kinds of light away, and throw some back; of solved water.
+        Whether things keep all kinds of light away, and throw some back.
     lamps : int
         Lamps in the water.
+    lamp_components : tuple of PhaseFunction
+        Parts of the phase function of the water that they shine in.
     layers : tuple of str
         What is written beside the picture, of :mod:`.realtime_layers`.
     above : bool
         Whether the camera may be above the water.
     mirrors : bool
-        Whether things mirror the water; where it is solved and the same at every depth.
+        Whether things mirror the water.
+    measured : int
+        Measured reflectances.
     """
 
-    bands: int
     components: tuple[PhaseFunction, ...]
-    lobes: int
     flat: bool
-    shafts: bool
+    zones: int = 1
+    slices: int = 0
+    shafts: bool = False
     waves: bool = False
-    inelastic: tuple[bool, ...] = ()
-    diffuse_shadows: bool = False
-    solved: bool = False
     sky: str = UNIFORM
     layered: bool = False
-    zones: int = 0
-    slices: int = 0
     shade: bool = False
     lamps: int = 0
+    lamp_components: tuple[PhaseFunction, ...] = ()
     layers: tuple[str, ...] = ()
     above: bool = False
     mirrors: bool = False
-
-    @property
-    def triples(self) -> int:
-        """Number of vectors that carry the bands."""
-        return math.ceil(self.bands / 3)
-
-    @property
-    def layered_components(self) -> int:
-        """Parts of the phase function that layered water has tables for."""
-        return len(self.components) if self.layered else 0
+    measured: int = 0
 
 
 @dataclass(frozen=True, eq=False)
@@ -153,115 +127,120 @@ class Numbers:
 
     Parameters
     ----------
-    bands : mapping of str to array, shape (n,)
-        Quantities per band.
+    channels : mapping of str to array, shape (3,)
+        Quantities of which each channel has its own.
     single : mapping of str to float
         The others.
     """
 
-    bands: Mapping[str, NDArray[np.float64]]
+    channels: Mapping[str, NDArray[np.float64]]
     single: Mapping[str, float]
 
 
-def band_names(shape: Shape) -> list[str]:
-    """Names of the quantities per band."""
-    of_light = FIELD_BANDS
-    if shape.solved:
-        of_beam = LAYERED_BANDS if shape.layered else BEAM_BANDS
-        of_light = (*of_beam, TABLE_SCALE, TABLE_DECAY, FLOOR)
-    names = [*of_light, SKY, *REFLECTANCE, *EMISSION, *SENSOR]
-    if len(shape.components) > 1 and not shape.layered:
-        names += [f"phase {i}" for i in range(len(shape.components))]
-    if shape.lobes:
-        names += ["aureole single", *SMOOTH]
-        names += [
-            f"lobe {kind} {i}" for kind in ("weight", "asymmetry") for i in range(shape.lobes)
-        ]
-    if shape.waves:
-        names += CONTRAST
-    if shape.shade:
-        names.append(realtime_shade.SPECTRUM)
-    if shape.lamps:
-        names += realtime_lamps.band_names(shape.components)
-    if shape.layers:
-        names += LAYERS_SENSOR
+def channel_names(shape: Shape) -> list[str]:
+    """Names of the quantities that each channel has its own of."""
+    names: list[str] = list(_OF_LIGHT)
+    names += CONTRAST if shape.waves else ()
+    names += (SHADE_SPECTRUM, SHADE_RATE) if shape.shade else ()
+    names += REFLECTANCE if "reflectance" in shape.layers else ()
     if shape.above:
-        names += [SUN_ABOVE, SKY_ABOVE]
-    return [*names, *realtime_inelastic.band_names(shape.inelastic)]
+        names += [*SUN_ABOVE, *SKY_ABOVE, *GLOW_ABOVE, SKY_LEVEL, SUN_LEVEL]
+    return names
 
 
 def single_names(shape: Shape) -> list[str]:
-    """Names of the quantities that are the same in every band."""
-    names = [*FIELD_NUMBERS, *SUN, *SUN_IN_AIR, CAMERA_DEPTH, INDEX, SHAFT_END, SHAFT_SCALE]
+    """Names of the quantities that are the same in every channel."""
+    names = list(_ALWAYS)
     names += _WAVES if shape.waves else ()
     names += realtime_shade.NUMBERS if shape.shade else ()
-    names += (IN_AIR, RAY_INDEX, *CAMERA, *DRAWN_SUN, MIRRORED_SHARE) if shape.above else ()
-    return [*names, *realtime_lamps.NUMBERS] if shape.lamps else names
+    names += _ABOVE if shape.above else ()
+    names += realtime_lamps.NUMBERS if shape.lamps else ()
+    return names + [_of_zone(field, i) for i in range(shape.zones) for field in ZONE]
 
 
-def _zone_names(shape: Shape) -> list[str]:
-    return [name_of_zone(field, place) for place in range(shape.zones) for field in ZONE]
-
-
-def of_table(beam: SunBeam, table: RadianceTable, floor: NDArray[np.float64]) -> Numbers:
-    """Return the numbers of the sun, and of tables of the solved field over a floor's radiance.
-
-    The beam is that of the water, or of the first of its layers.
-    """
-    bands = {name: getattr(beam, name) for name in BEAM_BANDS}
-    bands |= {TABLE_SCALE: table.scale, TABLE_DECAY: table.decay, FLOOR: floor}
-    depths = {
-        name_of_zone(field, place): getattr(zone, field)
-        for place, zone in enumerate(table.depth_scale.zones)
-        for field in ZONE
-    }
-    return Numbers(bands | _phase(beam.phase), _sun(beam) | depths)
-
-
-def name_of_zone(field: str, place: int) -> str:
-    """Name of a quantity of one of the zones of depth."""
+def _of_zone(field: str, place: int) -> str:
     return f"zone {place} {field}"
 
 
-def of_water(water: ClosedForm, shape: Shape) -> Numbers:
-    """Return the numbers of the closed form itself."""
-    bands = {name: getattr(water.field, name) for name in FIELD_BANDS} | _phase(water.phase)
-    if shape.lobes:
-        aureole = water.aureole
-        bands["aureole single"] = aureole.single
-        bands |= dict(zip(SMOOTH, aureole.smooth, strict=True))
-        for kind, rows in (("weight", aureole.weights), ("asymmetry", aureole.asymmetries)):
-            bands |= {f"lobe {kind} {i}": row for i, row in enumerate(rows)}
-    return Numbers(bands, _sun(water.beam))
+def of_light(light: FoldedLight, sun: tuple[float, ...]) -> Numbers:
+    """Return the numbers of folded light."""
+    numbers = light.numbers
+    single = {
+        MU_S: float(numbers.mu_s),
+        FLOOR_DEPTH: min(float(numbers.y_f), FARTHEST),
+        **dict(zip(SUN, sun, strict=True)),
+        LENGTH_FIRST: float(numbers.lengths.first),
+        LENGTH_PER_LOG: float(numbers.lengths.per_log),
+        FASTEST: light.fastest,
+    }
+    single |= {
+        _of_zone(field, place): float(getattr(zone, field))
+        for place, zone in enumerate(light.depth_scale.zones)
+        for field in ZONE
+    }
+    return Numbers({name: getattr(numbers, name) for name in _OF_LIGHT}, single)
 
 
-def _phase(phase: Mixture) -> dict[str, NDArray[np.float64]]:
-    if len(phase.components) == 1:
-        return {}
-    return {f"phase {i}": row for i, row in enumerate(phase.weights)}
+@dataclass(frozen=True, eq=False)
+class Values:
+    """The numbers of UW Values in a node tree.
 
+    Parameters
+    ----------
+    graph : Graph
+        The tree.
+    group : ShaderNodeTree
+        Of :func:`build`.
+    shape : Shape
+    """
 
-def _sun(beam: SunBeam) -> dict[str, float]:
-    numbers = {name: getattr(beam, name) for name in FIELD_NUMBERS}
-    return numbers | dict(zip(SUN, beam.sun, strict=True))
+    graph: Graph
+    group: bpy.types.ShaderNodeTree
+    shape: Shape
+
+    def __getitem__(self, name: str) -> NodeValue:
+        """Return a quantity by its name, a vector of channels or a single number."""
+        return self.graph.term(self.graph.shared(self.group)[name])
+
+    def of(self, *names: str) -> tuple[NodeValue, ...]:
+        """Return several."""
+        return tuple(self[name] for name in names)
+
+    @property
+    def outputs(self) -> bpy.types.NodeOutputs:
+        """All of them."""
+        return self.graph.shared(self.group)
+
+    @property
+    def lengths(self) -> LengthScale:
+        """The scale of distances."""
+        return LengthScale(self[LENGTH_FIRST], self[LENGTH_PER_LOG])
+
+    @property
+    def depth_scale(self) -> DepthScale:
+        """The scale of depths."""
+        zones = tuple(
+            Zone(**{field: self[_of_zone(field, place)] for field in ZONE})
+            for place in range(self.shape.zones)
+        )
+        return DepthScale(zones, self.shape.slices)
+
+    @property
+    def numbers(self) -> FoldedNumbers:
+        """The numbers of folded light."""
+        light = {name: self[name] for name in _OF_LIGHT}
+        return FoldedNumbers(**light, lengths=self.lengths, mu_s=self[MU_S], y_f=self[FLOOR_DEPTH])
 
 
 def build(shape: Shape) -> bpy.types.ShaderNodeTree:
-    """Build the group; its numbers are zero. Those of solved bands are in an image."""
+    """Build the group; its numbers are zero."""
     tree = new_group(NAME)
     tree[SHAPE] = repr(shape)
     graph = Graph(tree)
     output = tree.nodes.new("NodeGroupOutput")
     sources = [
-        *(
-            (name, "ShaderNodeValue", "NodeSocketFloat")
-            for name in (*single_names(shape), *_zone_names(shape))
-        ),
-        *(
-            (f"{name} {triple}", "ShaderNodeCombineXYZ", "NodeSocketVector")
-            for name in (() if shape.solved else band_names(shape))
-            for triple in range(shape.triples)
-        ),
+        *((name, "ShaderNodeValue", "NodeSocketFloat") for name in single_names(shape)),
+        *((name, "ShaderNodeCombineXYZ", "NodeSocketVector") for name in channel_names(shape)),
     ]
     for row, (name, kind, socket) in enumerate(sources):
         tree.interface.new_socket(name, in_out="OUTPUT", socket_type=socket)
@@ -275,17 +254,15 @@ def build(shape: Shape) -> bpy.types.ShaderNodeTree:
 def write(tree: bpy.types.ShaderNodeTree, numbers: Numbers) -> None:
     """Put numbers into the group; only what differs is touched."""
     touched = None
-    for name, values in numbers.bands.items():
-        triples = _full_triples(name, values)
-        for index, triple in enumerate(triples.reshape(-1, 3)):
-            if f"{name} {index}" not in tree.nodes:
-                break
-            inputs = tree.nodes[f"{name} {index}"].inputs
-            now = np.empty(3, np.float32)
-            inputs.foreach_get("default_value", now)
-            if not np.array_equal(now, triple):
-                inputs.foreach_set("default_value", triple)
-                touched = inputs[0]
+    for name, values in numbers.channels.items():
+        if name not in tree.nodes:
+            continue
+        inputs, wanted = tree.nodes[name].inputs, np.asarray(values, np.float32)
+        now = np.empty(3, np.float32)
+        inputs.foreach_get("default_value", now)
+        if not np.array_equal(now, wanted):
+            inputs.foreach_set("default_value", wanted)
+            touched = inputs[0]
     for name, value in numbers.single.items():
         outputs = tree.nodes[name].outputs
         if outputs[0].default_value != np.float32(value):
@@ -294,20 +271,3 @@ def write(tree: bpy.types.ShaderNodeTree, numbers: Numbers) -> None:
     # Ordinary assignments update the tree, at a cost: one is enough for all.
     if touched is not None:
         touched.default_value = touched.default_value
-
-
-def rows(numbers: Numbers, shape: Shape) -> list[NDArray[np.float32]]:
-    """Return the numbers of solved bands, in full triples, as :class:`.Tables` finds them."""
-    return [_full_triples(name, numbers.bands[name]) for name in band_names(shape)]
-
-
-def _full_triples(name: str, values: NDArray[np.float64]) -> NDArray[np.float32]:
-    triples = pad_triples(values).astype(np.float32)
-    if name in (*SENSOR, *LAYERS_SENSOR):  # bands that only fill their triple are not seen
-        triples[len(values) :] = 0.0
-    return triples
-
-
-def pad_triples(values: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Repeat the last band until the triples are full."""
-    return np.pad(np.asarray(values, dtype=np.float64), (0, -len(values) % 3), mode="edge")

@@ -7,7 +7,7 @@ of the surface along x and y.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import bpy
@@ -21,9 +21,8 @@ from ..uw_spectral.surface.wave_patterns import (
     under_waves,
 )
 from .node_mathematics import MARK, NODES, Graph, NodeValue
-from .realtime_rays import camera_place, place_here
+from .realtime_rays import place_here
 from .realtime_values import (
-    CAMERA_DEPTH,
     SUN,
     WAVES_HALF_CELL,
     WAVES_LOG_DEPTH,
@@ -129,12 +128,13 @@ def slope_ahead(
     graph: Graph,
     values: bpy.types.ShaderNodeTree,
     slopes: bpy.types.Image,
-    w: tuple[NodeValue, NodeValue, NodeValue],
+    eye: Sequence[NodeValue],
+    w: Sequence[NodeValue],
 ) -> dict[str, NodeValue]:
-    """Slopes of the surface where the view ray w of the background meets it."""
+    """Slopes of the surface where the view ray w of the background from an eye meets it."""
     number = _numbers(graph, values)
-    x, y, _ = camera_place(graph)
-    reach = NODES.maximum(number(CAMERA_DEPTH), 0.0) / NODES.maximum(w[2], _FLATTEST)
+    x, y, z = eye
+    reach = NODES.maximum(-z, 0.0) / NODES.maximum(w[2], _FLATTEST)
     slope, _ = sample(
         graph,
         slopes,
@@ -147,5 +147,5 @@ def slope_ahead(
 
 
 def _numbers(graph: Graph, values: bpy.types.ShaderNodeTree) -> Callable[[str], NodeValue]:
-    outputs = graph.node("ShaderNodeGroup", node_tree=values).outputs
+    outputs = graph.shared(values)
     return lambda name: graph.term(outputs[name])

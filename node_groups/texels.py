@@ -8,6 +8,7 @@ does: it is asked for the direction that is mapped to a place.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 import bpy
 
@@ -38,14 +39,21 @@ def texel(
     around = (h + 0.5) * (-2.0 * math.pi / columns) + math.pi
     up = (v + 0.5) * (math.pi / rows) - math.pi / 2
     where = graph.vector(
-        graph.operation("COSINE", (around,)),
-        graph.operation("SINE", (around,)) + _OFF_MIDDLE,
-        graph.operation("TANGENT", (up,)),
+        _of(graph, "COSINE", math.cos, around),
+        _of(graph, "SINE", math.sin, around) + _OFF_MIDDLE,
+        _of(graph, "TANGENT", math.tan, up),
     )
     texture = graph.node("ShaderNodeTexEnvironment", image=image)
     texture.projection, texture.interpolation = "EQUIRECTANGULAR", "Linear"
     graph.assign(where, texture.inputs["Vector"])
     return graph.term(texture.outputs["Color"])
+
+
+def _of(
+    graph: Graph, name: str, function: Callable[[float], float], x: NodeValue | float
+) -> NodeValue | float:
+    """Return a function of a term, or of a number at once."""
+    return graph.operation(name, (x,)) if isinstance(x, NodeValue) else function(x)
 
 
 def closest(

@@ -1,4 +1,4 @@
-"""Node groups that turn an RGB colour into the values of the pass's bands.
+"""Node groups that turn an RGB colour into the values of the pass's bands, or of channels.
 
 Reflectance and emission differ only in the basis, which the pass supplies.
 The sum over red, green and blue is linear, hence textures, mixes and ramps
@@ -11,15 +11,23 @@ import bpy
 
 from . import attributes
 from .data_blocks import vector_of_view_layer
-from .node_mathematics import MARK, Graph, new_group
+from .node_mathematics import MARK, NODES, Graph, new_group
 
 REFLECTANCE = "UW Reflectance of Bands"
 EMISSION = "UW Emission of Bands"
 MEASURED = "UW Measured Reflectance"
+SUNLIT = "UW Sunlit Colour"
+SUNLIT_MEASURED = "UW Sunlit Measured Colour"
+DARK = "UW No Colour"
 
 _KIND = "uw_uplift"
 COLOR_INPUT = "Color"
 MEASURED_INPUT = "Measured"
+COLUMNS = ("Red", "Green", "Blue")
+"""Inputs and outputs: what channels see of sunlight on a colour."""
+SHARE = "Share"
+"""Input and output: the part of that with which whole closures are mixed in."""
+_LEAST = 1e-5
 
 
 def _basis_group(name: str, basis: tuple[str, str, str]) -> bpy.types.ShaderNodeTree:
@@ -64,7 +72,47 @@ def build_measured() -> bpy.types.ShaderNodeTree:
     return tree
 
 
+def _sunlit(name: str, *, measured: bool) -> bpy.types.ShaderNodeTree:
+    """Build the group of a colour of a closure that the white sun lights.
+
+    The closure is mixed in with the share, which the colour is divided by.
+    """
+    tree = _group(name, COLOR_INPUT, *((MEASURED_INPUT,) if measured else COLUMNS))
+    tree.interface.new_socket(SHARE, in_out="INPUT", socket_type="NodeSocketFloat")
+    graph = Graph(tree)
+    given = {s.name: graph.term(s) for s in graph.node("NodeGroupInput").outputs if s.name}
+    if measured:
+        total = given[MEASURED_INPUT]
+    else:
+        red, green, blue = (given[column] for column in COLUMNS)
+        rgb = graph.components(given[COLOR_INPUT])
+        total = red * rgb[0] + green * rgb[1] + blue * rgb[2]
+    total = total / NODES.maximum(given[SHARE], _LEAST)
+    graph.assign(total, graph.node("NodeGroupOutput").inputs[0])
+    return tree
+
+
+def build_sunlit() -> bpy.types.ShaderNodeTree:
+    """Build the group colour → colour of a closure in the sunlight under water."""
+    return _sunlit(SUNLIT, measured=False)
+
+
+def build_sunlit_measured() -> bpy.types.ShaderNodeTree:
+    """Build the same where the column of a measured reflectance replaces the colour."""
+    return _sunlit(SUNLIT_MEASURED, measured=True)
+
+
+def build_dark() -> bpy.types.ShaderNodeTree:
+    """Build the group that leaves nothing of a colour, which keeps its home there."""
+    tree = _group(DARK, COLOR_INPUT)
+    Graph(tree).node("NodeGroupOutput")
+    return tree
+
+
 _BUILDERS = {
+    SUNLIT: build_sunlit,
+    SUNLIT_MEASURED: build_sunlit_measured,
+    DARK: build_dark,
     REFLECTANCE: build_reflectance,
     EMISSION: build_emission,
     MEASURED: build_measured,

@@ -15,6 +15,7 @@ from ..uw_spectral.imaging.viewpoint import Viewpoint
 from ..uw_spectral.spectra.colour_rendering import delta_e_CIE2000_images, luminance
 from ..uw_spectral.spectra.spectrum import DATA_DIRECTORY, read_table
 from ..uw_spectral.transfer.radiance_field import FARTHEST
+from ..uw_spectral.transfer.water_column import FEW_STREAMS, WaterColumn
 
 BOUNCES = (4, 8, 12, 16, 24, 32, 48, 64)
 FROXELS = (32, 64, 128, 256)
@@ -54,7 +55,8 @@ def visible_distance(view: Viewpoint, delta_e: float) -> float:
 
 def shaft_range(view: Viewpoint, delta_e: float) -> float:
     """Distance beyond which single scattering changes a level pixel by less than a ΔE2000, m."""
-    single = functools.partial(view.path_radiance.single_scattering, view.depth, view.level)
+    beam = view.column.sun_beam(view.phase)
+    single = functools.partial(beam.scattered_once, view.depth, view.level)
     beyond = single(FARTHEST) - single(_DISTANCES[:, None])
     water = view.background
     change = delta_e_CIE2000_images(
@@ -97,7 +99,7 @@ def lost_beyond(view: Viewpoint, bounces: Sequence[int] = BOUNCES) -> NDArray[np
     True
     """
     column, k = view.column, np.asarray(bounces)[:, None]
-    light = np.maximum(view.field.E0(view.depth), np.finfo(np.float64).tiny)
+    light = _scattered(column, view)
     albedo = column.scattering / np.maximum(column.attenuation, 1e-12)
     room = 1.0 / np.maximum(albedo, 1e-9) - 1.0
     least = np.ones((len(k), len(light)))
@@ -109,10 +111,19 @@ def lost_beyond(view: Viewpoint, bounces: Sequence[int] = BOUNCES) -> NDArray[np
             scattering=s * column.scattering,
             floor_reflectance=np.minimum(s * column.floor_reflectance, 1.0),
         )
-        orders = np.maximum(more.light_field(view.phase).E0(view.depth), light)
+        orders = np.maximum(_scattered(more, view), light)
         least = np.minimum(least, orders / light * s ** -(k + 1.0))
     weights = np.maximum(luminance(view.reduction.weights.T), 0.0) * light
     return least @ (weights / weights.sum())
+
+
+def _scattered(column: WaterColumn, view: Viewpoint) -> NDArray[np.float64]:
+    """Scalar irradiance at a view's depth in some water, unscattered sunlight apart."""
+    field = column.solved_field(view.phase, FEW_STREAMS, modes=1)
+    sun = column.sun_irradiance / column.sun_cosine
+    direct = sun * np.exp(-column.attenuation * view.depth / column.sun_cosine)
+    light = field.scalar_irradiance(view.depth) - direct
+    return np.maximum(light, np.finfo(np.float64).tiny)
 
 
 def first_within[T](

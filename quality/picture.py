@@ -1,4 +1,4 @@
-"""The colours that the solved field, or the closed form, gives to what a camera sees.
+"""The colours that the solved field gives to what a camera sees.
 
 They come in parts that add up, so that what a part is worth can be read off. The formulas
 are those of the renderers; there is none of its own here.
@@ -7,11 +7,9 @@ are those of the renderers; there is none of its own here.
 from __future__ import annotations
 
 import dataclasses
-import functools
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,11 +27,10 @@ from ..uw_spectral.surface.wave_patterns import (
     sunlight_factor,
     under_waves,
 )
-from ..uw_spectral.transfer.inelastic_light import InelasticLight
-from ..uw_spectral.transfer.pixel import PatchLight, Pixel, UndisturbedWater, surface_light
+from ..uw_spectral.transfer.pixel import Pixel, surface_light
 from ..uw_spectral.transfer.radiance_field import Ripples
 from ..uw_spectral.transfer.radiance_table import TABLE_STREAMS
-from ..uw_spectral.transfer.sun_beam import SunBeam, sun_beam
+from ..uw_spectral.transfer.solved_field import SolvedField
 from ..uw_spectral.transfer.sunlit_water import SunlitWater
 from ..uw_spectral.transfer.tabulated_water import TabulatedWater, tabulated_water
 from ..uw_spectral.transfer.water_column import WaterColumn
@@ -45,8 +42,6 @@ from .terms import (
     SHAFTS,
     SINGLE,
 )
-
-_Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,22 +56,11 @@ class Optics:
         What changes the wavelength of light.
     waves : WavePatterns, optional
         The moving surface, where the column has waves.
-    solved : bool
-        Whether the light is that of the solved field, as EEVEE looks it up, which is close to
-        what Cycles traces too; or that of the closed form.
     """
 
     view: Viewpoint
     excitation: Excitation | None = None
     waves: WavePatterns | None = None
-    solved: bool = True
-
-    @functools.cached_property
-    def inelastic(self) -> InelasticLight | None:
-        """Light of changed wavelength in the bands, in closed form."""
-        if self.excitation is None:
-            return None
-        return self.excitation.light(self.view.field, self.view.column.bands)
 
 
 @dataclass(frozen=True, eq=False)
@@ -124,7 +108,7 @@ def picture(
     develop = view.reduction.apply
     waves = optics.waves if view.column.surface == "waves" else None
     ray = _Rays(view, seen, waves, without)
-    water = _solved(view, without) if optics.solved else _closed_form(view, without)
+    water = _water(view, without)
     plain = develop(ray.radiance(water))
     parts = {}
     if (seen.openness < 1).any():
@@ -132,52 +116,28 @@ def picture(
         parts[DIFFUSE_SHADOWS] = develop(shaded) - plain
     if not seen.path_sunlit.all() or waves is not None:
         parts[SHAFTS] = -develop(ray.missing_light())
-    if optics.excitation is not None and optics.solved:
+    if optics.excitation is not None:
         exciting = dataclasses.replace(optics.excitation.column, **column)
         excitation = dataclasses.replace(optics.excitation, column=exciting)
-        parts[INELASTIC] = develop(ray.radiance(_solved(view, without, excitation))) - plain
-    elif optics.inelastic is not None:
-        parts[INELASTIC] = develop(ray.inelastic(_closed_form(view, without), optics.inelastic))
+        parts[INELASTIC] = develop(ray.radiance(_water(view, without, excitation))) - plain
     return Picture(plain, parts)
 
 
-class _Water(Protocol):
-    """Undisturbed water, and the light on what is in it."""
-
-    def surface(
-        self, y_o: _Array, y_e: _Array, w: Sequence[_Array], P: _Array, L_surface: _Array
-    ) -> Pixel: ...
-
-    def open_water(
-        self, y_o: _Array, w: Sequence[_Array], *, ripples: Ripples | None = None
-    ) -> Pixel: ...
-
-    def patch_light(self, y: _Array, normal: Sequence[_Array]) -> PatchLight: ...
-
-
-def _closed_form(view: Viewpoint, without: str) -> UndisturbedWater:
-    """The water without things in closed form; what is to be left out is dark."""
-    column, elastic = view.column, view.path_radiance
-    if without == FLOOR_LIGHT:
-        dark = dataclasses.replace(elastic.field, C2=0.0 * elastic.field.C2)
-        elastic = dataclasses.replace(elastic, field=dark)
+def _water(view: Viewpoint, without: str, excitation: Excitation | None = None) -> TabulatedWater:
+    """The water without things, as EEVEE looks it up; what is to be left out is dark."""
+    column = view.column
     index = column.refractive_index if column.reflects else None
-    return UndisturbedWater(elastic, column.skylight, index)
+    beam = column.sun_beam(view.phase)
+    return tabulated_water(_field(view, without, excitation), beam, column.skylight, index)
 
 
-def _solved(view: Viewpoint, without: str, excitation: Excitation | None = None) -> TabulatedWater:
-    """The same of the solved field, with light of changed wavelength in it."""
+def _field(view: Viewpoint, without: str, excitation: Excitation | None = None) -> SolvedField:
+    """Its field, with light of changed wavelength if anything changes it."""
     column, emission = _lit(view.column, without), None
     if excitation is not None:
         lit = dataclasses.replace(excitation, column=_lit(excitation.column, without))
         emission = lit.emission(column.bands, TABLE_STREAMS)
-    field = column.solved_field(view.phase, TABLE_STREAMS, emission)
-    index = column.refractive_index if column.reflects else None
-    return tabulated_water(field, _beam(view), column.skylight, index)
-
-
-def _beam(view: Viewpoint) -> SunBeam:
-    return sun_beam(view.field, view.phase, view.column.sun_direction.tolist())
+    return column.solved_field(view.phase, TABLE_STREAMS, emission)
 
 
 def _lit(column: WaterColumn, without: str) -> WaterColumn:
@@ -210,8 +170,9 @@ class _Rays:
         gone = seen.on_floor & np.isinf(view.column.floor_depth)
         self.hit = (np.isfinite(seen.distance) & ~gone)[:, None]
         self.P = np.where(self.hit, seen.distance[:, None], 0.0)
-        self.y_o = np.clip(-seen.origin[:, 2, None], 0.0, view.field.y_f)
-        self.y = np.clip(self.y_o - self.w[2] * self.P, 0.0, view.field.y_f)
+        floor = view.column.floor_depth
+        self.y_o = np.clip(-seen.origin[:, 2, None], 0.0, floor)
+        self.y = np.clip(self.y_o - self.w[2] * self.P, 0.0, floor)
         self.up = seen.normal[:, 2, None]
         self.reflectance = np.where(
             seen.on_floor[:, None],
@@ -220,11 +181,10 @@ class _Rays:
         )
         self.contrast = None
         if waves is not None:
-            sun = np.asarray(view.column.sun_direction)
-            self.contrast = waves.contrast(SunlitWater(view.field, view.phase, sun))
+            self.contrast = waves.contrast(SunlitWater(_field(view, without)))
 
     def radiance(
-        self, water: _Water, openness: NDArray[np.float64] | float = 1.0
+        self, water: TabulatedWater, openness: NDArray[np.float64] | float = 1.0
     ) -> NDArray[np.float64]:
         """Radiance with unshadowed water, shape (m, n)."""
         sun = np.asarray(self.view.column.sun_direction)
@@ -238,14 +198,6 @@ class _Rays:
         on_surface = water.surface(self.y_o, self.y, self.w, self.P, L)
         return self._seen(on_surface, water.open_water(self.y_o, self.w, ripples=self.ripples()))
 
-    def inelastic(self, water: UndisturbedWater, light: InelasticLight) -> NDArray[np.float64]:
-        """Radiance of changed wavelength, in closed form."""
-        water = dataclasses.replace(water, inelastic=light)
-        L = self.reflectance / math.pi * light.surface_irradiance(self.y, self.up)
-        on_surface = water.surface(self.y_o, self.y, self.w, self.P, 0.0, L_inelastic=L)
-        in_open = water.open_water(self.y_o, self.w)
-        return np.where(self.hit, on_surface.inelastic, in_open.inelastic)
-
     def _seen(self, on_surface: Pixel, in_open: Pixel) -> NDArray[np.float64]:
         """Light of the rays that hit something, and of those that do not."""
         seen = [on_surface.total, in_open.total]
@@ -258,7 +210,7 @@ class _Rays:
 
     def missing_light(self) -> NDArray[np.float64]:
         """Single scattering that shadows and waves take from the paths; negative: they add."""
-        single = _beam(self.view).scattered_once
+        single = self.view.column.sun_beam(self.view.phase).scattered_once
         steps = self.seen.path_sunlit.shape[1]
         ends = self.seen.reached[:, None] * np.linspace(0.0, 1.0, steps + 1)
         total = [single(self.y_o, self.w, ends[:, :1])]

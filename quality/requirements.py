@@ -306,7 +306,7 @@ class _About:
                 optics = replace(e.reference.view, depth=view.depth)
                 y, w = -view.origin[:, 2, None], tuple(view.direction.T[..., None])
                 P = np.minimum(view.distance, end)[:, None]
-                single = optics.path_radiance.single_scattering
+                single = optics.column.sun_beam(optics.phase).scattered_once
                 nearer = np.maximum(P - end / count / 2, 0.0)
                 short.append(optics.reduction.apply(single(y, w, P) - single(y, w, nearer)))
             pictures.append(rgb - np.vstack(short))

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import dataclasses
-import math
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..uw_spectral.errors import InputError
-from ..uw_spectral.transfer.light_cone import LightCone
 
 _WHOLE = 0.01  # share of a picture from which on something counts as much as what fills it
 _SEED = 1
@@ -148,47 +146,24 @@ class SeenPoints:
         return [f.name for f in dataclasses.fields(self) if f.name != "reach"]
 
 
-def cone_directions(cone: LightCone, count: int) -> NDArray[np.float64]:
-    """Return unit directions from which the light of a cone comes, spread evenly.
-
-    Shape (k, 3); those below the horizon are left out: no light comes from there.
-
-    Examples
-    --------
-    >>> down = LightCone(np.array([0.0, 0.0, -1.0]), math.radians(60))
-    >>> up = cone_directions(down, 8)[:, 2]
-    >>> round(float(up.mean()), 6), bool(up.min() > 0.5)
-    (0.75, True)
-    """
-    i = np.arange(count)
-    z = 1.0 - (1.0 - math.cos(cone.half_angle)) * (i + 0.5) / count
-    side, turn = np.sqrt(1.0 - z * z), math.pi * (3.0 - math.sqrt(5.0)) * i
-    axis = -cone.direction
-    across = np.cross(axis, [1.0, 0.0, 0.0] if abs(axis[0]) < 0.5 else [0.0, 1.0, 0.0])
-    across /= np.linalg.norm(across)
-    w = np.stack([side * np.cos(turn), side * np.sin(turn), z], axis=-1)
-    w = w @ np.stack([across, np.cross(axis, across), axis])
-    return w[w[:, 2] > 0]
-
-
 def openness(
     normal: NDArray[np.float64], directions: NDArray[np.float64], clear: NDArray[np.bool_]
 ) -> NDArray[np.float64]:
-    """Share of the light of a cone that reaches surfaces.
+    """Share of the light from above that reaches surfaces.
 
     Parameters
     ----------
     normal : array, shape (m, 3)
         Unit normals.
     directions : array, shape (k, 3)
-        Of :func:`cone_directions`.
+        Of :func:`.light_from_above`.
     clear : array of bool, shape (m, k)
         Whether nothing stands between a surface and the water's surface in a direction.
 
     Returns
     -------
     array, shape (m,)
-        By the cosine; 1 where the cone does not light the surface at all.
+        By the cosine; 1 where none of the light meets the surface at all.
     """
     cosine = np.maximum(normal @ directions.T, 0.0)
     total = cosine.sum(axis=1)

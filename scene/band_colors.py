@@ -1,19 +1,21 @@
-"""Routes the colours of a scene's own materials through the bands of the pass.
+"""Routes the colours of a scene's own materials through the water.
 
 Every colour that enters a shader node gets a group node in between: RGB goes
-in, the values of the pass's bands come out. Nothing else of the tree changes,
+in, and in Cycles the values of the pass's bands come out, in EEVEE what the
+channels see of the colour in the sunlight there. Nothing else of the tree changes,
 and taking the groups out again leaves the tree as it was.
 """
 
 from __future__ import annotations
 
 import itertools
-from collections.abc import Collection, Iterable, Iterator
+from collections.abc import Callable, Collection, Iterable, Iterator
 
 import bpy
 import numpy as np
 
 from ..node_groups import attributes, uplift
+from ..node_groups.node_mathematics import MARK
 from ..uw_spectral.spectra.spectrum import Spectrum
 from . import contents
 from .animation import curves
@@ -40,8 +42,48 @@ _WEIGHTS = {
     "Subsurface Radius": "Subsurface Weight",
 }
 _EMISSION_NODES = {"ShaderNodeEmission", "ShaderNodeBackground"}
+# What lets through what is behind it, which has its water already; and what only filters.
+_CLEAR = {
+    "ShaderNodeBsdfTransparent",
+    "ShaderNodeBsdfRefraction",
+    "ShaderNodeBsdfGlass",
+    "ShaderNodeHoldout",
+}
+_FILTERS = {"Coat Tint"}
 _BASE_COLORS = {"Base Color", "Color"}
 _UNTOUCHED = 1e-6
+
+
+type Maker = Callable[[bpy.types.NodeTree, str], bpy.types.Node]
+"""Makes the group node of a kind in a tree."""
+
+
+def route(tree: bpy.types.NodeTree, make: Maker, *, measured: bool) -> None:
+    """Put EEVEE's groups before the colours of the closures in a tree and in its groups.
+
+    Parameters
+    ----------
+    tree : NodeTree
+    make : callable
+        Of the kinds of :mod:`.uplift`.
+    measured : bool
+        Whether the base colour gives way to a measured reflectance.
+    """
+    for node, socket in _colours(tree):
+        if node.bl_idname in _CLEAR or socket.name in _FILTERS:
+            continue
+        kind = _group_for(node, socket)
+        if kind is None or socket.type != "RGBA" or _weighs_nothing(tree, node, socket):
+            continue
+        if kind == uplift.EMISSION:
+            kind = uplift.DARK
+        elif measured and socket.name in _BASE_COLORS:
+            kind = uplift.SUNLIT_MEASURED
+        else:
+            kind = uplift.SUNLIT
+        _put_before(tree, socket, make(tree, kind))
+    for group in _groups(tree):
+        route(group, make, measured=False)
 
 
 def insert(materials: Iterable[bpy.types.Material]) -> list[str]:
@@ -62,7 +104,7 @@ def insert(materials: Iterable[bpy.types.Material]) -> list[str]:
                 "its RGB colours; make it local to give it spectra"
             )
             continue
-        if _is_measured(material) and _MEASURED_INDEX not in material:
+        if is_measured(material) and _MEASURED_INDEX not in material:
             material[_MEASURED_INDEX] = next(indices)
         _insert_into_tree(material.node_tree, material.get(_MEASURED_INDEX))
     return notes
@@ -81,6 +123,19 @@ def remove(kept: Collection[bpy.types.Material]) -> None:
             del material[_MEASURED_INDEX]
 
 
+def inserted_colour(socket: bpy.types.NodeSocket) -> bpy.types.NodeSocket:
+    """Return where the user's own colour of an input is: in a group before it, if one is there."""
+    for link in socket.links:
+        if _is_inserted(link.from_node):
+            return link.from_node.inputs[uplift.COLOR_INPUT]
+    return socket
+
+
+def is_measured(material: bpy.types.Material) -> bool:
+    """Whether a material carries a measured reflectance."""
+    return MEASURED_REFLECTANCE in material and MEASURED_WAVELENGTHS in material
+
+
 def measured_reflectances(
     scene: bpy.types.Scene,
 ) -> Iterator[tuple[bpy.types.Material, Spectrum]]:
@@ -91,7 +146,7 @@ def measured_reflectances(
     InputError
         If the custom properties of a material are not a spectrum.
     """
-    for material in filter(_is_measured, contents.materials(scene)):
+    for material in filter(is_measured, contents.materials(scene)):
         yield (
             material,
             Spectrum(
@@ -108,28 +163,43 @@ def measured_attribute(material: bpy.types.Material) -> str | None:
     return None if index is None else attributes.measured(index)
 
 
-def _is_measured(material: bpy.types.Material) -> bool:
-    return MEASURED_REFLECTANCE in material and MEASURED_WAVELENGTHS in material
-
-
 def _insert_into_tree(tree: bpy.types.NodeTree, measured_index: int | None) -> None:
+    for group in _groups(tree):
+        _insert_into_tree(group, None)
+    for node, socket in _colours(tree):
+        kind = _group_for(node, socket)
+        if kind is None:
+            continue
+        if measured_index is not None and socket.name in _BASE_COLORS and _reflects(node):
+            _put_measured_before(tree, socket, measured_index)
+        elif not _has_no_effect(tree, node, socket, kind):
+            _put_before(tree, socket, _new_node(tree, kind))
+
+
+def _colours(
+    tree: bpy.types.NodeTree,
+) -> Iterator[tuple[bpy.types.Node, bpy.types.NodeSocket]]:
+    """Yield the inputs of a tree's shaders that nothing was put before yet."""
     for node in list(tree.nodes):
-        if _is_inserted(node):
+        shades = any(output.type == "SHADER" for output in node.outputs)
+        if node.bl_idname == "ShaderNodeGroup" or MARK in node or not shades:
             continue
-        if node.bl_idname == "ShaderNodeGroup":
-            if node.node_tree is not None and node.node_tree.is_editable:
-                _insert_into_tree(node.node_tree, None)
-            continue
-        if not any(output.type == "SHADER" for output in node.outputs):
-            continue
-        for socket in node.inputs:
-            kind = _group_for(node, socket)
-            if kind is None or _already_inserted(socket):
-                continue
-            if measured_index is not None and socket.name in _BASE_COLORS and _reflects(node):
-                _put_measured_before(tree, socket, measured_index)
-            elif not _has_no_effect(tree, node, socket, kind):
-                _put_before(tree, socket, kind)
+        yield from ((node, socket) for socket in node.inputs if not _already_inserted(socket))
+
+
+def _groups(tree: bpy.types.NodeTree) -> list[bpy.types.NodeTree]:
+    """Return the user's own groups in a tree."""
+    found = [n.node_tree for n in tree.nodes if n.bl_idname == "ShaderNodeGroup" and MARK not in n]
+    own = [g for g in found if g is not None and g.is_editable and MARK not in g]
+    return list(dict.fromkeys(own))
+
+
+def _new_node(tree: bpy.types.NodeTree, kind: str) -> bpy.types.Node:
+    active = tree.nodes.active
+    node = tree.nodes.new("ShaderNodeGroup")
+    tree.nodes.active = active
+    node.node_tree = uplift.group(kind)
+    return node
 
 
 def _group_for(node: bpy.types.Node, socket: bpy.types.NodeSocket) -> str | None:
@@ -157,14 +227,7 @@ def _has_no_effect(
     tree: bpy.types.NodeTree, node: bpy.types.Node, socket: bpy.types.NodeSocket, kind: str
 ) -> bool:
     """Whether the group would change nothing: the input weighs nothing, or is white."""
-
-    def constant(name: str) -> float | None:
-        other = node.inputs.get(name)
-        if other is None or other.is_linked or _curves(tree, other):
-            return None
-        return float(other.default_value)
-
-    if constant(_WEIGHTS.get(socket.name, "")) == 0.0:
+    if _weighs_nothing(tree, node, socket):
         return True
     if socket.is_linked or _curves(tree, socket):
         return False
@@ -172,20 +235,26 @@ def _has_no_effect(
     return kind == uplift.REFLECTANCE and bool(np.all(np.abs(value - 1.0) < _UNTOUCHED))
 
 
+def _weighs_nothing(
+    tree: bpy.types.NodeTree, node: bpy.types.Node, socket: bpy.types.NodeSocket
+) -> bool:
+    """Whether an input has no effect, another one being zero."""
+    other = node.inputs.get(_WEIGHTS.get(socket.name, ""))
+    if other is None or other.is_linked or _curves(tree, other):
+        return False
+    return float(other.default_value) == 0.0
+
+
 def _is_inserted(node: bpy.types.Node) -> bool:
     return node.bl_idname == "ShaderNodeGroup" and uplift.is_uplift(node.node_tree)
 
 
 def _put_before(
-    tree: bpy.types.NodeTree, socket: bpy.types.NodeSocket, kind: str
+    tree: bpy.types.NodeTree, socket: bpy.types.NodeSocket, node: bpy.types.Node
 ) -> bpy.types.Node:
-    active = tree.nodes.active
-    node = tree.nodes.new("ShaderNodeGroup")
-    node.node_tree = uplift.group(kind)
     node.select = False
     node.hide = True
     node.location = (socket.node.location.x - 200.0, socket.node.location.y)
-    tree.nodes.active = active
     color = node.inputs[uplift.COLOR_INPUT]
     color.default_value = np.array(socket.default_value)[:3]
     _move_curves(tree, socket, color)
@@ -199,7 +268,7 @@ def _put_before(
 def _put_measured_before(
     tree: bpy.types.NodeTree, socket: bpy.types.NodeSocket, index: int
 ) -> None:
-    node = _put_before(tree, socket, uplift.MEASURED)
+    node = _put_before(tree, socket, _new_node(tree, uplift.MEASURED))
     attribute = tree.nodes.new("ShaderNodeAttribute")
     attribute.attribute_type = "VIEW_LAYER"
     attribute.attribute_name = attributes.measured(index)
@@ -222,7 +291,8 @@ def _take_out(tree: bpy.types.NodeTree, node: bpy.types.Node) -> None:
             _link(tree, source.from_socket, target, source.is_muted)
     if uplift.MEASURED_INPUT in node.inputs:
         for link in list(node.inputs[uplift.MEASURED_INPUT].links):
-            tree.nodes.remove(link.from_node)
+            if link.from_node.bl_idname == "ShaderNodeAttribute":
+                tree.nodes.remove(link.from_node)
     tree.nodes.remove(node)
 
 

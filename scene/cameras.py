@@ -109,3 +109,14 @@ def eye_of(camera: bpy.types.Object) -> tuple[float, ...]:
     matrix = camera.evaluated_get(depsgraph).matrix_world
     ahead = -matrix.to_3x3().col[2].normalized()
     return (*matrix.translation, *ahead)
+
+
+def orthographic_frame(
+    scene: bpy.types.Scene, camera: bpy.types.Object | None
+) -> tuple[float, ...] | None:
+    """Left and bottom edge, width and height in m of an orthographic picture; None of others."""
+    if camera is None or camera.data.type != "ORTHO":
+        return None
+    frame = np.array([corner[:] for corner in camera.data.view_frame(scene=scene)])
+    low, high = frame.min(axis=0), frame.max(axis=0)
+    return float(low[0]), float(low[1]), float(high[0] - low[0]), float(high[1] - low[1])

@@ -59,8 +59,9 @@ def cycles_bands(
         scene, plan.column, plan.cycles_phases, extent, lamps, above=above
     )
     notes += plan.cycles_notes
-    light = plan.inelastic
-    layers = None if light is None else inelastic_layers.add_layers(scene, light, extent)
+    light, layers = plan.emission(), None
+    if light is not None:
+        layers = inelastic_layers.add_layers(scene, light, plan.column.floor_depth, extent)
     try:
         with cycles_settings.reference_settings(
             scene,
@@ -78,8 +79,11 @@ def cycles_bands(
                 moving_surface.move_surface(scene, now)
                 particles.bring(scene, now.particles, lambda m: band_colors.insert([m]))
                 values = now.pass_values(scene)
-                if layers is not None and now.inelastic is not None:
-                    values = values.with_values(inelastic_layers.emission(now.inelastic, layers))
+                light = now.emission()
+                if layers is not None and light is not None:
+                    values = values.with_values(
+                        inelastic_layers.emission(light, now.column.floor_depth, layers)
+                    )
 
                 split = above and waterline.splits(scene, camera)
                 # Rays begin at the glass where the waterline is on it.

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import contextlib
 import functools
-import math
 import tempfile
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import bpy
@@ -17,16 +17,19 @@ from ..datasets.layer_file import FrameLayers
 from ..uw_spectral.errors import InputError
 from ..uw_spectral.imaging.layers import parse_layers
 from ..uw_spectral.spectra.spectral_image import read_exr, write_rgb_exr
-from . import eevee_settings, moving_surface, realtime, scene_water, waterline
+from ..uw_spectral.transfer.channels import channels_of, channels_of_bands
+from . import closed_form_engine, eevee_settings, moving_surface, realtime, scene_water, waterline
 from .band_engine import BandEngine, Engine, Opening, RenderPass, Weights
 from .eevee_layers import EeveeLayers
 from .exr_output import write_float_exr
 from .render_plan import RenderPlan
+from .settings import CLOSED_FORM
 from .shade import Kept
 from .temporary import render_settings
 from .water_body import WaterExtent
 
 _FEW_PIXELS = 8
+_DARKEST = 1e-20  # of the brightest: what is multiplied stays in single precision
 
 
 @contextlib.contextmanager
@@ -48,31 +51,32 @@ def eevee_bands(
     passes = band_passes_of(plan)
     layers = _layers(scene, camera, plan, eyes, by_band=True)
     water_of = _waters(scene, camera, eyes)
-
-    def water_at(now: RenderPlan, camera_depth: float) -> realtime.RealtimeWater:
-        every = np.ones((3, len(now.bands)))
-        water = water_of(now, camera_depth, every)
-        return water if layers is None else water.with_layers(layers.drawn, every)
+    drawn = () if layers is None else layers.drawn
 
     def scale_of(now: RenderPlan, camera_depth: float) -> np.ndarray:
         light = now.viewpoint(camera_depth, lamplight=now.lamplight(scene, camera)).light
-        white = light / np.pi
-        return np.maximum(white, np.finfo(np.float32).tiny)
+        return _scale(light / np.pi)
 
-    gains = 1.0 / scale_of(plan, depth)[list(passes[0])]
-    first_pass = water_at(plan, depth).of_triple(passes[0], gains)
+    def part_of(
+        water: realtime.RealtimeWater, indices: tuple[int, ...], scale: np.ndarray
+    ) -> realtime.RealtimeWater:
+        bands = water.column.bands
+        channels = channels_of_bands(bands, indices, 1.0 / scale[list(indices)])
+        return water.in_channels(channels, drawn)
+
+    first_pass = part_of(water_of(plan, depth), passes[0], scale_of(plan, depth))
     with _eevee(scene, camera, first_pass, extent, plan.settings.samples, froxels) as notes:
 
         def frame(now: RenderPlan, camera_depth: float, _: Weights | None = None) -> RenderPass:
-            water, scale = water_at(now, camera_depth), scale_of(now, camera_depth)
+            water, scale = water_of(now, camera_depth), scale_of(now, camera_depth)
 
             def render(indices: tuple[int, ...], path: Path) -> FrameLayers | None:
                 white = scale[[*indices, *[indices[-1]] * (3 - len(indices))]]
-                now_seen = water.of_triple(indices, 1.0 / white)
+                seen = part_of(water, indices, scale)
                 if layers is None:
-                    write_rgb_exr(path, _drawn(scene, camera, now_seen, path) * white)
+                    write_rgb_exr(path, _drawn(scene, camera, seen, path) * white)
                     return None
-                realtime.set_values(scene, now_seen)
+                realtime.set_values(scene, seen)
                 image, found = layers.render(
                     scene, camera, path, indices, white, np.diag(white),
                     is_first=indices == passes[0],
@@ -94,78 +98,57 @@ def eevee_realtime(
     depth: float,
     *,
     froxels: int | None = None,
-    weights: Weights | None = None,
     eyes: Sequence[tuple[float, ...]] = (),
 ) -> Iterator[BandEngine]:
     """Water for EEVEE, all bands in one pass that is the picture already.
 
-    What is too much for one shader takes more passes, whose sum is the picture.
+    Drawn are the responses of the sensor, over those to a white surface before the camera: they
+    are not negative, where colours out of gamut are, and EEVEE cuts what is.
     """
-    passes = picture_passes_of(plan)
     layers = _layers(scene, camera, plan, eyes, by_band=False)
-    if layers is not None and layers.subtracts and len(passes) > 1:
-        raise InputError(
-            f"layers: B_single and B_multiple of shafts of light, in real time, take at most "
-            f"{plan.most_bands} bands, not {len(plan.bands)}; take fewer, "
-            f"--no-shafts or --mode bands, or leave those layers (and B) out"
-        )
-    count = len(passes[0])
     waters = _waters(scene, camera, eyes)
+    drawn = () if layers is None else layers.drawn
 
     def water_of(
-        now: RenderPlan, camera_depth: float, given: Weights | None
-    ) -> realtime.RealtimeWater:
-        if given is None:
-            given = now.reduction(camera_depth, now.lamplight(scene, camera)).weights
-        return waters(now, camera_depth, given)
-
-    def layered(
-        now: RenderPlan, camera_depth: float, given: Weights | None
-    ) -> tuple[realtime.RealtimeWater, Weights, Weights]:
-        """Return water, radiance of its layers per number drawn, and picture to sensor."""
-        water = water_of(now, camera_depth, given)
-        if layers is None:
-            return water, np.ones(3), np.eye(3)
+        now: RenderPlan, camera_depth: float
+    ) -> tuple[realtime.RealtimeWater, NDArray[np.float64]]:
+        """Return water, and the sensor's response per number drawn."""
         response = now.response(camera_depth)
         light = now.viewpoint(camera_depth, lamplight=now.lamplight(scene, camera)).light
-        white = np.maximum(np.abs(response @ light) / np.pi, np.finfo(np.float32).tiny)
-        back = response @ np.linalg.pinv(water.seen)
-        return water.with_layers(layers.drawn, response / white[:, None]), white, back
+        white = _scale(np.abs(response @ light) / np.pi)
+        channels = channels_of(now.bands, response / white[:, None])
+        water = waters(now, camera_depth).in_channels(channels, drawn)
+        return replace(water, pictures=True), white
 
-    first, samples = (
-        layered(plan, depth, weights)[0].of_bands(passes[0], count),
-        plan.settings.samples,
-    )
+    first, samples = water_of(plan, depth)[0], plan.settings.samples
     with _eevee(scene, camera, first, extent, samples, froxels) as notes:
 
         def frame(now: RenderPlan, camera_depth: float, given: Weights | None = None) -> RenderPass:
-            water, white, back = layered(now, camera_depth, given)
-
-            def drawn_apart(
-                part: realtime.RealtimeWater, path: Path, indices: tuple[int, ...]
-            ) -> tuple[NDArray[np.float32], FrameLayers | None]:
-                if layers is None:
-                    return _drawn(scene, camera, part, path), None
-                realtime.set_values(scene, part)
-                return layers.render(
-                    scene, camera, path, indices, white, back, is_first=indices == passes[0]
-                )
+            water, white = water_of(now, camera_depth)
+            if given is None:
+                given = now.reduction(camera_depth, now.lamplight(scene, camera)).weights
+            to_picture = np.asarray(given) @ np.linalg.pinv(water.channels.weights)
 
             def render(indices: tuple[int, ...], path: Path) -> FrameLayers | None:
-                part = water.of_bands(indices, count)
-                if len(passes) == 1:
-                    image, found = drawn_apart(part, path, indices)
+                if layers is None:
+                    image, found = _drawn(scene, camera, water, path), None
                 else:
-                    # EEVEE cuts what is below zero, and other parts may be above.
-                    negative = _drawn(scene, camera, part.of_sign(-1.0), path)
-                    positive, found = drawn_apart(part.of_sign(1.0), path, indices)
-                    image = positive - negative
-                write_rgb_exr(path, image)
+                    realtime.set_values(scene, water)
+                    image, found = layers.render(
+                        scene, camera, path, indices, white, np.diag(white), is_first=True
+                    )
+                write_rgb_exr(path, image @ to_picture.T.astype(np.float32))
                 return found
 
             return render
 
-        yield BandEngine(passes, notes, frame)
+        yield BandEngine(picture_passes_of(plan), notes, frame)
+
+
+def _scale(white: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return what to divide by so that white is near 1; where there is no light, anything."""
+    brightest = float(white.max())
+    return np.maximum(white, _DARKEST * brightest) if brightest > 0 else np.ones_like(white)
 
 
 def _drawn(
@@ -196,9 +179,10 @@ def band_passes_of(plan: RenderPlan) -> list[tuple[int, ...]]:
 
 
 def picture_passes_of(plan: RenderPlan) -> list[tuple[int, ...]]:
-    """Return the bands of each pass that is a part of the picture."""
-    count = math.ceil(len(plan.bands) / math.ceil(len(plan.bands) / plan.most_bands))
-    return plan.bands.packed(count)
+    """Return the bands of each pass that is a part of the picture: one, but in closed form."""
+    if plan.settings.field == CLOSED_FORM:
+        return closed_form_engine.picture_passes_of(plan)
+    return [tuple(range(len(plan.bands)))]
 
 
 def _layers(
@@ -221,23 +205,21 @@ def _waters(
     scene: bpy.types.Scene,
     camera: bpy.types.Object,
     eyes: Sequence[tuple[float, ...]],
-) -> Callable[[RenderPlan, float, Weights], realtime.RealtimeWater]:
-    """Return what computes the water of the current frame, for a plan, a depth and weights.
+) -> Callable[[RenderPlan, float], realtime.RealtimeWater]:
+    """Return what computes the water of the current frame, for a plan and a depth.
 
     The nodes are built for the first frame's, which is not computed again to be drawn.
     """
     kept = Kept()
 
     @functools.lru_cache(maxsize=1)
-    def water_at(
-        _: float, plan: RenderPlan, depth: float, weights: tuple[tuple[float, ...], ...]
-    ) -> realtime.RealtimeWater:
-        water = plan.realtime(scene, depth, np.array(weights), camera, eyes=eyes, kept=kept)
+    def water_at(_: float, plan: RenderPlan, depth: float) -> realtime.RealtimeWater:
+        every = np.ones((3, len(plan.bands)))
+        water = plan.realtime(scene, depth, every, camera, eyes=eyes, kept=kept)
         return moving_surface.with_waves(scene, plan, water)
 
-    def water_of(plan: RenderPlan, depth: float, weights: Weights) -> realtime.RealtimeWater:
-        rows = tuple(map(tuple, weights.tolist()))
-        return water_at(scene.frame_current_final, plan, depth, rows)
+    def water_of(plan: RenderPlan, depth: float) -> realtime.RealtimeWater:
+        return water_at(scene.frame_current_final, plan, depth)
 
     return water_of
 
@@ -256,7 +238,7 @@ def _eevee(
         with eevee_settings.realtime_settings(
             scene, camera, samples=samples, water=water, froxels=froxels
         ):
-            if water.shafts is not None:
+            if water.shape.shafts:
                 _warm_up(scene)
             yield notes
     finally:
@@ -282,6 +264,8 @@ def _warm_up(scene: bpy.types.Scene) -> None:
 def _open_bands(
     scene: bpy.types.Scene, camera: bpy.types.Object, opening: Opening
 ) -> contextlib.AbstractContextManager[BandEngine]:
+    if opening.plan.settings.field == CLOSED_FORM:
+        return closed_form_engine.closed_form(scene, camera, opening, by_band=True)
     return eevee_bands(
         scene, camera, opening.plan, opening.extent, opening.depth,
         froxels=opening.froxels, eyes=opening.eyes,
@@ -291,9 +275,11 @@ def _open_bands(
 def _open_realtime(
     scene: bpy.types.Scene, camera: bpy.types.Object, opening: Opening
 ) -> contextlib.AbstractContextManager[BandEngine]:
+    if opening.plan.settings.field == CLOSED_FORM:
+        return closed_form_engine.closed_form(scene, camera, opening, by_band=False)
     return eevee_realtime(
         scene, camera, opening.plan, opening.extent, opening.depth,
-        froxels=opening.froxels, weights=opening.weights, eyes=opening.eyes,
+        froxels=opening.froxels, eyes=opening.eyes,
     )  # fmt: skip
 
 

@@ -17,9 +17,6 @@ _FROXEL_TILE = "4"
 _FROXEL_DISTRIBUTION = 0.95
 _FROXEL_START = 0.01
 _CLIP_START = 0.01
-# With Blender's 6, rays miss what stands far out, and a lamp 120° wide acts like one of 90°;
-# more steps cost, for every lamp.
-_SHADOW_STEPS = 16
 # At a ratio of 1e-8 EEVEE draws nothing at all.
 _CLIP_RATIO = 1e-6
 
@@ -37,7 +34,6 @@ def wanted_settings(
     wanted: list[tuple[Any, str, Any]] = [
         (scene, "camera", camera),
         (scene, "compositing_node_group", None),
-        (camera.data, "clip_start", max(min(start, _CLIP_START), _CLIP_RATIO * end)),
         (render, "engine", "BLENDER_EEVEE"),
         (render, "film_transparent", False),
         (render, "use_border", False),
@@ -54,8 +50,11 @@ def wanted_settings(
         (eevee, "direct_light_intensity", 1.0),
         (eevee, "use_volumetric_shadows", False),
     ]
-    if water is not None and water.shape.diffuse_shadows:
-        wanted.append((eevee, "shadow_step_count", _SHADOW_STEPS))
+    if water is not None and (water.particles.clouds or water.shape.layers):
+        # Particles come closer than things do, and depths are finer then; else what is nearer
+        # stays cut away, as a housing about the camera is.
+        near = max(min(start, _CLIP_START), _CLIP_RATIO * end)
+        wanted.append((camera.data, "clip_start", near))
     if water is not None and water.shafts is not None:
         wanted += [
             (eevee, "use_volume_custom_range", True),
@@ -89,7 +88,7 @@ def realtime_settings(
     samples : int
         Samples per pixel.
     water : RealtimeWater, optional
-        What is drawn: its shafts need a froxel volume, its wide lamp more steps.
+        What is drawn: its shafts need a froxel volume.
     froxels : int, optional
         Steps of that volume; None for the usual ones.
 

@@ -1,6 +1,6 @@
 """Inelastic light in Cycles: the water in layers, each of which emits evenly.
 
-The emission of a layer is the closed-form source, averaged over its depth. It
+The emission of a layer is that of the solved field, averaged over its depth. It
 comes from plane-parallel light: no shadow of an object dims it, and what is
 emitted excites nothing again. All the scattering of the emitted light, and its
 meeting with objects, is Cycles' own.
@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from ..node_groups import attributes
 from ..node_groups.data_blocks import new_material, vector_of_view_layer
 from ..node_groups.water_volume import volume_coefficients
-from ..uw_spectral.transfer.inelastic_light import InelasticLight
+from ..uw_spectral.transfer.discrete_ordinates import Emission
 from . import scene_water
 from .water_body import WaterExtent, box
 
@@ -35,14 +35,14 @@ def _attribute(layer: int) -> str:
     return f"{attributes.PREFIX}inelastic_{layer}"
 
 
-def boundaries(light: InelasticLight, bottom: float) -> NDArray[np.float64]:
+def boundaries(light: Emission, floor_depth: float, bottom: float) -> NDArray[np.float64]:
     """Depths in m at which layers meet, from the surface to the bottom of the water."""
-    bottom = min(bottom, float(light.field.y_f))
+    bottom = min(bottom, floor_depth)
     edges = [0.0]
-    total = float(light.source(0.0).sum())
+    total = float(light.at([0.0], floor_depth).sum())
     while edges[-1] < bottom and len(edges) < _MOST:
         y = edges[-1]
-        here, below = (float(light.source(z).sum()) for z in (y, y + _THINNEST))
+        here, below = light.at([y, y + _THINNEST], floor_depth).sum(axis=1).tolist()
         if here < _DARKEST * total:
             break
         rate = abs(math.log(max(below, 1e-300) / max(here, 1e-300))) / _THINNEST
@@ -53,7 +53,7 @@ def boundaries(light: InelasticLight, bottom: float) -> NDArray[np.float64]:
 
 
 def add_layers(
-    scene: bpy.types.Scene, light: InelasticLight, extent: WaterExtent
+    scene: bpy.types.Scene, light: Emission, floor_depth: float, extent: WaterExtent
 ) -> NDArray[np.float64]:
     """Add emitting layers to the water in a scene; they leave with it.
 
@@ -61,8 +61,10 @@ def add_layers(
     ----------
     scene : Scene
         Its water is there already.
-    light : InelasticLight
+    light : Emission
         Of the first frame: it decides how thick the layers are.
+    floor_depth : float
+        Of the column that it is emitted in, m.
     extent : WaterExtent
         Size of the water.
 
@@ -71,7 +73,7 @@ def add_layers(
     array
         Depths at which the layers meet, for :func:`emission`.
     """
-    edges = boundaries(light, extent.bottom)
+    edges = boundaries(light, floor_depth, extent.bottom)
     for layer, (upper, lower) in enumerate(itertools.pairwise(edges)):
         inside = WaterExtent(extent.half_width - _APART, float(lower) - _APART)
         item = box(f"{NAME} {layer}", inside, -float(upper) - _APART)
@@ -80,13 +82,15 @@ def add_layers(
     return edges
 
 
-def emission(light: InelasticLight, edges: NDArray[np.float64]) -> dict[str, NDArray[np.float64]]:
+def emission(
+    light: Emission, floor_depth: float, edges: NDArray[np.float64]
+) -> dict[str, NDArray[np.float64]]:
     """Radiance per metre of every layer and band, by view-layer property.
 
     A layer is thinner than its share of the water by the gap; it makes up for it.
     """
     thickness = np.diff(edges)
-    source = light.mean_source(edges[:-1, None], edges[1:, None]) / (4.0 * math.pi)
+    source = light.mean(edges[:-1], edges[1:], floor_depth) / (4.0 * math.pi)
     source = source * (thickness / (thickness - 2.0 * _APART))[:, None]
     return {_attribute(layer): values for layer, values in enumerate(source)}
 

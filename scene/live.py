@@ -10,7 +10,7 @@ import contextlib
 import math
 from collections.abc import Iterator
 from contextvars import ContextVar
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import bpy
@@ -333,8 +333,6 @@ def _water(
     scene: bpy.types.Scene, chosen: SceneSettings, depth: float, *, hasty: bool = False
 ) -> realtime.RealtimeWater:
     plan = plan_of(chosen)
-    if len(plan.bands) > plan.most_bands:  # passes carry them all; the view does with fewer
-        plan = plan_of(replace(chosen, bands=plan.most_bands, wavelengths=""))
     with quiet():
         lit = None if scene.camera is None else plan.lamplight(scene, scene.camera)
         stops = _exposure(scene, plan, depth, lit, hasty=hasty)

@@ -11,9 +11,8 @@ from numpy.typing import NDArray
 from ..quality.metering import picture_stops, stops_from_above
 from ..quality.picture import Optics
 from ..uw_spectral.errors import InputError
-from ..uw_spectral.transfer.light_cone import light_cone
 from .render_plan import RenderPlan
-from .settings import BY_PICTURE, SOLVED
+from .settings import BY_PICTURE
 from .view_tracing import trace_from_above, trace_view
 
 _GRID = (32, 18)
@@ -47,23 +46,26 @@ def metered(
         return None
     # The rays need neither waves, whose light is the same on average, nor changed wavelengths.
     column = plan.column
+    column.require_one_layer("exposure by the picture knows")
     if column.surface == "waves":
         column = replace(column, surface="flat")
     view = replace(plan.viewpoint(depth, 0.0, lit), column=column)
-    cone = light_cone(view.field, depth, column.sun_direction)
     lamps = plan.lamps(scene).lamps
     water = plan.lamp_water(depth) if lamps else None
-    optics = Optics(view, solved=chosen.field == SOLVED)
+    optics = Optics(view)
     try:
         if camera.matrix_world.translation.z >= 0:
-            above = trace_from_above(scene, camera, column, cone, grid=_GRID, skyward=_SKYWARD)
+            above = trace_from_above(
+                scene, camera, column, view.field, grid=_GRID, skyward=_SKYWARD
+            )
             stops = stops_from_above(
                 optics, above.direction, above.relative_index, above.seen, lamps, water
             )
         else:
             seen = trace_view(
-                scene, camera, column, cone, rays=_GRID[0] * _GRID[1], grid=_GRID, skyward=_SKYWARD
-            )
+                scene, camera, column, view.field,
+                rays=_GRID[0] * _GRID[1], grid=_GRID, skyward=_SKYWARD,
+            )  # fmt: skip
             stops = picture_stops(optics, seen, lamps, water)
     except InputError:
         return None

@@ -2,23 +2,20 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterable
-from dataclasses import replace
 from pathlib import Path
 
 import bpy
-import numpy as np
 
-from ..node_groups import realtime_values, realtime_waves, water_surface
-from ..node_groups.realtime_values import Numbers
+from ..node_groups import realtime_waves, water_surface
 from ..uw_spectral.spectra.spectral_image import write_exr
 from ..uw_spectral.surface.caustics import SUN_RADIUS
-from ..uw_spectral.surface.wave_patterns import LAYERS, WavePatterns
+from ..uw_spectral.surface.wave_patterns import WavePatterns
+from ..uw_spectral.transfer.radiance_table import TABLE_STREAMS
 from ..uw_spectral.transfer.sunlit_water import SunlitWater
 from ..uw_spectral.transfer.water_column import WAVES
 from . import cycles_water, scene_water
-from .realtime import RealtimeWater
+from .realtime import RealtimeWater, wave_numbers
 from .render_plan import RenderPlan, sea_of
 from .settings import SceneSettings
 
@@ -56,54 +53,10 @@ def with_waves(scene: bpy.types.Scene, plan: RenderPlan, water: RealtimeWater) -
     if plan.settings.surface != WAVES:
         return water
     now = patterns(scene, plan)
-    column = plan.column.mixed_above(water.numbers.single[realtime_values.CAMERA_DEPTH])
-    field = column.light_field(plan.phase)
-    lit = SunlitWater(field, plan.phase, np.asarray(column.sun_direction))
+    column = plan.column.mixed_above(water.depth)
+    lit = SunlitWater(column.solved_field(plan.phase, TABLE_STREAMS))
     contrast = plan.settings.caustics * now.contrast(lit)
-    return moving(water, now, contrast, plan.settings.caustics)
-
-
-def wave_numbers(waves: WavePatterns, strength: float) -> dict[str, float]:
-    """Return what the nodes need to look up the images, by name."""
-    depths = waves.layers.depths
-    return {
-        realtime_values.WAVES_PER_METRE: 1 / waves.layers.tile,
-        realtime_values.WAVES_HALF_CELL: 0.5 / len(waves.slope_x),
-        realtime_values.WAVES_LOG_DEPTH: math.log(depths[0]),
-        realtime_values.WAVES_PER_LOG: (LAYERS - 1) / math.log(depths[-1] / depths[0]),
-        realtime_values.CAUSTIC_STRENGTH: strength,
-    }
-
-
-def moving(
-    water: RealtimeWater, waves: WavePatterns, contrast: np.ndarray, strength: float
-) -> RealtimeWater:
-    """Return real-time water under waves.
-
-    Parameters
-    ----------
-    water : RealtimeWater
-        Of any surface that reflects.
-    waves : WavePatterns
-        Of the frame.
-    contrast : array, shape (KNOTS, n)
-        Of the bands, its strength included.
-    strength : float
-        Of the caustics in the shafts; 1 is physical.
-    """
-    numbers = water.numbers
-    single = {
-        **wave_numbers(waves, strength),
-        realtime_values.GLITTER: water.column.glitter * bool(waves.slope_x.any()),
-        realtime_values.GLITTER_WIDTH: waves.glitter_width(water.column.refractive_index),
-    }
-    bands = dict(zip(realtime_values.CONTRAST, contrast, strict=True))
-    return replace(
-        water,
-        shape=replace(water.shape, waves=True),
-        numbers=Numbers({**numbers.bands, **bands}, {**numbers.single, **single}),
-        waves=waves,
-    )
+    return water.under_waves(now, contrast, plan.settings.caustics)
 
 
 def move_surface(scene: bpy.types.Scene, plan: RenderPlan) -> None:

@@ -1,53 +1,52 @@
 """Real-time water for EEVEE: put into a scene, given its values, taken out again.
 
-Values change without rebuilding anything; only another :class:`Shape` (number
-of bands, kind of phase function, surface, sky, aureole, shafts) builds new nodes.
+Values change without rebuilding anything; only another :class:`Shape` (parts of the
+phase function, surface, sky, shafts, lamps) builds new nodes.
 """
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
+from dataclasses import field as dataclass_field
 
 import bpy
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from ..node_groups import (
     realtime_background,
-    realtime_inelastic,
     realtime_lamps,
     realtime_refraction,
     realtime_shade,
-    realtime_shadows,
     realtime_surface,
     realtime_tables,
     realtime_values,
     realtime_volume,
     realtime_waves,
 )
-from ..node_groups.realtime_tables import Layout
-from ..node_groups.realtime_triples import TableImages
 from ..node_groups.realtime_values import Numbers, Shape
+from ..node_groups.realtime_water import Sources, layout_of
 from ..uw_spectral.errors import InputError
 from ..uw_spectral.lamps.grouping import grouped
+from ..uw_spectral.lamps.lamp_channels import fold_lamps
 from ..uw_spectral.lamps.multiple_scattering import LampWater, lamp_water
 from ..uw_spectral.shade.shade_table import ShadeTable
-from ..uw_spectral.spectra.reflectance import emission_basis, uplift_basis
-from ..uw_spectral.surface.wave_patterns import WavePatterns
-from ..uw_spectral.transfer.above_water import flattened_sun, light_in_air
-from ..uw_spectral.transfer.closed_form import solve_closed_form
-from ..uw_spectral.transfer.inelastic_light import InelasticLight, reduced
-from ..uw_spectral.transfer.light_cone import LightCone, light_cone
-from ..uw_spectral.transfer.radiance_table import RadianceTable, tabulate
+from ..uw_spectral.surface.wave_patterns import LAYERS, WavePatterns
+from ..uw_spectral.transfer.above_water import LightInAir, flattened_sun, light_in_air
+from ..uw_spectral.transfer.channel_pixel import COLOURS, along_rays
+from ..uw_spectral.transfer.channels import Channels, channels_of
+from ..uw_spectral.transfer.folded_light import FoldedLight, fold
+from ..uw_spectral.transfer.radiance_table import TABLE_STREAMS, tabulate
 from ..uw_spectral.transfer.solved_field import SolvedField
-from ..uw_spectral.transfer.sun_beam import SunBeam, sun_beam
 from ..uw_spectral.transfer.water_column import WaterColumn
 from ..uw_spectral.water.phase import BandPhase, HenyeyGreenstein
 from . import apparent_places, bare_surfaces, contents, particles, realtime_materials, scene_water
 from .lamps import SceneLamps
 from .particles import SceneParticles
+from .realtime_materials import Surfaces
 from .water_body import WaterExtent, box
 
 # Key of the added floor's reflectance; no material has an empty name.
@@ -62,10 +61,9 @@ _PLAIN = "uw_plain"
 # Shafts end where the clearest band keeps 2 % of its light, or soon after the scene does.
 _SHAFT_OPTICAL_DEPTH = 4.0
 _LONGEST_SHAFT = 200.0
-MOST_BANDS = 64
-"""Bands of one shader, looked up in turn."""
-MOST_CLOSED_FORM_BANDS = 16
-"""Of the closed form. More fit into a shader's 64 KB of numbers, but take minutes to compile."""
+# Columns of red, green and blue come before those of measured reflectances.
+_FIRST_MEASURED = 3
+_HALF_RANGE = 4.0  # of the colours of closures
 # Share by which the volume may dim what is behind it; below, the rounding of its
 # transmittance costs more light than that (8 to 14 % at 0.003, 4 to 6 % at 0.02).
 _SHAFT_OPACITY = 0.02
@@ -119,97 +117,198 @@ class ViewFromAir:
 
 @dataclass(frozen=True, eq=False)
 class RealtimeWater:
-    """The water of a frame, ready for the node groups; see :func:`realtime_water`."""
+    """The water of a frame; make it with :func:`realtime_water`.
 
-    shape: Shape
-    numbers: Numbers
-    reflectances: dict[str, NDArray[np.float64]]
+    Its light is solved in n bands and folded into the channels that are drawn.
+
+    Attributes
+    ----------
+    column : WaterColumn
+        The water, its light and its floor.
+    phase : BandPhase
+        Its phase function.
+    depth : float
+        Of the camera, m.
+    field : SolvedField
+    channels : Channels
+        What is drawn.
+    shape : Shape
+    draws_shafts : bool
+    reflectances : dict of str to array, shape (n,)
+        Measured ones, by the names of materials.
+    frame : four floats
+        Left, bottom, width and height of the picture of an orthographic camera, m; zero of others.
+    pictures : bool
+        Whether the channels are those of a picture.
+    waves, contrast, strength : WavePatterns, array (KNOTS, n), float
+        The moving surface: its patterns, and the strength of what they throw.
+    """
+
     column: WaterColumn
-    shafts: ShaftRange | None
-    cone: LightCone | None = None
-    table: RadianceTable | None = None
-    waves: WavePatterns | None = None
+    phase: BandPhase
+    depth: float
+    field: SolvedField
+    channels: Channels
+    shape: Shape
+    draws_shafts: bool = False
+    reflectances: dict[str, NDArray[np.float64]] = dataclass_field(default_factory=dict)
     shade: ShadeTable | None = None
-    lamps: SceneLamps = field(default_factory=SceneLamps)
+    lamps: SceneLamps = dataclass_field(default_factory=SceneLamps)
     around_lamps: LampWater | None = None
     above: ViewFromAir | None = None
-    particles: SceneParticles = field(default_factory=SceneParticles)
+    particles: SceneParticles = dataclass_field(default_factory=SceneParticles)
+    waves: WavePatterns | None = None
+    contrast: NDArray[np.float64] | None = None
+    strength: float = 0.0
+    frame: tuple[float, ...] = (0.0, 0.0, 0.0, 0.0)
+    pictures: bool = False
+
+    def in_channels(self, channels: Channels, layers: Sequence[str] = ()) -> RealtimeWater:
+        """Return the water in other channels, with layers that are written beside the picture."""
+        shape = replace(self.shape, layers=tuple(layers))
+        return replace(self, channels=channels, shape=shape)
 
     def seen_from(self, *, in_air: bool) -> RealtimeWater:
         """Return the water for rays that all begin in the air, or all in the water."""
         assert self.above is not None, "the camera may be in the air"
-        now = replace(self.above, in_air=in_air)
-        numbers = Numbers(self.numbers.bands, {**self.numbers.single, **now.numbers(self.column)})
-        return replace(self, numbers=numbers, above=now)
+        return replace(self, above=replace(self.above, in_air=in_air))
 
-    def of_bands(self, indices: Sequence[int], count: int) -> RealtimeWater:
-        """Return the water of some of the bands, and what the sensor sees of these.
+    def under_waves(
+        self, waves: WavePatterns, contrast: NDArray[np.float64], strength: float
+    ) -> RealtimeWater:
+        """Return the water under waves.
 
         Parameters
         ----------
-        indices : sequence of int
-            The bands.
-        count : int
-            Bands of the shape that is returned; the last one is repeated, unseen.
+        waves : WavePatterns
+            Of the frame.
+        contrast : array, shape (KNOTS, n)
+            Of the bands, its strength included.
+        strength : float
+            Of the caustics in the shafts; 1 is physical.
         """
-        chosen = [*indices, *[indices[-1]] * (count - len(indices))]
-        bands = {name: values[chosen] for name, values in self.numbers.bands.items()}
-        seen = np.arange(count) < len(indices)
-        sensors = (*realtime_values.SENSOR, *realtime_values.LAYERS_SENSOR)
-        bands |= {name: bands[name] * seen for name in sensors if name in bands}
-        return replace(
-            self,
-            shape=replace(self.shape, bands=count),
-            numbers=Numbers(bands, self.numbers.single),
-            reflectances={name: values[chosen] for name, values in self.reflectances.items()},
-            table=None if self.table is None else self.table.of_bands(chosen),
-            shade=None if self.shade is None else self.shade.of_bands(chosen),
-            lamps=self.lamps.of_bands(chosen),
-            around_lamps=None if self.around_lamps is None else self.around_lamps.of_bands(chosen),
-        )
+        shape = replace(self.shape, waves=True)
+        return replace(self, shape=shape, waves=waves, contrast=contrast, strength=strength)
 
     @property
-    def seen(self) -> NDArray[np.float64]:
-        """What the picture sees per unit radiance of each band, shape (3, n)."""
-        return np.array([self.numbers.bands[name] for name in realtime_values.SENSOR])
+    def keeps_closures(self) -> bool:
+        """Whether materials keep their closures, which only add to the light of the water.
 
-    def of_sign(self, sign: float) -> RealtimeWater:
-        """Return the water with the sensor's weights of one sign, 1 or -1, as positive ones."""
-        bands = dict(self.numbers.bands)
-        bands |= {name: np.maximum(sign * bands[name], 0.0) for name in realtime_values.SENSOR}
-        return replace(self, numbers=Numbers(bands, self.numbers.single))
-
-    def of_triple(self, indices: Sequence[int], gains: ArrayLike) -> RealtimeWater:
-        """Return the water of one band pass: three bands, seen as red, green and blue.
-
-        Parameters
-        ----------
-        indices : sequence of int
-            The one to three bands of the pass.
-        gains : array_like, shape (3,) or fewer
-            Factor of each channel that brings its radiance near 1.
+        Layers hold the light of things, which nothing tells of a closure; and where channels are
+        negative, as those of a display are, EEVEE would cut the light of the water first. Band
+        passes are measurements, and EEVEE keeps the colours of closures in steps of a thousandth.
+        Among things that shade each other, with lamps and from the air kept closures are not as
+        bright as lit ones yet.
         """
-        water = self.of_bands(indices, 3)
-        seen = np.eye(3) * np.resize(gains, 3)
-        sensor = dict(zip(realtime_values.SENSOR, seen, strict=True))
-        if water.shape.layers:
-            sensor |= zip(realtime_values.LAYERS_SENSOR, seen, strict=True)
-        numbers = Numbers({**water.numbers.bands, **sensor}, water.numbers.single)
-        return replace(water, numbers=numbers)
+        shape = self.shape
+        proven = not (shape.layers or shape.shade or shape.above or shape.lamps)
+        return self.pictures and proven and bool(np.all(self.channels.weights >= 0))
 
-    def with_layers(self, layers: Sequence[str], seen: ArrayLike) -> RealtimeWater:
-        """Return the water that writes layers beside its picture.
+    @functools.cached_property
+    def folded(self) -> FoldedLight:
+        """Light of the water in the channels."""
+        return fold(
+            self.field,
+            self.channels,
+            self.depth,
+            self.column.skylight.level,
+            list(self.reflectances.values()),
+            shaded=self.shape.shade,
+        )
 
-        Parameters
-        ----------
-        layers : sequence of str
-            Of :mod:`.realtime_layers`.
-        seen : array_like, shape (3, n)
-            What their sensor sees per unit radiance of each band.
+    @functools.cached_property
+    def shafts(self) -> ShaftRange | None:
+        """Reach of the froxels, and a scale that keeps their volume thin away from the sun."""
+        return _shaft_range(self) if self.draws_shafts else None
+
+    @functools.cached_property
+    def sun_gain(self) -> float:
+        """What the light of the drawn sun is multiplied with.
+
+        EEVEE keeps colours of closures up to 8 in steps of a thousandth: in the sunlight at the
+        camera a white one shall be about half of that.
         """
-        rows = zip(realtime_values.LAYERS_SENSOR, np.asarray(seen, np.float64), strict=True)
-        numbers = Numbers({**self.numbers.bands, **dict(rows)}, self.numbers.single)
-        return replace(self, shape=replace(self.shape, layers=tuple(layers)), numbers=numbers)
+        along = along_rays(self.folded, self.field.sun, [np.zeros((1, 1))] * 3)
+        y = np.full((1, 1), min(max(self.depth, 0.0), self.field.floor_depth))
+        white = sum(along.sunlight(y, 0.0 * y, k) for k in COLOURS)
+        brightest = float(np.max(white))
+        return _HALF_RANGE / brightest if brightest > 0 else 1.0
+
+    @functools.cached_property
+    def light(self) -> NDArray[np.float64]:
+        """Scalar irradiance at the camera, by which channels weigh their bands, shape (n,)."""
+        depth = min(max(self.depth, 0.0), self.field.floor_depth)
+        return self.field.scalar_irradiance(depth)
+
+    @functools.cached_property
+    def numbers(self) -> Numbers:
+        """What the node groups need besides tables and images."""
+        column, shape = self.column, self.shape
+        found = realtime_values.of_light(self.folded, tuple(self.field.sun))
+        channels, single = dict(found.channels), dict(found.single)
+        single |= dict(zip(realtime_values.SUN_IN_AIR, column.skylight.sun, strict=True))
+        single |= {
+            realtime_values.CAMERA_DEPTH: self.depth,
+            **dict(zip(realtime_values.FRAME, self.frame, strict=True)),
+            realtime_values.INDEX: column.refractive_index,
+            realtime_values.SUN_GAIN: self.sun_gain,
+            realtime_values.SHAFT_END: self.shafts.end if self.shafts else 0.0,
+            realtime_values.SHAFT_SCALE: self.shafts.scale if self.shafts else 0.0,
+        }
+        if self.shade is not None:
+            channels |= {
+                realtime_values.SHADE_SPECTRUM: self.channels.mean(self.shade.spectrum, self.light),
+                realtime_values.SHADE_RATE: self.channels.mean(self.field.extinction, self.light),
+            }
+            single |= realtime_shade.numbers(self.shade.box)
+        if "reflectance" in shape.layers:
+            columns = self.channels.fold(self.channels.reflectance.T)
+            channels |= dict(zip(realtime_values.REFLECTANCE, columns, strict=True))
+        if self.above is not None:
+            in_air = light_in_air(column)
+            channels |= _in_air(self.channels, in_air)
+            single |= self.above.numbers(column)
+            single[realtime_values.MIRRORED_SHARE] = float(in_air.mirrored)
+        if self.around_lamps is not None:
+            single |= _of_lamps(self.lamps, column, self.phase, self.depth)
+        if self.waves is not None and self.contrast is not None:
+            seen = self.channels.mean(
+                self.contrast, np.broadcast_to(self.light, self.contrast.shape)
+            )
+            channels |= dict(zip(realtime_values.CONTRAST, seen, strict=True))
+            single |= wave_numbers(self.waves, self.strength)
+            single |= {
+                realtime_values.GLITTER: column.glitter * bool(self.waves.slope_x.any()),
+                realtime_values.GLITTER_WIDTH: self.waves.glitter_width(column.refractive_index),
+            }
+        return Numbers(channels, single)
+
+
+def _in_air(channels: Channels, light: LightInAir) -> dict[str, NDArray[np.float64]]:
+    """Return sun and sky in the air, on colours and alone, and light that colours emit."""
+    found = {
+        realtime_values.SUN_LEVEL: channels.fold(light.sun),
+        realtime_values.SKY_LEVEL: channels.fold(light.level),
+    }
+    for names, columns in (
+        (realtime_values.SUN_ABOVE, channels.fold_colours(light.sun)),
+        (realtime_values.SKY_ABOVE, channels.fold_colours(light.sky)),
+        (realtime_values.GLOW_ABOVE, channels.fold(channels.emission.T).T),
+    ):
+        found |= dict(zip(names, columns.T, strict=True))
+    return found
+
+
+def wave_numbers(waves: WavePatterns, strength: float) -> dict[str, float]:
+    """Return what the nodes need to look up the images of waves, by name."""
+    depths = waves.layers.depths
+    return {
+        realtime_values.WAVES_PER_METRE: 1 / waves.layers.tile,
+        realtime_values.WAVES_HALF_CELL: 0.5 / len(waves.slope_x),
+        realtime_values.WAVES_LOG_DEPTH: math.log(depths[0]),
+        realtime_values.WAVES_PER_LOG: (LAYERS - 1) / math.log(depths[-1] / depths[0]),
+        realtime_values.CAUSTIC_STRENGTH: strength,
+    }
 
 
 def realtime_water(
@@ -220,15 +319,13 @@ def realtime_water(
     *,
     solved: SolvedField | None = None,
     shafts: bool = False,
-    diffuse_shadows: bool = False,
     reflectances: dict[str, NDArray[np.float64]] | None = None,
-    inelastic: InelasticLight | None = None,
     shade: ShadeTable | None = None,
     lamps: SceneLamps | None = None,
     above: ViewFromAir | None = None,
     mirrors: bool = False,
 ) -> RealtimeWater:
-    """Compute everything that the node groups need for a frame.
+    """Return the water of a frame.
 
     Parameters
     ----------
@@ -239,95 +336,41 @@ def realtime_water(
     camera_depth : float
         Depth of the camera, m.
     weights : array, shape (3, n)
-        Linear RGB per unit radiance of each band.
+        What the channels have per unit radiance of each band.
     solved : SolvedField, optional
-        Of the column and the phase function, to be looked up; the closed form without.
+        Light of the column, if it has been solved already.
     shafts : bool
         Whether single scattering is drawn by the froxel volume, with shadows.
-    diffuse_shadows : bool
-        Whether things keep light from above other than the direct sun away, in the closed form.
     reflectances : dict of str to array, shape (n,), optional
         Measured reflectance by material name.
-    inelastic : InelasticLight, optional
-        Light of changed wavelength in the same bands, for the closed form; it is reduced to a
-        few exponentials. A solved field holds its own.
     shade : ShadeTable, optional
-        What things keep away and throw back, of a solved field.
+        What things keep away and throw back.
     lamps : SceneLamps, optional
         In the water.
     above : ViewFromAir, optional
         Of a camera that may be above the water; shafts are not drawn then.
     mirrors : bool
-        Whether things mirror the water, which takes a solved field of a single layer.
+        Whether things mirror the water.
     """
     lamps = lamps or SceneLamps()
     shafts = shafts and above is None
-    if solved is None:
-        column.require_one_layer("the closed form (--field) knows")
     if shafts:
         column.require_one_layer("shafts of light know")
-    field = column.mixed_above(camera_depth).light_field(phase)
-    beam = sun_beam(field, phase, column.sun_direction.tolist())
-    shape = Shape(
-        len(column.bands), tuple(phase.components), 0, column.reflects, shafts,
-        # Lamps need the colours that tell those of the light from above apart.
-        diffuse_shadows=diffuse_shadows and solved is None and not lamps.lamps, sky=column.sky,
-        shade=shade is not None, lamps=len(lamps.all), above=above is not None,
-    )  # fmt: skip
-    light, table = {}, None
-    if solved is None:
-        water = solve_closed_form(field, phase, camera_depth, column.sun_direction)
-        shape = replace(shape, lobes=len(water.aureole.weights))
-        if inelastic is not None:
-            few = reduced(inelastic)
-            light = realtime_inelastic.of_light(few)
-            shape = replace(shape, inelastic=tuple(term.rising for term in few.terms))
-        numbers = realtime_values.of_water(water, shape)
-    else:
-        table = tabulate(solved)
-        scale = table.depth_scale
-        shape = replace(shape, solved=True, zones=len(scale.zones), slices=scale.slices)
-        shape = replace(shape, mirrors=mirrors and not solved.layered)
-        if solved.layered:
-            shape = replace(shape, layered=True, components=solved.components)
-        solved_beam = replace(beam, cp=solved.extinction)
-        numbers = realtime_values.of_table(solved_beam, table, solved.floor_radiance)
-    reach = _shaft_range(column, beam, camera_depth, weights) if shafts else None
-    cone = light_cone(field, camera_depth, column.sun_direction) if shape.diffuse_shadows else None
-    bands = {
-        **numbers.bands,
-        **light,
-        realtime_values.SKY: column.skylight.level,
-        **dict(zip(realtime_values.REFLECTANCE, uplift_basis(column.bands).T, strict=True)),
-        **dict(zip(realtime_values.EMISSION, emission_basis(column.bands).T, strict=True)),
-        **dict(zip(realtime_values.SENSOR, np.asarray(weights), strict=True)),
-    }
-    single = {
-        **numbers.single,
-        realtime_values.CAMERA_DEPTH: camera_depth,
-        realtime_values.INDEX: column.refractive_index,
-        **dict(zip(realtime_values.SUN_IN_AIR, column.skylight.sun, strict=True)),
-        realtime_values.SHAFT_END: reach.end if reach else 0.0,
-        realtime_values.SHAFT_SCALE: reach.scale if reach else 0.0,
-    }
-    if shade is not None:
-        bands[realtime_shade.SPECTRUM] = shade.spectrum
-        single |= realtime_shade.numbers(shade.box)
-    around_lamps = None
-    if above is not None:
-        in_air = light_in_air(column)
-        bands |= {realtime_values.SUN_ABOVE: in_air.sun, realtime_values.SKY_ABOVE: in_air.sky}
-        single |= above.numbers(column) | {realtime_values.MIRRORED_SHARE: float(in_air.mirrored)}
-    if lamps.lamps:
-        around_lamps = _around_lamps(column, phase, camera_depth)
-        bands |= realtime_lamps.of_water(around_lamps)
-        single |= _of_lamps(lamps, column, phase, camera_depth, around_lamps.reach)
+    field = solved or column.solved_field(phase, TABLE_STREAMS)
     known = dict(reflectances or {})
     if math.isfinite(column.floor_depth):
         known[_FLOOR] = column.floor_reflectance
+    scale = tabulate(field).depth_scale
+    shape = Shape(
+        field.components, column.reflects, len(scale.zones), scale.slices, shafts,
+        sky=column.sky, layered=field.layered, shade=shade is not None, lamps=len(lamps.all),
+        lamp_components=phase.components if lamps.lamps else (),
+        above=above is not None, mirrors=mirrors, measured=len(known),
+    )  # fmt: skip
+    around_lamps = _around_lamps(column, phase, camera_depth) if lamps.lamps else None
     return RealtimeWater(
-        shape, Numbers(bands, single), known, column, reach, cone, table, shade=shade, lamps=lamps,
-        around_lamps=around_lamps, above=above,
+        column, phase, camera_depth, field, channels_of(column.bands, weights), shape, shafts,
+        known, shade, lamps, around_lamps, above,
     )  # fmt: skip
 
 
@@ -339,14 +382,14 @@ def _around_lamps(column: WaterColumn, phase: BandPhase, depth: float) -> LampWa
 
 
 def _of_lamps(
-    lamps: SceneLamps, column: WaterColumn, phase: BandPhase, depth: float, reach: float
+    lamps: SceneLamps, column: WaterColumn, phase: BandPhase, depth: float
 ) -> dict[str, float]:
     """Return the numbers of lamps in water of a depth that are the same in every band."""
     sun = float(np.mean(column.Ed(depth, phase)))
     brightest = max(float(np.mean(lamp.intensity)) for lamp in lamps.lamps)
     sunlit = bool(np.any(column.sun_irradiance > 0))
     code = min(max(_FAINT_SHARE * brightest / sun, _FAINTEST), _BRIGHTEST) if sun > 0 else 1.0
-    return dict(zip(realtime_lamps.NUMBERS, (reach, float(sunlit), code), strict=True))
+    return dict(zip(realtime_lamps.NUMBERS, (float(sunlit), code), strict=True))
 
 
 def add_realtime(scene: bpy.types.Scene, water: RealtimeWater, extent: WaterExtent) -> list[str]:
@@ -376,52 +419,43 @@ def add_realtime(scene: bpy.types.Scene, water: RealtimeWater, extent: WaterExte
         If the scene has water already or is linked from another file, or the water has too
         many bands.
     """
-    most = MOST_BANDS if water.shape.solved else MOST_CLOSED_FORM_BANDS
-    if water.shape.bands > most:
-        raise InputError(
-            f"one shader carries up to {most} bands, and this water has {water.shape.bands}; "
-            "take fewer, or some of them at a time (RealtimeWater.of_bands)"
-        )
     scene_water.prepare(scene)
     plain, bare = bare_surfaces.dress(scene)
     materials, notes = scene_water.own_materials(scene, routed=False)
     notes += bare
     shape = water.shape
     images = None if water.waves is None else realtime_waves.new_images()
-    table = (
-        None
-        if water.table is None
-        else realtime_tables.new_image(
-            shape.triples,
-            Layout.of_table(water.table, len(realtime_values.band_names(shape))),
-        )
-    )
+    table = realtime_tables.new_image(layout_of(shape))
     values = realtime_values.build(shape)
     shade = None if water.shade is None else realtime_shade.new_image()
     count = len(water.lamps.lamps)
-    lit = realtime_lamps.new_image(shape.lamps, shape.triples) if count else None
+    lit = (
+        realtime_lamps.new_image(shape.lamps, len(shape.lamp_components), shape.measured)
+        if count
+        else None
+    )
     rays = realtime_refraction.build(values, images) if shape.above else None
-    tables = TableImages(table, shade, lit, rays)
-    surface = realtime_surface.build(values, shape, images, tables)
-    background = realtime_background.build(values, shape, images, tables)
+    sources = Sources(values, table, shade, lit, images, rays)
+    surface = realtime_surface.build(shape, sources)
+    keeping = realtime_surface.build(shape, sources, keeps=True) if water.keeps_closures else None
+    background = realtime_background.build(shape, sources)
     floor, objects = None, []
     if math.isfinite(water.column.floor_depth):
         floor = _floor_material()
         materials.append(floor)
-    if water.shafts is not None:
+    if shape.shafts:
         objects.append(box("UW Shafts", extent, 0.0))
-        objects[0].data.materials.append(realtime_volume.build(values, shape, images, tables))
-    notes += realtime_materials.insert(materials, surface)
+        objects[0].data.materials.append(realtime_volume.build(shape, sources))
+    notes += realtime_materials.insert(materials, Surfaces(surface, keeping))
     apparent = realtime_refraction.build_apparent(values) if shape.above else None
     if apparent is not None:
         notes += apparent_places.insert(materials, apparent, extent.bottom)
     sun = bpy.data.lights.new("UW Sun", "SUN")
     sun.energy = 1.0
     sun.shadow_maximum_resolution = _SHADOW if water.waves is None else _WAVY_SHADOW
-    above = realtime_shadows.lamps() if water.cone is not None else []
     filling = scene_water.Filling(
         realtime_background.build_world(background),
-        [sun, *above],
+        [sun],
         floor,
         objects,
         images,
@@ -430,6 +464,7 @@ def add_realtime(scene: bpy.types.Scene, water: RealtimeWater, extent: WaterExte
             name: image
             for name, image in (
                 (_TABLE, table),
+                (scene_water.KEEPING, keeping),
                 (_SHADE, shade),
                 (_LAMPS, lit),
                 (_APPARENT, apparent),
@@ -488,9 +523,7 @@ def set_values(scene: bpy.types.Scene, water: RealtimeWater) -> None:
             "this water needs other nodes; remove the real-time water and add it again"
         )
     realtime_values.write(values, water.numbers)
-    if water.table is not None:
-        numbers = realtime_values.rows(water.numbers, water.shape)
-        realtime_tables.write_table(scene_water.part(scene, _TABLE), water.table, numbers)
+    realtime_tables.write_light(scene_water.part(scene, _TABLE), water.folded)
     if water.shade is not None:
         realtime_shade.write_table(scene_water.part(scene, _SHADE), water.shade)
     if water.around_lamps is not None:
@@ -500,9 +533,10 @@ def set_values(scene: bpy.types.Scene, water: RealtimeWater) -> None:
     particles.bring(scene, water.particles, lambda material: _wet(scene, material))
     known = {m.name: m for m in contents.materials(scene) if m.is_editable}
     known[_FLOOR] = scene_water.part(scene, scene_water.FLOOR)
-    for name, reflectance in water.reflectances.items():
+    for place, (name, reflectance) in enumerate(water.reflectances.items()):
         if known.get(name) is not None:
-            realtime_materials.write_reflectance(known[name], reflectance, water.shape)
+            measured = water.channels.fold(reflectance)
+            realtime_materials.write_reflectance(known[name], _FIRST_MEASURED + place, measured)
     realtime_materials.refresh()
     scene_water.place(scene, water.column)
     for item in scene_water.objects(scene):
@@ -512,17 +546,19 @@ def set_values(scene: bpy.types.Scene, water: RealtimeWater) -> None:
                 drawn = (water.numbers.single[name] for name in realtime_values.DRAWN_SUN)
                 scene_water.turn(item, drawn)
             # At night it would hide the shadows of lamps.
-            item.data.energy = float(np.any(water.column.sun_irradiance > 0))
+            shines = bool(np.any(water.column.sun_irradiance > 0))
+            item.data.energy = shines / water.sun_gain
             item.data.angle = scene_water.SUN_DIAMETER_IN_AIR / water.column.refractive_index
-            item.data.volume_factor = 1.0 / water.shafts.scale if water.shafts is not None else 0.0
-        elif item.type == "LIGHT" and item.data.type == "SUN" and water.cone is not None:
-            scene_water.turn(item, water.cone.direction)
-            item.data.angle = 2.0 * water.cone.half_angle
+            of_volume = water.sun_gain / water.shafts.scale if water.shafts is not None else 0.0
+            item.data.volume_factor = of_volume
 
 
 def _wet(scene: bpy.types.Scene, material: bpy.types.Material) -> None:
     """Send a material of the water's own through the surface group that is there."""
-    realtime_materials.insert([material], scene_water.part(scene, scene_water.SURFACE))
+    lit, keeping = (
+        scene_water.part(scene, name) for name in (scene_water.SURFACE, scene_water.KEEPING)
+    )
+    realtime_materials.insert([material], Surfaces(lit, keeping))
     apparent = scene_water.part(scene, _APPARENT)
     if apparent is not None:
         apparent_places.insert([material], apparent, _LONGEST_SHAFT)
@@ -534,7 +570,9 @@ def _set_lamps(scene: bpy.types.Scene, water: RealtimeWater, around: LampWater) 
     groups = grouped([lamp.position for lamp in lamps], len(codes))
     colours = [codes[group] for group in groups]
     shown = colours + [realtime_lamps.NO_SHADOW] * len(water.lamps.thrown)
-    realtime_lamps.write_lamps(scene_water.part(scene, _LAMPS), water.lamps.all, shown, around)
+    measured = list(water.reflectances.values())
+    folded = fold_lamps(water.lamps.all, around, water.channels, measured)
+    realtime_lamps.write_lamps(scene_water.part(scene, _LAMPS), folded, shown)
     for item, lamp, colour in zip(scene_water.followers(scene), lamps, colours, strict=True):
         code = numbers[realtime_lamps.CODE]
         realtime_lamps.write_shadow_lamp(item.data, lamp, colour, code)
@@ -571,19 +609,20 @@ def _floor_material() -> bpy.types.Material:
     return material
 
 
-def _shaft_range(
-    column: WaterColumn, beam: SunBeam, camera_depth: float, weights: NDArray[np.float64]
-) -> ShaftRange:
+def _shaft_range(water: RealtimeWater) -> ShaftRange:
     """Reach of the froxels, and a scale that keeps their volume thin away from the sun."""
-    clearest = float(column.attenuation.min())
+    clearest = float(water.column.attenuation.min())
     end = min(_SHAFT_OPTICAL_DEPTH / max(clearest, 1e-6), _LONGEST_SHAFT)
     angles = np.radians(np.linspace(5.0, 175.0, 35))
-    sun = np.asarray(column.sun_direction, dtype=np.float64)
+    sun = np.asarray(water.field.sun, dtype=np.float64)
     across = np.cross(sun, [1.0, 0.0, 0.0] if abs(sun[0]) < 0.9 else [0.0, 1.0, 0.0])
     across /= np.linalg.norm(across)
-    w = -np.cos(angles)[:, None] * sun + np.sin(angles)[:, None] * across
-    light = beam.scattered_once(camera_depth, tuple(w.T[..., None]), end)
-    seen = np.maximum(light @ weights.T, 0.0).max(axis=1)
+    w = list((-np.cos(angles)[:, None] * sun + np.sin(angles)[:, None] * across).T[..., None])
+    ray = along_rays(water.folded, water.field.sun, w)
+    y_o = np.full((len(angles), 1), max(water.depth, 0.0))
+    y_e = np.maximum(y_o - w[2] * end, 0.0)
+    P = np.where(w[2] > 0, np.minimum(end, y_o / np.maximum(w[2], 1e-6)), end)
+    seen = np.maximum(ray.single_scattering(y_o, y_e, w, P), 0.0).max(axis=1)
     phase = HenyeyGreenstein(realtime_volume.ANISOTROPY)
     opacity = float((seen / phase(np.cos(angles))).max())
     return ShaftRange(end, _SHAFT_OPACITY / max(opacity, 1e-12))

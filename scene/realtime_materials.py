@@ -1,7 +1,10 @@
-"""Sends the scene's own materials through the real-time surface group, and back.
+"""Sends the scene's own materials through the real-time surface groups, and back.
 
-A material keeps its nodes. Its shader is lit by a white sun (Shader to RGB);
-beside it, the colours, the emission and the transparency of the same shader
+A material keeps its nodes. Its closures stay, too: a white sun lights them, and their colours
+become what the channels see of sunlight on them there (:mod:`.band_colors`); closures that have
+lobes without a colour are mixed in with its share. Where that cannot be, in what refracts, or
+where layers want to know the light, the shader is lit and measured instead (Shader to RGB).
+Beside it, the colours, the emission and the transparency of the same shader
 are computed by nodes that follow the shader's tree, since a closure cannot be
 asked for them. Every quantity is linear in the closures, so Mix and Add Shader
 mix and add it.
@@ -14,18 +17,19 @@ from dataclasses import dataclass, field
 
 import bpy
 import numpy as np
+from numpy.typing import NDArray
 
-from ..node_groups import realtime_surface
+from ..node_groups import realtime_surface, uplift
 from ..node_groups.node_mathematics import MARK, Graph, NodeValue
-from ..node_groups.realtime_values import Shape, pad_triples
 from ..uw_spectral.mathematics import Operand
 from ..uw_spectral.transfer.pixel import mirroring_share
-from . import contents
+from . import band_colors, contents
 from .animation import curves
 
 SOURCE = "uw_source"
 """On a constant: node and socket of the user's that it repeats."""
 _MUTED = "uw_muted"
+_HOLDER, _SUNLIGHT = "uw_holder", "uw_sunlight"
 _OUTPUTS = {
     "colour": "UW Color",
     "emission": "UW Emission",
@@ -50,6 +54,8 @@ _REFLECTING = {
 _PRINCIPLED = "ShaderNodeBsdfPrincipled"
 _MIRRORING = {"ShaderNodeBsdfGlossy", "ShaderNodeBsdfAnisotropic", "ShaderNodeBsdfMetallic"}
 _EMITTING = {"ShaderNodeEmission", "ShaderNodeBackground"}
+_KEPT = {*_REFLECTING, *_EMITTING, "ShaderNodeBsdfTransparent"}
+_JOINING = {"ShaderNodeMixShader", "ShaderNodeAddShader", "ShaderNodeGroup"}
 _REFRACTING = {"ShaderNodeBsdfGlass", "ShaderNodeBsdfRefraction"}
 
 
@@ -160,6 +166,7 @@ class _Walk:
 
     def _value(self, socket: bpy.types.NodeSocket) -> Operand:
         """Return what a socket holds: its link, or a constant that follows its value."""
+        socket = band_colors.inserted_colour(socket)
         links = [link for link in socket.links if not link.is_muted]
         if links:
             source = self.graph.term(links[0].from_socket)
@@ -184,18 +191,24 @@ class _Walk:
         self.notes.append(f"{self.name} {text}")
 
 
-def insert(
-    materials: list[bpy.types.Material],
-    group: bpy.types.ShaderNodeTree,
-) -> list[str]:
-    """Put the surface group behind the shader of each material.
+@dataclass(frozen=True)
+class Surfaces:
+    """The groups that materials are sent through.
 
-    Parameters
+    Attributes
     ----------
-    materials : list of Material
-        The scene's own.
-    group : ShaderNodeTree
-        Of :func:`.realtime_surface.build`.
+    lit : ShaderNodeTree
+        Of :func:`.realtime_surface.build`, for shaders that are lit first.
+    keeping : ShaderNodeTree, optional
+        The one that keeps closures.
+    """
+
+    lit: bpy.types.ShaderNodeTree
+    keeping: bpy.types.ShaderNodeTree | None = None
+
+
+def insert(materials: list[bpy.types.Material], surfaces: Surfaces) -> list[str]:
+    """Put a surface group behind the shader of each material.
 
     Returns
     -------
@@ -211,9 +224,34 @@ def insert(
             )
             continue
         output = _surface_output(material.node_tree)
-        if output is not None:
-            _insert(material, output, group, notes)
+        if output is None:
+            continue
+        if surfaces.keeping is not None and _keeps(material.node_tree):
+            _keep(material, output, surfaces.keeping, notes)
+        else:
+            _insert(material, output, surfaces.lit, notes)
     return list(dict.fromkeys(notes))
+
+
+def _keeps(tree: bpy.types.ShaderNodeTree) -> bool:
+    """Whether all closures of a tree can be lit as they are."""
+    trees = {tree, *(t for t in contents.inner_groups([tree]) if MARK not in t)}
+    return all(each.is_editable for each in trees) and all(
+        _keepable(each, node) for each in trees for node in each.nodes
+    )
+
+
+def _keepable(tree: bpy.types.ShaderNodeTree, node: bpy.types.Node) -> bool:
+    if MARK in node:
+        return True
+    if node.bl_idname == "ShaderNodeShaderToRGB":
+        return False
+    if not any(output.type == "SHADER" for output in node.outputs):
+        return True
+    if node.bl_idname == _PRINCIPLED:
+        passing = node.inputs["Transmission Weight"]
+        return not (passing.is_linked or _is_animated(tree, passing)) and not passing.default_value
+    return node.bl_idname in _KEPT or node.bl_idname in _JOINING
 
 
 def mirror(materials: Iterable[bpy.types.Material]) -> bool:
@@ -242,15 +280,14 @@ def is_dry(material: bpy.types.Material) -> bool:
     )
 
 
-def write_reflectance(material: bpy.types.Material, values: np.ndarray, shape: Shape) -> None:
-    """Give a wet material its measured reflectance, shape (n,)."""
-    node = _surface_node(material.node_tree)
-    if node is None:
-        return
-    node.inputs[realtime_surface.IS_MEASURED].default_value = 1.0
-    triples = pad_triples(values).reshape(shape.triples, 3)
-    for triple, numbers in enumerate(triples):
-        node.inputs[realtime_surface.measured(triple)].default_value = numbers
+def write_reflectance(
+    material: bpy.types.Material, column: int, channels: NDArray[np.float64]
+) -> None:
+    """Tell a wet material where its measured reflectance is, and its channels."""
+    for node in material.node_tree.nodes:
+        if node.bl_idname == "ShaderNodeGroup" and (_MUTED in node or _SUNLIGHT in node):
+            node.inputs[realtime_surface.COLUMN].default_value = float(column)
+            node.inputs[realtime_surface.MEASURED].default_value = channels
 
 
 def refresh() -> None:
@@ -259,6 +296,20 @@ def refresh() -> None:
         for node in tree.nodes:
             if SOURCE in node:
                 _refresh(tree, node)
+
+
+def behind(
+    surfaces: Mapping[bpy.types.ShaderNodeTree, Collection[bpy.types.Material]],
+) -> set[bpy.types.Material]:
+    """Return the materials that are behind these groups, and those of the water's own."""
+    found = set()
+    for material in bpy.data.materials:
+        tree = material.node_tree
+        surface = None if tree is None else _surface_node(tree)
+        own = surface is None and MARK in material and tree is not None
+        if own or (surface is not None and material in surfaces.get(surface.node_tree, ())):
+            found.add(material)
+    return found
 
 
 def remove(
@@ -271,13 +322,7 @@ def remove(
     kept : mapping of ShaderNodeTree to collection of Material
         Materials that stay behind a surface group.
     """
-    wet = set()
-    for material in bpy.data.materials:
-        tree = material.node_tree
-        surface = None if tree is None else _surface_node(tree)
-        own = surface is None and MARK in material
-        if own or (surface is not None and material in kept.get(surface.node_tree, ())):
-            wet.add(tree)
+    wet = {material.node_tree for material in behind(kept)}
     wet |= contents.inner_groups(wet)
     for tree in [tree for tree in _trees() if tree not in wet]:
         surface = _surface_node(tree)
@@ -288,6 +333,99 @@ def remove(
     for group in [group for group in _groups() if group not in wet]:
         for item in [i for i in _interface_outputs(group) if _is_ours(i)]:
             group.interface.remove(item)
+
+
+def _keep(
+    material: bpy.types.Material,
+    output: bpy.types.Node,
+    group: bpy.types.ShaderNodeTree,
+    notes: list[str],
+) -> None:
+    """Send the colours of a material through the sunlight, and add the light of the water."""
+    tree = material.node_tree
+    socket = output.inputs["Surface"]
+    link = socket.links[0]
+    source, muted = link.from_socket, link.is_muted
+    band_colors.route(tree, _sunlit_nodes(group), measured=band_colors.is_measured(material))
+    walk = _Walk(tree, f"material {material.name!r}", notes)
+    closure, graph = walk.closure(socket), walk.graph
+    surface = graph.node("ShaderNodeGroup", node_tree=group)
+    surface[_MUTED] = muted
+    surface.location = (output.location.x, output.location.y - 200.0)
+    passing = _describe(walk, closure, surface, notes)
+    share = graph.term(_sunlight_of(tree, group).outputs[uplift.SHARE])
+    mixed = graph.node("ShaderNodeMixShader")
+    mixed[_HOLDER] = True
+    graph.assign(share, mixed.inputs[0])
+    tree.links.new(source, mixed.inputs[2]).is_muted = muted
+    seen = _added(graph, mixed.outputs[0], surface.outputs[0])
+    if passing is not None:
+        # What the share has taken of the light behind it.
+        transparent = graph.node("ShaderNodeBsdfTransparent")
+        graph.assign(passing * (1.0 - share), transparent.inputs["Color"])
+        seen = _added(graph, seen, transparent.outputs[0])
+    tree.links.new(seen, socket)
+
+
+def _sunlit_nodes(group: bpy.types.ShaderNodeTree) -> band_colors.Maker:
+    """Return what makes the groups of colours, in the sunlight of a water."""
+
+    def make(tree: bpy.types.NodeTree, kind: str) -> bpy.types.Node:
+        node = Graph(tree).node("ShaderNodeGroup", node_tree=uplift.group(kind))
+        if kind == uplift.DARK:
+            return node
+        source = _sunlight_of(tree, group)
+        for name in (*uplift.COLUMNS, uplift.MEASURED_INPUT, uplift.SHARE):
+            if name in node.inputs and name in source.outputs:
+                tree.links.new(source.outputs[name], node.inputs[name])
+        return node
+
+    return make
+
+
+def _sunlight_of(tree: bpy.types.NodeTree, group: bpy.types.ShaderNodeTree) -> bpy.types.Node:
+    """Return the one node of a tree that knows the sunlight there."""
+    for node in tree.nodes:
+        if node.bl_idname == "ShaderNodeGroup" and _SUNLIGHT in node:
+            return node
+    graph = Graph(tree)
+    node = graph.node("ShaderNodeGroup", node_tree=group)
+    node[_SUNLIGHT] = True
+    normal = graph.node("ShaderNodeNewGeometry").outputs["Normal"]
+    tree.links.new(normal, node.inputs[realtime_surface.NORMAL])
+    return node
+
+
+def _added(
+    graph: Graph, one: bpy.types.NodeSocket, other: bpy.types.NodeSocket
+) -> bpy.types.NodeSocket:
+    node = graph.node("ShaderNodeAddShader")
+    for socket, source in zip(node.inputs, (one, other), strict=True):
+        graph.tree.links.new(source, socket)
+    return node.outputs[0]
+
+
+def _describe(
+    walk: _Walk, closure: _Closure, surface: bpy.types.Node, notes: list[str]
+) -> Operand | None:
+    """Tell a surface group what a closure is; return what passes through it, if anything does."""
+    graph = walk.graph
+    graph.assign(closure.colour, surface.inputs[realtime_surface.COLOR])
+    graph.assign(closure.emission, surface.inputs[realtime_surface.EMITTED])
+    if realtime_surface.MIRRORED in surface.inputs:
+        graph.assign(closure.mirrored, surface.inputs[realtime_surface.MIRRORED])
+    elif not _is_zero(closure.mirrored):
+        notes.append(f"{walk.name} {_MATTE}")
+    normal = closure.normal
+    if normal is None:
+        normal = graph.term(graph.node("ShaderNodeNewGeometry").outputs["Normal"])
+    graph.assign(normal, surface.inputs[realtime_surface.NORMAL])
+    if _is_zero(closure.transmittance):
+        return None
+    passing = closure.transmittance
+    covered = 1.0 - (_mean(passing) if isinstance(passing, NodeValue) else passing)
+    graph.assign(covered, surface.inputs[realtime_surface.COVERAGE])
+    return passing
 
 
 def _insert(
@@ -309,40 +447,29 @@ def _insert(
     surface[_MUTED] = muted
     surface.location = (output.location.x, output.location.y - 200.0)
     tree.links.new(lit.outputs["Color"], surface.inputs[realtime_surface.LIT])
-    graph.assign(closure.colour, surface.inputs[realtime_surface.COLOR])
-    graph.assign(closure.emission, surface.inputs[realtime_surface.EMITTED])
-    if realtime_surface.MIRRORED in surface.inputs:
-        graph.assign(closure.mirrored, surface.inputs[realtime_surface.MIRRORED])
-    elif not _is_zero(closure.mirrored):
-        notes.append(f"material {material.name!r} {_MATTE}")
-    normal = closure.normal
-    if normal is None:
-        normal = graph.term(graph.node("ShaderNodeNewGeometry").outputs["Normal"])
-    graph.assign(normal, surface.inputs[realtime_surface.NORMAL])
+    passing = _describe(walk, closure, surface, notes)
     seen = surface.outputs[0]
-    if not _is_zero(closure.transmittance):
-        passing = closure.transmittance
-        covered = 1.0 - (_mean(passing) if isinstance(passing, NodeValue) else passing)
-        graph.assign(covered, surface.inputs[realtime_surface.COVERAGE])
-        transparent, both = (
-            graph.node("ShaderNodeBsdfTransparent"),
-            graph.node("ShaderNodeAddShader"),
-        )
+    if passing is not None:
+        transparent = graph.node("ShaderNodeBsdfTransparent")
         graph.assign(passing, transparent.inputs["Color"])
-        tree.links.new(seen, both.inputs[0])
-        tree.links.new(transparent.outputs[0], both.inputs[1])
-        seen = both.outputs[0]
+        seen = _added(graph, seen, transparent.outputs[0])
     tree.links.new(seen, socket)
 
 
 def _reconnect(tree: bpy.types.NodeTree, surface: bpy.types.Node) -> None:
     """Give the material output its own shader back."""
-    lit = surface.inputs[realtime_surface.LIT].links[0].from_node
-    source, muted = lit.inputs[0].links[0].from_socket, surface[_MUTED]
+    source, muted = _held(tree, surface).links[0].from_socket, surface[_MUTED]
     target = surface.outputs[0].links[0].to_socket
-    if MARK in target.node:
+    while MARK in target.node:
         target = target.node.outputs[0].links[0].to_socket
     tree.links.new(source, target).is_muted = muted
+
+
+def _held(tree: bpy.types.NodeTree, surface: bpy.types.Node) -> bpy.types.NodeSocket:
+    """Return the input that the user's own shader arrives at in a wet material."""
+    if realtime_surface.LIT in surface.inputs:
+        return surface.inputs[realtime_surface.LIT].links[0].from_node.inputs[0]
+    return next(node for node in tree.nodes if _HOLDER in node).inputs[2]
 
 
 def _open_group(group: bpy.types.ShaderNodeTree, shader: str, notes: list[str]) -> None:
@@ -369,7 +496,7 @@ def own_shader(tree: bpy.types.ShaderNodeTree) -> bpy.types.NodeSocket | None:
     """Return the input that a material's own shader arrives at, whether it is wet or not."""
     surface, output = _surface_node(tree), tree.get_output_node("EEVEE")
     if surface is not None:
-        return surface.inputs[realtime_surface.LIT].links[0].from_node.inputs[0]
+        return _held(tree, surface)
     return None if output is None else output.inputs["Surface"]
 
 

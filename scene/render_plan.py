@@ -56,8 +56,6 @@ from .lamps import SceneLamps, lamps_of, seen_places
 from .particles import SceneParticles, particles_of
 from .pass_values import PassValues
 from .realtime import (
-    MOST_BANDS,
-    MOST_CLOSED_FORM_BANDS,
     RealtimeWater,
     ViewFromAir,
     realtime_water,
@@ -69,7 +67,6 @@ from .settings import (
     CONSTITUENTS,
     DEFAULT_PHASE,
     OPTIMISED,
-    SOLVED,
     SceneSettings,
 )  # fmt: skip
 from .surroundings import Ground, has_things, look_around
@@ -122,7 +119,7 @@ class RenderPlan(ResolvedOptics):
             notes += ("shafts of light are not drawn in water of several layers",)
         if self.sensor.note:
             notes += (self.sensor.note,)
-        if self.reference is not None and self.inelastic is not None:
+        if self.reference is not None and self.excitation is not None:
             notes += ("optimised bands do not expect inelastic light; its colour may be off",)
         return notes
 
@@ -156,11 +153,6 @@ class RenderPlan(ResolvedOptics):
     def draws_shafts(self) -> bool:
         """Whether EEVEE draws shafts of light; in water of several layers it does not."""
         return self.settings.shafts and not self.column.below
-
-    @property
-    def most_bands(self) -> int:
-        """Bands that EEVEE draws in one pass."""
-        return MOST_BANDS if self.settings.field == SOLVED else MOST_CLOSED_FORM_BANDS
 
     def realtime(
         self,
@@ -200,7 +192,7 @@ class RenderPlan(ResolvedOptics):
         }
         chosen, around, kept = self.settings, None, kept or shade.Kept()
         viewer = camera or scene.camera
-        shades = chosen.field == SOLVED and chosen.diffuse_shadows and has_things(scene)
+        shades = chosen.diffuse_shadows and has_things(scene)
         if not shades:
             shaded = None
         elif chosen.sunlight == 0:
@@ -212,8 +204,8 @@ class RenderPlan(ResolvedOptics):
             around = look_around(scene, viewer, clearest, eyes, kept.samples)
             kept.ground = around.ground
         over = self._over(kept.ground if looks else None)
-        solved = over.solved_field(TABLE_STREAMS) if chosen.field == SOLVED else None
-        if shades and around is not None and solved is not None:
+        solved = over.solved_field(TABLE_STREAMS)
+        if shades and around is not None:
             # What the sensor sees decides, in band passes too, so that they agree.
             seen = self.reduction(depth, self.lamplight(scene, viewer)).weights
             shaded = shade.table_of(around, self.bands, solved, seen, depth, kept)
@@ -223,13 +215,19 @@ class RenderPlan(ResolvedOptics):
             lamps = lamps.with_thrown_back(self.lamp_water(max(depth, 0.0)), self.bands, place)
         water = realtime_water(
             over.column, self.phase, depth, weights, solved=solved,
-            shafts=self.draws_shafts, diffuse_shadows=chosen.diffuse_shadows,
-            reflectances=reflectances, inelastic=over.inelastic, shade=shaded,
+            shafts=self.draws_shafts, reflectances=reflectances, shade=shaded,
             lamps=lamps, above=_view_from_air(viewer, eyes, in_air),
             mirrors=realtime_materials.mirror(contents.materials(scene)),
         )  # fmt: skip
+        frame = cameras.orthographic_frame(scene, viewer)
+        if viewer is not None and frame is not None and water.shape.layered:
+            raise InputError(
+                f"camera {viewer.name!r} is orthographic, and the water differs with depth; EEVEE "
+                "draws that for perspective cameras: take one, or Cycles"
+            )
         # The scene has that floor already.
-        return replace(water, column=self.column, particles=self.particles)
+        water = replace(water, column=self.column, particles=self.particles)
+        return water if frame is None else replace(water, frame=frame)
 
     def lamps(self, scene: bpy.types.Scene) -> SceneLamps:
         """Return the lamps of a scene's current frame."""
@@ -261,7 +259,17 @@ class RenderPlan(ResolvedOptics):
             return self
         reflectance = np.clip(uplift_basis(self.bands) @ np.array(ground.colour), 0.0, 1.0)
         column = replace(self.column, floor_depth=ground.depth, floor_reflectance=reflectance)
-        return replace(self, column=column)
+        excitation = self.excitation
+        if excitation is not None:
+            below = replace(
+                excitation.column,
+                floor_depth=ground.depth,
+                floor_reflectance=np.clip(
+                    uplift_basis(excitation.column.bands) @ np.array(ground.colour), 0.0, 1.0
+                ),
+            )
+            excitation = replace(excitation, column=below)
+        return replace(self, column=column, excitation=excitation)
 
     def reduction(
         self,

@@ -16,15 +16,14 @@ from ..quality.seen_points import SeenPoints
 from ..quality.terms import SURFACE, TERMS, WAVES, settings_of, switched_on
 from ..uw_spectral.errors import InputError
 from ..uw_spectral.imaging.description import REFERENCE_BANDS
-from ..uw_spectral.transfer.light_cone import light_cone
-from ..uw_spectral.transfer.light_field import LightField
+from ..uw_spectral.transfer.solved_field import SolvedField
 from ..uw_spectral.transfer.water_column import WaterColumn
 from . import moving_surface
 from .cameras import camera_depth
 from .manifest import rendered_size
 from .render_plan import RenderPlan, forget_files, plan_of, quiet
 from .rendered import as_rendered
-from .settings import EQUAL, OPTIMISED, REALTIME, SOLVED, Job, SceneSettings
+from .settings import EQUAL, OPTIMISED, Job, SceneSettings
 from .view_tracing import trace_from_above, trace_view
 
 OPTIMISED_COUNTS = (3, 6, 9)
@@ -106,7 +105,8 @@ def choose(
                 )
             with quiet():
                 plan = plan_of(chosen)
-                everything = _everything(scene, chosen, job.engine)
+                plan.column.require_one_layer("Auto knows")
+                everything = _everything(scene, chosen)
             views, from_above = _traced(
                 scene, (camera, *others), frames, plan.column, everything.view.field
             )
@@ -146,7 +146,7 @@ def choose(
         required = decide(
             views,
             everything,
-            _choices(chosen, job.engine, method, keep),
+            _choices(chosen, keep),
             target=target,
             budget=budget,
             workload=workload,
@@ -162,7 +162,7 @@ def _traced(
     eyes: Sequence[bpy.types.Object],
     frames: Sequence[int],
     column: WaterColumn,
-    field: LightField,
+    field: SolvedField,
 ) -> tuple[list[SeenPoints], bool]:
     """Return what cameras see of the water at frames, and whether any looks from above it."""
     views: list[SeenPoints] = []
@@ -172,12 +172,11 @@ def _traced(
         scene.frame_set(frame)
         for eye in eyes:
             depth = camera_depth(eye, column.floor_depth)
-            cone = light_cone(field, depth, column.sun_direction)
             if depth > 0.0:
-                views.append(trace_view(scene, eye, column, cone, rays=rays))
+                views.append(trace_view(scene, eye, column, field, rays=rays))
                 continue
             from_above = True
-            seen = trace_from_above(scene, eye, column, cone, rays=rays).seen
+            seen = trace_from_above(scene, eye, column, field, rays=rays).seen
             if seen is not None:
                 views.append(seen)
     return views, from_above
@@ -189,26 +188,23 @@ def _sampled(frames: Sequence[int]) -> list[int]:
     return [frames[i] for i in chosen]
 
 
-def _optics(plan: RenderPlan, engine: str) -> Optics:
-    """The water of a plan by the light that an engine draws; the rays bring their own depth."""
-    solved = engine != "eevee" or plan.settings.field == SOLVED
-    return Optics(plan.viewpoint(0.0), plan.excitation, solved=solved)
+def _optics(plan: RenderPlan) -> Optics:
+    """The water of a plan; the rays bring their own depth."""
+    return Optics(plan.viewpoint(0.0), plan.excitation)
 
 
-def _everything(scene: bpy.types.Scene, chosen: SceneSettings, engine: str) -> Optics:
+def _everything(scene: bpy.types.Scene, chosen: SceneSettings) -> Optics:
     """Everything the settings ask for, on many bands."""
     many = replace(chosen, bands=REFERENCE_BANDS, wavelengths="", band_placement=EQUAL)
     plan = plan_of(many)
-    found = _optics(plan, engine)
+    found = _optics(plan)
     if chosen.surface != moving_surface.WAVES:
         return found
     coarse = replace(chosen, wave_resolution=min(chosen.wave_resolution, _WAVE_RESOLUTION))
     return replace(found, waves=moving_surface.patterns(scene, replace(plan, settings=coarse)))
 
 
-def _choices(
-    chosen: SceneSettings, engine: str, method: str, keep: frozenset[str]
-) -> list[BandChoice]:
+def _choices(chosen: SceneSettings, keep: frozenset[str]) -> list[BandChoice]:
     """Bands to choose from; those of the settings alone if they must stay."""
     # Only the elastic light of a calm sea is compared.
     plain = replace(
@@ -220,17 +216,16 @@ def _choices(
         bands = {}
         plan = plan_of(plain)
         name = f"{len(plan.bands)}, as given"
-        return [BandChoice(name, _optics(plan, engine), bands, len(plan.passes))]
-    most = plan_of(plain).most_bands if method == REALTIME else BAND_COUNTS[-1]
+        return [BandChoice(name, _optics(plan), bands, len(plan.passes))]
     found = []
     for placement, counts in ((EQUAL, BAND_COUNTS), (OPTIMISED, OPTIMISED_COUNTS)):
         if "band_placement" in keep and placement != chosen.band_placement:
             continue
-        for count in (n for n in counts if n <= most):
+        for count in counts:
             changes = {"bands": count, "wavelengths": "", "band_placement": placement}
             plan = plan_of(replace(plain, **changes))
             name = f"{count} {placement}"
-            found.append(BandChoice(name, _optics(plan, engine), changes, len(plan.passes)))
+            found.append(BandChoice(name, _optics(plan), changes, len(plan.passes)))
     return found
 
 

@@ -37,7 +37,7 @@ SUN_DIAMETER_IN_AIR = math.radians(0.53)
 """Seen from the water the disc shrinks with refraction by about the index."""
 IS_SUN = "uw_sun"
 """Mark of the lamp of the direct sun."""
-SURFACE = "uw_surface"
+SURFACE, KEEPING = "uw_surface", "uw_keeping"
 """Part that lights the materials in real time; see :func:`part`."""
 PARTICLES = "uw_particles"
 """Mark of objects that are particles: their kind."""
@@ -373,16 +373,19 @@ def _let_go() -> None:
     for scene, water in waters.items():
         materials = set(contents.materials(scene))
         if SURFACE in water:
-            lit[water[SURFACE]] = lit.get(water[SURFACE], set()) | materials
+            for name in (SURFACE, KEEPING):
+                if name in water:
+                    lit[water[name]] = lit.get(water[name], set()) | materials
         else:
             routed |= materials
     bare_surfaces.undress(
         {x for scene, water in waters.items() if SURFACE in water for x in contents.objects(scene)}
     )
+    # Colours go home before the nodes that they are led through are taken away.
+    band_colors.remove(routed | realtime_materials.behind(lit))
     realtime_materials.remove(lit)
     apparent_places.give_back(set().union(*lit.values()) if lit else ())
     apparent_places.unite(waters)
-    band_colors.remove(routed)
     data = bpy.data
     kinds = (data.meshes, data.lights, data.materials, data.worlds, data.node_groups, data.images)
     while unused := [b for k in kinds for b in k if MARK in b and b.is_editable and not b.users]:

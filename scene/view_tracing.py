@@ -15,9 +15,10 @@ from mathutils import Vector
 from numpy.typing import NDArray
 
 from ..quality.combinations import RAYS
-from ..quality.seen_points import SeenPoints, cone_directions, openness
+from ..quality.seen_points import SeenPoints, openness
 from ..uw_spectral.surface.refraction import seen_from_air
-from ..uw_spectral.transfer.light_cone import LightCone
+from ..uw_spectral.transfer.light_from_above import light_from_above
+from ..uw_spectral.transfer.solved_field import SolvedField
 from ..uw_spectral.transfer.water_column import WaterColumn
 from . import cameras, scene_water
 from .mean_colours import mean_colour
@@ -60,7 +61,7 @@ def trace_view(
     scene: bpy.types.Scene,
     camera: bpy.types.Object,
     column: WaterColumn,
-    cone: LightCone,
+    field: SolvedField,
     *,
     rays: int = RAYS,
     grid: tuple[int, int] = (_WIDTH, _HEIGHT),
@@ -76,8 +77,8 @@ def trace_view(
         Perspective, orthographic or panoramic, under water.
     column : WaterColumn
         Gives the sun, the floor and how far to look for shadows.
-    cone : LightCone
-        Light from above, other than the direct sun.
+    field : SolvedField
+        Gives the light from above, other than the direct sun.
     rays : int
         About how many to return, out of a finer picture.
     grid : (int, int)
@@ -91,14 +92,14 @@ def trace_view(
     meshes = Meshes(depsgraph, scene_water.objects(scene), "camera")
     rays_of_view = cameras.ray_arrays(scene, camera.evaluated_get(depsgraph), *grid)
     first = _first_seen(*rays_of_view, column, meshes)
-    return _with_shadows(first.subsample(rays), column, cone, meshes, skyward, steps)
+    return _with_shadows(first.subsample(rays), column, field, meshes, skyward, steps)
 
 
 def trace_from_above(
     scene: bpy.types.Scene,
     camera: bpy.types.Object,
     column: WaterColumn,
-    cone: LightCone,
+    field: SolvedField,
     *,
     rays: int | None = None,
     grid: tuple[int, int] = (_WIDTH, _HEIGHT),
@@ -110,7 +111,7 @@ def trace_from_above(
     ----------
     scene : Scene
     camera : Object
-    column, cone, grid, skyward
+    column, field, grid, skyward
         As of :func:`trace_view`.
     rays : int, optional
         About how many of those in the water are looked at; all by default.
@@ -132,13 +133,13 @@ def trace_from_above(
     first = _first_seen(place, towards, column, meshes)
     first = replace(first, pixels=(1.0 - R) / np.sum(1.0 - R))
     few = first if rays is None else first.subsample(rays)
-    return ViewFromAbove(direction, n, _with_shadows(few, column, cone, meshes, skyward, _STEPS))
+    return ViewFromAbove(direction, n, _with_shadows(few, column, field, meshes, skyward, _STEPS))
 
 
 def _with_shadows(
     seen: SeenPoints,
     column: WaterColumn,
-    cone: LightCone,
+    field: SolvedField,
     meshes: Meshes,
     skyward: int,
     steps: int,
@@ -151,7 +152,7 @@ def _with_shadows(
     on_surface = np.isfinite(seen.distance)
     points = seen.origin + seen.direction * np.where(on_surface, seen.distance, 0.0)[:, None]
     points = points[on_surface] + seen.normal[on_surface] * _OFF_SURFACE
-    upward = cone_directions(cone, skyward)
+    upward = light_from_above(field, max(seen.depth, 0.0), skyward)
     sunlit, share = np.ones(len(seen), dtype=bool), np.ones(len(seen))
     facing = seen.normal[on_surface] @ to_sun > 0
     sunlit[on_surface] = facing & _clear(meshes, points[:, None], to_sun)[:, 0]

@@ -94,6 +94,16 @@ def test_packages_import_only_what_lies_below_them(package):
         assert ours <= {package, *_ALLOWED[package]}, path
 
 
+def test_the_closed_form_keeps_to_its_room():
+    """Its node group alone asks for it; the light of the water is the solved field."""
+    room, door = ROOT / "uw_spectral" / "closed_form", ROOT / "node_groups" / "closed_form_group.py"
+    for package in PACKAGES:
+        for path in (ROOT / package).rglob("*.py"):
+            if path != door and room not in path.parents:
+                inside = [x for x in _imports(path) if x.startswith("uw_spectral.closed_form")]
+                assert not inside, path
+
+
 @pytest.mark.parametrize("package", BLENDER_FREE)
 def test_packages_without_blender_never_name_it(package):
     for path in (ROOT / package).rglob("*.py"):

@@ -81,7 +81,7 @@ def looks() -> Iterable[Any]:
 
 def shaders() -> Iterable[Any]:
     """Yield the groups for shaders."""
-    from underwater_spectral.node_groups import asset_groups, realtime_waves
+    from underwater_spectral.node_groups import asset_groups, closed_form_group, realtime_waves
     from underwater_spectral.scene import moving_surface
     from underwater_spectral.uw_spectral.water import JERLOV_TYPES
 
@@ -91,21 +91,22 @@ def shaders() -> Iterable[Any]:
     yield mark(tree, "Shaders", tree.description, _columns(faded))
     colours = []
     for name in JERLOV_TYPES:
-        plan, water = three_bands(f"jerlov:{name}")
+        plan = three_bands(f"jerlov:{name}")
         bands = ", ".join(f"{x:.0f}" for x in asset_groups.WAVELENGTHS)
         text = (
             f"What a way through water of Jerlov type {name} does to light at {bands} nm, which "
             "stand for red, green and blue: transmittance, and the sunlight scattered into it"
         )
-        tree = asset_groups.build_water(f"Water Jerlov {name}", text, water.shape, water.numbers)
-        field = plan.viewpoint(_DEPTH).path_radiance
-        path = field.path(_DEPTH, (0.0, 1.0, 0.0), distances[:, None])[:, ::-1]
+        tree = closed_form_group.build_water(f"Water Jerlov {name}", text, plan.column, plan.phase)
+        path = plan.viewpoint(_DEPTH).seen_level(np.zeros(3), distances[:, None])[:, ::-1]
         yield mark(tree, "Shaders", text, _columns(_shown(path / path.max())))
         colours.append(_linear(_open_water(water=f"jerlov:{name}")[0]))
     tree = asset_groups.build_jerlov_colour("Jerlov Colour", colours)
     picture = _shown(np.repeat(np.array(colours), SIZE // len(colours) + 1, axis=0)[:SIZE])
     yield mark(tree, "Shaders", tree.description, _columns(picture))
-    plan, water = three_bands("jerlov:IB", **_WAVES)
+    yield closed_form()
+    plan = three_bands("jerlov:IB", **_WAVES)
+    water = plan.realtime(bpy.context.scene, _DEPTH, np.eye(3))
     water = moving_surface.with_waves(bpy.context.scene, plan, water)
     assert water.waves is not None
     images = realtime_waves.new_images()
@@ -115,24 +116,44 @@ def shaders() -> Iterable[Any]:
     yield mark(tree, "Shaders", tree.description, _shown(_grey(pattern / pattern.max())))
 
 
-def three_bands(water: str, **changes: Any) -> tuple[Any, Any]:
-    """Return the plan and the real-time water of the three bands, red first."""
+def closed_form() -> Any:
+    """Return the group of the closed form, with a picture of open water by its view's turn."""
+    from underwater_spectral.node_groups import closed_form_group
+    from underwater_spectral.uw_spectral.closed_form import plain_water
+
+    tree = closed_form_group.build("Closed Form Water")
+    given = {s.name: s.default_value for s in tree.interface.items_tree if s.in_out == "INPUT"}
+    number = {name: np.array(value, np.float64) for name, value in given.items()}
+    band = {name: value[:3] for name, value in number.items() if value.ndim}
+    water = plain_water(
+        band[closed_form_group.ABSORPTION], band[closed_form_group.SCATTERING],
+        band[closed_form_group.ASYMMETRY], band[closed_form_group.SECOND_MOMENT],
+        E=band[closed_form_group.SUN_IRRADIANCE], L_sky=band[closed_form_group.SKY_RADIANCE],
+        sun=band[closed_form_group.SUN_DIRECTION].tolist(), y_o=_DEPTH,
+        y_f=number[closed_form_group.FLOOR_DEPTH], r=band[closed_form_group.FLOOR_REFLECTANCE],
+        index=number[closed_form_group.INDEX],
+    )  # fmt: skip
+    up = np.sin(np.radians(np.linspace(60.0, -60.0, SIZE)))[:, None]
+    seen = water.open_water(_DEPTH, (np.zeros_like(up), np.sqrt(1.0 - up**2), up)).total
+    picture = np.repeat(_shown(seen / seen.max())[:, None], SIZE, axis=1)
+    return mark(tree, "Shaders", tree.description, picture)
+
+
+def three_bands(water: str, **changes: Any) -> Any:
+    """Return the plan of the three bands, blue first."""
     from underwater_spectral.node_groups.asset_groups import WAVELENGTHS
     from underwater_spectral.scene import render_plan, settings
 
-    plan = render_plan.plan_of(
+    return render_plan.plan_of(
         settings.SceneSettings(
             water=water,
             phase="hg:0.9",
             wavelengths=",".join(f"{x:g}" for x in sorted(WAVELENGTHS)),
-            field="closed-form",
             diffuse_shadows=False,
             scene_floor=False,
             **changes,
         )
     )
-    realtime = plan.realtime(bpy.context.scene, _DEPTH, np.eye(3))
-    return plan, realtime.of_bands((2, 1, 0), 3)
 
 
 def compositor() -> Iterable[Any]:

@@ -77,7 +77,6 @@ def drawn(size: tuple[int, int], finer: int) -> np.ndarray:
         srgb_encode,
     )
     from underwater_spectral.uw_spectral.spectra.tone import camera_curve
-    from underwater_spectral.uw_spectral.transfer.light_cone import light_cone
 
     scene = bpy.context.scene
     grid = finer * size[0], finer * size[1]
@@ -85,12 +84,11 @@ def drawn(size: tuple[int, int], finer: int) -> np.ndarray:
     chosen = stored_settings.stored_settings(scene)
     plan, depth = plan_of(chosen), -scene.camera.matrix_world.translation.z
     view = plan.viewpoint(depth, 0.0)
-    cone = light_cone(view.field, depth, plan.column.sun_direction)
     seen = view_tracing.trace_view(
         scene,
         scene.camera,
         plan.column,
-        cone,
+        view.field,
         rays=grid[0] * grid[1],
         grid=grid,
         skyward=4,

@@ -151,6 +151,7 @@ def _fill(state: _State, pictures: Pictures, chosen: SceneSettings, depth: float
     from ..uw_spectral.imaging.summary import readouts
     from ..uw_spectral.imaging.visibility import visibility_by_source
     from ..uw_spectral.imaging.water_colour import inelastic_share, water_swatch
+    from ..uw_spectral.transfer.water_column import FEW_STREAMS
     from . import plots
 
     fine = replace(chosen, bands=REFERENCE_BANDS, wavelengths="")
@@ -176,8 +177,9 @@ def _fill(state: _State, pictures: Pictures, chosen: SceneSettings, depth: float
     with quiet():
         fine_view = reference.viewpoint(depth)
         pictures.readouts = readouts(view, fine_view)
-        if reference.inelastic is not None:
-            pictures.inelastic = inelastic_share(fine_view, reference.inelastic)
+        emission = reference.emission(FEW_STREAMS)
+        if emission is not None:
+            pictures.inelastic = inelastic_share(fine_view, emission)
     _show(state, "open water", _plain(pictures.readouts.swatch))
     water = plan.waters.at(depth)
     coefficients = {"a": water.absorption, "b": water.scattering}

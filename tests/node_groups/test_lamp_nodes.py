@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
 
 import bpy
@@ -12,24 +11,18 @@ from underwater_spectral.node_groups import realtime_lamps
 from underwater_spectral.node_groups.node_mathematics import MARK, NODES, Graph
 from underwater_spectral.scene import exr_output
 from underwater_spectral.uw_spectral.lamps.lamp import Lamp, ray_past_lamp
-from underwater_spectral.uw_spectral.lamps.lamp_path import gauss_sum
+from underwater_spectral.uw_spectral.lamps.lamp_channels import fold_lamps
 from underwater_spectral.uw_spectral.lamps.lamp_shadow import shadow_directions, shadow_map
-from underwater_spectral.uw_spectral.lamps.lamp_surface import patch_past_lamp, surface_irradiance
-from underwater_spectral.uw_spectral.lamps.multiple_scattering import lamp_light, lamp_water
+from underwater_spectral.uw_spectral.lamps.multiple_scattering import lamp_water
 from underwater_spectral.uw_spectral.lamps.profile import IsotropicProfile, SpotProfile, rov_lamp
 from underwater_spectral.uw_spectral.mathematics import NUMPY
+from underwater_spectral.uw_spectral.spectra.bands import Bands
 from underwater_spectral.uw_spectral.spectra.spectral_image import read_exr
-from underwater_spectral.uw_spectral.water.phase import (
-    EinsteinSmoluchowski,
-    FournierForand,
-    Mixture,
-    seawater_mixture,
-)
+from underwater_spectral.uw_spectral.transfer.channels import channels_of
+from underwater_spectral.uw_spectral.transfer.radiance_field import distance_in_water
+from underwater_spectral.uw_spectral.water.phase import seawater_mixture
 
 SIZE = 12
-INTENSITY = (1.0, 2.0, 0.5)
-PHASE = Mixture((EinsteinSmoluchowski(), FournierForand()), (0.02, 0.98))
-WATER = lamp_water([0.1, 0.1, 0.1], [0.1, 0.3, 1.0], seawater_mixture([1.0] * 3, [0.02] * 3))
 
 
 @pytest.fixture
@@ -88,6 +81,42 @@ def test_angles(square, tmp_path):
     assert seen == pytest.approx(wanted, abs=2e-5)
 
 
+AXIS = (0.0, math.sin(2.5), math.cos(2.5))
+WAVES = np.linspace(0.0, 1.0, 7)
+INTENSITY = 1.0 + WAVES
+# One of the channels has bands that count against it.
+CHANNELS = channels_of(
+    Bands.uniform(7), [WAVES**2, 1.0 - (2.0 * WAVES - 1.0) ** 2, 1.0 - 1.3 * WAVES]
+)
+MEASURED = [0.9 - 0.8 * WAVES, 0.1 + 0.7 * WAVES]
+
+
+def _folded(profile=None, **more):
+    """Two lamps, of which the second is looked up, in water of seven bands."""
+    b = 0.6 - 0.3 * WAVES
+    water = lamp_water(0.05 + 0.3 * WAVES, b, seawater_mixture(b, [0.02] * 7))
+    other = Lamp((9.0, 9.0, 9.0), AXIS, np.zeros(7), IsotropicProfile(), 0.02)
+    # A wall 2.5 m below the lamp keeps its light from what is beyond.
+    down = -shadow_directions()[:, 2]
+    wall = shadow_map(np.where(down > 0.0, 2.5 / np.maximum(down, 1e-9), np.inf))
+    form = profile or SpotProfile(math.radians(50), 0.3)
+    given = {"shadow": wall, "thrown": 1.0, "seen": 0.0, "radius": 0.02} | more
+    lamp = Lamp((0.2, 0.0, 1.0), AXIS, INTENSITY, form, **given)
+    return fold_lamps([other, lamp], water, CHANNELS, MEASURED)
+
+
+def _image(folded):
+    image = realtime_lamps.new_image(2, folded.parts, folded.measured)
+    realtime_lamps.write_lamps(image, folded, [(1.0, 0.0, 0.0), (0.0, 1.0, 0.0)])
+    return image
+
+
+def _agree(seen, wanted):
+    assert np.abs(wanted).max() > 0
+    # The table of the profile is linear between its places.
+    assert seen == pytest.approx(wanted, rel=2e-3, abs=2e-3 * np.abs(wanted).max())
+
+
 @pytest.mark.parametrize(
     "profile",
     [
@@ -96,51 +125,98 @@ def test_angles(square, tmp_path):
         pytest.param(rov_lamp(), id="table", marks=pytest.mark.slow),
     ],
 )
-def test_nodes_are_the_formulas(square, tmp_path, profile):
+@pytest.mark.parametrize("before_thing", [False, True])
+def test_nodes_are_the_formulas(square, tmp_path, profile, before_thing):
     at = _position(square, tmp_path)
-    axis = (0.0, math.sin(2.5), math.cos(2.5))
-    other = Lamp((9.0, 9.0, 9.0), axis, np.zeros(6), IsotropicProfile(), 0.02)
-    # A wall 2.5 m below the lamp keeps its light from what is beyond.
-    down = -shadow_directions()[:, 2]
-    wall = shadow_map(np.where(down > 0.0, 2.5 / np.maximum(down, 1e-9), np.inf))
-    lamp = Lamp((0.2, 0.0, 1.0), axis, np.array(INTENSITY), profile, 0.02, shadow=wall, thrown=1.0)
-    # The second lamp of two and the second triple of two are looked up.
-    six = np.concatenate([np.zeros(3), INTENSITY])
-    b = np.concatenate([np.full(3, 9.0), WATER.b])
-    water = lamp_water(np.full(6, 0.1), b, seawater_mixture([1.0] * 6, [0.02] * 6))
-    image = realtime_lamps.new_image(2, 2)
-    lamps = [other, dataclasses.replace(lamp, intensity=six)]
-    realtime_lamps.write_lamps(image, lamps, [(1.0, 0.0, 0.0)] * 2, water)
+    folded = _folded(profile)
+    image = _image(folded)
 
-    def path(m, x, y, lamp, water, integrate):
-        # From behind the lamp to far before it, through the lamp and past it.
-        ray = ray_past_lamp(lamp, (x, 0.1, y * 4.0), (0.0, 0.0, 1.0), 6.0 + x, m)
-        once, more = lamp_light(lamp, ray, water, m, integrate)
-        return once + more
+    def ray(x, y):
+        # From behind the lamp to far before it, through the lamp and past it; or before a thing,
+        # where what is bent by less than ten degrees is left out.
+        if before_thing:
+            return (x, 0.1, y - 3.0), (0.0, 0.0, 1.0), 6.0
+        return (x, 0.1, y * 4.0), (0.0, 0.0, 1.0), 6.0 + x
 
-    def before_a_thing(m, x, y, lamp, water, integrate):
-        # What is bent by less than ten degrees is left out.
-        ray = ray_past_lamp(lamp, (x, 0.1, y - 3.0), (0.0, 0.0, 1.0), 6.0, m, before_thing=True)
-        return sum(lamp_light(lamp, ray, water, m, integrate))
+    def nodes(graph, position):
+        x, y, _ = graph.components(position)
+        table = realtime_lamps.LampTable.of(graph, image)
+        index = graph.operation("ADD", (graph.operation("MULTIPLY", (x, 0.0)), 1.0))
+        lamp = table.lamp(index)
+        past = ray_past_lamp(lamp, *ray(x, y), NODES, before_thing=before_thing)
+        light = table.in_water(index, folded.components)
+        return light.along(lamp, past, NODES, table.integrate)
 
-    def surface(m, x, y, lamp, water, integrate):
-        del integrate
-        patch = patch_past_lamp(lamp, (x, y, 0.0), (0.0, 0.0, 1.0), m)
-        return sum(surface_irradiance(lamp, patch, water, m))
+    seen = square(nodes, tmp_path / "lamp.exr")
+    _agree(seen, folded.path_light(*ray(at[..., :1], at[..., 1:2]), before_thing=before_thing))
 
-    for formula in (path, before_a_thing, surface):
 
-        def nodes(graph, position, formula=formula):
-            x, y, _ = graph.components(position)
-            table = realtime_lamps.LampTable(graph, image)
-            index = graph.operation("ADD", (graph.operation("MULTIPLY", (x, 0.0)), 1.0))
-            bands = {name: graph.vector(*getattr(WATER, name).tolist()) for name in ("a", "b", "c")}
-            spread = table.spread(index)
-            water = dataclasses.replace(WATER, **bands, phase=PHASE, spread=spread)
-            return formula(NODES, x, y, table.lamp(index, index), water, table.integrate)
+def test_the_group_of_the_way_is_the_formula(square, tmp_path):
+    at = _position(square, tmp_path)
+    # The second lamp is beside the way, and the first shines into the camera.
+    folded = _folded(seen=1.0, radius=0.3, shadow=None)
+    group = realtime_lamps.build_path(_image(folded), folded.components, ahead=False)
 
-        seen = square(nodes, tmp_path / "lamp.exr")
-        wanted = formula(NUMPY, at[..., :1], at[..., 1:2], lamp, WATER, gauss_sum)
-        assert wanted.max() > 0
-        # The table of the profile is linear between its places.
-        assert seen == pytest.approx(wanted, rel=2e-3, abs=2e-3 * wanted.max())
+    def nodes(graph, position):
+        del position
+        return graph.term(graph.node("ShaderNodeGroup", node_tree=group).outputs["Light"])
+
+    seen = square(nodes, tmp_path / "lamp.exr")
+    x, y = at[..., :1], at[..., 1:2]
+    P = np.sqrt(x * x + y * y + 9.0)
+    wanted = folded.path_light((x, y, P), (0.0, 0.0, -1.0), P, before_thing=True)
+    _agree(seen, wanted)
+
+
+def test_the_group_ahead_is_the_formula(square, tmp_path):
+    folded = _folded(seen=1.0, radius=0.3, shadow=None)
+    group = realtime_lamps.build_path(_image(folded), folded.components, ahead=True)
+
+    def nodes(graph, position):
+        del position
+        node = graph.node("ShaderNodeGroup", node_tree=group)
+        node.inputs["y_f"].default_value = 4.0
+        return graph.term(node.outputs["Light"])
+
+    seen = square(nodes, tmp_path / "lamp.exr")
+    # The camera is above the water, whose surface counts as its depth; the floor is below that.
+    P = distance_in_water(0.0, 1.0, 4.0)
+    _agree(seen, folded.path_light((0.0, 0.0, 3.0), (0.0, 0.0, -1.0), P)[None, None] + 0.0 * seen)
+
+
+@pytest.mark.parametrize("measured", [0, 2])
+def test_the_group_of_things_is_the_formula(square, tmp_path, measured):
+    at = _position(square, tmp_path)
+    folded = _folded(thrown=0.2)
+    names = ("D", "Seen", "E", "F", "J")
+    group = realtime_lamps.build_patch(_image(folded), names)
+    colour, normal = (0.8, 0.4, 0.1), (0.0, 0.6, 0.8)
+    seen = {}
+    for name in names:
+
+        def nodes(graph, position, name=name):
+            del position
+            node = graph.node("ShaderNodeGroup", node_tree=group)
+            node.inputs["Normal"].default_value = normal
+            node.inputs["Color"].default_value = (*colour, 1.0)
+            # The lamp that casts the shadow of the second is green.
+            node.inputs["Lamp Visibility"].default_value = (0.0, 0.5, 0.0)
+            node.inputs["Measured"].default_value = measured
+            return graph.term(node.outputs[name])
+
+        seen[name] = square(nodes, tmp_path / "lamp.exr")
+    x, y = at[..., :1], at[..., 1:2]
+    patch = (x, y, 0.0), normal
+    chosen = {"visible": 0.7, "measured": measured - 1 if measured else None}
+    D, F = folded.reflected(*patch, colour, np.sqrt(x * x + y * y + 9.0), **chosen)
+    J = sum(folded.reflected(*patch, colour, 0.0 * x, **chosen))
+    wanted = {"D": D, "F": F, "Seen": D + F, "E": folded.irradiance(*patch, 0.7), "J": J}
+    for name in names:
+        _agree(seen[name], wanted[name])
+
+
+def test_thirty_two_lamps_fit():
+    image = realtime_lamps.new_image(32, 2, 3)
+    graph = Graph(bpy.data.node_groups.new("Lamps", "ShaderNodeTree"))
+    assert realtime_lamps.LampTable.of(graph, image).count == 32
+    assert max(image.size) < 16384

@@ -14,7 +14,6 @@ from underwater_spectral.uw_spectral.shade.disturbed_light import DisturbedLight
 from underwater_spectral.uw_spectral.shade.grid import Grid
 from underwater_spectral.uw_spectral.spectra.bands import Bands
 from underwater_spectral.uw_spectral.transfer.radiance_table import tabulate
-from underwater_spectral.uw_spectral.transfer.sun_beam import sun_beam
 from underwater_spectral.uw_spectral.water.phase import parse_phase
 
 WEIGHTS = np.eye(3)
@@ -62,8 +61,7 @@ def test_open_water_is_shaded_as_the_table_says(tmp_path):
     seen = probe.render(water, view, tmp_path / "a.exr")
     w = view.rays().reshape(-1, 3)
     light, sun = tabulate(solved), solved.sun
-    field = column.light_field(lobes)
-    beam = dataclasses.replace(sun_beam(field, lobes, sun), cp=solved.extinction)
+    beam = dataclasses.replace(column.sun_beam(lobes), cp=solved.extinction)
     columns = [part[:, None] for part in w.T]
     P = np.minimum(beam.boundary(5.0, columns), 1e6)[:, 0]
     once = beam.scattered_once(5.0, columns, P[:, None], without_peak=True)

@@ -8,9 +8,10 @@ import pytest
 from underwater_spectral.node_groups import realtime_background
 from underwater_spectral.scene import realtime
 from underwater_spectral.tests.node_groups import realtime_probe as probe
+from underwater_spectral.uw_spectral.closed_form.closed_form import solve_closed_form
+from underwater_spectral.uw_spectral.closed_form.light_field import light_field_of
 from underwater_spectral.uw_spectral.spectra.bands import Bands
 from underwater_spectral.uw_spectral.surface.refraction import in_water_cosine, sun_travel_direction
-from underwater_spectral.uw_spectral.transfer.closed_form import solve_closed_form
 from underwater_spectral.uw_spectral.transfer.water_column import WaterColumn
 from underwater_spectral.uw_spectral.water.phase import parse_phase
 
@@ -65,7 +66,9 @@ def test_shadow_of_a_slab(tmp_path, c, empty_blender, monkeypatch):
         seen.append(probe.render(water, view, tmp_path / "a.exr", samples=4))
         _add_slab(empty_blender)
 
-    optics = solve_closed_form(column.light_field(phase), phase, view.depth, column.sun_direction)
+    optics = solve_closed_form(
+        light_field_of(column, phase), phase, view.depth, column.sun_direction
+    )
     rays = view.rays()
     w = tuple(rays[..., i, None] for i in range(3))
     end = water.shafts.end

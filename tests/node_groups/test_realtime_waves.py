@@ -10,12 +10,9 @@ import bpy
 import numpy as np
 import pytest
 from underwater_spectral.node_groups import realtime_values
-from underwater_spectral.node_groups.realtime_values import Numbers
-from underwater_spectral.scene import moving_surface, realtime
-from underwater_spectral.tests import by_hand
+from underwater_spectral.scene import realtime
 from underwater_spectral.tests.node_groups import realtime_probe as probe
 from underwater_spectral.uw_spectral.spectra.bands import Bands
-from underwater_spectral.uw_spectral.spectra.reflectance import uplift_basis
 from underwater_spectral.uw_spectral.surface.refraction import in_water_cosine, sun_travel_direction
 from underwater_spectral.uw_spectral.surface.wave_patterns import (
     Sea,
@@ -25,12 +22,11 @@ from underwater_spectral.uw_spectral.surface.wave_patterns import (
     sunlight_factor,
     under_waves,
 )
-from underwater_spectral.uw_spectral.transfer.closed_form import solve_closed_form
+from underwater_spectral.uw_spectral.transfer.channel_pixel import COLOURS, Thing, along_rays
 from underwater_spectral.uw_spectral.transfer.radiance_field import (
     Ripples,
-    sun_glitter,
-    under_surface,
 )
+from underwater_spectral.uw_spectral.transfer.radiance_table import TABLE_STREAMS
 from underwater_spectral.uw_spectral.transfer.sunlit_water import SunlitWater
 from underwater_spectral.uw_spectral.transfer.water_column import WaterColumn
 from underwater_spectral.uw_spectral.water.phase import parse_phase
@@ -57,14 +53,14 @@ def _column(zenith=30.0, kind="uniform", **changes) -> WaterColumn:
 
 
 def _lit(column):
-    return SunlitWater(column.light_field(PHASE), PHASE, np.asarray(column.sun_direction))
+    return SunlitWater(column.solved_field(PHASE, TABLE_STREAMS))
 
 
 def _water(column, depth, *, sea=SEA, t=1.0, shafts=False, strength=1.0):
     now = sea.at(t, column.sun_direction, column.refractive_index)
     water = realtime.realtime_water(column, PHASE, depth, WEIGHTS, shafts=shafts)
     contrast = strength * now.contrast(_lit(column))
-    return moving_surface.moving(water, now, contrast, strength), now, contrast
+    return water.under_waves(now, contrast, strength), now, contrast
 
 
 def _tiled(image, x, y, tile):
@@ -94,17 +90,20 @@ def _floor(now, contrast, column, view):
     """Picture of a level square that fills the view, by numpy."""
     rays = view.rays()
     w = tuple(rays[..., i, None] for i in range(3))
-    water = solve_closed_form(column.light_field(PHASE), PHASE, view.depth, column.sun_direction)
     floor = view.depth - view.square[0][2]
     P = ((view.depth - floor) / rays[..., 2])[..., None]
     points = np.array([0.0, 0.0, -view.depth]) + P * rays
     pattern, knot = _pattern(now, column, points)
     gain = interp(knot[..., None], list(contrast))
-    direct, forward, diffuse = water.field.surface_irradiance(floor, -column.sun_direction[2], 1.0)
-    colour = np.array(probe.COLOR) @ uplift_basis(column.bands).T / math.pi
-    light = (direct + forward) * sunlight_factor(pattern[..., None], gain) + diffuse
-    beyond = water.radiance(np.full_like(P, floor), w)
-    return by_hand.pixel(water, view.depth, w, P, colour * light, beyond)
+    water = realtime.realtime_water(column, PHASE, view.depth, WEIGHTS)
+    ray = along_rays(water.folded, water.field.sun, w)
+    one = np.ones_like(P)
+    lit = [one * c / math.pi * -column.sun_direction[2] for c in probe.COLOR]
+    thing = Thing(COLOURS, lit, [one * c for c in probe.COLOR],
+                  sunlight=sunlight_factor(pattern[..., None], gain))  # fmt: skip
+    y, up = one * floor, (0.0 * one, 0.0 * one, one)
+    leaving = ray.leaving(thing, y, up, P)
+    return ray.surface(one * view.depth, y, w, P, leaving).total
 
 
 def _above(depth, height):
@@ -129,8 +128,8 @@ def pictures(tmp_path_factory):
     found["up"] = render(UP)
     water, now, _ = _water(_column(), UP.depth, sea=CALM)
     sun = {realtime_values.GLITTER: 1.0, realtime_values.GLITTER_WIDTH: SUN_WIDTH**2}
-    numbers = Numbers(water.numbers.bands, {**water.numbers.single, **sun})
-    found["sun"] = probe.render(dataclasses.replace(water, numbers=numbers), UP, path), now
+    water.numbers.single.update(sun)
+    found["sun"] = probe.render(water, UP, path), now
     found["calm floor"] = render(_above(3.0, 2.0), sea=CALM)
     found["calm edge"] = render(EDGE, sea=CALM)
     horizon = _column(89.9)
@@ -164,18 +163,22 @@ def test_without_wind_the_light_is_even(pictures):
 def _up(now, column, view, width2=None):
     """Picture of the surface from below, and the angle to the sun in degrees, by numpy."""
     rays = view.rays()
-    w = tuple(rays[..., i, None] for i in range(3))
-    water = solve_closed_form(column.light_field(PHASE), PHASE, view.depth, column.sun_direction)
     reach = view.depth / np.maximum(rays[..., 2], 1e-3)
     slope = _tiled(now.slopes_image(), reach * rays[..., 0], reach * rays[..., 1], SEA.tile)
     slopes, n = (slope[..., :1], slope[..., 1:2]), column.refractive_index
     width2 = now.glitter_width(n) if width2 is None else width2
-    sky = column.skylight.seen_through(w, n, slopes=slopes)
-    sky = under_surface(water, w, sky, n, slopes=slopes)
-    ripples = Ripples(slopes, width2)
-    sky = sky + sun_glitter(water.beam, view.depth, w, n, ripples)
+    ripples = Ripples(slopes, width2, sun=column.skylight.sun)
     sun = np.degrees(np.arccos(np.clip(rays @ -np.asarray(column.sun_direction), -1, 1)))
-    return water.radiance(view.depth, w, sky), sun
+    return _open_water(column, view, ripples), sun
+
+
+def _open_water(column, view, ripples=None, *, sky=1.0):
+    """Picture of open water under a surface, by numpy."""
+    w = tuple(view.rays()[..., i, None] for i in range(3))
+    water = realtime.realtime_water(column, PHASE, view.depth, WEIGHTS)
+    depth, above = np.full(w[0].shape, view.depth), dataclasses.replace(column.skylight, level=sky)
+    ray = along_rays(water.folded, water.field.sun, w)
+    return ray.open_water(depth, w, above, column.refractive_index, ripples=ripples).total
 
 
 def test_surface_from_below(pictures):
@@ -214,14 +217,11 @@ def test_image_of_the_sun(pictures):
 
 def test_snells_window(pictures):
     column, seen = _column(), pictures["calm edge"][0]
-    water = solve_closed_form(column.light_field(PHASE), PHASE, EDGE.depth, column.sun_direction)
-    rays = EDGE.rays()
-    w = tuple(rays[..., i, None] for i in range(3))
-    sky = under_surface(water, w, column.sky_radiance, column.refractive_index)
-    wanted = water.radiance(EDGE.depth, w, sky)
+    wanted = _open_water(column, EDGE)
     assert seen == pytest.approx(wanted, rel=0.01)
-    mirrored = water.radiance(0.0, (w[0], w[1], -w[2]))
-    mirrored = water.radiance(EDGE.depth, w, mirrored)
+    # Outside it there is no sky.
+    mirrored = _open_water(column, EDGE, sky=0.0)
+    rays = EDGE.rays()
     inside = (np.abs(seen - mirrored) / mirrored).max(axis=-1) > 0.02
     angle = 2 * np.degrees(np.arccos(rays[inside][:, 2].min()))
     print(f"\nSnell's window: {angle:.2f} degrees, closed form {2 * CRITICAL:.2f}")  # noqa: T201

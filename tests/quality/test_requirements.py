@@ -19,7 +19,7 @@ from underwater_spectral.quality.light_reach import (
 )
 from underwater_spectral.quality.picture import Optics, picture
 from underwater_spectral.quality.requirements import SAFETY, decide
-from underwater_spectral.quality.seen_points import SeenPoints, cone_directions, openness
+from underwater_spectral.quality.seen_points import SeenPoints, openness
 from underwater_spectral.quality.terms import (
     DIFFUSE_SHADOWS,
     INELASTIC,
@@ -30,7 +30,6 @@ from underwater_spectral.quality.terms import (
     WAVES,
     with_and_without,
 )
-from underwater_spectral.tests import by_hand
 from underwater_spectral.uw_spectral.errors import InputError
 from underwater_spectral.uw_spectral.imaging.optics import Excitation, make_viewpoint
 from underwater_spectral.uw_spectral.spectra.bands import Bands
@@ -42,7 +41,7 @@ from underwater_spectral.uw_spectral.spectra.illuminant import parse_illuminant
 from underwater_spectral.uw_spectral.spectra.sensor import parse_sensor
 from underwater_spectral.uw_spectral.spectra.spectrum import DATA_DIRECTORY, read_table
 from underwater_spectral.uw_spectral.surface.wave_patterns import Sea
-from underwater_spectral.uw_spectral.transfer.light_cone import LightCone
+from underwater_spectral.uw_spectral.transfer.light_from_above import light_from_above
 from underwater_spectral.uw_spectral.transfer.radiance_table import TABLE_STREAMS
 from underwater_spectral.uw_spectral.water.bio_optics import Constituents
 from underwater_spectral.uw_spectral.water.inelastic_processes import (
@@ -94,24 +93,6 @@ def choices(counts=(3, 5, 6, 9, 12), **how):
     ]
 
 
-def test_picture_of_one_ray_is_the_closed_form():
-    view = viewpoint(sky_radiance=0.05)
-    seen = seen_points(8)
-    rgb = picture(Optics(view, solved=False), seen).without()
-    i = int(np.argmax(np.isinf(seen.distance)))
-    w = tuple(seen.direction[i])
-    ahead = view.path_radiance.radiance(5.0, w, view.column.sky_radiance)
-    assert rgb[i] == pytest.approx(view.reduction.apply(ahead), rel=1e-9)
-    i = int(np.argmax(np.isfinite(seen.distance)))
-    w, P = tuple(seen.direction[i]), seen.distance[i]
-    black = replace(seen, colour=np.zeros_like(seen.colour))
-    y = 5.0 - w[2] * P
-    beyond = view.path_radiance.radiance(y, w, view.column.sky_radiance)
-    expected = by_hand.pixel(view.path_radiance, 5.0, w, P, 0.0, beyond)
-    found = picture(Optics(view, solved=False), black).without()[i]
-    assert found == pytest.approx(view.reduction.apply(expected), rel=1e-9)
-
-
 @pytest.mark.parametrize("surface", ["none", "flat"])
 def test_picture_of_rays_is_the_solved_field(surface):
     view = viewpoint(sky_radiance=0.05, surface=surface, floor_depth=12.0)
@@ -127,16 +108,22 @@ def test_picture_of_rays_is_the_solved_field(surface):
     assert delta_e_CIE2000_images(clip_to_display(rgb), clip_to_display(expected)).max() < 0.5
 
 
-def test_inelastic_light_of_the_solved_field_is_that_of_the_closed_form():
+def test_inelastic_light_is_that_of_the_solved_field():
     how = {"floor_depth": 12.0, "surface": "flat"}
     view, exciting = viewpoint("I", **how), viewpoint_on("I", EXCITATION, **how)
     processes = inelastic_processes(Constituents(), EXCITATION, view.column.bands, ("raman",))
     seen, excitation = seen_points(40), Excitation(processes, exciting.column, exciting.phase)
-    solved, closed = (
-        picture(Optics(view, excitation, solved=solved), seen).parts[INELASTIC]
-        for solved in (True, False)
+    seen = replace(seen, distance=np.full(40, np.inf))
+    emission = excitation.emission(view.column.bands)
+    with_it, without = (
+        view.column.solved_field(view.phase, TABLE_STREAMS, emitted).radiance(
+            5.0, tuple(seen.direction.T)
+        )
+        for emitted in (emission, None)
     )
-    assert luminance(solved) == pytest.approx(luminance(closed), rel=0.2)
+    found = picture(Optics(view, excitation), seen).parts[INELASTIC]
+    wanted = view.reduction.apply(with_it - without)
+    assert luminance(found) == pytest.approx(luminance(wanted), rel=0.02)
     deep = picture(Optics(view, excitation), seen, floor_depth=math.inf, surface="none")
     assert (luminance(deep.parts[INELASTIC]) > 0).all()
 
@@ -146,7 +133,7 @@ def test_full_shadow_takes_all_single_scattering_within_reach():
     dark = replace(seen, path_sunlit=np.zeros((len(seen), 5), dtype=bool))
     taken = picture(Optics(view), dark).parts[SHAFTS]
     w = tuple(seen.direction.T[..., None])
-    single = view.path_radiance.single_scattering(5.0, w, dark.reached[:, None])
+    single = view.column.sun_beam(view.phase).scattered_once(5.0, w, dark.reached[:, None])
     assert taken == pytest.approx(-view.reduction.apply(single), rel=1e-9)
     assert SHAFTS not in picture(Optics(view), seen).parts
 
@@ -296,7 +283,8 @@ def test_nothing_lies_beyond_visibility():
     for reflectance in (0.0, 0.9):
         P = np.array([[1.01 * far], [3.0 * far]])
         lit = reflectance / math.pi * view.light
-        seen = by_hand.pixel(view.path_radiance, 5.0, view.level, P, lit, view.background)
+        left = np.exp(-view.attenuation * P)
+        seen = left * lit + (1.0 - left) * view.background
         rgb = view.reduction.apply(np.vstack([seen, view.background]))
         assert (
             delta_e_CIE2000_images(clip_to_display(rgb[:2]), clip_to_display(rgb[2:])).max() < 1.0
@@ -444,11 +432,11 @@ def test_diffuse_shadows_are_chosen_where_they_matter():
 
 
 def test_openness_is_the_share_of_the_cosine():
-    cone = LightCone(np.array([0.0, 0.0, -1.0]), math.radians(50))
-    assert cone.direction == pytest.approx([0.0, 0.0, -1.0], abs=1e-12)
-    w = cone_directions(cone, 400)
+    # Under a uniform sky and no surface the light comes from everywhere above alike.
+    bright = make_viewpoint(Water.uniform(1e-9, 0.0), D65, EYE, 5.0, Bands.uniform(3),
+                            sky_radiance=1.0)  # fmt: skip
+    w = light_from_above(bright.field, 5.0, 1000)
     assert np.linalg.norm(w, axis=1) == pytest.approx(1)
-    assert w[:, 2].min() == pytest.approx(math.cos(cone.half_angle), abs=0.01)
     up, down, level = (
         np.array([[0.0, 0.0, 1.0]]),
         np.array([[0.0, 0.0, -1.0]]),
@@ -459,8 +447,8 @@ def test_openness_is_the_share_of_the_cosine():
     assert openness(level, w, half)[0] == pytest.approx(1)
     assert openness(level, w, ~half)[0] == pytest.approx(0)
     assert openness(down, w, half)[0] == 1
-    low = cone_directions(LightCone(np.array([0.8, 0.0, -0.6]), math.radians(60)), 100)
-    assert low[:, 2].min() > 0
+    # A roof that hides what is within 60° of the zenith.
+    assert openness(up, w, (w[:, 2] < 0.5)[None])[0] == pytest.approx(0.25, abs=0.01)
 
 
 def test_refusals():

@@ -10,7 +10,6 @@ import pytest
 from underwater_spectral.scene import settings
 from underwater_spectral.scene.render_plan import make_plan
 from underwater_spectral.scene.settings import OPTIMISED, SceneSettings
-from underwater_spectral.tests import by_hand
 from underwater_spectral.uw_spectral.spectra.bands import Bands
 from underwater_spectral.uw_spectral.spectra.colour_rendering import delta_e_CIE2000_images
 from underwater_spectral.uw_spectral.spectra.reflectance import colorchecker_reflectance
@@ -24,13 +23,13 @@ PATCHES = ("blue sky", "orange", "bluish green", "neutral 5 (.70 D)")
 
 def picture(plan):
     """Colours of patches and open water that the plan's reduction gives, in numpy alone."""
-    radiance = plan.viewpoint(DEPTH).path_radiance
+    field, centres = plan.solved_field(), plan.bands.centres
     w, distance = (0.6, 0.8, 0.0), 2.5
-    field, centres = radiance.field, plan.bands.centres
     patches = np.stack([colorchecker_reflectance(patch).at(centres) for patch in PATCHES])
-    background = radiance.radiance(DEPTH, w)
+    background = field.radiance(DEPTH, w)
     light = field.Ed(DEPTH) / math.pi
-    seen = by_hand.pixel(radiance, DEPTH, w, distance, patches * light, background)
+    left = np.exp(-plan.column.attenuation * distance)
+    seen = left * patches * light + (1.0 - left) * background
     return plan.reduction(DEPTH).apply(np.vstack([background, seen]))
 
 
@@ -76,9 +75,7 @@ def test_exposure_is_that_of_the_settings():
     """A white diffuser at the camera has luminance 0.9, or what the stops say."""
     for exposure in ("auto", "-2"):
         few, many = (make_plan(replace(SIX, exposure=exposure, bands=n)) for n in (6, 60))
-        white = [
-            p.reduction(DEPTH).apply(p.column.light_field(p.phase).Ed(DEPTH)) for p in (few, many)
-        ]
+        white = [p.reduction(DEPTH).apply(p.column.Ed(DEPTH, p.phase)) for p in (few, many)]
         np.testing.assert_allclose(white[0], white[1], rtol=1e-9)
 
 

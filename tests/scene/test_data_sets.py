@@ -56,7 +56,6 @@ engine = "eevee"
 mode = "realtime"
 samples = 1
 bands = 3
-field = "closed-form"
 diffuse_shadows = false
 [[camera]]
 name = "probe"

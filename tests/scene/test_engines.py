@@ -6,7 +6,6 @@ import json
 
 import bpy
 import numpy as np
-import pytest
 from underwater_spectral.benchmarks import grey_scene
 from underwater_spectral.scene import (
     batch,
@@ -47,23 +46,6 @@ def test_bands_and_real_time_agree(tmp_path):
     assert (tmp_path / "bands" / "passes" / "0001" / "pass_00.exr").stat().st_mtime_ns == stamp
     record = json.loads((tmp_path / "bands" / "0001.json").read_text())
     assert [p["seconds"] for p in record["passes"]] == [None]
-
-
-@pytest.mark.slow
-def test_more_bands_than_one_shader_carries_add_up(tmp_path, monkeypatch):
-    grey_scene.build_scene(5.0, 36, 27)
-    blend = tmp_path / "scene.blend"
-    bpy.ops.wm.save_as_mainfile(filepath=str(blend))
-    common = [blend, "--engine", "eevee", "--mode", "realtime", "--phase", "hg:0.8", "--samples", 1]
-    common += ["--floor-depth", 8, "--floor-reflectance", 0.3, "--bands", 5]
-    assert _run(*common, "--out", tmp_path / "whole") == 0
-    monkeypatch.setattr(render_plan, "MOST_BANDS", 3)
-    assert _run(*common, "--out", tmp_path / "parts") == 0
-    assert len(list((tmp_path / "parts" / "passes" / "0001").glob("*.exr"))) == 2
-    whole, parts = (
-        np.maximum(read_exr(tmp_path / name / "0001.exr")[0], 0.0) for name in ("whole", "parts")
-    )
-    assert np.abs(parts - whole).max() < 2e-3 * whole.max()
 
 
 def test_each_frame_is_computed_once(monkeypatch):

@@ -20,7 +20,6 @@ from underwater_spectral.scene import (
 from underwater_spectral.scene.render_plan import plan_of
 from underwater_spectral.uw_spectral.spectra.colour_rendering import luminance, srgb_encode
 from underwater_spectral.uw_spectral.spectra.tone import camera_curve
-from underwater_spectral.uw_spectral.transfer.light_cone import light_cone
 
 
 @pytest.fixture
@@ -49,8 +48,8 @@ def test_the_default_cube_is_lowered_lit_and_exposed(default_file):
     plan, depth = plan_of(chosen), live.camera_depth(scene)
     stops = metering.metered(scene, scene.camera, plan, depth, None)
     column = plan.column
-    cone = light_cone(plan.viewpoint(depth).field, depth, column.sun_direction)
-    seen = view_tracing.trace_view(scene, scene.camera, column, cone, rays=300)
+    light = plan.viewpoint(depth).field
+    seen = view_tracing.trace_view(scene, scene.camera, column, light, rays=300)
     flat = Optics(plan_of(replace(chosen, surface="flat")).viewpoint(depth, stops))
     colours = picture(flat, seen).without()
     shown = srgb_encode(camera_curve(chosen.tone)(np.maximum(colours, 0.0)))

@@ -13,8 +13,7 @@ from underwater_spectral.scene.render_plan import make_plan, plan_of
 from underwater_spectral.scene.session import is_live
 from underwater_spectral.tests.scene import scenes, snapshot
 from underwater_spectral.uw_spectral.imaging.description import REFERENCE_BANDS
-from underwater_spectral.uw_spectral.transfer import inelastic_light, water_column
-from underwater_spectral.uw_spectral.transfer.light_field import solve_light_field
+from underwater_spectral.uw_spectral.transfer import water_column
 from underwater_spectral.uw_spectral.water.inelastic_processes import EXCITATION
 
 pytestmark = pytest.mark.filterwarnings(
@@ -70,9 +69,8 @@ def _expected(scene, depth):
 
 def _assert_shows(scene, depth):
     expected = _expected(scene, depth)
-    rows = realtime_values.rows(expected.numbers, expected.shape)
     np.testing.assert_array_equal(
-        _texels(), realtime_tables.pixels(expected.table, rows).ravel(), strict=True
+        _texels(), realtime_tables.pixels(expected.folded).ravel(), strict=True
     )
     assert _shown() == pytest.approx(depth)
 
@@ -270,16 +268,17 @@ def test_edited_colours_are_followed():
 
 @pytest.fixture
 def solved(monkeypatch):
-    """Numbers of bands of the light fields that are solved."""
-    found = []
+    """Bands, streams and modes of the light fields that are solved, and whether they glow."""
+    found, solve = [], water_column.solve_discrete_ordinates
 
-    def solve(absorption, *arguments, **options):
-        found.append(len(absorption))
-        return solve_light_field(absorption, *arguments, **options)
+    def counted(layers, *arguments, **options):
+        glows = layers[0].emission is not None
+        found.append((len(layers[0].absorption), options["streams"], options["modes"], glows))
+        return solve(layers, *arguments, **options)
 
-    water_column._light_field.cache_clear()
-    for module in (water_column, inelastic_light):
-        monkeypatch.setattr(module, "solve_light_field", solve)
+    for kept in (water_column._few_streams, water_column._many_streams):
+        kept.cache_clear()
+    monkeypatch.setattr(water_column, "solve_discrete_ordinates", counted)
     return found
 
 
@@ -317,8 +316,8 @@ def test_a_change_solves_the_light_field_of_its_bands_once(solved, surface, sett
     scene.underwater.scattering_factor = 1.0625
     assert live.problem(scene) == ""
     drawn = len(make_plan(stored_settings.stored_settings(scene)).bands)
-    assert solved.count(drawn) == 1
-    assert set(solved) == {drawn, *others}
+    assert len(set(solved)) == len(solved)
+    assert {bands for bands, *_ in solved} == {drawn, *others}
 
 
 def test_a_preset_solves_the_light_field_once(solved, monkeypatch):
@@ -332,9 +331,11 @@ def test_a_preset_solves_the_light_field_once(solved, monkeypatch):
             setattr(scene.underwater, name, value)
     solved.clear()
     update(scene)
-    assert solved == [8]
+    asked = list(solved)
+    assert {bands for bands, *_ in asked} == {8}
+    assert len(set(asked)) == len(asked)
     _assert_shows(scene, 5.0)
-    assert solved == [8]  # what is compared with knows the field
+    assert solved == asked  # what is compared with knows the field
     assert _groups() == built
 
 
@@ -405,13 +406,15 @@ def test_a_render_sees_values_that_were_written_quickly_and_keyframes(tmp_path):
         assert pixels == pytest.approx(still, abs=2 / 255)
 
 
-def test_many_bands_are_shown_with_as_many_as_a_shader_holds():
+def test_the_number_of_bands_changes_no_nodes():
     scene = _scene()
-    scene.underwater.bands = 80
+    scene.underwater.bands = 6
     live.add(scene)
+    before = _groups()
+    scene.underwater.bands = 80
+    live.update(scene)
     assert not live.problem(scene)
-    shape = bpy.data.node_groups[realtime_values.NAME][realtime_values.SHAPE]
-    assert f"bands={realtime.MOST_BANDS}" in shape
+    assert _groups() == before
 
 
 def test_the_water_goes_along_with_a_camera_that_travels():

@@ -7,7 +7,7 @@ from dataclasses import replace
 import bpy
 import numpy as np
 import pytest
-from underwater_spectral.node_groups import realtime_tables, realtime_values
+from underwater_spectral.node_groups import realtime_tables
 from underwater_spectral.scene import (
     cameras,
     live,
@@ -140,11 +140,8 @@ def test_live_water_and_a_job_expose_alike():
     manifest = planning.plan_job(scene, lambda: stored_settings.stored_settings(scene), job)
     np.testing.assert_allclose(manifest.developments[0].weights, expected)
     water = plan.realtime(scene, DEPTH, expected)
-    rows = realtime_values.rows(water.numbers, water.shape)
     live.add(scene)
-    np.testing.assert_array_equal(
-        _texels(scene), realtime_tables.pixels(water.table, rows).ravel().astype(np.float32)
-    )
+    np.testing.assert_array_equal(_texels(scene), realtime_tables.pixels(water.folded).ravel())
     # The camera turns away from the ball: another picture, another exposure.
     before = _texels(scene)
     scene.camera.rotation_euler.x -= 1.0

@@ -11,6 +11,7 @@ from underwater_spectral.scene.render_plan import make_plan
 from underwater_spectral.scene.settings import SceneSettings, merge, parse
 from underwater_spectral.tests.scene import scenes, snapshot
 from underwater_spectral.uw_spectral.errors import InputError
+from underwater_spectral.uw_spectral.transfer.channels import channels_of_bands
 
 pytestmark = pytest.mark.filterwarnings(
     "ignore::underwater_spectral.uw_spectral.errors.DataWarning"
@@ -97,19 +98,20 @@ def test_images_are_saved_with_the_file(tmp_path):
 def test_bands_are_chosen_from_the_contrast():
     scene = _scene()
     water = _water(scene, bands=6)
-    part = water.of_triple((3, 4, 5), (1.0, 1.0, 1.0))
-    name = realtime_values.CONTRAST[2]
+    part = water.in_channels(channels_of_bands(water.column.bands, (3, 4, 5)))
     assert part.shape.waves
-    assert np.array_equal(part.numbers.bands[name], water.numbers.bands[name][3:])
+    assert part.numbers.channels[realtime_values.CONTRAST[2]] == pytest.approx(
+        water.contrast[2, 3:]
+    )
 
 
 def test_strength_scales_the_contrast():
     scene = _scene()
     name = realtime_values.CONTRAST[1]
     one, none = (_water(scene, caustics=x).numbers for x in (1.0, 0.0))
-    assert np.all(none.bands[name] == 0.0)
+    assert np.all(none.channels[name] == 0.0)
     assert none.single[realtime_values.CAUSTIC_STRENGTH] == 0.0
-    assert np.all(one.bands[name] > 0.3)
+    assert np.all(one.channels[name] > 0.3)
 
 
 def test_time_of_the_waves():

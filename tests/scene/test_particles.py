@@ -31,9 +31,7 @@ from underwater_spectral.uw_spectral.water.particles import (
 )
 
 CLOUDS = ("snow", "plankton", "bubbles", "silt")
-PLAIN = settings.SceneSettings(
-    bands=3, field="closed-form", diffuse_shadows=False, scene_floor=False
-)
+PLAIN = settings.SceneSettings(bands=3, diffuse_shadows=False, scene_floor=False)
 
 
 def _plan(**changes):
@@ -187,7 +185,7 @@ def test_live_density_follows_its_keys(camera):
     if not hasattr(bpy.types.Scene, stored_settings.PROPERTY):
         stored_settings.register()
     water = scene.underwater
-    water.field, water.bands, water.diffuse_shadows = "closed-form", 3, False
+    water.bands, water.diffuse_shadows = 3, False
     for frame, number in ((1, 0.0), (11, 40.0)):
         water.snow = number
         water.keyframe_insert("snow", frame=frame)

@@ -123,10 +123,10 @@ def test_measured_reflectance_reaches_its_material():
     node = next(
         n
         for n in bpy.data.materials["measured"].node_tree.nodes
-        if n.bl_idname == "ShaderNodeGroup"
+        if n.bl_idname == "ShaderNodeGroup" and "Coverage" in n.inputs
     )
-    assert node.inputs["Is Measured"].default_value == 1.0
-    assert list(node.inputs["Measured 0"].default_value) == pytest.approx([0.1, 0.2, 0.3])
+    assert node.inputs["Column"].default_value == 3.0
+    assert list(node.inputs["Measured"].default_value) == pytest.approx([0.1, 0.2, 0.3])
 
 
 def test_linked_materials_are_named(tmp_path):

@@ -8,6 +8,7 @@ import bpy
 import numpy as np
 import pytest
 from underwater_spectral.scene import (
+    band_colors,
     eevee_settings,
     exr_output,
     realtime,
@@ -15,7 +16,7 @@ from underwater_spectral.scene import (
     temporary,
     water_body,
 )
-from underwater_spectral.tests.scene import columns, scenes
+from underwater_spectral.tests.scene import columns, scenes, snapshot
 from underwater_spectral.uw_spectral.spectra.reflectance import emission_basis, uplift_basis
 from underwater_spectral.uw_spectral.spectra.spectral_image import read_exr
 from underwater_spectral.uw_spectral.water.phase import parse_phase
@@ -140,3 +141,48 @@ def test_in_clear_water_every_kind_looks_as_eevee_draws_it(tmp_path):
         # Edges of shadows and of transparent noise fall elsewhere.
         wrong[item.name] = float(np.quantile(error, 0.9))
     assert max(wrong.values()) < 0.01, wrong
+
+
+@pytest.mark.parametrize("kind", ["diffuse", "metal", "coat", "sheer", "measured", "glowing"])
+def test_closures_that_are_kept_are_as_bright_as_lit_ones(tmp_path, kind, monkeypatch):
+    """Within the thousandth of their range in which EEVEE keeps the colours of closures."""
+    scene = bpy.context.scene
+    bpy.ops.mesh.primitive_uv_sphere_add(radius=1.0, location=(0.0, 4.0, -5.0))
+    material = scenes.principled(kind)
+    bpy.context.object.data.materials.append(material)
+    shader = material.node_tree.nodes["Principled BSDF"].inputs
+    shader["Base Color"].default_value = (0.8, 0.4, 0.1, 1.0)
+    shader["Roughness"].default_value = 0.6
+    values = {
+        "metal": {"Metallic": 1.0},
+        "coat": {"Coat Weight": 1.0, "Coat Roughness": 0.5},
+        "sheer": {"Alpha": 0.5},
+        "glowing": {"Emission Strength": 0.1},
+    }
+    for name, value in values.get(kind, {}).items():
+        shader[name].default_value = value
+    reflectances = {}
+    if kind == "measured":
+        material[band_colors.MEASURED_WAVELENGTHS] = [400.0, 700.0]
+        material[band_colors.MEASURED_REFLECTANCE] = [0.2, 0.8]
+        reflectances = {kind: np.linspace(0.2, 0.8, 3)}
+    camera = scenes.add_camera()
+    scene.render.resolution_x, scene.render.resolution_y = 48, 27
+    column = columns.grey_column(0.1, 0.1)
+    phase = parse_phase("hg:0.8").for_bands(np.full(3, 0.1))
+    weights = np.eye(3)
+    water = realtime.realtime_water(column, phase, 5.0, weights, reflectances=reflectances)
+    bpy.context.view_layer.update()
+    before, pictures = snapshot.snapshot(), []
+    for keeps in (True, False):
+        monkeypatch.setattr(realtime.RealtimeWater, "keeps_closures", keeps)
+        realtime.add_realtime(scene, water, water_body.WaterExtent(100.0, 100.0))
+        with eevee_settings.realtime_settings(scene, camera, samples=8, water=water):
+            exr_output.write_float_exr(scene, tmp_path / "a.exr")
+        pictures.append(read_exr(tmp_path / "a.exr")[0].astype(float))
+        scene_water.remove(scene)
+    assert snapshot.differences(before, snapshot.snapshot()) == []
+    kept, lit = pictures
+    error = np.abs(kept - lit) / lit.mean()
+    assert kept.mean(axis=(0, 1)) == pytest.approx(lit.mean(axis=(0, 1)), rel=0.01)
+    assert np.quantile(error, 0.9) < 0.01

@@ -23,7 +23,7 @@ from underwater_spectral.scene.settings import SceneSettings
 from underwater_spectral.tests.scene import scenes
 from underwater_spectral.tests.scene.columns import grey_column
 from underwater_spectral.uw_spectral.errors import InputError
-from underwater_spectral.uw_spectral.transfer.light_cone import LightCone
+from underwater_spectral.uw_spectral.water.phase import parse_phase
 
 pytestmark = pytest.mark.filterwarnings(
     "ignore::underwater_spectral.uw_spectral.errors.DataWarning"
@@ -43,8 +43,12 @@ def _column(**how):
 
 
 def _look(scene, camera, column=None, **how):
-    cone = LightCone(np.array([0.0, 0.0, -1.0]), math.radians(50))
-    return view_tracing.trace_view(scene, camera, column or _column(), cone, **how)
+    column = column or _column()
+    return view_tracing.trace_view(scene, camera, column, _field(column), **how)
+
+
+def _field(column):
+    return column.solved_field(parse_phase("hg:0.8").for_bands(np.ones(3)), 16)
 
 
 def test_a_cube_ahead_is_seen_where_it_is():
@@ -193,28 +197,6 @@ def test_an_edited_file_counts_for_the_next_choice(tmp_path, monkeypatch):
     assert found == pytest.approx([0.1, 0.3])
 
 
-@pytest.mark.parametrize(
-    ("options", "solved"),
-    [
-        (["--engine", "eevee"], True),
-        (["--engine", "eevee", "--field", "closed-form"], False),
-        (["--engine", "cycles", "--field", "closed-form"], True),
-    ],
-)
-def test_colours_are_estimated_as_the_engine_draws_them(monkeypatch, options, solved):
-    scene, camera = _scene()
-    found = []
-
-    def decide(views, everything, choices, **options):
-        found.extend(optics.solved for optics in (everything, *(c.optics for c in choices)))
-        return requirements.decide(views, everything, choices, **options)
-
-    monkeypatch.setattr(scene_requirements, "decide", decide)
-    options = [*options, "--bands", "3"]
-    _choose(scene, camera, options, target=8.0, keep=frozenset(["bands"]))
-    assert found == [solved] * 2
-
-
 def test_terms_that_are_given_stay():
     scene, camera = _scene()
     options = ["--engine", "eevee", "--bands", "4", "--no-diffuse-shadows", "--shafts"]
@@ -313,9 +295,8 @@ def test_from_above_what_is_seen_in_the_water_counts():
     scene, _ = _scene()
     camera = scenes.add_camera((0.0, -4.0, 4.0), (math.radians(65.0), 0.0, 0.0))
     bpy.context.view_layer.update()
-    cone = LightCone(np.array([0.0, 0.0, -1.0]), math.radians(50))
     column = _column(floor_depth=9.0, surface="flat", refractive_index=1.34)
-    view = view_tracing.trace_from_above(scene, camera, column, cone)
+    view = view_tracing.trace_from_above(scene, camera, column, _field(column))
     seen = view.seen
     assert seen.pixels.sum() == pytest.approx(1.0)
     assert seen.depth == pytest.approx(1e-3)

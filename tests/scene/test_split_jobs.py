@@ -38,7 +38,7 @@ from underwater_spectral.uw_spectral.spectra.spectral_image import read_exr, wri
 
 ROOT = Path(__file__).resolve().parents[2]
 FAST = ["--samples", 2, "--resolution", 16, 9, "--phase", "hg:0.8", "--bands", 4]
-EEVEE = ["--engine", "eevee", "--field", "closed-form", "--frames", "1-2"]
+EEVEE = ["--engine", "eevee", "--frames", "1-2"]
 DIVE = [*FAST, "--water", "constituents", "--frames", "1-3"]
 
 

@@ -9,6 +9,13 @@ import numpy as np
 import pytest
 from hypothesis import strategies as st
 from underwater_spectral.tests.stress.cases import few_or_many, try_cases
+from underwater_spectral.uw_spectral.closed_form.closed_form import ClosedForm, solve_closed_form
+from underwater_spectral.uw_spectral.closed_form.inelastic_light import (
+    excitation_fields,
+    reduced,
+    solve_inelastic,
+)
+from underwater_spectral.uw_spectral.closed_form.light_field import LightField, light_field_of
 from underwater_spectral.uw_spectral.errors import InputError
 from underwater_spectral.uw_spectral.imaging.band_error import colour_error
 from underwater_spectral.uw_spectral.imaging.band_selection import fitted_reduction, optimised_bands
@@ -29,17 +36,10 @@ from underwater_spectral.uw_spectral.surface.refraction import (
     sun_travel_direction,
 )
 from underwater_spectral.uw_spectral.surface.wave_patterns import Sea
-from underwater_spectral.uw_spectral.transfer.closed_form import ClosedForm, solve_closed_form
 from underwater_spectral.uw_spectral.transfer.discrete_ordinates import (
     Layer,
     solve_discrete_ordinates,
 )
-from underwater_spectral.uw_spectral.transfer.inelastic_light import (
-    excitation_fields,
-    reduced,
-    solve_inelastic,
-)
-from underwater_spectral.uw_spectral.transfer.light_field import LightField
 from underwater_spectral.uw_spectral.transfer.pixel import Pixel, forward_scattered_share
 from underwater_spectral.uw_spectral.transfer.radiance_field import (
     Ripples,
@@ -136,7 +136,7 @@ def cases(draw, phases=FORWARD + LIMITS, indices=(1.0, 1.1, 1.34, 2.0), zeniths=
         floor, draw(SHARES), draw(st.sampled_from(SURFACES)), index,
         sky=draw(fixed.get("kinds", st.sampled_from(SKIES))),
     )  # fmt: skip
-    water = solve_closed_form(column.light_field(phase), phase, depth, direction)
+    water = solve_closed_form(light_field_of(column, phase), phase, depth, direction)
     return Case(column, water, depth)
 
 
@@ -253,7 +253,7 @@ def test_what_must_be_monotone(cases_, record_property):
         )
         dark = dataclasses.replace(case.column, floor_reflectance=0.0)
         y, phase = case.depths(), case.water.phase
-        less, light = (column.light_field(phase) for column in (darker, dark))
+        less, light = (light_field_of(column, phase) for column in (darker, dark))
         assert (
             less.scalar_irradiance(y)
             <= light.scalar_irradiance(y) * (1 + 1e-6) + 1e-6 * case.entering
@@ -659,7 +659,7 @@ def test_inelastic_light(cases_, record_property):
                 surface, 1.34,
             )  # fmt: skip
             parts.append((column, sea.phase(nm)))
-        field = parts[1][0].light_field(parts[1][1])
+        field = light_field_of(parts[1][0], parts[1][1])
         processes = inelastic_processes(sea, EXCITATION, emission, quantum_yield=efficiency)
         exciting = excitation_fields(*parts[0])
         light = solve_inelastic(processes, exciting, EXCITATION, field, emission)
@@ -703,7 +703,7 @@ def test_waves_and_caustics(cases_, record_property):
             Bands.uniform(4), [0, 0.05, 1.0, 100.0], [0, 1e-3, 1.0, 100.0], [1.0, 0, 1.0, 1.0],
             -float(sun[2]), sun, 0.1, floor, 0.2, "waves", index,
         )  # fmt: skip
-        contrast = now.contrast(SunlitWater(column.light_field(phase), phase, sun))
+        contrast = now.contrast(SunlitWater(column.solved_field(phase, 16)))
         _sound(contrast, "contrast")
         assert (contrast <= 1.5).all()  # its own bound
         assert now.glitter_width(index) > 0

@@ -31,7 +31,7 @@ from underwater_spectral.tests.scene.columns import grey_column, henyey_greenste
 from underwater_spectral.tests.stress.cases import few_or_many, try_cases
 from underwater_spectral.uw_spectral.errors import InputError
 from underwater_spectral.uw_spectral.spectra.spectral_image import read_exr
-from underwater_spectral.uw_spectral.transfer.closed_form import solve_closed_form
+from underwater_spectral.uw_spectral.transfer.channel_pixel import along_rays
 from underwater_spectral.uw_spectral.water.phase import parse_phase
 
 pytestmark = pytest.mark.filterwarnings(
@@ -315,7 +315,7 @@ def test_every_setting_makes_a_plan_or_is_refused(cases_, record_property):
         except InputError:
             return
         assert np.isfinite(reduction.weights).all()
-        for name, numbers in {**water.numbers.bands, **water.numbers.single}.items():
+        for name, numbers in {**water.numbers.channels, **water.numbers.single}.items():
             assert np.isfinite(np.float32(numbers)).all(), name
         assert len(plan.passes) >= len(plan.bands) / 3
 
@@ -351,9 +351,12 @@ def _eevee(scene, camera, column, path):
 
 def _expected(column, rays):
     """Radiance of the open water along the rays of a picture, by numpy."""
-    water = solve_closed_form(column.light_field(PHASE), PHASE, 5.0, column.sun_direction)
-    w = np.array(rays)
-    return water.radiance(5.0, tuple(w[:, axis, None] for axis in range(3)), 0.0)
+    water = realtime.realtime_water(column, PHASE, 5.0, np.eye(3))
+    w = [np.array(rays)[:, axis, None] for axis in range(3)]
+    ray = along_rays(water.folded, water.field.sun, w)
+    sky = dataclasses.replace(column.skylight, level=1.0)
+    index = column.refractive_index if column.reflects else None
+    return ray.open_water(np.full(w[0].shape, 5.0), w, sky, index).total
 
 
 def _rays(scene, camera):

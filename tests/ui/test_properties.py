@@ -114,7 +114,7 @@ def test_water_from_constituents_and_its_inelastic_light():
         for value in (0.0, 1e9, 0.5):
             setattr(water, name, value)
             _plan()
-    assert _plan().inelastic is not None
+    assert _plan().excitation is not None
     pictures = previews.compute(bpy.context.scene)
     assert not pictures.error
     assert 0 < pictures.inelastic < 0.2

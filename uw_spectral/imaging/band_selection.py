@@ -32,7 +32,6 @@ from ..spectra.colour_rendering import (
 )
 from ..spectra.reflectance import uplift
 from ..spectra.sensor import standard_observer
-from ..transfer.pixel import Pixel
 from ..transfer.radiance_field import FARTHEST
 from .viewpoint import Viewpoint
 from .visibility import euphotic_depth
@@ -363,17 +362,17 @@ def _expected_spectra(
     background_weight = _BACKGROUND_SHARE * len(distances)
     spectra, weights = [], []
     for w in ((x, y, 0.0), (0.7 * x, 0.7 * y, -math.sqrt(0.51)), (0.8 * x, 0.8 * y, 0.6)):
-        background = view.path_radiance.radiance(view.depth, w)
+        ends = np.clip(view.depth - w[2] * distances, 0.0, view.column.floor_depth)
+        P = (view.depth - ends) / w[2] if w[2] else distances
+        left = np.exp(-view.attenuation * P[:, None])
+        background, *beyond = view.field.radiance([view.depth, *ends], w)
+        path = background - left * beyond
         spectra.append(background[None])
         weights.append([background_weight])
-        for distance in distances:
-            depth = min(max(view.depth - w[2] * distance, 0.0), view.column.floor_depth)
-            P = (view.depth - depth) / w[2] if w[2] else distance
-            daylight = (view.field.Ed(depth), reflectances, 1 - _LAMP_SHARE)
+        for water, share_left, Ed in zip(path, left, view.field.Ed(ends), strict=True):
+            daylight = (Ed, reflectances, 1 - _LAMP_SHARE)
             for light, things, share in (daylight, lamp):
-                diffuser = things * light / math.pi
-                pixel = Pixel(view.path_radiance, view.depth, w, P, diffuser, background)
-                spectra.append(pixel.total)
+                spectra.append(water + share_left * things * light / math.pi)
                 weights.append(np.full(len(things), share / len(things)))
     weight = np.concatenate(weights)
     return np.vstack(spectra), weight / weight.sum()

@@ -21,8 +21,6 @@ from ..spectra.spectrum import Spectrum
 from ..surface.refraction import in_water_cosine, sun_travel_direction
 from ..transfer.discrete_ordinates import STREAMS, Emission
 from ..transfer.inelastic_emission import inelastic_emission
-from ..transfer.inelastic_light import InelasticLight, excitation_fields, solve_inelastic
-from ..transfer.light_field import LightField
 from ..transfer.rough_surface import beam_below, beam_reflectance
 from ..transfer.sky import UNIFORM
 from ..transfer.solved_field import SolvedField
@@ -62,11 +60,6 @@ class Excitation:
     processes: tuple[InelasticProcess, ...]
     column: WaterColumn
     phase: BandPhase
-
-    def light(self, field: LightField, bands: Bands) -> InelasticLight:
-        """Return the light of changed wavelength in bands with a light field, in closed form."""
-        exciting = excitation_fields(self.column, self.phase)
-        return solve_inelastic(self.processes, exciting, EXCITATION, field, bands)
 
     def emission(self, bands: Bands, streams: int = STREAMS) -> Emission:
         """Return what is emitted in bands, by the solved field of the exciting light."""
@@ -114,24 +107,15 @@ class ResolvedOptics(ComparedByContent):
         """The water, or its first layer."""
         return self.waters.layers[0]
 
-    @property
-    def field(self) -> LightField:
-        """Light field of the column."""
-        return self.column.light_field(self.phase)
-
-    @functools.cached_property
-    def inelastic(self) -> InelasticLight | None:
-        """Light of changed wavelength in the bands; None if nothing changes it."""
+    def emission(self, streams: int = STREAMS) -> Emission | None:
+        """Return the light of changed wavelength where it is emitted; None if nothing does."""
         if self.excitation is None:
             return None
-        return self.excitation.light(self.field, self.bands)
+        return self.excitation.emission(self.bands, streams)
 
     def solved_field(self, streams: int = STREAMS) -> SolvedField:
         """Return the light field by discrete ordinates, light of changed wavelength included."""
-        emission = None
-        if self.excitation is not None:
-            emission = self.excitation.emission(self.bands, streams)
-        return self.column.solved_field(self.phase, streams, emission)
+        return self.column.solved_field(self.phase, streams, self.emission(streams))
 
     def viewpoint(
         self,

@@ -20,10 +20,8 @@ from ..spectra.colour_rendering import (
 )
 from ..spectra.illuminant import Illuminant
 from ..spectra.sensor import Sensor
-from ..transfer.closed_form import ClosedForm, solve_closed_form
 from ..transfer.discrete_ordinates import Layer
-from ..transfer.light_field import LightField
-from ..transfer.pixel import Pixel
+from ..transfer.solved_field import SolvedField
 from ..transfer.water_column import FEW_STREAMS, WaterColumn
 from ..water.phase import BandPhase
 
@@ -74,9 +72,9 @@ class Viewpoint(ComparedByContent):
             )
 
     @functools.cached_property
-    def field(self) -> LightField:
-        """Closed-form light field of a column of one layer."""
-        return self.column.light_field(self.phase)
+    def field(self) -> SolvedField:
+        """Light field of the column, in the streams of read-outs."""
+        return self.column.solved_field(self.phase, FEW_STREAMS)
 
     @functools.cached_property
     def light(self) -> NDArray[np.float64]:
@@ -95,11 +93,6 @@ class Viewpoint(ComparedByContent):
         return self.layer.absorption + self.layer.scattering
 
     @functools.cached_property
-    def path_radiance(self) -> ClosedForm:
-        """Closed form of the water's radiance for this camera."""
-        return solve_closed_form(self.field, self.phase, self.depth, self.column.sun_direction)
-
-    @functools.cached_property
     def level(self) -> tuple[float, float, float]:
         """Level view direction at right angles to the sun."""
         x, y, _ = self.column.sun_direction
@@ -109,19 +102,13 @@ class Viewpoint(ComparedByContent):
     @functools.cached_property
     def background(self) -> NDArray[np.float64]:
         """Radiance of the open water along :attr:`level`, shape (n,)."""
-        if self.column.below:
-            field = self.column.solved_field(self.phase, FEW_STREAMS)
-            return field.radiance(self.depth, self.level)
-        return self.path_radiance.radiance(self.depth, self.level)
+        return self.field.radiance(self.depth, self.level)
 
     def seen_level(self, L: ArrayLike, distance: ArrayLike) -> NDArray[np.float64]:
         """Radiance of surfaces of radiance L, shape (..., n), at a distance along :attr:`level`."""
-        if self.column.below:
-            # Along a level ray the water is the same, and so is its radiance.
-            left = np.exp(-self.attenuation * np.asarray(distance))
-            return left * np.asarray(L) + (1.0 - left) * self.background
-        water = self.path_radiance, self.depth, self.level
-        return Pixel(*water, distance, L, self.background).total
+        # Along a level ray the water is the same, and so is its radiance.
+        left = np.exp(-self.attenuation * np.asarray(distance))
+        return left * np.asarray(L) + (1.0 - left) * self.background
 
     @functools.cached_property
     def reduction(self) -> SensorReduction:

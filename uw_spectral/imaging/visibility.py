@@ -10,7 +10,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..errors import InputError
 from ..spectra.sensor import standard_observer
-from ..transfer.light_field import DEEPEST_FLOOR
 from ..transfer.water_column import WaterColumn
 from ..water.named import parse_uniform_water
 from ..water.optical_properties import JERLOV_SOURCES
@@ -20,6 +19,7 @@ from .viewpoint import Viewpoint
 LIMINAL_CONTRAST = 0.02
 """Smallest contrast that counts as visible."""
 _GREEN = 550.0  # nm
+_DEEPEST = 1e6  # m from which on light is said never to end
 _SHORT = 1e-3  # optical length over which a slope is taken
 
 
@@ -162,7 +162,7 @@ def euphotic_depth(column: WaterColumn, phase: BandPhase, share: float = 0.01) -
     low, high = 0.0, 1.0
     while float(light(high)) > wanted:
         low, high = high, 2.0 * high
-        if high > DEEPEST_FLOOR:
+        if high > _DEEPEST:
             return math.inf
     for _ in range(3):
         depths = np.linspace(low, high, 9)
@@ -187,13 +187,9 @@ def diffuse_attenuation(view: Viewpoint) -> NDArray[np.float64]:
     Of the project's own light field, so every water has it; near a bright
     floor it may be negative. A band without light has NaN.
     """
-    if view.column.below:
-        # The solved light has no slope in closed form: a short way, where it is exponential.
-        step = _SHORT / float(np.max(view.attenuation))
-        low = min(view.depth, view.layer.bottom - step)
-        ends = view.column.Ed([low, low + step], view.phase)
-        ratio = np.divide(*ends, out=np.full_like(ends[0], np.nan), where=ends[1] > 0)
-        return np.log(ratio) / step
-    lit = view.light > 0
-    slope = view.field.Ed_gradient(view.depth)
-    return np.divide(-slope, view.light, out=np.full_like(slope, np.nan), where=lit)
+    # The solved light has no slope in closed form: a short way, where it is exponential.
+    step = _SHORT / max(float(np.max(view.attenuation)), _SHORT)
+    low = min(view.depth, view.layer.bottom - step)
+    ends = view.column.Ed([low, low + step], view.phase)
+    ratio = np.divide(*ends, out=np.full_like(ends[0], np.nan), where=ends[1] > 0)
+    return np.log(ratio) / step

@@ -11,7 +11,8 @@ from numpy.typing import ArrayLike, NDArray
 from ..errors import InputError
 from ..spectra.colour_rendering import srgb_encode
 from ..spectra.sensor import standard_observer
-from ..transfer.inelastic_light import InelasticLight
+from ..transfer.discrete_ordinates import Emission
+from ..transfer.water_column import FEW_STREAMS
 from .viewpoint import Viewpoint
 
 # Hues of the spectrum by the wavelength in nm where they end, as usually quoted from Bruno &
@@ -146,15 +147,16 @@ def water_swatch(view: Viewpoint) -> NDArray[np.float64]:
     return srgb_encode(view.reduction.apply(view.background))
 
 
-def inelastic_share(view: Viewpoint, light: InelasticLight) -> float:
+def inelastic_share(view: Viewpoint, emission: Emission) -> float:
     """Share of light of changed wavelength in the luminance of the open water, looking level.
 
     Parameters
     ----------
     view : Viewpoint
-    light : InelasticLight
+    emission : Emission
         In the bands and the column of the view.
     """
-    extra = light.radiance(view.depth, view.level)
+    field = view.column.solved_field(view.phase, FEW_STREAMS, emission)
+    total = field.radiance(view.depth, view.level)
     luminance = standard_observer().response_in(view.column.bands)[1]
-    return float(luminance @ extra / (luminance @ (extra + view.background)))
+    return float(luminance @ (total - view.background) / (luminance @ total))

@@ -3,6 +3,7 @@
 from .emission import intensity_of_colour, parse_emission, radiant_intensity
 from .ies import read_ies
 from .lamp import Lamp, lamp_disc, ray_past_lamp
+from .lamp_channels import LampChannels, fold_lamps
 from .lamp_path import scattered_once
 from .lamp_surface import patch_past_lamp, surface_irradiance
 from .multiple_scattering import LampWater, lamp_light, lamp_water
@@ -11,10 +12,12 @@ from .profile import IsotropicProfile, Profile, SpotProfile, TableProfile, rov_l
 __all__ = [
     "IsotropicProfile",
     "Lamp",
+    "LampChannels",
     "LampWater",
     "Profile",
     "SpotProfile",
     "TableProfile",
+    "fold_lamps",
     "intensity_of_colour",
     "lamp_disc",
     "lamp_light",

@@ -7,6 +7,8 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
 from ..mathematics import NUMPY, Mathematics, Operand, dot
 from .angular_spread import THING, Lookup
 from .lamp_shadow import lit
@@ -156,7 +158,7 @@ def ray_past_lamp(
     )
 
 
-def lamp_disc(lamp: Lamp, ray: RayPastLamp, c: Operand, m: Mathematics = NUMPY) -> Operand:
+def lamp_disc(lamp: Lamp, ray: RayPastLamp, c: Operand) -> Operand:
     """Radiance of the lamp itself where a ray meets it, as a disc that faces the camera.
 
     Parameters
@@ -165,8 +167,6 @@ def lamp_disc(lamp: Lamp, ray: RayPastLamp, c: Operand, m: Mathematics = NUMPY) 
     ray : RayPastLamp
     c : array, shape (n,)
         Extinction, 1/m.
-    m : Mathematics
-        Elementary functions.
 
     Examples
     --------
@@ -175,7 +175,11 @@ def lamp_disc(lamp: Lamp, ray: RayPastLamp, c: Operand, m: Mathematics = NUMPY) 
     >>> round(float(lamp_disc(lamp, ray, 0.5)), 2)
     11.71
     """
+    return lamp.intensity * np.exp(-c * np.maximum(ray.t0, 0.0)) * disc_seen(lamp, ray)
+
+
+def disc_seen(lamp: Lamp, ray: RayPastLamp, m: Mathematics = NUMPY) -> Operand:
+    """Radiance of that disc over the intensity, without water, 1/m²; 0 beside it."""
     met = m.less(ray.offset, lamp.radius) * m.less(ray.near, 0.0) * m.less(0.0, ray.far)
     shining = lamp.profile.value(0.0 - ray.along, m) * met * lamp.seen
-    area = math.pi * lamp.radius * lamp.radius + _SMALLEST * _SMALLEST
-    return lamp.intensity * m.exp(-c * m.maximum(ray.t0, 0.0)) * (shining / area)
+    return shining / (math.pi * lamp.radius * lamp.radius + _SMALLEST * _SMALLEST)

@@ -80,7 +80,7 @@ def _facing(lamp: Lamp, places: NDArray[np.float64], water: LampWater) -> NDArra
     return np.asarray(sum(surface_irradiance(lamp, patch, water)))
 
 
-def carried_forward(P: Operand, water: LampWater, m: Mathematics = NUMPY) -> Operand:
+def carried_forward(P: Operand, water: LampWater) -> Operand:
     """Share of the light of things that arrives scattered by small angles over the distance P.
 
     What is lit by lamps has no undisturbed water about it that shines likewise: only what is near
@@ -94,8 +94,12 @@ def carried_forward(P: Operand, water: LampWater, m: Mathematics = NUMPY) -> Ope
     >>> carried_forward(4.0, water).round(2), np.exp(-water.c * 4.0).round(2)
     (array([0.31]), array([0.14]))
     """
-    share = water.spread.on_patches.at(OF_THINGS, length_place(P, LENGTHS, m))
-    return share * m.exp(-water.a * P)
+    return carried_share(P, water) * np.exp(-water.a * P)
+
+
+def carried_share(P: Operand, water: LampWater, m: Mathematics = NUMPY) -> Operand:
+    """Return :func:`carried_forward`, absorption apart."""
+    return water.spread.on_patches.at(OF_THINGS, length_place(P, LENGTHS, m))
 
 
 def _dimmed(
@@ -161,7 +165,7 @@ def _normal(lamp: Lamp, r: Operand) -> Operand:
 
 
 def surface_irradiance(
-    lamp: Lamp, patch: PatchPastLamp, water: LampWater, m: Mathematics = NUMPY
+    lamp: Lamp, patch: PatchPastLamp, water: LampWater
 ) -> tuple[Operand, Operand, Operand]:
     """Irradiance on a patch: unscattered, scattered to it from about the lamp, and the rest.
 
@@ -171,8 +175,6 @@ def surface_irradiance(
     patch : PatchPastLamp
         Arrays need a last axis of 1 for the bands.
     water : LampWater
-    m : Mathematics
-        Elementary functions.
 
     Returns
     -------
@@ -191,13 +193,21 @@ def surface_irradiance(
     >>> [float(E[0].round(4)) for E in surface_irradiance(lamp, patch, water)]
     [0.092, 0.1012, 0.0063]
     """
+    light = lamp.intensity * np.exp(-water.a * patch.r)
+    direct, about, rest = scattered_onto(lamp, patch, water)
+    return light * direct, light * about, light * rest
+
+
+def scattered_onto(
+    lamp: Lamp, patch: PatchPastLamp, water: LampWater, m: Mathematics = NUMPY
+) -> tuple[Operand, Operand, Operand]:
+    """Return the parts of :func:`surface_irradiance` over the intensity, absorption apart."""
     facing = m.maximum(patch.cosine, 0.0)
-    direct = lamp.intensity * patch.per_intensity * facing * m.exp(-water.c * patch.r)
+    direct = m.exp(-water.b * patch.r) * (patch.per_intensity * facing)
     profile, on_patches = water.spread.profile(lamp.profile), water.spread.on_patches
     column, row = profile_place(patch.off_axis, m), length_place(patch.r, PROFILE_LENGTHS, m)
     row_of_patch = length_place(patch.r, LENGTHS, m)
-    arriving = lamp.intensity * _normal(lamp, patch.r) * m.exp(-water.a * patch.r)
-    spread = arriving * profile.at(column, row)
+    spread = profile.at(column, row) * _normal(lamp, patch.r)
     about = on_patches.at(ABOUT, row_of_patch) * facing
     rest = on_patches.at(tilt_place(patch.cosine), row_of_patch)
     return direct, spread * about, spread * rest

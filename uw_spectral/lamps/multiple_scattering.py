@@ -22,6 +22,7 @@ from __future__ import annotations
 
 import dataclasses
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, DTypeLike
@@ -129,14 +130,53 @@ def lamp_water(a: ArrayLike, b: ArrayLike, phase: BandPhase) -> LampWater:
     )
 
 
-def lamp_light(
-    lamp: Lamp,
-    ray: RayPastLamp,
-    water: LampWater,
-    m: Mathematics = NUMPY,
-    integrate: Quadrature = gauss_sum,
-) -> tuple[Operand, Operand]:
-    """Radiance of a lamp's light in the water along a ray.
+class LampSpectrum(Protocol):
+    """The light of a lamp over wavelengths, as sums along rays take it.
+
+    Its own bands, or a few functionals of them.
+    """
+
+    @property
+    def water(self) -> LampWater:
+        """Water of the bands that the angles of scattered light are computed for."""
+        ...
+
+    def once(self, s2: Operand, length: Operand, m: Mathematics = NUMPY) -> Operand:
+        """Return its light scattered once over a length, by the squared sine of half the angle."""
+        ...
+
+    def arriving(self, bands: Operand, length: Operand, m: Mathematics = NUMPY) -> Operand:
+        """Return what absorption over a length leaves of its light, of which bands have so much."""
+        ...
+
+
+@dataclass(frozen=True, eq=False)
+class BandLight:
+    """The light of a lamp band by band.
+
+    Attributes
+    ----------
+    intensity : array, shape (n,)
+    water : LampWater
+        Of n bands.
+    """
+
+    intensity: Operand
+    water: LampWater
+
+    def once(self, s2: Operand, length: Operand, m: Mathematics = NUMPY) -> Operand:
+        """Return the light scattered once, in each band."""
+        water = self.water
+        passed = self.intensity * water.b * m.exp(-water.c * length)
+        return passed * water.phase.per_steradian(s2, m)
+
+    def arriving(self, bands: Operand, length: Operand, m: Mathematics = NUMPY) -> Operand:
+        """Return the light that absorption leaves, in each band."""
+        return self.intensity * m.exp(-self.water.a * length) * bands
+
+
+def lamp_light(lamp: Lamp, ray: RayPastLamp, water: LampWater) -> tuple[Operand, Operand]:
+    """Radiance of a lamp's light in the water along a ray, band by band.
 
     Parameters
     ----------
@@ -144,10 +184,6 @@ def lamp_light(
     ray : RayPastLamp
         Arrays need a last axis of 1 for the bands.
     water : LampWater
-    m : Mathematics
-        Elementary functions.
-    integrate : callable
-        Adds up the terms of the quadratures; a shader has a loop for it.
 
     Returns
     -------
@@ -165,71 +201,115 @@ def lamp_light(
     >>> [float(L[0].round(4)) for L in lamp_light(lamp, ray, water)]
     [0.0451, 0.0266]
     """
+    once, more = light_along(lamp, ray, BandLight(lamp.intensity, water))
+    # A difference of large numbers may end below zero.
+    return once, np.maximum(more, 0.0)
+
+
+def light_along(
+    lamp: Lamp,
+    ray: RayPastLamp,
+    light: LampSpectrum,
+    m: Mathematics = NUMPY,
+    integrate: Quadrature = gauss_sum,
+) -> tuple[Operand, Operand]:
+    """Radiance of a lamp's light along a ray: scattered once, and more often.
+
+    Parameters
+    ----------
+    lamp : Lamp
+        Its intensity is not read.
+    ray : RayPastLamp
+    light : LampSpectrum
+    m : Mathematics
+        Elementary functions.
+    integrate : callable
+        Adds up the terms of the quadratures; a shader has a loop for it.
+    """
     part = lit_part(lamp, ray, m)
 
-    def light(place: Operand, share: Operand) -> tuple[Operand]:
+    def of_place(place: Operand, share: Operand) -> tuple[Operand]:
         node = path_node(lamp, ray, part, place, share, m)
-        passed = m.exp(-water.c * node.length)
-        return (node.weight * water.phase.per_steradian(node.s2, m) * passed,)
+        return (light.once(node.s2, node.length, m) * node.weight,)
 
-    once = integrate(NODES, light)[0]
-    more = scattered_more(lamp, ray, water, m, integrate)
-    return water.b * lamp.intensity * once, lamp.intensity * more
+    return integrate(NODES, of_place)[0], scattered_more(lamp, ray, light, m, integrate)
 
 
 def scattered_more(
     lamp: Lamp,
     ray: RayPastLamp,
-    water: LampWater,
+    light: LampSpectrum,
     m: Mathematics = NUMPY,
     integrate: Quadrature = gauss_sum,
 ) -> Operand:
-    """Radiance, over the intensity, of a lamp's light that is scattered more than once.
+    """Radiance of a lamp's light that is scattered more than once; see :func:`light_along`.
 
     The integrals are taken over u = asinh(s/h), s from the point nearest to the lamp: half the
     deflection is then atan(e^u), and ds/r² is du/r.
     """
+    water = light.water
     profile, P = water.spread.profile(lamp.profile), ray.far - ray.near
     beam = lamp.profile.beam
     end = m.maximum(ray.near, 0.0) + water.reach
     last = m.maximum(m.minimum(ray.far, m.maximum(end, ray.near)), ray.first)
     beyond = m.maximum(end, last)
-    passed = m.exp(-water.c * P)
+    # Absorption up to the end is part of that over the whole length.
+    passed = m.exp(-water.b * P)
 
     def before_the_end(place: Operand, share: Operand) -> tuple[Operand]:
         node = _node(lamp, ray, beam, ray.first, last, place, share, m)
-        return (node.weight * node.light(profile, water, 0.0, m),)
+        here = node.scattered(profile, water, 0.0, m) * node.weight
+        return (light.arriving(here, node.length, m),)
 
     def beyond_the_end(place: Operand, share: Operand) -> tuple[Operand]:
         node = _node(lamp, ray, beam, last, beyond, place, share, m)
-        here, there = (node.light(profile, water, start, m) for start in (0.0, P))
-        return (node.weight * (here - passed * there),)
+        here, there = (node.scattered(profile, water, start, m) for start in (0.0, P))
+        return (light.arriving((here - passed * there) * node.weight, node.length, m),)
 
     near = integrate(MORE_NODES, before_the_end)[0]
     if ray.before_thing:
         return near
-    return m.maximum(near + integrate(BEYOND_NODES, beyond_the_end)[0], 0.0)
+    return near + integrate(BEYOND_NODES, beyond_the_end)[0]
 
 
 @dataclass(frozen=True, eq=False)
-class _Node:
-    """A place on the ray: its share in the integral, half the deflection, distances, cosine."""
+class BendingNode:
+    """A place on the ray where light is bent that is scattered more than once.
 
-    weight: Operand
+    Attributes
+    ----------
+    half : float or array
+        Half its deflection, rad.
+    r, t : float or array
+        Distances from the lamp and, along the ray, from the camera, m.
+    cosine : float or array
+        From the axis of the lamp.
+    weight : float or array
+        Share of the place in the integral, 1/m.
+    """
+
     half: Operand
     r: Operand
     t: Operand
     cosine: Operand
+    weight: Operand = 1.0
 
-    def light(self, profile: Lookup, water: LampWater, start: Operand, m: Mathematics) -> Operand:
-        """Light that it sends to a place on the ray, over the intensity, but for 1/r²."""
+    @property
+    def length(self) -> Operand:
+        """Length of the path from the lamp over the place to the camera, m."""
+        return self.r + self.t
+
+    def scattered(
+        self, profile: Lookup, water: LampWater, start: Operand, m: Mathematics
+    ) -> Operand:
+        """Share of the light that it sends to a place on the ray, absorption and 1/r² apart."""
         t = m.maximum(self.t - start, 0.0)
-        length, aside = self.r + t, m.minimum(t / self.r, _MOST_BLURRED)
+        aside = m.minimum(t / self.r, _MOST_BLURRED)
         # Scatterings on either leg blur the profile: seen from the lamp by t/r on the camera's.
         row = length_place(self.r + t * aside * aside, PROFILE_LENGTHS, m)
         intensity = profile.at(profile_place(self.cosine, m), row)
-        place = deflection_place(self.half, m), length_place(length, LENGTHS, m)
-        return intensity * m.exp(water.spread.deflection.at(*place) - water.a * length)
+        place = deflection_place(self.half, m), length_place(self.r + t, LENGTHS, m)
+        return intensity * m.exp(water.spread.deflection.at(*place))
 
 
 def _node(
@@ -241,7 +321,7 @@ def _node(
     place: Operand,
     share: Operand,
     m: Mathematics,
-) -> _Node:
+) -> BendingNode:
     first, stop = (_asinh(s, ray.h, m) for s in (start, end))
     width = m.maximum(stop - first, 0.0)
     grown = m.exp(first + width * place)
@@ -249,7 +329,7 @@ def _node(
     cosine = (ray.across * ray.h + ray.along * s) / r
     t = m.maximum(ray.t0 + s, 0.0)
     half = _half_deflection(grown * grown, cosine, beam, m)
-    return _Node(width * share / r * lamp.lit(ray.place(s), m), half, r, t, cosine)
+    return BendingNode(half, r, t, cosine, width * share / r * lamp.lit(ray.place(s), m))
 
 
 def _half_deflection(tangent2: Operand, cosine: Operand, beam: Operand, m: Mathematics) -> Operand:

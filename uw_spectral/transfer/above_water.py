@@ -46,11 +46,14 @@ class LightInAir:
         Irradiance of the sky on a level plane.
     mirrored : float
         Share of the sky's irradiance that the water sends back up.
+    level : array, shape (n,)
+        Of the sky's radiance, see :class:`.Sky`.
     """
 
     sun: Operand
     sky: Operand
     mirrored: Operand
+    level: Operand = 0.0
 
     def reflected(
         self,
@@ -95,7 +98,7 @@ def light_in_air(column: WaterColumn) -> LightInAir:
         lets_in = 1.0 - float(beam_reflectance(high, n, column.roughness))
         mirrored = 1.0 - sky.transmittance(n, column.roughness)
     sun: NDArray[np.float64] = column.sun_irradiance / (lets_in * max(high, 1e-3))
-    return LightInAir(sun, math.pi * column.sky_radiance, mirrored)
+    return LightInAir(sun, math.pi * column.sky_radiance, mirrored, sky.level)
 
 
 def turned_sun(cosine: Operand, other: Operand, m: Mathematics = NUMPY) -> Operand:

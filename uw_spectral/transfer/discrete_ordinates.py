@@ -30,6 +30,7 @@ from ..errors import InputError
 from ..surface.refraction import fresnel_reflectance
 from ..water.phase import BandPhase
 from .legendre import legendre_modes
+from .path_integral import attenuated_path
 from .radiance_field import FARTHEST
 from .rough_surface import Exchange, RoughSurface, exchange
 from .sky import BLACK, RINGS, Sky
@@ -74,6 +75,20 @@ class Emission(ComparedByContent):
         y = np.asarray(depth, np.float64)[:, None, None]
         y = np.where(self.rate < 0, y - min(thickness, FARTHEST), y)
         return (self.power * np.exp(-self.rate * y)).sum(axis=1)
+
+    def mean(self, upper: ArrayLike, lower: ArrayLike, thickness: float) -> Array:
+        """Mean of :meth:`at` between pairs of depths (d,), shape (d, n).
+
+        Examples
+        --------
+        >>> Emission([[1.0]], [[2.0]]).mean([0.0], [10.0], math.inf).round(3)
+        array([[0.2]])
+        """
+        upper, lower = (np.asarray(y, np.float64)[:, None, None] for y in (upper, lower))
+        zero = np.where(self.rate < 0, min(thickness, FARTHEST), 0.0)
+        near, far = (-self.rate * (y - zero) for y in (upper, lower))
+        mean = attenuated_path(near, far, self.rate * (lower - upper), 1.0)
+        return (self.power * mean).sum(axis=1)
 
 
 @dataclass(frozen=True, eq=False)
@@ -167,10 +182,10 @@ def solve_discrete_ordinates(
         waves = exchange(light.waves, *rays, RINGS, streams)
         sky_modes = light.sky.modes_in_air(streams) @ waves.entering.mT
     sky_modes = np.broadcast_to(sky_modes, (streams, len(light.E), len(mu)))
-    sun_legendre = legendre_modes(streams - 1, streams, np.array([mu_s]))[..., 0]
+    sun_legendre = _legendre(streams - 1, streams, (mu_s,))[..., 0]
     driven = np.maximum(_shares(sun_legendre), _shares(sky_modes))
     modes = min(1 + int(np.flatnonzero(driven > _FAINT)[-1]), modes or streams)
-    legendre = legendre_modes(streams - 1, modes, mu)
+    legendre = _legendre(streams - 1, modes, tuple(mu.tolist()))
     solved, top, beam = [], 0.0, np.ones_like(light.E)
     for layer in layers:
         solved.append(
@@ -251,6 +266,11 @@ def _quadrature(count: int, critical: float) -> tuple[Array, Array]:
             parts.append((low + (high - low) * (nodes + 1) / 2, weights * (high - low) / 2))
     mu, weights = (np.concatenate(part) for part in zip(*parts, strict=True))
     return constant(mu), constant(weights)
+
+
+@functools.lru_cache(maxsize=32)
+def _legendre(degree: int, modes: int, mu: tuple[float, ...]) -> Array:
+    return constant(legendre_modes(degree, modes, np.array(mu)))
 
 
 def _solve_layer(

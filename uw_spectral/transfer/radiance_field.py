@@ -17,7 +17,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..mathematics import NUMPY, Mathematics, Operand, dot
 from ..surface.refraction import direction_in_air, fresnel_reflectance
-from .light_field import LightField
 
 FARTHEST = 1e7
 """Distance in m that stands for infinity along a level ray."""
@@ -121,66 +120,6 @@ def distance_in_water(
         1.0 - 1e7 * w_y, 0.0, 1.0
     )
     return m.minimum(m.minimum(to_surface, to_floor), FARTHEST)
-
-
-class PathField:
-    """A :class:`RadianceField` that is known by the radiance of its paths."""
-
-    field: LightField
-
-    @property
-    def c(self) -> Operand:
-        """Extinction, 1/m."""
-        return self.field.c
-
-    @property
-    def cp(self) -> Operand:
-        """Extinction without the forward peak of the phase function, 1/m."""
-        return self.field.cp
-
-    def path(
-        self, y_o: Operand, w: Sequence[Operand], P: Operand, m: Mathematics = NUMPY
-    ) -> Operand:
-        """Radiance of the water between depth y_o and distance P along w."""
-        raise NotImplementedError
-
-    def floor_radiance(self, m: Mathematics = NUMPY) -> Operand:
-        """Radiance of the Lambertian floor."""
-        raise NotImplementedError
-
-    def boundary(self, y: Operand, w: Sequence[Operand], m: Mathematics = NUMPY) -> Operand:
-        """Distance from depth y along w to the surface or the floor, m."""
-        return distance_in_water(y, -w[2], self.field.y_f, m)
-
-    def boundary_radiance(
-        self, w: Sequence[Operand], L_surface: Operand = 0.0, m: Mathematics = NUMPY
-    ) -> Operand:
-        """Radiance that surface or floor, whichever lies ahead, send against w."""
-        return m.select(m.less(-w[2], 0.0), L_surface, self.floor_radiance(m))
-
-    def radiance(
-        self,
-        y: Operand,
-        w: Sequence[Operand],
-        L_surface: Operand = 0.0,
-        m: Mathematics = NUMPY,
-    ) -> Operand:
-        """Radiance L(y, w) of the undisturbed water with its floor or surface behind.
-
-        Parameters
-        ----------
-        y : float or array
-            Depth it is seen from, m.
-        w : three floats or arrays
-            Components of the unit view direction, away from the camera, z up.
-        L_surface : float or array
-            Radiance that comes down from the surface against w.
-        m : Mathematics
-            Elementary functions.
-        """
-        P = self.boundary(y, w, m)
-        end = self.boundary_radiance(w, L_surface, m)
-        return self.path(y, w, P, m) + m.exp(-self.cp * P) * end
 
 
 def upwelling_irradiance(
@@ -343,11 +282,24 @@ def sun_glitter(
     m : Mathematics
         Elementary functions.
     """
+    P = m.minimum(y_o / m.maximum(w[2], 1e-4), FARTHEST)
+    image = sun_image(beam.sun, w, relative_index, ripples, m)
+    return image * beam.E * m.exp((beam.cp - beam.c) * P)
+
+
+def sun_image(
+    sun: Sequence[Operand],
+    w: Sequence[Operand],
+    relative_index: Operand,
+    ripples: Ripples,
+    m: Mathematics = NUMPY,
+) -> Operand:
+    """Radiance of :func:`sun_glitter` per irradiance of the sun, as the water leaves it."""
     n, n2 = relative_index, relative_index * relative_index
     normal = surface_normal(*ripples.slopes, m)
     inside = m.maximum(dot(w, normal), 0.0)
     air = direction_in_air(w, normal, n, m)
-    sx, sy = (n * beam.sun[0], n * beam.sun[1]) if ripples.sun is None else ripples.sun[:2]
+    sx, sy = (n * sun[0], n * sun[1]) if ripples.sun is None else ripples.sun[:2]
     high = m.sqrt(m.maximum(1.0 - sx * sx - sy * sy, 1e-6))
     x, y, z = air[0] + sx, air[1] + sy, air[2] - high
     width2 = ripples.glitter_width
@@ -355,6 +307,4 @@ def sun_glitter(
     through = 1.0 - fresnel_reflectance(inside, 1.0 / n, m)
     # A sun at the horizon lights tilted waves out of all proportion to E: held.
     entered = m.maximum(high * (1.0 - fresnel_reflectance(high, n, m)), _LOWEST_SUN)
-    P = m.minimum(y_o / m.maximum(w[2], 1e-4), FARTHEST)
-    seen = image * through * n2 / entered * beam.E * m.exp((beam.cp - beam.c) * P)
-    return seen * ripples.glitter
+    return image * through * n2 / entered * ripples.glitter

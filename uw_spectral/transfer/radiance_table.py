@@ -184,26 +184,26 @@ class RadianceTable:
         """Radiance M(y, w) by linear interpolation, shape (..., n)."""
         y, *w = np.broadcast_arrays(y, *w)
         place = self.depth_scale.slice(y), elevation(w[2]), azimuth(w, sun)
-        return _interpolate(self.radiance, place) * table_unit(self.scale, self.decay, y[..., None])
+        return interpolate(self.radiance, place) * table_unit(self.scale, self.decay, y[..., None])
 
     def patch_irradiance(self, y: Array, normal: Sequence[Array], sun: Sequence[float]) -> Array:
         """Irradiance on a patch at depth y, without the direct sun, shape (..., n)."""
         y, *n = np.broadcast_arrays(y, *normal)
         place = self.depth_scale.slice(y), tilt(n[2]), azimuth(n, sun, TURNS)
-        found = _interpolate(self.irradiance, place)
+        found = interpolate(self.irradiance, place)
         return found * table_unit(self.scale, self.decay, y[..., None])
 
     def boundary_image(self, w: Sequence[Array], sun: Sequence[float]) -> Array:
         """Radiance of the surface from just below, or of the floor, along w, (..., n)."""
         w = np.broadcast_arrays(*w)
         place = elevation(w[2]), azimuth(w, sun)
-        return _interpolate(self.image, place) * self.scale
+        return interpolate(self.image, place) * self.scale
 
     def aureole_factor(self, y: Array, w: Sequence[Array], sun: Sequence[float]) -> Array:
         """Factor on sunlight scattered once against w, seen from depth y, shape (..., n)."""
         y, *w = np.broadcast_arrays(y, *w)
         place = self.depth_scale.slice(y), sun_angle(half_angle2(w, sun))
-        return _interpolate(self.aureole, place)
+        return interpolate(self.aureole, place)
 
 
 @functools.lru_cache(maxsize=8)
@@ -213,9 +213,9 @@ def tabulate(field: SolvedField) -> RadianceTable:
     deepest = _deepest(field)
     depth_scale = _depth_scale(field, deepest)
     depths = depth_scale.depths()
-    decay = _decay(depths, field.scalar_irradiance(depths))
+    decay = decay_rate(depths, field.scalar_irradiance(depths))
     grown = np.exp(np.minimum(decay[:, None] * depths, _LARGEST_EXPONENT))[..., None, None]
-    mu, turns = _upward(ELEVATIONS, _HORIZON), _azimuths(AZIMUTHS)
+    mu, turns = elevations(), azimuths(AZIMUTHS)
     # Peaks that the streams do not resolve ring, below 0 too.
     radiance = np.maximum(field.scattered_on_grid(depths, mu, turns), 0.0)
     image = np.maximum(_boundary_image(field, mu, turns, radiance[:, 0]), 0.0)
@@ -231,7 +231,7 @@ def tabulate(field: SolvedField) -> RadianceTable:
         radiance / over[..., None],
         irradiance / over[..., None],
         image / over,
-        field.aureole(depths, SUN_DISC * np.exp(np.arange(ANGLES) / _ANGLE)),
+        field.aureole(depths, angles()),
         _layers(field, depths, mu, grown[..., 0] / over) if field.layered else None,
     )
 
@@ -264,7 +264,7 @@ def _deepest(field: SolvedField) -> float:
     return min(field.floor_depth, depths[1:][dark[1:]].min(initial=_DEEPEST))
 
 
-def _decay(depths: Array, E0: Array) -> Array:
+def decay_rate(depths: Array, E0: Array) -> Array:
     """Rate at which E0 (d, n) falls to a faint share, as far as what is left does not grow much."""
     y = depths[1:, None]
     lost = np.log(np.maximum(E0[0], _NOTHING)) - np.log(np.maximum(E0[1:], _NOTHING))
@@ -276,8 +276,22 @@ def _decay(depths: Array, E0: Array) -> Array:
     return np.maximum(np.minimum(rate, grown.min(axis=0)), 0.0)
 
 
+def elevations() -> Array:
+    """Upward components of directions: what :func:`elevation` inverts."""
+    return _upward(ELEVATIONS, _HORIZON)
+
+
+def tilts() -> Array:
+    """Upward components of normals: what :func:`tilt` inverts."""
+    return _upward(TILTS)
+
+
+def angles() -> Array:
+    """Squared sines of half the angles to the sun: what :func:`sun_angle` inverts."""
+    return SUN_DISC * np.exp(np.arange(ANGLES) / _ANGLE)
+
+
 def _upward(count: int, horizon: float = math.inf) -> Array:
-    """Upward components: what :func:`elevation`, and without a horizon :func:`tilt`, invert."""
     half = (count - 1) / 2
     warped = (np.arange(count) - half) / half
     size = np.abs(warped)
@@ -285,7 +299,7 @@ def _upward(count: int, horizon: float = math.inf) -> Array:
     return np.sign(warped) * (1.0 - t * t) / (1.0 + t * t)
 
 
-def _azimuths(count: int) -> Array:
+def azimuths(count: int) -> Array:
     """Angles to the sun's azimuth: what :func:`azimuth` inverts."""
     return 2.0 * np.arcsin(np.arange(count) / (count - 1))
 
@@ -294,11 +308,11 @@ def _on_patches(field: SolvedField, depths: Array) -> Array:
     """Irradiance on patches at depths, shape (n, d, TILTS, TURNS)."""
     mu = np.concatenate([field.mu, -field.mu])
     weights = np.concatenate([field.weights, field.weights])
-    kernel = _patch_kernel(tuple(_upward(TILTS).tolist()), tuple(mu.tolist()))
+    kernel = _patch_kernel(tuple(tilts().tolist()), tuple(mu.tolist()))
     light = np.concatenate(field.stream_modes(depths, _ORDERS), axis=-1) * weights
     kernel = kernel[: len(light)]
     E = np.einsum("mij,mndj->mndi", kernel, light, optimize=True)
-    turned = np.cos(np.arange(len(light))[:, None] * _azimuths(TURNS))
+    turned = np.cos(np.arange(len(light))[:, None] * azimuths(TURNS))
     return np.einsum("mndi,mt->ndit", E, turned, optimize=True)
 
 
@@ -327,7 +341,7 @@ def _boundary_image(field: SolvedField, mu: Array, turns: Array, rising: Array) 
     return np.where(mu[:, None] > 0, above, field.floor_radiance[:, None, None])
 
 
-def _interpolate(table: Array, place: Sequence[Array]) -> Array:
+def interpolate(table: Array, place: Sequence[Array]) -> Array:
     """Linear interpolation along the axes after the bands, shape (..., n)."""
     found = np.zeros(1)
     cells = []

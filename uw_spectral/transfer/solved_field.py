@@ -158,9 +158,22 @@ class SolvedField:
         """Extinction c* without the forward peak, of the uppermost layer, 1/m, shape (n,)."""
         return self._layers[0].scaled
 
+    @property
+    def scattering(self) -> Array:
+        """Scattering coefficient b of the uppermost layer, 1/m, shape (n,)."""
+        return self._layers[0].b
+
     def phase_at(self, y: float) -> BandPhase:
         """Phase function of the water at a depth."""
         return self._layer_at(y).phase
+
+    def scattering_at(self, depths: ArrayLike) -> Array:
+        """Scattering coefficient b at depths (d,), 1/m, shape (d, n)."""
+        return np.array([self._layers[place].b for place in self._places(np.asarray(depths))])
+
+    def weight_at(self, y: float, part: PhaseFunction) -> Array:
+        """Weight of a part in the phase function of the water at a depth, shape (n,)."""
+        return _weight(self.phase_at(y), part)
 
     def peak_at(self, y: float) -> Array:
         """Share of the scattering that counts as unscattered forward peak, shape (n,)."""
@@ -362,13 +375,20 @@ class SolvedField:
             Irradiance.
         """
         depths, mu = np.asarray(depths, np.float64), np.asarray(mu, np.float64)
-        rays = np.repeat(depths, len(mu)), np.tile(mu, len(depths))
-        found = [
-            self._once(*rays, lambda layer, _, part=part: _weight(layer.phase, part), scaled=True)
-            for part in self.components
-        ]
-        shape = len(found), len(depths), len(mu), len(self.light.E)
-        return np.moveaxis(np.reshape(found, shape), -1, 1)
+        found = self.once_on_rays(np.repeat(depths, len(mu)), np.tile(mu, len(depths)))
+        found = found.reshape(len(found), len(depths), len(mu), -1)
+        return np.moveaxis(found, -1, 1)
+
+    def once_on_rays(self, y: Array, mu: Array) -> Array:
+        """Return :meth:`once_on_grid` for rays from depths y along cosines mu (q,), (k, q, n)."""
+        return np.array(
+            [
+                self._once(
+                    y, mu, lambda layer, _, part=part: _weight(layer.phase, part), scaled=True
+                )
+                for part in self.components
+            ]
+        )
 
     def aureole(self, depths: ArrayLike, s2: ArrayLike) -> Array:
         """Factor on sunlight scattered once that makes it the sun's aureole.

@@ -207,7 +207,23 @@ class SolvedWater:
         *,
         coverage: Operand = 1.0,
     ) -> Pixel:
-        """Pixel of a surface; arguments as of :meth:`.UndisturbedWater.surface`."""
+        """Pixel of a surface.
+
+        Parameters
+        ----------
+        y_o, y_e : float or array
+            Depths of the camera and of the surface, m.
+        w : three floats or arrays
+            Unit view direction, away from the camera, z up.
+        P : float or array
+            Distance, m.
+        L_surface : float or array
+            Radiance of the surface.
+        m : Mathematics
+            Elementary functions.
+        coverage : float or array
+            Share of the pixel that the surface fills; its radiance is multiplied by it.
+        """
         ahead = SolvedAhead(self.beyond or self.beam, 0.0, self.image, self.aureole)
         beyond = ahead.radiance(y_e, w, m) * self.shade.scattered
         water = SolvedPath(self.beam, self.near, self.far, self.aureole, self.shade)
@@ -320,7 +336,19 @@ class SolvedPatchLight:
     ) -> tuple[Operand, Operand, Operand]:
         """Irradiance of the direct sun, its forward peak and the rest.
 
-        Arguments as of :meth:`.LightField.surface_irradiance`.
+        Parameters
+        ----------
+        y : float or array
+            Depth of the patch.
+        sun_cosine : float or array
+            Cosine between its normal and the direction towards the in-water
+            sun; below zero the patch faces away.
+        up : float or array
+            Upward component of its normal (1 for a floor).
+        m : Mathematics
+            Elementary functions.
+        openness : float or array, optional
+            Share of the light from above, the direct sun apart, that nothing keeps away.
         """
         beam, diffuse = self.beam, self.patch
         facing = m.maximum(sun_cosine, 0.0) / beam.mu_s * beam.E

@@ -7,12 +7,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Protocol
 
 from ..mathematics import NUMPY, Mathematics, Operand
 from ..surface.caustics import SUN_RADIUS
 from ..surface.refraction import REFRACTIVE_INDEX
-from ..water.phase import Mixture
-from .light_field import LightField
 from .path_integral import attenuated_path
 from .radiance_field import distance_in_water, end_of_path
 
@@ -30,6 +29,14 @@ def half_angle2(w: Sequence[Operand], sun: Sequence[Operand], m: Mathematics = N
     return m.clamp((x * x + y * y + z * z) / 4.0, SUN_DISC, 1.0)
 
 
+class Scattering(Protocol):
+    """A phase function per band."""
+
+    def per_steradian(self, s2: Operand, m: Mathematics = NUMPY) -> Operand:
+        """Value at s2 = sin²(angle / 2), 1/sr."""
+        ...
+
+
 @dataclass(frozen=True, eq=False)
 class SunBeam:
     """The direct sun of n bands.
@@ -44,7 +51,7 @@ class SunBeam:
         Downwelling (horizontal) irradiance just below the surface.
     mu_s, y_f : float
         Cosine of the in-water zenith angle; depth of the floor, m.
-    phase : Mixture
+    phase : Scattering
         Phase function.
     sun : sequence of 3
         Unit direction the sunlight travels to in the water.
@@ -58,7 +65,7 @@ class SunBeam:
     E: Operand
     mu_s: Operand
     y_f: Operand
-    phase: Mixture
+    phase: Scattering
     sun: Sequence[Operand]
     p: Operand = None
 
@@ -99,9 +106,3 @@ class SunBeam:
     ) -> Operand:
         """Integrand of :meth:`scattered_once` at depth y and distance v, per metre."""
         return self.source(w, m) * m.exp(-self.c * (y / self.mu_s + v))
-
-
-def sun_beam(field: LightField, phase: Mixture, sun: Sequence[Operand]) -> SunBeam:
-    """Return the direct sun of a light field, travelling along ``sun``."""
-    f = field
-    return SunBeam(f.b, f.c, f.cp, f.E, f.mu_s, f.y_f, phase, sun)

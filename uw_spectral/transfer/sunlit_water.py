@@ -21,7 +21,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..surface.caustics import disc_transfer, pattern_power, positive_pattern, wave_numbers
 from ..water.phase import BandPhase
-from .light_field import LightField
+from .solved_field import SolvedField
 
 _MOMENTS = 512
 
@@ -87,36 +87,32 @@ class SunlitWater:
 
     Parameters
     ----------
-    field : LightField
-        Of the n bands.
-    phase : BandPhase
-        The phase function it was solved for.
-    sun_direction : array_like, shape (3,)
-        Travel direction of the sunlight in the water.
+    field : SolvedField
+        Of the n bands, in water of one layer; its streams decide what :meth:`sun_share` counts
+        as sun, so take those that are drawn.
     """
 
-    field: LightField
-    phase: BandPhase
-    sun_direction: NDArray[np.float64]
+    field: SolvedField
 
     def modulated(self, depth: float, q: ArrayLike) -> NDArray[np.float64]:
         """Modulated irradiance at wave number q, over the whole of it, shape (..., n)."""
-        field = self.field
-        depth = min(depth, field.y_f)
-        exponent = scattering_transfer(field.b, self.phase, field.mu_s, depth, q)
-        light = field.E * np.exp(exponent - field.c * depth / field.mu_s)
+        field, sun = self.field, self.field.light
+        depth = min(depth, field.floor_depth)
+        c = field.extinction_between(0.0, depth, scaled=False)
+        exponent = scattering_transfer(field.scattering, field.phase_at(0.0), sun.mu_s, depth, q)
+        light = sun.E * np.exp(exponent - c * depth / sun.mu_s)
         total = field.Ed(depth)
         return np.divide(light, total, out=np.zeros_like(light), where=total > 0)
 
     def sun_share(self, depth: float) -> NDArray[np.float64]:
         """Share of the direct and forward-scattered sun in the irradiance, shape (n,).
 
-        The two of :meth:`.LightField.surface_irradiance`, which a renderer multiplies
+        The two of :meth:`.SolvedPatchLight.surface_irradiance`, which a renderer multiplies
         by the pattern.
         """
         field = self.field
-        depth = min(depth, field.y_f)
-        light, total = field.E * np.exp(-field.ks * depth), field.Ed(depth)
+        depth = min(depth, field.floor_depth)
+        light, total = field.light.E * field.beam([depth])[:, 0], field.Ed(depth)
         return np.divide(light, total, out=np.zeros_like(light), where=total > 0)
 
     def patterns(
@@ -180,7 +176,7 @@ class SunlitWater:
         self, pattern: NDArray, tile: float, depth: float, collector: float
     ) -> NDArray[np.float64]:
         kx, ky = wave_numbers(tile, len(pattern))
-        sx, sy, sz = (float(value) for value in self.sun_direction)
+        sx, sy, sz = (float(value) for value in self.field.sun)
         across = np.sqrt(kx**2 + ky**2 + (kx * sx + ky * sy) ** 2 / sz**2)
         knots = np.linspace(0.0, math.sqrt(across.max()), 600) ** 2
         table = self.modulated(depth, knots)

@@ -51,7 +51,7 @@ class TabulatedWater:
     def surface(
         self, y_o: Array, y_e: Array, w: Sequence[Array], P: Array, L_surface: Array
     ) -> Pixel:
-        """Pixel of a surface; arguments as of :meth:`.UndisturbedWater.surface`."""
+        """Pixel of a surface; arguments as of :meth:`.SolvedWater.surface`."""
         image = self.table.boundary_image(_rays(0.0, w)[1], self.beam.sun)
         seen = replace(self._ahead(y_o, w), far=self._scattered(y_e, w), image=image)
         return seen.surface(y_o, y_e, w, P, L_surface)

@@ -1,7 +1,7 @@
 """The water column of a scene: every optical quantity, resolved for the bands.
 
-It is the one hand-over from the optics to whoever draws: the closed form, the
-Cycles reference and the real-time groups all read these arrays.
+It is the one hand-over from the optics to whoever draws: the Cycles reference and the
+real-time groups read these arrays.
 """
 
 from __future__ import annotations
@@ -21,15 +21,18 @@ from ..spectra.bands import Bands
 from ..surface.refraction import direction_in_air
 from ..water.phase import BandPhase
 from .discrete_ordinates import STREAMS, Emission, Layer, solve_discrete_ordinates
-from .light_field import LightField, solve_light_field
-from .rough_surface import beam_below, beam_reflectance, internal_reflectance
+from .rough_surface import beam_below, beam_reflectance
 from .sky import SKIES, UNIFORM, Sky
 from .solved_field import SolvedField
+from .sun_beam import SunBeam
 
 WAVES = "waves"
 SURFACES = ("none", "flat", WAVES)
 FEW_STREAMS = 16
 """Streams that serve read-outs: Ed to 0.1 %, radiance away from the sun to 1 %."""
+
+_LOWEST_SUN = 0.01  # cosine of a flatter one, which exists only without refraction: without light
+_DEEPEST = 1e6  # m: a floor that shader nodes take for none
 
 
 @dataclass(frozen=True, eq=False)
@@ -247,10 +250,8 @@ class WaterColumn(ComparedByContent):
             )
 
     def Ed(self, y: ArrayLike, phase: BandPhase) -> NDArray[np.float64]:
-        """Downwelling irradiance at depths y, shape (..., n): closed form, or solved for layers."""
-        if self.below:
-            return self.solved_field(phase, FEW_STREAMS).Ed(y)
-        return self.light_field(phase).Ed(np.asarray(y, dtype=np.float64)[..., None])
+        """Downwelling irradiance at depths y, shape (..., n)."""
+        return self.solved_field(phase, FEW_STREAMS, modes=1).Ed(y)
 
     @functools.cached_property
     def skylight(self) -> Sky:
@@ -262,24 +263,40 @@ class WaterColumn(ComparedByContent):
             sun = tuple(self.sun_in_air.tolist())
         return Sky.standard(self.sky, math.pi * self.sky_radiance, sun)
 
-    def light_field(self, phase: BandPhase) -> LightField:
-        """Return the light field of the column for a phase function, solved once for both.
+    def sun_beam(self, phase: BandPhase) -> SunBeam:
+        """Return the direct sun of a column of one layer.
+
+        Parameters
+        ----------
+        phase : BandPhase
+            Of the water, on the same bands; its forward peak χ2 is left out of ``cp``.
 
         Raises
         ------
         InputError
-            If the column has layers.
+            If the column has layers; :meth:`mixed_above` makes one of them.
 
         Examples
         --------
         >>> from ..water.phase import parse_phase
         >>> column = WaterColumn(Bands.uniform(1), 0.05, 0.1, 1.0, 1.0, (0, 0, -1), 0.0,
         ...                      math.inf, 0.0, "none", 1.34)
-        >>> column.light_field(parse_phase("hg:0.8").for_bands([0.1])).Ed(5.0).round(2)
-        array([0.74])
+        >>> beam = column.sun_beam(parse_phase("hg:0.8").for_bands([0.1]))
+        >>> beam.c.round(3), beam.cp.round(3)
+        (array([0.15]), array([0.086]))
         """
-        self.require_one_layer("the closed form and Auto know")
-        return _light_field(self, phase)
+        self.require_one_layer("the beam of the sun knows")
+        a, b = self.absorption, self.scattering
+        return SunBeam(
+            b,
+            a + b,
+            a + b * (1.0 - phase.chi2),
+            self.sun_irradiance,
+            max(float(self.sun_cosine), _LOWEST_SUN),
+            min(float(self.floor_depth), _DEEPEST),
+            phase,
+            self.sun_direction.tolist(),
+        )
 
     def solved_field(
         self,
@@ -299,29 +316,10 @@ class WaterColumn(ComparedByContent):
         emission : Emission, optional
             Light of other origin than sun and sky.
         """
-        return _solved_field(self, phase, streams, emission, modes)
+        solved = _few_streams if streams <= FEW_STREAMS else _many_streams
+        return solved(self, phase, streams, emission, modes)
 
 
-@functools.lru_cache(maxsize=64)
-def _light_field(column: WaterColumn, phase: BandPhase) -> LightField:
-    R = 0.0
-    if column.reflects:
-        R = internal_reflectance(column.refractive_index, column.roughness)
-    return solve_light_field(
-        column.absorption,
-        column.scattering,
-        phase.chi1,
-        phase.chi2,
-        column.sun_irradiance,
-        column.sun_cosine,
-        E_sky=column.sky_irradiance,
-        R=R,
-        r=column.floor_reflectance,
-        y_f=column.floor_depth,
-    )
-
-
-@functools.lru_cache(maxsize=8)
 def _solved_field(
     column: WaterColumn,
     phase: BandPhase,
@@ -340,6 +338,11 @@ def _solved_field(
         streams=streams,
         modes=modes,
     )
+
+
+# Read-outs ask for many waters, pictures for large solutions of few.
+_few_streams = functools.lru_cache(maxsize=64)(_solved_field)
+_many_streams = functools.lru_cache(maxsize=8)(_solved_field)
 
 
 def _checked(name: str, values: ArrayLike, bands: Bands) -> NDArray[np.float64]:

@@ -1,7 +1,7 @@
 """Processes that change the wavelength of light in water: Raman scattering and fluorescence.
 
 A process is a coefficient per excitation band and a redistribution matrix in photons;
-:mod:`..transfer.inelastic_light` drives it with the light in the water.
+:mod:`..transfer.inelastic_emission` drives it with the light in the water.
 """
 
 from __future__ import annotations

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from underwater_spectral.uw_spectral.closed_form.light_field import light_field_of
 from underwater_spectral.uw_spectral.errors import InputError
 from underwater_spectral.uw_spectral.imaging import (
     BandsDescription,
@@ -120,16 +121,14 @@ def test_a_floor_ends_the_layers_and_comes_off_again():
 
 
 def test_read_outs_of_one_water_in_layers_are_those_of_the_water():
-    """Those of the closed form are off by its own error, 1 to 5 %."""
     many = BandsDescription(12)
     views = [_resolved(water, bands=many).viewpoint(5.0) for water in (TURBID, _cut(TURBID, 2.0))]
     whole, cut = (readouts(view, view) for view in views)
     assert cut.visibility == pytest.approx(whole.visibility)
-    assert cut.euphotic_depth == pytest.approx(whole.euphotic_depth, rel=0.05)
-    np.testing.assert_allclose(cut.light_left.values, whole.light_left.values, rtol=0.05)
-    np.testing.assert_allclose(cut.swatch, whole.swatch, rtol=0.05)
-    closed, solved = (diffuse_attenuation(view) for view in views)
-    np.testing.assert_allclose(solved, closed, rtol=0.05)
+    assert cut.euphotic_depth == pytest.approx(whole.euphotic_depth, rel=1e-6)
+    np.testing.assert_allclose(cut.light_left.values, whole.light_left.values, rtol=1e-6)
+    np.testing.assert_allclose(cut.swatch, whole.swatch, rtol=1e-6)
+    np.testing.assert_allclose(*(diffuse_attenuation(view) for view in views), rtol=1e-6)
 
 
 def test_read_outs_are_those_of_the_camera_s_layer():
@@ -162,8 +161,8 @@ def test_light_ends_where_two_absorbing_layers_say():
 def test_who_knows_one_layer_says_so():
     found = _resolved(LAYERS)
     message = "water of one layer only, and this has 2; leave them, or take"
-    with pytest.raises(InputError, match=f"the closed form and Auto know {message}"):
-        found.column.light_field(found.phase)
+    with pytest.raises(InputError, match=f"the closed form knows {message}"):
+        light_field_of(found.column, found.phase)
     with pytest.raises(InputError, match=f"optimised bands know {message}"):
         _resolved(LAYERS, bands=BandsDescription(4, wavelengths=(450.0, 550.0), optimised=True))
     with pytest.raises(InputError, match=f"inelastic light knows {message}"):

@@ -28,6 +28,7 @@ from underwater_spectral.uw_spectral.spectra.reflectance import parse_reflectanc
 from underwater_spectral.uw_spectral.spectra.sensor import parse_sensor
 from underwater_spectral.uw_spectral.surface.refraction import fresnel_reflectance
 from underwater_spectral.uw_spectral.transfer import water_column
+from underwater_spectral.uw_spectral.transfer.water_column import FEW_STREAMS
 from underwater_spectral.uw_spectral.water.bio_optics import Constituents
 from underwater_spectral.uw_spectral.water.optical_properties import Water
 from underwater_spectral.uw_spectral.water.phase import HenyeyGreenstein
@@ -110,7 +111,9 @@ def test_fluorescence_needs_constituents():
     more, less = (
         resolve(
             Description(WaterDescription("bio:chl=1", absorption_factor=f, inelastic="chlorophyll"))
-        ).inelastic.source(0.0)
+        )
+        .emission()
+        .at([0.0], math.inf)[0]
         for f in (2.0, 1.0)
     )
     red = np.argmax(less)
@@ -164,15 +167,14 @@ def test_a_file_is_read_whenever_a_description_is_resolved(tmp_path):
 
 
 def test_one_light_field_for_all_who_ask(monkeypatch):
-    solved, solve = [], water_column.solve_light_field
+    solved, solve = [], water_column.solve_discrete_ordinates
     monkeypatch.setattr(
-        water_column, "solve_light_field", lambda *a, **k: solved.append(a) or solve(*a, **k)
+        water_column, "solve_discrete_ordinates", lambda *a, **k: solved.append(a) or solve(*a, **k)
     )
     described = Description(WaterDescription(scattering_factor=1.01234))
     for depth in (3.0, 4.0):
         found = resolve(described)
-        assert found.viewpoint(depth).field is found.field
-        assert found.viewpoint(depth).path_radiance.field is found.field
+        assert found.viewpoint(depth).field is found.solved_field(FEW_STREAMS)
     assert len(solved) == 1
 
 

@@ -146,7 +146,7 @@ def test_swatch_is_the_developed_background():
     view = viewpoint("II", exposure_stops=1.0, sun_azimuth=40.0)
     sun = view.column.sun_direction
     assert np.dot(view.level, sun) == pytest.approx(0, abs=1e-12)
-    radiance = view.path_radiance.radiance(5.0, view.level)
+    radiance = view.field.radiance(5.0, view.level)
     develop = reduction(CAMERA, FINE, D65, exposure_stops=1.0)
     assert water_swatch(view) == pytest.approx(srgb_encode(develop.apply(radiance)))
 

@@ -77,7 +77,7 @@ def jerlov_ib():
         bands, water.a(bands.centres), scattering, daylight.direct_in(bands), 0.93,
         np.array([0.37, 0.0, -0.93]), 0.0, math.inf, 0.0, "none", 1.34,
     )  # fmt: skip
-    return bands, daylight, column.light_field(phase).Ed(10.0)
+    return bands, daylight, column.Ed(10.0, phase)
 
 
 @pytest.mark.filterwarnings("ignore::underwater_spectral.uw_spectral.errors.DataWarning")

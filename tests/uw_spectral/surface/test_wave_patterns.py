@@ -7,6 +7,8 @@ import math
 
 import numpy as np
 import pytest
+from underwater_spectral.uw_spectral.closed_form.closed_form import solve_closed_form
+from underwater_spectral.uw_spectral.closed_form.light_field import solve_light_field
 from underwater_spectral.uw_spectral.surface.refraction import (
     fresnel_reflectance,
     sun_travel_direction,
@@ -21,14 +23,17 @@ from underwater_spectral.uw_spectral.surface.wave_patterns import (
     sunlight_factor,
     under_waves,
 )
-from underwater_spectral.uw_spectral.transfer.closed_form import solve_closed_form
-from underwater_spectral.uw_spectral.transfer.light_field import solve_light_field
+from underwater_spectral.uw_spectral.transfer.discrete_ordinates import (
+    Layer,
+    solve_discrete_ordinates,
+)
 from underwater_spectral.uw_spectral.transfer.radiance_field import (
     Ripples,
     sun_glitter,
     surface_normal,
     under_surface,
 )
+from underwater_spectral.uw_spectral.transfer.sky import Sky
 from underwater_spectral.uw_spectral.transfer.sunlit_water import SunlitWater
 from underwater_spectral.uw_spectral.water.phase import parse_phase
 
@@ -55,8 +60,10 @@ def test_formulas_are_those_of_the_layers():
 
 
 def test_contrast_between_the_knots_is_close():
-    now, water = SEA.at(1.0, SUN, 1.34), _water()
-    lit = SunlitWater(water.field, PHASE, SUN)
+    now = SEA.at(1.0, SUN, 1.34)
+    layer = Layer(math.inf, np.array([0.05, 0.3]), np.array([0.1, 0.2]), PHASE)
+    sky = Sky.standard("uniform", np.full(2, 0.2), SUN.tolist())
+    lit = SunlitWater(solve_discrete_ordinates([layer], np.ones(2), SUN.tolist(), sky=sky))
     knots = now.contrast(lit)
     assert knots.shape == (KNOTS, 2)
     first, last = now.layers.depths[[0, -1]]

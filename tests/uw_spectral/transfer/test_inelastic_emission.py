@@ -6,6 +6,11 @@ import math
 
 import numpy as np
 import pytest
+from underwater_spectral.uw_spectral.closed_form.inelastic_light import (
+    excitation_fields,
+    solve_inelastic,
+)
+from underwater_spectral.uw_spectral.closed_form.light_field import light_field_of
 from underwater_spectral.uw_spectral.errors import InputError
 from underwater_spectral.uw_spectral.imaging.description import (
     Description,
@@ -150,8 +155,13 @@ def test_described_water_glows():
     field, elastic = optics.solved_field(24), optics.column.solved_field(optics.phase, 24)
     y = np.array([0.5, 5.0, 15.0])
     changed = field.scalar_irradiance(y) - elastic.scalar_irradiance(y)
-    np.testing.assert_allclose(changed, [optics.inelastic.E0(x) for x in y], rtol=0.5)
-    np.testing.assert_allclose(changed[1], optics.inelastic.E0(5.0), rtol=0.2)
+    excitation = optics.excitation
+    closed = solve_inelastic(
+        excitation.processes, excitation_fields(excitation.column, excitation.phase), EXCITATION,
+        light_field_of(optics.column, optics.phase), optics.bands,
+    )  # fmt: skip
+    np.testing.assert_allclose(changed, [closed.E0(x) for x in y], rtol=0.5)
+    np.testing.assert_allclose(changed[1], closed.E0(5.0), rtol=0.2)
     assert np.all(changed[:, 1:] > 0)
     plain = resolve(Description())
     assert plain.solved_field(8).Ed(1.0).shape == (len(plain.bands),)

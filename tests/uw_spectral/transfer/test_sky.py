@@ -7,6 +7,9 @@ import math
 
 import numpy as np
 import pytest
+from underwater_spectral.uw_spectral.closed_form.closed_form import solve_closed_form
+from underwater_spectral.uw_spectral.closed_form.light_field import light_field_of
+from underwater_spectral.uw_spectral.closed_form.undisturbed_water import UndisturbedWater
 from underwater_spectral.uw_spectral.errors import InputError
 from underwater_spectral.uw_spectral.monte_carlo import simulate
 from underwater_spectral.uw_spectral.spectra.bands import Bands
@@ -16,8 +19,6 @@ from underwater_spectral.uw_spectral.surface.refraction import (
     in_water_cosine,
     sun_travel_direction,
 )
-from underwater_spectral.uw_spectral.transfer.closed_form import solve_closed_form
-from underwater_spectral.uw_spectral.transfer.pixel import UndisturbedWater
 from underwater_spectral.uw_spectral.transfer.sky import SKIES, Sky
 from underwater_spectral.uw_spectral.transfer.water_column import WaterColumn
 from underwater_spectral.uw_spectral.water.phase import parse_phase
@@ -93,9 +94,9 @@ def test_solved_and_closed_form_get_the_same_light(kind, surface):
     share = column.skylight.transmittance(INDEX) if surface == "flat" else 1.0
     solved = column.solved_field(PHASE)
     np.testing.assert_allclose(solved.Ed(0.0), 2 * math.pi * share, rtol=3e-3)
-    closed, uniform = column.light_field(PHASE), dataclasses.replace(column, sky="uniform")
+    closed, uniform = light_field_of(column, PHASE), dataclasses.replace(column, sky="uniform")
     of_uniform = uniform.skylight.transmittance(INDEX) if surface == "flat" else 1.0
-    gain = closed.Ed(3.0) / uniform.light_field(PHASE).Ed(3.0)
+    gain = closed.Ed(3.0) / light_field_of(uniform, PHASE).Ed(3.0)
     np.testing.assert_allclose(gain, share / of_uniform, rtol=1e-9)
 
 
@@ -103,7 +104,7 @@ def test_solved_and_closed_form_get_the_same_light(kind, surface):
 @pytest.mark.parametrize("surface", ["none", "flat"])
 def test_solver_and_pixel_see_the_same_sky(kind, surface):
     column = _column(kind, surface=surface, scattering=1e-9)
-    field = column.light_field(PHASE)
+    field = light_field_of(column, PHASE)
     closed = solve_closed_form(field, PHASE, 0.0, column.sun_direction)
     index = column.refractive_index if column.reflects else None
     water = UndisturbedWater(closed, column.skylight, index)

@@ -1,6 +1,6 @@
 """Radiance of the water between the camera and what it sees: the closed form.
 
-Directions, depth and shapes are those of :mod:`.radiance_field`.
+Directions, depth and shapes are those of :mod:`..transfer.radiance_field`.
 """
 
 from __future__ import annotations
@@ -10,18 +10,28 @@ import functools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, DTypeLike
 
 from ..errors import InputError
 from ..mathematics import NUMPY, Mathematics, Operand
+from ..transfer.path_integral import attenuated_path
+from ..transfer.radiance_field import end_of_path
+from ..transfer.sun_beam import Scattering, SunBeam, half_angle2
 from ..water.phase import BandPhase, Mixture
-from .aureole import Aureole, solve_aureole
+from .aureole_lobes import Aureole, solve_aureole
 from .light_field import LightField
-from .path_integral import attenuated_path
-from .radiance_field import PathField, end_of_path
-from .sun_beam import SunBeam, half_angle2, sun_beam
+from .path_field import PathField
+
+
+class Spread(Protocol):
+    """The sun at a camera, spread by scattering at small angles."""
+
+    def spread(self, p: Operand, s2: Operand, m: Mathematics = NUMPY) -> Operand:
+        """Return p*, given the phase function p at s2 = sin²(angle / 2)."""
+        ...
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,26 +42,29 @@ class ClosedForm(PathField):
     ----------
     field : LightField
         Light field of the n bands.
-    phase : Mixture
+    phase : Scattering
         Phase function of the n bands.
-    aureole : Aureole
+    aureole : Spread
         Spread of the sun at the depth of the camera.
     sun : sequence of 3
         Unit direction the sunlight travels to in the water.
     """
 
     field: LightField
-    phase: Mixture
-    aureole: Aureole
+    phase: Scattering
+    aureole: Spread
     sun: Sequence[Operand]
 
     @functools.cached_property
     def beam(self) -> SunBeam:
         """The direct sun."""
-        return sun_beam(self.field, self.phase, self.sun)
+        f = self.field
+        return SunBeam(f.b, f.c, f.cp, f.E, f.mu_s, f.y_f, self.phase, self.sun)
 
     def astype(self, dtype: DTypeLike) -> ClosedForm:
-        """Return the coefficients in another floating-point precision."""
+        """Return the coefficients of :func:`solve_closed_form` in another precision."""
+        assert isinstance(self.phase, Mixture)
+        assert isinstance(self.aureole, Aureole)
         return dataclasses.replace(
             self,
             field=self.field.astype(dtype),

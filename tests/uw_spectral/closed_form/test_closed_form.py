@@ -8,16 +8,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from underwater_spectral.tests import by_hand
+from underwater_spectral.uw_spectral.closed_form.aureole_lobes import solve_aureole
+from underwater_spectral.uw_spectral.closed_form.closed_form import solve_closed_form
+from underwater_spectral.uw_spectral.closed_form.light_field import solve_light_field
+from underwater_spectral.uw_spectral.closed_form.undisturbed_water import UndisturbedWater
 from underwater_spectral.uw_spectral.errors import InputError
-from underwater_spectral.uw_spectral.transfer.aureole import moments_of_spread, solve_aureole
-from underwater_spectral.uw_spectral.transfer.closed_form import solve_closed_form
-from underwater_spectral.uw_spectral.transfer.light_field import solve_light_field
+from underwater_spectral.uw_spectral.transfer.aureole import moments_of_spread
 from underwater_spectral.uw_spectral.transfer.path_integral import attenuated_path, phi
-from underwater_spectral.uw_spectral.transfer.pixel import (
-    Pixel,
-    UndisturbedWater,
-    forward_scattered_share,
-)
+from underwater_spectral.uw_spectral.transfer.pixel import Pixel, forward_scattered_share
 from underwater_spectral.uw_spectral.transfer.radiance_field import (
     distance_in_water,
     under_surface,

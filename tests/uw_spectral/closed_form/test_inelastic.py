@@ -10,15 +10,18 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 from scipy.special import expn
-from underwater_spectral.uw_spectral.errors import InputError
-from underwater_spectral.uw_spectral.spectra.bands import Bands
-from underwater_spectral.uw_spectral.surface.refraction import fresnel_reflectance
-from underwater_spectral.uw_spectral.transfer.inelastic_light import (
+from underwater_spectral.uw_spectral.closed_form.inelastic_light import (
     excitation_fields,
     reduced,
     solve_inelastic,
 )
-from underwater_spectral.uw_spectral.transfer.light_field import solve_light_field
+from underwater_spectral.uw_spectral.closed_form.light_field import (
+    light_field_of,
+    solve_light_field,
+)
+from underwater_spectral.uw_spectral.errors import InputError
+from underwater_spectral.uw_spectral.spectra.bands import Bands
+from underwater_spectral.uw_spectral.surface.refraction import fresnel_reflectance
 from underwater_spectral.uw_spectral.transfer.radiance_field import under_surface
 from underwater_spectral.uw_spectral.transfer.water_column import WaterColumn
 from underwater_spectral.uw_spectral.water.bio_optics import Constituents, named_waters
@@ -197,7 +200,7 @@ def _sea(constituents, y_f=math.inf, surface="flat", sky=0.1):
         )  # fmt: skip
         lights.append((column, constituents.phase(nm)))
     processes = inelastic_processes(constituents, EXCITATION, EMISSION)
-    exciting, field = excitation_fields(*lights[0]), lights[1][0].light_field(lights[1][1])
+    exciting, field = excitation_fields(*lights[0]), light_field_of(lights[1][0], lights[1][1])
     return solve_inelastic(processes, exciting, EXCITATION, field, EMISSION)
 
 
@@ -265,7 +268,7 @@ def test_skylight_excites_as_a_beam_of_its_mean_cosine():
     for y, allowed in ((0.0, 0.01), (1.0, 0.01), (4.0, 0.1)):
         found = sum(field.scalar_irradiance(y)[0] for field in fields)
         assert found == pytest.approx(exact(y), rel=allowed)
-        plain = column.light_field(parse_phase("hg:0.8").for_bands([1e-6])).scalar_irradiance(y)
+        plain = light_field_of(column, parse_phase("hg:0.8").for_bands([1e-6])).scalar_irradiance(y)
         assert abs(plain[0] / exact(y) - 1) > 5 * allowed
     black = dataclasses.replace(column, sky_radiance=0.0, sun_irradiance=1.0)
     assert len(excitation_fields(black, parse_phase("hg:0.8").for_bands([1e-6]))) == 1

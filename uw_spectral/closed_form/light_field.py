@@ -8,6 +8,7 @@ at no cost. The coefficients are solved here, once, in double precision.
 from __future__ import annotations
 
 import dataclasses
+import functools
 import math
 from dataclasses import dataclass
 
@@ -16,6 +17,9 @@ from numpy.typing import ArrayLike, DTypeLike
 
 from ..errors import InputError
 from ..mathematics import NUMPY, Mathematics, Operand
+from ..transfer.rough_surface import internal_reflectance
+from ..transfer.water_column import WaterColumn
+from ..water.phase import BandPhase
 
 DEEPEST_FLOOR = 1e6
 """Depth in m from which a floor does not matter: deep water."""
@@ -25,7 +29,6 @@ _RESONANCE = 1e-3
 # k·y_f below which the two diffuse solutions can no longer be told apart in single
 # precision. The absorption it adds to water without any changes E0 by at most 2e-3.
 _SMALLEST_DIFFUSE_DEPTH = 3e-2
-_SMALLEST_ABSORPTION = 1e-12
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,7 +115,7 @@ class LightField:
         """Upwelling irradiance at depth y, of the two streams.
 
         With :meth:`Ed` it keeps the net flux, and may be negative where a ≫ b; for its own
-        sake take :func:`.radiance_field.upwelling_irradiance`.
+        sake take :func:`.upwelling_irradiance`.
         """
         return self.E0(y, m) / 4.0 - self.F(y, m) / 2.0
 
@@ -143,7 +146,7 @@ class LightField:
             Elementary functions.
         openness : float or array, optional
             Share of the light from above, the direct sun apart, that nothing keeps
-            away: of that in :func:`.light_cone`. All of it by default.
+            away. All of it by default.
 
         Returns
         -------
@@ -246,42 +249,98 @@ def solve_light_field(
     if not 0 <= mu_s <= 1:
         raise InputError(f"light field: the sun cosine must be 0 to 1, got {mu_s:g}")
     a, b, E, E_sky, R, r, f, chi1 = np.broadcast_arrays(*arrays, chi2, chi1)
+    if y_f >= DEEPEST_FLOOR:
+        y_f, r = DEEPEST_FLOOR, np.zeros_like(r)
+    return two_stream_field(
+        a, b, chi1, f, E, float(mu_s), E_sky=E_sky, R=R, r=r, y_f=float(y_f)
+    )  # fmt: skip
 
-    mu_s = max(float(mu_s), _SMALLEST_SUN_COSINE)
-    deep = y_f >= DEEPEST_FLOOR
-    y_f = min(float(y_f), DEEPEST_FLOOR)
 
-    gp = (chi1 - f) / (1 - f)
-    bp = b * (1 - f)
-    transport = bp * (1 - gp)
-    smallest = _SMALLEST_DIFFUSE_DEPTH**2 / (3 * y_f * (1 + transport * y_f))
-    a = np.maximum(a, _SMALLEST_ABSORPTION if deep else smallest)
+@functools.lru_cache(maxsize=64)
+def light_field_of(column: WaterColumn, phase: BandPhase) -> LightField:
+    """Return the light field of a column for a phase function, solved once for both.
+
+    Raises
+    ------
+    InputError
+        If the column has layers.
+
+    Examples
+    --------
+    >>> from ..spectra.bands import Bands
+    >>> from ..water.phase import parse_phase
+    >>> column = WaterColumn(Bands.uniform(1), 0.05, 0.1, 1.0, 1.0, (0, 0, -1), 0.0,
+    ...                      math.inf, 0.0, "none", 1.34)
+    >>> light_field_of(column, parse_phase("hg:0.8").for_bands([0.1])).Ed(5.0).round(2)
+    array([0.74])
+    """
+    column.require_one_layer("the closed form knows")
+    R = 0.0
+    if column.reflects:
+        R = internal_reflectance(column.refractive_index, column.roughness)
+    return solve_light_field(
+        column.absorption,
+        column.scattering,
+        phase.chi1,
+        phase.chi2,
+        column.sun_irradiance,
+        column.sun_cosine,
+        E_sky=column.sky_irradiance,
+        R=R,
+        r=column.floor_reflectance,
+        y_f=column.floor_depth,
+    )
+
+
+def two_stream_field(
+    a: Operand,
+    b: Operand,
+    chi1: Operand,
+    chi2: Operand,
+    E: Operand,
+    mu_s: Operand,
+    *,
+    E_sky: Operand,
+    R: Operand,
+    r: Operand,
+    y_f: Operand,
+    m: Mathematics = NUMPY,
+) -> LightField:
+    """Coefficients of the light field, as a formula that shader nodes can hold.
+
+    Arguments are those of :func:`solve_light_field`, finite and within their bounds, with
+    ``y_f`` at most :data:`DEEPEST_FLOOR`.
+    """
+    f = chi2
+    mu_s = m.maximum(mu_s, _SMALLEST_SUN_COSINE)
+    gp = (chi1 - f) / (1.0 - f)
+    bp = b * (1.0 - f)
+    transport = bp * (1.0 - gp)
+    a = m.maximum(a, _SMALLEST_DIFFUSE_DEPTH**2 / (3.0 * y_f * (1.0 + transport * y_f)))
     cp, c = a + bp, a + b
     S, ks = E / mu_s, cp / mu_s
-    ct = 3 * (a + transport)
-    k = np.sqrt(a * ct)
+    ct = 3.0 * (a + transport)
+    k = m.sqrt(a * ct)
     h = k / ct
 
-    detuning = k**2 - ks**2
-    away = np.maximum(np.abs(detuning), _RESONANCE * ks**2)
-    A = bp * (ct + 3 * gp * cp) * S / np.where(detuning > 0, away, -away)
+    detuning = k * k - ks * ks
+    away = m.maximum(m.absolute(detuning), _RESONANCE * (ks * ks))
+    A = bp * (ct + 3.0 * gp * cp) * S / (away * (1.0 - 2.0 * m.less(detuning, 0.0)))
     B = (a * A - bp * S) / ks
     Fx = bp * gp * S / (a + transport)
 
     # Surface: (1-R)E0/4 + (1+R)F/2 = E_sky.  Floor: (1-r)E0/4 - (1+r)F/2 = r E e^{-ks y_f}.
-    top_along, top_against = (1 - R) / 4 + (1 + R) * h / 2, (1 - R) / 4 - (1 + R) * h / 2
-    low_along, low_against = (1 - r) / 4 + (1 + r) * h / 2, (1 - r) / 4 - (1 + r) * h / 2
-    sun_at_floor = np.exp(-ks * y_f)
-    top = E_sky - (1 - R) * A / 4 - (1 + R) * B / 2
-    low = (r * E - (1 - r) * A / 4 + (1 + r) * B / 2) * sun_at_floor
-    if deep:
-        C1, C2 = top / top_along, np.zeros_like(a)
-    else:
-        across = np.exp(-k * y_f)
-        determinant = top_along * low_along - top_against * low_against * across**2
-        C1 = (top * low_along - low * top_against * across) / determinant
-        C2 = (low * top_along - top * low_against * across) / determinant
+    top_mean, top_flux = (1.0 - R) / 4.0, (1.0 + R) / 2.0
+    low_mean, low_flux = (1.0 - r) / 4.0, (1.0 + r) / 2.0
+    top_along, top_against = top_mean + top_flux * h, top_mean - top_flux * h
+    low_along, low_against = low_mean + low_flux * h, low_mean - low_flux * h
+    top = E_sky - top_mean * A - top_flux * B
+    low = (r * E - low_mean * A + low_flux * B) * m.exp(-ks * y_f)
+    across = m.exp(-k * y_f)
+    determinant = top_along * low_along - top_against * low_against * (across * across)
     return LightField(
-        b=b, c=c, bp=bp, cp=cp, gp=gp, k=k, ks=ks, h=h, C1=C1, C2=C2, A=A, B=B, Fx=Fx,
-        E=E, R=R, r=np.zeros_like(r) if deep else r, mu_s=mu_s, y_f=y_f,
+        b=b, c=c, bp=bp, cp=cp, gp=gp, k=k, ks=ks, h=h,
+        C1=(top * low_along - low * top_against * across) / determinant,
+        C2=(low * top_along - top * low_against * across) / determinant,
+        A=A, B=B, Fx=Fx, E=E, R=R, r=r, mu_s=mu_s, y_f=y_f,
     )  # fmt: skip

@@ -21,12 +21,13 @@ from ..errors import InputError
 from ..mathematics import NUMPY, Mathematics, Operand
 from ..spectra.bands import Bands
 from ..surface.refraction import fresnel_reflectance
+from ..transfer.path_integral import attenuated_path
+from ..transfer.radiance_field import end_of_path
+from ..transfer.water_column import WaterColumn
 from ..water.inelastic_processes import InelasticProcess, energy_matrix
 from ..water.phase import BandPhase
-from .light_field import DEEPEST_FLOOR, LightField, solve_light_field
-from .path_integral import attenuated_path
-from .radiance_field import PathField, end_of_path
-from .water_column import WaterColumn
+from .light_field import DEEPEST_FLOOR, LightField, light_field_of, solve_light_field
+from .path_field import PathField
 
 _RESONANCE = 1e-3
 _SHORT = 3e-4  # optical length below which a path counts as one of this length
@@ -163,9 +164,9 @@ def excitation_fields(column: WaterColumn, phase: BandPhase) -> tuple[LightField
     array([0.33])
     """
     if not (column.reflects and column.sky_radiance.any()):
-        return (column.light_field(phase),)
+        return (light_field_of(column, phase),)
     sunlight = dataclasses.replace(column, sky_radiance=np.zeros(len(column.bands)))
-    field = sunlight.light_field(phase)
+    field = light_field_of(sunlight, phase)
     n = column.refractive_index
     skylight = solve_light_field(
         column.absorption,

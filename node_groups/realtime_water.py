@@ -1,0 +1,198 @@
+"""The water of a pixel in a node tree: its tables, its numbers, and what shades it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import bpy
+
+from ..uw_spectral.mathematics import Operand
+from ..uw_spectral.shade.shade_table import along_ray, ratio
+from ..uw_spectral.surface.caustics import SUN_RADIUS
+from ..uw_spectral.transfer.above_water import glitter_from_above
+from ..uw_spectral.transfer.channel_pixel import ChannelPixel, ChannelWater
+from ..uw_spectral.transfer.radiance_field import Ripples
+from ..uw_spectral.transfer.sky import UNIFORM, Sky
+from ..uw_spectral.transfer.solved_ray import UNSHADED, PathShade
+from ..uw_spectral.transfer.sun_beam import half_angle2
+from .node_mathematics import NODES, Graph, NodeValue
+from .realtime_refraction import LEAVING, MIRRORED_SKY, REFLECTANCE
+from .realtime_shade import ON_IT, ON_PATH, REACH, Shade
+from .realtime_tables import ImageTables, Layout
+from .realtime_values import (
+    FASTEST,
+    GLITTER,
+    GLITTER_WIDTH,
+    INDEX,
+    SHADE_RATE,
+    SHADE_SPECTRUM,
+    SKY_LEVEL,
+    SUN,
+    SUN_IN_AIR,
+    SUN_LEVEL,
+    Shape,
+    Values,
+)
+from .realtime_waves import SLOPE, WaveImages
+
+SEEN = "Seen"
+
+
+@dataclass(frozen=True)
+class Sources:
+    """What the groups of a water read.
+
+    Attributes
+    ----------
+    values : ShaderNodeTree
+        Of :func:`.realtime_values.build`.
+    light : Image
+        Of :mod:`.realtime_tables`.
+    shade, lamps : Image, optional
+    waves : WaveImages, optional
+    rays : ShaderNodeTree, optional
+        Of :mod:`.realtime_refraction`, if the camera may be in the air.
+    """
+
+    values: bpy.types.ShaderNodeTree
+    light: bpy.types.Image
+    shade: bpy.types.Image | None = None
+    lamps: bpy.types.Image | None = None
+    waves: WaveImages | None = None
+    rays: bpy.types.ShaderNodeTree | None = None
+
+
+def layout_of(shape: Shape) -> Layout:
+    """Return the layout of the tables of a shape."""
+    return Layout(shape.slices, 3 + shape.measured, len(shape.components), shape.layered)
+
+
+class PixelWater:
+    """The water of a pixel.
+
+    Parameters
+    ----------
+    graph : Graph
+        The tree.
+    shape : Shape
+    sources : Sources
+    """
+
+    def __init__(self, graph: Graph, shape: Shape, sources: Sources) -> None:
+        self.graph, self.shape, self._sources = graph, shape, sources
+        self.values = Values(graph, sources.values, shape)
+        self._tables = ImageTables(
+            graph, sources.light, layout_of(shape), self.values.depth_scale, self.values.lengths
+        )
+
+    @property
+    def sun(self) -> tuple[NodeValue, ...]:
+        """Direction the sunlight travels to."""
+        return self.values.of(*SUN)
+
+    def along(self, w: Sequence[NodeValue]) -> ChannelWater:
+        """Return the water along a ray."""
+        s2 = half_angle2(w, self.sun, NODES)
+        parts = [part.per_steradian(s2, NODES) for part in self.shape.components]
+        return ChannelWater(
+            self._tables, self.values.numbers, self.sun, parts, self.shape.layered,
+            self.values[FASTEST], NODES,
+        )  # fmt: skip
+
+    @property
+    def sky(self) -> Sky:
+        """The sky, of level 1."""
+        if self.shape.sky == UNIFORM:
+            return Sky(1.0)
+        return Sky(1.0, self.shape.sky, self.values.of(*SUN_IN_AIR))
+
+    @property
+    def index(self) -> NodeValue | None:
+        """Index of the water against air, if it has a surface."""
+        return self.values[INDEX] if self.shape.flat else None
+
+    def ripples(self, slope: NodeValue | None) -> Ripples | None:
+        """Return the moving surface where a ray meets it; None without waves."""
+        if slope is None:
+            return None
+        slopes = self.graph.components(slope)[:2]
+        width, strength = self.values.of(GLITTER_WIDTH, GLITTER)
+        return Ripples(slopes, width, strength, self.values.of(*SUN_IN_AIR))
+
+    def shade(self) -> Shade | None:
+        """Return the look-ups of the shade, if there is any."""
+        if self._sources.shade is None:
+            return None
+        return Shade(self.graph, self.values.outputs, self._sources.shade)
+
+    def path_shade(
+        self,
+        found: dict[str, NodeValue],
+        w: Sequence[NodeValue],
+        P: NodeValue,
+    ) -> PathShade:
+        """What things leave of the light of a path; shafts have shadows of their own."""
+        if not self.shape.shade:
+            return UNSHADED
+        steps = [self.graph.components(found[name]) for name in ON_PATH]
+        rate, decay = self.values.of(SHADE_RATE, "decay")
+        reach = P, self.values[REACH], NODES
+        ratios = [self.ratio(mean, share) for mean, share, _ in steps]
+        once = rate * (1.0 - w[2] / self.values["mu_s"])
+        sunlit = [step[2] for step in steps]
+        return PathShade(
+            along_ray(ratios, rate - decay * w[2], *reach),
+            1.0 if self.shape.shafts else along_ray(sunlit, once, *reach),
+            self.graph.components(found[ON_IT])[2] if ON_IT in found else 1.0,
+        )
+
+    def ratio(self, mean: NodeValue, share: NodeValue) -> Operand:
+        """Share of the light of channels that things leave or bring."""
+        return ratio(mean, share, self.values[SHADE_SPECTRUM], NODES)
+
+    def seen(self, pixel: Operand, coverage: Operand = 1.0) -> Operand:
+        """Return what is seen of the light of a pixel in the water, the sky mirrored besides."""
+        if not self.shape.above:
+            return pixel
+        return self.ray(LEAVING) * pixel + coverage * self._mirrored_from_above()
+
+    def ray(self, name: str) -> NodeValue:
+        """Return what is known of a ray that may be bent."""
+        assert self._sources.rays is not None, "a camera in the air has rays that are bent"
+        return self.graph.term(self.graph.shared(self._sources.rays)[name])
+
+    def _mirrored_from_above(self) -> Operand:
+        """Radiance of the sky that the surface mirrors, or of the sky itself."""
+        v = self.graph.components(self.ray(MIRRORED_SKY))
+        R = self.ray(REFLECTANCE)
+        seen = (R * self.sky.radiance(v, NODES)) * self.values[SKY_LEVEL]
+        if not self.shape.waves:
+            return seen
+        ripples = self.ripples(self.ray(SLOPE))
+        assert ripples is not None
+        glitter = glitter_from_above(1.0, v, R, ripples, self.values[INDEX], SUN_RADIUS**2, NODES)
+        return seen + NODES.less(0.0, self.ray(LEAVING)) * glitter * self.values[SUN_LEVEL]
+
+
+def in_group(
+    graph: Graph, tree: bpy.types.ShaderNodeTree, inputs: Mapping[str, Operand]
+) -> dict[str, NodeValue]:
+    """Put a group into a tree; return its outputs."""
+    node = graph.node("ShaderNodeGroup", node_tree=tree)
+    for name, value in inputs.items():
+        graph.assign(value, node.inputs[name])
+    return {socket.name: graph.term(socket) for socket in node.outputs}
+
+
+def pixel_layers(pixel: ChannelPixel) -> dict[str, Operand]:
+    """Return the layers of a pixel, by the names of :data:`.layers.LAYERS`."""
+    return {
+        "I": pixel.total,
+        "J": pixel.L_end,
+        "D": pixel.direct,
+        "B_single": pixel.single_scattering,
+        "B_water": pixel.path,
+        "F": pixel.forward_scattered,
+        "B_lamps": pixel.lamps,
+    }

@@ -1,0 +1,144 @@
+"""Light folded into channels, against sums over the bands of the tables that it was folded from."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+from underwater_spectral.scene import render_plan, settings
+from underwater_spectral.uw_spectral.spectra.reflectance import uplift_basis
+from underwater_spectral.uw_spectral.transfer.channel_pixel import COLOURS, Thing, along_rays
+from underwater_spectral.uw_spectral.transfer.channels import channels_of, channels_of_bands
+from underwater_spectral.uw_spectral.transfer.folded_light import fold
+from underwater_spectral.uw_spectral.transfer.tabulated_water import tabulated_water
+
+pytestmark = pytest.mark.filterwarnings(
+    "ignore::underwater_spectral.uw_spectral.errors.DataWarning"
+)
+PIXELS = 10_000
+FLOOR = 12.0
+FROM_SUN = math.cos(math.radians(15.0))
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Case:
+    """A water, its fold, and pixels of coloured things in it."""
+
+    plan: render_plan.RenderPlan
+    folded: object
+    exact: np.ndarray
+    found: np.ndarray
+    open_exact: np.ndarray
+    open_found: np.ndarray
+
+    @property
+    def errors(self):
+        """Relative errors of things and of open water."""
+        return self.found / self.exact - 1, self.open_found / self.open_exact - 1
+
+
+def _case(water: str, zenith: float, channels: str, *, spoilt: dict | None = None) -> Case:
+    chosen = settings.SceneSettings(
+        water=water, bands=30, surface="flat", sky="clear", sun_zenith=zenith,
+        floor_depth=FLOOR, floor_reflectance="0.3",
+    )  # fmt: skip
+    plan = render_plan.make_plan(chosen)
+    column, field = plan.column, plan.solved_field(24)
+    folding = {
+        "sensor": lambda: channels_of(plan.bands, plan.response(5.0)),
+        "bands": lambda: channels_of_bands(plan.bands, (3, 12, 24)),
+    }[channels]()
+    folded = fold(field, folding, 5.0, column.skylight.level)
+    if spoilt:
+        changed = {name: getattr(folded, name) * factor for name, factor in spoilt.items()}
+        folded = dataclasses.replace(folded, **changed)
+    rng = np.random.default_rng(5)
+    v = rng.normal(size=(3 * PIXELS, 3))
+    v /= np.linalg.norm(v, axis=1)[:, None]
+    y_o = rng.uniform(0.2, FLOOR - 0.2, len(v))
+    P = np.exp(rng.uniform(math.log(0.2), math.log(20.0), len(v)))
+    y_e = y_o - v[:, 2] * P
+    # Close to the sun the light scattered forward takes the aureole of another depth.
+    kept = (y_e > 0) & (y_e < FLOOR) & (v @ -np.asarray(field.sun) < FROM_SUN)
+    v, y_o, y_e, P = (x[kept][:PIXELS] for x in (v, y_o, y_e, P))
+    assert len(v) > PIXELS / 3
+    w = [x[:, None] for x in v.T]
+    y_o, y_e, P = y_o[:, None], y_e[:, None], P[:, None]
+    n = rng.normal(size=(3, len(v), 1))
+    n = list(n / np.linalg.norm(n, axis=0))
+    colour = rng.uniform(0.0, 1.0, (len(v), 3))
+    facing = np.maximum(-sum(a * b for a, b in zip(n, field.sun, strict=True)), 0.0)
+
+    by_band = tabulated_water(
+        field, column.sun_beam(plan.phase), column.skylight, column.refractive_index
+    )
+    direct, forward, rest = by_band.patch_light(y_e, n).surface_irradiance(y_e, 1.0, n[2])
+    base = colour @ uplift_basis(plan.bands).T / math.pi
+    L = base * (facing * (direct + forward) + rest)
+    exact = folding.fold(by_band.surface(y_o, y_e, w, P, L).total)
+    ahead = by_band.open_water(y_o, w)
+
+    ray = along_rays(folded, field.sun, w)
+    rgb = [colour[:, k : k + 1] for k in range(3)]
+    thing = Thing(COLOURS, [c * facing / math.pi for c in rgb], rgb)
+    found = ray.surface(y_o, y_e, w, P, ray.leaving(thing, y_e, n, P)).total
+    sky = dataclasses.replace(column.skylight, level=1.0)
+    open_found = ray.open_water(y_o, w, sky, column.refractive_index).total
+    return Case(plan, folded, exact, found, folding.fold(ahead.total), open_found)
+
+
+def _assert_close(case: Case, most: float) -> None:
+    for errors in case.errors:
+        assert np.median(np.abs(errors)) <= 0.2 * most
+        assert np.quantile(np.abs(errors), 0.95) <= most
+
+
+WATERS = ("jerlov:I", "jerlov:IB", "jerlov:II", "jerlov:III", "jerlov:1C", "jerlov:5C", "jerlov:9C")
+
+
+@pytest.mark.parametrize(
+    ("water", "zenith", "channels"),
+    [
+        ("jerlov:IB", 30.0, "sensor"),
+        ("jerlov:5C", 30.0, "sensor"),
+        ("jerlov:II", 70.0, "bands"),
+        *(
+            pytest.param(water, zenith, channels, marks=pytest.mark.slow)
+            for water in WATERS
+            for zenith in (30.0, 70.0)
+            for channels in ("sensor", "bands")
+        ),
+    ],
+)
+def test_pixels_are_those_of_the_bands(water, zenith, channels):
+    # In the most turbid water a channel falls off unlike any one exponential between slices.
+    turbid = channels == "sensor" and water in ("jerlov:5C", "jerlov:9C")
+    _assert_close(_case(water, zenith, channels), 0.02 if turbid else 0.006)
+
+
+@pytest.mark.parametrize("table", ["scattered", "irradiance", "dimmed", "matte", "sunlit", "once"])
+def test_an_error_of_a_tenth_is_seen(table):
+    with pytest.raises(AssertionError):
+        _assert_close(_case("jerlov:IB", 30.0, "sensor", spoilt={table: 1.1}), 0.006)
+
+
+def test_nothing_is_scattered_on_no_way():
+    case = _case("jerlov:IB", 30.0, "sensor")
+    w = [np.array([[0.6]]), np.array([[0.0]]), np.array([[0.8]])]
+    y = np.array([[5.0]])
+    ray = along_rays(case.folded, case.plan.solved_field(24).sun, w)
+    pixel = ray.surface(y, y - 0.8e-6, w, np.array([[1e-6]]), np.ones((1, 3)))
+    assert np.abs(pixel.water).max() < 1e-5 * case.open_exact.mean()
+    assert pixel.direct == pytest.approx(np.ones((1, 3)), rel=1e-5)
+
+
+def test_a_measured_reflectance_is_a_column():
+    """One that is that of green is seen as green is."""
+    plan = render_plan.make_plan(settings.SceneSettings(water="jerlov:II", bands=12))
+    channels = channels_of(plan.bands, plan.response(5.0))
+    green = uplift_basis(plan.bands)[:, 1]
+    folded = fold(plan.solved_field(24), channels, 5.0, plan.column.skylight.level, [green])
+    np.testing.assert_allclose(folded.sunlit[3], folded.sunlit[1], rtol=1e-9)
+    np.testing.assert_allclose(folded.matte[:, 3], folded.matte[:, 1], rtol=1e-6, atol=1e-9)

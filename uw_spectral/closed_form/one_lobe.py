@@ -1,0 +1,165 @@
+"""Water from plain numbers alone: no tables, no fits, nothing that cannot be a shader node.
+
+The phase function is Henyey-Greenstein's, and the aureole of the sun its own series: light
+scattered n times at small angles has the function of asymmetry gⁿ (Goudsmit & Saunderson,
+Phys. Rev. 57, 24 (1940)), so that with x = b y/μs scatterings on the way, f = χ2 of which the
+scaled beam keeps,
+
+    p* = e^{-fx} Σ_{n≥1} x^{n-1}/n! HG(gⁿ) - (e0 + 3 e1 cos)/4π,
+
+where el is what the series has too much of the moments l = 0 and 1, which the diffuse light
+knows (:mod:`..transfer.aureole`). The first orders are summed one by one; those beyond share
+the mean of their asymmetries.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..mathematics import NUMPY, Mathematics, Operand
+from ..surface.refraction import diffuse_internal_reflectance
+from ..transfer.path_integral import phi
+from ..transfer.sky import Sky
+from ..water.phase import henyey_greenstein
+from .closed_form import ClosedForm
+from .light_field import two_stream_field
+from .undisturbed_water import UndisturbedWater
+
+_ORDERS = 5
+_LEAST = 1e-6
+_MOST = 80.0  # scatterings; of more, e^x has no single precision, and no sunlight is left
+_INDICES = (1.0, 1.005, 1.02, 1.05, 1.1, 1.16, 1.22, 1.28, 1.34, 1.4, 1.5, 1.65, 1.8, 2.0)
+
+
+@dataclass(frozen=True, eq=False)
+class OneLobe:
+    """Henyey-Greenstein's phase function of asymmetry g, per band."""
+
+    g: Operand
+
+    def per_steradian(self, s2: Operand, m: Mathematics = NUMPY) -> Operand:
+        """Value at s2 = sin²(angle / 2), 1/sr."""
+        return henyey_greenstein(self.g, s2, m)
+
+
+@dataclass(frozen=True, eq=False)
+class LobeSeries:
+    """Spread of the sun at a camera, by orders of scattering.
+
+    Attributes
+    ----------
+    g, f : array
+        Asymmetry, and share of the scattering that the scaled beam keeps.
+    x : array
+        Scatterings on the slant path from the surface.
+    """
+
+    g: Operand
+    f: Operand
+    x: Operand
+
+    def spread(self, p: Operand, s2: Operand, m: Mathematics = NUMPY) -> Operand:
+        """Return p*, given the phase function p at s2 = sin²(angle / 2)."""
+        share, g, total, summed, summed_g = 1.0, self.g, 0.0, 0.0, 0.0
+        for order in range(1, _ORDERS + 1):
+            total = total + share * henyey_greenstein(g, s2, m)
+            summed, summed_g = summed + share, summed_g + share * g
+            share, g = share * self.x / (order + 1.0), g * self.g
+        del p
+        beam = m.exp(-self.f * self.x)
+        # Of all orders together: (e^x - 1)/x = e^x phi(x), and with gⁿ: g e^{gx} phi(gx).
+        every = m.exp((1.0 - self.f) * self.x) * phi(self.x, m)
+        turned = self.g * m.exp((self.g - self.f) * self.x) * phi(self.g * self.x, m)
+        rest = m.maximum(every - beam * summed, 0.0)
+        mean = (turned - beam * summed_g) / m.maximum(rest, _LEAST)
+        wide = m.clamp(mean, 0.0, g)
+        total = beam * total + rest * henyey_greenstein(wide, s2, m)
+        excess0, excess1 = (
+            u * (m.exp(u * self.x) * phi(u * self.x, m) - 1.0)
+            for u in (1.0 - self.f, m.maximum(self.g - self.f, 0.0))
+        )
+        return total - (excess0 + 3.0 * excess1 * (1.0 - 2.0 * s2)) / (4.0 * math.pi)
+
+
+def surface_shares(index: Operand, m: Mathematics = NUMPY) -> tuple[Operand, Operand]:
+    """Share of uniform skylight that a flat surface lets in, and of upward light it sends back.
+
+    Parameters
+    ----------
+    index : float
+        Of the water against air; 1 is no surface.
+    m : Mathematics
+        Elementary functions.
+
+    Returns
+    -------
+    let_in, sent_back
+        By reciprocity ``let_in = n² (1 - sent_back)``. Interpolated to 0.3 %.
+
+    Examples
+    --------
+    >>> let_in, sent_back = surface_shares(1.34)
+    >>> round(float(let_in), 3), round(float(sent_back), 3)
+    (0.932, 0.481)
+    """
+    known = [x * x * (1.0 - diffuse_internal_reflectance(x)) for x in _INDICES]
+    let_in = m.interpolate(index, np.array(_INDICES), np.array(known))
+    return let_in, 1.0 - let_in / (index * index)
+
+
+def plain_water(
+    a: Operand,
+    b: Operand,
+    g: Operand,
+    chi2: Operand,
+    *,
+    E: Operand,
+    L_sky: Operand,
+    sun: Sequence[Operand],
+    y_o: Operand,
+    y_f: Operand,
+    r: Operand,
+    index: Operand,
+    m: Mathematics = NUMPY,
+) -> UndisturbedWater:
+    """Return undisturbed water as a camera sees it, from numbers.
+
+    Parameters
+    ----------
+    a, b : array, shape (n,)
+        Absorption and scattering, 1/m.
+    g, chi2 : array, shape (n,)
+        First two Legendre moments of the phase function; χ2 = g² of Henyey-Greenstein's own.
+    E : array, shape (n,)
+        Direct downwelling sun irradiance just below the surface.
+    L_sky : array, shape (n,)
+        Radiance of a uniform sky, in air.
+    sun : three floats
+        Unit direction that sunlight travels to in the water, z up.
+    y_o, y_f : float
+        Depths of the camera and of the floor, m; deep water has a floor far down.
+    r : array, shape (n,)
+        Reflectance of the floor.
+    index : float
+        Of the water against air; 1 is no surface.
+    m : Mathematics
+        Elementary functions.
+
+    Examples
+    --------
+    >>> water = plain_water(np.array([0.05]), np.array([0.1]), 0.8, 0.64, E=1.0, L_sky=0.0,
+    ...                     sun=(0.0, 0.0, -1.0), y_o=5.0, y_f=1e3, r=0.0, index=1.34)
+    >>> water.open_water(5.0, (1.0, 0.0, 0.0)).total.round(4)
+    array([0.0188])
+    """
+    let_in, sent_back = surface_shares(index, m)
+    field = two_stream_field(
+        a, b, g, chi2, E, -sun[2],
+        E_sky=np.pi * L_sky * let_in, R=sent_back, r=r, y_f=y_f, m=m,
+    )  # fmt: skip
+    aureole = LobeSeries(g, chi2, m.minimum(b * y_o / field.mu_s, _MOST))
+    return UndisturbedWater(ClosedForm(field, OneLobe(g), aureole, sun), Sky(L_sky), index)

@@ -1,0 +1,399 @@
+"""What a pixel contains in channels: the sum of :mod:`.pixel`, from light that was folded.
+
+The same components, over three channels for all bands: light on the way, light of the thing
+that arrives, and light from beyond it that is scattered forward into the pixel. Formulas run on
+arrays, with channels along the last axis, and build shader nodes, with channels as vectors.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+import operator
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+from ..mathematics import NUMPY, Mathematics, Operand
+from ..surface.refraction import fresnel_reflectance
+from .folded_light import FoldedLight, FoldedNumbers, NumpyTables, path_unit
+from .radiance_field import Ripples, distance_in_water, mirrored_ray, sun_image
+from .radiance_table import AZIMUTHS, TURNS, azimuth, elevation, sun_angle, tilt
+from .sky import Sky
+from .solved_ray import UNSHADED, PathShade
+from .sun_beam import half_angle2
+
+_LEAST = 1e-30
+_DEEP = 1e4  # m; below every table
+COLOURS = (0, 1, 2)
+"""Columns of red, green and blue; those of measured reflectances follow."""
+
+
+class Tables(Protocol):
+    """Look-ups of folded light; :class:`.NumpyTables` says what they are."""
+
+    def split(self, channels: Operand) -> Sequence[Operand]: ...  # noqa: D102
+    def scattered(self, y: Operand, h: Operand, v: Operand) -> Operand: ...  # noqa: D102
+    def beyond(self, y: Operand, h: Operand, v: Operand) -> Operand: ...  # noqa: D102
+    def irradiance(self, y: Operand, h: Operand, v: Operand) -> Operand: ...  # noqa: D102
+    def image_at(self, h: Operand, v: Operand) -> Operand: ...  # noqa: D102
+    def image_left(self, up: Operand, P: Operand) -> Operand: ...  # noqa: D102
+    def aureole(self, y: Operand, t: Operand) -> Operand: ...  # noqa: D102
+    def dimmed(self, y: Operand, P: Operand) -> Sequence[Operand]: ...  # noqa: D102
+    def matte(self, y: Operand, P: Operand, k: Operand) -> Sequence[Operand]: ...  # noqa: D102
+    def sunlit(self, y: Operand, P: Operand, k: Operand) -> Operand: ...  # noqa: D102
+    def glowing(self, y: Operand, P: Operand, k: int) -> Operand: ...  # noqa: D102
+    def rate(self, kind: int, y: Operand) -> Operand: ...  # noqa: D102
+    def along(self, name: str, index: int | None, P: Operand) -> Operand: ...  # noqa: D102
+    def once_on_path(self, part: int, v: Operand, P: Operand) -> Operand: ...  # noqa: D102
+
+
+@dataclass(frozen=True, eq=False)
+class ChannelPixel:
+    """The light of a pixel in components that add up, in channels.
+
+    Attributes
+    ----------
+    path : channels
+        Light scattered by the water on the way.
+    direct : channels
+        Unscattered light of what is seen.
+    forward_scattered : channels
+        Light of the surroundings, blurred over what is seen.
+    L_end : channels
+        Radiance of what is seen, where it is.
+    single_scattering : channels
+        Part of the path that was scattered once.
+    lamps : channels
+        Light of lamps that the water on the way scatters.
+    """
+
+    path: Operand
+    direct: Operand
+    forward_scattered: Operand
+    L_end: Operand = 0.0
+    single_scattering: Operand = 0.0
+    lamps: Operand = 0.0
+
+    @property
+    def water(self) -> Operand:
+        """All but the direct light."""
+        return self.path + self.forward_scattered + self.lamps
+
+    @property
+    def total(self) -> Operand:
+        """Sum of the components."""
+        return self.direct + self.water
+
+
+@dataclass(frozen=True, eq=False)
+class Thing:
+    """What a thing in the water reflects and emits, in colours that may be measured ones.
+
+    Attributes
+    ----------
+    columns : sequence
+        Of its colours: :data:`COLOURS`, or the one of a measured reflectance.
+    response : sequence of numbers
+        Per column: radiance per normal irradiance of a white sun, shadows included; empty where
+        another draws it.
+    base : sequence of numbers
+        Per column: its reflectance for light from many sides.
+    mirrored : sequence of numbers
+        Part of it that mirrors.
+    L_mirrored : channels
+        Radiance that it mirrors, the direct sun's apart.
+    emitted : sequence of numbers
+        Per red, green and blue: radiance that it emits; empty if it emits nothing.
+    sunlight : channels or number
+        Factor of the waves on the sunlight.
+    shade : channels or number
+        Share of the light from all sides, the direct sun apart, that things leave or bring.
+    """
+
+    columns: Sequence[Operand]
+    response: Sequence[Operand]
+    base: Sequence[Operand]
+    mirrored: Sequence[Operand] = ()
+    L_mirrored: Operand = 0.0
+    emitted: Sequence[Operand] = ()
+    sunlight: Operand = 1.0
+    shade: Operand = 1.0
+
+
+@dataclass(frozen=True, eq=False)
+class ChannelWater:
+    """Solved water in channels, as one ray sees it.
+
+    Attributes
+    ----------
+    tables : Tables
+    numbers : FoldedNumbers
+    sun : three numbers
+        Unit direction that sunlight travels to in the water.
+    parts : sequence of numbers
+        Of the phase function for sunlight that turns against the ray.
+    layered : bool
+        Whether the water differs with depth.
+    fastest : number
+        Of :func:`.path_unit`; only for layered water.
+    m : Mathematics
+        Elementary functions.
+    """
+
+    tables: Tables
+    numbers: FoldedNumbers
+    sun: Sequence[Operand]
+    parts: Sequence[Operand]
+    layered: bool = False
+    fastest: Operand = 0.0
+    m: Mathematics = NUMPY
+
+    def unit(self, y: Operand) -> Operand:
+        """What tables of depth and direction are divided by."""
+        return self.numbers.scale * self.m.exp(-self.numbers.decay * y)
+
+    def left(self, y: Operand, P: Operand) -> Operand:
+        """What tables over a distance to depth y are divided by."""
+        return self.m.exp(-self._extinction(y) * P)
+
+    def left_with_peak(self, y: Operand, P: Operand) -> Operand:
+        """The same where light that the forward peak scatters counts as unscattered."""
+        peak = self.tables.rate(1, y) if self.layered else self.numbers.peak
+        return self.m.exp((peak - self._extinction(y)) * P)
+
+    def _extinction(self, y: Operand) -> Operand:
+        return self.tables.rate(0, y) if self.layered else self.numbers.extinction
+
+    def scattered(self, y: Operand, w: Sequence[Operand]) -> Operand:
+        """Radiance M(y, w)."""
+        return self.tables.scattered(y, *self._direction(w)) * self.unit(y)
+
+    def ahead(self, y: Operand, w: Sequence[Operand]) -> tuple[Operand, Operand]:
+        """Radiance M(y, w), and the rest of what is ahead."""
+        h, v = self._direction(w)
+        unit = self.unit(y)
+        return self.tables.scattered(y, h, v) * unit, self.tables.beyond(y, h, v) * unit
+
+    def irradiance(self, y: Operand, normal: Sequence[Operand]) -> Operand:
+        """Irradiance on a patch, the direct sun apart."""
+        h = azimuth(normal, self.sun, TURNS, self.m)
+        return self.tables.irradiance(y, h, tilt(normal[2], self.m)) * self.unit(y)
+
+    def sunlight(self, y: Operand, P: Operand, column: Operand) -> Operand:
+        """Normal irradiance of the sun at depth y on a colour, as it is seen from P."""
+        lit = self.tables.sunlit(y, P, column)
+        decay = self.tables.rate(2, y) if self.layered else self.numbers.sun_decay
+        return lit * self.m.exp(-decay * y)
+
+    def once(self, y_o: Operand, y_e: Operand, w: Sequence[Operand], P: Operand) -> Operand:
+        """Sunlight scattered once between the camera and P, the peak counted as unscattered."""
+        if self.layered:
+            v = elevation(w[2], self.m)
+            found = [p * self.tables.once_on_path(i, v, P) for i, p in enumerate(self.parts)]
+            return _sum(found) * path_unit(P, self.fastest)
+        return self._integrated("once", self.numbers.once_decay, y_o, y_e, P)
+
+    def single_scattering(
+        self, y_o: Operand, y_e: Operand, w: Sequence[Operand], P: Operand
+    ) -> Operand:
+        """Sunlight scattered once, unshadowed, with the whole extinction if that is known."""
+        if self.layered:
+            return self.once(y_o, y_e, w, P)
+        return self._integrated("drawn", self.numbers.once_decay, y_o, y_e, P)
+
+    def scattered_once_at(self, y: Operand, v: Operand) -> Operand:
+        """Integrand of :meth:`single_scattering` at depth y and distance v, per metre."""
+        x = y / self.numbers.mu_s + v
+        found = [p * self.tables.along("drawn_at", i, x) for i, p in enumerate(self.parts)]
+        return _sum(found) * self.m.exp(-self.numbers.once_decay * x)
+
+    def _integrated(
+        self, table: str, decay: Operand, y_o: Operand, y_e: Operand, P: Operand
+    ) -> Operand:
+        """Difference of an integral between two optical paths, however close they are."""
+        m = self.m
+        near, far = y_o / self.numbers.mu_s, y_e / self.numbers.mu_s + P
+        middle = 0.5 * (near + far)
+        least = 0.5 * self.numbers.lengths.step(middle)
+        # The ends themselves, for they may be far apart: a middle would lose the digits of one.
+        first = m.maximum(m.minimum(m.minimum(near, far), middle - least), 0.0)
+        last = m.maximum(m.maximum(near, far), middle + least)
+        left, gone = (
+            _sum([p * self.tables.along(table, i, x) for i, p in enumerate(self.parts)])
+            * m.exp(-decay * x)
+            for x in (first, last)
+        )
+        return (left - gone) * (P / (last - first))
+
+    def aureole(self, y: Operand, w: Sequence[Operand]) -> Operand:
+        """Factor of the sun's aureole on sunlight scattered once against w."""
+        return self.tables.aureole(y, sun_angle(half_angle2(w, self.sun, self.m), self.m))
+
+    def leaving(self, thing: Thing, y: Operand, normal: Sequence[Operand], P: Operand) -> Operand:
+        """Light of a thing at depth y that is left after P, over :meth:`left`."""
+        rest = self.reflected_light(thing, y, normal, P)
+        return self.reflected_sun(thing, y, P) + rest if thing.response else rest
+
+    def reflected_sun(self, thing: Thing, y: Operand, P: Operand) -> Operand:
+        """The direct sun's part of :meth:`leaving`."""
+        lit = [
+            response * self.sunlight(y, P, k)
+            for k, response in zip(thing.columns, thing.response, strict=True)
+        ]
+        return _sum(lit) * thing.sunlight
+
+    def reflected_light(
+        self, thing: Thing, y: Operand, normal: Sequence[Operand], P: Operand
+    ) -> Operand:
+        """Rest of :meth:`leaving`: light from many sides, mirrored light, light of its own."""
+        split = self.tables.split
+        E = split(self.irradiance(y, normal) * thing.shade * (1.0 / math.pi))
+        L = split(thing.L_mirrored) if thing.mirrored else None
+        total: Operand = 0.0
+        for place, k in enumerate(thing.columns):
+            base = thing.base[place]
+            for j, left in enumerate(self.tables.matte(y, P, k)):
+                light = base * E[j]
+                if L is not None:
+                    share = thing.mirrored[place]
+                    light = (base - share) * E[j] + share * L[j]
+                total = left * light + total
+        for k, radiance in enumerate(thing.emitted):
+            total = radiance * self.tables.glowing(y, P, k) + total
+        return total
+
+    def surface(
+        self,
+        y_o: Operand,
+        y_e: Operand,
+        w: Sequence[Operand],
+        P: Operand,
+        leaving: Operand,
+        *,
+        shade: PathShade = UNSHADED,
+        coverage: Operand = 1.0,
+    ) -> ChannelPixel:
+        """Pixel of a thing.
+
+        Parameters
+        ----------
+        y_o, y_e, P : numbers
+            Depths of the camera and of the thing, and its distance, m.
+        w : three numbers
+            Unit view direction, away from the camera, z up.
+        leaving : channels
+            Of :meth:`leaving`; multiplied by the coverage already.
+        shade : PathShade
+        coverage : number
+            Share of the pixel that the thing fills.
+        """
+        m = self.m
+        M_near, (M_far, beyond) = self.scattered(y_o, w), self.ahead(y_e, w)
+        columns = self.tables.dimmed(y_e, P)
+        far = _sum([c * part for c, part in zip(columns, self.tables.split(M_far), strict=True)])
+        rest = _sum([c * part for c, part in zip(columns, self.tables.split(beyond), strict=True)])
+        direct, peaked = self.left(y_e, P), self.left_with_peak(y_e, P)
+        forward = peaked - direct
+        # Of the boundary all that reaches the camera with the peak, less what does without it.
+        boundary = self.boundary(y_o, w) * (1.0 - direct / m.maximum(peaked, _LEAST))
+        once = self.once(y_o, y_e, w, P) * self.aureole(y_o, w)
+        around = shade.beyond
+        kept = peaked - forward * around
+        path = once * shade.once + (M_near - kept * far) * shade.scattered
+        surroundings = (forward * rest + boundary) * (around * shade.scattered * coverage)
+        own = forward * (1.0 - around) * leaving
+        return ChannelPixel(path * coverage, direct * leaving, surroundings + own)
+
+    def boundary(self, y_o: Operand, w: Sequence[Operand]) -> Operand:
+        """Radiance of the surface or floor ahead that reaches depth y_o, the peak included."""
+        m = self.m
+        R = distance_in_water(y_o, -w[2], self.numbers.y_f, m)
+        up = m.less(0.0, w[2])
+        image = self.tables.image_at(*self._direction(w))
+        deep = (1.0 - up) * _DEEP
+        return image * self.tables.image_left(up, R) * self.left_with_peak(deep, R)
+
+    def open_water(
+        self,
+        y_o: Operand,
+        w: Sequence[Operand],
+        sky: Sky,
+        index: Operand | None,
+        *,
+        ripples: Ripples | None = None,
+        shade: PathShade = UNSHADED,
+    ) -> ChannelPixel:
+        """Pixel of open water with the surface or the floor behind.
+
+        ``sky`` has the level 1: that of the channels is in the tables.
+        """
+        m, n = self.m, self.numbers
+        P = distance_in_water(y_o, -w[2], n.y_f, m)
+        y_e = m.maximum(y_o - w[2] * P, 0.0)
+        once = self.once(y_o, y_e, w, P) * self.aureole(y_o, w)
+        path = once * shade.once + self.scattered(y_o, w) * shade.scattered
+        up = m.less(0.0, w[2])
+        below = self.tables.along("floor", None, P) * self.left_with_peak(0.0 * P + _DEEP, P)
+        end = m.select(up, self.from_surface(w, P, sky, index, ripples), below)
+        return ChannelPixel(path, end, 0.0, end)
+
+    def from_surface(
+        self,
+        w: Sequence[Operand],
+        P: Operand,
+        sky: Sky,
+        index: Operand | None,
+        ripples: Ripples | None = None,
+    ) -> Operand:
+        """Radiance that comes down from the surface against w and is left after P."""
+        m = self.m
+        peaked = self.left_with_peak(0.0 * P, P)
+        skylight = self.tables.along("sky", None, P) * peaked
+        if index is None:
+            return skylight * sky.radiance(w, m)
+        slopes = None if ripples is None else ripples.slopes
+        seen, mirrored, down = under_surface_shares(w, sky, index, m, slopes)
+        M, rest = self.ahead(0.0 * w[2], down)
+        to_floor = distance_in_water(0.0 * w[2], -down[2], self.numbers.y_f, m)
+        columns = [self.tables.along("mirrored", j, P) for j in range(3)]
+        risen = _sum(
+            [c * part for c, part in zip(columns, self.tables.split(M + rest), strict=True)]
+        )
+        floor = self.tables.along("floor", None, P + to_floor) * self.left_with_peak(
+            0.0 * P + _DEEP, P + to_floor
+        )
+        total = skylight * seen + mirrored * (peaked * risen + floor)
+        if ripples is not None:
+            image = sun_image(self.sun, w, index, ripples, m)
+            total = total + image * self.tables.along("glitter", None, P) * self.left(0.0 * P, P)
+        return total
+
+    def _direction(self, w: Sequence[Operand]) -> tuple[Operand, Operand]:
+        return azimuth(w, self.sun, AZIMUTHS, self.m), elevation(w[2], self.m)
+
+
+def along_rays(light: FoldedLight, sun: Sequence[float], w: Sequence[Operand]) -> ChannelWater:
+    """Return the water along rays in numpy; components of directions of shape (..., 1)."""
+    s2 = half_angle2(w, sun)
+    parts = [part.per_steradian(s2) for part in light.components]
+    tables = NumpyTables(light, sun)
+    return ChannelWater(tables, light.numbers, sun, parts, light.layered, light.fastest)
+
+
+def under_surface_shares(
+    w: Sequence[Operand],
+    sky: Sky,
+    index: Operand,
+    m: Mathematics,
+    slopes: tuple[Operand, Operand] | None,
+) -> tuple[Operand, Operand, tuple[Operand, Operand, Operand]]:
+    """Shares of the sky's level and of mirrored water along w, and where that comes from."""
+    cosine, down = mirrored_ray(w, m, slopes)
+    R = fresnel_reflectance(cosine, 1.0 / index, m)
+    seen = (1.0 - R) * (index * index) * sky.seen_through(w, index, m, slopes)
+    return seen, R, down
+
+
+def _sum(terms: Sequence[Operand]) -> Operand:
+    return functools.reduce(operator.add, terms)

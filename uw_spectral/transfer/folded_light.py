@@ -1,0 +1,650 @@
+"""The light of solved water folded into channels: tables that do not know how many bands there are.
+
+What a pixel gets is linear in the spectrum of the light, so the sums over the bands are taken here,
+once, and a renderer looks up three channels. Where light is dimmed over a distance after it is
+looked up, its three channels stand for its spectrum: at every depth the spectra of light from all
+directions are regressed on their channels, and the regression, dimmed, is what is tabulated. So
+light with the spectrum of the water passes exactly, and so does everything if channels are bands.
+
+Tables over distance are divided by e^{-κP}, so that they vary slowly; positions are formulas over
+a :class:`.Mathematics`, as of :mod:`.radiance_table`.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..mathematics import NUMPY, Mathematics, Operand
+from ..water.phase import PhaseFunction
+from .aureole import WIDEST
+from .channels import Channels
+from .depth_scale import DepthScale
+from .radiance_table import (
+    AZIMUTHS,
+    ELEVATIONS,
+    TURNS,
+    RadianceTable,
+    angles,
+    azimuths,
+    decay_rate,
+    elevations,
+    interpolate,
+    tabulate,
+    tilts,
+)
+from .solved_field import SolvedField
+from .sun_beam import half_angle2
+
+LENGTHS = 96
+"""Distances that tables over distance have."""
+_FARTHEST = 5e3  # m
+_GONE = 16.0  # optical depths after which no light counts
+_FIRST = 0.3  # optical depths of the scale of the first distances
+_SEEN = 1e-3  # share of a channel from which on a band counts for its slowest decay
+_RIDGE = 1e-6  # of the regression, relative to the mean squares of what it stands on
+_EVERY = 4, 6  # of the elevations and azimuths whose spectra are regressed
+_NOTHING = 1e-30
+_LARGEST_EXPONENT = 40.0
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class LengthScale:
+    """Where distances lie among so many: evenly at first, by their logarithm later.
+
+    Examples
+    --------
+    >>> scale = LengthScale.up_to(100.0, 0.5)
+    >>> scale.place(np.array([0.0, 100.0])).round(6), scale.lengths()[1].round(4)
+    (array([ 0., 95.]), np.float64(0.0287))
+    """
+
+    first: Operand
+    per_log: Operand
+
+    @classmethod
+    def up_to(cls, farthest: float, first: float) -> LengthScale:
+        """Return the scale that ends at a distance, even up to about the ``first`` one, m."""
+        return cls(first, (LENGTHS - 1) / math.log1p(farthest / first))
+
+    def place(self, P: Operand, m: Mathematics = NUMPY) -> Operand:
+        """Position of a distance among :data:`LENGTHS`; what is farther is the last."""
+        return m.minimum(self.per_log * m.log(1.0 + P / self.first), LENGTHS - 1.0)
+
+    def step(self, P: Operand) -> Operand:
+        """Difference in m between two places at a distance."""
+        return (P + self.first) / self.per_log
+
+    def lengths(self) -> Array:
+        """All of them, m."""
+        return self.first * np.expm1(np.arange(LENGTHS) / self.per_log)
+
+
+@dataclass(frozen=True, eq=False)
+class FoldedNumbers:
+    """What formulas need besides tables; channels are arrays of three, or vectors of a shader.
+
+    Attributes
+    ----------
+    scale, decay : channels
+        Light in the tables of depth and direction is divided by ``scale e^{-decay y}``.
+    extinction : channels
+        κ: tables over distance are divided by e^{-κP}, 1/m. In layered water, where each depth
+        has its own, it is :attr:`FoldedLight.rates`, as are the next two.
+    peak : channels
+        Part of the extinction that scatters forward and counts as unscattered, 1/m.
+    sun_decay : channels
+        Sunlight in its table is divided by e^{-κs y} besides, 1/m.
+    once_decay : channels
+        Sunlight scattered once is divided by e^{-x}, for the optical path x times this.
+    lengths : LengthScale
+    mu_s, y_f : float
+        Cosine of the in-water zenith angle; depth of the floor, m.
+    """
+
+    scale: Operand
+    decay: Operand
+    extinction: Operand
+    peak: Operand
+    sun_decay: Operand
+    once_decay: Operand
+    lengths: LengthScale
+    mu_s: Operand
+    y_f: Operand
+
+
+@dataclass(frozen=True, eq=False)
+class FoldedLight:
+    """Tables of three channels; make them with :func:`fold`. The first axis is the channel.
+
+    Attributes
+    ----------
+    numbers : FoldedNumbers
+    depth_scale : DepthScale
+    components : tuple of PhaseFunction
+        The k parts of the phase function.
+    scattered : array, shape (3, slices, ELEVATIONS, AZIMUTHS)
+        M(y, w).
+    beyond : array, of that shape
+        Sunlight that is scattered once ahead.
+    irradiance : array, shape (3, slices, TILTS, TURNS)
+        On patches, without the direct sun; with the sun's forward peak unless things shade.
+    aureole : array, shape (3, slices, ANGLES)
+        Factor on sunlight scattered once.
+    dimmed : array, shape (3, 3, slices, LENGTHS)
+        [j]: what is left over a distance of light at a depth, per unit of its channel j.
+    matte : array, shape (3, 3 + i, 3, slices, LENGTHS)
+        [j, k]: the same of what colour k reflects of it; after red, green and blue measured ones.
+    sunlit : array, shape (3 + i, 3, slices, LENGTHS)
+        [k]: what is left over a distance of direct sunlight on colour k, normal irradiance.
+    glowing : array, shape (3, 3, slices, LENGTHS)
+        [k]: of the light of a lamp of colour k.
+    rates : array, shape (3, 3, slices)
+        Extinction, peak and decay of the sun of :class:`FoldedNumbers`, [0] to [2], by depth.
+    image : array, shape (3, ELEVATIONS, AZIMUTHS)
+        Radiance of the surface from just below, and of the floor.
+    image_left : array, shape (2, 3, LENGTHS)
+        Share of that which is left over a distance: of the surface, of the floor.
+    sky, glitter, floor : array, shape (3, LENGTHS)
+        Of the sky per its relative radiance, of the sun's irradiance, of the floor.
+    mirrored : array, shape (3, 3, LENGTHS)
+        [j]: of light that the surface mirrors down.
+    once : array, shape (k, 3, LENGTHS), or (k, 3, ELEVATIONS, LENGTHS)
+        Sunlight scattered once: what is left of it after an optical path, or, in layered
+        water, between the camera and a distance along an elevation, per distance.
+    drawn, drawn_at : array, shape (k, 3, LENGTHS)
+        The same with the whole extinction, and its density; of water of one layer.
+    layered : bool
+        Whether the water differs with depth: then all holds for one depth of the camera.
+    fastest : float
+        Largest extinction of the bands, 1/m.
+    """
+
+    numbers: FoldedNumbers
+    depth_scale: DepthScale
+    components: tuple[PhaseFunction, ...]
+    scattered: Array
+    beyond: Array
+    irradiance: Array
+    aureole: Array
+    dimmed: Array
+    matte: Array
+    sunlit: Array
+    glowing: Array
+    rates: Array
+    image: Array
+    image_left: Array
+    sky: Array
+    glitter: Array
+    floor: Array
+    mirrored: Array
+    once: Array
+    drawn: Array
+    drawn_at: Array
+    layered: bool
+    fastest: float
+
+
+@dataclass(frozen=True, eq=False)
+class _Spectra:
+    """The light of n bands that is folded.
+
+    ``c`` and ``cp`` are mean extinctions (d, n) from the camera to the depths, ``c_up`` and
+    ``cp_up`` (n,) to the surface, ``cp_down`` to the floor.
+    """
+
+    field: SolvedField
+    table: RadianceTable
+    channels: Channels
+    depths: Array
+    c: Array
+    cp: Array
+    c_up: Array
+    cp_up: Array
+    cp_down: Array
+    lengths: LengthScale
+
+    @property
+    def unit(self) -> Array:
+        """What the tables of the bands are divided by, (n, d)."""
+        return self.table.scale[:, None] * np.exp(-self.table.decay[:, None] * self.depths)
+
+
+def fold(
+    field: SolvedField,
+    channels: Channels,
+    eye: float,
+    sky: Array,
+    measured: Sequence[Array] = (),
+    *,
+    shaded: bool = False,
+) -> FoldedLight:
+    """Fold a solved field.
+
+    Parameters
+    ----------
+    field : SolvedField
+        Of n bands.
+    channels : Channels
+        Of the same bands.
+    eye : float
+        Depth of the camera, m; it matters where water differs with depth.
+    sky : array, shape (n,)
+        Level of the sky's radiance in air.
+    measured : sequence of array, shape (n,)
+        Measured reflectances.
+    shaded : bool
+        Whether things shade: the sun's forward peak is then part of the direct sun.
+    """
+    table = tabulate(field)
+    depths = table.depth_scale.depths()
+    eye = min(max(eye, 0.0), field.floor_depth)
+
+    def mean(z: float | Array, *, scaled: bool) -> Array:
+        return field.extinction_between(eye, z, scaled=scaled)
+
+    bottom = min(field.floor_depth, float(table.depth_scale.deepest))
+    c, cp = mean(depths, scaled=False), mean(depths, scaled=True)
+    E = field.light.E
+    light = np.maximum(E, field.scalar_irradiance(eye))
+    counts = _counting(np.abs(channels.weights) * light)
+    slowest = _slowest(counts, c)  # (d, 3)
+    fastest = float(c.max())
+    lengths = LengthScale.up_to(
+        min(_GONE / max(float(slowest.min()), 1e-4), _FARTHEST), _FIRST / max(fastest, 1e-3)
+    )
+    spectra = _Spectra(
+        field, table, channels, depths, c, cp, mean(0.0, scaled=False), mean(0.0, scaled=True),
+        mean(bottom, scaled=True), lengths,
+    )  # fmt: skip
+    # Weighed as what is left after a distance over which forward scattering counts.
+    arriving = light * np.exp(-c[:, None] / slowest[..., None])  # (d, 3, n)
+    peak = np.diagonal(channels.mean((c - cp)[:, None], arriving), axis1=1, axis2=2)
+    peak = np.minimum(peak, 0.98 * slowest)
+    scattered, beyond = _scattered(spectra), _beyond(spectra)
+    irradiance = _irradiance(spectra, shaded=shaded)
+    decay, scale = _unit(spectra, scattered, irradiance)
+    over = (scale[:, None] * np.exp(-decay[:, None] * depths))[..., None, None]
+    way = np.exp(-slowest.T[..., None] * lengths.lengths())  # (3, d, l)
+    forward = np.exp(-(slowest - peak).T[..., None] * lengths.lengths())
+    bases = np.column_stack([channels.reflectance, *measured])
+    sun_decay, sunlit = _sunlit(spectra, bases, counts, shaded=shaded)
+    once_decay, once, drawn, drawn_at = _once(spectra, eye, counts)
+    numbers = FoldedNumbers(
+        scale, decay, slowest[0], peak[0], sun_decay[0], once_decay, lengths, field.light.mu_s,
+        field.floor_depth,
+    )  # fmt: skip
+    image, image_left = _image(spectra)
+    glow = channels.fold_colours(_transmittance(c, lengths), channels.emission)
+    up = np.exp(-spectra.cp_up * lengths.lengths()[:, None])
+    sun_up = np.exp(-spectra.c_up * lengths.lengths()[:, None])
+    down = np.exp(-spectra.cp_down * lengths.lengths()[:, None])
+    return FoldedLight(
+        numbers,
+        table.depth_scale,
+        field.components,
+        np.einsum("cn,ndvh->cdvh", channels.weights, scattered) / over,
+        np.einsum("cn,ndvh->cdvh", channels.weights, beyond) / over,
+        np.einsum("cn,ndvh->cdvh", channels.weights, irradiance) / over,
+        _aureole(spectra),
+        _dimmed(spectra, [scattered, beyond]) / way,
+        _matte(spectra, bases, irradiance) / way,
+        sunlit / way,
+        np.moveaxis(glow, (0, 1, 2, 3), (2, 3, 1, 0)) / way,
+        np.array([slowest.T, peak.T, sun_decay.T]),
+        image,
+        image_left / np.swapaxes(forward[:, [0, -1]], 0, 1),
+        channels.fold(sky * up).T / forward[:, 0],
+        channels.fold(E * sun_up).T / way[:, 0],
+        channels.fold(field.floor_radiance * down).T / forward[:, -1],
+        _mirrored(spectra, scattered, beyond) / forward[:, 0],
+        once,
+        drawn,
+        drawn_at,
+        field.layered,
+        fastest,
+    )
+
+
+def _counting(shares: Array) -> NDArray[np.bool_]:
+    """Bands (3, n) that have a share in a channel worth counting."""
+    total = shares.sum(axis=1, keepdims=True)
+    return shares > _SEEN * np.maximum(total, _NOTHING)
+
+
+def _slowest(counts: NDArray[np.bool_], rates: Array) -> Array:
+    """Least rate (d, n) of the bands that count in each channel, (d, 3)."""
+    least = np.where(counts, rates[:, None], math.inf).min(axis=-1)
+    return np.where(np.isfinite(least), least, rates.min(axis=1, keepdims=True))
+
+
+def _scattered(spectra: _Spectra) -> Array:
+    return spectra.table.radiance * spectra.unit[..., None, None]
+
+
+def _beyond(spectra: _Spectra) -> Array:
+    """Sunlight scattered once from all depths on, (n, d, v, h)."""
+    field, depths = spectra.field, spectra.depths
+    mu, turns = elevations(), azimuths(AZIMUTHS)
+    across = np.sqrt(1.0 - mu * mu)[:, None]
+    around = turns + math.atan2(field.sun[1], field.sun[0])
+    w = -across * np.cos(around), -across * np.sin(around), mu[:, None] + 0.0 * around
+    s2 = half_angle2(w, field.sun)
+    once = field.once_on_grid(depths, mu)  # (k, n, d, v)
+    parts = np.stack([part.per_steradian(s2) for part in field.components])
+    light = np.einsum("kvh,kndv->ndvh", parts, once, optimize=True)
+    near = s2 < WIDEST
+    if near.any():
+        light[..., near] *= field.aureole(depths, s2[near])
+    return light
+
+
+def _image(spectra: _Spectra) -> tuple[Array, Array]:
+    """Radiance of the boundary that is ahead, (3, v, h), and what is left of it (2, 3, l).
+
+    What is left is up, of the surface's mean, and down, of the floor.
+    """
+    table, channels, lengths = spectra.table, spectra.channels, spectra.lengths.lengths()
+    image = table.image * table.scale[:, None, None]
+    half = ELEVATIONS // 2
+    left = []
+    for part, cp in ((image[:, half:], spectra.cp_up), (image[:, :half], spectra.cp_down)):
+        T = np.exp(-cp * lengths[:, None])
+        left.append(channels.mean(T, part.mean(axis=(1, 2))).T)
+    return np.einsum("cn,nvh->cvh", channels.weights, image), np.array(left)
+
+
+def _unit(spectra: _Spectra, scattered: Array, irradiance: Array) -> tuple[Array, Array]:
+    """Decay and scale of the channels' tables; of a band those of its own."""
+    field, depths = spectra.field, spectra.depths
+    weights = np.abs(spectra.channels.weights)
+    decay = decay_rate(depths, field.scalar_irradiance(depths) @ weights.T)
+    most = np.maximum(scattered.max(axis=(2, 3)), irradiance.max(axis=(2, 3)))
+    grown = np.exp(np.minimum(decay[:, None] * depths, _LARGEST_EXPONENT))
+    scale = (weights @ most * grown).max(axis=1)
+    return decay, np.maximum(scale, float(np.finfo(np.float32).tiny))
+
+
+def _irradiance(spectra: _Spectra, *, shaded: bool) -> Array:
+    """On patches at all depths, (n, d, i, t)."""
+    E = spectra.table.irradiance * spectra.unit[..., None, None]
+    if shaded:
+        return E
+    field = spectra.field
+    n_z, turns = tilts(), azimuths(TURNS)
+    across = np.sqrt(np.maximum(1.0 - n_z * n_z, 0.0))[:, None]
+    around = turns + math.atan2(field.sun[1], field.sun[0])
+    normal = -across * np.cos(around), -across * np.sin(around), n_z[:, None] + 0.0 * around
+    facing = np.maximum(-sum(a * b for a, b in zip(normal, field.sun, strict=True)), 0.0)
+    return E + _forward_peak(spectra)[..., None, None] * facing
+
+
+def _beams(spectra: _Spectra) -> tuple[Array, Array]:
+    """Normal irradiance of the sun at all depths, unscattered and with the peak, (n, d)."""
+    field, y = spectra.field, spectra.depths
+    mu_s = field.light.mu_s
+    c = field.extinction_between(0.0, y, scaled=False).T
+    E = field.light.E[:, None] / mu_s
+    return E * np.exp(-c * y / mu_s), E * field.beam(y)
+
+
+def _forward_peak(spectra: _Spectra) -> Array:
+    sharp, peaked = _beams(spectra)
+    return np.maximum(peaked - sharp, 0.0)
+
+
+def _sunlit(
+    spectra: _Spectra, bases: Array, counts: NDArray[np.bool_], *, shaded: bool
+) -> tuple[Array, Array]:
+    """Decay with depth, and sunlight on colours over distance, (k, 3, d, l)."""
+    beam = _beams(spectra)[1 if shaded else 0]
+    field, y = spectra.field, spectra.depths
+    rate = field.extinction_between(0.0, y, scaled=shaded) / field.light.mu_s  # (d, n)
+    slowest = _slowest(counts, rate)
+    T = _transmittance(spectra.c, spectra.lengths)  # (d, l, n)
+    weights = np.einsum("cn,nk->kcn", spectra.channels.weights, bases)
+    light = np.einsum("nd,dln->dln", beam, T)
+    found = np.einsum("kcn,dln->kcdl", weights, light, optimize=True)
+    return slowest, found * np.exp(np.minimum(slowest.T * y, 80.0))[..., None]
+
+
+def _transmittance(c: Array, lengths: LengthScale) -> Array:
+    """Share that is left at extinctions (d, n) after all distances, (d, l, n)."""
+    return np.exp(-c[:, None] * lengths.lengths()[:, None])
+
+
+def _aureole(spectra: _Spectra) -> Array:
+    """Factor on what the channels see of sunlight scattered once, (3, d, t)."""
+    field, factor = spectra.field, spectra.table.aureole  # (n, d, t)
+    s2 = angles()
+    light = np.empty_like(factor)
+    for place, y in enumerate(spectra.depths):
+        p = field.phase_at(float(y)).per_steradian(s2[:, None])  # (t, n)
+        light[:, place] = p.T
+    light *= (_beams(spectra)[1] * field.scattering_at(spectra.depths).T)[..., None]
+    moved = spectra.channels.mean(np.moveaxis(factor, 0, -1), np.moveaxis(light, 0, -1))
+    return np.moveaxis(moved, -1, 0)
+
+
+def _regressed(channels: Array, size: Array, targets: Array, dimmed: Array) -> Array:
+    """Regress what is left of lights on their channels.
+
+    Parameters
+    ----------
+    channels : array, shape (d, q, 3)
+        Of q lights at each depth.
+    size : array, shape (d, q, c)
+        What errors of the target c are relative to.
+    targets : array, shape (d, q, c, l)
+    dimmed : array, shape (d, c, l)
+        Share of channel c that is left where nothing tells otherwise.
+
+    Returns
+    -------
+    array, shape (j, c, d, l)
+    """
+    size = np.maximum(size, _NOTHING)
+    features = channels[:, :, None, :] / size[..., None]  # (d, q, c, j)
+    d, q, c, _ = features.shape
+    own = np.arange(c) % 3
+    own_channel = np.take_along_axis(channels, np.broadcast_to(own, (d, q, c)), axis=2)
+    rest = (targets - own_channel[..., None] * dimmed[:, None]) / size[..., None]
+    gram = np.einsum("dqci,dqcj->dcij", features, features) / q
+    ridge = _RIDGE * np.einsum("dcjj->dcj", gram) + _NOTHING
+    gram = gram + ridge[..., None] * np.eye(3)
+    right = np.einsum("dqcj,dqcl->dcjl", features, rest, optimize=True) / q
+    found = np.linalg.solve(gram, right)  # (d, c, j, l)
+    found[:, np.arange(c), own] += dimmed
+    return np.moveaxis(found, (0, 1, 2, 3), (2, 1, 0, 3))
+
+
+def _lights(parts: Sequence[Array]) -> Array:
+    """Spectra of light from some directions at all depths, (d, q, n)."""
+    rows, columns = _EVERY
+    chosen = [part[:, :, rows // 2 :: rows, ::columns] for part in parts]
+    flat = [part.reshape(*part.shape[:2], -1) for part in chosen]
+    return np.moveaxis(np.concatenate(flat, axis=2), 0, -1)
+
+
+def _dimmed(spectra: _Spectra, parts: Sequence[Array]) -> Array:
+    """What is left of light over distances, (j, 3, d, l)."""
+    return _left(spectra, _lights(parts), spectra.c)
+
+
+def _left(spectra: _Spectra, light: Array, c: Array) -> Array:
+    channels = spectra.channels
+    T = _transmittance(c, spectra.lengths)
+    d, lengths, n = T.shape
+    weighted = (T[:, :, None] * channels.weights).reshape(d, lengths * 3, n)
+    targets = (light @ np.swapaxes(weighted, 1, 2)).reshape(d, -1, lengths, 3)
+    size = light @ np.abs(channels.weights).T
+    mean = np.abs(channels.weights)[None, None] * T[:, :, None] * light.mean(axis=1)[:, None, None]
+    share = mean.sum(axis=-1) / np.maximum(size.mean(axis=1)[:, None], _NOTHING)
+    return _regressed(
+        light @ channels.weights.T, size, np.swapaxes(targets, 2, 3), np.swapaxes(share, 1, 2)
+    )
+
+
+def _matte(spectra: _Spectra, bases: Array, irradiance: Array) -> Array:
+    """What is left over distances of what colours reflect of light, (j, k, 3, d, l)."""
+    channels = spectra.channels
+    light = np.concatenate(
+        [
+            _lights([irradiance]),
+            np.moveaxis(np.maximum(_forward_peak(spectra), 0.0), 0, -1)[:, None],
+        ],
+        axis=1,
+    )
+    T = _transmittance(spectra.c, spectra.lengths)
+    d, lengths, n = T.shape
+    k = bases.shape[1]
+    coloured = (bases.T[:, None] * channels.weights).reshape(k * 3, n)  # (k c, n)
+    weighted = (T[:, :, None] * coloured).reshape(d, lengths * k * 3, n)
+    targets = (light @ np.swapaxes(weighted, 1, 2)).reshape(d, -1, lengths, k * 3)
+    size = light @ np.abs(coloured).T
+    mean = np.einsum("pn,dln,dn->dpl", np.abs(coloured), T, light.mean(axis=1), optimize=True)
+    own = np.tile((light @ np.abs(channels.weights).T).mean(axis=1), (1, k))[..., None]
+    share = mean / np.maximum(own, _NOTHING)
+    found = _regressed(light @ channels.weights.T, size, np.swapaxes(targets, 2, 3), share)
+    return found.reshape(3, k, 3, d, lengths)
+
+
+def _mirrored(spectra: _Spectra, scattered: Array, beyond: Array) -> Array:
+    """What is left over distances of light that rises to the surface, (j, 3, l)."""
+    half = ELEVATIONS // 2
+    rising = [part[:, :1, :half] for part in (scattered + beyond, scattered)]
+    return _left(spectra, _lights(rising), spectra.cp_up[None])[:, :, 0]
+
+
+def _once(
+    spectra: _Spectra, eye: float, counts: NDArray[np.bool_]
+) -> tuple[Array, Array, Array, Array]:
+    """Decay, and tables of sunlight scattered once; see :class:`FoldedLight`."""
+    field, channels, lengths = spectra.field, spectra.channels, spectra.lengths
+    x = lengths.lengths()
+    if field.layered:
+        none = np.zeros((0, 3, LENGTHS))
+        return np.zeros(3), _once_on_paths(spectra, eye), none, none
+    E = field.light.E / field.light.mu_s
+    slowest = _slowest(counts, spectra.cp[:1])[0]
+    over = np.exp(-slowest[:, None] * x)
+    b = field.scattering_at(np.zeros(1))[0]
+    found: list[list[Array]] = [[], [], []]
+    for part in field.components:
+        source = b * E * field.weight_at(0.0, part)
+        for rows, c, integrated in (
+            (found[0], spectra.cp[0], True),
+            (found[1], spectra.c[0], True),
+            (found[2], spectra.c[0], False),
+        ):
+            density = source * np.exp(-c * x[:, None])
+            rows.append(channels.fold(density / c if integrated else density).T / over)
+    once, drawn, drawn_at = (np.array(rows) for rows in found)
+    return slowest, once, drawn, drawn_at
+
+
+def _once_on_paths(spectra: _Spectra, eye: float) -> Array:
+    """Sunlight that layered water scatters once on paths from the eye, (k, 3, v, l)."""
+    field, lengths = spectra.field, spectra.lengths.lengths()
+    mu = elevations()
+    y = np.clip(eye - mu[:, None] * lengths, 0.0, field.floor_depth)
+    P = np.where(mu[:, None] > 0, np.minimum(lengths, eye / np.maximum(mu[:, None], 1e-9)), lengths)
+    if math.isfinite(field.floor_depth):
+        down = (field.floor_depth - eye) / np.maximum(-mu[:, None], 1e-9)
+        P = np.where(mu[:, None] > 0, P, np.minimum(P, down))
+    near = field.once_on_grid([eye], mu)[:, :, 0]  # (k, n, v)
+    far = field.once_on_rays(np.ravel(y), np.repeat(mu, len(lengths)))
+    far = far.reshape(len(far), *y.shape, -1)  # (k, v, l, n)
+    cp = field.extinction_between(eye, y, scaled=True)
+    path = np.swapaxes(near, 1, 2)[:, :, None] - np.exp(-cp * P[..., None]) * far
+    path = np.maximum(path, 0.0)
+    kept = spectra.channels.fold(path)  # (k, v, l, 3)
+    return np.moveaxis(kept, -1, 1) / path_unit(lengths, float(spectra.c.max()))
+
+
+def path_unit(P: Operand, c: Operand) -> Operand:
+    """What sunlight scattered once on paths of layered water is divided by."""
+    return P / (1.0 + c * P) + 1e-6
+
+
+@dataclass(frozen=True, eq=False)
+class NumpyTables:
+    """Look-ups in folded light for arrays of rays; depths and distances of shape (..., 1)."""
+
+    light: FoldedLight
+    sun: Sequence[float]
+
+    @staticmethod
+    def split(channels: Array) -> list[Array]:
+        """Return the three channels, shape (..., 1) each."""
+        return [channels[..., i : i + 1] for i in range(3)]
+
+    def _on(self, table: Array, *places: Array) -> Array:
+        flat = [place[..., 0] for place in np.broadcast_arrays(*places)]
+        return interpolate(table, flat)
+
+    def _slice(self, y: Operand) -> Array:
+        return np.asarray(self.light.depth_scale.slice(np.asarray(y, np.float64)))
+
+    def _length(self, P: Operand) -> Array:
+        return np.asarray(self.light.numbers.lengths.place(np.asarray(P, np.float64)))
+
+    def scattered(self, y: Operand, h: Operand, v: Operand) -> Array:
+        """Return M over its unit at a depth, at places among azimuths and elevations."""
+        return self._on(self.light.scattered, self._slice(y), v, h)
+
+    def beyond(self, y: Operand, h: Operand, v: Operand) -> Array:
+        """Return the rest of what is ahead over the same unit."""
+        return self._on(self.light.beyond, self._slice(y), v, h)
+
+    def irradiance(self, y: Operand, h: Operand, v: Operand) -> Array:
+        """Return the irradiance on a patch over the same unit."""
+        return self._on(self.light.irradiance, self._slice(y), v, h)
+
+    def image_at(self, h: Operand, v: Operand) -> Array:
+        """Return the radiance of the boundary that is ahead."""
+        return self._on(self.light.image, v, h)
+
+    def image_left(self, up: Operand, P: Operand) -> Array:
+        """Return the share of that which is left, looking up (1) or down (0)."""
+        above, below = (self._on(t, self._length(P)) for t in self.light.image_left)
+        return np.where(np.asarray(up) > 0.5, above, below)
+
+    def aureole(self, y: Operand, t: Operand) -> Array:
+        """Return the factor of the sun's aureole."""
+        return self._on(self.light.aureole, self._slice(y), t)
+
+    def dimmed(self, y: Operand, P: Operand) -> list[Array]:
+        """Return what is left of light per channel j."""
+        return [self._on(t, self._slice(y), self._length(P)) for t in self.light.dimmed]
+
+    def matte(self, y: Operand, P: Operand, k: int) -> list[Array]:
+        """Return what is left of what colour k reflects, per channel j of the light."""
+        return [self._on(t[k], self._slice(y), self._length(P)) for t in self.light.matte]
+
+    def sunlit(self, y: Operand, P: Operand, k: int) -> Array:
+        """Return what is left of sunlight on colour k."""
+        return self._on(self.light.sunlit[k], self._slice(y), self._length(P))
+
+    def glowing(self, y: Operand, P: Operand, k: int) -> Array:
+        """Return what is left of light of colour k."""
+        return self._on(self.light.glowing[k], self._slice(y), self._length(P))
+
+    def rate(self, kind: int, y: Operand) -> Array:
+        """Return one of the rates at a depth."""
+        return self._on(self.light.rates[kind], self._slice(y))
+
+    def along(self, name: str, index: int | None, P: Operand) -> Array:
+        """Look a table over distance up, by the name of its attribute."""
+        table = getattr(self.light, name)
+        return self._on(table if index is None else table[index], self._length(P))
+
+    def once_on_path(self, part: int, v: Operand, P: Operand) -> Array:
+        """Return layered water's sunlight scattered once, over :func:`path_unit`."""
+        return self._on(self.light.once[part], v, self._length(P))
