@@ -15,8 +15,15 @@ from ..uw_spectral.mathematics import Operand, dot
 from ..uw_spectral.surface.refraction import mirrored_direction
 from ..uw_spectral.surface.wave_patterns import interp, sunlight_factor
 from ..uw_spectral.transfer.above_water import LightInAir, turned_sun
-from ..uw_spectral.transfer.channel_pixel import COLOURS, ChannelPixel, ChannelWater, Thing
-from ..uw_spectral.transfer.solved_ray import PathShade
+from ..uw_spectral.transfer.channel_pixel import (
+    ALL_LEFT,
+    COLOURS,
+    ChannelPixel,
+    ChannelWater,
+    LightLeft,
+    ShadeOnPath,
+    Thing,
+)
 from . import realtime_lamps, realtime_layers
 from .node_mathematics import NODES, Graph, NodeValue, new_group
 from .realtime_rays import (
@@ -231,16 +238,13 @@ class _Surface:
         if self._shape.mirrors:
             mirrored = self._in_columns(given[MIRRORED], base)
             L_mirrored = self._mirrored_light()
-        sunlight, shade = 1.0, 1.0
+        sunlight: Operand = 1.0
         if self._shape.waves:
             knots = [self._values[name] for name in CONTRAST]
             contrast = interp(self._waves[POSITION], knots, NODES)
             sunlight = sunlight_factor(self._waves[PATTERN], contrast, NODES)
-        if self._shape.shade:
-            mean, share, _ = graph.components(self._shade[ON_IT])
-            shade = self._water.ratio(mean, share)
         emitted = graph.components(given[EMITTED])
-        return Thing(columns, response, base, mirrored, L_mirrored, emitted, sunlight, shade)
+        return Thing(columns, response, base, mirrored, L_mirrored, emitted, sunlight, self._left())
 
     def _in_columns(self, colour: NodeValue, base: Sequence[Operand]) -> list[Operand]:
         """Return a colour that is part of the thing's own in the columns of that."""
@@ -259,10 +263,14 @@ class _Surface:
         ray = self._water.along(r)
         M, once = ray.ahead(self._y, r)
         L = M + once + ray.boundary(self._y, r)
+        return ray.shaded(L, self._left(), self._y)
+
+    def _left(self) -> LightLeft:
+        """What things leave of the light from all sides on this one."""
         if not self._shape.shade:
-            return L
+            return ALL_LEFT
         mean, share, _ = self._graph.components(self._shade[ON_IT])
-        return L * self._water.ratio(mean, share)
+        return LightLeft(mean, share)
 
     def _turned(self, sun: Sequence[Operand]) -> Operand:
         """Factor on the light of the sun as it is drawn, for a patch that another sun lights."""
@@ -271,7 +279,7 @@ class _Surface:
         drawn = self._values.of(*DRAWN_SUN)
         return turned_sun(-dot(self._normal, sun), -dot(self._normal, drawn), NODES)
 
-    def _path_shade(self) -> PathShade:
+    def _path_shade(self) -> ShadeOnPath:
         return self._water.path_shade(self._shade, self._w, self._P)
 
     def _made_pixel(self) -> ChannelPixel:
@@ -338,7 +346,8 @@ class _Surface:
         for k in COLOURS:
             direct = self._ray.sunlight(self._y, 0.0, k) + direct
         E = direct * (facing * sun) * self._thing.sunlight
-        E = E + self._ray.irradiance(self._y, self._normal) * self._thing.shade
+        around = self._ray.irradiance(self._y, self._normal)
+        E = E + self._ray.shaded(around, self._thing.shade, self._y)
         return E + self._lamps.get(realtime_lamps.IRRADIANCE, 0.0)
 
 

@@ -112,7 +112,14 @@ class Layout:
     def _along(self) -> tuple[tuple[str, int], ...]:
         parts = 0 if self.layered else self.parts
         return (
-            *(("rates", 3), ("image_left", 2), ("sky", 1), ("glitter", 1), ("floor", 1)),
+            *(
+                ("rates", 3),
+                ("shading", 3),
+                ("image_left", 2),
+                ("sky", 1),
+                ("glitter", 1),
+                ("floor", 1),
+            ),
             *(("mirrored", 3), ("once", parts), ("drawn", parts), ("drawn_at", parts)),
             ("", 0),
         )
@@ -169,7 +176,7 @@ def pixels(light: FoldedLight) -> NDArray[np.float32]:
     put(light.image, layout.image)
     if light.layered:
         put(np.moveaxis(light.once, 1, 0), layout.on_path)
-    for name in ("rates", "image_left", "sky", "glitter", "floor", "mirrored"):
+    for name in ("rates", "shading", "image_left", "sky", "glitter", "floor", "mirrored"):
         table = getattr(light, name)
         table = table.reshape(-1, *table.shape[-2:])
         put(np.moveaxis(table, 1, 0)[..., None, :], layout.along(name))
@@ -245,6 +252,11 @@ class ImageTables:
     def glowing(self, y: Operand, P: Operand, k: int) -> NodeValue:
         """Look up what is left of light of colour k."""
         return self._deep(self.layout.glowing, y, P, float(k))
+
+    def shading(self, y: Operand) -> list[NodeValue]:
+        """Look up what the spectrum of the shade makes of light, per channel of it."""
+        rows = (self.layout.along("shading", j) for j in range(3))
+        return [self._texel(self._slice(y), 0.0, row) for row in rows]
 
     def rate(self, kind: int, y: Operand) -> NodeValue:
         """Look up one of the rates at a depth."""

@@ -65,7 +65,7 @@ GLOW_ABOVE = tuple(f"glow in air {c}" for c in ("red", "green", "blue"))
 SKY_LEVEL, SUN_LEVEL = "sky above", "sun above"
 REFLECTANCE = tuple(f"reflectance {c}" for c in ("red", "green", "blue"))
 CONTRAST = tuple(f"caustic contrast {i}" for i in range(KNOTS))
-SHADE_SPECTRUM, SHADE_RATE = "shade spectrum", "shade rate"
+SHADE_RATE = "shade rate"
 
 
 @dataclass(frozen=True)
@@ -141,7 +141,7 @@ def channel_names(shape: Shape) -> list[str]:
     """Names of the quantities that each channel has its own of."""
     names: list[str] = list(_OF_LIGHT)
     names += CONTRAST if shape.waves else ()
-    names += (SHADE_SPECTRUM, SHADE_RATE) if shape.shade else ()
+    names += (SHADE_RATE,) if shape.shade else ()
     names += REFLECTANCE if "reflectance" in shape.layers else ()
     if shape.above:
         names += [*SUN_ABOVE, *SKY_ABOVE, *GLOW_ABOVE, SKY_LEVEL, SUN_LEVEL]

@@ -8,13 +8,18 @@ from dataclasses import dataclass
 import bpy
 
 from ..uw_spectral.mathematics import Operand
-from ..uw_spectral.shade.shade_table import along_ray, ratio
+from ..uw_spectral.shade.shade_table import along_ray
 from ..uw_spectral.surface.caustics import SUN_RADIUS
 from ..uw_spectral.transfer.above_water import glitter_from_above
-from ..uw_spectral.transfer.channel_pixel import ChannelPixel, ChannelWater
+from ..uw_spectral.transfer.channel_pixel import (
+    UNSHADED,
+    ChannelPixel,
+    ChannelWater,
+    LightLeft,
+    ShadeOnPath,
+)
 from ..uw_spectral.transfer.radiance_field import Ripples
 from ..uw_spectral.transfer.sky import UNIFORM, Sky
-from ..uw_spectral.transfer.solved_ray import UNSHADED, PathShade
 from ..uw_spectral.transfer.sun_beam import half_angle2
 from .node_mathematics import NODES, Graph, NodeValue
 from .realtime_refraction import LEAVING, MIRRORED_SKY, REFLECTANCE
@@ -26,7 +31,6 @@ from .realtime_values import (
     GLITTER_WIDTH,
     INDEX,
     SHADE_RATE,
-    SHADE_SPECTRUM,
     SKY_LEVEL,
     SUN,
     SUN_IN_AIR,
@@ -131,25 +135,22 @@ class PixelWater:
         found: dict[str, NodeValue],
         w: Sequence[NodeValue],
         P: NodeValue,
-    ) -> PathShade:
+    ) -> ShadeOnPath:
         """What things leave of the light of a path; shafts have shadows of their own."""
         if not self.shape.shade:
             return UNSHADED
         steps = [self.graph.components(found[name]) for name in ON_PATH]
         rate, decay = self.values.of(SHADE_RATE, "decay")
         reach = P, self.values[REACH], NODES
-        ratios = [self.ratio(mean, share) for mean, share, _ in steps]
         once = rate * (1.0 - w[2] / self.values["mu_s"])
         sunlit = [step[2] for step in steps]
-        return PathShade(
-            along_ray(ratios, rate - decay * w[2], *reach),
+        back = rate - decay * w[2]
+        mean, share = (along_ray([step[i] for step in steps], back, *reach) for i in range(2))
+        return ShadeOnPath(
+            LightLeft(mean, share),
             1.0 if self.shape.shafts else along_ray(sunlit, once, *reach),
             self.graph.components(found[ON_IT])[2] if ON_IT in found else 1.0,
         )
-
-    def ratio(self, mean: NodeValue, share: NodeValue) -> Operand:
-        """Share of the light of channels that things leave or bring."""
-        return ratio(mean, share, self.values[SHADE_SPECTRUM], NODES)
 
     def seen(self, pixel: Operand, coverage: Operand = 1.0) -> Operand:
         """Return what is seen of the light of a pixel in the water, the sky mirrored besides."""

@@ -213,7 +213,7 @@ class RealtimeWater:
             self.depth,
             self.column.skylight.level,
             list(self.reflectances.values()),
-            shaded=self.shape.shade,
+            None if self.shade is None else self.shade.spectrum,
         )
 
     @functools.cached_property
@@ -256,10 +256,8 @@ class RealtimeWater:
             realtime_values.SHAFT_SCALE: self.shafts.scale if self.shafts else 0.0,
         }
         if self.shade is not None:
-            channels |= {
-                realtime_values.SHADE_SPECTRUM: self.channels.mean(self.shade.spectrum, self.light),
-                realtime_values.SHADE_RATE: self.channels.mean(self.field.extinction, self.light),
-            }
+            rate = self.channels.mean(self.field.extinction, self.light)
+            channels[realtime_values.SHADE_RATE] = rate
             single |= realtime_shade.numbers(self.shade.box)
         if "reflectance" in shape.layers:
             columns = self.channels.fold(self.channels.reflectance.T)

@@ -20,7 +20,6 @@ from .folded_light import FoldedLight, FoldedNumbers, NumpyTables, path_unit
 from .radiance_field import Ripples, distance_in_water, mirrored_ray, sun_image
 from .radiance_table import AZIMUTHS, TURNS, azimuth, elevation, sun_angle, tilt
 from .sky import Sky
-from .solved_ray import UNSHADED, PathShade
 from .sun_beam import half_angle2
 
 _LEAST = 1e-30
@@ -43,6 +42,7 @@ class Tables(Protocol):
     def matte(self, y: Operand, P: Operand, k: Operand) -> Sequence[Operand]: ...  # noqa: D102
     def sunlit(self, y: Operand, P: Operand, k: Operand) -> Operand: ...  # noqa: D102
     def glowing(self, y: Operand, P: Operand, k: int) -> Operand: ...  # noqa: D102
+    def shading(self, y: Operand) -> Sequence[Operand]: ...  # noqa: D102
     def rate(self, kind: int, y: Operand) -> Operand: ...  # noqa: D102
     def along(self, name: str, index: int | None, P: Operand) -> Operand: ...  # noqa: D102
     def once_on_path(self, part: int, v: Operand, P: Operand) -> Operand: ...  # noqa: D102
@@ -87,6 +87,47 @@ class ChannelPixel:
 
 
 @dataclass(frozen=True, eq=False)
+class LightLeft:
+    """Share of light that things leave or bring, as :class:`.ShadeTable` has it.
+
+    Attributes
+    ----------
+    mean : channels or number
+        Of all bands.
+    share : channels or number, optional
+        Of the spectrum of the shade.
+    """
+
+    mean: Operand = 1.0
+    share: Operand | None = None
+
+
+ALL_LEFT = LightLeft()
+
+
+@dataclass(frozen=True, eq=False)
+class ShadeOnPath:
+    """What things leave of the light that a path gathers, and of what surrounds its end.
+
+    Attributes
+    ----------
+    scattered : LightLeft
+        Of M.
+    once : number
+        Share of sunlight scattered once.
+    beyond : number
+        Share of what shines past the end that things leave.
+    """
+
+    scattered: LightLeft = ALL_LEFT
+    once: Operand = 1.0
+    beyond: Operand = 1.0
+
+
+UNSHADED = ShadeOnPath()
+
+
+@dataclass(frozen=True, eq=False)
 class Thing:
     """What a thing in the water reflects and emits, in colours that may be measured ones.
 
@@ -107,8 +148,8 @@ class Thing:
         Per red, green and blue: radiance that it emits; empty if it emits nothing.
     sunlight : channels or number
         Factor of the waves on the sunlight.
-    shade : channels or number
-        Share of the light from all sides, the direct sun apart, that things leave or bring.
+    shade : LightLeft
+        Of the light from all sides, the direct sun apart.
     """
 
     columns: Sequence[Operand]
@@ -118,7 +159,7 @@ class Thing:
     L_mirrored: Operand = 0.0
     emitted: Sequence[Operand] = ()
     sunlight: Operand = 1.0
-    shade: Operand = 1.0
+    shade: LightLeft = ALL_LEFT
 
 
 @dataclass(frozen=True, eq=False)
@@ -230,6 +271,14 @@ class ChannelWater:
         """Factor of the sun's aureole on sunlight scattered once against w."""
         return self.tables.aureole(y, sun_angle(half_angle2(w, self.sun, self.m), self.m))
 
+    def shaded(self, light: Operand, left: LightLeft, y: Operand) -> Operand:
+        """Return what things leave of light at depth y."""
+        if left.share is None:
+            return light * left.mean
+        columns, parts = self.tables.shading(y), self.tables.split(light)
+        turned = _sum([c * part for c, part in zip(columns, parts, strict=True)])
+        return light * left.mean + turned * left.share
+
     def leaving(self, thing: Thing, y: Operand, normal: Sequence[Operand], P: Operand) -> Operand:
         """Light of a thing at depth y that is left after P, over :meth:`left`."""
         rest = self.reflected_light(thing, y, normal, P)
@@ -248,7 +297,7 @@ class ChannelWater:
     ) -> Operand:
         """Rest of :meth:`leaving`: light from many sides, mirrored light, light of its own."""
         split = self.tables.split
-        E = split(self.irradiance(y, normal) * thing.shade * (1.0 / math.pi))
+        E = split(self.shaded(self.irradiance(y, normal), thing.shade, y) * (1.0 / math.pi))
         L = split(thing.L_mirrored) if thing.mirrored else None
         total: Operand = 0.0
         for place, k in enumerate(thing.columns):
@@ -271,7 +320,7 @@ class ChannelWater:
         P: Operand,
         leaving: Operand,
         *,
-        shade: PathShade = UNSHADED,
+        shade: ShadeOnPath = UNSHADED,
         coverage: Operand = 1.0,
     ) -> ChannelPixel:
         """Pixel of a thing.
@@ -284,7 +333,7 @@ class ChannelWater:
             Unit view direction, away from the camera, z up.
         leaving : channels
             Of :meth:`leaving`; multiplied by the coverage already.
-        shade : PathShade
+        shade : ShadeOnPath
         coverage : number
             Share of the pixel that the thing fills.
         """
@@ -300,8 +349,9 @@ class ChannelWater:
         once = self.once(y_o, y_e, w, P) * self.aureole(y_o, w)
         around = shade.beyond
         kept = peaked - forward * around
-        path = once * shade.once + (M_near - kept * far) * shade.scattered
-        surroundings = (forward * rest + boundary) * (around * shade.scattered * coverage)
+        path = once * shade.once + self.shaded(M_near - kept * far, shade.scattered, y_o)
+        past = self.shaded(forward * rest + boundary, shade.scattered, y_o)
+        surroundings = past * (around * coverage)
         own = forward * (1.0 - around) * leaving
         return ChannelPixel(path * coverage, direct * leaving, surroundings + own)
 
@@ -322,7 +372,7 @@ class ChannelWater:
         index: Operand | None,
         *,
         ripples: Ripples | None = None,
-        shade: PathShade = UNSHADED,
+        shade: ShadeOnPath = UNSHADED,
     ) -> ChannelPixel:
         """Pixel of open water with the surface or the floor behind.
 
@@ -332,7 +382,7 @@ class ChannelWater:
         P = distance_in_water(y_o, -w[2], n.y_f, m)
         y_e = m.maximum(y_o - w[2] * P, 0.0)
         once = self.once(y_o, y_e, w, P) * self.aureole(y_o, w)
-        path = once * shade.once + self.scattered(y_o, w) * shade.scattered
+        path = once * shade.once + self.shaded(self.scattered(y_o, w), shade.scattered, y_o)
         up = m.less(0.0, w[2])
         below = self.tables.along("floor", None, P) * self.left_with_peak(0.0 * P + _DEEP, P)
         end = m.select(up, self.from_surface(w, P, sky, index, ripples), below)

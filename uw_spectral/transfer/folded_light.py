@@ -145,6 +145,8 @@ class FoldedLight:
         [k]: what is left over a distance of direct sunlight on colour k, normal irradiance.
     glowing : array, shape (3, 3, slices, LENGTHS)
         [k]: of the light of a lamp of colour k.
+    shading : array, shape (3, 3, slices)
+        [j]: of light times the spectrum of the shade, per unit of its channel j.
     rates : array, shape (3, 3, slices)
         Extinction, peak and decay of the sun of :class:`FoldedNumbers`, [0] to [2], by depth.
     image : array, shape (3, ELEVATIONS, AZIMUTHS)
@@ -177,6 +179,7 @@ class FoldedLight:
     matte: Array
     sunlit: Array
     glowing: Array
+    shading: Array
     rates: Array
     image: Array
     image_left: Array
@@ -222,8 +225,7 @@ def fold(
     eye: float,
     sky: Array,
     measured: Sequence[Array] = (),
-    *,
-    shaded: bool = False,
+    shade: Array | None = None,
 ) -> FoldedLight:
     """Fold a solved field.
 
@@ -239,11 +241,13 @@ def fold(
         Level of the sky's radiance in air.
     measured : sequence of array, shape (n,)
         Measured reflectances.
-    shaded : bool
-        Whether things shade: the sun's forward peak is then part of the direct sun.
+    shade : array, shape (n,), optional
+        Spectrum of the shade, if things shade: the sun's forward peak is then part of the direct
+        sun.
     """
     table = tabulate(field)
     depths = table.depth_scale.depths()
+    shaded = shade is not None
     eye = min(max(eye, 0.0), field.floor_depth)
 
     def mean(z: float | Array, *, scaled: bool) -> Array:
@@ -297,6 +301,7 @@ def fold(
         _matte(spectra, bases, irradiance) / way,
         sunlit / way,
         np.moveaxis(glow, (0, 1, 2, 3), (2, 3, 1, 0)) / way,
+        _shading(spectra, [scattered, beyond, irradiance], shade),
         np.array([slowest.T, peak.T, sun_decay.T]),
         image,
         image_left / np.swapaxes(forward[:, [0, -1]], 0, 1),
@@ -474,12 +479,20 @@ def _lights(parts: Sequence[Array]) -> Array:
 
 def _dimmed(spectra: _Spectra, parts: Sequence[Array]) -> Array:
     """What is left of light over distances, (j, 3, d, l)."""
-    return _left(spectra, _lights(parts), spectra.c)
+    return _left(spectra, _lights(parts), _transmittance(spectra.c, spectra.lengths))
 
 
-def _left(spectra: _Spectra, light: Array, c: Array) -> Array:
+def _shading(spectra: _Spectra, parts: Sequence[Array], shade: Array | None) -> Array:
+    """What the spectrum of the shade makes of light, (j, 3, d)."""
+    if shade is None:
+        return np.zeros((3, 3, len(spectra.depths)))
+    factor = np.broadcast_to(shade, (len(spectra.depths), 1, len(shade)))
+    lights = np.concatenate([_lights([part]) for part in parts], axis=1)
+    return _left(spectra, lights, factor)[..., 0]
+
+
+def _left(spectra: _Spectra, light: Array, T: Array) -> Array:
     channels = spectra.channels
-    T = _transmittance(c, spectra.lengths)
     d, lengths, n = T.shape
     weighted = (T[:, :, None] * channels.weights).reshape(d, lengths * 3, n)
     targets = (light @ np.swapaxes(weighted, 1, 2)).reshape(d, -1, lengths, 3)
@@ -519,7 +532,8 @@ def _mirrored(spectra: _Spectra, scattered: Array, beyond: Array) -> Array:
     """What is left over distances of light that rises to the surface, (j, 3, l)."""
     half = ELEVATIONS // 2
     rising = [part[:, :1, :half] for part in (scattered + beyond, scattered)]
-    return _left(spectra, _lights(rising), spectra.cp_up[None])[:, :, 0]
+    T = _transmittance(spectra.cp_up[None], spectra.lengths)
+    return _left(spectra, _lights(rising), T)[:, :, 0]
 
 
 def _once(
@@ -635,6 +649,10 @@ class NumpyTables:
     def glowing(self, y: Operand, P: Operand, k: int) -> Array:
         """Return what is left of light of colour k."""
         return self._on(self.light.glowing[k], self._slice(y), self._length(P))
+
+    def shading(self, y: Operand) -> list[Array]:
+        """Return what the spectrum of the shade makes of light, per channel j."""
+        return [self._on(t, self._slice(y)) for t in self.light.shading]
 
     def rate(self, kind: int, y: Operand) -> Array:
         """Return one of the rates at a depth."""
