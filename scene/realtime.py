@@ -64,6 +64,7 @@ _LONGEST_SHAFT = 200.0
 # Columns of red, green and blue come before those of measured reflectances.
 _FIRST_MEASURED = 3
 _HALF_RANGE = 4.0  # of the colours of closures
+_ROUNDING = 1e-9  # of weights that are not negative
 # Share by which the volume may dim what is behind it; below, the rounding of its
 # transmittance costs more light than that (8 to 14 % at 0.003, 4 to 6 % at 0.02).
 _SHAFT_OPACITY = 0.02
@@ -197,12 +198,10 @@ class RealtimeWater:
         Layers hold the light of things, which nothing tells of a closure; and where channels are
         negative, as those of a display are, EEVEE would cut the light of the water first. Band
         passes are measurements, and EEVEE keeps the colours of closures in steps of a thousandth.
-        Among things that shade each other, with lamps and from the air kept closures are not as
-        bright as lit ones yet.
         """
-        shape = self.shape
-        proven = not (shape.layers or shape.shade or shape.above or shape.lamps)
-        return self.pictures and proven and bool(np.all(self.channels.weights >= 0))
+        weights = self.channels.weights
+        positive = weights.min() >= -_ROUNDING * np.abs(weights).max()
+        return self.pictures and not self.shape.layers and bool(positive)
 
     @functools.cached_property
     def folded(self) -> FoldedLight:
