@@ -13,7 +13,7 @@ import bpy
 
 from ..uw_spectral.mathematics import Operand, dot
 from ..uw_spectral.surface.refraction import mirrored_direction
-from ..uw_spectral.surface.wave_patterns import interp, sunlight_factor
+from ..uw_spectral.surface.wave_patterns import sunlight_factor
 from ..uw_spectral.transfer.above_water import LightInAir, turned_sun
 from ..uw_spectral.transfer.channel_pixel import (
     ALL_LEFT,
@@ -38,9 +38,9 @@ from .realtime_shade import ON_IT
 from .realtime_shadows import sun_visibility
 from .realtime_values import (
     CAUSTIC_STRENGTH,
-    CONTRAST,
     DRAWN_SUN,
     GLOW_ABOVE,
+    LEAST_PATTERN,
     MIRRORED_SHARE,
     REFLECTANCE,
     SHAFT_END,
@@ -51,7 +51,7 @@ from .realtime_values import (
     Shape,
 )
 from .realtime_water import PixelWater, Sources, in_group, pixel_layers
-from .realtime_waves import PATTERN, POSITION, caustics_here
+from .realtime_waves import caustics_here
 from .uplift import COLUMNS, SHARE
 
 NAME, KEEPING = "UW Thing in Water", "UW Water before Thing"
@@ -79,14 +79,15 @@ def build(shape: Shape, sources: Sources, *, keeps: bool = False) -> bpy.types.S
     these columns, and all closures with this share.
 
     Inputs: ``Lit``, the colour of the surface under a white sun of strength 1,
-    emission included; ``Color``, its reflectance; ``Emission``, its emitted
+    emission included; ``Color``, its reflectance; if things glow, ``Emission``, its emitted
     RGB radiance; ``Coverage``, the share that is not transparent, with which
     the three are multiplied already; ``Normal``; if things mirror, ``Mirrored``,
     the part of the reflectance that does; and if reflectances were measured, ``Column``, where
     that of the material is found if it is not 0, and ``Measured``, its channels.
     """
     tree = new_group(KEEPING if keeps else NAME)
-    own = {name: kind for name, kind in _INPUTS.items() if not (keeps and name == LIT)}
+    left_out = ({LIT} if keeps else set()) | (set() if shape.glows else {EMITTED})
+    own = {name: kind for name, kind in _INPUTS.items() if name not in left_out}
     kinds = own | ({MIRRORED: "NodeSocketColor"} if shape.mirrors else {})
     kinds |= _MEASURED_INPUTS if shape.measured else {}
     for name, kind in kinds.items():
@@ -124,9 +125,10 @@ class _Surface:
         self._w, self._P, self._y = view_direction(graph), view_distance(graph), depth_here(graph)
         self._y_o = camera_depth_behind(self._y, self._w, self._P)
         self._ray = self._water.along(self._w)
-        self._waves = {}
+        self._pattern: Operand | None = None
         if sources.waves is not None:
-            self._waves = caustics_here(graph, sources.values, sources.waves.caustics)
+            pattern = caustics_here(graph, sources.values, sources.waves.caustics)
+            self._pattern = NODES.maximum(pattern, self._values[LEAST_PATTERN])
         self._shade = {}
         shade = self._water.shade()
         if shade is not None:
@@ -174,12 +176,12 @@ class _Surface:
         left = direct
         if isinstance(around, NodeValue):
             left = direct + (ray.left_with_peak(y, P) - direct) * (1.0 - around)
-        factor = left * self._thing.sunlight * self._turned(self._water.sun)
+        factor = left * self._turned(self._water.sun)
         factor = factor * self._values[SUN_GAIN]
         wanted: dict[str, Operand] = dict(zip(COLUMNS, COLOURS, strict=True))
         if self._shape.measured:
             wanted[MEASURED] = self._given[COLUMN]
-        columns = [ray.sunlight(y, P, k) * factor for k in wanted.values()]
+        columns = [ray.sunlight(y, P, k, self._thing.pattern) * factor for k in wanted.values()]
         if self._shape.above:
             columns = [self._water.ray(LEAVING) * column for column in columns]
             turned = self._turned(self._values.of(*SUN_IN_AIR))
@@ -211,9 +213,9 @@ class _Surface:
             found["reflectance"] = self._reflectance()
         if "E" in wanted:
             found["E"] = self._illumination(sun)
-        if self._shape.waves:
+        if self._pattern is not None:
             strength = self._values[CAUSTIC_STRENGTH]
-            found["caustics"] = sunlight_factor(self._waves[PATTERN], strength, NODES)
+            found["caustics"] = sunlight_factor(self._pattern, strength, NODES)
         return found
 
     def _base(self) -> tuple[Sequence[Operand], Sequence[Operand]]:
@@ -231,20 +233,22 @@ class _Surface:
         columns, base = self._base()
         response = ()
         if LIT in given:
-            lit = NODES.maximum(given[LIT] - given[EMITTED], 0.0) * self._values[SUN_GAIN]
+            lit = self._lit() * self._values[SUN_GAIN]
             turned = self._turned(self._water.sun)
             response = [part * turned for part in self._in_columns(lit, base)]
         mirrored, L_mirrored = (), 0.0
         if self._shape.mirrors:
             mirrored = self._in_columns(given[MIRRORED], base)
             L_mirrored = self._mirrored_light()
-        sunlight: Operand = 1.0
-        if self._shape.waves:
-            knots = [self._values[name] for name in CONTRAST]
-            contrast = interp(self._waves[POSITION], knots, NODES)
-            sunlight = sunlight_factor(self._waves[PATTERN], contrast, NODES)
-        emitted = graph.components(given[EMITTED])
-        return Thing(columns, response, base, mirrored, L_mirrored, emitted, sunlight, self._left())
+        emitted = graph.components(given[EMITTED]) if self._shape.glows else ()
+        return Thing(
+            columns, response, base, mirrored, L_mirrored, emitted, self._pattern, self._left()
+        )
+
+    def _lit(self) -> Operand:
+        """Colour of the thing under the white sun, without what it emits."""
+        lit = self._given[LIT]
+        return NODES.maximum(lit - self._given[EMITTED], 0.0) if self._shape.glows else lit
 
     def _in_columns(self, colour: NodeValue, base: Sequence[Operand]) -> list[Operand]:
         """Return a colour that is part of the thing's own in the columns of that."""
@@ -311,17 +315,16 @@ class _Surface:
         turned, up = self._turned(self._values.of(*SUN_IN_AIR)), self._normal[2]
         lit: Sequence[Operand] = (0.0, 0.0, 0.0)
         if LIT in self._given:
-            shone = NODES.maximum(self._given[LIT] - self._given[EMITTED], 0.0)
-            shone = shone * self._values[SUN_GAIN]
-            lit = self._graph.components(shone)
-        base, emitted = (self._graph.components(self._given[n]) for n in (COLOR, EMITTED))
+            lit = self._graph.components(self._lit() * self._values[SUN_GAIN])
+        base = self._graph.components(self._given[COLOR])
         total: Operand = 0.0
         for k in range(3):
             light = LightInAir(
                 self._values[SUN_ABOVE[k]], self._values[SKY_ABOVE[k]], self._values[MIRRORED_SHARE]
             )
             total = light.reflected(lit[k], base[k], turned, up) + total
-            total = emitted[k] * self._values[GLOW_ABOVE[k]] + total
+        for k, radiance in enumerate(self._thing.emitted):
+            total = radiance * self._values[GLOW_ABOVE[k]] + total
         return total
 
     def _drawn(self) -> Operand:
@@ -344,8 +347,8 @@ class _Surface:
         facing = NODES.maximum(-dot(self._normal, self._water.sun), 0.0)
         direct: Operand = 0.0
         for k in COLOURS:
-            direct = self._ray.sunlight(self._y, 0.0, k) + direct
-        E = direct * (facing * sun) * self._thing.sunlight
+            direct = self._ray.sunlight(self._y, 0.0, k, self._thing.pattern) + direct
+        E = direct * (facing * sun)
         around = self._ray.irradiance(self._y, self._normal)
         E = E + self._ray.shaded(around, self._thing.shade, self._y)
         return E + self._lamps.get(realtime_lamps.IRRADIANCE, 0.0)

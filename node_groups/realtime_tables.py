@@ -46,18 +46,22 @@ class Layout:
         Of the phase function.
     layered : bool
         Whether the water differs with depth.
+    waves : bool
+        Whether waves throw caustics.
     """
 
     slices: int
     columns: int
     parts: int
     layered: bool
+    waves: bool
 
     @classmethod
     def of(cls, light: FoldedLight) -> Layout:
         """Return the rows of folded light."""
         columns, parts = len(light.sunlit), len(light.components)
-        return cls(light.depth_scale.slices, columns, parts, light.layered)
+        waves = bool(len(light.caustics))
+        return cls(light.depth_scale.slices, columns, parts, light.layered, waves)
 
     @property
     def deep(self) -> int:
@@ -80,9 +84,14 @@ class Layout:
         return self.matte + 3 * self.columns * self.deep
 
     @property
+    def caustics(self) -> int:
+        """First row of what waves add to that."""
+        return self.sunlit + self.columns * self.deep
+
+    @property
     def glowing(self) -> int:
         """First row of what is left of light that colours emit."""
-        return self.sunlit + self.columns * self.deep
+        return self.caustics + self.waves * self.columns * self.deep
 
     @property
     def aureole(self) -> int:
@@ -171,6 +180,8 @@ def pixels(light: FoldedLight) -> NDArray[np.float32]:
     # Of a colour all three kinds of light follow each other.
     put(np.moveaxis(np.swapaxes(light.matte, 0, 1), 2, 0), layout.matte)
     put(np.moveaxis(light.sunlit, 1, 0), layout.sunlit)
+    if layout.waves:
+        put(np.moveaxis(light.caustics, 1, 0), layout.caustics)
     put(np.moveaxis(light.glowing, 1, 0), layout.glowing)
     put(light.aureole, layout.aureole)
     put(light.image, layout.image)
@@ -248,6 +259,10 @@ class ImageTables:
     def sunlit(self, y: Operand, P: Operand, k: Operand) -> NodeValue:
         """Look up what is left of sunlight on a colour."""
         return self._deep(self.layout.sunlit, y, P, k)
+
+    def caustics(self, y: Operand, P: Operand, k: Operand) -> NodeValue:
+        """Look up what waves add to that."""
+        return self._deep(self.layout.caustics, y, P, k)
 
     def glowing(self, y: Operand, P: Operand, k: int) -> NodeValue:
         """Look up what is left of light of colour k."""

@@ -13,7 +13,6 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from ..uw_spectral.surface.wave_patterns import KNOTS
 from ..uw_spectral.transfer.depth_scale import DepthScale, Zone
 from ..uw_spectral.transfer.folded_light import FoldedLight, FoldedNumbers, LengthScale
 from ..uw_spectral.transfer.radiance_field import FARTHEST
@@ -52,10 +51,10 @@ WAVES_LOG_DEPTH = "waves log depth"
 WAVES_PER_LOG = "waves per log"
 GLITTER = "glitter"
 GLITTER_WIDTH = "glitter width"
-CAUSTIC_STRENGTH = "caustic strength"
+CAUSTIC_STRENGTH, LEAST_PATTERN = "caustic strength", "least caustic pattern"
 _WAVES = (
     *(WAVES_PER_METRE, WAVES_HALF_CELL, WAVES_LOG_DEPTH, WAVES_PER_LOG),
-    *(GLITTER, GLITTER_WIDTH, CAUSTIC_STRENGTH),
+    *(GLITTER, GLITTER_WIDTH, CAUSTIC_STRENGTH, LEAST_PATTERN),
 )
 
 _OF_LIGHT = ("scale", "decay", "extinction", "peak", "sun_decay", "once_decay")
@@ -64,7 +63,6 @@ SKY_ABOVE = tuple(f"sky above on {c}" for c in ("red", "green", "blue"))
 GLOW_ABOVE = tuple(f"glow in air {c}" for c in ("red", "green", "blue"))
 SKY_LEVEL, SUN_LEVEL = "sky above", "sun above"
 REFLECTANCE = tuple(f"reflectance {c}" for c in ("red", "green", "blue"))
-CONTRAST = tuple(f"caustic contrast {i}" for i in range(KNOTS))
 SHADE_RATE = "shade rate"
 
 
@@ -100,6 +98,8 @@ class Shape:
         Whether the camera may be above the water.
     mirrors : bool
         Whether things mirror the water.
+    glows : bool
+        Whether things emit light.
     measured : int
         Measured reflectances.
     """
@@ -118,6 +118,7 @@ class Shape:
     layers: tuple[str, ...] = ()
     above: bool = False
     mirrors: bool = False
+    glows: bool = False
     measured: int = 0
 
 
@@ -140,7 +141,6 @@ class Numbers:
 def channel_names(shape: Shape) -> list[str]:
     """Names of the quantities that each channel has its own of."""
     names: list[str] = list(_OF_LIGHT)
-    names += CONTRAST if shape.waves else ()
     names += (SHADE_RATE,) if shape.shade else ()
     names += REFLECTANCE if "reflectance" in shape.layers else ()
     if shape.above:

@@ -69,7 +69,9 @@ class Sources:
 
 def layout_of(shape: Shape) -> Layout:
     """Return the layout of the tables of a shape."""
-    return Layout(shape.slices, 3 + shape.measured, len(shape.components), shape.layered)
+    return Layout(
+        shape.slices, 3 + shape.measured, len(shape.components), shape.layered, shape.waves
+    )
 
 
 class PixelWater:

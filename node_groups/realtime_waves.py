@@ -30,7 +30,6 @@ from .realtime_values import (
     WAVES_PER_METRE,
 )
 
-PATTERN, POSITION = "Caustic Pattern", "Caustic Knot"
 SLOPE = "Slope"
 _FLATTEST = 1e-3  # vertical component of a view ray that still finds a place on the surface
 _CALM = 4  # pixels
@@ -113,15 +112,15 @@ def layers_at(
 
 def caustics_here(
     graph: Graph, values: bpy.types.ShaderNodeTree, caustics: bpy.types.Image
-) -> dict[str, NodeValue]:
-    """Relative sunlight at the shaded point, and its place among the knots of the contrast."""
+) -> NodeValue:
+    """Relative sunlight at the shaded point."""
     number = _numbers(graph, values)
     px, py, pz = place_here(graph)
     depth = NODES.maximum(-pz, 0.0)
     x, y = under_waves(px, py, depth, [number(name) for name in SUN])
     layers = layers_at(graph, caustics, x, y, number(WAVES_PER_METRE), number(WAVES_HALF_CELL))
     position = layer_position(depth, number(WAVES_LOG_DEPTH), number(WAVES_PER_LOG), NODES)
-    return {PATTERN: pattern_at(depth, position, layers, NODES), POSITION: 2.0 * position}
+    return pattern_at(depth, position, layers, NODES)
 
 
 def slope_ahead(

@@ -10,7 +10,7 @@ import contextlib
 import math
 from collections.abc import Iterator
 from contextvars import ContextVar
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass
 from typing import Any
 
 import bpy
@@ -43,7 +43,7 @@ NOMINAL_DEPTH = 1.0
 """Depth in m that the preview assumes while no camera is under water."""
 
 _KEPT, _CAMERA, _SHOWN, _PROBLEM, _STALE = "kept", "camera", "shown", "problem", "stale"
-_VIEW, _TONE, _STOPS, _MIRRORS, _ROAM = "view", "tone", "stops", "mirrors", "roam"
+_VIEW, _TONE, _STOPS, _KINDS, _ROAM = "view", "tone", "stops", "kinds", "roam"
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,7 +88,7 @@ def add(scene: bpy.types.Scene) -> list[str]:
     notes = realtime.add_realtime(scene, water, extent)
     session: dict[str, Any] = {_SHOWN: _key(scene, chosen, depth), _PROBLEM: ""}
     session[_ROAM] = _roam(extent, water.column)
-    session[_MIRRORS] = _mirror(scene)
+    session[_KINDS] = _kinds(scene)
     if scene.camera is not None:
         session[_CAMERA] = scene.camera.data
     scene[SESSION] = session
@@ -149,7 +149,7 @@ def update(
         if may_rebuild:
             realtime.take_in(scene)
         outgrown = may_rebuild and _from_the_middle(scene, depsgraph) > session.get(_ROAM, math.inf)
-        same = session[_SHOWN] == key and not (may_rebuild and has_new_mirrors(scene))
+        same = session[_SHOWN] == key and not (may_rebuild and has_new_kinds(scene))
         same = same and not outgrown
         if same and (hasty or not is_stale(scene)):
             return True
@@ -169,7 +169,7 @@ def update(
         _show(scene)
         session[_SHOWN], session[_PROBLEM] = key, ""
         if may_rebuild:
-            session[_MIRRORS] = _mirror(scene)
+            session[_KINDS] = _kinds(scene)
     except InputError as error:
         session[_PROBLEM] = str(error)
     finally:
@@ -189,14 +189,14 @@ def has_come(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> bool:
     )
 
 
-def has_new_mirrors(scene: bpy.types.Scene) -> bool:
-    """Whether things mirror the water now that did not, or the other way round."""
+def has_new_kinds(scene: bpy.types.Scene) -> bool:
+    """Whether things mirror the water or emit light now that did not, or the other way round."""
     session = scene.get(SESSION)
-    return session is not None and bool(session.get(_MIRRORS, False)) != _mirror(scene)
+    return session is not None and list(session.get(_KINDS, _kinds(scene))) != _kinds(scene)
 
 
-def _mirror(scene: bpy.types.Scene) -> bool:
-    return realtime_materials.mirror(contents.materials(scene))
+def _kinds(scene: bpy.types.Scene) -> list[int]:
+    return list(map(int, astuple(realtime_materials.kinds(contents.materials(scene)))))
 
 
 def is_stale(scene: bpy.types.Scene) -> bool:

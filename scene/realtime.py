@@ -34,7 +34,7 @@ from ..uw_spectral.lamps.grouping import grouped
 from ..uw_spectral.lamps.lamp_channels import fold_lamps
 from ..uw_spectral.lamps.multiple_scattering import LampWater, lamp_water
 from ..uw_spectral.shade.shade_table import ShadeTable
-from ..uw_spectral.surface.wave_patterns import LAYERS, WavePatterns
+from ..uw_spectral.surface.wave_patterns import LAYERS, WavePatterns, interp, layer_position
 from ..uw_spectral.transfer.above_water import LightInAir, flattened_sun, light_in_air
 from ..uw_spectral.transfer.channel_pixel import COLOURS, along_rays
 from ..uw_spectral.transfer.channels import Channels, channels_of
@@ -46,7 +46,7 @@ from ..uw_spectral.water.phase import BandPhase, HenyeyGreenstein
 from . import apparent_places, bare_surfaces, contents, particles, realtime_materials, scene_water
 from .lamps import SceneLamps
 from .particles import SceneParticles
-from .realtime_materials import Surfaces
+from .realtime_materials import Kinds, Surfaces
 from .water_body import WaterExtent, box
 
 # Key of the added floor's reflectance; no material has an empty name.
@@ -213,7 +213,16 @@ class RealtimeWater:
             self.column.skylight.level,
             list(self.reflectances.values()),
             None if self.shade is None else self.shade.spectrum,
+            None if self.contrast is None else self._contrast_at,
         )
+
+    def _contrast_at(self, depths: NDArray[np.float64]) -> NDArray[np.float64]:
+        assert self.waves is not None
+        assert self.contrast is not None
+        named = wave_numbers(self.waves, self.strength)
+        log, per_log = realtime_values.WAVES_LOG_DEPTH, realtime_values.WAVES_PER_LOG
+        place = 2.0 * layer_position(depths, named[log], named[per_log])
+        return interp(place[:, None], list(self.contrast))
 
     @functools.cached_property
     def shafts(self) -> ShaftRange | None:
@@ -269,10 +278,9 @@ class RealtimeWater:
         if self.around_lamps is not None:
             single |= _of_lamps(self.lamps, column, self.phase, self.depth)
         if self.waves is not None and self.contrast is not None:
-            seen = self.channels.mean(
-                self.contrast, np.broadcast_to(self.light, self.contrast.shape)
-            )
-            channels |= dict(zip(realtime_values.CONTRAST, seen, strict=True))
+            # Where light falls from the brightest to nothing, no band may fall below it.
+            most = max(float(self.contrast.max()), _ROUNDING)
+            single[realtime_values.LEAST_PATTERN] = 1.0 - 1.0 / most
             single |= wave_numbers(self.waves, self.strength)
             single |= {
                 realtime_values.GLITTER: column.glitter * bool(self.waves.slope_x.any()),
@@ -320,7 +328,7 @@ def realtime_water(
     shade: ShadeTable | None = None,
     lamps: SceneLamps | None = None,
     above: ViewFromAir | None = None,
-    mirrors: bool = False,
+    kinds: Kinds | None = None,
 ) -> RealtimeWater:
     """Return the water of a frame.
 
@@ -346,10 +354,10 @@ def realtime_water(
         In the water.
     above : ViewFromAir, optional
         Of a camera that may be above the water; shafts are not drawn then.
-    mirrors : bool
-        Whether things mirror the water.
+    kinds : Kinds, optional
+        Of the things' materials.
     """
-    lamps = lamps or SceneLamps()
+    lamps, kinds = lamps or SceneLamps(), kinds or Kinds()
     shafts = shafts and above is None
     if shafts:
         column.require_one_layer("shafts of light know")
@@ -362,7 +370,7 @@ def realtime_water(
         field.components, column.reflects, len(scale.zones), scale.slices, shafts,
         sky=column.sky, layered=field.layered, shade=shade is not None, lamps=len(lamps.all),
         lamp_components=phase.components if lamps.lamps else (),
-        above=above is not None, mirrors=mirrors, measured=len(known),
+        above=above is not None, mirrors=kinds.mirrors, glows=kinds.glows, measured=len(known),
     )  # fmt: skip
     around_lamps = _around_lamps(column, phase, camera_depth) if lamps.lamps else None
     return RealtimeWater(

@@ -207,6 +207,14 @@ class Surfaces:
     keeping: bpy.types.ShaderNodeTree | None = None
 
 
+@dataclass(frozen=True)
+class Kinds:
+    """What any of the materials of a scene may do: mirror what is around it, or emit light."""
+
+    mirrors: bool = False
+    glows: bool = False
+
+
 def insert(materials: list[bpy.types.Material], surfaces: Surfaces) -> list[str]:
     """Put a surface group behind the shader of each material.
 
@@ -254,19 +262,23 @@ def _keepable(tree: bpy.types.ShaderNodeTree, node: bpy.types.Node) -> bool:
     return node.bl_idname in _KEPT or node.bl_idname in _JOINING
 
 
-def mirror(materials: Iterable[bpy.types.Material]) -> bool:
-    """Whether any of some materials may mirror what is around it."""
+def kinds(materials: Iterable[bpy.types.Material]) -> Kinds:
+    """Return what any of some materials may do."""
     trees = {material.node_tree for material in materials}
-    every = trees | contents.inner_groups(trees)
-    return any(_mirrors(tree, node) for tree in every for node in tree.nodes)
+    nodes = [(t, node) for t in trees | contents.inner_groups(trees) for node in t.nodes]
+    return Kinds(
+        any(_may(tree, node, _MIRRORING, "Metallic") for tree, node in nodes),
+        any(_may(tree, node, _EMITTING, "Emission Strength") for tree, node in nodes),
+    )
 
 
-def _mirrors(tree: bpy.types.NodeTree, node: bpy.types.Node) -> bool:
+def _may(tree: bpy.types.NodeTree, node: bpy.types.Node, always: set[str], weight: str) -> bool:
+    """Whether a node is of some kinds, or a principled one that may have a weight."""
     if node.bl_idname != _PRINCIPLED:
-        return node.bl_idname in _MIRRORING
-    metallic = node.inputs["Metallic"]
+        return node.bl_idname in always
+    socket = node.inputs[weight]
     # What may change while a job runs counts from its beginning: its nodes stay.
-    return metallic.is_linked or metallic.default_value > 0.0 or _is_animated(tree, metallic)
+    return socket.is_linked or socket.default_value > 0.0 or _is_animated(tree, socket)
 
 
 def is_dry(material: bpy.types.Material) -> bool:
@@ -411,7 +423,8 @@ def _describe(
     """Tell a surface group what a closure is; return what passes through it, if anything does."""
     graph = walk.graph
     graph.assign(closure.colour, surface.inputs[realtime_surface.COLOR])
-    graph.assign(closure.emission, surface.inputs[realtime_surface.EMITTED])
+    if realtime_surface.EMITTED in surface.inputs:
+        graph.assign(closure.emission, surface.inputs[realtime_surface.EMITTED])
     if realtime_surface.MIRRORED in surface.inputs:
         graph.assign(closure.mirrored, surface.inputs[realtime_surface.MIRRORED])
     elif not _is_zero(closure.mirrored):

@@ -217,7 +217,7 @@ class RenderPlan(ResolvedOptics):
             over.column, self.phase, depth, weights, solved=solved,
             shafts=self.draws_shafts, reflectances=reflectances, shade=shaded,
             lamps=lamps, above=_view_from_air(viewer, eyes, in_air),
-            mirrors=realtime_materials.mirror(contents.materials(scene)),
+            kinds=realtime_materials.kinds(contents.materials(scene)),
         )  # fmt: skip
         frame = cameras.orthographic_frame(scene, viewer)
         if viewer is not None and frame is not None and water.shape.layered:

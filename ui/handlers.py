@@ -28,7 +28,7 @@ def _edited(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
         live_updates.settle()
     if any(isinstance(u.id, bpy.types.Material | bpy.types.NodeTree) for u in depsgraph.updates):
         live.refresh_materials()
-        if live.has_new_mirrors(scene):
+        if live.has_new_kinds(scene):
             live_updates.follow(scene)
 
 

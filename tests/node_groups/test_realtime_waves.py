@@ -16,10 +16,8 @@ from underwater_spectral.uw_spectral.spectra.bands import Bands
 from underwater_spectral.uw_spectral.surface.refraction import in_water_cosine, sun_travel_direction
 from underwater_spectral.uw_spectral.surface.wave_patterns import (
     Sea,
-    interp,
     layer_position,
     pattern_at,
-    sunlight_factor,
     under_waves,
 )
 from underwater_spectral.uw_spectral.transfer.channel_pixel import COLOURS, Thing, along_rays
@@ -77,13 +75,13 @@ def _tiled(image, x, y, tile):
 
 
 def _pattern(now, column, points):
-    """Relative sunlight and knots at points, by numpy."""
+    """Relative sunlight at points, by numpy."""
     depth = -points[..., 2]
     x, y = under_waves(points[..., 0], points[..., 1], depth, column.sun_direction)
     layers = _tiled(now.caustics_image(), x, y, now.layers.tile)
     first, last = now.layers.depths[[0, -1]]
     position = layer_position(depth, math.log(first), 3 / math.log(last / first))
-    return pattern_at(depth, position, np.moveaxis(layers, -1, 0)), 2 * position
+    return pattern_at(depth, position, np.moveaxis(layers, -1, 0))
 
 
 def _floor(now, contrast, column, view):
@@ -93,14 +91,14 @@ def _floor(now, contrast, column, view):
     floor = view.depth - view.square[0][2]
     P = ((view.depth - floor) / rays[..., 2])[..., None]
     points = np.array([0.0, 0.0, -view.depth]) + P * rays
-    pattern, knot = _pattern(now, column, points)
-    gain = interp(knot[..., None], list(contrast))
+    pattern = _pattern(now, column, points)
     water = realtime.realtime_water(column, PHASE, view.depth, WEIGHTS)
+    water = water.under_waves(now, contrast, 1.0)
     ray = along_rays(water.folded, water.field.sun, w)
     one = np.ones_like(P)
     lit = [one * c / math.pi * -column.sun_direction[2] for c in probe.COLOR]
     thing = Thing(COLOURS, lit, [one * c for c in probe.COLOR],
-                  sunlight=sunlight_factor(pattern[..., None], gain))  # fmt: skip
+                  pattern=pattern[..., None])  # fmt: skip
     y, up = one * floor, (0.0 * one, 0.0 * one, one)
     leaving = ray.leaving(thing, y, up, P)
     return ray.surface(one * view.depth, y, w, P, leaving).total

@@ -96,7 +96,7 @@ def test_only_scenes_with_mirrors_pay_for_them(empty_blender):
     shader.keyframe_insert("default_value", frame=1)
     assert plan.realtime(scene, DEPTH, np.eye(3)).shape.mirrors
     item.active_material.node_tree.animation_data_clear()
-    assert not realtime_materials.mirror(contents.materials(scene))
+    assert not realtime_materials.kinds(contents.materials(scene)).mirrors
     shader.default_value = 0.5
     assert plan.realtime(scene, DEPTH, np.eye(3)).shape.mirrors
 

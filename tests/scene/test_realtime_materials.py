@@ -12,6 +12,7 @@ from underwater_spectral.scene import (
     eevee_settings,
     exr_output,
     realtime,
+    realtime_materials,
     scene_water,
     temporary,
     water_body,
@@ -114,7 +115,8 @@ def test_in_clear_water_every_kind_looks_as_eevee_draws_it(tmp_path):
     # The sensor that undoes the way from colours to bands.
     weights = np.linalg.inv(uplift_basis(column.bands))
     phase = parse_phase("hg:0.8").for_bands(np.ones(3))
-    water = realtime.realtime_water(column, phase, 8.0, weights)
+    kinds = realtime_materials.kinds(bpy.data.materials)
+    water = realtime.realtime_water(column, phase, 8.0, weights, kinds=kinds)
     notes = realtime.add_realtime(scene, water, water_body.WaterExtent(100.0, 100.0))
     # In the closed form mirrors are matte.
     assert {"'metal'" in note for note in notes} == {True, False}
@@ -171,7 +173,10 @@ def test_closures_that_are_kept_are_as_bright_as_lit_ones(tmp_path, kind, monkey
     column = columns.grey_column(0.1, 0.1)
     phase = parse_phase("hg:0.8").for_bands(np.full(3, 0.1))
     weights = np.eye(3)
-    water = realtime.realtime_water(column, phase, 5.0, weights, reflectances=reflectances)
+    kinds = realtime_materials.kinds(bpy.data.materials)
+    water = realtime.realtime_water(
+        column, phase, 5.0, weights, reflectances=reflectances, kinds=kinds
+    )
     bpy.context.view_layer.update()
     before, pictures = snapshot.snapshot(), []
     for keeps in (True, False):

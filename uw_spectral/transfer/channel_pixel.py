@@ -41,6 +41,7 @@ class Tables(Protocol):
     def dimmed(self, y: Operand, P: Operand) -> Sequence[Operand]: ...  # noqa: D102
     def matte(self, y: Operand, P: Operand, k: Operand) -> Sequence[Operand]: ...  # noqa: D102
     def sunlit(self, y: Operand, P: Operand, k: Operand) -> Operand: ...  # noqa: D102
+    def caustics(self, y: Operand, P: Operand, k: Operand) -> Operand: ...  # noqa: D102
     def glowing(self, y: Operand, P: Operand, k: int) -> Operand: ...  # noqa: D102
     def shading(self, y: Operand) -> Sequence[Operand]: ...  # noqa: D102
     def rate(self, kind: int, y: Operand) -> Operand: ...  # noqa: D102
@@ -146,8 +147,8 @@ class Thing:
         Radiance that it mirrors, the direct sun's apart.
     emitted : sequence of numbers
         Per red, green and blue: radiance that it emits; empty if it emits nothing.
-    sunlight : channels or number
-        Factor of the waves on the sunlight.
+    pattern : number, optional
+        Of the waves there, of mean 1.
     shade : LightLeft
         Of the light from all sides, the direct sun apart.
     """
@@ -158,7 +159,7 @@ class Thing:
     mirrored: Sequence[Operand] = ()
     L_mirrored: Operand = 0.0
     emitted: Sequence[Operand] = ()
-    sunlight: Operand = 1.0
+    pattern: Operand | None = None
     shade: LightLeft = ALL_LEFT
 
 
@@ -221,9 +222,16 @@ class ChannelWater:
         h = azimuth(normal, self.sun, TURNS, self.m)
         return self.tables.irradiance(y, h, tilt(normal[2], self.m)) * self.unit(y)
 
-    def sunlight(self, y: Operand, P: Operand, column: Operand) -> Operand:
-        """Normal irradiance of the sun at depth y on a colour, as it is seen from P."""
+    def sunlight(
+        self, y: Operand, P: Operand, column: Operand, pattern: Operand | None = None
+    ) -> Operand:
+        """Normal irradiance of the sun at depth y on a colour, as it is seen from P.
+
+        ``pattern`` is that of the waves, if there are any.
+        """
         lit = self.tables.sunlit(y, P, column)
+        if pattern is not None:
+            lit = lit + (pattern - 1.0) * self.tables.caustics(y, P, column)
         decay = self.tables.rate(2, y) if self.layered else self.numbers.sun_decay
         return lit * self.m.exp(-decay * y)
 
@@ -287,10 +295,10 @@ class ChannelWater:
     def reflected_sun(self, thing: Thing, y: Operand, P: Operand) -> Operand:
         """The direct sun's part of :meth:`leaving`."""
         lit = [
-            response * self.sunlight(y, P, k)
+            response * self.sunlight(y, P, k, thing.pattern)
             for k, response in zip(thing.columns, thing.response, strict=True)
         ]
-        return _sum(lit) * thing.sunlight
+        return _sum(lit)
 
     def reflected_light(
         self, thing: Thing, y: Operand, normal: Sequence[Operand], P: Operand

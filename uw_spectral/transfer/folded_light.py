@@ -13,7 +13,7 @@ a :class:`.Mathematics`, as of :mod:`.radiance_table`.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -143,6 +143,8 @@ class FoldedLight:
         [j, k]: the same of what colour k reflects of it; after red, green and blue measured ones.
     sunlit : array, shape (3 + i, 3, slices, LENGTHS)
         [k]: what is left over a distance of direct sunlight on colour k, normal irradiance.
+    caustics : array, shape (3 + i, 3, slices, LENGTHS), or (0, ...) without waves
+        [k]: what is added to that per unit of the waves' pattern above 1.
     glowing : array, shape (3, 3, slices, LENGTHS)
         [k]: of the light of a lamp of colour k.
     shading : array, shape (3, 3, slices)
@@ -178,6 +180,7 @@ class FoldedLight:
     dimmed: Array
     matte: Array
     sunlit: Array
+    caustics: Array
     glowing: Array
     shading: Array
     rates: Array
@@ -226,6 +229,7 @@ def fold(
     sky: Array,
     measured: Sequence[Array] = (),
     shade: Array | None = None,
+    contrast: Callable[[Array], Array] | None = None,
 ) -> FoldedLight:
     """Fold a solved field.
 
@@ -244,6 +248,8 @@ def fold(
     shade : array, shape (n,), optional
         Spectrum of the shade, if things shade: the sun's forward peak is then part of the direct
         sun.
+    contrast : callable, optional
+        Of caustics, at depths (d,), of shape (d, n), under waves.
     """
     table = tabulate(field)
     depths = table.depth_scale.depths()
@@ -278,7 +284,7 @@ def fold(
     way = np.exp(-slowest.T[..., None] * lengths.lengths())  # (3, d, l)
     forward = np.exp(-(slowest - peak).T[..., None] * lengths.lengths())
     bases = np.column_stack([channels.reflectance, *measured])
-    sun_decay, sunlit = _sunlit(spectra, bases, counts, shaded=shaded)
+    sun_decay, sunlit, caustics = _sunlit(spectra, bases, counts, contrast, shaded=shaded)
     once_decay, once, drawn, drawn_at = _once(spectra, eye, counts)
     numbers = FoldedNumbers(
         scale, decay, slowest[0], peak[0], sun_decay[0], once_decay, lengths, field.light.mu_s,
@@ -300,6 +306,7 @@ def fold(
         _dimmed(spectra, [scattered, beyond]) / way,
         _matte(spectra, bases, irradiance) / way,
         sunlit / way,
+        caustics / way,
         np.moveaxis(glow, (0, 1, 2, 3), (2, 3, 1, 0)) / way,
         _shading(spectra, [scattered, beyond, irradiance], shade),
         np.array([slowest.T, peak.T, sun_decay.T]),
@@ -405,18 +412,28 @@ def _forward_peak(spectra: _Spectra) -> Array:
 
 
 def _sunlit(
-    spectra: _Spectra, bases: Array, counts: NDArray[np.bool_], *, shaded: bool
-) -> tuple[Array, Array]:
-    """Decay with depth, and sunlight on colours over distance, (k, 3, d, l)."""
+    spectra: _Spectra,
+    bases: Array,
+    counts: NDArray[np.bool_],
+    contrast: Callable[[Array], Array] | None,
+    *,
+    shaded: bool,
+) -> tuple[Array, Array, Array]:
+    """Decay with depth, and sunlight and caustics on colours over distance, (k, 3, d, l)."""
     beam = _beams(spectra)[1 if shaded else 0]
     field, y = spectra.field, spectra.depths
     rate = field.extinction_between(0.0, y, scaled=shaded) / field.light.mu_s  # (d, n)
     slowest = _slowest(counts, rate)
     T = _transmittance(spectra.c, spectra.lengths)  # (d, l, n)
     weights = np.einsum("cn,nk->kcn", spectra.channels.weights, bases)
-    light = np.einsum("nd,dln->dln", beam, T)
-    found = np.einsum("kcn,dln->kcdl", weights, light, optimize=True)
-    return slowest, found * np.exp(np.minimum(slowest.T * y, 80.0))[..., None]
+    grown = np.exp(np.minimum(slowest.T * y, 80.0))[..., None]
+
+    def folded(light: Array) -> Array:
+        arriving = light.T[:, None] * T
+        return np.einsum("kcn,dln->kcdl", weights, arriving, optimize=True) * grown
+
+    steady = folded(beam)
+    return slowest, steady, steady[:0] if contrast is None else folded(beam * contrast(y).T)
 
 
 def _transmittance(c: Array, lengths: LengthScale) -> Array:
@@ -645,6 +662,10 @@ class NumpyTables:
     def sunlit(self, y: Operand, P: Operand, k: int) -> Array:
         """Return what is left of sunlight on colour k."""
         return self._on(self.light.sunlit[k], self._slice(y), self._length(P))
+
+    def caustics(self, y: Operand, P: Operand, k: int) -> Array:
+        """Return what waves add to that, per unit of their pattern above 1."""
+        return self._on(self.light.caustics[k], self._slice(y), self._length(P))
 
     def glowing(self, y: Operand, P: Operand, k: int) -> Array:
         """Return what is left of light of colour k."""
