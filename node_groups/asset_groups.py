@@ -66,8 +66,7 @@ def build_caustics(
         "Sunlight under waves at the shaded point, relative to a flat surface at z = 0",
     )  # fmt: skip
     values = _values(name, shape, numbers)
-    found = realtime_waves.caustics_here(asset.graph, values, images.caustics)
-    pattern = found[realtime_waves.PATTERN]
+    pattern = realtime_waves.caustics_here(asset.graph, values, images.caustics)
     return asset.finished({SUNLIGHT: sunlight_factor(pattern, asset.given[STRENGTH], NODES)})
 
 

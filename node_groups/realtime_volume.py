@@ -19,7 +19,7 @@ from .node_mathematics import NODES, Graph
 from .realtime_rays import depth_here, view_direction, view_distance
 from .realtime_values import CAUSTIC_STRENGTH, SHAFT_END, SHAFT_SCALE, Shape
 from .realtime_water import PixelWater, Sources
-from .realtime_waves import PATTERN, caustics_here
+from .realtime_waves import caustics_here
 
 NAME = "UW Shafts"
 ANISOTROPY = 0.8
@@ -45,7 +45,7 @@ def build(shape: Shape, sources: Sources) -> bpy.types.Material:
     strength = water.values[SHAFT_SCALE] * inside / phase
     if sources.waves is not None:
         # The unscattered sun carries the whole pattern, whatever the channel.
-        pattern = caustics_here(graph, sources.values, sources.waves.caustics)[PATTERN]
+        pattern = caustics_here(graph, sources.values, sources.waves.caustics)
         strength = strength * sunlight_factor(pattern, water.values[CAUSTIC_STRENGTH], NODES)
     scatter = graph.node("ShaderNodeVolumeScatter")
     graph.assign(NODES.maximum(per_metre * strength, 0.0), scatter.inputs["Color"])

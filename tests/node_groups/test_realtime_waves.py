@@ -91,7 +91,7 @@ def _floor(now, contrast, column, view):
     floor = view.depth - view.square[0][2]
     P = ((view.depth - floor) / rays[..., 2])[..., None]
     points = np.array([0.0, 0.0, -view.depth]) + P * rays
-    pattern = _pattern(now, column, points)
+    pattern = np.maximum(_pattern(now, column, points), 1.0 - 1.0 / contrast.max())
     water = realtime.realtime_water(column, PHASE, view.depth, WEIGHTS)
     water = water.under_waves(now, contrast, 1.0)
     ray = along_rays(water.folded, water.field.sun, w)
