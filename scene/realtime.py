@@ -451,7 +451,7 @@ def add_realtime(scene: bpy.types.Scene, water: RealtimeWater, extent: WaterExte
     if shape.shafts:
         objects.append(box("UW Shafts", extent, 0.0))
         objects[0].data.materials.append(realtime_volume.build(shape, sources))
-    notes += realtime_materials.insert(materials, Surfaces(surface, keeping))
+    notes += realtime_materials.insert(materials, Surfaces(surface, keeping, floor))
     apparent = realtime_refraction.build_apparent(values) if shape.above else None
     if apparent is not None:
         notes += apparent_places.insert(materials, apparent, extent.bottom)

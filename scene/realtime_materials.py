@@ -201,10 +201,13 @@ class Surfaces:
         Of :func:`.realtime_surface.build`, for shaders that are lit first.
     keeping : ShaderNodeTree, optional
         The one that keeps closures.
+    floor : Material, optional
+        Of the added floor, whose reflectance is a measured one.
     """
 
     lit: bpy.types.ShaderNodeTree
     keeping: bpy.types.ShaderNodeTree | None = None
+    floor: bpy.types.Material | None = None
 
 
 @dataclass(frozen=True)
@@ -235,7 +238,8 @@ def insert(materials: list[bpy.types.Material], surfaces: Surfaces) -> list[str]
         if output is None:
             continue
         if surfaces.keeping is not None and _keeps(material.node_tree):
-            _keep(material, output, surfaces.keeping, notes)
+            measured = band_colors.is_measured(material) or material == surfaces.floor
+            _keep(material, output, surfaces.keeping, notes, measured=measured)
         else:
             _insert(material, output, surfaces.lit, notes)
     return list(dict.fromkeys(notes))
@@ -352,13 +356,15 @@ def _keep(
     output: bpy.types.Node,
     group: bpy.types.ShaderNodeTree,
     notes: list[str],
+    *,
+    measured: bool,
 ) -> None:
     """Send the colours of a material through the sunlight, and add the light of the water."""
     tree = material.node_tree
     socket = output.inputs["Surface"]
     link = socket.links[0]
     source, muted = link.from_socket, link.is_muted
-    band_colors.route(tree, _sunlit_nodes(group), measured=band_colors.is_measured(material))
+    band_colors.route(tree, _sunlit_nodes(group), measured=measured)
     walk = _Walk(tree, f"material {material.name!r}", notes)
     closure, graph = walk.closure(socket), walk.graph
     surface = graph.node("ShaderNodeGroup", node_tree=group)
