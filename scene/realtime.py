@@ -63,7 +63,7 @@ _SHAFT_OPTICAL_DEPTH = 4.0
 _LONGEST_SHAFT = 200.0
 # Columns of red, green and blue come before those of measured reflectances.
 _FIRST_MEASURED = 3
-_HALF_RANGE = 4.0  # of the colours of closures
+_WHITE = 0.6  # colour of a white closure in the sunlight at the camera
 _ROUNDING = 1e-9  # of weights that are not negative
 # Share by which the volume may dim what is behind it; below, the rounding of its
 # transmittance costs more light than that (8 to 14 % at 0.003, 4 to 6 % at 0.02).
@@ -233,14 +233,15 @@ class RealtimeWater:
     def sun_gain(self) -> float:
         """What the light of the drawn sun is multiplied with.
 
-        EEVEE keeps colours of closures up to 8 in steps of a thousandth: in the sunlight at the
-        camera a white one shall be about half of that.
+        EEVEE keeps the colours of closures in steps of a thousandth, and lobes that have no colour
+        of their own are at most 1: a white thing in the sunlight at the camera shall be so near
+        to 1 that brighter places have room.
         """
         along = along_rays(self.folded, self.field.sun, [np.zeros((1, 1))] * 3)
         y = np.full((1, 1), min(max(self.depth, 0.0), self.field.floor_depth))
         white = sum(along.sunlight(y, 0.0 * y, k) for k in COLOURS)
         brightest = float(np.max(white))
-        return _HALF_RANGE / brightest if brightest > 0 else 1.0
+        return _WHITE / brightest if brightest > 0 else 1.0
 
     @functools.cached_property
     def light(self) -> NDArray[np.float64]:
