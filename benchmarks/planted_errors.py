@@ -124,8 +124,8 @@ ERRORS = (
         "f = chi[count]\n", "f = 0.9 * chi[count]\n",
     ),
     Error(
-        "diffuse light of the two streams × 1.1", "transfer/light_field.py",
-        "A = bp * (ct + 3 * gp * cp) * S", "A = 1.1 * bp * (ct + 3 * gp * cp) * S",
+        "diffuse light of the two streams × 1.1", "closed_form/light_field.py",
+        "A = bp * (ct + 3.0 * gp * cp) * S", "A = 1.1 * bp * (ct + 3.0 * gp * cp) * S",
     ),
 )  # fmt: skip
 

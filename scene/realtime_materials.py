@@ -269,7 +269,8 @@ def _keepable(tree: bpy.types.ShaderNodeTree, node: bpy.types.Node) -> bool:
 def kinds(materials: Iterable[bpy.types.Material]) -> Kinds:
     """Return what any of some materials may do."""
     trees = {material.node_tree for material in materials}
-    nodes = [(t, node) for t in trees | contents.inner_groups(trees) for node in t.nodes]
+    own = [tree for tree in trees | contents.inner_groups(trees) if MARK not in tree]
+    nodes = [(tree, node) for tree in own for node in tree.nodes if MARK not in node]
     return Kinds(
         any(_may(tree, node, _MIRRORING, "Metallic") for tree, node in nodes),
         any(_may(tree, node, _EMITTING, "Emission Strength") for tree, node in nodes),
