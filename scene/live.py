@@ -35,7 +35,7 @@ from . import (
 )
 from .render_plan import RenderPlan, forget_files, plan_of, quiet
 from .session import SESSION
-from .settings import BY_PICTURE, NO_FLOOR, SceneSettings
+from .settings import BY_PICTURE, CLOSED_FORM, NO_FLOOR, SceneSettings
 from .shade import Kept
 from .water_body import WaterExtent, extent_around, reach_of, water_extent
 
@@ -86,6 +86,8 @@ def add(scene: bpy.types.Scene) -> list[str]:
     water = _water(scene, chosen, depth)
     extent = water_extent(scene, water.column, depth)
     notes = realtime.add_realtime(scene, water, extent)
+    if chosen.field == CLOSED_FORM:
+        notes.append("the viewport shows the solved field; only renders take the closed form")
     session: dict[str, Any] = {_SHOWN: _key(scene, chosen, depth), _PROBLEM: ""}
     session[_ROAM] = _roam(extent, water.column)
     session[_KINDS] = _kinds(scene)

@@ -109,6 +109,23 @@ def test_changes_arrive_without_new_nodes():
     assert _groups() == built
 
 
+def test_that_the_viewport_knows_no_closed_form_is_said():
+    scene = _scene()
+    scene.underwater.field = "closed-form"
+    assert any("closed form" in note for note in live.add(scene))
+
+
+def test_what_begins_to_glow_gets_other_nodes():
+    scene = _scene()
+    live.add(scene)
+    assert not live.has_new_kinds(scene)
+    shader = bpy.data.materials["paint"].node_tree.nodes["Principled BSDF"]
+    shader.inputs["Emission Strength"].default_value = 2.0
+    assert live.has_new_kinds(scene)
+    live.update(scene)
+    assert not live.has_new_kinds(scene)
+
+
 def test_the_camera_is_followed():
     scene = _scene()
     live.add(scene)
