@@ -217,14 +217,19 @@ def _socket_type(socket: bpy.types.NodeSocket) -> str:
 def _new_node(
     tree: bpy.types.ShaderNodeTree, kind: str, place: int, properties: dict[str, Operand]
 ) -> bpy.types.Node:
-    active = tree.nodes.active
+    # To look for the active node takes time, which only trees of the user's are worth.
+    active = None if MARK in tree else tree.nodes.active
     node = tree.nodes.new(kind)
+    if MARK in tree:
+        # Blender looks for a free name among all nodes of a kind: the next one finds its own free.
+        node.name = f"{place} {node.name}"
     for name, value in properties.items():
         setattr(node, name, value)
     node[MARK] = True
     node.select = False
     node.hide = True
-    tree.nodes.active = active
+    if active is not None:
+        tree.nodes.active = active
     node.location = (180.0 * (place % _COLUMNS), -60.0 * (place // _COLUMNS))
     return node
 

@@ -38,7 +38,9 @@ def test_hair_and_scatter_assets_render_in_every_mode(tmp_path, registered):
     assert np.isfinite(list(found.values())).all()
     means = {name: image.mean(axis=(0, 1)) for name, image in found.items()}
     # Red of so few bands is a small difference of the sensor's responses.
-    assert means["realtime"] == pytest.approx(means["bands"], abs=0.02 * means["bands"].max())
+    assert means["realtime"] == pytest.approx(
+        means["bands"], abs=0.02 * float(means["bands"].max())
+    )
     assert means["realtime"][1:] == pytest.approx(means["bands"][1:], rel=0.02)
     # Noise, coarse shade and hair, which real time draws too bright: no proof, but dry things
     # would be many times off.

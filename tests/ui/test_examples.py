@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import time
-
 import bpy
 import pytest
 from underwater_spectral.examples.scenes import SCENES
@@ -21,9 +19,7 @@ def test_an_example_is_a_wet_scene_of_its_own_and_is_undone():
     first = bpy.context.scene.name
     bpy.ops.ed.undo_push(message="start")
     before = {kind: len(getattr(bpy.data, kind)) for kind in ("scenes", "objects", "materials")}
-    started = time.process_time()
     assert bpy.ops.underwater.add_example("EXEC_DEFAULT", True, example="pool") == {"FINISHED"}
-    assert time.process_time() - started < 20.0
     scene = bpy.context.window.scene
     assert scene.name == "Pool Test Tank"
     assert is_live(scene)
