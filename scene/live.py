@@ -194,7 +194,9 @@ def has_come(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> bool:
 def has_new_kinds(scene: bpy.types.Scene) -> bool:
     """Whether things mirror the water or emit light now that did not, or the other way round."""
     session = scene.get(SESSION)
-    return session is not None and list(session.get(_KINDS, _kinds(scene))) != _kinds(scene)
+    if session is None or _KINDS not in session:
+        return False
+    return list(session[_KINDS]) != _kinds(scene)
 
 
 def _kinds(scene: bpy.types.Scene) -> list[int]:

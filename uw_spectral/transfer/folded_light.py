@@ -504,8 +504,7 @@ def _shading(spectra: _Spectra, parts: Sequence[Array], shade: Array | None) -> 
     if shade is None:
         return np.zeros((3, 3, len(spectra.depths)))
     factor = np.broadcast_to(shade, (len(spectra.depths), 1, len(shade)))
-    lights = np.concatenate([_lights([part]) for part in parts], axis=1)
-    return _left(spectra, lights, factor)[..., 0]
+    return _left(spectra, _lights(parts), factor)[..., 0]
 
 
 def _left(spectra: _Spectra, light: Array, T: Array) -> Array:
