@@ -12,6 +12,7 @@ a :class:`.Mathematics`, as of :mod:`.radiance_table`.
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -221,6 +222,11 @@ class _Spectra:
         """What the tables of the bands are divided by, (n, d)."""
         return self.table.scale[:, None] * np.exp(-self.table.decay[:, None] * self.depths)
 
+    @functools.cached_property
+    def transmittance(self) -> Array:
+        """Share that is left of light at the depths after all distances, (d, l, n)."""
+        return _transmittance(self.c, self.lengths)
+
 
 def fold(
     field: SolvedField,
@@ -291,7 +297,7 @@ def fold(
         field.floor_depth,
     )  # fmt: skip
     image, image_left = _image(spectra)
-    glow = channels.fold_colours(_transmittance(c, lengths), channels.emission)
+    glow = channels.fold_colours(spectra.transmittance, channels.emission)
     up = np.exp(-spectra.cp_up * lengths.lengths()[:, None])
     sun_up = np.exp(-spectra.c_up * lengths.lengths()[:, None])
     down = np.exp(-spectra.cp_down * lengths.lengths()[:, None])
@@ -299,9 +305,9 @@ def fold(
         numbers,
         table.depth_scale,
         field.components,
-        np.einsum("cn,ndvh->cdvh", channels.weights, scattered) / over,
-        np.einsum("cn,ndvh->cdvh", channels.weights, beyond) / over,
-        np.einsum("cn,ndvh->cdvh", channels.weights, irradiance) / over,
+        np.tensordot(channels.weights, scattered, 1) / over,
+        np.tensordot(channels.weights, beyond, 1) / over,
+        np.tensordot(channels.weights, irradiance, 1) / over,
         _aureole(spectra),
         _dimmed(spectra, [scattered, beyond]) / way,
         _matte(spectra, bases, irradiance) / way,
@@ -425,12 +431,12 @@ def _sunlit(
     rate = field.extinction_between(0.0, y, scaled=shaded) / field.light.mu_s  # (d, n)
     slowest = _slowest(counts, rate)
     T = _transmittance(spectra.c, spectra.lengths)  # (d, l, n)
-    weights = np.einsum("cn,nk->kcn", spectra.channels.weights, bases)
+    weights = (bases.T[:, None] * spectra.channels.weights).reshape(-1, len(bases))  # (k c, n)
     grown = np.exp(np.minimum(slowest.T * y, 80.0))[..., None]
 
     def folded(light: Array) -> Array:
-        arriving = light.T[:, None] * T
-        return np.einsum("kcn,dln->kcdl", weights, arriving, optimize=True) * grown
+        arriving = np.swapaxes(light.T[:, None] * T, 1, 2)
+        return np.moveaxis(weights @ arriving, 0, 1).reshape(-1, 3, *T.shape[:2]) * grown
 
     steady = folded(beam)
     return slowest, steady, steady[:0] if contrast is None else folded(beam * contrast(y).T)
@@ -454,38 +460,6 @@ def _aureole(spectra: _Spectra) -> Array:
     return np.moveaxis(moved, -1, 0)
 
 
-def _regressed(channels: Array, size: Array, targets: Array, dimmed: Array) -> Array:
-    """Regress what is left of lights on their channels.
-
-    Parameters
-    ----------
-    channels : array, shape (d, q, 3)
-        Of q lights at each depth.
-    size : array, shape (d, q, c)
-        What errors of the target c are relative to.
-    targets : array, shape (d, q, c, l)
-    dimmed : array, shape (d, c, l)
-        Share of channel c that is left where nothing tells otherwise.
-
-    Returns
-    -------
-    array, shape (j, c, d, l)
-    """
-    size = np.maximum(size, _NOTHING)
-    features = channels[:, :, None, :] / size[..., None]  # (d, q, c, j)
-    d, q, c, _ = features.shape
-    own = np.arange(c) % 3
-    own_channel = np.take_along_axis(channels, np.broadcast_to(own, (d, q, c)), axis=2)
-    rest = (targets - own_channel[..., None] * dimmed[:, None]) / size[..., None]
-    gram = np.einsum("dqci,dqcj->dcij", features, features) / q
-    ridge = _RIDGE * np.einsum("dcjj->dcj", gram) + _NOTHING
-    gram = gram + ridge[..., None] * np.eye(3)
-    right = np.einsum("dqcj,dqcl->dcjl", features, rest, optimize=True) / q
-    found = np.linalg.solve(gram, right)  # (d, c, j, l)
-    found[:, np.arange(c), own] += dimmed
-    return np.moveaxis(found, (0, 1, 2, 3), (2, 1, 0, 3))
-
-
 def _lights(parts: Sequence[Array]) -> Array:
     """Spectra of light from some directions at all depths, (d, q, n)."""
     rows, columns = _EVERY
@@ -496,7 +470,8 @@ def _lights(parts: Sequence[Array]) -> Array:
 
 def _dimmed(spectra: _Spectra, parts: Sequence[Array]) -> Array:
     """What is left of light over distances, (j, 3, d, l)."""
-    return _left(spectra, _lights(parts), _transmittance(spectra.c, spectra.lengths))
+    weights = spectra.channels.weights
+    return _left(_lights(parts), weights, weights, spectra.transmittance)
 
 
 def _shading(spectra: _Spectra, parts: Sequence[Array], shade: Array | None) -> Array:
@@ -504,52 +479,69 @@ def _shading(spectra: _Spectra, parts: Sequence[Array], shade: Array | None) -> 
     if shade is None:
         return np.zeros((3, 3, len(spectra.depths)))
     factor = np.broadcast_to(shade, (len(spectra.depths), 1, len(shade)))
-    return _left(spectra, _lights(parts), factor)[..., 0]
+    weights = spectra.channels.weights
+    return _left(_lights(parts), weights, weights, factor)[..., 0]
 
 
-def _left(spectra: _Spectra, light: Array, T: Array) -> Array:
-    channels = spectra.channels
-    d, lengths, n = T.shape
-    weighted = (T[:, :, None] * channels.weights).reshape(d, lengths * 3, n)
-    targets = (light @ np.swapaxes(weighted, 1, 2)).reshape(d, -1, lengths, 3)
-    size = light @ np.abs(channels.weights).T
-    mean = np.abs(channels.weights)[None, None] * T[:, :, None] * light.mean(axis=1)[:, None, None]
-    share = mean.sum(axis=-1) / np.maximum(size.mean(axis=1)[:, None], _NOTHING)
-    return _regressed(
-        light @ channels.weights.T, size, np.swapaxes(targets, 2, 3), np.swapaxes(share, 1, 2)
-    )
+def _left(light: Array, channels: Array, weights: Array, T: Array) -> Array:
+    """Regress what is left of lights on their channels.
+
+    Parameters
+    ----------
+    light : array, shape (d, q, n)
+        q lights at each depth.
+    channels : array, shape (3, n)
+    weights : array, shape (c, n)
+        What light is asked for; for errors, and where nothing tells otherwise, the quantity c
+        belongs to the channel c modulo 3.
+    T : array, shape (d, l, n)
+        Share of each band that is left.
+
+    Returns
+    -------
+    array, shape (j, c, d, l)
+    """
+    seen = light @ channels.T  # (d, q, 3)
+    q, c = light.shape[1], len(weights)
+    own = np.arange(c) % 3
+    size = np.maximum(light @ np.abs(weights).T, _NOTHING)
+    onward = np.swapaxes(T, 1, 2)
+    whole = (light @ np.abs(channels).T).mean(axis=1)[:, own, None]
+    mean = (np.abs(weights) * light.mean(axis=1)[:, None]) @ onward
+    share = mean / np.maximum(whole, _NOTHING)  # (d, c, l)
+    features = seen[:, :, None, :] / size[..., None]  # (d, q, c, j)
+    gram = np.einsum("dqci,dqcj->dcij", features, features) / q
+    ridge = _RIDGE * np.einsum("dcjj->dcj", gram) + _NOTHING
+    # What is regressed is linear in T: first the sums over lights, then those over bands.
+    relative = np.einsum("dqcj,dqc->dcjq", features, 1.0 / size)
+    d = len(light)
+    asked = (relative.reshape(d, c * 3, q) @ light).reshape(d, c, 3, -1) * weights[:, None]
+    right = (asked.reshape(d, c * 3, -1) @ onward).reshape(d, c, 3, -1)
+    known = np.einsum("dcjq,dqc->dcj", relative, seen[..., own])
+    right = (right - known[..., None] * share[:, :, None]) / q
+    found = np.linalg.solve(gram + ridge[..., None] * np.eye(3), right)  # (d, c, j, l)
+    found[:, np.arange(c), own] += share
+    return np.moveaxis(found, (0, 1, 2, 3), (2, 1, 0, 3))
 
 
 def _matte(spectra: _Spectra, bases: Array, irradiance: Array) -> Array:
     """What is left over distances of what colours reflect of light, (j, k, 3, d, l)."""
-    channels = spectra.channels
-    light = np.concatenate(
-        [
-            _lights([irradiance]),
-            np.moveaxis(np.maximum(_forward_peak(spectra), 0.0), 0, -1)[:, None],
-        ],
-        axis=1,
-    )
-    T = _transmittance(spectra.c, spectra.lengths)
-    d, lengths, n = T.shape
-    k = bases.shape[1]
-    coloured = (bases.T[:, None] * channels.weights).reshape(k * 3, n)  # (k c, n)
-    weighted = (T[:, :, None] * coloured).reshape(d, lengths * k * 3, n)
-    targets = (light @ np.swapaxes(weighted, 1, 2)).reshape(d, -1, lengths, k * 3)
-    size = light @ np.abs(coloured).T
-    mean = np.einsum("pn,dln,dn->dpl", np.abs(coloured), T, light.mean(axis=1), optimize=True)
-    own = np.tile((light @ np.abs(channels.weights).T).mean(axis=1), (1, k))[..., None]
-    share = mean / np.maximum(own, _NOTHING)
-    found = _regressed(light @ channels.weights.T, size, np.swapaxes(targets, 2, 3), share)
-    return found.reshape(3, k, 3, d, lengths)
+    weights = spectra.channels.weights
+    peak = np.moveaxis(np.maximum(_forward_peak(spectra), 0.0), 0, -1)
+    light = np.concatenate([_lights([irradiance]), peak[:, None]], axis=1)
+    coloured = (bases.T[:, None] * weights).reshape(-1, weights.shape[1])  # (k c, n)
+    found = _left(light, weights, coloured, spectra.transmittance)
+    return found.reshape(3, -1, 3, *found.shape[2:])
 
 
 def _mirrored(spectra: _Spectra, scattered: Array, beyond: Array) -> Array:
     """What is left over distances of light that rises to the surface, (j, 3, l)."""
     half = ELEVATIONS // 2
-    rising = [part[:, :1, :half] for part in (scattered + beyond, scattered)]
+    once, often = beyond[:, :1, :half], scattered[:, :1, :half]
+    rising = [often + once, often]
     T = _transmittance(spectra.cp_up[None], spectra.lengths)
-    return _left(spectra, _lights(rising), T)[:, :, 0]
+    weights = spectra.channels.weights
+    return _left(_lights(rising), weights, weights, T)[:, :, 0]
 
 
 def _once(
