@@ -1,4 +1,4 @@
-"""Water in real time, put into the open scene as a render job does it, to be measured."""
+"""Water of EEVEE, put into the open scene as a render job does it, to be measured."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from ..scene import (
     water_body,
 )
 from ..scene.band_engine import Opening, Weights
-from ..scene.settings import SceneSettings
+from ..scene.settings import REALTIME, Mode, SceneSettings
 
 
 @dataclass(frozen=True)
@@ -49,7 +49,7 @@ class Drawing:
 
 
 @contextlib.contextmanager
-def drawing(settings: SceneSettings | None) -> Iterator[Drawing]:
+def drawing(settings: SceneSettings | None, mode: Mode = REALTIME) -> Iterator[Drawing]:
     """Ready the open scene to be drawn by EEVEE, in water or, for None, as it is."""
     scene = bpy.context.scene
     camera = scene.camera
@@ -70,7 +70,7 @@ def drawing(settings: SceneSettings | None) -> Iterator[Drawing]:
         plan, water_body.water_extent(scene, plan.column, depth), depth, weights(plan),
         seed=0, denoise=False, froxels=None, device="cpu",
     )  # fmt: skip
-    with engines.engine_of("eevee", "realtime").open(scene, camera, opening) as engine:
+    with engines.engine_of("eevee", mode).open(scene, camera, opening) as engine:
         ready = [engine.frame(plan, depth, opening.weights)]
 
         def write(path: Path) -> None:

@@ -14,37 +14,32 @@ import tempfile
 import time
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import bpy
 
-from ..quality.costs import COLUMNS, COSTED, USUAL
+from ..quality.costs import COLUMNS, COSTED, METHODS, USUAL, Method
 from ..quality.terms import Options, settings_of, with_and_without
-from ..scene import (
-    eevee_settings,
-    engines,
-    exr_output,
-    moving_surface,
-    realtime,
-    render_plan,
-    settings,
-)
+from ..scene import cameras, engines, render_plan
+from ..scene.settings import BANDS, REALTIME, SceneSettings
 from ..scene.water_body import floor_plane, water_extent
 from . import grey_scene
+from ._drawing import Drawing, drawing
 
 _DEPTH = 5.0
-_FEW, _SOME, _MANY = 3, 9, 33  # bands
+_BANDS = 3  # one pass
 _RESOLUTION = (480, 270)
 _SAMPLES, _REPEATS = 10, 2
 _CYCLES_SAMPLES = 32
 _SHADOW = 0.01  # m, that of the water's sun
 _HEADER = """\
-# Cost of a sample of a frame of EEVEE against the same scene without water, by the options.
+# Cost of a sample of a pass of EEVEE against the same scene without water, by the options.
 # source: CPU times by `python3 dev.py run -m benchmarks option_costs`, {width} x {height}, EEVEE on
 # the software rasteriser of a two-core machine; the least of {repeats} runs;
 # shadow maps are left out of the ratios. A flat surface costs nothing that can be told
-# from the scatter of the runs, and has no column: without it, {some} bands cost {without:.4g}
-# 1: with the term. cycles 1: a pass in Cycles, of one band. bands 0: no water,
-# where ratio holds the CPU time per megapixel and sample, s
+# from the scatter of the runs, and has no column: without it, real time costs {without:.4g}
+# method: 1 real time, all bands in one pass; 2 a pass of three bands; 3 a pass of Cycles;
+# 0 no water, where ratio holds the CPU time per megapixel and sample, s. 1: with the term
 # licence: GPL-3.0-or-later. status: measured, on a CPU; read the ratios
 # SPDX-License-Identifier: GPL-3.0-or-later
 """
@@ -56,25 +51,24 @@ def main(arguments: Sequence[str]) -> None:
     plain, shadowed = plain_seconds()
     print(f"plain {plain:.3f} s per megapixel and sample, {shadowed:.3f} s with shadow maps")
     rows = []
-    for bands, options in configurations():
-        rows.append((0, bands, *_terms(options), 0, water_seconds(bands, options) / plain))
+    for method, options in configurations():
+        ratio = water_seconds(method, options) / plain
+        rows.append((METHODS.index(method) + 1, *_terms(options), 0, ratio))
         print(*(f"{value:.4g}" for value in rows[-1]), flush=True)
-    rows.append((1, _FEW, *_terms(USUAL), 0, cycles_seconds() / plain))
+    rows.append((METHODS.index("cycles") + 1, *_terms(USUAL), 0, cycles_seconds() / plain))
     rows += [(*[0] * (len(COLUMNS) - 2), maps, s) for maps, s in enumerate((plain, shadowed))]
-    without = water_seconds(_SOME, frozenset()) / plain
-    header = _HEADER.format(
-        width=_RESOLUTION[0], height=_RESOLUTION[1], repeats=_REPEATS, some=_SOME, without=without
-    )
+    without = water_seconds(REALTIME, frozenset()) / plain
+    width, height = _RESOLUTION
+    header = _HEADER.format(width=width, height=height, repeats=_REPEATS, without=without)
     lines = [",".join(COLUMNS), *(",".join(f"{value:.4g}" for value in row) for row in rows)]
     table = Path(__file__).resolve().parent.parent / "data" / "costs.csv"
     table.write_text(header + "\n".join(lines) + "\n", encoding="utf-8")
 
 
-def configurations() -> list[tuple[int, Options]]:
-    """Return bands and terms to measure: more and fewer bands, and each term alone."""
-    found = [(bands, USUAL) for bands in (_FEW, _SOME, _MANY)]
-    found += [(_SOME, o) for term in COSTED for o in with_and_without(term, USUAL)]
-    return list(dict.fromkeys(found))
+def configurations() -> list[tuple[Method, Options]]:
+    """Return methods and terms to measure: the usual ones, and with each term alone."""
+    options = [USUAL, *(o for term in COSTED for o in with_and_without(term, USUAL))]
+    return [(method, o) for method in (REALTIME, BANDS) for o in dict.fromkeys(options)]
 
 
 def _terms(options: Options) -> list[int]:
@@ -83,56 +77,44 @@ def _terms(options: Options) -> list[int]:
 
 def plain_seconds() -> tuple[float, float]:
     """Return what a sample takes without water, without shadow maps and with them."""
-    camera, plan = _plan(_FEW, USUAL)
+    settings = _scene(USUAL)
     scene = bpy.context.scene
-    extent = water_extent(scene, plan.column, _DEPTH)
-    floor = floor_plane(extent, bpy.data.materials.new("plain floor"))
-    floor.location.z = -plan.column.floor_depth
+    column = render_plan.make_plan(settings).column
+    floor = floor_plane(water_extent(scene, column, _DEPTH), bpy.data.materials.new("plain floor"))
+    floor.location.z = -column.floor_depth
     lamp = bpy.data.lights.new("sun", "SUN")
     lamp.shadow_maximum_resolution = _SHADOW
     for item in (floor, bpy.data.objects.new("sun", lamp)):
         scene.collection.objects.link(item)
-    with eevee_settings.realtime_settings(scene, camera, samples=1, water=None):
-        return _seconds(shadows=False), _seconds(shadows=True)
+    with drawing(None) as plain:
+        return _seconds(plain, shadows=False), _seconds(plain, shadows=True)
 
 
-def water_seconds(bands: int, options: Options) -> float:
-    """Return what a sample takes with some water."""
-    camera, plan = _plan(bands, options)
-    scene = bpy.context.scene
-    water = plan.realtime(scene, _DEPTH, plan.reduction(_DEPTH).weights)
-    water = moving_surface.with_waves(scene, plan, water)
-    realtime.add_realtime(scene, water, water_extent(scene, plan.column, _DEPTH))
-    with eevee_settings.realtime_settings(scene, camera, samples=1, water=water):
-        return _seconds(shadows=False)
+def water_seconds(method: Method, options: Options) -> float:
+    """Return what a sample of a pass takes with some water."""
+    assert method != "cycles", "measured by itself"
+    with drawing(_scene(options), method) as water:
+        return _seconds(water, shadows=False)
 
 
-def _plan(bands: int, options: Options) -> tuple[bpy.types.Object, render_plan.RenderPlan]:
+def _scene(options: Options) -> SceneSettings:
+    """Build the scene, and return the settings of its water."""
     bpy.ops.wm.read_factory_settings(use_empty=True)
-    camera = grey_scene.build_scene(_DEPTH, *_RESOLUTION)
-    return camera, render_plan.make_plan(
-        settings.SceneSettings(
-            **settings_of(options)
-            | {
-                "bands": bands,
-                "floor_depth": _DEPTH + grey_scene.ABOVE_FLOOR,
-            }
-        )
-    )
+    grey_scene.build_scene(_DEPTH, *_RESOLUTION)
+    chosen: dict[str, Any] = settings_of(options)
+    floor_depth = _DEPTH + grey_scene.ABOVE_FLOOR
+    return SceneSettings(**chosen | {"bands": _BANDS, "floor_depth": floor_depth})
 
 
-def _seconds(*, shadows: bool) -> float:
+def _seconds(drawn: Drawing, *, shadows: bool) -> float:
     """CPU time of one more sample, s per megapixel."""
-    scene = bpy.context.scene
-    scene.eevee.use_shadows = shadows
+    drawn.scene.eevee.use_shadows = shadows
     samples = 1 if shadows else _SAMPLES
-
     with tempfile.TemporaryDirectory() as folder:
 
         def frame(count: int) -> float:
-            scene.eevee.taa_render_samples = count
             start = time.process_time()
-            exr_output.write_float_exr(scene, Path(folder) / "a.exr")
+            drawn.picture(Path(folder) / "a.exr", count)
             return time.process_time() - start
 
         frame(1)  # compiles
@@ -142,8 +124,8 @@ def _seconds(*, shadows: bool) -> float:
 
 def cycles_seconds() -> float:
     """Return CPU seconds per megapixel and sample of a pass of Cycles."""
-    camera, plan = _plan(_FEW, USUAL)
-    scene = bpy.context.scene
+    plan = render_plan.make_plan(_scene(USUAL))
+    scene, camera = bpy.context.scene, cameras.find_camera(bpy.context.scene, None)
     extent = water_extent(scene, plan.column, _DEPTH)
     with (
         engines.cycles_bands(scene, camera, plan, extent, seed=0, denoise=False) as engine,

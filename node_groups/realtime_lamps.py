@@ -152,8 +152,6 @@ def write_lamps(
     """
     image.pixels.foreach_set(np.ravel(_pixels(image.size, folded, colours)))
     image.update()
-    # A file that is saved now opens with these pixels, without the extension.
-    image.pack()
 
 
 def _pixels(

@@ -74,8 +74,6 @@ def write_table(image: bpy.types.Image, table: ShadeTable) -> None:
         image.name = name
     image.pixels.foreach_set(np.ravel(texels))
     image.update()
-    # A file that is saved now opens with these pixels, without the extension.
-    image.pack()
 
 
 def pixels(table: ShadeTable) -> NDArray[np.float32]:

@@ -153,8 +153,6 @@ def write_light(image: bpy.types.Image, light: FoldedLight) -> None:
     """Put folded light into an image of its size."""
     image.pixels.foreach_set(np.ravel(pixels(light)))
     image.update()
-    # A file that is saved now opens with these pixels, without the extension.
-    image.pack()
 
 
 def pixels(light: FoldedLight) -> NDArray[np.float32]:

@@ -77,8 +77,6 @@ def _write(image: bpy.types.Image, pixels: NDArray[np.float32], *, fresh: bool) 
         image.name = name
     image.pixels.foreach_set(np.ravel(pixels))
     image.update()
-    # A file that is saved now opens with these pixels, without the extension.
-    image.pack()
 
 
 def sample(

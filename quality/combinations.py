@@ -193,7 +193,7 @@ class ErrorEstimate:
         found = []
         for choice, options in itertools.product(self.choices, subsets(free, wanted - free)):
             method = workload.method
-            cost = costs.sample(method, choice.count, choice.passes(method), options)
+            cost = costs.sample(method, choice.passes(method), options)
             found.append(Combination(choice, options, cost))
         return sorted(found, key=lambda c: (c.cost, -len(c.options)))
 

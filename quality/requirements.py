@@ -164,8 +164,8 @@ def decide(
 
     def seconds(c: Combination) -> float:
         method = workload.method
-        picture = method, c.bands.count, c.bands.passes(method), c.options
-        return workload.megapixels * workload.frames * costs.sample_seconds(*picture)
+        each = costs.sample_seconds(method, c.bands.passes(method), c.options)
+        return workload.megapixels * workload.frames * each
 
     combinations = estimate.combinations(workload, costs, keep, off)
     if budget is not None:
@@ -213,7 +213,7 @@ class _About:
 
     def _cost(self, bands: BandChoice, options: Options) -> float:
         method = self.workload.method
-        return self.costs.sample(method, bands.count, bands.passes(method), options)
+        return self.costs.sample(method, bands.passes(method), options)
 
     def bands(self, delta_e: float) -> Decision:
         e, chosen = self.estimate, self.chosen
@@ -322,7 +322,9 @@ class _About:
 def _costs(sample: CyclesSample | None) -> Costs:
     """Return the measured costs; those of Cycles depend on the water."""
     costs = read_costs()
-    return costs if sample is None else replace(costs, cycles=sample.seconds / costs.seconds)
+    if sample is None:
+        return costs
+    return replace(costs, passes={**costs.passes, "cycles": sample.seconds / costs.seconds})
 
 
 def _samples(

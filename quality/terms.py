@@ -10,7 +10,7 @@ import itertools
 import math
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -69,8 +69,8 @@ class Term:
     off, on : object
         The setting's value without the term, and one with it. A term whose setting
         is a boolean may be switched on by Auto, others only left out.
-    cost : {"triple", "pass", None}
-        Whether it adds to the cost of every three bands, of every pass, or of nothing.
+    costs : bool
+        Whether a pass of EEVEE costs more with it.
     column : mapping
         Fields of the water column without the term; none for a part of the picture.
     needs : str
@@ -85,7 +85,7 @@ class Term:
     setting: str
     off: object
     on: object = True
-    cost: Literal["triple", "pass"] | None = None
+    costs: bool = False
     column: Mapping[str, object] = field(default_factory=dict)
     needs: str = ""
     engines: tuple[str, ...] = ("eevee", "cycles")
@@ -102,21 +102,18 @@ class Term:
 
 
 TERMS = (
-    Term(
-        SHAFTS, "shafts", _shadows,
-        "shafts", off=False, cost="pass", engines=("eevee",),
-    ),
+    Term(SHAFTS, "shafts", _shadows, "shafts", off=False, costs=True, engines=("eevee",)),
     Term(
         INELASTIC, "inelastic", lambda _: "light of changed wavelength",
         "inelastic", off="", on="raman",
     ),
     Term(
         DIFFUSE_SHADOWS, "diffuse shadows", _skylight,
-        "diffuse_shadows", off=False, cost="pass", engines=("eevee",),
+        "diffuse_shadows", off=False, costs=True, engines=("eevee",),
     ),
     Term(
         WAVES, "waves and caustics", _looking_up,
-        "surface", off="flat", on="waves", cost="triple",
+        "surface", off="flat", on="waves", costs=True,
         column={"surface": "flat"}, needs=SURFACE,
     ),
     Term(

@@ -33,12 +33,28 @@ class KeptLampShadows:
         self._things = b""
         self._maps: dict[tuple[float, ...], _Map] = {}
 
-    def of(self, scene: bpy.types.Scene, found: SceneLamps) -> SceneLamps:
-        """Return lamps of a scene that know what they shine on at its current frame."""
+    def of(
+        self, scene: bpy.types.Scene, found: SceneLamps, *, unchanged: bool = False
+    ) -> SceneLamps:
+        """Return lamps of a scene that know what they shine on at its current frame.
+
+        Things that may be taken for ``unchanged`` are not looked at, if each lamp is known.
+        """
         shining = [lamp for lamp in found.lamps if np.any(lamp.intensity)]
         if not shining:
             self._maps = {}
             return replace(found, seen=(None,) * len(found.lamps))
+        if not unchanged or any(_key(lamp) not in self._maps for lamp in shining):
+            self._look(scene, shining)
+        maps = [self._maps.get(_key(lamp)) for lamp in found.lamps]
+        lamps = tuple(
+            lamp if near is None else replace(lamp, shadow=near.shadow)
+            for lamp, near in zip(found.lamps, maps, strict=True)
+        )
+        return replace(found, lamps=lamps, seen=tuple(near and near.seen for near in maps))
+
+    def _look(self, scene: bpy.types.Scene, shining: Iterable[Lamp]) -> None:
+        """Bring the maps to what is there now."""
         without = [item for item in scene.objects if MARK in item]
         meshes = Meshes(bpy.context.evaluated_depsgraph_get(), without, "shadow")
         colours = _colours(meshes)
@@ -49,12 +65,6 @@ class KeptLampShadows:
             key = _key(lamp)
             if key not in self._maps:
                 self._maps[key] = known.get(key) or _around(meshes, lamp, colours)
-        maps = [self._maps.get(_key(lamp)) for lamp in found.lamps]
-        lamps = tuple(
-            lamp if near is None else replace(lamp, shadow=near.shadow)
-            for lamp, near in zip(found.lamps, maps, strict=True)
-        )
-        return replace(found, lamps=lamps, seen=tuple(near and near.seen for near in maps))
 
 
 def _key(lamp: Lamp) -> tuple[float, ...]:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import contextlib
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextvars import ContextVar
 from dataclasses import astuple, dataclass
 from typing import Any
@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from ..node_groups.node_mathematics import MARK
 from ..uw_spectral.errors import InputError
 from ..uw_spectral.shade.shade_table import ShadeTable
+from ..uw_spectral.spectra.bands import Bands
 from ..uw_spectral.transfer.water_column import WaterColumn
 from . import (
     contents,
@@ -35,9 +36,11 @@ from . import (
 )
 from .render_plan import RenderPlan, forget_files, plan_of, quiet
 from .session import SESSION
-from .settings import BY_PICTURE, CLOSED_FORM, NO_FLOOR, SceneSettings
+from .settings import BY_PICTURE, CLOSED_FORM, NO_FLOOR, REALTIME, SceneSettings
 from .shade import Kept
 from .water_body import WaterExtent, extent_around, reach_of, water_extent
+
+_FEW_BANDS = 8  # while settings change
 
 NOMINAL_DEPTH = 1.0
 """Depth in m that the preview assumes while no camera is under water."""
@@ -48,16 +51,26 @@ _VIEW, _TONE, _STOPS, _KINDS, _ROAM = "view", "tone", "stops", "kinds", "roam"
 
 @dataclass(frozen=True, eq=False)
 class _Known:
-    """A shade, what :func:`_places` was then, and what serves for the next."""
+    """What an update in haste takes from the last one.
 
-    table: ShadeTable
+    The shade, if there is any, its bands, and what :func:`_places` was then; what serves for the
+    next; and the places that the camera sees in the light of lamps.
+    """
+
+    table: ShadeTable | None
+    bands: Bands
     places: int
     kept: Kept
+    lit: Sequence[tuple[float, ...]]
+
+    def on(self, bands: Bands) -> ShadeTable | None:
+        """Return the shade on other bands."""
+        return self.table and self.table.on(self.bands.centres, bands.centres)
 
 
 _busy: ContextVar[bool] = ContextVar("live water is being updated", default=False)
-_shade: dict[int, _Known] = {}
-"""The last shade of each scene, by its session's number; what is lost is computed again."""
+_known: dict[int, _Known] = {}
+"""What is known of each scene, by its session's number; what is lost is computed again."""
 
 
 def add(scene: bpy.types.Scene) -> list[str]:
@@ -81,11 +94,12 @@ def add(scene: bpy.types.Scene) -> list[str]:
     # A script that has just placed the camera has not updated its matrix yet.
     for layer in scene.view_layers:
         layer.update()
-    chosen = stored_settings.stored_settings(scene)
+    chosen = _settings(scene)
     depth = preview_depth(scene, chosen)
     water = _water(scene, chosen, depth)
     extent = water_extent(scene, water.column, depth)
     notes = realtime.add_realtime(scene, water, extent)
+    realtime.keep_images(scene)
     if chosen.field == CLOSED_FORM:
         notes.append("the viewport shows the solved field; only renders take the closed form")
     session: dict[str, Any] = {_SHOWN: _key(scene, chosen, depth), _PROBLEM: ""}
@@ -102,7 +116,7 @@ def remove(scene: bpy.types.Scene) -> None:
     """Take live water out; the scene is as it was before :func:`add`."""
     scene_water.remove(scene)
     session = scene.get(SESSION)
-    _shade.pop(scene.session_uid, None)
+    _known.pop(scene.session_uid, None)
     if session is None:
         return
     _restore_settings(scene)
@@ -129,7 +143,8 @@ def update(
     may_rebuild : bool
         Whether nodes may be built anew; not while Blender evaluates or renders.
     hasty : bool
-        Whether the shade between things may stay as it is; :func:`is_stale` says then that it did.
+        Whether few bands will do, and the shade between things may stay as it is; :func:`is_stale`
+        says then that there is more to come.
 
     Returns
     -------
@@ -145,7 +160,7 @@ def update(
     # Looking around evaluates the scene, which asks for an update of its own.
     token = _busy.set(True)
     try:
-        chosen = stored_settings.stored_settings(seen)
+        chosen = _settings(seen)
         depth = preview_depth(scene, chosen, depsgraph)
         key = _key(scene, chosen, depth)
         if may_rebuild:
@@ -166,6 +181,8 @@ def update(
             session[_ROAM] = _roam(extent, water.column)
         else:
             realtime.set_values(scene, water)
+        if not hasty:
+            realtime.keep_images(scene)
         if water.shafts is not None:
             _use_shafts(scene, water)
         _show(scene)
@@ -204,16 +221,18 @@ def _kinds(scene: bpy.types.Scene) -> list[int]:
 
 
 def is_stale(scene: bpy.types.Scene) -> bool:
-    """Whether the shade between things is not that of the present scene and water."""
+    """Whether the water was drawn in haste, or things have moved since."""
     session = scene.get(SESSION)
     return session is not None and bool(session.get(_STALE, False))
 
 
 def note_moves(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
     """Take note that the shade, if there is any, is not what it was if things have moved."""
-    known = _shade.get(scene.session_uid)
+    known = _known.get(scene.session_uid)
+    if known is None or known.table is None:
+        return
     moved = any(u.is_updated_geometry or u.is_updated_transform for u in depsgraph.updates)
-    if known is not None and moved and known.places != _places(scene, depsgraph):
+    if moved and known.places != _places(scene, depsgraph):
         scene[SESSION][_STALE] = True
 
 
@@ -333,25 +352,38 @@ def _key(scene: bpy.types.Scene, chosen: SceneSettings, depth: float) -> str:
     return repr((chosen, depth, time, lamps.state(scene)))
 
 
+def _settings(scene: bpy.types.Scene) -> SceneSettings:
+    return stored_settings.stored_settings(scene).in_mode(REALTIME)
+
+
 def _water(
     scene: bpy.types.Scene, chosen: SceneSettings, depth: float, *, hasty: bool = False
 ) -> realtime.RealtimeWater:
-    plan = plan_of(chosen)
+    drawn = chosen.with_at_most(_FEW_BANDS) if hasty else chosen
+    plan, camera = plan_of(drawn), scene.camera
+    last = _known.get(scene.session_uid)
+    known = last if hasty else None
+    if known is not None:
+        seen = known.lit
+    else:
+        seen = lamps.seen_places(scene, camera) if camera and lamps.objects_of(scene) else ()
     with quiet():
-        lit = None if scene.camera is None else plan.lamplight(scene, scene.camera)
+        lit = plan.lamplight(scene, camera, seen) if camera else None
         stops = _exposure(scene, plan, depth, lit, hasty=hasty)
         weights = plan.reduction(depth, lit, stops).weights
-        last = _shade.get(scene.session_uid)
-        kept, known = last.kept if last else Kept(), last if hasty else None
-        if known is not None and len(known.table.spectrum) != len(plan.bands):
-            known = None
-        water = plan.realtime(scene, depth, weights, shaded=known and known.table, kept=kept)
+        kept = last.kept if last else Kept()
+        shaded = known and known.on(plan.bands)
+        water = plan.realtime(
+            scene, depth, weights, shaded=shaded, kept=kept, unchanged=known is not None
+        )
         if SESSION in scene:
-            late = known is not None and water.shade is not None
-            scene[SESSION][_STALE] = late or (hasty and stops is not None)
-        if water.shade is not None and known is None:
-            depsgraph = bpy.context.evaluated_depsgraph_get()
-            _shade[scene.session_uid] = _Known(water.shade, _places(scene, depsgraph), kept)
+            late = shaded is not None and water.shade is not None
+            late = late or drawn != chosen or (hasty and stops is not None)
+            scene[SESSION][_STALE] = late
+        if known is None or (water.shade is not None and shaded is None):
+            has_shade = water.shade is not None
+            places = _places(scene, bpy.context.evaluated_depsgraph_get()) if has_shade else 0
+            _known[scene.session_uid] = _Known(water.shade, plan.bands, places, kept, seen)
         return moving_surface.with_waves(scene, plan, water)
 
 

@@ -172,7 +172,7 @@ def _frames(
     frames: list[_Frame] = []
     for number in job.frames or (scene.frame_current,):
         scene.frame_set(number)
-        chosen = settings_now()
+        chosen = settings_now().in_mode(job.mode)
         if frames:  # optimised bands stay while animated water changes
             chosen = frames[0].plan.fixed_bands(chosen)
         floor = chosen.floor_depth or math.inf

@@ -559,6 +559,15 @@ def set_values(scene: bpy.types.Scene, water: RealtimeWater) -> None:
             item.data.volume_factor = of_volume
 
 
+def keep_images(scene: bpy.types.Scene) -> None:
+    """Pack what :func:`set_values` has drawn: a file that is saved then shows it without us."""
+    drawn = [scene_water.part(scene, name) for name in (_TABLE, _SHADE, _LAMPS)]
+    waves = scene_water.images(scene)
+    for image in (*drawn, waves.caustics, waves.slopes):
+        if image is not None and image.is_dirty:
+            image.pack()
+
+
 def _wet(scene: bpy.types.Scene, material: bpy.types.Material) -> None:
     """Send a material of the water's own through the surface group that is there."""
     lit, keeping = (

@@ -62,6 +62,7 @@ from .realtime import (
 )
 from .settings import (
     AUTO,
+    BANDS,
     BOUNDED,
     BY_PICTURE,
     CONSTITUENTS,
@@ -69,7 +70,7 @@ from .settings import (
     OPTIMISED,
     SceneSettings,
 )  # fmt: skip
-from .surroundings import Ground, has_things, look_around
+from .surroundings import Ground, Surroundings, has_things, look_around
 
 _RELATIVE_UNITS = "sr^-1, relative to an irradiance of 1 at 560 nm"
 _RELATIVE_IRRADIANCE = "relative to an irradiance of 1 at 560 nm"
@@ -165,6 +166,7 @@ class RenderPlan(ResolvedOptics):
         eyes: Sequence[tuple[float, ...]] = (),
         kept: shade.Kept | None = None,
         in_air: bool | None = None,
+        unchanged: bool = False,
     ) -> RealtimeWater:
         """Return the water of EEVEE, see :func:`realtime_water`.
 
@@ -185,6 +187,8 @@ class RenderPlan(ResolvedOptics):
             What may be used again.
         in_air : bool, optional
             Whether rays begin in the air; by where the camera is without.
+        unchanged : bool
+            Whether things may be taken to be where they were when ``kept`` was filled.
         """
         reflectances = {
             material.name: reflectance.at(self.bands.centres)
@@ -203,14 +207,12 @@ class RenderPlan(ResolvedOptics):
             clearest = float(self.column.attenuation.min())
             around = look_around(scene, viewer, clearest, eyes, kept.samples)
             kept.ground = around.ground
-        over = self._over(kept.ground if looks else None)
+        over = self.over_ground(kept.ground if looks else None)
         solved = over.solved_field(TABLE_STREAMS)
         if shades and around is not None:
-            # What the sensor sees decides, in band passes too, so that they agree.
-            seen = self.reduction(depth, self.lamplight(scene, viewer)).weights
-            shaded = shade.table_of(around, self.bands, solved, seen, depth, kept)
+            shaded = self._shaded(scene, around, depth, viewer, kept)
         place = (0.0, 0.0, -depth) if viewer is None else tuple(viewer.matrix_world.translation)
-        lamps = kept.lamp_shadows.of(scene, self.lamps(scene))
+        lamps = kept.lamp_shadows.of(scene, self.lamps(scene), unchanged=unchanged)
         if lamps.lamps:
             lamps = lamps.with_thrown_back(self.lamp_water(max(depth, 0.0)), self.bands, place)
         water = realtime_water(
@@ -229,27 +231,52 @@ class RenderPlan(ResolvedOptics):
         water = replace(water, column=self.column, particles=self.particles)
         return water if frame is None else replace(water, frame=frame)
 
+    def _shaded(
+        self,
+        scene: bpy.types.Scene,
+        around: Surroundings,
+        depth: float,
+        viewer: bpy.types.Object,
+        kept: shade.Kept,
+    ) -> ShadeTable:
+        """Return the shade of things, whose spectrum few bands tell well enough."""
+        few = self.settings.with_at_most(shade.MOST_BANDS)
+        plan = self if few == self.settings else plan_of(few)
+        over = plan.over_ground(kept.ground)
+        solved = over.solved_field(TABLE_STREAMS)
+        # What the sensor sees decides, in band passes too, so that they agree.
+        seen = plan.reduction(depth, plan.lamplight(scene, viewer)).weights
+        table = shade.table_of(around, plan.bands, solved, seen, depth, kept)
+        return table.on(plan.bands.centres, self.bands.centres)
+
     def lamps(self, scene: bpy.types.Scene) -> SceneLamps:
         """Return the lamps of a scene's current frame."""
         return lamps_of(scene, self.bands, self.illuminant.unit)
 
     def lamplight(
-        self, scene: bpy.types.Scene, camera: bpy.types.Object
+        self,
+        scene: bpy.types.Scene,
+        camera: bpy.types.Object,
+        seen: Sequence[tuple[float, ...]] | None = None,
     ) -> NDArray[np.float64] | None:
-        """Return the irradiance of lamps that a camera exposes by; None without lamps."""
+        """Return the irradiance of lamps that a camera exposes by; None without lamps.
+
+        What it sees is looked for unless it is given, see :func:`.seen_places`.
+        """
         lamps = self.lamps(scene).lamps
         if not lamps:
             return None
         place = tuple(camera.matrix_world.translation)
         water = self.lamp_water(max(-place[2], 0.0))
-        return lamplight(lamps, water, place, seen_places(scene, camera))
+        seen = seen_places(scene, camera) if seen is None else seen
+        return lamplight(lamps, water, place, seen)
 
     def lamp_water(self, depth: float) -> LampWater:
         """Return the water at a depth in m as light of lamps meets it."""
         here = self.column.layer_at(depth, self.phase)
         return lamp_water(here.absorption, here.scattering, here.phase)
 
-    def _over(self, ground: Ground | None) -> RenderPlan:
+    def over_ground(self, ground: Ground | None) -> RenderPlan:
         """Return the plan over the scene's own ground, if there is any and no floor is added."""
         if (
             ground is None
@@ -428,7 +455,7 @@ def description_of(settings: SceneSettings) -> Description:
             settings.exposure_compensation,
         ),
         BandsDescription(
-            settings.bands,
+            settings.in_mode(BANDS).bands,
             settings.range_start,
             settings.range_end,
             _wavelengths(settings.wavelengths),

@@ -23,7 +23,7 @@ from .cameras import camera_depth
 from .manifest import rendered_size
 from .render_plan import RenderPlan, forget_files, plan_of, quiet
 from .rendered import as_rendered
-from .settings import EQUAL, OPTIMISED, Job, SceneSettings
+from .settings import EQUAL, OPTIMISED, REALTIME, Job, Mode, SceneSettings
 from .view_tracing import trace_from_above, trace_view
 
 OPTIMISED_COUNTS = (3, 6, 9)
@@ -146,7 +146,7 @@ def choose(
         required = decide(
             views,
             everything,
-            _choices(chosen, keep),
+            _choices(chosen, keep, job.mode),
             target=target,
             budget=budget,
             workload=workload,
@@ -204,8 +204,8 @@ def _everything(scene: bpy.types.Scene, chosen: SceneSettings) -> Optics:
     return replace(found, waves=moving_surface.patterns(scene, replace(plan, settings=coarse)))
 
 
-def _choices(chosen: SceneSettings, keep: frozenset[str]) -> list[BandChoice]:
-    """Bands to choose from; those of the settings alone if they must stay."""
+def _choices(chosen: SceneSettings, keep: frozenset[str], mode: Mode) -> list[BandChoice]:
+    """Bands to choose from: the settings' own if they must stay, all in real time."""
     # Only the elastic light of a calm sea is compared.
     plain = replace(
         chosen,
@@ -213,10 +213,14 @@ def _choices(chosen: SceneSettings, keep: frozenset[str]) -> list[BandChoice]:
         surface="flat" if chosen.surface == moving_surface.WAVES else chosen.surface,
     )
     if keep & {"bands", "wavelengths", "range_start", "range_end"}:
-        bands = {}
-        plan = plan_of(plain)
+        bands: dict[str, Any] = {}
+        plan = plan_of(plain.in_mode(mode))
         name = f"{len(plan.bands)}, as given"
         return [BandChoice(name, _optics(plan), bands, len(plan.passes))]
+    if mode == REALTIME:
+        usual: dict[str, Any] = {"bands": 0, "wavelengths": "", "band_placement": EQUAL}
+        plan = plan_of(replace(plain, **usual).in_mode(mode))
+        return [BandChoice(f"{len(plan.bands)}, which cost nothing", _optics(plan), usual)]
     found = []
     for placement, counts in ((EQUAL, BAND_COUNTS), (OPTIMISED, OPTIMISED_COUNTS)):
         if "band_placement" in keep and placement != chosen.band_placement:

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from ..uw_spectral.shade.disturbed_light import DisturbedLight, disturbed_light
 from ..uw_spectral.shade.grid import Grid
-from ..uw_spectral.shade.probes import cast
+from ..uw_spectral.shade.probes import Rays, cast
 from ..uw_spectral.shade.shade_table import ShadeTable, shade_table, without_shade
 from ..uw_spectral.shade.voxels import SurfaceVoxels
 from ..uw_spectral.spectra.bands import Bands
@@ -18,6 +18,9 @@ from ..uw_spectral.transfer.solved_field import SolvedField
 from .lamp_shadows import KeptLampShadows
 from .surface_samples import KeptSamples
 from .surroundings import Ground, Surroundings
+
+MOST_BANDS = 8
+"""That the light among things is computed in; between them it is linear."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,19 +36,26 @@ class _Inputs:
 
     def are(self, other: _Inputs) -> bool:
         """Whether others are the same, to the bit."""
+        same = self.field is other.field and self.bands == other.bands
+        return same and self.have_rays_of(other)
+
+    def have_rays_of(self, other: _Inputs) -> bool:
+        """Whether rays go where those of others go."""
         return (
-            self.field is other.field
-            and self.grid == other.grid
-            and self.bands == other.bands
+            self.grid == other.grid
+            and np.array_equal(self.field.sun, other.field.sun)
             and np.array_equal(self.eyes, other.eyes)
             and self.coarse.equals(other.coarse)
             and self.voxels.equals(other.voxels)
         )
 
-    def light(self) -> DisturbedLight:
-        """Compute it."""
+    def rays(self) -> Rays:
+        """Cast them."""
         to_sun = -np.asarray(self.field.sun)
-        rays = cast(self.voxels, self.grid, to_sun, self.eyes, self.coarse)
+        return cast(self.voxels, self.grid, to_sun, self.eyes, self.coarse)
+
+    def light(self, rays: Rays) -> DisturbedLight:
+        """Compute it."""
         reflectance = np.clip(self.voxels.colour @ uplift_basis(self.bands).T, 0.0, 1.0)
         return disturbed_light(self.field, rays, reflectance)
 
@@ -58,13 +68,16 @@ class Kept:
         self.lamp_shadows = KeptLampShadows()
         self.ground: Ground | None = None
         """That of the last look around."""
-        self._last: tuple[_Inputs, DisturbedLight] | None = None
+        self._last: tuple[_Inputs, Rays, DisturbedLight] | None = None
 
     def light(self, inputs: _Inputs) -> DisturbedLight:
         """Return the light of before, if nothing that decides it has changed."""
-        if self._last is None or not self._last[0].are(inputs):
-            self._last = inputs, inputs.light()
-        return self._last[1]
+        last = self._last
+        if last is None or not last[0].are(inputs):
+            same = last is not None and last[0].have_rays_of(inputs)
+            rays = last[1] if last is not None and same else inputs.rays()
+            self._last = last = inputs, rays, inputs.light(rays)
+        return last[2]
 
 
 def table_of(

@@ -8,7 +8,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from underwater_spectral.quality.combinations import BandChoice, ErrorEstimate, Workload
-from underwater_spectral.quality.costs import COLUMNS, COSTED, read_costs
+from underwater_spectral.quality.costs import (
+    COLUMNS,
+    COSTED,
+    METHODS,
+    USUAL,
+    read_costs,
+)
 from underwater_spectral.quality.light_reach import (
     BOUNCES,
     clip_to_display,
@@ -327,28 +333,24 @@ def test_bound_of_lost_light_holds_against_a_random_walk():
 def test_costs_are_those_of_the_table():
     costs, columns = read_costs(), read_table(DATA_DIRECTORY / "costs.csv", COLUMNS).columns
     rows = [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
-    water = [row for row in rows if row["bands"] and not row["cycles"]]
-    assert len(water) == 6
+    water = [row for row in rows if row["method"]]
+    assert len(water) == 9
     for row in water:
-        options = frozenset(term.name for term in COSTED if row[term.name])
-        bands = int(row["bands"])
-        found = costs.sample("realtime", bands, 1, options)
-        assert found == pytest.approx(row["ratio"], rel=0.1)
-        assert costs.sample("realtime", bands - 1, 1, options) == found
-        passes = costs.sample("bands", bands, bands // 3, options)
-        assert passes == pytest.approx(bands / 3 * costs.sample("realtime", 3, 1, options))
+        options = USUAL | {term.name for term in COSTED if row[term.name]}
+        method = METHODS[int(row["method"]) - 1]
+        assert costs.sample(method, 1, options) == pytest.approx(row["ratio"])
+        assert costs.sample(method, 3, options) == pytest.approx(3 * row["ratio"])
 
 
 def test_less_never_costs_more():
     costs = read_costs()
     everything = frozenset(term.name for term in TERMS)
     for term in TERMS:
-        for bands in (3, 16):
+        for method in ("realtime", "bands"):
             more, less = (
-                costs.sample("realtime", bands, 1, options)
-                for options in with_and_without(term, everything)
+                costs.sample(method, 1, options) for options in with_and_without(term, everything)
             )
-            assert less < more if term.cost else less == more
+            assert less < more if term.costs else less == more
 
 
 def test_few_rays_stand_for_all_that_is_seen():

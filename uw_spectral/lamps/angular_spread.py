@@ -262,16 +262,19 @@ def _summed(moments: Array, cosines: Array, highest: int) -> Array:
     orders = np.arange(highest + 1.0)
     fading = np.exp(-((2.0 * orders / highest) ** 4))
     weighted = np.moveaxis(moments * (fading * (2.0 * orders + 1.0))[:, None], 1, -1)
-    return np.moveaxis(weighted @ _legendre(highest, cosines), 1, -1)
+    return np.moveaxis(weighted @ _legendre(highest, tuple(cosines)), 1, -1)
 
 
-def _legendre(highest: int, cosines: Array) -> Array:
-    """Legendre polynomials from 0 on, shape (l + 1, k)."""
-    found = np.empty((highest + 1, len(cosines)))
-    found[0], found[1] = 1.0, cosines
+@functools.lru_cache(maxsize=16)
+def _legendre(highest: int, cosines: tuple[float, ...]) -> Array:
+    """Legendre polynomials from 0 on, shape (l + 1, k), not to be written."""
+    mu = np.array(cosines)
+    found = np.empty((highest + 1, len(mu)))
+    found[0], found[1] = 1.0, mu
     for order in range(1, highest):
-        following = (2 * order + 1) * cosines * found[order] - order * found[order - 1]
+        following = (2 * order + 1) * mu * found[order] - order * found[order - 1]
         found[order + 1] = following / (order + 1)
+    found.flags.writeable = False
     return found
 
 
@@ -286,11 +289,15 @@ def _window(lowest: float, power: int) -> Array:
     """Integrals of μ to a power times P_l(μ) over the directions above a cosine, sr."""
     places, weights = np.polynomial.legendre.leggauss(_PLACES)
     mu = lowest + (1.0 - lowest) * (places + 1.0) / 2.0
-    return _legendre(_MOMENTS, mu) @ (math.pi * (1.0 - lowest) * weights * mu**power)
+    return _legendre(_MOMENTS, tuple(mu)) @ (math.pi * (1.0 - lowest) * weights * mu**power)
 
 
 @functools.lru_cache(maxsize=64)
 def _moments_of(profile: Profile) -> Array:
     """Mean over all directions of a profile times each Legendre polynomial."""
     cosines, weights = np.polynomial.legendre.leggauss(_PLACES)
-    return _legendre(_OF_PROFILE, cosines) @ (weights * np.asarray(profile.value(cosines))) / 2.0
+    return (
+        _legendre(_OF_PROFILE, tuple(cosines))
+        @ (weights * np.asarray(profile.value(cosines)))
+        / 2.0
+    )

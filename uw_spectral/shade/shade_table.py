@@ -159,9 +159,11 @@ class ShadeTable:
     texels: NDArray[np.float32]
     spectrum: Array
 
-    def of_bands(self, indices: Sequence[int]) -> ShadeTable:
-        """Return the table of some of the bands."""
-        return dataclasses.replace(self, spectrum=self.spectrum[list(indices)])
+    def on(self, centres: Array, others: Array) -> ShadeTable:
+        """Return the table, which has bands at some centres, on others, between them linear."""
+        if np.array_equal(centres, others):
+            return self
+        return dataclasses.replace(self, spectrum=np.interp(others, centres, self.spectrum))
 
     def mixed(self, first: int, points: Array, w: Array) -> Array:
         """Three numbers at points (m, 3) for unit vectors (m, 3), shape (m, 3)."""
