@@ -294,9 +294,12 @@ def _material(index: int) -> bpy.types.Material:
     for _ in range(index):
         curve = tree.nodes.new("ShaderNodeVectorMath")
         curve.operation = "SINE"
-        curve.inputs[0].default_value = (0.5, 0.5, 0.5)
         tree.links.new(curve.outputs[0], last)
         last = curve.inputs[0]
+    if index:
+        # What is constant would be folded, and all materials be one.
+        geometry = tree.nodes.new("ShaderNodeNewGeometry")
+        tree.links.new(geometry.outputs["Position"], last)
     return material
 
 
