@@ -309,16 +309,33 @@ def _function(name: str, on_numbers: Operand) -> Operand:
     return call
 
 
-_power = _function("POWER", NUMPY.power)
 _maximum = _function("MAXIMUM", NUMPY.maximum)
+_LEAST = 1e-37
 
 
-def _exp(x: Operand) -> Operand:
-    return _power(math.e, x)
+def _each(name: str, on_numbers: Operand) -> Operand:
+    """Return a function of each of three bands, which vectors have not, or only a slow one."""
+
+    def call(x: Operand) -> Operand:
+        if not isinstance(x, NodeValue):
+            return on_numbers(x)
+        graph = x.graph
+        if x.size == 1:
+            return graph.operation(name, (x,))
+        return graph.vector(*(graph.operation(name, (part,)) for part in graph.components(x)))
+
+    return call
 
 
-def _sqrt(x: Operand) -> Operand:
-    return _power(x, 0.5)
+_exp = _each("EXPONENT", NUMPY.exp)
+_sqrt = _each("SQRT", NUMPY.sqrt)
+
+
+def _power(base: Operand, exponent: Operand) -> Operand:
+    """Power of what is not negative; Blender's own also tells the sign, which is slow."""
+    if not isinstance(base, NodeValue) and not isinstance(exponent, NodeValue):
+        return NUMPY.power(base, exponent)
+    return _exp(_log(_maximum(base, _LEAST)) * exponent)
 
 
 def _log(x: Operand) -> Operand:
