@@ -116,10 +116,14 @@ class Graph:
 
     def vector(self, x: NodeValue | float, y: NodeValue | float, z: NodeValue | float) -> NodeValue:
         """Join three numbers."""
-        node = self._part_node("ShaderNodeCombineXYZ")
-        for value, socket in zip((x, y, z), node.inputs, strict=True):
-            self.assign(value, socket)
-        return self.term(node.outputs[0])
+        parts = x, y, z
+        key = ("vector", *(p.socket if isinstance(p, NodeValue) else float(p) for p in parts))
+        if key not in self._made:
+            node = self._part_node("ShaderNodeCombineXYZ")
+            for value, socket in zip(parts, node.inputs, strict=True):
+                self.assign(value, socket)
+            self._made[key] = self.term(node.outputs[0])
+        return self._made[key]
 
     def components(self, vector: NodeValue) -> tuple[NodeValue, NodeValue, NodeValue]:
         """Split a vector."""
