@@ -37,6 +37,7 @@ from ..quality.picture import Optics, Picture, picture
 from ..quality.requirements import SAFETY
 from ..quality.seen_points import SeenPoints, openness
 from ..quality.terms import LIGHTS, TERMS, column_of, in_column, subsets, with_and_without
+from ..scene.settings import REALTIME, USUAL_BANDS
 from ..uw_spectral.errors import DataWarning
 from ..uw_spectral.imaging.band_selection import FittedViewpoint, optimised_bands
 from ..uw_spectral.imaging.description import REFERENCE_BANDS
@@ -53,7 +54,7 @@ from ..uw_spectral.water.bio_optics import Constituents
 from ..uw_spectral.water.inelastic_processes import EXCITATION, inelastic_processes
 from ..uw_spectral.water.optical_properties import Water
 
-COUNTS = (3, 4, 5, 6, 8, 9, 12, 16)
+COUNTS = (3, 4, 5, 6, 8, 9, 12, 16, USUAL_BANDS[REALTIME])
 OPTIMISED = (3, 6, 9)
 
 
@@ -436,13 +437,19 @@ def outcomes(results: Sequence[dict], costs: Costs, safety: float = SAFETY) -> l
     """Return every decision about every case, method and target."""
     found = []
     for result in results:
-        rows = result["combinations"]
-        guesses, errors = (np.array([row[i] for row in rows]) for i in (-2, -1))
         for method in METHODS:
+            rows = result["combinations"]
+            if method == REALTIME:  # its bands are free, and not chosen
+                rows = [row for row in rows if row[1] == USUAL_BANDS[REALTIME]]
+            guesses, errors = (np.array([row[i] for row in rows]) for i in (-2, -1))
             cost = np.array(
                 [
-                    costs.sample(method, bands, math.ceil(bands / 3), frozenset(options))
-                    for _, bands, options, _, _ in rows
+                    costs.sample(
+                        method,
+                        1 if method == REALTIME else math.ceil(row[1] / 3),
+                        frozenset(row[2]),
+                    )
+                    for row in rows
                 ]
             )
             order = np.argsort(cost, kind="stable")
@@ -480,7 +487,8 @@ def report(results: Sequence[dict]) -> str:
         f"by the solved field, against {REFERENCE_BANDS} bands with everything; costs by"
         " data/costs.csv. Both choose",
         f"among {', '.join(map(str, COUNTS))} equal bands and"
-        f" {', '.join(map(str, OPTIMISED))} optimised ones, and leave on what",
+        f" {', '.join(map(str, OPTIMISED))} optimised ones, in real time only among terms, with"
+        f" {USUAL_BANDS[REALTIME]} bands, and leave on what",
         "costs nothing. The error of the solved field itself is not in these numbers:"
         " solved_accuracy.md.",
         "",

@@ -27,7 +27,7 @@ AUTO = "auto"
 BY_PICTURE = "auto-picture"
 """Exposure by the brightness of what the camera sees."""
 BANDS, REALTIME = "bands", "realtime"
-USUAL_BANDS: dict[Mode, int] = {BANDS: 8, REALTIME: 30}
+USUAL_BANDS: dict[Mode, int] = {BANDS: 8, REALTIME: 40}
 """Bands of each mode where the settings leave their number open.
 
 Those of real time cost a pixel nothing; more change a picture by a mean ΔE2000 below 0.1.

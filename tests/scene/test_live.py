@@ -8,10 +8,11 @@ import bpy
 import numpy as np
 import pytest
 from underwater_spectral.node_groups import realtime_tables, realtime_values
-from underwater_spectral.scene import live, realtime, scene_water, stored_settings
+from underwater_spectral.scene import live, realtime, scene_water, shade, stored_settings
 from underwater_spectral.scene.render_plan import make_plan, plan_of
 from underwater_spectral.scene.session import is_live
 from underwater_spectral.tests.scene import scenes, snapshot
+from underwater_spectral.ui import live_updates
 from underwater_spectral.uw_spectral.imaging.description import REFERENCE_BANDS
 from underwater_spectral.uw_spectral.transfer import water_column
 from underwater_spectral.uw_spectral.water.inelastic_processes import EXCITATION
@@ -62,8 +63,7 @@ def _groups():
 
 def _expected(scene, depth):
     """Water that is added afresh."""
-    chosen = stored_settings.stored_settings(scene)
-    plan = make_plan(chosen)
+    plan = make_plan(stored_settings.stored_settings(scene).in_mode("realtime"))
     return plan.realtime(scene, depth, plan.reduction(depth).weights)
 
 
@@ -73,6 +73,25 @@ def _assert_shows(scene, depth):
         _texels(), realtime_tables.pixels(expected.folded).ravel(), strict=True
     )
     assert _shown() == pytest.approx(depth)
+
+
+def test_haste_takes_few_bands_and_rest_takes_all():
+    scene = _scene()
+    live.add(scene)
+    scene.underwater.sun_zenith = 50.0
+    whole = _texels()
+    assert not live.is_stale(scene)
+    with live_updates.transaction():
+        scene.underwater.sun_zenith = 20.0
+        live.update(scene, hasty=True)
+        few = _texels()
+        assert live.is_stale(scene)
+    assert not live.is_stale(scene)
+    with pytest.raises(AssertionError):
+        np.testing.assert_allclose(_texels(), few)
+    _assert_shows(scene, 5.0)
+    scene.underwater.sun_zenith = 50.0
+    np.testing.assert_array_equal(_texels(), whole)
 
 
 CHANGES = {
@@ -332,9 +351,9 @@ def test_a_change_solves_the_light_field_of_its_bands_once(solved, surface, sett
     solved.clear()
     scene.underwater.scattering_factor = 1.0625
     assert live.problem(scene) == ""
-    drawn = len(make_plan(stored_settings.stored_settings(scene)).bands)
+    drawn = stored_settings.stored_settings(scene).in_mode("realtime").bands
     assert len(set(solved)) == len(solved)
-    assert {bands for bands, *_ in solved} == {drawn, *others}
+    assert {bands for bands, *_ in solved} == {drawn, min(drawn, shade.MOST_BANDS), *others}
 
 
 def test_a_preset_solves_the_light_field_once(solved, monkeypatch):
@@ -349,7 +368,7 @@ def test_a_preset_solves_the_light_field_once(solved, monkeypatch):
     solved.clear()
     update(scene)
     asked = list(solved)
-    assert {bands for bands, *_ in asked} == {8}
+    assert {bands for bands, *_ in asked} == {40, shade.MOST_BANDS}
     assert len(set(asked)) == len(asked)
     _assert_shows(scene, 5.0)
     assert solved == asked  # what is compared with knows the field

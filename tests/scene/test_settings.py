@@ -44,6 +44,17 @@ def test_number_of_bands_replaces_stored_wavelengths():
     assert settings.merge(stored, settings.parse([])).wavelengths == "450,550,650"
 
 
+def test_a_mode_decides_how_many_bands_if_nobody_does():
+    usual = SceneSettings()
+    assert (usual.in_mode("realtime").bands, usual.in_mode("bands").bands) == (40, 8)
+    assert SceneSettings(bands=5).in_mode("realtime").bands == 5
+    for few in ({"band_placement": "optimised"}, {"field": "closed-form"}):
+        assert SceneSettings(**few).in_mode("realtime").bands == 8
+    assert usual.in_mode("realtime").with_at_most(8).bands == 8
+    listed = SceneSettings(wavelengths="450,550,650")
+    assert listed.with_at_most(2) == listed
+
+
 def test_every_setting_is_an_option():
     options = settings.parse(["--range", "420", "680"])
     assert settings.merge(SceneSettings(), options).range_start == 420.0
@@ -63,7 +74,7 @@ def test_help_names_every_kind_of_water():
     ("arguments", "message"),
     [
         (["--sun-zenith", "95"], "--sun-zenith: 95 is outside 0 to 89.9"),
-        (["--bands", "0"], "--bands: 0 is outside 1 to 512"),
+        (["--bands", "-1"], "--bands: -1 is outside 0 to 512"),
         (["--bands", "nan"], "--bands"),
         (["--sky-radiance", "nan"], "--sky-radiance: nan is outside"),
         (["--surface", "rough"], "--surface"),

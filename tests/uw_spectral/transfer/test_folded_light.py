@@ -8,6 +8,7 @@ import math
 import numpy as np
 import pytest
 from underwater_spectral.scene import render_plan, settings
+from underwater_spectral.uw_spectral.spectra.colour_rendering import delta_e_CIE2000_images
 from underwater_spectral.uw_spectral.spectra.reflectance import uplift_basis
 from underwater_spectral.uw_spectral.transfer.channel_pixel import COLOURS, Thing, along_rays
 from underwater_spectral.uw_spectral.transfer.channels import channels_of, channels_of_bands
@@ -122,6 +123,40 @@ def test_pixels_are_those_of_the_bands(water, zenith, channels):
 def test_an_error_of_a_tenth_is_seen(table):
     with pytest.raises(AssertionError):
         _assert_close(_case("jerlov:IB", 30.0, "sensor", spoilt={table: 1.1}), 0.006)
+
+
+@pytest.mark.parametrize("water", ["jerlov:IB", "jerlov:I", "jerlov:9C"])
+@pytest.mark.parametrize("sensor", ["cie1931", "Nikon D7000"])
+def test_more_bands_than_usual_change_nothing(water, sensor):
+    """Things of all colours in 3 to 9 m, by what an eye tells apart."""
+    many = _picture(water, sensor, 80)
+    usual, few = (
+        delta_e_CIE2000_images(_picture(water, sensor, bands), many).mean()
+        for bands in (settings.USUAL_BANDS["realtime"], 8)
+    )
+    assert usual <= 0.1
+    assert few > 0.5
+
+
+def _picture(water: str, sensor: str, bands: int) -> np.ndarray:
+    """Linear Rec.709 of things of many colours, seen from 3 m."""
+    chosen = settings.SceneSettings(
+        water=water, sensor=sensor, bands=bands, surface="flat", floor_depth=FLOOR
+    )
+    plan = render_plan.make_plan(chosen)
+    field, response = plan.solved_field(24), plan.response(5.0)
+    folded = fold(field, channels_of(plan.bands, response), 5.0, plan.column.skylight.level)
+    rng = np.random.default_rng(3)
+    colour, y_e = rng.uniform(0.02, 0.9, (400, 3)), rng.uniform(3.5, 7.0, (400, 1))
+    rising = (5.0 - y_e) / 3.0
+    w = [np.sqrt(1.0 - rising**2), 0.0 * rising, rising]
+    ray = along_rays(folded, field.sun, w)
+    rgb, normal = [colour[:, k : k + 1] for k in range(3)], [-part for part in w]
+    facing = np.maximum(-sum(a * b for a, b in zip(normal, field.sun, strict=True)), 0.0)
+    thing, P = Thing(COLOURS, [c * facing / math.pi for c in rgb], rgb), 0.0 * y_e + 3.0
+    seen = ray.surface(0.0 * y_e + 5.0, y_e, w, P, ray.leaving(thing, y_e, normal, P)).total
+    developed = plan.reduction(5.0).weights @ np.linalg.pinv(response)
+    return np.clip(seen @ developed.T, 0.0, 1.0)
 
 
 def test_nothing_is_scattered_on_no_way():
