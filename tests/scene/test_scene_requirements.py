@@ -170,7 +170,10 @@ def test_choice_changes_only_what_was_left_to_it():
     choice = _choose(scene, camera, options, target=8.0, keep=auto.keep)
     assert not {"surface", "samples"} & set(choice.settings)
     assert "surface" in choice.required.options
-    assert choice.settings["bands"] == 3
+    assert "bands" not in choice.settings
+    assert "40, which cost nothing" in choice.lines[0]
+    by_pass = [word.replace("realtime", "bands") for word in options]
+    assert _choose(scene, camera, by_pass, target=8.0).settings["bands"] == 3
     assert choice.settings["diffuse_shadows"] is False
     assert "shafts" not in choice.settings
     fixed = _choose(
