@@ -112,6 +112,8 @@ def shaders() -> Iterable[Any]:
     images = realtime_waves.new_images()
     tree = asset_groups.build_caustics("Caustic Light", water.shape, water.numbers, images)
     realtime_waves.write_patterns(images, water.waves)
+    # Writing may have put another image in the place of the first.
+    next(n.image for n in tree.nodes if n.bl_idname == "ShaderNodeTexImage").pack()
     pattern = water.waves.caustics_image()[: SIZE - 1, : SIZE - 1, 1]
     yield mark(tree, "Shaders", tree.description, _shown(_grey(pattern / pattern.max())))
 

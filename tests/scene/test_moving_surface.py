@@ -84,6 +84,7 @@ def test_the_pattern_follows_the_frame_and_only_the_frame():
 def test_images_are_saved_with_the_file(tmp_path):
     scene = _scene()
     _add(scene, _water(scene))
+    realtime.keep_images(scene)
     wanted, slopes = _pixels(), _pixels("UW Slopes")
     path = str(tmp_path / "scene.blend")
     bpy.ops.wm.save_as_mainfile(filepath=path)

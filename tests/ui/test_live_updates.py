@@ -113,7 +113,7 @@ def test_auto_is_one_update(scene, work):
     water.bands, water.surface, water.diffuse_shadows = 8, "flat", True
     work.clear()
     assert bpy.ops.underwater.auto() == {"FINISHED"}
-    assert (water.bands, water.surface, water.diffuse_shadows) == (3, "flat", False)
+    assert (water.bands, water.surface, water.diffuse_shadows) == (0, "flat", False)
     assert len(work) == 1
 
 
