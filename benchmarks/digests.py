@@ -114,13 +114,12 @@ def _digests_of(case: _Case) -> dict[str, str]:
         camera.location.z = 0.5
         bpy.context.view_layer.update()
     elif case.with_:
-        for material in bpy.data.materials:
-            shader = next(n for n in material.node_tree.nodes if "Base Color" in n.inputs)
-            if case.with_ == "glow":
-                shader.inputs["Emission Strength"].default_value = 1.0
-            else:
-                shader.inputs["Metallic"].default_value = 1.0
-                shader.inputs["Roughness"].default_value = 0.1
+        material = bpy.data.materials.new(case.with_)
+        shader = next(n for n in material.node_tree.nodes if "Base Color" in n.inputs)
+        number = "Emission Strength" if case.with_ == "glow" else "Metallic"
+        shader.inputs[number].default_value = 1.0
+        bpy.ops.mesh.primitive_uv_sphere_add(radius=0.5, location=(0.0, 3.0, -_DEPTH))
+        bpy.context.object.data.materials.append(material)
     floor = {"floor_depth": _DEPTH + grey_scene.ABOVE_FLOOR}
     settings = SceneSettings(**{**floor, **case.settings}).in_mode(case.mode)
     with drawing(settings, case.mode):
