@@ -359,8 +359,8 @@ def _settings(scene: bpy.types.Scene) -> SceneSettings:
 def _water(
     scene: bpy.types.Scene, chosen: SceneSettings, depth: float, *, hasty: bool = False
 ) -> realtime.RealtimeWater:
-    drawn = chosen.with_at_most(_FEW_BANDS) if hasty else chosen
-    plan, camera = plan_of(drawn), scene.camera
+    plan = plan_of(chosen.with_at_most(_FEW_BANDS) if hasty else chosen)
+    camera = scene.camera
     last = _known.get(scene.session_uid)
     known = last if hasty else None
     if known is not None:
@@ -377,9 +377,8 @@ def _water(
             scene, depth, weights, shaded=shaded, kept=kept, unchanged=known is not None
         )
         if SESSION in scene:
-            late = shaded is not None and water.shade is not None
-            late = late or drawn != chosen or (hasty and stops is not None)
-            scene[SESSION][_STALE] = late
+            # Something is always left to be done at rest: images are packed then.
+            scene[SESSION][_STALE] = hasty
         if known is None or (water.shade is not None and shaded is None):
             has_shade = water.shade is not None
             places = _places(scene, bpy.context.evaluated_depsgraph_get()) if has_shade else 0

@@ -23,7 +23,7 @@ from .cameras import camera_depth
 from .manifest import rendered_size
 from .render_plan import RenderPlan, forget_files, plan_of, quiet
 from .rendered import as_rendered
-from .settings import EQUAL, OPTIMISED, REALTIME, Job, Mode, SceneSettings
+from .settings import EQUAL, OPTIMISED, REALTIME, USUAL_BANDS, Job, Mode, SceneSettings
 from .view_tracing import trace_from_above, trace_view
 
 OPTIMISED_COUNTS = (3, 6, 9)
@@ -213,18 +213,19 @@ def _choices(chosen: SceneSettings, keep: frozenset[str], mode: Mode) -> list[Ba
         surface="flat" if chosen.surface == moving_surface.WAVES else chosen.surface,
     )
     if keep & {"bands", "wavelengths", "range_start", "range_end"}:
-        bands: dict[str, Any] = {}
         plan = plan_of(plain.in_mode(mode))
         name = f"{len(plan.bands)}, as given"
-        return [BandChoice(name, _optics(plan), bands, len(plan.passes))]
-    if mode == REALTIME:
-        usual: dict[str, Any] = {"bands": 0, "wavelengths": "", "band_placement": EQUAL}
-        plan = plan_of(replace(plain, **usual).in_mode(mode))
-        return [BandChoice(f"{len(plan.bands)}, which cost nothing", _optics(plan), usual)]
+        return [BandChoice(name, _optics(plan), {}, len(plan.passes))]
+    placements = {EQUAL: BAND_COUNTS, OPTIMISED: OPTIMISED_COUNTS}
+    if "band_placement" in keep:
+        placements = {chosen.band_placement: placements[chosen.band_placement]}
+    usual: dict[str, Any] = {"bands": 0, "wavelengths": "", "band_placement": EQUAL}
+    free = replace(plain, **usual).in_mode(REALTIME)
+    if mode == REALTIME and EQUAL in placements and free.bands == USUAL_BANDS[REALTIME]:
+        name = f"{free.bands}, which cost nothing"
+        return [BandChoice(name, _optics(plan_of(free)), usual)]
     found = []
-    for placement, counts in ((EQUAL, BAND_COUNTS), (OPTIMISED, OPTIMISED_COUNTS)):
-        if "band_placement" in keep and placement != chosen.band_placement:
-            continue
+    for placement, counts in placements.items():
         for count in counts:
             changes = {"bands": count, "wavelengths": "", "band_placement": placement}
             plan = plan_of(replace(plain, **changes))

@@ -237,11 +237,13 @@ def _show(state: _State, name: str, picture: NDArray[np.float32]) -> None:
 
 def _key(scene: bpy.types.Scene) -> tuple[SceneSettings, float] | None:
     from ..scene import live
+    from . import property_group
 
     try:
         chosen = stored_settings.stored_settings(scene)
     except InputError:
         return None
+    chosen = chosen.in_mode(property_group.job(scene).mode)
     return chosen, live.preview_depth(scene, chosen)
 
 

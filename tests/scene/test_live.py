@@ -128,6 +128,21 @@ def test_changes_arrive_without_new_nodes():
     assert _groups() == built
 
 
+def test_what_was_drawn_in_haste_is_packed_at_rest():
+    """Also where haste leaves nothing else to be done: few bands, and no shade."""
+    scene = _scene()
+    scene.underwater.bands, scene.underwater.diffuse_shadows = 4, False
+    live.add(scene)
+    image = scene_water.part(scene, "uw_table")
+    with live_updates.transaction():
+        scene.underwater.sun_zenith = 20.0
+        live.update(scene, hasty=True)
+        assert image.is_dirty
+        assert live.is_stale(scene)
+    assert not live.is_stale(scene)
+    assert not image.is_dirty
+
+
 def test_that_the_viewport_knows_no_closed_form_is_said():
     scene = _scene()
     scene.underwater.field = "closed-form"

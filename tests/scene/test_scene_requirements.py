@@ -172,6 +172,9 @@ def test_choice_changes_only_what_was_left_to_it():
     assert "surface" in choice.required.options
     assert "bands" not in choice.settings
     assert "40, which cost nothing" in choice.lines[0]
+    placed = [*options, "--band-placement", "optimised"]
+    kept = _choose(scene, camera, placed, target=8.0, keep=frozenset(["band_placement"]))
+    assert "optimised" in kept.lines[0]
     by_pass = [word.replace("realtime", "bands") for word in options]
     assert _choose(scene, camera, by_pass, target=8.0).settings["bands"] == 3
     assert choice.settings["diffuse_shadows"] is False
