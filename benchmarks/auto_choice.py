@@ -31,7 +31,7 @@ from ..quality.combinations import (
     Workload,
     cheapest_within,
 )
-from ..quality.costs import Costs, Method, read_costs
+from ..quality.costs import IN_EEVEE, Costs, read_costs
 from ..quality.light_reach import clip_to_display
 from ..quality.picture import Optics, Picture, picture
 from ..quality.requirements import SAFETY
@@ -85,7 +85,6 @@ class Detail:
 _ESTIMATE = Detail(48, 27, RAYS, 6, 16, 64)  # as scene/requirements.py looks
 _TRUTH = Detail(100, 56, 576, 16, 64, 128)
 TARGETS = (0.5, 1.0, 2.0, 4.0)
-METHODS: tuple[Method, ...] = ("realtime", "bands")
 _REACH = 4.0  # optical depths of the clearest band that are looked at for shadows
 _COLOURS = np.array([[0.8, 0.2, 0.1], [0.5, 0.5, 0.5], [0.9, 0.7, 0.2], [0.15, 0.3, 0.6]])
 
@@ -437,7 +436,7 @@ def outcomes(results: Sequence[dict], costs: Costs, safety: float = SAFETY) -> l
     """Return every decision about every case, method and target."""
     found = []
     for result in results:
-        for method in METHODS:
+        for method in IN_EEVEE:
             rows = result["combinations"]
             if method == REALTIME:  # its bands are free, and not chosen
                 rows = [row for row in rows if row[1] == USUAL_BANDS[REALTIME]]

@@ -18,10 +18,10 @@ from typing import Any
 
 import bpy
 
-from ..quality.costs import COLUMNS, COSTED, METHODS, USUAL, Method
+from ..quality.costs import COLUMNS, COSTED, IN_EEVEE, METHODS, USUAL, Method
 from ..quality.terms import Options, settings_of, with_and_without
 from ..scene import cameras, engines, render_plan
-from ..scene.settings import BANDS, REALTIME, SceneSettings
+from ..scene.settings import REALTIME, SceneSettings
 from ..scene.water_body import floor_plane, water_extent
 from . import grey_scene
 from ._drawing import Drawing, drawing
@@ -68,7 +68,7 @@ def main(arguments: Sequence[str]) -> None:
 def configurations() -> list[tuple[Method, Options]]:
     """Return methods and terms to measure: the usual ones, and with each term alone."""
     options = [USUAL, *(o for term in COSTED for o in with_and_without(term, USUAL))]
-    return [(method, o) for method in (REALTIME, BANDS) for o in dict.fromkeys(options)]
+    return [(method, o) for method in IN_EEVEE for o in dict.fromkeys(options)]
 
 
 def _terms(options: Options) -> list[int]:

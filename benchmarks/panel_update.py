@@ -60,16 +60,11 @@ def main(arguments: Sequence[str]) -> None:
     print(f"| change | in haste, ms | worst | at rest, ms | worst | ≤ {_HASTY:g}, {_WHOLE:g} |")
     print("|---|---|---|---|---|---|")
     for name, values in _CHANGES.items():
-        _print_row(
-            name,
-            *(
-                [
-                    _milliseconds(scene, name, values[i % len(values)], hasty=hasty)
-                    for i in range(-1, _REPETITIONS)
-                ][1:]
-                for hasty in (True, False)
-            ),
+        wanted = [values[i % len(values)] for i in range(-1, _REPETITIONS)]
+        hasty, whole = (
+            [_milliseconds(scene, name, value, hasty=h) for value in wanted] for h in (True, False)
         )
+        _print_row(name, hasty[1:], whole[1:])
     built = sum(len(group.nodes) for group in bpy.data.node_groups) - nodes
     print(f"\nnodes built: {built}; problem: {live.problem(scene) or 'none'}")
 

@@ -75,7 +75,7 @@ class Graph:
 
     def operation(self, name: str, operands: Sequence[NodeValue | float]) -> NodeValue:
         """Return the term of one mathematical node."""
-        key = (name, *(o.socket if isinstance(o, NodeValue) else float(o) for o in operands))
+        key = _key(name, operands)
         if key not in self._made:
             numbers = max(o.size for o in operands if isinstance(o, NodeValue)) == 1
             if self.part_size is None or numbers:
@@ -117,7 +117,7 @@ class Graph:
     def vector(self, x: NodeValue | float, y: NodeValue | float, z: NodeValue | float) -> NodeValue:
         """Join three numbers."""
         parts = x, y, z
-        key = ("vector", *(p.socket if isinstance(p, NodeValue) else float(p) for p in parts))
+        key = _key("vector", parts)
         if key not in self._made:
             node = self._part_node("ShaderNodeCombineXYZ")
             for value, socket in zip(parts, node.inputs, strict=True):
@@ -210,6 +210,11 @@ class _Part:
         if kind not in self._ends:
             self._ends[kind] = _new_node(self.tree, kind, 0, {})
         return self._ends[kind]
+
+
+def _key(name: str, operands: Sequence[NodeValue | float]) -> tuple[object, ...]:
+    """What equal expressions have in common."""
+    return (name, *(o.socket if isinstance(o, NodeValue) else float(o) for o in operands))
 
 
 def _socket_type(socket: bpy.types.NodeSocket) -> str:
@@ -319,14 +324,12 @@ _LEAST = 1e-37
 
 def _each(name: str, on_numbers: Operand) -> Operand:
     """Return a function of each of three bands, which vectors have not, or only a slow one."""
+    of_number = _function(name, on_numbers)
 
     def call(x: Operand) -> Operand:
-        if not isinstance(x, NodeValue):
-            return on_numbers(x)
-        graph = x.graph
-        if x.size == 1:
-            return graph.operation(name, (x,))
-        return graph.vector(*(graph.operation(name, (part,)) for part in graph.components(x)))
+        if isinstance(x, NodeValue) and x.size == 3:
+            return x.graph.vector(*map(of_number, x.graph.components(x)))
+        return of_number(x)
 
     return call
 

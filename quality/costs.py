@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from typing import Literal, get_args
+from typing import Literal
 
 from ..uw_spectral.spectra.spectrum import DATA_DIRECTORY, read_table
 from .terms import SURFACE, TERMS, Options, with_and_without
@@ -13,7 +13,8 @@ from .terms import SURFACE, TERMS, Options, with_and_without
 Method = Literal["realtime", "bands", "cycles"]
 """EEVEE with all bands in one pass, EEVEE with three bands a pass, Cycles."""
 
-METHODS: tuple[Method, ...] = get_args(Method)
+IN_EEVEE: tuple[Method, ...] = ("realtime", "bands")
+METHODS: tuple[Method, ...] = (*IN_EEVEE, "cycles")
 
 COSTED = tuple(term for term in TERMS if term.costs)
 """Terms that cost something in EEVEE; the table holds no others."""
@@ -107,7 +108,7 @@ def read_costs() -> Costs:
         if r["method"]
     }
     adds: dict[Method, dict[str, float]] = {}
-    for method in METHODS[:2]:
+    for method in IN_EEVEE:
         adds[method] = {}
         for term in COSTED:
             more, less = (water[method, priced(o)] for o in with_and_without(term, USUAL))

@@ -430,8 +430,8 @@ def _sunlit(
     field, y = spectra.field, spectra.depths
     rate = field.extinction_between(0.0, y, scaled=shaded) / field.light.mu_s  # (d, n)
     slowest = _slowest(counts, rate)
-    T = _transmittance(spectra.c, spectra.lengths)  # (d, l, n)
-    weights = (bases.T[:, None] * spectra.channels.weights).reshape(-1, len(bases))  # (k c, n)
+    T = spectra.transmittance
+    weights = _on_colours(spectra, bases)
     grown = np.exp(np.minimum(slowest.T * y, 80.0))[..., None]
 
     def folded(light: Array) -> Array:
@@ -440,6 +440,11 @@ def _sunlit(
 
     steady = folded(beam)
     return slowest, steady, steady[:0] if contrast is None else folded(beam * contrast(y).T)
+
+
+def _on_colours(spectra: _Spectra, bases: Array) -> Array:
+    """What the channels see of light on colours (n, k), (k c, n)."""
+    return (bases.T[:, None] * spectra.channels.weights).reshape(-1, len(bases))
 
 
 def _transmittance(c: Array, lengths: LengthScale) -> Array:
@@ -526,11 +531,10 @@ def _left(light: Array, channels: Array, weights: Array, T: Array) -> Array:
 
 def _matte(spectra: _Spectra, bases: Array, irradiance: Array) -> Array:
     """What is left over distances of what colours reflect of light, (j, k, 3, d, l)."""
-    weights = spectra.channels.weights
-    peak = np.moveaxis(np.maximum(_forward_peak(spectra), 0.0), 0, -1)
+    peak = np.moveaxis(_forward_peak(spectra), 0, -1)
     light = np.concatenate([_lights([irradiance]), peak[:, None]], axis=1)
-    coloured = (bases.T[:, None] * weights).reshape(-1, weights.shape[1])  # (k c, n)
-    found = _left(light, weights, coloured, spectra.transmittance)
+    weights = _on_colours(spectra, bases)
+    found = _left(light, spectra.channels.weights, weights, spectra.transmittance)
     return found.reshape(3, -1, 3, *found.shape[2:])
 
 
