@@ -36,7 +36,8 @@ def build(shape: Shape, sources: Sources) -> bpy.types.ShaderNodeTree:
     shade = water.shade()
     if shade is not None:
         found = shade.on_path(eye, w, P)
-    path_shade, ray = water.path_shade(found, w, P), water.along(w)
+    ray, y_e = water.along(w), NODES.maximum(y_o - w[2] * P, 0.0)
+    path_shade = water.path_shade(found, ray.falling_off(y_e, w), P)
     pixel = ray.open_water(
         y_o, w, water.sky, water.index, ripples=water.ripples(slope), shade=path_shade
     )
@@ -47,7 +48,6 @@ def build(shape: Shape, sources: Sources) -> bpy.types.ShaderNodeTree:
         lit = in_group(graph, path, {FLOOR_DEPTH: water.values[FLOOR_DEPTH]})
         pixel = replace(pixel, lamps=lit[realtime_lamps.LIGHT])
     if "B_single" in shape.layers:
-        y_e = NODES.maximum(y_o - w[2] * P, 0.0)
         once = ray.single_scattering(y_o, y_e, w, P) * path_shade.once
         pixel = replace(pixel, single_scattering=once)
     seen: Operand = water.seen(pixel.total)

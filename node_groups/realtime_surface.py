@@ -24,6 +24,7 @@ from ..uw_spectral.transfer.channel_pixel import (
     ShadeOnPath,
     Thing,
 )
+from ..uw_spectral.transfer.folded_light import ON_PATCH
 from . import realtime_lamps, realtime_layers
 from .node_mathematics import NODES, Graph, NodeValue, new_group
 from .realtime_rays import (
@@ -284,7 +285,8 @@ class _Surface:
         return turned_sun(-dot(self._normal, sun), -dot(self._normal, drawn), NODES)
 
     def _path_shade(self) -> ShadeOnPath:
-        return self._water.path_shade(self._shade, self._w, self._P)
+        rates = self._ray.falling_off(self._y, self._w)
+        return self._water.path_shade(self._shade, rates, self._P)
 
     def _made_pixel(self) -> ChannelPixel:
         ray, y, n = self._ray, self._y, self._normal
@@ -350,7 +352,7 @@ class _Surface:
             direct = self._ray.sunlight(self._y, 0.0, k, self._thing.pattern) + direct
         E = direct * (facing * sun)
         around = self._ray.irradiance(self._y, self._normal)
-        E = E + self._ray.shaded(around, self._thing.shade, self._y)
+        E = E + self._ray.shaded(around, self._thing.shade, self._y, ON_PATCH)
         return E + self._lamps.get(realtime_lamps.IRRADIANCE, 0.0)
 
 

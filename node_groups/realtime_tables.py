@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from ..uw_spectral.mathematics import Operand
 from ..uw_spectral.transfer.depth_scale import DepthScale
-from ..uw_spectral.transfer.folded_light import LENGTHS, FoldedLight, LengthScale
+from ..uw_spectral.transfer.folded_light import LENGTHS, RATES, FoldedLight, LengthScale
 from ..uw_spectral.transfer.radiance_table import ANGLES, AZIMUTHS, ELEVATIONS, TILTS, TURNS
 from .node_mathematics import MARK, NODES, Graph, NodeValue
 from .texels import texel
@@ -122,8 +122,8 @@ class Layout:
         parts = 0 if self.layered else self.parts
         return (
             *(
-                ("rates", 3),
-                ("shading", 3),
+                ("rates", len(RATES)),
+                ("shading", 6),
                 ("image_left", 2),
                 ("sky", 1),
                 ("glitter", 1),
@@ -266,14 +266,14 @@ class ImageTables:
         """Look up what is left of light of colour k."""
         return self._deep(self.layout.glowing, y, P, float(k))
 
-    def shading(self, y: Operand) -> list[NodeValue]:
+    def shading(self, kind: int, y: Operand) -> list[NodeValue]:
         """Look up what the spectrum of the shade makes of light, per channel of it."""
-        rows = (self.layout.along("shading", j) for j in range(3))
+        rows = (self.layout.along("shading", 3 * kind + j) for j in range(3))
         return [self._texel(self._slice(y), 0.0, row) for row in rows]
 
-    def rate(self, kind: int, y: Operand) -> NodeValue:
+    def rate(self, name: str, y: Operand) -> NodeValue:
         """Look up one of the rates at a depth."""
-        return self._texel(self._slice(y), 0.0, self.layout.along("rates", kind))
+        return self._texel(self._slice(y), 0.0, self.layout.along("rates", RATES.index(name)))
 
     def along(self, name: str, index: int | None, P: Operand) -> NodeValue:
         """Look up a table over distance."""

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..uw_spectral.transfer.depth_scale import DepthScale, Zone
-from ..uw_spectral.transfer.folded_light import FoldedLight, FoldedNumbers, LengthScale
+from ..uw_spectral.transfer.folded_light import RATES, FoldedLight, FoldedNumbers, LengthScale
 from ..uw_spectral.transfer.radiance_field import FARTHEST
 from ..uw_spectral.transfer.sky import UNIFORM
 from ..uw_spectral.water.phase import PhaseFunction
@@ -57,13 +57,12 @@ _WAVES = (
     *(GLITTER, GLITTER_WIDTH, CAUSTIC_STRENGTH, LEAST_PATTERN),
 )
 
-_OF_LIGHT = ("scale", "decay", "extinction", "peak", "sun_decay", "once_decay")
+_OF_LIGHT = ("scale", "decay", *RATES, "once_decay")
 SUN_ABOVE = tuple(f"sun above on {c}" for c in ("red", "green", "blue"))
 SKY_ABOVE = tuple(f"sky above on {c}" for c in ("red", "green", "blue"))
 GLOW_ABOVE = tuple(f"glow in air {c}" for c in ("red", "green", "blue"))
 SKY_LEVEL, SUN_LEVEL = "sky above", "sun above"
 REFLECTANCE = tuple(f"reflectance {c}" for c in ("red", "green", "blue"))
-SHADE_RATE = "shade rate"
 
 
 @dataclass(frozen=True)
@@ -141,7 +140,6 @@ class Numbers:
 def channel_names(shape: Shape) -> list[str]:
     """Names of the quantities that each channel has its own of."""
     names: list[str] = list(_OF_LIGHT)
-    names += (SHADE_RATE,) if shape.shade else ()
     names += REFLECTANCE if "reflectance" in shape.layers else ()
     if shape.above:
         names += [*SUN_ABOVE, *SKY_ABOVE, *GLOW_ABOVE, SKY_LEVEL, SUN_LEVEL]

@@ -30,7 +30,6 @@ from .realtime_values import (
     GLITTER,
     GLITTER_WIDTH,
     INDEX,
-    SHADE_RATE,
     SKY_LEVEL,
     SUN,
     SUN_IN_AIR,
@@ -135,19 +134,20 @@ class PixelWater:
     def path_shade(
         self,
         found: dict[str, NodeValue],
-        w: Sequence[NodeValue],
+        rates: tuple[Operand, Operand],
         P: NodeValue,
     ) -> ShadeOnPath:
-        """What things leave of the light of a path; shafts have shadows of their own."""
+        """What things leave of the light of a path; shafts have shadows of their own.
+
+        ``rates`` are those of :meth:`.ChannelWater.falling_off`.
+        """
         if not self.shape.shade:
             return UNSHADED
         steps = [self.graph.components(found[name]) for name in ON_PATH]
-        rate, decay = self.values.of(SHADE_RATE, "decay")
+        often, once = rates
         reach = P, self.values[REACH], NODES
-        once = rate * (1.0 - w[2] / self.values["mu_s"])
         sunlit = [step[2] for step in steps]
-        back = rate - decay * w[2]
-        mean, share = (along_ray([step[i] for step in steps], back, *reach) for i in range(2))
+        mean, share = (along_ray([step[i] for step in steps], often, *reach) for i in range(2))
         return ShadeOnPath(
             LightLeft(mean, share),
             1.0 if self.shape.shafts else along_ray(sunlit, once, *reach),

@@ -38,7 +38,7 @@ from ..uw_spectral.surface.wave_patterns import LAYERS, WavePatterns, interp, la
 from ..uw_spectral.transfer.above_water import LightInAir, flattened_sun, light_in_air
 from ..uw_spectral.transfer.channel_pixel import COLOURS, along_rays
 from ..uw_spectral.transfer.channels import Channels, channels_of
-from ..uw_spectral.transfer.folded_light import FoldedLight, fold
+from ..uw_spectral.transfer.folded_light import FoldedLight, Shades, fold
 from ..uw_spectral.transfer.radiance_table import TABLE_STREAMS, tabulate
 from ..uw_spectral.transfer.solved_field import SolvedField
 from ..uw_spectral.transfer.water_column import WaterColumn
@@ -212,7 +212,7 @@ class RealtimeWater:
             self.depth,
             self.column.skylight.level,
             list(self.reflectances.values()),
-            None if self.shade is None else self.shade.spectrum,
+            None if self.shade is None else Shades(self.shade.spectrum, self.shade.usual),
             None if self.contrast is None else self._contrast_at,
         )
 
@@ -244,12 +244,6 @@ class RealtimeWater:
         return _WHITE / brightest if brightest > 0 else 1.0
 
     @functools.cached_property
-    def light(self) -> NDArray[np.float64]:
-        """Scalar irradiance at the camera, by which channels weigh their bands, shape (n,)."""
-        depth = min(max(self.depth, 0.0), self.field.floor_depth)
-        return self.field.scalar_irradiance(depth)
-
-    @functools.cached_property
     def numbers(self) -> Numbers:
         """What the node groups need besides tables and images."""
         column, shape = self.column, self.shape
@@ -265,8 +259,6 @@ class RealtimeWater:
             realtime_values.SHAFT_SCALE: self.shafts.scale if self.shafts else 0.0,
         }
         if self.shade is not None:
-            rate = self.channels.mean(self.field.extinction, self.light)
-            channels[realtime_values.SHADE_RATE] = rate
             single |= realtime_shade.numbers(self.shade.box)
         if "reflectance" in shape.layers:
             columns = self.channels.fold(self.channels.reflectance.T)

@@ -33,6 +33,8 @@ OFF_SURFACE = 0.7
 """Cells from a patch to the place that is looked up for it, along its normal."""
 _RING = 1  # cells around the grid, of the light beyond it
 _LEAST = 1e-6
+_DARK = 0.02  # share of the light at which its colour is not told any more
+_USUAL = 0.1, 0.9
 
 
 @dataclass(frozen=True)
@@ -164,6 +166,23 @@ class ShadeTable:
         if np.array_equal(centres, others):
             return self
         return dataclasses.replace(self, spectrum=np.interp(others, centres, self.spectrum))
+
+    @property
+    def usual(self) -> Array:
+        """What is left of light on patches, over its mean, where it is dull and colourful, (2, n).
+
+        Nine patches in ten lie above the one and below the other.
+
+        Examples
+        --------
+        >>> without_shade(3).usual.tolist()
+        [[1.0, 1.0, 1.0], [1.0, 1.0, 1.0]]
+        """
+        inner = slice(_RING, -_RING)
+        mean, share = np.moveaxis(self.texels[:PATCHES, inner, inner, inner, :2], -1, 0)
+        lit = mean > _DARK * mean.max(axis=(1, 2, 3), keepdims=True)
+        found = np.quantile(share[lit] / mean[lit], _USUAL)
+        return np.maximum(1.0 + found[:, None] * self.spectrum, _DARK)
 
     def mixed(self, first: int, points: Array, w: Array) -> Array:
         """Three numbers at points (m, 3) for unit vectors (m, 3), shape (m, 3)."""

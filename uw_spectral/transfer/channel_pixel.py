@@ -16,7 +16,14 @@ from typing import Protocol
 
 from ..mathematics import NUMPY, Mathematics, Operand
 from ..surface.refraction import fresnel_reflectance
-from .folded_light import FoldedLight, FoldedNumbers, NumpyTables, path_unit
+from .folded_light import (
+    ON_PATCH,
+    ON_PATH,
+    FoldedLight,
+    FoldedNumbers,
+    NumpyTables,
+    path_unit,
+)
 from .radiance_field import Ripples, distance_in_water, mirrored_ray, sun_image
 from .radiance_table import AZIMUTHS, TURNS, azimuth, elevation, sun_angle, tilt
 from .sky import Sky
@@ -43,8 +50,8 @@ class Tables(Protocol):
     def sunlit(self, y: Operand, P: Operand, k: Operand) -> Operand: ...  # noqa: D102
     def caustics(self, y: Operand, P: Operand, k: Operand) -> Operand: ...  # noqa: D102
     def glowing(self, y: Operand, P: Operand, k: int) -> Operand: ...  # noqa: D102
-    def shading(self, y: Operand) -> Sequence[Operand]: ...  # noqa: D102
-    def rate(self, kind: int, y: Operand) -> Operand: ...  # noqa: D102
+    def shading(self, kind: int, y: Operand) -> Sequence[Operand]: ...  # noqa: D102
+    def rate(self, name: str, y: Operand) -> Operand: ...  # noqa: D102
     def along(self, name: str, index: int | None, P: Operand) -> Operand: ...  # noqa: D102
     def once_on_path(self, part: int, v: Operand, P: Operand) -> Operand: ...  # noqa: D102
 
@@ -197,15 +204,22 @@ class ChannelWater:
 
     def left(self, y: Operand, P: Operand) -> Operand:
         """What tables over a distance to depth y are divided by."""
-        return self.m.exp(-self._extinction(y) * P)
+        return self.m.exp(-self._rate("extinction", y) * P)
 
     def left_with_peak(self, y: Operand, P: Operand) -> Operand:
         """The same where light that the forward peak scatters counts as unscattered."""
-        peak = self.tables.rate(1, y) if self.layered else self.numbers.peak
-        return self.m.exp((peak - self._extinction(y)) * P)
+        return self.m.exp((self._rate("peak", y) - self._rate("extinction", y)) * P)
 
-    def _extinction(self, y: Operand) -> Operand:
-        return self.tables.rate(0, y) if self.layered else self.numbers.extinction
+    def _rate(self, name: str, y: Operand) -> Operand:
+        return self.tables.rate(name, y) if self.layered else getattr(self.numbers, name)
+
+    def falling_off(self, y: Operand, w: Sequence[Operand]) -> tuple[Operand, Operand]:
+        """Rates at which light of a path to depth y falls off, scattered often and once, 1/m.
+
+        Both by what it brings to the camera from along it.
+        """
+        rate = self._rate("mean_extinction", y)
+        return rate - self.numbers.decay * w[2], rate * (1.0 - w[2] / self.numbers.mu_s)
 
     def scattered(self, y: Operand, w: Sequence[Operand]) -> Operand:
         """Radiance M(y, w)."""
@@ -232,8 +246,7 @@ class ChannelWater:
         lit = self.tables.sunlit(y, P, column)
         if pattern is not None:
             lit = lit + (pattern - 1.0) * self.tables.caustics(y, P, column)
-        decay = self.tables.rate(2, y) if self.layered else self.numbers.sun_decay
-        return lit * self.m.exp(-decay * y)
+        return lit * self.m.exp(-self._rate("sun_decay", y) * y)
 
     def once(self, y_o: Operand, y_e: Operand, w: Sequence[Operand], P: Operand) -> Operand:
         """Sunlight scattered once between the camera and P, the peak counted as unscattered."""
@@ -279,11 +292,11 @@ class ChannelWater:
         """Factor of the sun's aureole on sunlight scattered once against w."""
         return self.tables.aureole(y, sun_angle(half_angle2(w, self.sun, self.m), self.m))
 
-    def shaded(self, light: Operand, left: LightLeft, y: Operand) -> Operand:
-        """Return what things leave of light at depth y."""
+    def shaded(self, light: Operand, left: LightLeft, y: Operand, kind: int = ON_PATH) -> Operand:
+        """Return what things leave of light at depth y, along a ray or on a patch."""
         if left.share is None:
             return light * left.mean
-        columns, parts = self.tables.shading(y), self.tables.split(light)
+        columns, parts = self.tables.shading(kind, y), self.tables.split(light)
         turned = _sum([c * part for c, part in zip(columns, parts, strict=True)])
         return light * left.mean + turned * left.share
 
@@ -305,7 +318,8 @@ class ChannelWater:
     ) -> Operand:
         """Rest of :meth:`leaving`: light from many sides, mirrored light, light of its own."""
         split = self.tables.split
-        E = split(self.shaded(self.irradiance(y, normal), thing.shade, y) * (1.0 / math.pi))
+        E = self.shaded(self.irradiance(y, normal), thing.shade, y, ON_PATCH)
+        E = split(E * (1.0 / math.pi))
         L = split(thing.L_mirrored) if thing.mirrored else None
         total: Operand = 0.0
         for place, k in enumerate(thing.columns):

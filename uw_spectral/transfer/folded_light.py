@@ -41,6 +41,10 @@ from .radiance_table import (
 from .solved_field import SolvedField
 from .sun_beam import half_angle2
 
+RATES = ("extinction", "peak", "mean_extinction", "sun_decay")
+"""Numbers that layered water has of every depth."""
+ON_PATCH, ON_PATH = 0, 1
+"""Light that the spectrum of the shade works on."""
 LENGTHS = 96
 """Distances that tables over distance have."""
 _FARTHEST = 5e3  # m
@@ -49,6 +53,7 @@ _FIRST = 0.3  # optical depths of the scale of the first distances
 _SEEN = 1e-3  # share of a channel from which on a band counts for its slowest decay
 _RIDGE = 1e-6  # of the regression, relative to the mean squares of what it stands on
 _EVERY = 4, 6  # of the elevations and azimuths whose spectra are regressed
+_PATHS = 24, 48, 72  # of the distances whose light counts for what the shade makes of it
 _NOTHING = 1e-30
 _LARGEST_EXPONENT = 40.0
 
@@ -97,9 +102,11 @@ class FoldedNumbers:
         Light in the tables of depth and direction is divided by ``scale e^{-decay y}``.
     extinction : channels
         κ: tables over distance are divided by e^{-κP}, 1/m. In layered water, where each depth
-        has its own, it is :attr:`FoldedLight.rates`, as are the next two.
+        has its own, it is :attr:`FoldedLight.rates`, as are the next three.
     peak : channels
         Part of the extinction that scatters forward and counts as unscattered, 1/m.
+    mean_extinction : channels
+        Without that part, and of all that a channel sees at the camera, 1/m.
     sun_decay : channels
         Sunlight in its table is divided by e^{-κs y} besides, 1/m.
     once_decay : channels
@@ -113,6 +120,7 @@ class FoldedNumbers:
     decay: Operand
     extinction: Operand
     peak: Operand
+    mean_extinction: Operand
     sun_decay: Operand
     once_decay: Operand
     lengths: LengthScale
@@ -148,10 +156,12 @@ class FoldedLight:
         [k]: what is added to that per unit of the waves' pattern above 1.
     glowing : array, shape (3, 3, slices, LENGTHS)
         [k]: of the light of a lamp of colour k.
-    shading : array, shape (3, 3, slices)
-        [j]: of light times the spectrum of the shade, per unit of its channel j.
-    rates : array, shape (3, 3, slices)
-        Extinction, peak and decay of the sun of :class:`FoldedNumbers`, [0] to [2], by depth.
+    shading : array, shape (2, 3, 3, slices)
+        [i, j]: of light times the spectrum of the shade, per unit of its channel j: on patches
+        (:data:`ON_PATCH`) or along paths (:data:`ON_PATH`).
+    rates : array, shape (4, 3, slices)
+        Extinction, peak, mean extinction and decay of the sun of :class:`FoldedNumbers`, by depth.
+        :data:`RATES` has their places.
     image : array, shape (3, ELEVATIONS, AZIMUTHS)
         Radiance of the surface from just below, and of the floor.
     image_left : array, shape (2, 3, LENGTHS)
@@ -199,6 +209,22 @@ class FoldedLight:
 
 
 @dataclass(frozen=True, eq=False)
+class Shades:
+    """What things do to the spectrum of light.
+
+    Attributes
+    ----------
+    spectrum : array, shape (n,)
+        The one that light is multiplied with besides a number for all bands.
+    usual : array, shape (k, n)
+        What is left of light at some usual places, of any scale.
+    """
+
+    spectrum: Array
+    usual: Array
+
+
+@dataclass(frozen=True, eq=False)
 class _Spectra:
     """The light of n bands that is folded.
 
@@ -234,7 +260,7 @@ def fold(
     eye: float,
     sky: Array,
     measured: Sequence[Array] = (),
-    shade: Array | None = None,
+    shade: Shades | None = None,
     contrast: Callable[[Array], Array] | None = None,
 ) -> FoldedLight:
     """Fold a solved field.
@@ -251,9 +277,8 @@ def fold(
         Level of the sky's radiance in air.
     measured : sequence of array, shape (n,)
         Measured reflectances.
-    shade : array, shape (n,), optional
-        Spectrum of the shade, if things shade: the sun's forward peak is then part of the direct
-        sun.
+    shade : Shades, optional
+        If things shade: the sun's forward peak is then part of the direct sun.
     contrast : callable, optional
         Of caustics, at depths (d,), of shape (d, n), under waves.
     """
@@ -283,6 +308,7 @@ def fold(
     arriving = light * np.exp(-c[:, None] / slowest[..., None])  # (d, 3, n)
     peak = np.diagonal(channels.mean((c - cp)[:, None], arriving), axis1=1, axis2=2)
     peak = np.minimum(peak, 0.98 * slowest)
+    mean_extinction = channels.mean(cp, field.scalar_irradiance(eye))
     scattered, beyond = _scattered(spectra), _beyond(spectra)
     irradiance = _irradiance(spectra, shaded=shaded)
     decay, scale = _unit(spectra, scattered, irradiance)
@@ -293,8 +319,8 @@ def fold(
     sun_decay, sunlit, caustics = _sunlit(spectra, bases, counts, contrast, shaded=shaded)
     once_decay, once, drawn, drawn_at = _once(spectra, eye, counts)
     numbers = FoldedNumbers(
-        scale, decay, slowest[0], peak[0], sun_decay[0], once_decay, lengths, field.light.mu_s,
-        field.floor_depth,
+        scale, decay, slowest[0], peak[0], mean_extinction[0], sun_decay[0], once_decay, lengths,
+        field.light.mu_s, field.floor_depth,
     )  # fmt: skip
     image, image_left = _image(spectra)
     glow = channels.fold_colours(spectra.transmittance, channels.emission)
@@ -310,12 +336,12 @@ def fold(
         np.tensordot(channels.weights, irradiance, 1) / over,
         _aureole(spectra),
         _dimmed(spectra, [scattered, beyond]) / way,
-        _matte(spectra, bases, irradiance) / way,
+        _matte(spectra, bases, irradiance, shade) / way,
         sunlit / way,
         caustics / way,
         np.moveaxis(glow, (0, 1, 2, 3), (2, 3, 1, 0)) / way,
-        _shading(spectra, [scattered, beyond, irradiance], shade),
-        np.array([slowest.T, peak.T, sun_decay.T]),
+        _shading(spectra, scattered, beyond, irradiance, shade),
+        np.array([slowest.T, peak.T, mean_extinction.T, sun_decay.T]),
         image,
         image_left / np.swapaxes(forward[:, [0, -1]], 0, 1),
         channels.fold(sky * up).T / forward[:, 0],
@@ -479,13 +505,19 @@ def _dimmed(spectra: _Spectra, parts: Sequence[Array]) -> Array:
     return _left(_lights(parts), weights, weights, spectra.transmittance)
 
 
-def _shading(spectra: _Spectra, parts: Sequence[Array], shade: Array | None) -> Array:
-    """What the spectrum of the shade makes of light, (j, 3, d)."""
+def _shading(
+    spectra: _Spectra, scattered: Array, beyond: Array, irradiance: Array, shade: Shades | None
+) -> Array:
+    """What the spectrum of the shade makes of light, (i, j, 3, d)."""
     if shade is None:
-        return np.zeros((3, 3, len(spectra.depths)))
-    factor = np.broadcast_to(shade, (len(spectra.depths), 1, len(shade)))
+        return np.zeros((2, 3, 3, len(spectra.depths)))
+    factor = np.broadcast_to(shade.spectrum, (len(spectra.depths), 1, len(shade.spectrum)))
     weights = spectra.channels.weights
-    return _left(_lights(parts), weights, weights, factor)[..., 0]
+    M = _lights([scattered])
+    gained = [M * (1.0 - spectra.transmittance[:, at, None]) for at in _PATHS]
+    along = np.concatenate([_lights([scattered, beyond]), *gained], axis=1)
+    both = (_left(light, weights, weights, factor) for light in (_lights([irradiance]), along))
+    return np.stack([found[..., 0] for found in both])
 
 
 def _left(light: Array, channels: Array, weights: Array, T: Array) -> Array:
@@ -529,10 +561,13 @@ def _left(light: Array, channels: Array, weights: Array, T: Array) -> Array:
     return np.moveaxis(found, (0, 1, 2, 3), (2, 1, 0, 3))
 
 
-def _matte(spectra: _Spectra, bases: Array, irradiance: Array) -> Array:
+def _matte(spectra: _Spectra, bases: Array, irradiance: Array, shade: Shades | None) -> Array:
     """What is left over distances of what colours reflect of light, (j, k, 3, d, l)."""
     peak = np.moveaxis(_forward_peak(spectra), 0, -1)
     light = np.concatenate([_lights([irradiance]), peak[:, None]], axis=1)
+    if shade is not None:
+        # In the shade light has spectra that it has nowhere else.
+        light = np.concatenate([light, *(light * left for left in shade.usual)], axis=1)
     weights = _on_colours(spectra, bases)
     found = _left(light, spectra.channels.weights, weights, spectra.transmittance)
     return found.reshape(3, -1, 3, *found.shape[2:])
@@ -666,13 +701,13 @@ class NumpyTables:
         """Return what is left of light of colour k."""
         return self._on(self.light.glowing[k], self._slice(y), self._length(P))
 
-    def shading(self, y: Operand) -> list[Array]:
+    def shading(self, kind: int, y: Operand) -> list[Array]:
         """Return what the spectrum of the shade makes of light, per channel j."""
-        return [self._on(t, self._slice(y)) for t in self.light.shading]
+        return [self._on(t, self._slice(y)) for t in self.light.shading[kind]]
 
-    def rate(self, kind: int, y: Operand) -> Array:
-        """Return one of the rates at a depth."""
-        return self._on(self.light.rates[kind], self._slice(y))
+    def rate(self, name: str, y: Operand) -> Array:
+        """Return one of :data:`RATES` at a depth."""
+        return self._on(self.light.rates[RATES.index(name)], self._slice(y))
 
     def along(self, name: str, index: int | None, P: Operand) -> Array:
         """Look a table over distance up, by the name of its attribute."""

@@ -10,9 +10,22 @@ import pytest
 from underwater_spectral.scene import render_plan, settings
 from underwater_spectral.uw_spectral.spectra.colour_rendering import delta_e_CIE2000_images
 from underwater_spectral.uw_spectral.spectra.reflectance import uplift_basis
-from underwater_spectral.uw_spectral.transfer.channel_pixel import COLOURS, Thing, along_rays
+from underwater_spectral.uw_spectral.transfer.channel_pixel import (
+    COLOURS,
+    LightLeft,
+    ShadeOnPath,
+    Thing,
+    along_rays,
+)
 from underwater_spectral.uw_spectral.transfer.channels import channels_of, channels_of_bands
-from underwater_spectral.uw_spectral.transfer.folded_light import fold
+from underwater_spectral.uw_spectral.transfer.folded_light import RATES, Shades, fold
+from underwater_spectral.uw_spectral.transfer.radiance_table import tabulate
+from underwater_spectral.uw_spectral.transfer.solved_ray import (
+    LayeredBeam,
+    PathShade,
+    SolvedWater,
+)
+from underwater_spectral.uw_spectral.transfer.sun_beam import half_angle2
 from underwater_spectral.uw_spectral.transfer.tabulated_water import tabulated_water
 
 pytestmark = pytest.mark.filterwarnings(
@@ -136,6 +149,121 @@ def test_more_bands_than_usual_change_nothing(water, sensor):
     )
     assert usual <= 0.1
     assert few > 0.5
+
+
+LAYERS = """depth_m,wavelength_nm,a,b
+0,400,0.06,0.25
+0,700,0.62,0.20
+5,400,0.20,0.60
+5,700,0.75,0.50
+"""
+SPECTRUM = 1.5 * np.cos(np.linspace(0.0, math.pi, 30))
+# What is left of light at the thing and on its way, mean and share of that spectrum; of sunlight
+# scattered once; of what shines past the thing.
+SHADE = (0.5, -0.15), (0.6, 0.2), 0.7, 0.5
+
+
+@pytest.mark.parametrize("water", ["layers", "jerlov:IB"])
+@pytest.mark.parametrize("channels", ["sensor", "bands"])
+@pytest.mark.parametrize("shaded", [False, True])
+def test_pixels_in_layers_and_in_the_shade(water, channels, shaded, tmp_path):
+    found, exact = _dim_pixels(water, channels, tmp_path, shaded=shaded)
+    errors = np.abs(found / exact - 1.0)
+    assert np.median(errors) <= 0.001
+    assert np.quantile(errors, 0.95) <= 0.005
+
+
+@pytest.mark.parametrize("table", ["shading", "matte", "peak", "once"])
+def test_an_error_of_a_tenth_is_seen_in_layers(table, tmp_path):
+    found, exact = _dim_pixels("layers", "bands", tmp_path, shaded=True, spoilt=table)
+    assert np.quantile(np.abs(found / exact - 1.0), 0.95) > 0.005
+
+
+def test_what_a_path_gathers_falls_off_as_the_layers_do(tmp_path):
+    """By it the shade on the way is weighed."""
+    (tmp_path / "layers.csv").write_text(LAYERS)
+    chosen = settings.SceneSettings(water=f"file:{tmp_path / 'layers.csv'}", bands=3)
+    plan = render_plan.make_plan(chosen)
+    field, folding = plan.solved_field(24), channels_of_bands(plan.bands, (0, 1, 2))
+    folded = fold(field, folding, 4.0, plan.column.skylight.level)
+    y, w = np.array([[3.0], [4.5], [9.0]]), [np.full((3, 1), part) for part in (0.6, 0.0, 0.8)]
+    often, once = along_rays(folded, field.sun, w).falling_off(y, w)
+    rate = field.extinction_between(4.0, y[:, 0], scaled=True)
+    np.testing.assert_allclose(once, rate * (1.0 - 0.8 / field.light.mu_s), rtol=0.01)
+    np.testing.assert_allclose(often, rate - 0.8 * folded.numbers.decay, rtol=0.01)
+
+
+def _dim_pixels(water, channels, tmp_path, *, shaded, spoilt=""):
+    """Channels of things in the shade, of the fold and of sums over bands; cameras in 4 m."""
+    if water == "layers":
+        (tmp_path / "layers.csv").write_text(LAYERS)
+        water = f"file:{tmp_path / 'layers.csv'}"
+    chosen = settings.SceneSettings(
+        water=water, bands=30, surface="flat", floor_depth=FLOOR, floor_reflectance="0.3"
+    )
+    plan = render_plan.make_plan(chosen)
+    field, sky = plan.solved_field(24), plan.column.skylight.level
+    folding = {
+        "sensor": lambda: channels_of(plan.bands, plan.response(4.0)),
+        "bands": lambda: channels_of_bands(plan.bands, (3, 12, 24)),
+    }[channels]()
+    on, left, sunlit, beyond = SHADE if shaded else ((1.0, 0.0), (1.0, 0.0), 1.0, 1.0)
+    usual = np.array([a + b * SPECTRUM for a, b in (on, (1.0, 0.0))])
+    folded = fold(field, folding, 4.0, sky, shade=Shades(SPECTRUM, usual))
+    if spoilt in RATES:
+        rates = folded.rates.copy()
+        rates[RATES.index(spoilt)] *= 1.1
+        folded = dataclasses.replace(folded, rates=rates)
+    elif spoilt:
+        folded = dataclasses.replace(folded, **{spoilt: 1.1 * getattr(folded, spoilt)})
+
+    rng = np.random.default_rng(7)
+    v = rng.normal(size=(PIXELS, 3))
+    v /= np.linalg.norm(v, axis=1)[:, None]
+    P = np.exp(rng.uniform(math.log(0.5), math.log(8.0), len(v)))
+    y_e = 4.0 - v[:, 2] * P
+    kept = (y_e > 0) & (y_e < FLOOR) & (v @ -np.asarray(field.sun) < FROM_SUN)
+    v, y_e, P = v[kept], y_e[kept], P[kept]
+    y_o, w = np.full(len(v), 4.0), [x[:, None] for x in v.T]
+    normal = rng.normal(size=(3, len(v)))
+    normal /= np.linalg.norm(normal, axis=0)
+    colour = rng.uniform(0.0, 1.0, (len(v), 3))
+    facing = np.maximum(-(normal.T @ np.asarray(field.sun)), 0.0)[:, None]
+
+    table = tabulate(field)
+    parts = [part.per_steradian(half_angle2(w, field.sun)) for part in field.components]
+
+    def beam(near, far, first, last=0.0):
+        c, cp = (field.extinction_between(near, far, scaled=scaled) for scaled in (False, True))
+        light = field.light
+        return LayeredBeam(c, cp, light.E, light.mu_s, FLOOR, field.sun, first, last)
+
+    once = [
+        sum(p * part for p, part in zip(parts, field.once_on_rays(y, v[:, 2]), strict=True))
+        for y in (y_o, y_e)
+    ]
+    end = np.where(v[:, 2] > 0, 0.0, FLOOR)
+    seen = SolvedWater(
+        beam(y_o, y_e, *once),
+        table.scattered(y_o, v.T, field.sun),
+        table.scattered(y_e, v.T, field.sun),
+        table.boundary_image(v.T, field.sun),
+        beam(y_e, end, once[1]),
+        aureole=table.aureole_factor(y_o, v.T, field.sun),
+        shade=PathShade(left[0] + left[1] * SPECTRUM, sunlit, beyond),
+    )
+    peaked = field.light.E / field.light.mu_s * field.beam(y_e).T
+    around = table.patch_irradiance(y_e, normal, field.sun) * (on[0] + on[1] * SPECTRUM)
+    base = colour @ uplift_basis(plan.bands).T / math.pi
+    L = base * (facing * peaked + around)
+    y_o, y_e, P, normal = y_o[:, None], y_e[:, None], P[:, None], list(normal[..., None])
+    exact = folding.fold(seen.surface(y_o, y_e, w, P, L).total)
+
+    ray, rgb = along_rays(folded, field.sun, w), [colour[:, k : k + 1] for k in range(3)]
+    thing = Thing(COLOURS, [c * facing / math.pi for c in rgb], rgb, shade=LightLeft(*on))
+    shade = ShadeOnPath(LightLeft(*left), sunlit, beyond)
+    leaving = ray.leaving(thing, y_e, normal, P)
+    return ray.surface(y_o, y_e, w, P, leaving, shade=shade).total, exact
 
 
 def _picture(water: str, sensor: str, bands: int) -> np.ndarray:
