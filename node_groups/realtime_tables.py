@@ -7,7 +7,7 @@ tables of depth and distance, one above the other; and those of one dimension, w
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import bpy
@@ -16,7 +16,14 @@ from numpy.typing import NDArray
 
 from ..uw_spectral.mathematics import Operand
 from ..uw_spectral.transfer.depth_scale import DepthScale
-from ..uw_spectral.transfer.folded_light import LENGTHS, RATES, FoldedLight, LengthScale
+from ..uw_spectral.transfer.folded_light import (
+    ALONG,
+    ALONG_SUNLIGHT,
+    LENGTHS,
+    RATES,
+    FoldedLight,
+    LengthScale,
+)
 from ..uw_spectral.transfer.radiance_table import ANGLES, AZIMUTHS, ELEVATIONS, TILTS, TURNS
 from .node_mathematics import MARK, NODES, Graph, NodeValue
 from .texels import texel
@@ -68,75 +75,36 @@ class Layout:
         """Rows of a table of depths."""
         return self.slices + _SIDES
 
-    @property
-    def dimmed(self) -> int:
-        """First row of what is left of light."""
-        return self.slices * _ROW
-
-    @property
-    def matte(self) -> int:
-        """First row of what is left of what colours reflect of it."""
-        return self.dimmed + 3 * self.deep
-
-    @property
-    def sunlit(self) -> int:
-        """First row of what is left of sunlight on colours."""
-        return self.matte + 3 * self.columns * self.deep
-
-    @property
-    def caustics(self) -> int:
-        """First row of what waves add to that."""
-        return self.sunlit + self.columns * self.deep
-
-    @property
-    def glowing(self) -> int:
-        """First row of what is left of light that colours emit."""
-        return self.caustics + self.waves * self.columns * self.deep
-
-    @property
-    def aureole(self) -> int:
-        """First row of the sun's aureole."""
-        return self.glowing + 3 * self.deep
-
-    @property
-    def image(self) -> int:
-        """First row of the boundary's image."""
-        return self.aureole + self.deep
-
-    @property
-    def on_path(self) -> int:
-        """First row of layered water's sunlight scattered once."""
-        return self.image + ELEVATIONS + _SIDES
-
-    def along(self, name: str, index: int = 0) -> int:
-        """First row of a table of one dimension."""
-        row = self.on_path + self.layered * self.parts * (ELEVATIONS + _SIDES)
-        for own, count in self._along:
+    def row(self, name: str, index: int = 0) -> int:
+        """First row of a table of the light, or of one of its parts."""
+        first = 0
+        for own, count, height in self._tables():
             if own == name:
-                return row + index * _ALONG
-            row += count * _ALONG
+                return first + index * height
+            first += count * height
         raise KeyError(name)
 
-    @property
-    def _along(self) -> tuple[tuple[str, int], ...]:
-        parts = 0 if self.layered else self.parts
-        return (
-            *(
-                ("rates", len(RATES)),
-                ("shading", 6),
-                ("image_left", 2),
-                ("sky", 1),
-                ("glitter", 1),
-                ("floor", 1),
-            ),
-            *(("mirrored", 3), ("once", parts), ("drawn", parts), ("drawn_at", parts)),
-            ("", 0),
-        )
+    def _tables(self) -> Iterator[tuple[str, int, int]]:
+        """Names of tables, from the lowest row up, how many of each, and their rows."""
+        yield "scattered", self.slices, _ROW
+        yield "dimmed", 3, self.deep
+        yield "matte", 3 * self.columns, self.deep
+        yield "sunlit", self.columns, self.deep
+        yield "caustics", self.waves * self.columns, self.deep
+        yield "glowing", 3, self.deep
+        yield "aureole", 1, self.deep
+        yield "image", 1, ELEVATIONS + _SIDES
+        yield "on path", self.layered * self.parts, ELEVATIONS + _SIDES
+        for name, count in ALONG.items():
+            yield name, count, _ALONG
+        for name in () if self.layered else ALONG_SUNLIGHT:
+            yield name, self.parts, _ALONG
+        yield "", 0, 0
 
     @property
     def height(self) -> int:
         """Rows in all."""
-        return self.along("")
+        return self.row("")
 
 
 def new_image(layout: Layout) -> bpy.types.Image:
@@ -174,23 +142,21 @@ def pixels(light: FoldedLight) -> NDArray[np.float32]:
     put(light.scattered, 0, every=_ROW)
     put(light.beyond, 0, _ACROSS, every=_ROW)
     put(light.irradiance, 0, _PATCHES, every=_ROW)
-    put(np.moveaxis(light.dimmed, 1, 0), layout.dimmed)
+    put(np.moveaxis(light.dimmed, 1, 0), layout.row("dimmed"))
     # Of a colour all three kinds of light follow each other.
-    put(np.moveaxis(np.swapaxes(light.matte, 0, 1), 2, 0), layout.matte)
-    put(np.moveaxis(light.sunlit, 1, 0), layout.sunlit)
+    put(np.moveaxis(np.swapaxes(light.matte, 0, 1), 2, 0), layout.row("matte"))
+    put(np.moveaxis(light.sunlit, 1, 0), layout.row("sunlit"))
     if layout.waves:
-        put(np.moveaxis(light.caustics, 1, 0), layout.caustics)
-    put(np.moveaxis(light.glowing, 1, 0), layout.glowing)
-    put(light.aureole, layout.aureole)
-    put(light.image, layout.image)
+        put(np.moveaxis(light.caustics, 1, 0), layout.row("caustics"))
+    put(np.moveaxis(light.glowing, 1, 0), layout.row("glowing"))
+    put(light.aureole, layout.row("aureole"))
+    put(light.image, layout.row("image"))
     if light.layered:
-        put(np.moveaxis(light.once, 1, 0), layout.on_path)
-    for name in ("rates", "shading", "image_left", "sky", "glitter", "floor", "mirrored"):
+        put(np.moveaxis(light.once, 1, 0), layout.row("on path"))
+    for name in (*ALONG, *(() if light.layered else ALONG_SUNLIGHT)):
         table = getattr(light, name)
         table = table.reshape(-1, *table.shape[-2:])
-        put(np.moveaxis(table, 1, 0)[..., None, :], layout.along(name))
-    for name in () if light.layered else ("once", "drawn", "drawn_at"):
-        put(np.moveaxis(getattr(light, name), 1, 0)[..., None, :], layout.along(name))
+        put(np.moveaxis(table, 1, 0)[..., None, :], layout.row(name))
     return out
 
 
@@ -235,54 +201,53 @@ class ImageTables:
 
     def image_at(self, h: Operand, v: Operand) -> NodeValue:
         """Look up the radiance of the boundary that is ahead."""
-        return self._texel(h, v, self.layout.image)
+        return self._texel(h, v, self.layout.row("image"))
 
     def image_left(self, up: Operand, P: Operand) -> NodeValue:
         """Look up the share of that which is left, looking up (1) or down (0)."""
-        row = float(self.layout.along("image_left", 1)) - up * float(_ALONG)
+        row = float(self.layout.row("image_left", 1)) - up * float(_ALONG)
         return self._texel(self._place(P), 0.0, row)
 
     def aureole(self, y: Operand, t: Operand) -> NodeValue:
         """Look up the factor of the sun's aureole."""
-        return self._texel(t, self._slice(y), self.layout.aureole)
+        return self._texel(t, self._slice(y), self.layout.row("aureole"))
 
     def dimmed(self, y: Operand, P: Operand) -> list[NodeValue]:
         """Look up what is left of light, per channel of it."""
-        return [self._deep(self.layout.dimmed, y, P, j) for j in range(3)]
+        return [self._deep(self.layout.row("dimmed"), y, P, j) for j in range(3)]
 
     def matte(self, y: Operand, P: Operand, k: Operand) -> list[NodeValue]:
         """Look up what is left of what a colour reflects, per channel of the light."""
-        return [self._deep(self.layout.matte, y, P, k * 3.0 + float(j)) for j in range(3)]
+        return [self._deep(self.layout.row("matte"), y, P, k * 3.0 + float(j)) for j in range(3)]
 
     def sunlit(self, y: Operand, P: Operand, k: Operand) -> NodeValue:
         """Look up what is left of sunlight on a colour."""
-        return self._deep(self.layout.sunlit, y, P, k)
+        return self._deep(self.layout.row("sunlit"), y, P, k)
 
     def caustics(self, y: Operand, P: Operand, k: Operand) -> NodeValue:
         """Look up what waves add to that."""
-        return self._deep(self.layout.caustics, y, P, k)
+        return self._deep(self.layout.row("caustics"), y, P, k)
 
     def glowing(self, y: Operand, P: Operand, k: int) -> NodeValue:
         """Look up what is left of light of colour k."""
-        return self._deep(self.layout.glowing, y, P, float(k))
+        return self._deep(self.layout.row("glowing"), y, P, float(k))
 
     def shading(self, kind: int, y: Operand) -> list[NodeValue]:
         """Look up what the spectrum of the shade makes of light, per channel of it."""
-        rows = (self.layout.along("shading", 3 * kind + j) for j in range(3))
+        rows = (self.layout.row("shading", 3 * kind + j) for j in range(3))
         return [self._texel(self._slice(y), 0.0, row) for row in rows]
 
     def rate(self, name: str, y: Operand) -> NodeValue:
         """Look up one of the rates at a depth."""
-        return self._texel(self._slice(y), 0.0, self.layout.along("rates", RATES.index(name)))
+        return self._texel(self._slice(y), 0.0, self.layout.row("rates", RATES.index(name)))
 
     def along(self, name: str, index: int | None, P: Operand) -> NodeValue:
         """Look up a table over distance."""
-        return self._texel(self._place(P), 0.0, self.layout.along(name, index or 0))
+        return self._texel(self._place(P), 0.0, self.layout.row(name, index or 0))
 
     def once_on_path(self, part: int, v: Operand, P: Operand) -> NodeValue:
         """Look up layered water's sunlight scattered once."""
-        row = self.layout.on_path + part * (ELEVATIONS + _SIDES)
-        return self._texel(self._place(P), v, row)
+        return self._texel(self._place(P), v, self.layout.row("on path", part))
 
     def _slice(self, y: Operand) -> Operand:
         return self.depth_scale.slice(y, NODES)

@@ -43,6 +43,13 @@ from .sun_beam import half_angle2
 
 RATES = ("extinction", "peak", "mean_extinction", "sun_decay")
 """Numbers that layered water has of every depth."""
+ALONG = {
+    "rates": len(RATES), "shading": 6, "image_left": 2, "sky": 1, "glitter": 1, "floor": 1,
+    "mirrored": 3,
+}  # fmt: skip
+"""Tables over depth or distance alone, and the sets of three channels that each has."""
+ALONG_SUNLIGHT = ("once", "drawn", "drawn_at")
+"""More of water of one layer, a set for each part of the phase function."""
 ON_PATCH, ON_PATH = 0, 1
 """Light that the spectrum of the shade works on."""
 LENGTHS = 96
