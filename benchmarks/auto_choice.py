@@ -31,13 +31,13 @@ from ..quality.combinations import (
     Workload,
     cheapest_within,
 )
-from ..quality.costs import IN_EEVEE, Costs, read_costs
+from ..quality.costs import Costs, read_costs
 from ..quality.light_reach import clip_to_display
+from ..quality.methods import DRAWN, REALTIME
 from ..quality.picture import Optics, Picture, picture
 from ..quality.requirements import SAFETY
 from ..quality.seen_points import SeenPoints, openness
 from ..quality.terms import LIGHTS, TERMS, column_of, in_column, subsets, with_and_without
-from ..scene.settings import REALTIME, USUAL_BANDS
 from ..uw_spectral.errors import DataWarning
 from ..uw_spectral.imaging.band_selection import FittedViewpoint, optimised_bands
 from ..uw_spectral.imaging.description import REFERENCE_BANDS
@@ -54,7 +54,7 @@ from ..uw_spectral.water.bio_optics import Constituents
 from ..uw_spectral.water.inelastic_processes import EXCITATION, inelastic_processes
 from ..uw_spectral.water.optical_properties import Water
 
-COUNTS = (3, 4, 5, 6, 8, 9, 12, 16, USUAL_BANDS[REALTIME])
+COUNTS = (3, 4, 5, 6, 8, 9, 12, 16, REALTIME.usual_bands)
 OPTIMISED = (3, 6, 9)
 
 
@@ -436,16 +436,16 @@ def outcomes(results: Sequence[dict], costs: Costs, safety: float = SAFETY) -> l
     """Return every decision about every case, method and target."""
     found = []
     for result in results:
-        for method in IN_EEVEE:
+        for method in DRAWN:
             rows = result["combinations"]
-            if method == REALTIME:  # its bands are free, and not chosen
-                rows = [row for row in rows if row[1] == USUAL_BANDS[REALTIME]]
+            if method.draws_colours:  # its bands are free, and not chosen
+                rows = [row for row in rows if row[1] == method.usual_bands]
             guesses, errors = (np.array([row[i] for row in rows]) for i in (-2, -1))
             cost = np.array(
                 [
                     costs.sample(
                         method,
-                        1 if method == REALTIME else math.ceil(row[1] / 3),
+                        1 if method.draws_colours else math.ceil(row[1] / 3),
                         frozenset(row[2]),
                     )
                     for row in rows
@@ -487,7 +487,7 @@ def report(results: Sequence[dict]) -> str:
         " data/costs.csv. Both choose",
         f"among {', '.join(map(str, COUNTS))} equal bands and"
         f" {', '.join(map(str, OPTIMISED))} optimised ones, in real time only among terms, with"
-        f" {USUAL_BANDS[REALTIME]} bands, and leave on what",
+        f" {REALTIME.usual_bands} bands, and leave on what",
         "costs nothing. The error of the solved field itself is not in these numbers:"
         " solved_accuracy.md.",
         "",

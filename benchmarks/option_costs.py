@@ -18,10 +18,11 @@ from typing import Any
 
 import bpy
 
-from ..quality.costs import COLUMNS, COSTED, IN_EEVEE, METHODS, USUAL, Method
+from ..quality.costs import COLUMNS, COSTED, USUAL
+from ..quality.methods import DRAWN, METHODS, REALTIME, REFERENCE, Method
 from ..quality.terms import Options, settings_of, with_and_without
 from ..scene import cameras, engines, render_plan
-from ..scene.settings import REALTIME, SceneSettings
+from ..scene.settings import SceneSettings
 from ..scene.water_body import floor_plane, water_extent
 from . import grey_scene
 from ._drawing import Drawing, drawing
@@ -53,9 +54,9 @@ def main(arguments: Sequence[str]) -> None:
     rows = []
     for method, options in configurations():
         ratio = water_seconds(method, options) / plain
-        rows.append((METHODS.index(method) + 1, *_terms(options), 0, ratio))
+        rows.append((_number(method), *_terms(options), 0, ratio))
         print(*(f"{value:.4g}" for value in rows[-1]), flush=True)
-    rows.append((METHODS.index("cycles") + 1, *_terms(USUAL), 0, cycles_seconds() / plain))
+    rows.append((_number(REFERENCE), *_terms(USUAL), 0, cycles_seconds() / plain))
     rows += [(*[0] * (len(COLUMNS) - 2), maps, s) for maps, s in enumerate((plain, shadowed))]
     without = water_seconds(REALTIME, frozenset()) / plain
     width, height = _RESOLUTION
@@ -68,7 +69,11 @@ def main(arguments: Sequence[str]) -> None:
 def configurations() -> list[tuple[Method, Options]]:
     """Return methods and terms to measure: the usual ones, and with each term alone."""
     options = [USUAL, *(o for term in COSTED for o in with_and_without(term, USUAL))]
-    return [(method, o) for method in IN_EEVEE for o in dict.fromkeys(options)]
+    return [(method, o) for method in DRAWN for o in dict.fromkeys(options)]
+
+
+def _number(method: Method) -> int:
+    return list(METHODS).index(method.name) + 1
 
 
 def _terms(options: Options) -> list[int]:
@@ -92,8 +97,8 @@ def plain_seconds() -> tuple[float, float]:
 
 def water_seconds(method: Method, options: Options) -> float:
     """Return what a sample of a pass takes with some water."""
-    assert method != "cycles", "measured by itself"
-    with drawing(_scene(options), method) as water:
+    assert not method.traced, "measured by itself"
+    with drawing(_scene(options), method.mode) as water:
         return _seconds(water, shadows=False)
 
 

@@ -19,8 +19,9 @@ from numpy.typing import NDArray
 
 from ..uw_spectral.errors import InputError
 from ..uw_spectral.spectra.colour_rendering import delta_e_CIE2000_images
-from .costs import Costs, Method, priced
+from .costs import Costs, priced
 from .light_reach import clip_to_display
+from .methods import REALTIME, Method
 from .picture import Optics, Picture, picture
 from .seen_points import SeenPoints
 from .terms import TERMS, WAVES, Options, column_of, in_column, subsets
@@ -52,10 +53,10 @@ class BandChoice:
 
     def passes(self, method: Method) -> int:
         """Passes of a frame."""
-        if method == "realtime":
+        if method.draws_colours:
             return 1
         in_threes = math.ceil(self.count / 3)
-        return (self.cycles_passes or in_threes) if method == "cycles" else in_threes
+        return (self.cycles_passes or in_threes) if method.traced else in_threes
 
 
 @dataclass(frozen=True)
@@ -64,7 +65,7 @@ class Workload:
 
     Parameters
     ----------
-    method : {"realtime", "bands", "cycles"}
+    method : Method
     megapixels : float
         Of a frame.
     frames : int
@@ -74,7 +75,7 @@ class Workload:
         How far the renderer draws shafts, m.
     """
 
-    method: Method = "realtime"
+    method: Method = REALTIME
     megapixels: float = 1.0
     frames: int = 1
     samples: int | None = None
@@ -189,7 +190,7 @@ class ErrorEstimate:
         """
         kept = {term.name for term in TERMS if term.is_part and term.name in keep}
         wanted = (self.everything | kept) - set(off)
-        free = priced(wanted) - set(keep) if workload.method != "cycles" else frozenset()
+        free = frozenset() if workload.method.traced else priced(wanted) - set(keep)
         found = []
         for choice, options in itertools.product(self.choices, subsets(free, wanted - free)):
             method = workload.method

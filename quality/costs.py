@@ -5,16 +5,10 @@ from __future__ import annotations
 import functools
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from typing import Literal
 
 from ..uw_spectral.spectra.spectrum import DATA_DIRECTORY, read_table
+from .methods import DRAWN, METHODS, Method
 from .terms import SURFACE, TERMS, Options, with_and_without
-
-Method = Literal["realtime", "bands", "cycles"]
-"""EEVEE with all bands in one pass, EEVEE with three bands a pass, Cycles."""
-
-IN_EEVEE: tuple[Method, ...] = ("realtime", "bands")
-METHODS: tuple[Method, ...] = (*IN_EEVEE, "cycles")
 
 COSTED = tuple(term for term in TERMS if term.costs)
 """Terms that cost something in EEVEE; the table holds no others."""
@@ -35,7 +29,7 @@ class Costs:
     Parameters
     ----------
     passes : mapping
-        Of a sample of one pass with the :data:`USUAL` terms, by method.
+        Of a sample of one pass with the :data:`USUAL` terms, by the name of the method.
     adds : mapping
         What each of :data:`COSTED` adds to a pass, by method and name; nothing in Cycles.
     seconds, shadow_seconds : float
@@ -43,8 +37,8 @@ class Costs:
         measured, and what EEVEE's shadow maps, which the ratios leave out, add.
     """
 
-    passes: Mapping[Method, float]
-    adds: Mapping[Method, Mapping[str, float]]
+    passes: Mapping[str, float]
+    adds: Mapping[str, Mapping[str, float]]
     seconds: float
     shadow_seconds: float
 
@@ -53,7 +47,7 @@ class Costs:
 
         Parameters
         ----------
-        method : {"realtime", "bands", "cycles"}
+        method : Method
         passes : int
             Of a frame.
         options : Options
@@ -62,17 +56,19 @@ class Costs:
         Examples
         --------
         >>> costs = read_costs()
-        >>> one, three = (costs.sample("bands", n, USUAL) for n in (1, 3))
+        >>> one, three = (costs.sample(METHODS["bands"], n, USUAL) for n in (1, 3))
         >>> three == 3 * one > 3
         True
         """
-        adds = self.adds.get(method, {})
+        adds = self.adds.get(method.name, {})
         changed = ((name, (name in options) - (name in USUAL)) for name in adds)
-        return passes * (self.passes[method] + sum(adds[name] * sign for name, sign in changed))
+        return passes * (
+            self.passes[method.name] + sum(adds[name] * sign for name, sign in changed)
+        )
 
     def sample_seconds(self, method: Method, passes: int, options: Options) -> float:
         """CPU time of a megapixel of :meth:`sample`, shadow maps included, s."""
-        maps = 0 if method == "cycles" else passes
+        maps = 0 if method.traced else passes
         return self.seconds * self.sample(method, passes, options) + self.shadow_seconds * maps
 
 
@@ -100,21 +96,21 @@ def read_costs() -> Costs:
         next(r["ratio"] for r in rows if not r["method"] and r["shadow_maps"] == maps)
         for maps in (0, 1)
     )
+    names = list(METHODS)
     water = {
-        (METHODS[int(r["method"]) - 1], priced(name for name, with_it in r.items() if with_it)): (
+        (names[int(r["method"]) - 1], priced(name for name, with_it in r.items() if with_it)): (
             r["ratio"]
         )
         for r in rows
         if r["method"]
     }
-    adds: dict[Method, dict[str, float]] = {}
-    for method in IN_EEVEE:
-        adds[method] = {}
+    adds: dict[str, dict[str, float]] = {method.name: {} for method in DRAWN}
+    for name, added in adds.items():
         for term in COSTED:
-            more, less = (water[method, priced(o)] for o in with_and_without(term, USUAL))
-            adds[method][term.name] = max(more - less, 0.0)
+            more, less = (water[name, priced(o)] for o in with_and_without(term, USUAL))
+            added[term.name] = max(more - less, 0.0)
     return Costs(
-        passes={method: water[method, priced(USUAL)] for method in METHODS},
+        passes={name: water[name, priced(USUAL)] for name in names},
         adds=adds,
         seconds=plain,
         shadow_seconds=shadowed - plain,

@@ -27,6 +27,7 @@ from .light_reach import (
     shaft_range,
     visible_distance,
 )
+from .methods import REFERENCE
 from .picture import Optics
 from .seen_points import SeenPoints
 from .terms import LIGHTS, SHAFTS, TERMS, Options, Term, with_and_without
@@ -156,7 +157,7 @@ def decide(
             raise InputError(f"{name} must be positive, got {value:g}")
     workload, estimate = workload or Workload(), ErrorEstimate(seen, reference, choices)
     sample = None
-    if workload.method == "cycles":
+    if workload.method.traced:
         depth = float(np.mean([view.depth for view in estimate.seen]))
         sample = cycles_sample(replace(reference.view, depth=depth))
     costs = costs or _costs(sample)
@@ -234,7 +235,7 @@ class _About:
     def terms(self) -> Iterator[Decision]:
         e, chosen = self.estimate, self.chosen
         for term in TERMS:
-            if term.is_part and self.workload.method == "cycles":
+            if term.is_part and self.workload.method.traced:
                 continue
             effect, cost = 0.0, 1.0
             if term.name in e.everything:
@@ -278,7 +279,7 @@ class _About:
             )
         ]
         froxels = FROXELS[-1]
-        if SHAFTS in self.chosen.options and self.workload.method != "cycles":
+        if SHAFTS in self.chosen.options and not self.workload.method.traced:
             end, enough = self.workload.shaft_end, shaft_range(view, allowed)
             errors = self._froxel_errors(end)
             froxels, error = first_within(FROXELS, errors, self.target * _MINOR)
@@ -286,7 +287,7 @@ class _About:
             value = f"{froxels} steps over {end:.1f} m"
             decisions.append(Decision("froxels", value, error, 1.0, reason))
         bounces = BOUNCES[-1]
-        if self.workload.method == "cycles":
+        if self.workload.method.traced:
             lost = lost_beyond(view)
             rgb = e.full.without()
             errors = e.errors([rgb * (1.0 - share) for share in lost])
@@ -313,7 +314,7 @@ class _About:
         return e.errors(pictures)
 
     def samples(self, samples: int, noise: float) -> Decision:
-        if self.workload.method == "cycles":
+        if self.workload.method.traced:
             reason = f"noise of a pixel about ΔE {noise:.1f}, which ends in grain, not in colour"
             return Decision("samples", str(samples), noise, 1.0, reason)
         return Decision("samples", str(samples), 0.0, 1.0, "for edges; the water has no noise")
@@ -324,7 +325,7 @@ def _costs(sample: CyclesSample | None) -> Costs:
     costs = read_costs()
     if sample is None:
         return costs
-    return replace(costs, passes={**costs.passes, "cycles": sample.seconds / costs.seconds})
+    return replace(costs, passes={**costs.passes, REFERENCE.name: sample.seconds / costs.seconds})
 
 
 def _samples(

@@ -16,8 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..datasets.layer_file import FrameLayers
+from ..quality.methods import Method
 from .render_plan import RenderPlan
-from .settings import Device, Mode
+from .settings import Device
 from .water_body import WaterExtent
 
 Weights = NDArray[np.float64]
@@ -81,29 +82,15 @@ class Engine:
 
     Parameters
     ----------
-    name, mode : str
-        As options name it.
+    method : Method
     open : callable
         Puts water into a scene for a camera, and takes it out after the block.
     passes : callable
         Returns the bands of each pass of a plan.
-    seeded : bool
-        Whether the noise has a seed, so that a pass can be cut into parts.
-    devices : tuple of str
-        What it can be told to render on.
-    needs_gpu : bool
-        Whether a farm has to choose a machine with a GPU, whatever device is named.
-    draws_colours : bool
-        Whether its passes add up to the picture; else they hold bands that are developed.
     """
 
-    name: str
-    mode: Mode
+    method: Method
     open: Callable[
         [bpy.types.Scene, bpy.types.Object, Opening], contextlib.AbstractContextManager[BandEngine]
     ]
     passes: Callable[[RenderPlan], list[tuple[int, ...]]]
-    seeded: bool = False
-    devices: tuple[Device, ...] = ()
-    needs_gpu: bool = False
-    draws_colours: bool = False

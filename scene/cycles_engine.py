@@ -10,6 +10,7 @@ import bpy
 import numpy as np
 
 from ..datasets.layer_file import FrameLayers, side_by_side
+from ..quality.methods import REFERENCE
 from ..uw_spectral.errors import InputError
 from ..uw_spectral.imaging.layers import parse_layers
 from ..uw_spectral.spectra.spectral_image import read_exr, write_rgb_exr
@@ -151,7 +152,5 @@ def _open(
     )  # fmt: skip
 
 
-BANDS = Engine(
-    "cycles", "bands", _open, lambda plan: plan.passes, seeded=True, devices=("cpu", "gpu")
-)
+BANDS = Engine(REFERENCE, _open, lambda plan: plan.passes)
 """Cycles, in band passes."""

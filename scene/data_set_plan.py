@@ -22,11 +22,11 @@ from ..datasets.index import (
     write_index,
 )
 from ..datasets.specification import DataSetSpec
+from ..quality.methods import method_of
 from ..uw_spectral.errors import InputError
 from ..uw_spectral.imaging.layers import parse_layers
 from . import job_files
 from .band_passes import make_folder
-from .engines import engine_of
 from .manifest import Manifest, read_manifest, write_manifest
 from .planning import plan_job
 from .render_job import JOB_FILE
@@ -80,8 +80,8 @@ def plan_data_set(
     if blend is None:
         raise InputError("--dataset: the scene was never saved; save it")
     held = scene.frame_current if spec.frame is None else spec.frame
-    engine = engine_of(job.engine, job.mode)
-    _check(spec, seeded=engine.seeded)
+    seeded = method_of(job.engine, job.mode).traced
+    _check(spec, seeded=seeded)
     views = enumerate_views(spec, _room(scene, held))
     make_folder(job.out)
     path = job.out / NAME
@@ -94,7 +94,7 @@ def plan_data_set(
     new, places = group_views(
         spec,
         unfinished(views, known),
-        seeded=engine.seeded,
+        seeded=seeded,
         taken=earlier.jobs if earlier else (),
     )
     layers = ",".join(needed_layers(spec))

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..datasets.layer_file import FrameLayers
+from ..quality import methods
 from ..uw_spectral.errors import InputError
 from ..uw_spectral.imaging.layers import parse_layers
 from ..uw_spectral.spectra.spectral_image import read_exr, write_rgb_exr
@@ -283,9 +284,7 @@ def _open_realtime(
     )  # fmt: skip
 
 
-BANDS = Engine("eevee", "bands", _open_bands, band_passes_of, needs_gpu=True)
+BANDS = Engine(methods.BANDS, _open_bands, band_passes_of)
 """EEVEE, three bands a pass."""
-REALTIME = Engine(
-    "eevee", "realtime", _open_realtime, picture_passes_of, needs_gpu=True, draws_colours=True
-)
+REALTIME = Engine(methods.REALTIME, _open_realtime, picture_passes_of)
 """EEVEE, the picture in one pass."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from ..quality.methods import method_of
 from . import cycles_engine, eevee_engine
 from .band_engine import BandEngine, Engine, RenderPass
 from .cycles_engine import cycles_bands
@@ -20,7 +21,8 @@ def engine_of(name: str, mode: str) -> Engine:
 
     Examples
     --------
-    >>> engine_of("eevee", "realtime").draws_colours
+    >>> engine_of("eevee", "realtime").method.draws_colours
     True
     """
-    return next(engine for engine in ENGINES if (engine.name, engine.mode) == (name, mode))
+    method = method_of(name, mode)
+    return next(engine for engine in ENGINES if engine.method is method)

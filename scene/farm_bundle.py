@@ -12,9 +12,10 @@ from pathlib import Path
 
 import bpy
 
+from ..quality.methods import method_of
 from ..uw_spectral.errors import InputError
 from ..uw_spectral.spectra.spectrum import split_location
-from . import engines, openjd_template, picture_size, planning
+from . import openjd_template, picture_size, planning
 from .external_files import external_files
 from .manifest import Manifest, tables, write_manifest
 from .openjd_template import ASSETS, MANIFEST, README, TEMPLATE, VALUES, FarmJob
@@ -67,8 +68,8 @@ def farm_job(planned: Manifest) -> FarmJob:
     if planned.scene is None:
         raise InputError("the scene was never saved, and a farm reads it from a file; save it")
     output = planned.output
-    engine = engines.engine_of(output.engine, output.mode)
-    bands = 3 if engine.draws_colours else len(planned.bands_nm)
+    method = method_of(output.engine, output.mode)
+    bands = 3 if method.draws_colours else len(planned.bands_nm)
     names = tuple(camera.name for camera in planned.cameras)
     return FarmJob(
         planned.scene.absolute(),
@@ -76,7 +77,7 @@ def farm_job(planned: Manifest) -> FarmJob:
         planned.frames,
         len(planned.passes),
         memory=picture_size.least_memory(output.size, bands),
-        gpu=engine.needs_gpu or output.device == "gpu",
+        gpu=not method.traced or output.device == "gpu",
         cameras=names if len(names) > 1 else (),
     )
 

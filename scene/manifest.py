@@ -15,12 +15,13 @@ from pathlib import Path
 from typing import Any, get_args
 
 from ..datasets.files import joined, relative
+from ..quality.methods import Engine, Method, Mode, method_of
 from ..uw_spectral.errors import InputError
 from ..uw_spectral.imaging.layer_sums import drawn_for
 from ..uw_spectral.imaging.layers import NONE, parse_layers
 from ..uw_spectral.spectra.spectral_image import replacing
 from ..uw_spectral.spectra.spectrum import split_location
-from .settings import Device, Engine, Mode, SceneSettings, flag
+from .settings import Device, SceneSettings, flag
 from .stage import Stage, stage_of
 
 FORMAT = 1
@@ -246,7 +247,7 @@ class Manifest:
     def key(self, view: View, number: int) -> str:
         """Return what tells a pass from every other: a digest of all that it depends on."""
         item = self.passes[number]
-        weights = self.developments[view.development].weights if self._draws_colours else ()
+        weights = self.developments[view.development].weights if self._method.draws_colours else ()
         path = self._paths.get(view.camera, ())
         return _digest([self._frame_key(view.frame), view.camera, astuple(item), weights, path])
 
@@ -266,7 +267,7 @@ class Manifest:
     @functools.cached_property
     def _paths(self) -> dict[str, list[tuple[float, ...]]]:
         """Where each camera is in all frames, which EEVEE's shade is computed for."""
-        if self.output.engine != "eevee":
+        if self._method.traced:
             return {}
         found: dict[str, set[tuple[float, ...]]] = {}
         for view in self.views:
@@ -274,11 +275,11 @@ class Manifest:
         return {camera: sorted(eyes) for camera, eyes in found.items()}
 
     @property
-    def _draws_colours(self) -> bool:
-        return self.output.mode == "realtime"
+    def _method(self) -> Method:
+        return method_of(self.output.engine, self.output.mode)
 
     def _counts(self, setting: str) -> bool:
-        return setting not in SHOWN and (self._draws_colours or setting not in DEVELOPMENT)
+        return setting not in SHOWN and (self._method.draws_colours or setting not in DEVELOPMENT)
 
     @functools.cached_property
     def _job_key(self) -> str:

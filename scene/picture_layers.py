@@ -24,13 +24,13 @@ from ..datasets.layer_file import (
 from ..datasets.light_paths import extinction_to, transmittance
 from ..datasets.truth import image_truth, write_truth
 from ..datasets.view import View as TruthView
+from ..quality.methods import method_of
 from ..uw_spectral.errors import InputError
 from ..uw_spectral.imaging.layer_sums import backscatter, share_left, unscattered
 from ..uw_spectral.imaging.layers import BACKSCATTER, layer, of_light, parse_layers
 from ..uw_spectral.spectra.spectral_image import band_labels
 from . import band_passes
 from .cycles_layers import UNTOUCHED_BANDS as UNTOUCHED
-from .engines import engine_of
 from .manifest import Manifest, View
 from .render_plan import RenderPlan
 
@@ -77,7 +77,7 @@ def develop_layers(
     if not wanted:
         return []
     output = manifest.output
-    draws_colours = engine_of(output.engine, output.mode).draws_colours
+    draws_colours = method_of(output.engine, output.mode).draws_colours
     parts = [read_layers(band_passes.layers_path(path)) for path in passes]
     repeats = manifest.parts
     passes_apart = [_mean(parts[n : n + repeats]) for n in range(0, len(parts), repeats)]

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..quality.methods import method_of
 from ..uw_spectral.errors import InputError
 from ..uw_spectral.spectra.spectral_image import (
     read_exr,
@@ -19,7 +20,6 @@ from ..uw_spectral.spectra.spectral_image import (
 )
 from . import band_passes, development, picture_layers, view_transform
 from .band_passes import RenderedPass
-from .engines import engine_of
 from .frame_plans import FramePlans
 from .manifest import Manifest, View
 from .render_plan import RenderPlan
@@ -69,7 +69,7 @@ def develop(
     """
     plan, picture = plans.of(view.frame), picture_path(manifest, view)
     whole, variances = _means(manifest, rendered)
-    if engine_of(manifest.output.engine, manifest.output.mode).draws_colours:
+    if method_of(manifest.output.engine, manifest.output.mode).draws_colours:
         write_rgb_exr(picture, sum(read_exr(item.path)[0] for item in whole))
     else:
         _write_spectra(manifest, view, whole, plan)

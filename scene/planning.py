@@ -112,7 +112,7 @@ def _plan(
         extent=(max(e.half_width for e in extents), max(e.bottom for e in extents)),
         decisions=job.decisions,
     )
-    picture_size.check_memory(output.size, 3 if engine.draws_colours else len(first.bands))
+    picture_size.check_memory(output.size, 3 if engine.method.draws_colours else len(first.bands))
     base = asdict(first.settings)
     developments, views = _views(frames, seen_by)
     return Manifest(
@@ -153,9 +153,11 @@ def extent_of(manifest: Manifest) -> WaterExtent:
 
 
 def _device(scene: bpy.types.Scene, engine: Engine, wanted: Device | None) -> Device:
-    if wanted is not None and wanted not in engine.devices:
-        raise InputError(f"--device: {engine.name} cannot be told what to render on; leave it out")
-    if wanted is None and engine.devices:
+    if wanted is not None and not engine.method.traced:
+        raise InputError(
+            f"--device: {engine.method.engine} cannot be told what to render on; leave it out"
+        )
+    if wanted is None and engine.method.traced:
         return cycles_settings.device_of(scene)
     return wanted or "cpu"
 
@@ -255,8 +257,10 @@ def _lamps(frames: Iterable[_Frame]) -> dict[int, tuple[Mapping[str, Any], ...]]
 
 def _passes(engine: Engine, plan: RenderPlan, job: Job) -> tuple[Pass, ...]:
     samples, parts = plan.settings.samples, job.parts
-    if parts > 1 and not engine.seeded:
-        raise InputError(f"--parts: the noise of {engine.name} has no seed; use --engine cycles")
+    if parts > 1 and not engine.method.traced:
+        raise InputError(
+            f"--parts: the noise of {engine.method.engine} has no seed; use --engine cycles"
+        )
     if parts > samples:
         raise InputError(
             f"--parts: {parts} parts of {samples} samples; take fewer, or more samples"

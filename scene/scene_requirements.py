@@ -10,6 +10,7 @@ import bpy
 import numpy as np
 
 from ..quality.combinations import RAYS, BandChoice, Workload
+from ..quality.methods import Method, method_of
 from ..quality.picture import Optics
 from ..quality.requirements import Requirements, decide
 from ..quality.seen_points import SeenPoints
@@ -23,7 +24,7 @@ from .cameras import camera_depth
 from .manifest import rendered_size
 from .render_plan import RenderPlan, forget_files, plan_of, quiet
 from .rendered import as_rendered
-from .settings import EQUAL, OPTIMISED, REALTIME, USUAL_BANDS, Job, Mode, SceneSettings
+from .settings import EQUAL, OPTIMISED, Job, SceneSettings
 from .view_tracing import trace_from_above, trace_view
 
 OPTIMISED_COUNTS = (3, 6, 9)
@@ -121,11 +122,11 @@ def choose(
         # Shafts are not drawn then, in no frame of a job.
         views = [replace(view, path_sunlit=np.ones((len(view), 1), dtype=bool)) for view in views]
     shaft_end = 0.0
-    if job.engine == "eevee" and not from_above:
+    method = method_of(job.engine, job.mode)
+    if not (method.traced or from_above):
         shaded = replace(plan, settings=replace(chosen, shafts=True, **_WITHOUT_THINGS))
         drawn = shaded.realtime(scene, views[0].depth, np.ones((3, len(plan.bands))))
         shaft_end = drawn.shafts.end if drawn.shafts is not None else 0.0
-    method = job.mode if job.engine == "eevee" else "cycles"
     render = scene.render
     width, height = rendered_size(
         render.resolution_x, render.resolution_y, render.resolution_percentage
@@ -146,7 +147,7 @@ def choose(
         required = decide(
             views,
             everything,
-            _choices(chosen, keep, job.mode),
+            _choices(chosen, keep, method),
             target=target,
             budget=budget,
             workload=workload,
@@ -154,7 +155,7 @@ def choose(
             off=given - on,
             denoise=job.denoise,
         )
-    return Choice(required, _changes(chosen, required, job.engine, keep))
+    return Choice(required, _changes(chosen, required, method, keep))
 
 
 def _traced(
@@ -204,7 +205,7 @@ def _everything(scene: bpy.types.Scene, chosen: SceneSettings) -> Optics:
     return replace(found, waves=moving_surface.patterns(scene, replace(plan, settings=coarse)))
 
 
-def _choices(chosen: SceneSettings, keep: frozenset[str], mode: Mode) -> list[BandChoice]:
+def _choices(chosen: SceneSettings, keep: frozenset[str], method: Method) -> list[BandChoice]:
     """Bands to choose from: the settings' own if they must stay, all in real time."""
     # Only the elastic light of a calm sea is compared.
     plain = replace(
@@ -213,15 +214,15 @@ def _choices(chosen: SceneSettings, keep: frozenset[str], mode: Mode) -> list[Ba
         surface="flat" if chosen.surface == moving_surface.WAVES else chosen.surface,
     )
     if keep & {"bands", "wavelengths", "range_start", "range_end"}:
-        plan = plan_of(plain.in_mode(mode))
+        plan = plan_of(plain.in_mode(method.mode))
         name = f"{len(plan.bands)}, as given"
         return [BandChoice(name, _optics(plan), {}, len(plan.passes))]
     placements = {EQUAL: BAND_COUNTS, OPTIMISED: OPTIMISED_COUNTS}
     if "band_placement" in keep:
         placements = {chosen.band_placement: placements[chosen.band_placement]}
     usual: dict[str, Any] = {"bands": 0, "wavelengths": "", "band_placement": EQUAL}
-    free = replace(plain, **usual).in_mode(REALTIME)
-    if mode == REALTIME and EQUAL in placements and free.bands == USUAL_BANDS[REALTIME]:
+    free = replace(plain, **usual).in_mode(method.mode)
+    if method.draws_colours and EQUAL in placements and free.bands == method.usual_bands:
         name = f"{free.bands}, which cost nothing"
         return [BandChoice(name, _optics(plan_of(free)), usual)]
     found = []
@@ -235,15 +236,15 @@ def _choices(chosen: SceneSettings, keep: frozenset[str], mode: Mode) -> list[Ba
 
 
 def _changes(
-    chosen: SceneSettings, required: Requirements, engine: str, keep: frozenset[str]
+    chosen: SceneSettings, required: Requirements, method: Method, keep: frozenset[str]
 ) -> dict[str, Any]:
     """Settings that differ from the ones that were given."""
     wanted = {**required.bands.settings, "samples": required.samples}
-    if engine == "cycles":
+    if method.traced:
         wanted["bounces"] = required.bounces
     changed = required.options ^ switched_on(vars(chosen))
     for term in TERMS:
-        if term.name in changed and engine in term.engines:
+        if term.name in changed and method.engine in term.engines:
             wanted[term.setting] = settings_of(required.options)[term.setting]
     return {
         name: value

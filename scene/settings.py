@@ -9,6 +9,7 @@ from dataclasses import asdict, dataclass, field, fields, replace
 from pathlib import Path
 from typing import Literal, NoReturn, get_args
 
+from ..quality.methods import DRAWN, METHODS, Engine, Mode, method_of
 from ..uw_spectral.errors import InputError
 from ..uw_spectral.imaging.layers import NAMES, NONE, parse_layers
 from ..uw_spectral.spectra.colour_rendering import WHITE_BALANCES, WhiteBalance
@@ -19,19 +20,14 @@ from ..uw_spectral.water import measured
 from ..uw_spectral.water.particles import SLOPES, USUAL_SLOPE
 from .stage import Stage
 
-Engine = Literal["cycles", "eevee"]
-Mode = Literal["bands", "realtime"]
 Device = Literal["cpu", "gpu"]
 
 AUTO = "auto"
 BY_PICTURE = "auto-picture"
 """Exposure by the brightness of what the camera sees."""
 BANDS, REALTIME = "bands", "realtime"
-USUAL_BANDS: dict[Mode, int] = {BANDS: 8, REALTIME: 40}
-"""Bands of each mode where the settings leave their number open.
-
-Those of real time cost a pixel nothing; more change a picture by a mean ΔE2000 below 0.1.
-"""
+USUAL_BANDS: dict[Mode, int] = {m.mode: m.usual_bands for m in DRAWN}
+"""Bands of each mode where the settings leave their number open."""
 PROGRESS = ("text", "openjd")
 EQUAL, OPTIMISED = "equal", "optimised"
 SOLVED, CLOSED_FORM = "solved", "closed-form"
@@ -389,32 +385,6 @@ def flag(name: str) -> str:
 
 
 @dataclass(frozen=True)
-class RenderMethod:
-    """A way to render: engine, mode, and what a panel says of it."""
-
-    engine: Engine
-    mode: Mode
-    label: str
-    text: str
-
-
-METHODS = {
-    "realtime": RenderMethod(
-        "eevee", REALTIME, "Real-time",
-        "EEVEE, all bands in one pass: animation, look development",
-    ),
-    "bands": RenderMethod(
-        "eevee", BANDS, "Bands",
-        "EEVEE, three bands a pass: spectra, and the camera can be changed after rendering",
-    ),
-    "reference": RenderMethod(
-        "cycles", BANDS, "Reference",
-        "Cycles, light scattered any number of times: the truth to compare with, slow",
-    ),
-}  # fmt: skip
-
-
-@dataclass(frozen=True)
 class Quality:
     """How a quality is rendered, one of :data:`METHODS`, and the mean ΔE2000 that Auto aims at."""
 
@@ -688,7 +658,8 @@ def job(options: argparse.Namespace) -> Job:
     engine: Engine = getattr(options, "engine", usual.engine)
     # A method's mode belongs to its engine.
     mode: Mode = getattr(options, "mode", usual.mode if engine == usual.engine else BANDS)
-    if engine == "cycles" and (mode == REALTIME or getattr(options, "shafts", False)):
+    known = any((method.engine, method.mode) == (engine, mode) for method in METHODS.values())
+    if not known or (method_of(engine, mode).traced and getattr(options, "shafts", False)):
         raise InputError("--mode realtime and --shafts need --engine eevee")
     if options.parts < 1:
         raise InputError(f"--parts: {options.parts} is not 1 or more")

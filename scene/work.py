@@ -138,7 +138,8 @@ def render(
     require_no_water(scene)
     contents.require_local(scene)
     picture_size.check_memory(
-        manifest.output.size, 3 if _engine(manifest).draws_colours else len(manifest.bands_nm)
+        manifest.output.size,
+        3 if _engine(manifest).method.draws_colours else len(manifest.bands_nm),
     )
     left: list[Task] = []
     with as_rendered(scene), stereo.two_eyes(scene), staging.staged(scene, manifest.stage):

@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING, override
 
 import bpy
 
+from ..quality.methods import METHODS
 from ..quality.terms import TERMS
 from ..scene import stored_lamps, units
 from ..scene import stored_settings as optics
 from ..scene.session import is_live
-from ..scene.settings import METHODS
 from . import migration, preferences, presets, previews, property_group, sections, sun_handle
 
 if TYPE_CHECKING:
@@ -415,15 +415,15 @@ class QualityPanel(_SubPanel, bpy.types.Panel):
         row = column.row(align=True)
         row.prop(water, "range_start", text="Range (nm)")
         row.prop(water, "range_end", text="")
-        engine = METHODS[panel.quality.lower()].engine
-        if engine == "cycles":
+        method = METHODS[panel.quality.lower()]
+        if method.traced:
             column.prop(panel, "denoise")
             column.prop(water, "forward_peak", text="Forward peak")
             column.prop(water, "share_passes", text="Share passes")
-        if engine == "eevee":
+        else:
             column.prop(water, "field", text="Light field")
         for term in TERMS:
-            if term.is_switch and engine in term.engines:
+            if term.is_switch and method.engine in term.engines:
                 column.prop(water, term.setting)
         if water.shafts and is_live(context.scene):
             eevee = context.scene.eevee
@@ -431,7 +431,7 @@ class QualityPanel(_SubPanel, bpy.types.Panel):
             column.prop(eevee, "volumetric_samples", text="Froxel steps")
         column.prop(water, "samples")
         column.prop(water, "layers")
-        if engine == "cycles":
+        if method.traced:
             column.prop(water, "bounces")
         for line in panel.decisions.splitlines():
             _say(self.layout, line)

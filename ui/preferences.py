@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import bpy
 
-from ..scene.settings import METHODS
+from ..quality.methods import METHODS
 
 ADDON = (__package__ or "").rpartition(".")[0]
 TAB = "Underwater"

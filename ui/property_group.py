@@ -11,9 +11,10 @@ from typing import TYPE_CHECKING, Any
 
 import bpy
 
+from ..quality.methods import METHODS
 from ..scene import stored_settings
 from ..scene.session import is_live
-from ..scene.settings import AUTO, BY_PICTURE, CONSTITUENTS, METHODS, Job, SceneSettings
+from ..scene.settings import AUTO, BY_PICTURE, CONSTITUENTS, Job, SceneSettings
 from ..uw_spectral.errors import InputError
 from ..uw_spectral.water.inelastic_processes import PROCESSES, parse_processes
 from ..uw_spectral.water.optical_properties import JERLOV_TYPES

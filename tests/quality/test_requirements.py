@@ -11,7 +11,6 @@ from underwater_spectral.quality.combinations import BandChoice, ErrorEstimate, 
 from underwater_spectral.quality.costs import (
     COLUMNS,
     COSTED,
-    METHODS,
     USUAL,
     read_costs,
 )
@@ -23,6 +22,7 @@ from underwater_spectral.quality.light_reach import (
     shaft_range,
     visible_distance,
 )
+from underwater_spectral.quality.methods import DRAWN, METHODS, REFERENCE
 from underwater_spectral.quality.picture import Optics, picture
 from underwater_spectral.quality.requirements import SAFETY, decide
 from underwater_spectral.quality.seen_points import SeenPoints, openness
@@ -202,7 +202,7 @@ def test_parts_add_up_as_separate_pictures_do():
     assert guess == pytest.approx(measured, rel=0.1)
 
 
-@pytest.mark.parametrize("method", ["realtime", "bands", "cycles"])
+@pytest.mark.parametrize("method", METHODS.values(), ids=METHODS)
 def test_decisions_meet_the_target_and_explain_themselves(method):
     required = decide(
         [seen_points(shadow=0.3)],
@@ -214,7 +214,7 @@ def test_decisions_meet_the_target_and_explain_themselves(method):
     assert required.delta_e <= SAFETY * 1.0
     names = [decision.name for decision in required.decisions]
     assert len(set(names)) == len(names)
-    assert ("bounces" in names) == (method == "cycles")
+    assert ("bounces" in names) == method.traced
     assert all("\n" not in str(d) and "ΔE" in str(d) for d in required.decisions)
     assert required.bounces in BOUNCES
 
@@ -248,7 +248,7 @@ def test_time_budget_limits_the_cost():
 
 def test_budget_buys_cycles_samples():
     given = [seen_points()], Optics(viewpoint()), choices()
-    workload = Workload("cycles", megapixels=0.1)
+    workload = Workload(REFERENCE, megapixels=0.1)
     some, more = (
         decide(*given, target=1.0, budget=s, workload=workload).samples for s in (60, 600)
     )
@@ -257,7 +257,7 @@ def test_budget_buys_cycles_samples():
 
 def test_shared_passes_of_cycles_cost_less():
     given = [seen_points()], Optics(viewpoint())
-    workload = Workload("cycles", megapixels=0.1, samples=64)
+    workload = Workload(REFERENCE, megapixels=0.1, samples=64)
     optics = Optics(viewpoint(bands=8))
     one, shared = (
         decide(*given, [BandChoice("8", optics, {}, passes)], target=1.0, workload=workload)
@@ -274,7 +274,7 @@ def test_samples_of_cycles_are_dearer_where_light_scatters_more():
     )
     assert turbid.delta_e > 10 * clear.delta_e
     assert 1.3 * clear.seconds < turbid.seconds < 6 * clear.seconds
-    workload = Workload("cycles", megapixels=1.0, samples=100)
+    workload = Workload(REFERENCE, megapixels=1.0, samples=100)
     for water, depth, sample in (("I", 20.0, clear), ("9C", 0.5, turbid)):
         optics = Optics(viewpoint(water, 9, depth))
         choice = BandChoice("9", optics, {}, 3)
@@ -337,7 +337,7 @@ def test_costs_are_those_of_the_table():
     assert len(water) == 9
     for row in water:
         options = USUAL | {term.name for term in COSTED if row[term.name]}
-        method = METHODS[int(row["method"]) - 1]
+        method = list(METHODS.values())[int(row["method"]) - 1]
         assert costs.sample(method, 1, options) == pytest.approx(row["ratio"])
         assert costs.sample(method, 3, options) == pytest.approx(3 * row["ratio"])
 
@@ -346,7 +346,7 @@ def test_less_never_costs_more():
     costs = read_costs()
     everything = frozenset(term.name for term in TERMS)
     for term in TERMS:
-        for method in ("realtime", "bands"):
+        for method in DRAWN:
             more, less = (
                 costs.sample(method, 1, options) for options in with_and_without(term, everything)
             )
