@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..uw_spectral.monte_carlo.phase_tables import cumulative, s2_grid
+from ..reference.monte_carlo.phase_tables import cumulative, s2_grid
 from ..uw_spectral.water.phase import BandPhase
 
 _NEAREST = 1e-4  # of a ray to the lamp, in 1/c

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..uw_spectral.baselines.monzon import (
+from ..reference.monzon import (
     path_radiance_Monzon2024,
     path_radiance_Monzon2024_corrected,
 )

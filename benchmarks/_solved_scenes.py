@@ -10,8 +10,8 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
+from ..reference.monzon import path_radiance_Monzon2024_corrected
 from ..scene import engines, render_plan, settings, water_body
-from ..uw_spectral.baselines.monzon import path_radiance_Monzon2024_corrected
 from . import baselines, grey_scene
 from ._rays import blender_hits
 

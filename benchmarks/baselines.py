@@ -11,12 +11,12 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from ..scene.render_plan import RenderPlan, make_plan
-from ..scene.settings import SceneSettings
-from ..uw_spectral.baselines.monzon import (
+from ..reference.monzon import (
     path_radiance_Monzon2024,
     path_radiance_Monzon2024_corrected,
 )
+from ..scene.render_plan import RenderPlan, make_plan
+from ..scene.settings import SceneSettings
 from ..uw_spectral.spectra.colour_rendering import luminance
 from ..uw_spectral.surface.refraction import fresnel_reflectance
 from ..uw_spectral.transfer.radiance_field import distance_in_water

@@ -13,11 +13,11 @@ from pathlib import Path
 
 import numpy as np
 
+from ..reference.monte_carlo import simulate
 from ..uw_spectral.closed_form.closed_form import ClosedForm, solve_closed_form
 from ..uw_spectral.closed_form.inelastic_light import InelasticLight, solve_inelastic
 from ..uw_spectral.closed_form.light_field import LightField, light_field_of
 from ..uw_spectral.errors import DataWarning
-from ..uw_spectral.monte_carlo import simulate
 from ..uw_spectral.spectra.bands import Bands
 from ..uw_spectral.spectra.colour_rendering import reduction, srgb_encode
 from ..uw_spectral.spectra.illuminant import parse_illuminant

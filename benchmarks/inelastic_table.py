@@ -12,19 +12,19 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ..uw_spectral.closed_form.inelastic_light import (
-    InelasticLight,
-    excitation_fields,
-    solve_inelastic,
-)
-from ..uw_spectral.closed_form.light_field import light_field_of
-from ..uw_spectral.monte_carlo import (
+from ..reference.monte_carlo import (
     Constituent,
     InelasticInteraction,
     MonteCarloResult,
     bio_optical_medium,
     simulate,
 )
+from ..uw_spectral.closed_form.inelastic_light import (
+    InelasticLight,
+    excitation_fields,
+    solve_inelastic,
+)
+from ..uw_spectral.closed_form.light_field import light_field_of
 from ..uw_spectral.spectra.bands import Bands
 from ..uw_spectral.surface.refraction import (
     REFRACTIVE_INDEX,

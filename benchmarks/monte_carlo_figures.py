@@ -11,8 +11,8 @@ from pathlib import Path
 
 import numpy as np
 
+from ..reference.monte_carlo import MonteCarloResult, bio_optical_medium, simulate
 from ..uw_spectral.errors import DataWarning
-from ..uw_spectral.monte_carlo import MonteCarloResult, bio_optical_medium, simulate
 from ..uw_spectral.spectra.bands import Bands
 from ..uw_spectral.spectra.colour_rendering import reduction, srgb_encode
 from ..uw_spectral.spectra.illuminant import parse_illuminant

@@ -7,7 +7,7 @@ import os
 import time
 import tracemalloc
 
-from ..uw_spectral.monte_carlo import numba_available, simulate
+from ..reference.monte_carlo import numba_available, simulate
 from ..uw_spectral.spectra.bands import Bands
 from ..uw_spectral.transfer.water_column import WaterColumn
 from ..uw_spectral.water.phase import parse_phase

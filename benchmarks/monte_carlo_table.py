@@ -11,10 +11,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..reference.monte_carlo import MonteCarloResult, simulate
 from ..uw_spectral.closed_form.closed_form import ClosedForm, solve_closed_form
 from ..uw_spectral.closed_form.light_field import light_field_of
 from ..uw_spectral.closed_form.undisturbed_water import UndisturbedWater
-from ..uw_spectral.monte_carlo import MonteCarloResult, simulate
 from ..uw_spectral.spectra.bands import Bands
 from ..uw_spectral.surface.refraction import (
     fresnel_reflectance,
@@ -338,7 +338,7 @@ def main(arguments: list[str]) -> None:
     text = """# Monte Carlo
 
 Written by `python3 dev.py run -m benchmarks monte_carlo_table`. The solver is
-`uw_spectral.monte_carlo`; `python -m uw_spectral.monte_carlo --help` lists its options.
+`reference.monte_carlo`; `python -m reference --help` lists its options.
 """
     for name, (heading, measure) in SECTIONS.items():
         measured = measure(photons, threads) if name in wanted else kept.get(heading, "")

@@ -15,7 +15,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ..uw_spectral.baselines.monzon import (
+from ..reference.monzon import (
     path_radiance_Monzon2024,
     path_radiance_Monzon2024_corrected,
 )

@@ -19,8 +19,8 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
+from ..reference.monzon import path_radiance_Monzon2024_corrected
 from ..scene import engines, render_plan, water_body
-from ..uw_spectral.baselines.monzon import path_radiance_Monzon2024_corrected
 from ..uw_spectral.spectra.colour_rendering import (
     delta_e_CIE2000_images,
     srgb_encode,

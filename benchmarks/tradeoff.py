@@ -31,6 +31,7 @@ import gpu
 import numpy as np
 from numpy.typing import NDArray
 
+from ..reference.monzon import path_radiance_Monzon2024_corrected
 from ..scene import (
     eevee_settings,
     engines,
@@ -42,7 +43,6 @@ from ..scene import (
     water_body,
 )
 from ..scene.settings import SceneSettings
-from ..uw_spectral.baselines.monzon import path_radiance_Monzon2024_corrected
 from ..uw_spectral.errors import InputError
 from ..uw_spectral.spectra.spectral_image import read_exr, replacing
 from . import _tradeoff_report, baselines, grey_scene

@@ -68,11 +68,12 @@ def test_zip_holds_what_is_needed_and_no_more(built_zip):
     names = zipfile.ZipFile(built_zip).namelist()
     tops = {name.split("/")[0] for name in names}
     assert {"blender_manifest.toml", "__init__.py", "uw_spectral", "node_groups", "data"} <= tops
-    left_out = "tests benchmarks docs dev.py render_bands.py flamenco out tools typings .venv"
+    left_out = (
+        "tests benchmarks reference docs dev.py render_bands.py flamenco out tools typings .venv"
+    )
     assert not tops & set(left_out.split())
     examples = {name.split("/")[1] for name in names if name.startswith("examples/")}
     assert examples == {"scenes.py", "parts", "reef", "wreck", "cave", "pool"}
-    assert not any("monte_carlo" in name for name in names)
     assert "uw_spectral/py.typed" in names
     assert {"assets/underwater_spectral.blend", "assets/blender_assets.cats.txt"} <= set(names)
     assert sum(name.endswith(".whl") for name in names) == 2

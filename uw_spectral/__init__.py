@@ -2,6 +2,5 @@
 
 ``spectra`` (bands, light, sensors, colour) · ``water`` (absorption, scattering, phase
 functions) · ``surface`` (refraction, waves, caustics) · ``transfer`` (light in the water,
-what a pixel sees) · ``imaging`` (a camera in the water, read-outs) · ``monte_carlo``
-(the solver that proves the others) · ``baselines`` (published forms). Each loads on demand.
+what a pixel sees) · ``imaging`` (a camera in the water, read-outs). Each loads on demand.
 """

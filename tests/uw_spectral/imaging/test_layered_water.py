@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from underwater_spectral.reference.monte_carlo import simulate
 from underwater_spectral.uw_spectral.closed_form.light_field import light_field_of
 from underwater_spectral.uw_spectral.errors import InputError
 from underwater_spectral.uw_spectral.imaging import (
@@ -26,7 +27,6 @@ from underwater_spectral.uw_spectral.imaging.visibility import (
     horizontal_visibility,
     light_left,
 )
-from underwater_spectral.uw_spectral.monte_carlo import simulate
 from underwater_spectral.uw_spectral.transfer.water_column import DeeperWater
 from underwater_spectral.uw_spectral.water.bio_optics import Constituents
 from underwater_spectral.uw_spectral.water.optical_properties import Water

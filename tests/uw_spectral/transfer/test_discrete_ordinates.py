@@ -8,8 +8,8 @@ import math
 import numpy as np
 import pytest
 from underwater_spectral.benchmarks import solved_field
+from underwater_spectral.reference.monte_carlo import numba_available, simulate
 from underwater_spectral.uw_spectral.errors import InputError
-from underwater_spectral.uw_spectral.monte_carlo import numba_available, simulate
 from underwater_spectral.uw_spectral.spectra.bands import Bands
 from underwater_spectral.uw_spectral.surface.caustics import SUN_RADIUS
 from underwater_spectral.uw_spectral.surface.refraction import (

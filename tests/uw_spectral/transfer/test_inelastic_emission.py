@@ -6,6 +6,11 @@ import math
 
 import numpy as np
 import pytest
+from underwater_spectral.reference.monte_carlo import (
+    InelasticInteraction,
+    numba_available,
+    simulate,
+)
 from underwater_spectral.uw_spectral.closed_form.inelastic_light import (
     excitation_fields,
     solve_inelastic,
@@ -20,11 +25,6 @@ from underwater_spectral.uw_spectral.imaging.description import (
     WaterDescription,
 )
 from underwater_spectral.uw_spectral.imaging.optics import resolve
-from underwater_spectral.uw_spectral.monte_carlo import (
-    InelasticInteraction,
-    numba_available,
-    simulate,
-)
 from underwater_spectral.uw_spectral.spectra.bands import Bands
 from underwater_spectral.uw_spectral.transfer.discrete_ordinates import (
     Emission,

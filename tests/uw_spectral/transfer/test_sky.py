@@ -7,11 +7,11 @@ import math
 
 import numpy as np
 import pytest
+from underwater_spectral.reference.monte_carlo import simulate
 from underwater_spectral.uw_spectral.closed_form.closed_form import solve_closed_form
 from underwater_spectral.uw_spectral.closed_form.light_field import light_field_of
 from underwater_spectral.uw_spectral.closed_form.undisturbed_water import UndisturbedWater
 from underwater_spectral.uw_spectral.errors import InputError
-from underwater_spectral.uw_spectral.monte_carlo import simulate
 from underwater_spectral.uw_spectral.spectra.bands import Bands
 from underwater_spectral.uw_spectral.surface.refraction import (
     diffuse_internal_reflectance,

@@ -9,8 +9,8 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from ..errors import InputError
-from ..water.phase import PhaseFunction
+from ...uw_spectral.errors import InputError
+from ...uw_spectral.water.phase import PhaseFunction
 
 LOOKUP_CELLS = 4096
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(8)
@@ -45,7 +45,7 @@ def cumulative(phase: PhaseFunction, edges: NDArray[np.float64]) -> NDArray[np.f
 
     Examples
     --------
-    >>> from ..water.phase import HenyeyGreenstein
+    >>> from ...uw_spectral.water.phase import HenyeyGreenstein
     >>> phase = HenyeyGreenstein(0.8)
     >>> edges = s2_grid([phase])
     >>> round(float(1 - np.interp(0.5, edges, cumulative(phase, edges))), 3)

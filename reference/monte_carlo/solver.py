@@ -11,11 +11,11 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..errors import InputError, unknown_name
-from ..surface.refraction import fresnel_reflectance
-from ..transfer.sky import UNIFORM
-from ..transfer.water_column import WaterColumn
-from ..water.phase import BandPhase
+from ...uw_spectral.errors import InputError, unknown_name
+from ...uw_spectral.surface.refraction import fresnel_reflectance
+from ...uw_spectral.transfer.sky import UNIFORM
+from ...uw_spectral.transfer.water_column import WaterColumn
+from ...uw_spectral.water.phase import BandPhase
 from . import photons as numpy_engine
 from .medium import Constituent, InelasticInteraction, Interactions, interactions
 from .phase_tables import LOOKUP_CELLS, cone_average, cumulative, on_even_grid, s2_grid
@@ -111,8 +111,8 @@ def simulate(
 
     Examples
     --------
-    >>> from ..spectra.bands import Bands
-    >>> from ..water.phase import parse_phase
+    >>> from ...uw_spectral.spectra.bands import Bands
+    >>> from ...uw_spectral.water.phase import parse_phase
     >>> column = WaterColumn(Bands.uniform(1), 0.05, 0.1, 1.0, 1.0, (0, 0, -1), 0.0,
     ...                      math.inf, 0.0, "none", 1.34)
     >>> phase = parse_phase("hg:0.8").for_bands([0.1])

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING
 import numba
 import numpy as np
 
-from ..mathematics import Operand
-from ..surface import refraction as sun
+from ...uw_spectral.mathematics import Operand
+from ...uw_spectral.surface import refraction as sun
 from . import photons
 
 if TYPE_CHECKING:

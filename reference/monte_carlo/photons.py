@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..surface.refraction import fresnel_reflectance
+from ...uw_spectral.surface.refraction import fresnel_reflectance
 
 Array = NDArray[np.float64]
 TWO_PI = 2.0 * math.pi

@@ -12,8 +12,8 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..transfer.path_integral import attenuated_path
-from ..transfer.radiance_field import distance_in_water
+from ..uw_spectral.transfer.path_integral import attenuated_path
+from ..uw_spectral.transfer.radiance_field import distance_in_water
 
 
 def path_radiance_Monzon2024(

@@ -1,7 +1,7 @@
 """Command line of the Monte Carlo solver: irradiance with depth as a table, CSV and plot.
 
-python -m uw_spectral.monte_carlo --water jerlov:II --depths 0,1,2,5,10 --plot II.png
-python -m uw_spectral.monte_carlo --water case:baltic --inelastic all --range 300,800 --bands 25
+python -m reference --water jerlov:II --depths 0,1,2,5,10 --plot II.png
+python -m reference --water case:baltic --inelastic all --range 300,800 --bands 25
 """
 
 from __future__ import annotations
@@ -12,22 +12,22 @@ import sys
 from pathlib import Path
 from typing import TextIO
 
-from ..errors import InputError
-from ..spectra.bands import Bands
-from ..spectra.illuminant import band_mean, parse_illuminant
-from ..surface.refraction import (
+from ...uw_spectral.errors import InputError
+from ...uw_spectral.spectra.bands import Bands
+from ...uw_spectral.spectra.illuminant import band_mean, parse_illuminant
+from ...uw_spectral.surface.refraction import (
     REFRACTIVE_INDEX,
     fresnel_reflectance,
     in_water_cosine,
     sun_travel_direction,
 )
-from ..transfer.water_column import SURFACES, WaterColumn
-from ..water.bio_optics import Constituents, constituents_of
-from ..water.inelastic_processes import parse_processes
-from ..water.named import parse_uniform_water
-from ..water.optical_properties import Water
-from ..water.phase import BandPhase, parse_phase
-from ..water.pure_water import molecular_scattering
+from ...uw_spectral.transfer.water_column import SURFACES, WaterColumn
+from ...uw_spectral.water.bio_optics import Constituents, constituents_of
+from ...uw_spectral.water.inelastic_processes import parse_processes
+from ...uw_spectral.water.named import parse_uniform_water
+from ...uw_spectral.water.optical_properties import Water
+from ...uw_spectral.water.phase import BandPhase, parse_phase
+from ...uw_spectral.water.pure_water import molecular_scattering
 from .bio_optical import bio_optical_medium
 from .medium import Constituent, InelasticInteraction
 from .results import MonteCarloResult
@@ -52,7 +52,7 @@ def main(arguments: list[str] | None = None, out: TextIO | None = None) -> int:
 
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
-        prog="python -m uw_spectral.monte_carlo", description=(__doc__ or "").partition("\n")[0]
+        prog="python -m reference", description=(__doc__ or "").partition("\n")[0]
     )
     add = parser.add_argument
     add(
@@ -234,7 +234,3 @@ def _plot(result: MonteCarloResult, path: Path) -> None:
     axes[0].set_ylabel("depth in m")
     axes[1].legend()
     figure.savefig(path, dpi=120)
-
-
-if __name__ == "__main__":
-    sys.exit(main())

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..errors import InputError
-from ..transfer.water_column import WaterColumn
-from ..water.phase import BandPhase, Isotropic, PhaseFunction
+from ...uw_spectral.errors import InputError
+from ...uw_spectral.transfer.water_column import WaterColumn
+from ...uw_spectral.water.phase import BandPhase, Isotropic, PhaseFunction
 
 _AGREEMENT = 1e-6
 _ISOTROPIC = Isotropic()

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from underwater_spectral.uw_spectral.baselines.monzon import (
+from underwater_spectral.reference.monzon import (
     path_radiance_Monzon2024,
     path_radiance_Monzon2024_corrected,
 )

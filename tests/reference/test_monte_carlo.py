@@ -14,9 +14,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from scipy.special import chdtrc
-from underwater_spectral.uw_spectral import monte_carlo
-from underwater_spectral.uw_spectral.errors import InputError
-from underwater_spectral.uw_spectral.monte_carlo import (
+from underwater_spectral.reference import monte_carlo
+from underwater_spectral.reference.monte_carlo import (
     Constituent,
     InelasticInteraction,
     phase_tables,
@@ -24,6 +23,7 @@ from underwater_spectral.uw_spectral.monte_carlo import (
     simulate,
     solver,
 )
+from underwater_spectral.uw_spectral.errors import InputError
 from underwater_spectral.uw_spectral.spectra.bands import Bands
 from underwater_spectral.uw_spectral.surface.refraction import (
     diffuse_internal_reflectance,
@@ -588,7 +588,7 @@ class _Doubled(Isotropic):
 @pytest.mark.slow
 def test_command_line(tmp_path):
     table, picture = tmp_path / "out.csv", tmp_path / "out.png"
-    command = [sys.executable, "-m", "uw_spectral.monte_carlo", "--water", "jerlov:II"]
+    command = [sys.executable, "-m", "reference", "--water", "jerlov:II"]
     command += ["--bands", "3", "--depths", "1,5", "--photons", "2000", "--surface", "flat"]
     command += ["--engine", "numpy", "--floor-depth", "8", "--floor-reflectance", "0.2"]
     done = subprocess.run(
@@ -608,7 +608,7 @@ def test_command_line(tmp_path):
 
 
 def test_command_line_inside_the_package(capsys, tmp_path):
-    main = importlib.import_module(f"{monte_carlo.__name__}.__main__").main
+    main = importlib.import_module(f"{monte_carlo.__name__}.command_line").main
     options = ["--photons", "100", "--bands", "2", "--engine", "numpy"]
     table = tmp_path / "out.csv"
     given = ["--water", "0.1,0.2", "--phase", "hg:0.8", "--depths", "1", "--csv", str(table)]
@@ -622,7 +622,7 @@ def test_command_line_inside_the_package(capsys, tmp_path):
 
 
 def test_command_line_with_inelastic_light(capsys, tmp_path):
-    main = importlib.import_module(f"{monte_carlo.__name__}.__main__").main
+    main = importlib.import_module(f"{monte_carlo.__name__}.command_line").main
     table = tmp_path / "out.csv"
     options = ["--photons", "2000", "--bands", "10", "--range", "300,800", "--engine", "numpy"]
     options += ["--depths", "2", "--csv", str(table)]

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from ..spectra.bands import Bands
-from ..water.bio_optics import Constituents
-from ..water.inelastic_processes import PROCESSES, QUANTUM_YIELD, inelastic_processes
-from ..water.phase import Isotropic
+from ...uw_spectral.spectra.bands import Bands
+from ...uw_spectral.water.bio_optics import Constituents
+from ...uw_spectral.water.inelastic_processes import PROCESSES, QUANTUM_YIELD, inelastic_processes
+from ...uw_spectral.water.phase import Isotropic
 from .medium import Constituent, InelasticInteraction
 
 _ABSORBERS = {"chlorophyll": "phytoplankton", "cdom": "cdom"}
