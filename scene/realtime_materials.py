@@ -368,11 +368,11 @@ def _keep(
     band_colors.route(tree, _sunlit_nodes(group), measured=measured)
     walk = _Walk(tree, f"material {material.name!r}", notes)
     closure, graph = walk.closure(socket), walk.graph
-    surface = graph.node("ShaderNodeGroup", node_tree=group)
+    surface = _sunlight_of(tree, group)
     surface[_MUTED] = muted
     surface.location = (output.location.x, output.location.y - 200.0)
     passing = _describe(walk, closure, surface, notes)
-    share = graph.term(_sunlight_of(tree, group).outputs[uplift.SHARE])
+    share = graph.term(surface.outputs[uplift.SHARE])
     mixed = graph.node("ShaderNodeMixShader")
     mixed[_HOLDER] = True
     graph.assign(share, mixed.inputs[0])

@@ -145,49 +145,69 @@ def test_in_clear_water_every_kind_looks_as_eevee_draws_it(tmp_path):
     assert max(wrong.values()) < 0.01, wrong
 
 
-@pytest.mark.parametrize("kind", ["diffuse", "metal", "coat", "sheer", "measured", "glowing"])
-def test_closures_that_are_kept_are_as_bright_as_lit_ones(tmp_path, kind, monkeypatch):
+_WIDE = 32  # pixels of a ball
+_KINDS = {
+    "diffuse": {},
+    "metal": {"Metallic": 1.0},
+    # Lit first, its gloss would have its colour.
+    "measured": {"Specular IOR Level": 0.0},
+    "coat": {"Coat Weight": 1.0, "Coat Roughness": 0.5},
+    "sheer": {"Alpha": 0.5},
+    "glowing": {"Emission Strength": 0.1},
+}
+
+
+def _balls() -> list[bpy.types.Material]:
+    """Balls of all kinds in a row, as far apart as they are wide."""
+    materials = []
+    for index, (kind, values) in enumerate(_KINDS.items()):
+        place = (index + 0.5 - len(_KINDS) / 2, 4.0, -5.0)
+        bpy.ops.mesh.primitive_uv_sphere_add(radius=0.45, location=place)
+        materials.append(scenes.principled(kind))
+        bpy.context.object.data.materials.append(materials[-1])
+        shader = materials[-1].node_tree.nodes["Principled BSDF"].inputs
+        shader["Base Color"].default_value = (0.8, 0.4, 0.1, 1.0)
+        shader["Roughness"].default_value = 0.6
+        for name, value in values.items():
+            shader[name].default_value = value
+        if kind == "measured":
+            materials[-1][band_colors.MEASURED_WAVELENGTHS] = [400.0, 700.0]
+            materials[-1][band_colors.MEASURED_REFLECTANCE] = [0.2, 0.8]
+    return materials
+
+
+def test_closures_that_are_kept_are_as_bright_as_lit_ones(tmp_path, monkeypatch):
     """Within the thousandth of their range in which EEVEE keeps the colours of closures."""
-    scene = bpy.context.scene
-    bpy.ops.mesh.primitive_uv_sphere_add(radius=1.0, location=(0.0, 4.0, -5.0))
-    material = scenes.principled(kind)
-    bpy.context.object.data.materials.append(material)
-    shader = material.node_tree.nodes["Principled BSDF"].inputs
-    shader["Base Color"].default_value = (0.8, 0.4, 0.1, 1.0)
-    shader["Roughness"].default_value = 0.6
-    values = {
-        "metal": {"Metallic": 1.0},
-        "coat": {"Coat Weight": 1.0, "Coat Roughness": 0.5},
-        "sheer": {"Alpha": 0.5},
-        "glowing": {"Emission Strength": 0.1},
-    }
-    for name, value in values.get(kind, {}).items():
-        shader[name].default_value = value
-    reflectances = {}
-    if kind == "measured":
-        material[band_colors.MEASURED_WAVELENGTHS] = [400.0, 700.0]
-        material[band_colors.MEASURED_REFLECTANCE] = [0.2, 0.8]
-        reflectances = {kind: np.linspace(0.2, 0.8, 3)}
-    camera = scenes.add_camera()
-    scene.render.resolution_x, scene.render.resolution_y = 48, 27
+    scene, materials = bpy.context.scene, _balls()
+    camera = scenes.add_camera(rotation=(math.pi / 2, 0.0, 0.0))
+    camera.data.angle = 2.0 * math.atan(len(_KINDS) / 8.0)
+    scene.render.resolution_x, scene.render.resolution_y = _WIDE * len(_KINDS), _WIDE
     column = columns.grey_column(0.1, 0.1)
     phase = parse_phase("hg:0.8").for_bands(np.full(3, 0.1))
-    weights = np.eye(3)
-    kinds = realtime_materials.kinds(bpy.data.materials)
     water = realtime.realtime_water(
-        column, phase, 5.0, weights, reflectances=reflectances, kinds=kinds
-    )
+        column, phase, 5.0, np.eye(3), reflectances={"measured": np.linspace(0.2, 0.8, 3)},
+        kinds=realtime_materials.kinds(bpy.data.materials),
+    )  # fmt: skip
     bpy.context.view_layer.update()
     before, pictures = snapshot.snapshot(), []
     for keeps in (True, False):
         monkeypatch.setattr(realtime.RealtimeWater, "keeps_closures", keeps)
         realtime.add_realtime(scene, water, water_body.WaterExtent(100.0, 100.0))
+        for material in materials:
+            # What the sun's colours and the light of the water need is computed once.
+            groups = [getattr(node, "node_tree", None) for node in material.node_tree.nodes]
+            named = [group.name for group in groups if group is not None]
+            assert sum(name.startswith(("UW Water", "UW Thing")) for name in named) == 1
         with eevee_settings.realtime_settings(scene, camera, samples=8, water=water):
             exr_output.write_float_exr(scene, tmp_path / "a.exr")
         pictures.append(read_exr(tmp_path / "a.exr")[0].astype(float))
         scene_water.remove(scene)
     assert snapshot.differences(before, snapshot.snapshot()) == []
-    kept, lit = pictures
-    error = np.abs(kept - lit) / lit.mean()
-    assert kept.mean(axis=(0, 1)) == pytest.approx(lit.mean(axis=(0, 1)), rel=0.01)
-    assert np.quantile(error, 0.9) < 0.01
+    for index, kind in enumerate(_KINDS):
+        kept, lit = (picture[:, _WIDE * index :][:, :_WIDE] for picture in pictures)
+        error = np.abs(kept - lit) / lit.mean()
+        brightness = kept.mean(axis=(0, 1)) / lit.mean(axis=(0, 1))
+        assert brightness == pytest.approx(np.ones(3), abs=0.01), kind
+        assert np.quantile(error, 0.9) < 0.01, kind
+    middles = pictures[0][_WIDE // 2, _WIDE // 2 :: _WIDE]
+    assert len({tuple(colour.round(3)) for colour in middles}) > 3, "the balls are not seen"
