@@ -19,7 +19,7 @@ from ..uw_spectral.transfer.pixel import surface_light, transmittance
 from ..uw_spectral.transfer.water_column import WaterColumn
 from ..uw_spectral.water.phase import BandPhase
 from .group_sockets import OpenGroup, Socket
-from .node_mathematics import NODES, NodeValue
+from .node_mathematics import NODES, PART_SIZE, NodeValue
 from .realtime_rays import (
     camera_depth,
     camera_depth_behind,
@@ -42,7 +42,6 @@ TRANSMITTANCE, PATH_RADIANCE = "Transmittance", "Path Radiance"
 DEEP = 1000.0
 """Floor depth in m from which on water counts as deep."""
 
-_PART_SIZE = 64  # fastest to build within a factor of two
 _WHITE, _BLACK = (1.0, 1.0, 1.0, 1.0), (0.0, 0.0, 0.0, 1.0)
 _INPUTS = {
     LIT: Socket(
@@ -113,7 +112,7 @@ _TEXT = (
 
 def build(name: str = NAME) -> bpy.types.ShaderNodeTree:
     """Build the group."""
-    group = OpenGroup(name, _INPUTS, _OUTPUTS, _TEXT, _PART_SIZE)
+    group = OpenGroup(name, _INPUTS, _OUTPUTS, _TEXT, PART_SIZE)
     graph, given = group.graph, group.given
     w = view_direction(graph)
     P, y = view_distance(graph), depth_here(graph)

@@ -55,7 +55,7 @@ class OpenGroup:
                 for bound, value in (("min_value", about.least), ("max_value", about.most)):
                     if value is not None and hasattr(socket, bound):
                         setattr(socket, bound, value)
-        self.graph = Graph(self.tree, part_size)
+        self.graph = Graph(self.tree, part_size, slim=part_size is not None)
         found = self.graph.node("NodeGroupInput").outputs
         self.given = {s.name: self.graph.term(s) for s in found if s.name}
 

@@ -15,7 +15,6 @@ def summed(
     Parameters
     ----------
     graph : Graph
-        A tree without parts, whose nodes all stand side by side.
     count : int
     terms : callable
         Makes the nodes of one iteration, for its index.
@@ -24,11 +23,12 @@ def summed(
     end = graph.node("GeometryNodeRepeatOutput")
     begin.pair_with_output(end)
     begin.inputs["Iterations"].default_value = count
-    found = terms(graph.term(begin.outputs["Iteration"]))
-    end.repeat_items.clear()
-    names = [f"Sum {place}" for place in range(len(found))]
-    for name, term in zip(names, found, strict=True):
-        end.repeat_items.new("FLOAT" if term.size == 1 else "VECTOR", name)
-    for name, term in zip(names, found, strict=True):
-        graph.assign(graph.term(begin.outputs[name]) + term, end.inputs[name])
+    with graph.apart():
+        found = terms(graph.term(begin.outputs["Iteration"]))
+        end.repeat_items.clear()
+        names = [f"Sum {place}" for place in range(len(found))]
+        for name, term in zip(names, found, strict=True):
+            end.repeat_items.new("FLOAT" if term.size == 1 else "VECTOR", name)
+        for name, term in zip(names, found, strict=True):
+            graph.assign(graph.term(begin.outputs[name]) + term, end.inputs[name])
     return tuple(graph.term(end.outputs[name]) for name in names)

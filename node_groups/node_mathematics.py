@@ -7,8 +7,9 @@ to the tree, so a formula written for numpy arrays builds its own nodes;
 
 from __future__ import annotations
 
+import contextlib
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 
 import bpy
@@ -19,6 +20,8 @@ from ..uw_spectral.mathematics import NUMPY, Mathematics, Operand
 MARK = "uw_node"
 """Custom property of every node and data-block of the water."""
 
+PART_SIZE = 64
+"""Nodes of a part of a graph: fastest to build within a factor of two."""
 _COLUMNS = 40
 
 
@@ -31,21 +34,25 @@ class Graph:
     tree : ShaderNodeTree
         Gets the nodes.
     part_size : int, optional
-        Put the mathematics into groups inside the tree, of so many nodes each, and
-        keep the constants few. Blender updates the whole of a tree with each node
-        and link it gets, so the time to build one grows as the square of its size;
-        and a shader holds 64 KB of constants, among which each open input counts,
-        those that an operation does not have included, and each use of a value
-        that never varies.
+        Put the mathematics into groups inside the tree, of so many nodes each. Blender updates
+        the whole of a tree with each node and link it gets, so the time to build one grows as
+        the square of its size.
+    slim : bool
+        Keep the constants few: a shader holds 64 KB of them, among which each open input counts,
+        those that an operation does not have included, and each use of a value that never varies.
+        Only with parts.
     rays: ShaderNodeTree, optional
         The group of :mod:`.realtime_refraction`, where view rays may be bent at the surface.
     """
 
     tree: bpy.types.ShaderNodeTree
     part_size: int | None = None
+    slim: bool = False
     rays: bpy.types.ShaderNodeTree | None = None
     _made: dict[tuple[Operand, ...], Operand] = field(default_factory=dict)
     _parts: list[_Part] = field(default_factory=list)
+    _open: bool = False
+    _zone: tuple[int, ...] = ()
 
     def node(self, kind: str, **properties: Operand) -> bpy.types.Node:
         """Add a node of a type to the tree and set its properties."""
@@ -78,9 +85,9 @@ class Graph:
         key = _key(name, operands)
         if key not in self._made:
             numbers = max(o.size for o in operands if isinstance(o, NodeValue)) == 1
-            if self.part_size is None or numbers:
+            if numbers or not self.slim:
                 kind = "ShaderNodeMath" if numbers else "ShaderNodeVectorMath"
-                node = self._part_node(kind, operation=name)
+                node = self.inner_node(kind, operation=name)
                 sockets = node.inputs[: len(operands)]
             else:
                 node, sockets, operands = self._slim_node(name, operands)
@@ -100,11 +107,11 @@ class Graph:
         if name in _FUSED:
             name, operands = "MULTIPLY_ADD", _FUSED[name](*operands)
         if name == "DIVIDE":
-            node = self._part_node("ShaderNodeMixRGB", blend_type=name)
+            node = self.inner_node("ShaderNodeMixRGB", blend_type=name)
             node.inputs[0].default_value = 1.0
             sockets = list(node.inputs)[1:]
         else:
-            node = self._part_node("ShaderNodeVectorMath", operation=name)
+            node = self.inner_node("ShaderNodeVectorMath", operation=name)
             sockets = list(node.inputs)[: len(operands)]
         number = self._parts[-1].number
         terms = [v if isinstance(v, NodeValue) else self.term(number(v)) for v in operands]
@@ -112,14 +119,14 @@ class Graph:
 
     def as_varying(self, constant: NodeValue) -> NodeValue:
         """Return a value that never varies as one whose every use costs no room."""
-        return constant if self.part_size is None else self.operation("ADD", (constant, 0.0))
+        return self.operation("ADD", (constant, 0.0)) if self.slim else constant
 
     def vector(self, x: NodeValue | float, y: NodeValue | float, z: NodeValue | float) -> NodeValue:
         """Join three numbers."""
         parts = x, y, z
         key = _key("vector", parts)
         if key not in self._made:
-            node = self._part_node("ShaderNodeCombineXYZ")
+            node = self.inner_node("ShaderNodeCombineXYZ")
             for value, socket in zip(parts, node.inputs, strict=True):
                 self.assign(value, socket)
             self._made[key] = self.term(node.outputs[0])
@@ -129,18 +136,23 @@ class Graph:
         """Split a vector."""
         key = ("components", vector.socket)
         if key not in self._made:
-            node = self._part_node("ShaderNodeSeparateXYZ")
+            node = self.inner_node("ShaderNodeSeparateXYZ")
             self.assign(vector, node.inputs[0])
             self._made[key] = tuple(self.term(output) for output in node.outputs)
         return self._made[key]
 
-    def _part_node(self, kind: str, **properties: Operand) -> bpy.types.Node:
-        """Add a node to the part that is being filled, or to the tree if it has none."""
+    def inner_node(self, kind: str, **properties: Operand) -> bpy.types.Node:
+        """Add a node to the part that is being filled, or to the tree if there are no parts.
+
+        What it gets must have been made before it: links have no circles.
+        """
         if self.part_size is None:
             return self.node(kind, **properties)
-        if not self._parts or self._parts[-1].nodes == self.part_size:
-            group = new_group(f"{self.tree.name} {len(self._parts) + 1}")
-            self._parts.append(_Part(group, self.node("ShaderNodeGroup", node_tree=group)))
+        if not self._open or self._parts[-1].nodes >= self.part_size:
+            self._open = True
+            group = new_group(f".{self.tree.name} {len(self._parts) + 1}")
+            node = self.node("ShaderNodeGroup", node_tree=group)
+            self._parts.append(_Part(group, node, self._zone))
         part = self._parts[-1]
         part.nodes += 1
         return _new_node(part.tree, kind, part.nodes, properties)
@@ -155,6 +167,8 @@ class Graph:
             socket = term.socket
             if home != self.tree:
                 part = self._part_of(home)
+                if self._zone[: len(part.zone)] != part.zone:
+                    raise RuntimeError("what a repeat zone made is used outside it")
                 socket = part.export(socket)
                 if tree == self.tree:
                     # What reads the node outside may not lie in this part: links have no circles.
@@ -167,6 +181,15 @@ class Graph:
             self._made[key] = socket
         return self._made[key]
 
+    @contextlib.contextmanager
+    def apart(self) -> Iterator[None]:
+        """What is made in the block shares no parts with what is made outside it, nor nodes."""
+        made = dict(self._made)
+        self._zone, self._open = (*self._zone, len(self._parts)), False
+        yield
+        self._zone, self._open = self._zone[:-1], False
+        self._made = made
+
     def _part_of(self, tree: bpy.types.ShaderNodeTree) -> _Part:
         return next(part for part in self._parts if part.tree == tree)
 
@@ -177,6 +200,7 @@ class _Part:
 
     tree: bpy.types.ShaderNodeTree
     node: bpy.types.Node
+    zone: tuple[int, ...] = ()
     nodes: int = 0
     _ends: dict[str, bpy.types.Node] = field(default_factory=dict)
 

@@ -10,7 +10,7 @@ from ..uw_spectral.mathematics import Operand
 from ..uw_spectral.transfer.radiance_field import distance_in_water
 from . import realtime_lamps, realtime_layers
 from .data_blocks import new_world
-from .node_mathematics import NODES, Graph, new_group
+from .node_mathematics import NODES, PART_SIZE, Graph, new_group
 from .realtime_rays import camera_place, view_direction
 from .realtime_surface import shaft
 from .realtime_values import FLOOR_DEPTH, FRAME, SHAFT_END, Shape
@@ -24,7 +24,7 @@ def build(shape: Shape, sources: Sources) -> bpy.types.ShaderNodeTree:
     """Build the group; output ``Color`` is what the channels see."""
     tree = new_group(NAME)
     tree.interface.new_socket("Color", in_out="OUTPUT", socket_type="NodeSocketColor")
-    graph = Graph(tree, rays=sources.rays)
+    graph = Graph(tree, PART_SIZE, rays=sources.rays)
     water = PixelWater(graph, shape, sources)
     w, eye = view_direction(graph), camera_place(graph, water.values.of(*FRAME))
     y_o = NODES.maximum(-eye[2], 0.0)

@@ -12,7 +12,6 @@ scene's own materials, and a white surface reads it.
 from __future__ import annotations
 
 import dataclasses
-import functools
 import math
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
@@ -52,7 +51,7 @@ from ..uw_spectral.mathematics import NUMPY, Mathematics, Operand
 from ..uw_spectral.transfer.radiance_field import distance_in_water
 from ..uw_spectral.water.phase import Mixture, PhaseFunction
 from .loops import summed
-from .node_mathematics import MARK, NODES, Graph, NodeValue, new_group
+from .node_mathematics import MARK, NODES, PART_SIZE, Graph, NodeValue, new_group
 from .realtime_rays import camera_depth, camera_place, place_here, view_direction, view_distance
 from .realtime_shadows import light_on_white
 from .texels import closest, texel
@@ -380,7 +379,7 @@ class LampTable:
         stretch = self._extent[0]
         return [_ImageRow(self.graph, self.image, first + float(i), stretch) for i in range(count)]
 
-    @functools.cached_property
+    @property
     def _extent(self) -> tuple[NodeValue, ...]:
         return self.graph.components(self._at(_EXTENT, 0.0))
 
@@ -549,7 +548,7 @@ def _group(
     tree = new_group(name)
     for socket, kind in inputs.items():
         tree.interface.new_socket(socket, in_out="INPUT", socket_type=kind)
-    graph = Graph(tree, rays=rays)
+    graph = Graph(tree, PART_SIZE, rays=rays)
     outputs = graph.node("NodeGroupInput").outputs
     return tree, graph, {s.name: graph.term(s) for s in outputs if s.name}
 

@@ -26,7 +26,7 @@ from ..uw_spectral.transfer.channel_pixel import (
 )
 from ..uw_spectral.transfer.folded_light import ON_PATCH
 from . import realtime_lamps, realtime_layers
-from .node_mathematics import NODES, Graph, NodeValue, new_group
+from .node_mathematics import NODES, PART_SIZE, Graph, NodeValue, new_group
 from .realtime_rays import (
     camera_depth_behind,
     depth_here,
@@ -96,7 +96,7 @@ def build(shape: Shape, sources: Sources, *, keeps: bool = False) -> bpy.types.S
         if name == COVERAGE:
             socket.default_value = 1.0
     tree.interface.new_socket("Shader", in_out="OUTPUT", socket_type="NodeSocketShader")
-    graph = Graph(tree, rays=sources.rays)
+    graph = Graph(tree, PART_SIZE, rays=sources.rays)
     outputs = graph.node("NodeGroupInput").outputs
     given = {socket.name: graph.term(socket) for socket in outputs if socket.name}
     surface = _Surface(graph, shape, sources, given)

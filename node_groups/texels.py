@@ -43,7 +43,7 @@ def texel(
         _of(graph, "SINE", math.sin, around) + _OFF_MIDDLE,
         _of(graph, "TANGENT", math.tan, up),
     )
-    texture = graph.node("ShaderNodeTexEnvironment", image=image)
+    texture = graph.inner_node("ShaderNodeTexEnvironment", image=image)
     texture.projection, texture.interpolation = "EQUIRECTANGULAR", "Linear"
     graph.assign(where, texture.inputs["Vector"])
     return graph.term(texture.outputs["Color"])
@@ -64,7 +64,7 @@ def closest(
 ) -> NodeValue:
     """Return a single texel of an image of fixed size, with all its digits."""
     width, height = image.size
-    texture = graph.node("ShaderNodeTexImage", image=image, interpolation="Closest")
     where = graph.vector((column + 0.5) / width, (row + 0.5) / height, 0.0)
+    texture = graph.inner_node("ShaderNodeTexImage", image=image, interpolation="Closest")
     graph.assign(where, texture.inputs["Vector"])
     return graph.term(texture.outputs["Color"])

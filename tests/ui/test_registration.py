@@ -28,7 +28,8 @@ print("FOUND " + json.dumps({"loaded": loaded, "data": data}))
 LIGHT = {
     *("scene", "scene.session", "scene.settings", "scene.stage", "scene.stored_settings"),
     "scene.units",
-    *("scene.animation", "scene.lamp_rigs", "scene.stored_lamps", "quality", "quality.terms"),
+    *("scene.animation", "scene.lamp_rigs", "scene.stored_lamps"),
+    *("quality", "quality.methods", "quality.terms"),
 }
 HEAVY = {"colour", "jerlov", "OpenImageIO", "scipy"}
 
