@@ -113,6 +113,21 @@ CHANGES = {
 }
 
 
+def test_every_link_of_the_water_is_valid():
+    scene = _scene()
+    lamp = bpy.data.objects.new("torch", bpy.data.lights.new("torch", "SPOT"))
+    scene.collection.objects.link(lamp)
+    scene.underwater.surface = "waves"
+    live.add(scene)
+    trees = [
+        *bpy.data.node_groups,
+        *(m.node_tree for m in bpy.data.materials),
+        scene.world.node_tree,
+    ]
+    assert sum(len(tree.links) for tree in trees) > 1000
+    assert all(link.is_valid for tree in trees for link in tree.links)
+
+
 def test_changes_arrive_without_new_nodes():
     scene = _scene()
     live.add(scene)
