@@ -170,9 +170,9 @@ class Graph:
                 if self._zone[: len(part.zone)] != part.zone:
                     raise RuntimeError("what a repeat zone made is used outside it")
                 socket = part.export(socket)
-                if tree == self.tree:
+                if tree == self.tree and part is self._parts[-1]:
                     # What reads the node outside may not lie in this part: links have no circles.
-                    part.nodes = self.part_size or 0
+                    self._open = False
             if tree != self.tree:
                 part = self._part_of(tree)
                 entry, inside = part.entry(socket)

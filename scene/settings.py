@@ -9,7 +9,7 @@ from dataclasses import asdict, dataclass, field, fields, replace
 from pathlib import Path
 from typing import Literal, NoReturn, get_args
 
-from ..quality.methods import DRAWN, METHODS, Engine, Mode, method_of
+from ..quality.methods import DRAWN, METHODS, Engine, Mode
 from ..uw_spectral.errors import InputError
 from ..uw_spectral.imaging.layers import NAMES, NONE, parse_layers
 from ..uw_spectral.spectra.colour_rendering import WHITE_BALANCES, WhiteBalance
@@ -658,8 +658,8 @@ def job(options: argparse.Namespace) -> Job:
     engine: Engine = getattr(options, "engine", usual.engine)
     # A method's mode belongs to its engine.
     mode: Mode = getattr(options, "mode", usual.mode if engine == usual.engine else BANDS)
-    known = any((method.engine, method.mode) == (engine, mode) for method in METHODS.values())
-    if not known or (method_of(engine, mode).traced and getattr(options, "shafts", False)):
+    drawn = any(method.engine == engine for method in DRAWN)
+    if not drawn and (mode == REALTIME or getattr(options, "shafts", False)):
         raise InputError("--mode realtime and --shafts need --engine eevee")
     if options.parts < 1:
         raise InputError(f"--parts: {options.parts} is not 1 or more")

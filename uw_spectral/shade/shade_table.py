@@ -11,6 +11,7 @@ the direction as the phase function is sharp.
 from __future__ import annotations
 
 import dataclasses
+import functools
 import itertools
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -167,7 +168,7 @@ class ShadeTable:
             return self
         return dataclasses.replace(self, spectrum=np.interp(others, centres, self.spectrum))
 
-    @property
+    @functools.cached_property
     def usual(self) -> Array:
         """What is left of light on patches, over its mean, where it is dull and colourful, (2, n).
 
