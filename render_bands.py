@@ -52,7 +52,7 @@ def main() -> int:
         if name is None:
             print(_INSTALL, file=sys.stderr)
             return 2
-        batch = importlib.import_module(f"{name}.scene.batch")
+        batch = importlib.import_module(f"{name}.jobs.batch")
     except ModuleNotFoundError as error:
         print(
             f"{_PROGRAM}: the Python package {error.name!r} is missing. In Blender, install and "

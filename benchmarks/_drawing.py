@@ -11,18 +11,13 @@ from pathlib import Path
 
 import bpy
 
-from ..scene import (
-    cameras,
-    eevee_settings,
-    engines,
-    exr_output,
-    lamp_rigs,
-    render_plan,
-    stored_lamps,
-    water_body,
-)
-from ..scene.band_engine import Opening, Weights
-from ..scene.settings import REALTIME, Mode, SceneSettings
+from ..scene import stored_lamps
+from ..scene.engines import eevee_settings, engines, exr_output
+from ..scene.engines.band_engine import Opening, Weights
+from ..scene.seen import cameras, lamps
+from ..scene.water import lamp_rigs, water_body
+from ..settings import render_plan
+from ..settings.scene_settings import REALTIME, Mode, SceneSettings
 
 
 @dataclass(frozen=True)
@@ -64,7 +59,7 @@ def drawing(settings: SceneSettings | None, mode: Mode = REALTIME) -> Iterator[D
     depth = cameras.camera_depth(camera, plan.column.floor_depth)
 
     def weights(now: render_plan.RenderPlan) -> Weights:
-        return now.reduction(depth, now.lamplight(scene, camera)).weights
+        return now.reduction(depth, lamps.lamplight(scene, camera, now)).weights
 
     opening = Opening(
         plan, water_body.water_extent(scene, plan.column, depth), depth, weights(plan),

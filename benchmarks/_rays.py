@@ -11,7 +11,7 @@ import numpy as np
 from mathutils import Vector
 from numpy.typing import NDArray
 
-from ..scene.cycles_settings import reference_settings
+from ..scene.engines.cycles_settings import reference_settings
 from ..uw_spectral.spectra.spectral_image import read_exr
 from ..uw_spectral.transfer.water_column import WaterColumn
 from .grey_scene import Hits

@@ -9,9 +9,9 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from ..scene import scene_water
-from ..scene.ray_casting import Meshes
-from ..scene.surroundings import Surroundings
+from ..scene import marks
+from ..scene.seen.ray_casting import Meshes
+from ..scene.seen.surroundings import Surroundings
 from ..uw_spectral.shade.grid import Grid
 from ..uw_spectral.shade.probes import Rays, cast, directions, set_of, spiral
 from ..uw_spectral.shade.voxels import SurfaceVoxels
@@ -42,7 +42,7 @@ def openness(around: Surroundings, to_sun: Array) -> list[Openness]:
         return []
     voxels, grid = found
     rays = cast(voxels, grid, to_sun, around.eyes, around.coarse)
-    meshes = Meshes(bpy.context.evaluated_depsgraph_get(), scene_water.objects(bpy.context.scene))
+    meshes = Meshes(bpy.context.evaluated_depsgraph_get(), marks.objects(bpy.context.scene))
     rows, rng = [], np.random.default_rng(1)
     for name, points in (
         ("points", _points(voxels, around, rng)),

@@ -14,7 +14,11 @@ from mathutils import Vector
 from numpy.typing import NDArray
 
 from ..quality.seen_points import SeenPoints
-from ..scene import engines, render_plan, settings, view_tracing, water_body
+from ..scene.engines import engines
+from ..scene.seen import view_tracing
+from ..scene.water import water_body
+from ..settings import render_plan
+from ..settings.scene_settings import SceneSettings
 from . import grey_scene
 
 WIDTH, HEIGHT = 48, 27
@@ -48,7 +52,7 @@ class Place:
 
     def plan(self, samples: int, **changes: object) -> render_plan.RenderPlan:
         """Resolve it; ``changes`` are other settings."""
-        chosen = settings.SceneSettings(
+        chosen = SceneSettings(
             water=f"jerlov:{self.water}", bands=BANDS, surface="flat", sky="clear",
             sun_zenith=self.sun, sun_azimuth=60.0, samples=samples,
         )  # fmt: skip

@@ -12,10 +12,11 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from ..scene import engines, shade, water_body
-from ..scene.cameras import eye_of
-from ..scene.render_plan import RenderPlan
-from ..scene.surroundings import Surroundings, look_around
+from ..scene.engines import engines
+from ..scene.seen.cameras import eye_of
+from ..scene.seen.surroundings import Surroundings, look_around
+from ..scene.water import shade, water_body
+from ..settings.render_plan import RenderPlan
 from ..uw_spectral.shade.shade_table import (
     ON_PATCH,
     SCATTERED,

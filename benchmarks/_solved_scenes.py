@@ -11,7 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..reference.monzon import path_radiance_Monzon2024_corrected
-from ..scene import engines, render_plan, settings, water_body
+from ..scene.engines import engines
+from ..scene.water import water_body
+from ..settings import render_plan
+from ..settings.scene_settings import BOUNDED, DEFAULT_PHASE, EXACT, SOLVED, SceneSettings
 from . import baselines, grey_scene
 from ._rays import blender_hits
 
@@ -34,8 +37,8 @@ class Scene:
     sun: float = 30.0
     sky: str = "clear"
     things: bool = False
-    phase: str = settings.DEFAULT_PHASE
-    forward_peak: str = settings.BOUNDED
+    phase: str = DEFAULT_PHASE
+    forward_peak: str = BOUNDED
     bands: int = BANDS
     share_passes: bool = False
 
@@ -43,14 +46,14 @@ class Scene:
     def title(self) -> str:
         """All of it in words."""
         things = ", things" if self.things else ""
-        peak = ", exact peak" if self.forward_peak == settings.EXACT else ""
+        peak = ", exact peak" if self.forward_peak == EXACT else ""
         where = f"{self.water} {self.depth:g} m, sun {self.sun:g}°, {self.sky}{things}"
         return f"{where}, {self.phase}{peak}"
 
-    def plan(self, samples: int, field: str = settings.SOLVED) -> render_plan.RenderPlan:
+    def plan(self, samples: int, field: str = SOLVED) -> render_plan.RenderPlan:
         """Resolve it; under an overcast sky little of the light is direct sun."""
         return render_plan.make_plan(
-            settings.SceneSettings(
+            SceneSettings(
                 water=f"jerlov:{self.water}", phase=self.phase, bands=self.bands, surface="flat",
                 sky=self.sky, sky_radiance=0.05 if self.sky == "clear" else 3.0,
                 sun_zenith=self.sun, sun_azimuth=60.0, floor_depth=self.depth + FLOOR_BELOW,

@@ -10,7 +10,7 @@ from typing import Any
 import bpy
 
 from ..examples.scenes import build_scene
-from ..scene.settings import SceneSettings
+from ..settings.scene_settings import SceneSettings
 from . import grey_scene
 
 _COMMON = {"sun_zenith": 30.0}

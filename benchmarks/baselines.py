@@ -15,8 +15,8 @@ from ..reference.monzon import (
     path_radiance_Monzon2024,
     path_radiance_Monzon2024_corrected,
 )
-from ..scene.render_plan import RenderPlan, make_plan
-from ..scene.settings import SceneSettings
+from ..settings.render_plan import RenderPlan, make_plan
+from ..settings.scene_settings import SceneSettings
 from ..uw_spectral.spectra.colour_rendering import luminance
 from ..uw_spectral.surface.refraction import fresnel_reflectance
 from ..uw_spectral.transfer.radiance_field import distance_in_water

@@ -22,7 +22,7 @@ from typing import Any
 import bpy
 import numpy as np
 
-from ..scene.settings import BANDS, REALTIME, Mode, SceneSettings
+from ..settings.scene_settings import BANDS, REALTIME, Mode, SceneSettings
 from . import grey_scene
 from ._drawing import drawing, hang_lamps
 

@@ -22,7 +22,7 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from ..scene.settings import BOUNDED, EXACT
+from ..settings.scene_settings import BOUNDED, EXACT
 from ..uw_spectral.spectra.colour_rendering import luminance
 from . import _solved_scenes
 from ._rays import camera_rays

@@ -34,7 +34,7 @@ import bpy
 import gpu
 import numpy as np
 
-from ..scene.settings import SceneSettings
+from ..settings.scene_settings import SceneSettings
 from ..uw_spectral.errors import InputError
 from ..uw_spectral.spectra.colour_rendering import delta_e_CIE2000_images
 from ..uw_spectral.spectra.spectral_image import read_exr, replacing

@@ -19,7 +19,11 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from ..scene import band_passes, engines, render_plan, settings, water_body
+from ..jobs import band_passes
+from ..scene.engines import engines
+from ..scene.water import water_body
+from ..settings import render_plan
+from ..settings.scene_settings import DEFAULT_PHASE, SceneSettings
 from ..uw_spectral.closed_form.closed_form import solve_closed_form
 from ..uw_spectral.closed_form.light_field import light_field_of
 from ..uw_spectral.closed_form.undisturbed_water import UndisturbedWater
@@ -48,14 +52,14 @@ _EEVEE_SAMPLES = 16
 class Light:
     """Phase function of the water, and the light above it; what ships by default."""
 
-    phase: str = settings.DEFAULT_PHASE
+    phase: str = DEFAULT_PHASE
     illuminant: str = "clear-sky"
     sky: str = "clear"
 
     @property
     def title(self) -> str:
         """In words."""
-        phase = "default mixture" if self.phase == settings.DEFAULT_PHASE else self.phase
+        phase = "default mixture" if self.phase == DEFAULT_PHASE else self.phase
         return f"{phase}, {'clear sky' if self.sky == 'clear' else 'black sky'}"
 
 
@@ -258,7 +262,7 @@ def plan_for(
 ) -> render_plan.RenderPlan:
     """Return the plan of one combination: sun at 30°, CIE 1931."""
     return render_plan.make_plan(
-        settings.SceneSettings(
+        SceneSettings(
             water=f"jerlov:{water}",
             phase=light.phase,
             illuminant=light.illuminant,

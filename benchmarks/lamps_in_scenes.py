@@ -20,8 +20,12 @@ import numpy as np
 from mathutils import Vector
 from numpy.typing import NDArray
 
-from ..scene import lamp_rigs, render_plan, stored_settings
-from ..scene.cycles_settings import MOST_BOUNCES
+from ..scene import stored_settings
+from ..scene.engines.cycles_settings import MOST_BOUNCES
+from ..scene.seen import lamps
+from ..scene.seen.lamps import plan_lamps
+from ..scene.water import lamp_rigs
+from ..settings import render_plan
 from ..uw_spectral.lamps.lamp_shadow import SIDE
 from ..uw_spectral.lamps.thrown_back import COUNT
 from ..uw_spectral.spectra.colour_rendering import delta_e_CIE2000_images, srgb_encode
@@ -302,7 +306,7 @@ def by_photons(place: LitPlace, camera: bpy.types.Object) -> NDArray[np.float64]
     w /= np.linalg.norm(w, axis=-1, keepdims=True)
     lamps = [
         replace(lamp, position=tuple(Vector(lamp.position) - camera.matrix_world.translation))
-        for lamp in plan.lamps(bpy.context.scene).lamps
+        for lamp in plan_lamps(bpy.context.scene, plan).lamps
     ]
     reflectance = np.clip(place.room.colours @ uplift_basis(plan.bands).T, 0.0, 1.0)
     found = []
@@ -333,7 +337,7 @@ def measure(place: LitPlace, keep: Path) -> Result:
                 np.save(file, by_photons(place, camera))
         photons = np.load(traced)
     plan, depth = place.plan(1), -camera.matrix_world.translation.z
-    develop = plan.reduction(depth, plan.lamplight(scene, camera)).apply
+    develop = plan.reduction(depth, lamps.lamplight(scene, camera, plan)).apply
     surroundings = np.isinf(place.distance(camera))
     return Result(place, np.load(kept), photons, place.by_eevee(camera), surroundings, develop)
 

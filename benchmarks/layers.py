@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 
 from ..datasets.layer_file import FrameLayers, bands_name, read_layers
 from ..datasets.truth import read_formation
-from ..scene import batch
+from ..jobs import batch
 from ..uw_spectral.errors import InputError
 from ..uw_spectral.imaging.formation_fit import BLACK, FormationFit, fit_formation
 from ..uw_spectral.imaging.image_formation import FormationCurves

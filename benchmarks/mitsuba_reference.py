@@ -24,8 +24,8 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from ..scene import water_body
-from ..scene.render_plan import RenderPlan
+from ..scene.water import water_body
+from ..settings.render_plan import RenderPlan
 from ..uw_spectral.spectra.spectral_image import replacing
 from ..uw_spectral.transfer.sky import Sky
 from ..uw_spectral.transfer.water_column import WaterColumn

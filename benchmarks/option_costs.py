@@ -21,9 +21,11 @@ import bpy
 from ..quality.costs import COLUMNS, COSTED, USUAL
 from ..quality.methods import DRAWN, METHODS, REALTIME, REFERENCE, Method
 from ..quality.terms import Options, settings_of, with_and_without
-from ..scene import cameras, engines, render_plan
-from ..scene.settings import SceneSettings
-from ..scene.water_body import floor_plane, water_extent
+from ..scene.engines import engines
+from ..scene.seen import cameras
+from ..scene.water.water_body import floor_plane, water_extent
+from ..settings import render_plan
+from ..settings.scene_settings import SceneSettings
 from . import grey_scene
 from ._drawing import Drawing, drawing
 

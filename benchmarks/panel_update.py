@@ -19,7 +19,8 @@ from pathlib import Path
 import bpy
 
 from .. import registration
-from ..scene import live, stored_settings
+from ..scene import stored_settings
+from ..scene.viewport import live
 from ..ui import live_updates
 from ..uw_spectral.errors import DataWarning
 

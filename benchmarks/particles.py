@@ -23,8 +23,14 @@ import numpy as np
 import OpenImageIO
 from numpy.typing import NDArray
 
-from ..scene import engines, lamp_rigs, render_plan, settings, stored_lamps, water_body
-from ..scene.band_engine import BandEngine
+from ..scene import stored_lamps
+from ..scene.engines import engines
+from ..scene.engines.band_engine import BandEngine
+from ..scene.seen import lamps
+from ..scene.water import lamp_rigs, water_body
+from ..scene.water.particles import particles_of
+from ..settings import render_plan
+from ..settings.scene_settings import SceneSettings
 from ..uw_spectral.spectra.colour_rendering import luminance, metered_stops, srgb_encode
 from ..uw_spectral.spectra.spectral_image import read_exr
 from ..uw_spectral.spectra.tone import camera_curve
@@ -70,7 +76,7 @@ class Look:
             "particle_slope": 4.0,
             "samples": samples * (1 if self.engine == "realtime" else _CYCLES),
         }
-        return render_plan.make_plan(settings.SceneSettings(**{**usual, **self.changes}))
+        return render_plan.make_plan(SceneSettings(**{**usual, **self.changes}))
 
 
 _DAY: dict[str, float | str] = {"snow_of_water": 4.0, "plankton": 10.0, "field": "closed-form"}
@@ -129,7 +135,7 @@ def measure(look: Look, samples: int, width: int) -> Found:
     none = dict.fromkeys((*KINDS, "snow_of_water"), 0.0)
     bare = replace(look, changes={**look.changes, **none}).plan(samples)
     extent = water_body.water_extent(scene, plan.column, DEPTH)
-    weights = plan.reduction(DEPTH, plan.lamplight(scene, camera), 0.0).weights
+    weights = plan.reduction(DEPTH, lamps.lamplight(scene, camera, plan), 0.0).weights
     if look.engine == "realtime":
         opened = engines.eevee_realtime(scene, camera, plan, extent, DEPTH, weights=weights)
     else:
@@ -158,7 +164,7 @@ def measure(look: Look, samples: int, width: int) -> Found:
                     times[full, count] = min(taken, times.get((full, count), math.inf))
         plain, full = ((times[full, 1 + _MORE] - times[full, 1]) / _MORE for full in (False, True))
         return Found(
-            look, picture, sum(cloud.count for cloud in plan.particles.clouds), plain, full
+            look, picture, sum(cloud.count for cloud in particles_of(plan.settings, plan.column).clouds), plain, full
         )  # fmt: skip
 
 

@@ -20,7 +20,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..examples.scenes import build_scene
-from ..scene import engines, render_plan, settings, water_body
+from ..scene.engines import engines
+from ..scene.water import water_body
+from ..settings import render_plan
+from ..settings.scene_settings import DEFAULT_PHASE, NO_FLOOR, SceneSettings
 from ..uw_spectral.spectra.colour_rendering import (
     delta_e_CIE2000_images,
     luminance,
@@ -29,7 +32,7 @@ from ..uw_spectral.spectra.colour_rendering import (
 from . import grey_scene
 
 WIDTH, HEIGHT = 192, 108
-BEFORE, NOW = "hg:0.924", settings.DEFAULT_PHASE
+BEFORE, NOW = "hg:0.924", DEFAULT_PHASE
 _ROOT = Path(__file__).resolve().parent.parent
 _PRESETS = _ROOT / "presets" / "underwater_spectral" / "look"
 _REEF_FLOOR = 7.0
@@ -76,7 +79,7 @@ def preset(path: Path) -> dict[str, str | float | bool]:
 def plan_for(path: Path, phase: str) -> render_plan.RenderPlan:
     """Return the plan of a preset with a phase function, over the floor of the reef."""
     chosen = {**preset(path), "phase": phase, "floor_depth": _REEF_FLOOR, "bands": _BANDS}
-    return render_plan.make_plan(settings.SceneSettings(**chosen))
+    return render_plan.make_plan(SceneSettings(**chosen))
 
 
 def drawn(
@@ -93,7 +96,7 @@ def drawn(
 
 def open_water(plan: render_plan.RenderPlan, depth: float) -> NDArray[np.float64]:
     """Luminance of deep open water without a floor, by the directions of view."""
-    chosen = replace(plan.settings, floor_depth=settings.NO_FLOOR)
+    chosen = replace(plan.settings, floor_depth=NO_FLOOR)
     deep = render_plan.make_plan(chosen)
     tilt = np.radians(list(_VIEWS.values()))
     x, y, _ = deep.column.sun_direction

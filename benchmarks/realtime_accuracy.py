@@ -20,7 +20,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..reference.monzon import path_radiance_Monzon2024_corrected
-from ..scene import engines, render_plan, water_body
+from ..scene.engines import engines
+from ..scene.water import water_body
+from ..settings import render_plan
 from ..uw_spectral.spectra.colour_rendering import (
     delta_e_CIE2000_images,
     srgb_encode,

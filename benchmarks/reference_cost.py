@@ -27,9 +27,11 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
+from ..jobs import band_passes
 from ..quality.light_reach import lost_beyond
-from ..scene import band_passes, engines, water_body
-from ..scene.settings import EXACT
+from ..scene.engines import engines
+from ..scene.water import water_body
+from ..settings.scene_settings import EXACT
 from ..uw_spectral.errors import DataWarning
 from ..uw_spectral.spectra.colour_rendering import delta_e_CIE2000_images, luminance
 from ..uw_spectral.water.shared_phase import LARGEST_SPREAD

@@ -19,8 +19,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..node_groups import realtime_shade
-from ..scene import engines, shade, water_body
-from ..scene.surroundings import PROBES, VOXELS, look_around
+from ..scene.engines import engines
+from ..scene.seen.surroundings import PROBES, VOXELS, look_around
+from ..scene.water import shade, water_body
 from ..uw_spectral.shade.probes import RAYS, cast
 from ..uw_spectral.spectra.colour_rendering import delta_e_CIE2000_images, srgb_encode
 from ..uw_spectral.spectra.spectral_image import replacing

@@ -19,7 +19,10 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from ..scene import engines, render_plan, settings, water_body
+from ..scene.engines import engines
+from ..scene.water import water_body
+from ..settings import render_plan
+from ..settings.scene_settings import SceneSettings
 from ..uw_spectral.closed_form.closed_form import solve_closed_form
 from ..uw_spectral.closed_form.light_field import light_field_of
 from ..uw_spectral.closed_form.undisturbed_water import UndisturbedWater
@@ -79,7 +82,7 @@ def measure(name: str, light: grey_scene.Light, samples: int) -> list[str]:
     """Return the table of one water, one row per ring."""
     has_sky = light.sky == "clear"
     plan = render_plan.make_plan(
-        settings.SceneSettings(
+        SceneSettings(
             water=f"jerlov:{name}",
             phase=light.phase,
             illuminant=light.illuminant,

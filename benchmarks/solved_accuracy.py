@@ -21,7 +21,7 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from ..scene.settings import CLOSED_FORM, DEFAULT_PHASE, EXACT, SOLVED
+from ..settings.scene_settings import CLOSED_FORM, DEFAULT_PHASE, EXACT, SOLVED
 from ..tests.node_groups import realtime_probe as probe
 from ..uw_spectral.spectra.colour_rendering import delta_e_CIE2000_images, srgb_encode
 from ..uw_spectral.spectra.spectral_image import replacing

@@ -32,17 +32,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..reference.monzon import path_radiance_Monzon2024_corrected
-from ..scene import (
-    eevee_settings,
-    engines,
-    exr_output,
-    moving_surface,
-    realtime,
-    render_plan,
-    scene_water,
-    water_body,
-)
-from ..scene.settings import SceneSettings
+from ..scene.engines import eevee_settings, engines, exr_output
+from ..scene.water import moving_surface, realtime, scene_water, water_body
+from ..scene.water.eevee_water import Eye, eevee_water
+from ..settings import render_plan
+from ..settings.scene_settings import SceneSettings
 from ..uw_spectral.errors import InputError
 from ..uw_spectral.spectra.spectral_image import read_exr, replacing
 from . import _tradeoff_report, baselines, grey_scene
@@ -282,7 +276,7 @@ def _water(
     if not setting.floor_term:
         column = replace(plan.column, floor_reflectance=np.zeros(len(plan.bands)))
         plan = replace(plan, column=column)
-    water = plan.realtime(scene, depth, weights)
+    water = eevee_water(plan, scene, Eye(scene.camera, depth), weights)
     if not setting.single:
         bands = {**water.numbers.bands, "b": np.zeros(len(plan.bands))}
         water = replace(water, numbers=replace(water.numbers, bands=bands))

@@ -34,7 +34,7 @@ from pathlib import Path
 
 import bpy
 
-from ..scene.settings import CLOSED_FORM, SOLVED, SceneSettings
+from ..settings.scene_settings import CLOSED_FORM, SOLVED, SceneSettings
 from ._drawing import Drawing, drawing, empty_shader_cache, hang_lamps
 from ._fog import add_fog, add_kept_fog
 

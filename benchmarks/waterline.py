@@ -19,8 +19,11 @@ import matplotlib as mpl
 import numpy as np
 from numpy.typing import NDArray
 
-from ..scene import engines, render_plan, settings, water_body
-from ..scene.band_engine import BandEngine
+from ..scene.engines import engines
+from ..scene.engines.band_engine import BandEngine
+from ..scene.water import water_body
+from ..settings import render_plan
+from ..settings.scene_settings import SceneSettings
 from ..uw_spectral.spectra.colour_rendering import delta_e_CIE2000_images, srgb_encode
 from ..uw_spectral.spectra.spectral_image import read_exr
 from . import grey_scene
@@ -53,7 +56,7 @@ class Case:
     def plan(self) -> render_plan.RenderPlan:
         """Return what is rendered."""
         return render_plan.make_plan(
-            settings.SceneSettings(
+            SceneSettings(
                 water="jerlov:IB",
                 phase="hg:0.9",
                 illuminant="clear-sky",

@@ -25,10 +25,12 @@ from pathlib import Path
 
 import bpy
 
-from ..scene import cycles_settings, engines, exr_output, planning, settings, work
-from ..scene.frame_plans import FramePlans
-from ..scene.manifest import Manifest
-from ..scene.render_plan import make_plan
+from ..jobs import command_line, planning, work
+from ..jobs.frame_plans import FramePlans
+from ..jobs.manifest import Manifest
+from ..scene.engines import cycles_settings, engines, exr_output
+from ..settings.render_plan import make_plan
+from ..settings.scene_settings import SceneSettings
 from ..uw_spectral.errors import DataWarning
 
 _ROOT = Path(__file__).resolve().parents[1]
@@ -80,8 +82,8 @@ def _rendered(kind: str, samples: int, resolution: Sequence[int]) -> list[Second
     scene = _scene(resolution)
     with tempfile.TemporaryDirectory() as folder:
         arguments = ["--frames", f"1-{_FRAMES}", "--samples", str(samples), "--out", folder]
-        job = settings.job(settings.parse(arguments))
-        chosen = settings.SceneSettings(samples=samples, bands=_BANDS)
+        job = command_line.job(command_line.parse(arguments))
+        chosen = SceneSettings(samples=samples, bands=_BANDS)
         if kind == "dry":
             steps = _dry(scene, chosen, Path(folder, "pass.exr"))
         else:
@@ -111,7 +113,7 @@ def _scene(resolution: Sequence[int]) -> bpy.types.Scene:
     return scene
 
 
-def _dry(scene: bpy.types.Scene, chosen: settings.SceneSettings, path: Path) -> Iterator[None]:
+def _dry(scene: bpy.types.Scene, chosen: SceneSettings, path: Path) -> Iterator[None]:
     with cycles_settings.reference_settings(
         scene, scene.camera, samples=chosen.samples, seed=0, denoise=False, bounces=chosen.bounces,
         device="cpu",
@@ -122,7 +124,7 @@ def _dry(scene: bpy.types.Scene, chosen: settings.SceneSettings, path: Path) -> 
 
 
 def _wet(
-    scene: bpy.types.Scene, chosen: settings.SceneSettings, manifest: Manifest, path: Path
+    scene: bpy.types.Scene, chosen: SceneSettings, manifest: Manifest, path: Path
 ) -> Iterator[None]:
     plan = make_plan(chosen)
     with engines.cycles_bands(

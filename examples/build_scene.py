@@ -41,7 +41,7 @@ def hang_lamps(rig: str) -> None:
     stored = _module("scene.stored_lamps")
     if not hasattr(bpy.types.Light, stored.PROPERTY):
         stored.register()
-    _module("scene.lamp_rigs").add_rig(bpy.context.scene, rig)
+    _module("scene.water.lamp_rigs").add_rig(bpy.context.scene, rig)
 
 
 def save_atomically(path: Path) -> None:
@@ -57,7 +57,7 @@ def save_atomically(path: Path) -> None:
 
 def main(arguments: list[str]) -> None:
     """Build, save, and say how large it is."""
-    scenes, rigs = _module("examples.scenes"), _module("scene.lamp_rigs").RIGS
+    scenes, rigs = _module("examples.scenes"), _module("scene.water.lamp_rigs").RIGS
     parser = argparse.ArgumentParser(prog="build_scene.py", description=__doc__.split("\n")[0])
     parser.add_argument("scene", choices=list(scenes.SCENES))
     parser.add_argument("output", type=Path, metavar="OUT.blend")

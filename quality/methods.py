@@ -7,6 +7,7 @@ from typing import Literal
 
 Engine = Literal["cycles", "eevee"]
 Mode = Literal["bands", "realtime"]
+Device = Literal["cpu", "gpu"]
 
 
 @dataclass(frozen=True)
@@ -78,3 +79,19 @@ def method_of(engine: str, mode: str) -> Method:
         if (method.engine, method.mode) == (engine, mode):
             return method
     raise KeyError(f"{engine} has no mode {mode!r}")
+
+
+@dataclass(frozen=True)
+class Quality:
+    """How a quality is rendered, one of :data:`METHODS`, and the mean ΔE2000 that Auto aims at."""
+
+    method: str
+    target: float
+
+
+QUALITIES = {
+    "draft": Quality("realtime", 4.0),
+    "preview": Quality("realtime", 2.0),
+    "final": Quality("bands", 1.0),
+    "reference": Quality("reference", 0.5),
+}

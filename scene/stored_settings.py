@@ -8,8 +8,8 @@ from typing import Any
 
 import bpy
 
+from ..settings.scene_settings import SceneSettings
 from . import stored_lamps
-from .settings import SceneSettings
 
 PROPERTY = "underwater"
 

@@ -15,7 +15,7 @@ runpy.run_path(str(_ROOT / "tools" / "load_checkout.py"))["load"]()
 @pytest.fixture(autouse=True)
 def coarse_shade(monkeypatch):
     """Few probes and voxels: what shade is worth has tests of its own."""
-    from underwater_spectral.scene import surroundings
+    from underwater_spectral.scene.seen import surroundings
 
     monkeypatch.setattr(surroundings, "PROBES", 300)
     monkeypatch.setattr(surroundings, "_COARSE", 5_000)

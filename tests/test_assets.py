@@ -12,16 +12,11 @@ import numpy as np
 import pytest
 from underwater_spectral import registration
 from underwater_spectral.node_groups import asset_groups
-from underwater_spectral.scene import (
-    contents,
-    cycles_settings,
-    exr_output,
-    lamps,
-    render_plan,
-    scene_water,
-    settings,
-    stored_settings,
-)
+from underwater_spectral.scene import contents, marks, stored_settings
+from underwater_spectral.scene.engines import cycles_settings, exr_output
+from underwater_spectral.scene.seen import lamps
+from underwater_spectral.settings import render_plan
+from underwater_spectral.settings.scene_settings import SceneSettings
 from underwater_spectral.ui import asset_library, dropped_assets
 from underwater_spectral.uw_spectral.closed_form import plain_water
 from underwater_spectral.uw_spectral.spectra.spectral_image import read_exr
@@ -118,7 +113,7 @@ def test_sockets_have_words_and_units(loaded):
 def test_water_groups_give_the_numbers_of_the_optics(loaded, tmp_path, kind):
     wavelengths = sorted(asset_groups.WAVELENGTHS)
     plan = render_plan.plan_of(
-        settings.SceneSettings(
+        SceneSettings(
             water=f"jerlov:{kind}", phase="hg:0.9", wavelengths=",".join(map(str, wavelengths))
         )
     )
@@ -177,7 +172,7 @@ def test_a_world_that_is_dropped_brings_its_water(loaded):
     assert dropped_assets.take_over(scene)
     assert scene.underwater.water == "jerlov:7C"
     assert scene.underwater.floor_depth == pytest.approx(8.0)
-    assert scene_water.has_water(scene)
+    assert marks.has_water(scene)
     assert not dropped_assets.take_over(scene)
     bpy.ops.underwater.remove_water()
     assert scene.world == world

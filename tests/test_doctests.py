@@ -14,8 +14,11 @@ import pytest
 import underwater_spectral
 
 ROOT = Path(__file__).resolve().parent.parent
-PACKAGES = ("uw_spectral", "reference", "quality", "datasets", "node_groups", "scene", "ui")
-BLENDER_FREE = ("uw_spectral", "reference", "quality", "datasets")
+PACKAGES = (
+    "uw_spectral", "reference", "quality", "settings", "datasets", "node_groups", "scene", "jobs",
+    "ui",
+)  # fmt: skip
+BLENDER_FREE = ("uw_spectral", "reference", "quality", "settings", "datasets")
 
 
 def _modules(*packages: str) -> list[str]:
@@ -81,11 +84,15 @@ _ALLOWED = {
     "uw_spectral": set(),
     "reference": {"uw_spectral"},
     "quality": {"uw_spectral"},
+    "settings": {"uw_spectral", "quality"},
     "datasets": {"uw_spectral"},
     "node_groups": {"uw_spectral"},
-    "scene": {"uw_spectral", "quality", "datasets", "node_groups"},
-    "ui": {"uw_spectral", "quality", "scene"},
+    "scene": {"uw_spectral", "quality", "settings", "datasets", "node_groups"},
+    "jobs": {"uw_spectral", "quality", "settings", "datasets", "node_groups", "scene"},
+    "ui": {"uw_spectral", "quality", "settings", "scene", "jobs"},
 }
+# The rooms of the scene, each above those before it.
+_ROOMS = ("materials", "seen", "water", "engines", "viewport")
 
 
 @pytest.mark.parametrize("package", PACKAGES)
@@ -93,6 +100,13 @@ def test_packages_import_only_what_lies_below_them(package):
     for path in (ROOT / package).rglob("*.py"):
         ours = {name.split(".")[0] for name in _imports(path)} & set(PACKAGES)
         assert ours <= {package, *_ALLOWED[package]}, path
+
+
+@pytest.mark.parametrize("place", range(len(_ROOMS)))
+def test_rooms_of_the_scene_import_only_what_lies_below_them(place):
+    for path in (ROOT / "scene" / _ROOMS[place]).rglob("*.py"):
+        rooms = {x.split(".")[1] for x in _imports(path) if x.startswith("scene.")} & set(_ROOMS)
+        assert rooms <= set(_ROOMS[: place + 1]), path
 
 
 def test_the_closed_form_keeps_to_its_room():

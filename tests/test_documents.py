@@ -14,7 +14,10 @@ import underwater_spectral
 ROOT = Path(__file__).resolve().parent.parent
 _OTHERS = (ROOT / "data" / "SOURCES.md", ROOT / "examples" / "README.md")
 DOCUMENTS = sorted([*ROOT.glob("*.md"), *ROOT.glob("docs/**/*.md"), *_OTHERS])
-PACKAGES = ("uw_spectral", "reference", "quality", "datasets", "node_groups", "scene", "ui")
+PACKAGES = (
+    "uw_spectral", "reference", "quality", "settings", "datasets", "node_groups", "scene", "jobs",
+    "ui",
+)  # fmt: skip
 _BATCH = ROOT / "docs" / "batch.md"
 _FOLDERS = (*PACKAGES, "data", "tests", "tools", "examples", "presets")
 # scene.underwater is a property of Blender's, scene.blend a file.

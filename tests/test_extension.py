@@ -82,7 +82,7 @@ def test_zip_holds_what_is_needed_and_no_more(built_zip):
 def test_zip_leaves_the_import_system_alone(built_zip):
     archive = zipfile.ZipFile(built_zip)
     scripts = [name for name in archive.namelist() if name.endswith(".py")]
-    assert "scene/batch.py" in scripts
+    assert "jobs/batch.py" in scripts
     for name in scripts:
         text = archive.read(name)
         assert not re.search(rb"sys\.(modules|path|meta_path)\b", text), name
@@ -196,7 +196,7 @@ try:
     code = compile(pathlib.Path(script).read_text(), script, "exec")
     exec(code, {"__name__": "__main__", "__file__": script})
 finally:
-    print("FROM " + ",".join(m for m in sys.modules if m.endswith("scene.batch")))
+    print("FROM " + ",".join(m for m in sys.modules if m.endswith("jobs.batch")))
 """
 INSTALLED = "bl_ext.user_default.underwater_spectral"
 
@@ -212,7 +212,7 @@ def lone_script(tmp_path) -> Path:
 def test_a_lone_script_finds_the_installed_extension(installed, lone_script, enable):
     result = _python(installed[0], "-c", AS_BLENDER, lone_script, enable, "--list-waters")
     assert "solonenko2015: jerlov:I, jerlov:IA" in result.stdout, result.stderr
-    assert f"FROM {INSTALLED}.scene.batch" in result.stdout
+    assert f"FROM {INSTALLED}.jobs.batch" in result.stdout
     assert result.returncode == 0
 
 
@@ -243,5 +243,5 @@ def test_a_lone_script_without_the_extension_says_how_to_install(lone_script, tm
 def test_the_script_of_a_checkout_prefers_what_is_enabled(installed, enable, source):
     script = ROOT / "render_bands.py"
     result = _python(installed[0], "-c", AS_BLENDER, script, enable, "--list-waters")
-    assert f"FROM {source}.scene.batch" in result.stdout, result.stderr
+    assert f"FROM {source}.jobs.batch" in result.stdout, result.stderr
     assert result.returncode == 0

@@ -21,6 +21,7 @@ import bpy
 import numpy as np
 import OpenImageIO
 from numpy.typing import NDArray
+from underwater_spectral.scene.water.eevee_water import Eye, eevee_water
 
 ROOT = Path(__file__).resolve().parent.parent
 FOLDER = ROOT / "assets"
@@ -82,7 +83,7 @@ def looks() -> Iterable[Any]:
 def shaders() -> Iterable[Any]:
     """Yield the groups for shaders."""
     from underwater_spectral.node_groups import asset_groups, closed_form_group, realtime_waves
-    from underwater_spectral.scene import moving_surface
+    from underwater_spectral.scene.water import moving_surface
     from underwater_spectral.uw_spectral.water import JERLOV_TYPES
 
     distances = np.linspace(0.0, 20.0, SIZE)
@@ -106,7 +107,7 @@ def shaders() -> Iterable[Any]:
     yield mark(tree, "Shaders", tree.description, _columns(picture))
     yield closed_form()
     plan = three_bands("jerlov:IB", **_WAVES)
-    water = plan.realtime(bpy.context.scene, _DEPTH, np.eye(3))
+    water = eevee_water(plan, bpy.context.scene, Eye(None, _DEPTH), np.eye(3))
     water = moving_surface.with_waves(bpy.context.scene, plan, water)
     assert water.waves is not None
     images = realtime_waves.new_images()
@@ -144,10 +145,11 @@ def closed_form() -> Any:
 def three_bands(water: str, **changes: Any) -> Any:
     """Return the plan of the three bands, blue first."""
     from underwater_spectral.node_groups.asset_groups import WAVELENGTHS
-    from underwater_spectral.scene import render_plan, settings
+    from underwater_spectral.settings import render_plan
+    from underwater_spectral.settings.scene_settings import SceneSettings
 
     return render_plan.plan_of(
-        settings.SceneSettings(
+        SceneSettings(
             water=water,
             phase="hg:0.9",
             wavelengths=",".join(f"{x:g}" for x in sorted(WAVELENGTHS)),
@@ -161,9 +163,10 @@ def three_bands(water: str, **changes: Any) -> Any:
 def compositor() -> Iterable[Any]:
     """Yield the group that turns band images into colours."""
     from underwater_spectral.node_groups import sensor_reduction
-    from underwater_spectral.scene import render_plan, settings
+    from underwater_spectral.settings import render_plan
+    from underwater_spectral.settings.scene_settings import SceneSettings
 
-    plan = render_plan.plan_of(settings.SceneSettings(bands=_BANDS, sensor=_SENSOR))
+    plan = render_plan.plan_of(SceneSettings(bands=_BANDS, sensor=_SENSOR))
     weights, passes = plan.reduction(_DEPTH).weights, plan.bands.packed(3)
     tree = sensor_reduction.build(weights, passes)
     tree.name = f"Sensor {_SENSOR}"
@@ -182,7 +185,7 @@ def compositor() -> Iterable[Any]:
 
 def lamps() -> Iterable[Any]:
     """Yield the rigs as collections: an empty, and lamps that hang on it."""
-    from underwater_spectral.scene import lamp_rigs
+    from underwater_spectral.scene.water import lamp_rigs
     from underwater_spectral.ui import dropped_assets
 
     scene = bpy.context.scene
@@ -204,7 +207,7 @@ def lamps() -> Iterable[Any]:
 def floating() -> Iterable[Any]:
     """Yield the particles as objects with geometry nodes, and the nodes of a size."""
     from underwater_spectral.node_groups import particles as geometry
-    from underwater_spectral.scene import particles
+    from underwater_spectral.scene.water import particles
     from underwater_spectral.uw_spectral.water.particles import (
         BUBBLES,
         KINDS,
@@ -268,7 +271,8 @@ def _open_water(**changes: Any) -> list[NDArray[np.float64]]:
     """Display colours of the open water, looking level, from 1 to 12 m deep."""
     from dataclasses import replace
 
-    from underwater_spectral.scene import render_plan, stored_settings
+    from underwater_spectral.scene import stored_settings
+    from underwater_spectral.settings import render_plan
     from underwater_spectral.uw_spectral.imaging.water_colour import water_swatch
 
     chosen = stored_settings.stored_settings(bpy.context.scene)

@@ -55,7 +55,10 @@ def fetch_wheels() -> None:
 def make_assets() -> None:
     """Build the asset library, unless it is younger than all that it is made of."""
     library = ROOT / "assets" / "underwater_spectral.blend"
-    folders = ("data", "node_groups", "presets", "scene", "ui", "uw_spectral")
+    folders = (
+        "data", "jobs", "node_groups", "presets", "quality", "scene", "settings", "ui",
+        "uw_spectral",
+    )  # fmt: skip
     sources = [path for name in folders for path in (ROOT / name).rglob("*") if path.is_file()]
     script = ROOT / "tools" / "build_assets.py"
     latest = max(

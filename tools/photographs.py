@@ -142,7 +142,7 @@ def build(name: str, path: Path) -> None:
     photograph = PHOTOGRAPHS[name]
     scenes = importlib.import_module(f"{PACKAGE}.examples.scenes")
     cameras = importlib.import_module(f"{PACKAGE}.examples.parts.cameras")
-    rigs = importlib.import_module(f"{PACKAGE}.scene.lamp_rigs")
+    rigs = importlib.import_module(f"{PACKAGE}.scene.water.lamp_rigs")
     scenes.build_scene(photograph.scene)
     scene = bpy.context.scene
     for item in scene.objects:

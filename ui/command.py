@@ -12,7 +12,7 @@ _handles: list[object] = []
 
 def run(arguments: list[str]) -> int:
     """Run the batch with the options of ``render_bands.py``; return the exit status."""
-    from ..scene import batch
+    from ..jobs import batch
 
     return batch.main(arguments, program=NAME, inside_blender=False)
 

@@ -13,8 +13,9 @@ import sys
 import bpy
 from bpy.app.handlers import persistent
 
-from ..scene import lamp_rigs, stored_settings
+from ..scene import stored_settings
 from ..scene.session import is_live
+from ..scene.water import lamp_rigs
 from ..uw_spectral.errors import InputError
 from .live_updates import transaction
 
@@ -51,7 +52,7 @@ def take_over(scene: bpy.types.Scene) -> bool:
         for name, value in given.items():
             if name in group.bl_rna.properties:
                 setattr(group, name, value)
-    from ..scene import live
+    from ..scene.viewport import live
 
     if is_live(scene):
         live.rebuild(scene)

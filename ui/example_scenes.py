@@ -83,7 +83,7 @@ def build(context: bpy.types.Context, name: str) -> bpy.types.Scene:
         One of :data:`EXAMPLES`.
     """
     from ..examples import scenes
-    from ..scene import lamp_rigs
+    from ..scene.water import lamp_rigs
 
     example = EXAMPLES[name]
     scene = bpy.data.scenes.new(example.label)

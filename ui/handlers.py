@@ -14,7 +14,7 @@ def _edited(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
     """Follow an edit, an undo or a redo: once objects are where they belong."""
     if not is_live(scene):
         return
-    from ..scene import live
+    from ..scene.viewport import live
 
     live.note_moves(scene, depsgraph)
     # Nodes are built outside of the handler, where data may be added and removed.
@@ -36,7 +36,7 @@ def _edited(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
 def _frame_changed(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
     if not is_live(scene):
         return
-    from ..scene import live
+    from ..scene.viewport import live
 
     # A picture that is rendered is worth the wait; one that is played is not.
     hasty = not (bpy.app.background or bpy.app.is_job_running("RENDER"))
@@ -50,7 +50,7 @@ def _frame_changed(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> No
 def _render_begins(scene: bpy.types.Scene, _: object = None) -> None:
     """Take in what a script has set just before it renders."""
     if is_live(scene):
-        from ..scene import live
+        from ..scene.viewport import live
 
         live.update(scene)
 

@@ -77,7 +77,7 @@ def cancel() -> None:
 
 
 def _settle_all() -> None:
-    from ..scene import live
+    from ..scene.viewport import live
 
     for scene in bpy.data.scenes:
         if is_live(scene) and live.is_stale(scene):
@@ -91,7 +91,7 @@ def _update_all() -> None:
 
 
 def _update(scene: bpy.types.Scene) -> None:
-    from ..scene import live
+    from ..scene.viewport import live
 
     live.update(scene, hasty=not bpy.app.background)
     if live.is_stale(scene):

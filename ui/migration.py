@@ -9,7 +9,7 @@ import bpy
 
 from ..scene import stored_settings as optics
 from ..scene.animation import curves_of
-from ..scene.settings import SceneSettings
+from ..settings.scene_settings import SceneSettings
 from . import property_group
 
 Step = Callable[[bpy.types.Scene], None]

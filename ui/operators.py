@@ -14,9 +14,9 @@ from typing import override
 import bpy
 from bpy_extras.io_utils import ImportHelper
 
-from ..scene import lamp_rigs
 from ..scene import stored_settings as optics
 from ..scene.session import is_live
+from ..scene.water import lamp_rigs
 from ..uw_spectral.errors import InputError
 from ..uw_spectral.spectra import sensor as sensors
 from ..uw_spectral.water import measured
@@ -93,7 +93,7 @@ class AddWater(_Operator):
 
     @override
     def run(self, context: bpy.types.Context) -> None:
-        from ..scene import first_settings, live
+        from ..scene.viewport import first_settings, live
 
         first = self.start and not migration.is_used(context.scene)
         if first:
@@ -136,7 +136,7 @@ class AddExample(_Operator):
 
     @override
     def run(self, context: bpy.types.Context) -> None:
-        from ..scene import live
+        from ..scene.viewport import live
 
         scene = example_scenes.build(context, self.example)
         with context.temp_override(scene=scene, view_layer=scene.view_layers[0]):
@@ -166,7 +166,7 @@ class RemoveWater(_LiveOperator):
 
     @override
     def run(self, context: bpy.types.Context) -> None:
-        from ..scene import live
+        from ..scene.viewport import live
 
         live.remove(context.scene)
 
@@ -193,7 +193,7 @@ class Rebuild(_LiveOperator):
 
     @override
     def run(self, context: bpy.types.Context) -> None:
-        from ..scene import live
+        from ..scene.viewport import live
 
         self.tell(live.rebuild(context.scene))
 
@@ -228,7 +228,7 @@ class Submerge(_CameraOperator):
 
     @override
     def run(self, context: bpy.types.Context) -> None:
-        from ..scene import live
+        from ..scene.viewport import live
 
         context.view_layer.update()
         live.lower(context.scene, self.depth + context.scene.camera.matrix_world.translation.z)
@@ -253,7 +253,7 @@ class AddLamps(_CameraOperator):
     def run(self, context: bpy.types.Context) -> None:
         lamp_rigs.add_rig(context.scene, self.rig)
         if is_live(context.scene):
-            from ..scene import live
+            from ..scene.viewport import live
 
             live.update(context.scene)
 
@@ -342,7 +342,8 @@ class Auto(_Operator):
 
     @override
     def run(self, context: bpy.types.Context) -> None:
-        from ..scene import cameras, scene_requirements
+        from ..jobs import scene_requirements
+        from ..scene.seen import cameras
 
         scene = context.scene
         panel = getattr(scene, property_group.PROPERTY)
@@ -447,7 +448,9 @@ class Render(bpy.types.Operator):
 
     def _passes(self, context: bpy.types.Context) -> Generator:
         """Yield each pass that is on disk; the live water makes way meanwhile."""
-        from ..scene import live, render_job, render_plan
+        from ..jobs import render_job
+        from ..scene.viewport import live
+        from ..settings import render_plan
 
         scene = context.scene
         # Water that cannot be computed could not come back after the render.
@@ -503,7 +506,8 @@ class FarmBundle(_Operator):
 
     @override
     def run(self, context: bpy.types.Context) -> None:
-        from ..scene import farm_bundle, live
+        from ..jobs.farm import farm_bundle
+        from ..scene.viewport import live
 
         scene = context.scene
         if not self.directory:

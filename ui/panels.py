@@ -72,7 +72,7 @@ class MainPanel(_Panel, bpy.types.Panel):
 
     @override
     def draw(self, context: bpy.types.Context) -> None:
-        from ..scene import live
+        from ..scene.viewport import live
 
         layout, scene = self.layout, context.scene
         column = layout.column()
@@ -209,7 +209,7 @@ class DepthPanel(_SubPanel, bpy.types.Panel):
 
     @override
     def draw(self, context: bpy.types.Context) -> None:
-        from ..scene import live
+        from ..scene.viewport import live
 
         water, column = _water(context), self.column()
         depth = live.camera_depth(context.scene)
@@ -330,7 +330,7 @@ class LampsPanel(_SubPanel, bpy.types.Panel):
 
     @override
     def draw(self, context: bpy.types.Context) -> None:
-        from ..scene import lamps
+        from ..scene.seen import lamps
 
         column = self.column()
         column.prop(_water(context), "sunlight", text="Sunlight")

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..scene import stored_settings
-from ..scene.settings import CONSTITUENTS, SceneSettings
+from ..settings.scene_settings import CONSTITUENTS, SceneSettings
 from ..uw_spectral.errors import InputError
 from ..uw_spectral.water.optical_properties import JERLOV_TYPES
 
@@ -146,7 +146,7 @@ def compute(scene: bpy.types.Scene) -> Pictures:
 
 
 def _fill(state: _State, pictures: Pictures, chosen: SceneSettings, depth: float) -> None:
-    from ..scene.render_plan import plan_of, quiet
+    from ..settings.render_plan import plan_of, quiet
     from ..uw_spectral.imaging.description import REFERENCE_BANDS
     from ..uw_spectral.imaging.summary import readouts
     from ..uw_spectral.imaging.visibility import visibility_by_source
@@ -236,7 +236,7 @@ def _show(state: _State, name: str, picture: NDArray[np.float32]) -> None:
 
 
 def _key(scene: bpy.types.Scene) -> tuple[SceneSettings, float] | None:
-    from ..scene import live
+    from ..scene.viewport import live
     from . import property_group
 
     try:

@@ -11,17 +11,18 @@ from typing import TYPE_CHECKING, Any
 
 import bpy
 
+from ..jobs.job import Job
 from ..quality.methods import METHODS
 from ..scene import stored_settings
 from ..scene.session import is_live
-from ..scene.settings import AUTO, BY_PICTURE, CONSTITUENTS, Job, SceneSettings
+from ..settings.scene_settings import AUTO, BY_PICTURE, CONSTITUENTS, SceneSettings
 from ..uw_spectral.errors import InputError
 from ..uw_spectral.water.inelastic_processes import PROCESSES, parse_processes
 from ..uw_spectral.water.optical_properties import JERLOV_TYPES
 from .live_updates import transaction
 
 if TYPE_CHECKING:
-    from ..scene.scene_requirements import Choice
+    from ..jobs.scene_requirements import Choice
 
 PROPERTY = "underwater_panel"
 
@@ -136,7 +137,8 @@ def _set_stops(group: bpy.types.PropertyGroup, value: float) -> None:
 
 
 def _get_pass_count(group: bpy.types.PropertyGroup) -> int:
-    from ..scene import engines, render_plan
+    from ..scene.engines import engines
+    from ..settings import render_plan
 
     wanted = job(group.id_data)
     try:

@@ -101,7 +101,7 @@ def test_repeats_differ_by_their_noise():
 
 
 def test_settings_are_those_of_a_scene():
-    from underwater_spectral.scene.settings import SceneSettings
+    from underwater_spectral.settings.scene_settings import SceneSettings
 
     water = {"name": "constituents", "chlorophyll": {"from": 0.1, "to": 10, "log": True},
              "cdom": 0.2, "minerals": 0, "detritus": 0.01, "scattering_factor": 1.5}  # fmt: skip

@@ -20,9 +20,10 @@ from openjd.model import (
     decode_job_template,
     preprocess_job_parameters,
 )
-from underwater_spectral.scene import farm_bundle, openjd_template
-from underwater_spectral.scene.openjd_template import DEVELOP, RENDER, FarmJob
-from underwater_spectral.scene.settings import SceneSettings, parse_numbers
+from underwater_spectral.jobs.command_line import parse_numbers
+from underwater_spectral.jobs.farm import farm_bundle, openjd_template
+from underwater_spectral.jobs.farm.openjd_template import DEVELOP, RENDER, FarmJob
+from underwater_spectral.settings.scene_settings import SceneSettings
 from underwater_spectral.uw_spectral.errors import InputError
 
 EXTENSIONS = ["TASK_CHUNKING"]

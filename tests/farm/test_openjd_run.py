@@ -9,7 +9,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from underwater_spectral.scene.openjd_template import DEVELOP, RENDER
+from underwater_spectral.jobs.farm.openjd_template import DEVELOP, RENDER
 from underwater_spectral.tests.farm.project import (
     ROOT,
     assert_same_files,

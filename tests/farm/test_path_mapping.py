@@ -8,9 +8,9 @@ from pathlib import Path
 
 import bpy
 import pytest
-from underwater_spectral.scene.manifest import ExternalFile
-from underwater_spectral.scene.path_mapping import PathMapping, apply_to_scene, read_path_mapping
-from underwater_spectral.scene.settings import SceneSettings
+from underwater_spectral.jobs.manifest import ExternalFile
+from underwater_spectral.jobs.path_mapping import PathMapping, apply_to_scene, read_path_mapping
+from underwater_spectral.settings.scene_settings import SceneSettings
 from underwater_spectral.tests.scene.manifests import small_manifest
 from underwater_spectral.uw_spectral.errors import InputError
 

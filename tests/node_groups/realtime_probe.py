@@ -11,7 +11,8 @@ import bpy
 import numpy as np
 from mathutils import Matrix, Vector
 from underwater_spectral.benchmarks._solved_cases import FROM_SUN, Case, LightAround
-from underwater_spectral.scene import eevee_settings, exr_output, realtime, water_body
+from underwater_spectral.scene.engines import eevee_settings, exr_output
+from underwater_spectral.scene.water import realtime, water_body
 from underwater_spectral.uw_spectral.spectra.reflectance import uplift_basis
 from underwater_spectral.uw_spectral.spectra.spectral_image import read_exr
 from underwater_spectral.uw_spectral.transfer.channel_pixel import COLOURS, Thing, along_rays

@@ -8,7 +8,8 @@ import bpy
 import numpy as np
 import pytest
 from underwater_spectral.node_groups import closed_form_group as group
-from underwater_spectral.scene import eevee_settings, exr_output, scene_water
+from underwater_spectral.scene.engines import eevee_settings, exr_output
+from underwater_spectral.scene.water import scene_water
 from underwater_spectral.tests.node_groups import realtime_probe as probe
 from underwater_spectral.uw_spectral.closed_form.one_lobe import plain_water
 from underwater_spectral.uw_spectral.spectra.spectral_image import read_exr

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from underwater_spectral.node_groups import realtime_lamps
 from underwater_spectral.node_groups.node_mathematics import MARK, NODES, Graph
-from underwater_spectral.scene import exr_output
+from underwater_spectral.scene.engines import exr_output
 from underwater_spectral.uw_spectral.lamps.lamp import Lamp, ray_past_lamp
 from underwater_spectral.uw_spectral.lamps.lamp_channels import fold_lamps
 from underwater_spectral.uw_spectral.lamps.lamp_shadow import shadow_directions, shadow_map

@@ -8,7 +8,8 @@ import math
 import bpy
 import numpy as np
 import pytest
-from underwater_spectral.scene import cameras, realtime
+from underwater_spectral.scene.seen import cameras
+from underwater_spectral.scene.water import realtime
 from underwater_spectral.tests.node_groups import realtime_probe as probe
 from underwater_spectral.tests.node_groups.test_realtime_groups import _column
 from underwater_spectral.uw_spectral.transfer.channel_pixel import COLOURS, Thing, along_rays

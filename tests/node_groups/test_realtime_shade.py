@@ -6,7 +6,7 @@ import dataclasses
 
 import numpy as np
 from underwater_spectral.node_groups import realtime_shade
-from underwater_spectral.scene import realtime
+from underwater_spectral.scene.water import realtime
 from underwater_spectral.tests.node_groups import realtime_probe as probe
 from underwater_spectral.tests.node_groups.test_realtime_groups import _column
 from underwater_spectral.uw_spectral.shade import shade_table as tables

@@ -6,7 +6,7 @@ import bpy
 import numpy as np
 import pytest
 from underwater_spectral.node_groups import realtime_background
-from underwater_spectral.scene import realtime
+from underwater_spectral.scene.water import realtime
 from underwater_spectral.tests.node_groups import realtime_probe as probe
 from underwater_spectral.uw_spectral.closed_form.closed_form import solve_closed_form
 from underwater_spectral.uw_spectral.closed_form.light_field import light_field_of

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from underwater_spectral.benchmarks import _solved_cases as solved_cases
-from underwater_spectral.scene import realtime
+from underwater_spectral.scene.water import realtime
 from underwater_spectral.tests.node_groups import realtime_probe as probe
 from underwater_spectral.tests.node_groups.test_realtime_groups import _column
 from underwater_spectral.uw_spectral.spectra.bands import Bands

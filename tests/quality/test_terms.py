@@ -22,7 +22,7 @@ from underwater_spectral.quality.terms import (
     switched_on,
     with_and_without,
 )
-from underwater_spectral.scene.settings import NO_FLOOR, SceneSettings
+from underwater_spectral.settings.scene_settings import NO_FLOOR, SceneSettings
 from underwater_spectral.tests.scene.columns import grey_column
 from underwater_spectral.uw_spectral.spectra.spectrum import DATA_DIRECTORY, read_table
 

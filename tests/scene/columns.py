@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 from underwater_spectral.node_groups.water_volume import ScatteringLobe
-from underwater_spectral.scene.cycles_phase import CyclesPhase, cycles_phase
+from underwater_spectral.scene.water.cycles_phase import CyclesPhase, cycles_phase
 from underwater_spectral.uw_spectral.spectra.bands import Bands
 from underwater_spectral.uw_spectral.transfer.water_column import WaterColumn
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import asdict
 from pathlib import Path
 
-from underwater_spectral.scene import manifest as manifests
-from underwater_spectral.scene.settings import SceneSettings
+from underwater_spectral.jobs import manifest as manifests
+from underwater_spectral.settings.scene_settings import SceneSettings
 
 
 def small_manifest(

@@ -9,8 +9,11 @@ import bpy
 import numpy as np
 import pytest
 from underwater_spectral.benchmarks import grey_scene
-from underwater_spectral.scene import engines, realtime, render_plan, scene_water, water_body
-from underwater_spectral.scene.settings import SceneSettings
+from underwater_spectral.scene.engines import engines
+from underwater_spectral.scene.water import realtime, scene_water, water_body
+from underwater_spectral.scene.water.eevee_water import Eye, eevee_water
+from underwater_spectral.settings import render_plan
+from underwater_spectral.settings.scene_settings import SceneSettings
 from underwater_spectral.uw_spectral.surface.refraction import apparent_depth, seen_from_air
 from underwater_spectral.uw_spectral.transfer.above_water import leaving_share, light_in_air
 
@@ -118,7 +121,7 @@ def test_large_faces_are_divided_while_the_water_is_there(empty_blender):
     ground = bpy.context.object
     ground.data.materials.append(bpy.data.materials.new("ground"))
     before = snapshot.snapshot()
-    water = plan.realtime(scene, 0.0, np.ones((3, 3)), camera)
+    water = eevee_water(plan, scene, Eye(camera, 0.0), np.ones((3, 3)))
     assert water.shape.above
     realtime.add_realtime(scene, water, water_body.water_extent(scene, plan.column, 0.0))
     (modifier,) = ground.modifiers
@@ -133,7 +136,7 @@ def test_a_camera_below_has_neither(empty_blender):
     camera = _camera(scene)
     camera.location.z = -1.0
     bpy.context.view_layer.update()
-    assert not plan.realtime(scene, 1.0, np.ones((3, 3)), camera).shape.above
+    assert not eevee_water(plan, scene, Eye(camera, 1.0), np.ones((3, 3))).shape.above
 
 
 @pytest.mark.parametrize("height", [0.01, pytest.param(-0.01, marks=pytest.mark.slow)])

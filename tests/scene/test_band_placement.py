@@ -7,9 +7,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from underwater_spectral.scene import settings
-from underwater_spectral.scene.render_plan import make_plan
-from underwater_spectral.scene.settings import OPTIMISED, SceneSettings
+from underwater_spectral.jobs import command_line
+from underwater_spectral.settings.render_plan import make_plan
+from underwater_spectral.settings.scene_settings import OPTIMISED, SceneSettings
 from underwater_spectral.uw_spectral.spectra.bands import Bands
 from underwater_spectral.uw_spectral.spectra.colour_rendering import delta_e_CIE2000_images
 from underwater_spectral.uw_spectral.spectra.reflectance import colorchecker_reflectance
@@ -80,8 +80,8 @@ def test_exposure_is_that_of_the_settings():
 
 
 def test_options():
-    options = settings.parse(["--band-placement", "optimised", "--bands", "5"])
-    chosen = settings.merge(SceneSettings(), options)
+    options = command_line.parse(["--band-placement", "optimised", "--bands", "5"])
+    chosen = command_line.merge(SceneSettings(), options)
     assert (chosen.band_placement, chosen.bands) == (OPTIMISED, 5)
     plan = make_plan(chosen)
     assert len(plan.bands) == 5

@@ -8,8 +8,12 @@ import bpy
 import numpy as np
 import pytest
 from underwater_spectral.benchmarks import grey_scene
-from underwater_spectral.scene import bare_surfaces, engines, live, render_plan, water_body
-from underwater_spectral.scene.settings import SceneSettings
+from underwater_spectral.scene.engines import engines
+from underwater_spectral.scene.materials import bare_surfaces
+from underwater_spectral.scene.viewport import live
+from underwater_spectral.scene.water import water_body
+from underwater_spectral.settings import render_plan
+from underwater_spectral.settings.scene_settings import SceneSettings
 from underwater_spectral.tests.scene import scenes, snapshot
 
 

@@ -14,17 +14,17 @@ from pathlib import Path
 import bpy
 import numpy as np
 import pytest
-from underwater_spectral.scene import (
+from underwater_spectral.jobs import (
     batch,
+    command_line,
     job_files,
     manifest,
-    picture_size,
     pictures,
-    pinhole,
     planning,
     render_job,
-    settings,
 )
+from underwater_spectral.scene.seen import picture_size, pinhole
+from underwater_spectral.settings.scene_settings import SceneSettings
 from underwater_spectral.tests.scene import scenes, snapshot
 from underwater_spectral.uw_spectral.spectra.spectral_image import read_exr, read_spectral_exr
 
@@ -214,14 +214,14 @@ def test_a_water_of_seabass_counts_by_its_content_and_a_sensor_only_where_it_is_
     text = "/begin_header\n/fields=wavelength,a,b\n/delimiter=comma\n/end_header\n"
     text += "400,0.1,0.2\n700,0.6,0.2\n"
     _csv(tmp_path, sensors.format(0.1))
-    options = settings.parse(
+    options = command_line.parse(
         ["--sensor", f"file:{tmp_path}/table.csv", "--water", f"file:{station}"]
     )
-    chosen = settings.merge(settings.SceneSettings(), options)
+    chosen = command_line.merge(SceneSettings(), options)
     bpy.ops.wm.open_mainfile(filepath=str(blend))
 
     def planned(mode):
-        job = replace(settings.job(options), engine="eevee", mode=mode)
+        job = replace(command_line.job(options), engine="eevee", mode=mode)
         return planning.plan_job(bpy.context.scene, lambda: chosen, job)
 
     station.write_text(text)

@@ -8,15 +8,10 @@ from dataclasses import replace
 import bpy
 import numpy as np
 import pytest
-from underwater_spectral.scene import (
-    closed_form_water,
-    eevee_settings,
-    exr_output,
-    scene_water,
-    water_body,
-)
-from underwater_spectral.scene.render_plan import make_plan
-from underwater_spectral.scene.settings import SceneSettings
+from underwater_spectral.scene.engines import eevee_settings, exr_output
+from underwater_spectral.scene.water import closed_form_water, scene_water, water_body
+from underwater_spectral.settings.render_plan import make_plan
+from underwater_spectral.settings.scene_settings import SceneSettings
 from underwater_spectral.tests.node_groups import realtime_probe as probe
 from underwater_spectral.uw_spectral.closed_form import plain_water
 from underwater_spectral.uw_spectral.errors import InputError

@@ -11,17 +11,12 @@ import numpy as np
 import pytest
 from underwater_spectral.node_groups import uplift
 from underwater_spectral.node_groups.water_volume import ScatteringLobe
-from underwater_spectral.scene import (
-    band_colors,
-    cycles_settings,
-    cycles_water,
-    exr_output,
-    pass_values,
-    water_body,
-)
-from underwater_spectral.scene.cycles_phase import cycles_phase
-from underwater_spectral.scene.render_plan import make_plan
-from underwater_spectral.scene.settings import SceneSettings
+from underwater_spectral.scene.engines import cycles_settings, exr_output
+from underwater_spectral.scene.materials import band_colors
+from underwater_spectral.scene.water import cycles_water, pass_values, water_body
+from underwater_spectral.scene.water.cycles_phase import cycles_phase, cycles_phases
+from underwater_spectral.settings.render_plan import make_plan
+from underwater_spectral.settings.scene_settings import SceneSettings
 from underwater_spectral.tests.scene import columns, scenes
 from underwater_spectral.uw_spectral.errors import DataWarning
 from underwater_spectral.uw_spectral.spectra.spectral_image import read_exr
@@ -45,15 +40,15 @@ def test_cycles_does_not_run_out_of_closures(tmp_path, pytestconfig):
     # Cycles counts 32 for each lobe of a volume, and has room for 64.
     for peak in ("bounded", "exact"):
         plan = make_plan(SceneSettings(bands=3, forward_peak=peak))
-        assert len(plan.cycles_phases[0].lobes) <= 2
+        assert len(cycles_phases(plan)[0].lobes) <= 2
 
 
 @pytest.mark.filterwarnings(f"ignore::{DataWarning.__module__}.DataWarning")
 def test_eevee_asks_for_no_phase_functions_of_cycles():
     plan = make_plan(SceneSettings(bands=3, phase="petzold", forward_peak="exact"))
     assert not any("Cycles" in note for note in plan.notes)
-    assert "cycles_phases" not in vars(plan)
-    assert any("petzold is rendered" in note for note in plan.cycles_notes)
+    notes = [note for phase in cycles_phases(plan) for note in phase.notes]
+    assert any("petzold is rendered" in note for note in notes)
 
 
 def _column(b, **changes):

@@ -6,8 +6,11 @@ import bpy
 import numpy as np
 import pytest
 from underwater_spectral.benchmarks import grey_scene
-from underwater_spectral.scene import contents, engines, render_plan, water_body
-from underwater_spectral.scene.settings import SceneSettings
+from underwater_spectral.scene import contents
+from underwater_spectral.scene.engines import engines
+from underwater_spectral.scene.water import water_body
+from underwater_spectral.settings import render_plan
+from underwater_spectral.settings.scene_settings import SceneSettings
 from underwater_spectral.tests.scene import scenes, snapshot
 
 

@@ -8,15 +8,10 @@ import bpy
 import numpy as np
 import pytest
 from underwater_spectral.node_groups import uplift
-from underwater_spectral.scene import (
-    cycles_settings,
-    cycles_water,
-    exr_output,
-    pass_values,
-    scene_water,
-    water_body,
-)
-from underwater_spectral.scene.lamps import lamps_of
+from underwater_spectral.scene import marks
+from underwater_spectral.scene.engines import cycles_settings, exr_output
+from underwater_spectral.scene.seen.lamps import lamps_of
+from underwater_spectral.scene.water import cycles_water, pass_values, scene_water, water_body
 from underwater_spectral.tests.scene import columns, scenes, snapshot
 from underwater_spectral.uw_spectral.errors import InputError
 from underwater_spectral.uw_spectral.spectra.illuminant import RELATIVE
@@ -61,7 +56,7 @@ def test_removal_restores_every_value(changes):
 @pytest.mark.parametrize("changes", [{}, FLAT])
 def test_sunlight_is_not_left_to_rays_that_an_interface_turns_away(empty_blender, changes):
     _add(empty_blender, **changes)
-    (sun,) = (o for o in scene_water.objects(empty_blender) if o.get(scene_water.IS_SUN))
+    (sun,) = (o for o in marks.objects(empty_blender) if o.get(marks.IS_SUN))
     assert sun.data.cycles.use_multiple_importance_sampling == (not changes)
 
 
@@ -74,7 +69,7 @@ def test_removal_after_save_and_load(tmp_path):
     _add(bpy.context.scene)
     bpy.ops.wm.save_as_mainfile(filepath=path)
     bpy.ops.wm.open_mainfile(filepath=path)
-    assert scene_water.has_water(bpy.context.scene)
+    assert marks.has_water(bpy.context.scene)
     scene_water.remove(bpy.context.scene)
     assert snapshot.differences(before, snapshot.snapshot()) == []
 
@@ -130,7 +125,7 @@ def test_deep_clear_water_has_a_bound():
 
 
 def _boxes(scene):
-    boxes = [item for item in scene_water.objects(scene) if item.name.startswith("UW Water")]
+    boxes = [item for item in marks.objects(scene) if item.name.startswith("UW Water")]
     heights = [[corner[2] for corner in item.bound_box] for item in boxes]
     return sorted((-max(z), -min(z)) for z in heights)
 
@@ -170,7 +165,7 @@ def test_each_layer_reads_its_own_coefficients():
     )
     read = {
         node.attribute_name
-        for item in scene_water.objects(scene)
+        for item in marks.objects(scene)
         for slot in item.material_slots
         for node in slot.material.node_tree.nodes
         if node.type == "ATTRIBUTE"

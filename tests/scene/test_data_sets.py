@@ -27,12 +27,13 @@ from underwater_spectral.datasets.depth_maps import (
 from underwater_spectral.datasets.files import read_codes
 from underwater_spectral.datasets.index import read_index
 from underwater_spectral.datasets.layer_file import read_layers
-from underwater_spectral.scene import batch, data_set_batch, staging, stored_settings
-from underwater_spectral.scene.manifest import read_manifest
-from underwater_spectral.scene.pinhole import pinhole_of, pose_of
-from underwater_spectral.scene.progress import Progress
-from underwater_spectral.scene.room import Room
-from underwater_spectral.scene.stage import Place, Stage, StageCamera, StageLamp
+from underwater_spectral.jobs import batch, data_set_batch, staging
+from underwater_spectral.jobs.manifest import read_manifest
+from underwater_spectral.jobs.progress import Progress
+from underwater_spectral.jobs.stage import Place, Stage, StageCamera, StageLamp
+from underwater_spectral.scene import stored_settings
+from underwater_spectral.scene.seen.pinhole import pinhole_of, pose_of
+from underwater_spectral.scene.seen.room import Room
 from underwater_spectral.tests.scene import scenes
 from underwater_spectral.uw_spectral.spectra.spectral_image import read_exr
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import bpy
 import numpy as np
 import pytest
-from underwater_spectral.scene import development
+from underwater_spectral.jobs import development
 from underwater_spectral.tests.scene import snapshot
 from underwater_spectral.uw_spectral.spectra.bands import Bands
 from underwater_spectral.uw_spectral.spectra.spectral_image import read_exr, write_rgb_exr

@@ -7,14 +7,11 @@ import json
 import bpy
 import numpy as np
 from underwater_spectral.benchmarks import grey_scene
-from underwater_spectral.scene import (
-    batch,
-    engines,
-    moving_surface,
-    render_plan,
-    water_body,
-)
-from underwater_spectral.scene.settings import SceneSettings
+from underwater_spectral.jobs import batch
+from underwater_spectral.scene.engines import engines
+from underwater_spectral.scene.water import moving_surface, water_body
+from underwater_spectral.settings import render_plan
+from underwater_spectral.settings.scene_settings import SceneSettings
 from underwater_spectral.uw_spectral.spectra.spectral_image import read_exr, read_spectral_exr
 
 

@@ -5,7 +5,8 @@ from __future__ import annotations
 import bpy
 import numpy as np
 import pytest
-from underwater_spectral.scene import batch, contents
+from underwater_spectral.jobs import batch
+from underwater_spectral.scene import contents
 from underwater_spectral.tests.scene import essentials
 from underwater_spectral.uw_spectral.spectra.spectral_image import read_exr
 

@@ -9,15 +9,11 @@ import bpy
 import numpy as np
 import pytest
 from underwater_spectral.quality.picture import Optics, picture
-from underwater_spectral.scene import (
-    first_settings,
-    lamps,
-    live,
-    metering,
-    stored_settings,
-    view_tracing,
-)
-from underwater_spectral.scene.render_plan import plan_of
+from underwater_spectral.scene import stored_settings
+from underwater_spectral.scene.seen import lamps, view_tracing
+from underwater_spectral.scene.viewport import first_settings, live
+from underwater_spectral.scene.water import metering
+from underwater_spectral.settings.render_plan import plan_of
 from underwater_spectral.uw_spectral.spectra.colour_rendering import luminance, srgb_encode
 from underwater_spectral.uw_spectral.spectra.tone import camera_curve
 

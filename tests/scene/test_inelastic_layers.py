@@ -8,17 +8,16 @@ from dataclasses import replace
 import bpy
 import numpy as np
 import pytest
-from underwater_spectral.scene import (
-    cycles_settings,
+from underwater_spectral.scene.engines import cycles_settings, exr_output
+from underwater_spectral.scene.water import (
     cycles_water,
-    exr_output,
     inelastic_layers,
     pass_values,
     scene_water,
     water_body,
 )
-from underwater_spectral.scene.render_plan import make_plan
-from underwater_spectral.scene.settings import SceneSettings
+from underwater_spectral.settings.render_plan import make_plan
+from underwater_spectral.settings.scene_settings import SceneSettings
 from underwater_spectral.tests.scene import columns, scenes
 from underwater_spectral.uw_spectral.errors import InputError
 from underwater_spectral.uw_spectral.spectra.spectral_image import read_exr

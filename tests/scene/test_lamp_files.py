@@ -9,12 +9,14 @@ from pathlib import Path
 
 import bpy
 import pytest
-from underwater_spectral.scene import batch, farm_bundle, path_mapping, stored_settings
-from underwater_spectral.scene import manifest as manifests
-from underwater_spectral.scene.lamp_files import lamp_files
-from underwater_spectral.scene.openjd_template import FarmJob
-from underwater_spectral.scene.settings import SceneSettings
-from underwater_spectral.scene.stage import Place, Stage, StageCamera, StageLamp
+from underwater_spectral.jobs import batch, path_mapping
+from underwater_spectral.jobs import manifest as manifests
+from underwater_spectral.jobs.farm import farm_bundle
+from underwater_spectral.jobs.farm.openjd_template import FarmJob
+from underwater_spectral.jobs.stage import Place, Stage, StageCamera, StageLamp
+from underwater_spectral.scene import stored_settings
+from underwater_spectral.scene.seen.lamp_files import lamp_files
+from underwater_spectral.settings.scene_settings import SceneSettings
 from underwater_spectral.tests.scene import scenes
 from underwater_spectral.tests.scene.manifests import small_manifest
 from underwater_spectral.uw_spectral.errors import InputError

@@ -9,20 +9,14 @@ import bpy
 import numpy as np
 import pytest
 from underwater_spectral.node_groups.node_mathematics import MARK
-from underwater_spectral.scene import (
-    cameras,
-    engines,
-    lamp_rigs,
-    lamp_shadows,
-    lamps,
-    live,
-    render_plan,
-    scene_water,
-    stored_lamps,
-    water_body,
-)
-from underwater_spectral.scene.lamp_shadows import KeptLampShadows
-from underwater_spectral.scene.settings import SceneSettings
+from underwater_spectral.scene import marks, stored_lamps
+from underwater_spectral.scene.engines import engines
+from underwater_spectral.scene.seen import cameras, lamp_shadows, lamps
+from underwater_spectral.scene.seen.lamp_shadows import KeptLampShadows
+from underwater_spectral.scene.viewport import live
+from underwater_spectral.scene.water import lamp_rigs, water_body
+from underwater_spectral.settings import render_plan
+from underwater_spectral.settings.scene_settings import SceneSettings
 from underwater_spectral.tests.scene import scenes
 from underwater_spectral.uw_spectral.errors import InputError
 from underwater_spectral.uw_spectral.lamps.grouping import grouped
@@ -119,7 +113,7 @@ def test_light_in_the_water_is_the_formula(scene, tmp_path):
     spot = _lamp((0.7, 0.5, -DEPTH + 0.4), kind="SPOT")
     spot.data.spot_size = math.radians(80)
     plan, picture = _by("eevee", scene, folder=tmp_path)
-    (lamp,) = plan.lamps(scene).lamps
+    (lamp,) = lamps.plan_lamps(scene, plan).lamps
     water = lamp_water(plan.column.absorption, plan.column.scattering, plan.phase)
     half = math.tan(scene.camera.data.angle / 2)
     at = (np.arange(SIZE) + 0.5) / SIZE * 2.0 - 1.0
@@ -348,7 +342,7 @@ def test_a_strobe_follows_its_keyframes_and_its_parent(scene):
         for frame in (1, 2):
             scene.frame_set(frame)
             (lamp,) = lamps.lamps_of(scene, BANDS, RELATIVE).lamps
-            (follower,) = scene_water.followers(scene)
+            (follower,) = marks.followers(scene)
             bpy.context.view_layer.update()
             found += [lamp.position[0], follower.matrix_world.translation.x]
             assert bool(lamp.intensity.any()) == (frame == 1)

@@ -12,17 +12,12 @@ from mathutils import Vector
 from underwater_spectral.benchmarks._layer_scenes import square
 from underwater_spectral.datasets import cryptomatte
 from underwater_spectral.datasets.layer_file import read_layers
-from underwater_spectral.scene import (
-    batch,
-    cameras,
-    eevee_engine,
-    layer_passes,
-    manifest,
-    planning,
-    render_plan,
-    settings,
-    water_body,
-)
+from underwater_spectral.jobs import batch, command_line, manifest, planning
+from underwater_spectral.scene.engines import eevee_engine, layer_passes
+from underwater_spectral.scene.seen import cameras
+from underwater_spectral.scene.water import water_body
+from underwater_spectral.settings import render_plan
+from underwater_spectral.settings.scene_settings import SceneSettings
 from underwater_spectral.tests.scene import scenes
 from underwater_spectral.uw_spectral.errors import InputError
 from underwater_spectral.uw_spectral.spectra.spectral_image import read_exr
@@ -203,7 +198,7 @@ def test_the_real_time_picture_comes_apart_alike(blend, tmp_path, eevee):
 def test_every_kind_of_water_has_its_outputs(changes):
     scene = scenes.varied_scene()
     values = {"layers": "all", "bands": 4, "wave_resolution": 16, **changes}
-    plan = render_plan.make_plan(settings.SceneSettings(**values))
+    plan = render_plan.make_plan(SceneSettings(**values))
     extent = water_body.WaterExtent(50.0, 40.0)
     with eevee_engine.eevee_bands(scene, scene.camera, plan, extent, 5.0):
         for name in ("UW Thing in Water", "UW Background"):
@@ -231,9 +226,11 @@ def test_passes_are_switched_off_again():
 
 def _planned(blend, tmp_path, layers):
     bpy.ops.wm.open_mainfile(filepath=str(blend))
-    options = settings.parse([*EEVEE, "--out", str(tmp_path), "--bands", "3", "--layers", layers])
-    chosen = settings.merge(settings.SceneSettings(), options)
-    return planning.plan_job(bpy.context.scene, lambda: chosen, settings.job(options))
+    options = command_line.parse(
+        [*EEVEE, "--out", str(tmp_path), "--bands", "3", "--layers", layers]
+    )
+    chosen = command_line.merge(SceneSettings(), options)
+    return planning.plan_job(bpy.context.scene, lambda: chosen, command_line.job(options))
 
 
 def test_a_pass_depends_on_what_is_drawn_with_it(blend, tmp_path):
@@ -265,9 +262,9 @@ def test_resuming_renders_passes_without_their_layers_again(blend, tmp_path):
 def test_other_cameras_and_words_are_refused(blend, tmp_path):
     bpy.ops.wm.open_mainfile(filepath=str(blend))
     bpy.context.scene.camera.data.type = "ORTHO"
-    chosen = settings.SceneSettings(layers="range")
-    job = settings.job(settings.parse(["--out", str(tmp_path)]))
+    chosen = SceneSettings(layers="range")
+    job = command_line.job(command_line.parse(["--out", str(tmp_path)]))
     with pytest.raises(InputError, match="is of type ORTHO; layers .* need a perspective camera"):
         planning.plan_job(bpy.context.scene, lambda: chosen, job)
     with pytest.raises(InputError, match="--layers: 'depth' is not one of"):
-        settings.SceneSettings(layers="depth")
+        SceneSettings(layers="depth")

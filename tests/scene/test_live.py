@@ -8,9 +8,12 @@ import bpy
 import numpy as np
 import pytest
 from underwater_spectral.node_groups import realtime_tables, realtime_values
-from underwater_spectral.scene import live, realtime, scene_water, shade, stored_settings
-from underwater_spectral.scene.render_plan import make_plan, plan_of
+from underwater_spectral.scene import marks, stored_settings
 from underwater_spectral.scene.session import is_live
+from underwater_spectral.scene.viewport import live
+from underwater_spectral.scene.water import realtime, shade
+from underwater_spectral.scene.water.eevee_water import Eye, eevee_water
+from underwater_spectral.settings.render_plan import make_plan, plan_of
 from underwater_spectral.tests.scene import scenes, snapshot
 from underwater_spectral.ui import live_updates
 from underwater_spectral.uw_spectral.imaging.description import REFERENCE_BANDS
@@ -51,7 +54,7 @@ def _numbers():
 
 def _texels():
     """All of the tables of the water in the scene."""
-    image = scene_water.part(bpy.context.scene, "uw_table")
+    image = marks.part(bpy.context.scene, "uw_table")
     found = np.empty(len(image.pixels), np.float32)
     image.pixels.foreach_get(found)
     return found
@@ -64,7 +67,7 @@ def _groups():
 def _expected(scene, depth):
     """Water that is added afresh."""
     plan = make_plan(stored_settings.stored_settings(scene).in_mode("realtime"))
-    return plan.realtime(scene, depth, plan.reduction(depth).weights)
+    return eevee_water(plan, scene, Eye(scene.camera, depth), plan.reduction(depth).weights)
 
 
 def _assert_shows(scene, depth):
@@ -148,7 +151,7 @@ def test_what_was_drawn_in_haste_is_packed_at_rest():
     scene = _scene()
     scene.underwater.bands, scene.underwater.diffuse_shadows = 4, False
     live.add(scene)
-    image = scene_water.part(scene, "uw_table")
+    image = marks.part(scene, "uw_table")
     with live_updates.transaction():
         scene.underwater.sun_zenith = 20.0
         live.update(scene, hasty=True)
@@ -490,7 +493,7 @@ def test_the_water_goes_along_with_a_camera_that_travels():
     live.add(scene)
 
     def width():
-        (body,) = scene_water.bodies(scene)
+        (body,) = marks.bodies(scene)
         return max(corner[0] for corner in body.bound_box)
 
     before = width()

@@ -7,18 +7,15 @@ from dataclasses import replace
 import bpy
 import numpy as np
 import pytest
+from underwater_spectral.jobs import command_line, planning
 from underwater_spectral.node_groups import realtime_tables
-from underwater_spectral.scene import (
-    cameras,
-    live,
-    metering,
-    planning,
-    scene_water,
-    settings,
-    stored_settings,
-)
-from underwater_spectral.scene.render_plan import plan_of
-from underwater_spectral.scene.settings import SceneSettings
+from underwater_spectral.scene import marks, stored_settings
+from underwater_spectral.scene.seen import cameras, lamps
+from underwater_spectral.scene.viewport import live
+from underwater_spectral.scene.water import metering
+from underwater_spectral.scene.water.eevee_water import Eye, eevee_water
+from underwater_spectral.settings.render_plan import plan_of
+from underwater_spectral.settings.scene_settings import SceneSettings
 from underwater_spectral.tests.scene import scenes
 from underwater_spectral.uw_spectral.spectra.colour_rendering import luminance
 from underwater_spectral.uw_spectral.surface.refraction import seen_from_air
@@ -113,7 +110,7 @@ def test_at_night_lamps_are_metered_and_nothing_is_no_error():
     bpy.context.scene.collection.objects.link(lamp)
     bpy.context.view_layer.update()
     scene = bpy.context.scene
-    lit = plan_of(dark).lamplight(scene, scene.camera)
+    lit = lamps.lamplight(scene, scene.camera, plan_of(dark))
     weak = _stops(dark, lit)
     light.energy = 40.0
     bpy.context.view_layer.update()
@@ -122,7 +119,7 @@ def test_at_night_lamps_are_metered_and_nothing_is_no_error():
 
 
 def _texels(scene):
-    image = scene_water.part(scene, "uw_table")
+    image = marks.part(scene, "uw_table")
     found = np.empty(len(image.pixels), np.float32)
     image.pixels.foreach_get(found)
     return found
@@ -136,10 +133,10 @@ def test_live_water_and_a_job_expose_alike():
     plan, stops = plan_of(chosen), _stops(chosen)
     expected = plan.reduction(DEPTH, None, stops).weights
     assert not np.allclose(expected, plan.reduction(DEPTH).weights, rtol=0.1)
-    job = settings.job(settings.parse(["--engine", "eevee", "--mode", "realtime"]))
+    job = command_line.job(command_line.parse(["--engine", "eevee", "--mode", "realtime"]))
     manifest = planning.plan_job(scene, lambda: stored_settings.stored_settings(scene), job)
     np.testing.assert_allclose(manifest.developments[0].weights, expected)
-    water = plan.realtime(scene, DEPTH, expected)
+    water = eevee_water(plan, scene, Eye(scene.camera, DEPTH), expected)
     live.add(scene)
     np.testing.assert_array_equal(_texels(scene), realtime_tables.pixels(water.folded).ravel())
     # The camera turns away from the ball: another picture, another exposure.

@@ -9,15 +9,14 @@ import numpy as np
 import pytest
 from underwater_spectral.benchmarks import grey_scene
 from underwater_spectral.node_groups import realtime_surface
-from underwater_spectral.scene import (
-    contents,
-    engines,
-    live,
-    realtime_materials,
-    render_plan,
-    water_body,
-)
-from underwater_spectral.scene.settings import SceneSettings
+from underwater_spectral.scene import contents
+from underwater_spectral.scene.engines import engines
+from underwater_spectral.scene.materials import realtime_materials
+from underwater_spectral.scene.viewport import live
+from underwater_spectral.scene.water import water_body
+from underwater_spectral.scene.water.eevee_water import Eye, eevee_water
+from underwater_spectral.settings import render_plan
+from underwater_spectral.settings.scene_settings import SceneSettings
 from underwater_spectral.tests.scene import scenes
 
 DEPTH, NEAR = 6.0, 0.2
@@ -91,14 +90,14 @@ def test_only_scenes_with_mirrors_pay_for_them(empty_blender):
     item = scenes._cube("thing", (0.0, 4.0, -DEPTH))
     item.data.materials.append(scenes.principled("paint"))
     plan = render_plan.make_plan(SceneSettings(bands=3, diffuse_shadows=False))
-    assert not plan.realtime(scene, DEPTH, np.eye(3)).shape.mirrors
+    assert not eevee_water(plan, scene, Eye(scene.camera, DEPTH), np.eye(3)).shape.mirrors
     shader = item.active_material.node_tree.nodes["Principled BSDF"].inputs["Metallic"]
     shader.keyframe_insert("default_value", frame=1)
-    assert plan.realtime(scene, DEPTH, np.eye(3)).shape.mirrors
+    assert eevee_water(plan, scene, Eye(scene.camera, DEPTH), np.eye(3)).shape.mirrors
     item.active_material.node_tree.animation_data_clear()
     assert not realtime_materials.kinds(contents.materials(scene)).mirrors
     shader.default_value = 0.5
-    assert plan.realtime(scene, DEPTH, np.eye(3)).shape.mirrors
+    assert eevee_water(plan, scene, Eye(scene.camera, DEPTH), np.eye(3)).shape.mirrors
 
 
 def test_live_water_follows_what_becomes_a_mirror(registered):

@@ -5,10 +5,12 @@ from __future__ import annotations
 import bpy
 import numpy as np
 import pytest
+from underwater_spectral.jobs.command_line import merge, parse
 from underwater_spectral.node_groups import realtime_values
-from underwater_spectral.scene import moving_surface, realtime, scene_water, water_body
-from underwater_spectral.scene.render_plan import make_plan
-from underwater_spectral.scene.settings import SceneSettings, merge, parse
+from underwater_spectral.scene.water import moving_surface, realtime, scene_water, water_body
+from underwater_spectral.scene.water.eevee_water import Eye, eevee_water
+from underwater_spectral.settings.render_plan import make_plan
+from underwater_spectral.settings.scene_settings import SceneSettings
 from underwater_spectral.tests.scene import scenes, snapshot
 from underwater_spectral.uw_spectral.errors import InputError
 from underwater_spectral.uw_spectral.transfer.channels import channels_of_bands
@@ -25,7 +27,7 @@ OPTIONS = [
 
 def _water(scene, **changes):
     plan = make_plan(SceneSettings(**({"surface": "waves"} | QUICK | changes)))
-    water = plan.realtime(scene, 5.0, np.ones((3, len(plan.bands))))
+    water = eevee_water(plan, scene, Eye(scene.camera, 5.0), np.ones((3, len(plan.bands))))
     return moving_surface.with_waves(scene, plan, water)
 
 

@@ -8,19 +8,14 @@ from dataclasses import replace
 import bpy
 import numpy as np
 import pytest
-from underwater_spectral.scene import (
-    bare_surfaces,
-    contents,
-    engines,
-    live,
-    particles,
-    realtime,
-    render_plan,
-    scene_water,
-    settings,
-    stored_settings,
-    water_body,
-)
+from underwater_spectral.scene import contents, marks, stored_settings
+from underwater_spectral.scene.engines import engines
+from underwater_spectral.scene.materials import bare_surfaces
+from underwater_spectral.scene.viewport import live
+from underwater_spectral.scene.water import particles, realtime, scene_water, water_body
+from underwater_spectral.scene.water.eevee_water import Eye, eevee_water
+from underwater_spectral.settings import render_plan
+from underwater_spectral.settings.scene_settings import SceneSettings
 from underwater_spectral.tests.scene import scenes, snapshot
 from underwater_spectral.uw_spectral.spectra.spectral_image import read_exr
 from underwater_spectral.uw_spectral.water.particles import (
@@ -31,7 +26,7 @@ from underwater_spectral.uw_spectral.water.particles import (
 )
 
 CLOUDS = ("snow", "plankton", "bubbles", "silt")
-PLAIN = settings.SceneSettings(bands=3, diffuse_shadows=False, scene_floor=False)
+PLAIN = SceneSettings(bands=3, diffuse_shadows=False, scene_floor=False)
 
 
 def _plan(**changes):
@@ -39,7 +34,7 @@ def _plan(**changes):
 
 
 def _add(scene, plan, depth=5.0):
-    water = plan.realtime(scene, depth, np.eye(3))
+    water = eevee_water(plan, scene, Eye(scene.camera, depth), np.eye(3))
     extent = water_body.water_extent(scene, water.column, depth)
     realtime.add_realtime(scene, water, extent)
     return water
@@ -47,18 +42,18 @@ def _add(scene, plan, depth=5.0):
 
 def _seen(scene, *, everything=False):
     """Places (n, 3) and mean diameters (n,) by kind."""
-    for item in scene_water.objects(scene):
-        if scene_water.PARTICLES in item:
+    for item in marks.objects(scene):
+        if marks.PARTICLES in item:
             for node in item.modifiers[0].node_group.nodes:
                 if "In View Only" in node.inputs:
                     node.inputs["In View Only"].default_value = not everything
     bpy.context.view_layer.update()
     found = {}
     for shown in bpy.context.evaluated_depsgraph_get().object_instances:
-        if shown.is_instance and scene_water.PARTICLES in shown.parent.original:
+        if shown.is_instance and marks.PARTICLES in shown.parent.original:
             place, scale = shown.matrix_world.translation, shown.matrix_world.to_scale()
             row = (*place, math.prod(scale) ** (1 / 3))
-            found.setdefault(shown.parent.original[scene_water.PARTICLES], []).append(row)
+            found.setdefault(shown.parent.original[marks.PARTICLES], []).append(row)
     return {kind: (np.array(rows)[:, :3], np.array(rows)[:, 3]) for kind, rows in found.items()}
 
 
@@ -73,7 +68,7 @@ def camera():
 def test_without_density_nothing_is_added():
     scene = scenes.varied_scene()
     _add(scene, _plan(particle_seed=7, drift_speed=1.0, particle_slope=3.5))
-    assert not [i for i in scene_water.objects(scene) if scene_water.PARTICLES in i]
+    assert not [i for i in marks.objects(scene) if marks.PARTICLES in i]
     groups = {g.bl_idname for g in bpy.data.node_groups}
     assert "GeometryNodeTree" not in groups
     own = {m.name for m in bpy.data.materials if m.name.startswith("UW")}
@@ -87,7 +82,7 @@ def test_every_kind_comes_with_two_materials_and_leaves_no_trace():
     before = snapshot.snapshot()
     dry = {m.name for m in contents.materials(scene)}
     _add(scene, _plan(**dict.fromkeys(CLOUDS, 5.0)))
-    kinds = {i[scene_water.PARTICLES] for i in scene_water.objects(scene) if len(i.modifiers)}
+    kinds = {i[marks.PARTICLES] for i in marks.objects(scene) if len(i.modifiers)}
     assert kinds == set(CLOUDS)
     found = {m.name for m in contents.materials(scene)} - dry
     assert found == {"UW Particles", "UW Bubbles", bare_surfaces.NAME}
@@ -99,7 +94,7 @@ def test_numbers_and_sizes_are_those_of_the_cloud(camera):
     scene = bpy.context.scene
     plan = _plan(snow=20.0, particle_angle=1.0)
     _add(scene, plan)
-    (cloud,) = plan.particles.clouds
+    (cloud,) = particles.particles_of(plan.settings, plan.column).clouds
     wanted = particle_cloud(KINDS["snow"], 20.0, angle=1e-3, reach=cloud.classes[-1].side / 2)
     assert cloud.count == wanted.count > 500
     places, sizes = _seen(scene, everything=True)["snow"]
@@ -171,9 +166,8 @@ def test_seeds_differ(camera):
     scene = bpy.context.scene
     _add(scene, _plan(plankton=10.0, particle_angle=1.0))
     one, _ = _seen(scene, everything=True)["plankton"]
-    water = _plan(plankton=10.0, particle_angle=1.0, particle_seed=1).realtime(
-        scene, 5.0, np.eye(3)
-    )
+    plan = _plan(plankton=10.0, particle_angle=1.0, particle_seed=1)
+    water = eevee_water(plan, scene, Eye(scene.camera, 5.0), np.eye(3))
     assert realtime.fits(scene, water)
     realtime.set_values(scene, water)
     other, _ = _seen(scene, everything=True)["plankton"]

@@ -8,7 +8,7 @@ import bpy
 import numpy as np
 import pytest
 from mathutils import Vector
-from underwater_spectral.scene.ray_casting import Meshes
+from underwater_spectral.scene.seen.ray_casting import Meshes
 from underwater_spectral.tests.scene import scenes
 
 

@@ -7,8 +7,9 @@ import math
 import bpy
 import numpy as np
 import pytest
-from underwater_spectral.scene import realtime, realtime_materials, scene_water, water_body
-from underwater_spectral.scene.lamps import lamps_of
+from underwater_spectral.scene.materials import realtime_materials
+from underwater_spectral.scene.seen.lamps import lamps_of
+from underwater_spectral.scene.water import realtime, scene_water, water_body
 from underwater_spectral.tests.scene import columns, scenes, snapshot
 from underwater_spectral.uw_spectral.errors import InputError
 from underwater_spectral.uw_spectral.spectra.illuminant import RELATIVE

@@ -7,16 +7,10 @@ import math
 import bpy
 import numpy as np
 import pytest
-from underwater_spectral.scene import (
-    band_colors,
-    eevee_settings,
-    exr_output,
-    realtime,
-    realtime_materials,
-    scene_water,
-    temporary,
-    water_body,
-)
+from underwater_spectral.scene import temporary
+from underwater_spectral.scene.engines import eevee_settings, exr_output
+from underwater_spectral.scene.materials import band_colors, realtime_materials
+from underwater_spectral.scene.water import realtime, scene_water, water_body
 from underwater_spectral.tests.scene import columns, scenes, snapshot
 from underwater_spectral.uw_spectral.spectra.reflectance import emission_basis, uplift_basis
 from underwater_spectral.uw_spectral.spectra.spectral_image import read_exr

@@ -5,14 +5,17 @@ from __future__ import annotations
 import bpy
 import numpy as np
 import pytest
-from underwater_spectral.scene import batch, contents, lamps, planning, scene_water, surroundings
-from underwater_spectral.scene.lamp_shadows import KeptLampShadows
-from underwater_spectral.scene.mean_colours import mean_colour, mean_surface
-from underwater_spectral.scene.ray_casting import Meshes
+from underwater_spectral.jobs import batch, planning
+from underwater_spectral.scene import contents
+from underwater_spectral.scene.materials.mean_colours import mean_colour, mean_surface
 from underwater_spectral.scene.rendered import as_rendered
-from underwater_spectral.scene.surroundings import has_things, look_around
-from underwater_spectral.scene.visible_meshes import visible_meshes
-from underwater_spectral.scene.water_body import scene_reach
+from underwater_spectral.scene.seen import lamps, surroundings
+from underwater_spectral.scene.seen.lamp_shadows import KeptLampShadows
+from underwater_spectral.scene.seen.ray_casting import Meshes
+from underwater_spectral.scene.seen.surroundings import has_things, look_around
+from underwater_spectral.scene.seen.visible_meshes import visible_meshes
+from underwater_spectral.scene.water import scene_water
+from underwater_spectral.scene.water.water_body import scene_reach
 from underwater_spectral.tests.scene import scenes, snapshot
 from underwater_spectral.uw_spectral.errors import InputError
 from underwater_spectral.uw_spectral.spectra.bands import Bands
@@ -333,14 +336,15 @@ def test_what_is_linked_and_would_stay_dry_is_refused(kind, tmp_path, capsys):
 
 
 def _extent(*arguments):
-    from underwater_spectral.scene import settings, stored_settings
+    from underwater_spectral.jobs import command_line
+    from underwater_spectral.scene import stored_settings
 
-    options = settings.parse([str(a) for a in arguments])
+    options = command_line.parse([str(a) for a in arguments])
     scene = bpy.context.scene
     stored = stored_settings.stored_settings
-    job = settings.job(options)
+    job = command_line.job(options)
     return planning.plan_job(
-        scene, lambda: settings.merge(stored(scene), options), job
+        scene, lambda: command_line.merge(stored(scene), options), job
     ).output.extent
 
 

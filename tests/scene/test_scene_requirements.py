@@ -9,17 +9,12 @@ import bpy
 import numpy as np
 import pytest
 from mathutils import Vector
+from underwater_spectral.jobs import batch, command_line, scene_requirements
 from underwater_spectral.node_groups.node_mathematics import MARK
 from underwater_spectral.quality import requirements
-from underwater_spectral.scene import (
-    batch,
-    cameras,
-    scene_requirements,
-    settings,
-    stored_settings,
-    view_tracing,
-)
-from underwater_spectral.scene.settings import SceneSettings
+from underwater_spectral.scene import stored_settings
+from underwater_spectral.scene.seen import cameras, view_tracing
+from underwater_spectral.settings.scene_settings import SceneSettings
 from underwater_spectral.tests.scene import scenes
 from underwater_spectral.tests.scene.columns import grey_column
 from underwater_spectral.uw_spectral.errors import InputError
@@ -155,17 +150,17 @@ def registered():
 
 
 def _choose(scene, camera, options, **how):
-    parsed = settings.parse(options)
+    parsed = command_line.parse(options)
     stored = SceneSettings()
     return scene_requirements.choose(
-        scene, camera, lambda: settings.merge(stored, parsed), settings.job(parsed), **how
+        scene, camera, lambda: command_line.merge(stored, parsed), command_line.job(parsed), **how
     )
 
 
 def test_choice_changes_only_what_was_left_to_it():
     scene, camera = _scene()
     options = ["--engine", "eevee", "--mode", "realtime", "--surface", "flat", "--samples", "7"]
-    auto = settings.auto(settings.parse([*options, "--target-delta-e", "8"]))
+    auto = command_line.auto(command_line.parse([*options, "--target-delta-e", "8"]))
     assert auto.keep == {"surface", "samples"}
     choice = _choose(scene, camera, options, target=8.0, keep=auto.keep)
     assert not {"surface", "samples"} & set(choice.settings)
@@ -207,7 +202,7 @@ def test_terms_that_are_given_stay():
     scene, camera = _scene()
     options = ["--engine", "eevee", "--bands", "4", "--no-diffuse-shadows", "--shafts"]
     options += ["--surface", "flat", "--inelastic", ""]
-    keep = settings.auto(settings.parse([*options, "--target-delta-e", "8"])).keep
+    keep = command_line.auto(command_line.parse([*options, "--target-delta-e", "8"])).keep
     choice = _choose(scene, camera, options, target=8.0, keep=keep)
     assert choice.required.options == {"shafts", "surface"}
     lines = {line.split(";")[0] for line in choice.lines}
@@ -254,15 +249,17 @@ def test_night_is_refused():
 
 
 def test_quality_gives_engine_mode_and_target():
-    parsed = settings.parse(["--quality", "draft"])
-    job = settings.job(parsed)
+    parsed = command_line.parse(["--quality", "draft"])
+    job = command_line.job(parsed)
     assert (job.engine, job.mode) == ("eevee", "realtime")
-    assert settings.auto(parsed).target == 4.0
-    parsed = settings.parse(["--quality", "draft", "--engine", "cycles", "--target-delta-e", "2"])
-    assert (settings.job(parsed).engine, settings.job(parsed).mode) == ("cycles", "bands")
-    assert settings.auto(parsed).target == 2.0
-    assert settings.auto(settings.parse([])) is None
-    assert settings.job(settings.parse([])).engine == "cycles"
+    assert command_line.auto(parsed).target == 4.0
+    parsed = command_line.parse(
+        ["--quality", "draft", "--engine", "cycles", "--target-delta-e", "2"]
+    )
+    assert (command_line.job(parsed).engine, command_line.job(parsed).mode) == ("cycles", "bands")
+    assert command_line.auto(parsed).target == 2.0
+    assert command_line.auto(command_line.parse([])) is None
+    assert command_line.job(command_line.parse([])).engine == "cycles"
 
 
 @pytest.mark.parametrize(
@@ -275,7 +272,7 @@ def test_quality_gives_engine_mode_and_target():
 )
 def test_bad_wishes(options, message):
     with pytest.raises(InputError, match=message):
-        settings.auto(settings.parse(options))
+        command_line.auto(command_line.parse(options))
 
 
 def test_batch_explains_and_records_what_it_chose(registered, tmp_path, capfd):

@@ -5,7 +5,9 @@ from __future__ import annotations
 import bpy
 import numpy as np
 import pytest
-from underwater_spectral.scene import cycles_water, realtime, scene_water, water_body
+from underwater_spectral.node_groups.node_mathematics import MARK
+from underwater_spectral.scene import marks
+from underwater_spectral.scene.water import cycles_water, realtime, scene_water, water_body
 from underwater_spectral.tests.scene import columns, scenes, snapshot
 from underwater_spectral.uw_spectral.errors import InputError
 from underwater_spectral.uw_spectral.water.phase import parse_phase
@@ -34,7 +36,7 @@ FILLINGS = pytest.mark.parametrize("fill", [_eevee, _cycles])
 
 
 def _values(scene):
-    return scene_water.part(scene, "uw_values")
+    return marks.part(scene, "uw_values")
 
 
 def _numbers(scene):
@@ -76,7 +78,7 @@ def test_two_scenes_hold_different_water(fills):
     assert snapshot.differences(one, snapshot.snapshot()) == []
     fills[1](second, a=0.5)
     scene_water.remove(first)
-    assert scene_water.has_water(second)
+    assert marks.has_water(second)
     assert second.world.name != "second world"
     assert not bpy.data.objects["SUN lamp"].hide_render
     assert bpy.data.objects["second lamp"].hide_render
@@ -136,10 +138,10 @@ def test_copies_of_objects_and_materials_leave_no_trace(fill):
                 slot.material = slot.material.copy()
         for collection in item.users_collection:
             collection.objects.link(copy)
-        copies.append((item.name, copy.name, scene_water.MARK in item))
+        copies.append((item.name, copy.name, MARK in item))
     moved = bpy.data.objects[next(copy for _, copy, ours in copies if ours)]
     scene.collection.objects.link(moved)
-    scene_water.collection_of(scene).objects.unlink(moved)
+    marks.collection_of(scene).objects.unlink(moved)
     scene_water.remove(scene)
     for original, copy, ours in copies:
         assert (copy in bpy.data.objects) == (original in bpy.data.objects) == (not ours)
@@ -175,14 +177,14 @@ def test_copies_of_a_scene(fill, kind, copy_first):
     bpy.ops.scene.new(type=kind)
     copy = bpy.context.scene
     assert copy != scene
-    assert scene_water.has_water(copy)
+    assert marks.has_water(copy)
     pair = (copy, scene) if copy_first else (scene, copy)
     scene_water.remove(pair[0])
-    assert not scene_water.has_water(pair[0])
-    assert scene_water.has_water(pair[1])
+    assert not marks.has_water(pair[0])
+    assert marks.has_water(pair[1])
     assert pair[0].world.name == "own world"
     assert "UW" in pair[1].world.name
-    assert any(scene_water.MARK in item for item in pair[1].objects)
+    assert any(MARK in item for item in pair[1].objects)
     materials = bpy.data.materials["textured"].node_tree
     assert len(materials.nodes) > 3
     scene_water.remove(pair[1])
@@ -226,12 +228,12 @@ def test_undo_and_redo_across_adding_and_removing(fill):
     bpy.ops.ed.undo()
     assert snapshot.differences(dry, snapshot.snapshot()) == []
     bpy.ops.ed.redo()
-    assert scene_water.has_water(bpy.context.scene)
+    assert marks.has_water(bpy.context.scene)
     scene_water.remove(bpy.context.scene)
     assert snapshot.differences(dry, snapshot.snapshot()) == []
     bpy.ops.ed.undo_push(message="dry again")
     bpy.ops.ed.undo()
-    assert scene_water.has_water(bpy.context.scene)
+    assert marks.has_water(bpy.context.scene)
     scene_water.remove(bpy.context.scene)
     assert snapshot.differences(dry, snapshot.snapshot()) == []
 
@@ -259,7 +261,7 @@ def test_names_that_are_taken(fill, tmp_path):
     assert bpy.data.objects["UW Sun"].hide_render
     bpy.ops.wm.save_as_mainfile(filepath=path)
     bpy.ops.wm.open_mainfile(filepath=path)
-    assert scene_water.has_water(bpy.context.scene)
+    assert marks.has_water(bpy.context.scene)
     scene_water.remove(bpy.context.scene)
     assert snapshot.differences(before, snapshot.snapshot()) == []
 
@@ -268,7 +270,7 @@ def test_names_that_are_taken(fill, tmp_path):
 def test_what_the_user_puts_among_the_water_stays(fill):
     scene = scenes.varied_scene()
     fill(scene)
-    water = scene_water.collection_of(scene)
+    water = marks.collection_of(scene)
     cube, other = (scenes._cube(name, (0.0, 0.0, -3.0)) for name in ("left here", "in both"))
     for item in (cube, other):
         water.objects.link(item)
@@ -290,8 +292,8 @@ def test_a_wet_scene_that_is_deleted_is_cleared_up(fill):
     bpy.data.scenes.remove(second)
     fill(scene)
     scene_water.remove(scene)
-    assert not [c for c in bpy.data.collections if scene_water.MARK in c]
-    assert not [o for o in bpy.data.objects if scene_water.MARK in o]
+    assert not [c for c in bpy.data.collections if MARK in c]
+    assert not [o for o in bpy.data.objects if MARK in o]
     assert len(bpy.data.materials["second paint"].node_tree.nodes) == 2
 
 

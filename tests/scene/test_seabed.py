@@ -7,8 +7,10 @@ import math
 import bpy
 import numpy as np
 import pytest
-from underwater_spectral.scene import engines, render_plan, seabed, water_body
-from underwater_spectral.scene.settings import SceneSettings
+from underwater_spectral.scene.engines import engines
+from underwater_spectral.scene.water import seabed, water_body
+from underwater_spectral.settings import render_plan
+from underwater_spectral.settings.scene_settings import SceneSettings
 from underwater_spectral.tests.scene import scenes
 from underwater_spectral.uw_spectral.spectra.spectral_image import read_exr
 

@@ -8,10 +8,11 @@ from dataclasses import fields
 import bpy
 import numpy as np
 import pytest
-from underwater_spectral.scene import settings, stored_settings
-from underwater_spectral.scene.realtime import realtime_water
-from underwater_spectral.scene.render_plan import make_plan
-from underwater_spectral.scene.settings import SceneSettings
+from underwater_spectral.jobs import command_line
+from underwater_spectral.scene import stored_settings
+from underwater_spectral.scene.water.realtime import realtime_water
+from underwater_spectral.settings.render_plan import make_plan
+from underwater_spectral.settings.scene_settings import CONSTITUENTS, SceneSettings, flag
 from underwater_spectral.uw_spectral.errors import InputError
 
 
@@ -34,14 +35,14 @@ def test_options_override_what_the_file_stores(registered, tmp_path):
     bpy.ops.wm.read_homefile(use_empty=True)
     bpy.ops.wm.open_mainfile(filepath=path)
     stored = stored_settings.stored_settings(bpy.context.scene)
-    merged = settings.merge(stored, settings.parse(["--water", "jerlov:I"]))
+    merged = command_line.merge(stored, command_line.parse(["--water", "jerlov:I"]))
     assert (merged.water, merged.bands, merged.refractive_index) == ("jerlov:I", 12, 1.33)
 
 
 def test_number_of_bands_replaces_stored_wavelengths():
     stored = SceneSettings(wavelengths="450,550,650")
-    assert settings.merge(stored, settings.parse(["--bands", "4"])).wavelengths == ""
-    assert settings.merge(stored, settings.parse([])).wavelengths == "450,550,650"
+    assert command_line.merge(stored, command_line.parse(["--bands", "4"])).wavelengths == ""
+    assert command_line.merge(stored, command_line.parse([])).wavelengths == "450,550,650"
 
 
 def test_a_mode_decides_how_many_bands_if_nobody_does():
@@ -56,15 +57,15 @@ def test_a_mode_decides_how_many_bands_if_nobody_does():
 
 
 def test_every_setting_is_an_option():
-    options = settings.parse(["--range", "420", "680"])
-    assert settings.merge(SceneSettings(), options).range_start == 420.0
-    text = settings.parser().format_help()
+    options = command_line.parse(["--range", "420", "680"])
+    assert command_line.merge(SceneSettings(), options).range_start == 420.0
+    text = command_line.parser().format_help()
     for setting in fields(SceneSettings):
-        assert settings.flag(setting.name) in text
+        assert flag(setting.name) in text
 
 
 def test_help_names_every_kind_of_water():
-    text = " ".join(settings.parser().format_help().split())
+    text = " ".join(command_line.parser().format_help().split())
     start = text.index("--water WATER Water:")
     for form in ("jerlov:", "case:", "bio:", "file:", ".sb", "Kd"):
         assert form in text[start : start + 400], form
@@ -85,7 +86,7 @@ def test_help_names_every_kind_of_water():
 )
 def test_bad_options_are_named(arguments, message):
     with pytest.raises(InputError, match=message):
-        settings.merge(SceneSettings(), settings.parse(arguments))
+        command_line.merge(SceneSettings(), command_line.parse(arguments))
 
 
 AMOUNTS = (
@@ -97,7 +98,7 @@ AMOUNTS = (
 
 
 def _of(amounts, **others):
-    return make_plan(SceneSettings(water=settings.CONSTITUENTS, bands=4, **amounts, **others))
+    return make_plan(SceneSettings(water=CONSTITUENTS, bands=4, **amounts, **others))
 
 
 def test_water_from_constituents():
@@ -116,17 +117,17 @@ def test_water_from_constituents():
 
 def test_amounts_need_water_from_constituents():
     with pytest.raises(InputError, match="--chlorophyll needs --water constituents"):
-        settings.merge(SceneSettings(), settings.parse(["--chlorophyll", "2"]))
-    options = settings.parse(["--water", "constituents", "--cdom", "0.3"])
-    merged = settings.merge(SceneSettings(), options)
+        command_line.merge(SceneSettings(), command_line.parse(["--chlorophyll", "2"]))
+    options = command_line.parse(["--water", "constituents", "--cdom", "0.3"])
+    merged = command_line.merge(SceneSettings(), options)
     assert (merged.water, merged.cdom, merged.chlorophyll) == ("constituents", 0.3, 1.0)
     stored = SceneSettings(water="constituents")
-    assert settings.merge(stored, settings.parse(["--minerals", "4"])).minerals == 4.0
+    assert command_line.merge(stored, command_line.parse(["--minerals", "4"])).minerals == 4.0
 
 
 def test_amounts_are_animatable(registered):
     group = bpy.context.scene.underwater
-    group.water = settings.CONSTITUENTS
+    group.water = CONSTITUENTS
     for frame, value in ((1, 0.5), (11, 10.5)):
         for name in AMOUNTS[0]:
             setattr(group, name, value)
@@ -139,9 +140,9 @@ def test_amounts_are_animatable(registered):
 @pytest.mark.parametrize("frames", ["a", "3-1", "1-x"])
 def test_bad_frames_are_named(frames):
     with pytest.raises(InputError, match="--frames"):
-        settings.parse_numbers(frames)
+        command_line.parse_numbers(frames)
 
 
 def test_frames():
-    assert settings.parse_numbers("1-3, 7") == (1, 2, 3, 7)
-    assert settings.parse_numbers("") == ()
+    assert command_line.parse_numbers("1-3, 7") == (1, 2, 3, 7)
+    assert command_line.parse_numbers("") == ()

@@ -7,12 +7,16 @@ import itertools
 import bpy
 import numpy as np
 import pytest
-from underwater_spectral.scene import live, render_plan, scene_water, shade, surroundings
-from underwater_spectral.scene.cameras import eye_of
-from underwater_spectral.scene.render_plan import make_plan
+from underwater_spectral.scene import marks
+from underwater_spectral.scene.seen import surroundings
+from underwater_spectral.scene.seen.cameras import eye_of
+from underwater_spectral.scene.seen.surroundings import look_around
 from underwater_spectral.scene.session import is_live
-from underwater_spectral.scene.settings import SceneSettings
-from underwater_spectral.scene.surroundings import look_around
+from underwater_spectral.scene.viewport import live
+from underwater_spectral.scene.water import shade
+from underwater_spectral.settings import render_plan
+from underwater_spectral.settings.render_plan import make_plan
+from underwater_spectral.settings.scene_settings import SceneSettings
 from underwater_spectral.tests.scene import scenes, snapshot
 from underwater_spectral.uw_spectral.shade.shade_table import ON_PATCH, SCATTERED
 
@@ -186,7 +190,7 @@ def test_removal_leaves_no_trace_of_shade():
     scene = _under_a_slab()
     before = snapshot.snapshot()
     live.add(scene)
-    image = scene_water.part(scene, "uw_shade")
+    image = marks.part(scene, "uw_shade")
     assert image.size[0] > 24, "there is a table"
     live.remove(scene)
     assert snapshot.differences(before, snapshot.snapshot()) == []
@@ -198,13 +202,13 @@ def test_undo_takes_the_shade_out():
     _under_a_slab()
     bpy.ops.ed.undo_push(message="start")
     assert bpy.ops.underwater.add_water("EXEC_DEFAULT", True) == {"FINISHED"}
-    assert scene_water.part(bpy.context.scene, "uw_shade").size[0] > 24
+    assert marks.part(bpy.context.scene, "uw_shade").size[0] > 24
     bpy.ops.ed.undo()
     assert not is_live(bpy.context.scene)
     assert not [image for image in bpy.data.images if image.name.startswith("UW")]
     # And it can come back.
     assert bpy.ops.underwater.add_water("EXEC_DEFAULT", True) == {"FINISHED"}
-    assert scene_water.part(bpy.context.scene, "uw_shade").size[0] > 24
+    assert marks.part(bpy.context.scene, "uw_shade").size[0] > 24
 
 
 def test_a_hasty_update_does_not_look_around(monkeypatch):

@@ -6,9 +6,11 @@ import bpy
 import numpy as np
 import pytest
 from underwater_spectral.benchmarks import grey_scene
-from underwater_spectral.scene import engines, water_body
-from underwater_spectral.scene.render_plan import make_plan
-from underwater_spectral.scene.settings import SceneSettings
+from underwater_spectral.scene.engines import engines
+from underwater_spectral.scene.water import water_body
+from underwater_spectral.scene.water.cycles_phase import cycles_phases
+from underwater_spectral.settings.render_plan import make_plan
+from underwater_spectral.settings.scene_settings import SceneSettings
 from underwater_spectral.uw_spectral.spectra.spectral_image import read_exr
 
 pytestmark = pytest.mark.filterwarnings(
@@ -28,7 +30,7 @@ def test_passes_are_shared_where_that_is_wanted():
     assert _plan("3C", share_passes=False).passes == [(0,), (1,), (2,)]
     assert _plan("IA", phase="hg:0.8", share_passes=False).passes == [(0, 1, 2)]
     plan = _plan("3C")
-    for values in (*plan.cycles_phases[0].shares, *plan.cycles_phases[0].shapes):
+    for values in (*cycles_phases(plan)[0].shares, *cycles_phases(plan)[0].shapes):
         assert not np.ptp(values, axis=-1).any()
 
 

@@ -16,21 +16,20 @@ from pathlib import Path, PureWindowsPath
 import bpy
 import numpy as np
 import pytest
-from underwater_spectral.scene import (
+from underwater_spectral.jobs import (
     band_passes,
     batch,
     claims,
-    external_files,
+    command_line,
     job_files,
     job_status,
     path_mapping,
     planning,
-    settings,
-    stored_settings,
 )
-from underwater_spectral.scene import (
-    manifest as manifests,
-)
+from underwater_spectral.jobs import manifest as manifests
+from underwater_spectral.scene import stored_settings
+from underwater_spectral.scene.seen import external_files
+from underwater_spectral.settings.scene_settings import SceneSettings
 from underwater_spectral.tests.scene import scenes
 from underwater_spectral.tests.scene.manifests import small_manifest
 from underwater_spectral.uw_spectral.errors import InputError
@@ -555,16 +554,16 @@ def test_ten_thousand_passes(tmp_path, empty_blender, record_property, water):
     for frame, depth in ((1, -1.0), (3334, -30.0)):
         camera.location.z = depth
         camera.keyframe_insert("location", frame=frame)
-    scene, chosen = bpy.context.scene, settings.SceneSettings(phase="hg:0.8")
+    scene, chosen = bpy.context.scene, SceneSettings(phase="hg:0.8")
 
-    def now() -> settings.SceneSettings:
+    def now() -> SceneSettings:
         if water == "still":
             return chosen
         greener = replace(chosen, water="constituents", chlorophyll=scene.frame_current / 1000)
         return replace(greener, surface="waves") if "waves" in water else greener
 
     arguments = ["--frames", "1-3334", "--resolution", "8", "8", "--out", str(tmp_path / "out")]
-    job = settings.job(settings.parse(arguments))
+    job = command_line.job(command_line.parse(arguments))
     start = time.perf_counter()
     planned = planning.plan_job(scene, now, job)
     manifests.write_manifest(tmp_path / "job.json", planned)
@@ -596,7 +595,7 @@ def test_tables_on_a_windows_drive_are_moved_by_a_rule(tmp_path):
     """The folder of the manifest was put before them, so that no rule fitted."""
     job = small_manifest(
         tmp_path / "out",
-        settings={**dataclasses.asdict(settings.SceneSettings()), "water": r"file:D:\tables\w.csv"},
+        settings={**dataclasses.asdict(SceneSettings()), "water": r"file:D:\tables\w.csv"},
         files=(manifests.ExternalFile("the table", r"D:\tables\w.csv", "0", "water"),),
     )
     manifests.write_manifest(tmp_path / "job.json", job)

@@ -9,7 +9,9 @@ import bpy
 import numpy as np
 import OpenImageIO as oiio
 import pytest
-from underwater_spectral.scene import live, render_job, settings, stored_settings, view_transform
+from underwater_spectral.jobs import command_line, render_job
+from underwater_spectral.scene import stored_settings, view_transform
+from underwater_spectral.scene.viewport import live
 from underwater_spectral.tests.scene import scenes
 from underwater_spectral.uw_spectral.spectra import tone
 from underwater_spectral.uw_spectral.spectra.colour_rendering import srgb_encode
@@ -107,9 +109,9 @@ def test_how_a_picture_is_shown_changes_no_pass_and_stands_in_the_record(tmp_pat
     scene.underwater.bands = 3
 
     def rendered(*arguments):
-        chosen = settings.parse([*arguments, "--out", str(tmp_path), "--resume"])
-        stored = settings.merge(stored_settings.stored_settings(scene), chosen)
-        for _ in render_job.render(scene, lambda: stored, settings.job(chosen), print):
+        chosen = command_line.parse([*arguments, "--out", str(tmp_path), "--resume"])
+        stored = command_line.merge(stored_settings.stored_settings(scene), chosen)
+        for _ in render_job.render(scene, lambda: stored, command_line.job(chosen), print):
             pass
         record = json.loads((tmp_path / "0001.json").read_text())
         files = SimpleNamespace(

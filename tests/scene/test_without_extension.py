@@ -8,7 +8,10 @@ import sys
 import bpy
 import numpy as np
 import pytest
-from underwater_spectral.scene import exr_output, live, scene_water, stored_settings, surroundings
+from underwater_spectral.scene import marks, stored_settings
+from underwater_spectral.scene.engines import exr_output
+from underwater_spectral.scene.seen import surroundings
+from underwater_spectral.scene.viewport import live
 from underwater_spectral.uw_spectral.errors import DataWarning
 from underwater_spectral.uw_spectral.spectra.spectral_image import read_exr
 
@@ -44,7 +47,7 @@ def test_groups_are_ordinary_nodes(tmp_path, empty_blender, monkeypatch):
     scene.render.resolution_x, scene.render.resolution_y = 48, 27
     scene.eevee.taa_render_samples = 1
     live.add(scene)
-    assert scene_water.part(scene, "uw_shade").size[0] > 24
+    assert marks.part(scene, "uw_shade").size[0] > 24
     wet = tmp_path / "wet.blend"
     bpy.ops.wm.save_as_mainfile(filepath=str(wet))
     exr_output.write_float_exr(scene, tmp_path / "with.exr")

@@ -9,7 +9,7 @@ import bpy
 import numpy as np
 import OpenImageIO as oiio
 import pytest
-from underwater_spectral.scene import band_passes, batch, render_job
+from underwater_spectral.jobs import band_passes, batch, render_job
 from underwater_spectral.tests.scene import manifests, scenes
 from underwater_spectral.uw_spectral.errors import InputError
 from underwater_spectral.uw_spectral.spectra.bands import Bands

@@ -10,22 +10,20 @@ import numpy as np
 import pytest
 from hypothesis import strategies as st
 from mathutils import Vector
-from underwater_spectral.scene import (
-    cameras,
-    cycles_settings,
+from underwater_spectral.jobs import command_line, scene_requirements
+from underwater_spectral.scene.engines import cycles_settings, eevee_settings, exr_output
+from underwater_spectral.scene.seen import cameras
+from underwater_spectral.scene.viewport import live
+from underwater_spectral.scene.water import (
     cycles_water,
-    eevee_settings,
-    exr_output,
-    live,
     pass_values,
     realtime,
-    scene_requirements,
     scene_water,
-    settings,
     water_body,
 )
-from underwater_spectral.scene.render_plan import make_plan
-from underwater_spectral.scene.settings import SceneSettings
+from underwater_spectral.scene.water.eevee_water import Eye, eevee_water
+from underwater_spectral.settings.render_plan import make_plan
+from underwater_spectral.settings.scene_settings import SceneSettings
 from underwater_spectral.tests.scene import scenes, snapshot
 from underwater_spectral.tests.scene.columns import grey_column, henyey_greenstein, layers_of
 from underwater_spectral.tests.stress.cases import few_or_many, try_cases
@@ -219,12 +217,14 @@ def test_what_extreme_scenes_require(name):
     """The analysis ends in a decision, or says why not."""
     scene = _made(name)
     before = snapshot.snapshot()
-    parsed = settings.parse(["--engine", "eevee", "--mode", "realtime", "--bands", "3"])
+    parsed = command_line.parse(["--engine", "eevee", "--mode", "realtime", "--bands", "3"])
     stored = SceneSettings(phase="hg:0.924")
+
+    job = command_line.job(parsed)
 
     def choose():
         return scene_requirements.choose(
-            scene, scene.camera, lambda: settings.merge(stored, parsed), settings.job(parsed),
+            scene, scene.camera, lambda: command_line.merge(stored, parsed), job,
             target=4.0, keep=frozenset({"bands"}),
         )  # fmt: skip
 
@@ -266,7 +266,7 @@ def test_what_thousands_of_instances_require():
     _copies(scene, 4000)
     choice = scene_requirements.choose(
         scene, scene.camera, lambda: SceneSettings(phase="hg:0.924"),
-        settings.job(settings.parse(["--engine", "eevee", "--mode", "realtime"])),
+        command_line.job(command_line.parse(["--engine", "eevee", "--mode", "realtime"])),
         target=8.0, keep=frozenset({"bands"}),
     )  # fmt: skip
     _finite(choice)
@@ -311,7 +311,7 @@ def test_every_setting_makes_a_plan_or_is_refused(cases_, record_property):
         try:
             plan = make_plan(SceneSettings(**values))
             reduction = plan.reduction(depth)
-            water = plan.realtime(scene, depth, reduction.weights)
+            water = eevee_water(plan, scene, Eye(scene.camera, depth), reduction.weights)
         except InputError:
             return
         assert np.isfinite(reduction.weights).all()

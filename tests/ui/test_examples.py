@@ -5,8 +5,8 @@ from __future__ import annotations
 import bpy
 import pytest
 from underwater_spectral.examples.scenes import SCENES
-from underwater_spectral.scene import live
 from underwater_spectral.scene.session import is_live
+from underwater_spectral.scene.viewport import live
 from underwater_spectral.ui import example_scenes
 
 

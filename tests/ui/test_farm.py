@@ -10,10 +10,10 @@ from pathlib import Path
 import bpy
 import numpy as np
 import pytest
+from underwater_spectral.jobs.manifest import read_manifest
 from underwater_spectral.quality.methods import METHODS
-from underwater_spectral.scene import live
-from underwater_spectral.scene.manifest import read_manifest
 from underwater_spectral.scene.session import is_live
+from underwater_spectral.scene.viewport import live
 from underwater_spectral.tests.scene import scenes
 from underwater_spectral.uw_spectral.spectra.spectral_image import read_exr
 

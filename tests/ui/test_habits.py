@@ -13,8 +13,9 @@ import pytest
 from mathutils import Vector
 from underwater_spectral import registration
 from underwater_spectral.quality.methods import METHODS
-from underwater_spectral.scene import first_settings, live, stored_settings
-from underwater_spectral.scene.settings import SceneSettings
+from underwater_spectral.scene import stored_settings
+from underwater_spectral.scene.viewport import first_settings, live
+from underwater_spectral.settings.scene_settings import SceneSettings
 from underwater_spectral.tests.scene import scenes
 from underwater_spectral.ui import (
     help_pages,

@@ -6,7 +6,8 @@ from types import SimpleNamespace
 
 import bpy
 import pytest
-from underwater_spectral.scene import live, realtime
+from underwater_spectral.scene.viewport import live
+from underwater_spectral.scene.water import realtime
 from underwater_spectral.tests.scene import scenes
 from underwater_spectral.ui import handlers, live_updates, migration, presets
 from underwater_spectral.uw_spectral.errors import InputError

@@ -13,8 +13,8 @@ import bpy
 import numpy as np
 import pytest
 from underwater_spectral.scene import stored_settings
-from underwater_spectral.scene.render_plan import plan_of, quiet
-from underwater_spectral.scene.settings import SceneSettings
+from underwater_spectral.settings.render_plan import plan_of, quiet
+from underwater_spectral.settings.scene_settings import SceneSettings
 from underwater_spectral.ui import migration, panels, presets, previews
 from underwater_spectral.ui import property_group as panel_group
 from underwater_spectral.uw_spectral.errors import InputError

@@ -26,9 +26,9 @@ print("FOUND " + json.dumps({"loaded": loaded, "data": data}))
 """
 # Of what renders, enabling loads only what the panel stores and the table of terms.
 LIGHT = {
-    *("scene", "scene.session", "scene.settings", "scene.stage", "scene.stored_settings"),
+    *("scene", "scene.session", "settings.scene_settings", "jobs.stage", "scene.stored_settings"),
     "scene.units",
-    *("scene.animation", "scene.lamp_rigs", "scene.stored_lamps"),
+    *("scene.animation", "scene.water.lamp_rigs", "scene.stored_lamps"),
     *("quality", "quality.methods", "quality.terms"),
 }
 HEAVY = {"colour", "jerlov", "OpenImageIO", "scipy"}

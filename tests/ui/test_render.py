@@ -12,10 +12,10 @@ from types import SimpleNamespace
 import bpy
 import numpy as np
 import pytest
-from underwater_spectral.scene import live
-from underwater_spectral.scene.render_plan import forget_files, plan_of
 from underwater_spectral.scene.session import is_live
 from underwater_spectral.scene.stored_settings import stored_settings
+from underwater_spectral.scene.viewport import live
+from underwater_spectral.settings.render_plan import forget_files, plan_of
 from underwater_spectral.tests.scene import scenes, snapshot
 from underwater_spectral.ui import previews
 from underwater_spectral.ui.operators import Render

@@ -8,15 +8,9 @@ from pathlib import Path
 
 import bpy
 import numpy as np
-from underwater_spectral.scene import (
-    cycles_settings,
-    cycles_water,
-    exr_output,
-    pass_values,
-    scene_water,
-    water_body,
-)
-from underwater_spectral.scene.cycles_phase import CyclesPhase
+from underwater_spectral.scene.engines import cycles_settings, exr_output
+from underwater_spectral.scene.water import cycles_water, pass_values, scene_water, water_body
+from underwater_spectral.scene.water.cycles_phase import CyclesPhase
 from underwater_spectral.tests.scene import columns
 from underwater_spectral.uw_spectral.spectra.spectral_image import read_exr
 from underwater_spectral.uw_spectral.transfer.water_column import WaterColumn

@@ -6,10 +6,11 @@ import math
 
 import numpy as np
 import pytest
-from underwater_spectral.scene import engines, water_body
-from underwater_spectral.scene.cycles_phase import cycles_phase
-from underwater_spectral.scene.render_plan import make_plan
-from underwater_spectral.scene.settings import SceneSettings
+from underwater_spectral.scene.engines import engines
+from underwater_spectral.scene.water import water_body
+from underwater_spectral.scene.water.cycles_phase import cycles_phase
+from underwater_spectral.settings.render_plan import make_plan
+from underwater_spectral.settings.scene_settings import SceneSettings
 from underwater_spectral.tests.scene import columns, scenes
 from underwater_spectral.tests.validation import cycles_probe
 from underwater_spectral.uw_spectral.errors import DataWarning

@@ -6,8 +6,8 @@ import math
 
 import numpy as np
 import pytest
-from underwater_spectral.scene.render_plan import make_plan
-from underwater_spectral.scene.settings import SceneSettings
+from underwater_spectral.settings.render_plan import make_plan
+from underwater_spectral.settings.scene_settings import SceneSettings
 from underwater_spectral.uw_spectral.surface.refraction import (
     apparent_depth,
     direction_in_air,

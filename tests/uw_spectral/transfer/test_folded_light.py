@@ -7,7 +7,8 @@ import math
 
 import numpy as np
 import pytest
-from underwater_spectral.scene import render_plan, settings
+from underwater_spectral.settings import render_plan
+from underwater_spectral.settings.scene_settings import USUAL_BANDS, SceneSettings
 from underwater_spectral.uw_spectral.spectra.colour_rendering import delta_e_CIE2000_images
 from underwater_spectral.uw_spectral.spectra.reflectance import uplift_basis
 from underwater_spectral.uw_spectral.transfer.channel_pixel import (
@@ -54,7 +55,7 @@ class Case:
 
 
 def _case(water: str, zenith: float, channels: str, *, spoilt: dict | None = None) -> Case:
-    chosen = settings.SceneSettings(
+    chosen = SceneSettings(
         water=water, bands=30, surface="flat", sky="clear", sun_zenith=zenith,
         floor_depth=FLOOR, floor_reflectance="0.3",
     )  # fmt: skip
@@ -145,7 +146,7 @@ def test_more_bands_than_usual_change_nothing(water, sensor):
     many = _picture(water, sensor, 80)
     usual, few = (
         delta_e_CIE2000_images(_picture(water, sensor, bands), many).mean()
-        for bands in (settings.USUAL_BANDS["realtime"], 8)
+        for bands in (USUAL_BANDS["realtime"], 8)
     )
     assert usual <= 0.1
     assert few > 0.5
@@ -182,7 +183,7 @@ def test_an_error_of_a_tenth_is_seen_in_layers(table, tmp_path):
 def test_what_a_path_gathers_falls_off_as_the_layers_do(tmp_path):
     """By it the shade on the way is weighed."""
     (tmp_path / "layers.csv").write_text(LAYERS)
-    chosen = settings.SceneSettings(water=f"file:{tmp_path / 'layers.csv'}", bands=3)
+    chosen = SceneSettings(water=f"file:{tmp_path / 'layers.csv'}", bands=3)
     plan = render_plan.make_plan(chosen)
     field, folding = plan.solved_field(24), channels_of_bands(plan.bands, (0, 1, 2))
     folded = fold(field, folding, 4.0, plan.column.skylight.level)
@@ -198,7 +199,7 @@ def _dim_pixels(water, channels, tmp_path, *, shaded, spoilt=""):
     if water == "layers":
         (tmp_path / "layers.csv").write_text(LAYERS)
         water = f"file:{tmp_path / 'layers.csv'}"
-    chosen = settings.SceneSettings(
+    chosen = SceneSettings(
         water=water, bands=30, surface="flat", floor_depth=FLOOR, floor_reflectance="0.3"
     )
     plan = render_plan.make_plan(chosen)
@@ -268,7 +269,7 @@ def _dim_pixels(water, channels, tmp_path, *, shaded, spoilt=""):
 
 def _picture(water: str, sensor: str, bands: int) -> np.ndarray:
     """Linear Rec.709 of things of many colours, seen from 3 m."""
-    chosen = settings.SceneSettings(
+    chosen = SceneSettings(
         water=water, sensor=sensor, bands=bands, surface="flat", floor_depth=FLOOR
     )
     plan = render_plan.make_plan(chosen)
@@ -299,7 +300,7 @@ def test_nothing_is_scattered_on_no_way():
 
 def test_a_measured_reflectance_is_a_column():
     """One that is that of green is seen as green is."""
-    plan = render_plan.make_plan(settings.SceneSettings(water="jerlov:II", bands=12))
+    plan = render_plan.make_plan(SceneSettings(water="jerlov:II", bands=12))
     channels = channels_of(plan.bands, plan.response(5.0))
     green = uplift_basis(plan.bands)[:, 1]
     folded = fold(plan.solved_field(24), channels, 5.0, plan.column.skylight.level, [green])

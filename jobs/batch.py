@@ -1,0 +1,193 @@
+"""The batch render: command line in, pictures, spectra and records out."""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import sys
+import warnings
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import TextIO
+
+import bpy
+
+from ..quality.terms import SHAFTS
+from ..scene import stored_settings
+from ..scene.seen import picture_size
+from ..scene.session import is_live
+from ..scene.viewport import live
+from ..settings.scene_settings import SceneSettings
+from ..uw_spectral.errors import DataWarning, InputError
+from ..uw_spectral.spectra.sensor import list_sensors
+from ..uw_spectral.spectra.spectrum import is_file
+from ..uw_spectral.water.named import list_waters
+from . import command_line, data_set_batch, render_job, scene_requirements, split_batch
+from .farm import farm_bundle
+from .job import AutoRequest, Job
+from .planning import find_cameras
+from .progress import Progress, print_note
+
+
+def main(
+    arguments: Sequence[str], *, inside_blender: bool, program: str = "render_bands.py"
+) -> int:
+    """Run a batch and report errors in one line each.
+
+    Parameters
+    ----------
+    arguments : sequence of str
+        The command line, without the program's name.
+    inside_blender : bool
+        Whether Blender has opened the scene already.
+    program : str
+        The program's name, for messages.
+
+    Returns
+    -------
+    int
+        0 if everything was written, 2 if the input cannot be used.
+    """
+    try:
+        with _notes_to_stderr():
+            options = command_line.parse(arguments, program)
+            options = data_set_batch.with_render_options(options, list(arguments))
+            run(options, inside_blender=inside_blender)
+    except InputError as error:
+        print(f"{program}: {error}", file=sys.stderr)
+        _print_failure(arguments, str(error))
+        return 2
+    except SystemExit as stop:  # argparse, after --help
+        return int(stop.code or 0)
+    except BaseException as error:
+        _print_failure(arguments, repr(error))
+        raise
+    return 0
+
+
+def run(options: argparse.Namespace, *, inside_blender: bool) -> None:
+    """Render what the options ask for.
+
+    Raises
+    ------
+    InputError
+        If the scene, the settings or the output folder cannot be used.
+    """
+    if options.list_sensors:
+        print("\n".join(list_sensors()))
+        return
+    if options.list_waters:
+        for source, names in list_waters().items():
+            print(f"{source}: {', '.join(names)}")
+        return
+    if not hasattr(bpy.types.Scene, stored_settings.PROPERTY):
+        stored_settings.register()
+    asked, progress = data_set_batch.request_of(options), Progress(options.progress)
+    if asked is not None:
+        data_set_batch.run(asked, options, progress, _open, inside_blender=inside_blender)
+        return
+    split = command_line.split(options)
+    if split is not None and split.plan is None and split.bundle is None:
+        split_batch.run(split, options.blend, progress, _open, inside_blender=inside_blender)
+        return
+    job, auto = command_line.job(options), command_line.auto(options)
+    if job.resolution is not None:
+        picture_size.check_resolution(job.resolution)
+    _open(job.blend, inside_blender)
+    scene = bpy.context.scene
+    if job.resolution is not None:
+        scene.render.resolution_x, scene.render.resolution_y = job.resolution
+        scene.render.resolution_percentage = 100
+
+    def settings_now() -> SceneSettings:
+        return command_line.merge(stored_settings.stored_settings(scene), options)
+
+    if auto is not None:
+        job, settings_now = _chosen(scene, settings_now, job, auto)
+    if split is not None and split.plan is not None:
+        split_batch.plan(scene, settings_now, job, split.plan)
+        return
+    if split is not None and split.bundle is not None:
+        made = farm_bundle.bundle_job(split.bundle, scene, settings_now, job)
+        print(f"bundled: {len(made.frames)} frame(s), {made.passes} pass(es), in {split.bundle}")
+        return
+    for step in render_job.render(scene, settings_now, job, print_note):
+        progress.report(step)
+    print(f"done: {len(job.frames) or 1} frame(s) in {job.out}")
+
+
+def _chosen(
+    scene: bpy.types.Scene,
+    settings_now: Callable[[], SceneSettings],
+    job: Job,
+    auto: AutoRequest,
+) -> tuple[Job, Callable[[], SceneSettings]]:
+    """Return job and settings with what the scene requires."""
+    camera, *others = find_cameras(scene, job)
+    choice = scene_requirements.choose(
+        scene, camera, settings_now, job,
+        target=auto.target, budget=auto.budget, keep=auto.keep, others=others,
+    )  # fmt: skip
+    if auto.explain:
+        print("\n".join(choice.lines))
+    job = replace(
+        job,
+        froxels=choice.required.froxels if SHAFTS in choice.required.options else None,
+        decisions=tuple(choice.lines),
+    )
+    return job, lambda: replace(settings_now(), **choice.settings)
+
+
+def _open(blend: Path | None, inside_blender: bool) -> None:
+    """Open a scene; live water makes way for that of the batch."""
+    _open_file(blend, inside_blender)
+    for scene in bpy.data.scenes:
+        if is_live(scene):
+            live.remove(scene)
+
+
+def _open_file(blend: Path | None, inside_blender: bool) -> None:
+    if inside_blender:
+        if blend is not None:
+            raise InputError(f"{blend}: inside Blender, name the scene before -P, not after --")
+        return
+    if blend is None:
+        if bpy.data.filepath:  # blender scene.blend --command underwater OPTIONS
+            return
+        raise InputError("name a scene before the options: scene.blend OPTIONS")
+    if not is_file(blend):
+        raise InputError(f"cannot open {blend}: there is no such file; check the path")
+    try:
+        bpy.ops.wm.open_mainfile(filepath=str(blend.resolve()))
+    except RuntimeError as error:
+        raise InputError(f"cannot open {blend}: {str(error).strip()}") from error
+
+
+@contextlib.contextmanager
+def _notes_to_stderr() -> Iterator[None]:
+    """Print caveats of the data as notes, other warnings as usual."""
+    plain = warnings.showwarning
+
+    def show(
+        message: Warning | str,
+        category: type[Warning],
+        filename: str,
+        lineno: int,
+        file: TextIO | None = None,
+        line: str | None = None,
+    ) -> None:
+        if issubclass(category, DataWarning):
+            print(f"note: {message}", file=sys.stderr)
+        else:
+            plain(message, category, filename, lineno, file, line)
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("always", DataWarning)
+        warnings.showwarning = show
+        yield
+
+
+def _print_failure(arguments: Sequence[str], text: str) -> None:
+    if "openjd" in arguments or "--progress=openjd" in arguments:
+        Progress("openjd").fail(text)

@@ -1,0 +1,326 @@
+"""The command line of a batch: options, and what they ask for."""
+
+from __future__ import annotations
+
+import argparse
+import re
+from collections.abc import Sequence
+from dataclasses import asdict, fields
+from pathlib import Path
+from typing import NoReturn, get_args
+
+from ..quality.methods import DRAWN, METHODS, QUALITIES, Device, Engine, Mode
+from ..settings.scene_settings import BANDS, CONSTITUENTS, RANGE, REALTIME, SceneSettings, flag
+from ..uw_spectral.errors import InputError
+from .job import AutoRequest, Job, SplitRequest
+
+PROGRESS = ("text", "openjd")
+_AMOUNTS = ("chlorophyll", "cdom", "minerals", "detritus")
+_SPAN = re.compile(r"(-?\d+)(?:-(-?\d+))?")
+_BELOW_ZERO = re.compile(r"-\d")
+_OUT = Path("bands")
+
+
+class _Parser(argparse.ArgumentParser):
+    def error(self, message: str) -> NoReturn:
+        raise InputError(f"{message}; see --help")
+
+
+def parser(program: str | None = None) -> argparse.ArgumentParser:
+    """Return the command line of a batch; ``program`` is its name in the help."""
+    result = _Parser(
+        prog=program,
+        description="Render the spectral bands of an underwater scene and develop them.",
+        argument_default=argparse.SUPPRESS,
+        allow_abbrev=False,
+    )
+    result.add_argument(
+        "blend", nargs="?", type=Path, default=None, help="scene, unless Blender has one open"
+    )
+    result.add_argument(
+        "--engine", choices=("cycles", "eevee"), help="default: that of --quality, else cycles"
+    )
+    result.add_argument(
+        "--mode",
+        choices=(BANDS, REALTIME),
+        help="eevee: three bands a pass, or all bands in one pass and no spectra",
+    )
+    result.add_argument(
+        "--quality",
+        choices=tuple(QUALITIES),
+        help="choose engine, bands and terms by what the scene requires; "
+        + ", ".join(f"{name}: ΔE {q.target:g}" for name, q in QUALITIES.items())
+        + "; other options win",
+    )
+    result.add_argument(
+        "--target-delta-e",
+        type=float,
+        metavar="X",
+        help="choose so that the mean ΔE2000 against everything in many bands stays below X; "
+        "objects, floor and open water count equally",
+    )
+    result.add_argument(
+        "--time-budget",
+        type=float,
+        metavar="S",
+        help="stay within S seconds of CPU time, by a measured table, even if ΔE suffers",
+    )
+    result.add_argument(
+        "--explain", action="store_true", default=False, help="print what was chosen and why"
+    )
+    for setting in fields(SceneSettings):
+        if setting.name in RANGE:
+            continue
+        text = setting.metadata["help"].replace("%", "%%")
+        if isinstance(setting.default, bool):
+            result.add_argument(
+                flag(setting.name), action=argparse.BooleanOptionalAction, help=text
+            )
+        else:
+            result.add_argument(
+                flag(setting.name),
+                dest=setting.name,
+                type=type(setting.default),
+                choices=setting.metadata["choices"] or None,
+                help=text,
+            )
+    result.add_argument("--range", nargs=2, type=float, metavar=("START", "END"), help="nm")
+    result.add_argument("--frames", default="", help="e.g. 1-24 or 1,5,9; default: current frame")
+    cameras = result.add_mutually_exclusive_group()
+    cameras.add_argument("--camera", default=None, help="name; default: the scene's camera")
+    cameras.add_argument(
+        "--cameras",
+        default="",
+        metavar="A,B",
+        help="several, which share bands and exposure; each gets a folder in --out",
+    )
+    result.add_argument("--resolution", nargs=2, type=int, default=None, metavar=("W", "H"))
+    result.add_argument("--seed", type=int, default=0)
+    result.add_argument("--out", type=Path, default=None, metavar="DIR", help="default: bands")
+    result.add_argument("--resume", action="store_true", default=False)
+    result.add_argument(
+        "--denoise", action="store_true", default=False, help="shifts dark bands by a few percent"
+    )
+    result.add_argument(
+        "--device",
+        choices=get_args(Device),
+        default=None,
+        help="what Cycles renders on; default: the scene's, which is the cpu unless it was changed",
+    )
+    result.add_argument(
+        "--parts",
+        type=int,
+        default=1,
+        metavar="N",
+        help="cycles: render each pass N times with a share of the samples, rounded up, and "
+        "another seed; their mean is the pass, and the record holds their variance",
+    )
+    split = result.add_argument_group("splitting a job over processes and machines")
+    steps = split.add_mutually_exclusive_group()
+    steps.add_argument(
+        "--plan", type=Path, default=None, metavar="FILE",
+        help="decide everything and write it into a manifest; render nothing",
+    )  # fmt: skip
+    steps.add_argument(
+        "--from", type=Path, default=None, dest="manifest", metavar="FILE",
+        help="render the passes of a manifest that are not done; nothing else is decided",
+    )  # fmt: skip
+    steps.add_argument(
+        "--bundle", type=Path, default=None, metavar="DIR",
+        help="decide everything and write a job for a render farm; render nothing",
+    )  # fmt: skip
+    steps.add_argument(
+        "--status", type=Path, default=None, metavar="FILE",
+        help="say what of a manifest is done, broken and missing",
+    )  # fmt: skip
+    split.add_argument("--passes", default="", help="with --from: these, counted from 0, e.g. 0-3")
+    split.add_argument(
+        "--develop", action="store_true", default=False,
+        help="with --from: make pictures, spectra and records of the finished passes",
+    )  # fmt: skip
+    split.add_argument(
+        "--path-mapping", type=Path, default=None, metavar="FILE",
+        help="with --from: rules of Open Job Description, by which files lie elsewhere here",
+    )  # fmt: skip
+    split.add_argument("--json", action="store_true", default=False, help="with --status")
+    split.add_argument(
+        "--progress", choices=PROGRESS, default=PROGRESS[0],
+        help="openjd: also print lines that Open Job Description reads",
+    )  # fmt: skip
+    sets = result.add_argument_group("data sets")
+    sets.add_argument(
+        "--dataset", type=Path, default=None, metavar="SPEC",
+        help="plan, render and export the views of a specification (TOML) into --out; again with "
+        "the same goes on",
+    )  # fmt: skip
+    sets.add_argument(
+        "--dataset-plan", action="store_true", default=False,
+        help="with --dataset: only plan; --from OUT/dataset.json renders",
+    )  # fmt: skip
+    sets.add_argument(
+        "--dataset-export", type=Path, default=None, metavar="DIR",
+        help="develop what is rendered of a data set and write its files",
+    )  # fmt: skip
+    result.add_argument("--list-sensors", action="store_true", default=False)
+    result.add_argument("--list-waters", action="store_true", default=False)
+    return result
+
+
+def parse_numbers(text: str, option: str = "--frames") -> tuple[int, ...]:
+    """Read a list of frames or passes.
+
+    Examples
+    --------
+    >>> parse_numbers("1-3,8")
+    (1, 2, 3, 8)
+    >>> parse_numbers("-5--3")
+    (-5, -4, -3)
+    """
+    numbers: list[int] = []
+    for part in filter(None, (p.strip() for p in text.split(","))):
+        found = _SPAN.fullmatch(part)
+        if found is None:
+            raise InputError(f"{option}: {part!r} is not a number or a range like 1-24")
+        start = int(found[1])
+        end = int(found[2] or start)
+        if end < start:
+            raise InputError(f"{option}: {part!r} runs backwards")
+        numbers.extend(range(start, end + 1))
+    return tuple(dict.fromkeys(numbers))
+
+
+def merge(stored: SceneSettings, options: argparse.Namespace) -> SceneSettings:
+    """Return the stored settings, overridden by the options that were given."""
+    given = vars(options)
+    values = {name: given.get(name, value) for name, value in asdict(stored).items()}
+    if "range" in given:
+        values["range_start"], values["range_end"] = given["range"]
+    if "bands" in given and "wavelengths" not in given:
+        values["wavelengths"] = ""
+    if given.get("second_water_share") and not values["second_water"]:
+        raise InputError("--second-water-share needs a --second-water to mix in")
+    amounts = [flag(name) for name in _AMOUNTS if name in given]
+    if amounts and values["water"] != CONSTITUENTS:
+        raise InputError(f"{amounts[0]} needs --water {CONSTITUENTS}, not {values['water']!r}")
+    return SceneSettings(**values)
+
+
+def job(options: argparse.Namespace) -> Job:
+    """Return the job that the options describe."""
+    quality = getattr(options, "quality", None)
+    usual = METHODS[QUALITIES[quality].method if quality else "reference"]
+    engine: Engine = getattr(options, "engine", usual.engine)
+    # A method's mode belongs to its engine.
+    mode: Mode = getattr(options, "mode", usual.mode if engine == usual.engine else BANDS)
+    drawn = any(method.engine == engine for method in DRAWN)
+    if not drawn and (mode == REALTIME or getattr(options, "shafts", False)):
+        raise InputError("--mode realtime and --shafts need --engine eevee")
+    if options.parts < 1:
+        raise InputError(f"--parts: {options.parts} is not 1 or more")
+    return Job(
+        blend=options.blend,
+        engine=engine,
+        mode=mode,
+        frames=parse_numbers(options.frames),
+        camera=options.camera,
+        resolution=tuple(options.resolution) if options.resolution else None,
+        seed=options.seed,
+        out=options.out or _OUT,
+        resume=options.resume,
+        denoise=options.denoise,
+        cameras=_names(options.cameras),
+        device=options.device,
+        parts=options.parts,
+    )
+
+
+def split(options: argparse.Namespace) -> SplitRequest | None:
+    """Return what the options ask for with a manifest; None if nothing.
+
+    Raises
+    ------
+    InputError
+        If an option is given without the one that it belongs to.
+    """
+    source = options.manifest
+    for name, needed, there in (
+        ("--passes", "--from", not options.passes or source),
+        ("--develop", "--from", not options.develop or source),
+        ("--path-mapping", "--from", not options.path_mapping or source),
+        ("--json", "--status", not options.json or options.status),
+    ):
+        if not there:
+            raise InputError(f"{name} needs {needed} and a manifest")
+    planned = options.plan or options.bundle
+    if planned is None and source is None and options.status is None:
+        return None
+    if planned is None:
+        decided = ("engine", "mode", "quality", "target_delta_e", "time_budget", "range")
+        settled = [flag(s.name) for s in fields(SceneSettings) if s.name in vars(options)]
+        settled += [flag(name) for name in decided if name in vars(options)]
+        others = ("seed", "denoise", "resolution", "device", "parts", "resume")
+        usual = vars(parser().parse_args([]))
+        settled += [flag(name) for name in others if getattr(options, name) != usual[name]]
+        if settled:
+            raise InputError(
+                f"{', '.join(settled)}: the manifest decides; plan again with other options"
+            )
+    return SplitRequest(
+        plan=options.plan,
+        bundle=options.bundle,
+        path_mapping=options.path_mapping,
+        work=None if options.develop else source,
+        develop=source if options.develop else None,
+        status=options.status,
+        json=options.json,
+        passes=parse_numbers(options.passes, "--passes"),
+        frames=parse_numbers(options.frames),
+        cameras=_names(options.cameras) or _names(options.camera or ""),
+        out=options.out,
+    )
+
+
+def _names(text: str) -> tuple[str, ...]:
+    return tuple(dict.fromkeys(filter(None, (name.strip() for name in text.split(",")))))
+
+
+def auto(options: argparse.Namespace) -> AutoRequest | None:
+    """Return what the options leave to be chosen; None if nothing.
+
+    Raises
+    ------
+    InputError
+        If there is something to explain but nothing to choose, or a number is not positive.
+    """
+    given = vars(options)
+    quality, budget = given.get("quality"), given.get("time_budget")
+    target = given.get("target_delta_e")
+    for name, value in (("--target-delta-e", target), ("--time-budget", budget)):
+        if value is not None and not 0 < value < float("inf"):
+            raise InputError(f"{name}: {value:g} is not a positive number")
+    if quality is None and budget is None and target is None:
+        if options.explain:
+            raise InputError("--explain needs --quality, --target-delta-e or --time-budget")
+        return None
+    if target is None:
+        target = QUALITIES[quality or "final"].target
+    keep = {name for name in (*(s.name for s in fields(SceneSettings)), "range") if name in given}
+    return AutoRequest(target, budget, options.explain, frozenset(keep))
+
+
+def parse(arguments: Sequence[str], program: str | None = None) -> argparse.Namespace:
+    """Parse a command line.
+
+    Raises
+    ------
+    InputError
+        If an option is unknown or has a value that is not acceptable.
+    """
+    whole: list[str] = []
+    for argument in arguments:
+        # argparse would take frames below 0 for an option.
+        if whole and whole[-1] == "--frames" and _BELOW_ZERO.match(argument):
+            whole[-1] += f"={argument}"
+        else:
+            whole.append(argument)
+    return parser(program).parse_args(whole)

@@ -1,0 +1,260 @@
+"""The steps of a data set: plan, render, export; and how far it is."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import shutil
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import bpy
+
+from ..datasets.index import NAME, Index, read_index
+from ..datasets.specification import read_spec
+from ..scene import stored_settings
+from ..settings.scene_settings import SceneSettings, flag
+from ..uw_spectral.errors import InputError
+from . import (
+    command_line,
+    data_set_export,
+    job_files,
+    job_status,
+    pictures,
+    render_job,
+    same_job,
+    work,
+)
+from .data_set_plan import plan_data_set
+from .frame_plans import FramePlans
+from .manifest import Manifest, View, read_manifest
+from .progress import Progress, print_note
+from .render_job import Step
+
+_DECIDED = ("quality", "target_delta_e", "time_budget")
+_SET = {"sensor", "white_balance", "exposure"}  # by each [[camera]]
+_GB = 1e9
+_PIXEL_BYTES = 150  # of pictures, depth and layers
+_SMALLER = 0.4  # what compression leaves, about
+
+OpenScene = Callable[[Path | None, bool], None]
+
+
+@dataclass(frozen=True)
+class DataSetRequest:
+    """What is asked for: a specification to plan and render, or a set to export."""
+
+    spec: Path | None
+    export: Path | None
+    only_plan: bool
+
+
+def request_of(options: argparse.Namespace) -> DataSetRequest | None:
+    """Return what the options ask for of a data set; None if nothing.
+
+    Raises
+    ------
+    InputError
+        If an option does not go with it.
+    """
+    spec, export = options.dataset, options.dataset_export
+    if spec is None and export is None:
+        if options.dataset_plan:
+            raise InputError("--dataset-plan needs --dataset and a specification")
+        return None
+    if spec is not None and export is not None:
+        raise InputError("--dataset exports in the end; leave out --dataset-export")
+    given = vars(options)
+    wrong = [flag(name) for name in _DECIDED if name in given]
+    for name, there in (
+        ("--plan", options.plan), ("--bundle", options.bundle), ("--from", options.manifest),
+        ("--status", options.status), ("--frames", options.frames), ("--camera", options.camera),
+        ("--cameras", options.cameras), ("--resolution", options.resolution),
+        ("--seed", options.seed), ("--parts", options.parts != 1),
+    ):  # fmt: skip
+        wrong += [name] if there else []
+    if wrong:
+        raise InputError(
+            f"{', '.join(wrong)}: not with a data set, whose specification names cameras, poses "
+            "and seed; --dataset-plan plans, and --from OUT/dataset.json renders a share"
+        )
+    return DataSetRequest(spec, export, options.dataset_plan)
+
+
+def with_render_options(options: argparse.Namespace, arguments: list[str]) -> argparse.Namespace:
+    """Return the options with those of a specification, which the command line overrides."""
+    if options.dataset is None:
+        return options
+    spec = read_spec(options.dataset)
+    try:
+        found = command_line.parse([*spec.render, *arguments])
+    except InputError as error:
+        raise InputError(f"{options.dataset}: [render], or the command line: {error}") from error
+    both = [name for name in {*spec.settings, *_SET} if name in vars(found)]
+    if both:
+        named = ", ".join(flag(name) for name in sorted(both))
+        raise InputError(f"{named}: {options.dataset} decides; change it there")
+    return found
+
+
+def run(
+    request: DataSetRequest,
+    options: argparse.Namespace,
+    progress: Progress,
+    open_scene: OpenScene,
+    *,
+    inside_blender: bool,
+) -> None:
+    """Do what is asked for of a data set.
+
+    Raises
+    ------
+    InputError
+        If specification, scene or folder cannot be used.
+    """
+    if request.spec is None:
+        assert request.export is not None
+        index = read_index(request.export / NAME)
+        spec = read_spec(index.spec)
+        _develop(index, progress)
+        print(data_set_export.export(index, spec, _opener(index, open_scene, inside_blender)))
+        return
+    spec = read_spec(request.spec)
+    _open(options.blend or spec.scene, request.spec, open_scene, inside_blender=inside_blender)
+    scene = bpy.context.scene
+    chosen = command_line.job(options)
+
+    def settings_now() -> SceneSettings:
+        return command_line.merge(stored_settings.stored_settings(scene), options)
+
+    index = plan_data_set(scene, spec, request.spec, settings_now, chosen)
+    _check_room(index)
+    print(f"planned: {len(index.views)} view(s) in {len(index.jobs)} job(s), in {index.folder}")
+    if request.only_plan:
+        return
+    render(index, progress, insist=True)
+    print(data_set_export.export(index, spec, lambda: scene))
+
+
+def render(index: Index, progress: Progress, *, insist: bool) -> None:
+    """Render the passes of a set that are not done; the scene is open.
+
+    Parameters
+    ----------
+    index : Index
+    progress : Progress
+    insist : bool
+        Answer for all of them and develop; else leave to others what they are rendering.
+    """
+    scene, done, total = bpy.context.scene, 0, len(index.views)
+    for name in index.jobs:
+        manifest = _manifest(index, name)
+        tasks = _tasks(index, name, manifest)
+        views = dict.fromkeys(task.view for task in tasks)
+        left = {view for view in views if not pictures.is_developed(manifest, view)}
+        tasks = [task for task in tasks if task.view in left]
+        if not tasks:
+            continue
+        same_job.check_scene(manifest, job_files.open_blend())
+        plans = FramePlans(manifest)
+        finished: dict[object, list[work.Rendered]] = {}
+        steps = work.render(scene, manifest, tasks, plans, print_note, insist=insist)
+        for number, (found, is_new) in enumerate(steps, start=1):
+            file = found.file if is_new else replace(found.file, seconds=None)
+            of_view = finished.setdefault(found.task.view, [])
+            of_view.append(replace(found, file=file))
+            if insist and len(of_view) == len(manifest.passes):
+                pictures.develop(manifest, found.task.view, of_view, plans)
+            progress.report(Step(found.task.view.frame, file, number, len(tasks)))
+        done += len(finished)
+    print(f"done: {done} of {total} view(s) rendered here, in {index.folder}")
+
+
+def status(index: Index) -> tuple[str, str]:
+    """Return how far a set is, in lines and as JSON."""
+    found = {name: job_status.status_of(_manifest(index, name)) for name in index.jobs}
+    lines = [f"{name}: {of_job.text().splitlines()[0]}" for name, of_job in found.items()]
+    content = {name: json.loads(of_job.as_json()) for name, of_job in found.items()}
+    return "\n".join(lines), json.dumps(content)
+
+
+def work_on(
+    index: Index, progress: Progress, open_scene: OpenScene, blend: Path | None, inside: bool
+) -> None:
+    """Render what nobody else is rendering of a set."""
+    _open(blend or index.scene, index.folder / NAME, open_scene, inside_blender=inside)
+    render(index, progress, insist=False)
+
+
+def _open(blend: Path | None, named: Path, open_scene: OpenScene, *, inside_blender: bool) -> None:
+    if inside_blender and bpy.data.filepath:
+        open_scene(None, True)
+        return
+    if blend is None and not bpy.data.filepath:
+        raise InputError(
+            f"{named} names no scene; write file = 'scene.blend' into its [scene], or name a scene "
+            "before the options"
+        )
+    if blend is not None and not blend.is_file():
+        raise InputError(
+            f"the scene {blend} of {named} is not there; correct file in its [scene], or name "
+            "a scene before the options"
+        )
+    open_scene(blend, False)
+
+
+def _opener(
+    index: Index, open_scene: OpenScene, inside_blender: bool
+) -> Callable[[], bpy.types.Scene]:
+    def opened() -> bpy.types.Scene:
+        _open(index.scene, index.folder / NAME, open_scene, inside_blender=inside_blender)
+        return bpy.context.scene
+
+    return opened
+
+
+def _develop(index: Index, progress: Progress) -> None:
+    """Develop what is rendered and has no pictures yet; what is not rendered may come later."""
+    for name in index.jobs:
+        manifest = _manifest(index, name)
+        by_view: dict[View, list[work.Task]] = {}
+        for task in _tasks(index, name, manifest):
+            by_view.setdefault(task.view, []).append(task)
+        left = [
+            view
+            for view, tasks in by_view.items()
+            if not pictures.is_developed(manifest, view)
+            and all(work.done(manifest, task, thorough=False) for task in tasks)
+        ]
+        if left:
+            same_job.check_programs(manifest)
+        for number, view in enumerate(render_job.develop(manifest, left), start=1):
+            progress.tell(f"{name}: frame {view.frame} developed", number, len(left))
+
+
+def _manifest(index: Index, name: str) -> Manifest:
+    return read_manifest(index.manifest(name))
+
+
+def _tasks(index: Index, name: str, manifest: Manifest) -> list[work.Task]:
+    frames = tuple(index.frames(name))
+    return work.Part(frames=frames).tasks(manifest) if frames else []
+
+
+def _check_room(index: Index) -> None:
+    """Refuse a set that the disk cannot hold."""
+    needed = 0.0
+    for name in index.jobs:
+        manifest = _manifest(index, name)
+        width, height = manifest.output.size
+        pixel = _PIXEL_BYTES + 8 * len(manifest.bands_nm)
+        for view in dict.fromkeys(task.view for task in _tasks(index, name, manifest)):
+            if not pictures.is_developed(manifest, view):
+                needed += _SMALLER * width * height * pixel
+    free = shutil.disk_usage(index.folder).free
+    if needed > free:
+        raise InputError(
+            f"the set takes about {needed / _GB:.3g} GB, and {index.folder} has {free / _GB:.3g} "
+            "GB free; make room, choose another --out, or shorten the specification"
+        )

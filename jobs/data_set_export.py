@@ -1,0 +1,75 @@
+"""Exports a rendered data set: finds what its jobs made, and has the files written."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable, Mapping, Sequence
+
+import bpy
+import numpy as np
+from numpy.typing import NDArray
+
+from ..datasets.axes import Array
+from ..datasets.exporting import Rendered, export_set
+from ..datasets.index import Index, IndexedView
+from ..datasets.specification import DataSetSpec
+from ..scene.seen.silhouettes import silhouettes
+from ..uw_spectral.spectra.colour_rendering import response_matrix
+from . import picture_layers, pictures
+from .frame_plans import FramePlans
+from .manifest import read_manifest
+
+
+def export(index: Index, spec: DataSetSpec, scene: Callable[[], bpy.types.Scene]) -> str:
+    """Write the files of a set, and return a line that says how many.
+
+    Parameters
+    ----------
+    index : Index
+    spec : DataSetSpec
+    scene : callable
+        Opens the scene, where silhouettes are needed.
+
+    Raises
+    ------
+    InputError
+        If nothing is rendered, or a file cannot be read or written.
+    """
+    jobs = {name: read_manifest(index.manifest(name)) for name in index.jobs}
+    plans = {name: FramePlans(manifest) for name, manifest in jobs.items()}
+
+    def rendered(view: IndexedView) -> Rendered:
+        manifest = jobs[view.job]
+        shown = next(item for item in manifest.views if item.frame == view.frame)
+        picture = pictures.picture_path(manifest, shown)
+        is_done = pictures.is_developed(manifest, shown)
+
+        def to_rec709() -> Array:
+            plan = plans[view.job].of(view.frame)
+            weights = manifest.developments[shown.development].weights
+            return response_matrix(weights, plan.response(shown.depth))
+
+        return Rendered(
+            picture,
+            picture_layers.layers_path(picture),
+            pictures.record_path(manifest, shown) if is_done else None,
+            picture_layers.truth_path(picture),
+            to_rec709,
+        )
+
+    @functools.cache
+    def opened() -> bpy.types.Scene:
+        found = scene()
+        found.frame_set(int(index.rendered["held"]))
+        return found
+
+    def alone(view: IndexedView, names: Sequence[str]) -> Mapping[str, NDArray[np.bool_]]:
+        # The scene is as it was before it was lowered with its camera.
+        pose = view.camera_to_world.copy()
+        pose[2, 3] += view.lowered
+        return silhouettes(opened(), names, view.camera, pose)
+
+    versions = jobs[index.jobs[0]].versions
+    views = export_set(index, spec, rendered, versions, alone)
+    left = len(index.views) - len(views)
+    return f"exported: {len(views)} view(s)" + (f", {left} not rendered yet" if left else "")

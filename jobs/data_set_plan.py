@@ -1,0 +1,267 @@
+"""Plans a data set: views of a specification in a scene become jobs, each with its manifest."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import asdict, replace
+from pathlib import Path
+from typing import Any
+
+import bpy
+
+from ..datasets.enumeration import PlannedView, enumerate_views, unfinished
+from ..datasets.exporting import needed_layers
+from ..datasets.grouping import ViewJob, group_views
+from ..datasets.index import (
+    NAME,
+    Index,
+    SceneThing,
+    indexed,
+    job_folder,
+    read_index,
+    write_index,
+)
+from ..datasets.specification import DataSetSpec
+from ..quality.methods import method_of
+from ..scene.rendered import as_rendered, in_rendered_collections, rendered_layer
+from ..scene.seen.room import Room
+from ..settings.render_plan import quiet
+from ..settings.scene_settings import SceneSettings
+from ..uw_spectral.errors import InputError
+from ..uw_spectral.imaging.layers import parse_layers
+from . import job_files
+from .band_passes import make_folder
+from .job import Job
+from .manifest import Manifest, read_manifest, write_manifest
+from .planning import plan_job
+from .render_job import JOB_FILE
+from .stage import Place, Stage, StageCamera, StageLamp
+
+_IN_AIR = {
+    "absorption_factor": 0.0,
+    "scattering_factor": 0.0,
+    "refractive_index": 1.0,
+    "surface": "none",
+    "inelastic": "",
+    "second_water": "",
+    "second_water_share": 0.0,
+}
+"""Water that neither absorbs nor scatters nor refracts."""
+_CATEGORY = "category"  # custom property of an object
+
+
+def plan_data_set(
+    scene: bpy.types.Scene,
+    spec: DataSetSpec,
+    spec_path: Path,
+    settings_now: Callable[[], SceneSettings],
+    job: Job,
+) -> Index:
+    """Plan a data set into a folder, or go on with one; nothing is rendered.
+
+    Views that a plan in the folder has already keep their jobs; jobs are added for the others.
+
+    Parameters
+    ----------
+    scene : Scene
+        Saved.
+    spec : DataSetSpec
+    spec_path : Path
+    settings_now : callable
+        Returns the settings of the scene, of which the views change some.
+    job : Job
+        Engine, seed and folder.
+
+    Raises
+    ------
+    InputError
+        If the specification, the scene or the folder cannot be used.
+    """
+    blend = job_files.open_blend()
+    if blend is None:
+        raise InputError("--dataset: the scene was never saved; save it")
+    held = scene.frame_current if spec.frame is None else spec.frame
+    seeded = method_of(job.engine, job.mode).traced
+    _check(spec, seeded=seeded)
+    views = enumerate_views(spec, _room(scene, held))
+    make_folder(job.out)
+    path = job.out / NAME
+    rendered = _rendered(job, settings_now(), held)
+    digest = job_files.scene_digest(blend)
+    earlier = read_index(path) if path.is_file() else None
+    if earlier is not None:
+        _require_same(earlier, digest, rendered, job.out)
+    known = earlier.views if earlier else {}
+    new, places = group_views(
+        spec,
+        unfinished(views, known),
+        seeded=seeded,
+        taken=earlier.jobs if earlier else (),
+    )
+    layers = ",".join(needed_layers(spec))
+    if earlier is not None:
+        for name in earlier.jobs:
+            _add_layers(earlier.manifest(name), layers)
+    for item in new:
+        manifest = _plan_one(scene, item, settings_now, job, held, layers)
+        job_files.require_all(manifest.files)
+        make_folder(manifest.out)
+        write_manifest(manifest.out / JOB_FILE, manifest)
+    found = {view.name: _placed(view, known, places) for view in views}
+    names = (*(earlier.jobs if earlier else ()), *(item.name for item in new))
+    index = Index(
+        job.out.absolute(), spec_path.absolute(), blend.absolute(), digest, rendered, names, found,
+        tuple(things_of(scene, held)),
+    )  # fmt: skip
+    write_index(path, index)
+    return index
+
+
+def _placed(view: PlannedView, known: Mapping[str, Any], places: Mapping[str, Any]) -> Any:  # noqa: ANN401
+    if view.name in known:
+        return replace(known[view.name], split=view.split, record=view.record())
+    return indexed(view, places[view.name])
+
+
+def _check(spec: DataSetSpec, *, seeded: bool) -> None:
+    for camera in spec.cameras:
+        if any(camera.optics.distortion):
+            raise InputError(
+                f"camera {camera.name!r}: Blender renders no lens distortion; leave it out, and "
+                "distort the finished pictures"
+            )
+    if spec.repeats > 1 and not seeded and spec.raw is None:
+        raise InputError(
+            "repeats: the noise of EEVEE has no seed, so the pictures would be the same; give a "
+            "[detector], or render with --engine cycles"
+        )
+
+
+def _room(scene: bpy.types.Scene, held: int) -> Room:
+    with as_rendered(scene):
+        scene.frame_set(held)
+        return Room(bpy.context.evaluated_depsgraph_get())
+
+
+def _rendered(job: Job, settings: SceneSettings, held: int) -> dict[str, Any]:
+    """What all jobs of a set share, as JSON holds it."""
+    return {
+        "engine": job.engine,
+        "mode": job.mode,
+        "denoise": job.denoise,
+        "parts": job.parts,
+        "held": held,
+        **asdict(settings),
+    }
+
+
+def _require_same(earlier: Index, digest: str, rendered: Mapping[str, Any], out: Path) -> None:
+    changed = [] if earlier.scene_sha256 == digest else ["the scene"]
+    changed += [n for n, value in rendered.items() if earlier.rendered.get(n) != value]
+    if changed:
+        raise InputError(
+            f"{out} holds a data set with other values of {', '.join(changed)}; use the same ones, "
+            "or another --out; nothing was overwritten"
+        )
+
+
+def _add_layers(path: Path, layers: str) -> None:
+    """Let a job that was planned before have more layers; its passes are then of another key."""
+    manifest = read_manifest(path)
+    known = parse_layers(manifest.settings["layers"])
+    wanted = dict.fromkeys((*known, *parse_layers(layers)))
+    if len(wanted) > len(known):
+        settings = {**manifest.settings, "layers": ",".join(wanted)}
+        write_manifest(path, replace(manifest, settings=settings))
+
+
+def _plan_one(
+    scene: bpy.types.Scene,
+    item: ViewJob,
+    settings_now: Callable[[], SceneSettings],
+    job: Job,
+    held: int,
+    layers: str,
+) -> Manifest:
+    camera = item.camera
+
+    def settings_of_frame() -> SceneSettings:
+        chosen = settings_now()
+        view = item.frames[scene.frame_current]
+        values: dict[str, Any] = {
+            "sensor": camera.sensor,
+            "white_balance": camera.white_balance,
+            "exposure": camera.exposure,
+            "layers": layers,
+            **view.settings,
+        }
+        if item.in_air:
+            values = {**values, **_IN_AIR, "water": chosen.water}
+        if chosen.floor_depth:
+            values["floor_depth"] = chosen.floor_depth + view.lowered
+        return replace(chosen, **values)
+
+    with quiet():
+        return plan_job(
+            scene,
+            settings_of_frame,
+            replace(
+                job,
+                frames=tuple(item.frames),
+                camera=camera.name,
+                cameras=(),
+                seed=item.seed,
+                out=job_folder(job.out, item.name).absolute(),
+                stage=stage_of_views(item, held),
+            ),
+        )
+
+
+def stage_of_views(item: ViewJob, held: int) -> Stage:
+    """Return what the views of a job add to their scene."""
+    optics = item.camera.optics
+    camera = StageCamera(
+        item.camera.name, optics.width, optics.height, optics.fx, optics.fy, optics.cx, optics.cy
+    )
+    lamps = [StageLamp(**asdict(lamp)) for lamp in item.rig.lamps]
+    lamps = [replace(x, sha256=job_files.digest_of(Path(x.file))) if x.file else x for x in lamps]
+    places = {
+        frame: Place(tuple(map(tuple, view.camera_to_world.tolist())), view.lowered)
+        for frame, view in item.frames.items()
+    }
+    return Stage(camera, held, tuple(lamps), places)
+
+
+def things_of(scene: bpy.types.Scene, held: int) -> list[SceneThing]:
+    """Return the objects of a scene that can be seen, at a frame.
+
+    Their category is their custom property ``category``, else the name of their collection, else
+    that of their data.
+    """
+    scene.frame_set(held)
+    depsgraph = bpy.context.evaluated_depsgraph_get()
+    models: dict[object, int] = {}
+    found = []
+    shown = in_rendered_collections(rendered_layer(scene))
+    for item in sorted(shown, key=lambda item: item.name):
+        if item.type in _UNSEEN or item.hide_render:
+            continue
+        place, turn, scale = item.evaluated_get(depsgraph).matrix_world.decompose()
+        size = tuple(round(x, 4) for x in scale)
+        key = (item.data.name_full if item.data else item.name_full, size)
+        pose = turn.to_matrix().to_4x4()
+        pose.translation = place
+        rows = tuple(tuple(float(x) for x in row) for row in pose)
+        number = models.setdefault(key, len(models) + 1)
+        found.append(SceneThing(item.name, _category(scene, item), number, rows))
+    return found
+
+
+_UNSEEN = {"CAMERA", "LIGHT", "LIGHT_PROBE", "SPEAKER", "EMPTY", "LATTICE", "ARMATURE"}
+
+
+def _category(scene: bpy.types.Scene, item: bpy.types.Object) -> str:
+    if item.get(_CATEGORY):
+        return str(item[_CATEGORY])
+    owners = [c.name for c in item.users_collection if c != scene.collection]
+    return owners[0] if owners else str(item.data.name if item.data else item.name)

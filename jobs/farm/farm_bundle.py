@@ -1,0 +1,192 @@
+"""A render as a folder that a farm takes: template, plan, values, and the files that go along."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import asdict, replace
+from pathlib import Path
+
+import bpy
+
+from ...quality.methods import method_of
+from ...scene.seen import picture_size
+from ...scene.seen.external_files import external_files
+from ...settings.scene_settings import SceneSettings, flag
+from ...uw_spectral.errors import InputError
+from ...uw_spectral.spectra.spectrum import split_location
+from .. import planning
+from ..job import Job
+from ..manifest import Manifest, tables, write_manifest
+from . import openjd_template
+from .openjd_template import ASSETS, MANIFEST, README, TEMPLATE, VALUES, FarmJob
+
+_FILES = {ASSETS, MANIFEST, README, TEMPLATE, VALUES}
+_NAMED = 5
+
+Planner = Callable[[Path], FarmJob]
+
+
+def bundle_job(
+    folder: Path, scene: bpy.types.Scene, settings_now: Callable[[], SceneSettings], job: Job
+) -> FarmJob:
+    """Plan a job of the open file and write it as a bundle.
+
+    Parameters
+    ----------
+    folder : Path
+        The folder to create.
+    scene : Scene
+        Its current frame moves.
+    settings_now : callable
+        Returns the settings at the scene's current frame.
+    job : Job
+        Frames, engine, cameras and folder of the results.
+
+    Returns
+    -------
+    FarmJob
+        What the farm will render.
+
+    Raises
+    ------
+    InputError
+        As :func:`write_bundle` and :func:`.planning.plan_job`.
+    """
+    job = replace(job, out=job.out.absolute())
+
+    def plan(path: Path) -> FarmJob:
+        planned = planning.plan_job(scene, settings_now, job)
+        write_manifest(path, planned)
+        return farm_job(planned)
+
+    return write_bundle(folder, settings_now(), plan)
+
+
+def farm_job(planned: Manifest) -> FarmJob:
+    """Return what a farm has to know of a plan."""
+    if planned.scene is None:
+        raise InputError("the scene was never saved, and a farm reads it from a file; save it")
+    output = planned.output
+    method = method_of(output.engine, output.mode)
+    bands = 3 if method.draws_colours else len(planned.bands_nm)
+    names = tuple(camera.name for camera in planned.cameras)
+    return FarmJob(
+        planned.scene.absolute(),
+        planned.out.absolute(),
+        planned.frames,
+        len(planned.passes),
+        memory=picture_size.least_memory(output.size, bands),
+        gpu=not method.traced or output.device == "gpu",
+        cameras=names if len(names) > 1 else (),
+    )
+
+
+def write_bundle(folder: Path, settings: SceneSettings, plan: Planner) -> FarmJob:
+    """Write the open, saved file as a job of Open Job Description.
+
+    Nothing is written if anything is amiss; an earlier bundle is replaced as a whole.
+
+    Parameters
+    ----------
+    folder : Path
+        The folder to create.
+    settings : SceneSettings
+        The settings of the scene, whose tables go along.
+    plan : callable
+        Writes the plan of the job to a file, and returns what it holds.
+
+    Returns
+    -------
+    FarmJob
+        What the farm will render.
+
+    Raises
+    ------
+    InputError
+        If the file is not saved, something that it reads is missing, or the folder holds
+        something else or cannot be written.
+    """
+    folder = folder.resolve()
+    check_saved()
+    found = external_files()
+    missing = [f"{owner} ({path})" for owner, path in found.missing]
+    named = tables(asdict(settings)).items()
+    of_settings = {split_location(location)[0]: flag(name) for name, location in named}
+    missing += [f"{option} ({path})" for path, option in of_settings.items() if not path.is_file()]
+    if missing:
+        more = f" and {len(missing) - _NAMED} more" if len(missing) > _NAMED else ""
+        raise InputError(
+            f"{Path(bpy.data.filepath).name} reads files that are not there: "
+            f"{', '.join(missing[:_NAMED])}{more}; find them with File, External Data, "
+            "or pack them, and save"
+        )
+    _check_folder(folder)
+    with _replacing(folder) as temporary:
+        job = plan(temporary / MANIFEST)
+        files = [*found.files, *(path.absolute() for path in of_settings)]
+        _write_json(temporary / TEMPLATE, openjd_template.template(job))
+        _write_json(temporary / VALUES, openjd_template.parameter_values(job))
+        assets = openjd_template.asset_references(job, files, found.folders)
+        _write_json(temporary / ASSETS, assets)
+        (temporary / README).write_text(openjd_template.readme(job), encoding="utf-8")
+    return job
+
+
+def check_saved() -> None:
+    """Refuse a file that is not on disk as it is.
+
+    Raises
+    ------
+    InputError
+        If it was never saved, or changed since.
+    """
+    if not bpy.data.filepath:
+        raise InputError("the scene was never saved, and a farm reads it from a file; save it")
+    if bpy.data.is_dirty:
+        raise InputError(
+            f"{bpy.data.filepath} has changes that are not saved, which a farm would not see; "
+            "save it"
+        )
+
+
+def _check_folder(folder: Path) -> None:
+    if folder.is_dir():
+        others = sorted({path.name for path in folder.iterdir()} - _FILES)
+    else:
+        others = [folder.name] if folder.exists() else []
+    if others:
+        raise InputError(
+            f"--bundle: {folder} holds other things than a bundle, such as {others[0]}; "
+            "choose another folder"
+        )
+
+
+@contextmanager
+def _replacing(folder: Path) -> Iterator[Path]:
+    """Give a temporary folder, and put it in the place of another on success."""
+    temporary = folder.with_name(f".{folder.name}.{os.getpid()}.tmp")
+    earlier = folder.with_name(f".{folder.name}.{os.getpid()}.old")
+    try:
+        temporary.mkdir(parents=True)
+        yield temporary
+        if folder.exists():
+            folder.rename(earlier)
+        temporary.rename(folder)
+    except OSError as error:
+        if earlier.exists() and not folder.exists():
+            earlier.rename(folder)
+        raise InputError(
+            f"cannot write {folder}: {error.strerror}; choose another --bundle"
+        ) from error
+    finally:
+        shutil.rmtree(temporary, ignore_errors=True)
+        shutil.rmtree(earlier, ignore_errors=True)
+
+
+def _write_json(path: Path, value: object) -> None:
+    text = json.dumps(value, indent=2, ensure_ascii=False)
+    path.write_text(text + "\n", encoding="utf-8")

@@ -1,0 +1,76 @@
+"""What a batch is asked to do, besides the settings of its scene."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from ..quality.methods import Device, Engine, Mode
+from .stage import Stage
+
+
+@dataclass(frozen=True)
+class AutoRequest:
+    """What is to be chosen automatically.
+
+    ``target`` is a mean ΔE2000, ``budget`` CPU time in s, or None; settings
+    in ``keep`` were given and stay.
+    """
+
+    target: float
+    budget: float | None
+    explain: bool
+    keep: frozenset[str]
+
+
+@dataclass(frozen=True)
+class Job:
+    """What a batch renders besides the scene's settings.
+
+    ``cameras`` are those of a job of several, else ``camera`` is the one, None for the
+    scene's. ``froxels`` are the steps of the shafts' volume, None for the usual ones;
+    ``decisions`` the lines that explain what was chosen automatically. ``device`` is None for
+    the scene's; ``parts`` are renders of a pass with other seeds, whose mean it is; ``stage``
+    is what is added to the scene.
+    """
+
+    blend: Path | None
+    engine: Engine
+    mode: Mode
+    frames: tuple[int, ...]
+    camera: str | None
+    resolution: tuple[int, int] | None
+    seed: int
+    out: Path
+    resume: bool
+    denoise: bool
+    froxels: int | None = None
+    decisions: tuple[str, ...] = ()
+    cameras: tuple[str, ...] = ()
+    device: Device | None = None
+    parts: int = 1
+    stage: Stage | None = None
+
+
+@dataclass(frozen=True)
+class SplitRequest:
+    """What to do with a manifest, instead of planning, rendering and developing in one go.
+
+    ``plan`` is where to write one, ``bundle`` the folder of a job for a farm; ``work``,
+    ``develop`` and ``status`` name one to read.
+    ``passes``, ``frames`` and ``cameras`` are the part of the job that is meant, empty for all;
+    ``out`` is the folder of the results, if it is not the manifest's; ``path_mapping`` a file of
+    rules by which files lie elsewhere.
+    """
+
+    plan: Path | None = None
+    bundle: Path | None = None
+    work: Path | None = None
+    develop: Path | None = None
+    status: Path | None = None
+    json: bool = False
+    passes: tuple[int, ...] = ()
+    frames: tuple[int, ...] = ()
+    cameras: tuple[str, ...] = ()
+    out: Path | None = None
+    path_mapping: Path | None = None

@@ -1,0 +1,521 @@
+"""The manifest of a job: everything that its pictures depend on, decided once, in one JSON file.
+
+Any machine that reads it renders the same picture, whatever part of the job it is given. Paths in
+the file are relative to its folder, so that a project can be moved or mounted elsewhere.
+"""
+
+from __future__ import annotations
+
+import functools
+import hashlib
+import json
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import asdict, astuple, dataclass, field, fields
+from pathlib import Path
+from typing import Any, get_args
+
+from ..datasets.files import joined, relative
+from ..quality.methods import Device, Engine, Method, Mode, method_of
+from ..scene.seen.picture_size import rendered_size
+from ..settings.scene_settings import SceneSettings, flag
+from ..uw_spectral.errors import InputError
+from ..uw_spectral.imaging.layer_sums import drawn_for
+from ..uw_spectral.imaging.layers import NONE, parse_layers
+from ..uw_spectral.spectra.spectral_image import replacing
+from ..uw_spectral.spectra.spectrum import split_location
+from .stage import Stage, stage_of
+
+FORMAT = 1
+"""Of the file; a newer one is refused."""
+_KIND = "underwater-spectral job"
+# Settings that only the development reads: a pass does not depend on them, unless it is
+# developed as it is rendered.
+DEVELOPMENT = frozenset({"sensor", "white_balance", "exposure", "exposure_compensation"})
+# How a picture is shown: no pass depends on it.
+SHOWN = frozenset({"tone", "contrast"})
+
+
+@dataclass(frozen=True)
+class ExternalFile:
+    """A file that the scene or a setting names; ``what`` says which, in words.
+
+    ``setting`` is empty for files of the scene, whose ``path`` is as the .blend has it.
+    ``sha256`` is empty for a file that is missing.
+    """
+
+    what: str
+    path: str
+    sha256: str
+    setting: str = ""
+
+
+@dataclass(frozen=True)
+class CameraOutput:
+    """A camera of the job, and the folder of its files below the output folder."""
+
+    name: str
+    folder: str
+
+
+@dataclass(frozen=True)
+class Pass:
+    """One render of a frame: its bands, and how its noise is drawn.
+
+    ``part`` counts the renders of the same bands with other seeds, whose mean is the pass.
+    """
+
+    bands: tuple[int, ...]
+    part: int
+    seed: int
+    samples: int
+
+
+@dataclass(frozen=True)
+class Development:
+    """How bands become scene-linear Rec.709: weights of shape (3, n), and what they are."""
+
+    description: str
+    weights: tuple[tuple[float, ...], ...]
+
+
+@dataclass(frozen=True)
+class View:
+    """A frame as a camera sees it; ``development`` is a place in the manifest's list.
+
+    ``eye`` is the place of the camera, m, and the unit vector to where it looks.
+    """
+
+    frame: int
+    camera: str
+    depth: float
+    development: int
+    eye: tuple[float, ...] = ()
+
+
+@dataclass(frozen=True)
+class Output:
+    """What is rendered besides the settings of the water, and by what.
+
+    ``resolution`` is width, height and percentage; ``extent`` half the width of the water and
+    the depth of its bottom, in m.
+    """
+
+    engine: Engine
+    mode: Mode
+    device: Device
+    resolution: tuple[int, int, int]
+    seed: int
+    denoise: bool
+    froxels: int | None
+    extent: tuple[float, float]
+    decisions: tuple[str, ...]
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """Width and height of a picture in pixels."""
+        return rendered_size(*self.resolution)
+
+
+@dataclass(frozen=True)
+class Manifest:
+    """A job, planned.
+
+    Parameters
+    ----------
+    scene : Path or None
+        The .blend; None if it was never saved.
+    out : Path
+        The folder of the results.
+    scene_sha256 : str
+        Content of the .blend; ``"unsaved"`` without one.
+    versions : mapping
+        Of Blender, of the extension and of its source.
+    output : Output
+    settings : mapping
+        Of the first frame; ``changes`` holds what differs in other frames.
+    frames : tuple of int
+    cameras : tuple of CameraOutput
+    passes : tuple of Pass
+        Of every frame and camera.
+    bands_nm, widths_nm : tuple of float
+        Centres and widths of the bands.
+    developments : tuple of Development
+    views : tuple of View
+        Cameras in turn, the frames of each in order.
+    files : tuple of ExternalFile
+    lamps : mapping
+        Those of the scene by frame, where they are others than at the frame before.
+    stage : Stage, optional
+        What is added to the scene.
+    """
+
+    scene: Path | None
+    out: Path
+    scene_sha256: str
+    versions: Mapping[str, str]
+    output: Output
+    settings: Mapping[str, Any]
+    changes: Mapping[int, Mapping[str, Any]]
+    frames: tuple[int, ...]
+    cameras: tuple[CameraOutput, ...]
+    passes: tuple[Pass, ...]
+    bands_nm: tuple[float, ...]
+    widths_nm: tuple[float, ...]
+    developments: tuple[Development, ...]
+    views: tuple[View, ...]
+    files: tuple[ExternalFile, ...]
+    lamps: Mapping[int, tuple[Mapping[str, Any], ...]] = field(default_factory=dict)
+    stage: Stage | None = None
+
+    def lamps_of(self, frame: int) -> tuple[Mapping[str, Any], ...]:
+        """Return the lamps at a frame, as records have them."""
+        until = self.frames[: self.frames.index(frame) + 1]
+        return next((self.lamps[n] for n in reversed(until) if n in self.lamps), ())
+
+    def settings_of(self, frame: int) -> SceneSettings:
+        """Return the settings of a frame."""
+        return SceneSettings(**{**self.settings, **self.changes.get(frame, {})})
+
+    @property
+    def has_layers(self) -> bool:
+        """Whether the passes have layers."""
+        return bool(parse_layers(self.settings.get("layers", NONE)))
+
+    def camera(self, name: str) -> CameraOutput:
+        """Return the camera of a name."""
+        return next(camera for camera in self.cameras if camera.name == name)
+
+    @functools.cached_property
+    def parts(self) -> int:
+        """Renders that make up a pass."""
+        return 1 + max(item.part for item in self.passes)
+
+    def folder(self, view: View) -> Path:
+        """Return where the files of a view lie."""
+        return self.out / self.camera(view.camera).folder
+
+    def pass_path(self, view: View, number: int) -> Path:
+        """Return the file of a pass."""
+        item = self.passes[number]
+        name = f"pass_{number // self.parts:02d}"
+        if self.parts > 1:
+            name += f"_part_{item.part:02d}"
+        return self.folder(view) / "passes" / f"{view.frame:04d}" / f"{name}.exr"
+
+    def tasks(self) -> Iterator[tuple[View, int]]:
+        """Yield every pass of the job: its view and number."""
+        for view in self.views:
+            for number in range(len(self.passes)):
+                yield view, number
+
+    @functools.cached_property
+    def drawing(self) -> dict[str, Any]:
+        """What the passes of every frame depend on, besides settings and files."""
+        values = asdict(self.output)
+        del values["extent"], values["decisions"]
+        if self.stage is not None:
+            values["stage"] = self.stage.drawn
+        return {"scene_sha256": self.scene_sha256, **values, "parts": self.parts}
+
+    @functools.cached_property
+    def contents(self) -> dict[str, ExternalFile]:
+        """The files that the passes depend on, by what names them."""
+        return {f.setting or f.path: f for f in self.files if self._counts(f.setting)}
+
+    def rendered_settings(self, frame: int) -> dict[str, Any]:
+        """Return the settings of a frame that its passes depend on; files count by content."""
+        values = {**self.settings, **self.changes.get(frame, {})}
+        found = {name: value for name, value in values.items() if self._counts(name)}
+        # Passes do not depend on what is made of them.
+        found["layers"] = sorted(drawn_for(parse_layers(values.get("layers", NONE))))
+        for name, location in tables(found).items():
+            found[name] = f"file#{split_location(location)[1]}"
+        if self.stage is not None:
+            found["pose"] = astuple(self.stage.places[frame])
+        return found
+
+    def key(self, view: View, number: int) -> str:
+        """Return what tells a pass from every other: a digest of all that it depends on."""
+        item = self.passes[number]
+        weights = self.developments[view.development].weights if self._method.draws_colours else ()
+        path = self._paths.get(view.camera, ())
+        return _digest([self._frame_key(view.frame), view.camera, astuple(item), weights, path])
+
+    def view_key(self, view: View) -> str:
+        """Return a digest of all that the pictures and the record of a view depend on."""
+        values = {**self.settings, **self.changes.get(view.frame, {})}
+        named = {name: f"file#{split_location(at)[1]}" for name, at in tables(values).items()}
+        return _digest(
+            [
+                [self.key(view, number) for number in range(len(self.passes))],
+                {**values, **named},
+                {file.setting: file.sha256 for file in self.files if file.setting},
+                self.developments[view.development].weights,
+            ]
+        )
+
+    @functools.cached_property
+    def _paths(self) -> dict[str, list[tuple[float, ...]]]:
+        """Where each camera is in all frames, which EEVEE's shade is computed for."""
+        if self._method.traced:
+            return {}
+        found: dict[str, set[tuple[float, ...]]] = {}
+        for view in self.views:
+            found.setdefault(view.camera, set()).add(view.eye)
+        return {camera: sorted(eyes) for camera, eyes in found.items()}
+
+    @property
+    def _method(self) -> Method:
+        return method_of(self.output.engine, self.output.mode)
+
+    def _counts(self, setting: str) -> bool:
+        return setting not in SHOWN and (self._method.draws_colours or setting not in DEVELOPMENT)
+
+    @functools.cached_property
+    def _job_key(self) -> str:
+        return _digest([self.drawing, {name: f.sha256 for name, f in self.contents.items()}])
+
+    @functools.cached_property
+    def _frame_keys(self) -> dict[int, str]:
+        return {}
+
+    def _frame_key(self, frame: int) -> str:
+        known = self._frame_keys
+        if frame not in known:
+            known[frame] = _digest([self._job_key, frame, self.rendered_settings(frame)])
+        return known[frame]
+
+
+def _digest(value: object) -> str:
+    return hashlib.sha256(json.dumps(value, sort_keys=True).encode()).hexdigest()
+
+
+def differences(earlier: Manifest, now: Manifest) -> list[str]:
+    """Return the names of what the passes of two jobs depend on and do not share.
+
+    Settings count by frame where both jobs have the frame; if none is in both, by what no
+    keyframe can change.
+    """
+    before, after = earlier.drawing, now.drawing
+    changed = [name for name in {**before, **after} if before.get(name) != after.get(name)]
+    # Another version may draw the same job otherwise, or know better how far its water reaches.
+    one, other = earlier.versions, now.versions
+    changed += [name for name in {**one, **other} if one.get(name) != other.get(name)]
+    old, new = earlier.contents, now.contents
+    changed += [
+        (new.get(name) or old[name]).what
+        for name in {**old, **new}
+        if name not in old or name not in new or old[name].sha256 != new[name].sha256
+    ]
+    shared = set(earlier.frames) & set(now.frames)
+    pairs = [(earlier.rendered_settings(n), now.rendered_settings(n)) for n in sorted(shared)]
+    if not pairs:
+        still = {s.name for s in fields(SceneSettings) if not s.metadata["animatable"]}
+        firsts = (
+            earlier.rendered_settings(earlier.frames[0]),
+            now.rendered_settings(now.frames[0]),
+        )
+        pairs = [tuple({k: v for k, v in item.items() if k in still} for item in firsts)]
+    for one, other in pairs:
+        changed += [name for name in {**one, **other} if one.get(name) != other.get(name)]
+    return list(dict.fromkeys(changed))
+
+
+def write_manifest(path: Path, manifest: Manifest) -> None:
+    """Write a manifest; whole under its name, or not at all.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be written.
+    """
+    path = path.absolute()
+    content = {
+        "kind": _KIND,
+        "format": FORMAT,
+        "scene": relative(manifest.scene, path.parent) if manifest.scene else "",
+        "scene_sha256": manifest.scene_sha256,
+        "out": relative(manifest.out, path.parent),
+        "versions": dict(manifest.versions),
+        "output": asdict(manifest.output),
+        "settings": _placed(manifest.settings, path.parent, relative),
+        "frames": manifest.frames,
+        "changes": manifest.changes,
+        "cameras": [asdict(camera) for camera in manifest.cameras],
+        "passes": [asdict(item) for item in manifest.passes],
+        "bands_nm": manifest.bands_nm,
+        "widths_nm": manifest.widths_nm,
+        "files": [
+            asdict(item) | ({"path": relative(item.path, path.parent)} if item.setting else {})
+            for item in manifest.files
+        ],
+        "developments": [asdict(item) for item in manifest.developments],
+        "views": [[v.frame, v.camera, v.depth, v.development, v.eye] for v in manifest.views],
+        "lamps": manifest.lamps,
+        "stage": _stage(manifest.stage, path.parent),
+    }
+    text = ",\n".join(f"{json.dumps(name)}: {_rows(value)}" for name, value in content.items())
+    with replacing(path) as temporary:
+        temporary.write_text(f"{{\n{text}\n}}\n", encoding="utf-8")
+
+
+def read_manifest(path: Path) -> Manifest:
+    """Read a manifest.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read, is no manifest, or of a newer format.
+    """
+    path = path.absolute()
+    try:
+        content = json.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise InputError(f"cannot read {path}: {error.strerror}; write it with --plan") from error
+    except ValueError as error:
+        raise InputError(
+            f"{path} is damaged or not a manifest ({error}); write it again with --plan"
+        ) from error
+    if not isinstance(content, dict) or content.get("kind") != _KIND:
+        raise InputError(f"{path} is damaged or not a manifest; write it again with --plan")
+    found = content.get("format")
+    if not isinstance(found, int) or found != FORMAT:
+        advice = (
+            "use the version of the extension that wrote it"
+            if isinstance(found, int) and found > FORMAT
+            else "write it again with --plan"
+        )
+        raise InputError(
+            f"{path} has format {found!r}, and this extension reads {FORMAT}; {advice}"
+        )
+    try:
+        return _manifest(content, path.parent)
+    except (KeyError, TypeError, ValueError, IndexError, AttributeError) as error:
+        raise InputError(
+            f"{path} is damaged ({type(error).__name__}: {error}); write it again with --plan"
+        ) from error
+
+
+def _manifest(content: dict[str, Any], folder: Path) -> Manifest:
+    output = Output(
+        **{
+            **content["output"],
+            **{name: tuple(content["output"][name]) for name in _TUPLES},
+        }
+    )
+    for value, known in ((output.engine, Engine), (output.mode, Mode), (output.device, Device)):
+        if value not in get_args(known):
+            raise ValueError(f"{value!r} is not one of {', '.join(get_args(known))}")
+    manifest = Manifest(
+        scene=Path(joined(content["scene"], folder)) if content["scene"] else None,
+        out=Path(joined(content["out"], folder)),
+        scene_sha256=content["scene_sha256"],
+        versions=content["versions"],
+        output=output,
+        settings=_placed(content["settings"], folder, joined),
+        changes={int(frame): values for frame, values in content["changes"].items()},
+        frames=tuple(map(int, content["frames"])),
+        cameras=tuple(CameraOutput(**item) for item in content["cameras"]),
+        passes=tuple(
+            Pass(tuple(map(int, item["bands"])), item["part"], item["seed"], item["samples"])
+            for item in content["passes"]
+        ),
+        bands_nm=tuple(content["bands_nm"]),
+        widths_nm=tuple(content["widths_nm"]),
+        developments=tuple(
+            Development(item["description"], tuple(map(tuple, item["weights"])))
+            for item in content["developments"]
+        ),
+        views=tuple(View(*row[:4], eye=tuple(*row[4:])) for row in content["views"]),
+        files=tuple(
+            ExternalFile(
+                item["what"],
+                joined(item["path"], folder) if item["setting"] else item["path"],
+                item["sha256"],
+                item["setting"],
+            )
+            for item in content["files"]
+        ),
+        lamps={int(frame): tuple(rows) for frame, rows in content.get("lamps", {}).items()},
+        stage=stage_of(content["stage"]).moved(lambda name: joined(name, folder))
+        if content.get("stage")
+        else None,
+    )
+    if not (manifest.views and manifest.passes and manifest.frames):
+        raise ValueError("no passes")
+    known, names = set(manifest.frames), {camera.name for camera in manifest.cameras}
+    for view in manifest.views:
+        if manifest.stage is not None:
+            manifest.stage.places[view.frame]
+        if view.frame not in known or view.camera not in names:
+            raise ValueError(f"a view of frame {view.frame} of camera {view.camera}")
+        manifest.developments[view.development]
+    manifest.settings_of(manifest.frames[0])
+    return manifest
+
+
+_TUPLES = ("resolution", "extent", "decisions")
+
+
+def _rows(value: object) -> str:
+    """JSON with one item of a list or mapping a line, so that files can be compared by line."""
+    if isinstance(value, list) and value:
+        return "[\n" + ",\n".join(json.dumps(item) for item in value) + "\n]"
+    if isinstance(value, Mapping) and value:
+        rows = (f"{json.dumps(str(k))}: {json.dumps(v)}" for k, v in value.items())
+        return "{\n" + ",\n".join(rows) + "\n}"
+    return json.dumps(value)
+
+
+def _placed(
+    settings: Mapping[str, Any], folder: Path, place: Callable[[str, Path], str]
+) -> dict[str, Any]:
+    """Return settings with the paths of their files seen from a folder."""
+    return {
+        name: f"file:{place(value.removeprefix('file:'), folder)}"
+        if isinstance(value, str) and value.startswith("file:")
+        else value
+        for name, value in settings.items()
+    }
+
+
+def _stage(stage: Stage | None, folder: Path) -> dict[str, Any]:
+    return {} if stage is None else stage.moved(lambda name: relative(name, folder)).record()
+
+
+def tables(settings: Mapping[str, Any]) -> dict[str, str]:
+    """Return the location of each file that a setting names."""
+    return {
+        name: value.removeprefix("file:")
+        for name, value in settings.items()
+        if isinstance(value, str) and value.startswith("file:")
+    }
+
+
+def table_name(path: object, setting: str) -> str:
+    """Say which table a file is."""
+    return f"the table {path} ({flag(setting)})"
+
+
+def folders(cameras: Sequence[str]) -> tuple[CameraOutput, ...]:
+    """Return where the files of cameras go: those of a single one into the output folder itself.
+
+    Examples
+    --------
+    >>> [camera.folder for camera in folders(["Left/eye", "Left eye"])]
+    ['Left_eye', 'Left_eye_2']
+    >>> folders(["Camera"])[0].folder
+    ''
+    """
+    if len(cameras) == 1:
+        return (CameraOutput(cameras[0], ""),)
+    found: dict[str, CameraOutput] = {}
+    for name in cameras:
+        plain = "".join(c if c.isalnum() or c in "-_" else "_" for c in name) or "camera"
+        folder, count = plain, 1
+        taken = {camera.folder.lower() for camera in found.values()} | {"passes"}
+        while folder.lower() in taken:
+            count += 1
+            folder = f"{plain}_{count}"
+        found[name] = CameraOutput(name, folder)
+    return tuple(found.values())

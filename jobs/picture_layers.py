@@ -1,0 +1,228 @@
+"""Develops the layers of a picture: one file of all of them, and the truth of its colours."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..datasets.camera import PinholeCamera
+from ..datasets.layer_file import (
+    SENSOR,
+    FrameLayers,
+    LayerImage,
+    bands_name,
+    is_of_bands,
+    read_layers,
+    side_by_side,
+    write_layers,
+)
+from ..datasets.light_paths import extinction_to, transmittance
+from ..datasets.truth import image_truth, write_truth
+from ..datasets.view import View as TruthView
+from ..quality.methods import method_of
+from ..scene.engines.cycles_layers import UNTOUCHED_BANDS as UNTOUCHED
+from ..scene.water.cycles_phase import cycles_phases
+from ..settings.render_plan import RenderPlan
+from ..uw_spectral.errors import InputError
+from ..uw_spectral.imaging.layer_sums import backscatter, share_left, unscattered
+from ..uw_spectral.imaging.layers import BACKSCATTER, layer, of_light, parse_layers
+from ..uw_spectral.spectra.spectral_image import band_labels
+from . import band_passes
+from .manifest import Manifest, View
+
+_FROM_BANDS = "sum over bands by the responses of the sensor"
+_SENSOR = "response of {sensor} to {units}, before white balance and exposure"
+
+
+def layers_path(picture: Path) -> Path:
+    """Return the file of the layers of a picture."""
+    return picture.with_name(f"{picture.stem}_layers.exr")
+
+
+def truth_path(picture: Path) -> Path:
+    """Return the file of the truth of a picture."""
+    return picture.with_name(f"{picture.stem}_truth.json")
+
+
+def develop_layers(
+    manifest: Manifest, view: View, passes: Sequence[Path], plan: RenderPlan, picture: Path
+) -> list[str]:
+    """Write the layers of a view, if any are wanted, and the truth of its colours.
+
+    Parameters
+    ----------
+    manifest : Manifest
+    view : View
+    passes : sequence of Path
+        Of the view, in order; their layers lie beside them.
+    plan : RenderPlan
+        Of the frame.
+    picture : Path
+
+    Returns
+    -------
+    list of str
+        What could not be done, one line each.
+
+    Raises
+    ------
+    InputError
+        If layers of a pass are missing or damaged, or a file cannot be written.
+    """
+    wanted = parse_layers(manifest.settings_of(view.frame).layers)
+    if not wanted:
+        return []
+    output = manifest.output
+    draws_colours = method_of(output.engine, output.mode).draws_colours
+    parts = [read_layers(band_passes.layers_path(path)) for path in passes]
+    repeats = manifest.parts
+    passes_apart = [_mean(parts[n : n + repeats]) for n in range(0, len(parts), repeats)]
+    found = side_by_side(passes_apart)
+    together = dict(found.layers)
+    seen = _seen(manifest, picture, found.header)
+    if UNTOUCHED in together:
+        together |= _unscattered(plan, seen, together)
+    elif "T" in wanted and not draws_colours:
+        together[bands_name("T")] = _transmittance(plan, seen, together["range"])
+    together |= _of_sensor(together, plan, plan.response(view.depth))
+    together |= _derived(together)
+    header = {
+        "frame": view.frame,
+        "engine": output.engine,
+        "mode": output.mode,
+        "bands_nm": list(manifest.bands_nm),
+        "sensor": plan.sensor.name,
+        **found.header,
+    }
+    chosen = _chosen(together, wanted)
+    write_layers(layers_path(picture), FrameLayers(chosen, header, found.attributes))
+    return _write_truth(manifest, view, plan, seen, found.header["lamps"])
+
+
+def _mean(parts: Sequence[FrameLayers]) -> FrameLayers:
+    """Average renders of the same pass."""
+    if len(parts) == 1:
+        return parts[0]
+    layers = {
+        name: replace(image, values=np.mean([p.layers[name].values for p in parts], axis=0))
+        for name, image in parts[0].layers.items()
+        if is_of_bands(name)
+    }
+    return replace(parts[0], layers={**parts[0].layers, **layers})
+
+
+def _of_sensor(
+    found: dict[str, LayerImage], plan: RenderPlan, response: NDArray[np.float64]
+) -> dict[str, LayerImage]:
+    """Name the units, and reduce bands to the channels of the sensor."""
+    made = {}
+    for name in of_light(parse_layers("all")):
+        about, bands = layer(name), found.get(bands_name(name))
+        units = plan.radiance_units if about.kind == "radiance" else plan.irradiance_units
+        if bands is not None and about.kind != "share":
+            text = bands.text
+            made[bands_name(name)] = LayerImage(bands.values, bands.channels, units, text)
+            sensor = bands.values.astype(np.float64) @ response.T
+            made[name] = LayerImage(sensor, SENSOR, "", f"{text}; {_FROM_BANDS}")
+        if about.kind != "share" and (name in made or name in found):
+            image = made.get(name) or found[name]
+            units = _SENSOR.format(sensor=plan.sensor.name, units=units)
+            made[name] = LayerImage(image.values, SENSOR, units, image.text)
+    return made
+
+
+def _derived(found: dict[str, LayerImage]) -> dict[str, LayerImage]:
+    """Make the layers that others add up to."""
+    made = {}
+    for name_of in (str, bands_name):
+        parts = {n: found[name_of(n)] for n in BACKSCATTER if name_of(n) in found}
+        if parts:
+            one = next(iter(parts.values()))
+            total = backscatter({name: image.values for name, image in parts.items()})
+            text = f"{layer('B').text}: {' + '.join(parts)}"
+            made[name_of("B")] = LayerImage(total, one.channels, one.units, text)
+    if "D" in found and "J" in found:
+        share = share_left(found["D"].values, found["J"].values)
+        made["T"] = LayerImage(share, SENSOR, layer("T").units, f"{layer('T').text}: D / J")
+    return made
+
+
+def _chosen(found: dict[str, LayerImage], wanted: Sequence[str]) -> dict[str, LayerImage]:
+    chosen = {}
+    for name in wanted:
+        about = layer(name)
+        names = [n for n in found if n.startswith("Crypto")] if name == "cryptomatte" else [name]
+        for key in (*names, bands_name(name)):
+            if key in found:
+                image = found[key]
+                chosen[key] = LayerImage(
+                    image.values, image.channels, image.units, image.text, about.whole
+                )
+    return chosen
+
+
+def _transmittance(plan: RenderPlan, seen: TruthView, distances: LayerImage) -> LayerImage:
+    about = layer("T")
+    share = transmittance(plan, seen.camera, seen.camera_to_world, distances.values[..., 0])
+    text = f"{about.text}; at the centre of the pixel"
+    return LayerImage(share, tuple(band_labels(plan.bands)), about.units, text)
+
+
+def _unscattered(
+    plan: RenderPlan, seen: TruthView, found: Mapping[str, LayerImage]
+) -> dict[str, LayerImage]:
+    """Take apart what Cycles drew without the forward peak; of one layer of water only."""
+    if plan.column.below:
+        return {}
+    drawn = found[UNTOUCHED]
+    distances = found["range"].values[..., 0]
+    c, way = extinction_to(plan, seen.camera, seen.camera_to_world, distances)
+    shares = np.sum(cycles_phases(plan)[0].shares, axis=0)
+    parts = unscattered(drawn.values, c, c - plan.column.scattering * (1.0 - shares), way)
+    notes = (
+        "unscattered light over exp(-c' z), c' as Cycles draws it: exact but for noise and for "
+        "edges, where a pixel has several ranges",
+        "J T",
+        "of the bounded forward peak, as if things filled their surroundings; the rest is in "
+        "B_multiple",
+        "at the centre of the pixel",
+    )
+    return {
+        bands_name(name): replace(drawn, values=values, units=layer(name).units,
+                                  text=f"{layer(name).text}; {note}")
+        for name, values, note in zip(("J", "D", "F", "T"), parts, notes, strict=True)
+    }  # fmt: skip
+
+
+def _seen(manifest: Manifest, picture: Path, header: Mapping[str, Any]) -> TruthView:
+    """Return the picture and its camera."""
+    camera = header["camera"]
+    K = np.array(camera["K"])
+    pinhole = PinholeCamera(
+        camera["width"], camera["height"], K[0, 0], K[1, 1], K[0, 2], K[1, 2],
+        tuple(camera["distortion"]),
+    )  # fmt: skip
+    name = picture.relative_to(manifest.out).with_suffix("").as_posix()
+    return TruthView(name, picture, pinhole, np.array(camera["camera_to_world"]))
+
+
+def _write_truth(
+    manifest: Manifest,
+    view: View,
+    plan: RenderPlan,
+    seen: TruthView,
+    lamps: Sequence[Mapping[str, Any]],
+) -> list[str]:
+    weights = np.array(manifest.developments[view.development].weights)
+    stops = plan.viewpoint(view.depth, 0.0).reduction.stops_to(weights)
+    try:
+        truth = image_truth(plan, seen, lamps, stops=stops)
+    except InputError as error:
+        return [f"the truth of the picture was not written: {error}"]
+    write_truth(truth_path(seen.image), truth)
+    return []

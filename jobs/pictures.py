@@ -1,0 +1,249 @@
+"""Turns the finished passes of a view into its picture, spectral image and record."""
+
+from __future__ import annotations
+
+import importlib.metadata
+import json
+import platform
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import bpy
+import numpy as np
+from numpy.typing import NDArray
+
+from ..quality.methods import method_of
+from ..scene import view_transform
+from ..scene.water import particles
+from ..settings.render_plan import RenderPlan
+from ..uw_spectral.errors import InputError
+from ..uw_spectral.spectra.spectral_image import (
+    read_exr,
+    replacing,
+    write_rgb_exr,
+    write_spectral_exr,
+)
+from . import band_passes, development, picture_layers
+from .band_passes import RenderedPass
+from .frame_plans import FramePlans
+from .manifest import Manifest, View
+from .work import Rendered
+
+_RECORDED_PACKAGES = ("numpy", "colour-science", "jerlov", "OpenImageIO")
+_HEAD = 200  # characters of a record, which hold its key
+
+
+def picture_path(manifest: Manifest, view: View) -> Path:
+    """Return the scene-linear picture of a view."""
+    return manifest.folder(view) / f"{view.frame:04d}.exr"
+
+
+def record_path(manifest: Manifest, view: View) -> Path:
+    """Return the record of a view, which is written last."""
+    return picture_path(manifest, view).with_suffix(".json")
+
+
+def is_developed(manifest: Manifest, view: View) -> bool:
+    """Whether the pictures of a view are there, made of the passes that the manifest plans."""
+    try:
+        with record_path(manifest, view).open(encoding="utf-8") as file:
+            head = file.read(_HEAD)
+    except (OSError, UnicodeDecodeError):
+        return False
+    return f'"key": "{manifest.view_key(view)}"' in head
+
+
+def develop(
+    manifest: Manifest, view: View, rendered: Sequence[Rendered], plans: FramePlans
+) -> None:
+    """Write the pictures of a view, and its record last.
+
+    Parameters
+    ----------
+    manifest : Manifest
+    view : View
+    rendered : sequence of Rendered
+        All passes of the view, in order.
+    plans : FramePlans
+        Of the manifest.
+
+    Raises
+    ------
+    InputError
+        If a pass is damaged, or a file cannot be written.
+    """
+    plan, picture = plans.of(view.frame), picture_path(manifest, view)
+    whole, variances = _means(manifest, rendered)
+    if method_of(manifest.output.engine, manifest.output.mode).draws_colours:
+        write_rgb_exr(picture, sum(read_exr(item.path)[0] for item in whole))
+    else:
+        _write_spectra(manifest, view, whole, plan)
+        weights = np.array(manifest.developments[view.development].weights)
+        paths, bands = [item.path for item in whole], [item.bands for item in whole]
+        development.develop(paths, weights, bands, picture)
+    chosen = plan.settings
+    shown = picture.with_suffix(".png")
+    view_transform.write_shown(shown, read_exr(picture)[0], chosen.tone, chosen.contrast)
+    paths = [item.file.path for item in rendered]
+    untold = picture_layers.develop_layers(manifest, view, paths, plan, picture)
+    record = _record(manifest, view, rendered, plan)
+    record["notes"] += untold
+    if variances:
+        record["parts"] = variances
+    write_json(record_path(manifest, view), record)
+
+
+def write_json(path: Path, value: dict[str, Any]) -> None:
+    """Write a JSON file; whole under its name, or not at all."""
+    with replacing(path) as temporary:
+        temporary.write_text(json.dumps(value, indent=1, default=str) + "\n", encoding="utf-8")
+
+
+def _means(
+    manifest: Manifest, rendered: Sequence[Rendered]
+) -> tuple[list[RenderedPass], list[dict[str, Any]]]:
+    """Return the passes, parts averaged, and how far the parts of each lie apart."""
+    parts = manifest.parts
+    if parts == 1:
+        return [item.file for item in rendered], []
+    found, variances = [], []
+    for first in range(0, len(rendered), parts):
+        files = [item.file for item in rendered[first : first + parts]]
+        samples = [item.samples for item in manifest.passes[first : first + parts]]
+        images = np.stack([read_exr(item.path)[0].astype(np.float64) for item in files])
+        mean, variance = mean_of_parts(images, np.array(samples, dtype=np.float64))
+        path = files[0].path.with_name(f"pass_{first // parts:02d}.exr")
+        write_rgb_exr(path, mean)
+        seconds = [item.seconds for item in files if item.seconds is not None]
+        found.append(RenderedPass(path, files[0].bands, sum(seconds) if seconds else None))
+        by_band = variance.mean(axis=(0, 1))[: len(files[0].bands)]
+        variances.append(
+            {
+                "file": _relative(manifest, path),
+                "bands_nm": [manifest.bands_nm[i] for i in files[0].bands],
+                "samples": samples,
+                "variance_of_the_mean": by_band.tolist(),
+            }
+        )
+    return found, variances
+
+
+def mean_of_parts(
+    images: NDArray[np.float64], samples: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the mean of renders of different noise, and its variance, by pixel.
+
+    Parameters
+    ----------
+    images : array, shape (parts, h, w, k)
+    samples : array, shape (parts,)
+        A render counts by its samples, and its variance is taken to fall with them.
+
+    Examples
+    --------
+    >>> mean, variance = mean_of_parts(np.array([1.0, 3.0]).reshape(2, 1, 1, 1), np.ones(2))
+    >>> float(mean.squeeze()), float(variance.squeeze())
+    (2.0, 1.0)
+    """
+    share = (samples / samples.sum()).reshape(-1, 1, 1, 1)
+    mean = (images * share).sum(axis=0)
+    apart = (share * (images - mean) ** 2).sum(axis=0)
+    return mean, apart / (len(samples) - 1)
+
+
+def _write_spectra(
+    manifest: Manifest, view: View, whole: Sequence[RenderedPass], plan: RenderPlan
+) -> None:
+    picture = picture_path(manifest, view)
+    write_spectral_exr(
+        picture.with_name(f"{picture.stem}_spectral.exr"),
+        band_passes.gather(whole),
+        plan.bands,
+        {
+            "frame": view.frame,
+            "illuminant": plan.illuminant.name,
+            "water": "; ".join(dict.fromkeys(water.name for water in plan.waters.layers)),
+        },
+        plan.radiance_units,
+    )
+
+
+def _record(
+    manifest: Manifest, view: View, rendered: Sequence[Rendered], plan: RenderPlan
+) -> dict[str, Any]:
+    output = manifest.output
+    chosen = manifest.developments[view.development]
+    return {
+        "key": manifest.view_key(view),
+        "frame": view.frame,
+        "camera_depth_m": view.depth,
+        "settings": vars(manifest.settings_of(view.frame)),
+        "job": {
+            "engine": output.engine,
+            "mode": output.mode,
+            "device": output.device,
+            "frames": manifest.frames,
+            "resolution": output.size,
+            "seed": output.seed,
+            "parts": manifest.parts,
+            "denoise": output.denoise,
+            "froxels": output.froxels,
+            "decisions": output.decisions,
+            "out": str(manifest.out),
+            "blend": str(manifest.scene or ""),
+            "camera": view.camera,
+            "water_extent_m": output.extent,
+        },
+        "notes": [*plan.notes, *dict.fromkeys(note for item in rendered for note in item.notes)],
+        **plan.record(),
+        **particles.record(plan.settings, plan.column),
+        "versions": _versions(),
+        "development": {
+            "description": chosen.description,
+            "weights": chosen.weights,
+            "tone": plan.settings.tone,
+            "contrast": plan.settings.contrast,
+        },
+        "lamps": manifest.lamps_of(view.frame),
+        "passes": [
+            {
+                "file": _relative(manifest, item.file.path),
+                "bands_nm": [manifest.bands_nm[i] for i in item.file.bands],
+                "seconds": item.file.seconds,
+            }
+            for item in rendered
+        ],
+    }
+
+
+def _relative(manifest: Manifest, path: Path) -> str:
+    return path.relative_to(manifest.out).as_posix()
+
+
+def require(missing: Sequence[str]) -> None:
+    """Refuse to end well while passes are missing.
+
+    Raises
+    ------
+    InputError
+        Names the first of them.
+    """
+    if missing:
+        more = f" and {len(missing) - 3} more" if len(missing) > 3 else ""
+        raise InputError(
+            f"not developed, passes are missing: {'; '.join(missing[:3])}{more}; render them with "
+            "--from and --frames; the other pictures are finished"
+        )
+
+
+def _versions() -> dict[str, str]:
+    found = {"blender": bpy.app.version_string, "python": platform.python_version()}
+    return found | {name: _version(name) for name in _RECORDED_PACKAGES}
+
+
+def _version(package: str) -> str:
+    try:
+        return importlib.metadata.version(package)
+    except importlib.metadata.PackageNotFoundError:
+        return "bundled with Blender"

@@ -1,0 +1,180 @@
+"""A whole job in one process: planned, rendered and developed frame by frame.
+
+The steps are those of a job that is split over processes and machines.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import bpy
+
+from ..settings.scene_settings import SceneSettings
+from ..uw_spectral.errors import InputError
+from . import band_passes, pictures, work
+from .frame_plans import FramePlans
+from .job import Job
+from .manifest import Manifest, View, differences, read_manifest, write_manifest
+from .planning import plan_job
+from .work import Part, Rendered
+
+JOB_FILE = "job.json"
+"""The manifest of a job in its output folder."""
+
+
+@dataclass(frozen=True)
+class Step:
+    """One pass that is on disk: the ``number``-th of ``total`` passes of the job."""
+
+    frame: int
+    rendered: band_passes.RenderedPass
+    number: int
+    total: int
+
+
+def render(
+    scene: bpy.types.Scene,
+    settings_now: Callable[[], SceneSettings],
+    job: Job,
+    report_note: Callable[[str], None],
+) -> Iterator[Step]:
+    """Render a job; each step of the iteration renders one pass.
+
+    The scene holds water only while the iteration lasts; closing it early
+    takes the water out and keeps the passes that are done.
+
+    Parameters
+    ----------
+    scene : Scene
+        The scene.
+    settings_now : callable
+        Returns the settings at the scene's current frame.
+    job : Job
+        Frames, engine, cameras and folder.
+    report_note : callable
+        Receives what could not be treated, a line each.
+
+    Yields
+    ------
+    Step
+        The pass that was just written, or found when resuming.
+
+    Raises
+    ------
+    InputError
+        If the scene, the settings or the output folder cannot be used.
+    """
+    manifest = begin(plan_job(scene, settings_now, job), resume=job.resume)
+    plans = FramePlans(manifest)
+    finished: dict[View, dict[int, Rendered]] = {}
+    tasks = Part().tasks(manifest)
+    steps = work.render(scene, manifest, tasks, plans, report_note, insist=True)
+    for number, (found, is_new) in enumerate(steps, start=1):
+        # A record has the seconds of its own process only.
+        file = found.file if is_new else replace(found.file, seconds=None)
+        view = found.task.view
+        of_view = finished.setdefault(view, {})
+        of_view[found.task.number] = replace(found, file=file)
+        if len(of_view) == len(manifest.passes):
+            ready = finished.pop(view)
+            pictures.develop(manifest, view, [ready[n] for n in sorted(ready)], plans)
+        yield Step(view.frame, file, number, len(tasks))
+
+
+def begin(manifest: Manifest, *, resume: bool) -> Manifest:
+    """Make the output folder a job's own, from its beginning or to go on.
+
+    Parameters
+    ----------
+    manifest : Manifest
+    resume : bool
+        Go on with the passes that are there, if the same job made them; else they
+        are rendered again.
+
+    Returns
+    -------
+    Manifest
+        The job; its water is as wide as that of the passes that are there.
+
+    Raises
+    ------
+    InputError
+        If the folder cannot be written to, or another job's passes are there.
+    """
+    band_passes.make_folder(manifest.out)
+    place = manifest.out / JOB_FILE
+    if not resume:
+        try:
+            for view in manifest.views:
+                pictures.record_path(manifest, view).unlink(missing_ok=True)
+            for view, number in manifest.tasks():
+                manifest.pass_path(view, number).unlink(missing_ok=True)
+        except OSError as error:
+            raise InputError(
+                f"cannot write to {manifest.out}: {error.strerror}; choose another --out"
+            ) from error
+    elif place.exists():
+        try:
+            earlier = read_manifest(place)
+        except InputError as error:
+            raise InputError(f"{place} is damaged; delete it to render without --resume") from error
+        changed = differences(earlier, manifest)
+        if changed:
+            raise InputError(
+                f"--resume: {manifest.out} was rendered with other values of {', '.join(changed)}; "
+                "use the same ones, or another --out"
+            )
+        extents = zip(earlier.output.extent, manifest.output.extent, strict=True)
+        wide, deep = (max(pair) for pair in extents)
+        manifest = replace(manifest, output=replace(manifest.output, extent=(wide, deep)))
+    write_manifest(place, manifest)
+    return manifest
+
+
+def join(manifest: Manifest) -> None:
+    """Begin to work at a job in its output folder, maybe beside other workers.
+
+    Raises
+    ------
+    InputError
+        If the folder cannot be written to, or holds another job.
+    """
+    band_passes.make_folder(manifest.out)
+    place = manifest.out / JOB_FILE
+    if not place.exists():
+        write_manifest(place, manifest)
+        return
+    changed = differences(read_manifest(place), manifest)
+    if changed:
+        raise InputError(
+            f"{manifest.out} holds another job, with other values of {', '.join(changed)}; plan "
+            "with another --out, or delete the folder; nothing was overwritten"
+        )
+
+
+def develop(manifest: Manifest, views: Sequence[View]) -> Iterator[View]:
+    """Develop the views whose passes are all done, one at each step of the iteration.
+
+    Yields
+    ------
+    View
+        Whose pictures and record were just written.
+
+    Raises
+    ------
+    InputError
+        In the end, if passes of other views are missing.
+    """
+    plans, missing = FramePlans(manifest), []
+    for view in views:
+        tasks = [work.Task(view, number) for number in range(len(manifest.passes))]
+        rendered = [work.done(manifest, task) for task in tasks]
+        there = [item for item in rendered if item is not None]
+        if len(there) < len(tasks):
+            absent = [str(n) for n, item in enumerate(rendered) if item is None]
+            missing.append(f"frame {view.frame} of {view.camera}, {', '.join(absent)}")
+            continue
+        pictures.develop(manifest, view, there, plans)
+        yield view
+    pictures.require(missing)

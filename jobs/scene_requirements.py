@@ -1,0 +1,257 @@
+"""What a scene requires: looks at it through its camera and lets the optics decide."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import bpy
+import numpy as np
+
+from ..quality.combinations import RAYS, BandChoice, Workload
+from ..quality.methods import Method, method_of
+from ..quality.picture import Optics
+from ..quality.requirements import Requirements, decide
+from ..quality.seen_points import SeenPoints
+from ..quality.terms import SURFACE, TERMS, WAVES, settings_of, switched_on
+from ..scene.rendered import as_rendered
+from ..scene.seen.cameras import camera_depth
+from ..scene.seen.picture_size import rendered_size
+from ..scene.seen.view_tracing import trace_from_above, trace_view
+from ..scene.water import moving_surface
+from ..scene.water.eevee_water import Eye, eevee_water
+from ..settings.render_plan import RenderPlan, forget_files, plan_of, quiet
+from ..settings.scene_settings import EQUAL, OPTIMISED, SceneSettings
+from ..uw_spectral.errors import InputError
+from ..uw_spectral.imaging.description import REFERENCE_BANDS
+from ..uw_spectral.transfer.solved_field import SolvedField
+from ..uw_spectral.transfer.water_column import WaterColumn
+from .job import Job
+
+OPTIMISED_COUNTS = (3, 6, 9)
+BAND_COUNTS = (3, 4, 5, 6, 7, 8, 9, 10, 12, 15, 16, 18, 21, 24, 27, 32)
+
+_FRAMES = 5
+_WAVE_RESOLUTION = 64
+_WITHOUT_THINGS = {"diffuse_shadows": False, "scene_floor": False}
+
+
+@dataclass(frozen=True, eq=False)
+class Choice:
+    """What was decided, and the settings that bring it about."""
+
+    required: Requirements
+    settings: dict[str, Any]
+
+    @property
+    def lines(self) -> list[str]:
+        """Each decision in a line."""
+        return [str(decision) for decision in self.required.decisions]
+
+
+def choose(
+    scene: bpy.types.Scene,
+    camera: bpy.types.Object,
+    settings_now: Callable[[], SceneSettings],
+    job: Job,
+    *,
+    target: float,
+    budget: float | None = None,
+    keep: frozenset[str] = frozenset(),
+    others: Sequence[bpy.types.Object] = (),
+) -> Choice:
+    """Decide what a job needs.
+
+    From above the water, what rays meet in it is weighed as it is seen from just below the
+    surface, by the share that is let out; sky, things in the air and waves are not weighed.
+
+    Parameters
+    ----------
+    scene : Scene
+        Its current frame moves and comes back.
+    camera : Object
+    settings_now : callable
+        Returns the settings at the scene's current frame; those of the
+        first frame that is looked at count.
+    job : Job
+        Engine, mode and frames.
+    target : float
+        Mean ΔE2000 of what the camera sees: objects, floor and open water count equally.
+    budget : float, optional
+        CPU time in s.
+    keep : set of str
+        Settings that must stay as they are.
+    others : sequence of Object
+        Further cameras, for which the choice is made too.
+
+    Returns
+    -------
+    Choice
+
+    Raises
+    ------
+    InputError
+        If the settings cannot be used, no camera sees the water, or it is night.
+    """
+    forget_files()
+    before = scene.frame_current
+    frames = _sampled(job.frames or (before,))
+    try:
+        with as_rendered(scene):
+            scene.frame_set(frames[0])
+            chosen = settings_now()
+            if chosen.sunlight == 0:
+                raise InputError(
+                    "Auto weighs the light of sun and sky, and --sunlight is 0; choose the "
+                    "settings of a night by hand (Quality), or choose them by day"
+                )
+            with quiet():
+                plan = plan_of(chosen)
+                plan.column.require_one_layer("Auto knows")
+                everything = _everything(scene, chosen)
+            views, from_above = _traced(
+                scene, (camera, *others), frames, plan.column, everything.view.field
+            )
+    finally:
+        scene.frame_set(before)
+    if not views:
+        raise InputError(
+            f"camera {camera.name!r} is above the water and sees only sky; turn it down, or choose "
+            "the settings by hand (Quality)"
+        )
+    if from_above:
+        # Shafts are not drawn then, in no frame of a job.
+        views = [replace(view, path_sunlit=np.ones((len(view), 1), dtype=bool)) for view in views]
+    shaft_end = 0.0
+    method = method_of(job.engine, job.mode)
+    if not (method.traced or from_above):
+        shaded = replace(plan, settings=replace(chosen, shafts=True, **_WITHOUT_THINGS))
+        drawn = eevee_water(
+            shaded, scene, Eye(scene.camera, views[0].depth), np.ones((3, len(plan.bands)))
+        )
+        shaft_end = drawn.shafts.end if drawn.shafts is not None else 0.0
+    render = scene.render
+    width, height = rendered_size(
+        render.resolution_x, render.resolution_y, render.resolution_percentage
+    )
+    workload = Workload(
+        method,
+        width * height / 1e6,
+        max(len(job.frames), 1),
+        chosen.samples if "samples" in keep else None,
+        shaft_end,
+    )
+    given = {term.name for term in TERMS if term.setting in keep and job.engine in term.engines}
+    on = given & switched_on(vars(chosen))
+    if from_above:
+        # What the surface mirrors is not weighed.
+        on |= {SURFACE, WAVES} & switched_on(vars(chosen))
+    with quiet():
+        required = decide(
+            views,
+            everything,
+            _choices(chosen, keep, method),
+            target=target,
+            budget=budget,
+            workload=workload,
+            keep=on,
+            off=given - on,
+            denoise=job.denoise,
+        )
+    return Choice(required, _changes(chosen, required, method, keep))
+
+
+def _traced(
+    scene: bpy.types.Scene,
+    eyes: Sequence[bpy.types.Object],
+    frames: Sequence[int],
+    column: WaterColumn,
+    field: SolvedField,
+) -> tuple[list[SeenPoints], bool]:
+    """Return what cameras see of the water at frames, and whether any looks from above it."""
+    views: list[SeenPoints] = []
+    from_above = False
+    rays = RAYS // (len(frames) * len(eyes))
+    for frame in frames:
+        scene.frame_set(frame)
+        for eye in eyes:
+            depth = camera_depth(eye, column.floor_depth)
+            if depth > 0.0:
+                views.append(trace_view(scene, eye, column, field, rays=rays))
+                continue
+            from_above = True
+            seen = trace_from_above(scene, eye, column, field, rays=rays).seen
+            if seen is not None:
+                views.append(seen)
+    return views, from_above
+
+
+def _sampled(frames: Sequence[int]) -> list[int]:
+    """First, middle, last and a few between."""
+    chosen = np.linspace(0, len(frames) - 1, min(_FRAMES, len(frames))).round().astype(int)
+    return [frames[i] for i in chosen]
+
+
+def _optics(plan: RenderPlan) -> Optics:
+    """The water of a plan; the rays bring their own depth."""
+    return Optics(plan.viewpoint(0.0), plan.excitation)
+
+
+def _everything(scene: bpy.types.Scene, chosen: SceneSettings) -> Optics:
+    """Everything the settings ask for, on many bands."""
+    many = replace(chosen, bands=REFERENCE_BANDS, wavelengths="", band_placement=EQUAL)
+    plan = plan_of(many)
+    found = _optics(plan)
+    if chosen.surface != moving_surface.WAVES:
+        return found
+    coarse = replace(chosen, wave_resolution=min(chosen.wave_resolution, _WAVE_RESOLUTION))
+    return replace(found, waves=moving_surface.patterns(scene, replace(plan, settings=coarse)))
+
+
+def _choices(chosen: SceneSettings, keep: frozenset[str], method: Method) -> list[BandChoice]:
+    """Bands to choose from: the settings' own if they must stay, all in real time."""
+    # Only the elastic light of a calm sea is compared.
+    plain = replace(
+        chosen,
+        inelastic="",
+        surface="flat" if chosen.surface == moving_surface.WAVES else chosen.surface,
+    )
+    if keep & {"bands", "wavelengths", "range_start", "range_end"}:
+        plan = plan_of(plain.in_mode(method.mode))
+        name = f"{len(plan.bands)}, as given"
+        return [BandChoice(name, _optics(plan), {}, len(plan.passes))]
+    placements = {EQUAL: BAND_COUNTS, OPTIMISED: OPTIMISED_COUNTS}
+    if "band_placement" in keep:
+        placements = {chosen.band_placement: placements[chosen.band_placement]}
+    usual: dict[str, Any] = {"bands": 0, "wavelengths": "", "band_placement": EQUAL}
+    free = replace(plain, **usual).in_mode(method.mode)
+    if method.draws_colours and EQUAL in placements and free.bands == method.usual_bands:
+        name = f"{free.bands}, which cost nothing"
+        return [BandChoice(name, _optics(plan_of(free)), usual)]
+    found = []
+    for placement, counts in placements.items():
+        for count in counts:
+            changes = {"bands": count, "wavelengths": "", "band_placement": placement}
+            plan = plan_of(replace(plain, **changes))
+            name = f"{count} {placement}"
+            found.append(BandChoice(name, _optics(plan), changes, len(plan.passes)))
+    return found
+
+
+def _changes(
+    chosen: SceneSettings, required: Requirements, method: Method, keep: frozenset[str]
+) -> dict[str, Any]:
+    """Settings that differ from the ones that were given."""
+    wanted = {**required.bands.settings, "samples": required.samples}
+    if method.traced:
+        wanted["bounces"] = required.bounces
+    changed = required.options ^ switched_on(vars(chosen))
+    for term in TERMS:
+        if term.name in changed and method.engine in term.engines:
+            wanted[term.setting] = settings_of(required.options)[term.setting]
+    return {
+        name: value
+        for name, value in wanted.items()
+        if name not in keep and getattr(chosen, name) != value
+    }

@@ -1,0 +1,159 @@
+"""The steps of a job that is split over processes: plan, work, develop, and how far it is."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import bpy
+
+from ..datasets.index import is_index, read_index
+from ..settings.scene_settings import SceneSettings
+from ..uw_spectral.errors import InputError
+from . import data_set_batch, job_files, job_status, render_job, same_job, work
+from .frame_plans import FramePlans
+from .job import Job, SplitRequest
+from .manifest import Manifest, read_manifest, write_manifest
+from .path_mapping import PathMapping, apply_to_scene, read_path_mapping
+from .planning import plan_job
+from .progress import Progress, print_note
+from .render_job import Step
+from .work import Part
+
+OpenScene = Callable[[Path | None, bool], None]
+"""Opens a .blend, unless Blender has one open."""
+
+
+def plan(
+    scene: bpy.types.Scene, settings_now: Callable[[], SceneSettings], job: Job, path: Path
+) -> None:
+    """Plan a job and write its manifest; nothing is rendered.
+
+    Raises
+    ------
+    InputError
+        If the scene or the settings cannot be used, or a file that they name is missing.
+    """
+    manifest = plan_job(scene, settings_now, job)
+    if manifest.scene is None:
+        raise InputError("--plan: the scene was never saved, so no worker can open it; save it")
+    job_files.require_all(manifest.files)
+    write_manifest(path, manifest)
+    print(
+        f"planned: {len(manifest.frames)} frame(s), {len(manifest.cameras)} camera(s), "
+        f"{len(manifest.passes)} pass(es) each, in {path}"
+    )
+
+
+def run(
+    request: SplitRequest,
+    blend: Path | None,
+    progress: Progress,
+    open_scene: OpenScene,
+    *,
+    inside_blender: bool,
+) -> None:
+    """Do what is asked for with a manifest.
+
+    Parameters
+    ----------
+    request : SplitRequest
+    blend : Path or None
+        The scene, if it is not where the manifest says.
+    progress : Progress
+    open_scene : callable
+    inside_blender : bool
+        Whether Blender may have opened the scene already.
+
+    Raises
+    ------
+    InputError
+        If the manifest cannot be used here, or passes are missing or cannot be written.
+    """
+    path = request.status or request.develop or request.work
+    assert path is not None
+    if is_index(path):
+        _data_set(request, path, blend, progress, open_scene, inside_blender)
+        return
+    mapping = PathMapping()
+    if request.path_mapping is not None:
+        mapping = read_path_mapping(request.path_mapping)
+    manifest = mapping.apply_to_manifest(read_manifest(path))
+    if request.out is not None:
+        manifest = replace(manifest, out=request.out)
+    part = Part(request.passes, request.frames, request.cameras)
+    if request.status is not None:
+        status = job_status.status_of(manifest)
+        print(status.as_json() if request.json else status.text())
+    elif request.develop is not None:
+        _develop(manifest, part, progress)
+    else:
+        if inside_blender and bpy.data.filepath:
+            open_scene(blend, True)
+        else:
+            open_scene(blend or _scene_of(manifest), False)
+        apply_to_scene(mapping)
+        _work(manifest, mapping, part, progress)
+
+
+def _data_set(
+    request: SplitRequest,
+    path: Path,
+    blend: Path | None,
+    progress: Progress,
+    open_scene: OpenScene,
+    inside_blender: bool,
+) -> None:
+    """Work at a whole data set, by its index."""
+    if request.develop or request.path_mapping or request.out or request.frames or request.passes:
+        raise InputError(
+            f"{path} is a data set: --from renders its jobs, --dataset-export {path.parent} makes "
+            f"its files; parts are named with --from {path.parent}/jobs/NAME/job.json"
+        )
+    index = read_index(path)
+    if request.status is not None:
+        print(data_set_batch.status(index)[1 if request.json else 0])
+    else:
+        data_set_batch.work_on(index, progress, open_scene, blend, inside_blender)
+
+
+def _scene_of(manifest: Manifest) -> Path:
+    if manifest.scene is None or not manifest.scene.is_file():
+        raise InputError(
+            f"the scene of the manifest, {manifest.scene}, is not there; copy it, or name it "
+            "before --from"
+        )
+    return manifest.scene
+
+
+def _work(manifest: Manifest, mapping: PathMapping, part: Part, progress: Progress) -> None:
+    tasks = part.tasks(manifest)
+    same_job.check_scene(manifest, job_files.open_blend(), mapping.apply)
+    render_job.join(manifest)
+    kept = rendered = 0
+    steps = work.render(
+        bpy.context.scene, manifest, tasks, FramePlans(manifest), print_note, insist=part.is_named
+    )
+    for number, (found, is_new) in enumerate(steps, start=1):
+        file = found.file if is_new else replace(found.file, seconds=None)
+        progress.report(Step(found.task.view.frame, file, number, len(tasks)))
+        rendered, kept = rendered + is_new, kept + (not is_new)
+    left = len(tasks) - rendered - kept
+    print(
+        f"done: {rendered} pass(es) rendered, {kept} there before"
+        + (f", {left} left to other workers" if left else "")
+        + f", in {manifest.out}"
+    )
+
+
+def _develop(manifest: Manifest, part: Part, progress: Progress) -> None:
+    if part.passes:
+        raise InputError("--passes: a picture needs every pass; name --frames or --cameras")
+    same_job.check_programs(manifest)
+    views = list(dict.fromkeys(task.view for task in part.tasks(manifest)))
+    count = 0
+    for count, view in enumerate(render_job.develop(manifest, views), start=1):
+        text = f"frame {view.frame} of {view.camera} developed, {count} of {len(views)}"
+        progress.tell(text, count, len(views))
+    print(f"done: {count} picture(s) in {manifest.out}")

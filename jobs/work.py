@@ -1,0 +1,284 @@
+"""Renders passes of a manifest, each claimed first; nothing is decided here."""
+
+from __future__ import annotations
+
+import contextlib
+import itertools
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass
+
+import bpy
+import numpy as np
+
+from ..scene import contents, units
+from ..scene.engines.band_engine import BandEngine, Engine, Opening, RenderPass
+from ..scene.engines.engines import engine_of
+from ..scene.marks import require_no_water
+from ..scene.rendered import as_rendered
+from ..scene.seen import cameras, picture_size, stereo
+from ..uw_spectral.errors import InputError
+from . import band_passes, staging
+from .claims import claimed
+from .frame_plans import FramePlans
+from .manifest import Manifest, View
+from .planning import extent_of
+
+
+@dataclass(frozen=True)
+class Task:
+    """One pass of a view: its place in the manifest's list."""
+
+    view: View
+    number: int
+
+
+@dataclass(frozen=True)
+class Rendered:
+    """A pass that is on disk, and what could not be treated in it."""
+
+    task: Task
+    file: band_passes.RenderedPass
+    notes: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Part:
+    """Which part of a job is meant; empty for all."""
+
+    passes: tuple[int, ...] = ()
+    frames: tuple[int, ...] = ()
+    cameras: tuple[str, ...] = ()
+
+    @property
+    def is_named(self) -> bool:
+        """Whether anything was named."""
+        return bool(self.passes or self.frames or self.cameras)
+
+    def tasks(self, manifest: Manifest) -> list[Task]:
+        """Return the passes of a manifest that are meant.
+
+        Raises
+        ------
+        InputError
+            If the job has no such passes.
+        """
+        _require(self.frames, manifest.frames, "--frames", "frames")
+        _require(self.passes, range(len(manifest.passes)), "--passes", "passes")
+        _require(self.cameras, [c.name for c in manifest.cameras], "--cameras", "cameras")
+        frames = set(self.frames or manifest.frames)
+        passes = set(self.passes or range(len(manifest.passes)))
+        names = set(self.cameras) or {camera.name for camera in manifest.cameras}
+        return [
+            Task(view, number)
+            for view, number in manifest.tasks()
+            if view.frame in frames and view.camera in names and number in passes
+        ]
+
+
+def done(manifest: Manifest, task: Task, *, thorough: bool = True) -> Rendered | None:
+    """Return a pass if it is on disk.
+
+    Parameters
+    ----------
+    manifest : Manifest
+    task : Task
+    thorough : bool
+        Read all its pixels; else its header and length count.
+    """
+    path = manifest.pass_path(task.view, task.number)
+    size = manifest.output.size
+    key, layers = manifest.key(task.view, task.number), manifest.has_layers
+    state, stamp = band_passes.look_at(path, key, size, layers=layers)
+    if state is not band_passes.State.DONE or stamp is None:
+        return None
+    if thorough and not band_passes.is_whole(path, size, layers=layers):
+        return None
+    bands = manifest.passes[task.number].bands
+    return Rendered(task, band_passes.RenderedPass(path, bands, stamp.seconds), stamp.notes)
+
+
+def render(
+    scene: bpy.types.Scene,
+    manifest: Manifest,
+    tasks: Iterable[Task],
+    plans: FramePlans,
+    report_note: Callable[[str], None],
+    *,
+    insist: bool = False,
+) -> Iterator[tuple[Rendered, bool]]:
+    """Render the passes that are not done, one at each step of the iteration.
+
+    The scene holds water only while the iteration lasts; closing it early
+    takes the water out and keeps the passes that are done.
+
+    Parameters
+    ----------
+    scene : Scene
+        The scene of the job.
+    manifest : Manifest
+    tasks : iterable of Task
+    plans : FramePlans
+        Of the manifest.
+    report_note : callable
+        Receives what could not be treated, a line each.
+    insist : bool
+        Answer for every task: read the pixels of passes that are there, and in the end
+        render those too that another worker has claimed and not finished, since it may be
+        on a machine that died. A doubled pass is the same pass.
+
+    Yields
+    ------
+    Rendered, bool
+        A pass that is on disk, and whether it was rendered here. Those of
+        other workers that are not finished are left out.
+
+    Raises
+    ------
+    InputError
+        If the scene cannot be used, or a pass cannot be written.
+    """
+    require_no_water(scene)
+    contents.require_local(scene)
+    picture_size.check_memory(
+        manifest.output.size,
+        3 if _engine(manifest).method.draws_colours else len(manifest.bands_nm),
+    )
+    left: list[Task] = []
+    with as_rendered(scene), stereo.two_eyes(scene), staging.staged(scene, manifest.stage):
+        yield from _round(scene, manifest, tasks, plans, report_note, left, insist, force=False)
+        if insist and left:
+            yield from _round(scene, manifest, left, plans, report_note, [], insist, force=True)
+
+
+def _round(
+    scene: bpy.types.Scene,
+    manifest: Manifest,
+    tasks: Iterable[Task],
+    plans: FramePlans,
+    report_note: Callable[[str], None],
+    left: list[Task],
+    thorough: bool,
+    *,
+    force: bool,
+) -> Iterator[tuple[Rendered, bool]]:
+    for camera, of_camera in itertools.groupby(tasks, lambda task: task.view.camera):
+        with contextlib.ExitStack() as stack:
+            water = _Water(scene, manifest, camera, plans, stack, report_note)
+            for view, of_view in itertools.groupby(of_camera, lambda task: task.view):
+                for task in of_view:
+                    kept = done(manifest, task, thorough=thorough)
+                    if kept is not None:
+                        yield kept, False
+                        continue
+                    path = manifest.pass_path(view, task.number)
+                    band_passes.make_folder(path.parent)
+                    with claimed(path, force=force) as ours:
+                        kept = done(manifest, task, thorough=thorough)  # by now
+                        found = water.render(task) if ours and kept is None else None
+                    if found is not None:
+                        yield found, True
+                    elif kept is not None:
+                        yield kept, False
+                    else:
+                        left.append(task)
+
+
+class _Water:
+    """The water of a camera's passes: put into the scene when the first of them is rendered."""
+
+    def __init__(
+        self,
+        scene: bpy.types.Scene,
+        manifest: Manifest,
+        camera: str,
+        plans: FramePlans,
+        stack: contextlib.ExitStack,
+        report_note: Callable[[str], None],
+    ) -> None:
+        self._scene, self._manifest, self._plans = scene, manifest, plans
+        self._camera, self._stack, self._report = camera, stack, report_note
+        self._engine: BandEngine | None = None
+        self._notes: tuple[str, ...] = ()
+        self._frame: tuple[int, RenderPass] | None = None
+
+    def render(self, task: Task) -> Rendered:
+        """Render a pass into its file."""
+        manifest, view = self._manifest, task.view
+        item = manifest.passes[task.number]
+        path = manifest.pass_path(view, task.number)
+        engine = self._opened()
+        if self._frame is None or self._frame[0] != view.frame:
+            self._scene.frame_set(view.frame)
+            ready = engine.frame(self._plans.of(view.frame), view.depth, _weights(manifest, view))
+            self._frame = view.frame, ready
+        engine.draw(item.seed, item.samples)
+        key = manifest.key(view, task.number)
+        seconds = band_passes.render_pass(self._frame[1], item.bands, path, key, self._notes)
+        return Rendered(task, band_passes.RenderedPass(path, item.bands, seconds), self._notes)
+
+    def _opened(self) -> BandEngine:
+        """Return the engine as it is at the first frame of the job, whatever is rendered of it."""
+        if self._engine is not None:
+            return self._engine
+        scene, manifest = self._scene, self._manifest
+        of_camera = [view for view in manifest.views if view.camera == self._camera]
+        first = of_camera[0]
+        camera = cameras.find_camera(scene, self._camera)
+        self._stack.enter_context(_resolution(scene, manifest.output.resolution))
+        scene.frame_set(first.frame)
+        plan, output = self._plans.of(first.frame), manifest.output
+        opening = Opening(
+            plan=plan,
+            extent=extent_of(manifest),
+            depth=first.depth,
+            weights=_weights(manifest, first),
+            seed=output.seed,
+            denoise=output.denoise,
+            froxels=output.froxels,
+            device=output.device,
+            eyes=tuple(view.eye for view in of_camera if view.eye),
+        )
+        engine = self._stack.enter_context(_engine(manifest).open(scene, camera, opening))
+        if engine.passes != [item.bands for item in manifest.passes if item.part == 0]:
+            raise InputError(
+                "the passes of the manifest are not those of its settings; write it again with "
+                "--plan"
+            )
+        self._notes = tuple(note for note in (units.note(scene), *engine.notes) if note)
+        for note in self._notes:
+            self._report(note)
+        self._engine = engine
+        return engine
+
+
+def _engine(manifest: Manifest) -> Engine:
+    return engine_of(manifest.output.engine, manifest.output.mode)
+
+
+def _weights(manifest: Manifest, view: View) -> np.ndarray:
+    return np.array(manifest.developments[view.development].weights)
+
+
+@contextlib.contextmanager
+def _resolution(scene: bpy.types.Scene, wanted: tuple[int, int, int]) -> Iterator[None]:
+    """Give a scene a resolution while the block runs."""
+    render = scene.render
+    names = ("resolution_x", "resolution_y", "resolution_percentage")
+    before = [getattr(render, name) for name in names]
+    for name, value in zip(names, wanted, strict=True):
+        setattr(render, name, value)
+    try:
+        yield
+    finally:
+        for name, value in zip(names, before, strict=True):
+            setattr(render, name, value)
+
+
+def _require(named: Iterable[object], known: Iterable[object], option: str, what: str) -> None:
+    there = list(known)
+    missing = [str(item) for item in sorted(set(named) - set(there), key=str)]
+    if missing:
+        shown = f"{there[0]} to {there[-1]}" if len(there) > 8 else ", ".join(map(str, there))
+        raise InputError(
+            f"{option}: the job has no {what} {', '.join(missing)}; there are: {shown}"
+        )

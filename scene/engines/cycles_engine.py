@@ -1,0 +1,153 @@
+"""Cycles as an engine: the reference, up to three bands a pass."""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+import bpy
+import numpy as np
+
+from ...datasets.layer_file import FrameLayers, side_by_side
+from ...quality.methods import REFERENCE, Device
+from ...settings.render_plan import RenderPlan
+from ...uw_spectral.errors import InputError
+from ...uw_spectral.imaging.layers import parse_layers
+from ...uw_spectral.spectra.spectral_image import read_exr, write_rgb_exr
+from ..materials import band_colors
+from ..seen import waterline
+from ..seen.lamps import plan_lamps
+from ..water import cycles_water, inelastic_layers, moving_surface, particles, scene_water
+from ..water.cycles_phase import cycles_phases
+from ..water.pass_values import PassValues
+from ..water.water_body import WaterExtent
+from . import cycles_settings
+from .band_engine import BandEngine, Engine, Opening, RenderPass, Weights
+from .cycles_layers import CyclesLayers
+from .exr_output import write_float_exr
+
+
+@contextlib.contextmanager
+def cycles_bands(
+    scene: bpy.types.Scene,
+    camera: bpy.types.Object,
+    plan: RenderPlan,
+    extent: WaterExtent,
+    *,
+    seed: int,
+    denoise: bool,
+    device: Device = "cpu",
+    eyes: Sequence[tuple[float, ...]] = (),
+) -> Iterator[BandEngine]:
+    """Water for the Cycles reference while the block runs.
+
+    Raises
+    ------
+    InputError
+        If Cycles finds no such device, or layers are wanted of a camera in the air.
+    """
+    lamps = plan_lamps(scene, plan)
+    chosen, wanted = plan.settings, parse_layers(plan.settings.layers)
+    above = waterline.above(camera, eyes)
+    if above and wanted:
+        raise InputError(waterline.NO_LAYERS)
+    notes = cycles_water.add_water(
+        scene, plan.column, cycles_phases(plan), extent, lamps, above=above
+    )
+    notes += [note for phase in cycles_phases(plan) for note in phase.notes]
+    light, layers = plan.emission(), None
+    if light is not None:
+        layers = inelastic_layers.add_layers(scene, light, plan.column.floor_depth, extent)
+    try:
+        with cycles_settings.reference_settings(
+            scene,
+            camera,
+            samples=chosen.samples,
+            seed=seed,
+            denoise=denoise,
+            bounces=chosen.bounces,
+            device=device,
+        ) as layer:
+            clip_start = camera.data.clip_start
+
+            def frame(now: RenderPlan, _: float, __: Weights | None = None) -> RenderPass:
+                cycles_water.place(scene, now.column)
+                moving_surface.move_surface(scene, now)
+                floating = particles.particles_of(now.settings, now.column)
+                particles.bring(scene, floating, lambda m: band_colors.insert([m]))
+                values = PassValues.of_plan(now, scene)
+                light = now.emission()
+                if layers is not None and light is not None:
+                    values = values.with_values(
+                        inelastic_layers.emission(light, now.column.floor_depth, layers)
+                    )
+
+                split = above and waterline.splits(scene, camera)
+                # Rays begin at the glass where the waterline is on it.
+                camera.data.clip_start = waterline.PORT if split else clip_start
+
+                def draw_bands(indices: tuple[int, ...], path: Path) -> FrameLayers | None:
+                    values.apply(layer, indices)
+                    values.refresh(scene)
+                    if wanted:
+                        image, found = CyclesLayers(wanted, now).render(
+                            scene, camera, path, indices, is_first=indices[0] == plan.passes[0][0]
+                        )
+                        write_rgb_exr(path, image)
+                        return found
+                    write_float_exr(scene, path)
+                    if split:
+                        both = read_exr(path)[0]
+                        index = now.column.refractive_index
+                        write_rgb_exr(path, waterline.joined(scene, camera, both, both, index))
+                    return None
+
+                def render(indices: tuple[int, ...], path: Path) -> FrameLayers | None:
+                    shared = _sharing(indices, now.passes)
+                    if len(shared) == 1:
+                        return draw_bands(indices, path)
+                    return _draw_apart(shared, path, draw_bands)
+
+                return render
+
+            def draw(part_seed: int, samples: int) -> None:
+                scene.cycles.seed, scene.cycles.samples = part_seed, samples
+
+            yield BandEngine(plan.passes, notes, frame, draw)
+    finally:
+        scene_water.remove(scene)
+
+
+def _sharing(bands: tuple[int, ...], passes: Sequence[tuple[int, ...]]) -> list[tuple[int, ...]]:
+    """Split the bands of a pass of the first frame into those that still share one."""
+    parts = (tuple(band for band in bands if band in shared) for shared in passes)
+    return [part for part in parts if part]
+
+
+def _draw_apart(
+    parts: Sequence[tuple[int, ...]], path: Path, draw: RenderPass
+) -> FrameLayers | None:
+    """Render parts of a pass by themselves and put them into one file."""
+    channels, layers = [], []
+    for part in parts:
+        layers.append(draw(part, path))
+        channels.append(read_exr(path)[0][..., : len(part)])
+    missing = 3 - sum(map(len, parts))
+    image = np.concatenate(channels, axis=-1)
+    write_rgb_exr(path, np.pad(image, ((0, 0), (0, 0), (0, missing)), mode="edge"))
+    there = [found for found in layers if found is not None]
+    return side_by_side(there) if there else None
+
+
+def _open(
+    scene: bpy.types.Scene, camera: bpy.types.Object, opening: Opening
+) -> contextlib.AbstractContextManager[BandEngine]:
+    return cycles_bands(
+        scene, camera, opening.plan, opening.extent,
+        seed=opening.seed, denoise=opening.denoise, device=opening.device, eyes=opening.eyes,
+    )  # fmt: skip
+
+
+BANDS = Engine(REFERENCE, _open, lambda plan: plan.passes)
+"""Cycles, in band passes."""

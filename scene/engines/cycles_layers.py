@@ -1,0 +1,156 @@
+"""Layers of a picture by Cycles: what its passes tell apart."""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import bpy
+import numpy as np
+from numpy.typing import NDArray
+
+from ...datasets.layer_file import FrameLayers, LayerImage, bands_name, joined
+from ...settings.render_plan import RenderPlan
+from ...uw_spectral.imaging.layer_sums import drawn_for
+from ...uw_spectral.imaging.layers import layer
+from ...uw_spectral.spectra.spectral_image import band_labels
+from .. import marks
+from ..rendered import rendered_layer
+from ..temporary import render_settings
+from . import geometry_layers
+from .layer_passes import Passes, render_passes, switched_on
+
+UNTOUCHED = "untouched"
+"""Light that no water has scattered on its way from things to the camera."""
+UNTOUCHED_BANDS = bands_name(UNTOUCHED)
+_LIGHT = {"B_single": "Volume Direct", "B_multiple": "Volume Indirect"}
+_SWITCHES = {
+    "B_single": "cycles.use_pass_volume_direct",
+    "B_multiple": "cycles.use_pass_volume_indirect",
+}
+_DRY_SAMPLES = 16
+_NOTES = {
+    "I": "exact but for noise",
+    "B_single": "of sun, sky and lamps, what the bounded forward peak turns not counted: exact but "
+    "for noise",
+    "B_multiple": "exact but for noise; what is scattered forward from things is in it",
+    "albedo": "diffuse reflectance, without water",
+}
+
+
+@dataclass(frozen=True)
+class CyclesLayers:
+    """What is written beside the passes of a job.
+
+    Parameters
+    ----------
+    wanted : tuple of str
+        Layers that were asked for.
+    plan : RenderPlan
+    """
+
+    wanted: tuple[str, ...]
+    plan: RenderPlan
+
+    @property
+    def drawn(self) -> tuple[str, ...]:
+        """Layers that passes are rendered for."""
+        needed = set(drawn_for(self.wanted))
+        if not needed.isdisjoint(("J", "D", "F", "T")):
+            needed |= {"B_single", "B_multiple"}
+        return tuple(name for name in _LIGHT if name in needed)
+
+    def render(
+        self,
+        scene: bpy.types.Scene,
+        camera: bpy.types.Object,
+        path: Path,
+        indices: Sequence[int],
+        *,
+        is_first: bool,
+    ) -> tuple[NDArray[np.float32], FrameLayers]:
+        """Render a pass.
+
+        Parameters
+        ----------
+        scene, camera
+        path : Path
+            Beside it files are written for the moment.
+        indices : sequence of int
+            Bands of the pass.
+        is_first : bool
+            Whether what is the same for all passes of a frame is rendered with this one.
+
+        Returns
+        -------
+        image, shape (height, width, 3); layers
+        """
+        with switched_on(rendered_layer(scene), [_SWITCHES[name] for name in self.drawn]):
+            passes = render_passes(scene, path)
+        image = passes["Combined"][..., :3]
+        light = {"I": image} | {name: passes[_LIGHT[name]] for name in self.drawn}
+        if {"B_single", "B_multiple"} <= set(self.drawn):
+            light[UNTOUCHED] = image - light["B_single"] - light["B_multiple"]
+        ranks = is_first and "cryptomatte" in self.wanted
+        dry = self._dry(scene, path, ranks=ranks)
+        if "albedo" in self.wanted:
+            light["albedo"] = dry["Diffuse Color"]
+        labels = band_labels(self.plan.bands)
+        channels = tuple(labels[i] for i in indices)
+        found = [
+            FrameLayers(
+                {
+                    bands_name(name): LayerImage(
+                        values[..., : len(indices)], channels, _units(name), _text(name), True
+                    )
+                    for name, values in light.items()
+                }
+            )
+        ]
+        if ranks:
+            found.append(geometry_layers.cryptomatte_layers(scene, dry))
+        if is_first:
+            found.append(
+                geometry_layers.geometry_layers(
+                    scene, camera, self.plan, self.wanted, lambda: _one_sample(scene), path
+                )
+            )
+        return image, joined(found)
+
+    def _dry(self, scene: bpy.types.Scene, path: Path, *, ranks: bool) -> Passes:
+        """Render things without water, which would keep rays from them, if that is needed."""
+        switches = ["use_pass_diffuse_color"] if "albedo" in self.wanted else []
+        if ranks:
+            switches += geometry_layers.CRYPTOMATTE_SWITCHES
+        if not switches:
+            return {}
+        layer = rendered_layer(scene)
+        with _dry(scene, [(scene.cycles, "samples", _DRY_SAMPLES)]), switched_on(layer, switches):
+            return render_passes(scene, path)
+
+
+def _units(name: str) -> str:
+    return "" if name == UNTOUCHED else layer(name).units
+
+
+def _text(name: str) -> str:
+    return UNTOUCHED if name == UNTOUCHED else f"{layer(name).text}; {_NOTES[name]}"
+
+
+@contextlib.contextmanager
+def _dry(scene: bpy.types.Scene, wanted: Sequence[tuple[Any, str, Any]]) -> Iterator[object]:
+    """Leave surface and volume of the water out of renders while the block runs."""
+    bodies = [item for item in marks.bodies(scene) if not item.hide_render]
+    # Data that are kept have no motion.
+    settings = [*wanted, (scene.render, "use_persistent_data", False)]
+    settings += [(item, "hide_render", True) for item in bodies]
+    with render_settings(scene, settings) as found:
+        yield found
+
+
+def _one_sample(scene: bpy.types.Scene) -> contextlib.AbstractContextManager[object]:
+    settings = [("samples", 1), ("pixel_filter_type", "BOX"), ("filter_width", 0.01)]
+    return _dry(scene, [(scene.cycles, name, value) for name, value in settings])

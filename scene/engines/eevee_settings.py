@@ -1,0 +1,102 @@
+"""EEVEE settings under which it shows the water: no clamping, froxels where the light is."""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Iterator
+from typing import Any
+
+import bpy
+
+from ..temporary import render_settings
+from ..water.realtime import RealtimeWater
+
+USUAL_FROXELS = 32
+"""Steps of the froxel volume: each costs, and with 256 no pixel changes by a ΔE2000 of 0.3."""
+_FROXEL_TILE = "4"
+_FROXEL_DISTRIBUTION = 0.95
+_FROXEL_START = 0.01
+_CLIP_START = 0.01
+# At a ratio of 1e-8 EEVEE draws nothing at all.
+_CLIP_RATIO = 1e-6
+
+
+def wanted_settings(
+    scene: bpy.types.Scene,
+    camera: bpy.types.Object,
+    samples: int,
+    water: RealtimeWater | None,
+    froxels: int | None = None,
+) -> list[tuple[Any, str, Any]]:
+    """Owner, name and value of every setting of the real-time mode."""
+    render, eevee = scene.render, scene.eevee
+    start, end = camera.data.clip_start, camera.data.clip_end
+    wanted: list[tuple[Any, str, Any]] = [
+        (scene, "camera", camera),
+        (scene, "compositing_node_group", None),
+        (render, "engine", "BLENDER_EEVEE"),
+        (render, "film_transparent", False),
+        (render, "use_border", False),
+        (render, "use_sequencer", False),
+        (render, "use_stamp", False),
+        (eevee, "taa_render_samples", samples),
+        (eevee, "use_raytracing", False),
+        (eevee, "use_fast_gi", False),
+        (eevee, "use_shadows", True),
+        (eevee, "clamp_surface_direct", 0.0),
+        (eevee, "clamp_surface_indirect", 0.0),
+        (eevee, "clamp_volume_direct", 0.0),
+        (eevee, "clamp_volume_indirect", 0.0),
+        (eevee, "direct_light_intensity", 1.0),
+        (eevee, "use_volumetric_shadows", False),
+    ]
+    if water is not None and (water.particles.clouds or water.shape.layers):
+        # Particles come closer than things do, and depths are finer then; else what is nearer
+        # stays cut away, as a housing about the camera is.
+        near = max(min(start, _CLIP_START), _CLIP_RATIO * end)
+        wanted.append((camera.data, "clip_start", near))
+    if water is not None and water.shafts is not None:
+        wanted += [
+            (eevee, "use_volume_custom_range", True),
+            (eevee, "volumetric_start", _FROXEL_START),
+            (eevee, "volumetric_end", water.shafts.end),
+            (eevee, "volumetric_samples", froxels or USUAL_FROXELS),
+            (eevee, "volumetric_tile_size", _FROXEL_TILE),
+            (eevee, "volumetric_sample_distribution", _FROXEL_DISTRIBUTION),
+            (eevee, "volumetric_light_clamp", 0.0),
+        ]
+    return wanted
+
+
+@contextlib.contextmanager
+def realtime_settings(
+    scene: bpy.types.Scene,
+    camera: bpy.types.Object,
+    *,
+    samples: int,
+    water: RealtimeWater | None,
+    froxels: int | None = None,
+) -> Iterator[bpy.types.ViewLayer]:
+    """EEVEE's settings while the block runs, the scene's own afterwards.
+
+    Parameters
+    ----------
+    scene : Scene
+        The scene.
+    camera : Object
+        The camera.
+    samples : int
+        Samples per pixel.
+    water : RealtimeWater, optional
+        What is drawn: its shafts need a froxel volume.
+    froxels : int, optional
+        Steps of that volume; None for the usual ones.
+
+    Yields
+    ------
+    ViewLayer
+        The one layer that is rendered.
+    """
+    wanted = wanted_settings(scene, camera, samples, water, froxels)
+    with render_settings(scene, wanted) as layer:
+        yield layer

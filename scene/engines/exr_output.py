@@ -1,0 +1,54 @@
+"""Writes a render as a float EXR: whole under its name, or not at all."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import bpy
+
+from ...uw_spectral.errors import InputError
+from ...uw_spectral.spectra.spectral_image import replacing
+
+
+def write_float_exr(scene: bpy.types.Scene, destination: Path) -> None:
+    """Render a scene into a 32-bit RGB EXR, as :func:`write_exr` does."""
+    write_exr(scene, destination)
+
+
+def write_exr(scene: bpy.types.Scene, destination: Path, *, passes: bool = False) -> None:
+    """Render a scene into a 32-bit EXR.
+
+    Parameters
+    ----------
+    scene : Scene
+        What to render; its image format settings are changed and stay so.
+    destination : Path
+        The file; written under a temporary name beside it and renamed.
+    passes : bool
+        Every pass of the view layer; else the picture's RGB.
+
+    Raises
+    ------
+    InputError
+        If nothing was written (folder gone, disk full, render cancelled).
+    """
+    render = scene.render
+    image = render.image_settings
+    image.media_type = "MULTI_LAYER_IMAGE" if passes else "IMAGE"
+    image.file_format = "OPEN_EXR_MULTILAYER" if passes else "OPEN_EXR"
+    if not passes:
+        image.color_mode = "RGB"
+    image.color_depth = "32"
+    image.exr_codec = "ZIP"
+    render.use_file_extension = False
+    with replacing(destination) as temporary:
+        # Blender fills in what stands in braces.
+        render.filepath = str(temporary).replace("{", "{{").replace("}", "}}")
+        try:
+            bpy.ops.render.render(write_still=True, scene=scene.name)
+        except RuntimeError as error:
+            raise InputError(f"rendering {destination} failed: {str(error).strip()}") from error
+        if not temporary.exists():
+            raise InputError(
+                f"{destination} was not written; is the folder writable and the disk free?"
+            )

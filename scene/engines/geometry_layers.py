@@ -1,0 +1,122 @@
+"""Layers of where things are: one more render, of one sample at the centre of every pixel."""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+import bpy
+import numpy as np
+from numpy.typing import NDArray
+
+from ...datasets import cryptomatte
+from ...datasets.depth_maps import PLANAR, RANGE, euclidean_range, world_positions
+from ...datasets.layer_file import FrameLayers, LayerImage
+from ...datasets.truth import lamp_record
+from ...node_groups.node_mathematics import MARK
+from ...settings.render_plan import RenderPlan
+from ...uw_spectral.imaging.layers import layer
+from .. import contents
+from ..rendered import rendered_layer
+from ..seen import lamps
+from ..seen.pinhole import pinhole_of, pose_of
+from .layer_passes import Passes, render_passes, switched_on
+
+CRYPTOMATTE = ("CryptoObject", "CryptoMaterial")
+"""Names of Blender's passes."""
+CRYPTOMATTE_SWITCHES = ("use_pass_cryptomatte_object", "use_pass_cryptomatte_material")
+GEOMETRY = ("range", "planar_depth", "position", "normal", "motion", "instance", "material")
+_SWITCHES = {
+    "normal": ("use_pass_normal",),
+    "motion": ("use_pass_vector",),
+    "instance": ("use_pass_cryptomatte_object",),
+    "material": ("use_pass_cryptomatte_material",),
+}
+_UNSEEN = {"ARMATURE", "CAMERA", "EMPTY", "LATTICE", "LIGHT", "LIGHT_PROBE", "SPEAKER"}
+_NOTHING = 1e9  # m; Blender writes 1e10 where nothing is seen
+
+OneSample = Callable[[], contextlib.AbstractContextManager[object]]
+"""Settings of an engine under which a render has one sample at every pixel's centre."""
+
+
+def geometry_layers(
+    scene: bpy.types.Scene,
+    camera: bpy.types.Object,
+    plan: RenderPlan,
+    wanted: Sequence[str],
+    one_sample: OneSample,
+    beside: Path,
+) -> FrameLayers:
+    """Render the layers of where things are, and note the camera and what is numbered.
+
+    Range, and what needs it, is always among them.
+    """
+    view, pose, shining = pinhole_of(scene, camera), pose_of(camera), lamps.plan_lamps(scene, plan)
+    switches = {"use_pass_z"}.union(*(_SWITCHES.get(name, ()) for name in wanted))
+    with one_sample(), switched_on(rendered_layer(scene), sorted(switches)):
+        passes = render_passes(scene, beside)
+    depth = passes["Depth"][..., 0].astype(np.float64)
+    depth[depth > _NOTHING] = np.inf
+    distances = euclidean_range(depth, view)
+    found: dict[str, NDArray[Any]] = {RANGE: distances, PLANAR: depth}
+    header: dict[str, Any] = {
+        "camera": {
+            "name": camera.name,
+            "width": view.width,
+            "height": view.height,
+            "K": view.K.tolist(),
+            "distortion": list(view.distortion),
+            "camera_to_world": pose.tolist(),
+        },
+        "lamps": [
+            {**lamp_record(lamp), **lamps.record(item)}
+            for item, lamp in zip(shining.objects, shining.lamps, strict=True)
+        ],
+    }
+    if "position" in wanted:
+        found["position"] = world_positions(distances, view, pose)
+    for name, source in (("normal", "Normal"), ("motion", "Vector")):
+        if name in wanted:
+            found[name] = passes[source]
+    for name, source, names in _numbered(scene):
+        if name in wanted:
+            found[name] = cryptomatte.numbers(passes[f"{source}00"][..., 0], names)
+            header[f"{name}s"] = {str(n): text for n, text in enumerate(names, start=1)}
+    layers = {name: as_layer(name, found[name]) for name in (RANGE, *wanted) if name in found}
+    return FrameLayers(layers, header)
+
+
+def cryptomatte_layers(scene: bpy.types.Scene, passes: Passes) -> FrameLayers:
+    """Return the ranks of Cryptomatte of a render, and their attributes."""
+    layers, attributes = {}, {}
+    about = layer("cryptomatte")
+    for typename, (_, _, names) in zip(CRYPTOMATTE, _numbered(scene), strict=True):
+        for name in sorted(passes):
+            if name.startswith(typename):
+                layers[name] = LayerImage(
+                    passes[name], tuple("RGBA"), about.units, about.text, whole=True
+                )
+        attributes |= cryptomatte.attributes(typename, names)
+    return FrameLayers(layers, {}, attributes)
+
+
+def as_layer(name: str, values: NDArray[Any], note: str = "") -> LayerImage:
+    """Return a map as a layer."""
+    about = layer(name)
+    image = values if values.ndim == 3 else values[..., None]
+    text = f"{about.text}; {note}" if note else about.text
+    return LayerImage(image, about.channels, about.units, text, about.whole)
+
+
+def _numbered(scene: bpy.types.Scene) -> list[tuple[str, str, list[str]]]:
+    """Layer of numbers, pass, and the names that are numbered, those of the water last."""
+    items = contents.objects(scene)
+    objects = {item.name: MARK in item for item in items if item.type not in _UNSEEN}
+    materials = {found.name: MARK in found for found in contents.materials(scene)}
+    rows = zip(("instance", "material"), CRYPTOMATTE, (objects, materials), strict=True)
+    return [
+        (name, source, sorted(names, key=lambda n, own=names: (own[n], n)))
+        for name, source, names in rows
+    ]

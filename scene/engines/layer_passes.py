@@ -1,0 +1,71 @@
+"""Passes of a view layer: switched on while a block runs, rendered, and read as arrays."""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+
+import bpy
+import numpy as np
+from numpy.typing import NDArray
+
+from ...uw_spectral.spectra.exr_parts import read_passes
+from .exr_output import write_exr
+
+Passes = dict[str, NDArray[np.float32]]
+"""Passes by name, shape (height, width, k)."""
+
+
+@contextlib.contextmanager
+def switched_on(
+    layer: bpy.types.ViewLayer, switches: Iterable[str], outputs: Iterable[str] = ()
+) -> Iterator[None]:
+    """Have a view layer write passes while the block runs.
+
+    Parameters
+    ----------
+    layer : ViewLayer
+    switches : iterable of str
+        Properties such as ``use_pass_z`` or ``cycles.use_pass_volume_direct``.
+    outputs : iterable of str
+        Names of colours that shaders write.
+    """
+    with contextlib.ExitStack() as stack:
+        for switch in switches:
+            of_engine, _, name = switch.rpartition(".")
+            owner = getattr(layer, of_engine) if of_engine else layer
+            stack.callback(setattr, owner, name, getattr(owner, name))
+            setattr(owner, name, True)
+        for name in outputs:
+            made = layer.aovs.add()
+            made.name = name
+        try:
+            yield
+        finally:
+            ours = set(outputs)
+            for made in [item for item in layer.aovs if item.name in ours]:
+                layer.aovs.remove(made)
+
+
+def render_passes(scene: bpy.types.Scene, beside: Path) -> Passes:
+    """Render a scene and return its passes.
+
+    Parameters
+    ----------
+    scene : Scene
+        What to render; its image format settings are changed and stay so.
+    beside : Path
+        Beside this file one is written for the moment.
+
+    Raises
+    ------
+    InputError
+        If nothing was written.
+    """
+    raw = beside.with_name(f"{beside.stem}.passes{beside.suffix}")
+    try:
+        write_exr(scene, raw, passes=True)
+        return read_passes(raw)
+    finally:
+        raw.unlink(missing_ok=True)

@@ -1,0 +1,1 @@
+"""The materials of a scene: read, and sent through the water."""

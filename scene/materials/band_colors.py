@@ -1,0 +1,317 @@
+"""Routes the colours of a scene's own materials through the water.
+
+Every colour that enters a shader node gets a group node in between: RGB goes
+in, and in Cycles the values of the pass's bands come out, in EEVEE what the
+channels see of the colour in the sunlight there. Nothing else of the tree changes,
+and taking the groups out again leaves the tree as it was.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable, Collection, Iterable, Iterator
+
+import bpy
+import numpy as np
+
+from ...node_groups import attributes, uplift
+from ...node_groups.node_mathematics import MARK
+from ...uw_spectral.spectra.spectrum import Spectrum
+from .. import contents
+from ..animation import curves
+
+MEASURED_WAVELENGTHS = "uw_reflectance_wavelengths_nm"
+MEASURED_REFLECTANCE = "uw_reflectance"
+_MEASURED_INDEX = "uw_measured_index"
+
+# Vectors that hold one number per colour channel, so they follow the bands too.
+_SPECTRAL_VECTORS = {
+    "Subsurface Radius",
+    "Radius",
+    "IOR",
+    "Extinction",
+    "Absorption Coefficient",
+    "Absorption Coefficients",
+    "Scatter Coefficients",
+}
+# Inputs without effect while another one is zero.
+_WEIGHTS = {
+    "Coat Tint": "Coat Weight",
+    "Emission Color": "Emission Strength",
+    "Sheen Tint": "Sheen Weight",
+    "Subsurface Radius": "Subsurface Weight",
+}
+_EMISSION_NODES = {"ShaderNodeEmission", "ShaderNodeBackground"}
+# What lets through what is behind it, which has its water already; and what only filters.
+_CLEAR = {
+    "ShaderNodeBsdfTransparent",
+    "ShaderNodeBsdfRefraction",
+    "ShaderNodeBsdfGlass",
+    "ShaderNodeHoldout",
+}
+_FILTERS = {"Coat Tint"}
+_BASE_COLORS = {"Base Color", "Color"}
+_UNTOUCHED = 1e-6
+
+
+type Maker = Callable[[bpy.types.NodeTree, str], bpy.types.Node]
+"""Makes the group node of a kind in a tree."""
+
+
+def route(tree: bpy.types.NodeTree, make: Maker, *, measured: bool) -> None:
+    """Put EEVEE's groups before the colours of the closures in a tree and in its groups.
+
+    Parameters
+    ----------
+    tree : NodeTree
+    make : callable
+        Of the kinds of :mod:`.uplift`.
+    measured : bool
+        Whether the base colour gives way to a measured reflectance.
+    """
+    for node, socket in _colours(tree):
+        if node.bl_idname in _CLEAR or socket.name in _FILTERS:
+            continue
+        kind = _group_for(node, socket)
+        if kind is None or socket.type != "RGBA" or _weighs_nothing(tree, node, socket):
+            continue
+        if kind == uplift.EMISSION:
+            kind = uplift.DARK
+        elif measured and socket.name in _BASE_COLORS:
+            kind = uplift.SUNLIT_MEASURED
+        else:
+            kind = uplift.SUNLIT
+        _put_before(tree, socket, make(tree, kind))
+    for group in _groups(tree):
+        route(group, make, measured=False)
+
+
+def insert(materials: Iterable[bpy.types.Material]) -> list[str]:
+    """Insert the groups into materials.
+
+    Returns
+    -------
+    list of str
+        What could not be treated, one line each.
+    """
+    notes = []
+    taken = [m[_MEASURED_INDEX] for m in bpy.data.materials if _MEASURED_INDEX in m]
+    indices = itertools.count(1 + max(taken, default=-1))
+    for material in materials:
+        if not material.is_editable:
+            notes.append(
+                f"material {material.name!r} is linked from {material.library.filepath} and keeps "
+                "its RGB colours; make it local to give it spectra"
+            )
+            continue
+        if is_measured(material) and _MEASURED_INDEX not in material:
+            material[_MEASURED_INDEX] = next(indices)
+        _insert_into_tree(material.node_tree, material.get(_MEASURED_INDEX))
+    return notes
+
+
+def remove(kept: Collection[bpy.types.Material]) -> None:
+    """Take every inserted group out again, except from materials and from groups in them."""
+    trees = {m.node_tree for m in bpy.data.materials if m.node_tree and m not in kept}
+    trees |= {t for t in bpy.data.node_groups if t.bl_idname == "ShaderNodeTree"}
+    trees -= contents.inner_groups(m.node_tree for m in kept)
+    for tree in trees:
+        for node in [n for n in tree.nodes if _is_inserted(n)]:
+            _take_out(tree, node)
+    for material in bpy.data.materials:
+        if _MEASURED_INDEX in material and material not in kept:
+            del material[_MEASURED_INDEX]
+
+
+def inserted_colour(socket: bpy.types.NodeSocket) -> bpy.types.NodeSocket:
+    """Return where the user's own colour of an input is: in a group before it, if one is there."""
+    for link in socket.links:
+        if _is_inserted(link.from_node):
+            return link.from_node.inputs[uplift.COLOR_INPUT]
+    return socket
+
+
+def is_measured(material: bpy.types.Material) -> bool:
+    """Whether a material carries a measured reflectance."""
+    return MEASURED_REFLECTANCE in material and MEASURED_WAVELENGTHS in material
+
+
+def measured_reflectances(
+    scene: bpy.types.Scene,
+) -> Iterator[tuple[bpy.types.Material, Spectrum]]:
+    """Yield the materials that carry a measured reflectance, with it.
+
+    Raises
+    ------
+    InputError
+        If the custom properties of a material are not a spectrum.
+    """
+    for material in filter(is_measured, contents.materials(scene)):
+        yield (
+            material,
+            Spectrum(
+                np.array(material[MEASURED_WAVELENGTHS], dtype=np.float64),
+                np.array(material[MEASURED_REFLECTANCE], dtype=np.float64),
+                f"reflectance of material {material.name!r}",
+            ),
+        )
+
+
+def measured_attribute(material: bpy.types.Material) -> str | None:
+    """Name of the pass value that holds a material's measured reflectance, if it reads one."""
+    index = material.get(_MEASURED_INDEX)
+    return None if index is None else attributes.measured(index)
+
+
+def _insert_into_tree(tree: bpy.types.NodeTree, measured_index: int | None) -> None:
+    for group in _groups(tree):
+        _insert_into_tree(group, None)
+    for node, socket in _colours(tree):
+        kind = _group_for(node, socket)
+        if kind is None:
+            continue
+        if measured_index is not None and socket.name in _BASE_COLORS and _reflects(node):
+            _put_measured_before(tree, socket, measured_index)
+        elif not _has_no_effect(tree, node, socket, kind):
+            _put_before(tree, socket, _new_node(tree, kind))
+
+
+def _colours(
+    tree: bpy.types.NodeTree,
+) -> Iterator[tuple[bpy.types.Node, bpy.types.NodeSocket]]:
+    """Yield the inputs of a tree's shaders that nothing was put before yet."""
+    for node in list(tree.nodes):
+        shades = any(output.type == "SHADER" for output in node.outputs)
+        if node.bl_idname == "ShaderNodeGroup" or MARK in node or not shades:
+            continue
+        yield from ((node, socket) for socket in node.inputs if not _already_inserted(socket))
+
+
+def _groups(tree: bpy.types.NodeTree) -> list[bpy.types.NodeTree]:
+    """Return the user's own groups in a tree."""
+    found = [n.node_tree for n in tree.nodes if n.bl_idname == "ShaderNodeGroup" and MARK not in n]
+    own = [g for g in found if g is not None and g.is_editable and MARK not in g]
+    return list(dict.fromkeys(own))
+
+
+def _new_node(tree: bpy.types.NodeTree, kind: str) -> bpy.types.Node:
+    active = tree.nodes.active
+    node = tree.nodes.new("ShaderNodeGroup")
+    tree.nodes.active = active
+    node.node_tree = uplift.group(kind)
+    return node
+
+
+def _group_for(node: bpy.types.Node, socket: bpy.types.NodeSocket) -> str | None:
+    if not socket.enabled:
+        return None
+    if socket.type == "RGBA":
+        emits = node.bl_idname in _EMISSION_NODES or "Emissi" in socket.name
+        return uplift.EMISSION if emits else uplift.REFLECTANCE
+    if socket.type == "VECTOR" and socket.name == "Emission Coefficients":
+        return uplift.EMISSION
+    if socket.type == "VECTOR" and socket.name in _SPECTRAL_VECTORS:
+        return uplift.REFLECTANCE
+    return None
+
+
+def _reflects(node: bpy.types.Node) -> bool:
+    return node.bl_idname not in _EMISSION_NODES
+
+
+def _already_inserted(socket: bpy.types.NodeSocket) -> bool:
+    return any(_is_inserted(link.from_node) for link in socket.links)
+
+
+def _has_no_effect(
+    tree: bpy.types.NodeTree, node: bpy.types.Node, socket: bpy.types.NodeSocket, kind: str
+) -> bool:
+    """Whether the group would change nothing: the input weighs nothing, or is white."""
+    if _weighs_nothing(tree, node, socket):
+        return True
+    if socket.is_linked or _curves(tree, socket):
+        return False
+    value = np.array(socket.default_value)[:3]
+    return kind == uplift.REFLECTANCE and bool(np.all(np.abs(value - 1.0) < _UNTOUCHED))
+
+
+def _weighs_nothing(
+    tree: bpy.types.NodeTree, node: bpy.types.Node, socket: bpy.types.NodeSocket
+) -> bool:
+    """Whether an input has no effect, another one being zero."""
+    other = node.inputs.get(_WEIGHTS.get(socket.name, ""))
+    if other is None or other.is_linked or _curves(tree, other):
+        return False
+    return float(other.default_value) == 0.0
+
+
+def _is_inserted(node: bpy.types.Node) -> bool:
+    return node.bl_idname == "ShaderNodeGroup" and uplift.is_uplift(node.node_tree)
+
+
+def _put_before(
+    tree: bpy.types.NodeTree, socket: bpy.types.NodeSocket, node: bpy.types.Node
+) -> bpy.types.Node:
+    node.select = False
+    node.hide = True
+    node.location = (socket.node.location.x - 200.0, socket.node.location.y)
+    color = node.inputs[uplift.COLOR_INPUT]
+    color.default_value = np.array(socket.default_value)[:3]
+    _move_curves(tree, socket, color)
+    if socket.is_linked:
+        link = socket.links[0]
+        _link(tree, link.from_socket, color, link.is_muted)
+    tree.links.new(node.outputs[0], socket)
+    return node
+
+
+def _put_measured_before(
+    tree: bpy.types.NodeTree, socket: bpy.types.NodeSocket, index: int
+) -> None:
+    node = _put_before(tree, socket, _new_node(tree, uplift.MEASURED))
+    attribute = tree.nodes.new("ShaderNodeAttribute")
+    attribute.attribute_type = "VIEW_LAYER"
+    attribute.attribute_name = attributes.measured(index)
+    attribute.hide = True
+    attribute.select = False
+    attribute.location = (node.location.x - 200.0, node.location.y)
+    tree.links.new(attribute.outputs["Vector"], node.inputs[uplift.MEASURED_INPUT])
+
+
+def _take_out(tree: bpy.types.NodeTree, node: bpy.types.Node) -> None:
+    color = node.inputs[uplift.COLOR_INPUT]
+    source = color.links[0] if color.is_linked else None
+    for target in [link.to_socket for link in node.outputs[0].links]:
+        value = target.default_value
+        for channel, number in enumerate(color.default_value[:3]):
+            value[channel] = number
+        _move_curves(tree, color, target)
+        tree.links.remove(target.links[0])
+        if source is not None:
+            _link(tree, source.from_socket, target, source.is_muted)
+    if uplift.MEASURED_INPUT in node.inputs:
+        for link in list(node.inputs[uplift.MEASURED_INPUT].links):
+            if link.from_node.bl_idname == "ShaderNodeAttribute":
+                tree.nodes.remove(link.from_node)
+    tree.nodes.remove(node)
+
+
+def _link(
+    tree: bpy.types.NodeTree,
+    source: bpy.types.NodeSocket,
+    target: bpy.types.NodeSocket,
+    muted: bool,
+) -> None:
+    tree.links.new(source, target).is_muted = muted
+
+
+def _curves(tree: bpy.types.NodeTree, socket: bpy.types.NodeSocket) -> list[bpy.types.FCurve]:
+    """Animation curves and drivers of a socket's value."""
+    return list(curves(tree, f"{socket.path_from_id()}.default_value"))
+
+
+def _move_curves(
+    tree: bpy.types.NodeTree, source: bpy.types.NodeSocket, target: bpy.types.NodeSocket
+) -> None:
+    for curve in _curves(tree, source):
+        curve.data_path = f"{target.path_from_id()}.default_value"

@@ -1,0 +1,143 @@
+"""Gives what has no material one while real-time water is there.
+
+EEVEE draws such things with a material of its own that no water can be put into. Cycles needs
+nothing: its light meets that material as all others.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator
+
+import bpy
+
+from ...node_groups.node_mathematics import MARK, Graph, new_group
+from .. import contents
+from ..rendered import rendered_layer
+
+NAME = "UW Plain"
+STANDS_IN = "uw_stands_in"
+"""Property of the material: it goes when the water goes."""
+_ADDED = "uw_slot"  # property of a data-block: its one slot is not its own
+_MODIFIER = "UW Material"
+_KINDS = {"MESH", "CURVE", "SURFACE", "META", "FONT", "CURVES", "POINTCLOUD"}
+
+
+def is_bare(item: bpy.types.Object) -> bool:
+    """Whether an object has faces without a material that could be given one."""
+    if item.type not in _KINDS or MARK in item:
+        return False
+    if not item.material_slots:
+        return item.data.is_editable
+    return any(_is_empty(slot, item) for slot in item.material_slots)
+
+
+def dress(
+    scene: bpy.types.Scene, material: bpy.types.Material | None = None
+) -> tuple[bpy.types.Material | None, list[str]]:
+    """Give the bare things of a scene a material.
+
+    Parameters
+    ----------
+    scene : Scene
+    material : Material, optional
+        That of the scene's water; a new one by default, if it is needed.
+
+    Returns
+    -------
+    Material or None
+        The one given, or a new one.
+    list of str
+        What could not be treated, one line each.
+    """
+    notes = []
+    for item in contents.objects(scene):
+        if is_bare(item):
+            material = material or _grey()
+            if not item.material_slots:
+                item.data.materials.append(material)
+                item.data[_ADDED] = True
+            for slot in item.material_slots:
+                if _is_empty(slot, item):
+                    slot.material = material
+        elif item.type in _KINDS and not item.material_slots:
+            notes.append(
+                f"{item.name!r} has no material, is linked from another file and stays dry; give "
+                "it a material there"
+            )
+    makers = [item for item in contents.objects(scene) if _may_make_bare(item)]
+    if makers:
+        layer = rendered_layer(scene)
+        layer.update()
+        for item in (i for i in makers if _makes_bare(i, layer.depsgraph)):
+            material = material or _grey()
+            item.modifiers.new(_MODIFIER, "NODES").node_group = _setting(material)
+    return material, notes
+
+
+def undress(kept: Collection[bpy.types.Object]) -> None:
+    """Take the materials back that stand in, but for those of some objects."""
+    data = {item.data for item in kept}
+    for item in bpy.data.objects:
+        if item in kept or item.type not in _KINDS:
+            continue
+        if _MODIFIER in item.modifiers and item.is_editable:
+            item.modifiers.remove(item.modifiers[_MODIFIER])
+        for slot in _standing_in(item):
+            if slot.link == "OBJECT" or item.data not in data:
+                slot.material = None
+        if _ADDED in item.data and item.data not in data:
+            if list(item.data.materials) == [None]:
+                # Unlike pop, this shortens the lists of the objects too.
+                item.data.materials.clear()
+            del item.data[_ADDED]
+
+
+def _may_make_bare(item: bpy.types.Object) -> bool:
+    return (
+        item.type in _KINDS
+        and MARK not in item
+        and item.is_editable
+        and item.override_library is None
+        and _MODIFIER not in item.modifiers
+        and any(modifier.type == "NODES" for modifier in item.modifiers)
+    )
+
+
+def _makes_bare(item: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> bool:
+    """Whether an object's geometry nodes make a mesh without materials; instances may have some."""
+    geometry = item.evaluated_get(depsgraph).evaluated_geometry()
+    mesh = geometry.mesh
+    bare = mesh is not None and len(mesh.polygons) > 0 and not any(mesh.materials)
+    return bare and geometry.instances_pointcloud() is None
+
+
+def _setting(material: bpy.types.Material) -> bpy.types.NodeTree:
+    """Make geometry nodes that set a material."""
+    tree = new_group(_MODIFIER, "GeometryNodeTree")
+    tree.is_modifier = True
+    for way in ("INPUT", "OUTPUT"):
+        tree.interface.new_socket("Geometry", in_out=way, socket_type="NodeSocketGeometry")
+    graph = Graph(tree)
+    node = graph.node("GeometryNodeSetMaterial")
+    node.inputs["Material"].default_value = material
+    tree.links.new(graph.node("NodeGroupInput").outputs[0], node.inputs["Geometry"])
+    tree.links.new(node.outputs[0], graph.node("NodeGroupOutput").inputs[0])
+    return tree
+
+
+def _grey() -> bpy.types.Material:
+    """Make the material that Blender takes for none: a new one is just like it."""
+    material = bpy.data.materials.new(NAME)
+    material[STANDS_IN] = material[MARK] = True
+    return material
+
+
+def _is_empty(slot: bpy.types.MaterialSlot, item: bpy.types.Object) -> bool:
+    owner = item if slot.link == "OBJECT" else item.data
+    return slot.material is None and owner.is_editable
+
+
+def _standing_in(item: bpy.types.Object) -> Iterator[bpy.types.MaterialSlot]:
+    for slot in item.material_slots:
+        if slot.material is not None and STANDS_IN in slot.material:
+            yield slot

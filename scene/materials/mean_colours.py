@@ -1,0 +1,232 @@
+"""What materials reflect and cover in the mean, by following the shader that is rendered.
+
+Textures count by the mean of their pixels, ramps by their middle, mixtures by their factor; what
+varies in a way that cannot be known from the nodes counts as halfway.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import bpy
+import numpy as np
+from mathutils import Color
+from numpy.typing import NDArray
+
+from ...node_groups import uplift
+from .realtime_materials import own_shader
+
+Array = NDArray[np.float64]
+Rgb = tuple[float, float, float]
+
+_PLAIN: Rgb = (0.5, 0.5, 0.5)
+_BARE: Rgb = (0.8, 0.8, 0.8)  # what Blender draws without a material
+_BLACK: Rgb = (0.0, 0.0, 0.0)
+_THINNEST = 1e-6
+_HALFWAY = 0.5
+_RAMP = np.linspace(0.3, 0.7, 9)  # where noise of most kinds lies
+_PIXELS = 4096  # of an image that are looked at
+_DEEPEST = 32  # nodes in a row
+_GRAZING = 0.1  # mean share of what shows at grazing angles
+_GRAZING_NODES = {"ShaderNodeFresnel", "ShaderNodeLayerWeight"}
+_GLASS = {"ShaderNodeBsdfTransparent", "ShaderNodeBsdfGlass", "ShaderNodeBsdfRefraction"}
+_DARK = {"ShaderNodeEmission", "ShaderNodeBackground", "ShaderNodeHoldout"}
+_PASSED_ON = {
+    "ShaderNodeGamma", "ShaderNodeBrightContrast", "ShaderNodeHueSaturation", "ShaderNodeRGBCurve",
+    "NodeReroute",
+}  # fmt: skip
+
+
+@dataclass(frozen=True)
+class MeanSurface:
+    """Mean base colour of what covers, linear Rec.709, and the share of light that it stops."""
+
+    colour: Rgb
+    coverage: float
+
+
+def mean_colour(material: bpy.types.Material | None) -> Rgb:
+    """Mean base colour of a material, linear Rec.709."""
+    return mean_surface(material).colour
+
+
+def mean_surface(material: bpy.types.Material | None) -> MeanSurface:
+    """Return what a material reflects and covers; that of Blender's grey without one."""
+    if material is None:
+        return MeanSurface(_BARE, 1.0)
+    tree = material.node_tree
+    shader = None if tree is None else own_shader(tree)
+    if shader is None:
+        return MeanSurface(_rgb(material.diffuse_color), 1.0)
+    if not shader.is_linked:
+        is_volume = shader.node.inputs["Volume"].is_linked
+        return MeanSurface(_BLACK, 0.0 if is_volume else 1.0)
+    colour, coverage = _Means().shader(shader)
+    shown = np.clip(np.array(colour) / max(coverage, _THINNEST), 0.0, 1.0)
+    return MeanSurface(_rgb(shown), min(max(coverage, 0.0), 1.0))
+
+
+@dataclass
+class _Means:
+    """Follows the nodes of one material."""
+
+    depth: int = 0
+    groups: list[bpy.types.Node] = field(default_factory=list)
+
+    def shader(self, socket: bpy.types.NodeSocket) -> tuple[Array, float]:
+        """Mean colour times coverage, and coverage, of what arrives at a shader's input."""
+        links = [link for link in socket.links if link.is_valid and not link.is_muted]
+        if not links:
+            return np.zeros(3), 1.0
+        self.depth += 1
+        try:
+            if self.depth > _DEEPEST:
+                return np.array(_PLAIN), 1.0
+            return self._closure(links[0].from_node, links[0].from_socket)
+        finally:
+            self.depth -= 1
+
+    def _closure(self, node: bpy.types.Node, output: bpy.types.NodeSocket) -> tuple[Array, float]:
+        kind, inputs = node.bl_idname, node.inputs
+        if node.mute or kind == "NodeReroute":
+            first = next((i for i in inputs if i.type == "SHADER"), None)
+            return (np.zeros(3), 1.0) if first is None else self.shader(first)
+        if kind in ("ShaderNodeMixShader", "ShaderNodeAddShader"):
+            (one, covers), (other, also) = (self.shader(i) for i in inputs if i.type == "SHADER")
+            if kind == "ShaderNodeAddShader":
+                return one + other, covers * also
+            share = self.of(inputs[0])[0]
+            return one + share * (other - one), covers + share * (also - covers)
+        if kind == "ShaderNodeGroup" and node.node_tree is not None:
+            return self._inside(node, output, self.shader, (np.array(_PLAIN), 1.0))
+        if kind == "NodeGroupInput" and self.groups:
+            return self._outside(output, self.shader)
+        if kind in _DARK:
+            return np.zeros(3), 1.0
+        if kind in _GLASS:
+            return np.zeros(3), 1.0 - float(np.mean(self.of(inputs["Color"])))
+        colour = inputs.get("Base Color") or inputs.get("Color")
+        base = np.array(_PLAIN if colour is None else self.of(colour))
+        if kind != "ShaderNodeBsdfPrincipled":
+            return base, 1.0
+        alpha, passing = (self.of(inputs[name])[0] for name in ("Alpha", "Transmission Weight"))
+        through = alpha * passing * float(base.mean())
+        return base * (alpha * (1.0 - passing)), alpha - through
+
+    def of(self, socket: bpy.types.NodeSocket) -> Rgb:
+        """Mean of what an input gets."""
+        links = [link for link in socket.links if link.is_valid and not link.is_muted]
+        if not links:
+            return _value(socket)
+        self.depth += 1
+        try:
+            if self.depth > _DEEPEST:
+                return _PLAIN
+            return self._output(links[0].from_node, links[0].from_socket)
+        finally:
+            self.depth -= 1
+
+    def _output(self, node: bpy.types.Node, output: bpy.types.NodeSocket) -> Rgb:
+        kind = node.bl_idname
+        if node.mute:
+            passed = [x.from_socket for x in node.internal_links if x.to_socket == output]
+            return self.of(passed[0]) if passed else _PLAIN
+        if kind in ("ShaderNodeRGB", "ShaderNodeValue"):
+            return _value(output)
+        if kind == "ShaderNodeValToRGB":
+            stops = np.array([node.color_ramp.evaluate(float(x))[:3] for x in _RAMP])
+            return _rgb(stops.mean(axis=0))
+        if kind in ("ShaderNodeMix", "ShaderNodeMixRGB"):
+            return self._mixed(node)
+        if kind == "ShaderNodeTexImage":
+            return _image_mean(node.image, alpha=output.name == "Alpha")
+        if kind in _GRAZING_NODES:
+            return _GRAZING, _GRAZING, _GRAZING
+        if kind in _PASSED_ON:
+            inputs = node.inputs
+            return self.of(inputs["Color"] if "Color" in inputs else inputs[0])
+        if kind == "ShaderNodeGroup" and uplift.is_uplift(node.node_tree):
+            return self.of(node.inputs[uplift.COLOR_INPUT])
+        if kind == "ShaderNodeGroup" and node.node_tree is not None:
+            return self._inside(node, output, self.of, _PLAIN)
+        if kind == "NodeGroupInput" and self.groups:
+            return self._outside(output, self.of)
+        return _PLAIN
+
+    def _mixed(self, node: bpy.types.Node) -> Rgb:
+        shown = [i for i in node.inputs if not i.is_unavailable]
+        factor = self.of(shown[0])[0] if not shown[0].links else _HALFWAY
+        colours = [i for i in shown if i.type == "RGBA"] or shown[1:]
+        one, other = (np.array(self.of(i)) for i in colours[:2])
+        if node.blend_type == "MULTIPLY":
+            other = one * other
+        elif node.blend_type == "ADD":
+            other = one + other
+        elif node.blend_type != "MIX":
+            return _rgb(one)
+        return _rgb(one * (1.0 - factor) + other * factor)
+
+    def _inside[Mean](
+        self,
+        node: bpy.types.Node,
+        output: bpy.types.NodeSocket,
+        mean: Callable[[bpy.types.NodeSocket], Mean],
+        unknown: Mean,
+    ) -> Mean:
+        """Mean of what a group gives out."""
+        ends = [
+            n
+            for n in node.node_tree.nodes
+            if n.bl_idname == "NodeGroupOutput" and n.is_active_output
+        ]
+        inner = [i for end in ends for i in end.inputs if i.identifier == output.identifier]
+        if not inner:
+            return unknown
+        self.groups.append(node)
+        try:
+            return mean(inner[0])
+        finally:
+            self.groups.pop()
+
+    def _outside[Mean](
+        self, output: bpy.types.NodeSocket, mean: Callable[[bpy.types.NodeSocket], Mean]
+    ) -> Mean:
+        """Mean of what the group that is followed gets."""
+        group = self.groups.pop()
+        try:
+            return mean(next(i for i in group.inputs if i.identifier == output.identifier))
+        finally:
+            self.groups.append(group)
+
+
+def _value(socket: bpy.types.NodeSocket) -> Rgb:
+    value = getattr(socket, "default_value", _PLAIN)
+    if isinstance(value, int | float):
+        return float(value), float(value), float(value)
+    return _rgb(list(value)[:3])
+
+
+def _image_mean(image: bpy.types.Image | None, *, alpha: bool) -> Rgb:
+    if image is None or (not image.has_data and not image.pixels):
+        return _PLAIN
+    count = len(image.pixels) // image.channels
+    if not count:
+        return _PLAIN
+    texels = np.empty(len(image.pixels), dtype=np.float32)
+    image.pixels.foreach_get(texels)
+    texels = texels.reshape(count, -1)[:: max(count // _PIXELS, 1)]
+    if alpha:
+        covered = float(texels[:, 3].mean()) if texels.shape[1] > 3 else 1.0
+        return covered, covered, covered
+    texels = texels[:, :3]
+    if texels.shape[1] < 3:
+        texels = np.repeat(texels[:, :1], 3, axis=1)
+    if image.colorspace_settings.name == "sRGB" and not image.is_float:
+        return _rgb(np.mean([Color(c).from_srgb_to_scene_linear() for c in texels], axis=0))
+    return _rgb(texels.mean(axis=0))
+
+
+def _rgb(values: object) -> Rgb:
+    red, green, blue = (float(v) for v in np.asarray(values).ravel()[:3])
+    return red, green, blue

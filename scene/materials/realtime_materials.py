@@ -1,0 +1,581 @@
+"""Sends the scene's own materials through the real-time surface groups, and back.
+
+A material keeps its nodes. Its closures stay, too: a white sun lights them, and their colours
+become what the channels see of sunlight on them there (:mod:`.band_colors`); closures that have
+lobes without a colour are mixed in with its share. Where that cannot be, in what refracts, or
+where layers want to know the light, the shader is lit and measured instead (Shader to RGB).
+Beside it, the colours, the emission and the transparency of the same shader
+are computed by nodes that follow the shader's tree, since a closure cannot be
+asked for them. Every quantity is linear in the closures, so Mix and Add Shader
+mix and add it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
+from dataclasses import dataclass, field
+
+import bpy
+import numpy as np
+from numpy.typing import NDArray
+
+from ...node_groups import realtime_surface, uplift
+from ...node_groups.node_mathematics import MARK, Graph, NodeValue
+from ...uw_spectral.mathematics import Operand
+from ...uw_spectral.transfer.pixel import mirroring_share
+from .. import contents
+from ..animation import curves
+from . import band_colors
+
+SOURCE = "uw_source"
+"""On a constant: node and socket of the user's that it repeats."""
+_MUTED = "uw_muted"
+_HOLDER, _SUNLIGHT = "uw_holder", "uw_sunlight"
+_OUTPUTS = {
+    "colour": "UW Color",
+    "emission": "UW Emission",
+    "transmittance": "UW Transmittance",
+    "mirrored": "UW Mirrored",
+}
+_GREY = 0.5
+_MATTE = "mirrors; in real time it throws back the water's light as a matte thing does"
+
+_REFLECTING = {
+    "ShaderNodeBsdfDiffuse": "Color",
+    "ShaderNodeBsdfAnisotropic": "Color",
+    "ShaderNodeBsdfGlossy": "Color",
+    "ShaderNodeBsdfMetallic": "Base Color",
+    "ShaderNodeBsdfSheen": "Color",
+    "ShaderNodeBsdfToon": "Color",
+    "ShaderNodeBsdfTranslucent": "Color",
+    "ShaderNodeBsdfHair": "Color",
+    "ShaderNodeBsdfHairPrincipled": "Color",
+    "ShaderNodeSubsurfaceScattering": "Color",
+}
+_PRINCIPLED = "ShaderNodeBsdfPrincipled"
+_MIRRORING = {"ShaderNodeBsdfGlossy", "ShaderNodeBsdfAnisotropic", "ShaderNodeBsdfMetallic"}
+_EMITTING = {"ShaderNodeEmission", "ShaderNodeBackground"}
+_KEPT = {*_REFLECTING, *_EMITTING, "ShaderNodeBsdfTransparent"}
+_JOINING = {"ShaderNodeMixShader", "ShaderNodeAddShader", "ShaderNodeGroup"}
+_REFRACTING = {"ShaderNodeBsdfGlass", "ShaderNodeBsdfRefraction"}
+
+
+@dataclass(frozen=True)
+class _Closure:
+    """What a shader reflects, emits and lets through, as RGB terms or numbers.
+
+    ``mirrored`` is the part of the colour that mirrors.
+    """
+
+    colour: Operand = 0.0
+    emission: Operand = 0.0
+    transmittance: Operand = 0.0
+    mirrored: Operand = 0.0
+    normal: NodeValue | None = None
+
+    def combined(self, other: _Closure, join: Callable[[Operand, Operand], Operand]) -> _Closure:
+        return _Closure(
+            join(self.colour, other.colour),
+            join(self.emission, other.emission),
+            join(self.transmittance, other.transmittance),
+            join(self.mirrored, other.mirrored),
+            self.normal or other.normal,
+        )
+
+
+@dataclass
+class _Walk:
+    """Reads the shaders of one tree."""
+
+    tree: bpy.types.ShaderNodeTree
+    name: str
+    notes: list[str]
+    graph: Graph = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.graph = Graph(self.tree)
+
+    def closure(self, socket: bpy.types.NodeSocket) -> _Closure:
+        """Return what arrives at a shader input."""
+        links = [link for link in socket.links if link.is_valid and not link.is_muted]
+        return self._of(links[0].from_node, links[0].from_socket) if links else _Closure()
+
+    def _of(self, node: bpy.types.Node, output: bpy.types.NodeSocket) -> _Closure:
+        kind, shaders = node.bl_idname, [i for i in node.inputs if i.type == "SHADER"]
+        if kind == "NodeReroute":
+            return self.closure(node.inputs[0])
+        if node.mute:
+            return self.closure(shaders[0]) if shaders else _Closure()
+        if kind == "ShaderNodeMixShader":
+            share = self._value(node.inputs[0])
+            first, second = (self.closure(s) for s in shaders)
+            return first.combined(second, lambda a, b: a * (1.0 - share) + b * share)
+        if kind == "ShaderNodeAddShader":
+            first, second = (self.closure(s) for s in shaders)
+            return first.combined(second, lambda a, b: a + b)
+        if kind == "ShaderNodeGroup" and node.node_tree is not None:
+            return self._group(node, output)
+        if kind == _PRINCIPLED:
+            return self._principled(node)
+        normal = self._normal(node)
+        if kind in _REFLECTING and _REFLECTING[kind] in node.inputs:
+            colour, mirrored = self._value(node.inputs[_REFLECTING[kind]]), 0.0
+            if kind in _MIRRORING:
+                mirrored = colour * mirroring_share(self._value(node.inputs["Roughness"]))
+            return _Closure(colour=colour, mirrored=mirrored, normal=normal)
+        if kind in _EMITTING:
+            strength = self._value(node.inputs["Strength"])
+            return _Closure(emission=self._value(node.inputs["Color"]) * strength)
+        if kind == "ShaderNodeBsdfTransparent":
+            return _Closure(transmittance=self._value(node.inputs["Color"]))
+        if kind in _REFRACTING:
+            self._note("refracts; in real time light goes straight through it")
+            return _Closure(transmittance=self._value(node.inputs["Color"]), normal=normal)
+        self._note(f"uses {node.bl_label}, whose colour is unknown; it counts as grey {_GREY}")
+        return _Closure(colour=_GREY, normal=normal)
+
+    def _principled(self, node: bpy.types.Node) -> _Closure:
+        inputs = node.inputs
+        alpha, base = self._value(inputs["Alpha"]), self._value(inputs["Base Color"])
+        passing = self._value(inputs["Transmission Weight"])
+        transmittance = 1.0 - alpha
+        if not _is_zero(passing):
+            self._note("transmits light; in real time it goes straight through")
+            transmittance = transmittance + alpha * passing * base
+        strength = self._value(inputs["Emission Strength"])
+        glow = 0.0 if _is_zero(strength) else self._value(inputs["Emission Color"]) * strength
+        colour, metallic = base * (alpha * (1.0 - passing)), self._value(inputs["Metallic"])
+        mirrored = 0.0
+        if not _is_zero(metallic):
+            mirrored = colour * (metallic * mirroring_share(self._value(inputs["Roughness"])))
+        return _Closure(colour, glow * alpha, transmittance, mirrored, self._normal(node))
+
+    def _group(self, node: bpy.types.Node, output: bpy.types.NodeSocket) -> _Closure:
+        group = node.node_tree
+        if not group.is_editable:
+            self._note(f"uses the linked group {group.name!r}; its colour counts as grey {_GREY}")
+            return _Closure(colour=_GREY)
+        if not any(_is_ours(item) for item in _interface_outputs(group)):
+            _open_group(group, output.name, self.notes)
+        return _Closure(
+            **{
+                quantity: self.graph.term(node.outputs[name])
+                for quantity, name in _OUTPUTS.items()
+                if name in node.outputs
+            }
+        )
+
+    def _value(self, socket: bpy.types.NodeSocket) -> Operand:
+        """Return what a socket holds: its link, or a constant that follows its value."""
+        socket = band_colors.inserted_colour(socket)
+        links = [link for link in socket.links if not link.is_muted]
+        if links:
+            source = self.graph.term(links[0].from_socket)
+            return source if socket.type != "VALUE" or source.size == 1 else _mean(source)
+        if not _is_animated(self.tree, socket):
+            values = np.atleast_1d(socket.default_value)[:3]
+            if np.all(values == 0.0) or np.all(values == 1.0):
+                return float(values[0])
+        one = socket.type == "VALUE"
+        constant = self.graph.node("ShaderNodeValue" if one else "ShaderNodeCombineXYZ")
+        constant[SOURCE] = [socket.node.name, socket.identifier]
+        _refresh(self.tree, constant)
+        return self.graph.term(constant.outputs[0])
+
+    def _normal(self, node: bpy.types.Node) -> NodeValue | None:
+        socket = node.inputs.get("Normal")
+        if socket is None or all(link.is_muted for link in socket.links):
+            return None
+        return self.graph.term(socket.links[0].from_socket)
+
+    def _note(self, text: str) -> None:
+        self.notes.append(f"{self.name} {text}")
+
+
+@dataclass(frozen=True)
+class Surfaces:
+    """The groups that materials are sent through.
+
+    Attributes
+    ----------
+    lit : ShaderNodeTree
+        Of :func:`.realtime_surface.build`, for shaders that are lit first.
+    keeping : ShaderNodeTree, optional
+        The one that keeps closures.
+    floor : Material, optional
+        Of the added floor, whose reflectance is a measured one.
+    """
+
+    lit: bpy.types.ShaderNodeTree
+    keeping: bpy.types.ShaderNodeTree | None = None
+    floor: bpy.types.Material | None = None
+
+
+@dataclass(frozen=True)
+class Kinds:
+    """What any of the materials of a scene may do: mirror what is around it, or emit light."""
+
+    mirrors: bool = False
+    glows: bool = False
+
+
+def insert(materials: list[bpy.types.Material], surfaces: Surfaces) -> list[str]:
+    """Put a surface group behind the shader of each material.
+
+    Returns
+    -------
+    list of str
+        What could not be treated, one line each.
+    """
+    notes: list[str] = []
+    for material in materials:
+        if not material.is_editable:
+            notes.append(
+                f"material {material.name!r} is linked from {material.library.filepath} and stays "
+                "dry; make it local"
+            )
+            continue
+        output = _surface_output(material.node_tree)
+        if output is None:
+            continue
+        if surfaces.keeping is not None and _keeps(material.node_tree):
+            measured = band_colors.is_measured(material) or material == surfaces.floor
+            _keep(material, output, surfaces.keeping, notes, measured=measured)
+        else:
+            _insert(material, output, surfaces.lit, notes)
+    return list(dict.fromkeys(notes))
+
+
+def _keeps(tree: bpy.types.ShaderNodeTree) -> bool:
+    """Whether all closures of a tree can be lit as they are."""
+    trees = {tree, *(t for t in contents.inner_groups([tree]) if MARK not in t)}
+    return all(each.is_editable for each in trees) and all(
+        _keepable(each, node) for each in trees for node in each.nodes
+    )
+
+
+def _keepable(tree: bpy.types.ShaderNodeTree, node: bpy.types.Node) -> bool:
+    if MARK in node:
+        return True
+    if node.bl_idname == "ShaderNodeShaderToRGB":
+        return False
+    if not any(output.type == "SHADER" for output in node.outputs):
+        return True
+    if node.bl_idname == _PRINCIPLED:
+        passing = node.inputs["Transmission Weight"]
+        return not (passing.is_linked or _is_animated(tree, passing)) and not passing.default_value
+    return node.bl_idname in _KEPT or node.bl_idname in _JOINING
+
+
+def kinds(materials: Iterable[bpy.types.Material]) -> Kinds:
+    """Return what any of some materials may do."""
+    trees = {material.node_tree for material in materials}
+    own = [tree for tree in trees | contents.inner_groups(trees) if MARK not in tree]
+    nodes = [(tree, node) for tree in own for node in tree.nodes if MARK not in node]
+    return Kinds(
+        any(_may(tree, node, _MIRRORING, "Metallic") for tree, node in nodes),
+        any(_may(tree, node, _EMITTING, "Emission Strength") for tree, node in nodes),
+    )
+
+
+def _may(tree: bpy.types.NodeTree, node: bpy.types.Node, always: set[str], weight: str) -> bool:
+    """Whether a node is of some kinds, or a principled one that may have a weight."""
+    if node.bl_idname != _PRINCIPLED:
+        return node.bl_idname in always
+    socket = node.inputs[weight]
+    # What may change while a job runs counts from its beginning: its nodes stay.
+    return socket.is_linked or socket.default_value > 0.0 or _is_animated(tree, socket)
+
+
+def is_dry(material: bpy.types.Material) -> bool:
+    """Whether :func:`insert` would change a material."""
+    tree = material.node_tree
+    return (
+        material.is_editable
+        and tree is not None
+        and _surface_output(tree) is not None
+        and _surface_node(tree) is None
+    )
+
+
+def write_reflectance(
+    material: bpy.types.Material, column: int, channels: NDArray[np.float64]
+) -> None:
+    """Tell a wet material where its measured reflectance is, and its channels."""
+    for node in material.node_tree.nodes:
+        if node.bl_idname == "ShaderNodeGroup" and (_MUTED in node or _SUNLIGHT in node):
+            node.inputs[realtime_surface.COLUMN].default_value = float(column)
+            node.inputs[realtime_surface.MEASURED].default_value = channels
+
+
+def refresh() -> None:
+    """Repeat the user's constants, which may have been edited or animated."""
+    for tree in _trees():
+        for node in tree.nodes:
+            if SOURCE in node:
+                _refresh(tree, node)
+
+
+def behind(
+    surfaces: Mapping[bpy.types.ShaderNodeTree, Collection[bpy.types.Material]],
+) -> set[bpy.types.Material]:
+    """Return the materials that are behind these groups, and those of the water's own."""
+    found = set()
+    for material in bpy.data.materials:
+        tree = material.node_tree
+        surface = None if tree is None else _surface_node(tree)
+        own = surface is None and MARK in material and tree is not None
+        if own or (surface is not None and material in surfaces.get(surface.node_tree, ())):
+            found.add(material)
+    return found
+
+
+def remove(
+    kept: Mapping[bpy.types.ShaderNodeTree, Collection[bpy.types.Material]],
+) -> None:
+    """Take every inserted node out again, except where they are kept.
+
+    Parameters
+    ----------
+    kept : mapping of ShaderNodeTree to collection of Material
+        Materials that stay behind a surface group.
+    """
+    wet = {material.node_tree for material in behind(kept)}
+    wet |= contents.inner_groups(wet)
+    for tree in [tree for tree in _trees() if tree not in wet]:
+        surface = _surface_node(tree)
+        if surface is not None:
+            _reconnect(tree, surface)
+        for node in [n for n in tree.nodes if MARK in n]:
+            tree.nodes.remove(node)
+    for group in [group for group in _groups() if group not in wet]:
+        for item in [i for i in _interface_outputs(group) if _is_ours(i)]:
+            group.interface.remove(item)
+
+
+def _keep(
+    material: bpy.types.Material,
+    output: bpy.types.Node,
+    group: bpy.types.ShaderNodeTree,
+    notes: list[str],
+    *,
+    measured: bool,
+) -> None:
+    """Send the colours of a material through the sunlight, and add the light of the water."""
+    tree = material.node_tree
+    socket = output.inputs["Surface"]
+    link = socket.links[0]
+    source, muted = link.from_socket, link.is_muted
+    band_colors.route(tree, _sunlit_nodes(group), measured=measured)
+    walk = _Walk(tree, f"material {material.name!r}", notes)
+    closure, graph = walk.closure(socket), walk.graph
+    surface = _sunlight_of(tree, group)
+    surface[_MUTED] = muted
+    surface.location = (output.location.x, output.location.y - 200.0)
+    passing = _describe(walk, closure, surface, notes)
+    share = graph.term(surface.outputs[uplift.SHARE])
+    mixed = graph.node("ShaderNodeMixShader")
+    mixed[_HOLDER] = True
+    graph.assign(share, mixed.inputs[0])
+    tree.links.new(source, mixed.inputs[2]).is_muted = muted
+    seen = _added(graph, mixed.outputs[0], surface.outputs[0])
+    if passing is not None:
+        # What the share has taken of the light behind it.
+        transparent = graph.node("ShaderNodeBsdfTransparent")
+        graph.assign(passing * (1.0 - share), transparent.inputs["Color"])
+        seen = _added(graph, seen, transparent.outputs[0])
+    tree.links.new(seen, socket)
+
+
+def _sunlit_nodes(group: bpy.types.ShaderNodeTree) -> band_colors.Maker:
+    """Return what makes the groups of colours, in the sunlight of a water."""
+
+    def make(tree: bpy.types.NodeTree, kind: str) -> bpy.types.Node:
+        node = Graph(tree).node("ShaderNodeGroup", node_tree=uplift.group(kind))
+        if kind == uplift.DARK:
+            return node
+        source = _sunlight_of(tree, group)
+        for name in (*uplift.COLUMNS, uplift.MEASURED_INPUT, uplift.SHARE):
+            if name in node.inputs and name in source.outputs:
+                tree.links.new(source.outputs[name], node.inputs[name])
+        return node
+
+    return make
+
+
+def _sunlight_of(tree: bpy.types.NodeTree, group: bpy.types.ShaderNodeTree) -> bpy.types.Node:
+    """Return the one node of a tree that knows the sunlight there."""
+    for node in tree.nodes:
+        if node.bl_idname == "ShaderNodeGroup" and _SUNLIGHT in node:
+            return node
+    graph = Graph(tree)
+    node = graph.node("ShaderNodeGroup", node_tree=group)
+    node[_SUNLIGHT] = True
+    normal = graph.node("ShaderNodeNewGeometry").outputs["Normal"]
+    tree.links.new(normal, node.inputs[realtime_surface.NORMAL])
+    return node
+
+
+def _added(
+    graph: Graph, one: bpy.types.NodeSocket, other: bpy.types.NodeSocket
+) -> bpy.types.NodeSocket:
+    node = graph.node("ShaderNodeAddShader")
+    for socket, source in zip(node.inputs, (one, other), strict=True):
+        graph.tree.links.new(source, socket)
+    return node.outputs[0]
+
+
+def _describe(
+    walk: _Walk, closure: _Closure, surface: bpy.types.Node, notes: list[str]
+) -> Operand | None:
+    """Tell a surface group what a closure is; return what passes through it, if anything does."""
+    graph = walk.graph
+    graph.assign(closure.colour, surface.inputs[realtime_surface.COLOR])
+    if realtime_surface.EMITTED in surface.inputs:
+        graph.assign(closure.emission, surface.inputs[realtime_surface.EMITTED])
+    if realtime_surface.MIRRORED in surface.inputs:
+        graph.assign(closure.mirrored, surface.inputs[realtime_surface.MIRRORED])
+    elif not _is_zero(closure.mirrored):
+        notes.append(f"{walk.name} {_MATTE}")
+    normal = closure.normal
+    if normal is None:
+        normal = graph.term(graph.node("ShaderNodeNewGeometry").outputs["Normal"])
+    graph.assign(normal, surface.inputs[realtime_surface.NORMAL])
+    if _is_zero(closure.transmittance):
+        return None
+    passing = closure.transmittance
+    covered = 1.0 - (_mean(passing) if isinstance(passing, NodeValue) else passing)
+    graph.assign(covered, surface.inputs[realtime_surface.COVERAGE])
+    return passing
+
+
+def _insert(
+    material: bpy.types.Material,
+    output: bpy.types.Node,
+    group: bpy.types.ShaderNodeTree,
+    notes: list[str],
+) -> None:
+    tree = material.node_tree
+    socket = output.inputs["Surface"]
+    link = socket.links[0]
+    source, muted = link.from_socket, link.is_muted
+    walk = _Walk(tree, f"material {material.name!r}", notes)
+    closure = walk.closure(socket)
+    graph = walk.graph
+    lit = graph.node("ShaderNodeShaderToRGB")
+    tree.links.new(source, lit.inputs[0])
+    surface = graph.node("ShaderNodeGroup", node_tree=group)
+    surface[_MUTED] = muted
+    surface.location = (output.location.x, output.location.y - 200.0)
+    tree.links.new(lit.outputs["Color"], surface.inputs[realtime_surface.LIT])
+    passing = _describe(walk, closure, surface, notes)
+    seen = surface.outputs[0]
+    if passing is not None:
+        transparent = graph.node("ShaderNodeBsdfTransparent")
+        graph.assign(passing, transparent.inputs["Color"])
+        seen = _added(graph, seen, transparent.outputs[0])
+    tree.links.new(seen, socket)
+
+
+def _reconnect(tree: bpy.types.NodeTree, surface: bpy.types.Node) -> None:
+    """Give the material output its own shader back."""
+    source, muted = _held(tree, surface).links[0].from_socket, surface[_MUTED]
+    target = surface.outputs[0].links[0].to_socket
+    while MARK in target.node:
+        target = target.node.outputs[0].links[0].to_socket
+    tree.links.new(source, target).is_muted = muted
+
+
+def _held(tree: bpy.types.NodeTree, surface: bpy.types.Node) -> bpy.types.NodeSocket:
+    """Return the input that the user's own shader arrives at in a wet material."""
+    if realtime_surface.LIT in surface.inputs:
+        return surface.inputs[realtime_surface.LIT].links[0].from_node.inputs[0]
+    return next(node for node in tree.nodes if _HOLDER in node).inputs[2]
+
+
+def _open_group(group: bpy.types.ShaderNodeTree, shader: str, notes: list[str]) -> None:
+    """Give a group outputs for the colour, emission and transmittance of its shader."""
+    outputs = [n for n in group.nodes if n.bl_idname == "NodeGroupOutput" and n.is_active_output]
+    if not outputs:
+        return
+    walk = _Walk(group, f"group {group.name!r}", notes)
+    closure = walk.closure(outputs[0].inputs[shader])
+    for quantity, name in _OUTPUTS.items():
+        value = getattr(closure, quantity)
+        if quantity != "colour" and _is_zero(value):
+            continue
+        group.interface.new_socket(name, in_out="OUTPUT", socket_type="NodeSocketColor")
+        walk.graph.assign(value, outputs[0].inputs[name])
+
+
+def _surface_output(tree: bpy.types.ShaderNodeTree) -> bpy.types.Node | None:
+    output = tree.get_output_node("EEVEE")
+    return output if output is not None and output.inputs["Surface"].is_linked else None
+
+
+def own_shader(tree: bpy.types.ShaderNodeTree) -> bpy.types.NodeSocket | None:
+    """Return the input that a material's own shader arrives at, whether it is wet or not."""
+    surface, output = _surface_node(tree), tree.get_output_node("EEVEE")
+    if surface is not None:
+        return _held(tree, surface)
+    return None if output is None else output.inputs["Surface"]
+
+
+def _surface_node(tree: bpy.types.NodeTree) -> bpy.types.Node | None:
+    for node in tree.nodes:
+        if node.bl_idname == "ShaderNodeGroup" and _MUTED in node:
+            return node
+    return None
+
+
+def _trees() -> Iterator[bpy.types.ShaderNodeTree]:
+    """Every editable shader tree of the user's."""
+    for material in bpy.data.materials:
+        if material.node_tree is not None and material.is_editable:
+            yield material.node_tree
+    yield from _groups()
+
+
+def _groups() -> Iterator[bpy.types.ShaderNodeTree]:
+    for group in bpy.data.node_groups:
+        if group.bl_idname == "ShaderNodeTree" and group.is_editable and MARK not in group:
+            yield group
+
+
+def _refresh(tree: bpy.types.NodeTree, node: bpy.types.Node) -> None:
+    name, identifier = node[SOURCE]
+    source = next(i for i in tree.nodes[name].inputs if i.identifier == identifier)
+    if node.bl_idname == "ShaderNodeValue":
+        targets, values = [node.outputs[0]], [source.default_value]
+    else:
+        targets, values = list(node.inputs), list(source.default_value)[:3]
+    for target, value in zip(targets, values, strict=True):
+        if target.default_value != value:
+            target.default_value = value
+
+
+def _is_animated(tree: bpy.types.NodeTree, socket: bpy.types.NodeSocket) -> bool:
+    return any(curves(tree, f"{socket.path_from_id()}.default_value"))
+
+
+def _interface_outputs(group: bpy.types.ShaderNodeTree) -> list[bpy.types.NodeTreeInterfaceSocket]:
+    return [
+        item
+        for item in group.interface.items_tree
+        if item.item_type == "SOCKET" and item.in_out == "OUTPUT"
+    ]
+
+
+def _is_ours(item: bpy.types.NodeTreeInterfaceSocket) -> bool:
+    return item.name in _OUTPUTS.values()
+
+
+def _is_zero(value: object) -> bool:
+    return not isinstance(value, NodeValue) and value == 0.0
+
+
+def _mean(colour: NodeValue) -> Operand:
+    if colour.size == 1:
+        return colour
+    x, y, z = colour.graph.components(colour)
+    return (x + y + z) / 3.0

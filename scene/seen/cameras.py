@@ -1,0 +1,122 @@
+"""The camera of a render: found, above the floor, and what it sees."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+import bpy
+import numpy as np
+from mathutils import Vector
+from numpy.typing import NDArray
+
+from ...uw_spectral.errors import InputError
+
+
+def find_camera(scene: bpy.types.Scene, name: str | None) -> bpy.types.Object:
+    """Return the named camera, or the scene's own.
+
+    Raises
+    ------
+    InputError
+        If there is no such camera.
+    """
+    cameras = sorted(o.name for o in scene.objects if o.type == "CAMERA")
+    if name is None:
+        if scene.camera is None:
+            known = f"; set one of {', '.join(cameras)}" if cameras else "; add one"
+            raise InputError(f"scene {scene.name!r} has no active camera{known}, or use --camera")
+        return scene.camera
+    if name not in cameras:
+        known = ", ".join(cameras) or "none"
+        raise InputError(f"--camera: no camera {name!r} in {scene.name!r}; there are: {known}")
+    return scene.objects[name]
+
+
+def camera_depth(camera: bpy.types.Object, floor_depth: float) -> float:
+    """Return the camera's depth in m at the current frame, 0 above the water.
+
+    Raises
+    ------
+    InputError
+        If the camera is at or below the floor.
+    """
+    depsgraph = bpy.context.evaluated_depsgraph_get()
+    depth = max(-camera.evaluated_get(depsgraph).matrix_world.translation.z, 0.0)
+    frame = bpy.context.scene.frame_current
+    if math.isfinite(floor_depth) and depth >= floor_depth:
+        raise InputError(
+            f"the floor at {floor_depth:g} m is above camera {camera.name!r}, which is at "
+            f"{depth:g} m depth at frame {frame}; give a larger --floor-depth"
+        )
+    return depth
+
+
+def camera_rays(
+    scene: bpy.types.Scene, camera: bpy.types.Object, width: int, height: int
+) -> Iterator[tuple[Vector, Vector]]:
+    """Yield origin and unit direction of as many rays, spread over a picture.
+
+    A panorama's are spread over the sphere, or over the cone of a fisheye.
+    """
+    place = camera.matrix_world
+    turn = place.to_quaternion()
+    data = camera.data
+    if data.type == "PANO":
+        for direction in _sphere(width * height, _panorama_angle(data)):
+            yield place.translation.copy(), turn @ direction
+        return
+    corner, _, opposite, left = (
+        Vector(c) for c in data.view_frame(scene=scene)
+    )  # right top, right bottom, left bottom, left top
+    for row in range(height):
+        for column in range(width):
+            across, down = (column + 0.5) / width, (row + 0.5) / height
+            at = left + (corner - left) * across + (opposite - left) * down
+            if data.type == "ORTHO":
+                yield place @ Vector((at.x, at.y, 0.0)), turn @ Vector((0.0, 0.0, -1.0))
+            else:
+                yield place.translation.copy(), turn @ at.normalized()
+
+
+def ray_arrays(
+    scene: bpy.types.Scene, camera: bpy.types.Object, width: int, height: int
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return what :func:`camera_rays` yields as arrays of shape (m, 3)."""
+    origins, directions = zip(*camera_rays(scene, camera, width, height), strict=True)
+    return np.array(origins, dtype=np.float64), np.array(directions, dtype=np.float64)
+
+
+def _panorama_angle(data: bpy.types.Camera) -> float:
+    """Half the angle of the cone that a panorama shows."""
+    if data.panorama_type.startswith("FISHEYE_EQUI"):
+        return min(data.fisheye_fov / 2, math.pi)
+    return math.pi
+
+
+def _sphere(count: int, half_angle: float) -> Iterator[Vector]:
+    """Directions spread evenly over a cone about -z (a spiral by the golden angle)."""
+    golden = math.pi * (3 - math.sqrt(5))
+    for i in range(count):
+        z = 1 - (1 - math.cos(half_angle)) * (i + 0.5) / count
+        side = math.sqrt(max(1 - z * z, 0.0))
+        yield Vector((side * math.cos(golden * i), side * math.sin(golden * i), -z))
+
+
+def eye_of(camera: bpy.types.Object) -> tuple[float, ...]:
+    """Return the camera's place, m, and the unit vector to where it looks, at this frame."""
+    depsgraph = bpy.context.evaluated_depsgraph_get()
+    matrix = camera.evaluated_get(depsgraph).matrix_world
+    ahead = -matrix.to_3x3().col[2].normalized()
+    return (*matrix.translation, *ahead)
+
+
+def orthographic_frame(
+    scene: bpy.types.Scene, camera: bpy.types.Object | None
+) -> tuple[float, ...] | None:
+    """Left and bottom edge, width and height in m of an orthographic picture; None of others."""
+    if camera is None or camera.data.type != "ORTHO":
+        return None
+    frame = np.array([corner[:] for corner in camera.data.view_frame(scene=scene)])
+    low, high = frame.min(axis=0), frame.max(axis=0)
+    return float(low[0]), float(low[1]), float(high[0] - low[0]), float(high[1] - low[1])

@@ -1,0 +1,105 @@
+"""What the lamps of a scene shine on, and how far into its water."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+
+import bpy
+import numpy as np
+
+from ...node_groups.node_mathematics import MARK
+from ...uw_spectral.lamps.angular_spread import Grid
+from ...uw_spectral.lamps.lamp import Lamp
+from ...uw_spectral.lamps.lamp_shadow import shadow_directions, shadow_map
+from ..materials.mean_colours import Rgb, mean_colour
+from .lamps import SceneLamps, SeenByLamp
+from .ray_casting import Meshes
+
+
+@dataclass(frozen=True, eq=False)
+class _Map:
+    """What lies around a lamp."""
+
+    seen: SeenByLamp
+    shadow: Grid
+
+
+class KeptLampShadows:
+    """Maps around lamps, computed again where the lamp or a thing has changed."""
+
+    def __init__(self) -> None:
+        self._things = b""
+        self._maps: dict[tuple[float, ...], _Map] = {}
+
+    def of(
+        self, scene: bpy.types.Scene, found: SceneLamps, *, unchanged: bool = False
+    ) -> SceneLamps:
+        """Return lamps of a scene that know what they shine on at its current frame.
+
+        Things that may be taken for ``unchanged`` are not looked at, if each lamp is known.
+        """
+        shining = [lamp for lamp in found.lamps if np.any(lamp.intensity)]
+        if not shining:
+            self._maps = {}
+            return replace(found, seen=(None,) * len(found.lamps))
+        if not unchanged or any(_key(lamp) not in self._maps for lamp in shining):
+            self._look(scene, shining)
+        maps = [self._maps.get(_key(lamp)) for lamp in found.lamps]
+        lamps = tuple(
+            lamp if near is None else replace(lamp, shadow=near.shadow)
+            for lamp, near in zip(found.lamps, maps, strict=True)
+        )
+        return replace(found, lamps=lamps, seen=tuple(near and near.seen for near in maps))
+
+    def _look(self, scene: bpy.types.Scene, shining: Iterable[Lamp]) -> None:
+        """Bring the maps to what is there now."""
+        without = [item for item in scene.objects if MARK in item]
+        meshes = Meshes(bpy.context.evaluated_depsgraph_get(), without, "shadow")
+        colours = _colours(meshes)
+        things = _digest(meshes, colours)
+        known = self._maps if things == self._things else {}
+        self._things, self._maps = things, {}
+        for lamp in shining:
+            key = _key(lamp)
+            if key not in self._maps:
+                self._maps[key] = known.get(key) or _around(meshes, lamp, colours)
+
+
+def _key(lamp: Lamp) -> tuple[float, ...]:
+    return (*(float(x) for x in lamp.position), float(lamp.radius))
+
+
+def _colours(meshes: Meshes) -> dict[bpy.types.Material | None, Rgb]:
+    """Mean colours of all materials."""
+    found: Iterable[bpy.types.Material | None] = (m for i in meshes.instances for m in i.materials)
+    return {material: mean_colour(material) for material in {None, *found}}
+
+
+def _digest(meshes: Meshes, colours: dict[bpy.types.Material | None, Rgb]) -> bytes:
+    """Digest of all surfaces in their places and colours."""
+    digest = hashlib.blake2b(digest_size=16)
+    numbers: dict[int, int] = {}
+    for instance in meshes.instances:
+        mesh = instance.mesh
+        if id(mesh) not in numbers:
+            numbers[id(mesh)] = len(numbers)
+            for part in (mesh.vertices, mesh.triangles):
+                digest.update(np.ascontiguousarray(part).data)
+        digest.update(numbers[id(mesh)].to_bytes(4, "little"))
+        shown = [colours[material] for material in instance.materials]
+        for part in (instance.place, shown):
+            digest.update(np.array(part, np.float64).tobytes())
+    return digest.digest()
+
+
+def _around(meshes: Meshes, lamp: Lamp, colours: dict[bpy.types.Material | None, Rgb]) -> _Map:
+    """Look around a lamp."""
+    directions, radius = shadow_directions(), float(lamp.radius)
+    origin = np.asarray(lamp.position, np.float64) + directions * radius
+    hits = meshes.first(origin, directions, np.full(len(directions), np.inf))
+    distances = np.array([np.inf if hit is None else hit.distance + radius for hit in hits])
+    normals = np.array([(0.0, 0.0, 1.0) if hit is None else hit.normal for hit in hits])
+    base = np.array([colours[None if hit is None else hit.material] for hit in hits])
+    return _Map(SeenByLamp(distances, normals, base), shadow_map(distances))

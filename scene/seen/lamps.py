@@ -1,0 +1,355 @@
+"""The lamps of a scene as lights in the water, spectrally."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import bpy
+import numpy as np
+from mathutils import Matrix, Vector
+from numpy.typing import NDArray
+
+from ...node_groups.node_mathematics import MARK
+from ...settings.render_plan import RenderPlan
+from ...uw_spectral.errors import InputError
+from ...uw_spectral.lamps.emission import (
+    SPHERE,
+    WATTS,
+    intensity_of_colour,
+    parse_emission,
+    radiant_intensity,
+)
+from ...uw_spectral.lamps.ies import read_ies
+from ...uw_spectral.lamps.lamp import Lamp
+from ...uw_spectral.lamps.lamp_surface import lamplight as irradiance_seen
+from ...uw_spectral.lamps.multiple_scattering import LampWater
+from ...uw_spectral.lamps.profile import (
+    LAMBERT,
+    IsotropicProfile,
+    Profile,
+    SpotProfile,
+    profile_from_csv,
+    rov_lamp,
+)
+from ...uw_spectral.lamps.thrown_back import LitThings, thrown_back
+from ...uw_spectral.spectra.bands import Bands
+from ...uw_spectral.spectra.illuminant import RELATIVE, full_sun
+from ...uw_spectral.spectra.reflectance import uplift_basis
+from .. import contents, marks
+from ..rendered import (
+    ever_rendered,
+    in_rendered_collections,
+    is_hidden_by_animation,
+    rendered_layer,
+)
+from ..stored_lamps import ROV, stored_lamp
+from . import cameras
+from .lamp_files import KINDS, PROFILE, SPECTRUM, LampFile, files_of
+
+_POINTS = 24
+"""Of a measured profile."""
+_RAYS = (12, 8)
+_LAYERS, _STEP = 4, 1e-3  # of the water's own things that a ray passes; m behind each
+_FORM = ("shadow_soft_size", "spot_size", "spot_blend", "shape", "size", "size_y")
+_DOWN = Vector((0.0, 0.0, -1.0))
+
+
+@dataclass(frozen=True, eq=False)
+class SeenByLamp:
+    """What lies in the directions of a map from a lamp (:func:`.shadow_directions`).
+
+    Attributes
+    ----------
+    distances : array, shape (SIDE²,)
+        m; infinite where nothing is.
+    normals, colours : array, shape (SIDE², 3)
+        Unit vectors towards the lamp; mean base colours, linear Rec.709.
+    """
+
+    distances: NDArray[np.float64]
+    normals: NDArray[np.float64]
+    colours: NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class SceneLamps:
+    """Lamps of a scene that light its water, and the objects they come from.
+
+    Attributes
+    ----------
+    objects : tuple of Object
+    lamps : tuple of Lamp
+    notes : tuple of str
+    seen : tuple of SeenByLamp or None
+        What each of them lights, where that is known.
+    thrown : tuple of Lamp
+        What stands for the things that throw their light back.
+    """
+
+    objects: tuple[bpy.types.Object, ...] = ()
+    lamps: tuple[Lamp, ...] = ()
+    notes: tuple[str, ...] = ()
+    seen: tuple[SeenByLamp | None, ...] = ()
+    thrown: tuple[Lamp, ...] = ()
+
+    @property
+    def all(self) -> tuple[Lamp, ...]:
+        """The lamps, and what stands for things."""
+        return self.lamps + self.thrown
+
+    def of_bands(self, indices: Sequence[int]) -> SceneLamps:
+        """Return the lamps in some of the bands."""
+        chosen = list(indices)
+        lamps, thrown = (
+            tuple(replace(lamp, intensity=lamp.intensity[chosen]) for lamp in part)
+            for part in (self.lamps, self.thrown)
+        )
+        return replace(self, lamps=lamps, thrown=thrown)
+
+    def with_thrown_back(
+        self, water: LampWater, bands: Bands, camera: Sequence[float]
+    ) -> SceneLamps:
+        """Return them with what stands for the things they light, seen by a camera in m."""
+        basis = uplift_basis(bands).T
+        known = [(one, near) for one, near in zip(self.lamps, self.seen, strict=True) if near]
+        things = [
+            LitThings(near.distances, near.normals, np.clip(near.colours @ basis, 0.0, 1.0))
+            for _, near in known
+        ]
+        thrown = thrown_back([lamp for lamp, _ in known], things, water, camera)
+        return replace(self, thrown=thrown)
+
+
+def objects_of(scene: bpy.types.Scene) -> list[bpy.types.Object]:
+    """Return the lamps that light the water of a scene, by name."""
+    return [item for item in _shown(scene) if not why_dark(item)]
+
+
+def left_out(scene: bpy.types.Scene) -> dict[bpy.types.Object, str]:
+    """Return the lamps of a scene that do not light its water, and why."""
+    own = in_rendered_collections(rendered_layer(scene))
+    shown = contents.objects(scene, ever_rendered(scene))
+    instanced = [x for x in shown if x not in own and _is_lamp(x)]
+    return {item: why_dark(item) for item in _shown(scene) if why_dark(item)} | dict.fromkeys(
+        instanced, "it is in an instance; make that real (Object, Apply, Make Instances Real)"
+    )
+
+
+def why_dark(item: bpy.types.Object) -> str:
+    """Say why a lamp does not light the water, empty if it does.
+
+    One that moves counts everywhere: nodes for it are needed in all frames.
+    """
+    if not stored_lamp(item.data).in_water:
+        return "it belongs to the air; let it light the water with its switch"
+    if item.matrix_world.translation.z > 0.0 and not _moves(item):
+        return "it is above the water; lower it, or leave it to the sun"
+    return ""
+
+
+def _why_not_now(item: bpy.types.Object) -> str:
+    """Say why a lamp does not light the water at this frame, empty if it does."""
+    return why_dark(item) or ("it is hidden" if marks.is_hidden(item) else "")
+
+
+def _shown(scene: bpy.types.Scene) -> list[bpy.types.Object]:
+    found = [
+        item
+        for item in in_rendered_collections(rendered_layer(scene))
+        if _is_lamp(item)
+        and MARK not in item
+        and (not marks.is_hidden(item) or is_hidden_by_animation(item))
+    ]
+    return sorted(found, key=lambda item: item.name_full)
+
+
+def _is_lamp(item: bpy.types.Object) -> bool:
+    return item.type == "LIGHT" and item.data.type in KINDS
+
+
+def _moves(item: bpy.types.Object | None) -> bool:
+    while item is not None:
+        if item.animation_data is not None or item.constraints:
+            return True
+        item = item.parent
+    return False
+
+
+def lamps_of(scene: bpy.types.Scene, bands: Bands, unit: str) -> SceneLamps:
+    """Return the lamps of a scene's current frame.
+
+    Parameters
+    ----------
+    scene : Scene
+        Its z = 0 is the water surface; lamps above it do not shine.
+    bands : Bands
+    unit : str
+        Of the irradiance that the scene is lit with.
+
+    Raises
+    ------
+    InputError
+        If a spectrum, a power or a profile cannot be used; it names the lamp.
+    """
+    objects, lamps = objects_of(scene), []
+    notes = [f"lamp {item.name!r} is left out: {why}" for item, why in left_out(scene).items()]
+    for item in objects:
+        try:
+            lamp = _lamp(item, bands, unit)
+        except InputError as error:
+            raise InputError(f"lamp {item.name!r}: {error}") from error
+        if item.matrix_world.translation.z > 0:
+            notes.append(
+                f"lamp {item.name!r} is above the water and does not light it; lower it, or leave "
+                "it to the sun"
+            )
+            lamp = replace(lamp, intensity=np.zeros(len(bands)))
+        if marks.is_hidden(item):
+            lamp = replace(lamp, intensity=np.zeros(len(bands)))
+        lamps.append(lamp)
+    return SceneLamps(tuple(objects), tuple(lamps), tuple(notes))
+
+
+def plan_lamps(scene: bpy.types.Scene, plan: RenderPlan) -> SceneLamps:
+    """Return the lamps of a scene's current frame in the bands of a plan."""
+    return lamps_of(scene, plan.bands, plan.illuminant.unit)
+
+
+def lamplight(
+    scene: bpy.types.Scene,
+    camera: bpy.types.Object,
+    plan: RenderPlan,
+    seen: Sequence[tuple[float, ...]] | None = None,
+) -> NDArray[np.float64] | None:
+    """Return the irradiance of lamps that a camera exposes by; None without lamps.
+
+    What it sees is looked for unless it is given, see :func:`seen_places`.
+    """
+    lamps = plan_lamps(scene, plan).lamps
+    if not lamps:
+        return None
+    place = tuple(camera.matrix_world.translation)
+    water = plan.lamp_water(max(-place[2], 0.0))
+    seen = seen_places(scene, camera) if seen is None else seen
+    return irradiance_seen(lamps, water, place, seen)
+
+
+def records(scene: bpy.types.Scene) -> tuple[dict[str, Any], ...]:
+    """Return the lamps of a scene's current frame as JSON holds them, dark ones with the reason."""
+    return tuple(
+        {**record(item), **({"left_out": why} if (why := _why_not_now(item)) else {})}
+        for item in _shown(scene)
+    )
+
+
+def record(item: bpy.types.Object) -> dict[str, Any]:
+    """Return what a lamp is, where it is and where it shines to; lengths are m."""
+    light, chosen, place = item.data, stored_lamp(item.data), item.matrix_world
+    found = {
+        "name": item.name,
+        "kind": light.type.lower(),
+        "spectrum": chosen.spectrum or "colour",
+        "power": light.energy * 2.0**light.exposure,
+        "unit": chosen.unit if chosen.spectrum else WATTS,
+        "profile": chosen.profile or "Blender",
+        "position": list(place.translation),
+        "axis": list(_axis(place)),
+        "radius": _radius(light, place),
+    }
+    if not chosen.spectrum:
+        found["colour"] = _colour(light).tolist()
+    if light.type == "SPOT" and not chosen.profile:
+        found["cone_deg"], found["blend"] = math.degrees(light.spot_size), light.spot_blend
+    return found
+
+
+def seen_places(scene: bpy.types.Scene, camera: bpy.types.Object) -> list[tuple[float, ...]]:
+    """Return places on the things that a camera sees, by a few rays."""
+    depsgraph, found = bpy.context.evaluated_depsgraph_get(), []
+    for origin, direction in cameras.camera_rays(scene, camera, *_RAYS):
+        start = origin
+        for _ in range(_LAYERS):
+            hit, place, _, _, item, _ = scene.ray_cast(depsgraph, start, direction)
+            if not hit:
+                break
+            if MARK not in item:
+                found.append(tuple(place))
+                break
+            start = place + direction * _STEP
+    return found
+
+
+def state(scene: bpy.types.Scene) -> tuple[object, ...]:
+    """Return all that the light of a scene's lamps depends on, to be compared."""
+    found = []
+    for item in objects_of(scene):
+        light = item.data
+        numbers = (
+            light.energy, light.exposure, *light.color, light.use_temperature, light.temperature,
+            marks.is_seen(item), marks.is_hidden(item),
+            *(x for row in item.matrix_world for x in row),
+        )  # fmt: skip
+        form = [getattr(light, name, 0.0) for name in _FORM]
+        found.append((item.name_full, light.type, stored_lamp(light), *numbers, *form))
+    return tuple(found)
+
+
+def _lamp(item: bpy.types.Object, bands: Bands, unit: str) -> Lamp:
+    light, chosen, files = item.data, stored_lamp(item.data), files_of(item.data)
+    profile = _profile(light, chosen.profile, files.get(PROFILE))
+    power = light.energy * 2.0**light.exposure
+    if chosen.spectrum:
+        spread = profile.solid_angle if chosen.unit != WATTS or chosen.profile else SPHERE
+        if light.type == "AREA":
+            spread = profile.solid_angle
+        table = files.get(SPECTRUM)
+        shape = parse_emission(f"file:{table.whole}" if table else chosen.spectrum)
+        intensity = radiant_intensity(shape, power, bands, chosen.unit, spread)
+        if unit == RELATIVE:
+            intensity = intensity / full_sun()
+    else:
+        # Blender's area light shines four times as strong along its axis as a point.
+        gain = SPHERE / profile.solid_angle if light.type == "AREA" and not chosen.profile else 1.0
+        intensity = gain * intensity_of_colour(_colour(light), power, bands)
+    place = item.matrix_world
+    radius, seen = _radius(light, place), float(marks.is_seen(item))
+    return Lamp(tuple(place.translation), _axis(place), intensity, profile, radius, seen)
+
+
+def _profile(light: bpy.types.Light, chosen: str, file: LampFile | None) -> Profile:
+    if chosen == ROV:
+        return rov_lamp()
+    if file is not None:
+        if file.whole.suffix.lower() == ".ies":
+            return read_ies(file.whole).profile(_POINTS)
+        return profile_from_csv(str(file.whole), _POINTS)
+    if light.type == "SPOT":
+        return SpotProfile(min(light.spot_size, math.pi), light.spot_blend)
+    if light.type == "AREA":
+        return LAMBERT
+    return IsotropicProfile()
+
+
+def _colour(light: bpy.types.Light) -> NDArray[np.float64]:
+    colour = np.array(light.color, dtype=np.float64)
+    return colour * np.array(light.temperature_color) if light.use_temperature else colour
+
+
+def _axis(place: Matrix) -> tuple[float, ...]:
+    return tuple((place.to_3x3() @ _DOWN).normalized())
+
+
+def _radius(light: bpy.types.Light, place: Matrix) -> float:
+    if light.type != "AREA":
+        return float(light.shadow_soft_size)
+    across, along = (abs(x) for x in place.to_scale()[:2])
+    width, height = light.size * across, light.size * along
+    if light.shape in ("RECTANGLE", "ELLIPSE"):
+        height = light.size_y * along
+    area = width * height
+    if light.shape in ("DISK", "ELLIPSE"):
+        area *= math.pi / 4.0
+    return math.sqrt(area / math.pi)

@@ -1,0 +1,49 @@
+"""A camera of Blender as computer vision describes it."""
+
+from __future__ import annotations
+
+import bpy
+import numpy as np
+from numpy.typing import NDArray
+
+from ...datasets.camera import PinholeCamera
+from ...uw_spectral.errors import InputError
+from .picture_size import rendered_size
+
+
+def require_pinhole(camera: bpy.types.Object) -> None:
+    """Refuse a camera that has no calibration matrix.
+
+    Raises
+    ------
+    InputError
+        If it is not a perspective one.
+    """
+    if camera.data.type != "PERSP":
+        raise InputError(
+            f"--layers: camera {camera.name!r} is of type {camera.data.type}; layers and the truth "
+            "of a picture need a perspective camera, or --layers none"
+        )
+
+
+def pinhole_of(scene: bpy.types.Scene, camera: bpy.types.Object) -> PinholeCamera:
+    """Return the intrinsics of a perspective camera at the size of the scene's render."""
+    render = scene.render
+    width, height = rendered_size(
+        render.resolution_x, render.resolution_y, render.resolution_percentage
+    )
+    corners = np.array([tuple(corner) for corner in camera.data.view_frame(scene=scene)])
+    corners = corners[:, :2] / -corners[:, 2:]
+    (left, bottom), (right, top) = corners.min(axis=0), corners.max(axis=0)
+    fx, fy = width / (right - left), height / (top - bottom)
+    return PinholeCamera(width, height, fx, fy, -left * fx, top * fy)
+
+
+def pose_of(camera: bpy.types.Object) -> NDArray[np.float64]:
+    """Return the pose of a camera at this frame, Blender's axes to the world, shape (4, 4)."""
+    depsgraph = bpy.context.evaluated_depsgraph_get()
+    place = camera.evaluated_get(depsgraph).matrix_world
+    pose = np.eye(4)
+    pose[:3, :3] = np.array(place.to_quaternion().normalized().to_matrix())
+    pose[:3, 3] = place.translation
+    return pose

@@ -1,0 +1,149 @@
+"""The surfaces of a scene as samples that are close enough to fill voxels.
+
+Objects and instances count as renders show them, materials by their mean colour.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Collection, Iterator
+from dataclasses import dataclass
+
+import bpy
+import numpy as np
+from numpy.typing import NDArray
+
+from ..materials.mean_colours import mean_colour
+from .visible_meshes import visible_meshes
+
+_PER_CELL = 12.0  # samples of a surface that crosses a cell, where its triangles are small
+_SEED = 1
+_SMALLEST = 1e-20
+_ENOUGH = 64  # triangles that are all looked at
+_DEEPEST = 14  # halvings of a triangle's edges
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Samples:
+    """Points on surfaces, unit normals and base colours, (m, 3), and areas they stand for, m²."""
+
+    points: Array
+    normals: Array
+    colours: Array
+    areas: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Triangles:
+    """A visible mesh in its place: corners (t, 3, 3), material by triangle, base colours."""
+
+    corners: NDArray[np.float32]
+    slots: NDArray[np.int32]
+    colours: Array
+
+    @property
+    def bounds(self) -> tuple[Array, Array]:
+        """Lowest and highest corner of the box around it, m."""
+        flat = self.corners.reshape(-1, 3)
+        return flat.min(axis=0).astype(np.float64), flat.max(axis=0).astype(np.float64)
+
+
+def visible_triangles(
+    depsgraph: bpy.types.Depsgraph, leave_out: Collection[bpy.types.Object] = ()
+) -> Iterator[Triangles]:
+    """Yield every mesh that casts shadows in renders, instances included.
+
+    Parameters
+    ----------
+    depsgraph : Depsgraph
+        An evaluated scene.
+    leave_out : collection of Object
+        Not these.
+    """
+    for shown in visible_meshes(depsgraph, leave_out, "shadow"):
+        arrays, place = shown.arrays, np.array(shown.place, dtype=np.float32)
+        colours = [mean.colour for mean in shown.means] or [mean_colour(None)]
+        corners = arrays.vertices[arrays.triangles]
+        yield Triangles(
+            corners @ place[:3, :3].T + place[:3, 3],
+            np.minimum(arrays.slots, len(colours) - 1),
+            np.array(colours),
+        )
+
+
+def sampled(shown: Triangles, low: Array, high: Array, spacing: float) -> Samples:
+    """Sample a mesh in a box, at least once in every cell of ``spacing`` m that it crosses."""
+    corners, slots = shown.corners, shown.slots
+    # Whatever the box, so that the same places have the same samples.
+    more = 1.0
+    if len(corners) > _ENOUGH:
+        one, other = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+        twice = np.linalg.norm(np.cross(one, other), axis=1)
+        keep = _some(twice, spacing)
+        keep |= np.abs(np.stack([one, other, one - other], axis=1)).max(axis=(1, 2)) > spacing / 2.0
+        corners, slots = corners[keep], slots[keep]
+        more = float(twice.sum()) / max(float(twice[keep].sum()), _SMALLEST)
+    points, normals, colours, areas = [], [], [], []
+    for level in range(_DEEPEST):
+        within = (corners.max(axis=1) >= low).all(axis=1) & (corners.min(axis=1) <= high).all(
+            axis=1
+        )
+        corners, slots = corners[within], slots[within]
+        one, other = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+        across = np.cross(one, other)
+        size = np.linalg.norm(across, axis=1)
+        edges = np.stack([one, other, one - other], axis=1)
+        small = (np.abs(edges).max(axis=(1, 2)) <= spacing) | (level == _DEEPEST - 1)
+        points.append(corners[small].mean(axis=1))
+        normals.append(across[small] / np.maximum(size[small], _SMALLEST)[:, None])
+        colours.append(shown.colours[slots[small]])
+        areas.append(size[small] * (more / 2.0))
+        corners, slots = corners[~small], slots[~small]
+        if not len(corners):
+            break
+        corners, slots = _halved(corners), np.tile(slots, 4)
+    parts = (np.concatenate(x).astype(np.float64) for x in (points, normals, colours, areas))
+    found = Samples(*parts)
+    flat = (found.normals**2).sum(axis=1) < 0.5
+    found.normals[flat] = [0.0, 0.0, 1.0]
+    return found
+
+
+class KeptSamples:
+    """Samples of meshes that have not changed since they were taken."""
+
+    def __init__(self) -> None:
+        self._before: dict[bytes, Samples] = {}
+        self._now: dict[bytes, Samples] = {}
+
+    def next_frame(self) -> None:
+        """Forget what was not asked for since the last time."""
+        self._before, self._now = self._now, {}
+
+    def sampled(self, shown: Triangles, low: Array, high: Array, spacing: float) -> Samples:
+        """Return what :func:`sampled` returns."""
+        digest = hashlib.blake2b(digest_size=16)
+        for part in (shown.corners, shown.slots, shown.colours, low, high, np.float64(spacing)):
+            digest.update(np.ascontiguousarray(part).data)
+        key = digest.digest()
+        found = self._now.get(key) or self._before.get(key)
+        self._now[key] = found or sampled(shown, low, high, spacing)
+        return self._now[key]
+
+
+def _some(size: NDArray[np.floating], spacing: float) -> NDArray[np.bool_]:
+    """Which triangles are enough for their area; ``size`` is twice that of each."""
+    wanted = _PER_CELL * float(size.sum()) / 2.0 / spacing**2 + 64.0
+    if wanted >= len(size):
+        return np.ones(len(size), dtype=bool)
+    return np.random.default_rng(_SEED).random(len(size)) < wanted / len(size)
+
+
+def _halved(corners: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Split triangles in four."""
+    a, b, c = corners[:, 0], corners[:, 1], corners[:, 2]
+    ab, bc, ca = (a + b) / 2, (b + c) / 2, (c + a) / 2
+    parts = (a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca)
+    return np.concatenate([np.stack(part, axis=1) for part in parts]).astype(np.float32)

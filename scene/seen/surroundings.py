@@ -1,0 +1,350 @@
+"""What stands around the cameras of a scene, and the ground below them."""
+
+from __future__ import annotations
+
+import functools
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import bpy
+import numpy as np
+from numpy.typing import NDArray
+
+from ...uw_spectral.shade.grid import Grid
+from ...uw_spectral.shade.voxels import SurfaceVoxels, voxelise
+from .. import marks
+from ..rendered import ever_rendered
+from .cameras import eye_of
+from .surface_samples import KeptSamples, Triangles, visible_triangles
+
+PROBES = 6000
+"""Cells of the grid, at most."""
+PATH_PROBES = 30_000
+"""The same where one grid serves for all frames of a job."""
+_PATH_CELLS = (0.8, 0.9)
+"""Edges that cells have there rather than that the frames have a grid each, m."""
+_LONGEST = 60.0  # m along each axis, of a camera's path that it serves for
+VOXELS = 3
+"""Voxels along a cell of it."""
+CELLS = (0.3, 0.33, 0.36, 0.39, 0.42, 0.46, 0.5, 0.55, 0.6, 0.65, 0.7)
+"""Edges of a cell of it, m; few, so that they last."""
+_LEAST = 0.3  # m: the smallest cell of the coarse grid
+_COARSER = 1.12
+_BLOCK, _COARSE_BLOCK = 6, 8  # cells that come and go together when the camera moves
+_OPTICAL_REACH, _NEAREST, _FARTHEST = 4.0, 6.0, 30.0  # how far from the camera shade is looked for
+_CLOSE = 10.0  # m from the eyes, where small overhangs are looked for
+_MARGIN = 1.0  # m around things
+_SIDE = 0.5  # of the height of a place under things: how far from it there is shade
+_COARSE = 120_000  # voxels in which such places are looked for
+_AHEAD, _AHEAD_INDOORS = 0.9, 0.3
+"""Of half a box that is cut down: how far from the eye its middle lies. Under a roof light comes
+from behind the camera, too."""
+_TALLEST = 15.0  # m, of such a box
+_DEEPEST = 0.01  # of the ground lies lower than the box
+_COVERED = 0.5  # of the columns of water that end on ground, where there is a floor
+_BELOW_EYE = 0.3  # m
+_WET = 0.05  # depth in m of an eye that came from the air
+_LEVEL_VIEW = 3.0  # heights above the water: how far ahead a level view looks into it
+_DEPTH_STEP, _COLOUR_STEP = 0.05, 0.01  # of the ground: it should not tremble with the camera
+_SOLID = {"MESH", "CURVE", "SURFACE", "META", "FONT", "CURVES"}
+_SMALL = 2.5  # voxels
+_STEP, _MOST_STEPS = 1.1, 30
+_SAMPLES = ("points", "normals", "colours")
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Ground:
+    """Depth of a seabed in m, and its mean base colour, linear Rec.709."""
+
+    depth: float
+    colour: tuple[float, float, float]
+
+
+@dataclass(frozen=True, eq=False)
+class Surroundings:
+    """The visible things of a scene around its cameras; make it with :func:`look_around`.
+
+    Attributes
+    ----------
+    things : sequence of Triangles
+    eyes, ahead : array, shape (m, 3)
+        Where the camera is, now and at other frames, m, and unit vectors to where it looks.
+    coarse : SurfaceVoxels
+        The surfaces, coarsely.
+    samples : KeptSamples
+    """
+
+    things: Sequence[Triangles]
+    eyes: Array
+    ahead: Array
+    coarse: SurfaceVoxels
+    samples: KeptSamples
+
+    @functools.cached_property
+    def _seabed(self) -> NDArray[np.int32]:
+        """The lowest surface of each column of water, none if too few have one."""
+        voxels = self.coarse
+        full, water = voxels.number >= 0, voxels.reachable(self.eyes)
+        seabed = np.zeros_like(full)
+        seabed[:, :, :-1] = full[:, :, :-1] & water[:, :, 1:]
+        found = seabed.any(axis=2)
+        columns = np.nonzero(found if found.mean() >= _COVERED else found & False)
+        return voxels.number[(*columns, seabed[columns].argmax(axis=1))]
+
+    @functools.cached_property
+    def _close(self) -> SurfaceVoxels | None:
+        """The surfaces close to the eyes, where small overhangs show."""
+        if not len(self.eyes):
+            return None
+        low = np.maximum(self.coarse.grid.lower, self.eyes.min(axis=0) - _CLOSE)
+        high = np.minimum(self.coarse.grid.upper, self.eyes.max(axis=0) + _CLOSE)
+        if not (high > low).all():
+            return None
+        grid = _coarse_grid(low, high)
+        if grid.cell >= self.coarse.grid.cell:
+            return None
+        return _on_ground(_voxels(self.things, grid, self.samples), self.eyes)
+
+    @functools.cached_property
+    def ground(self) -> Ground | None:
+        """The seabed: the lowest surface of the columns of water, if most of them have one."""
+        voxels, lowest = self.coarse, self._seabed
+        if not len(lowest):
+            return None
+        depth = -float(np.median(voxels.centre[lowest, 2]))
+        eye = -float(self.eyes[:, 2].min()) if len(self.eyes) else 0.0
+        depth = max(depth, eye + _BELOW_EYE)
+        colour = voxels.colour[lowest].mean(axis=0)
+        red, green, blue = (round(float(c) / _COLOUR_STEP) * _COLOUR_STEP for c in colour)
+        return Ground(round(depth / _DEPTH_STEP) * _DEPTH_STEP, (red, green, blue))
+
+    def under_things(self) -> tuple[SurfaceVoxels, Grid] | None:
+        """Surfaces about the water that something overhangs, and a grid there; None without."""
+        low, high = self._overhung
+        if not (high > low).all():
+            return None
+        roofed = self.coarse.roofed.ravel()[self.coarse.grid.index(self.eyes)]
+        shift = np.where(roofed, _AHEAD_INDOORS, _AHEAD)[:, None] * _level(self.ahead)
+        grid = _near(low, high, self.eyes, shift)
+        fine = Grid(grid.lower, grid.cell / VOXELS, _times(grid.shape, VOXELS))
+        return _voxels(self.things, fine, self.samples), grid
+
+    def is_whole(self, grid: Grid) -> bool:
+        """Whether a grid of :meth:`under_things` holds all of that water about the cameras."""
+        low, high = self._overhung
+        slack = 0.01 * grid.cell
+        return bool((grid.lower <= low + slack).all() and (grid.upper >= high - slack).all())
+
+    @functools.cached_property
+    def _overhung(self) -> tuple[Array, Array]:
+        """Box around the water that something overhangs; empty without."""
+        looked_at = [voxels for voxels in (self.coarse, self._close) if voxels is not None]
+        boxes = [voxels.under_things(self.eyes) for voxels in looked_at]
+        found = [box for box in boxes if (box[1] > box[0]).all()]
+        if not found:
+            return boxes[0]
+        low = np.min([box[0] for box in found], axis=0)
+        high = np.max([box[1] for box in found], axis=0)
+        if len(self._seabed):
+            # Below it, beyond its border, there is nothing to be seen.
+            deepest = np.quantile(self.coarse.centre[self._seabed, 2], _DEEPEST)
+            low[2] = min(max(low[2], deepest), high[2])
+        side = _SIDE * (high[2] - low[2]) + _MARGIN
+        margin = np.array([side, side, _MARGIN])
+        low, high = low - margin, high + margin
+        high[2] = min(high[2], 0.0)
+        return low, high
+
+
+def has_things(scene: bpy.types.Scene) -> bool:
+    """Whether there is anything in a scene that could be seen, at this frame or another."""
+    of_water = set(marks.objects(scene))
+    return any(
+        item.type in _SOLID or item.instance_collection is not None
+        for item in ever_rendered(scene)
+        if item not in of_water
+    )
+
+
+def look_around(
+    scene: bpy.types.Scene,
+    camera: bpy.types.Object | None,
+    extinction: float,
+    path: Sequence[tuple[float, ...]] = (),
+    samples: KeptSamples | None = None,
+) -> Surroundings:
+    """Look at what is visible around a camera, at the scene's current frame.
+
+    Parameters
+    ----------
+    scene : Scene
+    camera : Object or None
+        Without one everything counts alike.
+    extinction : float
+        Of the clearest band, 1/m: decides how far away things matter.
+    path : sequence of six floats
+        Where the camera is at the frames of a job, see :func:`.cameras.eye_of`. Unless they lie too
+        far apart, one place serves for all, so that nothing changes but what moves.
+    samples : KeptSamples, optional
+        What may be used again.
+    """
+    samples = samples or KeptSamples()
+    samples.next_frame()
+    things = list(visible_triangles(bpy.context.evaluated_depsgraph_get(), marks.objects(scene)))
+    eyes = [] if camera is None else [eye_of(camera)]
+    if len(path) and (np.ptp(np.array(path)[:, :3], axis=0) <= _LONGEST).all():
+        eyes += path
+    frames = np.array([in_the_water(eye) for eye in eyes], np.float64).reshape(-1, 6)
+    places, ahead = frames[:, :3], frames[:, 3:]
+    low, high = _around(things, places, extinction)
+    grid = Grid((0.0, 0.0, 0.0), 1.0, (1, 1, 1))
+    if np.isfinite([low, high]).all() and (high > low).all():
+        grid = _coarse_grid(low, high)
+    else:
+        things = []
+    coarse = _on_ground(_voxels(things, grid, samples), places)
+    return Surroundings(things, places, ahead, coarse, samples)
+
+
+def _on_ground(voxels: SurfaceVoxels, eyes: Array) -> SurfaceVoxels:
+    """Surfaces whose lowest ones below all eyes are the ground, if most columns have such."""
+    height = float(eyes[:, 2].min(initial=np.inf))
+    covered = (voxels.lowest < height).mean() >= _COVERED
+    return replace(voxels, ground_below=height) if covered else voxels
+
+
+def in_the_water(eye: Sequence[float]) -> tuple[float, ...]:
+    """Bring an eye that is above the water to where it looks into it.
+
+    Examples
+    --------
+    >>> in_the_water((0.0, 0.0, 2.0, 0.6, 0.0, -0.8))
+    (1.5, 0.0, -0.05, 0.6, 0.0, -0.8)
+    >>> in_the_water((0.0, 0.0, -0.02, 1.0, 0.0, 0.0))
+    (0.0, 0.0, -0.05, 1.0, 0.0, 0.0)
+    """
+    x, y, z, *ahead = eye
+    if z <= 0.0:
+        return (x, y, min(z, -_WET), *ahead)
+    way = min(z / max(-ahead[2], 1e-9), _LEVEL_VIEW * z)
+    return (x + way * ahead[0], y + way * ahead[1], -_WET, *ahead)
+
+
+def _around(things: Sequence[Triangles], eyes: Array, extinction: float) -> tuple[Array, Array]:
+    """Box around things that are not too far from the eyes to matter."""
+    low, high = (np.array([thing.bounds[end] for thing in things]).reshape(-1, 3) for end in (0, 1))
+    low, high = low.min(axis=0, initial=np.inf), high.max(axis=0, initial=-np.inf)
+    reach = min(max(_OPTICAL_REACH / max(extinction, 1e-3), _NEAREST), _FARTHEST)
+    if len(eyes):
+        low = np.maximum(low, eyes.min(axis=0) - reach)
+        high = np.minimum(high, eyes.max(axis=0) + reach)
+    low, high = low - _MARGIN, high + _MARGIN
+    high[2] = min(high[2], 0.0)
+    return low, high
+
+
+def _coarse_grid(low: Array, high: Array) -> Grid:
+    """Return cells of a lattice that hold a box, as small as :data:`_COARSE` of them allow."""
+    cell = _LEAST
+    while (grid := Grid.on_lattice(low, high, cell, _COARSE_BLOCK)).count > _COARSE:
+        cell *= _COARSER
+    return grid
+
+
+def _level(ahead: Array) -> Array:
+    """Level unit vectors to where eyes look."""
+    level = ahead * [1.0, 1.0, 0.0]
+    return level / np.maximum(np.linalg.norm(level, axis=1, keepdims=True), 1e-3)
+
+
+def _near(low: Array, high: Array, eyes: Array, ahead: Array) -> Grid:
+    """Return cells in a box, cut down to what eyes have before them if there are too many.
+
+    Its middle then lies ``ahead`` of them, in halves of its size.
+
+    All eyes have cells if that takes no more than :data:`PATH_PROBES`; else the first has. What is
+    cut out for it has the same size wherever it looks, and moves in blocks.
+    """
+    whole = [Grid.on_lattice(low, high, cell) for cell in CELLS]
+    fitting = [grid for grid in whole if grid.count <= PROBES]
+    if fitting:
+        return fitting[0]
+    cell, grid = CELLS[-1], whole[-1]
+    tries = [(len(eyes), PATH_PROBES, longer) for longer in (cell, *_PATH_CELLS)]
+    for some, most, edge in (*tries, (1, PROBES, cell)):
+        if 0 < some <= len(eyes):
+            seen = low, high, eyes[:some], ahead[:some], edge
+            grid = Grid.on_lattice(*_before(*seen), edge)
+            if grid.count <= most:
+                return _grown(grid, *seen)
+    while grid.count > PROBES:
+        cell *= _COARSER
+        grid = Grid.on_lattice(low, high, cell)
+    return grid
+
+
+def _grown(grid: Grid, low: Array, high: Array, eyes: Array, ahead: Array, cell: float) -> Grid:
+    """Return more of a box than a grid holds, if cells are left, as where eyes are outside it."""
+    for step in range(1, _MOST_STEPS):
+        larger = Grid.on_lattice(*_before(low, high, eyes, ahead, cell, _STEP**step), cell)
+        if larger.count > PROBES:
+            break
+        grid = larger
+    return grid
+
+
+def _before(
+    low: Array, high: Array, eyes: Array, ahead: Array, cell: float, scale: float = 1.0
+) -> tuple[Array, Array]:
+    """Part of a box that eyes have before them, of the usual size or larger."""
+    height = min(high[2] - low[2] + 2.0 * cell, _TALLEST)
+    side = scale * (math.sqrt(PROBES * cell / height) - 1.0) * cell
+    middle = eyes + side / 2.0 * ahead
+    middle = np.round(middle / (_BLOCK * cell)) * _BLOCK * cell
+    half = np.array([side, side, _TALLEST]) / 2.0
+    first, last = middle.min(axis=0) - half, middle.max(axis=0) + half
+    if height < _TALLEST:
+        first[2], last[2] = low[2], high[2]
+    first, last = np.maximum(low, first), np.minimum(high, last)
+    return (first, last) if (last > first).all() else (low, high)
+
+
+def _voxels(things: Sequence[Triangles], grid: Grid, samples: KeptSamples) -> SurfaceVoxels:
+    low, high = np.asarray(grid.lower), grid.upper
+    found = [samples.sampled(thing, low, high, grid.cell) for thing in things]
+    sizes = [np.linalg.norm(np.subtract(*thing.bounds)) for thing in things]
+    small = [
+        np.full(len(x.points), s < _SMALL * grid.cell) for x, s in zip(found, sizes, strict=True)
+    ]
+    points, normals, colours = (
+        np.concatenate([np.empty((0, 3)), *(getattr(x, part) for x in found)]) for part in _SAMPLES
+    )
+    keep = _filling(
+        grid,
+        points,
+        np.concatenate([[], *(x.areas for x in found)]),
+        np.concatenate([np.zeros(0, bool), *small]),
+    )
+    return voxelise(grid, points[keep], normals[keep], colours[keep])
+
+
+def _filling(
+    grid: Grid, points: Array, areas: Array, small: NDArray[np.bool_]
+) -> NDArray[np.bool_]:
+    """Which samples fill a voxel: small things only where there are so many that they cover it.
+
+    Else a fish would cover as much as a rock.
+    """
+    which = grid.index(points[small])
+    covered = np.bincount(which, areas[small], grid.count) >= grid.cell**2
+    keep = ~small
+    keep[small] = covered[which]
+    return keep
+
+
+def _times(shape: tuple[int, int, int], factor: int) -> tuple[int, int, int]:
+    x, y, z = shape
+    return factor * x, factor * y, factor * z

@@ -1,0 +1,128 @@
+"""The meshes of a scene that renders show, instances included, as the viewport evaluates them."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Hashable, Iterator
+from dataclasses import dataclass
+from typing import Literal
+
+import bpy
+import numpy as np
+from mathutils import Matrix
+from numpy.typing import NDArray
+
+from ..materials.mean_colours import MeanSurface, mean_surface
+from ..rendered import in_rendered_collections
+
+_OPAQUE = 0.5  # coverage from which a surface counts as whole
+
+
+@dataclass(frozen=True, eq=False)
+class MeshArrays:
+    """Vertices (v, 3), triangles (t, 3) of them, and the material's place by triangle (t,)."""
+
+    vertices: NDArray[np.float32]
+    triangles: NDArray[np.int32]
+    slots: NDArray[np.int32]
+
+
+@dataclass(frozen=True, eq=False)
+class VisibleMesh:
+    """A mesh in its place; ``key`` tells which ones share their arrays.
+
+    ``means`` are what its materials reflect and cover, where rays of a kind were asked for.
+    """
+
+    key: Hashable
+    arrays: MeshArrays
+    place: Matrix
+    materials: list[bpy.types.Material | None]
+    means: list[MeanSurface]
+
+
+Ray = Literal["camera", "shadow"]
+"""A kind of ray that objects can be invisible to."""
+
+
+def visible_instances(
+    depsgraph: bpy.types.Depsgraph, leave_out: Collection[bpy.types.Object] = ()
+) -> Iterator[bpy.types.DepsgraphObjectInstance]:
+    """Yield every object and instance that renders show, as it was last evaluated.
+
+    Parameters
+    ----------
+    depsgraph : Depsgraph
+        An evaluated scene.
+    leave_out : collection of Object
+        Not these.
+    """
+    left_out = set(leave_out)
+    shown = in_rendered_collections(depsgraph.view_layer)
+    for found in depsgraph.object_instances:
+        item = found.object
+        owner = (found.parent or item) if found.is_instance else item
+        if owner.hide_render or owner.original in left_out or owner.original not in shown:
+            continue
+        if not found.is_instance and not found.show_self:
+            continue
+        # What geometry nodes and particles show may well be hidden where it stands itself.
+        if found.is_instance and owner.instance_type == "COLLECTION" and item.hide_render:
+            continue
+        yield found
+
+
+def visible_meshes(
+    depsgraph: bpy.types.Depsgraph,
+    leave_out: Collection[bpy.types.Object] = (),
+    ray: Ray | None = None,
+) -> Iterator[VisibleMesh]:
+    """Yield every mesh with triangles that renders show.
+
+    Parameters
+    ----------
+    depsgraph : Depsgraph
+        An evaluated scene.
+    leave_out : collection of Object
+        Not these.
+    ray : {"camera", "shadow"}, optional
+        What rays of a kind meet: neither objects that are invisible to them, nor surfaces that
+        let most light through.
+    """
+    meshes: dict[tuple[int, frozenset[int]], MeshArrays] = {}
+    known: dict[bpy.types.Material | None, MeanSurface] = {}
+    for found in visible_instances(depsgraph, leave_out):
+        item = found.object
+        if not isinstance(item.data, bpy.types.Mesh):
+            continue
+        if ray is not None and not getattr(item, f"visible_{ray}"):
+            continue
+        materials = [slot.material for slot in item.material_slots]
+        means: list[MeanSurface] = []
+        if ray is not None:
+            known |= {x: mean_surface(x) for x in materials if x not in known}
+            means = [known[x] for x in materials]
+        clear = frozenset(n for n, mean in enumerate(means) if mean.coverage < _OPAQUE)
+        key = item.data.as_pointer(), clear
+        if key not in meshes:
+            meshes[key] = _arrays(item.data, clear, len(materials))
+        if len(meshes[key].triangles):
+            place = found.matrix_world.copy()
+            yield VisibleMesh(key, meshes[key], place, materials, means)
+
+
+def _arrays(mesh: bpy.types.Mesh, clear: Collection[int], materials: int) -> MeshArrays:
+    """Return the triangles of a mesh but those of some materials."""
+    found = mesh.loop_triangles
+    vertices = np.empty((len(mesh.vertices), 3), dtype=np.float32)
+    triangles = np.empty((len(found), 3), dtype=np.int32)
+    mesh.vertices.foreach_get("co", vertices.ravel())
+    found.foreach_get("vertices", triangles.ravel())
+    slots = np.empty(len(mesh.polygons), dtype=np.int32)
+    mesh.polygons.foreach_get("material_index", slots)
+    polygons = np.empty(len(found), dtype=np.int32)
+    found.foreach_get("polygon_index", polygons)
+    used = slots[polygons]
+    if clear:
+        kept = ~np.isin(np.minimum(used, materials - 1), list(clear))
+        triangles, used = triangles[kept], used[kept]
+    return MeshArrays(vertices, triangles, used)

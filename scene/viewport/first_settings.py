@@ -1,0 +1,67 @@
+"""What a scene that never held water starts with, so that its first picture is a good one."""
+
+from __future__ import annotations
+
+import bpy
+
+from ...settings.scene_settings import BY_PICTURE
+from .. import stored_lamps, stored_settings
+from ..seen.lamps import KINDS
+from ..water.water_body import scene_reach
+from . import live
+
+_SETTINGS = {
+    "surface": "waves",
+    "wind_speed": 4.0,
+    "white_balance": "depth",
+    "exposure": BY_PICTURE,
+    "tone": "nikon-d7000",
+    "floor_reflectance": "0.3",
+}
+_DRY = 2.0
+"""Lowest thing, m, of a scene that was not built for water around z = 0."""
+_OWN_GROUND = 20.0
+"""From this radius on, m, a scene brings its own seabed."""
+_DEEPEST_FLOOR = 60.0
+
+
+def is_dry(scene: bpy.types.Scene) -> bool:
+    """Whether a scene was not built for a water surface at z = 0: camera and things are above."""
+    depth = live.camera_depth(scene)
+    return depth is not None and depth <= 0.0 and scene_reach(scene).lowest < _DRY
+
+
+def leave_lamps_in_air(scene: bpy.types.Scene) -> None:
+    """Let the lamps that are above the water stay out of it, wherever they go."""
+    for item in scene.objects:
+        is_lamp = item.type == "LIGHT" and item.data.type in KINDS and item.data.is_editable
+        if is_lamp and item.matrix_world.translation.z > 0.0:
+            getattr(item.data, stored_lamps.PROPERTY).in_water = False
+
+
+def start(scene: bpy.types.Scene, depth: float | None) -> None:
+    """Give a scene the settings of a first picture.
+
+    A dry scene is lowered, and its lamps, which hang in the air, are left out: the sun lights
+    it. Under things that bring no seabed of their own a pale floor is put, where they end.
+
+    Parameters
+    ----------
+    scene : Scene
+    depth : float or None
+        Of the camera afterwards, m, in a dry scene; None leaves everything where it is.
+    """
+    above = live.camera_depth(scene)
+    if depth is not None and above is not None and is_dry(scene):
+        leave_lamps_in_air(scene)
+        live.lower(scene, depth - above)
+        for layer in scene.view_layers:
+            layer.update()
+    group = getattr(scene, stored_settings.PROPERTY)
+    for name, value in _SETTINGS.items():
+        setattr(group, name, value)
+    reach, camera = scene_reach(scene), live.camera_depth(scene)
+    lowest = round(reach.lowest, 3)
+    under = camera is not None and 0.0 < camera < lowest < _DEEPEST_FLOOR
+    if under and reach.radius < _OWN_GROUND:
+        group.floor_depth = lowest

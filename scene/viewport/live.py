@@ -1,0 +1,466 @@
+"""Keeps the real-time water of a scene up to date with its settings, camera and frame.
+
+What Blender's own settings were before the water came is kept on the scene, so
+that it goes through saving and undo, and is given back when the water leaves.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import math
+from collections.abc import Iterator, Sequence
+from contextvars import ContextVar
+from dataclasses import astuple, dataclass
+from typing import Any
+
+import bpy
+import numpy as np
+from numpy.typing import NDArray
+
+from ...node_groups.node_mathematics import MARK
+from ...settings.render_plan import RenderPlan, forget_files, plan_of, quiet
+from ...settings.scene_settings import BY_PICTURE, CLOSED_FORM, NO_FLOOR, REALTIME, SceneSettings
+from ...uw_spectral.errors import InputError
+from ...uw_spectral.shade.shade_table import ShadeTable
+from ...uw_spectral.spectra.bands import Bands
+from ...uw_spectral.transfer.water_column import WaterColumn
+from .. import contents, marks, stored_settings, view_transform
+from ..engines import eevee_settings
+from ..materials import realtime_materials
+from ..seen import lamps
+from ..session import SESSION
+from ..water import metering, moving_surface, realtime, scene_water
+from ..water.eevee_water import Eye, eevee_water
+from ..water.shade import Kept
+from ..water.water_body import WaterExtent, extent_around, reach_of, water_extent
+
+_FEW_BANDS = 8  # while settings change
+
+NOMINAL_DEPTH = 1.0
+"""Depth in m that the preview assumes while no camera is under water."""
+
+_KEPT, _CAMERA, _SHOWN, _PROBLEM, _STALE = "kept", "camera", "shown", "problem", "stale"
+_VIEW, _TONE, _STOPS, _KINDS, _ROAM = "view", "tone", "stops", "kinds", "roam"
+
+
+@dataclass(frozen=True, eq=False)
+class _Known:
+    """What an update in haste takes from the last one.
+
+    The shade, if there is any, its bands, and what :func:`_places` was then; what serves for the
+    next; and the places that the camera sees in the light of lamps.
+    """
+
+    table: ShadeTable | None
+    bands: Bands
+    places: int
+    kept: Kept
+    lit: Sequence[tuple[float, ...]]
+
+    def on(self, bands: Bands) -> ShadeTable | None:
+        """Return the shade on other bands."""
+        return self.table and self.table.on(self.bands.centres, bands.centres)
+
+
+_busy: ContextVar[bool] = ContextVar("live water is being updated", default=False)
+_known: dict[int, _Known] = {}
+"""What is known of each scene, by its session's number; what is lost is computed again."""
+
+
+def add(scene: bpy.types.Scene) -> list[str]:
+    """Put live water with the scene's stored settings into a scene.
+
+    Parameters
+    ----------
+    scene : Scene
+        The scene; its z = 0 is the mean water surface.
+
+    Returns
+    -------
+    list of str
+        What could not be treated, one line each.
+
+    Raises
+    ------
+    InputError
+        If the scene has water already, or the settings cannot be used.
+    """
+    # A script that has just placed the camera has not updated its matrix yet.
+    for layer in scene.view_layers:
+        layer.update()
+    chosen = _settings(scene)
+    depth = preview_depth(scene, chosen)
+    water = _water(scene, chosen, depth)
+    extent = water_extent(scene, water.column, depth)
+    notes = realtime.add_realtime(scene, water, extent)
+    realtime.keep_images(scene)
+    if chosen.field == CLOSED_FORM:
+        notes.append("the viewport shows the solved field; only renders take the closed form")
+    session: dict[str, Any] = {_SHOWN: _key(scene, chosen, depth), _PROBLEM: ""}
+    session[_ROAM] = _roam(extent, water.column)
+    session[_KINDS] = _kinds(scene)
+    if scene.camera is not None:
+        session[_CAMERA] = scene.camera.data
+    scene[SESSION] = session
+    _apply_settings(scene, water)
+    return notes
+
+
+def remove(scene: bpy.types.Scene) -> None:
+    """Take live water out; the scene is as it was before :func:`add`."""
+    scene_water.remove(scene)
+    session = scene.get(SESSION)
+    _known.pop(scene.session_uid, None)
+    if session is None:
+        return
+    _restore_settings(scene)
+    del scene[SESSION]
+
+
+def update(
+    scene: bpy.types.Scene,
+    depsgraph: bpy.types.Depsgraph | None = None,
+    *,
+    may_rebuild: bool = True,
+    hasty: bool = False,
+) -> bool:
+    """Bring the water of a scene to its present settings; do nothing without water.
+
+    Settings that cannot be used leave the water as it was; :func:`problem` then says why.
+
+    Parameters
+    ----------
+    scene : Scene
+        The original scene.
+    depsgraph : Depsgraph, optional
+        Where animated values are read, in a handler.
+    may_rebuild : bool
+        Whether nodes may be built anew; not while Blender evaluates or renders.
+    hasty : bool
+        Whether few bands will do, and the shade between things may stay as it is; :func:`is_stale`
+        says then that there is more to come.
+
+    Returns
+    -------
+    bool
+        False if the water needs other nodes and could not get them.
+    """
+    session = scene.get(SESSION)
+    if session is None or not scene.is_editable or not realtime.has_realtime(scene):
+        return True
+    if _busy.get():
+        return True
+    seen = scene if depsgraph is None else scene.evaluated_get(depsgraph)
+    # Looking around evaluates the scene, which asks for an update of its own.
+    token = _busy.set(True)
+    try:
+        chosen = _settings(seen)
+        depth = preview_depth(scene, chosen, depsgraph)
+        key = _key(scene, chosen, depth)
+        if may_rebuild:
+            realtime.take_in(scene)
+        outgrown = may_rebuild and _from_the_middle(scene, depsgraph) > session.get(_ROAM, math.inf)
+        same = session[_SHOWN] == key and not (may_rebuild and has_new_kinds(scene))
+        same = same and not outgrown
+        if same and (hasty or not is_stale(scene)):
+            return True
+        water = _water(scene, chosen, depth, hasty=hasty)
+        if outgrown or not realtime.fits(scene, water):
+            if not may_rebuild:
+                return False
+            # It evaluates the scene: while that is dry, its things would seem to have come.
+            extent = water_extent(scene, water.column, depth)
+            scene_water.remove(scene)
+            realtime.add_realtime(scene, water, extent)
+            session[_ROAM] = _roam(extent, water.column)
+        else:
+            realtime.set_values(scene, water)
+        if not hasty:
+            realtime.keep_images(scene)
+        if water.shafts is not None:
+            _use_shafts(scene, water)
+        _show(scene)
+        session[_SHOWN], session[_PROBLEM] = key, ""
+        if may_rebuild:
+            session[_KINDS] = _kinds(scene)
+    except InputError as error:
+        session[_PROBLEM] = str(error)
+    finally:
+        _busy.reset(token)
+    return True
+
+
+def has_come(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> bool:
+    """Whether an object that has changed is not in the scene's water yet."""
+    changed = (update.id.original for update in depsgraph.updates)
+    return any(
+        isinstance(item, bpy.types.Object)
+        and MARK not in item
+        and realtime.is_dry(item)
+        and item.name in scene.objects
+        for item in changed
+    )
+
+
+def has_new_kinds(scene: bpy.types.Scene) -> bool:
+    """Whether things mirror the water or emit light now that did not, or the other way round."""
+    session = scene.get(SESSION)
+    if session is None or _KINDS not in session:
+        return False
+    return list(session[_KINDS]) != _kinds(scene)
+
+
+def _kinds(scene: bpy.types.Scene) -> list[int]:
+    return list(map(int, astuple(realtime_materials.kinds(contents.materials(scene)))))
+
+
+def is_stale(scene: bpy.types.Scene) -> bool:
+    """Whether the water was drawn in haste, or things have moved since."""
+    session = scene.get(SESSION)
+    return session is not None and bool(session.get(_STALE, False))
+
+
+def note_moves(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
+    """Take note that the shade, if there is any, is not what it was if things have moved."""
+    known = _known.get(scene.session_uid)
+    if known is None or known.table is None:
+        return
+    moved = any(u.is_updated_geometry or u.is_updated_transform for u in depsgraph.updates)
+    if moved and known.places != _places(scene, depsgraph):
+        scene[SESSION][_STALE] = True
+
+
+def _places(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> int:
+    """Return a number that changes where an object of the user's gets another place or shape."""
+    places = []
+    for item in scene.objects:
+        if MARK in item:
+            continue
+        seen = item.evaluated_get(depsgraph)
+        size = len(seen.data.vertices) if isinstance(seen.data, bpy.types.Mesh) else 0
+        box = tuple(x for corner in (seen.bound_box or ()) for x in corner)
+        matrix = tuple(x for row in seen.matrix_world for x in row)
+        places.append((item.name, seen.hide_viewport, size, box, matrix))
+    return hash(tuple(places))
+
+
+def rebuild(scene: bpy.types.Scene) -> list[str]:
+    """Build the water anew: new objects and materials get wet, files are read again."""
+    forget_files()
+    remove(scene)
+    return add(scene)
+
+
+@contextlib.contextmanager
+def suspended(scene: bpy.types.Scene) -> Iterator[None]:
+    """Take live water out while the block runs; a render brings its own.
+
+    Other scenes that share materials with the scene are dry meanwhile too.
+    """
+    own = set(contents.materials(scene))
+    wet = [
+        other
+        for other in bpy.data.scenes
+        if SESSION in other and (other == scene or not own.isdisjoint(contents.materials(other)))
+    ]
+    for other in wet:
+        remove(other)
+    try:
+        yield
+    finally:
+        for other in wet:
+            add(other)
+
+
+def lower(scene: bpy.types.Scene, distance: float) -> None:
+    """Lower the scene's objects, those of the water aside, by a distance in m.
+
+    Their delta location changes, which keyframes leave alone.
+    """
+    of_water = set(marks.objects(scene))
+    for item in scene.objects:
+        if item.parent is None and item.is_editable and item not in of_water:
+            item.delta_location.z -= distance
+
+
+def refresh_materials() -> None:
+    """Follow colours of the user's materials, which were edited or animated."""
+    realtime_materials.refresh()
+
+
+def camera_depth(
+    scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph | None = None
+) -> float | None:
+    """Depth of the scene's camera in m, negative above the water; None without a camera."""
+    camera = scene.camera
+    if camera is None:
+        return None
+    if depsgraph is not None:
+        camera = camera.evaluated_get(depsgraph)
+    return -camera.matrix_world.translation.z
+
+
+def preview_depth(
+    scene: bpy.types.Scene,
+    chosen: SceneSettings,
+    depsgraph: bpy.types.Depsgraph | None = None,
+) -> float:
+    """Depth in m that the water is computed for: the camera's, or a nominal one."""
+    depth = camera_depth(scene, depsgraph)
+    depth = NOMINAL_DEPTH if depth is None else max(depth, 0.0)
+    floor = chosen.floor_depth or math.inf
+    # Above the floor, whatever the camera does.
+    return float(f"{min(depth, 0.999 * floor):.6g}")
+
+
+def _roam(extent: WaterExtent, column: WaterColumn) -> float:
+    """Distance from the origin in m that a camera may have before the water is widened."""
+    around_camera = extent_around(reach_of([]), column, 0.0).half_width
+    return extent.half_width - around_camera / 2.0
+
+
+def _from_the_middle(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph | None) -> float:
+    camera = scene.camera
+    if camera is not None and depsgraph is not None:
+        camera = camera.evaluated_get(depsgraph)
+    return 0.0 if camera is None else math.hypot(*camera.matrix_world.translation.xy)
+
+
+def problem(scene: bpy.types.Scene) -> str:
+    """Say what keeps a scene from being rendered, empty if nothing does."""
+    session = scene.get(SESSION)
+    if session is not None and session[_PROBLEM]:
+        return session[_PROBLEM]
+    depth = camera_depth(scene)
+    floor = getattr(scene, stored_settings.PROPERTY).floor_depth
+    if depth is None:
+        return "The scene has no camera. Add one below z = 0, the water surface."
+    if floor != NO_FLOOR and depth >= floor:
+        return f"The camera, at {depth:.3g} m, is below the floor at {floor:.3g} m."
+    return ""
+
+
+def _key(scene: bpy.types.Scene, chosen: SceneSettings, depth: float) -> str:
+    moving = chosen.surface == moving_surface.WAVES
+    time = moving_surface.wave_time(scene, chosen) if moving else 0.0
+    return repr((chosen, depth, time, lamps.state(scene)))
+
+
+def _settings(scene: bpy.types.Scene) -> SceneSettings:
+    return stored_settings.stored_settings(scene).in_mode(REALTIME)
+
+
+def _water(
+    scene: bpy.types.Scene, chosen: SceneSettings, depth: float, *, hasty: bool = False
+) -> realtime.RealtimeWater:
+    plan = plan_of(chosen.with_at_most(_FEW_BANDS) if hasty else chosen)
+    camera = scene.camera
+    last = _known.get(scene.session_uid)
+    known = last if hasty else None
+    if known is not None:
+        seen = known.lit
+    else:
+        seen = lamps.seen_places(scene, camera) if camera and lamps.objects_of(scene) else ()
+    with quiet():
+        lit = lamps.lamplight(scene, camera, plan, seen) if camera else None
+        stops = _exposure(scene, plan, depth, lit, hasty=hasty)
+        weights = plan.reduction(depth, lit, stops).weights
+        kept = last.kept if last else Kept()
+        shaded = known and known.on(plan.bands)
+        eye = Eye(camera, depth, lit_places=seen)
+        water = eevee_water(plan, scene, eye, weights, kept, shaded, unchanged=known is not None)
+        if SESSION in scene:
+            # Something is always left to be done at rest: images are packed then.
+            scene[SESSION][_STALE] = hasty
+        if known is None or (water.shade is not None and shaded is None):
+            has_shade = water.shade is not None
+            places = _places(scene, bpy.context.evaluated_depsgraph_get()) if has_shade else 0
+            _known[scene.session_uid] = _Known(water.shade, plan.bands, places, kept, seen)
+        return moving_surface.with_waves(scene, plan, water)
+
+
+def _exposure(
+    scene: bpy.types.Scene,
+    plan: RenderPlan,
+    depth: float,
+    lit: NDArray[np.float64] | None,
+    *,
+    hasty: bool,
+) -> float | None:
+    """Stops by the picture, where the settings ask for it; in haste those of the last."""
+    session = scene.get(SESSION)
+    if hasty and session is not None and _STOPS in session:
+        known = session[_STOPS]
+        return known if plan.settings.exposure == BY_PICTURE else None
+    if scene.camera is None:
+        return None
+    stops = metering.metered(scene, scene.camera, plan, depth, lit)
+    if session is not None:
+        if stops is None:
+            session.pop(_STOPS, None)
+        else:
+            session[_STOPS] = stops
+    return stops
+
+
+def _apply_settings(scene: bpy.types.Scene, water: realtime.RealtimeWater) -> None:
+    """Set what the live water needs of Blender, and keep what was there."""
+    camera = scene.camera
+    wanted: list[tuple[Any, str, Any]] = []
+    if camera is not None:
+        wanted = [
+            (owner, name, value)
+            for owner, name, value in eevee_settings.wanted_settings(
+                scene, camera, scene.eevee.taa_render_samples, water
+            )
+            # The user's compositor and camera stay.
+            if owner != scene
+        ]
+    else:
+        wanted = [(scene.render, "engine", "BLENDER_EEVEE")]
+    kept = {}
+    for owner, name, value in wanted:
+        kept[f"{type(owner).__name__}.{name}"] = getattr(owner, name)
+        setattr(owner, name, value)
+    scene[SESSION][_KEPT] = kept
+    scene[SESSION][_VIEW] = view_transform.kept_view(scene.view_settings)
+    _show(scene)
+
+
+def _show(scene: bpy.types.Scene) -> None:
+    """Show the scene as its tone and contrast say; leave the view alone if it does so already."""
+    group = getattr(scene, stored_settings.PROPERTY)
+    wanted = f"{group.tone} {group.contrast}"
+    if scene[SESSION].get(_TONE) != wanted:
+        view_transform.show(scene.view_settings, group.tone, group.contrast)
+        scene[SESSION][_TONE] = wanted
+
+
+def _use_shafts(scene: bpy.types.Scene, water: realtime.RealtimeWater) -> None:
+    """Lead the froxels as far as the shafts reach; keep the user's values once."""
+    kept = scene[SESSION][_KEPT]
+    for owner, name, value in eevee_settings.wanted_settings(scene, scene.camera, 1, water):
+        if owner == scene.eevee and name.startswith(("volumetric_", "use_volume_custom")):
+            key = f"{type(owner).__name__}.{name}"
+            first = key not in kept
+            if first:
+                kept[key] = getattr(owner, name)
+            if first or name == "volumetric_end":
+                setattr(owner, name, value)
+
+
+def _restore_settings(scene: bpy.types.Scene) -> None:
+    session = scene[SESSION]
+    owners = {
+        type(owner).__name__: owner
+        for owner in (scene.render, scene.eevee, scene.view_settings, session.get(_CAMERA))
+        if owner is not None
+    }
+    if _VIEW in session:
+        view_transform.give_back(scene.view_settings, session[_VIEW])
+    # In the reverse order: a look exists only under its view transform.
+    for key, value in reversed(list(session[_KEPT].items())):
+        owner, _, name = key.partition(".")
+        if owner in owners:
+            kind = type(getattr(owners[owner], name))
+            setattr(owners[owner], name, kind(value))

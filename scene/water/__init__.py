@@ -1,0 +1,1 @@
+"""Water: put into a scene, given its values, taken out again."""

@@ -1,0 +1,120 @@
+"""Moves what is under water to where it seems to lie from the air, in EEVEE's vertices.
+
+Materials get a displacement, and coarse meshes a subdivision that is not saved with them. Both
+leave with the water.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+
+import bpy
+import numpy as np
+from numpy.typing import NDArray
+
+from ...node_groups.node_mathematics import Graph
+from .. import contents
+
+_BEFORE = "uw_displacement"
+_MODIFIER = "UW Subdivision"
+_LONGEST = 0.25  # size of a face that stays whole, over its distance from the camera
+_MOST_LEVELS = 7
+_MOST_FACES = 300_000
+
+
+def insert(
+    materials: Iterable[bpy.types.Material], group: bpy.types.ShaderNodeTree, reach: float
+) -> list[str]:
+    """Let the vertices of materials move as a group of :mod:`.realtime_refraction` says.
+
+    Parameters
+    ----------
+    materials : iterable of Material
+        Which are wet.
+    group : ShaderNodeTree
+    reach : float
+        Farthest that a vertex moves, m.
+
+    Returns
+    -------
+    list of str
+        What could not be treated, one line each.
+    """
+    notes = []
+    for material in materials:
+        tree = material.node_tree
+        output = None if tree is None else tree.get_output_node("EEVEE")
+        if tree is None or output is None or not material.is_editable or _BEFORE in material:
+            continue
+        socket = output.inputs["Displacement"]
+        if socket.is_linked:
+            notes.append(
+                f"material {material.name!r} is displaced; under water it is not drawn where "
+                "refraction puts it, seen from the air"
+            )
+            continue
+        material[_BEFORE] = [material.displacement_method, str(material.max_vertex_displacement)]
+        material.displacement_method = "DISPLACEMENT"
+        material.max_vertex_displacement = reach
+        node = Graph(tree).node("ShaderNodeGroup", node_tree=group)
+        tree.links.new(node.outputs[0], socket)
+    return notes
+
+
+def give_back(kept: Iterable[bpy.types.Material]) -> None:
+    """Give materials their own displacement back, but for those that stay wet."""
+    held = set(kept)
+    for material in [m for m in bpy.data.materials if _BEFORE in m and m not in held]:
+        method, reach = material[_BEFORE]
+        material.displacement_method, material.max_vertex_displacement = method, float(reach)
+        del material[_BEFORE]
+
+
+def subdivide(scene: bpy.types.Scene, camera: Sequence[float]) -> None:
+    """Subdivide meshes under water whose edges are too long to be bent as refraction asks.
+
+    Parameters
+    ----------
+    scene : Scene
+    camera : three floats
+        Where the camera is, m.
+    """
+    for item in contents.objects(scene):
+        if item.type != "MESH" or not item.is_editable or _MODIFIER in item.modifiers:
+            continue
+        levels = _levels(item, np.array(camera))
+        if levels:
+            modifier = item.modifiers.new(_MODIFIER, "SUBSURF")
+            modifier.subdivision_type = "SIMPLE"
+            modifier.levels = modifier.render_levels = levels
+            modifier.show_expanded = False
+
+
+def unite(scenes: Iterable[bpy.types.Scene]) -> None:
+    """Take the subdivisions out again, but for those of some scenes."""
+    held = {item for scene in scenes for item in contents.objects(scene)}
+    for item in bpy.data.objects:
+        if item.is_editable and item not in held and _MODIFIER in item.modifiers:
+            item.modifiers.remove(item.modifiers[_MODIFIER])
+
+
+def _levels(item: bpy.types.Object, camera: NDArray[np.float64]) -> int:
+    """How often the faces of an object are to be halved in each direction."""
+    mesh = item.data
+    if not mesh.polygons:
+        return 0
+    places = np.empty(3 * len(mesh.vertices), np.float32)
+    mesh.vertices.foreach_get("co", places)
+    matrix = np.array(item.matrix_world)
+    places = places.reshape(-1, 3) @ matrix[:3, :3].T + matrix[:3, 3]
+    corners, starts = (np.empty(len(x), np.int32) for x in (mesh.loops, mesh.polygons))
+    mesh.loops.foreach_get("vertex_index", corners)
+    mesh.polygons.foreach_get("loop_start", starts)
+    low, high = (f.reduceat(places[corners], starts) for f in (np.minimum, np.maximum))
+    away = np.linalg.norm(np.maximum(np.maximum(low - camera, camera - high), 0.0), axis=1)
+    size = np.linalg.norm(high - low, axis=1) / (_LONGEST * np.maximum(away, 1.0))
+    coarsest = float(np.where(low[:, 2] < 0, size, 0.0).max())
+    wanted = math.ceil(math.log2(max(coarsest, 1.0)))
+    affordable = math.floor(math.log(max(_MOST_FACES / len(mesh.polygons), 1.0), 4))
+    return min(wanted, affordable, _MOST_LEVELS)

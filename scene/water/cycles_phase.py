@@ -1,0 +1,140 @@
+"""Translates a phase function into the lobes that Cycles can scatter with."""
+
+from __future__ import annotations
+
+import functools
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...node_groups.water_volume import ScatteringLobe
+from ...settings.render_plan import RenderPlan
+from ...settings.scene_settings import BOUNDED
+from ...uw_spectral.errors import InputError
+from ...uw_spectral.water.bounded_peak import bound_forward_peak
+from ...uw_spectral.water.phase import (
+    BandPhase,
+    EinsteinSmoluchowski,
+    FournierForand,
+    HenyeyGreenstein,
+    Isotropic,
+    PetzoldAverage,
+    PhaseFunction,
+    TwoTermHenyeyGreenstein,
+)
+from ...uw_spectral.water.shared_phase import with_mean_of
+
+_PETZOLD_NOTE = (
+    "Cycles has no tabulated phase function: petzold is rendered as Fournier-Forand 1.10, 0.0183, "
+    "its closest match (Mobley 2002); --forward-peak bounded fits petzold itself"
+)
+_SHARP_NOTE = (
+    "the forward peak of this phase function is too sharp to be bounded; Cycles draws it exactly, "
+    "with much noise"
+)
+LARGEST_ERROR = 0.25
+"""Error of a bounded phase function up to which it is drawn."""
+
+
+@dataclass(frozen=True, eq=False)
+class CyclesPhase:
+    """A phase function as Cycles scatters it.
+
+    Attributes
+    ----------
+    lobes : tuple of ScatteringLobe
+        As many as Cycles has room for, two.
+    shares : tuple of array, shape (n,)
+        Share of each lobe in the scattering of each band; where the forward peak is bounded
+        they add up to less than 1, see :class:`.BoundedPhase`. Cycles picks among lobes by the
+        average over its three channels, so bands share a pass only where they share
+        the phase function, see :mod:`.shared_phase`.
+    shapes : tuple of (array, array), shape (n,)
+        Anisotropy and alpha of each lobe that has its own in each band; else none.
+    notes : tuple of str
+    """
+
+    lobes: tuple[ScatteringLobe, ...]
+    shares: tuple[NDArray[np.float64], ...]
+    notes: tuple[str, ...] = ()
+    shapes: tuple[tuple[NDArray[np.float64], NDArray[np.float64]], ...] = ()
+
+
+def cycles_phase(phase: BandPhase, *, bounded: bool = False) -> CyclesPhase:
+    """Split a phase function into lobes.
+
+    Parameters
+    ----------
+    phase : BandPhase
+    bounded : bool
+        Bound the forward peak of sea particles, see :func:`.bound_forward_peak`; a peak
+        that lobes cannot follow stays exact, and a note says so.
+
+    Raises
+    ------
+    InputError
+        If Cycles has nothing for one of its components.
+    """
+    notes = []
+    peaked = [c for c in phase.components if isinstance(c, FournierForand | PetzoldAverage)]
+    if bounded and peaked:
+        # Whether lobes will do must not depend on what may be animated.
+        if all(_can_be_bounded(component) for component in peaked):
+            fit = bound_forward_peak(phase)
+            return CyclesPhase(
+                (ScatteringLobe("DRAINE", by_band=True),) * 2,
+                tuple(fit.shares),
+                shapes=tuple(zip(fit.asymmetries, fit.alphas, strict=True)),
+            )
+        notes.append(_SHARP_NOTE)
+    if any(isinstance(c, PetzoldAverage) for c in peaked):
+        notes.append(_PETZOLD_NOTE)
+    parts = [
+        (lobe, share * weights)
+        for component, weights in zip(phase.components, phase.weights, strict=True)
+        for lobe, share in _lobes(component)
+    ]
+    lobes, shares = zip(*parts, strict=True)
+    return CyclesPhase(lobes, shares, tuple(notes))
+
+
+@functools.lru_cache(maxsize=8)
+def cycles_phases(plan: RenderPlan) -> tuple[CyclesPhase, ...]:
+    """Return how Cycles draws the phase function of each layer of a plan, from the surface down."""
+    bounded = plan.settings.forward_peak == BOUNDED
+    return tuple(
+        cycles_phase(with_mean_of(phase, plan.passes), bounded=bounded) for phase in plan.phases
+    )
+
+
+@functools.lru_cache(maxsize=32)
+def _can_be_bounded(phase: PhaseFunction) -> bool:
+    return bool(bound_forward_peak(phase.for_bands(1.0)).error.max() <= LARGEST_ERROR)
+
+
+def _lobes(phase: PhaseFunction) -> list[tuple[ScatteringLobe, float]]:
+    if isinstance(phase, Isotropic):
+        return [(_henyey_greenstein(0.0), 1.0)]
+    if isinstance(phase, HenyeyGreenstein):
+        return [(_henyey_greenstein(phase.asymmetry), 1.0)]
+    if isinstance(phase, TwoTermHenyeyGreenstein):
+        return [
+            (_henyey_greenstein(phase.g1), phase.share),
+            (_henyey_greenstein(phase.g2), 1.0 - phase.share),
+        ]
+    if isinstance(phase, EinsteinSmoluchowski):
+        # One lobe: Cycles counts 32 closures for each, and warns above 64.
+        return [(ScatteringLobe("DRAINE", alpha=phase.anisotropy), 1.0)]
+    if isinstance(phase, PetzoldAverage):
+        phase = FournierForand()
+    if isinstance(phase, FournierForand):
+        lobe = ScatteringLobe(
+            "FOURNIER_FORAND", index=phase.refractive_index, backscatter=phase.backscatter
+        )
+        return [(lobe, 1.0)]
+    raise InputError(f"Cycles cannot scatter with {type(phase).__name__}; choose another --phase")
+
+
+def _henyey_greenstein(g: float) -> ScatteringLobe:
+    return ScatteringLobe("HENYEY_GREENSTEIN", anisotropy=g)

@@ -1,0 +1,181 @@
+"""Water for Cycles: a volume for each layer, with its sun, sky, surface and floor."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import bpy
+import numpy as np
+from numpy.typing import NDArray
+
+from ...node_groups import (
+    attributes,
+    realtime_waves,
+    sea_floor,
+    sky_world,
+    sun_lamp,
+    sun_lid,
+    water_lamp,
+    water_surface,
+    water_volume,
+)
+from ...uw_spectral.transfer.water_column import WaterColumn
+from .. import marks
+from ..materials import band_colors
+from ..seen.lamps import SceneLamps
+from . import scene_water
+from .cycles_phase import CyclesPhase
+from .water_body import WaterExtent, box, plane
+
+INTERFACE = "uw_interface"
+"""Part that is the material of the water surface; see :func:`.marks.part`."""
+
+_LID = "uw_sun_lid"
+_LID_HEIGHT, _LID_REACH = 200.0, 6.0  # m above the water; heights that it is wider
+
+# The volume box stays clear of the interface, or Cycles would nest the two media; the
+# gap is water that is not there, so it is kept to this optical depth.
+_SURFACE_GAP = 1e-3
+_LARGEST_GAP = 0.01
+# Layers overlap: faces in one place would count as one. It is a tenth of that gap, and lies
+# below the depth where they meet, so that a camera there is in the upper one alone.
+_OVERLAP = 0.1
+
+
+def add_water(
+    scene: bpy.types.Scene,
+    column: WaterColumn,
+    phases: Sequence[CyclesPhase],
+    extent: WaterExtent,
+    lamps: SceneLamps | None = None,
+    *,
+    above: bool = False,
+) -> list[str]:
+    """Put water into a scene.
+
+    Adds the water box, the sun, and, where the column has them, the surface and
+    the floor; replaces the world by the sky; hides the scene's own lamps; routes
+    the colours of materials through the bands. :func:`.scene_water.remove` takes
+    it out.
+
+    Parameters
+    ----------
+    scene : Scene
+        The scene; its z = 0 is the mean water surface.
+    column : WaterColumn
+        The water, the light and the floor.
+    phases : sequence of CyclesPhase
+        Phase function of each layer, from the surface down.
+    extent : WaterExtent
+        Size of the water.
+    lamps : SceneLamps, optional
+        In the water.
+    above : bool
+        Whether the camera may be in the air: things there then have the sun and sky of the air.
+
+    Returns
+    -------
+    list of str
+        What could not be treated, one line each.
+
+    Raises
+    ------
+    InputError
+        If the scene has water already, or is linked from another file.
+    """
+    scene_water.prepare(scene)
+    materials, notes = scene_water.own_materials(scene, routed=True)
+    notes += band_colors.insert(materials)
+    objects, parts, images = _layers(column, phases, extent), {}, None
+    if column.reflects:
+        if column.surface == "waves":
+            images = realtime_waves.new_images()
+        parts[INTERFACE] = water_surface.build(column.refractive_index, images)
+        objects.append(plane("UW Surface", 2.0 * extent.half_width, 0.0))
+        objects[-1].data.materials.append(parts[INTERFACE])
+    gain = column.refractive_index**2 if above and column.reflects else 1.0
+    world = sky_world.build(column.sky, gain)
+    sky_world.turn(world, column.skylight.sun)
+    # Sampling the sky through an interface would ignore refraction. Without one, Cycles 5.2 then
+    # draws water that scatters forward 1 to 2 % too bright, in twice the time; rays find it anyway.
+    world.cycles.sampling_method = "NONE"
+    suns = [sun_lamp.build(scene_water.SUN_DIAMETER_IN_AIR / column.refractive_index)]
+    if above and _suns_differ(column):
+        suns.append(sun_lamp.build(scene_water.SUN_DIAMETER_IN_AIR, attributes.SUN_IN_AIR))
+        parts[_LID] = sun_lid.build(_LID_HEIGHT)
+        objects.append(_lid(extent, parts[_LID]))
+    floor = sea_floor.build() if math.isfinite(column.floor_depth) else None
+    lamps = lamps or SceneLamps()
+    lit = [
+        (water_lamp.build(index, lamp, item.data), item)
+        for index, (lamp, item) in enumerate(zip(lamps.lamps, lamps.objects, strict=True))
+    ]
+    filling = scene_water.Filling(world, suns, floor, objects, images, parts, lit)
+    notes += [*lamps.notes, *scene_water.add(scene, filling, column, extent)]
+    for item in marks.objects(scene):
+        if marks.IS_SUN in item:
+            # Under an interface a refracted ray must not meet the disc: the lamp's shadow rays
+            # bring the sun already. Glossy rays none meets; without the switch Cycles would leave
+            # the sun out of what shines.
+            item.visible_transmission = not column.reflects
+            # Light that is left to rays that meet nothing would be lost.
+            item.data.cycles.use_multiple_importance_sampling = not column.reflects
+    return notes
+
+
+def place(scene: bpy.types.Scene, column: WaterColumn) -> None:
+    """Bring sun, sky and floor of the water in a scene to where a column has them."""
+    scene_water.place(scene, column)
+    sky_world.turn(scene.world, column.skylight.sun)
+    lid = marks.part(scene, _LID)
+    if lid is not None:
+        sun_lid.turn(lid, column.sun_direction.tolist(), column.skylight.sun)
+        for item in marks.objects(scene):
+            if marks.IS_SUN in item and not item[marks.IS_SUN]:
+                scene_water.turn(item, column.skylight.sun)
+
+
+def _suns_differ(column: WaterColumn) -> bool:
+    """Whether the suns of water and air can be told apart by where they stand."""
+    cosine = float(np.dot(column.sun_direction, column.skylight.sun))
+    return math.acos(min(cosine, 1.0)) > 2.0 * scene_water.SUN_DIAMETER_IN_AIR
+
+
+def _lid(extent: WaterExtent, material: bpy.types.Material) -> bpy.types.Object:
+    """Make the lid of :mod:`.sun_lid`, which only shadow rays meet."""
+    item = plane("UW Sun Lid", extent.half_width + _LID_REACH * _LID_HEIGHT, _LID_HEIGHT)
+    item.data.materials.append(material)
+    for kind in ("camera", "diffuse", "glossy", "transmission", "volume_scatter"):
+        setattr(item, f"visible_{kind}", False)
+    return item
+
+
+def _layers(
+    column: WaterColumn,
+    phases: Sequence[CyclesPhase],
+    extent: WaterExtent,
+) -> list[bpy.types.Object]:
+    """Make a box for each layer of the water, one upon the other."""
+    gap = _gap(column.attenuation)
+    tops, bottoms = [gap if column.reflects else 0.0], []
+    above = column.attenuation
+    for layer in column.below:
+        here = layer.absorption + layer.scattering
+        overlap = _OVERLAP * _gap(np.maximum(above, here))
+        above = here
+        if layer.top + overlap >= extent.bottom:
+            break
+        tops.append(layer.top + overlap)
+        bottoms.append(min(layer.top + 2.0 * overlap, extent.bottom))
+    bottoms.append(extent.bottom)
+    boxes = []
+    # Layers below the water's bottom have no box.
+    for index, (top, bottom, phase) in enumerate(zip(tops, bottoms, phases, strict=False)):
+        boxes.append(box("UW Water", WaterExtent(extent.half_width, bottom), -top))
+        boxes[-1].data.materials.append(water_volume.build(phase.lobes, index))
+    return boxes
+
+
+def _gap(attenuation: NDArray[np.float64]) -> float:
+    return min(_LARGEST_GAP, _SURFACE_GAP / max(float(attenuation.max()), _SURFACE_GAP))

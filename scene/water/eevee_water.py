@@ -1,0 +1,153 @@
+"""What EEVEE needs to know of a scene: what stands in its water, made ready for the nodes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import bpy
+import numpy as np
+from numpy.typing import NDArray
+
+from ...settings.render_plan import RenderPlan, plan_of
+from ...uw_spectral.errors import InputError
+from ...uw_spectral.shade.shade_table import ShadeTable, without_shade
+from ...uw_spectral.transfer.radiance_table import TABLE_STREAMS
+from .. import contents
+from ..materials import band_colors, realtime_materials
+from ..seen import cameras, lamps, waterline
+from ..seen.surroundings import Ground, Surroundings, has_things, look_around
+from . import shade
+from .particles import particles_of
+from .realtime import RealtimeWater, ViewFromAir, realtime_water
+
+
+@dataclass(frozen=True, eq=False)
+class Eye:
+    """Where a picture is taken from.
+
+    Attributes
+    ----------
+    camera : Object or None
+        None where there is none.
+    depth : float
+        That the water is made for, m.
+    path : tuple of six floats each
+        Where the camera is at the frames of a job, for all of which the shade shall serve.
+    in_air : bool, optional
+        Whether rays begin in the air; by where the camera is without.
+    lit_places : tuple of places, optional
+        That the camera sees in the light of lamps, see :func:`.seen_places`; looked for without.
+    """
+
+    camera: bpy.types.Object | None
+    depth: float
+    path: Sequence[tuple[float, ...]] = ()
+    in_air: bool | None = None
+    lit_places: Sequence[tuple[float, ...]] | None = None
+
+    @property
+    def from_air(self) -> ViewFromAir | None:
+        """What is special about views from the air; None if a job has none."""
+        if self.camera is None or not waterline.above(self.camera, self.path):
+            return None
+        eye = cameras.eye_of(self.camera)
+        return ViewFromAir(eye[:3], eye[2] > 0.0 if self.in_air is None else self.in_air, eye[3:])
+
+
+def eevee_water(
+    plan: RenderPlan,
+    scene: bpy.types.Scene,
+    eye: Eye,
+    weights: NDArray[np.float64],
+    kept: shade.Kept | None = None,
+    shaded: ShadeTable | None = None,
+    *,
+    unchanged: bool = False,
+) -> RealtimeWater:
+    """Return the water of EEVEE, see :func:`.realtime_water`.
+
+    Parameters
+    ----------
+    plan : RenderPlan
+    scene : Scene
+    eye : Eye
+    weights : array, shape (3, n)
+        Linear RGB per unit radiance of each band.
+    kept : Kept, optional
+        What may be used again.
+    shaded : ShadeTable, optional
+        What is known already of the shade; the ground is then the one that was kept.
+    unchanged : bool
+        Whether things may be taken to be where they were when ``kept`` was filled.
+
+    Raises
+    ------
+    InputError
+        If the camera is orthographic and the water differs with depth.
+    """
+    chosen, around, kept = plan.settings, None, kept or shade.Kept()
+    shades = chosen.diffuse_shadows and has_things(scene)
+    if not shades:
+        shaded = None
+    elif chosen.sunlight == 0:
+        # The same nodes as by day; there is nothing to shade.
+        shaded = without_shade(len(plan.bands))
+    looks = shades or (chosen.scene_floor and has_things(scene))
+    if looks and shaded is None:
+        clearest = float(plan.column.attenuation.min())
+        around = look_around(scene, eye.camera, clearest, eye.path, kept.samples)
+        kept.ground = around.ground
+    over = _over(plan, kept.ground if looks else None)
+    solved = over.solved_field(TABLE_STREAMS)
+    if shades and around is not None:
+        shaded = _shaded(plan, scene, around, eye, kept)
+    place = (0.0, 0.0, -eye.depth)
+    if eye.camera is not None:
+        place = tuple(eye.camera.matrix_world.translation)
+    shining = kept.lamp_shadows.of(scene, lamps.plan_lamps(scene, plan), unchanged=unchanged)
+    if shining.lamps:
+        water = plan.lamp_water(max(eye.depth, 0.0))
+        shining = shining.with_thrown_back(water, plan.bands, place)
+    reflectances = {
+        material.name: reflectance.at(plan.bands.centres)
+        for material, reflectance in band_colors.measured_reflectances(scene)
+    }
+    water = realtime_water(
+        over.column, plan.phase, eye.depth, weights, solved=solved,
+        shafts=plan.draws_shafts, reflectances=reflectances, shade=shaded,
+        lamps=shining, above=eye.from_air,
+        kinds=realtime_materials.kinds(contents.materials(scene)),
+    )  # fmt: skip
+    frame = cameras.orthographic_frame(scene, eye.camera)
+    if eye.camera is not None and frame is not None and water.shape.layered:
+        raise InputError(
+            f"camera {eye.camera.name!r} is orthographic, and the water differs with depth; EEVEE "
+            "draws that for perspective cameras: take one, or Cycles"
+        )
+    # The scene has that floor already.
+    particles = particles_of(chosen, plan.column)
+    water = replace(water, column=plan.column, particles=particles)
+    return water if frame is None else replace(water, frame=frame)
+
+
+def _over(plan: RenderPlan, ground: Ground | None) -> RenderPlan:
+    return plan if ground is None else plan.over_ground(ground.depth, ground.colour)
+
+
+def _shaded(
+    plan: RenderPlan,
+    scene: bpy.types.Scene,
+    around: Surroundings,
+    eye: Eye,
+    kept: shade.Kept,
+) -> ShadeTable:
+    """Return the shade of things, whose spectrum few bands tell well enough."""
+    few = plan.settings.with_at_most(shade.MOST_BANDS)
+    some = plan if few == plan.settings else plan_of(few)
+    solved = _over(some, kept.ground).solved_field(TABLE_STREAMS)
+    # What the sensor sees decides, in band passes too, so that they agree.
+    lit = lamps.lamplight(scene, eye.camera, some, eye.lit_places)
+    seen = some.reduction(eye.depth, lit).weights
+    table = shade.table_of(around, some.bands, solved, seen, eye.depth, kept)
+    return table.on(some.bands.centres, plan.bands.centres)

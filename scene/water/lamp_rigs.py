@@ -1,0 +1,101 @@
+"""Lamps that hang on a camera, as divers and vehicles carry them."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import bpy
+from mathutils import Matrix
+
+from ...uw_spectral.errors import InputError, unknown_name
+from ...uw_spectral.lamps.emission import LUMENS
+from ..stored_lamps import PROPERTY, ROV
+
+
+@dataclass(frozen=True)
+class Rig:
+    """Lamps of one kind around a camera.
+
+    Parameters
+    ----------
+    label : str
+        What it is called.
+    places : tuple of three floats
+        In the camera's axes, m: right, up, back.
+    aim : float
+        Distance before the camera at which the beams meet, m.
+    lumens : float
+        Of each lamp.
+    profile : str
+        As lamps store it; empty for a spot.
+    cone : float
+        Full angle of a spot, degrees.
+    """
+
+    label: str
+    places: tuple[tuple[float, float, float], ...]
+    aim: float
+    lumens: float
+    profile: str = ""
+    cone: float = 180.0
+
+
+RIGS = {
+    "torch": Rig("Torch", ((0.25, -0.15, 0.1),), 4.0, 4000.0, cone=24.0),
+    "strobes": Rig("Two Strobes", ((-0.4, 0.25, 0.1), (0.4, 0.25, 0.1)), 3.0, 20000.0, cone=110.0),
+    "rov2": Rig("Two ROV Lights", ((-0.6, 0.4, 0.0), (0.6, 0.4, 0.0)), 5.0, 12000.0, ROV),
+    "rov4": Rig(
+        "Four ROV Lights",
+        ((-0.8, 0.4, 0.0), (0.8, 0.4, 0.0), (-0.8, -0.4, 0.0), (0.8, -0.4, 0.0)),
+        5.0,
+        12000.0,
+        ROV,
+    ),
+}
+"""Usual arrangements: lamps some way beside the lens keep the lit water before it thin."""
+_RADIUS = 0.03  # m
+_BLEND = 0.35
+
+
+def add_rig(
+    scene: bpy.types.Scene, name: str, camera: bpy.types.Object | None = None
+) -> list[bpy.types.Object]:
+    """Hang lamps on a camera; they move with it.
+
+    Parameters
+    ----------
+    scene : Scene
+    name : str
+        One of :data:`RIGS`.
+    camera : Object, optional
+        The scene's by default.
+
+    Raises
+    ------
+    InputError
+        If there is no such rig, or no camera.
+    """
+    if name not in RIGS:
+        raise unknown_name("lamps", name, RIGS)
+    camera = camera or scene.camera
+    if camera is None:
+        raise InputError("the scene has no camera for the lamps to hang on; add one")
+    rig, made = RIGS[name], []
+    for place in rig.places:
+        light = bpy.data.lights.new(rig.label, "POINT" if rig.profile else "SPOT")
+        if light.type == "SPOT":
+            light.spot_size, light.spot_blend = math.radians(rig.cone), _BLEND
+        light.energy, light.shadow_soft_size = rig.lumens, _RADIUS
+        chosen = getattr(light, PROPERTY)
+        chosen.spectrum, chosen.unit, chosen.profile = "led", LUMENS, rig.profile
+        item = bpy.data.objects.new(rig.label, light)
+        item.visible_camera = True
+        scene.collection.objects.link(item)
+        item.parent = camera
+        x, y, _ = place
+        aim = Matrix.Rotation(-math.atan2(-x, rig.aim), 4, "Y")
+        tilt = Matrix.Rotation(math.atan2(-y, math.hypot(x, rig.aim)), 4, "X")
+        item.matrix_local = Matrix.Translation(place) @ aim @ tilt
+        made.append(item)
+    return made

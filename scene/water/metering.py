@@ -1,0 +1,73 @@
+"""Exposure by what a camera sees, for jobs and for the viewport alike."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import bpy
+import numpy as np
+from numpy.typing import NDArray
+
+from ...quality.metering import picture_stops, stops_from_above
+from ...quality.picture import Optics
+from ...settings.render_plan import RenderPlan
+from ...settings.scene_settings import BY_PICTURE
+from ...uw_spectral.errors import InputError
+from ..seen.lamps import plan_lamps
+from ..seen.view_tracing import trace_from_above, trace_view
+
+_GRID = (32, 18)
+_SKYWARD = 8
+
+
+def metered(
+    scene: bpy.types.Scene,
+    camera: bpy.types.Object,
+    plan: RenderPlan,
+    depth: float,
+    lit: NDArray[np.float64] | None,
+) -> float | None:
+    """Return the stops that the picture asks for at the current frame.
+
+    None if the settings expose otherwise or nothing is lit: the exposure is then that of the
+    light at the camera.
+
+    Parameters
+    ----------
+    scene : Scene
+    camera : Object
+    plan : RenderPlan
+    depth : float
+        Of the camera, m.
+    lit : array, shape (n,), optional
+        Irradiance of lamps before the camera.
+    """
+    chosen = plan.settings
+    if chosen.exposure != BY_PICTURE:
+        return None
+    # The rays need neither waves, whose light is the same on average, nor changed wavelengths.
+    column = plan.column
+    column.require_one_layer("exposure by the picture knows")
+    if column.surface == "waves":
+        column = replace(column, surface="flat")
+    view = replace(plan.viewpoint(depth, 0.0, lit), column=column)
+    lamps = plan_lamps(scene, plan).lamps
+    water = plan.lamp_water(depth) if lamps else None
+    optics = Optics(view)
+    try:
+        if camera.matrix_world.translation.z >= 0:
+            above = trace_from_above(
+                scene, camera, column, view.field, grid=_GRID, skyward=_SKYWARD
+            )
+            stops = stops_from_above(
+                optics, above.direction, above.relative_index, above.seen, lamps, water
+            )
+        else:
+            seen = trace_view(
+                scene, camera, column, view.field,
+                rays=_GRID[0] * _GRID[1], grid=_GRID, skyward=_SKYWARD,
+            )  # fmt: skip
+            stops = picture_stops(optics, seen, lamps, water)
+    except InputError:
+        return None
+    return stops + chosen.exposure_compensation

@@ -1,0 +1,127 @@
+"""The moving surface of a scene: its waves at the current frame, for either engine."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from pathlib import Path
+
+import bpy
+
+from ...node_groups import realtime_waves, water_surface
+from ...settings.render_plan import RenderPlan, sea_of
+from ...settings.scene_settings import SceneSettings
+from ...uw_spectral.spectra.spectral_image import write_exr
+from ...uw_spectral.surface.caustics import SUN_RADIUS
+from ...uw_spectral.surface.wave_patterns import WavePatterns
+from ...uw_spectral.transfer.radiance_table import TABLE_STREAMS
+from ...uw_spectral.transfer.sunlit_water import SunlitWater
+from ...uw_spectral.transfer.water_column import WAVES
+from .. import marks
+from . import cycles_water
+from .realtime import RealtimeWater, wave_numbers
+
+
+def wave_time(scene: bpy.types.Scene, settings: SceneSettings) -> float:
+    """Time of the waves at the current frame, s: a function of the frame alone."""
+    frame = scene.frame_current + scene.frame_subframe
+    return frame * scene.render.fps_base / scene.render.fps * settings.wave_time_scale
+
+
+def patterns(scene: bpy.types.Scene, plan: RenderPlan, *, sun_disc: bool = True) -> WavePatterns:
+    """Compute the waves of the current frame.
+
+    Parameters
+    ----------
+    scene : Scene
+        At the frame.
+    plan : RenderPlan
+        Its settings and water.
+    sun_disc : bool
+        Whether the patterns are blurred by the disc of the sun.
+    """
+    column = plan.column
+    return sea_of(plan.settings).at(
+        wave_time(scene, plan.settings),
+        column.sun_at_rest,
+        column.refractive_index,
+        column.floor_depth,
+        sun_radius=SUN_RADIUS if sun_disc else 0.0,
+    )
+
+
+def with_waves(scene: bpy.types.Scene, plan: RenderPlan, water: RealtimeWater) -> RealtimeWater:
+    """Return real-time water with the waves of the current frame, or as it is without waves."""
+    if plan.settings.surface != WAVES:
+        return water
+    now = patterns(scene, plan)
+    column = plan.column.mixed_above(water.depth)
+    lit = SunlitWater(column.solved_field(plan.phase, TABLE_STREAMS))
+    contrast = plan.settings.caustics * now.contrast(lit)
+    return water.under_waves(now, contrast, plan.settings.caustics)
+
+
+def move_surface(scene: bpy.types.Scene, plan: RenderPlan) -> None:
+    """Bring the surface of the Cycles reference to the current frame; nothing without waves."""
+    if plan.settings.surface != WAVES:
+        return
+    # Its sun has a disc already.
+    now = patterns(scene, plan, sun_disc=False)
+    realtime_waves.write_patterns(marks.images(scene), now, fresh=True)
+    material = marks.part(scene, cycles_water.INTERFACE)
+    numbers = wave_numbers(now, plan.settings.caustics)
+    water_surface.write(material, numbers, -float(plan.column.sun_direction[2]))
+
+
+def bake(
+    scene: bpy.types.Scene,
+    plan_now: Callable[[], RenderPlan],
+    frames: Iterable[int],
+    folder: Path,
+) -> None:
+    """Write the images of every frame, for renders without the extension.
+
+    Parameters
+    ----------
+    scene : Scene
+        Its current frame moves and comes back.
+    plan_now : callable
+        Returns the plan at the scene's current frame.
+    frames : iterable of int
+        Frames to write.
+    folder : Path
+        Gets ``caustics_0001.exr``, ``slopes_0001.exr`` and so on: four 32-bit channels.
+
+    Raises
+    ------
+    InputError
+        If a file cannot be written.
+    """
+    before = scene.frame_current
+    for frame in frames:
+        scene.frame_set(frame)
+        now = patterns(scene, plan_now())
+        for name, image in zip(
+            ("caustics", "slopes"), (now.caustics_image(), now.slopes_image()), strict=True
+        ):
+            # Files start at the top, images at the bottom.
+            write_exr(folder / f"{name}_{frame:04d}.exr", image[::-1], ("R", "G", "B", "A"))
+    scene.frame_set(before)
+
+
+def use_baked(scene: bpy.types.Scene, folder: Path, first: int, last: int) -> None:
+    """Let the water in a scene read images of :func:`bake` instead of its own.
+
+    The numbers of the water stay those of the moment; the sequence plays by the frame.
+    """
+    images = marks.images(scene)
+    for image, stem in ((images.caustics, "caustics"), (images.slopes, "slopes")):
+        image.source = "SEQUENCE"
+        image.filepath = str(folder / f"{stem}_{first:04d}.exr")
+        image.colorspace_settings.name = "Non-Color"
+        image.alpha_mode = "CHANNEL_PACKED"
+        trees = [*bpy.data.node_groups, *(m.node_tree for m in bpy.data.materials)]
+        for node in (n for tree in trees if tree for n in tree.nodes):
+            if node.bl_idname == "ShaderNodeTexImage" and node.image == image:
+                user = node.image_user
+                user.frame_start, user.frame_duration = first, last - first + 1
+                user.frame_offset, user.use_auto_refresh = first - 1, True

@@ -1,0 +1,176 @@
+"""Particles in the water of a scene: what its settings ask for, brought in, moved on."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import bpy
+
+from ...node_groups import particles as geometry
+from ...settings.scene_settings import SceneSettings
+from ...uw_spectral.transfer.water_column import WaterColumn
+from ...uw_spectral.water.particles import (
+    BUBBLES,
+    KINDS,
+    SNOW,
+    ParticleCloud,
+    number_of_scattering,
+    particle_cloud,
+    particle_scattering,
+    scattering_share,
+)
+from .. import marks
+from . import scene_water
+
+_REACH, _LONGEST = 4.0, 30.0  # optical depth in the clearest band, and m, beyond which none is seen
+_MILLI = 1e-3
+
+Wet = Callable[[bpy.types.Material], object]
+"""Brings a material into the water of an engine."""
+
+
+@dataclass(frozen=True)
+class SceneParticles:
+    """The particles of a frame.
+
+    Parameters
+    ----------
+    clouds : tuple of ParticleCloud
+        One a kind, those without particles left out.
+    drift : tuple of three floats
+        Velocity of the water, m/s.
+    deepest : float
+        Depth of the floor, m.
+    seed : int
+    """
+
+    clouds: tuple[ParticleCloud, ...] = ()
+    drift: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    deepest: float = math.inf
+    seed: int = 0
+
+
+def snow_of_water(settings: SceneSettings, column: WaterColumn) -> float:
+    """Particles larger than 0.1 mm per litre that the scattering of the upper water speaks for."""
+    b_p = particle_scattering(column.bands.centres, column.scattering)
+    return number_of_scattering(b_p, settings.particle_slope)
+
+
+def particles_of(settings: SceneSettings, column: WaterColumn) -> SceneParticles:
+    """Return the particles that settings ask for in a water."""
+    numbers = {name: getattr(settings, name) for name in KINDS}
+    if settings.snow_of_water:
+        numbers[SNOW] += settings.snow_of_water * snow_of_water(settings, column)
+    reach = min(_REACH / max(float(column.attenuation.min()), 1e-6), _LONGEST)
+    clouds = tuple(
+        particle_cloud(
+            KINDS[name],
+            number,
+            slope=settings.particle_slope,
+            angle=_MILLI * settings.particle_angle,
+            reach=reach,
+        )
+        for name, number in numbers.items()
+        if number
+    )
+    heading = math.radians(settings.drift_direction)
+    x, y = (settings.drift_speed * part for part in (math.cos(heading), math.sin(heading)))
+    return SceneParticles(clouds, (x, y, 0.0), column.floor_depth, settings.particle_seed)
+
+
+def record(settings: SceneSettings, column: WaterColumn) -> dict[str, Any]:
+    """Return what a picture's record says of its particles; nothing without any."""
+    found = particles_of(settings, column)
+    if not found.clouds:
+        return {}
+    b_p = particle_scattering(column.bands.centres, column.scattering)
+    return {
+        "particles": {
+            "particle_scattering_550_per_m": b_p,
+            "share_of_scattering_above_0.1_mm": scattering_share(settings.particle_slope),
+            "snow_of_water_per_litre": snow_of_water(settings, column),
+            "kinds": {
+                cloud.kind.name: {
+                    "above_0.1_mm_per_litre": cloud.per_litre,
+                    "slope": cloud.slope,
+                    "smallest_angle_mrad": cloud.angle / _MILLI,
+                    "diameters_m": [cloud.kind.smallest, cloud.kind.largest],
+                    "particles_around_camera": cloud.count,
+                }
+                for cloud in found.clouds
+            },
+        }
+    }
+
+
+def is_there(scene: bpy.types.Scene, wanted: SceneParticles) -> bool:
+    """Whether the water of a scene has all the kinds that are wanted."""
+    return {cloud.kind.name for cloud in wanted.clouds} <= set(_objects(scene))
+
+
+def bring(scene: bpy.types.Scene, wanted: SceneParticles, wet: Wet) -> None:
+    """Give the water of a scene its particles; kinds that it lacks are added.
+
+    Parameters
+    ----------
+    scene : Scene
+        With water.
+    wanted : SceneParticles
+    wet : callable
+        Brings a new material into the water.
+    """
+    there = _objects(scene)
+    for cloud in wanted.clouds:
+        name = cloud.kind.name
+        if name not in there:
+            there[name] = _add(scene, cloud, wet)
+        tree = there[name].modifiers[0].node_group
+        geometry.write(tree, cloud, wanted.drift, wanted.deepest, wanted.seed)
+    for name in set(there) - {cloud.kind.name for cloud in wanted.clouds}:
+        geometry.empty(there[name].modifiers[0].node_group)
+
+
+def _objects(scene: bpy.types.Scene) -> dict[str, bpy.types.Object]:
+    return {item[marks.PARTICLES]: item for item in marks.objects(scene) if marks.PARTICLES in item}
+
+
+def _add(scene: bpy.types.Scene, cloud: ParticleCloud, wet: Wet) -> bpy.types.Object:
+    name = f"UW {cloud.kind.name.capitalize()}"
+    material = _material(scene, wet, bubbles=cloud.kind.name == BUBBLES)
+    item = bpy.data.objects.new(name, bpy.data.meshes.new(name))
+    item[marks.PARTICLES] = cloud.kind.name
+    dress(item, geometry.build(name, cloud, material), material)
+    scene_water.link(scene, item)
+    return item
+
+
+def dress(item: bpy.types.Object, tree: bpy.types.NodeTree, material: bpy.types.Material) -> None:
+    """Let an object show particles of one material.
+
+    Parameters
+    ----------
+    item : Object
+        A mesh.
+    tree : NodeTree
+        Of :func:`.node_groups.particles.build`.
+    material : Material
+    """
+    item.data.materials.append(material)
+    item.modifiers.new(tree.name, "NODES").node_group = tree
+    # Only the camera sees them: what they keep from each other and from things is in the water's
+    # own scattering already.
+    item.visible_shadow = item.visible_diffuse = item.visible_glossy = False
+    item.visible_transmission = item.visible_volume_scatter = False
+
+
+def _material(scene: bpy.types.Scene, wet: Wet, *, bubbles: bool) -> bpy.types.Material:
+    """Return the one material of grains or of bubbles in the water of a scene."""
+    for name, item in _objects(scene).items():
+        if (name == BUBBLES) == bubbles:
+            return item.data.materials[0]
+    made = geometry.bubble_material() if bubbles else geometry.grain_material()
+    wet(made)
+    return made

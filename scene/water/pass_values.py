@@ -1,0 +1,107 @@
+"""Sets the values of a render pass on a view layer, where the node trees read them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import bpy
+import numpy as np
+from numpy.typing import NDArray
+
+from ...node_groups import attributes
+from ...settings.render_plan import RenderPlan
+from ...uw_spectral.spectra.reflectance import emission_basis, uplift_basis
+from ...uw_spectral.transfer.above_water import light_in_air
+from ...uw_spectral.transfer.water_column import WaterColumn
+from .. import contents
+from ..materials import band_colors
+from ..seen.lamps import plan_lamps
+from .cycles_phase import CyclesPhase, cycles_phases
+
+
+@dataclass(frozen=True, eq=False)
+class PassValues:
+    """Every quantity that differs by band, over all n bands.
+
+    ``values`` maps the name of a view-layer property to an array, shape (n,).
+    """
+
+    values: dict[str, NDArray[np.float64]]
+
+    @classmethod
+    def of_column(cls, column: WaterColumn, phases: Sequence[CyclesPhase]) -> PassValues:
+        """Return the values of the water itself.
+
+        Parameters
+        ----------
+        column : WaterColumn
+            The water, its light and its floor.
+        phases : sequence of CyclesPhase
+            Phase function of each layer, from the surface down.
+        """
+        # Radiance gains n² on its way into the denser medium; Cycles leaves that out.
+        gain = column.refractive_index**2 if column.reflects else 1.0
+        values = {
+            attributes.SUN_IRRADIANCE: column.sun_irradiance / column.sun_cosine,
+            attributes.SUN_IN_AIR: light_in_air(column).sun,
+            attributes.SKY_RADIANCE: column.skylight.level * gain,
+            attributes.FLOOR_REFLECTANCE: column.floor_reflectance,
+        }
+        layers = zip((column, *column.below), phases, strict=True)
+        for layer, (water, phase) in enumerate(layers):
+            values[attributes.absorption(layer)] = water.absorption
+            for index, share in enumerate(phase.shares):
+                values[attributes.scattering(layer, index)] = water.scattering * share
+            for index, (asymmetry, alpha) in enumerate(phase.shapes):
+                values[attributes.asymmetry(layer, index)] = asymmetry
+                values[attributes.alpha(layer, index)] = alpha
+        return cls(values)
+
+    @classmethod
+    def of_plan(cls, plan: RenderPlan, scene: bpy.types.Scene) -> PassValues:
+        """Return every value that differs by band, for the water and materials of a scene."""
+        values: dict[str, NDArray[np.float64]] = {}
+        for names, basis in (
+            (attributes.REFLECTANCE_BASIS, uplift_basis(plan.bands)),
+            (attributes.EMISSION_BASIS, emission_basis(plan.bands)),
+        ):
+            values.update(zip(names, basis.T, strict=True))
+        for material, reflectance in band_colors.measured_reflectances(scene):
+            name = band_colors.measured_attribute(material)
+            if name is not None:
+                values[name] = reflectance.at(plan.bands.centres)
+        for index, lamp in enumerate(plan_lamps(scene, plan).lamps):
+            values[attributes.lamp(index)] = lamp.intensity
+        return cls.of_column(plan.column, cycles_phases(plan)).with_values(values)
+
+    def with_values(self, values: dict[str, NDArray[np.float64]]) -> PassValues:
+        """Return these values and more."""
+        return PassValues(self.values | values)
+
+    def apply(self, layer: bpy.types.ViewLayer, indices: tuple[int, ...]) -> None:
+        """Give a view layer the values of the pass that carries these bands.
+
+        A pass with fewer than three bands repeats its last one.
+        """
+        filled = list(indices) + [indices[-1]] * (3 - len(indices))
+        for name, values in self.values.items():
+            layer[name] = [float(value) for value in values[filled]]
+
+    def refresh(self, scene: bpy.types.Scene) -> None:
+        """Tell Blender that materials, lamps and the world read new values.
+
+        Without it a render that keeps its data uses stale ones.
+        """
+        scene.world.update_tag()
+        for item in scene.objects:
+            if item.type == "LIGHT":
+                item.data.update_tag()
+        for material in contents.materials(scene):
+            material.update_tag()
+
+
+def clear(layer: bpy.types.ViewLayer) -> None:
+    """Delete every value that :class:`PassValues` has set."""
+    for name in [key for key in layer.keys() if key.startswith(attributes.PREFIX)]:  # noqa: SIM118
+        del layer[name]

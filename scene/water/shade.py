@@ -1,0 +1,115 @@
+"""The light among the things of a scene, as a table."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...uw_spectral.shade.disturbed_light import DisturbedLight, disturbed_light
+from ...uw_spectral.shade.grid import Grid
+from ...uw_spectral.shade.probes import Rays, cast
+from ...uw_spectral.shade.shade_table import ShadeTable, shade_table, without_shade
+from ...uw_spectral.shade.voxels import SurfaceVoxels
+from ...uw_spectral.spectra.bands import Bands
+from ...uw_spectral.spectra.reflectance import uplift_basis
+from ...uw_spectral.transfer.solved_field import SolvedField
+from ..seen.lamp_shadows import KeptLampShadows
+from ..seen.surface_samples import KeptSamples
+from ..seen.surroundings import Ground, Surroundings
+
+MOST_BANDS = 8
+"""That the light among things is computed in; between them it is linear."""
+
+
+@dataclass(frozen=True, eq=False)
+class _Inputs:
+    """What decides the light among things."""
+
+    voxels: SurfaceVoxels
+    coarse: SurfaceVoxels
+    grid: Grid
+    eyes: NDArray[np.float64]
+    bands: Bands
+    field: SolvedField
+
+    def are(self, other: _Inputs) -> bool:
+        """Whether others are the same, to the bit."""
+        same = self.field is other.field and self.bands == other.bands
+        return same and self.have_rays_of(other)
+
+    def have_rays_of(self, other: _Inputs) -> bool:
+        """Whether rays go where those of others go."""
+        return (
+            self.grid == other.grid
+            and np.array_equal(self.field.sun, other.field.sun)
+            and np.array_equal(self.eyes, other.eyes)
+            and self.coarse.equals(other.coarse)
+            and self.voxels.equals(other.voxels)
+        )
+
+    def rays(self) -> Rays:
+        """Cast them."""
+        to_sun = -np.asarray(self.field.sun)
+        return cast(self.voxels, self.grid, to_sun, self.eyes, self.coarse)
+
+    def light(self, rays: Rays) -> DisturbedLight:
+        """Compute it."""
+        reflectance = np.clip(self.voxels.colour @ uplift_basis(self.bands).T, 0.0, 1.0)
+        return disturbed_light(self.field, rays, reflectance)
+
+
+class Kept:
+    """What was computed for a frame and may serve for the next, which is the same without it."""
+
+    def __init__(self) -> None:
+        self.samples = KeptSamples()
+        self.lamp_shadows = KeptLampShadows()
+        self.ground: Ground | None = None
+        """That of the last look around."""
+        self._last: tuple[_Inputs, Rays, DisturbedLight] | None = None
+
+    def light(self, inputs: _Inputs) -> DisturbedLight:
+        """Return the light of before, if nothing that decides it has changed."""
+        last = self._last
+        if last is None or not last[0].are(inputs):
+            same = last is not None and last[0].have_rays_of(inputs)
+            rays = last[1] if last is not None and same else inputs.rays()
+            self._last = last = inputs, rays, inputs.light(rays)
+        return last[2]
+
+
+def table_of(
+    around: Surroundings,
+    bands: Bands,
+    field: SolvedField,
+    weights: NDArray[np.float64],
+    depth: float,
+    kept: Kept | None = None,
+) -> ShadeTable:
+    """Return the shade in a scene's water, around its cameras.
+
+    Parameters
+    ----------
+    around : Surroundings
+        Of the scene.
+    bands : Bands
+    field : SolvedField
+        Of the water without things.
+    weights : array, shape (3, n)
+        Linear RGB per unit radiance of each band.
+    depth : float
+        Of the camera, m.
+    kept : Kept, optional
+        What may be used again.
+    """
+    found = around.under_things()
+    if found is None:
+        return without_shade(len(bands))
+    voxels, grid = found
+    # In one order, whichever frame it is.
+    eyes = np.unique(around.eyes, axis=0)
+    light = (kept or Kept()).light(_Inputs(voxels, around.coarse, grid, eyes, bands, field))
+    seen = field.scalar_irradiance(depth) * np.abs(weights).sum(axis=0)
+    return shade_table(light, field.extinction, seen, alone=around.is_whole(grid))

@@ -1,0 +1,143 @@
+"""Size and shape of the water body around a scene."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+import bpy
+import numpy as np
+
+from ...node_groups.node_mathematics import MARK
+from ...uw_spectral.transfer.water_column import WaterColumn
+from ..seen.visible_meshes import visible_instances
+
+_SOLID = {"MESH", "CURVE", "SURFACE", "META", "FONT", "CURVES", "POINTCLOUD", "VOLUME"}
+_FAR = 12.0
+_LARGEST = 5000.0
+_SMALLEST = 50.0
+_RINGS, _SECTORS, _FIRST_RING = 96, 72, 0.05
+
+
+@dataclass(frozen=True)
+class WaterExtent:
+    """Size of the box of water, in metres.
+
+    ``half_width`` reaches beyond the distance from which light can still
+    arrive, ``bottom`` is the depth of the box's lower face.
+    """
+
+    half_width: float
+    bottom: float
+
+
+@dataclass(frozen=True)
+class SceneReach:
+    """How far the things of a scene and its cameras reach out, and down, in m."""
+
+    radius: float
+    lowest: float
+
+    def and_of(self, other: SceneReach) -> SceneReach:
+        """Return the reach of both."""
+        return SceneReach(max(self.radius, other.radius), max(self.lowest, other.lowest))
+
+
+def water_extent(scene: bpy.types.Scene, column: WaterColumn, camera_depth: float) -> WaterExtent:
+    """Choose the size of the water from its clearest band, the scene's size and its camera."""
+    reach = scene_reach(scene)
+    if scene.camera is not None:
+        reach = reach.and_of(reach_of([scene.camera.matrix_world.translation]))
+    return extent_around(reach, column, camera_depth)
+
+
+def scene_reach(scene: bpy.types.Scene) -> SceneReach:
+    """Return how far what renders show of a scene reaches at its current frame.
+
+    Instances count; the water of the scene does not.
+    """
+    depsgraph = bpy.context.evaluated_depsgraph_get()
+    own = [item for item in scene.objects if MARK in item]
+    corners = [np.empty((0, 3))]
+    for found in visible_instances(depsgraph, own):
+        if found.object.type in _SOLID:
+            place = np.array(found.matrix_world)
+            corners.append(np.array(found.object.bound_box) @ place[:3, :3].T + place[:3, 3])
+    return reach_of(np.concatenate(corners))
+
+
+def reach_of(places: Iterable[Sequence[float]]) -> SceneReach:
+    """Return how far places reach; the first three numbers of each count, m.
+
+    Examples
+    --------
+    >>> reach_of([(3.0, 4.0, -2.0)])
+    SceneReach(radius=5.0, lowest=2.0)
+    """
+    found = np.array([tuple(place)[:3] for place in places], dtype=np.float64).reshape(-1, 3)
+    radius = np.hypot(found[:, 0], found[:, 1]).max(initial=0.0)
+    return SceneReach(float(radius), float(-found[:, 2].min(initial=0.0)))
+
+
+def extent_around(reach_of_things: SceneReach, column: WaterColumn, depth: float) -> WaterExtent:
+    """Choose the size of the water around things, for a camera at a depth in m."""
+    decay = float(column.decay.min())
+    reach = float(np.clip(_FAR / max(decay, _FAR / _LARGEST), _SMALLEST, _LARGEST))
+    if math.isfinite(column.floor_depth):
+        bottom = column.floor_depth + 1.0
+    else:
+        bottom = max(depth, reach_of_things.lowest) + reach
+    return WaterExtent(reach_of_things.radius + reach, bottom)
+
+
+def box(name: str, extent: WaterExtent, top: float) -> bpy.types.Object:
+    """Make the box of water, from its bottom up to the height ``top``."""
+    w, bottom = extent.half_width, -extent.bottom
+    corners = [(x, y, z) for z in (bottom, top) for x, y in ((-w, -w), (w, -w), (w, w), (-w, w))]
+    faces = [(3, 2, 1, 0), (4, 5, 6, 7)]
+    faces += [(i, (i + 1) % 4, (i + 1) % 4 + 4, i + 4) for i in range(4)]
+    return _mesh_object(name, corners, faces)
+
+
+def floor_plane(extent: WaterExtent, material: bpy.types.Material) -> bpy.types.Object:
+    """Make a floor at z = 0; it is wider than the water."""
+    # A floor wider than the water closes the view below the horizon.
+    floor = plane(material.name, 2.0 * extent.half_width, 0.0)
+    floor.data.materials.append(material)
+    return floor
+
+
+def fan_out(mesh: bpy.types.Mesh) -> None:
+    """Turn a level square into rings around its middle that widen outwards."""
+    half = max(abs(v.co.x) for v in mesh.vertices)
+    material = mesh.materials[0] if mesh.materials else None
+    turns = np.linspace(0.0, 2.0 * math.pi, _SECTORS, endpoint=False)
+    around = np.stack([np.cos(turns), np.sin(turns), np.zeros(_SECTORS)], axis=1)
+    rings = np.geomspace(_FIRST_RING, half, _RINGS)[:, None, None] * around
+    places = np.concatenate([np.zeros((1, 3)), rings.reshape(-1, 3)])
+    faces: list[tuple[int, ...]] = [(0, 1 + i, 1 + (i + 1) % _SECTORS) for i in range(_SECTORS)]
+    for ring in range(_RINGS - 1):
+        here, out = 1 + ring * _SECTORS, 1 + (ring + 1) * _SECTORS
+        for i in range(_SECTORS):
+            j = (i + 1) % _SECTORS
+            faces.append((here + i, out + i, out + j, here + j))
+    mesh.clear_geometry()
+    mesh.from_pydata(places.tolist(), [], faces)
+    if material is not None and not mesh.materials:
+        mesh.materials.append(material)
+
+
+def plane(name: str, half_width: float, height: float) -> bpy.types.Object:
+    """Make a horizontal square around the origin, facing up."""
+    w = half_width
+    corners = [(-w, -w, height), (w, -w, height), (w, w, height), (-w, w, height)]
+    return _mesh_object(name, corners, [(0, 1, 2, 3)])
+
+
+def _mesh_object(
+    name: str, corners: list[tuple[float, float, float]], faces: list[tuple[int, ...]]
+) -> bpy.types.Object:
+    mesh = bpy.data.meshes.new(name)
+    mesh.from_pydata(corners, [], faces)
+    return bpy.data.objects.new(name, mesh)

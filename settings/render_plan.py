@@ -1,0 +1,320 @@
+"""Settings, resolved: the optics of a scene, its passes and their development."""
+
+from __future__ import annotations
+
+import contextlib
+import dataclasses
+import functools
+import math
+import warnings
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..uw_spectral.errors import DataWarning, InputError
+from ..uw_spectral.imaging.description import (
+    BandsDescription,
+    CameraDescription,
+    Description,
+    FloorDescription,
+    SunAndSky,
+    SurfaceDescription,
+    WaterDescription,
+)
+from ..uw_spectral.imaging.optics import ResolvedOptics, resolve
+from ..uw_spectral.lamps.multiple_scattering import LampWater, lamp_water
+from ..uw_spectral.spectra.colour_rendering import SensorReduction
+from ..uw_spectral.spectra.illuminant import RELATIVE
+from ..uw_spectral.spectra.reflectance import uplift_basis
+from ..uw_spectral.spectra.spectral_image import IRRADIANCE_UNITS, RADIANCE_UNITS
+from ..uw_spectral.surface.wave_patterns import Sea
+from ..uw_spectral.transfer.water_column import WAVES
+from ..uw_spectral.water.bio_optics import Constituents
+from ..uw_spectral.water.phase import BandPhase
+from ..uw_spectral.water.shared_phase import LARGEST_SPREAD, alike
+from .scene_settings import (
+    AUTO,
+    BANDS,
+    BY_PICTURE,
+    CONSTITUENTS,
+    DEFAULT_PHASE,
+    OPTIMISED,
+    SceneSettings,
+)  # fmt: skip
+
+_RELATIVE_UNITS = "sr^-1, relative to an irradiance of 1 at 560 nm"
+_RELATIVE_IRRADIANCE = "relative to an irradiance of 1 at 560 nm"
+
+
+@dataclass(frozen=True, eq=False)
+class RenderPlan(ResolvedOptics):
+    """The settings of a scene, resolved: optics, passes, development."""
+
+    settings: SceneSettings = dataclasses.field(kw_only=True)
+
+    @functools.cached_property
+    def passes(self) -> list[tuple[int, ...]]:
+        """The bands of each pass of Cycles: those that share a phase function."""
+        return alike(self.phases, spread=LARGEST_SPREAD if self.settings.share_passes else 0.0)
+
+    @property
+    def phases(self) -> tuple[BandPhase, ...]:
+        """Phase functions of the layers, from the surface down."""
+        return self.phase, *(layer.phase for layer in self.column.below)
+
+    @property
+    def radiance_units(self) -> str:
+        """Unit of the band radiances."""
+        return _RELATIVE_UNITS if self.illuminant.unit == RELATIVE else RADIANCE_UNITS
+
+    @property
+    def irradiance_units(self) -> str:
+        """Unit of the band irradiances."""
+        return _RELATIVE_IRRADIANCE if self.illuminant.unit == RELATIVE else IRRADIANCE_UNITS
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """Caveats of the data and of the bands."""
+        caveats = [text for x in self.waters.layers for text in x.caveats_at(self.bands.centres)]
+        notes = tuple(dict.fromkeys(caveats))
+        if self.settings.shafts and not self.draws_shafts:
+            notes += ("shafts of light are not drawn in water of several layers",)
+        if self.sensor.note:
+            notes += (self.sensor.note,)
+        if self.reference is not None and self.excitation is not None:
+            notes += ("optimised bands do not expect inelastic light; its colour may be off",)
+        return notes
+
+    @property
+    def draws_shafts(self) -> bool:
+        """Whether EEVEE draws shafts of light; in water of several layers it does not."""
+        return self.settings.shafts and not self.column.below
+
+    def lamp_water(self, depth: float) -> LampWater:
+        """Return the water at a depth in m as light of lamps meets it."""
+        here = self.column.layer_at(depth, self.phase)
+        return lamp_water(here.absorption, here.scattering, here.phase)
+
+    def over_ground(self, depth: float, colour: Sequence[float]) -> RenderPlan:
+        """Return the plan over a ground of the scene's own, if it is wanted and no floor is added.
+
+        Parameters
+        ----------
+        depth : float
+            Of the ground, m.
+        colour : sequence of three floats
+            Linear RGB that it reflects diffusely.
+        """
+        if not self.settings.scene_floor or math.isfinite(self.column.floor_depth):
+            return self
+        reflectance = np.clip(uplift_basis(self.bands) @ np.array(colour), 0.0, 1.0)
+        column = replace(self.column, floor_depth=depth, floor_reflectance=reflectance)
+        excitation = self.excitation
+        if excitation is not None:
+            below = replace(
+                excitation.column,
+                floor_depth=depth,
+                floor_reflectance=np.clip(
+                    uplift_basis(excitation.column.bands) @ np.array(colour), 0.0, 1.0
+                ),
+            )
+            excitation = replace(excitation, column=below)
+        return replace(self, column=column, excitation=excitation)
+
+    def reduction(
+        self,
+        depth: float,
+        lamplight: NDArray[np.float64] | None = None,
+        stops: float | None = None,
+    ) -> SensorReduction:
+        """Return the sensor's map for a camera at a depth in m, at its exposure or another."""
+        return self.viewpoint(depth, stops, lamplight).reduction
+
+    def response(self, depth: float) -> NDArray[np.float64]:
+        """Return the responses of the sensor's channels to the bands, shape (3, n).
+
+        They depend on depth only where they are fitted to it.
+        """
+        return self.viewpoint(depth, 0.0).reduction.response
+
+    def fixed_bands(self, settings: SceneSettings) -> SceneSettings:
+        """Return settings of another frame with the bands of this plan, if they are optimised."""
+        if self.reference is None:
+            return settings
+        return replace(settings, wavelengths=",".join(map(repr, self.bands.centres.tolist())))
+
+    def record(self) -> dict[str, Any]:
+        """Return bands, coefficients and sources, for the record of a render."""
+        column = self.column
+        return {
+            "bands": {
+                "centres_nm": self.bands.centres.tolist(),
+                "widths_nm": self.bands.widths.tolist(),
+                "absorption_per_m": column.absorption.tolist(),
+                "scattering_per_m": column.scattering.tolist(),
+                "sun_irradiance_below_surface": column.sun_irradiance.tolist(),
+                "sky_radiance": column.sky_radiance.tolist(),
+                "floor_reflectance": column.floor_reflectance.tolist(),
+                "radiance_units": self.radiance_units,
+            },
+            "deeper_layers": [
+                {
+                    "top_m": layer.top,
+                    "water": water.name,
+                    "absorption_per_m": layer.absorption.tolist(),
+                    "scattering_per_m": layer.scattering.tolist(),
+                }
+                for layer, water in zip(column.below, self.waters.layers[1:], strict=True)
+            ],
+            "sources": {
+                "water": "; ".join(dict.fromkeys(x.source for x in self.waters.layers)),
+                "illuminant": self.illuminant.source,
+                "sensor": f"{self.sensor.source} ({self.sensor.licence})",
+            },
+        }
+
+
+def make_plan(settings: SceneSettings) -> RenderPlan:
+    """Resolve settings; files are read.
+
+    Raises
+    ------
+    InputError
+        If a name is unknown, a file cannot be used, or a table does not
+        reach the bands.
+    """
+    optics = resolve(description_of(settings))
+    for water in optics.waters.layers:
+        water.warn_doubts(optics.bands.centres)
+    return _plan(settings, optics)
+
+
+def plan_of(settings: SceneSettings) -> RenderPlan:
+    """Resolve settings as :func:`make_plan` does, for a view that follows them.
+
+    What was resolved is kept, a file's content too, until :func:`forget_files`;
+    caveats of the data are left to the records of renders.
+
+    Raises
+    ------
+    InputError
+        If a name is unknown or a file cannot be used.
+    """
+    with quiet():
+        return _plan(settings, _resolved(description_of(settings)))
+
+
+def forget_files() -> None:
+    """Let :func:`plan_of` read files again."""
+    _resolved.cache_clear()
+
+
+@contextlib.contextmanager
+def quiet() -> Iterator[None]:
+    """Keep caveats of the data to the records of renders."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", DataWarning)
+        yield
+
+
+def sea_of(settings: SceneSettings) -> Sea:
+    """Return the sea that settings describe."""
+    return Sea(
+        settings.wind_speed,
+        settings.wind_direction,
+        1e3 * settings.fetch,
+        settings.floor_depth or math.inf,
+        settings.wave_seed,
+        settings.wave_tile,
+        settings.wave_resolution,
+        settings.wave_loop or None,
+    )
+
+
+def description_of(settings: SceneSettings) -> Description:
+    """Return the description that settings are.
+
+    Raises
+    ------
+    InputError
+        If wavelengths or exposure are no numbers.
+    """
+    return Description(
+        WaterDescription(
+            _constituents(settings) if settings.water == CONSTITUENTS else settings.water,
+            settings.water_source,
+            settings.second_water,
+            settings.second_water_share,
+            settings.absorption_factor,
+            settings.scattering_factor,
+            None if settings.phase == DEFAULT_PHASE else settings.phase,
+            settings.inelastic,
+        ),
+        SunAndSky(
+            settings.illuminant,
+            settings.sun_zenith,
+            settings.sun_azimuth,
+            settings.sky_radiance,
+            {"above": True, "below": False}.get(settings.irradiance),
+            settings.sky,
+            settings.sunlight,
+        ),
+        SurfaceDescription(
+            settings.surface,
+            settings.refractive_index,
+            sea_of(settings).spectrum.mean_square_slope if settings.surface == WAVES else 0.0,
+        ),
+        FloorDescription(settings.floor_depth or math.inf, settings.floor_reflectance),
+        CameraDescription(
+            settings.sensor,
+            settings.white_balance,
+            _stops(settings.exposure),
+            settings.exposure_compensation,
+        ),
+        BandsDescription(
+            settings.in_mode(BANDS).bands,
+            settings.range_start,
+            settings.range_end,
+            _wavelengths(settings.wavelengths),
+            settings.band_placement == OPTIMISED,
+        ),
+    )
+
+
+_resolved = functools.lru_cache(maxsize=32)(resolve)
+
+
+def _plan(settings: SceneSettings, optics: ResolvedOptics) -> RenderPlan:
+    parts = {field.name: getattr(optics, field.name) for field in dataclasses.fields(optics)}
+    return RenderPlan(**parts, settings=settings)
+
+
+def _constituents(settings: SceneSettings) -> Constituents:
+    return Constituents(settings.chlorophyll, settings.cdom, settings.minerals, settings.detritus)
+
+
+def _wavelengths(text: str) -> tuple[float, ...]:
+    try:
+        return tuple(float(part) for part in text.split(",")) if text else ()
+    except ValueError as error:
+        raise InputError(
+            f"--wavelengths: {text!r} is not a list of numbers like 450,550,650"
+        ) from error
+
+
+def _stops(text: str) -> float | None:
+    """Read an exposure; None is automatic."""
+    if text in (AUTO, BY_PICTURE):
+        return None
+    try:
+        stops = float(text)
+    except ValueError:
+        stops = math.nan
+    if not math.isfinite(stops):
+        raise InputError(
+            f"--exposure: {text!r} is neither {AUTO!r}, {BY_PICTURE!r} nor a number of stops"
+        )
+    return stops
