@@ -33,7 +33,7 @@ from numpy.typing import NDArray
 
 from ..reference.monzon import path_radiance_Monzon2024_corrected
 from ..scene.engines import eevee_settings, engines, exr_output
-from ..scene.water import moving_surface, realtime, scene_water, water_body
+from ..scene.water import frame_water, moving_surface, realtime, scene_water, water_body
 from ..scene.water.eevee_water import Eye, eevee_water
 from ..settings import render_plan
 from ..settings.scene_settings import SceneSettings
@@ -269,7 +269,7 @@ def measure_formula(case: Case, configuration: Configuration, setting: Setting) 
 
 def _water(
     configuration: Configuration, plan: render_plan.RenderPlan, setting: Setting
-) -> realtime.RealtimeWater:
+) -> frame_water.RealtimeWater:
     """Return the real-time water of a setting, with the terms that it leaves out left out."""
     scene, depth = bpy.context.scene, configuration.depth
     weights = plan.reduction(depth).weights

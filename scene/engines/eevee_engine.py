@@ -23,7 +23,7 @@ from ...uw_spectral.spectra.spectral_image import read_exr, write_rgb_exr
 from ...uw_spectral.transfer.channels import channels_of, channels_of_bands
 from ..seen import lamps, waterline
 from ..temporary import render_settings
-from ..water import moving_surface, realtime, scene_water
+from ..water import frame_water, moving_surface, realtime, scene_water
 from ..water.eevee_water import Eye, eevee_water
 from ..water.shade import Kept
 from ..water.water_body import WaterExtent
@@ -62,8 +62,8 @@ def eevee_bands(
         return _scale(light / np.pi)
 
     def part_of(
-        water: realtime.RealtimeWater, indices: tuple[int, ...], scale: np.ndarray
-    ) -> realtime.RealtimeWater:
+        water: frame_water.RealtimeWater, indices: tuple[int, ...], scale: np.ndarray
+    ) -> frame_water.RealtimeWater:
         bands = water.column.bands
         channels = channels_of_bands(bands, indices, 1.0 / scale[list(indices)])
         return water.in_channels(channels, drawn)
@@ -115,7 +115,7 @@ def eevee_realtime(
 
     def water_of(
         now: RenderPlan, camera_depth: float
-    ) -> tuple[realtime.RealtimeWater, NDArray[np.float64]]:
+    ) -> tuple[frame_water.RealtimeWater, NDArray[np.float64]]:
         """Return water, and the sensor's response per number drawn."""
         response = now.response(camera_depth)
         light = now.viewpoint(camera_depth, lamplight=lamps.lamplight(scene, camera, now)).light
@@ -158,17 +158,17 @@ def _scale(white: NDArray[np.float64]) -> NDArray[np.float64]:
 def _drawn(
     scene: bpy.types.Scene,
     camera: bpy.types.Object,
-    water: realtime.RealtimeWater,
+    water: frame_water.RealtimeWater,
     path: Path,
 ) -> NDArray[np.float32]:
     """Render a picture into a file, from either side of the waterline if the camera is there."""
 
-    def render(now: realtime.RealtimeWater) -> NDArray[np.float32]:
+    def render(now: frame_water.RealtimeWater) -> NDArray[np.float32]:
         realtime.set_values(scene, now)
         write_float_exr(scene, path)
         return read_exr(path)[0]
 
-    if water.above is None or not waterline.splits(scene, camera):
+    if water.seen.above is None or not waterline.splits(scene, camera):
         return render(water)
     air, wet = (render(water.seen_from(in_air=in_air)) for in_air in (True, False))
     index = water.column.refractive_index
@@ -210,7 +210,7 @@ def _waters(
     scene: bpy.types.Scene,
     camera: bpy.types.Object,
     eyes: Sequence[tuple[float, ...]],
-) -> Callable[[RenderPlan, float], realtime.RealtimeWater]:
+) -> Callable[[RenderPlan, float], frame_water.RealtimeWater]:
     """Return what computes the water of the current frame, for a plan and a depth.
 
     The nodes are built for the first frame's, which is not computed again to be drawn.
@@ -218,12 +218,12 @@ def _waters(
     kept = Kept()
 
     @functools.lru_cache(maxsize=1)
-    def water_at(_: float, plan: RenderPlan, depth: float) -> realtime.RealtimeWater:
+    def water_at(_: float, plan: RenderPlan, depth: float) -> frame_water.RealtimeWater:
         every = np.ones((3, len(plan.bands)))
         water = eevee_water(plan, scene, Eye(camera, depth, eyes), every, kept)
         return moving_surface.with_waves(scene, plan, water)
 
-    def water_of(plan: RenderPlan, depth: float) -> realtime.RealtimeWater:
+    def water_of(plan: RenderPlan, depth: float) -> frame_water.RealtimeWater:
         return water_at(scene.frame_current_final, plan, depth)
 
     return water_of
@@ -233,7 +233,7 @@ def _waters(
 def _eevee(
     scene: bpy.types.Scene,
     camera: bpy.types.Object,
-    water: realtime.RealtimeWater,
+    water: frame_water.RealtimeWater,
     extent: WaterExtent,
     samples: int,
     froxels: int | None,

@@ -9,7 +9,7 @@ from typing import Any
 import bpy
 
 from ..temporary import render_settings
-from ..water.realtime import RealtimeWater
+from ..water.frame_water import RealtimeWater
 
 USUAL_FROXELS = 32
 """Steps of the froxel volume: each costs, and with 256 no pixel changes by a ΔE2000 of 0.3."""

@@ -29,7 +29,7 @@ from ..engines import eevee_settings
 from ..materials import realtime_materials
 from ..seen import lamps
 from ..session import SESSION
-from ..water import metering, moving_surface, realtime, scene_water
+from ..water import frame_water, metering, moving_surface, realtime, scene_water
 from ..water.eevee_water import Eye, eevee_water
 from ..water.shade import Kept
 from ..water.water_body import WaterExtent, extent_around, reach_of, water_extent
@@ -352,7 +352,7 @@ def _settings(scene: bpy.types.Scene) -> SceneSettings:
 
 def _water(
     scene: bpy.types.Scene, chosen: SceneSettings, depth: float, *, hasty: bool = False
-) -> realtime.RealtimeWater:
+) -> frame_water.RealtimeWater:
     plan = plan_of(chosen.with_at_most(_FEW_BANDS) if hasty else chosen)
     camera = scene.camera
     last = _known.get(scene.session_uid)
@@ -372,10 +372,10 @@ def _water(
         if SESSION in scene:
             # Something is always left to be done at rest: images are packed then.
             scene[SESSION][_STALE] = hasty
-        if known is None or (water.shade is not None and shaded is None):
-            has_shade = water.shade is not None
+        if known is None or (water.seen.shade is not None and shaded is None):
+            has_shade = water.seen.shade is not None
             places = _places(scene, bpy.context.evaluated_depsgraph_get()) if has_shade else 0
-            _known[scene.session_uid] = _Known(water.shade, plan.bands, places, kept, seen)
+            _known[scene.session_uid] = _Known(water.seen.shade, plan.bands, places, kept, seen)
         return moving_surface.with_waves(scene, plan, water)
 
 
@@ -403,7 +403,7 @@ def _exposure(
     return stops
 
 
-def _apply_settings(scene: bpy.types.Scene, water: realtime.RealtimeWater) -> None:
+def _apply_settings(scene: bpy.types.Scene, water: frame_water.RealtimeWater) -> None:
     """Set what the live water needs of Blender, and keep what was there."""
     camera = scene.camera
     wanted: list[tuple[Any, str, Any]] = []
@@ -436,7 +436,7 @@ def _show(scene: bpy.types.Scene) -> None:
         scene[SESSION][_TONE] = wanted
 
 
-def _use_shafts(scene: bpy.types.Scene, water: realtime.RealtimeWater) -> None:
+def _use_shafts(scene: bpy.types.Scene, water: frame_water.RealtimeWater) -> None:
     """Lead the froxels as far as the shafts reach; keep the user's values once."""
     kept = scene[SESSION][_KEPT]
     for owner, name, value in eevee_settings.wanted_settings(scene, scene.camera, 1, water):

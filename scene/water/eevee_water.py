@@ -16,10 +16,11 @@ from ...uw_spectral.transfer.radiance_table import TABLE_STREAMS
 from .. import contents
 from ..materials import band_colors, realtime_materials
 from ..seen import cameras, lamps, waterline
+from ..seen.snapshot import Snapshot, ViewFromAir
 from ..seen.surroundings import Ground, Surroundings, has_things, look_around
 from . import shade
+from .frame_water import RealtimeWater, realtime_water
 from .particles import particles_of
-from .realtime import RealtimeWater, ViewFromAir, realtime_water
 
 
 @dataclass(frozen=True, eq=False)
@@ -113,13 +114,15 @@ def eevee_water(
         material.name: reflectance.at(plan.bands.centres)
         for material, reflectance in band_colors.measured_reflectances(scene)
     }
-    water = realtime_water(
-        over.column, plan.phase, eye.depth, weights, solved=solved,
-        shafts=plan.draws_shafts, reflectances=reflectances, shade=shaded,
-        lamps=shining, above=eye.from_air,
-        kinds=realtime_materials.kinds(contents.materials(scene)),
-    )  # fmt: skip
+    kinds = realtime_materials.kinds(contents.materials(scene))
+    seen = Snapshot(reflectances, shaded, shining, eye.from_air, kinds)
     frame = cameras.orthographic_frame(scene, eye.camera)
+    if frame is not None:
+        seen = replace(seen, frame=frame)
+    water = realtime_water(
+        over.column, plan.phase, eye.depth, weights, solved=solved, shafts=plan.draws_shafts,
+        seen=seen,
+    )  # fmt: skip
     if eye.camera is not None and frame is not None and water.shape.layered:
         raise InputError(
             f"camera {eye.camera.name!r} is orthographic, and the water differs with depth; EEVEE "
@@ -127,8 +130,7 @@ def eevee_water(
         )
     # The scene has that floor already.
     particles = particles_of(chosen, plan.column)
-    water = replace(water, column=plan.column, particles=particles)
-    return water if frame is None else replace(water, frame=frame)
+    return replace(water, column=plan.column, particles=particles)
 
 
 def _over(plan: RenderPlan, ground: Ground | None) -> RenderPlan:

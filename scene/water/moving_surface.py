@@ -18,7 +18,7 @@ from ...uw_spectral.transfer.sunlit_water import SunlitWater
 from ...uw_spectral.transfer.water_column import WAVES
 from .. import marks
 from . import cycles_water
-from .realtime import RealtimeWater, wave_numbers
+from .frame_water import RealtimeWater, wave_numbers
 
 
 def wave_time(scene: bpy.types.Scene, settings: SceneSettings) -> float:

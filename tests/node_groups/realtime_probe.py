@@ -12,7 +12,7 @@ import numpy as np
 from mathutils import Matrix, Vector
 from underwater_spectral.benchmarks._solved_cases import FROM_SUN, Case, LightAround
 from underwater_spectral.scene.engines import eevee_settings, exr_output
-from underwater_spectral.scene.water import realtime, water_body
+from underwater_spectral.scene.water import frame_water, realtime, water_body
 from underwater_spectral.uw_spectral.spectra.reflectance import uplift_basis
 from underwater_spectral.uw_spectral.spectra.spectral_image import read_exr
 from underwater_spectral.uw_spectral.transfer.channel_pixel import COLOURS, Thing, along_rays
@@ -99,7 +99,9 @@ def place(view: View) -> bpy.types.Object:
     return camera
 
 
-def render(water: realtime.RealtimeWater, view: View, path: Path, samples: int = 1) -> np.ndarray:
+def render(
+    water: frame_water.RealtimeWater, view: View, path: Path, samples: int = 1
+) -> np.ndarray:
     """Render with EEVEE; the nodes are built once and only get new values after."""
     scene = bpy.context.scene
     camera = place(view)
@@ -107,7 +109,7 @@ def render(water: realtime.RealtimeWater, view: View, path: Path, samples: int =
         realtime.set_values(scene, water)
     else:
         # Formulas are tested to more digits than EEVEE keeps of the colours of closures.
-        with mock.patch.object(realtime.RealtimeWater, "keeps_closures", new=False):
+        with mock.patch.object(frame_water.RealtimeWater, "keeps_closures", new=False):
             realtime.add_realtime(scene, water, water_body.WaterExtent(2000.0, 2000.0))
         floor = bpy.data.objects.get("UW Floor")
         if floor is not None:  # the floor term of the background is what is tested
@@ -160,7 +162,7 @@ def expected_of_solved(column, phase, view: View, weights):
     return picture @ np.asarray(weights).T, where
 
 
-def expected_of_folded(water: realtime.RealtimeWater, view: View):
+def expected_of_folded(water: frame_water.RealtimeWater, view: View):
     """Return the picture by the same tables in numpy, and where the square is."""
     column, light, w3 = water.column, water.folded, view.rays()
     w = [w3[..., i, None] for i in range(3)]
@@ -190,7 +192,7 @@ def errors_of_solved(column, phase, view: View, weights, path: Path, channels=sl
     """
     solved = column.solved_field(phase)
     seen = render(
-        realtime.realtime_water(column, phase, view.depth, weights, solved=solved), view, path
+        frame_water.realtime_water(column, phase, view.depth, weights, solved=solved), view, path
     )
     wanted, where = expected_of_solved(column, phase, view, weights)
     far = view.rays() @ -column.sun_direction < math.cos(math.radians(FROM_SUN))

@@ -9,7 +9,8 @@ import bpy
 import numpy as np
 import pytest
 from underwater_spectral.scene.seen import cameras
-from underwater_spectral.scene.water import realtime
+from underwater_spectral.scene.seen.snapshot import Snapshot
+from underwater_spectral.scene.water import frame_water
 from underwater_spectral.tests.node_groups import realtime_probe as probe
 from underwater_spectral.tests.node_groups.test_realtime_groups import _column
 from underwater_spectral.uw_spectral.transfer.channel_pixel import COLOURS, Thing, along_rays
@@ -30,8 +31,10 @@ def test_distance_is_along_the_axis(tmp_path):
     camera.data.type, camera.data.ortho_scale = "ORTHO", WIDTH
     frame = cameras.orthographic_frame(scene, camera)
     assert frame[2] == pytest.approx(WIDTH)
-    water = realtime.realtime_water(column, lobes, DEPTH, np.eye(3))
-    seen = probe.render(dataclasses.replace(water, frame=frame), VIEW, tmp_path / "a.exr")
+    water = frame_water.realtime_water(column, lobes, DEPTH, np.eye(3))
+    seen = probe.render(
+        dataclasses.replace(water, seen=Snapshot(frame=frame)), VIEW, tmp_path / "a.exr"
+    )
 
     h, width = seen.shape[:2]
     x = frame[0] + (np.arange(width) + 0.5) / width * frame[2]

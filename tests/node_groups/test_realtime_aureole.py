@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from underwater_spectral.scene.water import realtime
+from underwater_spectral.scene.water import frame_water
 from underwater_spectral.tests.node_groups import realtime_probe as probe
 from underwater_spectral.uw_spectral.spectra.bands import Bands
 from underwater_spectral.uw_spectral.surface.refraction import (
@@ -55,7 +55,7 @@ def test_eevee_towards_the_sun(tmp_path, water, surface, y, bound):
     field = column.solved_field(phase)
     turn = 180.0 - math.degrees(math.acos(-column.sun_direction[2]))
     view = probe.View(y, turn, angle=24.0, square=None)
-    numbers = realtime.realtime_water(column, phase, y, np.eye(3), solved=field)
+    numbers = frame_water.realtime_water(column, phase, y, np.eye(3), solved=field)
     found = probe.render(numbers, view, tmp_path / "sun.exr")
     w = tuple(view.rays()[..., axis] for axis in range(3))
     assert half_angle2(w, column.sun_direction).min() < math.radians(0.5) ** 2 / 4

@@ -7,7 +7,7 @@ import itertools
 import numpy as np
 import pytest
 from underwater_spectral.node_groups.node_mathematics import NODES, Graph, new_group
-from underwater_spectral.scene.water import realtime
+from underwater_spectral.scene.water import frame_water
 from underwater_spectral.tests.node_groups import realtime_probe as probe
 from underwater_spectral.uw_spectral.spectra.bands import Bands
 from underwater_spectral.uw_spectral.surface.refraction import in_water_cosine, sun_travel_direction
@@ -59,7 +59,7 @@ def test_groups_equal_numpy(tmp_path, n, phase, surface):
     lobes = parse_phase(phase).for_bands(b, 0.003 * (550 / wavelengths) ** 4)
     column, view = _column(n, a, b, surface=surface), probe.View(5.0)
     weights = np.random.default_rng(n).uniform(0.5, 1.5, size=(3, n)) * 9 / n
-    water = realtime.realtime_water(column, lobes, view.depth, weights)
+    water = frame_water.realtime_water(column, lobes, view.depth, weights)
     for relative in _errors(water, view, tmp_path / "a.exr"):
         # Cut digits lie in [-HALF_STEP, 0]; what is left is the error of the nodes.
         assert np.abs(relative + HALF_STEP / 2).max() <= HALF_STEP / 2 + TOLERANCE
@@ -80,7 +80,7 @@ def test_sky_by_direction(tmp_path, empty_blender, sky, surface):
     # Away from the sun and towards it; a sunlit thing would be rounded twice.
     for turn, parts in ((150.0, (0,)), (210.0, (0, 1))):
         view = probe.View(8.0, turn, 100.0, square=square)
-        water = realtime.realtime_water(column, lobes, view.depth, np.eye(3))
+        water = frame_water.realtime_water(column, lobes, view.depth, np.eye(3))
         for relative in _errors(water, view, tmp_path / "a.exr", parts, edge=1.0):
             assert np.abs(relative + HALF_STEP / 2).max() <= HALF_STEP / 2 + 2 * TOLERANCE
 
@@ -147,7 +147,7 @@ def test_extremes_are_as_numpy_has_them(tmp_path, cases, empty_blender):
         # Exposed as a picture would be, or deep and turbid water leaves the range of half floats.
         white = float(column.Ed(min(depth, 50.0), lobes).max()) / np.pi
         exposed = weights / max(white, 1e-30)
-        values = realtime.realtime_water(column, lobes, depth, exposed)
+        values = frame_water.realtime_water(column, lobes, depth, exposed)
         seen = probe.render(values, view, tmp_path / "a.exr")
         wanted, where = probe.expected_of_folded(values, view)
         inside = (where < 2) & ~((where == 1) & (probe.hit_depth(view) <= 0))

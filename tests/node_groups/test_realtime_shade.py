@@ -6,7 +6,8 @@ import dataclasses
 
 import numpy as np
 from underwater_spectral.node_groups import realtime_shade
-from underwater_spectral.scene.water import realtime
+from underwater_spectral.scene.seen.snapshot import Snapshot
+from underwater_spectral.scene.water import frame_water
 from underwater_spectral.tests.node_groups import realtime_probe as probe
 from underwater_spectral.tests.node_groups.test_realtime_groups import _column
 from underwater_spectral.uw_spectral.shade import shade_table as tables
@@ -57,7 +58,9 @@ def test_open_water_is_shaded_as_the_table_says(tmp_path):
     column, lobes = _water()
     solved, table = column.solved_field(lobes), _table(column)
     view = probe.View(5.0, 88.0, square=None)
-    water = realtime.realtime_water(column, lobes, 5.0, WEIGHTS, solved=solved, shade=table)
+    water = frame_water.realtime_water(
+        column, lobes, 5.0, WEIGHTS, solved=solved, seen=Snapshot(shade=table)
+    )
     seen = probe.render(water, view, tmp_path / "a.exr")
     w = view.rays().reshape(-1, 3)
     light, sun = tabulate(solved), solved.sun
@@ -96,7 +99,9 @@ def test_patches_are_shaded_as_the_table_says(tmp_path):
     view = probe.View(5.0, 210.0, square=UNDERSIDE)
     pictures = [
         probe.render(
-            realtime.realtime_water(column, lobes, 5.0, WEIGHTS * 50, solved=solved, shade=shade),
+            frame_water.realtime_water(
+                column, lobes, 5.0, WEIGHTS * 50, solved=solved, seen=Snapshot(shade=shade)
+            ),
             view,
             tmp_path / "a.exr",
         )

@@ -6,7 +6,7 @@ import bpy
 import numpy as np
 import pytest
 from underwater_spectral.node_groups import realtime_background
-from underwater_spectral.scene.water import realtime
+from underwater_spectral.scene.water import frame_water
 from underwater_spectral.tests.node_groups import realtime_probe as probe
 from underwater_spectral.uw_spectral.closed_form.closed_form import solve_closed_form
 from underwater_spectral.uw_spectral.closed_form.light_field import light_field_of
@@ -60,7 +60,7 @@ def test_shadow_of_a_slab(tmp_path, c, empty_blender, monkeypatch):
     column = _column(c)
     phase = parse_phase("hg:0.8").for_bands(column.scattering)
     view = probe.View(5.0, turn=90.0, angle=70.0, square=None, size=(64, 34))
-    water = realtime.realtime_water(column, phase, view.depth, np.eye(3), shafts=True)
+    water = frame_water.realtime_water(column, phase, view.depth, np.eye(3), shafts=True)
     seen = []
     for _ in range(2):
         seen.append(probe.render(water, view, tmp_path / "a.exr", samples=4))

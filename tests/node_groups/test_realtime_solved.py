@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from underwater_spectral.benchmarks import _solved_cases as solved_cases
-from underwater_spectral.scene.water import realtime
+from underwater_spectral.scene.water import frame_water
 from underwater_spectral.tests.node_groups import realtime_probe as probe
 from underwater_spectral.tests.node_groups.test_realtime_groups import _column
 from underwater_spectral.uw_spectral.spectra.bands import Bands
@@ -108,7 +108,7 @@ def test_gradients_have_no_seams(tmp_path, part):
     view = probe.View(2.5, 90.0, 120.0, square=square, size=(160, 90))
     solved = column.solved_field(lobes)
     weights = np.diag(np.pi / solved.Eu(view.depth))
-    water = realtime.realtime_water(column, lobes, view.depth, weights, solved=solved)
+    water = frame_water.realtime_water(column, lobes, view.depth, weights, solved=solved)
     seen = probe.render(water, view, tmp_path / "a.exr")
     wanted, where = probe.expected_of_solved(column, lobes, view, weights)
     inside = where == (square is not None)

@@ -10,7 +10,7 @@ import bpy
 import numpy as np
 import pytest
 from underwater_spectral.node_groups import realtime_values
-from underwater_spectral.scene.water import realtime
+from underwater_spectral.scene.water import frame_water
 from underwater_spectral.tests.node_groups import realtime_probe as probe
 from underwater_spectral.uw_spectral.spectra.bands import Bands
 from underwater_spectral.uw_spectral.surface.refraction import in_water_cosine, sun_travel_direction
@@ -56,7 +56,7 @@ def _lit(column):
 
 def _water(column, depth, *, sea=SEA, t=1.0, shafts=False, strength=1.0):
     now = sea.at(t, column.sun_direction, column.refractive_index)
-    water = realtime.realtime_water(column, PHASE, depth, WEIGHTS, shafts=shafts)
+    water = frame_water.realtime_water(column, PHASE, depth, WEIGHTS, shafts=shafts)
     contrast = strength * now.contrast(_lit(column))
     return water.under_waves(now, contrast, strength), now, contrast
 
@@ -92,7 +92,7 @@ def _floor(now, contrast, column, view):
     P = ((view.depth - floor) / rays[..., 2])[..., None]
     points = np.array([0.0, 0.0, -view.depth]) + P * rays
     pattern = np.maximum(_pattern(now, column, points), 1.0 - 1.0 / contrast.max())
-    water = realtime.realtime_water(column, PHASE, view.depth, WEIGHTS)
+    water = frame_water.realtime_water(column, PHASE, view.depth, WEIGHTS)
     water = water.under_waves(now, contrast, 1.0)
     ray = along_rays(water.folded, water.field.sun, w)
     one = np.ones_like(P)
@@ -173,7 +173,7 @@ def _up(now, column, view, width2=None):
 def _open_water(column, view, ripples=None, *, sky=1.0):
     """Picture of open water under a surface, by numpy."""
     w = tuple(view.rays()[..., i, None] for i in range(3))
-    water = realtime.realtime_water(column, PHASE, view.depth, WEIGHTS)
+    water = frame_water.realtime_water(column, PHASE, view.depth, WEIGHTS)
     depth, above = np.full(w[0].shape, view.depth), dataclasses.replace(column.skylight, level=sky)
     ray = along_rays(water.folded, water.field.sun, w)
     return ray.open_water(depth, w, above, column.refractive_index, ripples=ripples).total

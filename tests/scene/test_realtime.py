@@ -8,8 +8,9 @@ import bpy
 import numpy as np
 import pytest
 from underwater_spectral.scene.materials import realtime_materials
-from underwater_spectral.scene.seen.lamps import lamps_of
-from underwater_spectral.scene.water import realtime, scene_water, water_body
+from underwater_spectral.scene.seen.lamps import SceneLamps, lamps_of
+from underwater_spectral.scene.seen.snapshot import Snapshot
+from underwater_spectral.scene.water import frame_water, realtime, scene_water, water_body
 from underwater_spectral.tests.scene import columns, scenes, snapshot
 from underwater_spectral.uw_spectral.errors import InputError
 from underwater_spectral.uw_spectral.spectra.illuminant import RELATIVE
@@ -23,14 +24,13 @@ def _water(
     a=0.05, b=0.1, *, phase=HG, shafts=False, reflectances=None, depth=DEPTH, lamps=None, **changes
 ):
     values = {"floor_depth": 9.0, "floor_reflectance": 0.3} | changes
-    return realtime.realtime_water(
+    return frame_water.realtime_water(
         columns.grey_column(a, b, **values),
         phase,
         depth,
         np.eye(3),
         shafts=shafts,
-        reflectances=reflectances,
-        lamps=lamps,
+        seen=Snapshot(reflectances or {}, lamps=lamps or SceneLamps()),
     )
 
 
@@ -48,7 +48,7 @@ def test_removal_restores_every_value(shafts):
         surface="flat",
         lamps=lamps_of(scene, columns.grey_column(0.1, 0.1).bands, RELATIVE),
     )
-    assert len(water.lamps.lamps) == 2
+    assert len(water.seen.lamps.lamps) == 2
     notes = _add(scene, water)
     assert len(notes) == 2
     assert all("mirrors" in note for note in notes)

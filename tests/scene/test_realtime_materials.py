@@ -10,7 +10,8 @@ import pytest
 from underwater_spectral.scene import temporary
 from underwater_spectral.scene.engines import eevee_settings, exr_output
 from underwater_spectral.scene.materials import band_colors, realtime_materials
-from underwater_spectral.scene.water import realtime, scene_water, water_body
+from underwater_spectral.scene.seen.snapshot import Snapshot
+from underwater_spectral.scene.water import frame_water, realtime, scene_water, water_body
 from underwater_spectral.tests.scene import columns, scenes, snapshot
 from underwater_spectral.uw_spectral.spectra.reflectance import emission_basis, uplift_basis
 from underwater_spectral.uw_spectral.spectra.spectral_image import read_exr
@@ -110,7 +111,7 @@ def test_in_clear_water_every_kind_looks_as_eevee_draws_it(tmp_path):
     weights = np.linalg.inv(uplift_basis(column.bands))
     phase = parse_phase("hg:0.8").for_bands(np.ones(3))
     kinds = realtime_materials.kinds(bpy.data.materials)
-    water = realtime.realtime_water(column, phase, 8.0, weights, kinds=kinds)
+    water = frame_water.realtime_water(column, phase, 8.0, weights, seen=Snapshot(kinds=kinds))
     notes = realtime.add_realtime(scene, water, water_body.WaterExtent(100.0, 100.0))
     # In the closed form mirrors are matte.
     assert {"'metal'" in note for note in notes} == {True, False}
@@ -178,14 +179,16 @@ def test_closures_that_are_kept_are_as_bright_as_lit_ones(tmp_path, monkeypatch)
     scene.render.resolution_x, scene.render.resolution_y = _WIDE * len(_KINDS), _WIDE
     column = columns.grey_column(0.1, 0.1)
     phase = parse_phase("hg:0.8").for_bands(np.full(3, 0.1))
-    water = realtime.realtime_water(
-        column, phase, 5.0, np.eye(3), reflectances={"measured": np.linspace(0.2, 0.8, 3)},
-        kinds=realtime_materials.kinds(bpy.data.materials),
+    water = frame_water.realtime_water(
+        column, phase, 5.0, np.eye(3), seen=Snapshot(
+            {"measured": np.linspace(0.2, 0.8, 3)},
+            kinds=realtime_materials.kinds(bpy.data.materials),
+        ),
     )  # fmt: skip
     bpy.context.view_layer.update()
     before, pictures = snapshot.snapshot(), []
     for keeps in (True, False):
-        monkeypatch.setattr(realtime.RealtimeWater, "keeps_closures", keeps)
+        monkeypatch.setattr(frame_water.RealtimeWater, "keeps_closures", keeps)
         realtime.add_realtime(scene, water, water_body.WaterExtent(100.0, 100.0))
         for material in materials:
             # What the sun's colours and the light of the water need is computed once.

@@ -7,7 +7,13 @@ import numpy as np
 import pytest
 from underwater_spectral.node_groups.node_mathematics import MARK
 from underwater_spectral.scene import marks
-from underwater_spectral.scene.water import cycles_water, realtime, scene_water, water_body
+from underwater_spectral.scene.water import (
+    cycles_water,
+    frame_water,
+    realtime,
+    scene_water,
+    water_body,
+)
 from underwater_spectral.tests.scene import columns, scenes, snapshot
 from underwater_spectral.uw_spectral.errors import InputError
 from underwater_spectral.uw_spectral.water.phase import parse_phase
@@ -18,7 +24,7 @@ EXTENT = water_body.WaterExtent(50.0, 10.0)
 
 def _water(a=0.05, b=0.1, **changes):
     column = columns.grey_column(a, b, **{"floor_depth": 9.0, "floor_reflectance": 0.3} | changes)
-    return realtime.realtime_water(column, PHASE, 5.0, np.eye(3), shafts=True)
+    return frame_water.realtime_water(column, PHASE, 5.0, np.eye(3), shafts=True)
 
 
 def _eevee(scene, a=0.05):

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from underwater_spectral.jobs import command_line
 from underwater_spectral.scene import stored_settings
-from underwater_spectral.scene.water.realtime import realtime_water
+from underwater_spectral.scene.water.frame_water import realtime_water
 from underwater_spectral.settings.render_plan import make_plan
 from underwater_spectral.settings.scene_settings import CONSTITUENTS, SceneSettings, flag
 from underwater_spectral.uw_spectral.errors import InputError

@@ -14,7 +14,6 @@ from underwater_spectral.scene.seen.surroundings import look_around
 from underwater_spectral.scene.session import is_live
 from underwater_spectral.scene.viewport import live
 from underwater_spectral.scene.water import eevee_water, shade
-from underwater_spectral.settings import render_plan
 from underwater_spectral.settings.render_plan import make_plan
 from underwater_spectral.settings.scene_settings import SceneSettings
 from underwater_spectral.tests.scene import scenes, snapshot
@@ -216,7 +215,7 @@ def test_a_hasty_update_does_not_look_around(monkeypatch):
     scene = _under_a_slab()
     live.add(scene)
     column = _floors(monkeypatch)
-    monkeypatch.setattr(render_plan, "look_around", None)
+    monkeypatch.setattr(eevee_water, "look_around", None)
     scene.underwater.scattering_factor = 1.3
     assert live.update(scene, hasty=True)
     assert not live.problem(scene)

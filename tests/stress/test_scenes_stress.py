@@ -16,6 +16,7 @@ from underwater_spectral.scene.seen import cameras
 from underwater_spectral.scene.viewport import live
 from underwater_spectral.scene.water import (
     cycles_water,
+    frame_water,
     pass_values,
     realtime,
     scene_water,
@@ -179,7 +180,7 @@ def test_water_of_both_engines_leaves_no_trace(name):
     column = _column(surface="flat", refractive_index=1.34)
     extent = water_body.water_extent(scene, column, 5.0)
     assert all(map(math.isfinite, dataclasses.astuple(extent)))
-    water = realtime.realtime_water(column, PHASE, 5.0, np.eye(3), shafts=True)
+    water = frame_water.realtime_water(column, PHASE, 5.0, np.eye(3), shafts=True)
     realtime.add_realtime(scene, water, extent)
     realtime.set_values(scene, water)
     assert realtime.has_realtime(scene)
@@ -341,7 +342,7 @@ def _open_water(scene, camera_data, z=-5.0):
 
 
 def _eevee(scene, camera, column, path):
-    water = realtime.realtime_water(column, PHASE, 5.0, np.eye(3))
+    water = frame_water.realtime_water(column, PHASE, 5.0, np.eye(3))
     realtime.add_realtime(scene, water, water_body.WaterExtent(2000.0, 2000.0))
     with eevee_settings.realtime_settings(scene, camera, samples=1, water=water):
         exr_output.write_float_exr(scene, path)
@@ -351,7 +352,7 @@ def _eevee(scene, camera, column, path):
 
 def _expected(column, rays):
     """Radiance of the open water along the rays of a picture, by numpy."""
-    water = realtime.realtime_water(column, PHASE, 5.0, np.eye(3))
+    water = frame_water.realtime_water(column, PHASE, 5.0, np.eye(3))
     w = [np.array(rays)[:, axis, None] for axis in range(3)]
     ray = along_rays(water.folded, water.field.sun, w)
     sky = dataclasses.replace(column.skylight, level=1.0)

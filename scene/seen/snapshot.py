@@ -1,0 +1,60 @@
+"""What a frame of a scene shows, read once: optics and engines take it from here."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...uw_spectral.shade.shade_table import ShadeTable
+from ..materials.realtime_materials import Kinds
+from .lamps import SceneLamps
+
+
+@dataclass(frozen=True)
+class ViewFromAir:
+    """A camera of which some frames may be above the water.
+
+    Parameters
+    ----------
+    camera : three floats
+        Where it is, m.
+    in_air : bool
+        Whether its rays begin in the air.
+    towards : three floats
+        Unit vector to where it looks.
+    """
+
+    camera: Sequence[float]
+    in_air: bool
+    towards: Sequence[float]
+
+
+@dataclass(frozen=True, eq=False)
+class Snapshot:
+    """What of a scene the light of its water depends on, in the bands of a plan.
+
+    Attributes
+    ----------
+    reflectances : mapping of str to array, shape (n,)
+        Measured ones, by the names of materials.
+    shade : ShadeTable or None
+        What things keep away and throw back.
+    lamps : SceneLamps
+        In the water.
+    above : ViewFromAir or None
+        Of a camera that may be above the water.
+    kinds : Kinds
+        Of the things' materials.
+    frame : four floats
+        Left, bottom, width and height of the picture of an orthographic camera, m; zero of others.
+    """
+
+    reflectances: Mapping[str, NDArray[np.float64]] = field(default_factory=dict)
+    shade: ShadeTable | None = None
+    lamps: SceneLamps = field(default_factory=SceneLamps)
+    above: ViewFromAir | None = None
+    kinds: Kinds = field(default_factory=Kinds)
+    frame: tuple[float, ...] = (0.0, 0.0, 0.0, 0.0)

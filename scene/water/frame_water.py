@@ -1,0 +1,347 @@
+"""The water of a frame as EEVEE draws it: its light, folded, and the numbers of its nodes."""
+
+from __future__ import annotations
+
+import functools
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from dataclasses import field as dataclass_field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...node_groups import (
+    realtime_lamps,
+    realtime_shade,
+    realtime_values,
+    realtime_volume,
+)
+from ...node_groups.realtime_values import Numbers, Shape
+from ...uw_spectral.lamps.multiple_scattering import LampWater, lamp_water
+from ...uw_spectral.surface.wave_patterns import LAYERS, WavePatterns, interp, layer_position
+from ...uw_spectral.transfer.above_water import LightInAir, flattened_sun, light_in_air
+from ...uw_spectral.transfer.channel_pixel import COLOURS, along_rays
+from ...uw_spectral.transfer.channels import Channels, channels_of
+from ...uw_spectral.transfer.folded_light import FoldedLight, Shades, fold
+from ...uw_spectral.transfer.radiance_table import TABLE_STREAMS, tabulate
+from ...uw_spectral.transfer.solved_field import SolvedField
+from ...uw_spectral.transfer.water_column import WaterColumn
+from ...uw_spectral.water.phase import BandPhase, HenyeyGreenstein
+from ..seen.lamps import SceneLamps
+from ..seen.snapshot import Snapshot, ViewFromAir
+from .particles import SceneParticles
+
+FLOOR = ""
+"""Key of the added floor's reflectance; no material has an empty name."""
+# Shafts end where the clearest band keeps 2 % of its light, or soon after the scene does.
+_SHAFT_OPTICAL_DEPTH = 4.0
+LONGEST_SHAFT = 200.0
+_WHITE = 0.6  # colour of a white closure in the sunlight at the camera
+_ROUNDING = 1e-9  # of weights that are not negative
+# Share by which the volume may dim what is behind it; below, the rounding of its
+# transmittance costs more light than that (8 to 14 % at 0.003, 4 to 6 % at 0.02).
+_SHAFT_OPACITY = 0.02
+# Intensity of the lamps that cast shadows: what they add to the sun's light on a thing is this
+# share of what the lamps themselves do. Fainter ones drown in the rounding of single precision.
+_FAINT_SHARE, _FAINTEST, _BRIGHTEST = 1e-3, 2e-5, 2e-3
+
+
+@dataclass(frozen=True)
+class ShaftRange:
+    """Reach of the froxel volume in m, and the factor that makes it thin."""
+
+    end: float
+    scale: float
+
+
+@dataclass(frozen=True, eq=False)
+class RealtimeWater:
+    """The water of a frame; make it with :func:`realtime_water`.
+
+    Its light is solved in n bands and folded into the channels that are drawn.
+
+    Attributes
+    ----------
+    column : WaterColumn
+        The water, its light and its floor.
+    phase : BandPhase
+        Its phase function.
+    depth : float
+        Of the camera, m.
+    field : SolvedField
+    channels : Channels
+        What is drawn.
+    shape : Shape
+    draws_shafts : bool
+    seen : Snapshot
+        What there is in the water; the added floor's reflectance among the measured ones.
+    pictures : bool
+        Whether the channels are those of a picture.
+    waves, contrast, strength : WavePatterns, array (KNOTS, n), float
+        The moving surface: its patterns, and the strength of what they throw.
+    """
+
+    column: WaterColumn
+    phase: BandPhase
+    depth: float
+    field: SolvedField
+    channels: Channels
+    shape: Shape
+    seen: Snapshot
+    draws_shafts: bool = False
+    around_lamps: LampWater | None = None
+    particles: SceneParticles = dataclass_field(default_factory=SceneParticles)
+    waves: WavePatterns | None = None
+    contrast: NDArray[np.float64] | None = None
+    strength: float = 0.0
+    pictures: bool = False
+
+    def in_channels(self, channels: Channels, layers: Sequence[str] = ()) -> RealtimeWater:
+        """Return the water in other channels, with layers that are written beside the picture."""
+        shape = replace(self.shape, layers=tuple(layers))
+        return replace(self, channels=channels, shape=shape)
+
+    def seen_from(self, *, in_air: bool) -> RealtimeWater:
+        """Return the water for rays that all begin in the air, or all in the water."""
+        assert self.seen.above is not None, "the camera may be in the air"
+        seen = replace(self.seen, above=replace(self.seen.above, in_air=in_air))
+        return replace(self, seen=seen)
+
+    def under_waves(
+        self, waves: WavePatterns, contrast: NDArray[np.float64], strength: float
+    ) -> RealtimeWater:
+        """Return the water under waves.
+
+        Parameters
+        ----------
+        waves : WavePatterns
+            Of the frame.
+        contrast : array, shape (KNOTS, n)
+            Of the bands, its strength included.
+        strength : float
+            Of the caustics in the shafts; 1 is physical.
+        """
+        shape = replace(self.shape, waves=True)
+        return replace(self, shape=shape, waves=waves, contrast=contrast, strength=strength)
+
+    @property
+    def keeps_closures(self) -> bool:
+        """Whether materials keep their closures, which only add to the light of the water.
+
+        Layers hold the light of things, which nothing tells of a closure; and where channels are
+        negative, as those of a display are, EEVEE would cut the light of the water first. Band
+        passes are measurements, and EEVEE keeps the colours of closures in steps of a thousandth.
+        """
+        weights = self.channels.weights
+        positive = weights.min() >= -_ROUNDING * np.abs(weights).max()
+        return self.pictures and not self.shape.layers and bool(positive)
+
+    @functools.cached_property
+    def folded(self) -> FoldedLight:
+        """Light of the water in the channels."""
+        shade = self.seen.shade
+        return fold(
+            self.field,
+            self.channels,
+            self.depth,
+            self.column.skylight.level,
+            list(self.seen.reflectances.values()),
+            shade and Shades(shade.spectrum, shade.usual),
+            None if self.contrast is None else self._contrast_at,
+        )
+
+    def _contrast_at(self, depths: NDArray[np.float64]) -> NDArray[np.float64]:
+        assert self.waves is not None
+        assert self.contrast is not None
+        named = wave_numbers(self.waves, self.strength)
+        log, per_log = realtime_values.WAVES_LOG_DEPTH, realtime_values.WAVES_PER_LOG
+        place = 2.0 * layer_position(depths, named[log], named[per_log])
+        return interp(place[:, None], list(self.contrast))
+
+    @functools.cached_property
+    def shafts(self) -> ShaftRange | None:
+        """Reach of the froxels, and a scale that keeps their volume thin away from the sun."""
+        return _shaft_range(self) if self.draws_shafts else None
+
+    @functools.cached_property
+    def sun_gain(self) -> float:
+        """What the light of the drawn sun is multiplied with.
+
+        EEVEE keeps the colours of closures in steps of a thousandth, and lobes that have no colour
+        of their own are at most 1: a white thing in the sunlight at the camera shall be so near
+        to 1 that brighter places have room.
+        """
+        along = along_rays(self.folded, self.field.sun, [np.zeros((1, 1))] * 3)
+        y = np.full((1, 1), min(max(self.depth, 0.0), self.field.floor_depth))
+        white = sum(along.sunlight(y, 0.0 * y, k) for k in COLOURS)
+        brightest = float(np.max(white))
+        return _WHITE / brightest if brightest > 0 else 1.0
+
+    @functools.cached_property
+    def numbers(self) -> Numbers:
+        """What the node groups need besides tables and images."""
+        column, shape = self.column, self.shape
+        found = realtime_values.of_light(self.folded, tuple(self.field.sun))
+        channels, single = dict(found.channels), dict(found.single)
+        single |= dict(zip(realtime_values.SUN_IN_AIR, column.skylight.sun, strict=True))
+        single |= {
+            realtime_values.CAMERA_DEPTH: self.depth,
+            **dict(zip(realtime_values.FRAME, self.seen.frame, strict=True)),
+            realtime_values.INDEX: column.refractive_index,
+            realtime_values.SUN_GAIN: self.sun_gain,
+            realtime_values.SHAFT_END: self.shafts.end if self.shafts else 0.0,
+            realtime_values.SHAFT_SCALE: self.shafts.scale if self.shafts else 0.0,
+        }
+        if self.seen.shade is not None:
+            single |= realtime_shade.numbers(self.seen.shade.box)
+        if "reflectance" in shape.layers:
+            columns = self.channels.fold(self.channels.reflectance.T)
+            channels |= dict(zip(realtime_values.REFLECTANCE, columns, strict=True))
+        if self.seen.above is not None:
+            in_air = light_in_air(column)
+            channels |= _in_air(self.channels, in_air)
+            single |= _of_view(self.seen.above, column)
+            single[realtime_values.MIRRORED_SHARE] = float(in_air.mirrored)
+        if self.around_lamps is not None:
+            single |= _of_lamps(self.seen.lamps, column, self.phase, self.depth)
+        if self.waves is not None and self.contrast is not None:
+            # Where light falls from the brightest to nothing, no band may fall below it.
+            most = max(float(self.contrast.max()), _ROUNDING)
+            single[realtime_values.LEAST_PATTERN] = 1.0 - 1.0 / most
+            single |= wave_numbers(self.waves, self.strength)
+            single |= {
+                realtime_values.GLITTER: column.glitter * bool(self.waves.slope_x.any()),
+                realtime_values.GLITTER_WIDTH: self.waves.glitter_width(column.refractive_index),
+            }
+        return Numbers(channels, single)
+
+
+def _in_air(channels: Channels, light: LightInAir) -> dict[str, NDArray[np.float64]]:
+    """Return sun and sky in the air, on colours and alone, and light that colours emit."""
+    found = {
+        realtime_values.SUN_LEVEL: channels.fold(light.sun),
+        realtime_values.SKY_LEVEL: channels.fold(light.level),
+    }
+    for names, columns in (
+        (realtime_values.SUN_ABOVE, channels.fold_colours(light.sun)),
+        (realtime_values.SKY_ABOVE, channels.fold_colours(light.sky)),
+        (realtime_values.GLOW_ABOVE, channels.fold(channels.emission.T).T),
+    ):
+        found |= dict(zip(names, columns.T, strict=True))
+    return found
+
+
+def _of_view(view: ViewFromAir, column: WaterColumn) -> dict[str, float]:
+    """Return what the node groups know of a view from the air."""
+    index = column.refractive_index if column.reflects else 1.0
+    sun = column.sun_direction.tolist()
+    if view.in_air:
+        sun = flattened_sun(sun, view.towards, index).tolist()
+    return {
+        realtime_values.IN_AIR: float(view.in_air),
+        realtime_values.RAY_INDEX: index,
+        **dict(zip(realtime_values.CAMERA, view.camera, strict=True)),
+        **dict(zip(realtime_values.DRAWN_SUN, sun, strict=True)),
+    }
+
+
+def wave_numbers(waves: WavePatterns, strength: float) -> dict[str, float]:
+    """Return what the nodes need to look up the images of waves, by name."""
+    depths = waves.layers.depths
+    return {
+        realtime_values.WAVES_PER_METRE: 1 / waves.layers.tile,
+        realtime_values.WAVES_HALF_CELL: 0.5 / len(waves.slope_x),
+        realtime_values.WAVES_LOG_DEPTH: math.log(depths[0]),
+        realtime_values.WAVES_PER_LOG: (LAYERS - 1) / math.log(depths[-1] / depths[0]),
+        realtime_values.CAUSTIC_STRENGTH: strength,
+    }
+
+
+def realtime_water(
+    column: WaterColumn,
+    phase: BandPhase,
+    camera_depth: float,
+    weights: NDArray[np.float64],
+    *,
+    solved: SolvedField | None = None,
+    shafts: bool = False,
+    seen: Snapshot | None = None,
+) -> RealtimeWater:
+    """Return the water of a frame.
+
+    Parameters
+    ----------
+    column : WaterColumn
+        The water, its light and its floor.
+    phase : BandPhase
+        Its phase function.
+    camera_depth : float
+        Depth of the camera, m.
+    weights : array, shape (3, n)
+        What the channels have per unit radiance of each band.
+    solved : SolvedField, optional
+        Light of the column, if it has been solved already.
+    shafts : bool
+        Whether single scattering is drawn by the froxel volume, with shadows; from the air it is
+        not.
+    seen : Snapshot, optional
+        What there is in the water; nothing by default.
+    """
+    seen = seen or Snapshot()
+    lamps, shafts = seen.lamps, shafts and seen.above is None
+    if shafts:
+        column.require_one_layer("shafts of light know")
+    field = solved or column.solved_field(phase, TABLE_STREAMS)
+    if math.isfinite(column.floor_depth):
+        seen = replace(seen, reflectances={**seen.reflectances, FLOOR: column.floor_reflectance})
+    scale = tabulate(field).depth_scale
+    shape = Shape(
+        field.components, column.reflects, len(scale.zones), scale.slices, shafts,
+        sky=column.sky, layered=field.layered, shade=seen.shade is not None, lamps=len(lamps.all),
+        lamp_components=phase.components if lamps.lamps else (),
+        above=seen.above is not None, mirrors=seen.kinds.mirrors, glows=seen.kinds.glows,
+        measured=len(seen.reflectances),
+    )  # fmt: skip
+    around_lamps = _around_lamps(column, phase, camera_depth) if lamps.lamps else None
+    return RealtimeWater(
+        column, phase, camera_depth, field, channels_of(column.bands, weights), shape, seen, shafts,
+        around_lamps,
+    )  # fmt: skip
+
+
+def _around_lamps(column: WaterColumn, phase: BandPhase, depth: float) -> LampWater:
+    """Return the water of a depth as the light of lamps meets it."""
+    here = column.layer_at(depth, phase)
+    alike = here.phase.components == phase.components
+    return lamp_water(here.absorption, here.scattering, here.phase if alike else phase)
+
+
+def _of_lamps(
+    lamps: SceneLamps, column: WaterColumn, phase: BandPhase, depth: float
+) -> dict[str, float]:
+    """Return the numbers of lamps in water of a depth that are the same in every band."""
+    sun = float(np.mean(column.Ed(depth, phase)))
+    brightest = max(float(np.mean(lamp.intensity)) for lamp in lamps.lamps)
+    sunlit = bool(np.any(column.sun_irradiance > 0))
+    code = min(max(_FAINT_SHARE * brightest / sun, _FAINTEST), _BRIGHTEST) if sun > 0 else 1.0
+    return dict(zip(realtime_lamps.NUMBERS, (float(sunlit), code), strict=True))
+
+
+def _shaft_range(water: RealtimeWater) -> ShaftRange:
+    """Reach of the froxels, and a scale that keeps their volume thin away from the sun."""
+    clearest = float(water.column.attenuation.min())
+    end = min(_SHAFT_OPTICAL_DEPTH / max(clearest, 1e-6), LONGEST_SHAFT)
+    angles = np.radians(np.linspace(5.0, 175.0, 35))
+    sun = np.asarray(water.field.sun, dtype=np.float64)
+    across = np.cross(sun, [1.0, 0.0, 0.0] if abs(sun[0]) < 0.9 else [0.0, 1.0, 0.0])
+    across /= np.linalg.norm(across)
+    w = list((-np.cos(angles)[:, None] * sun + np.sin(angles)[:, None] * across).T[..., None])
+    ray = along_rays(water.folded, water.field.sun, w)
+    y_o = np.full((len(angles), 1), max(water.depth, 0.0))
+    y_e = np.maximum(y_o - w[2] * end, 0.0)
+    P = np.where(w[2] > 0, np.minimum(end, y_o / np.maximum(w[2], 1e-6)), end)
+    seen = np.maximum(ray.single_scattering(y_o, y_e, w, P), 0.0).max(axis=1)
+    phase = HenyeyGreenstein(realtime_volume.ANISOTROPY)
+    opacity = float((seen / phase(np.cos(angles))).max())
+    return ShaftRange(end, _SHAFT_OPACITY / max(opacity, 1e-12))
