@@ -1,4 +1,4 @@
-"""Sections of docs/validation.md on light: radiance, canonical problems, Raman light."""
+"""Sections of docs/measured/outside.md on light: radiance, canonical problems, Raman light."""
 
 from __future__ import annotations
 
@@ -201,7 +201,9 @@ def raman() -> Section:
         ],
     )
     ratios = np.array(ratios)
-    verdict = inelastic_table.verdict((ROOT / "docs" / "inelastic.md").read_text(encoding="utf-8"))
+    verdict = inelastic_table.verdict(
+        (ROOT / "docs" / "measured" / "inelastic.md").read_text(encoding="utf-8")
+    )
     rows = [
         Row("Raman coefficient, 362 to 544 nm", "Bartlett 1998, as NASA has it",
             f"{percent([off.min(), off.max()])} %", "± 10 %", MET),

@@ -2,7 +2,7 @@
 
     python3 dev.py run -m benchmarks auto_choice [--cases N]
 
-writes docs/auto_choice.md. Auto colours 144 rays and adds up differences of
+writes docs/measured/auto_choice.md. Auto colours 144 rays and adds up differences of
 colour; the truth is a picture of 576 rays out of a finer picture by the solved
 field for each combination, with finer shadows and sharper waves. The error is
 Auto's own: objects, floor and open water count equally.
@@ -407,7 +407,7 @@ def main(arguments: Sequence[str]) -> None:
                 kept.write_text(json.dumps(run_case(draw_case(number), costs)))
             print(kept.stem, f"{time.monotonic() - start:.0f} s", flush=True)
         results.append(json.loads(kept.read_text()))
-    docs = Path(__file__).resolve().parent.parent / "docs"
+    docs = Path(__file__).resolve().parent.parent / "docs" / "measured"
     (docs / "auto_choice.md").write_text(report(results), encoding="utf-8")
 
 

@@ -1,6 +1,6 @@
 """Lamps in EEVEE's water against Cycles: lights of vehicles, torches, a strobe, a wreck by night.
 
-``python3 dev.py run -m benchmarks lamps_in_scenes`` writes docs/lamps.md and docs/lamps.jpg. In
+``python3 dev.py run -m benchmarks lamps_in_scenes`` writes docs/measured/lamps.md, lamps.jpg. In
 turbid water photons are traced in the same rooms as well. Takes more than an hour; what Cycles and
 photons find is kept.
 """
@@ -378,7 +378,7 @@ def report(results: Sequence[Result], seconds: dict[int, float]) -> str:
 
 Written by `python3 dev.py run -m benchmarks lamps_in_scenes`.
 
-How it is done is in [physics.md](physics.md#lamps); the formulas alone are measured against
+How it is done is in [physics.md](../physics.md#lamps); the formulas alone are measured against
 photons in [lamp_light.md](lamp_light.md).
 
 ## Against Cycles
@@ -415,7 +415,7 @@ coarse blocks the vehicle with lamps 1 m beside in II and the strobe differ from
 the noise of these.
 
 What things throw back is up to three fifths of the light: sand lights the water over it, ball and
-box. {COUNT} lamps stand for it ([physics.md](physics.md#lamps)); many more would
+box. {COUNT} lamps stand for it ([physics.md](../physics.md#lamps)); many more would
 bring up to a tenth more of it. Nothing keeps their light away.
 
 Missed are the torch that shines across the view (the dark water on the side away from its beam is
@@ -460,7 +460,7 @@ def picture_sheet(results: Sequence[Result], path: Path) -> None:
 def main(arguments: Sequence[str]) -> None:
     """Measure every place and write the page."""
     parser = argparse.ArgumentParser(prog="lamps_in_scenes")
-    parser.add_argument("--docs", type=Path, default=_ROOT / "docs")
+    parser.add_argument("--docs", type=Path, default=_ROOT / "docs" / "measured")
     parser.add_argument("--keep", type=Path, default=_ROOT / "out" / "lamps")
     options = parser.parse_args(arguments)
     options.keep.mkdir(parents=True, exist_ok=True)

@@ -2,7 +2,7 @@
 
     python3 dev.py run -m benchmarks layered_water
 
-writes docs/layered_water.md.
+writes docs/measured/layered_water.md.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from ._solved_cases import FROM_SUN, Case, layered_cases
 _CASES = 24
 _TURNS = (0.0, 88.0, 150.0)
 _EDGE = 1.0  # degrees from the edge of Snell's window
-_DOCUMENT = Path(__file__).resolve().parent.parent / "docs" / "layered_water.md"
+_DOCUMENT = Path(__file__).resolve().parent.parent / "docs" / "measured" / "layered_water.md"
 
 Errors = list[NDArray[np.float64]]
 

@@ -1,4 +1,4 @@
-"""Figures and tables of the papers in our numbers: writes docs/paper_figures.md and two pictures.
+"""Figures and tables of the papers in our numbers: docs/measured/paper_figures.md, two pictures.
 
 ``python3 dev.py run -m benchmarks paper_figures`` takes about a CPU minute; numpy alone.
 """
@@ -266,11 +266,11 @@ def _spread(errors: Errors, title: str, method: str) -> tuple[list[float], list[
 
 
 def main(_arguments: list[str]) -> None:
-    """Measure, write docs/paper_figures.md and its pictures."""
+    """Measure, write docs/measured/paper_figures.md and its pictures."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", DataWarning)  # sensors reach beyond 400 to 700 nm
-        text = page(ROOT / "docs")
-    (ROOT / "docs" / "paper_figures.md").write_text(text, encoding="utf-8")
+        text = page(ROOT / "docs" / "measured")
+    (ROOT / "docs" / "measured" / "paper_figures.md").write_text(text, encoding="utf-8")
     print(text)
 
 
@@ -515,10 +515,10 @@ Of all cameras the ratio is from {every[low]:.2f} ({low}) to {every[high]:.2f} (
 
 **Monzon 2022, Figure 1**: two sensors or more by Jerlov types, six frames; neither is named in the
 text, so it cannot be repeated. Three sensors by three types, rendered, lead
-[the gallery](gallery.md).
+[the gallery](../gallery.md).
 
 Not repeated here: Figures 1, 6 and 9 (pictures; [Snell's window](snell_window.md)), 2 (the
-coefficients are data), 3 to 5 (drawings), 15 (in [validation.md](validation.md)).
+coefficients are data), 3 to 5 (drawings), 15 (in [outside.md](outside.md)).
 """
 
 
@@ -606,5 +606,5 @@ Parameters of CDOM's fluorescence are not legible in the text that we have, and 
 point light of unprinted place and strength, and the constituents of the seas are not printed.
 **Figure 4**, Baltic without inelastic light, with chlorophyll's, with all: {swatches}; here too the
 sea is from other sources. The values of **Figure 5** are not in the text that we have; the weights
-of §4.1 are in [validation.md](validation.md).
+of §4.1 are in [outside.md](outside.md).
 """

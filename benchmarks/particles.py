@@ -3,7 +3,7 @@
 
     python3 dev.py run -m benchmarks particles [--samples N] [--width W] [--look N] [--keep DIR]
 
-writes docs/particles.md and docs/pictures/particles.jpg. Costs are ratios within one run.
+writes docs/measured/particles.md and docs/measured/particles.jpg. Costs are ratios within one run.
 What is in --keep is not rendered again.
 """
 
@@ -45,7 +45,7 @@ from ..uw_spectral.water.particles import (
 from ._shade_scenes import matt
 from .path_radiance_table import ROOT
 
-SHEET = ROOT / "docs" / "pictures" / "particles.jpg"
+SHEET = ROOT / "docs" / "measured" / "particles.jpg"
 DEPTH, _FLOOR = 8.0, 9.4
 _ASPECT = 16 / 9
 _MORE, _REPEATS, _SMALL = 6, 2, 50  # samples, times, % of the size at which costs are measured
@@ -236,7 +236,7 @@ def report(found: Sequence[Found], samples: int) -> str:
 
 Written by `python3 dev.py run -m benchmarks particles`.
 
-![Snow by day, silt in the light of a torch, and snow by day in Cycles](pictures/particles.jpg)
+![Snow by day, silt in the light of a torch, and snow by day in Cycles](particles.jpg)
 
 From above: {"; ".join(x.look.title for x in found)}. {width} × {height} pixels, {samples} samples ({_CYCLES * samples} in Cycles), slope 4, through a lens that is open.
 
@@ -329,4 +329,4 @@ def main(arguments: Sequence[str]) -> None:
         return
     _sheet(found, SHEET)
     page = report(found, options.samples)
-    (ROOT / "docs" / "particles.md").write_text(page, encoding="utf-8")
+    (ROOT / "docs" / "measured" / "particles.md").write_text(page, encoding="utf-8")

@@ -2,7 +2,7 @@
 
     python3 dev.py run -m benchmarks preset_pictures [--samples N]
 
-writes docs/preset_pictures.md and docs/preset_pictures.jpg. Only the phase function differs
+writes docs/measured/preset_pictures.md and its picture. Only the phase function differs
 within a pair of pictures; the presets once had Henyey-Greenstein, "Quick".
 """
 
@@ -189,7 +189,7 @@ def main(arguments: Sequence[str]) -> None:
         pairs.append(measure(path, scene.camera, options.samples))
         last = pairs[-1]
         print(last.name, last.ratio, last.brightness, last.delta_e, flush=True)
-    docs = _ROOT / "docs"
+    docs = _ROOT / "docs" / "measured"
     picture_sheet(pairs, docs / "preset_pictures.jpg")
     depth = -scene.camera.matrix_world.translation.z
     (docs / "preset_pictures.md").write_text(report(pairs, depth, options.samples), "utf-8")

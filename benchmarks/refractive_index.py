@@ -1,4 +1,4 @@
-"""What one refractive index for all wavelengths leaves out. Writes docs/refractive_index.md.
+"""What one index for all wavelengths leaves out. Writes docs/measured/refractive_index.md.
 
 ``python3 dev.py run -m benchmarks refractive_index``; a test uses the same functions.
 """
@@ -106,7 +106,7 @@ def light(name: str, zenith: float) -> dict[str, np.ndarray]:
 
 
 def main(_arguments: list[str]) -> None:
-    """Measure everything and write docs/refractive_index.md."""
+    """Measure everything and write docs/measured/refractive_index.md."""
     rows = [row(float(index)) for index in refractive_index_QuanFry1995(NM)]
     constant = row(REFRACTIVE_INDEX)
     names = [f"{nm:g} nm" for nm in NM]
@@ -152,5 +152,5 @@ flat surface, looking up, that is a reddish line of {rim:.1f}° around a window 
 {2 * constant.window:.1f}°; waves break the edge up. It is left out, and
 `--refractive-index` is one number.
 """
-    (ROOT / "docs" / "refractive_index.md").write_text(text, encoding="utf-8")
+    (ROOT / "docs" / "measured" / "refractive_index.md").write_text(text, encoding="utf-8")
     print(text)

@@ -2,7 +2,7 @@
 
     python3 dev.py run -m benchmarks waterline [--samples N]
 
-writes docs/waterline.md and docs/waterline.png.
+writes docs/measured/waterline.md and docs/measured/waterline.png.
 """
 
 from __future__ import annotations
@@ -271,7 +271,7 @@ def main(arguments: Sequence[str]) -> None:
             found[case] = measure(case, options.samples)
             x = found[case]
             print(f"{case.title}: {x.bands:.2f} {x.realtime:.2f} {x.worst:.2f} {x.noise:.2f}")
-    docs = ROOT / "docs"
+    docs = ROOT / "docs" / "measured"
     if options.case is not None:
         return
     _sheet(found, docs / "waterline.png")

@@ -114,7 +114,7 @@ def report(pictures: list[np.ndarray]) -> str:
 
 
 def main() -> None:
-    """Build, render what is missing, and write docs/dive.md."""
+    """Build, render what is missing, and write docs/measured/dive.md."""
     import OpenImageIO as oiio  # noqa: N813
 
     OUT.mkdir(parents=True, exist_ok=True)
@@ -131,8 +131,8 @@ def main() -> None:
     sheet = np.vstack(rows)
     image = oiio.ImageBuf(oiio.ImageSpec(sheet.shape[1], sheet.shape[0], 3, "uint8"))
     image.set_pixels(oiio.ROI(), np.ascontiguousarray(sheet))
-    image.write(str(ROOT / "docs" / "dive.png"))
-    (ROOT / "docs" / "dive.md").write_text(report(pictures), encoding="utf-8")
+    image.write(str(ROOT / "docs" / "measured" / "dive.png"))
+    (ROOT / "docs" / "measured" / "dive.md").write_text(report(pictures), encoding="utf-8")
 
 
 if __name__ == "__main__":
