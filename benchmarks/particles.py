@@ -245,19 +245,8 @@ before bright water, and seen mostly before dark things, as in nature. In the lo
 of Cycles takes faint specks for noise, so **do not denoise particles by day**. Without it, and with enough samples, they are as
 bright as in EEVEE, within 6 % in a test.
 
-What is larger than about 0.1 mm is seen by itself: as specks, and near the lens as discs out of focus. These are
-meshes, made by geometry nodes around the camera. They are lit and dimmed as all other things in the water, by sun and
-lamps, in real time, in bands and in Cycles, and are named in the layers `instance` and `material` (*UW Snow*,
-*UW Plankton*, *UW Bubbles*, *UW Silt*). They drift with the scene's clock, the same for each seed and frame, whatever
-the camera does. Without density nothing is added to a scene, and no shader is compiled.
-
-## How to use them
-In the panel *Snow and Bubbles*: numbers per litre, all of which keyframe. *Of water* × 1 takes as much snow
-as the water's own scattering speaks for. On a command line:
-`--snow-of-water 1 --plankton 2 --bubbles 5 --silt 100 --drift-speed 0.05`.
-The scene's camera makes the discs: switch on its *Depth of Field*. With few samples they are grainy in both engines:
-take 64 or more. *Down to mrad* is the smallest that is drawn, diameter over distance;
-half of it draws eight times as many. A pixel of a camera of 60° at 1920 wide is 0.55 mrad.
+Without density nothing is added to a scene, and no shader is compiled. How to use them: [for artists](../artist.md#particles).
+A pixel of a camera of 60° at 1920 wide is 0.55 mrad.
 
 ## How many
 The numbers fall with the power of the diameter that `--particle-slope` says, 3.6 by default: measured were 3.6 ± 0.33 in
@@ -294,12 +283,7 @@ half the size of the pictures:
 Grains of all kinds share one material, bubbles have another: each is one more shader to compile, and only with a density
 above 0. With more than {200_000} of a kind the smallest angle grows, and the record of the picture says so.
 
-## What is left out
-- Particles are drawn before the scene's camera only; a viewport that looks elsewhere sees none there.
-- They cast no shadow, and things do not reflect them.
-- Nearer than 0.1 m there are none: that is the housing.
-- With motion blur, one that leaves the box and comes back on its other side may streak in that frame.
-- The number of the water is that of its first layer.
+What is left out: [limits](../limits.md#particles).
 """
 
 
