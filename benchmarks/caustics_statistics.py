@@ -376,7 +376,7 @@ too weak.
 
 ## Against the sea: Gernez & Antoine 2009
 
-510 nm, 2.7 to 3.7 m (3.2 m here), collector 8 mm, the diffuse share of the sky that they print.
+510 nm, 2.7 to 3.7 m (3.2 m here), collector 8 mm, the diffuse fraction of the sky that they print.
 Wind and water of each sun angle are not published together: 5 m/s, chlorophyll 0.3 mg/m³.
 Neither is met: the model is 1.6 to 1.9 times the medians of the buoy, and falls too little with the
 sun, to 0.59 of the highest where the sea falls to 0.49. A record that does not resolve a third of a

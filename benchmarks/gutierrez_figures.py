@@ -504,8 +504,8 @@ and a_y(440) in 1/m. The next five are the seas of its Figure 3, the last three 
 |---|---|---|
 {source_lines}
 
-## Inelastic share
-Share of each process in the radiance between 380 and 780 nm (last column: in the luminance),
+## Inelastic fraction
+Fraction of each process in the radiance between 380 and 780 nm (last column: in the luminance),
 looking level at {DEPTH:g} m. Quantum yield of chlorophyll 0.02. The paper reports about 2 % for
 its Baltic.
 
@@ -513,7 +513,7 @@ its Baltic.
 |---|---|---|---|---|---|
 {share_lines}
 
-Share of Raman scattering in the upwelling radiance at 650 nm, looking straight down:
+Fraction of Raman scattering in the upwelling radiance at 650 nm, looking straight down:
 
 | water | {" | ".join(f"{y:g} m" for y in RED_DEPTHS)} |
 |---|{"---|" * len(RED_DEPTHS)}

@@ -385,7 +385,7 @@ photons in [lamp_light.md](lamp_light.md).
 Default phase function, flat surface, {BANDS} bands, CIE 1931, night (or sun and sky at a
 twentieth), {_DEPTH:g} m deep over sand; {WIDTH} × {HEIGHT} pixels, exposed for the lamps; LEDs of
 measured spectrum; two seeds of samples each: {samples}. ΔE2000 of blocks of {_BLOCK} × {_BLOCK}
-pixels: mean, 95 %, worst, and the share of it that is Cycles' noise; the mean and its noise in
+pixels: mean, 95 %, worst, and the fraction of it that is Cycles' noise; the mean and its noise in
 blocks of {across} × {down} pixels; the brightness of the picture. Then open water alone, per block
 of {_BLOCK} × {_BLOCK} and band: median, 95 % and worst relative error, and the standard error of
 Cycles in it.
@@ -395,11 +395,11 @@ Cycles in it.
 {rows}
 
 ## Against photons
-The same rooms, {_PHOTONS} photons in each block and band (`benchmarks/_lamp_room.py`), likewise;
-then Cycles against them: brightness, median error of open water; and the share of the
-picture's light that a thing has thrown back.
+The same scenes, {_PHOTONS} photons in each block and band (`benchmarks/_lamp_room.py`), likewise;
+then Cycles against them: brightness, median error of open water; and the fraction of the
+picture's light that an object has reflected.
 
-{_HEAD} | Cycles, bright | Cycles, water | thrown back |
+{_HEAD} | Cycles, bright | Cycles, water | reflected |
 |{"---|" * 13}
 {photons}
 
@@ -414,19 +414,19 @@ Bounces are not the limit: Cycles follows {MOST_BOUNCES}, photons are followed o
 coarse blocks the vehicle with lamps 1 m beside in II and the strobe differ from photons by about
 the noise of these.
 
-What things throw back is up to three fifths of the light: sand lights the water over it, ball and
+What objects reflect is up to three fifths of the light: sand lights the water over it, ball and
 box. {COUNT} lamps stand for it ([physics.md](../physics.md#lamps)); many more would
 bring up to a tenth more of it. Nothing keeps their light away.
 
 Missed are the torch that shines across the view (the dark water on the side away from its beam is
 up to several times too bright: light is bent there and back), the lamp right behind a fish (no glow
-comes round a thing), and 3C, which is a little dark. Things keep a lamp's light from the water
+comes round an object), and 3C, which is a little dark. Objects keep a lamp's light from the water
 behind them by a map of {SIDE} × {SIDE} distances, the same for light that was scattered more often,
 which in truth finds its way round them.
 
 ## Seconds of a frame
 CPU seconds on the software rasteriser, {WIDTH} × {HEIGHT}, the less of two, sun on, shaders
-compiled; {COUNT} lamps more stand for what things throw back wherever there is one.
+compiled; {COUNT} lamps more stand for what objects reflect wherever there is one.
 
 | lamps | CPU s | over none |
 |---|---|---|

@@ -226,17 +226,17 @@ from the zenith, flat surface, {len(BANDS)} bands from 300 to 800 nm, quantum yi
 |---|---|
 {codes}
 
-Share of the radiance, 380 to 780 nm, and of its luminance. The paper reports about 2 %.
+Fraction of the radiance, 380 to 780 nm, and of its luminance. The paper reports about 2 %.
 
 | process | radiance | luminance |
 |---|---|---|
 {newline.join(share_rows)}
 
-Share of the ten events, each by the power of the light that it happens to. *chlorophyll light* and
-*cdom light* are the absorptions that can excite; at most two in a hundred emit, the others end as
+Fraction of the ten events, each by the power of the light that it happens to. *chlorophyll light*
+and *cdom light* are the absorptions that can excite; at most two in a hundred emit, the others end as
 heat. What is left to *absorption by phytoplankton* cannot excite.
 
-| event | share |
+| event | fraction |
 |---|---|
 {events}
 

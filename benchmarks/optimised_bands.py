@@ -249,7 +249,7 @@ def main(_: Sequence[str]) -> None:
                 for label in labels
             ],
         ),
-        "Share of the cases in which fewer bands are at or below the error of more:",
+        "Fraction of the cases in which fewer bands are at or below the error of more:",
         "",
         *_table(
             ("", *(f"{d:g} m" for d in _DEPTHS)),

@@ -492,14 +492,14 @@ def _looks_text() -> str:
 **Figures 8 and 10** show reefs in open and coastal types at growing depth: more single scattering
 in shallow water and in types of higher albedo, and coastal water without light at about ten metres.
 Of the depths only y_f = 4 m is printed; the others are ours, and so is the camera 1 m above the
-floor. Colour of level open water to the eye; luminance of the light left at the camera; share of
+floor. Colour of level open water to the eye; luminance of the light left at the camera; fraction of
 single scattering in the open water's luminance, and its amount over a white diffuser there:
 
 {chr(10).join(f"{x}{chr(10)}" for x in sections)}
 ![Colours of the open water](paper_waters.png)
 
 At 10 m, over a floor at 11 m, {at_ten} of the luminance at the surface
-is left: {_stops(left)} stops, which an exposure makes up for. The share of single scattering
+is left: {_stops(left)} stops, which an exposure makes up for. The fraction of single scattering
 falls with depth, as they say, though hardly in I and IA. With the albedo it falls too, since ever
 more light is scattered again; its amount beside the white grows from I to IB, as they have it, and
 falls again in II.
@@ -591,7 +591,7 @@ phase function of detritus and minerals has no printed parameters; Petzold's ave
 
 As printed, the phase function 1/π of phytoplankton integrates to 4: in {gaining} of the
 bands, in this order, scattering then gives back more light than is lost, and deep water has no
-solution. With HG without 1/(4π) it is 4π. Share of light of changed wavelength in the luminance
+solution. With HG without 1/(4π) it is 4π. Fraction of light of changed wavelength in the luminance
 there, with the absorption of water for the Raman coefficient, as §3.3.2 has it, and Table 5's
 quantum yield of phytoplankton, {printed.QUANTUM_YIELD:g}:
 

@@ -241,7 +241,7 @@ Written by `python3 dev.py run -m benchmarks particles`.
 From above: {"; ".join(x.look.title for x in found)}. {width} × {height} pixels, {samples} samples ({_CYCLES * samples} in Cycles), slope 4, through a lens that is open.
 
 The torch's beam is full of bright specks and small discs, as in a diver's photograph at night. By day snow is pale and faint
-before bright water, and seen mostly before dark things, as in nature. In the lowest picture it is all but gone: the denoiser
+before bright water, and seen mostly before dark objects, as in nature. In the lowest picture it is all but gone: the denoiser
 of Cycles takes faint specks for noise, so **do not denoise particles by day**. Without it, and with enough samples, they are as
 bright as in EEVEE, within 6 % in a test.
 
@@ -261,7 +261,7 @@ its cross section. Larger ones than 0.1 mm then carry {shares} of the scattering
 {_water_rows()}
 
 Divers count 1 to 10 flocs above 0.5 mm in a litre of usual surface water, seldom more than 100 (Alldredge & Silver
-1988, quoted from memory, not looked up): with 3.6 about as many are drawn, with 4 fewer. The particles that are drawn stay in the water's own scattering, which they would lower by the shares above.
+1988, quoted from memory, not looked up): with 3.6 about as many are drawn, with 4 fewer. The particles that are drawn stay in the water's own scattering, which they would lower by the fractions above.
 
 ## Kinds
 | kind | diameter, mm | reflectance (green) | speed upwards at 0.5 mm, mm/s |
@@ -269,7 +269,7 @@ Divers count 1 to 10 flocs above 0.5 mm in a litre of usual surface water, seldo
 {kinds}
 
 Speeds: snow by Alldredge & Gotschalk (1988), bubbles and silt by Ferguson & Church (2004). Reflectances, shapes and
-the way that they stray are plausible, not measured. Flocs throw back as much light as they let through.
+the way that they stray are plausible, not measured. Flocs reflect as much light as they let through.
 Bubbles are mirrors where water reflects totally, and clear elsewhere; they do not refract.
 
 ## What they cost

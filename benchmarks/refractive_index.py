@@ -131,7 +131,7 @@ Written by `python3 dev.py run -m benchmarks refractive_index`.
 
 Index of seawater by Quan & Fry (1995), 35 g/kg, 20 °C, and what follows from it: transmittance
 of the surface for the sun at {", ".join(f"{z:g}" for z in constant.transmittance)}°, angle of the
-refracted sun at 60°, half angle of Snell's window, share of uniform light that the surface sends
+refracted sun at 60°, half angle of Snell's window, fraction of uniform light that the surface sends
 back down. From 0 to 30 °C the index changes by 0.003, from fresh water to the sea by 0.0065.
 
 | | n | {" | ".join(f"T {z:g}°" for z in constant.transmittance)} | refracted | window | back |

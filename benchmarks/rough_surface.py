@@ -192,8 +192,8 @@ isotropic normal slopes, with the mean square slope of the scene's own spectrum 
 long fetch), Fresnel and Snell at each (`uw_spectral/transfer/rough_surface.py`). Written by
 `python3 dev.py run -m benchmarks rough_surface`.
 
-- A ray meets facets by the area they turn to it; shares add up to 1, which is Smith's masking. In
-  air, what a facet sends down meets the waves once more. In water, what leaves towards another
+- A ray meets facets by the area they turn to it; fractions add up to 1, which is Smith's masking.
+  In air, what a facet sends down meets the waves once more. In water, what leaves towards another
   wave comes back but for what that wave mirrors to the sky; a ray mirrored up becomes a level one.
 - Streams in the water exchange light by a matrix per azimuth mode. It is made reciprocal, and
   scaled (Sinkhorn, symmetrically) until as much comes along each stream as goes, and a uniform

@@ -225,7 +225,7 @@ Wanted were 1.5 in the mean of each scene and 2.5 in shaded pixels.
 
 ## Seconds to compute
 On two shared cores that do other work too, 8 bands: the whole once, and again for a frame in which
-nothing has moved. Wanted were 1 s for the whole, and 0.1 s for a frame in which one thing moves;
+nothing has moved. Wanted were 1 s for the whole, and 0.1 s for a frame in which one object moves;
 that costs the whole but the samples of what has not moved.
 
 | scene | surfaces | rays | all | again |
@@ -242,8 +242,8 @@ card's work on the processor. The table is an image of so many MiB. Wanted was 1
 {costs}
 
 ## Visibility of the sky
-Share of the sky's directions that nothing covers, against casting rays at the meshes themselves: at
-random points of the box above the ground, and its mean over four places of rays of the camera.
+Fraction of the sky's directions that nothing covers, against casting rays at the meshes themselves:
+at random points of the box above the ground, and its mean over four places of rays of the camera.
 By the voxels along the same rays, and by the probes with their own. Mean error, 95 %, and mean with
 its sign. Wanted was 0.03.
 

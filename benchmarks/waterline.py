@@ -185,7 +185,7 @@ what lies under water to where refraction makes them seem to lie, and each pixel
 ray in the water from there, exactly for a flat surface. Cycles traces rays through the surface.
 Where the waterline is on the glass of the camera's port, 0.1 m before it, the picture has both
 worlds: EEVEE draws it twice, Cycles begins its rays at the glass. A meniscus of 3.1 mm stands at
-the line. Things in the air have the sun and the sky of the air.
+the line. Objects in the air have the sun and the sky of the air.
 
 Jerlov IB with HG 0.9, {bands} bands, clear sky, sun at 35°, floor at {floor:g} m where there
 is one, CIE 1931, no shade. Cycles: two pictures of {samples} samples; its noise is half their

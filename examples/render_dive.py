@@ -98,7 +98,7 @@ def report(pictures: list[np.ndarray]) -> str:
             "![Twenty-four frames](dive.png)",
             "",
             "EEVEE in real-time mode, 8 bands, flat surface, a wall of boulders over a",
-            "floor at 17 m. Depth, camera and share of the second water are keyframes; exposure",
+            "floor at 17 m. Depth, camera and fraction of the second water are keyframes; exposure",
             "follows the light at the camera's depth. Node values change; nothing is rebuilt.",
             "",
             f"Mean absolute difference of neighbouring frames, in 8-bit sRGB steps: {rows}.",
