@@ -233,8 +233,8 @@ Fraction of the radiance, 380 to 780 nm, and of its luminance. The paper reports
 {newline.join(share_rows)}
 
 Fraction of the ten events, each by the power of the light that it happens to. *chlorophyll light*
-and *cdom light* are the absorptions that can excite; at most two in a hundred emit, the others end as
-heat. What is left to *absorption by phytoplankton* cannot excite.
+and *cdom light* are the absorptions that can excite; at most two in a hundred emit, the others end
+as heat. What is left to *absorption by phytoplankton* cannot excite.
 
 | event | fraction |
 |---|---|

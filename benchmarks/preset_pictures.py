@@ -153,7 +153,8 @@ Written by `python3 dev.py run -m benchmarks preset_pictures`.
 
 The presets once scattered with `{BEFORE}` ("Quick"), as if all of it were by particles; now they
 have the default `{NOW}`: molecules and particles by their fraction in each band. Nothing else
-differs within a pair: Cycles, {_BANDS} bands, {samples} samples, denoised, {WIDTH} × {HEIGHT} pixels, the
+differs within a pair: Cycles, {_BANDS} bands, {samples} samples, denoised,
+{WIDTH} × {HEIGHT} pixels, the
 reef of the examples (draft) from {depth:.1f} m, whose floor at {_REEF_FLOOR:g} m takes the place of
 the preset's. Exposure is automatic in both.
 
