@@ -108,9 +108,9 @@ Cases with the largest 95 % in open water:
 
 {cases}
 
-Beam attenuation is averaged between the depths of any two slices, so a path through a border keeps
-its optical depth; slices are dense to both sides of the three strongest borders. A border between
-two waters is sharp in the solution; for level rays it is smeared over the first slices beside it, and
-between the elevations next to the horizon: in a clear layer between turbid ones, in a band that is
-nearly dark, they may be many times too bright.
+Beam attenuation is averaged between the depths of any two slices, so a path through a border
+keeps its optical depth; slices are dense to both sides of the three strongest borders. A border
+between two waters is sharp in the solution; for level rays it is smeared over the first slices
+beside it, and between the elevations next to the horizon: in a clear layer between turbid ones,
+in a band that is nearly dark, they may be many times too bright.
 """
