@@ -175,7 +175,7 @@ def _known(values: Mapping[str, Value]) -> tuple[tuple[str, Value], ...]:
     if not str(water).startswith("jerlov:"):
         left_out.add("water_source")
     if water == AIR:
-        left_out |= {"absorption_factor", "scattering_factor", "surface", *_WAVES}
+        left_out |= {"concentration", "absorption_factor", "scattering_factor", "surface", *_WAVES}
     if values.get("surface") not in (None, WAVES):
         left_out |= set(_WAVES)
     return tuple((name, value) for name, value in values.items() if name not in left_out)

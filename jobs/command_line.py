@@ -5,12 +5,21 @@ from __future__ import annotations
 import argparse
 import re
 from collections.abc import Sequence
-from dataclasses import asdict, fields
+from dataclasses import asdict
 from pathlib import Path
 from typing import NoReturn, get_args
 
 from ..quality.methods import DRAWN, METHODS, QUALITIES, Device, Engine, Mode
-from ..settings.scene_settings import BANDS, CONSTITUENTS, RANGE, REALTIME, SceneSettings, flag
+from ..settings.scene_settings import (
+    BANDS,
+    CONSTITUENTS,
+    RANGE,
+    REALTIME,
+    SETTINGS,
+    SceneSettings,
+    flag,
+)
+from ..settings.setting import SECTIONS, Setting
 from ..uw_spectral.errors import InputError
 from .job import AutoRequest, Job, SplitRequest
 
@@ -19,6 +28,7 @@ _AMOUNTS = ("chlorophyll", "cdom", "minerals", "detritus")
 _SPAN = re.compile(r"(-?\d+)(?:-(-?\d+))?")
 _BELOW_ZERO = re.compile(r"-\d")
 _OUT = Path("bands")
+_METAVARS = {str: "TEXT", int: "N", float: "X"}
 
 
 class _Parser(argparse.ArgumentParser):
@@ -30,6 +40,7 @@ def parser(program: str | None = None) -> argparse.ArgumentParser:
     """Return the command line of a batch; ``program`` is its name in the help."""
     result = _Parser(
         prog=program,
+        usage="%(prog)s [SCENE.blend] [options]",
         description="Render the spectral bands of an underwater scene and develop them.",
         argument_default=argparse.SUPPRESS,
         allow_abbrev=False,
@@ -37,56 +48,43 @@ def parser(program: str | None = None) -> argparse.ArgumentParser:
     result.add_argument(
         "blend", nargs="?", type=Path, default=None, help="scene, unless Blender has one open"
     )
-    result.add_argument(
+    chosen = result.add_argument_group("What decides", "How it is rendered, and how well")
+    chosen.add_argument(
         "--engine", choices=("cycles", "eevee"), help="default: that of --quality, else cycles"
     )
-    result.add_argument(
+    chosen.add_argument(
         "--mode",
         choices=(BANDS, REALTIME),
         help="eevee: three bands a pass, or all bands in one pass and no spectra",
     )
-    result.add_argument(
+    chosen.add_argument(
         "--quality",
         choices=tuple(QUALITIES),
         help="choose engine, bands and terms by what the scene requires; "
         + ", ".join(f"{name}: ΔE {q.target:g}" for name, q in QUALITIES.items())
         + "; other options win",
     )
-    result.add_argument(
+    chosen.add_argument(
         "--target-delta-e",
         type=float,
         metavar="X",
         help="choose so that the mean ΔE2000 against everything in many bands stays below X; "
         "objects, floor and open water count equally",
     )
-    result.add_argument(
+    chosen.add_argument(
         "--time-budget",
         type=float,
         metavar="S",
         help="stay within S seconds of CPU time, by a measured table, even if ΔE suffers",
     )
-    result.add_argument(
+    chosen.add_argument(
         "--explain", action="store_true", default=False, help="print what was chosen and why"
     )
-    for setting in fields(SceneSettings):
-        if setting.name in RANGE:
-            continue
-        text = setting.metadata["help"].replace("%", "%%")
-        if isinstance(setting.default, bool):
-            result.add_argument(
-                flag(setting.name), action=argparse.BooleanOptionalAction, help=text
-            )
-        else:
-            result.add_argument(
-                flag(setting.name),
-                dest=setting.name,
-                type=type(setting.default),
-                choices=setting.metadata["choices"] or None,
-                help=text,
-            )
-    result.add_argument("--range", nargs=2, type=float, metavar=("START", "END"), help="nm")
-    result.add_argument("--frames", default="", help="e.g. 1-24 or 1,5,9; default: current frame")
-    cameras = result.add_mutually_exclusive_group()
+    for name, section in SECTIONS.items():
+        _add_settings(result.add_argument_group(section.title, section.text), name)
+    work = result.add_argument_group("The job", "Frames, cameras, and how they are rendered")
+    work.add_argument("--frames", default="", help="e.g. 1-24 or 1,5,9; default: current frame")
+    cameras = work.add_mutually_exclusive_group()
     cameras.add_argument("--camera", default=None, help="name; default: the scene's camera")
     cameras.add_argument(
         "--cameras",
@@ -94,20 +92,20 @@ def parser(program: str | None = None) -> argparse.ArgumentParser:
         metavar="A,B",
         help="several, which share bands and exposure; each gets a folder in --out",
     )
-    result.add_argument("--resolution", nargs=2, type=int, default=None, metavar=("W", "H"))
-    result.add_argument("--seed", type=int, default=0)
-    result.add_argument("--out", type=Path, default=None, metavar="DIR", help="default: bands")
-    result.add_argument("--resume", action="store_true", default=False)
-    result.add_argument(
+    work.add_argument("--resolution", nargs=2, type=int, default=None, metavar=("W", "H"))
+    work.add_argument("--seed", type=int, default=0)
+    work.add_argument("--out", type=Path, default=None, metavar="DIR", help="default: bands")
+    work.add_argument("--resume", action="store_true", default=False)
+    work.add_argument(
         "--denoise", action="store_true", default=False, help="shifts dark bands by a few percent"
     )
-    result.add_argument(
+    work.add_argument(
         "--device",
         choices=get_args(Device),
         default=None,
         help="what Cycles renders on; default: the scene's, which is the cpu unless it was changed",
     )
-    result.add_argument(
+    work.add_argument(
         "--parts",
         type=int,
         default=1,
@@ -115,7 +113,7 @@ def parser(program: str | None = None) -> argparse.ArgumentParser:
         help="cycles: render each pass N times with a share of the samples, rounded up, and "
         "another seed; their mean is the pass, and the record holds their variance",
     )
-    split = result.add_argument_group("splitting a job over processes and machines")
+    split = result.add_argument_group("Splitting a job over processes and machines")
     steps = split.add_mutually_exclusive_group()
     steps.add_argument(
         "--plan", type=Path, default=None, metavar="FILE",
@@ -147,7 +145,7 @@ def parser(program: str | None = None) -> argparse.ArgumentParser:
         "--progress", choices=PROGRESS, default=PROGRESS[0],
         help="openjd: also print lines that Open Job Description reads",
     )  # fmt: skip
-    sets = result.add_argument_group("data sets")
+    sets = result.add_argument_group("Data sets")
     sets.add_argument(
         "--dataset", type=Path, default=None, metavar="SPEC",
         help="plan, render and export the views of a specification (TOML) into --out; again with "
@@ -164,6 +162,40 @@ def parser(program: str | None = None) -> argparse.ArgumentParser:
     result.add_argument("--list-sensors", action="store_true", default=False)
     result.add_argument("--list-waters", action="store_true", default=False)
     return result
+
+
+def _add_settings(group: argparse._ArgumentGroup, section: str) -> None:
+    """Add the options of a section."""
+    for setting in SETTINGS.values():
+        if setting.section != section or setting.name == RANGE[1]:
+            continue
+        text = _help(setting)
+        if setting.name == RANGE[0]:
+            group.add_argument("--range", nargs=2, type=float, metavar=("START", "END"), help=text)
+        elif isinstance(setting.default, bool):
+            group.add_argument(flag(setting.name), action=argparse.BooleanOptionalAction, help=text)
+        else:
+            group.add_argument(
+                flag(setting.name),
+                dest=setting.name,
+                type=type(setting.default),
+                choices=tuple(setting.choices) or None,
+                metavar=None if setting.choices else _METAVARS[type(setting.default)],
+                help=text,
+            )
+
+
+def _help(setting: Setting) -> str:
+    """What a setting does, its choices, unit, limits and default."""
+    name, default = setting.text, setting.default
+    if setting.name == RANGE[0]:
+        name, default = "Spectral range", f"{default:g} {SETTINGS[RANGE[1]].default:g}"
+    parts = [f"{word}: {text}" for word, (_, text) in setting.choices.items() if text]
+    facts = [setting.facts, f"{setting.engine} only" if setting.engine else ""]
+    if default != "":
+        facts.append(f"default {str(default).lower() if isinstance(default, bool) else default}")
+    words, known = "; ".join([name, *parts]), ", ".join(filter(None, facts))
+    return (f"{words} ({known})" if known else words).replace("%", "%%")
 
 
 def parse_numbers(text: str, option: str = "--frames") -> tuple[int, ...]:
@@ -256,7 +288,7 @@ def split(options: argparse.Namespace) -> SplitRequest | None:
         return None
     if planned is None:
         decided = ("engine", "mode", "quality", "target_delta_e", "time_budget", "range")
-        settled = [flag(s.name) for s in fields(SceneSettings) if s.name in vars(options)]
+        settled = [flag(name) for name in SETTINGS if name in vars(options)]
         settled += [flag(name) for name in decided if name in vars(options)]
         others = ("seed", "denoise", "resolution", "device", "parts", "resume")
         usual = vars(parser().parse_args([]))
@@ -304,7 +336,7 @@ def auto(options: argparse.Namespace) -> AutoRequest | None:
         return None
     if target is None:
         target = QUALITIES[quality or "final"].target
-    keep = {name for name in (*(s.name for s in fields(SceneSettings)), "range") if name in given}
+    keep = {name for name in (*(s for s in SETTINGS), "range") if name in given}
     return AutoRequest(target, budget, options.explain, frozenset(keep))
 
 

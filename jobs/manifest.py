@@ -10,14 +10,14 @@ import functools
 import hashlib
 import json
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import asdict, astuple, dataclass, field, fields
+from dataclasses import asdict, astuple, dataclass, field
 from pathlib import Path
 from typing import Any, get_args
 
 from ..datasets.files import joined, relative
 from ..quality.methods import Device, Engine, Method, Mode, method_of
 from ..scene.seen.picture_size import rendered_size
-from ..settings.scene_settings import SceneSettings, flag
+from ..settings.scene_settings import SETTINGS, SceneSettings, flag
 from ..uw_spectral.errors import InputError
 from ..uw_spectral.imaging.layer_sums import drawn_for
 from ..uw_spectral.imaging.layers import NONE, parse_layers
@@ -310,7 +310,7 @@ def differences(earlier: Manifest, now: Manifest) -> list[str]:
     shared = set(earlier.frames) & set(now.frames)
     pairs = [(earlier.rendered_settings(n), now.rendered_settings(n)) for n in sorted(shared)]
     if not pairs:
-        still = {s.name for s in fields(SceneSettings) if not s.metadata["animatable"]}
+        still = {name for name, setting in SETTINGS.items() if not setting.animatable}
         firsts = (
             earlier.rendered_settings(earlier.frames[0]),
             now.rendered_settings(now.frames[0]),

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import bpy
 
+from ..settings.known_words import suggestions
 from ..uw_spectral.lamps.emission import LUMENS, WATTS
 
 PROPERTY = "underwater"
@@ -33,6 +34,7 @@ def register() -> None:
             description="Light that the lamp emits: led, led-warm, halogen, hid, blackbody:5600, "
             "another light source by name, or file:PATH with wavelength_nm, power. Empty: the "
             "lamp's colour",
+            search=suggestions("emissions"),
         ),
         "unit": bpy.props.EnumProperty(
             name="Power in",

@@ -3,37 +3,54 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import Field, fields
 from typing import Any
 
 import bpy
 
-from ..settings.scene_settings import SceneSettings
+from ..settings.known_words import suggestions
+from ..settings.scene_settings import SETTINGS, SceneSettings
+from ..settings.setting import Setting
 from . import stored_lamps
 
 PROPERTY = "underwater"
-
 
 _CLASS = "UnderwaterProperties"
 
 OnChange = Callable[[bpy.types.PropertyGroup, bpy.types.Context], None]
 
 
-def _property(setting: Field, on_change: OnChange | None) -> object:
-    text, choices = setting.metadata["help"], setting.metadata["choices"]
-    common = {"name": setting.name.replace("_", " ").capitalize(), "description": text}
-    common["default"] = setting.default
-    common["options"] = {"ANIMATABLE"} if setting.metadata["animatable"] else set()
-    common["update"] = on_change
-    if choices:
-        return bpy.props.EnumProperty(items=[(c, c.capitalize(), "") for c in choices], **common)
+# How Blender shows a unit of its own; others stand behind the label.
+_UNITS: dict[str, dict[str, str]] = {
+    "m": {"subtype": "DISTANCE", "unit": "LENGTH"},
+    "m/s": {"unit": "VELOCITY"},
+    "s": {"subtype": "TIME_ABSOLUTE", "unit": "TIME_ABSOLUTE"},
+}
+
+
+def _property(setting: Setting, on_change: OnChange | None) -> object:
+    words = setting.unit and setting.unit not in _UNITS
+    common: dict[str, Any] = {
+        "name": f"{setting.label} ({setting.unit})" if words else setting.label,
+        "description": setting.text,
+        "default": setting.default,
+        "options": {"ANIMATABLE"} if setting.animatable else set(),
+        "update": on_change,
+    }
+    if setting.choices:
+        items = [(word, *shown) for word, shown in setting.choices.items()]
+        return bpy.props.EnumProperty(items=items, **common)
     if isinstance(setting.default, bool):
         return bpy.props.BoolProperty(**common)
     if isinstance(setting.default, str):
+        if setting.known:
+            common["search"] = suggestions(setting.known)
         return bpy.props.StringProperty(**common)
-    low, high = setting.metadata["limits"]
-    kind = bpy.props.IntProperty if isinstance(setting.default, int) else bpy.props.FloatProperty
-    return kind(min=low, max=high, **common)
+    (low, high), (least, most) = setting.limits, setting.usual or setting.limits
+    common |= {"min": low, "max": high, "soft_min": least, "soft_max": most}
+    if isinstance(setting.default, int):
+        return bpy.props.IntProperty(**common)
+    shown = _UNITS.get(setting.unit, {})
+    return bpy.props.FloatProperty(precision=setting.digits, **shown, **common)
 
 
 def register(on_change: OnChange | None = None) -> None:
@@ -44,7 +61,7 @@ def register(on_change: OnChange | None = None) -> None:
     on_change : callable, optional
         Called with the group and the context whenever a setting is set.
     """
-    properties = {s.name: _property(s, on_change) for s in fields(SceneSettings)}
+    properties = {name: _property(setting, on_change) for name, setting in SETTINGS.items()}
     description = {"__doc__": "The stored settings of a scene.", "__annotations__": properties}
     group = type(_CLASS, (bpy.types.PropertyGroup,), description)
     bpy.utils.register_class(group)
@@ -62,7 +79,7 @@ def unregister() -> None:
 def stored_settings(scene: bpy.types.Scene) -> SceneSettings:
     """Return the settings that a scene stores."""
     group = getattr(scene, PROPERTY)
-    values = {s.name: getattr(group, s.name) for s in fields(SceneSettings)}
+    values = {name: getattr(group, name) for name in SETTINGS}
     # Properties are float32: 1.34 comes back as 1.3400000334.
     exact: dict[str, Any] = {
         n: float(f"{v:.7g}") if isinstance(v, float) else v for n, v in values.items()

@@ -252,6 +252,7 @@ def description_of(settings: SceneSettings) -> Description:
             settings.scattering_factor,
             None if settings.phase == DEFAULT_PHASE else settings.phase,
             settings.inelastic,
+            settings.concentration,
         ),
         SunAndSky(
             settings.illuminant,

@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, fields, replace
+from typing import Any
 
 from ..quality.methods import DRAWN, Mode
 from ..uw_spectral.errors import InputError
 from ..uw_spectral.imaging.layers import NAMES, NONE, parse_layers
-from ..uw_spectral.spectra.colour_rendering import WHITE_BALANCES, WhiteBalance
-from ..uw_spectral.spectra.tone import CONTRASTS, MEDIUM, STANDARD, TONES
-from ..uw_spectral.transfer.sky import SKIES, UNIFORM
-from ..uw_spectral.transfer.water_column import SURFACES
+from ..uw_spectral.spectra.colour_rendering import WhiteBalance
+from ..uw_spectral.spectra.tone import AGX, CAMERA_CURVES, CONTRASTS, MEDIUM, STANDARD
+from ..uw_spectral.transfer.sky import UNIFORM
+from ..uw_spectral.transfer.water_column import WAVES
 from ..uw_spectral.water import measured
 from ..uw_spectral.water.particles import SLOPES, USUAL_SLOPE
+from .setting import Setting
 
 AUTO = "auto"
 BY_PICTURE = "auto-picture"
@@ -28,27 +30,31 @@ CONSTITUENTS = "constituents"
 NO_FLOOR = 0.0
 RANGE = ("range_start", "range_end")
 """Settings of one option."""
+_ROW = "row"
 # Options with a shorter name than their setting.
 _SHORT = {"wind_speed": "--wind"}
 
 
 def _setting[Default: str | float | bool](
     default: Default,
+    label: str,
     text: str,
-    choices: tuple[str, ...] = (),
-    limits: tuple[float, float] = (float("-inf"), float("inf")),
-    *,
-    animatable: bool = False,
+    section: str,
+    **facts: Any,  # noqa: ANN401
 ) -> Default:
-    metadata = {"help": text, "choices": choices, "limits": limits, "animatable": animatable}
-    return field(default=default, metadata=metadata)
+    return field(default=default, metadata={_ROW: Setting(label, text, section, **facts)})
+
+
+_OF_CONSTITUENTS = {"water": (CONSTITUENTS,)}
+_OF_WAVES = {"surface": (WAVES,)}
+_OF_FLOOR = {"floor_depth": (NO_FLOOR,)}
 
 
 @dataclass(frozen=True)
 class SceneSettings:
     """What a .blend stores and the options of ``render_bands.py`` override.
 
-    Settings that are marked animatable may differ from frame to frame.
+    Settings that are animatable may differ from frame to frame.
 
     Raises
     ------
@@ -58,292 +64,630 @@ class SceneSettings:
 
     water: str = _setting(
         "jerlov:IB",
+        "Water",
         "Water: jerlov:TYPE or case:NAME (see --list-waters); bio:chl=1,cdom=0.1, made of "
         f"constituents; file:PATH, {measured.CONTENT}; constituents takes chlorophyll, cdom, "
         "minerals and detritus",
-    )
-    chlorophyll: float = _setting(
-        1.0, "Chlorophyll, mg/m³, of --water constituents", limits=(0.0, 100.0), animatable=True
-    )
-    cdom: float = _setting(
-        0.05,
-        "Absorption of coloured dissolved organic matter at 440 nm, 1/m, of --water constituents",
-        limits=(0.0, 20.0),
-        animatable=True,
-    )
-    minerals: float = _setting(
-        0.0,
-        "Suspended minerals, g/m³, of --water constituents",
-        limits=(0.0, 1e3),
-        animatable=True,
-    )
-    detritus: float = _setting(
-        0.0,
-        "Absorption of dead organic particles at 400 nm, 1/m, of --water constituents",
-        limits=(0.0, 20.0),
-        animatable=True,
+        "water",
+        known="waters",
     )
     water_source: str = _setting(
         "solonenko2015",
+        "Source",
         "Publication that the coefficients of a Jerlov type come from",
-        choices=("solonenko2015", "williamson2022"),
+        "water",
+        choices={
+            "solonenko2015": ("Solonenko 2015", "All ten types, from Jerlov's measurements of Kd"),
+            "williamson2022": ("Williamson 2022", "Measured absorption and scattering"),
+        },
+        who="researcher",
     )
-    second_water: str = _setting("", "Water that is mixed in, as for --water; empty for none")
+    concentration: float = _setting(
+        1.0,
+        "Concentration",
+        "Factor on all that is in the water besides the water itself: at 2 there is twice as much, "
+        "and one sees about half as far; 0 is pure water",
+        "water",
+        limits=(0.0, 1e3),
+        usual=(0.0, 10.0),
+        animatable=True,
+    )
+    chlorophyll: float = _setting(
+        1.0,
+        "Chlorophyll",
+        "Chlorophyll of the phytoplankton",
+        "water",
+        unit="mg/m³",
+        limits=(0.0, 100.0),
+        usual=(0.0, 20.0),
+        animatable=True,
+        needs=_OF_CONSTITUENTS,
+    )
+    cdom: float = _setting(
+        0.05,
+        "CDOM",
+        "Absorption of coloured dissolved organic matter at 440 nm",
+        "water",
+        unit="1/m",
+        limits=(0.0, 20.0),
+        usual=(0.0, 2.0),
+        digits=3,
+        animatable=True,
+        needs=_OF_CONSTITUENTS,
+    )
+    minerals: float = _setting(
+        0.0,
+        "Minerals",
+        "Suspended minerals",
+        "water",
+        unit="g/m³",
+        limits=(0.0, 1e3),
+        usual=(0.0, 20.0),
+        animatable=True,
+        needs=_OF_CONSTITUENTS,
+    )
+    detritus: float = _setting(
+        0.0,
+        "Detritus",
+        "Absorption of dead organic particles at 400 nm",
+        "water",
+        unit="1/m",
+        limits=(0.0, 20.0),
+        usual=(0.0, 2.0),
+        digits=3,
+        animatable=True,
+        needs=_OF_CONSTITUENTS,
+    )
+    second_water: str = _setting(
+        "",
+        "Mixed with",
+        "Water that is mixed in, as for --water; empty for none. Keyframe its fraction to swim "
+        "from one water into the other",
+        "water",
+        known="waters",
+    )
     second_water_share: float = _setting(
-        0.0, "Share of the second water, 0 to 1", limits=(0.0, 1.0), animatable=True
+        0.0,
+        "Fraction",
+        "Fraction of the second water",
+        "water",
+        limits=(0.0, 1.0),
+        animatable=True,
+        needs={"second_water": ()},
     )
     absorption_factor: float = _setting(
-        1.0, "Factor on the absorption of the water", limits=(0.0, 1e3), animatable=True
+        1.0,
+        "Absorption ×",
+        "Factor on the absorption, that of the water itself included",
+        "water",
+        limits=(0.0, 1e3),
+        usual=(0.0, 10.0),
+        animatable=True,
+        who="researcher",
     )
     scattering_factor: float = _setting(
-        1.0, "Factor on the scattering of the water", limits=(0.0, 1e3), animatable=True
+        1.0,
+        "Scattering ×",
+        "Factor on the scattering, that of the water itself included",
+        "water",
+        limits=(0.0, 1e3),
+        usual=(0.0, 10.0),
+        animatable=True,
     )
     phase: str = _setting(
         DEFAULT_PHASE,
-        "Phase function: hg:G, tthg:G1,G2,SHARE, fournier-forand:INDEX,BACKSCATTER, petzold, "
-        "rayleigh, einstein-smoluchowski, isotropic, or mixture (molecules and sea particles "
-        "by their share in each band)",
+        "Phase function",
+        "How far light is turned when it is scattered: hg:G, tthg:G1,G2,FRACTION, "
+        "fournier-forand:INDEX,BACKSCATTER, petzold, rayleigh, einstein-smoluchowski, isotropic, "
+        "or mixture (molecules and sea particles by their fraction in each band)",
+        "water",
+        known="phases",
+        who="researcher",
     )
-    bands: int = _setting(
-        0,
-        f"Number of spectral bands; 0 for {USUAL_BANDS[REALTIME]} in real time, where they cost "
-        f"nothing, and {USUAL_BANDS[BANDS]} otherwise",
-        limits=(0, 512),
-    )
-    wavelengths: str = _setting("", "Band centres in nm, comma separated, instead of equal bands")
-    band_placement: str = _setting(
-        EQUAL,
-        "Equal bands, or optimised: placed for the water, and developed with weights fitted to "
-        "water, depth and sensor",
-        choices=(EQUAL, OPTIMISED),
-    )
-    range_start: float = _setting(400.0, "Start of the spectral range in nm", limits=(300, 830))
-    range_end: float = _setting(700.0, "End of the spectral range in nm", limits=(300, 830))
-    sensor: str = _setting("cie1931", "Camera (see --list-sensors), cie1931, or file:PATH")
-    illuminant: str = _setting(
-        "d65", "Light above the water: d65, equal-energy, astm-g173, clear-sky, or file:PATH"
-    )
-    sun_zenith: float = _setting(
-        30.0, "Zenith angle of the sun in air, degrees", limits=(0.0, 89.9), animatable=True
-    )
-    sun_azimuth: float = _setting(
-        0.0,
-        "Direction the sunlight travels to, degrees from +x towards +y",
-        limits=(-360.0, 360.0),
-        animatable=True,
-    )
-    sunlight: float = _setting(
-        1.0,
-        "Factor on the light of sun and sky; 0 is night, where lamps are all the light",
-        limits=(0.0, 1e3),
-        animatable=True,
-    )
-    irradiance: str = _setting(
-        AUTO,
-        "Whether the illuminant is the sun's irradiance just below or above the surface; auto: as "
-        "its table has it, above for clear-sky and astm-g173",
-        choices=(AUTO, "below", "above"),
+    inelastic: str = _setting(
+        "",
+        "Inelastic light",
+        "Light that changes its wavelength: raman, chlorophyll, cdom, comma separated, or all; "
+        "empty for none. Fluorescence needs constituents, or a bio: or case: water",
+        "water",
+        who="researcher",
     )
     floor_depth: float = _setting(
         NO_FLOOR,
-        "Depth of an added flat floor in m; 0 adds none",
+        "Floor",
+        "Depth of an added flat floor; 0 adds none",
+        "depth",
+        unit="m",
         limits=(0.0, 11000.0),
+        usual=(0.0, 100.0),
         animatable=True,
+    )
+    floor_reflectance: str = _setting(
+        "0.2",
+        "Reflectance",
+        "Reflectance of the added floor: a number, or file:PATH with wavelength_nm, reflectance",
+        "depth",
     )
     scene_floor: bool = _setting(
         True,
-        "EEVEE: without an added floor, the light that the scene's own seabed sends up: its depth "
-        "and mean colour are looked for around the camera",
-    )
-    floor_reflectance: str = _setting(
-        "0.2", "Reflectance of the floor: a number, or file:PATH with wavelength_nm, reflectance"
+        "Light of the scene's own seabed",
+        "Without an added floor, the light that the scene's own seabed sends up: its depth and "
+        "mean colour are looked for around the camera",
+        "depth",
+        engine="eevee",
+        needs=_OF_FLOOR,
     )
     surface: str = _setting(
         "none",
-        "Water surface: none, flat (Snell's window), or waves (and their caustics)",
-        choices=SURFACES,
+        "Surface",
+        "Water surface",
+        "waves",
+        choices={
+            "none": ("None", "No surface: the water goes on; the quickest"),
+            "flat": ("Flat", "A still surface, seen from below with Snell's window"),
+            WAVES: ("Waves", "Waves by the wind, and their caustics"),
+        },
     )
     wind_speed: float = _setting(
         5.0,
-        "Wind that raises the waves, m/s at 10 m; 0 is calm",
+        "Wind",
+        "Wind that raises the waves, at a height of 10 m; 0 is calm",
+        "waves",
+        unit="m/s",
         limits=(0.0, 40.0),
+        usual=(0.0, 20.0),
         animatable=True,
+        needs=_OF_WAVES,
     )
     wind_direction: float = _setting(
         0.0,
-        "Direction the wind blows to, degrees from +x towards +y",
+        "Wind to",
+        "Direction the wind blows to, from +x towards +y",
+        "waves",
+        unit="°",
         limits=(-360.0, 360.0),
+        digits=1,
         animatable=True,
+        needs=_OF_WAVES,
     )
     fetch: float = _setting(
-        500.0, "Length over which the wind blows, km", limits=(0.01, 1e4), animatable=True
-    )
-    wave_seed: int = _setting(0, "Seed of the waves' phases", limits=(0, 2**31 - 1))
-    wave_tile: float = _setting(
-        10.0, "Side of the square after which waves and caustics repeat, m", limits=(0.1, 1e3)
-    )
-    wave_resolution: int = _setting(
-        512,
-        "Samples along the side of that square; more are sharper and slower",
-        limits=(16, 4096),
-    )
-    wave_time_scale: float = _setting(
-        1.0,
-        "Speed of the waves; 1 is real time, 0 stops them",
-        limits=(-1e3, 1e3),
+        500.0,
+        "Fetch",
+        "Length over which the wind blows",
+        "waves",
+        unit="km",
+        limits=(0.01, 1e4),
+        usual=(0.1, 1e3),
         animatable=True,
-    )
-    wave_loop: float = _setting(
-        0.0, "Time after which the waves repeat, s; 0 for never", limits=(0.0, 1e4)
+        needs=_OF_WAVES,
+        who="researcher",
     )
     caustics: float = _setting(
         1.0,
+        "Caustics",
         "Strength of the caustics; 1 is physical, 0 is none",
+        "waves",
         limits=(0.0, 10.0),
+        usual=(0.0, 2.0),
         animatable=True,
+        needs=_OF_WAVES,
     )
-    sky: str = _setting(
-        UNIFORM,
-        "Where the sky is bright: uniform; overcast, three times as bright overhead as at the "
-        "horizon; clear, around the sun and towards the horizon",
-        choices=SKIES,
+    wave_time_scale: float = _setting(
+        1.0,
+        "Speed",
+        "Speed of the waves; 1 is real time, 0 stops them",
+        "waves",
+        limits=(-1e3, 1e3),
+        usual=(0.0, 2.0),
+        animatable=True,
+        needs=_OF_WAVES,
     )
-    sky_radiance: float = _setting(
+    wave_loop: float = _setting(
         0.0,
-        "Radiance in air of the uniform sky that brings as much light, as a share of the "
-        "illuminant, per steradian",
-        limits=(0.0, 1e6),
-        animatable=True,
+        "Loop",
+        "Time after which the waves repeat; 0 for never",
+        "waves",
+        unit="s",
+        limits=(0.0, 1e4),
+        usual=(0.0, 60.0),
+        needs=_OF_WAVES,
     )
-    refractive_index: float = _setting(
-        1.34, "Refractive index of the water against air", limits=(1.0, 2.0)
+    wave_seed: int = _setting(
+        0,
+        "Seed",
+        "Seed of the waves' phases",
+        "waves",
+        limits=(0, 2**31 - 1),
+        usual=(0, 100),
+        needs=_OF_WAVES,
     )
-    white_balance: WhiteBalance = _setting(  # noqa: RUF009 - a field, as the others
-        "daylight",
-        "Light that is rendered white: at the surface, at the camera's depth, or none",
-        choices=WHITE_BALANCES,
+    wave_tile: float = _setting(
+        10.0,
+        "Repeats after",
+        "Side of the square after which waves and caustics repeat",
+        "waves",
+        unit="m",
+        limits=(0.1, 1e3),
+        usual=(1.0, 100.0),
+        needs=_OF_WAVES,
     )
-    exposure: str = _setting(
-        AUTO,
-        "Exposure in stops; at 0 a white surface in the light that is balanced for is white. "
-        "auto: a white surface at the camera's depth has luminance 0.9; auto-picture: the mean of "
-        "what the camera sees is middle grey, as long as no more than 2 % of it is white",
-    )
-    exposure_compensation: float = _setting(
-        0.0,
-        "Stops that are added to an automatic exposure",
-        limits=(-10.0, 10.0),
-        animatable=True,
-    )
-    tone: str = _setting(
-        STANDARD,
-        "Tone curve of the PNG and the viewport: standard (none), agx, or the measured curve of a "
-        "camera; all other files stay linear",
-        choices=TONES,
-    )
-    contrast: str = _setting(
-        MEDIUM, "Contrast of the PNG and the viewport: Blender's looks", choices=CONTRASTS
+    wave_resolution: int = _setting(
+        512,
+        "Resolution",
+        "Samples along the side of that square; more are sharper and slower",
+        "waves",
+        limits=(16, 4096),
+        usual=(64, 1024),
+        needs=_OF_WAVES,
     )
     snow: float = _setting(
         0.0,
-        "Marine snow: flocs larger than 0.1 mm per litre",
+        "Marine snow",
+        "Flocs larger than 0.1 mm",
+        "particles",
+        unit="1/l",
         limits=(0.0, 1e5),
+        usual=(0.0, 100.0),
         animatable=True,
     )
     snow_of_water: float = _setting(
         0.0,
+        "Snow of the water",
         "Marine snow by the water's own scattering, times this: 1 adds as much as it speaks for",
+        "particles",
         limits=(0.0, 1e3),
+        usual=(0.0, 10.0),
         animatable=True,
     )
     plankton: float = _setting(
         0.0,
-        "Small animals larger than 0.1 mm per litre",
+        "Plankton",
+        "Small animals larger than 0.1 mm",
+        "particles",
+        unit="1/l",
         limits=(0.0, 1e5),
+        usual=(0.0, 100.0),
         animatable=True,
     )
     bubbles: float = _setting(
-        0.0, "Bubbles larger than 0.1 mm per litre", limits=(0.0, 1e5), animatable=True
+        0.0,
+        "Bubbles",
+        "Bubbles larger than 0.1 mm",
+        "particles",
+        unit="1/l",
+        limits=(0.0, 1e5),
+        usual=(0.0, 100.0),
+        animatable=True,
     )
     silt: float = _setting(
         0.0,
-        "Stirred-up grains larger than 0.1 mm per litre; smaller ones come with them",
+        "Silt",
+        "Stirred-up grains larger than 0.1 mm; smaller ones come with them",
+        "particles",
+        unit="1/l",
         limits=(0.0, 1e5),
+        usual=(0.0, 100.0),
         animatable=True,
     )
-    particle_slope: float = _setting(
-        USUAL_SLOPE,
-        "Power with which numbers of particles fall with diameter: 3.6 on average, 3 in blooms",
-        limits=SLOPES,
-    )
-    particle_angle: float = _setting(
-        0.3,
-        "Smallest particle that is drawn: diameter over distance, in milliradians; half of it "
-        "draws eight times as many",
-        limits=(0.01, 100.0),
-    )
-    particle_seed: int = _setting(0, "Seed of the particles' places and sizes", limits=(0, 10**6))
     drift_speed: float = _setting(
-        0.02, "Speed at which the water carries particles along, m/s", limits=(0.0, 10.0)
+        0.02,
+        "Drift",
+        "Speed at which the water carries particles along",
+        "particles",
+        unit="m/s",
+        limits=(0.0, 10.0),
+        usual=(0.0, 1.0),
+        digits=3,
     )
     drift_direction: float = _setting(
         0.0,
-        "Direction the water carries particles to, degrees from +x towards +y",
+        "Drift to",
+        "Direction the water carries particles to, from +x towards +y",
+        "particles",
+        unit="°",
         limits=(-360.0, 360.0),
+        digits=1,
     )
-    samples: int = _setting(64, "Samples per pixel", limits=(1, 2**24))
+    particle_seed: int = _setting(
+        0,
+        "Seed",
+        "Seed of the particles' places and sizes",
+        "particles",
+        limits=(0, 10**6),
+        usual=(0, 100),
+    )
+    particle_slope: float = _setting(
+        USUAL_SLOPE,
+        "Slope of sizes",
+        "Power with which numbers of particles fall with diameter: 3.6 on average, 3 in blooms",
+        "particles",
+        limits=SLOPES,
+        who="researcher",
+    )
+    particle_angle: float = _setting(
+        0.3,
+        "Smallest drawn",
+        "Smallest particle that is drawn: diameter over distance; half of it draws eight times as "
+        "many",
+        "particles",
+        unit="mrad",
+        limits=(0.01, 100.0),
+        usual=(0.1, 5.0),
+        who="researcher",
+    )
+    illuminant: str = _setting(
+        "d65",
+        "Light",
+        "Spectrum of the light above the water: d65, equal-energy, astm-g173, clear-sky, or "
+        "file:PATH",
+        "sun",
+        known="illuminants",
+    )
+    sun_zenith: float = _setting(
+        30.0,
+        "Sun zenith",
+        "Zenith angle of the sun in air: 90° less its elevation",
+        "sun",
+        unit="°",
+        limits=(0.0, 89.9),
+        digits=1,
+        animatable=True,
+    )
+    sun_azimuth: float = _setting(
+        0.0,
+        "Sun azimuth",
+        "Direction the sunlight travels to, from +x towards +y",
+        "sun",
+        unit="°",
+        limits=(-360.0, 360.0),
+        digits=1,
+        animatable=True,
+    )
+    sky: str = _setting(
+        UNIFORM,
+        "Sky",
+        "Where the sky is bright",
+        "sun",
+        choices={
+            UNIFORM: ("Uniform", "Equally bright everywhere"),
+            "overcast": ("Overcast", "Three times as bright overhead as at the horizon"),
+            "clear": ("Clear", "Bright around the sun and towards the horizon"),
+        },
+    )
+    sky_radiance: float = _setting(
+        0.0,
+        "More sky",
+        "Radiance in air of a uniform sky that brings as much light as is added to the sky's own, "
+        "as a fraction of the illuminant",
+        "sun",
+        unit="1/sr",
+        limits=(0.0, 1e6),
+        usual=(0.0, 1.0),
+        digits=3,
+        animatable=True,
+        who="researcher",
+    )
+    irradiance: str = _setting(
+        AUTO,
+        "Given",
+        "Where the illuminant is the sun's irradiance",
+        "sun",
+        choices={
+            AUTO: ("Automatic", "As its table has it: above for clear-sky and astm-g173"),
+            "below": ("Below the surface", "Just below: nothing is lost at the surface"),
+            "above": ("Above the surface", "In air: the surface reflects some of it"),
+        },
+        who="researcher",
+    )
+    refractive_index: float = _setting(
+        1.34,
+        "Refractive index",
+        "Refractive index of the water against air",
+        "sun",
+        limits=(1.0, 2.0),
+        usual=(1.3, 1.4),
+        digits=3,
+        who="researcher",
+    )
+    sunlight: float = _setting(
+        1.0,
+        "Daylight",
+        "Factor on the light of sun and sky; 0 is night, where lamps are all the light",
+        "lamps",
+        limits=(0.0, 1e3),
+        usual=(0.0, 1.0),
+        digits=3,
+        animatable=True,
+    )
+    sensor: str = _setting(
+        "cie1931",
+        "Camera",
+        "Camera (see --list-sensors), cie1931 for the eye, or file:PATH",
+        "sensor",
+        known="sensors",
+    )
+    white_balance: WhiteBalance = _setting(  # noqa: RUF009 - a field, as the others
+        "daylight",
+        "White balance",
+        "Light that is rendered white",
+        "sensor",
+        choices={
+            "daylight": ("Daylight", "The light at the surface: water keeps its cast"),
+            "depth": ("At depth", "The light at the camera's depth, as a diver's camera is set"),
+            "none": ("None", "The sensor's own colours"),
+        },
+    )
+    exposure: str = _setting(
+        AUTO,
+        "Exposure",
+        "Exposure in stops; at 0 a white surface in the light that is balanced for is white. "
+        "auto: a white surface at the camera's depth has luminance 0.9; auto-picture: the mean of "
+        "what the camera sees is middle grey, as long as no more than 2 % of it is white",
+        "sensor",
+    )
+    exposure_compensation: float = _setting(
+        0.0,
+        "Brighter",
+        "Stops that are added to an automatic exposure",
+        "sensor",
+        unit="EV",
+        limits=(-10.0, 10.0),
+        usual=(-3.0, 3.0),
+        animatable=True,
+        needs={"exposure": (AUTO, BY_PICTURE)},
+    )
+    tone: str = _setting(
+        STANDARD,
+        "Tone",
+        "Tone curve of the PNG and the viewport; all other files stay linear",
+        "sensor",
+        choices={
+            STANDARD: ("Standard", "None: linear, as a display shows it"),
+            AGX: ("AgX", "Blender's film-like curve"),
+            **{name: (name.replace("-", " ").title(), "Measured curve") for name in CAMERA_CURVES},
+        },
+    )
+    contrast: str = _setting(
+        MEDIUM,
+        "Contrast",
+        "Contrast of the PNG and the viewport: Blender's looks",
+        "sensor",
+        choices={name: (name.replace("-", " ").capitalize(), "") for name in CONTRASTS},
+    )
+    bands: int = _setting(
+        0,
+        "Bands",
+        f"Number of spectral bands; 0 for {USUAL_BANDS[REALTIME]} in real time, where they cost "
+        f"nothing, and {USUAL_BANDS[BANDS]} otherwise",
+        "quality",
+        limits=(0, 512),
+        usual=(0, 60),
+        who="researcher",
+    )
+    wavelengths: str = _setting(
+        "",
+        "Or at",
+        "Band centres in nm, comma separated, instead of equal bands",
+        "quality",
+        who="researcher",
+    )
+    band_placement: str = _setting(
+        EQUAL,
+        "Placed",
+        "Where the bands are",
+        "quality",
+        choices={
+            EQUAL: ("Equal", "Of equal width, over the range"),
+            OPTIMISED: (
+                "Optimised",
+                "Placed for the water, and developed with weights fitted to water, depth and "
+                "sensor",
+            ),
+        },
+        who="researcher",
+    )
+    range_start: float = _setting(
+        400.0,
+        "From",
+        "Start of the spectral range",
+        "quality",
+        unit="nm",
+        limits=(300, 830),
+        digits=0,
+        who="researcher",
+    )
+    range_end: float = _setting(
+        700.0,
+        "To",
+        "End of the spectral range",
+        "quality",
+        unit="nm",
+        limits=(300, 830),
+        digits=0,
+        who="researcher",
+    )
+    samples: int = _setting(
+        64, "Samples", "Samples per pixel", "quality", limits=(1, 2**24), usual=(1, 1024)
+    )
     bounces: int = _setting(
-        64, "Times that Cycles scatters or reflects light at most", limits=(1, 1024)
+        64,
+        "Bounces",
+        "Times that Cycles scatters or reflects light at most",
+        "quality",
+        limits=(1, 1024),
+        usual=(1, 128),
+        engine="cycles",
+        who="researcher",
     )
     forward_peak: str = _setting(
         BOUNDED,
-        "Cycles: light that sea particles turn by less than about 3 degrees: bounded, as if most "
-        "of it went straight on, which saves most of the noise; or exact",
-        choices=(BOUNDED, EXACT),
+        "Forward peak",
+        "Light that sea particles turn by less than about 3 degrees",
+        "quality",
+        choices={
+            BOUNDED: (
+                "Bounded",
+                "As if most of it went straight on, which saves most of the noise",
+            ),
+            EXACT: ("Exact", "As it is, with much noise"),
+        },
+        engine="cycles",
+        who="researcher",
     )
     share_passes: bool = _setting(
         True,
-        "Cycles: up to three neighbouring bands whose phase functions are nearly the same share a "
-        "pass and the mean of these; otherwise only bands of equal ones do",
+        "Share passes",
+        "Up to three neighbouring bands whose phase functions are nearly the same share a pass and "
+        "the mean of these; otherwise only bands of equal ones do",
+        "quality",
+        engine="cycles",
+        who="researcher",
     )
     field: str = _setting(
         SOLVED,
-        "EEVEE: light scattered many times, solved once per water and looked up, or in closed form",
-        choices=(SOLVED, CLOSED_FORM),
+        "Light field",
+        "Light that is scattered many times",
+        "quality",
+        choices={
+            SOLVED: ("Solved", "Solved once per water and looked up; everything combines with it"),
+            CLOSED_FORM: ("Closed form", "By formula, as published; combines with little"),
+        },
+        engine="eevee",
+        who="researcher",
     )
     shafts: bool = _setting(
         False,
-        "EEVEE: draw single scattering as a volume, so that things cast shadows in the water",
+        "Shafts of light",
+        "Draw single scattering as a volume, so that objects cast shadows in the water",
+        "quality",
+        engine="eevee",
     )
     diffuse_shadows: bool = _setting(
         True,
-        "EEVEE: shade all light that is not direct sun, on things and in the water between them; "
-        "in closed form, on things only and from above",
+        "Diffuse shadows",
+        "Shade all light that is not direct sun, on objects and in the water between them; "
+        "in closed form, on objects only and from above",
+        "quality",
+        engine="eevee",
     )
-    inelastic: str = _setting(
-        "",
-        "Light that changes its wavelength: raman, chlorophyll, cdom, comma separated, or all; "
-        "empty for none. Fluorescence needs constituents, or a bio: or case: water",
-    )
-
     layers: str = _setting(
         NONE,
+        "Layers",
         "What the picture comes apart in, written beside it as NNNN_layers.exr: "
         f"{', '.join(NAMES)}, comma separated, or all, or none",
+        "quality",
+        who="researcher",
     )
 
     def __post_init__(self) -> None:
         parse_layers(self.layers)
-        for setting in fields(self):
-            value, limits = getattr(self, setting.name), setting.metadata["limits"]
-            choices = setting.metadata["choices"]
+        for name, setting in SETTINGS.items():
+            value, limits, choices = getattr(self, name), setting.limits, setting.choices
             if choices and value not in choices:
-                raise InputError(
-                    f"{flag(setting.name)}: {value!r} is not one of {', '.join(choices)}"
-                )
+                raise InputError(f"{flag(name)}: {value!r} is not one of {', '.join(choices)}")
             if not isinstance(value, str | bool) and not limits[0] <= value <= limits[1]:
                 raise InputError(
-                    f"{flag(setting.name)}: {value:g} is outside {limits[0]:g} to {limits[1]:g}"
+                    f"{flag(name)}: {value:g} is outside {limits[0]:g} to {limits[1]:g}"
                 )
         if self.range_start >= self.range_end:
             raise InputError(f"--range: {self.range_start:g} to {self.range_end:g} nm is empty")
@@ -361,6 +705,12 @@ class SceneSettings:
         if self.wavelengths or self.band_placement != EQUAL or self.bands <= bands:
             return self
         return replace(self, bands=bands)
+
+
+SETTINGS: dict[str, Setting] = {
+    s.name: replace(s.metadata[_ROW], name=s.name, default=s.default) for s in fields(SceneSettings)
+}
+"""What is known of each setting, in the order of the reference."""
 
 
 def flag(name: str) -> str:

@@ -21,7 +21,6 @@ import bpy
 import numpy as np
 import OpenImageIO
 from numpy.typing import NDArray
-from underwater_spectral.scene.water.eevee_water import Eye, eevee_water
 
 ROOT = Path(__file__).resolve().parent.parent
 FOLDER = ROOT / "assets"
@@ -68,7 +67,7 @@ def looks() -> Iterable[Any]:
             for setting in bpy.context.scene.underwater.bl_rna.properties.keys():  # noqa: SIM118
                 scene.underwater.property_unset(setting)
             presets.apply(kind, name)
-            given = {n: getattr(scene.underwater, n) for n in presets.settings_of(kind)}
+            given = {n: getattr(scene.underwater, n) for n in presets.held_by(kind)}
             rows = _open_water()
             world = bpy.data.worlds.new(name)
             background = world.node_tree.nodes["Background"]
@@ -83,6 +82,7 @@ def looks() -> Iterable[Any]:
 def shaders() -> Iterable[Any]:
     """Yield the groups for shaders."""
     from underwater_spectral.node_groups import asset_groups, closed_form_group, realtime_waves
+    from underwater_spectral.scene.water import eevee_water as made
     from underwater_spectral.scene.water import moving_surface
     from underwater_spectral.uw_spectral.water import JERLOV_TYPES
 
@@ -107,7 +107,7 @@ def shaders() -> Iterable[Any]:
     yield mark(tree, "Shaders", tree.description, _columns(picture))
     yield closed_form()
     plan = three_bands("jerlov:IB", **_WAVES)
-    water = eevee_water(plan, bpy.context.scene, Eye(None, _DEPTH), np.eye(3))
+    water = made.eevee_water(plan, bpy.context.scene, made.Eye(None, _DEPTH), np.eye(3))
     water = moving_surface.with_waves(bpy.context.scene, plan, water)
     assert water.waves is not None
     images = realtime_waves.new_images()

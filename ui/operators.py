@@ -294,42 +294,6 @@ class OpenSensor(_Operator, ImportHelper):
         _water(context).sensor = name
 
 
-_sensor_items: list[tuple[str, str, str]] = []
-
-
-def _sensors(
-    _: bpy.types.OperatorProperties, __: bpy.types.Context | None
-) -> list[tuple[str, str, str]]:
-    if not _sensor_items:
-        films = set(sensors.list_sensors("film"))
-        # Blender keeps no copy of the strings: the list must live on.
-        _sensor_items.extend(
-            (name, name, sensors.FILM_NOTE if name in films else "")
-            for name in sensors.list_sensors()
-        )
-    return _sensor_items
-
-
-class ChooseSensor(_Operator):
-    """Searches among the sensors."""
-
-    bl_idname = "underwater.choose_sensor"
-    bl_label = "Camera Sensor"
-    bl_description = "Search among the cameras, films and observers"
-    bl_property = "sensor"
-
-    sensor: bpy.props.EnumProperty(name="Sensor", items=_sensors)
-
-    @override
-    def invoke(self, context: bpy.types.Context, _: bpy.types.Event) -> set[str]:
-        context.window_manager.invoke_search_popup(self)
-        return {"FINISHED"}
-
-    @override
-    def run(self, context: bpy.types.Context) -> None:
-        _water(context).sensor = self.sensor
-
-
 class Auto(_Operator):
     """Chooses everything by what the scene requires."""
 
@@ -541,7 +505,6 @@ CLASSES = (
     AddLamps,
     OpenWater,
     OpenSensor,
-    ChooseSensor,
     Auto,
     Render,
     FarmBundle,
@@ -558,4 +521,3 @@ def unregister() -> None:
     """Unregister the operators."""
     for cls in reversed(CLASSES):
         bpy.utils.unregister_class(cls)
-    _sensor_items.clear()

@@ -1,17 +1,18 @@
-"""The sidebar of the 3D viewport, tab Underwater."""
+"""The panels: in the sidebar of the 3D viewport, and in the Properties editor."""
 
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, override
+from typing import TYPE_CHECKING, Any, override
 
 import bpy
 
 from ..quality.methods import METHODS
-from ..quality.terms import TERMS
 from ..scene import stored_lamps, units
 from ..scene import stored_settings as optics
 from ..scene.session import is_live
+from ..settings.scene_settings import SETTINGS
+from ..settings.setting import SECTIONS
 from . import migration, preferences, presets, previews, property_group, sections, sun_handle
 
 if TYPE_CHECKING:
@@ -137,43 +138,105 @@ class LooksPanel(_SubPanel, bpy.types.Panel):
             button.menu_idname = presets.UNDERWATER_PT_look_presets.__name__
 
 
-class WaterPanel(_SubPanel, bpy.types.Panel):
-    """The gallery, files, and what makes a water one's own."""
+class EssentialsPanel(_SubPanel, bpy.types.Panel):
+    """Enough for a picture: water, depth, sun, and no symbol."""
 
-    bl_idname = "UNDERWATER_PT_water"
-    bl_label = "Water"
-
-    @override
-    def draw_header_preset(self, _: bpy.types.Context) -> None:
-        sections.draw_reset(self.layout, "water")
-        presets.UNDERWATER_PT_water_presets.draw_panel_header(self.layout)
+    bl_idname = "UNDERWATER_PT_essentials"
+    bl_label = "Essentials"
 
     @override
     def draw(self, context: bpy.types.Context) -> None:
         water, panel = _water(context), _panel(context)
-        pictures = previews.of_scene(context.scene)
-        file = water.water.startswith("file:")
-        self.layout.prop(panel, "from_constituents")
+        _draw_water(self.layout, context)
         column = self.column()
-        if panel.from_constituents:
-            column.prop(water, "chlorophyll", text="Chlorophyll (mg/m³)")
-            column.prop(water, "cdom", text="CDOM a(440) (1/m)")
-            column.prop(water, "minerals", text="Minerals (g/m³)")
-            column.prop(water, "detritus", text="Detritus a(400) (1/m)")
-        else:
-            self._named(panel, water, file=file)
-            column = self.column()
-            if not file:
-                column.prop(water, "water_source", text="Source")
-        column.prop(water, "scattering_factor", text="Scattering ×")
-        column.prop(water, "absorption_factor", text="Absorption ×")
-        column.prop(panel, "second_water")
-        if water.second_water:
-            column.prop(water, "second_water_share", text="Share", slider=True)
-        column.prop(panel, "phase")
-        if panel.phase == "OTHER":
-            column.prop(water, "phase", text="Written")
-        self.layout.row(align=True).prop(panel, "inelastic")
+        column.prop(panel, "visibility")
+        _draw_depth(column, context)
+        column.prop(water, "floor_depth")
+        column.prop(water, "surface")
+        column.prop(panel, "elevation")
+        column.prop(panel, "bearing")
+        column.prop(water, "sunlight")
+        column.prop(water, "white_balance")
+        if panel.meter != "FIXED":
+            column.prop(water, "exposure_compensation")
+
+
+class RenderPanel(_SubPanel, bpy.types.Panel):
+    """Renders into a folder."""
+
+    bl_idname = "UNDERWATER_PT_render"
+    bl_label = "Render"
+
+    @override
+    def draw(self, context: bpy.types.Context) -> None:
+        panel = _panel(context)
+        self.layout.prop(panel, "quality", expand=True)
+        column = self.column()
+        column.prop(panel, "output")
+        column.prop(panel, "animation")
+        row = self.layout.row(align=True)
+        row.scale_y = 1.3
+        row.operator("underwater.render", icon="RENDER_STILL").resume = False
+        row.operator("underwater.render", text="Continue", icon="PLAY").resume = True
+        self.layout.operator("underwater.farm_bundle", icon="EXPORT")
+
+
+class AdvancedPanel(_SubPanel, bpy.types.Panel):
+    """Every setting."""
+
+    bl_idname = "UNDERWATER_PT_advanced"
+    bl_label = "Advanced"
+    bl_options = {"DEFAULT_CLOSED"}  # noqa: RUF012 - as Blender wants it
+
+    @override
+    def draw(self, context: bpy.types.Context) -> None:
+        pass
+
+
+class _SectionPanel(_SubPanel):
+    """The settings of a section; what is drawn otherwise stands before them or behind."""
+
+    bl_parent_id = "UNDERWATER_PT_advanced"
+    bl_options = {"DEFAULT_CLOSED"}  # noqa: RUF012 - as Blender wants it
+    section: str
+    apart: tuple[str, ...] = ()
+    popover: type[presets.PresetPanel] | None = None
+
+    def draw_header_preset(self, _: bpy.types.Context) -> None:
+        sections.draw_reset(self.layout, self.section)
+        if self.popover is not None:
+            self.popover.draw_panel_header(self.layout)
+
+    def draw(self, context: bpy.types.Context) -> None:
+        self.before(context)
+        sections.draw(self.column(), context.scene, self.section, self.apart)
+        self.after(context)
+
+    def before(self, context: bpy.types.Context) -> None:
+        """Draw what stands before the settings."""
+
+    def after(self, context: bpy.types.Context) -> None:
+        """Draw what stands behind them."""
+
+
+class WaterPanel(_SectionPanel, bpy.types.Panel):
+    """What makes a water one's own."""
+
+    bl_idname = "UNDERWATER_PT_water"
+    bl_label = SECTIONS["water"].title
+    section = "water"
+    apart = ("water", "inelastic")
+    popover = presets.UNDERWATER_PT_water_presets
+
+    @override
+    def before(self, context: bpy.types.Context) -> None:
+        self.layout.prop(_panel(context), "from_constituents")
+        _draw_water(self.layout, context)
+
+    @override
+    def after(self, context: bpy.types.Context) -> None:
+        self.layout.row(align=True).prop(_panel(context), "inelastic")
+        pictures = previews.of_scene(context.scene)
         if pictures.error:
             _say(self.layout, pictures.error, "ERROR")
         else:
@@ -182,158 +245,66 @@ class WaterPanel(_SubPanel, bpy.types.Panel):
                     _say(self.layout, line)
         _plot(self.layout, "water")
 
-    def _named(
-        self, panel: bpy.types.PropertyGroup, water: bpy.types.PropertyGroup, *, file: bool
-    ) -> None:
-        if not file:
-            self.layout.template_icon_view(
-                panel, "gallery", show_labels=True, scale=_SWATCH_SCALE, scale_popup=4.0
-            )
-        row = self.layout.row(align=True)
-        row.prop(water, "water", text="")
-        row.operator("underwater.open_water", text="", icon="FILEBROWSER")
-        if file:
-            row = self.layout.row()
-            row.prop_enum(panel, "gallery", "JERLOV_IB", text="Back to Jerlov types")
 
-
-class DepthPanel(_SubPanel, bpy.types.Panel):
+class DepthPanel(_SectionPanel, bpy.types.Panel):
     """Where the camera and the floor are."""
 
     bl_idname = "UNDERWATER_PT_depth"
-    bl_label = "Depth and Floor"
+    bl_label = SECTIONS["depth"].title
+    section = "depth"
 
     @override
-    def draw_header_preset(self, _: bpy.types.Context) -> None:
-        sections.draw_reset(self.layout, "depth")
-
-    @override
-    def draw(self, context: bpy.types.Context) -> None:
-        from ..scene.viewport import live
-
-        water, column = _water(context), self.column()
-        depth = live.camera_depth(context.scene)
-        if depth is None:
-            column.label(text="No camera", icon="ERROR")
-        elif depth > 0:
-            column.label(text=f"Camera {depth:.4g} m under the surface", icon="CAMERA_DATA")
-        else:
-            column.label(text=f"Camera {-depth:.4g} m above the surface", icon="CAMERA_DATA")
+    def before(self, context: bpy.types.Context) -> None:
+        column = self.column()
+        _draw_depth(column, context)
         column.label(text="The surface is z = 0; 1 unit is 1 m", icon="MOD_OCEAN")
-        column.operator("underwater.submerge", icon="TRIA_DOWN_BAR")
-        column.prop(water, "floor_depth", text="Floor (m)")
-        if water.floor_depth:
-            column.prop(water, "floor_reflectance", text="Reflectance")
-        else:
-            column.label(text="0: no floor is added")
-            column.prop(water, "scene_floor", text="Light of the scene's own seabed")
 
 
-class WavesPanel(_SubPanel, bpy.types.Panel):
+class WavesPanel(_SectionPanel, bpy.types.Panel):
     """The moving surface and its caustics."""
 
     bl_idname = "UNDERWATER_PT_waves"
-    bl_label = "Surface and Waves"
-    bl_options = {"DEFAULT_CLOSED"}  # noqa: RUF012 - as Blender wants it
-
-    @override
-    def draw_header_preset(self, _: bpy.types.Context) -> None:
-        sections.draw_reset(self.layout, "waves")
-
-    @override
-    def draw(self, context: bpy.types.Context) -> None:
-        water, column = _water(context), self.column()
-        column.prop(water, "surface")
-        moving = column.column()
-        moving.active = water.surface == "waves"
-        for name, text in (
-            ("wind_speed", "Wind (m/s)"),
-            ("wind_direction", "To (°)"),
-            ("fetch", "Fetch (km)"),
-            ("caustics", "Caustics ×"),
-            ("wave_time_scale", "Speed ×"),
-            ("wave_loop", "Loop (s)"),
-            ("wave_seed", "Seed"),
-            ("wave_tile", "Repeats (m)"),
-            ("wave_resolution", "Resolution"),
-        ):
-            moving.prop(water, name, text=text)
+    bl_label = SECTIONS["waves"].title
+    section = "waves"
 
 
-class ParticlesPanel(_SubPanel, bpy.types.Panel):
+class ParticlesPanel(_SectionPanel, bpy.types.Panel):
     """What floats in the water and is seen by itself."""
 
     bl_idname = "UNDERWATER_PT_particles"
-    bl_label = "Snow and Bubbles"
-    bl_options = {"DEFAULT_CLOSED"}  # noqa: RUF012 - as Blender wants it
+    bl_label = SECTIONS["particles"].title
+    section = "particles"
 
     @override
-    def draw_header_preset(self, _: bpy.types.Context) -> None:
-        sections.draw_reset(self.layout, "particles")
-
-    @override
-    def draw(self, context: bpy.types.Context) -> None:
-        water, column = _water(context), self.column()
-        column.label(text="Larger than 0.1 mm, per litre", icon="PARTICLES")
-        for name, text in (
-            ("snow_of_water", "Of water ×"),
-            ("snow", "Marine snow"),
-            ("plankton", "Plankton"),
-            ("bubbles", "Bubbles"),
-            ("silt", "Silt"),
-            ("drift_speed", "Drift (m/s)"),
-            ("drift_direction", "To (°)"),
-            ("particle_slope", "Slope of sizes"),
-            ("particle_angle", "Down to mrad"),
-            ("particle_seed", "Seed"),
-        ):
-            column.prop(water, name, text=text)
+    def before(self, context: bpy.types.Context) -> None:
+        self.column().label(text="Larger than 0.1 mm, per litre", icon="PARTICLES")
 
 
-class SunPanel(_SubPanel, bpy.types.Panel):
+class SunPanel(_SectionPanel, bpy.types.Panel):
     """The light above the water."""
 
     bl_idname = "UNDERWATER_PT_sun"
-    bl_label = "Sun and Sky"
-    bl_options = {"DEFAULT_CLOSED"}  # noqa: RUF012 - as Blender wants it
+    bl_label = SECTIONS["sun"].title
+    section = "sun"
 
     @override
-    def draw_header_preset(self, _: bpy.types.Context) -> None:
-        sections.draw_reset(self.layout, "sun")
-
-    @override
-    def draw(self, context: bpy.types.Context) -> None:
-        water, panel, column = _water(context), _panel(context), self.column()
-        column.prop(panel, "light")
-        if panel.light == "OTHER":
-            column.prop(water, "illuminant", text="Written")
-        column.prop(water, "sun_zenith", text="Zenith (°)")
-        column.prop(water, "sun_azimuth", text="Azimuth (°)")
+    def before(self, context: bpy.types.Context) -> None:
         if not sun_handle.driven(context.scene):
-            column.operator("underwater.add_sun_handle", icon="LIGHT_SUN")
-        column.prop(water, "irradiance", text="Given")
-        column.prop(water, "sky")
-        column.prop(water, "sky_radiance", text="Sky (1/sr)")
-        column.prop(water, "refractive_index", text="Index")
+            self.layout.operator("underwater.add_sun_handle", icon="LIGHT_SUN")
 
 
-class LampsPanel(_SubPanel, bpy.types.Panel):
+class LampsPanel(_SectionPanel, bpy.types.Panel):
     """Torches, strobes and lights of vehicles, and how much sun there is beside them."""
 
     bl_idname = "UNDERWATER_PT_lamps"
-    bl_label = "Lamps"
-    bl_options = {"DEFAULT_CLOSED"}  # noqa: RUF012 - as Blender wants it
+    bl_label = SECTIONS["lamps"].title
+    section = "lamps"
 
     @override
-    def draw_header_preset(self, _: bpy.types.Context) -> None:
-        sections.draw_reset(self.layout, "lamps")
-
-    @override
-    def draw(self, context: bpy.types.Context) -> None:
+    def after(self, context: bpy.types.Context) -> None:
         from ..scene.seen import lamps
 
         column = self.column()
-        column.prop(_water(context), "sunlight", text="Sunlight")
         column.operator_menu_enum("underwater.add_lamps", "rig", icon="LIGHT_SPOT")
         for item, why in lamps.left_out(context.scene).items():
             row = column.row()
@@ -356,34 +327,28 @@ class LampsPanel(_SubPanel, bpy.types.Panel):
             box.prop(item, "visible_camera", text="Itself Seen")
 
 
-class SensorPanel(_SubPanel, bpy.types.Panel):
+class SensorPanel(_SectionPanel, bpy.types.Panel):
     """The camera's spectral sensitivities and the development."""
 
     bl_idname = "UNDERWATER_PT_sensor"
-    bl_label = "Camera Sensor"
-    bl_options = {"DEFAULT_CLOSED"}  # noqa: RUF012 - as Blender wants it
+    bl_label = SECTIONS["sensor"].title
+    section = "sensor"
+    apart = ("sensor", "exposure")
+    popover = presets.UNDERWATER_PT_camera_presets
 
     @override
-    def draw_header_preset(self, _: bpy.types.Context) -> None:
-        sections.draw_reset(self.layout, "sensor")
-        presets.UNDERWATER_PT_camera_presets.draw_panel_header(self.layout)
-
-    @override
-    def draw(self, context: bpy.types.Context) -> None:
-        water, panel = _water(context), _panel(context)
-        pictures = previews.of_scene(context.scene)
-        row = self.layout.row(align=True)
-        row.operator("underwater.choose_sensor", text=water.sensor or "Choose", icon="VIEWZOOM")
+    def before(self, context: bpy.types.Context) -> None:
+        panel, row = _panel(context), self.layout.row(align=True)
+        row.prop(_water(context), "sensor", text="")
         row.operator("underwater.open_sensor", text="", icon="FILEBROWSER")
         column = self.column()
-        column.prop(water, "white_balance")
         column.prop(panel, "meter")
         if panel.meter == "FIXED":
             column.prop(panel, "stops")
-        else:
-            column.prop(water, "exposure_compensation", text="Brighter (EV)")
-        column.prop(water, "tone")
-        column.prop(water, "contrast")
+
+    @override
+    def after(self, context: bpy.types.Context) -> None:
+        pictures = previews.of_scene(context.scene)
         if pictures.error:
             _say(self.layout, pictures.error, "ERROR")
         elif pictures.sensor:
@@ -391,73 +356,72 @@ class SensorPanel(_SubPanel, bpy.types.Panel):
         _plot(self.layout, "sensor")
 
 
-class QualityPanel(_SubPanel, bpy.types.Panel):
+class QualityPanel(_SectionPanel, bpy.types.Panel):
     """How the water is rendered."""
 
     bl_idname = "UNDERWATER_PT_quality"
-    bl_label = "Quality"
+    bl_label = SECTIONS["quality"].title
+    section = "quality"
+    apart = ("layers",)
 
     @override
-    def draw_header_preset(self, _: bpy.types.Context) -> None:
-        sections.draw_reset(self.layout, "quality")
-
-    @override
-    def draw(self, context: bpy.types.Context) -> None:
-        water, panel = _water(context), _panel(context)
-        self.layout.prop(panel, "quality", expand=True)
+    def before(self, context: bpy.types.Context) -> None:
+        panel = _panel(context)
         row = self.layout.row(align=True)
         row.prop(panel, "target_delta_e", text="Error ΔE")
         row.operator("underwater.auto")
-        column = self.column()
-        column.prop(water, "bands", text="Bands")
-        column.prop(water, "wavelengths", text="Or at (nm)")
-        column.prop(water, "band_placement", text="Placed")
-        row = column.row(align=True)
-        row.prop(water, "range_start", text="Range (nm)")
-        row.prop(water, "range_end", text="")
-        method = METHODS[panel.quality.lower()]
-        if method.traced:
-            column.prop(panel, "denoise")
-            column.prop(water, "forward_peak", text="Forward peak")
-            column.prop(water, "share_passes", text="Share passes")
-        else:
-            column.prop(water, "field", text="Light field")
-        for term in TERMS:
-            if term.is_switch and method.engine in term.engines:
-                column.prop(water, term.setting)
-        if water.shafts and is_live(context.scene):
-            eevee = context.scene.eevee
+        if METHODS[panel.quality.lower()].traced:
+            self.column().prop(panel, "denoise")
+
+    @override
+    def after(self, context: bpy.types.Context) -> None:
+        panel = _panel(context)
+        if _water(context).shafts and is_live(context.scene):
+            eevee, column = context.scene.eevee, self.column()
             column.prop(eevee, "volumetric_tile_size", text="Froxel size")
             column.prop(eevee, "volumetric_samples", text="Froxel steps")
-        column.prop(water, "samples")
-        column.prop(water, "layers")
-        if method.traced:
-            column.prop(water, "bounces")
+        self.layout.label(text=SETTINGS["layers"].label)
+        grid = self.layout.grid_flow(columns=2, even_columns=True, align=True)
+        grid.prop(panel, "layers")
         for line in panel.decisions.splitlines():
             _say(self.layout, line)
 
 
-class OutputPanel(_SubPanel, bpy.types.Panel):
-    """Renders into a folder."""
+def _draw_water(layout: bpy.types.UILayout, context: bpy.types.Context) -> None:
+    """Draw which water it is: a gallery, a name, a file."""
+    water, panel = _water(context), _panel(context)
+    if panel.from_constituents:
+        return
+    file = water.water.startswith("file:")
+    if not file:
+        layout.template_icon_view(
+            panel, "gallery", show_labels=True, scale=_SWATCH_SCALE, scale_popup=4.0
+        )
+    row = layout.row(align=True)
+    row.prop(water, "water", text="")
+    row.operator("underwater.open_water", text="", icon="FILEBROWSER")
+    if file:
+        layout.row().prop_enum(panel, "gallery", "JERLOV_IB", text="Back to Jerlov types")
 
-    bl_idname = "UNDERWATER_PT_output"
-    bl_label = "Output"
 
-    @override
-    def draw(self, context: bpy.types.Context) -> None:
-        panel, column = _panel(context), self.column()
-        column.prop(panel, "output")
-        column.prop(panel, "animation")
-        row = self.layout.row(align=True)
-        row.scale_y = 1.3
-        row.operator("underwater.render", icon="RENDER_STILL").resume = False
-        row.operator("underwater.render", text="Continue", icon="PLAY").resume = True
-        self.layout.operator("underwater.farm_bundle", icon="EXPORT")
+def _draw_depth(column: bpy.types.UILayout, context: bpy.types.Context) -> None:
+    """Draw where the camera is."""
+    from ..scene.viewport import live
+
+    depth = live.camera_depth(context.scene)
+    if depth is None:
+        column.label(text="No camera", icon="ERROR")
+    elif depth > 0:
+        column.label(text=f"Camera {depth:.4g} m under the surface", icon="CAMERA_DATA")
+    else:
+        column.label(text=f"Camera {-depth:.4g} m above the surface", icon="CAMERA_DATA")
+    column.operator("underwater.submerge", icon="TRIA_DOWN_BAR")
 
 
 class ReadoutsPanel(_SubPanel, bpy.types.Panel):
     """What the settings mean, in words and numbers."""
 
+    bl_parent_id = "UNDERWATER_PT_advanced"
     bl_idname = "UNDERWATER_PT_readouts"
     bl_label = "Read-outs"
 
@@ -504,6 +468,9 @@ def _colour(colour: DominantColour) -> str:
 CLASSES = (
     MainPanel,
     LooksPanel,
+    EssentialsPanel,
+    RenderPanel,
+    AdvancedPanel,
     WaterPanel,
     DepthPanel,
     WavesPanel,
@@ -513,8 +480,29 @@ CLASSES = (
     SensorPanel,
     QualityPanel,
     ReadoutsPanel,
-    OutputPanel,
 )
+"""The panels of the sidebar."""
+
+
+def _in_properties(cls: Any) -> type[bpy.types.Panel]:  # noqa: ANN401 - its facts are Blender's
+    """Return a panel of the sidebar as one of the Properties editor, tab Scene."""
+    options = set(getattr(cls, "bl_options", ()))
+    facts: dict[str, object] = {
+        "bl_idname": cls.bl_idname.replace("_PT_", "_PT_scene_"),
+        "bl_space_type": "PROPERTIES",
+        "bl_region_type": "WINDOW",
+        "bl_context": "scene",
+        "bl_category": "",
+        "bl_options": options | {"DEFAULT_CLOSED"} if cls is MainPanel else options,
+    }
+    if issubclass(cls, _SubPanel):
+        facts["bl_parent_id"] = cls.bl_parent_id.replace("_PT_", "_PT_scene_")
+    made: Any = type(f"{cls.__name__}OfScene", (cls,), facts)
+    return made
+
+
+PROPERTIES = tuple(_in_properties(cls) for cls in CLASSES)
+"""The same panels in the Properties editor."""
 
 
 def move_to(tab: str) -> None:
@@ -527,10 +515,11 @@ def register(tab: str | None = None) -> None:
     """Register the panels, under the tab of the preferences."""
     for cls in CLASSES:
         cls.bl_category = tab or preferences.tab()
+    for cls in (*CLASSES, *PROPERTIES):
         bpy.utils.register_class(cls)
 
 
 def unregister() -> None:
     """Unregister the panels."""
-    for cls in reversed(CLASSES):
+    for cls in reversed((*CLASSES, *PROPERTIES)):
         bpy.utils.unregister_class(cls)

@@ -12,18 +12,16 @@ import bpy
 from bl_operators.presets import AddPresetBase
 from bl_ui.utils import PresetPanel
 
+from ..settings.setting import SECTIONS
 from ..uw_spectral.errors import unknown_name
 from .live_updates import transaction
+from .sections import settings_of
 
 _FOLDER = Path(__file__).resolve().parent.parent
 _SCENE = "bpy.context.scene.underwater"
 
-_WATER = ("water", "water_source", "chlorophyll", "cdom", "minerals", "detritus", "second_water",
-          "second_water_share", "absorption_factor", "scattering_factor", "phase")  # fmt: skip
-_SHOWN = ("exposure", "exposure_compensation", "tone", "contrast")
-_LOOK = (*_WATER, "floor_depth", "floor_reflectance", "surface", "illuminant", "sun_zenith",
-         "irradiance", "sky", "sky_radiance", "white_balance", *_SHOWN)  # fmt: skip
-_CAMERA = ("sensor", "white_balance", *_SHOWN)
+_WATER, _CAMERA = settings_of("water"), settings_of("sensor")
+_LOOK = settings_of(*(name for name in SECTIONS if name != "quality"))
 
 
 def _values(names: tuple[str, ...]) -> list[str]:
@@ -134,7 +132,7 @@ CLASSES = (
 )
 
 
-def settings_of(kind: str) -> tuple[str, ...]:
+def held_by(kind: str) -> tuple[str, ...]:
     """Return the names of the settings that a preset of a kind holds."""
     return {"water": _WATER, "look": _LOOK, "camera": _CAMERA}[kind]
 

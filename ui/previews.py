@@ -16,7 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..scene import stored_settings
-from ..settings.scene_settings import CONSTITUENTS, SceneSettings
+from ..settings.known_words import JERLOV_TEXTS
+from ..settings.scene_settings import CONSTITUENTS, SETTINGS, SceneSettings
 from ..uw_spectral.errors import InputError
 from ..uw_spectral.water.optical_properties import JERLOV_TYPES
 
@@ -78,24 +79,10 @@ def swatch_items(_: bpy.types.Context | None) -> list[tuple[str, str, str, int, 
     state = _states[-1]
     # Blender keeps no copy of the strings: the list must live on.
     state.items[:] = [
-        (f"JERLOV_{name}", f"Jerlov {name}", _DESCRIPTIONS[name], icon_id(f"swatch {name}"), index)
+        (f"JERLOV_{name}", f"Jerlov {name}", JERLOV_TEXTS[name], icon_id(f"swatch {name}"), index)
         for index, name in enumerate(JERLOV_TYPES)
     ]
     return state.items
-
-
-_DESCRIPTIONS = {
-    "I": "Clearest ocean",
-    "IA": "Very clear ocean",
-    "IB": "Clear ocean, tropical reefs",
-    "II": "Ocean off the coasts, upwelling",
-    "III": "Productive ocean",
-    "1C": "Clearest coast",
-    "3C": "Coast, as the North Sea",
-    "5C": "Turbid coast",
-    "7C": "Estuary, harbour",
-    "9C": "Most turbid coast",
-}
 
 
 def icon_id(name: str) -> int:
@@ -143,6 +130,33 @@ def compute(scene: bpy.types.Scene) -> Pictures:
     except InputError as error:
         pictures.error = str(error)
     return pictures
+
+
+def concentration_for(scene: bpy.types.Scene, visibility: float) -> float:
+    """Return the concentration at which one sees as far in a scene's water, in m.
+
+    Raises
+    ------
+    InputError
+        If the settings cannot be used, or no light is left at the camera.
+    """
+    from ..settings.render_plan import plan_of, quiet
+    from ..uw_spectral.imaging import visibility as seen
+    from ..uw_spectral.imaging.description import REFERENCE_BANDS
+
+    key = _key(scene)
+    if key is None:
+        raise InputError(_settings_error(scene))
+    chosen, depth = key
+    fine = replace(chosen, bands=REFERENCE_BANDS, wavelengths="", inelastic="")
+
+    def at(concentration: float) -> float:
+        plan = plan_of(replace(fine, concentration=concentration))
+        return seen.horizontal_visibility(plan.viewpoint(depth))
+
+    with quiet():
+        most = SETTINGS["concentration"].limits[1]
+        return seen.concentration_for(visibility, at, most)
 
 
 def _fill(state: _State, pictures: Pictures, chosen: SceneSettings, depth: float) -> None:

@@ -5,7 +5,10 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
+import math
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -15,9 +18,10 @@ from ..jobs.job import Job
 from ..quality.methods import METHODS
 from ..scene import stored_settings
 from ..scene.session import is_live
-from ..settings.scene_settings import AUTO, BY_PICTURE, CONSTITUENTS, SceneSettings
+from ..settings.scene_settings import AUTO, BY_PICTURE, CONSTITUENTS, SETTINGS, SceneSettings
 from ..uw_spectral.errors import InputError
-from ..uw_spectral.water.inelastic_processes import PROCESSES, parse_processes
+from ..uw_spectral.imaging.layers import LAYERS, NONE, parse_layers
+from ..uw_spectral.water.inelastic_processes import parse_processes
 from ..uw_spectral.water.optical_properties import JERLOV_TYPES
 from .live_updates import transaction
 
@@ -63,54 +67,76 @@ def _set_constituents(group: bpy.types.PropertyGroup, value: bool) -> None:
         _water(group).water = CONSTITUENTS if value else SceneSettings().water
 
 
-def _get_inelastic(group: bpy.types.PropertyGroup) -> int:
-    try:
-        switched_on = parse_processes(_water(group).inelastic)
-    except InputError:  # the panel says so, and shows what was written
-        return 0
-    return sum(1 << PROCESSES.index(name) for name in switched_on)
+TICKED = ("inelastic", "layers")
+"""Settings that are lists of words: in a panel, tick boxes."""
+_PROCESSES = {
+    "raman": ("Raman", "Scattering by the water molecules"),
+    "chlorophyll": ("Chlorophyll", "Red fluorescence of the phytoplankton, 685 nm"),
+    "cdom": ("CDOM", "Blue to green fluorescence of dissolved organic matter"),
+}
+_LAYERS = {layer.name: (layer.name, layer.text.capitalize()) for layer in LAYERS}
 
 
-def _set_inelastic(group: bpy.types.PropertyGroup, value: int) -> None:
-    names = [name for place, name in enumerate(PROCESSES) if value & 1 << place]
-    _water(group).inelastic = ",".join(names)
-
-
-def _get_second(group: bpy.types.PropertyGroup) -> int:
-    text = _water(group).second_water
-    if not text:
-        return 0
-    found = _index(text)
-    return found + 1 if found >= 0 else len(JERLOV_TYPES) + 1
-
-
-def _set_second(group: bpy.types.PropertyGroup, value: int) -> None:
-    if value <= len(JERLOV_TYPES):
-        name = f"{_JERLOV}{JERLOV_TYPES[value - 1]}" if value else ""
-        _water(group).second_water = name
-
-
-def _choice(setting: str, name: str, description: str, items: dict[str, tuple[str, str]]) -> object:
-    """Return an enum over a text setting: its usual values, and what else was typed or opened."""
-    values = list(items)
+def _ticked(
+    setting: str,
+    items: dict[str, tuple[str, str]],
+    read: Callable[[str], tuple[str, ...]],
+    nothing: str = "",
+) -> object:
+    """Return tick boxes over a setting that is a list of words."""
+    words = list(items)
 
     def get(group: bpy.types.PropertyGroup) -> int:
-        text = getattr(_water(group), setting)
-        return values.index(text) if text in values else len(values)
+        try:
+            ticked = read(getattr(_water(group), setting))
+        except InputError:  # the panel says so, and shows what was written
+            return 0
+        return sum(1 << words.index(word) for word in ticked)
 
     def put(group: bpy.types.PropertyGroup, value: int) -> None:
-        if value < len(values):
-            setattr(_water(group), setting, values[value])
+        ticked = [word for place, word in enumerate(words) if value & 1 << place]
+        setattr(_water(group), setting, ",".join(ticked) or nothing)
 
-    shown = [(text.upper().replace("-", "_"), *items[text]) for text in values]
     return bpy.props.EnumProperty(
-        name=name,
-        description=description,
-        items=[*shown, ("OTHER", "Other", "As written below")],
-        options=set(),
+        name=SETTINGS[setting].label,
+        description=SETTINGS[setting].text,
+        items=[(word.upper(), *items[word], 1 << place) for place, word in enumerate(words)],
+        options={"ENUM_FLAG"},
         get=get,
         set=put,
     )
+
+
+def _get_elevation(group: bpy.types.PropertyGroup) -> float:
+    return math.radians(90.0 - _water(group).sun_zenith)
+
+
+def _set_elevation(group: bpy.types.PropertyGroup, value: float) -> None:
+    lowest = SETTINGS["sun_zenith"].limits[1]
+    _water(group).sun_zenith = min(90.0 - math.degrees(value), lowest)
+
+
+def _get_bearing(group: bpy.types.PropertyGroup) -> float:
+    return math.radians((270.0 - _water(group).sun_azimuth) % 360.0)
+
+
+def _set_bearing(group: bpy.types.PropertyGroup, value: float) -> None:
+    azimuth = (270.0 - math.degrees(value)) % 360.0
+    _water(group).sun_azimuth = azimuth - 360.0 if azimuth > 180.0 else azimuth
+
+
+def _get_visibility(group: bpy.types.PropertyGroup) -> float:
+    from . import previews
+
+    found = previews.of_scene(group.id_data).readouts
+    return found.visibility if found is not None and math.isfinite(found.visibility) else 0.0
+
+
+def _set_visibility(group: bpy.types.PropertyGroup, value: float) -> None:
+    from . import previews
+
+    with contextlib.suppress(InputError):  # the panel says so
+        _water(group).concentration = previews.concentration_for(group.id_data, value)
 
 
 _METERS = (AUTO, BY_PICTURE)
@@ -177,49 +203,46 @@ class UnderwaterPanelProperties(bpy.types.PropertyGroup):
         get=_get_constituents,
         set=_set_constituents,
     )
-    inelastic: bpy.props.EnumProperty(
-        name="Inelastic light",
-        description="Light that comes out of the water at a longer wavelength than it went in",
-        items=[
-            ("RAMAN", "Raman", "Scattering by the water molecules", 1),
-            ("CHLOROPHYLL", "Chlorophyll", "Red fluorescence of the phytoplankton, 685 nm", 2),
-            ("CDOM", "CDOM", "Blue to green fluorescence of dissolved organic matter", 4),
-        ],
-        options={"ENUM_FLAG"},
-        get=_get_inelastic,
-        set=_set_inelastic,
-    )
-    second_water: bpy.props.EnumProperty(
-        name="Mix with",
-        description="Second water; keyframe the share to swim from one into the other",
-        items=[
-            ("NONE", "None", "One water only"),
-            *((name, f"Jerlov {name}", "") for name in JERLOV_TYPES),
-            ("FILE", "File", "A table that was opened"),
-        ],
+    inelastic: _ticked("inelastic", _PROCESSES, parse_processes)
+    layers: _ticked("layers", _LAYERS, parse_layers, NONE)
+    visibility: bpy.props.FloatProperty(
+        name="Visibility",
+        description="Distance at which a black object fades into the open water, looking level "
+        "from the camera (contrast 2 %). Setting it sets the concentration of what is in the water",
+        min=0.05,
+        soft_min=1.0,
+        soft_max=50.0,
+        max=200.0,
+        precision=1,
+        subtype="DISTANCE",
+        unit="LENGTH",
         options=set(),
-        get=_get_second,
-        set=_set_second,
+        get=_get_visibility,
+        set=_set_visibility,
     )
-    phase: _choice(
-        "phase",
-        "Scattering",
-        "Phase function: how far light is turned when it is scattered",
-        {
-            "mixture": ("Sea particles", "Molecules and particles by their share in each band"),
-            "petzold": ("Petzold", "Measured average particles, the same in all bands"),
-        },
+    elevation: bpy.props.FloatProperty(
+        name="Sun Elevation",
+        description="Height of the sun over the horizon, in air",
+        min=math.radians(90.0 - SETTINGS["sun_zenith"].limits[1]),
+        max=math.radians(90.0),
+        precision=1,
+        subtype="ANGLE",
+        unit="ROTATION",
+        options=set(),
+        get=_get_elevation,
+        set=_set_elevation,
     )
-    light: _choice(
-        "illuminant",
-        "Light",
-        "Spectrum of the light above the water",
-        {
-            "d65": ("Daylight D65", "Average daylight, all of it from the sun"),
-            "clear-sky": ("Clear sky", "Sun and blue sky, by the height of the sun"),
-            "astm-g173": ("Sun ASTM G173", "Standard solar spectrum"),
-            "equal-energy": ("Equal energy", "The same at every wavelength"),
-        },
+    bearing: bpy.props.FloatProperty(
+        name="Sun From",
+        description="Where the sun stands: its compass bearing, from north (+y) over east (+x)",
+        min=0.0,
+        max=math.radians(360.0),
+        precision=1,
+        subtype="ANGLE",
+        unit="ROTATION",
+        options=set(),
+        get=_get_bearing,
+        set=_set_bearing,
     )
     meter: bpy.props.EnumProperty(
         name="Exposure",

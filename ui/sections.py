@@ -1,44 +1,62 @@
-"""Which settings each section of the panel shows, and their reset."""
+"""The settings of a section: drawn from the table of settings, and reset."""
 
 from __future__ import annotations
 
 # pyright: reportInvalidTypeForm=false
 # Blender declares properties as annotations that are calls.
+from collections.abc import Collection
 from typing import override
 
 import bpy
 
+from ..quality.methods import METHODS
 from ..scene import stored_settings
+from ..settings.scene_settings import SETTINGS
+from ..settings.setting import SECTIONS
+from . import property_group
 from .live_updates import transaction
 
-SECTIONS: dict[str, tuple[str, ...]] = {
-    "water": (
-        "water", "water_source", "chlorophyll", "cdom", "minerals", "detritus",
-        "scattering_factor", "absorption_factor", "second_water", "second_water_share", "phase",
-        "inelastic",
-    ),
-    "depth": ("floor_depth", "floor_reflectance", "scene_floor"),
-    "waves": (
-        "surface", "wind_speed", "wind_direction", "fetch", "caustics", "wave_time_scale",
-        "wave_loop", "wave_seed", "wave_tile", "wave_resolution",
-    ),
-    "particles": (
-        "snow", "snow_of_water", "plankton", "bubbles", "silt", "particle_slope", "particle_angle",
-        "particle_seed", "drift_speed", "drift_direction",
-    ),
-    "sun": (
-        "illuminant", "sun_zenith", "sun_azimuth", "irradiance", "sky", "sky_radiance",
-        "refractive_index",
-    ),
-    "lamps": ("sunlight",),
-    "sensor": (
-        "sensor", "white_balance", "exposure", "exposure_compensation", "tone", "contrast",
-    ),
-    "quality": (
-        "bands", "wavelengths", "band_placement", "range_start", "range_end", "forward_peak",
-        "share_passes", "field", "shafts", "diffuse_shadows", "layers", "samples", "bounces",
-    ),
-}  # fmt: skip
+
+def settings_of(*sections: str) -> tuple[str, ...]:
+    """Return the names of the settings of sections."""
+    return tuple(name for name, setting in SETTINGS.items() if setting.section in sections)
+
+
+def draw(
+    column: bpy.types.UILayout,
+    scene: bpy.types.Scene,
+    section: str,
+    apart: Collection[str] = (),
+) -> None:
+    """Draw the settings of a section that have an effect now, what only researchers need last.
+
+    Parameters
+    ----------
+    column : UILayout
+    scene : Scene
+    section : str
+        One of :data:`.SECTIONS`.
+    apart : collection of str
+        Settings that are drawn otherwise.
+    """
+    group = getattr(scene, stored_settings.PROPERTY)
+    panel = getattr(scene, property_group.PROPERTY)
+    engine = METHODS[panel.quality.lower()].engine
+    names = [name for name in settings_of(section) if name not in apart]
+    for who in ("artist", "researcher"):
+        rows = [setting for setting in map(SETTINGS.__getitem__, names) if setting.who == who]
+        rows = [s for s in rows if s.engine in ("", engine) and s.applies(group)]
+        if rows and who == "researcher":
+            column.separator()
+        for setting in rows:
+            column.prop(*_shown_as(group, panel, setting.name))
+
+
+def _shown_as(
+    group: bpy.types.PropertyGroup, panel: bpy.types.PropertyGroup, name: str
+) -> tuple[bpy.types.PropertyGroup, str]:
+    """Return what shows a setting: lists of words are tick boxes."""
+    return (panel, name) if name in property_group.TICKED else (group, name)
 
 
 class ResetSection(bpy.types.Operator):
@@ -52,18 +70,17 @@ class ResetSection(bpy.types.Operator):
     section: bpy.props.EnumProperty(
         name="Section",
         description="Which",
-        items=[(name, name.capitalize(), "") for name in SECTIONS],
+        items=[(name, section.title, section.text) for name, section in SECTIONS.items()],
         options={"HIDDEN"},
     )
 
     @override
     def execute(self, context: bpy.types.Context) -> set[str]:
         group = getattr(context.scene, stored_settings.PROPERTY)
-        defaults = group.bl_rna.properties
         with transaction():
-            for name in SECTIONS[self.section]:
+            for name in settings_of(self.section):
                 # Setting lets live water follow, which unsetting alone would not.
-                setattr(group, name, defaults[name].default)
+                setattr(group, name, SETTINGS[name].default)
                 group.property_unset(name)
         return {"FINISHED"}
 

@@ -8,6 +8,8 @@ from __future__ import annotations
 
 import bpy
 
+from ..settings.scene_settings import SETTINGS
+
 LANGUAGES = ("de", "es", "fr", "ja")
 """Blender takes the language where it has none for the country."""
 _LABELS = """
@@ -27,46 +29,27 @@ Water | Wasser | Agua | Eau | 水
 Depth and Floor | Tiefe und Grund | Profundidad y fondo | Profondeur et fond | 深さと海底
 Surface and Waves | Oberfläche und Wellen | Superficie y olas | Surface et vagues | 水面と波
 Snow and Bubbles | Schnee und Blasen | Nieve y burbujas | Neige et bulles | 雪と泡
-Marine snow | Meeresschnee | Nieve marina | Neige marine | マリンスノー
-Plankton | Plankton | Plancton | Plancton | プランクトン
-Bubbles | Blasen | Burbujas | Bulles | 泡
-Silt | Schlick | Limo | Limon | 沈泥
-Drift (m/s) | Strömung (m/s) | Corriente (m/s) | Courant (m/s) | 流れ (m/s)
 Seed | Startwert | Semilla | Graine | シード
 Sun and Sky | Sonne und Himmel | Sol y cielo | Soleil et ciel | 太陽と空
 Lamps | Lampen | Lámparas | Lampes | ランプ
 Camera Sensor | Kamerasensor | Sensor de la cámara | Capteur de la caméra | カメラセンサー
 Quality | Qualität | Calidad | Qualité | 品質
 Read-outs | Ablesungen | Lecturas | Relevés | 測定値
-Output | Ausgabe | Salida | Sortie | 出力
 Jerlov type | Jerlov-Typ | Tipo de Jerlov | Type de Jerlov | Jerlov 型
 From constituents | Aus Inhaltsstoffen | Por constituyentes | Par constituants | 成分から
-Chlorophyll (mg/m³) | Chlorophyll (mg/m³) | Clorofila (mg/m³) | Chlorophylle (mg/m³) | クロロフィル (mg/m³)
-Minerals (g/m³) | Minerale (g/m³) | Minerales (g/m³) | Minéraux (g/m³) | 鉱物 (g/m³)
 Source | Quelle | Fuente | Source | 出典
 Scattering × | Streuung × | Dispersión × | Diffusion × | 散乱 ×
 Absorption × | Absorption × | Absorción × | Absorption × | 吸収 ×
-Mix with | Mischen mit | Mezclar con | Mélanger avec | 混合
-Share | Anteil | Proporción | Part | 割合
-Scattering | Streuung | Dispersión | Diffusion | 散乱
-Floor (m) | Grund (m) | Fondo (m) | Fond (m) | 海底 (m)
 Reflectance | Reflexionsgrad | Reflectancia | Réflectance | 反射率
 Surface | Oberfläche | Superficie | Surface | 水面
-Wind (m/s) | Wind (m/s) | Viento (m/s) | Vent (m/s) | 風 (m/s)
-Caustics × | Kaustiken × | Cáusticas × | Caustiques × | コースティクス ×
-Speed × | Tempo × | Velocidad × | Vitesse × | 速度 ×
 Light | Licht | Luz | Lumière | 光
-Zenith (°) | Zenit (°) | Cenit (°) | Zénith (°) | 天頂角 (°)
-Azimuth (°) | Azimut (°) | Acimut (°) | Azimut (°) | 方位角 (°)
 Grab the Sun | Sonne greifen | Agarrar el sol | Saisir le soleil | 太陽をつかむ
-Sunlight | Sonnenlicht | Luz del sol | Lumière du soleil | 太陽光
 Add Lamps | Lampen hinzufügen | Añadir lámparas | Ajouter des lampes | ランプを追加
 White balance | Weißabgleich | Balance de blancos | Balance des blancs | ホワイトバランス
 Exposure | Belichtung | Exposición | Exposition | 露出
 By the light | Nach dem Licht | Por la luz | Selon la lumière | 光による
 By the picture | Nach dem Bild | Por la imagen | Selon l’image | 画面による
 By hand | Von Hand | A mano | À la main | 手動
-Brighter (EV) | Heller (Blenden) | Más claro (EV) | Plus clair (IL) | 明るく (段)
 Tone | Tonwertkurve | Curva tonal | Courbe tonale | トーンカーブ
 Contrast | Kontrast | Contraste | Contraste | コントラスト
 Real-time | Echtzeit | Tiempo real | Temps réel | リアルタイム
@@ -81,6 +64,36 @@ Visibility | Sichtweite | Visibilidad | Visibilité | 視程
 Colour | Farbe | Color | Couleur | 色
 Colour error | Farbfehler | Error de color | Erreur de couleur | 色誤差
 Computing… | Wird berechnet … | Calculando… | Calcul en cours… | 計算中…
+Essentials | Das Wichtigste | Lo esencial | L’essentiel | 基本
+Render | Rendern | Renderizar | Rendu | レンダー
+Advanced | Erweitert | Avanzado | Avancé | 詳細
+Concentration | Konzentration | Concentración | Concentration | 濃度
+Chlorophyll | Chlorophyll | Clorofila | Chlorophylle | クロロフィル
+Minerals | Minerale | Minerales | Minéraux | 鉱物
+Mixed with | Gemischt mit | Mezclada con | Mélangée avec | 混合
+Fraction | Anteil | Fracción | Fraction | 割合
+Floor | Grund | Fondo | Fond | 海底
+Wind | Wind | Viento | Vent | 風
+Caustics | Kaustiken | Cáusticas | Caustiques | コースティクス
+Speed | Tempo | Velocidad | Vitesse | 速度
+Loop | Schleife | Bucle | Boucle | ループ
+Marine snow | Meeresschnee | Nieve marina | Neige marine | マリンスノー
+Plankton | Plankton | Plancton | Plancton | プランクトン
+Bubbles | Blasen | Burbujas | Bulles | 泡
+Silt | Schlick | Limo | Limon | 沈泥
+Drift | Strömung | Corriente | Courant | 流れ
+Sun zenith | Sonnenzenit | Cenit del sol | Zénith du soleil | 太陽天頂角
+Sun azimuth | Sonnenazimut | Acimut del sol | Azimut du soleil | 太陽方位角
+Sun Elevation | Sonnenhöhe | Altura del sol | Hauteur du soleil | 太陽高度
+Sun From | Sonne aus | Sol desde | Soleil depuis | 太陽の方角
+Sky | Himmel | Cielo | Ciel | 空
+Daylight | Tageslicht | Luz del día | Lumière du jour | 昼光
+Camera | Kamera | Cámara | Caméra | カメラ
+Brighter | Heller | Más claro | Plus clair | 明るく
+Samples | Abtastungen | Muestras | Échantillons | サンプル
+Layers | Ebenen | Capas | Couches | レイヤー
+Shafts of light | Lichtstrahlen | Rayos de luz | Rayons de lumière | 光芒
+Diffuse shadows | Diffuse Schatten | Sombras difusas | Ombres diffuses | 拡散シャドウ
 Reset Section | Abschnitt zurücksetzen | Restablecer sección | Réinitialiser la section | セクションをリセット
 """
 
@@ -93,9 +106,20 @@ def rows() -> list[tuple[str, ...]]:
 def catalogue() -> dict[str, dict[tuple[str, str], str]]:
     """Return what Blender registers: by language and message, for plain words and buttons."""
     return {
-        language: {(context, row[0]): row[place] for row in rows() for context in ("*", "Operator")}
+        language: {
+            (context, name): row[place] + name.removeprefix(row[0])
+            for row in rows()
+            for name in (row[0], *_with_unit(row[0]))
+            for context in ("*", "Operator")
+        }
         for place, language in enumerate(LANGUAGES, start=1)
     }
+
+
+def _with_unit(label: str) -> list[str]:
+    """Return a label as it stands before a number that has a unit."""
+    rows = (setting for setting in SETTINGS.values() if setting.label == label)
+    return [f"{label} ({setting.unit})" for setting in rows if setting.unit]
 
 
 def register() -> None:

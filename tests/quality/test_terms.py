@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import fields
 
 import pytest
 from underwater_spectral.benchmarks.option_costs import configurations
@@ -22,7 +21,7 @@ from underwater_spectral.quality.terms import (
     switched_on,
     with_and_without,
 )
-from underwater_spectral.settings.scene_settings import NO_FLOOR, SceneSettings
+from underwater_spectral.settings.scene_settings import NO_FLOOR, SETTINGS, SceneSettings
 from underwater_spectral.tests.scene.columns import grey_column
 from underwater_spectral.uw_spectral.spectra.spectrum import DATA_DIRECTORY, read_table
 
@@ -30,13 +29,10 @@ ALL = frozenset(term.name for term in TERMS)
 
 
 def test_terms_are_settings_of_the_scene():
-    settings = {setting.name: setting for setting in fields(SceneSettings)}
     for term in TERMS:
-        setting = settings[term.setting]
+        setting = SETTINGS[term.setting]
         assert type(setting.default) is type(term.off) is type(term.on)
-        assert not setting.metadata["choices"] or {term.off, term.on} <= set(
-            setting.metadata["choices"]
-        )
+        assert not setting.choices or {term.off, term.on} <= set(setting.choices)
     assert next(term.off for term in TERMS if term.name == FLOOR) == NO_FLOOR
     names = [term.name for term in TERMS]
     assert len(ALL) == len(names)

@@ -12,6 +12,7 @@ from underwater_spectral.scene import contents, marks, stored_settings
 from underwater_spectral.scene.engines import engines
 from underwater_spectral.scene.materials import bare_surfaces
 from underwater_spectral.scene.viewport import live
+from underwater_spectral.scene.water import eevee_water as eevee_water_module
 from underwater_spectral.scene.water import particles, realtime, scene_water, water_body
 from underwater_spectral.scene.water.eevee_water import Eye, eevee_water
 from underwater_spectral.settings import render_plan
@@ -203,16 +204,18 @@ def test_live_density_follows_its_keys(camera):
 
 def test_the_record_says_what_was_drawn():
     plan = _plan(snow_of_water=2.0, bubbles=1.0, water="jerlov:3C")
-    found = plan.record()["particles"]
+    found = particles.record(plan.settings, plan.column)["particles"]
     assert found["share_of_scattering_above_0.1_mm"] == pytest.approx(0.0594, rel=0.01)
     snow = found["kinds"]["snow"]
     assert snow["above_0.1_mm_per_litre"] == pytest.approx(2.0 * found["snow_of_water_per_litre"])
     assert set(found["kinds"]) == {"snow", "bubbles"}
-    assert "particles" not in _plan().record()
+    assert particles.record(_plan().settings, plan.column) == {}
     assert particles.particles_of(PLAIN, plan.column).clouds == ()
 
 
-def test_they_are_as_bright_in_eevee_as_in_cycles_and_named_in_layers(camera, tmp_path):
+def test_they_are_as_bright_in_eevee_as_in_cycles_and_named_in_layers(
+    camera, tmp_path, monkeypatch
+):
     """Balls of the size of hands stand for flocs, so that few pixels are enough."""
     scene = bpy.context.scene
     scene.render.resolution_x, scene.render.resolution_y = 64, 36
@@ -221,9 +224,9 @@ def test_they_are_as_bright_in_eevee_as_in_cycles_and_named_in_layers(camera, tm
     plan = _plan(phase="hg:0.0", samples=16, sun_azimuth=90.0, layers="instance,material")
     kind = replace(KINDS["snow"], wander=0.0)
     part = SizeClass(0.2, 0.4, 6.0, 150, (0.0, 0.0))
-    plan.__dict__["particles"] = particles.SceneParticles(
-        (ParticleCloud(kind, 1.0, 4.0, 1.0, (part,)),)
-    )
+    clouds = particles.SceneParticles((ParticleCloud(kind, 1.0, 4.0, 1.0, (part,)),))
+    for module in (eevee_water_module, particles):
+        monkeypatch.setattr(module, "particles_of", lambda *_: clouds)
     extent = water_body.water_extent(scene, plan.column, 5.0)
     pictures, masks = [], []
     for opened in (

@@ -66,7 +66,7 @@ def test_every_setting_is_an_option():
 
 def test_help_names_every_kind_of_water():
     text = " ".join(command_line.parser().format_help().split())
-    start = text.index("--water WATER Water:")
+    start = text.index("--water TEXT Water:")
     for form in ("jerlov:", "case:", "bio:", "file:", ".sb", "Kd"):
         assert form in text[start : start + 400], form
 

@@ -13,7 +13,7 @@ from underwater_spectral.scene.seen.cameras import eye_of
 from underwater_spectral.scene.seen.surroundings import look_around
 from underwater_spectral.scene.session import is_live
 from underwater_spectral.scene.viewport import live
-from underwater_spectral.scene.water import shade
+from underwater_spectral.scene.water import eevee_water, shade
 from underwater_spectral.settings import render_plan
 from underwater_spectral.settings.render_plan import make_plan
 from underwater_spectral.settings.scene_settings import SceneSettings
@@ -227,11 +227,11 @@ def test_a_hasty_update_does_not_look_around(monkeypatch):
 
 def _floors(monkeypatch):
     """Depths of the floors that are drawn from now on."""
-    found, before = [], render_plan.realtime_water
+    found, before = [], eevee_water.realtime_water
 
     def noted(column, *rest, **more):
         found.append(column.floor_depth)
         return before(column, *rest, **more)
 
-    monkeypatch.setattr(render_plan, "realtime_water", noted)
+    monkeypatch.setattr(eevee_water, "realtime_water", noted)
     return found

@@ -23,7 +23,7 @@ from underwater_spectral.scene.water import (
 )
 from underwater_spectral.scene.water.eevee_water import Eye, eevee_water
 from underwater_spectral.settings.render_plan import make_plan
-from underwater_spectral.settings.scene_settings import SceneSettings
+from underwater_spectral.settings.scene_settings import SETTINGS, SceneSettings
 from underwater_spectral.tests.scene import scenes, snapshot
 from underwater_spectral.tests.scene.columns import grey_column, henyey_greenstein, layers_of
 from underwater_spectral.tests.stress.cases import few_or_many, try_cases
@@ -280,14 +280,14 @@ def test_every_setting_makes_a_plan_or_is_refused(cases_, record_property):
     """Settings at their limits: the numbers of the nodes are finite, or one InputError."""
     scene = _made("nothing there")
     limits = {}
-    for field in dataclasses.fields(SceneSettings):
-        low, high = field.metadata["limits"]
-        if field.metadata["choices"]:
-            limits[field.name] = st.sampled_from(field.metadata["choices"])
-        elif isinstance(field.default, bool):
-            limits[field.name] = st.booleans()
-        elif not isinstance(field.default, str) and math.isfinite(low):
-            limits[field.name] = st.sampled_from([field.default, low, high])
+    for name, setting in SETTINGS.items():
+        low, high = setting.limits
+        if setting.choices:
+            limits[name] = st.sampled_from(list(setting.choices))
+        elif isinstance(setting.default, bool):
+            limits[name] = st.booleans()
+        elif not isinstance(setting.default, str) and math.isfinite(low):
+            limits[name] = st.sampled_from([setting.default, low, high])
     words = {
         "water": ["jerlov:I", "jerlov:9C", "constituents", "case:baltic", "bio:chl=100,cdom=20"],
         "second_water": ["", "jerlov:5C"],

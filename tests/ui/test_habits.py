@@ -15,7 +15,8 @@ from underwater_spectral import registration
 from underwater_spectral.quality.methods import METHODS
 from underwater_spectral.scene import stored_settings
 from underwater_spectral.scene.viewport import first_settings, live
-from underwater_spectral.settings.scene_settings import SceneSettings
+from underwater_spectral.settings.scene_settings import SETTINGS, SceneSettings
+from underwater_spectral.settings.setting import SECTIONS
 from underwater_spectral.tests.scene import scenes
 from underwater_spectral.ui import (
     help_pages,
@@ -33,11 +34,11 @@ UI = Path(sections.__file__).parent
 
 
 def test_every_setting_is_in_one_section():
-    listed = [name for names in sections.SECTIONS.values() for name in names]
+    listed = sections.settings_of(*SECTIONS)
     assert sorted(listed) == sorted(setting.name for setting in fields(SceneSettings))
 
 
-@pytest.mark.parametrize("section", sections.SECTIONS)
+@pytest.mark.parametrize("section", SECTIONS)
 def test_a_section_is_reset_and_the_others_are_not(section):
     water = bpy.context.scene.underwater
     changed = {"floor_depth": 9.0, "water": "jerlov:3C", "sun_zenith": 60.0, "bands": 4,
@@ -46,7 +47,7 @@ def test_a_section_is_reset_and_the_others_are_not(section):
         setattr(water, name, value)
     assert bpy.ops.underwater.reset_section(section=section) == {"FINISHED"}
     for name, value in changed.items():
-        if name in sections.SECTIONS[section]:
+        if name in sections.settings_of(section):
             assert getattr(water, name) == getattr(SceneSettings(), name)
             assert not water.is_property_set(name)
         else:
@@ -108,7 +109,8 @@ def test_no_label_is_left_without_its_translations():
         for node in ast.walk(ast.parse(path.read_text()))
         if isinstance(node, ast.Constant) and isinstance(node.value, str)
     }
-    shown |= {p.name for p in bpy.context.scene.underwater.bl_rna.properties}
+    shown |= {setting.label for setting in SETTINGS.values()}
+    shown |= {section.title for section in SECTIONS.values()}
     shown |= {method.label for method in METHODS.values()}
     assert [name for name in names if name not in shown] == []
 
@@ -120,6 +122,7 @@ def test_blender_gets_them_for_words_and_buttons():
     for context in ("*", "Operator"):
         assert known["de"][context, "Add Water"] == "Wasser einfüllen"
         assert known["ja"][context, "Reef"] == "サンゴ礁"
+        assert known["de"][context, "Bubbles (1/l)"] == "Blasen (1/l)"
 
 
 def test_the_sun_follows_its_handle_with_drivers_that_need_no_script():

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 import math
-from dataclasses import fields
+import re
 from pathlib import Path
 from types import SimpleNamespace
 from unittest.mock import MagicMock
@@ -13,13 +13,20 @@ import bpy
 import numpy as np
 import pytest
 from underwater_spectral.scene import stored_settings
+from underwater_spectral.settings.known_words import known_words, suggestions
 from underwater_spectral.settings.render_plan import plan_of, quiet
-from underwater_spectral.settings.scene_settings import SceneSettings
+from underwater_spectral.settings.scene_settings import SETTINGS, SceneSettings
+from underwater_spectral.settings.setting import SECTIONS
 from underwater_spectral.ui import migration, panels, presets, previews
 from underwater_spectral.ui import property_group as panel_group
 from underwater_spectral.uw_spectral.errors import InputError
+from underwater_spectral.uw_spectral.imaging.layers import LAYERS
+from underwater_spectral.uw_spectral.spectra.colour_rendering import WHITE_BALANCES
 from underwater_spectral.uw_spectral.spectra.sensor import list_sensors
-from underwater_spectral.uw_spectral.water.optical_properties import JERLOV_TYPES
+from underwater_spectral.uw_spectral.spectra.tone import CONTRASTS, TONES
+from underwater_spectral.uw_spectral.transfer.sky import SKIES
+from underwater_spectral.uw_spectral.transfer.water_column import SURFACES
+from underwater_spectral.uw_spectral.water.optical_properties import JERLOV_SOURCES, JERLOV_TYPES
 
 DEPTH = 0.5
 ROOT = Path(__file__).resolve().parents[2]
@@ -40,10 +47,9 @@ def _plan():
 
 
 def _limits():
-    for setting in fields(SceneSettings):
+    for setting in SETTINGS.values():
         if not isinstance(setting.default, str | bool):
-            low, high = setting.metadata["limits"]
-            yield from ((setting.name, value) for value in (low, high))
+            yield from ((setting.name, value) for value in setting.limits)
 
 
 # Limits that contradict the setting beside them: the message says so.
@@ -69,8 +75,8 @@ def test_every_limit(name, value):
 
 
 def _choices():
-    for setting in fields(SceneSettings):
-        yield from ((setting.name, value) for value in setting.metadata["choices"])
+    for setting in SETTINGS.values():
+        yield from ((setting.name, value) for value in setting.choices)
 
 
 @pytest.mark.parametrize(("name", "value"), list(_choices()))
@@ -79,7 +85,91 @@ def test_every_choice(name, value):
     _plan()
 
 
-@pytest.mark.parametrize("name", ["gallery", "second_water", "phase", "light", "quality"])
+def test_choices_are_those_of_the_optics():
+    ours = {name: tuple(setting.choices) for name, setting in SETTINGS.items() if setting.choices}
+    assert ours == {
+        "water_source": JERLOV_SOURCES, "surface": SURFACES, "sky": SKIES,
+        "irradiance": ("auto", "below", "above"), "white_balance": WHITE_BALANCES, "tone": TONES,
+        "contrast": CONTRASTS, "band_placement": ("equal", "optimised"),
+        "forward_peak": ("bounded", "exact"), "field": ("solved", "closed-form"),
+    }  # fmt: skip
+
+
+def test_every_row_of_the_table_is_whole():
+    for name, setting in SETTINGS.items():
+        assert setting.label, name
+        assert len(setting.text) > 8, name
+        assert not setting.text.endswith("."), name
+        assert setting.section in SECTIONS, name
+        assert set(setting.needs) <= set(SETTINGS), name
+        assert setting.engine in {"", "eevee", "cycles"}, name
+        shown = bpy.context.scene.underwater.bl_rna.properties[name]
+        assert shown.name.startswith(setting.label), name
+        assert name == "contrast" or all(all(words) for words in setting.choices.values()), name
+        if not isinstance(setting.default, str | bool):
+            low, high = setting.usual or setting.limits
+            assert setting.limits[0] <= low <= setting.default <= high <= setting.limits[1], name
+
+
+@pytest.mark.parametrize(
+    ("name", "count"), [("water", 16), ("sensor", 90), ("illuminant", 4), ("phase", 8)]
+)
+@pytest.mark.filterwarnings("ignore::underwater_spectral.uw_spectral.errors.DataWarning")
+def test_every_word_that_is_suggested_can_be_used(name, count):
+    words = known_words(SETTINGS[name].known)
+    assert len(words) >= count
+    for word, text in words if name != "sensor" else words[::9]:
+        assert text
+        setattr(bpy.context.scene.underwater, name, word)
+        _plan()
+
+
+def test_suggestions_hold_what_is_written():
+    search = suggestions("waters")
+    assert [word for word, _ in search(None, None, "balt")] == ["case:baltic"]
+    assert len(search(None, None, "jerlov:II")) == len(known_words("waters"))
+    assert len(search(None, None, "jerlov:i")) == 5
+    assert dict(suggestions("emissions")(None, None, "led"))["led-warm"] == "Warm white LED"
+
+
+@pytest.mark.parametrize("water", ["jerlov:5C", "jerlov:IB", "constituents"])
+@pytest.mark.parametrize("metres", [5.0, 1.5])
+def test_visibility_is_reached_without_a_symbol(water, metres):
+    """By a black object that fades: the range is that of the read-outs."""
+    scene = bpy.context.scene
+    scene.underwater.water = water
+    scene.underwater_panel.visibility = metres
+    assert previews.compute(scene).readouts.visibility == pytest.approx(metres, rel=5e-3)
+    assert scene.underwater_panel.visibility == pytest.approx(metres, rel=5e-3)
+    assert scene.underwater.concentration > 0.1
+
+
+def test_the_sun_by_elevation_and_bearing():
+    """Sunlight that travels to -x comes from the east."""
+    water, panel = bpy.context.scene.underwater, bpy.context.scene.underwater_panel
+    for azimuth, bearing in ((180.0, 90.0), (-90.0, 0.0), (0.0, 270.0), (90.0, 180.0)):
+        water.sun_azimuth = azimuth
+        assert math.degrees(panel.bearing) == pytest.approx(bearing, abs=1e-3)
+        panel.bearing = math.radians(bearing)
+        assert water.sun_azimuth == pytest.approx(azimuth, abs=1e-3)
+    panel.elevation = math.radians(60.0)
+    assert water.sun_zenith == pytest.approx(30.0, abs=1e-4)
+    panel.elevation = 0.0
+    assert water.sun_zenith == pytest.approx(89.9, abs=1e-3)
+
+
+def test_layers_are_tick_boxes():
+    water, panel = bpy.context.scene.underwater, bpy.context.scene.underwater_panel
+    assert panel.layers == set()
+    panel.layers = {"RANGE", "D"}
+    assert water.layers == "D,range"
+    water.layers = "all"
+    assert len(panel.layers) == len(LAYERS)
+    panel.layers = set()
+    assert water.layers == "none"
+
+
+@pytest.mark.parametrize("name", ["gallery", "quality"])
 def test_every_item_of_the_panel(name):
     panel = bpy.context.scene.underwater_panel
     if name == "gallery":
@@ -87,12 +177,8 @@ def test_every_item_of_the_panel(name):
     else:
         items = panel.bl_rna.properties[name].enum_items.keys()
     for item in items:
-        before = stored_settings.stored_settings(bpy.context.scene)
         setattr(panel, name, item)
-        if item in {"OTHER", "FILE"}:
-            assert stored_settings.stored_settings(bpy.context.scene) == before
-        else:
-            assert getattr(panel, name) == item
+        assert getattr(panel, name) == item
         _plan()
 
 
@@ -147,11 +233,19 @@ def test_the_panel_names_properties_that_exist(water, quality, monkeypatch):
 
     for panel in panels.CLASSES:
         drawn = SimpleNamespace(layout=Layout())
-        for name in ("column", "_named"):
+        for name in ("section", "apart", "popover"):
+            setattr(drawn, name, getattr(panel, name, None))
+        for name in ("column", "before", "after"):
             if hasattr(panel, name):
                 setattr(drawn, name, functools.partial(getattr(panel, name), drawn))
         panel.draw(drawn, bpy.context)
-    assert "inelastic" in shown
+    assert {"inelastic", "layers", "visibility"} <= set(shown)
+    values = bpy.context.scene.underwater
+    for name, setting in SETTINGS.items():
+        of_engine = setting.engine in ("", "cycles" if quality == "REFERENCE" else "eevee")
+        wanted = of_engine and setting.applies(values)
+        if name not in {"exposure", "water"}:  # the meter; constituents have no name
+            assert (name in shown) == wanted, name
     assert ("chlorophyll" in shown) == (water == "constituents")
     assert ("denoise" in shown) == (quality == "REFERENCE")
     assert ("forward_peak" in shown) == (quality == "REFERENCE")
@@ -165,11 +259,11 @@ def test_the_manual_has_a_row_for_every_panel():
         assert hasattr(panel, "bl_parent_id") == (f"\n| {panel.bl_label} | " in rows), panel
 
 
-def test_the_manual_of_the_batch_counts_the_sensors():
-    text = (ROOT / "docs" / "pipeline.md").read_text()
+def test_the_documents_count_the_sensors():
+    text = (ROOT / "docs" / "researcher.md").read_text()
     count = {kind: len(list_sensors(kind)) for kind in ("camera", "film", "observer")}
     assert count["observer"] == 4
-    assert f"| {count['camera']} cameras, {count['film']} films and four observers (" in text
+    assert f"{count['camera']} cameras, {count['film']} films and four observers" in text
 
 
 def test_files_of_every_kind_are_in_the_browser():
@@ -226,6 +320,34 @@ def test_own_preset_round_trip(tmp_path, monkeypatch):
     assert presets.names("look") == {}
 
 
+def test_a_look_holds_every_setting_of_the_picture(tmp_path, monkeypatch):
+    """All but how it is rendered; what has been changed since comes back."""
+    held = set(presets.held_by("look"))
+    assert held == {name for name, setting in SETTINGS.items() if setting.section != "quality"}
+    monkeypatch.setattr(bpy.utils, "user_resource", lambda *_, path, **__: _made(tmp_path / path))
+    monkeypatch.setattr(
+        bpy.utils, "preset_paths", lambda folder: [str(tmp_path / "presets" / folder)]
+    )
+    water = bpy.context.scene.underwater
+    changed = {"wind_speed": 9.0, "snow": 30.0, "sunlight": 0.5, "inelastic": "raman",
+               "sensor": "ARRI D21", "caustics": 0.5, "concentration": 2.0}  # fmt: skip
+    for name, value in changed.items():
+        setattr(water, name, value)
+    bpy.ops.underwater.look_preset_add(name="my bay")
+    for name in changed:
+        water.property_unset(name)
+    presets.apply("look", "my bay")
+    assert {name: getattr(water, name) for name in changed} == changed
+
+
+def test_factory_looks_leave_nothing_as_it_was():
+    """But the camera: who has chosen one keeps it."""
+    for path in presets.names("look").values():
+        text = path.read_text(encoding="utf-8")
+        given = set(re.findall(r"^water\.(\w+) = ", text, re.MULTILINE))
+        assert given == set(presets.held_by("look")) - {"sensor"}, path.name
+
+
 def _made(folder: Path) -> str:
     folder.mkdir(parents=True, exist_ok=True)
     return str(folder)
@@ -236,8 +358,7 @@ def test_every_sensor():
     names = list_sensors()
     assert len(names) >= 90
     for name in names:
-        assert bpy.ops.underwater.choose_sensor(sensor=name) == {"FINISHED"}
-        assert bpy.context.scene.underwater.sensor == name
+        bpy.context.scene.underwater.sensor = name
         _plan()
 
 
@@ -256,12 +377,16 @@ def test_undo_returns_to_the_state_before():
     scene = bpy.context.scene
     bpy.ops.ed.undo_push(message="start")
     before = stored_settings.stored_settings(scene)
-    assert bpy.ops.underwater.choose_sensor("EXEC_DEFAULT", True, sensor="ARRI D21") == {"FINISHED"}
-    assert bpy.context.scene.underwater.sensor == "ARRI D21"
+    scene.underwater.wind_speed = 9.0
+    bpy.ops.ed.undo_push(message="wind")
+    assert bpy.ops.underwater.reset_section("EXEC_DEFAULT", True, section="waves") == {"FINISHED"}
+    assert bpy.context.scene.underwater.wind_speed == before.wind_speed
+    bpy.ops.ed.undo()
+    assert bpy.context.scene.underwater.wind_speed == 9.0
     bpy.ops.ed.undo()
     assert stored_settings.stored_settings(bpy.context.scene) == before
     bpy.ops.ed.redo()
-    assert bpy.context.scene.underwater.sensor == "ARRI D21"
+    assert bpy.context.scene.underwater.wind_speed == 9.0
 
 
 def test_save_and_reload_keeps_everything(tmp_path):

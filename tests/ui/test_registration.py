@@ -26,10 +26,10 @@ print("FOUND " + json.dumps({"loaded": loaded, "data": data}))
 """
 # Of what renders, enabling loads only what the panel stores and the table of terms.
 LIGHT = {
-    *("scene", "scene.session", "settings.scene_settings", "jobs.stage", "scene.stored_settings"),
-    "scene.units",
-    *("scene.animation", "scene.water.lamp_rigs", "scene.stored_lamps"),
-    *("quality", "quality.methods", "quality.terms"),
+    *("scene", "scene.session", "scene.stored_settings", "scene.stored_lamps", "scene.units"),
+    *("scene.animation", "scene.water", "scene.water.lamp_rigs", "jobs", "jobs.job", "jobs.stage"),
+    *("settings", "settings.scene_settings", "settings.setting", "settings.known_words"),
+    *("quality", "quality.methods"),
 }
 HEAVY = {"colour", "jerlov", "OpenImageIO", "scipy"}
 
@@ -68,7 +68,9 @@ def test_enabling_loads_little_and_reads_no_data():
     loaded = [name.removeprefix("underwater_spectral.") for name in found["loaded"]]
     assert not HEAVY & {name.split(".")[0] for name in loaded}
     rendering = {
-        name for name in loaded if name.split(".")[0] in {"scene", "node_groups", "quality"}
+        name
+        for name in loaded
+        if name.split(".")[0] in {"scene", "settings", "jobs", "node_groups", "quality"}
     }
     assert rendering == LIGHT
     assert found["data"] == []

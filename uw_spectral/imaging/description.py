@@ -39,6 +39,8 @@ class WaterDescription:
         What is mixed in; empty for nothing.
     second_share : float
         Its share, 0 to 1.
+    concentration : float
+        Factor on all that is in the water beside the water itself.
     absorption_factor, scattering_factor : float
         On the coefficients.
     phase : str or PhaseModel, optional
@@ -57,6 +59,7 @@ class WaterDescription:
     scattering_factor: float = 1.0
     phase: str | PhaseModel | None = None
     inelastic: str = ""
+    concentration: float = 1.0
 
 
 @dataclass(frozen=True)

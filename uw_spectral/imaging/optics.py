@@ -319,6 +319,7 @@ def _mixtures(described: WaterDescription) -> Profile[_Mixture]:
             layer, constituents = layer.water(), layer
         if second:
             layer, constituents = layer.mixed(second, described.second_share), None
+        layer = layer.concentrated(described.concentration)
         scaled = layer.scaled(described.absorption_factor, described.scattering_factor)
         return _Mixture(scaled, constituents)
 
@@ -403,12 +404,11 @@ def _processes(
                 + ("; leave the second water out" if described.second else "")
             )
         constituents = Constituents()
+    factor = described.absorption_factor * described.concentration
     found = inelastic_processes(constituents, EXCITATION, bands, switched_on)
     return tuple(
         process
         if process.name == "raman"
-        else dataclasses.replace(
-            process, coefficient=process.coefficient * described.absorption_factor
-        )
+        else dataclasses.replace(process, coefficient=process.coefficient * factor)
         for process in found
     )

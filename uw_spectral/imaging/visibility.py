@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -20,6 +21,7 @@ LIMINAL_CONTRAST = 0.02
 """Smallest contrast that counts as visible."""
 _GREEN = 550.0  # nm
 _DEEPEST = 1e6  # m from which on light is said never to end
+_SECANTS, _CLOSE = 12, 1e-3
 _SHORT = 1e-3  # optical length over which a slope is taken
 
 
@@ -113,6 +115,55 @@ def horizontal_visibility(view: Viewpoint, contrast: float = LIMINAL_CONTRAST) -
     """
     weights = standard_observer().response_in(view.column.bands)[1] * view.background
     return sighting_range(view.attenuation, weights, contrast)
+
+
+def concentration_for(
+    wanted: float, visibility_at: Callable[[float], float], most: float = 1e3
+) -> float:
+    """Concentration at which one sees as far as is wanted.
+
+    What takes contrast away grows almost in proportion with what is in the water, so that a few
+    secants of the inverse range are enough.
+
+    Parameters
+    ----------
+    wanted : float
+        Range in m.
+    visibility_at : callable
+        Range in m at a concentration.
+    most : float
+        Largest concentration.
+
+    Returns
+    -------
+    float
+        Where pure water lets one see less far than that, 0.
+
+    Raises
+    ------
+    InputError
+        If the range is not positive.
+
+    Examples
+    --------
+    >>> round(concentration_for(5.0, lambda f: 3.91 / (0.06 + 0.2 * f)), 4)
+    3.61
+    """
+    if not wanted > 0:
+        raise InputError(f"visibility: {wanted:g} m; give a distance above 0")
+    low, clearest = 0.0, 1.0 / visibility_at(0.0)
+    if clearest >= 1.0 / wanted:
+        return 0.0
+    high, murk = 1.0, 1.0 / visibility_at(1.0)
+    for _ in range(_SECANTS):
+        found = low + (1.0 / wanted - clearest) * (high - low) / (murk - clearest)
+        found = min(max(found, 0.0), most)
+        if found == high:
+            break
+        low, clearest, high, murk = high, murk, found, 1.0 / visibility_at(found)
+        if abs(murk * wanted - 1.0) < _CLOSE or murk == clearest:
+            break
+    return high
 
 
 def euphotic_depth(column: WaterColumn, phase: BandPhase, share: float = 0.01) -> float:

@@ -124,6 +124,11 @@ def parse_emission(text: str) -> Spectrum:
     return Spectrum(data.wavelengths, values, f"light source {name}", "colour-science")
 
 
+def list_emissions() -> tuple[str, ...]:
+    """Names of the measured light sources and illuminants that :func:`parse_emission` takes."""
+    return tuple(_measured())
+
+
 def _measured() -> dict:
     colour = colour_science()
     return {**colour.SDS_LIGHT_SOURCES, **colour.SDS_ILLUMINANTS}

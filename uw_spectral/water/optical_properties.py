@@ -16,7 +16,7 @@ from ..errors import DataWarning, InputError, unknown_name
 from ..spectra.spectral_table import read_spectral_table
 from ..spectra.spectrum import Spectrum, Table, shipped_table
 from .phase import BACKSCATTER_RANGE, FournierForand, SeawaterMixture
-from .pure_water import PURE_WATER_TABLE, pure_water_absorption
+from .pure_water import PURE_WATER_TABLE, molecular_scattering, pure_water_absorption
 
 JERLOV_TYPES = ("I", "IA", "IB", "II", "III", "1C", "3C", "5C", "7C", "9C")
 JERLOV_SOURCES = ("solonenko2015", "williamson2022")
@@ -27,6 +27,7 @@ BACKSCATTER = "bb/b"
 # Rows of Solonenko & Mobley 2015, Table 7, that repeat another block.
 _REPAIRED_TYPES = ("3C", "5C")
 
+_PURE = np.arange(300.0, 801.0, 5.0)  # nm, where pure water is known
 _SOUND = ("ok", "interpolated")
 _STATUS_TEXTS = {
     "suspect": "does not agree with the scattering model of the same paper",
@@ -272,6 +273,47 @@ class Water(ComparedByContent):
             (*self.doubts, *other.doubts),
             self._mixed_backscatter(other, share),
         )
+
+    def concentrated(self, factor: float) -> Water:
+        """Multiply what is in the water beside the water itself.
+
+        a_w + f (a - a_w), and b likewise, with a_w and b_w of pure sea water; where a table lies
+        below these, it stays. Kd, which does not scale so, is dropped.
+
+        Parameters
+        ----------
+        factor : float
+            0 (pure water) or more.
+
+        Raises
+        ------
+        InputError
+            If it is negative or not finite.
+
+        Examples
+        --------
+        >>> Water.jerlov("II").concentrated(0.0).a(440).round(5).item()
+        0.00635
+        """
+        if not (factor >= 0 and np.isfinite(factor)):
+            raise InputError(f"the concentration is {factor:g}; give 0 or more")
+        if factor == 1.0:
+            return self
+        parts = {}
+        for name, pure in (
+            ("absorption", pure_water_absorption), ("scattering", molecular_scattering)
+        ):  # fmt: skip
+            spectrum: Spectrum = getattr(self, name)
+            known = spectrum.wavelengths
+            # Where it is known, as finely as pure water is.
+            grid = np.union1d(known, _PURE[(known[0] < _PURE) & (known[-1] > _PURE)])
+            values = spectrum.at(grid)
+            inside = np.maximum(values - pure(np.clip(grid, _PURE[0], _PURE[-1])), 0.0)
+            parts[name] = replace(
+                spectrum, wavelengths=grid, values=values + (factor - 1.0) * inside
+            )
+        name = f"{self.name}, concentration × {factor:.4g}"
+        return replace(self, **parts, diffuse_attenuation=None, name=name)
 
     def scaled(self, absorption: float, scattering: float) -> Water:
         """Multiply the coefficients.

@@ -6,8 +6,14 @@ water = bpy.context.scene.underwater
 
 water.water = "jerlov:3C"
 water.water_source = "solonenko2015"
+water.concentration = 1.0
+water.chlorophyll = 1.0
+water.cdom = 0.05
+water.minerals = 0.0
+water.detritus = 0.0
 water.second_water = ""
 water.second_water_share = 0.0
 water.absorption_factor = 1.0
 water.scattering_factor = 1.0
 water.phase = "mixture"
+water.inelastic = ""

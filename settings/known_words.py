@@ -1,0 +1,100 @@
+"""Words that settings know, where any may be written: for suggestions, with what each means."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable
+
+JERLOV_TEXTS = {
+    "I": "Clearest ocean",
+    "IA": "Very clear ocean",
+    "IB": "Clear ocean, tropical reefs",
+    "II": "Ocean off the coasts, upwelling",
+    "III": "Productive ocean",
+    "1C": "Clearest coast",
+    "3C": "Coast, as the North Sea",
+    "5C": "Turbid coast",
+    "7C": "Estuary, harbour",
+    "9C": "Most turbid coast",
+}
+_ILLUMINANTS = {
+    "d65": "Average daylight, all of it from the sun",
+    "clear-sky": "Sun and blue sky, by the height of the sun",
+    "astm-g173": "Standard solar spectrum",
+    "equal-energy": "The same at every wavelength",
+}
+_EMISSIONS = {
+    "led": "Cold white LED",
+    "led-warm": "Warm white LED",
+    "halogen": "Halogen lamp",
+    "hid": "Metal halide lamp",
+    "blackbody:5600": "Black body of a temperature in K",
+}
+_PHASES = {
+    "mixture": "Molecules and sea particles by their fraction in each band",
+    "petzold": "Measured average particles, the same in all bands",
+    "fournier-forand:1.10,0.0183": "Particles by refractive index and backscattered fraction",
+    "hg:0.924": "Henyey-Greenstein",
+    "tthg:0.95,-0.3,0.95": "Two-term Henyey-Greenstein",
+    "rayleigh": "Molecules of a gas",
+    "einstein-smoluchowski": "Molecules of sea water",
+    "isotropic": "To all sides alike",
+}
+
+
+@functools.cache
+def known_words(kind: str) -> tuple[tuple[str, str], ...]:
+    """Return words and what they mean.
+
+    Parameters
+    ----------
+    kind : str
+        ``waters``, ``sensors``, ``illuminants``, ``phases`` or ``emissions`` (of lamps).
+
+    Examples
+    --------
+    >>> dict(known_words("waters"))["jerlov:7C"]
+    'Estuary, harbour'
+    """
+    if kind == "waters":
+        return _waters()
+    if kind == "emissions":
+        return _emissions()
+    if kind == "sensors":
+        from ..uw_spectral.spectra.sensor import FILM_NOTE, list_sensors
+
+        found = [(name, "Eye") for name in list_sensors("observer")]
+        found += [(name, "Camera") for name in list_sensors("camera")]
+        return (*found, *((name, f"Film: {FILM_NOTE}") for name in list_sensors("film")))
+    return tuple({"illuminants": _ILLUMINANTS, "phases": _PHASES}[kind].items())
+
+
+def suggestions(kind: str) -> Callable[..., list[tuple[str, str]]]:
+    """Return what suggests words of a kind (:func:`.known_words`) while a text is written.
+
+    Those that hold what is written; all of them, where it is one of them.
+    """
+
+    # Blender takes nothing but a function.
+    def search(_: object, __: object, written: str) -> list[tuple[str, str]]:
+        words = known_words(kind)
+        text = "" if any(word == written for word, _ in words) else written.lower()
+        return [pair for pair in words if text in pair[0].lower()]
+
+    return search
+
+
+def _emissions() -> tuple[tuple[str, str], ...]:
+    from ..uw_spectral.lamps.emission import list_emissions
+
+    return (*_EMISSIONS.items(), *((name, "Light source") for name in list_emissions()))
+
+
+def _waters() -> tuple[tuple[str, str], ...]:
+    from ..uw_spectral.water.named import list_waters
+
+    found = {f"jerlov:{name}": text for name, text in JERLOV_TEXTS.items()}
+    found["constituents"] = "By chlorophyll, CDOM, minerals and detritus"
+    for source, names in list_waters().items():
+        found |= {name: source for name in names if name not in found}
+    return tuple(found.items())
