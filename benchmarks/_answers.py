@@ -115,8 +115,7 @@ def answers() -> str:
              "[above](#pictures), [realtime_accuracy.md](realtime_accuracy.md), "
              "[tradeoff.md](tradeoff.md)", MET),
             ("Errors of 10 % that fail a test",
-             "[validation](../validation.md#planted-errors), "
-             "[planted_errors.csv](planted_errors.csv)", MET),
+             "[above](#planted-errors), [planted_errors.csv](planted_errors.csv)", MET),
             ("Lu of problems 1 and 2 on converged solutions",
              "1.706e-3, 1.296e-5, 7.87e-7, 3.115e-3 (`CONVERGED_LU`), to 2 %", MET),
             ("A real SeaBASS file to the end", "`test_a_real_cast_to_the_end`", MET),

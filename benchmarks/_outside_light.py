@@ -214,7 +214,7 @@ def raman() -> Section:
             f"× {ratios[:, 2:4].min():.2f} … {ratios[:, 2:4].max():.2f}", "1 ± 0.25", PARTLY),
         Row("the same, 412 and 443 nm", "Lee et al. 2013",
             f"× {ratios[:, :2].min():.2f} … {ratios[:, :2].max():.2f}", "1 ± 0.25", MISSED),
-        Row("share of Raman light at 650 nm, 20 m", "none found with numbers",
+        Row("fraction of Raman light at 650 nm, 20 m", "none found with numbers",
             f"{100 * _raman_at_sea.share(0.1, 650.0, 20.0):.0f} % (C = 0.1)",
             "–", OPEN),
         Row("inelastic light in closed form", "our Monte Carlo", verdict.partition(": ")[2],

@@ -29,7 +29,7 @@ def planted() -> str:
 One error of 10 % at a time in a copy of the checkout, and the fast tests of the optics
 (`python3 dev.py run -m benchmarks planted_errors`). *Outside*: tests whose bound is someone
 else's number (`tests/validation/test_outside.py`). All tests by name:
-[planted_errors.csv](measured/planted_errors.csv).
+[planted_errors.csv](planted_errors.csv).
 
 {grid("| planted error | caught outside by | and by tests of the optics |", lines)}
 
@@ -37,7 +37,7 @@ Only tests with outside references see: {", ".join(alone) or "none of them"}.
 """
 
 
-def summary(lead: str, errors: str) -> str:
+def summary(lead: str) -> str:
     """Return docs/validation.md."""
     return f"""# Validation
 
@@ -54,18 +54,20 @@ fitted unless it says so. ± in *reference* is its spread or error. Each row is 
   beside what they say.
 - Fractions of Raman light and fluorescence below the surface, in numbers.
 
-{errors}
+Whether tests notice an error of 10 % was tried with [planted errors](measured/outside.md#planted-errors).
+
 Written by `python3 dev.py run -m benchmarks validation`.
 """
 
 
-def details(texts: str, answers: str) -> str:
+def details(texts: str, errors: str, answers: str) -> str:
     """Return docs/measured/outside.md."""
     return f"""# Comparisons with measurements and published computations
 
 The summary, with a verdict for each row, is [validation](../validation.md).
 
 {texts}
+{errors}
 {answers}
 Written by `python3 dev.py run -m benchmarks validation`.
 """
@@ -88,8 +90,8 @@ def main(_arguments: list[str]) -> None:
     texts = "\n".join(text for _, text in sections)
     docs = ROOT / "docs"
     pages = {
-        docs / "validation.md": summary(lead, planted()),
-        docs / "measured" / "outside.md": details(texts, _answers.answers()),
+        docs / "validation.md": summary(lead),
+        docs / "measured" / "outside.md": details(texts, planted(), _answers.answers()),
     }
     for path, text in pages.items():
         path.write_text(text, encoding="utf-8")
