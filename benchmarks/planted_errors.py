@@ -2,8 +2,8 @@
 
 ``python3 dev.py run -m benchmarks planted_errors [--outside] [NAME…]`` copies the checkout, plants
 one error at a time, runs the tests of the optics and writes docs/measured/planted_errors.csv, which
-docs/measured/outside.md shows. Errors that are not named keep their rows; with ``--outside`` only the
-tests with bounds of others are run, and what the other tests caught is kept.
+docs/measured/outside.md shows. Errors that are not named keep their rows; with ``--outside`` only
+the tests with bounds of others are run, and what the other tests caught is kept.
 """
 
 from __future__ import annotations

@@ -54,7 +54,8 @@ fitted unless it says so. ± in *reference* is its spread or error. Each row is 
   beside what they say.
 - Fractions of Raman light and fluorescence below the surface, in numbers.
 
-Whether tests notice an error of 10 % was tried with [planted errors](measured/outside.md#planted-errors).
+Whether tests notice an error of 10 % was tried with
+[planted errors](measured/outside.md#planted-errors).
 
 Written by `python3 dev.py run -m benchmarks validation`.
 """
