@@ -5,7 +5,7 @@
     python3 dev.py test [ARGS]      run the tests; ARGS go to pytest
     python3 dev.py check            lint, format and types
     python3 dev.py build            build and validate dist/underwater_spectral-*.zip;
-                                    --manual writes its sizes into docs/manual.md
+                                    --manual writes its sizes into docs/listing/review.md
     python3 dev.py run FILE [ARGS]  run a script in the project's environment
     python3 dev.py site             build the documentation site into out/site/
     python3 dev.py lock             write requirements.lock and docs.lock from pyproject.toml

@@ -1,4 +1,4 @@
-"""What was to be mended and proved, and where docs/validation.md and its neighbours have it."""
+"""Pictures, and questions with their answers, for docs/measured/outside.md."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from .path_radiance_table import ROOT
 
 def _found(page: str, pattern: str) -> re.Match[str]:
     """Find what another page says; its generator may have changed."""
-    text = (ROOT / "docs" / page).read_text(encoding="utf-8")
+    text = (ROOT / "docs" / "measured" / page).read_text(encoding="utf-8")
     match = re.search(pattern, text, re.MULTILINE)
     if match is None:
-        raise ValueError(f"docs/{page}: no line like {pattern!r}")
+        raise ValueError(f"docs/measured/{page}: no line like {pattern!r}")
     return match
 
 
@@ -31,23 +31,23 @@ def pictures() -> Section:
     agree = MET if abs(found - 1.0) < 2.0 * error else MISSED
     rows = [
         Row("pictures, default phase function, clear sky: mean radiance over that of Cycles",
-            "Mitsuba 3, [mitsuba.md](mitsuba.md)", "1", ratio, agree),
+            "Mitsuba 3, [mitsuba.md](measured/mitsuba.md)", "1", ratio, agree),
         Row("the same: EEVEE as it ships, six waters and depths",
-            "Cycles, [grey_scene.md](grey_scene.md)",
+            "Cycles, [grey_scene.md](measured/grey_scene.md)",
             f"sRGB RMSE {rmse}, ΔE2000 {delta_e}", "0 (the eye sees ΔE2000 0.8)",
             PARTLY + ": shade is too bright in the red"),
         Row("the same in one pass, without the noise of the reference",
-            "Cycles, [realtime_accuracy.md](realtime_accuracy.md)",
+            "Cycles, [realtime_accuracy.md](measured/realtime_accuracy.md)",
             f"ΔE2000 {middle} in the median of six pictures, {worst} at worst",
             "0 (the eye sees ΔE2000 0.8)", judged),
     ]  # fmt: skip
     text = """## Pictures
 Renderers of other makers, and each of ours against the next, with the default phase function
-under a clear sky; HG 0.8 is one row of each page. [mitsuba.md](mitsuba.md): another path tracer
-against Cycles. [grey_scene.md](grey_scene.md), [snell_window.md](snell_window.md),
-[solved_accuracy.md](solved_accuracy.md), [shade.md](shade.md): EEVEE and formulas against Cycles
-and the solution. [realtime_accuracy.md](realtime_accuracy.md) has the paper's forms beside them,
-and tails. [preset_pictures.md](preset_pictures.md): the look presets as they were and are.
+under a clear sky; HG 0.8 is one row of each page. [Mitsuba](mitsuba.md): another path tracer
+against Cycles. [Grey scene](grey_scene.md), [Snell's window](snell_window.md),
+[solved light field](solved_accuracy.md), [shade](shade.md): EEVEE and formulas
+against Cycles and the solution. [Real time](realtime_accuracy.md) has the paper's forms
+beside them, and tails. [Look presets](preset_pictures.md): with two phase functions.
 
 The first comparison of this kind with particles and a sky found an error: without a surface, Cycles
 sampled the sky, and with two lobes in the water it then is 1 to 2 % too bright
@@ -57,35 +57,35 @@ sampled the sky, and with two lobes in the water it then is 1 to 2 % too bright
 
 
 def answers() -> str:
-    """The table of what was asked."""
+    """The table of questions."""
     beyond = ", ".join(f"× {1 / entering(z):.2f} at {z:g}°" for z in (60.0, 75.0))
     variance = _found("forward_peak.md", r"bounded (median [\d.]+, worst [\d.]+)")[1]
     lines = [
         f"| {asked} | {answer} | {verdict} |"
         for asked, answer, verdict in (
             ("Phase function where molecules dominate",
-             "presets before and now: [preset_pictures.md](preset_pictures.md); three bands in a "
-             "pass move the mean radiance by 0.5 %, Eu by 1 % at most: "
+             "presets with two phase functions: [looks](preset_pictures.md); three bands in a pass "
+             "move the mean radiance by 0.5 %, Eu by 1 % at most: "
              "[reference_cost.md](reference_cost.md)", MET),
             ("Absorption between the rows of a table",
              "a - a_w is interpolated, Pope & Fry added; a below that of water (7 %, I, 650 to 700 "
-             "nm) is kept and said: [physics.md](physics.md#where-the-waters-come-from)", MET),
+             "nm) is kept and said: [physics.md](../physics.md#where-the-waters-come-from)", MET),
             ("Which source a Jerlov type has",
              "both visibilities in the panel and in [physics.md]"
-             "(physics.md#where-the-waters-come-from), the default argued; b is an inversion's",
+             "(../physics.md#where-the-waters-come-from), the default argued; b is an inversion's",
              "said; b " + MISSED),
             ("Case 1 waters of one set",
-             "[bio_optics.md](bio_optics.md#case-1-waters-against-measured-kd490-and-b): b is that "
+             "[case 1](bio_optics.md#case-1-waters-against-measured-kd490-and-b): b is that "
              "of Loisel & Morel; Kd(490) solved -8 % at 1 mg/m³, -26 % at 10; the laws differ "
              "among themselves", PARTLY),
             ("Inversion of Kd with bb/b and sun",
-             "[bio_optics.md](bio_optics.md#kd-inverted-round-trip): a within 2.8 % (median), 16 % "
+             "[round trip](bio_optics.md#kd-inverted-round-trip): a within 2.8 % (median), 16 % "
              "(worst)", MET),
             ("Irradiance above or below the surface",
              f"each table by what it is; taken as if below, a sun would be {beyond} too bright "
              "(direct light; `test_light_is_taken_where_its_table_has_it`)", MET),
             ("Depolarisation, 730 nm, petzold, films, refractive index, SeaBASS",
-             "[physics.md](physics.md#what-is-approximated), "
+             "[physics.md](../physics.md#what-is-approximated), "
              "[refractive_index.md](refractive_index.md); "
              "`tests/uw_spectral/water/test_seabass.py`", MET),
             ("A reference that converges: variance within 2 × of HG 0.9",
@@ -109,7 +109,7 @@ def answers() -> str:
             ("Raman light", "[above](#raman-light); inelastic target of 10 %: "
              "[inelastic.md](inelastic.md)", PARTLY),
             ("The papers' figures", "[paper_figures.md](paper_figures.md), "
-             "[above](#the-papers-own-numbers), [bio_optics.md](bio_optics.md); the values of "
+             "[above](#the-papers-own-numbers), [constituents](bio_optics.md); the values of "
              "Gutierrez's Figure 5 are not in the text that we have", PARTLY),
             ("Pictures with the default phase function",
              "[above](#pictures), [realtime_accuracy.md](realtime_accuracy.md), "
@@ -129,20 +129,19 @@ def answers() -> str:
             ("A photograph with measured water", "none was found", OPEN),
         )
     ]  # fmt: skip
-    return f"""## What was asked, and where it is answered
+    return f"""## Questions, and where they are answered
 
-{grid("| asked | answer | verdict |", lines)}
+{grid("| question | answer | verdict |", lines)}
 
-## Bounds that were widened
-Three bounds of tests grew when the waters changed. What they rest on now:
+## What three bounds of tests rest on
 
-- Six optimised bands, ΔE2000 against 150: 0.6 became 1.0 and is 0.8, what half of all observers see
+- Six optimised bands, ΔE2000 against 150: 0.8, what half of all observers see
   (ISO/TR 28642:2016); found are 0.07 to 0.64 (`test_six_beat_eight_equal_bands`).
-- One particle function for all bands, bb/b beyond 50 nm from 550 nm: 8 % became 18 %; found are
-  16 %. Measured particles change more with wavelength than that one function leaves out: bb goes as
+- One particle function for all bands, bb/b beyond 50 nm from 550 nm: 18 %; found are 16 %. Measured
+  particles change more with wavelength than that one function leaves out: bb goes as
   λ^-0.94 (Snyder et al., Appl. Opt. 47, 666 (2008), 6000 spectra), b as λ^-0.1 to λ^-1.2 (Doxaran
   et al., Opt. Express 15 (2007)), so that bb/b turns by up to 18 % from 550 to 700 nm.
-- a from an inverted Kd against the a of another inversion, median over ten types: 10 % became 12 %;
-  found are 11 %. a measured in a type differs by 13 to 26 % between campaigns (Williamson & Hollins
+- a from an inverted Kd against the a of another inversion, median over ten types: 12 %; found are
+  11 %. a measured in a type differs by 13 to 26 % between campaigns (Williamson & Hollins
   2022, in the table of Kd above). Against light of known waters it is 3 %.
 """

@@ -22,7 +22,7 @@ Array = NDArray[np.float64]
 ACCEPTANCE = 0.93
 """Half angle of acceptance of a WET Labs ac-9, degrees; of a C-Star it is 1.2."""
 CAUSES = (
-    "as in docs/caustics.md",
+    "as in caustics.md",
     "sun's disc three times as wide",
     "collector of 10 mm",
     "no waves shorter than 0.3 m",

@@ -1,4 +1,4 @@
-"""What the sections of docs/validation.md have in common."""
+"""What the sections of docs/measured/outside.md have in common."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Sections of docs/validation.md on light: radiance, canonical problems, Raman light."""
+"""Sections of docs/measured/outside.md on light: radiance, canonical problems, Raman light."""
 
 from __future__ import annotations
 
@@ -96,7 +96,7 @@ The directions come out to 5 %: looking level or down to 2 to 5 %, looking up to
 looks up through the surface away from the sun, 17 to 29 m deep, where we have a third too much
 light: probably the sky and the hills, which the CIE's has not. What is left grows with
 depth as a wrong absorption would: 0.002 1/m, a sixtieth, makes 13 % over the 62 m. The sky's
-share hardly matters. HG 0.8 scatters 2.8 times too much light back and fails at every depth. The
+fraction hardly matters. HG 0.8 scatters 2.8 times too much light back and fails at every depth. The
 closed form is as good in the median and worse in the tail.
 """
     return rows, text
@@ -201,7 +201,9 @@ def raman() -> Section:
         ],
     )
     ratios = np.array(ratios)
-    verdict = inelastic_table.verdict((ROOT / "docs" / "inelastic.md").read_text(encoding="utf-8"))
+    verdict = inelastic_table.verdict(
+        (ROOT / "docs" / "measured" / "inelastic.md").read_text(encoding="utf-8")
+    )
     rows = [
         Row("Raman coefficient, 362 to 544 nm", "Bartlett 1998, as NASA has it",
             f"{percent([off.min(), off.max()])} %", "± 10 %", MET),
@@ -212,7 +214,7 @@ def raman() -> Section:
             f"× {ratios[:, 2:4].min():.2f} … {ratios[:, 2:4].max():.2f}", "1 ± 0.25", PARTLY),
         Row("the same, 412 and 443 nm", "Lee et al. 2013",
             f"× {ratios[:, :2].min():.2f} … {ratios[:, :2].max():.2f}", "1 ± 0.25", MISSED),
-        Row("share of Raman light at 650 nm, 20 m", "none found with numbers",
+        Row("fraction of Raman light at 650 nm, 20 m", "none found with numbers",
             f"{100 * _raman_at_sea.share(0.1, 650.0, 20.0):.0f} % (C = 0.1)",
             "–", OPEN),
         Row("inelastic light in closed form", "our Monte Carlo", verdict.partition(": ")[2],
@@ -229,11 +231,11 @@ At 412 and 443 nm ours is {ratios[:, :2].min():.1f} to {ratios[:, :2].max():.1f}
 That light is excited at 360 to 390 nm, where CDOM decides, which our case 1 water probably has
 less of than their runs. Problem 7 above holds the transfer itself to 3 %.
 
-Share of Raman light in the radiance seen straight down at 650 nm:
+Fraction of Raman light in the radiance seen straight down at 650 nm:
 
 {deep}
 
-No table of such shares below the surface was found to compare with.
+No table of such fractions below the surface was found to compare with.
 
 Inelastic light in closed form against the Monte Carlo ([inelastic.md](inelastic.md)):
 {verdict[0].lower() + verdict[1:]}

@@ -1,4 +1,4 @@
-"""Sections of docs/validation.md on measured waters, caustics and the numbers of the papers."""
+"""Sections of docs/measured/outside.md on measured waters, caustics, the papers' numbers."""
 
 from __future__ import annotations
 
@@ -213,7 +213,7 @@ more haze than assumed; neither is published with the medians.
 
 def papers() -> Section:
     """Numbers that the two papers print."""
-    page = (ROOT / "docs" / "realtime_accuracy.md").read_text(encoding="utf-8")
+    page = (ROOT / "docs" / "measured" / "realtime_accuracy.md").read_text(encoding="utf-8")
     found = {}
     for name in ("EEVEE, real time", "paper, printed", "paper, corrected, RGB"):
         line = re.search(rf"^\| {re.escape(name)} \|(.*)\|$", page, re.MULTILINE)

@@ -252,7 +252,7 @@ def table(results: Results) -> str:
                 "",
             ]
         lines += [
-            "| setting | sRGB RMSE | ΔE mean | ΔE 95 % | angle | cost | share | ms |",
+            "| setting | sRGB RMSE | ΔE mean | ΔE 95 % | angle | cost | fraction | ms |",
             "|---|---|---|---|---|---|---|---|",
         ]
         lines += [
@@ -346,7 +346,7 @@ def _summary(results: Results, reference_samples: int) -> str:
         "of the grey scene. On a machine without a GPU they are without shadow maps, which the",
         "water does not change but which there take far more than everything else. The paper's",
         "formula is drawn in numpy; its cost is that of real time with as many bands, an upper",
-        "bound. The share is the cost over that of the reference. Every number:",
+        "bound. The fraction is the cost over that of the reference. Every number:",
         "[tradeoff.csv](tradeoff.csv). Compile times and memory:",
         "[realtime_cost.md](realtime_cost.md). Mitsuba against Cycles, also at equal error:",
         "[mitsuba.md](mitsuba.md).",
@@ -393,7 +393,7 @@ def _by_setting(results: Results) -> list[str]:
     lines = [
         "## Every setting, over all scenes",
         "",
-        "| setting | ΔE mean | worst ΔE mean | ΔE 95 % | sRGB RMSE | angle | cost | share |",
+        "| setting | ΔE mean | worst ΔE mean | ΔE 95 % | sRGB RMSE | angle | cost | fraction |",
         "|---|---|---|---|---|---|---|---|",
     ]
     extra = _extra_scenes(results)

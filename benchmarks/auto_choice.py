@@ -2,7 +2,7 @@
 
     python3 dev.py run -m benchmarks auto_choice [--cases N]
 
-writes docs/auto_choice.md. Auto colours 144 rays and adds up differences of
+writes docs/measured/auto_choice.md. Auto colours 144 rays and adds up differences of
 colour; the truth is a picture of 576 rays out of a finer picture by the solved
 field for each combination, with finer shadows and sharper waves. The error is
 Auto's own: objects, floor and open water count equally.
@@ -366,7 +366,7 @@ class Truth:
 def effects(
     estimate: ErrorEstimate, truth: Truth, everywhere: Optics, full: SeenPoints
 ) -> dict[str, tuple[float, float]]:
-    """Estimated and measured ΔE2000 of leaving one thing out."""
+    """Estimated and measured ΔE2000 of leaving one term out."""
     found, everything = {}, estimate.everything
     for term in TERMS:
         if term.name in everything:
@@ -407,7 +407,7 @@ def main(arguments: Sequence[str]) -> None:
                 kept.write_text(json.dumps(run_case(draw_case(number), costs)))
             print(kept.stem, f"{time.monotonic() - start:.0f} s", flush=True)
         results.append(json.loads(kept.read_text()))
-    docs = Path(__file__).resolve().parent.parent / "docs"
+    docs = Path(__file__).resolve().parent.parent / "docs" / "measured"
     (docs / "auto_choice.md").write_text(report(results), encoding="utf-8")
 
 
@@ -511,8 +511,8 @@ def report(results: Sequence[dict]) -> str:
     lines += [
         "",
         "Cost: to the cheapest choice that meets the target. A target that no choice meets counts",
-        "in no share; Auto then takes the least error. A miss below its target is cheaper than",
-        "the cheapest that meets it, so the shares overlap: both counts what is right in both.",
+        "in no fraction; Auto then takes the least error. A miss below its target is cheaper than",
+        "the cheapest that meets it, so the fractions overlap: both counts what is right in both.",
         "The two methods and four targets of a scene are not independent of each other.",
         "",
         "The same with other safeties:",
@@ -528,9 +528,9 @@ def report(results: Sequence[dict]) -> str:
         lines.append(f"| {safety:g} | " + " | ".join(f"{100 * c:.1f} %" for c in cells) + " |")
     lines += [
         "",
-        "## What leaving one thing out does: estimated and measured",
+        "## What leaving one term out does: estimated and measured",
         "",
-        "Mean ΔE2000 as above, in all scenes that have the thing.",
+        "Mean ΔE2000 as above, in all scenes that have the term.",
         "",
         "| left out | scenes | measured, median | measured, most | error of the estimate, mean |"
         " 95 % | most |",

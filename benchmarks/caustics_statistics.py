@@ -1,4 +1,4 @@
-"""Caustics against the sea and against a photon trace: writes docs/caustics.md and its figure.
+"""Caustics against the sea and a photon trace: writes docs/measured/caustics.md and its figure.
 
 ``python3 dev.py run -m benchmarks caustics_statistics``; the validation tests use the same
 cases. Measurements: Darecki et al. (2011), Gernez & Antoine (2009), from the package jerlov.
@@ -264,7 +264,7 @@ def figure(path: Path, found: list[tuple[NDArray, NDArray, NDArray]]) -> None:
 
 
 def main(_arguments: list[str]) -> None:
-    """Measure everything and write docs/caustics.md and docs/caustics.png."""
+    """Measure everything and write docs/measured/caustics.md and docs/measured/caustics.png."""
     lines = ["| depth, m | sea 443 / 532 / 670 nm | " + " | ".join(
         f"{wind:g} m/s" for wind in DARECKI_WINDS) + " |", "|---|---|" + "---|" * 3]  # fmt: skip
     found = [against_darecki(wind) for wind in DARECKI_WINDS]
@@ -319,14 +319,14 @@ def main(_arguments: list[str]) -> None:
     start = time.process_time()
     caustic_pattern(waves, sun, 4.0, 0.0, 1024)
     seconds = time.process_time() - start
-    figure(ROOT / "docs" / "caustics.png", found)
+    figure(ROOT / "docs" / "measured" / "caustics.png", found)
     text = _TEXT.format(
         darecki=darecki, inside=", ".join(map(str, inside)), gernez=gernez, slopes=slopes,
         traces="\n".join(traces), jacobians="\n".join(jacobians), layers="\n".join(layers),
         seconds=seconds,
         mild=DARECKI_WINDS[0], middle=DARECKI_WINDS[1], fresh=DARECKI_WINDS[2],
     )  # fmt: skip
-    (ROOT / "docs" / "caustics.md").write_text(text, encoding="utf-8")
+    (ROOT / "docs" / "measured" / "caustics.md").write_text(text, encoding="utf-8")
     print(text)
 
 
@@ -370,17 +370,18 @@ is too slow, at all wavelengths alike: too weak at 0.9 m unless the wind is low,
 too strong at 7 to 10 m. **The target is missed there.**
 The cause is most likely the b that was taken from c: a c-meter does not see what is scattered by
 less than its acceptance angle, a quarter of it. With that, and Ed of the solved field below, the
-model is within 19 % at 5.25 m/s from 2.8 to 9.6 m ([tested one by one](validation.md)); near the
-surface it stays too weak.
+model is within 19 % at 5.25 m/s from 2.8 to 9.6 m
+([tested one by one](outside.md#caustics-what-makes-them-too-strong)); near the surface it stays
+too weak.
 
 ## Against the sea: Gernez & Antoine 2009
 
-510 nm, 2.7 to 3.7 m (3.2 m here), collector 8 mm, the diffuse share of the sky that they print.
+510 nm, 2.7 to 3.7 m (3.2 m here), collector 8 mm, the diffuse fraction of the sky that they print.
 Wind and water of each sun angle are not published together: 5 m/s, chlorophyll 0.3 mg/m³.
 Neither is met: the model is 1.6 to 1.9 times the medians of the buoy, and falls too little with the
 sun, to 0.59 of the highest where the sea falls to 0.49. A record that does not resolve a third of a
 second explains the first at a high sun and half of it at a low one
-([what makes caustics too strong](validation.md)).
+([what makes caustics too strong](outside.md#caustics-what-makes-them-too-strong)).
 
 | sun zenith | sea | model | ratio |
 |---|---|---|---|

@@ -1,6 +1,6 @@
 """Colour error of few bands: the ColorChecker in air, by sensor and number of bands.
 
-``python3 dev.py run -m benchmarks colorchecker_bands`` writes docs/colorchecker.md.
+``python3 dev.py run -m benchmarks colorchecker_bands`` writes docs/measured/colorchecker.md.
 """
 
 from __future__ import annotations
@@ -132,5 +132,5 @@ def main(_: Sequence[str]) -> None:
         cells = ["{:.2f} / {:.2f} ({:.2f})".format(*rows[sensor, count]) for sensor in SENSORS]
         lines.append(f"| {count} | {' | '.join(cells)} |")
     lines += ["", "Repeat: `python3 dev.py run -m benchmarks colorchecker_bands`", ""]
-    docs = Path(__file__).resolve().parent.parent / "docs"
+    docs = Path(__file__).resolve().parent.parent / "docs" / "measured"
     (docs / "colorchecker.md").write_text("\n".join(lines), encoding="utf-8")

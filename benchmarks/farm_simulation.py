@@ -2,7 +2,7 @@
 
     python3 dev.py run -m benchmarks farm_simulation
 
-writes docs/farm_simulation.md. A discrete-event simulation: workers take tasks from one
+writes docs/measured/farm_simulation.md. A discrete-event simulation: workers take tasks from one
 scheduler, start Blender, render passes, and develop frames. Times of passes, start and
 development are measured; those of the farm's own machinery are assumed, see `Costs`.
 """
@@ -21,7 +21,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-_DOCUMENT = Path(__file__).resolve().parent.parent / "docs" / "farm_simulation.md"
+_DOCUMENT = Path(__file__).resolve().parent.parent / "docs" / "measured" / "farm_simulation.md"
 WORKERS = (1, 3, 10, 30, 100, 200, 300, 500, 1000)
 SEED = 1
 _HOUR = 3600.0
@@ -301,7 +301,7 @@ def _sources(costs: Costs) -> str:
 
 
 def document() -> str:
-    """Return docs/farm_simulation.md."""
+    """Return docs/measured/farm_simulation.md."""
     slow = measured()
     short = replace(slow, render=_SHORT)
     grouped = replace(_SHOT, passes_per_task=_SHOT.passes)

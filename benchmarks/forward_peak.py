@@ -4,7 +4,7 @@
 
 renders the ten Jerlov types with the exact peak of the default phase function, with the
 bounded one, and with Henyey-Greenstein 0.9, under a high and a low sun, each band in a pass of
-its own, and writes docs/forward_peak.md. Takes about half an hour.
+its own, and writes docs/measured/forward_peak.md. Takes about half an hour.
 """
 
 from __future__ import annotations
@@ -136,7 +136,7 @@ def main(arguments: Sequence[str]) -> None:
         ratios.append([(found[n].relative / found["hg"].relative) ** 2 for n in _METHODS])
     bounded, exact, _ = np.array(ratios).T
     root = Path(__file__).resolve().parent.parent
-    (root / "docs" / "forward_peak.md").write_text(
+    (root / "docs" / "measured" / "forward_peak.md").write_text(
         _report(lines, options.samples, bounded, exact), encoding="utf-8"
     )
 

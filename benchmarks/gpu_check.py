@@ -1,6 +1,6 @@
 """Real time on a GPU: how fast, in how much memory, and how near to the processor's picture.
 
-    python3 dev.py run -m benchmarks gpu_check [--reference DIR] [--page docs/gpu.md]
+    python3 dev.py run -m benchmarks gpu_check [--reference DIR] [--page docs/measured/gpu.md]
     python3 dev.py run -m benchmarks gpu_check --make-reference DIR
 
 Needs this checkout, its environment and at most ten minutes, no network. The reef, the wreck, the
@@ -59,7 +59,7 @@ _SCENES: dict[str, dict[str, Any]] = {
 _LIT = {"cave": "torch"}
 """Lamps that hang on the camera."""
 
-_PAGE = _ROOT / "docs" / "gpu.md"
+_PAGE = _ROOT / "docs" / "measured" / "gpu.md"
 _RESULTS = re.compile(r"^(?:\*\*Not run yet|Measured on)", re.MULTILINE)
 """Where the results begin on the page; what stands before them stays."""
 

@@ -2,7 +2,7 @@
 
     python3 dev.py run -m benchmarks grey_scene [--samples N]
 
-writes docs/grey_scene.md and docs/grey_scene.png. For numpy the geometry is intersected
+writes docs/measured/grey_scene.md and its picture. For numpy the geometry is intersected
 analytically here, so nothing but the optics can differ from Cycles.
 """
 
@@ -462,7 +462,7 @@ def main(arguments: Sequence[str]) -> None:
     parser = argparse.ArgumentParser(prog="grey_scene")
     parser.add_argument("--samples", type=int, default=640)
     options = parser.parse_args(arguments)
-    docs = Path(__file__).resolve().parent.parent / "docs"
+    docs = Path(__file__).resolve().parent.parent / "docs" / "measured"
     comparisons = []
     for water, depth, light in CASES:
         last = compare(water, depth, _WIDTH, _HEIGHT, options.samples, light=light, eevee=True)

@@ -1,4 +1,4 @@
-"""Bio-optical waters: colours, round trip to Kd, inelastic light. Writes docs/bio_optics.md.
+"""Waters of constituents: colours, Kd, inelastic light. Writes docs/measured/bio_optics.md.
 
 ``python3 dev.py run -m benchmarks gutierrez_figures``; the tests use the same functions.
 """
@@ -414,8 +414,8 @@ def _hex(rgb: np.ndarray) -> str:
 
 
 def main(_arguments: list[str]) -> None:
-    """Measure everything, write docs/bio_optics.md and docs/bio_optics.png."""
-    colours = draw(ROOT / "docs" / "bio_optics.png")
+    """Measure everything, write docs/measured/bio_optics.md and docs/measured/bio_optics.png."""
+    colours = draw(ROOT / "docs" / "measured" / "bio_optics.png")
     trip = kd_round_trip(PHOTONS)
     columns = list(dict.fromkeys(key for row in trip.values() for key in row))
     trip_lines = "\n".join(
@@ -504,8 +504,8 @@ and a_y(440) in 1/m. The next five are the seas of its Figure 3, the last three 
 |---|---|---|
 {source_lines}
 
-## Inelastic share
-Share of each process in the radiance between 380 and 780 nm (last column: in the luminance),
+## Inelastic fraction
+Fraction of each process in the radiance between 380 and 780 nm (last column: in the luminance),
 looking level at {DEPTH:g} m. Quantum yield of chlorophyll 0.02. The paper reports about 2 % for
 its Baltic.
 
@@ -513,7 +513,7 @@ its Baltic.
 |---|---|---|---|---|---|
 {share_lines}
 
-Share of Raman scattering in the upwelling radiance at 650 nm, looking straight down:
+Fraction of Raman scattering in the upwelling radiance at 650 nm, looking straight down:
 
 | water | {" | ".join(f"{y:g} m" for y in RED_DEPTHS)} |
 |---|{"---|" * len(RED_DEPTHS)}
@@ -582,5 +582,5 @@ From Kd(490) = 0.0166 + 0.07242 C^0.68955 (Morel et al. 2007); back from C = 0.3
 |---|---|---|
 {chlorophyll_lines}
 """
-    (ROOT / "docs" / "bio_optics.md").write_text(text, encoding="utf-8")
+    (ROOT / "docs" / "measured" / "bio_optics.md").write_text(text, encoding="utf-8")
     print(text)

@@ -1,4 +1,4 @@
-"""Closed form of inelastic light against the Monte Carlo. Writes docs/inelastic.md.
+"""Closed form of inelastic light against the Monte Carlo. Writes docs/measured/inelastic.md.
 
 ``python3 dev.py run -m benchmarks inelastic_table PHOTONS THREADS``.
 """
@@ -236,7 +236,7 @@ def _bands(rows: list[dict]) -> str:
 
 
 def verdict(text: str) -> str:
-    """Say of the tables of docs/inelastic.md how many numbers meet the target, and which do not.
+    """Say of the tables of docs/measured/inelastic.md which numbers meet the target, and which not.
 
     A number misses it if it is more than two standard errors beyond.
     """
@@ -257,7 +257,7 @@ def verdict(text: str) -> str:
 
 
 def main(arguments: list[str]) -> None:
-    """Measure and write docs/inelastic.md; photons per water, threads."""
+    """Measure and write docs/measured/inelastic.md; photons per water, threads."""
     photons = int(float(arguments[0])) if arguments else QUICK
     threads = int(arguments[1]) if len(arguments) > 1 else 1
     text = f"""# Inelastic light
@@ -291,5 +291,5 @@ radiance from below (`upwelling_irradiance`), *Eu* that of the two streams.
             mine = [row for row in rows if row["quantity"] == quantity]
             text += f"| {quantity} | {_bands(mine)} |\n"
     text = text.replace(_VERDICT, f"**{verdict(text)}**")
-    (ROOT / "docs" / "inelastic.md").write_text(text, encoding="utf-8")
+    (ROOT / "docs" / "measured" / "inelastic.md").write_text(text, encoding="utf-8")
     print(text)

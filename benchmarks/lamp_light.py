@@ -2,7 +2,7 @@
 
     python3 dev.py run -m benchmarks lamp_light [--cases N] [--photons N]
 
-writes docs/lamp_light.md. Takes about a quarter of an hour. Photons are kept.
+writes docs/measured/lamp_light.md. Takes about a quarter of an hour. Photons are kept.
 """
 
 from __future__ import annotations
@@ -205,7 +205,9 @@ def main(arguments: Sequence[str]) -> None:
     parser.add_argument("--keep", type=Path, default=_ROOT / "out" / "lamp_light")
     options = parser.parse_args(arguments)
     rows = photon_errors(options.cases, options.photons, options.keep)
-    (_ROOT / "docs" / "lamp_light.md").write_text(_report(rows, options), encoding="utf-8")
+    (_ROOT / "docs" / "measured" / "lamp_light.md").write_text(
+        _report(rows, options), encoding="utf-8"
+    )
 
 
 def _report(rows: list[Row], options: argparse.Namespace) -> str:

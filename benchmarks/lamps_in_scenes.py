@@ -1,6 +1,6 @@
 """Lamps in EEVEE's water against Cycles: lights of vehicles, torches, a strobe, a wreck by night.
 
-``python3 dev.py run -m benchmarks lamps_in_scenes`` writes docs/lamps.md and docs/lamps.jpg. In
+``python3 dev.py run -m benchmarks lamps_in_scenes`` writes docs/measured/lamps.md, lamps.jpg. In
 turbid water photons are traced in the same rooms as well. Takes more than an hour; what Cycles and
 photons find is kept.
 """
@@ -378,14 +378,14 @@ def report(results: Sequence[Result], seconds: dict[int, float]) -> str:
 
 Written by `python3 dev.py run -m benchmarks lamps_in_scenes`.
 
-How it is done is in [physics.md](physics.md#lamps); the formulas alone are measured against
+How it is done is in [physics.md](../physics.md#lamps); the formulas alone are measured against
 photons in [lamp_light.md](lamp_light.md).
 
 ## Against Cycles
 Default phase function, flat surface, {BANDS} bands, CIE 1931, night (or sun and sky at a
 twentieth), {_DEPTH:g} m deep over sand; {WIDTH} × {HEIGHT} pixels, exposed for the lamps; LEDs of
 measured spectrum; two seeds of samples each: {samples}. ΔE2000 of blocks of {_BLOCK} × {_BLOCK}
-pixels: mean, 95 %, worst, and the share of it that is Cycles' noise; the mean and its noise in
+pixels: mean, 95 %, worst, and the fraction of it that is Cycles' noise; the mean and its noise in
 blocks of {across} × {down} pixels; the brightness of the picture. Then open water alone, per block
 of {_BLOCK} × {_BLOCK} and band: median, 95 % and worst relative error, and the standard error of
 Cycles in it.
@@ -395,11 +395,11 @@ Cycles in it.
 {rows}
 
 ## Against photons
-The same rooms, {_PHOTONS} photons in each block and band (`benchmarks/_lamp_room.py`), likewise;
-then Cycles against them: brightness, median error of open water; and the share of the
-picture's light that a thing has thrown back.
+The same scenes, {_PHOTONS} photons in each block and band (`benchmarks/_lamp_room.py`), likewise;
+then Cycles against them: brightness, median error of open water; and the fraction of the
+picture's light that an object has reflected.
 
-{_HEAD} | Cycles, bright | Cycles, water | thrown back |
+{_HEAD} | Cycles, bright | Cycles, water | reflected |
 |{"---|" * 13}
 {photons}
 
@@ -414,19 +414,19 @@ Bounces are not the limit: Cycles follows {MOST_BOUNCES}, photons are followed o
 coarse blocks the vehicle with lamps 1 m beside in II and the strobe differ from photons by about
 the noise of these.
 
-What things throw back is up to three fifths of the light: sand lights the water over it, ball and
-box. {COUNT} lamps stand for it ([physics.md](physics.md#lamps)); many more would
+What objects reflect is up to three fifths of the light: sand lights the water over it, ball and
+box. {COUNT} lamps stand for it ([physics.md](../physics.md#lamps)); many more would
 bring up to a tenth more of it. Nothing keeps their light away.
 
 Missed are the torch that shines across the view (the dark water on the side away from its beam is
 up to several times too bright: light is bent there and back), the lamp right behind a fish (no glow
-comes round a thing), and 3C, which is a little dark. Things keep a lamp's light from the water
+comes round an object), and 3C, which is a little dark. Objects keep a lamp's light from the water
 behind them by a map of {SIDE} × {SIDE} distances, the same for light that was scattered more often,
 which in truth finds its way round them.
 
 ## Seconds of a frame
 CPU seconds on the software rasteriser, {WIDTH} × {HEIGHT}, the less of two, sun on, shaders
-compiled; {COUNT} lamps more stand for what things throw back wherever there is one.
+compiled; {COUNT} lamps more stand for what objects reflect wherever there is one.
 
 | lamps | CPU s | over none |
 |---|---|---|
@@ -460,7 +460,7 @@ def picture_sheet(results: Sequence[Result], path: Path) -> None:
 def main(arguments: Sequence[str]) -> None:
     """Measure every place and write the page."""
     parser = argparse.ArgumentParser(prog="lamps_in_scenes")
-    parser.add_argument("--docs", type=Path, default=_ROOT / "docs")
+    parser.add_argument("--docs", type=Path, default=_ROOT / "docs" / "measured")
     parser.add_argument("--keep", type=Path, default=_ROOT / "out" / "lamps")
     options = parser.parse_args(arguments)
     options.keep.mkdir(parents=True, exist_ok=True)

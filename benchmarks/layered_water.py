@@ -2,7 +2,7 @@
 
     python3 dev.py run -m benchmarks layered_water
 
-writes docs/layered_water.md.
+writes docs/measured/layered_water.md.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from ._solved_cases import FROM_SUN, Case, layered_cases
 _CASES = 24
 _TURNS = (0.0, 88.0, 150.0)
 _EDGE = 1.0  # degrees from the edge of Snell's window
-_DOCUMENT = Path(__file__).resolve().parent.parent / "docs" / "layered_water.md"
+_DOCUMENT = Path(__file__).resolve().parent.parent / "docs" / "measured" / "layered_water.md"
 
 Errors = list[NDArray[np.float64]]
 
@@ -108,9 +108,9 @@ Cases with the largest 95 % in open water:
 
 {cases}
 
-Extinction is averaged between the depths of any two slices, so a path through a border keeps its
-optical depth; slices are dense to both sides of the three strongest borders. A border between two
-waters is sharp in the solution; for level rays it is smeared over the first slices beside it, and
-between the elevations next to the horizon: in a clear layer between turbid ones, in a band that is
-nearly dark, they may be many times too bright.
+Beam attenuation is averaged between the depths of any two slices, so a path through a border
+keeps its optical depth; slices are dense to both sides of the three strongest borders. A border
+between two waters is sharp in the solution; for level rays it is smeared over the first slices
+beside it, and between the elevations next to the horizon: in a clear layer between turbid ones,
+in a band that is nearly dark, they may be many times too bright.
 """

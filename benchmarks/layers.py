@@ -3,7 +3,7 @@
 
     python3 dev.py run -m benchmarks layers [--folder DIR]
 
-writes docs/layers.md.
+writes docs/measured/layers.md.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from ..uw_spectral.imaging.formation_fit import BLACK, FormationFit, fit_formati
 from ..uw_spectral.imaging.image_formation import FormationCurves
 from ._layer_scenes import BEFORE, FAR, NEAR, targets
 
-PAGE = Path(__file__).resolve().parent.parent / "docs" / "layers.md"
+PAGE = Path(__file__).resolve().parent.parent / "docs" / "measured" / "layers.md"
 WATER, FARTHEST = "jerlov:II", 6.5
 RANGES = tuple(np.geomspace(0.4, FARTHEST, 24).tolist())
 _SHARED = [
@@ -267,7 +267,7 @@ _PAGE = """\
 # Layers of a picture
 
 Written by `python3 dev.py run -m benchmarks layers`; every number is measured. What the layers are is in
-[datasets.md](datasets.md#layers). Black and grey squares at 24 ranges of 0.4 to {farthest} m before a level
+[researcher.md](../researcher.md#layers). Black and grey squares at 24 ranges of 0.4 to {farthest} m before a level
 camera at 5 m depth, in Jerlov II (`{water}`), 6 bands, Nikon D7000.
 
 ## They add up

@@ -5,7 +5,7 @@
 Both render every band of :mod:`.grey_scene` with several seeds; a z-test over
 blocks of pixels asks whether they differ by more than their noise. Mitsuba gets
 the default phase function as a table, with the forward peak bounded as Cycles
-has it, and the clear sky as a picture of it. Writes docs/mitsuba.md.
+has it, and the clear sky as a picture of it. Writes docs/measured/mitsuba.md.
 ``--variant llvm_ad_mono`` compiles Mitsuba's loops for the CPU; it needs LLVM
 16 or later, named by the variable DRJIT_LIBLLVM_PATH.
 """
@@ -437,7 +437,7 @@ def _overall_ratio(comparison: Comparison) -> tuple[float, float]:
 
 
 def main(arguments: Sequence[str]) -> None:
-    """Compare every combination and write docs/mitsuba.md."""
+    """Compare every combination and write docs/measured/mitsuba.md."""
     parser = argparse.ArgumentParser(prog="mitsuba_reference")
     parser.add_argument("--bands", type=int, default=6)
     parser.add_argument("--seeds", type=int, default=6, help="of each renderer, at least 4")
@@ -472,5 +472,5 @@ def main(arguments: Sequence[str]) -> None:
     if options.quick:
         print(text)
     else:
-        docs = Path(__file__).resolve().parent.parent / "docs"
+        docs = Path(__file__).resolve().parent.parent / "docs" / "measured"
         (docs / "mitsuba.md").write_text(text, encoding="utf-8")

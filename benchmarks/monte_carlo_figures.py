@@ -1,4 +1,4 @@
-"""Published figures by Monte Carlo. Writes docs/monte_carlo_figures.md and its pictures.
+"""Published figures by Monte Carlo. Writes docs/measured/monte_carlo_figures.md and its pictures.
 
 ``python3 dev.py run -m benchmarks monte_carlo_figures PHOTONS THREADS``.
 """
@@ -168,7 +168,7 @@ def main(arguments: list[str]) -> None:
     """Measure, draw and write; photons per simulation, threads."""
     photons = int(float(arguments[0])) if arguments else 400_000
     threads = int(arguments[1]) if len(arguments) > 1 else 1
-    docs = ROOT / "docs"
+    docs = ROOT / "docs" / "measured"
     radiance = baltic_radiance(photons, threads)
     shares, simulation = event_shares(photons, threads)
     light = simulation.total.Ed.mean[0]
@@ -226,17 +226,17 @@ from the zenith, flat surface, {len(BANDS)} bands from 300 to 800 nm, quantum yi
 |---|---|
 {codes}
 
-Share of the radiance, 380 to 780 nm, and of its luminance. The paper reports about 2 %.
+Fraction of the radiance, 380 to 780 nm, and of its luminance. The paper reports about 2 %.
 
 | process | radiance | luminance |
 |---|---|---|
 {newline.join(share_rows)}
 
-Share of the ten events, each by the power of the light that it happens to. *chlorophyll light* and
-*cdom light* are the absorptions that can excite; at most two in a hundred emit, the others end as
-heat. What is left to *absorption by phytoplankton* cannot excite.
+Fraction of the ten events, each by the power of the light that it happens to. *chlorophyll light*
+and *cdom light* are the absorptions that can excite; at most two in a hundred emit, the others end
+as heat. What is left to *absorption by phytoplankton* cannot excite.
 
-| event | share |
+| event | fraction |
 |---|---|
 {events}
 

@@ -1,6 +1,6 @@
 """The Monte Carlo against published problems, and the closed form against the Monte Carlo.
 
-Writes docs/monte_carlo.md.
+Writes docs/measured/monte_carlo.md.
 """
 
 from __future__ import annotations
@@ -328,11 +328,11 @@ SECTIONS = {
 
 
 def main(arguments: list[str]) -> None:
-    """Measure and write docs/monte_carlo.md; photons per case, threads, sections (all)."""
+    """Measure and write docs/measured/monte_carlo.md; photons per case, threads, sections (all)."""
     photons = int(float(arguments[0])) if arguments else 400_000
     threads = int(arguments[1]) if len(arguments) > 1 else 1
     wanted = arguments[2:] or list(SECTIONS)
-    path = ROOT / "docs" / "monte_carlo.md"
+    path = ROOT / "docs" / "measured" / "monte_carlo.md"
     old = path.read_text(encoding="utf-8").split("\n## ")[1:] if path.exists() else []
     kept = {part.partition("\n")[0]: f"## {part.rstrip()}\n" for part in old}
     text = """# Monte Carlo

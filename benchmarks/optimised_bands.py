@@ -1,6 +1,6 @@
 """Optimised against equal bands: colour error over all waters, cameras and films.
 
-``python3 dev.py run -m benchmarks optimised_bands`` writes docs/optimised_bands.md.
+``python3 dev.py run -m benchmarks optimised_bands`` writes docs/measured/optimised_bands.md.
 """
 
 from __future__ import annotations
@@ -249,7 +249,7 @@ def main(_: Sequence[str]) -> None:
                 for label in labels
             ],
         ),
-        "Share of the cases in which fewer bands are at or below the error of more:",
+        "Fraction of the cases in which fewer bands are at or below the error of more:",
         "",
         *_table(
             ("", *(f"{d:g} m" for d in _DEPTHS)),
@@ -340,5 +340,5 @@ def main(_: Sequence[str]) -> None:
         "Repeat: `python3 dev.py run -m benchmarks optimised_bands`",
         "",
     ]
-    docs = Path(__file__).resolve().parent.parent / "docs"
+    docs = Path(__file__).resolve().parent.parent / "docs" / "measured"
     (docs / "optimised_bands.md").write_text("\n".join(lines), encoding="utf-8")

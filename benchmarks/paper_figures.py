@@ -1,4 +1,4 @@
-"""Figures and tables of the papers in our numbers: writes docs/paper_figures.md and two pictures.
+"""Figures and tables of the papers in our numbers: docs/measured/paper_figures.md, two pictures.
 
 ``python3 dev.py run -m benchmarks paper_figures`` takes about a CPU minute; numpy alone.
 """
@@ -266,11 +266,11 @@ def _spread(errors: Errors, title: str, method: str) -> tuple[list[float], list[
 
 
 def main(_arguments: list[str]) -> None:
-    """Measure, write docs/paper_figures.md and its pictures."""
+    """Measure, write docs/measured/paper_figures.md and its pictures."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", DataWarning)  # sensors reach beyond 400 to 700 nm
-        text = page(ROOT / "docs")
-    (ROOT / "docs" / "paper_figures.md").write_text(text, encoding="utf-8")
+        text = page(ROOT / "docs" / "measured")
+    (ROOT / "docs" / "measured" / "paper_figures.md").write_text(text, encoding="utf-8")
     print(text)
 
 
@@ -492,14 +492,14 @@ def _looks_text() -> str:
 **Figures 8 and 10** show reefs in open and coastal types at growing depth: more single scattering
 in shallow water and in types of higher albedo, and coastal water without light at about ten metres.
 Of the depths only y_f = 4 m is printed; the others are ours, and so is the camera 1 m above the
-floor. Colour of level open water to the eye; luminance of the light left at the camera; share of
+floor. Colour of level open water to the eye; luminance of the light left at the camera; fraction of
 single scattering in the open water's luminance, and its amount over a white diffuser there:
 
 {chr(10).join(f"{x}{chr(10)}" for x in sections)}
 ![Colours of the open water](paper_waters.png)
 
 At 10 m, over a floor at 11 m, {at_ten} of the luminance at the surface
-is left: {_stops(left)} stops, which an exposure makes up for. The share of single scattering
+is left: {_stops(left)} stops, which an exposure makes up for. The fraction of single scattering
 falls with depth, as they say, though hardly in I and IA. With the albedo it falls too, since ever
 more light is scattered again; its amount beside the white grows from I to IB, as they have it, and
 falls again in II.
@@ -515,10 +515,10 @@ Of all cameras the ratio is from {every[low]:.2f} ({low}) to {every[high]:.2f} (
 
 **Monzon 2022, Figure 1**: two sensors or more by Jerlov types, six frames; neither is named in the
 text, so it cannot be repeated. Three sensors by three types, rendered, lead
-[the gallery](gallery.md).
+[the gallery](../gallery.md).
 
 Not repeated here: Figures 1, 6 and 9 (pictures; [Snell's window](snell_window.md)), 2 (the
-coefficients are data), 3 to 5 (drawings), 15 (in [validation.md](validation.md)).
+coefficients are data), 3 to 5 (drawings), 15 (in [outside.md](outside.md)).
 """
 
 
@@ -591,7 +591,7 @@ phase function of detritus and minerals has no printed parameters; Petzold's ave
 
 As printed, the phase function 1/π of phytoplankton integrates to 4: in {gaining} of the
 bands, in this order, scattering then gives back more light than is lost, and deep water has no
-solution. With HG without 1/(4π) it is 4π. Share of light of changed wavelength in the luminance
+solution. With HG without 1/(4π) it is 4π. Fraction of light of changed wavelength in the luminance
 there, with the absorption of water for the Raman coefficient, as §3.3.2 has it, and Table 5's
 quantum yield of phytoplankton, {printed.QUANTUM_YIELD:g}:
 
@@ -606,5 +606,5 @@ Parameters of CDOM's fluorescence are not legible in the text that we have, and 
 point light of unprinted place and strength, and the constituents of the seas are not printed.
 **Figure 4**, Baltic without inelastic light, with chlorophyll's, with all: {swatches}; here too the
 sea is from other sources. The values of **Figure 5** are not in the text that we have; the weights
-of §4.1 are in [validation.md](validation.md).
+of §4.1 are in [outside.md](outside.md).
 """

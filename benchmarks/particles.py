@@ -3,7 +3,7 @@
 
     python3 dev.py run -m benchmarks particles [--samples N] [--width W] [--look N] [--keep DIR]
 
-writes docs/particles.md and docs/pictures/particles.jpg. Costs are ratios within one run.
+writes docs/measured/particles.md and docs/measured/particles.jpg. Costs are ratios within one run.
 What is in --keep is not rendered again.
 """
 
@@ -45,7 +45,7 @@ from ..uw_spectral.water.particles import (
 from ._shade_scenes import matt
 from .path_radiance_table import ROOT
 
-SHEET = ROOT / "docs" / "pictures" / "particles.jpg"
+SHEET = ROOT / "docs" / "measured" / "particles.jpg"
 DEPTH, _FLOOR = 8.0, 9.4
 _ASPECT = 16 / 9
 _MORE, _REPEATS, _SMALL = 6, 2, 50  # samples, times, % of the size at which costs are measured
@@ -236,28 +236,17 @@ def report(found: Sequence[Found], samples: int) -> str:
 
 Written by `python3 dev.py run -m benchmarks particles`.
 
-![Snow by day, silt in the light of a torch, and snow by day in Cycles](pictures/particles.jpg)
+![Snow by day, silt in the light of a torch, and snow by day in Cycles](particles.jpg)
 
 From above: {"; ".join(x.look.title for x in found)}. {width} × {height} pixels, {samples} samples ({_CYCLES * samples} in Cycles), slope 4, through a lens that is open.
 
 The torch's beam is full of bright specks and small discs, as in a diver's photograph at night. By day snow is pale and faint
-before bright water, and seen mostly before dark things, as in nature. In the lowest picture it is all but gone: the denoiser
+before bright water, and seen mostly before dark objects, as in nature. In the lowest picture it is all but gone: the denoiser
 of Cycles takes faint specks for noise, so **do not denoise particles by day**. Without it, and with enough samples, they are as
 bright as in EEVEE, within 6 % in a test.
 
-What is larger than about 0.1 mm is seen by itself: as specks, and near the lens as discs out of focus. These are
-meshes, made by geometry nodes around the camera. They are lit and dimmed as all other things in the water, by sun and
-lamps, in real time, in bands and in Cycles, and are named in the layers `instance` and `material` (*UW Snow*,
-*UW Plankton*, *UW Bubbles*, *UW Silt*). They drift with the scene's clock, the same for each seed and frame, whatever
-the camera does. Without density nothing is added to a scene, and no shader is compiled.
-
-## How to use them
-In the panel *Snow and Bubbles*: numbers per litre, all of which keyframe. *Of water* × 1 takes as much snow
-as the water's own scattering speaks for. On a command line:
-`--snow-of-water 1 --plankton 2 --bubbles 5 --silt 100 --drift-speed 0.05`.
-The scene's camera makes the discs: switch on its *Depth of Field*. With few samples they are grainy in both engines:
-take 64 or more. *Down to mrad* is the smallest that is drawn, diameter over distance;
-half of it draws eight times as many. A pixel of a camera of 60° at 1920 wide is 0.55 mrad.
+Without density nothing is added to a scene, and no shader is compiled. How to use them: [for artists](../artist.md#particles).
+A pixel of a camera of 60° at 1920 wide is 0.55 mrad.
 
 ## How many
 The numbers fall with the power of the diameter that `--particle-slope` says, 3.6 by default: measured were 3.6 ± 0.33 in
@@ -272,7 +261,7 @@ its cross section. Larger ones than 0.1 mm then carry {shares} of the scattering
 {_water_rows()}
 
 Divers count 1 to 10 flocs above 0.5 mm in a litre of usual surface water, seldom more than 100 (Alldredge & Silver
-1988, quoted from memory, not looked up): with 3.6 about as many are drawn, with 4 fewer. The particles that are drawn stay in the water's own scattering, which they would lower by the shares above.
+1988, quoted from memory, not looked up): with 3.6 about as many are drawn, with 4 fewer. The particles that are drawn stay in the water's own scattering, which they would lower by the fractions above.
 
 ## Kinds
 | kind | diameter, mm | reflectance (green) | speed upwards at 0.5 mm, mm/s |
@@ -280,7 +269,7 @@ Divers count 1 to 10 flocs above 0.5 mm in a litre of usual surface water, seldo
 {kinds}
 
 Speeds: snow by Alldredge & Gotschalk (1988), bubbles and silt by Ferguson & Church (2004). Reflectances, shapes and
-the way that they stray are plausible, not measured. Flocs throw back as much light as they let through.
+the way that they stray are plausible, not measured. Flocs reflect as much light as they let through.
 Bubbles are mirrors where water reflects totally, and clear elsewhere; they do not refract.
 
 ## What they cost
@@ -294,12 +283,7 @@ half the size of the pictures:
 Grains of all kinds share one material, bubbles have another: each is one more shader to compile, and only with a density
 above 0. With more than {200_000} of a kind the smallest angle grows, and the record of the picture says so.
 
-## What is left out
-- Particles are drawn before the scene's camera only; a viewport that looks elsewhere sees none there.
-- They cast no shadow, and things do not reflect them.
-- Nearer than 0.1 m there are none: that is the housing.
-- With motion blur, one that leaves the box and comes back on its other side may streak in that frame.
-- The number of the water is that of its first layer.
+What is left out: [limits](../limits.md#particles).
 """
 
 
@@ -329,4 +313,4 @@ def main(arguments: Sequence[str]) -> None:
         return
     _sheet(found, SHEET)
     page = report(found, options.samples)
-    (ROOT / "docs" / "particles.md").write_text(page, encoding="utf-8")
+    (ROOT / "docs" / "measured" / "particles.md").write_text(page, encoding="utf-8")

@@ -1,4 +1,4 @@
-"""Closed-form path radiance against discrete ordinates: writes docs/path_radiance.md.
+"""Closed-form path radiance against discrete ordinates: writes docs/measured/path_radiance.md.
 
 ``python3 dev.py run -m benchmarks path_radiance_table``; the validation tests use the
 same cases. The reference is PythonicDISORT.
@@ -231,7 +231,7 @@ def markdown(rows: list[dict]) -> str:
 
 
 def main(_arguments: list[str]) -> None:
-    """Measure everything and write docs/path_radiance.md."""
+    """Measure everything and write docs/measured/path_radiance.md."""
     everything = [row for water in WATERS for row in compare(water)]
     particles = [
         [row for water in WATERS for row in compare(water, (450.0, 550.0), (5.0,), name)]
@@ -291,5 +291,5 @@ the two streams, *Eu, integrated* the radiance of the closed form from below
 |---|---|---|---|---|---|---|
 {irradiance_lines}
 """
-    (ROOT / "docs" / "path_radiance.md").write_text(text, encoding="utf-8")
+    (ROOT / "docs" / "measured" / "path_radiance.md").write_text(text, encoding="utf-8")
     print(text)

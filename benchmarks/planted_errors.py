@@ -1,9 +1,9 @@
 """Which fast test catches an error of 10 % that is planted in the optics.
 
 ``python3 dev.py run -m benchmarks planted_errors [--outside] [NAME…]`` copies the checkout, plants
-one error at a time, runs the tests of the optics and writes docs/planted_errors.csv, which
-docs/validation.md shows. Errors that are not named keep their rows; with ``--outside`` only the
-tests with bounds of others are run, and what the other tests caught is kept.
+one error at a time, runs the tests of the optics and writes docs/measured/planted_errors.csv, which
+docs/measured/outside.md shows. Errors that are not named keep their rows; with ``--outside`` only
+the tests with bounds of others are run, and what the other tests caught is kept.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from pathlib import Path
 
 from .path_radiance_table import ROOT
 
-TABLE = ROOT / "docs" / "planted_errors.csv"
+TABLE = ROOT / "docs" / "measured" / "planted_errors.csv"
 OUTSIDE = "tests/validation/test_outside.py"
 TESTS = ("tests/uw_spectral", OUTSIDE)
 LONGEST = ("tests/uw_spectral/transfer/test_radiance_table_extremes.py",)

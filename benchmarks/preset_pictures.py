@@ -2,7 +2,7 @@
 
     python3 dev.py run -m benchmarks preset_pictures [--samples N]
 
-writes docs/preset_pictures.md and docs/preset_pictures.jpg. Only the phase function differs
+writes docs/measured/preset_pictures.md and its picture. Only the phase function differs
 within a pair of pictures; the presets once had Henyey-Greenstein, "Quick".
 """
 
@@ -152,8 +152,9 @@ def report(pairs: Sequence[Pair], depth: float, samples: int) -> str:
 Written by `python3 dev.py run -m benchmarks preset_pictures`.
 
 The presets once scattered with `{BEFORE}` ("Quick"), as if all of it were by particles; now they
-have the default `{NOW}`: molecules and particles by their share in each band. Nothing else differs
-within a pair: Cycles, {_BANDS} bands, {samples} samples, denoised, {WIDTH} × {HEIGHT} pixels, the
+have the default `{NOW}`: molecules and particles by their fraction in each band. Nothing else
+differs within a pair: Cycles, {_BANDS} bands, {samples} samples, denoised,
+{WIDTH} × {HEIGHT} pixels, the
 reef of the examples (draft) from {depth:.1f} m, whose floor at {_REEF_FLOOR:g} m takes the place of
 the preset's. Exposure is automatic in both.
 
@@ -189,7 +190,7 @@ def main(arguments: Sequence[str]) -> None:
         pairs.append(measure(path, scene.camera, options.samples))
         last = pairs[-1]
         print(last.name, last.ratio, last.brightness, last.delta_e, flush=True)
-    docs = _ROOT / "docs"
+    docs = _ROOT / "docs" / "measured"
     picture_sheet(pairs, docs / "preset_pictures.jpg")
     depth = -scene.camera.matrix_world.translation.z
     (docs / "preset_pictures.md").write_text(report(pairs, depth, options.samples), "utf-8")

@@ -2,7 +2,7 @@
 
 As it ships: default phase function, clear sky; once as the papers have it.
 ``python3 dev.py run -m benchmarks realtime_accuracy`` writes
-docs/realtime_accuracy.md and docs/realtime_accuracy.png.
+docs/measured/realtime_accuracy.md and docs/measured/realtime_accuracy.png.
 """
 
 from __future__ import annotations
@@ -356,7 +356,7 @@ def main(arguments: Sequence[str]) -> None:
         help="folder of finished combinations; delete it to measure again",
     )
     options = parser.parse_args(arguments)
-    docs = Path(__file__).resolve().parent.parent / "docs"
+    docs = Path(__file__).resolve().parent.parent / "docs" / "measured"
     results = []
     options.keep.mkdir(parents=True, exist_ok=True)
     for water, depth, light in grey_scene.CASES:

@@ -3,7 +3,7 @@
     python3 dev.py run -m benchmarks reference_cost [--cpu-minutes N] [--results FILE]
 
 measures the settings that Cycles has for noise, each in the ten Jerlov types, and writes
-docs/reference_cost.md; then the noise and the time of whole pictures with the default settings,
+docs/measured/reference_cost.md; then noise and time of whole pictures with the default settings,
 and writes data/cycles_noise.csv, which Auto reads. About twenty minutes of one core. What was
 measured is kept in FILE: a run that is stopped, or has used up its minutes, goes on from there.
 """
@@ -279,7 +279,9 @@ def main(arguments: Sequence[str]) -> None:
             return
     if waters == list(WATERS):
         root = Path(__file__).resolve().parent.parent
-        (root / "docs" / "reference_cost.md").write_text(report(results.values), encoding="utf-8")
+        (root / "docs" / "measured" / "reference_cost.md").write_text(
+            report(results.values), encoding="utf-8"
+        )
         (root / "data" / "cycles_noise.csv").write_text(_table(results.values), encoding="utf-8")
 
 

@@ -1,4 +1,4 @@
-"""What one refractive index for all wavelengths leaves out. Writes docs/refractive_index.md.
+"""What one index for all wavelengths leaves out. Writes docs/measured/refractive_index.md.
 
 ``python3 dev.py run -m benchmarks refractive_index``; a test uses the same functions.
 """
@@ -106,7 +106,7 @@ def light(name: str, zenith: float) -> dict[str, np.ndarray]:
 
 
 def main(_arguments: list[str]) -> None:
-    """Measure everything and write docs/refractive_index.md."""
+    """Measure everything and write docs/measured/refractive_index.md."""
     rows = [row(float(index)) for index in refractive_index_QuanFry1995(NM)]
     constant = row(REFRACTIVE_INDEX)
     names = [f"{nm:g} nm" for nm in NM]
@@ -131,7 +131,7 @@ Written by `python3 dev.py run -m benchmarks refractive_index`.
 
 Index of seawater by Quan & Fry (1995), 35 g/kg, 20 °C, and what follows from it: transmittance
 of the surface for the sun at {", ".join(f"{z:g}" for z in constant.transmittance)}°, angle of the
-refracted sun at 60°, half angle of Snell's window, share of uniform light that the surface sends
+refracted sun at 60°, half angle of Snell's window, fraction of uniform light that the surface sends
 back down. From 0 to 30 °C the index changes by 0.003, from fresh water to the sea by 0.0065.
 
 | | n | {" | ".join(f"T {z:g}°" for z in constant.transmittance)} | refracted | window | back |
@@ -152,5 +152,5 @@ flat surface, looking up, that is a reddish line of {rim:.1f}° around a window 
 {2 * constant.window:.1f}°; waves break the edge up. It is left out, and
 `--refractive-index` is one number.
 """
-    (ROOT / "docs" / "refractive_index.md").write_text(text, encoding="utf-8")
+    (ROOT / "docs" / "measured" / "refractive_index.md").write_text(text, encoding="utf-8")
     print(text)

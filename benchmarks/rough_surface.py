@@ -2,7 +2,7 @@
 
     python3 dev.py run -m benchmarks rough_surface
 
-writes docs/rough_surface.md.
+writes docs/measured/rough_surface.md.
 """
 
 from __future__ import annotations
@@ -177,7 +177,7 @@ def _cost() -> str:
 
 
 def main(_: list[str]) -> None:
-    """Measure everything and write docs/rough_surface.md."""
+    """Measure everything and write docs/measured/rough_surface.md."""
     columns = [f"{q}({y:g} m)" for y in _DEPTHS for q in ("Ed", "Eu", "E0")]
     columns += [f"L {name}" for name in _VIEWS]
     changes = _table("| wind | sun | sun below | " + " | ".join(columns) + " |", list(_changes()))
@@ -192,8 +192,8 @@ isotropic normal slopes, with the mean square slope of the scene's own spectrum 
 long fetch), Fresnel and Snell at each (`uw_spectral/transfer/rough_surface.py`). Written by
 `python3 dev.py run -m benchmarks rough_surface`.
 
-- A ray meets facets by the area they turn to it; shares add up to 1, which is Smith's masking. In
-  air, what a facet sends down meets the waves once more. In water, what leaves towards another
+- A ray meets facets by the area they turn to it; fractions add up to 1, which is Smith's masking.
+  In air, what a facet sends down meets the waves once more. In water, what leaves towards another
   wave comes back but for what that wave mirrors to the sky; a ray mirrored up becomes a level one.
 - Streams in the water exchange light by a matrix per azimuth mode. It is made reciprocal, and
   scaled (Sinkhorn, symmetrically) until as much comes along each stream as goes, and a uniform
@@ -201,8 +201,8 @@ long fetch), Fresnel and Snell at each (`uw_spectral/transfer/rough_surface.py`)
   furnace stays at n² to 5e-6 (32 streams), as under a flat surface.
 - The direct sun below the surface is what waves let in, in one direction: facets that face a low
   sun take in most of it and send it on flatter than a level surface, at 80° and 7 m/s by 5°.
-  Mobley's fifth problem needs that ([validation.md](validation.md)). Its spread by some degrees is
-  in the caustics that are drawn, not in the field.
+  Mobley's fifth problem needs that ([problems](outside.md#canonical-problems)). Its spread by some
+  degrees is in the caustics that are drawn, not in the field.
 - The closed form takes the mean transmittances and the mean internal reflectance. The Monte Carlo
   solver (`reference.monte_carlo`) keeps a flat surface.
 
@@ -239,5 +239,7 @@ Eight bands, {TABLE_STREAMS} streams, clear sky, a floor; CPU time of one proces
 - No whitecaps, no skewness, and slopes do not depend on heights.
 - The wind is part of the column: where it is animated each frame is solved and tabulated anew.
 """
-    (path_radiance_table.ROOT / "docs" / "rough_surface.md").write_text(text, encoding="utf-8")
+    (path_radiance_table.ROOT / "docs" / "measured" / "rough_surface.md").write_text(
+        text, encoding="utf-8"
+    )
     print(text)

@@ -1,6 +1,6 @@
 """Shade in EEVEE's water against Cycles: a slab, a box, and the example scenes.
 
-``python3 dev.py run -m benchmarks shade`` writes docs/shade.md and docs/shade.jpg.
+``python3 dev.py run -m benchmarks shade`` writes docs/measured/shade.md and its pictures.
 """
 
 from __future__ import annotations
@@ -204,7 +204,7 @@ def report(results: Sequence[Result], swum: Swum) -> str:
 
 Written by `python3 dev.py run -m benchmarks shade`.
 
-How it is done is in [physics.md](physics.md#shade-between-things): up to {PROBES} probes of {RAYS}
+How it is done is in [physics](../physics.md#shade-between-objects): up to {PROBES} probes of {RAYS}
 rays each among voxels of a {VOXELS}rd of a probe's cell, around the camera, solved with the
 water's own light; the real-time shaders look the result up.
 
@@ -225,7 +225,7 @@ Wanted were 1.5 in the mean of each scene and 2.5 in shaded pixels.
 
 ## Seconds to compute
 On two shared cores that do other work too, 8 bands: the whole once, and again for a frame in which
-nothing has moved. Wanted were 1 s for the whole, and 0.1 s for a frame in which one thing moves;
+nothing has moved. Wanted were 1 s for the whole, and 0.1 s for a frame in which one object moves;
 that costs the whole but the samples of what has not moved.
 
 | scene | surfaces | rays | all | again |
@@ -242,8 +242,8 @@ card's work on the processor. The table is an image of so many MiB. Wanted was 1
 {costs}
 
 ## Visibility of the sky
-Share of the sky's directions that nothing covers, against casting rays at the meshes themselves: at
-random points of the box above the ground, and its mean over four places of rays of the camera.
+Fraction of the sky's directions that nothing covers, against casting rays at the meshes themselves:
+at random points of the box above the ground, and its mean over four places of rays of the camera.
 By the voxels along the same rays, and by the probes with their own. Mean error, 95 %, and mean with
 its sign. Wanted was 0.03.
 
@@ -305,10 +305,10 @@ def main(arguments: Sequence[str]) -> None:
     options = parser.parse_args(arguments)
     options.keep.mkdir(parents=True, exist_ok=True)
     results, found = [], places(options.keep)
-    swum = swim(options.keep / "cave.blend", _ROOT / "docs" / "shade_swim.jpg")
+    swum = swim(options.keep / "cave.blend", _ROOT / "docs" / "measured" / "shade_swim.jpg")
     print("\n".join(swum.rows()), flush=True)
     for place in found:
         results.append(measure(place, options.keep))
         print(_row(results[-1], "shade"), flush=True)
-    picture_sheet(results, _ROOT / "docs" / "shade.jpg")
-    (_ROOT / "docs" / "shade.md").write_text(report(results, swum), encoding="utf-8")
+    picture_sheet(results, _ROOT / "docs" / "measured" / "shade.jpg")
+    (_ROOT / "docs" / "measured" / "shade.md").write_text(report(results, swum), encoding="utf-8")

@@ -2,7 +2,7 @@
 
     python3 dev.py run -m benchmarks snell_window [--samples N]
 
-writes docs/snell_window.md. The camera looks straight up at a flat surface
+writes docs/measured/snell_window.md. The camera looks straight up at a flat surface
 under a clear sky; outside the window the water is mirrored.
 """
 
@@ -165,5 +165,5 @@ def main(arguments: Sequence[str]) -> None:
         "Repeat: `python3 dev.py run -m benchmarks snell_window`",
         "",
     ]
-    docs = Path(__file__).resolve().parent.parent / "docs"
+    docs = Path(__file__).resolve().parent.parent / "docs" / "measured"
     (docs / "snell_window.md").write_text("\n".join(lines), encoding="utf-8")

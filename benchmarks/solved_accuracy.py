@@ -2,7 +2,7 @@
 
     python3 dev.py run -m benchmarks solved_accuracy [--samples N] [--keep DIR]
 
-writes docs/solved_accuracy.md and docs/solved_accuracy.jpg. Pictures of Cycles are kept as
+writes docs/measured/solved_accuracy.md and its picture. Pictures of Cycles are kept as
 files, so an interrupted run goes on where it stopped.
 """
 
@@ -240,7 +240,7 @@ def main(arguments: Sequence[str]) -> None:
     parser.add_argument("--samples", type=int, default=96)
     parser.add_argument("--keep", type=Path, default=Path("out/solved_accuracy"))
     options = parser.parse_args(arguments)
-    docs = Path(__file__).resolve().parent.parent / "docs"
+    docs = Path(__file__).resolve().parent.parent / "docs" / "measured"
     comparisons = compared(options.samples, options.keep)
     picture_sheet(comparisons, docs / "solved_accuracy.jpg")
     water, square = rendered()

@@ -2,7 +2,7 @@
 
     python3 dev.py run -m benchmarks solved_field
 
-writes docs/solved_field.md; the tests use the same random cases.
+writes docs/measured/solved_field.md; the tests use the same random cases.
 """
 
 from __future__ import annotations
@@ -220,7 +220,7 @@ def _cost() -> str:
 
 
 def main(_: list[str]) -> None:
-    """Measure everything and write docs/solved_field.md."""
+    """Measure everything and write docs/measured/solved_field.md."""
     text = f"""# The light field, solved
 
 `uw_spectral.transfer.discrete_ordinates` solves layered water with a refracting surface, sun and
@@ -242,7 +242,7 @@ the sun's are compared with that. Radiances in
 C. D. Mobley et al. (1993), conditions in `data/mobley1993_canonical.csv`; {STREAMS_OF_PROBLEMS}
 streams. Where Lu of the models scatters, converged solutions (128 streams) are 1.706e-3 (problem 1,
 case 1, 0.8 m), 1.296e-5 (1, 1, 4 m), 7.87e-7 (2, 1, 4 m) and 3.115e-3 (2, 2, 0.5 m). Problem 4
-leaves the atmosphere to each model: [what that makes](validation.md).
+leaves the atmosphere to each model: [what that makes](outside.md).
 
 {_canonical()}
 
@@ -286,5 +286,7 @@ The surface, skylight and floor are checked against the Monte Carlo solver in
 `tests/uw_spectral/transfer/test_discrete_ordinates.py`, with the furnace, Gershun's law, and layers
 of one water that must be one layer.
 """
-    (path_radiance_table.ROOT / "docs" / "solved_field.md").write_text(text, encoding="utf-8")
+    (path_radiance_table.ROOT / "docs" / "measured" / "solved_field.md").write_text(
+        text, encoding="utf-8"
+    )
     print(text)

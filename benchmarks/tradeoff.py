@@ -4,8 +4,8 @@
 
 Renders the scenes of :mod:`._tradeoff_scenes` by every setting, against Cycles
 with many bands. Each measurement is kept as a file, so an interrupted run goes
-on where it stopped. Writes docs/tradeoff.csv, docs/tradeoff.png,
-docs/tradeoff_pictures.png and docs/tradeoff.md.
+on where it stopped. Writes docs/measured/tradeoff.csv, docs/measured/tradeoff.png,
+docs/measured/tradeoff_pictures.png and docs/measured/tradeoff.md.
 
 Costs are ratios to EEVEE's render of the scene without water in the same run.
 On a machine with a GPU, ``--resolution 1920 1080 --no-cycles`` prints the
@@ -446,5 +446,5 @@ def main(arguments: Sequence[str]) -> None:
     )
     print(_tradeoff_report.table(results))
     if not (chosen.quick or chosen.no_cycles):
-        docs = Path(__file__).resolve().parent.parent / "docs"
+        docs = Path(__file__).resolve().parent.parent / "docs" / "measured"
         _tradeoff_report.write(results, docs, options.reference_samples)

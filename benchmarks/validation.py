@@ -1,4 +1,4 @@
-"""The optics against the outside world: writes docs/validation.md.
+"""Measurements and published numbers beside ours: docs/validation.md, docs/measured/outside.md.
 
 ``python3 dev.py run -m benchmarks validation`` takes some CPU minutes, most of them for the
 caustics; the table of planted errors is that of ``benchmarks planted_errors``, the numbers of
@@ -33,18 +33,55 @@ else's number (`tests/validation/test_outside.py`). All tests by name:
 
 {grid("| planted error | caught outside by | and by tests of the optics |", lines)}
 
-Without the outside no fast test would see: {", ".join(alone) or "none of them"}.
+Only tests with outside references see: {", ".join(alone) or "none of them"}.
+"""
+
+
+def summary(lead: str) -> str:
+    """Return docs/validation.md."""
+    return f"""# Validation
+
+Measurements and published computations, and the numbers of this project beside them; nothing is
+fitted unless it says so. ± in *reference* is its spread or error. Each row is explained in
+[the comparisons in detail](measured/outside.md); renderers against each other are in
+[accuracy](accuracy.md).
+
+{lead}
+
+## What has no reference yet
+- Pictures: no photograph with measured water, light and camera was found. The figures of the
+  papers show scenes that are not published; [our numbers for them](measured/paper_figures.md) are
+  beside what they say.
+- Fractions of Raman light and fluorescence below the surface, in numbers.
+
+Whether tests notice an error of 10 % was tried with
+[planted errors](measured/outside.md#planted-errors).
+
+Written by `python3 dev.py run -m benchmarks validation`.
+"""
+
+
+def details(texts: str, errors: str, answers: str) -> str:
+    """Return docs/measured/outside.md."""
+    return f"""# Comparisons with measurements and published computations
+
+The summary, with a verdict for each row, is [validation](../validation.md).
+
+{texts}
+{errors}
+{answers}
+Written by `python3 dev.py run -m benchmarks validation`.
 """
 
 
 def main(_arguments: list[str]) -> None:
-    """Compare everything and write docs/validation.md."""
+    """Compare everything and write both pages."""
     sections = [
         light.tyler(), light.canonical(), water.measured_waters(), light.raman(),
         water.caustics(), water.papers(), _answers.pictures(),
     ]  # fmt: skip
     lead = grid(
-        "| quantity | source | ours | theirs | verdict |",
+        "| quantity | source | this project | reference | verdict |",
         [
             f"| {row.quantity} | {row.source} | {row.ours} | {row.theirs} | {row.verdict} |"
             for rows, _ in sections
@@ -52,33 +89,11 @@ def main(_arguments: list[str]) -> None:
         ],
     )
     texts = "\n".join(text for _, text in sections)
-    text = f"""# Against the outside world
-
-Numbers that others measured or computed, and ours beside them; nothing is fitted unless it says
-so. *Theirs* with ± is their spread or error.
-
-{lead}
-
-{texts}
-{planted()}
-{_answers.answers()}
-## What the comparison put right
-- Problem 1 of Mobley et al. was solved with another phase function than the paper's, in numpy,
-  Monte Carlo and Cycles alike; one digit of Lu (problem 2, case 2, 0.5 m) was transcribed wrongly.
-- The Ed that Cycles is tested against had no source and was 0.07 % off at 5 m; it now is that of
-  two discrete-ordinates solvers, 64 streams each.
-- Ed of the two streams “to 1 %”, caustics whose fall with the sun “is met”, three renderers “that
-  agree”, inelastic light without a verdict: each now says where it holds
-  ([physics.md](physics.md), [caustics.md](caustics.md), [inelastic.md](inelastic.md), the README).
-- Figure 2 of Gutierrez et al. is drawn with the waters that the paper prints.
-
-## What has no outside yet
-- Pictures: no photograph with measured water, light and camera was found. The figures of the
-  papers show scenes that are not published; [our numbers for them](paper_figures.md) are beside
-  what they say.
-- Shares of Raman light and fluorescence below the surface, in numbers.
-
-Written by `python3 dev.py run -m benchmarks validation`.
-"""
-    (ROOT / "docs" / "validation.md").write_text(text, encoding="utf-8")
-    print(text)
+    docs = ROOT / "docs"
+    pages = {
+        docs / "validation.md": summary(lead),
+        docs / "measured" / "outside.md": details(texts, planted(), _answers.answers()),
+    }
+    for path, text in pages.items():
+        path.write_text(text, encoding="utf-8")
+        print(text)

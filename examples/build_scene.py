@@ -55,21 +55,27 @@ def save_atomically(path: Path) -> None:
         partial.unlink(missing_ok=True)
 
 
+def parser() -> argparse.ArgumentParser:
+    """Return the command line."""
+    scenes, rigs = _module("examples.scenes"), _module("scene.water.lamp_rigs").RIGS
+    result = argparse.ArgumentParser(prog="build_scene.py", description=__doc__.split("\n")[0])
+    result.add_argument("scene", choices=list(scenes.SCENES))
+    result.add_argument("output", type=Path, metavar="OUT.blend")
+    result.add_argument("--seed", type=int, default=1)
+    result.add_argument("--detail", choices=sorted(scenes.DETAILS), default="full")
+    result.add_argument("--camera", help="the one that looks")
+    result.add_argument("--lamps", choices=list(rigs), help="that hang on it")
+    return result
+
+
 def main(arguments: list[str]) -> None:
     """Build, save, and say how large it is."""
-    scenes, rigs = _module("examples.scenes"), _module("scene.water.lamp_rigs").RIGS
-    parser = argparse.ArgumentParser(prog="build_scene.py", description=__doc__.split("\n")[0])
-    parser.add_argument("scene", choices=list(scenes.SCENES))
-    parser.add_argument("output", type=Path, metavar="OUT.blend")
-    parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--detail", choices=sorted(scenes.DETAILS), default="full")
-    parser.add_argument("--camera", help="the one that looks")
-    parser.add_argument("--lamps", choices=list(rigs), help="that hang on it")
-    options = parser.parse_args(arguments)
+    scenes, command = _module("examples.scenes"), parser()
+    options = command.parse_args(arguments)
     if options.output.suffix != ".blend":
-        parser.error(f"{options.output} must end in .blend")
+        command.error(f"{options.output} must end in .blend")
     if options.seed < 0:
-        parser.error(f"the seed must not be negative, got {options.seed}")
+        command.error(f"the seed must not be negative, got {options.seed}")
     # Unlike factory settings, this keeps the add-ons, and with them their Python packages.
     bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
     scenes.build_scene(options.scene, options.seed, options.detail)

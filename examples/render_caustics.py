@@ -89,7 +89,7 @@ def report(pictures: list[np.ndarray]) -> str:
 
 
 def main() -> None:
-    """Build, render what is missing, and write docs/caustics_frames.jpg."""
+    """Build, render what is missing, and write docs/measured/caustics_frames.jpg."""
     import OpenImageIO as oiio  # noqa: N813
 
     OUT.mkdir(parents=True, exist_ok=True)
@@ -107,7 +107,7 @@ def main() -> None:
     image = oiio.ImageBuf(oiio.ImageSpec(sheet.shape[1], sheet.shape[0], 3, "uint8"))
     image.set_pixels(oiio.ROI(), sheet)
     image.specmod().attribute("Compression", "jpeg:88")
-    image.write(str(ROOT / "docs" / "caustics_frames.jpg"))
+    image.write(str(ROOT / "docs" / "measured" / "caustics_frames.jpg"))
     print(report(pictures))
 
 

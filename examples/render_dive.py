@@ -98,7 +98,7 @@ def report(pictures: list[np.ndarray]) -> str:
             "![Twenty-four frames](dive.png)",
             "",
             "EEVEE in real-time mode, 8 bands, flat surface, a wall of boulders over a",
-            "floor at 17 m. Depth, camera and share of the second water are keyframes; exposure",
+            "floor at 17 m. Depth, camera and fraction of the second water are keyframes; exposure",
             "follows the light at the camera's depth. Node values change; nothing is rebuilt.",
             "",
             f"Mean absolute difference of neighbouring frames, in 8-bit sRGB steps: {rows}.",
@@ -114,7 +114,7 @@ def report(pictures: list[np.ndarray]) -> str:
 
 
 def main() -> None:
-    """Build, render what is missing, and write docs/dive.md."""
+    """Build, render what is missing, and write docs/measured/dive.md."""
     import OpenImageIO as oiio  # noqa: N813
 
     OUT.mkdir(parents=True, exist_ok=True)
@@ -131,8 +131,8 @@ def main() -> None:
     sheet = np.vstack(rows)
     image = oiio.ImageBuf(oiio.ImageSpec(sheet.shape[1], sheet.shape[0], 3, "uint8"))
     image.set_pixels(oiio.ROI(), np.ascontiguousarray(sheet))
-    image.write(str(ROOT / "docs" / "dive.png"))
-    (ROOT / "docs" / "dive.md").write_text(report(pictures), encoding="utf-8")
+    image.write(str(ROOT / "docs" / "measured" / "dive.png"))
+    (ROOT / "docs" / "measured" / "dive.md").write_text(report(pictures), encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -4,12 +4,19 @@ from __future__ import annotations
 
 import importlib.util
 import re
+import runpy
+import shlex
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
 import underwater_spectral
+from underwater_spectral.jobs import command_line
+from underwater_spectral.settings.render_plan import description_of
+from underwater_spectral.settings.scene_settings import SceneSettings
+from underwater_spectral.uw_spectral.errors import InputError
+from underwater_spectral.uw_spectral.imaging import resolve
 
 ROOT = Path(__file__).resolve().parent.parent
 _OTHERS = (ROOT / "data" / "SOURCES.md", ROOT / "examples" / "README.md")
@@ -18,7 +25,9 @@ PACKAGES = (
     "uw_spectral", "reference", "quality", "settings", "datasets", "node_groups", "scene", "jobs",
     "ui",
 )  # fmt: skip
-_BATCH = ROOT / "docs" / "batch.md"
+_PIPELINE, _RESEARCHER = ROOT / "docs" / "pipeline.md", ROOT / "docs" / "researcher.md"
+_WRONG = (InputError, AssertionError, OSError, SystemExit)
+_JOBS = ("example", "test", "check", "build", "run", "site", "lock")
 _FOLDERS = (*PACKAGES, "data", "tests", "tools", "examples", "presets")
 # scene.underwater is a property of Blender's, scene.blend a file.
 _NAME = re.compile(rf"(?<![\w.])(?!scene\.(?:underwater|blend))(?:{'|'.join(PACKAGES)})(?:\.\w+)+")
@@ -88,16 +97,95 @@ def test_every_page_is_reached_from_the_front_of_the_site(page):
 def test_the_version_is_the_same_everywhere():
     texts = [(ROOT / name).read_text() for name in ("pyproject.toml", "blender_manifest.toml")]
     versions = [re.search(r'^version = "(.*)"$', text, re.MULTILINE)[1] for text in texts]
-    (zipped,) = re.findall(r"underwater_spectral-([\d.]+)\.zip", _BATCH.read_text())
+    (zipped,) = re.findall(r"underwater_spectral-([\d.]+)\.zip", _PIPELINE.read_text())
     last = re.search(r"^## (\d[\d.]*)$", (ROOT / "CHANGELOG.md").read_text(), re.MULTILINE)[1]
     assert len({*versions, zipped, last}) == 1
 
 
-def test_the_example_of_the_notebook_runs_without_blender():
-    page = ROOT / "docs" / "notebook.md"
-    (code,) = re.findall(r"```python\n(.*?)```", page.read_text(), re.DOTALL)
+def test_the_examples_of_the_notebook_run_without_blender():
+    section = _RESEARCHER.read_text().split("## In a notebook\n")[1]
+    code = "\n".join(re.findall(r"```python\n(.*?)```", section, re.DOTALL))
     code = f"import sys\nsys.modules['bpy'] = None\n{code}"
     subprocess.run([sys.executable, "-c", code], cwd=ROOT, check=True)
+
+
+def _commands(document: Path) -> list[list[str]]:
+    """The commands of a page: lines of its bash blocks, and whole commands in its text."""
+    text = document.read_text()
+    blocks = "\n".join(re.findall(r"```(?:bash|sh)\n(.*?)```", text, re.DOTALL))
+    lines = blocks.replace("\\\n", " ").splitlines()
+    lines += re.findall(r"`(python3 dev\.py [^`]+)`", _without_code(document))
+    found = [shlex.split(line, comments=True) for line in lines]
+    return [words for words in found if words and not {"NAME", "OPTIONS", "…"} & set(words)]
+
+
+def _check(words: list[str]) -> None:
+    """Parse a command as its program would; nothing is run."""
+    program = next((i for i, word in enumerate(words) if word.endswith("dev.py")), None)
+    if program is not None:
+        job, *rest = words[program + 1 :]
+        assert job in _JOBS, f"dev.py has no {job!r}"
+        if job == "run":
+            _check(rest)
+        elif job == "test":
+            assert all((ROOT / word).exists() for word in rest if "/" in word)
+    elif words[:2] == ["-m", "benchmarks"]:
+        assert len(words) == 2 or (ROOT / "benchmarks" / f"{words[2]}.py").exists(), words
+    elif words[:2] == ["blender", "--command"] and words[2] == "underwater":
+        _check_batch(words[3:])
+    elif "render_bands.py" in words:
+        start = words.index("--" if "--" in words else "render_bands.py")
+        _check_batch(words[start + 1 :])
+    elif words[0].endswith(".py"):
+        assert (ROOT / words[0]).is_file(), words
+        if words[0] == "examples/build_scene.py":
+            runpy.run_path(str(ROOT / words[0]))["parser"]().parse_args(words[1:])
+
+
+def _check_batch(arguments: list[str]) -> None:
+    options = command_line.parse(arguments)
+    command_line.job(options), command_line.split(options), command_line.auto(options)
+    for path in (options.blend, options.dataset):
+        # A scene that is not in the repository is the reader's own, or made by an earlier line.
+        assert path is None or path.parts[0] != "examples" or (ROOT / path).exists(), path
+    if not any(str(value).startswith("file:") for value in vars(options).values()):
+        resolve(description_of(command_line.merge(SceneSettings(), options)))
+
+
+@pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: path.name)
+def test_commands_are_ones(document):
+    for words in _commands(document):
+        try:
+            _check(words)
+        except _WRONG as error:
+            pytest.fail(f"{shlex.join(words)}: {error}")
+
+
+def test_the_options_of_the_table_are_those_of_the_parser():
+    """Settings have a page of their own."""
+    table = _PIPELINE.read_text().split("## Options\n")[1].split("\n## ")[0]
+    known = {name for action in command_line.parser()._actions for name in action.option_strings}
+    assert set(re.findall(r"--[a-z][a-z-]*", table)) - known == set()
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "python3 dev.py cook",
+        "python3 dev.py run render_bands.py a.blend --no-such-option",
+        "python3 dev.py run render_bands.py a.blend --engine luxury",
+        "python3 dev.py run render_bands.py a.blend --water jerlov:XX",
+        "python3 dev.py run render_bands.py examples/missing.blend",
+        "python3 dev.py run examples/missing.py",
+        "python3 dev.py run examples/build_scene.py moon out/moon.blend",
+        "python3 dev.py run -m benchmarks missing",
+        "blender --command underwater a.blend --bnads 8",
+        "blender -b a.blend -P render_bands.py -- --quality best",
+    ],
+)
+def test_wrong_commands_are_found(line):
+    with pytest.raises(_WRONG):
+        _check(shlex.split(line))
 
 
 def test_the_reference_of_settings_is_that_of_their_table():

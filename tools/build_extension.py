@@ -1,7 +1,7 @@
 """Build and validate the extension's zip with Blender's own command.
 
 python3 dev.py build            into dist/; prints the table of sizes
-python3 dev.py build --manual   and writes the table into docs/manual.md
+python3 dev.py build --manual   and writes the table into docs/listing/review.md
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from pathlib import Path
 import bpy
 
 ROOT = Path(__file__).resolve().parent.parent
-MANUAL = ROOT / "docs" / "manual.md"
+MANUAL = ROOT / "docs" / "listing" / "review.md"
 _TABLE = re.compile(r"(?<=\n)\| part \| kB in the zip .*?(?=\n\n)", re.DOTALL)
 
 

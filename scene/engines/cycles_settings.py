@@ -95,7 +95,7 @@ def reference_settings(
         (cycles, "film_exposure", 1.0),
         (cycles, "use_fast_gi", False),
         # With it, water that does not scatter as Henyey-Greenstein is up to 20 % too bright; of
-        # surfaces alone it gains in clear water only (docs/reference_cost.md).
+        # surfaces alone it gains in clear water only (docs/measured/reference_cost.md).
         (cycles, "use_guiding", False),
     ]
     with _devices(device), render_settings(scene, wanted) as layer:

@@ -328,7 +328,7 @@ def test_files_that_are_none_say_so(tmp_path):
 
 
 def test_the_specification_of_the_manual_is_one():
-    text = (SPEC.parents[2] / "docs" / "datasets.md").read_text()
+    text = (SPEC.parents[2] / "docs" / "researcher.md").read_text()
     written = tomllib.loads(text.split("```toml\n")[1].split("```")[0])
     found = enumerate_views(parse_spec(written, Path()))
     poses, seas = 12 * 2 + 20 + 30, 1 + 2  # flat, or waves of two winds

@@ -418,7 +418,7 @@ def test_tables_are_close_to_the_solved_field(cases_, record_property):
 # of the darkest step of an 8-bit picture (3e-4) that is exposed for it.
 VISIBLE = 0.01
 MOST_TRANSPORT = 300.0
-"""Optical depth b(1 - χ1) y_f of the column up to which 1e-3 is promised: see docs/stress.md."""
+"""Optical depth b(1 - χ1) y_f of the column up to which 1e-3 holds: see docs/measured/stress.md."""
 
 
 def _single(values):

@@ -38,7 +38,7 @@ def test_an_example_is_a_wet_scene_of_its_own_and_is_undone():
     "name", ["reef", *(pytest.param(n, marks=pytest.mark.slow) for n in ("wreck", "cave"))]
 )
 def test_examples_choose_their_cameras_and_settings(name, monkeypatch):
-    """In the coarsest detail: what the panel builds is measured in docs/new_user.md."""
+    """In the coarsest detail: what the panel builds is measured in docs/measured/new_user.md."""
     monkeypatch.setattr(example_scenes, "_DETAIL", "draft")
     others = set(bpy.context.scene.objects)
     scene = example_scenes.build(bpy.context, name)

@@ -37,7 +37,7 @@ def _errors(round_trip, key):
 )
 def test_round_trip_to_the_published_Kd(round_trip, key, median, worst):
     """The sun of the published Kd is not known, so these bounds are what was found, by type in
-    docs/bio_optics.md; those of others, with the sun known, are in test_outside.py.
+    docs/measured/bio_optics.md; those of others, with the sun known, are in test_outside.py.
     """
     error = _errors(round_trip, key)
     assert np.median(error) < median
@@ -106,7 +106,7 @@ def test_lee_2013_against_the_solver(zenith):
 
 
 def test_case1_waters_against_measured_Kd():
-    """Kd(490) of Morel et al. (2007), by both of their regressions; docs/bio_optics.md says why."""
+    """Kd(490) of Morel et al. (2007), by both regressions; docs/measured/bio_optics.md says why."""
     for row in figures.case1_rows():
         published = np.mean([row.published, row.merged])
         off = dict.fromkeys((0.03, 0.1, 0.3), (0.12, 0.16)) | {1.0: (0.18, 0.11)}
@@ -118,7 +118,7 @@ def test_case1_waters_against_measured_Kd():
 
 
 def test_verdict_of_inelastic_light_is_that_of_its_tables():
-    page = (ROOT / "docs" / "inelastic.md").read_text(encoding="utf-8")
+    page = (ROOT / "docs" / "measured" / "inelastic.md").read_text(encoding="utf-8")
     assert f"**{inelastic_table.verdict(page)}**" in page
 
 

@@ -1,7 +1,8 @@
 """Caustics against measurements and a photon trace; the cases are those of the benchmark.
 
-Where the model is outside the target against the sea (30 %; docs/caustics.md), the bound is what it
-reaches; `test_with_what_the_c_meter_does_not_see` has the cause, and a bound of its own (20 %).
+Where the model misses the target against the sea (30 %; docs/measured/caustics.md), the bound is
+what it reaches; `test_with_what_the_c_meter_does_not_see` has the cause, and a bound of its own
+(20 %).
 """
 
 from __future__ import annotations

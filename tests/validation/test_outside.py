@@ -24,7 +24,7 @@ from underwater_spectral.uw_spectral.water.inelastic_processes import raman_coef
 from underwater_spectral.uw_spectral.water.phase import FournierForand, PetzoldAverage, Rayleigh
 
 # Lu of converged solutions where the published means scatter by 4 to 36 %: 64 and 128 streams
-# agree to 0.3 %. The Monte Carlo of docs/monte_carlo.md has 1.706e-3, 1.29e-5, 7.4e-7, 3.03e-3,
+# agree to 0.3 %. That of docs/measured/monte_carlo.md has 1.706e-3, 1.29e-5, 7.4e-7, 3.03e-3,
 # the last two to 3 and 1.2 %, over a cone of 5°.
 CONVERGED_LU = {(1, 1, 0.8): 1.706e-3, (1, 1, 4.0): 1.296e-5, (2, 1, 4.0): 7.87e-7,
                 (2, 2, 0.5): 3.115e-3}  # fmt: skip

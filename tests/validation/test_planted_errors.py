@@ -1,4 +1,4 @@
-"""The errors of docs/planted_errors.csv can be planted, and the tests that caught them exist."""
+"""Errors of docs/measured/planted_errors.csv can be planted; the tests that caught them exist."""
 
 from __future__ import annotations
 

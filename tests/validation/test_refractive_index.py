@@ -1,4 +1,4 @@
-"""One refractive index for all wavelengths: what docs/refractive_index.md says of it."""
+"""One refractive index for all wavelengths: what docs/measured/refractive_index.md says of it."""
 
 from __future__ import annotations
 

@@ -10,7 +10,7 @@ With the distance h of the ray from the lamp, the place t0 of its nearest point,
 the cone of the lamp. The phase function of sea particles rises to ξ = 0 as a power: the
 integral is taken over ξ^{1/3}, which makes that smooth; Gauss-Legendre of 12 nodes errs by
 0.1 % then (3 % for Petzold's table, whose points are kinks), where it errs by 70 % over ξ itself
-(docs/lamp_light.md).
+(docs/measured/lamp_light.md).
 """
 
 from __future__ import annotations

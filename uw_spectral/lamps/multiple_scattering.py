@@ -15,7 +15,7 @@ What comes from outside the beam of a lamp had left it inside, and was bent by t
 besides, across Θ as often as along it: cos Θ cos δ stands in place of cos Θ there.
 
 It counts that scattered light goes a longer way no further than by one bend. Near a lamp, within a
-transport length 1/(b (1 - g)), that is nothing; docs/lamp_light.md has the errors.
+transport length 1/(b (1 - g)), that is nothing; docs/measured/lamp_light.md has the errors.
 """
 
 from __future__ import annotations

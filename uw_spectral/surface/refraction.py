@@ -30,7 +30,7 @@ def refractive_index_QuanFry1995(
     """Refractive index of seawater against air, at atmospheric pressure.
 
     Pictures are made with one index, :data:`REFRACTIVE_INDEX`, for all wavelengths:
-    docs/refractive_index.md measures what that leaves out.
+    docs/measured/refractive_index.md measures what that leaves out.
 
     Parameters
     ----------
