@@ -118,8 +118,13 @@ def _digests_of(case: _Case) -> dict[str, str]:
         shader = next(n for n in material.node_tree.nodes if "Base Color" in n.inputs)
         number = "Emission Strength" if case.with_ == "glow" else "Metallic"
         shader.inputs[number].default_value = 1.0
-        bpy.ops.mesh.primitive_uv_sphere_add(radius=0.5, location=(0.0, 3.0, -_DEPTH))
-        bpy.context.object.data.materials.append(material)
+        # Blender's own spheres differ in their last bits from one to the next.
+        mesh = bpy.data.meshes.new(case.with_)
+        mesh.from_pydata(*_octahedron())
+        mesh.materials.append(material)
+        ball = bpy.data.objects.new(case.with_, mesh)
+        ball.location = (0.0, 3.0, -_DEPTH)
+        bpy.context.scene.collection.objects.link(ball)
     floor = {"floor_depth": _DEPTH + grey_scene.ABOVE_FLOOR}
     settings = SceneSettings(**{**floor, **case.settings}).in_mode(case.mode)
     with drawing(settings, case.mode):
@@ -135,6 +140,12 @@ def _digests_of(case: _Case) -> dict[str, str]:
             ("camera", _properties(camera.data)),
         ]
         return {name: hashlib.sha256(repr(what).encode()).hexdigest() for name, what in items}
+
+
+def _octahedron() -> tuple[list[tuple[float, ...]], list[object], list[tuple[int, ...]]]:
+    corners = [tuple(s * 0.5 * (a == b) for b in range(3)) for a in range(3) for s in (-1.0, 1.0)]
+    faces = [(x, y, z) for x in (0, 1) for y in (2, 3) for z in (4, 5)]
+    return corners, [], faces
 
 
 def _pixels(image: bpy.types.Image) -> str:
