@@ -29,8 +29,8 @@ LOOK, RIG, PARTICLES = "Blue hole", "Torch", "Snow"
 _PAUSE = 1.5
 _WINDOWS = ("start", "added", "assets", "dropped", "lamps_dropped", "particles_dropped")
 _SHEETS = (
-    ("looks", "water", "depth", "waves", "particles"),
-    ("sun", "lamps", "sensor", "quality", "readouts", "output"),
+    ("looks", "essentials", "render", "water", "depth"),
+    ("waves", "particles", "sun", "lamps", "sensor", "quality", "readouts"),
 )
 
 
@@ -100,17 +100,21 @@ def sections() -> Iterator[float]:
     """Show one section of the panel after the other, unfolded, the others away."""
     panels = importlib.import_module(f"{PACKAGE}.ui.panels")
     others = panels.CLASSES[1:]
-    for cls in reversed(others):
+    for cls in reversed((*others, *panels.PROPERTIES)):
         bpy.utils.unregister_class(cls)
     for cls in others:
+        if cls is panels.AdvancedPanel:
+            continue
         # Blender remembers by the name whether a panel is folded.
         name = cls.bl_idname
-        unfolded = type(cls.__name__, (cls,), {"bl_idname": f"{name}_open", "bl_options": set()})
+        facts = {"bl_idname": f"{name}_open", "bl_options": set()}
+        facts["bl_parent_id"] = panels.MainPanel.bl_idname
+        unfolded = type(cls.__name__, (cls,), facts)
         bpy.utils.register_class(unfolded)
         yield from settle(3 * _PAUSE)
         picture(f"section_{name.rpartition('_')[2]}", sidebar())
         bpy.utils.unregister_class(unfolded)
-    for cls in others:
+    for cls in (*others, *panels.PROPERTIES):
         bpy.utils.register_class(cls)
 
 

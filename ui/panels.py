@@ -484,6 +484,9 @@ CLASSES = (
 """The panels of the sidebar."""
 
 
+_OF_A_CLASS = ("__dict__", "__weakref__")
+
+
 def _in_properties(cls: Any) -> type[bpy.types.Panel]:  # noqa: ANN401 - its facts are Blender's
     """Return a panel of the sidebar as one of the Properties editor, tab Scene."""
     options = set(getattr(cls, "bl_options", ()))
@@ -497,7 +500,9 @@ def _in_properties(cls: Any) -> type[bpy.types.Panel]:  # noqa: ANN401 - its fac
     }
     if issubclass(cls, _SubPanel):
         facts["bl_parent_id"] = cls.bl_parent_id.replace("_PT_", "_PT_scene_")
-    made: Any = type(f"{cls.__name__}OfScene", (cls,), facts)
+    # Not a subclass: Blender takes no class whose parent is registered itself.
+    own = {name: value for name, value in vars(cls).items() if name not in _OF_A_CLASS}
+    made: Any = type(f"{cls.__name__}OfScene", cls.__bases__, own | facts)
     return made
 
 

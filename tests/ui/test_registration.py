@@ -9,6 +9,7 @@ from pathlib import Path
 
 import bpy
 from underwater_spectral import registration
+from underwater_spectral.ui import panels
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -74,6 +75,15 @@ def test_enabling_loads_little_and_reads_no_data():
     }
     assert rendering == LIGHT
     assert found["data"] == []
+
+
+def test_no_panel_is_the_parent_class_of_another():
+    """Blender would draw neither, and say so in a window only."""
+    registered = (*panels.CLASSES, *panels.PROPERTIES)
+    for cls in registered:
+        assert not set(cls.__mro__[1:]) & set(registered), cls
+        assert getattr(bpy.types, cls.bl_idname) is cls
+    assert {cls.bl_space_type for cls in panels.PROPERTIES} == {"PROPERTIES"}
 
 
 def test_the_command_of_blender_runs_the_batch(monkeypatch, capsys):
