@@ -91,9 +91,20 @@ def walk() -> Iterator[float]:
     picture("added")
     space.shading.type = "SOLID"
     yield from sections()
+    yield from properties()
     space.shading.type = "RENDERED"
     yield from assets()
     sheets()
+
+
+def properties() -> Iterator[float]:
+    """Show the panels in the Properties editor, beside the object's."""
+    areas = bpy.context.window_manager.windows[0].screen.areas
+    editor = next(a for a in areas if a.type == "PROPERTIES")
+    before, editor.spaces.active.context = editor.spaces.active.context, "SCENE"
+    yield from settle(2 * _PAUSE)
+    picture("properties")
+    editor.spaces.active.context = before
 
 
 def sections() -> Iterator[float]:

@@ -381,8 +381,9 @@ class QualityPanel(_SectionPanel, bpy.types.Panel):
             column.prop(eevee, "volumetric_tile_size", text="Froxel size")
             column.prop(eevee, "volumetric_samples", text="Froxel steps")
         self.layout.label(text=SETTINGS["layers"].label)
-        grid = self.layout.grid_flow(columns=2, even_columns=True, align=True)
-        grid.prop(panel, "layers")
+        grid = self.layout.grid_flow(row_major=True, columns=3, even_columns=True, align=True)
+        for item in panel.bl_rna.properties["layers"].enum_items:
+            grid.prop_enum(panel, "layers", item.identifier)
         for line in panel.decisions.splitlines():
             _say(self.layout, line)
 

@@ -1,16 +1,11 @@
-"""Keeps the real-time water of a scene up to date with its settings, camera and frame.
-
-What Blender's own settings were before the water came is kept on the scene, so
-that it goes through saving and undo, and is given back when the water leaves.
-"""
+"""Keeps the real-time water of a scene up to date with its settings, camera and frame."""
 
 from __future__ import annotations
 
 import contextlib
 import math
 from collections.abc import Iterator, Sequence
-from contextvars import ContextVar
-from dataclasses import astuple, dataclass
+from dataclasses import astuple, dataclass, field
 from typing import Any
 
 import bpy
@@ -24,8 +19,7 @@ from ...uw_spectral.errors import InputError
 from ...uw_spectral.shade.shade_table import ShadeTable
 from ...uw_spectral.spectra.bands import Bands
 from ...uw_spectral.transfer.water_column import WaterColumn
-from .. import contents, marks, stored_settings, view_transform
-from ..engines import eevee_settings
+from .. import contents, marks, stored_settings
 from ..materials import realtime_materials
 from ..seen import lamps
 from ..session import SESSION
@@ -33,14 +27,15 @@ from ..water import frame_water, metering, moving_surface, realtime, scene_water
 from ..water.eevee_water import Eye, eevee_water
 from ..water.shade import Kept
 from ..water.water_body import WaterExtent, extent_around, reach_of, water_extent
+from . import kept_settings
 
 _FEW_BANDS = 8  # while settings change
 
 NOMINAL_DEPTH = 1.0
 """Depth in m that the preview assumes while no camera is under water."""
 
-_KEPT, _CAMERA, _SHOWN, _PROBLEM, _STALE = "kept", "camera", "shown", "problem", "stale"
-_VIEW, _TONE, _STOPS, _KINDS, _ROAM = "view", "tone", "stops", "kinds", "roam"
+_SHOWN, _PROBLEM, _STALE = "shown", "problem", "stale"
+_STOPS, _KINDS, _ROAM = "stops", "kinds", "roam"
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,9 +57,19 @@ class _Known:
         return self.table and self.table.on(self.bands.centres, bands.centres)
 
 
-_busy: ContextVar[bool] = ContextVar("live water is being updated", default=False)
-_known: dict[int, _Known] = {}
-"""What is known of each scene, by its session's number; what is lost is computed again."""
+@dataclass
+class _State:
+    """What lives from one update to the next; what is lost is computed again.
+
+    ``busy`` while water is being updated; ``known`` is what is known of each scene, by the number
+    that it has in this session.
+    """
+
+    busy: bool = False
+    known: dict[int, _Known] = field(default_factory=dict)
+
+
+_state = _State()
 
 
 def add(scene: bpy.types.Scene) -> list[str]:
@@ -99,10 +104,8 @@ def add(scene: bpy.types.Scene) -> list[str]:
     session: dict[str, Any] = {_SHOWN: _key(scene, chosen, depth), _PROBLEM: ""}
     session[_ROAM] = _roam(extent, water.column)
     session[_KINDS] = _kinds(scene)
-    if scene.camera is not None:
-        session[_CAMERA] = scene.camera.data
     scene[SESSION] = session
-    _apply_settings(scene, water)
+    kept_settings.apply(scene, water)
     return notes
 
 
@@ -110,10 +113,10 @@ def remove(scene: bpy.types.Scene) -> None:
     """Take live water out; the scene is as it was before :func:`add`."""
     scene_water.remove(scene)
     session = scene.get(SESSION)
-    _known.pop(scene.session_uid, None)
+    _state.known.pop(scene.session_uid, None)
     if session is None:
         return
-    _restore_settings(scene)
+    kept_settings.restore(scene)
     del scene[SESSION]
 
 
@@ -148,11 +151,11 @@ def update(
     session = scene.get(SESSION)
     if session is None or not scene.is_editable or not realtime.has_realtime(scene):
         return True
-    if _busy.get():
+    if _state.busy:
         return True
     seen = scene if depsgraph is None else scene.evaluated_get(depsgraph)
     # Looking around evaluates the scene, which asks for an update of its own.
-    token = _busy.set(True)
+    _state.busy = True
     try:
         chosen = _settings(seen)
         depth = preview_depth(scene, chosen, depsgraph)
@@ -178,15 +181,15 @@ def update(
         if not hasty:
             realtime.keep_images(scene)
         if water.shafts is not None:
-            _use_shafts(scene, water)
-        _show(scene)
+            kept_settings.use_shafts(scene, water)
+        kept_settings.show(scene)
         session[_SHOWN], session[_PROBLEM] = key, ""
         if may_rebuild:
             session[_KINDS] = _kinds(scene)
     except InputError as error:
         session[_PROBLEM] = str(error)
     finally:
-        _busy.reset(token)
+        _state.busy = False
     return True
 
 
@@ -222,7 +225,7 @@ def is_stale(scene: bpy.types.Scene) -> bool:
 
 def note_moves(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
     """Take note that the shade, if there is any, is not what it was if things have moved."""
-    known = _known.get(scene.session_uid)
+    known = _state.known.get(scene.session_uid)
     if known is None or known.table is None:
         return
     moved = any(u.is_updated_geometry or u.is_updated_transform for u in depsgraph.updates)
@@ -355,7 +358,7 @@ def _water(
 ) -> frame_water.RealtimeWater:
     plan = plan_of(chosen.with_at_most(_FEW_BANDS) if hasty else chosen)
     camera = scene.camera
-    last = _known.get(scene.session_uid)
+    last = _state.known.get(scene.session_uid)
     known = last if hasty else None
     if known is not None:
         seen = known.lit
@@ -375,7 +378,9 @@ def _water(
         if known is None or (water.seen.shade is not None and shaded is None):
             has_shade = water.seen.shade is not None
             places = _places(scene, bpy.context.evaluated_depsgraph_get()) if has_shade else 0
-            _known[scene.session_uid] = _Known(water.seen.shade, plan.bands, places, kept, seen)
+            _state.known[scene.session_uid] = _Known(
+                water.seen.shade, plan.bands, places, kept, seen
+            )
         return moving_surface.with_waves(scene, plan, water)
 
 
@@ -401,66 +406,3 @@ def _exposure(
         else:
             session[_STOPS] = stops
     return stops
-
-
-def _apply_settings(scene: bpy.types.Scene, water: frame_water.RealtimeWater) -> None:
-    """Set what the live water needs of Blender, and keep what was there."""
-    camera = scene.camera
-    wanted: list[tuple[Any, str, Any]] = []
-    if camera is not None:
-        wanted = [
-            (owner, name, value)
-            for owner, name, value in eevee_settings.wanted_settings(
-                scene, camera, scene.eevee.taa_render_samples, water
-            )
-            # The user's compositor and camera stay.
-            if owner != scene
-        ]
-    else:
-        wanted = [(scene.render, "engine", "BLENDER_EEVEE")]
-    kept = {}
-    for owner, name, value in wanted:
-        kept[f"{type(owner).__name__}.{name}"] = getattr(owner, name)
-        setattr(owner, name, value)
-    scene[SESSION][_KEPT] = kept
-    scene[SESSION][_VIEW] = view_transform.kept_view(scene.view_settings)
-    _show(scene)
-
-
-def _show(scene: bpy.types.Scene) -> None:
-    """Show the scene as its tone and contrast say; leave the view alone if it does so already."""
-    group = getattr(scene, stored_settings.PROPERTY)
-    wanted = f"{group.tone} {group.contrast}"
-    if scene[SESSION].get(_TONE) != wanted:
-        view_transform.show(scene.view_settings, group.tone, group.contrast)
-        scene[SESSION][_TONE] = wanted
-
-
-def _use_shafts(scene: bpy.types.Scene, water: frame_water.RealtimeWater) -> None:
-    """Lead the froxels as far as the shafts reach; keep the user's values once."""
-    kept = scene[SESSION][_KEPT]
-    for owner, name, value in eevee_settings.wanted_settings(scene, scene.camera, 1, water):
-        if owner == scene.eevee and name.startswith(("volumetric_", "use_volume_custom")):
-            key = f"{type(owner).__name__}.{name}"
-            first = key not in kept
-            if first:
-                kept[key] = getattr(owner, name)
-            if first or name == "volumetric_end":
-                setattr(owner, name, value)
-
-
-def _restore_settings(scene: bpy.types.Scene) -> None:
-    session = scene[SESSION]
-    owners = {
-        type(owner).__name__: owner
-        for owner in (scene.render, scene.eevee, scene.view_settings, session.get(_CAMERA))
-        if owner is not None
-    }
-    if _VIEW in session:
-        view_transform.give_back(scene.view_settings, session[_VIEW])
-    # In the reverse order: a look exists only under its view transform.
-    for key, value in reversed(list(session[_KEPT].items())):
-        owner, _, name = key.partition(".")
-        if owner in owners:
-            kind = type(getattr(owners[owner], name))
-            setattr(owners[owner], name, kind(value))

@@ -228,6 +228,9 @@ def test_the_panel_names_properties_that_exist(water, quality, monkeypatch):
             assert name in data.bl_rna.properties, name
             shown.append(name)
 
+        def prop_enum(self, data, name, _, **__):
+            self.prop(data, name)
+
         def _get_child_mock(self, **_):
             return self
 
