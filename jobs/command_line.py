@@ -48,43 +48,58 @@ def parser(program: str | None = None) -> argparse.ArgumentParser:
     result.add_argument(
         "blend", nargs="?", type=Path, default=None, help="scene, unless Blender has one open"
     )
-    chosen = result.add_argument_group("What decides", "How it is rendered, and how well")
-    chosen.add_argument(
+    _add_decisions(result)
+    for name, section in SECTIONS.items():
+        _add_settings(result.add_argument_group(section.title, section.text), name)
+    _add_work(result)
+    _add_splitting(result)
+    _add_data_sets(result)
+    result.add_argument("--list-sensors", action="store_true", default=False)
+    result.add_argument("--list-waters", action="store_true", default=False)
+    return result
+
+
+def _add_decisions(result: argparse.ArgumentParser) -> None:
+    """Add what decides how it is rendered."""
+    group = result.add_argument_group("What decides", "How it is rendered, and how well")
+    group.add_argument(
         "--engine", choices=("cycles", "eevee"), help="default: that of --quality, else cycles"
     )
-    chosen.add_argument(
+    group.add_argument(
         "--mode",
         choices=(BANDS, REALTIME),
         help="eevee: three bands a pass, or all bands in one pass and no spectra",
     )
-    chosen.add_argument(
+    group.add_argument(
         "--quality",
         choices=tuple(QUALITIES),
         help="choose engine, bands and terms by what the scene requires; "
         + ", ".join(f"{name}: ΔE {q.target:g}" for name, q in QUALITIES.items())
         + "; other options win",
     )
-    chosen.add_argument(
+    group.add_argument(
         "--target-delta-e",
         type=float,
         metavar="X",
         help="choose so that the mean ΔE2000 against everything in many bands stays below X; "
         "objects, floor and open water count equally",
     )
-    chosen.add_argument(
+    group.add_argument(
         "--time-budget",
         type=float,
         metavar="S",
         help="stay within S seconds of CPU time, by a measured table, even if ΔE suffers",
     )
-    chosen.add_argument(
+    group.add_argument(
         "--explain", action="store_true", default=False, help="print what was chosen and why"
     )
-    for name, section in SECTIONS.items():
-        _add_settings(result.add_argument_group(section.title, section.text), name)
-    work = result.add_argument_group("The job", "Frames, cameras, and how they are rendered")
-    work.add_argument("--frames", default="", help="e.g. 1-24 or 1,5,9; default: current frame")
-    cameras = work.add_mutually_exclusive_group()
+
+
+def _add_work(result: argparse.ArgumentParser) -> None:
+    """Add frames and cameras."""
+    group = result.add_argument_group("The job", "Frames, cameras, and how they are rendered")
+    group.add_argument("--frames", default="", help="e.g. 1-24 or 1,5,9; default: current frame")
+    cameras = group.add_mutually_exclusive_group()
     cameras.add_argument("--camera", default=None, help="name; default: the scene's camera")
     cameras.add_argument(
         "--cameras",
@@ -92,20 +107,20 @@ def parser(program: str | None = None) -> argparse.ArgumentParser:
         metavar="A,B",
         help="several, which share bands and exposure; each gets a folder in --out",
     )
-    work.add_argument("--resolution", nargs=2, type=int, default=None, metavar=("W", "H"))
-    work.add_argument("--seed", type=int, default=0)
-    work.add_argument("--out", type=Path, default=None, metavar="DIR", help="default: bands")
-    work.add_argument("--resume", action="store_true", default=False)
-    work.add_argument(
+    group.add_argument("--resolution", nargs=2, type=int, default=None, metavar=("W", "H"))
+    group.add_argument("--seed", type=int, default=0)
+    group.add_argument("--out", type=Path, default=None, metavar="DIR", help="default: bands")
+    group.add_argument("--resume", action="store_true", default=False)
+    group.add_argument(
         "--denoise", action="store_true", default=False, help="shifts dark bands by a few percent"
     )
-    work.add_argument(
+    group.add_argument(
         "--device",
         choices=get_args(Device),
         default=None,
         help="what Cycles renders on; default: the scene's, which is the cpu unless it was changed",
     )
-    work.add_argument(
+    group.add_argument(
         "--parts",
         type=int,
         default=1,
@@ -113,8 +128,12 @@ def parser(program: str | None = None) -> argparse.ArgumentParser:
         help="cycles: render each pass N times with a share of the samples, rounded up, and "
         "another seed; their mean is the pass, and the record holds their variance",
     )
-    split = result.add_argument_group("Splitting a job over processes and machines")
-    steps = split.add_mutually_exclusive_group()
+
+
+def _add_splitting(result: argparse.ArgumentParser) -> None:
+    """Add what splits a job."""
+    group = result.add_argument_group("Splitting a job over processes and machines")
+    steps = group.add_mutually_exclusive_group()
     steps.add_argument(
         "--plan", type=Path, default=None, metavar="FILE",
         help="decide everything and write it into a manifest; render nothing",
@@ -131,37 +150,38 @@ def parser(program: str | None = None) -> argparse.ArgumentParser:
         "--status", type=Path, default=None, metavar="FILE",
         help="say what of a manifest is done, broken and missing",
     )  # fmt: skip
-    split.add_argument("--passes", default="", help="with --from: these, counted from 0, e.g. 0-3")
-    split.add_argument(
+    group.add_argument("--passes", default="", help="with --from: these, counted from 0, e.g. 0-3")
+    group.add_argument(
         "--develop", action="store_true", default=False,
         help="with --from: make pictures, spectra and records of the finished passes",
     )  # fmt: skip
-    split.add_argument(
+    group.add_argument(
         "--path-mapping", type=Path, default=None, metavar="FILE",
         help="with --from: rules of Open Job Description, by which files lie elsewhere here",
     )  # fmt: skip
-    split.add_argument("--json", action="store_true", default=False, help="with --status")
-    split.add_argument(
+    group.add_argument("--json", action="store_true", default=False, help="with --status")
+    group.add_argument(
         "--progress", choices=PROGRESS, default=PROGRESS[0],
         help="openjd: also print lines that Open Job Description reads",
     )  # fmt: skip
-    sets = result.add_argument_group("Data sets")
-    sets.add_argument(
+
+
+def _add_data_sets(result: argparse.ArgumentParser) -> None:
+    """Add what makes data sets."""
+    group = result.add_argument_group("Data sets")
+    group.add_argument(
         "--dataset", type=Path, default=None, metavar="SPEC",
         help="plan, render and export the views of a specification (TOML) into --out; again with "
         "the same goes on",
     )  # fmt: skip
-    sets.add_argument(
+    group.add_argument(
         "--dataset-plan", action="store_true", default=False,
         help="with --dataset: only plan; --from OUT/dataset.json renders",
     )  # fmt: skip
-    sets.add_argument(
+    group.add_argument(
         "--dataset-export", type=Path, default=None, metavar="DIR",
         help="develop what is rendered of a data set and write its files",
     )  # fmt: skip
-    result.add_argument("--list-sensors", action="store_true", default=False)
-    result.add_argument("--list-waters", action="store_true", default=False)
-    return result
 
 
 def _add_settings(group: argparse._ArgumentGroup, section: str) -> None:
