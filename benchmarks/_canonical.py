@@ -21,7 +21,11 @@ from ..uw_spectral.surface.refraction import (
     sun_travel_direction,
 )
 from ..uw_spectral.surface.waves import slope_variance_CoxMunk1954
-from ..uw_spectral.transfer.discrete_ordinates import Emission, Layer, solve_discrete_ordinates
+from ..uw_spectral.transfer.discrete_ordinates import (
+    Emission,
+    OpticalLayer,
+    solve_discrete_ordinates,
+)
 from ..uw_spectral.transfer.inelastic_emission import inelastic_emission
 from ..uw_spectral.transfer.rough_surface import beam_below, beam_reflectance
 from ..uw_spectral.transfer.sky import BLACK, Sky
@@ -100,7 +104,7 @@ def canonical_field(problem: int, case: int, streams: int = STREAMS) -> SolvedFi
         return _raman(streams)
     b = 0.25 if case == 1 else 9.0
     phase = parse_phase(phase_of(problem)).for_bands([b])
-    layer = Layer(4.0 if problem == 6 else math.inf, np.ones(1), np.array([b]), phase)
+    layer = OpticalLayer(4.0 if problem == 6 else math.inf, np.ones(1), np.array([b]), phase)
     return _solved(
         [layer], zenith=80.0 if problem == 5 else 60.0, wind=WIND if problem == 5 else 0.0,
         sky=float(sky_share(60.0, GREEN)[0]) if problem == 4 else 0.0,
@@ -121,7 +125,7 @@ def closed_form(problem: int, case: int) -> LightField:
 
 
 def _solved(
-    layers: list[Layer],
+    layers: list[OpticalLayer],
     *,
     zenith: float = 60.0,
     wind: float = 0.0,
@@ -146,7 +150,7 @@ def _solved(
     )  # fmt: skip
 
 
-def _peak_of_chlorophyll() -> list[Layer]:
+def _peak_of_chlorophyll() -> list[OpticalLayer]:
     """Water of problem 3: its Eqs. (6) to (8), in layers that are even inside."""
     edges = np.concatenate([[0.0], LAYERS])
     layers = []
@@ -157,16 +161,16 @@ def _peak_of_chlorophyll() -> list[Layer]:
         shares = np.array([[b_w], [b_p]]) / (b_w + b_p)
         phase = BandPhase((Rayleigh(), PetzoldAverage()), shares)
         end = math.inf if bottom == LAYERS[-1] else bottom
-        layers.append(Layer(end, np.array([a]), np.array([b_w + b_p]), phase))
+        layers.append(OpticalLayer(end, np.array([a]), np.array([b_w + b_p]), phase))
     return layers
 
 
 def _raman(streams: int) -> SolvedField:
     """Problem 7: every scattering at 417 nm shifts to 486 nm, its power with it."""
 
-    def pure(a: float, b: float, emission: Emission | None = None) -> list[Layer]:
+    def pure(a: float, b: float, emission: Emission | None = None) -> list[OpticalLayer]:
         return [
-            Layer(
+            OpticalLayer(
                 math.inf,
                 np.array([a]),
                 np.array([b]),

@@ -13,13 +13,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..uw_spectral.lamps.lamp import Lamp
-from ..uw_spectral.lamps.profile import IsotropicProfile, Profile, SpotProfile, rov_lamp
+from ..uw_spectral.lamps.profile import IsotropicProfile, LampProfile, SpotProfile, rov_lamp
 from ..uw_spectral.water.phase import BandPhase, HenyeyGreenstein, seawater_mixture
 from . import _lamp_photons
 
 ORDERS, BATCHES = 60, 10
 KINDS = ("beside", "in view", "across", "patch")
-PROFILES: dict[str, Profile] = {
+PROFILES: dict[str, LampProfile] = {
     "isotropic": IsotropicProfile(),
     "ROV lamp": rov_lamp(),
     "spot 60°": SpotProfile(math.radians(60.0), 0.3),
@@ -39,14 +39,14 @@ class Case:
         faces the camera; ``"across"``: it shines across the view; ``"patch"``.
     function : BandPhase
         Phase function of one band.
-    profile : Profile
+    profile : LampProfile
     position, axis : array, shape (3,)
     P : float
     """
 
     kind: str
     function: BandPhase
-    profile: Profile
+    profile: LampProfile
     position: NDArray[np.float64]
     axis: NDArray[np.float64]
     P: float

@@ -21,7 +21,7 @@ from ..uw_spectral.surface.refraction import (
     REFRACTIVE_INDEX,
     sun_travel_direction,
 )
-from ..uw_spectral.transfer.discrete_ordinates import Layer, solve_discrete_ordinates
+from ..uw_spectral.transfer.discrete_ordinates import OpticalLayer, solve_discrete_ordinates
 from ..uw_spectral.transfer.sky import BLACK, Sky
 from ..uw_spectral.transfer.solved_field import SolvedField
 from ..uw_spectral.water.optical_properties import JERLOV_TYPES, Water
@@ -50,7 +50,7 @@ def deep_water(
         seen = Sky.standard("clear", share, sun_travel_direction(zenith, 0.0, 1.0))
     phase = parse_phase("mixture").for_bands(b, molecular_scattering(wavelengths))
     return solve_discrete_ordinates(
-        [Layer(math.inf, a, b, phase)], (1.0 - share) * entering(zenith),
+        [OpticalLayer(math.inf, a, b, phase)], (1.0 - share) * entering(zenith),
         sun_travel_direction(zenith, 0.0), sky=seen, refractive_index=REFRACTIVE_INDEX,
         streams=_STREAMS, modes=1,
     )  # fmt: skip

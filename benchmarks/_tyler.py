@@ -30,7 +30,7 @@ from ..uw_spectral.surface.refraction import (
     in_water_cosine,
     sun_travel_direction,
 )
-from ..uw_spectral.transfer.discrete_ordinates import Layer, solve_discrete_ordinates
+from ..uw_spectral.transfer.discrete_ordinates import OpticalLayer, solve_discrete_ordinates
 from ..uw_spectral.transfer.sky import Sky
 from ..uw_spectral.water.phase import parse_phase
 from ..uw_spectral.water.pure_water import molecular_scattering
@@ -136,7 +136,7 @@ def modelled(
     E = np.array([(1.0 - share) * entering(at.zenith, INDEX)])
     sky = Sky.standard(sky_kind, [share], sun_travel_direction(at.zenith, 0.0, 1.0))
     field = solve_discrete_ordinates(
-        [Layer(math.inf, np.array([a]), b, phase)], E, at.sun.tolist(),
+        [OpticalLayer(math.inf, np.array([a]), b, phase)], E, at.sun.tolist(),
         sky=sky, refractive_index=INDEX, streams=streams,
     )  # fmt: skip
     tube = _tube(at.w, at.acceptance)

@@ -30,7 +30,7 @@ from ..uw_spectral.surface.refraction import (
     sun_travel_direction,
 )
 from ..uw_spectral.surface.waves import WaveComponents, WaveSpectrum, slope_variance_CoxMunk1954
-from ..uw_spectral.transfer.discrete_ordinates import Layer, solve_discrete_ordinates
+from ..uw_spectral.transfer.discrete_ordinates import OpticalLayer, solve_discrete_ordinates
 from ..uw_spectral.transfer.sky import Sky
 from ..uw_spectral.transfer.sunlit_water import SunlitWater
 from ..uw_spectral.water.phase import parse_phase
@@ -66,7 +66,7 @@ def sunlit_water(
     entering = 1 - fresnel_reflectance(math.cos(math.radians(zenith)))
     one = np.ones(len(wavelengths))
     field = solve_discrete_ordinates(
-        [Layer(math.inf, a, b, phase)],
+        [OpticalLayer(math.inf, a, b, phase)],
         direct * entering * one,
         sun_travel_direction(zenith, WIND_AZIMUTH).tolist(),
         sky=Sky.standard(

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from ..uw_spectral.surface.refraction import sun_travel_direction
 from ..uw_spectral.surface.waves import WaveSpectrum
-from ..uw_spectral.transfer.discrete_ordinates import Layer, solve_discrete_ordinates
+from ..uw_spectral.transfer.discrete_ordinates import OpticalLayer, solve_discrete_ordinates
 from ..uw_spectral.transfer.radiance_table import TABLE_STREAMS, tabulate
 from ..uw_spectral.transfer.rough_surface import (
     beam_below,
@@ -79,7 +79,7 @@ def _field(s: float, sun: NDArray[np.float64], E: float, sky: float) -> SolvedFi
     b = np.array([_WATER["b"]])
     phase = parse_phase(f"hg:{_WATER['g']}").for_bands(b)
     return solve_discrete_ordinates(
-        [Layer(_WATER["floor"], np.array([_WATER["a"]]), b, phase)], [E], sun.tolist(),
+        [OpticalLayer(_WATER["floor"], np.array([_WATER["a"]]), b, phase)], [E], sun.tolist(),
         sky=Sky.standard("uniform", [sky]), refractive_index=_INDEX, slope_variance=s,
         floor_reflectance=_WATER["reflectance"],
     )  # fmt: skip
@@ -130,7 +130,7 @@ def _scene(wind: float, zenith: float) -> SolvedField:
     phase = parse_phase("mixture").for_bands(b, molecular_scattering(nm))
     T = 1.0 - float(beam_reflectance(math.cos(math.radians(zenith)), _INDEX, s))
     return solve_discrete_ordinates(
-        [Layer(math.inf, Water.jerlov("II").a(nm), b, phase)], [T],
+        [OpticalLayer(math.inf, Water.jerlov("II").a(nm), b, phase)], [T],
         beam_below(sun_travel_direction(zenith, 0, 1.0), _INDEX, s).tolist(),
         sky=Sky.standard("uniform", [_DIFFUSE]), refractive_index=_INDEX, slope_variance=s,
     )  # fmt: skip
@@ -163,7 +163,7 @@ def _cost() -> str:
             marks = [time.process_time()]
             for _ in range(2):
                 field = solve_discrete_ordinates(
-                    [Layer(9.0, water.a(nm), b, phase)], np.ones(8),
+                    [OpticalLayer(9.0, water.a(nm), b, phase)], np.ones(8),
                     sun_travel_direction(30, 0, _INDEX).tolist(), refractive_index=_INDEX,
                     sky=Sky.standard("clear", np.ones(8), sun_travel_direction(30, 0, 1.0)),
                     slope_variance=s, floor_reflectance=0.2, streams=TABLE_STREAMS,

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from ..uw_spectral.closed_form.closed_form import solve_closed_form
 from ..uw_spectral.closed_form.light_field import solve_light_field
 from ..uw_spectral.surface.refraction import sun_travel_direction
-from ..uw_spectral.transfer.discrete_ordinates import Layer, solve_discrete_ordinates
+from ..uw_spectral.transfer.discrete_ordinates import OpticalLayer, solve_discrete_ordinates
 from ..uw_spectral.transfer.sky import Sky
 from ..uw_spectral.transfer.solved_field import SolvedField
 from ..uw_spectral.water.optical_properties import Water
@@ -81,7 +81,7 @@ def cases(count: int) -> Iterator[Case]:
 def solve(case: Case, streams: int) -> SolvedField:
     """Solve a case by the project's discrete ordinates."""
     a, b = np.array([case.a]), np.array([case.b])
-    layer = Layer(case.floor, a, b, parse_phase(case.phase).for_bands(b))
+    layer = OpticalLayer(case.floor, a, b, parse_phase(case.phase).for_bands(b))
     return solve_discrete_ordinates(
         [layer], [1.0], case.sun, floor_reflectance=case.reflectance, streams=streams
     )
@@ -165,7 +165,7 @@ def _aureole() -> str:
         sun = sun_travel_direction(zenith, 0, 1.34)
         w = _rings(sun)
         true, *fields = (
-            solve_discrete_ordinates([Layer(math.inf, a, b, phase)], [1.0], sun, streams=n)
+            solve_discrete_ordinates([OpticalLayer(math.inf, a, b, phase)], [1.0], sun, streams=n)
             for n in (RING_STREAMS, *worst)
         )
         for y, (n, field) in itertools.product((1.0, 5.0, 15.0), zip(worst, fields, strict=True)):
@@ -192,7 +192,7 @@ def _cost() -> str:
     nm = np.linspace(410.0, 690.0, 8)
     water = Water.jerlov("II")
     b = water.b(nm)
-    layer = Layer(
+    layer = OpticalLayer(
         9.0, water.a(nm), b, parse_phase("mixture").for_bands(b, molecular_scattering(nm))
     )
     w = np.random.default_rng(0).normal(size=(3, 1152))

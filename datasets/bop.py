@@ -19,20 +19,20 @@ from ..uw_spectral.spectra.spectral_image import replacing, write_codes
 from .depth_maps import read_depth_png
 from .files import make_folder, read_codes, write_json
 from .instance_maps import box, visible_masks
-from .view import Instance, View, check_views
+from .view import DataSetView, SeenInstance, check_views
 
 _MILLIMETRES = 1e3  # in a metre
 _FORMATS = (".png", ".jpg", ".tif")
 
 
-def write_bop(folder: Path, views: Sequence[View]) -> None:
+def write_bop(folder: Path, views: Sequence[DataSetView]) -> None:
     """Write one scene, its pictures, depths and masks included.
 
     Parameters
     ----------
     folder : Path
         Of the scene, such as ``set/train/000000``; made if it is not there.
-    views : sequence of View
+    views : sequence of DataSetView
         Each with its depth, by cameras without distortion; instances with their silhouettes, as
         BOP counts what is hidden.
 
@@ -108,7 +108,7 @@ def _info(
     }
 
 
-def _silhouette(view: View, item: Instance) -> NDArray[np.bool_]:
+def _silhouette(view: DataSetView, item: SeenInstance) -> NDArray[np.bool_]:
     if item.silhouette is None:
         raise InputError(
             f"view {view.name}: instance {item.number} ({item.category}) has no silhouette, from "

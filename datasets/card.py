@@ -9,7 +9,7 @@ from pathlib import Path
 
 from ..uw_spectral.errors import InputError
 from .files import write_text
-from .view import SPLITS, View, check_views
+from .view import SPLITS, DataSetView, check_views
 
 _CONVENTIONS = """\
 - World: metres, z up, z = 0 is the water surface.
@@ -67,7 +67,7 @@ class DataCard:
                 raise InputError(f"data card: the {name} is empty; nobody can use a set without")
 
 
-def write_card(path: Path, card: DataCard, views: Sequence[View]) -> None:
+def write_card(path: Path, card: DataCard, views: Sequence[DataSetView]) -> None:
     """Write a card as Markdown, with what can be counted in the views.
 
     Raises

@@ -12,17 +12,17 @@ from .card import DataCard
 from .files import relative, write_json
 from .instance_maps import box, visible_masks
 from .run_length import compressed, run_lengths
-from .view import View, check_views
+from .view import DataSetView, check_views
 
 
-def write_coco(path: Path, views: Sequence[View], card: DataCard) -> None:
+def write_coco(path: Path, views: Sequence[DataSetView], card: DataCard) -> None:
     """Write instances as COCO does; those that are not seen are left out.
 
     Parameters
     ----------
     path : Path
         The file; names of pictures are relative to its folder.
-    views : sequence of View
+    views : sequence of DataSetView
     card : DataCard
         Its title, version and licence.
 

@@ -13,7 +13,7 @@ from ..uw_spectral.errors import InputError
 from .axes import quaternion
 from .camera import PinholeCamera
 from .files import make_folder, relative, write_text
-from .view import View, check_views
+from .view import DataSetView, check_views
 
 
 @dataclass(frozen=True)
@@ -37,7 +37,7 @@ class SparsePoint:
 
 def write_colmap(
     folder: Path,
-    views: Sequence[View],
+    views: Sequence[DataSetView],
     points: Sequence[SparsePoint] = (),
     images: Path | None = None,
 ) -> None:
@@ -47,7 +47,7 @@ def write_colmap(
     ----------
     folder : Path
         Of the three files; made if it is not there.
-    views : sequence of View
+    views : sequence of DataSetView
     points : sequence of SparsePoint
         None make an empty ``points3D.txt``.
     images : Path, optional

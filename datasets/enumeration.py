@@ -22,9 +22,9 @@ from ..uw_spectral.spectra.spectral_image import replacing
 from ..uw_spectral.spectra.spectrum import is_file
 from ..uw_spectral.transfer.water_column import WAVES
 from .axes import Array
-from .pose_sets import RandomPoses, Surroundings
+from .pose_sets import RandomPoses, RoomForPoses
 from .quantities import Value, generator
-from .specification import AIR, AMOUNTS, CONSTITUENTS, DataSetCamera, DataSetSpec, Rig
+from .specification import AIR, AMOUNTS, CONSTITUENTS, CameraRig, DataSetCamera, DataSetSpec
 from .view import SPLITS, Split
 
 _WAVES = ("wind_speed", "wind_direction", "fetch", "wave_seed")
@@ -50,7 +50,7 @@ class PlannedView:
         Of the scene, by name.
     lowered : float
         Metres that the scene is lowered by.
-    rig : Rig
+    rig : CameraRig
     noise_seed : int
     split : str
         The same for all views of a pose.
@@ -65,7 +65,7 @@ class PlannedView:
     camera: DataSetCamera
     settings: Mapping[str, Value]
     lowered: float
-    rig: Rig
+    rig: CameraRig
     noise_seed: int
     split: Split
     repeat: int = 0
@@ -91,13 +91,13 @@ class PlannedView:
         }
 
 
-def enumerate_views(spec: DataSetSpec, scene: Surroundings | None = None) -> list[PlannedView]:
+def enumerate_views(spec: DataSetSpec, scene: RoomForPoses | None = None) -> list[PlannedView]:
     """Return the views of a specification; the same for the same one.
 
     Parameters
     ----------
     spec : DataSetSpec
-    scene : Surroundings, optional
+    scene : RoomForPoses, optional
         For poses that must fit into it.
 
     Raises
@@ -144,7 +144,7 @@ def write_plan(path: Path, views: Sequence[PlannedView]) -> None:
         temporary.write_text("".join(lines), encoding="utf-8")
 
 
-def _poses(spec: DataSetSpec, scene: Surroundings | None) -> Iterator[tuple[str, Array]]:
+def _poses(spec: DataSetSpec, scene: RoomForPoses | None) -> Iterator[tuple[str, Array]]:
     for pose_set in spec.poses:
         if isinstance(pose_set, RandomPoses):
             camera = spec.cameras[0].optics

@@ -36,14 +36,14 @@ from .outputs import Outputs
 from .raw_files import write_raw
 from .sparse_points import sparse_points
 from .specification import DataSetSpec
-from .view import SPLITS, Instance, View
+from .view import SPLITS, DataSetView, SeenInstance
 
 IMAGE, INSTANCE = "I", "instance"
 """Layers that are read."""
 
 
 @dataclass(frozen=True)
-class Rendered:
+class RenderedView:
     """What was rendered of a view.
 
     Parameters
@@ -76,10 +76,10 @@ def needed_layers(spec: DataSetSpec) -> tuple[str, ...]:
 def export_set(
     index: Index,
     spec: DataSetSpec,
-    rendered: Callable[[IndexedView], Rendered],
+    rendered: Callable[[IndexedView], RenderedView],
     versions: Mapping[str, str],
     silhouettes: Silhouettes,
-) -> list[View]:
+) -> list[DataSetView]:
     """Write the files of the views that are rendered, and return these.
 
     Parameters
@@ -130,10 +130,10 @@ def _view(
     folder: Path,
     spec: DataSetSpec,
     view: IndexedView,
-    files: Rendered,
+    files: RenderedView,
     things: Mapping[str, tuple[int, SceneThing]],
     silhouettes: Silhouettes,
-) -> View:
+) -> DataSetView:
     """Write the files of one view."""
     outputs, name = spec.outputs, view.name
     layers = read_layers(files.layers)
@@ -167,7 +167,7 @@ def _view(
     if spec.raw is not None:
         raw = _file(folder, "raw", name, spec.raw.file)
         metadata["raw"] = write_raw(raw, view, spec.raw, layers[IMAGE], files.to_rec709())
-    return View(
+    return DataSetView(
         name, image, view.camera, view.camera_to_world, view.split,
         depth=depth, instance_map=numbers, instances=tuple(instances.values()), metadata=metadata,
     )  # fmt: skip
@@ -179,7 +179,7 @@ def _instances(
     outputs: Outputs,
     layers: FrameLayers,
     things: Mapping[str, tuple[int, SceneThing]],
-) -> dict[str, Instance]:
+) -> dict[str, SeenInstance]:
     """Write the numbers of the things that a view sees, and return these by name."""
     rendered = np.asarray(layers[INSTANCE]).astype(np.int64)
     numbers, found = np.zeros_like(rendered), {}
@@ -191,7 +191,7 @@ def _instances(
         numbers[rendered == shown] = number
         pose = np.array(thing.object_to_world)
         pose[2, 3] -= view.lowered
-        found[name] = Instance(number, thing.category, pose, thing.model)
+        found[name] = SeenInstance(number, thing.category, pose, thing.model)
     write_instance_map(path, numbers)
     return found
 
@@ -199,10 +199,10 @@ def _instances(
 def _with_silhouettes(
     folder: Path,
     view: IndexedView,
-    instances: Mapping[str, Instance],
+    instances: Mapping[str, SeenInstance],
     numbers: Path,
     silhouettes: Silhouettes,
-) -> dict[str, Instance]:
+) -> dict[str, SeenInstance]:
     """Write all of what a view sees a part of, what hides it left out."""
     seen, wholes, found = read_codes(numbers), silhouettes(view, list(instances)), {}
     for name, item in instances.items():
@@ -214,15 +214,15 @@ def _with_silhouettes(
     return found
 
 
-def _groups(views: Iterable[View]) -> dict[str, list[View]]:
+def _groups(views: Iterable[DataSetView]) -> dict[str, list[DataSetView]]:
     """Views of one water, light and rig, which show one scene."""
-    found: dict[str, list[View]] = {}
+    found: dict[str, list[DataSetView]] = {}
     for view in views:
         found.setdefault(str(view.metadata["group"]), []).append(view)
     return found
 
 
-def _write_bop(folder: Path, views: Sequence[View]) -> None:
+def _write_bop(folder: Path, views: Sequence[DataSetView]) -> None:
     """Write a scene for each split and water."""
     for split in SPLITS:
         of_split = [view for view in views if view.split == split]
@@ -247,12 +247,12 @@ def _card(
     )
 
 
-def _depth(view: View) -> Array:
+def _depth(view: DataSetView) -> Array:
     assert view.depth is not None
     return read_depth_png(view.depth)
 
 
-def _picture(view: View) -> NDArray[np.uint8]:
+def _picture(view: DataSetView) -> NDArray[np.uint8]:
     """An 8-bit picture."""
     pixels = read_exr(view.image)[0]  # any picture, as shares
     return np.round(pixels * 255).astype(np.uint8)

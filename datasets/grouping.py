@@ -15,7 +15,7 @@ from pathlib import Path
 
 from .enumeration import PlannedView
 from .quantities import Value
-from .specification import DataSetCamera, DataSetSpec, Rig
+from .specification import CameraRig, DataSetCamera, DataSetSpec
 
 _DIGITS = 6  # of what tells groups apart
 
@@ -31,7 +31,7 @@ class ViewJob:
     group : str
         Of its water, light and rig, whose views show one scene.
     camera : DataSetCamera
-    rig : Rig
+    rig : CameraRig
     settings : mapping
         Of all frames.
     in_air : bool
@@ -44,7 +44,7 @@ class ViewJob:
     name: str
     group: str
     camera: DataSetCamera
-    rig: Rig
+    rig: CameraRig
     settings: Mapping[str, Value]
     in_air: bool
     seed: int
@@ -56,7 +56,7 @@ class ViewJob:
 
 
 @dataclass(frozen=True)
-class Place:
+class GroupPlace:
     """Where the picture of a view is: job and frame; and the group of its job."""
 
     job: str
@@ -66,7 +66,7 @@ class Place:
 
 def group_views(
     spec: DataSetSpec, views: Iterable[PlannedView], *, seeded: bool, taken: Container[str] = ()
-) -> tuple[list[ViewJob], dict[str, Place]]:
+) -> tuple[list[ViewJob], dict[str, GroupPlace]]:
     """Return the jobs of views, and where the picture of each view will be.
 
     Parameters
@@ -82,7 +82,7 @@ def group_views(
     drawn = {name for name, quantity in spec.settings.items() if quantity.drawn}
     lowered = spec.lowered.values
     jobs: dict[object, ViewJob] = {}
-    places: dict[str, Place] = {}
+    places: dict[str, GroupPlace] = {}
     for view in views:
         fixed = {name: value for name, value in view.settings.items() if name not in drawn}
         repeat = view.repeat if seeded else 0
@@ -96,7 +96,7 @@ def group_views(
         depth = 0 if spec.lowered.drawn else lowered.index(view.lowered)
         frame = 1 + view.pose * len(lowered) + depth
         job.frames.setdefault(frame, view)
-        places[view.name] = Place(job.name, frame, job.group)
+        places[view.name] = GroupPlace(job.name, frame, job.group)
     return list(jobs.values()), places
 
 

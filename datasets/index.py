@@ -19,7 +19,7 @@ from .axes import Array
 from .camera import PinholeCamera
 from .enumeration import PlannedView
 from .files import joined, relative
-from .grouping import Place
+from .grouping import GroupPlace
 from .view import Split
 
 KIND = "underwater-spectral data set"
@@ -113,7 +113,7 @@ def job_folder(folder: Path, job: str) -> Path:
     return folder / "jobs" / job
 
 
-def indexed(view: PlannedView, place: Place) -> IndexedView:
+def indexed(view: PlannedView, place: GroupPlace) -> IndexedView:
     """Return a planned view as the index has it."""
     return IndexedView(
         view.name, place.job, place.frame, place.group, view.split, view.noise_seed, view.record()

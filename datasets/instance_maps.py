@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from ..uw_spectral.errors import InputError
 from ..uw_spectral.spectra.spectral_image import write_codes
 from .files import read_codes
-from .view import View
+from .view import DataSetView
 
 
 def write_instance_map(path: Path, numbers: ArrayLike) -> None:
@@ -28,7 +28,7 @@ def write_instance_map(path: Path, numbers: ArrayLike) -> None:
     write_codes(path, codes)
 
 
-def visible_masks(view: View) -> dict[int, NDArray[np.bool_]]:
+def visible_masks(view: DataSetView) -> dict[int, NDArray[np.bool_]]:
     """Return where each instance of a view is seen; one that is not, has an empty mask.
 
     Raises

@@ -13,17 +13,17 @@ from typing import Any
 from .camera import PinholeCamera
 from .depth_maps import MILLIMETRE
 from .files import relative, write_json
-from .view import SPLITS, View, check_views
+from .view import SPLITS, DataSetView, check_views
 
 
-def write_nerfstudio(path: Path, views: Sequence[View]) -> None:
+def write_nerfstudio(path: Path, views: Sequence[DataSetView]) -> None:
     """Write ``transforms.json``.
 
     Parameters
     ----------
     path : Path
         The file; paths in it are relative to its folder.
-    views : sequence of View
+    views : sequence of DataSetView
 
     Raises
     ------

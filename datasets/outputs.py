@@ -13,7 +13,7 @@ from ..uw_spectral.detector import PATTERNS, Detector, RawSettings, Vignetting, 
 from ..uw_spectral.errors import InputError, unknown_name
 from ..uw_spectral.imaging.layers import NONE, parse_layers
 from .camera import PinholeCamera
-from .tables import Table
+from .tables import SpecTable
 
 Format = Literal["nerfstudio", "colmap", "bop", "coco"]
 FORMATS: tuple[Format, ...] = get_args(Format)
@@ -119,12 +119,12 @@ class RawOutputs:
         return capture(channels, chosen, focal=focal, centre=centre), chosen.record()
 
 
-def read_render(table: Table) -> tuple[str, ...]:
+def read_render(table: SpecTable) -> tuple[str, ...]:
     """Return the options of a render that a table gives, as on the command line.
 
     Examples
     --------
-    >>> read_render(Table({"engine": "eevee", "sky_radiance": 0.1, "shafts": False}, "render"))
+    >>> read_render(SpecTable({"engine": "eevee", "sky_radiance": 0.1, "shafts": False}, "render"))
     ('--engine', 'eevee', '--sky-radiance', '0.1', '--no-shafts')
     """
     found: list[str] = []
@@ -139,7 +139,7 @@ def read_render(table: Table) -> tuple[str, ...]:
     return tuple(found)
 
 
-def read_outputs(table: Table) -> Outputs:
+def read_outputs(table: SpecTable) -> Outputs:
     """Read the table ``[output]``.
 
     Raises
@@ -170,7 +170,7 @@ def read_outputs(table: Table) -> Outputs:
     return found
 
 
-def read_raw(table: Table | None) -> RawOutputs | None:
+def read_raw(table: SpecTable | None) -> RawOutputs | None:
     """Read the table ``[detector]``; None without one.
 
     Raises
@@ -222,7 +222,7 @@ def read_raw(table: Table | None) -> RawOutputs | None:
     return RawOutputs(detector, white, time, iso, pattern, vignetting, file)
 
 
-def _vignetting(table: Table) -> Vignetting:
+def _vignetting(table: SpecTable) -> Vignetting:
     radial = table.get("vignetting")
     if not isinstance(radial, list):
         raise table.needed("vignetting", "a list of coefficients, empty for cos⁴ alone", radial)

@@ -16,13 +16,13 @@ from ..uw_spectral.errors import InputError
 from .axes import Array, looking_at
 from .camera import PinholeCamera
 from .quantities import generator
-from .tables import Table
+from .tables import SpecTable
 
 Point = tuple[float, float, float]
 _TRIES = 500
 
 
-class Surroundings(Protocol):
+class RoomForPoses(Protocol):
     """What random poses must know of a scene."""
 
     def clearance(self, point: ArrayLike) -> float:
@@ -113,7 +113,7 @@ class RandomPoses:
         return self.clearance > 0 or self.in_view > 0
 
     def pose(
-        self, seed: int, number: int, camera: PinholeCamera, scene: Surroundings | None
+        self, seed: int, number: int, camera: PinholeCamera, scene: RoomForPoses | None
     ) -> Array:
         """Return one of its poses; the same for the same seed and number.
 
@@ -122,7 +122,7 @@ class RandomPoses:
         seed, number : int
         camera : PinholeCamera
             Whose picture counts.
-        scene : Surroundings, optional
+        scene : RoomForPoses, optional
 
         Raises
         ------
@@ -182,7 +182,7 @@ def heading_pose(eye: ArrayLike, heading: float, pitch: float, roll: float = 0.0
     return pose
 
 
-def read_pose_set(table: Table) -> PoseSet:
+def read_pose_set(table: SpecTable) -> PoseSet:
     """Read one of the tables ``[[poses]]``.
 
     Raises
@@ -200,12 +200,12 @@ def read_pose_set(table: Table) -> PoseSet:
     return result
 
 
-def _point(table: Table, key: str) -> Point:
+def _point(table: SpecTable, key: str) -> Point:
     x, y, z = table.numbers(key, 3)
     return x, y, z
 
 
-def _orbit(table: Table, name: str, count: int) -> Orbit:
+def _orbit(table: SpecTable, name: str, count: int) -> Orbit:
     values: dict[str, tuple[float, ...]] = {}
     for key, default in (("radius", None), ("elevation", 0.0)):
         quantity = table.quantity(key, default)
@@ -228,7 +228,7 @@ def _orbit(table: Table, name: str, count: int) -> Orbit:
     )
 
 
-def _transect(table: Table, name: str, count: int) -> Transect:
+def _transect(table: SpecTable, name: str, count: int) -> Transect:
     start, end = _point(table, "start"), _point(table, "end")
     if start == end:
         raise InputError(f"{table.where}: start and end are the same point; move one")
@@ -237,7 +237,7 @@ def _transect(table: Table, name: str, count: int) -> Transect:
     return Transect(name, start, end, count, heading, pitch, roll)
 
 
-def _random(table: Table, name: str, count: int) -> RandomPoses:
+def _random(table: SpecTable, name: str, count: int) -> RandomPoses:
     low, high = _box(table, "low", "high")
     target_low, target_high = _box(table, "target_low", "target_high")
     in_view, clearance = table.number("in_view", 0.0), table.number("clearance", 0.0)
@@ -247,7 +247,7 @@ def _random(table: Table, name: str, count: int) -> RandomPoses:
     return RandomPoses(name, low, high, target_low, target_high, count, roll, clearance, in_view)
 
 
-def _box(table: Table, low: str, high: str) -> tuple[Point, Point]:
+def _box(table: SpecTable, low: str, high: str) -> tuple[Point, Point]:
     corners = _point(table, low), _point(table, high)
     if any(a > b for a, b in zip(*corners, strict=True)):
         raise InputError(

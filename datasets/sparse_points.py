@@ -11,15 +11,15 @@ from .axes import Array, inverse
 from .camera import PIXEL_CENTRE
 from .colmap import SparsePoint
 from .quantities import generator
-from .view import View
+from .view import DataSetView
 
 _SAME = 0.01  # of the depth, within which a view sees a point and not what hides it
 
 
 def sparse_points(
-    views: Sequence[View],
-    depth_of: Callable[[View], Array],
-    picture_of: Callable[[View], NDArray[np.uint8]],
+    views: Sequence[DataSetView],
+    depth_of: Callable[[DataSetView], Array],
+    picture_of: Callable[[DataSetView], NDArray[np.uint8]],
     count: int,
     seed: int = 0,
 ) -> list[SparsePoint]:
@@ -27,7 +27,7 @@ def sparse_points(
 
     Parameters
     ----------
-    views : sequence of View
+    views : sequence of DataSetView
         Of one scene that does not move.
     depth_of : callable
         Planar depth of a view, shape (height, width), m; infinite where nothing is seen.
@@ -69,7 +69,7 @@ def sparse_points(
     return found
 
 
-def _seen(view: View, depth: Array, points: Array) -> Array:
+def _seen(view: DataSetView, depth: Array, points: Array) -> Array:
     """Image coordinates of points that a view sees, shape (m, 2); NaN for others."""
     at = view.project(points)
     pose = view.world_to_opencv

@@ -25,7 +25,7 @@ from .camera import PinholeCamera
 from .outputs import Outputs, RawOutputs, read_outputs, read_raw, read_render
 from .pose_sets import PoseSet, read_pose_set
 from .quantities import Quantity
-from .tables import Table
+from .tables import SpecTable
 from .view import SPLITS
 
 AIR = "air"
@@ -68,7 +68,7 @@ class RigLamp:
 
 
 @dataclass(frozen=True)
-class Rig:
+class CameraRig:
     """Lamps that are on together."""
 
     name: str
@@ -90,7 +90,7 @@ class DataSetSpec:
         Metres that the scene and its cameras are lowered by.
     cameras : tuple of DataSetCamera
     poses : tuple of PoseSet
-    rigs : tuple of Rig
+    rigs : tuple of CameraRig
     repeats : int
         Pictures of a view that differ by their noise.
     shares : tuple of 3 floats
@@ -115,7 +115,7 @@ class DataSetSpec:
     lowered: Quantity
     cameras: tuple[DataSetCamera, ...]
     poses: tuple[PoseSet, ...]
-    rigs: tuple[Rig, ...]
+    rigs: tuple[CameraRig, ...]
     repeats: int
     shares: tuple[float, ...]
     most: int
@@ -162,7 +162,7 @@ def parse_spec(content: Mapping[str, object], folder: Path) -> DataSetSpec:
     InputError
         As of :func:`read_spec`.
     """
-    top = Table(dict(content), "")
+    top = SpecTable(dict(content), "")
     settings = {
         **_water(top.table("water"), folder),
         **_sun(top.table("sun"), folder),
@@ -177,7 +177,7 @@ def parse_spec(content: Mapping[str, object], folder: Path) -> DataSetSpec:
         raise InputError("scene.depth: a scene is lowered by 0 m or more")
     cameras = tuple(_camera(table, folder) for table in top.tables("camera"))
     poses = tuple(read_pose_set(table) for table in top.tables("poses"))
-    rigs = tuple(_rig(table, folder) for table in top.tables("rig")) or (Rig("none", ()),)
+    rigs = tuple(_rig(table, folder) for table in top.tables("rig")) or (CameraRig("none", ()),)
     for key, found in (("camera", cameras), ("poses", poses)):
         if not found:
             raise InputError(f"[[{key}]] is missing; a data set needs one at least")
@@ -208,7 +208,7 @@ def parse_spec(content: Mapping[str, object], folder: Path) -> DataSetSpec:
     return spec
 
 
-def _water(table: Table, folder: Path) -> dict[str, Quantity]:
+def _water(table: SpecTable, folder: Path) -> dict[str, Quantity]:
     names = table.quantity("name", text=True)
     source = table.quantity("source", DEFAULT_SOURCE, text=True)
     for text in source.values:
@@ -239,7 +239,7 @@ def _water(table: Table, folder: Path) -> dict[str, Quantity]:
     return settings
 
 
-def _sun(table: Table, folder: Path) -> dict[str, Quantity]:
+def _sun(table: SpecTable, folder: Path) -> dict[str, Quantity]:
     settings = {}
     if "zenith" in table:
         zenith = settings["sun_zenith"] = table.quantity("zenith")
@@ -264,7 +264,7 @@ def _sun(table: Table, folder: Path) -> dict[str, Quantity]:
     return settings
 
 
-def _sea(table: Table) -> dict[str, Quantity]:
+def _sea(table: SpecTable) -> dict[str, Quantity]:
     settings = {}
     if "surface" in table:
         surfaces = settings["surface"] = table.quantity("surface", text=True)
@@ -285,7 +285,7 @@ def _sea(table: Table) -> dict[str, Quantity]:
     return settings
 
 
-def _camera(table: Table, folder: Path) -> DataSetCamera:
+def _camera(table: SpecTable, folder: Path) -> DataSetCamera:
     name = table.text("name")
     width, height = table.whole("width", least=1), table.whole("height", least=1)
     distortion = table.numbers("distortion", 5, (0.0,) * 5)
@@ -311,7 +311,7 @@ def _camera(table: Table, folder: Path) -> DataSetCamera:
     return DataSetCamera(name, optics, sensor, balance, exposure, (x, y, z))
 
 
-def _rig(table: Table, folder: Path) -> Rig:
+def _rig(table: SpecTable, folder: Path) -> CameraRig:
     name, lamps = table.text("name"), []
     for lamp in table.tables("lamps"):
         emission = _placed(lamp.text("emission", "led"), folder)
@@ -329,10 +329,10 @@ def _rig(table: Table, folder: Path) -> Rig:
         lamps.append(RigLamp(power, unit, emission, (px, py, pz), (ax, ay, az), size))
         lamp.close()
     table.close()
-    return Rig(name, tuple(lamps))
+    return CameraRig(name, tuple(lamps))
 
 
-def _shares(table: Table) -> tuple[float, ...]:
+def _shares(table: SpecTable) -> tuple[float, ...]:
     shares = tuple(
         table.number(split, 0.0 if any(s in table for s in SPLITS) else default)
         for split, default in zip(SPLITS, _SPLIT_SHARES, strict=True)
@@ -343,7 +343,7 @@ def _shares(table: Table) -> tuple[float, ...]:
     return shares
 
 
-def _positive(table: Table, key: str) -> Quantity:
+def _positive(table: SpecTable, key: str) -> Quantity:
     found = table.quantity(key)
     if any(float(v) < 0 for v in (*found.values, *(found.drawn or ()))):
         raise InputError(f"{table.place(key)}: values are 0 or more")

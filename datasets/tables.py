@@ -6,7 +6,7 @@ from ..uw_spectral.errors import InputError, unknown_name
 from .quantities import Quantity, number, read_quantity
 
 
-class Table:
+class SpecTable:
     """A table of a specification and its place in the file.
 
     Parameters
@@ -100,16 +100,16 @@ class Table:
             raise self.needed(key, "a value, a list or a range", found)
         return read_quantity(self.place(key), found, text=text)
 
-    def table(self, key: str) -> Table:
+    def table(self, key: str) -> SpecTable:
         """Return the table of a key, empty if it is not there."""
-        return Table(self.get(key, {}), self.place(key))
+        return SpecTable(self.get(key, {}), self.place(key))
 
-    def tables(self, key: str) -> list[Table]:
+    def tables(self, key: str) -> list[SpecTable]:
         """Return the tables of ``[[key]]``."""
         found = self.get(key, [])
         if not isinstance(found, list):
             raise self.needed(key, f"a list of tables, [[{self.place(key)}]]", found)
-        return [Table(item, f"{self.place(key)}[{i}]") for i, item in enumerate(found)]
+        return [SpecTable(item, f"{self.place(key)}[{i}]") for i, item in enumerate(found)]
 
     def close(self) -> None:
         """Refuse keys that nobody asked for."""

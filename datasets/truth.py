@@ -30,7 +30,7 @@ from ..uw_spectral.imaging.visibility import diffuse_attenuation
 from ..uw_spectral.lamps.lamp import Lamp
 from .camera import PinholeCamera
 from .files import write_json
-from .view import View
+from .view import DataSetView
 
 KIND = "underwater-spectral image formation"
 FORMAT = 1
@@ -42,7 +42,7 @@ _LEVEL_WITHIN = 1e-6  # of the vertical component of the view direction
 
 def image_truth(
     optics: ResolvedOptics,
-    view: View,
+    view: DataSetView,
     lamps: Sequence[Lamp | Mapping[str, Any]] = (),
     ranges: ArrayLike = RANGES,
     stops: float | None = None,
@@ -53,7 +53,7 @@ def image_truth(
     ----------
     optics : ResolvedOptics
         Water, light, sensor and bands of the picture.
-    view : View
+    view : DataSetView
         Its camera; the world's z = 0 is the surface.
     lamps : sequence of Lamp
         In the bands of the optics, or what :func:`lamp_record` returned; they are listed, and

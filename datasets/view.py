@@ -20,7 +20,7 @@ SPLITS: tuple[Split, ...] = get_args(Split)
 
 
 @dataclass(frozen=True)
-class Instance:
+class SeenInstance:
     """An object in a picture.
 
     Parameters
@@ -53,7 +53,7 @@ class Instance:
 
 
 @dataclass(frozen=True)
-class View:
+class DataSetView:
     """A picture, the camera that took it, and what else is known.
 
     Parameters
@@ -71,7 +71,7 @@ class View:
         8-bit picture, 0 where the picture is to be left out.
     instance_map : Path, optional
         16-bit picture of the instances' numbers (:func:`.write_instance_map`).
-    instances : tuple of Instance
+    instances : tuple of SeenInstance
     metadata : mapping
         What else is known, as JSON holds it: water, depth, truth.
 
@@ -89,7 +89,7 @@ class View:
     depth: Path | None = None
     mask: Path | None = None
     instance_map: Path | None = None
-    instances: tuple[Instance, ...] = ()
+    instances: tuple[SeenInstance, ...] = ()
     metadata: Mapping[str, Any] = dataclasses.field(default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -115,7 +115,7 @@ class View:
         return self.camera.project(np.asarray(points) @ pose[:3, :3].T + pose[:3, 3])
 
 
-def check_views(views: Sequence[View]) -> None:
+def check_views(views: Sequence[DataSetView]) -> None:
     """Refuse an empty set, and views of the same name.
 
     Raises

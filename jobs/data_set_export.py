@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..datasets.axes import Array
-from ..datasets.exporting import Rendered, export_set
+from ..datasets.exporting import RenderedView, export_set
 from ..datasets.index import Index, IndexedView
 from ..datasets.specification import DataSetSpec
 from ..scene.seen.silhouettes import silhouettes
@@ -38,7 +38,7 @@ def export(index: Index, spec: DataSetSpec, scene: Callable[[], bpy.types.Scene]
     jobs = {name: read_manifest(index.manifest(name)) for name in index.jobs}
     plans = {name: FramePlans(manifest) for name, manifest in jobs.items()}
 
-    def rendered(view: IndexedView) -> Rendered:
+    def rendered(view: IndexedView) -> RenderedView:
         manifest = jobs[view.job]
         shown = next(item for item in manifest.views if item.frame == view.frame)
         picture = pictures.picture_path(manifest, shown)
@@ -49,7 +49,7 @@ def export(index: Index, spec: DataSetSpec, scene: Callable[[], bpy.types.Scene]
             weights = manifest.developments[shown.development].weights
             return response_matrix(weights, plan.response(shown.depth))
 
-        return Rendered(
+        return RenderedView(
             picture,
             picture_layers.layers_path(picture),
             pictures.record_path(manifest, shown) if is_done else None,

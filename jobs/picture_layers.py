@@ -23,7 +23,7 @@ from ..datasets.layer_file import (
 )
 from ..datasets.light_paths import extinction_to, transmittance
 from ..datasets.truth import image_truth, write_truth
-from ..datasets.view import View as TruthView
+from ..datasets.view import DataSetView
 from ..quality.methods import method_of
 from ..scene.engines.cycles_layers import UNTOUCHED_BANDS as UNTOUCHED
 from ..scene.water.cycles_phase import cycles_phases
@@ -166,7 +166,7 @@ def _chosen(found: dict[str, LayerImage], wanted: Sequence[str]) -> dict[str, La
     return chosen
 
 
-def _transmittance(plan: RenderPlan, seen: TruthView, distances: LayerImage) -> LayerImage:
+def _transmittance(plan: RenderPlan, seen: DataSetView, distances: LayerImage) -> LayerImage:
     about = layer("T")
     share = transmittance(plan, seen.camera, seen.camera_to_world, distances.values[..., 0])
     text = f"{about.text}; at the centre of the pixel"
@@ -174,7 +174,7 @@ def _transmittance(plan: RenderPlan, seen: TruthView, distances: LayerImage) -> 
 
 
 def _unscattered(
-    plan: RenderPlan, seen: TruthView, found: Mapping[str, LayerImage]
+    plan: RenderPlan, seen: DataSetView, found: Mapping[str, LayerImage]
 ) -> dict[str, LayerImage]:
     """Take apart what Cycles drew without the forward peak; of one layer of water only."""
     if plan.column.below:
@@ -199,7 +199,7 @@ def _unscattered(
     }  # fmt: skip
 
 
-def _seen(manifest: Manifest, picture: Path, header: Mapping[str, Any]) -> TruthView:
+def _seen(manifest: Manifest, picture: Path, header: Mapping[str, Any]) -> DataSetView:
     """Return the picture and its camera."""
     camera = header["camera"]
     K = np.array(camera["K"])
@@ -208,14 +208,14 @@ def _seen(manifest: Manifest, picture: Path, header: Mapping[str, Any]) -> Truth
         tuple(camera["distortion"]),
     )  # fmt: skip
     name = picture.relative_to(manifest.out).with_suffix("").as_posix()
-    return TruthView(name, picture, pinhole, np.array(camera["camera_to_world"]))
+    return DataSetView(name, picture, pinhole, np.array(camera["camera_to_world"]))
 
 
 def _write_truth(
     manifest: Manifest,
     view: View,
     plan: RenderPlan,
-    seen: TruthView,
+    seen: DataSetView,
     lamps: Sequence[Mapping[str, Any]],
 ) -> list[str]:
     weights = np.array(manifest.developments[view.development].weights)

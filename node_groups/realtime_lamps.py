@@ -26,7 +26,7 @@ from ..uw_spectral.lamps.angular_spread import (
     PROFILE_ANGLES,
     PROFILE_LENGTHS,
     TILTS,
-    Grid,
+    ValueGrid,
     WaterSpread,
 )
 from ..uw_spectral.lamps.lamp import Lamp, ray_past_lamp
@@ -45,7 +45,7 @@ from ..uw_spectral.lamps.lamp_path import gauss
 from ..uw_spectral.lamps.lamp_shadow import SIDE
 from ..uw_spectral.lamps.lamp_surface import patch_past_lamp
 from ..uw_spectral.lamps.multiple_scattering import BEYOND_NODES, MORE_NODES, LampWater
-from ..uw_spectral.lamps.profile import NO_EDGE, Profile, sample_place
+from ..uw_spectral.lamps.profile import NO_EDGE, LampProfile, sample_place
 from ..uw_spectral.lamps.three_bands import COUNT as BANDS
 from ..uw_spectral.mathematics import NUMPY, Mathematics, Operand
 from ..uw_spectral.transfer.radiance_field import distance_in_water
@@ -176,7 +176,7 @@ def _pixels(
         _put(block[rows.tables :], 0, in_spread.profile(lamp.profile).values)
         _put(block[rows.tables :], _PROFILE_COLUMNS, on_spread.profile(lamp.profile).values)
         if lamp.shadow is not None:
-            assert isinstance(lamp.shadow, Grid)
+            assert isinstance(lamp.shadow, ValueGrid)
             _put(block[rows.tables :], _SHADOW, lamp.shadow.values)
     return out
 
@@ -204,7 +204,7 @@ def _put(out: NDArray[np.float32], column: int, values: NDArray[np.float64]) -> 
 
 
 @dataclass(frozen=True, eq=False)
-class _ImageProfile(Profile):
+class _ImageProfile(LampProfile):
     """The profile of a lamp in the image."""
 
     graph: Graph
@@ -290,7 +290,7 @@ class _ImageSpread:
     def on_patches(self) -> _ImageGrid:
         return _ImageGrid(self.graph, self.image, float(_PATCHES), float(_SPREAD))
 
-    def profile(self, profile: Profile) -> _ImageGrid:
+    def profile(self, profile: LampProfile) -> _ImageGrid:
         assert isinstance(profile, _ImageProfile)
         return _ImageGrid(self.graph, self.image, self.profiles, profile.tables)
 

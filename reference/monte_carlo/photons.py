@@ -20,7 +20,7 @@ TWO_PI = 2.0 * math.pi
 ED, EU, EOD, EOU = range(4)
 
 
-class Tables(NamedTuple):
+class PhaseTables(NamedTuple):
     """Everything a photon needs to know; n bands, k events, p phase functions.
 
     The events are absorptions, then scatterings, then the j inelastic
@@ -66,7 +66,7 @@ class Tallies(NamedTuple):
     deposit: Array  # (k + 2, n) power that ends there
 
     @classmethod
-    def empty(cls, t: Tables) -> Tallies:
+    def empty(cls, t: PhaseTables) -> Tallies:
         """Return tallies of zeros."""
         n, o = len(t.c), 1 + len(t.emission)
         events = (len(t.roulette) + 2, n)
@@ -132,7 +132,7 @@ def free_path(xi, c):  # noqa: ANN001, ANN201
     return -np.log1p(-xi) / np.maximum(c, 1e-300)
 
 
-def trace(rng: np.random.Generator, per_band: int, t: Tables, out: Tallies) -> None:
+def trace(rng: np.random.Generator, per_band: int, t: PhaseTables, out: Tallies) -> None:
     """Follow ``per_band`` photons of each band until all have ended; add to the tallies."""
     n = len(t.c)
     band = np.repeat(np.arange(n), per_band)
@@ -221,7 +221,7 @@ def trace(rng: np.random.Generator, per_band: int, t: Tables, out: Tallies) -> N
             energy, weight = energy[alive], weight[alive]
 
 
-def _enter(rng: np.random.Generator, band: NDArray, t: Tables) -> tuple[Array, Array, Array]:
+def _enter(rng: np.random.Generator, band: NDArray, t: PhaseTables) -> tuple[Array, Array, Array]:
     xi, azimuth = rng.random(len(band)), TWO_PI * rng.random(len(band))
     sky = rng.random(len(band)) >= t.sun_share[band]
     cosine = np.interp(xi, t.sky_cdf, t.sky_cosine)
@@ -233,7 +233,7 @@ def _enter(rng: np.random.Generator, band: NDArray, t: Tables) -> tuple[Array, A
     )
 
 
-def _sample_s2(xi: Array, which: NDArray, t: Tables) -> Array:
+def _sample_s2(xi: Array, which: NDArray, t: PhaseTables) -> Array:
     s2 = np.empty(len(xi))
     for i, cdf in enumerate(t.cdf):
         mine = which == i
@@ -242,7 +242,7 @@ def _sample_s2(xi: Array, which: NDArray, t: Tables) -> Array:
 
 
 def _tally_flights(
-    y: Array, uz: Array, band: NDArray, origin: NDArray, energy: Array, t: Tables, out: Tallies
+    y: Array, uz: Array, band: NDArray, origin: NDArray, energy: Array, t: PhaseTables, out: Tallies
 ) -> None:
     """Add the expected crossings of every meter by a flight from y up to the boundary."""
     n, o = len(t.c), out.flux.shape[1]
@@ -264,14 +264,16 @@ def _tally_flights(
             out.flux[scalar, :, d] += np.bincount(where, weight, o * n).reshape(o, n)
 
 
-def _from_floor(v: int, c: Array, t: Tables) -> Array:
+def _from_floor(v: int, c: Array, t: PhaseTables) -> Array:
     """Share of the floor's radiance that reaches meter v; coming down, by way of the surface."""
     dz = t.meter_travel[v, 2]
     way = t.floor - np.copysign(t.meter_depth[v], dz)
     return t.meter_floor[v] * survival(c, way, abs(dz))
 
 
-def _tally_floor(origin: NDArray, band: NDArray, power: Array, t: Tables, out: Tallies) -> None:
+def _tally_floor(
+    origin: NDArray, band: NDArray, power: Array, t: PhaseTables, out: Tallies
+) -> None:
     """Add the expected crossings of every meter by light from the floor."""
     _, o, _, n = out.flux.shape
     sent = np.bincount(origin * n + band, power, o * n).reshape(o, 1, n)
@@ -280,7 +282,7 @@ def _tally_floor(origin: NDArray, band: NDArray, power: Array, t: Tables, out: T
 
 
 def _seen_by_meter(
-    v: int, y: Array, ux: Array, uy: Array, uz: Array, which: NDArray, c: Array, t: Tables
+    v: int, y: Array, ux: Array, uy: Array, uz: Array, which: NDArray, c: Array, t: PhaseTables
 ) -> Array:
     """Radiance per power at meter v of light scattered at y."""
     dx, dy, dz = t.meter_travel[v]

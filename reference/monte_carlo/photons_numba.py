@@ -16,7 +16,7 @@ from ...uw_spectral.surface import refraction as sun
 from . import photons
 
 if TYPE_CHECKING:
-    from .photons import Tables, Tallies
+    from .photons import PhaseTables, Tallies
 
 _TWO_PI = photons.TWO_PI
 _ED, _EU, _EOD, _EOU = photons.ED, photons.EU, photons.EOD, photons.EOU
@@ -180,6 +180,6 @@ _trace.__qualname__ = f"_trace_{hashlib.sha256(_SOURCES.encode()).hexdigest()[:1
 _trace = numba.njit(nogil=True, error_model="numpy", cache=True)(_trace)
 
 
-def trace(rng: np.random.Generator, per_band: int, t: Tables, out: Tallies) -> None:
+def trace(rng: np.random.Generator, per_band: int, t: PhaseTables, out: Tallies) -> None:
     """Follow ``per_band`` photons of each band to their end, like :func:`.photons.trace`."""
     _trace(rng, per_band, t, out)

@@ -19,7 +19,7 @@ from ...uw_spectral.water.phase import BandPhase
 from . import photons as numpy_engine
 from .medium import Constituent, InelasticInteraction, Interactions, interactions
 from .phase_tables import LOOKUP_CELLS, cone_average, cumulative, on_even_grid, s2_grid
-from .photons import Tables, Tallies
+from .photons import PhaseTables, Tallies
 from .results import Estimate, Event, Light, Moments, MonteCarloResult
 
 ENGINES = ("auto", "numpy", "numba")
@@ -237,7 +237,7 @@ def _tables(
     views: Sequence[View],
     sky: _Sky,
     cone: float,
-) -> Tables:
+) -> PhaseTables:
     coefficients, n = medium.coefficients, len(column.bands)
     c = coefficients.sum(axis=0)
     roulette = np.cumsum(coefficients, axis=0) / np.where(c > 0, c, 1.0)
@@ -251,7 +251,7 @@ def _tables(
     index = float(column.refractive_index) if column.reflects else 1.0
     incoming = column.sun_irradiance + sky.irradiance
     centres = column.bands.centres
-    tables = Tables(
+    tables = PhaseTables(
         c=c,
         roulette=roulette,
         absorptions=len(medium.absorption),
@@ -282,7 +282,9 @@ def _tables(
         **meters,
     )  # fmt: skip
     # One memory layout, so that numba compiles once.
-    return Tables._make(np.array(x, order="C") if isinstance(x, np.ndarray) else x for x in tables)
+    return PhaseTables._make(
+        np.array(x, order="C") if isinstance(x, np.ndarray) else x for x in tables
+    )
 
 
 def _from_floor(

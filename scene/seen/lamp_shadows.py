@@ -10,7 +10,7 @@ import bpy
 import numpy as np
 
 from ...node_groups.node_mathematics import MARK
-from ...uw_spectral.lamps.angular_spread import Grid
+from ...uw_spectral.lamps.angular_spread import ValueGrid
 from ...uw_spectral.lamps.lamp import Lamp
 from ...uw_spectral.lamps.lamp_shadow import shadow_directions, shadow_map
 from ..materials.mean_colours import Rgb, mean_colour
@@ -23,7 +23,7 @@ class _Map:
     """What lies around a lamp."""
 
     seen: SeenByLamp
-    shadow: Grid
+    shadow: ValueGrid
 
 
 class KeptLampShadows:

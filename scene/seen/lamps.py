@@ -29,7 +29,7 @@ from ...uw_spectral.lamps.multiple_scattering import LampWater
 from ...uw_spectral.lamps.profile import (
     LAMBERT,
     IsotropicProfile,
-    Profile,
+    LampProfile,
     SpotProfile,
     profile_from_csv,
     rov_lamp,
@@ -319,7 +319,7 @@ def _lamp(item: bpy.types.Object, bands: Bands, unit: str) -> Lamp:
     return Lamp(tuple(place.translation), _axis(place), intensity, profile, radius, seen)
 
 
-def _profile(light: bpy.types.Light, chosen: str, file: LampFile | None) -> Profile:
+def _profile(light: bpy.types.Light, chosen: str, file: LampFile | None) -> LampProfile:
     if chosen == ROV:
         return rov_lamp()
     if file is not None:

@@ -54,7 +54,7 @@ class _Mesh:
         return np.array([(ends[i, 0], ends[j, 1], ends[k, 2]) for i, j, k in np.ndindex(2, 2, 2)])
 
 
-class Instance:
+class PlacedMesh:
     """A mesh in its place."""
 
     def __init__(
@@ -132,11 +132,11 @@ class Meshes:
         ray: Ray | None = None,
     ) -> None:
         meshes: dict[Hashable, _Mesh] = {}
-        self.instances: list[Instance] = []
+        self.instances: list[PlacedMesh] = []
         for shown in visible_meshes(depsgraph, leave_out, ray):
             if shown.key not in meshes:
                 meshes[shown.key] = _Mesh(shown.arrays)
-            self.instances.append(Instance(meshes[shown.key], shown.place, shown.materials))
+            self.instances.append(PlacedMesh(meshes[shown.key], shown.place, shown.materials))
         low, high = (
             np.array([getattr(i, end) for i in self.instances]).reshape(-1, 3)
             for end in ("low", "high")
@@ -194,7 +194,7 @@ class Meshes:
         origin: NDArray[np.float64],
         direction: NDArray[np.float64],
         farthest: NDArray[np.float64],
-    ) -> Iterator[tuple[Vector, Vector, float, list[tuple[float, Instance]]]]:
+    ) -> Iterator[tuple[Vector, Vector, float, list[tuple[float, PlacedMesh]]]]:
         """Each ray with the instances whose boxes it enters, the nearest first."""
         direction = np.where(np.abs(direction) < 1e-12, 1e-12, direction)
         step = max(_AT_ONCE // max(len(self.instances), 1), 1)

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ...datasets.axes import Array
 from ...datasets.camera import PinholeCamera
-from .ray_casting import Instance, Meshes
+from .ray_casting import Meshes, PlacedMesh
 
 _FARTHEST = 1e3  # m: nothing is looked for beyond
 _ACROSS = 24  # rays along the width of a picture
@@ -23,7 +23,7 @@ _UPWARDS = ((0, 0, 1), (0.7, 0, 0.7), (-0.7, 0, 0.7), (0, 0.7, 0.7), (0, -0.7, 0
 
 
 class Room:
-    """What :class:`..datasets.pose_sets.Surroundings` asks of a scene, by casting rays.
+    """What :class:`..datasets.pose_sets.RoomForPoses` asks of a scene, by casting rays.
 
     Parameters
     ----------
@@ -64,7 +64,7 @@ class Room:
         clear = self._meshes.clear(origin, turned, np.full(len(turned), _FARTHEST))
         return 1.0 - float(clear.mean())
 
-    def _is_closed(self, item: Instance) -> bool:
+    def _is_closed(self, item: PlacedMesh) -> bool:
         key = id(item.mesh)
         if key not in self._closed:
             self._closed[key] = is_closed(item.mesh.triangles)
@@ -105,12 +105,12 @@ def is_closed(triangles: NDArray[np.int32]) -> bool:
     return bool((counts == 2).all())
 
 
-def _encloses(item: Instance, point: Vector) -> bool:
+def _encloses(item: PlacedMesh, point: Vector) -> bool:
     odd = sum(_crossings(item, point, direction) % 2 for direction in _GENERIC)
     return 2 * odd > len(_GENERIC)
 
 
-def _crossings(item: Instance, point: Vector, direction: Vector) -> int:
+def _crossings(item: PlacedMesh, point: Vector, direction: Vector) -> int:
     start, step = point.copy(), _STEP * float(np.linalg.norm(item.high - item.low))
     for count in range(_MOST_CROSSINGS):
         hit = item.cast(start, direction, _FARTHEST)

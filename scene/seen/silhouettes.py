@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ...datasets.axes import Array
 from ...datasets.camera import PinholeCamera
-from .ray_casting import Instance, Meshes
+from .ray_casting import Meshes, PlacedMesh
 
 _FARTHEST = 1e4  # m
 
@@ -51,7 +51,7 @@ def silhouettes(
     return found
 
 
-def _box(item: Instance, camera: PinholeCamera, pose: Array) -> tuple[int, int, int, int]:
+def _box(item: PlacedMesh, camera: PinholeCamera, pose: Array) -> tuple[int, int, int, int]:
     """Left, top, right and bottom of the pixels that may see an instance; all if it is around."""
     corners = np.array(
         [[(item.low, item.high)[i][axis] for axis, i in enumerate(n)] for n in np.ndindex(2, 2, 2)]

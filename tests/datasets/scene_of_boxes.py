@@ -10,7 +10,7 @@ from underwater_spectral.datasets.axes import looking_at
 from underwater_spectral.datasets.camera import PinholeCamera
 from underwater_spectral.datasets.depth_maps import planar_depth, write_depth_png
 from underwater_spectral.datasets.instance_maps import write_instance_map
-from underwater_spectral.datasets.view import Instance, View
+from underwater_spectral.datasets.view import DataSetView, SeenInstance
 from underwater_spectral.uw_spectral.spectra.spectral_image import write_codes, write_png
 
 POINTS = np.random.default_rng(3).uniform((-1, -1, -5), (1, 1, -3), (40, 3))
@@ -32,7 +32,7 @@ def poses() -> list[np.ndarray]:
     ]
 
 
-def views(folder: Path, cameras: Sequence[PinholeCamera] = CAMERAS) -> list[View]:
+def views(folder: Path, cameras: Sequence[PinholeCamera] = CAMERAS) -> list[DataSetView]:
     """Write pictures, depths and instances of three views, and return these."""
     found = []
     splits = ("train", "val", "test")
@@ -52,11 +52,11 @@ def views(folder: Path, cameras: Sequence[PinholeCamera] = CAMERAS) -> list[View
         write_codes(folder / f"whole_12_{number}.png", (ids == 12).astype(np.uint8))
         coral = looking_at((0.3, 0.2, -4.5), (1.0, 2.0, -3.0), 10.0)
         instances = (
-            Instance(7, "coral", coral, 3, folder / f"whole_7_{number}.png"),
-            Instance(12, "rock", np.eye(4), 1, folder / f"whole_12_{number}.png"),
+            SeenInstance(7, "coral", coral, 3, folder / f"whole_7_{number}.png"),
+            SeenInstance(12, "rock", np.eye(4), 1, folder / f"whole_12_{number}.png"),
         )
         found.append(
-            View(
+            DataSetView(
                 f"{number}",
                 image,
                 camera,

@@ -31,7 +31,7 @@ from underwater_spectral.datasets.files import read_codes, write_json
 from underwater_spectral.datasets.instance_maps import visible_masks, write_instance_map
 from underwater_spectral.datasets.nerfstudio import write_nerfstudio
 from underwater_spectral.datasets.run_length import compressed, run_lengths
-from underwater_spectral.datasets.view import Instance, View
+from underwater_spectral.datasets.view import DataSetView, SeenInstance
 from underwater_spectral.tests.datasets.scene_of_boxes import ACROSS, BENT, PLAIN, POINTS, poses
 from underwater_spectral.tests.datasets.scene_of_boxes import views as made_views
 from underwater_spectral.uw_spectral.errors import InputError
@@ -174,7 +174,7 @@ def test_coco_is_read_and_its_masks_decode(views, tmp_path):
 
 
 def test_coco_leaves_out_what_is_hidden(views, tmp_path):
-    hidden = dataclasses.replace(views[0], instances=(*views[0].instances, Instance(9, "fish")))
+    hidden = dataclasses.replace(views[0], instances=(*views[0].instances, SeenInstance(9, "fish")))
     write_coco(tmp_path / "instances.json", [hidden], CARD)
     content = json.loads((tmp_path / "instances.json").read_text())
     assert len(content["annotations"]) == 2
@@ -257,11 +257,14 @@ def test_what_cannot_be_written_says_why(views, tmp_path):
     with pytest.raises(InputError, match="needs its depth"):
         write_bop(tmp_path / "bop", _broken(views, depth=None))
     with pytest.raises(InputError, match="no silhouette"):
-        write_bop(tmp_path / "bop", _broken(views, instances=(Instance(7, "a"), Instance(12, "b"))))
+        write_bop(
+            tmp_path / "bop",
+            _broken(views, instances=(SeenInstance(7, "a"), SeenInstance(12, "b"))),
+        )
     with pytest.raises(InputError, match=r"not '.exr'"):
         write_bop(tmp_path / "bop", _broken(views, image=tmp_path / "a.exr"))
     with pytest.raises(InputError, match="no instance of view 0 has"):
-        write_coco(tmp_path / "c.json", _broken(views, instances=(Instance(7, "a"),)), CARD)
+        write_coco(tmp_path / "c.json", _broken(views, instances=(SeenInstance(7, "a"),)), CARD)
     with pytest.raises(InputError, match="give the picture of their numbers"):
         write_coco(tmp_path / "c.json", _broken(views, instance_map=None), CARD)
     with pytest.raises(InputError, match="the camera"):
@@ -271,16 +274,16 @@ def test_what_cannot_be_written_says_why(views, tmp_path):
     with pytest.raises(InputError, match="split 'testing'"):
         _broken(views, split="testing")
     with pytest.raises(InputError, match="share a number"):
-        _broken(views, instances=(Instance(7, "a"), Instance(7, "b")))
+        _broken(views, instances=(SeenInstance(7, "a"), SeenInstance(7, "b")))
     with pytest.raises(InputError, match="1 to 65535"):
-        Instance(0, "a")
+        SeenInstance(0, "a")
     with pytest.raises(InputError, match="whole"):
         write_instance_map(tmp_path / "ids.png", np.array([[1.5]]))
     assert not list(tmp_path.rglob("*.tmp*"))
 
 
 def test_views_compare_by_what_they_show(tmp_path):
-    one, two = (View("a", tmp_path / "a.png", PLAIN, pose) for pose in poses()[:2])
+    one, two = (DataSetView("a", tmp_path / "a.png", PLAIN, pose) for pose in poses()[:2])
     assert one.camera_to_world.flags.writeable is False
     assert one != dataclasses.replace(two, name="b")
 

@@ -25,7 +25,7 @@ from underwater_spectral.datasets.outputs import RawOutputs
 from underwater_spectral.datasets.raw_files import write_raw
 from underwater_spectral.datasets.sparse_points import sparse_points
 from underwater_spectral.datasets.specification import parse_spec, read_spec
-from underwater_spectral.datasets.view import View
+from underwater_spectral.datasets.view import DataSetView
 from underwater_spectral.uw_spectral.detector import Detector, Vignetting
 from underwater_spectral.uw_spectral.errors import InputError
 from underwater_spectral.uw_spectral.spectra.spectral_image import read_exr
@@ -124,9 +124,9 @@ def test_an_index_that_is_none_says_so(index, tmp_path):
     assert not is_index(tmp_path)
 
 
-def _plane(camera: PinholeCamera, name: str, eye) -> tuple[View, np.ndarray]:
+def _plane(camera: PinholeCamera, name: str, eye) -> tuple[DataSetView, np.ndarray]:
     """A view of the level plane z = -8, and its planar depth."""
-    view = View(name, Path(f"{name}.png"), camera, looking_at(eye, (0, 0, -8)))
+    view = DataSetView(name, Path(f"{name}.png"), camera, looking_at(eye, (0, 0, -8)))
     rays = camera.rays() * (1, -1, -1) @ view.camera_to_world[:3, :3].T
     distance = np.where(rays[..., 2] < -1e-3, (-8 - eye[2]) / rays[..., 2], np.inf)
     return view, distance * camera.rays()[..., 2]

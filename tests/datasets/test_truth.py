@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from underwater_spectral.datasets.axes import looking_at
 from underwater_spectral.datasets.truth import image_truth, read_formation, write_truth
-from underwater_spectral.datasets.view import View
+from underwater_spectral.datasets.view import DataSetView
 from underwater_spectral.tests.datasets.scene_of_boxes import BENT
 from underwater_spectral.uw_spectral.errors import InputError
 from underwater_spectral.uw_spectral.imaging import (
@@ -36,8 +36,8 @@ def reef():
     )
 
 
-def _view(target=(3.0, 4.0, -8.0)) -> View:
-    return View("a", "a.png", BENT, looking_at((0, 0, -5.0), target))
+def _view(target=(3.0, 4.0, -8.0)) -> DataSetView:
+    return DataSetView("a", "a.png", BENT, looking_at((0, 0, -5.0), target))
 
 
 def test_the_file_holds_what_the_colours_are_made_of(reef, tmp_path):
@@ -145,6 +145,6 @@ def test_what_is_no_truth_is_refused(reef, tmp_path):
     write_truth(path, {**truth, "format": 2})
     with pytest.raises(InputError, match="format 2"):
         read_formation(path)
-    above = View("b", "b.png", BENT, looking_at((0, 0, 5.0), (1, 0, 0)))
+    above = DataSetView("b", "b.png", BENT, looking_at((0, 0, 5.0), (1, 0, 0)))
     with pytest.raises(InputError, match="move the camera"):
         image_truth(reef, above)

@@ -13,7 +13,7 @@ from underwater_spectral.datasets.axes import looking_at
 from underwater_spectral.datasets.camera import PinholeCamera
 from underwater_spectral.datasets.depth_maps import write_depth_exr
 from underwater_spectral.datasets.truth import image_truth, write_truth
-from underwater_spectral.datasets.view import View
+from underwater_spectral.datasets.view import DataSetView
 from underwater_spectral.uw_spectral.errors import InputError
 from underwater_spectral.uw_spectral.imaging import (
     BandsDescription,
@@ -72,7 +72,9 @@ def reef(water: str, folder: Path) -> np.ndarray:
     write_rgb_exr(folder / "picture.exr", develop(seen))
     write_depth_exr(folder / "depth.exr", z, CAMERA)
     pose = looking_at((0, 0, -DEPTH), (0, 1, -DEPTH))
-    write_truth(folder / "truth.json", image_truth(optics, View("a", folder / "a", CAMERA, pose)))
+    write_truth(
+        folder / "truth.json", image_truth(optics, DataSetView("a", folder / "a", CAMERA, pose))
+    )
     return np.where((y < 24)[..., None], 0.0, develop(J))
 
 

@@ -37,7 +37,7 @@ from underwater_spectral.uw_spectral.surface.refraction import (
 )
 from underwater_spectral.uw_spectral.surface.wave_patterns import Sea
 from underwater_spectral.uw_spectral.transfer.discrete_ordinates import (
-    Layer,
+    OpticalLayer,
     solve_discrete_ordinates,
 )
 from underwater_spectral.uw_spectral.transfer.pixel import Pixel, forward_scattered_share
@@ -283,7 +283,7 @@ def solved(draw, phases=FORWARD + LIMITS, layers=(1, 1, 2, 3)):
     water = []
     for bottom in bottoms:
         a, b = (np.array([draw(CLEAR_TO_MURKY) for _ in range(n)]) for _ in range(2))
-        water.append(Layer(bottom, a, b, phase.for_bands(b, np.minimum(b, 0.005))))
+        water.append(OpticalLayer(bottom, a, b, phase.for_bands(b, np.minimum(b, 0.005))))
     zenith, azimuth = draw(ZENITHS), draw(st.sampled_from([0.0, 77.0]))
     sun, sky = draw(SKIES_AND_SUNS)
     toward = sun_travel_direction(zenith, azimuth, 1.0)

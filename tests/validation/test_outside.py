@@ -16,7 +16,7 @@ from underwater_spectral.benchmarks._canonical import (
     closed_form,
 )
 from underwater_spectral.uw_spectral.transfer.discrete_ordinates import (
-    Layer,
+    OpticalLayer,
     solve_discrete_ordinates,
 )
 from underwater_spectral.uw_spectral.transfer.sky import Sky
@@ -94,7 +94,7 @@ def test_every_problem_has_values():
 def test_radiance_grows_by_the_square_of_the_index():
     """Straubel's law, and Fresnel's at normal incidence: clear water, straight up and at 40°."""
     n, sky = 1.34, Sky.standard("uniform", [np.pi])
-    layer = Layer(np.inf, np.array([1e-9]), np.array([1e-12]), Rayleigh().for_bands([1e-12]))
+    layer = OpticalLayer(np.inf, np.array([1e-9]), np.array([1e-12]), Rayleigh().for_bands([1e-12]))
     field = solve_discrete_ordinates(
         [layer], [0.0], (0.0, 0.0, -1.0), sky=sky, refractive_index=n, streams=16
     )

@@ -26,7 +26,7 @@ from .light_field import LightField
 from .path_field import PathField
 
 
-class Spread(Protocol):
+class LobeSpread(Protocol):
     """The sun at a camera, spread by scattering at small angles."""
 
     def spread(self, p: Operand, s2: Operand, m: Mathematics = NUMPY) -> Operand:
@@ -44,15 +44,15 @@ class ClosedForm(PathField):
         Light field of the n bands.
     phase : Scattering
         Phase function of the n bands.
-    aureole : Spread
-        Spread of the sun at the depth of the camera.
+    aureole : LobeSpread
+        LobeSpread of the sun at the depth of the camera.
     sun : sequence of 3
         Unit direction the sunlight travels to in the water.
     """
 
     field: LightField
     phase: Scattering
-    aureole: Spread
+    aureole: LobeSpread
     sun: Sequence[Operand]
 
     @functools.cached_property

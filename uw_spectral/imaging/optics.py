@@ -35,7 +35,7 @@ from ..water.inelastic_processes import (
 from ..water.named import parse_uniform_water, parse_water
 from ..water.optical_properties import Water
 from ..water.phase import BandPhase, PhaseModel, parse_phase
-from ..water.profile import Profile, WaterProfile
+from ..water.profile import DepthProfile, WaterProfile
 from ..water.pure_water import molecular_scattering
 from .band_selection import FittedViewpoint, optimised_bands
 from .description import (
@@ -74,7 +74,7 @@ class ResolvedOptics(ComparedByContent):
     Parameters
     ----------
     description : Description
-    waters : Profile of Water
+    waters : DepthProfile of Water
         The layers of the water; one, where it does not differ with depth.
     illuminant : Illuminant
     sensor : Sensor
@@ -92,7 +92,7 @@ class ResolvedOptics(ComparedByContent):
     """
 
     description: Description
-    waters: Profile[Water]
+    waters: DepthProfile[Water]
     illuminant: Illuminant
     sensor: Sensor
     floor: Spectrum
@@ -306,7 +306,7 @@ class _Mixture:
     constituents: Constituents | None
 
 
-def _mixtures(described: WaterDescription) -> Profile[_Mixture]:
+def _mixtures(described: WaterDescription) -> DepthProfile[_Mixture]:
     water, second, known = described.water, described.second, None
     if isinstance(water, str):
         water, known = parse_water(water, described.source), constituents_of(water)
@@ -323,7 +323,7 @@ def _mixtures(described: WaterDescription) -> Profile[_Mixture]:
         scaled = layer.scaled(described.absorption_factor, described.scattering_factor)
         return _Mixture(scaled, constituents)
 
-    return (water if isinstance(water, Profile) else Profile.uniform(water)).map(mixture)
+    return (water if isinstance(water, DepthProfile) else DepthProfile.uniform(water)).map(mixture)
 
 
 def _phase(described: WaterDescription, mixture: _Mixture, bands: Bands) -> BandPhase:
@@ -339,8 +339,8 @@ def _phase(described: WaterDescription, mixture: _Mixture, bands: Bands) -> Band
 
 def _column(
     description: Description,
-    waters: Profile[Water],
-    phases: Profile[BandPhase],
+    waters: DepthProfile[Water],
+    phases: DepthProfile[BandPhase],
     illuminant: Illuminant,
     bands: Bands,
     floor_reflectance: NDArray[np.float64],

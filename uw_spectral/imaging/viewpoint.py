@@ -20,7 +20,7 @@ from ..spectra.colour_rendering import (
 )
 from ..spectra.illuminant import Illuminant
 from ..spectra.sensor import Sensor
-from ..transfer.discrete_ordinates import Layer
+from ..transfer.discrete_ordinates import OpticalLayer
 from ..transfer.solved_field import SolvedField
 from ..transfer.water_column import FEW_STREAMS, WaterColumn
 from ..water.phase import BandPhase
@@ -83,7 +83,7 @@ class Viewpoint(ComparedByContent):
         return Ed if self.lamplight is None else Ed + self.lamplight
 
     @functools.cached_property
-    def layer(self) -> Layer:
+    def layer(self) -> OpticalLayer:
         """Water at the camera's depth."""
         return self.column.layer_at(self.depth, self.phase)
 

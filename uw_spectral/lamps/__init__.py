@@ -7,14 +7,14 @@ from .lamp_channels import LampChannels, fold_lamps
 from .lamp_path import scattered_once
 from .lamp_surface import patch_past_lamp, surface_irradiance
 from .multiple_scattering import LampWater, lamp_light, lamp_water
-from .profile import IsotropicProfile, Profile, SpotProfile, TableProfile, rov_lamp
+from .profile import IsotropicProfile, LampProfile, SpotProfile, TableProfile, rov_lamp
 
 __all__ = [
     "IsotropicProfile",
     "Lamp",
     "LampChannels",
+    "LampProfile",
     "LampWater",
-    "Profile",
     "SpotProfile",
     "TableProfile",
     "fold_lamps",

@@ -28,7 +28,7 @@ from numpy.typing import NDArray
 from ..content import ComparedByContent
 from ..mathematics import NUMPY, Mathematics, Operand
 from ..water.phase import BandPhase
-from .profile import Profile, sample_place
+from .profile import LampProfile, sample_place
 
 type Array = NDArray[np.float64]
 
@@ -114,18 +114,18 @@ class Spread(Protocol):
         """Scattered irradiance over that without water."""
         ...
 
-    def profile(self, profile: Profile) -> Lookup:
+    def profile(self, profile: LampProfile) -> Lookup:
         """Profile of a lamp as light that was scattered has it."""
         ...
 
 
 @dataclass(frozen=True, eq=False)
-class Grid:
+class ValueGrid:
     """Table of n bands, shape (rows, columns, n), between whose entries it is linear.
 
     Examples
     --------
-    >>> Grid(np.arange(4.0).reshape(2, 2, 1)).at(np.array([0.5]), np.array([1.0]))
+    >>> ValueGrid(np.arange(4.0).reshape(2, 2, 1)).at(np.array([0.5]), np.array([1.0]))
     array([2.5])
     """
 
@@ -163,7 +163,7 @@ class WaterSpread(ComparedByContent):
     phase: BandPhase
 
     @property
-    def deflection(self) -> Grid:
+    def deflection(self) -> ValueGrid:
         """Logarithm of the share of light per angle and length, but for absorption.
 
         Of light that was scattered at least twice on a length l (rows), over l, by the whole
@@ -172,7 +172,7 @@ class WaterSpread(ComparedByContent):
         return _deflection(self)
 
     @property
-    def on_patches(self) -> Grid:
+    def on_patches(self) -> ValueGrid:
         """Scattered irradiance of an isotropic lamp over that without water, but for absorption.
 
         By the distance (rows). The first column is the light from about the lamp, on a patch
@@ -181,7 +181,7 @@ class WaterSpread(ComparedByContent):
         """
         return _on_patches(self)
 
-    def profile(self, profile: Profile) -> Grid:
+    def profile(self, profile: LampProfile) -> ValueGrid:
         """Profile of a lamp as light has it that was scattered on a length (rows).
 
         The columns are the places of :func:`.sample_place`.
@@ -213,7 +213,7 @@ class WaterSpread(ComparedByContent):
 
 
 @functools.lru_cache(maxsize=16)
-def _deflection(spread: WaterSpread) -> Grid:
+def _deflection(spread: WaterSpread) -> ValueGrid:
     lengths = _lengths(LENGTHS)
     x = lengths[:, None, None] * (spread.b * spread.chi)[None]
     bl = lengths[:, None, None] * spread.b
@@ -224,11 +224,11 @@ def _deflection(spread: WaterSpread) -> Grid:
     )
     half = math.pi / 2 * (np.arange(ANGLES) / (ANGLES - 1.0)) ** 3
     found = _summed(twice, np.cos(2.0 * half), _MOMENTS) / (4.0 * math.pi)
-    return Grid(np.log(np.maximum(found / lengths[:, None, None], _SMALLEST)))
+    return ValueGrid(np.log(np.maximum(found / lengths[:, None, None], _SMALLEST)))
 
 
 @functools.lru_cache(maxsize=16)
-def _on_patches(spread: WaterSpread) -> Grid:
+def _on_patches(spread: WaterSpread) -> ValueGrid:
     lengths = _lengths(LENGTHS)
     shares = spread.transferred(lengths, spread.blurs(np.arange(_MOMENTS + 1.0)))
     shares = shares * -np.expm1(-lengths[:, None, None] * spread.b)
@@ -237,17 +237,17 @@ def _on_patches(spread: WaterSpread) -> Grid:
     about = _received(shares, math.cos(ABOUT_LAMP), 1, ahead)
     seen = _received(shares, math.cos(THING), 0, ahead)
     rest = _received(shares, 0.0, 1, cosines) - about * np.maximum(cosines, 0.0)[:, None]
-    return Grid(np.maximum(np.concatenate([about, seen, rest], axis=1), 0.0))
+    return ValueGrid(np.maximum(np.concatenate([about, seen, rest], axis=1), 0.0))
 
 
 @functools.lru_cache(maxsize=16)
-def _profile(spread: WaterSpread, profile: Profile) -> Grid:
+def _profile(spread: WaterSpread, profile: LampProfile) -> ValueGrid:
     lengths = _lengths(PROFILE_LENGTHS)
     orders = np.arange(_OF_PROFILE + 1.0)
     shares = spread.transferred(lengths, spread.blurs(orders)) * _moments_of(profile)[:, None]
     sine = np.linspace(0.0, 1.0, PROFILE_ANGLES)
     values = _summed(shares, 1.0 - 2.0 * sine * sine, _OF_PROFILE)
-    return Grid(np.maximum(values, 0.0))
+    return ValueGrid(np.maximum(values, 0.0))
 
 
 def _lengths(rows: int) -> Array:
@@ -293,7 +293,7 @@ def _window(lowest: float, power: int) -> Array:
 
 
 @functools.lru_cache(maxsize=64)
-def _moments_of(profile: Profile) -> Array:
+def _moments_of(profile: LampProfile) -> Array:
     """Mean over all directions of a profile times each Legendre polynomial."""
     cosines, weights = np.polynomial.legendre.leggauss(_PLACES)
     return (

@@ -12,7 +12,7 @@ import numpy as np
 from ..mathematics import NUMPY, Mathematics, Operand, dot
 from .angular_spread import THING, Lookup
 from .lamp_shadow import lit
-from .profile import IsotropicProfile, Profile
+from .profile import IsotropicProfile, LampProfile
 
 NEAREST = 1e-3
 """Distance of a ray from a lamp, over that of its origin, below which it counts as so much: a
@@ -33,7 +33,7 @@ class Lamp:
         Unit vector it shines along.
     intensity : array, shape (n,)
         Radiant intensity where the profile is 1 (:func:`.radiant_intensity`).
-    profile : Profile
+    profile : LampProfile
         Of the angle from the axis.
     radius : float
         Of what emits, m; nothing is nearer to the lamp than this.
@@ -48,7 +48,7 @@ class Lamp:
     position: Sequence[Operand]
     axis: Sequence[Operand]
     intensity: Operand
-    profile: Profile = dataclasses.field(default_factory=IsotropicProfile)
+    profile: LampProfile = dataclasses.field(default_factory=IsotropicProfile)
     radius: Operand = 0.01
     seen: Operand = 1.0
     shadow: Lookup | None = None

@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..mathematics import NUMPY, Mathematics, Operand
 from ..octahedron import folded, lattice
-from .angular_spread import Grid, Lookup
+from .angular_spread import Lookup, ValueGrid
 
 SIDE = 48
 """Entries of the map, each way."""
@@ -34,7 +34,7 @@ def shadow_directions() -> NDArray[np.float64]:
     return lattice(SIDE)
 
 
-def shadow_map(distances: ArrayLike) -> Grid:
+def shadow_map(distances: ArrayLike) -> ValueGrid:
     """Return a map of the distances in m to the first thing in each direction, infinite without.
 
     Parameters
@@ -44,7 +44,7 @@ def shadow_map(distances: ArrayLike) -> Grid:
     """
     summed = np.abs(shadow_directions()).sum(axis=-1) * np.asarray(distances, dtype=np.float64)
     inverse = (1.0 / np.maximum(summed, _SMALLEST)).reshape(SIDE, SIDE)
-    return Grid(np.where(inverse > 0, inverse, -_highest_near(inverse))[..., None])
+    return ValueGrid(np.where(inverse > 0, inverse, -_highest_near(inverse))[..., None])
 
 
 def _highest_near(values: NDArray[np.float64]) -> NDArray[np.float64]:

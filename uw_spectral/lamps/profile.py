@@ -28,7 +28,7 @@ NO_EDGE = -2.0
 """In place of the cosine of an edge, where a lamp may or may not have one."""
 
 
-class Profile:
+class LampProfile:
     """Angular profile of a lamp, symmetric about its axis."""
 
     def sampled(self, count: int) -> NDArray[np.float64]:
@@ -69,7 +69,7 @@ class Profile:
 
 
 def sample_place(cosine: Operand, count: int, m: Mathematics = NUMPY) -> Operand:
-    """Place, 0 to count - 1, of a cosine among the samples of :meth:`Profile.sampled`.
+    """Place, 0 to count - 1, of a cosine among the samples of :meth:`LampProfile.sampled`.
 
     They are even in the sine of half the angle: fine on the axis, where lamps are bright.
 
@@ -82,7 +82,7 @@ def sample_place(cosine: Operand, count: int, m: Mathematics = NUMPY) -> Operand
 
 
 @dataclass(frozen=True)
-class IsotropicProfile(Profile):
+class IsotropicProfile(LampProfile):
     """The same in every direction: Blender's point light.
 
     Examples
@@ -103,7 +103,7 @@ class IsotropicProfile(Profile):
 
 
 @dataclass(frozen=True)
-class SpotProfile(Profile):
+class SpotProfile(LampProfile):
     """Blender's spot light.
 
     With k = cos(size / 2), x = (cos θ - k) / ((1 - k) blend) held between 0 and 1, the value
@@ -164,7 +164,7 @@ class SpotProfile(Profile):
 
 
 @dataclass(frozen=True, eq=False)
-class TableProfile(ComparedByContent, Profile):
+class TableProfile(ComparedByContent, LampProfile):
     """Measured profile, linear in the cosine between its points; make it of angles.
 
     Parameters

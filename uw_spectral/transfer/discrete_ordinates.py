@@ -34,7 +34,7 @@ from .path_integral import attenuated_path
 from .radiance_field import FARTHEST
 from .rough_surface import Exchange, RoughSurface, exchange
 from .sky import BLACK, RINGS, Sky
-from .solved_field import Array, SolvedField, SolvedLayer, Surroundings
+from .solved_field import Array, Boundaries, SolvedField, SolvedLayer
 
 STREAMS = 32
 """Quadrature cosines, up and down together, that serve pictures."""
@@ -92,7 +92,7 @@ class Emission(ComparedByContent):
 
 
 @dataclass(frozen=True, eq=False)
-class Layer:
+class OpticalLayer:
     """Homogeneous water down to a depth.
 
     Parameters
@@ -115,7 +115,7 @@ class Layer:
 
 
 def solve_discrete_ordinates(
-    layers: Sequence[Layer],
+    layers: Sequence[OpticalLayer],
     E: ArrayLike,
     sun: Sequence[float],
     *,
@@ -130,7 +130,7 @@ def solve_discrete_ordinates(
 
     Parameters
     ----------
-    layers : sequence of Layer
+    layers : sequence of OpticalLayer
         From the surface down; a finite last one ends at the floor.
     E : array_like, shape (n,)
         Direct downwelling irradiance of the sun just below the surface.
@@ -163,7 +163,7 @@ def solve_discrete_ordinates(
     --------
     >>> from ..water.phase import parse_phase
     >>> phase = parse_phase("hg:0.8").for_bands([0.1])
-    >>> water = [Layer(9.0, np.array([0.05]), np.array([0.1]), phase)]
+    >>> water = [OpticalLayer(9.0, np.array([0.05]), np.array([0.1]), phase)]
     >>> field = solve_discrete_ordinates(water, [1.0], (0.6, 0.0, -0.8), floor_reflectance=0.2)
     >>> field.Ed(4.0).round(4), field.Eu(4.0).round(4)
     (array([0.7427]), array([0.0816]))
@@ -203,7 +203,7 @@ def _shares(modes: Array) -> Array:
 
 
 def _checked(
-    layers: Sequence[Layer],
+    layers: Sequence[OpticalLayer],
     E: ArrayLike,
     mu_s: float,
     sun: Sequence[float],
@@ -211,7 +211,7 @@ def _checked(
     index: float | None,
     slope_variance: float,
     floor_reflectance: ArrayLike,
-) -> Surroundings:
+) -> Boundaries:
     if not layers:
         raise InputError("discrete ordinates: give at least one layer of water")
     n = len(layers[0].phase)
@@ -252,7 +252,7 @@ def _checked(
         )
     index = None if index == 1.0 else index
     waves = RoughSurface(index, float(slope_variance)) if index and slope_variance else None
-    return Surroundings(E, mu_s, sun, sky, index, r, waves)
+    return Boundaries(E, mu_s, sun, sky, index, r, waves)
 
 
 @functools.lru_cache(maxsize=16)
@@ -274,13 +274,13 @@ def _legendre(degree: int, modes: int, mu: tuple[float, ...]) -> Array:
 
 
 def _solve_layer(
-    layer: Layer,
+    layer: OpticalLayer,
     top: float,
     mu: Array,
     weights: Array,
     legendre: Array,
     sun_legendre: Array,
-    light: Surroundings,
+    light: Boundaries,
     beam: Array,
 ) -> SolvedLayer:
     """Solutions that fall, those that rise, and those that sun and emission drive.
@@ -358,7 +358,7 @@ def _join(
     weights: Array,
     sky: Array,
     waves: Exchange | None,
-    light: Surroundings,
+    light: Boundaries,
 ) -> list[SolvedLayer]:
     """Layers with the constants that the surface, the floor and each other ask for."""
     modes, n, N = sky.shape

@@ -47,7 +47,7 @@ Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
-class Surroundings:
+class Boundaries:
     """What comes in from above, through what surface, and what the floor sends back."""
 
     E: Array
@@ -117,11 +117,11 @@ class SolvedField:
         Quadrature cosines and weights of the streams down, mirrored by those up.
     layers : sequence of SolvedLayer
         From the surface down.
-    light : Surroundings
+    light : Boundaries
     """
 
     def __init__(
-        self, mu: Array, weights: Array, layers: Sequence[SolvedLayer], light: Surroundings
+        self, mu: Array, weights: Array, layers: Sequence[SolvedLayer], light: Boundaries
     ) -> None:
         self._mu, self._weights = mu, weights
         self._layers, self.light = layers, light

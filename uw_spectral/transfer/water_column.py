@@ -20,7 +20,7 @@ from ..errors import InputError, unknown_name
 from ..spectra.bands import Bands
 from ..surface.refraction import direction_in_air
 from ..water.phase import BandPhase
-from .discrete_ordinates import STREAMS, Emission, Layer, solve_discrete_ordinates
+from .discrete_ordinates import STREAMS, Emission, OpticalLayer, solve_discrete_ordinates
 from .rough_surface import beam_below, beam_reflectance
 from .sky import SKIES, UNIFORM, Sky
 from .solved_field import SolvedField
@@ -209,14 +209,14 @@ class WaterColumn(ComparedByContent):
         layers = [(x.absorption, x.scattering) for x in (self, *self.below)]
         return np.min([0.5 * np.sqrt(a * (a + b)) for a, b in layers], axis=0)
 
-    def layers(self, phase: BandPhase) -> tuple[Layer, ...]:
+    def layers(self, phase: BandPhase) -> tuple[OpticalLayer, ...]:
         """Return the layers from the surface to the floor, given the first one's phase function."""
         parts = [(self.absorption, self.scattering, phase)]
         parts += [(x.absorption, x.scattering, x.phase) for x in self.below]
         bottoms = [x.top for x in self.below if x.top < self.floor_depth] + [self.floor_depth]
-        return tuple(Layer(y, *part) for y, part in zip(bottoms, parts, strict=False))
+        return tuple(OpticalLayer(y, *part) for y, part in zip(bottoms, parts, strict=False))
 
-    def layer_at(self, y: float, phase: BandPhase) -> Layer:
+    def layer_at(self, y: float, phase: BandPhase) -> OpticalLayer:
         """Return the layer at a depth; where two meet, the upper one."""
         layers = self.layers(phase)
         return next((layer for layer in layers if y <= layer.bottom), layers[-1])

@@ -4,16 +4,16 @@ from .bio_optics import Constituents
 from .named import list_waters, parse_water
 from .optical_properties import JERLOV_TYPES, Water
 from .phase import BandPhase, FournierForand, HenyeyGreenstein, parse_phase
-from .profile import Profile, read_profile
+from .profile import DepthProfile, read_profile
 from .pure_water import molecular_scattering
 
 __all__ = [
     "JERLOV_TYPES",
     "BandPhase",
     "Constituents",
+    "DepthProfile",
     "FournierForand",
     "HenyeyGreenstein",
-    "Profile",
     "Water",
     "list_waters",
     "molecular_scattering",

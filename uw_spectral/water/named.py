@@ -8,7 +8,7 @@ from ..errors import InputError
 from .bio_optics import named_water, named_waters, parse_constituents
 from .measured import read_water
 from .optical_properties import DEFAULT_SOURCE, JERLOV_SOURCES, Water
-from .profile import Profile, WaterProfile
+from .profile import DepthProfile, WaterProfile
 
 
 def list_waters() -> dict[str, tuple[str, ...]]:
@@ -64,7 +64,7 @@ def parse_uniform_water(text: str, source: str = DEFAULT_SOURCE) -> Water:
         Also if it is a profile.
     """
     water = parse_water(text, source)
-    if isinstance(water, Profile):
+    if isinstance(water, DepthProfile):
         raise InputError(f"water {text!r} differs with depth; give one that does not here")
     return water
 

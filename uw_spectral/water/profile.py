@@ -29,7 +29,7 @@ MOST_LAYERS = 16
 
 
 @dataclass(frozen=True)
-class Profile[T]:
+class DepthProfile[T]:
     """Something for each layer of the water, from the surface down.
 
     Parameters
@@ -63,12 +63,12 @@ class Profile[T]:
             )
 
     @classmethod
-    def uniform(cls, whole: T) -> Profile[T]:
+    def uniform(cls, whole: T) -> DepthProfile[T]:
         """One layer."""
         return cls((0.0,), (whole,))
 
     @classmethod
-    def of_samples(cls, depths: Sequence[float], samples: Sequence[T]) -> Profile[T]:
+    def of_samples(cls, depths: Sequence[float], samples: Sequence[T]) -> DepthProfile[T]:
         """Layers around samples: they meet half-way between two neighbouring depths.
 
         The first reaches up to the surface, and the last has no lower end.
@@ -87,8 +87,8 @@ class Profile[T]:
 
         Examples
         --------
-        >>> Profile.of_samples([0.0, 10.0, 30.0], "abc")
-        Profile(tops=(0.0, 5.0, 20.0), layers=('a', 'b', 'c'))
+        >>> DepthProfile.of_samples([0.0, 10.0, 30.0], "abc")
+        DepthProfile(tops=(0.0, 5.0, 20.0), layers=('a', 'b', 'c'))
         """
         if len(depths) < 2:
             raise InputError(
@@ -109,12 +109,12 @@ class Profile[T]:
         """What lies at a depth in m; where two layers meet, the upper one."""
         return self.layers[max(sum(top < y for top in self.tops) - 1, 0)]
 
-    def map[U](self, function: Callable[[T], U]) -> Profile[U]:
+    def map[U](self, function: Callable[[T], U]) -> DepthProfile[U]:
         """Return the layers with something else in them, made from what they hold."""
-        return Profile(self.tops, tuple(map(function, self.layers)))
+        return DepthProfile(self.tops, tuple(map(function, self.layers)))
 
 
-WaterProfile = Profile[Water] | Profile[Constituents]
+WaterProfile = DepthProfile[Water] | DepthProfile[Constituents]
 """What a table over depth holds."""
 
 
@@ -129,7 +129,7 @@ def read_profile(path: str | Path) -> WaterProfile:
         ``chlorophyll,cdom,minerals,detritus`` in the units of :class:`.Constituents`, a row
         for each depth; what is left out is 0. The comment may state what holds at all depths, as
         ``# cdom-slope: 0.018``, by the keys of :func:`.parse_constituents`. Depths increase; see
-        :meth:`Profile.of_samples` for the layers that they make.
+        :meth:`DepthProfile.of_samples` for the layers that they make.
 
     Raises
     ------
@@ -142,7 +142,7 @@ def read_profile(path: str | Path) -> WaterProfile:
     return _of_constituents(table)
 
 
-def _measured(path: Path) -> Profile[Water]:
+def _measured(path: Path) -> DepthProfile[Water]:
     table = read_table(path, (DEPTH, "wavelength_nm", "a", "b"))
     depth = table.columns[DEPTH]
     starts = [0, *(np.flatnonzero(np.diff(depth)) + 1), len(depth)]
@@ -157,7 +157,7 @@ def _measured(path: Path) -> Profile[Water]:
     return _layers(path, [float(depth[part.start]) for part in rows], rows).map(water)
 
 
-def _of_constituents(table: Table) -> Profile[Constituents]:
+def _of_constituents(table: Table) -> DepthProfile[Constituents]:
     path, columns = table.path, dict(table.columns)
     depths = columns.pop(DEPTH).tolist()
     stated = {name: table.stated(key) for key, name in PROPERTIES.items()}
@@ -180,8 +180,8 @@ def _of_constituents(table: Table) -> Profile[Constituents]:
     return _layers(path, depths, range(len(depths))).map(constituents)
 
 
-def _layers[T](path: Path, depths: Sequence[float], samples: Sequence[T]) -> Profile[T]:
+def _layers[T](path: Path, depths: Sequence[float], samples: Sequence[T]) -> DepthProfile[T]:
     try:
-        return Profile.of_samples(depths, samples)
+        return DepthProfile.of_samples(depths, samples)
     except InputError as error:
         raise InputError(f"{path}: {error}") from error

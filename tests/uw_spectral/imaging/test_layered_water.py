@@ -31,10 +31,10 @@ from underwater_spectral.uw_spectral.transfer.water_column import DeeperWater
 from underwater_spectral.uw_spectral.water.bio_optics import Constituents
 from underwater_spectral.uw_spectral.water.optical_properties import Water
 from underwater_spectral.uw_spectral.water.phase import parse_phase
-from underwater_spectral.uw_spectral.water.profile import Profile
+from underwater_spectral.uw_spectral.water.profile import DepthProfile
 
 CLEAR, TURBID = Water.uniform(0.1, 0.1, "clear"), Water.uniform(0.3, 0.6, "turbid")
-LAYERS = Profile((0.0, 4.0), (CLEAR, TURBID))
+LAYERS = DepthProfile((0.0, 4.0), (CLEAR, TURBID))
 
 
 def _resolved(water, **changes):
@@ -44,7 +44,7 @@ def _resolved(water, **changes):
 
 
 def _cut(water, *tops):
-    return Profile((0.0, *tops), (water,) * (len(tops) + 1))
+    return DepthProfile((0.0, *tops), (water,) * (len(tops) + 1))
 
 
 def test_each_layer_has_its_own_numbers():
@@ -77,7 +77,7 @@ def test_each_layer_has_its_own_phase_function():
     deeper = found.column.below[0].phase
     assert np.all(deeper.weights[0] < 0.5 * found.phase.weights[0])
     much, little = Constituents(5.0), Constituents(0.2, minerals=1.0)
-    found = _resolved(WaterDescription(Profile((0.0, 4.0), (much, little))))
+    found = _resolved(WaterDescription(DepthProfile((0.0, 4.0), (much, little))))
     assert found.phase == much.phase(found.bands.centres)
     assert found.column.below[0].phase == little.phase(found.bands.centres)
 
@@ -86,7 +86,7 @@ def test_columns_compare_by_their_layers():
     one, other = _resolved(LAYERS).column, _resolved(LAYERS).column
     assert one == other
     assert hash(one) == hash(other)
-    assert one != _resolved(Profile((0.0, 5.0), LAYERS.layers)).column
+    assert one != _resolved(DepthProfile((0.0, 5.0), LAYERS.layers)).column
     assert one != _resolved(CLEAR).column
 
 
@@ -152,7 +152,7 @@ def test_read_outs_are_those_of_the_camera_s_layer():
 
 def test_light_ends_where_two_absorbing_layers_say():
     """Without scattering it is Beer's law, layer by layer."""
-    water = Profile((0.0, 10.0), (Water.uniform(0.1, 0.0), Water.uniform(0.5, 0.0)))
+    water = DepthProfile((0.0, 10.0), (Water.uniform(0.1, 0.0), Water.uniform(0.5, 0.0)))
     found = _resolved(water, floor=FloorDescription(11.0))
     wanted = 10.0 + (-math.log(0.01) * found.column.sun_cosine - 1.0) / 0.5
     assert euphotic_depth(found.column, found.phase) == pytest.approx(wanted, rel=1e-4)

@@ -12,7 +12,7 @@ from underwater_spectral.uw_spectral.lamps.angular_spread import (
     ANGLES,
     LENGTHS,
     PROFILE_LENGTHS,
-    Grid,
+    ValueGrid,
     WaterSpread,
     deflection_place,
     length_place,
@@ -111,7 +111,7 @@ def test_most_light_comes_from_about_the_lamp():
 def test_the_table_is_linear_between_its_entries():
     rng = np.random.default_rng(1)
     values = rng.random((4, 5, 2))
-    grid = Grid(values)
+    grid = ValueGrid(values)
     at = grid.at(np.array([[1.25], [4.0]]), np.array([[2.5], [3.0]]))
     between = 0.75 * values[2:4, 1] + 0.25 * values[2:4, 2]
     assert at == pytest.approx(np.stack([between.mean(axis=0), values[3, 4]]))

@@ -17,7 +17,7 @@ from underwater_spectral.uw_spectral.surface.caustics import (
 from underwater_spectral.uw_spectral.surface.refraction import sun_travel_direction
 from underwater_spectral.uw_spectral.surface.waves import WaveSpectrum
 from underwater_spectral.uw_spectral.transfer.discrete_ordinates import (
-    Layer,
+    OpticalLayer,
     solve_discrete_ordinates,
 )
 from underwater_spectral.uw_spectral.transfer.sky import Sky
@@ -30,7 +30,7 @@ WAVES = WaveSpectrum(5.0, 20.0).realise(4.0, 128, seed=1)
 
 def _water(a=(0.05, 0.4), b=(0.5, 0.3), phase="fournier-forand:1.10,0.0183", sky=0.1):
     functions = parse_phase(phase).for_bands(b)
-    layer = Layer(math.inf, np.array(a), np.array(b), functions)
+    layer = OpticalLayer(math.inf, np.array(a), np.array(b), functions)
     above = Sky.standard("uniform", np.full(len(a), sky), SUN.tolist())
     field = solve_discrete_ordinates([layer], np.ones(len(a)), SUN.tolist(), sky=above)
     return SunlitWater(field)

@@ -24,7 +24,7 @@ from underwater_spectral.uw_spectral.surface.wave_patterns import (
     under_waves,
 )
 from underwater_spectral.uw_spectral.transfer.discrete_ordinates import (
-    Layer,
+    OpticalLayer,
     solve_discrete_ordinates,
 )
 from underwater_spectral.uw_spectral.transfer.radiance_field import (
@@ -61,7 +61,7 @@ def test_formulas_are_those_of_the_layers():
 
 def test_contrast_between_the_knots_is_close():
     now = SEA.at(1.0, SUN, 1.34)
-    layer = Layer(math.inf, np.array([0.05, 0.3]), np.array([0.1, 0.2]), PHASE)
+    layer = OpticalLayer(math.inf, np.array([0.05, 0.3]), np.array([0.1, 0.2]), PHASE)
     sky = Sky.standard("uniform", np.full(2, 0.2), SUN.tolist())
     lit = SunlitWater(solve_discrete_ordinates([layer], np.ones(2), SUN.tolist(), sky=sky))
     knots = now.contrast(lit)

@@ -19,7 +19,7 @@ from underwater_spectral.uw_spectral.surface.refraction import (
 from underwater_spectral.uw_spectral.transfer import discrete_ordinates
 from underwater_spectral.uw_spectral.transfer.discrete_ordinates import (
     STREAMS,
-    Layer,
+    OpticalLayer,
     solve_discrete_ordinates,
 )
 from underwater_spectral.uw_spectral.transfer.sky import Sky
@@ -33,7 +33,7 @@ DOWN, UP, LEVEL = (0.0, 0.0, -1.0), (0.0, 0.0, 1.0), (0.0, 1.0, 0.0)
 
 def _layer(a, b, phase="hg:0.8", bottom=math.inf):
     a, b = np.atleast_1d(np.asarray(a, float)), np.atleast_1d(np.asarray(b, float))
-    return Layer(bottom, a, b, parse_phase(phase).for_bands(b, 0.1 * b))
+    return OpticalLayer(bottom, a, b, parse_phase(phase).for_bands(b, 0.1 * b))
 
 
 def _directions(count, seed=0):
@@ -77,7 +77,7 @@ def test_surface_and_sky_against_monte_carlo(phase, sky):
     band_phase = parse_phase(phase).for_bands(b, 0.1 * b)
     truth = simulate(column, band_phase, [0.5, y], views=views, photons=1_000_000, threads=2)
     field = solve_discrete_ordinates(
-        [Layer(floor, a, b, band_phase)], np.ones(2), sun, refractive_index=n,
+        [OpticalLayer(floor, a, b, band_phase)], np.ones(2), sun, refractive_index=n,
         sky=Sky.standard("uniform", np.full(2, math.pi * sky)), floor_reflectance=0.3,
     )  # fmt: skip
     for found, wanted in (
@@ -216,12 +216,12 @@ def test_molecules_and_particles_differ_by_band():
     nm = np.array([450.0, 650.0])
     water, b = Water.jerlov("I"), Water.jerlov("I").b(nm)
     phase = parse_phase("mixture").for_bands(b, molecular_scattering(nm))
-    layer = Layer(math.inf, water.a(nm), b, phase)
+    layer = OpticalLayer(math.inf, water.a(nm), b, phase)
     both = solve_discrete_ordinates([layer], [1.0, 1.0], (0.4, 0.0, -math.sqrt(1 - 0.16)))
     for band in range(2):
         one = parse_phase("mixture").for_bands(b[[band]], molecular_scattering(nm[[band]]))
         alone = solve_discrete_ordinates(
-            [Layer(math.inf, layer.absorption[[band]], b[[band]], one)], [1.0],
+            [OpticalLayer(math.inf, layer.absorption[[band]], b[[band]], one)], [1.0],
             (0.4, 0.0, -math.sqrt(1 - 0.16)),
         )  # fmt: skip
         np.testing.assert_allclose(
@@ -381,7 +381,9 @@ def test_light_close_to_the_sun(water, nm, y, bound):
     water, b = Water.jerlov(water), Water.jerlov(water).b(nm)
     phase = parse_phase("mixture").for_bands(b, molecular_scattering(nm))
     fields = [
-        solve_discrete_ordinates([Layer(math.inf, water.a(nm), b, phase)], [1.0], sun, streams=n)
+        solve_discrete_ordinates(
+            [OpticalLayer(math.inf, water.a(nm), b, phase)], [1.0], sun, streams=n
+        )
         for n in (24, 32, 96)
     ]
     for degrees in (1.0, 2.0, 3.0, 5.0, 7.0, 10.0, 12.0, 15.0):

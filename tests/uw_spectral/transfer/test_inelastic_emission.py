@@ -28,7 +28,7 @@ from underwater_spectral.uw_spectral.imaging.optics import resolve
 from underwater_spectral.uw_spectral.spectra.bands import Bands
 from underwater_spectral.uw_spectral.transfer.discrete_ordinates import (
     Emission,
-    Layer,
+    OpticalLayer,
     solve_discrete_ordinates,
 )
 from underwater_spectral.uw_spectral.transfer.inelastic_emission import inelastic_emission
@@ -46,7 +46,7 @@ DOWN = (0.0, 0.0, -1.0)
 def _layer(a, b, bottom, rate=None, power=None, phase="hg:0.8"):
     a, b = np.atleast_1d(np.asarray(a, float)), np.atleast_1d(np.asarray(b, float))
     emission = None if rate is None else Emission(rate, power)
-    return Layer(bottom, a, b, parse_phase(phase).for_bands(b), emission)
+    return OpticalLayer(bottom, a, b, parse_phase(phase).for_bands(b), emission)
 
 
 def test_emission_in_water_that_only_absorbs():
@@ -89,7 +89,7 @@ def test_net_flux_grows_by_what_is_emitted(index):
         scale = np.trapezoid(emitted, y, axis=0)
         np.testing.assert_allclose((net[-1] - net[0]) / scale, gained / scale, atol=1e-5)
     np.testing.assert_allclose(field.Eu(5.0), 0.4 * field.Ed(5.0), rtol=1e-9)
-    plain = [Layer(x.bottom, x.absorption, x.scattering, x.phase) for x in layers]
+    plain = [OpticalLayer(x.bottom, x.absorption, x.scattering, x.phase) for x in layers]
     sunlit, both = (solve_discrete_ordinates(x, [1.0, 2.0], DOWN, **how) for x in (plain, layers))
     w = ([0.6, 0.0], [0.0, 0.8], [0.8, -0.6])
     np.testing.assert_allclose(

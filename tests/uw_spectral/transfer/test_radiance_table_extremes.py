@@ -15,7 +15,7 @@ from underwater_spectral.uw_spectral.imaging.description import (
 )
 from underwater_spectral.uw_spectral.imaging.optics import resolve
 from underwater_spectral.uw_spectral.transfer.discrete_ordinates import (
-    Layer,
+    OpticalLayer,
     solve_discrete_ordinates,
 )
 from underwater_spectral.uw_spectral.transfer.radiance_table import tabulate
@@ -56,8 +56,9 @@ def test_raman_light_does_not_spoil_the_tables(water, floor):
 def test_murky_bands_in_a_clear_deep_table():
     """A band of which nothing is left at the last slices; the clear ones set their depth."""
     a, b = np.array([1e-4, 0.05, 2.0]), np.array([1e-4, 0.1, 30.0])
+    layer = OpticalLayer(1000.0, a, b, parse_phase("hg:0.8").for_bands(b))
     field = solve_discrete_ordinates(
-        [Layer(1000.0, a, b, parse_phase("hg:0.8").for_bands(b))], np.ones(3), (0.0, 0.0, -1.0),
+        [layer], np.ones(3), (0.0, 0.0, -1.0),
         floor_reflectance=0.5, streams=16,
     )  # fmt: skip
     table = tabulate(field)

@@ -26,7 +26,7 @@ from underwater_spectral.uw_spectral.surface.refraction import (
 from underwater_spectral.uw_spectral.surface.waves import slope_variance_CoxMunk1954
 from underwater_spectral.uw_spectral.transfer import rough_surface
 from underwater_spectral.uw_spectral.transfer.discrete_ordinates import (
-    Layer,
+    OpticalLayer,
     _quadrature,
     solve_discrete_ordinates,
 )
@@ -50,7 +50,7 @@ EVERY = pytest.mark.parametrize("variance", VARIANCES.values(), ids=VARIANCES)
 
 def _layer(a, b, phase="hg:0.8", bottom=math.inf):
     a, b = np.atleast_1d(np.asarray(a, float)), np.atleast_1d(np.asarray(b, float))
-    return Layer(bottom, a, b, parse_phase(phase).for_bands(b))
+    return OpticalLayer(bottom, a, b, parse_phase(phase).for_bands(b))
 
 
 def _streams(count):

@@ -8,7 +8,7 @@ from underwater_spectral.uw_spectral.errors import InputError
 from underwater_spectral.uw_spectral.water.bio_optics import Constituents
 from underwater_spectral.uw_spectral.water.named import parse_uniform_water, parse_water
 from underwater_spectral.uw_spectral.water.optical_properties import Water
-from underwater_spectral.uw_spectral.water.profile import MOST_LAYERS, Profile, read_profile
+from underwater_spectral.uw_spectral.water.profile import MOST_LAYERS, DepthProfile, read_profile
 
 MEASURED = """# cast 7
 depth_m,wavelength_nm,a,b
@@ -105,6 +105,6 @@ def test_one_water_is_asked_for(tmp_path):
 def test_layers_begin_at_increasing_depths():
     for tops in ((1.0, 2.0), (0.0, 0.0), (0.0,), ()):
         with pytest.raises(InputError, match="increasing from 0"):
-            Profile(tops, ("one", "two"))
+            DepthProfile(tops, ("one", "two"))
     with pytest.raises(InputError, match="at most"):
-        Profile(tuple(np.arange(MOST_LAYERS + 1.0)), tuple(range(MOST_LAYERS + 1)))
+        DepthProfile(tuple(np.arange(MOST_LAYERS + 1.0)), tuple(range(MOST_LAYERS + 1)))
