@@ -14,7 +14,7 @@ from typing import TextIO
 import bpy
 
 from ..quality.terms import SHAFTS
-from ..scene import stored_settings
+from ..scene import colour_space, stored_settings
 from ..scene.seen import picture_size
 from ..scene.session import is_live
 from ..scene.viewport import live
@@ -142,6 +142,9 @@ def _chosen(
 def _open(blend: Path | None, inside_blender: bool) -> None:
     """Open a scene; live water makes way for that of the batch."""
     _open_file(blend, inside_blender)
+    # What is not saved may be converted; a window shows the user's file.
+    if bpy.app.background and (note := colour_space.bring_to_rec709()):
+        print_note(note)
     for scene in bpy.data.scenes:
         if is_live(scene):
             live.remove(scene)

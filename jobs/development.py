@@ -42,7 +42,7 @@ def develop(
         group = tree.nodes.new("CompositorNodeGroup")
         group.node_tree = sensor
         for image, socket in zip(loaded, group.inputs, strict=True):
-            image.colorspace_settings.name = "Non-Color"
+            image.colorspace_settings.is_data = True
             source = tree.nodes.new("CompositorNodeImage")
             source.image = image
             tree.links.new(source.outputs["Image"], socket)

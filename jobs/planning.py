@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..quality.methods import Device
-from ..scene import contents
+from ..scene import colour_space, contents
 from ..scene.engines import cycles_settings
 from ..scene.engines.band_engine import Engine
 from ..scene.engines.engines import engine_of
@@ -72,6 +72,7 @@ def plan_job(
     """
     require_no_water(scene)
     contents.require_local(scene)
+    colour_space.require_rec709()
     files = job_files.scene_files()  # those of the stage are its own
     with as_rendered(scene), stereo.two_eyes(scene), staging.staged(scene, job.stage):
         return _plan(scene, settings_now, job, files)

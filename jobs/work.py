@@ -10,12 +10,13 @@ from dataclasses import dataclass
 import bpy
 import numpy as np
 
-from ..scene import contents, units
+from ..scene import colour_space, contents
 from ..scene.engines.band_engine import BandEngine, Engine, Opening, RenderPass
 from ..scene.engines.engines import engine_of
 from ..scene.marks import require_no_water
 from ..scene.rendered import as_rendered
 from ..scene.seen import cameras, picture_size, stereo
+from ..scene.unheeded import unheeded
 from ..uw_spectral.errors import InputError
 from . import band_passes, staging
 from .claims import claimed
@@ -139,6 +140,7 @@ def render(
     """
     require_no_water(scene)
     contents.require_local(scene)
+    colour_space.require_rec709()
     picture_size.check_memory(
         manifest.output.size,
         3 if _engine(manifest).method.draws_colours else len(manifest.bands_nm),
@@ -238,13 +240,14 @@ class _Water:
             device=output.device,
             eyes=tuple(view.eye for view in of_camera if view.eye),
         )
+        said = unheeded(scene)  # before Blender's settings are those of the engine
         engine = self._stack.enter_context(_engine(manifest).open(scene, camera, opening))
         if engine.passes != [item.bands for item in manifest.passes if item.part == 0]:
             raise InputError(
                 "the passes of the manifest are not those of its settings; write it again with "
                 "--plan"
             )
-        self._notes = tuple(note for note in (units.note(scene), *engine.notes) if note)
+        self._notes = tuple(note for note in (*said, *engine.notes) if note)
         for note in self._notes:
             self._report(note)
         self._engine = engine

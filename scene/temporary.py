@@ -33,7 +33,14 @@ def render_settings(
         The one layer that is rendered.
     """
     rendered = rendered_layer(scene)
-    layers = [(layer, "use", layer == rendered) for layer in scene.view_layers]
+    layers: list[tuple[Any, str, Any]] = [
+        *((layer, "use", layer == rendered) for layer in scene.view_layers),
+        # The water is the world and a volume; its light is that of its own materials.
+        *((rendered, name, True) for name in ("use_sky", "use_volumes")),
+        *((rendered, name, None) for name in ("material_override", "world_override")),
+        (rendered, "samples", 0),
+        (scene.render, "use_freestyle", False),
+    ]
     with contextlib.ExitStack() as stack:
         for owner, name, value in [*wanted, *layers]:
             stack.callback(setattr, owner, name, getattr(owner, name))

@@ -5,7 +5,8 @@ Viewport and written picture go the same way, so they look the same.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import contextlib
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +18,9 @@ from ..uw_spectral.errors import InputError
 from ..uw_spectral.spectra.spectral_image import replacing, write_png
 from ..uw_spectral.spectra.tone import AGX, CAMERA_CURVES, MEDIUM, STANDARD, camera_curve
 
+# Blender's own names, and those of the ACES configurations that come with OpenColorIO.
+_PLAIN_VIEWS, _DISPLAYS = ("Standard", "Un-tone-mapped"), ("sRGB", "sRGB - Display")
+_KEPT = ("view_transform", "look", "exposure", "gamma", "use_white_balance")
 _NODES = 32
 _CURVE, _POINTS, _HANDLES = "curve", "points", "handles"
 _LEVELS = ("black_level", "white_level")
@@ -39,10 +43,13 @@ def show(view: bpy.types.ColorManagedViewSettings, tone: str, contrast: str) -> 
     contrast : str
         One of :data:`.CONTRASTS`; Blender's look of that name.
     """
-    view.look = "None"
-    view.view_transform = "AgX" if tone == AGX else "Standard"
-    view.look = _look(tone, contrast)
+    with contextlib.suppress(TypeError):
+        view.look = "None"
+    _take(view, "view_transform", ("AgX",) if tone == AGX else _PLAIN_VIEWS, f"--tone {tone}")
+    if contrast != MEDIUM:
+        _take(view, "look", (_look(tone, contrast),), f"--contrast {contrast}")
     view.exposure, view.gamma = 0.0, 1.0
+    view.use_white_balance = False
     view.use_curve_mapping = tone in CAMERA_CURVES
     if tone in CAMERA_CURVES:
         _draw_curve(view.curve_mapping, tone)
@@ -50,7 +57,7 @@ def show(view: bpy.types.ColorManagedViewSettings, tone: str, contrast: str) -> 
 
 def kept_view(view: bpy.types.ColorManagedViewSettings) -> dict[str, Any]:
     """Return what :func:`show` changes, as a scene can store it."""
-    names = ("view_transform", "look", "exposure", "gamma", "use_curve_mapping")
+    names = (*_KEPT, "use_curve_mapping")
     kept: dict[str, Any] = {name: getattr(view, name) for name in names}
     if view.curve_mapping is not None:
         mapping = view.curve_mapping
@@ -65,9 +72,11 @@ def kept_view(view: bpy.types.ColorManagedViewSettings) -> dict[str, Any]:
 
 def give_back(view: bpy.types.ColorManagedViewSettings, kept: Mapping[str, Any]) -> None:
     """Undo :func:`show`."""
-    view.look = "None"  # a look exists only under its view transform
-    for name in ("view_transform", "look", "exposure", "gamma"):
-        setattr(view, name, kept[name])
+    with contextlib.suppress(TypeError):
+        view.look = "None"  # a look exists only under its view transform
+    for name in _KEPT:
+        if name in kept:  # files of before know fewer
+            setattr(view, name, kept[name])
     if _CURVE in kept:
         mapping, curve = view.curve_mapping, kept[_CURVE]
         for name in _LEVELS:
@@ -93,7 +102,7 @@ def write_shown(path: Path, rgb: NDArray[np.float32], tone: str, contrast: str) 
     scene = bpy.data.scenes.new("UW Picture")
     image = bpy.data.images.new("UW Picture", width, height, float_buffer=True)
     try:
-        scene.display_settings.display_device = "sRGB"
+        _take(scene.display_settings, "display_device", _DISPLAYS, "the PNG")
         show(scene.view_settings, tone, contrast)
         settings = scene.render.image_settings
         settings.media_type, settings.file_format = "IMAGE", "PNG"
@@ -109,9 +118,21 @@ def write_shown(path: Path, rgb: NDArray[np.float32], tone: str, contrast: str) 
         bpy.data.scenes.remove(scene)
 
 
+def _take(owner: bpy.types.bpy_struct, name: str, words: Sequence[str], what: str) -> None:
+    """Give a property the first of some words that the colour configuration knows."""
+    for word in words:
+        try:
+            setattr(owner, name, word)
+        except TypeError:
+            continue
+        return
+    raise InputError(
+        f"{what}: the colour configuration that Blender runs with has no {' or '.join(words)}; "
+        "choose another, or unset OCIO"
+    )
+
+
 def _look(tone: str, contrast: str) -> str:
-    if contrast == MEDIUM:
-        return "None"
     words = f"{contrast.replace('-', ' ').title()} Contrast"
     return f"AgX - {words}" if tone == AGX else words
 

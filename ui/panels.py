@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING, Any, override
 import bpy
 
 from ..quality.methods import METHODS
-from ..scene import stored_lamps, units
+from ..scene import stored_lamps
 from ..scene import stored_settings as optics
 from ..scene.session import is_live
+from ..scene.unheeded import unheeded
 from ..settings.scene_settings import SETTINGS
 from ..settings.setting import SECTIONS
 from . import migration, preferences, presets, previews, property_group, sections, sun_handle
@@ -89,9 +90,8 @@ class MainPanel(_Panel, bpy.types.Panel):
             _say(layout, "This scene is linked: make it local to change its water.", "LINKED")
         if migration.is_newer(scene):
             _say(layout, "A newer version of the extension has saved this file.", "ERROR")
-        unit = units.note(scene)
-        if unit:
-            _say(layout, unit[0].upper() + unit[1:] + ".", "ERROR")
+        for note in unheeded(scene):
+            _say(layout, f"{note[:1].upper()}{note[1:]}.", "ERROR")
         problem = live.problem(scene)
         if problem:
             _say(layout, problem, "ERROR")
@@ -381,7 +381,8 @@ class QualityPanel(_SectionPanel, bpy.types.Panel):
             column.prop(eevee, "volumetric_tile_size", text="Froxel size")
             column.prop(eevee, "volumetric_samples", text="Froxel steps")
         self.layout.label(text=SETTINGS["layers"].label)
-        grid = self.layout.grid_flow(row_major=True, columns=3, even_columns=True, align=True)
+        grid = self.layout.grid_flow(row_major=True, columns=2, even_columns=True, align=True)
+        grid.use_property_split = False
         for item in panel.bl_rna.properties["layers"].enum_items:
             grid.prop_enum(panel, "layers", item.identifier)
         for line in panel.decisions.splitlines():

@@ -90,6 +90,7 @@ def reference_settings(
         (cycles, "sample_clamp_direct", 0.0),
         (cycles, "sample_clamp_indirect", 0.0),
         (cycles, "light_sampling_threshold", 0.0),
+        (cycles, "direct_light_sampling_type", "MULTIPLE_IMPORTANCE_SAMPLING"),
         # The same to the last bit with one light, and a tenth slower.
         (cycles, "use_light_tree", _samples_more_than_the_sun(scene)),
         (cycles, "film_exposure", 1.0),

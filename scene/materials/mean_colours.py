@@ -222,7 +222,7 @@ def _image_mean(image: bpy.types.Image | None, *, alpha: bool) -> Rgb:
     texels = texels[:, :3]
     if texels.shape[1] < 3:
         texels = np.repeat(texels[:, :1], 3, axis=1)
-    if image.colorspace_settings.name == "sRGB" and not image.is_float:
+    if image.colorspace_settings.name.startswith("sRGB") and not image.is_float:
         return _rgb(np.mean([Color(c).from_srgb_to_scene_linear() for c in texels], axis=0))
     return _rgb(texels.mean(axis=0))
 

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 import bpy
 import numpy as np
-from mathutils import Vector
+from mathutils import Matrix, Vector
 from numpy.typing import NDArray
 
 from ...uw_spectral.errors import InputError
@@ -60,8 +60,7 @@ def camera_rays(
     A panorama's are spread over the sphere, or over the cone of a fisheye.
     """
     place = camera.matrix_world
-    turn = place.to_quaternion()
-    data = camera.data
+    turn, data = turn_of(camera), camera.data
     if data.type == "PANO":
         for direction in _sphere(width * height, _panorama_angle(data)):
             yield place.translation.copy(), turn @ direction
@@ -101,6 +100,15 @@ def _sphere(count: int, half_angle: float) -> Iterator[Vector]:
         z = 1 - (1 - math.cos(half_angle)) * (i + 0.5) / count
         side = math.sqrt(max(1 - z * z, 0.0))
         yield Vector((side * math.cos(golden * i), side * math.sin(golden * i), -z))
+
+
+def turn_of(camera: bpy.types.Object) -> Matrix:
+    """Axes of a camera in the world as columns, without its size; a mirrored one stays so."""
+    turn = camera.matrix_world.to_3x3()
+    turn.transpose()
+    turn = Matrix([row.normalized() for row in turn])
+    turn.transpose()
+    return turn
 
 
 def eye_of(camera: bpy.types.Object) -> tuple[float, ...]:

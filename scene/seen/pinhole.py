@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from ...datasets.camera import PinholeCamera
 from ...uw_spectral.errors import InputError
+from .cameras import turn_of
 from .picture_size import rendered_size
 
 
@@ -17,8 +18,13 @@ def require_pinhole(camera: bpy.types.Object) -> None:
     Raises
     ------
     InputError
-        If it is not a perspective one.
+        If it is not a perspective one, or mirrored by a negative scale.
     """
+    if camera.matrix_world.is_negative:
+        raise InputError(
+            f"--layers: camera {camera.name!r} is mirrored by a negative scale, which no pose "
+            "tells; apply its scale (Object, Apply, Scale)"
+        )
     if camera.data.type != "PERSP":
         raise InputError(
             f"--layers: camera {camera.name!r} is of type {camera.data.type}; layers and the truth "
@@ -42,8 +48,8 @@ def pinhole_of(scene: bpy.types.Scene, camera: bpy.types.Object) -> PinholeCamer
 def pose_of(camera: bpy.types.Object) -> NDArray[np.float64]:
     """Return the pose of a camera at this frame, Blender's axes to the world, shape (4, 4)."""
     depsgraph = bpy.context.evaluated_depsgraph_get()
-    place = camera.evaluated_get(depsgraph).matrix_world
+    seen = camera.evaluated_get(depsgraph)
     pose = np.eye(4)
-    pose[:3, :3] = np.array(place.to_quaternion().normalized().to_matrix())
-    pose[:3, 3] = place.translation
+    pose[:3, :3] = np.array(turn_of(seen))
+    pose[:3, 3] = seen.matrix_world.translation
     return pose

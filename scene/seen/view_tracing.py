@@ -118,7 +118,7 @@ def trace_from_above(
         About how many of those in the water are looked at; all by default.
     """
     origin, direction = cameras.ray_arrays(scene, camera, *grid)
-    forward = np.array(camera.matrix_world.to_quaternion() @ Vector((0.0, 0.0, -1.0)))
+    forward = np.array(cameras.turn_of(camera) @ Vector((0.0, 0.0, -1.0)))
     glass = origin[:, 2] + PORT * direction[:, 2] / np.maximum(direction @ forward, _OBLIQUE)
     n = np.where((glass > 0) & column.reflects, column.refractive_index, 1.0)
     down = np.flatnonzero(direction[:, 2] < 0)

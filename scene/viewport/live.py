@@ -19,7 +19,7 @@ from ...uw_spectral.errors import InputError
 from ...uw_spectral.shade.shade_table import ShadeTable
 from ...uw_spectral.spectra.bands import Bands
 from ...uw_spectral.transfer.water_column import WaterColumn
-from .. import contents, marks, stored_settings
+from .. import colour_space, contents, marks, stored_settings
 from ..materials import realtime_materials
 from ..seen import lamps
 from ..session import SESSION
@@ -93,6 +93,7 @@ def add(scene: bpy.types.Scene) -> list[str]:
     # A script that has just placed the camera has not updated its matrix yet.
     for layer in scene.view_layers:
         layer.update()
+    colour_space.require_rec709()
     chosen = _settings(scene)
     depth = preview_depth(scene, chosen)
     water = _water(scene, chosen, depth)

@@ -117,7 +117,7 @@ def use_baked(scene: bpy.types.Scene, folder: Path, first: int, last: int) -> No
     for image, stem in ((images.caustics, "caustics"), (images.slopes, "slopes")):
         image.source = "SEQUENCE"
         image.filepath = str(folder / f"{stem}_{first:04d}.exr")
-        image.colorspace_settings.name = "Non-Color"
+        image.colorspace_settings.is_data = True
         image.alpha_mode = "CHANNEL_PACKED"
         trees = [*bpy.data.node_groups, *(m.node_tree for m in bpy.data.materials)]
         for node in (n for tree in trees if tree for n in tree.nodes):

@@ -1,0 +1,218 @@
+"""What a scene asks for is heeded, or it is said: in the log, the record and the panel."""
+
+from __future__ import annotations
+
+import itertools
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import bpy
+import numpy as np
+import pytest
+from bpy_extras.object_utils import world_to_camera_view
+from mathutils import Euler, Vector
+from underwater_spectral.jobs import batch
+from underwater_spectral.scene import colour_space, unheeded
+from underwater_spectral.scene.seen import cameras, pinhole
+from underwater_spectral.scene.viewport import live
+from underwater_spectral.tests.scene import scenes
+from underwater_spectral.uw_spectral.errors import InputError
+from underwater_spectral.uw_spectral.spectra.spectral_image import read_exr, read_spectral_exr
+
+pytestmark = pytest.mark.usefixtures("registered")
+
+ROOT = Path(__file__).resolve().parents[2]
+FAST = ["--samples", "1", "--resolution", "32", "18", "--phase", "hg:0.8", "--no-scene-floor"]
+EEVEE = ["--engine", "eevee", "--mode", "realtime", "--no-diffuse-shadows"]
+BLUE = (0.0, 0.0, 1.0, 1.0)
+
+
+def _scene() -> bpy.types.Scene:
+    """A wall of a pure colour, 2 m before a camera in 3 m of water."""
+    scene = bpy.context.scene
+    scenes.add_camera((0.0, 0.0, -3.0), (np.pi / 2, 0.0, 0.0))
+    bpy.ops.mesh.primitive_plane_add(size=9.0, location=(0.0, 2.0, -3.0), rotation=(1.2, 0.0, 0.0))
+    bpy.context.object.data.materials.append(scenes.principled("Blue", BLUE))
+    return scene
+
+
+def _group(kind: str) -> bpy.types.NodeTree:
+    return bpy.data.node_groups.new("User", kind)
+
+
+def _strip(scene):
+    editor = scene.sequence_editor_create()
+    editor.strips.new_effect("x", "COLOR", 1, 1, length=5)
+
+
+def _second_layer(scene):
+    scene.view_layers.new("Other")
+
+
+ASKED = {
+    "render region": lambda s: setattr(s.render, "use_border", True),
+    "transparent film": lambda s: setattr(s.render, "film_transparent", True),
+    "not 'Other'": _second_layer,
+    "compositor": lambda s: setattr(s, "compositing_node_group", _group("CompositorNodeTree")),
+    "sequencer": _strip,
+    "Freestyle": lambda s: setattr(s.render, "use_freestyle", True),
+    "material override 'Clay'": lambda s: setattr(
+        s.view_layers[0], "material_override", bpy.data.materials.new("Clay")
+    ),
+    "world override 'Studio'": lambda s: setattr(
+        s.view_layers[0], "world_override", bpy.data.worlds.new("Studio")
+    ),
+    "exposure 2 and gamma 1": lambda s: setattr(s.view_settings, "exposure", 2.0),
+    "white balance": lambda s: setattr(s.view_settings, "use_white_balance", True),
+}
+
+
+@pytest.mark.parametrize("words", ASKED)
+def test_each_is_said_by_itself(words):
+    scene = bpy.context.scene
+    scene.render.use_compositing = scene.render.use_sequencer = True
+    assert unheeded.unheeded(scene) == ()
+    ASKED[words](scene)
+    (note,) = unheeded.unheeded(scene)
+    assert words in note
+
+
+def _run(*arguments: object) -> int:
+    return batch.main([str(a) for a in arguments], inside_blender=False)
+
+
+def test_all_of_it_changes_no_picture_and_is_in_log_and_record(tmp_path, capfd):
+    """Volumes and sky that a view layer has switched off are the water, and come back."""
+    scene = _scene()
+    scene.camera.data.clip_end = 50.0
+    rendered = []
+    for asked in (False, True):
+        if asked:
+            for ask in ASKED.values():
+                ask(scene)
+            layer = scene.view_layers[0]
+            layer.use_sky = layer.use_volumes = False
+            layer.samples = 3
+        path = tmp_path / f"{asked}.blend"
+        bpy.ops.wm.save_as_mainfile(filepath=str(path))
+        scene = bpy.context.scene
+        for engine in (EEVEE, ["--engine", "cycles", "--bands", "3"]):
+            out = tmp_path / f"{asked} {engine[1]}"
+            assert _run(path, *FAST, *engine, "--out", out) == 0
+            rendered.append(read_exr(out / "0001.exr")[0])
+            notes = json.loads((out / "0001.json").read_text())["notes"]
+            assert [words for words in ASKED if any(words in n for n in notes)] == (
+                list(ASKED) if asked else []
+            )
+            log = capfd.readouterr()
+            assert ("render region" in log.out + log.err) == asked
+        bpy.ops.wm.open_mainfile(filepath=str(path))
+        scene = bpy.context.scene
+    plain, asked = rendered[:2], rendered[2:]
+    for one, other in zip(plain, asked, strict=True):
+        assert one.max() > 0.05
+        np.testing.assert_array_equal(one, other)
+
+
+@pytest.mark.parametrize("space", ["ACEScg", "Linear Rec.2020"])
+def test_a_file_in_another_working_space_gives_the_same_light(space, tmp_path, capfd):
+    """By the band, of a pure blue: the file says other numbers for the same colour."""
+    _scene()
+    found = []
+    for name in ("Linear Rec.709", space):
+        if name == space:
+            bpy.ops.wm.set_working_color_space(working_space=space, convert_colors=True)
+            shown = bpy.data.materials["Blue"].node_tree.nodes["Principled BSDF"]
+            assert shown.inputs["Base Color"].default_value[0] > 0.04
+        path = tmp_path / "scene.blend"
+        bpy.ops.wm.save_as_mainfile(filepath=str(path))
+        out = tmp_path / name
+        job = ["--engine", "cycles", "--bands", "6", "--out", out]
+        assert _run(path, *FAST, *job) == 0
+        log = capfd.readouterr()
+        assert (f"converted from {space}" in log.out + log.err) == (name == space)
+        found.append(read_spectral_exr(out / "0001_spectral.exr")[0])
+        assert colour_space.is_rec709()
+        bpy.ops.wm.open_mainfile(filepath=str(path))
+    plain, other = found
+    wall = plain.mean(axis=2) > 0.1 * plain.mean()
+    np.testing.assert_allclose(other[wall].mean(axis=0), plain[wall].mean(axis=0), rtol=0.01)
+
+
+def test_colours_that_would_stay_behind_are_named(tmp_path, capfd):
+    _scene()
+    tree = bpy.data.materials["Blue"].node_tree
+    tree.nodes["Principled BSDF"].inputs["Base Color"].keyframe_insert("default_value", frame=1)
+    bpy.ops.wm.set_working_color_space(working_space="ACEScg", convert_colors=True)
+    path = tmp_path / "scene.blend"
+    bpy.ops.wm.save_as_mainfile(filepath=str(path))
+    assert _run(path, *FAST, *EEVEE, "--out", tmp_path / "out") == 2
+    said = capfd.readouterr().err
+    assert "'Blue'" in said
+    assert "animated" in said
+    # Strength and roughness may be animated: they are no colours.
+    bpy.ops.wm.open_mainfile(filepath=str(path))
+    tree = bpy.data.materials["Blue"].node_tree
+    tree.animation_data_clear()
+    tree.nodes["Principled BSDF"].inputs["Roughness"].keyframe_insert("default_value", frame=1)
+    assert "ACEScg" in colour_space.bring_to_rec709()
+
+
+def test_the_viewport_asks_for_it():
+    scene = _scene()
+    bpy.ops.wm.set_working_color_space(working_space="ACEScg", convert_colors=True)
+    with pytest.raises(InputError, match="Working Space"):
+        live.add(scene)
+    bpy.ops.wm.set_working_color_space(working_space="Linear Rec.709", convert_colors=True)
+    live.add(scene)
+
+
+def test_the_aces_configuration_renders_the_same_picture(tmp_path):
+    """It comes with OpenColorIO, and has other names for nearly everything."""
+    _scene()
+    path = tmp_path / "scene.blend"
+    bpy.ops.wm.save_as_mainfile(filepath=str(path))
+    pictures = []
+    for config in ("", "ocio://cg-config-v1.0.0_aces-v1.3_ocio-v2.1"):
+        out = tmp_path / (config[-4:] or "plain")
+        command = [sys.executable, ROOT / "render_bands.py", path, *FAST, *EEVEE, "--out", out]
+        environment = {**os.environ, "OCIO": config} if config else os.environ
+        done = subprocess.run(
+            [str(part) for part in command], env=environment, capture_output=True, text=True
+        )
+        assert done.returncode == 0, done.stderr
+        pictures.append(read_exr(out / "0001.exr")[0])
+        assert (out / "0001.png").is_file()
+    np.testing.assert_allclose(pictures[1], pictures[0], rtol=0.01, atol=1e-3)
+
+
+@pytest.mark.parametrize("size", list(itertools.product((1.0, -2.0), repeat=3)))
+def test_rays_of_a_camera_of_any_scale_go_where_it_looks(size):
+    """By Blender's own projection."""
+    camera = scenes.add_camera((1.0, 2.0, -3.0), Euler((1.1, 0.2, 0.7)))
+    camera.scale = size
+    bpy.context.view_layer.update()
+    scene = bpy.context.scene
+    scene.render.resolution_x, scene.render.resolution_y = 160, 90
+    rays = cameras.camera_rays(scene, camera, 4, 3)
+    for number, (origin, direction) in enumerate(rays):
+        seen = world_to_camera_view(scene, camera, origin + 5.0 * direction)
+        row, column = divmod(number, 4)
+        assert seen.x == pytest.approx((column + 0.5) / 4, abs=1e-4)
+        assert seen.y == pytest.approx(1.0 - (row + 0.5) / 3, abs=1e-4)
+        assert seen.z > 0
+    if np.prod(size) < 0:
+        with pytest.raises(InputError, match="mirrored"):
+            pinhole.require_pinhole(camera)
+        return
+    pinhole.require_pinhole(camera)
+    pose = pinhole.pose_of(camera)
+    ahead = Vector((0.3, 0.2, -1.0))
+    place = Vector(pose[:3, :3] @ np.array(ahead) + pose[:3, 3])
+    lens = pinhole.pinhole_of(scene, camera)
+    seen = world_to_camera_view(scene, camera, place)
+    assert seen.x * 160 == pytest.approx(lens.fx * 0.3 + lens.cx, abs=1e-2)
+    assert (1.0 - seen.y) * 90 == pytest.approx(lens.cy - lens.fy * 0.2, abs=1e-2)
