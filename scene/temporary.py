@@ -35,8 +35,8 @@ def render_settings(
     rendered = rendered_layer(scene)
     layers: list[tuple[Any, str, Any]] = [
         *((layer, "use", layer == rendered) for layer in scene.view_layers),
-        # The water is the world and a volume; its light is that of its own materials.
-        *((rendered, name, True) for name in ("use_sky", "use_volumes")),
+        # The water is the world, and a light in materials.
+        (rendered, "use_sky", True),
         *((rendered, name, None) for name in ("material_override", "world_override")),
         (rendered, "samples", 0),
         (scene.render, "use_freestyle", False),

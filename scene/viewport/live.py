@@ -34,6 +34,7 @@ _FEW_BANDS = 8  # while settings change
 NOMINAL_DEPTH = 1.0
 """Depth in m that the preview assumes while no camera is under water."""
 
+_ENGINE = "BLENDER_EEVEE"
 _SHOWN, _PROBLEM, _STALE = "shown", "problem", "stale"
 _STOPS, _KINDS, _ROAM = "stops", "kinds", "roam"
 
@@ -335,6 +336,12 @@ def problem(scene: bpy.types.Scene) -> str:
     session = scene.get(SESSION)
     if session is not None and session[_PROBLEM]:
         return session[_PROBLEM]
+    if session is not None and scene.render.engine != _ENGINE:
+        return (
+            f"The render engine is {_engine_name(scene)}, and this water is drawn by EEVEE: Blender's "
+            "own Render would be wrong. Choose Reference or another quality and press Render in this "
+            "panel, or switch back to EEVEE."
+        )
     depth = camera_depth(scene)
     floor = getattr(scene, stored_settings.PROPERTY).floor_depth
     if depth is None:
@@ -342,6 +349,12 @@ def problem(scene: bpy.types.Scene) -> str:
     if floor != NO_FLOOR and depth >= floor:
         return f"The camera, at {depth:.3g} m, is below the floor at {floor:.3g} m."
     return ""
+
+
+def _engine_name(scene: bpy.types.Scene) -> str:
+    known = scene.render.bl_rna.properties["engine"].enum_items
+    name = scene.render.engine
+    return known[name].name if name in known else name.capitalize()
 
 
 def _key(scene: bpy.types.Scene, chosen: SceneSettings, depth: float) -> str:

@@ -85,7 +85,7 @@ def _run(*arguments: object) -> int:
 
 
 def test_all_of_it_changes_no_picture_and_is_in_log_and_record(tmp_path, capfd):
-    """Volumes and sky that a view layer has switched off are the water, and come back."""
+    """The sky that a view layer has switched off is the water, and comes back."""
     scene = _scene()
     scene.camera.data.clip_end = 50.0
     rendered = []
@@ -94,7 +94,7 @@ def test_all_of_it_changes_no_picture_and_is_in_log_and_record(tmp_path, capfd):
             for ask in ASKED.values():
                 ask(scene)
             layer = scene.view_layers[0]
-            layer.use_sky = layer.use_volumes = False
+            layer.use_sky = False
             layer.samples = 3
         path = tmp_path / f"{asked}.blend"
         bpy.ops.wm.save_as_mainfile(filepath=str(path))
@@ -216,3 +216,17 @@ def test_rays_of_a_camera_of_any_scale_go_where_it_looks(size):
     seen = world_to_camera_view(scene, camera, place)
     assert seen.x * 160 == pytest.approx(lens.fx * 0.3 + lens.cx, abs=1e-2)
     assert (1.0 - seen.y) * 90 == pytest.approx(lens.cy - lens.fy * 0.2, abs=1e-2)
+
+
+def test_another_engine_with_live_water_is_said():
+    scene = _scene()
+    live.add(scene)
+    assert live.problem(scene) == ""
+    scene.render.engine = "CYCLES"
+    assert "Cycles" in live.problem(scene)
+    assert "Reference" in live.problem(scene)
+    scene.render.engine = "BLENDER_EEVEE"
+    assert live.problem(scene) == ""
+    live.remove(scene)
+    scene.render.engine = "CYCLES"
+    assert live.problem(scene) == ""
