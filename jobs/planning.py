@@ -71,7 +71,8 @@ def plan_job(
         If the scene or the settings cannot be used.
     """
     require_no_water(scene)
-    contents.require_local(scene)
+    if not bpy.app.background:  # a worker in the background makes it local
+        contents.require_local(scene)
     colour_space.require_rec709()
     files = job_files.scene_files()  # those of the stage are its own
     with as_rendered(scene), stereo.two_eyes(scene), staging.staged(scene, job.stage):

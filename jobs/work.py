@@ -139,7 +139,12 @@ def render(
         If the scene cannot be used, or a pass cannot be written.
     """
     require_no_water(scene)
-    contents.require_local(scene)
+    if bpy.app.background:
+        made = contents.make_local(scene)
+        if made:
+            report_note(made)
+    else:
+        contents.require_local(scene)
     colour_space.require_rec709()
     picture_size.check_memory(
         manifest.output.size,

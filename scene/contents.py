@@ -45,12 +45,7 @@ def require_local(scene: bpy.types.Scene) -> None:
     InputError
         Names materials, node groups in them and lamps that renders show, and their libraries.
     """
-    seen = objects(scene, ever_rendered(scene))
-    lamps = [item for item in seen if item.type == "LIGHT"]
-    wet = list(dict.fromkeys(m for item in seen for m in materials_of(item)))
-    inner = inner_groups(m.node_tree for m in wet if m.is_editable)
-    groups = [group for group in inner if _has_shaders(group)]
-    linked = [x for x in (*wet, *sorted(groups, key=lambda g: g.name), *lamps) if not x.is_editable]
+    linked = _linked(scene)
     if linked:
         kinds = {"Material": "material", "Object": "lamp"}
         names = [
@@ -63,6 +58,41 @@ def require_local(scene: bpy.types.Scene) -> None:
             "colours and stays dry; make it local (Object, Relations, Make Local, All) or append "
             "it instead of linking"
         )
+
+
+def make_local(scene: bpy.types.Scene) -> str:
+    """Make what is linked and would have to change with the water local to the open file.
+
+    For a process of one's own, whose file is not saved: everything that is linked becomes local,
+    library overrides with what they have changed.
+
+    Returns
+    -------
+    str
+        What was done, empty if nothing had to be.
+
+    Raises
+    ------
+    InputError
+        If something cannot be made local.
+    """
+    linked = _linked(scene)
+    if not linked:
+        return ""
+    files = sorted({x.library.filepath for x in linked if x.library is not None})
+    bpy.ops.object.make_local(type="ALL")
+    require_local(scene)
+    return f"what is linked from {', '.join(files)} is rendered as if it were local"
+
+
+def _linked(scene: bpy.types.Scene) -> list[bpy.types.ID]:
+    """Materials, node groups in them and lamps that renders show and that cannot be changed."""
+    seen = objects(scene, ever_rendered(scene))
+    lamps = [item for item in seen if item.type == "LIGHT"]
+    wet = list(dict.fromkeys(m for item in seen for m in materials_of(item)))
+    inner = inner_groups(m.node_tree for m in wet if m.is_editable)
+    groups = [group for group in inner if _has_shaders(group)]
+    return [x for x in (*wet, *sorted(groups, key=lambda g: g.name), *lamps) if not x.is_editable]
 
 
 def _has_shaders(group: bpy.types.NodeTree) -> bool:

@@ -312,24 +312,76 @@ def _linked(tmp_path, kind):
 
 
 @pytest.mark.parametrize("kind", ["material", "node group", "lamp"])
-def test_what_is_linked_and_would_stay_dry_is_refused(kind, tmp_path, capsys):
+def test_what_is_linked_and_would_stay_dry_is_refused_in_a_window(kind, tmp_path):
     ball = _linked(tmp_path, kind)
-    options = ["--bands", "3", "--out", str(tmp_path / "out")]
-    assert batch.main([str(tmp_path / "scene.blend"), *options], inside_blender=False) == 2
-    said = capsys.readouterr().err
-    assert f"{kind} " in said
-    assert "library.blend" in said
-    assert "make it local" in said
-    assert not (tmp_path / "out").exists()
+    with pytest.raises(InputError, match=rf"{kind} .*library.blend.*make it local"):
+        contents.require_local(bpy.context.scene)
     if kind == "lamp":
         return
     # What is not rendered does not matter.
-    ball = bpy.data.objects["ball"]
     ball.hide_render = True
     contents.require_local(bpy.context.scene)
-    ball.hide_render = False
-    with pytest.raises(InputError, match="linked from another file"):
-        contents.require_local(bpy.context.scene)
+
+
+def _asset(how: str) -> None:
+    """A red ball and a lamp of another file, by a link of one kind or another."""
+    scene = bpy.context.scene
+    with bpy.data.libraries.load("//asset.blend", link=how != "appended", relative=True) as (_, to):
+        to.collections = ["Asset"]
+    found = bpy.data.collections["Asset"]
+    if how == "instance":
+        item = bpy.data.objects.new("Asset", None)
+        item.instance_type, item.instance_collection = "COLLECTION", found
+        scene.collection.objects.link(item)
+        return
+    scene.collection.children.link(found)
+    if how == "override":
+        found.override_hierarchy_create(scene, bpy.context.view_layer)
+        scene.collection.children.unlink(found)
+
+
+@pytest.mark.parametrize("engine", ["cycles", "eevee"])
+def test_what_is_linked_renders_as_if_it_were_local(engine, tmp_path, capfd):
+    """A texture beside the library, too."""
+    asset = bpy.data.collections.new("Asset")
+    ball = scenes._cube("ball", (0.0, 4.0, -5.0))
+    bpy.context.scene.collection.objects.unlink(ball)
+    ball.data.materials.append(scenes.textured())
+    image = next(n.image for n in ball.data.materials[0].node_tree.nodes if n.type == "TEX_IMAGE")
+    (tmp_path / "textures").mkdir()
+    image.filepath_raw, image.file_format = str(tmp_path / "textures" / "paint.png"), "PNG"
+    image.save()
+    image.filepath = image.filepath_raw
+    asset.objects.link(ball)
+    lamp = bpy.data.objects.new("torch", bpy.data.lights.new("torch", "POINT"))
+    lamp.location, lamp.data.energy = (1.0, 1.0, -5.0), 900.0
+    asset.objects.link(lamp)
+    bpy.data.libraries.write(
+        str(tmp_path / "asset.blend"), {asset}, path_remap="RELATIVE_ALL", fake_user=True
+    )
+    rendered = {}
+    for how in ("appended", "objects", "override", "instance"):
+        bpy.ops.wm.read_homefile(use_empty=True)
+        scenes.add_camera()
+        path = tmp_path / f"{how}.blend"
+        bpy.ops.wm.save_as_mainfile(filepath=str(path))
+        _asset(how)
+        bpy.ops.wm.save_as_mainfile(filepath=str(path))
+        out = tmp_path / f"out {how}"
+        options = ["--engine", engine, "--bands", "3", "--samples", "2", "--phase", "hg:0.8"]
+        options += ["--resolution", "32", "18", "--no-diffuse-shadows", "--out", str(out)]
+        assert batch.main([str(path), *options], inside_blender=False) == 0
+        rendered[how] = read_exr(out / "0001.exr")[0]
+        log = capfd.readouterr()
+        assert ("asset.blend is rendered as if it were local" in log.out + log.err) == (
+            how != "appended"
+        )
+    local = rendered.pop("appended")
+    assert local.std() > 0.01
+    # Of an instance the lamp is not taken, and that is said.
+    del rendered["instance"]
+    for how, picture in rendered.items():
+        np.testing.assert_array_equal(picture, local, err_msg=how)
 
 
 # --- How far the water reaches ----------------------------------------------------------------
