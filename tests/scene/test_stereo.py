@@ -73,6 +73,28 @@ def test_eyes_see_what_blenders_multiview_shows(rig, tmp_path, mode, pivot):
     assert rig.render.use_multiview
 
 
+def test_eyes_follow_an_animated_lens_and_shift(rig, tmp_path):
+    """Another object has the name that an eye would get."""
+    camera = rig.camera
+    scenes._cube(f"{camera.name} left", (50.0, 0.0, 0.0))
+    for frame, lens, shift in ((1, 40.0, 0.05), (11, 25.0, -0.15)):
+        camera.data.lens, camera.data.shift_x = lens, shift
+        camera.data.keyframe_insert("lens", frame=frame)
+        camera.data.keyframe_insert("shift_x", frame=frame)
+    for frame in (1, 11):
+        rig.frame_set(frame)
+        _rendered(rig, tmp_path / "both.exr")
+        with stereo.two_eyes(rig):
+            rig.frame_set(frame)
+            for side, eye in zip("LR", stereo.eyes_of(rig, camera), strict=True):
+                rig.camera = eye
+                _rendered(rig, tmp_path / f"{side}.exr")
+                wanted, found = (_middle(tmp_path / f"{x}.exr") for x in (f"both_{side}", side))
+                assert np.abs(wanted - found).max() < 0.1
+            rig.camera = camera
+    assert camera.data.animation_data.drivers.values() == []
+
+
 def test_a_job_renders_both_eyes(rig, tmp_path):
     if not hasattr(bpy.types.Scene, stored_settings.PROPERTY):
         stored_settings.register()
