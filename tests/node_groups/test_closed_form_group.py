@@ -73,6 +73,7 @@ def _wet(tree):
     links.new(wet.outputs[group.SURFACE], seen.inputs["Color"])
     links.new(seen.outputs[0], end.inputs["Surface"])
     scene.world = bpy.data.worlds.new("water")
+    scene.world.probe_resolution = "128"  # only cameras see it
     tree_of_world = scene.world.node_tree
     around = tree_of_world.nodes.new("ShaderNodeGroup")
     around.name, around.node_tree = "water", tree
