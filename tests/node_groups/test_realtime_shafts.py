@@ -49,6 +49,7 @@ def _add_slab(scene: bpy.types.Scene) -> None:
 
 def _black_world(*_: object) -> bpy.types.World:
     world = bpy.data.worlds.new("Black")
+    world.probe_resolution = "128"
     world.node_tree.nodes.clear()
     return world
 

@@ -115,6 +115,7 @@ def pictures(tmp_path_factory):
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", DeprecationWarning)
         bpy.ops.wm.read_factory_settings(use_empty=True)
+    bpy.context.scene.eevee.shadow_pool_size = "128"
     path = tmp_path_factory.mktemp("waves") / "a.exr"
 
     def render(view, column=None, **changes):

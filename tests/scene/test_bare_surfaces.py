@@ -48,7 +48,7 @@ def test_without_a_material_things_are_blenders_grey_in_water(empty_blender, slo
     scene.render.resolution_percentage = 100
     wall = _wall(*[None] * slots)
     plan = render_plan.make_plan(
-        SceneSettings(water="jerlov:IB", bands=3, samples=4, surface="flat", diffuse_shadows=False)
+        SceneSettings(water="jerlov:IB", bands=3, samples=4, surface="none", diffuse_shadows=False)
     )
 
     def picture(opened):

@@ -127,7 +127,7 @@ def test_what_nodes_show_is_as_wet_as_other_things(empty_blender, engine, way):
     scene.render.resolution_x, scene.render.resolution_y = 16, 9
     scene.render.resolution_percentage = 100
     plan = render_plan.make_plan(
-        SceneSettings(water="jerlov:IB", bands=6, samples=4, surface="flat", diffuse_shadows=False)
+        SceneSettings(water="jerlov:IB", bands=3, samples=1, surface="none", diffuse_shadows=False)
     )
     coral = scenes.principled("coral", (0.9, 0.2, 0.1, 1.0))
 

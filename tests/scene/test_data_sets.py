@@ -94,6 +94,7 @@ def _blank() -> bpy.types.Scene:
         bpy.ops.wm.read_factory_settings(use_empty=True)
     if not hasattr(bpy.types.Scene, stored_settings.PROPERTY):
         stored_settings.register()
+    bpy.context.scene.eevee.shadow_pool_size = "128"
     return bpy.context.scene
 
 

@@ -31,7 +31,7 @@ from underwater_spectral.uw_spectral.water.phase import seawater_mixture
 
 BANDS = Bands.uniform(3)
 DEPTH = 20.0
-NIGHT = SceneSettings(water="jerlov:IB", bands=3, sunlight=0.0, samples=8)
+NIGHT = SceneSettings(water="jerlov:IB", bands=3, sunlight=0.0, samples=8, surface="none")
 SIZE = 24
 
 

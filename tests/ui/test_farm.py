@@ -10,6 +10,7 @@ from pathlib import Path
 import bpy
 import numpy as np
 import pytest
+from underwater_spectral.jobs import batch
 from underwater_spectral.jobs.manifest import read_manifest
 from underwater_spectral.quality.methods import METHODS
 from underwater_spectral.scene.session import is_live
@@ -30,6 +31,7 @@ def _scene(folder: Path) -> bpy.types.Scene:
     scenes.add_camera()
     water, panel = scene.underwater, scene.underwater_panel
     water.phase, water.bands, water.samples, water.sensor = "hg:0.924", 6, 2, "ARRI D21"
+    water.surface, water.diffuse_shadows = "none", False  # quick to build
     panel.quality, panel.output = "REFERENCE", str(folder / "out")
     scene.render.resolution_x = scene.render.resolution_y = 8
     scene.render.resolution_percentage = 100
@@ -102,12 +104,13 @@ def test_flamenco_gets_passes_and_options_of_the_panel(tmp_path, quality):
     panel = scene.underwater_panel
     panel.quality, panel.denoise, scene.underwater.bands = quality, quality == "REFERENCE", 7
     panel.animation = False
-    path = _save(tmp_path)
-    manifest = tmp_path / "manifest.json"
-    _batch(path, *panel.job_options.split(), "--out", tmp_path, "--plan", manifest)
+    path, manifest = _save(tmp_path), tmp_path / "manifest.json"
+    count, options = panel.pass_count, panel.job_options.split()
+    assert json.dumps(count)  # a plain number, as Flamenco sends it
+    arguments = [path, *options, "--out", str(tmp_path), "--plan", str(manifest)]
+    assert batch.main(arguments, inside_blender=False) == 0
     planned = read_manifest(manifest)
-    assert panel.pass_count == len(planned.passes) > 0
+    assert count == len(planned.passes) > 0
     method = METHODS[quality.lower()]
     assert (planned.output.engine, planned.output.mode) == (method.engine, method.mode)
-    assert planned.output.denoise == panel.denoise
-    assert json.dumps(panel.pass_count)  # a plain number, as Flamenco sends it
+    assert planned.output.denoise == (quality == "REFERENCE")

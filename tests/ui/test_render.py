@@ -36,6 +36,7 @@ def _scene(out):
     scenes.add_camera()
     water, panel = scene.underwater, scene.underwater_panel
     water.phase, water.bands, water.samples, water.sensor = "hg:0.924", 6, 2, "ARRI D21"
+    water.surface, water.diffuse_shadows = "none", False  # quick to build
     panel.quality, panel.output = "REFERENCE", str(out)
     scene.render.resolution_x = scene.render.resolution_y = 8
     scene.render.resolution_percentage = 100

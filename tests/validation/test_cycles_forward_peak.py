@@ -19,7 +19,7 @@ DEPTH = 3.0
 @pytest.mark.parametrize(("molecules", "tilt"), [(0.02, 90.0), (0.02, 0.0), (0.1, 90.0)])
 def test_radiance_is_that_of_the_exact_peak(particles, molecules, tilt, tmp_path):
     """Vertical sun, black sky, a bright floor; the solver has nothing of Cycles."""
-    bpy.ops.wm.read_factory_settings(use_empty=True)
+    bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
     scene = bpy.context.scene
     column = columns.grey_column(0.1, 0.4, floor_depth=10.0, floor_reflectance=0.3)
     phase = seawater_mixture(column.scattering, molecules, parse_phase(particles))

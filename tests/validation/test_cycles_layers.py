@@ -43,7 +43,7 @@ DOWN, LEVEL, UP = 0.0, math.pi / 2, 2.3
 
 
 def _measured(column, quantity, depth, tmp_path):
-    bpy.ops.wm.read_factory_settings(use_empty=True)
+    bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
     meter = bpy.context.scene, column, columns.henyey_greenstein(0.8), depth
     path = tmp_path / "probe.exr"
     if quantity == "Ed":
