@@ -16,6 +16,7 @@ from ..scene.engines.engines import engine_of
 from ..scene.marks import require_no_water
 from ..scene.rendered import as_rendered
 from ..scene.seen import cameras, picture_size, stereo
+from ..scene.seen.own_seabed import floor_note
 from ..scene.unheeded import unheeded
 from ..uw_spectral.errors import InputError
 from . import band_passes, staging
@@ -245,7 +246,8 @@ class _Water:
             device=output.device,
             eyes=tuple(view.eye for view in of_camera if view.eye),
         )
-        said = unheeded(scene)  # before Blender's settings are those of the engine
+        # Before Blender's settings are those of the engine, and the water is there.
+        said = (*unheeded(scene), floor_note(scene, camera, plan))
         engine = self._stack.enter_context(_engine(manifest).open(scene, camera, opening))
         if engine.passes != [item.bands for item in manifest.passes if item.part == 0]:
             raise InputError(

@@ -16,8 +16,10 @@ from bpy_extras.object_utils import world_to_camera_view
 from mathutils import Euler, Vector
 from underwater_spectral.jobs import batch
 from underwater_spectral.scene import colour_space, unheeded
-from underwater_spectral.scene.seen import cameras, pinhole
+from underwater_spectral.scene.seen import cameras, own_seabed, pinhole, surroundings
 from underwater_spectral.scene.viewport import live
+from underwater_spectral.settings.render_plan import make_plan
+from underwater_spectral.settings.scene_settings import SceneSettings
 from underwater_spectral.tests.scene import scenes
 from underwater_spectral.uw_spectral.errors import InputError
 from underwater_spectral.uw_spectral.spectra.spectral_image import read_exr, read_spectral_exr
@@ -230,3 +232,22 @@ def test_another_engine_with_live_water_is_said():
     live.remove(scene)
     scene.render.engine = "CYCLES"
     assert live.problem(scene) == ""
+
+
+@pytest.mark.parametrize(
+    ("depth", "colour", "said"),
+    [(9.0, 0.2, ""), (9.4, 0.24, ""), (14.0, 0.2, "14 m deep"), (9.0, 0.6, "reflects 0.6"),
+     (0.0, 0.2, "")],
+)  # fmt: skip
+def test_a_floor_against_the_scenes_own_seabed_is_said(depth, colour, said, monkeypatch):
+    """Sand of 60 m at 9 m, that reflects a fifth; added floors that are it, or are not."""
+    monkeypatch.setattr(surroundings, "_COARSE", 120_000)  # as users have it
+    scene = bpy.context.scene
+    camera = scenes.add_camera((0.0, 0.0, -4.0))
+    bpy.ops.mesh.primitive_plane_add(size=60.0, location=(0.0, 0.0, -9.0))
+    bpy.context.object.data.materials.append(scenes.principled("Sand", (0.2, 0.2, 0.2, 1.0)))
+    plan = make_plan(SceneSettings(bands=4, floor_depth=depth, floor_reflectance=str(colour)))
+    note = own_seabed.floor_note(scene, camera, plan)
+    assert bool(note) == bool(said)
+    assert said in note
+    assert not note or "9 m deep" in note
