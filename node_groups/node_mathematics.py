@@ -259,6 +259,8 @@ def _new_node(
     for name, value in properties.items():
         setattr(node, name, value)
     node[MARK] = True
+    if tree.name.startswith("."):
+        return node  # nobody looks into a part
     node.select = False
     node.hide = True
     if active is not None:

@@ -71,7 +71,7 @@ def _deeper(a, b, wavelengths, kind):
     ("kind", "surface", "sky", "floor"),
     [
         ("turbid", "flat", "clear", 14.0),
-        ("other", "flat", "overcast", np.inf),
+        pytest.param("other", "flat", "overcast", np.inf, marks=pytest.mark.slow),
         pytest.param("turbid", "flat", "overcast", np.inf, marks=pytest.mark.slow),
         pytest.param("clear", "flat", "clear", 14.0, marks=pytest.mark.slow),
         pytest.param("clear", "none", "uniform", np.inf, marks=pytest.mark.slow),
@@ -97,7 +97,7 @@ def test_pixels_in_layers_are_those_of_the_solution(tmp_path, kind, surface, sky
             assert errors.max() <= MOST
 
 
-@pytest.mark.parametrize("part", ["open water", "square"])
+@pytest.mark.parametrize("part", [pytest.param("open water", marks=pytest.mark.slow), "square"])
 def test_gradients_have_no_seams(tmp_path, part):
     """Slices and texels of the tables leave no lines; second differences show the smallest."""
     a, b = np.array([0.03, 0.08, 0.2]), np.array([0.4, 0.6, 1.0])

@@ -40,7 +40,7 @@ def _wall(*materials):
     return item
 
 
-@pytest.mark.parametrize("slots", [0, 1])
+@pytest.mark.parametrize("slots", [pytest.param(0, marks=pytest.mark.slow), 1])
 def test_without_a_material_things_are_blenders_grey_in_water(empty_blender, slots):
     scene = empty_blender
     camera = scene.camera = scenes.add_camera((0.0, 0.0, -5.0))

@@ -143,6 +143,7 @@ def test_damaged_pass_is_rendered_again(blend, tmp_path, damage):
     assert [p["seconds"] is None for p in record["passes"]] == [True, False]
 
 
+@pytest.mark.slow  # a data set that was killed is tried with every change
 def test_killed_batch_resumes_to_the_same_pictures(blend, tmp_path):
     options = ["--bands", "9", "--frames", "1-2", *FAST, "--samples", "48"]
     script = [sys.executable, str(ROOT / "render_bands.py"), str(blend), *options]

@@ -49,6 +49,7 @@ def _scene():
     return scene
 
 
+@pytest.mark.slow  # waves leave as all real-time water does
 def test_removal_restores_every_value():
     scene = scenes.varied_scene()
     bpy.context.view_layer.update()  # drivers write what they compute

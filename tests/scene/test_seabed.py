@@ -84,7 +84,7 @@ def _in_modes(quick, *rows):
 @pytest.mark.parametrize(
     ("mode", "height"),
     _in_modes(
-        {("bands", -0.1), ("realtime", 0.001)},
+        {("bands", -0.1)},
         *((height,) for height in (0.0, 0.001, -0.001, 0.1, -0.1)),
     ),
 )
@@ -96,7 +96,7 @@ def test_the_scenes_own_seabed_is_what_is_seen(mode, height, tmp_path):
 
 @pytest.mark.parametrize(
     ("mode", "slope", "covered"),
-    _in_modes({("realtime", -3.0)}, (3.0, "UW Floor"), (-3.0, "ground")),
+    _in_modes({("bands", -3.0)}, (3.0, "UW Floor"), (-3.0, "ground")),
 )
 def test_a_slope_through_the_floor_hides_it_or_is_hidden(mode, slope, covered, tmp_path):
     _plane(40.0, slope=slope)

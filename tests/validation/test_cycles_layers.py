@@ -73,9 +73,17 @@ def _deviations(column, wanted, tmp_path):
 @pytest.mark.parametrize(
     ("column", "meters"),
     [
-        (CLEAR_OVER_TURBID, [("Ed", 2.0), ("Ed", 4.0), ("Ed", 7.0), (UP, 7.0), (DOWN, 2.0)]),
+        pytest.param(
+            CLEAR_OVER_TURBID,
+            [("Ed", 2.0), ("Ed", 4.0), ("Ed", 7.0), (UP, 7.0), (DOWN, 2.0)],
+            marks=pytest.mark.slow,
+        ),
         (THREE, [("Ed", 5.0), ("Ed", 8.0), (UP, 8.0), (LEVEL, 2.0), (LEVEL, 5.0), (DOWN, 5.0)]),
-        (replace(CLEAR_OVER_TURBID, **FLAT), [("Ed", 2.0), ("Ed", 7.0), (UP, 7.0), (LEVEL, 6.0)]),
+        pytest.param(
+            replace(CLEAR_OVER_TURBID, **FLAT),
+            [("Ed", 2.0), ("Ed", 7.0), (UP, 7.0), (LEVEL, 6.0)],
+            marks=pytest.mark.slow,
+        ),
     ],
 )
 def test_layers_against_the_solved_field(column, meters, tmp_path, record_property):

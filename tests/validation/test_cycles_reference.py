@@ -59,7 +59,11 @@ MOLECULAR = (ScatteringLobe("DRAINE", alpha=1.0),)  # Rayleigh, as the problem i
 
 
 @pytest.mark.parametrize(
-    ("case", "a", "b"), [(1, 1.0, 0.25), pytest.param(2, 1.0, 9.0, marks=pytest.mark.slow)]
+    ("case", "a", "b"),
+    [
+        pytest.param(1, 1.0, 0.25, marks=pytest.mark.slow),
+        pytest.param(2, 1.0, 9.0, marks=pytest.mark.slow),
+    ],
 )
 def test_mobley1993_problem_1(empty_blender, tmp_path, record_property, case, a, b):
     index, zenith = 1.34, math.radians(60.0)
