@@ -2,7 +2,7 @@
 
 The elastic light field drives the processes: the source in each emission band is a
 sum of exponentials of depth, and so are the irradiances and the path radiance that
-follow. Like :mod:`.closed_form` the per-pixel formulas are plain arithmetic over a
+follow. Like :mod:`.closed_form.closed_form` the per-pixel formulas are plain arithmetic over a
 :class:`.Mathematics`.
 """
 

@@ -231,3 +231,19 @@ def test_extremes_are_finite(intensity):
     wanted = channels.fold(np.ones(30)) / 100.0 / math.pi
     assert pytest.approx(wanted, rel=1e-4) == D
     assert not np.any(F)
+
+
+@pytest.mark.parametrize("name", ["bands", "Nikon D700"])
+@pytest.mark.parametrize("away", [0.5, 3.0, 12.0])
+def test_a_lamp_that_is_seen_itself(name, away):
+    """Its disc, I/(π R²) e^{-c r} by the band, is what is gained where it is looked at."""
+    water, channels, intensity = _water("II"), _channels(name), _intensity("halogen")
+    lamp = Lamp((0.0, 0.0, away), (0.0, 0.0, -1.0), intensity, IsotropicProfile(), radius=0.05)
+    seen, hidden = (
+        fold_lamps([replace(lamp, seen=x)], water, channels).path_light(
+            (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), away + 1.0
+        )
+        for x in (1.0, 0.0)
+    )
+    wanted = channels.fold(intensity * np.exp(-water.c * away)) / (math.pi * 0.05**2)
+    np.testing.assert_allclose(seen - hidden, wanted * lamp.profile.value(1.0), rtol=0.01)
