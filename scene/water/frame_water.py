@@ -38,6 +38,7 @@ FLOOR = ""
 _SHAFT_OPTICAL_DEPTH = 4.0
 LONGEST_SHAFT = 200.0
 _WHITE = 0.6  # colour of a white closure in the sunlight at the camera
+_DARKEST = 1e-30  # sunlight that is held in single precision, and that nobody sees
 _ROUNDING = 1e-9  # of weights that are not negative
 # Share by which the volume may dim what is behind it; below, the rounding of its
 # transmittance costs more light than that (8 to 14 % at 0.003, 4 to 6 % at 0.02).
@@ -176,7 +177,7 @@ class RealtimeWater:
         y = np.full((1, 1), min(max(self.depth, 0.0), self.field.floor_depth))
         white = sum(along.sunlight(y, 0.0 * y, k) for k in COLOURS)
         brightest = float(np.max(white))
-        return _WHITE / brightest if brightest > 0 else 1.0
+        return _WHITE / max(brightest, _DARKEST) if brightest > 0 else 1.0
 
     @functools.cached_property
     def numbers(self) -> Numbers:

@@ -12,7 +12,7 @@ import numpy as np
 from mathutils import Matrix, Vector
 from underwater_spectral.benchmarks._solved_cases import FROM_SUN, Case, LightAround
 from underwater_spectral.scene.engines import eevee_settings, exr_output
-from underwater_spectral.scene.water import frame_water, realtime, water_body
+from underwater_spectral.scene.water import frame_water, realtime, scene_water, water_body
 from underwater_spectral.uw_spectral.spectra.reflectance import uplift_basis
 from underwater_spectral.uw_spectral.spectra.spectral_image import read_exr
 from underwater_spectral.uw_spectral.transfer.channel_pixel import COLOURS, Thing, along_rays
@@ -102,12 +102,13 @@ def place(view: View) -> bpy.types.Object:
 def render(
     water: frame_water.RealtimeWater, view: View, path: Path, samples: int = 1
 ) -> np.ndarray:
-    """Render with EEVEE; the nodes are built once and only get new values after."""
+    """Render with EEVEE; nodes that are there get new values, unless the water needs others."""
     scene = bpy.context.scene
     camera = place(view)
-    if realtime.has_realtime(scene):
+    if realtime.fits(scene, water):
         realtime.set_values(scene, water)
     else:
+        scene_water.remove(scene)
         # Formulas are tested to more digits than EEVEE keeps of the colours of closures.
         with mock.patch.object(frame_water.RealtimeWater, "keeps_closures", new=False):
             realtime.add_realtime(scene, water, water_body.WaterExtent(2000.0, 2000.0))
