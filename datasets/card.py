@@ -11,10 +11,8 @@ from ..uw_spectral.errors import InputError
 from .files import write_text
 from .view import SPLITS, DataSetView, check_views
 
-_CONVENTIONS = """\
-- World: metres, z up, z = 0 is the water surface.
-- `transforms.json` (nerfstudio): camera to world, the camera looks along -z, y is up.
-- COLMAP and BOP: world or model to camera, the camera looks along +z, y is down.
+_WORLD = "World: metres, z up, z = 0 is the water surface."
+_PICTURES = """\
 - Image coordinates are counted from the upper left corner of the picture; in BOP, as in OpenCV,
   from the centre of the first pixel.
 - `range` is the Euclidean distance from the camera's centre, `planar_depth` that along its optical
@@ -46,6 +44,8 @@ class DataCard:
         Of the set.
     description : str
     licence_url : str
+    conventions : sequence of str
+        Of the poses in its formats, a line each.
 
     Raises
     ------
@@ -60,6 +60,7 @@ class DataCard:
     version: str = "1.0"
     description: str = ""
     licence_url: str = ""
+    conventions: Sequence[str] = ()
 
     def __post_init__(self) -> None:
         for name in ("title", "licence"):
@@ -98,7 +99,8 @@ def write_card(path: Path, card: DataCard, views: Sequence[DataSetView]) -> None
     if categories:
         lines += ["", "| category | instances in views |", "|---|---|"]
         lines += [f"| {name} | {count} |" for name, count in sorted(categories.items())]
-    lines += ["", "## Conventions", "", _CONVENTIONS, "", "## Sources", ""]
+    lines += ["", "## Conventions", "", *(f"- {x}" for x in (_WORLD, *card.conventions))]
+    lines += [_PICTURES, "", "## Sources", ""]
     lines += ["| what | licence | reference |", "|---|---|---|"]
     lines += [f"| {s.name} | {s.licence} | {s.reference} |" for s in card.sources]
     lines += ["", "## Made by", ""]

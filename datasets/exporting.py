@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import os
 import shutil
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -22,21 +22,17 @@ from ..uw_spectral.spectra.spectral_image import (
     write_png,
 )
 from .axes import Array
-from .bop import write_bop
 from .card import DataCard, Source, write_card
-from .coco import write_coco
-from .colmap import write_colmap
-from .depth_maps import PLANAR, RANGE, read_depth_png, write_depth_exr, write_depth_png
+from .depth_maps import PLANAR, RANGE, write_depth_exr, write_depth_png
 from .files import make_folder, read_codes
+from .formats import FORMATS, SetFiles, conventions
 from .index import Index, IndexedView, SceneThing
 from .instance_maps import write_instance_map
 from .layer_file import FrameLayers, read_layers
-from .nerfstudio import write_nerfstudio
 from .outputs import Outputs
 from .raw_files import write_raw
-from .sparse_points import sparse_points
 from .specification import DataSetSpec
-from .view import SPLITS, DataSetView, SeenInstance
+from .view import DataSetView, SeenInstance
 
 IMAGE, INSTANCE = "I", "instance"
 """Layers that are read."""
@@ -106,22 +102,10 @@ def export_set(
     things = {thing.name: (number, thing) for number, thing in enumerate(index.things, 1)}
     views = [_view(folder, spec, view, found[view.name], things, silhouettes) for view in there]
     card = _card(spec, index, versions, [x.record for x in found.values() if x.record is not None])
-    if "nerfstudio" in outputs.formats:
-        write_nerfstudio(folder / "transforms.json", views)
-    for name, of_group in _groups(views).items():
-        place = folder / "scenes" / name
-        if "nerfstudio" in outputs.formats:
-            write_nerfstudio(make_folder(place) / "transforms.json", of_group)
-        if "colmap" in outputs.formats:
-            points = sparse_points(of_group, _depth, _picture, outputs.points, spec.seed)
-            write_colmap(place / "sparse" / "0", of_group, points, folder / "images")
-    if "bop" in outputs.formats:
-        _write_bop(folder / "bop", views)
-    if "coco" in outputs.formats:
-        for split in SPLITS:
-            of_split = [view for view in views if view.split == split]
-            if of_split:
-                write_coco(folder / f"coco_{split}.json", of_split, card)
+    files = SetFiles(folder, views, card, outputs.points, spec.seed)
+    for name, each in FORMATS.items():
+        if name in outputs.formats:
+            each.write(files)
     write_card(folder / "README.md", card, views)
     return views
 
@@ -155,7 +139,7 @@ def _view(
         write_depth_exr(depth.with_suffix(".exr"), layers[RANGE], view.camera)
     numbers = _file(folder, "instances", name, "png")
     instances = _instances(numbers, view, outputs, layers, things)
-    if "bop" in outputs.formats:
+    if any(FORMATS[each].silhouettes for each in outputs.formats):
         instances = _with_silhouettes(folder, view, instances, numbers, silhouettes)
     metadata: dict[str, Any] = {
         "water": view.record["settings"]["water"],
@@ -214,22 +198,6 @@ def _with_silhouettes(
     return found
 
 
-def _groups(views: Iterable[DataSetView]) -> dict[str, list[DataSetView]]:
-    """Views of one water, light and rig, which show one scene."""
-    found: dict[str, list[DataSetView]] = {}
-    for view in views:
-        found.setdefault(str(view.metadata["group"]), []).append(view)
-    return found
-
-
-def _write_bop(folder: Path, views: Sequence[DataSetView]) -> None:
-    """Write a scene for each split and water."""
-    for split in SPLITS:
-        of_split = [view for view in views if view.split == split]
-        for number, of_group in enumerate(_groups(of_split).values()):
-            write_bop(folder / split / f"{number:06d}", of_group)
-
-
 def _card(
     spec: DataSetSpec, index: Index, versions: Mapping[str, str], records: Sequence[Path]
 ) -> DataCard:
@@ -244,18 +212,8 @@ def _card(
         versions,
         spec.outputs.version,
         spec.outputs.description,
+        conventions=conventions(),
     )
-
-
-def _depth(view: DataSetView) -> Array:
-    assert view.depth is not None
-    return read_depth_png(view.depth)
-
-
-def _picture(view: DataSetView) -> NDArray[np.uint8]:
-    """An 8-bit picture."""
-    pixels = read_exr(view.image)[0]  # any picture, as shares
-    return np.round(pixels * 255).astype(np.uint8)
 
 
 def _file(folder: Path, kind: str, name: str, suffix: str) -> Path:

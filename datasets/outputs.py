@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from dataclasses import dataclass
-from typing import Any, Literal, get_args
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -13,10 +13,9 @@ from ..uw_spectral.detector import PATTERNS, Detector, RawSettings, Vignetting, 
 from ..uw_spectral.errors import InputError, unknown_name
 from ..uw_spectral.imaging.layers import NONE, parse_layers
 from .camera import PinholeCamera
+from .formats import FORMATS
 from .tables import SpecTable
 
-Format = Literal["nerfstudio", "colmap", "bop", "coco"]
-FORMATS: tuple[Format, ...] = get_args(Format)
 PICTURES = ("png", "jpg")
 RAW_FILES = ("dng", "tiff")
 
@@ -45,7 +44,7 @@ class Outputs:
     """
 
     picture: str = "png"
-    formats: tuple[str, ...] = FORMATS
+    formats: tuple[str, ...] = tuple(FORMATS)
     linear: bool = True
     depth_exr: bool = True
     layers: tuple[str, ...] = ()
@@ -151,7 +150,7 @@ def read_outputs(table: SpecTable) -> Outputs:
     picture = table.text("picture", usual.picture)
     if picture not in PICTURES:
         raise unknown_name(table.place("picture"), picture, PICTURES)
-    formats = table.texts("formats", FORMATS)
+    formats = table.texts("formats", usual.formats)
     for name in formats:
         if name not in FORMATS:
             raise unknown_name(table.place("formats"), name, FORMATS)

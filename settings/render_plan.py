@@ -42,6 +42,7 @@ from .scene_settings import (
     CONSTITUENTS,
     DEFAULT_PHASE,
     OPTIMISED,
+    SETTINGS,
     SceneSettings,
 )  # fmt: skip
 
@@ -243,37 +244,37 @@ def description_of(settings: SceneSettings) -> Description:
         If wavelengths or exposure are no numbers.
     """
     return Description(
-        WaterDescription(
-            _constituents(settings) if settings.water == CONSTITUENTS else settings.water,
-            settings.water_source,
-            settings.second_water,
-            settings.second_water_share,
-            settings.absorption_factor,
-            settings.scattering_factor,
-            None if settings.phase == DEFAULT_PHASE else settings.phase,
-            settings.inelastic,
-            settings.concentration,
+        _described(
+            WaterDescription,
+            settings,
+            water=_constituents(settings) if settings.water == CONSTITUENTS else settings.water,
+            source=settings.water_source,
+            second=settings.second_water,
+            second_share=settings.second_water_share,
+            phase=None if settings.phase == DEFAULT_PHASE else settings.phase,
         ),
-        SunAndSky(
-            settings.illuminant,
-            settings.sun_zenith,
-            settings.sun_azimuth,
-            settings.sky_radiance,
-            {"above": True, "below": False}.get(settings.irradiance),
-            settings.sky,
-            settings.sunlight,
+        _described(
+            SunAndSky,
+            settings,
+            zenith=settings.sun_zenith,
+            azimuth=settings.sun_azimuth,
+            above_surface={"above": True, "below": False}.get(settings.irradiance),
+            strength=settings.sunlight,
         ),
-        SurfaceDescription(
-            settings.surface,
-            settings.refractive_index,
-            sea_of(settings).spectrum.mean_square_slope if settings.surface == WAVES else 0.0,
+        _described(
+            SurfaceDescription,
+            settings,
+            kind=settings.surface,
+            slope_variance=sea_of(settings).spectrum.mean_square_slope
+            if settings.surface == WAVES
+            else 0.0,
         ),
         FloorDescription(settings.floor_depth or math.inf, settings.floor_reflectance),
-        CameraDescription(
-            settings.sensor,
-            settings.white_balance,
-            _stops(settings.exposure),
-            settings.exposure_compensation,
+        _described(
+            CameraDescription,
+            settings,
+            exposure_stops=_stops(settings.exposure),
+            compensation=settings.exposure_compensation,
         ),
         BandsDescription(
             settings.in_mode(BANDS).bands,
@@ -283,6 +284,17 @@ def description_of(settings: SceneSettings) -> Description:
             settings.band_placement == OPTIMISED,
         ),
     )
+
+
+def _described[Part: (WaterDescription, SunAndSky, SurfaceDescription, CameraDescription)](
+    part: type[Part],
+    settings: SceneSettings,
+    /,
+    **others: Any,  # noqa: ANN401
+) -> Part:
+    """Return a part of the description: others as given, fields of a setting's name as it is."""
+    names = {field.name for field in dataclasses.fields(part)} & set(SETTINGS)
+    return part(**{name: getattr(settings, name) for name in names} | others)
 
 
 _resolved = functools.lru_cache(maxsize=32)(resolve)

@@ -19,6 +19,7 @@ from ...node_groups.node_mathematics import MARK
 from ...uw_spectral.spectra.spectrum import Spectrum
 from .. import contents
 from ..animation import curves
+from .shader_nodes import EMITS, HIDES, PASSES, REFRACTS, nodes_that
 
 MEASURED_WAVELENGTHS = "uw_reflectance_wavelengths_nm"
 MEASURED_REFLECTANCE = "uw_reflectance"
@@ -41,14 +42,9 @@ _WEIGHTS = {
     "Sheen Tint": "Sheen Weight",
     "Subsurface Radius": "Subsurface Weight",
 }
-_EMISSION_NODES = {"ShaderNodeEmission", "ShaderNodeBackground"}
+_EMISSION_NODES = nodes_that(EMITS)
 # What lets through what is behind it, which has its water already; and what only filters.
-_CLEAR = {
-    "ShaderNodeBsdfTransparent",
-    "ShaderNodeBsdfRefraction",
-    "ShaderNodeBsdfGlass",
-    "ShaderNodeHoldout",
-}
+_CLEAR = nodes_that(PASSES, REFRACTS, HIDES)
 _FILTERS = {"Coat Tint"}
 _BASE_COLORS = {"Base Color", "Color"}
 _UNTOUCHED = 1e-6

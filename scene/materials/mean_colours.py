@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from ...node_groups import uplift
 from .realtime_materials import own_shader
+from .shader_nodes import EMITS, HIDES, PASSES, PRINCIPLED, REFRACTS, SHADER_NODES, nodes_that
 
 Array = NDArray[np.float64]
 Rgb = tuple[float, float, float]
@@ -30,8 +31,7 @@ _PIXELS = 4096  # of an image that are looked at
 _DEEPEST = 32  # nodes in a row
 _GRAZING = 0.1  # mean share of what shows at grazing angles
 _GRAZING_NODES = {"ShaderNodeFresnel", "ShaderNodeLayerWeight"}
-_GLASS = {"ShaderNodeBsdfTransparent", "ShaderNodeBsdfGlass", "ShaderNodeBsdfRefraction"}
-_DARK = {"ShaderNodeEmission", "ShaderNodeBackground", "ShaderNodeHoldout"}
+_CLEAR, _DARK = nodes_that(PASSES, REFRACTS), nodes_that(EMITS, HIDES)
 _PASSED_ON = {
     "ShaderNodeGamma", "ShaderNodeBrightContrast", "ShaderNodeHueSaturation", "ShaderNodeRGBCurve",
     "NodeReroute",
@@ -104,11 +104,12 @@ class _Means:
             return self._outside(output, self.shader)
         if kind in _DARK:
             return np.zeros(3), 1.0
-        if kind in _GLASS:
-            return np.zeros(3), 1.0 - float(np.mean(self.of(inputs["Color"])))
+        if kind in _CLEAR:
+            passing = self.of(inputs[SHADER_NODES[kind].colour])
+            return np.zeros(3), 1.0 - float(np.mean(passing))
         colour = inputs.get("Base Color") or inputs.get("Color")
         base = np.array(_PLAIN if colour is None else self.of(colour))
-        if kind != "ShaderNodeBsdfPrincipled":
+        if kind != PRINCIPLED:
             return base, 1.0
         alpha, passing = (self.of(inputs[name])[0] for name in ("Alpha", "Transmission Weight"))
         through = alpha * passing * float(base.mean())

@@ -26,6 +26,16 @@ from ...uw_spectral.transfer.pixel import mirroring_share
 from .. import contents
 from ..animation import curves
 from . import band_colors
+from .shader_nodes import (
+    EMITS,
+    PASSES,
+    PRINCIPLED,
+    REFLECTS,
+    REFRACTS,
+    SHADER_NODES,
+    ShaderNode,
+    nodes_that,
+)
 
 SOURCE = "uw_source"
 """On a constant: node and socket of the user's that it repeats."""
@@ -40,24 +50,9 @@ _OUTPUTS = {
 _GREY = 0.5
 _MATTE = "mirrors; in real time it throws back the water's light as a matte thing does"
 
-_REFLECTING = {
-    "ShaderNodeBsdfDiffuse": "Color",
-    "ShaderNodeBsdfAnisotropic": "Color",
-    "ShaderNodeBsdfGlossy": "Color",
-    "ShaderNodeBsdfMetallic": "Base Color",
-    "ShaderNodeBsdfSheen": "Color",
-    "ShaderNodeBsdfToon": "Color",
-    "ShaderNodeBsdfTranslucent": "Color",
-    "ShaderNodeBsdfHair": "Color",
-    "ShaderNodeBsdfHairPrincipled": "Color",
-    "ShaderNodeSubsurfaceScattering": "Color",
-}
-_PRINCIPLED = "ShaderNodeBsdfPrincipled"
-_MIRRORING = {"ShaderNodeBsdfGlossy", "ShaderNodeBsdfAnisotropic", "ShaderNodeBsdfMetallic"}
-_EMITTING = {"ShaderNodeEmission", "ShaderNodeBackground"}
-_KEPT = {*_REFLECTING, *_EMITTING, "ShaderNodeBsdfTransparent"}
+_EMITTING, _KEPT = nodes_that(EMITS), nodes_that(REFLECTS, EMITS, PASSES)
+_MIRRORING = {name for name, node in SHADER_NODES.items() if node.mirrors}
 _JOINING = {"ShaderNodeMixShader", "ShaderNodeAddShader", "ShaderNodeGroup"}
-_REFRACTING = {"ShaderNodeBsdfGlass", "ShaderNodeBsdfRefraction"}
 
 
 @dataclass(frozen=True)
@@ -115,24 +110,26 @@ class _Walk:
             return first.combined(second, lambda a, b: a + b)
         if kind == "ShaderNodeGroup" and node.node_tree is not None:
             return self._group(node, output)
-        if kind == _PRINCIPLED:
+        if kind == PRINCIPLED:
             return self._principled(node)
-        normal = self._normal(node)
-        if kind in _REFLECTING and _REFLECTING[kind] in node.inputs:
-            colour, mirrored = self._value(node.inputs[_REFLECTING[kind]]), 0.0
-            if kind in _MIRRORING:
-                mirrored = colour * mirroring_share(self._value(node.inputs["Roughness"]))
-            return _Closure(colour=colour, mirrored=mirrored, normal=normal)
-        if kind in _EMITTING:
-            strength = self._value(node.inputs["Strength"])
-            return _Closure(emission=self._value(node.inputs["Color"]) * strength)
-        if kind == "ShaderNodeBsdfTransparent":
-            return _Closure(transmittance=self._value(node.inputs["Color"]))
-        if kind in _REFRACTING:
-            self._note("refracts; in real time light goes straight through it")
-            return _Closure(transmittance=self._value(node.inputs["Color"]), normal=normal)
+        known, normal = SHADER_NODES.get(kind), self._normal(node)
+        if known is not None and known.colour in node.inputs:
+            return self._known(node, known, normal)
         self._note(f"uses {node.bl_label}, whose colour is unknown; it counts as grey {_GREY}")
         return _Closure(colour=_GREY, normal=normal)
+
+    def _known(self, node: bpy.types.Node, known: ShaderNode, normal: NodeValue | None) -> _Closure:
+        colour, mirrored = self._value(node.inputs[known.colour]), 0.0
+        if known.does == EMITS:
+            return _Closure(emission=colour * self._value(node.inputs["Strength"]))
+        if known.does == PASSES:
+            return _Closure(transmittance=colour)
+        if known.does == REFRACTS:
+            self._note("refracts; in real time light goes straight through it")
+            return _Closure(transmittance=colour, normal=normal)
+        if known.mirrors:
+            mirrored = colour * mirroring_share(self._value(node.inputs["Roughness"]))
+        return _Closure(colour=colour, mirrored=mirrored, normal=normal)
 
     def _principled(self, node: bpy.types.Node) -> _Closure:
         inputs = node.inputs
@@ -261,7 +258,7 @@ def _keepable(tree: bpy.types.ShaderNodeTree, node: bpy.types.Node) -> bool:
         return False
     if not any(output.type == "SHADER" for output in node.outputs):
         return True
-    if node.bl_idname == _PRINCIPLED:
+    if node.bl_idname == PRINCIPLED:
         passing = node.inputs["Transmission Weight"]
         return not (passing.is_linked or _is_animated(tree, passing)) and not passing.default_value
     return node.bl_idname in _KEPT or node.bl_idname in _JOINING
@@ -280,7 +277,7 @@ def kinds(materials: Iterable[bpy.types.Material]) -> Kinds:
 
 def _may(tree: bpy.types.NodeTree, node: bpy.types.Node, always: set[str], weight: str) -> bool:
     """Whether a node is of some kinds, or a principled one that may have a weight."""
-    if node.bl_idname != _PRINCIPLED:
+    if node.bl_idname != PRINCIPLED:
         return node.bl_idname in always
     socket = node.inputs[weight]
     # What may change while a job runs counts from its beginning: its nodes stay.

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from underwater_spectral.scene import temporary
 from underwater_spectral.scene.engines import eevee_settings, exr_output
-from underwater_spectral.scene.materials import band_colors, realtime_materials
+from underwater_spectral.scene.materials import band_colors, realtime_materials, shader_nodes
 from underwater_spectral.scene.seen.snapshot import Snapshot
 from underwater_spectral.scene.water import frame_water, realtime, scene_water, water_body
 from underwater_spectral.tests.scene import columns, scenes, snapshot
@@ -208,3 +208,12 @@ def test_closures_that_are_kept_are_as_bright_as_lit_ones(tmp_path, monkeypatch)
         assert np.quantile(error, 0.9) < 0.01, kind
     middles = pictures[0][_WIDE // 2, _WIDE // 2 :: _WIDE]
     assert len({tuple(colour.round(3)) for colour in middles}) > 3, "the balls are not seen"
+
+
+def test_the_shader_nodes_of_the_table_are_blenders(empty_blender):
+    tree = bpy.data.materials.new("Any").node_tree
+    for name, known in shader_nodes.SHADER_NODES.items():
+        node = tree.nodes.new(name)
+        assert any(output.type == "SHADER" for output in node.outputs)
+        assert (known.colour in node.inputs) == (known.does != shader_nodes.HIDES), name
+        assert "Roughness" in node.inputs or not known.mirrors, name

@@ -1,0 +1,64 @@
+"""The shader nodes that materials may use: what each does with light, and where its colour is.
+
+EEVEE lights the closure of a node without a row before the water, and takes its colour for grey.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+PRINCIPLED = "ShaderNodeBsdfPrincipled"
+"""All of it at once; its weights say what."""
+REFLECTS, EMITS, PASSES, REFRACTS, HIDES = "reflects", "emits", "passes", "refracts", "hides"
+
+
+@dataclass(frozen=True)
+class ShaderNode:
+    """What is known of a shader node.
+
+    Attributes
+    ----------
+    does : str
+        ``REFLECTS`` light; ``EMITS`` it; ``PASSES`` it on straight, or ``REFRACTS`` it, so that
+        what is behind shows; or ``HIDES`` what is there.
+    colour : str
+        Input with the colour that it does it by.
+    mirrors : bool
+        Whether the less of it is matte the less rough it is.
+    """
+
+    does: str
+    colour: str = "Color"
+    mirrors: bool = False
+
+
+SHADER_NODES = {
+    "ShaderNodeBsdfDiffuse": ShaderNode(REFLECTS),
+    "ShaderNodeBsdfAnisotropic": ShaderNode(REFLECTS, mirrors=True),
+    "ShaderNodeBsdfGlossy": ShaderNode(REFLECTS, mirrors=True),
+    "ShaderNodeBsdfMetallic": ShaderNode(REFLECTS, "Base Color", mirrors=True),
+    "ShaderNodeBsdfSheen": ShaderNode(REFLECTS),
+    "ShaderNodeBsdfToon": ShaderNode(REFLECTS),
+    "ShaderNodeBsdfTranslucent": ShaderNode(REFLECTS),
+    "ShaderNodeBsdfHair": ShaderNode(REFLECTS),
+    "ShaderNodeBsdfHairPrincipled": ShaderNode(REFLECTS),
+    "ShaderNodeSubsurfaceScattering": ShaderNode(REFLECTS),
+    "ShaderNodeEmission": ShaderNode(EMITS),
+    "ShaderNodeBackground": ShaderNode(EMITS),
+    "ShaderNodeBsdfTransparent": ShaderNode(PASSES),
+    "ShaderNodeBsdfGlass": ShaderNode(REFRACTS),
+    "ShaderNodeBsdfRefraction": ShaderNode(REFRACTS),
+    "ShaderNodeHoldout": ShaderNode(HIDES),
+}
+"""By Blender's names of the nodes."""
+
+
+def nodes_that(*do: str) -> set[str]:
+    """Names of the nodes that do one of some things.
+
+    Examples
+    --------
+    >>> sorted(nodes_that(PASSES, HIDES))
+    ['ShaderNodeBsdfTransparent', 'ShaderNodeHoldout']
+    """
+    return {name for name, node in SHADER_NODES.items() if node.does in do}
