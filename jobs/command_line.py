@@ -24,7 +24,7 @@ from ..uw_spectral.errors import InputError
 from .job import AutoRequest, Job, SplitRequest
 
 PROGRESS = ("text", "openjd")
-_AMOUNTS = ("chlorophyll", "cdom", "minerals", "detritus")
+_AMOUNTS = tuple(name for name, setting in SETTINGS.items() if "water" in setting.needs)
 _SPAN = re.compile(r"(-?\d+)(?:-(-?\d+))?")
 _BELOW_ZERO = re.compile(r"-\d")
 _OUT = Path("bands")

@@ -117,10 +117,6 @@ class Graph:
         terms = [v if isinstance(v, NodeValue) else self.term(number(v)) for v in operands]
         return node, sockets, terms
 
-    def as_varying(self, constant: NodeValue) -> NodeValue:
-        """Return a value that never varies as one whose every use costs no room."""
-        return self.operation("ADD", (constant, 0.0)) if self.slim else constant
-
     def vector(self, x: NodeValue | float, y: NodeValue | float, z: NodeValue | float) -> NodeValue:
         """Join three numbers."""
         parts = x, y, z

@@ -11,6 +11,8 @@ import bpy
 from ..temporary import render_settings
 from ..water.frame_water import RealtimeWater
 
+ENGINE = "BLENDER_EEVEE"
+"""As Blender calls it."""
 USUAL_FROXELS = 32
 """Steps of the froxel volume: each costs, and with 256 no pixel changes by a ΔE2000 of 0.3."""
 _FROXEL_TILE = "4"
@@ -34,7 +36,7 @@ def wanted_settings(
     wanted: list[tuple[Any, str, Any]] = [
         (scene, "camera", camera),
         (scene, "compositing_node_group", None),
-        (render, "engine", "BLENDER_EEVEE"),
+        (render, "engine", ENGINE),
         (render, "film_transparent", False),
         (render, "use_border", False),
         (render, "use_sequencer", False),

@@ -27,7 +27,6 @@ from .layer_passes import Passes, render_passes, switched_on
 CRYPTOMATTE = ("CryptoObject", "CryptoMaterial")
 """Names of Blender's passes."""
 CRYPTOMATTE_SWITCHES = ("use_pass_cryptomatte_object", "use_pass_cryptomatte_material")
-GEOMETRY = ("range", "planar_depth", "position", "normal", "motion", "instance", "material")
 _SWITCHES = {
     "normal": ("use_pass_normal",),
     "motion": ("use_pass_vector",),

@@ -32,7 +32,7 @@ def apply(scene: bpy.types.Scene, water: RealtimeWater) -> None:
             if owner != scene
         ]
     else:
-        wanted = [(scene.render, "engine", "BLENDER_EEVEE")]
+        wanted = [(scene.render, "engine", eevee_settings.ENGINE)]
     kept = {}
     for owner, name, value in wanted:
         kept[f"{type(owner).__name__}.{name}"] = getattr(owner, name)

@@ -20,6 +20,7 @@ from ...uw_spectral.shade.shade_table import ShadeTable
 from ...uw_spectral.spectra.bands import Bands
 from ...uw_spectral.transfer.water_column import WaterColumn
 from .. import colour_space, contents, marks, stored_settings
+from ..engines.eevee_settings import ENGINE
 from ..materials import realtime_materials
 from ..seen import lamps
 from ..session import SESSION
@@ -34,7 +35,6 @@ _FEW_BANDS = 8  # while settings change
 NOMINAL_DEPTH = 1.0
 """Depth in m that the preview assumes while no camera is under water."""
 
-_ENGINE = "BLENDER_EEVEE"
 _SHOWN, _PROBLEM, _STALE = "shown", "problem", "stale"
 _STOPS, _KINDS, _ROAM = "stops", "kinds", "roam"
 
@@ -336,7 +336,7 @@ def problem(scene: bpy.types.Scene) -> str:
     session = scene.get(SESSION)
     if session is not None and session[_PROBLEM]:
         return session[_PROBLEM]
-    if session is not None and scene.render.engine != _ENGINE:
+    if session is not None and scene.render.engine != ENGINE:
         return (
             f"The render engine is {_engine_name(scene)}, and this water is drawn by EEVEE: "
             "Blender's own Render would be wrong. Choose Reference or another quality and press "

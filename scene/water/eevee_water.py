@@ -88,18 +88,18 @@ def eevee_water(
         If the camera is orthographic and the water differs with depth.
     """
     chosen, around, kept = plan.settings, None, kept or shade.Kept()
-    shades = chosen.diffuse_shadows and has_things(scene)
+    things = (chosen.diffuse_shadows or chosen.scene_floor) and has_things(scene)
+    shades = chosen.diffuse_shadows and things
     if not shades:
         shaded = None
     elif chosen.sunlight == 0:
         # The same nodes as by day; there is nothing to shade.
         shaded = without_shade(len(plan.bands))
-    looks = shades or (chosen.scene_floor and has_things(scene))
-    if looks and shaded is None:
+    if things and shaded is None:
         clearest = float(plan.column.attenuation.min())
         around = look_around(scene, eye.camera, clearest, eye.path, kept.samples)
         kept.ground = around.ground
-    over = _over(plan, kept.ground if looks else None)
+    over = _over(plan, kept.ground if things else None)
     solved = over.solved_field(TABLE_STREAMS)
     if shades and around is not None:
         shaded = _shaded(plan, scene, around, eye, kept)
