@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import os
 import tempfile
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -25,12 +25,13 @@ class Drawing:
     """What draws the open scene into a float EXR.
 
     ``samples`` per pixel are set beforehand; ``change`` gives the water other values, where there
-    is any.
+    is any. ``notes`` are what the water could not treat.
     """
 
     scene: bpy.types.Scene
     write: Callable[[Path], None]
     change: Callable[[SceneSettings], None]
+    notes: Sequence[str] = ()
 
     def picture(self, path: Path, samples: int) -> None:
         """Write a picture."""
@@ -76,7 +77,7 @@ def drawing(settings: SceneSettings | None, mode: Mode = REALTIME) -> Iterator[D
             later = render_plan.make_plan(other)
             ready[0] = engine.frame(later, depth, weights(later))
 
-        yield Drawing(scene, write, change)
+        yield Drawing(scene, write, change, engine.notes)
 
 
 def hang_lamps(rig: str) -> None:
