@@ -1,4 +1,7 @@
-"""Node groups that turn an RGB colour into the values of the pass's bands, or of channels.
+"""Node groups that stand before the inputs of a user's shaders.
+
+They turn an RGB colour into the values of the pass's bands, or of channels, and refractive indices
+against air into those against water.
 
 Reflectance and emission differ only in the basis, which the pass supplies.
 The sum over red, green and blue is linear, hence textures, mixes and ramps
@@ -7,11 +10,17 @@ before it keep their meaning.
 
 from __future__ import annotations
 
-import bpy
+from collections.abc import Callable
 
+import bpy
+import numpy as np
+
+from ..uw_spectral.mathematics import Operand
+from ..uw_spectral.surface.refraction import index_in_water, length_in_water
 from . import attributes
 from .data_blocks import vector_of_view_layer
 from .node_mathematics import MARK, NODES, Graph, new_group
+from .realtime_rays import drawn_place
 
 REFLECTANCE = "UW Reflectance of Bands"
 EMISSION = "UW Emission of Bands"
@@ -19,6 +28,8 @@ MEASURED = "UW Measured Reflectance"
 SUNLIT = "UW Sunlit Colour"
 SUNLIT_MEASURED = "UW Sunlit Measured Colour"
 DARK = "UW No Colour"
+INDEX = "UW Index in Water"
+LENGTH = "UW Thickness in Water"
 
 _KIND = "uw_uplift"
 COLOR_INPUT = "Color"
@@ -28,6 +39,7 @@ COLUMNS = ("Red", "Green", "Blue")
 SHARE = "Share"
 """Input and output: the part of that with which whole closures are mixed in."""
 _LEAST = 1e-5
+_WATER = "Water"
 
 
 def _basis_group(name: str, basis: tuple[str, str, str]) -> bpy.types.ShaderNodeTree:
@@ -109,7 +121,43 @@ def build_dark() -> bpy.types.ShaderNodeTree:
     return tree
 
 
+def _in_water(name: str, formula: Callable[..., Operand]) -> bpy.types.ShaderNodeTree:
+    """Build the group of a number of a material that is another one in water."""
+    tree = new_group(name)
+    for way in ("INPUT", "OUTPUT"):
+        tree.interface.new_socket("Value", in_out=way, socket_type="NodeSocketFloat")
+    graph = Graph(tree)
+    given = graph.term(graph.node("NodeGroupInput").outputs[0])
+    water = graph.node("ShaderNodeValue")
+    water.name, water.outputs[0].default_value = _WATER, 1.0
+    z = drawn_place(graph)[2]
+    found = formula(given, graph.term(water.outputs[0]), z, NODES)
+    graph.assign(found, graph.node("NodeGroupOutput").inputs[0])
+    return tree
+
+
+def build_index() -> bpy.types.ShaderNodeTree:
+    """Build the group refractive index against air → against what is around it."""
+    return _in_water(INDEX, index_in_water)
+
+
+def build_length() -> bpy.types.ShaderNodeTree:
+    """Build the group thickness → the same in wavelengths of what is around it."""
+    return _in_water(LENGTH, length_in_water)
+
+
+def set_water_index(index: float) -> None:
+    """Tell the groups of indices that of the water against air."""
+    for tree in bpy.data.node_groups:
+        if tree.get(_KIND) in (INDEX, LENGTH) and tree.is_editable:
+            socket = tree.nodes[_WATER].outputs[0]
+            if socket.default_value != np.float32(index):
+                socket.default_value = index
+
+
 _BUILDERS = {
+    INDEX: build_index,
+    LENGTH: build_length,
     SUNLIT: build_sunlit,
     SUNLIT_MEASURED: build_sunlit_measured,
     DARK: build_dark,

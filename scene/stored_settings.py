@@ -10,7 +10,7 @@ import bpy
 from ..settings.known_words import suggestions
 from ..settings.scene_settings import SETTINGS, SceneSettings
 from ..settings.setting import Setting
-from . import stored_lamps
+from . import stored_lamps, stored_materials
 
 PROPERTY = "underwater"
 
@@ -67,10 +67,12 @@ def register(on_change: OnChange | None = None) -> None:
     bpy.utils.register_class(group)
     setattr(bpy.types.Scene, PROPERTY, bpy.props.PointerProperty(type=group))
     stored_lamps.register()
+    stored_materials.register()
 
 
 def unregister() -> None:
     """Take them away; the values stay in the file."""
+    stored_materials.unregister()
     stored_lamps.unregister()
     delattr(bpy.types.Scene, PROPERTY)
     bpy.utils.unregister_class(bpy.types.PropertyGroup.bl_rna_get_subclass_py(_CLASS))

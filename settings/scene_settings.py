@@ -489,6 +489,14 @@ class SceneSettings:
         digits=3,
         who="researcher",
     )
+    indices_in_water: bool = _setting(
+        True,
+        "Indices against water",
+        "Take refractive indices of materials, which Blender has against air, against the water "
+        "that things lie in: they mirror less and bend light less. Materials can be left out",
+        "quality",
+        who="researcher",
+    )
     sunlight: float = _setting(
         1.0,
         "Daylight",

@@ -53,8 +53,9 @@ def cycles_bands(
     if above and wanted:
         raise InputError(waterline.NO_LAYERS)
     notes = cycles_water.add_water(
-        scene, plan.column, cycles_phases(plan), extent, lamps, above=above
-    )
+        scene, plan.column, cycles_phases(plan), extent, lamps, above=above,
+        indices_in_water=chosen.indices_in_water,
+    )  # fmt: skip
     notes += [note for phase in cycles_phases(plan) for note in phase.notes]
     light, layers = plan.emission(), None
     if light is not None:

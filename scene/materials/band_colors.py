@@ -18,7 +18,15 @@ from ...node_groups import attributes, uplift
 from ...node_groups.node_mathematics import MARK
 from ...uw_spectral.spectra.spectrum import Spectrum
 from .. import contents
-from ..animation import curves
+from .inserted import (
+    has_inserted,
+    is_idle,
+    is_inserted,
+    new_node,
+    put_before,
+    take_out,
+    value_curves,
+)
 from .shader_nodes import EMITS, HIDES, PASSES, REFRACTS, nodes_that
 
 MEASURED_WAVELENGTHS = "uw_reflectance_wavelengths_nm"
@@ -77,7 +85,7 @@ def route(tree: bpy.types.NodeTree, make: Maker, *, measured: bool) -> None:
             kind = uplift.SUNLIT_MEASURED
         else:
             kind = uplift.SUNLIT
-        _put_before(tree, socket, make(tree, kind))
+        put_before(tree, socket, make(tree, kind))
     for group in _groups(tree):
         route(group, make, measured=False)
 
@@ -112,19 +120,15 @@ def remove(kept: Collection[bpy.types.Material]) -> None:
     trees |= {t for t in bpy.data.node_groups if t.bl_idname == "ShaderNodeTree"}
     trees -= contents.inner_groups(m.node_tree for m in kept)
     for tree in trees:
-        for node in [n for n in tree.nodes if _is_inserted(n)]:
-            _take_out(tree, node)
+        for node in [n for n in tree.nodes if is_inserted(n)]:
+            measured = node.inputs.get(uplift.MEASURED_INPUT)
+            for link in list(measured.links) if measured is not None else ():
+                if link.from_node.bl_idname == "ShaderNodeAttribute":
+                    tree.nodes.remove(link.from_node)
+            take_out(tree, node)
     for material in bpy.data.materials:
         if _MEASURED_INDEX in material and material not in kept:
             del material[_MEASURED_INDEX]
-
-
-def inserted_colour(socket: bpy.types.NodeSocket) -> bpy.types.NodeSocket:
-    """Return where the user's own colour of an input is: in a group before it, if one is there."""
-    for link in socket.links:
-        if _is_inserted(link.from_node):
-            return link.from_node.inputs[uplift.COLOR_INPUT]
-    return socket
 
 
 def is_measured(material: bpy.types.Material) -> bool:
@@ -169,7 +173,7 @@ def _insert_into_tree(tree: bpy.types.NodeTree, measured_index: int | None) -> N
         if measured_index is not None and socket.name in _BASE_COLORS and _reflects(node):
             _put_measured_before(tree, socket, measured_index)
         elif not _has_no_effect(tree, node, socket, kind):
-            _put_before(tree, socket, _new_node(tree, kind))
+            put_before(tree, socket, new_node(tree, kind))
 
 
 def _colours(
@@ -180,7 +184,7 @@ def _colours(
         shades = any(output.type == "SHADER" for output in node.outputs)
         if node.bl_idname == "ShaderNodeGroup" or MARK in node or not shades:
             continue
-        yield from ((node, socket) for socket in node.inputs if not _already_inserted(socket))
+        yield from ((node, socket) for socket in node.inputs if not has_inserted(socket))
 
 
 def _groups(tree: bpy.types.NodeTree) -> list[bpy.types.NodeTree]:
@@ -188,14 +192,6 @@ def _groups(tree: bpy.types.NodeTree) -> list[bpy.types.NodeTree]:
     found = [n.node_tree for n in tree.nodes if n.bl_idname == "ShaderNodeGroup" and MARK not in n]
     own = [g for g in found if g is not None and g.is_editable and MARK not in g]
     return list(dict.fromkeys(own))
-
-
-def _new_node(tree: bpy.types.NodeTree, kind: str) -> bpy.types.Node:
-    active = tree.nodes.active
-    node = tree.nodes.new("ShaderNodeGroup")
-    tree.nodes.active = active
-    node.node_tree = uplift.group(kind)
-    return node
 
 
 def _group_for(node: bpy.types.Node, socket: bpy.types.NodeSocket) -> str | None:
@@ -215,17 +211,13 @@ def _reflects(node: bpy.types.Node) -> bool:
     return node.bl_idname not in _EMISSION_NODES
 
 
-def _already_inserted(socket: bpy.types.NodeSocket) -> bool:
-    return any(_is_inserted(link.from_node) for link in socket.links)
-
-
 def _has_no_effect(
     tree: bpy.types.NodeTree, node: bpy.types.Node, socket: bpy.types.NodeSocket, kind: str
 ) -> bool:
     """Whether the group would change nothing: the input weighs nothing, or is white."""
     if _weighs_nothing(tree, node, socket):
         return True
-    if socket.is_linked or _curves(tree, socket):
+    if socket.is_linked or value_curves(tree, socket):
         return False
     value = np.array(socket.default_value)[:3]
     return kind == uplift.REFLECTANCE and bool(np.all(np.abs(value - 1.0) < _UNTOUCHED))
@@ -235,36 +227,13 @@ def _weighs_nothing(
     tree: bpy.types.NodeTree, node: bpy.types.Node, socket: bpy.types.NodeSocket
 ) -> bool:
     """Whether an input has no effect, another one being zero."""
-    other = node.inputs.get(_WEIGHTS.get(socket.name, ""))
-    if other is None or other.is_linked or _curves(tree, other):
-        return False
-    return float(other.default_value) == 0.0
-
-
-def _is_inserted(node: bpy.types.Node) -> bool:
-    return node.bl_idname == "ShaderNodeGroup" and uplift.is_uplift(node.node_tree)
-
-
-def _put_before(
-    tree: bpy.types.NodeTree, socket: bpy.types.NodeSocket, node: bpy.types.Node
-) -> bpy.types.Node:
-    node.select = False
-    node.hide = True
-    node.location = (socket.node.location.x - 200.0, socket.node.location.y)
-    color = node.inputs[uplift.COLOR_INPUT]
-    color.default_value = np.array(socket.default_value)[:3]
-    _move_curves(tree, socket, color)
-    if socket.is_linked:
-        link = socket.links[0]
-        _link(tree, link.from_socket, color, link.is_muted)
-    tree.links.new(node.outputs[0], socket)
-    return node
+    return is_idle(tree, node, _WEIGHTS.get(socket.name, ""))
 
 
 def _put_measured_before(
     tree: bpy.types.NodeTree, socket: bpy.types.NodeSocket, index: int
 ) -> None:
-    node = _put_before(tree, socket, _new_node(tree, uplift.MEASURED))
+    node = put_before(tree, socket, new_node(tree, uplift.MEASURED))
     attribute = tree.nodes.new("ShaderNodeAttribute")
     attribute.attribute_type = "VIEW_LAYER"
     attribute.attribute_name = attributes.measured(index)
@@ -272,42 +241,3 @@ def _put_measured_before(
     attribute.select = False
     attribute.location = (node.location.x - 200.0, node.location.y)
     tree.links.new(attribute.outputs["Vector"], node.inputs[uplift.MEASURED_INPUT])
-
-
-def _take_out(tree: bpy.types.NodeTree, node: bpy.types.Node) -> None:
-    color = node.inputs[uplift.COLOR_INPUT]
-    source = color.links[0] if color.is_linked else None
-    for target in [link.to_socket for link in node.outputs[0].links]:
-        value = target.default_value
-        for channel, number in enumerate(color.default_value[:3]):
-            value[channel] = number
-        _move_curves(tree, color, target)
-        tree.links.remove(target.links[0])
-        if source is not None:
-            _link(tree, source.from_socket, target, source.is_muted)
-    if uplift.MEASURED_INPUT in node.inputs:
-        for link in list(node.inputs[uplift.MEASURED_INPUT].links):
-            if link.from_node.bl_idname == "ShaderNodeAttribute":
-                tree.nodes.remove(link.from_node)
-    tree.nodes.remove(node)
-
-
-def _link(
-    tree: bpy.types.NodeTree,
-    source: bpy.types.NodeSocket,
-    target: bpy.types.NodeSocket,
-    muted: bool,
-) -> None:
-    tree.links.new(source, target).is_muted = muted
-
-
-def _curves(tree: bpy.types.NodeTree, socket: bpy.types.NodeSocket) -> list[bpy.types.FCurve]:
-    """Animation curves and drivers of a socket's value."""
-    return list(curves(tree, f"{socket.path_from_id()}.default_value"))
-
-
-def _move_curves(
-    tree: bpy.types.NodeTree, source: bpy.types.NodeSocket, target: bpy.types.NodeSocket
-) -> None:
-    for curve in _curves(tree, source):
-        curve.data_path = f"{target.path_from_id()}.default_value"

@@ -25,7 +25,8 @@ from ...uw_spectral.mathematics import Operand
 from ...uw_spectral.transfer.pixel import mirroring_share
 from .. import contents
 from ..animation import curves
-from . import band_colors
+from . import band_colors, refractive_indices
+from .inserted import own_input
 from .shader_nodes import (
     EMITS,
     PASSES,
@@ -164,7 +165,7 @@ class _Walk:
 
     def _value(self, socket: bpy.types.NodeSocket) -> Operand:
         """Return what a socket holds: its link, or a constant that follows its value."""
-        socket = band_colors.inserted_colour(socket)
+        socket = own_input(socket)
         links = [link for link in socket.links if not link.is_muted]
         if links:
             source = self.graph.term(links[0].from_socket)
@@ -225,6 +226,7 @@ def insert(materials: list[bpy.types.Material], surfaces: Surfaces) -> list[str]
         What could not be treated, one line each.
     """
     notes: list[str] = []
+    refractive_indices.insert(materials)
     for material in materials:
         if not material.is_editable:
             notes.append(

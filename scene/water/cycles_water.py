@@ -16,13 +16,14 @@ from ...node_groups import (
     sky_world,
     sun_lamp,
     sun_lid,
+    uplift,
     water_lamp,
     water_surface,
     water_volume,
 )
 from ...uw_spectral.transfer.water_column import WaterColumn
 from .. import marks
-from ..materials import band_colors
+from ..materials import band_colors, refractive_indices
 from ..seen.lamps import SceneLamps
 from . import scene_water
 from .cycles_phase import CyclesPhase
@@ -51,6 +52,7 @@ def add_water(
     lamps: SceneLamps | None = None,
     *,
     above: bool = False,
+    indices_in_water: bool = True,
 ) -> list[str]:
     """Put water into a scene.
 
@@ -73,6 +75,8 @@ def add_water(
         In the water.
     above : bool
         Whether the camera may be in the air: things there then have the sun and sky of the air.
+    indices_in_water : bool
+        Whether refractive indices of materials are taken against the water.
 
     Returns
     -------
@@ -87,6 +91,9 @@ def add_water(
     scene_water.prepare(scene)
     materials, notes = scene_water.own_materials(scene, routed=True)
     notes += band_colors.insert(materials)
+    if indices_in_water:
+        refractive_indices.insert(materials)
+        uplift.set_water_index(column.refractive_index)
     objects, parts, images = _layers(column, phases, extent), {}, None
     if column.reflects:
         if column.surface == "waves":

@@ -130,7 +130,9 @@ def eevee_water(
         )
     # The scene has that floor already.
     particles = particles_of(chosen, plan.column)
-    return replace(water, column=plan.column, particles=particles)
+    return replace(
+        water, column=plan.column, particles=particles, indices_in_water=chosen.indices_in_water
+    )
 
 
 def _over(plan: RenderPlan, ground: Ground | None) -> RenderPlan:

@@ -79,6 +79,8 @@ class RealtimeWater:
         What there is in the water; the added floor's reflectance among the measured ones.
     pictures : bool
         Whether the channels are those of a picture.
+    indices_in_water : bool
+        Whether refractive indices of materials are taken against the water.
     waves, contrast, strength : WavePatterns, array (KNOTS, n), float
         The moving surface: its patterns, and the strength of what they throw.
     """
@@ -97,6 +99,7 @@ class RealtimeWater:
     contrast: NDArray[np.float64] | None = None
     strength: float = 0.0
     pictures: bool = False
+    indices_in_water: bool = True
 
     def in_channels(self, channels: Channels, layers: Sequence[str] = ()) -> RealtimeWater:
         """Return the water in other channels, with layers that are written beside the picture."""

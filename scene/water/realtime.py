@@ -21,6 +21,7 @@ from ...node_groups import (
     realtime_values,
     realtime_volume,
     realtime_waves,
+    uplift,
 )
 from ...node_groups.realtime_water import Sources, layout_of
 from ...uw_spectral.errors import InputError
@@ -194,6 +195,7 @@ def set_values(scene: bpy.types.Scene, water: RealtimeWater) -> None:
             measured = water.channels.fold(reflectance)
             realtime_materials.write_reflectance(known[name], _FIRST_MEASURED + place, measured)
     realtime_materials.refresh()
+    uplift.set_water_index(water.column.refractive_index if water.indices_in_water else 1.0)
     scene_water.place(scene, water.column)
     for item in marks.objects(scene):
         if item.get(marks.IS_SUN):

@@ -328,3 +328,43 @@ def diffuse_internal_reflectance(refractive_index: float = REFRACTIVE_INDEX) -> 
     step = (1 - critical) * t * weights
     cone = np.sum(2 * cosine * fresnel_reflectance(cosine, 1 / refractive_index) * step)
     return float(critical**2 + cone)
+
+
+def index_in_water(n: Operand, water: Operand, z: Operand, m: Mathematics = NUMPY) -> Operand:
+    """Refractive index of a material against what is around it.
+
+    Against water it mirrors less, and bends light less, than against air: glass of 1.5 mirrors
+    .4 % at normal incidence instead of 4 %. An index below 1 has been given against a denser
+    medium already, and stays.
+
+    Parameters
+    ----------
+    n : float or array
+        Against air.
+    water : float or array
+        Of the water against air.
+    z : float or array
+        Height above the water surface, m.
+    m : Mathematics
+        Elementary functions.
+
+    Examples
+    --------
+    >>> index_in_water(1.5, 1.34, -3.0).round(4).item(), index_in_water(1.5, 1.34, 0.2).item()
+    (1.1194, 1.5)
+    """
+    against_air = m.less(n, 1.0)
+    return n / m.select(m.less(z, 0.0) * (1.0 - against_air), water, 1.0)
+
+
+def length_in_water(d: Operand, water: Operand, z: Operand, m: Mathematics = NUMPY) -> Operand:
+    """Thickness that counts as many wavelengths in air as the given one does where it lies.
+
+    Parameters as of :func:`index_in_water`; ``d`` in any unit of length.
+
+    Examples
+    --------
+    >>> length_in_water(500.0, 1.34, -3.0).item()
+    670.0
+    """
+    return d * m.select(m.less(z, 0.0), water, 1.0)

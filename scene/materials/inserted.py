@@ -1,0 +1,108 @@
+"""Group nodes put before the inputs of the user's own nodes, and taken out again.
+
+The first input of such a node is the home of what the user's input has: its value, its link and
+its animation. Taking the node out leaves the tree as it was.
+"""
+
+from __future__ import annotations
+
+import bpy
+import numpy as np
+
+from ...node_groups import uplift
+from ..animation import curves
+
+
+def is_inserted(node: bpy.types.Node) -> bool:
+    """Whether a node has been put before an input."""
+    return node.bl_idname == "ShaderNodeGroup" and uplift.is_uplift(node.node_tree)
+
+
+def has_inserted(socket: bpy.types.NodeSocket) -> bool:
+    """Whether a node has been put before an input already."""
+    return any(is_inserted(link.from_node) for link in socket.links)
+
+
+def own_input(socket: bpy.types.NodeSocket) -> bpy.types.NodeSocket:
+    """Return where the user's own value of an input is: in a node before it, if one is there."""
+    for link in socket.links:
+        if is_inserted(link.from_node):
+            return own_input(link.from_node.inputs[0])
+    return socket
+
+
+def new_node(tree: bpy.types.NodeTree, kind: str) -> bpy.types.Node:
+    """Make a group node of a kind of :mod:`.uplift`; what the user has selected stays so."""
+    active = tree.nodes.active
+    node = tree.nodes.new("ShaderNodeGroup")
+    tree.nodes.active = active
+    node.node_tree = uplift.group(kind)
+    return node
+
+
+def put_before(
+    tree: bpy.types.NodeTree, socket: bpy.types.NodeSocket, node: bpy.types.Node
+) -> bpy.types.Node:
+    """Lead what an input gets through a node."""
+    node.select = False
+    node.hide = True
+    node.location = (socket.node.location.x - 200.0, socket.node.location.y)
+    home = node.inputs[0]
+    _copy_value(socket, home)
+    move_curves(tree, socket, home)
+    if socket.is_linked:
+        link = socket.links[0]
+        _link(tree, link.from_socket, home, link.is_muted)
+    tree.links.new(node.outputs[0], socket)
+    return node
+
+
+def take_out(tree: bpy.types.NodeTree, node: bpy.types.Node) -> None:
+    """Undo :func:`put_before`, and remove the node."""
+    home = node.inputs[0]
+    source = home.links[0] if home.is_linked else None
+    for target in [link.to_socket for link in node.outputs[0].links]:
+        _copy_value(home, target)
+        move_curves(tree, home, target)
+        tree.links.remove(target.links[0])
+        if source is not None:
+            _link(tree, source.from_socket, target, source.is_muted)
+    tree.nodes.remove(node)
+
+
+def value_curves(tree: bpy.types.NodeTree, socket: bpy.types.NodeSocket) -> list[bpy.types.FCurve]:
+    """Animation curves and drivers of a socket's value."""
+    return list(curves(tree, f"{socket.path_from_id()}.default_value"))
+
+
+def is_idle(tree: bpy.types.NodeTree, node: bpy.types.Node, weight: str) -> bool:
+    """Whether the input of this name is there and holds 0 for good."""
+    socket = node.inputs.get(weight)
+    if socket is None or socket.is_linked or value_curves(tree, socket):
+        return False
+    return float(socket.default_value) == 0.0
+
+
+def move_curves(
+    tree: bpy.types.NodeTree, source: bpy.types.NodeSocket, target: bpy.types.NodeSocket
+) -> None:
+    """Let the animation of one input move another one instead."""
+    for curve in value_curves(tree, source):
+        curve.data_path = f"{target.path_from_id()}.default_value"
+
+
+def _copy_value(source: bpy.types.NodeSocket, target: bpy.types.NodeSocket) -> None:
+    if target.type == "VALUE":
+        target.default_value = source.default_value
+        return
+    for channel, number in enumerate(np.array(source.default_value)[:3].tolist()):
+        target.default_value[channel] = number
+
+
+def _link(
+    tree: bpy.types.NodeTree,
+    source: bpy.types.NodeSocket,
+    target: bpy.types.NodeSocket,
+    muted: bool,
+) -> None:
+    tree.links.new(source, target).is_muted = muted

@@ -1,0 +1,37 @@
+"""What a material stores besides Blender's own properties: ``material.underwater``."""
+
+from __future__ import annotations
+
+import bpy
+
+PROPERTY = "underwater"
+_CLASS = "UnderwaterMaterial"
+
+
+def register() -> None:
+    """Add ``material.underwater``."""
+    properties = {
+        "filled_with_air": bpy.props.BoolProperty(
+            name="Filled with air",
+            description="Refractive indices of the material stay as they are given, instead of "
+            "being taken against the water: for panes with air behind them, or indices that are "
+            "given against the water already",
+            options=set(),
+        ),
+    }
+    description = {"__doc__": "What a material stores.", "__annotations__": properties}
+    group = type(_CLASS, (bpy.types.PropertyGroup,), description)
+    bpy.utils.register_class(group)
+    setattr(bpy.types.Material, PROPERTY, bpy.props.PointerProperty(type=group))
+
+
+def unregister() -> None:
+    """Take ``material.underwater`` away; the values stay in the file."""
+    delattr(bpy.types.Material, PROPERTY)
+    bpy.utils.unregister_class(bpy.types.PropertyGroup.bl_rna_get_subclass_py(_CLASS))
+
+
+def is_filled_with_air(material: bpy.types.Material) -> bool:
+    """Whether the refractive indices of a material stay as they are given."""
+    group = getattr(material, PROPERTY, None)
+    return group is not None and group.filled_with_air
