@@ -44,7 +44,7 @@ _MODULES = (
 def register() -> None:
     """Register the settings and every module of the list; undo the ones done if one fails."""
     with contextlib.ExitStack() as undo:
-        stored_settings.register(live_updates.follow_property)
+        stored_settings.register(live_updates.follow_property, live_updates.follow_material)
         undo.callback(stored_settings.unregister)
         for module in _MODULES:
             module.register()

@@ -10,10 +10,9 @@ CIE2000 over blocks of pixels that lie within it, its noise that of Cycles' halv
 from __future__ import annotations
 
 import argparse
-import math
 import tempfile
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 import bpy
@@ -26,7 +25,7 @@ from ..scene.engines import eevee_engine
 from ..scene.water import water_body
 from ..settings import render_plan
 from ..settings.scene_settings import SceneSettings
-from ..uw_spectral.spectra.colour_rendering import delta_e_CIE2000_images, srgb_encode
+from ..uw_spectral.spectra.colour_rendering import delta_e_CIE2000_images
 from ..uw_spectral.spectra.spectral_image import read_exr, replacing, write_png
 from . import grey_scene
 from ._drawing import drawing
@@ -88,9 +87,13 @@ def main(arguments: Sequence[str]) -> None:
 
 
 def settings(samples: int = 64) -> SceneSettings:
-    """Return the water of all pictures: what ships by default, over sand."""
+    """Return the water of all pictures, over sand.
+
+    Its phase function is the same in all bands, so that those of Cycles share passes.
+    """
     return SceneSettings(
-        water="jerlov:IB", bands=6, band_placement="optimised", sun_zenith=30.0, sun_azimuth=60.0,
+        water="jerlov:IB",
+        phase="hg:0.85", bands=6, band_placement="optimised", sun_zenith=30.0, sun_azimuth=60.0,
         surface="flat", illuminant="clear-sky", floor_depth=_FLOOR, floor_reflectance="0.3",
         samples=samples, exposure="auto",
     )  # fmt: skip

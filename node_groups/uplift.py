@@ -31,7 +31,8 @@ DARK = "UW No Colour"
 INDEX = "UW Index in Water"
 LENGTH = "UW Thickness in Water"
 
-_KIND = "uw_uplift"
+KIND = "uw_uplift"
+"""On a group: which of them it is."""
 COLOR_INPUT = "Color"
 MEASURED_INPUT = "Measured"
 COLUMNS = ("Red", "Green", "Blue")
@@ -149,7 +150,7 @@ def build_length() -> bpy.types.ShaderNodeTree:
 def set_water_index(index: float) -> None:
     """Tell the groups of indices that of the water against air."""
     for tree in bpy.data.node_groups:
-        if tree.get(_KIND) in (INDEX, LENGTH) and tree.is_editable:
+        if tree.get(KIND) in (INDEX, LENGTH) and tree.is_editable:
             socket = tree.nodes[_WATER].outputs[0]
             if socket.default_value != np.float32(index):
                 socket.default_value = index
@@ -170,13 +171,13 @@ _BUILDERS = {
 def group(kind: str) -> bpy.types.ShaderNodeTree:
     """Return the group of a kind, building it on first use."""
     for existing in bpy.data.node_groups:
-        if existing.get(_KIND) == kind and existing.is_editable:
+        if existing.get(KIND) == kind and existing.is_editable:
             return existing
     built = _BUILDERS[kind]()
-    built[MARK], built[_KIND] = True, kind
+    built[MARK], built[KIND] = True, kind
     return built
 
 
 def is_uplift(tree: bpy.types.NodeTree | None) -> bool:
     """Whether a node tree is a group of :func:`group`."""
-    return tree is not None and _KIND in tree
+    return tree is not None and KIND in tree

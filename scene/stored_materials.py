@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import Any
+
 import bpy
 
 PROPERTY = "underwater"
 _CLASS = "UnderwaterMaterial"
 
 
-def register() -> None:
-    """Add ``material.underwater``."""
+type OnChange = Callable[[Any, bpy.types.Context], None]
+
+
+def register(on_change: OnChange | None = None) -> None:
+    """Add ``material.underwater``; changes are told with the group and the context."""
     properties = {
         "filled_with_air": bpy.props.BoolProperty(
             name="Filled with air",
@@ -17,6 +23,7 @@ def register() -> None:
             "being taken against the water: for panes with air behind them, or indices that are "
             "given against the water already",
             options=set(),
+            update=on_change,
         ),
     }
     description = {"__doc__": "What a material stores.", "__annotations__": properties}

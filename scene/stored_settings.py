@@ -53,13 +53,15 @@ def _property(setting: Setting, on_change: OnChange | None) -> object:
     return bpy.props.FloatProperty(precision=setting.digits, **shown, **common)
 
 
-def register(on_change: OnChange | None = None) -> None:
-    """Add ``scene.underwater``, and what lamps store.
+def register(on_change: OnChange | None = None, on_material_change: OnChange | None = None) -> None:
+    """Add ``scene.underwater``, and what lamps and materials store.
 
     Parameters
     ----------
     on_change : callable, optional
         Called with the group and the context whenever a setting is set.
+    on_material_change : callable, optional
+        The same for what a material stores.
     """
     properties = {name: _property(setting, on_change) for name, setting in SETTINGS.items()}
     description = {"__doc__": "The stored settings of a scene.", "__annotations__": properties}
@@ -67,7 +69,7 @@ def register(on_change: OnChange | None = None) -> None:
     bpy.utils.register_class(group)
     setattr(bpy.types.Scene, PROPERTY, bpy.props.PointerProperty(type=group))
     stored_lamps.register()
-    stored_materials.register()
+    stored_materials.register(on_material_change)
 
 
 def unregister() -> None:

@@ -8,6 +8,7 @@ from contextvars import ContextVar
 
 import bpy
 
+from ..scene.materials import refractive_indices
 from ..scene.session import is_live
 
 _MOMENT = 0.4  # s
@@ -55,6 +56,11 @@ def follow(scene: bpy.types.Scene) -> None:
 def follow_property(group: bpy.types.PropertyGroup, _: bpy.types.Context) -> None:
     """Follow a change of one setting; the update callback of them all."""
     follow(group.id_data)
+
+
+def follow_material(group: bpy.types.PropertyGroup, _: bpy.types.Context) -> None:
+    """Follow a change of what a material stores."""
+    refractive_indices.follow(group.id_data)
 
 
 def settle() -> None:

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any, override
+from typing import TYPE_CHECKING, Any, ClassVar, override
 
 import bpy
 
 from ..quality.methods import METHODS
-from ..scene import stored_lamps
+from ..scene import stored_lamps, stored_materials
 from ..scene import stored_settings as optics
 from ..scene.session import is_live
 from ..scene.unheeded import unheeded
@@ -467,6 +467,28 @@ def _colour(colour: DominantColour) -> str:
     return f"{colour.name}, {abs(colour.wavelength):.0f} nm{complementary}"
 
 
+class MaterialPanel(bpy.types.Panel):
+    """What a material stores: in the Properties editor, tab Material."""
+
+    bl_idname = "UNDERWATER_PT_material"
+    bl_label = "Underwater"
+    bl_space_type = "PROPERTIES"
+    bl_region_type = "WINDOW"
+    bl_context = "material"
+    bl_options: ClassVar = {"DEFAULT_CLOSED"}
+
+    @override
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return context.material is not None
+
+    @override
+    def draw(self, context: bpy.types.Context) -> None:
+        own = getattr(context.material, stored_materials.PROPERTY)
+        self.layout.use_property_split = True
+        self.layout.prop(own, "filled_with_air")
+
+
 CLASSES = (
     MainPanel,
     LooksPanel,
@@ -522,11 +544,11 @@ def register(tab: str | None = None) -> None:
     """Register the panels, under the tab of the preferences."""
     for cls in CLASSES:
         cls.bl_category = tab or preferences.tab()
-    for cls in (*CLASSES, *PROPERTIES):
+    for cls in (*CLASSES, *PROPERTIES, MaterialPanel):
         bpy.utils.register_class(cls)
 
 
 def unregister() -> None:
     """Unregister the panels."""
-    for cls in reversed((*CLASSES, *PROPERTIES)):
+    for cls in reversed((*CLASSES, *PROPERTIES, MaterialPanel)):
         bpy.utils.unregister_class(cls)

@@ -13,7 +13,7 @@ from ...node_groups import uplift
 from ...node_groups.node_mathematics import MARK
 from .. import contents
 from ..stored_materials import is_filled_with_air
-from .inserted import has_inserted, is_idle, new_node, put_before
+from .inserted import has_inserted, is_idle, is_inserted, new_node, put_before, take_out
 
 _KINDS = {
     "IOR": uplift.INDEX,
@@ -29,6 +29,7 @@ _WEIGHTS = {
     "Thin Film IOR": "Thin Film Thickness",
     "Thin Film Thickness": "Thin Film Thickness",
 }
+_OURS = {uplift.INDEX, uplift.LENGTH}
 _FRESNEL = "ShaderNodeFresnel"
 
 
@@ -44,6 +45,17 @@ def insert(materials: Iterable[bpy.types.Material]) -> None:
     for tree in (trees | contents.inner_groups(trees)) - apart:
         if tree.is_editable and MARK not in tree:
             _insert_into_tree(tree)
+
+
+def follow(material: bpy.types.Material) -> None:
+    """Let the indices of a material in water follow whether it is filled with air."""
+    trees = {material.node_tree} | contents.inner_groups([material.node_tree])
+    if not any(MARK in node for tree in trees for node in tree.nodes):
+        return  # dry
+    insert([material])
+    for tree in trees if is_filled_with_air(material) else ():
+        for node in [n for n in tree.nodes if is_inserted(n) and n.node_tree[uplift.KIND] in _OURS]:
+            take_out(tree, node)
 
 
 def _insert_into_tree(tree: bpy.types.NodeTree) -> None:
