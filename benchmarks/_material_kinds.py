@@ -1,3 +1,4 @@
+# ruff: noqa: E501
 """What users give things: a row for each kind of material and of object that is compared.
 
 Each row puts one thing, about .7 m across, on the ground at a place. Those of :data:`KINDS` are
@@ -7,11 +8,9 @@ compared in pictures; what is refused or only said is in the documents.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
-import bmesh
 import bpy
 import numpy as np
 from mathutils import Matrix, Vector
@@ -20,7 +19,10 @@ RADIUS = 0.35
 _RED, _GREEN, _GREY, _WHITE = (0.6, 0.08, 0.05), (0.1, 0.4, 0.12), (0.4, 0.4, 0.4), (0.9, 0.9, 0.9)
 _GOLD = (0.9, 0.6, 0.2)
 
-type Values = Mapping[str, Any]
+type Value = float | Sequence[float] | bpy.types.NodeSocket | str
+type Values = Mapping[str, Value]
+type Maker = Callable[[], bpy.types.Material]
+type Shaded = tuple[bpy.types.NodeSocket, str]
 type Thing = Callable[[bpy.types.Material | None], bpy.types.Object]
 
 
@@ -28,7 +30,7 @@ type Thing = Callable[[bpy.types.Material | None], bpy.types.Object]
 class Kind:
     """A thing that is compared.
 
-    ``thing`` makes the object, of ``material``; ``air`` says that what is in it is air.
+    ``thing`` makes the object, of ``material``.
     """
 
     name: str
@@ -43,7 +45,7 @@ def _tree() -> tuple[bpy.types.Material, bpy.types.NodeTree, bpy.types.Node]:
     return material, tree, tree.nodes.new("ShaderNodeOutputMaterial")
 
 
-def _node(tree: bpy.types.NodeTree, kind: str, **values: Any) -> bpy.types.Node:
+def _node(tree: bpy.types.NodeTree, kind: str, **values: Value) -> bpy.types.Node:
     """Add a node; values of its inputs by name, with _ for blanks, or of its properties."""
     node = tree.nodes.new(f"ShaderNode{kind}")
     for name, value in values.items():
@@ -52,14 +54,14 @@ def _node(tree: bpy.types.NodeTree, kind: str, **values: Any) -> bpy.types.Node:
             setattr(node, name, value)
         elif isinstance(value, bpy.types.NodeSocket):
             tree.links.new(value, socket)
-        elif socket.type == "RGBA":
+        elif socket.type == "RGBA" and isinstance(value, Sequence):
             socket.default_value = (*value, 1.0)
         else:
             socket.default_value = value
     return node
 
 
-def _shader(kind: str, **values: Any) -> Callable[[], bpy.types.Material]:
+def _shader(kind: str, **values: Value) -> Maker:
     """Make a material of one shader node."""
 
     def make() -> bpy.types.Material:
@@ -70,11 +72,11 @@ def _shader(kind: str, **values: Any) -> Callable[[], bpy.types.Material]:
     return make
 
 
-def _principled(**values: Any) -> Callable[[], bpy.types.Material]:
+def _principled(**values: Value) -> Maker:
     return _shader("BsdfPrincipled", **values)
 
 
-def _mixed(share: float, one: tuple[str, Values], other: tuple[str, Values]):
+def _mixed(share: float, one: tuple[str, Values], other: tuple[str, Values]) -> Maker:
     def make() -> bpy.types.Material:
         material, tree, output = _tree()
         mix = _node(tree, "MixShader")
@@ -87,7 +89,7 @@ def _mixed(share: float, one: tuple[str, Values], other: tuple[str, Values]):
     return make
 
 
-def _patterned(kind: str, **values: Any) -> Callable[[], bpy.types.Material]:
+def _patterned(kind: str, **values: Value) -> Maker:
     """Make a material whose base colour is a texture's."""
 
     def make() -> bpy.types.Material:
@@ -100,7 +102,7 @@ def _patterned(kind: str, **values: Any) -> Callable[[], bpy.types.Material]:
     return make
 
 
-def _built(build: Callable[[bpy.types.NodeTree], tuple[bpy.types.NodeSocket, str]]):
+def _built(build: Callable[[bpy.types.NodeTree], Shaded]) -> Maker:
     """Make a material whose output gets what is built, by the name of the output's input."""
 
     def make() -> bpy.types.Material:
@@ -112,11 +114,11 @@ def _built(build: Callable[[bpy.types.NodeTree], tuple[bpy.types.NodeSocket, str
     return make
 
 
-def _colour_straight(tree: bpy.types.NodeTree):
+def _colour_straight(tree: bpy.types.NodeTree) -> Shaded:
     return _node(tree, "RGB").outputs[0], "Surface"
 
 
-def _ramp(tree: bpy.types.NodeTree):
+def _ramp(tree: bpy.types.NodeTree) -> Shaded:
     noise = _node(tree, "TexNoise", Scale=6.0)
     ramp = _node(tree, "ValToRGB")
     tree.links.new(noise.outputs[0], ramp.inputs[0])
@@ -125,15 +127,15 @@ def _ramp(tree: bpy.types.NodeTree):
     return _node(tree, "BsdfPrincipled", Base_Color=ramp.outputs[0]).outputs[0], "Surface"
 
 
-def _bumped(tree: bpy.types.NodeTree):
+def _bumped(tree: bpy.types.NodeTree) -> Shaded:
     noise = _node(tree, "TexNoise", Scale=8.0)
     bump = _node(tree, "Bump", Height=noise.outputs[0], Strength=0.6, Distance=0.2)
     shader = _node(tree, "BsdfPrincipled", Base_Color=_GREY, Normal=bump.outputs[0])
     return shader.outputs[0], "Surface"
 
 
-def _rim(kind: str):
-    def build(tree: bpy.types.NodeTree):
+def _rim(kind: str) -> Callable[[bpy.types.NodeTree], Shaded]:
+    def build(tree: bpy.types.NodeTree) -> Shaded:
         rim = _node(tree, kind)
         mix = _node(tree, "MixShader")
         tree.links.new(rim.outputs[0], mix.inputs[0])
@@ -144,13 +146,13 @@ def _rim(kind: str):
     return build
 
 
-def _cut_out(tree: bpy.types.NodeTree):
+def _cut_out(tree: bpy.types.NodeTree) -> Shaded:
     checker = _node(tree, "TexChecker", Scale=6.0)
     shader = _node(tree, "BsdfPrincipled", Base_Color=_GREEN, Alpha=checker.outputs[1])
     return shader.outputs[0], "Surface"
 
 
-def _leaf(tree: bpy.types.NodeTree):
+def _leaf(tree: bpy.types.NodeTree) -> Shaded:
     """Diffuse and translucent, cut out, as foliage of model libraries is."""
     checker = _node(tree, "TexChecker", Scale=4.0)
     mix, cut = _node(tree, "MixShader"), _node(tree, "MixShader")
@@ -173,7 +175,7 @@ def _displaced() -> bpy.types.Material:
     return material
 
 
-def _smoke(kind: str, **values: Any) -> Callable[[], bpy.types.Material]:
+def _smoke(kind: str, **values: Value) -> Maker:
     def make() -> bpy.types.Material:
         material, tree, output = _tree()
         tree.links.new(_node(tree, kind, **values).outputs[0], output.inputs["Volume"])
@@ -190,18 +192,21 @@ def _linked(mesh_or_curve: bpy.types.ID, material: bpy.types.Material | None) ->
     return item
 
 
-def _mesh(make: Callable[[bmesh.types.BMesh], object], *, smooth: bool = True) -> bpy.types.Mesh:
-    mesh, shape = bpy.data.meshes.new("Kind"), bmesh.new()
-    make(shape)
-    shape.to_mesh(mesh)
-    shape.free()
+def _mesh(shape: str, *, smooth: bool = True, **sizes: float) -> bpy.types.Mesh:
+    """Make one of bmesh's shapes."""
+    import bmesh  # exists once bpy is loaded
+
+    mesh, built = bpy.data.meshes.new("Kind"), bmesh.new()
+    getattr(bmesh.ops, f"create_{shape}")(built, **sizes)
+    built.to_mesh(mesh)
+    built.free()
     if smooth:
         mesh.shade_smooth()
     return mesh
 
 
 def _round(radius: float = RADIUS, finer: int = 5) -> bpy.types.Mesh:
-    return _mesh(lambda b: bmesh.ops.create_icosphere(b, subdivisions=finer, radius=radius))
+    return _mesh("icosphere", subdivisions=finer, radius=radius)
 
 
 def sphere(material: bpy.types.Material | None) -> bpy.types.Object:
@@ -211,15 +216,13 @@ def sphere(material: bpy.types.Material | None) -> bpy.types.Object:
 
 def cube(material: bpy.types.Material | None) -> bpy.types.Object:
     """A box with sharp edges."""
-    mesh = _mesh(lambda b: bmesh.ops.create_cube(b, size=1.2 * RADIUS), smooth=False)
+    mesh = _mesh("cube", size=1.2 * RADIUS, smooth=False)
     return _linked(mesh, material)
 
 
 def panel(material: bpy.types.Material | None) -> bpy.types.Object:
     """A sheet without thickness that leans back."""
-    mesh = _mesh(
-        lambda b: bmesh.ops.create_grid(b, x_segments=1, y_segments=1, size=RADIUS), smooth=False
-    )
+    mesh = _mesh("grid", x_segments=1, y_segments=1, size=RADIUS, smooth=False)
     mesh.transform(Matrix.Rotation(math.radians(55.0), 4, "X"))
     mesh.uv_layers.new()
     return _linked(mesh, material)
@@ -227,7 +230,7 @@ def panel(material: bpy.types.Material | None) -> bpy.types.Object:
 
 def slab(material: bpy.types.Material | None) -> bpy.types.Object:
     """A pane with thickness."""
-    mesh = _mesh(lambda b: bmesh.ops.create_cube(b, size=2.0 * RADIUS), smooth=False)
+    mesh = _mesh("cube", size=2.0 * RADIUS, smooth=False)
     mesh.transform(Matrix.Rotation(math.radians(55.0), 4, "X") @ Matrix.Diagonal((1, 1, 0.08, 1)))
     return _linked(mesh, material)
 
@@ -310,7 +313,9 @@ def _points(material: bpy.types.Material | None) -> bpy.types.Object:
     return _linked(cloud, material)
 
 
-def _nodes(item: bpy.types.Object, build: Callable[[bpy.types.NodeTree], bpy.types.NodeSocket]):
+def _nodes(
+    item: bpy.types.Object, build: Callable[[bpy.types.NodeTree], bpy.types.NodeSocket]
+) -> bpy.types.Object:
     tree = bpy.data.node_groups.new("Kind", "GeometryNodeTree")
     tree.is_modifier = True
     for way in ("INPUT", "OUTPUT"):
@@ -335,7 +340,7 @@ def _instances(material: bpy.types.Material | None) -> bpy.types.Object:
         tree.links.new(sets.outputs[0], on.inputs["Instance"])
         return on.outputs[0]
 
-    mesh = _mesh(lambda b: bmesh.ops.create_icosphere(b, subdivisions=2, radius=0.28))
+    mesh = _mesh("icosphere", subdivisions=2, radius=0.28)
     return _nodes(_linked(mesh, None), build)
 
 

@@ -74,8 +74,8 @@ def main(arguments: Sequence[str]) -> None:
         rows += [row for row in found if any(row.kind == kind.name for kind in chosen)]
         for row in found:
             print(
-                f"{row.kind:24s} dE {row.delta_e:5.2f} worst {row.worst:5.1f} noise {row.noise:4.2f}"
-                f"  x {row.ratio[0]:.2f} {row.ratio[1]:.2f} {row.ratio[2]:.2f}",
+                f"{row.kind:24s} dE {row.delta_e:5.2f} worst {row.worst:5.1f} "
+                f"noise {row.noise:4.2f}  x " + " ".join(f"{x:.2f}" for x in row.ratio),
                 flush=True,
             )
     if rows:
@@ -190,7 +190,7 @@ def _masks(items: Sequence[bpy.types.Object], places: Sequence[Vector]) -> NDArr
     frame = [
         camera.matrix_world.to_3x3() @ v for v in camera.data.view_frame(scene=bpy.context.scene)
     ]
-    top_right, bottom_right, bottom_left, top_left = frame
+    top_right, _, bottom_left, top_left = frame
     eye, found = camera.matrix_world.translation, np.full((_HEIGHT, _WIDTH), -1, np.int32)
     for v in range(_HEIGHT):
         for u in range(_WIDTH):
