@@ -58,7 +58,7 @@ from .uplift import COLUMNS, SHARE
 NAME, KEEPING = "UW Thing in Water", "UW Water before Thing"
 
 LIT, COLOR, EMITTED = "Lit", "Color", "Emission"
-MIRRORED = "Mirrored"
+MIRRORED, BEHIND = "Mirrored", "Behind"
 COVERAGE, NORMAL = "Coverage", "Normal"
 COLUMN, MEASURED = "Column", "Measured"
 _INPUTS = {
@@ -83,13 +83,15 @@ def build(shape: Shape, sources: Sources, *, keeps: bool = False) -> bpy.types.S
     emission included; ``Color``, its reflectance; if things glow, ``Emission``, its emitted
     RGB radiance; ``Coverage``, the share that is not transparent, with which
     the three are multiplied already; ``Normal``; if things mirror, ``Mirrored``,
-    the part of the reflectance that does; and if reflectances were measured, ``Column``, where
+    the part of the reflectance that does; if things are translucent, ``Behind``, the part that
+    light from behind shines through; and if reflectances were measured, ``Column``, where
     that of the material is found if it is not 0, and ``Measured``, its channels.
     """
     tree = new_group(KEEPING if keeps else NAME)
     left_out = ({LIT} if keeps else set()) | (set() if shape.glows else {EMITTED})
     own = {name: kind for name, kind in _INPUTS.items() if name not in left_out}
     kinds = own | ({MIRRORED: "NodeSocketColor"} if shape.mirrors else {})
+    kinds |= {BEHIND: "NodeSocketColor"} if shape.translucent else {}
     kinds |= _MEASURED_INPUTS if shape.measured else {}
     for name, kind in kinds.items():
         socket = tree.interface.new_socket(name, in_out="INPUT", socket_type=kind)
@@ -242,9 +244,18 @@ class _Surface:
             mirrored = self._in_columns(given[MIRRORED], base)
             L_mirrored = self._mirrored_light()
         emitted = graph.components(given[EMITTED]) if self._shape.glows else ()
+        behind = None
+        if self._shape.translucent:
+            part, whole = (self._sum(given[name]) for name in (BEHIND, COLOR))
+            behind = NODES.minimum(part / NODES.maximum(whole, _DARKEST), 1.0)
         return Thing(
-            columns, response, base, mirrored, L_mirrored, emitted, self._pattern, self._left()
-        )
+            columns, response, base, mirrored, L_mirrored, emitted, self._pattern, self._left(),
+            behind,
+        )  # fmt: skip
+
+    def _sum(self, colour: NodeValue) -> Operand:
+        x, y, z = self._graph.components(colour)
+        return x + y + z
 
     def _lit(self) -> Operand:
         """Colour of the thing under the white sun, without what it emits."""

@@ -97,6 +97,8 @@ class Shape:
         Whether the camera may be above the water.
     mirrors : bool
         Whether things mirror the water.
+    translucent : bool
+        Whether light from behind things shines through them.
     glows : bool
         Whether things emit light.
     measured : int
@@ -117,6 +119,7 @@ class Shape:
     layers: tuple[str, ...] = ()
     above: bool = False
     mirrors: bool = False
+    translucent: bool = False
     glows: bool = False
     measured: int = 0
 

@@ -47,12 +47,14 @@ _OUTPUTS = {
     "emission": "UW Emission",
     "transmittance": "UW Transmittance",
     "mirrored": "UW Mirrored",
+    "behind": "UW Behind",
 }
 _GREY = 0.5
 _MATTE = "mirrors; in real time it throws back the water's light as a matte thing does"
 
 _EMITTING, _KEPT = nodes_that(EMITS), nodes_that(REFLECTS, EMITS, PASSES)
 _MIRRORING = {name for name, node in SHADER_NODES.items() if node.mirrors}
+_TRANSLUCENT = {name for name, node in SHADER_NODES.items() if node.behind}
 _JOINING = {"ShaderNodeMixShader", "ShaderNodeAddShader", "ShaderNodeGroup"}
 
 
@@ -60,13 +62,15 @@ _JOINING = {"ShaderNodeMixShader", "ShaderNodeAddShader", "ShaderNodeGroup"}
 class _Closure:
     """What a shader reflects, emits and lets through, as RGB terms or numbers.
 
-    ``mirrored`` is the part of the colour that mirrors.
+    Of the colour, ``mirrored`` is the part that mirrors, and ``behind`` the part that the light
+    from behind shines through.
     """
 
     colour: Operand = 0.0
     emission: Operand = 0.0
     transmittance: Operand = 0.0
     mirrored: Operand = 0.0
+    behind: Operand = 0.0
     normal: NodeValue | None = None
 
     def combined(self, other: _Closure, join: Callable[[Operand, Operand], Operand]) -> _Closure:
@@ -75,6 +79,7 @@ class _Closure:
             join(self.emission, other.emission),
             join(self.transmittance, other.transmittance),
             join(self.mirrored, other.mirrored),
+            join(self.behind, other.behind),
             self.normal or other.normal,
         )
 
@@ -130,7 +135,8 @@ class _Walk:
             return _Closure(transmittance=colour, normal=normal)
         if known.mirrors:
             mirrored = colour * mirroring_share(self._value(node.inputs["Roughness"]))
-        return _Closure(colour=colour, mirrored=mirrored, normal=normal)
+        behind = colour if known.behind else 0.0
+        return _Closure(colour=colour, mirrored=mirrored, behind=behind, normal=normal)
 
     def _principled(self, node: bpy.types.Node) -> _Closure:
         inputs = node.inputs
@@ -146,7 +152,7 @@ class _Walk:
         mirrored = 0.0
         if not _is_zero(metallic):
             mirrored = colour * (metallic * mirroring_share(self._value(inputs["Roughness"])))
-        return _Closure(colour, glow * alpha, transmittance, mirrored, self._normal(node))
+        return _Closure(colour, glow * alpha, transmittance, mirrored, normal=self._normal(node))
 
     def _group(self, node: bpy.types.Node, output: bpy.types.NodeSocket) -> _Closure:
         group = node.node_tree
@@ -211,10 +217,14 @@ class Surfaces:
 
 @dataclass(frozen=True)
 class Kinds:
-    """What any of the materials of a scene may do: mirror what is around it, or emit light."""
+    """What any of the materials of a scene may do.
+
+    Mirror what is around it, emit light, or throw on light from behind it.
+    """
 
     mirrors: bool = False
     glows: bool = False
+    translucent: bool = False
 
 
 def insert(materials: list[bpy.types.Material], surfaces: Surfaces) -> list[str]:
@@ -274,6 +284,7 @@ def kinds(materials: Iterable[bpy.types.Material]) -> Kinds:
     return Kinds(
         any(_may(tree, node, _MIRRORING, "Metallic") for tree, node in nodes),
         any(_may(tree, node, _EMITTING, "Emission Strength") for tree, node in nodes),
+        any(node.bl_idname in _TRANSLUCENT for _, node in nodes),
     )
 
 
@@ -436,6 +447,8 @@ def _describe(
         graph.assign(closure.mirrored, surface.inputs[realtime_surface.MIRRORED])
     elif not _is_zero(closure.mirrored):
         notes.append(f"{walk.name} {_MATTE}")
+    if realtime_surface.BEHIND in surface.inputs:
+        graph.assign(closure.behind, surface.inputs[realtime_surface.BEHIND])
     normal = closure.normal
     if normal is None:
         normal = graph.term(graph.node("ShaderNodeNewGeometry").outputs["Normal"])

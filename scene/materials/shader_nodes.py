@@ -25,11 +25,14 @@ class ShaderNode:
         Input with the colour that it does it by.
     mirrors : bool
         Whether the less of it is matte the less rough it is.
+    behind : bool
+        Whether it is the light from behind that it throws on.
     """
 
     does: str
     colour: str = "Color"
     mirrors: bool = False
+    behind: bool = False
 
 
 SHADER_NODES = {
@@ -39,7 +42,7 @@ SHADER_NODES = {
     "ShaderNodeBsdfMetallic": ShaderNode(REFLECTS, "Base Color", mirrors=True),
     "ShaderNodeBsdfSheen": ShaderNode(REFLECTS),
     "ShaderNodeBsdfToon": ShaderNode(REFLECTS),
-    "ShaderNodeBsdfTranslucent": ShaderNode(REFLECTS),
+    "ShaderNodeBsdfTranslucent": ShaderNode(REFLECTS, behind=True),
     "ShaderNodeBsdfHair": ShaderNode(REFLECTS),
     "ShaderNodeBsdfHairPrincipled": ShaderNode(REFLECTS),
     "ShaderNodeSubsurfaceScattering": ShaderNode(REFLECTS),

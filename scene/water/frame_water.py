@@ -304,7 +304,8 @@ def realtime_water(
         field.components, column.reflects, len(scale.zones), scale.slices, shafts,
         sky=column.sky, layered=field.layered, shade=seen.shade is not None, lamps=len(lamps.all),
         lamp_components=phase.components if lamps.lamps else (),
-        above=seen.above is not None, mirrors=seen.kinds.mirrors, glows=seen.kinds.glows,
+        above=seen.above is not None, mirrors=seen.kinds.mirrors,
+        translucent=seen.kinds.translucent, glows=seen.kinds.glows,
         measured=len(seen.reflectances),
     )  # fmt: skip
     around_lamps = _around_lamps(column, phase, camera_depth) if lamps.lamps else None

@@ -158,6 +158,8 @@ class Thing:
         Of the waves there, of mean 1.
     shade : LightLeft
         Of the light from all sides, the direct sun apart.
+    behind : number, optional
+        Share of its matte colours that the light from behind it shines through.
     """
 
     columns: Sequence[Operand]
@@ -168,6 +170,7 @@ class Thing:
     emitted: Sequence[Operand] = ()
     pattern: Operand | None = None
     shade: LightLeft = ALL_LEFT
+    behind: Operand | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -318,7 +321,11 @@ class ChannelWater:
     ) -> Operand:
         """Rest of :meth:`leaving`: light from many sides, mirrored light, light of its own."""
         split = self.tables.split
-        E = self.shaded(self.irradiance(y, normal), thing.shade, y, ON_PATCH)
+        E = self.irradiance(y, normal)
+        if thing.behind is not None:
+            back = self.irradiance(y, [-part for part in normal])
+            E = E + (back - E) * thing.behind
+        E = self.shaded(E, thing.shade, y, ON_PATCH)
         E = split(E * (1.0 / math.pi))
         L = split(thing.L_mirrored) if thing.mirrored else None
         total: Operand = 0.0
