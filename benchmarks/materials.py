@@ -170,7 +170,7 @@ def _compared(
         seen, truth, one, other = (_blocks(x)[inside] for x in (picture, reference, *halves))
         delta = delta_e_CIE2000_images(seen[None], truth[None]).ravel()
         noise = delta_e_CIE2000_images(one[None], other[None]).ravel() / 2.0
-        ratio = seen.mean(axis=0) / np.maximum(truth.mean(axis=0), 1e-9)
+        ratio = seen.mean(axis=0) / np.maximum(np.abs(truth.mean(axis=0)), 1e-9)
         rows.append(
             Row(kind.name, float(delta.mean()), float(np.percentile(delta, 95)),
                 float(noise.mean()), (float(ratio[0]), float(ratio[1]), float(ratio[2])))

@@ -15,8 +15,9 @@ from collections.abc import Callable
 import bpy
 import numpy as np
 
-from ..uw_spectral.mathematics import Operand
+from ..uw_spectral.mathematics import Operand, dot
 from ..uw_spectral.surface.refraction import index_in_water, length_in_water
+from ..uw_spectral.transfer.closures import sheen_albedo
 from . import attributes
 from .data_blocks import vector_of_view_layer
 from .node_mathematics import MARK, NODES, Graph, new_group
@@ -30,11 +31,13 @@ SUNLIT_MEASURED = "UW Sunlit Measured Colour"
 DARK = "UW No Colour"
 INDEX = "UW Index in Water"
 LENGTH = "UW Thickness in Water"
+SHEEN = "UW Sheen"
 
 KIND = "uw_uplift"
 """On a group: which of them it is."""
 COLOR_INPUT = "Color"
 MEASURED_INPUT = "Measured"
+ROUGHNESS = "Roughness"
 COLUMNS = ("Red", "Green", "Blue")
 """Inputs and outputs: what channels see of sunlight on a colour."""
 SHARE = "Share"
@@ -147,6 +150,22 @@ def build_length() -> bpy.types.ShaderNodeTree:
     return _in_water(LENGTH, length_in_water)
 
 
+def build_sheen() -> bpy.types.ShaderNodeTree:
+    """Build the group colour of a sheen → what it throws towards the camera of uniform light.
+
+    EEVEE takes a sheen for matte.
+    """
+    tree = _group(SHEEN, COLOR_INPUT)
+    tree.interface.new_socket(ROUGHNESS, in_out="INPUT", socket_type="NodeSocketFloat")
+    graph = Graph(tree)
+    colour, roughness = (graph.term(s) for s in graph.node("NodeGroupInput").outputs if s.name)
+    geometry = graph.node("ShaderNodeNewGeometry").outputs
+    normal, back = (graph.components(graph.term(geometry[x])) for x in ("Normal", "Incoming"))
+    albedo = sheen_albedo(roughness, NODES.absolute(dot(normal, back)), NODES)
+    graph.assign(colour * albedo, graph.node("NodeGroupOutput").inputs[0])
+    return tree
+
+
 def set_water_index(index: float) -> None:
     """Tell the groups of indices that of the water against air."""
     for tree in bpy.data.node_groups:
@@ -159,6 +178,7 @@ def set_water_index(index: float) -> None:
 _BUILDERS = {
     INDEX: build_index,
     LENGTH: build_length,
+    SHEEN: build_sheen,
     SUNLIT: build_sunlit,
     SUNLIT_MEASURED: build_sunlit_measured,
     DARK: build_dark,

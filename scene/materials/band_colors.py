@@ -184,7 +184,9 @@ def _colours(
         shades = any(output.type == "SHADER" for output in node.outputs)
         if node.bl_idname == "ShaderNodeGroup" or MARK in node or not shades:
             continue
-        yield from ((node, socket) for socket in node.inputs if not has_inserted(socket))
+        yield from (
+            (node, socket) for socket in node.inputs if not has_inserted(socket, {uplift.SHEEN})
+        )
 
 
 def _groups(tree: bpy.types.NodeTree) -> list[bpy.types.NodeTree]:

@@ -6,6 +6,8 @@ its animation. Taking the node out leaves the tree as it was.
 
 from __future__ import annotations
 
+from collections.abc import Collection
+
 import bpy
 import numpy as np
 
@@ -18,16 +20,19 @@ def is_inserted(node: bpy.types.Node) -> bool:
     return node.bl_idname == "ShaderNodeGroup" and uplift.is_uplift(node.node_tree)
 
 
-def has_inserted(socket: bpy.types.NodeSocket) -> bool:
-    """Whether a node has been put before an input already."""
-    return any(is_inserted(link.from_node) for link in socket.links)
+def has_inserted(socket: bpy.types.NodeSocket, but: Collection[str] = ()) -> bool:
+    """Whether a node has been put before an input already, not of the kinds ``but``."""
+    return own_input(socket, but) != socket
 
 
-def own_input(socket: bpy.types.NodeSocket) -> bpy.types.NodeSocket:
-    """Return where the user's own value of an input is: in a node before it, if one is there."""
+def own_input(socket: bpy.types.NodeSocket, but: Collection[str] = ()) -> bpy.types.NodeSocket:
+    """Return where the user's own value of an input is: in a node before it, if one is there.
+
+    Nodes of the kinds ``but`` count as the user's.
+    """
     for link in socket.links:
-        if is_inserted(link.from_node):
-            return own_input(link.from_node.inputs[0])
+        if is_inserted(link.from_node) and link.from_node.node_tree[uplift.KIND] not in but:
+            return own_input(link.from_node.inputs[0], but)
     return socket
 
 

@@ -22,11 +22,11 @@ from numpy.typing import NDArray
 from ...node_groups import realtime_surface, uplift
 from ...node_groups.node_mathematics import MARK, Graph, NodeValue
 from ...uw_spectral.mathematics import Operand
-from ...uw_spectral.transfer.pixel import mirroring_share
+from ...uw_spectral.transfer.closures import mirroring_share
 from .. import contents
 from ..animation import curves
-from . import band_colors, refractive_indices
-from .inserted import own_input
+from . import band_colors, refractive_indices, sheens
+from .inserted import is_idle, own_input
 from .shader_nodes import (
     EMITS,
     PASSES,
@@ -55,6 +55,7 @@ _MATTE = "mirrors; in real time it throws back the water's light as a matte thin
 _EMITTING, _KEPT = nodes_that(EMITS), nodes_that(REFLECTS, EMITS, PASSES)
 _MIRRORING = {name for name, node in SHADER_NODES.items() if node.mirrors}
 _TRANSLUCENT = {name for name, node in SHADER_NODES.items() if node.behind}
+_FACTORS = {uplift.SHEEN}
 _JOINING = {"ShaderNodeMixShader", "ShaderNodeAddShader", "ShaderNodeGroup"}
 
 
@@ -141,14 +142,18 @@ class _Walk:
     def _principled(self, node: bpy.types.Node) -> _Closure:
         inputs = node.inputs
         alpha, base = self._value(inputs["Alpha"]), self._value(inputs["Base Color"])
-        passing = self._value(inputs["Transmission Weight"])
+        metallic = self._value(inputs["Metallic"])
+        passing = self._value(inputs["Transmission Weight"]) * (1.0 - metallic)
         transmittance = 1.0 - alpha
         if not _is_zero(passing):
             self._note("transmits light; in real time it goes straight through")
             transmittance = transmittance + alpha * passing * base
         strength = self._value(inputs["Emission Strength"])
         glow = 0.0 if _is_zero(strength) else self._value(inputs["Emission Color"]) * strength
-        colour, metallic = base * (alpha * (1.0 - passing)), self._value(inputs["Metallic"])
+        coat, tint = self._value(inputs["Coat Weight"]), self._value(inputs["Coat Tint"])
+        if not _is_zero(coat) and isinstance(tint, NodeValue):
+            base = base * (1.0 + coat * (tint - 1.0))
+        colour = base * (alpha * (1.0 - passing))
         mirrored = 0.0
         if not _is_zero(metallic):
             mirrored = colour * (metallic * mirroring_share(self._value(inputs["Roughness"])))
@@ -171,7 +176,7 @@ class _Walk:
 
     def _value(self, socket: bpy.types.NodeSocket) -> Operand:
         """Return what a socket holds: its link, or a constant that follows its value."""
-        socket = own_input(socket)
+        socket = own_input(socket, but=_FACTORS)
         links = [link for link in socket.links if not link.is_muted]
         if links:
             source = self.graph.term(links[0].from_socket)
@@ -237,6 +242,7 @@ def insert(materials: list[bpy.types.Material], surfaces: Surfaces) -> list[str]
     """
     notes: list[str] = []
     refractive_indices.insert(materials)
+    sheens.insert(materials)
     for material in materials:
         if not material.is_editable:
             notes.append(
@@ -271,8 +277,12 @@ def _keepable(tree: bpy.types.ShaderNodeTree, node: bpy.types.Node) -> bool:
     if not any(output.type == "SHADER" for output in node.outputs):
         return True
     if node.bl_idname == PRINCIPLED:
-        passing = node.inputs["Transmission Weight"]
-        return not (passing.is_linked or _is_animated(tree, passing)) and not passing.default_value
+        inputs = node.inputs
+        # What layers filter has no colour of its own to be seen by the channels.
+        tinted = any(part != 1.0 for part in inputs["Coat Tint"].default_value[:3])
+        if (tinted or inputs["Coat Tint"].is_linked) and not is_idle(tree, node, "Coat Weight"):
+            return False
+        return is_idle(tree, node, "Transmission Weight")
     return node.bl_idname in _KEPT or node.bl_idname in _JOINING
 
 

@@ -174,17 +174,6 @@ class SurfaceLight:
         return sun_response * self.direct + matte + mirrored * L_mirrored
 
 
-def mirroring_share(roughness: Operand) -> Operand:
-    """Share of a mirror that a rough one still is; the rest is taken for matte.
-
-    Examples
-    --------
-    >>> mirroring_share(0.5)
-    0.75
-    """
-    return 1.0 - roughness * roughness
-
-
 class PatchLight(Protocol):
     """What knows the irradiance on a patch."""
 
