@@ -25,6 +25,7 @@ from .inserted import (
     new_node,
     put_before,
     take_out,
+    trees_but,
     value_curves,
 )
 from .shader_nodes import EMITS, HIDES, PASSES, REFRACTS, nodes_that
@@ -116,10 +117,7 @@ def insert(materials: Iterable[bpy.types.Material]) -> list[str]:
 
 def remove(kept: Collection[bpy.types.Material]) -> None:
     """Take every inserted group out again, except from materials and from groups in them."""
-    trees = {m.node_tree for m in bpy.data.materials if m.node_tree and m not in kept}
-    trees |= {t for t in bpy.data.node_groups if t.bl_idname == "ShaderNodeTree"}
-    trees -= contents.inner_groups(m.node_tree for m in kept)
-    for tree in trees:
+    for tree in trees_but(kept):
         for node in [n for n in tree.nodes if is_inserted(n)]:
             measured = node.inputs.get(uplift.MEASURED_INPUT)
             for link in list(measured.links) if measured is not None else ():

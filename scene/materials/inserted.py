@@ -12,6 +12,7 @@ import bpy
 import numpy as np
 
 from ...node_groups import uplift
+from .. import contents
 from ..animation import curves
 
 
@@ -73,6 +74,13 @@ def take_out(tree: bpy.types.NodeTree, node: bpy.types.Node) -> None:
         if source is not None:
             _link(tree, source.from_socket, target, source.is_muted)
     tree.nodes.remove(node)
+
+
+def trees_but(kept: Collection[bpy.types.Material]) -> set[bpy.types.NodeTree]:
+    """Shader trees of the file, but those of some materials and the groups in them."""
+    trees = {m.node_tree for m in bpy.data.materials if m.node_tree and m not in kept}
+    trees |= {t for t in bpy.data.node_groups if t.bl_idname == "ShaderNodeTree"}
+    return trees - contents.inner_groups(m.node_tree for m in kept)
 
 
 def value_curves(tree: bpy.types.NodeTree, socket: bpy.types.NodeSocket) -> list[bpy.types.FCurve]:

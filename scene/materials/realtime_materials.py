@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...node_groups import realtime_surface, uplift
-from ...node_groups.node_mathematics import MARK, Graph, NodeValue
+from ...node_groups.node_mathematics import MARK, NODES, Graph, NodeValue
 from ...uw_spectral.mathematics import Operand
 from ...uw_spectral.transfer.closures import mirroring_share
 from .. import contents
@@ -147,7 +147,8 @@ class _Walk:
         transmittance = 1.0 - alpha
         if not _is_zero(passing):
             self._note("transmits light; in real time it goes straight through")
-            transmittance = transmittance + alpha * passing * base
+            # Each of two faces tints.
+            transmittance = transmittance + alpha * passing * NODES.sqrt(base)
         strength = self._value(inputs["Emission Strength"])
         glow = 0.0 if _is_zero(strength) else self._value(inputs["Emission Color"]) * strength
         coat, tint = self._value(inputs["Coat Weight"]), self._value(inputs["Coat Tint"])

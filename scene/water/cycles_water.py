@@ -23,7 +23,7 @@ from ...node_groups import (
 )
 from ...uw_spectral.transfer.water_column import WaterColumn
 from .. import marks
-from ..materials import band_colors, refractive_indices
+from ..materials import band_colors, clear_shadows, refractive_indices
 from ..seen.lamps import SceneLamps
 from . import scene_water
 from .cycles_phase import CyclesPhase
@@ -90,6 +90,8 @@ def add_water(
     """
     scene_water.prepare(scene)
     materials, notes = scene_water.own_materials(scene, routed=True)
+    if column.reflects:
+        clear_shadows.insert(materials)
     notes += band_colors.insert(materials)
     if indices_in_water:
         refractive_indices.insert(materials)

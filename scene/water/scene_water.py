@@ -21,7 +21,7 @@ from ...node_groups.realtime_waves import WaveImages
 from ...uw_spectral.errors import InputError
 from ...uw_spectral.transfer.water_column import WaterColumn
 from .. import contents, marks
-from ..materials import band_colors, bare_surfaces, realtime_materials
+from ..materials import band_colors, bare_surfaces, clear_shadows, realtime_materials
 from ..rendered import is_hidden_by_animation
 from . import apparent_places, pass_values, seabed, water_body
 from .water_body import WaterExtent
@@ -307,7 +307,9 @@ def _let_go() -> None:
         }
     )
     # Colours go home before the nodes that they are led through are taken away.
-    band_colors.remove(routed | realtime_materials.behind(lit))
+    wet = routed | realtime_materials.behind(lit)
+    band_colors.remove(wet)
+    clear_shadows.remove(wet)
     realtime_materials.remove(lit)
     apparent_places.give_back(set().union(*lit.values()) if lit else ())
     apparent_places.unite(waters)

@@ -1,0 +1,127 @@
+"""Lets sunlight straight through what is clear, for Cycles under a water surface.
+
+A lamp's shadow ray stops at glass, and the light that glass bends finds no sun through the surface:
+panes would throw shadows as black as slates. Against water glass bends light so little that what
+it lets through straight is nearly right; what it gathers like a lens is left out. What is rough
+is lit by lamps itself.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable
+
+import bpy
+
+from ...node_groups.node_mathematics import MARK
+from .. import contents
+from .inserted import is_idle, trees_but, value_curves
+from .shader_nodes import PRINCIPLED, REFRACTS, SHADER_NODES, nodes_that
+
+_OURS, _MIX = "uw_clear", "mix"
+_REFRACTING = nodes_that(REFRACTS)
+_WEIGHT, _HIDDEN_BY = "Transmission Weight", "Metallic"
+_SHARP = 0.005  # roughness below which Cycles draws a mirror
+_HALF = 0.5  # power: a principled shader tints at each of two faces
+
+
+def insert(materials: Iterable[bpy.types.Material]) -> None:
+    """Mix what lets shadow rays through into the clear shaders of materials."""
+    trees = {m.node_tree for m in materials if m.is_editable and m.node_tree is not None}
+    for tree in trees | contents.inner_groups(trees):
+        if tree.is_editable and MARK not in tree:
+            for node in [n for n in tree.nodes if _is_clear(tree, n)]:
+                _let_through(tree, node)
+
+
+def remove(kept: Collection[bpy.types.Material]) -> None:
+    """Undo :func:`insert`, but for some materials and groups in them."""
+    for tree in trees_but(kept):
+        for node in [n for n in tree.nodes if n.get(_OURS) == _MIX]:
+            source = node.inputs[1].links[0].from_socket
+            for link in list(node.outputs[0].links):
+                tree.links.new(source, link.to_socket).is_muted = link.is_muted
+        for node in [n for n in tree.nodes if _OURS in n]:
+            tree.nodes.remove(node)
+
+
+def _is_clear(tree: bpy.types.NodeTree, node: bpy.types.Node) -> bool:
+    if node.mute or not node.outputs or not node.outputs[0].is_linked:
+        return False
+    if any(link.to_node.get(_OURS) == _MIX for link in node.outputs[0].links):
+        return False
+    if node.bl_idname == PRINCIPLED:
+        return not is_idle(tree, node, _WEIGHT)
+    return node.bl_idname in _REFRACTING
+
+
+def _let_through(tree: bpy.types.NodeTree, node: bpy.types.Node) -> None:
+    is_principled = node.bl_idname == PRINCIPLED
+    colour = node.inputs["Base Color" if is_principled else SHADER_NODES[node.bl_idname].colour]
+    weights = [node.inputs[name] for name in (_WEIGHT, _HIDDEN_BY)] if is_principled else []
+    if any(value_curves(tree, socket) for socket in (colour, *weights)):
+        return
+    shadow = _node(tree, node, "ShaderNodeLightPath").outputs["Is Shadow Ray"]
+    sharp = _math(tree, node, "LESS_THAN")
+    _same(tree, node.inputs["Roughness"], sharp.inputs[0])
+    sharp.inputs[1].default_value = _SHARP
+    shadow = _times(tree, node, shadow, sharp.outputs[0])
+    through = _node(tree, node, "ShaderNodeBsdfTransparent")
+    _same(tree, colour, through.inputs["Color"])
+    if is_principled:
+        tint = _node(tree, node, "ShaderNodeGamma")
+        tint.inputs["Gamma"].default_value = _HALF
+        _same(tree, colour, tint.inputs["Color"])
+        tree.links.new(tint.outputs[0], through.inputs["Color"])
+        shadow = _times(tree, node, shadow, weights[0])
+        bare = _math(tree, node, "SUBTRACT")
+        bare.inputs[0].default_value = 1.0
+        _same(tree, weights[1], bare.inputs[1])
+        shadow = _times(tree, node, shadow, bare.outputs[0])
+    mix = _node(tree, node, "ShaderNodeMixShader", _MIX)
+    for link in list(node.outputs[0].links):
+        tree.links.new(mix.outputs[0], link.to_socket).is_muted = link.is_muted
+    for source, target in zip(
+        (shadow, node.outputs[0], through.outputs[0]), mix.inputs, strict=True
+    ):
+        tree.links.new(source, target)
+
+
+def _times(
+    tree: bpy.types.NodeTree,
+    node: bpy.types.Node,
+    one: bpy.types.NodeSocket,
+    other: bpy.types.NodeSocket,
+) -> bpy.types.NodeSocket:
+    product = _math(tree, node, "MULTIPLY")
+    tree.links.new(one, product.inputs[0])
+    _same(tree, other, product.inputs[1])
+    return product.outputs[0]
+
+
+def _math(tree: bpy.types.NodeTree, node: bpy.types.Node, operation: str) -> bpy.types.Node:
+    made = _node(tree, node, "ShaderNodeMath")
+    made.operation = operation
+    return made
+
+
+def _node(
+    tree: bpy.types.NodeTree, near: bpy.types.Node, kind: str, role: str = "part"
+) -> bpy.types.Node:
+    active = tree.nodes.active
+    node = tree.nodes.new(kind)
+    tree.nodes.active = active
+    node[_OURS], node.select, node.hide = role, False, True
+    node.location = (near.location.x + 200.0, near.location.y)
+    return node
+
+
+def _same(
+    tree: bpy.types.NodeTree, source: bpy.types.NodeSocket, target: bpy.types.NodeSocket
+) -> None:
+    """Give an input what another gets, or let it follow an output."""
+    if source.is_output:
+        tree.links.new(source, target)
+        return
+    target.default_value = source.default_value
+    for link in source.links:
+        tree.links.new(link.from_socket, target).is_muted = link.is_muted
