@@ -17,7 +17,7 @@ import numpy as np
 
 from ..uw_spectral.mathematics import Operand, dot
 from ..uw_spectral.surface.refraction import index_in_water, length_in_water
-from ..uw_spectral.transfer.closures import sheen_albedo
+from ..uw_spectral.transfer.closures import HAIR_SHARE, sheen_albedo
 from . import attributes
 from .data_blocks import vector_of_view_layer
 from .node_mathematics import MARK, NODES, Graph, new_group
@@ -32,6 +32,7 @@ DARK = "UW No Colour"
 INDEX = "UW Index in Water"
 LENGTH = "UW Thickness in Water"
 SHEEN = "UW Sheen"
+HAIR = "UW Hair"
 
 KIND = "uw_uplift"
 """On a group: which of them it is."""
@@ -166,6 +167,15 @@ def build_sheen() -> bpy.types.ShaderNodeTree:
     return tree
 
 
+def build_hair() -> bpy.types.ShaderNodeTree:
+    """Build the group colour of hair → what a matte thing throws back like it."""
+    tree = _group(HAIR, COLOR_INPUT)
+    graph = Graph(tree)
+    colour = graph.term(graph.node("NodeGroupInput").outputs[0])
+    graph.assign(colour * HAIR_SHARE, graph.node("NodeGroupOutput").inputs[0])
+    return tree
+
+
 def set_water_index(index: float) -> None:
     """Tell the groups of indices that of the water against air."""
     for tree in bpy.data.node_groups:
@@ -179,6 +189,7 @@ _BUILDERS = {
     INDEX: build_index,
     LENGTH: build_length,
     SHEEN: build_sheen,
+    HAIR: build_hair,
     SUNLIT: build_sunlit,
     SUNLIT_MEASURED: build_sunlit_measured,
     DARK: build_dark,

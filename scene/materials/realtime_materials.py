@@ -25,7 +25,7 @@ from ...uw_spectral.mathematics import Operand
 from ...uw_spectral.transfer.closures import mirroring_share
 from .. import contents
 from ..animation import curves
-from . import band_colors, refractive_indices, sheens
+from . import band_colors, bare_colours, matte_fallbacks, refractive_indices
 from .inserted import is_idle, own_input
 from .shader_nodes import (
     EMITS,
@@ -55,7 +55,6 @@ _MATTE = "mirrors; in real time it throws back the water's light as a matte thin
 _EMITTING, _KEPT = nodes_that(EMITS), nodes_that(REFLECTS, EMITS, PASSES)
 _MIRRORING = {name for name, node in SHADER_NODES.items() if node.mirrors}
 _TRANSLUCENT = {name for name, node in SHADER_NODES.items() if node.behind}
-_FACTORS = {uplift.SHEEN}
 _JOINING = {"ShaderNodeMixShader", "ShaderNodeAddShader", "ShaderNodeGroup"}
 
 
@@ -177,7 +176,7 @@ class _Walk:
 
     def _value(self, socket: bpy.types.NodeSocket) -> Operand:
         """Return what a socket holds: its link, or a constant that follows its value."""
-        socket = own_input(socket, but=_FACTORS)
+        socket = own_input(socket, but=matte_fallbacks.KINDS)
         links = [link for link in socket.links if not link.is_muted]
         if links:
             source = self.graph.term(links[0].from_socket)
@@ -242,8 +241,9 @@ def insert(materials: list[bpy.types.Material], surfaces: Surfaces) -> list[str]
         What could not be treated, one line each.
     """
     notes: list[str] = []
+    bare_colours.insert(materials)
     refractive_indices.insert(materials)
-    sheens.insert(materials)
+    matte_fallbacks.insert(materials)
     for material in materials:
         if not material.is_editable:
             notes.append(
@@ -294,7 +294,8 @@ def kinds(materials: Iterable[bpy.types.Material]) -> Kinds:
     nodes = [(tree, node) for tree in own for node in tree.nodes if MARK not in node]
     return Kinds(
         any(_may(tree, node, _MIRRORING, "Metallic") for tree, node in nodes),
-        any(_may(tree, node, _EMITTING, "Emission Strength") for tree, node in nodes),
+        any(_may(tree, node, _EMITTING, "Emission Strength") for tree, node in nodes)
+        or any(next(bare_colours.bare(tree), None) is not None for tree in own),
         any(node.bl_idname in _TRANSLUCENT for _, node in nodes),
     )
 

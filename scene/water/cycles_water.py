@@ -23,7 +23,7 @@ from ...node_groups import (
 )
 from ...uw_spectral.transfer.water_column import WaterColumn
 from .. import marks
-from ..materials import band_colors, clear_shadows, refractive_indices
+from ..materials import band_colors, bare_colours, clear_shadows, refractive_indices
 from ..seen.lamps import SceneLamps
 from . import scene_water
 from .cycles_phase import CyclesPhase
@@ -90,6 +90,7 @@ def add_water(
     """
     scene_water.prepare(scene)
     materials, notes = scene_water.own_materials(scene, routed=True)
+    bare_colours.insert(materials)
     if column.reflects:
         clear_shadows.insert(materials)
     notes += band_colors.insert(materials)

@@ -21,7 +21,13 @@ from ...node_groups.realtime_waves import WaveImages
 from ...uw_spectral.errors import InputError
 from ...uw_spectral.transfer.water_column import WaterColumn
 from .. import contents, marks
-from ..materials import band_colors, bare_surfaces, clear_shadows, realtime_materials
+from ..materials import (
+    band_colors,
+    bare_colours,
+    bare_surfaces,
+    clear_shadows,
+    realtime_materials,
+)
 from ..rendered import is_hidden_by_animation
 from . import apparent_places, pass_values, seabed, water_body
 from .water_body import WaterExtent
@@ -311,6 +317,7 @@ def _let_go() -> None:
     band_colors.remove(wet)
     clear_shadows.remove(wet)
     realtime_materials.remove(lit)
+    bare_colours.remove(wet)
     apparent_places.give_back(set().union(*lit.values()) if lit else ())
     apparent_places.unite(waters)
     data = bpy.data

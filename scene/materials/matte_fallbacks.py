@@ -1,4 +1,4 @@
-"""Lets EEVEE, which takes a sheen for matte, throw back what it throws back of uniform light."""
+"""Lets EEVEE, which takes sheens and hair for matte, throw back as much as they do."""
 
 from __future__ import annotations
 
@@ -11,20 +11,29 @@ from ...node_groups.node_mathematics import MARK
 from .. import contents
 from .inserted import has_inserted, new_node, put_before
 
-_SHEEN = "ShaderNodeBsdfSheen"
+_KINDS = {
+    "ShaderNodeBsdfSheen": uplift.SHEEN,
+    "ShaderNodeBsdfHair": uplift.HAIR,
+    "ShaderNodeBsdfHairPrincipled": uplift.HAIR,
+}
+KINDS = set(_KINDS.values())
+"""Of groups that are put before colours that are routed after it."""
 
 
 def insert(materials: Iterable[bpy.types.Material]) -> None:
-    """Put the group before the colours of sheens."""
+    """Put the groups before the colours of such nodes."""
     trees = {m.node_tree for m in materials if m.is_editable and m.node_tree is not None}
     for tree in trees | contents.inner_groups(trees):
         if not tree.is_editable or MARK in tree:
             continue
-        for node in [n for n in tree.nodes if n.bl_idname == _SHEEN]:
-            colour, roughness = node.inputs["Color"], node.inputs["Roughness"]
-            if has_inserted(colour):
+        for node in [n for n in tree.nodes if n.bl_idname in _KINDS]:
+            colour = node.inputs["Color"]
+            if has_inserted(colour) or not colour.enabled:
                 continue
-            group = put_before(tree, colour, new_node(tree, uplift.SHEEN))
+            group = put_before(tree, colour, new_node(tree, _KINDS[node.bl_idname]))
+            if uplift.ROUGHNESS not in group.inputs:
+                continue
+            roughness = node.inputs["Roughness"]
             target = group.inputs[uplift.ROUGHNESS]
             target.default_value = roughness.default_value
             for link in roughness.links:
