@@ -29,6 +29,7 @@ from . import band_colors, bare_colours, matte_fallbacks, refractive_indices
 from .inserted import is_idle, own_input
 from .shader_nodes import (
     EMITS,
+    HIDES,
     PASSES,
     PRINCIPLED,
     REFLECTS,
@@ -40,7 +41,7 @@ from .shader_nodes import (
 
 SOURCE = "uw_source"
 """On a constant: node and socket of the user's that it repeats."""
-_MUTED = "uw_muted"
+_MUTED, _MUTED_VOLUME = "uw_muted", "uw_muted_volume"
 _HOLDER, _SUNLIGHT = "uw_holder", "uw_sunlight"
 _OUTPUTS = {
     "colour": "UW Color",
@@ -119,6 +120,8 @@ class _Walk:
         if kind == PRINCIPLED:
             return self._principled(node)
         known, normal = SHADER_NODES.get(kind), self._normal(node)
+        if known is not None and known.does == HIDES:
+            return _Closure()
         if known is not None and known.colour in node.inputs:
             return self._known(node, known, normal)
         self._note(f"uses {node.bl_label}, whose colour is unknown; it counts as grey {_GREY}")
@@ -251,6 +254,8 @@ def insert(materials: list[bpy.types.Material], surfaces: Surfaces) -> list[str]
                 "dry; make it local"
             )
             continue
+        if MARK not in material:
+            _leave_volume_out(material, notes)
         output = _surface_output(material.node_tree)
         if output is None:
             continue
@@ -260,6 +265,19 @@ def insert(materials: list[bpy.types.Material], surfaces: Surfaces) -> list[str]
         else:
             _insert(material, output, surfaces.lit, notes)
     return list(dict.fromkeys(notes))
+
+
+def _leave_volume_out(material: bpy.types.Material, notes: list[str]) -> None:
+    """Mute what a material is filled with: EEVEE's froxels would neither light nor dim it."""
+    output = material.node_tree.get_output_node("EEVEE")
+    links = [] if output is None else output.inputs["Volume"].links
+    for link in [link for link in links if not link.is_muted]:
+        link.is_muted, output[_MUTED_VOLUME] = True, True
+    if output is not None and _MUTED_VOLUME in output:
+        notes.append(
+            f"the volume of material {material.name!r} is left out in real time; the reference "
+            "draws it"
+        )
 
 
 def _keeps(tree: bpy.types.ShaderNodeTree) -> bool:
@@ -365,6 +383,10 @@ def remove(
     wet = {material.node_tree for material in behind(kept)}
     wet |= contents.inner_groups(wet)
     for tree in [tree for tree in _trees() if tree not in wet]:
+        for node in [n for n in tree.nodes if _MUTED_VOLUME in n]:
+            for link in node.inputs["Volume"].links:
+                link.is_muted = False
+            del node[_MUTED_VOLUME]
         surface = _surface_node(tree)
         if surface is not None:
             _reconnect(tree, surface)

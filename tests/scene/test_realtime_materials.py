@@ -217,3 +217,19 @@ def test_the_shader_nodes_of_the_table_are_blenders(empty_blender):
         assert any(output.type == "SHADER" for output in node.outputs)
         assert (known.colour in node.inputs) == (known.does != shader_nodes.HIDES), name
         assert "Roughness" in node.inputs or not known.mirrors, name
+
+
+def test_volumes_are_left_out_and_said_and_come_back(empty_blender):
+    """EEVEE's froxels drew a black blotch: the sun that is drawn does not light them."""
+    material, tree, output = scenes._material("smoke")
+    tree.links.new(tree.nodes.new("ShaderNodeVolumeScatter").outputs[0], output.inputs["Volume"])
+    mesh = bpy.data.meshes.new("smoke")
+    mesh.from_pydata([(0, 0, 0), (1, 0, 0), (0, 1, 0)], [], [(0, 1, 2)])
+    mesh.materials.append(material)
+    empty_blender.collection.objects.link(bpy.data.objects.new("smoke", mesh))
+    surfaces = realtime_materials.Surfaces(bpy.data.node_groups.new("lit", "ShaderNodeTree"))
+    notes = realtime_materials.insert([material], surfaces)
+    assert output.inputs["Volume"].links[0].is_muted
+    assert any("'smoke'" in note and "volume" in note for note in notes)
+    realtime_materials.remove({})
+    assert not output.inputs["Volume"].links[0].is_muted
