@@ -17,7 +17,7 @@ import numpy as np
 
 from ..uw_spectral.mathematics import Operand, dot
 from ..uw_spectral.surface.refraction import index_in_water, length_in_water
-from ..uw_spectral.transfer.closures import HAIR_SHARE, sheen_albedo
+from ..uw_spectral.transfer.closures import hair_albedo, sheen_albedo
 from . import attributes
 from .data_blocks import vector_of_view_layer
 from .node_mathematics import MARK, NODES, Graph, new_group
@@ -172,7 +172,7 @@ def build_hair() -> bpy.types.ShaderNodeTree:
     tree = _group(HAIR, COLOR_INPUT)
     graph = Graph(tree)
     colour = graph.term(graph.node("NodeGroupInput").outputs[0])
-    graph.assign(colour * HAIR_SHARE, graph.node("NodeGroupOutput").inputs[0])
+    graph.assign(hair_albedo(colour, NODES), graph.node("NodeGroupOutput").inputs[0])
     return tree
 
 

@@ -7,11 +7,7 @@ from ..mathematics import NUMPY, Mathematics, Operand
 # Fitted to what Cycles 5.2 throws back in a white furnace, roughness .1 to 1, within .03.
 _SHEEN = (0.056, 0.236, 2.6, -1.793)
 _SMOOTHEST = 0.05
-
-HAIR_SHARE = 0.6
-"""Of its colour, what a tuft of hair throws back, over the same tuft of matte threads.
-
-Measured in Cycles 5.2: .52 to .63 for hair and principled hair, a golden tuft in sea water."""
+_HAIR, _DARKEST = 1.7, 1e-6
 
 
 def mirroring_share(roughness: Operand) -> Operand:
@@ -44,3 +40,17 @@ def sheen_albedo(roughness: Operand, cosine: Operand, m: Mathematics = NUMPY) ->
     a, b, c, d = _SHEEN
     r = m.maximum(roughness, _SMOOTHEST)
     return m.minimum(m.exp(-(a + b * r + cosine * (c / r + d))), 1.0)
+
+
+def hair_albedo(colour: Operand, m: Mathematics = NUMPY) -> Operand:
+    """Colour of matte threads that throw back what a tuft of hair of a colour does.
+
+    Hair sends light on into the tuft, where more of it is lost; white hair loses none. Measured in
+    Cycles 5.2: .52 to .63 of matte threads, for a golden tuft in sea water.
+
+    Examples
+    --------
+    >>> float(hair_albedo(1.0)), hair_albedo(0.5).round(3).item()
+    (1.0, 0.308)
+    """
+    return m.power(m.maximum(colour, _DARKEST), _HAIR)
