@@ -17,7 +17,7 @@ from ..scene.marks import require_no_water
 from ..scene.rendered import as_rendered
 from ..scene.seen import cameras, picture_size, stereo
 from ..scene.seen.own_seabed import floor_note
-from ..scene.unheeded import unheeded
+from ..scene.unheeded import unheeded, unheeded_of_camera
 from ..uw_spectral.errors import InputError
 from . import band_passes, staging
 from .claims import claimed
@@ -247,7 +247,12 @@ class _Water:
             eyes=tuple(view.eye for view in of_camera if view.eye),
         )
         # Before Blender's settings are those of the engine, and the water is there.
-        said = (*unheeded(scene), floor_note(scene, camera, plan))
+        traced = _engine(manifest).method.traced
+        said = (
+            *unheeded(scene),
+            *unheeded_of_camera(camera, traced=traced),
+            floor_note(scene, camera, plan),
+        )
         engine = self._stack.enter_context(_engine(manifest).open(scene, camera, opening))
         if engine.passes != [item.bands for item in manifest.passes if item.part == 0]:
             raise InputError(

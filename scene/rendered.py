@@ -32,6 +32,20 @@ def in_rendered_collections(layer: bpy.types.ViewLayer) -> set[bpy.types.Object]
     return found
 
 
+def collections_of(layer: bpy.types.ViewLayer) -> Iterator[bpy.types.LayerCollection]:
+    """Yield the collections of a view layer that are not left out, its root first."""
+    if layer.layer_collection is None:  # of a scene that was just made
+        layer.update()
+
+    def visit(part: bpy.types.LayerCollection) -> Iterator[bpy.types.LayerCollection]:
+        if not part.exclude:
+            yield part
+            for child in part.children:
+                yield from visit(child)
+
+    yield from visit(layer.layer_collection)
+
+
 def is_hidden_by_animation(item: bpy.types.Object) -> bool:
     """Whether an animation or a driver decides if an object shows in renders."""
     return any(curves(item, "hide_render"))

@@ -15,7 +15,7 @@ import pytest
 from bpy_extras.object_utils import world_to_camera_view
 from mathutils import Euler, Vector
 from underwater_spectral.jobs import batch
-from underwater_spectral.scene import colour_space, unheeded
+from underwater_spectral.scene import colour_space, temporary, unheeded
 from underwater_spectral.scene.seen import cameras, own_seabed, pinhole, surroundings
 from underwater_spectral.scene.viewport import live
 from underwater_spectral.settings.render_plan import make_plan
@@ -54,7 +54,82 @@ def _second_layer(scene):
     scene.view_layers.new("Other")
 
 
+def _thing(scene):
+    """The wall, or something where there is none."""
+    there = [item for item in scene.objects if item.type == "MESH"]
+    return there[0] if there else scenes._cube("thing", (0.0, -9.0, -3.0))
+
+
+def _held_collection(scene):
+    held = bpy.data.collections.new("Held")
+    scene.collection.children.link(held)
+    held.objects.link(_thing(scene))
+    scene.view_layers[0].layer_collection.children["Held"].holdout = True
+
+
+def _cut(scene):
+    camera = bpy.data.objects.new("Cut", bpy.data.cameras.new("Cut"))
+    camera.location = (0.0, -5.0, -2.0)
+    scene.collection.objects.link(camera)
+    before = scene.camera
+    scene.timeline_markers.new("cut", frame=1).camera = camera
+    scene.camera = before  # Blender has followed the marker
+
+
+def _set(scene):
+    scene.background_set = bpy.data.scenes.new("Stage")
+    cube = scenes._cube("in the set", (0.0, 1.5, -3.0))
+    scene.collection.objects.unlink(cube)
+    scene.background_set.collection.objects.link(cube)
+
+
+def _strokes(scene):
+    data = bpy.data.grease_pencils.new("Lines")
+    drawing = data.layers.new("lines").frames.new(1).drawing
+    drawing.add_strokes([2])
+    for point, x in zip(drawing.strokes[0].points, (-1.0, 1.0), strict=True):
+        point.position, point.radius = (x, 1.5, -3.0), 0.3
+    scene.collection.objects.link(bpy.data.objects.new("Lines", data))
+
+
+def _linked_lamp(scene):
+    """Above the water, so that it changes nothing itself."""
+    lamp = bpy.data.objects.new("Key", bpy.data.lights.new("Key", "POINT"))
+    lamp.location.z = 5.0
+    scene.collection.objects.link(lamp)
+    lamp.light_linking.receiver_collection = bpy.data.collections.new("Lit")
+
+
+def _world(scene):
+    scene.world = world = bpy.data.worlds.new("Studio sky")
+    nodes, links = world.node_tree.nodes, world.node_tree.links
+    output = world.node_tree.get_output_node("ALL")
+    for maker, source, target in (
+        ("ShaderNodeTexEnvironment", "Color", nodes["Background"].inputs["Color"]),
+        ("ShaderNodeVolumePrincipled", "Volume", output.inputs["Volume"]),
+    ):
+        links.new(nodes.new(maker).outputs[source], target)
+
+
+def _left_out(scene):
+    scene.view_layers[0].use_solid = scene.view_layers[0].use_volumes = False
+
+
+def _views(scene):
+    scene.render.use_multiview, scene.render.views_format = True, "MULTIVIEW"
+
+
 ASKED = {
+    "leaves out solid and volumes": _left_out,
+    "holdout of collection 'Held'": _held_collection,
+    "holdout '": lambda s: setattr(_thing(s), "is_holdout", True),
+    "shadow catcher '": lambda s: setattr(_thing(s), "is_shadow_catcher", True),
+    "markers switch cameras ('Cut')": _cut,
+    "background set 'Stage'": _set,
+    "Grease Pencil 'Lines'": _strokes,
+    "light linking of lamp 'Key'": _linked_lamp,
+    "picture of world 'Studio sky'": _world,
+    "views by the names of cameras": _views,
     "render region": lambda s: setattr(s.render, "use_border", True),
     "transparent film": lambda s: setattr(s.render, "film_transparent", True),
     "not 'Other'": _second_layer,
@@ -78,8 +153,9 @@ def test_each_is_said_by_itself(words):
     scene.render.use_compositing = scene.render.use_sequencer = True
     assert unheeded.unheeded(scene) == ()
     ASKED[words](scene)
-    (note,) = unheeded.unheeded(scene)
+    note, *more = unheeded.unheeded(scene)
     assert words in note
+    assert [words for words in more if "volume of world" not in words] == []
 
 
 def _run(*arguments: object) -> int:
@@ -253,3 +329,49 @@ def test_a_floor_against_the_scenes_own_seabed_is_said(depth, colour, said, monk
     assert bool(note) == bool(said)
     assert said in note
     assert not note or "9 m deep" in note
+
+
+@pytest.mark.parametrize("kind", ["PANO", "CUSTOM"])
+def test_a_panorama_is_said_for_eevee_alone(kind):
+    camera = scenes.add_camera()
+    assert unheeded.unheeded_of_camera(camera, traced=False) == ()
+    camera.data.type = kind
+    (note,) = unheeded.unheeded_of_camera(camera, traced=False)
+    assert "'Camera' as a perspective one" in note
+    assert unheeded.unheeded_of_camera(camera, traced=True) == ()
+
+
+def test_what_is_only_indirect_is_unseen_while_it_is_rendered():
+    """In both engines, of which one knows the switch."""
+    scene = _scene()
+    wall = _thing(scene)
+    behind = bpy.data.collections.new("Behind")
+    scene.collection.children.link(behind)
+    behind.objects.link(wall)
+    part = scene.view_layers[0].layer_collection.children["Behind"]
+    part.indirect_only = True
+    assert unheeded.unheeded(scene) == ()
+    with temporary.render_settings(scene, []):
+        assert not wall.visible_camera
+    assert wall.visible_camera
+    assert part.indirect_only
+
+
+def test_a_reference_takes_no_shortcuts_that_the_scene_has(tmp_path):
+    """Part of the samples, and volumes by steps."""
+    scene = _scene()
+    path = tmp_path / "scene.blend"
+    found = []
+    for short in (False, True):
+        if short:
+            scene.cycles.use_sample_subset, scene.cycles.sample_subset_length = True, 1
+            scene.cycles.volume_biased, scene.cycles.scrambling_distance = True, 0.5
+        bpy.ops.wm.save_as_mainfile(filepath=str(path))
+        out = tmp_path / str(short)
+        job = ["--engine", "cycles", "--bands", "3", "--samples", "4", "--out", out]
+        assert _run(path, *FAST[2:], *job) == 0
+        found.append(read_exr(out / "0001.exr")[0])
+        bpy.ops.wm.open_mainfile(filepath=str(path))
+        scene = bpy.context.scene
+    np.testing.assert_array_equal(*found)
+    assert scene.cycles.use_sample_subset
