@@ -9,6 +9,8 @@ import bpy
 
 from .animation import curves
 
+_DRY = ("is_holdout", "is_shadow_catcher")
+
 
 def rendered_layer(scene: bpy.types.Scene) -> bpy.types.ViewLayer:
     """Return the view layer that jobs render: the first that is switched on."""
@@ -44,6 +46,11 @@ def collections_of(layer: bpy.types.ViewLayer) -> Iterator[bpy.types.LayerCollec
                 yield from visit(child)
 
     yield from visit(layer.layer_collection)
+
+
+def dry_switches(item: bpy.types.Object) -> list[str]:
+    """Switches of an object that are on and that water cannot be before; lamps have others."""
+    return [name for name in _DRY if item.type != "LIGHT" and getattr(item, name)]
 
 
 def is_hidden_by_animation(item: bpy.types.Object) -> bool:

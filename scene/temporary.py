@@ -8,18 +8,10 @@ from typing import Any
 
 import bpy
 
-from .rendered import collections_of, rendered_layer
+from .rendered import collections_of, dry_switches, rendered_layer
 
 # The writer of the image sets these; restored in the reverse of this order.
 _IMAGE_SETTINGS = ("exr_codec", "color_depth", "color_mode", "file_format", "media_type")
-
-
-_DRY = ("is_holdout", "is_shadow_catcher")
-
-
-def dry_switches(item: bpy.types.Object) -> list[str]:
-    """Switches of an object that are on and that water cannot be before; lamps have others."""
-    return [name for name in _DRY if item.type != "LIGHT" and getattr(item, name)]
 
 
 @contextlib.contextmanager

@@ -6,10 +6,9 @@ from collections.abc import Iterator
 
 import bpy
 
-from ..node_groups.node_mathematics import MARK
 from . import units
-from .rendered import collections_of, rendered_layer
-from .temporary import dry_switches
+from .rendered import collections_of, dry_switches, rendered_layer
+from .session import is_live
 
 _NAMED = 3
 _PICTURES = {"TEX_ENVIRONMENT", "TEX_IMAGE"}
@@ -21,15 +20,27 @@ def unheeded(scene: bpy.types.Scene) -> tuple[str, ...]:
     return tuple(_notes(scene))
 
 
-def unheeded_of_camera(camera: bpy.types.Object, *, traced: bool) -> tuple[str, ...]:
+def unheeded_of_camera(
+    scene: bpy.types.Scene, camera: bpy.types.Object, *, traced: bool
+) -> tuple[str, ...]:
     """Return what to know about a camera before EEVEE, or a tracer of light, renders from it."""
-    kind = camera.data.type
-    if not traced and kind not in {"PERSP", "ORTHO"}:
-        return (
-            f"EEVEE draws camera {camera.name!r} as a perspective one: panoramas and cameras of "
-            "one's own are Cycles'; use --engine cycles",
+    return tuple(_of_camera(scene, camera, traced))
+
+
+def _of_camera(scene: bpy.types.Scene, camera: bpy.types.Object, traced: bool) -> Iterator[str]:
+    # Eyes of stereo hang on the camera that they are of.
+    own = {camera.name, camera.parent.name if camera.parent is not None else ""}
+    bound = {marker.camera.name for marker in scene.timeline_markers if marker.camera}
+    if bound - own:
+        yield (
+            f"markers switch cameras ({_list(sorted(bound))}), which is not heeded: a job renders "
+            f"{camera.name!r} in all frames; render those of each with --camera and --frames"
         )
-    return ()
+    if not traced and camera.data.type not in {"PERSP", "ORTHO"}:
+        yield (
+            f"EEVEE draws camera {camera.name!r} as a perspective one: panoramas and cameras of "
+            "one's own are Cycles'; use --engine cycles"
+        )
 
 
 def _notes(scene: bpy.types.Scene) -> Iterator[str]:
@@ -69,11 +80,12 @@ def _notes(scene: bpy.types.Scene) -> Iterator[str]:
     yield from _of_layer(layer)
     yield from _of_frames(scene)
     yield from _of_objects(scene)
-    yield from _of_world(scene.world)
+    if not is_live(scene):
+        yield from _of_world(scene.world)
 
 
 def _of_world(world: bpy.types.World | None) -> Iterator[str]:
-    if world is None or MARK in world or world.node_tree is None:
+    if world is None or world.node_tree is None:
         return
     tree = world.node_tree
     output = tree.get_output_node("ALL")
@@ -96,12 +108,6 @@ def _of_layer(layer: bpy.types.ViewLayer) -> Iterator[str]:
 
 
 def _of_frames(scene: bpy.types.Scene) -> Iterator[str]:
-    bound = {marker.camera.name for marker in scene.timeline_markers if marker.camera}
-    if bound - {scene.camera.name if scene.camera else ""}:
-        yield (
-            f"markers switch cameras ({_list(sorted(bound))}), which is not heeded: a job renders "
-            "one camera in all frames; render those of each with --camera and --frames"
-        )
     if scene.background_set is not None:
         yield (
             f"the background set {scene.background_set.name!r} is not drawn: link its collections "

@@ -124,7 +124,6 @@ ASKED = {
     "holdout of collection 'Held'": _held_collection,
     "holdout '": lambda s: setattr(_thing(s), "is_holdout", True),
     "shadow catcher '": lambda s: setattr(_thing(s), "is_shadow_catcher", True),
-    "markers switch cameras ('Cut')": _cut,
     "background set 'Stage'": _set,
     "Grease Pencil 'Lines'": _strokes,
     "light linking of lamp 'Key'": _linked_lamp,
@@ -171,6 +170,7 @@ def test_all_of_it_changes_no_picture_and_is_in_log_and_record(tmp_path, capfd):
         if asked:
             for ask in ASKED.values():
                 ask(scene)
+            _cut(scene)
             layer = scene.view_layers[0]
             layer.use_sky = False
             layer.samples = 3
@@ -186,7 +186,8 @@ def test_all_of_it_changes_no_picture_and_is_in_log_and_record(tmp_path, capfd):
                 list(ASKED) if asked else []
             )
             log = capfd.readouterr()
-            assert ("render region" in log.out + log.err) == asked
+            for words in ("render region", "markers switch cameras ('Cut')"):
+                assert (words in log.out + log.err) == asked
         bpy.ops.wm.open_mainfile(filepath=str(path))
         scene = bpy.context.scene
     plain, asked = rendered[:2], rendered[2:]
@@ -334,11 +335,12 @@ def test_a_floor_against_the_scenes_own_seabed_is_said(depth, colour, said, monk
 @pytest.mark.parametrize("kind", ["PANO", "CUSTOM"])
 def test_a_panorama_is_said_for_eevee_alone(kind):
     camera = scenes.add_camera()
-    assert unheeded.unheeded_of_camera(camera, traced=False) == ()
+    scene = bpy.context.scene
+    assert unheeded.unheeded_of_camera(scene, camera, traced=False) == ()
     camera.data.type = kind
-    (note,) = unheeded.unheeded_of_camera(camera, traced=False)
+    (note,) = unheeded.unheeded_of_camera(scene, camera, traced=False)
     assert "'Camera' as a perspective one" in note
-    assert unheeded.unheeded_of_camera(camera, traced=True) == ()
+    assert unheeded.unheeded_of_camera(scene, camera, traced=True) == ()
 
 
 def test_what_is_only_indirect_is_unseen_while_it_is_rendered():
