@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import bpy
 
@@ -70,7 +70,18 @@ def bring_to_rec709() -> str:
             f"Rec.709 among its working spaces ({', '.join(known)}); use Blender's own"
         )
     bpy.ops.wm.set_working_color_space(working_space=wanted, convert_colors=True)
-    return f"the file's colours were converted from {before} to {wanted}"
+    said = f"the file's colours were converted from {before} to {wanted}"
+    kept = [mesh for mesh in bpy.data.meshes if _has_float_colours(mesh)]
+    if kept:
+        said += (
+            f"; float colour attributes of {_names(kept)} were not, since Blender takes them for "
+            f"numbers: they count as {wanted}"
+        )
+    return said
+
+
+def _has_float_colours(mesh: bpy.types.Mesh) -> bool:
+    return any(found.data_type == "FLOAT_COLOR" for found in mesh.color_attributes)
 
 
 def images_without_space() -> list[bpy.types.Image]:
@@ -127,9 +138,9 @@ def bring_images() -> str:
     )
 
 
-def _names(images: list[bpy.types.Image]) -> str:
-    more = f" and {len(images) - _NAMED} more" if len(images) > _NAMED else ""
-    return f"{', '.join(repr(image.name) for image in images[:_NAMED])}{more}"
+def _names(blocks: Sequence[bpy.types.ID]) -> str:
+    more = f" and {len(blocks) - _NAMED} more" if len(blocks) > _NAMED else ""
+    return f"{', '.join(repr(block.name) for block in blocks[:_NAMED])}{more}"
 
 
 def _images_as_colours() -> set[bpy.types.Image]:

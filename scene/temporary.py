@@ -45,6 +45,8 @@ def render_settings(
         *((part, "holdout", False) for part in collections if part.holdout),
         # Cycles knows these, EEVEE does not; to be unseen by the camera is the same.
         *((item, "visible_camera", False) for item in _indirect(collections)),
+        # What they have baked is the light of a scene without water.
+        *((item, "hide_render", True) for item in scene.objects if item.type == "LIGHT_PROBE"),
         # Blender's render follows them, whatever camera it is to have.
         *((marker, "camera", None) for marker in scene.timeline_markers if marker.camera),
         *((rendered, name, None) for name in ("material_override", "world_override")),

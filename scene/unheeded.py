@@ -127,6 +127,9 @@ def _of_objects(scene: bpy.types.Scene) -> Iterator[str]:
         if item.type == "GREASEPENCIL":
             words = "Grease Pencil {} is not drawn: strokes are no light"
             found.setdefault(words, []).append(item.name)
+        elif item.type == "LIGHT_PROBE":
+            words = "light probe {} is not heeded: it holds light without water"
+            found.setdefault(words, []).append(item.name)
         elif item.type == "LIGHT":
             linking = item.light_linking
             if linking.receiver_collection or linking.blocker_collection:

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import bpy
 import numpy as np
+import OpenImageIO as oiio
 import pytest
 from bpy_extras.object_utils import world_to_camera_view
 from mathutils import Euler, Vector
@@ -119,7 +120,13 @@ def _views(scene):
     scene.render.use_multiview, scene.render.views_format = True, "MULTIVIEW"
 
 
+def _probe(scene):
+    probe = bpy.data.objects.new("Baked", bpy.data.lightprobes.new("Baked", "VOLUME"))
+    scene.collection.objects.link(probe)
+
+
 ASKED = {
+    "light probe 'Baked'": _probe,
     "leaves out solid and volumes": _left_out,
     "holdout of collection 'Held'": _held_collection,
     "holdout '": lambda s: setattr(_thing(s), "is_holdout", True),
@@ -266,6 +273,8 @@ def test_the_aces_configuration_renders_the_same_picture(tmp_path):
         else:
             assert _run(*job) == 0
         pictures.append(read_exr(out / "0001.exr")[0])
+        header = oiio.ImageBuf(str(out / "0001.exr")).spec()
+        assert header.get_string_attribute("oiio:ColorSpace") == "lin_rec709_scene"
         assert (out / "0001.png").is_file()
     np.testing.assert_allclose(pictures[1], pictures[0], rtol=0.01, atol=1e-3)
 
@@ -341,6 +350,27 @@ def test_a_panorama_is_said_for_eevee_alone(kind):
     (note,) = unheeded.unheeded_of_camera(scene, camera, traced=False)
     assert "'Camera' as a perspective one" in note
     assert unheeded.unheeded_of_camera(scene, camera, traced=True) == ()
+
+
+def test_what_light_probes_have_baked_does_not_light_the_water():
+    """It would brighten a picture by some percent."""
+    scene = _scene()
+    _probe(scene)
+    with temporary.render_settings(scene, []):
+        assert scene.objects["Baked"].hide_render
+    assert not scene.objects["Baked"].hide_render
+
+
+def test_colours_that_blender_takes_for_numbers_are_named():
+    scene = _scene()
+    _thing(scene).data.color_attributes.new("painted", "FLOAT_COLOR", "POINT")
+    bpy.ops.wm.set_working_color_space(working_space="ACEScg", convert_colors=True)
+    assert "float colour attributes of 'Plane' were not" in colour_space.bring_to_rec709()
+    bpy.ops.wm.set_working_color_space(working_space="ACEScg", convert_colors=True)
+    for mesh in bpy.data.meshes:
+        for found in list(mesh.color_attributes):
+            mesh.color_attributes.remove(found)
+    assert "float" not in colour_space.bring_to_rec709()
 
 
 def test_what_is_only_indirect_is_unseen_while_it_is_rendered():
