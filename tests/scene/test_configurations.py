@@ -129,9 +129,10 @@ def _in_both(command: list[object], out: Path) -> list[Path]:
 def _same(folders: list[Path], name: str, tolerance: float = 0.01) -> None:
     plain, aces = (oiio.ImageBuf(str(folder / name)) for folder in folders)
     one, other = (image.get_pixels(oiio.FLOAT) for image in (plain, aces))
-    assert np.nanmax(one[np.isfinite(one)]) > 0.05
+    brightest = float(one[np.isfinite(one)].max())
+    assert brightest > 0.01
     # Eight bits round to one code or its neighbour.
-    least = 1.5 / 255 if name.endswith(".png") else 1e-3
+    least = 1.5 / 255 if name.endswith(".png") else 1e-3 * brightest
     np.testing.assert_allclose(other, one, rtol=tolerance, atol=least)
     for word in ("chromaticities", "oiio:ColorSpace", "colorInteropID"):
         assert aces.spec().get(word) == plain.spec().get(word)
