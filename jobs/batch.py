@@ -143,8 +143,10 @@ def _open(blend: Path | None, inside_blender: bool) -> None:
     """Open a scene; live water makes way for that of the batch."""
     _open_file(blend, inside_blender)
     # What is not saved may be converted; a window shows the user's file.
-    if bpy.app.background and (note := colour_space.bring_to_rec709()):
-        print_note(note)
+    if bpy.app.background:
+        for note in (colour_space.bring_to_rec709(), colour_space.bring_images()):
+            if note:
+                print_note(note)
     for scene in bpy.data.scenes:
         if is_live(scene):
             live.remove(scene)

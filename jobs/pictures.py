@@ -19,6 +19,7 @@ from ..scene.water import particles
 from ..settings.render_plan import RenderPlan
 from ..uw_spectral.errors import InputError
 from ..uw_spectral.spectra.spectral_image import (
+    LINEAR_REC709,
     read_exr,
     replacing,
     write_rgb_exr,
@@ -76,7 +77,7 @@ def develop(
     plan, picture = plans.of(view.frame), picture_path(manifest, view)
     whole, variances = _means(manifest, rendered)
     if method_of(manifest.output.engine, manifest.output.mode).draws_colours:
-        write_rgb_exr(picture, sum(read_exr(item.path)[0] for item in whole))
+        write_rgb_exr(picture, sum(read_exr(item.path)[0] for item in whole), LINEAR_REC709)
     else:
         _write_spectra(manifest, view, whole, plan)
         weights = np.array(manifest.developments[view.development].weights)

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..quality.methods import Device
-from ..scene import colour_space, contents
+from ..scene import colour_space, contents, view_transform
 from ..scene.engines import cycles_settings
 from ..scene.engines.band_engine import Engine
 from ..scene.engines.engines import engine_of
@@ -97,6 +97,7 @@ def _plan(
         for depth in (min(frame.depths), max(frame.depths))
     }
     first = frames[0].plan
+    view_transform.require_shown(first.settings.tone, first.settings.contrast)
     render = scene.render
     blend = job_files.open_blend()
     output = Output(

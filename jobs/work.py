@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import functools
 import itertools
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
@@ -17,7 +18,7 @@ from ..scene.marks import require_no_water
 from ..scene.rendered import as_rendered
 from ..scene.seen import cameras, picture_size, stereo
 from ..scene.seen.own_seabed import floor_note
-from ..scene.unheeded import unheeded
+from ..scene.unheeded import unheeded, unheeded_of_camera
 from ..uw_spectral.errors import InputError
 from . import band_passes, staging
 from .claims import claimed
@@ -152,26 +153,29 @@ def render(
         3 if _engine(manifest).method.draws_colours else len(manifest.bands_nm),
     )
     left: list[Task] = []
+    said = unheeded(scene)  # of the scene as it came
     with as_rendered(scene), stereo.two_eyes(scene), staging.staged(scene, manifest.stage):
-        yield from _round(scene, manifest, tasks, plans, report_note, left, insist, force=False)
+        rounds = functools.partial(_round, scene, manifest, plans, report_note, said, insist)
+        yield from rounds(tasks, left, force=False)
         if insist and left:
-            yield from _round(scene, manifest, left, plans, report_note, [], insist, force=True)
+            yield from rounds(left, [], force=True)
 
 
 def _round(
     scene: bpy.types.Scene,
     manifest: Manifest,
-    tasks: Iterable[Task],
     plans: FramePlans,
     report_note: Callable[[str], None],
-    left: list[Task],
+    said: tuple[str, ...],
     thorough: bool,
+    tasks: Iterable[Task],
+    left: list[Task],
     *,
     force: bool,
 ) -> Iterator[tuple[Rendered, bool]]:
     for camera, of_camera in itertools.groupby(tasks, lambda task: task.view.camera):
         with contextlib.ExitStack() as stack:
-            water = _Water(scene, manifest, camera, plans, stack, report_note)
+            water = _Water(scene, manifest, camera, plans, stack, report_note, said)
             for view, of_view in itertools.groupby(of_camera, lambda task: task.view):
                 for task in of_view:
                     kept = done(manifest, task, thorough=thorough)
@@ -202,7 +206,9 @@ class _Water:
         plans: FramePlans,
         stack: contextlib.ExitStack,
         report_note: Callable[[str], None],
+        said: tuple[str, ...],
     ) -> None:
+        self._said = said
         self._scene, self._manifest, self._plans = scene, manifest, plans
         self._camera, self._stack, self._report = camera, stack, report_note
         self._engine: BandEngine | None = None
@@ -246,8 +252,13 @@ class _Water:
             device=output.device,
             eyes=tuple(view.eye for view in of_camera if view.eye),
         )
-        # Before Blender's settings are those of the engine, and the water is there.
-        said = (*unheeded(scene), floor_note(scene, camera, plan))
+        # Before the water is there.
+        traced = _engine(manifest).method.traced
+        said = (
+            *self._said,
+            *unheeded_of_camera(scene, camera, traced=traced),
+            floor_note(scene, camera, plan),
+        )
         engine = self._stack.enter_context(_engine(manifest).open(scene, camera, opening))
         if engine.passes != [item.bands for item in manifest.passes if item.part == 0]:
             raise InputError(

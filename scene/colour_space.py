@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import re
+from collections.abc import Iterator, Sequence
 
 import bpy
 
@@ -11,6 +12,9 @@ from .animation import curves_of
 
 _REC709 = "Rec.709"
 _NAMED = 3
+_ENCODED = re.compile(r"sRGB( - Texture| Encoded Rec\.709.*)?")
+# Where the colour of an image is no colour.
+_NUMBERS = {"NORMAL_MAP", "BUMP", "DISPLACEMENT", "VECTOR_DISPLACEMENT"}
 
 
 def is_rec709() -> bool:
@@ -66,7 +70,92 @@ def bring_to_rec709() -> str:
             f"Rec.709 among its working spaces ({', '.join(known)}); use Blender's own"
         )
     bpy.ops.wm.set_working_color_space(working_space=wanted, convert_colors=True)
-    return f"the file's colours were converted from {before} to {wanted}"
+    said = f"the file's colours were converted from {before} to {wanted}"
+    kept = [mesh for mesh in bpy.data.meshes if _has_float_colours(mesh)]
+    if kept:
+        said += (
+            f"; float colour attributes of {_names(kept)} were not, since Blender takes them for "
+            f"numbers: they count as {wanted}"
+        )
+    return said
+
+
+def _has_float_colours(mesh: bpy.types.Mesh) -> bool:
+    return any(found.data_type == "FLOAT_COLOR" for found in mesh.color_attributes)
+
+
+def images_without_space() -> list[bpy.types.Image]:
+    """Images whose colour space the configuration that Blender runs with does not know.
+
+    Blender reads them in some space of that configuration, which for ACES is a logarithmic one.
+    """
+    read = (image for image in bpy.data.images if image.source != "VIEWER")
+    # Blender names that space as soon as it has read an image.
+    return [image for image in read if not image.colorspace_settings.name]
+
+
+def bring_images() -> str:
+    """Give images without a space the one that they had by all appearances.
+
+    Eight bits are sRGB, but numbers where they only turn normals and the like; floats are linear
+    Rec.709. For a process of one's own.
+
+    Returns
+    -------
+    str
+        What was done, empty if nothing had to be.
+
+    Raises
+    ------
+    InputError
+        If the configuration has no sRGB.
+    """
+    lost = images_without_space()
+    if not lost:
+        return ""
+    settings = bpy.types.ColorManagedInputColorspaceSettings.bl_rna
+    known = settings.properties["name"].enum_items.keys()
+    encoded = next((name for name in known if _ENCODED.fullmatch(name)), None)
+    linear = next((name for name in known if name == bpy.data.colorspace.working_space), None)
+    if encoded is None or linear is None:
+        raise InputError(
+            f"the colour spaces of {_names(lost)} are not in the colour configuration that Blender "
+            "runs with, nor are sRGB and linear Rec.709; choose spaces of it, or unset OCIO"
+        )
+    coloured = _images_as_colours()
+    for image in lost:
+        space = image.colorspace_settings
+        if image.is_float:
+            space.name = linear
+        elif image in coloured:
+            space.name = encoded
+        else:
+            space.is_data = True
+    return (
+        f"the colour configuration that Blender runs with does not know the spaces of images "
+        f"{_names(lost)}: taken for sRGB, linear Rec.709 if they are floats, and numbers where "
+        "they turn normals"
+    )
+
+
+def _names(blocks: Sequence[bpy.types.ID]) -> str:
+    more = f" and {len(blocks) - _NAMED} more" if len(blocks) > _NAMED else ""
+    return f"{', '.join(repr(block.name) for block in blocks[:_NAMED])}{more}"
+
+
+def _images_as_colours() -> set[bpy.types.Image]:
+    """Images that are more than numbers somewhere: linked to a colour, or to what is not known."""
+    trees = [t for t in bpy.data.node_groups if t.bl_idname == "ShaderNodeTree"]
+    owners = (*bpy.data.materials, *bpy.data.worlds, *bpy.data.lights)
+    trees += [owner.node_tree for owner in owners if owner.node_tree is not None]
+    return {
+        link.from_node.image
+        for tree in trees
+        for link in tree.links
+        if getattr(link.from_node, "image", None) is not None
+        and link.to_node.type not in _NUMBERS
+        and link.to_socket.type not in {"VALUE", "VECTOR"}
+    }
 
 
 def _animated_colours() -> Iterator[str]:

@@ -9,6 +9,8 @@ import bpy
 
 from .animation import curves
 
+_DRY = ("is_holdout", "is_shadow_catcher")
+
 
 def rendered_layer(scene: bpy.types.Scene) -> bpy.types.ViewLayer:
     """Return the view layer that jobs render: the first that is switched on."""
@@ -30,6 +32,25 @@ def in_rendered_collections(layer: bpy.types.ViewLayer) -> set[bpy.types.Object]
         layer.update()
     visit(layer.layer_collection, False)
     return found
+
+
+def collections_of(layer: bpy.types.ViewLayer) -> Iterator[bpy.types.LayerCollection]:
+    """Yield the collections of a view layer that are not left out, its root first."""
+    if layer.layer_collection is None:  # of a scene that was just made
+        layer.update()
+
+    def visit(part: bpy.types.LayerCollection) -> Iterator[bpy.types.LayerCollection]:
+        if not part.exclude:
+            yield part
+            for child in part.children:
+                yield from visit(child)
+
+    yield from visit(layer.layer_collection)
+
+
+def dry_switches(item: bpy.types.Object) -> list[str]:
+    """Switches of an object that are on and that water cannot be before; lamps have others."""
+    return [name for name in _DRY if item.type != "LIGHT" and getattr(item, name)]
 
 
 def is_hidden_by_animation(item: bpy.types.Object) -> bool:

@@ -8,7 +8,7 @@ from typing import Any
 
 import bpy
 
-from .rendered import rendered_layer
+from .rendered import collections_of, dry_switches, rendered_layer
 
 # The writer of the image sets these; restored in the reverse of this order.
 _IMAGE_SETTINGS = ("exr_codec", "color_depth", "color_mode", "file_format", "media_type")
@@ -33,10 +33,22 @@ def render_settings(
         The one layer that is rendered.
     """
     rendered = rendered_layer(scene)
+    collections = list(collections_of(rendered))
     layers: list[tuple[Any, str, Any]] = [
         *((layer, "use", layer == rendered) for layer in scene.view_layers),
-        # The water is the world, and a light in materials.
-        (rendered, "use_sky", True),
+        # The water is the world, a volume, and a light in materials.
+        *((rendered, name, True) for name in ("use_sky", "use_solid", "use_volumes")),
+        # Nothing of these has the water's light.
+        (rendered, "use_grease_pencil", False),
+        (scene, "background_set", None),
+        *((item, name, False) for item in scene.objects for name in dry_switches(item)),
+        *((part, "holdout", False) for part in collections if part.holdout),
+        # Cycles knows these, EEVEE does not; to be unseen by the camera is the same.
+        *((item, "visible_camera", False) for item in _indirect(collections)),
+        # What they have baked is the light of a scene without water.
+        *((item, "hide_render", True) for item in scene.objects if item.type == "LIGHT_PROBE"),
+        # Blender's render follows them, whatever camera it is to have.
+        *((marker, "camera", None) for marker in scene.timeline_markers if marker.camera),
         *((rendered, name, None) for name in ("material_override", "world_override")),
         (rendered, "samples", 0),
         (scene.render, "use_freestyle", False),
@@ -52,3 +64,9 @@ def render_settings(
             for name in names:
                 stack.callback(setattr, owner, name, getattr(owner, name))
         yield rendered
+
+
+def _indirect(parts: Iterable[bpy.types.LayerCollection]) -> list[bpy.types.Object]:
+    """Objects that are only to be seen in mirrors and shadows."""
+    only = [part for part in parts if part.indirect_only]
+    return [item for part in only for item in part.collection.objects if item.visible_camera]

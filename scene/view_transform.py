@@ -6,7 +6,7 @@ Viewport and written picture go the same way, so they look the same.
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -24,6 +24,7 @@ _KEPT = ("view_transform", "look", "exposure", "gamma", "use_white_balance")
 _NODES = 32
 _CURVE, _POINTS, _HANDLES = "curve", "points", "handles"
 _LEVELS = ("black_level", "white_level")
+_NAME = "UW Picture"
 _COMBINED = 3  # the curve of all channels
 
 
@@ -55,6 +56,19 @@ def show(view: bpy.types.ColorManagedViewSettings, tone: str, contrast: str) -> 
         _draw_curve(view.curve_mapping, tone)
 
 
+def require_shown(tone: str, contrast: str) -> None:
+    """Refuse a tone or contrast that the colour configuration does not have.
+
+    Raises
+    ------
+    InputError
+        If it has none of that name.
+    """
+    if not is_plain(tone, contrast):
+        with _display(tone, contrast):
+            pass
+
+
 def kept_view(view: bpy.types.ColorManagedViewSettings) -> dict[str, Any]:
     """Return what :func:`show` changes, as a scene can store it."""
     names = (*_KEPT, "use_curve_mapping")
@@ -75,8 +89,10 @@ def give_back(view: bpy.types.ColorManagedViewSettings, kept: Mapping[str, Any])
     with contextlib.suppress(TypeError):
         view.look = "None"  # a look exists only under its view transform
     for name in _KEPT:
-        if name in kept:  # files of before know fewer
-            setattr(view, name, kept[name])
+        # Files of before know fewer, and another colour configuration has other views.
+        if name in kept:
+            with contextlib.suppress(TypeError):
+                setattr(view, name, kept[name])
     if _CURVE in kept:
         mapping, curve = view.curve_mapping, kept[_CURVE]
         for name in _LEVELS:
@@ -99,11 +115,7 @@ def write_shown(path: Path, rgb: NDArray[np.float32], tone: str, contrast: str) 
     height, width = rgb.shape[:2]
     pixels = np.ones((height, width, 4), dtype=np.float32)
     pixels[..., :3] = np.nan_to_num(rgb)[::-1]
-    scene = bpy.data.scenes.new("UW Picture")
-    image = bpy.data.images.new("UW Picture", width, height, float_buffer=True)
-    try:
-        _take(scene.display_settings, "display_device", _DISPLAYS, "the PNG")
-        show(scene.view_settings, tone, contrast)
+    with _display(tone, contrast) as scene, _picture(width, height) as image:
         settings = scene.render.image_settings
         settings.media_type, settings.file_format = "IMAGE", "PNG"
         settings.color_mode, settings.color_depth = "RGB", "8"
@@ -113,9 +125,27 @@ def write_shown(path: Path, rgb: NDArray[np.float32], tone: str, contrast: str) 
                 image.save_render(str(temporary), scene=scene)
             except RuntimeError as error:
                 raise InputError(f"cannot write {path}: {str(error).strip()}") from error
+
+
+@contextlib.contextmanager
+def _display(tone: str, contrast: str) -> Iterator[bpy.types.Scene]:
+    """A scene that is shown so on an sRGB display, while the block runs."""
+    scene = bpy.data.scenes.new(_NAME)
+    try:
+        _take(scene.display_settings, "display_device", _DISPLAYS, "the PNG")
+        show(scene.view_settings, tone, contrast)
+        yield scene
+    finally:
+        bpy.data.scenes.remove(scene)
+
+
+@contextlib.contextmanager
+def _picture(width: int, height: int) -> Iterator[bpy.types.Image]:
+    image = bpy.data.images.new(_NAME, width, height, float_buffer=True)
+    try:
+        yield image
     finally:
         bpy.data.images.remove(image)
-        bpy.data.scenes.remove(scene)
 
 
 def _take(owner: bpy.types.bpy_struct, name: str, words: Sequence[str], what: str) -> None:

@@ -11,7 +11,7 @@ from ..quality.methods import METHODS
 from ..scene import stored_lamps, stored_materials
 from ..scene import stored_settings as optics
 from ..scene.session import is_live
-from ..scene.unheeded import unheeded
+from ..scene.unheeded import unheeded, unheeded_of_camera
 from ..settings.scene_settings import SETTINGS
 from ..settings.setting import SECTIONS
 from . import migration, preferences, presets, previews, property_group, sections, sun_handle
@@ -90,7 +90,10 @@ class MainPanel(_Panel, bpy.types.Panel):
             _say(layout, "This scene is linked: make it local to change its water.", "LINKED")
         if migration.is_newer(scene):
             _say(layout, "A newer version of the extension has saved this file.", "ERROR")
-        for note in unheeded(scene):
+        notes = unheeded(scene)
+        if scene.camera is not None and scene.camera.type == "CAMERA":
+            notes += unheeded_of_camera(scene, scene.camera, traced=not is_live(scene))
+        for note in notes:
             _say(layout, f"{note[:1].upper()}{note[1:]}.", "ERROR")
         problem = live.problem(scene)
         if problem:

@@ -153,4 +153,5 @@ def _dry(scene: bpy.types.Scene, wanted: Sequence[tuple[Any, str, Any]]) -> Iter
 
 def _one_sample(scene: bpy.types.Scene) -> contextlib.AbstractContextManager[object]:
     settings = [("samples", 1), ("pixel_filter_type", "BOX"), ("filter_width", 0.01)]
-    return _dry(scene, [(scene.cycles, name, value) for name, value in settings])
+    wanted = [(scene.cycles, name, value) for name, value in settings]
+    return _dry(scene, [*geometry_layers.sharp(scene), *wanted])

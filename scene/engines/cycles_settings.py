@@ -98,6 +98,10 @@ def reference_settings(
         # With it, water that does not scatter as Henyey-Greenstein is up to 20 % too bright; of
         # surfaces alone it gains in clear water only (docs/measured/reference_cost.md).
         (cycles, "use_guiding", False),
+        (cycles, "volume_biased", False),
+        (cycles, "use_sample_subset", False),
+        (cycles, "auto_scrambling_distance", False),
+        (cycles, "scrambling_distance", 1.0),
     ]
     with _devices(device), render_settings(scene, wanted) as layer:
         yield layer

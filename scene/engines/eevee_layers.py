@@ -176,6 +176,10 @@ class EeveeLayers:
 
 @contextlib.contextmanager
 def _one_sample(scene: bpy.types.Scene) -> Iterator[object]:
-    settings = [(scene.eevee, "taa_render_samples", 1), (scene.render, "filter_size", 0.0)]
+    settings = [
+        *geometry_layers.sharp(scene),
+        (scene.eevee, "taa_render_samples", 1),
+        (scene.render, "filter_size", 0.0),
+    ]
     with render_settings(scene, settings) as found:
         yield found

@@ -40,6 +40,14 @@ OneSample = Callable[[], contextlib.AbstractContextManager[object]]
 """Settings of an engine under which a render has one sample at every pixel's centre."""
 
 
+def sharp(scene: bpy.types.Scene) -> list[tuple[Any, str, Any]]:
+    """Settings under which things are where they are at the frame, and in focus."""
+    settings: list[tuple[Any, str, Any]] = [(scene.render, "use_motion_blur", False)]
+    if scene.camera is not None:
+        settings.append((scene.camera.data.dof, "use_dof", False))
+    return settings
+
+
 def geometry_layers(
     scene: bpy.types.Scene,
     camera: bpy.types.Object,

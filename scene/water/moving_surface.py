@@ -22,9 +22,9 @@ from .frame_water import RealtimeWater, wave_numbers
 
 
 def wave_time(scene: bpy.types.Scene, settings: SceneSettings) -> float:
-    """Time of the waves at the current frame, s: a function of the frame alone."""
-    frame = scene.frame_current + scene.frame_subframe
-    return frame * scene.render.fps_base / scene.render.fps * settings.wave_time_scale
+    """Time of the waves at the current frame, s: a function of the frame, as it is remapped."""
+    seconds = scene.frame_current_final * scene.render.fps_base / scene.render.fps
+    return seconds * settings.wave_time_scale
 
 
 def patterns(scene: bpy.types.Scene, plan: RenderPlan, *, sun_disc: bool = True) -> WavePatterns:

@@ -268,3 +268,35 @@ def test_other_cameras_and_words_are_refused(blend, tmp_path):
         planning.plan_job(bpy.context.scene, lambda: chosen, job)
     with pytest.raises(InputError, match="--layers: 'depth' is not one of"):
         SceneSettings(layers="depth")
+
+
+@pytest.mark.parametrize(
+    "engine",
+    [
+        ["--engine", "cycles", "--samples", "4"],
+        pytest.param([*EEVEE, "--mode", "realtime"], marks=pytest.mark.slow),
+    ],
+)
+def test_where_things_are_is_sharp_in_a_blurred_picture(engine, blend, tmp_path):
+    """Motion blur and depth of field are the picture's; these are of the frame's moment."""
+    names, found = ("range", "normal", "motion", "instance"), []
+    for blurred in (False, True):
+        bpy.ops.wm.open_mainfile(filepath=str(blend))
+        scene, lens = bpy.context.scene, bpy.context.scene.camera.data.dof
+        scene.render.use_motion_blur, scene.render.motion_blur_shutter = blurred, 1.5
+        lens.use_dof, lens.focus_distance, lens.aperture_fstop = blurred, 0.5, 1.0
+        path, out = tmp_path / "scene.blend", tmp_path / str(blurred)
+        bpy.ops.wm.save_as_mainfile(filepath=str(path))
+        job = [str(path), *PLAIN, *engine, "--out", str(out)]
+        assert (
+            batch.main([*job, "--layers", "range,normal,motion,instance"], inside_blender=False)
+            == 0
+        )
+        layers = read_layers(out / "0002_layers.exr")
+        picture = read_exr(out / "0002.exr")[0]
+        found.append({"picture": picture} | {name: layers[name] for name in names})
+    plain, blurred = found
+    assert np.abs(plain["picture"] - blurred["picture"]).max() > 0.02
+    assert np.abs(plain["motion"]).max() > 1.0
+    for name in names:
+        np.testing.assert_array_equal(plain[name], blurred[name], name)

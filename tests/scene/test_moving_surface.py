@@ -122,6 +122,9 @@ def test_time_of_the_waves():
     scene.render.fps, scene.frame_current = 25, 50
     assert moving_surface.wave_time(scene, SceneSettings()) == pytest.approx(2.0)
     assert moving_surface.wave_time(scene, SceneSettings(wave_time_scale=0.5)) == pytest.approx(1.0)
+    # As all else, they go slower where time is stretched.
+    scene.render.frame_map_old, scene.render.frame_map_new = 100, 200
+    assert moving_surface.wave_time(scene, SceneSettings()) == pytest.approx(1.0)
 
 
 def test_options():

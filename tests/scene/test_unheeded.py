@@ -11,11 +11,12 @@ from pathlib import Path
 
 import bpy
 import numpy as np
+import OpenImageIO as oiio
 import pytest
 from bpy_extras.object_utils import world_to_camera_view
 from mathutils import Euler, Vector
 from underwater_spectral.jobs import batch
-from underwater_spectral.scene import colour_space, unheeded
+from underwater_spectral.scene import colour_space, temporary, unheeded
 from underwater_spectral.scene.seen import cameras, own_seabed, pinhole, surroundings
 from underwater_spectral.scene.viewport import live
 from underwater_spectral.settings.render_plan import make_plan
@@ -54,7 +55,87 @@ def _second_layer(scene):
     scene.view_layers.new("Other")
 
 
+def _thing(scene):
+    """The wall, or something where there is none."""
+    there = [item for item in scene.objects if item.type == "MESH"]
+    return there[0] if there else scenes._cube("thing", (0.0, -9.0, -3.0))
+
+
+def _held_collection(scene):
+    held = bpy.data.collections.new("Held")
+    scene.collection.children.link(held)
+    held.objects.link(_thing(scene))
+    scene.view_layers[0].layer_collection.children["Held"].holdout = True
+
+
+def _cut(scene):
+    camera = bpy.data.objects.new("Cut", bpy.data.cameras.new("Cut"))
+    camera.location = (0.0, -5.0, -2.0)
+    scene.collection.objects.link(camera)
+    before = scene.camera
+    scene.timeline_markers.new("cut", frame=1).camera = camera
+    scene.camera = before  # Blender has followed the marker
+
+
+def _set(scene):
+    scene.background_set = bpy.data.scenes.new("Stage")
+    cube = scenes._cube("in the set", (0.0, 1.5, -3.0))
+    scene.collection.objects.unlink(cube)
+    scene.background_set.collection.objects.link(cube)
+
+
+def _strokes(scene):
+    data = bpy.data.grease_pencils.new("Lines")
+    drawing = data.layers.new("lines").frames.new(1).drawing
+    drawing.add_strokes([2])
+    for point, x in zip(drawing.strokes[0].points, (-1.0, 1.0), strict=True):
+        point.position, point.radius = (x, 1.5, -3.0), 0.3
+    scene.collection.objects.link(bpy.data.objects.new("Lines", data))
+
+
+def _linked_lamp(scene):
+    """Above the water, so that it changes nothing itself."""
+    lamp = bpy.data.objects.new("Key", bpy.data.lights.new("Key", "POINT"))
+    lamp.location.z = 5.0
+    scene.collection.objects.link(lamp)
+    lamp.light_linking.receiver_collection = bpy.data.collections.new("Lit")
+
+
+def _world(scene):
+    scene.world = world = bpy.data.worlds.new("Studio sky")
+    nodes, links = world.node_tree.nodes, world.node_tree.links
+    output = world.node_tree.get_output_node("ALL")
+    for maker, source, target in (
+        ("ShaderNodeTexEnvironment", "Color", nodes["Background"].inputs["Color"]),
+        ("ShaderNodeVolumePrincipled", "Volume", output.inputs["Volume"]),
+    ):
+        links.new(nodes.new(maker).outputs[source], target)
+
+
+def _left_out(scene):
+    scene.view_layers[0].use_solid = scene.view_layers[0].use_volumes = False
+
+
+def _views(scene):
+    scene.render.use_multiview, scene.render.views_format = True, "MULTIVIEW"
+
+
+def _probe(scene):
+    probe = bpy.data.objects.new("Baked", bpy.data.lightprobes.new("Baked", "VOLUME"))
+    scene.collection.objects.link(probe)
+
+
 ASKED = {
+    "light probe 'Baked'": _probe,
+    "leaves out solid and volumes": _left_out,
+    "holdout of collection 'Held'": _held_collection,
+    "holdout '": lambda s: setattr(_thing(s), "is_holdout", True),
+    "shadow catcher '": lambda s: setattr(_thing(s), "is_shadow_catcher", True),
+    "background set 'Stage'": _set,
+    "Grease Pencil 'Lines'": _strokes,
+    "light linking of lamp 'Key'": _linked_lamp,
+    "picture of world 'Studio sky'": _world,
+    "views by the names of cameras": _views,
     "render region": lambda s: setattr(s.render, "use_border", True),
     "transparent film": lambda s: setattr(s.render, "film_transparent", True),
     "not 'Other'": _second_layer,
@@ -78,8 +159,9 @@ def test_each_is_said_by_itself(words):
     scene.render.use_compositing = scene.render.use_sequencer = True
     assert unheeded.unheeded(scene) == ()
     ASKED[words](scene)
-    (note,) = unheeded.unheeded(scene)
+    note, *more = unheeded.unheeded(scene)
     assert words in note
+    assert [words for words in more if "volume of world" not in words] == []
 
 
 def _run(*arguments: object) -> int:
@@ -95,6 +177,7 @@ def test_all_of_it_changes_no_picture_and_is_in_log_and_record(tmp_path, capfd):
         if asked:
             for ask in ASKED.values():
                 ask(scene)
+            _cut(scene)
             layer = scene.view_layers[0]
             layer.use_sky = False
             layer.samples = 3
@@ -110,7 +193,8 @@ def test_all_of_it_changes_no_picture_and_is_in_log_and_record(tmp_path, capfd):
                 list(ASKED) if asked else []
             )
             log = capfd.readouterr()
-            assert ("render region" in log.out + log.err) == asked
+            for words in ("render region", "markers switch cameras ('Cut')"):
+                assert (words in log.out + log.err) == asked
         bpy.ops.wm.open_mainfile(filepath=str(path))
         scene = bpy.context.scene
     plain, asked = rendered[:2], rendered[2:]
@@ -189,6 +273,8 @@ def test_the_aces_configuration_renders_the_same_picture(tmp_path):
         else:
             assert _run(*job) == 0
         pictures.append(read_exr(out / "0001.exr")[0])
+        header = oiio.ImageBuf(str(out / "0001.exr")).spec()
+        assert header.get_string_attribute("oiio:ColorSpace") == "lin_rec709_scene"
         assert (out / "0001.png").is_file()
     np.testing.assert_allclose(pictures[1], pictures[0], rtol=0.01, atol=1e-3)
 
@@ -253,3 +339,71 @@ def test_a_floor_against_the_scenes_own_seabed_is_said(depth, colour, said, monk
     assert bool(note) == bool(said)
     assert said in note
     assert not note or "9 m deep" in note
+
+
+@pytest.mark.parametrize("kind", ["PANO", "CUSTOM"])
+def test_a_panorama_is_said_for_eevee_alone(kind):
+    camera = scenes.add_camera()
+    scene = bpy.context.scene
+    assert unheeded.unheeded_of_camera(scene, camera, traced=False) == ()
+    camera.data.type = kind
+    (note,) = unheeded.unheeded_of_camera(scene, camera, traced=False)
+    assert "'Camera' as a perspective one" in note
+    assert unheeded.unheeded_of_camera(scene, camera, traced=True) == ()
+
+
+def test_what_light_probes_have_baked_does_not_light_the_water():
+    """It would brighten a picture by some percent."""
+    scene = _scene()
+    _probe(scene)
+    with temporary.render_settings(scene, []):
+        assert scene.objects["Baked"].hide_render
+    assert not scene.objects["Baked"].hide_render
+
+
+def test_colours_that_blender_takes_for_numbers_are_named():
+    scene = _scene()
+    _thing(scene).data.color_attributes.new("painted", "FLOAT_COLOR", "POINT")
+    bpy.ops.wm.set_working_color_space(working_space="ACEScg", convert_colors=True)
+    assert "float colour attributes of 'Plane' were not" in colour_space.bring_to_rec709()
+    bpy.ops.wm.set_working_color_space(working_space="ACEScg", convert_colors=True)
+    for mesh in bpy.data.meshes:
+        for found in list(mesh.color_attributes):
+            mesh.color_attributes.remove(found)
+    assert "float" not in colour_space.bring_to_rec709()
+
+
+def test_what_is_only_indirect_is_unseen_while_it_is_rendered():
+    """In both engines, of which one knows the switch."""
+    scene = _scene()
+    wall = _thing(scene)
+    behind = bpy.data.collections.new("Behind")
+    scene.collection.children.link(behind)
+    behind.objects.link(wall)
+    part = scene.view_layers[0].layer_collection.children["Behind"]
+    part.indirect_only = True
+    assert unheeded.unheeded(scene) == ()
+    with temporary.render_settings(scene, []):
+        assert not wall.visible_camera
+    assert wall.visible_camera
+    assert part.indirect_only
+
+
+def test_a_reference_takes_no_shortcuts_that_the_scene_has(tmp_path):
+    """Part of the samples, and volumes by steps."""
+    scene = _scene()
+    path = tmp_path / "scene.blend"
+    found = []
+    for short in (False, True):
+        if short:
+            scene.cycles.use_sample_subset, scene.cycles.sample_subset_length = True, 1
+            scene.cycles.volume_biased, scene.cycles.scrambling_distance = True, 0.5
+        bpy.ops.wm.save_as_mainfile(filepath=str(path))
+        out = tmp_path / str(short)
+        job = ["--engine", "cycles", "--bands", "3", "--samples", "4", "--out", out]
+        assert _run(path, *FAST[2:], *job) == 0
+        found.append(read_exr(out / "0001.exr")[0])
+        bpy.ops.wm.open_mainfile(filepath=str(path))
+        scene = bpy.context.scene
+    np.testing.assert_array_equal(*found)
+    assert scene.cycles.use_sample_subset

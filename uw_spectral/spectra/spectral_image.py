@@ -20,6 +20,8 @@ from .spectrum import is_file
 
 RADIANCE_UNITS = "W.m^-2.sr^-1.nm^-1"
 IRRADIANCE_UNITS = "W.m^-2.nm^-1"
+LINEAR_REC709 = {"oiio:ColorSpace": "lin_rec709_scene"}
+"""What a header says of scene-linear Rec.709; bands of a pass are no colours and have none."""
 _SPECTRAL_CHANNEL = re.compile(r"S0\.(\d+(?:,\d+)?)nm")
 _WIDTHS_ATTRIBUTE = "bandWidths_nm"
 
