@@ -171,8 +171,9 @@ def build_hair() -> bpy.types.ShaderNodeTree:
     """Build the group colour of hair → what a matte thing throws back like it."""
     tree = _group(HAIR, COLOR_INPUT)
     graph = Graph(tree)
-    colour = graph.term(graph.node("NodeGroupInput").outputs[0])
-    graph.assign(hair_albedo(colour, NODES), graph.node("NodeGroupOutput").inputs[0])
+    colour = graph.components(graph.term(graph.node("NodeGroupInput").outputs[0]))
+    matte = graph.vector(*(hair_albedo(part, NODES) for part in colour))
+    graph.assign(matte, graph.node("NodeGroupOutput").inputs[0])
     return tree
 
 
