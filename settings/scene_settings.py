@@ -210,11 +210,10 @@ class SceneSettings:
     )
     scene_floor: bool = _setting(
         True,
-        "Light of the scene's own seabed",
-        "Without an added floor, the light that the scene's own seabed sends up: its depth and "
-        "mean colour are looked for around the camera",
+        "Endless seabed",
+        "Without an added floor: the scene's own seabed goes on beyond its border, with the depth "
+        "and mean colour that it has around the camera; switch it off where the seabed ends",
         "depth",
-        engine="eevee",
         needs=_OF_FLOOR,
     )
     surface: str = _setting(

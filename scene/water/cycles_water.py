@@ -51,6 +51,7 @@ def add_water(
     lamps: SceneLamps | None = None,
     *,
     above: bool = False,
+    own_seabed: bool = False,
 ) -> list[str]:
     """Put water into a scene.
 
@@ -73,6 +74,8 @@ def add_water(
         In the water.
     above : bool
         Whether the camera may be in the air: things there then have the sun and sky of the air.
+    own_seabed : bool
+        Whether a floor may continue the scene's own seabed; it is hidden until it is placed.
 
     Returns
     -------
@@ -105,7 +108,7 @@ def add_water(
         suns.append(sun_lamp.build(scene_water.SUN_DIAMETER_IN_AIR, attributes.SUN_IN_AIR))
         parts[_LID] = sun_lid.build(_LID_HEIGHT)
         objects.append(_lid(extent, parts[_LID]))
-    floor = sea_floor.build() if math.isfinite(column.floor_depth) else None
+    floor = sea_floor.build() if own_seabed or math.isfinite(column.floor_depth) else None
     lamps = lamps or SceneLamps()
     lit = [
         (water_lamp.build(index, lamp, item.data), item)
@@ -124,9 +127,9 @@ def add_water(
     return notes
 
 
-def place(scene: bpy.types.Scene, column: WaterColumn) -> None:
-    """Bring sun, sky and floor of the water in a scene to where a column has them."""
-    scene_water.place(scene, column)
+def place(scene: bpy.types.Scene, column: WaterColumn, own_seabed: float | None = None) -> None:
+    """Bring sun, sky and floor of a water to their places, see :func:`.scene_water.place`."""
+    scene_water.place(scene, column, own_seabed)
     sky_world.turn(scene.world, column.skylight.sun)
     lid = marks.part(scene, _LID)
     if lid is not None:

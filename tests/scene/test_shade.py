@@ -215,7 +215,7 @@ def test_a_hasty_update_does_not_look_around(monkeypatch):
     scene = _under_a_slab()
     live.add(scene)
     column = _floors(monkeypatch)
-    monkeypatch.setattr(eevee_water, "look_around", None)
+    monkeypatch.setattr(shade, "look_around", None)
     scene.underwater.scattering_factor = 1.3
     assert live.update(scene, hasty=True)
     assert not live.problem(scene)
