@@ -341,8 +341,8 @@ def problem(scene: bpy.types.Scene) -> str:
     if session is not None and scene.render.engine != ENGINE:
         return (
             f"The render engine is {_engine_name(scene)}, and this water is drawn by EEVEE: "
-            "Blender's own Render would be wrong. Choose Reference or another quality and press "
-            "Render in this panel, or switch back to EEVEE."
+            "Blender's own Render would be wrong. Press Render Reference or Render in this panel, "
+            "or switch back to EEVEE."
         )
     depth = camera_depth(scene)
     floor = getattr(scene, stored_settings.PROPERTY).floor_depth
