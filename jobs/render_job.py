@@ -5,7 +5,7 @@ The steps are those of a job that is split over processes and machines.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -44,7 +44,7 @@ def render(
     settings_now: Callable[[], SceneSettings],
     job: Job,
     report_note: Callable[[str], None],
-) -> Iterator[Step]:
+) -> Generator[Step]:
     """Render a job; each step of the iteration renders one pass.
 
     The scene holds water only while the iteration lasts; closing it early

@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import time
 from collections.abc import Generator
 from dataclasses import replace
@@ -424,15 +425,19 @@ class _RenderOperator(bpy.types.Operator):
         notes: list[str] = []
         with live.suspended(scene):
             try:
-                steps = render_job.render(
-                    scene, lambda: optics.stored_settings(scene), job, notes.append
-                )
-                for step in steps:
-                    if step.picture is not None:
-                        name = f"{job.out.name} {step.camera} {step.frame:04d}"
-                        picture = shown_pictures.load(step.picture, name)
-                        shown_pictures.show(context.window_manager, picture)
-                    yield step
+                with contextlib.closing(
+                    render_job.render(
+                        scene, lambda: optics.stored_settings(scene), job, notes.append
+                    )
+                ) as steps:
+                    for step in steps:
+                        if step.picture is not None:
+                            name = f"{job.out.name} {step.camera}"
+                            if len(job.frames) == 1:  # else one image that goes with the frames
+                                name += f" {step.frame:04d}"
+                            picture = shown_pictures.load(step.picture, name)
+                            shown_pictures.show(context.window_manager, picture)
+                        yield step
             finally:
                 scene.frame_set(frame)
         for note in notes:
