@@ -13,6 +13,7 @@ from types import SimpleNamespace
 import bpy
 import numpy as np
 import pytest
+from underwater_spectral.scene.engines.exr_output import write_float_exr
 from underwater_spectral.scene.session import is_live
 from underwater_spectral.scene.stored_settings import stored_settings
 from underwater_spectral.scene.viewport import live
@@ -305,3 +306,23 @@ def test_add_submerge_remove_with_undo(tmp_path):
     assert not is_live(scene)
     assert not bpy.data.node_groups
     assert scene.camera.delta_location.z == 0.0
+
+
+@pytest.mark.slow
+def test_blenders_own_render_is_the_picture_of_a_real_time_job(tmp_path):
+    scene = _scene(tmp_path)
+    panel, render = scene.underwater_panel, scene.render
+    panel.quality, scene.underwater.samples, scene.eevee.taa_render_samples = "REALTIME", 32, 32
+    render.resolution_x, render.resolution_y = 48, 27
+    live.add(scene)
+    assert bpy.ops.underwater.render() == {"FINISHED"}
+    assert not live.problem(scene)
+    # What is out of gamut EEVEE cuts, and jobs bring back; no screen shows it.
+    of_job = np.maximum(read_exr(tmp_path / "0001.exr")[0], 0.0)
+    write_float_exr(scene, tmp_path / "own.exr")
+    own = read_exr(tmp_path / "own.exr")[0]
+    for area in (np.s_[:6, :], np.s_[10:16, 20:28]):  # open water, and the cube
+        assert own[area].mean(axis=(0, 1)) == pytest.approx(
+            of_job[area].mean(axis=(0, 1)), rel=0.01
+        )
+    assert np.abs(own - of_job).mean() < 0.01 * of_job.mean()
