@@ -44,7 +44,6 @@ _TALLEST = 15.0  # m, of such a box
 _DEEPEST = 0.01  # of the ground lies lower than the box
 _COVERED = 0.5  # of the columns of water that end on ground, where there is a floor
 _BELOW_EYE = 0.3  # m
-_SMALLEST_SEABED = 3.0  # m along either axis: less is furniture
 _GROUND = 0.25  # of the area of the largest sheet: from there on another is ground, too
 _BODY_AREA = 1.0  # m²: smaller things do not make a seabed of many
 _CLOSED = 0.1  # of the area of a closed mesh is left where its faces are added up
@@ -101,17 +100,10 @@ class Surroundings:
         seabed = np.zeros_like(full)
         seabed[:, :, :-1] = full[:, :, :-1] & water[:, :, 1:]
         found = seabed.any(axis=2)
-        if not self._is_seabed(found & ~self._only_bodies):
+        if (found & ~self._only_bodies).mean() < _COVERED:
             found &= False
         columns = np.nonzero(found)
         return voxels.number[(*columns, seabed[columns].argmax(axis=1))]
-
-    def _is_seabed(self, ground: NDArray[np.bool_]) -> bool:
-        """Whether columns of water that end on ground, shape (nx, ny), are enough for a seabed."""
-        if ground.mean() < _COVERED:
-            return False
-        sides = np.ptp(np.argwhere(ground), axis=0) + 1.0
-        return bool((sides * self.coarse.grid.cell >= _SMALLEST_SEABED).all())
 
     @functools.cached_property
     def _bodies(self) -> list[bool]:
