@@ -40,6 +40,11 @@ def picture_path(manifest: Manifest, view: View) -> Path:
     return manifest.folder(view) / f"{view.frame:04d}.exr"
 
 
+def shown_path(manifest: Manifest, view: View) -> Path:
+    """Return the picture of a view as it is shown."""
+    return picture_path(manifest, view).with_suffix(".png")
+
+
 def record_path(manifest: Manifest, view: View) -> Path:
     """Return the record of a view, which is written last."""
     return picture_path(manifest, view).with_suffix(".json")
@@ -84,7 +89,7 @@ def develop(
         paths, bands = [item.path for item in whole], [item.bands for item in whole]
         development.develop(paths, weights, bands, picture)
     chosen = plan.settings
-    shown = picture.with_suffix(".png")
+    shown = shown_path(manifest, view)
     view_transform.write_shown(shown, read_exr(picture)[0], chosen.tone, chosen.contrast)
     paths = [item.file.path for item in rendered]
     untold = picture_layers.develop_layers(manifest, view, paths, plan, picture)
@@ -179,7 +184,7 @@ def _record(
         "key": manifest.view_key(view),
         "frame": view.frame,
         "camera_depth_m": view.depth,
-        "settings": vars(manifest.settings_of(view.frame)),
+        "settings": manifest.settings_of(view.frame).in_effect(output.engine),
         "job": {
             "engine": output.engine,
             "mode": output.mode,
@@ -206,7 +211,7 @@ def _record(
             "tone": plan.settings.tone,
             "contrast": plan.settings.contrast,
         },
-        "lamps": manifest.lamps_of(view.frame),
+        **({"lamps": shining} if (shining := manifest.lamps_of(view.frame)) else {}),
         "passes": [
             {
                 "file": _relative(manifest, item.file.path),

@@ -5,8 +5,9 @@ The steps are those of a job that is split over processes and machines.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterator, Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 import bpy
 
@@ -25,12 +26,17 @@ JOB_FILE = "job.json"
 
 @dataclass(frozen=True)
 class Step:
-    """One pass that is on disk: the ``number``-th of ``total`` passes of the job."""
+    """One pass that is on disk: the ``number``-th of ``total`` passes of the job.
+
+    ``picture`` is what is shown of the view, if that was its last pass.
+    """
 
     frame: int
     rendered: band_passes.RenderedPass
     number: int
     total: int
+    camera: str = ""
+    picture: Path | None = None
 
 
 def render(
@@ -38,7 +44,7 @@ def render(
     settings_now: Callable[[], SceneSettings],
     job: Job,
     report_note: Callable[[str], None],
-) -> Iterator[Step]:
+) -> Generator[Step]:
     """Render a job; each step of the iteration renders one pass.
 
     The scene holds water only while the iteration lasts; closing it early
@@ -76,10 +82,12 @@ def render(
         view = found.task.view
         of_view = finished.setdefault(view, {})
         of_view[found.task.number] = replace(found, file=file)
+        picture = None
         if len(of_view) == len(manifest.passes):
             ready = finished.pop(view)
             pictures.develop(manifest, view, [ready[n] for n in sorted(ready)], plans)
-        yield Step(view.frame, file, number, len(tasks))
+            picture = pictures.shown_path(manifest, view)
+        yield Step(view.frame, file, number, len(tasks), view.camera, picture)
 
 
 def begin(manifest: Manifest, *, resume: bool) -> Manifest:

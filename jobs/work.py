@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import functools
 import itertools
+import math
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 
@@ -18,7 +19,9 @@ from ..scene.marks import require_no_water
 from ..scene.rendered import as_rendered
 from ..scene.seen import cameras, picture_size, stereo
 from ..scene.seen.own_seabed import floor_note
+from ..scene.seen.surroundings import has_things
 from ..scene.unheeded import unheeded, unheeded_of_camera
+from ..scene.water.shade import Kept
 from ..uw_spectral.errors import InputError
 from . import band_passes, staging
 from .claims import claimed
@@ -241,6 +244,10 @@ class _Water:
         self._stack.enter_context(_resolution(scene, manifest.output.resolution))
         scene.frame_set(first.frame)
         plan, output = self._plans.of(first.frame), manifest.output
+        eyes = tuple(view.eye for view in of_camera if view.eye)
+        kept, ground = Kept(of_job=True), None
+        if math.isfinite(plan.column.floor_depth) and has_things(scene):
+            ground = kept.look(scene, camera, plan.column, eyes).ground
         opening = Opening(
             plan=plan,
             extent=extent_of(manifest),
@@ -250,14 +257,15 @@ class _Water:
             denoise=output.denoise,
             froxels=output.froxels,
             device=output.device,
-            eyes=tuple(view.eye for view in of_camera if view.eye),
+            eyes=eyes,
+            kept=kept,
         )
         # Before the water is there.
         traced = _engine(manifest).method.traced
         said = (
             *self._said,
             *unheeded_of_camera(scene, camera, traced=traced),
-            floor_note(scene, camera, plan),
+            floor_note(plan, ground),
         )
         engine = self._stack.enter_context(_engine(manifest).open(scene, camera, opening))
         if engine.passes != [item.bands for item in manifest.passes if item.part == 0]:

@@ -149,7 +149,17 @@ class RenderPlan(ResolvedOptics):
 
     def record(self) -> dict[str, Any]:
         """Return bands, coefficients and sources, for the record of a render."""
-        column = self.column
+        column, has_floor = self.column, math.isfinite(self.column.floor_depth)
+        floor = {"floor_reflectance": column.floor_reflectance.tolist()} if has_floor else {}
+        layers = [
+            {
+                "top_m": layer.top,
+                "water": water.name,
+                "absorption_per_m": layer.absorption.tolist(),
+                "scattering_per_m": layer.scattering.tolist(),
+            }
+            for layer, water in zip(column.below, self.waters.layers[1:], strict=True)
+        ]
         return {
             "bands": {
                 "centres_nm": self.bands.centres.tolist(),
@@ -158,18 +168,10 @@ class RenderPlan(ResolvedOptics):
                 "scattering_per_m": column.scattering.tolist(),
                 "sun_irradiance_below_surface": column.sun_irradiance.tolist(),
                 "sky_radiance": column.sky_radiance.tolist(),
-                "floor_reflectance": column.floor_reflectance.tolist(),
+                **floor,
                 "radiance_units": self.radiance_units,
             },
-            "deeper_layers": [
-                {
-                    "top_m": layer.top,
-                    "water": water.name,
-                    "absorption_per_m": layer.absorption.tolist(),
-                    "scattering_per_m": layer.scattering.tolist(),
-                }
-                for layer, water in zip(column.below, self.waters.layers[1:], strict=True)
-            ],
+            **({"deeper_layers": layers} if layers else {}),
             "sources": {
                 "water": "; ".join(dict.fromkeys(x.source for x in self.waters.layers)),
                 "illuminant": self.illuminant.source,

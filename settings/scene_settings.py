@@ -48,6 +48,8 @@ def _setting[Default: str | float | bool](
 _OF_CONSTITUENTS = {"water": (CONSTITUENTS,)}
 _OF_WAVES = {"surface": (WAVES,)}
 _OF_FLOOR = {"floor_depth": (NO_FLOOR,)}
+_OF_SECOND_WATER = "second_water", "second_water_share"
+_JERLOV = "jerlov:"
 
 
 @dataclass(frozen=True)
@@ -207,14 +209,14 @@ class SceneSettings:
         "Reflectance",
         "Reflectance of the added floor: a number, or file:PATH with wavelength_nm, reflectance",
         "depth",
+        needs={"floor_depth": ()},
     )
     scene_floor: bool = _setting(
         True,
-        "Light of the scene's own seabed",
-        "Without an added floor, the light that the scene's own seabed sends up: its depth and "
-        "mean colour are looked for around the camera",
+        "Endless seabed",
+        "Without an added floor: the scene's own seabed goes on beyond its border, with the depth "
+        "and mean colour that it has around the camera; switch it off where the seabed ends",
         "depth",
-        engine="eevee",
         needs=_OF_FLOOR,
     )
     surface: str = _setting(
@@ -707,6 +709,19 @@ class SceneSettings:
         # Placed bands are few by purpose, and those of the closed form cost the shader.
         free = self.band_placement == EQUAL and self.field != CLOSED_FORM
         return replace(self, bands=USUAL_BANDS[mode if free else BANDS])
+
+    def in_effect(self, engine: str) -> dict[str, str | float | bool]:
+        """Return the settings that play a part in pictures of an engine, by name."""
+        names = [
+            name
+            for name, row in SETTINGS.items()
+            if row.engine in ("", engine) and row.applies(self)
+        ]
+        if self.second_water_share == 0.0:
+            names = [name for name in names if name not in _OF_SECOND_WATER]
+        if not any(x.lower().startswith(_JERLOV) for x in (self.water, self.second_water)):
+            names.remove("water_source")
+        return {name: getattr(self, name) for name in names}
 
     def with_at_most(self, bands: int) -> SceneSettings:
         """Return the settings with fewer bands, if they are equal ones and more."""

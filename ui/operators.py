@@ -5,11 +5,12 @@
 
 from __future__ import annotations
 
+import contextlib
 import time
 from collections.abc import Generator
 from dataclasses import replace
 from pathlib import Path
-from typing import override
+from typing import TYPE_CHECKING, override
 
 import bpy
 from bpy_extras.io_utils import ImportHelper
@@ -20,7 +21,10 @@ from ..scene.water import lamp_rigs
 from ..uw_spectral.errors import InputError
 from ..uw_spectral.spectra import sensor as sensors
 from ..uw_spectral.water import measured
-from . import example_scenes, migration, preferences, property_group
+from . import example_scenes, migration, preferences, property_group, shown_pictures
+
+if TYPE_CHECKING:
+    from ..jobs.job import Job
 
 _DEFAULT_DEPTH = 5.0
 _START_DEPTH = 3.0
@@ -337,27 +341,23 @@ def time_left(seconds: float, done: int, left: int) -> str:
     return f"{hours:d}:{minutes:02d}:{rest:02d} left"
 
 
-class Render(bpy.types.Operator):
-    """Renders into the output folder, pass by pass."""
+class _RenderOperator(bpy.types.Operator):
+    """Renders pass by pass, while the window answers in between, and shows what is finished."""
 
-    bl_idname = "underwater.render"
-    bl_label = "Render"
-    bl_description = (
-        "Render into the output folder. Esc stops after the current pass; finished passes stay, "
-        "and Continue goes on with them"
-    )
     bl_options = {"REGISTER"}  # noqa: RUF012 - as Blender wants it
-
-    resume: bpy.props.BoolProperty(
-        name="Continue",
-        description="Keep the passes that are in the folder already",
-        options={"SKIP_SAVE"},
-    )
 
     _steps: Generator
     _timer: bpy.types.Timer
     _began: float
     _done: int
+
+    def job(self, scene: bpy.types.Scene) -> Job:
+        """Return what is rendered."""
+        raise NotImplementedError
+
+    def stopped(self) -> str:
+        """Say what is left where it was stopped."""
+        raise NotImplementedError
 
     @override
     def execute(self, context: bpy.types.Context) -> set[str]:
@@ -384,7 +384,7 @@ class Render(bpy.types.Operator):
     def modal(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
         if event.type == "ESC":
             self._end(context)
-            self.report({"WARNING"}, "Stopped; Continue goes on with the finished passes")
+            self.report({"WARNING"}, self.stopped())
             return {"CANCELLED"}
         if event.type != "TIMER":
             return {"RUNNING_MODAL"}
@@ -419,15 +419,25 @@ class Render(bpy.types.Operator):
         scene = context.scene
         # Water that cannot be computed could not come back after the render.
         render_plan.plan_of(optics.stored_settings(scene))
-        job = property_group.job(scene, resume=self.resume)
+        job = self.job(scene)
         migration.stamp(scene)
         frame = scene.frame_current
         notes: list[str] = []
         with live.suspended(scene):
             try:
-                yield from render_job.render(
-                    scene, lambda: optics.stored_settings(scene), job, notes.append
-                )
+                with contextlib.closing(
+                    render_job.render(
+                        scene, lambda: optics.stored_settings(scene), job, notes.append
+                    )
+                ) as steps:
+                    for step in steps:
+                        if step.picture is not None:
+                            name = f"{job.out.name} {step.camera}"
+                            if len(job.frames) == 1:  # else one image that goes with the frames
+                                name += f" {step.frame:04d}"
+                            picture = shown_pictures.load(step.picture, name)
+                            shown_pictures.show(context.window_manager, picture)
+                        yield step
             finally:
                 scene.frame_set(frame)
         for note in notes:
@@ -439,6 +449,50 @@ class Render(bpy.types.Operator):
         context.window_manager.event_timer_remove(self._timer)
         context.window_manager.progress_end()
         context.workspace.status_text_set(None)
+
+
+class Render(_RenderOperator):
+    """Renders what the panel says into the output folder."""
+
+    bl_idname = "underwater.render"
+    bl_label = "Render"
+    bl_description = (
+        "Render into the output folder. Esc stops after the current pass; finished passes stay, "
+        "and Continue goes on with them"
+    )
+
+    resume: bpy.props.BoolProperty(
+        name="Continue",
+        description="Keep the passes that are in the folder already",
+        options={"SKIP_SAVE"},
+    )
+
+    @override
+    def job(self, scene: bpy.types.Scene) -> Job:
+        return property_group.job(scene, resume=self.resume)
+
+    @override
+    def stopped(self) -> str:
+        return "Stopped; Continue goes on with the finished passes"
+
+
+class RenderReference(_RenderOperator):
+    """Renders the current frame with Cycles, whatever the quality of the panel is."""
+
+    bl_idname = "underwater.render_reference"
+    bl_label = "Render Reference"
+    bl_description = (
+        "Render the current frame with Cycles, band by band, into the folder reference of the "
+        "output folder, and show it. Esc stops after the current pass"
+    )
+
+    @override
+    def job(self, scene: bpy.types.Scene) -> Job:
+        return property_group.reference_job(scene)
+
+    @override
+    def stopped(self) -> str:
+        return "Stopped; there is no reference of this frame"
 
 
 class FarmBundle(_Operator):
@@ -507,6 +561,7 @@ CLASSES = (
     OpenSensor,
     Auto,
     Render,
+    RenderReference,
     FarmBundle,
 )
 

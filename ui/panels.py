@@ -181,6 +181,7 @@ class RenderPanel(_SubPanel, bpy.types.Panel):
         row.scale_y = 1.3
         row.operator("underwater.render", icon="RENDER_STILL").resume = False
         row.operator("underwater.render", text="Continue", icon="PLAY").resume = True
+        self.layout.operator("underwater.render_reference", icon="SHADING_RENDERED")
         self.layout.operator("underwater.farm_bundle", icon="EXPORT")
 
 

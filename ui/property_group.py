@@ -9,13 +9,14 @@ import contextlib
 import json
 import math
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import bpy
 
 from ..jobs.job import Job
-from ..quality.methods import METHODS
+from ..quality.methods import METHODS, REFERENCE
 from ..scene import stored_settings
 from ..scene.session import is_live
 from ..settings.scene_settings import AUTO, BY_PICTURE, CONSTITUENTS, SETTINGS, SceneSettings
@@ -344,6 +345,18 @@ def job(scene: bpy.types.Scene, *, resume: bool = False) -> Job:
         out=Path(bpy.path.abspath(group.output)),
         resume=resume,
         denoise=group.denoise,
+    )
+
+
+def reference_job(scene: bpy.types.Scene) -> Job:
+    """Return the job of the reference of the current frame, beside what the panel renders."""
+    usual = job(scene)
+    return replace(
+        usual,
+        engine=REFERENCE.engine,
+        mode=REFERENCE.mode,
+        frames=(scene.frame_current,),
+        out=usual.out / REFERENCE.name,
     )
 
 

@@ -58,6 +58,7 @@ Reference | Referenz | Referencia | Référence | 基準
 Error ΔE | Fehler ΔE | Error ΔE | Erreur ΔE | 誤差 ΔE
 Folder | Ordner | Carpeta | Dossier | フォルダー
 Whole animation | Ganze Animation | Toda la animación | Toute l’animation | アニメーション全体
+Render Reference | Referenz rendern | Renderizar referencia | Rendre la référence | 基準をレンダー
 Continue | Fortsetzen | Continuar | Continuer | 続行
 Denoise | Entrauschen | Reducir ruido | Débruiter | ノイズ除去
 Visibility | Sichtweite | Visibilidad | Visibilité | 視程
@@ -73,6 +74,7 @@ Minerals | Minerale | Minerales | Minéraux | 鉱物
 Mixed with | Gemischt mit | Mezclada con | Mélangée avec | 混合
 Fraction | Anteil | Fracción | Fraction | 割合
 Floor | Grund | Fondo | Fond | 海底
+Endless seabed | Endloser Meeresgrund | Fondo marino sin fin | Fond marin sans fin | 果てしない海底
 Wind | Wind | Viento | Vent | 風
 Caustics | Kaustiken | Cáusticas | Caustiques | コースティクス
 Speed | Tempo | Velocidad | Vitesse | 速度

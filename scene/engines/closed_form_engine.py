@@ -16,8 +16,9 @@ from ...settings.render_plan import RenderPlan
 from ...uw_spectral.spectra.spectral_image import read_exr, write_rgb_exr
 from ..seen import waterline
 from ..seen.lamps import plan_lamps
-from ..water import closed_form_water, scene_water
+from ..water import closed_form_water, continued_seabed, scene_water
 from ..water.closed_form_water import MOST_BANDS, ClosedFormWater
+from ..water.shade import Kept
 from . import eevee_settings
 from .band_engine import BandEngine, Opening, RenderPass, Weights
 from .exr_output import write_float_exr
@@ -42,13 +43,17 @@ def closed_form(
     by_band : bool
         Whether passes hold three bands, or parts of the picture.
     """
-    plan = opening.plan
+    plan, kept = opening.plan, opening.kept or Kept(of_job=True)
+    continues = continued_seabed.may_continue(scene, plan)
     passes = plan.bands.packed(3) if by_band else picture_passes_of(plan)
     plan.column.require_one_layer("the closed form (--field) knows")
     lamps, above = bool(plan_lamps(scene, plan).lamps), waterline.above(camera, opening.eyes)
     closed_form_water.refuse(plan.settings, lamps=lamps, above=above)
 
     def water_of(now: RenderPlan, weights: Weights) -> ClosedFormWater:
+        if continues:
+            ground = kept.look(scene, camera, now.column, opening.eyes).ground
+            now = continued_seabed.over(now, ground)
         return closed_form_water.closed_form_water(now.column, now.phase, weights)
 
     def given_of(now: RenderPlan, depth: float, given: Weights | None) -> Weights:

@@ -18,9 +18,18 @@ from ...uw_spectral.spectra.spectral_image import read_exr, write_rgb_exr
 from ..materials import band_colors
 from ..seen import waterline
 from ..seen.lamps import plan_lamps
-from ..water import cycles_water, inelastic_layers, moving_surface, particles, scene_water
+from ..seen.surroundings import Ground
+from ..water import (
+    continued_seabed,
+    cycles_water,
+    inelastic_layers,
+    moving_surface,
+    particles,
+    scene_water,
+)
 from ..water.cycles_phase import cycles_phases
 from ..water.pass_values import PassValues
+from ..water.shade import Kept
 from ..water.water_body import WaterExtent
 from . import cycles_settings
 from .band_engine import BandEngine, Engine, Opening, RenderPass, Weights
@@ -39,6 +48,7 @@ def cycles_bands(
     denoise: bool,
     device: Device = "cpu",
     eyes: Sequence[tuple[float, ...]] = (),
+    kept: Kept | None = None,
 ) -> Iterator[BandEngine]:
     """Water for the Cycles reference while the block runs.
 
@@ -52,14 +62,22 @@ def cycles_bands(
     above = waterline.above(camera, eyes)
     if above and wanted:
         raise InputError(waterline.NO_LAYERS)
+    kept, continues = kept or Kept(of_job=True), continued_seabed.may_continue(scene, plan)
+
+    def ground_of(now: RenderPlan) -> Ground | None:
+        return kept.look(scene, camera, now.column, eyes).ground if continues else None
+
+    ground = ground_of(plan)
+    first = continued_seabed.over(plan, ground)
     notes = cycles_water.add_water(
-        scene, plan.column, cycles_phases(plan), extent, lamps, above=above,
+        scene, plan.column, cycles_phases(plan), extent, lamps, above=above, own_seabed=continues,
         indices_in_water=chosen.indices_in_water,
     )  # fmt: skip
     notes += [note for phase in cycles_phases(plan) for note in phase.notes]
-    light, layers = plan.emission(), None
+    notes += continued_seabed.notes(plan, ground)
+    light, layers = first.emission(), None
     if light is not None:
-        layers = inelastic_layers.add_layers(scene, light, plan.column.floor_depth, extent)
+        layers = inelastic_layers.add_layers(scene, light, first.column.floor_depth, extent)
     try:
         with cycles_settings.reference_settings(
             scene,
@@ -73,7 +91,10 @@ def cycles_bands(
             clip_start = camera.data.clip_start
 
             def frame(now: RenderPlan, _: float, __: Weights | None = None) -> RenderPass:
-                cycles_water.place(scene, now.column)
+                ground = ground_of(now)
+                seabed = continued_seabed.depth_of(ground) if continues else None
+                cycles_water.place(scene, now.column, seabed)
+                now = continued_seabed.over(now, ground)
                 moving_surface.move_surface(scene, now)
                 floating = particles.particles_of(now.settings, now.column)
                 particles.bring(scene, floating, lambda m: band_colors.insert([m]))
@@ -147,6 +168,7 @@ def _open(
     return cycles_bands(
         scene, camera, opening.plan, opening.extent,
         seed=opening.seed, denoise=opening.denoise, device=opening.device, eyes=opening.eyes,
+        kept=opening.kept,
     )  # fmt: skip
 
 

@@ -23,7 +23,7 @@ from ...uw_spectral.spectra.spectral_image import read_exr, write_rgb_exr
 from ...uw_spectral.transfer.channels import channels_of, channels_of_bands
 from ..seen import lamps, waterline
 from ..temporary import render_settings
-from ..water import frame_water, moving_surface, realtime, scene_water
+from ..water import continued_seabed, frame_water, moving_surface, realtime, scene_water
 from ..water.eevee_water import Eye, eevee_water
 from ..water.shade import Kept
 from ..water.water_body import WaterExtent
@@ -46,6 +46,7 @@ def eevee_bands(
     *,
     froxels: int | None = None,
     eyes: Sequence[tuple[float, ...]] = (),
+    kept: Kept | None = None,
 ) -> Iterator[BandEngine]:
     """Water for EEVEE, three bands a pass, while the block runs.
 
@@ -54,7 +55,8 @@ def eevee_bands(
     """
     passes = band_passes_of(plan)
     layers = _layers(scene, camera, plan, eyes, by_band=True)
-    water_of = _waters(scene, camera, eyes)
+    kept = kept or Kept(of_job=True)
+    water_of = _waters(scene, camera, eyes, kept)
     drawn = () if layers is None else layers.drawn
 
     def scale_of(now: RenderPlan, camera_depth: float) -> np.ndarray:
@@ -70,6 +72,7 @@ def eevee_bands(
 
     first_pass = part_of(water_of(plan, depth), passes[0], scale_of(plan, depth))
     with _eevee(scene, camera, first_pass, extent, plan.settings.samples, froxels) as notes:
+        notes += continued_seabed.notes(plan, kept.ground)
 
         def frame(now: RenderPlan, camera_depth: float, _: Weights | None = None) -> RenderPass:
             water, scale = water_of(now, camera_depth), scale_of(now, camera_depth)
@@ -103,6 +106,7 @@ def eevee_realtime(
     *,
     froxels: int | None = None,
     eyes: Sequence[tuple[float, ...]] = (),
+    kept: Kept | None = None,
 ) -> Iterator[BandEngine]:
     """Water for EEVEE, all bands in one pass that is the picture already.
 
@@ -110,7 +114,8 @@ def eevee_realtime(
     are not negative, where colours out of gamut are, and EEVEE cuts what is.
     """
     layers = _layers(scene, camera, plan, eyes, by_band=False)
-    waters = _waters(scene, camera, eyes)
+    kept = kept or Kept(of_job=True)
+    waters = _waters(scene, camera, eyes, kept)
     drawn = () if layers is None else layers.drawn
 
     def water_of(
@@ -126,6 +131,7 @@ def eevee_realtime(
 
     first, samples = water_of(plan, depth)[0], plan.settings.samples
     with _eevee(scene, camera, first, extent, samples, froxels) as notes:
+        notes += continued_seabed.notes(plan, kept.ground)
 
         def frame(now: RenderPlan, camera_depth: float, given: Weights | None = None) -> RenderPass:
             water, white = water_of(now, camera_depth)
@@ -210,12 +216,12 @@ def _waters(
     scene: bpy.types.Scene,
     camera: bpy.types.Object,
     eyes: Sequence[tuple[float, ...]],
+    kept: Kept,
 ) -> Callable[[RenderPlan, float], frame_water.RealtimeWater]:
     """Return what computes the water of the current frame, for a plan and a depth.
 
     The nodes are built for the first frame's, which is not computed again to be drawn.
     """
-    kept = Kept()
 
     @functools.lru_cache(maxsize=1)
     def water_at(_: float, plan: RenderPlan, depth: float) -> frame_water.RealtimeWater:
@@ -273,7 +279,7 @@ def _open_bands(
         return closed_form_engine.closed_form(scene, camera, opening, by_band=True)
     return eevee_bands(
         scene, camera, opening.plan, opening.extent, opening.depth,
-        froxels=opening.froxels, eyes=opening.eyes,
+        froxels=opening.froxels, eyes=opening.eyes, kept=opening.kept,
     )  # fmt: skip
 
 
@@ -284,7 +290,7 @@ def _open_realtime(
         return closed_form_engine.closed_form(scene, camera, opening, by_band=False)
     return eevee_realtime(
         scene, camera, opening.plan, opening.extent, opening.depth,
-        froxels=opening.froxels, eyes=opening.eyes,
+        froxels=opening.froxels, eyes=opening.eyes, kept=opening.kept,
     )  # fmt: skip
 
 

@@ -270,10 +270,11 @@ def insert(materials: list[bpy.types.Material], surfaces: Surfaces) -> list[str]
 def _leave_volume_out(material: bpy.types.Material, notes: list[str]) -> None:
     """Mute what a material is filled with: EEVEE's froxels would neither light nor dim it."""
     output = material.node_tree.get_output_node("EEVEE")
-    links = [] if output is None else output.inputs["Volume"].links
-    for link in [link for link in links if not link.is_muted]:
+    if output is None:
+        return
+    for link in [link for link in output.inputs["Volume"].links if not link.is_muted]:
         link.is_muted, output[_MUTED_VOLUME] = True, True
-    if output is not None and _MUTED_VOLUME in output:
+    if output.get(_MUTED_VOLUME):
         notes.append(
             f"the volume of material {material.name!r} is left out in real time; the reference "
             "draws it"

@@ -4,28 +4,24 @@ from __future__ import annotations
 
 import math
 
-import bpy
 import numpy as np
 
 from ...settings.render_plan import RenderPlan
 from ...uw_spectral.spectra.reflectance import uplift_basis
-from .surroundings import has_things, look_around
+from .surroundings import Ground
 
 _APART = 0.1, 0.5  # of the depth, and m, from which two seabeds are told apart
 _BRIGHTER = 1.4  # times from which their light is
 
 
-def floor_note(scene: bpy.types.Scene, camera: bpy.types.Object, plan: RenderPlan) -> str:
-    """Return what to know of an added floor beside the scene's own seabed, at the current frame.
+def floor_note(plan: RenderPlan, own: Ground | None) -> str:
+    """Return what to know of an added floor beside the scene's own seabed.
 
     The light of the water is that over the added floor, wherever the scene's own lies: EEVEE
     takes it for endless, Cycles traces both. Empty where they are alike, or there is only one.
     """
     depth = plan.column.floor_depth
-    if not math.isfinite(depth) or not has_things(scene):
-        return ""
-    own = look_around(scene, camera, float(plan.column.attenuation.min())).ground
-    if own is None:
+    if not math.isfinite(depth) or own is None:
         return ""
     reflects = float(plan.column.floor_reflectance.mean())
     own_reflects = float(np.clip(uplift_basis(plan.bands) @ np.array(own.colour), 0.0, 1.0).mean())

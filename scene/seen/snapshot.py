@@ -48,6 +48,9 @@ class Snapshot:
         Of a camera that may be above the water.
     kinds : Kinds
         Of the things' materials.
+    seabed : float or None
+        Depth in m of the floor that continues the scene's own seabed, infinite while there is no
+        such seabed; None without that floor.
     frame : four floats
         Left, bottom, width and height of the picture of an orthographic camera, m; zero of others.
     """
@@ -57,4 +60,5 @@ class Snapshot:
     lamps: SceneLamps = field(default_factory=SceneLamps)
     above: ViewFromAir | None = None
     kinds: Kinds = field(default_factory=Kinds)
+    seabed: float | None = None
     frame: tuple[float, ...] = (0.0, 0.0, 0.0, 0.0)

@@ -44,6 +44,11 @@ _TALLEST = 15.0  # m, of such a box
 _DEEPEST = 0.01  # of the ground lies lower than the box
 _COVERED = 0.5  # of the columns of water that end on ground, where there is a floor
 _BELOW_EYE = 0.3  # m
+_GROUND = 0.25  # of the area of the largest sheet: from there on another is ground, too
+_BODY_AREA = 1.0  # m²: smaller things do not make a seabed of many
+_CLOSED = 0.1  # of the area of a closed mesh is left where its faces are added up
+_BODY = 0.25  # of its narrower side: higher closed things are bodies, as hulls are
+_HIDDEN = 0.01  # m that a floor lies under the ground which it continues
 _WET = 0.05  # depth in m of an eye that came from the air
 _LEVEL_VIEW = 3.0  # heights above the water: how far ahead a level view looks into it
 _DEPTH_STEP, _COLOUR_STEP = 0.05, 0.01  # of the ground: it should not tremble with the camera
@@ -57,10 +62,14 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Ground:
-    """Depth of a seabed in m, and its mean base colour, linear Rec.709."""
+    """A seabed: its depth in m, and its mean base colour, linear Rec.709.
+
+    ``bottom`` is the depth in m of a level floor that lies just under all of it.
+    """
 
     depth: float
     colour: tuple[float, float, float]
+    bottom: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,8 +100,47 @@ class Surroundings:
         seabed = np.zeros_like(full)
         seabed[:, :, :-1] = full[:, :, :-1] & water[:, :, 1:]
         found = seabed.any(axis=2)
-        columns = np.nonzero(found if found.mean() >= _COVERED else found & False)
+        if (found & ~self._only_bodies).mean() < _COVERED:
+            found &= False
+        columns = np.nonzero(found)
         return voxels.number[(*columns, seabed[columns].argmax(axis=1))]
+
+    @functools.cached_property
+    def _bodies(self) -> list[bool]:
+        """Which things are closed and high, as hulls and rocks are, with no eye in them."""
+        return [_is_body(thing, self.eyes) for thing in self.things]
+
+    @functools.cached_property
+    def _only_bodies(self) -> NDArray[np.bool_]:
+        """Columns, shape (nx, ny), in which there is nothing but bodies."""
+        grid = self.coarse.grid
+        if not any(self._bodies):
+            return np.zeros(grid.shape[:2], bool)
+        others = np.zeros(grid.count, bool)
+        low, high = np.asarray(grid.lower), grid.upper
+        for thing, is_body in zip(self.things, self._bodies, strict=True):
+            if not is_body:
+                points = self.samples.sampled(thing, low, high, grid.cell).points
+                others[grid.index(points[grid.inside(points)])] = True
+        return ~others.reshape(grid.shape).any(axis=2)
+
+    def _bottom(self, depth: float) -> float:
+        """Depth in m of a level floor under all ground, at least about a depth."""
+        height = float(self.eyes[:, 2].min(initial=0.0))
+        found: list[tuple[float, Triangles, bool]] = []
+        for thing, is_body in zip(self.things, self._bodies, strict=True):
+            low, high = thing.bounds
+            if not is_body and low[2] < height:
+                sides = high - low
+                has_eye = _has_eye(low, high, self.eyes)
+                found.append((float(sides[0] * sides[1]), thing, has_eye))
+        largest = max((area for area, _, _ in found), default=0.0)
+        lowest = [
+            _lowest_ground(thing, all_of_it=has_eye)
+            for area, thing, has_eye in found
+            if area >= _GROUND * largest
+        ]
+        return _HIDDEN - min([*lowest, _DEPTH_STEP - depth])
 
     @functools.cached_property
     def _close(self) -> SurfaceVoxels | None:
@@ -119,7 +167,8 @@ class Surroundings:
         depth = max(depth, eye + _BELOW_EYE)
         colour = voxels.colour[lowest].mean(axis=0)
         red, green, blue = (round(float(c) / _COLOUR_STEP) * _COLOUR_STEP for c in colour)
-        return Ground(round(depth / _DEPTH_STEP) * _DEPTH_STEP, (red, green, blue))
+        depth = round(depth / _DEPTH_STEP) * _DEPTH_STEP
+        return Ground(depth, (red, green, blue), self._bottom(depth))
 
     def under_things(self) -> tuple[SurfaceVoxels, Grid] | None:
         """Surfaces about the water that something overhangs, and a grid there; None without."""
@@ -157,6 +206,41 @@ class Surroundings:
         low, high = low - margin, high + margin
         high[2] = min(high[2], 0.0)
         return low, high
+
+
+def _has_eye(low: Array, high: Array, eyes: Array) -> bool:
+    return bool(((eyes > low) & (eyes < high)).all(axis=1).any())
+
+
+def _is_body(thing: Triangles, eyes: Array) -> bool:
+    low, high = thing.bounds
+    x, y, z = high - low
+    if x * y < _BODY_AREA or z <= _BODY * min(x, y) or _has_eye(low, high, eyes):
+        return False
+    return _is_closed(_across(thing))
+
+
+def _across(thing: Triangles) -> NDArray[np.float32]:
+    corners = thing.corners
+    return np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+
+
+def _is_closed(across: NDArray[np.float32]) -> bool:
+    up = across[:, 2].astype(np.float64)
+    return abs(up.sum()) <= _CLOSED * np.abs(up).sum()
+
+
+def _lowest_ground(thing: Triangles, *, all_of_it: bool) -> float:
+    """Height in m of the lowest corner; of a closed thing, of the faces that look up."""
+    heights = thing.corners[:, :, 2]
+    if not all_of_it:
+        across = _across(thing)
+        if _is_closed(across):
+            centres = thing.corners.mean(axis=1, dtype=np.float64)
+            centres -= centres.mean(axis=0)
+            outward = np.sign((centres * across).sum())
+            heights = heights[outward * across[:, 2] > 0.0]
+    return float(heights.min(initial=np.inf))
 
 
 def has_things(scene: bpy.types.Scene) -> bool:

@@ -24,7 +24,7 @@ from ..engines.eevee_settings import ENGINE
 from ..materials import realtime_materials
 from ..seen import lamps
 from ..session import SESSION
-from ..water import frame_water, metering, moving_surface, realtime, scene_water
+from ..water import continued_seabed, frame_water, metering, moving_surface, realtime, scene_water
 from ..water.eevee_water import Eye, eevee_water
 from ..water.shade import Kept
 from ..water.water_body import WaterExtent, extent_around, reach_of, water_extent
@@ -100,6 +100,8 @@ def add(scene: bpy.types.Scene) -> list[str]:
     water = _water(scene, chosen, depth)
     extent = water_extent(scene, water.column, depth)
     notes = realtime.add_realtime(scene, water, extent)
+    known = _state.known[scene.session_uid]
+    notes += continued_seabed.notes(plan_of(chosen), known.kept.ground)
     realtime.keep_images(scene)
     if chosen.field == CLOSED_FORM:
         notes.append("the viewport shows the solved field; only renders take the closed form")
@@ -339,8 +341,8 @@ def problem(scene: bpy.types.Scene) -> str:
     if session is not None and scene.render.engine != ENGINE:
         return (
             f"The render engine is {_engine_name(scene)}, and this water is drawn by EEVEE: "
-            "Blender's own Render would be wrong. Choose Reference or another quality and press "
-            "Render in this panel, or switch back to EEVEE."
+            "Blender's own Render would be wrong. Press Render Reference or Render in this panel, "
+            "or switch back to EEVEE."
         )
     depth = camera_depth(scene)
     floor = getattr(scene, stored_settings.PROPERTY).floor_depth

@@ -53,6 +53,7 @@ def add_water(
     *,
     above: bool = False,
     indices_in_water: bool = True,
+    own_seabed: bool = False,
 ) -> list[str]:
     """Put water into a scene.
 
@@ -77,6 +78,8 @@ def add_water(
         Whether the camera may be in the air: things there then have the sun and sky of the air.
     indices_in_water : bool
         Whether refractive indices of materials are taken against the water.
+    own_seabed : bool
+        Whether a floor may continue the scene's own seabed; it is hidden until it is placed.
 
     Returns
     -------
@@ -115,7 +118,7 @@ def add_water(
         suns.append(sun_lamp.build(scene_water.SUN_DIAMETER_IN_AIR, attributes.SUN_IN_AIR))
         parts[_LID] = sun_lid.build(_LID_HEIGHT)
         objects.append(_lid(extent, parts[_LID]))
-    floor = sea_floor.build() if math.isfinite(column.floor_depth) else None
+    floor = sea_floor.build() if own_seabed or math.isfinite(column.floor_depth) else None
     lamps = lamps or SceneLamps()
     lit = [
         (water_lamp.build(index, lamp, item.data), item)
@@ -134,9 +137,9 @@ def add_water(
     return notes
 
 
-def place(scene: bpy.types.Scene, column: WaterColumn) -> None:
-    """Bring sun, sky and floor of the water in a scene to where a column has them."""
-    scene_water.place(scene, column)
+def place(scene: bpy.types.Scene, column: WaterColumn, own_seabed: float | None = None) -> None:
+    """Bring sun, sky and floor of a water to their places, see :func:`.scene_water.place`."""
+    scene_water.place(scene, column, own_seabed)
     sky_world.turn(scene.world, column.skylight.sun)
     lid = marks.part(scene, _LID)
     if lid is not None:

@@ -17,8 +17,8 @@ from .. import contents
 from ..materials import band_colors, realtime_materials
 from ..seen import cameras, lamps, waterline
 from ..seen.snapshot import Snapshot, ViewFromAir
-from ..seen.surroundings import Ground, Surroundings, has_things, look_around
-from . import shade
+from ..seen.surroundings import Surroundings, has_things
+from . import continued_seabed, shade
 from .frame_water import RealtimeWater, realtime_water
 from .particles import particles_of
 
@@ -89,6 +89,7 @@ def eevee_water(
     """
     chosen, around, kept = plan.settings, None, kept or shade.Kept()
     things = (chosen.diffuse_shadows or chosen.scene_floor) and has_things(scene)
+    continues = continued_seabed.may_continue(scene, plan)
     shades = chosen.diffuse_shadows and things
     if not shades:
         shaded = None
@@ -96,10 +97,9 @@ def eevee_water(
         # The same nodes as by day; there is nothing to shade.
         shaded = without_shade(len(plan.bands))
     if things and shaded is None:
-        clearest = float(plan.column.attenuation.min())
-        around = look_around(scene, eye.camera, clearest, eye.path, kept.samples)
-        kept.ground = around.ground
-    over = _over(plan, kept.ground if things else None)
+        around = kept.look(scene, eye.camera, plan.column, eye.path)
+    ground = kept.ground if things else None
+    over = continued_seabed.over(plan, ground)
     solved = over.solved_field(TABLE_STREAMS)
     if shades and around is not None:
         shaded = _shaded(plan, scene, around, eye, kept)
@@ -115,7 +115,8 @@ def eevee_water(
         for material, reflectance in band_colors.measured_reflectances(scene)
     }
     kinds = realtime_materials.kinds(contents.materials(scene))
-    seen = Snapshot(reflectances, shaded, shining, eye.from_air, kinds)
+    seabed = continued_seabed.depth_of(ground) if continues else None
+    seen = Snapshot(reflectances, shaded, shining, eye.from_air, kinds, seabed)
     frame = cameras.orthographic_frame(scene, eye.camera)
     if frame is not None:
         seen = replace(seen, frame=frame)
@@ -128,15 +129,11 @@ def eevee_water(
             f"camera {eye.camera.name!r} is orthographic, and the water differs with depth; EEVEE "
             "draws that for perspective cameras: take one, or Cycles"
         )
-    # The scene has that floor already.
+    # Nearby the scene has that floor itself.
     particles = particles_of(chosen, plan.column)
     return replace(
         water, column=plan.column, particles=particles, indices_in_water=chosen.indices_in_water
     )
-
-
-def _over(plan: RenderPlan, ground: Ground | None) -> RenderPlan:
-    return plan if ground is None else plan.over_ground(ground.depth, ground.colour)
 
 
 def _shaded(
@@ -149,7 +146,7 @@ def _shaded(
     """Return the shade of things, whose spectrum few bands tell well enough."""
     few = plan.settings.with_at_most(shade.MOST_BANDS)
     some = plan if few == plan.settings else plan_of(few)
-    solved = _over(some, kept.ground).solved_field(TABLE_STREAMS)
+    solved = continued_seabed.over(some, kept.ground).solved_field(TABLE_STREAMS)
     # What the sensor sees decides, in band passes too, so that they agree.
     lit = lamps.lamplight(scene, eye.camera, some, eye.lit_places)
     seen = some.reduction(eye.depth, lit).weights

@@ -130,6 +130,11 @@ class RealtimeWater:
         return replace(self, shape=shape, waves=waves, contrast=contrast, strength=strength)
 
     @property
+    def has_floor(self) -> bool:
+        """Whether a floor is added, or continues the scene's own seabed."""
+        return FLOOR in self.seen.reflectances
+
+    @property
     def keeps_closures(self) -> bool:
         """Whether materials keep their closures, which only add to the light of the water.
 
@@ -297,7 +302,7 @@ def realtime_water(
     if shafts:
         column.require_one_layer("shafts of light know")
     field = solved or column.solved_field(phase, TABLE_STREAMS)
-    if math.isfinite(column.floor_depth):
+    if math.isfinite(column.floor_depth) or seen.seabed is not None:
         seen = replace(seen, reflectances={**seen.reflectances, FLOOR: column.floor_reflectance})
     scale = tabulate(field).depth_scale
     shape = Shape(

@@ -6,8 +6,6 @@ phase function, surface, sky, shafts, lamps) builds new nodes.
 
 from __future__ import annotations
 
-import math
-
 import bpy
 import numpy as np
 
@@ -97,7 +95,7 @@ def add_realtime(scene: bpy.types.Scene, water: RealtimeWater, extent: WaterExte
     keeping = realtime_surface.build(shape, sources, keeps=True) if water.keeps_closures else None
     background = realtime_background.build(shape, sources)
     floor, objects = None, []
-    if math.isfinite(water.column.floor_depth):
+    if water.has_floor:
         floor = _floor_material()
         materials.append(floor)
     if shape.shafts:
@@ -196,7 +194,7 @@ def set_values(scene: bpy.types.Scene, water: RealtimeWater) -> None:
             realtime_materials.write_reflectance(known[name], _FIRST_MEASURED + place, measured)
     realtime_materials.refresh()
     uplift.set_water_index(water.column.refractive_index if water.indices_in_water else 1.0)
-    scene_water.place(scene, water.column)
+    scene_water.place(scene, water.column, water.seen.seabed)
     for item in marks.objects(scene):
         if item.get(marks.IS_SUN):
             if water.seen.above is not None:
@@ -260,7 +258,7 @@ def fits(scene: bpy.types.Scene, water: RealtimeWater) -> bool:
     own = values.get(_OWNER) == marks.collection_of(scene)
     if not particles.is_there(scene, water.particles):
         return False
-    return own and has_floor == math.isfinite(water.column.floor_depth)
+    return own and has_floor == water.has_floor
 
 
 def _floor_material() -> bpy.types.Material:

@@ -150,6 +150,7 @@ def add(
         parts[marks.FLOOR] = filling.floor
         items.append(water_body.floor_plane(extent, filling.floor))
         items[-1][marks.FLOOR_DEPTH] = math.inf
+        items[-1].hide_render = items[-1].hide_viewport = True
     for item in items:
         collection.objects.link(item)
         _mark(item, item.data, *(slot.material for slot in item.material_slots))
@@ -187,14 +188,34 @@ def link(scene: bpy.types.Scene, item: bpy.types.Object) -> None:
     collection.objects.link(item)
 
 
-def place(scene: bpy.types.Scene, column: WaterColumn) -> None:
-    """Turn the sun and move the floor of a scene's water to where a column has them."""
+def place(scene: bpy.types.Scene, column: WaterColumn, own_seabed: float | None = None) -> None:
+    """Turn the sun and move the floor of a scene's water to where they are.
+
+    Parameters
+    ----------
+    scene : Scene
+    column : WaterColumn
+        Its sun, and the depth of an added floor.
+    own_seabed : float, optional
+        Depth in m of a floor that continues the scene's own seabed; it is hidden if infinite.
+    """
     for item in marks.objects(scene):
         if item.get(marks.IS_SUN):
             turn(item, column.sun_direction)
-        elif item.get(marks.FLOOR_DEPTH, column.floor_depth) != column.floor_depth:
-            item[marks.FLOOR_DEPTH] = column.floor_depth
-            item.location.z = -seabed.clear_depth(scene, column.floor_depth)
+        elif marks.FLOOR_DEPTH in item:
+            _place_floor(scene, item, column.floor_depth, own_seabed)
+
+
+def _place_floor(
+    scene: bpy.types.Scene, item: bpy.types.Object, added: float, own_seabed: float | None
+) -> None:
+    depth = added if own_seabed is None else own_seabed
+    if item[marks.FLOOR_DEPTH] == depth:
+        return
+    item[marks.FLOOR_DEPTH] = depth
+    item.hide_render = item.hide_viewport = not math.isfinite(depth)
+    if math.isfinite(depth):
+        item.location.z = -(depth if own_seabed is not None else seabed.clear_depth(scene, depth))
 
 
 def fan_out_floor(scene: bpy.types.Scene, camera: Sequence[float]) -> None:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
+import bpy
 import numpy as np
 from numpy.typing import NDArray
 
@@ -15,9 +17,10 @@ from ...uw_spectral.shade.voxels import SurfaceVoxels
 from ...uw_spectral.spectra.bands import Bands
 from ...uw_spectral.spectra.reflectance import uplift_basis
 from ...uw_spectral.transfer.solved_field import SolvedField
+from ...uw_spectral.transfer.water_column import WaterColumn
 from ..seen.lamp_shadows import KeptLampShadows
 from ..seen.surface_samples import KeptSamples
-from ..seen.surroundings import Ground, Surroundings
+from ..seen.surroundings import Ground, Surroundings, look_around
 
 MOST_BANDS = 8
 """That the light among things is computed in; between them it is linear."""
@@ -61,14 +64,39 @@ class _Inputs:
 
 
 class Kept:
-    """What was computed for a frame and may serve for the next, which is the same without it."""
+    """What was computed for a frame and may serve for the next, which is the same without it.
 
-    def __init__(self) -> None:
+    Parameters
+    ----------
+    of_job : bool
+        Whether nothing moves within a frame.
+    """
+
+    def __init__(self, *, of_job: bool = False) -> None:
+        self._of_job = of_job
+        self._looked: tuple[tuple[object, ...], Surroundings] | None = None
         self.samples = KeptSamples()
         self.lamp_shadows = KeptLampShadows()
         self.ground: Ground | None = None
         """That of the last look around."""
         self._last: tuple[_Inputs, Rays, DisturbedLight] | None = None
+
+    def look(
+        self,
+        scene: bpy.types.Scene,
+        camera: bpy.types.Object | None,
+        column: WaterColumn,
+        path: Sequence[tuple[float, ...]] = (),
+    ) -> Surroundings:
+        """Look around in a water, see :func:`.look_around`; in a job once a frame."""
+        extinction = float(column.attenuation.min())
+        name = "" if camera is None else camera.name
+        asked = (scene.frame_current_final, name, extinction, tuple(path))
+        if not self._of_job or self._looked is None or self._looked[0] != asked:
+            around = look_around(scene, camera, extinction, path, self.samples)
+            self._looked = asked, around
+            self.ground = around.ground
+        return self._looked[1]
 
     def light(self, inputs: _Inputs) -> DisturbedLight:
         """Return the light of before, if nothing that decides it has changed."""

@@ -65,6 +65,51 @@ def test_writes_picture_spectra_and_record(blend, tmp_path, capfd):
     assert "pass 2 of 2, 0 s left" in capfd.readouterr().out
 
 
+def _record(blend, out, *arguments):
+    small = ["--samples", 1, "--resolution", 8, 8, "--phase", "hg:0.8", "--bands", 2]
+    assert _run(blend, *small, *arguments, "--out", out) == 0
+    return json.loads((out / "0001.json").read_text())
+
+
+def test_the_record_holds_nothing_that_plays_no_part(blend, tmp_path):
+    unused = ["--second-water", "jerlov:9C", "--wind", 9]
+    record = _record(blend, tmp_path / "plain", "--no-scene-floor", *unused)
+    settings = record["settings"]
+    assert settings["water"] == "jerlov:IB"
+    assert not settings.keys() & {
+        "chlorophyll", "cdom", "minerals", "detritus", "second_water", "second_water_share",
+        "wind_speed", "floor_reflectance", "shafts", "field",
+    }  # fmt: skip
+    assert not record.keys() & {"deeper_layers", "particles"}
+    assert record["lamps"], "they shine in this water"
+    assert "floor_reflectance" not in record["bands"]
+    told = json.dumps(record["notes"])
+    assert "by inverting Kd" in told
+    assert not any(word in told for word in ("9C", "3C", "5C", "Kd0", "KdH"))
+
+    mixed = [
+        "--chlorophyll",
+        7,
+        "--second-water-share",
+        0.5,
+        "--surface",
+        "waves",
+        "--floor-depth",
+        9,
+    ]
+    record = _record(blend, tmp_path / "used", "--water", "constituents", *unused, *mixed)
+    settings = record["settings"]
+    assert settings["chlorophyll"] == 7
+    assert settings["second_water"] == "jerlov:9C"
+    assert settings["wind_speed"] == 9
+    assert settings["water_source"] == "solonenko2015"
+    assert "floor_reflectance" in settings.keys() & record["bands"].keys()
+
+    record = _record(blend, tmp_path / "bio", "--water", "bio:chl=1")
+    assert "water_source" not in record["settings"]
+    assert "olonenko" not in json.dumps(record)
+
+
 PROFILE = """# a cast
 depth_m,wavelength_nm,a,b
 0,400,0.05,0.1
@@ -348,7 +393,7 @@ def test_a_picture_of_a_part_of_the_size_is_whole(blend, tmp_path, capsys):
     assert _run("--from", out / "job.json", "--develop") == 0
 
 
-@pytest.mark.parametrize("exposure", ["auto", "1.5"])
+@pytest.mark.parametrize("exposure", ["auto", "auto-picture", "1.5"])
 def test_the_record_tells_the_exposure_that_was_used(blend, tmp_path, exposure):
     """It said +0.00 stops whatever was used."""
     found = {}

@@ -7,7 +7,10 @@ import math
 import bpy
 import numpy as np
 import pytest
+from underwater_spectral.scene import marks
 from underwater_spectral.scene.engines import engines
+from underwater_spectral.scene.seen import surroundings
+from underwater_spectral.scene.viewport import live
 from underwater_spectral.scene.water import seabed, water_body
 from underwater_spectral.settings import render_plan
 from underwater_spectral.settings.scene_settings import SceneSettings
@@ -168,3 +171,139 @@ def test_objects_that_were_just_deleted_do_no_harm():
     assert seabed.clear_depth(bpy.context.scene, FLOOR) == expected
     bpy.data.objects.remove(ground)
     assert seabed.clear_depth(bpy.context.scene, FLOOR) == FLOOR
+
+
+def _own(plan, camera):
+    bpy.context.view_layer.update()
+    found = surroundings.look_around(
+        bpy.context.scene, camera, float(plan.column.attenuation.min())
+    )
+    return found.ground
+
+
+def _block(name, location, size):
+    item = scenes._cube(name, location)
+    item.scale = [x / 2.0 for x in size]
+    return item
+
+
+@pytest.fixture
+def diver(empty_blender, monkeypatch):
+    """A camera over nothing yet, in clear water."""
+    monkeypatch.setattr(surroundings, "_COARSE", 120_000)  # as users have it
+    plan = render_plan.make_plan(SceneSettings(bands=3, phase="hg:0.8", surface="none"))
+    camera = scenes.add_camera((0.0, -2.0, -DEPTH), (math.radians(75.0), 0.0, 0.0))
+    return lambda: _own(plan, camera)
+
+
+def test_the_floor_that_continues_a_flat_seabed_lies_just_under_it(diver):
+    _plane(18.0, 0.02)
+    ground = diver()
+    assert ground.depth == pytest.approx(FLOOR)
+    assert FLOOR - 0.02 < ground.bottom < FLOOR
+
+
+def test_it_lies_under_the_lowest_place_of_a_hilly_one_and_not_under_things(diver):
+    bpy.ops.mesh.primitive_grid_add(x_subdivisions=60, y_subdivisions=60, size=36.0)
+    hills = bpy.context.object
+    hills.location.z = -FLOOR
+    for vertex in hills.data.vertices:
+        vertex.co.z = 0.5 * math.sin(vertex.co.x / 2.0)
+    _block("wreck", (3.0, 4.0, -FLOOR), (9.0, 3.0, 4.0))
+    _block("piles", (-3.0, 4.0, -FLOOR), (0.5, 0.5, 8.0))
+    lowest = -FLOOR + min(v.co.z for v in hills.data.vertices)
+    assert -diver().bottom == pytest.approx(lowest - 0.01, abs=1e-4)
+
+
+def test_a_closed_seabed_counts_by_its_upper_side(diver):
+    _block("slab", (0.0, 0.0, -FLOOR - 1.5), (30.0, 30.0, 3.0))
+    assert diver().bottom == pytest.approx(FLOOR + 0.01, abs=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("size", "is_seabed"),
+    [((30.0, 6.0, 5.0), False), ((2.5, 1.4, 0.1), False), ((30.0, 30.0, 0.4), True)],
+    ids=["hull", "pool table", "sand"],
+)
+def test_a_hull_and_a_table_are_no_seabed(diver, size, is_seabed):
+    _block("thing", (0.0, -2.0, -FLOOR - size[2] / 2.0), size)
+    assert (diver() is not None) == is_seabed
+
+
+def test_a_hull_over_sand_leaves_the_seabed_to_the_sand(diver):
+    _plane(20.0, -3.0)
+    _block("hull", (0.0, -2.0, -FLOOR - 1.0), (30.0, 6.0, 4.0))
+    assert diver().bottom == pytest.approx(FLOOR + 3.01, abs=1e-3)
+
+
+def _open_water(mode, tmp_path, **changes):
+    """Mean radiance level into the water over bright sand of 20 m that ends close by."""
+    scene = bpy.context.scene
+    _plane(10.0, colour=(0.6,) * 3)
+    scene.render.resolution_x, scene.render.resolution_y = 32, 18
+    camera = scenes.add_camera((0.0, 4.0, -DEPTH), (math.radians(90.0), 0.0, 0.0))
+    bpy.context.view_layer.update()
+    plan = render_plan.make_plan(
+        SceneSettings(**{
+            "phase": "hg:0.8", "bands": 3, "surface": "none", "diffuse_shadows": False,
+            "samples": 64 if mode == "cycles" else 4,
+        } | changes)
+    )  # fmt: skip
+    extent = water_body.water_extent(scene, plan.column, DEPTH)
+    if mode == "cycles":
+        opened = engines.cycles_bands(scene, camera, plan, extent, seed=1, denoise=False)
+    else:
+        opened = engines.eevee_bands(scene, camera, plan, extent, DEPTH)
+    with opened as engine:
+        engine.frame(plan, DEPTH)(engine.passes[0], tmp_path / "a.exr")
+        floor = next((o for o in scene.objects if marks.FLOOR_DEPTH in o), None)
+        shown = floor is not None and not floor.hide_render
+    return read_exr(tmp_path / "a.exr")[0].astype(np.float64), shown
+
+
+@pytest.mark.slow
+def test_open_water_beyond_the_border_is_the_same_in_both_engines(tmp_path):
+    """It was 1.7 times as bright in EEVEE, and the floor ended in the picture."""
+    found = {}
+    for mode in ("cycles", "bands"):
+        bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
+        found[mode], shown = _open_water(mode, tmp_path)
+        assert shown
+    for rows in (np.s_[:8], np.s_[11:]):  # into the water, and over the border
+        eevee, cycles = (found[mode][rows].mean(axis=(0, 1)) for mode in ("bands", "cycles"))
+        assert eevee == pytest.approx(cycles, rel=0.03)
+
+
+@pytest.mark.parametrize("mode", ["cycles", pytest.param("bands", marks=pytest.mark.slow)])
+def test_a_seabed_that_ends_ends(mode, tmp_path):
+    """With --no-scene-floor, and in the light too."""
+    ended, shown = _open_water(mode, tmp_path, scene_floor=False)
+    assert not shown
+    bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
+    goes_on, shown = _open_water(mode, tmp_path)
+    assert shown
+    below = np.s_[11:]
+    assert goes_on[below].mean() > 1.5 * ended[below].mean()
+    assert goes_on[:8].mean() > 1.2 * ended[:8].mean()
+
+
+def test_live_water_continues_the_seabed(registered, monkeypatch):
+    monkeypatch.setattr(surroundings, "_COARSE", 120_000)
+    scene = bpy.context.scene
+    ground = _plane(18.0)
+    scenes.add_camera((0.0, 4.0, -DEPTH), (math.radians(90.0), 0.0, 0.0))
+    water = scene.underwater
+    water.bands, water.phase, water.diffuse_shadows = 3, "hg:0.8", False
+    live.add(scene)
+    (floor,) = (item for item in scene.objects if marks.FLOOR_DEPTH in item)
+    assert not floor.hide_viewport
+    assert floor.location.z == pytest.approx(-FLOOR - 0.01, abs=1e-4)
+    ground.location.z = -FLOOR - 1.0
+    bpy.context.view_layer.update()
+    live.rebuild(scene)
+    (floor,) = (item for item in scene.objects if marks.FLOOR_DEPTH in item)
+    assert floor.location.z == pytest.approx(-FLOOR - 1.01, abs=1e-4)
+    water.scene_floor = False
+    live.update(scene)
+    assert not live.problem(scene)
+    assert all(item.hide_viewport for item in scene.objects if marks.FLOOR_DEPTH in item)

@@ -215,13 +215,32 @@ def test_a_hasty_update_does_not_look_around(monkeypatch):
     scene = _under_a_slab()
     live.add(scene)
     column = _floors(monkeypatch)
-    monkeypatch.setattr(eevee_water, "look_around", None)
+    monkeypatch.setattr(shade, "look_around", None)
     scene.underwater.scattering_factor = 1.3
     assert live.update(scene, hasty=True)
     assert not live.problem(scene)
     assert live.is_stale(scene)
     assert column
     assert np.isfinite(column).all()
+
+
+@pytest.mark.parametrize(("of_job", "looks"), [(True, [1, 1, 2]), (False, [1, 2, 3])])
+def test_a_job_looks_around_once_a_frame(of_job, looks, monkeypatch):
+    """For its light, its floor and the note of a floor; what is live moves within a frame."""
+    scene, plan, found = _under_a_slab(), _plan(), []
+
+    def noted(*given):
+        found.append(given)
+        return look_around(*given)
+
+    monkeypatch.setattr(shade, "look_around", noted)
+    kept, counts = shade.Kept(of_job=of_job), []
+    for frame in (1, 1, 2):
+        scene.frame_set(frame)
+        kept.look(scene, scene.camera, plan.column)
+        counts.append(len(found))
+    assert counts == looks
+    assert kept.ground is not None
 
 
 def _floors(monkeypatch):

@@ -335,7 +335,9 @@ def test_a_floor_against_the_scenes_own_seabed_is_said(depth, colour, said, monk
     bpy.ops.mesh.primitive_plane_add(size=60.0, location=(0.0, 0.0, -9.0))
     bpy.context.object.data.materials.append(scenes.principled("Sand", (0.2, 0.2, 0.2, 1.0)))
     plan = make_plan(SceneSettings(bands=4, floor_depth=depth, floor_reflectance=str(colour)))
-    note = own_seabed.floor_note(scene, camera, plan)
+    clearest = float(plan.column.attenuation.min())
+    ground = surroundings.look_around(scene, camera, clearest).ground
+    note = own_seabed.floor_note(plan, ground)
     assert bool(note) == bool(said)
     assert said in note
     assert not note or "9 m deep" in note

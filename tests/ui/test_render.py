@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import json
 import re
 import subprocess
@@ -12,14 +13,16 @@ from types import SimpleNamespace
 import bpy
 import numpy as np
 import pytest
+from underwater_spectral.scene.engines.exr_output import write_float_exr
 from underwater_spectral.scene.session import is_live
 from underwater_spectral.scene.stored_settings import stored_settings
 from underwater_spectral.scene.viewport import live
 from underwater_spectral.settings.render_plan import forget_files, plan_of
 from underwater_spectral.tests.scene import scenes, snapshot
-from underwater_spectral.ui import previews
-from underwater_spectral.ui.operators import Render
-from underwater_spectral.uw_spectral.spectra.spectral_image import read_exr
+from underwater_spectral.ui import previews, shown_pictures
+from underwater_spectral.ui.operators import Render, RenderReference
+from underwater_spectral.uw_spectral.spectra.colour_rendering import srgb_encode
+from underwater_spectral.uw_spectral.spectra.spectral_image import read_exr, write_png
 
 pytestmark = pytest.mark.filterwarnings(
     "ignore::underwater_spectral.uw_spectral.errors.DataWarning"
@@ -99,13 +102,15 @@ def test_live_water_shows_layers(tmp_path):
 
 
 class _Modal:
-    """The operator Render as a window drives it: Blender gives operators to nobody else."""
+    """An operator as a window drives it: Blender gives operators to nobody else."""
 
     invoke, modal, cancel = Render.invoke, Render.modal, Render.cancel
     _passes, _end = Render._passes, Render._end
 
-    def __init__(self, *, resume=False):
+    def __init__(self, *, resume=False, operator=Render):
         self.resume, self.reports = resume, []
+        self.job = functools.partial(operator.job, self)
+        self.stopped = functools.partial(operator.stopped, self)
         self.shown, self.calls = [], []
         manager = SimpleNamespace(
             event_timer_add=lambda *_, **__: self.calls.append("timer added") or "timer",
@@ -114,6 +119,7 @@ class _Modal:
             progress_begin=lambda *_: self.calls.append("progress begun"),
             progress_update=lambda share: self.shown.append(round(share, 3)),
             progress_end=lambda: self.calls.append("progress ended"),
+            windows=[],
         )
         workspace = SimpleNamespace(status_text_set=lambda text: self.shown.append(text))
         self.context = SimpleNamespace(
@@ -165,7 +171,72 @@ def test_the_window_renders_a_pass_at_each_tick(tmp_path):
         None,
     ]  # fmt: skip
     assert modal.reports == [("INFO", f"1 frame(s) in {tmp_path}")]
+    (picture,) = _pictures()
+    assert picture.name == f"{tmp_path.name} Camera 0003"
+    bpy.data.images.remove(picture)
     assert snapshot.differences(before, snapshot.snapshot()) == []
+
+
+def _pictures():
+    return [image for image in bpy.data.images if "underwater_picture" in image]
+
+
+def test_a_picture_is_shown_as_it_is_in_its_file_and_read_again(tmp_path):
+    path = tmp_path / "0001.png"
+    for level in (0.2, 0.7):
+        write_png(path, np.full((4, 6, 3), level, np.float32))
+        image = shown_pictures.load(path, "out Camera 0001")
+        assert _pictures() == [image]
+        shown = np.array(image.pixels[:3])
+        assert shown == pytest.approx(srgb_encode([level] * 3), abs=0.003)
+    assert image.colorspace_settings.name == "sRGB"
+    assert not image.use_view_as_render
+    shown_pictures.load(path, "out Camera 0002")
+    assert len(_pictures()) == 2
+
+
+def test_an_open_image_editor_is_used_unless_it_is_for_something_else(tmp_path):
+    path = tmp_path / "0001.png"
+    write_png(path, np.zeros((2, 2, 3), np.float32))
+    ours, others = shown_pictures.load(path, "ours"), bpy.data.images.new("other", 2, 2)
+
+    def space(image, mode="VIEW", *, pinned=False):
+        return SimpleNamespace(image=image, mode=mode, use_image_pin=pinned)
+
+    def window(*spaces, kind="IMAGE_EDITOR"):
+        areas = [SimpleNamespace(type="IMAGE_EDITOR", ui_type=kind, spaces=[x]) for x in spaces]
+        return SimpleNamespace(screen=SimpleNamespace(areas=areas))
+
+    free, shown, painting = space(others), space(ours), space(None, "PAINT")
+    pinned, unwrapped = space(others, pinned=True), window(space(None), kind="UV")
+    assert shown_pictures.editor([]) is None
+    assert shown_pictures.editor([window(painting, pinned), unwrapped]) is None
+    assert shown_pictures.editor([window(painting, free)]) is free
+    assert shown_pictures.editor([window(free), window(shown)]) is shown
+    shown_pictures.show(SimpleNamespace(windows=[window(painting, free)]), ours)
+    assert free.image == ours
+    assert painting.image is None
+
+
+def test_the_reference_is_rendered_beside_what_the_panel_renders(tmp_path):
+    scene, before = _live(tmp_path)
+    panel = scene.underwater_panel
+    panel.quality, panel.animation = "REALTIME", True
+    scene.underwater.bands = 3
+    modal = _Modal(operator=RenderReference)
+    modal.start()
+    while modal.event("TIMER") == {"RUNNING_MODAL"}:
+        pass
+    assert modal.reports == [("INFO", f"1 frame(s) in {tmp_path / 'reference'}")]
+    record = json.loads((tmp_path / "reference" / "0003.json").read_text())
+    assert record["job"]["engine"] == "cycles"
+    assert record["job"]["frames"] == [3]
+    assert not (tmp_path / "0003.json").exists()
+    (picture,) = _pictures()
+    assert picture.name == "reference Camera 0003"
+    assert is_live(scene)
+    assert panel.quality == "REALTIME"
+    assert before
 
 
 @pytest.mark.parametrize("how", ["ESC", pytest.param("cancel", marks=pytest.mark.slow)])
@@ -235,3 +306,23 @@ def test_add_submerge_remove_with_undo(tmp_path):
     assert not is_live(scene)
     assert not bpy.data.node_groups
     assert scene.camera.delta_location.z == 0.0
+
+
+@pytest.mark.slow
+def test_blenders_own_render_is_the_picture_of_a_real_time_job(tmp_path):
+    scene = _scene(tmp_path)
+    panel, render = scene.underwater_panel, scene.render
+    panel.quality, scene.underwater.samples, scene.eevee.taa_render_samples = "REALTIME", 32, 32
+    render.resolution_x, render.resolution_y = 48, 27
+    live.add(scene)
+    assert bpy.ops.underwater.render() == {"FINISHED"}
+    assert not live.problem(scene)
+    # What is out of gamut EEVEE cuts, and jobs bring back; no screen shows it.
+    of_job = np.maximum(read_exr(tmp_path / "0001.exr")[0], 0.0)
+    write_float_exr(scene, tmp_path / "own.exr")
+    own = read_exr(tmp_path / "own.exr")[0]
+    for area in (np.s_[:6, :], np.s_[10:16, 20:28]):  # open water, and the cube
+        assert own[area].mean(axis=(0, 1)) == pytest.approx(
+            of_job[area].mean(axis=(0, 1)), rel=0.01
+        )
+    assert np.abs(own - of_job).mean() < 0.01 * of_job.mean()

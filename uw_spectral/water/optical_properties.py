@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import csv
+import re
 import warnings
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from importlib import resources
 from pathlib import Path
@@ -26,6 +28,10 @@ BACKSCATTER = "bb/b"
 
 # Rows of Solonenko & Mobley 2015, Table 7, that repeat another block.
 _REPAIRED_TYPES = ("3C", "5C")
+
+# What a publication's caveats name: its types, and columns that no water has.
+_ANY_TYPE = re.compile(r"\b(?:I{1,3}|I[AB]|[1-9]C)\b")
+_NOT_TAKEN = re.compile(r"\bKd0\b|^KdH\b")
 
 _PURE = np.arange(300.0, 801.0, 5.0)  # nm, where pure water is known
 _SOUND = ("ok", "interpolated")
@@ -189,7 +195,7 @@ class Water(ComparedByContent):
             spectra.get("Kd"),
             f"{name} ({source})",
             f"{published.citation}; doi {published.doi}; PyPI jerlov {jerlov.__version__}",
-            (*published.caveats, *_below_water(columns["a"], name)),
+            (*_caveats_of(canonical, published.caveats), *_below_water(columns["a"], name)),
             tuple(
                 doubt
                 for quantity, column in columns.items()
@@ -406,6 +412,16 @@ class Water(ComparedByContent):
         for doubt in self.doubts:
             if doubt.concerns(wavelengths):
                 warnings.warn(doubt.text, DataWarning, stacklevel=2)
+
+
+def _caveats_of(water_type: str, caveats: Iterable[str]) -> tuple[str, ...]:
+    """Return the caveats of a publication that concern a type and what is taken of it."""
+    found = ((text, set(_ANY_TYPE.findall(text))) for text in caveats)
+    return tuple(
+        text
+        for text, types in found
+        if (not types or water_type in types) and not _NOT_TAKEN.search(text)
+    )
 
 
 def _between_rows_as_water(a: Spectrum) -> Spectrum:
