@@ -59,7 +59,7 @@ NAME, KEEPING = "UW Thing in Water", "UW Water before Thing"
 
 LIT, COLOR, EMITTED = "Lit", "Color", "Emission"
 MIRRORED, BEHIND = "Mirrored", "Behind"
-COVERAGE, NORMAL = "Coverage", "Normal"
+COVERAGE, COVERED, NORMAL = "Coverage", "Covered", "Normal"
 COLUMN, MEASURED = "Column", "Measured"
 _INPUTS = {
     LIT: "NodeSocketColor",
@@ -82,21 +82,23 @@ def build(shape: Shape, sources: Sources, *, keeps: bool = False) -> bpy.types.S
     Inputs: ``Lit``, the colour of the surface under a white sun of strength 1,
     emission included; ``Color``, its reflectance; if things glow, ``Emission``, its emitted
     RGB radiance; ``Coverage``, the share that is not transparent, with which
-    the three are multiplied already; ``Normal``; if things mirror, ``Mirrored``,
-    the part of the reflectance that does; if things are translucent, ``Behind``, the part that
-    light from behind shines through; and if reflectances were measured, ``Column``, where
-    that of the material is found if it is not 0, and ``Measured``, its channels.
+    the three are multiplied already; ``Normal``; if things filter, ``Covered``, the share of each
+    channel that is not transparent; if things mirror, ``Mirrored``, the part of the reflectance
+    that does; if things are translucent, ``Behind``, the part that light from behind shines
+    through; and if reflectances were measured, ``Column``, where that of the material is found if
+    it is not 0, and ``Measured``, its channels.
     """
     tree = new_group(KEEPING if keeps else NAME)
     left_out = ({LIT} if keeps else set()) | (set() if shape.glows else {EMITTED})
     own = {name: kind for name, kind in _INPUTS.items() if name not in left_out}
     kinds = own | ({MIRRORED: "NodeSocketColor"} if shape.mirrors else {})
     kinds |= {BEHIND: "NodeSocketColor"} if shape.translucent else {}
+    kinds |= {COVERED: "NodeSocketVector"} if shape.filters else {}
     kinds |= _MEASURED_INPUTS if shape.measured else {}
     for name, kind in kinds.items():
         socket = tree.interface.new_socket(name, in_out="INPUT", socket_type=kind)
-        if name == COVERAGE:
-            socket.default_value = 1.0
+        if name in (COVERAGE, COVERED):
+            socket.default_value = 1.0 if name == COVERAGE else (1.0, 1.0, 1.0)
     tree.interface.new_socket("Shader", in_out="OUTPUT", socket_type="NodeSocketShader")
     graph = Graph(tree, PART_SIZE, rays=sources.rays)
     outputs = graph.node("NodeGroupInput").outputs
@@ -303,9 +305,12 @@ class _Surface:
         ray, y, n = self._ray, self._y, self._normal
         leaving = ray.leaving(self._thing, y, n, self._P)
         coverage = self._given[COVERAGE]
+        # EEVEE lets through the mean of the channels.
+        tint = coverage - self._given[COVERED] if self._shape.filters else None
         pixel = ray.surface(
-            self._y_o, y, self._w, self._P, leaving, shade=self._path_shade(), coverage=coverage
-        )
+            self._y_o, y, self._w, self._P, leaving, shade=self._path_shade(), coverage=coverage,
+            tint=tint,
+        )  # fmt: skip
         if not {"J", "I"}.isdisjoint(self._shape.layers):
             pixel = replace(pixel, L_end=ray.leaving(self._thing, y, n, 0.0))
         return self._with_lamps(pixel)

@@ -62,6 +62,7 @@ SUN_ABOVE = tuple(f"sun above on {c}" for c in ("red", "green", "blue"))
 SKY_ABOVE = tuple(f"sky above on {c}" for c in ("red", "green", "blue"))
 GLOW_ABOVE = tuple(f"glow in air {c}" for c in ("red", "green", "blue"))
 SKY_LEVEL, SUN_LEVEL = "sky above", "sun above"
+FILTERS = tuple(f"let through of {c}" for c in ("red", "green", "blue"))
 REFLECTANCE = tuple(f"reflectance {c}" for c in ("red", "green", "blue"))
 
 
@@ -99,6 +100,8 @@ class Shape:
         Whether things mirror the water.
     translucent : bool
         Whether light from behind things shines through them.
+    filters : bool
+        Whether things let through more of one colour than of another.
     glows : bool
         Whether things emit light.
     measured : int
@@ -120,6 +123,7 @@ class Shape:
     above: bool = False
     mirrors: bool = False
     translucent: bool = False
+    filters: bool = False
     glows: bool = False
     measured: int = 0
 
@@ -142,7 +146,7 @@ class Numbers:
 
 def channel_names(shape: Shape) -> list[str]:
     """Names of the quantities that each channel has its own of."""
-    names: list[str] = list(_OF_LIGHT)
+    names: list[str] = [*_OF_LIGHT, *FILTERS]
     names += REFLECTANCE if "reflectance" in shape.layers else ()
     if shape.above:
         names += [*SUN_ABOVE, *SKY_ABOVE, *GLOW_ABOVE, SKY_LEVEL, SUN_LEVEL]

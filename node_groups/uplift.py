@@ -32,6 +32,7 @@ DARK = "UW No Colour"
 INDEX = "UW Index in Water"
 LENGTH = "UW Thickness in Water"
 SHEEN = "UW Sheen"
+FILTER = "UW Filter"
 HAIR = "UW Hair"
 
 KIND = "uw_uplift"

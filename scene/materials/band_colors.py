@@ -15,7 +15,7 @@ import bpy
 import numpy as np
 
 from ...node_groups import attributes, uplift
-from ...node_groups.node_mathematics import MARK
+from ...node_groups.node_mathematics import MARK, Graph
 from ...uw_spectral.spectra.spectrum import Spectrum
 from .. import contents
 from .inserted import (
@@ -90,6 +90,23 @@ def route(tree: bpy.types.NodeTree, make: Maker, *, measured: bool) -> None:
         put_before(tree, socket, make(tree, kind))
     for group in _groups(tree):
         route(group, make, measured=False)
+
+
+def filter_clear(materials: Iterable[bpy.types.Material], group: bpy.types.ShaderNodeTree) -> None:
+    """Put EEVEE's group before the colours of what lets through what is behind.
+
+    ``group`` is that of :mod:`.realtime_filter`.
+    """
+    trees = {m.node_tree for m in materials if m.is_editable and m.node_tree is not None}
+    for tree in trees | contents.inner_groups(trees):
+        if not tree.is_editable or MARK in tree:
+            continue
+        for node, socket in _colours(tree):
+            if node.bl_idname not in _CLEAR or socket.type != "RGBA":
+                continue
+            if not _has_no_effect(tree, node, socket, uplift.REFLECTANCE):
+                made = Graph(tree).node("ShaderNodeGroup", node_tree=group)
+                put_before(tree, socket, made)
 
 
 def insert(materials: Iterable[bpy.types.Material]) -> list[str]:

@@ -56,6 +56,7 @@ _MATTE = "mirrors; in real time it throws back the water's light as a matte thin
 _EMITTING, _KEPT = nodes_that(EMITS), nodes_that(REFLECTS, EMITS, PASSES)
 _MIRRORING = {name for name, node in SHADER_NODES.items() if node.mirrors}
 _TRANSLUCENT = {name for name, node in SHADER_NODES.items() if node.behind}
+_READ = matte_fallbacks.KINDS | {uplift.FILTER}
 _JOINING = {"ShaderNodeMixShader", "ShaderNodeAddShader", "ShaderNodeGroup"}
 
 
@@ -92,6 +93,7 @@ class _Walk:
     tree: bpy.types.ShaderNodeTree
     name: str
     notes: list[str]
+    clear: bpy.types.ShaderNodeTree | None = None
     graph: Graph = field(init=False)
 
     def __post_init__(self) -> None:
@@ -150,7 +152,7 @@ class _Walk:
         if not _is_zero(passing):
             self._note("transmits light; in real time it goes straight through")
             # Each of two faces tints.
-            transmittance = transmittance + alpha * passing * NODES.sqrt(base)
+            transmittance = transmittance + alpha * passing * self._filtered(NODES.sqrt(base))
         strength = self._value(inputs["Emission Strength"])
         glow = 0.0 if _is_zero(strength) else self._value(inputs["Emission Color"]) * strength
         coat, tint = self._value(inputs["Coat Weight"]), self._value(inputs["Coat Tint"])
@@ -168,7 +170,7 @@ class _Walk:
             self._note(f"uses the linked group {group.name!r}; its colour counts as grey {_GREY}")
             return _Closure(colour=_GREY)
         if not any(_is_ours(item) for item in _interface_outputs(group)):
-            _open_group(group, output.name, self.notes)
+            _open_group(group, output.name, self.notes, self.clear)
         return _Closure(
             **{
                 quantity: self.graph.term(node.outputs[name])
@@ -179,7 +181,7 @@ class _Walk:
 
     def _value(self, socket: bpy.types.NodeSocket) -> Operand:
         """Return what a socket holds: its link, or a constant that follows its value."""
-        socket = own_input(socket, but=matte_fallbacks.KINDS)
+        socket = own_input(socket, but=_READ)
         links = [link for link in socket.links if not link.is_muted]
         if links:
             source = self.graph.term(links[0].from_socket)
@@ -193,6 +195,14 @@ class _Walk:
         constant[SOURCE] = [socket.node.name, socket.identifier]
         _refresh(self.tree, constant)
         return self.graph.term(constant.outputs[0])
+
+    def _filtered(self, colour: Operand) -> Operand:
+        """Return what the channels have left of what a colour lets through."""
+        if self.clear is None or not isinstance(colour, NodeValue):
+            return colour
+        node = self.graph.node("ShaderNodeGroup", node_tree=self.clear)
+        self.graph.assign(colour, node.inputs[0])
+        return self.graph.term(node.outputs[0])
 
     def _normal(self, node: bpy.types.Node) -> NodeValue | None:
         socket = node.inputs.get("Normal")
@@ -212,6 +222,8 @@ class Surfaces:
     ----------
     lit : ShaderNodeTree
         Of :func:`.realtime_surface.build`, for shaders that are lit first.
+    clear : ShaderNodeTree, optional
+        Of :func:`.realtime_filter.build`, for what lets through what is behind.
     keeping : ShaderNodeTree, optional
         The one that keeps closures.
     floor : Material, optional
@@ -219,6 +231,7 @@ class Surfaces:
     """
 
     lit: bpy.types.ShaderNodeTree
+    clear: bpy.types.ShaderNodeTree | None = None
     keeping: bpy.types.ShaderNodeTree | None = None
     floor: bpy.types.Material | None = None
 
@@ -227,12 +240,14 @@ class Surfaces:
 class Kinds:
     """What any of the materials of a scene may do.
 
-    Mirror what is around it, emit light, or throw on light from behind it.
+    Mirror what is around it, emit light, throw on light from behind it, or filter what is seen
+    through it.
     """
 
     mirrors: bool = False
     glows: bool = False
     translucent: bool = False
+    filters: bool = False
 
 
 def insert(materials: list[bpy.types.Material], surfaces: Surfaces) -> list[str]:
@@ -247,6 +262,8 @@ def insert(materials: list[bpy.types.Material], surfaces: Surfaces) -> list[str]
     bare_colours.insert(materials)
     refractive_indices.insert(materials)
     matte_fallbacks.insert(materials)
+    if surfaces.clear is not None:
+        band_colors.filter_clear(materials, surfaces.clear)
     for material in materials:
         if not material.is_editable:
             notes.append(
@@ -261,9 +278,9 @@ def insert(materials: list[bpy.types.Material], surfaces: Surfaces) -> list[str]
             continue
         if surfaces.keeping is not None and _keeps(material.node_tree):
             measured = band_colors.is_measured(material) or material == surfaces.floor
-            _keep(material, output, surfaces.keeping, notes, measured=measured)
+            _keep(material, output, surfaces.keeping, notes, surfaces.clear, measured=measured)
         else:
-            _insert(material, output, surfaces.lit, notes)
+            _insert(material, output, surfaces.lit, notes, surfaces.clear)
     return list(dict.fromkeys(notes))
 
 
@@ -316,7 +333,22 @@ def kinds(materials: Iterable[bpy.types.Material]) -> Kinds:
         any(_may(tree, node, _EMITTING, "Emission Strength") for tree, node in nodes)
         or any(next(bare_colours.bare(tree), None) is not None for tree in own),
         any(node.bl_idname in _TRANSLUCENT for _, node in nodes),
+        any(_filters(tree, node) for tree, node in nodes),
     )
+
+
+def _filters(tree: bpy.types.NodeTree, node: bpy.types.Node) -> bool:
+    """Whether a node may let through more of one colour than of another."""
+    if node.bl_idname == PRINCIPLED:
+        clear, colour = not is_idle(tree, node, "Transmission Weight"), node.inputs["Base Color"]
+    else:
+        known = SHADER_NODES.get(node.bl_idname)
+        if known is None or known.does not in (PASSES, REFRACTS):
+            return False
+        clear, colour = True, node.inputs[known.colour]
+    own = own_input(colour)
+    grey = len(set(own.default_value[:3])) == 1
+    return clear and (own.is_linked or not grey or _is_animated(tree, own))
 
 
 def _may(tree: bpy.types.NodeTree, node: bpy.types.Node, always: set[str], weight: str) -> bool:
@@ -403,6 +435,7 @@ def _keep(
     output: bpy.types.Node,
     group: bpy.types.ShaderNodeTree,
     notes: list[str],
+    clear: bpy.types.ShaderNodeTree | None,
     *,
     measured: bool,
 ) -> None:
@@ -412,7 +445,7 @@ def _keep(
     link = socket.links[0]
     source, muted = link.from_socket, link.is_muted
     band_colors.route(tree, _sunlit_nodes(group), measured=measured)
-    walk = _Walk(tree, f"material {material.name!r}", notes)
+    walk = _Walk(tree, f"material {material.name!r}", notes, clear)
     closure, graph = walk.closure(socket), walk.graph
     surface = _sunlight_of(tree, group)
     surface[_MUTED] = muted
@@ -493,6 +526,8 @@ def _describe(
     passing = closure.transmittance
     covered = 1.0 - (_mean(passing) if isinstance(passing, NodeValue) else passing)
     graph.assign(covered, surface.inputs[realtime_surface.COVERAGE])
+    if realtime_surface.COVERED in surface.inputs:
+        graph.assign(1.0 - passing, surface.inputs[realtime_surface.COVERED])
     return passing
 
 
@@ -501,12 +536,13 @@ def _insert(
     output: bpy.types.Node,
     group: bpy.types.ShaderNodeTree,
     notes: list[str],
+    clear: bpy.types.ShaderNodeTree | None,
 ) -> None:
     tree = material.node_tree
     socket = output.inputs["Surface"]
     link = socket.links[0]
     source, muted = link.from_socket, link.is_muted
-    walk = _Walk(tree, f"material {material.name!r}", notes)
+    walk = _Walk(tree, f"material {material.name!r}", notes, clear)
     closure = walk.closure(socket)
     graph = walk.graph
     lit = graph.node("ShaderNodeShaderToRGB")
@@ -540,12 +576,17 @@ def _held(tree: bpy.types.NodeTree, surface: bpy.types.Node) -> bpy.types.NodeSo
     return next(node for node in tree.nodes if _HOLDER in node).inputs[2]
 
 
-def _open_group(group: bpy.types.ShaderNodeTree, shader: str, notes: list[str]) -> None:
+def _open_group(
+    group: bpy.types.ShaderNodeTree,
+    shader: str,
+    notes: list[str],
+    clear: bpy.types.ShaderNodeTree | None,
+) -> None:
     """Give a group outputs for the colour, emission and transmittance of its shader."""
     outputs = [n for n in group.nodes if n.bl_idname == "NodeGroupOutput" and n.is_active_output]
     if not outputs:
         return
-    walk = _Walk(group, f"group {group.name!r}", notes)
+    walk = _Walk(group, f"group {group.name!r}", notes, clear)
     closure = walk.closure(outputs[0].inputs[shader])
     for quantity, name in _OUTPUTS.items():
         value = getattr(closure, quantity)

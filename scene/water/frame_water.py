@@ -40,6 +40,7 @@ LONGEST_SHAFT = 200.0
 _WHITE = 0.6  # colour of a white closure in the sunlight at the camera
 _DARKEST = 1e-30  # sunlight that is held in single precision, and that nobody sees
 _ROUNDING = 1e-9  # of weights that are not negative
+_SIDES = 4
 # Share by which the volume may dim what is behind it; below, the rounding of its
 # transmittance costs more light than that (8 to 14 % at 0.003, 4 to 6 % at 0.02).
 _SHAFT_OPACITY = 0.02
@@ -168,6 +169,14 @@ class RealtimeWater:
         place = 2.0 * layer_position(depths, named[log], named[per_log])
         return interp(place[:, None], list(self.contrast))
 
+    def _level_light(self) -> NDArray[np.float64]:
+        """Mean radiance of open water around the camera, shape (n,)."""
+        turns = np.pi / 2.0 * np.arange(_SIDES)
+        w = np.cos(turns), np.sin(turns), 0.0 * turns
+        return self.field.radiance(min(max(self.depth, 0.0), self.field.floor_depth), w).mean(
+            axis=0
+        )
+
     @functools.cached_property
     def shafts(self) -> ShaftRange | None:
         """Reach of the froxels, and a scale that keeps their volume thin away from the sun."""
@@ -202,6 +211,8 @@ class RealtimeWater:
             realtime_values.SHAFT_END: self.shafts.end if self.shafts else 0.0,
             realtime_values.SHAFT_SCALE: self.shafts.scale if self.shafts else 0.0,
         }
+        through = self.channels.mean(self.channels.reflectance.T, self._level_light())
+        channels |= dict(zip(realtime_values.FILTERS, np.clip(through, 0.0, 1.0), strict=True))
         if self.seen.shade is not None:
             single |= realtime_shade.numbers(self.seen.shade.box)
         if "reflectance" in shape.layers:
@@ -310,7 +321,8 @@ def realtime_water(
         sky=column.sky, layered=field.layered, shade=seen.shade is not None, lamps=len(lamps.all),
         lamp_components=phase.components if lamps.lamps else (),
         above=seen.above is not None, mirrors=seen.kinds.mirrors,
-        translucent=seen.kinds.translucent, glows=seen.kinds.glows,
+        translucent=seen.kinds.translucent, filters=seen.kinds.filters,
+        glows=seen.kinds.glows,
         measured=len(seen.reflectances),
     )  # fmt: skip
     around_lamps = _around_lamps(column, phase, camera_depth) if lamps.lamps else None

@@ -11,6 +11,7 @@ import numpy as np
 
 from ...node_groups import (
     realtime_background,
+    realtime_filter,
     realtime_lamps,
     realtime_refraction,
     realtime_shade,
@@ -39,7 +40,7 @@ _TABLE = "uw_table"
 _SHADE = "uw_shade"
 _LAMPS = "uw_lamps"
 _APPARENT = "uw_apparent"
-_PLAIN = "uw_plain"
+_PLAIN, _FILTER = "uw_plain", "uw_filter"
 # Columns of red, green and blue come before those of measured reflectances.
 _FIRST_MEASURED = 3
 # Finest detail of the sun's shadow in m: Blender's millimetre costs several times as much,
@@ -101,7 +102,8 @@ def add_realtime(scene: bpy.types.Scene, water: RealtimeWater, extent: WaterExte
     if shape.shafts:
         objects.append(box("UW Shafts", extent, 0.0))
         objects[0].data.materials.append(realtime_volume.build(shape, sources))
-    notes += realtime_materials.insert(materials, Surfaces(surface, keeping, floor))
+    clear = realtime_filter.build(values, shape)
+    notes += realtime_materials.insert(materials, Surfaces(surface, clear, keeping, floor))
     apparent = realtime_refraction.build_apparent(values) if shape.above else None
     if apparent is not None:
         notes += apparent_places.insert(materials, apparent, extent.bottom)
@@ -120,6 +122,7 @@ def add_realtime(scene: bpy.types.Scene, water: RealtimeWater, extent: WaterExte
             for name, image in (
                 (_TABLE, table),
                 (marks.KEEPING, keeping),
+                (_FILTER, clear),
                 (_SHADE, shade),
                 (_LAMPS, lit),
                 (_APPARENT, apparent),
@@ -220,8 +223,10 @@ def keep_images(scene: bpy.types.Scene) -> None:
 
 def _wet(scene: bpy.types.Scene, material: bpy.types.Material) -> None:
     """Send a material of the water's own through the surface group that is there."""
-    lit, keeping = (marks.part(scene, name) for name in (marks.SURFACE, marks.KEEPING))
-    realtime_materials.insert([material], Surfaces(lit, keeping))
+    lit, clear, keeping = (
+        marks.part(scene, name) for name in (marks.SURFACE, _FILTER, marks.KEEPING)
+    )
+    realtime_materials.insert([material], Surfaces(lit, clear, keeping))
     apparent = marks.part(scene, _APPARENT)
     if apparent is not None:
         apparent_places.insert([material], apparent, LONGEST_SHAFT)

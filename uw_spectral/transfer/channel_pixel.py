@@ -351,6 +351,7 @@ class ChannelWater:
         *,
         shade: ShadeOnPath = UNSHADED,
         coverage: Operand = 1.0,
+        tint: Operand | None = None,
     ) -> ChannelPixel:
         """Pixel of a thing.
 
@@ -365,6 +366,9 @@ class ChannelWater:
         shade : ShadeOnPath
         coverage : number
             Share of the pixel that the thing fills.
+        tint : channels, optional
+            What it lets through of each channel beyond 1 - ``coverage``, which is drawn; for what
+            lies behind it stands undisturbed water.
         """
         m = self.m
         M_near, (M_far, beyond) = self.scattered(y_o, w), self.ahead(y_e, w)
@@ -382,6 +386,9 @@ class ChannelWater:
         past = self.shaded(forward * rest + boundary, shade.scattered, y_o)
         surroundings = past * (around * coverage)
         own = forward * (1.0 - around) * leaving
+        if tint is not None:
+            behind = peaked * (far + rest) + self.boundary(y_o, w) * (direct / peaked)
+            surroundings = surroundings + self.shaded(behind, shade.scattered, y_o) * tint
         return ChannelPixel(path * coverage, direct * leaving, surroundings + own)
 
     def boundary(self, y_o: Operand, w: Sequence[Operand]) -> Operand:
