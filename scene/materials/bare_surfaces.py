@@ -1,7 +1,7 @@
-"""Gives what has no material one while real-time water is there.
+"""Gives what has no material one while water is there.
 
-EEVEE draws such things with a material of its own that no water can be put into. Cycles needs
-nothing: its light meets that material as all others.
+EEVEE draws such things with a material of its own that no water can be put into, and Cycles with
+one whose refractive index is against air.
 """
 
 from __future__ import annotations

@@ -325,7 +325,7 @@ def _keepable(tree: bpy.types.ShaderNodeTree, node: bpy.types.Node) -> bool:
 
 def kinds(materials: Iterable[bpy.types.Material]) -> Kinds:
     """Return what any of some materials may do."""
-    trees = {material.node_tree for material in materials}
+    trees = {material.node_tree for material in materials if MARK not in material}
     own = [tree for tree in trees | contents.inner_groups(trees) if MARK not in tree]
     nodes = [(tree, node) for tree in own for node in tree.nodes if MARK not in node]
     return Kinds(

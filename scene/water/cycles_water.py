@@ -23,7 +23,13 @@ from ...node_groups import (
 )
 from ...uw_spectral.transfer.water_column import WaterColumn
 from .. import marks
-from ..materials import band_colors, bare_colours, clear_shadows, refractive_indices
+from ..materials import (
+    band_colors,
+    bare_colours,
+    bare_surfaces,
+    clear_shadows,
+    refractive_indices,
+)
 from ..seen.lamps import SceneLamps
 from . import scene_water
 from .cycles_phase import CyclesPhase
@@ -92,7 +98,9 @@ def add_water(
         If the scene has water already, or is linked from another file.
     """
     scene_water.prepare(scene)
+    _, bare = bare_surfaces.dress(scene)
     materials, notes = scene_water.own_materials(scene, routed=True)
+    notes += bare
     bare_colours.insert(materials)
     if column.reflects:
         clear_shadows.insert(materials)

@@ -325,14 +325,7 @@ def _let_go() -> None:
                     lit[water[name]] = lit.get(water[name], set()) | materials
         else:
             routed |= materials
-    bare_surfaces.undress(
-        {
-            x
-            for scene, water in waters.items()
-            if marks.SURFACE in water
-            for x in contents.objects(scene)
-        }
-    )
+    bare_surfaces.undress({x for scene in waters for x in contents.objects(scene)})
     # Colours go home before the nodes that they are led through are taken away.
     wet = routed | realtime_materials.behind(lit)
     band_colors.remove(wet)

@@ -106,7 +106,7 @@ def test_bands_are_chosen_from_the_contrast():
     assert part.shape.waves
     share = part.folded.caustics / part.folded.sunlit
     deepest = share[:, :, -1, 0]
-    assert deepest == pytest.approx(np.tile(water.contrast[-1, 3:], (3, 1)))
+    assert deepest == pytest.approx(np.tile(water.contrast[-1, 3:], (len(deepest), 1)))
 
 
 def test_strength_scales_the_contrast():

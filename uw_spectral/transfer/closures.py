@@ -35,7 +35,7 @@ def sheen_albedo(roughness: Operand, cosine: Operand, m: Mathematics = NUMPY) ->
     Examples
     --------
     >>> sheen_albedo(0.5, 0.62).round(3).item()  # Cycles: .096
-    0.097
+    0.102
     """
     a, b, c, d = _SHEEN
     r = m.maximum(roughness, _SMOOTHEST)
