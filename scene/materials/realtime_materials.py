@@ -53,6 +53,7 @@ _OUTPUTS = {
 _GREY = 0.5
 _MATTE = "mirrors; in real time it throws back the water's light as a matte thing does"
 
+_ANISOTROPIC = "is anisotropic; the highlights of real time are round"
 _EMITTING, _KEPT = nodes_that(EMITS), nodes_that(REFLECTS, EMITS, PASSES)
 _MIRRORING = {name for name, node in SHADER_NODES.items() if node.mirrors}
 _TRANSLUCENT = {name for name, node in SHADER_NODES.items() if node.behind}
@@ -130,15 +131,18 @@ class _Walk:
         return _Closure(colour=_GREY, normal=normal)
 
     def _known(self, node: bpy.types.Node, known: ShaderNode, normal: NodeValue | None) -> _Closure:
+        if known.approximate:
+            self._note(known.approximate)
         colour, mirrored = self._value(node.inputs[known.colour]), 0.0
         if known.does == EMITS:
             return _Closure(emission=colour * self._value(node.inputs["Strength"]))
         if known.does == PASSES:
             return _Closure(transmittance=colour)
         if known.does == REFRACTS:
-            self._note("refracts; in real time light goes straight through it")
             return _Closure(transmittance=colour, normal=normal)
         if known.mirrors:
+            if not is_idle(self.tree, node, "Anisotropy"):
+                self._note(_ANISOTROPIC)
             mirrored = colour * mirroring_share(self._value(node.inputs["Roughness"]))
         behind = colour if known.behind else 0.0
         return _Closure(colour=colour, mirrored=mirrored, behind=behind, normal=normal)
@@ -153,6 +157,8 @@ class _Walk:
             self._note("transmits light; in real time it goes straight through")
             # Each of two faces tints.
             transmittance = transmittance + alpha * passing * self._filtered(NODES.sqrt(base))
+        if not is_idle(self.tree, node, "Anisotropic"):
+            self._note(_ANISOTROPIC)
         strength = self._value(inputs["Emission Strength"])
         glow = 0.0 if _is_zero(strength) else self._value(inputs["Emission Color"]) * strength
         coat, tint = self._value(inputs["Coat Weight"]), self._value(inputs["Coat Tint"])

@@ -27,30 +27,50 @@ class ShaderNode:
         Whether the less of it is matte the less rough it is.
     behind : bool
         Whether it is the light from behind that it throws on.
+    approximate : str
+        What to know of it in real time, after the name of a material; empty where it is right.
     """
 
     does: str
     colour: str = "Color"
     mirrors: bool = False
     behind: bool = False
+    approximate: str = ""
 
+
+_STRAIGHT = "refracts; in real time light goes straight through it"
+_THREADS = "is hair, which real time takes for matte threads that throw back as much"
 
 SHADER_NODES = {
     "ShaderNodeBsdfDiffuse": ShaderNode(REFLECTS),
     "ShaderNodeBsdfAnisotropic": ShaderNode(REFLECTS, mirrors=True),
     "ShaderNodeBsdfGlossy": ShaderNode(REFLECTS, mirrors=True),
     "ShaderNodeBsdfMetallic": ShaderNode(REFLECTS, "Base Color", mirrors=True),
-    "ShaderNodeBsdfSheen": ShaderNode(REFLECTS),
-    "ShaderNodeBsdfToon": ShaderNode(REFLECTS),
-    "ShaderNodeBsdfTranslucent": ShaderNode(REFLECTS, behind=True),
-    "ShaderNodeBsdfHair": ShaderNode(REFLECTS),
-    "ShaderNodeBsdfHairPrincipled": ShaderNode(REFLECTS),
+    "ShaderNodeBsdfSheen": ShaderNode(
+        REFLECTS, approximate="is a sheen, which real time takes for matte, as bright as it is"
+    ),
+    "ShaderNodeBsdfToon": ShaderNode(
+        REFLECTS, approximate="is a toon, which real time takes for matte"
+    ),
+    "ShaderNodeBsdfTranslucent": ShaderNode(
+        REFLECTS,
+        behind=True,
+        approximate="is translucent; real time leaves out what light loses inside closed bodies",
+    ),
+    "ShaderNodeBsdfHair": ShaderNode(REFLECTS, approximate=_THREADS),
+    "ShaderNodeBsdfHairPrincipled": ShaderNode(REFLECTS, approximate=_THREADS),
     "ShaderNodeSubsurfaceScattering": ShaderNode(REFLECTS),
     "ShaderNodeEmission": ShaderNode(EMITS),
     "ShaderNodeBackground": ShaderNode(EMITS),
     "ShaderNodeBsdfTransparent": ShaderNode(PASSES),
-    "ShaderNodeBsdfGlass": ShaderNode(REFRACTS),
-    "ShaderNodeBsdfRefraction": ShaderNode(REFRACTS),
+    "ShaderNodeBsdfGlass": ShaderNode(REFRACTS, approximate=_STRAIGHT),
+    "ShaderNodeBsdfRefraction": ShaderNode(REFRACTS, approximate=_STRAIGHT),
+    "ShaderNodeBsdfRayPortal": ShaderNode(
+        PASSES, approximate="has a portal; real time shows what is straight behind it"
+    ),
+    "ShaderNodeEeveeSpecular": ShaderNode(
+        REFLECTS, "Base Color", approximate="uses Specular, which Cycles draws black"
+    ),
     "ShaderNodeHoldout": ShaderNode(HIDES),
 }
 """By Blender's names of the nodes."""

@@ -233,3 +233,24 @@ def test_volumes_are_left_out_and_said_and_come_back(empty_blender):
     assert any("'smoke'" in note and "volume" in note for note in notes)
     realtime_materials.remove({})
     assert not output.inputs["Volume"].links[0].is_muted
+
+
+def test_every_shader_of_blender_has_a_row_or_is_joined(empty_blender):
+    """What EEVEE draws as something else is said by the row; nothing is grey in silence."""
+    tree = bpy.data.materials.new("all").node_tree
+    joining = {"ShaderNodeMixShader", "ShaderNodeAddShader", "ShaderNodeGroup"}
+    own = {shader_nodes.PRINCIPLED, "ShaderNodeScript", *joining}
+    missing = []
+    for name in sorted(n for n in dir(bpy.types) if n.startswith("ShaderNode")):
+        try:
+            node = tree.nodes.new(name)
+        except RuntimeError:  # a base class
+            continue
+        closes = any(output.type == "SHADER" for output in node.outputs)
+        volume = "Volume" in name
+        if closes and not volume and name not in own and name not in shader_nodes.SHADER_NODES:
+            missing.append(name)
+    assert missing == []
+    for name, row in shader_nodes.SHADER_NODES.items():
+        if name != "ShaderNodeBsdfGlossy" and row.does != shader_nodes.HIDES:
+            assert row.colour in tree.nodes.new(name).inputs
