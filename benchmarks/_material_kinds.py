@@ -30,12 +30,14 @@ type Thing = Callable[[bpy.types.Material | None], bpy.types.Object]
 class Kind:
     """A thing that is compared.
 
-    ``thing`` makes the object, of ``material``.
+    ``thing`` makes the object, of ``material``; ``left_out`` tells what EEVEE does not draw, and
+    says.
     """
 
     name: str
     material: Callable[[], bpy.types.Material | None]
     thing: Thing
+    left_out: bool = False
 
 
 def _tree() -> tuple[bpy.types.Material, bpy.types.NodeTree, bpy.types.Node]:
@@ -477,9 +479,9 @@ KINDS = (
     Kind("metaball", _principled(Base_Color=_RED), _metaball),
     Kind("shape key", _principled(Base_Color=_RED), _shape_key),
     Kind("armature", _principled(Base_Color=_RED), _armature),
-    Kind("smoke", _smoke("VolumePrincipled", Density=3.0, Color=_WHITE), sphere),
-    Kind("volume, scattering", _smoke("VolumeScatter", Density=3.0, Color=_WHITE), cube),
-    Kind("volume, absorbing", _smoke("VolumeAbsorption", Density=3.0, Color=_RED), cube),
+    Kind("smoke", _smoke("VolumePrincipled", Density=3.0, Color=_WHITE), sphere, left_out=True),
+    Kind("volume, scattering", _smoke("VolumeScatter", Density=3.0, Color=_WHITE), cube, left_out=True),
+    Kind("volume, absorbing", _smoke("VolumeAbsorption", Density=3.0, Color=_RED), cube, left_out=True),
     Kind("holdout", _shader("Holdout"), sphere),
     Kind("wireframe", _principled(Base_Color=_RED), _solid("WIREFRAME")),
 )  # fmt: skip
