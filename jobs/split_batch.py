@@ -153,7 +153,7 @@ def _develop(manifest: Manifest, part: Part, progress: Progress) -> None:
     same_job.check_programs(manifest)
     views = list(dict.fromkeys(task.view for task in part.tasks(manifest)))
     count = 0
-    for count, view in enumerate(render_job.develop(manifest, views), start=1):
+    for count, view in enumerate(render_job.develop(manifest, views, print_note), start=1):
         text = f"frame {view.frame} of {view.camera} developed, {count} of {len(views)}"
         progress.tell(text, count, len(views))
     print(f"done: {count} picture(s) in {manifest.out}")
