@@ -273,8 +273,9 @@ def job(options: argparse.Namespace) -> Job:
         raise InputError("--mode realtime and --shafts need --engine eevee")
     if options.parts < 1:
         raise InputError(f"--parts: {options.parts} is not 1 or more")
-    if drawn and options.denoise:
-        raise InputError(f"--denoise: {engine} has no such noise; leave it out")
+    for name in ("denoise", "noise"):
+        if drawn and getattr(options, name, False):
+            raise InputError(f"{flag(name)}: {engine} has no such noise; leave it out")
     measured = options.dataset is not None
     return Job(
         blend=options.blend,

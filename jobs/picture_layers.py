@@ -34,6 +34,7 @@ from ..uw_spectral.imaging.layers import BACKSCATTER, layer, of_light, parse_lay
 from ..uw_spectral.spectra.spectral_image import band_labels
 from . import band_passes
 from .manifest import Manifest, View
+from .work import Rendered
 
 _FROM_BANDS = "sum over bands by the responses of the sensor"
 _SENSOR = "response of {sensor} to {units}, before white balance and exposure"

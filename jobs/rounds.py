@@ -59,6 +59,21 @@ class Reached:
         }
 
 
+def require_fixed(manifest: Manifest, option: str) -> None:
+    """Refuse a job whose passes are decided as it renders.
+
+    Raises
+    ------
+    InputError
+        Names the option that needs them before.
+    """
+    if manifest.noise:
+        raise InputError(
+            f"{option}: with --noise (in the panel: Noise), samples are decided as one process "
+            "renders; set it to 0 and give --samples"
+        )
+
+
 def reached(manifest: Manifest, view: View, rendered: Sequence[Rendered]) -> Reached:
     """Return the noise of a picture of parts.
 
