@@ -127,8 +127,13 @@ def test_others_cannot_join(blend, tmp_path, capsys):
 def test_data_sets_have_samples(tmp_path, blend, capsys):
     spec = tmp_path / "set.toml"
     spec.write_text(
-        "[scene]\nfile = 'scene.blend'\n[[camera]]\nname = 'a'\nwidth = 8\nheight = 8\nfov = 60\n"
-        "[poses]\nkind = 'orbit'\ncount = 1\n"
+        "title = 'Discs'\nlicence = 'CC0-1.0'\nseed = 5\n"
+        "[water]\nname = 'jerlov:IB'\n[sun]\nzenith = 30\n[scene]\nfile = 'scene.blend'\n"
+        "[render]\nengine = 'cycles'\nnoise = 1.0\n"
+        "[[camera]]\nname = 'probe'\nwidth = 16\nheight = 12\nfocal = [15, 16]\ncentre = [8, 6]\n"
+        "[[poses]]\nname = 'around'\nkind = 'orbit'\ntarget = [0, 0, -3]\nradius = 3\ncount = 2\n"
+        "elevation = 25\nstart = 0\narc = 30\n[[rig]]\nname = 'sun alone'\n"
+        "[splits]\ntrain = 1\nval = 0\ntest = 0\n[output]\nlayers = 'position'\n"
     )
-    assert _run(blend, "--dataset", spec, "--noise", 1, "--out", tmp_path / "out") == 2
-    assert capsys.readouterr().err
+    assert _run("--dataset", spec, "--out", tmp_path / "out") == 2
+    assert "--noise: the views of a data set" in capsys.readouterr().err
