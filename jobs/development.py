@@ -53,11 +53,13 @@ def develop(
             tree.write(tree.weighed(weights), destination)
             return
         sockets = tree.guides(guides) if guides is not None else ()
-        # The denoiser takes what is below zero for zero, and so would lose colours out of gamut.
-        image = tree.denoised(tree.weighed(np.maximum(weights, 0.0)), sockets)
-        if weights.min() < 0.0:
-            below = tree.denoised(tree.weighed(np.maximum(-weights, 0.0)), sockets)
-            image = tree.difference(image, below)
+        # The denoiser takes what is below zero for zero, and so would lose colours out of gamut:
+        # a grey picture is added that lifts them above it.
+        lift = np.maximum(-weights, 0.0).max(axis=0)
+        image = tree.denoised(tree.weighed(weights + lift), sockets)
+        if lift.any():
+            grey = tree.denoised(tree.weighed(np.broadcast_to(lift, weights.shape)), sockets)
+            image = tree.difference(image, grey)
         tree.write(image, destination)
 
 
