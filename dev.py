@@ -51,7 +51,7 @@ EXAMPLE_OPTIONS = [
     *("--illuminant", "clear-sky", "--irradiance", "above"),
     *("--sun-zenith", "30", "--sun-azimuth", "60"),
     *("--surface", "flat", "--floor-depth", "7", "--floor-reflectance", "0.3"),
-    *("--white-balance", "depth", "--resolution", "480", "270", "--samples", "32", "--denoise"),
+    *("--white-balance", "depth", "--resolution", "480", "270", "--samples", "32"),
 ]
 
 

@@ -64,7 +64,7 @@ def drawing(settings: SceneSettings | None, mode: Mode = REALTIME) -> Iterator[D
 
     opening = Opening(
         plan, water_body.water_extent(scene, plan.column, depth), depth, weights(plan),
-        seed=0, denoise=False, froxels=None, device="cpu",
+        seed=0, guides=False, froxels=None, device="cpu",
     )  # fmt: skip
     with engines.engine_of("eevee", mode).open(scene, camera, opening) as engine:
         ready = [engine.frame(plan, depth, opening.weights)]

@@ -86,7 +86,7 @@ def camera_rays(
 
 def _diffuse_colour(scene: bpy.types.Scene, camera: bpy.types.Object) -> NDArray[np.float64]:
     """Diffuse colour of what each pixel shows, linear RGB, shape (h, w, 3)."""
-    settings = {"samples": 4, "seed": 0, "denoise": False}
+    settings = {"samples": 4, "seed": 0}
     with (
         tempfile.TemporaryDirectory() as folder,
         reference_settings(scene, camera, **settings) as layer,

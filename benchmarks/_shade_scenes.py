@@ -76,9 +76,7 @@ class Place:
         extent = water_body.water_extent(bpy.context.scene, plan.column, depth)
         images = []
         for seed in seeds:
-            with engines.cycles_bands(
-                bpy.context.scene, camera, plan, extent, seed=seed, denoise=False
-            ) as engine:
+            with engines.cycles_bands(bpy.context.scene, camera, plan, extent, seed=seed) as engine:
                 images.append(grey_scene.band_image(engine, plan, depth))
         return np.stack(images)
 

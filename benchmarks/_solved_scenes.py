@@ -125,9 +125,7 @@ def by_cycles(
     extent = water_body.water_extent(bpy.context.scene, plan.column, scene.depth)
     images = []
     for seed in seeds:
-        with engines.cycles_bands(
-            bpy.context.scene, camera, plan, extent, seed=seed, denoise=False
-        ) as engine:
+        with engines.cycles_bands(bpy.context.scene, camera, plan, extent, seed=seed) as engine:
             images.append(grey_scene.band_image(engine, plan, scene.depth))
     return np.stack(images)
 

@@ -239,7 +239,7 @@ def cycles_image(
     scene = bpy.context.scene
     plan = replace(plan, settings=replace(plan.settings, samples=samples))
     extent = water_body.water_extent(scene, plan.column, -camera.location.z)
-    with engines.cycles_bands(scene, camera, plan, extent, seed=seed, denoise=False) as engine:
+    with engines.cycles_bands(scene, camera, plan, extent, seed=seed) as engine:
         return band_image(engine, plan, -camera.location.z)
 
 

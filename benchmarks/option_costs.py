@@ -135,7 +135,7 @@ def cycles_seconds() -> float:
     scene, camera = bpy.context.scene, cameras.find_camera(bpy.context.scene, None)
     extent = water_extent(scene, plan.column, _DEPTH)
     with (
-        engines.cycles_bands(scene, camera, plan, extent, seed=0, denoise=False) as engine,
+        engines.cycles_bands(scene, camera, plan, extent, seed=0) as engine,
         tempfile.TemporaryDirectory() as folder,
     ):
         times = []

@@ -42,6 +42,7 @@ from ..uw_spectral.water.particles import (
     particle_scattering,
     scattering_share,
 )
+from ._denoised import denoised
 from ._shade_scenes import matt
 from .path_radiance_table import ROOT
 
@@ -139,7 +140,7 @@ def measure(look: Look, samples: int, width: int) -> Found:
     if look.engine == "realtime":
         opened = engines.eevee_realtime(scene, camera, plan, extent, DEPTH, weights=weights)
     else:
-        opened = engines.cycles_bands(scene, camera, plan, extent, seed=0, denoise=True)
+        opened = engines.cycles_bands(scene, camera, plan, extent, seed=0, guides=True)
     with opened as engine, tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "a.exr"
 
@@ -177,15 +178,12 @@ def _picture(
     realtime: bool,
 ) -> NDArray[np.float64]:
     """Return the display values of a frame, exposed by what is in it."""
-    total: NDArray[np.float64] | float = 0.0
-    render = engine.frame(plan, DEPTH, weights)
-    for bands in engine.passes:
-        render(bands, path)
+    if realtime:
+        render = engine.frame(plan, DEPTH, weights)
+        render(engine.passes[0], path)
         image = read_exr(path)[0].astype(np.float64)
-        total = total + (
-            image if realtime else image[..., : len(bands)] @ weights[:, list(bands)].T
-        )
-    image = np.asarray(total)
+    else:
+        image = denoised(engine, plan, DEPTH, weights)
     Y = np.maximum(luminance(image), 0.0).ravel()
     gain = 2.0 ** metered_stops(Y, np.full(len(Y), 1.0 / len(Y)))
     return srgb_encode(camera_curve(TONE)(np.maximum(gain * image, 0.0)))

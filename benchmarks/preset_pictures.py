@@ -30,6 +30,7 @@ from ..uw_spectral.spectra.colour_rendering import (
     srgb_encode,
 )
 from . import grey_scene
+from ._denoised import denoised
 
 WIDTH, HEIGHT = 192, 108
 BEFORE, NOW = "hg:0.924", DEFAULT_PHASE
@@ -89,9 +90,9 @@ def drawn(
     scene, depth = bpy.context.scene, -camera.matrix_world.translation.z
     plan = replace(plan, settings=replace(plan.settings, samples=samples))
     extent = water_body.water_extent(scene, plan.column, depth)
-    with engines.cycles_bands(scene, camera, plan, extent, seed=1, denoise=True) as engine:
-        bands = grey_scene.band_image(engine, plan, depth)
-    return np.clip(plan.reduction(depth).apply(bands), 0.0, 1.0)
+    with engines.cycles_bands(scene, camera, plan, extent, seed=1, guides=True) as engine:
+        picture = denoised(engine, plan, depth, plan.reduction(depth).weights)
+    return np.clip(picture, 0.0, 1.0)
 
 
 def open_water(plan: render_plan.RenderPlan, depth: float) -> NDArray[np.float64]:

@@ -64,7 +64,6 @@ class _Setting:
     name: str
     cycles: dict[str, Any] = dataclasses.field(default_factory=dict)
     scene: dict[str, Any] = dataclasses.field(default_factory=dict)
-    denoise: bool = False
     same_paths: bool = False
 
 
@@ -88,7 +87,7 @@ _SETTINGS = (
     _Setting("16 bounces", {"volume_bounces": 16, "max_bounces": 16}, same_paths=True),
     _Setting("indirect clamp 10", {"sample_clamp_indirect": 10.0}, same_paths=True),
     _Setting("indirect clamp 1", {"sample_clamp_indirect": 1.0}, same_paths=True),
-    _Setting("denoised", denoise=True, same_paths=True),
+    _Setting("denoised", {"use_denoising": True}, same_paths=True),
 )
 
 
@@ -132,9 +131,7 @@ def _render(
     passes = [shared for shared in plan.passes if all_bands or _BAND in shared]
     for seed in _SEEDS:
         with (
-            engines.cycles_bands(
-                blender, camera, plan, extent, seed=seed, denoise=setting.denoise
-            ) as engine,
+            engines.cycles_bands(blender, camera, plan, extent, seed=seed) as engine,
             _changed(setting.cycles),
             tempfile.TemporaryDirectory() as folder,
         ):

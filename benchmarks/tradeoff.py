@@ -146,7 +146,7 @@ def measure_cycles(case: Case, configuration: Configuration, setting: Setting) -
     images, seconds, wall = [], [], []
     for seed in (1, 2) if reference else (3,):
         with engines.cycles_bands(
-            bpy.context.scene, case.camera, plan, extent, seed=seed, denoise=False
+            bpy.context.scene, case.camera, plan, extent, seed=seed
         ) as engine:
             start, clock = time.process_time(), time.perf_counter()
             images.append(grey_scene.band_image(engine, plan, configuration.depth))

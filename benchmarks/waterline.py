@@ -151,7 +151,7 @@ def measure(case: Case, samples: int) -> Found:
     halves = []
     for seed in (1, 2):
         slow = of_samples(samples)
-        with engines.cycles_bands(scene, camera, slow, extent, seed=seed, denoise=False) as engine:
+        with engines.cycles_bands(scene, camera, slow, extent, seed=seed) as engine:
             halves.append(developed(engine))
     fast = of_samples(case.samples)
     with engines.eevee_bands(scene, camera, fast, extent, 0.0) as engine:

@@ -115,7 +115,7 @@ def _scene(resolution: Sequence[int]) -> bpy.types.Scene:
 
 def _dry(scene: bpy.types.Scene, chosen: SceneSettings, path: Path) -> Iterator[None]:
     with cycles_settings.reference_settings(
-        scene, scene.camera, samples=chosen.samples, seed=0, denoise=False, bounces=chosen.bounces,
+        scene, scene.camera, samples=chosen.samples, seed=0, bounces=chosen.bounces,
         device="cpu",
     ):  # fmt: skip
         for _ in range(_PASSES):
@@ -128,7 +128,7 @@ def _wet(
 ) -> Iterator[None]:
     plan = make_plan(chosen)
     with engines.cycles_bands(
-        scene, scene.camera, plan, planning.extent_of(manifest), seed=0, denoise=False
+        scene, scene.camera, plan, planning.extent_of(manifest), seed=0
     ) as engine:
         for view in manifest.views:
             scene.frame_set(view.frame)

@@ -17,7 +17,7 @@ OPTIONS = [
     *("--bands", "9", "--illuminant", "clear-sky"),
     *("--sun-zenith", "30", "--sun-azimuth", "60", "--irradiance", "above"),
     *("--floor-depth", "7", "--floor-reflectance", "0.3", "--surface", "flat"),
-    *("--resolution", "384", "216", "--samples", "48", "--denoise", "--resume"),
+    *("--resolution", "384", "216", "--samples", "48", "--resume"),
 ]
 
 

@@ -112,7 +112,11 @@ def _add_work(result: argparse.ArgumentParser) -> None:
     group.add_argument("--out", type=Path, default=None, metavar="DIR", help="default: bands")
     group.add_argument("--resume", action="store_true", default=False)
     group.add_argument(
-        "--denoise", action="store_true", default=False, help="shifts dark bands by a few percent"
+        "--denoise",
+        action=argparse.BooleanOptionalAction,
+        default=None,
+        help="cycles: denoise the developed picture, never spectra and layers; default: yes, but "
+        "not in data sets",
     )
     group.add_argument(
         "--device",
@@ -269,6 +273,10 @@ def job(options: argparse.Namespace) -> Job:
         raise InputError("--mode realtime and --shafts need --engine eevee")
     if options.parts < 1:
         raise InputError(f"--parts: {options.parts} is not 1 or more")
+    for name in ("denoise", "noise"):
+        if drawn and getattr(options, name, False):
+            raise InputError(f"{flag(name)}: {engine} has no such noise; leave it out")
+    measured = options.dataset is not None
     return Job(
         blend=options.blend,
         engine=engine,
@@ -279,7 +287,7 @@ def job(options: argparse.Namespace) -> Job:
         seed=options.seed,
         out=options.out or _OUT,
         resume=options.resume,
-        denoise=options.denoise,
+        denoise=not (drawn or measured) if options.denoise is None else options.denoise,
         cameras=_names(options.cameras),
         device=options.device,
         parts=options.parts,

@@ -165,7 +165,8 @@ def render(index: Index, progress: Progress, *, insist: bool) -> None:
             of_view = finished.setdefault(found.task.view, [])
             of_view.append(replace(found, file=file))
             if insist and len(of_view) == len(manifest.passes):
-                pictures.develop(manifest, found.task.view, of_view, plans)
+                for note in pictures.develop(manifest, found.task.view, of_view, plans):
+                    print_note(note)
             progress.report(Step(found.task.view.frame, file, number, len(tasks)))
         done += len(finished)
     print(f"done: {done} of {total} view(s) rendered here, in {index.folder}")
@@ -229,7 +230,8 @@ def _develop(index: Index, progress: Progress) -> None:
         ]
         if left:
             same_job.check_programs(manifest)
-        for number, view in enumerate(render_job.develop(manifest, left), start=1):
+        developed = render_job.develop(manifest, left, print_note)
+        for number, view in enumerate(developed, start=1):
             progress.tell(f"{name}: frame {view.frame} developed", number, len(left))
 
 

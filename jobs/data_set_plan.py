@@ -83,6 +83,10 @@ def plan_data_set(
     held = scene.frame_current if spec.frame is None else spec.frame
     seeded = method_of(job.engine, job.mode).traced
     _check(spec, seeded=seeded)
+    if seeded and settings_now().noise:
+        raise InputError(
+            "--noise: the views of a data set have the same samples; set it to 0 and give --samples"
+        )
     views = enumerate_views(spec, _room(scene, held))
     make_folder(job.out)
     path = job.out / NAME

@@ -1,7 +1,12 @@
-"""Develops band images into an RGB image through the sensor, in Blender's compositor."""
+"""Develops band images into an RGB image through the sensor, in Blender's compositor.
+
+A picture is denoised as a whole: bands that are denoised one by one lose different details, which
+shows as blotches of colour.
+"""
 
 from __future__ import annotations
 
+import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -11,6 +16,8 @@ from numpy.typing import NDArray
 
 from ..node_groups import sensor_reduction
 from ..scene.engines.exr_output import write_float_exr
+from ..uw_spectral.spectra.spectral_image import write_rgb_exr
+from .guides import Guides
 
 _NAME = "UW Development"
 
@@ -20,6 +27,9 @@ def develop(
     weights: NDArray[np.float64],
     passes: Sequence[tuple[int, ...]],
     destination: Path,
+    *,
+    denoise: bool = False,
+    guides: Guides | None = None,
 ) -> None:
     """Combine band images into a scene-linear RGB image.
 
@@ -33,29 +43,111 @@ def develop(
         The bands that each image carries.
     destination : Path
         The float EXR to write.
+    denoise : bool
+        Denoise the RGB image.
+    guides : Guides, optional
+        What guides the denoiser.
     """
-    scene = bpy.data.scenes.new(_NAME)
-    loaded = [bpy.data.images.load(str(path)) for path in images]
-    sensor = sensor_reduction.build(weights, passes)
-    tree = bpy.data.node_groups.new(_NAME, "CompositorNodeTree")
-    try:
-        group = tree.nodes.new("CompositorNodeGroup")
+    with _Tree(images, passes) as tree:
+        if not denoise:
+            tree.write(tree.weighed(weights), destination)
+            return
+        sockets = tree.guides(guides) if guides is not None else ()
+        # The denoiser takes what is below zero for zero, and so would lose colours out of gamut:
+        # a grey picture is added that lifts them above it.
+        lift = np.maximum(-weights, 0.0).max(axis=0)
+        image = tree.denoised(tree.weighed(weights + lift), sockets)
+        if lift.any():
+            grey = tree.denoised(tree.weighed(np.broadcast_to(lift, weights.shape)), sockets)
+            image = tree.difference(image, grey)
+        tree.write(image, destination)
+
+
+class _Tree:
+    """A scene of the compositor, with the band images loaded; gone after the block."""
+
+    def __init__(self, images: Sequence[Path], passes: Sequence[tuple[int, ...]]) -> None:
+        self._paths, self._passes = images, passes
+        self._groups: list[bpy.types.NodeTree] = []
+        self._images: list[bpy.types.Image] = []
+        self._folder = tempfile.TemporaryDirectory()
+
+    def __enter__(self) -> _Tree:
+        self._scene = bpy.data.scenes.new(_NAME)
+        self._tree = bpy.data.node_groups.new(_NAME, "CompositorNodeTree")
+        self._groups.append(self._tree)
+        try:
+            self._sources = [self._loaded(path) for path in self._paths]
+        except BaseException:
+            self.__exit__()
+            raise
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        bpy.data.scenes.remove(self._scene)
+        for group in self._groups:
+            bpy.data.node_groups.remove(group)
+        for image in self._images:
+            bpy.data.images.remove(image)
+        self._folder.cleanup()
+
+    def _loaded(self, path: Path) -> bpy.types.NodeSocket:
+        image = bpy.data.images.load(str(path))
+        self._images.append(image)
+        image.colorspace_settings.is_data = True
+        source = self._tree.nodes.new("CompositorNodeImage")
+        source.image = image
+        return source.outputs["Image"]
+
+    def weighed(self, weights: NDArray[np.float64]) -> bpy.types.NodeSocket:
+        """Return the bands through weights."""
+        sensor = sensor_reduction.build(weights, self._passes)
+        self._groups.append(sensor)
+        group = self._tree.nodes.new("CompositorNodeGroup")
         group.node_tree = sensor
-        for image, socket in zip(loaded, group.inputs, strict=True):
-            image.colorspace_settings.is_data = True
-            source = tree.nodes.new("CompositorNodeImage")
-            source.image = image
-            tree.links.new(source.outputs["Image"], socket)
+        for source, socket in zip(self._sources, group.inputs, strict=True):
+            self._tree.links.new(source, socket)
+        return group.outputs["Image"]
+
+    def guides(self, guides: Guides) -> tuple[bpy.types.NodeSocket, ...]:
+        """Return albedo and normal."""
+        found = []
+        for name, values in (("albedo", guides.albedo), ("normal", guides.normal)):
+            path = Path(self._folder.name, f"{name}.exr")
+            write_rgb_exr(path, values)
+            found.append(self._loaded(path))
+        return tuple(found)
+
+    def denoised(
+        self, image: bpy.types.NodeSocket, guides: Sequence[bpy.types.NodeSocket]
+    ) -> bpy.types.NodeSocket:
+        """Return an image without its noise."""
+        node = self._tree.nodes.new("CompositorNodeDenoise")
+        node.inputs["HDR"].default_value = True
+        # What water scatters is noise in the guides too.
+        node.inputs["Prefilter"].default_value = "Accurate"
+        node.inputs["Quality"].default_value = "High"
+        for source, socket in zip((image, *guides), node.inputs, strict=False):
+            self._tree.links.new(source, socket)
+        return node.outputs["Image"]
+
+    def difference(
+        self, one: bpy.types.NodeSocket, other: bpy.types.NodeSocket
+    ) -> bpy.types.NodeSocket:
+        """Return an image less another."""
+        node = self._tree.nodes.new("ShaderNodeVectorMath")
+        node.operation = "SUBTRACT"
+        for source, socket in zip((one, other), node.inputs, strict=False):
+            self._tree.links.new(source, socket)
+        return node.outputs["Vector"]
+
+    def write(self, image: bpy.types.NodeSocket, destination: Path) -> None:
+        """Write an image as a float EXR."""
+        tree, scene = self._tree, self._scene
         tree.interface.new_socket("Image", in_out="OUTPUT", socket_type="NodeSocketColor")
         output = tree.nodes.new("NodeGroupOutput")
-        tree.links.new(group.outputs["Image"], output.inputs["Image"])
+        tree.links.new(image, output.inputs["Image"])
         scene.compositing_node_group = tree
         scene.render.compositor_device = "CPU"
-        scene.render.resolution_x, scene.render.resolution_y = loaded[0].size
+        scene.render.resolution_x, scene.render.resolution_y = self._images[0].size
         write_float_exr(scene, destination)
-    finally:
-        bpy.data.scenes.remove(scene)
-        bpy.data.node_groups.remove(tree)
-        bpy.data.node_groups.remove(sensor)
-        for image in loaded:
-            bpy.data.images.remove(image)

@@ -31,7 +31,8 @@ class Job:
     scene's. ``froxels`` are the steps of the shafts' volume, None for the usual ones;
     ``decisions`` the lines that explain what was chosen automatically. ``device`` is None for
     the scene's; ``parts`` are renders of a pass with other seeds, whose mean it is; ``stage``
-    is what is added to the scene.
+    is what is added to the scene; ``denoise`` is of developed pictures, what is measured stays as
+    rendered.
     """
 
     blend: Path | None

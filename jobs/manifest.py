@@ -31,8 +31,8 @@ _KIND = "underwater-spectral job"
 # Settings that only the development reads: a pass does not depend on them, unless it is
 # developed as it is rendered.
 DEVELOPMENT = frozenset({"sensor", "white_balance", "exposure", "exposure_compensation"})
-# How a picture is shown: no pass depends on it.
-SHOWN = frozenset({"tone", "contrast"})
+# How a picture is shown, and when it is good enough: no pass depends on it.
+SHOWN = frozenset({"tone", "contrast", "noise"})
 
 
 @dataclass(frozen=True)
@@ -96,8 +96,8 @@ class View:
 class Output:
     """What is rendered besides the settings of the water, and by what.
 
-    ``resolution`` is width, height and percentage; ``extent`` half the width of the water and
-    the depth of its bottom, in m.
+    ``resolution`` is width, height and percentage; ``denoise`` whether developed pictures are
+    denoised; ``extent`` half the width of the water and the depth of its bottom, in m.
     """
 
     engine: Engine
@@ -181,6 +181,11 @@ class Manifest:
         """Whether the passes have layers."""
         return bool(parse_layers(self.settings.get("layers", NONE)))
 
+    @property
+    def noise(self) -> float:
+        """ΔE2000 of the noise of a picture, until which parts are rendered; 0 for all of them."""
+        return float(self.settings.get("noise", 0.0)) if self._method.traced else 0.0
+
     def camera(self, name: str) -> CameraOutput:
         """Return the camera of a name."""
         return next(camera for camera in self.cameras if camera.name == name)
@@ -212,7 +217,8 @@ class Manifest:
     def drawing(self) -> dict[str, Any]:
         """What the passes of every frame depend on, besides settings and files."""
         values = asdict(self.output)
-        del values["extent"], values["decisions"]
+        for name in ("extent", "decisions", "denoise"):
+            del values[name]
         if self.stage is not None:
             values["stage"] = self.stage.drawn
         return {"scene_sha256": self.scene_sha256, **values, "parts": self.parts}
@@ -250,6 +256,7 @@ class Manifest:
                 [self.key(view, number) for number in range(len(self.passes))],
                 {**values, **named},
                 {file.setting: file.sha256 for file in self.files if file.setting},
+                self.output.denoise,
                 self.developments[view.development].weights,
             ]
         )

@@ -34,6 +34,7 @@ from ..uw_spectral.imaging.layers import BACKSCATTER, layer, of_light, parse_lay
 from ..uw_spectral.spectra.spectral_image import band_labels
 from . import band_passes
 from .manifest import Manifest, View
+from .work import Rendered
 
 _FROM_BANDS = "sum over bands by the responses of the sensor"
 _SENSOR = "response of {sensor} to {units}, before white balance and exposure"
@@ -50,7 +51,7 @@ def truth_path(picture: Path) -> Path:
 
 
 def develop_layers(
-    manifest: Manifest, view: View, passes: Sequence[Path], plan: RenderPlan, picture: Path
+    manifest: Manifest, view: View, passes: Sequence[Rendered], plan: RenderPlan, picture: Path
 ) -> list[str]:
     """Write the layers of a view, if any are wanted, and the truth of its colours.
 
@@ -58,7 +59,7 @@ def develop_layers(
     ----------
     manifest : Manifest
     view : View
-    passes : sequence of Path
+    passes : sequence of Rendered
         Of the view, in order; their layers lie beside them.
     plan : RenderPlan
         Of the frame.
@@ -79,10 +80,11 @@ def develop_layers(
         return []
     output = manifest.output
     draws_colours = method_of(output.engine, output.mode).draws_colours
-    parts = [read_layers(band_passes.layers_path(path)) for path in passes]
-    repeats = manifest.parts
-    passes_apart = [_mean(parts[n : n + repeats]) for n in range(0, len(parts), repeats)]
-    found = side_by_side(passes_apart)
+    by_pass: dict[int, list[FrameLayers]] = {}
+    for item in passes:
+        of_pass = by_pass.setdefault(item.task.number // manifest.parts, [])
+        of_pass.append(read_layers(band_passes.layers_path(item.file.path)))
+    found = side_by_side([_mean(parts) for parts in by_pass.values()])
     together = dict(found.layers)
     seen = _seen(manifest, picture, found.header)
     if UNTOUCHED in together:

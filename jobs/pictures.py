@@ -25,13 +25,26 @@ from ..uw_spectral.spectra.spectral_image import (
     write_rgb_exr,
     write_spectral_exr,
 )
-from . import band_passes, development, picture_layers
+from . import band_passes, development, picture_layers, rounds
 from .band_passes import RenderedPass
 from .frame_plans import FramePlans
+from .guides import read_guides
 from .manifest import Manifest, View
 from .work import Rendered
 
 _RECORDED_PACKAGES = ("numpy", "colour-science", "jerlov", "OpenImageIO")
+_DENOISED = {
+    True: "OpenImageDenoise, the developed picture, guided by albedo and normal",
+    False: "OpenImageDenoise, the developed picture, without guides",
+}
+_UNGUIDED = (
+    "denoised without guides, which these passes do not have: edges may be soft; render them again "
+    "for guides"
+)
+_PARTICLES = (
+    "denoised: faint particles may have been taken for noise; --no-denoise keeps them, and the "
+    "noise"
+)
 _HEAD = 200  # characters of a record, which hold its key
 
 
@@ -62,8 +75,10 @@ def is_developed(manifest: Manifest, view: View) -> bool:
 
 def develop(
     manifest: Manifest, view: View, rendered: Sequence[Rendered], plans: FramePlans
-) -> None:
+) -> list[str]:
     """Write the pictures of a view, and its record last.
+
+    Spectra, layers and truth are as rendered; a manifest may have the picture denoised.
 
     Parameters
     ----------
@@ -74,6 +89,11 @@ def develop(
     plans : FramePlans
         Of the manifest.
 
+    Returns
+    -------
+    list of str
+        What could not be done, one line each; the record has it too.
+
     Raises
     ------
     InputError
@@ -81,23 +101,36 @@ def develop(
     """
     plan, picture = plans.of(view.frame), picture_path(manifest, view)
     whole, variances = _means(manifest, rendered)
+    denoised, said = "", []
+    noise = rounds.reached(manifest, view, rendered) if manifest.noise else None
+    said += [str(noise)] if noise else []
     if method_of(manifest.output.engine, manifest.output.mode).draws_colours:
         write_rgb_exr(picture, sum(read_exr(item.path)[0] for item in whole), LINEAR_REC709)
     else:
         _write_spectra(manifest, view, whole, plan)
         weights = np.array(manifest.developments[view.development].weights)
         paths, bands = [item.path for item in whole], [item.bands for item in whole]
-        development.develop(paths, weights, bands, picture)
+        denoise = manifest.output.denoise
+        guides = read_guides(manifest, view, rendered) if denoise else None
+        development.develop(paths, weights, bands, picture, denoise=denoise, guides=guides)
+        if denoise:
+            denoised = _DENOISED[guides is not None]
+            said += [_UNGUIDED] if guides is None else []
+            there = particles.particles_of(plan.settings, plan.column).clouds
+            said += [_PARTICLES] if there else []
     chosen = plan.settings
     shown = shown_path(manifest, view)
     view_transform.write_shown(shown, read_exr(picture)[0], chosen.tone, chosen.contrast)
-    paths = [item.file.path for item in rendered]
-    untold = picture_layers.develop_layers(manifest, view, paths, plan, picture)
+    said += picture_layers.develop_layers(manifest, view, rendered, plan, picture)
     record = _record(manifest, view, rendered, plan)
-    record["notes"] += untold
+    record["notes"] += said
+    record["denoised"] = denoised
+    if noise is not None:
+        record["noise"] = noise.record()
     if variances:
         record["parts"] = variances
     write_json(record_path(manifest, view), record)
+    return said
 
 
 def write_json(path: Path, value: dict[str, Any]) -> None:
@@ -113,13 +146,15 @@ def _means(
     parts = manifest.parts
     if parts == 1:
         return [item.file for item in rendered], []
-    found, variances = [], []
-    for first in range(0, len(rendered), parts):
-        files = [item.file for item in rendered[first : first + parts]]
-        samples = [item.samples for item in manifest.passes[first : first + parts]]
+    found, variances, by_pass = [], [], dict[int, list[Rendered]]()
+    for item in rendered:
+        by_pass.setdefault(item.task.number // parts, []).append(item)
+    for number, of_pass in by_pass.items():
+        files = [item.file for item in of_pass]
+        samples = [manifest.passes[item.task.number].samples for item in of_pass]
         images = np.stack([read_exr(item.path)[0].astype(np.float64) for item in files])
         mean, variance = mean_of_parts(images, np.array(samples, dtype=np.float64))
-        path = files[0].path.with_name(f"pass_{first // parts:02d}.exr")
+        path = files[0].path.with_name(f"pass_{number:02d}.exr")
         write_rgb_exr(path, mean)
         seconds = [item.seconds for item in files if item.seconds is not None]
         found.append(RenderedPass(path, files[0].bands, sum(seconds) if seconds else None))

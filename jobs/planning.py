@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..quality.methods import Device
+from ..quality.sampling import parts_of
 from ..scene import colour_space, contents, view_transform
 from ..scene.engines import cycles_settings
 from ..scene.engines.band_engine import Engine
@@ -260,14 +261,24 @@ def _passes(engine: Engine, plan: RenderPlan, job: Job) -> tuple[Pass, ...]:
         raise InputError(
             f"--parts: the noise of {engine.method.engine} has no seed; use --engine cycles"
         )
+    if plan.settings.noise and engine.method.traced:
+        if parts > 1:
+            raise InputError("--parts: --noise has parts of its own; leave one of them out")
+        parts, share = parts_of(samples)
+        return _parts(engine, plan, job.seed, parts, share)
     if parts > samples:
         raise InputError(
             f"--parts: {parts} parts of {samples} samples; take fewer, or more samples"
         )
     # The same for every part: Cycles, keeping its data, draws other numbers after a change of it.
-    share = math.ceil(samples / parts)
+    return _parts(engine, plan, job.seed, parts, math.ceil(samples / parts))
+
+
+def _parts(
+    engine: Engine, plan: RenderPlan, seed: int, parts: int, samples: int
+) -> tuple[Pass, ...]:
     return tuple(
-        Pass(bands, part, part_seed(job.seed, part), share)
+        Pass(bands, part, part_seed(seed, part), samples)
         for bands in engine.passes(plan)
         for part in range(parts)
     )

@@ -18,7 +18,8 @@ from .frame_plans import FramePlans
 from .job import Job
 from .manifest import Manifest, View, differences, read_manifest, write_manifest
 from .planning import plan_job
-from .work import Part, Rendered
+from .rounds import Rounds
+from .work import Rendered
 
 JOB_FILE = "job.json"
 """The manifest of a job in its output folder."""
@@ -74,8 +75,8 @@ def render(
     manifest = begin(plan_job(scene, settings_now, job), resume=job.resume)
     plans = FramePlans(manifest)
     finished: dict[View, dict[int, Rendered]] = {}
-    tasks = Part().tasks(manifest)
-    steps = work.render(scene, manifest, tasks, plans, report_note, insist=True)
+    rounds = Rounds(manifest)
+    steps = work.render(scene, manifest, rounds.tasks(), plans, report_note, insist=True)
     for number, (found, is_new) in enumerate(steps, start=1):
         # A record has the seconds of its own process only.
         file = found.file if is_new else replace(found.file, seconds=None)
@@ -83,11 +84,13 @@ def render(
         of_view = finished.setdefault(view, {})
         of_view[found.task.number] = replace(found, file=file)
         picture = None
-        if len(of_view) == len(manifest.passes):
+        if rounds.has_all(view, len(of_view)):
             ready = finished.pop(view)
-            pictures.develop(manifest, view, [ready[n] for n in sorted(ready)], plans)
+            for note in pictures.develop(manifest, view, [ready[n] for n in sorted(ready)], plans):
+                report_note(note)
             picture = pictures.shown_path(manifest, view)
-        yield Step(view.frame, file, number, len(tasks), view.camera, picture)
+        total = max(rounds.total, number)
+        yield Step(view.frame, file, number, total, view.camera, picture)
 
 
 def begin(manifest: Manifest, *, resume: bool) -> Manifest:
@@ -161,8 +164,17 @@ def join(manifest: Manifest) -> None:
         )
 
 
-def develop(manifest: Manifest, views: Sequence[View]) -> Iterator[View]:
+def develop(
+    manifest: Manifest, views: Sequence[View], report_note: Callable[[str], None]
+) -> Iterator[View]:
     """Develop the views whose passes are all done, one at each step of the iteration.
+
+    Parameters
+    ----------
+    manifest : Manifest
+    views : sequence of View
+    report_note : callable
+        Receives what could not be done, a line each.
 
     Yields
     ------
@@ -174,15 +186,14 @@ def develop(manifest: Manifest, views: Sequence[View]) -> Iterator[View]:
     InputError
         In the end, if passes of other views are missing.
     """
-    plans, missing = FramePlans(manifest), []
+    plans, rounds, missing = FramePlans(manifest), Rounds(manifest), []
     for view in views:
-        tasks = [work.Task(view, number) for number in range(len(manifest.passes))]
-        rendered = [work.done(manifest, task) for task in tasks]
-        there = [item for item in rendered if item is not None]
-        if len(there) < len(tasks):
-            absent = [str(n) for n, item in enumerate(rendered) if item is None]
-            missing.append(f"frame {view.frame} of {view.camera}, {', '.join(absent)}")
+        there, absent = rounds.rendered(view)
+        if absent:
+            numbers = ", ".join(map(str, absent))
+            missing.append(f"frame {view.frame} of {view.camera}, {numbers}")
             continue
-        pictures.develop(manifest, view, there, plans)
+        for note in pictures.develop(manifest, view, there, plans):
+            report_note(note)
         yield view
     pictures.require(missing)

@@ -19,6 +19,7 @@ from .path_mapping import PathMapping, apply_to_scene, read_path_mapping
 from .planning import plan_job
 from .progress import Progress, print_note
 from .render_job import Step
+from .rounds import require_fixed
 from .work import Part
 
 OpenScene = Callable[[Path | None, bool], None]
@@ -36,6 +37,7 @@ def plan(
         If the scene or the settings cannot be used, or a file that they name is missing.
     """
     manifest = plan_job(scene, settings_now, job)
+    require_fixed(manifest, "--plan")
     if manifest.scene is None:
         raise InputError("--plan: the scene was never saved, so no worker can open it; save it")
     job_files.require_all(manifest.files)
@@ -82,6 +84,8 @@ def run(
     manifest = mapping.apply_to_manifest(read_manifest(path))
     if request.out is not None:
         manifest = replace(manifest, out=request.out)
+    if request.develop is None:
+        require_fixed(manifest, "--status" if request.status else "--from")
     part = Part(request.passes, request.frames, request.cameras)
     if request.status is not None:
         status = job_status.status_of(manifest)
@@ -153,7 +157,7 @@ def _develop(manifest: Manifest, part: Part, progress: Progress) -> None:
     same_job.check_programs(manifest)
     views = list(dict.fromkeys(task.view for task in part.tasks(manifest)))
     count = 0
-    for count, view in enumerate(render_job.develop(manifest, views), start=1):
+    for count, view in enumerate(render_job.develop(manifest, views, print_note), start=1):
         text = f"frame {view.frame} of {view.camera} developed, {count} of {len(views)}"
         progress.tell(text, count, len(views))
     print(f"done: {count} picture(s) in {manifest.out}")

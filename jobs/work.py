@@ -254,7 +254,7 @@ class _Water:
             depth=first.depth,
             weights=_weights(manifest, first),
             seed=output.seed,
-            denoise=output.denoise,
+            guides=output.denoise,
             froxels=output.froxels,
             device=output.device,
             eyes=eyes,

@@ -36,7 +36,7 @@ SAFETY = 0.95
 """Share of the target that the estimate may use up; chosen on the tuning cases of the benchmark."""
 
 _MINOR = 0.1  # share of the target that what is not searched may add
-_DENOISED = 4.0  # samples that a denoiser is worth; a rule of thumb
+_DENOISED = 2.4  # ΔE of the noise over that after denoising; docs/measured/denoising.md
 # EEVEE's samples smooth edges, which no ΔE of the water sees: few from this target on.
 _FEW_SAMPLES, _MANY_SAMPLES, _COARSE = 16, 64, 2.0
 
@@ -139,7 +139,7 @@ def decide(
     off : collection of str
         Those that must stay off.
     denoise : bool
-        Whether Cycles passes are denoised.
+        Whether pictures of Cycles are denoised.
     costs : Costs, optional
         The measured ones by default.
 

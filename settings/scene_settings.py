@@ -619,6 +619,17 @@ class SceneSettings:
     samples: int = _setting(
         64, "Samples", "Samples per pixel", "quality", limits=(1, 2**24), usual=(1, 1024)
     )
+    noise: float = _setting(
+        0.0,
+        "Noise",
+        "Noise of a pixel before denoising, as mean ΔE2000, until which passes are rendered, those "
+        "that the sensor weighs most the longest; Samples is then the most; 0 takes Samples",
+        "quality",
+        unit="ΔE",
+        limits=(0, 100),
+        usual=(0, 10),
+        engine="cycles",
+    )
     bounces: int = _setting(
         64,
         "Bounces",

@@ -73,7 +73,7 @@ def _seen(tree, output, tmp_path, **inputs):
     camera.location = (0.0, 0.0, -1.0)
     scene.render.resolution_x = scene.render.resolution_y = 8
     with cycles_settings.reference_settings(
-        scene, camera, samples=1, seed=0, denoise=False, bounces=1, device="cpu"
+        scene, camera, samples=1, seed=0, bounces=1, device="cpu"
     ):
         exr_output.write_float_exr(scene, tmp_path / "seen.exr")
     bpy.data.objects.remove(plane)

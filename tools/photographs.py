@@ -18,7 +18,7 @@ import bpy
 ROOT = Path(__file__).resolve().parent.parent
 OUT = ROOT / "out" / "photographs"
 PACKAGE = "underwater_spectral"
-_CYCLES = ("--engine", "cycles", "--band-placement", "optimised", "--denoise")
+_CYCLES = ("--engine", "cycles", "--band-placement", "optimised")
 _ALL = (
     *("--illuminant", "clear-sky", "--irradiance", "above", "--sky", "clear"),
     *("--tone", "nikon-d7000", "--exposure", "auto-picture"),

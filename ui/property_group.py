@@ -178,7 +178,9 @@ def _get_pass_count(group: bpy.types.PropertyGroup) -> int:
 def _get_job_options(group: bpy.types.PropertyGroup) -> str:
     wanted = job(group.id_data)
     options = f"--engine {wanted.engine} --mode {wanted.mode}"
-    return f"{options} --denoise" if wanted.denoise else options
+    if not METHODS[group.quality.lower()].traced:
+        return options
+    return f"{options} {'--denoise' if wanted.denoise else '--no-denoise'}"
 
 
 class UnderwaterPanelProperties(bpy.types.PropertyGroup):
@@ -298,7 +300,8 @@ class UnderwaterPanelProperties(bpy.types.PropertyGroup):
     )
     denoise: bpy.props.BoolProperty(
         name="Denoise",
-        description="Cleans reference passes; shifts dark bands by a few percent",
+        description="Denoise the reference's picture; spectra and layers stay as rendered",
+        default=True,
         options=set(),
     )
     output: bpy.props.StringProperty(
@@ -344,7 +347,7 @@ def job(scene: bpy.types.Scene, *, resume: bool = False) -> Job:
         seed=0,
         out=Path(bpy.path.abspath(group.output)),
         resume=resume,
-        denoise=group.denoise,
+        denoise=group.denoise and method.traced,
     )
 
 

@@ -61,6 +61,7 @@ Whole animation | Ganze Animation | Toda la animación | Toute l’animation | �
 Render Reference | Referenz rendern | Renderizar referencia | Rendre la référence | 基準をレンダー
 Continue | Fortsetzen | Continuar | Continuer | 続行
 Denoise | Entrauschen | Reducir ruido | Débruiter | ノイズ除去
+Noise | Rauschen | Ruido | Bruit | ノイズ
 Visibility | Sichtweite | Visibilidad | Visibilité | 視程
 Colour | Farbe | Color | Couleur | 色
 Colour error | Farbfehler | Error de color | Erreur de couleur | 色誤差

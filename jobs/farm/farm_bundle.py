@@ -21,6 +21,7 @@ from ...uw_spectral.spectra.spectrum import split_location
 from .. import planning
 from ..job import Job
 from ..manifest import Manifest, tables, write_manifest
+from ..rounds import require_fixed
 from . import openjd_template
 from .openjd_template import ASSETS, MANIFEST, README, TEMPLATE, VALUES, FarmJob
 
@@ -60,6 +61,7 @@ def bundle_job(
 
     def plan(path: Path) -> FarmJob:
         planned = planning.plan_job(scene, settings_now, job)
+        require_fixed(planned, "--bundle")
         write_manifest(path, planned)
         return farm_job(planned)
 

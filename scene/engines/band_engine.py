@@ -69,7 +69,7 @@ class Opening:
     depth: float
     weights: Weights
     seed: int
-    denoise: bool
+    guides: bool
     froxels: int | None
     device: Device
     eyes: tuple[tuple[float, ...], ...] = ()

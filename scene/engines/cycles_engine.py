@@ -8,6 +8,7 @@ from pathlib import Path
 
 import bpy
 import numpy as np
+from numpy.typing import NDArray
 
 from ...datasets.layer_file import FrameLayers, side_by_side
 from ...quality.methods import REFERENCE, Device
@@ -31,7 +32,7 @@ from ..water.cycles_phase import cycles_phases
 from ..water.pass_values import PassValues
 from ..water.shade import Kept
 from ..water.water_body import WaterExtent
-from . import cycles_settings
+from . import cycles_settings, denoising_guides
 from .band_engine import BandEngine, Engine, Opening, RenderPass, Weights
 from .cycles_layers import CyclesLayers
 from .exr_output import write_float_exr
@@ -45,12 +46,14 @@ def cycles_bands(
     extent: WaterExtent,
     *,
     seed: int,
-    denoise: bool,
+    guides: bool = False,
     device: Device = "cpu",
     eyes: Sequence[tuple[float, ...]] = (),
     kept: Kept | None = None,
 ) -> Iterator[BandEngine]:
     """Water for the Cycles reference while the block runs.
+
+    With ``guides``, a pass has albedo and normal for a denoiser beside it.
 
     Raises
     ------
@@ -84,7 +87,6 @@ def cycles_bands(
             camera,
             samples=chosen.samples,
             seed=seed,
-            denoise=denoise,
             bounces=chosen.bounces,
             device=device,
         ) as layer:
@@ -109,21 +111,25 @@ def cycles_bands(
                 # Rays begin at the glass where the waterline is on it.
                 camera.data.clip_start = waterline.PORT if split else clip_start
 
+                def bend(both: NDArray[np.float32]) -> NDArray[np.float32]:
+                    index = now.column.refractive_index
+                    return waterline.joined(scene, camera, both, both, index)
+
                 def draw_bands(indices: tuple[int, ...], path: Path) -> FrameLayers | None:
                     values.apply(layer, indices)
                     values.refresh(scene)
-                    if wanted:
-                        image, found = CyclesLayers(wanted, now).render(
+                    found = None
+                    if wanted or guides:
+                        image, found = CyclesLayers(wanted, now, guides).render(
                             scene, camera, path, indices, is_first=indices[0] == plan.passes[0][0]
                         )
                         write_rgb_exr(path, image)
-                        return found
-                    write_float_exr(scene, path)
+                    else:
+                        write_float_exr(scene, path)
                     if split:
-                        both = read_exr(path)[0]
-                        index = now.column.refractive_index
-                        write_rgb_exr(path, waterline.joined(scene, camera, both, both, index))
-                    return None
+                        write_rgb_exr(path, bend(read_exr(path)[0]))
+                        found = denoising_guides.bent(found, bend) if found else None
+                    return found
 
                 def render(indices: tuple[int, ...], path: Path) -> FrameLayers | None:
                     shared = _sharing(indices, now.passes)
@@ -153,7 +159,8 @@ def _draw_apart(
     """Render parts of a pass by themselves and put them into one file."""
     channels, layers = [], []
     for part in parts:
-        layers.append(draw(part, path))
+        found = draw(part, path)
+        layers.append(denoising_guides.without_normal(found) if found and layers else found)
         channels.append(read_exr(path)[0][..., : len(part)])
     missing = 3 - sum(map(len, parts))
     image = np.concatenate(channels, axis=-1)
@@ -167,7 +174,7 @@ def _open(
 ) -> contextlib.AbstractContextManager[BandEngine]:
     return cycles_bands(
         scene, camera, opening.plan, opening.extent,
-        seed=opening.seed, denoise=opening.denoise, device=opening.device, eyes=opening.eyes,
+        seed=opening.seed, guides=opening.guides, device=opening.device, eyes=opening.eyes,
         kept=opening.kept,
     )  # fmt: skip
 

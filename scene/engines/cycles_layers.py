@@ -20,7 +20,7 @@ from ...uw_spectral.spectra.spectral_image import band_labels
 from .. import marks
 from ..rendered import rendered_layer
 from ..temporary import render_settings
-from . import geometry_layers
+from . import denoising_guides, geometry_layers
 from .layer_passes import Passes, render_passes, switched_on
 
 UNTOUCHED = "untouched"
@@ -50,10 +50,13 @@ class CyclesLayers:
     wanted : tuple of str
         Layers that were asked for.
     plan : RenderPlan
+    guides : bool
+        Whether a pass has guides for a denoiser too.
     """
 
     wanted: tuple[str, ...]
     plan: RenderPlan
+    guides: bool = False
 
     @property
     def drawn(self) -> tuple[str, ...]:
@@ -88,9 +91,16 @@ class CyclesLayers:
         -------
         image, shape (height, width, 3); layers
         """
-        with switched_on(rendered_layer(scene), [_SWITCHES[name] for name in self.drawn]):
+        switches = [_SWITCHES[name] for name in self.drawn]
+        switches += denoising_guides.SWITCHES if self.guides else ()
+        with switched_on(rendered_layer(scene), switches):
             passes = render_passes(scene, path)
         image = passes["Combined"][..., :3]
+        labels = band_labels(self.plan.bands)
+        channels = tuple(labels[i] for i in indices)
+        found = [denoising_guides.guides_of(passes, channels)] if self.guides else []
+        if not self.wanted:
+            return image, joined(found)
         light = {"I": image} | {name: passes[_LIGHT[name]] for name in self.drawn}
         if {"B_single", "B_multiple"} <= set(self.drawn):
             light[UNTOUCHED] = image - light["B_single"] - light["B_multiple"]
@@ -98,9 +108,7 @@ class CyclesLayers:
         dry = self._dry(scene, path, ranks=ranks)
         if "albedo" in self.wanted:
             light["albedo"] = dry["Diffuse Color"]
-        labels = band_labels(self.plan.bands)
-        channels = tuple(labels[i] for i in indices)
-        found = [
+        found.append(
             FrameLayers(
                 {
                     bands_name(name): LayerImage(
@@ -109,7 +117,7 @@ class CyclesLayers:
                     for name, values in light.items()
                 }
             )
-        ]
+        )
         if ranks:
             found.append(geometry_layers.cryptomatte_layers(scene, dry))
         if is_first:

@@ -26,7 +26,6 @@ def reference_settings(
     *,
     samples: int,
     seed: int,
-    denoise: bool,
     bounces: int = MOST_BOUNCES,
     device: Device = "cpu",
 ) -> Iterator[bpy.types.ViewLayer]:
@@ -40,8 +39,6 @@ def reference_settings(
         The camera; its near clip is moved close, since water before it is not integrated.
     samples, seed : int
         Samples per pixel, and seed of the noise.
-    denoise : bool
-        Denoise every pass; shifts dark bands by a few percent, so for previews only.
     bounces : int
         Most scattering events of a path.
     device : {"cpu", "gpu"}
@@ -74,7 +71,7 @@ def reference_settings(
         (cycles, "seed", seed),
         (cycles, "use_animated_seed", False),
         (cycles, "use_adaptive_sampling", False),
-        (cycles, "use_denoising", denoise),
+        (cycles, "use_denoising", False),
         (cycles, "time_limit", 0.0),
         (cycles, "max_bounces", bounces),
         (cycles, "volume_bounces", bounces),

@@ -267,6 +267,17 @@ def test_shared_passes_of_cycles_cost_less():
     assert any("8 in 3 passes" in str(line) for line in shared.decisions)
 
 
+def test_denoised_pictures_need_fewer_samples():
+    given = [seen_points()], Optics(viewpoint()), choices((8,))
+    workload = Workload(REFERENCE, megapixels=0.1)
+    raw, clean = (
+        decide(*given, target=1.0, workload=workload, denoise=denoise).samples
+        for denoise in (False, True)
+    )
+    # By the measured error of pixels (docs/measured/denoising.md), squared.
+    assert raw / clean == pytest.approx(2.4**2, rel=0.05)
+
+
 def test_samples_of_cycles_are_dearer_where_light_scatters_more():
     """The table's scenes: noise by orders of magnitude, time by about two."""
     clear, turbid = (

@@ -166,7 +166,7 @@ def test_cycles_lights_things_in_the_air_by_the_sun_and_sky_of_the_air(empty_ble
     before = snapshot.snapshot()
     extent = water_body.water_extent(scene, plan.column, 0.0)
     many = replace(plan, settings=replace(plan.settings, samples=64))
-    with engines.cycles_bands(scene, camera, many, extent, seed=1, denoise=False) as engine:
+    with engines.cycles_bands(scene, camera, many, extent, seed=1) as engine:
         image = grey_scene.band_image(engine, many, 0.0)
     assert snapshot.differences(before, snapshot.snapshot()) == []
     light = light_in_air(plan.column)

@@ -58,9 +58,7 @@ def test_without_a_material_things_are_blenders_grey_in_water(empty_blender, slo
     bpy.context.view_layer.update()
     extent = water_body.water_extent(scene, plan.column, 5.0)
     eevee = functools.partial(engines.eevee_bands, scene, camera, plan, extent, 5.0)
-    cycles = functools.partial(
-        engines.cycles_bands, scene, camera, plan, extent, seed=1, denoise=False
-    )
+    cycles = functools.partial(engines.cycles_bands, scene, camera, plan, extent, seed=1)
     before = snapshot.snapshot()
     bare, traced = picture(eevee()), picture(cycles())
     assert snapshot.differences(before, snapshot.snapshot()) == []

@@ -66,7 +66,7 @@ def _radiance(lobes, shares, tilt, tmp_path):
     cycles_water.add_water(scene, column, phases, water_body.water_extent(scene, column, 3.0))
     pass_values.PassValues.of_column(column, phases).apply(scene.view_layers[0], (0, 1, 2))
     scene.cycles.pixel_filter_type = "BOX"
-    with cycles_settings.reference_settings(scene, camera, samples=128, seed=1, denoise=False):
+    with cycles_settings.reference_settings(scene, camera, samples=128, seed=1):
         exr_output.write_float_exr(scene, tmp_path / "a.exr")
     image = read_exr(tmp_path / "a.exr")[0][..., 0].astype(np.float64)
     return image.mean(), image.std() / 16

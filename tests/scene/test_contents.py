@@ -137,7 +137,7 @@ def test_what_nodes_show_is_as_wet_as_other_things(empty_blender, engine, way):
         opened = (
             engines.eevee_bands(scene, camera, plan, extent, 5.0)
             if engine == "eevee"
-            else engines.cycles_bands(scene, camera, plan, extent, seed=1, denoise=False)
+            else engines.cycles_bands(scene, camera, plan, extent, seed=1)
         )
         with opened as found:
             return grey_scene.band_image(found, plan, 5.0)[2:7, 5:11]

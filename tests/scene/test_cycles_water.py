@@ -192,9 +192,7 @@ def test_the_light_tree_is_for_more_lights_than_the_sun(empty_blender, changes, 
     _add(empty_blender, **changes)
     camera = scenes.add_camera((0.0, 0.0, -3.0), (0.0, 0.0, 0.0))
     before = empty_blender.cycles.use_light_tree
-    with cycles_settings.reference_settings(
-        empty_blender, camera, samples=1, seed=1, denoise=False
-    ):
+    with cycles_settings.reference_settings(empty_blender, camera, samples=1, seed=1):
         assert empty_blender.cycles.use_light_tree == (strength > 0.0)
     assert empty_blender.cycles.use_light_tree == before
 
@@ -222,7 +220,7 @@ def _shine(surface, inputs, tmp_path, *, color=1.0, indices_in_water=False):
         extent = water_body.water_extent(scene, column, 2.0)
         cycles_water.add_water(scene, column, phases, extent, indices_in_water=indices_in_water)
         pass_values.PassValues.of_column(column, phases).apply(scene.view_layers[0], (0, 1, 2))
-    with cycles_settings.reference_settings(scene, camera, samples=64, seed=1, denoise=False):
+    with cycles_settings.reference_settings(scene, camera, samples=64, seed=1):
         exr_output.write_float_exr(scene, tmp_path / "a.exr")
     image = read_exr(tmp_path / "a.exr")[0][..., 0]
     assert image.max() < 1.5 * image.mean()  # no fireflies

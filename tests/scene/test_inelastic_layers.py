@@ -52,7 +52,7 @@ def rendered(column, tilt, tmp_path, samples):
     )
     values = values.with_values(inelastic_layers.emission(LIGHT, column.floor_depth, edges))
     values.apply(scene.view_layers[0], (0, 1, 2))
-    settings = {"samples": samples, "seed": 1, "denoise": False}
+    settings = {"samples": samples, "seed": 1}
     with cycles_settings.reference_settings(scene, camera, **settings):
         exr_output.write_float_exr(scene, tmp_path / "a.exr")
     scene_water.remove(scene)

@@ -82,7 +82,7 @@ def _by(engine, scene, chosen=NIGHT, **arguments):
     depth = cameras.camera_depth(camera, math.inf)
     extent = water_body.water_extent(scene, plan.column, depth)
     if engine == "cycles":
-        opened = engines.cycles_bands(scene, camera, plan, extent, seed=1, denoise=False)
+        opened = engines.cycles_bands(scene, camera, plan, extent, seed=1)
     else:
         opened = engines.eevee_bands(scene, camera, plan, extent, depth)
     out = np.zeros((SIZE, SIZE, 3))

@@ -231,7 +231,7 @@ def test_they_are_as_bright_in_eevee_as_in_cycles_and_named_in_layers(
     pictures, masks = [], []
     for opened in (
         engines.eevee_bands(scene, camera, plan, extent, 5.0),
-        engines.cycles_bands(scene, camera, plan, extent, seed=0, denoise=False),
+        engines.cycles_bands(scene, camera, plan, extent, seed=0),
     ):
         with opened as engine:
             layers = engine.frame(plan, 5.0)(engine.passes[0], tmp_path / "a.exr")

@@ -50,7 +50,7 @@ def _pictures(mode, tmp_path, *hidden):
         )
     )  # fmt: skip
     if mode == "cycles":
-        opened = engines.cycles_bands(scene, camera, plan, EXTENT, seed=1, denoise=False)
+        opened = engines.cycles_bands(scene, camera, plan, EXTENT, seed=1)
     else:
         engine_of = engines.eevee_bands if mode == "bands" else engines.eevee_realtime
         opened = engine_of(scene, camera, plan, EXTENT, DEPTH)

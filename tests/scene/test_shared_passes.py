@@ -40,7 +40,7 @@ def test_a_pass_of_a_later_frame_is_split_where_its_water_differs(tmp_path):
     camera = grey_scene.build_scene(DEPTH, 16, 9)
     scene, turbid, clear = bpy.context.scene, _plan("3C"), _plan("IA")
     extent = water_body.water_extent(scene, clear.column, DEPTH)
-    with engines.cycles_bands(scene, camera, turbid, extent, seed=1, denoise=False) as engine:
+    with engines.cycles_bands(scene, camera, turbid, extent, seed=1) as engine:
         (shared,) = engine.passes
         for plan in (turbid, clear):
             render = engine.frame(plan, DEPTH)

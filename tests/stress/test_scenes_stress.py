@@ -406,7 +406,7 @@ def test_cycles_panoramas_are_finite(tmp_path, panorama):
     phases = layers_of(column, henyey_greenstein(0.8))
     cycles_water.add_water(scene, column, phases, extent)
     pass_values.PassValues.of_column(column, phases).apply(scene.view_layers[0], (0, 1, 2))
-    with cycles_settings.reference_settings(scene, camera, samples=4, seed=1, denoise=False):
+    with cycles_settings.reference_settings(scene, camera, samples=4, seed=1):
         exr_output.write_float_exr(scene, tmp_path / "cycles.exr")
     scene_water.remove(scene)
     pixels = read_exr(tmp_path / "cycles.exr")[0]

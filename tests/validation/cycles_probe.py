@@ -36,7 +36,7 @@ def _pixels(
     cycles_water.add_water(scene, column, phases, extent)
     pass_values.PassValues.of_column(column, phases).apply(scene.view_layers[0], (0, 1, 2))
     scene.cycles.pixel_filter_type = "BOX"
-    settings = {"samples": samples, "seed": 1, "denoise": False}
+    settings = {"samples": samples, "seed": 1}
     with cycles_settings.reference_settings(scene, camera, **settings):
         exr_output.write_float_exr(scene, path)
     scene_water.remove(scene)

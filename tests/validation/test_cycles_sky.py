@@ -98,7 +98,7 @@ def test_sky_follows_the_sun(empty_blender, tmp_path):
     camera.data.angle = math.radians(1.0)
     scene.render.resolution_x = scene.render.resolution_y = 8
     extent = water_body.water_extent(scene, plans[0].column, DEPTH)
-    with engines.cycles_bands(scene, camera, plans[0], extent, seed=1, denoise=False) as engine:
+    with engines.cycles_bands(scene, camera, plans[0], extent, seed=1) as engine:
         for plan in plans:
             engine.frame(plan, DEPTH)((0, 1, 2), path)
             wanted = plan.column.solved_field(plan.phase).radiance(DEPTH, w)

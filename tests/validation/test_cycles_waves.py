@@ -61,7 +61,7 @@ def _renders(scene, camera, plan, frames, path, samples=64):
     values = pass_values.PassValues.of_column(
         column, columns.layers_of(column, columns.henyey_greenstein(0.9))
     )
-    options = {"samples": samples, "seed": 0, "denoise": False}
+    options = {"samples": samples, "seed": 0}
     with cycles_settings.reference_settings(scene, camera, **options) as layer:
         scene.cycles.pixel_filter_type = "BOX"
         for frame in frames:

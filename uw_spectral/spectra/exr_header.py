@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import BinaryIO
 
 _MAGIC = 20000630
-_SINGLE_PART = 0x1E00  # bits of the version that must not be set
+_SINGLE_PART = 0x1A00  # bits of the version that must not be set: tiled, deep, several parts
 _LINES = {0: 1, 1: 1, 2: 1, 3: 16, 4: 32, 5: 16, 6: 32, 7: 32, 8: 32, 9: 256}
 # Bytes to look for the header in: as a rule, and for one with long texts.
 _USUAL, _LONGEST = 1 << 12, 1 << 20

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from underwater_spectral.uw_spectral.spectra.exr_header import read_header
-from underwater_spectral.uw_spectral.spectra.spectral_image import write_rgb_exr
+from underwater_spectral.uw_spectral.spectra.spectral_image import write_exr, write_rgb_exr
 
 
 @pytest.mark.parametrize("height", [1, 9, 16, 17, 40])
@@ -29,6 +29,14 @@ def test_a_long_text(tmp_path):
     header = read_header(path)
     assert header is not None
     assert len(header.text["note"]) == 100000
+
+
+def test_a_long_name(tmp_path):
+    path = tmp_path / "image.exr"
+    write_exr(path, np.zeros((3, 3, 1)), ["B_multiple_bands.433,3333333333333nm"], {"note": "x"})
+    header = read_header(path)
+    assert header is not None
+    assert (header.size, header.text["note"], header.whole) == ((3, 3), "x", True)
 
 
 @pytest.mark.parametrize("content", [b"", b"not an image", bytes(1000), b"\x76\x2f\x31\x01" * 9])
