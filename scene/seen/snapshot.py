@@ -51,6 +51,8 @@ class Snapshot:
     seabed : float or None
         Depth in m of the floor that continues the scene's own seabed, infinite while there is no
         such seabed; None without that floor.
+    seabed_colour : three floats
+        Of that floor, linear Rec.709.
     frame : four floats
         Left, bottom, width and height of the picture of an orthographic camera, m; zero of others.
     """
@@ -61,4 +63,5 @@ class Snapshot:
     above: ViewFromAir | None = None
     kinds: Kinds = field(default_factory=Kinds)
     seabed: float | None = None
+    seabed_colour: tuple[float, float, float] = (0.5, 0.5, 0.5)
     frame: tuple[float, ...] = (0.0, 0.0, 0.0, 0.0)

@@ -117,6 +117,8 @@ def eevee_water(
     kinds = realtime_materials.kinds(contents.materials(scene))
     seabed = continued_seabed.depth_of(ground) if continues else None
     seen = Snapshot(reflectances, shaded, shining, eye.from_air, kinds, seabed)
+    if ground is not None:
+        seen = replace(seen, seabed_colour=ground.colour)
     frame = cameras.orthographic_frame(scene, eye.camera)
     if frame is not None:
         seen = replace(seen, frame=frame)

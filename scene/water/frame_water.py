@@ -133,7 +133,7 @@ class RealtimeWater:
     @property
     def has_floor(self) -> bool:
         """Whether a floor is added, or continues the scene's own seabed."""
-        return FLOOR in self.seen.reflectances
+        return FLOOR in self.seen.reflectances or self.seen.seabed is not None
 
     @property
     def keeps_closures(self) -> bool:
@@ -313,7 +313,7 @@ def realtime_water(
     if shafts:
         column.require_one_layer("shafts of light know")
     field = solved or column.solved_field(phase, TABLE_STREAMS)
-    if math.isfinite(column.floor_depth) or seen.seabed is not None:
+    if math.isfinite(column.floor_depth) and seen.seabed is None:
         seen = replace(seen, reflectances={**seen.reflectances, FLOOR: column.floor_reflectance})
     scale = tabulate(field).depth_scale
     shape = Shape(

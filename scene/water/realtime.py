@@ -29,6 +29,7 @@ from ...uw_spectral.lamps.lamp_channels import fold_lamps
 from ...uw_spectral.lamps.multiple_scattering import LampWater
 from .. import contents, marks
 from ..materials import bare_surfaces, realtime_materials
+from ..materials.inserted import own_input
 from ..materials.realtime_materials import Surfaces
 from . import apparent_places, particles, scene_water
 from .frame_water import FLOOR, LONGEST_SHAFT, RealtimeWater
@@ -103,7 +104,8 @@ def add_realtime(scene: bpy.types.Scene, water: RealtimeWater, extent: WaterExte
         objects.append(box("UW Shafts", extent, 0.0))
         objects[0].data.materials.append(realtime_volume.build(shape, sources))
     clear = realtime_filter.build(values, shape)
-    notes += realtime_materials.insert(materials, Surfaces(surface, clear, keeping, floor))
+    measured = floor if FLOOR in water.seen.reflectances else None
+    notes += realtime_materials.insert(materials, Surfaces(surface, clear, keeping, measured))
     apparent = realtime_refraction.build_apparent(values) if shape.above else None
     if apparent is not None:
         notes += apparent_places.insert(materials, apparent, extent.bottom)
@@ -195,6 +197,9 @@ def set_values(scene: bpy.types.Scene, water: RealtimeWater) -> None:
         if known.get(name) is not None:
             measured = water.channels.fold(reflectance)
             realtime_materials.write_reflectance(known[name], _FIRST_MEASURED + place, measured)
+    floor = marks.part(scene, marks.FLOOR)
+    if water.seen.seabed is not None and floor is not None:
+        _paint(floor, water.seen.seabed_colour)
     realtime_materials.refresh()
     uplift.set_water_index(water.column.refractive_index if water.indices_in_water else 1.0)
     scene_water.place(scene, water.column, water.seen.seabed)
@@ -264,6 +269,15 @@ def fits(scene: bpy.types.Scene, water: RealtimeWater) -> bool:
     if not particles.is_there(scene, water.particles):
         return False
     return own and has_floor == water.has_floor
+
+
+def _paint(floor: bpy.types.Material, colour: tuple[float, float, float]) -> None:
+    """Give a floor the mean colour of the seabed that it continues."""
+    diffuse = next(n for n in floor.node_tree.nodes if n.bl_idname == "ShaderNodeBsdfDiffuse")
+    socket = own_input(diffuse.inputs["Color"])
+    if tuple(socket.default_value)[:3] != tuple(map(np.float32, colour)):
+        for channel, value in enumerate(colour):
+            socket.default_value[channel] = value
 
 
 def _floor_material() -> bpy.types.Material:
