@@ -52,7 +52,7 @@ def _floor_under(make, tmp_path):
     values = pass_values.PassValues.of_column(column, phases)
     values = values.with_values(dict.fromkeys(attributes.REFLECTANCE_BASIS, np.full(3, 1.0 / 3.0)))
     values.apply(scene.view_layers[0], (0, 1, 2))
-    with cycles_settings.reference_settings(scene, camera, samples=64, seed=1, denoise=False):
+    with cycles_settings.reference_settings(scene, camera, samples=64, seed=1):
         exr_output.write_float_exr(scene, tmp_path / "a.exr")
     return float(read_exr(tmp_path / "a.exr")[0][..., 0].mean())
 

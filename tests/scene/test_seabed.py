@@ -251,7 +251,7 @@ def _open_water(mode, tmp_path, **changes):
     )  # fmt: skip
     extent = water_body.water_extent(scene, plan.column, DEPTH)
     if mode == "cycles":
-        opened = engines.cycles_bands(scene, camera, plan, extent, seed=1, denoise=False)
+        opened = engines.cycles_bands(scene, camera, plan, extent, seed=1)
     else:
         opened = engines.eevee_bands(scene, camera, plan, extent, DEPTH)
     with opened as engine:
