@@ -64,8 +64,8 @@ _COMPARED = """
 - Diffuse 0.5, in both the same.
 - Metal: Principled, metallic, roughness 0.3, (0.9, 0.6, 0.2) taken to the bands; Mitsuba's
   `principled` with that number. Blender's rough shaders are set to *GGX*, as Mitsuba scatters
-  once; *Multiscatter GGX*, the default, gives back what is lost so. Shadowing goes with height
-  in Cycles, not in Mitsuba. A base colour is what the metal mirrors, in air as in water.
+  once; *Multiscatter GGX*, the default, adds 0.3 to 1.0 % here. Shadowing goes with height in
+  Cycles, not in Mitsuba. A base colour is what the metal mirrors, in air as in water.
 - Plastic: Principled, roughness 0.2, index 1.5, base 0.05. In Mitsuba the mirror of 1.5 / 1.34
   over a matte base, as Blender means it, but that Blender's base loses what the mirror takes
   (0.3 % from the front, more at the rim). Its *roughplastic* has the base inside: light is
@@ -375,7 +375,7 @@ def report(measured: Measured, seeds: int, samples: int, variant: str) -> str:
         "# Materials under water: Cycles and EEVEE against Mitsuba 3",
         "",
         f"Three balls and a leaning pane in Jerlov IB (HG 0.85), {WIDTH} × {HEIGHT} pixels, the",
-        f"camera {_DEPTH:g} m deep and {above} above a grey floor, no surface, clear sky. The sun is",
+        f"camera {_DEPTH:g} m deep, {above} above a grey floor, no surface, clear sky. The sun is",
         f"at 30° and {math.degrees(_SUN_WIDTH):.0f}° wide, so that paths through glass find it (in",
         "EEVEE 0.4°). Difference of the mean radiance of a thing's pixels in per cent, with the",
         f"standard error of {seeds} seeds of {samples} samples in Cycles and {2 * samples} in",
