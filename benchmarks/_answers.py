@@ -24,7 +24,7 @@ _MATERIALS = (("diffuse ball", 3.0), ("rough metal ball", 3.0), ("plastic ball",
 
 
 def _material(thing: str, target: float | None) -> Row:
-    """Row of a thing under water; open is what is beyond the target by less than twice its error."""
+    """Row of a thing under water; open if beyond the target by less than two errors."""
     page, words, missed, unsure = "mitsuba_materials.md", [], [], []
     for name in ("Cycles", "EEVEE"):
         line = _found(page, rf"^\| {thing} \| {name} / Mitsuba \|(.*)\| \*\*")[1]
@@ -73,7 +73,8 @@ def pictures() -> Section:
 Renderers of other makers, and each of ours against the next, with the default phase function
 under a clear sky; HG 0.8 is one row of each page. [Mitsuba](mitsuba.md): another path tracer
 against Cycles, and [materials](mitsuba_materials.md) by it under water.
-[Grey scene](grey_scene.md), [Snell's window](snell_window.md), [solved light field](solved_accuracy.md), [shade](shade.md): EEVEE and formulas
+[Grey scene](grey_scene.md), [Snell's window](snell_window.md),
+[solved light field](solved_accuracy.md), [shade](shade.md): EEVEE and formulas
 against Cycles and the solution. [Real time](realtime_accuracy.md) has the paper's forms
 beside them, and tails. [Look presets](preset_pictures.md): with two phase functions.
 

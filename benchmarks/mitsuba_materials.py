@@ -76,6 +76,8 @@ _COMPARED = """
   one it lets it straight through; *sun straight through* is that, in the same light. Few paths
   carry what is traced: its errors are those of rare, bright samples.
 - All the rest: floor and water, without the things and the pane's shade.
+- EEVEE is too bright in the far red over all of the picture, as in
+  [grey_scene.md](grey_scene.md), and draws glass by letting light straight through.
 
 Repeat: `python3 dev.py run -m benchmarks mitsuba_materials`
 """
