@@ -18,6 +18,33 @@ def _found(page: str, pattern: str) -> re.Match[str]:
     return match
 
 
+_MATERIALS = (("diffuse ball", 3.0), ("rough metal ball", 3.0), ("plastic ball", None),
+              ("glass pane", None))  # fmt: skip
+"""Things under water, and the target in per cent where there is one."""
+
+
+def _material(thing: str, target: float | None) -> Row:
+    """Row of a thing under water; open if beyond the target by less than two errors."""
+    page, words, missed, unsure = "mitsuba_materials.md", [], [], []
+    for name in ("Cycles", "EEVEE"):
+        line = _found(page, rf"^\| {thing} \| {name} / Mitsuba \|(.*)\| \*\*")[1]
+        bands = [[float(x) for x in cell.split("±")] for cell in line.split("|")]
+        words.append(f"{name} {' / '.join(f'{off:+.1f}' for off, _ in bands)} %")
+        if target is None:
+            continue
+        if any(abs(off) > target + 2.0 * error for off, error in bands):
+            missed.append(name)
+        elif any(abs(off) > target for off, _ in bands):
+            unsure.append(name)
+    verdict = "–" if target is None else f"{OPEN} in {unsure[0]}" if unsure else MET
+    return Row(
+        f"{thing} under water, 450 / 550 / 650 nm",
+        f"Mitsuba 3, [{page}](measured/{page})", ", ".join(words),
+        "0" if target is None else f"0 ± {target:g} %",
+        f"{MISSED} in {' and '.join(missed)}" if missed else verdict,
+    )  # fmt: skip
+
+
 def pictures() -> Section:
     """Pictures by renderers that share no code."""
     mean = _found("grey_scene.md", r"^\| \*\*mean, clear sky\*\* \| \| EEVEE \|(.*)$")[1]
@@ -40,11 +67,13 @@ def pictures() -> Section:
             "Cycles, [realtime_accuracy.md](measured/realtime_accuracy.md)",
             f"ΔE2000 {middle} in the median of six pictures, {worst} at worst",
             "0 (the eye sees ΔE2000 0.8)", judged),
+        *(_material(*row) for row in _MATERIALS),
     ]  # fmt: skip
     text = """## Pictures
 Renderers of other makers, and each of ours against the next, with the default phase function
 under a clear sky; HG 0.8 is one row of each page. [Mitsuba](mitsuba.md): another path tracer
-against Cycles. [Grey scene](grey_scene.md), [Snell's window](snell_window.md),
+against Cycles, and [materials](mitsuba_materials.md) by it under water.
+[Grey scene](grey_scene.md), [Snell's window](snell_window.md),
 [solved light field](solved_accuracy.md), [shade](shade.md): EEVEE and formulas
 against Cycles and the solution. [Real time](realtime_accuracy.md) has the paper's forms
 beside them, and tails. [Look presets](preset_pictures.md): with two phase functions.

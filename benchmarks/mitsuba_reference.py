@@ -116,7 +116,7 @@ class Comparison:
     def ratio(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Mitsuba's mean over Cycles' per band, and its standard error."""
         per_seed = [r.images.mean(axis=(1, 2)) for r in self.both]
-        means, errors = zip(*(_mean_and_error(x) for x in per_seed), strict=True)
+        means, errors = zip(*(mean_and_error(x) for x in per_seed), strict=True)
         ratio = means[1] / means[0]
         return ratio, ratio * np.hypot(errors[0] / means[0], errors[1] / means[1])
 
@@ -154,7 +154,7 @@ class Comparison:
             return cls(str(kept["water"]), depth, light, *renders)
 
 
-def _mean_and_error(
+def mean_and_error(
     samples: NDArray[np.float64],
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Mean over the first axis and its standard error."""
@@ -427,7 +427,7 @@ def _overall_ratio(comparison: Comparison) -> tuple[float, float]:
     scale = comparison.cycles.images.mean(axis=(0, 1, 2))
     means, errors = zip(
         *(
-            _mean_and_error((r.images.mean(axis=(1, 2)) / scale).mean(axis=1))
+            mean_and_error((r.images.mean(axis=(1, 2)) / scale).mean(axis=1))
             for r in comparison.both
         ),
         strict=True,
