@@ -11,12 +11,10 @@ EEVEE above Cycles, OUT/foreign_scenes.md the table, OUT/foreign_scenes.jpg all 
 from __future__ import annotations
 
 import argparse
-import json
 import tempfile
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import bpy
 import numpy as np
