@@ -13,7 +13,7 @@ from __future__ import annotations
 import argparse
 import tempfile
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import bpy
@@ -28,7 +28,6 @@ from ..uw_spectral.spectra.colour_rendering import delta_e_CIE2000_images
 from ..uw_spectral.spectra.spectral_image import read_exr, replacing, write_png
 from . import grey_scene
 from ._drawing import drawing
-from .foreign_scenes import FLOOR
 from .materials import settings as water_of_materials
 
 _WIDTH, _HEIGHT, _BLOCK = 240, 135, 3
@@ -77,9 +76,8 @@ def main(arguments: Sequence[str]) -> None:
 
 
 def _settings(samples: int) -> SceneSettings:
-    from dataclasses import replace
-
-    return replace(water_of_materials(samples), floor_depth=-FLOOR)
+    """Return the water of all scenes, over the seabed that they have."""
+    return replace(water_of_materials(samples), floor_depth=0.0, floor_reflectance="0.2")
 
 
 def _open(out: Path, name: str) -> bpy.types.Object:

@@ -29,7 +29,7 @@ from ..uw_spectral.spectra.spectral_image import replacing
 from ._packages import Package, recorded, unpacked
 
 _MATERIALS = (10, 60)
-FLOOR = -6.5
+_FLOOR = -6.5
 _COLUMNS = 5
 _PITCH = 1.1  # of the models in a row, in the size of the largest
 _LENS = 28.0
@@ -139,9 +139,9 @@ SCENES: dict[str, tuple[_Models, ...]] = {
     "tools": (
         _furniture(
             "marteau", "scie-egoine", "perceuse-electrique", "meuleuse-electrique",
-            "pince-coupante", "wheelbarrow", "espressokettle", "kitchenTools", "largePan", "cissors_swap", "fork",
-            "tape-measure", "flashlight", "hose-reel", "fire-hydrant", "mower", "keys", "shovel",
-            "step-ladder-metal", "propane-stove", "kitchenKnifeStandSet", "ammoBox",
+            "pince-coupante", "wheelbarrow", "espressokettle", "kitchenTools", "largePan",
+            "cissors_swap", "fork", "tape-measure", "flashlight", "hose-reel", "fire-hydrant",
+            "mower", "keys", "shovel", "step-ladder-metal", "propane-stove", "kitchenKnifeStandSet", "ammoBox",
         ),
     ),
     "toys": (
@@ -170,7 +170,8 @@ SCENES: dict[str, tuple[_Models, ...]] = {
         _furniture(
             "rattanArmchair", "hammock", "beach_chair", "stoneGrillDevice", "dog-house", "maceta",
             "rattanTable", "stoneLantern", "bench", "rock3", "trampoline", "wood_logs",
-            "mofx_mailbox", "umbrella", "garden-faucet", "concrete-bench", "poolLounge", "child_swing", "fence",
+            "mofx_mailbox", "umbrella", "garden-faucet", "concrete-bench", "poolLounge",
+            "child_swing", "fence",
         ),
     ),
 }  # fmt: skip
@@ -278,7 +279,7 @@ def _place(items: Sequence[bpy.types.Object], models: _Models, index: int) -> bo
     row, column = divmod(index, _COLUMNS)
     pitch = _PITCH * models.sizes[1]
     # Every second row stands in the gaps of the one before it.
-    place = Vector(((column - _COLUMNS / 2 + 0.5 * (row % 2) + 0.25) * pitch, row * pitch, FLOOR))
+    place = Vector(((column - _COLUMNS / 2 + 0.5 * (row % 2) + 0.25) * pitch, row * pitch, _FLOOR))
     centre = Vector(((low[0] + high[0]) / 2, (low[1] + high[1]) / 2, low[2]))
     turn = Matrix.Rotation(0.7 * index, 4, "Z")
     frame = bpy.data.objects.new(f"Model {index}", None)
@@ -344,7 +345,7 @@ def _seabed() -> None:
     """Add sand with ripples, of a material of its own."""
     bpy.ops.mesh.primitive_grid_add(x_subdivisions=120, y_subdivisions=120, size=60.0)
     floor = bpy.context.object
-    floor.name, floor.location = "Seabed", (0.0, 8.0, FLOOR)
+    floor.name, floor.location = "Seabed", (0.0, 8.0, _FLOOR)
     points = np.zeros(3 * len(floor.data.vertices), np.float32)
     floor.data.vertices.foreach_get("co", points)
     x, y, _ = points.reshape(-1, 3).T
@@ -362,7 +363,7 @@ def _camera(pitch: float) -> None:
     camera = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))
     camera.data.lens = _LENS
     away = pitch * _COLUMNS * _LENS / camera.data.sensor_width
-    camera.location, camera.rotation_euler = (0.0, -away, FLOOR + 0.6 * away), (_TILT, 0.0, 0.0)
+    camera.location, camera.rotation_euler = (0.0, -away, _FLOOR + 0.6 * away), (_TILT, 0.0, 0.0)
     scene = bpy.context.scene
     scene.collection.objects.link(camera)
     scene.camera = camera
