@@ -141,7 +141,8 @@ SCENES: dict[str, tuple[_Models, ...]] = {
             "marteau", "scie-egoine", "perceuse-electrique", "meuleuse-electrique",
             "pince-coupante", "wheelbarrow", "espressokettle", "kitchenTools", "largePan",
             "cissors_swap", "fork", "tape-measure", "flashlight", "hose-reel", "fire-hydrant",
-            "mower", "keys", "shovel", "step-ladder-metal", "propane-stove", "kitchenKnifeStandSet", "ammoBox",
+            "mower", "keys", "shovel", "step-ladder-metal", "propane-stove",
+            "kitchenKnifeStandSet", "ammoBox",
         ),
     ),
     "toys": (
