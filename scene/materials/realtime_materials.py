@@ -58,6 +58,7 @@ _EMITTING, _KEPT = nodes_that(EMITS), nodes_that(REFLECTS, EMITS, PASSES)
 _MIRRORING = {name for name, node in SHADER_NODES.items() if node.mirrors}
 _TRANSLUCENT = {name for name, node in SHADER_NODES.items() if node.behind}
 _READ = matte_fallbacks.KINDS | {uplift.FILTER}
+_IMAGE = "ShaderNodeTexImage"
 _JOINING = {"ShaderNodeMixShader", "ShaderNodeAddShader", "ShaderNodeGroup"}
 
 
@@ -190,7 +191,7 @@ class _Walk:
         socket = own_input(socket, but=_READ)
         links = [link for link in socket.links if not link.is_muted]
         if links:
-            source = self.graph.term(links[0].from_socket)
+            source = self.graph.term(_alpha_beside_colour(links[0].from_socket))
             return source if socket.type != "VALUE" or source.size == 1 else _mean(source)
         if not _is_animated(self.tree, socket):
             values = np.atleast_1d(socket.default_value)[:3]
@@ -666,6 +667,31 @@ def _is_ours(item: bpy.types.NodeTreeInterfaceSocket) -> bool:
 
 def _is_zero(value: object) -> bool:
     return not isinstance(value, NodeValue) and value == 0.0
+
+
+def _alpha_beside_colour(socket: bpy.types.NodeSocket) -> bpy.types.NodeSocket:
+    """Return the alpha of the node that gives the colour of the same image.
+
+    EEVEE darkens colours by an alpha that nothing reads there: with another node's it counts twice
+    along the edges of leaves. Files of OBJ come in with two such nodes.
+    """
+    node = socket.node
+    if node.bl_idname != _IMAGE or socket.name != "Alpha":
+        return socket
+    for other in node.id_data.nodes:
+        if other.bl_idname == _IMAGE and other.outputs["Color"].is_linked and _same(node, other):
+            return other.outputs["Alpha"]
+    return socket
+
+
+def _same(node: bpy.types.Node, other: bpy.types.Node) -> bool:
+    """Whether two image nodes look up the same texel."""
+    places = [
+        [(k.from_node.name, k.from_socket.name) for k in n.inputs[0].links if not k.is_muted]
+        for n in (node, other)
+    ]
+    names = ("image", "interpolation", "projection", "extension")
+    return places[0] == places[1] and all(getattr(node, x) == getattr(other, x) for x in names)
 
 
 def _mean(colour: NodeValue) -> Operand:

@@ -14,11 +14,12 @@ from ...node_groups.node_mathematics import MARK
 from .. import contents
 from ..stored_materials import is_filled_with_air
 from .inserted import has_inserted, is_idle, is_inserted, new_node, put_before, take_out
+from .shader_nodes import PRINCIPLED
 
 _KINDS = {
     "IOR": uplift.INDEX,
-    "Coat IOR": uplift.INDEX,
-    "Subsurface IOR": uplift.INDEX,
+    "Coat IOR": uplift.OPAQUE_INDEX,
+    "Subsurface IOR": uplift.OPAQUE_INDEX,
     "Thin Film IOR": uplift.INDEX,
     # Thickness counts in wavelengths, which are shorter in water.
     "Thin Film Thickness": uplift.LENGTH,
@@ -29,7 +30,7 @@ _WEIGHTS = {
     "Thin Film IOR": "Thin Film Thickness",
     "Thin Film Thickness": "Thin Film Thickness",
 }
-_OURS = {uplift.INDEX, uplift.LENGTH}
+_OURS = {uplift.INDEX, uplift.OPAQUE_INDEX, uplift.LENGTH}
 _FRESNEL = "ShaderNodeFresnel"
 
 
@@ -70,4 +71,10 @@ def _insert_into_tree(tree: bpy.types.NodeTree) -> None:
             if kind is None or socket.type != "VALUE" or has_inserted(socket):
                 continue
             if not is_idle(tree, node, _WEIGHTS.get(socket.name, "")):
-                put_before(tree, socket, new_node(tree, kind))
+                put_before(tree, socket, new_node(tree, _opaque(kind, tree, node)))
+
+
+def _opaque(kind: str, tree: bpy.types.NodeTree, node: bpy.types.Node) -> str:
+    """Return the kind of a socket of a node that may let nothing through."""
+    is_opaque = node.bl_idname == PRINCIPLED and is_idle(tree, node, "Transmission Weight")
+    return uplift.OPAQUE_INDEX if kind == uplift.INDEX and is_opaque else kind

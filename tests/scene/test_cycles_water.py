@@ -251,3 +251,11 @@ def test_plastic_mirrors_in_water_what_its_index_against_water_makes_it(tmp_path
     wet = _shine("flat", inputs, tmp_path, color=0.0, indices_in_water=True)
     n = 1.5 / 1.33
     assert wet / dry == pytest.approx(((n - 1) / (n + 1)) ** 2 / 0.04, rel=0.02)
+
+
+def test_what_has_no_gloss_has_none_in_water(tmp_path):
+    """An index of 1 against 1.33 would mirror, and all that comes in at a flat angle."""
+    inputs = {"Roughness": 0.3, "IOR": 1.0}
+    dry = _shine("flat", inputs, tmp_path)
+    wet = _shine("flat", inputs, tmp_path, indices_in_water=True)
+    assert wet == pytest.approx(dry, rel=0.01)

@@ -254,3 +254,69 @@ def test_every_shader_of_blender_has_a_row_or_is_joined(empty_blender):
     for name, row in shader_nodes.SHADER_NODES.items():
         if name != "ShaderNodeBsdfGlossy" and row.does != shader_nodes.HIDES:
             assert row.colour in tree.nodes.new(name).inputs
+
+
+def _leaf() -> bpy.types.Image:
+    """An image of thin green stripes between clear ones that are black."""
+    image = bpy.data.images.new("leaf", 64, 64, alpha=True)
+    texels = np.zeros((64, 64, 4), np.float32)
+    texels[:, ::2] = (0.1, 0.8, 0.1, 1.0)
+    image.pixels.foreach_set(texels.ravel())
+    image.pack()
+    return image
+
+
+def _cut_out(name: str, *, nodes: int) -> bpy.types.Material:
+    """A leaf whose colour and alpha come from one node, or from two."""
+    material = scenes.principled(name)
+    tree = material.node_tree
+    shader = tree.nodes["Principled BSDF"]
+    colour = tree.nodes.new("ShaderNodeTexImage")
+    alpha = colour if nodes == 1 else tree.nodes.new("ShaderNodeTexImage")
+    colour.image = alpha.image = bpy.data.images.get("leaf") or _leaf()
+    tree.links.new(colour.outputs["Color"], shader.inputs["Base Color"])
+    tree.links.new(alpha.outputs["Alpha"], shader.inputs["Alpha"])
+    return material
+
+
+def _cut_out_water() -> frame_water.RealtimeWater:
+    seen = Snapshot(kinds=realtime_materials.kinds(bpy.data.materials))
+    phase = parse_phase("hg:0.8").for_bands(np.full(3, 0.1))
+    return frame_water.realtime_water(
+        columns.grey_column(0.01, 0.0), phase, 5.0, np.eye(3), seen=seen
+    )
+
+
+@pytest.mark.parametrize(("extension", "is_read"), [("REPEAT", True), ("CLIP", False)])
+def test_alpha_is_read_where_the_colour_is(empty_blender, extension, is_read):
+    """EEVEE darkens a colour by an alpha that nothing reads there."""
+    material = _cut_out("leaf", nodes=2)
+    nodes = [n for n in material.node_tree.nodes if n.bl_idname == "ShaderNodeTexImage"]
+    nodes[1].extension = extension  # clipped, it is another texel
+    bpy.ops.mesh.primitive_plane_add(location=(0.0, 0.0, -5.0))
+    bpy.context.object.data.materials.append(material)
+    before = snapshot.snapshot()
+    realtime.add_realtime(empty_blender, _cut_out_water(), water_body.WaterExtent(100.0, 100.0))
+    assert nodes[0].outputs["Alpha"].is_linked == is_read
+    scene_water.remove(empty_blender)
+    assert snapshot.differences(before, snapshot.snapshot()) == []
+
+
+@pytest.mark.slow
+def test_the_edges_of_what_is_cut_out_are_as_bright_as_the_rest(empty_blender, tmp_path):
+    """Files of OBJ have a node for the colour, another one for the alpha."""
+    camera = scenes.add_camera(rotation=(math.pi / 2, 0.0, 0.0))
+    empty_blender.render.resolution_x, empty_blender.render.resolution_y = 32, 16
+    for nodes, x in ((1, -1.0), (2, 1.0)):
+        bpy.ops.mesh.primitive_plane_add(size=1.9, location=(x, 5.0, -5.0))
+        bpy.context.object.rotation_euler = (math.radians(60.0), 0.0, 0.0)
+        bpy.context.object.data.materials.append(_cut_out(f"{nodes} nodes", nodes=nodes))
+    bpy.context.view_layer.update()
+    water = _cut_out_water()
+    realtime.add_realtime(empty_blender, water, water_body.WaterExtent(100.0, 100.0))
+    with eevee_settings.realtime_settings(empty_blender, camera, samples=32, water=water):
+        exr_output.write_float_exr(empty_blender, tmp_path / "a.exr")
+    picture = read_exr(tmp_path / "a.exr")[0][4:12]
+    one, two = picture[:, 10:15, 1].mean(), picture[:, 17:22, 1].mean()
+    assert two == pytest.approx(one, rel=0.1)  # it was 0.65 of it
+    scene_water.remove(empty_blender)

@@ -357,6 +357,28 @@ def index_in_water(n: Operand, water: Operand, z: Operand, m: Mathematics = NUMP
     return n / m.select(m.less(z, 0.0) * (1.0 - against_air), water, 1.0)
 
 
+def opaque_index_in_water(
+    n: Operand, water: Operand, z: Operand, m: Mathematics = NUMPY
+) -> Operand:
+    """Refractive index of an opaque material against what is around it.
+
+    As :func:`index_in_water`, but water makes it no thinner than itself: an index of 1, which
+    many files give to what has no gloss, would mirror all that comes in at a flat angle.
+
+    Parameters
+    ----------
+    n, water, z : float or array
+    m : Mathematics
+        As of :func:`index_in_water`.
+
+    Examples
+    --------
+    >>> [opaque_index_in_water(n, 1.34, -3.0).round(4).item() for n in (1.0, 1.5, 0.8)]
+    [1.0, 1.1194, 0.8]
+    """
+    return m.maximum(index_in_water(n, water, z, m), m.minimum(n, 1.0))
+
+
 def length_in_water(d: Operand, water: Operand, z: Operand, m: Mathematics = NUMPY) -> Operand:
     """Thickness that counts as many wavelengths in air as the given one does where it lies.
 
