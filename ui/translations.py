@@ -37,6 +37,8 @@ Quality | Qualität | Calidad | Qualité | 品質
 Read-outs | Ablesungen | Lecturas | Relevés | 測定値
 Jerlov type | Jerlov-Typ | Tipo de Jerlov | Type de Jerlov | Jerlov 型
 From constituents | Aus Inhaltsstoffen | Por constituyentes | Par constituants | 成分から
+Filled with air | Mit Luft gefüllt | Lleno de aire | Rempli d’air | 空気入り
+Indices against water | Brechzahlen gegen Wasser | Índices frente al agua | Indices par rapport à l’eau | 水に対する屈折率
 Source | Quelle | Fuente | Source | 出典
 Scattering × | Streuung × | Dispersión × | Diffusion × | 散乱 ×
 Absorption × | Absorption × | Absorción × | Absorption × | 吸収 ×
