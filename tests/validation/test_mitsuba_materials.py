@@ -8,10 +8,11 @@ from underwater_spectral.benchmarks import mitsuba_materials
 from underwater_spectral.benchmarks.mitsuba_materials import (
     CYCLES,
     DIFFUSE,
-    EEVEE,
     METAL,
     MITSUBA,
+    PANE,
     PLACES,
+    PLASTIC,
     STRAIGHT,
     Measured,
 )
@@ -49,10 +50,11 @@ def test_ratios_of_bands_that_share_their_paths_are_no_more_certain_than_one():
 
 
 @pytest.mark.slow
-def test_matte_and_metal_agree_with_mitsuba():
+def test_materials_agree_with_mitsuba():
     found = mitsuba_materials.measure(6, 32, "scalar_rgb")
-    for name in (CYCLES, STRAIGHT, EEVEE):
+    # Not EEVEE: the shade of tests is coarse.
+    for name in (CYCLES, STRAIGHT):
         ratio, error = found.of_all_bands(name, MITSUBA)
-        for place in (DIFFUSE, METAL):
+        for place in (DIFFUSE, METAL, PLASTIC, PANE):
             number = PLACES.index(place)
             assert abs(ratio[number] - 1.0) < 0.03 + 2.0 * error[number]
