@@ -8,7 +8,6 @@ from contextvars import ContextVar
 
 import bpy
 
-from ..scene.materials import refractive_indices
 from ..scene.session import is_live
 
 _MOMENT = 0.4  # s
@@ -60,6 +59,8 @@ def follow_property(group: bpy.types.PropertyGroup, _: bpy.types.Context) -> Non
 
 def follow_material(group: bpy.types.PropertyGroup, _: bpy.types.Context) -> None:
     """Follow a change of what a material stores."""
+    from ..scene.materials import refractive_indices  # enabling loads little
+
     refractive_indices.follow(group.id_data)
 
 

@@ -82,6 +82,6 @@ def nodes_that(*do: str) -> set[str]:
     Examples
     --------
     >>> sorted(nodes_that(PASSES, HIDES))
-    ['ShaderNodeBsdfTransparent', 'ShaderNodeHoldout']
+    ['ShaderNodeBsdfRayPortal', 'ShaderNodeBsdfTransparent', 'ShaderNodeHoldout']
     """
     return {name for name, node in SHADER_NODES.items() if node.does in do}
