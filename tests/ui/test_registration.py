@@ -27,7 +27,8 @@ print("FOUND " + json.dumps({"loaded": loaded, "data": data}))
 """
 # Of what renders, enabling loads only what the panel stores and the table of terms.
 LIGHT = {
-    *(
+    *("scene", "scene.session", "scene.stored_settings", "scene.stored_lamps", "scene.units"),
+    "scene.stored_materials",
         "scene",
         "scene.session",
         "scene.stored_settings",
