@@ -29,13 +29,6 @@ print("FOUND " + json.dumps({"loaded": loaded, "data": data}))
 LIGHT = {
     *("scene", "scene.session", "scene.stored_settings", "scene.stored_lamps", "scene.units"),
     "scene.stored_materials",
-        "scene",
-        "scene.session",
-        "scene.stored_settings",
-        "scene.stored_lamps",
-        "scene.stored_materials",
-        "scene.units",
-    ),
     *("scene.unheeded", "scene.rendered"),
     *("scene.animation", "scene.water", "scene.water.lamp_rigs", "jobs", "jobs.job", "jobs.stage"),
     *("settings", "settings.scene_settings", "settings.setting", "settings.known_words"),
