@@ -10,6 +10,7 @@ before it keep their meaning.
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable
 
 import bpy
@@ -46,6 +47,13 @@ COLUMNS = ("Red", "Green", "Blue")
 SHARE = "Share"
 """Input and output: the part of that with which whole closures are mixed in."""
 _LEAST = 1e-5
+_IN_WATER = {
+    INDEX: index_in_water,
+    OPAQUE_INDEX: opaque_index_in_water,
+    LENGTH: length_in_water,
+}
+IN_WATER = frozenset(_IN_WATER)
+"""Kinds of numbers that are others in water."""
 _WATER = "Water"
 
 
@@ -143,21 +151,6 @@ def _in_water(name: str, formula: Callable[..., Operand]) -> bpy.types.ShaderNod
     return tree
 
 
-def build_index() -> bpy.types.ShaderNodeTree:
-    """Build the group refractive index against air → against what is around it."""
-    return _in_water(INDEX, index_in_water)
-
-
-def build_opaque_index() -> bpy.types.ShaderNodeTree:
-    """Build the group refractive index of something opaque → against what is around it."""
-    return _in_water(OPAQUE_INDEX, opaque_index_in_water)
-
-
-def build_length() -> bpy.types.ShaderNodeTree:
-    """Build the group thickness → the same in wavelengths of what is around it."""
-    return _in_water(LENGTH, length_in_water)
-
-
 def build_sheen() -> bpy.types.ShaderNodeTree:
     """Build the group colour of a sheen → what it throws towards the camera of uniform light.
 
@@ -187,16 +180,14 @@ def build_hair() -> bpy.types.ShaderNodeTree:
 def set_water_index(index: float) -> None:
     """Tell the groups of indices that of the water against air."""
     for tree in bpy.data.node_groups:
-        if tree.get(KIND) in (INDEX, OPAQUE_INDEX, LENGTH) and tree.is_editable:
+        if tree.get(KIND) in IN_WATER and tree.is_editable:
             socket = tree.nodes[_WATER].outputs[0]
             if socket.default_value != np.float32(index):
                 socket.default_value = index
 
 
 _BUILDERS = {
-    INDEX: build_index,
-    OPAQUE_INDEX: build_opaque_index,
-    LENGTH: build_length,
+    **{kind: functools.partial(_in_water, kind, rule) for kind, rule in _IN_WATER.items()},
     SHEEN: build_sheen,
     HAIR: build_hair,
     SUNLIT: build_sunlit,

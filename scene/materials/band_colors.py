@@ -23,6 +23,7 @@ from .inserted import (
     is_idle,
     is_inserted,
     new_node,
+    own_trees,
     put_before,
     take_out,
     trees_but,
@@ -97,10 +98,7 @@ def filter_clear(materials: Iterable[bpy.types.Material], group: bpy.types.Shade
 
     ``group`` is that of :mod:`.realtime_filter`.
     """
-    trees = {m.node_tree for m in materials if m.is_editable and m.node_tree is not None}
-    for tree in trees | contents.inner_groups(trees):
-        if not tree.is_editable or MARK in tree:
-            continue
+    for tree in own_trees(materials):
         for node, socket in _colours(tree):
             if node.bl_idname not in _CLEAR or socket.type != "RGBA":
                 continue

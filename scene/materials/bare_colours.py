@@ -6,9 +6,7 @@ from collections.abc import Collection, Iterable, Iterator
 
 import bpy
 
-from ...node_groups.node_mathematics import MARK
-from .. import contents
-from .inserted import trees_but
+from .inserted import own_trees, trees_but
 
 _OURS = "uw_emits"
 _JOINING = {"ShaderNodeMixShader", "ShaderNodeAddShader"}
@@ -16,10 +14,7 @@ _JOINING = {"ShaderNodeMixShader", "ShaderNodeAddShader"}
 
 def insert(materials: Iterable[bpy.types.Material]) -> None:
     """Put an Emission node between such colours and what takes shaders."""
-    trees = {m.node_tree for m in materials if m.is_editable and m.node_tree is not None}
-    for tree in trees | contents.inner_groups(trees):
-        if not tree.is_editable or MARK in tree:
-            continue
+    for tree in own_trees(materials):
         for socket in list(bare(tree)):
             link = socket.links[0]
             active = tree.nodes.active

@@ -12,9 +12,7 @@ from collections.abc import Collection, Iterable
 
 import bpy
 
-from ...node_groups.node_mathematics import MARK
-from .. import contents
-from .inserted import is_idle, trees_but, value_curves
+from .inserted import is_idle, own_trees, trees_but, value_curves
 from .shader_nodes import PRINCIPLED, REFRACTS, SHADER_NODES, nodes_that
 
 _OURS, _MIX = "uw_clear", "mix"
@@ -26,11 +24,9 @@ _HALF = 0.5  # power: a principled shader tints at each of two faces
 
 def insert(materials: Iterable[bpy.types.Material]) -> None:
     """Mix what lets shadow rays through into the clear shaders of materials."""
-    trees = {m.node_tree for m in materials if m.is_editable and m.node_tree is not None}
-    for tree in trees | contents.inner_groups(trees):
-        if tree.is_editable and MARK not in tree:
-            for node in [n for n in tree.nodes if _is_clear(tree, n)]:
-                _let_through(tree, node)
+    for tree in own_trees(materials):
+        for node in [n for n in tree.nodes if _is_clear(tree, n)]:
+            _let_through(tree, node)
 
 
 def remove(kept: Collection[bpy.types.Material]) -> None:

@@ -6,12 +6,13 @@ its animation. Taking the node out leaves the tree as it was.
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Iterable
 
 import bpy
 import numpy as np
 
 from ...node_groups import uplift
+from ...node_groups.node_mathematics import MARK
 from .. import contents
 from ..animation import curves
 
@@ -74,6 +75,13 @@ def take_out(tree: bpy.types.NodeTree, node: bpy.types.Node) -> None:
         if source is not None:
             _link(tree, source.from_socket, target, source.is_muted)
     tree.nodes.remove(node)
+
+
+def own_trees(materials: Iterable[bpy.types.Material]) -> set[bpy.types.NodeTree]:
+    """Trees of materials and the groups in them that nodes may be put into."""
+    trees = {m.node_tree for m in materials if m.is_editable and m.node_tree is not None}
+    found = trees | contents.inner_groups(trees)
+    return {tree for tree in found if tree.is_editable and MARK not in tree}
 
 
 def trees_but(kept: Collection[bpy.types.Material]) -> set[bpy.types.NodeTree]:

@@ -7,9 +7,7 @@ from collections.abc import Iterable
 import bpy
 
 from ...node_groups import uplift
-from ...node_groups.node_mathematics import MARK
-from .. import contents
-from .inserted import has_inserted, new_node, put_before
+from .inserted import has_inserted, new_node, own_trees, put_before
 
 _KINDS = {
     "ShaderNodeBsdfSheen": uplift.SHEEN,
@@ -22,10 +20,7 @@ KINDS = set(_KINDS.values())
 
 def insert(materials: Iterable[bpy.types.Material]) -> None:
     """Put the groups before the colours of such nodes."""
-    trees = {m.node_tree for m in materials if m.is_editable and m.node_tree is not None}
-    for tree in trees | contents.inner_groups(trees):
-        if not tree.is_editable or MARK in tree:
-            continue
+    for tree in own_trees(materials):
         for node in [n for n in tree.nodes if n.bl_idname in _KINDS]:
             colour = node.inputs["Color"]
             if has_inserted(colour) or not colour.enabled:

@@ -13,7 +13,7 @@ from ...node_groups import uplift
 from ...node_groups.node_mathematics import MARK
 from .. import contents
 from ..stored_materials import is_filled_with_air
-from .inserted import has_inserted, is_idle, is_inserted, new_node, put_before, take_out
+from .inserted import has_inserted, is_idle, is_inserted, new_node, own_trees, put_before, take_out
 from .shader_nodes import PRINCIPLED
 
 _KINDS = {
@@ -30,7 +30,6 @@ _WEIGHTS = {
     "Thin Film IOR": "Thin Film Thickness",
     "Thin Film Thickness": "Thin Film Thickness",
 }
-_OURS = {uplift.INDEX, uplift.OPAQUE_INDEX, uplift.LENGTH}
 _FRESNEL = "ShaderNodeFresnel"
 
 
@@ -39,13 +38,9 @@ def insert(materials: Iterable[bpy.types.Material]) -> None:
 
     :func:`.uplift.set_water_index` tells them the water's.
     """
-    wet = [m for m in materials if m.is_editable and m.node_tree is not None]
-    apart = {m.node_tree for m in wet if is_filled_with_air(m)}
-    apart |= contents.inner_groups(apart)
-    trees = {m.node_tree for m in wet}
-    for tree in (trees | contents.inner_groups(trees)) - apart:
-        if tree.is_editable and MARK not in tree:
-            _insert_into_tree(tree)
+    wet = list(materials)
+    for tree in own_trees(wet) - own_trees(filter(is_filled_with_air, wet)):
+        _insert_into_tree(tree)
 
 
 def follow(material: bpy.types.Material) -> None:
@@ -55,7 +50,9 @@ def follow(material: bpy.types.Material) -> None:
         return  # dry
     insert([material])
     for tree in trees if is_filled_with_air(material) else ():
-        for node in [n for n in tree.nodes if is_inserted(n) and n.node_tree[uplift.KIND] in _OURS]:
+        for node in [
+            n for n in tree.nodes if is_inserted(n) and n.node_tree[uplift.KIND] in uplift.IN_WATER
+        ]:
             take_out(tree, node)
 
 
