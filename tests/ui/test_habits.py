@@ -112,6 +112,9 @@ def test_no_label_is_left_without_its_translations():
     shown |= {setting.label for setting in SETTINGS.values()}
     shown |= {section.title for section in SECTIONS.values()}
     shown |= {method.label for method in METHODS.values()}
+    for stored in (bpy.types.Light, bpy.types.Material):
+        group = stored.bl_rna.properties["underwater"].fixed_type
+        shown |= {prop.name for prop in group.properties}
     assert [name for name in names if name not in shown] == []
 
 
