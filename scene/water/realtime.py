@@ -133,6 +133,7 @@ def add_realtime(scene: bpy.types.Scene, water: RealtimeWater, extent: WaterExte
             if image is not None
         },
         list(zip(realtime_lamps.shadow_lamps(count), water.seen.lamps.objects, strict=True)),
+        floor_shades=False,
     )
     notes += [*water.seen.lamps.notes, *scene_water.add(scene, filling, water.column, extent)]
     values[_OWNER] = marks.collection_of(scene)

@@ -63,6 +63,8 @@ class Filling:
         Data-blocks that :func:`part` returns.
     followers : sequence of tuples
         Lamps that are where objects of the scene are, and seen where these are.
+    floor_shades : bool
+        Whether the floor throws shadows; nothing is seen under it, and maps of it cost time.
     """
 
     world: bpy.types.World
@@ -72,6 +74,7 @@ class Filling:
     images: WaveImages | None = None
     parts: Mapping[str, bpy.types.ID] = field(default_factory=dict)
     followers: Sequence[tuple[bpy.types.Light, bpy.types.Object]] = ()
+    floor_shades: bool = True
 
 
 def prepare(scene: bpy.types.Scene) -> None:
@@ -150,6 +153,7 @@ def add(
         parts[marks.FLOOR] = filling.floor
         items.append(water_body.floor_plane(extent, filling.floor))
         items[-1][marks.FLOOR_DEPTH] = math.inf
+        items[-1].visible_shadow = filling.floor_shades
         items[-1].hide_render = items[-1].hide_viewport = True
     for item in items:
         collection.objects.link(item)
