@@ -141,6 +141,7 @@ class _Surface:
             camera = [x - along * self._P for x, along in zip(here, self._w, strict=True)]
             self._shade = shade.on_patch(here, self._normal)
             self._shade |= shade.on_path(camera, self._w, self._P)
+        self._blocked = self._water.blocked(place_here(graph))
         self._lamps = {} if sources.lamps is None else self._lit_by_lamps(sources)
         self._thing = self._made_thing()
         self._pixel = self._made_pixel()
@@ -176,11 +177,7 @@ class _Surface:
     def sunlit(self) -> dict[str, Operand]:
         """What channels see of the white sun on colours, and the share of whole closures."""
         ray, y, P = self._ray, self._y, self._P
-        around = self._path_shade().beyond
-        direct = ray.left(y, P)
-        left = direct
-        if isinstance(around, NodeValue):
-            left = direct + (ray.left_with_peak(y, P) - direct) * (1.0 - around)
+        left = ray.kept(y, P, self._blocked)
         factor = left * self._turned(self._water.sun)
         factor = factor * self._values[SUN_GAIN]
         wanted: dict[str, Operand] = dict(zip(COLUMNS, COLOURS, strict=True))
@@ -308,8 +305,8 @@ class _Surface:
         # EEVEE lets through the mean of the channels.
         tint = coverage - self._given[COVERED] if self._shape.filters else None
         pixel = ray.surface(
-            self._y_o, y, self._w, self._P, leaving, shade=self._path_shade(), coverage=coverage,
-            tint=tint,
+            self._y_o, y, self._w, self._P, leaving, shade=self._path_shade(),
+            blocked=self._blocked, coverage=coverage, tint=tint,
         )  # fmt: skip
         if not {"J", "I"}.isdisjoint(self._shape.layers):
             pixel = replace(pixel, L_end=ray.leaving(self._thing, y, n, 0.0))

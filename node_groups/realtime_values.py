@@ -18,7 +18,7 @@ from ..uw_spectral.transfer.folded_light import RATES, FoldedLight, FoldedNumber
 from ..uw_spectral.transfer.radiance_field import FARTHEST
 from ..uw_spectral.transfer.sky import UNIFORM
 from ..uw_spectral.water.phase import PhaseFunction
-from . import realtime_lamps, realtime_shade
+from . import realtime_cover, realtime_lamps, realtime_shade
 from .node_mathematics import Graph, NodeValue, new_group
 
 NAME = "UW Values"
@@ -88,6 +88,8 @@ class Shape:
         Whether the water differs with depth.
     shade : bool
         Whether things keep all kinds of light away, and throw some back.
+    covers : bool
+        Whether it is known which part of the view things fill.
     lamps : int
         Lamps in the water.
     lamp_components : tuple of PhaseFunction
@@ -117,6 +119,7 @@ class Shape:
     sky: str = UNIFORM
     layered: bool = False
     shade: bool = False
+    covers: bool = False
     lamps: int = 0
     lamp_components: tuple[PhaseFunction, ...] = ()
     layers: tuple[str, ...] = ()
@@ -158,6 +161,7 @@ def single_names(shape: Shape) -> list[str]:
     names = list(_ALWAYS)
     names += _WAVES if shape.waves else ()
     names += realtime_shade.NUMBERS if shape.shade else ()
+    names += realtime_cover.NUMBERS if shape.covers else ()
     names += _ABOVE if shape.above else ()
     names += realtime_lamps.NUMBERS if shape.lamps else ()
     return names + [_of_zone(field, i) for i in range(shape.zones) for field in ZONE]

@@ -21,9 +21,10 @@ from ..uw_spectral.transfer.channel_pixel import (
 from ..uw_spectral.transfer.radiance_field import Ripples
 from ..uw_spectral.transfer.sky import UNIFORM, Sky
 from ..uw_spectral.transfer.sun_beam import half_angle2
+from . import realtime_cover
 from .node_mathematics import NODES, Graph, NodeValue
 from .realtime_refraction import LEAVING, MIRRORED_SKY, REFLECTANCE
-from .realtime_shade import ON_IT, ON_PATH, REACH, Shade
+from .realtime_shade import ON_PATH, REACH, Shade
 from .realtime_tables import ImageTables, Layout
 from .realtime_values import (
     FASTEST,
@@ -52,7 +53,7 @@ class Sources:
         Of :func:`.realtime_values.build`.
     light : Image
         Of :mod:`.realtime_tables`.
-    shade, lamps : Image, optional
+    shade, cover, lamps : Image, optional
     waves : WaveImages, optional
     rays : ShaderNodeTree, optional
         Of :mod:`.realtime_refraction`, if the camera may be in the air.
@@ -61,6 +62,7 @@ class Sources:
     values: bpy.types.ShaderNodeTree
     light: bpy.types.Image
     shade: bpy.types.Image | None = None
+    cover: bpy.types.Image | None = None
     lamps: bpy.types.Image | None = None
     waves: WaveImages | None = None
     rays: bpy.types.ShaderNodeTree | None = None
@@ -131,6 +133,12 @@ class PixelWater:
             return None
         return Shade(self.graph, self.values.outputs, self._sources.shade)
 
+    def blocked(self, point: Sequence[NodeValue]) -> NodeValue | None:
+        """Look up the share of scattering that stays within the things about a point in view."""
+        if self._sources.cover is None:
+            return None
+        return realtime_cover.blocked(self.graph, self.values.outputs, self._sources.cover, point)
+
     def path_shade(
         self,
         found: dict[str, NodeValue],
@@ -151,7 +159,6 @@ class PixelWater:
         return ShadeOnPath(
             LightLeft(mean, share),
             1.0 if self.shape.shafts else along_ray(sunlit, once, *reach),
-            self.graph.components(found[ON_IT])[2] if ON_IT in found else 1.0,
         )
 
     def seen(self, pixel: Operand, coverage: Operand = 1.0) -> Operand:

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...uw_spectral.shade.shade_table import ShadeTable
+from ...uw_spectral.shade.view_cover import ViewCover
 from ..materials.realtime_materials import Kinds
 from .lamps import SceneLamps
 
@@ -42,6 +43,8 @@ class Snapshot:
         Measured ones, by the names of materials.
     shade : ShadeTable or None
         What things keep away and throw back.
+    cover : ViewCover or None
+        What of the camera's view things fill.
     lamps : SceneLamps
         In the water.
     above : ViewFromAir or None
@@ -59,6 +62,7 @@ class Snapshot:
 
     reflectances: Mapping[str, NDArray[np.float64]] = field(default_factory=dict)
     shade: ShadeTable | None = None
+    cover: ViewCover | None = None
     lamps: SceneLamps = field(default_factory=SceneLamps)
     above: ViewFromAir | None = None
     kinds: Kinds = field(default_factory=Kinds)

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...node_groups import (
+    realtime_cover,
     realtime_lamps,
     realtime_shade,
     realtime_values,
@@ -161,6 +162,13 @@ class RealtimeWater:
             None if self.contrast is None else self._contrast_at,
         )
 
+    @property
+    def blocked(self) -> NDArray[np.float64]:
+        """Share of scattering that stays within things in view, (3, SIZE, SIZE)."""
+        assert self.seen.cover is not None
+        shares = [self.seen.cover.blocked(part) for part in self.folded.components]
+        return np.einsum("kc,kyx->cyx", self.folded.parts, shares)
+
     def _contrast_at(self, depths: NDArray[np.float64]) -> NDArray[np.float64]:
         assert self.waves is not None
         assert self.contrast is not None
@@ -215,6 +223,8 @@ class RealtimeWater:
         channels |= dict(zip(realtime_values.FILTERS, np.clip(through, 0.0, 1.0), strict=True))
         if self.seen.shade is not None:
             single |= realtime_shade.numbers(self.seen.shade.box)
+        if self.seen.cover is not None:
+            single |= realtime_cover.numbers(self.seen.cover.view)
         if "reflectance" in shape.layers:
             columns = self.channels.fold(self.channels.reflectance.T)
             channels |= dict(zip(realtime_values.REFLECTANCE, columns, strict=True))
@@ -318,7 +328,7 @@ def realtime_water(
     scale = tabulate(field).depth_scale
     shape = Shape(
         field.components, column.reflects, len(scale.zones), scale.slices, shafts,
-        sky=column.sky, layered=field.layered, shade=seen.shade is not None, lamps=len(lamps.all),
+        sky=column.sky, layered=field.layered, shade=seen.shade is not None, covers=seen.cover is not None, lamps=len(lamps.all),
         lamp_components=phase.components if lamps.lamps else (),
         above=seen.above is not None, mirrors=seen.kinds.mirrors,
         translucent=seen.kinds.translucent, filters=seen.kinds.filters,

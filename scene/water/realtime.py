@@ -11,6 +11,7 @@ import numpy as np
 
 from ...node_groups import (
     realtime_background,
+    realtime_cover,
     realtime_filter,
     realtime_lamps,
     realtime_refraction,
@@ -39,6 +40,7 @@ _VALUES = "uw_values"
 _OWNER = "uw_owner"
 _TABLE = "uw_table"
 _SHADE = "uw_shade"
+_COVER = "uw_cover"
 _LAMPS = "uw_lamps"
 _APPARENT = "uw_apparent"
 _PLAIN, _FILTER = "uw_plain", "uw_filter"
@@ -85,6 +87,7 @@ def add_realtime(scene: bpy.types.Scene, water: RealtimeWater, extent: WaterExte
     table = realtime_tables.new_image(layout_of(shape))
     values = realtime_values.build(shape)
     shade = None if water.seen.shade is None else realtime_shade.new_image()
+    cover = None if water.seen.cover is None else realtime_cover.new_image()
     count = len(water.seen.lamps.lamps)
     lit = (
         realtime_lamps.new_image(shape.lamps, len(shape.lamp_components), shape.measured)
@@ -92,7 +95,7 @@ def add_realtime(scene: bpy.types.Scene, water: RealtimeWater, extent: WaterExte
         else None
     )
     rays = realtime_refraction.build(values, images) if shape.above else None
-    sources = Sources(values, table, shade, lit, images, rays)
+    sources = Sources(values, table, shade, cover, lit, images, rays)
     surface = realtime_surface.build(shape, sources)
     keeping = realtime_surface.build(shape, sources, keeps=True) if water.keeps_closures else None
     background = realtime_background.build(shape, sources)
@@ -126,6 +129,7 @@ def add_realtime(scene: bpy.types.Scene, water: RealtimeWater, extent: WaterExte
                 (marks.KEEPING, keeping),
                 (_FILTER, clear),
                 (_SHADE, shade),
+                (_COVER, cover),
                 (_LAMPS, lit),
                 (_APPARENT, apparent),
                 (_PLAIN, plain),
@@ -187,6 +191,8 @@ def set_values(scene: bpy.types.Scene, water: RealtimeWater) -> None:
     realtime_tables.write_light(marks.part(scene, _TABLE), water.folded)
     if water.seen.shade is not None:
         realtime_shade.write_table(marks.part(scene, _SHADE), water.seen.shade)
+    if water.seen.cover is not None:
+        realtime_cover.write_cover(marks.part(scene, _COVER), water.blocked)
     if water.around_lamps is not None:
         _set_lamps(scene, water, water.around_lamps)
     if water.waves is not None:
@@ -220,7 +226,7 @@ def set_values(scene: bpy.types.Scene, water: RealtimeWater) -> None:
 
 def keep_images(scene: bpy.types.Scene) -> None:
     """Pack what :func:`set_values` has drawn: a file that is saved then shows it without us."""
-    drawn = [marks.part(scene, name) for name in (_TABLE, _SHADE, _LAMPS)]
+    drawn = [marks.part(scene, name) for name in (_TABLE, _SHADE, _COVER, _LAMPS)]
     waves = marks.images(scene)
     for image in (*drawn, waves.caustics, waves.slopes):
         if image is not None and image.is_dirty:

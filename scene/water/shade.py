@@ -98,6 +98,11 @@ class Kept:
             self.ground = around.ground
         return self._looked[1]
 
+    @property
+    def looked(self) -> Surroundings | None:
+        """What :meth:`look` saw last."""
+        return None if self._looked is None else self._looked[1]
+
     def light(self, inputs: _Inputs) -> DisturbedLight:
         """Return the light of before, if nothing that decides it has changed."""
         last = self._last

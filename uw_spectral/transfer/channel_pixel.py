@@ -115,7 +115,7 @@ ALL_LEFT = LightLeft()
 
 @dataclass(frozen=True, eq=False)
 class ShadeOnPath:
-    """What things leave of the light that a path gathers, and of what surrounds its end.
+    """What things leave of the light that a path gathers.
 
     Attributes
     ----------
@@ -123,13 +123,10 @@ class ShadeOnPath:
         Of M.
     once : number
         Share of sunlight scattered once.
-    beyond : number
-        Share of what shines past the end that things leave.
     """
 
     scattered: LightLeft = ALL_LEFT
     once: Operand = 1.0
-    beyond: Operand = 1.0
 
 
 UNSHADED = ShadeOnPath()
@@ -212,6 +209,26 @@ class ChannelWater:
     def left_with_peak(self, y: Operand, P: Operand) -> Operand:
         """The same where light that the forward peak scatters counts as unscattered."""
         return self.m.exp((self._rate("peak", y) - self._rate("extinction", y)) * P)
+
+    def left_within(self, y: Operand, P: Operand, share: Operand) -> Operand:
+        """The same where a share of all scattering counts as unscattered."""
+        b = self._rate("scattering", y)
+        return self.m.exp((b * share - self._rate("extinction", y)) * P)
+
+    def kept(self, y: Operand, P: Operand, blocked: Operand | None) -> Operand:
+        """Share of a thing's light that is left, and of light from behind it that it blocks.
+
+        Parameters
+        ----------
+        y, P : numbers
+            Depth and distance of the thing, m.
+        blocked : channels, optional
+            Share of scattering that stays within the thing, see :mod:`.view_cover`. What is more
+            than the forward peak is the shade's business.
+        """
+        if blocked is None:
+            return self.left(y, P)
+        return self.m.minimum(self.left_within(y, P, blocked), self.left_with_peak(y, P))
 
     def _rate(self, name: str, y: Operand) -> Operand:
         return self.tables.rate(name, y) if self.layered else getattr(self.numbers, name)
@@ -350,6 +367,7 @@ class ChannelWater:
         leaving: Operand,
         *,
         shade: ShadeOnPath = UNSHADED,
+        blocked: Operand | None = None,
         coverage: Operand = 1.0,
         tint: Operand | None = None,
     ) -> ChannelPixel:
@@ -364,6 +382,8 @@ class ChannelWater:
         leaving : channels
             Of :meth:`leaving`; multiplied by the coverage already.
         shade : ShadeOnPath
+        blocked : channels, optional
+            Share of scattering that stays within the thing, see :mod:`.view_cover`.
         coverage : number
             Share of the pixel that the thing fills.
         tint : channels, optional
@@ -376,16 +396,14 @@ class ChannelWater:
         far = _sum([c * part for c, part in zip(columns, self.tables.split(M_far), strict=True)])
         rest = _sum([c * part for c, part in zip(columns, self.tables.split(beyond), strict=True)])
         direct, peaked = self.left(y_e, P), self.left_with_peak(y_e, P)
-        forward = peaked - direct
-        # Of the boundary all that reaches the camera with the peak, less what does without it.
-        boundary = self.boundary(y_o, w) * (1.0 - direct / m.maximum(peaked, _LEAST))
+        kept = self.kept(y_e, P, blocked)
+        # Of what lies behind all that reaches the camera with the peak, less what is blocked.
+        past = peaked - kept
+        boundary = self.boundary(y_o, w) * (past / m.maximum(peaked, _LEAST))
         once = self.once(y_o, y_e, w, P) * self.aureole(y_o, w)
-        around = shade.beyond
-        kept = peaked - forward * around
         path = once * shade.once + self.shaded(M_near - kept * far, shade.scattered, y_o)
-        past = self.shaded(forward * rest + boundary, shade.scattered, y_o)
-        surroundings = past * (around * coverage)
-        own = forward * (1.0 - around) * leaving
+        surroundings = self.shaded(past * rest + boundary, shade.scattered, y_o) * coverage
+        own = (kept - direct) * leaving
         if tint is not None:
             behind = peaked * (far + rest) + self.boundary(y_o, w) * (direct / peaked)
             surroundings = surroundings + self.shaded(behind, shade.scattered, y_o) * tint

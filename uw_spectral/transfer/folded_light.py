@@ -41,7 +41,7 @@ from .radiance_table import (
 from .solved_field import SolvedField
 from .sun_beam import half_angle2
 
-RATES = ("extinction", "peak", "mean_extinction", "sun_decay")
+RATES = ("extinction", "peak", "scattering", "mean_extinction", "sun_decay")
 """Numbers that layered water has of every depth."""
 ALONG = {
     "rates": len(RATES), "shading": 6, "image_left": 2, "sky": 1, "glitter": 1, "floor": 1,
@@ -109,9 +109,11 @@ class FoldedNumbers:
         Light in the tables of depth and direction is divided by ``scale e^{-decay y}``.
     extinction : channels
         κ: tables over distance are divided by e^{-κP}, 1/m. In layered water, where each depth
-        has its own, it is :attr:`FoldedLight.rates`, as are the next three.
+        has its own, it is :attr:`FoldedLight.rates`, as are the next four.
     peak : channels
         Part of the extinction that scatters forward and counts as unscattered, 1/m.
+    scattering : channels
+        Scattering coefficient b, 1/m.
     mean_extinction : channels
         Without that part, and of all that a channel sees at the camera, 1/m.
     sun_decay : channels
@@ -127,6 +129,7 @@ class FoldedNumbers:
     decay: Operand
     extinction: Operand
     peak: Operand
+    scattering: Operand
     mean_extinction: Operand
     sun_decay: Operand
     once_decay: Operand
@@ -166,9 +169,10 @@ class FoldedLight:
     shading : array, shape (2, 3, 3, slices)
         [i, j]: of light times the spectrum of the shade, per unit of its channel j: on patches
         (:data:`ON_PATCH`) or along paths (:data:`ON_PATH`).
-    rates : array, shape (4, 3, slices)
-        Extinction, peak, mean extinction and decay of the sun of :class:`FoldedNumbers`, by depth.
-        :data:`RATES` has their places.
+    rates : array, shape (5, 3, slices)
+        Those of :data:`RATES` of :class:`FoldedNumbers`, by depth.
+    parts : array, shape (k, 3)
+        Share of each part of the phase function in the scattering about the camera.
     image : array, shape (3, ELEVATIONS, AZIMUTHS)
         Radiance of the surface from just below, and of the floor.
     image_left : array, shape (2, 3, LENGTHS)
@@ -202,6 +206,7 @@ class FoldedLight:
     glowing: Array
     shading: Array
     rates: Array
+    parts: Array
     image: Array
     image_left: Array
     sky: Array
@@ -315,6 +320,11 @@ def fold(
     arriving = light * np.exp(-c[:, None] / slowest[..., None])  # (d, 3, n)
     peak = np.diagonal(channels.mean((c - cp)[:, None], arriving), axis1=1, axis2=2)
     peak = np.minimum(peak, 0.98 * slowest)
+    b = field.scattering_between(eye, depths)
+    b = np.diagonal(channels.mean(b[:, None], arriving), axis1=1, axis2=2)
+    scattering = np.clip(b, peak, 0.98 * slowest)
+    here = field.scattering_at([eye])[0] * field.scalar_irradiance(eye)
+    parts = [channels.mean(field.weight_at(eye, part), here) for part in field.components]
     mean_extinction = channels.mean(cp, field.scalar_irradiance(eye))
     scattered, beyond = _scattered(spectra), _beyond(spectra)
     irradiance = _irradiance(spectra, shaded=shaded)
@@ -326,7 +336,7 @@ def fold(
     sun_decay, sunlit, caustics = _sunlit(spectra, bases, counts, contrast, shaded=shaded)
     once_decay, once, drawn, drawn_at = _once(spectra, eye, counts)
     numbers = FoldedNumbers(
-        scale, decay, slowest[0], peak[0], mean_extinction[0], sun_decay[0], once_decay, lengths,
+        scale, decay, slowest[0], peak[0], scattering[0], mean_extinction[0], sun_decay[0], once_decay, lengths,
         field.light.mu_s, field.floor_depth,
     )  # fmt: skip
     image, image_left = _image(spectra)
@@ -348,7 +358,8 @@ def fold(
         caustics / way,
         np.moveaxis(glow, (0, 1, 2, 3), (2, 3, 1, 0)) / way,
         _shading(spectra, scattered, beyond, irradiance, shade),
-        np.array([slowest.T, peak.T, mean_extinction.T, sun_decay.T]),
+        np.array([slowest.T, peak.T, scattering.T, mean_extinction.T, sun_decay.T]),
+        np.array(parts),
         image,
         image_left / np.swapaxes(forward[:, [0, -1]], 0, 1),
         channels.fold(sky * up).T / forward[:, 0],

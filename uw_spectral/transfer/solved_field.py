@@ -208,6 +208,15 @@ class SolvedField:
 
         It is that of a straight path between them. ``scaled`` leaves the forward peak out.
         """
+        return self._mean_between(y, z, lambda layer: layer.scaled if scaled else layer.c)
+
+    def scattering_between(self, y: ArrayLike, z: ArrayLike) -> Array:
+        """Mean scattering coefficient b between depths y and z, 1/m, shape (..., n)."""
+        return self._mean_between(y, z, lambda layer: layer.b)
+
+    def _mean_between(
+        self, y: ArrayLike, z: ArrayLike, of_layer: Callable[[SolvedLayer], Array]
+    ) -> Array:
         y, z = np.broadcast_arrays(np.asarray(y, np.float64), np.asarray(z, np.float64))
         middle, half = (y + z) / 2.0, np.abs(y - z) / 2.0
         half = np.maximum(half, _THIN * (1.0 + middle))
@@ -216,7 +225,7 @@ class SolvedField:
         for layer, below in itertools.zip_longest(self._layers, self._layers[1:]):
             bottom = math.inf if below is None else below.top
             inside = np.clip(high, layer.top, bottom) - np.clip(low, layer.top, bottom)
-            total = total + inside * (layer.scaled if scaled else layer.c)
+            total = total + inside * of_layer(layer)
         return total / (high - low)
 
     def beam(self, depths: ArrayLike) -> Array:

@@ -1,0 +1,77 @@
+"""What things in view block of light scattered forward, as node groups read it: one image."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import fields
+
+import bpy
+import numpy as np
+from numpy.typing import NDArray
+
+from ..uw_spectral.mathematics import Operand
+from ..uw_spectral.shade.view_cover import SIZE, ViewMap
+from .node_mathematics import MARK, NODES, Graph, NodeValue
+from .texels import texel
+
+NAME = "UW Cover"
+_FIELDS = tuple(field.name for field in fields(ViewMap))
+_SINGLE = {"per_unit"}
+
+
+def _names_of(field: str) -> list[str]:
+    if field in _SINGLE:
+        return [f"view {field}"]
+    return [f"view {field} {i}" for i in "xyz"]
+
+
+NUMBERS = tuple(name for field in _FIELDS for name in _names_of(field))
+"""Names of the numbers of a view."""
+
+
+def numbers(view: ViewMap) -> dict[str, float]:
+    """Return the numbers of a view by their names."""
+    values = [x for field in _FIELDS for x in np.ravel(getattr(view, field)).tolist()]
+    return dict(zip(NUMBERS, values, strict=True))
+
+
+def new_image() -> bpy.types.Image:
+    """Make an image of a view in which nothing is."""
+    image = bpy.data.images.new(NAME, SIZE, SIZE, alpha=True, float_buffer=True, is_data=True)
+    image.alpha_mode = "CHANNEL_PACKED"
+    image[MARK] = True
+    return image
+
+
+def write_cover(image: bpy.types.Image, blocked: NDArray[np.float64]) -> None:
+    """Put shares of scattering, shape (3, SIZE, SIZE), into the image."""
+    out = np.ones((SIZE, SIZE, 4), np.float32)
+    out[..., :3] = np.moveaxis(blocked, 0, 2)
+    image.pixels.foreach_set(np.ravel(out))
+    image.update()
+
+
+def blocked(
+    graph: Graph,
+    values: bpy.types.NodeOutputs,
+    image: bpy.types.Image,
+    point: Sequence[NodeValue],
+) -> NodeValue:
+    """Look up the share of scattering that stays within things about a point.
+
+    Parameters
+    ----------
+    graph : Graph
+    values : NodeOutputs
+        Of the group of all numbers.
+    image : Image
+        Of :func:`new_image`.
+    point : three NodeValues
+        m.
+    """
+    parts: dict[str, Operand] = {}
+    for field in _FIELDS:
+        terms = [graph.term(values[name]) for name in _names_of(field)]
+        parts[field] = terms[0] if field in _SINGLE else terms
+    h, v = ViewMap(**parts).place(point, NODES)
+    return texel(graph, image, h, v, float(SIZE), float(SIZE))
