@@ -38,6 +38,7 @@ _MOST = 1e3  # times the undisturbed light; what a white wall sends into the dar
 FADE = 2.0
 """Cells beyond the box after which half of the way to the light there is gone."""
 _AT_ONCE = 128  # probes, of whose light a processor's cache holds all
+_ROWS = 32  # of a matrix product
 
 Light = NDArray[np.float32]
 
@@ -333,15 +334,24 @@ class _Kernel:
             direction, (m, RAYS, n), and against those of :mod:`.view_directions`, (m, COUNT, n).
         """
         weights = self._weights if last else self._weights[..., : 6 + RAYS]
-        found = np.matmul(_by_band(L), weights)
+        found = _product(_by_band(L), weights)
         if of_surfaces is not None:
-            found[..., :6] += np.matmul(_by_band(of_surfaces), self._of_surfaces)
+            found[..., :6] += _product(_by_band(of_surfaces), self._of_surfaces)
         found = np.ascontiguousarray(found.transpose(1, 2, 0))
         return np.split(found, [6, 6 + RAYS] if last else [6], axis=1)
 
 
 def _flat(x: Light) -> Light:
     return x.reshape(-1, x.shape[-1])
+
+
+def _product(L: Light, weights: Light) -> Light:
+    """Matrix product of radiances (n, m, RAYS) with weights, few rows at once.
+
+    Small products are not shared out among threads, which are all at work already.
+    """
+    parts = [np.matmul(L[:, k : k + _ROWS], weights) for k in range(0, L.shape[1], _ROWS)]
+    return parts[0] if len(parts) == 1 else np.concatenate(parts, axis=1)
 
 
 def _by_band(x: Light) -> Light:
