@@ -198,14 +198,11 @@ class _Part:
         end_depth = np.maximum(depth - distance * w[:, 2], 0.0)
         T = _transmitted(light, depth, end_depth, distance)
         at, end = light.along(depth, kind, ways), light.along(end_depth, kind, ways)
-        on_way = [
-            self._known.place[
-                rays.nearest_in_sight(
-                    point[:, None] + w * (t * distance)[..., None], valid[:, None]
-                )
-            ]
-            for t, _ in _ON_WAY
-        ]
+        on_way = []
+        for t, _ in _ON_WAY:
+            points = point[:, None] + w * (t * distance)[..., None]
+            seen = rays.in_sight(rays.grid.index(points), points, valid[:, None])
+            on_way.append(self._known.place[seen])
         # Probes on the way have other directions; the closest stands for the ray's.
         self._on_way = [
             (p * RAYS + self._nearest[self._known.kind[p], ways]).ravel() for p in on_way
