@@ -22,13 +22,18 @@ from numpy.typing import NDArray
 
 from ..octahedron import lattice
 from ..transfer.solved_field import SolvedField
+from .changed_voxels import ChangedVoxels
 from .grid import Array, Grid
 from .probes import RAYS, SETS, Rays, directions, set_of
-from .undisturbed_light import AXES, UndisturbedLight
+from .undisturbed_light import AXES, UndisturbedLight, depths_of
 from .view_directions import SIDE
 
-_ROUNDS = 16
-_SETTLED, _MOSTLY = 0.01, 0.98  # change of a round that is none, in that share of the probes
+_ROUNDS = 24
+_SETTLED = 0.001  # change of a round that is none, in every probe
+_FAINT = 0.01  # of the undisturbed light: changes of less are those of this
+_DIM = 0.002  # light scattered in a direction, over the undisturbed: the same
+_CONCERNED = 0.001  # change of what a probe's rays see, from which on it is solved again
+_MOST_AGAIN = 0.5  # of the probes, or all are solved
 _ON_WAY = ((0.1127, 5 / 18), (0.5, 8 / 18), (0.8873, 5 / 18))
 """Places along a ray where the light is looked at, and their weights: Gauss's."""
 _FLOOR_CELLS = 1.0  # from the floor within which what is met beyond the box is the floor
@@ -38,6 +43,7 @@ _MOST = 1e3  # times the undisturbed light; what a white wall sends into the dar
 FADE = 2.0
 """Cells beyond the box after which half of the way to the light there is gone."""
 _AT_ONCE = 128  # probes, of whose light a processor's cache holds all
+_WATERS = 2  # that are kept
 _ROWS = 32  # of a matrix product
 
 Light = NDArray[np.float32]
@@ -65,6 +71,8 @@ class DisturbedLight:
         Share of what lies behind patches that is open water, by the cosine.
     weight : array, shape (6,)
         Mean undisturbed irradiance on each of them, over the sum of the six.
+    solution : Solution
+        What the light of another frame may start from.
     """
 
     grid: Grid
@@ -74,50 +82,227 @@ class DisturbedLight:
     sunlit: Array
     behind: Light
     weight: Array
+    solution: Solution
 
 
-def disturbed_light(water: SolvedField, rays: Rays, reflectance: Array) -> DisturbedLight:
+class KeptWaters:
+    """What the light of waters is before there are things, for the last few that were asked for."""
+
+    def __init__(self) -> None:
+        self._known: list[_Water] = []
+
+    def of(self, field: SolvedField, grid: Grid) -> _Water:
+        """Return the water that a field describes, at the depths of a grid."""
+        ends = depths_of(field, grid)
+        for water in self._known:
+            if water.field is field and water.ends == ends:
+                return water
+        found = _Water(field, ends)
+        self._known = [found, *self._known[: _WATERS - 1]]
+        return found
+
+
+class _Water:
+    """The undisturbed light between two depths, and sums over it."""
+
+    def __init__(self, field: SolvedField, ends: tuple[float, float]) -> None:
+        self.field, self.ends = field, ends
+        self.undisturbed = UndisturbedLight(field, ends)
+        self.kernels = [_Kernel(self.undisturbed, kind) for kind in range(SETS)]
+        self.nearest = [
+            np.stack([other.nearest(kernel) for other in self.kernels]) for kernel in self.kernels
+        ]
+        """By set: direction of each set that is closest to each of its own."""
+
+
+def disturbed_light(
+    field: SolvedField,
+    rays: Rays,
+    reflectance: Array,
+    waters: KeptWaters | None = None,
+    before: DisturbedLight | None = None,
+) -> DisturbedLight:
     """Compute the light at the probes.
 
     Parameters
     ----------
-    water : SolvedField
+    field : SolvedField
         Of the undisturbed water, n bands.
     rays : Rays
         What the probes see.
     reflectance : array, shape (k, n)
         Of each surface.
+    waters : KeptWaters, optional
+        What may be used again.
+    before : DisturbedLight, optional
+        That of another frame, itself solved without one. Only what has changed since is solved
+        again, up to changes that do not matter, so that the result does not depend on frames
+        between the two.
     """
-    known = _Known(UndisturbedLight(water, rays.grid), rays)
-    kernels = [_Kernel(known.undisturbed, kind) for kind in range(SETS)]
-    sides = _Sides(rays, reflectance, known.undisturbed)
-    mean = reflectance.sum(axis=0) / max(len(reflectance), 1) / math.pi
-    by_set = [_split(known, kernel, kernels) for kernel in kernels]
-    parts = [part for some in by_set for part in some]
-    count = len(known.order)
+    water = (waters or KeptWaters()).of(field, rays.grid)
+    known = _Known(water, rays, reflectance)
+    if before is not None and before.solution.serves(known):
+        found = _Again(known, before.solution).solved()
+        if found is not None:
+            return _tabulated(known, found)
+    return _tabulated(known, _solved(known))
+
+
+def _solved(known: _Known) -> Solution:
+    """Solve the light at all probes."""
+    parts, count = known.parts(np.arange(len(known.order))), len(known.order)
     with ThreadPoolExecutor(os.process_cpu_count()) as pool:
         started = list(pool.map(_Part.prepare, parts))
-        now = _Light(*(_joined(started, count, k) for k in range(3)))
+        now = _Light(*(_joined(started, count, k) for k in range(4)))
+        sides = np.arange(len(known.rays.probe_of_side))
         for _ in range(_ROUNDS):
-            # What lies beyond the box is lit as its side is.
-            now.sent = ((now.E.mean(axis=1) + now.beam) * mean).astype(np.float32)
-            now.of_sides = sides.radiance(now.E[known.place[rays.probe_of_side]])
-            before = now.E.mean(axis=(1, 2))
-            for some in by_set:
-                found = list(pool.map(functools.partial(_Part.round, now=now), some))
-                for part, (E, J) in zip(some, found, strict=True):
-                    now.E[part.rows], now.J[part.rows] = E, J
-            after = now.E.mean(axis=(1, 2))
-            if (np.abs(after - before) <= _SETTLED * after).mean() >= _MOSTLY:
+            if _round(known, parts, now, sides, pool) <= _SETTLED:
                 break
         ended = list(pool.map(functools.partial(_Part.ratios, now=now), parts))
-    everywhere = known.place[rays.nearest(rays.grid.centres())]
-    irradiance, scattered, behind = (_joined(ended, count, k)[everywhere] for k in range(3))
-    weight = np.sum([part.undisturbed for part in parts], axis=0)
+    return Solution(known, now, *(_joined(ended, count, k) for k in range(3)))
+
+
+def _round(
+    known: _Known,
+    parts: Sequence[_Part],
+    now: _Light,
+    sides: NDArray[np.intp],
+    pool: ThreadPoolExecutor,
+) -> float:
+    """Let light go on to the probes of parts; return the largest change.
+
+    ``sides`` are those of surfaces whose light may have changed.
+    """
+    now.update(known, sides)
+    change = 0.0
+    # What a set has found the next one uses already.
+    for _, some in itertools.groupby(parts, key=lambda part: part.kind):
+        few = list(some)
+        found = list(pool.map(functools.partial(_Part.round, now=now), few))
+        for part, (E, J) in zip(few, found, strict=True):
+            before, after = now.E[part.rows].mean(axis=(1, 2)), E.mean(axis=(1, 2))
+            least = np.maximum(after, _FAINT * now.unshaded[part.rows])
+            change = max(change, float((np.abs(after - before) / least).max()))
+            now.E[part.rows], now.J[part.rows] = E, J
+    return change
+
+
+@dataclass(frozen=True, eq=False)
+class Solution:
+    """The light of all probes of a frame, in the order of a :class:`_Known`, and its ratios."""
+
+    known: _Known
+    light: _Light
+    irradiance: Light
+    scattered: Light
+    behind: Light
+
+    def serves(self, known: _Known) -> bool:
+        """Whether it is about the same probes in the same water."""
+        same = self.known.water is known.water and self.known.rays.grid == known.rays.grid
+        return same and len(self.known.order) > 0 and len(known.order) > 0
+
+
+def _tabulated(known: _Known, found: Solution) -> DisturbedLight:
+    rays = known.rays
+    everywhere = known.place[rays.stand_in]
+    weight = found.light.on_axes.sum(axis=0, dtype=np.float64)
     return DisturbedLight(
-        rays.grid, rays.valid, irradiance, scattered, rays.sunlit[known.order][everywhere], behind,
-        weight / weight.sum(),
+        rays.grid, rays.valid, found.irradiance[everywhere], found.scattered[everywhere],
+        rays.sunlit[known.order][everywhere], found.behind[everywhere], weight / weight.sum(),
+        found,
     )  # fmt: skip
+
+
+class _Again:
+    """The light where something has changed since another frame, solved again.
+
+    What else sees such a change is solved again too, if the change matters there.
+    """
+
+    def __init__(self, known: _Known, before: Solution) -> None:
+        self._known, self._before = known, before
+        was, count = before.known, len(known.order)
+        # Probes that there were not before are solved, whatever they start with.
+        self._old = was.place[known.order]
+        stood = was.rays.valid[known.order]
+        self._now = before.light.of(self._old)
+        changed = ChangedVoxels(was.rays.voxels, known.rays.voxels)
+        known.look_from(was, changed)
+        self._sides = _new_sides(known, changed)
+        self._now.of_sides = np.zeros(
+            (len(self._sides), before.light.of_sides.shape[1]), np.float32
+        )
+        kept = self._sides >= 0
+        self._now.of_sides[kept] = before.light.of_sides[self._sides[kept]]
+        self._todo = ~stood | known.differs(was, changed, self._old)
+        self._done = np.zeros(count, bool)
+
+    def solved(self) -> Solution | None:
+        """Return the light; None if too much has changed."""
+        known, now = self._known, self._now
+        parts: list[_Part] = []
+        with ThreadPoolExecutor(os.process_cpu_count()) as pool:
+            now.update(known, np.arange(len(self._sides)))
+            self._todo |= self._see_changes()
+            for _ in range(_ROUNDS):
+                new = np.flatnonzero(self._todo & ~self._done)
+                if self._done.sum() + len(new) > _MOST_AGAIN * len(known.order):
+                    return None
+                if not len(new):
+                    break
+                some = known.parts(new)
+                started = list(pool.map(_Part.prepare, some))
+                for part, start in zip(some, started, strict=True):
+                    now.start(part.rows, start)
+                self._done[new] = True
+                parts = sorted([*parts, *some], key=lambda part: part.kind)
+                sides = np.flatnonzero(self._done[known.place[known.rays.probe_of_side]])
+                for _ in range(_ROUNDS):
+                    if _round(known, parts, now, sides, pool) <= _SETTLED:
+                        break
+                now.update(known, sides)
+                self._todo |= self._see_changes()
+            ended = list(pool.map(functools.partial(_Part.ratios, now=now), parts))
+        before, old = self._before, self._old
+        tables = before.irradiance[old], before.scattered[old], before.behind[old]
+        for part, values in zip(parts, ended, strict=True):
+            for table, value in zip(tables, values, strict=True):
+                table[part.rows] = value
+        return Solution(known, now, *tables)
+
+    def _see_changes(self) -> NDArray[np.bool_]:
+        """Which probes see light that has changed so much that it matters."""
+        known, now, first = self._known, self._now, self._before.light
+        count = len(known.order)
+        change = np.zeros(count, np.float32)
+        rows = np.flatnonzero(self._done)
+        change[rows] = _change(now.J[rows], first.J[self._old[rows]], _DIM)
+        seen = change[known.seen[0]] * np.float32(_ON_WAY[0][1])
+        for places, (_, weight) in zip(known.seen[1:], _ON_WAY[1:], strict=True):
+            seen += change[places] * np.float32(weight)
+        was = np.zeros_like(now.of_sides)
+        kept = self._sides >= 0
+        was[kept] = self._before.light.of_sides[self._sides[kept]]
+        of_sides = np.append(_change(now.of_sides[:, None], was[:, None], 0.0), np.float32(0.0))
+        np.maximum(seen, of_sides[known.rays.hit[known.order]], out=seen)
+        return seen.mean(axis=1) > _CONCERNED
+
+
+def _change(now: Light, before: Light, least: float) -> Light:
+    """Largest relative change over the last axis, mean over the one before."""
+    largest = np.maximum(np.maximum(now, before), max(least, float(np.finfo(np.float32).tiny)))
+    return (np.abs(now - before) / largest).max(axis=2).mean(axis=1)
+
+
+def _new_sides(known: _Known, changed: ChangedVoxels) -> NDArray[np.intp]:
+    """Number before of each side of a surface, -1 for what is new."""
+    before = np.full(len(known.rays.probe_of_side) // 2, -1, np.intp)
+    there = changed.renumbered >= 0
+    before[changed.renumbered[there]] = np.flatnonzero(there)
+    sides = np.stack([2 * before, 2 * before + 1], axis=1)
+    sides[before < 0] = -1
+    return sides.ravel()
 
 
 @dataclass(eq=False)
@@ -132,6 +317,8 @@ class _Light:
         Light scattered against each direction, over the undisturbed.
     beam : array, shape (v, n)
         Irradiance of the sun's beam, mean over surfaces of all slopes.
+    on_axes : array, shape (v, 6)
+        Undisturbed irradiance on the axes, of all bands.
     sent : array, shape (v, n)
         Radiance of surfaces that are lit as a probe is.
     of_sides : array, shape (2 k, n)
@@ -141,15 +328,42 @@ class _Light:
     E: Light
     J: Light
     beam: Light
+    on_axes: Light
     sent: Light = field(default_factory=lambda: np.empty((0, 0), np.float32))
     of_sides: Light = field(default_factory=lambda: np.empty((0, 0), np.float32))
+
+    @property
+    def unshaded(self) -> Light:
+        """Mean undisturbed irradiance on the axes, (v,)."""
+        return self.on_axes.mean(axis=1) / max(self.E.shape[2], 1)
+
+    def of(self, rows: NDArray[np.intp]) -> _Light:
+        """Return that of some probes, what surfaces send aside."""
+        return _Light(*(part[rows] for part in (self.E, self.J, self.beam, self.on_axes)))
+
+    def start(self, rows: Rows, found: tuple[Light, Light, Light, Light]) -> None:
+        """Take over what :meth:`_Part.prepare` found, but go on with light that is known."""
+        _, _, self.beam[rows], self.on_axes[rows] = found
+
+    def update(self, known: _Known, sides: NDArray[np.intp]) -> None:
+        """Compute what surfaces send, those of some sides and those beyond the box."""
+        # What lies beyond the box is lit as its side is.
+        self.sent = ((self.E.mean(axis=1) + self.beam) * known.mean).astype(np.float32)
+        if len(self.of_sides) != len(known.rays.probe_of_side):
+            shape = len(known.rays.probe_of_side), self.E.shape[2]
+            self.of_sides = np.zeros(shape, np.float32)
+        beside = known.place[known.rays.probe_of_side[sides]]
+        self.of_sides[sides] = known.sides.radiance(self.E[beside], sides)
 
 
 class _Known:
     """What all parts of the probes share: probes of a set are side by side in ``order``."""
 
-    def __init__(self, undisturbed: UndisturbedLight, rays: Rays) -> None:
-        self.undisturbed, self.rays = undisturbed, rays
+    def __init__(self, water: _Water, rays: Rays, reflectance: Array) -> None:
+        self.water, self.rays, self.reflectance = water, rays, reflectance
+        self.undisturbed = water.undisturbed
+        self.mean = reflectance.sum(axis=0) / max(len(reflectance), 1) / math.pi
+        self.sides = _Sides(rays, reflectance, water.undisturbed)
         kind = set_of(rays.grid)
         order = np.argsort(kind, kind="stable")
         self.order = order[rays.valid[order]]
@@ -157,16 +371,95 @@ class _Known:
         self.place = np.zeros(rays.grid.count, np.intp)
         self.place[self.order] = np.arange(len(self.order))
         self.sunlit = rays.sunlit[self.order].astype(np.float32)
+        shape = len(_ON_WAY), len(self.order), RAYS
+        self.cells = np.zeros(shape, np.int32)
+        """In which places on the way lie."""
+        self.seen = np.zeros(shape, np.int32)
+        """Rows of the probes that stand for them."""
+        self.has_seen = np.zeros(len(self.order), bool)
+
+    def parts(self, rows: NDArray[np.intp]) -> list[_Part]:
+        """Split some probes into parts."""
+        found = []
+        for kind in range(SETS):
+            of_set = rows[self.kind[rows] == kind]
+            found += [
+                _Part(_as_slice(of_set[k : k + _AT_ONCE]), self, kind)
+                for k in range(0, len(of_set), _AT_ONCE)
+            ]
+        return found
+
+    def length(self, rows: Rows) -> tuple[Array, Array]:
+        """Length of rays, and depth of where they begin; no farther than the water's floor."""
+        rays, probes = self.rays, self.order[rows]
+        w = directions()[self.kind[rows]]
+        depth = np.maximum(-rays.point[probes, 2:], 0.0)
+        # Where the water has a floor, nothing comes from below it but what is met there.
+        to_floor = np.maximum(self.undisturbed.floor_depth - depth, 0.0)
+        to_floor = to_floor / np.maximum(-w[..., 2], _LEVEL)
+        to_side = rays.distance[probes]
+        return np.where(rays.hit[probes] < 0, np.minimum(to_side, to_floor), to_side), depth
+
+    def look(self, rows: Rows) -> None:
+        """Find the probes on the way of rays."""
+        distance, _ = self.length(rows)
+        probes = self.order[rows]
+        point, w = self.rays.point[probes], directions()[self.kind[rows]]
+        for k, (t, _) in enumerate(_ON_WAY):
+            points = point[:, None] + w * (t * distance)[..., None]
+            cells = self.rays.grid.index(points)
+            self.cells[k, rows] = cells
+            self.seen[k, rows] = self.place[self.rays.in_sight(cells, points, probes[:, None])]
+        self.has_seen[rows] = True
+
+    def look_from(self, was: _Known, changed: ChangedVoxels) -> None:
+        """Take the probes on the way from another frame where they are the same."""
+        if np.array_equal(self.order, was.order):
+            self.cells, self.seen = was.cells.copy(), was.seen.copy()
+            old = np.arange(len(self.order))
+        else:
+            old = was.place[self.order]
+            self.cells = was.cells[:, old]
+            self.seen = self.place[was.order[was.seen[:, old]]].astype(np.int32)
+        other = self.rays.other_sights(was.rays, changed)
+        new = other[self.cells].any(axis=(0, 2)) | ~was.rays.valid[self.order]
+        rays, before = self.rays, was.rays
+        new |= (rays.distance[self.order] != before.distance[self.order]).any(axis=1)
+        new |= (rays.point[self.order] != before.point[self.order]).any(axis=1)
+        new |= ((rays.hit < 0) != (before.hit < 0))[self.order].any(axis=1)
+        self.has_seen[:] = True
+        if new.any():
+            self.look(np.flatnonzero(new))
+        self._looked = new
+
+    def differs(
+        self, was: _Known, changed: ChangedVoxels, old: NDArray[np.intp]
+    ) -> NDArray[np.bool_]:
+        """Which probes are not as they were, or see others than they did."""
+        rays, before, order = self.rays, was.rays, self.order
+        found = (rays.further != before.further)[order].any(axis=1)
+        found |= (rays.blocked != before.blocked)[order].any(axis=1)
+        found |= rays.sunlit[order] != before.sunlit[order]
+        sides = np.append(np.repeat(changed.renumbered, 2) * 2, -2)
+        sides[1:-1:2] += 1
+        sides[sides < 0] = -1
+        found |= (rays.hit[order] != sides[before.hit[order]]).any(axis=1)
+        rows = np.flatnonzero(self._looked)
+        found[rows] |= (rays.distance != before.distance)[order[rows]].any(axis=1)
+        found[rows] |= (rays.point != before.point)[order[rows]].any(axis=1)
+        then = was.order[was.seen[:, old[rows]]]
+        found[rows] |= (order[self.seen[:, rows]] != then).any(axis=(0, 2))
+        darker = self.sunlit != was.sunlit[old]
+        return found | darker[self.seen].any(axis=(0, 2))
 
 
-def _split(known: _Known, kernel: _Kernel, kernels: Sequence[_Kernel]) -> list[_Part]:
-    rows = np.flatnonzero(known.kind == kernel.kind)
-    if not len(rows):
-        return []
-    first, end = int(rows[0]), int(rows[-1]) + 1
-    ends = [*range(first, end, _AT_ONCE), end]
-    nearest = np.stack([other.nearest(kernel) for other in kernels])
-    return [_Part(slice(*pair), known, kernel, nearest) for pair in itertools.pairwise(ends)]
+Rows = slice | NDArray[np.intp]
+
+
+def _as_slice(rows: NDArray[np.intp]) -> Rows:
+    """Return rows that follow one another as a slice, which copies nothing."""
+    first, last = int(rows[0]), int(rows[-1])
+    return slice(first, last + 1) if last - first + 1 == len(rows) else rows
 
 
 def _joined(found: Sequence[Sequence[Light]], count: int, which: int) -> Light:
@@ -177,32 +470,24 @@ def _joined(found: Sequence[Sequence[Light]], count: int, which: int) -> Light:
 class _Part:
     """Some probes of one set, few enough to stay in a processor's cache."""
 
-    def __init__(
-        self, rows: slice, known: _Known, kernel: _Kernel, nearest: NDArray[np.intp]
-    ) -> None:
-        self.rows, self._known, self._kernel, self._nearest = rows, known, kernel, nearest
-        self.undisturbed = np.zeros(6)
-        """Irradiance on the axes, added up."""
+    def __init__(self, rows: Rows, known: _Known, kind: int) -> None:
+        self.rows, self.kind, self._known = rows, kind, known
+        self._kernel, self._nearest = known.water.kernels[kind], known.water.nearest[kind]
 
-    def prepare(self) -> tuple[Light, Light, Light]:
+    def prepare(self) -> tuple[Light, Light, Light, Light]:
         """Compute what other probes do not change; return the start of the light."""
         rays, light = self._known.rays, self._known.undisturbed
-        valid, kind, ways = self._known.order[self.rows], self._kernel.kind, np.arange(RAYS)
-        w, hit, point = directions()[kind], rays.hit[valid], rays.point[valid]
-        depth = np.maximum(-point[:, 2:], 0.0)
-        # Where the water has a floor, nothing comes from below it but what is met there.
-        to_floor = np.maximum(light.floor_depth - depth, 0.0) / np.maximum(-w[:, 2], _LEVEL)
+        valid, kind, ways = self._known.order[self.rows], self.kind, np.arange(RAYS)
+        w, hit = directions()[kind], rays.hit[valid]
+        if not self._known.has_seen[self.rows].all():
+            self._known.look(self.rows)
         to_side = rays.distance[valid]
-        distance = np.where(hit < 0, np.minimum(to_side, to_floor), to_side)
+        distance, depth = self._known.length(self.rows)
         at_floor = distance < to_side
         end_depth = np.maximum(depth - distance * w[:, 2], 0.0)
         T = _transmitted(light, depth, end_depth, distance)
         at, end = light.along(depth, kind, ways), light.along(end_depth, kind, ways)
-        on_way = []
-        for t, _ in _ON_WAY:
-            points = point[:, None] + w * (t * distance)[..., None]
-            seen = rays.in_sight(rays.grid.index(points), points, valid[:, None])
-            on_way.append(self._known.place[seen])
+        on_way = self._known.seen[:, self.rows]
         # Probes on the way have other directions; the closest stands for the ray's.
         self._on_way = [
             (p * RAYS + self._nearest[self._known.kind[p], ways]).ravel() for p in on_way
@@ -247,7 +532,6 @@ class _Part:
             np.maximum(x, light.faintest)
             for x in self._kernel.sums(_flat(at.scattered + at.once + at.image), last=True)
         )
-        self.undisturbed = unshaded.sum(axis=(0, 2), dtype=np.float64)
         # A sum over few directions is not an irradiance; over another such sum it is.
         irradiance = light.irradiance(depth[:, 0])
         self._unshaded, self._exact = unshaded, irradiance / unshaded
@@ -257,7 +541,7 @@ class _Part:
         share = free.mean(axis=1, dtype=np.float32)[:, None, None]
         beam = light.beam(depth[:, 0]) * (_MEAN_COSINE * rays.sunlit[valid][:, None])
         J = np.broadcast_to(share, at.once.shape)
-        return irradiance * share, J, beam.astype(np.float32)
+        return irradiance * share, J, beam.astype(np.float32), unshaded.sum(axis=2)
 
     def round(self, now: _Light) -> tuple[Light, Light]:
         """Return irradiance and scattered light as all probes' light makes them."""
@@ -373,6 +657,7 @@ class _Sides:
         depth = np.repeat(np.maximum(-rays.voxels.centre[:, 2], 0.0), 2)
         self._sun = (undisturbed.beam(depth) * facing[:, None]).astype(np.float32)
 
-    def radiance(self, E: Light) -> Light:
-        """Radiance of the sides (s, n) from the irradiance on the axes beside them, (s, 6, n)."""
-        return self._rho * (np.einsum("sf,sfn->sn", self._squared, E) + self._sun)
+    def radiance(self, E: Light, sides: NDArray[np.intp]) -> Light:
+        """Radiance of sides (s, n) from the irradiance on the axes beside them, (s, 6, n)."""
+        diffuse = np.einsum("sf,sfn->sn", self._squared[sides], E)
+        return self._rho[sides] * (diffuse + self._sun[sides])

@@ -175,12 +175,12 @@ def cast(
         before = None
     changes = None if before is None else _changes(before, voxels, beyond)
     reached = voxels.reachable_from(beyond, inside)
+    below = voxels.roofed_below(beyond)
     if before is not None and changes is not None and not any(changes):
-        if np.array_equal(reached, before.reached) and np.array_equal(
-            voxels.roofed_below(beyond), before.voxels.roofed_below(before.beyond)
-        ):
+        was_below = before.voxels.roofed_below(before.beyond)
+        if np.array_equal(reached, before.reached) and np.array_equal(below, was_below):
             return dataclasses.replace(before, voxels=voxels, beyond=beyond)
-    inner = _inner(grid, voxels, reached, voxels.roofed_below(beyond))
+    inner = _inner(grid, voxels, reached, below)
     point, valid = _places(voxels, grid, inner)
     sides, facing = _beside(voxels)
     distance, hit = np.zeros((grid.count, RAYS)), np.full((grid.count, RAYS), -1, np.int32)

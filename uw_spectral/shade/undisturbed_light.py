@@ -35,21 +35,26 @@ class RayLight:
     image: Light
 
 
+def depths_of(field: SolvedField, grid: Grid) -> tuple[float, float]:
+    """Return the depths in m between which the probes of a grid lie in water."""
+    top = max(-float(grid.upper[2]), 0.0)
+    bottom = max(-float(grid.lower[2]), top + grid.cell)
+    return top, max(min(bottom, field.floor_depth), top + grid.cell / 2.0)
+
+
 class UndisturbedLight:
-    """The undisturbed light of n bands at the depths of a grid.
+    """The undisturbed light of n bands between two depths.
 
     Parameters
     ----------
     field : SolvedField
-    grid : Grid
-        Of the probes.
+    ends : two floats
+        The least and the largest depth, see :func:`depths_of`, m.
     """
 
-    def __init__(self, field: SolvedField, grid: Grid) -> None:
+    def __init__(self, field: SolvedField, ends: tuple[float, float]) -> None:
         self._field = field
-        top = max(-float(grid.upper[2]), 0.0)
-        bottom = max(-float(grid.lower[2]), top + grid.cell)
-        bottom = max(min(bottom, field.floor_depth), top + grid.cell / 2.0)
+        top, bottom = ends
         self._depths = np.linspace(top, bottom, _LEVELS)
         w = _fine()
         # Level rays are as long as the water is wide; a slight slope does as well.
