@@ -9,7 +9,7 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from ...uw_spectral.shade.disturbed_light import DisturbedLight, disturbed_light
+from ...uw_spectral.shade.disturbed_light import DisturbedLight, KeptWaters, disturbed_light
 from ...uw_spectral.shade.grid import Grid
 from ...uw_spectral.shade.probes import Rays, cast
 from ...uw_spectral.shade.shade_table import ShadeTable, shade_table, without_shade
@@ -39,28 +39,28 @@ class _Inputs:
 
     def are(self, other: _Inputs) -> bool:
         """Whether others are the same, to the bit."""
-        same = self.field is other.field and self.bands == other.bands
-        return same and self.have_rays_of(other)
-
-    def have_rays_of(self, other: _Inputs) -> bool:
-        """Whether rays go where those of others go."""
         return (
-            self.grid == other.grid
-            and np.array_equal(self.field.sun, other.field.sun)
+            self.of_same_water(other)
             and np.array_equal(self.eyes, other.eyes)
             and self.coarse.equals(other.coarse)
             and self.voxels.equals(other.voxels)
         )
 
-    def rays(self) -> Rays:
-        """Cast them."""
-        to_sun = -np.asarray(self.field.sun)
-        return cast(self.voxels, self.grid, to_sun, self.eyes, self.coarse)
+    def of_same_water(self, other: _Inputs) -> bool:
+        """Whether only things or eyes may be others."""
+        return self.field is other.field and self.bands == other.bands and self.grid == other.grid
 
-    def light(self, rays: Rays) -> DisturbedLight:
-        """Compute it."""
+    def rays(self, before: Rays | None) -> Rays:
+        """Cast them; those of another frame may serve."""
+        to_sun = -np.asarray(self.field.sun)
+        return cast(self.voxels, self.grid, to_sun, self.eyes, self.coarse, before)
+
+    def light(
+        self, rays: Rays, waters: KeptWaters, before: DisturbedLight | None
+    ) -> DisturbedLight:
+        """Compute it; that of another frame may serve."""
         reflectance = np.clip(self.voxels.colour @ uplift_basis(self.bands).T, 0.0, 1.0)
-        return disturbed_light(self.field, rays, reflectance)
+        return disturbed_light(self.field, rays, reflectance, waters, before)
 
 
 class Kept:
@@ -79,7 +79,10 @@ class Kept:
         self.lamp_shadows = KeptLampShadows()
         self.ground: Ground | None = None
         """That of the last look around."""
-        self._last: tuple[_Inputs, Rays, DisturbedLight] | None = None
+        self._waters = KeptWaters()
+        self._last: tuple[_Inputs, DisturbedLight] | None = None
+        self._first: tuple[_Inputs, Rays, DisturbedLight] | None = None
+        """A frame that was solved for itself, from which others start."""
 
     def look(
         self,
@@ -99,13 +102,24 @@ class Kept:
         return self._looked[1]
 
     def light(self, inputs: _Inputs) -> DisturbedLight:
-        """Return the light of before, if nothing that decides it has changed."""
-        last = self._last
-        if last is None or not last[0].are(inputs):
-            same = last is not None and last[0].have_rays_of(inputs)
-            rays = last[1] if last is not None and same else inputs.rays()
-            self._last = last = inputs, rays, inputs.light(rays)
-        return last[2]
+        """Return the light of before, if nothing that decides it has changed.
+
+        Else that of a frame is corrected which was solved for itself: what comes out does not
+        depend on the frames between. In a job that is always its first frame, with which every
+        process begins, so that all make the same pictures of a frame.
+        """
+        if self._last is None or not self._last[0].are(inputs):
+            self._last = inputs, self._solved(inputs)
+        return self._last[1]
+
+    def _solved(self, inputs: _Inputs) -> DisturbedLight:
+        first = self._first
+        rays = inputs.rays(first and first[1])
+        before = first[2] if first is not None and first[0].of_same_water(inputs) else None
+        light = inputs.light(rays, self._waters, before)
+        if first is None or (light.serves and not self._of_job):
+            self._first = inputs, rays, light
+        return light
 
 
 def table_of(

@@ -29,10 +29,8 @@ from .undisturbed_light import AXES, UndisturbedLight, depths_of
 from .view_directions import SIDE
 
 _ROUNDS = 24
-_SETTLED = 0.001  # change of a round that is none, in every probe
+_SETTLED = 0.0005  # change of a round that is none, in every probe
 _FAINT = 0.01  # of the undisturbed light: changes of less are those of this
-_DIM = 0.002  # light scattered in a direction, over the undisturbed: the same
-_CONCERNED = 0.001  # change of what a probe's rays see, from which on it is solved again
 _MOST_AGAIN = 0.5  # of the probes, or all are solved
 _ON_WAY = ((0.1127, 5 / 18), (0.5, 8 / 18), (0.8873, 5 / 18))
 """Places along a ray where the light is looked at, and their weights: Gauss's."""
@@ -71,7 +69,7 @@ class DisturbedLight:
         Share of what lies behind patches that is open water, by the cosine.
     weight : array, shape (6,)
         Mean undisturbed irradiance on each of them, over the sum of the six.
-    solution : Solution
+    solution : Solution, optional
         What the light of another frame may start from.
     """
 
@@ -82,7 +80,12 @@ class DisturbedLight:
     sunlit: Array
     behind: Light
     weight: Array
-    solution: Solution
+    solution: Solution | None = None
+
+    @property
+    def serves(self) -> bool:
+        """Whether the light of other frames may start from it: it was solved for itself."""
+        return self.solution is not None and len(self.solution.parts) > 0
 
 
 class KeptWaters:
@@ -140,12 +143,11 @@ def disturbed_light(
         between the two.
     """
     water = (waters or KeptWaters()).of(field, rays.grid)
-    known = _Known(water, rays, reflectance)
-    if before is not None and before.solution.serves(known):
-        found = _Again(known, before.solution).solved()
+    if before is not None and before.solution and before.solution.serves(water, rays):
+        found = _Again(water, rays, reflectance, before.solution).solved()
         if found is not None:
-            return _tabulated(known, found)
-    return _tabulated(known, _solved(known))
+            return _tabulated(found)
+    return _tabulated(_solved(_Known(water, rays, reflectance)))
 
 
 def _solved(known: _Known) -> Solution:
@@ -154,37 +156,35 @@ def _solved(known: _Known) -> Solution:
     with ThreadPoolExecutor(os.process_cpu_count()) as pool:
         started = list(pool.map(_Part.prepare, parts))
         now = _Light(*(_joined(started, count, k) for k in range(4)))
-        sides = np.arange(len(known.rays.probe_of_side))
-        for _ in range(_ROUNDS):
-            if _round(known, parts, now, sides, pool) <= _SETTLED:
-                break
+        _settle(known, parts, now, pool)
         ended = list(pool.map(functools.partial(_Part.ratios, now=now), parts))
-    return Solution(known, now, *(_joined(ended, count, k) for k in range(3)))
+    return Solution(known, now, *(_joined(ended, count, k) for k in range(3)), parts)
 
 
-def _round(
+def _settle(
     known: _Known,
     parts: Sequence[_Part],
     now: _Light,
-    sides: NDArray[np.intp],
     pool: ThreadPoolExecutor,
-) -> float:
-    """Let light go on to the probes of parts; return the largest change.
+    new: NDArray[np.bool_] | None = None,
+) -> None:
+    """Let light go on between probes until it does not change.
 
-    ``sides`` are those of surfaces whose light may have changed.
+    ``new`` are those that parts of another frame do not know any more.
     """
-    now.update(known, sides)
-    change = 0.0
-    # What a set has found the next one uses already.
-    for _, some in itertools.groupby(parts, key=lambda part: part.kind):
-        few = list(some)
-        found = list(pool.map(functools.partial(_Part.round, now=now), few))
-        for part, (E, J) in zip(few, found, strict=True):
-            before, after = now.E[part.rows].mean(axis=(1, 2)), E.mean(axis=(1, 2))
-            least = np.maximum(after, _FAINT * now.unshaded[part.rows])
-            change = max(change, float((np.abs(after - before) / least).max()))
-            now.E[part.rows], now.J[part.rows] = E, J
-    return change
+    for _ in range(_ROUNDS):
+        now.update(known)
+        before = now.E.mean(axis=(1, 2))
+        # What a set has found the next one uses already.
+        for _, some in itertools.groupby(parts, key=lambda part: part.kind):
+            few = list(some)
+            found = list(pool.map(functools.partial(_Part.round, now=now), few))
+            for part, (E, J) in zip(few, found, strict=True):
+                part.put(known, now.E, E, new)
+                part.put(known, now.J, J, new)
+        after = now.E.mean(axis=(1, 2))
+        if (np.abs(after - before) <= _SETTLED * np.maximum(after, _FAINT * now.unshaded)).all():
+            break
 
 
 @dataclass(frozen=True, eq=False)
@@ -196,17 +196,25 @@ class Solution:
     irradiance: Light
     scattered: Light
     behind: Light
+    parts: Sequence[_Part] = ()
 
-    def serves(self, known: _Known) -> bool:
-        """Whether it is about the same probes in the same water."""
-        same = self.known.water is known.water and self.known.rays.grid == known.rays.grid
-        return same and len(self.known.order) > 0 and len(known.order) > 0
+    @property
+    def tables(self) -> tuple[Light, Light, Light]:
+        """Ratios by probe."""
+        return self.irradiance, self.scattered, self.behind
+
+    def serves(self, water: _Water, rays: Rays) -> bool:
+        """Whether it is about the same places in the same water."""
+        known = self.known
+        same = known.water is water and known.rays.grid == rays.grid
+        return same and known.rays.voxels.grid == rays.voxels.grid and len(self.parts) > 0
 
 
-def _tabulated(known: _Known, found: Solution) -> DisturbedLight:
-    rays = known.rays
+def _tabulated(found: Solution) -> DisturbedLight:
+    known, rays = found.known, found.known.rays
     everywhere = known.place[rays.stand_in]
-    weight = found.light.on_axes.sum(axis=0, dtype=np.float64)
+    there = rays.valid[known.order]
+    weight = found.light.on_axes[there].sum(axis=0, dtype=np.float64)
     return DisturbedLight(
         rays.grid, rays.valid, found.irradiance[everywhere], found.scattered[everywhere],
         rays.sunlit[known.order][everywhere], found.behind[everywhere], weight / weight.sum(),
@@ -220,89 +228,40 @@ class _Again:
     What else sees such a change is solved again too, if the change matters there.
     """
 
-    def __init__(self, known: _Known, before: Solution) -> None:
-        self._known, self._before = known, before
-        was, count = before.known, len(known.order)
-        # Probes that there were not before are solved, whatever they start with.
-        self._old = was.place[known.order]
-        stood = was.rays.valid[known.order]
-        self._now = before.light.of(self._old)
-        changed = ChangedVoxels(was.rays.voxels, known.rays.voxels)
-        known.look_from(was, changed)
-        self._sides = _new_sides(known, changed)
-        self._now.of_sides = np.zeros(
-            (len(self._sides), before.light.of_sides.shape[1]), np.float32
-        )
-        kept = self._sides >= 0
-        self._now.of_sides[kept] = before.light.of_sides[self._sides[kept]]
-        self._todo = ~stood | known.differs(was, changed, self._old)
-        self._done = np.zeros(count, bool)
+    def __init__(self, water: _Water, rays: Rays, reflectance: Array, before: Solution) -> None:
+        was = before.known
+        changed = ChangedVoxels(was.rays.voxels, rays.voxels)
+        self._before = before
+        self._known = known = _Known(water, rays, reflectance, was, changed)
+        self._now = before.light.longer(len(known.order), known.slots)
+        self._new = known.differs(was, changed)
+        self._parts = [part for part in before.parts if not self._new[part.rows].all()]
 
     def solved(self) -> Solution | None:
         """Return the light; None if too much has changed."""
-        known, now = self._known, self._now
-        parts: list[_Part] = []
+        known, now, new = self._known, self._now, np.flatnonzero(self._new)
+        if len(new) > _MOST_AGAIN * len(known.order):
+            return None
+        parts = known.parts(new)
         with ThreadPoolExecutor(os.process_cpu_count()) as pool:
-            now.update(known, np.arange(len(self._sides)))
-            self._todo |= self._see_changes()
-            for _ in range(_ROUNDS):
-                new = np.flatnonzero(self._todo & ~self._done)
-                if self._done.sum() + len(new) > _MOST_AGAIN * len(known.order):
-                    return None
-                if not len(new):
-                    break
-                some = known.parts(new)
-                started = list(pool.map(_Part.prepare, some))
-                for part, start in zip(some, started, strict=True):
-                    now.start(part.rows, start)
-                self._done[new] = True
-                parts = sorted([*parts, *some], key=lambda part: part.kind)
-                sides = np.flatnonzero(self._done[known.place[known.rays.probe_of_side]])
-                for _ in range(_ROUNDS):
-                    if _round(known, parts, now, sides, pool) <= _SETTLED:
-                        break
-                now.update(known, sides)
-                self._todo |= self._see_changes()
+            for part, start in zip(parts, pool.map(_Part.prepare, parts), strict=True):
+                _, _, now.beam[part.rows], now.on_axes[part.rows] = start
+            parts = sorted([*parts, *self._parts], key=lambda part: part.kind)
+            _settle(known, parts, now, pool, self._new)
             ended = list(pool.map(functools.partial(_Part.ratios, now=now), parts))
-        before, old = self._before, self._old
-        tables = before.irradiance[old], before.scattered[old], before.behind[old]
+        before = self._before
+        tables = [_longer(x, len(known.order)) for x in before.tables]
         for part, values in zip(parts, ended, strict=True):
             for table, value in zip(tables, values, strict=True):
-                table[part.rows] = value
+                part.put(known, table, value, self._new)
         return Solution(known, now, *tables)
 
-    def _see_changes(self) -> NDArray[np.bool_]:
-        """Which probes see light that has changed so much that it matters."""
-        known, now, first = self._known, self._now, self._before.light
-        count = len(known.order)
-        change = np.zeros(count, np.float32)
-        rows = np.flatnonzero(self._done)
-        change[rows] = _change(now.J[rows], first.J[self._old[rows]], _DIM)
-        seen = change[known.seen[0]] * np.float32(_ON_WAY[0][1])
-        for places, (_, weight) in zip(known.seen[1:], _ON_WAY[1:], strict=True):
-            seen += change[places] * np.float32(weight)
-        was = np.zeros_like(now.of_sides)
-        kept = self._sides >= 0
-        was[kept] = self._before.light.of_sides[self._sides[kept]]
-        of_sides = np.append(_change(now.of_sides[:, None], was[:, None], 0.0), np.float32(0.0))
-        np.maximum(seen, of_sides[known.rays.hit[known.order]], out=seen)
-        return seen.mean(axis=1) > _CONCERNED
 
-
-def _change(now: Light, before: Light, least: float) -> Light:
-    """Largest relative change over the last axis, mean over the one before."""
-    largest = np.maximum(np.maximum(now, before), max(least, float(np.finfo(np.float32).tiny)))
-    return (np.abs(now - before) / largest).max(axis=2).mean(axis=1)
-
-
-def _new_sides(known: _Known, changed: ChangedVoxels) -> NDArray[np.intp]:
-    """Number before of each side of a surface, -1 for what is new."""
-    before = np.full(len(known.rays.probe_of_side) // 2, -1, np.intp)
-    there = changed.renumbered >= 0
-    before[changed.renumbered[there]] = np.flatnonzero(there)
-    sides = np.stack([2 * before, 2 * before + 1], axis=1)
-    sides[before < 0] = -1
-    return sides.ravel()
+def _longer(values: Light, count: int) -> Light:
+    """Return a copy with more rows."""
+    found = np.zeros((count, *values.shape[1:]), values.dtype)
+    found[: len(values)] = values
+    return found
 
 
 @dataclass(eq=False)
@@ -337,39 +296,59 @@ class _Light:
         """Mean undisturbed irradiance on the axes, (v,)."""
         return self.on_axes.mean(axis=1) / max(self.E.shape[2], 1)
 
-    def of(self, rows: NDArray[np.intp]) -> _Light:
-        """Return that of some probes, what surfaces send aside."""
-        return _Light(*(part[rows] for part in (self.E, self.J, self.beam, self.on_axes)))
+    def longer(self, count: int, slots: int) -> _Light:
+        """Return a copy with room for more probes, and more sides of surfaces."""
+        E, J, beam, on_axes = (_longer(x, count) for x in (self.E, self.J, self.beam, self.on_axes))
+        return _Light(E, J, beam, on_axes, of_sides=_longer(self.of_sides, slots))
 
-    def start(self, rows: Rows, found: tuple[Light, Light, Light, Light]) -> None:
-        """Take over what :meth:`_Part.prepare` found, but go on with light that is known."""
-        _, _, self.beam[rows], self.on_axes[rows] = found
-
-    def update(self, known: _Known, sides: NDArray[np.intp]) -> None:
-        """Compute what surfaces send, those of some sides and those beyond the box."""
+    def update(self, known: _Known) -> None:
+        """Compute what surfaces send."""
         # What lies beyond the box is lit as its side is.
         self.sent = ((self.E.mean(axis=1) + self.beam) * known.mean).astype(np.float32)
-        if len(self.of_sides) != len(known.rays.probe_of_side):
-            shape = len(known.rays.probe_of_side), self.E.shape[2]
-            self.of_sides = np.zeros(shape, np.float32)
-        beside = known.place[known.rays.probe_of_side[sides]]
-        self.of_sides[sides] = known.sides.radiance(self.E[beside], sides)
+        if not len(self.of_sides):
+            self.of_sides = np.zeros((known.slots, self.E.shape[2]), np.float32)
+        self.of_sides[known.slot] = known.sides.radiance(self.E[known.beside])
 
 
 class _Known:
-    """What all parts of the probes share: probes of a set are side by side in ``order``."""
+    """What all parts of the probes share: those of a set are side by side in ``order``.
 
-    def __init__(self, water: _Water, rays: Rays, reflectance: Array) -> None:
-        self.water, self.rays, self.reflectance = water, rays, reflectance
+    Parameters
+    ----------
+    water : _Water
+    rays : Rays
+    reflectance : array, shape (k, n)
+    was : _Known, optional
+        Of another frame: what both have keeps its row, and its slot among the sides.
+    changed : ChangedVoxels, optional
+        Since then.
+    """
+
+    def __init__(
+        self,
+        water: _Water,
+        rays: Rays,
+        reflectance: Array,
+        was: _Known | None = None,
+        changed: ChangedVoxels | None = None,
+    ) -> None:
+        self.water, self.rays = water, rays
         self.undisturbed = water.undisturbed
         self.mean = reflectance.sum(axis=0) / max(len(reflectance), 1) / math.pi
         self.sides = _Sides(rays, reflectance, water.undisturbed)
-        kind = set_of(rays.grid)
-        order = np.argsort(kind, kind="stable")
-        self.order = order[rays.valid[order]]
+        kind, count = set_of(rays.grid), len(rays.probe_of_side)
+        self.slot, self.slots = np.arange(count), count
+        if was is None or changed is None:
+            order = np.argsort(kind, kind="stable")
+            self.order = order[rays.valid[order]]
+        else:
+            new = np.flatnonzero(rays.valid & ~was.rays.valid)
+            self.order = np.concatenate([was.order, new])
+            self._keep_slots(was, changed)
         self.kind = kind[self.order]
         self.place = np.zeros(rays.grid.count, np.intp)
         self.place[self.order] = np.arange(len(self.order))
+        self.beside = self.place[rays.probe_of_side]
         self.sunlit = rays.sunlit[self.order].astype(np.float32)
         shape = len(_ON_WAY), len(self.order), RAYS
         self.cells = np.zeros(shape, np.int32)
@@ -377,6 +356,20 @@ class _Known:
         self.seen = np.zeros(shape, np.int32)
         """Rows of the probes that stand for them."""
         self.has_seen = np.zeros(len(self.order), bool)
+
+    def _keep_slots(self, was: _Known, changed: ChangedVoxels) -> None:
+        """Give sides that are as they were the slots that they had."""
+        same = np.repeat(~changed.mask[self.rays.voxels.number >= 0], 2)
+        then = np.repeat(~changed.mask[was.rays.voxels.number >= 0], 2)
+        self.slot[same] = was.slot[then]
+        others = int((~same).sum())
+        self.slot[~same] = was.slots + np.arange(others)
+        self.slots = was.slots + others
+
+    @functools.cached_property
+    def met(self) -> NDArray[np.intp]:
+        """Slots of the sides that rays meet, one more than all where they meet none."""
+        return np.append(self.slot, self.slots)[self.rays.hit[self.order]]
 
     def parts(self, rows: NDArray[np.intp]) -> list[_Part]:
         """Split some probes into parts."""
@@ -412,45 +405,32 @@ class _Known:
             self.seen[k, rows] = self.place[self.rays.in_sight(cells, points, probes[:, None])]
         self.has_seen[rows] = True
 
-    def look_from(self, was: _Known, changed: ChangedVoxels) -> None:
-        """Take the probes on the way from another frame where they are the same."""
-        if np.array_equal(self.order, was.order):
-            self.cells, self.seen = was.cells.copy(), was.seen.copy()
-            old = np.arange(len(self.order))
-        else:
-            old = was.place[self.order]
-            self.cells = was.cells[:, old]
-            self.seen = self.place[was.order[was.seen[:, old]]].astype(np.int32)
-        other = self.rays.other_sights(was.rays, changed)
-        new = other[self.cells].any(axis=(0, 2)) | ~was.rays.valid[self.order]
-        rays, before = self.rays, was.rays
-        new |= (rays.distance[self.order] != before.distance[self.order]).any(axis=1)
-        new |= (rays.point[self.order] != before.point[self.order]).any(axis=1)
-        new |= ((rays.hit < 0) != (before.hit < 0))[self.order].any(axis=1)
-        self.has_seen[:] = True
-        if new.any():
-            self.look(np.flatnonzero(new))
-        self._looked = new
+    def differs(self, was: _Known, changed: ChangedVoxels) -> NDArray[np.bool_]:
+        """Which probes are not as they were, or see others than they did.
 
-    def differs(
-        self, was: _Known, changed: ChangedVoxels, old: NDArray[np.intp]
-    ) -> NDArray[np.bool_]:
-        """Which probes are not as they were, or see others than they did."""
-        rays, before, order = self.rays, was.rays, self.order
-        found = (rays.further != before.further)[order].any(axis=1)
-        found |= (rays.blocked != before.blocked)[order].any(axis=1)
-        found |= rays.sunlit[order] != before.sunlit[order]
-        sides = np.append(np.repeat(changed.renumbered, 2) * 2, -2)
-        sides[1:-1:2] += 1
-        sides[sides < 0] = -1
-        found |= (rays.hit[order] != sides[before.hit[order]]).any(axis=1)
-        rows = np.flatnonzero(self._looked)
-        found[rows] |= (rays.distance != before.distance)[order[rows]].any(axis=1)
-        found[rows] |= (rays.point != before.point)[order[rows]].any(axis=1)
-        then = was.order[was.seen[:, old[rows]]]
-        found[rows] |= (order[self.seen[:, rows]] != then).any(axis=(0, 2))
-        darker = self.sunlit != was.sunlit[old]
-        return found | darker[self.seen].any(axis=(0, 2))
+        Those that a probe's rays see are taken from the other frame where they are the same.
+        """
+        rays, before, order, count = self.rays, was.rays, was.order, len(was.order)
+        self.cells[:, :count], self.seen[:, :count] = was.cells, was.seen
+        found = np.ones(len(self.order), bool)
+        old = found[:count]
+        np.any(rays.distance[order] != before.distance[order], axis=1, out=old)
+        old |= (rays.point != before.point)[order].any(axis=1)
+        old |= (self.met[:count] != np.where(was.met == was.slots, self.slots, was.met)).any(axis=1)
+        look = found.copy()
+        look[:count] |= rays.other_sights(before, changed)[self.cells[:, :count]].any(axis=(0, 2))
+        self.has_seen[:] = True
+        rows = np.flatnonzero(look & rays.valid[self.order])
+        if len(rows):
+            self.look(rows)
+            old |= (self.seen[:, :count] != was.seen).any(axis=(0, 2))
+        old |= (rays.further != before.further)[order].any(axis=1)
+        old |= (rays.blocked != before.blocked)[order].any(axis=1)
+        otherwise = self.sunlit != _longer(was.sunlit, len(self.order))
+        old |= otherwise[:count]
+        if otherwise.any():
+            old |= otherwise[self.seen[:, :count]].any(axis=(0, 2))
+        return found & rays.valid[self.order]
 
 
 Rows = slice | NDArray[np.intp]
@@ -527,7 +507,8 @@ class _Part:
         self._to_further = T_last * blocked
         self._known_light = _flat(L.astype(np.float32, copy=False))
         self._met = np.flatnonzero(hit >= 0)
-        self._to_met, self._side = _flat(T)[self._met], hit.ravel()[self._met]
+        self._to_met = _flat(T)[self._met]
+        self._side = self._known.slot[hit.ravel()[self._met]]
         unshaded, self._source, self._scattered0 = (
             np.maximum(x, light.faintest)
             for x in self._kernel.sums(_flat(at.scattered + at.once + at.image), last=True)
@@ -542,6 +523,14 @@ class _Part:
         beam = light.beam(depth[:, 0]) * (_MEAN_COSINE * rays.sunlit[valid][:, None])
         J = np.broadcast_to(share, at.once.shape)
         return irradiance * share, J, beam.astype(np.float32), unshaded.sum(axis=2)
+
+    def put(self, known: _Known, values: Light, some: Light, new: NDArray[np.bool_] | None) -> None:
+        """Put what was found of the probes in its place, but for those that it does not know."""
+        if new is None or self._known is known or not (stale := new[self.rows]).any():
+            values[self.rows] = some
+        else:
+            rows = np.arange(len(values))[self.rows][~stale]
+            values[rows] = some[~stale]
 
     def round(self, now: _Light) -> tuple[Light, Light]:
         """Return irradiance and scattered light as all probes' light makes them."""
@@ -657,7 +646,6 @@ class _Sides:
         depth = np.repeat(np.maximum(-rays.voxels.centre[:, 2], 0.0), 2)
         self._sun = (undisturbed.beam(depth) * facing[:, None]).astype(np.float32)
 
-    def radiance(self, E: Light, sides: NDArray[np.intp]) -> Light:
-        """Radiance of sides (s, n) from the irradiance on the axes beside them, (s, 6, n)."""
-        diffuse = np.einsum("sf,sfn->sn", self._squared[sides], E)
-        return self._rho[sides] * (diffuse + self._sun[sides])
+    def radiance(self, E: Light) -> Light:
+        """Radiance of the sides (s, n) from the irradiance on the axes beside them, (s, 6, n)."""
+        return self._rho * (np.einsum("sf,sfn->sn", self._squared, E) + self._sun)
