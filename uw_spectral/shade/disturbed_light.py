@@ -28,7 +28,7 @@ from .probes import RAYS, SETS, Rays, directions, set_of
 from .undisturbed_light import AXES, UndisturbedLight, depths_of
 from .view_directions import SIDE
 
-_ROUNDS = 24
+_ROUNDS = 40
 _SETTLED = 0.0005  # change of a round that is none, in every probe
 _FAINT = 0.01  # of the undisturbed light: changes of less are those of this
 _MOST_AGAIN = 0.5  # of the probes, or all are solved
@@ -138,9 +138,8 @@ def disturbed_light(
     waters : KeptWaters, optional
         What may be used again.
     before : DisturbedLight, optional
-        That of another frame, itself solved without one. Only what has changed since is solved
-        again, up to changes that do not matter, so that the result does not depend on frames
-        between the two.
+        That of another frame, itself solved without one, from which this one starts. It is solved
+        until it is settled, so that it does not matter which frame that was.
     """
     water = (waters or KeptWaters()).of(field, rays.grid)
     if before is not None and before.solution and before.solution.serves(water, rays):
@@ -172,19 +171,25 @@ def _settle(
 
     ``new`` are those that parts of another frame do not know any more.
     """
+    some = parts
     for _ in range(_ROUNDS):
         now.update(known)
         before = now.E.mean(axis=(1, 2))
         # What a set has found the next one uses already.
-        for _, some in itertools.groupby(parts, key=lambda part: part.kind):
-            few = list(some)
+        for _, of_set in itertools.groupby(some, key=lambda part: part.kind):
+            few = list(of_set)
             found = list(pool.map(functools.partial(_Part.round, now=now), few))
             for part, (E, J) in zip(few, found, strict=True):
                 part.put(known, now.E, E, new)
                 part.put(known, now.J, J, new)
         after = now.E.mean(axis=(1, 2))
-        if (np.abs(after - before) <= _SETTLED * np.maximum(after, _FAINT * now.unshaded)).all():
+        least = np.maximum(after, _FAINT * now.unshaded)
+        moving = np.abs(after - before) > _SETTLED * least
+        left = [part for part in some if moving[part.rows].any()]
+        if not left and len(some) == len(parts):
             break
+        # Parts at rest wait until the others are; then all are looked at once more.
+        some = left or parts
 
 
 @dataclass(frozen=True, eq=False)
@@ -225,7 +230,7 @@ def _tabulated(found: Solution) -> DisturbedLight:
 class _Again:
     """The light where something has changed since another frame, solved again.
 
-    What else sees such a change is solved again too, if the change matters there.
+    Probes that see other things are prepared anew; all go on from the light that they had.
     """
 
     def __init__(self, water: _Water, rays: Rays, reflectance: Array, before: Solution) -> None:
