@@ -29,7 +29,7 @@ from .undisturbed_light import AXES, UndisturbedLight, depths_of
 from .view_directions import SIDE
 
 _ROUNDS = 40
-_SETTLED = 0.0005  # change of a round that is none, in every probe
+_SETTLED = 0.001  # change of a round that is none, in every probe
 _FAINT = 0.01  # of the undisturbed light: changes of less are those of this
 _MOST_AGAIN = 0.5  # of the probes, or all are solved
 _ON_WAY = ((0.1127, 5 / 18), (0.5, 8 / 18), (0.8873, 5 / 18))
