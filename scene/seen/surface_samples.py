@@ -14,6 +14,7 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
+from ...uw_spectral.shade.filled_voxels import FilledVoxels, Samples
 from ..materials.mean_colours import mean_colour
 from .visible_meshes import KeptMeshes, MeshArrays, visible_meshes
 
@@ -25,16 +26,6 @@ _CLOSED = 0.1  # of the area of a closed mesh is left where its faces are added 
 _DEEPEST = 14  # halvings of a triangle's edges
 
 Array = NDArray[np.float64]
-
-
-@dataclass(frozen=True, eq=False)
-class Samples:
-    """Points on surfaces, unit normals and base colours, (m, 3), and areas they stand for, m²."""
-
-    points: Array
-    normals: Array
-    colours: Array
-    areas: Array
 
 
 @dataclass(frozen=True, eq=False)
@@ -157,12 +148,14 @@ class KeptSamples:
 
     def __init__(self) -> None:
         self.meshes = KeptMeshes()
+        self.voxels = FilledVoxels()
         self._before: dict[bytes, Triangles | Samples] = {}
         self._now: dict[bytes, Triangles | Samples] = {}
 
     def next_frame(self) -> None:
         """Forget what was not asked for since the last time."""
         self.meshes.next_frame()
+        self.voxels.next_frame()
         self._before, self._now = self._now, {}
 
     def thing(self, shown: Triangles) -> Triangles:

@@ -11,8 +11,9 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
+from ...uw_spectral.shade.filled_voxels import Filling
 from ...uw_spectral.shade.grid import Grid
-from ...uw_spectral.shade.voxels import SurfaceVoxels, voxelise
+from ...uw_spectral.shade.voxels import SurfaceVoxels
 from .. import marks
 from ..rendered import ever_rendered
 from .cameras import eye_of
@@ -54,7 +55,6 @@ _DEPTH_STEP, _COLOUR_STEP = 0.05, 0.01  # of the ground: it should not tremble w
 _SOLID = {"MESH", "CURVE", "SURFACE", "META", "FONT", "CURVES"}
 _SMALL = 2.5  # voxels
 _STEP, _MOST_STEPS = 1.1, 30
-_SAMPLES = ("points", "normals", "colours")
 
 Array = NDArray[np.float64]
 
@@ -381,34 +381,9 @@ def _before(
 def _voxels(things: Sequence[Triangles], grid: Grid, samples: KeptSamples) -> SurfaceVoxels:
     low, high = np.asarray(grid.lower), grid.upper
     found = [samples.sampled(thing, low, high, grid.cell) for thing in things]
-    sizes = [np.linalg.norm(np.subtract(*thing.bounds)) for thing in things]
-    small = [
-        np.full(len(x.points), s < _SMALL * grid.cell) for x, s in zip(found, sizes, strict=True)
-    ]
-    points, normals, colours = (
-        np.concatenate([np.empty((0, 3)), *(getattr(x, part) for x in found)]) for part in _SAMPLES
-    )
-    keep = _filling(
-        grid,
-        points,
-        np.concatenate([[], *(x.areas for x in found)]),
-        np.concatenate([np.zeros(0, bool), *small]),
-    )
-    return voxelise(grid, points[keep], normals[keep], colours[keep])
-
-
-def _filling(
-    grid: Grid, points: Array, areas: Array, small: NDArray[np.bool_]
-) -> NDArray[np.bool_]:
-    """Which samples fill a voxel: small things only where there are so many that they cover it.
-
-    Else a fish would cover as much as a rock.
-    """
-    which = grid.index(points[small])
-    covered = np.bincount(which, areas[small], grid.count) >= grid.cell**2
-    keep = ~small
-    keep[small] = covered[which]
-    return keep
+    small = [np.linalg.norm(np.subtract(*thing.bounds)) < _SMALL * grid.cell for thing in things]
+    filling = Filling([thing.key for thing in things], found, [bool(x) for x in small])
+    return samples.voxels.of(grid, filling)
 
 
 def _times(shape: tuple[int, int, int], factor: int) -> tuple[int, int, int]:

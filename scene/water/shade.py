@@ -22,6 +22,8 @@ from ..seen.lamp_shadows import KeptLampShadows
 from ..seen.surface_samples import KeptSamples
 from ..seen.surroundings import Ground, Surroundings, look_around
 
+Array = NDArray[np.float64]
+
 MOST_BANDS = 8
 """That the light among things is computed in; between them it is linear."""
 
@@ -33,7 +35,7 @@ class _Inputs:
     voxels: SurfaceVoxels
     coarse: SurfaceVoxels
     grid: Grid
-    eyes: NDArray[np.float64]
+    eyes: Array
     bands: Bands
     field: SolvedField
 
@@ -80,6 +82,7 @@ class Kept:
         self.ground: Ground | None = None
         """That of the last look around."""
         self._waters = KeptWaters()
+        self._table: tuple[DisturbedLight, bytes, ShadeTable] | None = None
         self._last: tuple[_Inputs, DisturbedLight] | None = None
         self._first: tuple[_Inputs, Rays, DisturbedLight] | None = None
         """A frame that was solved for itself, from which others start."""
@@ -111,6 +114,17 @@ class Kept:
         if self._last is None or not self._last[0].are(inputs):
             self._last = inputs, self._solved(inputs)
         return self._last[1]
+
+    def table(
+        self, light: DisturbedLight, extinction: Array, seen: Array, *, alone: bool
+    ) -> ShadeTable:
+        """Return the table of a light; that of before, if it is the same."""
+        given = extinction.tobytes() + seen.tobytes() + bytes([alone])
+        last = self._table
+        if last is None or last[0] is not light or last[1] != given:
+            table = shade_table(light, extinction, seen, alone=alone)
+            self._table = last = light, given, table
+        return last[2]
 
     def _solved(self, inputs: _Inputs) -> DisturbedLight:
         first = self._first
@@ -152,6 +166,7 @@ def table_of(
     voxels, grid = found
     # In one order, whichever frame it is.
     eyes = np.unique(around.eyes, axis=0)
-    light = (kept or Kept()).light(_Inputs(voxels, around.coarse, grid, eyes, bands, field))
+    kept = kept or Kept()
+    light = kept.light(_Inputs(voxels, around.coarse, grid, eyes, bands, field))
     seen = field.scalar_irradiance(depth) * np.abs(weights).sum(axis=0)
-    return shade_table(light, field.extinction, seen, alone=around.is_whole(grid))
+    return kept.table(light, field.extinction, seen, alone=around.is_whole(grid))

@@ -69,7 +69,7 @@ class SurfaceVoxels:
         distance = np.zeros(full.shape, np.int8)
         for _ in range(_FARTHEST_STEP):
             distance += ~full
-            full = _grown(full)
+            full = grown(full)
         return distance[1:-1, 1:-1, 1:-1]
 
     @functools.cached_property
@@ -251,8 +251,7 @@ def voxelise(grid: Grid, points: Array, normals: Array, colours: Array) -> Surfa
         nothing = np.zeros((0, 3))
         return SurfaceVoxels(grid, np.full(grid.shape, -1, np.int32), nothing, nothing, nothing)
     points, normals, colours = points[inside], normals[inside], colours[inside]
-    cells = np.floor((points - grid.lower) / grid.cell).astype(np.intp)
-    cells = grid.flat(np.clip(cells, 0, np.asarray(grid.shape) - 1))
+    cells = cells_of(grid, points)
     voxels, which, counts = np.unique(cells, return_inverse=True, return_counts=True)
     number = np.full(grid.count, -1, np.int32)
     number[voxels] = np.arange(len(voxels))
@@ -272,12 +271,18 @@ def voxelise(grid: Grid, points: Array, normals: Array, colours: Array) -> Surfa
     )
 
 
+def cells_of(grid: Grid, points: Array) -> NDArray[np.intp]:
+    """Voxel of each point (m, 3) in a box."""
+    cells = np.floor((points - grid.lower) / grid.cell).astype(np.intp)
+    return grid.flat(np.clip(cells, 0, np.asarray(grid.shape) - 1))
+
+
 def _means(values: Array, which: NDArray[np.intp], counts: NDArray[np.intp]) -> Array:
     sums = [np.bincount(which, values[:, axis], len(counts)) for axis in range(3)]
     return np.stack(sums, axis=1) / np.maximum(counts, 1)[:, None]
 
 
-def _grown(full: NDArray[np.bool_]) -> NDArray[np.bool_]:
+def grown(full: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """Full voxels and all their neighbours, across edges and corners too."""
     for axis in range(3):
         lines = np.moveaxis(full, axis, 0)
