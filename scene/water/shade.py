@@ -50,7 +50,8 @@ class _Inputs:
 
     def of_same_water(self, other: _Inputs) -> bool:
         """Whether only things or eyes may be others."""
-        return self.field is other.field and self.bands == other.bands and self.grid == other.grid
+        grids = self.grid == other.grid and self.coarse.grid == other.coarse.grid
+        return self.field is other.field and self.bands == other.bands and grids
 
     def rays(self, before: Rays | None) -> Rays:
         """Cast them; those of another frame may serve."""
