@@ -79,7 +79,12 @@ class Triangles:
 
 
 def _across(corners: NDArray[np.float32]) -> NDArray[np.float32]:
-    return np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    return _cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+
+
+def _cross(one: NDArray[np.float32], other: NDArray[np.float32]) -> NDArray[np.float32]:
+    (a, b, c), (u, v, w) = one.T, other.T
+    return np.stack([b * w - c * v, c * u - a * w, a * v - b * u], axis=1)
 
 
 def visible_triangles(
@@ -107,12 +112,16 @@ def visible_triangles(
 
 def sampled(shown: Triangles, low: Array, high: Array, spacing: float) -> Samples:
     """Sample a mesh in a box, at least once in every cell of ``spacing`` m that it crosses."""
+    lowest, highest = shown.bounds
+    if (highest < low).any() or (lowest > high).any():
+        nothing = np.empty((0, 3))
+        return Samples(nothing, nothing, nothing, np.empty(0))
     corners, slots = shown.corners, shown.slots
     # Whatever the box, so that the same places have the same samples.
     more = 1.0
     if len(corners) > _ENOUGH:
         one, other = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
-        twice = np.linalg.norm(np.cross(one, other), axis=1)
+        twice = np.linalg.norm(_cross(one, other), axis=1)
         keep = _some(twice, spacing)
         keep |= np.abs(np.stack([one, other, one - other], axis=1)).max(axis=(1, 2)) > spacing / 2.0
         corners, slots = corners[keep], slots[keep]
@@ -124,7 +133,7 @@ def sampled(shown: Triangles, low: Array, high: Array, spacing: float) -> Sample
         )
         corners, slots = corners[within], slots[within]
         one, other = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
-        across = np.cross(one, other)
+        across = _cross(one, other)
         size = np.linalg.norm(across, axis=1)
         edges = np.stack([one, other, one - other], axis=1)
         small = (np.abs(edges).max(axis=(1, 2)) <= spacing) | (level == _DEEPEST - 1)

@@ -280,3 +280,19 @@ def _floors(monkeypatch):
 
     monkeypatch.setattr(eevee_water, "realtime_water", noted)
     return found
+
+
+def test_what_is_kept_does_not_grow():
+    scene, plan, kept = _under_a_slab(), _plan(), shade.Kept()
+    fish, sizes = bpy.data.objects["fish"], []
+    for frame in range(9):
+        fish.location.x = 0.4 + 0.15 * frame
+        bpy.context.view_layer.update()
+        _table(scene, plan, kept=kept)
+        samples = kept.samples
+        stores = (samples, samples.meshes, samples.voxels)
+        sizes.append(sum(len(x._before) + len(x._now) for x in stores))
+    assert sizes[-1] == sizes[1]
+    assert len(kept._waters._known) <= 2
+    # What starts from the first frame holds nothing of those between.
+    assert not kept._last[1].solution.parts or kept._last[1] is kept._first[2]
