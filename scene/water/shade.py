@@ -87,6 +87,8 @@ class Kept:
         self._last: tuple[_Inputs, DisturbedLight] | None = None
         self._first: tuple[_Inputs, Rays, DisturbedLight] | None = None
         """A frame that was solved for itself, from which others start."""
+        self.has_begun = False
+        """Whether there was a frame already, be it without shade."""
 
     def look(
         self,
@@ -132,7 +134,7 @@ class Kept:
         rays = inputs.rays(first and first[1])
         before = first[2] if first is not None and first[0].of_same_water(inputs) else None
         light = inputs.light(rays, self._waters, before)
-        if first is None or (light.serves and not self._of_job):
+        if light.serves and not (self._of_job and self.has_begun):
             self._first = inputs, rays, light
         return light
 
@@ -161,13 +163,14 @@ def table_of(
     kept : Kept, optional
         What may be used again.
     """
-    found = around.under_things()
+    kept, found = kept or Kept(), around.under_things()
     if found is None:
+        kept.has_begun = True
         return without_shade(len(bands))
     voxels, grid = found
     # In one order, whichever frame it is.
     eyes = np.unique(around.eyes, axis=0)
-    kept = kept or Kept()
     light = kept.light(_Inputs(voxels, around.coarse, grid, eyes, bands, field))
+    kept.has_begun = True
     seen = field.scalar_irradiance(depth) * np.abs(weights).sum(axis=0)
     return kept.table(light, field.extinction, seen, alone=around.is_whole(grid))

@@ -42,6 +42,7 @@ _MOST = 1e3  # times the undisturbed light; what a white wall sends into the dar
 FADE = 2.0
 """Cells beyond the box after which half of the way to the light there is gone."""
 _AT_ONCE = 128  # probes, of whose light a processor's cache holds all
+_MOST_KEPT = 15_000  # probes of a frame that others may start from; 11 kB each
 _WATERS = 2  # that are kept
 _ROWS = 32  # of a matrix product
 
@@ -158,7 +159,8 @@ def _solved(known: _Known) -> Solution:
         now = _Light(*(_joined(started, count, k) for k in range(4)))
         _settle(known, parts, now, pool)
         ended = list(pool.map(functools.partial(_Part.ratios, now=now), parts))
-    return Solution(known, now, *(_joined(ended, count, k) for k in range(3)), parts)
+    kept = parts if count <= _MOST_KEPT else ()
+    return Solution(known, now, *(_joined(ended, count, k) for k in range(3)), kept)
 
 
 def _settle(
