@@ -22,7 +22,9 @@ _FRAMES = 5
 _STEP = 0.1  # m from frame to frame
 _DIVER, _AHEAD = (0.9, 0.25, 0.25), 3.5  # half its sizes, and how far before the camera it swims, m
 _FISH = "Butterflyfish"
-_SIZE, _SAMPLES = (160, 90), 8
+SIZE, SAMPLES = (160, 90), 1
+"""Of the pictures of :func:`full_frame`."""
+_PICTURES = 3
 _BANDS = 8
 _FAINT = 0.02  # of the undisturbed light: differences of less are those of this
 
@@ -81,15 +83,15 @@ def moving(place: Place) -> Moving:
     whole = _timed(lambda: frame(kept))[0]
     swims = (item for item in scene.objects if item.name.startswith(_FISH))
     fish = next(swims, None)
-    of_fish = None if fish is None else _least(_moved(fish, lambda: frame(kept)))
-    of_camera = _least(_moved(camera, lambda: frame(kept), 0.05 * _STEP))
+    of_fish = None if fish is None else _middle(_moved(fish, lambda: frame(kept)))
+    of_camera = _middle(_moved(camera, lambda: frame(kept), 0.05 * _STEP))
     diver = _diver(camera)
     frame(kept)
     of_diver = list(_moved(diver, lambda: frame(kept)))
     tables = frame(kept), frame(shade.Kept())
     off = _off(*tables)
     return Moving(
-        place.name, whole, of_fish, _least(iter(of_diver)), of_camera,
+        place.name, whole, of_fish, _middle(iter(of_diver)), of_camera,
         (float(off.max()), float(np.quantile(off, 0.999))),
     )  # fmt: skip
 
@@ -118,7 +120,7 @@ def _moved(
         yield _timed(do)[0]
 
 
-def _least(found: Iterator[Seconds]) -> Seconds:
+def _middle(found: Iterator[Seconds]) -> Seconds:
     """Return the frame in the middle, by the clock."""
     return sorted(found, key=lambda seconds: seconds.wall)[_FRAMES // 2]
 
@@ -146,10 +148,10 @@ def full_frame(place: Place) -> FullFrame:
     """Render frames in which a fish moves, as a job does it, without water and with it."""
     place.open()
     scene = bpy.context.scene
-    scene.render.resolution_x, scene.render.resolution_y = _SIZE
+    scene.render.resolution_x, scene.render.resolution_y = SIZE
     fish = next(item for item in scene.objects if item.name.startswith(_FISH))
     settings = SceneSettings(
-        water="jerlov:IB", bands=_BANDS, surface="flat", sky="clear", samples=_SAMPLES
+        water="jerlov:IB", bands=_BANDS, surface="flat", sky="clear", samples=SAMPLES
     )
     return FullFrame(*(_of_eevee(fish, chosen) for chosen in (None, settings)))
 
@@ -157,13 +159,13 @@ def full_frame(place: Place) -> FullFrame:
 def _of_eevee(fish: bpy.types.Object, settings: SceneSettings | None) -> Seconds:
     with tempfile.TemporaryDirectory() as folder, drawing(settings) as drawn:
         picture, frames = Path(folder, "frame.exr"), []
-        drawn.picture(picture, _SAMPLES)
-        for _ in range(_FRAMES):
+        drawn.picture(picture, SAMPLES)
+        for _ in range(_PICTURES):
             fish.location.x += _STEP
             bpy.context.scene.frame_set(bpy.context.scene.frame_current + 1)
             wall, cpu = time.perf_counter(), time.process_time()
             if settings is not None:
                 drawn.change(settings)
-            drawn.picture(picture, _SAMPLES)
+            drawn.picture(picture, SAMPLES)
             frames.append(Seconds(time.perf_counter() - wall, time.process_time() - cpu))
-    return _least(iter(frames))
+    return min(frames, key=lambda seconds: seconds.wall)

@@ -26,7 +26,7 @@ from ..uw_spectral.shade.probes import RAYS, cast
 from ..uw_spectral.spectra.colour_rendering import delta_e_CIE2000_images, srgb_encode
 from ..uw_spectral.spectra.spectral_image import replacing
 from . import grey_scene
-from ._shade_moving import HEADER, full_frame, moving
+from ._shade_moving import HEADER, SAMPLES, SIZE, full_frame, moving
 from ._shade_openness import Openness, openness
 from ._shade_scenes import BANDS, HEIGHT, WIDTH, Place, box, of_file, slab
 from ._shade_swim import Swum, swim
@@ -292,8 +292,8 @@ Wanted were 1 s, 0.1 s, 0.2 s, nothing, and 0.5 %.
 {HEADER}
 {rows}
 
-The reef in full, 1.7 million triangles, 160 × 90 and 8 samples, a fish moving: a frame of EEVEE as
-it is takes {frame.plain} s, with water and shade {frame.water} s, {ratio:.2f} times as long. Wanted
+The reef in full, 1.7 million triangles, {SIZE[0]} × {SIZE[1]} and {SAMPLES} sample, a fish moving, the
+least of three: a frame of EEVEE as it is takes {frame.plain} s, with water and shade {frame.water} s, {ratio:.2f} times as long. Wanted
 was twice.
 """
 

@@ -42,7 +42,7 @@ _MOST = 1e3  # times the undisturbed light; what a white wall sends into the dar
 FADE = 2.0
 """Cells beyond the box after which half of the way to the light there is gone."""
 _AT_ONCE = 128  # probes, of whose light a processor's cache holds all
-_MOST_KEPT = 15_000  # probes of a frame that others may start from; 11 kB each
+_MOST_KEPT = 8000  # probes of a frame that others may start from; some 35 kB each
 _WATERS = 2  # that are kept
 _ROWS = 32  # of a matrix product
 
