@@ -292,9 +292,9 @@ Wanted were 1 s, 0.1 s, 0.2 s, nothing, and 0.5 %.
 {HEADER}
 {rows}
 
-The reef in full, 1.7 million triangles, {SIZE[0]} × {SIZE[1]} and {SAMPLES} sample, a fish moving, the
-least of three: a frame of EEVEE as it is takes {frame.plain} s, with water and shade {frame.water} s, {ratio:.2f} times as long. Wanted
-was twice.
+The reef in full, 1.7 million triangles, {SIZE[0]} × {SIZE[1]} and {SAMPLES} sample, a fish moving,
+the least of three: EEVEE as it is takes {frame.plain} s, with water and shade {frame.water} s,
+{ratio:.2f} times as long. Wanted was twice.
 """
 
 

@@ -59,11 +59,15 @@ class _Inputs:
         return cast(self.voxels, self.grid, to_sun, self.eyes, self.coarse, before)
 
     def light(
-        self, rays: Rays, waters: KeptWaters, before: DisturbedLight | None
+        self,
+        rays: Rays,
+        waters: KeptWaters,
+        before: DisturbedLight | None,
+        near: DisturbedLight | None,
     ) -> DisturbedLight:
-        """Compute it; that of another frame may serve."""
+        """Compute it; that of other frames may serve."""
         reflectance = np.clip(self.voxels.colour @ uplift_basis(self.bands).T, 0.0, 1.0)
-        return disturbed_light(self.field, rays, reflectance, waters, before)
+        return disturbed_light(self.field, rays, reflectance, waters, before, near)
 
 
 class Kept:
@@ -110,9 +114,9 @@ class Kept:
     def light(self, inputs: _Inputs) -> DisturbedLight:
         """Return the light of before, if nothing that decides it has changed.
 
-        Else that of a frame is corrected which was solved for itself: what comes out does not
-        depend on the frames between. In a job that is always its first frame, with which every
-        process begins, so that all make the same pictures of a frame.
+        Else that of a frame is corrected which was solved for itself, until it has settled: what
+        comes out does not depend on the frames between. In a job that is always its first frame,
+        with which every process begins, so that all make the same pictures of a frame.
         """
         if self._last is None or not self._last[0].are(inputs):
             self._last = inputs, self._solved(inputs)
@@ -133,7 +137,8 @@ class Kept:
         first = self._first
         rays = inputs.rays(first and first[1])
         before = first[2] if first is not None and first[0].of_same_water(inputs) else None
-        light = inputs.light(rays, self._waters, before)
+        near = None if self._of_job or self._last is None else self._last[1]
+        light = inputs.light(rays, self._waters, before, near)
         if light.serves and not (self._of_job and self.has_begun):
             self._first = inputs, rays, light
         return light

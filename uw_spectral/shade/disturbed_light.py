@@ -126,6 +126,7 @@ def disturbed_light(
     reflectance: Array,
     waters: KeptWaters | None = None,
     before: DisturbedLight | None = None,
+    near: DisturbedLight | None = None,
 ) -> DisturbedLight:
     """Compute the light at the probes.
 
@@ -142,10 +143,12 @@ def disturbed_light(
     before : DisturbedLight, optional
         That of another frame, itself solved without one, from which this one starts. It is solved
         until it is settled, so that it does not matter which frame that was.
+    near : DisturbedLight, optional
+        That of a frame which started from the same one, with light that is closer to this.
     """
     water = (waters or KeptWaters()).of(field, rays.grid)
     if before is not None and before.solution and before.solution.serves(water, rays):
-        found = _Again(water, rays, reflectance, before.solution).solved()
+        found = _Again(water, rays, reflectance, before.solution).solved(near and near.solution)
         if found is not None:
             return _tabulated(found)
     return _tabulated(_solved(_Known(water, rays, reflectance)))
@@ -211,6 +214,12 @@ class Solution:
         """Ratios by probe."""
         return self.irradiance, self.scattered, self.behind
 
+    def goes_on(self, other: Solution) -> bool:
+        """Whether it started from another, or may have done: its first probes are the same."""
+        count = len(other.known.order)
+        order = self.known.order[:count]
+        return self.known.water is other.known.water and np.array_equal(order, other.known.order)
+
     def serves(self, water: _Water, rays: Rays) -> bool:
         """Whether it is about the same places in the same water."""
         known = self.known
@@ -245,13 +254,16 @@ class _Again:
         self._new = known.differs(was, changed)
         self._parts = [part for part in before.parts if not self._new[part.rows].all()]
 
-    def solved(self) -> Solution | None:
+    def solved(self, near: Solution | None) -> Solution | None:
         """Return the light; None if too much has changed."""
         known, now, new = self._known, self._now, np.flatnonzero(self._new)
         if len(new) > _MOST_AGAIN * len(known.order):
             return None
         if not len(new) and known.sends_as(self._before.known):
             return dataclasses.replace(self._before, known=known, parts=())
+        count = len(self._before.known.order)
+        if near is not None and near.goes_on(self._before):
+            now.E[:count], now.J[:count] = near.light.E[:count], near.light.J[:count]
         parts = known.parts(new)
         with ThreadPoolExecutor(os.process_cpu_count()) as pool:
             for part, start in zip(parts, pool.map(_Part.prepare, parts), strict=True):
