@@ -151,7 +151,13 @@ def full_frame(place: Place) -> FullFrame:
     scene.render.resolution_x, scene.render.resolution_y = SIZE
     fish = next(item for item in scene.objects if item.name.startswith(_FISH))
     settings = SceneSettings(
-        water="jerlov:IB", bands=_BANDS, surface="flat", sky="clear", samples=SAMPLES
+        water="jerlov:IB",
+        bands=_BANDS,
+        surface="flat",
+        sky="clear",
+        samples=SAMPLES,
+        diffuse_shadows=True,
+        scene_floor=True,
     )
     return FullFrame(*(_of_eevee(fish, chosen) for chosen in (None, settings)))
 
