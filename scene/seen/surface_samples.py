@@ -87,6 +87,13 @@ def _cross(one: NDArray[np.float32], other: NDArray[np.float32]) -> NDArray[np.f
     return np.stack([b * w - c * v, c * u - a * w, a * v - b * u], axis=1)
 
 
+def _longest(one: NDArray[np.float32], other: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Longest extent of edges along an axis."""
+    extent = np.maximum(np.maximum(np.abs(one), np.abs(other)), np.abs(one - other))
+    x, y, z = extent.T
+    return np.maximum(np.maximum(x, y), z)
+
+
 def visible_triangles(
     depsgraph: bpy.types.Depsgraph,
     leave_out: Collection[bpy.types.Object] = (),
@@ -123,20 +130,20 @@ def sampled(shown: Triangles, low: Array, high: Array, spacing: float) -> Sample
         one, other = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
         twice = np.linalg.norm(_cross(one, other), axis=1)
         keep = _some(twice, spacing)
-        keep |= np.abs(np.stack([one, other, one - other], axis=1)).max(axis=(1, 2)) > spacing / 2.0
+        keep |= _longest(one, other) > spacing / 2.0
         corners, slots = corners[keep], slots[keep]
         more = float(twice.sum()) / max(float(twice[keep].sum()), _SMALLEST)
     points, normals, colours, areas = [], [], [], []
     for level in range(_DEEPEST):
-        within = (corners.max(axis=1) >= low).all(axis=1) & (corners.min(axis=1) <= high).all(
-            axis=1
-        )
+        first, second, third = np.moveaxis(corners, 1, 0)
+        highest = np.maximum(np.maximum(first, second), third)
+        lowest = np.minimum(np.minimum(first, second), third)
+        within = (highest >= low).all(axis=1) & (lowest <= high).all(axis=1)
         corners, slots = corners[within], slots[within]
         one, other = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
         across = _cross(one, other)
         size = np.linalg.norm(across, axis=1)
-        edges = np.stack([one, other, one - other], axis=1)
-        small = (np.abs(edges).max(axis=(1, 2)) <= spacing) | (level == _DEEPEST - 1)
+        small = (_longest(one, other) <= spacing) | (level == _DEEPEST - 1)
         points.append(corners[small].mean(axis=1))
         normals.append(across[small] / np.maximum(size[small], _SMALLEST)[:, None])
         colours.append(shown.colours[slots[small]])
