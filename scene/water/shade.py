@@ -137,6 +137,10 @@ class Kept:
         first = self._first
         rays = inputs.rays(first and first[1])
         before = first[2] if first is not None and first[0].of_same_water(inputs) else None
+        same_rays = first is not None and rays.hit is first[1].hit
+        if first and before and same_rays and inputs.voxels.equals(first[0].voxels):
+            # Nothing but eyes has moved.
+            return before
         near = None if self._of_job or self._last is None else self._last[1]
         light = inputs.light(rays, self._waters, before, near)
         if light.serves and not (self._of_job and self.has_begun):
