@@ -11,6 +11,8 @@ from .voxels import SurfaceVoxels
 _BLOCK = 8  # voxels along a side, of those that are looked at as one
 _SLACK = 0.01  # of a voxel
 
+Reals = NDArray[np.floating]
+
 
 class ChangedVoxels:
     """Voxels in which the surfaces are not what they were.
@@ -52,7 +54,7 @@ class ChangedVoxels:
         return len(self._radii)
 
     def crossed(
-        self, origin: Array, heading: Array, length: Array | float, around_end: float = 0.0
+        self, origin: Reals, heading: Reals, length: Reals | float, around_end: float = 0.0
     ) -> NDArray[np.bool_]:
         """Which rays may pass a changed voxel, or end close to one; others do not.
 
@@ -93,6 +95,6 @@ class ChangedVoxels:
         return upper > lower
 
 
-def _dot(to: NDArray[np.float32], heading: Array) -> Array:
+def _dot(to: NDArray[np.float32], heading: Reals) -> Reals:
     x, y, z = (to[..., k] * heading[..., k] for k in range(3))
     return x + y + z

@@ -163,7 +163,8 @@ def _solved(known: _Known) -> Solution:
         _settle(known, parts, now, pool)
         ended = list(pool.map(functools.partial(_Part.ratios, now=now), parts))
     kept = parts if count <= _MOST_KEPT else ()
-    return Solution(known, now, *(_joined(ended, count, k) for k in range(3)), kept)
+    irradiance, scattered, behind = (_joined(ended, count, k) for k in range(3))
+    return Solution(known, now, irradiance, scattered, behind, kept)
 
 
 def _settle(
@@ -276,7 +277,8 @@ class _Again:
         for part, values in zip(parts, ended, strict=True):
             for table, value in zip(tables, values, strict=True):
                 part.put(known, table, value, self._new)
-        return Solution(known, now, *tables)
+        irradiance, scattered, behind = tables
+        return Solution(known, now, irradiance, scattered, behind)
 
 
 def _longer(values: Light, count: int) -> Light:

@@ -148,5 +148,5 @@ def _merged(before: SurfaceVoxels, now: SurfaceVoxels, touched: NDArray[np.bool_
     order = np.argsort(cells)
     number = np.full(grid.count, -1, np.int32)
     number[cells[order]] = np.arange(len(cells))
-    parts = (x[order] for x in (centre, normal, colour))
-    return SurfaceVoxels(grid, number.reshape(grid.shape), *parts)
+    number = number.reshape(grid.shape)
+    return SurfaceVoxels(grid, number, centre[order], normal[order], colour[order])

@@ -69,7 +69,8 @@ class UndisturbedLight:
         every = np.concatenate(parts, axis=-1).astype(np.float32)
         # What a direction stands for counts, or few of them would miss the brightest.
         means = [_summed(kind, np.moveaxis(every, 1, 0)) / _count(kind) for kind in range(SETS)]
-        self._parts = np.moveaxis(means, 2, 1).reshape(-1, every.shape[-1])
+        parts_of_sets = np.moveaxis(np.stack(means), 2, 1).reshape(-1, every.shape[-1])
+        self._parts = parts_of_sets.astype(np.float32)
         self._beam = field.beam(self._depths).T * field.light.E / field.light.mu_s
 
     @property
@@ -212,7 +213,7 @@ def _groups(kind: int) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     return order, np.searchsorted(nearest[order], np.arange(RAYS))
 
 
-def _summed(kind: int, values: Array) -> Array:
+def _summed(kind: int, values: NDArray[np.floating]) -> Array:
     """Sums of values of many directions (:data:`_FINE`, ...) by those of a set, (RAYS, ...)."""
     order, first = _groups(kind)
     return np.add.reduceat(values[order], first, axis=0)

@@ -162,8 +162,9 @@ class SurfaceVoxels:
             if not going.all():
                 ended, left = np.flatnonzero(~going), np.flatnonzero(going)
                 distance[rays[ended]], found[rays[ended]] = t[ended], hit[ended]
-                x, y, z, u, v, w, per, until, t, rays = (
-                    part.take(left) for part in (x, y, z, u, v, w, per, until, t, rays)
+                rays = rays[left]
+                x, y, z, u, v, w, per, until, t = (
+                    part.take(left) for part in (x, y, z, u, v, w, per, until, t)
                 )
         return np.minimum(distance, end).astype(np.float64) * cell_size, found
 
