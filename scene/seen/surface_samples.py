@@ -5,53 +5,99 @@ Objects and instances count as renders show them, materials by their mean colour
 
 from __future__ import annotations
 
-import hashlib
-from collections.abc import Collection, Iterator
+import functools
+from collections.abc import Callable, Collection, Iterator
 from dataclasses import dataclass
+from typing import cast
 
 import bpy
 import numpy as np
 from numpy.typing import NDArray
 
+from ...uw_spectral.shade.filled_voxels import FilledVoxels, Samples
 from ..materials.mean_colours import mean_colour
-from .visible_meshes import visible_meshes
+from .visible_meshes import KeptMeshes, MeshArrays, visible_meshes
 
 _PER_CELL = 12.0  # samples of a surface that crosses a cell, where its triangles are small
 _SEED = 1
 _SMALLEST = 1e-20
 _ENOUGH = 64  # triangles that are all looked at
+_CLOSED = 0.1  # of the area of a closed mesh is left where its faces are added up
 _DEEPEST = 14  # halvings of a triangle's edges
 
 Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
-class Samples:
-    """Points on surfaces, unit normals and base colours, (m, 3), and areas they stand for, m²."""
-
-    points: Array
-    normals: Array
-    colours: Array
-    areas: Array
-
-
-@dataclass(frozen=True, eq=False)
 class Triangles:
-    """A visible mesh in its place: corners (t, 3, 3), material by triangle, base colours."""
+    """A visible mesh in its place, with the base colours of its materials, (c, 3)."""
 
-    corners: NDArray[np.float32]
-    slots: NDArray[np.int32]
+    arrays: MeshArrays
+    place: NDArray[np.float32]
     colours: Array
+
+    @functools.cached_property
+    def key(self) -> bytes:
+        """What differs where the triangles or their colours do."""
+        return self.arrays.digest + self.place.tobytes() + self.colours.tobytes()
 
     @property
+    def corners(self) -> NDArray[np.float32]:
+        """Corners of the triangles, shape (t, 3, 3), m."""
+        corners = self.arrays.vertices[self.arrays.triangles]
+        return corners @ self.place[:3, :3].T + self.place[:3, 3]
+
+    @property
+    def slots(self) -> NDArray[np.int32]:
+        """Colour of each triangle."""
+        return np.minimum(self.arrays.slots, len(self.colours) - 1)
+
+    @functools.cached_property
     def bounds(self) -> tuple[Array, Array]:
         """Lowest and highest corner of the box around it, m."""
         flat = self.corners.reshape(-1, 3)
         return flat.min(axis=0).astype(np.float64), flat.max(axis=0).astype(np.float64)
 
+    @functools.cached_property
+    def is_closed(self) -> bool:
+        """Whether its faces add up to little of their area, seen from above."""
+        up = _across(self.corners)[:, 2].astype(np.float64)
+        return bool(abs(up.sum()) <= _CLOSED * np.abs(up).sum())
+
+    @functools.cached_property
+    def lowest_above(self) -> float:
+        """Height in m of the lowest corner; of a closed thing, of the faces that look up."""
+        corners = self.corners
+        heights = corners[:, :, 2]
+        if self.is_closed:
+            across = _across(corners)
+            centres = corners.mean(axis=1, dtype=np.float64)
+            centres -= centres.mean(axis=0)
+            outward = np.sign((centres * across).sum())
+            heights = heights[outward * across[:, 2] > 0.0]
+        return float(heights.min(initial=np.inf))
+
+
+def _across(corners: NDArray[np.float32]) -> NDArray[np.float32]:
+    return _cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+
+
+def _cross(one: NDArray[np.float32], other: NDArray[np.float32]) -> NDArray[np.float32]:
+    (a, b, c), (u, v, w) = one.T, other.T
+    return np.stack([b * w - c * v, c * u - a * w, a * v - b * u], axis=1)
+
+
+def _longest(one: NDArray[np.float32], other: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Longest extent of edges along an axis."""
+    extent = np.maximum(np.maximum(np.abs(one), np.abs(other)), np.abs(one - other))
+    x, y, z = extent.T
+    return np.maximum(np.maximum(x, y), z)
+
 
 def visible_triangles(
-    depsgraph: bpy.types.Depsgraph, leave_out: Collection[bpy.types.Object] = ()
+    depsgraph: bpy.types.Depsgraph,
+    leave_out: Collection[bpy.types.Object] = (),
+    samples: KeptSamples | None = None,
 ) -> Iterator[Triangles]:
     """Yield every mesh that casts shadows in renders, instances included.
 
@@ -61,41 +107,43 @@ def visible_triangles(
         An evaluated scene.
     leave_out : collection of Object
         Not these.
+    samples : KeptSamples, optional
+        What may be used again.
     """
-    for shown in visible_meshes(depsgraph, leave_out, "shadow"):
-        arrays, place = shown.arrays, np.array(shown.place, dtype=np.float32)
+    samples = samples or KeptSamples()
+    for shown in visible_meshes(depsgraph, leave_out, "shadow", samples.meshes):
         colours = [mean.colour for mean in shown.means] or [mean_colour(None)]
-        corners = arrays.vertices[arrays.triangles]
-        yield Triangles(
-            corners @ place[:3, :3].T + place[:3, 3],
-            np.minimum(arrays.slots, len(colours) - 1),
-            np.array(colours),
-        )
+        place = np.array(shown.place, dtype=np.float32)
+        yield samples.thing(Triangles(shown.arrays, place, np.array(colours)))
 
 
 def sampled(shown: Triangles, low: Array, high: Array, spacing: float) -> Samples:
     """Sample a mesh in a box, at least once in every cell of ``spacing`` m that it crosses."""
+    lowest, highest = shown.bounds
+    if (highest < low).any() or (lowest > high).any():
+        nothing = np.empty((0, 3))
+        return Samples(nothing, nothing, nothing, np.empty(0))
     corners, slots = shown.corners, shown.slots
     # Whatever the box, so that the same places have the same samples.
     more = 1.0
     if len(corners) > _ENOUGH:
         one, other = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
-        twice = np.linalg.norm(np.cross(one, other), axis=1)
+        twice = np.linalg.norm(_cross(one, other), axis=1)
         keep = _some(twice, spacing)
-        keep |= np.abs(np.stack([one, other, one - other], axis=1)).max(axis=(1, 2)) > spacing / 2.0
+        keep |= _longest(one, other) > spacing / 2.0
         corners, slots = corners[keep], slots[keep]
         more = float(twice.sum()) / max(float(twice[keep].sum()), _SMALLEST)
     points, normals, colours, areas = [], [], [], []
     for level in range(_DEEPEST):
-        within = (corners.max(axis=1) >= low).all(axis=1) & (corners.min(axis=1) <= high).all(
-            axis=1
-        )
+        first, second, third = np.moveaxis(corners, 1, 0)
+        highest = np.maximum(np.maximum(first, second), third)
+        lowest = np.minimum(np.minimum(first, second), third)
+        within = (highest >= low).all(axis=1) & (lowest <= high).all(axis=1)
         corners, slots = corners[within], slots[within]
         one, other = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
-        across = np.cross(one, other)
+        across = _cross(one, other)
         size = np.linalg.norm(across, axis=1)
-        edges = np.stack([one, other, one - other], axis=1)
-        small = (np.abs(edges).max(axis=(1, 2)) <= spacing) | (level == _DEEPEST - 1)
+        small = (_longest(one, other) <= spacing) | (level == _DEEPEST - 1)
         points.append(corners[small].mean(axis=1))
         normals.append(across[small] / np.maximum(size[small], _SMALLEST)[:, None])
         colours.append(shown.colours[slots[small]])
@@ -112,25 +160,33 @@ def sampled(shown: Triangles, low: Array, high: Array, spacing: float) -> Sample
 
 
 class KeptSamples:
-    """Samples of meshes that have not changed since they were taken."""
+    """Meshes that have not changed since they were read, and their samples."""
 
     def __init__(self) -> None:
-        self._before: dict[bytes, Samples] = {}
-        self._now: dict[bytes, Samples] = {}
+        self.meshes = KeptMeshes()
+        self.voxels = FilledVoxels()
+        self._before: dict[bytes, Triangles | Samples] = {}
+        self._now: dict[bytes, Triangles | Samples] = {}
 
     def next_frame(self) -> None:
         """Forget what was not asked for since the last time."""
+        self.meshes.next_frame()
+        self.voxels.next_frame()
         self._before, self._now = self._now, {}
+
+    def thing(self, shown: Triangles) -> Triangles:
+        """Return one that is the same, with what is known of it already."""
+        return self._known(shown.key, lambda: shown)
 
     def sampled(self, shown: Triangles, low: Array, high: Array, spacing: float) -> Samples:
         """Return what :func:`sampled` returns."""
-        digest = hashlib.blake2b(digest_size=16)
-        for part in (shown.corners, shown.slots, shown.colours, low, high, np.float64(spacing)):
-            digest.update(np.ascontiguousarray(part).data)
-        key = digest.digest()
+        key = shown.key + low.tobytes() + high.tobytes() + np.float64(spacing).tobytes()
+        return self._known(key, lambda: sampled(shown, low, high, spacing))
+
+    def _known[Kind: (Triangles, Samples)](self, key: bytes, make: Callable[[], Kind]) -> Kind:
         found = self._now.get(key) or self._before.get(key)
-        self._now[key] = found or sampled(shown, low, high, spacing)
-        return self._now[key]
+        self._now[key] = found or make()
+        return cast("Kind", self._now[key])
 
 
 def _some(size: NDArray[np.floating], spacing: float) -> NDArray[np.bool_]:

@@ -11,8 +11,9 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
+from ...uw_spectral.shade.filled_voxels import Filling
 from ...uw_spectral.shade.grid import Grid
-from ...uw_spectral.shade.voxels import SurfaceVoxels, voxelise
+from ...uw_spectral.shade.voxels import SurfaceVoxels
 from .. import marks
 from ..rendered import ever_rendered
 from .cameras import eye_of
@@ -46,7 +47,6 @@ _COVERED = 0.5  # of the columns of water that end on ground, where there is a f
 _BELOW_EYE = 0.3  # m
 _GROUND = 0.25  # of the area of the largest sheet: from there on another is ground, too
 _BODY_AREA = 1.0  # m²: smaller things do not make a seabed of many
-_CLOSED = 0.1  # of the area of a closed mesh is left where its faces are added up
 _BODY = 0.25  # of its narrower side: higher closed things are bodies, as hulls are
 _HIDDEN = 0.01  # m that a floor lies under the ground which it continues
 _WET = 0.05  # depth in m of an eye that came from the air
@@ -55,7 +55,6 @@ _DEPTH_STEP, _COLOUR_STEP = 0.05, 0.01  # of the ground: it should not tremble w
 _SOLID = {"MESH", "CURVE", "SURFACE", "META", "FONT", "CURVES"}
 _SMALL = 2.5  # voxels
 _STEP, _MOST_STEPS = 1.1, 30
-_SAMPLES = ("points", "normals", "colours")
 
 Array = NDArray[np.float64]
 
@@ -217,30 +216,12 @@ def _is_body(thing: Triangles, eyes: Array) -> bool:
     x, y, z = high - low
     if x * y < _BODY_AREA or z <= _BODY * min(x, y) or _has_eye(low, high, eyes):
         return False
-    return _is_closed(_across(thing))
-
-
-def _across(thing: Triangles) -> NDArray[np.float32]:
-    corners = thing.corners
-    return np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-
-
-def _is_closed(across: NDArray[np.float32]) -> bool:
-    up = across[:, 2].astype(np.float64)
-    return abs(up.sum()) <= _CLOSED * np.abs(up).sum()
+    return thing.is_closed
 
 
 def _lowest_ground(thing: Triangles, *, all_of_it: bool) -> float:
     """Height in m of the lowest corner; of a closed thing, of the faces that look up."""
-    heights = thing.corners[:, :, 2]
-    if not all_of_it:
-        across = _across(thing)
-        if _is_closed(across):
-            centres = thing.corners.mean(axis=1, dtype=np.float64)
-            centres -= centres.mean(axis=0)
-            outward = np.sign((centres * across).sum())
-            heights = heights[outward * across[:, 2] > 0.0]
-    return float(heights.min(initial=np.inf))
+    return float(thing.bounds[0][2]) if all_of_it else thing.lowest_above
 
 
 def has_things(scene: bpy.types.Scene) -> bool:
@@ -277,7 +258,8 @@ def look_around(
     """
     samples = samples or KeptSamples()
     samples.next_frame()
-    things = list(visible_triangles(bpy.context.evaluated_depsgraph_get(), marks.objects(scene)))
+    depsgraph = bpy.context.evaluated_depsgraph_get()
+    things = list(visible_triangles(depsgraph, marks.objects(scene), samples))
     eyes = [] if camera is None else [eye_of(camera)]
     if len(path) and (np.ptp(np.array(path)[:, :3], axis=0) <= _LONGEST).all():
         eyes += path
@@ -399,34 +381,9 @@ def _before(
 def _voxels(things: Sequence[Triangles], grid: Grid, samples: KeptSamples) -> SurfaceVoxels:
     low, high = np.asarray(grid.lower), grid.upper
     found = [samples.sampled(thing, low, high, grid.cell) for thing in things]
-    sizes = [np.linalg.norm(np.subtract(*thing.bounds)) for thing in things]
-    small = [
-        np.full(len(x.points), s < _SMALL * grid.cell) for x, s in zip(found, sizes, strict=True)
-    ]
-    points, normals, colours = (
-        np.concatenate([np.empty((0, 3)), *(getattr(x, part) for x in found)]) for part in _SAMPLES
-    )
-    keep = _filling(
-        grid,
-        points,
-        np.concatenate([[], *(x.areas for x in found)]),
-        np.concatenate([np.zeros(0, bool), *small]),
-    )
-    return voxelise(grid, points[keep], normals[keep], colours[keep])
-
-
-def _filling(
-    grid: Grid, points: Array, areas: Array, small: NDArray[np.bool_]
-) -> NDArray[np.bool_]:
-    """Which samples fill a voxel: small things only where there are so many that they cover it.
-
-    Else a fish would cover as much as a rock.
-    """
-    which = grid.index(points[small])
-    covered = np.bincount(which, areas[small], grid.count) >= grid.cell**2
-    keep = ~small
-    keep[small] = covered[which]
-    return keep
+    small = [np.linalg.norm(np.subtract(*thing.bounds)) < _SMALL * grid.cell for thing in things]
+    filling = Filling([thing.key for thing in things], found, [bool(x) for x in small])
+    return samples.voxels.of(grid, filling)
 
 
 def _times(shape: tuple[int, int, int], factor: int) -> tuple[int, int, int]:

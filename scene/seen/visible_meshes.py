@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Collection, Hashable, Iterator
 from dataclasses import dataclass
 from typing import Literal
@@ -19,11 +20,34 @@ _OPAQUE = 0.5  # coverage from which a surface counts as whole
 
 @dataclass(frozen=True, eq=False)
 class MeshArrays:
-    """Vertices (v, 3), triangles (t, 3) of them, and the material's place by triangle (t,)."""
+    """Vertices (v, 3), triangles (t, 3) of them, and the material's place by triangle (t,).
+
+    ``digest`` tells whether two have the same.
+    """
 
     vertices: NDArray[np.float32]
     triangles: NDArray[np.int32]
     slots: NDArray[np.int32]
+    digest: bytes
+
+
+class KeptMeshes:
+    """Arrays of meshes that are as they were when they were last asked for."""
+
+    def __init__(self) -> None:
+        self._before: dict[bytes, MeshArrays] = {}
+        self._now: dict[bytes, MeshArrays] = {}
+
+    def next_frame(self) -> None:
+        """Forget what was not asked for since the last time."""
+        self._before, self._now = self._now, {}
+
+    def arrays(self, mesh: bpy.types.Mesh, clear: Collection[int], materials: int) -> MeshArrays:
+        """Return the triangles of a mesh but those of some materials."""
+        digest = _digest(mesh, clear, materials)
+        found = self._now.get(digest) or self._before.get(digest)
+        self._now[digest] = found or _arrays(mesh, clear, materials, digest)
+        return self._now[digest]
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,6 +99,7 @@ def visible_meshes(
     depsgraph: bpy.types.Depsgraph,
     leave_out: Collection[bpy.types.Object] = (),
     ray: Ray | None = None,
+    kept: KeptMeshes | None = None,
 ) -> Iterator[VisibleMesh]:
     """Yield every mesh with triangles that renders show.
 
@@ -88,6 +113,7 @@ def visible_meshes(
         What rays of a kind meet: neither objects that are invisible to them, nor surfaces that
         let most light through.
     """
+    kept = kept or KeptMeshes()
     meshes: dict[tuple[int, frozenset[int]], MeshArrays] = {}
     known: dict[bpy.types.Material | None, MeanSurface] = {}
     for found in visible_instances(depsgraph, leave_out):
@@ -104,13 +130,38 @@ def visible_meshes(
         clear = frozenset(n for n, mean in enumerate(means) if mean.coverage < _OPAQUE)
         key = item.data.as_pointer(), clear
         if key not in meshes:
-            meshes[key] = _arrays(item.data, clear, len(materials))
+            meshes[key] = kept.arrays(item.data, clear, len(materials))
         if len(meshes[key].triangles):
             place = found.matrix_world.copy()
             yield VisibleMesh(key, meshes[key], place, materials, means)
 
 
-def _arrays(mesh: bpy.types.Mesh, clear: Collection[int], materials: int) -> MeshArrays:
+_READ_AT_ONCE = {
+    "position": ("vector", np.float32, 3),
+    ".corner_vert": ("value", np.int32, 1),
+    ".corner_edge": ("value", np.int32, 1),
+    "material_index": ("value", np.int32, 1),
+}
+"""Attributes that decide what triangles a mesh has; they are read as they lie in memory."""
+
+
+def _digest(mesh: bpy.types.Mesh, clear: Collection[int], materials: int) -> bytes:
+    """Return what differs where the triangles of a mesh or their materials do."""
+    digest = hashlib.sha1(usedforsecurity=False)
+    digest.update(repr((len(mesh.polygons), sorted(clear), materials)).encode())
+    for name, (field, kind, size) in _READ_AT_ONCE.items():
+        attribute = mesh.attributes.get(name)
+        if attribute is not None:
+            values = np.empty(size * len(attribute.data), kind)
+            attribute.data.foreach_get(field, values)
+            digest.update(name.encode())
+            digest.update(values.data)
+    return digest.digest()
+
+
+def _arrays(
+    mesh: bpy.types.Mesh, clear: Collection[int], materials: int, digest: bytes
+) -> MeshArrays:
     """Return the triangles of a mesh but those of some materials."""
     found = mesh.loop_triangles
     vertices = np.empty((len(mesh.vertices), 3), dtype=np.float32)
@@ -125,4 +176,4 @@ def _arrays(mesh: bpy.types.Mesh, clear: Collection[int], materials: int) -> Mes
     if clear:
         kept = ~np.isin(np.minimum(used, materials - 1), list(clear))
         triangles, used = triangles[kept], used[kept]
-    return MeshArrays(vertices, triangles, used)
+    return MeshArrays(vertices, triangles, used, digest)

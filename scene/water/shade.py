@@ -9,7 +9,7 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from ...uw_spectral.shade.disturbed_light import DisturbedLight, disturbed_light
+from ...uw_spectral.shade.disturbed_light import DisturbedLight, KeptWaters, disturbed_light
 from ...uw_spectral.shade.grid import Grid
 from ...uw_spectral.shade.probes import Rays, cast
 from ...uw_spectral.shade.shade_table import ShadeTable, shade_table, without_shade
@@ -22,6 +22,8 @@ from ..seen.lamp_shadows import KeptLampShadows
 from ..seen.surface_samples import KeptSamples
 from ..seen.surroundings import Ground, Surroundings, look_around
 
+Array = NDArray[np.float64]
+
 MOST_BANDS = 8
 """That the light among things is computed in; between them it is linear."""
 
@@ -33,34 +35,39 @@ class _Inputs:
     voxels: SurfaceVoxels
     coarse: SurfaceVoxels
     grid: Grid
-    eyes: NDArray[np.float64]
+    eyes: Array
     bands: Bands
     field: SolvedField
 
     def are(self, other: _Inputs) -> bool:
         """Whether others are the same, to the bit."""
-        same = self.field is other.field and self.bands == other.bands
-        return same and self.have_rays_of(other)
-
-    def have_rays_of(self, other: _Inputs) -> bool:
-        """Whether rays go where those of others go."""
         return (
-            self.grid == other.grid
-            and np.array_equal(self.field.sun, other.field.sun)
+            self.of_same_water(other)
             and np.array_equal(self.eyes, other.eyes)
             and self.coarse.equals(other.coarse)
             and self.voxels.equals(other.voxels)
         )
 
-    def rays(self) -> Rays:
-        """Cast them."""
-        to_sun = -np.asarray(self.field.sun)
-        return cast(self.voxels, self.grid, to_sun, self.eyes, self.coarse)
+    def of_same_water(self, other: _Inputs) -> bool:
+        """Whether only things or eyes may be others."""
+        grids = self.grid == other.grid and self.coarse.grid == other.coarse.grid
+        return self.field is other.field and self.bands == other.bands and grids
 
-    def light(self, rays: Rays) -> DisturbedLight:
-        """Compute it."""
+    def rays(self, before: Rays | None) -> Rays:
+        """Cast them; those of another frame may serve."""
+        to_sun = -np.asarray(self.field.sun)
+        return cast(self.voxels, self.grid, to_sun, self.eyes, self.coarse, before)
+
+    def light(
+        self,
+        rays: Rays,
+        waters: KeptWaters,
+        before: DisturbedLight | None,
+        near: DisturbedLight | None,
+    ) -> DisturbedLight:
+        """Compute it; that of other frames may serve."""
         reflectance = np.clip(self.voxels.colour @ uplift_basis(self.bands).T, 0.0, 1.0)
-        return disturbed_light(self.field, rays, reflectance)
+        return disturbed_light(self.field, rays, reflectance, waters, before, near)
 
 
 class Kept:
@@ -79,7 +86,13 @@ class Kept:
         self.lamp_shadows = KeptLampShadows()
         self.ground: Ground | None = None
         """That of the last look around."""
-        self._last: tuple[_Inputs, Rays, DisturbedLight] | None = None
+        self._waters = KeptWaters()
+        self._table: tuple[DisturbedLight, bytes, ShadeTable] | None = None
+        self._last: tuple[_Inputs, DisturbedLight] | None = None
+        self._first: tuple[_Inputs, Rays, DisturbedLight] | None = None
+        """A frame that was solved for itself, from which others start."""
+        self.has_begun = False
+        """Whether there was a frame already, be it without shade."""
 
     def look(
         self,
@@ -104,13 +117,40 @@ class Kept:
         return None if self._looked is None else self._looked[1]
 
     def light(self, inputs: _Inputs) -> DisturbedLight:
-        """Return the light of before, if nothing that decides it has changed."""
-        last = self._last
-        if last is None or not last[0].are(inputs):
-            same = last is not None and last[0].have_rays_of(inputs)
-            rays = last[1] if last is not None and same else inputs.rays()
-            self._last = last = inputs, rays, inputs.light(rays)
+        """Return the light of before, if nothing that decides it has changed.
+
+        Else that of a frame is corrected which was solved for itself, until it has settled: what
+        comes out does not depend on the frames between. In a job that is always its first frame,
+        with which every process begins, so that all make the same pictures of a frame.
+        """
+        if self._last is None or not self._last[0].are(inputs):
+            self._last = inputs, self._solved(inputs)
+        return self._last[1]
+
+    def table(
+        self, light: DisturbedLight, extinction: Array, seen: Array, *, alone: bool
+    ) -> ShadeTable:
+        """Return the table of a light; that of before, if it is the same."""
+        given = extinction.tobytes() + seen.tobytes() + bytes([alone])
+        last = self._table
+        if last is None or last[0] is not light or last[1] != given:
+            table = shade_table(light, extinction, seen, alone=alone)
+            self._table = last = light, given, table
         return last[2]
+
+    def _solved(self, inputs: _Inputs) -> DisturbedLight:
+        first = self._first
+        rays = inputs.rays(first and first[1])
+        before = first[2] if first is not None and first[0].of_same_water(inputs) else None
+        same_rays = first is not None and rays.hit is first[1].hit
+        if first and before and same_rays and inputs.voxels.equals(first[0].voxels):
+            # Nothing but eyes has moved.
+            return before
+        near = None if self._of_job or self._last is None else self._last[1]
+        light = inputs.light(rays, self._waters, before, near)
+        if light.serves and not (self._of_job and self.has_begun):
+            self._first = inputs, rays, light
+        return light
 
 
 def table_of(
@@ -137,12 +177,14 @@ def table_of(
     kept : Kept, optional
         What may be used again.
     """
-    found = around.under_things()
+    kept, found = kept or Kept(), around.under_things()
     if found is None:
+        kept.has_begun = True
         return without_shade(len(bands))
     voxels, grid = found
     # In one order, whichever frame it is.
     eyes = np.unique(around.eyes, axis=0)
-    light = (kept or Kept()).light(_Inputs(voxels, around.coarse, grid, eyes, bands, field))
+    light = kept.light(_Inputs(voxels, around.coarse, grid, eyes, bands, field))
+    kept.has_begun = True
     seen = field.scalar_irradiance(depth) * np.abs(weights).sum(axis=0)
-    return shade_table(light, field.extinction, seen, alone=around.is_whole(grid))
+    return kept.table(light, field.extinction, seen, alone=around.is_whole(grid))

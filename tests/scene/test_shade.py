@@ -121,15 +121,42 @@ def test_a_long_path_has_larger_cells_rather_than_a_grid_per_frame():
     assert surroundings.PROBES < grids.pop().count <= surroundings.PATH_PROBES
 
 
-def test_what_is_kept_changes_nothing():
+def _off(one, other):
+    """Largest difference of two tables' means, of what is less than 2 % of it that."""
+    tiles = [table.texels[..., 0] / table.texels[:, :1, :1, :1, 0] for table in (one, other)]
+    return float((np.abs(tiles[0] - tiles[1]) / np.maximum(tiles[1], 0.02)).max())
+
+
+def test_what_is_kept_changes_next_to_nothing_however_long_it_swims():
+    """Some 100 frames do not drift from what each is by itself."""
     scene, plan, kept = _under_a_slab(), _plan(), shade.Kept()
-    fish = bpy.data.objects["fish"]
-    for x in (0.4, 1.3, 0.4, 0.4):
-        fish.location.x = x
+    fish, most, moved = bpy.data.objects["fish"], 0.0, []
+    for frame in range(100):
+        turn = 0.13 * frame
+        fish.location = (1.5 * np.cos(turn), -0.6 + np.sin(turn), -6.4 + 0.4 * np.sin(2.1 * turn))
         bpy.context.view_layer.update()
-        one, other = _table(scene, plan, kept=kept), _table(scene, plan)
-        np.testing.assert_array_equal(one.texels, other.texels)
-        np.testing.assert_array_equal(one.spectrum, other.spectrum)
+        table = _table(scene, plan, kept=kept)
+        if frame % 14 == 13:
+            fresh = _table(scene, plan)
+            most = max(most, _off(table, fresh))
+            moved.append(fresh)
+    assert _off(moved[1], moved[-1]) > 0.1, "it does change the light"
+    assert most < 0.005
+
+
+def test_frames_of_a_job_are_the_same_whatever_was_rendered_before():
+    """A process that takes over begins with the first frame, too."""
+    scene, plan = _under_a_slab(), _plan()
+    fish, tables = bpy.data.objects["fish"], []
+    for order in ((0.4, 1.3, 0.9), (0.4, 0.9)):
+        kept = shade.Kept(of_job=True)
+        for x in order:
+            fish.location.x = x
+            bpy.context.view_layer.update()
+            table = _table(scene, plan, kept=kept)
+        tables.append(table)
+    np.testing.assert_array_equal(tables[0].texels, tables[1].texels)
+    np.testing.assert_array_equal(tables[0].spectrum, tables[1].spectrum)
 
 
 def test_nothing_is_computed_again_where_nothing_has_moved(monkeypatch):
@@ -253,3 +280,19 @@ def _floors(monkeypatch):
 
     monkeypatch.setattr(eevee_water, "realtime_water", noted)
     return found
+
+
+def test_what_is_kept_does_not_grow():
+    scene, plan, kept = _under_a_slab(), _plan(), shade.Kept()
+    fish, sizes = bpy.data.objects["fish"], []
+    for frame in range(9):
+        fish.location.x = 0.4 + 0.15 * frame
+        bpy.context.view_layer.update()
+        _table(scene, plan, kept=kept)
+        samples = kept.samples
+        stores = (samples, samples.meshes, samples.voxels)
+        sizes.append(sum(len(x._before) + len(x._now) for x in stores))
+    assert sizes[-1] == sizes[1]
+    assert len(kept._waters._known) <= 2
+    # What starts from the first frame holds nothing of those between.
+    assert not kept._last[1].solution.parts or kept._last[1] is kept._first[2]

@@ -9,6 +9,7 @@ own shadows; the light that its forward peak scatters goes with it.
 
 from __future__ import annotations
 
+import dataclasses
 import functools
 import itertools
 import math
@@ -22,13 +23,16 @@ from numpy.typing import NDArray
 
 from ..octahedron import lattice
 from ..transfer.solved_field import SolvedField
+from .changed_voxels import ChangedVoxels
 from .grid import Array, Grid
 from .probes import RAYS, SETS, Rays, directions, set_of
-from .undisturbed_light import AXES, UndisturbedLight
+from .undisturbed_light import AXES, UndisturbedLight, depths_of
 from .view_directions import SIDE
 
-_ROUNDS = 16
-_SETTLED, _MOSTLY = 0.01, 0.98  # change of a round that is none, in that share of the probes
+_ROUNDS = 40
+_SETTLED = 0.001  # change of a round that is none, in every probe
+_FAINT = 0.01  # of the undisturbed light: changes of less are those of this
+_MOST_AGAIN = 0.5  # of the probes, or all are solved
 _ON_WAY = ((0.1127, 5 / 18), (0.5, 8 / 18), (0.8873, 5 / 18))
 """Places along a ray where the light is looked at, and their weights: Gauss's."""
 _FLOOR_CELLS = 1.0  # from the floor within which what is met beyond the box is the floor
@@ -38,6 +42,9 @@ _MOST = 1e3  # times the undisturbed light; what a white wall sends into the dar
 FADE = 2.0
 """Cells beyond the box after which half of the way to the light there is gone."""
 _AT_ONCE = 128  # probes, of whose light a processor's cache holds all
+_MOST_KEPT = 8000  # probes of a frame that others may start from; some 35 kB each
+_WATERS = 2  # that are kept
+_ROWS = 32  # of a matrix product
 
 Light = NDArray[np.float32]
 
@@ -64,6 +71,8 @@ class DisturbedLight:
         Share of what lies behind patches that is open water, by the cosine.
     weight : array, shape (6,)
         Mean undisturbed irradiance on each of them, over the sum of the six.
+    solution : Solution, optional
+        What the light of another frame may start from.
     """
 
     grid: Grid
@@ -73,50 +82,210 @@ class DisturbedLight:
     sunlit: Array
     behind: Light
     weight: Array
+    solution: Solution | None = None
+
+    @property
+    def serves(self) -> bool:
+        """Whether the light of other frames may start from it: it was solved for itself."""
+        return self.solution is not None and len(self.solution.parts) > 0
 
 
-def disturbed_light(water: SolvedField, rays: Rays, reflectance: Array) -> DisturbedLight:
+class KeptWaters:
+    """What the light of waters is before there are things, for the last few that were asked for."""
+
+    def __init__(self) -> None:
+        self._known: list[_Water] = []
+
+    def of(self, field: SolvedField, grid: Grid) -> _Water:
+        """Return the water that a field describes, at the depths of a grid."""
+        ends = depths_of(field, grid)
+        for water in self._known:
+            if water.field is field and water.ends == ends:
+                return water
+        found = _Water(field, ends)
+        self._known = [found, *self._known[: _WATERS - 1]]
+        return found
+
+
+class _Water:
+    """The undisturbed light between two depths, and sums over it."""
+
+    def __init__(self, field: SolvedField, ends: tuple[float, float]) -> None:
+        self.field, self.ends = field, ends
+        self.undisturbed = UndisturbedLight(field, ends)
+        self.kernels = [_Kernel(self.undisturbed, kind) for kind in range(SETS)]
+        self.nearest = [
+            np.stack([other.nearest(kernel) for other in self.kernels]) for kernel in self.kernels
+        ]
+        """By set: direction of each set that is closest to each of its own."""
+
+
+def disturbed_light(
+    field: SolvedField,
+    rays: Rays,
+    reflectance: Array,
+    waters: KeptWaters | None = None,
+    before: DisturbedLight | None = None,
+    near: DisturbedLight | None = None,
+) -> DisturbedLight:
     """Compute the light at the probes.
 
     Parameters
     ----------
-    water : SolvedField
+    field : SolvedField
         Of the undisturbed water, n bands.
     rays : Rays
         What the probes see.
     reflectance : array, shape (k, n)
         Of each surface.
+    waters : KeptWaters, optional
+        What may be used again.
+    before : DisturbedLight, optional
+        That of another frame, itself solved without one, from which this one starts. It is solved
+        until it is settled, so that it does not matter which frame that was.
+    near : DisturbedLight, optional
+        That of a frame which started from the same one, with light that is closer to this.
     """
-    known = _Known(UndisturbedLight(water, rays.grid), rays)
-    kernels = [_Kernel(known.undisturbed, kind) for kind in range(SETS)]
-    sides = _Sides(rays, reflectance, known.undisturbed)
-    mean = reflectance.sum(axis=0) / max(len(reflectance), 1) / math.pi
-    by_set = [_split(known, kernel, kernels) for kernel in kernels]
-    parts = [part for some in by_set for part in some]
-    count = len(known.order)
+    water = (waters or KeptWaters()).of(field, rays.grid)
+    if before is not None and before.solution and before.solution.serves(water, rays):
+        found = _Again(water, rays, reflectance, before.solution).solved(near and near.solution)
+        if found is not None:
+            return _tabulated(found)
+    return _tabulated(_solved(_Known(water, rays, reflectance)))
+
+
+def _solved(known: _Known) -> Solution:
+    """Solve the light at all probes."""
+    parts, count = known.parts(np.arange(len(known.order))), len(known.order)
     with ThreadPoolExecutor(os.process_cpu_count()) as pool:
         started = list(pool.map(_Part.prepare, parts))
-        now = _Light(*(_joined(started, count, k) for k in range(3)))
-        for _ in range(_ROUNDS):
-            # What lies beyond the box is lit as its side is.
-            now.sent = ((now.E.mean(axis=1) + now.beam) * mean).astype(np.float32)
-            now.of_sides = sides.radiance(now.E[known.place[rays.probe_of_side]])
-            before = now.E.mean(axis=(1, 2))
-            for some in by_set:
-                found = list(pool.map(functools.partial(_Part.round, now=now), some))
-                for part, (E, J) in zip(some, found, strict=True):
-                    now.E[part.rows], now.J[part.rows] = E, J
-            after = now.E.mean(axis=(1, 2))
-            if (np.abs(after - before) <= _SETTLED * after).mean() >= _MOSTLY:
-                break
+        now = _Light(*(_joined(started, count, k) for k in range(4)))
+        _settle(known, parts, now, pool)
         ended = list(pool.map(functools.partial(_Part.ratios, now=now), parts))
-    everywhere = known.place[rays.nearest(rays.grid.centres())]
-    irradiance, scattered, behind = (_joined(ended, count, k)[everywhere] for k in range(3))
-    weight = np.sum([part.undisturbed for part in parts], axis=0)
+    kept = parts if count <= _MOST_KEPT else ()
+    irradiance, scattered, behind = (_joined(ended, count, k) for k in range(3))
+    return Solution(known, now, irradiance, scattered, behind, kept)
+
+
+def _settle(
+    known: _Known,
+    parts: Sequence[_Part],
+    now: _Light,
+    pool: ThreadPoolExecutor,
+    new: NDArray[np.bool_] | None = None,
+) -> None:
+    """Let light go on between probes until it does not change.
+
+    ``new`` are those that parts of another frame do not know any more.
+    """
+    some = parts
+    for _ in range(_ROUNDS):
+        now.update(known)
+        before = now.E.mean(axis=(1, 2))
+        # What a set has found the next one uses already.
+        for _, of_set in itertools.groupby(some, key=lambda part: part.kind):
+            few = list(of_set)
+            found = list(pool.map(functools.partial(_Part.round, now=now), few))
+            for part, (E, J) in zip(few, found, strict=True):
+                part.put(known, now.E, E, new)
+                part.put(known, now.J, J, new)
+        after = now.E.mean(axis=(1, 2))
+        least = np.maximum(after, _FAINT * now.unshaded)
+        moving = np.abs(after - before) > _SETTLED * least
+        left = [part for part in some if moving[part.rows].any()]
+        if not left and len(some) == len(parts):
+            break
+        # Parts at rest wait until the others are; then all are looked at once more.
+        some = left or parts
+
+
+@dataclass(frozen=True, eq=False)
+class Solution:
+    """The light of all probes of a frame, in the order of a :class:`_Known`, and its ratios."""
+
+    known: _Known
+    light: _Light
+    irradiance: Light
+    scattered: Light
+    behind: Light
+    parts: Sequence[_Part] = ()
+
+    @property
+    def tables(self) -> tuple[Light, Light, Light]:
+        """Ratios by probe."""
+        return self.irradiance, self.scattered, self.behind
+
+    def goes_on(self, other: Solution) -> bool:
+        """Whether it started from another, or may have done: its first probes are the same."""
+        count = len(other.known.order)
+        order = self.known.order[:count]
+        return self.known.water is other.known.water and np.array_equal(order, other.known.order)
+
+    def serves(self, water: _Water, rays: Rays) -> bool:
+        """Whether it is about the same places in the same water."""
+        known = self.known
+        same = known.water is water and known.rays.grid == rays.grid
+        return same and known.rays.voxels.grid == rays.voxels.grid and len(self.parts) > 0
+
+
+def _tabulated(found: Solution) -> DisturbedLight:
+    known, rays = found.known, found.known.rays
+    everywhere = known.place[rays.stand_in]
+    there = rays.valid[known.order]
+    weight = found.light.on_axes[there].sum(axis=0, dtype=np.float64)
     return DisturbedLight(
-        rays.grid, rays.valid, irradiance, scattered, rays.sunlit[known.order][everywhere], behind,
-        weight / weight.sum(),
+        rays.grid, rays.valid, found.irradiance[everywhere], found.scattered[everywhere],
+        rays.sunlit[known.order][everywhere], found.behind[everywhere], weight / weight.sum(),
+        found,
     )  # fmt: skip
+
+
+class _Again:
+    """The light where something has changed since another frame, solved again.
+
+    Probes that see other things are prepared anew; all go on from the light that they had.
+    """
+
+    def __init__(self, water: _Water, rays: Rays, reflectance: Array, before: Solution) -> None:
+        was = before.known
+        changed = ChangedVoxels(was.rays.voxels, rays.voxels)
+        self._before = before
+        self._known = known = _Known(water, rays, reflectance, was, changed)
+        self._now = before.light.longer(len(known.order), known.slots)
+        self._new = known.differs(was, changed)
+        self._parts = [part for part in before.parts if not self._new[part.rows].all()]
+
+    def solved(self, near: Solution | None) -> Solution | None:
+        """Return the light; None if too much has changed."""
+        known, now, new = self._known, self._now, np.flatnonzero(self._new)
+        if len(new) > _MOST_AGAIN * len(known.order):
+            return None
+        if not len(new) and known.sends_as(self._before.known):
+            return dataclasses.replace(self._before, known=known, parts=())
+        count = len(self._before.known.order)
+        if near is not None and near.goes_on(self._before):
+            now.E[:count], now.J[:count] = near.light.E[:count], near.light.J[:count]
+        parts = known.parts(new)
+        with ThreadPoolExecutor(os.process_cpu_count()) as pool:
+            for part, start in zip(parts, pool.map(_Part.prepare, parts), strict=True):
+                _, _, now.beam[part.rows], now.on_axes[part.rows] = start
+            parts = sorted([*parts, *self._parts], key=lambda part: part.kind)
+            _settle(known, parts, now, pool, self._new)
+            ended = list(pool.map(functools.partial(_Part.ratios, now=now), parts))
+        before = self._before
+        tables = [_longer(x, len(known.order)) for x in before.tables]
+        for part, values in zip(parts, ended, strict=True):
+            for table, value in zip(tables, values, strict=True):
+                part.put(known, table, value, self._new)
+        irradiance, scattered, behind = tables
+        return Solution(known, now, irradiance, scattered, behind)
+
+
+def _longer(values: Light, count: int) -> Light:
+    """Return a copy with more rows."""
+    found = np.zeros((count, *values.shape[1:]), values.dtype)
+    found[: len(values)] = values
+    return found
 
 
 @dataclass(eq=False)
@@ -131,6 +300,8 @@ class _Light:
         Light scattered against each direction, over the undisturbed.
     beam : array, shape (v, n)
         Irradiance of the sun's beam, mean over surfaces of all slopes.
+    on_axes : array, shape (v, 6)
+        Undisturbed irradiance on the axes, of all bands.
     sent : array, shape (v, n)
         Radiance of surfaces that are lit as a probe is.
     of_sides : array, shape (2 k, n)
@@ -140,32 +311,163 @@ class _Light:
     E: Light
     J: Light
     beam: Light
+    on_axes: Light
     sent: Light = field(default_factory=lambda: np.empty((0, 0), np.float32))
     of_sides: Light = field(default_factory=lambda: np.empty((0, 0), np.float32))
 
+    @property
+    def unshaded(self) -> Light:
+        """Mean undisturbed irradiance on the axes, (v,)."""
+        return self.on_axes.mean(axis=1) / max(self.E.shape[2], 1)
+
+    def longer(self, count: int, slots: int) -> _Light:
+        """Return a copy with room for more probes, and more sides of surfaces."""
+        E, J, beam, on_axes = (_longer(x, count) for x in (self.E, self.J, self.beam, self.on_axes))
+        return _Light(E, J, beam, on_axes, of_sides=_longer(self.of_sides, slots))
+
+    def update(self, known: _Known) -> None:
+        """Compute what surfaces send."""
+        # What lies beyond the box is lit as its side is.
+        self.sent = ((self.E.mean(axis=1) + self.beam) * known.mean).astype(np.float32)
+        if not len(self.of_sides):
+            self.of_sides = np.zeros((known.slots, self.E.shape[2]), np.float32)
+        self.of_sides[known.slot] = known.sides.radiance(self.E[known.beside])
+
 
 class _Known:
-    """What all parts of the probes share: probes of a set are side by side in ``order``."""
+    """What all parts of the probes share: those of a set are side by side in ``order``.
 
-    def __init__(self, undisturbed: UndisturbedLight, rays: Rays) -> None:
-        self.undisturbed, self.rays = undisturbed, rays
-        kind = set_of(rays.grid)
-        order = np.argsort(kind, kind="stable")
-        self.order = order[rays.valid[order]]
+    Parameters
+    ----------
+    water : _Water
+    rays : Rays
+    reflectance : array, shape (k, n)
+    was : _Known, optional
+        Of another frame: what both have keeps its row, and its slot among the sides.
+    changed : ChangedVoxels, optional
+        Since then.
+    """
+
+    def __init__(
+        self,
+        water: _Water,
+        rays: Rays,
+        reflectance: Array,
+        was: _Known | None = None,
+        changed: ChangedVoxels | None = None,
+    ) -> None:
+        self.water, self.rays = water, rays
+        self.undisturbed = water.undisturbed
+        self.mean = reflectance.sum(axis=0) / max(len(reflectance), 1) / math.pi
+        self.sides = _Sides(rays, reflectance, water.undisturbed)
+        kind, count = set_of(rays.grid), len(rays.probe_of_side)
+        self.slot, self.slots = np.arange(count), count
+        if was is None or changed is None:
+            order = np.argsort(kind, kind="stable")
+            self.order = order[rays.valid[order]]
+        else:
+            new = np.flatnonzero(rays.valid & ~was.rays.valid)
+            self.order = np.concatenate([was.order, new])
+            self._keep_slots(was, changed)
         self.kind = kind[self.order]
         self.place = np.zeros(rays.grid.count, np.intp)
         self.place[self.order] = np.arange(len(self.order))
+        self.beside = self.place[rays.probe_of_side]
         self.sunlit = rays.sunlit[self.order].astype(np.float32)
+        shape = len(_ON_WAY), len(self.order), RAYS
+        self.cells = np.zeros(shape, np.int32)
+        """In which places on the way lie."""
+        self.seen = np.zeros(shape, np.int32)
+        """Rows of the probes that stand for them."""
+        self.has_seen = np.zeros(len(self.order), bool)
+
+    def _keep_slots(self, was: _Known, changed: ChangedVoxels) -> None:
+        """Give sides that are as they were the slots that they had."""
+        same = np.repeat(~changed.mask[self.rays.voxels.number >= 0], 2)
+        then = np.repeat(~changed.mask[was.rays.voxels.number >= 0], 2)
+        self.slot[same] = was.slot[then]
+        others = int((~same).sum())
+        self.slot[~same] = was.slots + np.arange(others)
+        self.slots = was.slots + others
+
+    def sends_as(self, other: _Known) -> bool:
+        """Whether all surfaces are those of another, and as bright."""
+        return self.slots == other.slots and self.sides.are(other.sides)
+
+    @functools.cached_property
+    def met(self) -> NDArray[np.intp]:
+        """Slots of the sides that rays meet, one more than all where they meet none."""
+        return np.append(self.slot, self.slots)[self.rays.hit[self.order]]
+
+    def parts(self, rows: NDArray[np.intp]) -> list[_Part]:
+        """Split some probes into parts."""
+        found = []
+        for kind in range(SETS):
+            of_set = rows[self.kind[rows] == kind]
+            found += [
+                _Part(_as_slice(of_set[k : k + _AT_ONCE]), self, kind)
+                for k in range(0, len(of_set), _AT_ONCE)
+            ]
+        return found
+
+    def length(self, rows: Rows) -> tuple[Array, Array]:
+        """Length of rays, and depth of where they begin; no farther than the water's floor."""
+        rays, probes = self.rays, self.order[rows]
+        w = directions()[self.kind[rows]]
+        depth = np.maximum(-rays.point[probes, 2:], 0.0)
+        # Where the water has a floor, nothing comes from below it but what is met there.
+        to_floor = np.maximum(self.undisturbed.floor_depth - depth, 0.0)
+        to_floor = to_floor / np.maximum(-w[..., 2], _LEVEL)
+        to_side = rays.distance[probes]
+        return np.where(rays.hit[probes] < 0, np.minimum(to_side, to_floor), to_side), depth
+
+    def look(self, rows: Rows) -> None:
+        """Find the probes on the way of rays."""
+        distance, _ = self.length(rows)
+        probes = self.order[rows]
+        point, w = self.rays.point[probes], directions()[self.kind[rows]]
+        for k, (t, _) in enumerate(_ON_WAY):
+            points = point[:, None] + w * (t * distance)[..., None]
+            cells = self.rays.grid.index(points)
+            self.cells[k, rows] = cells
+            self.seen[k, rows] = self.place[self.rays.in_sight(cells, points, probes[:, None])]
+        self.has_seen[rows] = True
+
+    def differs(self, was: _Known, changed: ChangedVoxels) -> NDArray[np.bool_]:
+        """Which probes are not as they were, or see others than they did.
+
+        Those that a probe's rays see are taken from the other frame where they are the same.
+        """
+        rays, before, order, count = self.rays, was.rays, was.order, len(was.order)
+        self.cells[:, :count], self.seen[:, :count] = was.cells, was.seen
+        found = np.ones(len(self.order), bool)
+        old = found[:count]
+        np.any(rays.distance[order] != before.distance[order], axis=1, out=old)
+        old |= (rays.point != before.point)[order].any(axis=1)
+        old |= (self.met[:count] != np.where(was.met == was.slots, self.slots, was.met)).any(axis=1)
+        look = found.copy()
+        look[:count] |= rays.other_sights(before, changed)[self.cells[:, :count]].any(axis=(0, 2))
+        self.has_seen[:] = True
+        rows = np.flatnonzero(look & rays.valid[self.order])
+        if len(rows):
+            self.look(rows)
+            old |= (self.seen[:, :count] != was.seen).any(axis=(0, 2))
+        old |= (rays.further != before.further)[order].any(axis=1)
+        old |= (rays.blocked != before.blocked)[order].any(axis=1)
+        otherwise = self.sunlit != _longer(was.sunlit, len(self.order))
+        old |= otherwise[:count]
+        if otherwise.any():
+            old |= otherwise[self.seen[:, :count]].any(axis=(0, 2))
+        return found & rays.valid[self.order]
 
 
-def _split(known: _Known, kernel: _Kernel, kernels: Sequence[_Kernel]) -> list[_Part]:
-    rows = np.flatnonzero(known.kind == kernel.kind)
-    if not len(rows):
-        return []
-    first, end = int(rows[0]), int(rows[-1]) + 1
-    ends = [*range(first, end, _AT_ONCE), end]
-    nearest = np.stack([other.nearest(kernel) for other in kernels])
-    return [_Part(slice(*pair), known, kernel, nearest) for pair in itertools.pairwise(ends)]
+Rows = slice | NDArray[np.intp]
+
+
+def _as_slice(rows: NDArray[np.intp]) -> Rows:
+    """Return rows that follow one another as a slice, which copies nothing."""
+    first, last = int(rows[0]), int(rows[-1])
+    return slice(first, last + 1) if last - first + 1 == len(rows) else rows
 
 
 def _joined(found: Sequence[Sequence[Light]], count: int, which: int) -> Light:
@@ -176,35 +478,24 @@ def _joined(found: Sequence[Sequence[Light]], count: int, which: int) -> Light:
 class _Part:
     """Some probes of one set, few enough to stay in a processor's cache."""
 
-    def __init__(
-        self, rows: slice, known: _Known, kernel: _Kernel, nearest: NDArray[np.intp]
-    ) -> None:
-        self.rows, self._known, self._kernel, self._nearest = rows, known, kernel, nearest
-        self.undisturbed = np.zeros(6)
-        """Irradiance on the axes, added up."""
+    def __init__(self, rows: Rows, known: _Known, kind: int) -> None:
+        self.rows, self.kind, self._known = rows, kind, known
+        self._kernel, self._nearest = known.water.kernels[kind], known.water.nearest[kind]
 
-    def prepare(self) -> tuple[Light, Light, Light]:
+    def prepare(self) -> tuple[Light, Light, Light, Light]:
         """Compute what other probes do not change; return the start of the light."""
         rays, light = self._known.rays, self._known.undisturbed
-        valid, kind, ways = self._known.order[self.rows], self._kernel.kind, np.arange(RAYS)
-        w, hit, point = directions()[kind], rays.hit[valid], rays.point[valid]
-        depth = np.maximum(-point[:, 2:], 0.0)
-        # Where the water has a floor, nothing comes from below it but what is met there.
-        to_floor = np.maximum(light.floor_depth - depth, 0.0) / np.maximum(-w[:, 2], _LEVEL)
+        valid, kind, ways = self._known.order[self.rows], self.kind, np.arange(RAYS)
+        w, hit = directions()[kind], rays.hit[valid]
+        if not self._known.has_seen[self.rows].all():
+            self._known.look(self.rows)
         to_side = rays.distance[valid]
-        distance = np.where(hit < 0, np.minimum(to_side, to_floor), to_side)
+        distance, depth = self._known.length(self.rows)
         at_floor = distance < to_side
         end_depth = np.maximum(depth - distance * w[:, 2], 0.0)
         T = _transmitted(light, depth, end_depth, distance)
         at, end = light.along(depth, kind, ways), light.along(end_depth, kind, ways)
-        on_way = [
-            self._known.place[
-                rays.nearest_in_sight(
-                    point[:, None] + w * (t * distance)[..., None], valid[:, None]
-                )
-            ]
-            for t, _ in _ON_WAY
-        ]
+        on_way = self._known.seen[:, self.rows]
         # Probes on the way have other directions; the closest stands for the ray's.
         self._on_way = [
             (p * RAYS + self._nearest[self._known.kind[p], ways]).ravel() for p in on_way
@@ -244,12 +535,12 @@ class _Part:
         self._to_further = T_last * blocked
         self._known_light = _flat(L.astype(np.float32, copy=False))
         self._met = np.flatnonzero(hit >= 0)
-        self._to_met, self._side = _flat(T)[self._met], hit.ravel()[self._met]
+        self._to_met = _flat(T)[self._met]
+        self._side = self._known.slot[hit.ravel()[self._met]]
         unshaded, self._source, self._scattered0 = (
             np.maximum(x, light.faintest)
             for x in self._kernel.sums(_flat(at.scattered + at.once + at.image), last=True)
         )
-        self.undisturbed = unshaded.sum(axis=(0, 2), dtype=np.float64)
         # A sum over few directions is not an irradiance; over another such sum it is.
         irradiance = light.irradiance(depth[:, 0])
         self._unshaded, self._exact = unshaded, irradiance / unshaded
@@ -259,7 +550,15 @@ class _Part:
         share = free.mean(axis=1, dtype=np.float32)[:, None, None]
         beam = light.beam(depth[:, 0]) * (_MEAN_COSINE * rays.sunlit[valid][:, None])
         J = np.broadcast_to(share, at.once.shape)
-        return irradiance * share, J, beam.astype(np.float32)
+        return irradiance * share, J, beam.astype(np.float32), unshaded.sum(axis=2)
+
+    def put(self, known: _Known, values: Light, some: Light, new: NDArray[np.bool_] | None) -> None:
+        """Put what was found of the probes in its place, but for those that it does not know."""
+        if new is None or self._known is known or not (stale := new[self.rows]).any():
+            values[self.rows] = some
+        else:
+            rows = np.arange(len(values))[self.rows][~stale]
+            values[rows] = some[~stale]
 
     def round(self, now: _Light) -> tuple[Light, Light]:
         """Return irradiance and scattered light as all probes' light makes them."""
@@ -333,15 +632,24 @@ class _Kernel:
             direction, (m, RAYS, n), and against those of :mod:`.view_directions`, (m, COUNT, n).
         """
         weights = self._weights if last else self._weights[..., : 6 + RAYS]
-        found = np.matmul(_by_band(L), weights)
+        found = _product(_by_band(L), weights)
         if of_surfaces is not None:
-            found[..., :6] += np.matmul(_by_band(of_surfaces), self._of_surfaces)
+            found[..., :6] += _product(_by_band(of_surfaces), self._of_surfaces)
         found = np.ascontiguousarray(found.transpose(1, 2, 0))
         return np.split(found, [6, 6 + RAYS] if last else [6], axis=1)
 
 
 def _flat(x: Light) -> Light:
     return x.reshape(-1, x.shape[-1])
+
+
+def _product(L: Light, weights: Light) -> Light:
+    """Matrix product of radiances (n, m, RAYS) with weights, few rows at once.
+
+    Small products are not shared out among threads, which are all at work already.
+    """
+    parts = [np.matmul(L[:, k : k + _ROWS], weights) for k in range(0, L.shape[1], _ROWS)]
+    return parts[0] if len(parts) == 1 else np.concatenate(parts, axis=1)
 
 
 def _by_band(x: Light) -> Light:
@@ -365,6 +673,14 @@ class _Sides:
         facing = np.maximum(-normal @ np.asarray(undisturbed.sun), 0.0) * rays.side_sunlit
         depth = np.repeat(np.maximum(-rays.voxels.centre[:, 2], 0.0), 2)
         self._sun = (undisturbed.beam(depth) * facing[:, None]).astype(np.float32)
+
+    def are(self, other: _Sides) -> bool:
+        """Whether the sides are the same."""
+        return all(np.array_equal(x, y) for x, y in zip(self._all, other._all, strict=True))
+
+    @property
+    def _all(self) -> tuple[Light, ...]:
+        return self._squared, self._rho, self._sun
 
     def radiance(self, E: Light) -> Light:
         """Radiance of the sides (s, n) from the irradiance on the axes beside them, (s, 6, n)."""

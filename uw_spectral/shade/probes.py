@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import functools
 import math
 from dataclasses import dataclass
@@ -9,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from .changed_voxels import ChangedVoxels
 from .grid import Array, Grid
 from .voxels import SurfaceVoxels
 
@@ -21,6 +23,8 @@ _GRAZING = 0.2
 _BEFORE_HIT = 1.5  # voxels
 _OFF_SIDE = (1.8, 3.0, 4.2)  # the same to the probe that stands for it
 _OFF_WALL = 1.8  # voxels from a surface's middle to a point beside it, along its normal
+_ABOUT_END = 7.0  # voxels from the end of a ray within which all lies that decides what it meets
+_MOST_PLACES = 48  # that have changed, or all is cast anew
 
 
 def spiral(count: int) -> Array:
@@ -83,6 +87,13 @@ class Rays:
         Share of the sun that reaches a probe's surroundings.
     side_sunlit : array, shape (2 k,)
         Whether the sun reaches each side of each surface.
+    beyond : SurfaceVoxels
+        Surfaces in a larger box.
+    to_sun : array, shape (3,)
+    reached : array of bool, shape (nx, ny, nz)
+        Voxels of water.
+    lit : array of bool
+        Which of them the sun reaches.
     """
 
     grid: Grid
@@ -96,6 +107,10 @@ class Rays:
     probe_of_side: NDArray[np.intp]
     sunlit: Array
     side_sunlit: Array
+    beyond: SurfaceVoxels
+    to_sun: Array
+    reached: NDArray[np.bool_]
+    lit: NDArray[np.bool_]
 
     @property
     def open_water(self) -> NDArray[np.bool_]:
@@ -104,16 +119,26 @@ class Rays:
 
     def nearest(self, points: Array) -> NDArray[np.intp]:
         """Valid probe close to each of the points (..., 3)."""
-        return self._stand_in[self.grid.index(points)]
+        return self.stand_in[self.grid.index(points)]
 
-    def nearest_in_sight(self, points: Array, otherwise: NDArray[np.intp]) -> NDArray[np.intp]:
-        """Probe close to points (p, r, 3) with no surface between, or others (p, 1)."""
-        found = self.nearest(points)
+    def in_sight(
+        self, cells: NDArray[np.intp], points: Array, otherwise: NDArray[np.intp]
+    ) -> NDArray[np.intp]:
+        """Probes close to points (..., 3) in cells with no surface between, or others (...)."""
+        found = self.stand_in[cells]
         seen = self.voxels.free_between(points, self.point[found])
         return np.where(seen, found, otherwise)
 
+    def other_sights(self, before: Rays, changed: ChangedVoxels) -> NDArray[np.bool_]:
+        """Cells in which :meth:`in_sight` may find another probe than before."""
+        at, cell = self.point[self.stand_in], self.grid.centres()
+        half = self.grid.cell / 2.0
+        low, high = np.minimum(at, cell - half), np.maximum(at, cell + half)
+        other = (self.stand_in != before.stand_in) | (at != before.point[before.stand_in]).any(1)
+        return other | changed.between(low, high)
+
     @functools.cached_property
-    def _stand_in(self) -> NDArray[np.intp]:
+    def stand_in(self) -> NDArray[np.intp]:
         """For each probe itself, or a valid one close by."""
         return stand_ins(self.grid, self.valid)
 
@@ -124,6 +149,7 @@ def cast(
     to_sun: ArrayLike,
     inside: ArrayLike = (),
     beyond: SurfaceVoxels | None = None,
+    before: Rays | None = None,
 ) -> Rays:
     """Look around from every probe.
 
@@ -139,38 +165,106 @@ def cast(
         Points that are in open water, such as the camera's; so is what lies under open sky.
     beyond : SurfaceVoxels, optional
         Surfaces in a larger box, in which rays are followed that leave this one.
+    before : Rays, optional
+        Of another frame: what has not changed since is taken from it, and is the same as if it
+        had been cast anew.
     """
     beyond = beyond or voxels
+    sun = np.asarray(to_sun, np.float64)
+    if before is not None and not _comparable(before, voxels, grid, sun, beyond):
+        before = None
+    changes = None if before is None else _changes(before, voxels, beyond)
     reached = voxels.reachable_from(beyond, inside)
-    inner = _inner(grid, voxels, reached, voxels.roofed_below(beyond))
+    below = voxels.roofed_below(beyond)
+    if before is not None and changes is not None and not any(changes):
+        was_below = before.voxels.roofed_below(before.beyond)
+        if np.array_equal(reached, before.reached) and np.array_equal(below, was_below):
+            return dataclasses.replace(before, voxels=voxels, beyond=beyond)
+    inner = _inner(grid, voxels, reached, below)
     point, valid = _places(voxels, grid, inner)
-    origin = np.repeat(point[valid], RAYS, axis=0)
-    heading = directions()[set_of(grid)[valid]].reshape(-1, 3)
+    sides, facing = _beside(voxels)
+    distance, hit = np.zeros((grid.count, RAYS)), np.full((grid.count, RAYS), -1, np.int32)
+    further, blocked = np.zeros(distance.shape), np.zeros(distance.shape, bool)
+    new = np.broadcast_to(valid[:, None], distance.shape)
+    if before is not None and changes is not None:
+        new = new & _concerned(before, point, valid, changes)
+        kept = ~new & valid[:, None]
+        distance[kept], further[kept] = before.distance[kept], before.further[kept]
+        blocked[kept] = before.blocked[kept]
+        hit[kept] = _renumbered(before.hit[kept], changes[0])
+    which, ray = new.nonzero()
+    origin, heading = point[which], directions()[set_of(grid)[which], ray]
     t, number = voxels.trace(origin, heading)
     met = number >= 0
     side = np.full(len(t), -1, np.int32)
     side[met] = 2 * number[met]
     side[met] += (voxels.normal[number[met]] * heading[met]).sum(axis=1) > 0
-    sides, facing = _beside(voxels)
     side[met] = _in_sight(
         voxels, (origin + heading * t[:, None])[met], heading[met], side[met], sides
     )
     t[met] = _to_plane(voxels, origin[met], heading[met], t[met], number[met])
-    distance, hit = np.zeros((grid.count, RAYS)), np.full((grid.count, RAYS), -1, np.int32)
-    distance[valid], hit[valid] = t.reshape(-1, RAYS), side.reshape(-1, RAYS)
-    further, blocked = np.zeros(distance.shape), np.zeros(distance.shape, bool)
-    leaving = ~met.reshape(-1, RAYS)
+    distance[new], hit[new] = t, side
+    far, end = np.zeros(len(t)), met & (side < 0)
     ways = (origin + heading * t[:, None])[~met], heading[~met]
-    further[valid], blocked[valid] = _put(leaving, *_follow(beyond, *ways))
-    blocked[valid] |= (met & (side < 0)).reshape(-1, RAYS)
-    sun = np.asarray(to_sun, np.float64)
-    clear = _sunlit(voxels, beyond, sides, sun) * (facing @ sun > 0)
+    far[~met], end[~met] = _follow(beyond, *ways)
+    further[new], blocked[new] = far, end
     stand_in = stand_ins(grid, valid)
     beside = _probes_beside(voxels, grid, stand_in, point, facing)
+    lit = _lit(voxels, beyond, reached, sun, before, changes)
+    clear = _sides_lit(voxels, beyond, sides, facing, sun, before, changes)
     return Rays(
-        grid, voxels, point, valid, distance, hit, further, blocked,
-        beside, _sun_at(voxels, beyond, grid, reached, inner, sun), clear,
+        grid, voxels, point, valid, distance, hit, further, blocked, beside,
+        _share_lit(grid, lit, inner), clear, beyond, sun, reached, lit,
     )  # fmt: skip
+
+
+_Changes = tuple[ChangedVoxels, ChangedVoxels]
+"""In a box, and in the larger one."""
+
+
+def _comparable(
+    before: Rays, voxels: SurfaceVoxels, grid: Grid, sun: Array, beyond: SurfaceVoxels
+) -> bool:
+    return (
+        before.grid == grid
+        and before.voxels.grid == voxels.grid
+        and before.beyond.grid == beyond.grid
+        and np.array_equal(before.to_sun, sun)
+    )
+
+
+def _changes(before: Rays, voxels: SurfaceVoxels, beyond: SurfaceVoxels) -> _Changes | None:
+    """What has changed; None if it is too much."""
+    found = ChangedVoxels(before.voxels, voxels), ChangedVoxels(before.beyond, beyond)
+    return found if sum(changed.parts for changed in found) <= _MOST_PLACES else None
+
+
+def _concerned(
+    before: Rays, point: Array, valid: NDArray[np.bool_], changes: _Changes
+) -> NDArray[np.bool_]:
+    """Which rays (p, r) may meet something else than before."""
+    near, far = changes
+    moved = (valid != before.valid) | (point != before.point).any(axis=1)
+    found = np.broadcast_to(moved[:, None], before.distance.shape).copy()
+    kind, cell = set_of(before.grid), before.voxels.grid.cell
+    for number in range(SETS):
+        rows = np.flatnonzero((kind == number) & valid)
+        w = directions()[number].astype(np.float32)
+        origin, distance = point[rows, None], before.distance[rows].astype(np.float32)
+        found[rows] |= near.crossed(origin, w, distance + 2.0 * cell, _ABOUT_END * cell)
+        if far:
+            leaving = before.hit[rows] < 0
+            length = np.where(leaving, distance + before.further[rows], 0.0)
+            wide = 2.0 * far.grid.cell
+            found[rows] |= leaving & far.crossed(origin, w, length + wide)
+    return found
+
+
+def _renumbered(hit: NDArray[np.int32], changed: ChangedVoxels) -> NDArray[np.int32]:
+    """The same sides of surfaces as they are numbered now."""
+    number = changed.renumbered
+    sides = np.stack([2 * number, 2 * number + 1], axis=1).ravel()
+    return np.append(sides, -1).astype(np.int32)[hit]
 
 
 def _to_plane(
@@ -195,14 +289,6 @@ def _in_sight(
     before = end - heading * (_BEFORE_HIT * voxels.grid.cell)
     seen = voxels.free_between(before, sides[side])
     return np.where(seen, side, -1).astype(np.int32)
-
-
-def _put(
-    where: NDArray[np.bool_], distance: Array, blocked: NDArray[np.bool_]
-) -> tuple[Array, NDArray[np.bool_]]:
-    far, hit = np.zeros(where.shape), np.zeros(where.shape, bool)
-    far[where], hit[where] = distance, blocked
-    return far, hit
 
 
 def _follow(
@@ -300,19 +386,58 @@ def _sunlit(voxels: SurfaceVoxels, beyond: SurfaceVoxels, points: Array, to_sun:
     return clear.astype(np.float64)
 
 
-def _sun_at(
+def _lit(
     voxels: SurfaceVoxels,
     beyond: SurfaceVoxels,
-    grid: Grid,
     reached: NDArray[np.bool_],
-    inner: NDArray[np.bool_],
     to_sun: Array,
-) -> Array:
-    """Share of the voxels of each probe that the sun reaches."""
-    lit = np.zeros(reached.size)
+    before: Rays | None,
+    changes: _Changes | None,
+) -> NDArray[np.bool_]:
+    """Which voxels of water the sun reaches."""
+    lit, new = np.zeros(reached.shape, bool), reached.copy()
     points = voxels.grid.centres()
-    free = np.flatnonzero(reached.ravel())
-    lit[free] = _sunlit(voxels, beyond, points[free], to_sun)
-    lit = _blocks(grid, lit.reshape(reached.shape)) * inner
+    if before is not None and changes is not None:
+        kept = reached & before.reached
+        kept[kept] = ~_sun_crosses(points[kept.ravel()], to_sun, changes)
+        lit[kept], new = before.lit[kept], reached & ~kept
+    lit[new] = _sunlit(voxels, beyond, points[new.ravel()], to_sun)
+    return lit
+
+
+def _sides_lit(
+    voxels: SurfaceVoxels,
+    beyond: SurfaceVoxels,
+    sides: Array,
+    facing: Array,
+    to_sun: Array,
+    before: Rays | None,
+    changes: _Changes | None,
+) -> Array:
+    """Whether the sun reaches each side of each surface."""
+    towards = facing @ to_sun > 0
+    clear, new = np.zeros(len(sides)), towards.copy()
+    if before is not None and changes is not None:
+        near = changes[0]
+        same = np.repeat(~near.mask[voxels.number >= 0], 2)
+        # Those of unchanged voxels follow one another as before.
+        was = np.repeat(~near.mask[before.voxels.number >= 0], 2)
+        clear[same] = before.side_sunlit[was]
+        new &= ~same | _sun_crosses(sides, to_sun, changes)
+    clear[new] = _sunlit(voxels, beyond, sides[new], to_sun)
+    return clear
+
+
+def _sun_crosses(points: Array, to_sun: Array, changes: _Changes) -> NDArray[np.bool_]:
+    """Whether something has changed on the way from points to the sun."""
+    found = np.zeros(len(points), bool)
+    for changed in changes:
+        found |= changed.crossed(points.astype(np.float32), to_sun.astype(np.float32), np.inf)
+    return found
+
+
+def _share_lit(grid: Grid, lit: NDArray[np.bool_], inner: NDArray[np.bool_]) -> Array:
+    """Share of the voxels of each probe that the sun reaches."""
+    shines = (_blocks(grid, lit) & inner).sum(axis=1)
     count = inner.sum(axis=1)
-    return np.where(count > 0, lit.sum(axis=1) / np.maximum(count, 1), 1.0)
+    return np.where(count > 0, shines / np.maximum(count, 1), 1.0)

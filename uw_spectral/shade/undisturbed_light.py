@@ -35,21 +35,26 @@ class RayLight:
     image: Light
 
 
+def depths_of(field: SolvedField, grid: Grid) -> tuple[float, float]:
+    """Return the depths in m between which the probes of a grid lie in water."""
+    top = max(-float(grid.upper[2]), 0.0)
+    bottom = max(-float(grid.lower[2]), top + grid.cell)
+    return top, max(min(bottom, field.floor_depth), top + grid.cell / 2.0)
+
+
 class UndisturbedLight:
-    """The undisturbed light of n bands at the depths of a grid.
+    """The undisturbed light of n bands between two depths.
 
     Parameters
     ----------
     field : SolvedField
-    grid : Grid
-        Of the probes.
+    ends : two floats
+        The least and the largest depth, see :func:`depths_of`, m.
     """
 
-    def __init__(self, field: SolvedField, grid: Grid) -> None:
+    def __init__(self, field: SolvedField, ends: tuple[float, float]) -> None:
         self._field = field
-        top = max(-float(grid.upper[2]), 0.0)
-        bottom = max(-float(grid.lower[2]), top + grid.cell)
-        bottom = max(min(bottom, field.floor_depth), top + grid.cell / 2.0)
+        top, bottom = ends
         self._depths = np.linspace(top, bottom, _LEVELS)
         w = _fine()
         # Level rays are as long as the water is wide; a slight slope does as well.
@@ -63,8 +68,9 @@ class UndisturbedLight:
         self._bright = np.where(lit, total / np.where(lit, mean, 1.0), 1.0).mean(axis=0)
         every = np.concatenate(parts, axis=-1).astype(np.float32)
         # What a direction stands for counts, or few of them would miss the brightest.
-        means = [np.matmul(_belongs(kind, mean=True), every) for kind in range(SETS)]
-        self._parts = np.stack(means).reshape(-1, every.shape[-1])
+        means = [_summed(kind, np.moveaxis(every, 1, 0)) / _count(kind) for kind in range(SETS)]
+        parts_of_sets = np.moveaxis(np.stack(means), 2, 1).reshape(-1, every.shape[-1])
+        self._parts = parts_of_sets.astype(np.float32)
         self._beam = field.beam(self._depths).T * field.light.E / field.light.mu_s
 
     @property
@@ -130,10 +136,15 @@ class UndisturbedLight:
             They add up to 1 over the set. The forward peak counts as unscattered.
         """
         cosine = _fine() @ towards.T
-        p = np.moveaxis(self._phase(0.5 - 0.5 * np.minimum(cosine, _CAP)), -1, 0) / _FINE
-        p *= 4.0 * math.pi / (1.0 - self._peak[:, None, None])
-        p = np.where(cosine < _CAP, p, 0.0)
-        weights = np.matmul(_belongs(kind), p)
+        phase = self._field.phase_at(float(self._depths.mean()))
+        s2 = 0.5 - 0.5 * np.minimum(cosine, _CAP)
+        beside = cosine < _CAP
+        sums = [
+            _summed(kind, np.where(beside, part.per_steradian(s2), 0.0))
+            for part in phase.components
+        ]
+        shares = np.asarray(phase.weights) / (1.0 - self._peak)
+        weights = np.einsum("kn,krq->nrq", shares, sums) * (4.0 * math.pi / _FINE)
         # What is left has hardly turned.
         straight = (directions()[kind] @ towards.T).argmax(axis=0)
         left = 1.0 - weights.sum(axis=1)
@@ -150,16 +161,14 @@ class UndisturbedLight:
         array, shape (RAYS, 6)
             Of light that is the same throughout.
         """
-        belongs, bright = _belongs(kind), self._bright.T[..., None]
         cosine = np.maximum(_fine() @ AXES.T, 0.0)
-        spread = np.matmul(belongs, bright * cosine) / np.matmul(belongs, bright)
+        bright = self._bright[:, None, :]
+        spread = _summed(kind, bright * cosine[..., None]) / _summed(kind, bright)
         share = 4.0 * math.pi / _FINE
-        spread *= share * belongs.sum(axis=1, keepdims=True)
-        return spread.astype(np.float32), (share * belongs @ cosine).astype(np.float32)
-
-    def _phase(self, s2: Array) -> Array:
-        phase = self._field.phase_at(float(self._depths.mean()))
-        return phase.per_steradian(s2[..., None])
+        spread *= share * _count(kind)
+        return np.moveaxis(spread, 2, 0).astype(np.float32), (share * _summed(kind, cosine)).astype(
+            np.float32
+        )
 
     @functools.cached_property
     def _peak(self) -> Array:
@@ -196,9 +205,21 @@ def _fine() -> Array:
     return spiral(_FINE)
 
 
-@functools.lru_cache(maxsize=2 * SETS)
-def _belongs(kind: int, *, mean: bool = False) -> Light:
-    """Which of many directions belong to each of a set, or their shares in its mean."""
+@functools.lru_cache(maxsize=SETS)
+def _groups(kind: int) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Order in which many directions lie by the one of a set that is closest, and each's first."""
     nearest = (_fine() @ directions()[kind].T).argmax(axis=1)
-    found = (nearest == np.arange(RAYS)[:, None]).astype(np.float32)
-    return found / found.sum(axis=1, keepdims=True) if mean else found
+    order = np.argsort(nearest, kind="stable")
+    return order, np.searchsorted(nearest[order], np.arange(RAYS))
+
+
+def _summed(kind: int, values: NDArray[np.floating]) -> Array:
+    """Sums of values of many directions (:data:`_FINE`, ...) by those of a set, (RAYS, ...)."""
+    order, first = _groups(kind)
+    return np.add.reduceat(values[order], first, axis=0)
+
+
+def _count(kind: int) -> Array:
+    """How many belong to each of a set, (RAYS, 1, 1)."""
+    first = _groups(kind)[1]
+    return np.diff(first, append=_FINE).astype(np.float64)[:, None, None]

@@ -69,8 +69,15 @@ class SurfaceVoxels:
         distance = np.zeros(full.shape, np.int8)
         for _ in range(_FARTHEST_STEP):
             distance += ~full
-            full = _grown(full)
+            full = grown(full)
         return distance[1:-1, 1:-1, 1:-1]
+
+    @functools.cached_property
+    def _padded(self) -> tuple[Indices, NDArray[np.float32]]:
+        """Surfaces, and voxels that can be crossed from each, flat, with free ones around."""
+        # With k free voxels around, k - 1 of them can be crossed from anywhere in it.
+        crossed = np.maximum(self._free - 1, 0).astype(np.float32)
+        return np.pad(self.number, 1, constant_values=-1).ravel(), np.pad(crossed, 1).ravel()
 
     @functools.cached_property
     def _water(self) -> NDArray[np.bool_]:
@@ -126,27 +133,40 @@ class SurfaceVoxels:
 
     def _trace(self, origin: Array, direction: Array, start: float) -> tuple[Array, Indices]:
         cell_size = self.grid.cell
-        end = self.grid.exit_distance(origin, direction) / cell_size
-        at = ((origin - self.grid.lower) / self.grid.cell).astype(np.float32)
+        end = (self.grid.exit_distance(origin, direction) / cell_size).astype(np.float32)
+        # In cells of the box with one more around it, for rays may end beside the box.
+        at = ((origin - self.grid.lower) / cell_size + 1.0).astype(np.float32)
         heading = direction.astype(np.float32)
-        slowest = 1.0 / np.abs(heading).max(axis=1)
-        t = np.full(len(origin), start, np.float32)
+        # Whole numbers of short steps: a ray looks at the same places whatever it skips, so that
+        # what it does not pass does not change what it meets.
+        per_cell = (1.0 / _WITHIN) / np.abs(heading).max(axis=1)
         found = np.full(len(origin), -1, np.int32)
-        free, number = self._free.ravel(), self.number.ravel()
-        last = np.asarray(self.grid.shape) - 1
-        rays = np.flatnonzero(t < end)
+        distance = np.full(len(origin), start, np.float32)
+        number, crossed = self._padded
+        _, ny, nz = (n + 2 for n in self.grid.shape)
+        rays = np.flatnonzero(distance < end)
+        x, y, z, u, v, w, per, until, t = (
+            part[rays] for part in (*at.T, *heading.T, per_cell, end, distance)
+        )
         while len(rays):
-            cell = (at[rays] + heading[rays] * t[rays, None]).astype(np.int32)
-            place = self.grid.flat(np.clip(cell, 0, last).astype(np.intp))
-            hit = number[place]
-            found[rays] = hit
+            place = (x + u * t).astype(np.int32) * (ny * nz)
+            place += (y + v * t).astype(np.int32) * nz
+            place += (z + w * t).astype(np.int32)
+            hit = number.take(place)
             going = hit < 0
-            rays, place = rays[going], place[going]
-            # With k free voxels around, k - 1 of them can be crossed from anywhere in it.
-            step = np.maximum((free[place].astype(np.float32) - 1.0) * slowest[rays], _WITHIN)
-            t[rays] += step
-            rays = rays[t[rays] < end[rays]]
-        return np.minimum(t, end).astype(np.float64) * cell_size, found
+            steps = np.floor(crossed.take(place) * per)
+            np.maximum(steps, 1.0, out=steps)
+            steps *= _WITHIN * going
+            t += steps
+            going &= t < until
+            if not going.all():
+                ended, left = np.flatnonzero(~going), np.flatnonzero(going)
+                distance[rays[ended]], found[rays[ended]] = t[ended], hit[ended]
+                rays = rays[left]
+                x, y, z, u, v, w, per, until, t = (
+                    part.take(left) for part in (x, y, z, u, v, w, per, until, t)
+                )
+        return np.minimum(distance, end).astype(np.float64) * cell_size, found
 
     def free_between(self, start: Array, end: Array) -> NDArray[np.bool_]:
         """Whether the voxels at a few places between points (..., 3), the ends aside, are free."""
@@ -196,19 +216,25 @@ class SurfaceVoxels:
 
     def _joined(self, reached: NDArray[np.bool_], points: ArrayLike) -> NDArray[np.bool_]:
         """Water that is joined with some that is reached, which is changed, or with points."""
-        free = self._water
         points = np.asarray(points, np.float64).reshape(-1, 3)
         reached.ravel()[self.grid.index(points[self.grid.inside(points)])] = True
+        free = self._water
         reached &= free
-        before = -1
-        while (now := int(reached.sum())) != before:
-            before = now
-            for axis in range(3):
-                for order in (1, -1):
-                    _sweep(
-                        np.moveaxis(reached, axis, 0)[::order], np.moveaxis(free, axis, 0)[::order]
-                    )
-        return reached
+        # From the water that is reached step by step to what has not been, with a margin around.
+        unreached = np.pad(free & ~reached, 1)
+        border = unreached & np.pad(_beside(reached), 1)
+        flat, steps = unreached.ravel(), _steps(unreached.shape)
+        now = np.flatnonzero(border)
+        while len(now):
+            flat[now] = False
+            near = (now + steps[:, None]).ravel()
+            near = near[flat[near]]
+            flat[near] = False
+            now = near
+            # Each may have been found from several sides.
+            if len(now) > 1:
+                now = np.unique(now)
+        return free & ~unreached[1:-1, 1:-1, 1:-1]
 
 
 def voxelise(grid: Grid, points: Array, normals: Array, colours: Array) -> SurfaceVoxels:
@@ -226,8 +252,7 @@ def voxelise(grid: Grid, points: Array, normals: Array, colours: Array) -> Surfa
         nothing = np.zeros((0, 3))
         return SurfaceVoxels(grid, np.full(grid.shape, -1, np.int32), nothing, nothing, nothing)
     points, normals, colours = points[inside], normals[inside], colours[inside]
-    cells = np.floor((points - grid.lower) / grid.cell).astype(np.intp)
-    cells = grid.flat(np.clip(cells, 0, np.asarray(grid.shape) - 1))
+    cells = cells_of(grid, points)
     voxels, which, counts = np.unique(cells, return_inverse=True, return_counts=True)
     number = np.full(grid.count, -1, np.int32)
     number[voxels] = np.arange(len(voxels))
@@ -247,12 +272,18 @@ def voxelise(grid: Grid, points: Array, normals: Array, colours: Array) -> Surfa
     )
 
 
+def cells_of(grid: Grid, points: Array) -> NDArray[np.intp]:
+    """Voxel of each point (m, 3) in a box."""
+    cells = np.floor((points - grid.lower) / grid.cell).astype(np.intp)
+    return grid.flat(np.clip(cells, 0, np.asarray(grid.shape) - 1))
+
+
 def _means(values: Array, which: NDArray[np.intp], counts: NDArray[np.intp]) -> Array:
     sums = [np.bincount(which, values[:, axis], len(counts)) for axis in range(3)]
     return np.stack(sums, axis=1) / np.maximum(counts, 1)[:, None]
 
 
-def _grown(full: NDArray[np.bool_]) -> NDArray[np.bool_]:
+def grown(full: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """Full voxels and all their neighbours, across edges and corners too."""
     for axis in range(3):
         lines = np.moveaxis(full, axis, 0)
@@ -263,10 +294,17 @@ def _grown(full: NDArray[np.bool_]) -> NDArray[np.bool_]:
     return full
 
 
-def _sweep(reached: NDArray[np.bool_], free: NDArray[np.bool_]) -> None:
-    """Go on along the first axis as far as it is free; ``reached`` is changed."""
-    count = len(reached)
-    steps = np.arange(count).reshape(-1, *[1] * (reached.ndim - 1))
-    last_reached = np.maximum.accumulate(np.where(reached, steps, -1), axis=0)
-    last_wall = np.maximum.accumulate(np.where(free, -1, steps), axis=0)
-    reached |= last_reached > last_wall
+def _beside(full: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Voxels that share a side with a full one."""
+    found = np.zeros_like(full)
+    for axis in range(3):
+        lines, beside = np.moveaxis(full, axis, 0), np.moveaxis(found, axis, 0)
+        beside[1:] |= lines[:-1]
+        beside[:-1] |= lines[1:]
+    return found
+
+
+def _steps(shape: tuple[int, ...]) -> NDArray[np.intp]:
+    """From a cell of a flat array to its neighbours across sides."""
+    _, ny, nz = shape
+    return np.array([ny * nz, -ny * nz, nz, -nz, 1, -1])

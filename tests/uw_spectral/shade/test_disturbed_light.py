@@ -12,7 +12,11 @@ from underwater_spectral.uw_spectral.imaging.optics import resolve
 from underwater_spectral.uw_spectral.shade.disturbed_light import disturbed_light
 from underwater_spectral.uw_spectral.shade.grid import Grid
 from underwater_spectral.uw_spectral.shade.probes import cast, spiral
-from underwater_spectral.uw_spectral.shade.undisturbed_light import AXES, UndisturbedLight
+from underwater_spectral.uw_spectral.shade.undisturbed_light import (
+    AXES,
+    UndisturbedLight,
+    depths_of,
+)
 from underwater_spectral.uw_spectral.shade.voxels import voxelise
 
 UP, DOWN = 4, 5
@@ -140,7 +144,7 @@ def test_a_closed_room_is_dark():
 
 def test_weights_of_the_phase_function_add_up():
     grid = Grid((-2.0, -2.0, -6.0), 0.5, (8, 8, 8))
-    undisturbed = UndisturbedLight(field(), grid)
+    undisturbed = UndisturbedLight(field(), depths_of(field(), grid))
     for kind in range(4):
         weights = undisturbed.phase_weights(kind, AXES)
         np.testing.assert_allclose(weights.sum(axis=1), 1.0, rtol=1e-5)
