@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..octahedron import lattice
+from ..transfer.radiance_table import SHADED_STREAMS
 from ..transfer.solved_field import SolvedField
 from .grid import Array, Grid
 from .probes import RAYS, SETS, Rays, directions, set_of
@@ -300,7 +301,8 @@ class _Kernel:
         self.kind, w = kind, directions()[kind]
         patches, even = undisturbed.patch_weights(kind)
         self._of_surfaces = even - patches
-        ways, views = (undisturbed.phase_weights(kind, towards) for towards in (w, lattice(SIDE)))
+        ways = undisturbed.phase_weights(kind, w)
+        views = undisturbed.phase_weights(kind, lattice(SIDE), SHADED_STREAMS)
         self._weights = np.concatenate([patches, ways, views], axis=2)
         behind = np.maximum(-AXES @ w.T, 0.0)
         self._behind = (behind / behind.sum(axis=1, keepdims=True)).T
