@@ -41,7 +41,7 @@ _NOTHING = 1e-200  # irradiance below which there is no light
 _FAINT, _GROWTH = 1e-3, 10.0  # share of the light that the rate holds for; of what is left later
 TABLE_STREAMS = 24
 """Streams of a field that is tabulated; more change less than the tables' own error."""
-SHADED_STREAMS = 8
+SHADED_STREAMS = 6
 """Streams whose forward peak counts as unscattered where things shade: what is left of the light
 then changes with direction about as slowly as shade is known."""
 _FIRST = 0.3  # optical depths, in the most turbid band, of the scale of the first slices
