@@ -89,7 +89,9 @@ def disturbed_light(water: SolvedField, rays: Rays, reflectance: Array) -> Distu
         Of each surface.
     """
     known = _Known(UndisturbedLight(water, rays.grid), rays)
-    kernels = [_Kernel(known.undisturbed, kind) for kind in range(SETS)]
+    # Sets are turned against each other: within each light scatters alike.
+    ways = known.undisturbed.phase_weights(0, directions()[0])
+    kernels = [_Kernel(known.undisturbed, kind, ways) for kind in range(SETS)]
     sides = _Sides(rays, reflectance, known.undisturbed)
     mean = reflectance.sum(axis=0) / max(len(reflectance), 1) / math.pi
     by_set = [_split(known, kernel, kernels) for kernel in kernels]
@@ -297,11 +299,10 @@ class _Part:
 class _Kernel:
     """Sums over the directions of a set."""
 
-    def __init__(self, undisturbed: UndisturbedLight, kind: int) -> None:
+    def __init__(self, undisturbed: UndisturbedLight, kind: int, ways: Light) -> None:
         self.kind, w = kind, directions()[kind]
         patches, even = undisturbed.patch_weights(kind)
         self._of_surfaces = even - patches
-        ways = undisturbed.phase_weights(kind, w)
         views = undisturbed.phase_weights(kind, lattice(SIDE), SHADED_STREAMS)
         self._weights = np.concatenate([patches, ways, views], axis=2)
         behind = np.maximum(-AXES @ w.T, 0.0)

@@ -141,7 +141,7 @@ class UndisturbedLight:
             caps = [_cap(part, streams) for part in phase.components]
         s2 = 0.5 - 0.5 * np.minimum(cosine, _CAP)
         sums = [
-            _belongs(kind) @ np.where(cosine < cap, part.per_steradian(s2), 0.0)
+            _belongs(kind) @ np.where(cosine < cap, part.per_steradian(s2), 0.0).astype(np.float32)
             for part, cap in zip(phase.components, caps, strict=True)
         ]
         shares = np.asarray(phase.weights) / (1.0 - peak)
