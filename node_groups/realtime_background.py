@@ -52,7 +52,9 @@ def build(shape: Shape, sources: Sources) -> bpy.types.ShaderNodeTree:
         pixel = replace(pixel, single_scattering=once)
     seen: Operand = water.seen(pixel.total)
     if shape.shafts:
-        seen = seen - NODES.maximum(shaft(ray, y_o, w, water.values[SHAFT_END]), 0.0)
+        # The volume has shadows of its own.
+        drawn = shaft(ray, y_o, w, water.values[SHAFT_END]) * path_shade.once
+        seen = seen - NODES.maximum(drawn, 0.0)
     graph.assign(seen, graph.node("NodeGroupOutput").inputs[0])
     realtime_layers.write(graph, shape.layers, pixel_layers(pixel))
     return tree

@@ -345,7 +345,9 @@ class _Surface:
     def _drawn(self) -> Operand:
         """Single scattering that the volume draws: up to its end, at most up to the thing."""
         reach = NODES.minimum(self._P, self._values[SHAFT_END])
-        return shaft(self._ray, self._y_o, self._w, reach) * self._given[COVERAGE]
+        drawn = shaft(self._ray, self._y_o, self._w, reach) * self._given[COVERAGE]
+        # The volume has shadows of its own.
+        return drawn * self._path_shade().once
 
     def _reflectance(self) -> Operand:
         base = self._graph.components(self._given[COLOR])

@@ -145,7 +145,7 @@ class PixelWater:
         rates: tuple[Operand, Operand],
         P: NodeValue,
     ) -> ShadeOnPath:
-        """What things leave of the light of a path; shafts have shadows of their own.
+        """What things leave of the light of a path.
 
         ``rates`` are those of :meth:`.ChannelWater.falling_off`.
         """
@@ -158,7 +158,7 @@ class PixelWater:
         mean, share = (along_ray([step[i] for step in steps], often, *reach) for i in range(2))
         return ShadeOnPath(
             LightLeft(mean, share),
-            1.0 if self.shape.shafts else along_ray(sunlit, once, *reach),
+            along_ray(sunlit, once, *reach),
         )
 
     def seen(self, pixel: Operand, coverage: Operand = 1.0) -> Operand:

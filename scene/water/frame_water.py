@@ -25,7 +25,7 @@ from ...uw_spectral.transfer.above_water import LightInAir, flattened_sun, light
 from ...uw_spectral.transfer.channel_pixel import COLOURS, along_rays
 from ...uw_spectral.transfer.channels import Channels, channels_of
 from ...uw_spectral.transfer.folded_light import FoldedLight, Shades, fold
-from ...uw_spectral.transfer.radiance_table import TABLE_STREAMS, tabulate
+from ...uw_spectral.transfer.radiance_table import SHADED_STREAMS, TABLE_STREAMS, tabulate
 from ...uw_spectral.transfer.solved_field import SolvedField
 from ...uw_spectral.transfer.water_column import WaterColumn
 from ...uw_spectral.water.phase import BandPhase, HenyeyGreenstein
@@ -73,6 +73,8 @@ class RealtimeWater:
     depth : float
         Of the camera, m.
     field : SolvedField
+    straight : SolvedField, optional
+        Of :class:`.Shades`, if things shade.
     channels : Channels
         What is drawn.
     shape : Shape
@@ -94,6 +96,7 @@ class RealtimeWater:
     channels: Channels
     shape: Shape
     seen: Snapshot
+    straight: SolvedField | None = None
     draws_shafts: bool = False
     around_lamps: LampWater | None = None
     particles: SceneParticles = dataclass_field(default_factory=SceneParticles)
@@ -151,14 +154,16 @@ class RealtimeWater:
     @functools.cached_property
     def folded(self) -> FoldedLight:
         """Light of the water in the channels."""
-        shade = self.seen.shade
+        shade, shades = self.seen.shade, None
+        if shade is not None and self.straight is not None:
+            shades = Shades(shade.spectrum, shade.usual, self.straight)
         return fold(
             self.field,
             self.channels,
             self.depth,
             self.column.skylight.level,
             list(self.seen.reflectances.values()),
-            shade and Shades(shade.spectrum, shade.usual),
+            shades,
             None if self.contrast is None else self._contrast_at,
         )
 
@@ -328,7 +333,8 @@ def realtime_water(
     scale = tabulate(field).depth_scale
     shape = Shape(
         field.components, column.reflects, len(scale.zones), scale.slices, shafts,
-        sky=column.sky, layered=field.layered, shade=seen.shade is not None, covers=seen.cover is not None, lamps=len(lamps.all),
+        sky=column.sky, layered=field.layered, shade=seen.shade is not None,
+        covers=seen.cover is not None, lamps=len(lamps.all),
         lamp_components=phase.components if lamps.lamps else (),
         above=seen.above is not None, mirrors=seen.kinds.mirrors,
         translucent=seen.kinds.translucent, filters=seen.kinds.filters,
@@ -336,9 +342,10 @@ def realtime_water(
         measured=len(seen.reflectances),
     )  # fmt: skip
     around_lamps = _around_lamps(column, phase, camera_depth) if lamps.lamps else None
+    straight = column.solved_field(phase, SHADED_STREAMS) if shape.shade else None
     return RealtimeWater(
-        column, phase, camera_depth, field, channels_of(column.bands, weights), shape, seen, shafts,
-        around_lamps,
+        column, phase, camera_depth, field, channels_of(column.bands, weights), shape, seen,
+        straight, shafts, around_lamps,
     )  # fmt: skip
 
 

@@ -14,7 +14,8 @@ from underwater_spectral.uw_spectral.shade import shade_table as tables
 from underwater_spectral.uw_spectral.shade.disturbed_light import DisturbedLight
 from underwater_spectral.uw_spectral.shade.grid import Grid
 from underwater_spectral.uw_spectral.spectra.bands import Bands
-from underwater_spectral.uw_spectral.transfer.radiance_table import tabulate
+from underwater_spectral.uw_spectral.transfer.radiance_table import SHADED_STREAMS, tabulate
+from underwater_spectral.uw_spectral.transfer.sun_beam import half_angle2
 from underwater_spectral.uw_spectral.water.phase import parse_phase
 
 WEIGHTS = np.eye(3)
@@ -64,16 +65,23 @@ def test_open_water_is_shaded_as_the_table_says(tmp_path):
     seen = probe.render(water, view, tmp_path / "a.exr")
     w = view.rays().reshape(-1, 3)
     light, sun = tabulate(solved), solved.sun
-    beam = dataclasses.replace(column.sun_beam(lobes), cp=solved.extinction)
     columns = [part[:, None] for part in w.T]
-    P = np.minimum(beam.boundary(5.0, columns), 1e6)[:, 0]
-    once = beam.scattered_once(5.0, columns, P[:, None], without_peak=True)
-    once = once * light.aureole_factor(np.full(len(w), 5.0), w.T, sun)
-    M = light.scattered(np.full(len(w), 5.0), w.T, sun)
+    s2 = half_angle2(w.T, sun)
+
+    def scattered_once(field):
+        beam = dataclasses.replace(column.sun_beam(lobes), cp=field.extinction)
+        P = np.minimum(beam.boundary(5.0, columns), 1e6)
+        found = beam.scattered_once(5.0, columns, P, without_peak=True)
+        return found * field.aureole([5.0], s2)[:, 0].T, P[:, 0]
+
+    # What fewer streams leave unscattered is not shaded as scattered light is.
+    straight = column.solved_field(lobes, SHADED_STREAMS)
+    once, P = scattered_once(straight)
+    M = light.scattered(np.full(len(w), 5.0), w.T, sun) + scattered_once(solved)[0] - once
     camera = np.array([0.0, 0.0, -5.0])
     rates = (
-        lambda up: solved.extinction - light.decay * up,
-        lambda up: solved.extinction * (1.0 - up / column.sun_cosine),
+        lambda up: straight.extinction - light.decay * up,
+        lambda up: straight.extinction * (1.0 - up / column.sun_cosine),
     )
     shade, lit = (
         _along_rays(table, rate, w[:, 2:], camera, w, P, part)

@@ -22,6 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..octahedron import lattice
+from ..transfer.radiance_table import SHADED_STREAMS
 from ..transfer.solved_field import SolvedField
 from .changed_voxels import ChangedVoxels
 from .grid import Array, Grid
@@ -113,7 +114,9 @@ class _Water:
     def __init__(self, field: SolvedField, ends: tuple[float, float]) -> None:
         self.field, self.ends = field, ends
         self.undisturbed = UndisturbedLight(field, ends)
-        self.kernels = [_Kernel(self.undisturbed, kind) for kind in range(SETS)]
+        # Sets are turned against each other: within each light scatters alike.
+        ways = self.undisturbed.phase_weights(0, directions()[0])
+        self.kernels = [_Kernel(self.undisturbed, kind, ways) for kind in range(SETS)]
         self.nearest = [
             np.stack([other.nearest(kernel) for other in self.kernels]) for kernel in self.kernels
         ]
@@ -595,11 +598,11 @@ class _Part:
 class _Kernel:
     """Sums over the directions of a set."""
 
-    def __init__(self, undisturbed: UndisturbedLight, kind: int) -> None:
+    def __init__(self, undisturbed: UndisturbedLight, kind: int, ways: Light) -> None:
         self.kind, w = kind, directions()[kind]
         patches, even = undisturbed.patch_weights(kind)
         self._of_surfaces = even - patches
-        ways, views = (undisturbed.phase_weights(kind, towards) for towards in (w, lattice(SIDE)))
+        views = undisturbed.phase_weights(kind, lattice(SIDE), SHADED_STREAMS)
         self._weights = np.concatenate([patches, ways, views], axis=2)
         behind = np.maximum(-AXES @ w.T, 0.0)
         self._behind = (behind / behind.sum(axis=1, keepdims=True)).T

@@ -16,8 +16,8 @@ from .voxels import SurfaceVoxels
 
 RAYS = 64
 """Directions from each probe."""
-SETS = 4
-"""Sets of directions; probes side by side have different ones."""
+SETS = 8
+"""Sets of directions; eight probes around a point have different ones."""
 _COARSE_START = 1.0  # voxels of a larger box that rays skip as they enter it
 _GRAZING = 0.2
 _BEFORE_HIT = 1.5  # voxels
@@ -44,19 +44,37 @@ def directions() -> Array:
     >>> bool(np.abs(directions().mean(axis=1)).max() < 0.02)
     True
     """
-    w = np.swapaxes(spiral(SETS * RAYS).reshape(RAYS, SETS, 3), 0, 1)
+    w = np.einsum("sij,rj->sri", _turns(SETS), spiral(RAYS))
     w.flags.writeable = False
     return w
 
 
+def _turns(count: int) -> Array:
+    """Rotations spread evenly, as matrices (count, 3, 3).
+
+    M. Alexa, "Super-Fibonacci Spirals", CVPR 2022.
+    """
+    s = np.arange(count) + 0.5
+    inner, outer = np.sqrt(s / count), np.sqrt(1.0 - s / count)
+    one, other = (2.0 * math.pi * s / irrational for irrational in (math.sqrt(2.0), 1.533751168755))
+    x, y = inner * np.sin(one), inner * np.cos(one)
+    z, w = outer * np.sin(other), outer * np.cos(other)
+    rows = [
+        [1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - z * w), 2.0 * (x * z + y * w)],
+        [2.0 * (x * y + z * w), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - x * w)],
+        [2.0 * (x * z - y * w), 2.0 * (y * z + x * w), 1.0 - 2.0 * (x * x + y * y)],
+    ]
+    return np.moveaxis(np.array(rows), -1, 0)
+
+
 def set_of(grid: Grid) -> NDArray[np.intp]:
-    """Set of directions of each probe, shape (p,): every two of eight neighbours share one.
+    """Set of directions of each probe, shape (p,): eight neighbours all have different ones.
 
     The same place has the same set in every grid of a lattice.
     """
     cells = np.unravel_index(np.arange(grid.count), grid.shape)
     x, y, z = (cell + first for cell, first in zip(cells, grid.first, strict=True))
-    return (x + 2 * y + 3 * z) % SETS
+    return (x + 2 * y + 4 * z) % SETS
 
 
 @dataclass(frozen=True, eq=False)

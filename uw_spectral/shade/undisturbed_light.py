@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from ..transfer.radiance_table import tabulate
 from ..transfer.solved_field import SolvedField
+from ..water.phase import PhaseFunction
 from .grid import Array, Grid
 from .probes import RAYS, SETS, directions, spiral
 
@@ -21,6 +22,7 @@ _LEVELS = 17  # depths at which the undisturbed light is computed
 _MU = 0.02  # cosine of the most level ray
 _FINE = 2048  # directions for sums over the phase function
 _DARK = 1e-6  # of the brightest light
+_WITHIN, _NARROWEST = 512, 1e-8  # steps to the angle of a peak, and squared sine of half the first
 _CAP = 1.0 - 2.0 / _FINE  # cosine of what one of them stands for
 
 Light = NDArray[np.float32]
@@ -120,7 +122,7 @@ class UndisturbedLight:
             return self._field.extinction
         return self._field.extinction_between(y, z, scaled=True)
 
-    def phase_weights(self, kind: int, towards: Array) -> Light:
+    def phase_weights(self, kind: int, towards: Array, streams: int | None = None) -> Light:
         """Share of the light along each direction of a set that is scattered against others.
 
         Parameters
@@ -129,21 +131,26 @@ class UndisturbedLight:
             The set.
         towards : array, shape (q, 3)
             View directions.
+        streams : int, optional
+            Whose forward peak counts as unscattered; those of the field if none are given.
 
         Returns
         -------
         array, shape (n, RAYS, q)
-            They add up to 1 over the set. The forward peak counts as unscattered.
+            They add up to 1 over the set.
         """
         cosine = _fine() @ towards.T
         phase = self._field.phase_at(float(self._depths.mean()))
+        peak, caps = self._peak, [_CAP] * len(phase.components)
+        if streams is not None:
+            peak = np.clip(phase.moments(streams)[-1], 0.0, 0.999)
+            caps = [_cap(part, streams) for part in phase.components]
         s2 = 0.5 - 0.5 * np.minimum(cosine, _CAP)
-        beside = cosine < _CAP
         sums = [
-            _summed(kind, np.where(beside, part.per_steradian(s2), 0.0))
-            for part in phase.components
+            _summed(kind, np.where(cosine < cap, part.per_steradian(s2), 0.0))
+            for part, cap in zip(phase.components, caps, strict=True)
         ]
-        shares = np.asarray(phase.weights) / (1.0 - self._peak)
+        shares = np.asarray(phase.weights) / (1.0 - peak)
         weights = np.einsum("kn,krq->nrq", shares, sums) * (4.0 * math.pi / _FINE)
         # What is left has hardly turned.
         straight = (directions()[kind] @ towards.T).argmax(axis=0)
@@ -197,6 +204,16 @@ class UndisturbedLight:
         at = np.clip((y - first) / step, 0.0, _LEVELS - 1.0)
         low = np.minimum(at.astype(np.intp), _LEVELS - 2)
         return low, (at - low)[..., None]
+
+
+@functools.lru_cache(maxsize=16)
+def _cap(part: PhaseFunction, streams: int) -> float:
+    """Cosine of the angle within which a phase function has the forward peak of streams."""
+    s2 = np.concatenate([[0.0], np.geomspace(_NARROWEST, 1.0, _WITHIN)])
+    p = part.per_steradian(np.maximum(s2, _NARROWEST / 2.0))
+    within = np.concatenate([[0.0], (2.0 * math.pi * np.diff(s2) * (p[1:] + p[:-1])).cumsum()])
+    peak = max(float(part.moments(streams)[-1]), 0.0)
+    return min(1.0 - 2.0 * float(np.interp(peak, within, s2)), _CAP)
 
 
 @functools.lru_cache(maxsize=1)

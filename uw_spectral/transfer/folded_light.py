@@ -230,21 +230,27 @@ class Shades:
         The one that light is multiplied with besides a number for all bands.
     usual : array, shape (k, n)
         What is left of light at some usual places, of any scale.
+    straight : SolvedField
+        Of the same water in fewer streams: what counts as unscattered there does here, so that the
+        light that shade works on changes with direction no faster than shade is known.
     """
 
     spectrum: Array
     usual: Array
+    straight: SolvedField
 
 
 @dataclass(frozen=True, eq=False)
 class _Spectra:
     """The light of n bands that is folded.
 
-    ``c`` and ``cp`` are mean extinctions (d, n) from the camera to the depths, ``c_up`` and
-    ``cp_up`` (n,) to the surface, ``cp_down`` to the floor.
+    ``straight`` tells what of it is unscattered, and scattered once. ``c`` and ``cp`` are mean
+    extinctions (d, n) from the camera to the depths, ``c_up`` and ``cp_up`` (n,) to the surface,
+    ``cp_down`` to the floor.
     """
 
     field: SolvedField
+    straight: SolvedField
     table: RadianceTable
     channels: Channels
     depths: Array
@@ -297,10 +303,11 @@ def fold(
     table = tabulate(field)
     depths = table.depth_scale.depths()
     shaded = shade is not None
+    straight = field if shade is None else shade.straight
     eye = min(max(eye, 0.0), field.floor_depth)
 
     def mean(z: float | Array, *, scaled: bool) -> Array:
-        return field.extinction_between(eye, z, scaled=scaled)
+        return straight.extinction_between(eye, z, scaled=scaled)
 
     bottom = min(field.floor_depth, float(table.depth_scale.deepest))
     c, cp = mean(depths, scaled=False), mean(depths, scaled=True)
@@ -313,8 +320,8 @@ def fold(
         min(_GONE / max(float(slowest.min()), 1e-4), _FARTHEST), _FIRST / max(fastest, 1e-3)
     )
     spectra = _Spectra(
-        field, table, channels, depths, c, cp, mean(0.0, scaled=False), mean(0.0, scaled=True),
-        mean(bottom, scaled=True), lengths,
+        field, straight, table, channels, depths, c, cp, mean(0.0, scaled=False),
+        mean(0.0, scaled=True), mean(bottom, scaled=True), lengths,
     )  # fmt: skip
     # Weighed as what is left after a distance over which forward scattering counts.
     arriving = light * np.exp(-c[:, None] / slowest[..., None])  # (d, 3, n)
@@ -326,7 +333,8 @@ def fold(
     here = field.scattering_at([eye])[0] * field.scalar_irradiance(eye)
     parts = [channels.mean(field.weight_at(eye, part), here) for part in field.components]
     mean_extinction = channels.mean(cp, field.scalar_irradiance(eye))
-    scattered, beyond = _scattered(spectra), _beyond(spectra)
+    beyond = _beyond(straight, depths)
+    scattered = _scattered(spectra, beyond)
     irradiance = _irradiance(spectra, shaded=shaded)
     decay, scale = _unit(spectra, scattered, irradiance)
     over = (scale[:, None] * np.exp(-decay[:, None] * depths))[..., None, None]
@@ -336,8 +344,8 @@ def fold(
     sun_decay, sunlit, caustics = _sunlit(spectra, bases, counts, contrast, shaded=shaded)
     once_decay, once, drawn, drawn_at = _once(spectra, eye, counts)
     numbers = FoldedNumbers(
-        scale, decay, slowest[0], peak[0], scattering[0], mean_extinction[0], sun_decay[0], once_decay, lengths,
-        field.light.mu_s, field.floor_depth,
+        scale, decay, slowest[0], peak[0], scattering[0], mean_extinction[0], sun_decay[0],
+        once_decay, lengths, field.light.mu_s, field.floor_depth,
     )  # fmt: skip
     image, image_left = _image(spectra)
     glow = channels.fold_colours(spectra.transmittance, channels.emission)
@@ -386,13 +394,27 @@ def _slowest(counts: NDArray[np.bool_], rates: Array) -> Array:
     return np.where(np.isfinite(least), least, rates.min(axis=1, keepdims=True))
 
 
-def _scattered(spectra: _Spectra) -> Array:
-    return spectra.table.radiance * spectra.unit[..., None, None]
+def _scattered(spectra: _Spectra, beyond: Array) -> Array:
+    """M at all depths, (n, d, v, h): all light but what is ahead unscattered or scattered once."""
+    field, straight, depths = spectra.field, spectra.straight, spectra.depths
+    M = spectra.table.radiance * spectra.unit[..., None, None]
+    if straight is field:
+        return M
+    mu = elevations()
+    ends = np.where(mu > 0, 0.0, min(field.floor_depth, _FARTHEST))
+    P = np.abs(depths[:, None] - ends) / np.abs(mu)
+
+    def left(water: SolvedField) -> Array:
+        c = water.extinction_between(depths[:, None], ends, scaled=True)
+        return np.moveaxis(np.exp(-c * P[..., None]), -1, 0)
+
+    image = (spectra.table.image * spectra.table.scale[:, None, None])[:, None]
+    M += _beyond(field, depths) - beyond + (left(field) - left(straight))[..., None] * image
+    return np.maximum(M, 0.0, out=M)
 
 
-def _beyond(spectra: _Spectra) -> Array:
+def _beyond(field: SolvedField, depths: Array) -> Array:
     """Sunlight scattered once from all depths on, (n, d, v, h)."""
-    field, depths = spectra.field, spectra.depths
     mu, turns = elevations(), azimuths(AZIMUTHS)
     across = np.sqrt(1.0 - mu * mu)[:, None]
     around = turns + math.atan2(field.sun[1], field.sun[0])
@@ -498,8 +520,10 @@ def _transmittance(c: Array, lengths: LengthScale) -> Array:
 
 def _aureole(spectra: _Spectra) -> Array:
     """Factor on what the channels see of sunlight scattered once, (3, d, t)."""
-    field, factor = spectra.field, spectra.table.aureole  # (n, d, t)
-    s2 = angles()
+    field, s2 = spectra.field, angles()
+    factor = spectra.table.aureole  # (n, d, t)
+    if spectra.straight is not field:
+        factor = spectra.straight.aureole(spectra.depths, s2)
     light = np.empty_like(factor)
     for place, y in enumerate(spectra.depths):
         p = field.phase_at(float(y)).per_steradian(s2[:, None])  # (t, n)
@@ -605,7 +629,7 @@ def _once(
     spectra: _Spectra, eye: float, counts: NDArray[np.bool_]
 ) -> tuple[Array, Array, Array, Array]:
     """Decay, and tables of sunlight scattered once; see :class:`FoldedLight`."""
-    field, channels, lengths = spectra.field, spectra.channels, spectra.lengths
+    field, channels, lengths = spectra.straight, spectra.channels, spectra.lengths
     x = lengths.lengths()
     if field.layered:
         none = np.zeros((0, 3, LENGTHS))
@@ -630,7 +654,7 @@ def _once(
 
 def _once_on_paths(spectra: _Spectra, eye: float) -> Array:
     """Sunlight that layered water scatters once on paths from the eye, (k, 3, v, l)."""
-    field, lengths = spectra.field, spectra.lengths.lengths()
+    field, lengths = spectra.straight, spectra.lengths.lengths()
     mu = elevations()
     y = np.clip(eye - mu[:, None] * lengths, 0.0, field.floor_depth)
     P = np.where(mu[:, None] > 0, np.minimum(lengths, eye / np.maximum(mu[:, None], 1e-9)), lengths)

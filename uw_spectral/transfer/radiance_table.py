@@ -41,6 +41,9 @@ _NOTHING = 1e-200  # irradiance below which there is no light
 _FAINT, _GROWTH = 1e-3, 10.0  # share of the light that the rate holds for; of what is left later
 TABLE_STREAMS = 24
 """Streams of a field that is tabulated; more change less than the tables' own error."""
+SHADED_STREAMS = 6
+"""Streams whose forward peak counts as unscattered where things shade: what is left of the light
+then changes with direction about as slowly as shade is known."""
 _FIRST = 0.3  # optical depths, in the most turbid band, of the scale of the first slices
 _CHANGE = 1.2  # factor of the extinction in any band from which on slices are dense around it
 _ANGLE = (ANGLES - 1) / math.log(WIDEST / SUN_DISC)

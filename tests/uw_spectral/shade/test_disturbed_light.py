@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import itertools
 import math
 
 import numpy as np
@@ -11,13 +12,20 @@ from underwater_spectral.uw_spectral.imaging.description import Description
 from underwater_spectral.uw_spectral.imaging.optics import resolve
 from underwater_spectral.uw_spectral.shade.disturbed_light import disturbed_light
 from underwater_spectral.uw_spectral.shade.grid import Grid
-from underwater_spectral.uw_spectral.shade.probes import cast, spiral
+from underwater_spectral.uw_spectral.shade.probes import (
+    SETS,
+    cast,
+    directions,
+    set_of,
+    spiral,
+)
 from underwater_spectral.uw_spectral.shade.undisturbed_light import (
     AXES,
     UndisturbedLight,
     depths_of,
 )
 from underwater_spectral.uw_spectral.shade.voxels import voxelise
+from underwater_spectral.uw_spectral.transfer.radiance_table import SHADED_STREAMS
 
 UP, DOWN = 4, 5
 SEABED = -6.0
@@ -145,10 +153,39 @@ def test_a_closed_room_is_dark():
 def test_weights_of_the_phase_function_add_up():
     grid = Grid((-2.0, -2.0, -6.0), 0.5, (8, 8, 8))
     undisturbed = UndisturbedLight(field(), depths_of(field(), grid))
-    for kind in range(4):
-        weights = undisturbed.phase_weights(kind, AXES)
+    for kind, streams in itertools.product(range(SETS), (None, SHADED_STREAMS)):
+        weights = undisturbed.phase_weights(kind, AXES, streams)
         np.testing.assert_allclose(weights.sum(axis=1), 1.0, rtol=1e-5)
         assert weights.min() >= 0
+
+
+def test_a_peak_of_fewer_streams_takes_all_that_turns_little():
+    """What is left has the mean cosine that the moments say: (χ1 - f) / (1 - f), within 2 %."""
+    grid = Grid((-2.0, -2.0, -6.0), 0.5, (8, 8, 8))
+    phase = field().phase_at(3.0)
+    chi = phase.moments(SHADED_STREAMS)
+    wanted = (chi[0] - chi[-1]) / (1.0 - chi[-1])
+    ways = directions()
+    for kind in range(SETS):
+        weights = UndisturbedLight(field(), grid).phase_weights(kind, ways[kind], SHADED_STREAMS)
+        found = np.einsum("nrq,rq->n", weights, ways[kind] @ ways[kind].T) / len(ways[kind])
+        np.testing.assert_allclose(found, wanted, atol=0.02)
+
+
+def test_eight_probes_around_a_point_look_eight_ways():
+    kind = set_of(Grid((-2.0, -2.0, -6.0), 0.5, (6, 5, 4))).reshape(6, 5, 4)
+    for x, y, z in itertools.product(range(5), range(4), range(3)):
+        assert len(np.unique(kind[x : x + 2, y : y + 2, z : z + 2])) == SETS
+
+
+def test_sets_look_everywhere_alike():
+    """Each direction of a set has about the same solid angle, and the eight differ."""
+    many, ways = spiral(20000), directions()
+    for w in ways:
+        count = np.bincount((many @ w.T).argmax(axis=1), minlength=len(w))
+        assert count.std() < 0.05 * count.mean()
+    closest = [(one @ other.T).max() for one, other in itertools.combinations(ways, 2)]
+    assert max(closest) < 1.0 - 1e-6
 
 
 @pytest.mark.parametrize("planted", [1.1, 0.9])

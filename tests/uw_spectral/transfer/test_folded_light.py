@@ -20,7 +20,7 @@ from underwater_spectral.uw_spectral.transfer.channel_pixel import (
 )
 from underwater_spectral.uw_spectral.transfer.channels import channels_of, channels_of_bands
 from underwater_spectral.uw_spectral.transfer.folded_light import RATES, Shades, fold
-from underwater_spectral.uw_spectral.transfer.radiance_table import tabulate
+from underwater_spectral.uw_spectral.transfer.radiance_table import SHADED_STREAMS, tabulate
 from underwater_spectral.uw_spectral.transfer.solved_ray import (
     LayeredBeam,
     PathShade,
@@ -210,7 +210,7 @@ def _dim_pixels(water, channels, tmp_path, *, shaded, spoilt=""):
     }[channels]()
     on, left, sunlit, beyond = SHADE if shaded else ((1.0, 0.0), (1.0, 0.0), 1.0, 1.0)
     usual = np.array([a + b * SPECTRUM for a, b in (on, (1.0, 0.0))])
-    folded = fold(field, folding, 4.0, sky, shade=Shades(SPECTRUM, usual))
+    folded = fold(field, folding, 4.0, sky, shade=Shades(SPECTRUM, usual, field))
     if spoilt in RATES:
         rates = folded.rates.copy()
         rates[RATES.index(spoilt)] *= 1.1
@@ -306,3 +306,30 @@ def test_a_measured_reflectance_is_a_column():
     folded = fold(plan.solved_field(24), channels, 5.0, plan.column.skylight.level, [green])
     np.testing.assert_allclose(folded.sunlit[3], folded.sunlit[1], rtol=1e-9)
     np.testing.assert_allclose(folded.matte[:, 3], folded.matte[:, 1], rtol=1e-6, atol=1e-9)
+
+
+@pytest.mark.parametrize("planted", [1.0, 1.1])
+def test_what_counts_as_unscattered_changes_no_light_of_open_water(planted):
+    """Light that fewer streams let go straight on is missing from M; a tenth of M is seen."""
+    chosen = SceneSettings(water="jerlov:IB", bands=3, surface="flat", sky="clear", floor_depth=9.0)
+    plan = render_plan.make_plan(chosen)
+    field, straight = plan.solved_field(24), plan.solved_field(SHADED_STREAMS)
+    folding, sky = channels_of_bands(plan.bands, (0, 1, 2)), plan.column.skylight
+    shade = Shades(np.zeros(3), np.ones((2, 3)), straight)
+    both = [fold(field, folding, 5.0, sky.level, shade=x) for x in (None, shade)]
+    both[1] = dataclasses.replace(both[1], scattered=planted * both[1].scattered)
+    v = np.random.default_rng(5).normal(size=(400, 3))
+    v /= np.linalg.norm(v, axis=1)[:, None]
+    v = v[v @ -np.asarray(field.sun) < FROM_SUN]
+    w, P = [x[:, None] for x in v.T], np.full((len(v), 1), 2.0)
+    y, far, level = 0.0 * P + 5.0, 5.0 - 2.0 * w[2], dataclasses.replace(sky, level=1.0)
+    rays = [along_rays(light, field.sun, w) for light in both]
+    dark = 0.0 * P * np.ones(3)
+    M, less = (ray.scattered(y, w) for ray in rays)
+    assert np.median(less / M) < 0.9, "less counts as scattered"
+    for of_all, of_few in (
+        [ray.open_water(y, w, level, plan.column.refractive_index).total for ray in rays],
+        [ray.surface(y, far, w, P, dark).total for ray in rays],
+    ):
+        off = np.quantile(np.abs(of_few / of_all - 1.0), 0.95)
+        assert (off < 0.01) == (planted == 1.0), off

@@ -1,0 +1,74 @@
+"""What things fill of a view, and what they block of light scattered forward."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from underwater_spectral.uw_spectral.shade.view_cover import (
+    SIZE,
+    no_cover,
+    share_on_path,
+    share_within,
+    view_cover,
+    view_map,
+)
+from underwater_spectral.uw_spectral.water.phase import HenyeyGreenstein
+
+PHASE = HenyeyGreenstein(0.9)
+VIEW = view_map((0.0, 0.0, -5.0), np.eye(3), math.radians(60.0))
+MIDDLE = slice(SIZE // 2 - 1, SIZE // 2 + 1)
+
+
+def ball(distance: float, angle: float, parts: int) -> np.ndarray:
+    """Triangles of a ball of an angular radius straight ahead of the view."""
+    theta, phi = np.linspace(0, math.pi, parts // 2 + 1), np.linspace(0, 2 * math.pi, parts + 1)
+    t, p = np.meshgrid(theta, phi, indexing="ij")
+    points = np.stack([np.sin(t) * np.cos(p), np.sin(t) * np.sin(p), np.cos(t)], axis=-1)
+    points = points * distance * math.sin(angle) + np.array([0.0, 0.0, -5.0 - distance])
+    a, b, c, d = points[:-1, :-1], points[1:, :-1], points[1:, 1:], points[:-1, 1:]
+    some = [np.stack([a, b, c], axis=2), np.stack([a, c, d], axis=2)]
+    return np.concatenate([x.reshape(-1, 3, 3) for x in some])
+
+
+def test_the_share_of_a_phase_function_is_its_integral():
+    """Henyey-Greenstein's is known in closed form."""
+    g, cosine = 0.9, np.cos(np.radians([0.5, 5.0, 30.0, 90.0, 170.0]))
+    beyond = (1 - g * g) / (2 * g) * (1 / np.sqrt(1 + g * g - 2 * g * cosine) - 1 / (1 + g))
+    np.testing.assert_allclose(share_within(PHASE, np.arccos(cosine)), 1 - beyond, atol=2e-3)
+
+
+@pytest.mark.parametrize("parts", [16, 64])
+@pytest.mark.parametrize("degrees", [3.0, 10.0, 30.0])
+def test_a_ball_fills_its_solid_angle_and_blocks_what_the_formula_says(degrees, parts):
+    angle = math.radians(degrees)
+    cover = view_cover(VIEW, [ball(4.0, angle, parts)])
+    solid = 2 * math.pi * (1 - math.cos(angle))
+    np.testing.assert_allclose(cover.covered.sum() * VIEW.texel, solid, rtol=0.06)
+    blocked = cover.blocked(PHASE)[MIDDLE, MIDDLE].mean()
+    np.testing.assert_allclose(blocked, share_on_path(PHASE, np.tan([angle])), rtol=0.04)
+
+
+def test_a_wall_of_two_triangles_fills_the_view_without_a_seam():
+    x = 200.0
+    corners = np.array([[-x, -x], [x, -x], [x, x], [-x, x]])
+    corners = np.column_stack([corners, np.full(4, -8.0)])
+    cover = view_cover(VIEW, [corners[[[0, 1, 2], [0, 2, 3]]]])
+    assert cover.covered[SIZE // 4 : -SIZE // 4, SIZE // 4 : -SIZE // 4].min() > 0.99
+
+
+def test_what_lies_on_the_floor_of_the_water_is_part_of_it():
+    thing = ball(4.0, math.radians(10.0), 16)
+    assert view_cover(VIEW, [thing], floor_depth=8.0).covered.max() == 0.0
+    assert view_cover(VIEW, [thing], floor_depth=20.0).covered.max() > 0.9
+
+
+def test_nothing_blocks_nothing():
+    assert not no_cover().blocked(PHASE).any()
+    assert not view_cover(VIEW, []).blocked(PHASE).any()
+
+
+def test_what_lies_behind_is_not_in_the_picture():
+    behind = ball(4.0, math.radians(10.0), 16) * [1.0, 1.0, -1.0] - [0.0, 0.0, 10.0]
+    assert view_cover(VIEW, [behind]).covered.max() == 0.0
