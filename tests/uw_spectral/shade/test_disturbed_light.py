@@ -114,15 +114,20 @@ def test_a_black_plate_shades_by_its_solid_angle():
     grid, rays, light = light_around(plate(height, half), solved, 0.0)
     cell = rays.voxels.grid.cell
     half = np.abs(rays.voxels.centre[:, :2]).max() + cell / 2
-    level = grid.centres()[np.argmin(np.abs(grid.centres()[:, 2] + 3.5)), 2]
-    at = np.flatnonzero((rays.point[:, 2] == level) & (np.abs(rays.point[:, :2]).max(axis=1) < 2.5))
-    assert len(at) > 20
+    levels = np.unique(grid.centres()[:, 2])
     w = spiral(1024)
     w = w[w[:, 2] > 0.02]
-    flux = solved.radiance(-level, list(w.T)) * w[:, 2:]
-    over = rays.point[at, None, :2] + w[:, :2] * ((height - level) / w[:, 2:])
-    free = np.abs(over).max(axis=2) > half
-    off = light.irradiance[at, UP] - free @ (flux / flux.sum(axis=0))
+    found = []
+    # One level has so few probes that their mean is uncertain by a percent.
+    for level in levels[np.argsort(np.abs(levels + 3.5))[:3]]:
+        near = np.abs(rays.point[:, :2]).max(axis=1) < 2.5
+        at = np.flatnonzero((rays.point[:, 2] == level) & near)
+        assert len(at) > 20
+        flux = solved.radiance(-level, list(w.T)) * w[:, 2:]
+        over = rays.point[at, None, :2] + w[:, :2] * ((height - level) / w[:, 2:])
+        free = np.abs(over).max(axis=2) > half
+        found.append(light.irradiance[at, UP] - free @ (flux / flux.sum(axis=0)))
+    off = np.concatenate(found)
     # The plate also shades the water on the way; a probe's ray stands for 0.2 sr.
     assert np.abs(off.mean(axis=0)).max() < 0.06
     assert np.sqrt((off**2).mean()) < 0.1
