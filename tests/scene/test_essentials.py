@@ -31,7 +31,7 @@ def test_hair_and_scatter_assets_render_in_every_mode(tmp_path, registered):
     found = {}
     for name, options in MODES.items():
         out = str(tmp_path / name)
-        options = [*options, "--bands", "3", "--water", "jerlov:IB", "--exposure", "0"]
+        options = [*options, "--bands", "8", "--water", "jerlov:IB", "--exposure", "0"]
         assert batch.main([str(path), *options, "--out", out], inside_blender=False) == 0
         found[name] = read_exr(f"{out}/0001.exr")[0]
     height, width = found["bands"].shape[:2]

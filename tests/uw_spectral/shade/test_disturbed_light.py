@@ -172,7 +172,8 @@ def test_a_peak_of_fewer_streams_takes_all_that_turns_little():
     wanted = (chi[0] - chi[-1]) / (1.0 - chi[-1])
     ways = directions()
     for kind in range(SETS):
-        weights = UndisturbedLight(field(), grid).phase_weights(kind, ways[kind], SHADED_STREAMS)
+        water = UndisturbedLight(field(), depths_of(field(), grid))
+        weights = water.phase_weights(kind, ways[kind], SHADED_STREAMS)
         found = np.einsum("nrq,rq->n", weights, ways[kind] @ ways[kind].T) / len(ways[kind])
         np.testing.assert_allclose(found, wanted, atol=0.02)
 

@@ -262,9 +262,17 @@ def _dim_pixels(water, channels, tmp_path, *, shaded, spoilt=""):
 
     ray, rgb = along_rays(folded, field.sun, w), [colour[:, k : k + 1] for k in range(3)]
     thing = Thing(COLOURS, [c * facing / math.pi for c in rgb], rgb, shade=LightLeft(*on))
-    shade = ShadeOnPath(LightLeft(*left), sunlit, beyond)
+    shade = ShadeOnPath(LightLeft(*left), sunlit)
     leaving = ray.leaving(thing, y_e, normal, P)
-    return ray.surface(y_o, y_e, w, P, leaving, shade=shade).total, exact
+    # What a thing must block for that share to be left of what shines past it.
+    direct, peaked = ray.left(y_e, P), ray.left_with_peak(y_e, P)
+    kept = peaked - (peaked - direct) * beyond
+    scattering = folded.numbers.scattering
+    if folded.layered:
+        scattering = ray.tables.rate("scattering", y_e)
+    blocked = np.log(kept / direct) / (scattering * P)
+    found = ray.surface(y_o, y_e, w, P, leaving, shade=shade, blocked=blocked)
+    return found.total, exact
 
 
 def _picture(water: str, sensor: str, bands: int) -> np.ndarray:
