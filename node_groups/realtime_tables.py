@@ -88,6 +88,7 @@ class Layout:
         """Names of tables, from the lowest row up, how many of each, and their rows."""
         yield "scattered", self.slices, _ROW
         yield "dimmed", 3, self.deep
+        yield "peaked", 3, self.deep
         yield "matte", 3 * self.columns, self.deep
         yield "sunlit", self.columns, self.deep
         yield "caustics", self.waves * self.columns, self.deep
@@ -143,6 +144,7 @@ def pixels(light: FoldedLight) -> NDArray[np.float32]:
     put(light.beyond, 0, _ACROSS, every=_ROW)
     put(light.irradiance, 0, _PATCHES, every=_ROW)
     put(np.moveaxis(light.dimmed, 1, 0), layout.row("dimmed"))
+    put(np.moveaxis(light.peaked, 1, 0), layout.row("peaked"))
     # Of a colour all three kinds of light follow each other.
     put(np.moveaxis(np.swapaxes(light.matte, 0, 1), 2, 0), layout.row("matte"))
     put(np.moveaxis(light.sunlit, 1, 0), layout.row("sunlit"))
@@ -215,6 +217,10 @@ class ImageTables:
     def dimmed(self, y: Operand, P: Operand) -> list[NodeValue]:
         """Look up what is left of light, per channel of it."""
         return [self._deep(self.layout.row("dimmed"), y, P, j) for j in range(3)]
+
+    def peaked(self, y: Operand, P: Operand) -> list[NodeValue]:
+        """Look up the same with the forward peak."""
+        return [self._deep(self.layout.row("peaked"), y, P, j) for j in range(3)]
 
     def matte(self, y: Operand, P: Operand, k: Operand) -> list[NodeValue]:
         """Look up what is left of what a colour reflects, per channel of the light."""

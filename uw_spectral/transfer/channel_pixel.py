@@ -46,6 +46,7 @@ class Tables(Protocol):
     def image_left(self, up: Operand, P: Operand) -> Operand: ...  # noqa: D102
     def aureole(self, y: Operand, t: Operand) -> Operand: ...  # noqa: D102
     def dimmed(self, y: Operand, P: Operand) -> Sequence[Operand]: ...  # noqa: D102
+    def peaked(self, y: Operand, P: Operand) -> Sequence[Operand]: ...  # noqa: D102
     def matte(self, y: Operand, P: Operand, k: Operand) -> Sequence[Operand]: ...  # noqa: D102
     def sunlit(self, y: Operand, P: Operand, k: Operand) -> Operand: ...  # noqa: D102
     def caustics(self, y: Operand, P: Operand, k: Operand) -> Operand: ...  # noqa: D102
@@ -401,7 +402,14 @@ class ChannelWater:
         past = peaked - kept
         boundary = self.boundary(y_o, w) * (past / m.maximum(peaked, _LEAST))
         once = self.once(y_o, y_e, w, P) * self.aureole(y_o, w)
-        path = once * shade.once + self.shaded(M_near - kept * far, shade.scattered, y_o)
+        blocks = kept * far
+        if blocked is not None:
+            # Between both, each with its spectrum.
+            share = (kept - direct) / m.maximum(peaked - direct, _LEAST)
+            split = self.tables.split(M_far)
+            with_peak = [c * x for c, x in zip(self.tables.peaked(y_e, P), split, strict=True)]
+            blocks = direct * far + share * (peaked * _sum(with_peak) - direct * far)
+        path = once * shade.once + self.shaded(M_near - blocks, shade.scattered, y_o)
         surroundings = self.shaded(past * rest + boundary, shade.scattered, y_o) * coverage
         own = (kept - direct) * leaving
         if tint is not None:

@@ -158,6 +158,8 @@ class FoldedLight:
         Factor on sunlight scattered once.
     dimmed : array, shape (3, 3, slices, LENGTHS)
         [j]: what is left over a distance of light at a depth, per unit of its channel j.
+    peaked : array, of that shape
+        The same where light that the forward peak scatters counts as unscattered, over that.
     matte : array, shape (3, 3 + i, 3, slices, LENGTHS)
         [j, k]: the same of what colour k reflects of it; after red, green and blue measured ones.
     sunlit : array, shape (3 + i, 3, slices, LENGTHS)
@@ -200,6 +202,7 @@ class FoldedLight:
     irradiance: Array
     aureole: Array
     dimmed: Array
+    peaked: Array
     matte: Array
     sunlit: Array
     caustics: Array
@@ -360,7 +363,8 @@ def fold(
         np.tensordot(channels.weights, beyond, 1) / over,
         np.tensordot(channels.weights, irradiance, 1) / over,
         _aureole(spectra),
-        _dimmed(spectra, [scattered, beyond]) / way,
+        _dimmed(spectra, [scattered, beyond], spectra.transmittance) / way,
+        _dimmed(spectra, [scattered, beyond], _transmittance(cp, lengths)) / forward,
         _matte(spectra, bases, irradiance, shade) / way,
         sunlit / way,
         caustics / way,
@@ -541,10 +545,10 @@ def _lights(parts: Sequence[Array]) -> Array:
     return np.moveaxis(np.concatenate(flat, axis=2), 0, -1)
 
 
-def _dimmed(spectra: _Spectra, parts: Sequence[Array]) -> Array:
+def _dimmed(spectra: _Spectra, parts: Sequence[Array], transmittance: Array) -> Array:
     """What is left of light over distances, (j, 3, d, l)."""
     weights = spectra.channels.weights
-    return _left(_lights(parts), weights, weights, spectra.transmittance)
+    return _left(_lights(parts), weights, weights, transmittance)
 
 
 def _shading(
@@ -726,6 +730,10 @@ class NumpyTables:
     def dimmed(self, y: Operand, P: Operand) -> list[Array]:
         """Return what is left of light per channel j."""
         return [self._on(t, self._slice(y), self._length(P)) for t in self.light.dimmed]
+
+    def peaked(self, y: Operand, P: Operand) -> list[Array]:
+        """Look up the same with the forward peak."""
+        return [self._on(t, self._slice(y), self._length(P)) for t in self.light.peaked]
 
     def matte(self, y: Operand, P: Operand, k: int) -> list[Array]:
         """Return what is left of what colour k reflects, per channel j of the light."""
