@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import bpy
@@ -42,6 +42,8 @@ class Place:
         Zenith angle in air, degrees.
     samples : int
         Of Cycles.
+    settings : mapping of str to object
+        Others that its water has.
     """
 
     name: str
@@ -49,6 +51,7 @@ class Place:
     water: str = "IB"
     sun: float = 30.0
     samples: int = 256
+    settings: Mapping[str, object] = field(default_factory=dict)
 
     def plan(self, samples: int, **changes: object) -> render_plan.RenderPlan:
         """Resolve it; ``changes`` are other settings."""
@@ -56,7 +59,7 @@ class Place:
             water=f"jerlov:{self.water}", bands=BANDS, surface="flat", sky="clear",
             sun_zenith=self.sun, sun_azimuth=60.0, samples=samples,
         )  # fmt: skip
-        return render_plan.make_plan(replace(chosen, **changes))
+        return render_plan.make_plan(replace(chosen, **self.settings, **changes))
 
     def open(self) -> bpy.types.Object:
         """Build it in an empty file; return the camera."""
@@ -119,9 +122,9 @@ def slab() -> bpy.types.Object:
     """Fill a file with a slab of 8 m that hangs 4 m above sand, and two balls."""
     _block("slab", (0.0, 0.0, -4.15), (8.0, 8.0, 0.3), _STONE)
     _ground(-8.0)
-    _ball((0.5, 0.5, -6.5), 0.5, _RED)
-    _ball((-3.0, -5.2, -6.8), 0.5, _RED)
-    return _camera((1.0, -9.5, -6.2), (0.0, 0.0, -6.0))
+    ball((0.5, 0.5, -6.5), 0.5, _RED)
+    ball((-3.0, -5.2, -6.8), 0.5, _RED)
+    return look_at((1.0, -9.5, -6.2), (0.0, 0.0, -6.0))
 
 
 def box() -> bpy.types.Object:
@@ -134,8 +137,8 @@ def box() -> bpy.types.Object:
     ):
         _block(name, at, size, _RED if name == "left" else _STONE)
     _ground(-10.0)
-    _ball((0.6, 0.8, -9.4), 0.6, _SAND)
-    return _camera((-0.8, -5.6, -8.8), (0.1, 1.0, -8.5))
+    ball((0.6, 0.8, -9.4), 0.6, _SAND)
+    return look_at((-0.8, -5.6, -8.8), (0.1, 1.0, -8.5))
 
 
 def of_file(path: Path, camera: str = "") -> Callable[[], bpy.types.Object]:
@@ -161,7 +164,8 @@ def _ground(z: float) -> None:
     bpy.context.object.data.materials.append(matt(_SAND))
 
 
-def _ball(at: Sequence[float], radius: float, colour: Sequence[float]) -> None:
+def ball(at: Sequence[float], radius: float, colour: Sequence[float]) -> None:
+    """Add a ball of a Lambertian colour."""
     bpy.ops.mesh.primitive_uv_sphere_add(radius=radius, location=at)
     bpy.ops.object.shade_smooth()
     bpy.context.object.data.materials.append(matt(colour))
@@ -179,11 +183,14 @@ def matt(colour: Sequence[float]) -> bpy.types.Material:
     return material
 
 
-def _camera(at: Sequence[float], target: Sequence[float]) -> bpy.types.Object:
+def look_at(
+    at: Sequence[float], target: Sequence[float], angle: float = math.radians(70.0)
+) -> bpy.types.Object:
+    """Add a camera of a width in rad."""
     camera = bpy.data.objects.new("camera", bpy.data.cameras.new("camera"))
     camera.location = at
     look = Vector(target) - Vector(at)
     camera.rotation_euler = look.to_track_quat("-Z", "Y").to_euler()
-    camera.data.angle = math.radians(70.0)
+    camera.data.angle = angle
     bpy.context.scene.collection.objects.link(camera)
     return camera

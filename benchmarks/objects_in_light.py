@@ -16,20 +16,12 @@ from collections.abc import Sequence
 
 import bpy
 import numpy as np
-from mathutils import Vector
 from numpy.typing import NDArray
 
-from ..scene.engines import engines
-from ..scene.water import water_body
-from ..settings import render_plan
-from ..settings.scene_settings import SceneSettings
-from . import grey_scene
-from ._shade_scenes import matt
+from ._shade_scenes import HEIGHT, WIDTH, Place, ball, look_at
 
-_WIDTH, _HEIGHT = 32, 18
-_DEPTH, _FLOOR, _BANDS = 5.0, 14.0, 3
+_DEPTH, _FLOOR = 5.0, 14.0
 _INNER = 0.8  # of the ball's radius
-_EEVEE_SAMPLES = 16
 
 
 def main(arguments: Sequence[str]) -> None:
@@ -47,12 +39,10 @@ def main(arguments: Sequence[str]) -> None:
     for water, angle, distance in itertools.product(
         options.waters, options.angles, options.distances
     ):
-        camera = _ball(math.radians(angle), distance)
+        place = _place(water, math.radians(angle), distance, options.samples)
+        camera = place.open()
         inner = _inner(math.radians(angle), camera)
-        plans = (_plan(water, samples) for samples in (options.samples, _EEVEE_SAMPLES))
-        cycles, eevee = (
-            _image(plan, camera, by_cycles=k == 0)[inner] for k, plan in enumerate(plans)
-        )
+        cycles, eevee = place.by_cycles(camera, [1])[0][inner], place.by_eevee(camera)[inner]
         right = cycles.mean(axis=0)
         error = cycles.std(axis=0) / math.sqrt(len(cycles)) / right
         ratio = eevee.mean(axis=0) / right
@@ -64,52 +54,21 @@ def main(arguments: Sequence[str]) -> None:
     )
 
 
-def _plan(water: str, samples: int) -> render_plan.RenderPlan:
-    return render_plan.make_plan(
-        SceneSettings(
-            water=f"jerlov:{water}", bands=_BANDS, surface="flat", sky="clear", sun_zenith=30.0,
-            sun_azimuth=60.0, samples=samples, floor_depth=_FLOOR, floor_reflectance="0.3",
-        )
-    )  # fmt: skip
+def _place(water: str, angle: float, distance: float, samples: int) -> Place:
+    """Return the place of a black ball straight ahead."""
 
+    def build() -> bpy.types.Object:
+        ball((0.0, distance, -_DEPTH), distance * math.sin(angle), (0.0, 0.0, 0.0))
+        width = min(5.0 * angle, math.radians(100.0))
+        return look_at((0.0, 0.0, -_DEPTH), (0.0, distance, -_DEPTH), width)
 
-def _ball(angle: float, distance: float) -> bpy.types.Object:
-    """Fill an empty file with a black ball straight ahead; return the camera."""
-    bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
-    bpy.ops.mesh.primitive_uv_sphere_add(
-        segments=64, ring_count=32, radius=distance * math.sin(angle),
-        location=(0.0, distance, -_DEPTH),
-    )  # fmt: skip
-    bpy.context.object.data.materials.append(matt((0.0, 0.0, 0.0)))
-    camera = bpy.data.objects.new("camera", bpy.data.cameras.new("camera"))
-    camera.location = (0.0, 0.0, -_DEPTH)
-    camera.rotation_euler = Vector((0.0, 1.0, 0.0)).to_track_quat("-Z", "Y").to_euler()
-    camera.data.angle = min(5.0 * angle, math.radians(100.0))
-    scene = bpy.context.scene
-    scene.collection.objects.link(camera)
-    scene.camera = camera
-    scene.render.resolution_x, scene.render.resolution_y = _WIDTH, _HEIGHT
-    scene.render.resolution_percentage = 100
-    scene.cycles.pixel_filter_type = "BOX"
-    bpy.context.view_layer.update()
-    return camera
+    floor = {"floor_depth": _FLOOR, "floor_reflectance": "0.3"}
+    return Place("black ball", build, water, samples=samples, settings=floor)
 
 
 def _inner(angle: float, camera: bpy.types.Object) -> NDArray[np.bool_]:
     """Pixels well inside the ball."""
     edge = math.tan(camera.data.angle / 2.0)
-    x = ((np.arange(_WIDTH) + 0.5) / _WIDTH * 2.0 - 1.0) * edge
-    y = ((np.arange(_HEIGHT) + 0.5) / _HEIGHT * 2.0 - 1.0) * edge * _HEIGHT / _WIDTH
+    x = ((np.arange(WIDTH) + 0.5) / WIDTH * 2.0 - 1.0) * edge
+    y = ((np.arange(HEIGHT) + 0.5) / HEIGHT * 2.0 - 1.0) * edge * HEIGHT / WIDTH
     return np.hypot(*np.meshgrid(x, y)) < _INNER * math.tan(angle)
-
-
-def _image(
-    plan: render_plan.RenderPlan, camera: bpy.types.Object, *, by_cycles: bool
-) -> NDArray[np.float64]:
-    scene = bpy.context.scene
-    extent = water_body.water_extent(scene, plan.column, _DEPTH)
-    if by_cycles:
-        with engines.cycles_bands(scene, camera, plan, extent, seed=1) as engine:
-            return grey_scene.band_image(engine, plan, _DEPTH)
-    with engines.eevee_bands(scene, camera, plan, extent, _DEPTH) as engine:
-        return grey_scene.band_image(engine, plan, _DEPTH)

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from ..uw_spectral.mathematics import Operand
 from ..uw_spectral.shade.view_cover import SIZE, ViewMap
-from .node_mathematics import MARK, NODES, Graph, NodeValue
-from .texels import texel
+from .node_mathematics import NODES, Graph, NodeValue
+from .texels import number_image, texel
 
 NAME = "UW Cover"
 _FIELDS = tuple(field.name for field in fields(ViewMap))
@@ -37,10 +37,7 @@ def numbers(view: ViewMap) -> dict[str, float]:
 
 def new_image() -> bpy.types.Image:
     """Make an image of a view in which nothing is."""
-    image = bpy.data.images.new(NAME, SIZE, SIZE, alpha=True, float_buffer=True, is_data=True)
-    image.alpha_mode = "CHANNEL_PACKED"
-    image[MARK] = True
-    return image
+    return number_image(NAME, SIZE, SIZE)
 
 
 def write_cover(image: bpy.types.Image, blocked: NDArray[np.float64]) -> None:

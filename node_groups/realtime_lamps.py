@@ -51,10 +51,10 @@ from ..uw_spectral.mathematics import NUMPY, Mathematics, Operand
 from ..uw_spectral.transfer.radiance_field import distance_in_water
 from ..uw_spectral.water.phase import Mixture, PhaseFunction
 from .loops import summed
-from .node_mathematics import MARK, NODES, PART_SIZE, Graph, NodeValue, new_group
+from .node_mathematics import NODES, PART_SIZE, Graph, NodeValue, new_group
 from .realtime_rays import camera_depth, camera_place, place_here, view_direction, view_distance
 from .realtime_shadows import light_on_white
-from .texels import closest, texel
+from .texels import closest, number_image, texel
 
 NAME = "UW Lamps"
 NORMAL, VISIBILITY, COLOR, MEASURED = "Normal", "Lamp Visibility", "Color", "Measured"
@@ -129,10 +129,9 @@ def new_image(lamps: int, parts: int, measured: int = 0) -> bpy.types.Image:
         Measured reflectances of things.
     """
     height = _SPREAD + _SPREAD_ROWS + _Rows(parts, measured).all * lamps
-    image = bpy.data.images.new(NAME, _WIDTH, height, alpha=True, float_buffer=True, is_data=True)
-    image.alpha_mode = "CHANNEL_PACKED"
+    image = number_image(NAME, _WIDTH, height)
     image.use_half_precision = False  # numbers keep their digits
-    image[MARK], image[_PARTS], image[_MEASURED] = True, parts, measured
+    image[_PARTS], image[_MEASURED] = parts, measured
     return image
 
 

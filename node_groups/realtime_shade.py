@@ -28,8 +28,8 @@ from ..uw_spectral.shade.shade_table import (
     step,
 )
 from .loops import summed
-from .node_mathematics import MARK, NODES, Graph, NodeValue
-from .texels import texel
+from .node_mathematics import NODES, Graph, NodeValue
+from .texels import number_image, texel
 
 NAME = "UW Shade"
 ON_IT = "Shade on It"
@@ -59,7 +59,7 @@ def numbers(box: ShadeBox) -> dict[str, float]:
 
 def new_image() -> bpy.types.Image:
     """Make an image without shade."""
-    return _image(TILES * _SMALLEST, _SMALLEST * _SMALLEST)
+    return number_image(NAME, TILES * _SMALLEST, _SMALLEST * _SMALLEST)
 
 
 def write_table(image: bpy.types.Image, table: ShadeTable) -> None:
@@ -68,7 +68,7 @@ def write_table(image: bpy.types.Image, table: ShadeTable) -> None:
     rows, columns = texels.shape[:2]
     if tuple(image.size) != (columns, rows):
         name, old = image.name, image
-        image = _image(columns, rows)
+        image = number_image(name, columns, rows)
         old.user_remap(image)
         bpy.data.images.remove(old)
         image.name = name
@@ -82,13 +82,6 @@ def pixels(table: ShadeTable) -> NDArray[np.float32]:
     out = np.ones((nz, ny, tiles, nx, 4), np.float32)
     out[..., :3] = np.moveaxis(table.texels, 0, 2)
     return out.reshape(nz * ny, tiles * nx, 4)
-
-
-def _image(columns: int, rows: int) -> bpy.types.Image:
-    image = bpy.data.images.new(NAME, columns, rows, alpha=True, float_buffer=True, is_data=True)
-    image.alpha_mode = "CHANNEL_PACKED"
-    image[MARK] = True
-    return image
 
 
 class Shade:

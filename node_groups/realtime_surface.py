@@ -135,13 +135,12 @@ class _Surface:
             pattern = caustics_here(graph, sources.values, sources.waves.caustics)
             self._pattern = NODES.maximum(pattern, self._values[LEAST_PATTERN])
         self._shade = {}
-        shade = self._water.shade()
+        shade, here = self._water.shade(), place_here(graph)
         if shade is not None:
-            here = place_here(graph)
             camera = [x - along * self._P for x, along in zip(here, self._w, strict=True)]
             self._shade = shade.on_patch(here, self._normal)
             self._shade |= shade.on_path(camera, self._w, self._P)
-        self._blocked = self._water.blocked(place_here(graph))
+        self._blocked = self._water.blocked(here)
         self._lamps = {} if sources.lamps is None else self._lit_by_lamps(sources)
         self._thing = self._made_thing()
         self._pixel = self._made_pixel()

@@ -25,8 +25,8 @@ from ..uw_spectral.transfer.folded_light import (
     LengthScale,
 )
 from ..uw_spectral.transfer.radiance_table import ANGLES, AZIMUTHS, ELEVATIONS, TILTS, TURNS
-from .node_mathematics import MARK, NODES, Graph, NodeValue
-from .texels import texel
+from .node_mathematics import NODES, Graph, NodeValue
+from .texels import number_image, texel
 
 NAME = "UW Light"
 _MARGIN = 1
@@ -110,11 +110,8 @@ class Layout:
 
 def new_image(layout: Layout) -> bpy.types.Image:
     """Make the image, dark."""
-    size = _WIDTH, layout.height
-    image = bpy.data.images.new(NAME, *size, alpha=True, float_buffer=True, is_data=True)
-    image.alpha_mode = "CHANNEL_PACKED"
+    image = number_image(NAME, _WIDTH, layout.height)
     image.use_half_precision = False
-    image[MARK] = True
     return image
 
 

@@ -20,7 +20,7 @@ from ..uw_spectral.surface.wave_patterns import (
     pattern_at,
     under_waves,
 )
-from .node_mathematics import MARK, NODES, Graph, NodeValue
+from .node_mathematics import NODES, Graph, NodeValue
 from .realtime_rays import place_here
 from .realtime_values import (
     SUN,
@@ -29,6 +29,7 @@ from .realtime_values import (
     WAVES_PER_LOG,
     WAVES_PER_METRE,
 )
+from .texels import number_image
 
 SLOPE = "Slope"
 _FLATTEST = 1e-3  # vertical component of a view ray that still finds a place on the surface
@@ -45,7 +46,9 @@ class WaveImages:
 
 def new_images() -> WaveImages:
     """Make the images of a surface without waves."""
-    return WaveImages(_new_image("UW Caustics", _CALM), _new_image("UW Slopes", _CALM))
+    return WaveImages(
+        number_image("UW Caustics", _CALM, _CALM), number_image("UW Slopes", _CALM, _CALM)
+    )
 
 
 def write_patterns(images: WaveImages, waves: WavePatterns, *, fresh: bool = False) -> None:
@@ -59,19 +62,12 @@ def write_patterns(images: WaveImages, waves: WavePatterns, *, fresh: bool = Fal
     _write(images.slopes, waves.slopes_image(), fresh=fresh)
 
 
-def _new_image(name: str, size: int) -> bpy.types.Image:
-    image = bpy.data.images.new(name, size, size, alpha=True, float_buffer=True, is_data=True)
-    image.alpha_mode = "CHANNEL_PACKED"
-    image[MARK] = True
-    return image
-
-
 def _write(image: bpy.types.Image, pixels: NDArray[np.float32], *, fresh: bool) -> None:
     """Put pixels, shape (N, N, 4), into an image; the first row is the lowest."""
     size = len(pixels)
     if fresh or tuple(image.size) != (size, size):
         name, old = image.name, image
-        image = _new_image(name, size)
+        image = number_image(name, size, size)
         old.user_remap(image)
         bpy.data.images.remove(old)
         image.name = name

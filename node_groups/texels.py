@@ -12,9 +12,17 @@ from collections.abc import Callable
 
 import bpy
 
-from .node_mathematics import Graph, NodeValue
+from .node_mathematics import MARK, Graph, NodeValue
 
 _OFF_MIDDLE = 1e-7  # the arctangent of 0/1 is not a number in some drivers
+
+
+def number_image(name: str, columns: int, rows: int) -> bpy.types.Image:
+    """Make an image of numbers for look-ups, which leaves with the water."""
+    image = bpy.data.images.new(name, columns, rows, alpha=True, float_buffer=True, is_data=True)
+    image.alpha_mode = "CHANNEL_PACKED"
+    image[MARK] = True
+    return image
 
 
 def texel(

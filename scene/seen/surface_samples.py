@@ -6,15 +6,17 @@ Objects and instances count as renders show them, materials by their mean colour
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable, Collection, Iterator
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass
-from typing import cast
+from typing import Any
 
 import bpy
 import numpy as np
 from numpy.typing import NDArray
 
+from ...uw_spectral.last_used import LastUsed
 from ...uw_spectral.shade.filled_voxels import FilledVoxels, Samples
+from ...uw_spectral.shade.triangles import quartered
 from ..materials.mean_colours import mean_colour
 from .visible_meshes import KeptMeshes, MeshArrays, visible_meshes
 
@@ -151,7 +153,7 @@ def sampled(shown: Triangles, low: Array, high: Array, spacing: float) -> Sample
         corners, slots = corners[~small], slots[~small]
         if not len(corners):
             break
-        corners, slots = _halved(corners), np.tile(slots, 4)
+        corners, slots = quartered(corners), np.tile(slots, 4)
     parts = (np.concatenate(x).astype(np.float64) for x in (points, normals, colours, areas))
     found = Samples(*parts)
     flat = (found.normals**2).sum(axis=1) < 0.5
@@ -165,28 +167,32 @@ class KeptSamples:
     def __init__(self) -> None:
         self.meshes = KeptMeshes()
         self.voxels = FilledVoxels()
-        self._before: dict[bytes, Triangles | Samples] = {}
-        self._now: dict[bytes, Triangles | Samples] = {}
+        self._things = LastUsed[bytes, Triangles]()
+        self._samples = LastUsed[bytes, Samples]()
 
     def next_frame(self) -> None:
         """Forget what was not asked for since the last time."""
-        self.meshes.next_frame()
-        self.voxels.next_frame()
-        self._before, self._now = self._now, {}
+        for known in self._all:
+            known.next_frame()
+
+    def __len__(self) -> int:
+        return sum(map(len, self._all))
+
+    def __bool__(self) -> bool:
+        return True
+
+    @property
+    def _all(self) -> tuple[LastUsed[Any, Any], ...]:
+        return self.meshes, self.voxels, self._things, self._samples
 
     def thing(self, shown: Triangles) -> Triangles:
         """Return one that is the same, with what is known of it already."""
-        return self._known(shown.key, lambda: shown)
+        return self._things.get(shown.key, lambda: shown)
 
     def sampled(self, shown: Triangles, low: Array, high: Array, spacing: float) -> Samples:
         """Return what :func:`sampled` returns."""
         key = shown.key + low.tobytes() + high.tobytes() + np.float64(spacing).tobytes()
-        return self._known(key, lambda: sampled(shown, low, high, spacing))
-
-    def _known[Kind: (Triangles, Samples)](self, key: bytes, make: Callable[[], Kind]) -> Kind:
-        found = self._now.get(key) or self._before.get(key)
-        self._now[key] = found or make()
-        return cast("Kind", self._now[key])
+        return self._samples.get(key, lambda: sampled(shown, low, high, spacing))
 
 
 def _some(size: NDArray[np.floating], spacing: float) -> NDArray[np.bool_]:
@@ -195,11 +201,3 @@ def _some(size: NDArray[np.floating], spacing: float) -> NDArray[np.bool_]:
     if wanted >= len(size):
         return np.ones(len(size), dtype=bool)
     return np.random.default_rng(_SEED).random(len(size)) < wanted / len(size)
-
-
-def _halved(corners: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Split triangles in four."""
-    a, b, c = corners[:, 0], corners[:, 1], corners[:, 2]
-    ab, bc, ca = (a + b) / 2, (b + c) / 2, (c + a) / 2
-    parts = (a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca)
-    return np.concatenate([np.stack(part, axis=1) for part in parts]).astype(np.float32)

@@ -12,6 +12,7 @@ import numpy as np
 from mathutils import Matrix
 from numpy.typing import NDArray
 
+from ...uw_spectral.last_used import LastUsed
 from ..materials.mean_colours import MeanSurface, mean_surface
 from ..rendered import in_rendered_collections
 
@@ -31,23 +32,13 @@ class MeshArrays:
     digest: bytes
 
 
-class KeptMeshes:
+class KeptMeshes(LastUsed[bytes, MeshArrays]):
     """Arrays of meshes that are as they were when they were last asked for."""
-
-    def __init__(self) -> None:
-        self._before: dict[bytes, MeshArrays] = {}
-        self._now: dict[bytes, MeshArrays] = {}
-
-    def next_frame(self) -> None:
-        """Forget what was not asked for since the last time."""
-        self._before, self._now = self._now, {}
 
     def arrays(self, mesh: bpy.types.Mesh, clear: Collection[int], materials: int) -> MeshArrays:
         """Return the triangles of a mesh but those of some materials."""
         digest = _digest(mesh, clear, materials)
-        found = self._now.get(digest) or self._before.get(digest)
-        self._now[digest] = found or _arrays(mesh, clear, materials, digest)
-        return self._now[digest]
+        return self.get(digest, lambda: _arrays(mesh, clear, materials, digest))
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ..last_used import LastUsed
 from .grid import Array, Grid
 from .voxels import SurfaceVoxels, cells_of, grown, voxelise
 
@@ -36,21 +37,12 @@ class Filling:
     small: Sequence[bool]
 
 
-class FilledVoxels:
+class FilledVoxels(LastUsed[Grid, "_Filled"]):
     """Voxels of the grids of the last frame, of which only those are filled anew that changed."""
-
-    def __init__(self) -> None:
-        self._before: dict[Grid, _Filled] = {}
-        self._now: dict[Grid, _Filled] = {}
-
-    def next_frame(self) -> None:
-        """Forget what was not asked for since the last time."""
-        self._before, self._now = self._now, {}
 
     def of(self, grid: Grid, filling: Filling) -> SurfaceVoxels:
         """Return the voxels of a grid, the same as if there was nothing that is kept."""
-        self._now[grid] = _Filled(grid, filling, self._now.get(grid) or self._before.get(grid))
-        return self._now[grid].voxels
+        return self.put(grid, _Filled(grid, filling, self.last(grid))).voxels
 
 
 class _Filled:

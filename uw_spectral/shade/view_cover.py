@@ -25,6 +25,7 @@ from numpy.typing import NDArray
 
 from ..mathematics import NUMPY, Mathematics, Operand, dot
 from ..water.phase import PhaseFunction
+from .triangles import quartered
 
 SIZE = 160
 """Texels along a side of the picture of what is covered."""
@@ -188,7 +189,7 @@ class _Picture:
                 now, weight, wide = (x[wide <= _LARGE] for x in (now, weight, wide))
             small = (wide * np.sqrt(weight) < _SMALL) | (split == _MOST_SPLITS - 1)
             self._put(now[small], weight[small])
-            now, weight = _halved(now[~small]), np.tile(weight[~small], 4)
+            now, weight = quartered(now[~small]), np.tile(weight[~small], 4)
             if not len(now):
                 return
 
@@ -246,13 +247,6 @@ class _Picture:
                 place = ((low + dv) * SIZE + left + dh).astype(np.intp)
                 for side, sign in zip(self._sides, (1.0, -1.0), strict=True):
                     side += np.bincount(place, np.maximum(sign * part, 0.0), SIZE * SIZE)
-
-
-def _halved(corners: Array) -> Array:
-    a, b, c = corners[:, 0], corners[:, 1], corners[:, 2]
-    ab, bc, ca = (a + b) / 2, (b + c) / 2, (c + a) / 2
-    parts = (a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca)
-    return np.concatenate([np.stack(part, axis=1) for part in parts])
 
 
 def share_within(phase: PhaseFunction, angle: Array) -> Array:

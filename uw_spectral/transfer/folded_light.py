@@ -351,6 +351,7 @@ def fold(
         once_decay, lengths, field.light.mu_s, field.floor_depth,
     )  # fmt: skip
     image, image_left = _image(spectra)
+    dimmed, peaked = _dimmed(spectra, [scattered, beyond])
     glow = channels.fold_colours(spectra.transmittance, channels.emission)
     up = np.exp(-spectra.cp_up * lengths.lengths()[:, None])
     sun_up = np.exp(-spectra.c_up * lengths.lengths()[:, None])
@@ -363,8 +364,8 @@ def fold(
         np.tensordot(channels.weights, beyond, 1) / over,
         np.tensordot(channels.weights, irradiance, 1) / over,
         _aureole(spectra),
-        _dimmed(spectra, [scattered, beyond], spectra.transmittance) / way,
-        _dimmed(spectra, [scattered, beyond], _transmittance(cp, lengths)) / forward,
+        dimmed / way,
+        peaked / forward,
         _matte(spectra, bases, irradiance, shade) / way,
         sunlit / way,
         caustics / way,
@@ -545,10 +546,11 @@ def _lights(parts: Sequence[Array]) -> Array:
     return np.moveaxis(np.concatenate(flat, axis=2), 0, -1)
 
 
-def _dimmed(spectra: _Spectra, parts: Sequence[Array], transmittance: Array) -> Array:
-    """What is left of light over distances, (j, 3, d, l)."""
+def _dimmed(spectra: _Spectra, parts: Sequence[Array]) -> list[Array]:
+    """What is left of light over distances, without the forward peak and with it, (j, 3, d, l)."""
     weights = spectra.channels.weights
-    return _left(_lights(parts), weights, weights, transmittance)
+    both = [spectra.transmittance, _transmittance(spectra.cp, spectra.lengths)]
+    return np.split(_left(_lights(parts), weights, weights, np.concatenate(both, axis=1)), 2, -1)
 
 
 def _shading(
