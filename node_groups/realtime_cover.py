@@ -1,4 +1,4 @@
-"""What things in view block of light scattered forward, as node groups read it: one image."""
+"""What things in view block and carry of light scattered forward, as node groups read it."""
 
 from __future__ import annotations
 
@@ -7,16 +7,18 @@ from dataclasses import fields
 
 import bpy
 import numpy as np
-from numpy.typing import NDArray
 
 from ..uw_spectral.mathematics import Operand
-from ..uw_spectral.shade.view_cover import SIZE, ViewMap
+from ..uw_spectral.shade.carried_light import CarriedLight
+from ..uw_spectral.shade.view_map import SIZE, ViewMap
+from ..uw_spectral.transfer.channel_pixel import Around
 from .node_mathematics import NODES, Graph, NodeValue
 from .texels import number_image, texel
 
 NAME = "UW Cover"
 _FIELDS = tuple(field.name for field in fields(ViewMap))
 _SINGLE = {"per_unit"}
+_TILES = 2  # what is blocked, and what comes from beside
 
 
 def _names_of(field: str) -> list[str]:
@@ -37,24 +39,25 @@ def numbers(view: ViewMap) -> dict[str, float]:
 
 def new_image() -> bpy.types.Image:
     """Make an image of a view in which nothing is."""
-    return number_image(NAME, SIZE, SIZE)
+    return number_image(NAME, SIZE, _TILES * SIZE)
 
 
-def write_cover(image: bpy.types.Image, blocked: NDArray[np.float64]) -> None:
-    """Put shares of scattering, shape (3, SIZE, SIZE), into the image."""
-    out = np.ones((SIZE, SIZE, 4), np.float32)
-    out[..., :3] = np.moveaxis(blocked, 0, 2)
+def write_cover(image: bpy.types.Image, carried: CarriedLight) -> None:
+    """Put what things in view do into the image."""
+    out = np.ones((_TILES, SIZE, SIZE, 4), np.float32)
+    for tile, values in zip(out, (carried.blocked, carried.beside), strict=True):
+        tile[..., :3] = np.moveaxis(values, 0, 2)
     image.pixels.foreach_set(np.ravel(out))
     image.update()
 
 
-def blocked(
+def around(
     graph: Graph,
     values: bpy.types.NodeOutputs,
     image: bpy.types.Image,
     point: Sequence[NodeValue],
-) -> NodeValue:
-    """Look up the share of scattering that stays within things about a point.
+) -> Around:
+    """Look up what things about a point do.
 
     Parameters
     ----------
@@ -71,4 +74,8 @@ def blocked(
         terms = [graph.term(values[name]) for name in _names_of(field)]
         parts[field] = terms[0] if field in _SINGLE else terms
     h, v = ViewMap(**parts).place(point, NODES)
-    return texel(graph, image, h, v, float(SIZE), float(SIZE))
+    rows = float(_TILES * SIZE)
+    blocked, beside = (
+        texel(graph, image, h, v + float(tile * SIZE), float(SIZE), rows) for tile in range(_TILES)
+    )
+    return Around(blocked, beside)

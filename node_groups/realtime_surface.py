@@ -140,7 +140,7 @@ class _Surface:
             camera = [x - along * self._P for x, along in zip(here, self._w, strict=True)]
             self._shade = shade.on_patch(here, self._normal)
             self._shade |= shade.on_path(camera, self._w, self._P)
-        self._blocked = self._water.blocked(here)
+        self._around = self._water.around(here)
         self._lamps = {} if sources.lamps is None else self._lit_by_lamps(sources)
         self._thing = self._made_thing()
         self._pixel = self._made_pixel()
@@ -176,7 +176,7 @@ class _Surface:
     def sunlit(self) -> dict[str, Operand]:
         """What channels see of the white sun on colours, and the share of whole closures."""
         ray, y, P = self._ray, self._y, self._P
-        left = ray.kept(y, P, self._blocked)
+        left = ray.kept(y, P, self._around)
         factor = left * self._turned(self._water.sun)
         factor = factor * self._values[SUN_GAIN]
         wanted: dict[str, Operand] = dict(zip(COLUMNS, COLOURS, strict=True))
@@ -305,7 +305,7 @@ class _Surface:
         tint = coverage - self._given[COVERED] if self._shape.filters else None
         pixel = ray.surface(
             self._y_o, y, self._w, self._P, leaving, shade=self._path_shade(),
-            blocked=self._blocked, coverage=coverage, tint=tint,
+            around=self._around, coverage=coverage, tint=tint,
         )  # fmt: skip
         if not {"J", "I"}.isdisjoint(self._shape.layers):
             pixel = replace(pixel, L_end=ray.leaving(self._thing, y, n, 0.0))

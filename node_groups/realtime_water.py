@@ -13,6 +13,7 @@ from ..uw_spectral.surface.caustics import SUN_RADIUS
 from ..uw_spectral.transfer.above_water import glitter_from_above
 from ..uw_spectral.transfer.channel_pixel import (
     UNSHADED,
+    Around,
     ChannelPixel,
     ChannelWater,
     LightLeft,
@@ -133,11 +134,11 @@ class PixelWater:
             return None
         return Shade(self.graph, self.values.outputs, self._sources.shade)
 
-    def blocked(self, point: Sequence[NodeValue]) -> NodeValue | None:
-        """Look up the share of scattering that stays within the things about a point in view."""
+    def around(self, point: Sequence[NodeValue]) -> Around | None:
+        """Look up what things about a point in view do to light that is scattered forward."""
         if self._sources.cover is None:
             return None
-        return realtime_cover.blocked(self.graph, self.values.outputs, self._sources.cover, point)
+        return realtime_cover.around(self.graph, self.values.outputs, self._sources.cover, point)
 
     def path_shade(
         self,

@@ -3,16 +3,21 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 
 import bpy
 import numpy as np
 from mathutils import Vector
 
-from ...uw_spectral.shade.view_cover import WIDEST, ViewCover, no_cover, view_cover, view_map
+from ...uw_spectral.shade.view_cover import Surface, ViewCover, no_cover, view_cover
+from ...uw_spectral.shade.view_map import WIDEST, view_map
+from .. import marks
 from .cameras import turn_of
 from .surroundings import Surroundings
+from .threads import visible_threads
 
 _BESIDE = math.radians(25.0)  # of the picture: what stands there blocks forward scattering, too
+_MOST_TRIANGLES = 20_000  # of a thing: of more every second, third, ... is taken
 
 
 def filled_view(
@@ -39,6 +44,15 @@ def filled_view(
     if camera.data.type == "PERSP":
         corners = [Vector(c) for c in camera.data.view_frame(scene=scene)]
         reach = _BESIDE + max(c.angle(Vector((0.0, 0.0, -1.0))) for c in corners)
-    axes = np.array(turn_of(camera))
-    view = view_map(tuple(camera.matrix_world.translation), axes, reach)
-    return view_cover(view, (thing.corners for thing in around.things), floor_depth)
+    eye = tuple(camera.matrix_world.translation)
+    view = view_map(eye, np.array(turn_of(camera)), reach)
+    threads = visible_threads(bpy.context.evaluated_depsgraph_get(), marks.objects(scene))
+    surfaces = [thread.ribbons(eye) for thread in threads]
+    return view_cover(view, [*_surfaces(around), *surfaces], floor_depth)
+
+
+def _surfaces(around: Surroundings) -> Iterator[Surface]:
+    for thing in around.things:
+        every = -(-len(thing.arrays.triangles) // _MOST_TRIANGLES)
+        corners = thing.corners_of(slice(None, None, every))
+        yield Surface(corners, thing.colours[thing.slots[::every]], float(every))

@@ -46,7 +46,11 @@ class Triangles:
     @property
     def corners(self) -> NDArray[np.float32]:
         """Corners of the triangles, shape (t, 3, 3), m."""
-        corners = self.arrays.vertices[self.arrays.triangles]
+        return self.corners_of(slice(None))
+
+    def corners_of(self, some: slice) -> NDArray[np.float32]:
+        """Corners of some of the triangles."""
+        corners = self.arrays.vertices[self.arrays.triangles[some]]
         return corners @ self.place[:3, :3].T + self.place[:3, 3]
 
     @property

@@ -20,6 +20,7 @@ from ...node_groups import (
 )
 from ...node_groups.realtime_values import Numbers, Shape
 from ...uw_spectral.lamps.multiple_scattering import LampWater, lamp_water
+from ...uw_spectral.shade.carried_light import CarriedLight, carried_light
 from ...uw_spectral.surface.wave_patterns import LAYERS, WavePatterns, interp, layer_position
 from ...uw_spectral.transfer.above_water import LightInAir, flattened_sun, light_in_air
 from ...uw_spectral.transfer.channel_pixel import COLOURS, along_rays
@@ -168,11 +169,12 @@ class RealtimeWater:
         )
 
     @property
-    def blocked(self) -> NDArray[np.float64]:
-        """Share of scattering that stays within things in view, (3, SIZE, SIZE)."""
-        assert self.seen.cover is not None
-        shares = [self.seen.cover.blocked(part) for part in self.folded.components]
-        return np.einsum("kc,kyx->cyx", self.folded.parts, shares)
+    def carried(self) -> CarriedLight:
+        """What things in view do to light that is scattered forward."""
+        cover, shade = self.seen.cover, self.seen.shade
+        assert cover is not None
+        assert shade is not None
+        return carried_light(cover, self.folded, self.field.sun, shade)
 
     def _contrast_at(self, depths: NDArray[np.float64]) -> NDArray[np.float64]:
         assert self.waves is not None

@@ -192,7 +192,7 @@ def set_values(scene: bpy.types.Scene, water: RealtimeWater) -> None:
     if water.seen.shade is not None:
         realtime_shade.write_table(marks.part(scene, _SHADE), water.seen.shade)
     if water.seen.cover is not None:
-        realtime_cover.write_cover(marks.part(scene, _COVER), water.blocked)
+        realtime_cover.write_cover(marks.part(scene, _COVER), water.carried)
     if water.around_lamps is not None:
         _set_lamps(scene, water, water.around_lamps)
     if water.waves is not None:

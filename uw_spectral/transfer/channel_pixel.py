@@ -134,6 +134,22 @@ UNSHADED = ShadeOnPath()
 
 
 @dataclass(frozen=True, eq=False)
+class Around:
+    """What things about a pixel do to light that is scattered forward, see :mod:`.carried_light`.
+
+    Attributes
+    ----------
+    blocked : channels
+        Share of scattering that stays within them.
+    beside : channels
+        Their mean radiance, less that of the one that is seen.
+    """
+
+    blocked: Operand
+    beside: Operand = 0.0
+
+
+@dataclass(frozen=True, eq=False)
 class Thing:
     """What a thing in the water reflects and emits, in colours that may be measured ones.
 
@@ -216,20 +232,19 @@ class ChannelWater:
         b = self._rate("scattering", y)
         return self.m.exp((b * share - self._rate("extinction", y)) * P)
 
-    def kept(self, y: Operand, P: Operand, blocked: Operand | None) -> Operand:
+    def kept(self, y: Operand, P: Operand, around: Around | None) -> Operand:
         """Share of a thing's light that is left, and of light from behind it that it blocks.
 
         Parameters
         ----------
         y, P : numbers
             Depth and distance of the thing, m.
-        blocked : channels, optional
-            Share of scattering that stays within the thing, see :mod:`.view_cover`. What is more
-            than the forward peak is the shade's business.
+        around : Around, optional
+            Of what it blocks more than the forward peak is the shade's business.
         """
-        if blocked is None:
+        if around is None:
             return self.left(y, P)
-        return self.m.minimum(self.left_within(y, P, blocked), self.left_with_peak(y, P))
+        return self.m.minimum(self.left_within(y, P, around.blocked), self.left_with_peak(y, P))
 
     def _rate(self, name: str, y: Operand) -> Operand:
         return self.tables.rate(name, y) if self.layered else getattr(self.numbers, name)
@@ -368,7 +383,7 @@ class ChannelWater:
         leaving: Operand,
         *,
         shade: ShadeOnPath = UNSHADED,
-        blocked: Operand | None = None,
+        around: Around | None = None,
         coverage: Operand = 1.0,
         tint: Operand | None = None,
     ) -> ChannelPixel:
@@ -383,8 +398,8 @@ class ChannelWater:
         leaving : channels
             Of :meth:`leaving`; multiplied by the coverage already.
         shade : ShadeOnPath
-        blocked : channels, optional
-            Share of scattering that stays within the thing, see :mod:`.view_cover`.
+        around : Around, optional
+            What things do to light that is scattered forward.
         coverage : number
             Share of the pixel that the thing fills.
         tint : channels, optional
@@ -397,13 +412,15 @@ class ChannelWater:
         far = _sum([c * part for c, part in zip(columns, self.tables.split(M_far), strict=True)])
         rest = _sum([c * part for c, part in zip(columns, self.tables.split(beyond), strict=True)])
         direct, peaked = self.left(y_e, P), self.left_with_peak(y_e, P)
-        kept = self.kept(y_e, P, blocked)
+        kept = self.kept(y_e, P, around)
         # Of what lies behind all that reaches the camera with the peak, less what is blocked.
         past = peaked - kept
         boundary = self.boundary(y_o, w) * (past / m.maximum(peaked, _LEAST))
         once = self.once(y_o, y_e, w, P) * self.aureole(y_o, w)
         blocks = kept * far
-        if blocked is not None:
+        own = (kept - direct) * leaving
+        if around is not None:
+            own = own + (kept - direct) * around.beside * coverage
             # Between both, each with its spectrum.
             share = (kept - direct) / m.maximum(peaked - direct, _LEAST)
             split = self.tables.split(M_far)
@@ -411,7 +428,6 @@ class ChannelWater:
             blocks = direct * far + share * (peaked * _sum(with_peak) - direct * far)
         path = once * shade.once + self.shaded(M_near - blocks, shade.scattered, y_o)
         surroundings = self.shaded(past * rest + boundary, shade.scattered, y_o) * coverage
-        own = (kept - direct) * leaving
         if tint is not None:
             behind = peaked * (far + rest) + self.boundary(y_o, w) * (direct / peaked)
             surroundings = surroundings + self.shaded(behind, shade.scattered, y_o) * tint

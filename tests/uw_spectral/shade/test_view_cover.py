@@ -6,19 +6,29 @@ import math
 
 import numpy as np
 import pytest
-from underwater_spectral.uw_spectral.shade.view_cover import (
-    SIZE,
-    no_cover,
+from underwater_spectral.uw_spectral.shade.forward_share import (
     share_on_path,
     share_within,
-    view_cover,
-    view_map,
+    spread,
 )
+from underwater_spectral.uw_spectral.shade.view_cover import (
+    Surface,
+    ViewCover,
+    no_cover,
+    view_cover,
+)
+from underwater_spectral.uw_spectral.shade.view_map import SIZE, view_map
 from underwater_spectral.uw_spectral.water.phase import HenyeyGreenstein
 
 PHASE = HenyeyGreenstein(0.9)
 VIEW = view_map((0.0, 0.0, -5.0), np.eye(3), math.radians(60.0))
 MIDDLE = slice(SIZE // 2 - 1, SIZE // 2 + 1)
+
+
+def cover_of(*things: np.ndarray, floor_depth: float = math.inf) -> ViewCover:
+    """What grey triangles cover."""
+    surfaces = [Surface(x, np.full((len(x), 3), 0.5)) for x in things]
+    return view_cover(VIEW, surfaces, floor_depth)
 
 
 def ball(distance: float, angle: float, parts: int) -> np.ndarray:
@@ -43,10 +53,10 @@ def test_the_share_of_a_phase_function_is_its_integral():
 @pytest.mark.parametrize("degrees", [3.0, 10.0, 30.0])
 def test_a_ball_fills_its_solid_angle_and_blocks_what_the_formula_says(degrees, parts):
     angle = math.radians(degrees)
-    cover = view_cover(VIEW, [ball(4.0, angle, parts)])
+    cover = cover_of(ball(4.0, angle, parts))
     solid = 2 * math.pi * (1 - math.cos(angle))
     np.testing.assert_allclose(cover.covered.sum() * VIEW.texel, solid, rtol=0.06)
-    blocked = cover.blocked(PHASE)[MIDDLE, MIDDLE].mean()
+    blocked = spread(cover.covered, PHASE, VIEW)[MIDDLE, MIDDLE].mean()
     np.testing.assert_allclose(blocked, share_on_path(PHASE, np.tan([angle])), rtol=0.04)
 
 
@@ -54,21 +64,21 @@ def test_a_wall_of_two_triangles_fills_the_view_without_a_seam():
     x = 200.0
     corners = np.array([[-x, -x], [x, -x], [x, x], [-x, x]])
     corners = np.column_stack([corners, np.full(4, -8.0)])
-    cover = view_cover(VIEW, [corners[[[0, 1, 2], [0, 2, 3]]]])
+    cover = cover_of(corners[[[0, 1, 2], [0, 2, 3]]])
     assert cover.covered[SIZE // 4 : -SIZE // 4, SIZE // 4 : -SIZE // 4].min() > 0.99
 
 
 def test_what_lies_on_the_floor_of_the_water_is_part_of_it():
     thing = ball(4.0, math.radians(10.0), 16)
-    assert view_cover(VIEW, [thing], floor_depth=4.2).covered.max() == 0.0
-    assert view_cover(VIEW, [thing], floor_depth=20.0).covered.max() > 0.9
+    assert cover_of(thing, floor_depth=4.2).covered.max() == 0.0
+    assert cover_of(thing, floor_depth=20.0).covered.max() > 0.9
 
 
 def test_nothing_blocks_nothing():
-    assert not no_cover().blocked(PHASE).any()
-    assert not view_cover(VIEW, []).blocked(PHASE).any()
+    assert not no_cover().covered.any()
+    assert not cover_of().covered.any()
 
 
 def test_what_lies_behind_is_not_in_the_picture():
     behind = ball(4.0, math.radians(10.0), 16) * [1.0, 1.0, -1.0] - [0.0, 0.0, 10.0]
-    assert view_cover(VIEW, [behind]).covered.max() == 0.0
+    assert cover_of(behind).covered.max() == 0.0

@@ -13,6 +13,7 @@ from underwater_spectral.uw_spectral.spectra.colour_rendering import delta_e_CIE
 from underwater_spectral.uw_spectral.spectra.reflectance import uplift_basis
 from underwater_spectral.uw_spectral.transfer.channel_pixel import (
     COLOURS,
+    Around,
     LightLeft,
     ShadeOnPath,
     Thing,
@@ -271,7 +272,7 @@ def _dim_pixels(water, channels, tmp_path, *, shaded, spoilt=""):
     if folded.layered:
         scattering = ray.tables.rate("scattering", y_e)
     blocked = np.log(kept / direct) / (scattering * P)
-    found = ray.surface(y_o, y_e, w, P, leaving, shade=shade, blocked=blocked)
+    found = ray.surface(y_o, y_e, w, P, leaving, shade=shade, around=Around(blocked))
     return found.total, exact
 
 

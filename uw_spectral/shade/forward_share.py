@@ -1,0 +1,101 @@
+"""How much of the light that is scattered forward on the way to a camera stays within a picture.
+
+At distance t before a thing the phase function's cone of half-angle θ is covered where the thing
+is wider than t tan θ. Taken over all of a path of length P the share of scattering that stays
+within the thing is, at a pixel, the mean of what is covered around it, weighed by
+
+    K(φ) = dF̄ / dΩ,   F̄(tan φ) = ∫₀¹ F(arctan(tan φ / u)) du,
+
+of the angle φ between view directions, where F(θ) is the share of the phase function within θ.
+Neither the path nor the thing's size is in K, so that one convolution of a picture serves for
+everything in view.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..water.phase import PhaseFunction
+from .grid import Array
+from .view_map import SIZE, ViewMap
+
+_ANGLES, _STEPS = 1500, 200
+_FINE = 5  # parts along a texel in which the kernel is added up
+_NEAR = 6  # texels from its middle that it is done in
+
+
+def spread(pictures: Array, phase: PhaseFunction, view: ViewMap) -> Array:
+    """Pictures (..., SIZE, SIZE) as scattering forward spreads them: K * picture."""
+    size = (2 * SIZE, 2 * SIZE)
+    kernel = _kernel(phase, float(view.per_unit))
+    found = np.fft.irfft2(np.fft.rfft2(pictures, size) * kernel, size)
+    return found[..., :SIZE, :SIZE]
+
+
+def share_within(phase: PhaseFunction, angle: Array) -> Array:
+    """Share F of a phase function within angles of the way ahead, rad.
+
+    Examples
+    --------
+    >>> from uw_spectral.water.phase import Isotropic
+    >>> share_within(Isotropic(), np.array([math.pi / 2, math.pi])).round(4).tolist()
+    [0.5, 1.0]
+    """
+    angles, within = _shares(phase)
+    return np.interp(angle, angles, within)
+
+
+@functools.lru_cache(maxsize=16)
+def _shares(phase: PhaseFunction) -> tuple[Array, Array]:
+    angles = np.geomspace(1e-7, math.pi, 6000)
+    middle = np.sqrt(angles[1:] * angles[:-1])
+    parts = phase.per_steradian(np.sin(middle / 2) ** 2)
+    within = np.cumsum(2.0 * math.pi * parts * np.sin(middle) * np.diff(angles))
+    first = math.pi * float(phase.per_steradian(np.sin(angles[0] / 2) ** 2)) * angles[0] ** 2
+    within = np.concatenate([[first], first + within])
+    return angles, within / within[-1]
+
+
+def share_on_path(phase: PhaseFunction, tangent: Array) -> Array:
+    """Mean F̄ of that share over a path, of a disc of a size over its distance (angle's tangent)."""
+    u = (np.arange(_STEPS) + 0.5) / _STEPS
+    return share_within(phase, np.arctan2(tangent[:, None], u)).mean(axis=1)
+
+
+@functools.lru_cache(maxsize=16)
+def _kernel(phase: PhaseFunction, per_unit: float) -> NDArray[np.complex128]:
+    """Fourier transform of K times the texel's solid angle, for texels about the middle."""
+    angle = np.concatenate([[0.0], np.geomspace(1e-4, math.pi / 2 - 1e-4, _ANGLES)])
+    total = share_on_path(phase, np.tan(angle))
+
+    def within(texels: Array) -> Array:
+        """Share within a circle of a radius."""
+        unit = np.minimum(texels / per_unit, 2.0)
+        return np.interp(2.0 * np.arcsin(unit / 2.0), angle, total)
+
+    def per_texel(radius: Array) -> Array:
+        step = 0.25
+        low = np.maximum(radius - step, 0.0)
+        area = math.pi * ((radius + step) ** 2 - low**2)
+        return (within(radius + step) - within(low)) / area
+
+    offset = np.fft.fftfreq(2 * SIZE, 1.0 / (2 * SIZE))
+    radius = np.hypot(offset[:, None], offset)
+    kernel = per_texel(radius)
+    near = np.arange(-_NEAR, _NEAR + 1)
+    parts = (np.arange(_FINE) + 0.5) / _FINE - 0.5
+    for row in near:
+        for column in near:
+            fine = np.hypot(row + parts[:, None], column + parts)
+            kernel[row, column] = per_texel(fine).mean()
+    # The middle is steep: it has what the others leave of a circle that holds them.
+    circle = radius <= _NEAR
+    kernel[0, 0] = 0.0
+    kernel[0, 0] = max(
+        float(within(np.array([math.sqrt(circle.sum() / math.pi)]))[0]) - kernel[circle].sum(), 0.0
+    )
+    return np.fft.rfft2(kernel)
