@@ -163,8 +163,11 @@ def expected_of_solved(column, phase, view: View, weights):
     return picture @ np.asarray(weights).T, where
 
 
-def expected_of_folded(water: frame_water.RealtimeWater, view: View):
-    """Return the picture by the same tables in numpy, and where the square is."""
+def expected_of_folded(water: frame_water.RealtimeWater, view: View, around=None):
+    """Return the picture by the same tables in numpy, and where the square is.
+
+    ``around`` tells what things about points do to light scattered forward.
+    """
     column, light, w3 = water.column, water.folded, view.rays()
     w = [w3[..., i, None] for i in range(3)]
     sky = dataclasses.replace(column.skylight, level=1.0)
@@ -182,7 +185,10 @@ def expected_of_folded(water: frame_water.RealtimeWater, view: View):
         thing = Thing(COLOURS, lit, [np.full(P.shape, c) for c in COLOR])
         ray = along_rays(light, water.field.sun, w)
         normals = [np.full(P.shape, x) for x in normal]
-        picture[seen] = ray.surface(depth, y, w, P, ray.leaving(thing, y, normals, P)).total
+        leaving = ray.leaving(thing, y, normals, P)
+        points = np.hstack([part * P for part in w]) - np.array([0.0, 0.0, view.depth])
+        does = None if around is None else around(points)
+        picture[seen] = ray.surface(depth, y, w, P, leaving, around=does).total
     return picture, where
 
 

@@ -1,0 +1,88 @@
+"""Hair, hair of particles and points as ribbons that face an eye."""
+
+from __future__ import annotations
+
+import math
+
+import bpy
+import numpy as np
+import pytest
+from mathutils import Matrix
+from underwater_spectral.scene.seen.threads import visible_threads
+
+EYE = (0.0, -40.0, 0.0)
+
+
+def _area(surface) -> float:
+    a, b, c = np.moveaxis(np.asarray(surface.corners), 1, 0)
+    return float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum() / 2.0 * surface.each)
+
+
+def _only() -> object:
+    found = list(visible_threads(bpy.context.evaluated_depsgraph_get()))
+    assert len(found) == 1
+    return found[0]
+
+
+def _curves(count: int) -> bpy.types.Object:
+    """Upright threads of .5 m in three parts, 4 mm wide, in rows."""
+    hair = bpy.data.hair_curves.new("Hair")
+    hair.add_curves([4] * count)
+    rise = np.tile(np.linspace(0.0, 0.5, 4), count)
+    places = np.stack([np.repeat(np.linspace(-1, 1, count), 4), 0.0 * rise, rise], axis=1)
+    hair.points.foreach_set("position", places.astype(np.float32).ravel())
+    radii = hair.attributes.get("radius") or hair.attributes.new("radius", "FLOAT", "POINT")
+    radii.data.foreach_set("value", np.full(4 * count, 0.002, np.float32))
+    item = bpy.data.objects.new("Hair", hair)
+    bpy.context.scene.collection.objects.link(item)
+    bpy.context.view_layer.update()
+    return item
+
+
+@pytest.mark.parametrize("count", [300, 9000])
+def test_hair_covers_its_length_times_its_width(count):
+    _curves(count)
+    assert _area(_only().ribbons(EYE)) == pytest.approx(count * 0.5 * 0.004, rel=0.02)
+
+
+def test_hair_grows_with_its_object():
+    item = _curves(300)
+    item.matrix_world = Matrix.Scale(2.0, 4)
+    bpy.context.view_layer.update()
+    assert _area(_only().ribbons(EYE)) == pytest.approx(4.0 * 300 * 0.5 * 0.004, rel=0.02)
+
+
+def test_hidden_hair_is_left_out():
+    item = _curves(30)
+    item.hide_render = True
+    bpy.context.view_layer.update()
+    assert not list(visible_threads(bpy.context.evaluated_depsgraph_get()))
+
+
+def test_points_cover_their_discs():
+    cloud = bpy.data.pointclouds.new("Points")
+    cloud.resize(500)
+    rng = np.random.default_rng(1)
+    cloud.attributes["position"].data.foreach_set(
+        "vector", rng.uniform(-1.0, 1.0, 1500).astype(np.float32)
+    )
+    radii = cloud.attributes.get("radius") or cloud.attributes.new("radius", "FLOAT", "POINT")
+    radii.data.foreach_set("value", np.full(500, 0.03, np.float32))
+    item = bpy.data.objects.new("Points", cloud)
+    bpy.context.scene.collection.objects.link(item)
+    bpy.context.view_layer.update()
+    assert _area(_only().ribbons(EYE)) == pytest.approx(500 * math.pi * 0.03**2, rel=0.02)
+
+
+def test_hair_of_particles_covers_its_length_times_its_width():
+    bpy.ops.mesh.primitive_plane_add(size=1.0)
+    item = bpy.context.object
+    item.modifiers.new("Hair", "PARTICLE_SYSTEM")
+    settings = item.particle_systems[0].settings
+    settings.type, settings.count, settings.hair_length = "HAIR", 2500, 0.3
+    settings.root_radius, settings.tip_radius, settings.radius_scale = 1.0, 1.0, 0.004
+    settings.display_step = 2
+    bpy.context.view_layer.update()
+    found = _only()
+    assert found.each == 3.0
+    assert _area(found.ribbons(EYE)) == pytest.approx(2500 * 0.3 * 0.008, rel=0.1)
