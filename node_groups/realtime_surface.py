@@ -24,6 +24,7 @@ from ..uw_spectral.transfer.channel_pixel import (
     ShadeOnPath,
     Thing,
 )
+from ..uw_spectral.transfer.closures import BOTH_SIDES
 from ..uw_spectral.transfer.folded_light import ON_PATCH
 from . import realtime_lamps, realtime_layers
 from .node_mathematics import NODES, PART_SIZE, Graph, NodeValue, new_group
@@ -58,7 +59,7 @@ from .uplift import COLUMNS, SHARE
 NAME, KEEPING = "UW Thing in Water", "UW Water before Thing"
 
 LIT, COLOR, EMITTED = "Lit", "Color", "Emission"
-MIRRORED, BEHIND = "Mirrored", "Behind"
+MIRRORED, BEHIND, CLOSED = "Mirrored", "Behind", "Closed"
 COVERAGE, COVERED, NORMAL = "Coverage", "Covered", "Normal"
 COLUMN, MEASURED = "Column", "Measured"
 _INPUTS = {
@@ -69,6 +70,7 @@ _INPUTS = {
     NORMAL: "NodeSocketVector",
 }
 _MEASURED_INPUTS = {COLUMN: "NodeSocketFloat", MEASURED: "NodeSocketVector"}
+_BEHIND_IT = "Shade behind It"
 _DARKEST = 1e-3  # reflectance below which a colour does not tell how a thing is lit
 
 
@@ -85,14 +87,16 @@ def build(shape: Shape, sources: Sources, *, keeps: bool = False) -> bpy.types.S
     the three are multiplied already; ``Normal``; if things filter, ``Covered``, the share of each
     channel that is not transparent; if things mirror, ``Mirrored``, the part of the reflectance
     that does; if things are translucent, ``Behind``, the part that light from behind shines
-    through; and if reflectances were measured, ``Column``, where that of the material is found if
-    it is not 0, and ``Measured``, its channels.
+    through, and ``Closed``, 1 where they are bodies with walls; and if reflectances were
+    measured, ``Column``, where that of the material is found if it is not 0, and ``Measured``,
+    its channels.
     """
     tree = new_group(KEEPING if keeps else NAME)
     left_out = ({LIT} if keeps else set()) | (set() if shape.glows else {EMITTED})
     own = {name: kind for name, kind in _INPUTS.items() if name not in left_out}
     kinds = own | ({MIRRORED: "NodeSocketColor"} if shape.mirrors else {})
-    kinds |= {BEHIND: "NodeSocketColor"} if shape.translucent else {}
+    if shape.translucent:
+        kinds |= {BEHIND: "NodeSocketColor", CLOSED: "NodeSocketFloat"}
     kinds |= {COVERED: "NodeSocketVector"} if shape.filters else {}
     kinds |= _MEASURED_INPUTS if shape.measured else {}
     for name, kind in kinds.items():
@@ -139,6 +143,9 @@ class _Surface:
         if shade is not None:
             camera = [x - along * self._P for x, along in zip(here, self._w, strict=True)]
             self._shade = shade.on_patch(here, self._normal)
+            if self._shape.translucent:
+                back = shade.on_patch(here, [-part for part in self._normal])
+                self._shade[_BEHIND_IT] = back[ON_IT]
             self._shade |= shade.on_path(camera, self._w, self._P)
         self._blocked = self._water.blocked(here)
         self._lamps = {} if sources.lamps is None else self._lit_by_lamps(sources)
@@ -246,9 +253,10 @@ class _Surface:
         if self._shape.translucent:
             part, whole = (self._sum(given[name]) for name in (BEHIND, COLOR))
             behind = NODES.minimum(part / NODES.maximum(whole, _DARKEST), 1.0)
+            behind = behind * NODES.select(given[CLOSED], BOTH_SIDES, 1.0)
         return Thing(
             columns, response, base, mirrored, L_mirrored, emitted, self._pattern, self._left(),
-            behind,
+            behind, self._left_behind(),
         )  # fmt: skip
 
     def _sum(self, colour: NodeValue) -> Operand:
@@ -284,6 +292,14 @@ class _Surface:
         if not self._shape.shade:
             return ALL_LEFT
         mean, share, _ = self._graph.components(self._shade[ON_IT])
+        return LightLeft(mean, share)
+
+    def _left_behind(self) -> LightLeft:
+        """Return the same of the light on the other side; inside a body there is no probe."""
+        if _BEHIND_IT not in self._shade:
+            return self._left()
+        sides = self._shade[ON_IT], self._shade[_BEHIND_IT]
+        mean, share, _ = self._graph.components(NODES.select(self._given[CLOSED], *sides))
         return LightLeft(mean, share)
 
     def _turned(self, sun: Sequence[Operand]) -> Operand:

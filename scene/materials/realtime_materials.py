@@ -22,11 +22,11 @@ from numpy.typing import NDArray
 from ...node_groups import realtime_surface, uplift
 from ...node_groups.node_mathematics import MARK, NODES, Graph, NodeValue
 from ...uw_spectral.mathematics import Operand
-from ...uw_spectral.transfer.closures import mirroring_share
+from ...uw_spectral.transfer.closures import mirroring_share, whole_closure
 from .. import contents
 from ..animation import curves
 from . import band_colors, bare_colours, matte_fallbacks, refractive_indices
-from .inserted import is_idle, own_input
+from .inserted import is_idle, new_node, own_input, put_before
 from .shader_nodes import (
     EMITS,
     HIDES,
@@ -43,6 +43,8 @@ SOURCE = "uw_source"
 """On a constant: node and socket of the user's that it repeats."""
 _MUTED, _MUTED_VOLUME = "uw_muted", "uw_muted_volume"
 _HOLDER, _SUNLIGHT = "uw_holder", "uw_sunlight"
+_THICKNESS_MODE = "uw_thickness_mode"  # on a material: what the user has chosen
+_SHEET, _BODY = "SLAB", "SPHERE"
 _OUTPUTS = {
     "colour": "UW Color",
     "emission": "UW Emission",
@@ -50,7 +52,7 @@ _OUTPUTS = {
     "mirrored": "UW Mirrored",
     "behind": "UW Behind",
 }
-_GREY = 0.5
+_GREY, _DARKEST = 0.5, 1e-3
 _MATTE = "mirrors; in real time it throws back the water's light as a matte thing does"
 
 _ANISOTROPIC = "is anisotropic; the highlights of real time are round"
@@ -96,6 +98,7 @@ class _Walk:
     name: str
     notes: list[str]
     clear: bpy.types.ShaderNodeTree | None = None
+    closed: bool = False
     graph: Graph = field(init=False)
 
     def __post_init__(self) -> None:
@@ -145,7 +148,10 @@ class _Walk:
             if not is_idle(self.tree, node, "Anisotropy"):
                 self._note(_ANISOTROPIC)
             mirrored = colour * mirroring_share(self._value(node.inputs["Roughness"]))
-        behind = colour if known.behind else 0.0
+        behind: Operand = 0.0
+        if known.behind:
+            # Light comes into a body through one wall and out through another.
+            behind = colour = colour * colour if self.closed else colour
         return _Closure(colour=colour, mirrored=mirrored, behind=behind, normal=normal)
 
     def _principled(self, node: bpy.types.Node) -> _Closure:
@@ -177,7 +183,7 @@ class _Walk:
             self._note(f"uses the linked group {group.name!r}; its colour counts as grey {_GREY}")
             return _Closure(colour=_GREY)
         if not any(_is_ours(item) for item in _interface_outputs(group)):
-            _open_group(group, output.name, self.notes, self.clear)
+            _open_group(group, output.name, self.notes, self.clear, closed=self.closed)
         return _Closure(
             **{
                 quantity: self.graph.term(node.outputs[name])
@@ -235,12 +241,15 @@ class Surfaces:
         The one that keeps closures.
     floor : Material, optional
         Of the added floor, whose reflectance is a measured one.
+    closed : collection of Material
+        Those of bodies that are closed; of the others light from behind crosses one sheet.
     """
 
     lit: bpy.types.ShaderNodeTree
     clear: bpy.types.ShaderNodeTree | None = None
     keeping: bpy.types.ShaderNodeTree | None = None
     floor: bpy.types.Material | None = None
+    closed: Collection[bpy.types.Material] = ()
 
 
 @dataclass(frozen=True)
@@ -283,11 +292,13 @@ def insert(materials: list[bpy.types.Material], surfaces: Surfaces) -> list[str]
         output = _surface_output(material.node_tree)
         if output is None:
             continue
+        name, closed = f"material {material.name!r}", material in surfaces.closed
+        walk = _Walk(material.node_tree, name, notes, surfaces.clear, closed)
         if surfaces.keeping is not None and _keeps(material.node_tree):
             measured = band_colors.is_measured(material) or material == surfaces.floor
-            _keep(material, output, surfaces.keeping, notes, surfaces.clear, measured=measured)
+            _keep(walk, material, output, surfaces.keeping, measured=measured)
         else:
-            _insert(material, output, surfaces.lit, notes, surfaces.clear)
+            _insert(walk, material, output, surfaces.lit)
     return list(dict.fromkeys(notes))
 
 
@@ -432,44 +443,89 @@ def remove(
             _reconnect(tree, surface)
         for node in [n for n in tree.nodes if MARK in n]:
             tree.nodes.remove(node)
+    for material in bpy.data.materials:
+        if _THICKNESS_MODE in material and material.node_tree not in wet:
+            material.thickness_mode = material[_THICKNESS_MODE]
+            del material[_THICKNESS_MODE]
     for group in [group for group in _groups() if group not in wet]:
         for item in [i for i in _interface_outputs(group) if _is_ours(i)]:
             group.interface.remove(item)
 
 
 def _keep(
+    walk: _Walk,
     material: bpy.types.Material,
     output: bpy.types.Node,
     group: bpy.types.ShaderNodeTree,
-    notes: list[str],
-    clear: bpy.types.ShaderNodeTree | None,
     *,
     measured: bool,
 ) -> None:
     """Send the colours of a material through the sunlight, and add the light of the water."""
-    tree = material.node_tree
+    tree = walk.tree
     socket = output.inputs["Surface"]
     link = socket.links[0]
     source, muted = link.from_socket, link.is_muted
     band_colors.route(tree, _sunlit_nodes(group), measured=measured)
-    walk = _Walk(tree, f"material {material.name!r}", notes, clear)
     closure, graph = walk.closure(socket), walk.graph
     surface = _sunlight_of(tree, group)
     surface[_MUTED] = muted
     surface.location = (output.location.x, output.location.y - 200.0)
-    passing = _describe(walk, closure, surface, notes)
+    passing = _describe(walk, closure, surface)
     share = graph.term(surface.outputs[uplift.SHARE])
     mixed = graph.node("ShaderNodeMixShader")
-    mixed[_HOLDER] = True
+    mixed[_HOLDER] = 2
     graph.assign(share, mixed.inputs[0])
     tree.links.new(source, mixed.inputs[2]).is_muted = muted
     seen = _added(graph, mixed.outputs[0], surface.outputs[0])
+    if not _is_zero(closure.behind):
+        sunlit = _sunlit_behind(graph, closure, surface, measured=measured)
+        seen = _added(graph, seen, _translucent(walk, material, closure, sunlit, output, surface))
     if passing is not None:
         # What the share has taken of the light behind it.
         transparent = graph.node("ShaderNodeBsdfTransparent")
         graph.assign(passing * (1.0 - share), transparent.inputs["Color"])
         seen = _added(graph, seen, transparent.outputs[0])
     tree.links.new(seen, socket)
+
+
+def _sunlit_behind(
+    graph: Graph, closure: _Closure, surface: bpy.types.Node, *, measured: bool
+) -> Operand:
+    """Return what the channels see of sunlight that shines through a closure."""
+    if measured:
+        part = _mean(closure.behind) / NODES.maximum(_mean(closure.colour), _DARKEST)
+        return graph.term(surface.outputs[uplift.MEASURED_INPUT]) * part
+    columns = [graph.term(surface.outputs[name]) for name in uplift.COLUMNS]
+    parts = [closure.behind] * len(columns)
+    if isinstance(closure.behind, NodeValue):
+        parts = list(graph.components(closure.behind))
+    red, green, blue = (column * part for column, part in zip(columns, parts, strict=True))
+    return red + green + blue
+
+
+def _translucent(
+    walk: _Walk,
+    material: bpy.types.Material,
+    closure: _Closure,
+    colour: Operand,
+    output: bpy.types.Node,
+    surface: bpy.types.Node,
+) -> bpy.types.NodeSocket:
+    """Add the one closure that light of lamps shines through, and say how thick it is."""
+    graph, tree = walk.graph, walk.tree
+    body = walk.closed and material.thickness_mode == _BODY
+    if not walk.closed:
+        put_before(tree, output.inputs["Thickness"], new_node(tree, uplift.THIN))
+        if material.thickness_mode != _SHEET:
+            material[_THICKNESS_MODE] = material.thickness_mode
+            material.thickness_mode = _SHEET
+    if realtime_surface.CLOSED in surface.inputs:
+        surface.inputs[realtime_surface.CLOSED].default_value = float(body)
+    node = graph.node("ShaderNodeBsdfTranslucent")
+    graph.assign(whole_closure(colour, NODES, closed=body), node.inputs["Color"])
+    if closure.normal is not None:
+        graph.assign(closure.normal, node.inputs["Normal"])
+    return node.outputs[0]
 
 
 def _sunlit_nodes(group: bpy.types.ShaderNodeTree) -> band_colors.Maker:
@@ -510,9 +566,7 @@ def _added(
     return node.outputs[0]
 
 
-def _describe(
-    walk: _Walk, closure: _Closure, surface: bpy.types.Node, notes: list[str]
-) -> Operand | None:
+def _describe(walk: _Walk, closure: _Closure, surface: bpy.types.Node) -> Operand | None:
     """Tell a surface group what a closure is; return what passes through it, if anything does."""
     graph = walk.graph
     graph.assign(closure.colour, surface.inputs[realtime_surface.COLOR])
@@ -521,7 +575,7 @@ def _describe(
     if realtime_surface.MIRRORED in surface.inputs:
         graph.assign(closure.mirrored, surface.inputs[realtime_surface.MIRRORED])
     elif not _is_zero(closure.mirrored):
-        notes.append(f"{walk.name} {_MATTE}")
+        walk.notes.append(f"{walk.name} {_MATTE}")
     if realtime_surface.BEHIND in surface.inputs:
         graph.assign(closure.behind, surface.inputs[realtime_surface.BEHIND])
     normal = closure.normal
@@ -531,7 +585,7 @@ def _describe(
     if _is_zero(closure.transmittance):
         return None
     passing = closure.transmittance
-    covered = 1.0 - (_mean(passing) if isinstance(passing, NodeValue) else passing)
+    covered = 1.0 - _mean(passing)
     graph.assign(covered, surface.inputs[realtime_surface.COVERAGE])
     if realtime_surface.COVERED in surface.inputs:
         graph.assign(1.0 - passing, surface.inputs[realtime_surface.COVERED])
@@ -539,26 +593,31 @@ def _describe(
 
 
 def _insert(
+    walk: _Walk,
     material: bpy.types.Material,
     output: bpy.types.Node,
     group: bpy.types.ShaderNodeTree,
-    notes: list[str],
-    clear: bpy.types.ShaderNodeTree | None,
 ) -> None:
-    tree = material.node_tree
+    tree, graph = walk.tree, walk.graph
     socket = output.inputs["Surface"]
     link = socket.links[0]
     source, muted = link.from_socket, link.is_muted
-    walk = _Walk(tree, f"material {material.name!r}", notes, clear)
     closure = walk.closure(socket)
-    graph = walk.graph
     lit = graph.node("ShaderNodeShaderToRGB")
-    tree.links.new(source, lit.inputs[0])
     surface = graph.node("ShaderNodeGroup", node_tree=group)
     surface[_MUTED] = muted
     surface.location = (output.location.x, output.location.y - 200.0)
+    holder = lit
+    if not _is_zero(closure.behind):
+        band_colors.darken_translucent(tree)
+        shining = _translucent(walk, material, closure, closure.behind, output, surface)
+        holder = graph.node("ShaderNodeAddShader")
+        tree.links.new(shining, holder.inputs[1])
+        tree.links.new(holder.outputs[0], lit.inputs[0])
+    holder[_HOLDER] = 0
+    tree.links.new(source, holder.inputs[0])
     tree.links.new(lit.outputs["Color"], surface.inputs[realtime_surface.LIT])
-    passing = _describe(walk, closure, surface, notes)
+    passing = _describe(walk, closure, surface)
     seen = surface.outputs[0]
     if passing is not None:
         transparent = graph.node("ShaderNodeBsdfTransparent")
@@ -569,18 +628,17 @@ def _insert(
 
 def _reconnect(tree: bpy.types.NodeTree, surface: bpy.types.Node) -> None:
     """Give the material output its own shader back."""
-    source, muted = _held(tree, surface).links[0].from_socket, surface[_MUTED]
+    source, muted = _held(tree).links[0].from_socket, surface[_MUTED]
     target = surface.outputs[0].links[0].to_socket
     while MARK in target.node:
         target = target.node.outputs[0].links[0].to_socket
     tree.links.new(source, target).is_muted = muted
 
 
-def _held(tree: bpy.types.NodeTree, surface: bpy.types.Node) -> bpy.types.NodeSocket:
+def _held(tree: bpy.types.NodeTree) -> bpy.types.NodeSocket:
     """Return the input that the user's own shader arrives at in a wet material."""
-    if realtime_surface.LIT in surface.inputs:
-        return surface.inputs[realtime_surface.LIT].links[0].from_node.inputs[0]
-    return next(node for node in tree.nodes if _HOLDER in node).inputs[2]
+    holder = next(node for node in tree.nodes if _HOLDER in node)
+    return holder.inputs[holder[_HOLDER]]
 
 
 def _open_group(
@@ -588,12 +646,14 @@ def _open_group(
     shader: str,
     notes: list[str],
     clear: bpy.types.ShaderNodeTree | None,
+    *,
+    closed: bool,
 ) -> None:
     """Give a group outputs for the colour, emission and transmittance of its shader."""
     outputs = [n for n in group.nodes if n.bl_idname == "NodeGroupOutput" and n.is_active_output]
     if not outputs:
         return
-    walk = _Walk(group, f"group {group.name!r}", notes, clear)
+    walk = _Walk(group, f"group {group.name!r}", notes, clear, closed)
     closure = walk.closure(outputs[0].inputs[shader])
     for quantity, name in _OUTPUTS.items():
         value = getattr(closure, quantity)
@@ -612,7 +672,7 @@ def own_shader(tree: bpy.types.ShaderNodeTree) -> bpy.types.NodeSocket | None:
     """Return the input that a material's own shader arrives at, whether it is wet or not."""
     surface, output = _surface_node(tree), tree.get_output_node("EEVEE")
     if surface is not None:
-        return _held(tree, surface)
+        return _held(tree)
     return None if output is None else output.inputs["Surface"]
 
 
@@ -694,8 +754,8 @@ def _same(node: bpy.types.Node, other: bpy.types.Node) -> bool:
     return places[0] == places[1] and all(getattr(node, x) == getattr(other, x) for x in names)
 
 
-def _mean(colour: NodeValue) -> Operand:
-    if colour.size == 1:
+def _mean(colour: Operand) -> Operand:
+    if not isinstance(colour, NodeValue) or colour.size == 1:
         return colour
     x, y, z = colour.graph.components(colour)
     return (x + y + z) / 3.0

@@ -32,6 +32,7 @@ from .. import contents, marks
 from ..materials import bare_surfaces, realtime_materials
 from ..materials.inserted import own_input
 from ..materials.realtime_materials import Surfaces
+from ..seen.closed_bodies import closed_materials
 from . import apparent_places, particles, scene_water
 from .frame_water import FLOOR, LONGEST_SHAFT, RealtimeWater
 from .water_body import WaterExtent, box
@@ -108,7 +109,9 @@ def add_realtime(scene: bpy.types.Scene, water: RealtimeWater, extent: WaterExte
         objects[0].data.materials.append(realtime_volume.build(shape, sources))
     clear = realtime_filter.build(values, shape)
     measured = floor if FLOOR in water.seen.reflectances else None
-    notes += realtime_materials.insert(materials, Surfaces(surface, clear, keeping, measured))
+    closed = closed_materials(scene) if shape.translucent else ()
+    surfaces = Surfaces(surface, clear, keeping, measured, closed)
+    notes += realtime_materials.insert(materials, surfaces)
     apparent = realtime_refraction.build_apparent(values) if shape.above else None
     if apparent is not None:
         notes += apparent_places.insert(materials, apparent, extent.bottom)
@@ -238,7 +241,8 @@ def _wet(scene: bpy.types.Scene, material: bpy.types.Material) -> None:
     lit, clear, keeping = (
         marks.part(scene, name) for name in (marks.SURFACE, _FILTER, marks.KEEPING)
     )
-    realtime_materials.insert([material], Surfaces(lit, clear, keeping))
+    closed = closed_materials(scene) if realtime_materials.kinds([material]).translucent else ()
+    realtime_materials.insert([material], Surfaces(lit, clear, keeping, closed=closed))
     apparent = marks.part(scene, _APPARENT)
     if apparent is not None:
         apparent_places.insert([material], apparent, LONGEST_SHAFT)
