@@ -30,7 +30,7 @@ from .inserted import (
     value_curves,
 )
 from .matte_fallbacks import KINDS
-from .shader_nodes import EMITS, HIDES, PASSES, REFRACTS, SHADER_NODES, nodes_that
+from .shader_nodes import EMITS, HIDES, PASSES, REFRACTS, nodes_that
 
 MEASURED_WAVELENGTHS = "uw_reflectance_wavelengths_nm"
 MEASURED_REFLECTANCE = "uw_reflectance"
@@ -54,8 +54,6 @@ _WEIGHTS = {
     "Subsurface Radius": "Subsurface Weight",
 }
 _EMISSION_NODES = nodes_that(EMITS)
-# What throws on light from behind is lit by a closure of its own.
-_THROUGH = {name for name, node in SHADER_NODES.items() if node.behind}
 # What lets through what is behind it, which has its water already; and what only filters.
 _CLEAR = nodes_that(PASSES, REFRACTS, HIDES)
 _FILTERS = {"Coat Tint"}
@@ -84,7 +82,7 @@ def route(tree: bpy.types.NodeTree, make: Maker, *, measured: bool) -> None:
         kind = _group_for(node, socket)
         if kind is None or socket.type != "RGBA" or _weighs_nothing(tree, node, socket):
             continue
-        if kind == uplift.EMISSION or node.bl_idname in _THROUGH:
+        if kind == uplift.EMISSION:
             kind = uplift.DARK
         elif measured and socket.name in _BASE_COLORS:
             kind = uplift.SUNLIT_MEASURED
@@ -95,13 +93,15 @@ def route(tree: bpy.types.NodeTree, make: Maker, *, measured: bool) -> None:
         route(group, make, measured=False)
 
 
-def darken_translucent(tree: bpy.types.NodeTree) -> None:
-    """Leave nothing of the colours that light from behind shines through, in groups neither."""
+def darken(
+    tree: bpy.types.NodeTree, apart: Callable[[bpy.types.NodeTree, bpy.types.Node], bool]
+) -> None:
+    """Leave nothing of the colours of some nodes, in groups neither: other closures have them."""
     for node, socket in _colours(tree):
-        if node.bl_idname in _THROUGH and socket.type == "RGBA":
+        if socket.type == "RGBA" and apart(tree, node):
             put_before(tree, socket, new_node(tree, uplift.DARK))
     for group in _groups(tree):
-        darken_translucent(group)
+        darken(group, apart)
 
 
 def filter_clear(materials: Iterable[bpy.types.Material], group: bpy.types.ShaderNodeTree) -> None:

@@ -19,7 +19,7 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from ...node_groups import realtime_surface, uplift
+from ...node_groups import realtime_highlights, realtime_surface, uplift
 from ...node_groups.node_mathematics import MARK, NODES, Graph, NodeValue
 from ...uw_spectral.mathematics import Operand
 from ...uw_spectral.transfer.closures import mirroring_share, whole_closure
@@ -51,6 +51,7 @@ _OUTPUTS = {
     "transmittance": "UW Transmittance",
     "mirrored": "UW Mirrored",
     "behind": "UW Behind",
+    "highlight": "UW Highlight",
 }
 _GREY, _DARKEST = 0.5, 1e-3
 _MATTE = "mirrors; in real time it throws back the water's light as a matte thing does"
@@ -69,7 +70,8 @@ class _Closure:
     """What a shader reflects, emits and lets through, as RGB terms or numbers.
 
     Of the colour, ``mirrored`` is the part that mirrors, and ``behind`` the part that the light
-    from behind shines through.
+    from behind shines through; ``highlight`` is the colour of a matte closure that is as bright in
+    the sun as closures that EEVEE lacks.
     """
 
     colour: Operand = 0.0
@@ -77,6 +79,7 @@ class _Closure:
     transmittance: Operand = 0.0
     mirrored: Operand = 0.0
     behind: Operand = 0.0
+    highlight: Operand = 0.0
     normal: NodeValue | None = None
 
     def combined(self, other: _Closure, join: Callable[[Operand, Operand], Operand]) -> _Closure:
@@ -86,6 +89,7 @@ class _Closure:
             join(self.transmittance, other.transmittance),
             join(self.mirrored, other.mirrored),
             join(self.behind, other.behind),
+            join(self.highlight, other.highlight),
             self.normal or other.normal,
         )
 
@@ -97,7 +101,7 @@ class _Walk:
     tree: bpy.types.ShaderNodeTree
     name: str
     notes: list[str]
-    clear: bpy.types.ShaderNodeTree | None = None
+    surfaces: Surfaces
     closed: bool = False
     graph: Graph = field(init=False)
 
@@ -144,15 +148,31 @@ class _Walk:
             return _Closure(transmittance=colour)
         if known.does == REFRACTS:
             return _Closure(transmittance=colour, normal=normal)
+        highlight: Operand = 0.0
+        if self.surfaces.is_apart(self.tree, node) and known.sunlit is not None:
+            highlight = colour * self._highlight(node, known.sunlit)
+        elif known.mirrors and not is_idle(self.tree, node, "Anisotropy"):
+            self._note(_ANISOTROPIC)
         if known.mirrors:
-            if not is_idle(self.tree, node, "Anisotropy"):
-                self._note(_ANISOTROPIC)
             mirrored = colour * mirroring_share(self._value(node.inputs["Roughness"]))
         behind: Operand = 0.0
         if known.behind:
             # Light comes into a body through one wall and out through another.
             behind = colour = colour * colour if self.closed else colour
-        return _Closure(colour=colour, mirrored=mirrored, behind=behind, normal=normal)
+        return _Closure(colour, 0.0, 0.0, mirrored, behind, highlight, normal)
+
+    def _highlight(self, node: bpy.types.Node, kind: str) -> Operand:
+        """Return what of the sun a white closure throws back, over a matte one."""
+        group = self.graph.node("ShaderNodeGroup", node_tree=self.surfaces.highlights[kind])
+        geometry = self.graph.node("ShaderNodeNewGeometry").outputs
+        for name in (realtime_highlights.NORMAL, realtime_highlights.TANGENT):
+            if name in group.inputs:
+                links = [link for link in node.inputs[name].links if not link.is_muted]
+                source = links[0].from_socket if links else geometry[name]
+                self.tree.links.new(source, group.inputs[name])
+        for name in realtime_highlights.NUMBERS[kind]:
+            self.graph.assign(self._value(node.inputs[name]), group.inputs[name])
+        return self.graph.term(group.outputs[0])
 
     def _principled(self, node: bpy.types.Node) -> _Closure:
         inputs = node.inputs
@@ -183,7 +203,7 @@ class _Walk:
             self._note(f"uses the linked group {group.name!r}; its colour counts as grey {_GREY}")
             return _Closure(colour=_GREY)
         if not any(_is_ours(item) for item in _interface_outputs(group)):
-            _open_group(group, output.name, self.notes, self.clear, closed=self.closed)
+            _open_group(group, output.name, self)
         return _Closure(
             **{
                 quantity: self.graph.term(node.outputs[name])
@@ -211,9 +231,10 @@ class _Walk:
 
     def _filtered(self, colour: Operand) -> Operand:
         """Return what the channels have left of what a colour lets through."""
-        if self.clear is None or not isinstance(colour, NodeValue):
+        clear = self.surfaces.clear
+        if clear is None or not isinstance(colour, NodeValue):
             return colour
-        node = self.graph.node("ShaderNodeGroup", node_tree=self.clear)
+        node = self.graph.node("ShaderNodeGroup", node_tree=clear)
         self.graph.assign(colour, node.inputs[0])
         return self.graph.term(node.outputs[0])
 
@@ -243,6 +264,8 @@ class Surfaces:
         Of the added floor, whose reflectance is a measured one.
     closed : collection of Material
         Those of bodies that are closed; of the others light from behind crosses one sheet.
+    highlights : mapping of str to ShaderNodeTree
+        Groups of :mod:`.realtime_highlights`.
     """
 
     lit: bpy.types.ShaderNodeTree
@@ -250,20 +273,29 @@ class Surfaces:
     keeping: bpy.types.ShaderNodeTree | None = None
     floor: bpy.types.Material | None = None
     closed: Collection[bpy.types.Material] = ()
+    highlights: Mapping[str, bpy.types.ShaderNodeTree] = field(default_factory=dict)
+
+    def is_apart(self, tree: bpy.types.NodeTree, node: bpy.types.Node) -> bool:
+        """Whether the sun lights a node by another closure than its own."""
+        known = SHADER_NODES.get(node.bl_idname)
+        if known is None:
+            return False
+        return known.behind or _drawn_by(tree, node) in self.highlights
 
 
 @dataclass(frozen=True)
 class Kinds:
     """What any of the materials of a scene may do.
 
-    Mirror what is around it, emit light, throw on light from behind it, or filter what is seen
-    through it.
+    Mirror what is around it, emit light, throw on light from behind it, filter what is seen
+    through it, or show the sun as only groups of ``highlights`` do.
     """
 
     mirrors: bool = False
     glows: bool = False
     translucent: bool = False
     filters: bool = False
+    highlights: tuple[str, ...] = ()
 
 
 def insert(materials: list[bpy.types.Material], surfaces: Surfaces) -> list[str]:
@@ -293,7 +325,8 @@ def insert(materials: list[bpy.types.Material], surfaces: Surfaces) -> list[str]
         if output is None:
             continue
         name, closed = f"material {material.name!r}", material in surfaces.closed
-        walk = _Walk(material.node_tree, name, notes, surfaces.clear, closed)
+        walk = _Walk(material.node_tree, name, notes, surfaces, closed)
+        band_colors.darken(material.node_tree, surfaces.is_apart)
         if surfaces.keeping is not None and _keeps(material.node_tree):
             measured = band_colors.is_measured(material) or material == surfaces.floor
             _keep(walk, material, output, surfaces.keeping, measured=measured)
@@ -352,7 +385,19 @@ def kinds(materials: Iterable[bpy.types.Material]) -> Kinds:
         or any(next(bare_colours.bare(tree), None) is not None for tree in own),
         any(node.bl_idname in _TRANSLUCENT for _, node in nodes),
         any(_filters(tree, node) for tree, node in nodes),
+        tuple(sorted({kind for found in nodes if (kind := _drawn_by(*found)) is not None})),
     )
+
+
+def _drawn_by(tree: bpy.types.NodeTree, node: bpy.types.Node) -> str | None:
+    """Group of highlights by which the sun lights a node."""
+    known = SHADER_NODES.get(node.bl_idname)
+    kind = None if known is None else known.sunlit
+    if kind == realtime_highlights.STRETCHED and is_idle(tree, node, "Anisotropy"):
+        return None
+    if kind == realtime_highlights.TOON and node.component != "DIFFUSE":
+        return None
+    return kind
 
 
 def _filters(tree: bpy.types.NodeTree, node: bpy.types.Node) -> bool:
@@ -478,8 +523,11 @@ def _keep(
     tree.links.new(source, mixed.inputs[2]).is_muted = muted
     seen = _added(graph, mixed.outputs[0], surface.outputs[0])
     if not _is_zero(closure.behind):
-        sunlit = _sunlit_behind(graph, closure, surface, measured=measured)
+        sunlit = _sunlit(graph, closure, closure.behind, surface, measured=measured)
         seen = _added(graph, seen, _translucent(walk, material, closure, sunlit, output, surface))
+    if not _is_zero(closure.highlight):
+        sunlit = _sunlit(graph, closure, closure.highlight, surface, measured=measured)
+        seen = _added(graph, seen, _matte(graph, closure, sunlit))
     if passing is not None:
         # What the share has taken of the light behind it.
         transparent = graph.node("ShaderNodeBsdfTransparent")
@@ -488,19 +536,27 @@ def _keep(
     tree.links.new(seen, socket)
 
 
-def _sunlit_behind(
-    graph: Graph, closure: _Closure, surface: bpy.types.Node, *, measured: bool
+def _sunlit(
+    graph: Graph, closure: _Closure, colour: Operand, surface: bpy.types.Node, *, measured: bool
 ) -> Operand:
-    """Return what the channels see of sunlight that shines through a closure."""
+    """Return what the channels see of sunlight on a colour that is part of a closure's."""
     if measured:
-        part = _mean(closure.behind) / NODES.maximum(_mean(closure.colour), _DARKEST)
+        part = _mean(colour) / NODES.maximum(_mean(closure.colour), _DARKEST)
         return graph.term(surface.outputs[uplift.MEASURED_INPUT]) * part
     columns = [graph.term(surface.outputs[name]) for name in uplift.COLUMNS]
-    parts = [closure.behind] * len(columns)
-    if isinstance(closure.behind, NodeValue):
-        parts = list(graph.components(closure.behind))
+    parts = [colour] * len(columns)
+    if isinstance(colour, NodeValue):
+        parts = list(graph.components(colour))
     red, green, blue = (column * part for column, part in zip(columns, parts, strict=True))
     return red + green + blue
+
+
+def _matte(graph: Graph, closure: _Closure, colour: Operand) -> bpy.types.NodeSocket:
+    node = graph.node("ShaderNodeBsdfDiffuse")
+    graph.assign(colour, node.inputs["Color"])
+    if closure.normal is not None:
+        graph.assign(closure.normal, node.inputs["Normal"])
+    return node.outputs[0]
 
 
 def _translucent(
@@ -607,13 +663,16 @@ def _insert(
     surface = graph.node("ShaderNodeGroup", node_tree=group)
     surface[_MUTED] = muted
     surface.location = (output.location.x, output.location.y - 200.0)
-    holder = lit
+    others = []
     if not _is_zero(closure.behind):
-        band_colors.darken_translucent(tree)
-        shining = _translucent(walk, material, closure, closure.behind, output, surface)
-        holder = graph.node("ShaderNodeAddShader")
-        tree.links.new(shining, holder.inputs[1])
-        tree.links.new(holder.outputs[0], lit.inputs[0])
+        others.append(_translucent(walk, material, closure, closure.behind, output, surface))
+    if not _is_zero(closure.highlight):
+        others.append(_matte(graph, closure, closure.highlight))
+    holder = lit
+    for other in others:
+        last, holder = holder, graph.node("ShaderNodeAddShader")
+        tree.links.new(other, holder.inputs[1])
+        tree.links.new(holder.outputs[0], last.inputs[0])
     holder[_HOLDER] = 0
     tree.links.new(source, holder.inputs[0])
     tree.links.new(lit.outputs["Color"], surface.inputs[realtime_surface.LIT])
@@ -644,16 +703,13 @@ def _held(tree: bpy.types.NodeTree) -> bpy.types.NodeSocket:
 def _open_group(
     group: bpy.types.ShaderNodeTree,
     shader: str,
-    notes: list[str],
-    clear: bpy.types.ShaderNodeTree | None,
-    *,
-    closed: bool,
+    outer: _Walk,
 ) -> None:
     """Give a group outputs for the colour, emission and transmittance of its shader."""
     outputs = [n for n in group.nodes if n.bl_idname == "NodeGroupOutput" and n.is_active_output]
     if not outputs:
         return
-    walk = _Walk(group, f"group {group.name!r}", notes, clear, closed)
+    walk = _Walk(group, f"group {group.name!r}", outer.notes, outer.surfaces, outer.closed)
     closure = walk.closure(outputs[0].inputs[shader])
     for quantity, name in _OUTPUTS.items():
         value = getattr(closure, quantity)
