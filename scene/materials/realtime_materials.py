@@ -22,7 +22,11 @@ from numpy.typing import NDArray
 from ...node_groups import realtime_highlights, realtime_surface, uplift
 from ...node_groups.node_mathematics import MARK, NODES, Graph, NodeValue
 from ...uw_spectral.mathematics import Operand
-from ...uw_spectral.transfer.closures import mirroring_share, whole_closure
+from ...uw_spectral.transfer.closures import (
+    mirroring_share,
+    stretched_mirroring_share,
+    whole_closure,
+)
 from .. import contents
 from ..animation import curves
 from . import band_colors, bare_colours, matte_fallbacks, refractive_indices
@@ -154,7 +158,12 @@ class _Walk:
         elif known.mirrors and not is_idle(self.tree, node, "Anisotropy"):
             self._note(_ANISOTROPIC)
         if known.mirrors:
-            mirrored = colour * mirroring_share(self._value(node.inputs["Roughness"]))
+            roughness = self._value(node.inputs["Roughness"])
+            share = mirroring_share(roughness)
+            if not _is_zero(highlight):
+                anisotropy = self._value(node.inputs["Anisotropy"])
+                share = stretched_mirroring_share(roughness, anisotropy, NODES)
+            mirrored = colour * share
         behind: Operand = 0.0
         if known.behind:
             # Light comes into a body through one wall and out through another.

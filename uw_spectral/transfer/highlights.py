@@ -29,7 +29,8 @@ def stretched_highlight(
 ) -> Operand:
     """Return that of a mirror whose roughness differs along and across a tangent.
 
-    GGX with Smith's shadowing, with the widths of Blender's Glossy BSDF.
+    GGX with Smith's shadowing, with the widths of Blender's Glossy BSDF; what facets throw from
+    one to another is left out.
 
     Parameters
     ----------
@@ -47,10 +48,8 @@ def stretched_highlight(
     E. Heitz, "Understanding the Masking-Shadowing Function in Microfacet-Based BRDFs", JCGT 3(2),
     2014.
     """
-    round_part = m.maximum(1.0 - m.absolute(anisotropy), _ROUNDEST)
-    alpha = m.maximum(roughness * roughness, _SMOOTHEST)
+    narrow, wide = widths(roughness, anisotropy, m)
     back = m.less(anisotropy, 0.0)
-    narrow, wide = alpha * round_part, alpha / round_part
     along, across = m.select(back, wide, narrow), m.select(back, narrow, wide)
     y = _unit(_cross(n, tangent), m)
     x = _cross(y, n)
@@ -71,6 +70,21 @@ def stretched_highlight(
     masked = lz * m.sqrt(vx * vx + vy * vy + vz * vz) + vz * m.sqrt(lx * lx + ly * ly + lz * lz)
     # Of D G / (4 cos cos), times pi.
     return 0.5 / (along * across * spread * spread * masked)
+
+
+def widths(
+    roughness: Operand, anisotropy: Operand, m: Mathematics = NUMPY
+) -> tuple[Operand, Operand]:
+    """Return the smaller and the greater width of slopes of Blender's Glossy BSDF.
+
+    Examples
+    --------
+    >>> [round(float(x), 3) for x in widths(0.3, -0.8)]
+    [0.018, 0.45]
+    """
+    round_part = m.maximum(1.0 - m.absolute(anisotropy), _ROUNDEST)
+    alpha = m.maximum(roughness * roughness, _SMOOTHEST)
+    return alpha * round_part, alpha / round_part
 
 
 def toon_highlight(
