@@ -87,17 +87,17 @@ def build(shape: Shape, sources: Sources, *, keeps: bool = False) -> bpy.types.S
     the three are multiplied already; ``Normal``; if things filter, ``Covered``, the share of each
     channel that is not transparent; if things mirror, ``Mirrored``, the part of the reflectance
     that does; if things are translucent, ``Behind``, the part that light from behind shines
-    through, and ``Closed``, 1 where they are bodies with walls; and if reflectances were
-    measured, ``Column``, where that of the material is found if it is not 0, and ``Measured``,
-    its channels.
+    through; if things are either, ``Closed``, 1 where there is a wall behind a wall; and if
+    reflectances were measured, ``Column``, where that of the material is found if it is not 0, and
+    ``Measured``, its channels.
     """
     tree = new_group(KEEPING if keeps else NAME)
     left_out = ({LIT} if keeps else set()) | (set() if shape.glows else {EMITTED})
     own = {name: kind for name, kind in _INPUTS.items() if name not in left_out}
     kinds = own | ({MIRRORED: "NodeSocketColor"} if shape.mirrors else {})
-    if shape.translucent:
-        kinds |= {BEHIND: "NodeSocketColor", CLOSED: "NodeSocketFloat"}
+    kinds |= {BEHIND: "NodeSocketColor"} if shape.translucent else {}
     kinds |= {COVERED: "NodeSocketVector"} if shape.filters else {}
+    kinds |= {CLOSED: "NodeSocketFloat"} if shape.translucent or shape.filters else {}
     kinds |= _MEASURED_INPUTS if shape.measured else {}
     for name, kind in kinds.items():
         socket = tree.interface.new_socket(name, in_out="INPUT", socket_type=kind)
@@ -317,8 +317,7 @@ class _Surface:
         ray, y, n = self._ray, self._y, self._normal
         leaving = ray.leaving(self._thing, y, n, self._P)
         coverage = self._given[COVERAGE]
-        # EEVEE lets through the mean of the channels.
-        tint = coverage - self._given[COVERED] if self._shape.filters else None
+        tint = self._tint() if self._shape.filters else None
         pixel = ray.surface(
             self._y_o, y, self._w, self._P, leaving, shade=self._path_shade(),
             blocked=self._blocked, coverage=coverage, tint=tint,
@@ -326,6 +325,17 @@ class _Surface:
         if not {"J", "I"}.isdisjoint(self._shape.layers):
             pixel = replace(pixel, L_end=ray.leaving(self._thing, y, n, 0.0))
         return self._with_lamps(pixel)
+
+    def _tint(self) -> Operand:
+        """Return what channels see through beyond the mean of them, which EEVEE lets through.
+
+        Before the first wall of a body lies what its second has filtered already.
+        """
+        passing = 1.0 - self._given[COVERED]
+        geometry = self._graph.node("ShaderNodeNewGeometry").outputs
+        first = self._given[CLOSED] * (1.0 - self._graph.term(geometry["Backfacing"]))
+        beyond = passing - (1.0 - self._given[COVERAGE])
+        return beyond * NODES.select(first, passing, 1.0)
 
     def _with_lamps(self, pixel: ChannelPixel) -> ChannelPixel:
         found, lamps = self._lamps, realtime_lamps

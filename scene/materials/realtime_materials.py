@@ -191,8 +191,12 @@ class _Walk:
         transmittance = 1.0 - alpha
         if not _is_zero(passing):
             self._note("transmits light; in real time it goes straight through")
-            # Each of two faces tints.
-            transmittance = transmittance + alpha * passing * self._filtered(NODES.sqrt(base))
+            # Each of two faces tints; what both leave of a channel is no product of means.
+            if self.closed:
+                left = NODES.sqrt(NODES.maximum(self._filtered(base), 0.0))
+            else:
+                left = self._filtered(NODES.sqrt(base))
+            transmittance = transmittance + alpha * passing * left
         if not is_idle(self.tree, node, "Anisotropic"):
             self._note(_ANISOTROPIC)
         strength = self._value(inputs["Emission Strength"])
@@ -584,8 +588,8 @@ def _translucent(
         if material.thickness_mode != _SHEET:
             material[_THICKNESS_MODE] = material.thickness_mode
             material.thickness_mode = _SHEET
-    if realtime_surface.CLOSED in surface.inputs:
-        surface.inputs[realtime_surface.CLOSED].default_value = float(body)
+    if not body and realtime_surface.CLOSED in surface.inputs:
+        surface.inputs[realtime_surface.CLOSED].default_value = 0.0
     node = graph.node("ShaderNodeBsdfTranslucent")
     graph.assign(whole_closure(colour, NODES, closed=body), node.inputs["Color"])
     if closure.normal is not None:
@@ -643,6 +647,8 @@ def _describe(walk: _Walk, closure: _Closure, surface: bpy.types.Node) -> Operan
         walk.notes.append(f"{walk.name} {_MATTE}")
     if realtime_surface.BEHIND in surface.inputs:
         graph.assign(closure.behind, surface.inputs[realtime_surface.BEHIND])
+    if realtime_surface.CLOSED in surface.inputs:
+        surface.inputs[realtime_surface.CLOSED].default_value = float(walk.closed)
     normal = closure.normal
     if normal is None:
         normal = graph.term(graph.node("ShaderNodeNewGeometry").outputs["Normal"])
@@ -672,6 +678,7 @@ def _insert(
     surface = graph.node("ShaderNodeGroup", node_tree=group)
     surface[_MUTED] = muted
     surface.location = (output.location.x, output.location.y - 200.0)
+    passing = _describe(walk, closure, surface)
     others = []
     if not _is_zero(closure.behind):
         others.append(_translucent(walk, material, closure, closure.behind, output, surface))
@@ -685,7 +692,6 @@ def _insert(
     holder[_HOLDER] = 0
     tree.links.new(source, holder.inputs[0])
     tree.links.new(lit.outputs["Color"], surface.inputs[realtime_surface.LIT])
-    passing = _describe(walk, closure, surface)
     seen = surface.outputs[0]
     if passing is not None:
         transparent = graph.node("ShaderNodeBsdfTransparent")

@@ -11,7 +11,7 @@ from .visible_meshes import visible_instances
 
 
 def closed_materials(scene: bpy.types.Scene) -> set[bpy.types.Material]:
-    """Return the translucent materials of a scene that are on closed meshes only."""
+    """Return the materials of a scene that light crosses and that are on closed meshes only."""
     layer = rendered_layer(scene)
     layer.update()
     asked: dict[bpy.types.Material, bool] = {}
@@ -20,7 +20,8 @@ def closed_materials(scene: bpy.types.Scene) -> set[bpy.types.Material]:
         mesh = found.object.data
         materials = {s.material.original for s in found.object.material_slots if s.material}
         for material in materials - asked.keys():
-            asked[material] = realtime_materials.kinds([material]).translucent
+            kinds = realtime_materials.kinds([material])
+            asked[material] = kinds.translucent or kinds.filters
         through = [material for material in materials if asked[material]]
         if not through:
             continue

@@ -110,7 +110,7 @@ def add_realtime(scene: bpy.types.Scene, water: RealtimeWater, extent: WaterExte
         objects[0].data.materials.append(realtime_volume.build(shape, sources))
     clear = realtime_filter.build(values, shape)
     measured = floor if FLOOR in water.seen.reflectances else None
-    closed = closed_materials(scene) if shape.translucent else ()
+    closed = closed_materials(scene) if shape.translucent or shape.filters else ()
     highlights = {kind: realtime_highlights.build(kind, values, shape) for kind in shape.highlights}
     surfaces = Surfaces(surface, clear, keeping, measured, closed, highlights)
     notes += realtime_materials.insert(materials, surfaces)
@@ -244,7 +244,8 @@ def _wet(scene: bpy.types.Scene, material: bpy.types.Material) -> None:
     lit, clear, keeping = (
         marks.part(scene, name) for name in (marks.SURFACE, _FILTER, marks.KEEPING)
     )
-    closed = closed_materials(scene) if realtime_materials.kinds([material]).translucent else ()
+    own = realtime_materials.kinds([material])
+    closed = closed_materials(scene) if own.translucent or own.filters else ()
     kinds = realtime_highlights.NUMBERS
     found = {kind: marks.part(scene, _HIGHLIGHT + kind) for kind in kinds}
     highlights = {kind: group for kind, group in found.items() if group is not None}
