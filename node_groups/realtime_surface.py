@@ -24,6 +24,7 @@ from ..uw_spectral.transfer.channel_pixel import (
     ShadeOnPath,
     Thing,
 )
+from ..uw_spectral.transfer.closures import BOTH_SIDES
 from ..uw_spectral.transfer.folded_light import ON_PATCH
 from . import realtime_lamps, realtime_layers
 from .node_mathematics import NODES, PART_SIZE, Graph, NodeValue, new_group
@@ -58,7 +59,7 @@ from .uplift import COLUMNS, SHARE
 NAME, KEEPING = "UW Thing in Water", "UW Water before Thing"
 
 LIT, COLOR, EMITTED = "Lit", "Color", "Emission"
-MIRRORED, BEHIND = "Mirrored", "Behind"
+MIRRORED, BEHIND, CLOSED = "Mirrored", "Behind", "Closed"
 COVERAGE, COVERED, NORMAL = "Coverage", "Covered", "Normal"
 COLUMN, MEASURED = "Column", "Measured"
 _INPUTS = {
@@ -69,6 +70,7 @@ _INPUTS = {
     NORMAL: "NodeSocketVector",
 }
 _MEASURED_INPUTS = {COLUMN: "NodeSocketFloat", MEASURED: "NodeSocketVector"}
+_BEHIND_IT = "Shade behind It"
 _DARKEST = 1e-3  # reflectance below which a colour does not tell how a thing is lit
 
 
@@ -85,8 +87,9 @@ def build(shape: Shape, sources: Sources, *, keeps: bool = False) -> bpy.types.S
     the three are multiplied already; ``Normal``; if things filter, ``Covered``, the share of each
     channel that is not transparent; if things mirror, ``Mirrored``, the part of the reflectance
     that does; if things are translucent, ``Behind``, the part that light from behind shines
-    through; and if reflectances were measured, ``Column``, where that of the material is found if
-    it is not 0, and ``Measured``, its channels.
+    through; if things are either, ``Closed``, 1 where there is a wall behind a wall; and if
+    reflectances were measured, ``Column``, where that of the material is found if it is not 0, and
+    ``Measured``, its channels.
     """
     tree = new_group(KEEPING if keeps else NAME)
     left_out = ({LIT} if keeps else set()) | (set() if shape.glows else {EMITTED})
@@ -94,6 +97,7 @@ def build(shape: Shape, sources: Sources, *, keeps: bool = False) -> bpy.types.S
     kinds = own | ({MIRRORED: "NodeSocketColor"} if shape.mirrors else {})
     kinds |= {BEHIND: "NodeSocketColor"} if shape.translucent else {}
     kinds |= {COVERED: "NodeSocketVector"} if shape.filters else {}
+    kinds |= {CLOSED: "NodeSocketFloat"} if shape.translucent or shape.filters else {}
     kinds |= _MEASURED_INPUTS if shape.measured else {}
     for name, kind in kinds.items():
         socket = tree.interface.new_socket(name, in_out="INPUT", socket_type=kind)
@@ -139,6 +143,9 @@ class _Surface:
         if shade is not None:
             camera = [x - along * self._P for x, along in zip(here, self._w, strict=True)]
             self._shade = shade.on_patch(here, self._normal)
+            if self._shape.translucent:
+                back = shade.on_patch(here, [-part for part in self._normal])
+                self._shade[_BEHIND_IT] = back[ON_IT]
             self._shade |= shade.on_path(camera, self._w, self._P)
         self._around = self._water.around(here)
         self._lamps = {} if sources.lamps is None else self._lit_by_lamps(sources)
@@ -246,9 +253,10 @@ class _Surface:
         if self._shape.translucent:
             part, whole = (self._sum(given[name]) for name in (BEHIND, COLOR))
             behind = NODES.minimum(part / NODES.maximum(whole, _DARKEST), 1.0)
+            behind = behind * NODES.select(given[CLOSED], BOTH_SIDES, 1.0)
         return Thing(
             columns, response, base, mirrored, L_mirrored, emitted, self._pattern, self._left(),
-            behind,
+            behind, self._left_behind(),
         )  # fmt: skip
 
     def _sum(self, colour: NodeValue) -> Operand:
@@ -286,6 +294,14 @@ class _Surface:
         mean, share, _ = self._graph.components(self._shade[ON_IT])
         return LightLeft(mean, share)
 
+    def _left_behind(self) -> LightLeft:
+        """Return the same of the light on the other side; inside a body there is no probe."""
+        if _BEHIND_IT not in self._shade:
+            return self._left()
+        sides = self._shade[ON_IT], self._shade[_BEHIND_IT]
+        mean, share, _ = self._graph.components(NODES.select(self._given[CLOSED], *sides))
+        return LightLeft(mean, share)
+
     def _turned(self, sun: Sequence[Operand]) -> Operand:
         """Factor on the light of the sun as it is drawn, for a patch that another sun lights."""
         if not self._shape.above:
@@ -301,8 +317,7 @@ class _Surface:
         ray, y, n = self._ray, self._y, self._normal
         leaving = ray.leaving(self._thing, y, n, self._P)
         coverage = self._given[COVERAGE]
-        # EEVEE lets through the mean of the channels.
-        tint = coverage - self._given[COVERED] if self._shape.filters else None
+        tint = self._tint() if self._shape.filters else None
         pixel = ray.surface(
             self._y_o, y, self._w, self._P, leaving, shade=self._path_shade(),
             around=self._around, coverage=coverage, tint=tint,
@@ -310,6 +325,17 @@ class _Surface:
         if not {"J", "I"}.isdisjoint(self._shape.layers):
             pixel = replace(pixel, L_end=ray.leaving(self._thing, y, n, 0.0))
         return self._with_lamps(pixel)
+
+    def _tint(self) -> Operand:
+        """Return what channels see through beyond the mean of them, which EEVEE lets through.
+
+        Before the first wall of a body lies what its second has filtered already.
+        """
+        passing = 1.0 - self._given[COVERED]
+        geometry = self._graph.node("ShaderNodeNewGeometry").outputs
+        first = self._given[CLOSED] * (1.0 - self._graph.term(geometry["Backfacing"]))
+        beyond = passing - (1.0 - self._given[COVERAGE])
+        return beyond * NODES.select(first, passing, 1.0)
 
     def _with_lamps(self, pixel: ChannelPixel) -> ChannelPixel:
         found, lamps = self._lamps, realtime_lamps

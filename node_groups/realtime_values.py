@@ -102,6 +102,8 @@ class Shape:
         Whether things mirror the water.
     translucent : bool
         Whether light from behind things shines through them.
+    highlights : tuple of str
+        Groups of :mod:`.realtime_highlights` that there are.
     filters : bool
         Whether things let through more of one colour than of another.
     glows : bool
@@ -126,6 +128,7 @@ class Shape:
     above: bool = False
     mirrors: bool = False
     translucent: bool = False
+    highlights: tuple[str, ...] = ()
     filters: bool = False
     glows: bool = False
     measured: int = 0

@@ -36,6 +36,7 @@ LENGTH = "UW Thickness in Water"
 SHEEN = "UW Sheen"
 FILTER = "UW Filter"
 HAIR = "UW Hair"
+THIN = "UW Thin"
 
 KIND = "uw_uplift"
 """On a group: which of them it is."""
@@ -47,6 +48,7 @@ COLUMNS = ("Red", "Green", "Blue")
 SHARE = "Share"
 """Input and output: the part of that with which whole closures are mixed in."""
 _LEAST = 1e-5
+_THICKNESS = 0.03  # m; a sheet of less shades itself from behind, by the texels of shadows
 _IN_WATER = {
     INDEX: index_in_water,
     OPAQUE_INDEX: opaque_index_in_water,
@@ -177,6 +179,18 @@ def build_hair() -> bpy.types.ShaderNodeTree:
     return tree
 
 
+def build_thin() -> bpy.types.ShaderNodeTree:
+    """Build the group any thickness → that of a sheet."""
+    tree = new_group(THIN)
+    for way in ("INPUT", "OUTPUT"):
+        tree.interface.new_socket("Value", in_out=way, socket_type="NodeSocketFloat")
+    graph = Graph(tree)
+    value = graph.node("ShaderNodeValue").outputs[0]
+    value.default_value = _THICKNESS
+    tree.links.new(value, graph.node("NodeGroupOutput").inputs[0])
+    return tree
+
+
 def set_water_index(index: float) -> None:
     """Tell the groups of indices that of the water against air."""
     for tree in bpy.data.node_groups:
@@ -190,6 +204,7 @@ _BUILDERS = {
     **{kind: functools.partial(_in_water, kind, rule) for kind, rule in _IN_WATER.items()},
     SHEEN: build_sheen,
     HAIR: build_hair,
+    THIN: build_thin,
     SUNLIT: build_sunlit,
     SUNLIT_MEASURED: build_sunlit_measured,
     DARK: build_dark,

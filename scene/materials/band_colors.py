@@ -93,6 +93,17 @@ def route(tree: bpy.types.NodeTree, make: Maker, *, measured: bool) -> None:
         route(group, make, measured=False)
 
 
+def darken(
+    tree: bpy.types.NodeTree, apart: Callable[[bpy.types.NodeTree, bpy.types.Node], bool]
+) -> None:
+    """Leave nothing of the colours of some nodes, in groups neither: other closures have them."""
+    for node, socket in _colours(tree):
+        if socket.type == "RGBA" and apart(tree, node):
+            put_before(tree, socket, new_node(tree, uplift.DARK))
+    for group in _groups(tree):
+        darken(group, apart)
+
+
 def filter_clear(materials: Iterable[bpy.types.Material], group: bpy.types.ShaderNodeTree) -> None:
     """Put EEVEE's group before the colours of what lets through what is behind.
 

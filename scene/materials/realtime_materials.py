@@ -19,14 +19,18 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from ...node_groups import realtime_surface, uplift
+from ...node_groups import realtime_highlights, realtime_surface, uplift
 from ...node_groups.node_mathematics import MARK, NODES, Graph, NodeValue
 from ...uw_spectral.mathematics import Operand
-from ...uw_spectral.transfer.closures import mirroring_share
+from ...uw_spectral.transfer.closures import (
+    mirroring_share,
+    stretched_mirroring_share,
+    whole_closure,
+)
 from .. import contents
 from ..animation import curves
 from . import band_colors, bare_colours, matte_fallbacks, refractive_indices
-from .inserted import is_idle, own_input
+from .inserted import is_idle, new_node, own_input, put_before
 from .shader_nodes import (
     EMITS,
     HIDES,
@@ -43,14 +47,17 @@ SOURCE = "uw_source"
 """On a constant: node and socket of the user's that it repeats."""
 _MUTED, _MUTED_VOLUME = "uw_muted", "uw_muted_volume"
 _HOLDER, _SUNLIGHT = "uw_holder", "uw_sunlight"
+_THICKNESS_MODE = "uw_thickness_mode"  # on a material: what the user has chosen
+_SHEET, _BODY = "SLAB", "SPHERE"
 _OUTPUTS = {
     "colour": "UW Color",
     "emission": "UW Emission",
     "transmittance": "UW Transmittance",
     "mirrored": "UW Mirrored",
     "behind": "UW Behind",
+    "highlight": "UW Highlight",
 }
-_GREY = 0.5
+_GREY, _DARKEST = 0.5, 1e-3
 _MATTE = "mirrors; in real time it throws back the water's light as a matte thing does"
 
 _ANISOTROPIC = "is anisotropic; the highlights of real time are round"
@@ -67,7 +74,8 @@ class _Closure:
     """What a shader reflects, emits and lets through, as RGB terms or numbers.
 
     Of the colour, ``mirrored`` is the part that mirrors, and ``behind`` the part that the light
-    from behind shines through.
+    from behind shines through; ``highlight`` is the colour of a matte closure that is as bright in
+    the sun as closures that EEVEE lacks.
     """
 
     colour: Operand = 0.0
@@ -75,6 +83,7 @@ class _Closure:
     transmittance: Operand = 0.0
     mirrored: Operand = 0.0
     behind: Operand = 0.0
+    highlight: Operand = 0.0
     normal: NodeValue | None = None
 
     def combined(self, other: _Closure, join: Callable[[Operand, Operand], Operand]) -> _Closure:
@@ -84,6 +93,7 @@ class _Closure:
             join(self.transmittance, other.transmittance),
             join(self.mirrored, other.mirrored),
             join(self.behind, other.behind),
+            join(self.highlight, other.highlight),
             self.normal or other.normal,
         )
 
@@ -95,7 +105,8 @@ class _Walk:
     tree: bpy.types.ShaderNodeTree
     name: str
     notes: list[str]
-    clear: bpy.types.ShaderNodeTree | None = None
+    surfaces: Surfaces
+    closed: bool = False
     graph: Graph = field(init=False)
 
     def __post_init__(self) -> None:
@@ -141,12 +152,36 @@ class _Walk:
             return _Closure(transmittance=colour)
         if known.does == REFRACTS:
             return _Closure(transmittance=colour, normal=normal)
+        highlight: Operand = 0.0
+        if self.surfaces.is_apart(self.tree, node) and known.sunlit is not None:
+            highlight = colour * self._highlight(node, known.sunlit)
+        elif known.mirrors and not is_idle(self.tree, node, "Anisotropy"):
+            self._note(_ANISOTROPIC)
         if known.mirrors:
-            if not is_idle(self.tree, node, "Anisotropy"):
-                self._note(_ANISOTROPIC)
-            mirrored = colour * mirroring_share(self._value(node.inputs["Roughness"]))
-        behind = colour if known.behind else 0.0
-        return _Closure(colour=colour, mirrored=mirrored, behind=behind, normal=normal)
+            roughness = self._value(node.inputs["Roughness"])
+            share = mirroring_share(roughness)
+            if not _is_zero(highlight):
+                anisotropy = self._value(node.inputs["Anisotropy"])
+                share = stretched_mirroring_share(roughness, anisotropy, NODES)
+            mirrored = colour * share
+        behind: Operand = 0.0
+        if known.behind:
+            # Light comes into a body through one wall and out through another.
+            behind = colour = colour * colour if self.closed else colour
+        return _Closure(colour, 0.0, 0.0, mirrored, behind, highlight, normal)
+
+    def _highlight(self, node: bpy.types.Node, kind: str) -> Operand:
+        """Return what of the sun a white closure throws back, over a matte one."""
+        group = self.graph.node("ShaderNodeGroup", node_tree=self.surfaces.highlights[kind])
+        geometry = self.graph.node("ShaderNodeNewGeometry").outputs
+        for name in (realtime_highlights.NORMAL, realtime_highlights.TANGENT):
+            if name in group.inputs:
+                links = [link for link in node.inputs[name].links if not link.is_muted]
+                source = links[0].from_socket if links else geometry[name]
+                self.tree.links.new(source, group.inputs[name])
+        for name in realtime_highlights.NUMBERS[kind]:
+            self.graph.assign(self._value(node.inputs[name]), group.inputs[name])
+        return self.graph.term(group.outputs[0])
 
     def _principled(self, node: bpy.types.Node) -> _Closure:
         inputs = node.inputs
@@ -156,8 +191,12 @@ class _Walk:
         transmittance = 1.0 - alpha
         if not _is_zero(passing):
             self._note("transmits light; in real time it goes straight through")
-            # Each of two faces tints.
-            transmittance = transmittance + alpha * passing * self._filtered(NODES.sqrt(base))
+            # Each of two faces tints; what both leave of a channel is no product of means.
+            if self.closed:
+                left = NODES.sqrt(NODES.maximum(self._filtered(base), 0.0))
+            else:
+                left = self._filtered(NODES.sqrt(base))
+            transmittance = transmittance + alpha * passing * left
         if not is_idle(self.tree, node, "Anisotropic"):
             self._note(_ANISOTROPIC)
         strength = self._value(inputs["Emission Strength"])
@@ -177,7 +216,7 @@ class _Walk:
             self._note(f"uses the linked group {group.name!r}; its colour counts as grey {_GREY}")
             return _Closure(colour=_GREY)
         if not any(_is_ours(item) for item in _interface_outputs(group)):
-            _open_group(group, output.name, self.notes, self.clear)
+            _open_group(group, output.name, self)
         return _Closure(
             **{
                 quantity: self.graph.term(node.outputs[name])
@@ -205,9 +244,10 @@ class _Walk:
 
     def _filtered(self, colour: Operand) -> Operand:
         """Return what the channels have left of what a colour lets through."""
-        if self.clear is None or not isinstance(colour, NodeValue):
+        clear = self.surfaces.clear
+        if clear is None or not isinstance(colour, NodeValue):
             return colour
-        node = self.graph.node("ShaderNodeGroup", node_tree=self.clear)
+        node = self.graph.node("ShaderNodeGroup", node_tree=clear)
         self.graph.assign(colour, node.inputs[0])
         return self.graph.term(node.outputs[0])
 
@@ -235,26 +275,40 @@ class Surfaces:
         The one that keeps closures.
     floor : Material, optional
         Of the added floor, whose reflectance is a measured one.
+    closed : collection of Material
+        Those of bodies that are closed; of the others light from behind crosses one sheet.
+    highlights : mapping of str to ShaderNodeTree
+        Groups of :mod:`.realtime_highlights`.
     """
 
     lit: bpy.types.ShaderNodeTree
     clear: bpy.types.ShaderNodeTree | None = None
     keeping: bpy.types.ShaderNodeTree | None = None
     floor: bpy.types.Material | None = None
+    closed: Collection[bpy.types.Material] = ()
+    highlights: Mapping[str, bpy.types.ShaderNodeTree] = field(default_factory=dict)
+
+    def is_apart(self, tree: bpy.types.NodeTree, node: bpy.types.Node) -> bool:
+        """Whether the sun lights a node by another closure than its own."""
+        known = SHADER_NODES.get(node.bl_idname)
+        if known is None:
+            return False
+        return known.behind or _drawn_by(tree, node) in self.highlights
 
 
 @dataclass(frozen=True)
 class Kinds:
     """What any of the materials of a scene may do.
 
-    Mirror what is around it, emit light, throw on light from behind it, or filter what is seen
-    through it.
+    Mirror what is around it, emit light, throw on light from behind it, filter what is seen
+    through it, or show the sun as only groups of ``highlights`` do.
     """
 
     mirrors: bool = False
     glows: bool = False
     translucent: bool = False
     filters: bool = False
+    highlights: tuple[str, ...] = ()
 
 
 def insert(materials: list[bpy.types.Material], surfaces: Surfaces) -> list[str]:
@@ -283,11 +337,14 @@ def insert(materials: list[bpy.types.Material], surfaces: Surfaces) -> list[str]
         output = _surface_output(material.node_tree)
         if output is None:
             continue
+        name, closed = f"material {material.name!r}", material in surfaces.closed
+        walk = _Walk(material.node_tree, name, notes, surfaces, closed)
+        band_colors.darken(material.node_tree, surfaces.is_apart)
         if surfaces.keeping is not None and _keeps(material.node_tree):
             measured = band_colors.is_measured(material) or material == surfaces.floor
-            _keep(material, output, surfaces.keeping, notes, surfaces.clear, measured=measured)
+            _keep(walk, material, output, surfaces.keeping, measured=measured)
         else:
-            _insert(material, output, surfaces.lit, notes, surfaces.clear)
+            _insert(walk, material, output, surfaces.lit)
     return list(dict.fromkeys(notes))
 
 
@@ -341,7 +398,19 @@ def kinds(materials: Iterable[bpy.types.Material]) -> Kinds:
         or any(next(bare_colours.bare(tree), None) is not None for tree in own),
         any(node.bl_idname in _TRANSLUCENT for _, node in nodes),
         any(_filters(tree, node) for tree, node in nodes),
+        tuple(sorted({kind for found in nodes if (kind := _drawn_by(*found)) is not None})),
     )
+
+
+def _drawn_by(tree: bpy.types.NodeTree, node: bpy.types.Node) -> str | None:
+    """Group of highlights by which the sun lights a node."""
+    known = SHADER_NODES.get(node.bl_idname)
+    kind = None if known is None else known.sunlit
+    if kind == realtime_highlights.STRETCHED and is_idle(tree, node, "Anisotropy"):
+        return None
+    if kind == realtime_highlights.TOON and node.component != "DIFFUSE":
+        return None
+    return kind
 
 
 def _filters(tree: bpy.types.NodeTree, node: bpy.types.Node) -> bool:
@@ -432,44 +501,100 @@ def remove(
             _reconnect(tree, surface)
         for node in [n for n in tree.nodes if MARK in n]:
             tree.nodes.remove(node)
+    for material in bpy.data.materials:
+        if _THICKNESS_MODE in material and material.node_tree not in wet:
+            material.thickness_mode = material[_THICKNESS_MODE]
+            del material[_THICKNESS_MODE]
     for group in [group for group in _groups() if group not in wet]:
         for item in [i for i in _interface_outputs(group) if _is_ours(i)]:
             group.interface.remove(item)
 
 
 def _keep(
+    walk: _Walk,
     material: bpy.types.Material,
     output: bpy.types.Node,
     group: bpy.types.ShaderNodeTree,
-    notes: list[str],
-    clear: bpy.types.ShaderNodeTree | None,
     *,
     measured: bool,
 ) -> None:
     """Send the colours of a material through the sunlight, and add the light of the water."""
-    tree = material.node_tree
+    tree = walk.tree
     socket = output.inputs["Surface"]
     link = socket.links[0]
     source, muted = link.from_socket, link.is_muted
     band_colors.route(tree, _sunlit_nodes(group), measured=measured)
-    walk = _Walk(tree, f"material {material.name!r}", notes, clear)
     closure, graph = walk.closure(socket), walk.graph
     surface = _sunlight_of(tree, group)
     surface[_MUTED] = muted
     surface.location = (output.location.x, output.location.y - 200.0)
-    passing = _describe(walk, closure, surface, notes)
+    passing = _describe(walk, closure, surface)
     share = graph.term(surface.outputs[uplift.SHARE])
     mixed = graph.node("ShaderNodeMixShader")
-    mixed[_HOLDER] = True
+    mixed[_HOLDER] = 2
     graph.assign(share, mixed.inputs[0])
     tree.links.new(source, mixed.inputs[2]).is_muted = muted
     seen = _added(graph, mixed.outputs[0], surface.outputs[0])
+    if not _is_zero(closure.behind):
+        sunlit = _sunlit(graph, closure, closure.behind, surface, measured=measured)
+        seen = _added(graph, seen, _translucent(walk, material, closure, sunlit, output, surface))
+    if not _is_zero(closure.highlight):
+        sunlit = _sunlit(graph, closure, closure.highlight, surface, measured=measured)
+        seen = _added(graph, seen, _matte(graph, closure, sunlit))
     if passing is not None:
         # What the share has taken of the light behind it.
         transparent = graph.node("ShaderNodeBsdfTransparent")
         graph.assign(passing * (1.0 - share), transparent.inputs["Color"])
         seen = _added(graph, seen, transparent.outputs[0])
     tree.links.new(seen, socket)
+
+
+def _sunlit(
+    graph: Graph, closure: _Closure, colour: Operand, surface: bpy.types.Node, *, measured: bool
+) -> Operand:
+    """Return what the channels see of sunlight on a colour that is part of a closure's."""
+    if measured:
+        part = _mean(colour) / NODES.maximum(_mean(closure.colour), _DARKEST)
+        return graph.term(surface.outputs[uplift.MEASURED_INPUT]) * part
+    columns = [graph.term(surface.outputs[name]) for name in uplift.COLUMNS]
+    parts = [colour] * len(columns)
+    if isinstance(colour, NodeValue):
+        parts = list(graph.components(colour))
+    red, green, blue = (column * part for column, part in zip(columns, parts, strict=True))
+    return red + green + blue
+
+
+def _matte(graph: Graph, closure: _Closure, colour: Operand) -> bpy.types.NodeSocket:
+    node = graph.node("ShaderNodeBsdfDiffuse")
+    graph.assign(colour, node.inputs["Color"])
+    if closure.normal is not None:
+        graph.assign(closure.normal, node.inputs["Normal"])
+    return node.outputs[0]
+
+
+def _translucent(
+    walk: _Walk,
+    material: bpy.types.Material,
+    closure: _Closure,
+    colour: Operand,
+    output: bpy.types.Node,
+    surface: bpy.types.Node,
+) -> bpy.types.NodeSocket:
+    """Add the one closure that light of lamps shines through, and say how thick it is."""
+    graph, tree = walk.graph, walk.tree
+    body = walk.closed and material.thickness_mode == _BODY
+    if not walk.closed:
+        put_before(tree, output.inputs["Thickness"], new_node(tree, uplift.THIN))
+        if material.thickness_mode != _SHEET:
+            material[_THICKNESS_MODE] = material.thickness_mode
+            material.thickness_mode = _SHEET
+    if not body and realtime_surface.CLOSED in surface.inputs:
+        surface.inputs[realtime_surface.CLOSED].default_value = 0.0
+    node = graph.node("ShaderNodeBsdfTranslucent")
+    graph.assign(whole_closure(colour, NODES, closed=body), node.inputs["Color"])
+    if closure.normal is not None:
+        graph.assign(closure.normal, node.inputs["Normal"])
+    return node.outputs[0]
 
 
 def _sunlit_nodes(group: bpy.types.ShaderNodeTree) -> band_colors.Maker:
@@ -510,9 +635,7 @@ def _added(
     return node.outputs[0]
 
 
-def _describe(
-    walk: _Walk, closure: _Closure, surface: bpy.types.Node, notes: list[str]
-) -> Operand | None:
+def _describe(walk: _Walk, closure: _Closure, surface: bpy.types.Node) -> Operand | None:
     """Tell a surface group what a closure is; return what passes through it, if anything does."""
     graph = walk.graph
     graph.assign(closure.colour, surface.inputs[realtime_surface.COLOR])
@@ -521,9 +644,11 @@ def _describe(
     if realtime_surface.MIRRORED in surface.inputs:
         graph.assign(closure.mirrored, surface.inputs[realtime_surface.MIRRORED])
     elif not _is_zero(closure.mirrored):
-        notes.append(f"{walk.name} {_MATTE}")
+        walk.notes.append(f"{walk.name} {_MATTE}")
     if realtime_surface.BEHIND in surface.inputs:
         graph.assign(closure.behind, surface.inputs[realtime_surface.BEHIND])
+    if realtime_surface.CLOSED in surface.inputs:
+        surface.inputs[realtime_surface.CLOSED].default_value = float(walk.closed)
     normal = closure.normal
     if normal is None:
         normal = graph.term(graph.node("ShaderNodeNewGeometry").outputs["Normal"])
@@ -531,7 +656,7 @@ def _describe(
     if _is_zero(closure.transmittance):
         return None
     passing = closure.transmittance
-    covered = 1.0 - (_mean(passing) if isinstance(passing, NodeValue) else passing)
+    covered = 1.0 - _mean(passing)
     graph.assign(covered, surface.inputs[realtime_surface.COVERAGE])
     if realtime_surface.COVERED in surface.inputs:
         graph.assign(1.0 - passing, surface.inputs[realtime_surface.COVERED])
@@ -539,26 +664,34 @@ def _describe(
 
 
 def _insert(
+    walk: _Walk,
     material: bpy.types.Material,
     output: bpy.types.Node,
     group: bpy.types.ShaderNodeTree,
-    notes: list[str],
-    clear: bpy.types.ShaderNodeTree | None,
 ) -> None:
-    tree = material.node_tree
+    tree, graph = walk.tree, walk.graph
     socket = output.inputs["Surface"]
     link = socket.links[0]
     source, muted = link.from_socket, link.is_muted
-    walk = _Walk(tree, f"material {material.name!r}", notes, clear)
     closure = walk.closure(socket)
-    graph = walk.graph
     lit = graph.node("ShaderNodeShaderToRGB")
-    tree.links.new(source, lit.inputs[0])
     surface = graph.node("ShaderNodeGroup", node_tree=group)
     surface[_MUTED] = muted
     surface.location = (output.location.x, output.location.y - 200.0)
+    passing = _describe(walk, closure, surface)
+    others = []
+    if not _is_zero(closure.behind):
+        others.append(_translucent(walk, material, closure, closure.behind, output, surface))
+    if not _is_zero(closure.highlight):
+        others.append(_matte(graph, closure, closure.highlight))
+    holder = lit
+    for other in others:
+        last, holder = holder, graph.node("ShaderNodeAddShader")
+        tree.links.new(other, holder.inputs[1])
+        tree.links.new(holder.outputs[0], last.inputs[0])
+    holder[_HOLDER] = 0
+    tree.links.new(source, holder.inputs[0])
     tree.links.new(lit.outputs["Color"], surface.inputs[realtime_surface.LIT])
-    passing = _describe(walk, closure, surface, notes)
     seen = surface.outputs[0]
     if passing is not None:
         transparent = graph.node("ShaderNodeBsdfTransparent")
@@ -569,31 +702,29 @@ def _insert(
 
 def _reconnect(tree: bpy.types.NodeTree, surface: bpy.types.Node) -> None:
     """Give the material output its own shader back."""
-    source, muted = _held(tree, surface).links[0].from_socket, surface[_MUTED]
+    source, muted = _held(tree).links[0].from_socket, surface[_MUTED]
     target = surface.outputs[0].links[0].to_socket
     while MARK in target.node:
         target = target.node.outputs[0].links[0].to_socket
     tree.links.new(source, target).is_muted = muted
 
 
-def _held(tree: bpy.types.NodeTree, surface: bpy.types.Node) -> bpy.types.NodeSocket:
+def _held(tree: bpy.types.NodeTree) -> bpy.types.NodeSocket:
     """Return the input that the user's own shader arrives at in a wet material."""
-    if realtime_surface.LIT in surface.inputs:
-        return surface.inputs[realtime_surface.LIT].links[0].from_node.inputs[0]
-    return next(node for node in tree.nodes if _HOLDER in node).inputs[2]
+    holder = next(node for node in tree.nodes if _HOLDER in node)
+    return holder.inputs[holder[_HOLDER]]
 
 
 def _open_group(
     group: bpy.types.ShaderNodeTree,
     shader: str,
-    notes: list[str],
-    clear: bpy.types.ShaderNodeTree | None,
+    outer: _Walk,
 ) -> None:
     """Give a group outputs for the colour, emission and transmittance of its shader."""
     outputs = [n for n in group.nodes if n.bl_idname == "NodeGroupOutput" and n.is_active_output]
     if not outputs:
         return
-    walk = _Walk(group, f"group {group.name!r}", notes, clear)
+    walk = _Walk(group, f"group {group.name!r}", outer.notes, outer.surfaces, outer.closed)
     closure = walk.closure(outputs[0].inputs[shader])
     for quantity, name in _OUTPUTS.items():
         value = getattr(closure, quantity)
@@ -612,7 +743,7 @@ def own_shader(tree: bpy.types.ShaderNodeTree) -> bpy.types.NodeSocket | None:
     """Return the input that a material's own shader arrives at, whether it is wet or not."""
     surface, output = _surface_node(tree), tree.get_output_node("EEVEE")
     if surface is not None:
-        return _held(tree, surface)
+        return _held(tree)
     return None if output is None else output.inputs["Surface"]
 
 
@@ -694,8 +825,8 @@ def _same(node: bpy.types.Node, other: bpy.types.Node) -> bool:
     return places[0] == places[1] and all(getattr(node, x) == getattr(other, x) for x in names)
 
 
-def _mean(colour: NodeValue) -> Operand:
-    if colour.size == 1:
+def _mean(colour: Operand) -> Operand:
+    if not isinstance(colour, NodeValue) or colour.size == 1:
         return colour
     x, y, z = colour.graph.components(colour)
     return (x + y + z) / 3.0

@@ -7,6 +7,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from ...node_groups import realtime_highlights
+
 PRINCIPLED = "ShaderNodeBsdfPrincipled"
 """All of it at once; its weights say what."""
 REFLECTS, EMITS, PASSES, REFRACTS, HIDES = "reflects", "emits", "passes", "refracts", "hides"
@@ -27,6 +29,8 @@ class ShaderNode:
         Whether the less of it is matte the less rough it is.
     behind : bool
         Whether it is the light from behind that it throws on.
+    sunlit : str, optional
+        Group of :mod:`.realtime_highlights` by which the sun lights it.
     approximate : str
         What to know of it in real time, after the name of a material; empty where it is right.
     """
@@ -35,6 +39,7 @@ class ShaderNode:
     colour: str = "Color"
     mirrors: bool = False
     behind: bool = False
+    sunlit: str | None = None
     approximate: str = ""
 
 
@@ -43,19 +48,23 @@ _THREADS = "is hair, which real time takes for matte threads that throw back as 
 
 SHADER_NODES = {
     "ShaderNodeBsdfDiffuse": ShaderNode(REFLECTS),
-    "ShaderNodeBsdfAnisotropic": ShaderNode(REFLECTS, mirrors=True),
+    "ShaderNodeBsdfAnisotropic": ShaderNode(
+        REFLECTS, mirrors=True, sunlit=realtime_highlights.STRETCHED
+    ),
     "ShaderNodeBsdfGlossy": ShaderNode(REFLECTS, mirrors=True),
     "ShaderNodeBsdfMetallic": ShaderNode(REFLECTS, "Base Color", mirrors=True),
     "ShaderNodeBsdfSheen": ShaderNode(
         REFLECTS, approximate="is a sheen, which real time takes for matte, as bright as it is"
     ),
     "ShaderNodeBsdfToon": ShaderNode(
-        REFLECTS, approximate="is a toon, which real time takes for matte"
+        REFLECTS,
+        sunlit=realtime_highlights.TOON,
+        approximate="is a toon, which real time takes for matte but in the sun",
     ),
     "ShaderNodeBsdfTranslucent": ShaderNode(
         REFLECTS,
         behind=True,
-        approximate="is translucent; real time leaves out what light loses inside closed bodies",
+        approximate="is translucent; real time leaves out the water inside closed bodies",
     ),
     "ShaderNodeBsdfHair": ShaderNode(REFLECTS, approximate=_THREADS),
     "ShaderNodeBsdfHairPrincipled": ShaderNode(REFLECTS, approximate=_THREADS),

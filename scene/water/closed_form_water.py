@@ -33,6 +33,7 @@ from ...uw_spectral.transfer.water_column import WAVES, WaterColumn
 from ...uw_spectral.water.phase import BandPhase
 from .. import marks
 from ..materials import realtime_materials
+from ..seen.closed_bodies import closed_materials
 from . import scene_water
 from .water_body import WaterExtent
 
@@ -209,7 +210,9 @@ def add(scene: bpy.types.Scene, water: ClosedFormWater, extent: WaterExtent) -> 
     group = closed_form_group.build()
     surface = closed_form_bands.build(group, numbers.triples)
     background = closed_form_bands.build_background(group, numbers.triples)
-    found += realtime_materials.insert(materials, realtime_materials.Surfaces(surface))
+    found += realtime_materials.insert(
+        materials, realtime_materials.Surfaces(surface, closed=closed_materials(scene))
+    )
     sun = bpy.data.lights.new("UW Sun", "SUN")
     sun.energy, sun.shadow_maximum_resolution = 1.0, _SHADOW
     filling = scene_water.Filling(

@@ -340,7 +340,7 @@ def realtime_water(
         lamp_components=phase.components if lamps.lamps else (),
         above=seen.above is not None, mirrors=seen.kinds.mirrors,
         translucent=seen.kinds.translucent, filters=seen.kinds.filters,
-        glows=seen.kinds.glows,
+        glows=seen.kinds.glows, highlights=seen.kinds.highlights,
         measured=len(seen.reflectances),
     )  # fmt: skip
     around_lamps = _around_lamps(column, phase, camera_depth) if lamps.lamps else None

@@ -13,6 +13,7 @@ from ...node_groups import (
     realtime_background,
     realtime_cover,
     realtime_filter,
+    realtime_highlights,
     realtime_lamps,
     realtime_refraction,
     realtime_shade,
@@ -32,6 +33,7 @@ from .. import contents, marks
 from ..materials import bare_surfaces, realtime_materials
 from ..materials.inserted import own_input
 from ..materials.realtime_materials import Surfaces
+from ..seen.closed_bodies import closed_materials
 from . import apparent_places, particles, scene_water
 from .frame_water import FLOOR, LONGEST_SHAFT, RealtimeWater
 from .water_body import WaterExtent, box
@@ -43,7 +45,7 @@ _SHADE = "uw_shade"
 _COVER = "uw_cover"
 _LAMPS = "uw_lamps"
 _APPARENT = "uw_apparent"
-_PLAIN, _FILTER = "uw_plain", "uw_filter"
+_PLAIN, _FILTER, _HIGHLIGHT = "uw_plain", "uw_filter", "uw_highlight "
 # Columns of red, green and blue come before those of measured reflectances.
 _FIRST_MEASURED = 3
 # Finest detail of the sun's shadow in m: Blender's millimetre costs several times as much,
@@ -108,7 +110,10 @@ def add_realtime(scene: bpy.types.Scene, water: RealtimeWater, extent: WaterExte
         objects[0].data.materials.append(realtime_volume.build(shape, sources))
     clear = realtime_filter.build(values, shape)
     measured = floor if FLOOR in water.seen.reflectances else None
-    notes += realtime_materials.insert(materials, Surfaces(surface, clear, keeping, measured))
+    closed = closed_materials(scene) if shape.translucent or shape.filters else ()
+    highlights = {kind: realtime_highlights.build(kind, values, shape) for kind in shape.highlights}
+    surfaces = Surfaces(surface, clear, keeping, measured, closed, highlights)
+    notes += realtime_materials.insert(materials, surfaces)
     apparent = realtime_refraction.build_apparent(values) if shape.above else None
     if apparent is not None:
         notes += apparent_places.insert(materials, apparent, extent.bottom)
@@ -133,6 +138,7 @@ def add_realtime(scene: bpy.types.Scene, water: RealtimeWater, extent: WaterExte
                 (_LAMPS, lit),
                 (_APPARENT, apparent),
                 (_PLAIN, plain),
+                *((_HIGHLIGHT + kind, group) for kind, group in highlights.items()),
             )
             if image is not None
         },
@@ -238,7 +244,13 @@ def _wet(scene: bpy.types.Scene, material: bpy.types.Material) -> None:
     lit, clear, keeping = (
         marks.part(scene, name) for name in (marks.SURFACE, _FILTER, marks.KEEPING)
     )
-    realtime_materials.insert([material], Surfaces(lit, clear, keeping))
+    own = realtime_materials.kinds([material])
+    closed = closed_materials(scene) if own.translucent or own.filters else ()
+    kinds = realtime_highlights.NUMBERS
+    found = {kind: marks.part(scene, _HIGHLIGHT + kind) for kind in kinds}
+    highlights = {kind: group for kind, group in found.items() if group is not None}
+    surfaces = Surfaces(lit, clear, keeping, closed=closed, highlights=highlights)
+    realtime_materials.insert([material], surfaces)
     apparent = marks.part(scene, _APPARENT)
     if apparent is not None:
         apparent_places.insert([material], apparent, LONGEST_SHAFT)

@@ -6,6 +6,7 @@ import math
 
 import bpy
 import numpy as np
+import pytest
 from underwater_spectral.scene import contents
 from underwater_spectral.scene.engines import eevee_settings, exr_output
 from underwater_spectral.scene.materials import realtime_materials
@@ -16,6 +17,7 @@ from underwater_spectral.scene.water import (
     water_body,
 )
 from underwater_spectral.tests.scene import columns, scenes
+from underwater_spectral.uw_spectral.spectra.reflectance import uplift_basis
 from underwater_spectral.uw_spectral.spectra.spectral_image import read_exr
 from underwater_spectral.uw_spectral.water.phase import parse_phase
 
@@ -75,21 +77,46 @@ def _balls():
     return camera
 
 
-def test_white_things_vanish_in_a_white_furnace(empty_blender, tmp_path):
-    scene, camera = empty_blender, _balls()
-    scene.render.resolution_x = scene.render.resolution_y = _COLUMNS * _PIXELS
+def _drawn(scene, camera, path, scattering=1e-6):
+    """Return a picture of the scene in water where light comes from all sides alike."""
     scene.view_layers[0].update()
     column = columns.grey_column(
-        1e-6, 1e-6, sun_irradiance=0.0, sky_radiance=1.0, floor_depth=12.0, floor_reflectance=1.0
-    )
+        1e-6, scattering, sun_irradiance=0.0, sky_radiance=1.0, floor_depth=12.0,
+        floor_reflectance=1.0,
+    )  # fmt: skip
     seen = Snapshot(kinds=realtime_materials.kinds(contents.materials(scene)))
     phase = parse_phase("hg:0.5").for_bands(np.ones(3))
     water = frame_water.realtime_water(column, phase, _DEPTH, np.eye(3), seen=seen)
     realtime.add_realtime(scene, water, water_body.water_extent(scene, column, _DEPTH))
     with eevee_settings.realtime_settings(scene, camera, samples=16, water=water):
-        exr_output.write_float_exr(scene, tmp_path / "a.exr")
-    image = read_exr(tmp_path / "a.exr")[0][..., 0]
+        exr_output.write_float_exr(scene, path)
+    return read_exr(path)[0], column.bands
+
+
+def test_white_things_vanish_in_a_white_furnace(empty_blender, tmp_path):
+    scene, camera = empty_blender, _balls()
+    scene.render.resolution_x = scene.render.resolution_y = _COLUMNS * _PIXELS
+    image = _drawn(scene, camera, tmp_path / "a.exr")[0][..., 0]
     cells = image.reshape(_COLUMNS, _PIXELS, _COLUMNS, _PIXELS)[:, 3:-3, :, 3:-3]
     means = cells.mean(axis=(1, 3)).ravel()[: len(_KINDS)]
     off = {k: round(float(m), 3) for k, m in zip(_KINDS, means, strict=True) if abs(m - 1) > 0.03}
     assert not off
+
+
+def test_two_walls_of_coloured_glass_filter_by_its_colour(empty_blender, tmp_path):
+    """As one of them does by its root: EEVEE itself lets through but means of channels."""
+    scene, colour, thickness, scattering = empty_blender, (0.3, 0.8, 0.4), 0.02, 0.2
+    camera = scenes.add_camera((0.0, 0.0, -_DEPTH), (math.pi / 2, 0.0, 0.0))
+    camera.data.angle = math.radians(5.0)
+    scene.render.resolution_x = scene.render.resolution_y = 12
+    bpy.ops.mesh.primitive_cube_add(
+        size=1.0, location=(0.0, _DEPTH, -_DEPTH), scale=(1.0, thickness, 1.0)
+    )
+    material = _of("BsdfPrincipled", Transmission_Weight=1.0, Roughness=0.0)()
+    shader = next(n for n in material.node_tree.nodes if n.bl_idname == "ShaderNodeBsdfPrincipled")
+    shader.inputs["Base Color"].default_value = (*colour, 1.0)
+    bpy.context.object.data.materials.append(material)
+    image, bands = _drawn(scene, camera, tmp_path / "a.exr", scattering)
+    arrives = math.exp(-scattering * (_DEPTH - thickness))
+    found = 1.0 - (1.0 - image.mean(axis=(0, 1))[:3]) / arrives
+    assert found == pytest.approx(uplift_basis(bands) @ colour, rel=0.05)

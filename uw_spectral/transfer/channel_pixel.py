@@ -174,6 +174,8 @@ class Thing:
         Of the light from all sides, the direct sun apart.
     behind : number, optional
         Share of its matte colours that the light from behind it shines through.
+    shade_behind : LightLeft
+        Of the light from all sides that falls on the other side.
     """
 
     columns: Sequence[Operand]
@@ -185,6 +187,7 @@ class Thing:
     pattern: Operand | None = None
     shade: LightLeft = ALL_LEFT
     behind: Operand | None = None
+    shade_behind: LightLeft = ALL_LEFT
 
 
 @dataclass(frozen=True, eq=False)
@@ -354,11 +357,11 @@ class ChannelWater:
     ) -> Operand:
         """Rest of :meth:`leaving`: light from many sides, mirrored light, light of its own."""
         split = self.tables.split
-        E = self.irradiance(y, normal)
+        E = self.shaded(self.irradiance(y, normal), thing.shade, y, ON_PATCH)
         if thing.behind is not None:
             back = self.irradiance(y, [-part for part in normal])
+            back = self.shaded(back, thing.shade_behind, y, ON_PATCH)
             E = E + (back - E) * thing.behind
-        E = self.shaded(E, thing.shade, y, ON_PATCH)
         E = split(E * (1.0 / math.pi))
         L = split(thing.L_mirrored) if thing.mirrored else None
         total: Operand = 0.0

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import math
+
 from ..mathematics import NUMPY, Mathematics, Operand
+from .highlights import widths
 
 # Fitted to what Cycles 5.2 throws back in a white furnace, roughness .1 to 1, within .03.
 _SHEEN = (0.056, 0.236, 2.6, -1.793)
@@ -19,6 +22,52 @@ def mirroring_share(roughness: Operand) -> Operand:
     0.75
     """
     return 1.0 - roughness * roughness
+
+
+BOTH_SIDES = 0.5
+"""Share of the light from behind in that inside a closed translucent body.
+
+There it is what falls on the body in the mean over its sides, and all of its walls throw on the
+same. Two opposite sides stand for all of them.
+"""
+
+
+def whole_closure(colour: Operand, m: Mathematics = NUMPY, *, closed: bool = False) -> Operand:
+    """Colour of a translucent closure with a thickness that throws on as much as a colour does.
+
+    EEVEE multiplies by what a closure holds twice, once for each of two walls, whatever it was
+    mixed with, and lets a body send light of the sun to all sides as if its walls caught 1/pi of
+    it and not, as each convex one does in the mean (Cauchy), a quarter.
+
+    Parameters
+    ----------
+    colour : float or array
+        That light is multiplied by, weights and all walls included.
+    m : Mathematics
+        Elementary functions.
+    closed : bool
+        Whether it is a body.
+
+    Examples
+    --------
+    >>> whole_closure(0.25).item(), (whole_closure(1.0, closed=True) ** 2 / math.pi).round(3).item()
+    (0.5, 0.25)
+    """
+    return m.sqrt(m.maximum(colour * (math.pi / 4.0 if closed else 1.0), 0.0))
+
+
+def stretched_mirroring_share(
+    roughness: Operand, anisotropy: Operand, m: Mathematics = NUMPY
+) -> Operand:
+    """Return the same for one that is smoother along its tangent than across it.
+
+    Examples
+    --------
+    >>> stretched_mirroring_share(0.5, 0.0).item(), stretched_mirroring_share(0.5, -0.5).item()
+    (0.75, 0.6875)
+    """
+    narrow, wide = widths(roughness, anisotropy, m)
+    return m.maximum(1.0 - 0.5 * (narrow + wide), 0.0)
 
 
 def sheen_albedo(roughness: Operand, cosine: Operand, m: Mathematics = NUMPY) -> Operand:

@@ -1,0 +1,45 @@
+"""Node groups of what closures that EEVEE lacks throw back of the sun.
+
+Colours of a matte closure in their place, see :mod:`.highlights`.
+"""
+
+from __future__ import annotations
+
+import bpy
+
+from ..uw_spectral.mathematics import Operand
+from ..uw_spectral.transfer.highlights import stretched_highlight, toon_highlight
+from .node_mathematics import NODES, Graph, new_group
+from .realtime_values import DRAWN_SUN, SUN, Shape, Values
+
+STRETCHED, TOON = "UW Stretched Highlight", "UW Toon"
+NORMAL, TANGENT = "Normal", "Tangent"
+NUMBERS = {STRETCHED: ("Roughness", "Anisotropy", "Rotation"), TOON: ("Size", "Smooth")}
+"""Inputs of a kind that are those of the shader node."""
+
+
+def build(kind: str, values: bpy.types.ShaderNodeTree, shape: Shape) -> bpy.types.ShaderNodeTree:
+    """Build the group of a kind."""
+    tree = new_group(kind)
+    vectors = (NORMAL, TANGENT) if kind == STRETCHED else (NORMAL,)
+    for names, of in ((vectors, "NodeSocketVector"), (NUMBERS[kind], "NodeSocketFloat")):
+        for name in names:
+            tree.interface.new_socket(name, in_out="INPUT", socket_type=of)
+    tree.interface.new_socket("Colour", in_out="OUTPUT", socket_type="NodeSocketFloat")
+    graph = Graph(tree)
+    given = {s.name: graph.term(s) for s in graph.node("NodeGroupInput").outputs if s.name}
+    n = graph.components(given[NORMAL])
+    sun = Values(graph, values, shape).of(*(DRAWN_SUN if shape.above else SUN))
+    to_sun = [-part for part in sun]
+    numbers = [given[name] for name in NUMBERS[kind]]
+    found: Operand
+    if kind == TOON:
+        found = toon_highlight(n, to_sun, *numbers, NODES)
+    else:
+        to_eye = graph.components(
+            graph.term(graph.node("ShaderNodeNewGeometry").outputs["Incoming"])
+        )
+        tangent = graph.components(given[TANGENT])
+        found = stretched_highlight(n, tangent, to_eye, to_sun, *numbers, NODES)
+    graph.assign(found, graph.node("NodeGroupOutput").inputs[0])
+    return tree

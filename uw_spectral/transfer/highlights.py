@@ -1,0 +1,128 @@
+"""What closures that a renderer lacks throw back of the sun, over a white matte surface.
+
+A matte surface with this colour is as bright in the sun, and has the renderer's shadows.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from ..mathematics import NUMPY, Mathematics, Operand, dot
+
+Vector = Sequence[Operand]
+
+_LEAST = 1e-3
+_ROUNDEST = 0.01  # of 1 - |anisotropy|
+_SMOOTHEST = 1e-3
+
+
+def stretched_highlight(
+    n: Vector,
+    tangent: Vector,
+    to_eye: Vector,
+    to_sun: Vector,
+    roughness: Operand,
+    anisotropy: Operand,
+    rotation: Operand = 0.0,
+    m: Mathematics = NUMPY,
+) -> Operand:
+    """Return that of a mirror whose roughness differs along and across a tangent.
+
+    GGX with Smith's shadowing, with the widths of Blender's Glossy BSDF; what facets throw from
+    one to another is left out.
+
+    Parameters
+    ----------
+    n, tangent, to_eye, to_sun : three numbers
+        Unit vectors.
+    roughness, anisotropy : float or array
+        The latter from -1 to 1.
+    rotation : float or array
+        Of the tangent about the normal, in whole turns.
+    m : Mathematics
+        Elementary functions.
+
+    Notes
+    -----
+    E. Heitz, "Understanding the Masking-Shadowing Function in Microfacet-Based BRDFs", JCGT 3(2),
+    2014.
+    """
+    narrow, wide = widths(roughness, anisotropy, m)
+    back = m.less(anisotropy, 0.0)
+    along, across = m.select(back, wide, narrow), m.select(back, narrow, wide)
+    y = _unit(_cross(n, tangent), m)
+    x = _cross(y, n)
+    turn = 2.0 * math.pi * rotation
+    sine, cosine = m.sine(turn), m.sine(turn + math.pi / 2.0)
+    x, y = (
+        [cosine * a + sine * b for a, b in zip(x, y, strict=True)],
+        [cosine * b - sine * a for a, b in zip(x, y, strict=True)],
+    )
+
+    def seen(v: Vector) -> tuple[Operand, Operand, Operand]:
+        return dot(v, x) * along, dot(v, y) * across, m.maximum(dot(v, n), _LEAST)
+
+    half = _unit([a + b for a, b in zip(to_eye, to_sun, strict=True)], m)
+    hx, hy, hz = dot(half, x) / along, dot(half, y) / across, dot(half, n)
+    (vx, vy, vz), (lx, ly, lz) = seen(to_eye), seen(to_sun)
+    spread = hx * hx + hy * hy + hz * hz
+    masked = lz * m.sqrt(vx * vx + vy * vy + vz * vz) + vz * m.sqrt(lx * lx + ly * ly + lz * lz)
+    # Of D G / (4 cos cos), times pi.
+    return 0.5 / (along * across * spread * spread * masked)
+
+
+def widths(
+    roughness: Operand, anisotropy: Operand, m: Mathematics = NUMPY
+) -> tuple[Operand, Operand]:
+    """Return the smaller and the greater width of slopes of Blender's Glossy BSDF.
+
+    Examples
+    --------
+    >>> [round(float(x), 3) for x in widths(0.3, -0.8)]
+    [0.018, 0.45]
+    """
+    round_part = m.maximum(1.0 - m.absolute(anisotropy), _ROUNDEST)
+    alpha = m.maximum(roughness * roughness, _SMOOTHEST)
+    return alpha * round_part, alpha / round_part
+
+
+def toon_highlight(
+    n: Vector, to_sun: Vector, size: Operand, smooth: Operand, m: Mathematics = NUMPY
+) -> Operand:
+    """Return that of a diffuse toon, which is even in a cone about the normal.
+
+    Parameters
+    ----------
+    n, to_sun : three numbers
+        Unit vectors.
+    size, smooth : float or array
+        Of the cone and of its soft border, over a right angle.
+    m : Mathematics
+        Elementary functions.
+
+    Examples
+    --------
+    >>> up = 0.0, 0.0, 1.0
+    >>> toon_highlight(up, up, 1.0, 0.0).item(), toon_highlight(up, (0.8, 0, 0.6), 0.5, 0).item()
+    (0.5, 0.0)
+    """
+    cosine = m.clamp(dot(n, to_sun), _LEAST, 1.0)
+    angle, right = m.arccos(cosine), math.pi / 2.0
+    border = m.maximum(smooth * right, _LEAST)
+    even = m.clamp(1.0 - (angle - size * right) / border, 0.0, 1.0)
+    cone = m.minimum((size + smooth) * right, right)
+    return even * 0.5 / (m.maximum(1.0 - m.sine(right - cone), _LEAST) * cosine)
+
+
+def _cross(a: Vector, b: Vector) -> list[Operand]:
+    return [
+        a[1] * b[2] - a[2] * b[1],
+        a[2] * b[0] - a[0] * b[2],
+        a[0] * b[1] - a[1] * b[0],
+    ]
+
+
+def _unit(v: Vector, m: Mathematics) -> list[Operand]:
+    length = m.sqrt(m.maximum(dot(v, v), _LEAST * _LEAST))
+    return [part / length for part in v]
