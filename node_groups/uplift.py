@@ -11,13 +11,18 @@ before it keep their meaning.
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 
 import bpy
 import numpy as np
 
 from ..uw_spectral.mathematics import Operand, dot
 from ..uw_spectral.surface.refraction import index_in_water, length_in_water, opaque_index_in_water
+from ..uw_spectral.surface.wet_reflectance import (
+    GRAIN_INDEX,
+    mean_cosine_of_grains,
+    wet_reflectance_TwomeyEtAl1986,
+)
 from ..uw_spectral.transfer.closures import hair_albedo, sheen_albedo
 from . import attributes
 from .data_blocks import vector_of_view_layer
@@ -37,6 +42,7 @@ SHEEN = "UW Sheen"
 FILTER = "UW Filter"
 HAIR = "UW Hair"
 THIN = "UW Thin"
+WET = "UW Wet"
 
 KIND = "uw_uplift"
 """On a group: which of them it is."""
@@ -56,6 +62,8 @@ _IN_WATER = {
 }
 IN_WATER = frozenset(_IN_WATER)
 """Kinds of numbers that are others in water."""
+READ = frozenset({SHEEN, HAIR, WET})
+"""Of groups before colours that go on through another one."""
 _WATER = "Water"
 
 
@@ -179,6 +187,19 @@ def build_hair() -> bpy.types.ShaderNodeTree:
     return tree
 
 
+def build_wet() -> bpy.types.ShaderNodeTree:
+    """Build the group colour of a porous thing when dry → where it lies."""
+    tree = _group(WET, COLOR_INPUT)
+    graph = Graph(tree)
+    colour = graph.components(graph.term(graph.node("NodeGroupInput").outputs[0]))
+    water = graph.node("ShaderNodeValue")
+    water.name, water.outputs[0].default_value = _WATER, mean_cosine_of_grains(GRAIN_INDEX)
+    g, z = graph.term(water.outputs[0]), drawn_place(graph)[2]
+    wet = graph.vector(*(wet_reflectance_TwomeyEtAl1986(part, g, z, NODES) for part in colour))
+    graph.assign(wet, graph.node("NodeGroupOutput").inputs[0])
+    return tree
+
+
 def build_thin() -> bpy.types.ShaderNodeTree:
     """Build the group any thickness → that of a sheet."""
     tree = new_group(THIN)
@@ -193,11 +214,20 @@ def build_thin() -> bpy.types.ShaderNodeTree:
 
 def set_water_index(index: float) -> None:
     """Tell the groups of indices that of the water against air."""
+    _set_water(IN_WATER, index)
+
+
+def set_wet_grains(index: float) -> None:
+    """Tell the groups of porous things the index of the water against air."""
+    _set_water({WET}, mean_cosine_of_grains(max(GRAIN_INDEX / index, 1.0)))
+
+
+def _set_water(kinds: Collection[str], value: float) -> None:
     for tree in bpy.data.node_groups:
-        if tree.get(KIND) in IN_WATER and tree.is_editable:
+        if tree.get(KIND) in kinds and tree.is_editable:
             socket = tree.nodes[_WATER].outputs[0]
-            if socket.default_value != np.float32(index):
-                socket.default_value = index
+            if socket.default_value != np.float32(value):
+                socket.default_value = value
 
 
 _BUILDERS = {
@@ -205,6 +235,7 @@ _BUILDERS = {
     SHEEN: build_sheen,
     HAIR: build_hair,
     THIN: build_thin,
+    WET: build_wet,
     SUNLIT: build_sunlit,
     SUNLIT_MEASURED: build_sunlit_measured,
     DARK: build_dark,

@@ -25,6 +25,14 @@ def register(on_change: OnChange | None = None) -> None:
             options=set(),
             update=on_change,
         ),
+        "porous": bpy.props.BoolProperty(
+            name="Porous, colours dry",
+            description="The colours of the material are those of a dry thing whose pores fill "
+            "with water, as those of sand, soil, cloth and wood do: in water it is darker, sand "
+            "by about half. Measured reflectances stay as they are",
+            options=set(),
+            update=on_change,
+        ),
     }
     description = {"__doc__": "What a material stores.", "__annotations__": properties}
     group = type(_CLASS, (bpy.types.PropertyGroup,), description)
@@ -36,6 +44,12 @@ def unregister() -> None:
     """Take ``material.underwater`` away; the values stay in the file."""
     delattr(bpy.types.Material, PROPERTY)
     bpy.utils.unregister_class(bpy.types.PropertyGroup.bl_rna_get_subclass_py(_CLASS))
+
+
+def is_porous(material: bpy.types.Material) -> bool:
+    """Whether the colours of the material are those of a porous thing when it is dry."""
+    group = getattr(material, PROPERTY, None)
+    return group is not None and group.porous
 
 
 def is_filled_with_air(material: bpy.types.Material) -> bool:

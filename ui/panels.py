@@ -491,6 +491,7 @@ class MaterialPanel(bpy.types.Panel):
         own = getattr(context.material, stored_materials.PROPERTY)
         self.layout.use_property_split = True
         self.layout.prop(own, "filled_with_air")
+        self.layout.prop(own, "porous")
 
 
 CLASSES = (

@@ -29,7 +29,6 @@ from .inserted import (
     trees_but,
     value_curves,
 )
-from .matte_fallbacks import KINDS
 from .shader_nodes import EMITS, HIDES, PASSES, REFRACTS, nodes_that
 
 MEASURED_WAVELENGTHS = "uw_reflectance_wavelengths_nm"
@@ -209,7 +208,9 @@ def _colours(
         shades = any(output.type == "SHADER" for output in node.outputs)
         if node.bl_idname == "ShaderNodeGroup" or MARK in node or not shades:
             continue
-        yield from ((node, socket) for socket in node.inputs if not has_inserted(socket, KINDS))
+        yield from (
+            (node, socket) for socket in node.inputs if not has_inserted(socket, uplift.READ)
+        )
 
 
 def _groups(tree: bpy.types.NodeTree) -> list[bpy.types.NodeTree]:

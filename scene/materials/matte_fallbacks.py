@@ -14,8 +14,6 @@ _KINDS = {
     "ShaderNodeBsdfHair": uplift.HAIR,
     "ShaderNodeBsdfHairPrincipled": uplift.HAIR,
 }
-KINDS = set(_KINDS.values())
-"""Of groups that are put before colours that are routed after it."""
 
 
 def insert(materials: Iterable[bpy.types.Material]) -> None:

@@ -15,6 +15,13 @@ from mathutils import Color
 from numpy.typing import NDArray
 
 from ...node_groups import uplift
+from ...uw_spectral.surface.refraction import REFRACTIVE_INDEX
+from ...uw_spectral.surface.wet_reflectance import (
+    GRAIN_INDEX,
+    mean_cosine_of_grains,
+    wet_reflectance_TwomeyEtAl1986,
+)
+from ..stored_materials import is_porous
 from .realtime_materials import own_shader
 from .shader_nodes import EMITS, HIDES, PASSES, PRINCIPLED, REFRACTS, SHADER_NODES, nodes_that
 
@@ -31,6 +38,7 @@ _PIXELS = 4096  # of an image that are looked at
 _DEEPEST = 32  # nodes in a row
 _GRAZING = 0.1  # mean share of what shows at grazing angles
 _GRAZING_NODES = {"ShaderNodeFresnel", "ShaderNodeLayerWeight"}
+_GRAINS = GRAIN_INDEX / REFRACTIVE_INDEX
 _CLEAR, _DARK = nodes_that(PASSES, REFRACTS), nodes_that(EMITS, HIDES)
 _PASSED_ON = {
     "ShaderNodeGamma", "ShaderNodeBrightContrast", "ShaderNodeHueSaturation", "ShaderNodeRGBCurve",
@@ -64,6 +72,8 @@ def mean_surface(material: bpy.types.Material | None) -> MeanSurface:
         return MeanSurface(_BLACK, 0.0 if is_volume else 1.0)
     colour, coverage = _Means().shader(shader)
     shown = np.clip(np.array(colour) / max(coverage, _THINNEST), 0.0, 1.0)
+    if is_porous(material):
+        shown = wet_reflectance_TwomeyEtAl1986(shown, mean_cosine_of_grains(_GRAINS), -1.0)
     return MeanSurface(_rgb(shown), min(max(coverage, 0.0), 1.0))
 
 

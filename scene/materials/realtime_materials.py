@@ -29,7 +29,7 @@ from ...uw_spectral.transfer.closures import (
 )
 from .. import contents
 from ..animation import curves
-from . import band_colors, bare_colours, matte_fallbacks, refractive_indices
+from . import band_colors, bare_colours, matte_fallbacks, refractive_indices, wet_colours
 from .inserted import is_idle, new_node, own_input, put_before
 from .shader_nodes import (
     EMITS,
@@ -64,7 +64,7 @@ _ANISOTROPIC = "is anisotropic; the highlights of real time are round"
 _EMITTING, _KEPT = nodes_that(EMITS), nodes_that(REFLECTS, EMITS, PASSES)
 _MIRRORING = {name for name, node in SHADER_NODES.items() if node.mirrors}
 _TRANSLUCENT = {name for name, node in SHADER_NODES.items() if node.behind}
-_READ = matte_fallbacks.KINDS | {uplift.FILTER}
+_READ = uplift.READ | {uplift.FILTER}
 _IMAGE = "ShaderNodeTexImage"
 _JOINING = {"ShaderNodeMixShader", "ShaderNodeAddShader", "ShaderNodeGroup"}
 
@@ -322,6 +322,7 @@ def insert(materials: list[bpy.types.Material], surfaces: Surfaces) -> list[str]
     notes: list[str] = []
     bare_colours.insert(materials)
     refractive_indices.insert(materials)
+    wet_colours.insert(materials)
     matte_fallbacks.insert(materials)
     if surfaces.clear is not None:
         band_colors.filter_clear(materials, surfaces.clear)

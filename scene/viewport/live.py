@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import astuple, dataclass, field
+from dataclasses import dataclass, field
 from typing import Any
 
 import bpy
@@ -21,7 +21,7 @@ from ...uw_spectral.spectra.bands import Bands
 from ...uw_spectral.transfer.water_column import WaterColumn
 from .. import colour_space, contents, marks, stored_settings
 from ..engines.eevee_settings import ENGINE
-from ..materials import realtime_materials
+from ..materials import realtime_materials, wet_colours
 from ..seen import lamps
 from ..session import SESSION
 from ..water import continued_seabed, frame_water, metering, moving_surface, realtime, scene_water
@@ -167,8 +167,8 @@ def update(
         if may_rebuild:
             realtime.take_in(scene)
         outgrown = may_rebuild and _from_the_middle(scene, depsgraph) > session.get(_ROAM, math.inf)
-        same = session[_SHOWN] == key and not (may_rebuild and has_new_kinds(scene))
-        same = same and not outgrown
+        outgrown = outgrown or (may_rebuild and has_new_kinds(scene))
+        same = session[_SHOWN] == key and not outgrown
         if same and (hasty or not is_stale(scene)):
             return True
         water = _water(scene, chosen, depth, hasty=hasty)
@@ -214,11 +214,12 @@ def has_new_kinds(scene: bpy.types.Scene) -> bool:
     session = scene.get(SESSION)
     if session is None or _KINDS not in session:
         return False
-    return list(session[_KINDS]) != _kinds(scene)
+    return session[_KINDS] != _kinds(scene)
 
 
-def _kinds(scene: bpy.types.Scene) -> list[int]:
-    return list(map(int, astuple(realtime_materials.kinds(contents.materials(scene)))))
+def _kinds(scene: bpy.types.Scene) -> str:
+    materials = list(contents.materials(scene))
+    return repr((realtime_materials.kinds(materials), wet_colours.of(materials)))
 
 
 def is_stale(scene: bpy.types.Scene) -> bool:

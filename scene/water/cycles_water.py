@@ -29,6 +29,7 @@ from ..materials import (
     bare_surfaces,
     clear_shadows,
     refractive_indices,
+    wet_colours,
 )
 from ..seen.lamps import SceneLamps
 from . import scene_water
@@ -104,6 +105,8 @@ def add_water(
     bare_colours.insert(materials)
     if column.reflects:
         clear_shadows.insert(materials)
+    wet_colours.insert(materials)
+    uplift.set_wet_grains(column.refractive_index)
     notes += band_colors.insert(materials)
     if indices_in_water:
         refractive_indices.insert(materials)

@@ -214,6 +214,7 @@ def set_values(scene: bpy.types.Scene, water: RealtimeWater) -> None:
     if water.seen.seabed is not None and floor is not None:
         _paint(floor, water.seen.seabed_colour)
     realtime_materials.refresh()
+    uplift.set_wet_grains(water.column.refractive_index)
     uplift.set_water_index(water.column.refractive_index if water.indices_in_water else 1.0)
     scene_water.place(scene, water.column, water.seen.seabed)
     for item in marks.objects(scene):

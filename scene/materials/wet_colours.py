@@ -1,0 +1,41 @@
+"""Takes the colours of porous materials, which are those of dry things, for wet where they are."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import bpy
+
+from ...node_groups import uplift
+from ...node_groups.node_mathematics import MARK
+from ..stored_materials import is_porous
+from .inserted import has_inserted, new_node, own_trees, put_before
+from .shader_nodes import PRINCIPLED
+
+_MATTE = {
+    PRINCIPLED: "Base Color",
+    "ShaderNodeBsdfDiffuse": "Color",
+    "ShaderNodeSubsurfaceScattering": "Color",
+    "ShaderNodeBsdfTranslucent": "Color",
+}
+
+
+def of(materials: Iterable[bpy.types.Material]) -> tuple[str, ...]:
+    """Names of those that are porous."""
+    return tuple(sorted(material.name for material in materials if is_porous(material)))
+
+
+def insert(materials: Iterable[bpy.types.Material]) -> None:
+    """Put the groups before the matte colours of porous materials.
+
+    :func:`.uplift.set_wet_grains` tells them of the water. Shader groups that others use, too,
+    stay as they are.
+    """
+    known = list(materials)
+    porous = [material for material in known if is_porous(material)]
+    others = [material for material in known if material not in porous]
+    for tree in own_trees(porous) - own_trees(others):
+        for node in [n for n in tree.nodes if n.bl_idname in _MATTE and MARK not in n]:
+            colour = node.inputs[_MATTE[node.bl_idname]]
+            if colour.enabled and not has_inserted(colour):
+                put_before(tree, colour, new_node(tree, uplift.WET))
