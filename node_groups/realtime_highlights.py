@@ -34,12 +34,12 @@ def build(kind: str, values: bpy.types.ShaderNodeTree, shape: Shape) -> bpy.type
     numbers = [given[name] for name in NUMBERS[kind]]
     found: Operand
     if kind == TOON:
-        found = toon_highlight(n, to_sun, *numbers, NODES)
+        found = toon_highlight(n, to_sun, *numbers, m=NODES)
     else:
         to_eye = graph.components(
             graph.term(graph.node("ShaderNodeNewGeometry").outputs["Incoming"])
         )
         tangent = graph.components(given[TANGENT])
-        found = stretched_highlight(n, tangent, to_eye, to_sun, *numbers, NODES)
+        found = stretched_highlight(n, tangent, to_eye, to_sun, *numbers, m=NODES)
     graph.assign(found, graph.node("NodeGroupOutput").inputs[0])
     return tree

@@ -301,14 +301,24 @@ class Kinds:
     """What any of the materials of a scene may do.
 
     Mirror what is around it, emit light, throw on light from behind it, filter what is seen
-    through it, or show the sun as only groups of ``highlights`` do.
+    through it, have highlights that are longer than wide, or be toons.
     """
 
     mirrors: bool = False
     glows: bool = False
     translucent: bool = False
     filters: bool = False
-    highlights: tuple[str, ...] = ()
+    stretched: bool = False
+    toons: bool = False
+
+    @property
+    def highlights(self) -> tuple[str, ...]:
+        """Groups of :mod:`.realtime_highlights` that are needed."""
+        found = (
+            (realtime_highlights.STRETCHED, self.stretched),
+            (realtime_highlights.TOON, self.toons),
+        )
+        return tuple(kind for kind, is_there in found if is_there)
 
 
 def insert(materials: list[bpy.types.Material], surfaces: Surfaces) -> list[str]:
@@ -399,7 +409,8 @@ def kinds(materials: Iterable[bpy.types.Material]) -> Kinds:
         or any(next(bare_colours.bare(tree), None) is not None for tree in own),
         any(node.bl_idname in _TRANSLUCENT for _, node in nodes),
         any(_filters(tree, node) for tree, node in nodes),
-        tuple(sorted({kind for found in nodes if (kind := _drawn_by(*found)) is not None})),
+        any(_drawn_by(*found) == realtime_highlights.STRETCHED for found in nodes),
+        any(_drawn_by(*found) == realtime_highlights.TOON for found in nodes),
     )
 
 

@@ -16,8 +16,12 @@ def closed_materials(scene: bpy.types.Scene) -> set[bpy.types.Material]:
     layer.update()
     asked: dict[bpy.types.Material, bool] = {}
     closed: dict[int, bool] = {}
+    known: set[tuple[bpy.types.Object, int]] = set()
     for found in visible_instances(layer.depsgraph):
         mesh = found.object.data
+        if mesh is None or (key := (found.object.original, mesh.as_pointer())) in known:
+            continue
+        known.add(key)
         materials = {s.material.original for s in found.object.material_slots if s.material}
         for material in materials - asked.keys():
             kinds = realtime_materials.kinds([material])
@@ -25,11 +29,10 @@ def closed_materials(scene: bpy.types.Scene) -> set[bpy.types.Material]:
         through = [material for material in materials if asked[material]]
         if not through:
             continue
-        key = mesh.as_pointer()
-        if key not in closed:
-            closed[key] = isinstance(mesh, bpy.types.Mesh) and is_closed(mesh)
+        if key[1] not in closed:
+            closed[key[1]] = isinstance(mesh, bpy.types.Mesh) and is_closed(mesh)
         for material in through:
-            asked[material] = asked[material] and closed[key]
+            asked[material] = asked[material] and closed[key[1]]
     return {material for material, is_so in asked.items() if is_so}
 
 

@@ -10,7 +10,7 @@ import pytest
 from underwater_spectral.scene import contents
 from underwater_spectral.scene.engines import eevee_settings, exr_output
 from underwater_spectral.scene.materials import realtime_materials
-from underwater_spectral.scene.seen.closed_bodies import is_closed
+from underwater_spectral.scene.seen.closed_bodies import closed_materials, is_closed
 from underwater_spectral.scene.seen.snapshot import Snapshot
 from underwater_spectral.scene.water import frame_water, realtime, scene_water, water_body
 from underwater_spectral.tests.scene import columns, scenes, snapshot
@@ -53,7 +53,7 @@ def _things(scene):
     return camera
 
 
-@pytest.mark.parametrize("keeps", [True, False])
+@pytest.mark.parametrize("keeps", [True, pytest.param(False, marks=pytest.mark.slow)])
 @pytest.mark.parametrize(("sun", "sky"), [(1.0, 0.0), (0.0, 1.0)])
 def test_light_crosses_one_sheet_or_two_walls(
     empty_blender, tmp_path, monkeypatch, sun, sky, keeps
@@ -74,6 +74,7 @@ def test_light_crosses_one_sheet_or_two_walls(
         exr_output.write_float_exr(scene, tmp_path / "a.exr")
     scene_water.remove(scene)
     assert snapshot.differences(before, snapshot.snapshot()) == []
+    assert {x.thickness_mode for x in contents.materials(scene)} == {"SPHERE"}
     image = read_exr(tmp_path / "a.exr")[0][..., 0]
     found = image.reshape(_PIXELS, 3, _PIXELS)[3:-3, :, 3:-3].mean(axis=(0, 2))
     down = sun / math.pi + sky
@@ -94,3 +95,15 @@ def test_bodies_are_told_from_sheets(empty_blender):
     bpy.ops.mesh.delete(type="FACE")
     bpy.ops.object.mode_set(mode="OBJECT")
     assert not is_closed(mesh)
+
+
+def test_a_material_on_a_sheet_too_is_that_of_sheets(empty_blender):
+    """Bodies are known by all that is seen with a material."""
+    scene, material, other = empty_blender, _translucent(1.0), _translucent(1.0)
+    bpy.ops.mesh.primitive_cube_add()
+    for each in (material, other):
+        bpy.context.object.data.materials.append(each)
+    assert closed_materials(scene) == {material, other}
+    bpy.ops.mesh.primitive_plane_add()
+    bpy.context.object.data.materials.append(material)
+    assert closed_materials(scene) == {other}
