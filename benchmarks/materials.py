@@ -57,9 +57,6 @@ this page.
 {table}
 
 ## What differs
-- Dark things are 10 to 20 % too bright at these 4 to 7 m: light that the water scatters forward
-  by small angles comes from behind them, where they block it. That is most of what is left of
-  diffuse, plastic, dark and subsurface things.
 - EEVEE draws reflections of the water, not of other things, and sharp ones of it: sharp metals.
   Anisotropic Glossy has its highlight of the sun; that of other nodes is round.
 - Balls of glass gather light like lenses, which no mode draws; seen through them things stand
@@ -67,7 +64,7 @@ this page.
 - Translucent sheets are lit by what is behind them, closed bodies by half of what falls on either
   side; that other sides of a body lie in its shade, and the water in it, are left out.
 - Sheens and hair are matte to EEVEE, as bright as Cycles has them from all sides; toons are but in
-  the sun.
+  the sun. Hair keeps none of that light from other hair: dense hair is half again too bright.
 - Clear coloured things let EEVEE see the mean of the channels behind them; the colour is that of
   open water there, which the second wall of a body has filtered too.
 - Volumes in things are left out of EEVEE's modes, and log, record and panel name them.
