@@ -28,7 +28,7 @@ from ..uw_spectral.spectra.spectral_image import replacing
 from . import grey_scene
 from ._shade_moving import HEADER, SAMPLES, SIZE, full_frame, moving
 from ._shade_openness import Openness, openness
-from ._shade_scenes import BANDS, HEIGHT, WIDTH, Place, box, of_file, slab
+from ._shade_scenes import BANDS, HEIGHT, WIDTH, Place, box, jetty, of_file, slab, tunnel
 from ._shade_swim import Swum, swim
 
 FORMS: dict[str, dict[str, object]] = {
@@ -93,6 +93,12 @@ def places(folder: Path) -> list[Place]:
         if not file.exists():
             build([name, str(file), "--detail", "draft"])
         found.append(Place(name, of_file(file), samples=samples))
+    for inside in (True, False):
+        where = "inside" if inside else "outside"
+        found += [
+            Place(f"tunnel, {where}", tunnel(inside=inside), samples=2048),
+            Place(f"jetty, {where}", jetty(inside=inside), "3C", samples=1024),
+        ]
     return found
 
 
