@@ -195,8 +195,8 @@ def jetty(*, inside: bool) -> Callable[[], bpy.types.Object]:
         for k, at in enumerate([(0.6, -1.6, -4.15), (0.5, -1.5, -3.5), (-0.7, -2.9, -4.15)]):
             _block(f"crate {k}", at, (0.7, 0.7, 0.65), _WOOD, 20.0 * k)
         if inside:
-            return look_at((0.2, -5.2, -2.7), (0.0, 0.0, -3.1))
-        return look_at((-5.2, -4.0, -2.6), (0.0, 0.0, -2.9))
+            return look_at((0.2, -4.6, -3.0), (0.0, -1.5, -3.4))
+        return look_at((-3.6, -4.4, -2.6), (-0.3, -1.6, -3.2))
 
     return build
 
@@ -223,9 +223,7 @@ def _block(
     colour: Sequence[float],
     turn: float = 0.0,
 ) -> None:
-    bpy.ops.mesh.primitive_cube_add(
-        size=1.0, location=at, rotation=(0.0, 0.0, math.radians(turn))
-    )
+    bpy.ops.mesh.primitive_cube_add(size=1.0, location=at, rotation=(0.0, 0.0, math.radians(turn)))
     thing = bpy.context.object
     thing.name, thing.scale = name, size
     thing.data.materials.append(matt(colour))

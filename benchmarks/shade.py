@@ -97,7 +97,7 @@ def places(folder: Path) -> list[Place]:
         where = "inside" if inside else "outside"
         found += [
             Place(f"tunnel, {where}", tunnel(inside=inside), samples=2048),
-            Place(f"jetty, {where}", jetty(inside=inside), "3C", samples=1024),
+            Place(f"jetty, {where}", jetty(inside=inside), "3C", samples=4096),
         ]
     return found
 

@@ -305,6 +305,10 @@ def _around(things: Sequence[Triangles], eyes: Array, extinction: float) -> tupl
     low, high = low.min(axis=0, initial=np.inf), high.max(axis=0, initial=-np.inf)
     reach = min(max(_OPTICAL_REACH / max(extinction, 1e-3), _NEAREST), _FARTHEST)
     if len(eyes):
+        # Nothing but water may lie between things and an eye below them.
+        level = slice(None, 2)
+        below = (eyes[:, level] > low[level]) & (eyes[:, level] < high[level])
+        low[2] = min(low[2], eyes[below.all(axis=1), 2].min(initial=np.inf))
         low = np.maximum(low, eyes.min(axis=0) - reach)
         high = np.minimum(high, eyes.max(axis=0) + reach)
     low, high = low - _MARGIN, high + _MARGIN

@@ -222,6 +222,28 @@ def test_mean_colours_follow_groups_and_masks():
     assert mean_surface(leaf).coverage == pytest.approx(0.25, abs=0.01)
 
 
+@pytest.mark.parametrize(
+    ("low", "high", "share"), [(0.35, 0.68, 0.455), (0.45, 0.6, 0.385), (0.4, 0.5, 0.737)]
+)
+def test_patches_of_noise_count_by_what_they_cover(low, high, share):
+    """Shares are those of 65 536 pixels of the texture, as Cycles renders it."""
+    material = scenes.textured()
+    tree = material.node_tree
+    noise, mapped, mix = (
+        tree.nodes.new(f"ShaderNode{kind}") for kind in ("TexNoise", "MapRange", "Mix")
+    )
+    mapped.inputs["From Min"].default_value, mapped.inputs["From Max"].default_value = low, high
+    mix.data_type = "RGBA"
+    one, other = (i for i in mix.inputs if i.type == "RGBA")
+    one.default_value, other.default_value = (0.0, 0.1, 0.5, 1.0), (1.0, 0.3, 0.5, 1.0)
+    tree.links.new(noise.outputs[0], mapped.inputs["Value"])
+    tree.links.new(mapped.outputs[0], mix.inputs[0])
+    result = next(o for o in mix.outputs if o.type == "RGBA")
+    tree.links.new(result, tree.nodes["Principled BSDF"].inputs["Base Color"])
+    expected = (share, 0.1 + 0.2 * share, 0.5)
+    assert mean_colour(material) == pytest.approx(expected, abs=0.003)
+
+
 def test_an_eye_just_under_the_surface_stays_where_it_is(monkeypatch):
     """A level view 2 cm deep sees the seabed below it; it was sought 3e7 m behind."""
     monkeypatch.setattr(surroundings, "_COARSE", 120_000)
