@@ -1,7 +1,7 @@
 """Which of the voxels at the edges of surfaces are full, so that edges are in their place.
 
 A voxel that a surface crosses from side to side is full: walls hold. One in which a surface ends is
-covered in part; all such voxels would close gaps and make rails as thick as they are. Of them as
+covered in part; all such voxels would narrow gaps and make rails as thick as they are. Of them as
 many are full as they are covered in the mean, always the same ones of a lattice.
 """
 
