@@ -201,6 +201,53 @@ def jetty(*, inside: bool) -> Callable[[], bpy.types.Object]:
     return build
 
 
+def car(*, inside: bool) -> Callable[[], bpy.types.Object]:
+    """Return what fills a file with a hull as large as a car, of sheets with windows, on sand.
+
+    The camera is behind its seats, or beside.
+    """
+
+    def build() -> bpy.types.Object:
+        sill, top, end, half = 0.85, 1.5, 1.9, 0.9
+        _block("bottom", (0.0, 0.0, 0.25 - 7.0), (1.8, 4.4, 0.06), _RED)
+        _block("roof", (0.0, -0.3, top - 7.0), (1.8, 2.6, 0.06), _RED)
+        _block("bonnet", (0.0, end - 0.25, sill - 7.0), (1.8, 1.1, 0.06), _RED)
+        for side in (-half, half):
+            _block(f"door {side}", (side, 0.0, 0.55 - 7.0), (0.06, 4.4, 0.6), _RED)
+            for y in (-1.5, -0.2, 0.95):
+                at = (side, y, (sill + top) / 2.0 - 7.0)
+                _block(f"pillar {side} {y}", at, (0.06, 0.14, top - sill), _RED)
+        for y in (-2.2, 2.2):
+            _block(f"end {y}", (0.0, y, 0.55 - 7.0), (1.8, 0.06, 0.6), _RED)
+        for x in (-0.42, 0.42):
+            _block(f"seat {x}", (x, 0.2, 0.5 - 7.0), (0.5, 0.5, 0.3), _STONE)
+            _block(f"back {x}", (x, -0.1, 0.85 - 7.0), (0.5, 0.14, 0.6), _STONE)
+        _ground(-7.0)
+        if inside:
+            return look_at((0.1, -1.35, 1.05 - 7.0), (-0.05, 1.0, 0.75 - 7.0))
+        return look_at((-3.4, -2.2, 1.5 - 7.0), (0.0, 0.0, 0.7 - 7.0))
+
+    return build
+
+
+def canyon(*, inside: bool) -> Callable[[], bpy.types.Object]:
+    """Return what fills a file with two walls of 7 × 16 m, 2 m apart, on sand.
+
+    The camera is between them, or before them.
+    """
+
+    def build() -> bpy.types.Object:
+        for side, colour in ((-1.0, _STONE), (1.0, _SAND)):
+            _block(f"wall {side}", (2.5 * side, 0.0, -8.5), (3.0, 16.0, 7.0), colour, 2.0 * side)
+        _ground(-12.0)
+        ball((0.3, -2.0, -11.5), 0.5, _RED)
+        if inside:
+            return look_at((-0.2, -6.0, -10.6), (0.1, 0.0, -10.4))
+        return look_at((0.8, -12.5, -10.0), (0.0, -7.0, -10.0))
+
+    return build
+
+
 def of_file(path: Path, camera: str = "") -> Callable[[], bpy.types.Object]:
     """Return what opens a file; its camera, or the one of a name, looks."""
 

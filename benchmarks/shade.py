@@ -28,7 +28,19 @@ from ..uw_spectral.spectra.spectral_image import replacing
 from . import grey_scene
 from ._shade_moving import HEADER, SAMPLES, SIZE, full_frame, moving
 from ._shade_openness import Openness, openness
-from ._shade_scenes import BANDS, HEIGHT, WIDTH, Place, box, jetty, of_file, slab, tunnel
+from ._shade_scenes import (
+    BANDS,
+    HEIGHT,
+    WIDTH,
+    Place,
+    box,
+    canyon,
+    car,
+    jetty,
+    of_file,
+    slab,
+    tunnel,
+)  # fmt: skip
 from ._shade_swim import Swum, swim
 
 FORMS: dict[str, dict[str, object]] = {
@@ -98,6 +110,8 @@ def places(folder: Path) -> list[Place]:
         found += [
             Place(f"tunnel, {where}", tunnel(inside=inside), samples=2048),
             Place(f"jetty, {where}", jetty(inside=inside), "3C", samples=4096),
+            Place(f"car, {where}", car(inside=inside), "II", samples=2048),
+            Place(f"canyon, {where}", canyon(inside=inside), samples=2048),
         ]
     return found
 
