@@ -26,6 +26,7 @@ _PLAIN: Rgb = (0.5, 0.5, 0.5)
 _BARE: Rgb = (0.8, 0.8, 0.8)  # what Blender draws without a material
 _BLACK: Rgb = (0.0, 0.0, 0.0)
 _THINNEST = 1e-6
+_HALFWAY = 0.5
 _RAMP = np.linspace(0.3, 0.7, 9)  # where noise of most kinds lies
 _NOISE = np.array(
     [
@@ -73,8 +74,28 @@ def mean_colour(material: bpy.types.Material | None) -> Rgb:
     return mean_surface(material).colour
 
 
-def mean_surface(material: bpy.types.Material | None) -> MeanSurface:
-    """Return what a material reflects and covers; that of Blender's grey without one."""
+def mask_of(material: bpy.types.Material | None) -> str:
+    """Name of the one attribute of meshes by which a material is mixed; empty if there is none."""
+    tree = None if material is None else material.node_tree
+    names = {node.attribute_name for node in (tree.nodes if tree else ()) if _is_mask(node)}
+    return names.pop() if len(names) == 1 else ""
+
+
+def _is_mask(node: bpy.types.Node) -> bool:
+    if node.bl_idname != "ShaderNodeAttribute" or node.attribute_type != "GEOMETRY":
+        return False
+    return any(_is_number(output) and output.is_linked for output in node.outputs)
+
+
+def _is_number(output: bpy.types.NodeSocket) -> bool:
+    return output.type == "VALUE" and output.name != "Alpha"
+
+
+def mean_surface(material: bpy.types.Material | None, mask: float = _HALFWAY) -> MeanSurface:
+    """Return what a material reflects and covers; that of Blender's grey without one.
+
+    ``mask`` is the value of the attribute of :func:`mask_of`.
+    """
     if material is None:
         return MeanSurface(_BARE, 1.0)
     tree = material.node_tree
@@ -84,7 +105,7 @@ def mean_surface(material: bpy.types.Material | None) -> MeanSurface:
     if not shader.is_linked:
         is_volume = shader.node.inputs["Volume"].is_linked
         return MeanSurface(_BLACK, 0.0 if is_volume else 1.0)
-    colour, coverage = _Means().shader(shader)
+    colour, coverage = _Means(mask if mask_of(material) else _HALFWAY).shader(shader)
     shown = np.clip(np.array(colour) / max(coverage, _THINNEST), 0.0, 1.0)
     return MeanSurface(_rgb(shown), min(max(coverage, 0.0), 1.0))
 
@@ -93,6 +114,7 @@ def mean_surface(material: bpy.types.Material | None) -> MeanSurface:
 class _Means:
     """Follows the nodes of one material."""
 
+    mask: float
     depth: int = 0
     groups: list[bpy.types.Node] = field(default_factory=list)
 
@@ -162,6 +184,8 @@ class _Means:
             places = _RAMP if values is None else values
             stops = np.array([node.color_ramp.evaluate(float(x))[:3] for x in places])
             return _rgb(stops.mean(axis=0))
+        if _is_mask(node) and _is_number(output) and not self.groups:
+            return _rgb([self.mask] * 3)
         if kind == "ShaderNodeMapRange":
             mapped = self._mapped(node)
             return _PLAIN if mapped is None else _rgb([mapped.mean()] * 3)
