@@ -1,4 +1,4 @@
-"""Places where light is kept away: a slab, a box, a tunnel, a jetty; example scenes with roofs."""
+"""Places where light is kept away: some that are built here, and the example scenes with roofs."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Shade in EEVEE's water against Cycles: a slab, a box, and the example scenes.
+"""Shade in EEVEE's water against Cycles: places that are built here, and the example scenes.
 
 ``python3 dev.py run -m benchmarks shade`` writes docs/measured/shade.md and its pictures.
 """
@@ -232,9 +232,10 @@ around the camera, solved with the water's own light; the real-time shaders look
 ## Against Cycles
 Jerlov IB, default phase function, flat surface, clear sky, sun at 30°, {BANDS} bands, CIE 1931;
 pictures of {WIDTH} × {HEIGHT}, exposed for the light at the camera. The slab is 8 m wide, 4 m
-above sand; the box is open to one side; reef, wreck and cave are the example scenes, draft. All
-have a seabed of their own. ΔE2000 of blocks of {_BLOCK} × {_BLOCK} pixels: mean, 95 %, worst, mean
-of the blocks that the sun does not reach, mean of the others; root of the mean square with the
+above sand; the box is open to one side; reef, wreck and cave are the example scenes, draft. The
+tunnel bends and has a hole in its roof; the jetty, in 3C, is a deck of planks on piles; the car, in
+II, has windows; the canyon has two walls and no roof. All have a seabed of their own. ΔE2000 of
+blocks of {_BLOCK} × {_BLOCK} pixels: mean, 95 %, worst, mean of the blocks that the sun does not reach, mean of the others; root of the mean square with the
 noise of Cycles taken off; and that noise itself, of all and of the shaded blocks, which is part of
 the other columns. Last, the brightness of the picture.
 
