@@ -235,7 +235,8 @@ pictures of {WIDTH} × {HEIGHT}, exposed for the light at the camera. The slab i
 above sand; the box is open to one side; reef, wreck and cave are the example scenes, draft. The
 tunnel bends and has a hole in its roof; the jetty, in 3C, is a deck of planks on piles; the car, in
 II, has windows; the canyon has two walls and no roof. All have a seabed of their own. ΔE2000 of
-blocks of {_BLOCK} × {_BLOCK} pixels: mean, 95 %, worst, mean of the blocks that the sun does not reach, mean of the others; root of the mean square with the
+blocks of {_BLOCK} × {_BLOCK} pixels: mean, 95 %, worst,
+mean of the blocks that the sun does not reach, mean of the others; root of the mean square with the
 noise of Cycles taken off; and that noise itself, of all and of the shaded blocks, which is part of
 the other columns. Last, the brightness of the picture.
 
