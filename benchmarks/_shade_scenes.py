@@ -1,4 +1,4 @@
-"""Places where light is kept away: a slab, a box, and the example scenes with roofs."""
+"""Places where light is kept away: some that are built here, and the example scenes with roofs."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from pathlib import Path
 
 import bpy
 import numpy as np
-from mathutils import Vector
+from mathutils import Matrix, Vector
 from numpy.typing import NDArray
 
 from ..quality.seen_points import SeenPoints
@@ -25,6 +25,7 @@ WIDTH, HEIGHT = 48, 27
 BANDS = 3
 _EEVEE_SAMPLES = 16
 _SAND, _STONE, _RED = (0.35, 0.32, 0.26), (0.25, 0.25, 0.23), (0.5, 0.12, 0.08)
+_WOOD = (0.3, 0.2, 0.11)
 
 
 @dataclass(frozen=True)
@@ -141,6 +142,112 @@ def box() -> bpy.types.Object:
     return look_at((-0.8, -5.6, -8.8), (0.1, 1.0, -8.5))
 
 
+def tunnel(*, inside: bool) -> Callable[[], bpy.types.Object]:
+    """Return what fills a file with a tunnel of 3 × 8 m that bends, with a hole in its roof.
+
+    The camera looks through it, or at one of its ends.
+    """
+
+    def build() -> bpy.types.Object:
+        for name, x, y, turn in (("south", 0.0, -2.0, 0.0), ("north", 1.15, 2.1, -35.0)):
+            parts = [
+                ("left", (-1.7, 0.0, 1.2), (0.4, 5.0, 2.8), _STONE),
+                ("right", (1.7, 0.0, 1.2), (0.4, 5.0, 2.8), _RED if name == "south" else _STONE),
+            ]
+            if name == "south":
+                parts += [
+                    ("front", (0.0, -1.55, 2.75), (3.8, 1.9, 0.3), _STONE),
+                    ("back", (0.0, 1.55, 2.75), (3.8, 1.9, 0.3), _STONE),
+                    ("beside", (-1.25, 0.0, 2.75), (1.3, 1.2, 0.3), _STONE),
+                    ("across", (1.25, 0.0, 2.75), (1.3, 1.2, 0.3), _STONE),
+                ]
+            else:
+                parts.append(("roof", (0.0, 0.0, 2.75), (3.8, 5.0, 0.3), _STONE))
+            for part, at, size, colour in parts:
+                _block(f"{name} {part}", _turned(at, turn, (x, y, -10.0)), size, colour, turn)
+        _ground(-10.0)
+        ball((0.5, -0.6, -9.6), 0.4, _SAND)
+        ball((1.2, 2.6, -9.5), 0.5, _RED)
+        if inside:
+            return look_at((-0.4, -3.9, -8.6), (0.5, 1.0, -8.9))
+        return look_at((-1.6, -9.5, -8.2), (0.2, -3.0, -8.7))
+
+    return build
+
+
+def jetty(*, inside: bool) -> Callable[[], bpy.types.Object]:
+    """Return what fills a file with a deck of planks on twelve piles; a boat and crates below.
+
+    The camera is under it, or beside.
+    """
+
+    def build() -> bpy.types.Object:
+        for k in range(17):
+            _block(f"plank {k}", (0.0, 0.75 * (k - 8), -0.45), (3.2, 0.5, 0.1), _WOOD)
+        for side in (-1.0, 1.0):
+            _block(f"beam {side}", (1.4 * side, 0.0, -0.6), (0.2, 12.6, 0.2), _WOOD)
+            for k in range(6):
+                at = (1.4 * side, 2.4 * (k - 2.5), -2.6)
+                bpy.ops.mesh.primitive_cylinder_add(radius=0.16, depth=4.0, location=at)
+                bpy.context.object.data.materials.append(matt(_STONE))
+        _ground(-4.5)
+        _block("boat", (-0.3, 1.6, -4.15), (1.3, 3.2, 0.6), _RED, 25.0)
+        for k, at in enumerate([(0.6, -1.6, -4.15), (0.5, -1.5, -3.5), (-0.7, -2.9, -4.15)]):
+            _block(f"crate {k}", at, (0.7, 0.7, 0.65), _WOOD, 20.0 * k)
+        if inside:
+            return look_at((0.2, -4.6, -3.0), (0.0, -1.5, -3.4))
+        return look_at((-3.6, -4.4, -2.6), (-0.3, -1.6, -3.2))
+
+    return build
+
+
+def car(*, inside: bool) -> Callable[[], bpy.types.Object]:
+    """Return what fills a file with a hull as large as a car, of sheets with windows, on sand.
+
+    The camera is behind its seats, or beside.
+    """
+
+    def build() -> bpy.types.Object:
+        sill, top, end, half = 0.85, 1.5, 1.9, 0.9
+        _block("bottom", (0.0, 0.0, 0.25 - 7.0), (1.8, 4.4, 0.06), _RED)
+        _block("roof", (0.0, -0.3, top - 7.0), (1.8, 2.6, 0.06), _RED)
+        _block("bonnet", (0.0, end - 0.25, sill - 7.0), (1.8, 1.1, 0.06), _RED)
+        for side in (-half, half):
+            _block(f"door {side}", (side, 0.0, 0.55 - 7.0), (0.06, 4.4, 0.6), _RED)
+            for y in (-1.5, -0.2, 0.95):
+                at = (side, y, (sill + top) / 2.0 - 7.0)
+                _block(f"pillar {side} {y}", at, (0.06, 0.14, top - sill), _RED)
+        for y in (-2.2, 2.2):
+            _block(f"end {y}", (0.0, y, 0.55 - 7.0), (1.8, 0.06, 0.6), _RED)
+        for x in (-0.42, 0.42):
+            _block(f"seat {x}", (x, 0.2, 0.5 - 7.0), (0.5, 0.5, 0.3), _STONE)
+            _block(f"back {x}", (x, -0.1, 0.85 - 7.0), (0.5, 0.14, 0.6), _STONE)
+        _ground(-7.0)
+        if inside:
+            return look_at((0.1, -1.35, 1.05 - 7.0), (-0.05, 1.0, 0.75 - 7.0))
+        return look_at((-3.4, -2.2, 1.5 - 7.0), (0.0, 0.0, 0.7 - 7.0))
+
+    return build
+
+
+def canyon(*, inside: bool) -> Callable[[], bpy.types.Object]:
+    """Return what fills a file with two walls of 7 × 16 m, 2 m apart, on sand.
+
+    The camera is between them, or before them.
+    """
+
+    def build() -> bpy.types.Object:
+        for side, colour in ((-1.0, _STONE), (1.0, _SAND)):
+            _block(f"wall {side}", (2.5 * side, 0.0, -8.5), (3.0, 16.0, 7.0), colour, 2.0 * side)
+        _ground(-12.0)
+        ball((0.3, -2.0, -11.5), 0.5, _RED)
+        if inside:
+            return look_at((-0.2, -6.0, -10.6), (0.1, 0.0, -10.4))
+        return look_at((0.8, -12.5, -10.0), (0.0, -7.0, -10.0))
+
+    return build
+
+
 def of_file(path: Path, camera: str = "") -> Callable[[], bpy.types.Object]:
     """Return what opens a file; its camera, or the one of a name, looks."""
 
@@ -152,8 +259,18 @@ def of_file(path: Path, camera: str = "") -> Callable[[], bpy.types.Object]:
     return build
 
 
-def _block(name: str, at: Sequence[float], size: Sequence[float], colour: Sequence[float]) -> None:
-    bpy.ops.mesh.primitive_cube_add(size=1.0, location=at)
+def _turned(at: Sequence[float], turn: float, origin: Sequence[float]) -> Vector:
+    return Matrix.Rotation(math.radians(turn), 3, "Z") @ Vector(at) + Vector(origin)
+
+
+def _block(
+    name: str,
+    at: Sequence[float],
+    size: Sequence[float],
+    colour: Sequence[float],
+    turn: float = 0.0,
+) -> None:
+    bpy.ops.mesh.primitive_cube_add(size=1.0, location=at, rotation=(0.0, 0.0, math.radians(turn)))
     thing = bpy.context.object
     thing.name, thing.scale = name, size
     thing.data.materials.append(matt(colour))

@@ -1,4 +1,4 @@
-"""Shade in EEVEE's water against Cycles: a slab, a box, and the example scenes.
+"""Shade in EEVEE's water against Cycles: places that are built here, and the example scenes.
 
 ``python3 dev.py run -m benchmarks shade`` writes docs/measured/shade.md and its pictures.
 """
@@ -28,7 +28,19 @@ from ..uw_spectral.spectra.spectral_image import replacing
 from . import grey_scene
 from ._shade_moving import HEADER, SAMPLES, SIZE, full_frame, moving
 from ._shade_openness import Openness, openness
-from ._shade_scenes import BANDS, HEIGHT, WIDTH, Place, box, of_file, slab
+from ._shade_scenes import (
+    BANDS,
+    HEIGHT,
+    WIDTH,
+    Place,
+    box,
+    canyon,
+    car,
+    jetty,
+    of_file,
+    slab,
+    tunnel,
+)  # fmt: skip
 from ._shade_swim import Swum, swim
 
 FORMS: dict[str, dict[str, object]] = {
@@ -93,6 +105,14 @@ def places(folder: Path) -> list[Place]:
         if not file.exists():
             build([name, str(file), "--detail", "draft"])
         found.append(Place(name, of_file(file), samples=samples))
+    for inside in (True, False):
+        where = "inside" if inside else "outside"
+        found += [
+            Place(f"tunnel, {where}", tunnel(inside=inside), samples=2048),
+            Place(f"jetty, {where}", jetty(inside=inside), "3C", samples=4096),
+            Place(f"car, {where}", car(inside=inside), "II", samples=2048),
+            Place(f"canyon, {where}", canyon(inside=inside), samples=2048),
+        ]
     return found
 
 
@@ -206,15 +226,17 @@ def report(results: Sequence[Result], swum: Swum, moves: str) -> str:
 Written by `python3 dev.py run -m benchmarks shade`.
 
 How it is done is in [physics](../physics.md#shade-between-objects): up to {PROBES} probes of {RAYS}
-rays each among voxels of a {VOXELS}rd of a probe's cell, around the camera, solved with the
-water's own light; the real-time shaders look the result up.
+rays each among voxels of a {VOXELS[0]}th of a probe's cell (a {VOXELS[1]}rd where there are more),
+around the camera, solved with the water's own light; the real-time shaders look the result up.
 
 ## Against Cycles
 Jerlov IB, default phase function, flat surface, clear sky, sun at 30°, {BANDS} bands, CIE 1931;
 pictures of {WIDTH} × {HEIGHT}, exposed for the light at the camera. The slab is 8 m wide, 4 m
-above sand; the box is open to one side; reef, wreck and cave are the example scenes, draft. All
-have a seabed of their own. ΔE2000 of blocks of {_BLOCK} × {_BLOCK} pixels: mean, 95 %, worst, mean
-of the blocks that the sun does not reach, mean of the others; root of the mean square with the
+above sand; the box is open to one side; reef, wreck and cave are the example scenes, draft. The
+tunnel bends and has a hole in its roof; the jetty, in 3C, is a deck of planks on piles; the car, in
+II, has windows; the canyon has two walls and no roof. All have a seabed of their own. ΔE2000 of
+blocks of {_BLOCK} × {_BLOCK} pixels: mean, 95 %, worst,
+mean of the blocks that the sun does not reach, mean of the others; root of the mean square with the
 noise of Cycles taken off; and that noise itself, of all and of the shaded blocks, which is part of
 the other columns. Last, the brightness of the picture.
 

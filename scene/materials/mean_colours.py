@@ -1,7 +1,8 @@
 """What materials reflect and cover in the mean, by following the shader that is rendered.
 
-Textures count by the mean of their pixels, ramps by their middle, mixtures by their factor; what
-varies in a way that cannot be known from the nodes counts as halfway.
+Textures count by the mean of their pixels, ramps by their middle, mixtures by their factor; noise
+has its own distribution, so that patches count by what they cover. What varies in a way that cannot
+be known from the nodes counts as halfway.
 """
 
 from __future__ import annotations
@@ -34,6 +35,28 @@ _BLACK: Rgb = (0.0, 0.0, 0.0)
 _THINNEST = 1e-6
 _HALFWAY = 0.5
 _RAMP = np.linspace(0.3, 0.7, 9)  # where noise of most kinds lies
+_NOISE = np.array(
+    [
+        0.366,
+        0.403,
+        0.426,
+        0.443,
+        0.458,
+        0.471,
+        0.483,
+        0.494,
+        0.505,
+        0.517,
+        0.529,
+        0.542,
+        0.557,
+        0.574,
+        0.596,
+        0.634,
+    ]
+)
+"""Quantiles of Blender's noise texture, measured at a detail of 8 and a roughness of 0.5; much the
+same with a detail of 3 or 15."""
 _PIXELS = 4096  # of an image that are looked at
 _DEEPEST = 32  # nodes in a row
 _GRAZING = 0.1  # mean share of what shows at grazing angles
@@ -59,8 +82,28 @@ def mean_colour(material: bpy.types.Material | None) -> Rgb:
     return mean_surface(material).colour
 
 
-def mean_surface(material: bpy.types.Material | None) -> MeanSurface:
-    """Return what a material reflects and covers; that of Blender's grey without one."""
+def mask_of(material: bpy.types.Material | None) -> str:
+    """Name of the one attribute of meshes by which a material is mixed; empty if there is none."""
+    tree = None if material is None else material.node_tree
+    names = {node.attribute_name for node in (tree.nodes if tree else ()) if _is_mask(node)}
+    return names.pop() if len(names) == 1 else ""
+
+
+def _is_mask(node: bpy.types.Node) -> bool:
+    if node.bl_idname != "ShaderNodeAttribute" or node.attribute_type != "GEOMETRY":
+        return False
+    return any(_is_number(output) and output.is_linked for output in node.outputs)
+
+
+def _is_number(output: bpy.types.NodeSocket) -> bool:
+    return output.type == "VALUE" and output.name != "Alpha"
+
+
+def mean_surface(material: bpy.types.Material | None, mask: float = _HALFWAY) -> MeanSurface:
+    """Return what a material reflects and covers; that of Blender's grey without one.
+
+    ``mask`` is the value of the attribute of :func:`mask_of`.
+    """
     if material is None:
         return MeanSurface(_BARE, 1.0)
     tree = material.node_tree
@@ -70,7 +113,7 @@ def mean_surface(material: bpy.types.Material | None) -> MeanSurface:
     if not shader.is_linked:
         is_volume = shader.node.inputs["Volume"].is_linked
         return MeanSurface(_BLACK, 0.0 if is_volume else 1.0)
-    colour, coverage = _Means().shader(shader)
+    colour, coverage = _Means(mask if mask_of(material) else _HALFWAY).shader(shader)
     shown = np.clip(np.array(colour) / max(coverage, _THINNEST), 0.0, 1.0)
     if is_porous(material):
         shown = wet_reflectance_TwomeyEtAl1986(shown, mean_cosine_of_grains(_GRAINS), -1.0)
@@ -81,6 +124,7 @@ def mean_surface(material: bpy.types.Material | None) -> MeanSurface:
 class _Means:
     """Follows the nodes of one material."""
 
+    mask: float
     depth: int = 0
     groups: list[bpy.types.Node] = field(default_factory=list)
 
@@ -146,8 +190,15 @@ class _Means:
         if kind in ("ShaderNodeRGB", "ShaderNodeValue"):
             return _value(output)
         if kind == "ShaderNodeValToRGB":
-            stops = np.array([node.color_ramp.evaluate(float(x))[:3] for x in _RAMP])
+            values = self._values(node.inputs[0])
+            places = _RAMP if values is None else values
+            stops = np.array([node.color_ramp.evaluate(float(x))[:3] for x in places])
             return _rgb(stops.mean(axis=0))
+        if _is_mask(node) and _is_number(output) and not self.groups:
+            return _rgb([self.mask] * 3)
+        if kind == "ShaderNodeMapRange":
+            mapped = self._mapped(node)
+            return _PLAIN if mapped is None else _rgb([mapped.mean()] * 3)
         if kind in ("ShaderNodeMix", "ShaderNodeMixRGB"):
             return self._mixed(node)
         if kind == "ShaderNodeTexImage":
@@ -165,9 +216,35 @@ class _Means:
             return self._outside(output, self.of)
         return _PLAIN
 
+    def _values(self, socket: bpy.types.NodeSocket) -> Array | None:
+        """Return values of a number that varies as noise does, all as frequent; None of others."""
+        links = [link for link in socket.links if link.is_valid and not link.is_muted]
+        node = links[0].from_node if links else None
+        if node is None or node.mute:
+            return None
+        if node.bl_idname == "ShaderNodeMapRange":
+            return self._mapped(node)
+        is_noise = node.bl_idname == "ShaderNodeTexNoise" and node.noise_type == "FBM"
+        return _NOISE if is_noise and node.normalize else None
+
+    def _mapped(self, node: bpy.types.Node) -> Array | None:
+        """Return what Map Range makes of such values."""
+        values = self._values(node.inputs["Value"])
+        if values is None or node.data_type != "FLOAT":
+            return None
+        names = "From Min", "From Max", "To Min", "To Max"
+        low, high, first, last = (self.of(node.inputs[name])[0] for name in names)
+        share = (values - low) / (high - low) if high != low else np.zeros(len(values))
+        smooth = node.interpolation_type.startswith("SMOOTH")
+        if node.clamp or smooth:
+            share = np.clip(share, 0.0, 1.0)
+        if smooth:
+            share = share * share * (3.0 - 2.0 * share)
+        return first + share * (last - first)
+
     def _mixed(self, node: bpy.types.Node) -> Rgb:
         shown = [i for i in node.inputs if not i.is_unavailable]
-        factor = self.of(shown[0])[0] if not shown[0].links else _HALFWAY
+        factor = self.of(shown[0])[0]
         colours = [i for i in shown if i.type == "RGBA"] or shown[1:]
         one, other = (np.array(self.of(i)) for i in colours[:2])
         if node.blend_type == "MULTIPLY":

@@ -18,7 +18,7 @@ from ...uw_spectral.last_used import LastUsed
 from ...uw_spectral.shade.filled_voxels import FilledVoxels, Samples
 from ...uw_spectral.shade.triangles import quartered
 from ..materials.mean_colours import mean_colour
-from .visible_meshes import KeptMeshes, MeshArrays, visible_meshes
+from .visible_meshes import MASKS, KeptMeshes, MeshArrays, visible_meshes
 
 _PER_CELL = 12.0  # samples of a surface that crosses a cell, where its triangles are small
 _SEED = 1
@@ -32,11 +32,15 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class Triangles:
-    """A visible mesh in its place, with the base colours of its materials, (c, 3)."""
+    """A visible mesh in its place, with the base colours of its materials, (c, 3).
+
+    Each has ``levels`` colours, of all :data:`.MASKS` or one.
+    """
 
     arrays: MeshArrays
     place: NDArray[np.float32]
     colours: Array
+    levels: int = 1
 
     @functools.cached_property
     def key(self) -> bytes:
@@ -56,7 +60,8 @@ class Triangles:
     @property
     def slots(self) -> NDArray[np.int32]:
         """Colour of each triangle."""
-        return np.minimum(self.arrays.slots, len(self.colours) - 1)
+        slots = np.minimum(self.arrays.slots, len(self.colours) // self.levels - 1)
+        return slots if self.levels == 1 else slots * self.levels + self.arrays.masks
 
     @functools.cached_property
     def bounds(self) -> tuple[Array, Array]:
@@ -120,7 +125,8 @@ def visible_triangles(
     for shown in visible_meshes(depsgraph, leave_out, "shadow", samples.meshes):
         colours = [mean.colour for mean in shown.means] or [mean_colour(None)]
         place = np.array(shown.place, dtype=np.float32)
-        yield samples.thing(Triangles(shown.arrays, place, np.array(colours)))
+        levels = len(MASKS) if shown.is_masked else 1
+        yield samples.thing(Triangles(shown.arrays, place, np.array(colours), levels))
 
 
 def sampled(shown: Triangles, low: Array, high: Array, spacing: float) -> Samples:

@@ -26,8 +26,8 @@ PATH_PROBES = 30_000
 _PATH_CELLS = (0.8, 0.9)
 """Edges that cells have there rather than that the frames have a grid each, m."""
 _LONGEST = 60.0  # m along each axis, of a camera's path that it serves for
-VOXELS = 3
-"""Voxels along a cell of it."""
+VOXELS = 5, 3
+"""Voxels along a cell of it: of a view's, and of the many cells of a job."""
 CELLS = (0.3, 0.33, 0.36, 0.39, 0.42, 0.46, 0.5, 0.55, 0.6, 0.65, 0.7)
 """Edges of a cell of it, m; few, so that they last."""
 _LEAST = 0.3  # m: the smallest cell of the coarse grid
@@ -177,8 +177,9 @@ class Surroundings:
         roofed = self.coarse.roofed.ravel()[self.coarse.grid.index(self.eyes)]
         shift = np.where(roofed, _AHEAD_INDOORS, _AHEAD)[:, None] * _level(self.ahead)
         grid = _near(low, high, self.eyes, shift)
-        fine = Grid(grid.lower, grid.cell / VOXELS, _times(grid.shape, VOXELS))
-        return _voxels(self.things, fine, self.samples), grid
+        along = VOXELS[grid.count > PROBES]
+        fine = Grid(grid.lower, grid.cell / along, _times(grid.shape, along))
+        return _voxels(self.things, fine, self.samples, to_edges=True), grid
 
     def is_whole(self, grid: Grid) -> bool:
         """Whether a grid of :meth:`under_things` holds all of that water about the cameras."""
@@ -305,6 +306,10 @@ def _around(things: Sequence[Triangles], eyes: Array, extinction: float) -> tupl
     low, high = low.min(axis=0, initial=np.inf), high.max(axis=0, initial=-np.inf)
     reach = min(max(_OPTICAL_REACH / max(extinction, 1e-3), _NEAREST), _FARTHEST)
     if len(eyes):
+        # Nothing but water may lie between things and an eye below them.
+        level = slice(None, 2)
+        below = (eyes[:, level] > low[level]) & (eyes[:, level] < high[level])
+        low[2] = min(low[2], eyes[below.all(axis=1), 2].min(initial=np.inf))
         low = np.maximum(low, eyes.min(axis=0) - reach)
         high = np.minimum(high, eyes.max(axis=0) + reach)
     low, high = low - _MARGIN, high + _MARGIN
@@ -378,11 +383,14 @@ def _before(
     return (first, last) if (last > first).all() else (low, high)
 
 
-def _voxels(things: Sequence[Triangles], grid: Grid, samples: KeptSamples) -> SurfaceVoxels:
+def _voxels(
+    things: Sequence[Triangles], grid: Grid, samples: KeptSamples, *, to_edges: bool = False
+) -> SurfaceVoxels:
     low, high = np.asarray(grid.lower), grid.upper
     found = [samples.sampled(thing, low, high, grid.cell) for thing in things]
     small = [np.linalg.norm(np.subtract(*thing.bounds)) < _SMALL * grid.cell for thing in things]
-    filling = Filling([thing.key for thing in things], found, [bool(x) for x in small])
+    keys = [thing.key for thing in things]
+    filling = Filling(keys, found, [bool(x) for x in small], to_edges)
     return samples.voxels.of(grid, filling)
 
 

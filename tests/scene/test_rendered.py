@@ -12,6 +12,7 @@ from underwater_spectral.scene.rendered import as_rendered
 from underwater_spectral.scene.seen import lamps, surroundings
 from underwater_spectral.scene.seen.lamp_shadows import KeptLampShadows
 from underwater_spectral.scene.seen.ray_casting import Meshes
+from underwater_spectral.scene.seen.surface_samples import visible_triangles
 from underwater_spectral.scene.seen.surroundings import has_things, look_around
 from underwater_spectral.scene.seen.visible_meshes import visible_meshes
 from underwater_spectral.scene.water import scene_water
@@ -220,6 +221,58 @@ def test_mean_colours_follow_groups_and_masks():
     texture.image = image
     tree.links.new(texture.outputs["Alpha"], shader.inputs["Alpha"])
     assert mean_surface(leaf).coverage == pytest.approx(0.25, abs=0.01)
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "share"), [(0.35, 0.68, 0.455), (0.45, 0.6, 0.385), (0.4, 0.5, 0.737)]
+)
+def test_patches_of_noise_count_by_what_they_cover(low, high, share):
+    """Shares are those of 65 536 pixels of the texture, as Cycles renders it."""
+    material = scenes.textured()
+    tree = material.node_tree
+    noise, mapped, mix = (
+        tree.nodes.new(f"ShaderNode{kind}") for kind in ("TexNoise", "MapRange", "Mix")
+    )
+    mapped.inputs["From Min"].default_value, mapped.inputs["From Max"].default_value = low, high
+    mix.data_type = "RGBA"
+    one, other = (i for i in mix.inputs if i.type == "RGBA")
+    one.default_value, other.default_value = (0.0, 0.1, 0.5, 1.0), (1.0, 0.3, 0.5, 1.0)
+    tree.links.new(noise.outputs[0], mapped.inputs["Value"])
+    tree.links.new(mapped.outputs[0], mix.inputs[0])
+    result = next(o for o in mix.outputs if o.type == "RGBA")
+    tree.links.new(result, tree.nodes["Principled BSDF"].inputs["Base Color"])
+    expected = (share, 0.1 + 0.2 * share, 0.5)
+    assert mean_colour(material) == pytest.approx(expected, abs=0.003)
+
+
+def test_what_an_attribute_of_the_mesh_mixes_has_its_colour_where_it_is():
+    """The inside of a cave, painted brighter than the outside, was in between."""
+    material = scenes.textured()
+    tree = material.node_tree
+    mask, mix = (tree.nodes.new(f"ShaderNode{kind}") for kind in ("Attribute", "Mix"))
+    mask.attribute_name = "inside"
+    mix.data_type = "RGBA"
+    one, other = (i for i in mix.inputs if i.type == "RGBA")
+    one.default_value, other.default_value = (0.0, 0.1, 0.2, 1.0), (0.4, 0.5, 0.6, 1.0)
+    tree.links.new(next(o for o in mask.outputs if o.type == "VALUE"), mix.inputs[0])
+    result = next(o for o in mix.outputs if o.type == "RGBA")
+    tree.links.new(result, tree.nodes["Principled BSDF"].inputs["Base Color"])
+    bpy.ops.mesh.primitive_grid_add(x_subdivisions=8, y_subdivisions=1, size=2.0)
+    mesh = bpy.context.object.data
+    mesh.materials.append(material)
+    inside = mesh.attributes.new("inside", "FLOAT", "POINT")
+    inside.data.foreach_set("value", [float(v.co.x > 0.1) for v in mesh.vertices])
+    bpy.context.view_layer.update()
+    (thing,) = visible_triangles(bpy.context.evaluated_depsgraph_get())
+    x = thing.corners[:, :, 0]
+    colours = thing.colours[thing.slots]
+    assert colours[x.max(axis=1) < 0.1] == pytest.approx(np.array([[0.0, 0.1, 0.2]] * 8))
+    assert colours[x.min(axis=1) > 0.1] == pytest.approx(np.array([[0.4, 0.5, 0.6]] * 6))
+    bpy.context.object.data = mesh.copy()
+    bpy.context.object.data.attributes.remove(bpy.context.object.data.attributes["inside"])
+    bpy.context.view_layer.update()
+    (thing,) = visible_triangles(bpy.context.evaluated_depsgraph_get())
+    assert thing.colours[thing.slots] == pytest.approx(np.array([[0.2, 0.3, 0.4]] * 16))
 
 
 def test_an_eye_just_under_the_surface_stays_where_it_is(monkeypatch):

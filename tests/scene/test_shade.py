@@ -212,6 +212,18 @@ def test_a_small_overhang_close_to_the_camera_is_found():
     assert grid.lower[2] > -9.6
 
 
+def test_shade_reaches_down_to_a_camera_below_a_thing():
+    """It ended 2 m below what hangs in open water, so that the sun shone through a cube."""
+    scene = bpy.context.scene
+    bpy.ops.mesh.primitive_cube_add(size=2.0, location=(0.0, 0.0, -4.0))
+    below = scenes.add_camera((0.0, 0.0, -11.0), (np.pi, 0.0, 0.0))
+    beside = scenes.add_camera((9.0, 0.0, -11.0), (np.pi, 0.0, 0.0))
+    bpy.context.view_layer.update()
+    grids = [look_around(scene, camera, 0.1).under_things()[1] for camera in (below, beside)]
+    assert grids[0].lower[2] < -11.5
+    assert -8.5 < grids[1].lower[2] < -7.0
+
+
 def test_removal_leaves_no_trace_of_shade():
     scene = _under_a_slab()
     before = snapshot.snapshot()

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..last_used import LastUsed
+from .covered_voxels import left_free
 from .grid import Array, Grid
 from .voxels import SurfaceVoxels, cells_of, grown, voxelise
 
@@ -29,20 +30,23 @@ class Filling:
     """What fills voxels: samples of things, which of them are small, and what tells them apart.
 
     Of a small thing there must be so many samples that they cover a voxel; else a fish would cover
-    as much as a rock.
+    as much as a rock. With ``to_edges`` voxels in which surfaces end are full as far as they are
+    covered, else all of them are.
     """
 
     keys: Sequence[bytes]
     samples: Sequence[Samples]
     small: Sequence[bool]
+    to_edges: bool = False
 
 
-class FilledVoxels(LastUsed[Grid, "_Filled"]):
+class FilledVoxels(LastUsed[tuple[Grid, bool], "_Filled"]):
     """Voxels of the grids of the last frame, of which only those are filled anew that changed."""
 
     def of(self, grid: Grid, filling: Filling) -> SurfaceVoxels:
         """Return the voxels of a grid, the same as if there was nothing that is kept."""
-        return self.put(grid, _Filled(grid, filling, self.last(grid))).voxels
+        key = grid, filling.to_edges
+        return self.put(key, _Filled(grid, filling, self.last(key))).voxels
 
 
 class _Filled:
@@ -61,8 +65,9 @@ class _Filled:
             parts = [np.arange(len(samples.areas)) for samples in filling.samples]
             self.voxels = _fill(grid, filling, parts)
             return
-        # On a border the closest voxel is another than the one that a sample lies in.
-        concerned = grown(touched.reshape(grid.shape))
+        # On a border the closest voxel is another than the one that a sample lies in; whether
+        # a surface ends in a voxel is decided beside it.
+        concerned = grown(grown(touched.reshape(grid.shape)))
         around = grown(concerned).ravel()
         parts = [self.places[key].among(around) for key in self.keys]
         self.voxels = _merged(before.voxels, _fill(grid, filling, parts), concerned.ravel())
@@ -123,6 +128,11 @@ def _fill(grid: Grid, filling: Filling, parts: Sequence[NDArray[np.intp]]) -> Su
     keep = ~small
     which = grid.index(points[small])
     keep[small] = (np.bincount(which, areas[small], grid.count) >= grid.cell**2)[which]
+    if filling.to_edges:
+        keep &= grid.inside(points)
+        cells = cells_of(grid, points[keep])
+        free = left_free(grid, cells, normals[keep], areas[keep])
+        keep[keep] = ~np.isin(cells, free)
     return voxelise(grid, points[keep], normals[keep], colours[keep])
 
 
