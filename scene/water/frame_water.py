@@ -174,7 +174,10 @@ class RealtimeWater:
         cover, shade = self.seen.cover, self.seen.shade
         assert cover is not None
         assert shade is not None
-        return carried_light(cover, self.folded, self.field.sun, shade)
+        floor = self.seen.seabed_colour
+        if FLOOR in self.seen.reflectances:
+            floor = len(COLOURS) + list(self.seen.reflectances).index(FLOOR)
+        return carried_light(cover, self.folded, self.field.sun, shade, floor)
 
     def _contrast_at(self, depths: NDArray[np.float64]) -> NDArray[np.float64]:
         assert self.waves is not None

@@ -3,7 +3,8 @@
 Of a pixel's path the share b (K * cover) of scattering stays within things, see
 :mod:`.forward_share`: the light behind them is lost with less than the extinction c, and that of
 the things comes instead. The share that is the pixel's own thing's, or one like it, has the
-pixel's light; what stands beside may be brighter or darker.
+pixel's light; what stands beside may be brighter or darker. Where the floor is seen, it counts as a
+thing: what is scattered forward before it comes from around there, which may lie in a shadow.
 """
 
 from __future__ import annotations
@@ -42,7 +43,11 @@ class CarriedLight:
 
 
 def carried_light(
-    cover: ViewCover, light: FoldedLight, sun: Sequence[float], shade: ShadeTable
+    cover: ViewCover,
+    light: FoldedLight,
+    sun: Sequence[float],
+    shade: ShadeTable,
+    floor: int | Sequence[float] = (0.0, 0.0, 0.0),
 ) -> CarriedLight:
     """Return what is blocked, and what comes instead.
 
@@ -54,24 +59,40 @@ def carried_light(
         Unit direction that sunlight travels to in the water.
     shade : ShadeTable
         On the bands of ``light``.
+    floor : int or sequence of 3
+        Column of the measured reflectance of the water's floor, or its colour.
     """
     nothing = np.zeros((_COLOUR_COUNT, *cover.covered.shape))
     if not cover.covered.any():
         return CarriedLight(nothing, nothing)
-    L = _radiance(cover, light, sun, shade)
-    pictures = np.concatenate([cover.covered[None], cover.covered * L])
-    blocked, carried = nothing.copy(), nothing.copy()
-    for part, phase in zip(light.parts, light.components, strict=True):
-        of_cover, *of_light = spread(pictures, phase, cover.view)
-        blocked += part[:, None, None] * of_cover
-        carried += part[:, None, None] * np.stack(of_light)
-    mean = carried / np.maximum(blocked, _LEAST)
+    L = _radiance(cover, light, sun, shade, floor)
+    blocked, mean = _spread(cover.covered, L, cover, light)
+    if cover.floor.any():
+        on_floor = _spread(cover.with_floor, L, cover, light)
+        blocked, mean = (
+            np.where(cover.floor, x, y) for x, y in zip(on_floor, (blocked, mean), strict=True)
+        )
     beside = np.where(cover.known & (blocked > _LEAST), mean - L, 0.0)
     return CarriedLight(np.clip(blocked, 0.0, 1.0), _extended(beside, cover.known))
 
 
+def _spread(covered: Array, L: Array, cover: ViewCover, light: FoldedLight) -> tuple[Array, Array]:
+    """Share of scattering that stays within what is covered, and its mean radiance."""
+    pictures = np.concatenate([covered[None], covered * L])
+    blocked, carried = np.zeros_like(L), np.zeros_like(L)
+    for part, phase in zip(light.parts, light.components, strict=True):
+        of_cover, *of_light = spread(pictures, phase, cover.view)
+        blocked += part[:, None, None] * of_cover
+        carried += part[:, None, None] * np.stack(of_light)
+    return blocked, carried / np.maximum(blocked, _LEAST)
+
+
 def _radiance(
-    cover: ViewCover, light: FoldedLight, sun: Sequence[float], shade: ShadeTable
+    cover: ViewCover,
+    light: FoldedLight,
+    sun: Sequence[float],
+    shade: ShadeTable,
+    floor: int | Sequence[float],
 ) -> Array:
     """Radiance of what is seen, by its mean colour, (3, SIZE, SIZE)."""
     here = cover.known
@@ -83,15 +104,24 @@ def _radiance(
     mean, share, _ = shade.mixed(ON_PATCH, beside, normal).T
     sunlit = shade.mixed(SCATTERED, beside, normal)[:, 2]
     facing = np.maximum(normal @ -np.asarray(sun), 0.0) * sunlit / np.pi
-    base = [colour[:, None] for colour in cover.colour[here].T]
-    thing = Thing(
-        COLOURS, [colour * facing[:, None] for colour in base], base,
-        shade=LightLeft(mean[:, None], share[:, None]),
-    )  # fmt: skip
     y = np.maximum(-points[:, 2:], 0.0)
-    along = along_rays(light, sun, [np.zeros((1, 1))] * 3)
-    leaving = along.leaving(thing, y, [part[:, None] for part in normal.T], 0.0 * y)
-    found[:, here] = np.asarray(leaving).T
+    along, normals = along_rays(light, sun, [np.zeros((1, 1))] * 3), list(normal.T[..., None])
+
+    def leaving(columns: Sequence[int], base: Sequence[Array]) -> Array:
+        lit = [colour * facing[:, None] for colour in base]
+        left = LightLeft(mean[:, None], share[:, None])
+        return np.asarray(along.leaving(Thing(columns, lit, base, shade=left), y, normals, 0.0 * y))
+
+    plane, colours = cover.plane[here][:, None], cover.colour[here].T
+    if isinstance(floor, int):
+        of_floor = leaving((floor,), [np.ones((len(points), 1))])
+        L = np.where(plane, of_floor, leaving(COLOURS, list(colours[..., None])))
+    else:
+        parts = [
+            np.where(plane, x, colour[:, None]) for x, colour in zip(floor, colours, strict=True)
+        ]
+        L = leaving(COLOURS, parts)
+    found[:, here] = L.T
     return found
 
 

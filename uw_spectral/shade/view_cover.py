@@ -23,6 +23,8 @@ _LARGE, _SMALL = 4.0, 1.2
 _LEAST = 1e-12
 _FADE = 0.25  # m over a floor of the water: lower things are like it
 _NEARER = 4  # power of nearness that makes things show before those behind
+_STANDS = 0.5  # share above the floor from which on a thing counts as one
+_LEVEL = 0.01  # downward cosine of a ray to a floor that is out of sight
 _BACK = 1e-3  # weight of faces that look away, which show where there are no others
 
 
@@ -52,10 +54,11 @@ class ViewCover:
     Attributes
     ----------
     view : ViewMap
-    covered : array, shape (SIZE, SIZE)
-        Share of each texel, rows upwards.
-    known : array of bool, shape (SIZE, SIZE)
-        Where surfaces are seen, be it of the floor; what follows is 0 elsewhere.
+    covered, with_floor : array, shape (SIZE, SIZE)
+        Share of each texel that things cover, rows upwards; and that they and the floor do.
+    known, floor, plane : array of bool, shape (SIZE, SIZE)
+        Where surfaces are seen, what follows is 0 elsewhere; where they are the floor or lie on
+        it; and where nothing of the scene, but the level floor of the water itself.
     distance : array, shape (SIZE, SIZE)
         From the camera, m.
     normal, colour : array, shape (SIZE, SIZE, 3)
@@ -64,7 +67,10 @@ class ViewCover:
 
     view: ViewMap
     covered: Array
+    with_floor: Array
     known: NDArray[np.bool_]
+    floor: NDArray[np.bool_]
+    plane: NDArray[np.bool_]
     distance: Array
     normal: Array
     colour: Array
@@ -99,22 +105,37 @@ class _Picture:
     def __init__(self, view: ViewMap, floor_depth: float) -> None:
         self._view, self._floor = view, floor_depth
         self._ways = view.ways()
-        # Faces to and from the view apart: of closed things both cover the same.
-        self._sides = np.zeros((2, SIZE * SIZE))
-        # Sums of weights, and of distances, normals and colours by them.
-        self._sums = np.zeros((8, SIZE * SIZE))
+        # Faces to and from the view apart: of closed things both cover the same. Above the floor,
+        # and all.
+        self._sides = np.zeros((2, 2, SIZE * SIZE))
+        # Sums of weights, and of distances, normals, colours and shares above the floor by them.
+        self._sums = np.zeros((9, SIZE * SIZE))
 
     def drawn(self) -> ViewCover:
         """Return the picture."""
-        total = self._sums[0]
-        means = self._sums[1:] / np.where(total > 0.0, total, 1.0)
+        total, square = self._sums[0], (SIZE, SIZE)
+        seen = total > 0.0
+        means = self._sums[1:] / np.where(seen, total, 1.0)
         normal = means[1:4] / np.maximum(np.linalg.norm(means[1:4], axis=0), _LEAST)
-        square = (SIZE, SIZE)
+        to_floor = self._to_floor()
+        plane = ~seen & np.isfinite(to_floor)
+        normal[2, plane] = 1.0
+        covered, with_floor = np.minimum(self._sides.max(axis=1), 1.0)
         return ViewCover(
-            self._view, np.minimum(self._sides.max(axis=0), 1.0).reshape(square),
-            (total > 0.0).reshape(square), means[0].reshape(square),
-            normal.T.reshape(*square, 3), means[4:].T.reshape(*square, 3),
+            self._view, covered.reshape(square),
+            np.where(np.isfinite(to_floor), 1.0, with_floor).reshape(square),
+            (seen | plane).reshape(square),
+            (plane | (seen & (means[7] < _STANDS))).reshape(square), plane.reshape(square),
+            np.where(plane, to_floor, means[0]).reshape(square),
+            normal.T.reshape(*square, 3), means[4:7].T.reshape(*square, 3),
         )  # fmt: skip
+
+    def _to_floor(self) -> Array:
+        """Distance to the floor of the water."""
+        height = self._floor + self._view.centre[2]
+        down = -self._ways[:, 2]
+        ahead = (down > _LEVEL) & (height > 0.0)
+        return np.where(ahead, height / np.where(ahead, down, 1.0), math.inf)
 
     def add(self, thing: Surface) -> None:
         """Draw triangles."""
@@ -161,12 +182,16 @@ class _Picture:
         along = self._ways[here] @ normal
         distance = out / np.where(np.abs(along) > _LEAST, along, math.inf)
         z = self._view.centre[2] + distance * self._ways[here, 2]
-        self._sides[int(out < 0.0), here] += share[here] * self._over_floor(z)
+        above = self._over_floor(z)
+        side = int(out < 0.0)
+        self._sides[0, side, here] += share[here] * above
+        self._sides[1, side, here] += share[here]
         ahead = distance > _LEAST
         count = int(ahead.sum())
         self._show(
             here[ahead], share[here][ahead] * (_BACK if out > 0.0 else 1.0), distance[ahead],
             np.tile(normal * -math.copysign(1.0, out), (count, 1)), np.tile(colour, (count, 1)),
+            above[ahead],
         )  # fmt: skip
 
     def _over_floor(self, z: Array) -> Array:
@@ -186,22 +211,29 @@ class _Picture:
         nearest = (np.rint(v) * SIZE + np.rint(h)).astype(np.intp)
         turned = -np.sign(share)[:, None] * across[inside]
         shown = np.abs(share) * np.where(share > 0.0, _BACK, 1.0)
-        self._show(nearest, shown, np.sqrt(squared[inside]), turned, colours[inside])
-        share *= self._over_floor(middle[:, 2] + view.centre[2])
+        above = self._over_floor(middle[:, 2] + view.centre[2])
+        self._show(nearest, shown, np.sqrt(squared[inside]), turned, colours[inside], above)
         left, low = np.floor(h), np.floor(v)
         for dh in (0, 1):
             for dv in (0, 1):
                 part = share * np.abs(1 - dh - (h - left)) * np.abs(1 - dv - (v - low))
                 place = ((low + dv) * SIZE + left + dh).astype(np.intp)
-                for side, sign in zip(self._sides, (1.0, -1.0), strict=True):
-                    side += np.bincount(place, np.maximum(sign * part, 0.0), SIZE * SIZE)
+                for sides, counted in zip(self._sides, (part * above, part), strict=True):
+                    for side, sign in zip(sides, (1.0, -1.0), strict=True):
+                        side += np.bincount(place, np.maximum(sign * counted, 0.0), SIZE * SIZE)
 
     def _show(
-        self, place: NDArray[np.intp], share: Array, distance: Array, across: Array, colours: Array
+        self,
+        place: NDArray[np.intp],
+        share: Array,
+        distance: Array,
+        across: Array,
+        colours: Array,
+        above: Array,
     ) -> None:
         """Let surfaces be seen at texels, the nearer the more."""
         weight = share / distance**_NEARER
         normal = across / np.maximum(np.linalg.norm(across, axis=1), _LEAST)[:, None]
-        values = [np.ones(len(place)), distance, *normal.T, *colours.T]
+        values = [np.ones(len(place)), distance, *normal.T, *colours.T, above]
         for total, value in zip(self._sums, values, strict=True):
             total += np.bincount(place, weight * value, SIZE * SIZE)
