@@ -118,8 +118,8 @@ class _Picture:
         means = self._sums[1:] / np.where(seen, total, 1.0)
         normal = means[1:4] / np.maximum(np.linalg.norm(means[1:4], axis=0), _LEAST)
         to_floor = self._to_floor()
-        plane = ~seen & np.isfinite(to_floor)
-        normal[2, plane] = 1.0
+        plane = np.isfinite(to_floor) & (~seen | (to_floor < means[0] - _FADE))
+        normal[:, plane] = [[0.0], [0.0], [1.0]]
         covered, with_floor = np.minimum(self._sides.max(axis=1), 1.0)
         return ViewCover(
             self._view, covered.reshape(square),

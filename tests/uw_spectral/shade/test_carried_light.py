@@ -93,17 +93,25 @@ def test_at_an_edge_both_sides_bring_what_the_other_sends(water):
     np.testing.assert_allclose(on_dark, -on_bright, rtol=0.03)
 
 
-def test_the_floor_blocks_nothing_and_gets_light_of_what_stands_on_it(water):
+@pytest.mark.parametrize("has_mesh", [True, False])
+def test_where_the_floor_is_seen_it_counts_as_a_thing(water, has_mesh):
+    """It brings its own light far from things, and theirs beside them; it blocks none of theirs."""
     _, field, folded, shade = water
     view = view_map((0.0, 0.0, -DEPTH), _axes(), math.radians(60.0))
-    flat = np.array(
-        [[-30.0, 0.5, -8.0], [30.0, 0.5, -8.0], [30.0, 60.0, -8.0], [-30.0, 60.0, -8.0]]
-    )
-    floor = Surface(flat[[[0, 1, 2], [0, 2, 3]]], np.full((2, 3), 0.5))
-    thing = _wall(-1.0, 1.0, 0.0)
-    cover = view_cover(view, [floor, thing], floor_depth=8.0)
-    assert cover.known.sum() > (cover.covered > 0.0).sum() + 100
-    beside = carried_light(cover, folded, field.sun, shade).beside
-    on_floor = cover.known & (cover.covered == 0.0)
-    assert beside[:, on_floor].min() < 0.0
-    assert view_cover(view, [floor], floor_depth=8.0).covered.max() == 0.0
+    x, y = [-90.0, 90.0, 90.0, -90.0], [-5.0, -5.0, 90.0, 90.0]
+    flat = np.column_stack([x, y, np.full(4, -8.0)])[[[0, 1, 2], [0, 2, 3]]]
+    things = [_wall(-1.0, 1.0, 0.0)]
+    if has_mesh:
+        things.append(Surface(flat, np.full((2, 3), 0.5)))
+    cover = view_cover(view, things, floor_depth=8.0)
+    found = carried_light(cover, folded, field.sun, shade, (0.5, 0.5, 0.5))
+    row = SIZE // 2 - 28  # 20° down
+    assert cover.floor[row, 4]
+    assert found.blocked[:, row, SIZE // 4].min() > 0.75
+    edge = int(np.flatnonzero(~cover.floor[row])[0])
+    contrast = np.abs(found.beside[:, row, edge - 1])
+    assert (found.beside[:, row, edge - 1] < 0.0).all()
+    assert (np.abs(found.beside[:, row, SIZE // 8]) < 0.1 * contrast).all()
+    alone = carried_light(view_cover(view, things[:1]), folded, field.sun, shade)
+    middle = SIZE // 2, SIZE // 2
+    np.testing.assert_allclose(found.blocked[:, *middle], alone.blocked[:, *middle], rtol=0.01)
