@@ -39,7 +39,7 @@ def _table(column, seed=3):
     weight = random.uniform(0.5, 1.5, 6)
     light = DisturbedLight(
         grid, np.ones(grid.count, bool), ratios[:, :6], ratios[:, 6:],
-        0.5 + 0.5 * np.sin(along[:, 0]), 0.5 + 0.5 * np.cos(along[:, :6]), weight / weight.sum(),
+        0.5 + 0.5 * np.sin(along[:, 0]), weight / weight.sum(),
     )  # fmt: skip
     return tables.shade_table(light, column.attenuation, np.ones(3))
 

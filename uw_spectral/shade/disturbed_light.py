@@ -27,7 +27,7 @@ from ..transfer.solved_field import SolvedField
 from .changed_voxels import ChangedVoxels
 from .grid import Array, Grid
 from .probes import RAYS, SETS, Rays, directions, set_of
-from .undisturbed_light import AXES, UndisturbedLight, depths_of
+from .undisturbed_light import UndisturbedLight, depths_of
 from .view_directions import SIDE
 
 _ROUNDS = 40
@@ -62,14 +62,12 @@ class DisturbedLight:
         Which stand for water; the others have the light of one close by.
     irradiance : array, shape (p, 6, n)
         Ratio of the irradiance, without the beam of the sun, on patches that face
-        :data:`.AXES`.
+        :data:`.undisturbed_light.AXES`.
     scattered : array, shape (p, COUNT, n)
         Ratio of the light, without the beam, that the water scatters against the view directions
         of :mod:`.view_directions`.
     sunlit : array, shape (p,)
         Share of the sun's beam.
-    behind : array, shape (p, 6)
-        Share of what lies behind patches that is open water, by the cosine.
     weight : array, shape (6,)
         Mean undisturbed irradiance on each of them, over the sum of the six.
     solution : Solution, optional
@@ -81,7 +79,6 @@ class DisturbedLight:
     irradiance: Light
     scattered: Light
     sunlit: Array
-    behind: Light
     weight: Array
     solution: Solution | None = None
 
@@ -166,8 +163,8 @@ def _solved(known: _Known) -> Solution:
         _settle(known, parts, now, pool)
         ended = list(pool.map(functools.partial(_Part.ratios, now=now), parts))
     kept = parts if count <= _MOST_KEPT else ()
-    irradiance, scattered, behind = (_joined(ended, count, k) for k in range(3))
-    return Solution(known, now, irradiance, scattered, behind, kept)
+    irradiance, scattered = (_joined(ended, count, k) for k in range(2))
+    return Solution(known, now, irradiance, scattered, kept)
 
 
 def _settle(
@@ -210,13 +207,12 @@ class Solution:
     light: _Light
     irradiance: Light
     scattered: Light
-    behind: Light
     parts: Sequence[_Part] = ()
 
     @property
-    def tables(self) -> tuple[Light, Light, Light]:
+    def tables(self) -> tuple[Light, Light]:
         """Ratios by probe."""
-        return self.irradiance, self.scattered, self.behind
+        return self.irradiance, self.scattered
 
     def goes_on(self, other: Solution) -> bool:
         """Whether it started from another, or may have done: its first probes are the same."""
@@ -238,7 +234,7 @@ def _tabulated(found: Solution) -> DisturbedLight:
     weight = found.light.on_axes[there].sum(axis=0, dtype=np.float64)
     return DisturbedLight(
         rays.grid, rays.valid, found.irradiance[everywhere], found.scattered[everywhere],
-        rays.sunlit[known.order][everywhere], found.behind[everywhere], weight / weight.sum(),
+        rays.sunlit[known.order][everywhere], weight / weight.sum(),
         found,
     )  # fmt: skip
 
@@ -280,8 +276,8 @@ class _Again:
         for part, values in zip(parts, ended, strict=True):
             for table, value in zip(tables, values, strict=True):
                 part.put(known, table, value, self._new)
-        irradiance, scattered, behind = tables
-        return Solution(known, now, irradiance, scattered, behind)
+        irradiance, scattered = tables
+        return Solution(known, now, irradiance, scattered)
 
 
 def _longer(values: Light, count: int) -> Light:
@@ -549,7 +545,6 @@ class _Part:
         self._unshaded, self._exact = unshaded, irradiance / unshaded
         # To begin with light comes as far as rays do.
         free = rays.open_water[valid] | at_floor
-        self._behind = self._kernel.behind(free)
         share = free.mean(axis=1, dtype=np.float32)[:, None, None]
         beam = light.beam(depth[:, 0]) * (_MEAN_COSINE * rays.sunlit[valid][:, None])
         J = np.broadcast_to(share, at.once.shape)
@@ -569,11 +564,11 @@ class _Part:
         E = (E * self._exact).astype(np.float32, copy=False)
         return E, np.minimum(J / self._source, _MOST)
 
-    def ratios(self, now: _Light) -> tuple[Light, Light, Light]:
-        """Return what :class:`DisturbedLight` has of irradiance, scattered light and open water."""
+    def ratios(self, now: _Light) -> tuple[Light, Light]:
+        """Return what :class:`DisturbedLight` has of irradiance and scattered light."""
         E, _, scattered = self._kernel.sums(*self._radiance(now), last=True)
         irradiance = np.minimum(E / self._unshaded, _MOST)
-        return irradiance, np.minimum(scattered / self._scattered0, _MOST), self._behind
+        return irradiance, np.minimum(scattered / self._scattered0, _MOST)
 
     def _radiance(self, now: _Light) -> tuple[Light, Light]:
         """Radiance along all rays, and what of it surfaces send, (m RAYS, n)."""
@@ -599,21 +594,15 @@ class _Kernel:
     """Sums over the directions of a set."""
 
     def __init__(self, undisturbed: UndisturbedLight, kind: int, ways: Light) -> None:
-        self.kind, w = kind, directions()[kind]
+        self.kind = kind
         patches, even = undisturbed.patch_weights(kind)
         self._of_surfaces = even - patches
         views = undisturbed.phase_weights(kind, lattice(SIDE), SHADED_STREAMS)
         self._weights = np.concatenate([patches, ways, views], axis=2)
-        behind = np.maximum(-AXES @ w.T, 0.0)
-        self._behind = (behind / behind.sum(axis=1, keepdims=True)).T
 
     def nearest(self, other: _Kernel) -> NDArray[np.intp]:
         """Direction of this set that is closest to each of another, (RAYS,)."""
         return (directions()[self.kind] @ directions()[other.kind].T).argmax(axis=0)
-
-    def behind(self, free: NDArray[np.bool_]) -> Light:
-        """Share of what patches that face the axes have behind them that is free, (m, 6)."""
-        return (free @ self._behind).astype(np.float32)
 
     def sums(
         self, L: Light, of_surfaces: Light | None = None, *, last: bool = False

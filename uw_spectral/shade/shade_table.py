@@ -152,8 +152,8 @@ class ShadeTable:
     grid : Grid
     box : ShadeBox
     texels : array, shape (TILES, nz + 2, ny + 2, nx + 2, 3)
-        Mean over the bands, share of the spectrum, and of the open water behind patches or of
-        the sun that is seen elsewhere; those of patches times the weight of the tile.
+        Mean over the bands, share of the spectrum, and of the sun that is seen; those of patches
+        times the weight of the tile.
     spectrum : array, shape (n,)
     """
 
@@ -238,15 +238,15 @@ def shade_table(
     first = vectors[:, -1]
     tiles = np.empty((*mean.shape, 3))
     tiles[..., 0], tiles[..., 1] = mean, rest @ first
-    tiles[:, :PATCHES, 2] = light.behind * light.weight
-    # The sun is the same in every tile of light along a ray, so that mixing leaves it.
+    # The sun is the same in every tile, so that mixing leaves it.
+    tiles[:, :PATCHES, 2] = light.sunlit[:, None] * light.weight
     tiles[:, PATCHES:, 2] = light.sunlit[:, None]
     texels = tiles.transpose(1, 0, 2).reshape(TILES, nx, ny, nz, 3)
     beyond = _sides(texels, light.valid)
     if alone:
         beyond[:, 0], beyond[:, 1] = 1.0, 0.0
         beyond[:PATCHES, 0] = light.weight
-        beyond[PATCHES:, 2] = 1.0
+        beyond[:PATCHES, 2], beyond[PATCHES:, 2] = light.weight, 1.0
     texels = _ringed(texels, beyond)
     grid = light.grid
     size = float(np.linalg.norm(grid.upper - np.asarray(grid.lower)))

@@ -22,9 +22,8 @@ def _table(ratio, sunlit, *, alone, valid=None):
     weight = np.array([3.0, 2.0, 1.0, 1.0, 5.0, 0.5])
     ratios = np.broadcast_to(np.asarray(ratio)[..., None, None], (GRID.count, TILES, 3))
     valid = np.ones(GRID.count, bool) if valid is None else valid
-    open_water = np.ones((GRID.count, 6))
     light = DisturbedLight(
-        GRID, valid, ratios[:, :6], ratios[:, 6:], np.full(GRID.count, sunlit), open_water,
+        GRID, valid, ratios[:, :6], ratios[:, 6:], np.full(GRID.count, sunlit),
         weight / weight.sum(),
     )  # fmt: skip
     return shade_table(light, np.full(3, 0.2), np.ones(3), alone=alone)
@@ -47,9 +46,8 @@ def test_shade_ends_beyond_a_box_with_nothing_around(first, w):
     assert np.diff([three[0] for three in far]).min() > 0
     assert far[1][0] > 0.96
     np.testing.assert_allclose(far[2][0], 1.0, atol=1e-3)
-    if first == SCATTERED:
-        assert _read(table, first, 0.0, w)[2] == pytest.approx(0.4)
-        assert far[2][2] == pytest.approx(1.0, abs=1e-3)
+    assert _read(table, first, 0.0, w)[2] == pytest.approx(0.4)
+    assert far[2][2] == pytest.approx(1.0, abs=1e-3)
 
 
 def test_one_odd_cell_at_the_side_draws_no_stripe_into_the_distance():
