@@ -7,7 +7,7 @@ Light that is scattered forward by a few degrees comes from behind a thing, whic
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -23,6 +23,7 @@ _LARGE, _SMALL = 4.0, 1.2
 _LEAST = 1e-12
 _FADE = 0.25  # m over a floor of the water: lower things are like it
 _NEARER = 4  # power of nearness that makes things show before those behind
+_BEHIND = 2.5  # angle from the middle of what may be on either side of the picture, rad
 _STANDS = 0.5  # share above the floor from which on a thing counts as one
 _LEVEL = 0.01  # downward cosine of a ray to a floor that is out of sight
 _BACK = 1e-3  # weight of faces that look away, which show where there are no others
@@ -104,36 +105,33 @@ class _Picture:
 
     def __init__(self, view: ViewMap, floor_depth: float) -> None:
         self._view, self._floor = view, floor_depth
-        self._ways = view.ways()
+        self._ways = view.ways().reshape(SIZE, SIZE, 3)
         # Faces to and from the view apart: of closed things both cover the same. Above the floor,
         # and all.
-        self._sides = np.zeros((2, 2, SIZE * SIZE))
+        self._sides = np.zeros((2, 2, SIZE, SIZE))
         # Sums of weights, and of distances, normals, colours and shares above the floor by them.
-        self._sums = np.zeros((9, SIZE * SIZE))
+        self._sums = np.zeros((9, SIZE, SIZE))
 
     def drawn(self) -> ViewCover:
         """Return the picture."""
-        total, square = self._sums[0], (SIZE, SIZE)
+        total = self._sums[0]
         seen = total > 0.0
         means = self._sums[1:] / np.where(seen, total, 1.0)
         normal = means[1:4] / np.maximum(np.linalg.norm(means[1:4], axis=0), _LEAST)
         to_floor = self._to_floor()
         plane = np.isfinite(to_floor) & (~seen | (to_floor < means[0] - _FADE))
-        normal[:, plane] = [[0.0], [0.0], [1.0]]
+        normal[:, plane] = np.eye(3)[:, 2:]
         covered, with_floor = np.minimum(self._sides.max(axis=1), 1.0)
         return ViewCover(
-            self._view, covered.reshape(square),
-            np.where(np.isfinite(to_floor), 1.0, with_floor).reshape(square),
-            (seen | plane).reshape(square),
-            (plane | (seen & (means[7] < _STANDS))).reshape(square), plane.reshape(square),
-            np.where(plane, to_floor, means[0]).reshape(square),
-            normal.T.reshape(*square, 3), means[4:7].T.reshape(*square, 3),
+            self._view, covered, np.where(np.isfinite(to_floor), 1.0, with_floor), seen | plane,
+            plane | (seen & (means[7] < _STANDS)), plane, np.where(plane, to_floor, means[0]),
+            np.moveaxis(normal, 0, 2), np.moveaxis(means[4:7], 0, 2),
         )  # fmt: skip
 
     def _to_floor(self) -> Array:
         """Distance to the floor of the water."""
         height = self._floor + self._view.centre[2]
-        down = -self._ways[:, 2]
+        down = -self._ways[..., 2]
         ahead = (down > _LEVEL) & (height > 0.0)
         return np.where(ahead, height / np.where(ahead, down, 1.0), math.inf)
 
@@ -146,8 +144,7 @@ class _Picture:
             now, weight, colours, wide = (x[seen] for x in (now, weight, colours, wide))
             if not split:
                 large = wide > _LARGE
-                for triangle, colour in zip(now[large], colours[large], strict=True):
-                    self._fill(triangle, colour)
+                self._fill(now[large], colours[large])
                 now, weight, colours, wide = (x[~large] for x in (now, weight, colours, wide))
             small = (wide * np.sqrt(weight) < _SMALL) | (split == _MOST_SPLITS - 1)
             self._put(now[small], weight[small], colours[small])
@@ -166,33 +163,53 @@ class _Picture:
         seen = (np.arccos(cosine) - wide < self._view.corner) | (around >= distance)
         return seen, around / distance * float(self._view.per_unit)
 
-    def _fill(self, triangle: Array, colour: Array) -> None:
-        """Draw a large triangle, with soft edges of a texel."""
-        out = float(np.linalg.det(triangle))
-        share = np.ones(SIZE * SIZE) if out else np.zeros(SIZE * SIZE)
-        for k in range(3):
-            side = np.cross(triangle[k], triangle[(k + 1) % 3])
-            side *= math.copysign(1.0, out) / max(float(np.linalg.norm(side)), _LEAST)
-            off = self._ways @ side * float(self._view.per_unit)
-            share *= np.clip(0.5 + off, 0.0, 1.0)
-        here = np.flatnonzero(share)
-        if not len(here):
-            return
-        normal = np.cross(triangle[1] - triangle[0], triangle[2] - triangle[0])
-        along = self._ways[here] @ normal
-        distance = out / np.where(np.abs(along) > _LEAST, along, math.inf)
-        z = self._view.centre[2] + distance * self._ways[here, 2]
-        above = self._over_floor(z)
-        side = int(out < 0.0)
-        self._sides[0, side, here] += share[here] * above
-        self._sides[1, side, here] += share[here]
-        ahead = distance > _LEAST
-        count = int(ahead.sum())
-        self._show(
-            here[ahead], share[here][ahead] * (_BACK if out > 0.0 else 1.0), distance[ahead],
-            np.tile(normal * -math.copysign(1.0, out), (count, 1)), np.tile(colour, (count, 1)),
-            above[ahead],
-        )  # fmt: skip
+    def _fill(self, triangles: Array, colours: Array) -> None:
+        """Draw large triangles, with soft edges of a texel."""
+        one, other = triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0]
+        normals = np.cross(one, other)
+        out = (normals * triangles[:, 0]).sum(axis=1)
+        shown = out != 0.0  # edge-on there is nothing to see
+        triangles, colours, normals, out = (x[shown] for x in (triangles, colours, normals, out))
+        sides = np.cross(triangles, np.roll(triangles, -1, axis=1))
+        sides /= np.maximum(np.linalg.norm(sides, axis=2), _LEAST)[..., None]
+        sides *= (np.sign(out) * float(self._view.per_unit))[:, None, None]
+        facing = normals * -np.sign(out)[:, None]
+        facing /= np.maximum(np.linalg.norm(normals, axis=1), _LEAST)[:, None]
+        for k, (rows, columns) in enumerate(self._windows(triangles)):
+            ways = self._ways[rows, columns]
+            share = np.clip(0.5 + ways @ sides[k].T, 0.0, 1.0).prod(axis=-1)
+            along = ways @ normals[k]
+            distance = out[k] / np.where(np.abs(along) > _LEAST, along, math.inf)
+            above = self._over_floor(self._view.centre[2] + distance * ways[..., 2])
+            side = int(out[k] < 0.0)
+            self._sides[0, side, rows, columns] += share * above
+            self._sides[1, side, rows, columns] += share
+            ahead = distance > _LEAST
+            weight = np.where(ahead, share, 0.0) / np.where(ahead, distance, 1.0) ** _NEARER
+            weight *= 1.0 if side else _BACK
+            sums = self._sums[:, rows, columns]
+            sums[0] += weight
+            sums[1] += weight * distance
+            sums[2:8] += np.concatenate([facing[k], colours[k]])[:, None, None] * weight
+            sums[8] += weight * above
+
+    def _windows(self, triangles: Array) -> Iterator[tuple[slice, slice]]:
+        """Rows and columns that hold each triangle."""
+        middle = triangles.mean(axis=1)
+        distance = np.maximum(np.linalg.norm(middle, axis=1), _LEAST)
+        around = np.sqrt(((triangles - middle[:, None]) ** 2).sum(axis=2).max(axis=1))
+        h, v = self._view.place(tuple((middle + np.asarray(self._view.centre)).T))
+        wide = np.arcsin(np.minimum(around / distance, 1.0))
+        off = np.arccos(np.clip(middle @ np.asarray(self._view.ahead) / distance, -1.0, 1.0))
+        # Away from the middle the picture is stretched along its circles.
+        farthest = np.minimum(off + wide, _BEHIND)
+        texels = wide / np.cos(farthest / 2.0) * float(self._view.per_unit) + 2.0
+        reach = np.where((around < distance) & (farthest < _BEHIND), texels, SIZE)
+        for at, across, size in zip(v, h, reach, strict=True):
+            yield (
+                slice(max(int(at - size), 0), max(int(at + size) + 1, 0)),
+                slice(max(int(across - size), 0), max(int(across + size) + 1, 0)),
+            )
 
     def _over_floor(self, z: Array) -> Array:
         return np.clip((self._floor + z) / _FADE, 0.0, 1.0)
@@ -220,7 +237,7 @@ class _Picture:
                 place = ((low + dv) * SIZE + left + dh).astype(np.intp)
                 for sides, counted in zip(self._sides, (part * above, part), strict=True):
                     for side, sign in zip(sides, (1.0, -1.0), strict=True):
-                        side += np.bincount(place, np.maximum(sign * counted, 0.0), SIZE * SIZE)
+                        side += _added(place, np.maximum(sign * counted, 0.0))
 
     def _show(
         self,
@@ -236,4 +253,9 @@ class _Picture:
         normal = across / np.maximum(np.linalg.norm(across, axis=1), _LEAST)[:, None]
         values = [np.ones(len(place)), distance, *normal.T, *colours.T, above]
         for total, value in zip(self._sums, values, strict=True):
-            total += np.bincount(place, weight * value, SIZE * SIZE)
+            total += _added(place, weight * value)
+
+
+def _added(place: NDArray[np.intp], values: Array) -> Array:
+    """Picture of the sums of values at texels."""
+    return np.bincount(place, values, SIZE * SIZE).reshape(SIZE, SIZE)
