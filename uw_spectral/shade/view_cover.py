@@ -7,7 +7,7 @@ Light that is scattered forward by a few degrees comes from behind a thing, whic
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,7 +18,8 @@ from .triangles import quartered
 from .view_map import SIZE, ViewMap, view_map
 
 _MOST_SPLITS = 6
-_LARGE, _SMALL = 4.0, 1.2
+_AT_ONCE = 50_000  # triangles that are drawn together, about
+_LARGE, _SMALL = 8.0, 1.2
 """Texels that triangles reach from their middle: larger ones are filled, smaller ones added."""
 _LEAST = 1e-12
 _FADE = 0.25  # m over a floor of the water: lower things are like it
@@ -95,9 +96,21 @@ def view_cover(
         Of the floor of the water, m: what lies on it is part of it.
     """
     picture = _Picture(view, floor_depth)
-    for thing in things:
-        picture.add(thing)
+    for some in _batches(things):
+        picture.add(some)
     return picture.drawn()
+
+
+def _batches(things: Iterable[Surface]) -> Iterator[list[Surface]]:
+    """Return things together, for each costs more than its triangles; not too many at once."""
+    some: list[Surface] = []
+    for thing in things:
+        some.append(thing)
+        if sum(len(each.corners) for each in some) > _AT_ONCE:
+            yield some
+            some = []
+    if some:
+        yield some
 
 
 class _Picture:
@@ -135,10 +148,12 @@ class _Picture:
         ahead = (down > _LEVEL) & (height > 0.0)
         return np.where(ahead, height / np.where(ahead, down, 1.0), math.inf)
 
-    def add(self, thing: Surface) -> None:
+    def add(self, things: Sequence[Surface]) -> None:
         """Draw triangles."""
-        now = np.asarray(thing.corners, np.float64) - np.asarray(self._view.centre)
-        weight, colours = np.full(len(now), thing.each), np.asarray(thing.colours, np.float64)
+        corners = np.concatenate([np.asarray(thing.corners, np.float64) for thing in things])
+        now = corners - np.asarray(self._view.centre)
+        weight = np.repeat([x.each for x in things], [len(x.corners) for x in things])
+        colours = np.concatenate([np.asarray(thing.colours, np.float64) for thing in things])
         for split in range(_MOST_SPLITS):
             seen, wide = self._within(now)
             now, weight, colours, wide = (x[seen] for x in (now, weight, colours, wide))
