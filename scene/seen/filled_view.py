@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
+import functools
 import math
-from collections.abc import Iterator
 
 import bpy
 import numpy as np
 from mathutils import Vector
 
-from ...uw_spectral.shade.view_cover import Surface, ViewCover, no_cover, view_cover
+from ...uw_spectral.shade.view_cover import KeptPicture, Surface, ViewCover, no_cover
 from ...uw_spectral.shade.view_map import WIDEST, view_map
 from .. import marks
 from .cameras import turn_of
+from .surface_samples import Triangles
 from .surroundings import Surroundings
 from .threads import visible_threads
 
@@ -25,6 +26,7 @@ def filled_view(
     camera: bpy.types.Object | None,
     around: Surroundings | None,
     floor_depth: float,
+    kept: KeptPicture | None = None,
 ) -> ViewCover:
     """Return what things fill of the view of a camera in the water.
 
@@ -37,6 +39,8 @@ def filled_view(
         What there is.
     floor_depth : float
         Of the floor of the water, m.
+    kept : KeptPicture, optional
+        What may be used again.
     """
     if camera is None or around is None or camera.data.type == "ORTHO":
         return no_cover()
@@ -47,12 +51,12 @@ def filled_view(
     eye = tuple(camera.matrix_world.translation)
     view = view_map(eye, np.array(turn_of(camera)), reach)
     threads = visible_threads(bpy.context.evaluated_depsgraph_get(), marks.objects(scene))
-    surfaces = [thread.ribbons(eye) for thread in threads]
-    return view_cover(view, [*_surfaces(around), *surfaces], floor_depth)
+    ribbons = [thread.ribbons(eye) for thread in threads]
+    things = {thing.key: functools.partial(_surface, thing) for thing in around.things}
+    return (kept or KeptPicture()).cover(view, things, ribbons, floor_depth)
 
 
-def _surfaces(around: Surroundings) -> Iterator[Surface]:
-    for thing in around.things:
-        every = -(-len(thing.arrays.triangles) // _MOST_TRIANGLES)
-        corners = thing.corners_of(slice(None, None, every))
-        yield Surface(corners, thing.colours[thing.slots[::every]], float(every))
+def _surface(thing: Triangles) -> Surface:
+    every = -(-len(thing.arrays.triangles) // _MOST_TRIANGLES)
+    corners = thing.corners_of(slice(None, None, every))
+    return Surface(corners, thing.colours[thing.slots[::every]], float(every))

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from ...settings.render_plan import RenderPlan, plan_of
 from ...uw_spectral.errors import InputError
 from ...uw_spectral.shade.shade_table import ShadeTable, without_shade
-from ...uw_spectral.shade.view_cover import ViewCover, no_cover
+from ...uw_spectral.shade.view_cover import KeptPicture, ViewCover, no_cover
 from ...uw_spectral.transfer.radiance_table import TABLE_STREAMS
 from .. import contents
 from ..materials import band_colors, realtime_materials
@@ -118,7 +118,7 @@ def eevee_water(
     }
     kinds = realtime_materials.kinds(contents.materials(scene))
     seabed = continued_seabed.depth_of(ground) if continues else None
-    cover = _cover(scene, eye, around or kept.looked, over) if shades else None
+    cover = _cover(scene, eye, around or kept.looked, over, kept.picture) if shades else None
     seen = Snapshot(reflectances, shaded, cover, shining, eye.from_air, kinds, seabed)
     if ground is not None:
         seen = replace(seen, seabed_colour=ground.colour)
@@ -142,13 +142,17 @@ def eevee_water(
 
 
 def _cover(
-    scene: bpy.types.Scene, eye: Eye, around: Surroundings | None, over: RenderPlan
+    scene: bpy.types.Scene,
+    eye: Eye,
+    around: Surroundings | None,
+    over: RenderPlan,
+    picture: KeptPicture,
 ) -> ViewCover:
     """Return what of the view things fill; by night and from the air nothing, as nodes have it."""
     view = eye.from_air
     if over.settings.sunlight == 0 or (view is not None and view.in_air):
         return no_cover()
-    return filled_view(scene, eye.camera, around, over.column.floor_depth)
+    return filled_view(scene, eye.camera, around, over.column.floor_depth, picture)
 
 
 def _shaded(

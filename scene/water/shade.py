@@ -13,6 +13,7 @@ from ...uw_spectral.shade.disturbed_light import DisturbedLight, KeptWaters, dis
 from ...uw_spectral.shade.grid import Grid
 from ...uw_spectral.shade.probes import Rays, cast
 from ...uw_spectral.shade.shade_table import ShadeTable, shade_table, without_shade
+from ...uw_spectral.shade.view_cover import KeptPicture
 from ...uw_spectral.shade.voxels import SurfaceVoxels
 from ...uw_spectral.spectra.bands import Bands
 from ...uw_spectral.spectra.reflectance import uplift_basis
@@ -84,6 +85,7 @@ class Kept:
         self._looked: tuple[tuple[object, ...], Surroundings] | None = None
         self.samples = KeptSamples()
         self.lamp_shadows = KeptLampShadows()
+        self.picture = KeptPicture()
         self.ground: Ground | None = None
         """That of the last look around."""
         self._waters = KeptWaters()

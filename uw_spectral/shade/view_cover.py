@@ -6,8 +6,9 @@ Light that is scattered forward by a few degrees comes from behind a thing, whic
 
 from __future__ import annotations
 
+import copy
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -78,6 +79,47 @@ class ViewCover:
     colour: Array
 
 
+class KeptPicture:
+    """What things that stayed as they were have covered of a view that did."""
+
+    def __init__(self) -> None:
+        self._of: tuple[ViewMap, float] | None = None
+        self._base: _Picture | None = None
+        self._drawn: frozenset[bytes] = frozenset()
+        self._last: frozenset[bytes] = frozenset()
+
+    def cover(
+        self,
+        view: ViewMap,
+        things: Mapping[bytes, Callable[[], Surface]],
+        others: Iterable[Surface] = (),
+        floor_depth: float = math.inf,
+    ) -> ViewCover:
+        """Look at what things cover, as :func:`view_cover` does.
+
+        Parameters
+        ----------
+        view : ViewMap
+        things : mapping of bytes to callable
+            What makes the surface of each, by a key that differs where it does.
+        others : iterable of Surface
+            That nothing is known of.
+        floor_depth : float
+            As of :func:`view_cover`.
+        """
+        keys = frozenset(things)
+        if self._of != (view, floor_depth):
+            self._of, self._base, self._last = (view, floor_depth), None, frozenset()
+        stayed = keys & self._last
+        if self._base is None or not self._drawn <= keys or self._drawn < stayed:
+            self._base, self._drawn = _Picture(view, floor_depth), stayed
+            self._base.add_all(make() for key, make in things.items() if key in stayed)
+        picture, self._last = copy.deepcopy(self._base), keys
+        picture.add_all(make() for key, make in things.items() if key not in self._drawn)
+        picture.add_all(others)
+        return picture.drawn()
+
+
 def no_cover() -> ViewCover:
     """Return the cover of a view with nothing in it, or of one that has no centre."""
     return view_cover(view_map((0.0, 0.0, 0.0), np.eye(3), 1.0), ())
@@ -96,8 +138,7 @@ def view_cover(
         Of the floor of the water, m: what lies on it is part of it.
     """
     picture = _Picture(view, floor_depth)
-    for some in _batches(things):
-        picture.add(some)
+    picture.add_all(things)
     return picture.drawn()
 
 
@@ -148,7 +189,12 @@ class _Picture:
         ahead = (down > _LEVEL) & (height > 0.0)
         return np.where(ahead, height / np.where(ahead, down, 1.0), math.inf)
 
-    def add(self, things: Sequence[Surface]) -> None:
+    def add_all(self, things: Iterable[Surface]) -> None:
+        """Draw things."""
+        for some in _batches(things):
+            self._add(some)
+
+    def _add(self, things: Sequence[Surface]) -> None:
         """Draw triangles."""
         corners = np.concatenate([np.asarray(thing.corners, np.float64) for thing in things])
         now = corners - np.asarray(self._view.centre)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 import pytest
@@ -12,6 +13,7 @@ from underwater_spectral.uw_spectral.shade.forward_share import (
     spread,
 )
 from underwater_spectral.uw_spectral.shade.view_cover import (
+    KeptPicture,
     Surface,
     ViewCover,
     no_cover,
@@ -77,6 +79,29 @@ def test_what_lies_on_the_floor_of_the_water_is_part_of_it():
 def test_nothing_blocks_nothing():
     assert not no_cover().covered.any()
     assert not cover_of().covered.any()
+
+
+def test_what_stays_is_kept_and_what_moves_is_drawn_anew():
+    kept, asked = KeptPicture(), []
+
+    def thing(name: str, at: float) -> tuple[bytes, Callable[[], Surface]]:
+        corners = ball(4.0, math.radians(8.0), 16) + np.array([at, 0.0, 0.0])
+
+        def make() -> Surface:
+            asked.append(name)
+            return Surface(corners, np.full((len(corners), 3), 0.5))
+
+        return f"{name} {at}".encode(), make
+
+    for frame in range(4):
+        things = dict([thing("rock", -1.0), thing("reef", 0.4), thing("fish", 1.0 + 0.1 * frame)])
+        asked.clear()
+        found = kept.cover(VIEW, things)
+        asked_now = list(asked)
+        fresh = view_cover(VIEW, [make() for make in things.values()])
+        np.testing.assert_allclose(found.covered, fresh.covered, atol=1e-9)
+        np.testing.assert_allclose(found.normal, fresh.normal, atol=1e-9)
+    assert asked_now == ["fish"]
 
 
 def test_what_lies_behind_is_not_in_the_picture():
