@@ -170,8 +170,8 @@ class Surroundings:
         return Ground(depth, (red, green, blue), self._bottom(depth))
 
     def under_things(self) -> tuple[SurfaceVoxels, Grid] | None:
-        """Surfaces about the water that something overhangs, and a grid there; None without."""
-        low, high = self._overhung
+        """Surfaces about the water that things overhang or wall in, and a grid there; or None."""
+        low, high = self._shaded
         if not (high > low).all():
             return None
         roofed = self.coarse.roofed.ravel()[self.coarse.grid.index(self.eyes)]
@@ -183,9 +183,21 @@ class Surroundings:
 
     def is_whole(self, grid: Grid) -> bool:
         """Whether a grid of :meth:`under_things` holds all of that water about the cameras."""
-        low, high = self._overhung
+        low, high = self._shaded
         slack = 0.01 * grid.cell
         return bool((grid.lower <= low + slack).all() and (grid.upper >= high - slack).all())
+
+    @functools.cached_property
+    def _shaded(self) -> tuple[Array, Array]:
+        """Box around the water that something overhangs, or walls in; empty without."""
+        walled = self.coarse.between_things(self.eyes)
+        found = [self._overhung]
+        if (walled[1] > walled[0]).all():
+            low, high = walled[0] - _MARGIN, walled[1] + _MARGIN
+            high[2] = min(high[2], 0.0)
+            found.append((low, high))
+        found = [box for box in found if (box[1] > box[0]).all()] or found
+        return np.min([low for low, _ in found], axis=0), np.max([high for _, high in found], axis=0)
 
     @functools.cached_property
     def _overhung(self) -> tuple[Array, Array]:

@@ -15,10 +15,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .grid import Array, Grid
+from .walls import RAYS, hidden_rays
 
 _FARTHEST_STEP = 12  # voxels that a ray skips at once, at most
 _WITHIN = 0.5  # of a voxel: step close to surfaces
 _AT_ONCE = 1 << 17  # rays
+_HIDDEN = 0.25  # of the light from above: water from which things beside it hide more is walled
+_WALLED = 1.5  # m that such water is deep: about small things it matters to few pixels
 _BETWEEN = (0.25, 0.5, 0.75)  # places between two points where a surface would keep them apart
 
 Indices = NDArray[np.int32]
@@ -201,11 +204,27 @@ class SurfaceVoxels:
         points : array_like, shape (m, 3)
             Points in open water; so is what lies under open sky.
         """
-        below = np.argwhere(self.reachable(points) & self.roofed)
-        if not len(below):
+        return self._box(self.reachable(points) & self.roofed)
+
+    def between_things(self, points: ArrayLike) -> tuple[Array, Array]:
+        """Box around the water that is walled, as :meth:`under_things`.
+
+        That is where things beside it hide a quarter and more of the light from above, in columns
+        of 1.5 m and more: between hulls, in a canyon, at the foot of a cliff.
+        """
+        reached = self.reachable(points)
+        hidden = hidden_rays(self.number >= 0) >= math.ceil(_HIDDEN * RAYS)
+        walled = reached & hidden & ~self.roofed
+        deep = walled.sum(axis=2) * self.grid.cell >= _WALLED
+        return self._box(walled & deep[..., None])
+
+    def _box(self, water: NDArray[np.bool_]) -> tuple[Array, Array]:
+        """Box around voxels, m; its corners meet if there are none."""
+        found = np.argwhere(water)
+        if not len(found):
             nowhere = np.asarray(self.grid.lower, dtype=np.float64)
             return nowhere, nowhere
-        low, high = below.min(axis=0), below.max(axis=0) + 1
+        low, high = found.min(axis=0), found.max(axis=0) + 1
         corner = np.asarray(self.grid.lower, dtype=np.float64)
         low, high = low.astype(np.float64), high.astype(np.float64)
         return corner + low * self.grid.cell, corner + high * self.grid.cell
