@@ -190,14 +190,12 @@ class Surroundings:
     @functools.cached_property
     def _shaded(self) -> tuple[Array, Array]:
         """Box around the water that something overhangs, or walls in; empty without."""
-        walled = self.coarse.between_things(self.eyes)
-        found = [self._overhung]
-        if (walled[1] > walled[0]).all():
-            low, high = walled[0] - _MARGIN, walled[1] + _MARGIN
-            high[2] = min(high[2], 0.0)
-            found.append((low, high))
-        found = [box for box in found if (box[1] > box[0]).all()] or found
-        return np.min([low for low, _ in found], axis=0), np.max([high for _, high in found], axis=0)
+        low, high = self.coarse.between_things(self.eyes)
+        # What it stands on belongs to it; above and beside it, it is open.
+        ground = np.array([0.0, 0.0, self.coarse.grid.cell])
+        boxes = [self._overhung, (low - ground, high)]
+        found = [box for box in boxes if (box[1] > box[0]).all()] or boxes[:1]
+        return np.min([box[0] for box in found], axis=0), np.max([box[1] for box in found], axis=0)
 
     @functools.cached_property
     def _overhung(self) -> tuple[Array, Array]:
