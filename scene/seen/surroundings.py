@@ -190,10 +190,8 @@ class Surroundings:
     @functools.cached_property
     def _shaded(self) -> tuple[Array, Array]:
         """Box around the water that something overhangs, or walls in; empty without."""
-        low, high = self._above_seabed(*self.coarse.between_things(self.eyes))
-        # What it stands on belongs to it; above and beside it, it is open.
-        ground = np.array([0.0, 0.0, self.coarse.grid.cell])
-        boxes = [self._overhung, (low - ground, high)]
+        # No margin: above and beside walled water, light is nearly that of open water.
+        boxes = [self._overhung, self.coarse.between_things(self.eyes)]
         found = [box for box in boxes if (box[1] > box[0]).all()] or boxes[:1]
         return np.min([box[0] for box in found], axis=0), np.max([box[1] for box in found], axis=0)
 
@@ -207,19 +205,14 @@ class Surroundings:
             return boxes[0]
         low = np.min([box[0] for box in found], axis=0)
         high = np.max([box[1] for box in found], axis=0)
-        low, high = self._above_seabed(low, high)
+        if len(self._seabed):
+            # Below it, beyond its border, there is nothing to be seen.
+            deepest = np.quantile(self.coarse.centre[self._seabed, 2], _DEEPEST)
+            low[2] = min(max(low[2], deepest), high[2])
         side = _SIDE * (high[2] - low[2]) + _MARGIN
         margin = np.array([side, side, _MARGIN])
         low, high = low - margin, high + margin
         high[2] = min(high[2], 0.0)
-        return low, high
-
-    def _above_seabed(self, low: Array, high: Array) -> tuple[Array, Array]:
-        """Part of a box; below the seabed, beyond its border, there is nothing to be seen."""
-        low = low.copy()
-        if len(self._seabed):
-            deepest = np.quantile(self.coarse.centre[self._seabed, 2], _DEEPEST)
-            low[2] = min(max(low[2], deepest), high[2])
         return low, high
 
 

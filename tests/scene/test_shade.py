@@ -221,10 +221,8 @@ def test_between_tall_walls_there_is_shade_without_a_roof_and_it_is_steady():
         scene.camera.location.y = -6.0 + 0.15 * step
         bpy.context.view_layer.update()
         read.append(_table(scene, plan))
-    up = np.array([[0.0, 0.0, 1.0]] * 2)
-    light = [
-        table.mixed(ON_PATCH, [(0.0, 0.0, -7.4), (0.0, 0.0, -5.0)], up)[:, 0] for table in read
-    ]
+    between, up = np.array([(0.0, 0.0, -7.4), (0.0, 0.0, -6.4)]), np.array([[0.0, 0.0, 1.0]] * 2)
+    light = [table.mixed(ON_PATCH, between, up)[:, 0] for table in read]
     assert (light[0] < 0.7).all()
     for one in light[1:]:
         np.testing.assert_allclose(one, light[0], rtol=1e-3)

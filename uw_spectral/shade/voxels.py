@@ -20,8 +20,9 @@ from .walls import RAYS, hidden_rays
 _FARTHEST_STEP = 12  # voxels that a ray skips at once, at most
 _WITHIN = 0.5  # of a voxel: step close to surfaces
 _AT_ONCE = 1 << 17  # rays
-_HIDDEN = 0.25  # of the light from above: water from which things beside it hide more is walled
+_HIDDEN = 0.25  # of the directions upwards: water to which things beside it close more is walled
 _WALLED = 1.5  # m that such water is deep: about small things it matters to few pixels
+_DEEPEST, _UNDER = 0.01, 0.1  # of the ground below it is left out; of a voxel, that is below it
 _BETWEEN = (0.25, 0.5, 0.75)  # places between two points where a surface would keep them apart
 
 Indices = NDArray[np.int32]
@@ -209,14 +210,21 @@ class SurfaceVoxels:
     def between_things(self, points: ArrayLike) -> tuple[Array, Array]:
         """Box around the water that is walled, as :meth:`under_things`.
 
-        That is where things beside it hide a quarter and more of the light from above, in columns
-        of 1.5 m and more: between hulls, in a canyon, at the foot of a cliff.
+        That is where things beside it close a quarter and more of a few directions, which a long
+        wall does as far off as it is high, in columns of 1.5 m and more: between hulls, in a
+        canyon, at the foot of a cliff. What it stands on is in the box.
         """
         reached = self.reachable(points)
         hidden = hidden_rays(self.number >= 0) >= math.ceil(_HIDDEN * RAYS)
         walled = reached & hidden & ~self.roofed
-        deep = walled.sum(axis=2) * self.grid.cell >= _WALLED
-        return self._box(walled & deep[..., None])
+        walled &= (walled.sum(axis=2) * self.grid.cell >= _WALLED)[..., None]
+        low, high = self._box(walled)
+        ground = self.number[:, :, :-1][walled[:, :, 1:]]
+        if (ground >= 0).any():
+            heights = self.centre[ground[ground >= 0], 2]
+            below = float(np.quantile(heights, _DEEPEST)) - _UNDER * self.grid.cell
+            low[2] = min(low[2], below)
+        return low, high
 
     def _box(self, water: NDArray[np.bool_]) -> tuple[Array, Array]:
         """Box around voxels, m; its corners meet if there are none."""
