@@ -224,6 +224,8 @@ class SurfaceVoxels:
             heights = self.centre[ground[ground >= 0], 2]
             below = float(np.quantile(heights, _DEEPEST)) - _UNDER * self.grid.cell
             low[2] = min(low[2], below)
+            # It ends within the highest voxels; a row of open cells above costs more than it brings.
+            high[2] -= self.grid.cell / 2.0
         return low, high
 
     def _box(self, water: NDArray[np.bool_]) -> tuple[Array, Array]:

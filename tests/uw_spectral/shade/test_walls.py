@@ -51,9 +51,9 @@ def test_a_canyon_is_walled_and_what_is_open_beside_it_is_not():
     low, high = _blocks(*walls).between_things(NOBODY)
     # So is what is beside its walls of 6.5 m, no farther off than they are high.
     np.testing.assert_allclose([low[0], high[0]], [-7.0, 7.0], atol=0.5)
-    np.testing.assert_allclose([low[1], high[1]], [-6.0, 6.0], atol=1.0)
+    np.testing.assert_allclose([low[1], high[1]], [-8.5, 8.5], atol=0.5)
     assert -9.0 <= low[2] <= -8.5
-    assert -3.5 <= high[2] <= -2.0
+    assert -3.5 <= high[2] <= -2.0, "not above its walls"
     assert not np.greater(*reversed(_blocks(*walls).under_things(NOBODY))).all(), "no roof"
 
 
