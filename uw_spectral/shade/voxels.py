@@ -217,6 +217,9 @@ class SurfaceVoxels:
         reached = self.reachable(points)
         hidden = hidden_rays(self.number >= 0) >= math.ceil(_HIDDEN * RAYS)
         walled = reached & hidden & ~self.roofed
+        if math.isfinite(self.ground_below):
+            # Beyond the border of a seabed, the water below it is of no account.
+            walled &= (self.lowest < self.ground_below)[..., None]
         walled &= (walled.sum(axis=2) * self.grid.cell >= _WALLED)[..., None]
         low, high = self._box(walled)
         ground = self.number[:, :, :-1][walled[:, :, 1:]]
@@ -224,7 +227,7 @@ class SurfaceVoxels:
             heights = self.centre[ground[ground >= 0], 2]
             below = float(np.quantile(heights, _DEEPEST)) - _UNDER * self.grid.cell
             low[2] = min(low[2], below)
-            # It ends within the highest voxels; a row of open cells above costs more than it brings.
+            # It ends within its highest voxels; a row of open cells above costs accuracy.
             high[2] -= self.grid.cell / 2.0
         return low, high
 
