@@ -170,8 +170,8 @@ class Surroundings:
         return Ground(depth, (red, green, blue), self._bottom(depth))
 
     def under_things(self) -> tuple[SurfaceVoxels, Grid] | None:
-        """Surfaces about the water that something overhangs, and a grid there; None without."""
-        low, high = self._overhung
+        """Surfaces about the water that things overhang or wall in, and a grid there; or None."""
+        low, high = self._shaded
         if not (high > low).all():
             return None
         roofed = self.coarse.roofed.ravel()[self.coarse.grid.index(self.eyes)]
@@ -183,9 +183,17 @@ class Surroundings:
 
     def is_whole(self, grid: Grid) -> bool:
         """Whether a grid of :meth:`under_things` holds all of that water about the cameras."""
-        low, high = self._overhung
+        low, high = self._shaded
         slack = 0.01 * grid.cell
         return bool((grid.lower <= low + slack).all() and (grid.upper >= high - slack).all())
+
+    @functools.cached_property
+    def _shaded(self) -> tuple[Array, Array]:
+        """Box around the water that something overhangs, or walls in; empty without."""
+        # No margin: above and beside walled water, light is nearly that of open water.
+        boxes = [self._overhung, self.coarse.between_things(self.eyes)]
+        found = [box for box in boxes if (box[1] > box[0]).all()] or boxes[:1]
+        return np.min([box[0] for box in found], axis=0), np.max([box[1] for box in found], axis=0)
 
     @functools.cached_property
     def _overhung(self) -> tuple[Array, Array]:

@@ -212,6 +212,26 @@ def test_a_small_overhang_close_to_the_camera_is_found():
     assert grid.lower[2] > -9.6
 
 
+def test_between_tall_walls_there_is_shade_without_a_roof_and_it_is_steady():
+    scene, plan, read = bpy.context.scene, _plan(), []
+    _block("sand", (0.0, 0.0, -8.3), (60.0, 60.0, 0.4))
+    walls = [_block("wall", (2.0 * side, 0.0, -5.9), (2.0, 9.0, 4.8)) for side in (-1.0, 1.0)]
+    scene.camera = scenes.add_camera((0.2, -6.0, -6.4), (np.pi / 2, 0.0, 0.0))
+    for step in range(3):
+        scene.camera.location.y = -6.0 + 0.15 * step
+        bpy.context.view_layer.update()
+        read.append(_table(scene, plan))
+    between, up = np.array([(0.0, 0.0, -7.4), (0.0, 0.0, -6.4)]), np.array([[0.0, 0.0, 1.0]] * 2)
+    light = [table.mixed(ON_PATCH, between, up)[:, 0] for table in read]
+    assert (light[0] < 0.7).all()
+    for one in light[1:]:
+        np.testing.assert_allclose(one, light[0], rtol=1e-3)
+    for wall in walls:
+        wall.scale.z, wall.location.z = 1.0, -7.6
+    bpy.context.view_layer.update()
+    assert look_around(scene, scene.camera, 0.1).under_things() is None, "low walls"
+
+
 def test_shade_reaches_down_to_a_camera_below_a_thing():
     """It ended 2 m below what hangs in open water, so that the sun shone through a cube."""
     scene = bpy.context.scene

@@ -15,10 +15,14 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .grid import Array, Grid
+from .walls import RAYS, hidden_rays
 
 _FARTHEST_STEP = 12  # voxels that a ray skips at once, at most
 _WITHIN = 0.5  # of a voxel: step close to surfaces
 _AT_ONCE = 1 << 17  # rays
+_HIDDEN = 0.25  # of the directions upwards: water to which things beside it close more is walled
+_WALLED = 1.5  # m that such water is deep: about small things it matters to few pixels
+_DEEPEST, _UNDER = 0.01, 0.1  # of the ground below it is left out; of a voxel, that is below it
 _BETWEEN = (0.25, 0.5, 0.75)  # places between two points where a surface would keep them apart
 
 Indices = NDArray[np.int32]
@@ -201,11 +205,39 @@ class SurfaceVoxels:
         points : array_like, shape (m, 3)
             Points in open water; so is what lies under open sky.
         """
-        below = np.argwhere(self.reachable(points) & self.roofed)
-        if not len(below):
+        return self._box(self.reachable(points) & self.roofed)
+
+    def between_things(self, points: ArrayLike) -> tuple[Array, Array]:
+        """Box around the water that is walled, as :meth:`under_things`.
+
+        That is where things beside it close a quarter and more of a few directions, which a long
+        wall does as far off as it is high, in columns of 1.5 m and more: between hulls, in a
+        canyon, at the foot of a cliff. What it stands on is in the box.
+        """
+        reached = self.reachable(points)
+        hidden = hidden_rays(self.number >= 0) >= math.ceil(_HIDDEN * RAYS)
+        walled = reached & hidden & ~self.roofed
+        if math.isfinite(self.ground_below):
+            # Beyond the border of a seabed, the water below it is of no account.
+            walled &= (self.lowest < self.ground_below)[..., None]
+        walled &= (walled.sum(axis=2) * self.grid.cell >= _WALLED)[..., None]
+        low, high = self._box(walled)
+        ground = self.number[:, :, :-1][walled[:, :, 1:]]
+        if (ground >= 0).any():
+            heights = self.centre[ground[ground >= 0], 2]
+            below = float(np.quantile(heights, _DEEPEST)) - _UNDER * self.grid.cell
+            low[2] = min(low[2], below)
+            # It ends within its highest voxels; a row of open cells above costs accuracy.
+            high[2] -= self.grid.cell / 2.0
+        return low, high
+
+    def _box(self, water: NDArray[np.bool_]) -> tuple[Array, Array]:
+        """Box around voxels, m; its corners meet if there are none."""
+        found = np.argwhere(water)
+        if not len(found):
             nowhere = np.asarray(self.grid.lower, dtype=np.float64)
             return nowhere, nowhere
-        low, high = below.min(axis=0), below.max(axis=0) + 1
+        low, high = found.min(axis=0), found.max(axis=0) + 1
         corner = np.asarray(self.grid.lower, dtype=np.float64)
         low, high = low.astype(np.float64), high.astype(np.float64)
         return corner + low * self.grid.cell, corner + high * self.grid.cell
