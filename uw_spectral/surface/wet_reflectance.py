@@ -70,7 +70,7 @@ def wet_reflectance_TwomeyEtAl1986(
     Examples
     --------
     >>> wet_reflectance_TwomeyEtAl1986(np.array([0.0, 0.4, 1.0]), 0.907, -1.0).round(3)
-    array([0.   , 0.183, 1.   ])
+    array([0.   , 0.184, 1.   ])
     """
     g = mean_cosine_of_grains(GRAIN_INDEX)
     root = (1.0 - R) / (1.0 + R)
