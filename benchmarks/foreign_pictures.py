@@ -214,9 +214,6 @@ pictures, which is part of all columns. Targets: mean 1.5, 95 % 5. On average th
 ![EEVEE above Cycles, in the order of the table](foreign_scenes.jpg)
 
 ## What differs
-- Dark things are too bright in EEVEE, by 1.4 in the scene of controllers, and just as much when
-  all of them are made matte and black: it is light of the water before them, not their materials.
-  It is most of what the columns *bright* leave out.
 - Cut-out leaves that are a few pixels wide are dark in EEVEE, which averages the encoded values of
   a texture where it is drawn small, in plain scenes too: a leaf of 64 texels has 0.99 of its
   brightness over 64 pixels, 0.86 over 16 and 0.44 over 4 (software rasteriser; no GPU was tried).
