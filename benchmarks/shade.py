@@ -226,7 +226,7 @@ def report(results: Sequence[Result], swum: Swum, moves: str) -> str:
 Written by `python3 dev.py run -m benchmarks shade`.
 
 How it is done is in [physics](../physics.md#shade-between-objects): up to {PROBES} probes of {RAYS}
-rays each among voxels of a {VOXELS[0]}th of a probe's cell (a {VOXELS[1]}rd where there are more),
+rays each among voxels of a {VOXELS}rd of a probe's cell,
 around the camera, solved with the water's own light; the real-time shaders look the result up.
 
 ## Against Cycles

@@ -26,8 +26,8 @@ PATH_PROBES = 30_000
 _PATH_CELLS = (0.8, 0.9)
 """Edges that cells have there rather than that the frames have a grid each, m."""
 _LONGEST = 60.0  # m along each axis, of a camera's path that it serves for
-VOXELS = 5, 3
-"""Voxels along a cell of it: of a view's, and of the many cells of a job."""
+VOXELS = 3
+"""Voxels along a cell of it."""
 CELLS = (0.3, 0.33, 0.36, 0.39, 0.42, 0.46, 0.5, 0.55, 0.6, 0.65, 0.7)
 """Edges of a cell of it, m; few, so that they last."""
 _LEAST = 0.3  # m: the smallest cell of the coarse grid
@@ -177,8 +177,7 @@ class Surroundings:
         roofed = self.coarse.roofed.ravel()[self.coarse.grid.index(self.eyes)]
         shift = np.where(roofed, _AHEAD_INDOORS, _AHEAD)[:, None] * _level(self.ahead)
         grid = _near(low, high, self.eyes, shift)
-        along = VOXELS[grid.count > PROBES]
-        fine = Grid(grid.lower, grid.cell / along, _times(grid.shape, along))
+        fine = Grid(grid.lower, grid.cell / VOXELS, _times(grid.shape, VOXELS))
         return _voxels(self.things, fine, self.samples, to_edges=True), grid
 
     def is_whole(self, grid: Grid) -> bool:
