@@ -5,22 +5,10 @@ from __future__ import annotations
 import bpy
 import pytest
 from underwater_spectral.node_groups import uplift
-from underwater_spectral.scene import stored_settings
 from underwater_spectral.scene.materials import band_colors, refractive_indices
 from underwater_spectral.scene.materials.inserted import own_input
 from underwater_spectral.tests.scene import scenes
 from underwater_spectral.tests.scene.snapshot import snapshot
-
-
-@pytest.fixture
-def properties():
-    """What materials store."""
-    if not hasattr(bpy.types.Scene, stored_settings.PROPERTY):
-        stored_settings.register()
-        yield
-        stored_settings.unregister()
-    else:
-        yield
 
 
 def _glass() -> bpy.types.Material:

@@ -7,24 +7,14 @@ import numpy as np
 import pytest
 from underwater_spectral.benchmarks._shade_scenes import HEIGHT, WIDTH, Place, look_at, matt
 from underwater_spectral.node_groups import uplift
-from underwater_spectral.scene import stored_settings
 from underwater_spectral.scene.materials import band_colors, wet_colours
 from underwater_spectral.scene.materials.inserted import own_input
 from underwater_spectral.scene.materials.mean_colours import mean_colour
 from underwater_spectral.tests.scene import scenes
 from underwater_spectral.tests.scene.snapshot import snapshot
 
+pytestmark = pytest.mark.usefixtures("properties")
 SAND, WET_SAND = 0.4, 0.183
-
-
-@pytest.fixture(autouse=True)
-def _properties():
-    if not hasattr(bpy.types.Scene, stored_settings.PROPERTY):
-        stored_settings.register()
-        yield
-        stored_settings.unregister()
-    else:
-        yield
 
 
 def _sand(name: str, *, porous: bool) -> bpy.types.Material:

@@ -214,15 +214,23 @@ class _Picture:
             if not len(now):
                 return
 
+    def _extents(self, triangles: Array) -> tuple[Array, Array, Array]:
+        """Middles; how far each reaches from there, over its distance; angle to the view's middle.
+
+        What reaches as far as the camera has no angle that holds it.
+        """
+        middle = triangles.mean(axis=1)
+        distance = np.maximum(np.linalg.norm(middle, axis=1), _LEAST)
+        around = np.sqrt(((triangles - middle[:, None]) ** 2).sum(axis=2).max(axis=1))
+        cosine = np.clip(middle @ np.asarray(self._view.ahead) / distance, -1.0, 1.0)
+        return middle, around / distance, np.arccos(cosine)
+
     def _within(self, corners: Array) -> tuple[NDArray[np.bool_], Array]:
         """Which may be in the picture; how far each reaches from its middle, texels."""
-        middle = corners.mean(axis=1)
-        distance = np.maximum(np.linalg.norm(middle, axis=1), _LEAST)
-        around = np.sqrt(((corners - middle[:, None]) ** 2).sum(axis=2).max(axis=1))
-        cosine = np.clip(middle @ np.asarray(self._view.ahead) / distance, -1.0, 1.0)
-        wide = np.arcsin(np.minimum(around / distance, 1.0))
-        seen = (np.arccos(cosine) - wide < self._view.corner) | (around >= distance)
-        return seen, around / distance * float(self._view.per_unit)
+        _, around, off = self._extents(corners)
+        wide = np.arcsin(np.minimum(around, 1.0))
+        seen = (off - wide < self._view.corner) | (around >= 1.0)
+        return seen, around * float(self._view.per_unit)
 
     def _fill(self, triangles: Array, colours: Array) -> None:
         """Draw large triangles, with soft edges of a texel."""
@@ -256,16 +264,13 @@ class _Picture:
 
     def _windows(self, triangles: Array) -> Iterator[tuple[slice, slice]]:
         """Rows and columns that hold each triangle."""
-        middle = triangles.mean(axis=1)
-        distance = np.maximum(np.linalg.norm(middle, axis=1), _LEAST)
-        around = np.sqrt(((triangles - middle[:, None]) ** 2).sum(axis=2).max(axis=1))
+        middle, around, off = self._extents(triangles)
         h, v = self._view.place(tuple((middle + np.asarray(self._view.centre)).T))
-        wide = np.arcsin(np.minimum(around / distance, 1.0))
-        off = np.arccos(np.clip(middle @ np.asarray(self._view.ahead) / distance, -1.0, 1.0))
+        wide = np.arcsin(np.minimum(around, 1.0))
         # Away from the middle the picture is stretched along its circles.
         farthest = np.minimum(off + wide, _BEHIND)
         texels = wide / np.cos(farthest / 2.0) * float(self._view.per_unit) + 2.0
-        reach = np.where((around < distance) & (farthest < _BEHIND), texels, SIZE)
+        reach = np.where((around < 1.0) & (farthest < _BEHIND), texels, SIZE)
         for at, across, size in zip(v, h, reach, strict=True):
             yield (
                 slice(max(int(at - size), 0), max(int(at + size) + 1, 0)),
