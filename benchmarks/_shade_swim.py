@@ -19,11 +19,7 @@ from ..scene.water import shade, water_body
 from ..settings.render_plan import RenderPlan
 from ..uw_spectral.shade.shade_table import (
     ON_PATCH,
-    SCATTERED,
-    STEPS,
     ShadeTable,
-    along_ray,
-    step,
 )
 from ..uw_spectral.shade.voxels import SurfaceVoxels
 from ..uw_spectral.spectra.colour_rendering import srgb_encode
@@ -113,12 +109,7 @@ def _relative(one: Array, other: Array) -> Array:
 
 
 def _along(table: ShadeTable, view: View, rate: float) -> Array:
-    P, reach = view.distance, table.box.reach
-    found = [
-        table.mixed(SCATTERED, view.eye + view.ways * step(k, P, reach)[:, None], view.ways)[:, 0]
-        for k in range(STEPS)
-    ]
-    return np.asarray(along_ray(found, rate, P, reach))
+    return table.along(view.eye + 0.0 * view.ways, view.ways, view.distance, rate)[:, 0]
 
 
 def _on(table: ShadeTable, view: View) -> Array:

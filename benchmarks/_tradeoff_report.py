@@ -20,6 +20,8 @@ from ._tradeoff_scenes import (
     PLAIN,
     REFERENCE,
     SETTINGS,
+    TERM_NAMES,
+    USUAL,
     Configuration,
     Setting,
     TestScene,
@@ -38,8 +40,8 @@ _COST_OF = {
     "paper corrected, RGB": "real time, 3 bands",
     "paper corrected, 8 bands": "real time, 8 bands",
     "paper printed, 8 bands": "real time, 8 bands",
-    "real time, 8 bands, no surface": "real time, 8 bands",
-    "real time, 8 bands, no inelastic light": "real time, 8 bands",
+    f"{USUAL}, no surface": USUAL,
+    f"{USUAL}, no inelastic light": USUAL,
 }
 # Colour and marker.
 _FAMILIES = {
@@ -416,24 +418,20 @@ def _geometric(values: Sequence[float]) -> float:
 
 
 def _terms(results: Results) -> list[str]:
-    """Error and cost of the settings that differ from real time with 8 bands in one term."""
-    base = {
-        (m.scene, m.configuration): m
-        for m in results.measurements
-        if m.setting in {"real time, 8 bands", "real time, 8 bands, waves"}
-    }
+    """Error and cost of the settings that differ from real time as it comes in one term."""
+    base = {(m.scene, m.configuration): m for m in results.measurements if m.setting == USUAL}
     lines = [
-        "Against real time with 8 bands (with waves in the scene of caustics), in the same scene.",
+        "Against real time as it comes (with waves in the scene of caustics), in the same scene.",
         "",
         "| scene | water, depth, camera | setting | ΔE mean | with the term | cost | of it |",
         "|---|---|---|---|---|---|---|",
     ]
     for m in results.measurements:
         full = base.get((m.scene, m.configuration))
-        if full is None or m is full or not m.setting.startswith("real time, 8 bands"):
+        if full is None or m is full or m.setting not in TERM_NAMES:
             continue
         lines.append(
-            f"| {m.scene} | {m.configuration} | {m.setting.removeprefix('real time, 8 bands, ')} "
+            f"| {m.scene} | {m.configuration} | {m.setting.removeprefix(f'{USUAL}, ')} "
             f"| {m.delta_e:.2f} | {full.delta_e:.2f} | {m.cost:.1f} | {full.cost:.1f} |"
         )
     return lines
@@ -456,7 +454,7 @@ def _family(setting: str) -> str:
         return "optimised bands"
     if setting.startswith("band passes"):
         return "band passes"
-    return "terms on or off" if setting.count(",") > 1 else "equal bands"
+    return "terms on or off" if setting in TERM_NAMES else "equal bands"
 
 
 def _plot(results: Results, path: Path) -> None:
@@ -528,7 +526,7 @@ def pareto_front(points: Iterable[tuple[float, float]]) -> list[tuple[float, flo
     return front
 
 
-_SHOWN = ("fog, RGB", "paper corrected, 8 bands", "real time, 3 bands", "real time, 8 bands",
+_SHOWN = ("fog, RGB", "paper corrected, 8 bands", "real time, 3 bands", USUAL,
           "Cycles, 8 bands, 16 samples")  # fmt: skip
 
 

@@ -10,8 +10,10 @@ from typing import Any
 import bpy
 
 from ..examples.scenes import build_scene
+from ..quality.methods import REALTIME
 from ..settings.scene_settings import SceneSettings
 from . import grey_scene
+from ._shade_scenes import matt
 
 _COMMON = {"sun_zenith": 30.0}
 _ABOVE = {"illuminant": "clear-sky", "irradiance": "above", "surface": "flat"}
@@ -66,9 +68,9 @@ class Setting:
 
     ``kind`` is ``reference``, ``realtime``, ``bands`` (EEVEE, three bands a
     pass), ``cycles``, ``paper`` or ``fog``; ``changes`` are settings of the
-    scene; ``floor_term`` and ``single`` (sunlight scattered once or at small angles)
-    leave out lights of real time that have no setting; ``froxels`` are the steps of
-    the shafts, None for the usual ones.
+    scene; ``floor_term``, ``single`` (sunlight scattered once or at small angles) and
+    ``blocking`` (what things keep of light that is scattered forward) leave out what real time
+    has no setting for; ``froxels`` are the steps of the shafts, None for the usual ones.
     """
 
     name: str
@@ -76,37 +78,51 @@ class Setting:
     changes: Mapping[str, Any]
     floor_term: bool = True
     single: bool = True
+    blocking: bool = True
     froxels: int | None = None
     first_only: bool = False
 
 
-def _realtime(name: str, bands: int, changes: Mapping[str, Any] = {}, **switches: int) -> Setting:
-    return Setting(name, "realtime", {"bands": bands, **changes}, **switches)
+def _realtime(name: str, changes: Mapping[str, Any] = {}, **switches: int) -> Setting:
+    return Setting(name, "realtime", {"bands": REALTIME.usual_bands, **changes}, **switches)
 
 
+USUAL = "real time"
+"""Real time as it comes, with as many bands as cost nothing."""
 PLAIN = Setting("plain", "plain", {})
 FOG = Setting("fog", "plain", {})
 """The scene without water, and with plain fog in its materials: costs only."""
 REFERENCE = Setting("reference", "reference", {"bands": 24})
-_EQUAL = [_realtime(f"real time, {n} bands", n) for n in (3, 4, 6, 8, 12, 16)]
+_EQUAL = [_realtime(f"real time, {n} bands", {"bands": n}) for n in (3, 8)]
 _OPTIMISED = [
-    _realtime(f"real time, {n} optimised bands", n, {"band_placement": "optimised"}) for n in (6, 9)
+    _realtime("real time, 6 optimised bands", {"bands": 6, "band_placement": "optimised"})
 ]
-_TERMS = [
-    _realtime("real time, 8 bands, shafts", 8, {"shafts": True}),
+_NO_SHADOWS = f"{USUAL}, no diffuse shadows"
+_BLIND = f"{USUAL}, nothing blocks"
+_NO_FLOOR_TERM = f"{USUAL}, no floor term"
+_NO_SURFACE = f"{USUAL}, no surface"
+_CALM = f"{USUAL}, flat surface"
+_ELASTIC = f"{USUAL}, no inelastic light"
+_LIGHT = (f"{USUAL}, closed form", f"{USUAL}, no single scattering")
+_SHAFTS = [
+    _realtime(f"{USUAL}, shafts", {"shafts": True}),
     *(
-        _realtime(f"real time, 8 bands, shafts of {n} froxels", 8, {"shafts": True}, froxels=n)
+        _realtime(f"{USUAL}, shafts of {n} froxels", {"shafts": True}, froxels=n)
         for n in (64, 128, 256)
     ),
-    _realtime("real time, 8 bands, no diffuse shadows", 8, {"diffuse_shadows": False}),
-    _realtime("real time, 8 bands, no single scattering", 8, single=False),
-    _realtime("real time, 8 bands, closed form", 8, {"field": "closed-form"}),
-    _realtime("real time, 8 bands, no floor term", 8, floor_term=False),
-    _realtime("real time, 8 bands, no surface", 8, {"surface": "none"}),
-    _realtime("real time, 8 bands, waves", 8, {"surface": "waves"}),
-    _realtime("real time, 8 bands, flat surface", 8, {"surface": "flat"}),
-    _realtime("real time, 8 bands, no inelastic light", 8, {"inelastic": ""}),
 ]
+_TERMS = [
+    *_SHAFTS,
+    _realtime(_NO_SHADOWS, {"diffuse_shadows": False}),
+    _realtime(_BLIND, blocking=False),
+    _realtime(_LIGHT[0], {"field": "closed-form"}),
+    _realtime(_LIGHT[1], single=False),
+    _realtime(_NO_FLOOR_TERM, floor_term=False),
+    _realtime(_NO_SURFACE, {"surface": "none"}),
+    _realtime(_CALM, {"surface": "flat"}),
+    _realtime(_ELASTIC, {"inelastic": ""}),
+]
+TERM_NAMES = frozenset(s.name for s in _TERMS)
 _CYCLES = [
     Setting(f"Cycles, 8 bands, {n} samples", "cycles", {"bands": 8, "samples": n},
             first_only=n > 64)
@@ -118,22 +134,13 @@ _OUTSIDE = [
     Setting("paper corrected, 8 bands", "paper", {"bands": 8}),
     Setting("paper printed, 8 bands", "paper", {"bands": 8}),
 ]
-_BANDS = [
-    Setting(f"band passes, {n} bands", "bands", {"bands": n}, first_only=n > 8) for n in (8, 32)
-]
-SETTINGS = {s.name: s for s in (*_OUTSIDE, *_EQUAL, *_OPTIMISED, *_TERMS, *_BANDS, *_CYCLES)}
-_ALWAYS = tuple(s.name for s in (*_OUTSIDE, *_EQUAL, *_OPTIMISED, *_CYCLES))
-
-
-# The reef has many materials, and all are compiled for each setting of real time.
-_FEW = tuple(
-    s.name
-    for s in (*_OUTSIDE, *_EQUAL, *_OPTIMISED, *_CYCLES)
-    if s.kind != "realtime" or s.name in {"real time, 3 bands", "real time, 8 bands",
-                                          "real time, 6 optimised bands"}
-)  # fmt: skip
-_SHADOWS = tuple(n for n in SETTINGS if "shafts" in n or "no diffuse" in n)
-_LIGHT = ("real time, 8 bands, closed form", "real time, 8 bands, no single scattering")
+_USUAL = _realtime(USUAL)
+_PASSES = Setting("band passes, 8 bands", "bands", {"bands": 8})
+_MANY_PASSES = Setting("band passes, 32 bands", "bands", {"bands": 32}, first_only=True)
+_EVERYWHERE = (*_OUTSIDE, *_EQUAL, _USUAL, *_OPTIMISED, _PASSES, *_CYCLES)
+SETTINGS = {s.name: s for s in (*_EVERYWHERE, _MANY_PASSES, *_TERMS)}
+_ALWAYS = tuple(s.name for s in _EVERYWHERE)
+_SHADOWS = (*(s.name for s in _SHAFTS), _NO_SHADOWS, _BLIND)
 
 
 def _grey(width: int, height: int) -> bpy.types.Object:
@@ -169,13 +176,30 @@ def _overhang(width: int, height: int) -> bpy.types.Object:
     return camera
 
 
-def _reef(width: int, height: int) -> bpy.types.Object:
-    build_scene("reef", 1, "draft")
-    scene = bpy.context.scene
-    scene.render.resolution_x, scene.render.resolution_y = width, height
-    scene.render.resolution_percentage = 100
-    scene.cycles.pixel_filter_type = "BOX"
-    return scene.camera
+def _things(width: int, height: int) -> bpy.types.Object:
+    """Put cubes, black, grey and white, in the place of the sphere."""
+    camera = _camera(math.degrees(grey_scene.PITCH), 70.0)(width, height)
+    for name, x, grey in (("black", 0.0, 0.0), ("grey", -1.9, 0.2), ("white", 1.9, 0.8)):
+        bpy.ops.mesh.primitive_cube_add(size=1.2, location=(x, 3.9, -1.0))
+        cube = bpy.context.object
+        assert cube is not None
+        cube.name = name
+        cube.data.materials.append(matt((grey, grey, grey)))
+    return camera
+
+
+def _example(name: str) -> Callable[[int, int], bpy.types.Object]:
+    """One of the example scenes, draft."""
+
+    def build(width: int, height: int) -> bpy.types.Object:
+        build_scene(name, 1, "draft")
+        scene = bpy.context.scene
+        scene.render.resolution_x, scene.render.resolution_y = width, height
+        scene.render.resolution_percentage = 100
+        scene.cycles.pixel_filter_type = "BOX"
+        return scene.camera
+
+    return build
 
 
 _NOISE = {"I": 1, "IB": 2, "II": 4, "3C": 16}
@@ -192,15 +216,14 @@ SCENES = (
         "grey", _grey,
         (_water("IB", 5.0, "cie1931"), _water("II", 3.0, "Nikon D7000"),
          _water("I", 9.0, "ARRI D21", extra=True)),
-        (*_ALWAYS, *_SHADOWS, *_LIGHT, "real time, 8 bands, no floor term",
-         *(s.name for s in _BANDS)),
+        (*_ALWAYS, _MANY_PASSES.name, *_SHADOWS, *_LIGHT, _NO_FLOOR_TERM),
         costed=True,
     ),
     TestScene(
         "up", _camera(150.0, 90.0),
         (_water("IB", 4.0, "cie1931"), _water("II", 3.0, "ARRI D21", extra=True),
          _water("I", 10.0, "Nikon D7000", extra=True)),
-        (*_ALWAYS, *_LIGHT, "real time, 8 bands, no surface"),
+        (*_ALWAYS, *_LIGHT, _NO_SURFACE),
         _ABOVE,
     ),
     TestScene(
@@ -213,19 +236,29 @@ SCENES = (
         "overhang", _overhang,
         (_water("IB", 5.0, "Nikon D7000"), _water("II", 3.0, "cie1931", extra=True),
          _water("3C", 3.0, "ARRI D21", extra=True)),
-        (*_ALWAYS, *_SHADOWS, "real time, 8 bands, no floor term"),
+        (*_ALWAYS, *_SHADOWS, _NO_FLOOR_TERM),
     ),
     TestScene(
-        "reef", _reef,
+        "things", _things,
+        (_water("IB", 5.0, "cie1931"), _water("II", 3.0, "Nikon D7000", extra=True)),
+        (*_ALWAYS, *_SHADOWS),
+    ),
+    TestScene(
+        "reef", _example("reef"),
         (_water("IB", 4.95, "ARRI D21"), _water("II", 4.95, "Nikon D7000", extra=True),
          _water("I", 4.95, "cie1931", extra=True)),
-        _FEW,
+        (*_ALWAYS, _NO_SHADOWS, _BLIND),
         {**_ABOVE, "sun_azimuth": 60.0, "floor_depth": 7.0}, floor=0.0, moves=False,
+    ),
+    TestScene(
+        "cave", _example("cave"), (_water("IB", 11.2, "cie1931"),),
+        (*_ALWAYS, _NO_SHADOWS, _BLIND),
+        {**_ABOVE, "sky": "clear", "sun_azimuth": 60.0}, floor=0.0, moves=False,
     ),
     TestScene(
         "caustics", _grey,
         (Configuration("I, 2 m, waves", 2.0, {"water": "jerlov:I", "surface": "waves"}, 2),),
-        ("real time, 8 bands, waves", "real time, 8 bands, flat surface"),
+        (USUAL, _CALM),
         _ABOVE, costed=True,
     ),
     TestScene(
@@ -233,7 +266,7 @@ SCENES = (
         (Configuration(
             "bio:chl=1,cdom=0.1, 15 m, all", 15.0,
             {"water": "bio:chl=1,cdom=0.1", "inelastic": "all"}, 2),),
-        ("real time, 8 bands", "real time, 8 bands, no inelastic light"),
+        (USUAL, _ELASTIC),
         floor=0.0,
     ),
 )  # fmt: skip

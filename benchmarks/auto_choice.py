@@ -220,6 +220,7 @@ def look(
         reach=reach,
         on_floor=on_floor,
         openness=np.ones(count),
+        path_openness=np.ones(count),
         pixels=np.full(count, 1.0 / count),
     ).subsample(detail.rays)
     above = light_from_above(field, case.depth, detail.skyward)

@@ -16,6 +16,7 @@ ratios within it.
 from __future__ import annotations
 
 import argparse
+import contextlib
 import functools
 import json
 import math
@@ -25,6 +26,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
+from unittest import mock
 
 import bpy
 import gpu
@@ -32,13 +34,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..reference.monzon import path_radiance_Monzon2024_corrected
-from ..scene.engines import eevee_settings, engines, exr_output
-from ..scene.water import frame_water, moving_surface, realtime, scene_water, water_body
-from ..scene.water.eevee_water import Eye, eevee_water
+from ..scene.engines import eevee_engine, eevee_settings, engines, exr_output
+from ..scene.engines.band_engine import Opening
+from ..scene.water import frame_water, water_body
 from ..settings import render_plan
 from ..settings.scene_settings import SceneSettings
 from ..uw_spectral.errors import InputError
 from ..uw_spectral.spectra.spectral_image import read_exr, replacing
+from ..uw_spectral.transfer.folded_light import FoldedLight
 from . import _tradeoff_report, baselines, grey_scene
 from ._fog import add_fog
 from ._rays import blender_hits
@@ -160,54 +163,60 @@ def measure_cycles(case: Case, configuration: Configuration, setting: Setting) -
     }
 
 
-def measure_eevee(
+def measure_drawn(
     case: Case, configurations: Sequence[Configuration], setting: Setting
 ) -> Measured:
-    """Draw configurations in EEVEE; the nodes are built once and only given new values."""
-    scene, options = bpy.context.scene, case.options
-    plans = [(c, case.plan(c, setting)) for c in configurations]
-    extent = case.extent(plans)
-    first, plan = plans[0]
-    case.place(first)
-    water = _water(first, plan, setting)
-    realtime.add_realtime(scene, water, extent)
-    try:
-        with eevee_settings.realtime_settings(
-            scene, case.camera, samples=1, water=water, froxels=setting.froxels
-        ):
-            cost = _cost(case)
-            for configuration, now in plans:
-                case.place(configuration)
-                realtime.set_values(scene, _water(configuration, now, setting))
-                yield configuration, {"picture": _picture(options.eevee_samples), **cost}
-    finally:
-        scene_water.remove(scene)
-
-
-def measure_band_passes(
-    case: Case, configurations: Sequence[Configuration], setting: Setting
-) -> Measured:
-    """Draw configurations in EEVEE, three bands a pass."""
-    scene = bpy.context.scene
+    """Draw configurations in EEVEE, as batch renders do."""
+    scene, kind = bpy.context.scene, engines.engine_of("eevee", setting.kind)
     for configuration in configurations:
         case.place(configuration)
         plan, depth = case.plan(configuration, setting), configuration.depth
-        extent = case.extent([(configuration, plan)])
-        with engines.eevee_bands(scene, case.camera, plan, extent, depth) as engine:
+        if not setting.floor_term:
+            column = replace(plan.column, floor_reflectance=np.zeros(len(plan.bands)))
+            plan = replace(plan, column=column)
+        extent, weights = case.extent([(configuration, plan)]), plan.reduction(depth).weights
+        opening = Opening(plan, extent, depth, weights, 0, guides=False, froxels=setting.froxels,
+                          device="cpu")  # fmt: skip
+        with _left_out(setting), kind.open(scene, case.camera, opening) as engine:
             scene.eevee.shadow_resolution_scale = case.shadow_detail
-            bands = grey_scene.band_image(engine, plan, depth)
+            scene.eevee.taa_render_samples = case.options.eevee_samples
+            if kind.method.draws_colours:
+                found = {"picture": _picture(engine, plan, depth)}
+            else:
+                bands = grey_scene.band_image(engine, plan, depth)
+                found = {"bands": bands[None].astype(np.float32), "weights": weights}
             render, passes = engine.frame(plan, depth), len(engine.passes)
             cost = _cost(case, functools.partial(render, engine.passes[0]))
-        for name in ("cpu_per_sample", "wall_per_sample"):
-            cost[name] *= passes
-        yield (
-            configuration,
-            {
-                **cost,
-                "bands": bands[None].astype(np.float32),
-                "weights": plan.reduction(depth).weights,
-            },
-        )
+        yield configuration, {**found, **{name: each * passes for name, each in cost.items()}}
+
+
+@contextlib.contextmanager
+def _left_out(setting: Setting) -> Iterator[None]:
+    """Leave out of real time what it has no setting for."""
+    blind = _then(eevee_engine.eevee_water, _without_cover)
+    often = _then(frame_water.fold, _without_once)
+    with contextlib.ExitStack() as stack:
+        if not setting.blocking:
+            stack.enter_context(mock.patch.object(eevee_engine, "eevee_water", blind))
+        if not setting.single:
+            stack.enter_context(mock.patch.object(frame_water, "fold", often))
+        yield
+
+
+def _then[**P, R](call: Callable[P, R], change: Callable[[R], R]) -> Callable[P, R]:
+    def changed(*given: P.args, **options: P.kwargs) -> R:
+        return change(call(*given, **options))
+
+    return changed
+
+
+def _without_cover(water: frame_water.RealtimeWater) -> frame_water.RealtimeWater:
+    seen, shape = replace(water.seen, cover=None), replace(water.shape, covers=False)
+    return replace(water, seen=seen, shape=shape)
+
+
+def _without_once(light: FoldedLight) -> FoldedLight:
+    return replace(light, once=0.0 * light.once, drawn=0.0 * light.drawn)
 
 
 def measure_plain(
@@ -267,33 +276,21 @@ def measure_formula(case: Case, configuration: Configuration, setting: Setting) 
     }
 
 
-def _water(
-    configuration: Configuration, plan: render_plan.RenderPlan, setting: Setting
-) -> frame_water.RealtimeWater:
-    """Return the real-time water of a setting, with the terms that it leaves out left out."""
-    scene, depth = bpy.context.scene, configuration.depth
-    weights = plan.reduction(depth).weights
-    if not setting.floor_term:
-        column = replace(plan.column, floor_reflectance=np.zeros(len(plan.bands)))
-        plan = replace(plan, column=column)
-    water = eevee_water(plan, scene, Eye(scene.camera, depth), weights)
-    if not setting.single:
-        bands = {**water.numbers.bands, "b": np.zeros(len(plan.bands))}
-        water = replace(water, numbers=replace(water.numbers, bands=bands))
-    return moving_surface.with_waves(scene, plan, water)
-
-
-def _picture(samples: int) -> NDArray[np.float32]:
-    scene = bpy.context.scene
-    scene.eevee.taa_render_samples = samples
+def _picture(
+    engine: engines.BandEngine, plan: render_plan.RenderPlan, depth: float
+) -> NDArray[np.float32]:
+    """Render all passes of a picture, which add up."""
+    render, found = engine.frame(plan, depth), []
     with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "picture.exr"
-        exr_output.write_float_exr(scene, path)
-        return read_exr(path)[0]
+        for number, bands in enumerate(engine.passes):
+            path = Path(folder, f"picture_{number}.exr")
+            render(bands, path)
+            found.append(read_exr(path)[0][..., :3])
+    return np.sum(found, axis=0, dtype=np.float32)
 
 
 def _cost(
-    case: Case, write: Callable[[Path], None] | None = None, *, shadow_maps: bool = False
+    case: Case, write: Callable[[Path], object] | None = None, *, shadow_maps: bool = False
 ) -> dict[str, float]:
     """Cost of a frame of EEVEE at the resolution of the pictures; times in seconds.
 
@@ -383,10 +380,8 @@ def run(
 def _measure(case: Case, configurations: Sequence[Configuration], setting: Setting) -> Measured:
     if setting in (PLAIN, FOG):
         yield from measure_plain(case, configurations, setting)
-    elif setting.kind == "realtime":
-        yield from measure_eevee(case, configurations, setting)
-    elif setting.kind == "bands":
-        yield from measure_band_passes(case, configurations, setting)
+    elif setting.kind in {"realtime", "bands"}:
+        yield from measure_drawn(case, configurations, setting)
     else:
         one = measure_cycles if setting.kind in _NOT_REAL_TIME else measure_formula
         for configuration in configurations:

@@ -21,6 +21,8 @@ from ..scene.seen.picture_size import rendered_size
 from ..scene.seen.view_tracing import trace_from_above, trace_view
 from ..scene.water import moving_surface
 from ..scene.water.eevee_water import Eye, eevee_water
+from ..scene.water.frame_water import RealtimeWater
+from ..scene.water.shade import Kept
 from ..settings.render_plan import RenderPlan, forget_files, plan_of, quiet
 from ..settings.scene_settings import EQUAL, OPTIMISED, SceneSettings
 from ..uw_spectral.errors import InputError
@@ -34,6 +36,7 @@ BAND_COUNTS = (3, 4, 5, 6, 7, 8, 9, 10, 12, 15, 16, 18, 21, 24, 27, 32)
 
 _FRAMES = 5
 _WAVE_RESOLUTION = 64
+_SHADED = {"diffuse_shadows": True, "shafts": False}
 _WITHOUT_THINGS = {"diffuse_shadows": False, "scene_floor": False}
 
 
@@ -95,7 +98,7 @@ def choose(
         If the settings cannot be used, no camera sees the water, or it is night.
     """
     forget_files()
-    before = scene.frame_current
+    before, method = scene.frame_current, method_of(job.engine, job.mode)
     frames = _sampled(job.frames or (before,))
     try:
         with as_rendered(scene):
@@ -111,7 +114,12 @@ def choose(
                 plan.column.require_one_layer("Auto knows")
                 everything = _everything(scene, chosen)
             views, from_above = _traced(
-                scene, (camera, *others), frames, plan.column, everything.view.field
+                scene,
+                (camera, *others),
+                frames,
+                plan.column,
+                everything.view.field,
+                None if method.traced else replace(plan, settings=replace(chosen, **_SHADED)),
             )
     finally:
         scene.frame_set(before)
@@ -124,7 +132,6 @@ def choose(
         # Shafts are not drawn then, in no frame of a job.
         views = [replace(view, path_sunlit=np.ones((len(view), 1), dtype=bool)) for view in views]
     shaft_end = 0.0
-    method = method_of(job.engine, job.mode)
     if not (method.traced or from_above):
         shaded = replace(plan, settings=replace(chosen, shafts=True, **_WITHOUT_THINGS))
         drawn = eevee_water(
@@ -168,23 +175,46 @@ def _traced(
     frames: Sequence[int],
     column: WaterColumn,
     field: SolvedField,
+    shade: RenderPlan | None,
 ) -> tuple[list[SeenPoints], bool]:
-    """Return what cameras see of the water at frames, and whether any looks from above it."""
+    """Return what cameras see of the water at frames, and whether any looks from above it.
+
+    ``shade`` is what EEVEE draws the shade of things with, if it does.
+    """
     views: list[SeenPoints] = []
     from_above = False
     rays = RAYS // (len(frames) * len(eyes))
+    kept, every = Kept(), np.ones((3, 0 if shade is None else len(shade.bands)))
     for frame in frames:
         scene.frame_set(frame)
         for eye in eyes:
             depth = camera_depth(eye, column.floor_depth)
             if depth > 0.0:
-                views.append(trace_view(scene, eye, column, field, rays=rays))
+                seen = trace_view(scene, eye, column, field, rays=rays)
+                if shade is not None:
+                    seen = _in_shade(seen, eevee_water(shade, scene, Eye(eye, depth), every, kept))
+                views.append(seen)
                 continue
             from_above = True
             seen = trace_from_above(scene, eye, column, field, rays=rays).seen
             if seen is not None:
                 views.append(seen)
     return views, from_above
+
+
+def _in_shade(seen: SeenPoints, water: RealtimeWater) -> SeenPoints:
+    """What is seen, with what things keep of the light as EEVEE draws it."""
+    table, cover = water.seen.shade, water.seen.cover
+    if table is None or cover is None:
+        return seen
+    hit, rate = np.isfinite(seen.distance), float(water.field.extinction.mean())
+    P = np.where(hit, seen.distance, table.box.reach)
+    points = seen.origin + seen.direction * P[:, None]
+    on_it, on_way = (
+        table.on_patches(points, seen.normal)[:, 0],
+        table.along(seen.origin, seen.direction, P, rate)[:, 0],
+    )
+    return replace(seen, openness=np.where(hit, on_it, 1.0), path_openness=on_way, cover=cover)
 
 
 def _sampled(frames: Sequence[int]) -> list[int]:

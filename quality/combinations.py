@@ -12,7 +12,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Collection, Iterator, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -119,14 +119,7 @@ class ErrorEstimate:
         # Waves change what is seen of the bands too little to be baked for each of them.
         calm = self._in_column - {WAVES}
         whole = self._in_full(calm)
-        lit = [
-            replace(
-                view,
-                path_sunlit=np.ones((len(view), 1), dtype=bool),
-                openness=np.ones(len(view)),
-            )
-            for view in few
-        ]
+        lit = [view.unshaded() for view in few]
         self._bands = {}
         for choice in choices:
             found = self._picture(choice.optics, column_of(calm), seen=lit)

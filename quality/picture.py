@@ -29,8 +29,9 @@ from ..uw_spectral.surface.wave_patterns import (
 )
 from ..uw_spectral.transfer.pixel import Pixel, surface_light
 from ..uw_spectral.transfer.radiance_field import Ripples
-from ..uw_spectral.transfer.radiance_table import TABLE_STREAMS
+from ..uw_spectral.transfer.radiance_table import SHADED_STREAMS, TABLE_STREAMS
 from ..uw_spectral.transfer.solved_field import SolvedField
+from ..uw_spectral.transfer.solved_ray import UNSHADED, PathShade, past_things
 from ..uw_spectral.transfer.sunlit_water import SunlitWater
 from ..uw_spectral.transfer.tabulated_water import TabulatedWater, tabulated_water
 from ..uw_spectral.transfer.water_column import WaterColumn
@@ -111,9 +112,10 @@ def picture(
     water = _water(view, without)
     plain = develop(ray.radiance(water))
     parts = {}
-    if (seen.openness < 1).any():
-        shaded = ray.radiance(water, seen.openness[:, None])
-        parts[DIFFUSE_SHADOWS] = develop(shaded) - plain
+    if not seen.is_free:
+        # Of the same split between what is scattered and what goes on ahead as the shade.
+        few = _water(view, without, streams=SHADED_STREAMS)
+        parts[DIFFUSE_SHADOWS] = develop(ray.radiance(few, shaded=True) - ray.radiance(few))
     if not seen.path_sunlit.all() or waves is not None:
         parts[SHAFTS] = -develop(ray.missing_light())
     if optics.excitation is not None:
@@ -123,21 +125,32 @@ def picture(
     return Picture(plain, parts)
 
 
-def _water(view: Viewpoint, without: str, excitation: Excitation | None = None) -> TabulatedWater:
+def _water(
+    view: Viewpoint,
+    without: str,
+    excitation: Excitation | None = None,
+    streams: int = TABLE_STREAMS,
+) -> TabulatedWater:
     """The water without things, as EEVEE looks it up; what is to be left out is dark."""
     column = view.column
     index = column.refractive_index if column.reflects else None
     beam = column.sun_beam(view.phase)
-    return tabulated_water(_field(view, without, excitation), beam, column.skylight, index)
+    field = _field(view, without, excitation, streams)
+    return tabulated_water(field, beam, column.skylight, index)
 
 
-def _field(view: Viewpoint, without: str, excitation: Excitation | None = None) -> SolvedField:
+def _field(
+    view: Viewpoint,
+    without: str,
+    excitation: Excitation | None = None,
+    streams: int = TABLE_STREAMS,
+) -> SolvedField:
     """Its field, with light of changed wavelength if anything changes it."""
     column, emission = _lit(view.column, without), None
     if excitation is not None:
         lit = dataclasses.replace(excitation, column=_lit(excitation.column, without))
-        emission = lit.emission(column.bands, TABLE_STREAMS)
-    return column.solved_field(view.phase, TABLE_STREAMS, emission)
+        emission = lit.emission(column.bands, streams)
+    return column.solved_field(view.phase, streams, emission)
 
 
 def _lit(column: WaterColumn, without: str) -> WaterColumn:
@@ -184,19 +197,34 @@ class _Rays:
             self.contrast = waves.contrast(SunlitWater(_field(view, without)))
 
     def radiance(
-        self, water: TabulatedWater, openness: NDArray[np.float64] | float = 1.0
+        self,
+        water: TabulatedWater,
+        *,
+        shaded: bool = False,
     ) -> NDArray[np.float64]:
         """Radiance with unshadowed water, shape (m, n)."""
         sun = np.asarray(self.view.column.sun_direction)
         cosine = -(self.seen.normal @ sun)[:, None]
         response = self.reflectance / math.pi * np.maximum(cosine, 0.0)
+        openness, shade = 1.0, UNSHADED
+        if shaded:
+            openness, shade = self.seen.openness[:, None], self._shade(water)
         patch = water.patch_light(self.y, tuple(self.seen.normal.T[..., None]))
         light = surface_light(
             patch, self.y, self.up, openness=openness, sunlight=self.sunlight(self.P)
         )
         L = light.reflected(response * self.seen.sunlit[:, None], self.reflectance, cosine)
-        on_surface = water.surface(self.y_o, self.y, self.w, self.P, L)
-        return self._seen(on_surface, water.open_water(self.y_o, self.w, ripples=self.ripples()))
+        on_surface = water.surface(self.y_o, self.y, self.w, self.P, L, shade)
+        in_open = water.open_water(self.y_o, self.w, self.ripples(), shade)
+        return self._seen(on_surface, in_open)
+
+    def _shade(self, water: TabulatedWater) -> PathShade:
+        """What things leave of the light of the paths."""
+        past: NDArray[np.float64] | float = 1.0
+        blocked = self.seen.blocked(self.view.phase)
+        if blocked is not None:
+            past = np.asarray(past_things(water.beam, self.P, blocked))
+        return PathShade(self.seen.path_openness[:, None], beyond=past)
 
     def _seen(self, on_surface: Pixel, in_open: Pixel) -> NDArray[np.float64]:
         """Light of the rays that hit something, and of those that do not."""

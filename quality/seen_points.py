@@ -9,6 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..uw_spectral.errors import InputError
+from ..uw_spectral.shade.forward_share import blocked_along
+from ..uw_spectral.shade.view_cover import ViewCover
+from ..uw_spectral.water.phase import BandPhase
 
 _WHOLE = 0.01  # share of a picture from which on something counts as much as what fills it
 _SEED = 1
@@ -41,8 +44,13 @@ class SeenPoints:
     openness : array, shape (m,)
         Share of the light from above, the direct sun apart, that nothing keeps from the
         point: see :func:`openness`. 1 for open water.
+    path_openness : array, shape (m,)
+        The same of the light that the water along the ray scatters; may be more than 1 before
+        bright things.
     pixels : array, shape (m,)
         Share of the picture that each ray stands for; they add up to 1.
+    cover : ViewCover, optional
+        What things fill of the view, where they keep light from it that is scattered forward.
 
     Raises
     ------
@@ -60,7 +68,9 @@ class SeenPoints:
     reach: float
     on_floor: NDArray[np.bool_]
     openness: NDArray[np.float64]
+    path_openness: NDArray[np.float64]
     pixels: NDArray[np.float64]
+    cover: ViewCover | None = None
 
     def __post_init__(self) -> None:
         count = len(self.direction)
@@ -89,6 +99,25 @@ class SeenPoints:
     def reached(self) -> NDArray[np.float64]:
         """How far each ray was looked at for shadows, m."""
         return np.minimum(self.distance, self.reach)
+
+    @property
+    def is_free(self) -> bool:
+        """Whether nothing keeps light from what is seen, the direct sun's apart."""
+        left = np.concatenate([self.openness, self.path_openness])
+        return self.cover is None and bool((left == 1.0).all())
+
+    def blocked(self, phase: BandPhase) -> NDArray[np.float64] | None:
+        """Share of scattering on the rays that stays within things, shape (m, n)."""
+        if self.cover is None:
+            return None
+        return blocked_along(self.cover, phase, self.direction, self.on_floor)
+
+    def unshaded(self) -> SeenPoints:
+        """Return the same with nothing in the way of any light."""
+        whole, sunlit = np.ones(len(self)), np.ones((len(self), 1), bool)
+        return dataclasses.replace(
+            self, path_sunlit=sunlit, openness=whole, path_openness=whole, cover=None
+        )
 
     @property
     def shaded_path(self) -> float:
@@ -143,7 +172,7 @@ class SeenPoints:
         return [np.flatnonzero(kind == which) for which in np.unique(kind)]
 
     def _per_ray(self) -> list[str]:
-        return [f.name for f in dataclasses.fields(self) if f.name != "reach"]
+        return [f.name for f in dataclasses.fields(self) if f.name not in {"reach", "cover"}]
 
 
 def openness(

@@ -35,10 +35,14 @@ def _shadows(seen: Sequence[SeenPoints]) -> str:
 
 
 def _skylight(seen: Sequence[SeenPoints]) -> str:
-    hidden = np.concatenate([1.0 - view.openness[view.kind > 0] for view in seen])
-    if not hidden.any():
-        return "nothing shades the light from above"
-    return f"{hidden.mean():.0%} of the light from above is kept from what is seen"
+    hidden = np.concatenate([1.0 - view.openness[view.kind > 0] for view in seen]).clip(0.0)
+    filled = float(np.mean([v.pixels @ (v.kind == 2) for v in seen if v.cover] or [0.0]))
+    if not (hidden.any() or filled):
+        return "nothing is in the way of light"
+    return (
+        f"{hidden.mean() if len(hidden) else 0.0:.0%} of the light from above is kept from what "
+        f"is seen; things that fill {filled:.0%} of the picture keep back what shines past them"
+    )
 
 
 def _looking_up(seen: Sequence[SeenPoints]) -> str:

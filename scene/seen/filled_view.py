@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import math
+from collections.abc import Sequence
 
 import bpy
 import numpy as np
@@ -14,7 +15,6 @@ from ...uw_spectral.shade.view_map import WIDEST, view_map
 from .. import marks
 from .cameras import turn_of
 from .surface_samples import Triangles
-from .surroundings import Surroundings
 from .threads import visible_threads
 
 _BESIDE = math.radians(25.0)  # of the picture: what stands there blocks forward scattering, too
@@ -24,7 +24,7 @@ _MOST_TRIANGLES = 20_000  # of a thing: of more every second, third, ... is take
 def filled_view(
     scene: bpy.types.Scene,
     camera: bpy.types.Object | None,
-    around: Surroundings | None,
+    things: Sequence[Triangles] | None,
     floor_depth: float,
     kept: KeptPicture | None = None,
 ) -> ViewCover:
@@ -35,14 +35,14 @@ def filled_view(
     scene : Scene
     camera : Object or None
         Without one, or if its rays do not come from one place, it is nothing.
-    around : Surroundings or None
-        What there is.
+    things : sequence of Triangles, optional
+        What there is besides threads; without, nothing.
     floor_depth : float
         Of the floor of the water, m.
     kept : KeptPicture, optional
         What may be used again.
     """
-    if camera is None or around is None or camera.data.type == "ORTHO":
+    if camera is None or things is None or camera.data.type == "ORTHO":
         return no_cover()
     reach = WIDEST
     if camera.data.type == "PERSP":
@@ -52,8 +52,8 @@ def filled_view(
     view = view_map(eye, np.array(turn_of(camera)), reach)
     threads = visible_threads(bpy.context.evaluated_depsgraph_get(), marks.objects(scene))
     ribbons = [thread.ribbons(eye) for thread in threads]
-    things = {thing.key: functools.partial(_surface, thing) for thing in around.things}
-    return (kept or KeptPicture()).cover(view, things, ribbons, floor_depth)
+    drawn = {thing.key: functools.partial(_surface, thing) for thing in things}
+    return (kept or KeptPicture()).cover(view, drawn, ribbons, floor_depth)
 
 
 def _surface(thing: Triangles) -> Surface:

@@ -193,6 +193,7 @@ def _first_seen(
         reach=min(_REACH / max(float(column.attenuation.min()), 1e-6), _FARTHEST),
         on_floor=on_floor,
         openness=np.ones(count),
+        path_openness=np.ones(count),
         pixels=np.full(count, 1.0 / count),
     )
 

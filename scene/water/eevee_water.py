@@ -152,7 +152,8 @@ def _cover(
     view = eye.from_air
     if over.settings.sunlight == 0 or (view is not None and view.in_air):
         return no_cover()
-    return filled_view(scene, eye.camera, around, over.column.floor_depth, picture)
+    things = None if around is None else around.things
+    return filled_view(scene, eye.camera, things, over.column.floor_depth, picture)
 
 
 def _shaded(

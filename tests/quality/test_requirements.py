@@ -89,6 +89,7 @@ def seen_points(count=24, depth=5.0, shadow=0.0, up=0.3, distance=6.0):
         reach=30.0,
         on_floor=np.zeros(count, dtype=bool),
         openness=np.ones(count),
+        path_openness=np.ones(count),
         pixels=np.full(count, 1 / count),
     )
 
@@ -440,7 +441,7 @@ def test_diffuse_shadows_are_chosen_where_they_matter():
     assert line.cost_ratio > 1
     assert "% of the light from above is kept from" in line.reason
     idle = {d.name: d for d in none.decisions}["diffuse shadows"]
-    assert "nothing shades" in idle.reason
+    assert "nothing is in the way of light" in idle.reason
     assert "off, as given" in str({d.name: d for d in without.decisions}["diffuse shadows"])
 
 

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 import math
+import tempfile
+from pathlib import Path
 
 import bpy
 import numpy as np
@@ -13,11 +15,16 @@ from underwater_spectral.jobs import batch, command_line, scene_requirements
 from underwater_spectral.node_groups.node_mathematics import MARK
 from underwater_spectral.quality import requirements
 from underwater_spectral.scene import stored_settings
+from underwater_spectral.scene.engines import engines
 from underwater_spectral.scene.seen import cameras, view_tracing
+from underwater_spectral.scene.water import water_body
+from underwater_spectral.settings.render_plan import make_plan
 from underwater_spectral.settings.scene_settings import SceneSettings
 from underwater_spectral.tests.scene import scenes
 from underwater_spectral.tests.scene.columns import grey_column
 from underwater_spectral.uw_spectral.errors import InputError
+from underwater_spectral.uw_spectral.spectra.colour_rendering import delta_e_CIE2000_images
+from underwater_spectral.uw_spectral.spectra.spectral_image import read_exr
 from underwater_spectral.uw_spectral.water.phase import parse_phase
 
 pytestmark = pytest.mark.filterwarnings(
@@ -179,6 +186,47 @@ def test_choice_changes_only_what_was_left_to_it():
     )
     assert "bands" not in fixed.settings
     assert "5, as given" in fixed.lines[0]
+
+
+def _picture(scene, camera, options):
+    """Linear Rec.709 as a job of options draws it, clipped to the display."""
+    plan = make_plan(command_line.merge(SceneSettings(), command_line.parse(options)))
+    depth = -camera.location.z
+    extent = water_body.water_extent(scene, plan.column, depth)
+    scene.render.resolution_x, scene.render.resolution_y = 48, 27
+    scene.render.resolution_percentage = 100
+    with (
+        engines.eevee_realtime(scene, camera, plan, extent, depth) as engine,
+        tempfile.TemporaryDirectory() as folder,
+    ):
+        scene.eevee.shadow_resolution_scale = 0.1
+        path = Path(folder, "picture.exr")
+        engine.frame(plan, depth)(engine.passes[0], path)
+        return np.clip(read_exr(path)[0].astype(np.float64), 0.0, 1.0)
+
+
+@pytest.mark.parametrize("grey", [0.0, 0.4])
+def test_what_things_block_is_worth_what_renders_say(grey):
+    scenes._cube("block", (0.0, 4.0, -5.6)).data.materials.append(
+        scenes.principled("paint", (grey, grey, grey, 1.0))
+    )
+    bpy.data.objects["block"].scale = (0.6,) * 3
+    camera = scenes.add_camera((0.0, 0.0, -5.0), (1.3, 0.0, 0.0))
+    scene = bpy.context.scene
+    bpy.context.view_layer.update()
+    options = ["--engine", "eevee", "--mode", "realtime", "--water", "jerlov:IB", "--samples", "2"]
+    options += ["--surface", "flat", "--floor-depth", "8"]
+    choice = _choose(scene, camera, options, target=0.4, keep=frozenset(["floor_depth", "samples"]))
+    effect = {d.name: d for d in choice.required.decisions}["diffuse shadows"].effect_delta_e
+    # Each kind of thing counts alike, as in the estimate.
+    kind = _look(scene, camera, _column(floor_depth=8.0), rays=48 * 27).kind.reshape(27, 48)
+    pictures = [_picture(scene, camera, [*options, shade])
+                for shade in ("--diffuse-shadows", "--no-diffuse-shadows")]  # fmt: skip
+    difference = delta_e_CIE2000_images(*pictures)
+    drawn = np.mean([difference[kind == k].mean() for k in np.unique(kind)])
+    assert effect == pytest.approx(drawn, rel=0.3)
+    assert drawn > 0.5
+    assert "diffuse_shadows" in choice.required.options
 
 
 def test_an_edited_file_counts_for_the_next_choice(tmp_path, monkeypatch):

@@ -19,7 +19,7 @@ from ..transfer.channel_pixel import COLOURS, LightLeft, Thing, along_rays
 from ..transfer.folded_light import FoldedLight
 from .forward_share import spread
 from .grid import Array
-from .shade_table import OFF_SURFACE, ON_PATCH, ShadeTable
+from .shade_table import ShadeTable
 from .view_cover import ViewCover
 
 _LEAST = 1e-6
@@ -100,8 +100,7 @@ def _radiance(
     ways = cover.view.ways().reshape(*here.shape, 3)[here]
     points = np.asarray(cover.view.centre) + ways * cover.distance[here][:, None]
     normal = cover.normal[here]
-    beside = points + normal * OFF_SURFACE / shade.box.per_metre
-    mean, share, sunlit = shade.mixed(ON_PATCH, beside, normal).T
+    mean, share, sunlit = shade.on_patches(points, normal).T
     facing = np.maximum(normal @ -np.asarray(sun), 0.0) * sunlit / np.pi
     y = np.maximum(-points[:, 2:], 0.0)
     along, normals = along_rays(light, sun, [np.zeros((1, 1))] * 3), list(normal.T[..., None])

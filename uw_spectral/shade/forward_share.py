@@ -19,8 +19,9 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from ..water.phase import PhaseFunction
+from ..water.phase import BandPhase, PhaseFunction
 from .grid import Array
+from .view_cover import ViewCover
 from .view_map import SIZE, ViewMap
 
 _ANGLES, _STEPS = 1500, 200
@@ -34,6 +35,33 @@ def spread(pictures: Array, phase: PhaseFunction, view: ViewMap) -> Array:
     kernel = _kernel(phase, float(view.per_unit))
     found = np.fft.irfft2(np.fft.rfft2(pictures, size) * kernel, size)
     return found[..., :SIZE, :SIZE]
+
+
+def blocked_along(
+    cover: ViewCover, phase: BandPhase, ways: Array, on_floor: NDArray[np.bool_]
+) -> Array:
+    """Share of scattering that stays within what a view is filled with, along rays.
+
+    Parameters
+    ----------
+    cover : ViewCover
+    phase : BandPhase
+        Of n bands.
+    ways : array, shape (m, 3)
+        Unit vectors away from the camera.
+    on_floor : array of bool, shape (m,)
+        Where the floor is seen, which counts as a thing then.
+
+    Returns
+    -------
+    array, shape (m, n)
+    """
+    column, row = cover.view.place([*(np.asarray(cover.view.centre) + ways).T])
+    at = np.rint(row).astype(np.intp), np.rint(column).astype(np.intp)
+    pictures = np.stack([cover.covered, cover.with_floor])
+    each = [spread(pictures, part, cover.view)[:, *at] for part in phase.components]
+    shares = np.stack([np.where(on_floor, floor, things) for things, floor in each], axis=1)
+    return np.clip(shares @ phase.weights, 0.0, 1.0)
 
 
 def share_within(phase: PhaseFunction, angle: Array) -> Array:

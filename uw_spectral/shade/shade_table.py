@@ -195,6 +195,28 @@ class ShadeTable:
         columns = [part[:, None] for part in w.T]
         return self.box.mixed(first, columns, lambda tile: texel(np.ravel(tile)))
 
+    def on_patches(self, points: Array, normal: Array) -> Array:
+        """Three numbers of the light on surfaces (m, 3), of which places beside them tell."""
+        return self.mixed(ON_PATCH, points + normal * OFF_SURFACE / self.box.per_metre, normal)
+
+    def along(self, origin: Array, w: Array, P: Array, rate: float | Array) -> Array:
+        """Three numbers of the light of paths, see :func:`along_ray`, shape (m, 3).
+
+        Parameters
+        ----------
+        origin, w : array, shape (m, 3)
+            Where rays begin, m, and unit vectors.
+        P : array, shape (m,)
+            Their lengths, m.
+        rate : float or array, shape (m, 1)
+            1/m.
+        """
+        steps = [
+            self.mixed(SCATTERED, origin + w * step(k, P, self.box.reach)[:, None], w)
+            for k in range(STEPS)
+        ]
+        return np.asarray(along_ray(steps, rate, P[:, None], self.box.reach))
+
     def _texel(self, tile: NDArray[np.intp], place: Sequence[Array]) -> Array:
         found = np.zeros((len(place[0]), 3))
         cells = []

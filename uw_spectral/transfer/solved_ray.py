@@ -21,6 +21,9 @@ from ..mathematics import NUMPY, Mathematics, Operand
 from .pixel import Pixel, light_from_surface
 from .radiance_field import Beam, Ripples, distance_in_water
 from .sky import BLACK, Sky
+from .sun_beam import SunBeam
+
+_LEAST = 1e-30
 
 
 class SunOnPath(Beam, Protocol):
@@ -110,6 +113,25 @@ class PathShade:
 
 
 UNSHADED = PathShade()
+
+
+def past_things(beam: SunBeam, P: Operand, blocked: Operand, m: Mathematics = NUMPY) -> Operand:
+    """Share of the forward peak that passes things over a distance P.
+
+    Parameters
+    ----------
+    beam : SunBeam
+        Of homogeneous water.
+    P : float or array
+        m.
+    blocked : float or array
+        Share of all scattering that stays within things: its light is theirs, up to the peak's.
+    m : Mathematics
+        Elementary functions.
+    """
+    direct, peaked = m.exp(-beam.c * P), m.exp(-beam.cp * P)
+    kept = m.minimum(m.exp((beam.b * blocked - beam.c) * P), peaked)
+    return (peaked - kept) / m.maximum(peaked - direct, _LEAST)
 
 
 @dataclass(frozen=True, eq=False)

@@ -17,7 +17,7 @@ from .radiance_field import Ripples, mirrored_ray
 from .radiance_table import RadianceTable, tabulate
 from .sky import Sky
 from .solved_field import SolvedField
-from .solved_ray import SolvedPatchLight, SolvedWater
+from .solved_ray import UNSHADED, PathShade, SolvedPatchLight, SolvedWater
 from .sun_beam import SunBeam
 
 Array = NDArray[np.float64]
@@ -49,16 +49,29 @@ class TabulatedWater:
     index: float | None
 
     def surface(
-        self, y_o: Array, y_e: Array, w: Sequence[Array], P: Array, L_surface: Array
+        self,
+        y_o: Array,
+        y_e: Array,
+        w: Sequence[Array],
+        P: Array,
+        L_surface: Array,
+        shade: PathShade = UNSHADED,
     ) -> Pixel:
         """Pixel of a surface; arguments as of :meth:`.SolvedWater.surface`."""
         image = self.table.boundary_image(_rays(0.0, w)[1], self.beam.sun)
-        seen = replace(self._ahead(y_o, w), far=self._scattered(y_e, w), image=image)
+        far = self._scattered(y_e, w)
+        seen = replace(self._ahead(y_o, w), far=far, image=image, shade=shade)
         return seen.surface(y_o, y_e, w, P, L_surface)
 
-    def open_water(self, y_o: Array, w: Sequence[Array], ripples: Ripples | None = None) -> Pixel:
+    def open_water(
+        self,
+        y_o: Array,
+        w: Sequence[Array],
+        ripples: Ripples | None = None,
+        shade: PathShade = UNSHADED,
+    ) -> Pixel:
         """Pixel of open water with the surface or the floor behind."""
-        seen = self._ahead(y_o, w)
+        seen = replace(self._ahead(y_o, w), shade=shade)
         if self.index is not None:
             slopes = None if ripples is None else ripples.slopes
             _, away = mirrored_ray(w, slopes=slopes)
