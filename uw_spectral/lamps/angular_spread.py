@@ -244,7 +244,7 @@ def _on_patches(spread: WaterSpread) -> ValueGrid:
 def _profile(spread: WaterSpread, profile: LampProfile) -> ValueGrid:
     lengths = _lengths(PROFILE_LENGTHS)
     orders = np.arange(_OF_PROFILE + 1.0)
-    shares = spread.transferred(lengths, spread.blurs(orders)) * _moments_of(profile)[:, None]
+    shares = spread.transferred(lengths, spread.blurs(orders)) * profile_moments(profile)[:, None]
     sine = np.linspace(0.0, 1.0, PROFILE_ANGLES)
     values = _summed(shares, 1.0 - 2.0 * sine * sine, _OF_PROFILE)
     return ValueGrid(np.maximum(values, 0.0))
@@ -293,7 +293,7 @@ def _window(lowest: float, power: int) -> Array:
 
 
 @functools.lru_cache(maxsize=64)
-def _moments_of(profile: LampProfile) -> Array:
+def profile_moments(profile: LampProfile) -> Array:
     """Mean over all directions of a profile times each Legendre polynomial."""
     cosines, weights = np.polynomial.legendre.leggauss(_PLACES)
     return (
