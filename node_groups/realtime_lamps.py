@@ -46,10 +46,12 @@ from ..uw_spectral.lamps.lamp_shadow import SIDE
 from ..uw_spectral.lamps.lamp_surface import patch_past_lamp
 from ..uw_spectral.lamps.multiple_scattering import BEYOND_NODES, MORE_NODES, LampWater
 from ..uw_spectral.lamps.profile import NO_EDGE, LampProfile, sample_place
+from ..uw_spectral.lamps.scattered_field import ScatteredField
 from ..uw_spectral.lamps.three_bands import COUNT as BANDS
 from ..uw_spectral.mathematics import NUMPY, Mathematics, Operand
 from ..uw_spectral.transfer.radiance_field import distance_in_water
 from ..uw_spectral.water.phase import Mixture, PhaseFunction
+from . import lamp_sources
 from .loops import summed
 from .node_mathematics import NODES, PART_SIZE, Graph, NodeValue, new_group
 from .realtime_rays import camera_depth, camera_place, place_here, view_direction, view_distance
@@ -77,15 +79,33 @@ _PROFILE, _FOLDED = 1, 2  # rows of a block; its numbers are in the first
 _MARGIN = 1
 _SPREAD, _SPREAD_ROWS = 1, LENGTHS + 2 * _MARGIN
 _PATCHES = ANGLES + 2 * _MARGIN  # first column of the irradiance on patches
+_SMOOTH = _PATCHES + TILTS + 2 + 2 * _MARGIN  # that of the smooth deflections
 _PROFILE_COLUMNS = PROFILE_ANGLES + 2 * _MARGIN
 _SHADOW = 2 * _PROFILE_COLUMNS  # first column of the map of shadows
+_SMOOTH_PROFILE = _SHADOW + SIDE + 2 * _MARGIN  # that of the smooth profiles
 _TABLE_ROWS = max(PROFILE_LENGTHS, SIDE) + 2 * _MARGIN
 _WIDTH = max(
-    SAMPLES, _ON_THINGS + 1, _SHADOW + SIDE + 2 * _MARGIN, _PATCHES + TILTS + 2 + 2 * _MARGIN
+    SAMPLES, _ON_THINGS + 1, _SMOOTH_PROFILE + _PROFILE_COLUMNS, _SMOOTH + ANGLES + 2 * _MARGIN
 )
 _DARKEST = 1e-12
 # m; far beyond the reach of a lamp in water. From some 5 km on EEVEE draws no shadow.
 _REACH_OF_SHADOWS = 200.0
+
+
+@dataclass(frozen=True, eq=False)
+class LampImages:
+    """What lamps are looked up in.
+
+    Attributes
+    ----------
+    numbers : Image
+        Of :func:`new_image`.
+    sources : Image
+        Of :func:`.lamp_sources.new_image`.
+    """
+
+    numbers: bpy.types.Image
+    sources: bpy.types.Image
 
 
 @dataclass(frozen=True)
@@ -116,13 +136,15 @@ class _Rows:
         return self.tables + _TABLE_ROWS
 
 
-def new_image(lamps: int, parts: int, measured: int = 0) -> bpy.types.Image:
-    """Make the image of so many lamps, which are dark.
+def new_images(lamps: int, profiles: int, parts: int, measured: int = 0) -> LampImages:
+    """Make the images of so many lamps, which are dark.
 
     Parameters
     ----------
     lamps : int
         Those that stand for things included.
+    profiles : int
+        That these may have.
     parts : int
         Of the phase function.
     measured : int
@@ -132,28 +154,35 @@ def new_image(lamps: int, parts: int, measured: int = 0) -> bpy.types.Image:
     image = number_image(NAME, _WIDTH, height)
     image.use_half_precision = False  # numbers keep their digits
     image[_PARTS], image[_MEASURED] = parts, measured
-    return image
+    return LampImages(image, lamp_sources.new_image(profiles))
 
 
 def write_lamps(
-    image: bpy.types.Image, folded: LampChannels, colours: Sequence[Sequence[float]]
+    images: LampImages, folded: LampChannels, colours: Sequence[Sequence[float]]
 ) -> None:
-    """Put lamps and their water into an image of their size.
+    """Put lamps and their water into images of their size.
 
     Parameters
     ----------
-    image : Image
-        Of :func:`new_image`.
+    images : LampImages
     folded : LampChannels
     colours : sequence of 3
         Of the lamps that cast the shadows of each; :data:`NO_SHADOW` of what stands for things.
     """
-    image.pixels.foreach_set(np.ravel(_pixels(image.size, folded, colours)))
+    profiles = list(dict.fromkeys(lamp.profile for lamp in folded.lamps))
+    field = folded.in_water.field
+    assert isinstance(field, ScatteredField)
+    lamp_sources.write(images.sources, field, profiles)
+    image = images.numbers
+    image.pixels.foreach_set(np.ravel(_pixels(image.size, folded, colours, profiles)))
     image.update()
 
 
 def _pixels(
-    size: Sequence[int], folded: LampChannels, colours: Sequence[Sequence[float]]
+    size: Sequence[int],
+    folded: LampChannels,
+    colours: Sequence[Sequence[float]],
+    profiles: Sequence[LampProfile],
 ) -> NDArray[np.float32]:
     width, height = size
     out = np.zeros((height, width, 4), np.float32)
@@ -161,19 +190,22 @@ def _pixels(
     row = np.concatenate([np.transpose(gauss(count)) for count in _QUADRATURES])
     in_water, on_things = folded.in_water, folded.on_things
     out[0, : len(row), :2] = row
-    out[0, _EXTENT, :2] = folded.stretch, in_water.reach
+    assert isinstance(in_water.field, ScatteredField)
+    out[0, _EXTENT, :3] = folded.stretch, in_water.reach, in_water.field.scale
     out[0, _IN_WATER, :3], out[0, _ON_THINGS, :3] = in_water.b, on_things.b
     in_spread, on_spread = in_water.spread, on_things.spread
     assert isinstance(in_spread, WaterSpread)
     assert isinstance(on_spread, WaterSpread)
     _put(out[_SPREAD:], 0, in_spread.deflection.values)
     _put(out[_SPREAD:], _PATCHES, on_spread.on_patches.values)
+    _put(out[_SPREAD:], _SMOOTH, in_spread.smooth_deflection.values)
     first, rows = _SPREAD + _SPREAD_ROWS, _Rows(folded.parts, folded.measured)
     for index, (lamp, tables) in enumerate(zip(folded.lamps, folded.folded, strict=True)):
         block = out[first + rows.all * index :][: rows.all]
-        _put_lamp(block, lamp, tables, colours[index])
+        _put_lamp(block, lamp, tables, colours[index], profiles.index(lamp.profile))
         _put(block[rows.tables :], 0, in_spread.profile(lamp.profile).values)
         _put(block[rows.tables :], _PROFILE_COLUMNS, on_spread.profile(lamp.profile).values)
+        _put(block[rows.tables :], _SMOOTH_PROFILE, in_spread.smooth_profile(lamp.profile).values)
         if lamp.shadow is not None:
             assert isinstance(lamp.shadow, ValueGrid)
             _put(block[rows.tables :], _SHADOW, lamp.shadow.values)
@@ -181,12 +213,16 @@ def _pixels(
 
 
 def _put_lamp(
-    block: NDArray[np.float32], lamp: Lamp, folded: FoldedLamp, colour: Sequence[float]
+    block: NDArray[np.float32],
+    lamp: Lamp,
+    folded: FoldedLamp,
+    colour: Sequence[float],
+    source: int,
 ) -> None:
     edge = NO_EDGE if lamp.profile.edge is None else lamp.profile.edge
     numbers = block[0]
     numbers[_POSITION, :3], numbers[_AXIS, :3] = lamp.position, lamp.axis
-    numbers[_FORM, :3] = lamp.radius, edge, lamp.profile.beam
+    numbers[_FORM, :3] = lamp.radius, edge, source
     numbers[_COLOUR, :3], numbers[_SEEN, :3] = colour, (lamp.seen, lamp.thrown, 0.0)
     block[_PROFILE, :SAMPLES, 0] = lamp.profile.sampled(SAMPLES)
     coloured = folded.coloured.reshape(-1, SAMPLES, 3)
@@ -210,16 +246,12 @@ class _ImageProfile(LampProfile):
     image: bpy.types.Image
     row: NodeValue
     edge_cosine: NodeValue
-    beam_cosine: NodeValue
+    source: NodeValue
     tables: NodeValue
 
     @property
     def edge(self) -> NodeValue:
         return self.edge_cosine
-
-    @property
-    def beam(self) -> NodeValue:
-        return self.beam_cosine
 
     def value(self, cosine: Operand, m: Mathematics = NUMPY) -> Operand:
         place = sample_place(cosine, SAMPLES, m)
@@ -286,6 +318,10 @@ class _ImageSpread:
         return _ImageGrid(self.graph, self.image, 0.0, float(_SPREAD))
 
     @property
+    def smooth_deflection(self) -> _ImageGrid:
+        return _ImageGrid(self.graph, self.image, float(_SMOOTH), float(_SPREAD))
+
+    @property
     def on_patches(self) -> _ImageGrid:
         return _ImageGrid(self.graph, self.image, float(_PATCHES), float(_SPREAD))
 
@@ -293,19 +329,42 @@ class _ImageSpread:
         assert isinstance(profile, _ImageProfile)
         return _ImageGrid(self.graph, self.image, self.profiles, profile.tables)
 
+    def smooth_profile(self, profile: LampProfile) -> _ImageGrid:
+        assert isinstance(profile, _ImageProfile)
+        return _ImageGrid(self.graph, self.image, float(_SMOOTH_PROFILE), profile.tables)
+
 
 @dataclass(frozen=True, eq=False)
-class LampTable:
-    """Look-ups in the image in a node tree; make it with :meth:`of`."""
+class _ImageField:
+    """The sources of lamps in their image."""
 
     graph: Graph
     image: bpy.types.Image
+    scale: NodeValue
+
+    def source(self, profile: LampProfile) -> lamp_sources.ImageSource:
+        assert isinstance(profile, _ImageProfile)
+        return lamp_sources.ImageSource(self.graph, self.image, profile.source, self.scale)
+
+
+@dataclass(frozen=True, eq=False)
+class LampTable:
+    """Look-ups in the images in a node tree; make it with :meth:`of`."""
+
+    graph: Graph
+    images: LampImages
     rows: _Rows
 
     @classmethod
-    def of(cls, graph: Graph, image: bpy.types.Image) -> LampTable:
-        """Make it of an image of :func:`new_image`."""
-        return cls(graph, image, _Rows(image[_PARTS], image[_MEASURED]))
+    def of(cls, graph: Graph, images: LampImages) -> LampTable:
+        """Make it of images of :func:`new_images`."""
+        image = images.numbers
+        return cls(graph, images, _Rows(image[_PARTS], image[_MEASURED]))
+
+    @property
+    def image(self) -> bpy.types.Image:
+        """That of the numbers."""
+        return self.images.numbers
 
     @property
     def count(self) -> int:
@@ -322,10 +381,10 @@ class LampTable:
         position, axis, form = (
             self.graph.components(self._at(column, row)) for column in (_POSITION, _AXIS, _FORM)
         )
-        radius, edge, beam = form
+        radius, edge, source = form
         tables = row + float(self.rows.tables)
         shadow = _ImageShadow(self.graph, self.image, float(_SHADOW), tables)
-        profile = _ImageProfile(self.graph, self.image, row + float(_PROFILE), edge, beam, tables)
+        profile = _ImageProfile(self.graph, self.image, row + float(_PROFILE), edge, source, tables)
         seen, thrown, _ = self.graph.components(self._at(_SEEN, row))
         return Lamp(position, axis, 1.0, profile, radius, seen, shadow, thrown)
 
@@ -369,7 +428,9 @@ class LampTable:
     def _water(self, column: int, profiles: float) -> LampWater:
         b, nothing = self._at(column, 0.0), Mixture((), ())
         spread = _ImageSpread(self.graph, self.image, profiles)
-        return LampWater(0.0, b, b, nothing, spread, self._extent[1])
+        _, reach, scale = self._extent
+        field = _ImageField(self.graph, self.images.sources, scale)
+        return LampWater(0.0, b, b, nothing, spread, field, reach)
 
     def _folded(self, index: NodeValue, row: int, count: int) -> list[_ImageRow]:
         return self._rows(self._row(index) + float(row), count)
@@ -390,7 +451,7 @@ class LampTable:
 
 
 def build_path(
-    image: bpy.types.Image,
+    images: LampImages,
     components: Sequence[PhaseFunction],
     *,
     ahead: bool,
@@ -400,8 +461,7 @@ def build_path(
 
     Parameters
     ----------
-    image : Image
-        Of :func:`new_image`.
+    images : LampImages
     components : sequence of PhaseFunction
         Parts of the phase function.
     ahead : bool
@@ -416,7 +476,7 @@ def build_path(
     """
     inputs = {"y_f": "NodeSocketFloat"} if ahead else {}
     tree, graph, given = _group(f"{NAME} in the Water", inputs, rays)
-    table, w = LampTable.of(graph, image), view_direction(graph)
+    table, w = LampTable.of(graph, images), view_direction(graph)
     if ahead:
         origin = camera_place(graph)
         P = distance_in_water(camera_depth(graph), -w[2], given["y_f"], NODES)
@@ -434,7 +494,7 @@ def build_path(
 
 
 def build_patch(
-    image: bpy.types.Image,
+    images: LampImages,
     outputs: Collection[str] = (SEEN,),
     rays: bpy.types.ShaderNodeTree | None = None,
 ) -> bpy.types.ShaderNodeTree:
@@ -446,8 +506,7 @@ def build_patch(
 
     Parameters
     ----------
-    image : Image
-        Of :func:`new_image`.
+    images : LampImages
     outputs : collection of str
         Which of these, in three channels: :data:`SEEN`, the radiance that arrives at the camera,
         of which :data:`UNSCATTERED` and :data:`FORWARD` are the parts; :data:`THERE`, the radiance
@@ -456,10 +515,10 @@ def build_patch(
         Of :mod:`.realtime_refraction`.
     """
     inputs = dict.fromkeys((NORMAL, VISIBILITY), "NodeSocketVector") | {COLOR: "NodeSocketColor"}
-    measured = bool(image[_MEASURED])
+    measured = bool(images.numbers[_MEASURED])
     inputs |= {MEASURED: "NodeSocketFloat"} if measured else {}
     tree, graph, given = _group(f"{NAME} on Things", inputs, rays)
-    table, here, P = LampTable.of(graph, image), place_here(graph), view_distance(graph)
+    table, here, P = LampTable.of(graph, images), place_here(graph), view_distance(graph)
     normal, colour = (graph.components(given[name]) for name in (NORMAL, COLOR))
 
     def of_lamp(index: NodeValue) -> tuple[NodeValue, ...]:
@@ -499,7 +558,7 @@ def build_patch(
 
 
 def visibility(
-    graph: Graph, numbers: bpy.types.NodeOutputs, image: bpy.types.Image, normal: NodeValue
+    graph: Graph, numbers: bpy.types.NodeOutputs, images: LampImages, normal: NodeValue
 ) -> NodeValue:
     """Share of the lamps of each colour that the shaded point sees.
 
@@ -507,7 +566,7 @@ def visibility(
     as their inverse squares of the distance.
     """
     sunlit, code = (graph.term(numbers[name]) for name in (SUNLIT, CODE))
-    table, here, facing = LampTable.of(graph, image), place_here(graph), graph.components(normal)
+    table, here, facing = LampTable.of(graph, images), place_here(graph), graph.components(normal)
 
     def of_lamp(index: NodeValue) -> tuple[NodeValue]:
         lamp = dataclasses.replace(table.lamp(index), radius=0.0)

@@ -42,7 +42,8 @@ from .lamp import Lamp, RayPastLamp, disc_seen, ray_past_lamp
 from .lamp_path import Quadrature, gauss_sum
 from .lamp_surface import PatchPastLamp, carried_share, patch_past_lamp, scattered_onto
 from .multiple_scattering import BendingNode, LampWater, light_along
-from .profile import SpotProfile
+from .profile import IsotropicProfile, SpotProfile
+from .scattered_field import ScatteredField, source_seen
 from .three_bands import COUNT, ThreeBands, three_bands
 
 type Array = NDArray[np.float64]
@@ -60,6 +61,7 @@ _DISTANCES = (0.1, 0.5, 1.0, 2.0, 4.0, 8.0, 14.0)
 _OFF_AXIS = (1.0, 0.8, 0.5, -0.2)  # in the beam and beside it
 _TILTS = (1.0, 0.3, -0.2)
 _HALF_DEFLECTIONS = (0.01, 0.05, 0.1, 0.3, 0.6, 0.9, 1.2)
+_FEW_DEGREES = 8
 _USUAL = Lamp((0.0, 0.0, 0.0), (0.0, 0.0, 1.0), 1.0, SpotProfile(math.radians(60.0), 0.5))
 
 
@@ -407,10 +409,15 @@ def _of_three(water: LampWater, bands: ThreeBands) -> LampWater:
 def _bands_in_water(water: LampWater, seen: Array) -> ThreeBands:
     """Bands that stand for all in what is scattered more than once."""
     half, r, t, cosine = _places(_HALF_DEFLECTIONS, _DISTANCES, _DISTANCES, _OFF_AXIS)
-    node = BendingNode(half, r, t, cosine)
-    profile = water.spread.profile(_USUAL.profile)
-    values = node.scattered(profile, water, 0.0, NUMPY)
-    return three_bands(values, _light_in(seen, water, node.length))
+    node = BendingNode(np.tan(half), r, t, cosine)
+    values = node.scattered(water.spread.profile(_USUAL.profile), water)
+    assert isinstance(water.field, ScatteredField)
+    few = dataclasses.replace(water.field, degrees=_FEW_DEGREES)
+    even = few.source(IsotropicProfile())
+    source = source_seen(even, r, cosine, node.bent, cosine * node.bent)
+    seen_source = source * (r * np.exp(-water.b * t))
+    light = _light_in(seen, water, node.length)
+    return three_bands(np.concatenate([values, seen_source]), np.concatenate([light, light]))
 
 
 def _bands_on_things(water: LampWater, seen: Array) -> ThreeBands:

@@ -1,29 +1,32 @@
 """Light of a lamp that water scatters twice and more, as a source along rays, by harmonics.
 
-Round a lamp in endless water radiance depends on the distance r, on the angle θ from the lamp's axis
-and on the direction ω. What is scattered once more is the source
+Round a lamp in endless water radiance depends on the distance r, on the angle θ from the lamp's
+axis and on the direction ω. What is scattered once more is the source
 
     S(r, θ, ω) = b ∫ p(ω', ω) L(r, θ, ω') dω',
 
-with L all light that was scattered already. In Fourier space the equation of transfer
-couples harmonics of one order m' with their neighbours only: (c - b χ_l) L_l + ik (α_l L_{l-1} +
-α_{l+1} L_{l+1}) = Q_l, α_l² = (l² - m'²)/(4 l² - 1). Orders beyond :data:`ORDERS` are not scattered;
-they end the system exactly, by a continued fraction. With the harmonics turned from the wave's
-frame into that of the radius, in which they keep their order m, and plane waves in
-spherical Bessel functions j_λ, the source is
+with L all light that was scattered already. In Fourier space the equation of transfer couples
+harmonics of one order m' with their neighbours only: (c - b χ_l) L_l + ik (α_l L_{l-1} + α_{l+1}
+L_{l+1}) = Q_l, α_l² = (l² - m'²)/(4 l² - 1). Degrees beyond the highest are not scattered; they end
+the system exactly, by a continued fraction. With the harmonics turned from the wave's frame into
+that of the radius, in which they keep their order m, and plane waves in spherical Bessel functions
+j_λ, the source is
 
     S = Σ_m Σ_lj g^m_lj(r) Y_lm(ω) 4π φ_j Y_jm(θ),   φ_j the moments of the lamp's profile.
 
-Nothing of it is fitted, and it has no photons' noise. Of the phase function it has what is wider
-than some ten degrees, :func:`smooth_moments`; what is narrower goes nearly straight on, and one bend
-stands for it: :mod:`.multiple_scattering`.
+Nothing of it is fitted, and it has no photons' noise. Of the phase function and the profile it has
+what is wider than some ten degrees, :func:`.smooth_moments`; for what is narrower one bend stands:
+:mod:`.multiple_scattering`.
 """
 
 from __future__ import annotations
 
 import functools
+import itertools
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,43 +34,29 @@ from numpy.typing import NDArray
 from ..content import ComparedByContent
 from ..mathematics import NUMPY, Mathematics, Operand
 from ..water.phase import BandPhase
-from .angular_spread import profile_moments
+from .angular_spread import smooth_moments, smooth_profile_moments
 from .profile import LampProfile
 
 type Array = NDArray[np.float64]
 
-ORDERS = 24
-"""Highest order of harmonics, of directions and of profiles."""
-AROUND = 3
-"""Orders m of the azimuth about the radius, from 0 on."""
-ROWS, TURNS, BENDS = 24, 24, 32
-"""Of the table: distances, angles from the axis, deflections from the radius."""
+DEGREES = 32
+"""Highest degree of harmonics, of directions and of profiles."""
+ROWS, AZIMUTHS, TURNS, BENDS = 24, 8, 24, 32
+"""Of the table: distances, azimuths about the radius between the lamp's axis and the way of the
+light, angles of the radius from the axis, and of that way from the radius."""
 NEAREST, FARTHEST = 0.06, 16.0
 """Distances of the rows, in mean free paths."""
-_TURN_POWER, _BEND_POWER = 1.5, 2.0
+_TURN_POWER, _BEND_POWER, _AZIMUTH_POWER = 1.5, 2.0, 1.5
 """Angles are the finer the smaller."""
 
-_SMOOTH = 13.0  # order at which moments have fallen to 1/e
-_FADE = 20.0  # of profiles
+_AROUND = 8  # orders m, from 0 on
 _WAVES = 120  # wave numbers
 _LONGEST_WAVE = 0.02  # wave number, in 1/c
 _RESOLVED = 40.0  # waves along r, in rad, from which on they fade out
 _LAST, _STEP = 150.0, 0.1  # of the integral over them
-_CLOSED = 400  # orders after which the continued fraction begins
+_CLOSED = 400  # degrees after which the continued fraction begins
 _DIRECTIONS = 128  # of the quadrature over products of harmonics
-_SMALLEST = 1e-12
-
-
-def smooth_moments(chi: Array) -> Array:
-    """Moments of the phase function without what is narrower than some ten degrees.
-
-    Parameters
-    ----------
-    chi : array, shape (l, ...)
-        Moments from 0 on.
-    """
-    orders = np.arange(len(chi)).reshape(-1, *[1] * (chi.ndim - 1))
-    return np.asarray(chi * np.exp(-((orders / _SMOOTH) ** 4)))
+_SMALLEST, _TINY = 1e-12, 1e-60
 
 
 def row_place(distance: Operand, c: Operand, m: Mathematics = NUMPY) -> Operand:
@@ -99,6 +88,11 @@ def bend_place(cosine: Operand, m: Mathematics = NUMPY) -> Operand:
     return _place(cosine, BENDS, 1.0 / _BEND_POWER, m)
 
 
+def azimuth_place(cosine: Operand, m: Mathematics = NUMPY) -> Operand:
+    """Place of the cosine of the azimuth; see :func:`turn_place`."""
+    return _place(cosine, AZIMUTHS, 1.0 / _AZIMUTH_POWER, m)
+
+
 def _place(cosine: Operand, count: int, power: float, m: Mathematics) -> Operand:
     angle = m.arccos(m.clamp(cosine, -1.0, 1.0))
     return m.power(angle / math.pi, power) * (count - 1.0)
@@ -106,6 +100,70 @@ def _place(cosine: Operand, count: int, power: float, m: Mathematics) -> Operand
 
 def _angles(count: int, power: float) -> Array:
     return np.asarray(math.pi * np.linspace(0.0, 1.0, count) ** power)
+
+
+class Source(Protocol):
+    """The source of light that was scattered already, round a lamp of an intensity of 1."""
+
+    @property
+    def scale(self) -> Operand:
+        """Extinction that distances are scaled with, 1/m."""
+        ...
+
+    def at(self, row: Operand, azimuth: Operand, turn: Operand, bend: Operand) -> Operand:
+        """Interpolate :meth:`ScatteredField.table` at places, linearly."""
+        ...
+
+
+def source_seen(
+    source: Source,
+    r: Operand,
+    turned: Operand,
+    bent: Operand,
+    off_axis: Operand,
+    m: Mathematics = NUMPY,
+) -> Operand:
+    """Radiance per metre that water adds towards a camera, absorption up to there apart, times r.
+
+    Parameters
+    ----------
+    source : Source
+    r : float or array
+        Distance from the lamp, m.
+    turned, bent, off_axis : float or array
+        Cosines of the angles between the lamp's axis and the radius, the radius and the light's
+        way to the camera, and the axis and that way.
+    m : Mathematics
+        Elementary functions.
+    """
+    sines = (1.0 - turned * turned) * (1.0 - bent * bent)
+    azimuth = (off_axis - turned * bent) / m.sqrt(m.maximum(sines, _SMALLEST))
+    places = azimuth_place(azimuth, m), turn_place(turned, m), bend_place(bent, m)
+    return source.at(row_place(r, source.scale, m), *places)
+
+
+@dataclass(frozen=True, eq=False)
+class SourceTable:
+    """A table of n bands, shape (ROWS, AZIMUTHS, TURNS, BENDS, n)."""
+
+    values: Array
+    scale: float
+
+    def at(self, row: Operand, azimuth: Operand, turn: Operand, bend: Operand) -> Array:
+        """Interpolate at places of shape (..., 1), or of no shape; shape (..., n)."""
+        ends = []
+        places = row, azimuth, turn, bend
+        for place, count in zip(places, self.values.shape, strict=False):
+            place = np.asarray(place)
+            place = place[..., 0] if place.ndim else place
+            low = np.clip(np.floor(place).astype(int), 0, count - 2)
+            share = (place - low)[..., None]
+            ends.append(((low, 1.0 - share), (low + 1, share)))
+        total = 0.0
+        for corner in itertools.product(*ends):
+            index, shares = zip(*corner, strict=True)
+            total = total + self.values[index] * math.prod(shares)
+        return np.asarray(total)
 
 
 @dataclass(frozen=True, eq=False)
@@ -117,11 +175,14 @@ class ScatteredField(ComparedByContent):
     a, b : array, shape (n,)
         Absorption and scattering, 1/m.
     phase : BandPhase
+    degrees : int
+        Highest one of harmonics; few of them tell what differs from band to band.
     """
 
     a: Array
     b: Array
     phase: BandPhase
+    degrees: int = DEGREES
 
     @property
     def scale(self) -> float:
@@ -133,7 +194,11 @@ class ScatteredField(ComparedByContent):
         """Of the rows, m."""
         return np.geomspace(NEAREST, FARTHEST, ROWS) / self.scale
 
-    def source(self, profile: LampProfile) -> Array:
+    def source(self, profile: LampProfile) -> SourceTable:
+        """Return what rays look the source of a lamp up in."""
+        return SourceTable(self.table(profile), self.scale)
+
+    def table(self, profile: LampProfile) -> Array:
         """Return S without what absorption takes up to there, times r, of an intensity of 1.
 
         Parameters
@@ -142,74 +207,103 @@ class ScatteredField(ComparedByContent):
 
         Returns
         -------
-        array, shape (AROUND, ROWS, TURNS, BENDS, n)
-            Terms of the cosines of 0, 1, 2 ... times the azimuth between the lamp's axis and the
-            direction of the light, about the radius; 1/(m² sr).
+        array, shape (ROWS, AZIMUTHS, TURNS, BENDS, n)
+            1/(m² sr).
         """
         return _source(self, profile)
 
 
 @functools.lru_cache(maxsize=32)
 def _source(field: ScatteredField, profile: LampProfile) -> Array:
-    moments = profile_moments(profile)[: ORDERS + 1]
-    orders = np.arange(ORDERS + 1.0)
-    moments = 4.0 * math.pi * moments * np.exp(-((orders / _FADE) ** 8))
-    on_axis = _harmonics(_angles(TURNS, _TURN_POWER))
-    of_bend = _harmonics(_angles(BENDS, _BEND_POWER))
-    twice = np.where(np.arange(AROUND) > 0, 2.0, 1.0)
+    moments = smooth_profile_moments(profile, field.degrees / DEGREES)[: field.degrees + 1]
+    moments = 4.0 * math.pi * moments
+    on_axis = _harmonics(_angles(TURNS, _TURN_POWER), field.degrees)
+    of_bend = _harmonics(_angles(BENDS, _BEND_POWER), field.degrees)
+    orders = np.arange(_AROUND)[:, None]
+    around = np.where(orders > 0, 2.0, 1.0) * np.cos(orders * _angles(AZIMUTHS, _AZIMUTH_POWER))
     r = field.distances[:, None]
     arrived = r * np.exp(field.a * r)
     by_turn = np.einsum("rmljn,j,mjt->mrtln", _radial(field), moments, on_axis, optimize=True)
-    found = np.einsum("mrtln,mlk,m->mrtkn", by_turn, of_bend, twice, optimize=True)
-    return np.asarray(found * arrived[None, :, None, None])
+    by_bend = np.einsum("mrtln,mlk->mrtkn", by_turn, of_bend, optimize=True)
+    found = np.einsum("mrtkn,mz->rztkn", by_bend, around, optimize=True)
+    return np.asarray(found * arrived[:, None, None, None])
 
 
 @functools.lru_cache(maxsize=8)
 def _radial(field: ScatteredField) -> Array:
-    """g^m_lj at the distances, shape (ROWS, AROUND, l, j, n)."""
-    chi = np.concatenate([np.ones((1, len(field.b))), field.phase.moments(ORDERS)])
-    scattering = field.b * smooth_moments(chi)
-    turned, hankel = _turned(), _hankel()
+    """g^m_lj at the distances, shape (ROWS, m, l, j, n)."""
+    highest = field.degrees
+    chi = np.concatenate([np.ones((1, len(field.b))), field.phase.moments(highest)])
+    scattering = field.b * smooth_moments(chi, highest / DEGREES)
+    turned, hankel = _turned(highest), _hankel(highest)
     waves = _waves() * field.scale
     found = []
     for c, b in zip(field.a + field.b, scattering.T, strict=True):
-        solved = np.stack([_solved(order, float(c), b, waves) for order in range(ORDERS + 1)])
-        # (l, j, m λ, m') by (l, j, m', k)
-        by_wave = turned @ np.moveaxis(solved, (0, 1, 2, 3), (2, 3, 0, 1))
-        shape = (ORDERS + 1, ORDERS + 1, AROUND, -1, _WAVES)
-        found.append(np.einsum("ljmak,ark->rmlj", by_wave.reshape(shape), hankel, optimize=True))
+        solved = np.stack([_solved(order, float(c), b, waves) for order in range(highest + 1)])
+        rows = []
+        for degree, turn in enumerate(turned):
+            # (j, m λ, m') by (j, m', k), then (j, m, λ k) by (λ k, r).
+            by_wave = turn.astype(np.float64) @ np.moveaxis(solved[:, :, degree], 2, 0)
+            by_wave = by_wave.reshape(highest + 1, _AROUND, -1)
+            row = np.empty((highest + 1, _AROUND, ROWS))
+            for parity in range(2):
+                row[(degree + parity) % 2 :: 2] = (
+                    by_wave[(degree + parity) % 2 :: 2] @ hankel[parity]
+                )
+            rows.append(row)
+        found.append(np.einsum("ljmr->rmlj", np.stack(rows)))
     return np.stack(found, axis=-1) * field.scale**3
 
 
 def _solved(order: int, c: float, scattering: Array, waves: Array) -> Array:
     """What is scattered after what was scattered, of waves along z, shape (k, l, j).
 
-    Times i^(l - j) it is the amplitude of the harmonic l for a source in the harmonic j.
+    Times i^(l - j) it is the amplitude of the degree l for a source of the degree j.
     """
-    l = np.arange(order + 1, ORDERS + 1)  # noqa: E741
-    beside = np.sqrt((l * l - order * order) / (4.0 * l * l - 1.0))
-    b = scattering[order:]
-    straight = waves[:, None, None] * (np.diag(beside, -1) - np.diag(beside, 1))
-    straight = straight + c * np.eye(len(b))
-    straight[:, -1, -1] += _closure(order, c, waves)
-    once = b[:, None] * np.linalg.inv(straight)
-    more = np.linalg.solve(straight - np.diag(b), once)
-    found = np.zeros((len(waves), ORDERS + 1, ORDERS + 1))
-    found[:, order:, order:] = b[:, None] * more
-    return found
+    b, count = scattering[order:], len(scattering)
+    beside = [math.sqrt(_coupled(degree, order)) for degree in range(order + 1, count)]
+    ends = _closure(order, count, c, waves)
+    once = b[:, None] * _inverse(np.full(len(b), c), beside, ends, waves, np.eye(len(b)))
+    found = np.zeros((len(waves), count, count))
+    found[:, order:, order:] = b[:, None] * _inverse(c - b, beside, ends, waves, once)
+    return _without_tiny(found)
 
 
-def _closure(order: int, c: float, waves: Array) -> Array:
-    """What all higher orders, which are not scattered, add to the last one."""
+def _without_tiny(values: Array) -> Array:
+    """Numbers so small that processors take many times as long for them are none."""
+    return np.where(np.abs(values) < _TINY, 0.0, values)
+
+
+def _inverse(
+    kept: Array, beside: Sequence[float], ends: Array, waves: Array, sources: Array
+) -> Array:
+    """Solve for amplitudes (k, l, j) that are coupled with their neighbours only."""
+    count = len(kept)
+    whole = np.broadcast_to(sources, (len(waves), count, count)).copy()
+    diagonal = np.tile(kept, (len(waves), 1))
+    diagonal[:, -1] += ends
+    for row in range(1, count):
+        share = waves * beside[row - 1] / diagonal[:, row - 1]
+        diagonal[:, row] += share * waves * beside[row - 1]
+        whole[:, row] -= share[:, None] * whole[:, row - 1]
+    whole[:, -1] /= diagonal[:, -1, None]
+    for row in range(count - 2, -1, -1):
+        above = (waves * beside[row])[:, None] * whole[:, row + 1]
+        whole[:, row] = (whole[:, row] + above) / diagonal[:, row, None]
+    return whole
+
+
+def _closure(order: int, first: int, c: float, waves: Array) -> Array:
+    """What all degrees from one on, which are not scattered, add to that below it."""
     squared = waves * waves
-    tail = (c + np.sqrt(c * c + squared)) / 2.0
-    for l in range(ORDERS + _CLOSED, ORDERS, -1):  # noqa: E741
-        tail = squared * _coupled(l, order) / tail + (c if l > ORDERS + 1 else 0.0)
-    return np.asarray(tail)
+    rest = (c + np.sqrt(c * c + squared)) / 2.0
+    for degree in range(first + _CLOSED, first, -1):
+        rest = c + squared * _coupled(degree, order) / rest
+    return np.asarray(squared * _coupled(first, order) / rest)
 
 
-def _coupled(l: int, order: int) -> float:  # noqa: E741
-    return (l * l - order * order) / (4.0 * l * l - 1.0)
+def _coupled(degree: int, order: int) -> float:
+    return (degree * degree - order * order) / (4.0 * degree * degree - 1.0)
 
 
 @functools.cache
@@ -219,15 +313,18 @@ def _waves() -> Array:
 
 
 @functools.cache
-def _hankel() -> Array:
-    """Integrals of k² j_λ(k r) over waves, for values between which it is linear, (λ, r, k)."""
+def _hankel(highest: int) -> Array:
+    """Integrals of k² j_λ(k r) over waves, for values between which it is linear.
+
+    Of even λ and of odd ones, of shape (λ k, r).
+    """
     waves, rows = _waves(), np.geomspace(NEAREST, FARTHEST, ROWS)
     x = np.arange(0.5, _LAST / _STEP) * _STEP
     u = x / _RESOLVED
     # Smooths in space by a kernel without moments of the second and fourth order.
     fading = np.exp(-u * u) * (1.0 + u * u + u**4 / 2.0)
-    bessel = _bessel(2 * ORDERS, x) * (x * x * fading * _STEP / (4.0 * math.pi**2))
-    found = np.zeros((2 * ORDERS + 1, ROWS, len(waves)))
+    bessel = _bessel(2 * highest, x) * (x * x * fading * _STEP / (4.0 * math.pi**2))
+    found = np.zeros((2 * highest + 1, ROWS, len(waves)))
     steps = np.log(np.maximum(waves, waves[1] / 10.0))
     for row, r in enumerate(rows):
         place = np.interp(np.log(np.maximum(x / r, waves[1] / 10.0)), steps, np.arange(_WAVES))
@@ -236,20 +333,23 @@ def _hankel() -> Array:
             hat = np.zeros((len(x), _WAVES))
             hat[np.arange(len(x)), near] = share
             found[:, row] += bessel @ hat / r**3
-    return found
+    found = np.moveaxis(found, 1, 2)
+    even, odd = found[::2], np.zeros_like(found[::2])
+    odd[:-1] = found[1::2]
+    return _without_tiny(np.stack([part.reshape(-1, ROWS) for part in (even, odd)]))
 
 
 def _bessel(highest: int, x: Array) -> Array:
-    """Spherical Bessel functions j_0 to j_λ, shape (λ + 1, k), by falling orders."""
+    """Spherical Bessel functions j_0 to j_λ, shape (λ + 1, k), by falling degrees."""
     begin = highest + 60 + int(x.max())
     found = np.zeros((highest + 1, len(x)))
     above, here = np.zeros(len(x)), np.full(len(x), 1e-100)
     total = np.zeros(len(x))
-    for order in range(begin, -1, -1):
-        if order <= highest:
-            found[order] = here
-        total += (2 * order + 1) * here * here
-        above, here = here, (2 * order + 1) / x * here - above
+    for degree in range(begin, -1, -1):
+        if degree <= highest:
+            found[degree] = here
+        total += (2 * degree + 1) * here * here
+        above, here = here, (2 * degree + 1) / x * here - above
         large = np.abs(here) > 1e100
         for values in (above, here):
             values[large] *= 1e-100
@@ -261,54 +361,55 @@ def _bessel(highest: int, x: Array) -> Array:
 
 
 @functools.cache
-def _turned() -> Array:
-    """Harmonics in the frame of the radius for those in that of a wave, (l, j, m λ, m')."""
+def _turned(highest: int) -> NDArray[np.float32]:
+    """Harmonics in the frame of the radius for those in that of a wave, (l, j, m λ, m').
+
+    Waves of the orders m' and -m' cancel unless l + j + λ is even: of λ those are kept.
+    """
     mu, weight = np.polynomial.legendre.leggauss(_DIRECTIONS)
-    rotated = _rotated(mu)
-    plane = np.polynomial.legendre.legvander(mu, 2 * ORDERS).T  # (λ, k)
-    order = np.arange(2 * ORDERS + 1)
-    plane = plane * ((2.0 * order + 1.0)[:, None] * weight)
-    shape = (ORDERS + 1, ORDERS + 1, AROUND, 2 * ORDERS + 1, ORDERS + 1)
-    found = np.zeros(shape)
-    for m in range(AROUND):
-        for wave in range(ORDERS + 1):
-            for side in {wave, -wave}:
-                d = rotated[m, ORDERS + side]
-                found[:, :, m, :, wave] += np.einsum("lk,jk,ak->lja", d, d, plane, optimize=True)
-    l, j, a = np.ix_(order[: ORDERS + 1], order[: ORDERS + 1], order)
-    # i^(l - j + λ) is real where it does not vanish.
-    turns = (l - j + a) % 4
-    sign = np.where(turns == 0, 1.0, np.where(turns == 2, -1.0, 0.0))
-    found *= sign[:, :, None, :, None]
-    return found.reshape(ORDERS + 1, ORDERS + 1, -1, ORDERS + 1)
+    rotated, count = _rotated(mu, highest), highest + 1
+    degree = np.arange(2 * highest + 1)
+    plane = np.polynomial.legendre.legvander(mu, 2 * highest)  # (k, λ)
+    plane = plane * (2.0 * degree + 1.0) * weight[:, None]
+    found = np.zeros((count, count, _AROUND, count, count), np.float32)
+    of, by = np.divmod(np.arange(count * count), count)
+    for parity in range(2):
+        pairs = (of + by) % 2 == parity
+        l, j, along = of[pairs], by[pairs], degree[parity::2]  # noqa: E741
+        # i^(l - j + λ) is real.
+        sign = 1.0 - ((l[:, None] - j[:, None] + along) % 4)
+        for m, wave in np.ndindex(_AROUND, count):
+            d = rotated[m, wave]
+            share = (d[l] * d[j]) @ plane[:, along] * (sign * (2.0 if wave else 1.0))
+            found[l, j, m, : len(along), wave] = share
+    return found.reshape(count, count, -1, count)
 
 
-def _rotated(mu: Array) -> Array:
-    """Wigner's d^l_mm'(μ), (AROUND, 2 ORDERS + 1, l, k), by the eigenvectors of rotations."""
-    found = np.zeros((AROUND, 2 * ORDERS + 1, ORDERS + 1, len(mu)))
-    for l in range(ORDERS + 1):  # noqa: E741
-        m = np.arange(-l, l)
-        raised = np.diag(np.sqrt(l * (l + 1.0) - m * (m + 1.0)), -1)
+def _rotated(mu: Array, highest: int) -> Array:
+    """Wigner's d^l_mm'(μ), (m, m', l, k), by the eigenvectors of rotations."""
+    found = np.zeros((_AROUND, highest + 1, highest + 1, len(mu)))
+    for degree in range(highest + 1):
+        m = np.arange(-degree, degree)
+        raised = np.diag(np.sqrt(degree * (degree + 1.0) - m * (m + 1.0)), -1)
         turns, vectors = np.linalg.eigh((raised - raised.T) / 2j)
         phases = np.exp(-1j * np.arccos(mu)[:, None] * turns)
-        rows = vectors[l : l + AROUND]
-        d = np.einsum("an,kn,bn->abk", rows, phases, vectors.conj(), optimize=True).real
-        found[: len(rows), ORDERS - l : ORDERS + l + 1, l] = d
+        ahead = vectors[degree:]
+        d = np.einsum("an,kn,bn->abk", ahead[:_AROUND], phases, ahead.conj(), optimize=True).real
+        found[: len(d), : degree + 1, degree] = d
     return found
 
 
-def _harmonics(angles: Array) -> Array:
-    """Normalised harmonics of an azimuth of 0, shape (AROUND, l, k)."""
+def _harmonics(angles: Array, highest: int) -> Array:
+    """Normalised harmonics of an azimuth of 0, shape (m, l, k)."""
     mu, sine = np.cos(angles), np.sin(angles)
-    found = np.zeros((AROUND, ORDERS + 1, len(mu)))
+    found = np.zeros((_AROUND, highest + 1, len(mu)))
     first = np.full(len(mu), math.sqrt(0.25 / math.pi))
-    for m in range(AROUND):
+    for m in range(_AROUND):
         if m:
             first = -first * sine * math.sqrt(1.0 + 0.5 / m)
         found[m, m] = first
         found[m, m + 1] = mu * math.sqrt(2.0 * m + 3.0) * first
-        for l in range(m + 2, ORDERS + 1):  # noqa: E741
-            below = math.sqrt(_coupled(l - 1, m))
-            scale = 1.0 / math.sqrt(_coupled(l, m))
-            found[m, l] = scale * (mu * found[m, l - 1] - below * found[m, l - 2])
+        for degree in range(m + 2, highest + 1):
+            below = math.sqrt(_coupled(degree - 1, m)) * found[m, degree - 2]
+            found[m, degree] = (mu * found[m, degree - 1] - below) / math.sqrt(_coupled(degree, m))
     return found
