@@ -239,6 +239,12 @@ def _follower(lamp: bpy.types.Light, leader: bpy.types.Object) -> bpy.types.Obje
     item = bpy.data.objects.new(lamp.name, lamp)
     item.visible_camera = marks.is_seen(leader)
     item.constraints.new("COPY_TRANSFORMS").target = leader
+    if lamp.type != "AREA":
+        # Scale is in the profile; here it would stretch the directions that nodes read.
+        even = item.constraints.new("LIMIT_SCALE")
+        for name in ("min_x", "max_x", "min_y", "max_y", "min_z", "max_z"):
+            setattr(even, f"use_{name}", True)
+            setattr(even, name, 1.0)
     return item
 
 
