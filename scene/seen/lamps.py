@@ -147,6 +147,15 @@ def why_dark(item: bpy.types.Object) -> str:
     return ""
 
 
+def said_of(item: bpy.types.Object) -> tuple[str, ...]:
+    """Return what to know of a lamp that lights the water, for the panel."""
+    try:
+        why = why_no_light(item)
+        return (*unheeded(item), *([f"it is dark: {why}"] if why else []))
+    except InputError as error:
+        return (str(error),)
+
+
 def _why_not_now(item: bpy.types.Object) -> str:
     """Say why a lamp does not light the water at this frame, empty if it does."""
     why = why_dark(item) or ("it is hidden" if marks.is_hidden(item) else why_no_light(item))
