@@ -12,6 +12,7 @@ from . import attributes
 from .node_mathematics import NODES, Graph
 
 NAME = "UW Lamp"
+_FORM = "uw_form"
 
 
 def build(index: int, lamp: Lamp, like: bpy.types.Light) -> bpy.types.Light:
@@ -34,6 +35,7 @@ def build(index: int, lamp: Lamp, like: bpy.types.Light) -> bpy.types.Light:
     else:
         light = bpy.data.lights.new(NAME, "POINT")
         light.shadow_soft_size, light.energy = float(lamp.radius), 4.0 * math.pi
+    light[_FORM] = _form(lamp, like)
     tree = light.node_tree
     tree.nodes.clear()
     graph = Graph(tree)
@@ -50,6 +52,16 @@ def build(index: int, lamp: Lamp, like: bpy.types.Light) -> bpy.types.Light:
     output = graph.node("ShaderNodeOutputLight")
     tree.links.new(emission.outputs[0], output.inputs["Surface"])
     return light
+
+
+def fits(light: bpy.types.Light, lamp: Lamp, like: bpy.types.Light) -> bool:
+    """Whether a lamp that was built has the profile and the size that it would have now."""
+    return light.get(_FORM) == _form(lamp, like)
+
+
+def _form(lamp: Lamp, like: bpy.types.Light) -> str:
+    shape = [getattr(like, name, "") for name in ("type", "shape", "size", "size_y")]
+    return repr((lamp.profile, float(lamp.radius), shape))
 
 
 def _area(like: bpy.types.AreaLight, profile: LampProfile) -> bpy.types.AreaLight:

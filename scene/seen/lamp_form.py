@@ -32,6 +32,7 @@ from .lamp_nodes import LampNodes, nodes_of
 _POINTS = 24
 """Of a measured profile."""
 _ALIKE = 0.01  # relative, of scales
+_ROUND = 0.1  # of an IES file, by which it may differ from its mean, over the highest
 _NARROWEST_SPREAD, _WIDEST_SPREAD = math.radians(1.0), math.radians(179.9)
 _NEAR = 1.0
 """m; a beam of an area lamp that is parallel for longer is said."""
@@ -124,6 +125,12 @@ def _unheeded(item: bpy.types.Object) -> Iterator[str]:
         yield f"its nodes {', '.join(map(repr, nodes.unheeded))} are not heeded"
     if nodes.photometry is not None and (chosen.profile or light.type == "AREA"):
         yield "its IES texture is not heeded beside its profile; name the file as its profile"
+    file = files_of(light).get(PROFILE)
+    sheet = nodes.photometry
+    if file is not None:
+        sheet = read_ies(file.whole) if _is_ies(file) else None
+    if sheet is not None and sheet.asymmetry > _ROUND:
+        yield "its IES file is not the same all round: the mean over the azimuth is taken"
     if chosen.spectrum and not nodes.plain:
         yield "its nodes' colour and strength are not heeded beside its spectrum"
     if chosen.behind_port and not _has_cone(light, chosen, nodes):
@@ -160,9 +167,13 @@ def _measured(chosen: LampSettings, file: LampFile | None) -> LampProfile | None
         return rov_lamp()
     if file is None:
         return None
-    if file.whole.suffix.lower() == ".ies":
+    if _is_ies(file):
         return read_ies(file.whole).profile(_POINTS)
     return profile_from_csv(str(file.whole), _POINTS)
+
+
+def _is_ies(file: LampFile) -> bool:
+    return file.whole.suffix.lower() == ".ies"
 
 
 def _of_blender(item: bpy.types.Object) -> LampProfile:

@@ -314,7 +314,7 @@ def state(scene: bpy.types.Scene) -> tuple[object, ...]:
         )  # fmt: skip
         form = [getattr(light, name, 0.0) for name in _FORM]
         nodes = nodes_of(light)
-        form += [*nodes.factor.tolist(), nodes.photometry]
+        form += [*nodes.factor.tolist(), nodes.photometry and nodes.photometry.candela.tobytes()]
         found.append((item.name_full, light.type, stored_lamp(light), *numbers, *form))
     return tuple(found)
 

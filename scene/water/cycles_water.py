@@ -166,6 +166,18 @@ def _let_through(unblocked: list[bpy.types.Object]) -> None:
         item.light_linking.blocker_collection = nothing
 
 
+def shape_lamps(scene: bpy.types.Scene, lamps: SceneLamps) -> None:
+    """Give lamps whose cone, profile or size has changed since a frame the new ones."""
+    found = zip(marks.followers(scene), lamps.lamps, lamps.objects, strict=True)
+    for index, (item, lamp, own) in enumerate(found):
+        before = item.data
+        if not water_lamp.fits(before, lamp, own.data):
+            item.data = water_lamp.build(index, lamp, own.data)
+            if marks.MARK in before:
+                item.data[marks.MARK] = before[marks.MARK]
+            bpy.data.lights.remove(before)
+
+
 def place(scene: bpy.types.Scene, column: WaterColumn, own_seabed: float | None = None) -> None:
     """Bring sun, sky and floor of a water to their places, see :func:`.scene_water.place`."""
     scene_water.place(scene, column, own_seabed)

@@ -14,6 +14,7 @@ from underwater_spectral.scene.seen import cameras, lamps
 from underwater_spectral.scene.seen.lamp_nodes import WATTS_PER_CANDELA, nodes_of
 from underwater_spectral.scene.water import water_body
 from underwater_spectral.settings import render_plan
+from underwater_spectral.settings.known_words import LAMP_SPECTRA
 from underwater_spectral.settings.scene_settings import SceneSettings
 from underwater_spectral.uw_spectral.lamps.emission import flux, parse_emission
 from underwater_spectral.uw_spectral.spectra.bands import Bands
@@ -22,7 +23,7 @@ from underwater_spectral.uw_spectral.spectra.reflectance import emission_basis
 from underwater_spectral.uw_spectral.spectra.spectral_image import read_exr
 
 BANDS, DEPTH = Bands.uniform(3), 20.0
-COLUMNS, ROWS, PIXELS = 6, 3, 16  # cells of the wall, of 2 m, each with a lamp; of a cell
+COLUMNS, ROWS, PIXELS = 6, 3, 14  # cells of the wall, of 2 m, each with a lamp; of a cell
 _BEFORE, _AWAY = 0.75, 8.0  # m, of lamps and the camera
 NIGHT = SceneSettings(
     water="jerlov:IB", bands=3, sunlight=0.0, samples=4, surface="none", scattering_factor=0.0,
@@ -307,3 +308,44 @@ def test_candela_are_on_the_axis(scene):
     assert seen[0] == pytest.approx(1.0 / whole * band_mean(parse_emission("E"), BANDS), rel=1e-3)
     assert seen[1] == pytest.approx(1.34**2 * seen[0], rel=1e-6)
     assert lamps.records(scene)[0]["unit"] == "cd"
+
+
+def test_an_asymmetric_file_is_said(scene, tmp_path):
+    lines = IES.splitlines()
+    lines[2], lines[5] = "1 -1 1 10 2 1 2 0 0 0", "0 180"
+    path = tmp_path / "half.ies"
+    path.write_text("\n".join([*lines, " ".join(["100"] * 10)]))
+    item = _hang(scene, _own(_light(), profile=_ies(tmp_path)))
+    assert _notes(scene) == ""
+    item.data.underwater.profile = str(path)
+    assert "all round" in _notes(scene)
+
+
+def test_a_keyed_cone_is_that_of_each_frame(scene, tmp_path):
+    """In Cycles, whose lamps have their profile in nodes."""
+    item = _hang(scene, _light("SPOT", energy=400.0, spot_blend=1.0))
+    for frame, degrees in ((1, 60.0), (2, 40.0)):
+        item.data.spot_size = math.radians(degrees)
+        item.data.keyframe_insert("spot_size", frame=frame)
+    plan = render_plan.make_plan(dataclasses.replace(NIGHT, samples=64))
+    means, whole = [], []
+    scene.frame_set(1)
+    extent = water_body.water_extent(scene, plan.column, _AWAY)
+    with engines.cycles_bands(scene, scene.camera, plan, extent, seed=1) as water:
+        for frame in (1, 2):
+            scene.frame_set(frame)
+            water.frame(plan, DEPTH)(water.passes[0], tmp_path / "wall.exr")
+            means.append(read_exr(tmp_path / "wall.exr")[0].mean())
+            (lamp,) = lamps.plan_lamps(scene, plan).lamps
+            whole.append(lamp.profile.solid_angle)
+    assert means[1] / means[0] == pytest.approx(whole[1] / whole[0], rel=0.05)
+    assert not [light for light in bpy.data.lights if MARK in light]
+
+
+def test_a_spectrum_of_the_menu_is_taken(scene):
+    light = _light()
+    names = list(LAMP_SPECTRA)
+    assert all(parse_emission(name).values.max() > 0 for name in names)
+    assert {"LED-B3", "A", "Kinoton 75P"} <= set(names)
+    bpy.ops.underwater.choose_spectrum(lamp=light.name, spectrum="Kinoton 75P")
+    assert light.underwater.spectrum == "Kinoton 75P"
