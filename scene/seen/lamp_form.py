@@ -93,14 +93,33 @@ def form_of(item: bpy.types.Object, n: float) -> LampForm:
             raise InputError("there is no light on its axis; give the power in lm or W")
     if chosen.behind_port and _has_cone(light, chosen, nodes):
         profile = BehindFlatPort(profile, n)
-    power = light.energy * 2.0**light.exposure * _area_of_power(item)
-    return LampForm(profile, _radius(item), power, gain, share)
+    return LampForm(profile, radius_of(item), power_of(item), gain, share)
+
+
+def power_of(item: bpy.types.Object) -> float:
+    """Power of a whole lamp in the unit of its settings."""
+    return item.data.energy * 2.0**item.data.exposure * _area_of_power(item)
 
 
 def colour_of(light: bpy.types.Light) -> NDArray[np.float64]:
     """Colour of a lamp, its temperature counted; linear Rec.709."""
     colour = np.array(light.color, dtype=np.float64)
     return colour * np.array(light.temperature_color) if light.use_temperature else colour
+
+
+def radius_of(item: bpy.types.Object) -> float:
+    """Radius of the disc, or of the sphere, that is as large as a lamp, m."""
+    light = item.data
+    if light.type != "AREA":
+        return float(light.shadow_soft_size)
+    across, along = (abs(x) for x in item.matrix_world.to_scale()[:2])
+    width, height = light.size * across, light.size * along
+    if light.shape in ("RECTANGLE", "ELLIPSE"):
+        height = light.size_y * along
+    area = width * height
+    if light.shape in ("DISK", "ELLIPSE"):
+        area *= math.pi / 4.0
+    return math.sqrt(area / math.pi)
 
 
 def why_no_light(item: bpy.types.Object) -> str:
@@ -142,7 +161,7 @@ def _unheeded(item: bpy.types.Object) -> Iterator[str]:
         if light.use_square:
             yield "its square cone is taken as round"
     if light.type == "AREA" and not chosen.profile and light.spread < _WIDEST_SPREAD:
-        parallel = _radius(item) / math.tan(_spread(light) / 2.0)
+        parallel = radius_of(item) / math.tan(_spread(light) / 2.0)
         if parallel > _NEAR:
             yield (
                 f"its narrow beam is that of a point in EEVEE, too bright within {parallel:.2g} m; "
@@ -210,20 +229,5 @@ def _area_of_power(item: bpy.types.Object) -> float:
     if light.normalize:
         return 1.0
     if light.type == "AREA":
-        return math.pi * _radius(item) ** 2
+        return math.pi * radius_of(item) ** 2
     return 4.0 * (math.pi * light.shadow_soft_size**2 if light.shadow_soft_size else 1.0)
-
-
-def _radius(item: bpy.types.Object) -> float:
-    """Radius of the disc, or of the sphere, that is as large as a lamp, m."""
-    light = item.data
-    if light.type != "AREA":
-        return float(light.shadow_soft_size)
-    across, along = (abs(x) for x in item.matrix_world.to_scale()[:2])
-    width, height = light.size * across, light.size * along
-    if light.shape in ("RECTANGLE", "ELLIPSE"):
-        height = light.size_y * along
-    area = width * height
-    if light.shape in ("DISK", "ELLIPSE"):
-        area *= math.pi / 4.0
-    return math.sqrt(area / math.pi)

@@ -39,8 +39,8 @@ from ..rendered import (
 from ..stored_lamps import stored_lamp
 from . import cameras
 from .lamp_files import KINDS, SPECTRUM, files_of
-from .lamp_form import colour_of, form_of, unheeded, why_no_light
-from .lamp_nodes import nodes_of
+from .lamp_form import colour_of, form_of, power_of, radius_of, unheeded, why_no_light
+from .lamp_nodes import LampNodes, nodes_of
 
 _RAYS = (12, 8)
 _LAYERS, _STEP = 4, 1e-3  # of the water's own things that a ray passes; m behind each
@@ -259,25 +259,26 @@ def records(scene: bpy.types.Scene) -> tuple[dict[str, Any], ...]:
 def record(item: bpy.types.Object) -> dict[str, Any]:
     """Return what a lamp is, where it is and where it shines to; lengths are m."""
     light, chosen, place = item.data, stored_lamp(item.data), item.matrix_world
-    form = form_of(item, REFRACTIVE_INDEX)
+    # The files of lamps that are left out may be missing.
+    nodes = LampNodes() if why_dark(item) else nodes_of(light)
     found = {
         "name": item.name,
         "kind": light.type.lower(),
         "spectrum": chosen.spectrum or "colour",
-        "power": form.power,
+        "power": power_of(item),
         "unit": chosen.unit if chosen.spectrum else WATTS,
         "profile": chosen.profile or "Blender",
         "position": list(place.translation),
         "axis": list(_axis(place)),
-        "radius": form.radius,
+        "radius": radius_of(item),
     }
     if not chosen.spectrum:
-        found["colour"] = (colour_of(light) * nodes_of(light).factor).tolist()
+        found["colour"] = (colour_of(light) * nodes.factor).tolist()
     if light.type == "SPOT" and not chosen.profile:
         found["cone_deg"], found["blend"] = math.degrees(light.spot_size), light.spot_blend
     if light.type == "AREA" and not chosen.profile:
         found["spread_deg"] = math.degrees(light.spread)
-    if nodes_of(light).photometry is not None and not chosen.profile:
+    if nodes.photometry is not None and not chosen.profile:
         found["profile"] = "IES texture"
     if chosen.behind_port:
         found["behind_port"] = True
