@@ -215,7 +215,7 @@ def _spread(light: bpy.types.AreaLight) -> float:
 
 def _times(blenders: LampProfile, table: TableProfile) -> tuple[TableProfile, float]:
     """Profile of an IES texture on a lamp of Blender's, 1 at its highest, which is returned too."""
-    if isinstance(blenders, IsotropicProfile):
+    if blenders.edge is None:
         return table, 1.0
     edge = math.degrees(math.acos(blenders.edge))
     angles = np.linspace(0.0, edge, 20 * _POINTS)
