@@ -13,7 +13,7 @@ from pathlib import Path
 from types import MappingProxyType
 
 from ..uw_spectral.errors import InputError, unknown_name
-from ..uw_spectral.lamps.emission import LUMENS, WATTS, parse_emission
+from ..uw_spectral.lamps.emission import LUMENS, UNITS, parse_emission
 from ..uw_spectral.spectra.colour_rendering import WHITE_BALANCES
 from ..uw_spectral.spectra.illuminant import parse_illuminant
 from ..uw_spectral.spectra.sensor import parse_sensor
@@ -317,8 +317,8 @@ def _rig(table: SpecTable, folder: Path) -> CameraRig:
         emission = _placed(lamp.text("emission", "led"), folder)
         parse_emission(emission)
         unit = lamp.text("unit", LUMENS)
-        if unit not in (LUMENS, WATTS):
-            raise unknown_name(f"{lamp.place('unit')}", unit, (LUMENS, WATTS))
+        if unit not in UNITS:
+            raise unknown_name(f"{lamp.place('unit')}", unit, UNITS)
         power, size = lamp.number("power"), lamp.number("size", 0.0)
         if power <= 0 or not 0 <= size <= 180:
             raise InputError(f"{lamp.where}: power is above 0, and size 0 to 180°")

@@ -69,7 +69,7 @@ NUMBERS = (SUNLIT, CODE)
 CODES = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 """Colours of the lamps that cast shadows; the first is the sun's where it shines."""
 NO_SHADOW = (0.0, 0.0, 0.0)
-"""In place of the colour of what stands for things."""
+"""In place of the colour of what stands for things, and of lamps that cast no shadow."""
 _PARTS, _MEASURED = "uw_parts", "uw_measured"  # custom properties of the image
 _QUADRATURES = (PATH_NODES, MORE_NODES, BEYOND_NODES)
 _NUMBERS = sum(_QUADRATURES)  # first column after them
@@ -88,6 +88,10 @@ _WIDTH = max(
     SAMPLES, _ON_THINGS + 1, _SMOOTH_PROFILE + _PROFILE_COLUMNS, _SMOOTH + ANGLES + 2 * _MARGIN
 )
 _DARKEST = 1e-12
+_OF_SHADOWS = (
+    "shadow_filter_radius", "shadow_maximum_resolution", "use_absolute_resolution",
+    "use_shadow_jitter", "shadow_jitter_overblur",
+)  # fmt: skip
 # m; far beyond the reach of a lamp in water. From some 5 km on EEVEE draws no shadow.
 _REACH_OF_SHADOWS = 200.0
 
@@ -167,7 +171,7 @@ def write_lamps(
     images : LampImages
     folded : LampChannels
     colours : sequence of 3
-        Of the lamps that cast the shadows of each; :data:`NO_SHADOW` of what stands for things.
+        Of the lamps that cast the shadows of each; :data:`NO_SHADOW` where nothing is in the way.
     """
     profiles = list(dict.fromkeys(lamp.profile for lamp in folded.lamps))
     field = folded.in_water.field
@@ -223,7 +227,8 @@ def _put_lamp(
     numbers = block[0]
     numbers[_POSITION, :3], numbers[_AXIS, :3] = lamp.position, lamp.axis
     numbers[_FORM, :3] = lamp.radius, edge, source
-    numbers[_COLOUR, :3], numbers[_SEEN, :3] = colour, (lamp.seen, lamp.thrown, 0.0)
+    unblocked = max(lamp.thrown, lamp.unblocked)
+    numbers[_COLOUR, :3], numbers[_SEEN, :3] = colour, (lamp.seen, lamp.thrown, unblocked)
     block[_PROFILE, :SAMPLES, 0] = lamp.profile.sampled(SAMPLES)
     coloured = folded.coloured.reshape(-1, SAMPLES, 3)
     tables = [folded.scattered, folded.unscattered[None], folded.in_water, coloured]
@@ -254,7 +259,7 @@ class _ImageProfile(LampProfile):
         return self.edge_cosine
 
     def value(self, cosine: Operand, m: Mathematics = NUMPY) -> Operand:
-        place = sample_place(cosine, SAMPLES, m)
+        place = sample_place(cosine, SAMPLES, m, self.edge_cosine)
         return self.graph.components(_between(self.graph, self.image, place, self.row))[0]
 
 
@@ -385,8 +390,8 @@ class LampTable:
         tables = row + float(self.rows.tables)
         shadow = _ImageShadow(self.graph, self.image, float(_SHADOW), tables)
         profile = _ImageProfile(self.graph, self.image, row + float(_PROFILE), edge, source, tables)
-        seen, thrown, _ = self.graph.components(self._at(_SEEN, row))
-        return Lamp(position, axis, 1.0, profile, radius, seen, shadow, thrown)
+        seen, thrown, unblocked = self.graph.components(self._at(_SEEN, row))
+        return Lamp(position, axis, 1.0, profile, radius, seen, shadow, thrown, unblocked)
 
     def in_water(self, index: NodeValue, components: Sequence[PhaseFunction]) -> ChannelLight:
         """Return the light of a lamp in the water."""
@@ -524,7 +529,7 @@ def build_patch(
     def of_lamp(index: NodeValue) -> tuple[NodeValue, ...]:
         lamp, light = table.lamp(index), table.on_things(index)
         patch = patch_past_lamp(lamp, here, normal, NODES)
-        visible = given[VISIBILITY].dot(table.colour(index)) + lamp.thrown
+        visible = given[VISIBILITY].dot(table.colour(index)) + lamp.unblocked
         bands = light.on_patch(lamp, patch, visible, NODES)
         reflected = bands * (1.0 / math.pi)
 
@@ -581,13 +586,15 @@ def visibility(
     return NODES.clamp(found, 0.0, 1.0)
 
 
-def shadow_lamps(count: int) -> list[bpy.types.Light]:
-    """Make the lamps that cast the shadows; see :func:`write_shadow_lamp`."""
+def shadow_lamps(like: Sequence[bpy.types.Light]) -> list[bpy.types.Light]:
+    """Make the lamps that cast the shadows of the user's; see :func:`write_shadow_lamp`."""
     made = []
-    for _ in range(count):
+    for one in like:
         light = bpy.data.lights.new(NAME, "POINT")
         light.specular_factor = light.transmission_factor = light.volume_factor = 0.0
         light.use_custom_distance, light.cutoff_distance = True, _REACH_OF_SHADOWS
+        for name in _OF_SHADOWS:
+            setattr(light, name, getattr(one, name))
         made.append(light)
     return made
 

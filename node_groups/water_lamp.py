@@ -7,10 +7,12 @@ import math
 import bpy
 
 from ..uw_spectral.lamps.lamp import Lamp
+from ..uw_spectral.lamps.profile import LAMBERT, LampProfile, SpreadProfile
 from . import attributes
 from .node_mathematics import NODES, Graph
 
 NAME = "UW Lamp"
+_FORM = "uw_form"
 
 
 def build(index: int, lamp: Lamp, like: bpy.types.Light) -> bpy.types.Light:
@@ -23,13 +25,17 @@ def build(index: int, lamp: Lamp, like: bpy.types.Light) -> bpy.types.Light:
     lamp : Lamp
         Its profile and its size.
     like : Light
-        The user's; an area lamp keeps its shape.
+        The user's; an area lamp keeps its shape, unless its profile is a measured one.
     """
-    if like.type == "AREA":
-        light = _area(like)
+    flat = like.type == "AREA" and (
+        lamp.profile == LAMBERT or isinstance(lamp.profile, SpreadProfile)
+    )
+    if flat:
+        light = _area(like, lamp.profile)
     else:
         light = bpy.data.lights.new(NAME, "POINT")
         light.shadow_soft_size, light.energy = float(lamp.radius), 4.0 * math.pi
+    light[_FORM] = _form(lamp, like)
     tree = light.node_tree
     tree.nodes.clear()
     graph = Graph(tree)
@@ -38,7 +44,7 @@ def build(index: int, lamp: Lamp, like: bpy.types.Light) -> bpy.types.Light:
     )
     emission = graph.node("ShaderNodeEmission")
     tree.links.new(attribute.outputs["Color"], emission.inputs["Color"])
-    if like.type != "AREA":
+    if not flat:
         # The normal of a point lamp's texture is the direction it shines in, in its own axes.
         here = graph.node("ShaderNodeTexCoord").outputs["Normal"]
         _, _, up = graph.components(graph.term(here))
@@ -48,8 +54,20 @@ def build(index: int, lamp: Lamp, like: bpy.types.Light) -> bpy.types.Light:
     return light
 
 
-def _area(like: bpy.types.AreaLight) -> bpy.types.AreaLight:
+def fits(light: bpy.types.Light, lamp: Lamp, like: bpy.types.Light) -> bool:
+    """Whether a lamp that was built has the profile and the size that it would have now."""
+    return light.get(_FORM) == _form(lamp, like)
+
+
+def _form(lamp: Lamp, like: bpy.types.Light) -> str:
+    shape = [getattr(like, name, "") for name in ("type", "shape", "size", "size_y")]
+    return repr((lamp.profile, float(lamp.radius), shape))
+
+
+def _area(like: bpy.types.AreaLight, profile: LampProfile) -> bpy.types.AreaLight:
     light = bpy.data.lights.new(NAME, "AREA")
-    light.energy = math.pi
+    # Cycles divides by this, so that the intensity on the axis is that of the emission.
+    light.energy = float(profile.solid_angle)
+    light.spread = profile.spread if isinstance(profile, SpreadProfile) else math.pi
     light.shape, light.size, light.size_y = like.shape, like.size, like.size_y
     return light

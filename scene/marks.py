@@ -25,6 +25,9 @@ FOLLOWS = "uw_follows"
 """Mark of a lamp that follows one of the scene's: its number."""
 HIDDEN, UNSEEN = "uw_hidden", "uw_unseen"
 """Marks of the scene's own lamps while there is water: how they were shown."""
+DIMMED = "uw_dimmed"
+"""Mark of the light of such a lamp: its factors, which are 0 meanwhile."""
+FACTORS = ("diffuse_factor", "specular_factor", "transmission_factor", "volume_factor")
 
 
 def has_water(scene: bpy.types.Scene) -> bool:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import bpy
 
 from ..settings.known_words import suggestions
-from ..uw_spectral.lamps.emission import LUMENS, WATTS
+from ..uw_spectral.lamps.emission import CANDELAS, LUMENS, WATTS
 
 PROPERTY = "underwater"
 ROV = "rov"
@@ -18,12 +18,13 @@ _CLASS = "UnderwaterLamp"
 
 @dataclass(frozen=True)
 class LampSettings:
-    """Spectrum, unit of the power and angular profile of a lamp."""
+    """Spectrum, unit of the power, angular profile of a lamp, and its part in the water."""
 
     spectrum: str = ""
     unit: str = WATTS
     profile: str = ""
     in_water: bool = True
+    behind_port: bool = False
 
 
 def register() -> None:
@@ -42,6 +43,7 @@ def register() -> None:
             items=[
                 (WATTS, "Watt", "Radiant power of the whole spectrum"),
                 (LUMENS, "Lumen", "Luminous flux"),
+                (CANDELAS, "Candela", "Luminous intensity on the lamp's axis"),
             ],
         ),
         "profile": bpy.props.StringProperty(
@@ -50,6 +52,12 @@ def register() -> None:
             "table angle_deg, intensity. Empty: as Blender has it",
             subtype="FILE_PATH",
             options={"ANIMATABLE", "PATH_SUPPORTS_BLEND_RELATIVE"},
+        ),
+        "behind_port": bpy.props.BoolProperty(
+            name="Measured in Air",
+            description="Whether the profile or the cone was measured in air, and the lamp shines "
+            "through a flat port: in water it is narrower by the refractive index, and brighter",
+            default=False,
         ),
         "in_water": bpy.props.BoolProperty(
             name="Lights the water",
@@ -75,4 +83,5 @@ def stored_lamp(light: bpy.types.Light) -> LampSettings:
     group = getattr(light, PROPERTY, None)
     if group is None:
         return LampSettings()
-    return LampSettings(group.spectrum.strip(), group.unit, group.profile.strip(), group.in_water)
+    spectrum, profile = group.spectrum.strip(), group.profile.strip()
+    return LampSettings(spectrum, group.unit, profile, group.in_water, group.behind_port)

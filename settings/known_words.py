@@ -30,6 +30,29 @@ _EMISSIONS = {
     "hid": "Metal halide lamp",
     "blackbody:5600": "Black body of a temperature in K",
 }
+LAMP_SPECTRA = {
+    "LED-B1": "LED, phosphor, 2731 K",
+    "LED-B2": "LED, phosphor, 3003 K",
+    "LED-B3": "LED, phosphor, 4112 K",
+    "LED-B4": "LED, phosphor, 5111 K",
+    "LED-B5": "LED, phosphor, 6597 K",
+    "LED-BH1": "LED, phosphor and red, 2853 K",
+    "LED-RGB1": "LED, red, green and blue, 2842 K",
+    "LED-V1": "LED, violet, 2721 K",
+    "LED-V2": "LED, violet, 4077 K",
+    "A": "Halogen, 2856 K",
+    "ISO 7589 Studio Tungsten": "Studio tungsten",
+    "ISO 7589 Photoflood": "Photoflood",
+    "MHC100/U/MP/3K": "Metal halide, 3000 K",
+    "MHC100/U/MP/4K": "Metal halide, 4000 K",
+    "HP1": "Sodium, high pressure",
+    "HP4": "Metal halide, high pressure",
+    "Kinoton 75P": "Xenon, of a cinema projector",
+    "Mercury": "Mercury",
+    "FL2": "Fluorescent, cool white",
+    "FL11": "Fluorescent, narrow bands",
+}
+"""Measured spectra of lamps by the names that :func:`.parse_emission` takes, and what they are."""
 _PHASES = {
     "mixture": "Molecules and sea particles by their fraction in each band",
     "petzold": "Measured average particles, the same in all bands",
@@ -87,7 +110,9 @@ def suggestions(kind: str) -> Callable[..., list[tuple[str, str]]]:
 def _emissions() -> tuple[tuple[str, str], ...]:
     from ..uw_spectral.lamps.emission import list_emissions
 
-    return (*_EMISSIONS.items(), *((name, "Light source") for name in list_emissions()))
+    known = LAMP_SPECTRA | _EMISSIONS
+    others = [(name, "Light source") for name in list_emissions() if name not in known]
+    return (*_EMISSIONS.items(), *LAMP_SPECTRA.items(), *others)
 
 
 def _waters() -> tuple[tuple[str, str], ...]:

@@ -15,9 +15,11 @@ from typing import TYPE_CHECKING, override
 import bpy
 from bpy_extras.io_utils import ImportHelper
 
+from ..scene import stored_lamps
 from ..scene import stored_settings as optics
 from ..scene.session import is_live
 from ..scene.water import lamp_rigs
+from ..settings.known_words import LAMP_SPECTRA
 from ..uw_spectral.errors import InputError
 from ..uw_spectral.spectra import sensor as sensors
 from ..uw_spectral.water import measured
@@ -260,6 +262,30 @@ class AddLamps(_CameraOperator):
             from ..scene.viewport import live
 
             live.update(context.scene)
+
+
+class ChooseSpectrum(_Operator):
+    """Gives a lamp a measured spectrum."""
+
+    bl_idname = "underwater.choose_spectrum"
+    bl_label = "Measured Spectra"
+    bl_description = "Give the lamp a measured spectrum: LEDs, halogen, metal halide, xenon"
+
+    spectrum: bpy.props.EnumProperty(
+        name="Spectrum",
+        description="What the lamp emits",
+        items=[(name, text, name) for name, text in LAMP_SPECTRA.items()],
+    )
+    lamp: bpy.props.StringProperty(
+        name="Lamp", description="Which lamp, by the name of its data", options={"SKIP_SAVE"}
+    )
+
+    @override
+    def run(self, context: bpy.types.Context) -> None:
+        light = bpy.data.lights.get(self.lamp)
+        if light is None or not light.is_editable:
+            raise InputError(f"there is no lamp {self.lamp!r} that can be changed")
+        getattr(light, stored_lamps.PROPERTY).spectrum = self.spectrum
 
 
 class OpenWater(_Operator, ImportHelper):
@@ -557,6 +583,7 @@ CLASSES = (
     Rebuild,
     Submerge,
     AddLamps,
+    ChooseSpectrum,
     OpenWater,
     OpenSensor,
     Auto,

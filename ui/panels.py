@@ -322,13 +322,22 @@ class LampsPanel(_SectionPanel, bpy.types.Panel):
             box.label(text=item.name, icon=f"LIGHT_{light.type}")
             own = getattr(light, stored_lamps.PROPERTY)
             box.prop(light, "energy", text=f"Power ({own.unit if own.spectrum else 'W'})")
-            box.prop(own, "spectrum")
+            row = box.row(align=True)
+            row.prop(own, "spectrum")
+            chosen = row.operator_menu_enum(
+                "underwater.choose_spectrum", "spectrum", text="", icon="COLLAPSEMENU"
+            )
+            chosen.lamp = light.name
             if own.spectrum:
                 box.prop(own, "unit")
             else:
                 box.prop(light, "color")
             box.prop(own, "profile")
+            if own.profile or light.type == "SPOT":
+                box.prop(own, "behind_port")
             box.prop(item, "visible_camera", text="Itself Seen")
+            for said in lamps.said_of(item):
+                _say(box, f"{said[0].upper()}{said[1:]}.")
 
 
 class SensorPanel(_SectionPanel, bpy.types.Panel):

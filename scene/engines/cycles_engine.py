@@ -96,6 +96,7 @@ def cycles_bands(
                 ground = ground_of(now)
                 seabed = continued_seabed.depth_of(ground) if continues else None
                 cycles_water.place(scene, now.column, seabed)
+                cycles_water.shape_lamps(scene, plan_lamps(scene, now))
                 now = continued_seabed.over(now, ground)
                 moving_surface.move_surface(scene, now)
                 floating = particles.particles_of(now.settings, now.column)

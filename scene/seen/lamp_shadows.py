@@ -48,7 +48,7 @@ class KeptLampShadows:
             self._look(scene, shining)
         maps = [self._maps.get(_key(lamp)) for lamp in found.lamps]
         lamps = tuple(
-            lamp if near is None else replace(lamp, shadow=near.shadow)
+            lamp if near is None or lamp.unblocked else replace(lamp, shadow=near.shadow)
             for lamp, near in zip(found.lamps, maps, strict=True)
         )
         return replace(found, lamps=lamps, seen=tuple(near and near.seen for near in maps))

@@ -16,28 +16,19 @@ from ...node_groups.node_mathematics import MARK
 from ...settings.render_plan import RenderPlan
 from ...uw_spectral.errors import InputError
 from ...uw_spectral.lamps.emission import (
-    SPHERE,
     WATTS,
     intensity_of_colour,
     parse_emission,
     radiant_intensity,
 )
-from ...uw_spectral.lamps.ies import read_ies
 from ...uw_spectral.lamps.lamp import Lamp
 from ...uw_spectral.lamps.lamp_surface import lamplight as irradiance_seen
 from ...uw_spectral.lamps.multiple_scattering import LampWater
-from ...uw_spectral.lamps.profile import (
-    LAMBERT,
-    IsotropicProfile,
-    LampProfile,
-    SpotProfile,
-    profile_from_csv,
-    rov_lamp,
-)
 from ...uw_spectral.lamps.thrown_back import LitThings, thrown_back
 from ...uw_spectral.spectra.bands import Bands
 from ...uw_spectral.spectra.illuminant import RELATIVE, full_sun
 from ...uw_spectral.spectra.reflectance import uplift_basis
+from ...uw_spectral.surface.refraction import REFRACTIVE_INDEX
 from .. import contents, marks
 from ..rendered import (
     ever_rendered,
@@ -45,16 +36,20 @@ from ..rendered import (
     is_hidden_by_animation,
     rendered_layer,
 )
-from ..stored_lamps import ROV, stored_lamp
+from ..stored_lamps import stored_lamp
 from . import cameras
-from .lamp_files import KINDS, PROFILE, SPECTRUM, LampFile, files_of
+from .lamp_files import KINDS, SPECTRUM, files_of
+from .lamp_form import colour_of, form_of, power_of, radius_of, unheeded, why_no_light
+from .lamp_nodes import LampNodes, nodes_of
 
-_POINTS = 24
-"""Of a measured profile."""
 _RAYS = (12, 8)
 _LAYERS, _STEP = 4, 1e-3  # of the water's own things that a ray passes; m behind each
-_FORM = ("shadow_soft_size", "spot_size", "spot_blend", "shape", "size", "size_y")
+_FORM = (
+    "shadow_soft_size", "spot_size", "spot_blend", "shape", "size", "size_y", "spread", "normalize",
+    "use_shadow",
+)  # fmt: skip
 _DOWN = Vector((0.0, 0.0, -1.0))
+_ABOVE = "it is above the water; lower it, or leave it to the sun"
 
 
 @dataclass(frozen=True, eq=False)
@@ -145,14 +140,26 @@ def why_dark(item: bpy.types.Object) -> str:
     """
     if not stored_lamp(item.data).in_water:
         return "it belongs to the air; let it light the water with its switch"
+    if getattr(getattr(item.data, "cycles", None), "is_portal", False):
+        return "it is a portal, which sends no light itself"
     if item.matrix_world.translation.z > 0.0 and not _moves(item):
-        return "it is above the water; lower it, or leave it to the sun"
+        return _ABOVE
     return ""
+
+
+def said_of(item: bpy.types.Object) -> tuple[str, ...]:
+    """Return what to know of a lamp that lights the water, for the panel."""
+    try:
+        why = why_no_light(item)
+        return (*unheeded(item), *([f"it is dark: {why}"] if why else []))
+    except InputError as error:
+        return (str(error),)
 
 
 def _why_not_now(item: bpy.types.Object) -> str:
     """Say why a lamp does not light the water at this frame, empty if it does."""
-    return why_dark(item) or ("it is hidden" if marks.is_hidden(item) else "")
+    why = why_dark(item) or ("it is hidden" if marks.is_hidden(item) else why_no_light(item))
+    return why or (_ABOVE if item.matrix_world.translation.z > 0.0 else "")
 
 
 def _shown(scene: bpy.types.Scene) -> list[bpy.types.Object]:
@@ -171,14 +178,20 @@ def _is_lamp(item: bpy.types.Object) -> bool:
 
 
 def _moves(item: bpy.types.Object | None) -> bool:
+    """Whether an object may come to another place: keyed, driven, bound, or by a simulation."""
     while item is not None:
-        if item.animation_data is not None or item.constraints:
+        if item.animation_data is not None or item.constraints or item.rigid_body is not None:
+            return True
+        # A bone is posed, and what deforms a mesh or a lattice carries what hangs on a point of it.
+        if item.parent is not None and item.parent_type != "OBJECT":
             return True
         item = item.parent
     return False
 
 
-def lamps_of(scene: bpy.types.Scene, bands: Bands, unit: str) -> SceneLamps:
+def lamps_of(
+    scene: bpy.types.Scene, bands: Bands, unit: str, n: float = REFRACTIVE_INDEX
+) -> SceneLamps:
     """Return the lamps of a scene's current frame.
 
     Parameters
@@ -188,6 +201,8 @@ def lamps_of(scene: bpy.types.Scene, bands: Bands, unit: str) -> SceneLamps:
     bands : Bands
     unit : str
         Of the irradiance that the scene is lit with.
+    n : float
+        Refractive index of the water, for lamps behind ports.
 
     Raises
     ------
@@ -198,24 +213,20 @@ def lamps_of(scene: bpy.types.Scene, bands: Bands, unit: str) -> SceneLamps:
     notes = [f"lamp {item.name!r} is left out: {why}" for item, why in left_out(scene).items()]
     for item in objects:
         try:
-            lamp = _lamp(item, bands, unit)
+            why = _why_not_now(item)
+            lamp = _lamp(item, bands, unit, n, dark=bool(why))
+            notes += [f"lamp {item.name!r}: {said}" for said in unheeded(item)]
         except InputError as error:
             raise InputError(f"lamp {item.name!r}: {error}") from error
-        if item.matrix_world.translation.z > 0:
-            notes.append(
-                f"lamp {item.name!r} is above the water and does not light it; lower it, or leave "
-                "it to the sun"
-            )
-            lamp = replace(lamp, intensity=np.zeros(len(bands)))
-        if marks.is_hidden(item):
-            lamp = replace(lamp, intensity=np.zeros(len(bands)))
+        if why and not marks.is_hidden(item):
+            notes.append(f"lamp {item.name!r} is dark: {why}")
         lamps.append(lamp)
     return SceneLamps(tuple(objects), tuple(lamps), tuple(notes))
 
 
 def plan_lamps(scene: bpy.types.Scene, plan: RenderPlan) -> SceneLamps:
     """Return the lamps of a scene's current frame in the bands of a plan."""
-    return lamps_of(scene, plan.bands, plan.illuminant.unit)
+    return lamps_of(scene, plan.bands, plan.illuminant.unit, plan.column.refractive_index)
 
 
 def lamplight(
@@ -248,21 +259,31 @@ def records(scene: bpy.types.Scene) -> tuple[dict[str, Any], ...]:
 def record(item: bpy.types.Object) -> dict[str, Any]:
     """Return what a lamp is, where it is and where it shines to; lengths are m."""
     light, chosen, place = item.data, stored_lamp(item.data), item.matrix_world
+    # The files of lamps that are left out may be missing.
+    nodes = LampNodes() if why_dark(item) else nodes_of(light)
     found = {
         "name": item.name,
         "kind": light.type.lower(),
         "spectrum": chosen.spectrum or "colour",
-        "power": light.energy * 2.0**light.exposure,
+        "power": power_of(item),
         "unit": chosen.unit if chosen.spectrum else WATTS,
         "profile": chosen.profile or "Blender",
         "position": list(place.translation),
         "axis": list(_axis(place)),
-        "radius": _radius(light, place),
+        "radius": radius_of(item),
     }
     if not chosen.spectrum:
-        found["colour"] = _colour(light).tolist()
+        found["colour"] = (colour_of(light) * nodes.factor).tolist()
     if light.type == "SPOT" and not chosen.profile:
         found["cone_deg"], found["blend"] = math.degrees(light.spot_size), light.spot_blend
+    if light.type == "AREA" and not chosen.profile:
+        found["spread_deg"] = math.degrees(light.spread)
+    if nodes.photometry is not None and not chosen.profile:
+        found["profile"] = "IES texture"
+    if chosen.behind_port:
+        found["behind_port"] = True
+    if not light.use_shadow:
+        found["shadow"] = False
     return found
 
 
@@ -293,63 +314,30 @@ def state(scene: bpy.types.Scene) -> tuple[object, ...]:
             *(x for row in item.matrix_world for x in row),
         )  # fmt: skip
         form = [getattr(light, name, 0.0) for name in _FORM]
+        nodes = nodes_of(light)
+        form += [*nodes.factor.tolist(), nodes.photometry and nodes.photometry.candela.tobytes()]
         found.append((item.name_full, light.type, stored_lamp(light), *numbers, *form))
     return tuple(found)
 
 
-def _lamp(item: bpy.types.Object, bands: Bands, unit: str) -> Lamp:
-    light, chosen, files = item.data, stored_lamp(item.data), files_of(item.data)
-    profile = _profile(light, chosen.profile, files.get(PROFILE))
-    power = light.energy * 2.0**light.exposure
-    if chosen.spectrum:
-        spread = profile.solid_angle if chosen.unit != WATTS or chosen.profile else SPHERE
-        if light.type == "AREA":
-            spread = profile.solid_angle
-        table = files.get(SPECTRUM)
+def _lamp(item: bpy.types.Object, bands: Bands, unit: str, n: float, *, dark: bool) -> Lamp:
+    light, chosen, form = item.data, stored_lamp(item.data), form_of(item, n)
+    if dark:
+        intensity = np.zeros(len(bands))
+    elif chosen.spectrum:
+        table = files_of(light).get(SPECTRUM)
         shape = parse_emission(f"file:{table.whole}" if table else chosen.spectrum)
-        intensity = radiant_intensity(shape, power, bands, chosen.unit, spread)
+        intensity = radiant_intensity(shape, form.power, bands, chosen.unit, form.share)
         if unit == RELATIVE:
             intensity = intensity / full_sun()
     else:
-        # Blender's area light shines four times as strong along its axis as a point.
-        gain = SPHERE / profile.solid_angle if light.type == "AREA" and not chosen.profile else 1.0
-        intensity = gain * intensity_of_colour(_colour(light), power, bands)
-    place = item.matrix_world
-    radius, seen = _radius(light, place), float(marks.is_seen(item))
-    return Lamp(tuple(place.translation), _axis(place), intensity, profile, radius, seen)
-
-
-def _profile(light: bpy.types.Light, chosen: str, file: LampFile | None) -> LampProfile:
-    if chosen == ROV:
-        return rov_lamp()
-    if file is not None:
-        if file.whole.suffix.lower() == ".ies":
-            return read_ies(file.whole).profile(_POINTS)
-        return profile_from_csv(str(file.whole), _POINTS)
-    if light.type == "SPOT":
-        return SpotProfile(min(light.spot_size, math.pi), light.spot_blend)
-    if light.type == "AREA":
-        return LAMBERT
-    return IsotropicProfile()
-
-
-def _colour(light: bpy.types.Light) -> NDArray[np.float64]:
-    colour = np.array(light.color, dtype=np.float64)
-    return colour * np.array(light.temperature_color) if light.use_temperature else colour
+        intensity = intensity_of_colour(colour_of(light) * form.gain, form.power, bands)
+    place, seen = item.matrix_world, float(marks.is_seen(item))
+    return Lamp(
+        tuple(place.translation), _axis(place), intensity, form.profile, form.radius, seen,
+        unblocked=float(not light.use_shadow),
+    )  # fmt: skip
 
 
 def _axis(place: Matrix) -> tuple[float, ...]:
     return tuple((place.to_3x3() @ _DOWN).normalized())
-
-
-def _radius(light: bpy.types.Light, place: Matrix) -> float:
-    if light.type != "AREA":
-        return float(light.shadow_soft_size)
-    across, along = (abs(x) for x in place.to_scale()[:2])
-    width, height = light.size * across, light.size * along
-    if light.shape in ("RECTANGLE", "ELLIPSE"):
-        height = light.size_y * along
-    area = width * height
-    if light.shape in ("DISK", "ELLIPSE"):
-        area *= math.pi / 4.0
-    return math.sqrt(area / math.pi)

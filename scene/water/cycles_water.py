@@ -145,7 +145,37 @@ def add_water(
             item.visible_transmission = not column.reflects
             # Light that is left to rays that meet nothing would be lost.
             item.data.cycles.use_multiple_importance_sampling = not column.reflects
+    _let_through(
+        [i for i, x in zip(marks.followers(scene), lamps.lamps, strict=True) if x.unblocked]
+    )
     return notes
+
+
+def _let_through(unblocked: list[bpy.types.Object]) -> None:
+    """Let no thing keep the light of lamps from others.
+
+    Without its shadow Cycles would leave out the water on the way too. So it has one, of what is
+    in a collection without any surface: the water is not asked.
+    """
+    if not unblocked:
+        return
+    nothing = bpy.data.collections.new("UW Nothing")
+    nothing[marks.MARK] = True
+    nothing.objects.link(unblocked[0])
+    for item in unblocked:
+        item.light_linking.blocker_collection = nothing
+
+
+def shape_lamps(scene: bpy.types.Scene, lamps: SceneLamps) -> None:
+    """Give lamps whose cone, profile or size has changed since a frame the new ones."""
+    found = zip(marks.followers(scene), lamps.lamps, lamps.objects, strict=True)
+    for index, (item, lamp, own) in enumerate(found):
+        before = item.data
+        if not water_lamp.fits(before, lamp, own.data):
+            item.data = water_lamp.build(index, lamp, own.data)
+            if marks.MARK in before:
+                item.data[marks.MARK] = before[marks.MARK]
+            bpy.data.lights.remove(before)
 
 
 def place(scene: bpy.types.Scene, column: WaterColumn, own_seabed: float | None = None) -> None:

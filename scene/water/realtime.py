@@ -90,8 +90,8 @@ def add_realtime(scene: bpy.types.Scene, water: RealtimeWater, extent: WaterExte
     values = realtime_values.build(shape)
     shade = None if water.seen.shade is None else realtime_shade.new_image()
     cover = None if water.seen.cover is None else realtime_cover.new_image()
-    count = len(water.seen.lamps.lamps)
-    lit = _lamp_images(water) if count else None
+    shining = water.seen.lamps.objects
+    lit = _lamp_images(water) if shining else None
     rays = realtime_refraction.build(values, images) if shape.above else None
     sources = Sources(values, table, shade, cover, lit, images, rays)
     surface = realtime_surface.build(shape, sources)
@@ -139,7 +139,7 @@ def add_realtime(scene: bpy.types.Scene, water: RealtimeWater, extent: WaterExte
             )
             if image is not None
         },
-        list(zip(realtime_lamps.shadow_lamps(count), water.seen.lamps.objects, strict=True)),
+        list(zip(realtime_lamps.shadow_lamps([x.data for x in shining]), shining, strict=True)),
         floor_shades=False,
     )
     notes += [*water.seen.lamps.notes, *scene_water.add(scene, filling, water.column, extent)]
@@ -266,8 +266,11 @@ def _lamp_images(water: RealtimeWater) -> realtime_lamps.LampImages:
 def _set_lamps(scene: bpy.types.Scene, water: RealtimeWater, around: LampWater) -> None:
     lamps, numbers = water.seen.lamps.lamps, water.numbers.single
     codes = realtime_lamps.CODES[int(numbers[realtime_lamps.SUNLIT]) :]
-    groups = grouped([lamp.position for lamp in lamps], len(codes))
-    colours = [codes[group] for group in groups]
+    blocked = [index for index, lamp in enumerate(lamps) if not lamp.unblocked]
+    groups = grouped([lamps[index].position for index in blocked], len(codes))
+    colours = [realtime_lamps.NO_SHADOW] * len(lamps)
+    for index, group in zip(blocked, groups, strict=True):
+        colours[index] = codes[group]
     shown = colours + [realtime_lamps.NO_SHADOW] * len(water.seen.lamps.thrown)
     measured = list(water.seen.reflectances.values())
     folded = fold_lamps(water.seen.lamps.all, around, water.channels, measured)

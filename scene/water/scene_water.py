@@ -34,8 +34,6 @@ from .water_body import WaterExtent
 
 SUN_DIAMETER_IN_AIR = math.radians(0.53)
 """Seen from the water the disc shrinks with refraction by about the index."""
-_DIMMED = "uw_dimmed"
-_FACTORS = ("diffuse_factor", "specular_factor", "transmission_factor", "volume_factor")
 _RAYS = (
     "visible_camera", "visible_diffuse", "visible_glossy", "visible_transmission",
     "visible_volume_scatter",
@@ -241,6 +239,12 @@ def _follower(lamp: bpy.types.Light, leader: bpy.types.Object) -> bpy.types.Obje
     item = bpy.data.objects.new(lamp.name, lamp)
     item.visible_camera = marks.is_seen(leader)
     item.constraints.new("COPY_TRANSFORMS").target = leader
+    if lamp.type != "AREA":
+        # Scale is in the profile; here it would stretch the directions that nodes read.
+        even = item.constraints.new("LIMIT_SCALE")
+        for name in ("min_x", "max_x", "min_y", "max_y", "min_z", "max_z"):
+            setattr(even, f"use_{name}", True)
+            setattr(even, name, 1.0)
     return item
 
 
@@ -290,10 +294,10 @@ def _hide_lamps(scene: bpy.types.Scene) -> list[str]:
             item.hide_render = True
         if item.data.type == "SUN" or not item.data.is_editable:
             item.hide_viewport = True
-        if item.data.is_editable and _DIMMED not in item.data:
+        if item.data.is_editable and marks.DIMMED not in item.data:
             # It lights nothing by itself, but can be seen and moved.
-            item.data[_DIMMED] = [getattr(item.data, name) for name in _FACTORS]
-            for name in _FACTORS:
+            item.data[marks.DIMMED] = [getattr(item.data, name) for name in marks.FACTORS]
+            for name in marks.FACTORS:
                 setattr(item.data, name, 0.0)
     return list(dict.fromkeys(notes))
 
@@ -316,10 +320,12 @@ def _let_go() -> None:
                 setattr(item, name, bool(value))
             item.pop(marks.UNSEEN, None)
     dark = {item.data for item in lamps if marks.HIDDEN in item}
-    for light in [light for light in bpy.data.lights if _DIMMED in light and light not in dark]:
-        for name, value in zip(_FACTORS, light[_DIMMED], strict=True):
+    for light in [
+        light for light in bpy.data.lights if marks.DIMMED in light and light not in dark
+    ]:
+        for name, value in zip(marks.FACTORS, light[marks.DIMMED], strict=True):
             setattr(light, name, value)
-        del light[_DIMMED]
+        del light[marks.DIMMED]
     lit, routed = {}, set()
     for scene, water in waters.items():
         materials = set(contents.materials(scene))

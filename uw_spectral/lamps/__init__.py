@@ -7,15 +7,25 @@ from .lamp_channels import LampChannels, fold_lamps
 from .lamp_path import scattered_once
 from .lamp_surface import patch_past_lamp, surface_irradiance
 from .multiple_scattering import LampWater, lamp_light, lamp_water
-from .profile import IsotropicProfile, LampProfile, SpotProfile, TableProfile, rov_lamp
+from .port import BehindFlatPort
+from .profile import (
+    IsotropicProfile,
+    LampProfile,
+    SpotProfile,
+    SpreadProfile,
+    TableProfile,
+    rov_lamp,
+)
 
 __all__ = [
+    "BehindFlatPort",
     "IsotropicProfile",
     "Lamp",
     "LampChannels",
     "LampProfile",
     "LampWater",
     "SpotProfile",
+    "SpreadProfile",
     "TableProfile",
     "fold_lamps",
     "intensity_of_colour",

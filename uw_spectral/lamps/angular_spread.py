@@ -345,9 +345,9 @@ def smooth_profile_moments(profile: LampProfile, scale: float = 1.0) -> Array:
 @functools.lru_cache(maxsize=64)
 def profile_moments(profile: LampProfile) -> Array:
     """Mean over all directions of a profile times each Legendre polynomial."""
-    cosines, weights = np.polynomial.legendre.leggauss(_PLACES)
-    return (
-        _legendre(_OF_PROFILE, tuple(cosines))
-        @ (weights * np.asarray(profile.value(cosines)))
-        / 2.0
-    )
+    places, weights = np.polynomial.legendre.leggauss(_PLACES)
+    # All of the places within the edge: a narrow beam would fall between them.
+    half = 1.0 if profile.edge is None else (1.0 - profile.edge) / 2.0
+    cosines = 1.0 - half * (1.0 - places)
+    values = half * weights * np.asarray(profile.value(cosines))
+    return _legendre(_OF_PROFILE, tuple(cosines)) @ values / 2.0

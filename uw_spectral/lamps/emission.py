@@ -17,12 +17,16 @@ from numpy.typing import ArrayLike, NDArray
 from ..errors import InputError, unknown_name
 from ..spectra._colour import colour_science
 from ..spectra.bands import Bands
+from ..spectra.colour_rendering import rec709_to_XYZ
 from ..spectra.illuminant import band_mean
 from ..spectra.reflectance import emission_basis
+from ..spectra.sensor import standard_observer
 from ..spectra.spectral_table import read_spectral_table
 from ..spectra.spectrum import Spectrum
 
-WATTS, LUMENS = "W", "lm"
+WATTS, LUMENS, CANDELAS = "W", "lm", "cd"
+UNITS = (WATTS, LUMENS, CANDELAS)
+"""Of a lamp's power; candela are those on its axis."""
 LUMINOUS_EFFICACY = 683.0
 """lm/W at 555 nm, where V(λ) is 1."""
 SPHERE = 4.0 * math.pi
@@ -72,6 +76,25 @@ def blackbody(temperature: float) -> Spectrum:
 
     values = np.exp(np.clip(log_planck(wavelengths) - log_planck(560.0), -_LARGEST_EXPONENT, None))
     return Spectrum(wavelengths, values, f"blackbody of {temperature:g} K", "Planck's law")
+
+
+def colour_of_blackbody(temperature: float) -> NDArray[np.float64]:
+    """Linear Rec.709 of a blackbody, of luminance 1, as Blender's node has it; not negative.
+
+    Parameters
+    ----------
+    temperature : float
+        K, held between 500 and 50000.
+
+    Examples
+    --------
+    >>> colour_of_blackbody(3000.0).round(2)
+    array([1.77, 0.84, 0.27])
+    """
+    shape = blackbody(min(max(temperature, _COOLEST), _HOTTEST))
+    eye = standard_observer().sensitivity
+    XYZ = shape.at(eye.wavelengths) @ eye.values
+    return np.maximum(np.linalg.solve(rec709_to_XYZ(), XYZ / XYZ[1]), 0.0)
 
 
 @functools.cache
@@ -145,14 +168,14 @@ def _from_file(path: str) -> Spectrum:
 
 
 def flux(spectrum: Spectrum, unit: str = WATTS) -> float:
-    """Integral of a spectrum per nm, in W or in lm.
+    """Integral of a spectrum per nm, in W or in lm; of an intensity in W/sr or in cd.
 
     Parameters
     ----------
     spectrum : Spectrum
         Radiant flux, W/nm; nothing beyond its table.
     unit : str
-        ``"W"``, or ``"lm"``: 683 lm/W times the integral with V(λ).
+        ``"W"``, or ``"lm"`` and ``"cd"``: 683 lm/W times the integral with V(λ).
 
     Raises
     ------
@@ -165,8 +188,8 @@ def flux(spectrum: Spectrum, unit: str = WATTS) -> float:
     >>> flux(line), round(flux(line, "lm"))
     (1.0, 683)
     """
-    if unit not in (WATTS, LUMENS):
-        raise unknown_name("unit of a lamp's power", unit, (WATTS, LUMENS))
+    if unit not in UNITS:
+        raise unknown_name("unit of a lamp's power", unit, UNITS)
     if unit == WATTS:
         return float(np.trapezoid(spectrum.values, spectrum.wavelengths))
     efficiency = luminous_efficiency()
@@ -197,11 +220,11 @@ def radiant_intensity(
         Of the whole spectrum as tabulated, in the unit.
     bands : Bands
     unit : str
-        ``"W"`` radiant, or ``"lm"``.
+        ``"W"`` radiant, ``"lm"``, or ``"cd"``.
     solid_angle : float
         What the power is spread over, sr: that of the profile (:attr:`.Profile.solid_angle`)
         for the power of the lamp itself; 4π for the power of Blender's point and spot lights,
-        of whose spot the cone cuts the rest away.
+        of whose spot the cone cuts the rest away; for candela, the profile's value on the axis.
 
     Returns
     -------

@@ -43,6 +43,8 @@ class Lamp:
         How far it shines into the water (:func:`.shadow_map`); everywhere without.
     thrown : float
         1 where it stands for things that throw light back (:func:`.thrown_back`).
+    unblocked : float
+        1 where things do not keep its light from others.
     """
 
     position: Sequence[Operand]
@@ -53,6 +55,7 @@ class Lamp:
     seen: Operand = 1.0
     shadow: Lookup | None = None
     thrown: Operand = 0.0
+    unblocked: Operand = 0.0
 
     def lit(self, place: Sequence[Operand], m: Mathematics = NUMPY) -> Operand:
         """Share of its light that reaches a place seen from it, m; 1 where nothing is known."""

@@ -41,7 +41,7 @@ from ..water.phase import PhaseFunction
 from .lamp import Lamp, RayPastLamp, disc_seen, ray_past_lamp
 from .lamp_path import Quadrature, gauss_sum
 from .lamp_surface import PatchPastLamp, carried_share, patch_past_lamp, scattered_onto
-from .multiple_scattering import BendingNode, LampWater, light_along
+from .multiple_scattering import LampWater, light_along
 from .profile import IsotropicProfile, SpotProfile
 from .scattered_field import ScatteredField, source_seen
 from .three_bands import COUNT, ThreeBands, three_bands
@@ -408,16 +408,12 @@ def _of_three(water: LampWater, bands: ThreeBands) -> LampWater:
 
 def _bands_in_water(water: LampWater, seen: Array) -> ThreeBands:
     """Bands that stand for all in what is scattered more than once."""
-    half, r, t, cosine = _places(_HALF_DEFLECTIONS, _DISTANCES, _DISTANCES, _OFF_AXIS)
-    node = BendingNode(np.tan(half), r, t, cosine)
-    values = node.scattered(water.spread.profile(_USUAL.profile), water)
     assert isinstance(water.field, ScatteredField)
     few = dataclasses.replace(water.field, degrees=_FEW_DEGREES)
-    even = few.source(IsotropicProfile())
-    source = source_seen(even, r, cosine, node.bent, cosine * node.bent)
-    seen_source = source * (r * np.exp(-water.b * t))
-    light = _light_in(seen, water, node.length)
-    return three_bands(np.concatenate([values, seen_source]), np.concatenate([light, light]))
+    half, r, t = _places(_HALF_DEFLECTIONS, _DISTANCES, _DISTANCES)
+    bent = np.cos(2.0 * half)
+    source = source_seen(few.source(IsotropicProfile()), r, 1.0, bent, bent)
+    return three_bands(source * (r * np.exp(-water.b * t)), _light_in(seen, water, r + t))
 
 
 def _bands_on_things(water: LampWater, seen: Array) -> ThreeBands:

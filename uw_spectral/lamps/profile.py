@@ -23,6 +23,7 @@ _STEP = 1e-4
 _NARROWEST_BLEND = 1e-4
 """Of the cosine, over which the edge of a spot rises at least; Blender's own bound in EEVEE."""
 _BRIGHTEST = 1e9
+_NARROWEST = 1e-12  # square of the sine of half the angle of an edge
 _BEAM, _BEAM_STEPS = 0.1, 1801
 NO_EDGE = -2.0
 """In place of the cosine of an edge, where a lamp may or may not have one."""
@@ -33,8 +34,9 @@ class LampProfile:
 
     def sampled(self, count: int) -> NDArray[np.float64]:
         """Values at so many places of :func:`sample_place`, for a table that is looked up."""
-        sine = np.linspace(0.0, 1.0, count)
-        return np.asarray(self.value(1.0 - 2.0 * sine * sine))
+        # The last is doubled: beyond the edge a look-up is no mean with what is within.
+        shares = np.minimum(np.arange(count) / (count - 2.0), 1.0) ** 2
+        return np.asarray(self.value(1.0 - 2.0 * float(_width(self.edge)) * shares))
 
     @property
     def edge(self) -> Operand | None:
@@ -51,9 +53,10 @@ class LampProfile:
         Examples
         --------
         >>> round(math.degrees(math.acos(SpotProfile(math.radians(60.0), 0.3).beam)), 1)
-        29.0
+        29.1
         """
-        angles = np.radians(np.linspace(0.0, 180.0, _BEAM_STEPS))
+        widest = math.pi if self.edge is None else math.acos(self.edge)
+        angles = np.linspace(0.0, widest, _BEAM_STEPS)
         values = np.asarray(self.value(np.cos(angles)))
         last = int(np.flatnonzero(values >= _BEAM * values.max())[-1])
         return float(np.cos(angles[last]))
@@ -68,17 +71,29 @@ class LampProfile:
         raise NotImplementedError
 
 
-def sample_place(cosine: Operand, count: int, m: Mathematics = NUMPY) -> Operand:
+def sample_place(
+    cosine: Operand, count: int, m: Mathematics = NUMPY, edge: Operand | None = None
+) -> Operand:
     """Place, 0 to count - 1, of a cosine among the samples of :meth:`LampProfile.sampled`.
 
-    They are even in the sine of half the angle: fine on the axis, where lamps are bright.
+    They are even in the sine of half the angle: fine on the axis, where lamps are bright. With the
+    cosine of an edge, :data:`NO_EDGE` for none, the last but one is there: a beam of any width has
+    them all.
 
     Examples
     --------
     >>> float(sample_place(-1.0, 5)), round(float(sample_place(0.0, 5)), 3)
     (4.0, 2.828)
+    >>> float(sample_place(0.5, 5, edge=0.5)), float(sample_place(-1.0, 5, edge=NO_EDGE))
+    (3.0, 3.0)
     """
-    return m.sqrt(m.clamp(0.5 - 0.5 * cosine, 0.0, 1.0)) * (count - 1.0)
+    share = m.clamp((0.5 - 0.5 * cosine) / _width(edge, m), 0.0, 1.0)
+    return m.sqrt(share) * (count - (1.0 if edge is None else 2.0))
+
+
+def _width(edge: Operand | None, m: Mathematics = NUMPY) -> Operand:
+    """Square of the sine of half the angle of an edge; 1 without one."""
+    return 1.0 if edge is None else m.clamp(0.5 - 0.5 * edge, _NARROWEST, 1.0)
 
 
 @dataclass(frozen=True)
@@ -161,6 +176,55 @@ class SpotProfile(LampProfile):
         """Return the smoothstep."""
         x = m.clamp((cosine - self.edge) * self._inverse_width, 0.0, 1.0)
         return x * x * (3.0 - 2.0 * x)
+
+
+@dataclass(frozen=True)
+class SpreadProfile(LampProfile):
+    """Blender's area light with a spread below 180°: a matt surface behind the slats of a grid.
+
+    With T the tangent of half the spread, the value is cos θ - sin θ / T, from 1 on the axis to 0
+    at half the spread, as Cycles has it. Its light is that of the matt surface without a grid,
+    only narrower.
+
+    Parameters
+    ----------
+    spread : float
+        Full angle, rad, above 0 and below π.
+
+    Raises
+    ------
+    InputError
+        If it is out of its range.
+
+    Examples
+    --------
+    >>> round(SpreadProfile(math.radians(120)).solid_angle / math.pi, 4)
+    0.3954
+    """
+
+    spread: float
+
+    def __post_init__(self) -> None:
+        if not 0 < self.spread < math.pi:
+            raise InputError(
+                f"area lamp: the spread must be between 0 and π rad, got {self.spread:g}"
+            )
+
+    @property
+    def edge(self) -> float:
+        """Cosine of half the spread."""
+        return math.cos(self.spread / 2.0)
+
+    @property
+    def solid_angle(self) -> float:
+        """π (1 - h / tan h) of half the spread h, sr."""
+        half = self.spread / 2.0
+        return math.pi * (1.0 - half / math.tan(half))
+
+    def value(self, cosine: Operand, m: Mathematics = NUMPY) -> Operand:
+        """Return the share of the light that passes the grid, times the cosine."""
+        sine = m.sqrt(m.maximum(1.0 - cosine * cosine, 0.0))
+        return m.maximum(cosine - sine * (1.0 / math.tan(self.spread / 2.0)), 0.0)
 
 
 @dataclass(frozen=True, eq=False)

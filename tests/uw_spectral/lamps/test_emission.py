@@ -105,7 +105,7 @@ def test_a_table_of_the_users(tmp_path):
         (lambda: emission.parse_emission("blackbody:nan"), "500 to 50000 K"),
         (lambda: emission.radiant_intensity(FLAT, -1.0, BANDS), "not negative, got -1 W"),
         (lambda: emission.radiant_intensity(FLAT, math.nan, BANDS), "finite"),
-        (lambda: emission.radiant_intensity(FLAT, 1.0, BANDS, "cd"), "unit of a lamp's power"),
+        (lambda: emission.radiant_intensity(FLAT, 1.0, BANDS, "mol"), "unit of a lamp's power"),
         (lambda: emission.radiant_intensity(FLAT, 1.0, BANDS, solid_angle=0.0), "solid angle"),
         (lambda: emission.radiant_intensity(FLAT, 1.0, Bands.uniform(3, 380, 900)), "wider table"),
         (lambda: emission.intensity_of_colour((1, -1, 0), 1.0, BANDS), "three numbers from 0"),

@@ -8,17 +8,21 @@ import numpy as np
 import pytest
 from underwater_spectral.uw_spectral.errors import InputError
 from underwater_spectral.uw_spectral.lamps.ies import parse_ies, read_ies
+from underwater_spectral.uw_spectral.lamps.port import BehindFlatPort
 from underwater_spectral.uw_spectral.lamps.profile import (
     IsotropicProfile,
     SpotProfile,
+    SpreadProfile,
     TableProfile,
     profile_from_csv,
     rov_lamp,
+    sample_place,
 )
 
 PROFILES = [
     IsotropicProfile(),
     *(SpotProfile(math.radians(s), b) for s in (1, 45, 120, 180) for b in (0, 0.15, 1)),
+    *(SpreadProfile(math.radians(s)) for s in (1, 60, 170)),
     rov_lamp(),
     TableProfile.of_angles([0, 30], [1, 1]),
     TableProfile.of_angles([0, 30, 60, 180], [0.5, 1, 0.2, 0.1]),
@@ -157,3 +161,46 @@ def test_a_tilt_inside_the_file_is_passed_over():
 def test_broken_files_are_refused(broken, words):
     with pytest.raises(InputError, match=words):
         parse_ies(broken)
+
+
+@pytest.mark.parametrize("blend", [0.1, 1.0])
+@pytest.mark.parametrize("size", [1.0, 3.0, 60.0])
+def test_the_table_of_a_beam_has_its_light(size, blend):
+    """As shaders look it up, of any width; outside it is dark."""
+    spot, count = SpotProfile(math.radians(size), blend), 256
+    theta = np.linspace(0.0, math.radians(size), 20001)
+    place = sample_place(np.cos(theta), count, edge=spot.edge)
+    looked_up = np.interp(place, np.arange(count), spot.sampled(count))
+    light = 2.0 * math.pi * np.trapezoid(looked_up * np.sin(theta), theta)
+    assert light == pytest.approx(spot.solid_angle, rel=5e-3)
+    assert not looked_up[theta > math.radians(size) / 2.0 + 1e-9].any()
+
+
+@pytest.mark.parametrize(
+    "air",
+    [SpotProfile(math.radians(20), 0.5), SpotProfile(math.radians(120), 1.0), rov_lamp()],
+    ids=str,
+)
+def test_a_port_narrows_and_keeps_the_power(air):
+    n, theta = 1.34, np.linspace(0.0, math.pi / 2, 400001)
+    water = BehindFlatPort(air, n)
+    power = 2.0 * math.pi * np.trapezoid(water.value(np.cos(theta)) * np.sin(theta), theta)
+    assert power == pytest.approx(air.solid_angle, rel=1e-3)
+    assert water.solid_angle == pytest.approx(air.solid_angle, rel=1e-3)
+    at = math.radians(9.0)
+    refracted = math.cos(math.asin(math.sin(at) / n))
+    gain = n * n * refracted / math.cos(at)
+    assert water.value(refracted) == pytest.approx(air.value(math.cos(at)) * gain, rel=1e-9)
+    with pytest.raises(InputError, match="above 1"):
+        BehindFlatPort(air, 1.0)
+
+
+def test_a_spread_is_that_of_cycles():
+    """The softbox of Cycles' area_light_spread_attenuation, its power kept."""
+    with pytest.raises(InputError, match="spread"):
+        SpreadProfile(math.pi)
+    grid, half = SpreadProfile(math.radians(60)), math.radians(30)
+    for theta in (0.0, 0.1, 0.3, 0.5, 0.6):
+        passed = max(math.tan(half) - math.tan(theta), 0.0) / (math.tan(half) - half)
+        wanted = math.cos(theta) * passed * grid.solid_angle / math.pi
+        assert float(grid.value(math.cos(theta))) == pytest.approx(wanted, rel=1e-9, abs=1e-12)

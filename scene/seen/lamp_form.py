@@ -1,0 +1,233 @@
+"""What Blender's properties and the settings of a lamp make of its light, spectrum apart."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import bpy
+import numpy as np
+from numpy.typing import NDArray
+
+from ...uw_spectral.errors import InputError
+from ...uw_spectral.lamps.emission import CANDELAS, SPHERE, WATTS
+from ...uw_spectral.lamps.ies import read_ies
+from ...uw_spectral.lamps.port import BehindFlatPort
+from ...uw_spectral.lamps.profile import (
+    LAMBERT,
+    IsotropicProfile,
+    LampProfile,
+    SpotProfile,
+    SpreadProfile,
+    TableProfile,
+    profile_from_csv,
+    rov_lamp,
+)
+from .. import marks
+from ..stored_lamps import ROV, LampSettings, stored_lamp
+from .lamp_files import PROFILE, LampFile, files_of
+from .lamp_nodes import LampNodes, nodes_of
+
+_POINTS = 24
+"""Of a measured profile."""
+_ALIKE = 0.01  # relative, of scales
+_ROUND = 0.1  # of an IES file, by which it may differ from its mean, over the highest
+_NARROWEST_SPREAD, _WIDEST_SPREAD = math.radians(1.0), math.radians(179.9)
+_NEAR = 1.0
+"""m; a beam of an area lamp that is parallel for longer is said."""
+_MOST_BOUNCES = 1024  # Blender's own
+_RAYS = ("visible_diffuse", "visible_glossy", "visible_transmission", "visible_volume_scatter")
+
+
+@dataclass(frozen=True, eq=False)
+class LampForm:
+    """Shape, size and strength of a lamp.
+
+    Attributes
+    ----------
+    profile : LampProfile
+    radius : float
+        m.
+    power : float
+        In the unit of its settings; negative in the wrong.
+    gain : array, shape (3,)
+        On the intensity that a point light of the power and the colour has.
+    share : float
+        What the power in its unit is spread over, sr; of candela, the profile on the axis.
+    """
+
+    profile: LampProfile
+    radius: float
+    power: float
+    gain: NDArray[np.float64]
+    share: float
+
+
+def form_of(item: bpy.types.Object, n: float) -> LampForm:
+    """Return the form of a lamp in water of a refractive index.
+
+    Raises
+    ------
+    InputError
+        If a file cannot be used, or the intensity on the axis is asked for where there is none.
+    """
+    light, chosen, nodes = item.data, stored_lamp(item.data), nodes_of(item.data)
+    measured = _measured(chosen, files_of(light).get(PROFILE))
+    gain, blenders = nodes.factor, measured is None
+    profile = _of_blender(item) if measured is None else measured
+    if measured is None and nodes.photometry is not None and light.type != "AREA":
+        profile, highest = _times(profile, nodes.photometry.profile())
+        gain, blenders = gain * highest, False
+    elif nodes.photometry is not None:
+        gain = np.ones(3)
+    if light.type == "AREA" and measured is None:
+        # Blender's area light shines four times as strong along its axis as a point.
+        gain = gain * (SPHERE / profile.solid_angle)
+    # Of Blender's spot the cone cuts away what a point light would send beside it.
+    whole = chosen.unit == WATTS and blenders and light.type != "AREA"
+    share = SPHERE if whole else float(profile.solid_angle)
+    if chosen.unit == CANDELAS:
+        share = float(profile.value(1.0))
+        if chosen.spectrum and not share > 0:
+            raise InputError("there is no light on its axis; give the power in lm or W")
+    if chosen.behind_port and _has_cone(light, chosen, nodes):
+        profile = BehindFlatPort(profile, n)
+    return LampForm(profile, radius_of(item), power_of(item), gain, share)
+
+
+def power_of(item: bpy.types.Object) -> float:
+    """Power of a whole lamp in the unit of its settings."""
+    return item.data.energy * 2.0**item.data.exposure * _area_of_power(item)
+
+
+def colour_of(light: bpy.types.Light) -> NDArray[np.float64]:
+    """Colour of a lamp, its temperature counted; linear Rec.709."""
+    colour = np.array(light.color, dtype=np.float64)
+    return colour * np.array(light.temperature_color) if light.use_temperature else colour
+
+
+def radius_of(item: bpy.types.Object) -> float:
+    """Radius of the disc, or of the sphere, that is as large as a lamp, m."""
+    light = item.data
+    if light.type != "AREA":
+        return float(light.shadow_soft_size)
+    across, along = (abs(x) for x in item.matrix_world.to_scale()[:2])
+    width, height = light.size * across, light.size * along
+    if light.shape in ("RECTANGLE", "ELLIPSE"):
+        height = light.size_y * along
+    area = width * height
+    if light.shape in ("DISK", "ELLIPSE"):
+        area *= math.pi / 4.0
+    return math.sqrt(area / math.pi)
+
+
+def why_no_light(item: bpy.types.Object) -> str:
+    """Say why a lamp sends no light at this frame, empty if it does."""
+    light = item.data
+    if light.energy < 0:
+        return "its power is negative, which no light is"
+    nodes = nodes_of(light)
+    if not stored_lamp(light).spectrum and np.any(nodes.factor * colour_of(light) < 0):
+        return "its colour is negative, which no light is"
+    return "" if np.any(nodes.factor) else "its nodes send no light"
+
+
+def unheeded(item: bpy.types.Object) -> tuple[str, ...]:
+    """Return what a lamp asks for that changes nothing, or is not as Blender has it."""
+    return tuple(_unheeded(item))
+
+
+def _unheeded(item: bpy.types.Object) -> Iterator[str]:
+    light, chosen, nodes = item.data, stored_lamp(item.data), nodes_of(item.data)
+    if nodes.unheeded:
+        yield f"its nodes {', '.join(map(repr, nodes.unheeded))} are not heeded"
+    if nodes.photometry is not None and (chosen.profile or light.type == "AREA"):
+        yield "its IES texture is not heeded beside its profile; name the file as its profile"
+    file = files_of(light).get(PROFILE)
+    sheet = nodes.photometry
+    if file is not None:
+        sheet = read_ies(file.whole) if _is_ies(file) else None
+    if sheet is not None and sheet.asymmetry > _ROUND:
+        yield "its IES file is not the same all round: the mean over the azimuth is taken"
+    if chosen.spectrum and not nodes.plain:
+        yield "its nodes' colour and strength are not heeded beside its spectrum"
+    if chosen.behind_port and not _has_cone(light, chosen, nodes):
+        yield "it has no cone and no profile that were measured in air"
+    if light.type == "SPOT" and not chosen.profile:
+        across, along, _ = (abs(x) for x in item.matrix_world.to_scale())
+        if abs(across - along) > _ALIKE * max(across, along):
+            yield "its cone is elliptical by its scale, and taken as round, as wide in the mean"
+        if light.use_square:
+            yield "its square cone is taken as round"
+    if light.type == "AREA" and not chosen.profile and light.spread < _WIDEST_SPREAD:
+        parallel = radius_of(item) / math.tan(_spread(light) / 2.0)
+        if parallel > _NEAR:
+            yield (
+                f"its narrow beam is that of a point in EEVEE, too bright within {parallel:.2g} m; "
+                "widen its spread or make it smaller"
+            )
+    factors = light.get(marks.DIMMED) or [getattr(light, name) for name in marks.FACTORS]
+    if any(x != 1.0 for x in factors):
+        yield "its factors (diffuse, specular, transmission, volume) are not heeded"
+    if light.use_custom_distance:
+        yield "its custom distance is not heeded: light ends with the water"
+    rays = marks.UNSEEN not in item and not all(getattr(item, name) for name in _RAYS)
+    if rays or getattr(getattr(light, "cycles", None), "max_bounces", 0) < _MOST_BOUNCES:
+        yield "its ray visibility but to the camera, and its bounces, are not heeded"
+
+
+def _has_cone(light: bpy.types.Light, chosen: LampSettings, nodes: LampNodes) -> bool:
+    return light.type == "SPOT" or bool(chosen.profile) or nodes.photometry is not None
+
+
+def _measured(chosen: LampSettings, file: LampFile | None) -> LampProfile | None:
+    if chosen.profile == ROV:
+        return rov_lamp()
+    if file is None:
+        return None
+    if _is_ies(file):
+        return read_ies(file.whole).profile(_POINTS)
+    return profile_from_csv(str(file.whole), _POINTS)
+
+
+def _is_ies(file: LampFile) -> bool:
+    return file.whole.suffix.lower() == ".ies"
+
+
+def _of_blender(item: bpy.types.Object) -> LampProfile:
+    light = item.data
+    if light.type == "SPOT":
+        across, along, length = (abs(x) for x in item.matrix_world.to_scale())
+        wider = math.sqrt(across * along) / length if across * along * length else 1.0
+        size = min(light.spot_size, math.pi)
+        if abs(wider - 1.0) > _ALIKE:
+            size = 2.0 * math.atan(wider * math.tan(size / 2.0))
+        return SpotProfile(size, light.spot_blend)
+    if light.type == "AREA":
+        return SpreadProfile(_spread(light)) if light.spread < _WIDEST_SPREAD else LAMBERT
+    return IsotropicProfile()
+
+
+def _spread(light: bpy.types.AreaLight) -> float:
+    return max(light.spread, _NARROWEST_SPREAD)
+
+
+def _times(blenders: LampProfile, table: TableProfile) -> tuple[TableProfile, float]:
+    """Profile of an IES texture on a lamp of Blender's, 1 at its highest, which is returned too."""
+    if blenders.edge is None:
+        return table, 1.0
+    edge = math.degrees(math.acos(blenders.edge))
+    angles = np.linspace(0.0, edge, 20 * _POINTS)
+    values = blenders.value(np.cos(np.radians(angles))) * table.value(np.cos(np.radians(angles)))
+    return TableProfile.of_angles(angles, values, 2 * _POINTS), float(values.max())
+
+
+def _area_of_power(item: bpy.types.Object) -> float:
+    """What the power is of: 1 for the whole lamp, else Blender's area in m²."""
+    light = item.data
+    if light.normalize:
+        return 1.0
+    if light.type == "AREA":
+        return math.pi * radius_of(item) ** 2
+    return 4.0 * (math.pi * light.shadow_soft_size**2 if light.shadow_soft_size else 1.0)
