@@ -46,12 +46,10 @@ from ..uw_spectral.lamps.lamp_shadow import SIDE
 from ..uw_spectral.lamps.lamp_surface import patch_past_lamp
 from ..uw_spectral.lamps.multiple_scattering import BEYOND_NODES, MORE_NODES, LampWater
 from ..uw_spectral.lamps.profile import NO_EDGE, LampProfile, sample_place
-from ..uw_spectral.lamps.scattered_field import ScatteredField
 from ..uw_spectral.lamps.three_bands import COUNT as BANDS
 from ..uw_spectral.mathematics import NUMPY, Mathematics, Operand
 from ..uw_spectral.transfer.radiance_field import distance_in_water
 from ..uw_spectral.water.phase import Mixture, PhaseFunction
-from . import lamp_sources
 from .loops import summed
 from .node_mathematics import NODES, PART_SIZE, Graph, NodeValue, new_group
 from .realtime_rays import camera_depth, camera_place, place_here, view_direction, view_distance
@@ -79,13 +77,11 @@ _PROFILE, _FOLDED = 1, 2  # rows of a block; its numbers are in the first
 _MARGIN = 1
 _SPREAD, _SPREAD_ROWS = 1, LENGTHS + 2 * _MARGIN
 _PATCHES = ANGLES + 2 * _MARGIN  # first column of the irradiance on patches
-_SMOOTH = _PATCHES + TILTS + 2 + 2 * _MARGIN  # that of the smooth deflections
 _PROFILE_COLUMNS = PROFILE_ANGLES + 2 * _MARGIN
 _SHADOW = 2 * _PROFILE_COLUMNS  # first column of the map of shadows
-_SMOOTH_PROFILE = _SHADOW + SIDE + 2 * _MARGIN  # that of the smooth profiles
 _TABLE_ROWS = max(PROFILE_LENGTHS, SIDE) + 2 * _MARGIN
 _WIDTH = max(
-    SAMPLES, _ON_THINGS + 1, _SMOOTH_PROFILE + _PROFILE_COLUMNS, _SMOOTH + ANGLES + 2 * _MARGIN
+    SAMPLES, _ON_THINGS + 1, _SHADOW + SIDE + 2 * _MARGIN, _PATCHES + TILTS + 2 + 2 * _MARGIN
 )
 _DARKEST = 1e-12
 _OF_SHADOWS = (
@@ -94,22 +90,6 @@ _OF_SHADOWS = (
 )  # fmt: skip
 # m; far beyond the reach of a lamp in water. From some 5 km on EEVEE draws no shadow.
 _REACH_OF_SHADOWS = 200.0
-
-
-@dataclass(frozen=True, eq=False)
-class LampImages:
-    """What lamps are looked up in.
-
-    Attributes
-    ----------
-    numbers : Image
-        Of :func:`new_image`.
-    sources : Image
-        Of :func:`.lamp_sources.new_image`.
-    """
-
-    numbers: bpy.types.Image
-    sources: bpy.types.Image
 
 
 @dataclass(frozen=True)
@@ -140,15 +120,13 @@ class _Rows:
         return self.tables + _TABLE_ROWS
 
 
-def new_images(lamps: int, profiles: int, parts: int, measured: int = 0) -> LampImages:
-    """Make the images of so many lamps, which are dark.
+def new_image(lamps: int, parts: int, measured: int = 0) -> bpy.types.Image:
+    """Make the image of so many lamps, which are dark.
 
     Parameters
     ----------
     lamps : int
         Those that stand for things included.
-    profiles : int
-        That these may have.
     parts : int
         Of the phase function.
     measured : int
@@ -158,35 +136,28 @@ def new_images(lamps: int, profiles: int, parts: int, measured: int = 0) -> Lamp
     image = number_image(NAME, _WIDTH, height)
     image.use_half_precision = False  # numbers keep their digits
     image[_PARTS], image[_MEASURED] = parts, measured
-    return LampImages(image, lamp_sources.new_image(profiles))
+    return image
 
 
 def write_lamps(
-    images: LampImages, folded: LampChannels, colours: Sequence[Sequence[float]]
+    image: bpy.types.Image, folded: LampChannels, colours: Sequence[Sequence[float]]
 ) -> None:
-    """Put lamps and their water into images of their size.
+    """Put lamps and their water into an image of their size.
 
     Parameters
     ----------
-    images : LampImages
+    image : Image
+        Of :func:`new_image`.
     folded : LampChannels
     colours : sequence of 3
         Of the lamps that cast the shadows of each; :data:`NO_SHADOW` where nothing is in the way.
     """
-    profiles = list(dict.fromkeys(lamp.profile for lamp in folded.lamps))
-    field = folded.in_water.field
-    assert isinstance(field, ScatteredField)
-    lamp_sources.write(images.sources, field, profiles)
-    image = images.numbers
-    image.pixels.foreach_set(np.ravel(_pixels(image.size, folded, colours, profiles)))
+    image.pixels.foreach_set(np.ravel(_pixels(image.size, folded, colours)))
     image.update()
 
 
 def _pixels(
-    size: Sequence[int],
-    folded: LampChannels,
-    colours: Sequence[Sequence[float]],
-    profiles: Sequence[LampProfile],
+    size: Sequence[int], folded: LampChannels, colours: Sequence[Sequence[float]]
 ) -> NDArray[np.float32]:
     width, height = size
     out = np.zeros((height, width, 4), np.float32)
@@ -194,22 +165,19 @@ def _pixels(
     row = np.concatenate([np.transpose(gauss(count)) for count in _QUADRATURES])
     in_water, on_things = folded.in_water, folded.on_things
     out[0, : len(row), :2] = row
-    assert isinstance(in_water.field, ScatteredField)
-    out[0, _EXTENT, :3] = folded.stretch, in_water.reach, in_water.field.scale
+    out[0, _EXTENT, :2] = folded.stretch, in_water.reach
     out[0, _IN_WATER, :3], out[0, _ON_THINGS, :3] = in_water.b, on_things.b
     in_spread, on_spread = in_water.spread, on_things.spread
     assert isinstance(in_spread, WaterSpread)
     assert isinstance(on_spread, WaterSpread)
     _put(out[_SPREAD:], 0, in_spread.deflection.values)
     _put(out[_SPREAD:], _PATCHES, on_spread.on_patches.values)
-    _put(out[_SPREAD:], _SMOOTH, in_spread.smooth_deflection.values)
     first, rows = _SPREAD + _SPREAD_ROWS, _Rows(folded.parts, folded.measured)
     for index, (lamp, tables) in enumerate(zip(folded.lamps, folded.folded, strict=True)):
         block = out[first + rows.all * index :][: rows.all]
-        _put_lamp(block, lamp, tables, colours[index], profiles.index(lamp.profile))
+        _put_lamp(block, lamp, tables, colours[index])
         _put(block[rows.tables :], 0, in_spread.profile(lamp.profile).values)
         _put(block[rows.tables :], _PROFILE_COLUMNS, on_spread.profile(lamp.profile).values)
-        _put(block[rows.tables :], _SMOOTH_PROFILE, in_spread.smooth_profile(lamp.profile).values)
         if lamp.shadow is not None:
             assert isinstance(lamp.shadow, ValueGrid)
             _put(block[rows.tables :], _SHADOW, lamp.shadow.values)
@@ -217,16 +185,12 @@ def _pixels(
 
 
 def _put_lamp(
-    block: NDArray[np.float32],
-    lamp: Lamp,
-    folded: FoldedLamp,
-    colour: Sequence[float],
-    source: int,
+    block: NDArray[np.float32], lamp: Lamp, folded: FoldedLamp, colour: Sequence[float]
 ) -> None:
     edge = NO_EDGE if lamp.profile.edge is None else lamp.profile.edge
     numbers = block[0]
     numbers[_POSITION, :3], numbers[_AXIS, :3] = lamp.position, lamp.axis
-    numbers[_FORM, :3] = lamp.radius, edge, source
+    numbers[_FORM, :3] = lamp.radius, edge, lamp.profile.beam
     unblocked = max(lamp.thrown, lamp.unblocked)
     numbers[_COLOUR, :3], numbers[_SEEN, :3] = colour, (lamp.seen, lamp.thrown, unblocked)
     block[_PROFILE, :SAMPLES, 0] = lamp.profile.sampled(SAMPLES)
@@ -251,12 +215,16 @@ class _ImageProfile(LampProfile):
     image: bpy.types.Image
     row: NodeValue
     edge_cosine: NodeValue
-    source: NodeValue
+    beam_cosine: NodeValue
     tables: NodeValue
 
     @property
     def edge(self) -> NodeValue:
         return self.edge_cosine
+
+    @property
+    def beam(self) -> NodeValue:
+        return self.beam_cosine
 
     def value(self, cosine: Operand, m: Mathematics = NUMPY) -> Operand:
         place = sample_place(cosine, SAMPLES, m, self.edge_cosine)
@@ -323,10 +291,6 @@ class _ImageSpread:
         return _ImageGrid(self.graph, self.image, 0.0, float(_SPREAD))
 
     @property
-    def smooth_deflection(self) -> _ImageGrid:
-        return _ImageGrid(self.graph, self.image, float(_SMOOTH), float(_SPREAD))
-
-    @property
     def on_patches(self) -> _ImageGrid:
         return _ImageGrid(self.graph, self.image, float(_PATCHES), float(_SPREAD))
 
@@ -334,42 +298,19 @@ class _ImageSpread:
         assert isinstance(profile, _ImageProfile)
         return _ImageGrid(self.graph, self.image, self.profiles, profile.tables)
 
-    def smooth_profile(self, profile: LampProfile) -> _ImageGrid:
-        assert isinstance(profile, _ImageProfile)
-        return _ImageGrid(self.graph, self.image, float(_SMOOTH_PROFILE), profile.tables)
-
-
-@dataclass(frozen=True, eq=False)
-class _ImageField:
-    """The sources of lamps in their image."""
-
-    graph: Graph
-    image: bpy.types.Image
-    scale: NodeValue
-
-    def source(self, profile: LampProfile) -> lamp_sources.ImageSource:
-        assert isinstance(profile, _ImageProfile)
-        return lamp_sources.ImageSource(self.graph, self.image, profile.source, self.scale)
-
 
 @dataclass(frozen=True, eq=False)
 class LampTable:
-    """Look-ups in the images in a node tree; make it with :meth:`of`."""
+    """Look-ups in the image in a node tree; make it with :meth:`of`."""
 
     graph: Graph
-    images: LampImages
+    image: bpy.types.Image
     rows: _Rows
 
     @classmethod
-    def of(cls, graph: Graph, images: LampImages) -> LampTable:
-        """Make it of images of :func:`new_images`."""
-        image = images.numbers
-        return cls(graph, images, _Rows(image[_PARTS], image[_MEASURED]))
-
-    @property
-    def image(self) -> bpy.types.Image:
-        """That of the numbers."""
-        return self.images.numbers
+    def of(cls, graph: Graph, image: bpy.types.Image) -> LampTable:
+        """Make it of an image of :func:`new_image`."""
+        return cls(graph, image, _Rows(image[_PARTS], image[_MEASURED]))
 
     @property
     def count(self) -> int:
@@ -386,10 +327,10 @@ class LampTable:
         position, axis, form = (
             self.graph.components(self._at(column, row)) for column in (_POSITION, _AXIS, _FORM)
         )
-        radius, edge, source = form
+        radius, edge, beam = form
         tables = row + float(self.rows.tables)
         shadow = _ImageShadow(self.graph, self.image, float(_SHADOW), tables)
-        profile = _ImageProfile(self.graph, self.image, row + float(_PROFILE), edge, source, tables)
+        profile = _ImageProfile(self.graph, self.image, row + float(_PROFILE), edge, beam, tables)
         seen, thrown, unblocked = self.graph.components(self._at(_SEEN, row))
         return Lamp(position, axis, 1.0, profile, radius, seen, shadow, thrown, unblocked)
 
@@ -433,9 +374,7 @@ class LampTable:
     def _water(self, column: int, profiles: float) -> LampWater:
         b, nothing = self._at(column, 0.0), Mixture((), ())
         spread = _ImageSpread(self.graph, self.image, profiles)
-        _, reach, scale = self._extent
-        field = _ImageField(self.graph, self.images.sources, scale)
-        return LampWater(0.0, b, b, nothing, spread, field, reach)
+        return LampWater(0.0, b, b, nothing, spread, self._extent[1])
 
     def _folded(self, index: NodeValue, row: int, count: int) -> list[_ImageRow]:
         return self._rows(self._row(index) + float(row), count)
@@ -456,7 +395,7 @@ class LampTable:
 
 
 def build_path(
-    images: LampImages,
+    image: bpy.types.Image,
     components: Sequence[PhaseFunction],
     *,
     ahead: bool,
@@ -466,7 +405,8 @@ def build_path(
 
     Parameters
     ----------
-    images : LampImages
+    image : Image
+        Of :func:`new_image`.
     components : sequence of PhaseFunction
         Parts of the phase function.
     ahead : bool
@@ -481,7 +421,7 @@ def build_path(
     """
     inputs = {"y_f": "NodeSocketFloat"} if ahead else {}
     tree, graph, given = _group(f"{NAME} in the Water", inputs, rays)
-    table, w = LampTable.of(graph, images), view_direction(graph)
+    table, w = LampTable.of(graph, image), view_direction(graph)
     if ahead:
         origin = camera_place(graph)
         P = distance_in_water(camera_depth(graph), -w[2], given["y_f"], NODES)
@@ -499,7 +439,7 @@ def build_path(
 
 
 def build_patch(
-    images: LampImages,
+    image: bpy.types.Image,
     outputs: Collection[str] = (SEEN,),
     rays: bpy.types.ShaderNodeTree | None = None,
 ) -> bpy.types.ShaderNodeTree:
@@ -511,7 +451,8 @@ def build_patch(
 
     Parameters
     ----------
-    images : LampImages
+    image : Image
+        Of :func:`new_image`.
     outputs : collection of str
         Which of these, in three channels: :data:`SEEN`, the radiance that arrives at the camera,
         of which :data:`UNSCATTERED` and :data:`FORWARD` are the parts; :data:`THERE`, the radiance
@@ -520,10 +461,10 @@ def build_patch(
         Of :mod:`.realtime_refraction`.
     """
     inputs = dict.fromkeys((NORMAL, VISIBILITY), "NodeSocketVector") | {COLOR: "NodeSocketColor"}
-    measured = bool(images.numbers[_MEASURED])
+    measured = bool(image[_MEASURED])
     inputs |= {MEASURED: "NodeSocketFloat"} if measured else {}
     tree, graph, given = _group(f"{NAME} on Things", inputs, rays)
-    table, here, P = LampTable.of(graph, images), place_here(graph), view_distance(graph)
+    table, here, P = LampTable.of(graph, image), place_here(graph), view_distance(graph)
     normal, colour = (graph.components(given[name]) for name in (NORMAL, COLOR))
 
     def of_lamp(index: NodeValue) -> tuple[NodeValue, ...]:
@@ -563,7 +504,7 @@ def build_patch(
 
 
 def visibility(
-    graph: Graph, numbers: bpy.types.NodeOutputs, images: LampImages, normal: NodeValue
+    graph: Graph, numbers: bpy.types.NodeOutputs, image: bpy.types.Image, normal: NodeValue
 ) -> NodeValue:
     """Share of the lamps of each colour that the shaded point sees.
 
@@ -571,7 +512,7 @@ def visibility(
     as their inverse squares of the distance.
     """
     sunlit, code = (graph.term(numbers[name]) for name in (SUNLIT, CODE))
-    table, here, facing = LampTable.of(graph, images), place_here(graph), graph.components(normal)
+    table, here, facing = LampTable.of(graph, image), place_here(graph), graph.components(normal)
 
     def of_lamp(index: NodeValue) -> tuple[NodeValue]:
         lamp = dataclasses.replace(table.lamp(index), radius=0.0)

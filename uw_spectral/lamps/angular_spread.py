@@ -46,8 +46,6 @@ ABOUT_LAMP = math.radians(30.0)
 THING = math.radians(10.0)
 """Within this of its middle, what is around a thing that is seen shines as the thing does."""
 
-_SMOOTH = 18.0  # degree at which smooth moments have fallen to 1/e
-_SMOOTH_PROFILE = 14.0  # the same of profiles
 _MOMENTS = 400  # of phase functions
 _OF_PROFILE = 80
 _PLACES = 400  # of the quadratures of profiles and patches
@@ -95,20 +93,6 @@ def profile_place(cosine: Operand, m: Mathematics = NUMPY) -> Operand:
     return sample_place(cosine, PROFILE_ANGLES, m)
 
 
-def smooth_moments(chi: Array, scale: float = 1.0) -> Array:
-    """Moments of a phase function without what is narrower than some ten degrees.
-
-    Parameters
-    ----------
-    chi : array, shape (l, ...)
-        From degree 0 on.
-    scale : float
-        On the degree at which they have fallen.
-    """
-    degrees = np.arange(len(chi)).reshape(-1, *[1] * (chi.ndim - 1))
-    return np.asarray(chi * np.exp(-((degrees / (_SMOOTH * scale)) ** 4)))
-
-
 class Lookup(Protocol):
     """A table of n bands."""
 
@@ -126,21 +110,12 @@ class Spread(Protocol):
         ...
 
     @property
-    def smooth_deflection(self) -> Lookup:
-        """The same of :func:`smooth_moments`."""
-        ...
-
-    @property
     def on_patches(self) -> Lookup:
         """Scattered irradiance over that without water."""
         ...
 
     def profile(self, profile: LampProfile) -> Lookup:
         """Profile of a lamp as light that was scattered has it."""
-        ...
-
-    def smooth_profile(self, profile: LampProfile) -> Lookup:
-        """The same of :func:`smooth_moments` and :func:`smooth_profile_moments`."""
         ...
 
 
@@ -194,12 +169,7 @@ class WaterSpread(ComparedByContent):
         Of light that was scattered at least twice on a length l (rows), over l, by the whole
         deflection (columns): its limit for short lengths is b² l/2 of p folded with itself.
         """
-        return _deflection(self, smooth=False)
-
-    @property
-    def smooth_deflection(self) -> ValueGrid:
-        """The same, of a phase function without what is narrower than some ten degrees."""
-        return _deflection(self, smooth=True)
+        return _deflection(self)
 
     @property
     def on_patches(self) -> ValueGrid:
@@ -216,24 +186,20 @@ class WaterSpread(ComparedByContent):
 
         The columns are the places of :func:`.sample_place`.
         """
-        return _profile(self, profile, smooth=False)
-
-    def smooth_profile(self, profile: LampProfile) -> ValueGrid:
-        """The same, of a phase function and a profile without what is narrow."""
-        return _profile(self, profile, smooth=True)
+        return _profile(self, profile)
 
     @functools.cached_property
     def chi(self) -> Array:
         """Moments of the phase function from 0 on, shape (m + 1, n)."""
         return np.concatenate([np.ones((1, len(self.b))), self.phase.moments(_MOMENTS)])
 
-    def blurs(self, orders: Array, *, smooth: bool = False) -> Array:
+    def blurs(self, orders: Array) -> Array:
         """Return X, the mean over σ from 0 to 1 of 1 - χ at the order scaled by σ, shape (k, n).
 
         An order l counts as √(l (l + 1)), as whose square 1 - χ begins.
         """
         y = np.sqrt(np.arange(_MOMENTS + 1.0) * (np.arange(_MOMENTS + 1.0) + 1.0))
-        lost = 1.0 - (smooth_moments(self.chi) if smooth else self.chi)
+        lost = 1.0 - self.chi
         steps = np.diff(y)[:, None] * (lost[1:] + lost[:-1]) / 2.0
         steps[0] = lost[1] * y[1] / 3.0
         whole = np.concatenate([np.zeros((1, len(self.b))), np.cumsum(steps, axis=0)])
@@ -246,11 +212,10 @@ class WaterSpread(ComparedByContent):
         return np.clip(scattered, 0.0, 1.0)
 
 
-@functools.lru_cache(maxsize=32)
-def _deflection(spread: WaterSpread, *, smooth: bool) -> ValueGrid:
+@functools.lru_cache(maxsize=16)
+def _deflection(spread: WaterSpread) -> ValueGrid:
     lengths = _lengths(LENGTHS)
-    chi = smooth_moments(spread.chi) if smooth else spread.chi
-    x = lengths[:, None, None] * (spread.b * chi)[None]
+    x = lengths[:, None, None] * (spread.b * spread.chi)[None]
     bl = lengths[:, None, None] * spread.b
     twice = np.where(
         np.abs(x) < _SMALL,
@@ -275,13 +240,11 @@ def _on_patches(spread: WaterSpread) -> ValueGrid:
     return ValueGrid(np.maximum(np.concatenate([about, seen, rest], axis=1), 0.0))
 
 
-@functools.lru_cache(maxsize=32)
-def _profile(spread: WaterSpread, profile: LampProfile, *, smooth: bool) -> ValueGrid:
+@functools.lru_cache(maxsize=16)
+def _profile(spread: WaterSpread, profile: LampProfile) -> ValueGrid:
     lengths = _lengths(PROFILE_LENGTHS)
     orders = np.arange(_OF_PROFILE + 1.0)
-    of_profile = smooth_profile_moments(profile) if smooth else profile_moments(profile)
-    blurred = spread.transferred(lengths, spread.blurs(orders, smooth=smooth))
-    shares = blurred * of_profile[:, None]
+    shares = spread.transferred(lengths, spread.blurs(orders)) * _moments_of(profile)[:, None]
     sine = np.linspace(0.0, 1.0, PROFILE_ANGLES)
     values = _summed(shares, 1.0 - 2.0 * sine * sine, _OF_PROFILE)
     return ValueGrid(np.maximum(values, 0.0))
@@ -329,21 +292,8 @@ def _window(lowest: float, power: int) -> Array:
     return _legendre(_MOMENTS, tuple(mu)) @ (math.pi * (1.0 - lowest) * weights * mu**power)
 
 
-def smooth_profile_moments(profile: LampProfile, scale: float = 1.0) -> Array:
-    """:func:`profile_moments` of a profile that is blurred, which leaves it positive.
-
-    Parameters
-    ----------
-    profile : LampProfile
-    scale : float
-        On the degree at which they have fallen.
-    """
-    degrees = np.arange(_OF_PROFILE + 1.0)
-    return profile_moments(profile) * np.exp(-((degrees / (_SMOOTH_PROFILE * scale)) ** 2))
-
-
 @functools.lru_cache(maxsize=64)
-def profile_moments(profile: LampProfile) -> Array:
+def _moments_of(profile: LampProfile) -> Array:
     """Mean over all directions of a profile times each Legendre polynomial."""
     places, weights = np.polynomial.legendre.leggauss(_PLACES)
     # All of the places within the edge: a narrow beam would fall between them.

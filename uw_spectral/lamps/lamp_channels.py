@@ -41,9 +41,8 @@ from ..water.phase import PhaseFunction
 from .lamp import Lamp, RayPastLamp, disc_seen, ray_past_lamp
 from .lamp_path import Quadrature, gauss_sum
 from .lamp_surface import PatchPastLamp, carried_share, patch_past_lamp, scattered_onto
-from .multiple_scattering import LampWater, light_along
-from .profile import IsotropicProfile, SpotProfile
-from .scattered_field import ScatteredField, source_seen
+from .multiple_scattering import BendingNode, LampWater, light_along
+from .profile import SpotProfile
 from .three_bands import COUNT, ThreeBands, three_bands
 
 type Array = NDArray[np.float64]
@@ -61,7 +60,6 @@ _DISTANCES = (0.1, 0.5, 1.0, 2.0, 4.0, 8.0, 14.0)
 _OFF_AXIS = (1.0, 0.8, 0.5, -0.2)  # in the beam and beside it
 _TILTS = (1.0, 0.3, -0.2)
 _HALF_DEFLECTIONS = (0.01, 0.05, 0.1, 0.3, 0.6, 0.9, 1.2)
-_FEW_DEGREES = 8
 _USUAL = Lamp((0.0, 0.0, 0.0), (0.0, 0.0, 1.0), 1.0, SpotProfile(math.radians(60.0), 0.5))
 
 
@@ -408,12 +406,11 @@ def _of_three(water: LampWater, bands: ThreeBands) -> LampWater:
 
 def _bands_in_water(water: LampWater, seen: Array) -> ThreeBands:
     """Bands that stand for all in what is scattered more than once."""
-    assert isinstance(water.field, ScatteredField)
-    few = dataclasses.replace(water.field, degrees=_FEW_DEGREES)
-    half, r, t = _places(_HALF_DEFLECTIONS, _DISTANCES, _DISTANCES)
-    bent = np.cos(2.0 * half)
-    source = source_seen(few.source(IsotropicProfile()), r, 1.0, bent, bent)
-    return three_bands(source * (r * np.exp(-water.b * t)), _light_in(seen, water, r + t))
+    half, r, t, cosine = _places(_HALF_DEFLECTIONS, _DISTANCES, _DISTANCES, _OFF_AXIS)
+    node = BendingNode(half, r, t, cosine)
+    profile = water.spread.profile(_USUAL.profile)
+    values = node.scattered(profile, water, 0.0, NUMPY)
+    return three_bands(values, _light_in(seen, water, node.length))
 
 
 def _bands_on_things(water: LampWater, seen: Array) -> ThreeBands:

@@ -1,26 +1,26 @@
 """Lamp light that is scattered more than once, from the moments of the phase function.
 
-What bends it by more than some ten degrees is the source of :mod:`.scattered_field`, which knows of
-every bend: L = ∫ S e^{-c t} ds along the ray. For the rest, which goes nearly straight on, one bend
-stands: what stands for light scattered once, with the angular distribution after any number of
-scatterings in place of b p,
+Along the ray stands for it what stands for light scattered once, with the angular
+distribution after any number of scatterings in place of b p:
 
     L = ∫ I Φ'(θ) K(Θ, l) e^{-a l} / r² ds,   K = Σ (2n + 1)/4π Q(b l, χn) Pn(cos Θ) / l,
-
-less the same of the moments that the source has.
 
 Q(x, χ) = e^{-x (1 - χ)} - e^{-x} (1 + x χ), l the path from the lamp over the place to the camera,
 Θ the deflection there, Φ' the profile blurred by the scatterings on both legs
 (:mod:`.angular_spread`). A path that ends after P takes what comes from the whole ray, less what
 comes from beyond as it is seen from its end: light scattered far ahead is scattered again nearby.
 A thing at the end keeps that away.
-docs/measured/lamp_light.md has the errors.
+
+What comes from outside the beam of a lamp had left it inside, and was bent by the angle δ between
+besides, across Θ as often as along it: cos Θ cos δ stands in place of cos Θ there.
+
+It counts that scattered light goes a longer way no further than by one bend. Near a lamp, within a
+transport length 1/(b (1 - g)), that is nothing; docs/measured/lamp_light.md has the errors.
 """
 
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -42,8 +42,6 @@ from .angular_spread import (
 )
 from .lamp import Lamp, RayPastLamp
 from .lamp_path import NODES, Quadrature, gauss_sum, lit_part, path_node
-from .profile import LampProfile
-from .scattered_field import ScatteredField, Source, source_seen
 
 MORE_NODES, BEYOND_NODES = 16, 8
 """Of the integral up to the end of a path, and beyond."""
@@ -51,14 +49,6 @@ _REACH = 8.0  # of scattered light, in decay lengths
 # Path to the camera over that to the lamp. A place that is displaced by more than its distance
 # from the lamp is mostly farther away, not on another side.
 _MOST_BLURRED = 2.0
-
-
-class Field(Protocol):
-    """Where the sources of light are that was scattered already."""
-
-    def source(self, profile: LampProfile) -> Source:
-        """Return that of a lamp."""
-        ...
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,8 +63,6 @@ class LampWater:
         Phase function.
     spread : Spread
         Tables of light that is scattered more often.
-    field : Field
-        Its sources.
     reach : float
         Distance from the camera, or beyond the lamp, from which no scattered light is counted, m.
     """
@@ -84,7 +72,6 @@ class LampWater:
     c: Operand
     phase: Mixture
     spread: Spread
-    field: Field
     reach: Operand
 
     def of_bands(self, indices: ArrayLike) -> LampWater:
@@ -98,7 +85,7 @@ class LampWater:
         cast = np.dtype(dtype).type
         phase = dataclasses.replace(self.phase, weights=np.asarray(self.phase.weights, dtype))
         numbers = {name: cast(getattr(self, name)) for name in ("a", "b", "c", "reach")}
-        return LampWater(**numbers, phase=phase, spread=self.spread, field=self.field)
+        return LampWater(**numbers, phase=phase, spread=self.spread)
 
 
 def lamp_water(a: ArrayLike, b: ArrayLike, phase: BandPhase) -> LampWater:
@@ -139,7 +126,6 @@ def lamp_water(a: ArrayLike, b: ArrayLike, phase: BandPhase) -> LampWater:
         absorption + scattering,
         phase,
         WaterSpread(scattering, phase),
-        ScatteredField(absorption, scattering, phase),
         _REACH / max(float((transport + diffuse).min()), 1e-3),
     )
 
@@ -262,9 +248,8 @@ def scattered_more(
     deflection is then atan(e^u), and ds/r² is du/r.
     """
     water = light.water
-    P, spread = ray.far - ray.near, water.spread
-    profiles = spread.profile(lamp.profile), spread.smooth_profile(lamp.profile)
-    source, off_axis = water.field.source(lamp.profile), 0.0 - ray.along
+    profile, P = water.spread.profile(lamp.profile), ray.far - ray.near
+    beam = lamp.profile.beam
     end = m.maximum(ray.near, 0.0) + water.reach
     last = m.maximum(m.minimum(ray.far, m.maximum(end, ray.near)), ray.first)
     beyond = m.maximum(end, last)
@@ -272,15 +257,13 @@ def scattered_more(
     passed = m.exp(-water.b * P)
 
     def before_the_end(place: Operand, share: Operand) -> tuple[Operand]:
-        node = _node(lamp, ray, ray.first, last, place, share, m)
-        here = node.bent_little(profiles, water, 0.0, m) * node.weight
-        seen = source_seen(source, node.r, node.cosine, node.bent, off_axis, m)
-        here = here + seen * (node.weight * node.r) * m.exp(-water.b * node.t)
+        node = _node(lamp, ray, beam, ray.first, last, place, share, m)
+        here = node.scattered(profile, water, 0.0, m) * node.weight
         return (light.arriving(here, node.length, m),)
 
     def beyond_the_end(place: Operand, share: Operand) -> tuple[Operand]:
-        node = _node(lamp, ray, last, beyond, place, share, m)
-        here, there = (node.bent_little(profiles, water, start, m) for start in (0.0, P))
+        node = _node(lamp, ray, beam, last, beyond, place, share, m)
+        here, there = (node.scattered(profile, water, start, m) for start in (0.0, P))
         return (light.arriving((here - passed * there) * node.weight, node.length, m),)
 
     near = integrate(MORE_NODES, before_the_end)[0]
@@ -295,8 +278,8 @@ class BendingNode:
 
     Attributes
     ----------
-    tangent : float or array
-        Of half its deflection.
+    half : float or array
+        Half its deflection, rad.
     r, t : float or array
         Distances from the lamp and, along the ray, from the camera, m.
     cosine : float or array
@@ -305,7 +288,7 @@ class BendingNode:
         Share of the place in the integral, 1/m.
     """
 
-    tangent: Operand
+    half: Operand
     r: Operand
     t: Operand
     cosine: Operand
@@ -316,59 +299,23 @@ class BendingNode:
         """Length of the path from the lamp over the place to the camera, m."""
         return self.r + self.t
 
-    @property
-    def bent(self) -> Operand:
-        """Cosine of the deflection."""
-        squared = self.tangent * self.tangent
-        return (1.0 - squared) / (1.0 + squared)
-
-    def scattered(self, profile: Lookup, water: LampWater, m: Mathematics = NUMPY) -> Operand:
-        """Share of the light that one bend sends to the camera, absorption and 1/r² apart."""
-        places = self._row(0.0, m), self._bend(0.0, m)
-        return self._by_one_bend(profile, water.spread.deflection, places, m)
-
-    def bent_little(
-        self, profiles: Sequence[Lookup], water: LampWater, start: Operand, m: Mathematics
+    def scattered(
+        self, profile: Lookup, water: LampWater, start: Operand, m: Mathematics
     ) -> Operand:
-        """What that is above what the source has, sent to a place on the ray.
-
-        ``profiles`` are the blurred one of the lamp, and that of its smooth profile.
-        """
-        tables = water.spread.deflection, water.spread.smooth_deflection
-        places = self._row(start, m), self._bend(start, m)
-        whole, smooth = (
-            self._by_one_bend(profile, table, places, m)
-            for profile, table in zip(profiles, tables, strict=True)
-        )
-        return whole - smooth
-
-    def _by_one_bend(
-        self,
-        profile: Lookup,
-        table: Lookup,
-        places: tuple[Operand, tuple[Operand, Operand]],
-        m: Mathematics,
-    ) -> Operand:
-        row, bend = places
-        return profile.at(profile_place(self.cosine, m), row) * m.exp(table.at(*bend))
-
-    def _bend(self, start: Operand, m: Mathematics) -> tuple[Operand, Operand]:
-        """Place in tables of deflections."""
-        t = m.maximum(self.t - start, 0.0)
-        half = m.arctan2(self.tangent, 1.0)
-        return deflection_place(half, m), length_place(self.r + t, LENGTHS, m)
-
-    def _row(self, start: Operand, m: Mathematics) -> Operand:
-        """Row in tables of profiles."""
+        """Share of the light that it sends to a place on the ray, absorption and 1/r² apart."""
         t = m.maximum(self.t - start, 0.0)
         aside = m.minimum(t / self.r, _MOST_BLURRED)
         # Scatterings on either leg blur the profile: seen from the lamp by t/r on the camera's.
-        return length_place(self.r + t * aside * aside, PROFILE_LENGTHS, m)
+        row = length_place(self.r + t * aside * aside, PROFILE_LENGTHS, m)
+        intensity = profile.at(profile_place(self.cosine, m), row)
+        place = deflection_place(self.half, m), length_place(self.r + t, LENGTHS, m)
+        return intensity * m.exp(water.spread.deflection.at(*place))
 
 
 def _node(
     lamp: Lamp,
     ray: RayPastLamp,
+    beam: Operand,
     start: Operand,
     end: Operand,
     place: Operand,
@@ -381,7 +328,18 @@ def _node(
     s, r = ray.h * (grown - 1.0 / grown) / 2.0, ray.h * (grown + 1.0 / grown) / 2.0
     cosine = (ray.across * ray.h + ray.along * s) / r
     t = m.maximum(ray.t0 + s, 0.0)
-    return BendingNode(grown, r, t, cosine, width * share / r * lamp.lit(ray.place(s), m))
+    half = _half_deflection(grown * grown, cosine, beam, m)
+    return BendingNode(half, r, t, cosine, width * share / r * lamp.lit(ray.place(s), m))
+
+
+def _half_deflection(tangent2: Operand, cosine: Operand, beam: Operand, m: Mathematics) -> Operand:
+    """Half the deflection, from its squared tangent without that from the beam to a direction."""
+    c2 = 1.0 / (1.0 + tangent2)
+    s2 = tangent2 * c2
+    sines = m.maximum(1.0 - cosine * cosine, 0.0) * m.maximum(1.0 - beam * beam, 0.0)
+    off = m.maximum(cosine * beam + m.sqrt(sines), 0.0)
+    more = (1.0 - m.select(m.less(cosine, beam), off, 1.0)) * (c2 - s2) / 2.0
+    return m.arctan2(m.sqrt(m.maximum(s2 + more, 0.0)), m.sqrt(m.maximum(c2 - more, 0.0)))
 
 
 def _asinh(s: Operand, h: Operand, m: Mathematics) -> Operand:

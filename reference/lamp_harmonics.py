@@ -1,174 +1,110 @@
-"""Light of a lamp that water scatters twice and more, as a source along rays, by harmonics.
+"""Light of a lamp that water scatters twice and more, by spherical harmonics: a reference.
 
 Round a lamp in endless water radiance depends on the distance r, on the angle θ from the lamp's
 axis and on the direction ω. What is scattered once more is the source
 
     S(r, θ, ω) = b ∫ p(ω', ω) L(r, θ, ω') dω',
 
-with L all light that was scattered already. In Fourier space the equation of transfer couples
-harmonics of one order m' with their neighbours only: (c - b χ_l) L_l + ik (α_l L_{l-1} + α_{l+1}
-L_{l+1}) = Q_l, α_l² = (l² - m'²)/(4 l² - 1). Degrees beyond the highest are not scattered; they end
-the system exactly, by a continued fraction. With the harmonics turned from the wave's frame into
-that of the radius, in which they keep their order m, and plane waves in spherical Bessel functions
-j_λ, the source is
+with L all light that was scattered already; the integral of S e^{-c t} along a ray is its radiance.
+In Fourier space the equation of transfer couples harmonics of one order m' with their neighbours
+only: (c - b χ_l) L_l + ik (α_l L_{l-1} + α_{l+1} L_{l+1}) = Q_l, α_l² = (l² - m'²)/(4 l² - 1).
+Degrees beyond the highest are not scattered; they end the system exactly, by a continued fraction.
+With the harmonics turned from the wave's frame into that of the radius, in which they keep their
+order m, and plane waves in spherical Bessel functions j_λ, the source is
 
     S = Σ_m Σ_lj g^m_lj(r) Y_lm(ω) 4π φ_j Y_jm(θ),   φ_j the moments of the lamp's profile.
 
 Nothing of it is fitted, and it has no photons' noise. Of the phase function and the profile it has
-what is wider than some ten degrees, :func:`.smooth_moments`; for what is narrower one bend stands:
-:mod:`.multiple_scattering`.
+what is wider than some ten degrees; for what is narrower one bend stands, as of
+:mod:`.multiple_scattering`: what that makes of the whole less what it makes of the wider part.
 """
 
 from __future__ import annotations
 
 import functools
-import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..content import ComparedByContent
-from ..mathematics import NUMPY, Mathematics, Operand
-from ..water.phase import BandPhase
-from .angular_spread import smooth_moments, smooth_profile_moments
-from .profile import LampProfile
+from ..uw_spectral.content import ComparedByContent
+from ..uw_spectral.lamps.angular_spread import WaterSpread
+from ..uw_spectral.lamps.lamp import Lamp, RayPastLamp
+from ..uw_spectral.lamps.multiple_scattering import BandLight, LampWater, scattered_more
+from ..uw_spectral.lamps.profile import LampProfile
+from ..uw_spectral.mathematics import NUMPY, Mathematics, Operand
+from ..uw_spectral.water.phase import BandPhase
 
 type Array = NDArray[np.float64]
 
 DEGREES = 32
 """Highest degree of harmonics, of directions and of profiles."""
-ROWS, AZIMUTHS, TURNS, BENDS = 24, 8, 24, 32
-"""Of the table: distances, azimuths about the radius between the lamp's axis and the way of the
-light, angles of the radius from the axis, and of that way from the radius."""
-NEAREST, FARTHEST = 0.06, 16.0
-"""Distances of the rows, in mean free paths."""
-_TURN_POWER, _BEND_POWER, _AZIMUTH_POWER = 1.5, 2.0, 1.5
-"""Angles are the finer the smaller."""
 
-_AROUND = 8  # orders m, from 0 on
-_WAVES = 120  # wave numbers
+ROWS = 48
+NEAREST, FARTHEST = 0.03, 20.0  # distances of the rows, in mean free paths
+_SMOOTH, _SMOOTH_PROFILE = 0.5625, 0.4375  # of the highest degree, where moments are 1/e
+_NODES = 96  # along a ray
+_AROUND = 10  # orders m, from 0 on
+_WAVES = 160  # wave numbers
 _LONGEST_WAVE = 0.02  # wave number, in 1/c
 _RESOLVED = 40.0  # waves along r, in rad, from which on they fade out
 _LAST, _STEP = 150.0, 0.1  # of the integral over them
 _CLOSED = 400  # degrees after which the continued fraction begins
 _DIRECTIONS = 128  # of the quadrature over products of harmonics
+_PROFILE_PLACES = 400
 _SMALLEST, _TINY = 1e-12, 1e-60
 
 
-def row_place(distance: Operand, c: Operand, m: Mathematics = NUMPY) -> Operand:
-    """Place of a distance in m among the rows, even in its logarithm.
+@dataclass(frozen=True, eq=False)
+class SmoothPhase(BandPhase):
+    """A phase function without what is narrower than some ten degrees."""
 
-    Examples
-    --------
-    >>> round(float(row_place(16.0, 1.0)), 9), float(row_place(0.001, 1.0))
-    (23.0, 0.0)
-    """
-    scale = (ROWS - 1.0) / math.log(FARTHEST / NEAREST)
-    held = m.clamp(distance * c, NEAREST, FARTHEST)
-    return (m.log(held) - math.log(NEAREST)) * scale
+    degree: float = math.inf
 
+    @classmethod
+    def of(cls, phase: BandPhase, highest: int) -> SmoothPhase:
+        """Return that which harmonics up to a degree resolve."""
+        return cls(phase.components, phase.weights, _SMOOTH * highest)
 
-def turn_place(cosine: Operand, m: Mathematics = NUMPY) -> Operand:
-    """Place of the cosine of the angle from the axis.
-
-    Examples
-    --------
-    >>> float(turn_place(1.0)), round(float(turn_place(-1.0)), 9)
-    (0.0, 23.0)
-    """
-    return _place(cosine, TURNS, 1.0 / _TURN_POWER, m)
+    def moments(self, count: int) -> Array:
+        """Legendre moments χ1 to χm per band, shape (m, n)."""
+        degrees = np.arange(1.0, count + 1.0)[:, None]
+        return super().moments(count) * np.exp(-((degrees / self.degree) ** 4))
 
 
-def bend_place(cosine: Operand, m: Mathematics = NUMPY) -> Operand:
-    """Place of the cosine of the deflection from the radius; see :func:`turn_place`."""
-    return _place(cosine, BENDS, 1.0 / _BEND_POWER, m)
+@dataclass(frozen=True, eq=False)
+class SmoothProfile(ComparedByContent, LampProfile):
+    """A profile, blurred, which leaves it positive."""
 
-
-def azimuth_place(cosine: Operand, m: Mathematics = NUMPY) -> Operand:
-    """Place of the cosine of the azimuth; see :func:`turn_place`."""
-    return _place(cosine, AZIMUTHS, 1.0 / _AZIMUTH_POWER, m)
-
-
-def _place(cosine: Operand, count: int, power: float, m: Mathematics) -> Operand:
-    angle = m.arccos(m.clamp(cosine, -1.0, 1.0))
-    return m.power(angle / math.pi, power) * (count - 1.0)
-
-
-def _angles(count: int, power: float) -> Array:
-    return np.asarray(math.pi * np.linspace(0.0, 1.0, count) ** power)
-
-
-class Source(Protocol):
-    """The source of light that was scattered already, round a lamp of an intensity of 1."""
+    profile: LampProfile
+    highest: int
 
     @property
-    def scale(self) -> Operand:
-        """Extinction that distances are scaled with, 1/m."""
-        ...
+    def moments(self) -> Array:
+        """Mean over all directions of it times each Legendre polynomial."""
+        cosines, weights = np.polynomial.legendre.leggauss(_PROFILE_PLACES)
+        values = np.asarray(self.profile.value(cosines)) * weights / 2.0
+        degrees = np.arange(self.highest + 1.0)
+        found = np.polynomial.legendre.legvander(cosines, self.highest).T @ values
+        return found * np.exp(-((degrees / (_SMOOTH_PROFILE * self.highest)) ** 2))
 
-    def at(self, row: Operand, azimuth: Operand, turn: Operand, bend: Operand) -> Operand:
-        """Interpolate :meth:`ScatteredField.table` at places, linearly."""
-        ...
+    @property
+    def solid_angle(self) -> float:
+        """Integral over the sphere, sr."""
+        return 4.0 * math.pi * float(self.moments[0])
 
-
-def source_seen(
-    source: Source,
-    r: Operand,
-    turned: Operand,
-    bent: Operand,
-    off_axis: Operand,
-    m: Mathematics = NUMPY,
-) -> Operand:
-    """Radiance per metre that water adds towards a camera, absorption up to there apart, times r.
-
-    Parameters
-    ----------
-    source : Source
-    r : float or array
-        Distance from the lamp, m.
-    turned, bent, off_axis : float or array
-        Cosines of the angles between the lamp's axis and the radius, the radius and the light's
-        way to the camera, and the axis and that way.
-    m : Mathematics
-        Elementary functions.
-    """
-    sines = (1.0 - turned * turned) * (1.0 - bent * bent)
-    azimuth = (off_axis - turned * bent) / m.sqrt(m.maximum(sines, _SMALLEST))
-    places = azimuth_place(azimuth, m), turn_place(turned, m), bend_place(bent, m)
-    return source.at(row_place(r, source.scale, m), *places)
+    def value(self, cosine: Operand, m: Mathematics = NUMPY) -> Operand:
+        """Value at the cosine of the angle from the axis."""
+        del m
+        weighted = self.moments * (2.0 * np.arange(self.highest + 1.0) + 1.0)
+        return np.polynomial.legendre.legval(np.asarray(cosine), weighted)
 
 
 @dataclass(frozen=True, eq=False)
-class SourceTable:
-    """A table of n bands, shape (ROWS, AZIMUTHS, TURNS, BENDS, n)."""
-
-    values: Array
-    scale: float
-
-    def at(self, row: Operand, azimuth: Operand, turn: Operand, bend: Operand) -> Array:
-        """Interpolate at places of shape (..., 1), or of no shape; shape (..., n)."""
-        ends = []
-        places = row, azimuth, turn, bend
-        for place, count in zip(places, self.values.shape, strict=False):
-            place = np.asarray(place)
-            place = place[..., 0] if place.ndim else place
-            low = np.clip(np.floor(place).astype(int), 0, count - 2)
-            share = (place - low)[..., None]
-            ends.append(((low, 1.0 - share), (low + 1, share)))
-        total = 0.0
-        for corner in itertools.product(*ends):
-            index, shares = zip(*corner, strict=True)
-            total = total + self.values[index] * math.prod(shares)
-        return np.asarray(total)
-
-
-@dataclass(frozen=True, eq=False)
-class ScatteredField(ComparedByContent):
-    """The field of a lamp in a water of n bands; equal ones are computed once.
+class LampField(ComparedByContent):
+    """Harmonics of a water of n bands; equal ones are computed once.
 
     Parameters
     ----------
@@ -176,7 +112,7 @@ class ScatteredField(ComparedByContent):
         Absorption and scattering, 1/m.
     phase : BandPhase
     degrees : int
-        Highest one of harmonics; few of them tell what differs from band to band.
+        Highest one of harmonics.
     """
 
     a: Array
@@ -184,59 +120,96 @@ class ScatteredField(ComparedByContent):
     phase: BandPhase
     degrees: int = DEGREES
 
-    @property
-    def scale(self) -> float:
-        """Extinction that rows are scaled with, 1/m."""
-        return max(float(np.mean(self.a + self.b)), 1e-4)
 
-    @property
-    def distances(self) -> Array:
-        """Of the rows, m."""
-        return np.geomspace(NEAREST, FARTHEST, ROWS) / self.scale
+def scattered_more_by_harmonics(
+    lamp: Lamp, ray: RayPastLamp, water: LampWater, degrees: int = DEGREES
+) -> Array:
+    """Radiance of a lamp's light that is scattered more than once along a ray.
 
-    def source(self, profile: LampProfile) -> SourceTable:
-        """Return what rays look the source of a lamp up in."""
-        return SourceTable(self.table(profile), self.scale)
+    Parameters
+    ----------
+    lamp : Lamp
+        Without shadows.
+    ray : RayPastLamp
+        A single one.
+    water : LampWater
+        Of n bands, made by :func:`.lamp_water`.
+    degrees : int
+        Highest one of harmonics: more of them resolve narrower angles.
 
-    def table(self, profile: LampProfile) -> Array:
-        """Return S without what absorption takes up to there, times r, of an intensity of 1.
+    Returns
+    -------
+    array, shape (n,)
+        In the unit of the intensity per m².
 
-        Parameters
-        ----------
-        profile : LampProfile
+    Examples
+    --------
+    >>> from ..uw_spectral.lamps.lamp import ray_past_lamp
+    >>> from ..uw_spectral.lamps.multiple_scattering import lamp_water
+    >>> from ..uw_spectral.water.phase import parse_phase
+    >>> water = lamp_water([0.1], [0.2], parse_phase("hg:0.9").for_bands([0.2]))
+    >>> lamp = Lamp((0.5, 0.0, 4.0), (0.0, 0.0, -1.0), np.array([1.0]))
+    >>> ray = ray_past_lamp(lamp, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), 50.0)
+    >>> scattered_more_by_harmonics(lamp, ray, water, 16).round(3)
+    array([0.031])
+    """
+    assert isinstance(water.phase, BandPhase)
+    phase, profile = water.phase, SmoothProfile(lamp.profile, degrees)
+    field = LampField(water.a, water.b, phase, degrees)
+    first, last = float(ray.near), min(float(ray.far), float(ray.near + water.reach))
+    h = float(ray.h)
+    ends = np.arcsinh(np.array([first, last]) / h)
+    places, weights = np.polynomial.legendre.leggauss(_NODES)
+    u = ends[0] + (ends[1] - ends[0]) * (places + 1.0) / 2.0
+    s, r = h * np.sinh(u), h * np.cosh(u)
+    t = np.maximum(float(ray.t0) + s, 0.0)
+    turned = np.clip((float(ray.across) * h + float(ray.along) * s) / r, -1.0, 1.0)
+    source = _source(field, profile, r, turned, -s / r, -float(ray.along))
+    seen = source * np.exp(-water.c * t[:, None]) * (r * weights)[:, None]
+    wide = lamp.intensity * seen.sum(axis=0) * (ends[1] - ends[0]) / 2.0
+    smooth = SmoothPhase.of(phase, degrees)
+    spread = WaterSpread(water.b, smooth)
+    blurred = LampWater(water.a, water.b, water.c, smooth, spread, water.reach)
+    as_bent = Lamp(lamp.position, lamp.axis, lamp.intensity, profile, lamp.radius)
+    whole = scattered_more(lamp, ray, BandLight(lamp.intensity, water))
+    part = scattered_more(as_bent, ray, BandLight(lamp.intensity, blurred))
+    return np.asarray(wide + whole - part)
 
-        Returns
-        -------
-        array, shape (ROWS, AZIMUTHS, TURNS, BENDS, n)
-            1/(m² sr).
-        """
-        return _source(self, profile)
+
+def _scale(field: LampField) -> float:
+    """Extinction that rows are scaled with, 1/m."""
+    return max(float(np.mean(field.a + field.b)), 1e-4)
 
 
-@functools.lru_cache(maxsize=32)
-def _source(field: ScatteredField, profile: LampProfile) -> Array:
-    moments = smooth_profile_moments(profile, field.degrees / DEGREES)[: field.degrees + 1]
-    moments = 4.0 * math.pi * moments
-    on_axis = _harmonics(_angles(TURNS, _TURN_POWER), field.degrees)
-    of_bend = _harmonics(_angles(BENDS, _BEND_POWER), field.degrees)
+def _source(
+    field: LampField, profile: SmoothProfile, r: Array, turned: Array, bent: Array, off_axis: float
+) -> Array:
+    """S at places, shape (k, n), by distances and cosines, see the head of this module."""
+    rows = np.geomspace(NEAREST, FARTHEST, ROWS) / _scale(field)
+    kept = rows[:, None] * np.exp(field.a * rows[:, None])
+    radial = _radial(field) * kept[:, None, None, None]
+    place = np.interp(np.log(r), np.log(rows), np.arange(ROWS))
+    low = np.clip(place.astype(int), 0, ROWS - 2)
+    share = (place - low)[:, None, None, None, None]
+    found = (1.0 - share) * radial[low] + share * radial[low + 1]
+    sines = np.sqrt(np.maximum((1.0 - turned**2) * (1.0 - bent**2), _SMALLEST))
+    azimuth = np.arccos(np.clip((off_axis - turned * bent) / sines, -1.0, 1.0))
     orders = np.arange(_AROUND)[:, None]
-    around = np.where(orders > 0, 2.0, 1.0) * np.cos(orders * _angles(AZIMUTHS, _AZIMUTH_POWER))
-    r = field.distances[:, None]
-    arrived = r * np.exp(field.a * r)
-    by_turn = np.einsum("rmljn,j,mjt->mrtln", _radial(field), moments, on_axis, optimize=True)
-    by_bend = np.einsum("mrtln,mlk->mrtkn", by_turn, of_bend, optimize=True)
-    found = np.einsum("mrtkn,mz->rztkn", by_bend, around, optimize=True)
-    return np.asarray(found * arrived[:, None, None, None])
+    around = np.where(orders > 0, 2.0, 1.0) * np.cos(orders * azimuth)
+    on_axis = _harmonics(turned, field.degrees) * 4.0 * math.pi * profile.moments[:, None]
+    of_bend = _harmonics(bent, field.degrees)
+    S = np.einsum("kmljn,mjk,mlk,mk->kn", found, on_axis, of_bend, around, optimize=True)
+    return np.asarray(S * np.exp(-field.a * r[:, None]) / r[:, None])
 
 
 @functools.lru_cache(maxsize=8)
-def _radial(field: ScatteredField) -> Array:
+def _radial(field: LampField) -> Array:
     """g^m_lj at the distances, shape (ROWS, m, l, j, n)."""
     highest = field.degrees
-    chi = np.concatenate([np.ones((1, len(field.b))), field.phase.moments(highest)])
-    scattering = field.b * smooth_moments(chi, highest / DEGREES)
+    moments = SmoothPhase.of(field.phase, highest).moments(highest)
+    scattering = field.b * np.concatenate([np.ones((1, len(field.b))), moments])
     turned, hankel = _turned(highest), _hankel(highest)
-    waves = _waves() * field.scale
+    waves = _waves() * _scale(field)
     found = []
     for c, b in zip(field.a + field.b, scattering.T, strict=True):
         solved = np.stack([_solved(order, float(c), b, waves) for order in range(highest + 1)])
@@ -252,7 +225,7 @@ def _radial(field: ScatteredField) -> Array:
                 )
             rows.append(row)
         found.append(np.einsum("ljmr->rmlj", np.stack(rows)))
-    return np.stack(found, axis=-1) * field.scale**3
+    return np.stack(found, axis=-1) * _scale(field) ** 3
 
 
 def _solved(order: int, c: float, scattering: Array, waves: Array) -> Array:
@@ -399,9 +372,9 @@ def _rotated(mu: Array, highest: int) -> Array:
     return found
 
 
-def _harmonics(angles: Array, highest: int) -> Array:
-    """Normalised harmonics of an azimuth of 0, shape (m, l, k)."""
-    mu, sine = np.cos(angles), np.sin(angles)
+def _harmonics(mu: Array, highest: int) -> Array:
+    """Normalised harmonics of an azimuth of 0 at cosines, shape (m, l, k)."""
+    sine = np.sqrt(np.maximum(1.0 - mu * mu, 0.0))
     found = np.zeros((_AROUND, highest + 1, len(mu)))
     first = np.full(len(mu), math.sqrt(0.25 / math.pi))
     for m in range(_AROUND):
