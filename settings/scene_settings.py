@@ -686,8 +686,9 @@ class SceneSettings:
     diffuse_shadows: bool = _setting(
         True,
         "Diffuse shadows",
-        "Shade all light that is not direct sun, on objects and in the water between them; "
-        "in closed form, on objects only and from above",
+        "Shade all light that is not direct sun, on objects and in the water between them, and let "
+        "objects block what shines past them, so that dark ones are dark; in closed form, on "
+        "objects only and from above",
         "quality",
         engine="eevee",
     )

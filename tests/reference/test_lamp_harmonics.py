@@ -52,4 +52,4 @@ def test_light_scattered_twice_is_what_photons_find(position, axis, profile):
     water = lamp_water([1.0 - albedo], [albedo], phase)
     twice = float(scattered_more_by_harmonics(lamp, ray, water, 20)[0]) / albedo**2
     assert twice == pytest.approx(float(traced.mean()), abs=3.0 * error)
-    assert error < 0.02 * traced.mean()
+    assert error < 0.025 * traced.mean()
