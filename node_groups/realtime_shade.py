@@ -9,13 +9,11 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Sequence
-from dataclasses import fields
 
 import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from ..uw_spectral.mathematics import Operand
 from ..uw_spectral.shade.shade_table import (
     OFF_SURFACE,
     ON_PATCH,
@@ -30,31 +28,16 @@ from ..uw_spectral.shade.shade_table import (
 from .loops import summed
 from .node_mathematics import NODES, Graph, NodeValue
 from .texels import number_image, texel
+from .value_fields import ValueFields
 
 NAME = "UW Shade"
 ON_IT = "Shade on It"
 ON_PATH = tuple(f"Shade on the Way {k}" for k in range(STEPS))
 REACH = "shade reach"
-_SIZES = {"lower": 3, "last": 3, "weight": PATCHES}
 _SMALLEST = 3
 _BEFORE_LAST = 1e-3  # levels from the last position that has a level behind it
-
-
-def _names_of(field: str) -> list[str]:
-    if field not in _SIZES:
-        return [f"shade {field}"]
-    return [f"shade {field} {i}" for i in range(_SIZES[field])]
-
-
-_FIELDS = tuple(field.name for field in fields(ShadeBox))
-NUMBERS = tuple(name for field in _FIELDS for name in _names_of(field))
-"""Names of the numbers of a box."""
-
-
-def numbers(box: ShadeBox) -> dict[str, float]:
-    """Return the numbers of a box by their names."""
-    values = [x for field in _FIELDS for x in np.ravel(getattr(box, field)).tolist()]
-    return dict(zip(NUMBERS, values, strict=True))
+FIELDS = ValueFields(ShadeBox, "shade", {"lower": 3, "last": 3, "weight": PATCHES})
+"""Numbers of a box."""
 
 
 def new_image() -> bpy.types.Image:
@@ -99,11 +82,7 @@ class Shade:
 
     def __init__(self, graph: Graph, values: bpy.types.NodeOutputs, image: bpy.types.Image) -> None:
         self._graph, self._image = graph, image
-        parts: dict[str, Operand] = {}
-        for field in _FIELDS:
-            terms = [graph.term(values[name]) for name in _names_of(field)]
-            parts[field] = terms if field in _SIZES else terms[0]
-        self._box = ShadeBox(**parts)
+        self._box = FIELDS.read(graph, values)
 
     def on_patch(
         self, point: Sequence[NodeValue], normal: Sequence[NodeValue]

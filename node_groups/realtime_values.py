@@ -163,8 +163,8 @@ def single_names(shape: Shape) -> list[str]:
     """Names of the quantities that are the same in every channel."""
     names = list(_ALWAYS)
     names += _WAVES if shape.waves else ()
-    names += realtime_shade.NUMBERS if shape.shade else ()
-    names += realtime_cover.NUMBERS if shape.covers else ()
+    names += realtime_shade.FIELDS.names if shape.shade else ()
+    names += realtime_cover.FIELDS.names if shape.covers else ()
     names += _ABOVE if shape.above else ()
     names += realtime_lamps.NUMBERS if shape.lamps else ()
     return names + [_of_zone(field, i) for i in range(shape.zones) for field in ZONE]

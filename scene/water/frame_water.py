@@ -232,9 +232,9 @@ class RealtimeWater:
         through = self.channels.mean(self.channels.reflectance.T, self._level_light())
         channels |= dict(zip(realtime_values.FILTERS, np.clip(through, 0.0, 1.0), strict=True))
         if self.seen.shade is not None:
-            single |= realtime_shade.numbers(self.seen.shade.box)
+            single |= realtime_shade.FIELDS.numbers(self.seen.shade.box)
         if self.seen.cover is not None:
-            single |= realtime_cover.numbers(self.seen.cover.view)
+            single |= realtime_cover.FIELDS.numbers(self.seen.cover.view)
         if "reflectance" in shape.layers:
             columns = self.channels.fold(self.channels.reflectance.T)
             channels |= dict(zip(realtime_values.REFLECTANCE, columns, strict=True))
