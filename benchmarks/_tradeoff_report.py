@@ -309,7 +309,7 @@ def write(results: Results, docs: Path, reference_samples: int) -> None:
         raise InputError("trade-off: the costs are those of the grey scene; add it to --scenes")
     _write_csv(results, docs / "tradeoff.csv")
     _plot(results, docs / "tradeoff.png")
-    _sheet(results, docs / "tradeoff_pictures.png")
+    _sheet(results, docs / "tradeoff_pictures.jpg")
     with replacing(docs / "tradeoff.md") as temporary:
         temporary.write_text(_summary(results, reference_samples), encoding="utf-8")
 
@@ -366,7 +366,7 @@ def _summary(results: Results, reference_samples: int) -> str:
         *_cheapest_settings(results, "srgb_rmse", "RMSE", [t / 100 for t in TARGETS], 0),
     ]
     lines += ["", *_by_setting(results), "", "## Terms switched off", "", *_terms(results), ""]
-    lines += ["![Pictures and differences](tradeoff_pictures.png)", ""]
+    lines += ["![Pictures and differences](tradeoff_pictures.jpg)", ""]
     lines += ["Repeat: `python3 dev.py run -m benchmarks tradeoff`", ""]
     return "\n".join(lines)
 
@@ -564,4 +564,4 @@ def _sheet(results: Results, path: Path) -> None:
     for axis in axes.flat:
         axis.set(xticks=[], yticks=[])
     figure.colorbar(shown, ax=axes[:, -1])
-    figure.savefig(path, dpi=75)
+    figure.savefig(path, dpi=75, pil_kwargs={"quality": 85})

@@ -5,7 +5,7 @@
 Renders the scenes of :mod:`._tradeoff_scenes` by every setting, against Cycles
 with many bands. Each measurement is kept as a file, so an interrupted run goes
 on where it stopped. Writes docs/measured/tradeoff.csv, docs/measured/tradeoff.png,
-docs/measured/tradeoff_pictures.png and docs/measured/tradeoff.md.
+docs/measured/tradeoff_pictures.jpg and docs/measured/tradeoff.md.
 
 Costs are ratios to EEVEE's render of the scene without water in the same run.
 On a machine with a GPU, ``--resolution 1920 1080 --no-cycles`` prints the
