@@ -51,7 +51,7 @@ _BOX, _BOX_SIZE, _WHITE = (-1.3, 4.2, -0.7), 1.0, (0.8, 0.8, 0.8)
 _FISH, _FISH_AXES, _GREY = (0.1, 4.4, 0.0), (0.42, 0.14, 0.21), (0.3, 0.3, 0.35)
 _TOWARDS = math.pi / 2  # a lamp that is turned so about x shines along y
 _HEAD = "| scene | mean | 95 % | worst | noise | coarse | noise | bright | backscatter | noise"
-_COUNTS = (0, 1, 2, 4, 8)
+_COUNTS = (0, 1, 4, 16, 32)
 _ROOT = Path(__file__).resolve().parent.parent
 
 
