@@ -17,10 +17,7 @@ from ..scene.seen.cameras import eye_of
 from ..scene.seen.surroundings import Surroundings, look_around
 from ..scene.water import shade, water_body
 from ..settings.render_plan import RenderPlan
-from ..uw_spectral.shade.shade_table import (
-    ON_PATCH,
-    ShadeTable,
-)
+from ..uw_spectral.shade.shade_table import ShadeTable
 from ..uw_spectral.shade.voxels import SurfaceVoxels
 from ..uw_spectral.spectra.colour_rendering import srgb_encode
 from ..uw_spectral.spectra.spectral_image import read_exr
@@ -114,8 +111,7 @@ def _along(table: ShadeTable, view: View, rate: float) -> Array:
 
 def _on(table: ShadeTable, view: View) -> Array:
     points = (view.eye + view.ways * view.distance[:, None])[view.met]
-    normals = view.normals[view.met]
-    return table.mixed(ON_PATCH, points + 0.7 * table.grid.cell * normals, normals)[:, 0]
+    return table.on_patches(points, view.normals[view.met])[:, 0]
 
 
 def _view(around: Surroundings, camera: bpy.types.Object, table: ShadeTable) -> View:
@@ -185,9 +181,7 @@ def _draw(
     weights = plan.reduction(depth).weights
     with (
         tempfile.TemporaryDirectory() as folder,
-        engines.eevee_realtime(
-            scene, camera, plan, extent, depth, weights=weights, eyes=path
-        ) as engine,
+        engines.eevee_realtime(scene, camera, plan, extent, depth, eyes=path) as engine,
     ):
         for number in frames:
             scene.frame_set(number)
