@@ -184,7 +184,7 @@ def _traced(
     views: list[SeenPoints] = []
     from_above = False
     rays = RAYS // (len(frames) * len(eyes))
-    kept, every = Kept(), np.ones((3, 0 if shade is None else len(shade.bands)))
+    kept = Kept()
     for frame in frames:
         scene.frame_set(frame)
         for eye in eyes:
@@ -192,6 +192,7 @@ def _traced(
             if depth > 0.0:
                 seen = trace_view(scene, eye, column, field, rays=rays)
                 if shade is not None:
+                    every = np.ones((3, len(shade.bands)))
                     seen = _in_shade(seen, eevee_water(shade, scene, Eye(eye, depth), every, kept))
                 views.append(seen)
                 continue

@@ -30,7 +30,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..uw_spectral.content import ComparedByContent
-from ..uw_spectral.lamps.angular_spread import WaterSpread
+from ..uw_spectral.lamps.angular_spread import WaterSpread, profile_moments
 from ..uw_spectral.lamps.lamp import Lamp, RayPastLamp
 from ..uw_spectral.lamps.multiple_scattering import BandLight, LampWater, scattered_more
 from ..uw_spectral.lamps.profile import LampProfile
@@ -53,7 +53,6 @@ _RESOLVED = 40.0  # waves along r, in rad, from which on they fade out
 _LAST, _STEP = 150.0, 0.1  # of the integral over them
 _CLOSED = 400  # degrees after which the continued fraction begins
 _DIRECTIONS = 128  # of the quadrature over products of harmonics
-_PROFILE_PLACES = 400
 _SMALLEST, _TINY = 1e-12, 1e-60
 
 
@@ -84,10 +83,8 @@ class SmoothProfile(ComparedByContent, LampProfile):
     @property
     def moments(self) -> Array:
         """Mean over all directions of it times each Legendre polynomial."""
-        cosines, weights = np.polynomial.legendre.leggauss(_PROFILE_PLACES)
-        values = np.asarray(self.profile.value(cosines)) * weights / 2.0
         degrees = np.arange(self.highest + 1.0)
-        found = np.polynomial.legendre.legvander(cosines, self.highest).T @ values
+        found = profile_moments(self.profile)[: self.highest + 1]
         return found * np.exp(-((degrees / (_SMOOTH_PROFILE * self.highest)) ** 2))
 
     @property
@@ -220,9 +217,8 @@ def _radial(field: LampField) -> Array:
             by_wave = by_wave.reshape(highest + 1, _AROUND, -1)
             row = np.empty((highest + 1, _AROUND, ROWS))
             for parity in range(2):
-                row[(degree + parity) % 2 :: 2] = (
-                    by_wave[(degree + parity) % 2 :: 2] @ hankel[parity]
-                )
+                of_parity = slice((degree + parity) % 2, None, 2)
+                row[of_parity] = by_wave[of_parity] @ hankel[parity]
             rows.append(row)
         found.append(np.einsum("ljmr->rmlj", np.stack(rows)))
     return np.stack(found, axis=-1) * _scale(field) ** 3

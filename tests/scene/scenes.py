@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import bpy
 
 
@@ -13,6 +15,21 @@ def _cube(name: str, location: tuple[float, float, float]) -> bpy.types.Object:
     item = bpy.data.objects.new(name, mesh)
     item.location = location
     bpy.context.scene.collection.objects.link(item)
+    return item
+
+
+def wall(
+    name: str, place: tuple[float, float, float], size: float, colour: float = 0.8
+) -> bpy.types.Object:
+    """Add a matt square across the y axis."""
+    bpy.ops.mesh.primitive_plane_add(size=size, location=place, rotation=(math.pi / 2, 0.0, 0.0))
+    item = bpy.context.object
+    material, tree, output = _material(name)
+    diffuse = tree.nodes.new("ShaderNodeBsdfDiffuse")
+    diffuse.inputs["Color"].default_value = (colour, colour, colour, 1.0)
+    tree.links.new(diffuse.outputs[0], output.inputs["Surface"])
+    item.data.materials.append(material)
+    item.name = name
     return item
 
 

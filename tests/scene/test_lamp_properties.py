@@ -16,6 +16,7 @@ from underwater_spectral.scene.water import water_body
 from underwater_spectral.settings import render_plan
 from underwater_spectral.settings.known_words import LAMP_SPECTRA
 from underwater_spectral.settings.scene_settings import SceneSettings
+from underwater_spectral.tests.scene import scenes
 from underwater_spectral.uw_spectral.lamps.emission import flux, parse_emission
 from underwater_spectral.uw_spectral.spectra.bands import Bands
 from underwater_spectral.uw_spectral.spectra.illuminant import ABSOLUTE, RELATIVE, band_mean
@@ -89,19 +90,7 @@ def scene(registered):
 
 
 def _plane(name, y, size, x=0.0, z=0.0, colour=0.8):
-    bpy.ops.mesh.primitive_plane_add(
-        size=size, location=(x, y, z - DEPTH), rotation=(math.pi / 2, 0.0, 0.0)
-    )
-    material = bpy.data.materials.new(name)
-    tree = material.node_tree
-    tree.nodes.clear()
-    diffuse = tree.nodes.new("ShaderNodeBsdfDiffuse")
-    diffuse.inputs["Color"].default_value = (colour, colour, colour, 1.0)
-    output = tree.nodes.new("ShaderNodeOutputMaterial")
-    tree.links.new(diffuse.outputs[0], output.inputs["Surface"])
-    bpy.context.object.data.materials.append(material)
-    bpy.context.object.name = name
-    return bpy.context.object
+    return scenes.wall(name, (x, y, z - DEPTH), size, colour)
 
 
 def _place(number):

@@ -46,22 +46,8 @@ def scene(registered):
     render = scene.render
     render.resolution_x = render.resolution_y = SIZE
     render.resolution_percentage = 100
-    _plane("wall", (0.0, 4.0, -DEPTH), 8.0)
+    scenes.wall("wall", (0.0, 4.0, -DEPTH), 8.0)
     return scene
-
-
-def _plane(name, place, size, colour=0.8):
-    bpy.ops.mesh.primitive_plane_add(size=size, location=place, rotation=(math.pi / 2, 0.0, 0.0))
-    material = bpy.data.materials.new(name)
-    tree = material.node_tree
-    tree.nodes.clear()
-    diffuse = tree.nodes.new("ShaderNodeBsdfDiffuse")
-    diffuse.inputs["Color"].default_value = (colour, colour, colour, 1.0)
-    output = tree.nodes.new("ShaderNodeOutputMaterial")
-    tree.links.new(diffuse.outputs[0], output.inputs["Surface"])
-    bpy.context.object.data.materials.append(material)
-    bpy.context.object.name = name
-    return bpy.context.object
 
 
 def _lamp(place, power=100.0, kind="POINT", colour=(1.0, 1.0, 1.0)):
@@ -137,7 +123,7 @@ def test_shadows_of_two_lamps_are_told_apart(scene, tmp_path, sunlight):
     chosen |= {"sun_zenith": 60.0, "sun_azimuth": 90.0}
     settings = dataclasses.replace(NIGHT, **chosen)
     pictures = {}
-    _plane("screen", (-0.75, 2.5, -DEPTH), 0.7, 0.0)
+    scenes.wall("screen", (-0.75, 2.5, -DEPTH), 0.7, 0.0)
     for name, shining in (("both", (red, blue)), ("blue", (blue,)), ("none", ())):
         for item in (red, blue):
             item.hide_render = item not in shining

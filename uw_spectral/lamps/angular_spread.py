@@ -244,7 +244,7 @@ def _on_patches(spread: WaterSpread) -> ValueGrid:
 def _profile(spread: WaterSpread, profile: LampProfile) -> ValueGrid:
     lengths = _lengths(PROFILE_LENGTHS)
     orders = np.arange(_OF_PROFILE + 1.0)
-    shares = spread.transferred(lengths, spread.blurs(orders)) * _moments_of(profile)[:, None]
+    shares = spread.transferred(lengths, spread.blurs(orders)) * profile_moments(profile)[:, None]
     sine = np.linspace(0.0, 1.0, PROFILE_ANGLES)
     values = _summed(shares, 1.0 - 2.0 * sine * sine, _OF_PROFILE)
     return ValueGrid(np.maximum(values, 0.0))
@@ -293,8 +293,8 @@ def _window(lowest: float, power: int) -> Array:
 
 
 @functools.lru_cache(maxsize=64)
-def _moments_of(profile: LampProfile) -> Array:
-    """Mean over all directions of a profile times each Legendre polynomial."""
+def profile_moments(profile: LampProfile) -> Array:
+    """Mean over all directions of a profile times each Legendre polynomial, shape (m,)."""
     places, weights = np.polynomial.legendre.leggauss(_PLACES)
     # All of the places within the edge: a narrow beam would fall between them.
     half = 1.0 if profile.edge is None else (1.0 - profile.edge) / 2.0

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from dataclasses import dataclass
 from pathlib import Path
@@ -85,6 +86,7 @@ def read_ies(path: str | Path) -> Photometry:
     return parse_ies(read_text(path, "photometric file ", "save it as text"), str(path))
 
 
+@functools.lru_cache(maxsize=32)
 def parse_ies(text: str, place: str = "photometric file") -> Photometry:
     """Read the text of an IES LM-63 file.
 
