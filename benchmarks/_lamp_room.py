@@ -1,9 +1,14 @@
 """Monte Carlo of lamps in a room of simple things: floor, ellipsoids and boxes in endless water.
 
-Paths begin at the camera, at the origin. From each place where one is scattered or thrown back, the
-lamps' light scattered once into the rest of its way is estimated as in :mod:`._lamp_photons`;
-a tenth of the new directions are drawn about the lamps as well, or rare paths that come straight
-to a lamp and are bent twice by little would bring most of the light.
+Photons start at the lamps. From each place where one is scattered it shines into the rays of the
+camera, at the origin, that pass within a small distance (the beam radiance estimate: Jarosz, Zwicker
+& Jensen, Computer Graphics Forum 27, 557, 2008); from where it is thrown back, into the block of the
+picture that it lies in. What is scattered only once, or only thrown back once, is sought on the
+rays of the camera instead.
+
+A phase function that rises to its peak as a power makes rare photons bring most of the light. Its
+peak is cut off at a small angle (:func:`cut`): what is scattered by less goes straight on, which
+blurs the picture by about that.
 """
 
 from __future__ import annotations
@@ -27,11 +32,8 @@ KINDS = ("water alone", "a thing, seen", "a thing, scattered", "thrown back more
 """What the light met: the last two of things that are seen through bent paths, and of several."""
 _FAR, _NEAR = 1e9, 1e-7  # m
 _NEAREST = 1e-4  # of a ray to the lamp, m
-_ABOUT, _ABOUT_FROM_THINGS = 0.1, 0.3  # of the directions are drawn about lamps
 _FAINT = 0.05  # weight below which half of the paths go on
 _MOST = 400  # scatterings
-_DECADES = 16.0
-_NARROWEST = math.pi * math.exp(-_DECADES)
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,21 +56,63 @@ class Room:
     colours: Array
 
 
+@dataclass(frozen=True, eq=False)
+class View:
+    """The blocks of a picture of a camera at the origin that looks along y.
+
+    Attributes
+    ----------
+    rows, columns : int
+    size : float
+        Of a block, at a distance of 1.
+    blur : tuple of float
+        Distance of a ray from the photons that shine into it: at the camera, m, and more per m of
+        their distance.
+    """
+
+    rows: int
+    columns: int
+    size: float
+    blur: tuple[float, float] = (0.1, 0.03)
+
+
+def cut(phase: PhaseTables, angle: float) -> tuple[PhaseTables, float]:
+    """Return a phase function as high up to an angle as it is there, and its share of scattering.
+
+    Parameters
+    ----------
+    phase : PhaseTables
+    angle : float
+        rad; 0 leaves it as it is.
+    """
+    s2 = math.sin(angle / 2.0) ** 2
+    if s2 == 0.0:
+        return phase, 1.0
+    highest = float(phase.per_steradian(np.array([s2]))[0])
+    share, edges = np.copy(phase.share), np.union1d(phase.edges, s2)
+    share = np.interp(edges, phase.edges, share)
+    level = 4.0 * math.pi * highest
+    kept = np.where(edges < s2, level * edges, share - np.interp(s2, edges, share) + level * s2)
+    whole = float(kept[-1])
+    log_p = np.minimum(phase.log_p, math.log(highest)) - math.log(whole)
+    return PhaseTables(phase.log_s2, log_p, kept / whole, edges), whole
+
+
 def traced(
-    directions: Array,
+    view: View,
     lamps: Sequence[Lamp],
     water: tuple[float, float],
     phase: PhaseTables,
     room: Room,
     reflectance: Array,
     seed: int,
+    photons: tuple[int, int],
 ) -> Array:
-    """Radiance over the lamps' intensity by what the light met, shape (n, 4, BATCHES).
+    """Radiance over the lamps' intensity by what the light met, shape (rows, columns, 4, BATCHES).
 
     Parameters
     ----------
-    directions : array, shape (n, photons, 3)
-        Unit vectors; their mean is returned.
+    view : View
     lamps : sequence of Lamp
         Spots, of one intensity; places as seen from the camera.
     water : tuple of float
@@ -78,11 +122,16 @@ def traced(
     reflectance : array, shape (1 + k,)
         Of its things, in the one band.
     seed : int
+    photons : tuple of int
+        From the lamps, in each batch; rays of each block.
     """
-    rows = [(*lamp.position, *lamp.axis, *_cone(lamp)) for lamp in lamps]
+    rows = np.array([(*lamp.position, *lamp.axis, *_cone(lamp)) for lamp in lamps])
     tables = phase.log_s2, phase.log_p, phase.share, phase.edges
     things = room.floor, room.ellipsoids, room.boxes
-    return _trace(directions, np.array(rows), *water, tables, things, reflectance, seed)
+    seen = view.rows, view.columns, view.size, *view.blur
+    count, rays = photons
+    more = _more(seen, rows, *water, tables, things, reflectance, seed, count)
+    return more + _first_met(seen, rows, *water, tables, things, reflectance, seed, rays)
 
 
 def _cone(lamp: Lamp) -> tuple[float, float]:
@@ -175,24 +224,6 @@ def _towards(lamp, x, y, z):
 
 
 @njit(cache=True)
-def _about(lx, ly, lz):
-    angle = math.pi * np.random.random()
-    if np.random.random() < 0.5:
-        angle = math.pi * math.exp(-_DECADES * np.random.random())
-    return _turned(lx, ly, lz, math.sin(angle / 2.0) ** 2)
-
-
-@njit(cache=True)
-def _density_about(wx, wy, wz, lx, ly, lz):
-    half = math.sqrt((wx - lx) ** 2 + (wy - ly) ** 2 + (wz - lz) ** 2) / 2.0
-    angle = 2.0 * math.asin(min(half, 1.0))
-    density = 1.0 / math.pi
-    if angle > _NARROWEST:
-        density += 1.0 / (_DECADES * angle)
-    return density / (4.0 * math.pi * max(math.sin(angle), 1e-12))
-
-
-@njit(cache=True)
 def _shines(lamp, cosine):
     place = min(max((cosine - lamp[6]) * lamp[7], 0.0), 1.0)
     return place * place * (3.0 - 2.0 * place)
@@ -243,96 +274,142 @@ def _irradiance(x, y, z, nx, ny, nz, lamp, c, things):
     return light * cosine * math.exp(-c * r) / (r * r)
 
 
+@njit(cache=True)
+def _hidden(x, y, z, d, things):
+    return _first(x, y, z, -x / d, -y / d, -z / d, things)[0] < d
+
+
+@njit(cache=True)
+def _into_block(found, kind, batch, x, y, z, light, view, c, things):
+    """Bring light to the block that a place lies in, unless a thing hides it."""
+    rows, columns, size = view[:3]
+    if y <= 0.0:
+        return
+    column = math.floor(x / (y * size) + columns / 2.0)
+    row = math.floor(rows / 2.0 - z / (y * size))
+    if column < 0 or column >= columns or row < 0 or row >= rows:
+        return
+    d = math.sqrt(x * x + y * y + z * z)
+    if not _hidden(x, y, z, d, things):
+        solid = d * d * (y / d) ** 3 * size * size
+        found[row, column, kind, batch] += light * math.exp(-c * d) / solid
+
+
+@njit(cache=True)
+def _into_rays(found, kind, batch, place, w, weight, view, water, things):
+    """Bring light that is scattered at a place to a ray of each block that passes nearby."""
+    rows, columns, size, least, wider = view
+    c, log_s2, log_p = water
+    x, y, z = place
+    d = math.sqrt(x * x + y * y + z * z)
+    radius = least + wider * d
+    if y <= -radius or _hidden(x, y, z, max(d, 1e-6), things):
+        return
+    reach = 1e9
+    if y > radius:
+        reach = 2.0 * radius / (y - radius) * (d / y) / size + 1.0
+    column, row = columns / 2.0, rows / 2.0
+    if y > radius:
+        column, row = x / (y * size) + columns / 2.0, rows / 2.0 - z / (y * size)
+    for i in range(max(0, math.floor(row - reach)), min(rows, math.floor(row + reach) + 1)):
+        for j in range(
+            max(0, math.floor(column - reach)), min(columns, math.floor(column + reach) + 1)
+        ):
+            u = (j + np.random.random() - columns / 2.0) * size
+            v = (rows / 2.0 - i - np.random.random()) * size
+            length = math.sqrt(u * u + 1.0 + v * v)
+            u, n, v = u / length, 1.0 / length, v / length
+            t = x * u + y * n + z * v
+            if t <= 0.0 or d * d - t * t >= radius * radius:
+                continue
+            cosine = -(w[0] * u + w[1] * n + w[2] * v)
+            p = _per_steradian((1.0 - cosine) / 2.0, log_s2, log_p)
+            found[i, j, kind, batch] += (
+                weight * p * math.exp(-c * t) / (math.pi * radius * radius)
+            )
+
+
 @njit(parallel=True, cache=True)
-def _trace(directions, lamps, a, b, tables, things, reflectance, seed):
+def _more(view, lamps, a, b, tables, things, reflectance, seed, photons):
     log_s2, log_p, share, edges = tables
-    water = a + b, log_s2, log_p
-    n, photons = directions.shape[:2]
     c = a + b
-    found = np.zeros((n, 4, BATCHES))
-    for i in prange(n):
-        np.random.seed(seed * 100003 + i)
+    water = c, log_s2, log_p
+    found = np.zeros((BATCHES, view[0], view[1], 4, BATCHES))
+    for batch in prange(BATCHES):
+        np.random.seed(seed * 100019 + batch)
+        own = found[batch]
         for k in range(photons):
-            batch = k % BATCHES
-            x, y, z = 0.0, 0.0, 0.0
-            wx, wy, wz = directions[i, k]
-            weight, thrown, bent = 1.0, 0, False
+            lamp = lamps[k % len(lamps)]
+            x, y, z = lamp[0], lamp[1], lamp[2]
+            s2 = np.random.random() * (1.0 - lamp[6]) / 2.0
+            wx, wy, wz = _turned(lamp[3], lamp[4], lamp[5], s2)
+            weight = _shines(lamp, 1.0 - 2.0 * s2) * 2.0 * math.pi * (1.0 - lamp[6])
+            weight *= len(lamps) / photons
+            faint = _FAINT * weight
+            thrown, bent = 0, False
             for order in range(_MOST):
                 P, thing, nx, ny, nz = _first(x, y, z, wx, wy, wz, things)
-                if order == 0:
-                    for j in range(len(lamps)):
-                        found[i, 0, batch] += b * _once(
-                            x, y, z, wx, wy, wz, P, lamps[j], water, things
-                        )
                 t = -math.log(1.0 - np.random.random()) / c
                 on_thing = t >= P
                 if on_thing:
                     if thing < 0:
                         break
                     weight *= reflectance[thing]
-                    thrown += 1
+                    thrown, bent = thrown + 1, False
                     x, y, z = (
                         x + P * wx + _NEAR * nx,
                         y + P * wy + _NEAR * ny,
                         z + P * wz + _NEAR * nz,
                     )
-                    before_x, before_y, before_z = nx, ny, nz
+                    bx, by, bz = nx, ny, nz
+                    s2 = (1.0 - math.sqrt(np.random.random())) / 2.0
                 else:
                     weight *= b / c
-                    bent = bent or thrown == 0
+                    bent = True
                     x, y, z = x + t * wx, y + t * wy, z + t * wz
-                    before_x, before_y, before_z = wx, wy, wz
+                    bx, by, bz = wx, wy, wz
+                    s2 = _looked_up(np.random.random(), share, edges)
                 if weight == 0.0:
                     break
                 kind = 0 if thrown == 0 else 3 if thrown > 1 else 2 if bent else 1
-                if on_thing:
-                    for j in range(len(lamps)):
-                        found[i, kind, batch] += (
-                            weight / math.pi * _irradiance(x, y, z, nx, ny, nz, lamps[j], c, things)
-                        )
-                    s2 = (1.0 - math.sqrt(np.random.random())) / 2.0
-                else:
-                    s2 = _looked_up(np.random.random(), share, edges)
-                # Where to look for light that is scattered once: half about the lamp.
-                for j in range(len(lamps)):
-                    lx, ly, lz, _ = _towards(lamps[j], x, y, z)
-                    if np.random.random() < 0.5:
-                        sx, sy, sz = _turned(before_x, before_y, before_z, s2)
-                    else:
-                        sx, sy, sz = _about(lx, ly, lz)
-                    if on_thing:
-                        p = max(sx * nx + sy * ny + sz * nz, 0.0) / math.pi
-                    else:
-                        half = (sx - before_x) ** 2 + (sy - before_y) ** 2 + (sz - before_z) ** 2
-                        p = _per_steradian(half / 4.0, log_s2, log_p)
-                    if p > 0.0:
-                        P = _first(x, y, z, sx, sy, sz, things)[0]
-                        chosen = 2.0 * p / (p + _density_about(sx, sy, sz, lx, ly, lz))
-                        found[i, kind, batch] += (
-                            weight
-                            * chosen
-                            * b
-                            * _once(x, y, z, sx, sy, sz, P, lamps[j], water, things)
-                        )
-                # Where to go on.
-                towards = _ABOUT_FROM_THINGS if on_thing else _ABOUT
-                if np.random.random() >= towards:
-                    wx, wy, wz = _turned(before_x, before_y, before_z, s2)
-                else:
-                    lx, ly, lz, _ = _towards(lamps[np.random.randint(len(lamps))], x, y, z)
-                    wx, wy, wz = _about(lx, ly, lz)
-                density = 0.0
-                for j in range(len(lamps)):
-                    lx, ly, lz, _ = _towards(lamps[j], x, y, z)
-                    density += _density_about(wx, wy, wz, lx, ly, lz) / len(lamps)
-                if on_thing:
-                    p = max(wx * nx + wy * ny + wz * nz, 0.0) / math.pi
-                else:
-                    half = (wx - before_x) ** 2 + (wy - before_y) ** 2 + (wz - before_z) ** 2
-                    p = _per_steradian(half / 4.0, log_s2, log_p)
-                weight *= p / ((1.0 - towards) * p + towards * density)
-                if weight < _FAINT:
+                if order > 0 and on_thing:
+                    cosine = -(x * bx + y * by + z * bz) / math.sqrt(x * x + y * y + z * z)
+                    light = weight * max(cosine, 0.0) / math.pi
+                    if light > 0.0:
+                        _into_block(own, kind, batch, x, y, z, light, view, c, things)
+                elif order > 0:
+                    place, w = (x, y, z), (wx, wy, wz)
+                    _into_rays(own, kind, batch, place, w, weight, view, water, things)
+                wx, wy, wz = _turned(bx, by, bz, s2)
+                if weight < faint:
                     if np.random.random() < 0.5:
                         break
                     weight *= 2.0
-    return found * (BATCHES / photons)
+    return found.sum(axis=0)
+
+
+@njit(parallel=True, cache=True)
+def _first_met(view, lamps, a, b, tables, things, reflectance, seed, rays):
+    """Light that is scattered once, or thrown back once."""
+    water = a + b, tables[0], tables[1]
+    rows, columns, size = view[:3]
+    found = np.zeros((rows * columns, 4, BATCHES))
+    for i in prange(rows * columns):
+        np.random.seed(seed * 100003 + i)
+        for k in range(rays):
+            batch = k % BATCHES
+            u = (i % columns + np.random.random() - columns / 2.0) * size
+            v = (rows / 2.0 - i // columns - np.random.random()) * size
+            n = 1.0 / math.sqrt(u * u + 1.0 + v * v)
+            u, v = u * n, v * n
+            P, thing, nx, ny, nz = _first(0.0, 0.0, 0.0, u, n, v, things)
+            for j in range(len(lamps)):
+                found[i, 0, batch] += b * _once(
+                    0.0, 0.0, 0.0, u, n, v, P, lamps[j], water, things
+                )
+                if thing >= 0:
+                    x, y, z = P * u + _NEAR * nx, P * n + _NEAR * ny, P * v + _NEAR * nz
+                    lit = _irradiance(x, y, z, nx, ny, nz, lamps[j], water[0], things)
+                    lit *= reflectance[thing] / math.pi * math.exp(-water[0] * P)
+                    found[i, 1, batch] += lit
+    return found.reshape(rows, columns, 4, BATCHES) * (BATCHES / rays)

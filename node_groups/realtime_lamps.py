@@ -44,12 +44,14 @@ from ..uw_spectral.lamps.lamp_path import NODES as PATH_NODES
 from ..uw_spectral.lamps.lamp_path import gauss
 from ..uw_spectral.lamps.lamp_shadow import SIDE
 from ..uw_spectral.lamps.lamp_surface import patch_past_lamp
-from ..uw_spectral.lamps.multiple_scattering import BEYOND_NODES, MORE_NODES, LampWater
+from ..uw_spectral.lamps.multiple_scattering import MORE_NODES, LampWater
 from ..uw_spectral.lamps.profile import NO_EDGE, LampProfile, sample_place
+from ..uw_spectral.lamps.scattered_source import LampField
 from ..uw_spectral.lamps.three_bands import COUNT as BANDS
 from ..uw_spectral.mathematics import NUMPY, Mathematics, Operand
 from ..uw_spectral.transfer.radiance_field import distance_in_water
 from ..uw_spectral.water.phase import Mixture, PhaseFunction
+from . import lamp_sources
 from .loops import summed
 from .node_mathematics import NODES, PART_SIZE, Graph, NodeValue, new_group
 from .realtime_rays import camera_depth, camera_place, place_here, view_direction, view_distance
@@ -69,19 +71,19 @@ CODES = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 NO_SHADOW = (0.0, 0.0, 0.0)
 """In place of the colour of what stands for things, and of lamps that cast no shadow."""
 _PARTS, _MEASURED = "uw_parts", "uw_measured"  # custom properties of the image
-_QUADRATURES = (PATH_NODES, MORE_NODES, BEYOND_NODES)
+_QUADRATURES = (PATH_NODES, MORE_NODES)
 _NUMBERS = sum(_QUADRATURES)  # first column after them
-_EXTENT, _IN_WATER, _ON_THINGS = _NUMBERS, _NUMBERS + 1, _NUMBERS + 2
+_EXTENT, _IN_WATER, _ON_THINGS, _WIDE = range(_NUMBERS, _NUMBERS + 4)
 _POSITION, _AXIS, _FORM, _COLOUR, _SEEN = range(5)
 _PROFILE, _FOLDED = 1, 2  # rows of a block; its numbers are in the first
 _MARGIN = 1
 _SPREAD, _SPREAD_ROWS = 1, LENGTHS + 2 * _MARGIN
 _PATCHES = ANGLES + 2 * _MARGIN  # first column of the irradiance on patches
 _PROFILE_COLUMNS = PROFILE_ANGLES + 2 * _MARGIN
-_SHADOW = 2 * _PROFILE_COLUMNS  # first column of the map of shadows
+_SHADOW = _PROFILE_COLUMNS  # first column of the map of shadows
 _TABLE_ROWS = max(PROFILE_LENGTHS, SIDE) + 2 * _MARGIN
 _WIDTH = max(
-    SAMPLES, _ON_THINGS + 1, _SHADOW + SIDE + 2 * _MARGIN, _PATCHES + TILTS + 2 + 2 * _MARGIN
+    SAMPLES, _WIDE + 1, _SHADOW + SIDE + 2 * _MARGIN, _PATCHES + TILTS + 2 + 2 * _MARGIN
 )
 _DARKEST = 1e-12
 _OF_SHADOWS = (
@@ -90,6 +92,22 @@ _OF_SHADOWS = (
 )  # fmt: skip
 # m; far beyond the reach of a lamp in water. From some 5 km on EEVEE draws no shadow.
 _REACH_OF_SHADOWS = 200.0
+
+
+@dataclass(frozen=True, eq=False)
+class LampImages:
+    """What lamps are looked up in.
+
+    Attributes
+    ----------
+    numbers : Image
+        Of :func:`new_image`.
+    sources : Image
+        Of :func:`.lamp_sources.new_image`.
+    """
+
+    numbers: bpy.types.Image
+    sources: bpy.types.Image
 
 
 @dataclass(frozen=True)
@@ -120,13 +138,15 @@ class _Rows:
         return self.tables + _TABLE_ROWS
 
 
-def new_image(lamps: int, parts: int, measured: int = 0) -> bpy.types.Image:
-    """Make the image of so many lamps, which are dark.
+def new_images(lamps: int, profiles: int, parts: int, measured: int = 0) -> LampImages:
+    """Make the images of so many lamps, which are dark.
 
     Parameters
     ----------
     lamps : int
         Those that stand for things included.
+    profiles : int
+        That these may have.
     parts : int
         Of the phase function.
     measured : int
@@ -136,28 +156,33 @@ def new_image(lamps: int, parts: int, measured: int = 0) -> bpy.types.Image:
     image = number_image(NAME, _WIDTH, height)
     image.use_half_precision = False  # numbers keep their digits
     image[_PARTS], image[_MEASURED] = parts, measured
-    return image
+    return LampImages(image, lamp_sources.new_image(profiles))
 
 
 def write_lamps(
-    image: bpy.types.Image, folded: LampChannels, colours: Sequence[Sequence[float]]
+    images: LampImages, folded: LampChannels, colours: Sequence[Sequence[float]]
 ) -> None:
-    """Put lamps and their water into an image of their size.
+    """Put lamps and their water into images of their size.
 
     Parameters
     ----------
-    image : Image
-        Of :func:`new_image`.
+    images : LampImages
     folded : LampChannels
     colours : sequence of 3
         Of the lamps that cast the shadows of each; :data:`NO_SHADOW` where nothing is in the way.
     """
-    image.pixels.foreach_set(np.ravel(_pixels(image.size, folded, colours)))
+    profiles = list(dict.fromkeys(lamp.profile for lamp in folded.lamps))
+    lamp_sources.write(images.sources, [_sources(folded).source(one) for one in profiles])
+    image = images.numbers
+    image.pixels.foreach_set(np.ravel(_pixels(image.size, folded, colours, profiles)))
     image.update()
 
 
 def _pixels(
-    size: Sequence[int], folded: LampChannels, colours: Sequence[Sequence[float]]
+    size: Sequence[int],
+    folded: LampChannels,
+    colours: Sequence[Sequence[float]],
+    profiles: Sequence[LampProfile],
 ) -> NDArray[np.float32]:
     width, height = size
     out = np.zeros((height, width, 4), np.float32)
@@ -165,32 +190,43 @@ def _pixels(
     row = np.concatenate([np.transpose(gauss(count)) for count in _QUADRATURES])
     in_water, on_things = folded.in_water, folded.on_things
     out[0, : len(row), :2] = row
-    out[0, _EXTENT, :2] = folded.stretch, in_water.reach
+    scale = _sources(folded).harmonics.scale
+    out[0, _EXTENT, :3] = folded.stretch, in_water.reach, scale
     out[0, _IN_WATER, :3], out[0, _ON_THINGS, :3] = in_water.b, on_things.b
+    out[0, _WIDE, :3] = in_water.wide
     in_spread, on_spread = in_water.spread, on_things.spread
     assert isinstance(in_spread, WaterSpread)
     assert isinstance(on_spread, WaterSpread)
-    _put(out[_SPREAD:], 0, in_spread.deflection.values)
+    _put(out[_SPREAD:], 0, in_spread.narrow.values)
     _put(out[_SPREAD:], _PATCHES, on_spread.on_patches.values)
     first, rows = _SPREAD + _SPREAD_ROWS, _Rows(folded.parts, folded.measured)
     for index, (lamp, tables) in enumerate(zip(folded.lamps, folded.folded, strict=True)):
         block = out[first + rows.all * index :][: rows.all]
-        _put_lamp(block, lamp, tables, colours[index])
-        _put(block[rows.tables :], 0, in_spread.profile(lamp.profile).values)
-        _put(block[rows.tables :], _PROFILE_COLUMNS, on_spread.profile(lamp.profile).values)
+        _put_lamp(block, lamp, tables, colours[index], profiles.index(lamp.profile))
+        _put(block[rows.tables :], 0, on_spread.profile(lamp.profile).values)
         if lamp.shadow is not None:
             assert isinstance(lamp.shadow, ValueGrid)
             _put(block[rows.tables :], _SHADOW, lamp.shadow.values)
     return out
 
 
+def _sources(folded: LampChannels) -> LampField:
+    field = folded.in_water.field
+    assert isinstance(field, LampField)
+    return field
+
+
 def _put_lamp(
-    block: NDArray[np.float32], lamp: Lamp, folded: FoldedLamp, colour: Sequence[float]
+    block: NDArray[np.float32],
+    lamp: Lamp,
+    folded: FoldedLamp,
+    colour: Sequence[float],
+    source: int,
 ) -> None:
     edge = NO_EDGE if lamp.profile.edge is None else lamp.profile.edge
     numbers = block[0]
     numbers[_POSITION, :3], numbers[_AXIS, :3] = lamp.position, lamp.axis
-    numbers[_FORM, :3] = lamp.radius, edge, lamp.profile.beam
+    numbers[_FORM, :3] = lamp.radius, edge, source
     unblocked = max(lamp.thrown, lamp.unblocked)
     numbers[_COLOUR, :3], numbers[_SEEN, :3] = colour, (lamp.seen, lamp.thrown, unblocked)
     block[_PROFILE, :SAMPLES, 0] = lamp.profile.sampled(SAMPLES)
@@ -215,16 +251,12 @@ class _ImageProfile(LampProfile):
     image: bpy.types.Image
     row: NodeValue
     edge_cosine: NodeValue
-    beam_cosine: NodeValue
+    source: NodeValue
     tables: NodeValue
 
     @property
     def edge(self) -> NodeValue:
         return self.edge_cosine
-
-    @property
-    def beam(self) -> NodeValue:
-        return self.beam_cosine
 
     def value(self, cosine: Operand, m: Mathematics = NUMPY) -> Operand:
         place = sample_place(cosine, SAMPLES, m, self.edge_cosine)
@@ -280,14 +312,13 @@ class _ImageShadow(_ImageGrid):
 
 @dataclass(frozen=True, eq=False)
 class _ImageSpread:
-    """The tables of three bands in the image; the first column of their blurred profiles."""
+    """The tables of three bands in the image."""
 
     graph: Graph
     image: bpy.types.Image
-    profiles: float
 
     @property
-    def deflection(self) -> _ImageGrid:
+    def narrow(self) -> _ImageGrid:
         return _ImageGrid(self.graph, self.image, 0.0, float(_SPREAD))
 
     @property
@@ -296,21 +327,40 @@ class _ImageSpread:
 
     def profile(self, profile: LampProfile) -> _ImageGrid:
         assert isinstance(profile, _ImageProfile)
-        return _ImageGrid(self.graph, self.image, self.profiles, profile.tables)
+        return _ImageGrid(self.graph, self.image, 0.0, profile.tables)
+
+
+@dataclass(frozen=True, eq=False)
+class _ImageField:
+    """The sources of lamps in their image."""
+
+    graph: Graph
+    image: bpy.types.Image
+    scale: NodeValue
+
+    def source(self, profile: LampProfile) -> lamp_sources.ImageSource:
+        assert isinstance(profile, _ImageProfile)
+        return lamp_sources.ImageSource(self.graph, self.image, profile.source, self.scale)
 
 
 @dataclass(frozen=True, eq=False)
 class LampTable:
-    """Look-ups in the image in a node tree; make it with :meth:`of`."""
+    """Look-ups in the images in a node tree; make it with :meth:`of`."""
 
     graph: Graph
-    image: bpy.types.Image
+    images: LampImages
     rows: _Rows
 
     @classmethod
-    def of(cls, graph: Graph, image: bpy.types.Image) -> LampTable:
-        """Make it of an image of :func:`new_image`."""
-        return cls(graph, image, _Rows(image[_PARTS], image[_MEASURED]))
+    def of(cls, graph: Graph, images: LampImages) -> LampTable:
+        """Make it of images of :func:`new_images`."""
+        image = images.numbers
+        return cls(graph, images, _Rows(image[_PARTS], image[_MEASURED]))
+
+    @property
+    def image(self) -> bpy.types.Image:
+        """That of the numbers."""
+        return self.images.numbers
 
     @property
     def count(self) -> int:
@@ -327,17 +377,17 @@ class LampTable:
         position, axis, form = (
             self.graph.components(self._at(column, row)) for column in (_POSITION, _AXIS, _FORM)
         )
-        radius, edge, beam = form
+        radius, edge, source = form
         tables = row + float(self.rows.tables)
         shadow = _ImageShadow(self.graph, self.image, float(_SHADOW), tables)
-        profile = _ImageProfile(self.graph, self.image, row + float(_PROFILE), edge, beam, tables)
+        profile = _ImageProfile(self.graph, self.image, row + float(_PROFILE), edge, source, tables)
         seen, thrown, unblocked = self.graph.components(self._at(_SEEN, row))
         return Lamp(position, axis, 1.0, profile, radius, seen, shadow, thrown, unblocked)
 
     def in_water(self, index: NodeValue, components: Sequence[PhaseFunction]) -> ChannelLight:
         """Return the light of a lamp in the water."""
         return ChannelLight(
-            self._water(_IN_WATER, 0.0),
+            self._water(_IN_WATER),
             components,
             self._folded(index, _FOLDED, self.rows.parts),
             self._folded(index, self.rows.unscattered, 1)[0],
@@ -349,7 +399,7 @@ class LampTable:
         """Return the light of a lamp on things."""
         rows = self._folded(index, self.rows.coloured, BANDS * COLOURS)
         coloured = [rows[BANDS * colour :][:BANDS] for colour in range(COLOURS)]
-        water = self._water(_ON_THINGS, float(_PROFILE_COLUMNS))
+        water = self._water(_ON_THINGS)
         return ThingLight(water, coloured, self.graph.components)
 
     def of_measured(self, index: NodeValue, number: NodeValue, length: NodeValue) -> list[Operand]:
@@ -371,10 +421,12 @@ class LampTable:
 
         return summed(self.graph, count, of_place)
 
-    def _water(self, column: int, profiles: float) -> LampWater:
-        b, nothing = self._at(column, 0.0), Mixture((), ())
-        spread = _ImageSpread(self.graph, self.image, profiles)
-        return LampWater(0.0, b, b, nothing, spread, self._extent[1])
+    def _water(self, column: int) -> LampWater:
+        b, wide, nothing = self._at(column, 0.0), self._at(_WIDE, 0.0), Mixture((), ())
+        _, reach, scale = self._extent
+        field = _ImageField(self.graph, self.images.sources, scale)
+        spread = _ImageSpread(self.graph, self.image)
+        return LampWater(0.0, b, b, nothing, spread, field, wide, reach)
 
     def _folded(self, index: NodeValue, row: int, count: int) -> list[_ImageRow]:
         return self._rows(self._row(index) + float(row), count)
@@ -395,7 +447,7 @@ class LampTable:
 
 
 def build_path(
-    image: bpy.types.Image,
+    images: LampImages,
     components: Sequence[PhaseFunction],
     *,
     ahead: bool,
@@ -405,8 +457,7 @@ def build_path(
 
     Parameters
     ----------
-    image : Image
-        Of :func:`new_image`.
+    images : LampImages
     components : sequence of PhaseFunction
         Parts of the phase function.
     ahead : bool
@@ -421,7 +472,7 @@ def build_path(
     """
     inputs = {"y_f": "NodeSocketFloat"} if ahead else {}
     tree, graph, given = _group(f"{NAME} in the Water", inputs, rays)
-    table, w = LampTable.of(graph, image), view_direction(graph)
+    table, w = LampTable.of(graph, images), view_direction(graph)
     if ahead:
         origin = camera_place(graph)
         P = distance_in_water(camera_depth(graph), -w[2], given["y_f"], NODES)
@@ -439,7 +490,7 @@ def build_path(
 
 
 def build_patch(
-    image: bpy.types.Image,
+    images: LampImages,
     outputs: Collection[str] = (SEEN,),
     rays: bpy.types.ShaderNodeTree | None = None,
 ) -> bpy.types.ShaderNodeTree:
@@ -451,8 +502,7 @@ def build_patch(
 
     Parameters
     ----------
-    image : Image
-        Of :func:`new_image`.
+    images : LampImages
     outputs : collection of str
         Which of these, in three channels: :data:`SEEN`, the radiance that arrives at the camera,
         of which :data:`UNSCATTERED` and :data:`FORWARD` are the parts; :data:`THERE`, the radiance
@@ -461,10 +511,10 @@ def build_patch(
         Of :mod:`.realtime_refraction`.
     """
     inputs = dict.fromkeys((NORMAL, VISIBILITY), "NodeSocketVector") | {COLOR: "NodeSocketColor"}
-    measured = bool(image[_MEASURED])
+    measured = bool(images.numbers[_MEASURED])
     inputs |= {MEASURED: "NodeSocketFloat"} if measured else {}
     tree, graph, given = _group(f"{NAME} on Things", inputs, rays)
-    table, here, P = LampTable.of(graph, image), place_here(graph), view_distance(graph)
+    table, here, P = LampTable.of(graph, images), place_here(graph), view_distance(graph)
     normal, colour = (graph.components(given[name]) for name in (NORMAL, COLOR))
 
     def of_lamp(index: NodeValue) -> tuple[NodeValue, ...]:
@@ -504,7 +554,7 @@ def build_patch(
 
 
 def visibility(
-    graph: Graph, numbers: bpy.types.NodeOutputs, image: bpy.types.Image, normal: NodeValue
+    graph: Graph, numbers: bpy.types.NodeOutputs, images: LampImages, normal: NodeValue
 ) -> NodeValue:
     """Share of the lamps of each colour that the shaded point sees.
 
@@ -512,7 +562,7 @@ def visibility(
     as their inverse squares of the distance.
     """
     sunlit, code = (graph.term(numbers[name]) for name in (SUNLIT, CODE))
-    table, here, facing = LampTable.of(graph, image), place_here(graph), graph.components(normal)
+    table, here, facing = LampTable.of(graph, images), place_here(graph), graph.components(normal)
 
     def of_lamp(index: NodeValue) -> tuple[NodeValue]:
         lamp = dataclasses.replace(table.lamp(index), radius=0.0)

@@ -154,7 +154,7 @@ class _Surface:
 
     def _lit_by_lamps(self, sources: Sources) -> dict[str, Operand]:
         """Light of lamps: on the thing, and in the water before it."""
-        graph, given, image = self._graph, self._given, sources.lamps
+        graph, given, images = self._graph, self._given, sources.lamps
         layers, lamps = self._shape.layers, realtime_lamps
         outputs = [lamps.UNSCATTERED, lamps.FORWARD] if layers else [lamps.SEEN]
         outputs += [lamps.THERE] if "J" in layers else []
@@ -162,13 +162,13 @@ class _Surface:
         inputs: dict[str, Operand] = {
             lamps.NORMAL: given[NORMAL],
             lamps.COLOR: given[COLOR],
-            lamps.VISIBILITY: lamps.visibility(graph, self._values.outputs, image, given[NORMAL]),
+            lamps.VISIBILITY: lamps.visibility(graph, self._values.outputs, images, given[NORMAL]),
         }
         if self._shape.measured:
             # There measured reflectances count from 1, here columns go on after three colours.
             inputs[lamps.MEASURED] = NODES.maximum(given[COLUMN] - (len(COLOURS) - 1.0), 0.0)
-        found = in_group(graph, lamps.build_patch(image, outputs, sources.rays), inputs)
-        path = lamps.build_path(image, self._shape.lamp_components, ahead=False, rays=sources.rays)
+        found = in_group(graph, lamps.build_patch(images, outputs, sources.rays), inputs)
+        path = lamps.build_path(images, self._shape.lamp_components, ahead=False, rays=sources.rays)
         return found | in_group(graph, path, {})
 
     def seen(self) -> Operand:

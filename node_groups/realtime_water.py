@@ -24,6 +24,7 @@ from ..uw_spectral.transfer.sky import UNIFORM, Sky
 from ..uw_spectral.transfer.sun_beam import half_angle2
 from . import realtime_cover
 from .node_mathematics import NODES, Graph, NodeValue
+from .realtime_lamps import LampImages
 from .realtime_refraction import LEAVING, MIRRORED_SKY, REFLECTANCE
 from .realtime_shade import ON_PATH, REACH, Shade
 from .realtime_tables import ImageTables, Layout
@@ -64,7 +65,7 @@ class Sources:
     light: bpy.types.Image
     shade: bpy.types.Image | None = None
     cover: bpy.types.Image | None = None
-    lamps: bpy.types.Image | None = None
+    lamps: LampImages | None = None
     waves: WaveImages | None = None
     rays: bpy.types.ShaderNodeTree | None = None
 

@@ -43,7 +43,7 @@ _OWNER = "uw_owner"
 _TABLE = "uw_table"
 _SHADE = "uw_shade"
 _COVER = "uw_cover"
-_LAMPS = "uw_lamps"
+_LAMPS, _SOURCES = "uw_lamps", "uw_lamp_sources"
 _APPARENT = "uw_apparent"
 _PLAIN, _FILTER, _HIGHLIGHT = "uw_plain", "uw_filter", "uw_highlight "
 # Columns of red, green and blue come before those of measured reflectances.
@@ -91,11 +91,7 @@ def add_realtime(scene: bpy.types.Scene, water: RealtimeWater, extent: WaterExte
     shade = None if water.seen.shade is None else realtime_shade.new_image()
     cover = None if water.seen.cover is None else realtime_cover.new_image()
     shining = water.seen.lamps.objects
-    lit = (
-        realtime_lamps.new_image(shape.lamps, len(shape.lamp_components), shape.measured)
-        if shining
-        else None
-    )
+    lit = _lamp_images(water) if shining else None
     rays = realtime_refraction.build(values, images) if shape.above else None
     sources = Sources(values, table, shade, cover, lit, images, rays)
     surface = realtime_surface.build(shape, sources)
@@ -135,7 +131,8 @@ def add_realtime(scene: bpy.types.Scene, water: RealtimeWater, extent: WaterExte
                 (_FILTER, clear),
                 (_SHADE, shade),
                 (_COVER, cover),
-                (_LAMPS, lit),
+                (_LAMPS, lit and lit.numbers),
+                (_SOURCES, lit and lit.sources),
                 (_APPARENT, apparent),
                 (_PLAIN, plain),
                 *((_HIGHLIGHT + kind, group) for kind, group in highlights.items()),
@@ -257,6 +254,15 @@ def _wet(scene: bpy.types.Scene, material: bpy.types.Material) -> None:
         apparent_places.insert([material], apparent, LONGEST_SHAFT)
 
 
+def _lamp_images(water: RealtimeWater) -> realtime_lamps.LampImages:
+    shape, lamps = water.shape, water.seen.lamps
+    # What stands for things has one profile.
+    profiles = len(lamps.lamps) + bool(lamps.thrown)
+    return realtime_lamps.new_images(
+        shape.lamps, profiles, len(shape.lamp_components), shape.measured
+    )
+
+
 def _set_lamps(scene: bpy.types.Scene, water: RealtimeWater, around: LampWater) -> None:
     lamps, numbers = water.seen.lamps.lamps, water.numbers.single
     codes = realtime_lamps.CODES[int(numbers[realtime_lamps.SUNLIT]) :]
@@ -268,7 +274,8 @@ def _set_lamps(scene: bpy.types.Scene, water: RealtimeWater, around: LampWater) 
     shown = colours + [realtime_lamps.NO_SHADOW] * len(water.seen.lamps.thrown)
     measured = list(water.seen.reflectances.values())
     folded = fold_lamps(water.seen.lamps.all, around, water.channels, measured)
-    realtime_lamps.write_lamps(marks.part(scene, _LAMPS), folded, shown)
+    images = realtime_lamps.LampImages(marks.part(scene, _LAMPS), marks.part(scene, _SOURCES))
+    realtime_lamps.write_lamps(images, folded, shown)
     for item, lamp, colour in zip(marks.followers(scene), lamps, colours, strict=True):
         code = numbers[realtime_lamps.CODE]
         realtime_lamps.write_shadow_lamp(item.data, lamp, colour, code)

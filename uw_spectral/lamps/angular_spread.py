@@ -3,8 +3,8 @@
 Of light that has gone a length l, n scatterings with the probability of Poisson of b l, the
 Legendre moments of its total deflection are e^{-b l (1 - χl)} (Goudsmit & Saunderson, Phys. Rev.
 57, 24, 1940). One place stands for all scatterings of a path there: exact for one, and right in
-the number of paths of two of which one is small; :mod:`.multiple_scattering` puts that
-place on the view ray.
+the number of paths of two of which one is small. So :mod:`.multiple_scattering` has what goes
+nearly straight on.
 
 A scattering by ψ at the share σ of the way from the place that is lit back to the lamp
 turns what is seen there by (1 - σ) ψ, and the direction in which the light had left the lamp by
@@ -29,6 +29,7 @@ from ..content import ComparedByContent
 from ..mathematics import NUMPY, Mathematics, Operand
 from ..water.phase import BandPhase
 from .profile import LampProfile, sample_place
+from .wide_phase import RESOLVED, wide_moments
 
 type Array = NDArray[np.float64]
 
@@ -105,7 +106,7 @@ class Spread(Protocol):
     """The tables of a water, of arrays or in a node tree."""
 
     @property
-    def deflection(self) -> Lookup:
+    def narrow(self) -> Lookup:
         """Logarithm of the share of light, 1/(sr m): see :class:`WaterSpread`."""
         ...
 
@@ -163,13 +164,13 @@ class WaterSpread(ComparedByContent):
     phase: BandPhase
 
     @property
-    def deflection(self) -> ValueGrid:
+    def narrow(self) -> ValueGrid:
         """Logarithm of the share of light per angle and length, but for absorption.
 
         Of light that was scattered at least twice on a length l (rows), over l, by the whole
-        deflection (columns): its limit for short lengths is b² l/2 of p folded with itself.
+        deflection (columns), less the same of :func:`.wide_moments`.
         """
-        return _deflection(self)
+        return _narrow(self)
 
     @property
     def on_patches(self) -> ValueGrid:
@@ -213,18 +214,20 @@ class WaterSpread(ComparedByContent):
 
 
 @functools.lru_cache(maxsize=16)
-def _deflection(spread: WaterSpread) -> ValueGrid:
+def _narrow(spread: WaterSpread) -> ValueGrid:
     lengths = _lengths(LENGTHS)
-    x = lengths[:, None, None] * (spread.b * spread.chi)[None]
-    bl = lengths[:, None, None] * spread.b
-    twice = np.where(
-        np.abs(x) < _SMALL,
-        np.exp(-bl) * x * x * (0.5 + x / 6.0),
-        np.exp(x - bl) - np.exp(-bl) * (1.0 + x),
-    )
     half = math.pi / 2 * (np.arange(ANGLES) / (ANGLES - 1.0)) ** 3
-    found = _summed(twice, np.cos(2.0 * half), _MOMENTS) / (4.0 * math.pi)
-    return ValueGrid(np.log(np.maximum(found / lengths[:, None, None], _SMALLEST)))
+
+    def twice(chi: Array) -> Array:
+        """Moments after two scatterings and more."""
+        x, bl = (lengths[:, None, None] * (spread.b * part)[None] for part in (chi, chi[:1]))
+        few = np.exp(-bl) * x * x * (0.5 + x / 6.0)
+        return np.where(np.abs(x) < _SMALL, few, np.exp(x - bl) - np.exp(-bl) * (1.0 + x))
+
+    wide = wide_moments(spread.phase, _MOMENTS, RESOLVED)
+    found = _summed(twice(spread.chi) - twice(wide), np.cos(2.0 * half), _MOMENTS)
+    per_metre = found / (4.0 * math.pi * lengths[:, None, None])
+    return ValueGrid(np.log(np.maximum(per_metre, _SMALLEST)))
 
 
 @functools.lru_cache(maxsize=16)

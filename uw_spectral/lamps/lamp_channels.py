@@ -38,11 +38,14 @@ from numpy.typing import ArrayLike, NDArray
 from ..mathematics import NUMPY, Mathematics, Operand
 from ..transfer.channels import Channels
 from ..water.phase import PhaseFunction
+from .angular_spread import LENGTHS as SPREAD_LENGTHS
+from .angular_spread import deflection_place, length_place
 from .lamp import Lamp, RayPastLamp, disc_seen, ray_past_lamp
 from .lamp_path import Quadrature, gauss_sum
 from .lamp_surface import PatchPastLamp, carried_share, patch_past_lamp, scattered_onto
-from .multiple_scattering import BendingNode, LampWater, light_along
-from .profile import SpotProfile
+from .multiple_scattering import LampWater, light_along
+from .profile import IsotropicProfile, SpotProfile
+from .scattered_source import LampField, source_seen
 from .three_bands import COUNT, ThreeBands, three_bands
 
 type Array = NDArray[np.float64]
@@ -60,6 +63,7 @@ _DISTANCES = (0.1, 0.5, 1.0, 2.0, 4.0, 8.0, 14.0)
 _OFF_AXIS = (1.0, 0.8, 0.5, -0.2)  # in the beam and beside it
 _TILTS = (1.0, 0.3, -0.2)
 _HALF_DEFLECTIONS = (0.01, 0.05, 0.1, 0.3, 0.6, 0.9, 1.2)
+_FEW_DEGREES = 10
 _USUAL = Lamp((0.0, 0.0, 0.0), (0.0, 0.0, 1.0), 1.0, SpotProfile(math.radians(60.0), 0.5))
 
 
@@ -407,10 +411,15 @@ def _of_three(water: LampWater, bands: ThreeBands) -> LampWater:
 def _bands_in_water(water: LampWater, seen: Array) -> ThreeBands:
     """Bands that stand for all in what is scattered more than once."""
     half, r, t, cosine = _places(_HALF_DEFLECTIONS, _DISTANCES, _DISTANCES, _OFF_AXIS)
-    node = BendingNode(half, r, t, cosine)
-    profile = water.spread.profile(_USUAL.profile)
-    values = node.scattered(profile, water, 0.0, NUMPY)
-    return three_bands(values, _light_in(seen, water, node.length))
+    light, bent = _light_in(seen, water, r + t), np.cos(2.0 * half)
+    onward = np.exp(
+        water.spread.narrow.at(deflection_place(half), length_place(r + t, SPREAD_LENGTHS))
+    )
+    assert isinstance(water.field, LampField)
+    few = LampField(dataclasses.replace(water.field.harmonics, degrees=_FEW_DEGREES))
+    turned = source_seen(few.source(IsotropicProfile()), r, cosine, bent, cosine * bent)
+    turned = turned * np.exp(-water.wide * t)
+    return three_bands(np.concatenate([onward, turned]), np.concatenate([light, light]))
 
 
 def _bands_on_things(water: LampWater, seen: Array) -> ThreeBands:

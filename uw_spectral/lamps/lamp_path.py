@@ -50,6 +50,8 @@ class PathNode:
         Share of it in the integral, profile included, 1/m.
     s2 : float or array
         Squared sine of half the scattering angle.
+    half : float or array
+        Half the scattering angle, rad.
     distance : float or array
         From the lamp to the place, m.
     length : float or array
@@ -58,6 +60,7 @@ class PathNode:
 
     weight: Operand
     s2: Operand
+    half: Operand
     distance: Operand
     length: Operand
 
@@ -93,7 +96,8 @@ def path_node(
 ) -> PathNode:
     """Node of the quadrature at a place of the part, 0 to 1, of a share in its sum."""
     q = part.first + part.width * place
-    tangent = m.tan(q * q * q)
+    angle = q * q * q
+    tangent = m.tan(angle)
     t2 = tangent * tangent
     cosine = (2.0 * ray.across * tangent + ray.along * (t2 - 1.0)) / (1.0 + t2)
     weight = part.width * q * q * (2.0 * _POWER * share) / ray.h
@@ -101,6 +105,7 @@ def path_node(
     return PathNode(
         weight * lamp.profile.value(cosine, m),
         t2 / (1.0 + t2),
+        angle,
         ray.h * (1.0 + t2) / (2.0 * tangent),
         m.maximum(ray.t0 + ray.h * tangent, 0.0),
     )

@@ -1,21 +1,17 @@
-"""Lamp light that is scattered more than once, from the moments of the phase function.
+"""Lamp light that is scattered more than once.
 
-Along the ray stands for it what stands for light scattered once, with the angular
-distribution after any number of scatterings in place of b p:
+What turns it by more than some seven degrees is followed through every scattering: it is the source
+S of :mod:`.scattered_source` along the ray. The rest goes nearly straight on, and for that one bend
+stands, as for light scattered once, of the angular distribution after any number of scatterings,
 
-    L = ∫ I Φ'(θ) K(Θ, l) e^{-a l} / r² ds,   K = Σ (2n + 1)/4π Q(b l, χn) Pn(cos Θ) / l,
+    K = Σ (2n + 1)/4π Q(b l, χn) Pn(cos Θ) / l,   Q(x, χ) = e^{-x (1 - χ)} - e^{-x} (1 + x χ),
 
-Q(x, χ) = e^{-x (1 - χ)} - e^{-x} (1 + x χ), l the path from the lamp over the place to the camera,
-Θ the deflection there, Φ' the profile blurred by the scatterings on both legs
-(:mod:`.angular_spread`). A path that ends after P takes what comes from the whole ray, less what
-comes from beyond as it is seen from its end: light scattered far ahead is scattered again nearby.
-A thing at the end keeps that away.
+less the K' of what the source has (:mod:`.wide_phase`):
 
-What comes from outside the beam of a lamp had left it inside, and was bent by the angle δ between
-besides, across Θ as often as along it: cos Θ cos δ stands in place of cos Θ there.
+    L = ∫ (I Φ(θ) (K - K')(Θ, l) / r² + I S e^{-b' t}) e^{-a l} ds,
 
-It counts that scattered light goes a longer way no further than by one bend. Near a lamp, within a
-transport length 1/(b (1 - g)), that is nothing; docs/measured/lamp_light.md has the errors.
+l the path from the lamp over the place to the camera, t that from there, Θ the deflection, b' the
+scattering that the source has. docs/measured/lamp_light.md has the errors.
 """
 
 from __future__ import annotations
@@ -30,25 +26,25 @@ from numpy.typing import ArrayLike, DTypeLike
 from ..errors import InputError
 from ..mathematics import NUMPY, Mathematics, Operand
 from ..water.phase import BandPhase, Mixture
-from .angular_spread import (
-    LENGTHS,
-    PROFILE_LENGTHS,
-    Lookup,
-    Spread,
-    WaterSpread,
-    deflection_place,
-    length_place,
-    profile_place,
-)
+from .angular_spread import LENGTHS, Spread, WaterSpread, deflection_place, length_place
 from .lamp import Lamp, RayPastLamp
+from .lamp_harmonics import Harmonics
 from .lamp_path import NODES, Quadrature, gauss_sum, lit_part, path_node
+from .profile import LampProfile
+from .scattered_source import LampField, Source, source_seen
+from .wide_phase import RESOLVED, wide_moments
 
-MORE_NODES, BEYOND_NODES = 16, 8
-"""Of the integral up to the end of a path, and beyond."""
+MORE_NODES = 16
+"""Of the integral of the source."""
 _REACH = 8.0  # of scattered light, in decay lengths
-# Path to the camera over that to the lamp. A place that is displaced by more than its distance
-# from the lamp is mostly farther away, not on another side.
-_MOST_BLURRED = 2.0
+
+
+class Field(Protocol):
+    """Where the sources of light are that was scattered already."""
+
+    def source(self, profile: LampProfile) -> Source:
+        """Return that of a lamp."""
+        ...
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,7 +58,11 @@ class LampWater:
     phase : Mixture
         Phase function.
     spread : Spread
-        Tables of light that is scattered more often.
+        Tables of light that goes nearly straight on.
+    field : Field
+        Of what is turned more.
+    wide : array, shape (n,)
+        Scattering that the field has, 1/m.
     reach : float
         Distance from the camera, or beyond the lamp, from which no scattered light is counted, m.
     """
@@ -72,6 +72,8 @@ class LampWater:
     c: Operand
     phase: Mixture
     spread: Spread
+    field: Field
+    wide: Operand
     reach: Operand
 
     def of_bands(self, indices: ArrayLike) -> LampWater:
@@ -84,8 +86,8 @@ class LampWater:
         """Return the numbers in another floating-point precision."""
         cast = np.dtype(dtype).type
         phase = dataclasses.replace(self.phase, weights=np.asarray(self.phase.weights, dtype))
-        numbers = {name: cast(getattr(self, name)) for name in ("a", "b", "c", "reach")}
-        return LampWater(**numbers, phase=phase, spread=self.spread)
+        numbers = {name: cast(getattr(self, name)) for name in ("a", "b", "c", "wide", "reach")}
+        return LampWater(**numbers, phase=phase, spread=self.spread, field=self.field)
 
 
 def lamp_water(a: ArrayLike, b: ArrayLike, phase: BandPhase) -> LampWater:
@@ -126,6 +128,8 @@ def lamp_water(a: ArrayLike, b: ArrayLike, phase: BandPhase) -> LampWater:
         absorption + scattering,
         phase,
         WaterSpread(scattering, phase),
+        LampField(Harmonics(absorption, scattering, phase)),
+        scattering * wide_moments(phase, 0, RESOLVED)[0],
         _REACH / max(float((transport + diffuse).min()), 1e-3),
     )
 
@@ -199,11 +203,9 @@ def lamp_light(lamp: Lamp, ray: RayPastLamp, water: LampWater) -> tuple[Operand,
     >>> lamp = Lamp((0.5, 0.0, 4.0), (0.0, 0.0, -1.0), np.array([1.0]))
     >>> ray = ray_past_lamp(lamp, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), 50.0)
     >>> [float(L[0].round(4)) for L in lamp_light(lamp, ray, water)]
-    [0.0451, 0.0266]
+    [0.0451, 0.0304]
     """
-    once, more = light_along(lamp, ray, BandLight(lamp.intensity, water))
-    # A difference of large numbers may end below zero.
-    return once, np.maximum(more, 0.0)
+    return light_along(lamp, ray, BandLight(lamp.intensity, water))
 
 
 def light_along(
@@ -226,120 +228,42 @@ def light_along(
     integrate : callable
         Adds up the terms of the quadratures; a shader has a loop for it.
     """
-    part = lit_part(lamp, ray, m)
+    part, spread = lit_part(lamp, ray, m), light.water.spread
 
-    def of_place(place: Operand, share: Operand) -> tuple[Operand]:
+    def of_place(place: Operand, share: Operand) -> tuple[Operand, Operand]:
         node = path_node(lamp, ray, part, place, share, m)
-        return (light.once(node.s2, node.length, m) * node.weight,)
+        row = length_place(node.length, LENGTHS, m)
+        onward = m.exp(spread.narrow.at(deflection_place(node.half, m), row)) * node.weight
+        once = light.once(node.s2, node.length, m) * node.weight
+        return once, light.arriving(onward, node.length, m)
 
-    return integrate(NODES, of_place)[0], scattered_more(lamp, ray, light, m, integrate)
+    once, onward = integrate(NODES, of_place)
+    return once, onward + _turned(lamp, ray, light, m, integrate)
 
 
-def scattered_more(
-    lamp: Lamp,
-    ray: RayPastLamp,
-    light: LampSpectrum,
-    m: Mathematics = NUMPY,
-    integrate: Quadrature = gauss_sum,
+def _turned(
+    lamp: Lamp, ray: RayPastLamp, light: LampSpectrum, m: Mathematics, integrate: Quadrature
 ) -> Operand:
-    """Radiance of a lamp's light that is scattered more than once; see :func:`light_along`.
+    """Radiance of light that was scattered already when it is scattered into the ray.
 
-    The integrals are taken over u = asinh(s/h), s from the point nearest to the lamp: half the
-    deflection is then atan(e^u), and ds/r² is du/r.
+    The integral is taken over u = asinh(s/h), s from the point nearest to the lamp: ds is r du.
     """
     water = light.water
-    profile, P = water.spread.profile(lamp.profile), ray.far - ray.near
-    beam = lamp.profile.beam
+    source, off_axis = water.field.source(lamp.profile), 0.0 - ray.along
     end = m.maximum(ray.near, 0.0) + water.reach
     last = m.maximum(m.minimum(ray.far, m.maximum(end, ray.near)), ray.first)
-    beyond = m.maximum(end, last)
-    # Absorption up to the end is part of that over the whole length.
-    passed = m.exp(-water.b * P)
-
-    def before_the_end(place: Operand, share: Operand) -> tuple[Operand]:
-        node = _node(lamp, ray, beam, ray.first, last, place, share, m)
-        here = node.scattered(profile, water, 0.0, m) * node.weight
-        return (light.arriving(here, node.length, m),)
-
-    def beyond_the_end(place: Operand, share: Operand) -> tuple[Operand]:
-        node = _node(lamp, ray, beam, last, beyond, place, share, m)
-        here, there = (node.scattered(profile, water, start, m) for start in (0.0, P))
-        return (light.arriving((here - passed * there) * node.weight, node.length, m),)
-
-    near = integrate(MORE_NODES, before_the_end)[0]
-    if ray.before_thing:
-        return near
-    return near + integrate(BEYOND_NODES, beyond_the_end)[0]
-
-
-@dataclass(frozen=True, eq=False)
-class BendingNode:
-    """A place on the ray where light is bent that is scattered more than once.
-
-    Attributes
-    ----------
-    half : float or array
-        Half its deflection, rad.
-    r, t : float or array
-        Distances from the lamp and, along the ray, from the camera, m.
-    cosine : float or array
-        From the axis of the lamp.
-    weight : float or array
-        Share of the place in the integral, 1/m.
-    """
-
-    half: Operand
-    r: Operand
-    t: Operand
-    cosine: Operand
-    weight: Operand = 1.0
-
-    @property
-    def length(self) -> Operand:
-        """Length of the path from the lamp over the place to the camera, m."""
-        return self.r + self.t
-
-    def scattered(
-        self, profile: Lookup, water: LampWater, start: Operand, m: Mathematics
-    ) -> Operand:
-        """Share of the light that it sends to a place on the ray, absorption and 1/r² apart."""
-        t = m.maximum(self.t - start, 0.0)
-        aside = m.minimum(t / self.r, _MOST_BLURRED)
-        # Scatterings on either leg blur the profile: seen from the lamp by t/r on the camera's.
-        row = length_place(self.r + t * aside * aside, PROFILE_LENGTHS, m)
-        intensity = profile.at(profile_place(self.cosine, m), row)
-        place = deflection_place(self.half, m), length_place(self.r + t, LENGTHS, m)
-        return intensity * m.exp(water.spread.deflection.at(*place))
-
-
-def _node(
-    lamp: Lamp,
-    ray: RayPastLamp,
-    beam: Operand,
-    start: Operand,
-    end: Operand,
-    place: Operand,
-    share: Operand,
-    m: Mathematics,
-) -> BendingNode:
-    first, stop = (_asinh(s, ray.h, m) for s in (start, end))
+    first, stop = (_asinh(s, ray.h, m) for s in (ray.first, last))
     width = m.maximum(stop - first, 0.0)
-    grown = m.exp(first + width * place)
-    s, r = ray.h * (grown - 1.0 / grown) / 2.0, ray.h * (grown + 1.0 / grown) / 2.0
-    cosine = (ray.across * ray.h + ray.along * s) / r
-    t = m.maximum(ray.t0 + s, 0.0)
-    half = _half_deflection(grown * grown, cosine, beam, m)
-    return BendingNode(half, r, t, cosine, width * share / r * lamp.lit(ray.place(s), m))
 
+    def of_place(place: Operand, share: Operand) -> tuple[Operand]:
+        grown = m.exp(first + width * place)
+        s, r = ray.h * (grown - 1.0 / grown) / 2.0, ray.h * (grown + 1.0 / grown) / 2.0
+        turned, t = (ray.across * ray.h + ray.along * s) / r, m.maximum(ray.t0 + s, 0.0)
+        seen = source_seen(source, r, turned, 0.0 - s / r, off_axis, m)
+        seen = seen * m.exp(0.0 - water.wide * t) * (width * share * lamp.lit(ray.place(s), m))
+        return (light.arriving(seen, r + t, m),)
 
-def _half_deflection(tangent2: Operand, cosine: Operand, beam: Operand, m: Mathematics) -> Operand:
-    """Half the deflection, from its squared tangent without that from the beam to a direction."""
-    c2 = 1.0 / (1.0 + tangent2)
-    s2 = tangent2 * c2
-    sines = m.maximum(1.0 - cosine * cosine, 0.0) * m.maximum(1.0 - beam * beam, 0.0)
-    off = m.maximum(cosine * beam + m.sqrt(sines), 0.0)
-    more = (1.0 - m.select(m.less(cosine, beam), off, 1.0)) * (c2 - s2) / 2.0
-    return m.arctan2(m.sqrt(m.maximum(s2 + more, 0.0)), m.sqrt(m.maximum(c2 - more, 0.0)))
+    return integrate(MORE_NODES, of_place)[0]
 
 
 def _asinh(s: Operand, h: Operand, m: Mathematics) -> Operand:

@@ -1,4 +1,4 @@
-"""Light of a lamp that water scatters twice and more, by spherical harmonics: a reference.
+"""Light of a lamp that water scatters twice and more, by spherical harmonics.
 
 Round a lamp in endless water radiance depends on the distance r, on the angle θ from the lamp's
 axis and on the direction ω. What is scattered once more is the source
@@ -14,9 +14,7 @@ order m, and plane waves in spherical Bessel functions j_λ, the source is
 
     S = Σ_m Σ_lj g^m_lj(r) Y_lm(ω) 4π φ_j Y_jm(θ),   φ_j the moments of the lamp's profile.
 
-Nothing of it is fitted, and it has no photons' noise. Of the phase function and the profile it has
-what is wider than some ten degrees; for what is narrower one bend stands, as of
-:mod:`.multiple_scattering`: what that makes of the whole less what it makes of the wider part.
+Nothing of it is fitted, and it has no photons' noise. Scattering is that of :mod:`.wide_phase`.
 """
 
 from __future__ import annotations
@@ -29,79 +27,31 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..uw_spectral.content import ComparedByContent
-from ..uw_spectral.lamps.angular_spread import WaterSpread, profile_moments
-from ..uw_spectral.lamps.lamp import Lamp, RayPastLamp
-from ..uw_spectral.lamps.multiple_scattering import BandLight, LampWater, scattered_more
-from ..uw_spectral.lamps.profile import LampProfile
-from ..uw_spectral.mathematics import NUMPY, Mathematics, Operand
-from ..uw_spectral.water.phase import BandPhase
+from ..content import ComparedByContent
+from ..water.phase import BandPhase
+from .wide_phase import RESOLVED, wide_moments
 
 type Array = NDArray[np.float64]
 
 DEGREES = 32
 """Highest degree of harmonics, of directions and of profiles."""
-
-ROWS = 48
-NEAREST, FARTHEST = 0.03, 20.0  # distances of the rows, in mean free paths
-_SMOOTH, _SMOOTH_PROFILE = 0.5625, 0.4375  # of the highest degree, where moments are 1/e
-_NODES = 96  # along a ray
-_AROUND = 10  # orders m, from 0 on
-_WAVES = 160  # wave numbers
+ROWS = 24
+NEAREST, FARTHEST = 0.06, 16.0
+"""Distances of the rows, in mean free paths."""
+AROUND = 10
+"""Orders m, from 0 on."""
+_WAVES = 120  # wave numbers
 _LONGEST_WAVE = 0.02  # wave number, in 1/c
 _RESOLVED = 40.0  # waves along r, in rad, from which on they fade out
 _LAST, _STEP = 150.0, 0.1  # of the integral over them
 _CLOSED = 400  # degrees after which the continued fraction begins
 _DIRECTIONS = 128  # of the quadrature over products of harmonics
-_SMALLEST, _TINY = 1e-12, 1e-60
+_TINY = 1e-60
 
 
 @dataclass(frozen=True, eq=False)
-class SmoothPhase(BandPhase):
-    """A phase function without what is narrower than some ten degrees."""
-
-    degree: float = math.inf
-
-    @classmethod
-    def of(cls, phase: BandPhase, highest: int) -> SmoothPhase:
-        """Return that which harmonics up to a degree resolve."""
-        return cls(phase.components, phase.weights, _SMOOTH * highest)
-
-    def moments(self, count: int) -> Array:
-        """Legendre moments χ1 to χm per band, shape (m, n)."""
-        degrees = np.arange(1.0, count + 1.0)[:, None]
-        return super().moments(count) * np.exp(-((degrees / self.degree) ** 4))
-
-
-@dataclass(frozen=True, eq=False)
-class SmoothProfile(ComparedByContent, LampProfile):
-    """A profile, blurred, which leaves it positive."""
-
-    profile: LampProfile
-    highest: int
-
-    @property
-    def moments(self) -> Array:
-        """Mean over all directions of it times each Legendre polynomial."""
-        degrees = np.arange(self.highest + 1.0)
-        found = profile_moments(self.profile)[: self.highest + 1]
-        return found * np.exp(-((degrees / (_SMOOTH_PROFILE * self.highest)) ** 2))
-
-    @property
-    def solid_angle(self) -> float:
-        """Integral over the sphere, sr."""
-        return 4.0 * math.pi * float(self.moments[0])
-
-    def value(self, cosine: Operand, m: Mathematics = NUMPY) -> Operand:
-        """Value at the cosine of the angle from the axis."""
-        del m
-        weighted = self.moments * (2.0 * np.arange(self.highest + 1.0) + 1.0)
-        return np.polynomial.legendre.legval(np.asarray(cosine), weighted)
-
-
-@dataclass(frozen=True, eq=False)
-class LampField(ComparedByContent):
-    """Harmonics of a water of n bands; equal ones are computed once.
+class Harmonics(ComparedByContent):
+    """The light of lamps in a water of n bands; equal ones are computed once.
 
     Parameters
     ----------
@@ -117,111 +67,48 @@ class LampField(ComparedByContent):
     phase: BandPhase
     degrees: int = DEGREES
 
+    @property
+    def scale(self) -> float:
+        """Extinction that rows are scaled with, 1/m."""
+        return max(float(np.mean(self.a + self.b)), 1e-4)
 
-def scattered_more_by_harmonics(
-    lamp: Lamp, ray: RayPastLamp, water: LampWater, degrees: int = DEGREES
-) -> Array:
-    """Radiance of a lamp's light that is scattered more than once along a ray.
+    @property
+    def angle(self) -> float:
+        """Angle within which the phase function is smoothed, rad."""
+        return RESOLVED * DEGREES / self.degrees
 
-    Parameters
-    ----------
-    lamp : Lamp
-        Without shadows.
-    ray : RayPastLamp
-        A single one.
-    water : LampWater
-        Of n bands, made by :func:`.lamp_water`.
-    degrees : int
-        Highest one of harmonics: more of them resolve narrower angles.
+    @property
+    def distances(self) -> Array:
+        """Of the rows, m."""
+        return np.geomspace(NEAREST, FARTHEST, ROWS) / self.scale
 
-    Returns
-    -------
-    array, shape (n,)
-        In the unit of the intensity per m².
-
-    Examples
-    --------
-    >>> from ..uw_spectral.lamps.lamp import ray_past_lamp
-    >>> from ..uw_spectral.lamps.multiple_scattering import lamp_water
-    >>> from ..uw_spectral.water.phase import parse_phase
-    >>> water = lamp_water([0.1], [0.2], parse_phase("hg:0.9").for_bands([0.2]))
-    >>> lamp = Lamp((0.5, 0.0, 4.0), (0.0, 0.0, -1.0), np.array([1.0]))
-    >>> ray = ray_past_lamp(lamp, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), 50.0)
-    >>> scattered_more_by_harmonics(lamp, ray, water, 16).round(3)
-    array([0.031])
-    """
-    assert isinstance(water.phase, BandPhase)
-    phase, profile = water.phase, SmoothProfile(lamp.profile, degrees)
-    field = LampField(water.a, water.b, phase, degrees)
-    first, last = float(ray.near), min(float(ray.far), float(ray.near + water.reach))
-    h = float(ray.h)
-    ends = np.arcsinh(np.array([first, last]) / h)
-    places, weights = np.polynomial.legendre.leggauss(_NODES)
-    u = ends[0] + (ends[1] - ends[0]) * (places + 1.0) / 2.0
-    s, r = h * np.sinh(u), h * np.cosh(u)
-    t = np.maximum(float(ray.t0) + s, 0.0)
-    turned = np.clip((float(ray.across) * h + float(ray.along) * s) / r, -1.0, 1.0)
-    source = _source(field, profile, r, turned, -s / r, -float(ray.along))
-    seen = source * np.exp(-water.c * t[:, None]) * (r * weights)[:, None]
-    wide = lamp.intensity * seen.sum(axis=0) * (ends[1] - ends[0]) / 2.0
-    smooth = SmoothPhase.of(phase, degrees)
-    spread = WaterSpread(water.b, smooth)
-    blurred = LampWater(water.a, water.b, water.c, smooth, spread, water.reach)
-    as_bent = Lamp(lamp.position, lamp.axis, lamp.intensity, profile, lamp.radius)
-    whole = scattered_more(lamp, ray, BandLight(lamp.intensity, water))
-    part = scattered_more(as_bent, ray, BandLight(lamp.intensity, blurred))
-    return np.asarray(wide + whole - part)
-
-
-def _scale(field: LampField) -> float:
-    """Extinction that rows are scaled with, 1/m."""
-    return max(float(np.mean(field.a + field.b)), 1e-4)
-
-
-def _source(
-    field: LampField, profile: SmoothProfile, r: Array, turned: Array, bent: Array, off_axis: float
-) -> Array:
-    """S at places, shape (k, n), by distances and cosines, see the head of this module."""
-    rows = np.geomspace(NEAREST, FARTHEST, ROWS) / _scale(field)
-    kept = rows[:, None] * np.exp(field.a * rows[:, None])
-    radial = _radial(field) * kept[:, None, None, None]
-    place = np.interp(np.log(r), np.log(rows), np.arange(ROWS))
-    low = np.clip(place.astype(int), 0, ROWS - 2)
-    share = (place - low)[:, None, None, None, None]
-    found = (1.0 - share) * radial[low] + share * radial[low + 1]
-    sines = np.sqrt(np.maximum((1.0 - turned**2) * (1.0 - bent**2), _SMALLEST))
-    azimuth = np.arccos(np.clip((off_axis - turned * bent) / sines, -1.0, 1.0))
-    orders = np.arange(_AROUND)[:, None]
-    around = np.where(orders > 0, 2.0, 1.0) * np.cos(orders * azimuth)
-    on_axis = _harmonics(turned, field.degrees) * 4.0 * math.pi * profile.moments[:, None]
-    of_bend = _harmonics(bent, field.degrees)
-    S = np.einsum("kmljn,mjk,mlk,mk->kn", found, on_axis, of_bend, around, optimize=True)
-    return np.asarray(S * np.exp(-field.a * r[:, None]) / r[:, None])
+    @property
+    def radial(self) -> Array:
+        """Coefficients g at the distances, shape (ROWS, m, l, j, n), 1/m³."""
+        return _radial(self)
 
 
 @functools.lru_cache(maxsize=8)
-def _radial(field: LampField) -> Array:
-    """g^m_lj at the distances, shape (ROWS, m, l, j, n)."""
+def _radial(field: Harmonics) -> Array:
     highest = field.degrees
-    moments = SmoothPhase.of(field.phase, highest).moments(highest)
-    scattering = field.b * np.concatenate([np.ones((1, len(field.b))), moments])
+    scattering = field.b * wide_moments(field.phase, highest, field.angle)
     turned, hankel = _turned(highest), _hankel(highest)
-    waves = _waves() * _scale(field)
+    waves = _waves() * field.scale
     found = []
-    for c, b in zip(field.a + field.b, scattering.T, strict=True):
+    for c, b in zip(field.a + scattering[0], scattering.T, strict=True):
         solved = np.stack([_solved(order, float(c), b, waves) for order in range(highest + 1)])
         rows = []
         for degree, turn in enumerate(turned):
             # (j, m λ, m') by (j, m', k), then (j, m, λ k) by (λ k, r).
             by_wave = turn.astype(np.float64) @ np.moveaxis(solved[:, :, degree], 2, 0)
-            by_wave = by_wave.reshape(highest + 1, _AROUND, -1)
-            row = np.empty((highest + 1, _AROUND, ROWS))
+            by_wave = by_wave.reshape(highest + 1, AROUND, -1)
+            row = np.empty((highest + 1, AROUND, ROWS))
             for parity in range(2):
                 of_parity = slice((degree + parity) % 2, None, 2)
                 row[of_parity] = by_wave[of_parity] @ hankel[parity]
             rows.append(row)
         found.append(np.einsum("ljmr->rmlj", np.stack(rows)))
-    return np.stack(found, axis=-1) * _scale(field) ** 3
+    return np.stack(found, axis=-1) * field.scale**3
 
 
 def _solved(order: int, c: float, scattering: Array, waves: Array) -> Array:
@@ -340,14 +227,14 @@ def _turned(highest: int) -> NDArray[np.float32]:
     degree = np.arange(2 * highest + 1)
     plane = np.polynomial.legendre.legvander(mu, 2 * highest)  # (k, λ)
     plane = plane * (2.0 * degree + 1.0) * weight[:, None]
-    found = np.zeros((count, count, _AROUND, count, count), np.float32)
+    found = np.zeros((count, count, AROUND, count, count), np.float32)
     of, by = np.divmod(np.arange(count * count), count)
     for parity in range(2):
         pairs = (of + by) % 2 == parity
         l, j, along = of[pairs], by[pairs], degree[parity::2]  # noqa: E741
         # i^(l - j + λ) is real.
         sign = 1.0 - ((l[:, None] - j[:, None] + along) % 4)
-        for m, wave in np.ndindex(_AROUND, count):
+        for m, wave in np.ndindex(AROUND, count):
             d = rotated[m, wave]
             share = (d[l] * d[j]) @ plane[:, along] * (sign * (2.0 if wave else 1.0))
             found[l, j, m, : len(along), wave] = share
@@ -356,24 +243,24 @@ def _turned(highest: int) -> NDArray[np.float32]:
 
 def _rotated(mu: Array, highest: int) -> Array:
     """Wigner's d^l_mm'(μ), (m, m', l, k), by the eigenvectors of rotations."""
-    found = np.zeros((_AROUND, highest + 1, highest + 1, len(mu)))
+    found = np.zeros((AROUND, highest + 1, highest + 1, len(mu)))
     for degree in range(highest + 1):
         m = np.arange(-degree, degree)
         raised = np.diag(np.sqrt(degree * (degree + 1.0) - m * (m + 1.0)), -1)
         turns, vectors = np.linalg.eigh((raised - raised.T) / 2j)
         phases = np.exp(-1j * np.arccos(mu)[:, None] * turns)
         ahead = vectors[degree:]
-        d = np.einsum("an,kn,bn->abk", ahead[:_AROUND], phases, ahead.conj(), optimize=True).real
+        d = np.einsum("an,kn,bn->abk", ahead[:AROUND], phases, ahead.conj(), optimize=True).real
         found[: len(d), : degree + 1, degree] = d
     return found
 
 
-def _harmonics(mu: Array, highest: int) -> Array:
+def on_sphere(mu: Array, highest: int) -> Array:
     """Normalised harmonics of an azimuth of 0 at cosines, shape (m, l, k)."""
     sine = np.sqrt(np.maximum(1.0 - mu * mu, 0.0))
-    found = np.zeros((_AROUND, highest + 1, len(mu)))
+    found = np.zeros((AROUND, highest + 1, len(mu)))
     first = np.full(len(mu), math.sqrt(0.25 / math.pi))
-    for m in range(_AROUND):
+    for m in range(AROUND):
         if m:
             first = -first * sine * math.sqrt(1.0 + 0.5 / m)
         found[m, m] = first

@@ -1,0 +1,177 @@
+"""Where light of a lamp that was scattered already is scattered once more: a table to look up.
+
+The source S of :mod:`.lamp_harmonics`, over the distance from the lamp, the angle from its axis and
+the direction towards the camera. The logarithm is tabulated, without what absorption takes
+up to there, times r.
+"""
+
+from __future__ import annotations
+
+import functools
+import itertools
+import math
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..content import ComparedByContent
+from ..mathematics import NUMPY, Mathematics, Operand
+from .angular_spread import profile_moments
+from .lamp_harmonics import (
+    AROUND,
+    FARTHEST,
+    NEAREST,
+    ROWS,
+    Harmonics,
+    on_sphere,
+)
+from .profile import LampProfile
+
+type Array = NDArray[np.float64]
+
+AZIMUTHS, TURNS, BENDS = 8, 32, 48
+"""Of the table: azimuths about the radius between the lamp's axis and the way of the light, angles
+of the radius from the axis, and of that way from the radius."""
+_TURN_POWER, _BEND_POWER, _AZIMUTH_POWER = 1.5, 2.5, 1.5
+"""Angles are the finer the smaller."""
+_DARKEST = 1e-9
+_NONE = 1e-30
+_SMALLEST = 1e-12
+
+
+def row_place(distance: Operand, scale: Operand, m: Mathematics = NUMPY) -> Operand:
+    """Place of a distance in m among the rows, even in its logarithm.
+
+    Examples
+    --------
+    >>> round(float(row_place(16.0, 1.0)), 9), float(row_place(0.001, 1.0))
+    (23.0, 0.0)
+    """
+    held = m.clamp(distance * scale, NEAREST, FARTHEST)
+    steps = (ROWS - 1.0) / math.log(FARTHEST / NEAREST)
+    return (m.log(held) - math.log(NEAREST)) * steps
+
+
+def turn_place(cosine: Operand, m: Mathematics = NUMPY) -> Operand:
+    """Place of the cosine of the angle from the axis.
+
+    Examples
+    --------
+    >>> float(turn_place(1.0)), round(float(turn_place(-1.0)), 9)
+    (0.0, 31.0)
+    """
+    return _place(cosine, TURNS, 1.0 / _TURN_POWER, m)
+
+
+def bend_place(cosine: Operand, m: Mathematics = NUMPY) -> Operand:
+    """Place of the cosine of the deflection from the radius; see :func:`turn_place`."""
+    return _place(cosine, BENDS, 1.0 / _BEND_POWER, m)
+
+
+def azimuth_place(cosine: Operand, m: Mathematics = NUMPY) -> Operand:
+    """Place of the cosine of the azimuth; see :func:`turn_place`."""
+    return _place(cosine, AZIMUTHS, 1.0 / _AZIMUTH_POWER, m)
+
+
+def _place(cosine: Operand, count: int, power: float, m: Mathematics) -> Operand:
+    angle = m.arccos(m.clamp(cosine, -1.0, 1.0))
+    return m.power(angle / math.pi, power) * (count - 1.0)
+
+
+def _angles(count: int, power: float) -> Array:
+    return np.asarray(math.pi * np.linspace(0.0, 1.0, count) ** power)
+
+
+class Source(Protocol):
+    """The source of light that was scattered already, round a lamp of an intensity of 1."""
+
+    @property
+    def scale(self) -> Operand:
+        """Extinction that distances are scaled with, 1/m."""
+        ...
+
+    def at(self, row: Operand, azimuth: Operand, turn: Operand, bend: Operand) -> Operand:
+        """Interpolate the table at places, linearly."""
+        ...
+
+
+def source_seen(
+    source: Source,
+    r: Operand,
+    turned: Operand,
+    bent: Operand,
+    off_axis: Operand,
+    m: Mathematics = NUMPY,
+) -> Operand:
+    """Radiance per metre that water adds towards a camera, absorption up to there apart, times r.
+
+    Parameters
+    ----------
+    source : Source
+    r : float or array
+        Distance from the lamp, m.
+    turned, bent, off_axis : float or array
+        Cosines of the angles between the lamp's axis and the radius, the radius and the light's
+        way to the camera, and the axis and that way.
+    m : Mathematics
+        Elementary functions.
+    """
+    sines = (1.0 - turned * turned) * (1.0 - bent * bent)
+    azimuth = (off_axis - turned * bent) / m.sqrt(m.maximum(sines, _SMALLEST))
+    places = azimuth_place(azimuth, m), turn_place(turned, m), bend_place(bent, m)
+    return m.exp(source.at(row_place(r, source.scale, m), *places))
+
+
+@dataclass(frozen=True, eq=False)
+class SourceTable:
+    """A table of n bands, shape (ROWS, AZIMUTHS, TURNS, BENDS, n)."""
+
+    values: Array
+    scale: float
+
+    def at(self, row: Operand, azimuth: Operand, turn: Operand, bend: Operand) -> Array:
+        """Interpolate at places of shape (..., 1), or of no shape; shape (..., n)."""
+        ends = []
+        for place, count in zip((row, azimuth, turn, bend), self.values.shape, strict=False):
+            place = np.asarray(place)
+            place = place[..., 0] if place.ndim else place
+            low = np.clip(np.floor(place).astype(int), 0, count - 2)
+            share = (place - low)[..., None]
+            ends.append(((low, 1.0 - share), (low + 1, share)))
+        total = 0.0
+        for corner in itertools.product(*ends):
+            index, shares = zip(*corner, strict=True)
+            total = total + self.values[index] * math.prod(shares)
+        return np.asarray(total)
+
+
+@dataclass(frozen=True, eq=False)
+class LampField(ComparedByContent):
+    """Where the light of lamps is scattered once more, in a water of n bands."""
+
+    harmonics: Harmonics
+
+    def source(self, profile: LampProfile) -> SourceTable:
+        """Tabulate the source of a lamp of an intensity of 1."""
+        return _source(self.harmonics, profile)
+
+
+@functools.lru_cache(maxsize=32)
+def _source(solved: Harmonics, profile: LampProfile) -> SourceTable:
+    highest = solved.degrees
+    # Blurred as far as the harmonics go, or what is beyond them would ring.
+    fading = np.exp(-((np.arange(highest + 1.0) / highest) ** 2))
+    moments = 4.0 * math.pi * profile_moments(profile)[: highest + 1] * fading
+    turns, bends = _angles(TURNS, _TURN_POWER), _angles(BENDS, _BEND_POWER)
+    on_axis, of_bend = (on_sphere(np.cos(angles), highest) for angles in (turns, bends))
+    orders = np.arange(AROUND)[:, None]
+    around = np.where(orders > 0, 2.0, 1.0) * np.cos(orders * _angles(AZIMUTHS, _AZIMUTH_POWER))
+    by_turn = np.einsum("rmljn,j,mjt->mrtln", solved.radial, moments, on_axis, optimize=True)
+    by_bend = np.einsum("mrtln,mlk->mrtkn", by_turn, of_bend, optimize=True)
+    found = np.einsum("mrtkn,mz->rztkn", by_bend, around, optimize=True)
+    r = solved.distances[:, None, None, None, None]
+    found *= r * np.exp(solved.a * r)
+    least = _DARKEST * found.max(axis=(1, 2, 3), keepdims=True)
+    return SourceTable(np.log(np.maximum(found, np.maximum(least, _NONE))), solved.scale)
