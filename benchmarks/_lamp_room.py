@@ -1,10 +1,10 @@
 """Monte Carlo of lamps in a room of simple things: floor, ellipsoids and boxes in endless water.
 
 Photons start at the lamps. From each place where one is scattered it shines into the rays of the
-camera, at the origin, that pass within a small distance (the beam radiance estimate: Jarosz, Zwicker
-& Jensen, Computer Graphics Forum 27, 557, 2008); from where it is thrown back, into the block of the
-picture that it lies in. What is scattered only once, or only thrown back once, is sought on the
-rays of the camera instead.
+camera, at the origin, that pass within a small distance (the beam radiance estimate: Jarosz,
+Zwicker & Jensen, Computer Graphics Forum 27, 557, 2008); from where it is thrown back, into the
+block of the picture that it lies in. What is scattered only once, or only thrown back once, is
+sought on the rays of the camera instead.
 
 A phase function that rises to its peak as a power makes rare photons bring most of the light. Its
 peak is cut off at a small angle (:func:`cut`): what is scattered by less goes straight on, which
@@ -324,9 +324,7 @@ def _into_rays(found, kind, batch, place, w, weight, view, water, things):
                 continue
             cosine = -(w[0] * u + w[1] * n + w[2] * v)
             p = _per_steradian((1.0 - cosine) / 2.0, log_s2, log_p)
-            found[i, j, kind, batch] += (
-                weight * p * math.exp(-c * t) / (math.pi * radius * radius)
-            )
+            found[i, j, kind, batch] += weight * p * math.exp(-c * t) / (math.pi * radius * radius)
 
 
 @njit(parallel=True, cache=True)
@@ -404,9 +402,7 @@ def _first_met(view, lamps, a, b, tables, things, reflectance, seed, rays):
             u, v = u * n, v * n
             P, thing, nx, ny, nz = _first(0.0, 0.0, 0.0, u, n, v, things)
             for j in range(len(lamps)):
-                found[i, 0, batch] += b * _once(
-                    0.0, 0.0, 0.0, u, n, v, P, lamps[j], water, things
-                )
+                found[i, 0, batch] += b * _once(0.0, 0.0, 0.0, u, n, v, P, lamps[j], water, things)
                 if thing >= 0:
                     x, y, z = P * u + _NEAR * nx, P * n + _NEAR * ny, P * v + _NEAR * nz
                     lit = _irradiance(x, y, z, nx, ny, nz, lamps[j], water[0], things)

@@ -16,8 +16,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from ..reference.lamp_harmonics import scattered_more_by_harmonics
-from ..uw_spectral.lamps import angular_spread, lamp_path
+from ..uw_spectral.lamps import lamp_path
 from ..uw_spectral.lamps.lamp import Lamp, ray_past_lamp
 from ..uw_spectral.lamps.lamp_surface import patch_past_lamp, surface_irradiance
 from ..uw_spectral.lamps.multiple_scattering import lamp_light, lamp_water
@@ -29,7 +28,6 @@ from ._lamp_photons import summed
 
 _NODES: tuple[int, ...] = (8, 12, 16)
 _ALBEDOS = (0.3, 0.5, 0.7, 0.8, 0.9, 0.95)
-_OF_HARMONICS = (0.5, 0.8, 0.95)
 _NOISE = 0.12
 _PANELS = 400
 _ROOT = Path(__file__).resolve().parent.parent
@@ -155,38 +153,6 @@ def photon_errors(count: int, photons: int, keep: Path) -> list[Row]:
     return rows
 
 
-def harmonic_errors(count: int) -> list[Row]:
-    """As :func:`photon_errors`, but over spherical harmonics; without noise, and patches."""
-    rows = []
-    for case in _lamp_cases.unseen(count):
-        if case.kind == "patch":
-            continue
-        lamp = case.lamp()
-        ray = ray_past_lamp(lamp, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), min(case.P, 1e6))
-        for albedo in _OF_HARMONICS:
-            water = lamp_water([1.0 - albedo], [albedo], case.function)
-            once, whole = solved(case, albedo)
-            value = once + float(scattered_more_by_harmonics(lamp, ray, water)[0])
-            rows.append((case, albedo, once / value - 1, whole / value - 1, 0.0))
-    return rows
-
-
-def _between(one: list[Row], other: list[Row]) -> str:
-    """What photons find over harmonics, by what the formula is of both."""
-    found = {(_id_of(case), albedo): whole for case, albedo, _, whole, _ in one}
-    both = [
-        (1.0 + found[_id_of(case), albedo]) / (1.0 + whole) - 1.0
-        for case, albedo, _, whole, _ in other
-        if (_id_of(case), albedo) in found
-    ]
-    return _spread(both)
-
-
-def _id_of(case: _lamp_cases.Case) -> bytes:
-    """Return what tells cases apart."""
-    return case.position.tobytes()
-
-
 def _spread(errors: Sequence[float]) -> str:
     size = np.abs(np.asarray(errors)) * 100
     return f"{np.median(size):.0f} / {np.quantile(size, 0.95):.0f} / {size.max():.0f} %"
@@ -238,16 +204,15 @@ def main(arguments: Sequence[str]) -> None:
     parser.add_argument("--photons", type=int, default=40000)
     parser.add_argument("--keep", type=Path, default=_ROOT / "out" / "lamp_light")
     options = parser.parse_args(arguments)
-    exact_rows = harmonic_errors(options.cases)
     rows = photon_errors(options.cases, options.photons, options.keep)
     (_ROOT / "docs" / "measured" / "lamp_light.md").write_text(
-        _report(rows, exact_rows, options), encoding="utf-8"
+        _report(rows, options), encoding="utf-8"
     )
 
 
-def _report(rows: list[Row], exact_rows: list[Row], options: argparse.Namespace) -> str:
-    quadrature, photons, harmonics = _quadrature_table(), _table(rows), _table(exact_rows)
-    spread, noise = angular_spread, float(np.median([row[4] for row in rows]))
+def _report(rows: list[Row], options: argparse.Namespace) -> str:
+    quadrature, photons = _quadrature_table(), _table(rows)
+    noise = float(np.median([row[4] for row in rows]))
     return f"""# The light of lamps
 
 Written by `python3 dev.py run -m benchmarks lamp_light`.
@@ -264,12 +229,11 @@ view: 0.5 to 30 m away, 0.06 to 45° from the ray. 95 % / worst:
 {lamp_path.NODES} nodes in the cube root are what is used.
 
 ## Scattered more often
-`uw_spectral.lamps.multiple_scattering` takes, in place of the phase function, the distribution of
-the whole deflection after any number of scatterings on a path (Goudsmit and Saunderson), and blurs
-the lamp's profile as scattering on both legs does; `uw_spectral.lamps.angular_spread` has both from
-the Legendre moments of the phase function, as tables of {spread.LENGTHS} lengths. Patches get what
-is scattered on the way by the same moments (Wells). Nothing is fitted; one bound, on the blur by
-the camera's leg, was chosen on other cases. Here it meets
+What turns light by more than some seven degrees is solved by spherical harmonics in Fourier space
+(`uw_spectral.lamps.lamp_harmonics`), and tabulated as a source along the ray; the rest takes, in
+place of the phase function, the distribution of the whole deflection after any number of
+scatterings (Goudsmit and Saunderson). Patches get what is scattered on the way by the same moments
+(Wells). Nothing is fitted. Here it meets
 {options.cases} random cases, {options.photons} photons each, traced back from the camera: lamps
 without a cone, with the measured profile of an ROV's lamp, and with a cone of 60°; 0.1/c to 6/c
 away (beside the camera 0.03/c to 3/c); HG 0.8 to 0.924 or particles with 1 to 10 % molecules;
@@ -280,17 +244,6 @@ median): {len(rows)} of
 
 {photons}
 
-## Against spherical harmonics
 Photons know a forward-peaked phase function badly: rare ones bring much of the light, and a mean
-without them is too low, by more than its scatter tells. `reference/lamp_harmonics.py` solves the
-same by spherical harmonics in Fourier space, without noise. Photons over harmonics, where both know
-(median / 95 % / worst): {_between(rows, exact_rows)}. The formula over harmonics, for the
-same lamps (no patches) and albedos {", ".join(map(str, _OF_HARMONICS))}:
-
-{harmonics}
-
-Light goes a longer way than by one bend once it has gone a transport length, 1/(b (1 − g)); from
-there on it is too dark, as it counts as if it had been bent in one place.
-The worst are beams across the view, on the side away from them: light is bent there and back, which
-one angle between the beam and where the light comes from stands for.
+without them is too low, by more than its scatter tells.
 """

@@ -40,7 +40,8 @@ _COARSER = (3, 4)  # blocks
 _SEEDS = (1, 2)
 _DEPTH = 15.0
 _FIELD_OF_VIEW = math.radians(70)
-_PHOTONS = 4000  # for each block and band
+_PHOTONS = (600_000, 400)  # from the lamps, in each of ten batches and bands; rays of a block
+_CUT = math.radians(1.5)  # of the peak of the phase function
 _TURBID = ("II", "3C")
 _SAMPLES = {"I": 256, "IB": 1024, "II": 3072, "3C": 3072}
 _ABOVE_SAND = 1.2
@@ -294,16 +295,9 @@ def places(folder: Path) -> list[LitPlace]:
 def by_photons(place: LitPlace, camera: bpy.types.Object) -> NDArray[np.float64]:
     """Band radiances of blocks by what the light met, shape (h, w, n, 4, BATCHES)."""
     assert place.room is not None, "photons know only rooms"
-    plan, rng = place.plan(1), np.random.default_rng(1)
-    rows, columns = HEIGHT // _BLOCK, WIDTH // _BLOCK
-    row, column = np.mgrid[:rows, :columns].reshape(2, -1, 1)
-    across, down = (
-        (start + rng.random((rows * columns, _PHOTONS))) * _BLOCK for start in (column, row)
-    )
+    plan = place.plan(1)
     scale = 2.0 * math.tan(_FIELD_OF_VIEW / 2.0) / WIDTH
-    x, z = (across - WIDTH / 2.0) * scale, (HEIGHT / 2.0 - down) * scale
-    w = np.stack([x, np.ones_like(x), z], axis=-1)
-    w /= np.linalg.norm(w, axis=-1, keepdims=True)
+    view = _lamp_room.View(HEIGHT // _BLOCK, WIDTH // _BLOCK, _BLOCK * scale)
     lamps = [
         replace(lamp, position=tuple(Vector(lamp.position) - camera.matrix_world.translation))
         for lamp in plan_lamps(bpy.context.scene, plan).lamps
@@ -312,12 +306,13 @@ def by_photons(place: LitPlace, camera: bpy.types.Object) -> NDArray[np.float64]
     found = []
     for band in range(len(plan.bands)):
         one = BandPhase(plan.phase.components, plan.phase.weights[:, band : band + 1])
-        water = float(plan.column.absorption[band]), float(plan.column.scattering[band])
+        phase, kept = _lamp_room.cut(_lamp_photons.tables_of(one), _CUT)
+        water = float(plan.column.absorption[band]), kept * float(plan.column.scattering[band])
         light = _lamp_room.traced(
-            w, lamps, water, _lamp_photons.tables_of(one), place.room, reflectance[:, band], band
+            view, lamps, water, phase, place.room, reflectance[:, band], band, _PHOTONS
         )
         found.append(light * lamps[0].intensity[band])
-    return np.stack(found, axis=1).reshape(rows, columns, len(found), *light.shape[1:])
+    return np.stack(found, axis=2)
 
 
 def measure(place: LitPlace, keep: Path) -> Result:
@@ -331,7 +326,7 @@ def measure(place: LitPlace, keep: Path) -> Result:
             np.save(file, found)
     photons = None
     if place.room is not None and place.water in _TURBID:
-        traced = kept.with_name(f"{place.name.replace(' ', '_')}_photons_{_PHOTONS}.npy")
+        traced = kept.with_name(f"{place.name.replace(' ', '_')}_photons_{_PHOTONS[0]}.npy")
         if not traced.exists():
             with replacing(traced) as temporary, temporary.open("wb") as file:
                 np.save(file, by_photons(place, camera))

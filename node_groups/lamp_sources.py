@@ -106,4 +106,4 @@ class ImageSource:
         """Return the tile below a place, and how far it is on to the next."""
         held = NODES.minimum(place, count - 1.001)
         low = self.graph.operation("FLOOR", (held,))
-        return low, held - low
+        return low, place - low

@@ -82,9 +82,7 @@ _PATCHES = ANGLES + 2 * _MARGIN  # first column of the irradiance on patches
 _PROFILE_COLUMNS = PROFILE_ANGLES + 2 * _MARGIN
 _SHADOW = _PROFILE_COLUMNS  # first column of the map of shadows
 _TABLE_ROWS = max(PROFILE_LENGTHS, SIDE) + 2 * _MARGIN
-_WIDTH = max(
-    SAMPLES, _WIDE + 1, _SHADOW + SIDE + 2 * _MARGIN, _PATCHES + TILTS + 2 + 2 * _MARGIN
-)
+_WIDTH = max(SAMPLES, _WIDE + 1, _SHADOW + SIDE + 2 * _MARGIN, _PATCHES + TILTS + 2 + 2 * _MARGIN)
 _DARKEST = 1e-12
 _OF_SHADOWS = (
     "shadow_filter_radius", "shadow_maximum_resolution", "use_absolute_resolution",

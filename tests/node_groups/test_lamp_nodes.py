@@ -105,10 +105,10 @@ def _folded(profile=None, **more):
     return fold_lamps([other, lamp], water, CHANNELS, MEASURED)
 
 
-def _image(folded):
-    image = realtime_lamps.new_image(2, folded.parts, folded.measured)
-    realtime_lamps.write_lamps(image, folded, [(1.0, 0.0, 0.0), (0.0, 1.0, 0.0)])
-    return image
+def _images(folded):
+    images = realtime_lamps.new_images(2, 2, folded.parts, folded.measured)
+    realtime_lamps.write_lamps(images, folded, [(1.0, 0.0, 0.0), (0.0, 1.0, 0.0)])
+    return images
 
 
 def _agree(seen, wanted):
@@ -129,7 +129,7 @@ def _agree(seen, wanted):
 def test_nodes_are_the_formulas(square, tmp_path, profile, before_thing):
     at = _position(square, tmp_path)
     folded = _folded(profile)
-    image = _image(folded)
+    images = _images(folded)
 
     def ray(x, y):
         # From behind the lamp to far before it, through the lamp and past it; or before a thing,
@@ -140,7 +140,7 @@ def test_nodes_are_the_formulas(square, tmp_path, profile, before_thing):
 
     def nodes(graph, position):
         x, y, _ = graph.components(position)
-        table = realtime_lamps.LampTable.of(graph, image)
+        table = realtime_lamps.LampTable.of(graph, images)
         index = graph.operation("ADD", (graph.operation("MULTIPLY", (x, 0.0)), 1.0))
         lamp = table.lamp(index)
         past = ray_past_lamp(lamp, *ray(x, y), NODES, before_thing=before_thing)
@@ -155,7 +155,7 @@ def test_the_group_of_the_way_is_the_formula(square, tmp_path):
     at = _position(square, tmp_path)
     # The second lamp is beside the way, and the first shines into the camera.
     folded = _folded(seen=1.0, radius=0.3, shadow=None)
-    group = realtime_lamps.build_path(_image(folded), folded.components, ahead=False)
+    group = realtime_lamps.build_path(_images(folded), folded.components, ahead=False)
 
     def nodes(graph, position):
         del position
@@ -170,7 +170,7 @@ def test_the_group_of_the_way_is_the_formula(square, tmp_path):
 
 def test_the_group_ahead_is_the_formula(square, tmp_path):
     folded = _folded(seen=1.0, radius=0.3, shadow=None)
-    group = realtime_lamps.build_path(_image(folded), folded.components, ahead=True)
+    group = realtime_lamps.build_path(_images(folded), folded.components, ahead=True)
 
     def nodes(graph, position):
         del position
@@ -189,7 +189,7 @@ def test_the_group_of_things_is_the_formula(square, tmp_path, measured):
     at = _position(square, tmp_path)
     folded = _folded(thrown=0.2)
     names = ("D", "Seen", "E", "F", "J")
-    group = realtime_lamps.build_patch(_image(folded), names)
+    group = realtime_lamps.build_patch(_images(folded), names)
     colour, normal = (0.8, 0.4, 0.1), (0.0, 0.6, 0.8)
     seen = {}
     for name in names:
@@ -216,7 +216,7 @@ def test_the_group_of_things_is_the_formula(square, tmp_path, measured):
 
 
 def test_thirty_two_lamps_fit():
-    image = realtime_lamps.new_image(32, 2, 3)
+    images = realtime_lamps.new_images(32, 33, 2, 3)
     graph = Graph(bpy.data.node_groups.new("Lamps", "ShaderNodeTree"))
-    assert realtime_lamps.LampTable.of(graph, image).count == 32
-    assert max(image.size) < 16384
+    assert realtime_lamps.LampTable.of(graph, images).count == 32
+    assert max(*images.numbers.size, *images.sources.size) < 16384

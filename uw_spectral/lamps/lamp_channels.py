@@ -45,7 +45,7 @@ from .lamp_path import Quadrature, gauss_sum
 from .lamp_surface import PatchPastLamp, carried_share, patch_past_lamp, scattered_onto
 from .multiple_scattering import LampWater, light_along
 from .profile import IsotropicProfile, SpotProfile
-from .scattered_source import LampField, source_seen
+from .scattered_source import source_seen
 from .three_bands import COUNT, ThreeBands, three_bands
 
 type Array = NDArray[np.float64]
@@ -415,9 +415,8 @@ def _bands_in_water(water: LampWater, seen: Array) -> ThreeBands:
     onward = np.exp(
         water.spread.narrow.at(deflection_place(half), length_place(r + t, SPREAD_LENGTHS))
     )
-    assert isinstance(water.field, LampField)
-    few = LampField(dataclasses.replace(water.field.harmonics, degrees=_FEW_DEGREES))
-    turned = source_seen(few.source(IsotropicProfile()), r, cosine, bent, cosine * bent)
+    even = water.of_degrees(_FEW_DEGREES).field.source(IsotropicProfile())
+    turned = source_seen(even, r, cosine, bent, cosine * bent)
     turned = turned * np.exp(-water.wide * t)
     return three_bands(np.concatenate([onward, turned]), np.concatenate([light, light]))
 

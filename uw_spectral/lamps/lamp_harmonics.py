@@ -36,17 +36,20 @@ type Array = NDArray[np.float64]
 DEGREES = 32
 """Highest degree of harmonics, of directions and of profiles."""
 ROWS = 24
-NEAREST, FARTHEST = 0.06, 16.0
+NEAREST, FARTHEST = 0.06, 10.0
 """Distances of the rows, in mean free paths."""
+_ROW = (FARTHEST / NEAREST) ** (1.0 / (ROWS - 1.0))
 AROUND = 10
 """Orders m, from 0 on."""
-_WAVES = 120  # wave numbers
+_WAVES = 160  # wave numbers
 _LONGEST_WAVE = 0.02  # wave number, in 1/c
 _RESOLVED = 40.0  # waves along r, in rad, from which on they fade out
 _LAST, _STEP = 150.0, 0.1  # of the integral over them
 _CLOSED = 400  # degrees after which the continued fraction begins
 _DIRECTIONS = 128  # of the quadrature over products of harmonics
 _TINY = 1e-60
+_CLEAREST = 1e-4  # 1/m
+_LEAST_ABSORPTION = 1e-4  # of the extinction: without any, light would fill all water
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,8 +72,9 @@ class Harmonics(ComparedByContent):
 
     @property
     def scale(self) -> float:
-        """Extinction that rows are scaled with, 1/m."""
-        return max(float(np.mean(self.a + self.b)), 1e-4)
+        """Extinction that rows are scaled with, 1/m: in their steps, so that waters share them."""
+        c = max(float(np.mean(self.a + self.b)), _CLEAREST)
+        return _ROW ** round(math.log(c) / math.log(_ROW))
 
     @property
     def angle(self) -> float:
@@ -95,8 +99,10 @@ def _radial(field: Harmonics) -> Array:
     turned, hankel = _turned(highest), _hankel(highest)
     waves = _waves() * field.scale
     found = []
-    for c, b in zip(field.a + scattering[0], scattering.T, strict=True):
-        solved = np.stack([_solved(order, float(c), b, waves) for order in range(highest + 1)])
+    for a, b in zip(field.a, scattering.T, strict=True):
+        c = max(float(a + b[0]), _CLEAREST)
+        b = np.minimum(b, (1.0 - _LEAST_ABSORPTION) * c)
+        solved = np.stack([_solved(order, c, b, waves) for order in range(highest + 1)])
         rows = []
         for degree, turn in enumerate(turned):
             # (j, m λ, m') by (j, m', k), then (j, m, λ k) by (λ k, r).

@@ -80,7 +80,16 @@ class LampWater:
         """Return the water in some of the bands."""
         chosen = np.asarray(indices, dtype=int)
         phase = BandPhase(self.phase.components, np.asarray(self.phase.weights)[:, chosen])
-        return lamp_water(self.a[chosen], self.b[chosen], phase)
+        found = lamp_water(self.a[chosen], self.b[chosen], phase)
+        assert isinstance(self.field, LampField)
+        degrees = self.field.harmonics.degrees
+        return found.of_degrees(degrees)
+
+    def of_degrees(self, degrees: int) -> LampWater:
+        """Return it with harmonics up to a degree."""
+        assert isinstance(self.field, LampField)
+        harmonics = dataclasses.replace(self.field.harmonics, degrees=degrees)
+        return dataclasses.replace(self, field=LampField(harmonics))
 
     def astype(self, dtype: DTypeLike) -> LampWater:
         """Return the numbers in another floating-point precision."""

@@ -37,19 +37,20 @@ of the radius from the axis, and of that way from the radius."""
 _TURN_POWER, _BEND_POWER, _AZIMUTH_POWER = 1.5, 2.5, 1.5
 """Angles are the finer the smaller."""
 _DARKEST = 1e-9
+_BEYOND = 5.0  # times the last row, up to which the table goes on as it ends
 _NONE = 1e-30
 _SMALLEST = 1e-12
 
 
 def row_place(distance: Operand, scale: Operand, m: Mathematics = NUMPY) -> Operand:
-    """Place of a distance in m among the rows, even in its logarithm.
+    """Place of a distance in m among the rows, even in its logarithm; beyond the last one too.
 
     Examples
     --------
-    >>> round(float(row_place(16.0, 1.0)), 9), float(row_place(0.001, 1.0))
+    >>> round(float(row_place(10.0, 1.0)), 9), float(row_place(0.001, 1.0))
     (23.0, 0.0)
     """
-    held = m.clamp(distance * scale, NEAREST, FARTHEST)
+    held = m.clamp(distance * scale, NEAREST, _BEYOND * FARTHEST)
     steps = (ROWS - 1.0) / math.log(FARTHEST / NEAREST)
     return (m.log(held) - math.log(NEAREST)) * steps
 

@@ -16,7 +16,7 @@ from underwater_spectral.uw_spectral.lamps.multiple_scattering import (
     BandLight,
     lamp_light,
     lamp_water,
-    scattered_more,
+    light_along,
 )
 from underwater_spectral.uw_spectral.lamps.profile import IsotropicProfile, SpotProfile, rov_lamp
 from underwater_spectral.uw_spectral.water.phase import (
@@ -117,26 +117,12 @@ def test_thin_water_scatters_once():
     assert more < 0.01 * once
 
 
-def test_a_path_is_the_whole_ray_less_what_lies_beyond():
-    # What lies beyond is dimmed by the path as an image behind it is.
-    lamp = Lamp((0.3, 0, 0.0), (0, 0, 1), np.ones(1), rov_lamp())
-    water = lamp_water([0.05], [0.6], MIXTURE)
-    light = BandLight(np.ones(1), water)
-    for P in (0.5, 2.0):
-        whole, beyond = (
-            scattered_more(lamp, ray_past_lamp(lamp, (0, 0, z), (0, 0, 1), 1e6), light)
-            for z in (0.0, P)
-        )
-        part = scattered_more(lamp, ray_past_lamp(lamp, (0, 0, 0), (0, 0, 1), P), light)
-        assert part == pytest.approx(whole - np.exp(-water.c * P) * beyond, rel=0.03)
-
-
 def test_more_nodes_change_little():
     def more(nodes, lamp, ray):
         def integrate(count, term):
             return gauss_sum(nodes or count, term)
 
-        return scattered_more(lamp, ray, BandLight(np.ones(1), water), integrate=integrate)
+        return light_along(lamp, ray, BandLight(np.ones(1), water), integrate=integrate)[1]
 
     water = lamp_water([0.05], [0.6], MIXTURE)
     for at, axis in (((0.4, 0, 0.1), (0, 0, 1)), ((1.0, 0, 4.0), (0, 0, -1))):
@@ -151,9 +137,9 @@ def test_some_of_the_bands_are_those_bands():
     water = lamp_water([0.1, 0.2, 0.3], [0.3, 0.6, 1.2], phase)
     lamp = Lamp((0.5, 0, 3), (0, 0, -1), np.ones(1), rov_lamp())
     ray = ray_past_lamp(lamp, (0, 0, 0), (0, 0, 1), 1e6)
-    found = scattered_more(lamp, ray, BandLight(1.0, water.of_bands([2, 0])))
+    found = light_along(lamp, ray, BandLight(1.0, water.of_bands([2, 0])))[1]
     assert found == pytest.approx(
-        scattered_more(lamp, ray, BandLight(1.0, water))[[2, 0]], rel=1e-2
+        light_along(lamp, ray, BandLight(1.0, water))[1][[2, 0]], rel=1e-2
     )
 
 

@@ -43,13 +43,6 @@ def test_a_profile_integrates_to_its_solid_angle(profile):
         assert not profile.value(np.cos(theta[outside])).any()
 
 
-def test_a_beam_ends_where_a_tenth_is_left():
-    assert IsotropicProfile().beam == -1.0
-    for profile in (rov_lamp(), SpotProfile(1.0, 0.4)):
-        assert float(profile.value(profile.beam)) == pytest.approx(0.1, abs=0.015)
-    assert TableProfile.of_angles([0, 60], [2.0, 2.0]).beam == pytest.approx(0.5, abs=1e-3)
-
-
 def test_the_spot_is_blenders_smoothstep():
     spot = SpotProfile(math.radians(60), 0.4)
     k = math.cos(math.radians(30))

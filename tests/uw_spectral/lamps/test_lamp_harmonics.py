@@ -7,10 +7,9 @@ import math
 import numpy as np
 import pytest
 from underwater_spectral.benchmarks import _lamp_cases
-from underwater_spectral.reference import lamp_harmonics
-from underwater_spectral.reference.lamp_harmonics import LampField, scattered_more_by_harmonics
 from underwater_spectral.uw_spectral.lamps.lamp import ray_past_lamp
-from underwater_spectral.uw_spectral.lamps.multiple_scattering import lamp_water
+from underwater_spectral.uw_spectral.lamps.lamp_harmonics import Harmonics
+from underwater_spectral.uw_spectral.lamps.multiple_scattering import lamp_light, lamp_water
 from underwater_spectral.uw_spectral.lamps.profile import IsotropicProfile, SpotProfile
 from underwater_spectral.uw_spectral.water.phase import BandPhase, HenyeyGreenstein, Isotropic
 
@@ -19,16 +18,14 @@ ALBEDO = 0.8
 
 def test_round_an_even_lamp_in_even_water_it_is_the_known_integral():
     """Fluence of what is scattered, from Case, de Hoffmann and Placzek's Fourier integral."""
-    field = LampField(
-        np.array([1.0 - ALBEDO]), np.array([ALBEDO]), BandPhase((Isotropic(),), np.ones((1, 1))), 8
-    )
+    phase = BandPhase((Isotropic(),), np.ones((1, 1)))
+    solved = Harmonics(np.array([1.0 - ALBEDO]), np.array([ALBEDO]), phase, 10)
     k = np.linspace(1e-6, 3000.0, 3_000_000)
     straight = np.arctan(k) / k
     scattered = ALBEDO * straight**2 / (1.0 - ALBEDO * straight) * np.exp(-((k / 1200.0) ** 2))
-    rows = np.geomspace(lamp_harmonics.NEAREST, lamp_harmonics.FARTHEST, lamp_harmonics.ROWS)
-    found = lamp_harmonics._radial(field)[:, 0, 0, 0, 0] / ALBEDO
-    for row in range(8, 44, 7):
-        wave = k * k * np.sinc(k * rows[row] / math.pi) * scattered
+    found = solved.radial[:, 0, 0, 0, 0] / ALBEDO
+    for row in range(4, 22, 4):
+        wave = k * k * np.sinc(k * solved.distances[row] / math.pi) * scattered
         wanted = np.trapezoid(wave, k) / (2.0 * math.pi**2)
         assert found[row] == pytest.approx(wanted, rel=0.015)
 
@@ -50,6 +47,6 @@ def test_light_scattered_twice_is_what_photons_find(position, axis, profile):
     lamp = case.lamp()
     ray = ray_past_lamp(lamp, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), case.P)
     water = lamp_water([1.0 - albedo], [albedo], phase)
-    twice = float(scattered_more_by_harmonics(lamp, ray, water, 20)[0]) / albedo**2
+    twice = float(lamp_light(lamp, ray, water)[1][0]) / albedo**2
     assert twice == pytest.approx(float(traced.mean()), abs=3.0 * error)
     assert error < 0.025 * traced.mean()
