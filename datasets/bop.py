@@ -6,7 +6,6 @@ at (0, 0). A scene lies in ``<set>/<split>/<scene>``; its pictures are numbered.
 
 from __future__ import annotations
 
-import shutil
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -15,9 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..uw_spectral.errors import InputError
-from ..uw_spectral.spectra.spectral_image import replacing, write_codes
+from ..uw_spectral.spectra.spectral_image import write_codes
 from .depth_maps import read_depth_png
-from .files import make_folder, read_codes, write_json
+from .files import make_folder, place_file, read_codes, write_json
 from .instance_maps import box, visible_masks
 from .view import DataSetView, SeenInstance, check_views
 
@@ -65,8 +64,8 @@ def write_bop(folder: Path, views: Sequence[DataSetView]) -> None:
             )
         if view.depth is None:
             raise InputError(f"view {view.name}: BOP needs its depth; write it in mm")
-        _copy(view.image, folder / "rgb" / f"{number:06d}{view.image.suffix.lower()}")
-        _copy(view.depth, folder / "depth" / f"{number:06d}.png")
+        place_file(view.image, folder / "rgb" / f"{number:06d}{view.image.suffix.lower()}")
+        place_file(view.depth, folder / "depth" / f"{number:06d}.png")
         cameras[key] = {
             "cam_K": view.camera.K_opencv.ravel().tolist(),
             "depth_scale": 1.0,
@@ -118,10 +117,3 @@ def _silhouette(view: DataSetView, item: SeenInstance) -> NDArray[np.bool_]:
     if mask.shape != (view.camera.height, view.camera.width):
         raise InputError(f"{item.silhouette} has another size than view {view.name}")
     return mask
-
-
-def _copy(source: Path, target: Path) -> None:
-    if not source.is_file():
-        raise InputError(f"cannot read {source}: there is no such file; render it first")
-    with replacing(target) as temporary:
-        shutil.copyfile(source, temporary)

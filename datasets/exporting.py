@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
-import shutil
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -16,7 +14,6 @@ from numpy.typing import NDArray
 from ..uw_spectral.errors import InputError
 from ..uw_spectral.spectra.spectral_image import (
     read_exr,
-    replacing,
     write_codes,
     write_jpeg,
     write_png,
@@ -24,7 +21,7 @@ from ..uw_spectral.spectra.spectral_image import (
 from .axes import Array
 from .card import DataCard, Source, write_card
 from .depth_maps import PLANAR, RANGE, write_depth_exr, write_depth_png
-from .files import make_folder, read_codes
+from .files import make_folder, place_file, read_codes
 from .formats import FORMATS, SetFiles, conventions
 from .index import Index, IndexedView, SceneThing
 from .instance_maps import write_instance_map
@@ -128,11 +125,11 @@ def _view(
     else:
         write_png(image, rgb)
     if outputs.linear:
-        _copy(files.picture, _file(folder, "linear", name, "exr"))
+        place_file(files.picture, _file(folder, "linear", name, "exr"))
     if outputs.layers:
-        _copy(files.layers, _file(folder, "layers", name, "exr"))
+        place_file(files.layers, _file(folder, "layers", name, "exr"))
     if files.truth.is_file():
-        _copy(files.truth, _file(folder, "truth", name, "json"))
+        place_file(files.truth, _file(folder, "truth", name, "json"))
     depth = _file(folder, "depth", name, "png")
     write_depth_png(depth, layers[PLANAR].astype(np.float64))
     if outputs.depth_exr:
@@ -218,12 +215,3 @@ def _card(
 
 def _file(folder: Path, kind: str, name: str, suffix: str) -> Path:
     return make_folder(folder / kind) / f"{name}.{suffix}"
-
-
-def _copy(source: Path, target: Path) -> None:
-    """Put a file under a second name; a copy where the disk knows no links."""
-    with replacing(target) as temporary:
-        try:
-            os.link(source, temporary)
-        except OSError:
-            shutil.copyfile(source, temporary)

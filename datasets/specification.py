@@ -176,7 +176,7 @@ def parse_spec(content: Mapping[str, object], folder: Path) -> DataSetSpec:
     if any(isinstance(v, str) or v < 0 for v in (*lowered.values, *(lowered.drawn or ()))):
         raise InputError("scene.depth: a scene is lowered by 0 m or more")
     cameras = tuple(_camera(table, folder) for table in top.tables("camera"))
-    poses = tuple(read_pose_set(table) for table in top.tables("poses"))
+    poses = tuple(read_pose_set(table, folder) for table in top.tables("poses"))
     rigs = tuple(_rig(table, folder) for table in top.tables("rig")) or (CameraRig("none", ()),)
     for key, found in (("camera", cameras), ("poses", poses)):
         if not found:
