@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -18,42 +18,21 @@ from ..uw_spectral.spectra.spectral_image import (
     write_jpeg,
     write_png,
 )
-from .axes import Array
 from .card import DataCard, Source, write_card
 from .depth_maps import PLANAR, RANGE, write_depth_exr, write_depth_png
 from .files import make_folder, place_file, read_codes
-from .formats import FORMATS, SetFiles, conventions
+from .formats import FORMATS, conventions
 from .index import Index, IndexedView, SceneThing
 from .instance_maps import write_instance_map
 from .layer_file import FrameLayers, read_layers
 from .outputs import Outputs
 from .raw_files import write_raw
+from .set_files import RenderedView, SetFiles, Shapes, no_shapes
 from .specification import DataSetSpec
 from .view import DataSetView, SeenInstance
 
 IMAGE, INSTANCE = "I", "instance"
 """Layers that are read."""
-
-
-@dataclass(frozen=True)
-class RenderedView:
-    """What was rendered of a view.
-
-    Parameters
-    ----------
-    picture, layers, truth : Path
-        Scene-linear picture, its layers, and JSON.
-    record : Path, optional
-        JSON, written last; None if the view is not rendered as its job now has it.
-    to_rec709 : callable
-        Returns the matrix from the sensor's channels to the picture, shape (3, 3).
-    """
-
-    picture: Path
-    layers: Path
-    record: Path | None
-    truth: Path
-    to_rec709: Callable[[], Array]
 
 
 Silhouettes = Callable[[IndexedView, Sequence[str]], Mapping[str, NDArray[np.bool_]]]
@@ -63,7 +42,9 @@ Silhouettes = Callable[[IndexedView, Sequence[str]], Mapping[str, NDArray[np.boo
 def needed_layers(spec: DataSetSpec) -> tuple[str, ...]:
     """Return the layers that have to be rendered: what is wanted, and what files are made of."""
     of_raw = (IMAGE,) if spec.raw is not None else ()
-    return tuple(dict.fromkeys((RANGE, PLANAR, INSTANCE, *of_raw, *spec.outputs.layers)))
+    of_formats = [name for each in spec.outputs.formats for name in FORMATS[each].layers]
+    wanted = (RANGE, PLANAR, INSTANCE, *of_raw, *of_formats, *spec.outputs.layers)
+    return tuple(dict.fromkeys(wanted))
 
 
 def export_set(
@@ -72,6 +53,7 @@ def export_set(
     rendered: Callable[[IndexedView], RenderedView],
     versions: Mapping[str, str],
     silhouettes: Silhouettes,
+    shapes: Shapes = no_shapes,
 ) -> list[DataSetView]:
     """Write the files of the views that are rendered, and return these.
 
@@ -83,7 +65,7 @@ def export_set(
         Returns where the files of a view lie.
     versions : mapping
         Of the software.
-    silhouettes : callable
+    silhouettes, shapes : callable
         For BOP.
 
     Raises
@@ -99,7 +81,7 @@ def export_set(
     things = {thing.name: (number, thing) for number, thing in enumerate(index.things, 1)}
     views = [_view(folder, spec, view, found[view.name], things, silhouettes) for view in there]
     card = _card(spec, index, versions, [x.record for x in found.values() if x.record is not None])
-    files = SetFiles(folder, views, card, outputs.points, spec.seed)
+    files = SetFiles(folder, views, card, outputs.points, spec.seed, found, shapes)
     for name, each in FORMATS.items():
         if name in outputs.formats:
             each.write(files)
@@ -144,6 +126,10 @@ def _view(
         "pose": view.record["pose"],
         "camera": view.record["camera"]["name"],
         "group": view.group,
+        # What an index of an earlier version lacks, its views are not.
+        **{name: view.record.get(name) for name in ("pose_set", "repeat", "time_s")},
+        "settings": view.record["settings"],
+        "rig": view.record["rig"],
     }
     if spec.raw is not None:
         raw = _file(folder, "raw", name, spec.raw.file)
@@ -209,7 +195,7 @@ def _card(
         versions,
         spec.outputs.version,
         spec.outputs.description,
-        conventions=conventions(),
+        conventions=conventions(spec.outputs.formats),
     )
 
 

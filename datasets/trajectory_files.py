@@ -110,9 +110,8 @@ def read_nerfstudio(path: Path) -> TimedPoses:
         ) from error
     _require_some(path, poses)
     found = tuple(_rounded(pose, f"{path}, frame {n}") for n, pose in enumerate(poses))
-    if any(stamp is None for stamp in stamps):
-        return TimedPoses(found, None)
-    return TimedPoses(found, _times(path, [(n, float(x)) for n, x in enumerate(stamps)]))
+    known = [(n, float(x)) for n, x in enumerate(stamps) if isinstance(x, int | float)]
+    return TimedPoses(found, _times(path, known) if len(known) == len(stamps) else None)
 
 
 def tum_rows(poses: Iterable[Array], times: Iterable[float]) -> str:
@@ -120,7 +119,8 @@ def tum_rows(poses: Iterable[Array], times: Iterable[float]) -> str:
     lines = ["# time tx ty tz qx qy qz qw; the camera's pose in the world, OpenCV's axes"]
     for pose, time in zip(poses, times, strict=True):
         w, x, y, z = _quaternion(pose)
-        lines.append(" ".join(map(repr, (time, *pose[:3, 3].tolist(), x, y, z, w))))
+        row = [time, *map(float, pose[:3, 3]), x, y, z, w]
+        lines.append(" ".join(map(repr, row)))
     return "\n".join(lines) + "\n"
 
 
@@ -133,9 +133,10 @@ def euroc_rows(poses: Sequence[Array], times: Sequence[float]) -> str:
     places = np.array([turned(pose)[:3, 3] for pose in poses])
     speeds = np.gradient(places, times, axis=0) if len(times) > 1 else np.zeros_like(places)
     lines = [",".join(head)]
-    for pose, time, place, speed in zip(poses, times, places, speeds, strict=True):
+    moved = np.hstack([places, speeds]).tolist()
+    for pose, time, numbers in zip(poses, times, moved, strict=True):
         row = [str(nanoseconds(time))]
-        row += map(repr, (*place.tolist(), *_quaternion(pose), *speed.tolist(), *[0.0] * 6))
+        row += map(repr, [*numbers[:3], *_quaternion(pose), *numbers[3:], *[0.0] * 6])
         lines.append(",".join(row))
     return "\n".join(lines) + "\n"
 

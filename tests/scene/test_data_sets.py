@@ -64,6 +64,7 @@ width = 160
 height = 120
 focal = [150, 160]
 centre = [84.5, 55.25]
+sensor = "Nikon D7000"
 [[poses]]
 name = "around"
 kind = "orbit"
@@ -82,6 +83,7 @@ train = 0.5
 val = 0.5
 test = 0
 [output]
+formats = ["nerfstudio", "colmap", "bop", "coco", "flow", "pairs", "pairs_air", "exr"]
 leave_out = ["sand"]
 layers = "position"
 """
