@@ -133,7 +133,9 @@ def _view(
     }
     if spec.raw is not None:
         raw = _file(folder, "raw", name, spec.raw.file)
-        metadata["raw"] = write_raw(raw, view, spec.raw, layers[IMAGE], files.to_rec709())
+        metadata["raw"] = write_raw(
+            raw, view, spec.raw, layers[IMAGE], files.development().to_rec709
+        )
     return DataSetView(
         name, image, view.camera, view.camera_to_world, view.split,
         depth=depth, instance_map=numbers, instances=tuple(instances.values()), metadata=metadata,

@@ -67,10 +67,10 @@ def _write(
         other = partners.get(view.name)
         if other is None:
             continue
-        developed = files.rendered[view.name].to_rec709()
+        wet, dry = (files.rendered[x.name].development() for x in (view, other))
         pictures = [
-            _developed(files, view, IMAGE, developed),
-            _developed(files, other, layer, developed),
+            _developed(files, view, IMAGE, wet.to_rec709),
+            _developed(files, other, layer, dry.to_rec709 * (wet.white / dry.white)),
         ]
         gain = common_gain(*pictures)
         for path, rgb in zip((raw, reference), pictures, strict=True):

@@ -17,6 +17,22 @@ from .layer_file import FrameLayers, read_layers
 from .view import DataSetView
 
 
+@dataclass(frozen=True, eq=False)
+class Development:
+    """How the sensor's channels became a picture.
+
+    Parameters
+    ----------
+    to_rec709 : array, shape (3, 3)
+        From the channels to the picture, white balance and exposure included.
+    white : float
+        Luminance in the picture of white in the surface light, which tells exposures apart.
+    """
+
+    to_rec709: Array
+    white: float
+
+
 @dataclass(frozen=True)
 class RenderedView:
     """What was rendered of a view.
@@ -27,15 +43,15 @@ class RenderedView:
         Scene-linear picture, its layers, and JSON.
     record : Path, optional
         JSON, written last; None if the view is not rendered as its job now has it.
-    to_rec709 : callable
-        Returns the matrix from the sensor's channels to the picture, shape (3, 3).
+    development : callable
+        Returns how it was developed.
     """
 
     picture: Path
     layers: Path
     record: Path | None
     truth: Path
-    to_rec709: Callable[[], Array]
+    development: Callable[[], Development]
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,14 +9,13 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from ..datasets.axes import Array
 from ..datasets.exporting import export_set
 from ..datasets.index import Index, IndexedView
-from ..datasets.set_files import RenderedView, Shape
+from ..datasets.set_files import Development, RenderedView, Shape
 from ..datasets.specification import DataSetSpec
 from ..scene.seen.mesh_shapes import mesh_shape
 from ..scene.seen.silhouettes import silhouettes
-from ..uw_spectral.spectra.colour_rendering import response_matrix
+from ..uw_spectral.spectra.colour_rendering import luminance, response_matrix
 from . import picture_layers, pictures
 from .frame_plans import FramePlans
 from .manifest import read_manifest
@@ -46,17 +45,18 @@ def export(index: Index, spec: DataSetSpec, scene: Callable[[], bpy.types.Scene]
         picture = pictures.picture_path(manifest, shown)
         is_done = pictures.is_developed(manifest, shown)
 
-        def to_rec709() -> Array:
+        def development() -> Development:
             plan = plans[view.job].of(view.frame)
-            weights = manifest.developments[shown.development].weights
-            return response_matrix(weights, plan.response(shown.depth))
+            weights = np.array(manifest.developments[shown.development].weights)
+            white = luminance(weights @ plan.illuminant.total_in(plan.bands))
+            return Development(response_matrix(weights, plan.response(shown.depth)), float(white))
 
         return RenderedView(
             picture,
             picture_layers.layers_path(picture),
             pictures.record_path(manifest, shown) if is_done else None,
             picture_layers.truth_path(picture),
-            to_rec709,
+            development,
         )
 
     @functools.cache

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +11,7 @@ from underwater_spectral.datasets.card import DataCard
 from underwater_spectral.datasets.depth_maps import write_depth_png
 from underwater_spectral.datasets.instance_maps import write_instance_map
 from underwater_spectral.datasets.layer_file import FrameLayers, LayerImage, write_layers
-from underwater_spectral.datasets.set_files import RenderedView, SetFiles, Shape
+from underwater_spectral.datasets.set_files import Development, RenderedView, SetFiles, Shape
 from underwater_spectral.datasets.view import DataSetView, SeenInstance
 from underwater_spectral.uw_spectral.spectra.spectral_image import write_png, write_rgb_exr
 
@@ -83,7 +82,7 @@ def _view(
     name = f"{camera}{number}{water[-3:].strip(':')}"
     depth, stone, points = cast(OPTICS, pose)
     wet = np.where(np.isfinite(depth)[..., None], paint(points), 0.05)
-    # In water the picture is as bright as in air, exposed by itself.
+    # In air the picture is as bright as in water, exposed by itself.
     channels = np.linalg.solve(TO_REC709, wet[..., None])[..., 0]
     light = AIR if water == "air" else 1.0
     paths = {kind: folder / kind / f"{name}.png" for kind in ("images", "depth", "ids")}
@@ -107,7 +106,10 @@ def _view(
     write_layers(layers, FrameLayers(content))
     at = np.eye(4)
     at[2, 3] = STONE
-    to_rec709: Callable[[], np.ndarray] = lambda: TO_REC709 / light  # noqa: E731
+
+    def development() -> Development:
+        return Development(TO_REC709 / light, 1 / light)
+
     known = {
         "water": water, "camera": camera, "pose": number, "pose_set": "way", "lowered_m": 0.0,
         "group": f"{water[-3:].strip(':')}-sun", "repeat": 0, "time_s": TIMES[number],
@@ -119,4 +121,4 @@ def _view(
         depth=paths["depth"], instance_map=paths["ids"],
         instances=(SeenInstance(5, "stone", at, 2, paths["ids"]),), metadata=known,
     )  # fmt: skip
-    return view, RenderedView(linear, layers, linear, linear, to_rec709)
+    return view, RenderedView(linear, layers, linear, linear, development)
