@@ -68,6 +68,8 @@ class Format:
         Whether it takes no more than one camera, or two of one lens side by side.
     dry : bool
         Whether it needs the same views in air.
+    pixel_bytes : int
+        That its own files take of a pixel, where these are no links.
     usual : bool
         Whether a set that names no formats has it.
     """
@@ -80,6 +82,7 @@ class Format:
     way: bool = False
     side_by_side: bool = False
     dry: bool = False
+    pixel_bytes: int = 0
     usual: bool = False
 
     def require(self, name: str) -> None:
@@ -156,17 +159,17 @@ FORMATS = {
     "coco": Format(_coco, usual=True),
     "yolo": Format(write_yolo_boxes),
     "yolo_segments": Format(write_yolo_segments),
-    "tum": Format(write_tum_sequences, _WAYS, way=True),
+    "tum": Format(write_tum_sequences, _WAYS, way=True, pixel_bytes=2),
     "euroc": Format(write_euroc_sequences, _WAYS, way=True),
     "kitti": Format(write_kitti_sequences, _WAYS, way=True, side_by_side=True),
-    "tartanair": Format(write_tartanair, _NED, way=True, side_by_side=True),
-    "rosbag2": Format(write_rosbags, _WAYS, package="rosbags", way=True),
+    "tartanair": Format(write_tartanair, _NED, way=True, side_by_side=True, pixel_bytes=15),
+    "rosbag2": Format(write_rosbags, _WAYS, package="rosbags", way=True, pixel_bytes=7),
     "camera_info": Format(write_camera_infos),
-    "flow": Format(write_flows, _FLOW, way=True),
-    "pairs": Format(write_pairs, layers=(IMAGE, UNATTENUATED)),
-    "pairs_air": Format(write_air_pairs, layers=(IMAGE,), dry=True),
-    "exr": Format(write_compositor_exrs, layers=COMPOSITOR_LAYERS),
-    "hdf5": Format(write_hdf5s, package="h5py"),
+    "flow": Format(write_flows, _FLOW, way=True, pixel_bytes=8),
+    "pairs": Format(write_pairs, layers=(IMAGE, UNATTENUATED), pixel_bytes=6),
+    "pairs_air": Format(write_air_pairs, layers=(IMAGE,), dry=True, pixel_bytes=6),
+    "exr": Format(write_compositor_exrs, layers=COMPOSITOR_LAYERS, pixel_bytes=48),
+    "hdf5": Format(write_hdf5s, package="h5py", pixel_bytes=9),
     "croissant": Format(write_croissant),
 }
 """By the names that a specification gives them; a set without ``formats`` has the usual ones."""

@@ -235,6 +235,11 @@ def _require_formats(spec: DataSetSpec) -> None:
                 f"{where} needs poses that follow each other, and [[poses]] are random; add an "
                 "orbit, a transect, a camera or a file, or leave the format out"
             )
+        if needed.way and spec.lowered.drawn:
+            raise InputError(
+                f"{where} needs ways, and scene.depth is drawn for each pose of them anew; give a "
+                "depth or a list, or leave the format out"
+            )
         if needed.side_by_side and not _side_by_side(spec.cameras):
             raise InputError(
                 f"{where} takes one [[camera]], or two of the same picture and lens whose offset "

@@ -194,6 +194,10 @@ def test_raw_pictures_are_counted_by_the_detector(index, tmp_path):
         ({"output": {"formats": ["kiti"]}}, "output.formats 'kiti'. Near names: kitti"),
         ({"output": {"formats": ["kitti"]}}, "'kitti' takes one .*not wide, narrow; leave out"),
         ({"output": {"formats": ["flow"]}, "poses": [RANDOM]}, "'flow' needs poses that follow"),
+        (
+            {"output": {"formats": ["tum"]}, "scene": {"depth": {"from": 3, "to": 5}}},
+            "'tum' needs ways, and scene.depth is drawn",
+        ),
         ({"output": {"formats": ["pairs_air"]}, "water": {"name": "jerlov:I"}}, "'air' beside it"),
         ({"output": {"formats": ["pairs"]}, "water": {"name": "air"}}, "'pairs' needs a water"),
         ({"detector": {"pattern": "RGGB"}}, "'narrow': the observer cie1931 has no mosaic RGGB"),

@@ -17,8 +17,10 @@ import pycolmap
 import pytest
 import rawpy
 import trimesh
+from evo.tools import file_interface
 from pycocotools.coco import COCO
-from underwater_spectral.datasets.axes import looking_at
+from rosbags.rosbag2 import Reader
+from underwater_spectral.datasets.axes import looking_at, turned
 from underwater_spectral.datasets.camera import PinholeCamera
 from underwater_spectral.datasets.depth_maps import (
     planar_depth,
@@ -26,6 +28,7 @@ from underwater_spectral.datasets.depth_maps import (
     read_depth_png,
 )
 from underwater_spectral.datasets.files import read_codes
+from underwater_spectral.datasets.formats import FORMATS
 from underwater_spectral.datasets.index import read_index
 from underwater_spectral.datasets.layer_file import read_layers
 from underwater_spectral.jobs import batch, data_set_batch, staging
@@ -42,7 +45,6 @@ from underwater_spectral.uw_spectral.spectra.spectral_image import read_exr
 pytestmark = pytest.mark.filterwarnings("ignore:__array__ implementation:DeprecationWarning")
 
 OPTICS = StageCamera("probe", 120, 90, 110.0, 121.0, 66.5, 40.25)
-FORMATS = ["nerfstudio", "colmap", "bop", "coco", "flow", "pairs", "pairs_air", "exr"]
 SPEC = """
 title = "Discs"
 licence = "CC0-1.0"
@@ -88,7 +90,7 @@ test = 0
 formats = FORMATS
 leave_out = ["sand"]
 layers = "position"
-""".replace("FORMATS", json.dumps(FORMATS))
+""".replace("FORMATS", json.dumps(list(FORMATS)))
 DISCS = ((-0.6, 0.1, -2.8), (0.5, -0.2, -3.1), (0.1, 0.5, -2.5))
 
 
@@ -469,7 +471,7 @@ def test_pictures_of_another_scene_are_not_exported(made, tmp_path):
 def test_a_detector_and_layers_can_be_added_to_a_finished_set(made, tmp_path, capsys):
     """The former ended in "there is no 'I'" for ever, the latter were left out in silence."""
     full = SPEC.replace('"jerlov:IB", "air"', '"jerlov:IB"').replace("count = 2", "count = 1")
-    full = full.replace(json.dumps(FORMATS), '["coco"]')
+    full = full.replace(json.dumps(list(FORMATS)), '["coco"]')
     plain = full.replace('[detector]\npattern = "GRBG"\n', "").replace('layers = "position"\n', "")
     out, spec = tmp_path / "out", tmp_path / "spec.toml"
     shutil.copy(made.spec.with_name("discs.blend"), tmp_path / "discs.blend")
@@ -591,6 +593,26 @@ def test_models_of_bop_are_the_discs_in_millimetres(made):
     assert (camera["fx"], camera["fy"], camera["cx"], camera["cy"]) == (150, 160, 84, 54.75)
 
 
+def test_every_format_has_its_folder_and_evo_reads_the_ways(made):
+    folders = {"yolo", "yolo_segments", "tum", "euroc", "kitti", "tartanair", "rosbag2", "hdf5"}
+    assert folders | {"camera_info", "croissant.json"} <= {x.name for x in made.folder.iterdir()}
+    for water, folder in zip(("jerlov:IB", "air"), sorted((made.folder / "tum").iterdir())[::-1],
+                             strict=True):  # fmt: skip
+        views = _of_pose(made, water)
+        found = file_interface.read_tum_trajectory_file(folder / "probe" / "groundtruth.txt")
+        euroc = made.folder / "euroc" / folder.name / "mav0" / "state_groundtruth_estimate0"
+        also = file_interface.read_euroc_csv_trajectory(euroc / "data.csv")
+        for ways in (found, also):
+            assert [turned(pose) for pose in ways.poses_se3] == [
+                pytest.approx(view.camera_to_world, abs=1e-6) for view in views
+            ]
+            assert ways.timestamps == pytest.approx([0, 0.1])
+        bag = made.folder / "rosbag2" / folder.name
+        with Reader(bag) as reader:
+            odometry = file_interface.read_bag_trajectory(reader, "/odometry")
+        assert odometry.positions_xyz == pytest.approx(found.positions_xyz, abs=1e-9)
+
+
 def _with_way(path: Path) -> list[np.ndarray]:
     """Save the discs with a camera that moves; return its poses of frames 2, 4, 6."""
     _discs(path)
@@ -681,7 +703,7 @@ clearance = 0.1
 count = 2
 """
     before, after = SPEC.split("[[poses]]")[0], SPEC.split("count = 2\n")[1]
-    after = after.replace(json.dumps(FORMATS), '["coco"]')
+    after = after.replace(json.dumps(list(FORMATS)), '["coco"]')
     (tmp_path / "spec.toml").write_text(before + poses + after)
     assert _run("--dataset", tmp_path / "spec.toml", "--out", tmp_path / "out") == 2
     error = capsys.readouterr().err
