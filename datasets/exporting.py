@@ -126,8 +126,8 @@ def _view(
         "pose": view.record["pose"],
         "camera": view.record["camera"]["name"],
         "group": view.group,
-        # What an index of an earlier version lacks, its views are not.
-        **{name: view.record.get(name) for name in ("pose_set", "repeat", "time_s")},
+        # An index of an earlier version lacks some of these.
+        **{k: view.record[k] for k in ("pose_set", "repeat", "time_s") if k in view.record},
         "settings": view.record["settings"],
         "rig": view.record["rig"],
     }

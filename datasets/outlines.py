@@ -52,11 +52,8 @@ def _loops(mask: NDArray[np.bool_]) -> list[Points]:
         at = start = next(iter(steps))
         way, heading = [], (0, 0)
         while True:
-            choices = steps[at]
-            # Where two pixels touch by a corner, the way turns right and stays with one.
-            right = (at[0] - heading[1], at[1] + heading[0])
-            ahead = choices.pop(choices.index(right) if right in choices else 0)
-            if not choices:
+            ahead = steps[at].pop()
+            if not steps[at]:
                 del steps[at]
             turned = (ahead[0] - at[0], ahead[1] - at[1])
             if turned != heading:

@@ -28,18 +28,20 @@ def write_pairs(files: SetFiles) -> None:
 
 def write_air_pairs(files: SetFiles) -> None:
     """Write pairs of the scene in water, and in air."""
-    dry = [view for view in files.views if view.metadata["water"] == AIR]
+    wet, dry = (
+        [view for view in files.views if (view.metadata["water"] == AIR) is in_air]
+        for in_air in (False, True)
+    )
     partners: dict[str, DataSetView] = {}
-    for view in files.views:
-        if view.metadata["water"] == AIR:
-            continue
+    for view in wet:
         found = next((other for other in dry if _is_same(view, other)), None)
-        if found is None:
-            raise InputError(
-                f"pairs_air: view {view.name} ({view.metadata['water']}) has no view of the same "
-                f'pose and light in air; add "{AIR}" to water.name, and render it'
-            )
-        partners[view.name] = found
+        if found is not None:  # else it is not rendered yet
+            partners[view.name] = found
+    if wet and dry and not partners:
+        raise InputError(
+            "pairs_air: no view in water has one of the same pose and light in air; render the "
+            "rest of the set"
+        )
     _write(files, "pairs_air", partners, IMAGE)
 
 
@@ -58,8 +60,6 @@ def _write(
     partners: Mapping[str, DataSetView],
     layer: str,
 ) -> None:
-    if not partners:
-        raise InputError(f"{kind}: no view is in water; name one in water.name")
     folder = files.folder / kind
     raw, reference = make_folder(folder / "raw"), make_folder(folder / "reference")
     rows = ["name,split,water,reference_view,gain"]

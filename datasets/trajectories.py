@@ -103,21 +103,21 @@ def trajectories(views: Iterable[DataSetView], wanted: str) -> list[Trajectory]:
     Raises
     ------
     InputError
-        If there is none.
+        If views were planned without times.
     """
     found: dict[tuple[object, ...], dict[str, dict[int, DataSetView]]] = {}
     for view in views:
         of_view = view.metadata
-        if of_view.get("time_s") is None:
+        if "time_s" not in of_view:
+            raise InputError(
+                f"{wanted}: view {view.name} has no time, as planned by an earlier version; plan "
+                "the set again (--dataset, --dataset-plan), and export it"
+            )
+        if of_view["time_s"] is None:
             continue
         key = tuple(of_view.get(name) for name in ("pose_set", "group", "lowered_m", "repeat"))
         by_camera = found.setdefault(key, {})
         by_camera.setdefault(of_view["camera"], {})[of_view["pose"]] = view
-    if not found:
-        raise InputError(
-            f"{wanted}: no view is on a way; give [[poses]] that are not random, or leave out the "
-            "format"
-        )
     names, ways = dict.fromkeys((key[:2] for key in found), 0), []
     for key, cameras in found.items():
         names[key[:2]] += 1
