@@ -118,13 +118,22 @@ def trajectories(views: Iterable[DataSetView], wanted: str) -> list[Trajectory]:
         key = tuple(of_view.get(name) for name in ("pose_set", "group", "lowered_m", "repeat"))
         by_camera = found.setdefault(key, {})
         by_camera.setdefault(of_view["camera"], {})[of_view["pose"]] = view
-    names, ways = dict.fromkeys((key[:2] for key in found), 0), []
-    for key, cameras in found.items():
-        names[key[:2]] += 1
-        count = names[key[:2]]
-        name = plain_name(str(key[0]), str(key[1]), *([str(count)] if count > 1 else []))
-        ways.append(_way(name, cameras))
+    ways = [
+        _way(name, cameras) for name, cameras in zip(_names(found), found.values(), strict=True)
+    ]
     return [way for way in ways if way.poses]
+
+
+def _names(keys: Iterable[tuple[object, ...]]) -> list[str]:
+    """Name ways by poses and group, and by depth and repeat where these tell them apart."""
+    rows, found = list(keys), []
+    several = {row[:2] for row in rows if sum(row[:2] == other[:2] for other in rows) > 1}
+    for pose_set, group, lowered, repeat in rows:
+        words = [str(pose_set), str(group)]
+        if (pose_set, group) in several:
+            words += [f"{lowered:g}m", *([f"repeat{repeat}"] if repeat else [])]
+        found.append(plain_name(*words))
+    return found
 
 
 def _way(name: str, cameras: Mapping[str, Mapping[int, DataSetView]]) -> Trajectory:

@@ -593,3 +593,21 @@ def test_views_that_are_not_rendered_break_no_way(files):
     del old["time_s"]
     with pytest.raises(InputError, match="has no time, as planned by an earlier version"):
         trajectories([dataclasses.replace(files.views[0], metadata=old)], "tum")
+
+
+def test_ways_of_several_depths_and_repeats_have_names_of_their_own(files):
+    views = [
+        dataclasses.replace(
+            view,
+            name=f"{view.name}_{depth}_{repeat}",
+            metadata={**view.metadata, "lowered_m": depth, "repeat": repeat},
+        )
+        for view in of_camera(files, "left")
+        for depth in (1.0, 2.5)
+        for repeat in (0, 1)
+    ]
+    ways = trajectories(views, "tum")
+    assert [way.name.removeprefix(WAY) for way in ways] == [
+        "-1m", "-1m-repeat1", "-2.5m", "-2.5m-repeat1",
+    ]  # fmt: skip
+    assert all(way.poses == (0, 1, 2, 3, 4) for way in ways)
