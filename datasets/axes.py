@@ -64,12 +64,23 @@ def world_to_opencv(camera_to_world: ArrayLike) -> Array:
     >>> (world_to_opencv(np.eye(4)) @ [1.0, 2.0, -5.0, 1.0])[:3].tolist()
     [1.0, -2.0, 5.0]
     """
-    return inverse(np.asarray(camera_to_world, dtype=np.float64) @ _TURN)
+    return inverse(turned(camera_to_world))
 
 
 def blender_from_opencv(world_to_camera: ArrayLike) -> Array:
     """Return the pose in Blender's axes of a camera in OpenCV's; undoes :func:`world_to_opencv`."""
-    return inverse(np.asarray(world_to_camera, dtype=np.float64)) @ _TURN
+    return turned(inverse(np.asarray(world_to_camera, dtype=np.float64)))
+
+
+def turned(pose: ArrayLike) -> Array:
+    """Return a pose to the world of a camera in OpenCV's axes for one in Blender's, and back.
+
+    Examples
+    --------
+    >>> turned(np.eye(4)).diagonal().tolist()
+    [1.0, -1.0, -1.0, 1.0]
+    """
+    return np.asarray(pose, dtype=np.float64) @ _TURN
 
 
 def inverse(pose: Array) -> Array:
@@ -100,6 +111,28 @@ def quaternion(turn: ArrayLike) -> Array:
     q = np.array([w, x, y, z])
     first = q[np.argmax(np.abs(q))] if abs(w) < 1e-12 else w
     return np.abs(q) * np.sign(q) * np.sign(first)
+
+
+def rotation(quaternion: ArrayLike) -> Array:
+    """Return the rotation matrix of a quaternion (w, x, y, z) of any length, shape (3, 3).
+
+    Examples
+    --------
+    >>> rotation([0.0, 2.0, 0.0, 0.0]).tolist()
+    [[1.0, 0.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, -1.0]]
+    """
+    q = np.asarray(quaternion, dtype=np.float64)
+    w, axis = q[0], q[1:]
+    across = np.array([[0, -axis[2], axis[1]], [axis[2], 0, -axis[0]], [-axis[1], axis[0], 0]])
+    whole = (w * w - axis @ axis) * np.eye(3) + 2.0 * (np.outer(axis, axis) + w * across)
+    return whole / (q @ q)
+
+
+def placed(turn: ArrayLike, place: ArrayLike) -> Array:
+    """Return the pose of a rotation and a translation, shape (4, 4)."""
+    pose = np.eye(4)
+    pose[:3, :3], pose[:3, 3] = turn, place
+    return pose
 
 
 def looking_at(eye: ArrayLike, target: ArrayLike, roll: float = 0.0) -> Array:

@@ -1,32 +1,47 @@
 """Scenes of the BOP benchmark: ``scene_camera.json``, ``scene_gt.json``, ``scene_gt_info.json``.
 
+A set has besides ``camera.json``, the ``models`` in mm, and the targets of its test.
+
 Poses are model-to-camera in OpenCV's axes, translations in mm, and the first pixel's centre is
 at (0, 0). A scene lies in ``<set>/<split>/<scene>``; its pictures are numbered.
 """
 
 from __future__ import annotations
 
-import shutil
-from collections.abc import Sequence
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from ..uw_spectral.errors import InputError
 from ..uw_spectral.spectra.spectral_image import replacing, write_codes
+from .camera import PinholeCamera
 from .depth_maps import read_depth_png
-from .files import make_folder, read_codes, write_json
+from .files import make_folder, place_file, read_codes, write_json
 from .instance_maps import box, visible_masks
+from .set_files import Shape
 from .view import DataSetView, SeenInstance, check_views
 
 _MILLIMETRES = 1e3  # in a metre
+_TARGET = 0.1  # share of a thing that is seen, from which BOP asks for it
+_MANY, _DIRECTIONS = 2000, 2000
 _FORMATS = (".png", ".jpg", ".tif")
 
 
-def write_bop(folder: Path, views: Sequence[DataSetView]) -> None:
-    """Write one scene, its pictures, depths and masks included.
+@dataclass(frozen=True)
+class SeenModels:
+    """How often a picture shows a model as BOP counts it, where a tenth of it is seen at least."""
+
+    picture: int
+    counts: Mapping[int, int]
+
+
+def write_bop(folder: Path, views: Sequence[DataSetView]) -> list[SeenModels]:
+    """Write one scene, its pictures, depths and masks included; return what is seen.
 
     Parameters
     ----------
@@ -65,8 +80,8 @@ def write_bop(folder: Path, views: Sequence[DataSetView]) -> None:
             )
         if view.depth is None:
             raise InputError(f"view {view.name}: BOP needs its depth; write it in mm")
-        _copy(view.image, folder / "rgb" / f"{number:06d}{view.image.suffix.lower()}")
-        _copy(view.depth, folder / "depth" / f"{number:06d}.png")
+        place_file(view.image, folder / "rgb" / f"{number:06d}{view.image.suffix.lower()}")
+        place_file(view.depth, folder / "depth" / f"{number:06d}.png")
         cameras[key] = {
             "cam_K": view.camera.K_opencv.ravel().tolist(),
             "depth_scale": 1.0,
@@ -92,6 +107,89 @@ def write_bop(folder: Path, views: Sequence[DataSetView]) -> None:
     write_json(folder / "scene_camera.json", cameras)
     write_json(folder / "scene_gt.json", poses)
     write_json(folder / "scene_gt_info.json", infos)
+    return [
+        SeenModels(
+            int(key),
+            Counter(
+                pose["obj_id"]
+                for pose, info in zip(poses[key], infos[key], strict=True)
+                if info["visib_fract"] >= _TARGET
+            ),
+        )
+        for key in poses
+    ]
+
+
+def write_bop_models(folder: Path, shapes: Mapping[int, Shape]) -> None:
+    """Write the models of a set as PLY in mm, and their sizes.
+
+    Raises
+    ------
+    InputError
+        If a file cannot be written.
+    """
+    make_folder(folder)
+    infos = {}
+    for number, shape in sorted(shapes.items()):
+        vertices = np.asarray(shape.vertices, dtype=np.float64) * _MILLIMETRES
+        write_ply(folder / f"obj_{number:06d}.ply", vertices, shape.triangles)
+        low, size = vertices.min(axis=0), np.ptp(vertices, axis=0)
+        infos[str(number)] = {
+            "diameter": diameter(vertices),
+            **{f"min_{a}": float(x) for a, x in zip("xyz", low, strict=True)},
+            **{f"size_{a}": float(x) for a, x in zip("xyz", size, strict=True)},
+        }
+    write_json(folder / "models_info.json", infos)
+
+
+def write_ply(path: Path, vertices: ArrayLike, triangles: ArrayLike) -> None:
+    """Write a mesh as binary PLY; whole under its name, or not at all."""
+    places, faces = np.asarray(vertices, dtype="<f4"), np.asarray(triangles, dtype="<i4")
+    head = [
+        "ply", "format binary_little_endian 1.0", f"element vertex {len(places)}",
+        *(f"property float {axis}" for axis in "xyz"),
+        f"element face {len(faces)}", "property list uchar int vertex_indices", "end_header", "",
+    ]  # fmt: skip
+    rows = np.empty(len(faces), dtype=[("count", "u1"), ("corners", "<i4", 3)])
+    rows["count"], rows["corners"] = 3, faces
+    with replacing(path) as temporary:
+        content = "\n".join(head).encode() + places.tobytes() + rows.tobytes()
+        temporary.write_bytes(content)
+
+
+def diameter(vertices: NDArray[np.float64]) -> float:
+    """Return the largest distance between two vertices.
+
+    Of many, those that lie outermost in some directions count, which is within 0.1 % of it.
+
+    Examples
+    --------
+    >>> diameter(np.array([[0.0, 0, 0], [3, 4, 0], [1, 1, 1]]))
+    5.0
+    """
+    outer = vertices
+    if len(outer) > _MANY:
+        number = np.arange(_DIRECTIONS) + 0.5
+        z, turn = 1.0 - 2.0 * number / _DIRECTIONS, number * np.pi * (1.0 + 5.0**0.5)
+        flat = np.sqrt(1.0 - z * z)
+        ways = np.stack([flat * np.cos(turn), flat * np.sin(turn), z], axis=-1)
+        outer = vertices[np.unique([int((vertices @ way).argmax()) for way in ways])]
+    apart = [np.linalg.norm(outer - place, axis=1).max() for place in outer]
+    return float(max(apart, default=0.0))
+
+
+def camera_record(camera: PinholeCamera) -> dict[str, Any]:
+    """Return what ``camera.json`` says of a camera."""
+    K = camera.K_opencv
+    return {
+        "cx": float(K[0, 2]),
+        "cy": float(K[1, 2]),
+        "depth_scale": 1.0,
+        "fx": camera.fx,
+        "fy": camera.fy,
+        "height": camera.height,
+        "width": camera.width,
+    }
 
 
 def _info(
@@ -118,10 +216,3 @@ def _silhouette(view: DataSetView, item: SeenInstance) -> NDArray[np.bool_]:
     if mask.shape != (view.camera.height, view.camera.width):
         raise InputError(f"{item.silhouette} has another size than view {view.name}")
     return mask
-
-
-def _copy(source: Path, target: Path) -> None:
-    if not source.is_file():
-        raise InputError(f"cannot read {source}: there is no such file; render it first")
-    with replacing(target) as temporary:
-        shutil.copyfile(source, temporary)

@@ -78,7 +78,7 @@ def write_card(path: Path, card: DataCard, views: Sequence[DataSetView]) -> None
     """
     check_views(views)
     counted = Counter(view.split for view in views)
-    cameras = dict.fromkeys(view.camera for view in views)
+    cameras = dict.fromkeys((str(view.metadata.get("camera", "")), view.camera) for view in views)
     lines = [f"# {card.title}", ""]
     if card.description:
         lines += [card.description, ""]
@@ -88,9 +88,10 @@ def write_card(path: Path, card: DataCard, views: Sequence[DataSetView]) -> None
     lines += [f"| {split} | {counted[split]} |" for split in SPLITS]
     lines += ["", f"Cameras: {len(cameras)}", ""]
     lines += [
-        f"- {c.width} × {c.height} pixels, fx {c.fx:.6g}, fy {c.fy:.6g}, cx {c.cx:.6g}, "
-        f"cy {c.cy:.6g}, distortion {', '.join(f'{k:g}' for k in c.distortion)}"
-        for c in cameras
+        f"- {name}{': ' if name else ''}{c.width} × {c.height} pixels, fx {c.fx:.6g}, "
+        f"fy {c.fy:.6g}, cx {c.cx:.6g}, cy {c.cy:.6g}, "
+        f"distortion {', '.join(f'{k:g}' for k in c.distortion)}"
+        for name, c in cameras
     ]
     waters = dict.fromkeys(str(v.metadata["water"]) for v in views if "water" in v.metadata)
     if waters:

@@ -12,7 +12,7 @@ from .card import DataCard
 from .files import relative, write_json
 from .instance_maps import box, visible_masks
 from .run_length import compressed, run_lengths
-from .view import DataSetView, check_views
+from .view import DataSetView, category_numbers, check_views
 
 
 def write_coco(path: Path, views: Sequence[DataSetView], card: DataCard) -> None:
@@ -36,8 +36,7 @@ def write_coco(path: Path, views: Sequence[DataSetView], card: DataCard) -> None
     T.-Y. Lin et al., ECCV 2014; cocodataset.org, *Data format*.
     """
     check_views(views)
-    names = sorted({item.category for view in views for item in view.instances})
-    categories = {name: number for number, name in enumerate(names, 1)}
+    categories = category_numbers(views, first=1)
     images: list[dict[str, Any]] = []
     annotations: list[dict[str, Any]] = []
     for image, view in enumerate(views, 1):

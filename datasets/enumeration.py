@@ -22,7 +22,7 @@ from ..uw_spectral.spectra.spectral_image import replacing
 from ..uw_spectral.spectra.spectrum import is_file
 from ..uw_spectral.transfer.water_column import WAVES
 from .axes import Array
-from .pose_sets import RandomPoses, RoomForPoses
+from .pose_sets import GivenPoses, RandomPoses, RoomForPoses, ScenePath, timed_poses
 from .quantities import Value, generator
 from .specification import AIR, AMOUNTS, CONSTITUENTS, CameraRig, DataSetCamera, DataSetSpec
 from .view import SPLITS, Split
@@ -56,6 +56,8 @@ class PlannedView:
         The same for all views of a pose.
     repeat : int
         Which of the pictures that differ by their noise.
+    time : float, optional
+        s; of a pose on a way.
     """
 
     name: str
@@ -69,6 +71,7 @@ class PlannedView:
     noise_seed: int
     split: Split
     repeat: int = 0
+    time: float | None = None
 
     @property
     def in_air(self) -> bool:
@@ -88,6 +91,8 @@ class PlannedView:
             "rig": asdict(self.rig),
             "noise_seed": self.noise_seed,
             "split": self.split,
+            "repeat": self.repeat,
+            "time_s": self.time,
         }
 
 
@@ -121,8 +126,8 @@ def enumerate_views(spec: DataSetSpec, scene: RoomForPoses | None = None) -> lis
     digests = _digests(spec)
     return [
         view
-        for number, (pose_set, pose) in enumerate(poses)
-        for view in _of_pose(spec, number, pose_set, pose, conditions, splits[number], digests)
+        for number, pose in enumerate(poses)
+        for view in _of_pose(spec, number, pose, conditions, splits[number], digests)
     ]
 
 
@@ -144,14 +149,32 @@ def write_plan(path: Path, views: Sequence[PlannedView]) -> None:
         temporary.write_text("".join(lines), encoding="utf-8")
 
 
-def _poses(spec: DataSetSpec, scene: RoomForPoses | None) -> Iterator[tuple[str, Array]]:
+@dataclass(frozen=True)
+class _Pose:
+    """A pose, the set that it is of, and its time in s where that is a way.
+
+    ``timed`` is whether the time tells it from others: a camera that is moved by hand may wait.
+    """
+
+    pose_set: str
+    matrix: Array
+    time: float | None = None
+    timed: bool = False
+
+
+def _poses(spec: DataSetSpec, scene: RoomForPoses | None) -> Iterator[_Pose]:
     for pose_set in spec.poses:
         if isinstance(pose_set, RandomPoses):
             camera = spec.cameras[0].optics
             for number in range(pose_set.count):
-                yield pose_set.name, pose_set.pose(spec.seed, number, camera, scene)
+                pose = pose_set.pose(spec.seed, number, camera, scene)
+                yield _Pose(pose_set.name, pose)
+        elif isinstance(pose_set, ScenePath):
+            raise InputError(
+                f"{pose_set.name}: the way of a camera needs the scene; plan with --dataset"
+            )
         else:
-            for number, pose in enumerate(pose_set.poses()):
+            for number, (time, pose) in enumerate(timed_poses(pose_set)):
                 if scene is not None and scene.clearance(pose[:3, 3]) < 0:
                     x, y, z = pose[:3, 3]
                     raise InputError(
@@ -159,7 +182,7 @@ def _poses(spec: DataSetSpec, scene: RoomForPoses | None) -> Iterator[tuple[str,
                         "thing or below the ground; move the poses, or hide what is around all of "
                         "them in the viewport"
                     )
-                yield pose_set.name, pose
+                yield _Pose(pose_set.name, pose, time, isinstance(pose_set, GivenPoses))
 
 
 def _crossed(spec: DataSetSpec, choices: Sequence[tuple[Value, ...]]) -> Iterator[dict[str, Value]]:
@@ -184,13 +207,12 @@ def _known(values: Mapping[str, Value]) -> tuple[tuple[str, Value], ...]:
 def _of_pose(
     spec: DataSetSpec,
     number: int,
-    pose_set: str,
-    pose: Array,
+    pose: _Pose,
     conditions: Sequence[tuple[tuple[str, Value], ...]],
     split: Split,
     digests: Mapping[str, str],
 ) -> Iterator[PlannedView]:
-    place = np.round(pose, _ROUNDED) + 0.0  # no negative zero
+    place = np.round(pose.matrix, _ROUNDED) + 0.0  # no negative zero
     key = place.tolist()
     for depth, given in itertools.product(spec.lowered.values, conditions):
         lowered = float(spec.lowered.resolved(depth, spec.seed, "depth", key))
@@ -208,8 +230,8 @@ def _of_pose(
             there.setflags(write=False)
             if settings["water"] != AIR and there[2, 3] >= 0:
                 raise InputError(
-                    f"{pose_set}: a camera is {there[2, 3]:g} m above the water, whose surface is "
-                    "z = 0; move the poses down, or raise scene.depth"
+                    f"{pose.pose_set}: a camera is {there[2, 3]:g} m above the water, whose "
+                    "surface is z = 0; move the poses down, or raise scene.depth"
                 )
             # The place says where its offset brings it.
             kind = {name: value for name, value in asdict(camera).items() if name != "offset"}
@@ -220,6 +242,7 @@ def _of_pose(
                 lowered,
                 asdict(rig),
                 [spec.seed, repeat],
+                *([pose.time] if pose.timed else []),
             ]
             text = json.dumps(content, sort_keys=True)
             for location, digest in digests.items():
@@ -227,8 +250,9 @@ def _of_pose(
             name = hashlib.sha256(text.encode()).hexdigest()[:_DIGITS]
             seed = int(generator(spec.seed, "noise", name).integers(2**31))
             yield PlannedView(
-                name, pose_set, number, there, camera, settings, lowered, rig, seed, split, repeat
-            )
+                name, pose.pose_set, number, there, camera, settings, lowered, rig, seed, split,
+                repeat, pose.time,
+            )  # fmt: skip
 
 
 def _digests(spec: DataSetSpec) -> dict[str, str]:

@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import json
-import os
-import shutil
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -16,47 +14,25 @@ from numpy.typing import NDArray
 from ..uw_spectral.errors import InputError
 from ..uw_spectral.spectra.spectral_image import (
     read_exr,
-    replacing,
     write_codes,
     write_jpeg,
     write_png,
 )
-from .axes import Array
 from .card import DataCard, Source, write_card
 from .depth_maps import PLANAR, RANGE, write_depth_exr, write_depth_png
-from .files import make_folder, read_codes
-from .formats import FORMATS, SetFiles, conventions
+from .files import make_folder, place_file, read_codes
+from .formats import FORMATS, conventions
 from .index import Index, IndexedView, SceneThing
 from .instance_maps import write_instance_map
 from .layer_file import FrameLayers, read_layers
 from .outputs import Outputs
 from .raw_files import write_raw
+from .set_files import RenderedView, SetFiles, Shapes, no_shapes
 from .specification import DataSetSpec
 from .view import DataSetView, SeenInstance
 
 IMAGE, INSTANCE = "I", "instance"
 """Layers that are read."""
-
-
-@dataclass(frozen=True)
-class RenderedView:
-    """What was rendered of a view.
-
-    Parameters
-    ----------
-    picture, layers, truth : Path
-        Scene-linear picture, its layers, and JSON.
-    record : Path, optional
-        JSON, written last; None if the view is not rendered as its job now has it.
-    to_rec709 : callable
-        Returns the matrix from the sensor's channels to the picture, shape (3, 3).
-    """
-
-    picture: Path
-    layers: Path
-    record: Path | None
-    truth: Path
-    to_rec709: Callable[[], Array]
 
 
 Silhouettes = Callable[[IndexedView, Sequence[str]], Mapping[str, NDArray[np.bool_]]]
@@ -66,7 +42,9 @@ Silhouettes = Callable[[IndexedView, Sequence[str]], Mapping[str, NDArray[np.boo
 def needed_layers(spec: DataSetSpec) -> tuple[str, ...]:
     """Return the layers that have to be rendered: what is wanted, and what files are made of."""
     of_raw = (IMAGE,) if spec.raw is not None else ()
-    return tuple(dict.fromkeys((RANGE, PLANAR, INSTANCE, *of_raw, *spec.outputs.layers)))
+    of_formats = [name for each in spec.outputs.formats for name in FORMATS[each].layers]
+    wanted = (RANGE, PLANAR, INSTANCE, *of_raw, *of_formats, *spec.outputs.layers)
+    return tuple(dict.fromkeys(wanted))
 
 
 def export_set(
@@ -75,6 +53,7 @@ def export_set(
     rendered: Callable[[IndexedView], RenderedView],
     versions: Mapping[str, str],
     silhouettes: Silhouettes,
+    shapes: Shapes = no_shapes,
 ) -> list[DataSetView]:
     """Write the files of the views that are rendered, and return these.
 
@@ -86,7 +65,7 @@ def export_set(
         Returns where the files of a view lie.
     versions : mapping
         Of the software.
-    silhouettes : callable
+    silhouettes, shapes : callable
         For BOP.
 
     Raises
@@ -102,7 +81,7 @@ def export_set(
     things = {thing.name: (number, thing) for number, thing in enumerate(index.things, 1)}
     views = [_view(folder, spec, view, found[view.name], things, silhouettes) for view in there]
     card = _card(spec, index, versions, [x.record for x in found.values() if x.record is not None])
-    files = SetFiles(folder, views, card, outputs.points, spec.seed)
+    files = SetFiles(folder, views, card, outputs.points, spec.seed, found, shapes)
     for name, each in FORMATS.items():
         if name in outputs.formats:
             each.write(files)
@@ -128,11 +107,11 @@ def _view(
     else:
         write_png(image, rgb)
     if outputs.linear:
-        _copy(files.picture, _file(folder, "linear", name, "exr"))
+        place_file(files.picture, _file(folder, "linear", name, "exr"))
     if outputs.layers:
-        _copy(files.layers, _file(folder, "layers", name, "exr"))
+        place_file(files.layers, _file(folder, "layers", name, "exr"))
     if files.truth.is_file():
-        _copy(files.truth, _file(folder, "truth", name, "json"))
+        place_file(files.truth, _file(folder, "truth", name, "json"))
     depth = _file(folder, "depth", name, "png")
     write_depth_png(depth, layers[PLANAR].astype(np.float64))
     if outputs.depth_exr:
@@ -147,10 +126,16 @@ def _view(
         "pose": view.record["pose"],
         "camera": view.record["camera"]["name"],
         "group": view.group,
+        # An index of an earlier version lacks some of these.
+        **{k: view.record[k] for k in ("pose_set", "repeat", "time_s") if k in view.record},
+        "settings": view.record["settings"],
+        "rig": view.record["rig"],
     }
     if spec.raw is not None:
         raw = _file(folder, "raw", name, spec.raw.file)
-        metadata["raw"] = write_raw(raw, view, spec.raw, layers[IMAGE], files.to_rec709())
+        metadata["raw"] = write_raw(
+            raw, view, spec.raw, layers[IMAGE], files.development().to_rec709
+        )
     return DataSetView(
         name, image, view.camera, view.camera_to_world, view.split,
         depth=depth, instance_map=numbers, instances=tuple(instances.values()), metadata=metadata,
@@ -212,18 +197,9 @@ def _card(
         versions,
         spec.outputs.version,
         spec.outputs.description,
-        conventions=conventions(),
+        conventions=conventions(spec.outputs.formats),
     )
 
 
 def _file(folder: Path, kind: str, name: str, suffix: str) -> Path:
     return make_folder(folder / kind) / f"{name}.{suffix}"
-
-
-def _copy(source: Path, target: Path) -> None:
-    """Put a file under a second name; a copy where the disk knows no links."""
-    with replacing(target) as temporary:
-        try:
-            os.link(source, temporary)
-        except OSError:
-            shutil.copyfile(source, temporary)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import re
+import shutil
 from pathlib import Path, PureWindowsPath
 from typing import Any
 
@@ -97,6 +98,34 @@ def make_folder(path: Path) -> Path:
             f"cannot make the folder {path}: {error.strerror}; choose another"
         ) from error
     return path
+
+
+def place_file(source: Path, target: Path) -> None:
+    """Put a file under a second name; a copy where the disk knows no links.
+
+    Raises
+    ------
+    InputError
+        If it is not there, or cannot be written.
+    """
+    if not source.is_file():
+        raise InputError(f"cannot read {source}: there is no such file; render it first")
+    with replacing(target) as temporary:
+        try:
+            os.link(source, temporary)
+        except OSError:
+            shutil.copyfile(source, temporary)
+
+
+def plain_name(*words: str) -> str:
+    """Return a name of a file or folder that every disk takes.
+
+    Examples
+    --------
+    >>> plain_name("orbit of poses[0]", "jerlov:IB")
+    'orbit_of_poses_0_-jerlov_IB'
+    """
+    return re.sub(r"[^A-Za-z0-9.-]+", "_", "-".join(words)).strip("_.")
 
 
 def read_codes(path: Path) -> NDArray[np.uint16]:

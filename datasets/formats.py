@@ -2,51 +2,48 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+import importlib.util
+from collections.abc import Callable, Collection, Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
-import numpy as np
-from numpy.typing import NDArray
-
-from ..uw_spectral.spectra.spectral_image import read_exr
+from ..uw_spectral.errors import InputError
 from .axes import Array
-from .bop import write_bop
-from .card import DataCard
+from .bop import camera_record, write_bop, write_bop_models
+from .camera_info import name_of, write_camera_infos
 from .coco import write_coco
 from .colmap import write_colmap
+from .compositor_exr import LAYERS as COMPOSITOR_LAYERS
+from .compositor_exr import write_compositor_exrs
+from .croissant import write_croissant
 from .depth_maps import read_depth_png
-from .files import make_folder
+from .euroc import write_euroc_sequences
+from .files import make_folder, plain_name, write_json
+from .hdf5 import write_hdf5s
+from .kitti import write_kitti_sequences
 from .nerfstudio import write_nerfstudio
+from .optical_flow import write_flows
+from .pairs import IMAGE, UNATTENUATED, write_air_pairs, write_pairs
+from .rosbag import write_rosbags
+from .set_files import SetFiles, shown_pixels
 from .sparse_points import sparse_points
+from .tartanair import write_tartanair
+from .tum import write_tum_sequences
 from .view import SPLITS, DataSetView
+from .yolo import write_yolo_boxes, write_yolo_segments
 
 _OPENCV = "COLMAP and BOP: world or model to camera, the camera looks along +z, y is down."
-
-
-@dataclass(frozen=True)
-class SetFiles:
-    """A set whose views are written, for the files that describe them.
-
-    Attributes
-    ----------
-    folder : Path
-    views : sequence of DataSetView
-    card : DataCard
-    points : int
-        Known points of each view, where a format has these.
-    seed : int
-    """
-
-    folder: Path
-    views: Sequence[DataSetView]
-    card: DataCard
-    points: int
-    seed: int
-
-    def of_split(self, split: str) -> list[DataSetView]:
-        """Return the views of a split."""
-        return [view for view in self.views if view.split == split]
+_WAYS = (
+    "TUM, EuRoC, KITTI and bags of ROS: camera to world, the camera looks along +z, y is down; "
+    "KITTI's world is the first camera."
+)
+_NED = (
+    "TartanAir: camera to world in north (our +y), east (our +x), down; the camera looks along +x, "
+    "y to the right, z down."
+)
+_FLOW = (
+    "Flow: pixels to the right and down, to the next picture of the way; the scene stands still."
+)
 
 
 @dataclass(frozen=True)
@@ -61,11 +58,47 @@ class Format:
         Of its poses, for the card; empty where it has none.
     silhouettes : bool
         Whether it tells how much of an object is hidden.
+    layers : tuple of str
+        That have to be rendered for it.
+    package : str
+        Of Python, that it needs and the extension does not bring; empty if none.
+    way : bool
+        Whether it needs poses that follow each other.
+    side_by_side : bool
+        Whether it takes no more than one camera, or two of one lens side by side.
+    dry : bool
+        Whether it needs the same views in air.
+    pixel_bytes : int
+        That its own files take of a pixel, where these are no links.
+    usual : bool
+        Whether a set that names no formats has it.
     """
 
     write: Callable[[SetFiles], None]
     convention: str = ""
     silhouettes: bool = False
+    layers: tuple[str, ...] = ()
+    package: str = ""
+    way: bool = False
+    side_by_side: bool = False
+    dry: bool = False
+    pixel_bytes: int = 0
+    usual: bool = False
+
+    def require(self, name: str) -> None:
+        """Refuse a format whose package is not there.
+
+        Raises
+        ------
+        InputError
+            If it is not.
+        """
+        if self.package and importlib.util.find_spec(self.package) is None:
+            raise InputError(
+                f"format {name!r} is written by the Python package {self.package}, which is not "
+                f"installed here; install it (pip install {self.package}) where the set is "
+                "exported, or leave the format out"
+            )
 
 
 def _nerfstudio(files: SetFiles) -> None:
@@ -78,15 +111,33 @@ def _nerfstudio(files: SetFiles) -> None:
 def _colmap(files: SetFiles) -> None:
     """Write each scene."""
     for name, views in _groups(files.views).items():
-        points = sparse_points(views, _depth, _picture, files.points, files.seed)
+        points = sparse_points(views, _depth, shown_pixels, files.points, files.seed)
         write_colmap(_scene(files, name) / "sparse" / "0", views, points, files.folder / "images")
 
 
 def _bop(files: SetFiles) -> None:
-    """Write a scene for each split and water."""
+    """Write a scene for each split and water, and the models and targets of all."""
+    root, targets = files.folder / "bop", list[dict[str, int]]()
     for split in SPLITS:
         for number, views in enumerate(_groups(files.of_split(split)).values()):
-            write_bop(files.folder / "bop" / split / f"{number:06d}", views)
+            found = write_bop(root / split / f"{number:06d}", views)
+            if split == "test":
+                targets += [
+                    {"scene_id": number, "im_id": seen.picture, "obj_id": model, "inst_count": n}
+                    for seen in found
+                    for model, n in sorted(seen.counts.items())
+                ]
+    if targets:
+        write_json(root / "test_targets_bop19.json", targets)
+    cameras = {name_of(view): view.camera for view in files.views}
+    for place, (name, camera) in enumerate(cameras.items()):
+        for file in ([] if place else ["camera.json"]) + (
+            [f"camera_{plain_name(name)}.json"] if len(cameras) > 1 else []
+        ):
+            write_json(root / file, camera_record(camera))
+    shapes = files.shapes({item.model for view in files.views for item in view.instances})
+    for folder in ("models", "models_eval") if shapes else ():
+        write_bop_models(root / folder, shapes)
 
 
 def _coco(files: SetFiles) -> None:
@@ -101,17 +152,35 @@ FORMATS = {
     "nerfstudio": Format(
         _nerfstudio,
         "`transforms.json` (nerfstudio): camera to world, the camera looks along -z, y is up.",
+        usual=True,
     ),
-    "colmap": Format(_colmap, _OPENCV),
-    "bop": Format(_bop, _OPENCV, silhouettes=True),
-    "coco": Format(_coco),
+    "colmap": Format(_colmap, _OPENCV, usual=True),
+    "bop": Format(_bop, _OPENCV, silhouettes=True, usual=True),
+    "coco": Format(_coco, usual=True),
+    "yolo": Format(write_yolo_boxes),
+    "yolo_segments": Format(write_yolo_segments),
+    "tum": Format(write_tum_sequences, _WAYS, way=True, pixel_bytes=2),
+    "euroc": Format(write_euroc_sequences, _WAYS, way=True),
+    "kitti": Format(write_kitti_sequences, _WAYS, way=True, side_by_side=True),
+    "tartanair": Format(write_tartanair, _NED, way=True, side_by_side=True, pixel_bytes=15),
+    "rosbag2": Format(write_rosbags, _WAYS, package="rosbags", way=True, pixel_bytes=7),
+    "camera_info": Format(write_camera_infos),
+    "flow": Format(write_flows, _FLOW, way=True, pixel_bytes=8),
+    "pairs": Format(write_pairs, layers=(IMAGE, UNATTENUATED), pixel_bytes=6),
+    "pairs_air": Format(write_air_pairs, layers=(IMAGE,), dry=True, pixel_bytes=6),
+    "exr": Format(write_compositor_exrs, layers=COMPOSITOR_LAYERS, pixel_bytes=48),
+    "hdf5": Format(write_hdf5s, package="h5py", pixel_bytes=9),
+    "croissant": Format(write_croissant),
 }
-"""By the names that a specification gives them; a set without ``formats`` has all."""
+"""By the names that a specification gives them; a set without ``formats`` has the usual ones."""
+
+USUAL = tuple(name for name, each in FORMATS.items() if each.usual)
 
 
-def conventions() -> tuple[str, ...]:
-    """Return the conventions of all formats, each once."""
-    return tuple(dict.fromkeys(each.convention for each in FORMATS.values() if each.convention))
+def conventions(names: Collection[str]) -> tuple[str, ...]:
+    """Return the conventions of formats, each once."""
+    found = (FORMATS[name].convention for name in FORMATS if name in names)
+    return tuple(dict.fromkeys(text for text in found if text))
 
 
 def _groups(views: Iterable[DataSetView]) -> dict[str, list[DataSetView]]:
@@ -129,9 +198,3 @@ def _scene(files: SetFiles, name: str) -> Path:
 def _depth(view: DataSetView) -> Array:
     assert view.depth is not None
     return read_depth_png(view.depth)
-
-
-def _picture(view: DataSetView) -> NDArray[np.uint8]:
-    """An 8-bit picture."""
-    pixels = read_exr(view.image)[0]  # any picture, as shares
-    return np.round(pixels * 255).astype(np.uint8)

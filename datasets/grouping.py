@@ -8,12 +8,12 @@ from __future__ import annotations
 
 import hashlib
 import json
-import re
 from collections.abc import Container, Iterable, Mapping
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 
 from .enumeration import PlannedView
+from .files import plain_name
 from .quantities import Value
 from .specification import CameraRig, DataSetCamera, DataSetSpec
 
@@ -90,7 +90,7 @@ def group_views(
         if key not in jobs:
             group, seed = _group(fixed, view), spec.seed + repeat
             words = [group, view.camera.name] + ([f"seed{repeat}"] if repeat else [])
-            name = _free(_plain(words), {job.name for job in jobs.values()}, taken)
+            name = _free(plain_name(*words), {job.name for job in jobs.values()}, taken)
             jobs[key] = ViewJob(name, group, view.camera, view.rig, fixed, view.in_air, seed)
         job = jobs[key]
         depth = 0 if spec.lowered.drawn else lowered.index(view.lowered)
@@ -104,11 +104,7 @@ def _group(fixed: Mapping[str, Value], view: PlannedView) -> str:
     """Name water and rig, and tell them from those that differ by other settings."""
     content = json.dumps([dict(fixed), asdict(view.rig)], sort_keys=True)
     digest = hashlib.sha256(content.encode()).hexdigest()[:_DIGITS]
-    return _plain([Path(str(view.settings["water"])).stem, view.rig.name, digest])
-
-
-def _plain(words: Iterable[str]) -> str:
-    return re.sub(r"[^A-Za-z0-9.-]+", "_", "-".join(words)).strip("_.")
+    return plain_name(Path(str(view.settings["water"])).stem, view.rig.name, digest)
 
 
 def _free(name: str, ours: Container[str], taken: Container[str]) -> str:

@@ -13,7 +13,7 @@ from ..uw_spectral.detector import PATTERNS, Detector, RawSettings, Vignetting, 
 from ..uw_spectral.errors import InputError, unknown_name
 from ..uw_spectral.imaging.layers import NONE, parse_layers
 from .camera import PinholeCamera
-from .formats import FORMATS
+from .formats import FORMATS, USUAL
 from .tables import SpecTable
 
 PICTURES = ("png", "jpg")
@@ -44,7 +44,7 @@ class Outputs:
     """
 
     picture: str = "png"
-    formats: tuple[str, ...] = tuple(FORMATS)
+    formats: tuple[str, ...] = USUAL
     linear: bool = True
     depth_exr: bool = True
     layers: tuple[str, ...] = ()
@@ -154,6 +154,7 @@ def read_outputs(table: SpecTable) -> Outputs:
     for name in formats:
         if name not in FORMATS:
             raise unknown_name(table.place("formats"), name, FORMATS)
+        FORMATS[name].require(name)
     found = Outputs(
         picture,
         formats,
@@ -219,10 +220,3 @@ def read_raw(table: SpecTable | None) -> RawOutputs | None:
     detector = Detector(**values)
     detector.gain_at(iso)
     return RawOutputs(detector, white, time, iso, pattern, vignetting, file)
-
-
-def _vignetting(table: SpecTable) -> Vignetting:
-    radial = table.get("vignetting")
-    if not isinstance(radial, list):
-        raise table.needed("vignetting", "a list of coefficients, empty for cos⁴ alone", radial)
-    return Vignetting(table.switch("natural", True), table.numbers("vignetting", len(radial)))

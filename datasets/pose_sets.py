@@ -1,25 +1,30 @@
-"""Where cameras go: around a thing, along a line, or anywhere they fit.
+"""Where cameras go: around a thing, along a line, a way that is given, or anywhere they fit.
 
 Poses are in the axes of Blender, before the scene is lowered; angles in degrees.
 """
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Iterator
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ..uw_spectral.errors import InputError
-from .axes import Array, looking_at
+from .axes import Array, looking_at, rigid
 from .camera import PinholeCamera
 from .quantities import generator
 from .tables import SpecTable
+from .trajectory_files import READERS, TimedPoses, read_euroc
 
 Point = tuple[float, float, float]
 _TRIES = 500
+RATE = 10.0
+"""Pictures a second of poses that come without times."""
 
 
 class RoomForPoses(Protocol):
@@ -50,6 +55,7 @@ class Orbit:
     start: float = 0.0
     arc: float = 360.0
     roll: float = 0.0
+    rate: float = RATE
 
     def poses(self) -> Iterator[Array]:
         """Yield the poses, the angle around the target changing fastest."""
@@ -78,6 +84,7 @@ class Transect:
     heading: float | None = None
     pitch: float = 0.0
     roll: float = 0.0
+    rate: float = RATE
 
     def poses(self) -> Iterator[Array]:
         """Yield the poses from start to end."""
@@ -159,7 +166,49 @@ class RandomPoses:
         )
 
 
-PoseSet = Orbit | Transect | RandomPoses
+@dataclass(frozen=True, eq=False)
+class GivenPoses:
+    """A way that is given pose by pose, from a file or from a camera of the scene.
+
+    ``times`` are s; without them ``rate`` poses a second.
+    """
+
+    name: str
+    given: TimedPoses
+    rate: float = RATE
+
+    def poses(self) -> Iterator[Array]:
+        """Yield the poses in order."""
+        yield from self.given.poses
+
+
+@dataclass(frozen=True)
+class ScenePath:
+    """The way of a camera of the scene in its animation, every ``step`` frames.
+
+    Without a name it is the scene's camera, without first and last frame those of the scene.
+    """
+
+    name: str
+    camera: str = ""
+    first: int | None = None
+    last: int | None = None
+    step: int = 1
+
+    def along(self, given: TimedPoses) -> GivenPoses:
+        """Return the way, once the scene was asked."""
+        return GivenPoses(self.name, given)
+
+
+WayPoses = Orbit | Transect | GivenPoses
+PoseSet = WayPoses | RandomPoses | ScenePath
+
+
+def timed_poses(poses: WayPoses) -> Iterator[tuple[float, Array]]:
+    """Yield the poses of a way, each after its time in s."""
+    times = poses.given.times if isinstance(poses, GivenPoses) else None
+    for number, pose in enumerate(poses.poses()):
+        yield (number / poses.rate if times is None else times[number]), pose
 
 
 def heading_pose(eye: ArrayLike, heading: float, pitch: float, roll: float = 0.0) -> Array:
@@ -182,22 +231,55 @@ def heading_pose(eye: ArrayLike, heading: float, pitch: float, roll: float = 0.0
     return pose
 
 
-def read_pose_set(table: SpecTable) -> PoseSet:
-    """Read one of the tables ``[[poses]]``.
+def read_pose_set(table: SpecTable, folder: Path) -> PoseSet:
+    """Read one of the tables ``[[poses]]``; files that it names are sought from a folder.
 
     Raises
     ------
     InputError
-        If a key is unknown or missing, or a value out of its domain.
+        If a key is unknown or missing, or a value out of its domain, or a file cannot be read.
     """
-    kind, count = table.text("kind"), table.whole("count", least=1)
+    kind = table.text("kind")
     name = table.text("name", f"{kind} of {table.where}")
-    found = _READERS.get(kind)
-    if found is None:
-        raise InputError(f"{table.place('kind')}: {kind!r} is not one of {', '.join(_READERS)}")
-    result = found(table, name, count)
+    if kind in READERS:
+        result = _given(table, name, kind, folder)
+    elif kind in _READERS:
+        result = _READERS[kind](table, name)
+    else:
+        known = ", ".join((*_READERS, *READERS))
+        raise InputError(f"{table.place('kind')}: {kind!r} is not one of {known}")
     table.close()
     return result
+
+
+def _count(table: SpecTable) -> int:
+    return table.whole("count", least=1)
+
+
+def _rate(table: SpecTable) -> float:
+    rate = table.number("rate", RATE)
+    if not rate > 0:
+        raise InputError(f"{table.place('rate')}: {rate:g} pictures a second; give more than 0")
+    return rate
+
+
+def _given(table: SpecTable, name: str, kind: str, folder: Path) -> GivenPoses:
+    reader = READERS[kind]
+    if kind == "euroc" and "camera_in_body" in table:
+        matrix = np.array(table.numbers("camera_in_body", 16)).reshape(4, 4)
+        body = rigid(matrix, table.place("camera_in_body"))
+        reader = functools.partial(read_euroc, camera_in_body=body)
+    found = reader(folder / table.text("file"))
+    every = table.whole("every", 1, least=1)
+    times = None if found.times is None else found.times[::every]
+    return GivenPoses(name, TimedPoses(found.poses[::every], times), _rate(table))
+
+
+def _scene_path(table: SpecTable, name: str) -> ScenePath:
+    first, last = (table.whole(k) if k in table else None for k in ("first", "last"))
+    if first is not None and last is not None and last < first:
+        raise InputError(f"{table.where}: frames run from {first} to {last}; exchange them")
+    return ScenePath(name, table.text("camera", ""), first, last, table.whole("step", 1, least=1))
 
 
 def _point(table: SpecTable, key: str) -> Point:
@@ -205,8 +287,8 @@ def _point(table: SpecTable, key: str) -> Point:
     return x, y, z
 
 
-def _orbit(table: SpecTable, name: str, count: int) -> Orbit:
-    values: dict[str, tuple[float, ...]] = {}
+def _orbit(table: SpecTable, name: str) -> Orbit:
+    count, values = _count(table), dict[str, tuple[float, ...]]()
     for key, default in (("radius", None), ("elevation", 0.0)):
         quantity = table.quantity(key, default)
         if quantity.drawn:
@@ -225,19 +307,21 @@ def _orbit(table: SpecTable, name: str, count: int) -> Orbit:
         table.number("start", 0.0),
         table.number("arc", 360.0),
         table.number("roll", 0.0),
+        _rate(table),
     )
 
 
-def _transect(table: SpecTable, name: str, count: int) -> Transect:
-    start, end = _point(table, "start"), _point(table, "end")
+def _transect(table: SpecTable, name: str) -> Transect:
+    count, start, end = _count(table), _point(table, "start"), _point(table, "end")
     if start == end:
         raise InputError(f"{table.where}: start and end are the same point; move one")
     heading = table.number("heading") if "heading" in table else None
     pitch, roll = table.number("pitch", 0.0), table.number("roll", 0.0)
-    return Transect(name, start, end, count, heading, pitch, roll)
+    return Transect(name, start, end, count, heading, pitch, roll, _rate(table))
 
 
-def _random(table: SpecTable, name: str, count: int) -> RandomPoses:
+def _random(table: SpecTable, name: str) -> RandomPoses:
+    count = _count(table)
     low, high = _box(table, "low", "high")
     target_low, target_high = _box(table, "target_low", "target_high")
     in_view, clearance = table.number("in_view", 0.0), table.number("clearance", 0.0)
@@ -257,4 +341,4 @@ def _box(table: SpecTable, low: str, high: str) -> tuple[Point, Point]:
     return corners
 
 
-_READERS = {"orbit": _orbit, "transect": _transect, "random": _random}
+_READERS = {"orbit": _orbit, "transect": _transect, "random": _random, "camera": _scene_path}

@@ -7,7 +7,7 @@ steps is drawn once for each pose, so that all waters and cameras show it alike.
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import MappingProxyType
@@ -22,14 +22,14 @@ from ..uw_spectral.transfer.water_column import SURFACES
 from ..uw_spectral.water.named import parse_water
 from ..uw_spectral.water.optical_properties import DEFAULT_SOURCE, JERLOV_SOURCES
 from .camera import PinholeCamera
+from .formats import FORMATS
 from .outputs import Outputs, RawOutputs, read_outputs, read_raw, read_render
-from .pose_sets import PoseSet, read_pose_set
+from .pairs import UNATTENUATED
+from .pose_sets import PoseSet, RandomPoses, read_pose_set
 from .quantities import Quantity
 from .tables import SpecTable
-from .view import SPLITS
+from .view import AIR, SPLITS
 
-AIR = "air"
-"""A water that is none: the same views without it."""
 CONSTITUENTS = "constituents"
 AMOUNTS = ("chlorophyll", "cdom", "minerals", "detritus")
 MOST_VIEWS = 100_000
@@ -176,7 +176,7 @@ def parse_spec(content: Mapping[str, object], folder: Path) -> DataSetSpec:
     if any(isinstance(v, str) or v < 0 for v in (*lowered.values, *(lowered.drawn or ()))):
         raise InputError("scene.depth: a scene is lowered by 0 m or more")
     cameras = tuple(_camera(table, folder) for table in top.tables("camera"))
-    poses = tuple(read_pose_set(table) for table in top.tables("poses"))
+    poses = tuple(read_pose_set(table, folder) for table in top.tables("poses"))
     rigs = tuple(_rig(table, folder) for table in top.tables("rig")) or (CameraRig("none", ()),)
     for key, found in (("camera", cameras), ("poses", poses)):
         if not found:
@@ -205,7 +205,61 @@ def parse_spec(content: Mapping[str, object], folder: Path) -> DataSetSpec:
         read_raw(top.table("detector") if "detector" in top else None),
     )
     top.close()
+    _require_mosaic(spec)
+    _require_formats(spec)
     return spec
+
+
+def _require_mosaic(spec: DataSetSpec) -> None:
+    """Refuse a mosaic of what has none."""
+    if spec.raw is None or spec.raw.pattern is None:
+        return
+    for camera in spec.cameras:
+        sensor = parse_sensor(camera.sensor)
+        if sensor.kind != "camera":
+            raise InputError(
+                f"camera {camera.name!r}: the {sensor.kind} {sensor.name} has no mosaic "
+                f"{spec.raw.pattern}, and so no raw picture with one; give the camera a sensor "
+                "such as 'Nikon D7000' (--list-sensors), or leave out detector.pattern"
+            )
+
+
+def _require_formats(spec: DataSetSpec) -> None:
+    """Refuse formats that the views cannot fill, before anything is rendered."""
+    waters = spec.settings["water"].values
+    for name in spec.outputs.formats:
+        needed = FORMATS[name]
+        where = f"output.formats: {name!r}"
+        if needed.way and all(isinstance(poses, RandomPoses) for poses in spec.poses):
+            raise InputError(
+                f"{where} needs poses that follow each other, and [[poses]] are random; add an "
+                "orbit, a transect, a camera or a file, or leave the format out"
+            )
+        if needed.way and spec.lowered.drawn:
+            raise InputError(
+                f"{where} needs ways, and scene.depth is drawn for each pose of them anew; give a "
+                "depth or a list, or leave the format out"
+            )
+        if needed.side_by_side and not _side_by_side(spec.cameras):
+            raise InputError(
+                f"{where} takes one [[camera]], or two of the same picture and lens whose offset "
+                f"differs to the right alone, not {', '.join(x.name for x in spec.cameras)}; leave "
+                "out cameras, or the format"
+            )
+        if UNATTENUATED in needed.layers and set(waters) <= {AIR}:
+            raise InputError(f"{where} needs a water; name one in water.name")
+        if needed.dry and not {AIR} < set(waters):
+            raise InputError(f"{where} needs a water, and {AIR!r} beside it in water.name")
+
+
+def _side_by_side(cameras: Sequence[DataSetCamera]) -> bool:
+    """Whether there is one camera, or two as of a rectified pair."""
+    if len(cameras) == 1:
+        return True
+    if len(cameras) > 2 or cameras[0].optics != cameras[1].optics:
+        return False
+    (x, *others), (also_x, *also_others) = (camera.offset for camera in cameras)
+    return x != also_x and others == also_others
 
 
 def _water(table: SpecTable, folder: Path) -> dict[str, Quantity]:

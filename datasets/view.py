@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
@@ -17,6 +17,8 @@ from .camera import PinholeCamera
 
 Split = Literal["train", "val", "test"]
 SPLITS: tuple[Split, ...] = get_args(Split)
+AIR = "air"
+"""A water that is none: the same views without it."""
 
 
 @dataclass(frozen=True)
@@ -132,3 +134,9 @@ def check_views(views: Sequence[DataSetView]) -> None:
                 f"data set: two views are named {view.name!r}; give each a name of its own"
             )
         seen.add(view.name)
+
+
+def category_numbers(views: Iterable[DataSetView], first: int) -> dict[str, int]:
+    """Return the numbers of the categories of all instances, in the order of their names."""
+    names = {item.category for view in views for item in view.instances}
+    return {name: number for number, name in enumerate(sorted(names), first)}

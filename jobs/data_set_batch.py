@@ -11,8 +11,9 @@ from pathlib import Path
 
 import bpy
 
+from ..datasets.formats import FORMATS
 from ..datasets.index import NAME, Index, read_index
-from ..datasets.specification import read_spec
+from ..datasets.specification import DataSetSpec, read_spec
 from ..scene import stored_settings
 from ..settings.scene_settings import SceneSettings, flag
 from ..uw_spectral.errors import InputError
@@ -129,7 +130,7 @@ def run(
         return command_line.merge(stored_settings.stored_settings(scene), options)
 
     index = plan_data_set(scene, spec, request.spec, settings_now, chosen)
-    _check_room(index)
+    _check_room(index, spec)
     print(f"planned: {len(index.views)} view(s) in {len(index.jobs)} job(s), in {index.folder}")
     if request.only_plan:
         return
@@ -244,13 +245,13 @@ def _tasks(index: Index, name: str, manifest: Manifest) -> list[work.Task]:
     return work.Part(frames=frames).tasks(manifest) if frames else []
 
 
-def _check_room(index: Index) -> None:
+def _check_room(index: Index, spec: DataSetSpec) -> None:
     """Refuse a set that the disk cannot hold."""
-    needed = 0.0
+    needed, of_formats = 0.0, sum(FORMATS[name].pixel_bytes for name in spec.outputs.formats)
     for name in index.jobs:
         manifest = _manifest(index, name)
         width, height = manifest.output.size
-        pixel = _PIXEL_BYTES + 8 * len(manifest.bands_nm)
+        pixel = _PIXEL_BYTES + of_formats + 8 * len(manifest.bands_nm)
         for view in dict.fromkeys(task.view for task in _tasks(index, name, manifest)):
             if not pictures.is_developed(manifest, view):
                 needed += _SMALLER * width * height * pixel

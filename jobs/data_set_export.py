@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 
 import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from ..datasets.axes import Array
-from ..datasets.exporting import RenderedView, export_set
+from ..datasets.exporting import export_set
 from ..datasets.index import Index, IndexedView
+from ..datasets.set_files import Development, RenderedView, Shape
 from ..datasets.specification import DataSetSpec
+from ..scene.seen.mesh_shapes import mesh_shape
 from ..scene.seen.silhouettes import silhouettes
-from ..uw_spectral.spectra.colour_rendering import response_matrix
+from ..uw_spectral.spectra.colour_rendering import luminance, response_matrix
 from . import picture_layers, pictures
 from .frame_plans import FramePlans
 from .manifest import read_manifest
@@ -44,17 +45,18 @@ def export(index: Index, spec: DataSetSpec, scene: Callable[[], bpy.types.Scene]
         picture = pictures.picture_path(manifest, shown)
         is_done = pictures.is_developed(manifest, shown)
 
-        def to_rec709() -> Array:
+        def development() -> Development:
             plan = plans[view.job].of(view.frame)
-            weights = manifest.developments[shown.development].weights
-            return response_matrix(weights, plan.response(shown.depth))
+            weights = np.array(manifest.developments[shown.development].weights)
+            white = luminance(weights @ plan.illuminant.total_in(plan.bands))
+            return Development(response_matrix(weights, plan.response(shown.depth)), float(white))
 
         return RenderedView(
             picture,
             picture_layers.layers_path(picture),
             pictures.record_path(manifest, shown) if is_done else None,
             picture_layers.truth_path(picture),
-            to_rec709,
+            development,
         )
 
     @functools.cache
@@ -69,7 +71,12 @@ def export(index: Index, spec: DataSetSpec, scene: Callable[[], bpy.types.Scene]
         pose[2, 3] += view.lowered
         return silhouettes(opened(), names, view.camera, pose)
 
+    def shapes(models: Collection[int]) -> Mapping[int, Shape]:
+        first = {thing.model: thing.name for thing in reversed(index.things)}
+        made = {model: mesh_shape(opened(), first[model]) for model in models}
+        return {model: shape for model, shape in made.items() if shape is not None}
+
     versions = jobs[index.jobs[0]].versions
-    views = export_set(index, spec, rendered, versions, alone)
+    views = export_set(index, spec, rendered, versions, alone, shapes)
     left = len(index.views) - len(views)
     return f"exported: {len(views)} view(s)" + (f", {left} not rendered yet" if left else "")

@@ -21,9 +21,12 @@ from ..datasets.index import (
     read_index,
     write_index,
 )
+from ..datasets.pose_sets import ScenePath
 from ..datasets.specification import DataSetSpec
+from ..datasets.trajectory_files import TimedPoses
 from ..quality.methods import method_of
 from ..scene.rendered import as_rendered, in_rendered_collections, rendered_layer
+from ..scene.seen.pinhole import pose_of
 from ..scene.seen.room import Room
 from ..settings.render_plan import quiet
 from ..settings.scene_settings import SceneSettings
@@ -87,7 +90,7 @@ def plan_data_set(
         raise InputError(
             "--noise: the views of a data set have the same samples; set it to 0 and give --samples"
         )
-    views = enumerate_views(spec, _room(scene, held))
+    views = enumerate_views(with_scene_paths(spec, scene), _room(scene, held))
     make_folder(job.out)
     path = job.out / NAME
     rendered = _rendered(job, settings_now(), held)
@@ -139,6 +142,48 @@ def _check(spec: DataSetSpec, *, seeded: bool) -> None:
             "repeats: the noise of EEVEE has no seed, so the pictures would be the same; give a "
             "[detector], or render with --engine cycles"
         )
+
+
+def with_scene_paths(spec: DataSetSpec, scene: bpy.types.Scene) -> DataSetSpec:
+    """Return a specification with the ways of the scene's cameras, pose by pose.
+
+    Raises
+    ------
+    InputError
+        If the scene lacks a camera, or one is mirrored.
+    """
+    poses = [x.along(_way(x, scene)) if isinstance(x, ScenePath) else x for x in spec.poses]
+    return replace(spec, poses=tuple(poses))
+
+
+def _way(path: ScenePath, scene: bpy.types.Scene) -> TimedPoses:
+    """Ask a camera of the scene where it is at each frame."""
+    cameras = [item for item in scene.objects if item.type == "CAMERA"]
+    named = {item.name: item for item in cameras}
+    camera = named.get(path.camera) if path.camera else scene.camera
+    if camera is None:
+        wanted = repr(path.camera) if path.camera else "of its own"
+        raise InputError(
+            f"{path.name}: the scene has no camera {wanted}, but "
+            f"{', '.join(sorted(named)) or 'none at all'}; name one of them, or add one"
+        )
+    if camera.matrix_world.is_negative:
+        raise InputError(
+            f"{path.name}: camera {camera.name!r} is mirrored by a negative scale, which no pose "
+            "tells; apply its scale (Object, Apply, Scale)"
+        )
+    first = scene.frame_start if path.first is None else path.first
+    last = scene.frame_end if path.last is None else path.last
+    frames, now = range(first, last + 1, path.step), scene.frame_current
+    if not frames:
+        raise InputError(f"{path.name}: frames run from {first} to {last}; give first and last")
+    seconds = scene.render.fps_base / scene.render.fps
+    poses = []
+    for frame in frames:
+        scene.frame_set(frame)
+        poses.append(pose_of(camera))
+    scene.frame_set(now)
+    return TimedPoses(tuple(poses), tuple((frame - first) * seconds for frame in frames))
 
 
 def _room(scene: bpy.types.Scene, held: int) -> Room:

@@ -31,6 +31,10 @@ from underwater_spectral.uw_spectral.errors import InputError
 from underwater_spectral.uw_spectral.spectra.spectral_image import read_exr
 
 SPEC = Path(__file__).with_name("reef.toml")
+RANDOM = {
+    "kind": "random", "low": [0, 0, -3], "high": [1, 1, -3], "target_low": [0, 0, -4],
+    "target_high": [1, 1, -4], "count": 2,
+}  # fmt: skip
 
 
 def spec_with(**changes):
@@ -187,7 +191,16 @@ def test_raw_pictures_are_counted_by_the_detector(index, tmp_path):
     ("changes", "message"),
     [
         ({"output": {"picture": "gif"}}, "output.picture 'gif'"),
-        ({"output": {"formats": ["kitti"]}}, "output.formats 'kitti'"),
+        ({"output": {"formats": ["kiti"]}}, "output.formats 'kiti'. Near names: kitti"),
+        ({"output": {"formats": ["kitti"]}}, "'kitti' takes one .*not wide, narrow; leave out"),
+        ({"output": {"formats": ["flow"]}, "poses": [RANDOM]}, "'flow' needs poses that follow"),
+        (
+            {"output": {"formats": ["tum"]}, "scene": {"depth": {"from": 3, "to": 5}}},
+            "'tum' needs ways, and scene.depth is drawn",
+        ),
+        ({"output": {"formats": ["pairs_air"]}, "water": {"name": "jerlov:I"}}, "'air' beside it"),
+        ({"output": {"formats": ["pairs"]}, "water": {"name": "air"}}, "'pairs' needs a water"),
+        ({"detector": {"pattern": "RGGB"}}, "'narrow': the observer cie1931 has no mosaic RGGB"),
         ({"output": {"formats": "bop"}}, "list of texts"),
         ({"output": {"linear": 1}}, "true or false"),
         ({"output": {"masks": True}}, "unknown key of output 'masks'"),

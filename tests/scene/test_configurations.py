@@ -43,6 +43,7 @@ width = 64
 height = 36
 focal = [60, 60]
 centre = [32, 18]
+sensor = "Nikon D7000"
 [[poses]]
 name = "one"
 kind = "orbit"

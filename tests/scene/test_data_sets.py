@@ -16,8 +16,11 @@ import OpenImageIO as oiio
 import pycolmap
 import pytest
 import rawpy
+import trimesh
+from evo.tools import file_interface
 from pycocotools.coco import COCO
-from underwater_spectral.datasets.axes import looking_at
+from rosbags.rosbag2 import Reader
+from underwater_spectral.datasets.axes import looking_at, turned
 from underwater_spectral.datasets.camera import PinholeCamera
 from underwater_spectral.datasets.depth_maps import (
     planar_depth,
@@ -25,6 +28,7 @@ from underwater_spectral.datasets.depth_maps import (
     read_depth_png,
 )
 from underwater_spectral.datasets.files import read_codes
+from underwater_spectral.datasets.formats import FORMATS
 from underwater_spectral.datasets.index import read_index
 from underwater_spectral.datasets.layer_file import read_layers
 from underwater_spectral.jobs import batch, data_set_batch, staging
@@ -64,6 +68,7 @@ width = 160
 height = 120
 focal = [150, 160]
 centre = [84.5, 55.25]
+sensor = "Nikon D7000"
 [[poses]]
 name = "around"
 kind = "orbit"
@@ -82,9 +87,10 @@ train = 0.5
 val = 0.5
 test = 0
 [output]
+formats = FORMATS
 leave_out = ["sand"]
 layers = "position"
-"""
+""".replace("FORMATS", json.dumps(list(FORMATS)))
 DISCS = ((-0.6, 0.1, -2.8), (0.5, -0.2, -3.1), (0.1, 0.5, -2.5))
 
 
@@ -297,7 +303,7 @@ def test_discs_are_seen_where_poses_and_cameras_put_them(made):
 
 def test_bop_is_read_by_opencv(made):
     checked = 0
-    for folder in sorted((made.folder / "bop").glob("*/*")):
+    for folder in sorted((made.folder / "bop").glob("*/000*")):
         cameras = json.loads((folder / "scene_camera.json").read_text())
         truths = json.loads((folder / "scene_gt.json").read_text())
         infos = json.loads((folder / "scene_gt_info.json").read_text())
@@ -465,6 +471,7 @@ def test_pictures_of_another_scene_are_not_exported(made, tmp_path):
 def test_a_detector_and_layers_can_be_added_to_a_finished_set(made, tmp_path, capsys):
     """The former ended in "there is no 'I'" for ever, the latter were left out in silence."""
     full = SPEC.replace('"jerlov:IB", "air"', '"jerlov:IB"').replace("count = 2", "count = 1")
+    full = full.replace(json.dumps(list(FORMATS)), '["coco"]')
     plain = full.replace('[detector]\npattern = "GRBG"\n', "").replace('layers = "position"\n', "")
     out, spec = tmp_path / "out", tmp_path / "spec.toml"
     shutil.copy(made.spec.with_name("discs.blend"), tmp_path / "discs.blend")
@@ -489,6 +496,159 @@ def test_workers_and_status_take_the_index(made, capsys):
     shutil.rmtree(made.folder / "images")
     assert _run("--dataset-export", made.folder) == 0
     assert {p: p.read_bytes() for p in (made.folder / "images").iterdir()} == images
+
+
+# --- Flow, pairs, compositors, models, and the way of a camera ---------------------------------
+
+
+def _of_pose(made, water: str) -> list:
+    views = [v for v in made.index.views.values() if v.record["settings"]["water"] == water]
+    return sorted(views, key=lambda view: view.record["pose"])
+
+
+def _layers_of(made, view):
+    return read_layers(made.folder / "jobs" / view.job / f"{view.frame:04d}_layers.exr")
+
+
+def test_flow_is_that_of_blenders_own_vectors(made):
+    for water in ("jerlov:IB", "air"):
+        view, following = _of_pose(made, water)
+        flow = cv2.readOpticalFlow(str(made.folder / "flow" / f"{view.name}.flo"))
+        assert not (made.folder / "flow" / f"{following.name}.flo").exists()
+        layers = _layers_of(made, view)
+        # Blender's is from the frame after, to the right and up.
+        theirs = layers["motion"][..., 2:] * (-1.0, 1.0)
+        # The floor that goes on beyond the border of the sand is not a thing that stands still.
+        numbers = {name: number for number, name in layers.instances.items()}
+        seen = np.isfinite(layers["planar_depth"]) & (layers["instance"] != numbers["UW Floor"])
+        size = np.linalg.norm(flow[seen], axis=-1)
+        assert np.median(size) > 20
+        apart = np.linalg.norm(flow[seen] - theirs[seen], axis=-1)
+        # Its 16 bits are cut to eleven digits of base two, in the engine and in the file.
+        assert np.quantile(apart / size, 0.99) < 2 * 2**-10
+        unknown = np.isinf(layers["planar_depth"])
+        assert np.array_equal((np.abs(flow) > 1e9).all(axis=-1), unknown)
+
+
+def _decoded(path: Path) -> np.ndarray:
+    """Linear values of an sRGB picture."""
+    codes = cv2.imread(str(path))[..., ::-1] / 255.0
+    return np.where(codes <= 0.04045, codes / 12.92, ((codes + 0.055) / 1.055) ** 2.4)
+
+
+@pytest.mark.parametrize("kind", ["pairs", "pairs_air"])
+def test_pairs_are_the_picture_and_the_same_without_water(made, kind):
+    rows = (made.folder / kind / "pairs.csv").read_text().splitlines()[1:]
+    gains = {row.split(",")[0]: float(row.split(",")[-1]) for row in rows}
+    views = _of_pose(made, "jerlov:IB")
+    assert set(gains) == {view.name for view in views}
+    for view in views:
+        raw, reference = (
+            _decoded(made.folder / kind / x / f"{view.name}.png") for x in ("raw", "reference")
+        )
+        linear = read_exr(made.folder / "linear" / f"{view.name}.exr")[0] * gains[view.name]
+        # Half a code of 8 bits, at its steepest.
+        assert raw == pytest.approx(linear.clip(0, 1), abs=1.2 / 255)
+        numbers = read_codes(made.folder / "instances" / f"{view.name}.png")
+        disc = numbers == _numbers(made.index)["disc 0"]
+        red_over_blue = [x[disc][:, 0].mean() / x[disc][:, 2].mean() for x in (raw, reference)]
+        assert red_over_blue[1] > 1.2 * red_over_blue[0]
+        if kind == "pairs_air":
+            # What makes the wet channels this picture makes the dry ones the other.
+            (dry,) = (x for x in _of_pose(made, "air") if x.record["pose"] == view.record["pose"])
+            channels = [_layers_of(made, x)["I"] for x in (view, dry)]
+            matrix = np.linalg.lstsq(channels[0].reshape(-1, 3), linear.reshape(-1, 3))[0]
+            assert reference[disc].mean(axis=0) == pytest.approx(
+                (channels[1] @ matrix)[disc].mean(axis=0), rel=0.01
+            )
+
+
+def test_blender_reads_its_own_names(made, empty_blender):
+    view = _of_pose(made, "air")[0]
+    path = made.folder / "exr" / f"{view.name}.exr"
+    image = bpy.data.images.load(str(path))
+    assert len(image.pixels) == 0  # reads it; pictures of several layers have none of their own
+    assert image.type == "MULTILAYER"
+    tree = bpy.data.node_groups.new("compositing", "CompositorNodeTree")
+    node = tree.nodes.new("CompositorNodeImage")
+    node.image = image
+    assert {"Combined", "Depth", "Normal", "Vector"} <= {x.name for x in node.outputs}
+    spec = oiio.ImageInput.open(str(path)).spec()
+    ours = read_exr(path)[0][..., list(spec.channelnames).index("ViewLayer.Depth.Z")]
+    planar = read_depth_exr(made.folder / "depth" / f"{view.name}.exr")[1]
+    assert ours == pytest.approx(np.where(np.isfinite(planar), planar, 1e10), rel=1e-5)
+
+
+def test_models_of_bop_are_the_discs_in_millimetres(made):
+    root = made.folder / "bop"
+    infos = json.loads((root / "models" / "models_info.json").read_text())
+    truth = json.loads((root / "train" / "000000" / "scene_gt.json").read_text())
+    models = {item["obj_id"] for items in truth.values() for item in items}
+    assert set(infos) == {str(model) for model in models}
+    for model in models:
+        mesh = trimesh.load(root / "models" / f"obj_{model:06d}.ply", process=False)
+        assert mesh.area == pytest.approx(np.pi * 250**2, rel=0.002)
+        assert infos[str(model)]["diameter"] == pytest.approx(500, rel=1e-3)
+    camera = json.loads((root / "camera.json").read_text())
+    assert (camera["fx"], camera["fy"], camera["cx"], camera["cy"]) == (150, 160, 84, 54.75)
+
+
+def test_every_format_has_its_folder_and_evo_reads_the_ways(made):
+    folders = {"yolo", "yolo_segments", "tum", "euroc", "kitti", "tartanair", "rosbag2", "hdf5"}
+    assert folders | {"camera_info", "croissant.json"} <= {x.name for x in made.folder.iterdir()}
+    for water, folder in zip(("jerlov:IB", "air"), sorted((made.folder / "tum").iterdir())[::-1],
+                             strict=True):  # fmt: skip
+        views = _of_pose(made, water)
+        found = file_interface.read_tum_trajectory_file(folder / "probe" / "groundtruth.txt")
+        euroc = made.folder / "euroc" / folder.name / "mav0" / "state_groundtruth_estimate0"
+        also = file_interface.read_euroc_csv_trajectory(euroc / "data.csv")
+        for ways in (found, also):
+            assert [turned(pose) for pose in ways.poses_se3] == [
+                pytest.approx(view.camera_to_world, abs=1e-6) for view in views
+            ]
+            assert ways.timestamps == pytest.approx([0, 0.1])
+        bag = made.folder / "rosbag2" / folder.name
+        with Reader(bag) as reader:
+            odometry = file_interface.read_bag_trajectory(reader, "/odometry")
+        assert odometry.positions_xyz == pytest.approx(found.positions_xyz, abs=1e-9)
+
+
+def _with_way(path: Path) -> list[np.ndarray]:
+    """Save the discs with a camera that moves; return its poses of frames 2, 4, 6."""
+    _discs(path)
+    scene = bpy.context.scene
+    scene.render.fps, scene.frame_start, scene.frame_end = 25, 2, 7
+    camera = bpy.data.objects.new("diver", bpy.data.cameras.new("diver"))
+    scene.collection.objects.link(camera)
+    for frame, x, tilt in ((1, -1.0, 1.0), (8, 1.5, 1.4)):
+        camera.location, camera.rotation_euler = (x, -3.0, -2.0), (tilt, 0.1, 0.3 * x)
+        for name in ("location", "rotation_euler"):
+            camera.keyframe_insert(name, frame=frame)
+    poses = []
+    for frame in (2, 4, 6):
+        scene.frame_set(frame)
+        poses.append(np.array(camera.matrix_world))
+    scene.frame_set(1)
+    bpy.ops.wm.save_mainfile()
+    return poses
+
+
+def test_the_way_of_a_camera_of_the_scene_is_planned(tmp_path, capsys):
+    true = _with_way(tmp_path / "discs.blend")
+    poses = '[[poses]]\nkind = "camera"\ncamera = "diver"\nstep = 2\n'
+    before, after = SPEC.split("[[poses]]")[0], SPEC.split("count = 2\n")[1]
+    spec, out = tmp_path / "spec.toml", tmp_path / "out"
+    spec.write_text(before + poses + after)
+    assert _run("--dataset", spec, "--out", out, "--dataset-plan") == 0
+    views = _of_pose(Made(out, read_index(out / "dataset.json"), spec), "air")
+    for view, pose in zip(views, true, strict=True):
+        lowered = pose - np.outer((0, 0, 1.5, 0), (0, 0, 0, 1))
+        assert view.camera_to_world == pytest.approx(lowered, abs=1e-6)
+    assert [view.record["time_s"] for view in views] == pytest.approx([0, 0.08, 0.16])
+    capsys.readouterr()
+    spec.write_text(before + poses.replace("diver", "driver") + after)
+    assert _run("--dataset", spec, "--out", tmp_path / "other", "--dataset-plan") == 2
+    assert "has no camera 'driver', but diver; name one of them" in capsys.readouterr().err
 
 
 # --- What cannot be used ----------------------------------------------------------------------
@@ -543,6 +703,7 @@ clearance = 0.1
 count = 2
 """
     before, after = SPEC.split("[[poses]]")[0], SPEC.split("count = 2\n")[1]
+    after = after.replace(json.dumps(list(FORMATS)), '["coco"]')
     (tmp_path / "spec.toml").write_text(before + poses + after)
     assert _run("--dataset", tmp_path / "spec.toml", "--out", tmp_path / "out") == 2
     error = capsys.readouterr().err

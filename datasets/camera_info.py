@@ -1,0 +1,100 @@
+"""``CameraInfo`` of ROS: as YAML, as ``camera_calibration_parsers`` reads it, and as numbers."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from .axes import Array
+from .camera import PinholeCamera
+from .files import make_folder, plain_name, write_text
+from .set_files import SetFiles
+from .trajectories import baseline
+from .view import DataSetView
+
+MODEL = "plumb_bob"
+"""Of the distortion: Brown and Conrady's, five coefficients in OpenCV's order."""
+
+
+@dataclass(frozen=True)
+class CameraInfo:
+    """A camera as ROS describes it; the first pixel's centre is at (0, 0).
+
+    ``right`` is how far it stands to the right of the first one of its pair, m.
+    """
+
+    name: str
+    camera: PinholeCamera
+    right: float = 0.0
+
+    @property
+    def K(self) -> Array:
+        """Calibration matrix, shape (3, 3)."""
+        return self.camera.K_opencv
+
+    @property
+    def P(self) -> Array:
+        """Projection of the rectified picture, shape (3, 4)."""
+        return np.c_[self.K, (-self.camera.fx * self.right, 0.0, 0.0)]
+
+    def yaml(self) -> str:
+        """Return it as a file."""
+        matrices = (
+            ("camera_matrix", self.K),
+            ("distortion_coefficients", np.array([self.camera.distortion])),
+            ("rectification_matrix", np.eye(3)),
+            ("projection_matrix", self.P),
+        )
+        lines = [
+            f"image_width: {self.camera.width}",
+            f"image_height: {self.camera.height}",
+            f"camera_name: {plain_name(self.name)}",
+            f"distortion_model: {MODEL}",
+        ]
+        for name, matrix in matrices:
+            rows, columns = matrix.shape
+            numbers = ", ".join(map(repr, matrix.ravel().tolist()))
+            lines += [f"{name}:", f"  rows: {rows}", f"  cols: {columns}", f"  data: [{numbers}]"]
+        return "\n".join(lines) + "\n"
+
+
+def camera_infos(views: Sequence[DataSetView]) -> dict[str, CameraInfo]:
+    """Return the cameras of a set by name; the right one of a pair knows how far it stands."""
+    cameras = {name_of(view): view.camera for view in views}
+    right = dict.fromkeys(cameras, 0.0)
+    if len(cameras) == 2:
+        one, two = cameras
+        apart = _baseline(views, one)
+        right[two if apart > 0 else one] = abs(apart)
+    return {name: CameraInfo(name, camera, right[name]) for name, camera in cameras.items()}
+
+
+def _baseline(views: Sequence[DataSetView], first: str) -> float:
+    """How far the other camera stands to the right, where a pose is seen by both; else 0."""
+    waiting: dict[tuple[object, object], DataSetView] = {}
+    for view in views:
+        place = view.metadata.get("pose"), view.metadata.get("lowered_m")
+        other = waiting.setdefault(place, view)
+        if name_of(other) != name_of(view):
+            pair = (other, view) if name_of(other) == first else (view, other)
+            return baseline(*pair) or 0.0
+    return 0.0
+
+
+def name_of(view: DataSetView) -> str:
+    """Return the name of the camera of a view."""
+    return str(view.metadata.get("camera", "camera"))
+
+
+def write_camera_infos(files: SetFiles) -> None:
+    """Write a file for each camera, ``camera_info/NAME.yaml``.
+
+    References
+    ----------
+    ROS, *sensor_msgs/CameraInfo*; *camera_calibration_parsers*.
+    """
+    folder = make_folder(files.folder / "camera_info")
+    for name, info in camera_infos(files.views).items():
+        write_text(folder / f"{plain_name(name)}.yaml", info.yaml())

@@ -1,0 +1,50 @@
+"""One HDF5 a view, with the keys of BlenderProc."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+
+from ..uw_spectral.spectra.spectral_image import replacing
+from .files import make_folder, read_codes
+from .set_files import SetFiles, shown_pixels
+from .view import category_numbers
+
+
+def write_hdf5s(files: SetFiles) -> None:
+    """Write ``hdf5/NUMBER.hdf5`` in the order of the views.
+
+    ``colors``, ``depth`` (planar, m, 0 where nothing is seen), ``instance_segmaps`` with
+    ``instance_attribute_maps``, and ``camera``: K, pose and name as JSON.
+
+    References
+    ----------
+    M. Denninger et al., J. Open Source Softw. 8, 4901 (2023); BlenderProc, *HDF5 writer*.
+    """
+    import h5py
+
+    folder = make_folder(files.folder / "hdf5")
+    numbers = category_numbers(files.views, first=1)
+    for number, view in enumerate(files.views):
+        depth = files.planar_depth(view).astype(np.float32)
+        camera = {
+            "name": view.name,
+            "split": view.split,
+            "cam_K": view.camera.K_opencv.tolist(),
+            "cam2world_matrix": view.camera_to_world.tolist(),
+            **{key: view.metadata[key] for key in ("water", "camera") if key in view.metadata},
+        }
+        things = [
+            {"idx": x.number, "name": x.category, "category_id": numbers[x.category]}
+            for x in view.instances
+        ]
+        with replacing(folder / f"{number}.hdf5") as temporary, h5py.File(temporary, "w") as file:
+            file.create_dataset("colors", data=shown_pixels(view), compression="gzip")
+            shown = np.where(np.isfinite(depth), depth, 0.0)
+            file.create_dataset("depth", data=shown, compression="gzip")
+            if view.instance_map is not None:
+                codes = read_codes(view.instance_map)
+                file.create_dataset("instance_segmaps", data=codes, compression="gzip")
+            for key, content in (("instance_attribute_maps", things), ("camera", camera)):
+                file.create_dataset(key, data=np.bytes_(json.dumps(content)))

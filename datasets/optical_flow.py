@@ -1,0 +1,112 @@
+"""Optical flow: where what a picture shows is in the next one; and Middlebury's ``.flo``.
+
+It follows from depth and the two poses, exactly, as long as the scene stands still.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..uw_spectral.spectra.spectral_image import replacing
+from .axes import Array
+from .camera import PIXEL_CENTRE
+from .depth_maps import euclidean_range, world_positions
+from .files import make_folder, write_text
+from .set_files import SetFiles
+from .trajectories import trajectories
+from .view import DataSetView
+
+UNKNOWN = 1e10
+"""What a ``.flo`` holds where there is no flow; its readers take all above 1e9 for that."""
+VISIBLE, HIDDEN, OUTSIDE = 0, 1, 100
+"""Of a mask of flow, as TartanAir has it: whether the next picture shows the same."""
+_TAG = b"PIEH"
+_SAME = 0.01  # of the depth, within which the next picture shows the same and not what hides it
+
+
+def optical_flow(view: DataSetView, depth: ArrayLike, following: DataSetView) -> Array:
+    """Return where each pixel's content is in another picture, less where it is in this one.
+
+    Parameters
+    ----------
+    view, following : DataSetView
+    depth : array_like, shape (height, width)
+        Planar depth of the first, m; infinite where nothing is seen.
+
+    Returns
+    -------
+    array, shape (height, width, 2)
+        Pixels to the right and down; NaN where nothing is seen, and behind the other camera.
+    """
+    there = following.project(_points(view, depth))
+    return np.where(np.isfinite(np.asarray(depth))[..., None], there - _pixels(view), np.nan)
+
+
+def flow_mask(
+    view: DataSetView, depth: ArrayLike, following: DataSetView, next_depth: ArrayLike
+) -> NDArray[np.uint8]:
+    """Return whether the other picture shows the same: 0, 1 if it is hidden, 100 if outside.
+
+    Parameters
+    ----------
+    view, following : DataSetView
+    depth, next_depth : array_like, shape (height, width)
+        Planar depths of both, m.
+    """
+    points, flow = _points(view, depth), optical_flow(view, depth, following)
+    at = np.floor(_pixels(view) + np.nan_to_num(flow, nan=-1e9)).astype(np.int64)
+    wide, high = following.camera.width, following.camera.height
+    inside = (at >= 0).all(axis=-1) & (at[..., 0] < wide) & (at[..., 1] < high)
+    pose = following.world_to_opencv
+    ahead = points @ pose[2, :3] + pose[2, 3]
+    seen = np.asarray(next_depth)[at[..., 1].clip(0, high - 1), at[..., 0].clip(0, wide - 1)]
+    hidden = ahead > seen * (1.0 + _SAME)
+    return np.where(inside, np.where(hidden, HIDDEN, VISIBLE), OUTSIDE).astype(np.uint8)
+
+
+def write_flo(path: Path, flow: ArrayLike) -> None:
+    """Write a flow, NaN where there is none; whole under its name, or not at all.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be written.
+
+    References
+    ----------
+    S. Baker et al., Int. J. Comput. Vis. 92, 1 (2011); *flow-code*.
+    """
+    values = np.nan_to_num(np.asarray(flow), nan=UNKNOWN).astype("<f4")
+    size = np.array(values.shape[1::-1], dtype="<i4")
+    with replacing(path) as temporary:
+        temporary.write_bytes(_TAG + size.tobytes() + values.tobytes())
+
+
+def write_flows(files: SetFiles) -> None:
+    """Write the flow from each view to the next of its way, and a table of both."""
+    folder, rows = make_folder(files.folder / "flow"), ["flow,view,next"]
+    for way in trajectories(files.views, "flow"):
+        for views in way.cameras.values():
+            for here, there in way.steps:
+                view, following = views[here], views[there]
+                write_flo(
+                    folder / f"{view.name}.flo",
+                    optical_flow(view, files.planar_depth(view), following),
+                )
+                rows.append(f"{view.name}.flo,{view.name},{following.name}")
+    write_text(folder / "flow.csv", "\n".join(rows) + "\n")
+
+
+def _pixels(view: DataSetView) -> Array:
+    """Image coordinates of the pixels' centres, shape (height, width, 2)."""
+    size = view.camera.width, view.camera.height
+    x, y = (np.arange(count, dtype=np.float64) + PIXEL_CENTRE for count in size)
+    return np.stack(np.meshgrid(x, y), axis=-1)
+
+
+def _points(view: DataSetView, depth: ArrayLike) -> Array:
+    distances = euclidean_range(depth, view.camera)
+    return world_positions(distances, view.camera, view.camera_to_world)

@@ -1,0 +1,116 @@
+"""A set whose views are written, for the formats that describe it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..uw_spectral.spectra.spectral_image import read_exr
+from .axes import Array
+from .card import DataCard
+from .depth_maps import PLANAR
+from .layer_file import FrameLayers, read_layers
+from .view import DataSetView
+
+
+@dataclass(frozen=True, eq=False)
+class Development:
+    """How the sensor's channels became a picture.
+
+    Parameters
+    ----------
+    to_rec709 : array, shape (3, 3)
+        From the channels to the picture, white balance and exposure included.
+    white : float
+        Luminance in the picture of white in the surface light, which tells exposures apart.
+    """
+
+    to_rec709: Array
+    white: float
+
+
+@dataclass(frozen=True)
+class RenderedView:
+    """What was rendered of a view.
+
+    Parameters
+    ----------
+    picture, layers, truth : Path
+        Scene-linear picture, its layers, and JSON.
+    record : Path, optional
+        JSON, written last; None if the view is not rendered as its job now has it.
+    development : callable
+        Returns how it was developed.
+    """
+
+    picture: Path
+    layers: Path
+    record: Path | None
+    truth: Path
+    development: Callable[[], Development]
+
+
+@dataclass(frozen=True, eq=False)
+class Shape:
+    """The surface of a thing in its own axes, m: vertices (v, 3) and triangles (t, 3) of them."""
+
+    vertices: NDArray[np.floating]
+    triangles: NDArray[np.integer]
+
+
+Shapes = Callable[[Collection[int]], Mapping[int, Shape]]
+"""Returns the shapes of models, by their numbers; those of things that have no mesh are missing."""
+
+
+def no_shapes(_: Collection[int]) -> Mapping[int, Shape]:
+    """Return none."""
+    return {}
+
+
+@dataclass(frozen=True)
+class SetFiles:
+    """A set whose views are written, for the files that describe them.
+
+    Attributes
+    ----------
+    folder : Path
+    views : sequence of DataSetView
+    card : DataCard
+    points : int
+        Known points of each view, where a format has these.
+    seed : int
+    rendered : mapping
+        What was rendered of the views, by name.
+    shapes : callable
+        Of the models.
+    """
+
+    folder: Path
+    views: Sequence[DataSetView]
+    card: DataCard
+    points: int = 0
+    seed: int = 0
+    rendered: Mapping[str, RenderedView] = field(default_factory=dict)
+    shapes: Shapes = no_shapes
+
+    def of_split(self, split: str) -> list[DataSetView]:
+        """Return the views of a split."""
+        return [view for view in self.views if view.split == split]
+
+    def layers(self, view: DataSetView) -> FrameLayers:
+        """Return the layers of a view."""
+        return read_layers(self.rendered[view.name].layers)
+
+    def planar_depth(self, view: DataSetView) -> NDArray[np.float32]:
+        """Return the planar depth of a view, m; infinite where nothing is seen."""
+        return self.layers(view)[PLANAR]
+
+
+def shown_pixels(view: DataSetView) -> NDArray[np.uint8]:
+    """Return the 8-bit codes of a view's picture, shape (height, width, 3)."""
+    pixels = read_exr(view.image)[0]  # any picture, as shares
+    return np.round(pixels[..., :3] * 255).astype(np.uint8)
