@@ -42,11 +42,12 @@ from ..uw_spectral.lamps.lamp_channels import (
 from ..uw_spectral.lamps.lamp_channels import LENGTHS as SAMPLES
 from ..uw_spectral.lamps.lamp_path import NODES as PATH_NODES
 from ..uw_spectral.lamps.lamp_path import gauss
-from ..uw_spectral.lamps.lamp_shadow import SIDE
+from ..uw_spectral.lamps.lamp_shadow import DISTANCES, SIDE, SOFT_SIDE
 from ..uw_spectral.lamps.lamp_surface import patch_past_lamp
 from ..uw_spectral.lamps.multiple_scattering import MORE_NODES, LampWater
 from ..uw_spectral.lamps.profile import NO_EDGE, LampProfile, sample_place
 from ..uw_spectral.lamps.scattered_source import LampField
+from ..uw_spectral.lamps.soft_shadow import SoftMap
 from ..uw_spectral.lamps.three_bands import COUNT as BANDS
 from ..uw_spectral.mathematics import NUMPY, Mathematics, Operand
 from ..uw_spectral.transfer.radiance_field import distance_in_water
@@ -81,8 +82,13 @@ _SPREAD, _SPREAD_ROWS = 1, LENGTHS + 2 * _MARGIN
 _PATCHES = ANGLES + 2 * _MARGIN  # first column of the irradiance on patches
 _PROFILE_COLUMNS = PROFILE_ANGLES + 2 * _MARGIN
 _SHADOW = _PROFILE_COLUMNS  # first column of the map of shadows
+_SOFT = _SHADOW + SIDE + 2 * _MARGIN  # that of the maps of scattered light, side by side
+_SOFT_COLUMNS = SOFT_SIDE + 2 * _MARGIN
 _TABLE_ROWS = max(PROFILE_LENGTHS, SIDE) + 2 * _MARGIN
-_WIDTH = max(SAMPLES, _WIDE + 1, _SHADOW + SIDE + 2 * _MARGIN, _PATCHES + TILTS + 2 + 2 * _MARGIN)
+_WIDTH = max(
+    SAMPLES, _WIDE + 1, _SOFT + DISTANCES * _SOFT_COLUMNS, _PATCHES + TILTS + 2 + 2 * _MARGIN
+)
+_UNHIDDEN = SoftMap(np.ones((DISTANCES, SOFT_SIDE, SOFT_SIDE, 3)))
 _DARKEST = 1e-12
 _OF_SHADOWS = (
     "shadow_filter_radius", "shadow_maximum_resolution", "use_absolute_resolution",
@@ -205,6 +211,10 @@ def _pixels(
         if lamp.shadow is not None:
             assert isinstance(lamp.shadow, ValueGrid)
             _put(block[rows.tables :], _SHADOW, lamp.shadow.values)
+        soft = _UNHIDDEN if lamp.soft is None else lamp.soft
+        assert isinstance(soft, SoftMap)
+        for place, layer in enumerate(soft.values):
+            _put(block[rows.tables :], _SOFT + place * _SOFT_COLUMNS, layer)
     return out
 
 
@@ -309,6 +319,27 @@ class _ImageShadow(_ImageGrid):
 
 
 @dataclass(frozen=True, eq=False)
+class _ImageSoft:
+    """The maps of a lamp's scattered light in the image, a layer for each distance."""
+
+    graph: Graph
+    image: bpy.types.Image
+    row: NodeValue
+
+    def at(
+        self, distance: NodeValue, column: NodeValue, row: NodeValue
+    ) -> tuple[NodeValue, NodeValue, NodeValue]:
+        layer = self.graph.operation("FLOOR", (NODES.minimum(distance, DISTANCES - 1.001),))
+        h = layer * float(_SOFT_COLUMNS) + column + float(_SOFT + _MARGIN)
+        v = self.row + row + float(_MARGIN)
+        near, far = (
+            texel(self.graph, self.image, place, v, *self.image.size)
+            for place in (h, h + float(_SOFT_COLUMNS))
+        )
+        return self.graph.components(near + (far - near) * (distance - layer))
+
+
+@dataclass(frozen=True, eq=False)
 class _ImageSpread:
     """The tables of three bands in the image."""
 
@@ -380,7 +411,8 @@ class LampTable:
         shadow = _ImageShadow(self.graph, self.image, float(_SHADOW), tables)
         profile = _ImageProfile(self.graph, self.image, row + float(_PROFILE), edge, source, tables)
         seen, thrown, unblocked = self.graph.components(self._at(_SEEN, row))
-        return Lamp(position, axis, 1.0, profile, radius, seen, shadow, thrown, unblocked)
+        soft = _ImageSoft(self.graph, self.image, tables)
+        return Lamp(position, axis, 1.0, profile, radius, seen, shadow, thrown, unblocked, soft)
 
     def in_water(self, index: NodeValue, components: Sequence[PhaseFunction]) -> ChannelLight:
         """Return the light of a lamp in the water."""

@@ -11,7 +11,7 @@ import numpy as np
 
 from ..mathematics import NUMPY, Mathematics, Operand, dot
 from .angular_spread import THING, Lookup
-from .lamp_shadow import lit
+from .lamp_shadow import SoftShadow, lit, scattered_lit
 from .profile import IsotropicProfile, LampProfile
 
 NEAREST = 1e-3
@@ -45,6 +45,8 @@ class Lamp:
         1 where it stands for things that throw light back (:func:`.thrown_back`).
     unblocked : float
         1 where things do not keep its light from others.
+    soft : SoftShadow, optional
+        What of its scattered light things leave; without, what they leave of the other.
     """
 
     position: Sequence[Operand]
@@ -56,10 +58,18 @@ class Lamp:
     shadow: Lookup | None = None
     thrown: Operand = 0.0
     unblocked: Operand = 0.0
+    soft: SoftShadow | None = None
 
     def lit(self, place: Sequence[Operand], m: Mathematics = NUMPY) -> Operand:
         """Share of its light that reaches a place seen from it, m; 1 where nothing is known."""
         return 1.0 if self.shadow is None else lit(self.shadow, place, m)
+
+    def scattered_lit(
+        self, place: Sequence[Operand], m: Mathematics = NUMPY
+    ) -> tuple[Operand, Operand]:
+        """Share of its scattered light that reaches a place, and :class:`.SoftShadow`'s mean."""
+        seen = self.lit(place, m)
+        return (seen, 1.0) if self.soft is None else scattered_lit(self.soft, seen, place, m)
 
     def towards(
         self, point: Sequence[Operand], m: Mathematics = NUMPY

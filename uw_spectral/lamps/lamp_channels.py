@@ -46,6 +46,7 @@ from .lamp_surface import PatchPastLamp, carried_share, patch_past_lamp, scatter
 from .multiple_scattering import LampWater, light_along
 from .profile import IsotropicProfile, SpotProfile
 from .scattered_source import source_seen
+from .soft_shadow import soft_map
 from .three_bands import COUNT, ThreeBands, three_bands
 
 type Array = NDArray[np.float64]
@@ -387,15 +388,20 @@ def fold_lamps(
             channels.fold(intensity * coloured),
         )
 
+    three = _of_three(water, in_water)
     return LampChannels(
-        tuple(lamps),
+        tuple(_softly_shadowed(lamp, three) for lamp in lamps),
         tuple(folded(intensity) for intensity in intensities),
-        _of_three(water, in_water),
+        three,
         _of_three(water, on_things),
         water.phase.components,
         len(spectra),
         stretch,
     )
+
+
+def _softly_shadowed(lamp: Lamp, water: LampWater) -> Lamp:
+    return lamp if lamp.shadow is None else dataclasses.replace(lamp, soft=soft_map(lamp, water))
 
 
 def _mean_spectrum(intensities: Sequence[Array], count: int) -> Array:

@@ -8,7 +8,9 @@ above, so that they end halfway.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -19,6 +21,10 @@ from .angular_spread import Lookup, ValueGrid
 
 SIDE = 48
 """Entries of the map, each way."""
+SOFT_SIDE, DISTANCES = 20, 8
+"""Entries of a map of scattered light, each way, and distances from the lamp."""
+NEAREST, FARTHEST = 0.25, 16.0
+"""Of the distances, m."""
 _SOFT = 0.1  # share of the distance of a thing, over which it grows dark behind
 _SMALLEST = 1e-6  # m
 
@@ -73,9 +79,60 @@ def lit(shadow: Lookup, place: Sequence[Operand], m: Mathematics = NUMPY) -> Ope
     >>> [float(lit(shadow_map(wall), (0.0, 0.0, z))[0]) for z in (-5.0, 1.9, 2.5)]
     [1.0, 1.0, 0.0]
     """
+    column, row, r = _on_square(place, SIDE, m)
+    return m.clamp((1.0 + _SOFT - r * shadow.at(column, row)) / _SOFT, 0.0, 1.0)
+
+
+class SoftShadow(Protocol):
+    """What things leave of a lamp's scattered light, by the direction and distance of places."""
+
+    def at(self, distance: Operand, column: Operand, row: Operand) -> Sequence[Operand]:
+        """Return the shares that reach places the lamp sees, and does not see, and how far about.
+
+        The last is of places that it does not see: mean cosine of the angle from the lamp that
+        light arrives at, over that without things.
+        """
+        ...
+
+
+def scattered_lit(
+    soft: SoftShadow, seen: Operand, place: Sequence[Operand], m: Mathematics = NUMPY
+) -> tuple[Operand, Operand]:
+    """Share of a lamp's scattered light that reaches a place, 0 to 1, and how far about it comes.
+
+    Parameters
+    ----------
+    soft : SoftShadow
+    seen : float or array
+        Share of the lamp that is seen from there, of :func:`lit`.
+    place : three floats or arrays
+        Seen from the lamp, m, in the axes of the world.
+    m : Mathematics
+        Elementary functions.
+    """
+    x, y, z = place
+    distance = m.sqrt(x * x + y * y + z * z)
+    column, row, _ = _on_square(place, SOFT_SIDE, m)
+    bright, dark, about = soft.at(_distance_place(distance, m), column, row)
+    return dark + (bright - dark) * seen, about + (1.0 - about) * seen
+
+
+def soft_distances() -> NDArray[np.float64]:
+    """Distances of a map of scattered light, m."""
+    return np.geomspace(NEAREST, FARTHEST, DISTANCES)
+
+
+def _distance_place(distance: Operand, m: Mathematics) -> Operand:
+    scale = (DISTANCES - 1.0) / math.log(FARTHEST / NEAREST)
+    return (m.log(m.clamp(distance, NEAREST, FARTHEST)) - math.log(NEAREST)) * scale
+
+
+def _on_square(
+    place: Sequence[Operand], side: int, m: Mathematics
+) -> tuple[Operand, Operand, Operand]:
+    """Column and row of a place's direction, and the sum of the sizes of its parts."""
     x, y, z = place
     r = m.absolute(x) + m.absolute(y) + m.absolute(z) + _SMALLEST
     h, v = folded(x / r, y / r, z, m)
-    half = (SIDE - 1.0) / 2.0
-    inverse = shadow.at((h + 1.0) * half, (v + 1.0) * half)
-    return m.clamp((1.0 + _SOFT - r * inverse) / _SOFT, 0.0, 1.0)
+    half = (side - 1.0) / 2.0
+    return (h + 1.0) * half, (v + 1.0) * half, r

@@ -268,8 +268,10 @@ def _turned(
         grown = m.exp(first + width * place)
         s, r = ray.h * (grown - 1.0 / grown) / 2.0, ray.h * (grown + 1.0 / grown) / 2.0
         turned, t = (ray.across * ray.h + ray.along * s) / r, m.maximum(ray.t0 + s, 0.0)
-        seen = source_seen(source, r, turned, 0.0 - s / r, off_axis, m)
-        seen = seen * m.exp(0.0 - water.wide * t) * (width * share * lamp.lit(ray.place(s), m))
+        lit, about = lamp.scattered_lit(ray.place(s), m)
+        # What comes round a thing is turned by more on to the camera.
+        seen = source_seen(source, r, turned, about * (0.0 - s / r), off_axis, m)
+        seen = seen * m.exp(0.0 - water.wide * t) * (width * share * lit)
         return (light.arriving(seen, r + t, m),)
 
     return integrate(MORE_NODES, of_place)[0]
