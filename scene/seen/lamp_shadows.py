@@ -12,7 +12,9 @@ import numpy as np
 from ...node_groups.node_mathematics import MARK
 from ...uw_spectral.lamps.angular_spread import ValueGrid
 from ...uw_spectral.lamps.lamp import Lamp
-from ...uw_spectral.lamps.lamp_shadow import shadow_directions, shadow_map
+from ...uw_spectral.lamps.lamp_shadow import SIDE, shadow_map
+from ...uw_spectral.lamps.profile import LampProfile
+from ...uw_spectral.lamps.thrown_back import rays_of
 from ..materials.mean_colours import Rgb, mean_colour
 from .lamps import SceneLamps, SeenByLamp
 from .ray_casting import Meshes
@@ -31,7 +33,7 @@ class KeptLampShadows:
 
     def __init__(self) -> None:
         self._things = b""
-        self._maps: dict[tuple[float, ...], _Map] = {}
+        self._maps: dict[_Key, _Map] = {}
 
     def of(
         self, scene: bpy.types.Scene, found: SceneLamps, *, unchanged: bool = False
@@ -67,8 +69,11 @@ class KeptLampShadows:
                 self._maps[key] = known.get(key) or _around(meshes, lamp, colours)
 
 
-def _key(lamp: Lamp) -> tuple[float, ...]:
-    return (*(float(x) for x in lamp.position), float(lamp.radius))
+type _Key = tuple[LampProfile | float, ...]
+
+
+def _key(lamp: Lamp) -> _Key:
+    return (lamp.profile, float(lamp.radius), *(float(x) for x in (*lamp.position, *lamp.axis)))
 
 
 def _colours(meshes: Meshes) -> dict[bpy.types.Material | None, Rgb]:
@@ -96,10 +101,11 @@ def _digest(meshes: Meshes, colours: dict[bpy.types.Material | None, Rgb]) -> by
 
 def _around(meshes: Meshes, lamp: Lamp, colours: dict[bpy.types.Material | None, Rgb]) -> _Map:
     """Look around a lamp."""
-    directions, radius = shadow_directions(), float(lamp.radius)
+    rays, radius = rays_of(lamp), float(lamp.radius)
+    directions = rays.directions
     origin = np.asarray(lamp.position, np.float64) + directions * radius
     hits = meshes.first(origin, directions, np.full(len(directions), np.inf))
     distances = np.array([np.inf if hit is None else hit.distance + radius for hit in hits])
     normals = np.array([(0.0, 0.0, 1.0) if hit is None else hit.normal for hit in hits])
     base = np.array([colours[None if hit is None else hit.material] for hit in hits])
-    return _Map(SeenByLamp(distances, normals, base), shadow_map(distances))
+    return _Map(SeenByLamp(rays, distances, normals, base), shadow_map(distances[: SIDE**2]))

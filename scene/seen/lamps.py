@@ -24,7 +24,7 @@ from ...uw_spectral.lamps.emission import (
 from ...uw_spectral.lamps.lamp import Lamp
 from ...uw_spectral.lamps.lamp_surface import lamplight as irradiance_seen
 from ...uw_spectral.lamps.multiple_scattering import LampWater
-from ...uw_spectral.lamps.thrown_back import LitThings, thrown_back
+from ...uw_spectral.lamps.thrown_back import LampRays, LitThings, thrown_back
 from ...uw_spectral.spectra.bands import Bands
 from ...uw_spectral.spectra.illuminant import RELATIVE, full_sun
 from ...uw_spectral.spectra.reflectance import uplift_basis
@@ -54,16 +54,19 @@ _ABOVE = "it is above the water; lower it, or leave it to the sun"
 
 @dataclass(frozen=True, eq=False)
 class SeenByLamp:
-    """What lies in the directions of a map from a lamp (:func:`.shadow_directions`).
+    """What lies in directions from a lamp.
 
     Attributes
     ----------
-    distances : array, shape (SIDE²,)
+    rays : LampRays
+        k of them.
+    distances : array, shape (k,)
         m; infinite where nothing is.
-    normals, colours : array, shape (SIDE², 3)
+    normals, colours : array, shape (k, 3)
         Unit vectors towards the lamp; mean base colours, linear Rec.709.
     """
 
+    rays: LampRays
     distances: NDArray[np.float64]
     normals: NDArray[np.float64]
     colours: NDArray[np.float64]
@@ -111,8 +114,8 @@ class SceneLamps:
         basis = uplift_basis(bands).T
         known = [(one, near) for one, near in zip(self.lamps, self.seen, strict=True) if near]
         things = [
-            LitThings(near.distances, near.normals, np.clip(near.colours @ basis, 0.0, 1.0))
-            for _, near in known
+            LitThings(x.rays, x.distances, x.normals, np.clip(x.colours @ basis, 0.0, 1.0))
+            for _, x in known
         ]
         thrown = thrown_back([lamp for lamp, _ in known], things, water, camera)
         return replace(self, thrown=thrown)
