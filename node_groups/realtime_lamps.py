@@ -68,11 +68,12 @@ CODES = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 """Colours of the lamps that cast shadows; the first is the sun's where it shines."""
 NO_SHADOW = (0.0, 0.0, 0.0)
 """In place of the colour of what stands for things, and of lamps that cast no shadow."""
-_PARTS, _MEASURED = "uw_parts", "uw_measured"  # custom properties of the image
+# Custom properties of the image.
+_PARTS, _MEASURED, _FROM_AIR = "uw_parts", "uw_measured", "uw_from_air"
 _QUADRATURES = (PATH_NODES, MORE_NODES, BEYOND_NODES)
 _NUMBERS = sum(_QUADRATURES)  # first column after them
 _EXTENT, _IN_WATER, _ON_THINGS = _NUMBERS, _NUMBERS + 1, _NUMBERS + 2
-_POSITION, _AXIS, _FORM, _COLOUR, _SEEN = range(5)
+_POSITION, _AXIS, _FORM, _COLOUR, _SEEN, _STANDS, _DRY = range(7)
 _PROFILE, _FOLDED = 1, 2  # rows of a block; its numbers are in the first
 _MARGIN = 1
 _SPREAD, _SPREAD_ROWS = 1, LENGTHS + 2 * _MARGIN
@@ -120,7 +121,9 @@ class _Rows:
         return self.tables + _TABLE_ROWS
 
 
-def new_image(lamps: int, parts: int, measured: int = 0) -> bpy.types.Image:
+def new_image(
+    lamps: int, parts: int, measured: int = 0, *, from_air: bool = False
+) -> bpy.types.Image:
     """Make the image of so many lamps, which are dark.
 
     Parameters
@@ -131,11 +134,13 @@ def new_image(lamps: int, parts: int, measured: int = 0) -> bpy.types.Image:
         Of the phase function.
     measured : int
         Measured reflectances of things.
+    from_air : bool
+        Whether some may shine into the water from above.
     """
     height = _SPREAD + _SPREAD_ROWS + _Rows(parts, measured).all * lamps
     image = number_image(NAME, _WIDTH, height)
     image.use_half_precision = False  # numbers keep their digits
-    image[_PARTS], image[_MEASURED] = parts, measured
+    image[_PARTS], image[_MEASURED], image[_FROM_AIR] = parts, measured, from_air
     return image
 
 
@@ -193,6 +198,7 @@ def _put_lamp(
     numbers[_FORM, :3] = lamp.radius, edge, lamp.profile.beam
     unblocked = max(lamp.thrown, lamp.unblocked)
     numbers[_COLOUR, :3], numbers[_SEEN, :3] = colour, (lamp.seen, lamp.thrown, unblocked)
+    numbers[_STANDS, :3], numbers[_DRY, 0] = lamp.own_place, lamp.dry
     block[_PROFILE, :SAMPLES, 0] = lamp.profile.sampled(SAMPLES)
     coloured = folded.coloured.reshape(-1, SAMPLES, 3)
     tables = [folded.scattered, folded.unscattered[None], folded.in_water, coloured]
@@ -332,7 +338,11 @@ class LampTable:
         shadow = _ImageShadow(self.graph, self.image, float(_SHADOW), tables)
         profile = _ImageProfile(self.graph, self.image, row + float(_PROFILE), edge, beam, tables)
         seen, thrown, unblocked = self.graph.components(self._at(_SEEN, row))
-        return Lamp(position, axis, 1.0, profile, radius, seen, shadow, thrown, unblocked)
+        lamp = Lamp(position, axis, 1.0, profile, radius, seen, shadow, thrown, unblocked)
+        if not self.image[_FROM_AIR]:
+            return lamp
+        dry, stands = (self.graph.components(self._at(at, row)) for at in (_DRY, _STANDS))
+        return dataclasses.replace(lamp, dry=dry[0], stands=stands)
 
     def in_water(self, index: NodeValue, components: Sequence[PhaseFunction]) -> ChannelLight:
         """Return the light of a lamp in the water."""
@@ -485,16 +495,16 @@ def build_patch(
 
         found: dict[str, NodeValue] = {}
         if not {SEEN, UNSCATTERED, FORWARD}.isdisjoint(outputs):
-            length = patch.r + P
+            length = patch.wet + P
             seen = of_thing(light.tables(length), length)
             shares = {UNSCATTERED: light.unscattered(P, NODES), FORWARD: light.forward(P, NODES)}
             shares[SEEN] = shares[UNSCATTERED] + shares[FORWARD]
             wanted = [name for name in shares if name in outputs]
             found |= {name: light.arriving(reflected * shares[name], seen) for name in wanted}
         if not {THERE, IRRADIANCE}.isdisjoint(outputs):
-            tables = light.tables(patch.r)
+            tables = light.tables(patch.wet)
             if THERE in outputs:
-                found[THERE] = light.arriving(reflected, of_thing(tables, patch.r))
+                found[THERE] = light.arriving(reflected, of_thing(tables, patch.wet))
             if IRRADIANCE in outputs:
                 found[IRRADIANCE] = light.arriving(bands, of_colour(tables, (1.0, 1.0, 1.0)))
         return tuple(found[name] for name in outputs)
@@ -515,7 +525,8 @@ def visibility(
     table, here, facing = LampTable.of(graph, image), place_here(graph), graph.components(normal)
 
     def of_lamp(index: NodeValue) -> tuple[NodeValue]:
-        lamp = dataclasses.replace(table.lamp(index), radius=0.0)
+        lamp = table.lamp(index)
+        lamp = Lamp(lamp.own_place, lamp.axis, 1.0, lamp.profile, 0.0)
         patch = patch_past_lamp(lamp, here, facing, NODES)
         bright = NODES.maximum(patch.cosine, 0.0) / (patch.r * patch.r)
         return (table.colour(index) * bright,)

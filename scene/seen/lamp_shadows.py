@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 
 import bpy
 import numpy as np
+from numpy.typing import NDArray
 
 from ...node_groups.node_mathematics import MARK
 from ...uw_spectral.lamps.angular_spread import ValueGrid
@@ -69,11 +70,17 @@ class KeptLampShadows:
                 self._maps[key] = known.get(key) or _around(meshes, lamp, colours)
 
 
+_LEVEL = 0.02  # of a ray that goes down, at least
+
 type _Key = tuple[LampProfile | float, ...]
 
 
 def _key(lamp: Lamp) -> _Key:
-    return (lamp.profile, float(lamp.radius), *(float(x) for x in (*lamp.position, *lamp.axis)))
+    return (
+        lamp.profile,
+        float(lamp.radius),
+        *(float(x) for x in (*lamp.position, *lamp.axis, *lamp.own_place)),
+    )
 
 
 def _colours(meshes: Meshes) -> dict[bpy.types.Material | None, Rgb]:
@@ -103,9 +110,35 @@ def _around(meshes: Meshes, lamp: Lamp, colours: dict[bpy.types.Material | None,
     """Look around a lamp."""
     rays, radius = rays_of(lamp), float(lamp.radius)
     directions = rays.directions
-    origin = np.asarray(lamp.position, np.float64) + directions * radius
-    hits = meshes.first(origin, directions, np.full(len(directions), np.inf))
-    distances = np.array([np.inf if hit is None else hit.distance + radius for hit in hits])
+    start, lit = np.full(len(directions), radius), np.ones(len(directions), bool)
+    if lamp.shines_in:
+        start, lit = _entered(meshes, lamp, directions)
+    origin = np.asarray(lamp.position, np.float64) + directions * start[:, None]
+    hits = meshes.first(origin, directions, np.where(lit, np.inf, 0.0))
+    distances = start + [np.inf if hit is None else hit.distance for hit in hits]
     normals = np.array([(0.0, 0.0, 1.0) if hit is None else hit.normal for hit in hits])
     base = np.array([colours[None if hit is None else hit.material] for hit in hits])
-    return _Map(SeenByLamp(rays, distances, normals, base), shadow_map(distances[: SIDE**2]))
+    shines = np.where(lit, distances, start)[: SIDE**2]
+    return _Map(SeenByLamp(rays, distances, normals, base), shadow_map(shines))
+
+
+def _entered(
+    meshes: Meshes, lamp: Lamp, directions: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
+    """Distances at which rays of a lamp in the air enter the water, and whether they do.
+
+    Up to there they come straight from where the lamp is, if nothing is in their way.
+    """
+    falling = -directions[:, 2] > _LEVEL
+    start = float(lamp.dry) / np.where(falling, -directions[:, 2], 1.0)
+    places = np.asarray(lamp.position) + directions * start[:, None]
+    way = places - np.asarray(lamp.own_place)
+    length = np.linalg.norm(way, axis=-1)
+    # What is as near as the lamp is large is its housing.
+    near = np.minimum(float(lamp.radius) / length, 1.0)[:, None]
+    clear = meshes.clear(
+        np.asarray(lamp.own_place) + way * near,
+        way / length[:, None],
+        np.where(falling, length * (1.0 - near[:, 0]), 0.0),
+    )
+    return start, falling & clear

@@ -340,7 +340,7 @@ def realtime_water(
         field.components, column.reflects, len(scale.zones), scale.slices, shafts,
         sky=column.sky, layered=field.layered, shade=seen.shade is not None,
         covers=seen.cover is not None, lamps=len(lamps.all),
-        lamp_components=phase.components if lamps.lamps else (),
+        lamp_components=phase.components if lamps.lamps else (), lamps_in_air=lamps.from_air,
         above=seen.above is not None, mirrors=seen.kinds.mirrors,
         translucent=seen.kinds.translucent, filters=seen.kinds.filters,
         glows=seen.kinds.glows, highlights=seen.kinds.highlights,

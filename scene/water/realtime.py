@@ -92,7 +92,12 @@ def add_realtime(scene: bpy.types.Scene, water: RealtimeWater, extent: WaterExte
     cover = None if water.seen.cover is None else realtime_cover.new_image()
     shining = water.seen.lamps.objects
     lit = (
-        realtime_lamps.new_image(shape.lamps, len(shape.lamp_components), shape.measured)
+        realtime_lamps.new_image(
+            shape.lamps,
+            len(shape.lamp_components),
+            shape.measured,
+            from_air=shape.lamps_in_air,
+        )
         if shining
         else None
     )

@@ -303,7 +303,7 @@ class LampChannels:
         D, F = np.zeros(3), np.zeros(3)
         for lamp, folded in zip(self.lamps, self.folded, strict=True):
             light, patch = self._on_thing(folded), patch_past_lamp(lamp, point, normal)
-            found = light.tables(patch.r + P)
+            found = light.tables(patch.wet + P)
             tables = of_colour(found[:COLOURS], colour)
             if measured is not None:
                 tables = found[COLOURS + measured]
@@ -319,7 +319,7 @@ class LampChannels:
         E = np.zeros(3)
         for lamp, folded in zip(self.lamps, self.folded, strict=True):
             light, patch = self._on_thing(folded), patch_past_lamp(lamp, point, normal)
-            white = of_colour(light.tables(patch.r)[:COLOURS], (1.0, 1.0, 1.0))
+            white = of_colour(light.tables(patch.wet)[:COLOURS], (1.0, 1.0, 1.0))
             E = E + light.arriving(light.on_patch(lamp, patch, visible), white)
         return E
 
@@ -416,7 +416,7 @@ def _bands_in_water(water: LampWater, seen: Array) -> ThreeBands:
 def _bands_on_things(water: LampWater, seen: Array) -> ThreeBands:
     """Bands that stand for all in what things get, and in what of it arrives."""
     r, P, cosine, tilt = _places(_DISTANCES, _DISTANCES, _OFF_AXIS, _TILTS)
-    patch = PatchPastLamp(r, _USUAL.profile.value(cosine) / (r * r), tilt, cosine)
+    patch = PatchPastLamp(r, _USUAL.profile.value(cosine) / (r * r), tilt, cosine, r)
     light = ThingLight(water, (), _bands_of)
     arriving = light.unscattered(P) + light.forward(P)
     values = light.on_patch(_USUAL, patch) * arriving

@@ -286,6 +286,8 @@ class BendingNode:
         From the axis of the lamp.
     weight : float or array
         Share of the place in the integral, 1/m.
+    wet : float or array, optional
+        Of the distance from the lamp what is in the water, where not all of it is.
     """
 
     half: Operand
@@ -293,11 +295,17 @@ class BendingNode:
     t: Operand
     cosine: Operand
     weight: Operand = 1.0
+    wet: Operand | None = None
 
     @property
     def length(self) -> Operand:
-        """Length of the path from the lamp over the place to the camera, m."""
-        return self.r + self.t
+        """Length of the path from the lamp over the place to the camera, m; in the water."""
+        return self.leg + self.t
+
+    @property
+    def leg(self) -> Operand:
+        """Length of the lamp's part of it."""
+        return self.r if self.wet is None else self.wet
 
     def scattered(
         self, profile: Lookup, water: LampWater, start: Operand, m: Mathematics
@@ -306,9 +314,9 @@ class BendingNode:
         t = m.maximum(self.t - start, 0.0)
         aside = m.minimum(t / self.r, _MOST_BLURRED)
         # Scatterings on either leg blur the profile: seen from the lamp by t/r on the camera's.
-        row = length_place(self.r + t * aside * aside, PROFILE_LENGTHS, m)
+        row = length_place(self.leg + t * aside * aside, PROFILE_LENGTHS, m)
         intensity = profile.at(profile_place(self.cosine, m), row)
-        place = deflection_place(self.half, m), length_place(self.r + t, LENGTHS, m)
+        place = deflection_place(self.half, m), length_place(self.leg + t, LENGTHS, m)
         return intensity * m.exp(water.spread.deflection.at(*place))
 
 
@@ -329,7 +337,9 @@ def _node(
     cosine = (ray.across * ray.h + ray.along * s) / r
     t = m.maximum(ray.t0 + s, 0.0)
     half = _half_deflection(grown * grown, cosine, beam, m)
-    return BendingNode(half, r, t, cosine, width * share / r * lamp.lit(ray.place(s), m))
+    where = ray.place(s)
+    weight = width * share / r * lamp.lit(where, m)
+    return BendingNode(half, r, t, cosine, weight, lamp.wet(r, where[2], m))
 
 
 def _half_deflection(tangent2: Operand, cosine: Operand, beam: Operand, m: Mathematics) -> Operand:
