@@ -167,7 +167,8 @@ Unsteady is what a smooth curve is not: |L(t + 1) − 2 L(t) + L(t − 1)| of a 
 {_BLOCK} × {_BLOCK}, over its mean of all frames (or {100 * _DARK:g} % of that of the picture):
 median / 95 % / 99 % / worst, %. A beam that passes, and a shadow's edge that crosses a block, are
 no straight lines either: fourth differences, as large where they are noise (over √(70/6)), have
-less of what bends. Then the CPU seconds of the update of a frame, all but the render, median / worst.
+less of what bends. Then the CPU seconds of the update of a frame, all but the render: median and
+worst.
 
 | case | pixels | blocks | blocks of open water | blocks, fourth differences | update, s |
 |---|---|---|---|---|---|

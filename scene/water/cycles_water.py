@@ -185,6 +185,8 @@ def shape_lamps(scene: bpy.types.Scene, lamps: SceneLamps) -> None:
         if lamp.shines_in:
             item.location = lamp.position
             scene_water.turn(item, lamp.axis)
+            # Rays that are refracted must not find it too; shadow rays bring its light.
+            item.visible_transmission = False
 
 
 def place(scene: bpy.types.Scene, column: WaterColumn, own_seabed: float | None = None) -> None:

@@ -1,6 +1,6 @@
 """A lamp in the air that shines into the water: what stands for it as seen from below.
 
-Rays from the lamp are refracted at the surface, by Snell and Fresnel, and followed to a usual depth.
+Its rays are refracted at the surface, by Snell and Fresnel, and followed to a usual depth.
 Where its axis enters the water they seem to come from an apparent place above: halfway between the
 foci across and along the plane of incidence, n H cos θ_w / cos θ at the vertical of the lamp and
 H n cos² θ_w / cos³ θ back along the ray. About the refracted axis the power between two angles from
@@ -101,7 +101,7 @@ def _seen(profile: LampProfile, axis: tuple[float, ...], height: float, surface:
     back = height * n / cosine * (1.0 + (inside / cosine) ** 2) / 2.0
     entry = height / cosine * along[:2]
     place = np.array([*entry, 0.0]) - back * np.array(refracted)
-    points, power = _arriving(profile, np.array(axis), height, surface)
+    points, power = _arriving(profile, np.array(axis), along, height, surface)
     found = TableProfile(*_profile(points - place, power, np.array(refracted)))
     gain = float(found.values.max())
     found = TableProfile(found.cosines, constant(found.values / max(gain, _LEAST)))
@@ -112,8 +112,10 @@ def _profile(places: Array, power: Array, axis: Array) -> tuple[Array, Array]:
     """Radiant intensity by the cosine from an axis of power that arrives at places, by rings."""
     r = np.linalg.norm(places, axis=-1)
     share = np.clip(0.5 - 0.5 * (places @ axis) / r, 0.0, 1.0)
-    # Even in the sine of half the angle, up to where there is light.
-    widest = math.sqrt(max(float(share.max(initial=0.0)), _LEAST))
+    # Even in the sine of half the angle; at the last of them there is no light.
+    widest = (
+        math.sqrt(max(float(share.max(initial=0.0)), _LEAST)) * (_POINTS - 1.0) / (_POINTS - 2.0)
+    )
     at = np.sqrt(share) / widest * (_POINTS - 1.0)
     low = np.minimum(at.astype(int), _POINTS - 2)
     edges = (widest * np.arange(_POINTS) / (_POINTS - 1.0)) ** 2
@@ -128,24 +130,27 @@ def _profile(places: Array, power: Array, axis: Array) -> tuple[Array, Array]:
 
 
 def _arriving(
-    profile: LampProfile, axis: Array, height: float, surface: Surface
+    profile: LampProfile, axis: Array, middle: Array, height: float, surface: Surface
 ) -> tuple[Array, Array]:
     """Where rays of a lamp arrive at the usual depth, (k, 3), and their power over the intensity.
 
-    Places are seen from the point straight below the lamp, at the surface.
+    They are even in angle about a middle one: the lamp's axis, or straight down. Places are seen
+    from the point straight below the lamp, at the surface.
     """
     count, around = _FEWER if surface.slope_variance else (_ANGLES, _AROUND)
-    widest = math.pi if profile.edge is None else math.acos(float(profile.edge))
+    widest = math.pi / 2.0
+    if profile.edge is not None and np.array_equal(middle, axis):
+        widest = math.acos(float(profile.edge))
     theta = (np.arange(count) + 0.5) * (widest / count)
     turns = 2.0 * math.pi * (np.arange(around) + 0.5) / around
-    across = np.cross(axis, np.eye(3)[int(np.argmin(np.abs(axis)))])
+    across = np.cross(middle, np.eye(3)[int(np.argmin(np.abs(middle)))])
     across /= np.linalg.norm(across)
-    other = np.cross(axis, across)
+    other = np.cross(middle, across)
     circle = np.cos(turns)[:, None] * across + np.sin(turns)[:, None] * other
-    v = np.cos(theta)[:, None, None] * axis + np.sin(theta)[:, None, None] * circle
-    power = np.asarray(profile.value(np.cos(theta))) * np.sin(theta)
-    power = np.repeat(power * (widest / count * 2.0 * math.pi / around), around)
+    v = np.cos(theta)[:, None, None] * middle + np.sin(theta)[:, None, None] * circle
+    area = np.repeat(np.sin(theta) * (widest / count * 2.0 * math.pi / around), around)
     v = v.reshape(-1, 3)
+    power = np.asarray(profile.value(v @ axis)) * area
     falling = (v[:, 2] < -_LEAST) & (power > 0)
     v, power = v[falling], power[falling]
     if surface.slope_variance:
