@@ -23,6 +23,7 @@ from ...uw_spectral.lamps.emission import (
 )
 from ...uw_spectral.lamps.lamp import Lamp
 from ...uw_spectral.lamps.lamp_surface import lamplight as irradiance_seen
+from ...uw_spectral.lamps.layers import waters_of_lamps
 from ...uw_spectral.lamps.multiple_scattering import LampWater
 from ...uw_spectral.lamps.over_water import Surface, through_surface
 from ...uw_spectral.lamps.thrown_back import LampRays, LitThings, thrown_back
@@ -30,6 +31,8 @@ from ...uw_spectral.spectra.bands import Bands
 from ...uw_spectral.spectra.illuminant import RELATIVE, full_sun
 from ...uw_spectral.spectra.reflectance import uplift_basis
 from ...uw_spectral.surface.refraction import REFRACTIVE_INDEX
+from ...uw_spectral.transfer.water_column import WaterColumn
+from ...uw_spectral.water.phase import BandPhase
 from .. import contents, marks
 from ..rendered import (
     ever_rendered,
@@ -91,6 +94,10 @@ class SceneLamps:
         What stands for the things that throw their light back.
     from_air : bool
         Whether some shine into the water from above, or may at another frame.
+    waters : tuple of LampWater
+        Of each lamp, where water differs with depth.
+    around : LampWater, optional
+        The water of all of them then.
     """
 
     objects: tuple[bpy.types.Object, ...] = ()
@@ -99,6 +106,8 @@ class SceneLamps:
     seen: tuple[SeenByLamp | None, ...] = ()
     thrown: tuple[Lamp, ...] = ()
     from_air: bool = False
+    waters: tuple[LampWater, ...] = ()
+    around: LampWater | None = None
 
     @property
     def all(self) -> tuple[Lamp, ...]:
@@ -113,6 +122,13 @@ class SceneLamps:
             for part in (self.lamps, self.thrown)
         )
         return replace(self, lamps=lamps, thrown=thrown)
+
+    def in_layers(self, column: WaterColumn, phase: BandPhase, depth: float) -> SceneLamps:
+        """Return them in the layers of a water, seen by a camera at a depth in m."""
+        if not column.below or not self.lamps:
+            return self
+        around, waters = waters_of_lamps(column, phase, self.lamps, depth)
+        return replace(self, waters=waters, around=around)
 
     def with_thrown_back(
         self, water: LampWater, bands: Bands, camera: Sequence[float]

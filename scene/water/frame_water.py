@@ -346,7 +346,9 @@ def realtime_water(
         glows=seen.kinds.glows, highlights=seen.kinds.highlights,
         measured=len(seen.reflectances),
     )  # fmt: skip
-    around_lamps = _around_lamps(column, phase, camera_depth) if lamps.lamps else None
+    around_lamps = lamps.around
+    if lamps.lamps and around_lamps is None:
+        around_lamps = _around_lamps(column, phase, camera_depth)
     straight = column.solved_field(phase, SHADED_STREAMS) if shape.shade else None
     return RealtimeWater(
         column, phase, camera_depth, field, channels_of(column.bands, weights), shape, seen,

@@ -272,7 +272,9 @@ def _set_lamps(scene: bpy.types.Scene, water: RealtimeWater, around: LampWater) 
         colours[index] = codes[group]
     shown = colours + [realtime_lamps.NO_SHADOW] * len(water.seen.lamps.thrown)
     measured = list(water.seen.reflectances.values())
-    folded = fold_lamps(water.seen.lamps.all, around, water.channels, measured)
+    folded = fold_lamps(
+        water.seen.lamps.all, around, water.channels, measured, water.seen.lamps.waters
+    )
     realtime_lamps.write_lamps(marks.part(scene, _LAMPS), folded, shown)
     for item, lamp, colour in zip(marks.followers(scene), lamps, colours, strict=True):
         code = numbers[realtime_lamps.CODE]

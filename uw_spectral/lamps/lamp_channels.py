@@ -26,6 +26,7 @@ from __future__ import annotations
 
 import dataclasses
 import functools
+import itertools
 import math
 import operator
 from collections.abc import Callable, Sequence
@@ -332,7 +333,11 @@ class LampChannels:
 
 
 def fold_lamps(
-    lamps: Sequence[Lamp], water: LampWater, channels: Channels, measured: ArrayLike = ()
+    lamps: Sequence[Lamp],
+    water: LampWater,
+    channels: Channels,
+    measured: ArrayLike = (),
+    own: Sequence[LampWater] = (),
 ) -> LampChannels:
     """Fold the light of lamps into channels.
 
@@ -346,6 +351,9 @@ def fold_lamps(
         Of n bands.
     measured : array_like, shape (m, n)
         Reflectances of surfaces that are known better than by a colour.
+    own : sequence of LampWater, optional
+        Water of the first lamps where it differs from that of all: absorption, and light that is
+        scattered once.
 
     Examples
     --------
@@ -369,11 +377,11 @@ def fold_lamps(
     stretch = min(_STRETCH / max(middle, _STRETCH / _LONGEST_STRETCH), _LONGEST_STRETCH)
     share = np.arange(LENGTHS) / (LENGTHS - 1.0)
     lengths = stretch * share / np.maximum(1.0 - share, stretch / _FARTHEST)
-    passed = np.exp(-lengths[:, None] * water.a)
-    unscattered = np.exp(-lengths[:, None] * water.c)
     reflectances = np.concatenate([channels.reflectance.T, spectra])
 
-    def folded(intensity: Array) -> FoldedLamp:
+    def folded(intensity: Array, water: LampWater) -> FoldedLamp:
+        passed = np.exp(-lengths[:, None] * water.a)
+        unscattered = np.exp(-lengths[:, None] * water.c)
         once = water.b * np.asarray(water.phase.weights)[:, None, :] * unscattered
         coloured = (reflectances[:, None] * on_things.shares)[:, :, None, :] * passed
         return FoldedLamp(
@@ -383,9 +391,10 @@ def fold_lamps(
             channels.fold(intensity * coloured),
         )
 
+    waters = [*own, *[water] * (len(lamps) - len(own))]
     return LampChannels(
         tuple(lamps),
-        tuple(folded(intensity) for intensity in intensities),
+        tuple(itertools.starmap(folded, zip(intensities, waters, strict=True))),
         _of_three(water, in_water),
         _of_three(water, on_things),
         water.phase.components,
