@@ -60,7 +60,7 @@ def through_surface(lamp: Lamp, surface: Surface) -> Lamp:
     >>> lamp = Lamp((0.0, 0.0, 2.0), (0.0, 0.0, -1.0), np.array([1.0]))
     >>> seen = through_surface(lamp, Surface(1.34))
     >>> seen.position, round(float(seen.dry), 3), round(float(seen.intensity[0]), 2)
-    ((0.0, 0.0, 2.68), 2.68, 1.77)
+    ((0.0, 0.0, 2.68), 2.68, 1.76)
     """
     height = float(lamp.position[2])
     if height <= 0.0:
@@ -84,8 +84,8 @@ def through_surface(lamp: Lamp, surface: Surface) -> Lamp:
 class _Seen:
     """Apparent place beside a lamp and over the water, axis, profile, and factor on intensity."""
 
-    place: tuple[float, float, float]
-    axis: tuple[float, float, float]
+    place: tuple[float, ...]
+    axis: tuple[float, ...]
     profile: TableProfile
     gain: float
 

@@ -131,7 +131,7 @@ def rays_of(lamp: Lamp) -> LampRays:
     around = _GOLDEN * order
     sine = np.sin(off)
     beam = np.stack([sine * np.cos(around), sine * np.sin(around), np.cos(off)], axis=-1) @ turn
-    directions = np.concatenate([shadow_directions(), beam])
+    directions: Array = np.concatenate([shadow_directions(), np.asarray(beam, np.float64)])
     # An area of the octahedron |x| + |y| + |z| = 1 is seen under its own over |x|³ in the square.
     step = 2.0 / (SIDE - 1.0)
     of_map = 1.0 / (step * step * np.abs(directions).sum(axis=-1) ** 3)
