@@ -212,14 +212,15 @@ class Meshes:
             row, which = np.nonzero(near <= far)
             entry = near[row, which]
             order = np.lexsort((entry, row))
-            instances = [self.instances[i] for i in which[order]]
-            boxes = list(zip(entry[order].tolist(), instances, strict=True))
+            entries, numbers = entry[order].tolist(), which[order].tolist()
             ends = np.searchsorted(row, np.arange(len(o)), side="right").tolist()
             limits = farthest[rays].tolist()
             for start, heading, limit, (one, other) in zip(
                 o.tolist(), w.tolist(), limits, itertools.pairwise((0, *ends)), strict=True
             ):
-                yield Vector(start), Vector(heading), limit, boxes[one:other]
+                near_ray = zip(entries[one:other], numbers[one:other], strict=True)
+                boxes = [(at, self.instances[number]) for at, number in near_ray]
+                yield Vector(start), Vector(heading), limit, boxes
 
 
 def _tree(vertices: NDArray, triangles: NDArray[np.int32]) -> BVHTree:
