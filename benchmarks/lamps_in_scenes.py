@@ -179,8 +179,8 @@ def _together(blocks: NDArray[np.float64], sizes: Sequence[int]) -> NDArray[np.f
     return blocks.reshape(shape).mean(axis=(1, 3))
 
 
-def _room() -> bpy.types.Object:
-    """Sand, a ball, a box and open water, seen from 1.2 m above the sand."""
+def sand_room() -> bpy.types.Object:
+    """Make sand, a ball, a box and open water, seen from 1.2 m above the sand."""
     scene = bpy.context.scene
     camera = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))
     camera.location, camera.rotation_euler.x = (0.0, 0.0, -_DEPTH), _TOWARDS
@@ -215,9 +215,10 @@ def _for_photons(*, fish: bool = False) -> _lamp_room.Room:
     return _lamp_room.Room(-_ABOVE_SAND, *things)
 
 
-def _lamp(
+def add_lamp(
     place: Sequence[float], turn: Sequence[float], lumens: float = 8000.0, cone: float = 70.0
 ) -> None:
+    """Add a spot of a cone in degrees at a place seen from the camera, turned from down."""
     light = bpy.data.lights.new("Lamp", "SPOT")
     light.spot_size, light.spot_blend = math.radians(cone), 0.4
     light.energy, light.shadow_soft_size = lumens, 0.03
@@ -231,30 +232,30 @@ def _lamp(
 
 def _vehicle(beside: float) -> Callable[[], bpy.types.Object]:
     def build() -> bpy.types.Object:
-        camera = _room()
+        camera = sand_room()
         for side in (-1.0, 1.0):
             turned = math.atan2(side * beside, 5.0)
-            _lamp((side * beside, 0.0, 0.3), (_TOWARDS, 0.0, turned))
+            add_lamp((side * beside, 0.0, 0.3), (_TOWARDS, 0.0, turned))
         return camera
 
     return build
 
 
 def _torch_in_view() -> bpy.types.Object:
-    camera = _room()
-    _lamp((0.9, 5.0, 0.5), (_TOWARDS, 0.0, 0.75 * math.pi), 3000.0, 50.0)
+    camera = sand_room()
+    add_lamp((0.9, 5.0, 0.5), (_TOWARDS, 0.0, 0.75 * math.pi), 3000.0, 50.0)
     return camera
 
 
 def _strobe() -> bpy.types.Object:
-    camera = _room()
-    _lamp((2.2, 1.0, 0.8), (_TOWARDS - 0.4, 0.0, math.radians(45)), 20000.0, 100.0)
+    camera = sand_room()
+    add_lamp((2.2, 1.0, 0.8), (_TOWARDS - 0.4, 0.0, math.radians(45)), 20000.0, 100.0)
     return camera
 
 
 def _behind_a_fish() -> bpy.types.Object:
-    camera = _room()
-    _lamp((0.0, 5.2, 0.1), (_TOWARDS, 0.0, math.pi), 8000.0, 90.0)
+    camera = sand_room()
+    add_lamp((0.0, 5.2, 0.1), (_TOWARDS, 0.0, math.pi), 8000.0, 90.0)
     _sphere(_FISH, _FISH_AXES, _GREY)
     return camera
 
@@ -341,10 +342,10 @@ def seconds_of_frames() -> dict[int, float]:
     """CPU seconds of a frame in EEVEE by the number of lamps, after one that compiles."""
     found = {}
     for count in _COUNTS:
-        place = LitPlace("cost", _room, "II", sunlight=1.0)
+        place = LitPlace("cost", sand_room, "II", sunlight=1.0)
         camera = place.open()
         for index in range(count):
-            _lamp((0.2 * index - 0.7, 0.0, 0.3), (_TOWARDS, 0.0, 0.0))
+            add_lamp((0.2 * index - 0.7, 0.0, 0.3), (_TOWARDS, 0.0, 0.0))
         bpy.context.view_layer.update()
         found[count] = min(place.seconds(camera, time.process_time) for _ in range(2))
         print(count, found[count], flush=True)

@@ -71,11 +71,12 @@ CODES = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 """Colours of the lamps that cast shadows; the first is the sun's where it shines."""
 NO_SHADOW = (0.0, 0.0, 0.0)
 """In place of the colour of what stands for things, and of lamps that cast no shadow."""
-_PARTS, _MEASURED = "uw_parts", "uw_measured"  # custom properties of the image
+# Custom properties of the image.
+_PARTS, _MEASURED, _FROM_AIR = "uw_parts", "uw_measured", "uw_from_air"
 _QUADRATURES = (PATH_NODES, MORE_NODES)
 _NUMBERS = sum(_QUADRATURES)  # first column after them
 _EXTENT, _IN_WATER, _ON_THINGS, _WIDE = range(_NUMBERS, _NUMBERS + 4)
-_POSITION, _AXIS, _FORM, _COLOUR, _SEEN = range(5)
+_POSITION, _AXIS, _FORM, _COLOUR, _SEEN, _STANDS, _DRY = range(7)
 _PROFILE, _FOLDED = 1, 2  # rows of a block; its numbers are in the first
 _MARGIN = 1
 _SPREAD, _SPREAD_ROWS = 1, LENGTHS + 2 * _MARGIN
@@ -142,7 +143,9 @@ class _Rows:
         return self.tables + _TABLE_ROWS
 
 
-def new_images(lamps: int, profiles: int, parts: int, measured: int = 0) -> LampImages:
+def new_images(
+    lamps: int, profiles: int, parts: int, measured: int = 0, *, from_air: bool = False
+) -> LampImages:
     """Make the images of so many lamps, which are dark.
 
     Parameters
@@ -155,11 +158,13 @@ def new_images(lamps: int, profiles: int, parts: int, measured: int = 0) -> Lamp
         Of the phase function.
     measured : int
         Measured reflectances of things.
+    from_air : bool
+        Whether some may shine into the water from above.
     """
     height = _SPREAD + _SPREAD_ROWS + _Rows(parts, measured).all * lamps
     image = number_image(NAME, _WIDTH, height)
     image.use_half_precision = False  # numbers keep their digits
-    image[_PARTS], image[_MEASURED] = parts, measured
+    image[_PARTS], image[_MEASURED], image[_FROM_AIR] = parts, measured, from_air
     return LampImages(image, lamp_sources.new_image(profiles))
 
 
@@ -237,6 +242,7 @@ def _put_lamp(
     numbers[_FORM, :3] = lamp.radius, edge, source
     unblocked = max(lamp.thrown, lamp.unblocked)
     numbers[_COLOUR, :3], numbers[_SEEN, :3] = colour, (lamp.seen, lamp.thrown, unblocked)
+    numbers[_STANDS, :3], numbers[_DRY, 0] = lamp.own_place, lamp.dry
     block[_PROFILE, :SAMPLES, 0] = lamp.profile.sampled(SAMPLES)
     coloured = folded.coloured.reshape(-1, SAMPLES, 3)
     tables = [folded.scattered, folded.unscattered[None], folded.in_water, coloured]
@@ -412,7 +418,13 @@ class LampTable:
         profile = _ImageProfile(self.graph, self.image, row + float(_PROFILE), edge, source, tables)
         seen, thrown, unblocked = self.graph.components(self._at(_SEEN, row))
         soft = _ImageSoft(self.graph, self.image, tables)
-        return Lamp(position, axis, 1.0, profile, radius, seen, shadow, thrown, unblocked, soft)
+        lamp = Lamp(
+            position, axis, 1.0, profile, radius, seen, shadow, thrown, unblocked, soft=soft
+        )
+        if not self.image[_FROM_AIR]:
+            return lamp
+        dry, stands = (self.graph.components(self._at(at, row)) for at in (_DRY, _STANDS))
+        return dataclasses.replace(lamp, dry=dry[0], stands=stands)
 
     def in_water(self, index: NodeValue, components: Sequence[PhaseFunction]) -> ChannelLight:
         """Return the light of a lamp in the water."""
@@ -565,16 +577,16 @@ def build_patch(
 
         found: dict[str, NodeValue] = {}
         if not {SEEN, UNSCATTERED, FORWARD}.isdisjoint(outputs):
-            length = patch.r + P
+            length = patch.wet + P
             seen = of_thing(light.tables(length), length)
             shares = {UNSCATTERED: light.unscattered(P, NODES), FORWARD: light.forward(P, NODES)}
             shares[SEEN] = shares[UNSCATTERED] + shares[FORWARD]
             wanted = [name for name in shares if name in outputs]
             found |= {name: light.arriving(reflected * shares[name], seen) for name in wanted}
         if not {THERE, IRRADIANCE}.isdisjoint(outputs):
-            tables = light.tables(patch.r)
+            tables = light.tables(patch.wet)
             if THERE in outputs:
-                found[THERE] = light.arriving(reflected, of_thing(tables, patch.r))
+                found[THERE] = light.arriving(reflected, of_thing(tables, patch.wet))
             if IRRADIANCE in outputs:
                 found[IRRADIANCE] = light.arriving(bands, of_colour(tables, (1.0, 1.0, 1.0)))
         return tuple(found[name] for name in outputs)
@@ -595,7 +607,8 @@ def visibility(
     table, here, facing = LampTable.of(graph, images), place_here(graph), graph.components(normal)
 
     def of_lamp(index: NodeValue) -> tuple[NodeValue]:
-        lamp = dataclasses.replace(table.lamp(index), radius=0.0)
+        lamp = table.lamp(index)
+        lamp = Lamp(lamp.own_place, lamp.axis, 1.0, lamp.profile, 0.0)
         patch = patch_past_lamp(lamp, here, facing, NODES)
         bright = NODES.maximum(patch.cosine, 0.0) / (patch.r * patch.r)
         return (table.colour(index) * bright,)

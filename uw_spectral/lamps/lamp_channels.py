@@ -26,6 +26,7 @@ from __future__ import annotations
 
 import dataclasses
 import functools
+import itertools
 import math
 import operator
 from collections.abc import Callable, Sequence
@@ -308,7 +309,7 @@ class LampChannels:
         D, F = np.zeros(3), np.zeros(3)
         for lamp, folded in zip(self.lamps, self.folded, strict=True):
             light, patch = self._on_thing(folded), patch_past_lamp(lamp, point, normal)
-            found = light.tables(patch.r + P)
+            found = light.tables(patch.wet + P)
             tables = of_colour(found[:COLOURS], colour)
             if measured is not None:
                 tables = found[COLOURS + measured]
@@ -324,7 +325,7 @@ class LampChannels:
         E = np.zeros(3)
         for lamp, folded in zip(self.lamps, self.folded, strict=True):
             light, patch = self._on_thing(folded), patch_past_lamp(lamp, point, normal)
-            white = of_colour(light.tables(patch.r)[:COLOURS], (1.0, 1.0, 1.0))
+            white = of_colour(light.tables(patch.wet)[:COLOURS], (1.0, 1.0, 1.0))
             E = E + light.arriving(light.on_patch(lamp, patch, visible), white)
         return E
 
@@ -337,7 +338,11 @@ class LampChannels:
 
 
 def fold_lamps(
-    lamps: Sequence[Lamp], water: LampWater, channels: Channels, measured: ArrayLike = ()
+    lamps: Sequence[Lamp],
+    water: LampWater,
+    channels: Channels,
+    measured: ArrayLike = (),
+    own: Sequence[LampWater] = (),
 ) -> LampChannels:
     """Fold the light of lamps into channels.
 
@@ -351,6 +356,9 @@ def fold_lamps(
         Of n bands.
     measured : array_like, shape (m, n)
         Reflectances of surfaces that are known better than by a colour.
+    own : sequence of LampWater, optional
+        Water of the first lamps where it differs from that of all: absorption, and light that is
+        scattered once.
 
     Examples
     --------
@@ -374,11 +382,11 @@ def fold_lamps(
     stretch = min(_STRETCH / max(middle, _STRETCH / _LONGEST_STRETCH), _LONGEST_STRETCH)
     share = np.arange(LENGTHS) / (LENGTHS - 1.0)
     lengths = stretch * share / np.maximum(1.0 - share, stretch / _FARTHEST)
-    passed = np.exp(-lengths[:, None] * water.a)
-    unscattered = np.exp(-lengths[:, None] * water.c)
     reflectances = np.concatenate([channels.reflectance.T, spectra])
 
-    def folded(intensity: Array) -> FoldedLamp:
+    def folded(intensity: Array, water: LampWater) -> FoldedLamp:
+        passed = np.exp(-lengths[:, None] * water.a)
+        unscattered = np.exp(-lengths[:, None] * water.c)
         once = water.b * np.asarray(water.phase.weights)[:, None, :] * unscattered
         coloured = (reflectances[:, None] * on_things.shares)[:, :, None, :] * passed
         return FoldedLamp(
@@ -388,10 +396,11 @@ def fold_lamps(
             channels.fold(intensity * coloured),
         )
 
+    waters = [*own, *[water] * (len(lamps) - len(own))]
     three = _of_three(water, in_water)
     return LampChannels(
         tuple(_softly_shadowed(lamp, three) for lamp in lamps),
-        tuple(folded(intensity) for intensity in intensities),
+        tuple(itertools.starmap(folded, zip(intensities, waters, strict=True))),
         three,
         _of_three(water, on_things),
         water.phase.components,
@@ -430,7 +439,7 @@ def _bands_in_water(water: LampWater, seen: Array) -> ThreeBands:
 def _bands_on_things(water: LampWater, seen: Array) -> ThreeBands:
     """Bands that stand for all in what things get, and in what of it arrives."""
     r, P, cosine, tilt = _places(_DISTANCES, _DISTANCES, _OFF_AXIS, _TILTS)
-    patch = PatchPastLamp(r, _USUAL.profile.value(cosine) / (r * r), tilt, cosine)
+    patch = PatchPastLamp(r, _USUAL.profile.value(cosine) / (r * r), tilt, cosine, r)
     light = ThingLight(water, (), _bands_of)
     arriving = light.unscattered(P) + light.forward(P)
     values = light.on_patch(_USUAL, patch) * arriving

@@ -268,11 +268,16 @@ def _turned(
         grown = m.exp(first + width * place)
         s, r = ray.h * (grown - 1.0 / grown) / 2.0, ray.h * (grown + 1.0 / grown) / 2.0
         turned, t = (ray.across * ray.h + ray.along * s) / r, m.maximum(ray.t0 + s, 0.0)
-        lit, about = lamp.scattered_lit(ray.place(s), m)
+        where = ray.place(s)
+        lit, about = lamp.scattered_lit(where, m)
+        leg = lamp.wet(r, where[2], m)
+        if lamp.shines_in:
+            # Scattered as on the leg in the water, and as faint as at r.
+            lit = lit * leg / r
         # What comes round a thing is turned by more on to the camera.
-        seen = source_seen(source, r, turned, about * (0.0 - s / r), off_axis, m)
+        seen = source_seen(source, leg, turned, about * (0.0 - s / r), off_axis, m)
         seen = seen * m.exp(0.0 - water.wide * t) * (width * share * lit)
-        return (light.arriving(seen, r + t, m),)
+        return (light.arriving(seen, leg + t, m),)
 
     return integrate(MORE_NODES, of_place)[0]
 

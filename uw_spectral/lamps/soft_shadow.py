@@ -124,6 +124,7 @@ def _points(phase: BandPhase) -> tuple[Array, Array, Array]:
     grown = np.cumsum(angles * np.maximum(p, 0.0))
     index = np.arange(_TURNS * _AROUND)
     shares = (index // _AROUND + 0.5) / _TURNS
-    turn = np.interp(shares * grown[-1], grown, angles)
-    arriving = turn * ((index + 0.5) / len(index) * _TURNS % 1.0)
-    return turn, arriving, np.asarray(2.0 * math.pi * ((index * _GOLDEN) % 1.0))
+    turn: Array = np.interp(shares * grown[-1], grown, angles)
+    arriving: Array = turn * ((index + 0.5) / len(index) * _TURNS % 1.0)
+    around: Array = 2.0 * math.pi * (index.astype(np.float64) * _GOLDEN % 1.0)
+    return turn, arriving, around
