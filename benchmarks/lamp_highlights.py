@@ -134,7 +134,7 @@ def main(arguments: Sequence[str]) -> None:
     """Render, compare and print."""
     parser = argparse.ArgumentParser(prog="lamp_highlights", description=__doc__)
     parser.add_argument("out", type=Path)
-    parser.add_argument("--only", nargs="+", default=[], help="names, as \"beside I\"")
+    parser.add_argument("--only", nargs="+", default=[], help='names, as "beside I"')
     parser.add_argument("--samples", type=float, default=1.0, help="times the usual")
     parser.add_argument("--cost", action="store_true")
     options = parser.parse_args(arguments)

@@ -75,6 +75,7 @@ _CLEAR_REFLECTS = 0.02  # about, of light from all sides, by which clear facets 
 _MATTE = "mirrors; in real time it throws back the water's light as a matte thing does"
 
 _ANISOTROPIC = "is anisotropic; the highlights of real time are round"
+_HIDDEN = "is clear; in real time it mirrors lamps if its render method is Blended"
 _ROUND = "is anisotropic; in real time its highlights of lamps are round"
 _EMITTING, _KEPT = nodes_that(EMITS), nodes_that(REFLECTS, EMITS, PASSES)
 _MIRRORING = {name for name, node in SHADER_NODES.items() if node.mirrors}
@@ -128,6 +129,7 @@ class _Walk:
     notes: list[str]
     surfaces: Surfaces
     closed: bool = False
+    dithered: bool = False
     graph: Graph = field(init=False)
 
     def __post_init__(self) -> None:
@@ -201,14 +203,24 @@ class _Walk:
             index = self._wet_value(node.inputs["IOR"])
             found, weight = {"index": index * weight}, weight * _CLEAR_REFLECTS
             found["clear"] = colour
+            self._note_hidden()
         else:
             if self.surfaces.is_apart(self.tree, node):
                 self._note(_ROUND)
             found = {"mirror": colour, "edge": 1.0 - colour if kind == METAL else 0.0}
         return found | {"facets": weight, "roughness": roughness * weight}
 
+    def _note_hidden(self) -> None:
+        if self.dithered:
+            self._note(_HIDDEN)
+
     def _principled_facets(
-        self, node: bpy.types.Node, base: Operand, alpha: Operand, metallic: Operand
+        self,
+        node: bpy.types.Node,
+        base: Operand,
+        alpha: Operand,
+        metallic: Operand,
+        passing: Operand,
     ) -> dict[str, Operand]:
         inputs, found = node.inputs, {}
         if not self.surfaces.facets:
@@ -216,6 +228,8 @@ class _Walk:
         level, metal = self._value(inputs["Specular IOR Level"]), metallic * alpha
         clear: Operand = 0.0 if _is_zero(level) else alpha * (1.0 - metallic)
         if not _is_zero(clear):
+            if not _is_zero(passing):
+                self._note_hidden()
             index = specular_index(self._wet_value(inputs["IOR"]), level, NODES)
             found |= {"clear": clear, "index": index * clear}
         mirror = base * metal
@@ -266,7 +280,7 @@ class _Walk:
         coat, tint = self._value(inputs["Coat Weight"]), self._value(inputs["Coat Tint"])
         if not _is_zero(coat) and isinstance(tint, NodeValue):
             base = base * (1.0 + coat * (tint - 1.0))
-        facets = self._principled_facets(node, base, alpha, metallic)
+        facets = self._principled_facets(node, base, alpha, metallic, passing)
         colour = base * (alpha * (1.0 - passing))
         mirrored = 0.0
         if not _is_zero(metallic):
@@ -429,7 +443,8 @@ def insert(materials: list[bpy.types.Material], surfaces: Surfaces) -> list[str]
         if output is None:
             continue
         name, closed = f"material {material.name!r}", material in surfaces.closed
-        walk = _Walk(material.node_tree, name, notes, surfaces, closed)
+        dithered = material.surface_render_method == "DITHERED"
+        walk = _Walk(material.node_tree, name, notes, surfaces, closed, dithered)
         band_colors.darken(material.node_tree, surfaces.is_apart)
         if surfaces.keeping is not None and _keeps(material.node_tree):
             measured = band_colors.is_measured(material) or material == surfaces.floor
@@ -857,7 +872,8 @@ def _open_group(
     outputs = [n for n in group.nodes if n.bl_idname == "NodeGroupOutput" and n.is_active_output]
     if not outputs:
         return
-    walk = _Walk(group, f"group {group.name!r}", outer.notes, outer.surfaces, outer.closed)
+    name = f"group {group.name!r}"
+    walk = _Walk(group, name, outer.notes, outer.surfaces, outer.closed, outer.dithered)
     closure = walk.closure(outputs[0].inputs[shader])
     for quantity, name in _OUTPUTS.items():
         value = getattr(closure, quantity)

@@ -356,6 +356,7 @@ class LampChannels:
         """
         D, F = np.zeros(3), np.zeros(3)
         matte = matte_part(colour, facets)
+        mirroring = [one.with_all_light(to_eye) for one in facets]
         for lamp, folded in zip(self.lamps, self.folded, strict=True):
             light, patch = self._on_thing(folded), patch_past_lamp(lamp, point, normal)
             found = light.tables(patch.r + P)
@@ -369,7 +370,7 @@ class LampChannels:
                 for total, share in zip((D, F), shares, strict=True)
             )
             to_lamp = [-part for part in lamp.towards(point)[1]]
-            for one in facets:
+            for one in mirroring:
                 bands, seen = light.on_facets(lamp, patch, one, to_eye, to_lamp, visible)
                 tables = of_colour(found[:COLOURS], seen)
                 D, F = (
