@@ -2,8 +2,9 @@
 
     python3 dev.py run -m benchmarks lamp_highlights OUT [--samples N] [--only WORD ...]
 
-Cycles' pictures are kept in OUT. Of each ball: its light over that in Cycles by band, and the mean
-CIE2000 of blocks of its pixels; and what a frame costs by the number of lamps.
+Cycles' pictures are kept in OUT. Of each ball: its light over that in Cycles by band, the same of
+all bands without the light of the water around it, and the mean CIE2000 of blocks of its pixels;
+and what a frame costs by the number of lamps.
 """
 
 from __future__ import annotations
@@ -103,8 +104,8 @@ def _balls(places: Sequence[Sequence[float]]) -> Callable[[], bpy.types.Object]:
     return build
 
 
-def _masks() -> list[NDArray[np.bool_]]:
-    """Pixels within each ball."""
+def _masks() -> list[tuple[NDArray[np.bool_], NDArray[np.bool_]]]:
+    """Pixels within each ball, and those around it."""
     scale = 2.0 * math.tan(math.radians(52.0) / 2.0) / _WIDTH
     x = (np.arange(_WIDTH) + 0.5 - _WIDTH / 2.0) * scale
     z = (_HEIGHT / 2.0 - np.arange(_HEIGHT) - 0.5) * scale
@@ -114,7 +115,8 @@ def _masks() -> list[NDArray[np.bool_]]:
     for number in range(len(_BALLS)):
         middle = np.add(_middle(number), (0.0, 0.0, _DEPTH))
         off = np.linalg.norm(np.cross(w, middle), axis=-1)
-        found.append(off < 0.97 * _RADIUS)
+        ring = (off > 1.03 * _RADIUS) & (off < 1.12 * _RADIUS)
+        found.append((off < 0.97 * _RADIUS, ring))
     return found
 
 
@@ -170,13 +172,19 @@ def main(arguments: Sequence[str]) -> None:
             noise = delta_e_CIE2000_images(*blocks[2:]) / 2.0
             sheet = np.concatenate(shown[:2]).astype(np.float32)
             write_png(options.out / f"{where}_{water}.png", sheet)
-            for ball, mask in zip(_BALLS, masks, strict=True):
+            for ball, (mask, ring) in zip(_BALLS, masks, strict=True):
                 inside = grey_scene.blocks(mask[..., None].astype(float), _BLOCK)[..., 0] > 0.999
-                truth = halves.mean(axis=0)[mask].sum(axis=0)
+                cycles = halves.mean(axis=0)
+                truth = cycles[mask].sum(axis=0)
                 ratio = eevee[mask].sum(axis=0) / truth
+                ours, theirs = (
+                    x[mask].sum() - np.median(x[ring], axis=0).sum() * mask.sum()
+                    for x in (eevee, cycles)
+                )
                 spread = np.abs(halves[0][mask].sum(axis=0) / truth - 1.0)
                 print(
-                    f"{name:12s} {ball:9s} energy {ratio.round(3)} (noise {spread.max():.3f}) "
+                    f"{name:12s} {ball:9s} energy {ratio.round(3)} (noise {spread.max():.3f}), "
+                    f"beyond the water around it {ours / theirs:.3f}, "
                     f"dE {error[inside].mean():5.2f} (noise {noise[inside].mean():.2f})",
                     flush=True,
                 )

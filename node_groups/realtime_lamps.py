@@ -67,11 +67,10 @@ MIRROR, EDGE, CLEAR, ROUGHNESS, CLEAR_INDEX = "Mirror", "Edge", "Clear", "Roughn
 COAT, COAT_ROUGHNESS, COAT_INDEX, COAT_NORMAL = (
     f"Coat{of}" for of in ("", " Roughness", " Index", " Normal")
 )
-FACETS: tuple[Mapping[str, str], ...] = (
-    dict.fromkeys((MIRROR, EDGE, CLEAR), "NodeSocketColor")
-    | dict.fromkeys((ROUGHNESS, CLEAR_INDEX), "NodeSocketFloat"),
-    dict.fromkeys((COAT, COAT_ROUGHNESS, COAT_INDEX), "NodeSocketFloat")
-    | {COAT_NORMAL: "NodeSocketVector"},
+_RGB, _FLOAT = "NodeSocketColor", "NodeSocketFloat"
+FACETS: tuple[dict[str, str], ...] = (
+    {MIRROR: _RGB, EDGE: _RGB, CLEAR: _RGB, ROUGHNESS: _FLOAT, CLEAR_INDEX: _FLOAT},
+    {COAT: _FLOAT, COAT_ROUGHNESS: _FLOAT, COAT_INDEX: _FLOAT, COAT_NORMAL: "NodeSocketVector"},
 )
 """Inputs of the facets of things and of those of coats over them: see :class:`.Facets`."""
 SEEN, UNSCATTERED, FORWARD, THERE, IRRADIANCE = "Seen", "D", "F", "J", "E"
@@ -542,9 +541,10 @@ def _facets(graph: Graph, given: Mapping[str, NodeValue], count: int) -> list[Fa
     """Return the facets that a group gets as inputs."""
     found = []
     if count:
-        colours = [graph.components(given[name]) for name in (MIRROR, EDGE, CLEAR)]
+        even, grazing, clear = (graph.components(given[name]) for name in (MIRROR, EDGE, CLEAR))
         normal = graph.components(given[NORMAL])
-        found.append(Facets(normal, given[ROUGHNESS], *colours, given[CLEAR_INDEX]))
+        own = Facets(normal, given[ROUGHNESS], even, grazing, clear, given[CLEAR_INDEX])
+        found.append(own)
     if count > 1:
         normal, clear = graph.components(given[COAT_NORMAL]), [given[COAT]] * COLOURS
         coat = Facets(normal, given[COAT_ROUGHNESS], clear=clear, index=given[COAT_INDEX])
