@@ -12,8 +12,10 @@ scene's own materials, and a white surface reads it.
 from __future__ import annotations
 
 import dataclasses
+import functools
 import math
-from collections.abc import Callable, Collection, Sequence
+import operator
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 
 import bpy
@@ -36,6 +38,7 @@ from ..uw_spectral.lamps.lamp_channels import (
     FoldedLamp,
     LampChannels,
     ThingLight,
+    matte_part,
     of_colour,
     place_of_length,
 )
@@ -50,6 +53,7 @@ from ..uw_spectral.lamps.scattered_source import LampField
 from ..uw_spectral.lamps.soft_shadow import SoftMap
 from ..uw_spectral.lamps.three_bands import COUNT as BANDS
 from ..uw_spectral.mathematics import NUMPY, Mathematics, Operand
+from ..uw_spectral.transfer.facets import Facets
 from ..uw_spectral.transfer.radiance_field import distance_in_water
 from ..uw_spectral.water.phase import Mixture, PhaseFunction
 from . import lamp_sources
@@ -62,6 +66,16 @@ from .texels import closest, number_image, texel
 NAME = "UW Lamps"
 NORMAL, VISIBILITY, COLOR, MEASURED = "Normal", "Lamp Visibility", "Color", "Measured"
 LIGHT = "Light"
+MIRROR, EDGE, CLEAR, ROUGHNESS, CLEAR_INDEX = "Mirror", "Edge", "Clear", "Roughness", "Index"
+COAT, COAT_ROUGHNESS, COAT_INDEX, COAT_NORMAL = (
+    f"Coat{of}" for of in ("", " Roughness", " Index", " Normal")
+)
+_RGB, _FLOAT = "NodeSocketColor", "NodeSocketFloat"
+FACETS: tuple[dict[str, str], ...] = (
+    {MIRROR: _RGB, EDGE: _RGB, CLEAR: _RGB, ROUGHNESS: _FLOAT, CLEAR_INDEX: _FLOAT},
+    {COAT: _FLOAT, COAT_ROUGHNESS: _FLOAT, COAT_INDEX: _FLOAT, COAT_NORMAL: "NodeSocketVector"},
+)
+"""Inputs of the facets of things and of those of coats over them: see :class:`.Facets`."""
 SEEN, UNSCATTERED, FORWARD, THERE, IRRADIANCE = "Seen", "D", "F", "J", "E"
 """Outputs of :func:`build_patch`."""
 SUNLIT, CODE = "lamps beside the sun", "lamp code"
@@ -87,7 +101,7 @@ _SOFT = _SHADOW + SIDE + 2 * _MARGIN  # that of the maps of scattered light, sid
 _SOFT_COLUMNS = SOFT_SIDE + 2 * _MARGIN
 _TABLE_ROWS = max(PROFILE_LENGTHS, SIDE) + 2 * _MARGIN
 _WIDTH = max(
-    SAMPLES, _WIDE + 1, _SOFT + DISTANCES * _SOFT_COLUMNS, _PATCHES + TILTS + 2 + 2 * _MARGIN
+    SAMPLES, _WIDE + 1, _SOFT + DISTANCES * _SOFT_COLUMNS, _PATCHES + TILTS + 3 + 2 * _MARGIN
 )
 _UNHIDDEN = SoftMap(np.ones((DISTANCES, SOFT_SIDE, SOFT_SIDE, 3)))
 _DARKEST = 1e-12
@@ -535,12 +549,13 @@ def build_patch(
     images: LampImages,
     outputs: Collection[str] = (SEEN,),
     rays: bpy.types.ShaderNodeTree | None = None,
+    facets: int = 0,
 ) -> bpy.types.ShaderNodeTree:
     """Build the group of the light of lamps on a thing.
 
     Inputs: ``Normal``; ``Lamp Visibility``, of :func:`visibility`; ``Color``, the reflectance;
-    and, if the image has measured reflectances, ``Measured``: 0, or the number of one from 1 on
-    that replaces the colour.
+    those of :data:`FACETS`; and, if the image has measured reflectances, ``Measured``: 0, or the
+    number of one from 1 on that replaces the colour.
 
     Parameters
     ----------
@@ -551,23 +566,33 @@ def build_patch(
         at the thing; :data:`IRRADIANCE`, on it.
     rays : ShaderNodeTree, optional
         Of :mod:`.realtime_refraction`.
+    facets : int
+        How many of :data:`FACETS` things may have.
     """
     inputs = dict.fromkeys((NORMAL, VISIBILITY), "NodeSocketVector") | {COLOR: "NodeSocketColor"}
+    for one in FACETS[:facets]:
+        inputs |= one
     measured = bool(images.numbers[_MEASURED])
     inputs |= {MEASURED: "NodeSocketFloat"} if measured else {}
     tree, graph, given = _group(f"{NAME} on Things", inputs, rays)
     table, here, P = LampTable.of(graph, images), place_here(graph), view_distance(graph)
     normal, colour = (graph.components(given[name]) for name in (NORMAL, COLOR))
+    to_eye = [-part for part in view_direction(graph)]
+    mirroring = [one.with_all_light(to_eye, NODES) for one in _facets(graph, given, facets)]
+    matte = matte_part(colour, _facets(graph, given, facets), NODES) if facets else colour
 
     def of_lamp(index: NodeValue) -> tuple[NodeValue, ...]:
         lamp, light = table.lamp(index), table.on_things(index)
         patch = patch_past_lamp(lamp, here, normal, NODES)
         visible = given[VISIBILITY].dot(table.colour(index)) + lamp.unblocked
         bands = light.on_patch(lamp, patch, visible, NODES)
-        reflected = bands * (1.0 / math.pi)
+        to_lamp = [-part for part in lamp.towards(here, NODES)[1]]
+        thrown = [
+            light.on_facets(lamp, patch, one, to_eye, to_lamp, visible, NODES) for one in mirroring
+        ]
 
         def of_thing(tables: Sequence[Sequence[Operand]], length: NodeValue) -> list[Operand]:
-            coloured = of_colour(tables, colour)
+            coloured = of_colour(tables, matte)
             if not measured:
                 return coloured
             number = given[MEASURED]
@@ -575,24 +600,48 @@ def build_patch(
             pairs = zip(known, coloured, strict=True)
             return [NODES.select(chosen, one, other) for one, other in pairs]
 
+        def reflected(length: NodeValue, shares: Mapping[str, Operand]) -> dict[str, NodeValue]:
+            tables = light.tables(length)
+            parts = [(bands, of_thing(tables, length))]
+            parts += [(one, of_colour(tables, colour)) for one, colour in thrown]
+            return {
+                name: functools.reduce(
+                    operator.add,
+                    (light.arriving(one * (1.0 / math.pi) * share, seen) for one, seen in parts),
+                )
+                for name, share in shares.items()
+                if name in outputs
+            }
+
         found: dict[str, NodeValue] = {}
         if not {SEEN, UNSCATTERED, FORWARD}.isdisjoint(outputs):
-            length = patch.wet + P
-            seen = of_thing(light.tables(length), length)
             shares = {UNSCATTERED: light.unscattered(P, NODES), FORWARD: light.forward(P, NODES)}
             shares[SEEN] = shares[UNSCATTERED] + shares[FORWARD]
-            wanted = [name for name in shares if name in outputs]
-            found |= {name: light.arriving(reflected * shares[name], seen) for name in wanted}
+            found |= reflected(patch.wet + P, shares)
         if not {THERE, IRRADIANCE}.isdisjoint(outputs):
             tables = light.tables(patch.wet)
-            if THERE in outputs:
-                found[THERE] = light.arriving(reflected, of_thing(tables, patch.wet))
+            found |= reflected(patch.wet, {THERE: 1.0})
             if IRRADIANCE in outputs:
                 found[IRRADIANCE] = light.arriving(bands, of_colour(tables, (1.0, 1.0, 1.0)))
         return tuple(found[name] for name in outputs)
 
     totals = summed(graph, table.count, of_lamp)
     return _finished(tree, graph, dict(zip(outputs, totals, strict=True)))
+
+
+def _facets(graph: Graph, given: Mapping[str, NodeValue], count: int) -> list[Facets]:
+    """Return the facets that a group gets as inputs."""
+    found = []
+    if count:
+        even, grazing, clear = (graph.components(given[name]) for name in (MIRROR, EDGE, CLEAR))
+        normal = graph.components(given[NORMAL])
+        own = Facets(normal, given[ROUGHNESS], even, grazing, clear, given[CLEAR_INDEX])
+        found.append(own)
+    if count > 1:
+        normal, clear = graph.components(given[COAT_NORMAL]), [given[COAT]] * COLOURS
+        coat = Facets(normal, given[COAT_ROUGHNESS], clear=clear, index=given[COAT_INDEX])
+        found.append(coat)
+    return found
 
 
 def visibility(

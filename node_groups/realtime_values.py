@@ -96,6 +96,8 @@ class Shape:
         Parts of the phase function of the water that they shine in.
     lamps_in_air : bool
         Whether some of them may shine into it from above.
+    facets : int
+        How many of :data:`.realtime_lamps.FACETS` the light of lamps may meet on a thing.
     layers : tuple of str
         What is written beside the picture, of :mod:`.realtime_layers`.
     above : bool
@@ -127,6 +129,7 @@ class Shape:
     lamps: int = 0
     lamp_components: tuple[PhaseFunction, ...] = ()
     lamps_in_air: bool = False
+    facets: int = 0
     layers: tuple[str, ...] = ()
     above: bool = False
     mirrors: bool = False

@@ -341,6 +341,7 @@ def realtime_water(
         sky=column.sky, layered=field.layered, shade=seen.shade is not None,
         covers=seen.cover is not None, lamps=len(lamps.all),
         lamp_components=phase.components if lamps.lamps else (), lamps_in_air=lamps.from_air,
+        facets=seen.kinds.facets if lamps.lamps else 0,
         above=seen.above is not None, mirrors=seen.kinds.mirrors,
         translucent=seen.kinds.translucent, filters=seen.kinds.filters,
         glows=seen.kinds.glows, highlights=seen.kinds.highlights,

@@ -137,6 +137,37 @@ def test_shadows_of_two_lamps_are_told_apart(scene, tmp_path, sunlight):
     assert beside["both"] - beside["none"] > 0
 
 
+def test_a_metal_ball_shows_the_image_of_a_lamp(scene, tmp_path):
+    """All light of its highlight is that of the image in a convex mirror, focal length R/2.
+
+    A second lamp, behind a screen, has none.
+    """
+    bpy.data.objects.remove(bpy.data.objects["wall"])
+    radius, away, r = 0.2, 4.0, 3.0
+    metal = scenes.principled("metal", (0.8, 0.8, 0.8, 1.0))
+    shader = metal.node_tree.nodes["Principled BSDF"].inputs
+    shader["Metallic"].default_value, shader["Roughness"].default_value = 1.0, 0.3
+    bpy.ops.mesh.primitive_uv_sphere_add(
+        segments=96, ring_count=48, radius=radius, location=(0.0, away, -DEPTH)
+    )
+    bpy.ops.object.shade_smooth()
+    bpy.context.object.data.materials.append(metal)
+    turn = math.radians(40.0)
+    for side in (-1.0, 1.0):
+        _lamp((side * r * math.sin(turn), away - r * math.cos(turn), -DEPTH))
+    middle = (0.5 * r * math.sin(turn), away - 0.5 * r * math.cos(turn), -DEPTH)
+    scenes.wall("screen", middle, 0.5, 0.0)
+    scene.camera.data.angle = angle = 2.0 * math.atan(1.1 * radius / away)
+    chosen = {"scattering_factor": 0.0, "diffuse_shadows": False, "samples": 64}
+    plan, picture = _by("eevee", scene, dataclasses.replace(NIGHT, **chosen), folder=tmp_path)
+    seen = picture.sum(axis=(0, 1)) * (2.0 * math.tan(angle / 2) / SIZE) ** 2
+    intensity = 100.0 / (4 * math.pi) * emission_basis(plan.bands).sum(axis=1)
+    image = intensity * (radius / 2) ** 2 / (r - radius / 2) ** 2 / (away - radius / 2) ** 2
+    reflectance = render_plan.uplift_basis(plan.bands) @ (0.8, 0.8, 0.8)
+    a, length = plan.column.absorption, r + away - 2.0 * radius
+    assert seen == pytest.approx(reflectance * image * np.exp(-a * length), rel=0.04)
+
+
 @pytest.mark.slow
 def test_extremes_are_finite(scene, tmp_path):
     """At the camera, on its ray, behind the wall, above the water, on a thing, near, far, dark."""

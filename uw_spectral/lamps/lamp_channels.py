@@ -36,14 +36,22 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..mathematics import NUMPY, Mathematics, Operand
+from ..mathematics import NUMPY, Mathematics, Operand, dot
 from ..transfer.channels import Channels
+from ..transfer.facets import Facets
+from ..transfer.highlights import Vector, halfway
 from ..water.phase import PhaseFunction
+from .angular_spread import ANGLE2, deflection_place, length_place
 from .angular_spread import LENGTHS as SPREAD_LENGTHS
-from .angular_spread import deflection_place, length_place
 from .lamp import Lamp, RayPastLamp, disc_seen, ray_past_lamp
 from .lamp_path import Quadrature, gauss_sum
-from .lamp_surface import PatchPastLamp, carried_share, patch_past_lamp, scattered_onto
+from .lamp_surface import (
+    PatchPastLamp,
+    carried_share,
+    facing_lamp,
+    patch_past_lamp,
+    scattered_onto,
+)
 from .multiple_scattering import LampWater, light_along
 from .profile import IsotropicProfile, SpotProfile
 from .scattered_source import source_seen
@@ -202,6 +210,35 @@ class ThingLight:
         direct, about, rest = scattered_onto(lamp, patch, self.water, m)
         return (direct + about) * visible + rest
 
+    def on_facets(
+        self,
+        lamp: Lamp,
+        patch: PatchPastLamp,
+        facets: Facets,
+        to_eye: Vector,
+        to_lamp: Vector,
+        visible: Operand = 1.0,
+        m: Mathematics = NUMPY,
+    ) -> tuple[Operand, list[Operand]]:
+        """Irradiance, likewise, on a matte surface that is as bright as facets; and its colour.
+
+        Light of the lamp and from about it makes two highlights, as wide as it is spread besides.
+        What comes from all other sides lights facets as it does a matte surface.
+        """
+        half = halfway(to_eye, to_lamp, m)
+        direct, about = facing_lamp(lamp, patch, self.water, m)
+        rest = scattered_onto(lamp, patch, self.water, m)[2]
+        disc = 0.5 * lamp.radius * lamp.radius / (patch.r * patch.r)
+        row = length_place(patch.r, SPREAD_LENGTHS, m)
+        x, y, z = self.split(self.water.spread.on_patches.at(ANGLE2, row))
+        spread = disc + (x + y + z) * (1.0 / COUNT)
+        sharp, wide = (
+            facets.highlight(to_eye, half, to_lamp, angle2, m) for angle2 in (disc, spread)
+        )
+        lit = visible * m.maximum(dot(facets.normal, to_lamp), 0.0)
+        bands = direct * (sharp * lit) + about * (wide * lit) + rest
+        return bands, facets.colour(dot(half, to_lamp), m)
+
     def unscattered(self, P: Operand, m: Mathematics = NUMPY) -> Operand:
         """Share of the light of a thing that arrives unscattered from a distance, likewise."""
         return m.exp(-self.water.b * P)
@@ -222,6 +259,15 @@ class ThingLight:
 def of_colour(tables: Sequence[Sequence[Operand]], colour: Sequence[Operand]) -> list[Operand]:
     """Return the looked-up tables of a colour: those of red, green and blue by its parts."""
     return [_weighted(colour, by_colour) for by_colour in zip(*tables, strict=True)]
+
+
+def matte_part(
+    colour: Sequence[Operand], facets: Sequence[Facets], m: Mathematics = NUMPY
+) -> list[Operand]:
+    """Return what of a colour is not that of facets that mirror evenly."""
+    mirrored = [_total(parts) for parts in zip(*(one.even for one in facets), strict=True)]
+    mirrored = mirrored or [0.0] * COLOURS
+    return [m.maximum(a - b, 0.0) for a, b in zip(colour, mirrored, strict=True)]
 
 
 @dataclass(frozen=True, eq=False)
@@ -286,8 +332,10 @@ class LampChannels:
         *,
         visible: Operand = 1.0,
         measured: int | None = None,
+        facets: Sequence[Facets] = (),
+        to_eye: Vector = (),
     ) -> tuple[Array, Array]:
-        """Radiance of matt patches that arrives from a distance: unscattered, and forward.
+        """Radiance of patches that arrives from a distance: unscattered, and forward.
 
         Parameters
         ----------
@@ -301,21 +349,38 @@ class LampChannels:
             Share of the lamps that is seen from there.
         measured : int, optional
             In place of the colour: index of a measured reflectance.
+        facets : sequence of Facets
+            On the patches; the rest of the colour is matte.
+        to_eye : three floats or arrays
+            Unit vector, for facets.
 
         Returns
         -------
         tuple of array, shape (..., 3)
         """
         D, F = np.zeros(3), np.zeros(3)
+        matte = matte_part(colour, facets)
+        mirroring = [one.with_all_light(to_eye) for one in facets]
         for lamp, folded in zip(self.lamps, self.folded, strict=True):
             light, patch = self._on_thing(folded), patch_past_lamp(lamp, point, normal)
             found = light.tables(patch.wet + P)
-            tables = of_colour(found[:COLOURS], colour)
+            tables = of_colour(found[:COLOURS], matte)
             if measured is not None:
                 tables = found[COLOURS + measured]
+            shares = light.unscattered(P), light.forward(P)
             bands = light.on_patch(lamp, patch, visible) / math.pi
-            D = D + light.arriving(bands * light.unscattered(P), tables)
-            F = F + light.arriving(bands * light.forward(P), tables)
+            D, F = (
+                total + light.arriving(bands * share, tables)
+                for total, share in zip((D, F), shares, strict=True)
+            )
+            to_lamp = [-part for part in lamp.towards(point)[1]]
+            for one in mirroring:
+                bands, seen = light.on_facets(lamp, patch, one, to_eye, to_lamp, visible)
+                tables = of_colour(found[:COLOURS], seen)
+                D, F = (
+                    total + light.arriving(bands / math.pi * share, tables)
+                    for total, share in zip((D, F), shares, strict=True)
+                )
         return D, F
 
     def irradiance(

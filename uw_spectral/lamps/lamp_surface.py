@@ -209,11 +209,23 @@ def scattered_onto(
 ) -> tuple[Operand, Operand, Operand]:
     """Return the parts of :func:`surface_irradiance` over the intensity, absorption apart."""
     facing = m.maximum(patch.cosine, 0.0)
-    direct = m.exp(-water.b * patch.wet) * (patch.per_intensity * facing)
-    profile, on_patches = water.spread.profile(lamp.profile), water.spread.on_patches
+    direct, about = facing_lamp(lamp, patch, water, m)
+    rest = water.spread.on_patches.at(tilt_place(patch.cosine), length_place(patch.wet, LENGTHS, m))
+    return direct * facing, about * facing, _scattered(lamp, patch, water, m) * rest
+
+
+def facing_lamp(
+    lamp: Lamp, patch: PatchPastLamp, water: LampWater, m: Mathematics = NUMPY
+) -> tuple[Operand, Operand]:
+    """Return the first two parts of :func:`scattered_onto` on a patch that faces the lamp."""
+    about = water.spread.on_patches.at(ABOUT, length_place(patch.wet, LENGTHS, m))
+    direct = m.exp(-water.b * patch.wet) * patch.per_intensity
+    return direct, _scattered(lamp, patch, water, m) * about
+
+
+def _scattered(
+    lamp: Lamp, patch: PatchPastLamp, water: LampWater, m: Mathematics = NUMPY
+) -> Operand:
+    """Scattered irradiance of a lamp over that of an isotropic one, over the intensity, 1/m²."""
     column, row = profile_place(patch.off_axis, m), length_place(patch.wet, PROFILE_LENGTHS, m)
-    row_of_patch = length_place(patch.wet, LENGTHS, m)
-    spread = profile.at(column, row) * _normal(lamp, patch.r)
-    about = on_patches.at(ABOUT, row_of_patch) * facing
-    rest = on_patches.at(tilt_place(patch.cosine), row_of_patch)
-    return direct, spread * about, spread * rest
+    return water.spread.profile(lamp.profile).at(column, row) * _normal(lamp, patch.r)
