@@ -220,7 +220,7 @@ def test_the_group_of_things_is_the_formula(square, tmp_path, measured):
 def test_the_group_of_facets_is_the_formula(square, tmp_path, facets):
     at = _position(square, tmp_path)
     folded = _folded(thrown=0.2, radius=0.1)
-    group = realtime_lamps.build_patch(_image(folded), ("Seen",), facets=facets)
+    group = realtime_lamps.build_patch(_images(folded), ("Seen",), facets=facets)
     colour, normal, smooth = (0.8, 0.4, 0.1), (0.0, 0.28, 0.96), (0.28, 0.0, 0.96)
     things = [Facets(normal, 0.5, (0.5, 0.3, 0.1), (0.2, 0.3, 0.4), (0.2, 0.3, 0.5), 1.3)]
     things.append(Facets(smooth, 0.2, clear=(0.7, 0.7, 0.7), index=1.5))

@@ -229,7 +229,7 @@ class ThingLight:
         direct, about = facing_lamp(lamp, patch, self.water, m)
         rest = scattered_onto(lamp, patch, self.water, m)[2]
         disc = 0.5 * lamp.radius * lamp.radius / (patch.r * patch.r)
-        row = length_place(patch.r, SPREAD_LENGTHS, m)
+        row = length_place(patch.wet, SPREAD_LENGTHS, m)
         x, y, z = self.split(self.water.spread.on_patches.at(ANGLE2, row))
         spread = disc + (x + y + z) * (1.0 / COUNT)
         sharp, wide = (
