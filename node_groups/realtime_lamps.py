@@ -103,7 +103,7 @@ _TABLE_ROWS = max(PROFILE_LENGTHS, SIDE) + 2 * _MARGIN
 _WIDTH = max(
     SAMPLES, _WIDE + 1, _SOFT + DISTANCES * _SOFT_COLUMNS, _PATCHES + TILTS + 3 + 2 * _MARGIN
 )
-_UNHIDDEN = SoftMap(np.ones((DISTANCES, SOFT_SIDE, SOFT_SIDE, 3)))
+_UNHIDDEN = SoftMap(np.tile((1.0, 0.0, 1.0), (DISTANCES, SOFT_SIDE, SOFT_SIDE, 1)))
 _DARKEST = 1e-12
 _OF_SHADOWS = (
     "shadow_filter_radius", "shadow_maximum_resolution", "use_absolute_resolution",

@@ -208,7 +208,7 @@ class ThingLight:
         ``visible`` is the share of the lamp that is seen from the patch.
         """
         direct, about, rest = scattered_onto(lamp, patch, self.water, m)
-        return (direct + about) * visible + rest
+        return direct * visible + about * patch.about(visible) + rest
 
     def on_facets(
         self,
@@ -235,8 +235,9 @@ class ThingLight:
         sharp, wide = (
             facets.highlight(to_eye, half, to_lamp, angle2, m) for angle2 in (disc, spread)
         )
-        lit = visible * m.maximum(dot(facets.normal, to_lamp), 0.0)
-        bands = direct * (sharp * lit) + about * (wide * lit) + rest
+        facing = m.maximum(dot(facets.normal, to_lamp), 0.0)
+        lit, about = direct * visible, about * patch.about(visible)
+        bands = lit * (sharp * facing) + about * (wide * facing) + rest
         return bands, facets.colour(dot(half, to_lamp), m)
 
     def unscattered(self, P: Operand, m: Mathematics = NUMPY) -> Operand:

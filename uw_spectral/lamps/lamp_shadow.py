@@ -110,11 +110,30 @@ def scattered_lit(
     m : Mathematics
         Elementary functions.
     """
+    bright, dark, about = _looked_up(soft, place, m)
+    return dark + (bright - dark) * seen, about + (1.0 - about) * seen
+
+
+def left_in_shadow(soft: SoftShadow, place: Sequence[Operand], m: Mathematics = NUMPY) -> Operand:
+    """Share of a lamp's scattered light in its shadow, over that beside the shadow.
+
+    Parameters
+    ----------
+    soft : SoftShadow
+    place : three floats or arrays
+        Seen from the lamp, m, in the axes of the world.
+    m : Mathematics
+        Elementary functions.
+    """
+    bright, dark, _ = _looked_up(soft, place, m)
+    return m.minimum(dark / m.maximum(bright, _SMALLEST), 1.0)
+
+
+def _looked_up(soft: SoftShadow, place: Sequence[Operand], m: Mathematics) -> Sequence[Operand]:
     x, y, z = place
     distance = m.sqrt(x * x + y * y + z * z)
     column, row, _ = _on_square(place, SOFT_SIDE, m)
-    bright, dark, about = soft.at(_distance_place(distance, m), column, row)
-    return dark + (bright - dark) * seen, about + (1.0 - about) * seen
+    return soft.at(_distance_place(distance, m), column, row)
 
 
 def soft_distances() -> NDArray[np.float64]:

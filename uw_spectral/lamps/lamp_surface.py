@@ -24,6 +24,7 @@ from .angular_spread import (
     tilt_place,
 )
 from .lamp import Lamp
+from .lamp_shadow import left_in_shadow
 from .multiple_scattering import LampWater
 
 USUAL_DISTANCE = 2.0
@@ -127,6 +128,8 @@ class PatchPastLamp:
         Cosine between the lamp's axis and the direction to the patch.
     wet : float or array
         Of the distance what is in the water, m.
+    left : float or array
+        Share of what is scattered to it from about the lamp that it gets where it does not see it.
     """
 
     r: Operand
@@ -134,6 +137,11 @@ class PatchPastLamp:
     cosine: Operand
     off_axis: Operand
     wet: Operand
+    left: Operand = 0.0
+
+    def about(self, visible: Operand) -> Operand:
+        """Share of that light where so much of the lamp is seen."""
+        return visible + (1.0 - visible) * self.left
 
 
 def patch_past_lamp(
@@ -160,9 +168,12 @@ def patch_past_lamp(
     """
     r, u = lamp.towards(point, m)
     off_axis = dot(lamp.axis, u)
-    z = point[2] - lamp.position[2]
+    place = [point[i] - lamp.position[i] for i in range(3)]
+    z = place[2]
     per_intensity = lamp.profile.value(off_axis, m) * _normal(lamp, r) * lamp.under(z, m)
-    return PatchPastLamp(r, per_intensity, 0.0 - dot(normal, u), off_axis, lamp.wet(r, z, m))
+    left = 0.0 if lamp.soft is None else left_in_shadow(lamp.soft, place, m)
+    cosine = 0.0 - dot(normal, u)
+    return PatchPastLamp(r, per_intensity, cosine, off_axis, lamp.wet(r, z, m), left)
 
 
 def _normal(lamp: Lamp, r: Operand) -> Operand:
