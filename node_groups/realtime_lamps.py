@@ -103,7 +103,7 @@ _TABLE_ROWS = max(PROFILE_LENGTHS, SIDE) + 2 * _MARGIN
 _WIDTH = max(
     SAMPLES, _WIDE + 1, _SOFT + DISTANCES * _SOFT_COLUMNS, _PATCHES + TILTS + 3 + 2 * _MARGIN
 )
-_UNHIDDEN = SoftMap(np.tile((1.0, 0.0, 1.0), (DISTANCES, SOFT_SIDE, SOFT_SIDE, 1)))
+_UNHIDDEN = SoftMap(np.tile((1.0, 0.0), (DISTANCES, SOFT_SIDE, SOFT_SIDE, 1)))
 _DARKEST = 1e-12
 _OF_SHADOWS = (
     "shadow_filter_radius", "shadow_maximum_resolution", "use_absolute_resolution",
@@ -346,9 +346,7 @@ class _ImageSoft:
     image: bpy.types.Image
     row: NodeValue
 
-    def at(
-        self, distance: NodeValue, column: NodeValue, row: NodeValue
-    ) -> tuple[NodeValue, NodeValue, NodeValue]:
+    def at(self, distance: NodeValue, column: NodeValue, row: NodeValue) -> tuple[NodeValue, ...]:
         layer = self.graph.operation("FLOOR", (NODES.minimum(distance, DISTANCES - 1.001),))
         h = layer * float(_SOFT_COLUMNS) + column + float(_SOFT + _MARGIN)
         v = self.row + row + float(_MARGIN)
@@ -356,7 +354,7 @@ class _ImageSoft:
             texel(self.graph, self.image, place, v, *self.image.size)
             for place in (h, h + float(_SOFT_COLUMNS))
         )
-        return self.graph.components(near + (far - near) * (distance - layer))
+        return self.graph.components(near + (far - near) * (distance - layer))[:2]
 
 
 @dataclass(frozen=True, eq=False)

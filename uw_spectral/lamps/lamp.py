@@ -91,12 +91,10 @@ class Lamp:
             return r
         return r * m.maximum(1.0 - self.dry / m.maximum(0.0 - z, self.dry + _SMALLEST), 0.0)
 
-    def scattered_lit(
-        self, place: Sequence[Operand], m: Mathematics = NUMPY
-    ) -> tuple[Operand, Operand]:
-        """Share of its scattered light that reaches a place, and :class:`.SoftShadow`'s mean."""
+    def scattered_lit(self, place: Sequence[Operand], m: Mathematics = NUMPY) -> Operand:
+        """Share of its scattered light that reaches a place, likewise."""
         seen = self.lit(place, m)
-        return (seen, 1.0) if self.soft is None else scattered_lit(self.soft, seen, place, m)
+        return seen if self.soft is None else scattered_lit(self.soft, seen, place, m)
 
     def towards(
         self, point: Sequence[Operand], m: Mathematics = NUMPY

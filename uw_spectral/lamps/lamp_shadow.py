@@ -50,10 +50,10 @@ def shadow_map(distances: ArrayLike) -> ValueGrid:
     """
     summed = np.abs(shadow_directions()).sum(axis=-1) * np.asarray(distances, dtype=np.float64)
     inverse = (1.0 / np.maximum(summed, _SMALLEST)).reshape(SIDE, SIDE)
-    return ValueGrid(np.where(inverse > 0, inverse, -_highest_near(inverse))[..., None])
+    return ValueGrid(np.where(inverse > 0, inverse, -highest_near(inverse))[..., None])
 
 
-def _highest_near(values: NDArray[np.float64]) -> NDArray[np.float64]:
+def highest_near(values: NDArray[np.float64]) -> NDArray[np.float64]:
     """Highest of each entry's neighbours, across the folds at the edges of the square too."""
     for _ in range(2):
         rows = np.concatenate([values[1:2, ::-1], values, values[-2:-1, ::-1]])
@@ -79,26 +79,27 @@ def lit(shadow: Lookup, place: Sequence[Operand], m: Mathematics = NUMPY) -> Ope
     >>> [float(lit(shadow_map(wall), (0.0, 0.0, z))[0]) for z in (-5.0, 1.9, 2.5)]
     [1.0, 1.0, 0.0]
     """
+    return m.clamp((1.0 + _SOFT - behind(shadow, place, m)) / _SOFT, 0.0, 1.0)
+
+
+def behind(shadow: Lookup, place: Sequence[Operand], m: Mathematics = NUMPY) -> Operand:
+    """Distance of a place over that of the thing in its direction; above 1 behind the thing."""
     column, row, r = _on_square(place, SIDE, m)
-    return m.clamp((1.0 + _SOFT - r * shadow.at(column, row)) / _SOFT, 0.0, 1.0)
+    return r * shadow.at(column, row)
 
 
 class SoftShadow(Protocol):
-    """What things leave of a lamp's scattered light, by the direction and distance of places."""
+    """Shares of a lamp's scattered light that reach places, by their direction and distance."""
 
     def at(self, distance: Operand, column: Operand, row: Operand) -> Sequence[Operand]:
-        """Return the shares that reach places the lamp sees, and does not see, and how far about.
-
-        The last is of places that it does not see: mean cosine of the angle from the lamp that
-        light arrives at, over that without things.
-        """
+        """Return those of places that the lamp sees, and that it does not see."""
         ...
 
 
 def scattered_lit(
     soft: SoftShadow, seen: Operand, place: Sequence[Operand], m: Mathematics = NUMPY
-) -> tuple[Operand, Operand]:
-    """Share of a lamp's scattered light that reaches a place, 0 to 1, and how far about it comes.
+) -> Operand:
+    """Share of a lamp's scattered light that reaches a place, 0 to 1.
 
     Parameters
     ----------
@@ -110,8 +111,8 @@ def scattered_lit(
     m : Mathematics
         Elementary functions.
     """
-    bright, dark, about = _looked_up(soft, place, m)
-    return dark + (bright - dark) * seen, about + (1.0 - about) * seen
+    bright, dark = _looked_up(soft, place, m)
+    return dark + (bright - dark) * seen
 
 
 def left_in_shadow(soft: SoftShadow, place: Sequence[Operand], m: Mathematics = NUMPY) -> Operand:
@@ -125,7 +126,7 @@ def left_in_shadow(soft: SoftShadow, place: Sequence[Operand], m: Mathematics = 
     m : Mathematics
         Elementary functions.
     """
-    bright, dark, _ = _looked_up(soft, place, m)
+    bright, dark = _looked_up(soft, place, m)
     return m.minimum(dark / m.maximum(bright, _SMALLEST), 1.0)
 
 

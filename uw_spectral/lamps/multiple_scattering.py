@@ -269,13 +269,12 @@ def _turned(
         s, r = ray.h * (grown - 1.0 / grown) / 2.0, ray.h * (grown + 1.0 / grown) / 2.0
         turned, t = (ray.across * ray.h + ray.along * s) / r, m.maximum(ray.t0 + s, 0.0)
         where = ray.place(s)
-        lit, about = lamp.scattered_lit(where, m)
+        lit = lamp.scattered_lit(where, m)
         leg = lamp.wet(r, where[2], m)
         if lamp.shines_in:
             # Scattered as on the leg in the water, and as faint as at r.
             lit = lit * leg / r
-        # What comes round a thing is turned by more on to the camera.
-        seen = source_seen(source, leg, turned, about * (0.0 - s / r), off_axis, m)
+        seen = source_seen(source, leg, turned, 0.0 - s / r, off_axis, m)
         seen = seen * m.exp(0.0 - water.wide * t) * (width * share * lit)
         return (light.arriving(seen, leg + t, m),)
 

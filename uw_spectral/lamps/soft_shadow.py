@@ -6,15 +6,16 @@ by ψ and arrives at the angle α from the lamp. Over all y the inverse squares 
     ∫ d³y p / (|y - l|² |x - y|²) = (1/r) ∫ dφ ∫ dψ p(ψ) ∫_0^ψ dα,
 
 so that points drawn evenly in α, and by ψ p(ψ) in ψ, count alike, but for the lamp's profile and
-for what the longer way takes. The share of them that the lamp sees (:mod:`.lamp_shadow`) is the
-share of the light that arrives. A place in a shadow gets none by points whose direction ends at
-a thing: that is between, as a rule.
+for what the longer way takes. The share of them that the lamp sees (:mod:`.lamp_shadow`), and from
+which the way on is free, is the share of the light that arrives. A way on that comes into a shadow
+goes through the thing if it was nearer to the lamp than that, else in from the side.
 """
 
 from __future__ import annotations
 
 import functools
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -23,14 +24,16 @@ from numpy.typing import NDArray
 from ..mathematics import Operand
 from ..octahedron import lattice
 from ..water.phase import BandPhase
+from .angular_spread import Lookup
 from .lamp import Lamp
-from .lamp_shadow import DISTANCES, SOFT_SIDE, lit, soft_distances
+from .lamp_shadow import DISTANCES, SOFT_SIDE, behind, highest_near, lit, soft_distances
 from .multiple_scattering import LampWater
 from .wide_phase import RESOLVED, wide_moments
 
 type Array = NDArray[np.float64]
 
 _TURNS, _AROUND = 8, 4  # points by ψ, and of each of them
+_STEPS = 3  # of the way on from a point
 _MOMENTS, _ANGLES = 64, 721
 _GOLDEN = 0.618034  # spreads the points evenly
 _SMALLEST = 1e-9
@@ -38,7 +41,7 @@ _SMALLEST = 1e-9
 
 @dataclass(frozen=True, eq=False)
 class SoftMap:
-    """A :class:`.SoftShadow` of arrays, shape (DISTANCES, SIDE, SIDE, 3)."""
+    """A :class:`.SoftShadow` of arrays, shape (DISTANCES, SIDE, SIDE, 2)."""
 
     values: Array
 
@@ -54,7 +57,7 @@ class SoftMap:
             for v, down in ends[1]:
                 for h, across in ends[2]:
                     total = total + self.values[d, v, h] * (along * down * across)[..., None]
-        return [total[..., i] for i in range(3)]
+        return [total[..., i] for i in range(2)]
 
 
 def soft_map(lamp: Lamp, water: LampWater) -> SoftMap:
@@ -87,22 +90,52 @@ def soft_map(lamp: Lamp, water: LampWater) -> SoftMap:
     longer = from_lamp + sine / np.maximum(np.sin(turn), _SMALLEST) - 1.0
     weight = shining * np.exp(-c * longer * r[:, None, None])
 
-    def seen(distances: Array) -> Array:
-        return np.asarray(lit(shadow, [(part * distances)[..., None] for part in way]))[..., 0]
-
-    at = from_lamp * r[:, None, None]
-    first = seen(at)
-    # Where the way on to the place ends, at its own distance.
-    clear = first * seen(np.maximum(at, r[:, None, None]))
+    at, there = from_lamp * r[:, None, None], r[:, None, None]
+    points = [[part * at for part in way]]
+    for share in np.arange(1.0, _STEPS) / _STEPS:
+        points.append([y + share * (there * u[:, i : i + 1] - y) for i, y in enumerate(points[0])])
+    first = np.asarray(lit(shadow, [part[..., None] for part in points[0]]))[..., 0]
+    free, before = np.ones_like(first), _Passed.of(shadow, points[0])
+    for place in points[1:]:
+        now = _Passed.of(shadow, place)
+        free = free * ~now.through_a_thing(before)
+        before = now
+    ends = np.broadcast_to(_nearest_thing(shadow)[:, None], first.shape)
+    last = _Passed(np.broadcast_to(there, first.shape), there * ends)
+    into = ~last.through_a_thing(before)
     least = _SMALLEST * np.exp(-c * r)[:, None]
 
     def mean(part: Array) -> Array:
         return ((part * weight).sum(axis=-1) + least) / (weight.sum(axis=-1) + least)
 
-    bright, dark, ahead = mean(first), mean(clear), mean(np.cos(arriving))
-    about = np.clip(mean(clear * np.cos(arriving)) / (dark * ahead), 0.0, 1.0)
-    shares = np.stack([bright, dark, about], axis=-1)
-    return SoftMap(shares.reshape(DISTANCES, SOFT_SIDE, SOFT_SIDE, 3))
+    shares = np.stack([mean(first * free), mean(first * free * into)], axis=-1)
+    return SoftMap(shares.reshape(DISTANCES, SOFT_SIDE, SOFT_SIDE, 2))
+
+
+@dataclass(frozen=True, eq=False)
+class _Passed:
+    """Places on ways: distance from the lamp, m, and over that of the thing in their direction."""
+
+    r: Array
+    behind: Array
+
+    @classmethod
+    def of(cls, shadow: Lookup, place: Sequence[Array]) -> _Passed:
+        r = np.sqrt(sum(part * part for part in place))
+        return cls(r, np.asarray(behind(shadow, [part[..., None] for part in place]))[..., 0])
+
+    def through_a_thing(self, before: _Passed) -> NDArray[np.bool_]:
+        """Whether ways between from places before go through a thing."""
+        entered = (before.behind < 1.0) & (self.behind > 1.0)
+        # From before a thing, or from beside it and nearer.
+        return entered & ((before.behind > 0.0) | (self.behind * before.r < self.r))
+
+
+def _nearest_thing(shadow: Lookup) -> Array:
+    """One over the distance of the nearest thing about each direction, 1/m, shape (SIDE²,)."""
+    unit = [part[:, None] for part in lattice(SOFT_SIDE).T]
+    found = np.asarray(behind(shadow, unit)).reshape(SOFT_SIDE, SOFT_SIDE)
+    return highest_near(found).ravel()
 
 
 def _beside(u: Array) -> tuple[Array, Array]:
