@@ -1,4 +1,4 @@
-"""The wheel of optics and data sets: what is in it, and that it works without Blender."""
+"""The wheel of optics and data sets: what is in it; it and the notebooks work without Blender."""
 
 from __future__ import annotations
 
@@ -12,10 +12,13 @@ import zipfile
 from email.parser import Parser
 from pathlib import Path
 
+import nbclient
+import nbformat
 import pytest
 from underwater_spectral.uw_spectral.water import Water
 
 ROOT = Path(__file__).resolve().parent.parent
+NOTEBOOKS = sorted(ROOT.glob("examples/notebooks/*.ipynb"))
 
 USE = """
 import importlib, json, pkgutil, sys
@@ -45,6 +48,13 @@ def wheel(tool, tmp_path_factory) -> Path:
     return tool.build_twice(tmp_path_factory.mktemp("wheel"))
 
 
+@pytest.fixture(scope="module")
+def unpacked(wheel, tmp_path_factory) -> Path:
+    folder = tmp_path_factory.mktemp("unpacked")
+    zipfile.ZipFile(wheel).extractall(folder)
+    return folder
+
+
 def _files(*folders: str) -> set[str]:
     paths = [path for folder in folders for path in (ROOT / folder).rglob("*") if path.is_file()]
     return {path.relative_to(ROOT).as_posix() for path in paths if "__pycache__" not in path.parts}
@@ -70,20 +80,32 @@ def test_the_wheel_is_described_in_one_place(wheel):
     assert any(n.endswith("/licenses/LICENSE") for n in archive.namelist())
 
 
-def test_the_wheel_works_without_blender(wheel, tmp_path):
-    zipfile.ZipFile(wheel).extractall(tmp_path)
+def test_the_wheel_works_without_blender(unpacked, tmp_path):
     result = subprocess.run(
         [sys.executable, "-P", "-c", USE],
         cwd=tmp_path,
-        env={**os.environ, "PYTHONPATH": str(tmp_path)},
+        env={**os.environ, "PYTHONPATH": str(unpacked)},
         stdout=subprocess.PIPE,
         check=True,
     )
     count, heavy, kd, place = json.loads(result.stdout)
-    assert Path(place).is_relative_to(tmp_path)
+    assert Path(place).is_relative_to(unpacked)
     assert count > 150
     assert heavy == []
     assert kd == Water.jerlov("IB").Kd([450.0, 550.0]).tolist()
+
+
+@pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
+def test_notebooks_run_with_the_wheel(unpacked, path, tmp_path):
+    """Each asserts what it compares; it is kept without outputs."""
+    book = nbformat.read(path, as_version=4)
+    nbformat.validate(book)
+    code = [cell for cell in book.cells if cell.cell_type == "code"]
+    assert not any(cell.outputs or cell.execution_count for cell in code)
+    assert any("assert" in cell.source for cell in code)
+    assert path.stat().st_size < 50_000
+    client = nbclient.NotebookClient(book, timeout=120, resources={"metadata": {"path": tmp_path}})
+    client.execute(env={**os.environ, "PYTHONPATH": str(unpacked), "PYTHONSAFEPATH": "1"})
 
 
 @pytest.mark.slow
