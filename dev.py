@@ -6,9 +6,12 @@
     python3 dev.py check            lint, format and types
     python3 dev.py build            build and validate dist/underwater_spectral-*.zip;
                                     --manual writes its sizes into docs/listing/review.md
+    python3 dev.py build --wheel    build the wheel of optics and data sets into dist/, and try it
+                                    in a new environment; --python python3.11: in one of that
     python3 dev.py run FILE [ARGS]  run a script in the project's environment
     python3 dev.py site             build the documentation site into out/site/
-    python3 dev.py lock             write requirements.lock and docs.lock from pyproject.toml
+    python3 dev.py lock [-U]        write requirements.lock and docs.lock from pyproject.toml;
+                                    -U: with the latest versions, else with those that are there
 
 Each does all set-up itself: uv, Python 3.13, the packages of requirements.lock
 with their hashes, and the system libraries that Blender needs.
@@ -158,11 +161,10 @@ def main() -> None:
     """Run the job named on the command line."""
     job, *arguments = sys.argv[1:] or ["help"]
     if job == "lock":
-        uv = find_uv()
-        run(uv, "lock", "-q")
-        command = ["export", "-q", "--no-emit-project", "--format", "requirements.txt"]
-        for groups, lock in (((), LOCK), (("--only-group", "docs"), DOCS_LOCK)):
-            run(uv, *command, *groups, "--no-header", "--no-annotate", "-o", lock)
+        command = [find_uv(), "pip", "compile", "-q", "--python-version", "3.13"]
+        command += ["--generate-hashes", "--no-header", "--no-annotate", *arguments]
+        run(*command, "pyproject.toml", "--all-extras", "--group", "dev", "-o", LOCK)
+        run(*command, "--group", "docs", "-o", DOCS_LOCK)
     elif job == "example":
         example(set_up())
     elif job == "test":
@@ -174,8 +176,12 @@ def main() -> None:
         run(python, "-m", "ruff", "format", "--check", ".")
         # Its warnings are modules that only Blender has.
         run(python, "-m", "basedpyright", "--level", "error")
+        # What the wheel holds, as its oldest Python has it.
+        oldest = ("--pythonversion", "3.11", "uw_spectral", "datasets")
+        run(python, "-m", "basedpyright", "--level", "error", *oldest)
     elif job == "build":
-        run(set_up(), "tools/build_extension.py", *arguments)
+        tool = "build_wheel.py" if "--wheel" in arguments else "build_extension.py"
+        run(set_up(), f"tools/{tool}", *arguments)
     elif job == "site":
         run(environment(DOCS_VENV, DOCS_LOCK), "tools/build_site.py")
     elif job == "run" and arguments:

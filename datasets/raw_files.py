@@ -42,7 +42,7 @@ def write_raw(
     if raw.file == "dng" and raw.pattern is not None:
         sensor = view.record["camera"]["sensor"]
         to_camera = np.linalg.inv(rec709_to_XYZ() @ to_rec709)
-        write_dng(path, counts, raw.detector, raw.pattern, to_camera, white, sensor)
+        write_dng(path, counts, raw.detector, raw.pattern, to_camera, white, sensor, iso=raw.iso)
     else:
         write_codes(path, counts, {"black_level": raw.detector.black_level})
     return {**record, "white_response": white.tolist(), "to_linear_rec709": to_rec709.tolist()}

@@ -13,7 +13,7 @@ sys.path.insert(0, str(ROOT))
 project = "Underwater Spectral"
 author = "Underwater Spectral developers"
 copyright = author  # noqa: A001 - as Sphinx wants it
-release = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]["version"]
+release = tomllib.loads((ROOT / "blender_manifest.toml").read_text(encoding="utf-8"))["version"]
 extensions = ["myst_parser", "sphinx.ext.autodoc", "numpydoc"]
 root_doc = "docs/index"
 source_suffix = {".md": "markdown", ".rst": "restructuredtext"}

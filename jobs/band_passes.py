@@ -7,7 +7,6 @@ what is done by looking at the files alone.
 from __future__ import annotations
 
 import json
-import os
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -21,7 +20,7 @@ from ..datasets.layer_file import write_layers
 from ..scene.engines.band_engine import RenderPass
 from ..uw_spectral.errors import InputError
 from ..uw_spectral.spectra.exr_header import read_header
-from ..uw_spectral.spectra.spectral_image import read_exr, write_rgb_exr
+from ..uw_spectral.spectra.spectral_image import read_exr, temporary_name, write_rgb_exr
 
 _ATTRIBUTE = "underwaterPass"
 
@@ -80,7 +79,7 @@ def render_pass(
     InputError
         If it cannot be rendered or written.
     """
-    raw = path.with_name(f".{path.stem}.{os.getpid()}.raw{path.suffix}")
+    raw = temporary_name(path, "raw")
     start = time.perf_counter()
     try:
         layers = render(bands, raw)

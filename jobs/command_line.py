@@ -22,6 +22,7 @@ from ..settings.scene_settings import (
 from ..settings.setting import SECTIONS, Setting
 from ..uw_spectral.errors import InputError
 from .job import AutoRequest, Job, SplitRequest
+from .manifest import CHANGEABLE
 
 PROGRESS = ("text", "openjd")
 _AMOUNTS = tuple(name for name, setting in SETTINGS.items() if "water" in setting.needs)
@@ -157,7 +158,8 @@ def _add_splitting(result: argparse.ArgumentParser) -> None:
     group.add_argument("--passes", default="", help="with --from: these, counted from 0, e.g. 0-3")
     group.add_argument(
         "--develop", action="store_true", default=False,
-        help="with --from: make pictures, spectra and records of the finished passes",
+        help="with --from: make pictures, spectra and records of the finished passes; with another "
+        "--sensor, --white-balance, --exposure, --tone or --denoise into an --out of its own",
     )  # fmt: skip
     group.add_argument(
         "--path-mapping", type=Path, default=None, metavar="FILE",
@@ -316,15 +318,24 @@ def split(options: argparse.Namespace) -> SplitRequest | None:
         return None
     if planned is None:
         decided = ("engine", "mode", "quality", "target_delta_e", "time_budget", "range")
-        settled = [flag(name) for name in SETTINGS if name in vars(options)]
+        free = {*CHANGEABLE, "denoise"} if options.develop else set()
+        settled = [flag(name) for name in SETTINGS if name in vars(options) and name not in free]
         settled += [flag(name) for name in decided if name in vars(options)]
         others = ("seed", "denoise", "resolution", "device", "parts", "resume")
         usual = vars(parser().parse_args([]))
-        settled += [flag(name) for name in others if getattr(options, name) != usual[name]]
+        settled += [
+            flag(name)
+            for name in others
+            if getattr(options, name) != usual[name] and name not in free
+        ]
         if settled:
             raise InputError(
                 f"{', '.join(settled)}: the manifest decides; plan again with other options"
             )
+    changed = {n: v for n, v in vars(options).items() if options.develop and n in CHANGEABLE}
+    if options.develop and options.out is None and (changed or options.denoise is not None):
+        names = ", ".join(map(flag, changed or ("denoise",)))
+        raise InputError(f"{names}: to develop otherwise, name an --out of its own")
     return SplitRequest(
         plan=options.plan,
         bundle=options.bundle,
@@ -337,6 +348,8 @@ def split(options: argparse.Namespace) -> SplitRequest | None:
         frames=parse_numbers(options.frames),
         cameras=_names(options.cameras) or _names(options.camera or ""),
         out=options.out,
+        changed=changed,
+        denoise=options.denoise if options.develop else None,
     )
 
 

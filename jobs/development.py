@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from ..node_groups import sensor_reduction
 from ..scene.engines.exr_output import write_float_exr
-from ..uw_spectral.spectra.spectral_image import write_rgb_exr
+from ..uw_spectral.spectra.spectral_image import read_exr, write_rgb_exr
 from .guides import Guides
 
 _NAME = "UW Development"
@@ -26,11 +26,10 @@ def develop(
     images: Sequence[Path],
     weights: NDArray[np.float64],
     passes: Sequence[tuple[int, ...]],
-    destination: Path,
     *,
     denoise: bool = False,
     guides: Guides | None = None,
-) -> None:
+) -> NDArray[np.float32]:
     """Combine band images into a scene-linear RGB image.
 
     Parameters
@@ -41,17 +40,18 @@ def develop(
         Linear RGB per unit radiance of each band.
     passes : sequence of tuples
         The bands that each image carries.
-    destination : Path
-        The float EXR to write.
     denoise : bool
         Denoise the RGB image.
     guides : Guides, optional
         What guides the denoiser.
+
+    Returns
+    -------
+    array, shape (height, width, 3)
     """
     with _Tree(images, passes) as tree:
         if not denoise:
-            tree.write(tree.weighed(weights), destination)
-            return
+            return tree.rendered(tree.weighed(weights))
         sockets = tree.guides(guides) if guides is not None else ()
         # The denoiser takes what is below zero for zero, and so would lose colours out of gamut:
         # a grey picture is added that lifts them above it.
@@ -60,7 +60,7 @@ def develop(
         if lift.any():
             grey = tree.denoised(tree.weighed(np.broadcast_to(lift, weights.shape)), sockets)
             image = tree.difference(image, grey)
-        tree.write(image, destination)
+        return tree.rendered(image)
 
 
 class _Tree:
@@ -141,8 +141,8 @@ class _Tree:
             self._tree.links.new(source, socket)
         return node.outputs["Vector"]
 
-    def write(self, image: bpy.types.NodeSocket, destination: Path) -> None:
-        """Write an image as a float EXR."""
+    def rendered(self, image: bpy.types.NodeSocket) -> NDArray[np.float32]:
+        """Return the pixels of an image; Blender's own header knows this scene alone."""
         tree, scene = self._tree, self._scene
         tree.interface.new_socket("Image", in_out="OUTPUT", socket_type="NodeSocketColor")
         output = tree.nodes.new("NodeGroupOutput")
@@ -150,4 +150,6 @@ class _Tree:
         scene.compositing_node_group = tree
         scene.render.compositor_device = "CPU"
         scene.render.resolution_x, scene.render.resolution_y = self._images[0].size
-        write_float_exr(scene, destination)
+        path = Path(self._folder.name, "picture.exr")
+        write_float_exr(scene, path)
+        return read_exr(path)[0]

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 from ..quality.methods import Device, Engine, Mode
 from .stage import Stage
@@ -61,7 +63,8 @@ class SplitRequest:
     ``develop`` and ``status`` name one to read.
     ``passes``, ``frames`` and ``cameras`` are the part of the job that is meant, empty for all;
     ``out`` is the folder of the results, if it is not the manifest's; ``path_mapping`` a file of
-    rules by which files lie elsewhere.
+    rules by which files lie elsewhere. ``changed`` are settings, and ``denoise``, that pictures are
+    developed by instead of the manifest's.
     """
 
     plan: Path | None = None
@@ -75,3 +78,5 @@ class SplitRequest:
     cameras: tuple[str, ...] = ()
     out: Path | None = None
     path_mapping: Path | None = None
+    changed: Mapping[str, Any] = field(default_factory=dict)
+    denoise: bool | None = None

@@ -12,7 +12,7 @@ import json
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, astuple, dataclass, field
 from pathlib import Path
-from typing import Any, get_args
+from typing import Any, TypeVar, get_args
 
 from ..datasets.files import joined, relative
 from ..quality.methods import Device, Engine, Method, Mode, method_of
@@ -28,11 +28,17 @@ from .stage import Stage, stage_of
 FORMAT = 1
 """Of the file; a newer one is refused."""
 _KIND = "underwater-spectral job"
+_PASSES = "passes"
 # Settings that only the development reads: a pass does not depend on them, unless it is
 # developed as it is rendered.
 DEVELOPMENT = frozenset({"sensor", "white_balance", "exposure", "exposure_compensation"})
 # How a picture is shown, and when it is good enough: no pass depends on it.
 SHOWN = frozenset({"tone", "contrast", "noise"})
+CHANGEABLE = (DEVELOPMENT | SHOWN) - {"noise"}
+"""Settings by which finished passes can be developed again."""
+
+
+Value = TypeVar("Value")
 
 
 @dataclass(frozen=True)
@@ -93,6 +99,18 @@ class View:
 
 
 @dataclass(frozen=True)
+class Exposed:
+    """What a frame is exposed by besides the water.
+
+    ``stops`` are those that the picture of the first camera asked for, if it was asked;
+    ``lamplight`` the irradiance of lamps before each camera by band, empty without lamps.
+    """
+
+    stops: float | None = None
+    lamplight: tuple[tuple[float, ...] | None, ...] = ()
+
+
+@dataclass(frozen=True)
 class Output:
     """What is rendered besides the settings of the water, and by what.
 
@@ -147,6 +165,10 @@ class Manifest:
         Those of the scene by frame, where they are others than at the frame before.
     stage : Stage, optional
         What is added to the scene.
+    exposed : mapping
+        What frames are exposed by, where it is not as at the frame before.
+    rendered_in : Path or None
+        The folder of the passes, if they are another job's; nothing is rendered then.
     """
 
     scene: Path | None
@@ -166,11 +188,20 @@ class Manifest:
     files: tuple[ExternalFile, ...]
     lamps: Mapping[int, tuple[Mapping[str, Any], ...]] = field(default_factory=dict)
     stage: Stage | None = None
+    exposed: Mapping[int, Exposed] = field(default_factory=dict)
+    rendered_in: Path | None = None
 
     def lamps_of(self, frame: int) -> tuple[Mapping[str, Any], ...]:
         """Return the lamps at a frame, as records have them."""
+        return self._latest(self.lamps, frame, ())
+
+    def exposed_of(self, frame: int) -> Exposed:
+        """Return what a frame is exposed by besides the water."""
+        return self._latest(self.exposed, frame, Exposed())
+
+    def _latest(self, known: Mapping[int, Value], frame: int, without: Value) -> Value:
         until = self.frames[: self.frames.index(frame) + 1]
-        return next((self.lamps[n] for n in reversed(until) if n in self.lamps), ())
+        return next((known[n] for n in reversed(until) if n in known), without)
 
     def settings_of(self, frame: int) -> SceneSettings:
         """Return the settings of a frame."""
@@ -201,11 +232,14 @@ class Manifest:
 
     def pass_path(self, view: View, number: int) -> Path:
         """Return the file of a pass."""
-        item = self.passes[number]
-        name = f"pass_{number // self.parts:02d}"
-        if self.parts > 1:
-            name += f"_part_{item.part:02d}"
-        return self.folder(view) / "passes" / f"{view.frame:04d}" / f"{name}.exr"
+        part = f"_part_{self.passes[number].part:02d}" if self.parts > 1 else ""
+        folder = (self.rendered_in or self.out) / self.camera(view.camera).folder
+        return folder / _PASSES / f"{view.frame:04d}" / f"pass_{number // self.parts:02d}{part}.exr"
+
+    def mean_path(self, view: View, number: int) -> Path:
+        """Return the file of the mean of the parts of a pass, such as its first one."""
+        name = f"pass_{number // self.parts:02d}.exr"
+        return self.folder(view) / _PASSES / f"{view.frame:04d}" / name
 
     def tasks(self) -> Iterator[tuple[View, int]]:
         """Yield every pass of the job: its view and number."""
@@ -360,6 +394,8 @@ def write_manifest(path: Path, manifest: Manifest) -> None:
         "views": [[v.frame, v.camera, v.depth, v.development, v.eye] for v in manifest.views],
         "lamps": manifest.lamps,
         "stage": _stage(manifest.stage, path.parent),
+        "exposed": {frame: asdict(item) for frame, item in manifest.exposed.items()},
+        "rendered_in": relative(manifest.rendered_in, path.parent) if manifest.rendered_in else "",
     }
     text = ",\n".join(f"{json.dumps(name)}: {_rows(value)}" for name, value in content.items())
     with replacing(path) as temporary:
@@ -447,6 +483,13 @@ def _manifest(content: dict[str, Any], folder: Path) -> Manifest:
         stage=stage_of(content["stage"]).moved(lambda name: joined(name, folder))
         if content.get("stage")
         else None,
+        exposed={
+            int(frame): Exposed(
+                item["stops"], tuple(None if x is None else tuple(x) for x in item["lamplight"])
+            )
+            for frame, item in content.get("exposed", {}).items()
+        },
+        rendered_in=Path(joined(place, folder)) if (place := content.get("rendered_in")) else None,
     )
     if not (manifest.views and manifest.passes and manifest.frames):
         raise ValueError("no passes")
@@ -520,7 +563,7 @@ def folders(cameras: Sequence[str]) -> tuple[CameraOutput, ...]:
     for name in cameras:
         plain = "".join(c if c.isalnum() or c in "-_" else "_" for c in name) or "camera"
         folder, count = plain, 1
-        taken = {camera.folder.lower() for camera in found.values()} | {"passes"}
+        taken = {camera.folder.lower() for camera in found.values()} | {_PASSES}
         while folder.lower() in taken:
             count += 1
             folder = f"{plain}_{count}"

@@ -69,6 +69,7 @@ class PathMapping:
             manifest,
             scene=self._placed(manifest.scene) if manifest.scene is not None else None,
             out=self._placed(manifest.out),
+            rendered_in=self._placed(manifest.rendered_in) if manifest.rendered_in else None,
             settings=settings,
             stage=manifest.stage.moved(self.apply) if manifest.stage is not None else None,
             files=tuple(

@@ -13,6 +13,7 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
+from ..datasets.files import relative
 from ..quality.methods import method_of
 from ..scene import view_transform
 from ..scene.water import particles
@@ -45,6 +46,7 @@ _PARTICLES = (
     "denoised: faint particles may have been taken for noise; --no-denoise keeps them, and the "
     "noise"
 )
+_SOFTWARE = "Underwater Spectral"
 _HEAD = 200  # characters of a record, which hold its key
 
 
@@ -105,19 +107,21 @@ def develop(
     noise = rounds.reached(manifest, view, rendered) if manifest.noise else None
     said += [str(noise)] if noise else []
     if method_of(manifest.output.engine, manifest.output.mode).draws_colours:
-        write_rgb_exr(picture, sum(read_exr(item.path)[0] for item in whole), LINEAR_REC709)
+        linear = sum(read_exr(item.path)[0] for item in whole)
     else:
         _write_spectra(manifest, view, whole, plan)
         weights = np.array(manifest.developments[view.development].weights)
         paths, bands = [item.path for item in whole], [item.bands for item in whole]
         denoise = manifest.output.denoise
         guides = read_guides(manifest, view, rendered) if denoise else None
-        development.develop(paths, weights, bands, picture, denoise=denoise, guides=guides)
+        linear = development.develop(paths, weights, bands, denoise=denoise, guides=guides)
         if denoise:
             denoised = _DENOISED[guides is not None]
             said += [_UNGUIDED] if guides is None else []
             there = particles.particles_of(plan.settings, plan.column).clouds
             said += [_PARTICLES] if there else []
+    header = {"Camera": view.camera, "Frame": f"{view.frame:03d}", "Software": _SOFTWARE}
+    write_rgb_exr(picture, linear, {**LINEAR_REC709, **header})
     chosen = plan.settings
     shown = shown_path(manifest, view)
     view_transform.write_shown(shown, read_exr(picture)[0], chosen.tone, chosen.contrast)
@@ -149,12 +153,13 @@ def _means(
     found, variances, by_pass = [], [], dict[int, list[Rendered]]()
     for item in rendered:
         by_pass.setdefault(item.task.number // parts, []).append(item)
-    for number, of_pass in by_pass.items():
+    for of_pass in by_pass.values():
         files = [item.file for item in of_pass]
         samples = [manifest.passes[item.task.number].samples for item in of_pass]
         images = np.stack([read_exr(item.path)[0].astype(np.float64) for item in files])
         mean, variance = mean_of_parts(images, np.array(samples, dtype=np.float64))
-        path = files[0].path.with_name(f"pass_{number:02d}.exr")
+        path = manifest.mean_path(of_pass[0].task.view, of_pass[0].task.number)
+        band_passes.make_folder(path.parent)
         write_rgb_exr(path, mean)
         seconds = [item.seconds for item in files if item.seconds is not None]
         found.append(RenderedPass(path, files[0].bands, sum(seconds) if seconds else None))
@@ -259,7 +264,7 @@ def _record(
 
 
 def _relative(manifest: Manifest, path: Path) -> str:
-    return path.relative_to(manifest.out).as_posix()
+    return relative(path, manifest.out)
 
 
 def require(missing: Sequence[str]) -> None:

@@ -30,8 +30,18 @@ from ..settings.scene_settings import SceneSettings
 from ..uw_spectral.errors import InputError
 from ..uw_spectral.imaging.layers import parse_layers
 from . import job_files, staging
+from .exposures import developments
 from .job import Job
-from .manifest import Development, ExternalFile, Manifest, Output, Pass, View, folders
+from .manifest import (
+    Development,
+    Exposed,
+    ExternalFile,
+    Manifest,
+    Output,
+    Pass,
+    View,
+    folders,
+)
 
 _LARGEST_SEED = 2**31 - 1
 
@@ -132,6 +142,7 @@ def _plan(
         views=views,
         files=(*job_files.setting_files(base), *files),
         lamps=_lamps(frames),
+        exposed=_exposed(frames),
         stage=job.stage,
     )
 
@@ -255,6 +266,17 @@ def _lamps(frames: Iterable[_Frame]) -> dict[int, tuple[Mapping[str, Any], ...]]
     return found
 
 
+def _exposed(frames: Iterable[_Frame]) -> dict[int, Exposed]:
+    """Return what each frame is exposed by besides the water, where it is not as before."""
+    found, before = {}, Exposed()
+    for frame in frames:
+        lit = tuple(None if x is None else tuple(x.tolist()) for x in frame.lamplight)
+        now = Exposed(frame.stops, lit if any(lit) else ())
+        if now != before:
+            found[frame.number] = before = now
+    return found
+
+
 def _passes(engine: Engine, plan: RenderPlan, job: Job) -> tuple[Pass, ...]:
     samples, parts = plan.settings.samples, job.parts
     if parts > 1 and not engine.method.traced:
@@ -307,15 +329,10 @@ def _views(
     found: dict[Development, int] = {}
     rows: dict[tuple[str, int], View] = {}
     for frame in frames:
-        stops = frame.stops
-        for camera, depth, lit, eye in zip(
-            seen_by, frame.depths, frame.lamplight, frame.eyes, strict=True
+        chosen = developments(frame.plan, frame.depths, frame.lamplight, frame.stops)
+        for camera, depth, eye, development in zip(
+            seen_by, frame.depths, frame.eyes, chosen, strict=True
         ):
-            view = frame.plan.viewpoint(depth, stops, lit)
-            stops = view.stops
-            development = Development(
-                view.reduction.description, tuple(map(tuple, view.reduction.weights.tolist()))
-            )
             place = found.setdefault(development, len(found))
             rows[camera.name, frame.number] = View(frame.number, camera.name, depth, place, eye)
     views = [rows[camera.name, frame.number] for camera in seen_by for frame in frames]

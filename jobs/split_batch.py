@@ -18,6 +18,7 @@ from .manifest import Manifest, read_manifest, write_manifest
 from .path_mapping import PathMapping, apply_to_scene, read_path_mapping
 from .planning import plan_job
 from .progress import Progress, print_note
+from .redevelopment import redeveloped, take_folder
 from .render_job import Step
 from .rounds import require_fixed
 from .work import Part
@@ -82,7 +83,10 @@ def run(
     if request.path_mapping is not None:
         mapping = read_path_mapping(request.path_mapping)
     manifest = mapping.apply_to_manifest(read_manifest(path))
-    if request.out is not None:
+    otherwise = bool(request.changed) or request.denoise is not None
+    if otherwise and request.out is not None:
+        manifest = redeveloped(manifest, request.changed, request.denoise, request.out)
+    elif request.out is not None:
         manifest = replace(manifest, out=request.out)
     if request.develop is None:
         require_fixed(manifest, "--status" if request.status else "--from")
@@ -92,6 +96,11 @@ def run(
         print(status.as_json() if request.json else status.text())
     elif request.develop is not None:
         _develop(manifest, part, progress)
+    elif manifest.rendered_in is not None:
+        raise InputError(
+            f"{path} only develops; the passes are those of {manifest.rendered_in}: name its "
+            f"{render_job.JOB_FILE}"
+        )
     else:
         if inside_blender and bpy.data.filepath:
             open_scene(blend, True)
@@ -156,6 +165,8 @@ def _develop(manifest: Manifest, part: Part, progress: Progress) -> None:
         raise InputError("--passes: a picture needs every pass; name --frames or --cameras")
     same_job.check_programs(manifest)
     views = list(dict.fromkeys(task.view for task in part.tasks(manifest)))
+    if manifest.rendered_in is not None:
+        take_folder(manifest, views)
     count = 0
     for count, view in enumerate(render_job.develop(manifest, views, print_note), start=1):
         text = f"frame {view.frame} of {view.camera} developed, {count} of {len(views)}"

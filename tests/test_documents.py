@@ -8,13 +8,14 @@ import runpy
 import shlex
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 
 import pytest
 import underwater_spectral
 from underwater_spectral.jobs import command_line
 from underwater_spectral.settings.render_plan import description_of
-from underwater_spectral.settings.scene_settings import SceneSettings
+from underwater_spectral.settings.scene_settings import SETTINGS, SceneSettings
 from underwater_spectral.uw_spectral.errors import InputError
 from underwater_spectral.uw_spectral.imaging import resolve
 
@@ -26,6 +27,7 @@ PACKAGES = (
     "ui",
 )  # fmt: skip
 _PIPELINE, _RESEARCHER = ROOT / "docs" / "pipeline.md", ROOT / "docs" / "researcher.md"
+_LISTING = ROOT / "docs" / "listing" / "listing.md"
 _WRONG = (InputError, AssertionError, OSError, SystemExit)
 _JOBS = ("example", "test", "check", "build", "run", "site", "lock")
 _FOLDERS = (*PACKAGES, "data", "tests", "tools", "examples", "presets")
@@ -95,17 +97,24 @@ def test_every_page_is_reached_from_the_front_of_the_site(page):
 
 
 def test_the_version_is_the_same_everywhere():
-    texts = [(ROOT / name).read_text() for name in ("pyproject.toml", "blender_manifest.toml")]
-    versions = [re.search(r'^version = "(.*)"$', text, re.MULTILINE)[1] for text in texts]
+    version = tomllib.loads((ROOT / "blender_manifest.toml").read_text())["version"]
     (zipped,) = re.findall(r"underwater_spectral-([\d.]+)\.zip", _PIPELINE.read_text())
+    wheels = re.findall(r"underwater_spectral-([\d.]+)-py3", _RESEARCHER.read_text())
     last = re.search(r"^## (\d[\d.]*)$", (ROOT / "CHANGELOG.md").read_text(), re.MULTILINE)[1]
-    assert len({*versions, zipped, last}) == 1
+    assert len({version, zipped, last, *wheels}) == 1
+
+
+def test_the_listing_counts_the_settings_that_can_be_keyframed():
+    (count,) = re.findall(r"(\d+) settings can be keyframed", _LISTING.read_text())
+    assert int(count) == sum(setting.animatable for setting in SETTINGS.values())
 
 
 def test_the_examples_of_the_notebook_run_without_blender():
-    section = _RESEARCHER.read_text().split("## In a notebook\n")[1]
+    section = _RESEARCHER.read_text().split("\n## ")[0]
     code = "\n".join(re.findall(r"```python\n(.*?)```", section, re.DOTALL))
-    code = f"import sys\nsys.modules['bpy'] = None\n{code}"
+    assert "import" in code
+    load = 'import runpy\nrunpy.run_path("tools/load_checkout.py")["load"]()'
+    code = f"import sys\nsys.modules['bpy'] = None\n{load}\n{code}"
     subprocess.run([sys.executable, "-c", code], cwd=ROOT, check=True)
 
 

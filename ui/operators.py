@@ -174,7 +174,7 @@ class RemoveWater(_LiveOperator):
     def run(self, context: bpy.types.Context) -> None:
         from ..scene.viewport import live
 
-        live.remove(context.scene)
+        self.tell(live.take_out(context.scene))
 
 
 class Show(_LiveOperator):

@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Hashable
+from typing import Generic, TypeVar
+
+Key = TypeVar("Key", bound=Hashable)
+Value = TypeVar("Value")
 
 
-class LastUsed[Key: Hashable, Value]:
+class LastUsed(Generic[Key, Value]):
     """Values by key; those that a frame does not ask for are forgotten after the next.
 
     Examples

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-type Operand = Any
+Operand = Any
 """What a formula computes with: a number, an array, or the value of a shader node."""
 
 

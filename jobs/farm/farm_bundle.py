@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 import shutil
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -17,6 +16,7 @@ from ...scene.seen import picture_size
 from ...scene.seen.external_files import external_files
 from ...settings.scene_settings import SceneSettings, flag
 from ...uw_spectral.errors import InputError
+from ...uw_spectral.spectra.spectral_image import temporary_name
 from ...uw_spectral.spectra.spectrum import split_location
 from .. import planning
 from ..job import Job
@@ -170,8 +170,7 @@ def _check_folder(folder: Path) -> None:
 @contextmanager
 def _replacing(folder: Path) -> Iterator[Path]:
     """Give a temporary folder, and put it in the place of another on success."""
-    temporary = folder.with_name(f".{folder.name}.{os.getpid()}.tmp")
-    earlier = folder.with_name(f".{folder.name}.{os.getpid()}.old")
+    temporary, earlier = temporary_name(folder), temporary_name(folder, "old")
     try:
         temporary.mkdir(parents=True)
         yield temporary

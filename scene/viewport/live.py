@@ -124,6 +124,29 @@ def remove(scene: bpy.types.Scene) -> None:
     del scene[SESSION]
 
 
+def take_out(scene: bpy.types.Scene) -> list[str]:
+    """Take live water out for good: what the scene shares with others gets the water of these.
+
+    Returns
+    -------
+    list of str
+        What could not be treated there, one line each.
+    """
+    others = [other for other in _wet_with(scene) if other != scene]
+    remove(scene)
+    return [note for other in others for note in rebuild(other)]
+
+
+def _wet_with(scene: bpy.types.Scene) -> list[bpy.types.Scene]:
+    """Scenes with live water that are the scene, or share materials with it."""
+    own = set(contents.materials(scene))
+    return [
+        other
+        for other in bpy.data.scenes
+        if SESSION in other and (other == scene or not own.isdisjoint(contents.materials(other)))
+    ]
+
+
 def update(
     scene: bpy.types.Scene,
     depsgraph: bpy.types.Depsgraph | None = None,
@@ -265,12 +288,7 @@ def suspended(scene: bpy.types.Scene) -> Iterator[None]:
 
     Other scenes that share materials with the scene are dry meanwhile too.
     """
-    own = set(contents.materials(scene))
-    wet = [
-        other
-        for other in bpy.data.scenes
-        if SESSION in other and (other == scene or not own.isdisjoint(contents.materials(other)))
-    ]
+    wet = _wet_with(scene)
     for other in wet:
         remove(other)
     try:

@@ -43,12 +43,14 @@ def test_noise_goes_and_negative_colours_stay(tmp_path):
     radiance = np.broadcast_to(stripes, (*SIZE, 3))
     noisy = radiance * random.gamma(2.0, 0.5, size=(*SIZE, 3))
     weights = np.array([[0.3, -0.8, 0.2], [0.1, 1.0, 0.3], [0.0, 0.2, 1.0]])
-    path, developed, unguided = (tmp_path / f"{n}.exr" for n in ("0", "rgb", "unguided"))
+    path = tmp_path / "0.exr"
     write_rgb_exr(path, noisy)
     guides = Guides(radiance, np.zeros((*SIZE, 3)))
-    development.develop([path], weights, [(0, 1, 2)], developed, denoise=True, guides=guides)
-    development.develop([path], weights, [(0, 1, 2)], unguided, denoise=True)
-    found, without, truth = read_exr(developed)[0], read_exr(unguided)[0], radiance @ weights.T
+    found, without = (
+        development.develop([path], weights, [(0, 1, 2)], denoise=True, guides=chosen)
+        for chosen in (guides, None)
+    )
+    truth = radiance @ weights.T
     assert truth[..., 0].max() < 0.0
     raw = noisy @ weights.T
     for channel in range(3):

@@ -317,6 +317,23 @@ def test_scenes_that_share_materials_are_dry_while_one_renders():
     assert len(tree.nodes) > 2
 
 
+def test_materials_of_two_scenes_stay_wet_when_one_gives_its_water_up():
+    scene = _scene()
+    other = bpy.data.scenes.new("other")
+    other.underwater.phase = "hg:0.924"
+    other.collection.objects.link(bpy.data.objects["ball"])
+    live.add(scene)
+    assert any("show its water" in note for note in live.add(other))
+    tree = bpy.data.materials["paint"].node_tree
+    assert live.take_out(scene) == []
+    assert not is_live(scene)
+    assert is_live(other)
+    assert len(tree.nodes) > 2
+    assert live.take_out(other) == []
+    assert len(tree.nodes) == 2
+    assert not bpy.data.node_groups
+
+
 def test_suspended_water_comes_back():
     scene = _scene()
     live.add(scene)

@@ -35,6 +35,7 @@ def write_dng(
     neutral: ArrayLike,
     camera: str,
     software: str = "Underwater Spectral",
+    iso: float | None = None,
 ) -> None:
     """Write the counts of a mosaic.
 
@@ -44,7 +45,7 @@ def write_dng(
         Replaced in one step once its content is complete.
     counts : array of uint16, shape (height, width)
     detector : Detector
-        Its black and white levels.
+        Its black level, and where it is full.
     pattern : str
         One of :data:`.bayer.PATTERNS`.
     xyz_to_camera : array_like, shape (3, 3)
@@ -53,6 +54,8 @@ def write_dng(
         What the channels see of grey, to a factor.
     camera, software : str
         Their names.
+    iso : float, optional
+        That the picture was taken at; the base ISO of the detector by default.
 
     Raises
     ------
@@ -99,7 +102,7 @@ def write_dng(
         50707: (_BYTE, [1, 1, 0, 0]),
         50708: (_ASCII, camera),
         50714: (_RATIONAL, _rationals([detector.black_level])),
-        50717: (_LONG, [detector.white_level]),
+        50717: (_LONG, [detector.saturation(iso)]),
         50721: (_SRATIONAL, _rationals(matrix.ravel().tolist())),
         50728: (_RATIONAL, _rationals((grey / grey.max()).tolist())),
         50778: (_SHORT, [_D65]),

@@ -96,6 +96,17 @@ class Detector:
         """Largest count."""
         return 2**self.bits - 1
 
+    def saturation(self, iso: float | None = None) -> int:
+        """Count of a full pixel: where the well is full, or the largest count if that is less.
+
+        Examples
+        --------
+        >>> Detector().saturation(), Detector().saturation(800.0)
+        (3814, 4095)
+        """
+        full = self.full_well * self.gain_at(iso) + self.black_level
+        return min(self.white_level, round(full))
+
     def gain_at(self, iso: float | None) -> float:
         """Overall system gain at an ISO, counts per electron; None is the base ISO.
 

@@ -31,7 +31,7 @@ from ..water.phase import BandPhase
 from .profile import LampProfile, sample_place
 from .wide_phase import RESOLVED, wide_moments
 
-type Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 LENGTHS, ANGLES = 64, 64
 """Rows and columns of the table of deflections."""

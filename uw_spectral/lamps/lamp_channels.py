@@ -59,7 +59,7 @@ from .scattered_source import source_seen
 from .soft_shadow import soft_map
 from .three_bands import COUNT, ThreeBands, three_bands
 
-type Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 LENGTHS = 256
 """Entries of the tables over the length of a path."""
@@ -439,7 +439,7 @@ def fold_lamps(
     >>> channels = channels_of_bands(Bands.uniform(3), [0, 1, 2])
     >>> folded = fold_lamps([lamp], water, channels)
     >>> folded.path_light((0.0, 0.0, 0.0), (0.0, 0.0, 1.0), 50.0).round(3)
-    array([0.072, 0.143, 0.215])
+    array([0.076, 0.151, 0.227])
     """
     spectra = np.asarray(measured, dtype=np.float64).reshape(-1, len(water.a))
     intensities = [np.broadcast_to(lamp.intensity, water.a.shape) for lamp in lamps]

@@ -31,7 +31,7 @@ from ..content import ComparedByContent
 from ..water.phase import BandPhase
 from .wide_phase import RESOLVED, wide_moments
 
-type Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 DEGREES = 32
 """Highest degree of harmonics, of directions and of profiles."""

@@ -31,9 +31,7 @@ from .profile import NO_EDGE
 
 NODES = 12
 """Of the integral along the ray."""
-type Quadrature = Callable[
-    [int, Callable[[Operand, Operand], tuple[Operand, ...]]], tuple[Operand, ...]
-]
+Quadrature = Callable[[int, Callable[[Operand, Operand], tuple[Operand, ...]]], tuple[Operand, ...]]
 """Adds up terms of so many places, as :func:`gauss_sum` does."""
 _POWER = 3
 _SMALLEST_ANGLE = 1e-6  # rad; of ξ from 0 and from π/2

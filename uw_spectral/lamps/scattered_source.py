@@ -29,7 +29,7 @@ from .lamp_harmonics import (
 )
 from .profile import LampProfile
 
-type Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 AZIMUTHS, TURNS, BENDS = 8, 32, 48
 """Of the table: azimuths about the radius between the lamp's axis and the way of the light, angles

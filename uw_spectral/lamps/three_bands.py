@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-type Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 COUNT = 3
 _RANK = 1e-16  # of the squares of all values, below which nothing is left to stand for

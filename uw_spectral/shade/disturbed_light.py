@@ -14,7 +14,7 @@ import functools
 import itertools
 import math
 import os
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 
@@ -154,10 +154,16 @@ def disturbed_light(
     return _tabulated(_solved(_Known(water, rays, reflectance)))
 
 
+def _processors() -> int | None:
+    """Return how many processors there are for this process; before Python 3.13, in all."""
+    count: Callable[[], int | None] = getattr(os, "process_cpu_count", os.cpu_count)
+    return count()
+
+
 def _solved(known: _Known) -> Solution:
     """Solve the light at all probes."""
     parts, count = known.parts(np.arange(len(known.order))), len(known.order)
-    with ThreadPoolExecutor(os.process_cpu_count()) as pool:
+    with ThreadPoolExecutor(_processors()) as pool:
         started = list(pool.map(_Part.prepare, parts))
         now = _Light(*(_joined(started, count, k) for k in range(4)))
         _settle(known, parts, now, pool)
@@ -265,7 +271,7 @@ class _Again:
         if near is not None and near.goes_on(self._before):
             now.E[:count], now.J[:count] = near.light.E[:count], near.light.J[:count]
         parts = known.parts(new)
-        with ThreadPoolExecutor(os.process_cpu_count()) as pool:
+        with ThreadPoolExecutor(_processors()) as pool:
             for part, start in zip(parts, pool.map(_Part.prepare, parts), strict=True):
                 _, _, now.beam[part.rows], now.on_axes[part.rows] = start
             parts = sorted([*parts, *self._parts], key=lambda part: part.kind)

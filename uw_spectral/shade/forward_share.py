@@ -69,7 +69,7 @@ def share_within(phase: PhaseFunction, angle: Array) -> Array:
 
     Examples
     --------
-    >>> from uw_spectral.water.phase import Isotropic
+    >>> from ..water.phase import Isotropic
     >>> share_within(Isotropic(), np.array([math.pi / 2, math.pi])).round(4).tolist()
     [0.5, 1.0]
     """

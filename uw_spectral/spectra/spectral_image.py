@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import re
+import uuid
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -230,6 +231,16 @@ def read_spectral_exr(path: str | Path) -> tuple[NDArray[np.float32], Bands, str
     )
 
 
+def temporary_name(path: Path, what: str = "tmp") -> Path:
+    """Return a hidden name beside a file that no other process takes, with the same suffix.
+
+    It has the number of the process, by which what a dead one has left is found, and more:
+    containers that share a folder share numbers.
+    """
+    unique = f"{os.getpid()}.{uuid.uuid4().hex}"
+    return path.with_name(f".{path.stem}.{unique}.{what}{path.suffix}")
+
+
 @contextmanager
 def replacing(path: str | Path) -> Iterator[Path]:
     """Give a temporary name next to a file, and put it in the file's place on success.
@@ -252,7 +263,7 @@ def replacing(path: str | Path) -> Iterator[Path]:
     path = Path(path)
     if not path.parent.is_dir():
         raise InputError(f"cannot write {path}: {path.parent} is not a folder; create it first")
-    temporary = path.with_name(f".{path.stem}.{os.getpid()}.tmp{path.suffix}")
+    temporary = temporary_name(path)
     try:
         yield temporary
         temporary.replace(path)

@@ -6,6 +6,7 @@ import itertools
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Generic, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,13 +24,15 @@ AMOUNTS = ("chlorophyll", "cdom", "minerals", "detritus")
 """Columns of a profile of constituents, in the units of :class:`.Constituents`."""
 
 Array = NDArray[np.float64]
+T = TypeVar("T")
+U = TypeVar("U")
 
 MOST_LAYERS = 16
 """Layers that solver and renderer take; more are finer than their light can tell apart."""
 
 
 @dataclass(frozen=True)
-class DepthProfile[T]:
+class DepthProfile(Generic[T]):
     """Something for each layer of the water, from the surface down.
 
     Parameters
@@ -109,7 +112,7 @@ class DepthProfile[T]:
         """What lies at a depth in m; where two layers meet, the upper one."""
         return self.layers[max(sum(top < y for top in self.tops) - 1, 0)]
 
-    def map[U](self, function: Callable[[T], U]) -> DepthProfile[U]:
+    def map(self, function: Callable[[T], U]) -> DepthProfile[U]:
         """Return the layers with something else in them, made from what they hold."""
         return DepthProfile(self.tops, tuple(map(function, self.layers)))
 
@@ -180,7 +183,7 @@ def _of_constituents(table: Table) -> DepthProfile[Constituents]:
     return _layers(path, depths, range(len(depths))).map(constituents)
 
 
-def _layers[T](path: Path, depths: Sequence[float], samples: Sequence[T]) -> DepthProfile[T]:
+def _layers(path: Path, depths: Sequence[float], samples: Sequence[T]) -> DepthProfile[T]:
     try:
         return DepthProfile.of_samples(depths, samples)
     except InputError as error:

@@ -22,6 +22,7 @@ from .phase import BACKSCATTER_RANGE, FournierForand
 from .pure_water import molecular_scattering, pure_water_absorption
 
 _DELIMITERS = {"comma": ",", "tab": "\t", "space": None}
+_PER_METRE = {"": 1.0, "1/m": 1.0, "m^-1": 1.0, "1/cm": 100.0, "cm^-1": 100.0}
 _FLAGS = ("missing", "above_detection_limit", "below_detection_limit")
 _SPECTRAL_FIELD = re.compile(r"(kd|agp|cgp|bbp|ed|ap|ag|a|b|c)_?(\d{3}(?:\.\d+)?)(nm)?")
 _INHERENT = ("a", "b", "c", "agp", "cgp", "ap", "ag", "bbp")
@@ -446,12 +447,24 @@ def _columns(data: SeaBASS, quantity: str) -> list[tuple[str, float | None]]:
     return [(field, nm) for field, nm in _fields(data, quantity)]
 
 
+def _per_metre(data: SeaBASS, field: str) -> float:
+    """Return the factor that makes the values of a column 1/m."""
+    place = data.fields.index(field)
+    unit = data.units[place] if place < len(data.units) else ""
+    if unit not in _PER_METRE:
+        raise InputError(
+            f"{data.path}: {field} is in {unit!r}, as /units says, which is none of "
+            f"{', '.join(filter(None, _PER_METRE))}; convert it"
+        )
+    return _PER_METRE[unit]
+
+
 def _samples(data: SeaBASS, quantity: str) -> dict[float, list[float]]:
     """Values of a quantity by wavelength, one for each depth at which it was measured."""
     samples: dict[float, list[float]] = {}
     lowest = -_NOISE if quantity in _WITHOUT_WATER else 0.0
     for field, nm in _columns(data, quantity):
-        values = data.columns[field]
+        values = data.columns[field] * _per_metre(data, field)
         if np.any(values < lowest):
             row = int(np.argmax(values < lowest))
             raise InputError(

@@ -191,7 +191,7 @@ def test_libraw_reads_our_dng(tmp_path, pattern):
         names = np.array(list(raw.color_desc.decode()))[raw.raw_colors_visible]
         assert np.array_equal(names, np.array(list("RGB"))[filter_of_pixels(counts.shape, pattern)])
         assert set(raw.black_level_per_channel) == {256}
-        assert raw.white_level == 2**14 - 1
+        assert raw.white_level == 15_000 + 256  # of a full well
         gains = np.array(raw.camera_whitebalance[:3])
         assert gains / gains[1] == pytest.approx(white[1] / white, rel=1e-3)
         rgb = raw.postprocess(use_camera_wb=True, gamma=(1, 1), no_auto_bright=True,
@@ -199,6 +199,21 @@ def test_libraw_reads_our_dng(tmp_path, pattern):
     mean = rgb[8:-8, 8:-8].mean(axis=(0, 1))
     assert mean / mean[1] == pytest.approx(np.ones(3), abs=0.01)
     assert not list(tmp_path.glob(".*"))
+
+
+@pytest.mark.parametrize(("iso", "white"), [(None, 3814), (100.0, 3814), (400.0, 4095)])
+def test_a_full_well_is_white_in_a_dng(tmp_path, iso, white):
+    """LibRaw clips all channels where the first is full, so that highlights are not magenta."""
+    detector, path = Detector(read_noise=0.0, shot_noise=False), tmp_path / "raw.dng"
+    bright = np.broadcast_to([4.0, 8.0, 4.0], (32, 32, 3))
+    counts = capture(bright, RawSettings(detector, 1.0, iso=iso, pattern="RGGB"))
+    grey = [0.5, 1.0, 0.5]
+    write_dng(path, counts, detector, "RGGB", np.eye(3), grey, "a", iso=iso)
+    with rawpy.imread(str(path)) as raw:
+        assert raw.white_level == counts.max() == white
+        rgb = raw.postprocess(use_camera_wb=True, gamma=(1, 1), no_auto_bright=True, output_bps=16,
+                              output_color=rawpy.ColorSpace.raw)  # fmt: skip
+    assert rgb[8:-8, 8:-8].min() == rgb[8:-8, 8:-8].max() == 2**16 - 1
 
 
 def test_a_dng_is_a_tiff_with_the_counts_at_its_end(tmp_path):

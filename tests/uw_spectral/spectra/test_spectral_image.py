@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+
 import numpy as np
 import pytest
 from underwater_spectral.uw_spectral.errors import InputError
@@ -83,3 +85,15 @@ def test_nothing_half_written_is_left(tmp_path):
         write_exr(tmp_path / "none" / "x.exr", np.ones((1, 1, 1)), ("Y",))
     with pytest.raises(InputError, match="for 2 channels"):
         write_exr(path, np.ones((1, 1, 1)), ("R", "G"))
+
+
+def test_processes_of_one_number_write_under_names_of_their_own(tmp_path):
+    """Containers share numbers of processes and a folder; the number is what a sweep goes by."""
+    path = tmp_path / "pass_00.exr"
+    with replacing(path) as one, replacing(path) as other:
+        assert one != other
+        one.write_text("one")
+        other.write_text("other")
+        assert set(tmp_path.glob(f".pass_00.{os.getpid()}.*")) == {one, other}
+    assert path.read_text() == "one"
+    assert list(tmp_path.iterdir()) == [path]

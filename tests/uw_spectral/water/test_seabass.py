@@ -84,6 +84,23 @@ def test_a_real_cast_to_the_end():
     assert drawn.column.absorption == pytest.approx(water.a(drawn.bands.centres))
 
 
+def test_units_are_those_of_the_file(tmp_path):
+    rows = [[440, 0.05, 0.40], [550, 0.01, 0.35]]
+    fields = "wavelength,a,b"
+    per_metre, per_centimetre, unsaid = (
+        read_water(_file(tmp_path, fields, rows, extra=units))
+        for units in ("/units=nm,1/m,m^-1", "/units=nm,1/cm,1/m", "")
+    )
+    assert per_metre.a([440.0, 550.0]).tolist() == unsaid.a([440.0, 550.0]).tolist() == [0.05, 0.01]
+    assert per_centimetre.a([440.0, 550.0]) == pytest.approx([5.0, 1.0])
+    assert per_centimetre.b([440.0, 550.0]) == pytest.approx([0.40, 0.35])
+    kd = read_seabass(_file(tmp_path, "wavelength,kd", [[490, 0.001], [550, 0.002]],
+                            extra="/units=nm,1/cm"))  # fmt: skip
+    assert read_water(kd.path).Kd([490.0]) == pytest.approx([0.1])
+    with pytest.raises(InputError, match=r"a is in '1/km', as /units says, which is none of 1/m"):
+        read_water(_file(tmp_path, fields, rows, extra="/units=nm,1/km,1/m"))
+
+
 def test_averages_say_how_far_the_depths_differ(tmp_path):
     rows = [[1, 0.10, 0.40], [5, 0.30, 0.40]]
     water = read_water(_file(tmp_path, "depth,a490,b490", rows))
