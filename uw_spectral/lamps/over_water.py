@@ -24,7 +24,7 @@ from ..transfer.rough_surface import facet_slopes
 from .lamp import Lamp
 from .profile import IsotropicProfile, LampProfile, TableProfile
 
-type Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 USUAL_DEPTH = 3.0
 """Of what the lamp shines on, m: there irradiance on level ground is right, on the whole."""

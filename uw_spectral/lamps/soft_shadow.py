@@ -30,7 +30,7 @@ from .lamp_shadow import DISTANCES, SOFT_SIDE, behind, highest_near, lit, soft_d
 from .multiple_scattering import LampWater
 from .wide_phase import RESOLVED, wide_moments
 
-type Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 _TURNS, _AROUND = 8, 4  # points by ψ, and of each of them
 _STEPS = 3  # of the way on from a point
