@@ -12,8 +12,10 @@ scene's own materials, and a white surface reads it.
 from __future__ import annotations
 
 import dataclasses
+import functools
 import math
-from collections.abc import Callable, Collection, Sequence
+import operator
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 
 import bpy
@@ -36,19 +38,22 @@ from ..uw_spectral.lamps.lamp_channels import (
     FoldedLamp,
     LampChannels,
     ThingLight,
+    matte_part,
     of_colour,
     place_of_length,
 )
 from ..uw_spectral.lamps.lamp_channels import LENGTHS as SAMPLES
 from ..uw_spectral.lamps.lamp_path import NODES as PATH_NODES
 from ..uw_spectral.lamps.lamp_path import gauss
-from ..uw_spectral.lamps.lamp_shadow import SIDE
+from ..uw_spectral.lamps.lamp_shadow import DISTANCES, SIDE, SOFT_SIDE
 from ..uw_spectral.lamps.lamp_surface import patch_past_lamp
 from ..uw_spectral.lamps.multiple_scattering import MORE_NODES, LampWater
 from ..uw_spectral.lamps.profile import NO_EDGE, LampProfile, sample_place
 from ..uw_spectral.lamps.scattered_source import LampField
+from ..uw_spectral.lamps.soft_shadow import SoftMap
 from ..uw_spectral.lamps.three_bands import COUNT as BANDS
 from ..uw_spectral.mathematics import NUMPY, Mathematics, Operand
+from ..uw_spectral.transfer.facets import Facets
 from ..uw_spectral.transfer.radiance_field import distance_in_water
 from ..uw_spectral.water.phase import Mixture, PhaseFunction
 from . import lamp_sources
@@ -61,6 +66,16 @@ from .texels import closest, number_image, texel
 NAME = "UW Lamps"
 NORMAL, VISIBILITY, COLOR, MEASURED = "Normal", "Lamp Visibility", "Color", "Measured"
 LIGHT = "Light"
+MIRROR, EDGE, CLEAR, ROUGHNESS, CLEAR_INDEX = "Mirror", "Edge", "Clear", "Roughness", "Index"
+COAT, COAT_ROUGHNESS, COAT_INDEX, COAT_NORMAL = (
+    f"Coat{of}" for of in ("", " Roughness", " Index", " Normal")
+)
+_RGB, _FLOAT = "NodeSocketColor", "NodeSocketFloat"
+FACETS: tuple[dict[str, str], ...] = (
+    {MIRROR: _RGB, EDGE: _RGB, CLEAR: _RGB, ROUGHNESS: _FLOAT, CLEAR_INDEX: _FLOAT},
+    {COAT: _FLOAT, COAT_ROUGHNESS: _FLOAT, COAT_INDEX: _FLOAT, COAT_NORMAL: "NodeSocketVector"},
+)
+"""Inputs of the facets of things and of those of coats over them: see :class:`.Facets`."""
 SEEN, UNSCATTERED, FORWARD, THERE, IRRADIANCE = "Seen", "D", "F", "J", "E"
 """Outputs of :func:`build_patch`."""
 SUNLIT, CODE = "lamps beside the sun", "lamp code"
@@ -70,19 +85,25 @@ CODES = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 """Colours of the lamps that cast shadows; the first is the sun's where it shines."""
 NO_SHADOW = (0.0, 0.0, 0.0)
 """In place of the colour of what stands for things, and of lamps that cast no shadow."""
-_PARTS, _MEASURED = "uw_parts", "uw_measured"  # custom properties of the image
+# Custom properties of the image.
+_PARTS, _MEASURED, _FROM_AIR = "uw_parts", "uw_measured", "uw_from_air"
 _QUADRATURES = (PATH_NODES, MORE_NODES)
 _NUMBERS = sum(_QUADRATURES)  # first column after them
 _EXTENT, _IN_WATER, _ON_THINGS, _WIDE = range(_NUMBERS, _NUMBERS + 4)
-_POSITION, _AXIS, _FORM, _COLOUR, _SEEN = range(5)
+_POSITION, _AXIS, _FORM, _COLOUR, _SEEN, _STANDS, _DRY = range(7)
 _PROFILE, _FOLDED = 1, 2  # rows of a block; its numbers are in the first
 _MARGIN = 1
 _SPREAD, _SPREAD_ROWS = 1, LENGTHS + 2 * _MARGIN
 _PATCHES = ANGLES + 2 * _MARGIN  # first column of the irradiance on patches
 _PROFILE_COLUMNS = PROFILE_ANGLES + 2 * _MARGIN
 _SHADOW = _PROFILE_COLUMNS  # first column of the map of shadows
+_SOFT = _SHADOW + SIDE + 2 * _MARGIN  # that of the maps of scattered light, side by side
+_SOFT_COLUMNS = SOFT_SIDE + 2 * _MARGIN
 _TABLE_ROWS = max(PROFILE_LENGTHS, SIDE) + 2 * _MARGIN
-_WIDTH = max(SAMPLES, _WIDE + 1, _SHADOW + SIDE + 2 * _MARGIN, _PATCHES + TILTS + 2 + 2 * _MARGIN)
+_WIDTH = max(
+    SAMPLES, _WIDE + 1, _SOFT + DISTANCES * _SOFT_COLUMNS, _PATCHES + TILTS + 3 + 2 * _MARGIN
+)
+_UNHIDDEN = SoftMap(np.tile((1.0, 0.0), (DISTANCES, SOFT_SIDE, SOFT_SIDE, 1)))
 _DARKEST = 1e-12
 _OF_SHADOWS = (
     "shadow_filter_radius", "shadow_maximum_resolution", "use_absolute_resolution",
@@ -136,7 +157,9 @@ class _Rows:
         return self.tables + _TABLE_ROWS
 
 
-def new_images(lamps: int, profiles: int, parts: int, measured: int = 0) -> LampImages:
+def new_images(
+    lamps: int, profiles: int, parts: int, measured: int = 0, *, from_air: bool = False
+) -> LampImages:
     """Make the images of so many lamps, which are dark.
 
     Parameters
@@ -149,11 +172,13 @@ def new_images(lamps: int, profiles: int, parts: int, measured: int = 0) -> Lamp
         Of the phase function.
     measured : int
         Measured reflectances of things.
+    from_air : bool
+        Whether some may shine into the water from above.
     """
     height = _SPREAD + _SPREAD_ROWS + _Rows(parts, measured).all * lamps
     image = number_image(NAME, _WIDTH, height)
     image.use_half_precision = False  # numbers keep their digits
-    image[_PARTS], image[_MEASURED] = parts, measured
+    image[_PARTS], image[_MEASURED], image[_FROM_AIR] = parts, measured, from_air
     return LampImages(image, lamp_sources.new_image(profiles))
 
 
@@ -205,6 +230,10 @@ def _pixels(
         if lamp.shadow is not None:
             assert isinstance(lamp.shadow, ValueGrid)
             _put(block[rows.tables :], _SHADOW, lamp.shadow.values)
+        soft = _UNHIDDEN if lamp.soft is None else lamp.soft
+        assert isinstance(soft, SoftMap)
+        for place, layer in enumerate(soft.values):
+            _put(block[rows.tables :], _SOFT + place * _SOFT_COLUMNS, layer)
     return out
 
 
@@ -227,6 +256,7 @@ def _put_lamp(
     numbers[_FORM, :3] = lamp.radius, edge, source
     unblocked = max(lamp.thrown, lamp.unblocked)
     numbers[_COLOUR, :3], numbers[_SEEN, :3] = colour, (lamp.seen, lamp.thrown, unblocked)
+    numbers[_STANDS, :3], numbers[_DRY, 0] = lamp.own_place, lamp.dry
     block[_PROFILE, :SAMPLES, 0] = lamp.profile.sampled(SAMPLES)
     coloured = folded.coloured.reshape(-1, SAMPLES, 3)
     tables = [folded.scattered, folded.unscattered[None], folded.in_water, coloured]
@@ -309,6 +339,25 @@ class _ImageShadow(_ImageGrid):
 
 
 @dataclass(frozen=True, eq=False)
+class _ImageSoft:
+    """The maps of a lamp's scattered light in the image, a layer for each distance."""
+
+    graph: Graph
+    image: bpy.types.Image
+    row: NodeValue
+
+    def at(self, distance: NodeValue, column: NodeValue, row: NodeValue) -> tuple[NodeValue, ...]:
+        layer = self.graph.operation("FLOOR", (NODES.minimum(distance, DISTANCES - 1.001),))
+        h = layer * float(_SOFT_COLUMNS) + column + float(_SOFT + _MARGIN)
+        v = self.row + row + float(_MARGIN)
+        near, far = (
+            texel(self.graph, self.image, place, v, *self.image.size)
+            for place in (h, h + float(_SOFT_COLUMNS))
+        )
+        return self.graph.components(near + (far - near) * (distance - layer))[:2]
+
+
+@dataclass(frozen=True, eq=False)
 class _ImageSpread:
     """The tables of three bands in the image."""
 
@@ -380,7 +429,14 @@ class LampTable:
         shadow = _ImageShadow(self.graph, self.image, float(_SHADOW), tables)
         profile = _ImageProfile(self.graph, self.image, row + float(_PROFILE), edge, source, tables)
         seen, thrown, unblocked = self.graph.components(self._at(_SEEN, row))
-        return Lamp(position, axis, 1.0, profile, radius, seen, shadow, thrown, unblocked)
+        soft = _ImageSoft(self.graph, self.image, tables)
+        lamp = Lamp(
+            position, axis, 1.0, profile, radius, seen, shadow, thrown, unblocked, soft=soft
+        )
+        if not self.image[_FROM_AIR]:
+            return lamp
+        dry, stands = (self.graph.components(self._at(at, row)) for at in (_DRY, _STANDS))
+        return dataclasses.replace(lamp, dry=dry[0], stands=stands)
 
     def in_water(self, index: NodeValue, components: Sequence[PhaseFunction]) -> ChannelLight:
         """Return the light of a lamp in the water."""
@@ -491,12 +547,13 @@ def build_patch(
     images: LampImages,
     outputs: Collection[str] = (SEEN,),
     rays: bpy.types.ShaderNodeTree | None = None,
+    facets: int = 0,
 ) -> bpy.types.ShaderNodeTree:
     """Build the group of the light of lamps on a thing.
 
     Inputs: ``Normal``; ``Lamp Visibility``, of :func:`visibility`; ``Color``, the reflectance;
-    and, if the image has measured reflectances, ``Measured``: 0, or the number of one from 1 on
-    that replaces the colour.
+    those of :data:`FACETS`; and, if the image has measured reflectances, ``Measured``: 0, or the
+    number of one from 1 on that replaces the colour.
 
     Parameters
     ----------
@@ -507,23 +564,33 @@ def build_patch(
         at the thing; :data:`IRRADIANCE`, on it.
     rays : ShaderNodeTree, optional
         Of :mod:`.realtime_refraction`.
+    facets : int
+        How many of :data:`FACETS` things may have.
     """
     inputs = dict.fromkeys((NORMAL, VISIBILITY), "NodeSocketVector") | {COLOR: "NodeSocketColor"}
+    for one in FACETS[:facets]:
+        inputs |= one
     measured = bool(images.numbers[_MEASURED])
     inputs |= {MEASURED: "NodeSocketFloat"} if measured else {}
     tree, graph, given = _group(f"{NAME} on Things", inputs, rays)
     table, here, P = LampTable.of(graph, images), place_here(graph), view_distance(graph)
     normal, colour = (graph.components(given[name]) for name in (NORMAL, COLOR))
+    to_eye = [-part for part in view_direction(graph)]
+    mirroring = [one.with_all_light(to_eye, NODES) for one in _facets(graph, given, facets)]
+    matte = matte_part(colour, _facets(graph, given, facets), NODES) if facets else colour
 
     def of_lamp(index: NodeValue) -> tuple[NodeValue, ...]:
         lamp, light = table.lamp(index), table.on_things(index)
         patch = patch_past_lamp(lamp, here, normal, NODES)
         visible = given[VISIBILITY].dot(table.colour(index)) + lamp.unblocked
         bands = light.on_patch(lamp, patch, visible, NODES)
-        reflected = bands * (1.0 / math.pi)
+        to_lamp = [-part for part in lamp.towards(here, NODES)[1]]
+        thrown = [
+            light.on_facets(lamp, patch, one, to_eye, to_lamp, visible, NODES) for one in mirroring
+        ]
 
         def of_thing(tables: Sequence[Sequence[Operand]], length: NodeValue) -> list[Operand]:
-            coloured = of_colour(tables, colour)
+            coloured = of_colour(tables, matte)
             if not measured:
                 return coloured
             number = given[MEASURED]
@@ -531,24 +598,48 @@ def build_patch(
             pairs = zip(known, coloured, strict=True)
             return [NODES.select(chosen, one, other) for one, other in pairs]
 
+        def reflected(length: NodeValue, shares: Mapping[str, Operand]) -> dict[str, NodeValue]:
+            tables = light.tables(length)
+            parts = [(bands, of_thing(tables, length))]
+            parts += [(one, of_colour(tables, colour)) for one, colour in thrown]
+            return {
+                name: functools.reduce(
+                    operator.add,
+                    (light.arriving(one * (1.0 / math.pi) * share, seen) for one, seen in parts),
+                )
+                for name, share in shares.items()
+                if name in outputs
+            }
+
         found: dict[str, NodeValue] = {}
         if not {SEEN, UNSCATTERED, FORWARD}.isdisjoint(outputs):
-            length = patch.r + P
-            seen = of_thing(light.tables(length), length)
             shares = {UNSCATTERED: light.unscattered(P, NODES), FORWARD: light.forward(P, NODES)}
             shares[SEEN] = shares[UNSCATTERED] + shares[FORWARD]
-            wanted = [name for name in shares if name in outputs]
-            found |= {name: light.arriving(reflected * shares[name], seen) for name in wanted}
+            found |= reflected(patch.wet + P, shares)
         if not {THERE, IRRADIANCE}.isdisjoint(outputs):
-            tables = light.tables(patch.r)
-            if THERE in outputs:
-                found[THERE] = light.arriving(reflected, of_thing(tables, patch.r))
+            tables = light.tables(patch.wet)
+            found |= reflected(patch.wet, {THERE: 1.0})
             if IRRADIANCE in outputs:
                 found[IRRADIANCE] = light.arriving(bands, of_colour(tables, (1.0, 1.0, 1.0)))
         return tuple(found[name] for name in outputs)
 
     totals = summed(graph, table.count, of_lamp)
     return _finished(tree, graph, dict(zip(outputs, totals, strict=True)))
+
+
+def _facets(graph: Graph, given: Mapping[str, NodeValue], count: int) -> list[Facets]:
+    """Return the facets that a group gets as inputs."""
+    found = []
+    if count:
+        even, grazing, clear = (graph.components(given[name]) for name in (MIRROR, EDGE, CLEAR))
+        normal = graph.components(given[NORMAL])
+        own = Facets(normal, given[ROUGHNESS], even, grazing, clear, given[CLEAR_INDEX])
+        found.append(own)
+    if count > 1:
+        normal, clear = graph.components(given[COAT_NORMAL]), [given[COAT]] * COLOURS
+        coat = Facets(normal, given[COAT_ROUGHNESS], clear=clear, index=given[COAT_INDEX])
+        found.append(coat)
+    return found
 
 
 def visibility(
@@ -563,7 +654,8 @@ def visibility(
     table, here, facing = LampTable.of(graph, images), place_here(graph), graph.components(normal)
 
     def of_lamp(index: NodeValue) -> tuple[NodeValue]:
-        lamp = dataclasses.replace(table.lamp(index), radius=0.0)
+        lamp = table.lamp(index)
+        lamp = Lamp(lamp.own_place, lamp.axis, 1.0, lamp.profile, 0.0)
         patch = patch_past_lamp(lamp, here, facing, NODES)
         bright = NODES.maximum(patch.cosine, 0.0) / (patch.r * patch.r)
         return (table.colour(index) * bright,)

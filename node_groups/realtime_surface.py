@@ -87,7 +87,8 @@ def build(shape: Shape, sources: Sources, *, keeps: bool = False) -> bpy.types.S
     the three are multiplied already; ``Normal``; if things filter, ``Covered``, the share of each
     channel that is not transparent; if things mirror, ``Mirrored``, the part of the reflectance
     that does; if things are translucent, ``Behind``, the part that light from behind shines
-    through; if things are either, ``Closed``, 1 where there is a wall behind a wall; and if
+    through; if things are either, ``Closed``, 1 where there is a wall behind a wall; if lamps shine
+    on facets, :data:`.realtime_lamps.FACETS`; and if
     reflectances were measured, ``Column``, where that of the material is found if it is not 0, and
     ``Measured``, its channels.
     """
@@ -99,6 +100,8 @@ def build(shape: Shape, sources: Sources, *, keeps: bool = False) -> bpy.types.S
     kinds |= {COVERED: "NodeSocketVector"} if shape.filters else {}
     kinds |= {CLOSED: "NodeSocketFloat"} if shape.translucent or shape.filters else {}
     kinds |= _MEASURED_INPUTS if shape.measured else {}
+    for facets in realtime_lamps.FACETS[: shape.facets]:
+        kinds |= facets
     for name, kind in kinds.items():
         socket = tree.interface.new_socket(name, in_out="INPUT", socket_type=kind)
         if name in (COVERAGE, COVERED):
@@ -167,7 +170,10 @@ class _Surface:
         if self._shape.measured:
             # There measured reflectances count from 1, here columns go on after three colours.
             inputs[lamps.MEASURED] = NODES.maximum(given[COLUMN] - (len(COLOURS) - 1.0), 0.0)
-        found = in_group(graph, lamps.build_patch(images, outputs, sources.rays), inputs)
+        for facets in lamps.FACETS[: self._shape.facets]:
+            inputs |= {name: given[name] for name in facets}
+        patch = lamps.build_patch(images, outputs, sources.rays, self._shape.facets)
+        found = in_group(graph, patch, inputs)
         path = lamps.build_path(images, self._shape.lamp_components, ahead=False, rays=sources.rays)
         return found | in_group(graph, path, {})
 

@@ -94,6 +94,10 @@ class Shape:
         Lamps in the water.
     lamp_components : tuple of PhaseFunction
         Parts of the phase function of the water that they shine in.
+    lamps_in_air : bool
+        Whether some of them may shine into it from above.
+    facets : int
+        How many of :data:`.realtime_lamps.FACETS` the light of lamps may meet on a thing.
     layers : tuple of str
         What is written beside the picture, of :mod:`.realtime_layers`.
     above : bool
@@ -124,6 +128,8 @@ class Shape:
     covers: bool = False
     lamps: int = 0
     lamp_components: tuple[PhaseFunction, ...] = ()
+    lamps_in_air: bool = False
+    facets: int = 0
     layers: tuple[str, ...] = ()
     above: bool = False
     mirrors: bool = False

@@ -19,7 +19,7 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from ...node_groups import realtime_highlights, realtime_surface, uplift
+from ...node_groups import realtime_highlights, realtime_lamps, realtime_surface, uplift
 from ...node_groups.node_mathematics import MARK, NODES, Graph, NodeValue
 from ...uw_spectral.mathematics import Operand
 from ...uw_spectral.transfer.closures import (
@@ -27,13 +27,16 @@ from ...uw_spectral.transfer.closures import (
     stretched_mirroring_share,
     whole_closure,
 )
+from ...uw_spectral.transfer.facets import specular_index
 from .. import contents
 from ..animation import curves
 from . import band_colors, bare_colours, matte_fallbacks, refractive_indices, wet_colours
 from .inserted import is_idle, new_node, own_input, put_before
 from .shader_nodes import (
+    CLEAR,
     EMITS,
     HIDES,
+    METAL,
     PASSES,
     PRINCIPLED,
     REFLECTS,
@@ -56,11 +59,24 @@ _OUTPUTS = {
     "mirrored": "UW Mirrored",
     "behind": "UW Behind",
     "highlight": "UW Highlight",
+    "mirror": "UW Mirror",
+    "edge": "UW Edge",
+    "clear": "UW Clear",
+    "facets": "UW Facets",
+    "roughness": "UW Roughness",
+    "index": "UW Index",
+    "coat": "UW Coat",
+    "coat_roughness": "UW Coat Roughness",
+    "coat_index": "UW Coat Index",
 }
 _GREY, _DARKEST = 0.5, 1e-3
+_LEAST_FACETS = 1e-6
+_CLEAR_REFLECTS = 0.02  # about, of light from all sides, by which clear facets count beside others
 _MATTE = "mirrors; in real time it throws back the water's light as a matte thing does"
 
 _ANISOTROPIC = "is anisotropic; the highlights of real time are round"
+_HIDDEN = "is clear; in real time it mirrors lamps if its render method is Blended"
+_ROUND = "is anisotropic; in real time its highlights of lamps are round"
 _EMITTING, _KEPT = nodes_that(EMITS), nodes_that(REFLECTS, EMITS, PASSES)
 _MIRRORING = {name for name, node in SHADER_NODES.items() if node.mirrors}
 _TRANSLUCENT = {name for name, node in SHADER_NODES.items() if node.behind}
@@ -75,7 +91,9 @@ class _Closure:
 
     Of the colour, ``mirrored`` is the part that mirrors, and ``behind`` the part that the light
     from behind shines through; ``highlight`` is the colour of a matte closure that is as bright in
-    the sun as closures that EEVEE lacks.
+    the sun as closures that EEVEE lacks. By ``mirror``, ``edge`` and ``clear`` facets throw back
+    lamps (:class:`.Facets`); ``roughness`` is times the weight ``facets``, ``index`` times
+    ``clear``, and what coats have times ``coat``.
     """
 
     colour: Operand = 0.0
@@ -84,18 +102,22 @@ class _Closure:
     mirrored: Operand = 0.0
     behind: Operand = 0.0
     highlight: Operand = 0.0
+    mirror: Operand = 0.0
+    edge: Operand = 0.0
+    clear: Operand = 0.0
+    facets: Operand = 0.0
+    roughness: Operand = 0.0
+    index: Operand = 0.0
+    coat: Operand = 0.0
+    coat_roughness: Operand = 0.0
+    coat_index: Operand = 0.0
     normal: NodeValue | None = None
+    coat_normal: NodeValue | None = None
 
     def combined(self, other: _Closure, join: Callable[[Operand, Operand], Operand]) -> _Closure:
-        return _Closure(
-            join(self.colour, other.colour),
-            join(self.emission, other.emission),
-            join(self.transmittance, other.transmittance),
-            join(self.mirrored, other.mirrored),
-            join(self.behind, other.behind),
-            join(self.highlight, other.highlight),
-            self.normal or other.normal,
-        )
+        joined = {name: join(getattr(self, name), getattr(other, name)) for name in _OUTPUTS}
+        normals = self.normal or other.normal, self.coat_normal or other.coat_normal
+        return _Closure(**joined, normal=normals[0], coat_normal=normals[1])
 
 
 @dataclass
@@ -107,6 +129,7 @@ class _Walk:
     notes: list[str]
     surfaces: Surfaces
     closed: bool = False
+    dithered: bool = False
     graph: Graph = field(init=False)
 
     def __post_init__(self) -> None:
@@ -150,8 +173,9 @@ class _Walk:
             return _Closure(emission=colour * self._value(node.inputs["Strength"]))
         if known.does == PASSES:
             return _Closure(transmittance=colour)
+        facets = self._facets(node, known.facets, colour)
         if known.does == REFRACTS:
-            return _Closure(transmittance=colour, normal=normal)
+            return _Closure(transmittance=colour, normal=normal, **facets)
         highlight: Operand = 0.0
         if self.surfaces.is_apart(self.tree, node) and known.sunlit is not None:
             highlight = colour * self._highlight(node, known.sunlit)
@@ -168,7 +192,59 @@ class _Walk:
         if known.behind:
             # Light comes into a body through one wall and out through another.
             behind = colour = colour * colour if self.closed else colour
-        return _Closure(colour, 0.0, 0.0, mirrored, behind, highlight, normal)
+        return _Closure(colour, 0.0, 0.0, mirrored, behind, highlight, normal=normal, **facets)
+
+    def _facets(self, node: bpy.types.Node, kind: str, colour: Operand) -> dict[str, Operand]:
+        """Return what a closure of facets throws back of lamps."""
+        if not kind or not self.surfaces.facets:
+            return {}
+        roughness, weight = self._value(node.inputs["Roughness"]), _mean(colour)
+        if kind == CLEAR:
+            index = self._wet_value(node.inputs["IOR"])
+            found, weight = {"index": index * weight}, weight * _CLEAR_REFLECTS
+            found["clear"] = colour
+            self._note_hidden()
+        else:
+            if self.surfaces.is_apart(self.tree, node):
+                self._note(_ROUND)
+            found = {"mirror": colour, "edge": 1.0 - colour if kind == METAL else 0.0}
+        return found | {"facets": weight, "roughness": roughness * weight}
+
+    def _note_hidden(self) -> None:
+        if self.dithered:
+            self._note(_HIDDEN)
+
+    def _principled_facets(
+        self,
+        node: bpy.types.Node,
+        base: Operand,
+        alpha: Operand,
+        metallic: Operand,
+        passing: Operand,
+    ) -> dict[str, Operand]:
+        inputs, found = node.inputs, {}
+        if not self.surfaces.facets:
+            return found
+        level, metal = self._value(inputs["Specular IOR Level"]), metallic * alpha
+        clear: Operand = 0.0 if _is_zero(level) else alpha * (1.0 - metallic)
+        if not _is_zero(clear):
+            if not _is_zero(passing):
+                self._note_hidden()
+            index = specular_index(self._wet_value(inputs["IOR"]), level, NODES)
+            found |= {"clear": clear, "index": index * clear}
+        mirror = base * metal
+        weight = _mean(mirror) + clear * _CLEAR_REFLECTS
+        found |= {"mirror": mirror, "edge": metal - mirror, "facets": weight}
+        found |= {"roughness": self._value(inputs["Roughness"]) * weight}
+        coat = self._value(inputs["Coat Weight"])
+        if self.surfaces.facets > 1 and not _is_zero(coat):
+            coat = coat * alpha
+            found |= {
+                "coat": coat,
+                "coat_roughness": self._value(inputs["Coat Roughness"]) * coat,
+                "coat_index": self._wet_value(inputs["Coat IOR"]) * coat,
+            }
+        return found
 
     def _highlight(self, node: bpy.types.Node, kind: str) -> Operand:
         """Return what of the sun a white closure throws back, over a matte one."""
@@ -204,11 +280,16 @@ class _Walk:
         coat, tint = self._value(inputs["Coat Weight"]), self._value(inputs["Coat Tint"])
         if not _is_zero(coat) and isinstance(tint, NodeValue):
             base = base * (1.0 + coat * (tint - 1.0))
+        facets = self._principled_facets(node, base, alpha, metallic, passing)
         colour = base * (alpha * (1.0 - passing))
         mirrored = 0.0
         if not _is_zero(metallic):
             mirrored = colour * (metallic * mirroring_share(self._value(inputs["Roughness"])))
-        return _Closure(colour, glow * alpha, transmittance, mirrored, normal=self._normal(node))
+        normals = self._normal(node), self._normal(node, "Coat Normal")
+        return _Closure(
+            colour, glow * alpha, transmittance, mirrored, normal=normals[0],
+            coat_normal=normals[1], **facets,
+        )  # fmt: skip
 
     def _group(self, node: bpy.types.Node, output: bpy.types.NodeSocket) -> _Closure:
         group = node.node_tree
@@ -251,8 +332,13 @@ class _Walk:
         self.graph.assign(colour, node.inputs[0])
         return self.graph.term(node.outputs[0])
 
-    def _normal(self, node: bpy.types.Node) -> NodeValue | None:
-        socket = node.inputs.get("Normal")
+    def _wet_value(self, socket: bpy.types.NodeSocket) -> Operand:
+        """Return an index against what is around a thing: what arrives where it is used."""
+        links = [link for link in socket.links if not link.is_muted]
+        return self.graph.term(links[0].from_socket) if links else self._value(socket)
+
+    def _normal(self, node: bpy.types.Node, name: str = "Normal") -> NodeValue | None:
+        socket = node.inputs.get(name)
         if socket is None or all(link.is_muted for link in socket.links):
             return None
         return self.graph.term(socket.links[0].from_socket)
@@ -288,6 +374,12 @@ class Surfaces:
     closed: Collection[bpy.types.Material] = ()
     highlights: Mapping[str, bpy.types.ShaderNodeTree] = field(default_factory=dict)
 
+    @property
+    def facets(self) -> int:
+        """How many of :data:`.realtime_lamps.FACETS` the groups know."""
+        known = {item.name for item in self.lit.interface.items_tree}
+        return sum(known.issuperset(one) for one in realtime_lamps.FACETS)
+
     def is_apart(self, tree: bpy.types.NodeTree, node: bpy.types.Node) -> bool:
         """Whether the sun lights a node by another closure than its own."""
         known = SHADER_NODES.get(node.bl_idname)
@@ -301,7 +393,8 @@ class Kinds:
     """What any of the materials of a scene may do.
 
     Mirror what is around it, emit light, throw on light from behind it, filter what is seen
-    through it, have highlights that are longer than wide, or be toons.
+    through it, have highlights that are longer than wide, be toons; and how many of
+    :data:`.realtime_lamps.FACETS` they have.
     """
 
     mirrors: bool = False
@@ -310,6 +403,7 @@ class Kinds:
     filters: bool = False
     stretched: bool = False
     toons: bool = False
+    facets: int = 0
 
     @property
     def highlights(self) -> tuple[str, ...]:
@@ -349,7 +443,8 @@ def insert(materials: list[bpy.types.Material], surfaces: Surfaces) -> list[str]
         if output is None:
             continue
         name, closed = f"material {material.name!r}", material in surfaces.closed
-        walk = _Walk(material.node_tree, name, notes, surfaces, closed)
+        dithered = material.surface_render_method == "DITHERED"
+        walk = _Walk(material.node_tree, name, notes, surfaces, closed, dithered)
         band_colors.darken(material.node_tree, surfaces.is_apart)
         if surfaces.keeping is not None and _keeps(material.node_tree):
             measured = band_colors.is_measured(material) or material == surfaces.floor
@@ -411,7 +506,18 @@ def kinds(materials: Iterable[bpy.types.Material]) -> Kinds:
         any(_filters(tree, node) for tree, node in nodes),
         any(_drawn_by(*found) == realtime_highlights.STRETCHED for found in nodes),
         any(_drawn_by(*found) == realtime_highlights.TOON for found in nodes),
+        max((_count_facets(tree, node) for tree, node in nodes), default=0),
     )
+
+
+def _count_facets(tree: bpy.types.NodeTree, node: bpy.types.Node) -> int:
+    """How many of :data:`.realtime_lamps.FACETS` a node may have."""
+    if node.bl_idname == PRINCIPLED:
+        if not is_idle(tree, node, "Coat Weight"):
+            return 2
+        return int(not all(is_idle(tree, node, x) for x in ("Specular IOR Level", "Metallic")))
+    known = SHADER_NODES.get(node.bl_idname)
+    return int(known is not None and bool(known.facets))
 
 
 def _drawn_by(tree: bpy.types.NodeTree, node: bpy.types.Node) -> str | None:
@@ -657,6 +763,8 @@ def _describe(walk: _Walk, closure: _Closure, surface: bpy.types.Node) -> Operan
         graph.assign(closure.mirrored, surface.inputs[realtime_surface.MIRRORED])
     elif not _is_zero(closure.mirrored):
         walk.notes.append(f"{walk.name} {_MATTE}")
+    if walk.surfaces.facets:
+        _describe_facets(walk, closure, surface)
     if realtime_surface.BEHIND in surface.inputs:
         graph.assign(closure.behind, surface.inputs[realtime_surface.BEHIND])
     if realtime_surface.CLOSED in surface.inputs:
@@ -673,6 +781,34 @@ def _describe(walk: _Walk, closure: _Closure, surface: bpy.types.Node) -> Operan
     if realtime_surface.COVERED in surface.inputs:
         graph.assign(1.0 - passing, surface.inputs[realtime_surface.COVERED])
     return passing
+
+
+def _describe_facets(walk: _Walk, closure: _Closure, surface: bpy.types.Node) -> None:
+    """Tell a surface group what throws back the light of lamps."""
+    graph, lamps = walk.graph, realtime_lamps
+
+    def mean(total: Operand, weight: Operand) -> Operand:
+        return _mean(total) / NODES.maximum(_mean(weight), _LEAST_FACETS)
+
+    values = {
+        lamps.MIRROR: closure.mirror,
+        lamps.EDGE: closure.edge,
+        lamps.CLEAR: closure.clear,
+        lamps.ROUGHNESS: mean(closure.roughness, closure.facets),
+        lamps.CLEAR_INDEX: mean(closure.index, closure.clear),
+    }
+    if walk.surfaces.facets > 1:
+        normal = closure.coat_normal
+        if normal is None:
+            normal = graph.term(graph.node("ShaderNodeNewGeometry").outputs["Normal"])
+        values |= {
+            lamps.COAT: _mean(closure.coat),
+            lamps.COAT_ROUGHNESS: mean(closure.coat_roughness, closure.coat),
+            lamps.COAT_INDEX: mean(closure.coat_index, closure.coat),
+            lamps.COAT_NORMAL: normal,
+        }
+    for name, value in values.items():
+        graph.assign(value, surface.inputs[name])
 
 
 def _insert(
@@ -736,7 +872,8 @@ def _open_group(
     outputs = [n for n in group.nodes if n.bl_idname == "NodeGroupOutput" and n.is_active_output]
     if not outputs:
         return
-    walk = _Walk(group, f"group {group.name!r}", outer.notes, outer.surfaces, outer.closed)
+    name = f"group {group.name!r}"
+    walk = _Walk(group, name, outer.notes, outer.surfaces, outer.closed, outer.dithered)
     closure = walk.closure(outputs[0].inputs[shader])
     for quantity, name in _OUTPUTS.items():
         value = getattr(closure, quantity)

@@ -12,6 +12,8 @@ from ...node_groups import realtime_highlights
 PRINCIPLED = "ShaderNodeBsdfPrincipled"
 """All of it at once; its weights say what."""
 REFLECTS, EMITS, PASSES, REFRACTS, HIDES = "reflects", "emits", "passes", "refracts", "hides"
+EVEN, METAL, CLEAR = "even", "metal", "clear"
+"""What facets reflect: the same at all angles, as a metal, or by a refractive index."""
 
 
 @dataclass(frozen=True)
@@ -29,6 +31,8 @@ class ShaderNode:
         Whether the less of it is matte the less rough it is.
     behind : bool
         Whether it is the light from behind that it throws on.
+    facets : str
+        How they reflect if it consists of some: ``EVEN``, ``METAL`` or ``CLEAR``.
     sunlit : str, optional
         Group of :mod:`.realtime_highlights` by which the sun lights it.
     approximate : str
@@ -39,6 +43,7 @@ class ShaderNode:
     colour: str = "Color"
     mirrors: bool = False
     behind: bool = False
+    facets: str = ""
     sunlit: str | None = None
     approximate: str = ""
 
@@ -49,10 +54,10 @@ _THREADS = "is hair, which real time takes for matte threads that throw back as 
 SHADER_NODES = {
     "ShaderNodeBsdfDiffuse": ShaderNode(REFLECTS),
     "ShaderNodeBsdfAnisotropic": ShaderNode(
-        REFLECTS, mirrors=True, sunlit=realtime_highlights.STRETCHED
+        REFLECTS, mirrors=True, facets=EVEN, sunlit=realtime_highlights.STRETCHED
     ),
-    "ShaderNodeBsdfGlossy": ShaderNode(REFLECTS, mirrors=True),
-    "ShaderNodeBsdfMetallic": ShaderNode(REFLECTS, "Base Color", mirrors=True),
+    "ShaderNodeBsdfGlossy": ShaderNode(REFLECTS, mirrors=True, facets=EVEN),
+    "ShaderNodeBsdfMetallic": ShaderNode(REFLECTS, "Base Color", mirrors=True, facets=METAL),
     "ShaderNodeBsdfSheen": ShaderNode(
         REFLECTS, approximate="is a sheen, which real time takes for matte, as bright as it is"
     ),
@@ -72,7 +77,7 @@ SHADER_NODES = {
     "ShaderNodeEmission": ShaderNode(EMITS),
     "ShaderNodeBackground": ShaderNode(EMITS),
     "ShaderNodeBsdfTransparent": ShaderNode(PASSES),
-    "ShaderNodeBsdfGlass": ShaderNode(REFRACTS, approximate=_STRAIGHT),
+    "ShaderNodeBsdfGlass": ShaderNode(REFRACTS, facets=CLEAR, approximate=_STRAIGHT),
     "ShaderNodeBsdfRefraction": ShaderNode(REFRACTS, approximate=_STRAIGHT),
     "ShaderNodeBsdfRayPortal": ShaderNode(
         PASSES, approximate="has a portal; real time shows what is straight behind it"

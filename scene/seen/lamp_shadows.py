@@ -8,11 +8,14 @@ from dataclasses import dataclass, replace
 
 import bpy
 import numpy as np
+from numpy.typing import NDArray
 
 from ...node_groups.node_mathematics import MARK
 from ...uw_spectral.lamps.angular_spread import ValueGrid
 from ...uw_spectral.lamps.lamp import Lamp
-from ...uw_spectral.lamps.lamp_shadow import shadow_directions, shadow_map
+from ...uw_spectral.lamps.lamp_shadow import SIDE, shadow_map
+from ...uw_spectral.lamps.profile import LampProfile
+from ...uw_spectral.lamps.thrown_back import rays_of
 from ..materials.mean_colours import Rgb, mean_colour
 from .lamps import SceneLamps, SeenByLamp
 from .ray_casting import Meshes
@@ -31,7 +34,7 @@ class KeptLampShadows:
 
     def __init__(self) -> None:
         self._things = b""
-        self._maps: dict[tuple[float, ...], _Map] = {}
+        self._maps: dict[_Key, _Map] = {}
 
     def of(
         self, scene: bpy.types.Scene, found: SceneLamps, *, unchanged: bool = False
@@ -67,8 +70,17 @@ class KeptLampShadows:
                 self._maps[key] = known.get(key) or _around(meshes, lamp, colours)
 
 
-def _key(lamp: Lamp) -> tuple[float, ...]:
-    return (*(float(x) for x in lamp.position), float(lamp.radius))
+_LEVEL = 0.02  # of a ray that goes down, at least
+
+type _Key = tuple[LampProfile | float, ...]
+
+
+def _key(lamp: Lamp) -> _Key:
+    return (
+        lamp.profile,
+        float(lamp.radius),
+        *(float(x) for x in (*lamp.position, *lamp.axis, *lamp.own_place)),
+    )
 
 
 def _colours(meshes: Meshes) -> dict[bpy.types.Material | None, Rgb]:
@@ -96,10 +108,37 @@ def _digest(meshes: Meshes, colours: dict[bpy.types.Material | None, Rgb]) -> by
 
 def _around(meshes: Meshes, lamp: Lamp, colours: dict[bpy.types.Material | None, Rgb]) -> _Map:
     """Look around a lamp."""
-    directions, radius = shadow_directions(), float(lamp.radius)
-    origin = np.asarray(lamp.position, np.float64) + directions * radius
-    hits = meshes.first(origin, directions, np.full(len(directions), np.inf))
-    distances = np.array([np.inf if hit is None else hit.distance + radius for hit in hits])
+    rays, radius = rays_of(lamp), float(lamp.radius)
+    directions = rays.directions
+    start, lit = np.full(len(directions), radius), np.ones(len(directions), bool)
+    if lamp.shines_in:
+        start, lit = _entered(meshes, lamp, directions)
+    origin = np.asarray(lamp.position, np.float64) + directions * start[:, None]
+    hits = meshes.first(origin, directions, np.where(lit, np.inf, 0.0))
+    distances = start + [np.inf if hit is None else hit.distance for hit in hits]
     normals = np.array([(0.0, 0.0, 1.0) if hit is None else hit.normal for hit in hits])
     base = np.array([colours[None if hit is None else hit.material] for hit in hits])
-    return _Map(SeenByLamp(distances, normals, base), shadow_map(distances))
+    shines = np.where(lit, distances, start)[: SIDE**2]
+    return _Map(SeenByLamp(rays, distances, normals, base), shadow_map(shines))
+
+
+def _entered(
+    meshes: Meshes, lamp: Lamp, directions: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
+    """Distances at which rays of a lamp in the air enter the water, and whether they do.
+
+    Up to there they come straight from where the lamp is, if nothing is in their way.
+    """
+    falling = -directions[:, 2] > _LEVEL
+    start = float(lamp.dry) / np.where(falling, -directions[:, 2], 1.0)
+    places = np.asarray(lamp.position) + directions * start[:, None]
+    way = places - np.asarray(lamp.own_place)
+    length = np.linalg.norm(way, axis=-1)
+    # What is as near as the lamp is large is its housing.
+    near = np.minimum(float(lamp.radius) / length, 1.0)[:, None]
+    clear = meshes.clear(
+        np.asarray(lamp.own_place) + way * near,
+        way / length[:, None],
+        np.where(falling, length * (1.0 - near[:, 0]), 0.0),
+    )
+    return start, falling & clear

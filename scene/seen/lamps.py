@@ -23,12 +23,16 @@ from ...uw_spectral.lamps.emission import (
 )
 from ...uw_spectral.lamps.lamp import Lamp
 from ...uw_spectral.lamps.lamp_surface import lamplight as irradiance_seen
+from ...uw_spectral.lamps.layers import waters_of_lamps
 from ...uw_spectral.lamps.multiple_scattering import LampWater
-from ...uw_spectral.lamps.thrown_back import LitThings, thrown_back
+from ...uw_spectral.lamps.over_water import Surface, through_surface
+from ...uw_spectral.lamps.thrown_back import LampRays, LitThings, thrown_back
 from ...uw_spectral.spectra.bands import Bands
 from ...uw_spectral.spectra.illuminant import RELATIVE, full_sun
 from ...uw_spectral.spectra.reflectance import uplift_basis
 from ...uw_spectral.surface.refraction import REFRACTIVE_INDEX
+from ...uw_spectral.transfer.water_column import WaterColumn
+from ...uw_spectral.water.phase import BandPhase
 from .. import contents, marks
 from ..rendered import (
     ever_rendered,
@@ -49,21 +53,27 @@ _FORM = (
     "use_shadow",
 )  # fmt: skip
 _DOWN = Vector((0.0, 0.0, -1.0))
-_ABOVE = "it is above the water; lower it, or leave it to the sun"
+_THROUGH = (
+    "it is above the water: what of its light enters through the mean surface lights the water; "
+    "things in the air have none of it as they should, and it is not seen from below"
+)
 
 
 @dataclass(frozen=True, eq=False)
 class SeenByLamp:
-    """What lies in the directions of a map from a lamp (:func:`.shadow_directions`).
+    """What lies in directions from a lamp.
 
     Attributes
     ----------
-    distances : array, shape (SIDE²,)
+    rays : LampRays
+        k of them.
+    distances : array, shape (k,)
         m; infinite where nothing is.
-    normals, colours : array, shape (SIDE², 3)
+    normals, colours : array, shape (k, 3)
         Unit vectors towards the lamp; mean base colours, linear Rec.709.
     """
 
+    rays: LampRays
     distances: NDArray[np.float64]
     normals: NDArray[np.float64]
     colours: NDArray[np.float64]
@@ -82,6 +92,12 @@ class SceneLamps:
         What each of them lights, where that is known.
     thrown : tuple of Lamp
         What stands for the things that throw their light back.
+    from_air : bool
+        Whether some shine into the water from above, or may at another frame.
+    waters : tuple of LampWater
+        Of each lamp, where water differs with depth.
+    around : LampWater, optional
+        The water of all of them then.
     """
 
     objects: tuple[bpy.types.Object, ...] = ()
@@ -89,6 +105,9 @@ class SceneLamps:
     notes: tuple[str, ...] = ()
     seen: tuple[SeenByLamp | None, ...] = ()
     thrown: tuple[Lamp, ...] = ()
+    from_air: bool = False
+    waters: tuple[LampWater, ...] = ()
+    around: LampWater | None = None
 
     @property
     def all(self) -> tuple[Lamp, ...]:
@@ -104,6 +123,13 @@ class SceneLamps:
         )
         return replace(self, lamps=lamps, thrown=thrown)
 
+    def in_layers(self, column: WaterColumn, phase: BandPhase, depth: float) -> SceneLamps:
+        """Return them in the layers of a water, seen by a camera at a depth in m."""
+        if not column.below or not self.lamps:
+            return self
+        around, waters = waters_of_lamps(column, phase, self.lamps, depth)
+        return replace(self, waters=waters, around=around)
+
     def with_thrown_back(
         self, water: LampWater, bands: Bands, camera: Sequence[float]
     ) -> SceneLamps:
@@ -111,8 +137,8 @@ class SceneLamps:
         basis = uplift_basis(bands).T
         known = [(one, near) for one, near in zip(self.lamps, self.seen, strict=True) if near]
         things = [
-            LitThings(near.distances, near.normals, np.clip(near.colours @ basis, 0.0, 1.0))
-            for _, near in known
+            LitThings(x.rays, x.distances, x.normals, np.clip(x.colours @ basis, 0.0, 1.0))
+            for _, x in known
         ]
         thrown = thrown_back([lamp for lamp, _ in known], things, water, camera)
         return replace(self, thrown=thrown)
@@ -134,16 +160,11 @@ def left_out(scene: bpy.types.Scene) -> dict[bpy.types.Object, str]:
 
 
 def why_dark(item: bpy.types.Object) -> str:
-    """Say why a lamp does not light the water, empty if it does.
-
-    One that moves counts everywhere: nodes for it are needed in all frames.
-    """
+    """Say why a lamp does not light the water, empty if it does."""
     if not stored_lamp(item.data).in_water:
         return "it belongs to the air; let it light the water with its switch"
     if getattr(getattr(item.data, "cycles", None), "is_portal", False):
         return "it is a portal, which sends no light itself"
-    if item.matrix_world.translation.z > 0.0 and not _moves(item):
-        return _ABOVE
     return ""
 
 
@@ -151,15 +172,19 @@ def said_of(item: bpy.types.Object) -> tuple[str, ...]:
     """Return what to know of a lamp that lights the water, for the panel."""
     try:
         why = why_no_light(item)
-        return (*unheeded(item), *([f"it is dark: {why}"] if why else []))
+        notes = [f"it is dark: {why}"] if why else [_THROUGH] if _is_above(item) else []
+        return (*unheeded(item), *notes)
     except InputError as error:
         return (str(error),)
 
 
 def _why_not_now(item: bpy.types.Object) -> str:
     """Say why a lamp does not light the water at this frame, empty if it does."""
-    why = why_dark(item) or ("it is hidden" if marks.is_hidden(item) else why_no_light(item))
-    return why or (_ABOVE if item.matrix_world.translation.z > 0.0 else "")
+    return why_dark(item) or ("it is hidden" if marks.is_hidden(item) else why_no_light(item))
+
+
+def _is_above(item: bpy.types.Object) -> bool:
+    return item.matrix_world.translation.z > 0.0
 
 
 def _shown(scene: bpy.types.Scene) -> list[bpy.types.Object]:
@@ -190,43 +215,56 @@ def _moves(item: bpy.types.Object | None) -> bool:
 
 
 def lamps_of(
-    scene: bpy.types.Scene, bands: Bands, unit: str, n: float = REFRACTIVE_INDEX
+    scene: bpy.types.Scene,
+    bands: Bands,
+    unit: str,
+    n: float = REFRACTIVE_INDEX,
+    surface: Surface | None = None,
 ) -> SceneLamps:
     """Return the lamps of a scene's current frame.
 
     Parameters
     ----------
     scene : Scene
-        Its z = 0 is the water surface; lamps above it do not shine.
+        Its z = 0 is the water surface, through which lamps above it shine.
     bands : Bands
     unit : str
         Of the irradiance that the scene is lit with.
     n : float
         Refractive index of the water, for lamps behind ports.
+    surface : Surface, optional
+        A still one of that index by default.
 
     Raises
     ------
     InputError
         If a spectrum, a power or a profile cannot be used; it names the lamp.
     """
-    objects, lamps = objects_of(scene), []
+    objects, lamps, surface = objects_of(scene), [], surface or Surface(n)
     notes = [f"lamp {item.name!r} is left out: {why}" for item, why in left_out(scene).items()]
     for item in objects:
         try:
             why = _why_not_now(item)
-            lamp = _lamp(item, bands, unit, n, dark=bool(why))
+            lamp = through_surface(_lamp(item, bands, unit, n, dark=bool(why)), surface)
             notes += [f"lamp {item.name!r}: {said}" for said in unheeded(item)]
         except InputError as error:
             raise InputError(f"lamp {item.name!r}: {error}") from error
         if why and not marks.is_hidden(item):
             notes.append(f"lamp {item.name!r} is dark: {why}")
+        if not why and lamp.shines_in:
+            notes.append(f"lamp {item.name!r}: {_THROUGH}")
         lamps.append(lamp)
-    return SceneLamps(tuple(objects), tuple(lamps), tuple(notes))
+    # One that moves may rise: its nodes are there in all frames.
+    from_air = any(_is_above(item) or _moves(item) for item in objects)
+    return SceneLamps(tuple(objects), tuple(lamps), tuple(notes), from_air=from_air)
 
 
 def plan_lamps(scene: bpy.types.Scene, plan: RenderPlan) -> SceneLamps:
     """Return the lamps of a scene's current frame in the bands of a plan."""
-    return lamps_of(scene, plan.bands, plan.illuminant.unit, plan.column.refractive_index)
+    column = plan.column
+    index = column.refractive_index if column.reflects else 1.0
+    surface = Surface(index, column.roughness)
+    return lamps_of(scene, plan.bands, plan.illuminant.unit, column.refractive_index, surface)
 
 
 def lamplight(
@@ -284,6 +322,8 @@ def record(item: bpy.types.Object) -> dict[str, Any]:
         found["behind_port"] = True
     if not light.use_shadow:
         found["shadow"] = False
+    if _is_above(item):
+        found["through_surface"] = True
     return found
 
 

@@ -8,6 +8,7 @@ objects and instances that share a mesh share its search tree.
 from __future__ import annotations
 
 import functools
+import itertools
 from collections.abc import Collection, Hashable, Iterator
 from dataclasses import dataclass
 
@@ -208,12 +209,18 @@ class Meshes:
                 one, other = (self._low[:, axis] - at) * speed, (self._high[:, axis] - at) * speed
                 near = np.maximum(near, np.minimum(one, other))
                 far = np.minimum(far, np.maximum(one, other))
-            enters = near <= far
-            for row, limit in enumerate(farthest[rays].tolist()):
-                which = np.flatnonzero(enters[row])
-                which = which[np.argsort(near[row, which])]
-                boxes = [(float(near[row, i]), self.instances[i]) for i in which]
-                yield Vector(o[row]), Vector(w[row]), limit, boxes
+            row, which = np.nonzero(near <= far)
+            entry = near[row, which]
+            order = np.lexsort((entry, row))
+            entries, numbers = entry[order].tolist(), which[order].tolist()
+            ends = np.searchsorted(row, np.arange(len(o)), side="right").tolist()
+            limits = farthest[rays].tolist()
+            for start, heading, limit, (one, other) in zip(
+                o.tolist(), w.tolist(), limits, itertools.pairwise((0, *ends)), strict=True
+            ):
+                near_ray = zip(entries[one:other], numbers[one:other], strict=True)
+                boxes = [(at, self.instances[number]) for at, number in near_ray]
+                yield Vector(start), Vector(heading), limit, boxes
 
 
 def _tree(vertices: NDArray, triangles: NDArray[np.int32]) -> BVHTree:

@@ -145,6 +145,7 @@ def add_water(
             item.visible_transmission = not column.reflects
             # Light that is left to rays that meet nothing would be lost.
             item.data.cycles.use_multiple_importance_sampling = not column.reflects
+    shape_lamps(scene, lamps)
     _let_through(
         [i for i, x in zip(marks.followers(scene), lamps.lamps, strict=True) if x.unblocked]
     )
@@ -167,7 +168,10 @@ def _let_through(unblocked: list[bpy.types.Object]) -> None:
 
 
 def shape_lamps(scene: bpy.types.Scene, lamps: SceneLamps) -> None:
-    """Give lamps whose cone, profile or size has changed since a frame the new ones."""
+    """Give lamps whose cone, profile or size has changed since a frame the new ones.
+
+    Those in the air are put where they seem to be: their light goes straight through the surface.
+    """
     found = zip(marks.followers(scene), lamps.lamps, lamps.objects, strict=True)
     for index, (item, lamp, own) in enumerate(found):
         before = item.data
@@ -176,6 +180,13 @@ def shape_lamps(scene: bpy.types.Scene, lamps: SceneLamps) -> None:
             if marks.MARK in before:
                 item.data[marks.MARK] = before[marks.MARK]
             bpy.data.lights.remove(before)
+        for constraint in item.constraints:
+            constraint.mute = lamp.shines_in
+        if lamp.shines_in:
+            item.location = lamp.position
+            scene_water.turn(item, lamp.axis)
+            # Rays that are refracted must not find it too; shadow rays bring its light.
+            item.visible_transmission = False
 
 
 def place(scene: bpy.types.Scene, column: WaterColumn, own_seabed: float | None = None) -> None:

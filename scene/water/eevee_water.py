@@ -110,7 +110,8 @@ def eevee_water(
         place = tuple(eye.camera.matrix_world.translation)
     shining = kept.lamp_shadows.of(scene, lamps.plan_lamps(scene, plan), unchanged=unchanged)
     if shining.lamps:
-        water = plan.lamp_water(max(eye.depth, 0.0))
+        shining = shining.in_layers(plan.column, plan.phase, eye.depth)
+        water = shining.around or plan.lamp_water(max(eye.depth, 0.0))
         shining = shining.with_thrown_back(water, plan.bands, place)
     reflectances = {
         material.name: reflectance.at(plan.bands.centres)

@@ -340,13 +340,16 @@ def realtime_water(
         field.components, column.reflects, len(scale.zones), scale.slices, shafts,
         sky=column.sky, layered=field.layered, shade=seen.shade is not None,
         covers=seen.cover is not None, lamps=len(lamps.all),
-        lamp_components=phase.components if lamps.lamps else (),
+        lamp_components=phase.components if lamps.lamps else (), lamps_in_air=lamps.from_air,
+        facets=seen.kinds.facets if lamps.lamps else 0,
         above=seen.above is not None, mirrors=seen.kinds.mirrors,
         translucent=seen.kinds.translucent, filters=seen.kinds.filters,
         glows=seen.kinds.glows, highlights=seen.kinds.highlights,
         measured=len(seen.reflectances),
     )  # fmt: skip
-    around_lamps = _around_lamps(column, phase, camera_depth) if lamps.lamps else None
+    around_lamps = lamps.around
+    if lamps.lamps and around_lamps is None:
+        around_lamps = _around_lamps(column, phase, camera_depth)
     straight = column.solved_field(phase, SHADED_STREAMS) if shape.shade else None
     return RealtimeWater(
         column, phase, camera_depth, field, channels_of(column.bands, weights), shape, seen,

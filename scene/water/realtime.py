@@ -259,7 +259,11 @@ def _lamp_images(water: RealtimeWater) -> realtime_lamps.LampImages:
     # What stands for things has one profile.
     profiles = len(lamps.lamps) + bool(lamps.thrown)
     return realtime_lamps.new_images(
-        shape.lamps, profiles, len(shape.lamp_components), shape.measured
+        shape.lamps,
+        profiles,
+        len(shape.lamp_components),
+        shape.measured,
+        from_air=shape.lamps_in_air,
     )
 
 
@@ -273,7 +277,9 @@ def _set_lamps(scene: bpy.types.Scene, water: RealtimeWater, around: LampWater) 
         colours[index] = codes[group]
     shown = colours + [realtime_lamps.NO_SHADOW] * len(water.seen.lamps.thrown)
     measured = list(water.seen.reflectances.values())
-    folded = fold_lamps(water.seen.lamps.all, around, water.channels, measured)
+    folded = fold_lamps(
+        water.seen.lamps.all, around, water.channels, measured, water.seen.lamps.waters
+    )
     images = realtime_lamps.LampImages(marks.part(scene, _LAMPS), marks.part(scene, _SOURCES))
     realtime_lamps.write_lamps(images, folded, shown)
     for item, lamp, colour in zip(marks.followers(scene), lamps, colours, strict=True):

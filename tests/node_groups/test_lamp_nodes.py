@@ -19,6 +19,7 @@ from underwater_spectral.uw_spectral.mathematics import NUMPY
 from underwater_spectral.uw_spectral.spectra.bands import Bands
 from underwater_spectral.uw_spectral.spectra.spectral_image import read_exr
 from underwater_spectral.uw_spectral.transfer.channels import channels_of
+from underwater_spectral.uw_spectral.transfer.facets import Facets
 from underwater_spectral.uw_spectral.transfer.radiance_field import distance_in_water
 from underwater_spectral.uw_spectral.water.phase import seawater_mixture
 
@@ -213,6 +214,38 @@ def test_the_group_of_things_is_the_formula(square, tmp_path, measured):
     wanted = {"D": D, "F": F, "Seen": D + F, "E": folded.irradiance(*patch, 0.7), "J": J}
     for name in names:
         _agree(seen[name], wanted[name])
+
+
+@pytest.mark.parametrize("facets", [1, 2])
+def test_the_group_of_facets_is_the_formula(square, tmp_path, facets):
+    at = _position(square, tmp_path)
+    folded = _folded(thrown=0.2, radius=0.1)
+    group = realtime_lamps.build_patch(_images(folded), ("Seen",), facets=facets)
+    colour, normal, smooth = (0.8, 0.4, 0.1), (0.0, 0.28, 0.96), (0.28, 0.0, 0.96)
+    things = [Facets(normal, 0.5, (0.5, 0.3, 0.1), (0.2, 0.3, 0.4), (0.2, 0.3, 0.5), 1.3)]
+    things.append(Facets(smooth, 0.2, clear=(0.7, 0.7, 0.7), index=1.5))
+    values = {
+        "Normal": normal, "Color": (*colour, 1.0), "Lamp Visibility": (0.0, 0.5, 0.0),
+        "Mirror": (0.5, 0.3, 0.1, 1.0), "Edge": (0.2, 0.3, 0.4, 1.0),
+        "Clear": (0.2, 0.3, 0.5, 1.0), "Roughness": 0.5, "Index": 1.3,
+        "Coat": 0.7, "Coat Roughness": 0.2, "Coat Index": 1.5, "Coat Normal": smooth,
+    }  # fmt: skip
+
+    def nodes(graph, position):
+        del position
+        node = graph.node("ShaderNodeGroup", node_tree=group)
+        for socket in node.inputs:
+            if socket.name in values:
+                socket.default_value = values[socket.name]
+        return graph.term(node.outputs["Seen"])
+
+    seen = square(nodes, tmp_path / "lamp.exr")
+    x, y = at[..., :1], at[..., 1:2]
+    eye = (0.0, 0.0, 1.0)
+    found = folded.reflected(
+        (x, y, 0.0), normal, colour, 3.0 + 0.0 * x, visible=0.7, facets=things[:facets], to_eye=eye
+    )
+    _agree(seen, sum(found))
 
 
 def test_thirty_two_lamps_fit():

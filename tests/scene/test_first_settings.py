@@ -77,7 +77,8 @@ def test_a_scene_built_for_water_stays_where_it_is(default_file):
     first_settings.start(scene, 3.0)
     bpy.context.view_layer.update()
     assert _places(scene) == before
-    assert lamps.left_out(scene)[scene.objects["Light"]].startswith("it is above the water")
+    assert lamps.objects_of(scene) == [scene.objects["Light"]]
+    assert "above the water" in " ".join(lamps.said_of(scene.objects["Light"]))
 
 
 @pytest.mark.slow

@@ -264,11 +264,12 @@ def test_constant_nodes_are_read(scene, tmp_path):
 
 
 @pytest.mark.parametrize("bound", ["itself", "parent", "vertex"])
-def test_a_lamp_that_a_simulation_may_bring_counts_from_the_start(scene, bound):
+def test_a_lamp_that_a_simulation_may_lift_has_its_nodes_from_the_start(scene, bound):
+    """Those of a lamp that shines in from the air; one that stays in the water needs none."""
     item = _hang(scene, _light())
-    item.location.z = 2.0
+    item.location.z = -2.0
     bpy.context.view_layer.update()
-    assert lamps.objects_of(scene) == []
+    assert not lamps.lamps_of(scene, BANDS, RELATIVE).from_air
     body = _plane("buoy", 1.0, 1.0)
     if bound == "vertex":
         item.parent, item.parent_type = body, "VERTEX"
@@ -280,9 +281,9 @@ def test_a_lamp_that_a_simulation_may_bring_counts_from_the_start(scene, bound):
         else:
             bpy.context.view_layer.objects.active = carrier
             bpy.ops.rigidbody.object_add()
-    item.matrix_world.translation.z = 2.0
+    item.matrix_world.translation.z = -2.0
     bpy.context.view_layer.update()
-    assert lamps.objects_of(scene) == [item]
+    assert lamps.lamps_of(scene, BANDS, RELATIVE).from_air
 
 
 def test_candela_are_on_the_axis(scene):

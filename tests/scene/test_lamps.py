@@ -137,6 +137,37 @@ def test_shadows_of_two_lamps_are_told_apart(scene, tmp_path, sunlight):
     assert beside["both"] - beside["none"] > 0
 
 
+def test_a_metal_ball_shows_the_image_of_a_lamp(scene, tmp_path):
+    """All light of its highlight is that of the image in a convex mirror, focal length R/2.
+
+    A second lamp, behind a screen, has none.
+    """
+    bpy.data.objects.remove(bpy.data.objects["wall"])
+    radius, away, r = 0.2, 4.0, 3.0
+    metal = scenes.principled("metal", (0.8, 0.8, 0.8, 1.0))
+    shader = metal.node_tree.nodes["Principled BSDF"].inputs
+    shader["Metallic"].default_value, shader["Roughness"].default_value = 1.0, 0.3
+    bpy.ops.mesh.primitive_uv_sphere_add(
+        segments=96, ring_count=48, radius=radius, location=(0.0, away, -DEPTH)
+    )
+    bpy.ops.object.shade_smooth()
+    bpy.context.object.data.materials.append(metal)
+    turn = math.radians(40.0)
+    for side in (-1.0, 1.0):
+        _lamp((side * r * math.sin(turn), away - r * math.cos(turn), -DEPTH))
+    middle = (0.5 * r * math.sin(turn), away - 0.5 * r * math.cos(turn), -DEPTH)
+    scenes.wall("screen", middle, 0.5, 0.0)
+    scene.camera.data.angle = angle = 2.0 * math.atan(1.1 * radius / away)
+    chosen = {"scattering_factor": 0.0, "diffuse_shadows": False, "samples": 64}
+    plan, picture = _by("eevee", scene, dataclasses.replace(NIGHT, **chosen), folder=tmp_path)
+    seen = picture.sum(axis=(0, 1)) * (2.0 * math.tan(angle / 2) / SIZE) ** 2
+    intensity = 100.0 / (4 * math.pi) * emission_basis(plan.bands).sum(axis=1)
+    image = intensity * (radius / 2) ** 2 / (r - radius / 2) ** 2 / (away - radius / 2) ** 2
+    reflectance = render_plan.uplift_basis(plan.bands) @ (0.8, 0.8, 0.8)
+    a, length = plan.column.absorption, r + away - 2.0 * radius
+    assert seen == pytest.approx(reflectance * image * np.exp(-a * length), rel=0.04)
+
+
 @pytest.mark.slow
 def test_extremes_are_finite(scene, tmp_path):
     """At the camera, on its ray, behind the wall, above the water, on a thing, near, far, dark."""
@@ -285,29 +316,76 @@ def test_a_lamp_in_an_instance_is_named(scene):
     assert (len(found.lamps), len(found.notes)) == (0, 1)
 
 
-def test_a_lamp_above_the_water_is_named_and_left_out(scene):
+def test_a_lamp_above_the_water_shines_into_it_and_says_how(scene):
     item = _lamp((0.0, 1.0, 2.0))
     found = lamps.lamps_of(scene, BANDS, RELATIVE)
-    assert found.notes == (
-        f"lamp {item.name!r} is left out: it is above the water; lower it, or leave it to the sun",
-    )
-    assert found.lamps == ()
+    assert "above the water" in found.notes[0]
+    assert "above the water" in " ".join(lamps.said_of(item))
+    assert lamps.record(item)["through_surface"]
+    assert lamps.record(item)["position"] == pytest.approx([0.0, 1.0, 2.0])
+    assert found.from_air
+    (lamp,) = found.lamps
+    assert lamp.position == pytest.approx((0.0, 1.0, 1.34 * 2.0))
+    assert lamp.own_place == pytest.approx((0.0, 1.0, 2.0))
     item.location.z = -1.0
     bpy.context.view_layer.update()
-    assert len(lamps.lamps_of(scene, BANDS, RELATIVE).lamps) == 1
+    found = lamps.lamps_of(scene, BANDS, RELATIVE)
+    assert (found.lamps[0].dry, found.notes, found.from_air) == (0.0, (), False)
+    item.keyframe_insert("location", frame=1)
+    assert lamps.lamps_of(scene, BANDS, RELATIVE).from_air
     item.data.underwater.in_water = False
     found = lamps.lamps_of(scene, BANDS, RELATIVE)
     assert found.lamps == ()
     assert "belongs to the air" in found.notes[0]
 
 
-def test_a_lamp_that_moves_above_the_water_stays_and_is_dark(scene):
-    """Nodes for it are there in all frames."""
-    item = _lamp((0.0, 1.0, 2.0))
-    item.keyframe_insert("location", frame=1)
-    found = lamps.lamps_of(scene, BANDS, RELATIVE)
-    assert "above the water" in found.notes[0]
-    assert not found.lamps[0].intensity.any()
+def test_without_a_surface_light_from_above_goes_straight(scene):
+    _lamp((0.0, 1.0, 2.0))
+    (lamp,) = lamps.plan_lamps(scene, render_plan.make_plan(NIGHT)).lamps
+    assert lamp.position == pytest.approx((0.0, 1.0, 2.0))
+    assert float(lamp.profile.value(1.0) * lamp.intensity.max()) > 0
+    flat = dataclasses.replace(NIGHT, surface="flat")
+    (refracted,) = lamps.plan_lamps(scene, render_plan.make_plan(flat)).lamps
+    assert refracted.position[2] > 2.6
+
+
+@pytest.mark.parametrize("engine", ["eevee", "cycles"])
+def test_a_lamp_in_the_air_lights_the_bottom_by_snell_and_fresnel(scene, tmp_path, engine):
+    """Straight below it by n², (1 - R), and a source n H above the water; it only absorbs there."""
+    wall, depth, height = bpy.data.objects["wall"], 3.0, 2.0
+    wall.location, wall.rotation_euler = (0.0, 0.0, -depth), (0.0, 0.0, 0.0)
+    scene.camera.location, scene.camera.rotation_euler.x = (0.0, 0.0, -1.0), 0.0
+    scene.camera.data.angle = math.radians(10)
+    _lamp((0.0, 0.0, height)).rotation_euler.x = 0.0
+    chosen = {"scattering_factor": 0.0, "samples": 64, "surface": "flat"}
+    plan, picture = _by(engine, scene, dataclasses.replace(NIGHT, **chosen), folder=tmp_path)
+    n, a = plan.column.refractive_index, plan.column.absorption
+    intensity = 100.0 / (4 * math.pi) * emission_basis(plan.bands).sum(axis=1)
+    through = 1.0 - ((n - 1.0) / (n + 1.0)) ** 2
+    E = intensity * through * n * n / (n * height + depth) ** 2
+    reflectance = render_plan.uplift_basis(plan.bands) @ (0.8, 0.8, 0.8)
+    wanted = reflectance / math.pi * E * np.exp(-a * (depth + depth - 1.0))
+    middle = slice(SIZE // 2 - 3, SIZE // 2 + 3)
+    assert picture[middle, middle].mean(axis=(0, 1)) == pytest.approx(wanted, rel=0.02)
+
+
+def test_a_deck_keeps_light_from_the_water_and_a_housing_above_does_not(scene):
+    _lamp((0.0, 0.0, 2.0)).rotation_euler.x = 0.0
+    bpy.data.objects.remove(bpy.data.objects["wall"])
+
+    def lit():
+        bpy.context.view_layer.update()
+        found = KeptLampShadows().of(scene, lamps.lamps_of(scene, BANDS, RELATIVE))
+        (lamp,) = found.lamps
+        below = (0.0, 0.0, -2.0 - lamp.position[2])
+        return float(np.ravel(lamp.lit(tuple(np.array([[x]]) for x in below)))[0])
+
+    assert lit() == 1.0
+    thing = scenes.wall("thing", (0.0, 0.0, 2.3), 1.0)
+    thing.rotation_euler.x = 0.0
+    assert lit() == 1.0
+    thing.location.z = 1.0
+    assert lit() == 0.0
 
 
 def test_a_strobe_follows_its_keyframes_and_its_parent(scene):

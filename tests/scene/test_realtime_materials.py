@@ -7,6 +7,7 @@ import math
 import bpy
 import numpy as np
 import pytest
+from underwater_spectral.node_groups import realtime_lamps
 from underwater_spectral.scene import temporary
 from underwater_spectral.scene.engines import eevee_settings, exr_output
 from underwater_spectral.scene.materials import band_colors, realtime_materials, shader_nodes
@@ -320,3 +321,36 @@ def test_the_edges_of_what_is_cut_out_are_as_bright_as_the_rest(empty_blender, t
     one, two = picture[:, 10:15, 1].mean(), picture[:, 17:22, 1].mean()
     assert two == pytest.approx(one, rel=0.1)  # it was 0.65 of it
     scene_water.remove(empty_blender)
+
+
+def test_only_facets_in_lamplight_pay(empty_blender):
+    """Without lamps, or without facets, the groups have no inputs for them."""
+    matte, glossy, coated = (scenes.principled(name) for name in ("matte", "glossy", "coated"))
+    inputs = {m: m.node_tree.nodes["Principled BSDF"].inputs for m in (matte, glossy, coated)}
+    inputs[matte]["Specular IOR Level"].default_value = 0.0
+    inputs[coated]["Coat Weight"].default_value = 0.5
+    found = [realtime_materials.kinds([m]).facets for m in (matte, glossy, coated)]
+    assert found == [0, 1, 2]
+    column = columns.grey_column(0.1, 0.1)
+    seen = Snapshot(kinds=realtime_materials.kinds([coated]))
+    phase = parse_phase("hg:0.5").for_bands(np.ones(3))
+    water = frame_water.realtime_water(column, phase, 4.0, np.eye(3), seen=seen)
+    assert water.shape.facets == 0
+
+
+def test_clear_things_that_hide_lamps_are_said(empty_blender):
+    """EEVEE's dithering throws away what is wholly transparent, emission and all."""
+    material, tree, output = scenes._material("pane")
+    glass = tree.nodes.new("ShaderNodeBsdfGlass")
+    tree.links.new(glass.outputs[0], output.inputs["Surface"])
+    group = bpy.data.node_groups.new("lit", "ShaderNodeTree")
+    for name in (n for one in realtime_lamps.FACETS for n in one):
+        group.interface.new_socket(name, in_out="INPUT", socket_type="NodeSocketFloat")
+    surfaces = realtime_materials.Surfaces(group)
+    for method, expected in (("DITHERED", 1), ("BLENDED", 0)):
+        material.surface_render_method = method
+        notes = []
+        dithered = method == "DITHERED"
+        walk = realtime_materials._Walk(tree, "pane", notes, surfaces, dithered=dithered)
+        walk.closure(output.inputs["Surface"])
+        assert sum("Blended" in note for note in notes) == expected

@@ -36,8 +36,9 @@ Array = NDArray[np.float64]
 LENGTHS, ANGLES = 64, 64
 """Rows and columns of the table of deflections."""
 TILTS = 24
-"""Of patches; two more columns have the light from about the lamp, and that of things."""
-ABOUT, OF_THINGS = 0.0, 1.0
+"""Of patches; three more columns have the light from about the lamp, that of things, and the mean
+square of the angle between the former and the lamp, rad²."""
+ABOUT, OF_THINGS, ANGLE2 = 0.0, 1.0, 2.0
 """Those columns."""
 PROFILE_LENGTHS, PROFILE_ANGLES = 32, 64
 SHORTEST, LONGEST = 1e-3, 1e3
@@ -84,9 +85,9 @@ def tilt_place(cosine: Operand) -> Operand:
     Examples
     --------
     >>> tilt_place(-1.0), tilt_place(1.0)
-    (2.0, 25.0)
+    (3.0, 26.0)
     """
-    return OF_THINGS + 1.0 + (cosine + 1.0) * ((TILTS - 1.0) / 2.0)
+    return ANGLE2 + 1.0 + (cosine + 1.0) * ((TILTS - 1.0) / 2.0)
 
 
 def profile_place(cosine: Operand, m: Mathematics = NUMPY) -> Operand:
@@ -178,7 +179,8 @@ class WaterSpread(ComparedByContent):
 
         By the distance (rows). The first column is the light from about the lamp, on a patch
         that faces it; the second one the share of a thing's light that is scattered and seen
-        in its place; the others are the rest by tilt.
+        in its place; the third one the mean square angle of the former from the lamp; the others
+        are the rest by tilt.
         """
         return _on_patches(self)
 
@@ -240,7 +242,10 @@ def _on_patches(spread: WaterSpread) -> ValueGrid:
     about = _received(shares, math.cos(ABOUT_LAMP), 1, ahead)
     seen = _received(shares, math.cos(THING), 0, ahead)
     rest = _received(shares, 0.0, 1, cosines) - about * np.maximum(cosines, 0.0)[:, None]
-    return ValueGrid(np.maximum(np.concatenate([about, seen, rest], axis=1), 0.0))
+    nearer = _received(shares, math.cos(ABOUT_LAMP), 2, ahead)
+    nearer = np.divide(nearer, about, out=np.ones_like(about), where=about > _SMALLEST)
+    angle2 = 2.0 * (1.0 - nearer)
+    return ValueGrid(np.maximum(np.concatenate([about, seen, angle2, rest], axis=1), 0.0))
 
 
 @functools.lru_cache(maxsize=16)

@@ -11,7 +11,7 @@ import numpy as np
 
 from ..mathematics import NUMPY, Mathematics, Operand, dot
 from .angular_spread import THING, Lookup
-from .lamp_shadow import lit
+from .lamp_shadow import SoftShadow, lit, scattered_lit
 from .profile import IsotropicProfile, LampProfile
 
 NEAREST = 1e-3
@@ -45,6 +45,12 @@ class Lamp:
         1 where it stands for things that throw light back (:func:`.thrown_back`).
     unblocked : float
         1 where things do not keep its light from others.
+    dry : float
+        How high over the water it seems to be, m; 0 in the water (:mod:`.over_water`).
+    stands : sequence of 3, optional
+        Where it is, m, if that is not where it seems to be.
+    soft : SoftShadow, optional
+        What of its scattered light things leave; without, what they leave of the other.
     """
 
     position: Sequence[Operand]
@@ -56,10 +62,39 @@ class Lamp:
     shadow: Lookup | None = None
     thrown: Operand = 0.0
     unblocked: Operand = 0.0
+    dry: Operand = 0.0
+    stands: Sequence[Operand] | None = None
+    soft: SoftShadow | None = None
+
+    @property
+    def own_place(self) -> Sequence[Operand]:
+        """Where it is, m."""
+        return self.position if self.stands is None else self.stands
 
     def lit(self, place: Sequence[Operand], m: Mathematics = NUMPY) -> Operand:
         """Share of its light that reaches a place seen from it, m; 1 where nothing is known."""
-        return 1.0 if self.shadow is None else lit(self.shadow, place, m)
+        reached = 1.0 if self.shadow is None else lit(self.shadow, place, m)
+        return reached * self.under(place[2], m) if self.shines_in else reached
+
+    @property
+    def shines_in(self) -> bool:
+        """Whether it may shine into the water from above."""
+        return not isinstance(self.dry, float | int) or self.dry > 0.0
+
+    def under(self, z: Operand, m: Mathematics = NUMPY) -> Operand:
+        """1 where a place at a height seen from it is in the water, m; what is in air is dark."""
+        return m.less(self.dry, m.maximum(0.0 - z, _SMALLEST)) if self.shines_in else 1.0
+
+    def wet(self, r: Operand, z: Operand, m: Mathematics = NUMPY) -> Operand:
+        """Length in the water of the way of light to a place, of r from it and at a height, m."""
+        if not self.shines_in:
+            return r
+        return r * m.maximum(1.0 - self.dry / m.maximum(0.0 - z, self.dry + _SMALLEST), 0.0)
+
+    def scattered_lit(self, place: Sequence[Operand], m: Mathematics = NUMPY) -> Operand:
+        """Share of its scattered light that reaches a place, likewise."""
+        seen = self.lit(place, m)
+        return seen if self.soft is None else scattered_lit(self.soft, seen, place, m)
 
     def towards(
         self, point: Sequence[Operand], m: Mathematics = NUMPY

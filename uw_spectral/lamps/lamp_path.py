@@ -53,7 +53,7 @@ class PathNode:
     distance : float or array
         From the lamp to the place, m.
     length : float or array
-        From the lamp over the place to the camera, m.
+        From the lamp over the place to the camera, m; in the water.
     """
 
     weight: Operand
@@ -99,13 +99,17 @@ def path_node(
     t2 = tangent * tangent
     cosine = (2.0 * ray.across * tangent + ray.along * (t2 - 1.0)) / (1.0 + t2)
     weight = part.width * q * q * (2.0 * _POWER * share) / ray.h
-    weight = weight * lamp.lit(ray.place(ray.h * (tangent - 1.0 / tangent) / 2.0), m)
+    where = ray.place(ray.h * (tangent - 1.0 / tangent) / 2.0)
+    weight = weight * lamp.lit(where, m)
+    distance, length = ray.h * (1.0 + t2) / (2.0 * tangent), ray.t0 + ray.h * tangent
+    if lamp.shines_in:
+        length = length - distance + lamp.wet(distance, where[2], m)
     return PathNode(
         weight * lamp.profile.value(cosine, m),
         t2 / (1.0 + t2),
         angle,
-        ray.h * (1.0 + t2) / (2.0 * tangent),
-        m.maximum(ray.t0 + ray.h * tangent, 0.0),
+        distance,
+        m.maximum(length, 0.0),
     )
 
 

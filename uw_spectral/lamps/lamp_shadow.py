@@ -8,7 +8,9 @@ above, so that they end halfway.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -19,6 +21,10 @@ from .angular_spread import Lookup, ValueGrid
 
 SIDE = 48
 """Entries of the map, each way."""
+SOFT_SIDE, DISTANCES = 20, 8
+"""Entries of a map of scattered light, each way, and distances from the lamp."""
+NEAREST, FARTHEST = 0.25, 16.0
+"""Of the distances, m."""
 _SOFT = 0.1  # share of the distance of a thing, over which it grows dark behind
 _SMALLEST = 1e-6  # m
 
@@ -44,10 +50,10 @@ def shadow_map(distances: ArrayLike) -> ValueGrid:
     """
     summed = np.abs(shadow_directions()).sum(axis=-1) * np.asarray(distances, dtype=np.float64)
     inverse = (1.0 / np.maximum(summed, _SMALLEST)).reshape(SIDE, SIDE)
-    return ValueGrid(np.where(inverse > 0, inverse, -_highest_near(inverse))[..., None])
+    return ValueGrid(np.where(inverse > 0, inverse, -highest_near(inverse))[..., None])
 
 
-def _highest_near(values: NDArray[np.float64]) -> NDArray[np.float64]:
+def highest_near(values: NDArray[np.float64]) -> NDArray[np.float64]:
     """Highest of each entry's neighbours, across the folds at the edges of the square too."""
     for _ in range(2):
         rows = np.concatenate([values[1:2, ::-1], values, values[-2:-1, ::-1]])
@@ -73,9 +79,80 @@ def lit(shadow: Lookup, place: Sequence[Operand], m: Mathematics = NUMPY) -> Ope
     >>> [float(lit(shadow_map(wall), (0.0, 0.0, z))[0]) for z in (-5.0, 1.9, 2.5)]
     [1.0, 1.0, 0.0]
     """
+    return m.clamp((1.0 + _SOFT - behind(shadow, place, m)) / _SOFT, 0.0, 1.0)
+
+
+def behind(shadow: Lookup, place: Sequence[Operand], m: Mathematics = NUMPY) -> Operand:
+    """Distance of a place over that of the thing in its direction; above 1 behind the thing."""
+    column, row, r = _on_square(place, SIDE, m)
+    return r * shadow.at(column, row)
+
+
+class SoftShadow(Protocol):
+    """Shares of a lamp's scattered light that reach places, by their direction and distance."""
+
+    def at(self, distance: Operand, column: Operand, row: Operand) -> Sequence[Operand]:
+        """Return those of places that the lamp sees, and that it does not see."""
+        ...
+
+
+def scattered_lit(
+    soft: SoftShadow, seen: Operand, place: Sequence[Operand], m: Mathematics = NUMPY
+) -> Operand:
+    """Share of a lamp's scattered light that reaches a place, 0 to 1.
+
+    Parameters
+    ----------
+    soft : SoftShadow
+    seen : float or array
+        Share of the lamp that is seen from there, of :func:`lit`.
+    place : three floats or arrays
+        Seen from the lamp, m, in the axes of the world.
+    m : Mathematics
+        Elementary functions.
+    """
+    bright, dark = _looked_up(soft, place, m)
+    return dark + (bright - dark) * seen
+
+
+def left_in_shadow(soft: SoftShadow, place: Sequence[Operand], m: Mathematics = NUMPY) -> Operand:
+    """Share of a lamp's scattered light in its shadow, over that beside the shadow.
+
+    Parameters
+    ----------
+    soft : SoftShadow
+    place : three floats or arrays
+        Seen from the lamp, m, in the axes of the world.
+    m : Mathematics
+        Elementary functions.
+    """
+    bright, dark = _looked_up(soft, place, m)
+    return m.minimum(dark / m.maximum(bright, _SMALLEST), 1.0)
+
+
+def _looked_up(soft: SoftShadow, place: Sequence[Operand], m: Mathematics) -> Sequence[Operand]:
+    x, y, z = place
+    distance = m.sqrt(x * x + y * y + z * z)
+    column, row, _ = _on_square(place, SOFT_SIDE, m)
+    return soft.at(_distance_place(distance, m), column, row)
+
+
+def soft_distances() -> NDArray[np.float64]:
+    """Distances of a map of scattered light, m."""
+    return np.geomspace(NEAREST, FARTHEST, DISTANCES)
+
+
+def _distance_place(distance: Operand, m: Mathematics) -> Operand:
+    scale = (DISTANCES - 1.0) / math.log(FARTHEST / NEAREST)
+    return (m.log(m.clamp(distance, NEAREST, FARTHEST)) - math.log(NEAREST)) * scale
+
+
+def _on_square(
+    place: Sequence[Operand], side: int, m: Mathematics
+) -> tuple[Operand, Operand, Operand]:
+    """Column and row of a place's direction, and the sum of the sizes of its parts."""
     x, y, z = place
     r = m.absolute(x) + m.absolute(y) + m.absolute(z) + _SMALLEST
     h, v = folded(x / r, y / r, z, m)
-    half = (SIDE - 1.0) / 2.0
-    inverse = shadow.at((h + 1.0) * half, (v + 1.0) * half)
-    return m.clamp((1.0 + _SOFT - r * inverse) / _SOFT, 0.0, 1.0)
+    half = (side - 1.0) / 2.0
+    return (h + 1.0) * half, (v + 1.0) * half, r

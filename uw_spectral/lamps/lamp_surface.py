@@ -24,11 +24,13 @@ from .angular_spread import (
     tilt_place,
 )
 from .lamp import Lamp
+from .lamp_shadow import left_in_shadow
 from .multiple_scattering import LampWater
 
 USUAL_DISTANCE = 2.0
 """Of things from the lamps that light them, m."""
 _FAINTEST = 0.05
+_FLATTEST = 0.05  # cosine to the vertical
 
 
 def lamplight(
@@ -66,7 +68,8 @@ def lamplight(
             return brightest
     total = np.zeros(np.shape(water.c))
     for lamp in lamps:
-        place = (np.array(lamp.position) + USUAL_DISTANCE * np.array(lamp.axis))[None]
+        dry = float(lamp.dry) / max(-float(lamp.axis[2]), _FLATTEST) if lamp.shines_in else 0.0
+        place = (np.array(lamp.position) + (dry + USUAL_DISTANCE) * np.array(lamp.axis))[None]
         dimmed = np.maximum(_dimmed(place, water, camera), _FAINTEST)
         total = total + (_facing(lamp, place, water) * dimmed)[0]
     return total
@@ -123,12 +126,22 @@ class PatchPastLamp:
         Between the patch's normal and the direction to the lamp; negative behind it.
     off_axis : float or array
         Cosine between the lamp's axis and the direction to the patch.
+    wet : float or array
+        Of the distance what is in the water, m.
+    left : float or array
+        Share of what is scattered to it from about the lamp that it gets where it does not see it.
     """
 
     r: Operand
     per_intensity: Operand
     cosine: Operand
     off_axis: Operand
+    wet: Operand
+    left: Operand = 0.0
+
+    def about(self, visible: Operand) -> Operand:
+        """Share of that light where so much of the lamp is seen."""
+        return visible + (1.0 - visible) * self.left
 
 
 def patch_past_lamp(
@@ -155,8 +168,12 @@ def patch_past_lamp(
     """
     r, u = lamp.towards(point, m)
     off_axis = dot(lamp.axis, u)
-    per_intensity = lamp.profile.value(off_axis, m) * _normal(lamp, r)
-    return PatchPastLamp(r, per_intensity, 0.0 - dot(normal, u), off_axis)
+    place = [point[i] - lamp.position[i] for i in range(3)]
+    z = place[2]
+    per_intensity = lamp.profile.value(off_axis, m) * _normal(lamp, r) * lamp.under(z, m)
+    left = 0.0 if lamp.soft is None else left_in_shadow(lamp.soft, place, m)
+    cosine = 0.0 - dot(normal, u)
+    return PatchPastLamp(r, per_intensity, cosine, off_axis, lamp.wet(r, z, m), left)
 
 
 def _normal(lamp: Lamp, r: Operand) -> Operand:
@@ -193,7 +210,7 @@ def surface_irradiance(
     >>> [float(E[0].round(4)) for E in surface_irradiance(lamp, patch, water)]
     [0.092, 0.1012, 0.0063]
     """
-    light = lamp.intensity * np.exp(-water.a * patch.r)
+    light = lamp.intensity * np.exp(-water.a * patch.wet)
     direct, about, rest = scattered_onto(lamp, patch, water)
     return light * direct, light * about, light * rest
 
@@ -203,11 +220,23 @@ def scattered_onto(
 ) -> tuple[Operand, Operand, Operand]:
     """Return the parts of :func:`surface_irradiance` over the intensity, absorption apart."""
     facing = m.maximum(patch.cosine, 0.0)
-    direct = m.exp(-water.b * patch.r) * (patch.per_intensity * facing)
-    profile, on_patches = water.spread.profile(lamp.profile), water.spread.on_patches
-    column, row = profile_place(patch.off_axis, m), length_place(patch.r, PROFILE_LENGTHS, m)
-    row_of_patch = length_place(patch.r, LENGTHS, m)
-    spread = profile.at(column, row) * _normal(lamp, patch.r)
-    about = on_patches.at(ABOUT, row_of_patch) * facing
-    rest = on_patches.at(tilt_place(patch.cosine), row_of_patch)
-    return direct, spread * about, spread * rest
+    direct, about = facing_lamp(lamp, patch, water, m)
+    rest = water.spread.on_patches.at(tilt_place(patch.cosine), length_place(patch.wet, LENGTHS, m))
+    return direct * facing, about * facing, _scattered(lamp, patch, water, m) * rest
+
+
+def facing_lamp(
+    lamp: Lamp, patch: PatchPastLamp, water: LampWater, m: Mathematics = NUMPY
+) -> tuple[Operand, Operand]:
+    """Return the first two parts of :func:`scattered_onto` on a patch that faces the lamp."""
+    about = water.spread.on_patches.at(ABOUT, length_place(patch.wet, LENGTHS, m))
+    direct = m.exp(-water.b * patch.wet) * patch.per_intensity
+    return direct, _scattered(lamp, patch, water, m) * about
+
+
+def _scattered(
+    lamp: Lamp, patch: PatchPastLamp, water: LampWater, m: Mathematics = NUMPY
+) -> Operand:
+    """Scattered irradiance of a lamp over that of an isotropic one, over the intensity, 1/m²."""
+    column, row = profile_place(patch.off_axis, m), length_place(patch.wet, PROFILE_LENGTHS, m)
+    return water.spread.profile(lamp.profile).at(column, row) * _normal(lamp, patch.r)

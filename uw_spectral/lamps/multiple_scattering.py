@@ -268,9 +268,15 @@ def _turned(
         grown = m.exp(first + width * place)
         s, r = ray.h * (grown - 1.0 / grown) / 2.0, ray.h * (grown + 1.0 / grown) / 2.0
         turned, t = (ray.across * ray.h + ray.along * s) / r, m.maximum(ray.t0 + s, 0.0)
-        seen = source_seen(source, r, turned, 0.0 - s / r, off_axis, m)
-        seen = seen * m.exp(0.0 - water.wide * t) * (width * share * lamp.lit(ray.place(s), m))
-        return (light.arriving(seen, r + t, m),)
+        where = ray.place(s)
+        lit = lamp.scattered_lit(where, m)
+        leg = lamp.wet(r, where[2], m)
+        if lamp.shines_in:
+            # Scattered as on the leg in the water, and as faint as at r.
+            lit = lit * leg / r
+        seen = source_seen(source, leg, turned, 0.0 - s / r, off_axis, m)
+        seen = seen * m.exp(0.0 - water.wide * t) * (width * share * lit)
+        return (light.arriving(seen, leg + t, m),)
 
     return integrate(MORE_NODES, of_place)[0]
 

@@ -23,6 +23,7 @@ _STEP = 1e-4
 _NARROWEST_BLEND = 1e-4
 """Of the cosine, over which the edge of a spot rises at least; Blender's own bound in EEVEE."""
 _BRIGHTEST = 1e9
+_BEAM, _BEAM_STEPS = 0.1, 1801
 _NARROWEST = 1e-12  # square of the sine of half the angle of an edge
 NO_EDGE = -2.0
 """In place of the cosine of an edge, where a lamp may or may not have one."""
@@ -44,6 +45,21 @@ class LampProfile:
         None where there is no such cone, or one wider than a half space.
         """
         return None
+
+    @property
+    def beam(self) -> float:
+        """Cosine of the angle outside which it is below a tenth of its highest; -1 without one.
+
+        Examples
+        --------
+        >>> round(math.degrees(math.acos(SpotProfile(math.radians(60.0), 0.3).beam)), 1)
+        29.1
+        """
+        widest = math.pi if self.edge is None else math.acos(self.edge)
+        angles = np.linspace(0.0, widest, _BEAM_STEPS)
+        values = np.asarray(self.value(np.cos(angles)))
+        last = int(np.flatnonzero(values >= _BEAM * values.max())[-1])
+        return float(np.cos(angles[last]))
 
     @property
     def solid_angle(self) -> Operand:

@@ -4,7 +4,8 @@ What a lamp lights is a lamp itself (Keller, Instant radiosity, Proc. SIGGRAPH 1
 Lambertian about its normal, as strong as the light that it gets and throws back. A few of them
 stand for all that is lit: each has the middle and half the spread of its places, weighted by what
 they bring to the camera, e^{-c r}/r², and all that they bring. Places belong to several of them by
-shares that change smoothly as lamps, camera and things move.
+shares that change smoothly as lamps, camera and things move. What is lit is found by rays, most of
+them where the lamp shines: the edges of things pass few of them as it moves.
 """
 
 from __future__ import annotations
@@ -26,6 +27,10 @@ Array = NDArray[np.float64]
 
 COUNT = 6
 """Lamps that stand for all that is lit: on both sides of its middle, along three axes."""
+IN_BEAM = 2048
+"""Rays from a lamp that are spread as its light is, beside those of the map."""
+_GOLDEN = math.pi * (3.0 - math.sqrt(5.0))
+_PLACES = 512  # of a profile's integral
 _TURN = 0.5  # of the distance, as which a difference of unit normals counts
 _WIDE = math.sqrt(3.0)  # deviations from its middle to the ends of what is spread evenly
 _SOFT = 0.05  # of all variance, as that of each lamp's share
@@ -37,18 +42,37 @@ _SMALLEST = 1e-30
 
 
 @dataclass(frozen=True, eq=False)
-class LitThings:
-    """What lies in the directions of a map from a lamp (:func:`.shadow_directions`).
+class LampRays:
+    """Directions in which a lamp is looked from; make it with :func:`rays_of`.
 
     Attributes
     ----------
-    distances : array, shape (SIDE²,)
-        m; infinite where nothing is.
-    normals : array, shape (SIDE², 3)
-        Unit vectors towards the lamp.
-    reflectance : array, shape (SIDE², n)
+    directions : array, shape (k, 3)
+        Unit vectors; the first are those of a map (:func:`.shadow_directions`).
+    solid_angles : array, shape (k,)
+        That each stands for, sr.
     """
 
+    directions: Array
+    solid_angles: Array
+
+
+@dataclass(frozen=True, eq=False)
+class LitThings:
+    """What lies in directions from a lamp.
+
+    Attributes
+    ----------
+    rays : LampRays
+        k of them.
+    distances : array, shape (k,)
+        m; infinite where nothing is.
+    normals : array, shape (k, 3)
+        Unit vectors towards the lamp.
+    reflectance : array, shape (k, n)
+    """
+
+    rays: LampRays
     distances: Array
     normals: Array
     reflectance: Array
@@ -80,18 +104,43 @@ def thrown_back(
     return tuple(_stands_for(lit.shared(share)) for share in _shares(lit, np.array(camera)))
 
 
-def solid_angles() -> Array:
-    """Solid angle of each direction of a map, sr, shape (SIDE²,).
+def rays_of(lamp: Lamp) -> LampRays:
+    """Return rays in all directions, most of them where a lamp shines.
+
+    Each counts by how densely those of both kinds lie about it (the balance heuristic of Veach).
 
     Examples
     --------
-    >>> round(float(solid_angles().sum()) / math.pi, 2)
+    >>> rays = rays_of(Lamp((0.0, 0.0, 0.0), (0.0, 0.0, -1.0), 1.0, LAMBERT))
+    >>> len(rays.directions) == SIDE**2 + IN_BEAM
+    True
+    >>> round(float(rays.solid_angles.sum()) / math.pi, 1)
     4.0
     """
+    widest = math.pi if lamp.profile.edge is None else math.acos(float(lamp.profile.edge))
+    theta = np.linspace(0.0, widest, _PLACES)
+    values = np.asarray(lamp.profile.value(np.cos(theta))) * np.sin(theta)
+    within = np.concatenate([[0.0], np.cumsum((values[1:] + values[:-1]) / 2.0)])
+    within *= 2.0 * math.pi * widest / (_PLACES - 1.0)
+    order = np.arange(IN_BEAM) + 0.5
+    off = np.interp(order / IN_BEAM * within[-1], within, theta)
+    axis = np.array(lamp.axis, dtype=np.float64)
+    across = np.cross(axis, np.eye(3)[int(np.argmin(np.abs(axis)))])
+    across /= np.linalg.norm(across)
+    turn = np.stack([across, np.cross(axis, across), axis])
+    around = _GOLDEN * order
+    sine = np.sin(off)
+    beam = np.stack([sine * np.cos(around), sine * np.sin(around), np.cos(off)], axis=-1) @ turn
+    directions: Array = np.concatenate([shadow_directions(), np.asarray(beam, np.float64)])
     # An area of the octahedron |x| + |y| + |z| = 1 is seen under its own over |x|³ in the square.
-    step = np.full(SIDE, 2.0 / (SIDE - 1.0))
-    step[[0, -1]] /= 2.0
-    return np.outer(step, step).ravel() * np.abs(shadow_directions()).sum(axis=-1) ** 3
+    step = 2.0 / (SIDE - 1.0)
+    of_map = 1.0 / (step * step * np.abs(directions).sum(axis=-1) ** 3)
+    shines = np.maximum(np.asarray(lamp.profile.value(directions @ axis)), 0.0)
+    share = np.ones(SIDE)
+    share[[0, -1]] /= 2.0  # directions of the border are there twice
+    shares = np.concatenate([np.outer(share, share).ravel(), np.ones(IN_BEAM)])
+    in_beam = shines * IN_BEAM / max(float(within[-1]), _SMALLEST)
+    return LampRays(directions, shares / (of_map + in_beam))
 
 
 @dataclass(frozen=True, eq=False)
@@ -124,11 +173,13 @@ class _Lit:
 
 def _of_lamp(lamp: Lamp, lit: LitThings, water: LampWater, camera: Sequence[float]) -> _Lit:
     hit = np.flatnonzero(lit.distances < water.reach)
-    u, r, normals = shadow_directions()[hit], lit.distances[hit], lit.normals[hit]
+    u, r, normals = lit.rays.directions[hit], lit.distances[hit], lit.normals[hit]
     points = np.array(lamp.position) + r[:, None] * u
     patch = patch_past_lamp(lamp, tuple(points.T[..., None]), tuple(normals.T[..., None]))
     E = np.asarray(sum(surface_irradiance(lamp, patch, water)))
-    area = solid_angles()[hit] * r * r / np.maximum(-(normals * u).sum(axis=-1), _LEAST_COSINE)
+    area = (
+        lit.rays.solid_angles[hit] * r * r / np.maximum(-(normals * u).sum(axis=-1), _LEAST_COSINE)
+    )
     intensity = E * area[:, None] * lit.reflectance[hit] / math.pi
     away = np.maximum(np.linalg.norm(points - np.array(camera), axis=-1), _NEAREST)[:, None]
     arriving = np.maximum(np.exp(-water.c * away) / away**2, _FAINTEST)

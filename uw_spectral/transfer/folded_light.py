@@ -336,7 +336,7 @@ def fold(
     here = field.scattering_at([eye])[0] * field.scalar_irradiance(eye)
     parts = [channels.mean(field.weight_at(eye, part), here) for part in field.components]
     mean_extinction = channels.mean(cp, field.scalar_irradiance(eye))
-    beyond = _beyond(straight, depths)
+    beyond = _beyond(straight, table.depth_scale)
     scattered = _scattered(spectra, beyond)
     irradiance = _irradiance(spectra, shaded=shaded)
     decay, scale = _unit(spectra, scattered, irradiance)
@@ -414,12 +414,21 @@ def _scattered(spectra: _Spectra, beyond: Array) -> Array:
         return np.moveaxis(np.exp(-c * P[..., None]), -1, 0)
 
     image = (spectra.table.image * spectra.table.scale[:, None, None])[:, None]
-    M += _beyond(field, depths) - beyond + (left(field) - left(straight))[..., None] * image
+    M += (
+        _beyond(field, spectra.table.depth_scale)
+        - beyond
+        + (left(field) - left(straight))[..., None] * image
+    )
     return np.maximum(M, 0.0, out=M)
 
 
-def _beyond(field: SolvedField, depths: Array) -> Array:
-    """Sunlight scattered once from all depths on, (n, d, v, h)."""
+@functools.lru_cache(maxsize=2)
+def _beyond(field: SolvedField, scale: DepthScale) -> Array:
+    """Sunlight scattered once from all depths on, (n, d, v, h), not to be written.
+
+    Frames differ in their channels, not in this.
+    """
+    depths = scale.depths()
     mu, turns = elevations(), azimuths(AZIMUTHS)
     across = np.sqrt(1.0 - mu * mu)[:, None]
     around = turns + math.atan2(field.sun[1], field.sun[0])
@@ -431,7 +440,16 @@ def _beyond(field: SolvedField, depths: Array) -> Array:
     near = s2 < WIDEST
     if near.any():
         light[..., near] *= field.aureole(depths, s2[near])
+    light.flags.writeable = False
     return light
+
+
+@functools.lru_cache(maxsize=2)
+def _aureole_factor(field: SolvedField, scale: DepthScale) -> Array:
+    """Factor on sunlight scattered once at all depths, (n, d, t), likewise."""
+    factor = field.aureole(scale.depths(), angles())
+    factor.flags.writeable = False
+    return factor
 
 
 def _image(spectra: _Spectra) -> tuple[Array, Array]:
@@ -528,7 +546,7 @@ def _aureole(spectra: _Spectra) -> Array:
     field, s2 = spectra.field, angles()
     factor = spectra.table.aureole  # (n, d, t)
     if spectra.straight is not field:
-        factor = spectra.straight.aureole(spectra.depths, s2)
+        factor = _aureole_factor(spectra.straight, spectra.table.depth_scale)
     light = np.empty_like(factor)
     for place, y in enumerate(spectra.depths):
         p = field.phase_at(float(y)).per_steradian(s2[:, None])  # (t, n)

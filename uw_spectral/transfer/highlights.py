@@ -1,6 +1,6 @@
-"""What closures that a renderer lacks throw back of the sun, over a white matte surface.
+"""What closures that a renderer lacks throw back of a light, over a white matte surface.
 
-A matte surface with this colour is as bright in the sun, and has the renderer's shadows.
+A matte surface with this colour is as bright in the light, and has the renderer's shadows.
 """
 
 from __future__ import annotations
@@ -63,13 +63,54 @@ def stretched_highlight(
     def seen(v: Vector) -> tuple[Operand, Operand, Operand]:
         return dot(v, x) * along, dot(v, y) * across, m.maximum(dot(v, n), _LEAST)
 
-    half = _unit([a + b for a, b in zip(to_eye, to_sun, strict=True)], m)
+    half = halfway(to_eye, to_sun, m)
     hx, hy, hz = dot(half, x) / along, dot(half, y) / across, dot(half, n)
     (vx, vy, vz), (lx, ly, lz) = seen(to_eye), seen(to_sun)
     spread = hx * hx + hy * hy + hz * hz
     masked = lz * m.sqrt(vx * vx + vy * vy + vz * vz) + vz * m.sqrt(lx * lx + ly * ly + lz * lz)
-    # Of D G / (4 cos cos), times pi.
-    return 0.5 / (along * across * spread * spread * masked)
+    return _thrown_back(along * across, spread, masked)
+
+
+def round_highlight(
+    n: Vector,
+    to_eye: Vector,
+    half: Vector,
+    to_light: Vector,
+    width2: Operand,
+    m: Mathematics = NUMPY,
+) -> Operand:
+    """Return that of a mirror which is as rough along as across, for any light.
+
+    Parameters
+    ----------
+    n, to_eye, half, to_light : three numbers
+        Unit vectors; the third from :func:`halfway`.
+    width2 : float or array
+        Square of the width of slopes: the fourth power of the roughness.
+    m : Mathematics
+        Elementary functions.
+
+    Examples
+    --------
+    >>> up = 0.0, 0.0, 1.0
+    >>> round_highlight(up, up, up, up, 0.25).item()
+    1.0
+    """
+    vz, lz = (m.maximum(dot(v, n), _LEAST) for v in (to_eye, to_light))
+    hz = dot(half, n)
+    spread = (1.0 - hz * hz) / width2 + hz * hz
+    stretched = [m.sqrt(width2 + (1.0 - width2) * z * z) for z in (vz, lz)]
+    return _thrown_back(width2, spread, lz * stretched[0] + vz * stretched[1])
+
+
+def halfway(one: Vector, other: Vector, m: Mathematics = NUMPY) -> list[Operand]:
+    """Return the unit vector between two."""
+    return _unit([a + b for a, b in zip(one, other, strict=True)], m)
+
+
+def _thrown_back(area: Operand, spread: Operand, masked: Operand) -> Operand:
+    """Return D G / (4 cos cos), times pi."""
+    return 0.5 / (area * spread * spread * masked)
 
 
 def widths(

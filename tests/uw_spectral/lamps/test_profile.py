@@ -197,3 +197,10 @@ def test_a_spread_is_that_of_cycles():
         passed = max(math.tan(half) - math.tan(theta), 0.0) / (math.tan(half) - half)
         wanted = math.cos(theta) * passed * grid.solid_angle / math.pi
         assert float(grid.value(math.cos(theta))) == pytest.approx(wanted, rel=1e-9, abs=1e-12)
+
+
+def test_a_beam_ends_where_a_tenth_is_left():
+    assert IsotropicProfile().beam == -1.0
+    for profile in (rov_lamp(), SpotProfile(1.0, 0.4)):
+        assert float(profile.value(profile.beam)) == pytest.approx(0.1, abs=0.015)
+    assert TableProfile.of_angles([0, 60], [2.0, 2.0]).beam == pytest.approx(0.5, abs=1e-3)

@@ -1,0 +1,83 @@
+"""Scattered light that finds its way round things, against points drawn in the whole water."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from underwater_spectral.uw_spectral.lamps.lamp import Lamp
+from underwater_spectral.uw_spectral.lamps.lamp_shadow import (
+    left_in_shadow,
+    scattered_lit,
+    shadow_directions,
+    shadow_map,
+)
+from underwater_spectral.uw_spectral.lamps.multiple_scattering import lamp_water
+from underwater_spectral.uw_spectral.lamps.profile import IsotropicProfile, SpotProfile
+from underwater_spectral.uw_spectral.lamps.soft_shadow import soft_map
+from underwater_spectral.uw_spectral.water.phase import parse_phase
+
+PHASE = parse_phase("hg:0.6").for_bands([0.4])
+WATER = lamp_water([0.1], [0.4], PHASE)
+RADIUS = 0.35  # of a disc 1 m above the lamp
+
+
+def _lamp(distances, profile=None):
+    profile = profile or IsotropicProfile()
+    shadow = shadow_map(distances)
+    return Lamp((0.0, 0.0, 0.0), (0.0, 0.0, 1.0), np.ones(1), profile, 1e-3, shadow=shadow)
+
+
+def _disc():
+    u = shadow_directions()
+    across = np.hypot(u[:, 0], u[:, 1]) / np.maximum(u[:, 2], 1e-9)
+    return np.where((u[:, 2] > 0) & (across < RADIUS), 1.0 / np.maximum(u[:, 2], 1e-9), np.inf)
+
+
+def _crosses(start, end):
+    """Whether straight ways cross the disc."""
+    step = end[..., 2] - start[..., 2]
+    share = (1.0 - start[..., 2]) / np.where(step == 0.0, 1e-9, step)
+    at = start + share[..., None] * (end - start)
+    return (share > 0) & (share < 1) & (np.hypot(at[..., 0], at[..., 1]) < RADIUS)
+
+
+def _drawn(x, profile, count=2_000_000):
+    """Share of the light scattered once that arrives at x, by points of the whole water."""
+    rng = np.random.default_rng(3)
+    u = rng.normal(size=(count, 3))
+    u /= np.linalg.norm(u, axis=1, keepdims=True)
+    r = 12.0 * rng.random(count)
+    y = u * r[:, None]
+    d = np.linalg.norm(x - y, axis=1)
+    # Of r² dr over 1/r²; near the place the others' 1/d² is cut off.
+    s2 = (1.0 - ((x - y) * u).sum(axis=1) / d) / 2.0
+    p = np.asarray(PHASE.per_steradian(s2[:, None]))[:, 0]
+    weight = p * np.exp(-0.5 * (r + d)) / np.maximum(d, 0.03) ** 2 * profile.value(u[:, 2])
+    arrives = ~_crosses(np.zeros_like(y), y) & ~_crosses(y, np.broadcast_to(x, y.shape))
+    return float((weight * arrives).sum() / weight.sum())
+
+
+@pytest.mark.parametrize("profile", [IsotropicProfile(), SpotProfile(math.radians(90.0), 0.4)])
+@pytest.mark.parametrize("x", [(0.0, 0.0, 2.0), (0.2, 0.0, 3.0), (1.2, 0.0, 2.0)])
+def test_it_is_what_points_of_all_water_bring(x, profile):
+    seen = float(not _crosses(np.zeros(3), np.array(x)))
+    soft = soft_map(_lamp(_disc(), profile), WATER)
+    found = float(np.ravel(scattered_lit(soft, seen, x))[0])
+    assert found == pytest.approx(_drawn(np.array(x), profile), abs=0.07)
+
+
+def test_without_things_all_of_it_arrives():
+    soft = soft_map(_lamp(np.full(len(shadow_directions()), np.inf)), WATER)
+    np.testing.assert_allclose(soft.values, 1.0)
+
+
+def test_behind_a_wall_there_is_little():
+    u = shadow_directions()[:, 2]
+    soft = soft_map(_lamp(np.where(u > 0, 1.0 / np.maximum(u, 1e-9), np.inf)), WATER)
+    place = (0.0, 0.0, 3.0)
+    assert float(np.ravel(scattered_lit(soft, 0.0, place))[0]) < 0.1
+    before = (0.0, 0.0, -1.0)
+    assert float(np.ravel(scattered_lit(soft, 1.0, before))[0]) > 0.9
+    assert float(np.ravel(left_in_shadow(soft, place))[0]) < 0.05
