@@ -19,7 +19,7 @@ from underwater_spectral.tests.scene.manifests import small_manifest
 from underwater_spectral.uw_spectral.errors import InputError
 from underwater_spectral.uw_spectral.spectra.spectral_image import read_exr
 
-FAST = ["--samples", 2, "--resolution", 16, 9, "--phase", "hg:0.8", "--bands", 4]
+FAST = ["--samples", 2, "--resolution", 16, 9, "--phase", "hg:0.8", "--bands", 3]
 OTHER = ["--sensor", "Nikon D7000", "--white-balance", "depth", "--tone", "agx", "--no-denoise"]
 
 
@@ -114,7 +114,7 @@ def test_what_cannot_be_developed_again(torch, capsys):
         (["--sensor", "ARRI D21"], "--sensor: to develop otherwise, name an --out of its own"),
         (["--denoise"], "--denoise: to develop otherwise, name an --out of its own"),
         (["--sensor", "ARRI D21", "--out", job], "holds the job's own pictures"),
-        (["--bands", 3, "--out", out], "--bands: the manifest decides"),
+        (["--bands", 4, "--out", out], "--bands: the manifest decides"),
         (["--exposure", "auto-picture", "--out", out], "does not know what the picture asks for"),
         (["--sensor", "file:none.csv", "--out", out], "none.csv"),
         (["--sensor", "ARRI D21", "--out", taken], "0001.exr is there; name another --out"),
