@@ -25,6 +25,7 @@ class LampSettings:
     profile: str = ""
     in_water: bool = True
     behind_port: bool = False
+    from_above: bool = False
 
 
 def register() -> None:
@@ -59,6 +60,12 @@ def register() -> None:
             "through a flat port: in water it is narrower by the refractive index, and brighter",
             default=False,
         ),
+        "from_above": bpy.props.BoolProperty(
+            name="Shines In from Above",
+            description="Whether the lamp lights the water while it is above it, as on a boat; "
+            "without, it is dark there, as what lights a dry scene is",
+            default=False,
+        ),
         "in_water": bpy.props.BoolProperty(
             name="Lights the water",
             description="Whether the lamp lights the water; without, it is dark while there is "
@@ -84,4 +91,6 @@ def stored_lamp(light: bpy.types.Light) -> LampSettings:
     if group is None:
         return LampSettings()
     spectrum, profile = group.spectrum.strip(), group.profile.strip()
-    return LampSettings(spectrum, group.unit, profile, group.in_water, group.behind_port)
+    return LampSettings(
+        spectrum, group.unit, profile, group.in_water, group.behind_port, group.from_above
+    )

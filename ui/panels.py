@@ -335,6 +335,7 @@ class LampsPanel(_SectionPanel, bpy.types.Panel):
             box.prop(own, "profile")
             if own.profile or light.type == "SPOT":
                 box.prop(own, "behind_port")
+            box.prop(own, "from_above")
             box.prop(item, "visible_camera", text="Itself Seen")
             for said in lamps.said_of(item):
                 _say(box, f"{said[0].upper()}{said[1:]}.")

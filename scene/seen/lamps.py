@@ -53,6 +53,7 @@ _FORM = (
     "use_shadow",
 )  # fmt: skip
 _DOWN = Vector((0.0, 0.0, -1.0))
+_ABOVE = "it is above the water; lower it, or let it shine in from above with its switch"
 _THROUGH = (
     "it is above the water: what of its light enters through the mean surface lights the water; "
     "things in the air have none of it as they should, and it is not seen from below"
@@ -160,12 +161,15 @@ def left_out(scene: bpy.types.Scene) -> dict[bpy.types.Object, str]:
 
 
 def why_dark(item: bpy.types.Object) -> str:
-    """Say why a lamp does not light the water, empty if it does."""
+    """Say why a lamp does not light the water, empty if it does.
+
+    One that moves counts everywhere: nodes for it are needed in all frames.
+    """
     if not stored_lamp(item.data).in_water:
         return "it belongs to the air; let it light the water with its switch"
     if getattr(getattr(item.data, "cycles", None), "is_portal", False):
         return "it is a portal, which sends no light itself"
-    return ""
+    return _ABOVE if _stays_dark_above(item) and not _moves(item) else ""
 
 
 def said_of(item: bpy.types.Object) -> tuple[str, ...]:
@@ -180,7 +184,12 @@ def said_of(item: bpy.types.Object) -> tuple[str, ...]:
 
 def _why_not_now(item: bpy.types.Object) -> str:
     """Say why a lamp does not light the water at this frame, empty if it does."""
-    return why_dark(item) or ("it is hidden" if marks.is_hidden(item) else why_no_light(item))
+    why = why_dark(item) or ("it is hidden" if marks.is_hidden(item) else why_no_light(item))
+    return why or (_ABOVE if _stays_dark_above(item) else "")
+
+
+def _stays_dark_above(item: bpy.types.Object) -> bool:
+    return _is_above(item) and not stored_lamp(item.data).from_above
 
 
 def _is_above(item: bpy.types.Object) -> bool:
@@ -255,7 +264,8 @@ def lamps_of(
             notes.append(f"lamp {item.name!r}: {_THROUGH}")
         lamps.append(lamp)
     # One that moves may rise: its nodes are there in all frames.
-    from_air = any(_is_above(item) or _moves(item) for item in objects)
+    shining_in = [item for item in objects if stored_lamp(item.data).from_above]
+    from_air = any(_is_above(item) or _moves(item) for item in shining_in)
     return SceneLamps(tuple(objects), tuple(lamps), tuple(notes), from_air=from_air)
 
 
@@ -322,7 +332,7 @@ def record(item: bpy.types.Object) -> dict[str, Any]:
         found["behind_port"] = True
     if not light.use_shadow:
         found["shadow"] = False
-    if _is_above(item):
+    if _is_above(item) and chosen.from_above:
         found["through_surface"] = True
     return found
 

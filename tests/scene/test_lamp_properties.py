@@ -266,7 +266,7 @@ def test_constant_nodes_are_read(scene, tmp_path):
 @pytest.mark.parametrize("bound", ["itself", "parent", "vertex"])
 def test_a_lamp_that_a_simulation_may_lift_has_its_nodes_from_the_start(scene, bound):
     """Those of a lamp that shines in from the air; one that stays in the water needs none."""
-    item = _hang(scene, _light())
+    item = _hang(scene, _own(_light(), from_above=True))
     item.location.z = -2.0
     bpy.context.view_layer.update()
     assert not lamps.lamps_of(scene, BANDS, RELATIVE).from_air

@@ -318,6 +318,9 @@ def test_a_lamp_in_an_instance_is_named(scene):
 
 def test_a_lamp_above_the_water_shines_into_it_and_says_how(scene):
     item = _lamp((0.0, 1.0, 2.0))
+    assert "above the water" in lamps.left_out(scene)[item]
+    item.data.underwater.from_above = True
+    assert lamps.left_out(scene) == {}
     found = lamps.lamps_of(scene, BANDS, RELATIVE)
     assert "above the water" in found.notes[0]
     assert "above the water" in " ".join(lamps.said_of(item))
@@ -340,7 +343,7 @@ def test_a_lamp_above_the_water_shines_into_it_and_says_how(scene):
 
 
 def test_without_a_surface_light_from_above_goes_straight(scene):
-    _lamp((0.0, 1.0, 2.0))
+    _lamp((0.0, 1.0, 2.0)).data.underwater.from_above = True
     (lamp,) = lamps.plan_lamps(scene, render_plan.make_plan(NIGHT)).lamps
     assert lamp.position == pytest.approx((0.0, 1.0, 2.0))
     assert float(lamp.profile.value(1.0) * lamp.intensity.max()) > 0
@@ -356,7 +359,8 @@ def test_a_lamp_in_the_air_lights_the_bottom_by_snell_and_fresnel(scene, tmp_pat
     wall.location, wall.rotation_euler = (0.0, 0.0, -depth), (0.0, 0.0, 0.0)
     scene.camera.location, scene.camera.rotation_euler.x = (0.0, 0.0, -1.0), 0.0
     scene.camera.data.angle = math.radians(10)
-    _lamp((0.0, 0.0, height)).rotation_euler.x = 0.0
+    item = _lamp((0.0, 0.0, height))
+    item.rotation_euler.x, item.data.underwater.from_above = 0.0, True
     chosen = {"scattering_factor": 0.0, "samples": 64, "surface": "flat"}
     plan, picture = _by(engine, scene, dataclasses.replace(NIGHT, **chosen), folder=tmp_path)
     n, a = plan.column.refractive_index, plan.column.absorption
@@ -370,7 +374,8 @@ def test_a_lamp_in_the_air_lights_the_bottom_by_snell_and_fresnel(scene, tmp_pat
 
 
 def test_a_deck_keeps_light_from_the_water_and_a_housing_above_does_not(scene):
-    _lamp((0.0, 0.0, 2.0)).rotation_euler.x = 0.0
+    item = _lamp((0.0, 0.0, 2.0))
+    item.rotation_euler.x, item.data.underwater.from_above = 0.0, True
     bpy.data.objects.remove(bpy.data.objects["wall"])
 
     def lit():

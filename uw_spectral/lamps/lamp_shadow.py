@@ -116,7 +116,7 @@ def scattered_lit(
 
 
 def left_in_shadow(soft: SoftShadow, place: Sequence[Operand], m: Mathematics = NUMPY) -> Operand:
-    """Share of a lamp's scattered light in its shadow, over that beside the shadow.
+    """Share of a lamp's scattered light that reaches a place that the lamp does not see.
 
     Parameters
     ----------
@@ -126,8 +126,7 @@ def left_in_shadow(soft: SoftShadow, place: Sequence[Operand], m: Mathematics = 
     m : Mathematics
         Elementary functions.
     """
-    bright, dark = _looked_up(soft, place, m)
-    return m.minimum(dark / m.maximum(bright, _SMALLEST), 1.0)
+    return _looked_up(soft, place, m)[1]
 
 
 def _looked_up(soft: SoftShadow, place: Sequence[Operand], m: Mathematics) -> Sequence[Operand]:

@@ -159,7 +159,7 @@ class LampField(ComparedByContent):
         return _source(self.harmonics, profile)
 
 
-@functools.lru_cache(maxsize=32)
+@functools.lru_cache(maxsize=16)
 def _source(solved: Harmonics, profile: LampProfile) -> SourceTable:
     highest = solved.degrees
     # Blurred as far as the harmonics go, or what is beyond them would ring.
