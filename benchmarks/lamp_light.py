@@ -245,5 +245,6 @@ median): {len(rows)} of
 {photons}
 
 Photons know a forward-peaked phase function badly: rare ones bring much of the light, and a mean
-without them is too low, by more than its scatter tells.
+without them is too low, by more than its scatter tells. Paths beside the camera end; what is
+scattered beyond their end and comes back counts for the photons only.
 """
