@@ -163,15 +163,18 @@ def test_water_over_a_lit_floor_against_photons(a, b):
     below at most; without what the floor throws back most of the light is missing.
     """
     room = pytest.importorskip("underwater_spectral.benchmarks._lamp_room")
-    x = np.tan(np.radians(np.linspace(-30.0, -8.0, 10)))
-    w = np.stack([x, np.ones_like(x), np.full_like(x, 0.03)], axis=-1)
+    # The left blocks of a row just above the middle, seen at 30 to 8° from it.
+    view, chosen = room.View(2, 20, 0.06, (0.2, 0.05)), slice(0, 8)
+    x = (np.arange(20) + 0.5 - 10.0)[chosen] * view.size
+    w = np.stack([x, np.ones_like(x), np.full_like(x, view.size / 2.0)], axis=-1)
     w /= np.linalg.norm(w, axis=-1, keepdims=True)
     lamp = Lamp((0.5, 1.0, 0.3), DOWN, np.ones(1), SPOT, 1e-3)
     nothing = np.zeros((0, 6))
+    phase, kept = room.cut(_lamp_photons.tables_of(PHASE), math.radians(3.0))
     photons = room.traced(
-        np.repeat(w[:, None], 100000, axis=1), [lamp], (a, b), _lamp_photons.tables_of(PHASE),
-        room.Room(FLOOR, nothing, nothing, np.zeros((1, 3))), np.array([REFLECTANCE]), 1,
-    ).sum(axis=1).mean(axis=0)  # fmt: skip
+        view, [lamp], (a, kept * b), phase, room.Room(FLOOR, nothing, nothing, np.zeros((1, 3))),
+        np.array([REFLECTANCE]), 1, (800_000, 400),
+    )[0, chosen].sum(axis=1).mean(axis=0)  # fmt: skip
     whole = photons.mean()
     assert photons.std(ddof=1) / math.sqrt(room.BATCHES) < 0.04 * whole
     water, things = lamp_water([a], [b], PHASE), _over_floor(lamp)
