@@ -18,7 +18,9 @@ All of it depends on the length, over which it is tabulated for a water.
 from __future__ import annotations
 
 import functools
+import itertools
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -144,6 +146,38 @@ class ValueGrid:
         near = self.values[v, h] + along * (self.values[v, h + 1] - self.values[v, h])
         far = self.values[v + 1, h] + along * (self.values[v + 1, h + 1] - self.values[v + 1, h])
         return near + down * (far - near)
+
+
+def interpolated(values: Array, places: Sequence[Operand]) -> Array:
+    """Interpolate linearly between the entries of a table; beyond its ends it goes on as it ends.
+
+    Parameters
+    ----------
+    values : array, shape (..., n)
+    places : sequence of float or array
+        Of each axis but the last, of shape (..., 1), or of no shape.
+
+    Returns
+    -------
+    array, shape (..., n)
+
+    Examples
+    --------
+    >>> interpolated(np.arange(4.0).reshape(2, 2, 1), (1.0, 0.5))
+    array([2.5])
+    """
+    ends = []
+    for place, count in zip(places, values.shape, strict=False):
+        place = np.asarray(place)
+        place = place[..., 0] if place.ndim else place
+        low = np.clip(np.floor(place).astype(int), 0, count - 2)
+        share = (place - low)[..., None]
+        ends.append(((low, 1.0 - share), (low + 1, share)))
+    total = 0.0
+    for corner in itertools.product(*ends):
+        index, shares = zip(*corner, strict=True)
+        total = total + values[index] * math.prod(shares)
+    return np.asarray(total)
 
 
 def _squeezed(index: NDArray[np.intp]) -> NDArray[np.intp]:

@@ -8,7 +8,6 @@ up to there, times r.
 from __future__ import annotations
 
 import functools
-import itertools
 import math
 from dataclasses import dataclass
 from typing import Protocol
@@ -18,7 +17,7 @@ from numpy.typing import NDArray
 
 from ..content import ComparedByContent
 from ..mathematics import NUMPY, Mathematics, Operand
-from .angular_spread import profile_moments
+from .angular_spread import interpolated, profile_moments
 from .lamp_harmonics import (
     AROUND,
     FARTHEST,
@@ -134,18 +133,7 @@ class SourceTable:
 
     def at(self, row: Operand, azimuth: Operand, turn: Operand, bend: Operand) -> Array:
         """Interpolate at places of shape (..., 1), or of no shape; shape (..., n)."""
-        ends = []
-        for place, count in zip((row, azimuth, turn, bend), self.values.shape, strict=False):
-            place = np.asarray(place)
-            place = place[..., 0] if place.ndim else place
-            low = np.clip(np.floor(place).astype(int), 0, count - 2)
-            share = (place - low)[..., None]
-            ends.append(((low, 1.0 - share), (low + 1, share)))
-        total = 0.0
-        for corner in itertools.product(*ends):
-            index, shares = zip(*corner, strict=True)
-            total = total + self.values[index] * math.prod(shares)
-        return np.asarray(total)
+        return interpolated(self.values, (row, azimuth, turn, bend))
 
 
 @dataclass(frozen=True, eq=False)

@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from ..mathematics import Operand
 from ..octahedron import lattice
 from ..water.phase import BandPhase
-from .angular_spread import Lookup
+from .angular_spread import Lookup, interpolated
 from .lamp import Lamp
 from .lamp_shadow import DISTANCES, SOFT_SIDE, behind, highest_near, lit, soft_distances
 from .multiple_scattering import LampWater
@@ -47,17 +47,8 @@ class SoftMap:
 
     def at(self, distance: Operand, column: Operand, row: Operand) -> list[Array]:
         """Interpolate between the entries, at places of shape (..., 1), or of no shape."""
-        ends = []
-        for place, count in zip((distance, row, column), self.values.shape, strict=False):
-            low = np.clip(np.floor(np.asarray(place)).astype(int), 0, count - 2)
-            share = np.asarray(place) - low
-            ends.append(((low, 1.0 - share), (low + 1, share)))
-        total: Operand = 0.0
-        for d, along in ends[0]:
-            for v, down in ends[1]:
-                for h, across in ends[2]:
-                    total = total + self.values[d, v, h] * (along * down * across)[..., None]
-        return [total[..., i] for i in range(2)]
+        found = interpolated(self.values, (distance, row, column))
+        return [found[..., i : i + 1] for i in range(2)]
 
 
 def soft_map(lamp: Lamp, water: LampWater) -> SoftMap:
