@@ -25,9 +25,9 @@ from numpy.typing import NDArray
 from ..uw_spectral.lamps.angular_spread import (
     ANGLES,
     LENGTHS,
+    ON_PATCHES,
     PROFILE_ANGLES,
     PROFILE_LENGTHS,
-    TILTS,
     ValueGrid,
     WaterSpread,
 )
@@ -47,9 +47,8 @@ from ..uw_spectral.lamps.lamp_path import NODES as PATH_NODES
 from ..uw_spectral.lamps.lamp_path import gauss
 from ..uw_spectral.lamps.lamp_shadow import DISTANCES, SIDE, SOFT_SIDE
 from ..uw_spectral.lamps.lamp_surface import patch_past_lamp
-from ..uw_spectral.lamps.multiple_scattering import MORE_NODES, LampWater
+from ..uw_spectral.lamps.multiple_scattering import MORE_NODES, LampField, LampWater
 from ..uw_spectral.lamps.profile import NO_EDGE, LampProfile, sample_place
-from ..uw_spectral.lamps.scattered_source import LampField
 from ..uw_spectral.lamps.soft_shadow import SoftMap
 from ..uw_spectral.lamps.three_bands import COUNT as BANDS
 from ..uw_spectral.mathematics import NUMPY, Mathematics, Operand
@@ -89,7 +88,7 @@ NO_SHADOW = (0.0, 0.0, 0.0)
 _PARTS, _MEASURED, _FROM_AIR = "uw_parts", "uw_measured", "uw_from_air"
 _QUADRATURES = (PATH_NODES, MORE_NODES)
 _NUMBERS = sum(_QUADRATURES)  # first column after them
-_EXTENT, _IN_WATER, _ON_THINGS, _WIDE = range(_NUMBERS, _NUMBERS + 4)
+_EXTENT, _IN_WATER, _ON_THINGS, _WIDE, _SCALES = range(_NUMBERS, _NUMBERS + 5)
 _POSITION, _AXIS, _FORM, _COLOUR, _SEEN, _STANDS, _DRY = range(7)
 _PROFILE, _FOLDED = 1, 2  # rows of a block; its numbers are in the first
 _MARGIN = 1
@@ -101,7 +100,7 @@ _SOFT = _SHADOW + SIDE + 2 * _MARGIN  # that of the maps of scattered light, sid
 _SOFT_COLUMNS = SOFT_SIDE + 2 * _MARGIN
 _TABLE_ROWS = max(PROFILE_LENGTHS, SIDE) + 2 * _MARGIN
 _WIDTH = max(
-    SAMPLES, _WIDE + 1, _SOFT + DISTANCES * _SOFT_COLUMNS, _PATCHES + TILTS + 3 + 2 * _MARGIN
+    SAMPLES, _SCALES + 1, _SOFT + DISTANCES * _SOFT_COLUMNS, _PATCHES + ON_PATCHES + 2 * _MARGIN
 )
 _UNHIDDEN = SoftMap(np.tile((1.0, 0.0), (DISTANCES, SOFT_SIDE, SOFT_SIDE, 1)))
 _DARKEST = 1e-12
@@ -195,7 +194,7 @@ def write_lamps(
         Of the lamps that cast the shadows of each; :data:`NO_SHADOW` where nothing is in the way.
     """
     profiles = list(dict.fromkeys(lamp.profile for lamp in folded.lamps))
-    lamp_sources.write(images.sources, [_sources(folded).source(one) for one in profiles])
+    lamp_sources.write(images.sources, *_fields(folded), profiles)
     image = images.numbers
     image.pixels.foreach_set(np.ravel(_pixels(image.size, folded, colours, profiles)))
     image.update()
@@ -213,8 +212,8 @@ def _pixels(
     row = np.concatenate([np.transpose(gauss(count)) for count in _QUADRATURES])
     in_water, on_things = folded.in_water, folded.on_things
     out[0, : len(row), :2] = row
-    scale = _sources(folded).harmonics.scale
-    out[0, _EXTENT, :3] = folded.stretch, in_water.reach, scale
+    out[0, _EXTENT, :2] = folded.stretch, in_water.reach
+    out[0, _SCALES, :2] = [field.harmonics.scale for field in _fields(folded)]
     out[0, _IN_WATER, :3], out[0, _ON_THINGS, :3] = in_water.b, on_things.b
     out[0, _WIDE, :3] = in_water.wide
     in_spread, on_spread = in_water.spread, on_things.spread
@@ -237,10 +236,11 @@ def _pixels(
     return out
 
 
-def _sources(folded: LampChannels) -> LampField:
-    field = folded.in_water.field
-    assert isinstance(field, LampField)
-    return field
+def _fields(folded: LampChannels) -> tuple[LampField, LampField]:
+    in_water, on_things = folded.in_water.field, folded.on_things.field
+    assert isinstance(in_water, LampField)
+    assert isinstance(on_things, LampField)
+    return in_water, on_things
 
 
 def _put_lamp(
@@ -379,7 +379,7 @@ class _ImageSpread:
 
 @dataclass(frozen=True, eq=False)
 class _ImageField:
-    """The sources of lamps in their image."""
+    """The scattered light of lamps in its image."""
 
     graph: Graph
     image: bpy.types.Image
@@ -388,6 +388,10 @@ class _ImageField:
     def source(self, profile: LampProfile) -> lamp_sources.ImageSource:
         assert isinstance(profile, _ImageProfile)
         return lamp_sources.ImageSource(self.graph, self.image, profile.source, self.scale)
+
+    def arriving(self, profile: LampProfile) -> lamp_sources.ImageArriving:
+        assert isinstance(profile, _ImageProfile)
+        return lamp_sources.ImageArriving(self.graph, self.image, profile.source, self.scale)
 
 
 @dataclass(frozen=True, eq=False)
@@ -477,7 +481,8 @@ class LampTable:
 
     def _water(self, column: int) -> LampWater:
         b, wide, nothing = self._at(column, 0.0), self._at(_WIDE, 0.0), Mixture((), ())
-        _, reach, scale = self._extent
+        reach = self._extent[1]
+        scale = self.graph.components(self._at(_SCALES, 0.0))[column == _ON_THINGS]
         field = _ImageField(self.graph, self.images.sources, scale)
         spread = _ImageSpread(self.graph, self.image)
         return LampWater(0.0, b, b, nothing, spread, field, wide, reach)
@@ -583,10 +588,11 @@ def build_patch(
         lamp, light = table.lamp(index), table.on_things(index)
         patch = patch_past_lamp(lamp, here, normal, NODES)
         visible = given[VISIBILITY].dot(table.colour(index)) + lamp.unblocked
-        bands = light.on_patch(lamp, patch, visible, NODES)
+        arriving = light.parts(lamp, patch, visible, NODES)
+        bands = light.on_patch(arriving, patch, NODES)
         to_lamp = [-part for part in lamp.towards(here, NODES)[1]]
         thrown = [
-            light.on_facets(lamp, patch, one, to_eye, to_lamp, visible, NODES) for one in mirroring
+            light.on_facets(arriving, lamp, patch, one, to_eye, to_lamp, NODES) for one in mirroring
         ]
 
         def of_thing(tables: Sequence[Sequence[Operand]], length: NodeValue) -> list[Operand]:

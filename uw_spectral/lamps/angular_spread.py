@@ -6,7 +6,8 @@ Legendre moments of its total deflection are e^{-b l (1 - χl)} (Goudsmit & Saun
 the number of paths of two of which one is small. So :mod:`.multiple_scattering` has what goes
 nearly straight on.
 
-A scattering by ψ at the share σ of the way from the place that is lit back to the lamp
+What harmonics follow (:mod:`.wide_phase`) is not in the tables, but in the last two of those of
+patches. A scattering by ψ at the share σ of the way from the place that is lit back to the lamp
 turns what is seen there by (1 - σ) ψ, and the direction in which the light had left the lamp by
 σ ψ. A function of those directions so loses its Legendre moments as e^{-b r X(l)},
 X(l) = ∫ (1 - χ(l σ)) dσ (Wells, J. Opt. Soc. Am. 59, 686, 1969): the radiance round a lamp, and the
@@ -31,17 +32,17 @@ from ..content import ComparedByContent
 from ..mathematics import NUMPY, Mathematics, Operand
 from ..water.phase import BandPhase
 from .profile import LampProfile, sample_place
-from .wide_phase import RESOLVED, wide_moments
+from .wide_phase import BEYOND, RESOLVED, moments_beyond, wide_moments
 
 Array = NDArray[np.float64]
 
 LENGTHS, ANGLES = 64, 64
 """Rows and columns of the table of deflections."""
-TILTS = 24
-"""Of patches; three more columns have the light from about the lamp, that of things, and the mean
-square of the angle between the former and the lamp, rad²."""
 ABOUT, OF_THINGS, ANGLE2 = 0.0, 1.0, 2.0
-"""Those columns."""
+"""Columns of the table of patches: the light from about the lamp, that of things, and the mean
+square of the angle between the former and the lamp, rad²."""
+ON_PATCHES = 3
+"""Number of them."""
 PROFILE_LENGTHS, PROFILE_ANGLES = 32, 64
 SHORTEST, LONGEST = 1e-3, 1e3
 """Of the tables, m; shorter and longer paths are held."""
@@ -79,17 +80,6 @@ def deflection_place(half: Operand, m: Mathematics = NUMPY) -> Operand:
     (63.0, 0.0)
     """
     return m.power(half / (math.pi / 2), _THIRD) * (ANGLES - 1.0)
-
-
-def tilt_place(cosine: Operand) -> Operand:
-    """Column of the cosine between a patch's normal and the direction to the lamp.
-
-    Examples
-    --------
-    >>> tilt_place(-1.0), tilt_place(1.0)
-    (3.0, 26.0)
-    """
-    return ANGLE2 + 1.0 + (cosine + 1.0) * ((TILTS - 1.0) / 2.0)
 
 
 def profile_place(cosine: Operand, m: Mathematics = NUMPY) -> Operand:
@@ -212,14 +202,14 @@ class WaterSpread(ComparedByContent):
         """Scattered irradiance of an isotropic lamp over that without water, but for absorption.
 
         By the distance (rows). The first column is the light from about the lamp, on a patch
-        that faces it; the second one the share of a thing's light that is scattered and seen
-        in its place; the third one the mean square angle of the former from the lamp; the others
-        are the rest by tilt.
+        that faces it, but for what harmonics follow (:mod:`.scattered_irradiance`); the second one
+        the share of a thing's light that is scattered and seen in its place; the third one the mean
+        square angle of all light from about the lamp from it.
         """
         return _on_patches(self)
 
     def profile(self, profile: LampProfile) -> ValueGrid:
-        """Profile of a lamp as light has it that was scattered on a length (rows).
+        """Profile of a lamp as light has it that goes nearly straight on for a length (rows).
 
         The columns are the places of :func:`.sample_place`.
         """
@@ -230,23 +220,19 @@ class WaterSpread(ComparedByContent):
         """Moments of the phase function from 0 on, shape (m + 1, n)."""
         return np.concatenate([np.ones((1, len(self.b))), self.phase.moments(_MOMENTS)])
 
-    def blurs(self, orders: Array) -> Array:
-        """Return X, the mean over σ from 0 to 1 of 1 - χ at the order scaled by σ, shape (k, n).
+    @functools.cached_property
+    def onward(self) -> Array:
+        """Moments of what harmonics do not follow for patches, likewise."""
+        return self.chi - moments_beyond(self.phase, _MOMENTS, BEYOND)
 
-        An order l counts as √(l (l + 1)), as whose square 1 - χ begins.
+    def scattered(self, lengths: Array, moments: Array, highest: int) -> Array:
+        """Moments of light that is scattered at least once on lengths, shape (lengths, l, n).
+
+        ``moments`` are those of the scattering, that of degree 0 its share.
         """
-        y = np.sqrt(np.arange(_MOMENTS + 1.0) * (np.arange(_MOMENTS + 1.0) + 1.0))
-        lost = 1.0 - self.chi
-        steps = np.diff(y)[:, None] * (lost[1:] + lost[:-1]) / 2.0
-        steps[0] = lost[1] * y[1] / 3.0
-        whole = np.concatenate([np.zeros((1, len(self.b))), np.cumsum(steps, axis=0)])
-        return whole[orders.astype(int)] / np.maximum(y[orders.astype(int)], 1.0)[:, None]
-
-    def transferred(self, lengths: Array, blurs: Array) -> Array:
-        """Moments left of light that was scattered at least once, shape (lengths, orders, n)."""
-        bl = np.maximum(lengths[:, None, None] * self.b, _SMALLEST)
-        scattered = np.exp(-bl * blurs) * np.expm1(bl * (blurs - 1.0)) / np.expm1(-bl)
-        return np.clip(scattered, 0.0, 1.0)
+        bl = lengths[:, None, None] * self.b
+        blurs = _blurs(moments)[: highest + 1]
+        return -np.exp(-bl * blurs) * np.expm1(bl * (blurs - moments[0]))
 
 
 @functools.lru_cache(maxsize=16)
@@ -269,24 +255,25 @@ def _narrow(spread: WaterSpread) -> ValueGrid:
 @functools.lru_cache(maxsize=16)
 def _on_patches(spread: WaterSpread) -> ValueGrid:
     lengths = _lengths(LENGTHS)
-    shares = spread.transferred(lengths, spread.blurs(np.arange(_MOMENTS + 1.0)))
-    shares = shares * -np.expm1(-lengths[:, None, None] * spread.b)
-    cosines = np.linspace(-1.0, 1.0, TILTS)
-    ahead = np.ones(1)
-    about = _received(shares, math.cos(ABOUT_LAMP), 1, ahead)
-    seen = _received(shares, math.cos(THING), 0, ahead)
-    rest = _received(shares, 0.0, 1, cosines) - about * np.maximum(cosines, 0.0)[:, None]
-    nearer = _received(shares, math.cos(ABOUT_LAMP), 2, ahead)
-    nearer = np.divide(nearer, about, out=np.ones_like(about), where=about > _SMALLEST)
+    shares = spread.scattered(lengths, spread.chi, _MOMENTS)
+    # Unless it is turned more.
+    left = np.exp(-lengths[:, None, None] * (spread.b * (1.0 - spread.onward[0])))
+    onward = left * spread.scattered(lengths, spread.onward, _MOMENTS)
+    about = _received(onward, math.cos(ABOUT_LAMP), 1)
+    seen = _received(shares, math.cos(THING), 0)
+    whole, nearer = (_received(shares, math.cos(ABOUT_LAMP), power) for power in (1, 2))
+    nearer = np.divide(nearer, whole, out=np.ones_like(whole), where=whole > _SMALLEST)
     angle2 = 2.0 * (1.0 - nearer)
-    return ValueGrid(np.maximum(np.concatenate([about, seen, angle2, rest], axis=1), 0.0))
+    return ValueGrid(np.maximum(np.concatenate([about, seen, angle2], axis=1), 0.0))
 
 
 @functools.lru_cache(maxsize=16)
 def _profile(spread: WaterSpread, profile: LampProfile) -> ValueGrid:
     lengths = _lengths(PROFILE_LENGTHS)
-    orders = np.arange(_OF_PROFILE + 1.0)
-    shares = spread.transferred(lengths, spread.blurs(orders)) * profile_moments(profile)[:, None]
+    onward = spread.scattered(lengths, spread.onward, _OF_PROFILE)
+    sent = onward[:, :1]
+    shares = np.divide(onward, sent, out=np.ones_like(onward), where=sent > _SMALLEST)
+    shares = shares * profile_moments(profile)[:, None]
     sine = np.linspace(0.0, 1.0, PROFILE_ANGLES)
     values = _summed(shares, 1.0 - 2.0 * sine * sine, _OF_PROFILE)
     return ValueGrid(np.maximum(values, 0.0))
@@ -320,10 +307,23 @@ def _legendre(highest: int, cosines: tuple[float, ...]) -> Array:
     return found
 
 
-def _received(shares: Array, lowest: float, power: int, cosines: Array) -> Array:
-    """Light from around axes, whose cosine from its own is given, by a power of the cosine."""
+def _blurs(moments: Array) -> Array:
+    """Return X, the mean over σ from 0 to 1 of χ0 - χ at the order scaled by σ, shape (k, n).
+
+    An order l counts as √(l (l + 1)), as whose square χ0 - χ begins.
+    """
+    y = np.sqrt(np.arange(_MOMENTS + 1.0) * (np.arange(_MOMENTS + 1.0) + 1.0))
+    lost = moments[0] - moments
+    steps = np.diff(y)[:, None] * (lost[1:] + lost[:-1]) / 2.0
+    steps[0] = lost[1] * y[1] / 3.0
+    whole = np.concatenate([np.zeros((1, moments.shape[1])), np.cumsum(steps, axis=0)])
+    return whole / np.maximum(y, 1.0)[:, None]
+
+
+def _received(shares: Array, lowest: float, power: int) -> Array:
+    """Light from around an axis by a power of the cosine from it."""
     window = _window(lowest, power)[:, None]
-    return _summed(shares * window, cosines, _MOMENTS) / (4.0 * math.pi)
+    return _summed(shares * window, np.ones(1), _MOMENTS) / (4.0 * math.pi)
 
 
 @functools.cache

@@ -18,7 +18,7 @@ Three channels that are three bands are what the bands are, but for the tables' 
 Against 30 bands added up, paths and distances of 0.2 to 12 m, three spectra and three profiles of
 lamps, in Jerlov I, IB, II and 3C; worst of these of the median / 95 % / worst error of a channel of
 CIE 1931, a camera and Rec.709 (over what its bands add up to without sign): light of things
-0.05 / 0.25 / 2 %, light in the water (12 bands) 0.2 / 2.9 / 8 % in II, 0.4 / 3.4 / 18 % in 3C. Of
+0.3 / 1.8 / 12 %, light in the water (12 bands) 0.3 / 3.4 / 7 % in II, 0.4 / 3.7 / 22 % in 3C. Of
 what is seen of a thing 0.6 % (95 %) at most is on the wrong side of unscattered and scattered
 forward.
 """
@@ -48,18 +48,19 @@ from .lamp import Lamp, RayPastLamp, disc_seen, ray_past_lamp
 from .lamp_path import Quadrature, gauss_sum
 from .lamp_surface import (
     PatchPastLamp,
+    arriving_parts,
     carried_share,
-    facing_lamp,
     patch_past_lamp,
-    scattered_onto,
 )
-from .multiple_scattering import LampWater, light_along
+from .multiple_scattering import LampField, LampWater, light_along
 from .profile import SpotProfile
-from .scattered_source import source_seen
+from .scattered_source import source_seen, source_table
 from .soft_shadow import soft_map
 from .three_bands import COUNT, ThreeBands, three_bands
 
 Array = NDArray[np.float64]
+ArrivingParts = tuple[Operand, Operand, Operand]
+"""Irradiance: unscattered and from about the lamp, on a patch that faces it; from elsewhere."""
 
 LENGTHS = 256
 """Entries of the tables over the length of a path."""
@@ -72,10 +73,9 @@ _FARTHEST = 1e9  # m, in place of no end
 # Places that the three bands have to do for: m, cosines, rad.
 _DISTANCES = (0.1, 0.5, 1.0, 2.0, 4.0, 8.0, 14.0)
 _OFF_AXIS = (1.0, 0.8, 0.5, -0.2)  # in the beam and beside it
-_TILTS = (1.0, 0.3, -0.2)
+_TILTS = (1.0, 0.3)
 _HALF_DEFLECTIONS = (0.01, 0.05, 0.1, 0.3, 0.6, 0.9, 1.2)
 _NEAR = _DISTANCES[:-1]  # from where light that is turned is seen
-_FEW_DEGREES = 16
 _USUAL = Lamp((0.0, 0.0, 0.0), (0.0, 0.0, 1.0), 1.0, SpotProfile(math.radians(60.0), 0.5))
 
 
@@ -202,24 +202,28 @@ class ThingLight:
     coloured: Sequence[Sequence[LengthTable]]
     split: Callable[[Operand], Sequence[Operand]]
 
-    def on_patch(
+    def parts(
         self, lamp: Lamp, patch: PatchPastLamp, visible: Operand = 1.0, m: Mathematics = NUMPY
-    ) -> Operand:
-        """Irradiance in the three bands over the intensity, absorption apart.
+    ) -> ArrivingParts:
+        """Return the parts of :func:`.arriving_parts` where so much of the lamp is seen."""
+        direct, about, rest = arriving_parts(lamp, patch, self.water, m)
+        return direct * visible, about * patch.about(visible), rest
 
-        ``visible`` is the share of the lamp that is seen from the patch.
-        """
-        direct, about, rest = scattered_onto(lamp, patch, self.water, m)
-        return direct * visible + about * patch.about(visible) + rest
+    def on_patch(
+        self, parts: ArrivingParts, patch: PatchPastLamp, m: Mathematics = NUMPY
+    ) -> Operand:
+        """Irradiance in the three bands over the intensity, absorption apart."""
+        direct, about, rest = parts
+        return (direct + about) * m.maximum(patch.cosine, 0.0) + rest
 
     def on_facets(
         self,
+        parts: ArrivingParts,
         lamp: Lamp,
         patch: PatchPastLamp,
         facets: Facets,
         to_eye: Vector,
         to_lamp: Vector,
-        visible: Operand = 1.0,
         m: Mathematics = NUMPY,
     ) -> tuple[Operand, list[Operand]]:
         """Irradiance, likewise, on a matte surface that is as bright as facets; and its colour.
@@ -228,8 +232,7 @@ class ThingLight:
         What comes from all other sides lights facets as it does a matte surface.
         """
         half = halfway(to_eye, to_lamp, m)
-        direct, about = facing_lamp(lamp, patch, self.water, m)
-        rest = scattered_onto(lamp, patch, self.water, m)[2]
+        direct, about, rest = parts
         disc = 0.5 * lamp.radius * lamp.radius / (patch.r * patch.r)
         row = length_place(patch.wet, SPREAD_LENGTHS, m)
         x, y, z = self.split(self.water.spread.on_patches.at(ANGLE2, row))
@@ -238,8 +241,7 @@ class ThingLight:
             facets.highlight(to_eye, half, to_lamp, angle2, m) for angle2 in (disc, spread)
         )
         facing = m.maximum(dot(facets.normal, to_lamp), 0.0)
-        lit, about = direct * visible, about * patch.about(visible)
-        bands = lit * (sharp * facing) + about * (wide * facing) + rest
+        bands = direct * (sharp * facing) + about * (wide * facing) + rest
         return bands, facets.colour(dot(half, to_lamp), m)
 
     def unscattered(self, P: Operand, m: Mathematics = NUMPY) -> Operand:
@@ -371,14 +373,15 @@ class LampChannels:
             if measured is not None:
                 tables = found[COLOURS + measured]
             shares = light.unscattered(P), light.forward(P)
-            bands = light.on_patch(lamp, patch, visible) / math.pi
+            parts = light.parts(lamp, patch, visible)
+            bands = light.on_patch(parts, patch) / math.pi
             D, F = (
                 total + light.arriving(bands * share, tables)
                 for total, share in zip((D, F), shares, strict=True)
             )
             to_lamp = [-part for part in lamp.towards(point)[1]]
             for one in mirroring:
-                bands, seen = light.on_facets(lamp, patch, one, to_eye, to_lamp, visible)
+                bands, seen = light.on_facets(parts, lamp, patch, one, to_eye, to_lamp)
                 tables = of_colour(found[:COLOURS], seen)
                 D, F = (
                     total + light.arriving(bands / math.pi * share, tables)
@@ -394,7 +397,8 @@ class LampChannels:
         for lamp, folded in zip(self.lamps, self.folded, strict=True):
             light, patch = self._on_thing(folded), patch_past_lamp(lamp, point, normal)
             white = of_colour(light.tables(patch.wet)[:COLOURS], (1.0, 1.0, 1.0))
-            E = E + light.arriving(light.on_patch(lamp, patch, visible), white)
+            parts = light.parts(lamp, patch, visible)
+            E = E + light.arriving(light.on_patch(parts, patch), white)
         return E
 
     def _on_thing(self, folded: FoldedLamp) -> ThingLight:
@@ -495,7 +499,8 @@ def _bands_in_water(water: LampWater, seen: Array) -> ThreeBands:
     """Bands that stand for all in what is scattered more than once."""
     half, r, t, cosine = _places(_HALF_DEFLECTIONS, _NEAR, _NEAR, _OFF_AXIS)
     bent = np.cos(2.0 * half)
-    source = water.of_degrees(_FEW_DEGREES).field.source(_USUAL.profile)
+    assert isinstance(water.field, LampField)
+    source = source_table(water.field.harmonics.for_patches(), _USUAL.profile)
     values = source_seen(source, r, cosine, bent, cosine * bent) * np.exp(-water.wide * t)
     return three_bands(values, _light_in(seen, water, r + t))
 
@@ -503,10 +508,11 @@ def _bands_in_water(water: LampWater, seen: Array) -> ThreeBands:
 def _bands_on_things(water: LampWater, seen: Array) -> ThreeBands:
     """Bands that stand for all in what things get, and in what of it arrives."""
     r, P, cosine, tilt = _places(_DISTANCES, _DISTANCES, _OFF_AXIS, _TILTS)
-    patch = PatchPastLamp(r, _USUAL.profile.value(cosine) / (r * r), tilt, cosine, r)
+    lit = _USUAL.profile.value(cosine) / (r * r)
+    patch = PatchPastLamp(r, lit, tilt, cosine, tilt * cosine, r)
     light = ThingLight(water, (), _bands_of)
     arriving = light.unscattered(P) + light.forward(P)
-    values = light.on_patch(_USUAL, patch) * arriving
+    values = light.on_patch(light.parts(_USUAL, patch), patch) * arriving
     return three_bands(values, _light_in(seen, water, r + P))
 
 

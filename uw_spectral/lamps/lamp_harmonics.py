@@ -1,18 +1,20 @@
 """Light of a lamp that water scatters twice and more, by spherical harmonics.
 
 Round a lamp in endless water radiance depends on the distance r, on the angle θ from the lamp's
-axis and on the direction ω. What is scattered once more is the source
+axis and on the direction ω. L is that of all light that was scattered. What of it is scattered once
+more is the source
 
     S(r, θ, ω) = b ∫ p(ω', ω) L(r, θ, ω') dω',
 
-with L all light that was scattered already; the integral of S e^{-c t} along a ray is its radiance.
-In Fourier space the equation of transfer couples harmonics of one order m' with their neighbours
-only: (c - b χ_l) L_l + ik (α_l L_{l-1} + α_{l+1} L_{l+1}) = Q_l, α_l² = (l² - m'²)/(4 l² - 1).
+the integral of S e^{-c t} along a ray its radiance, and the integral of L over directions, each by
+its cosine, the irradiance of a patch. In Fourier space the equation of transfer couples harmonics
+of one order m' with their neighbours only:
+(c - b χ_l) L_l + ik (α_l L_{l-1} + α_{l+1} L_{l+1}) = Q_l, α_l² = (l² - m'²)/(4 l² - 1).
 Degrees beyond the highest are not scattered; they end the system exactly, by a continued fraction.
 With the harmonics turned from the wave's frame into that of the radius, in which they keep their
-order m, and plane waves in spherical Bessel functions j_λ, the source is
+order m, and plane waves in spherical Bessel functions j_λ, it is
 
-    S = Σ_m Σ_lj g^m_lj(r) Y_lm(ω) 4π φ_j Y_jm(θ),   φ_j the moments of the lamp's profile.
+    L = Σ_m Σ_lj g^m_lj(r) Y_lm(ω) 4π φ_j Y_jm(θ),   φ_j the moments of the lamp's profile.
 
 Nothing of it is fitted, and it has no photons' noise. Scattering is that of :mod:`.wide_phase`.
 """
@@ -22,23 +24,24 @@ from __future__ import annotations
 import functools
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..content import ComparedByContent
 from ..water.phase import BandPhase
-from .wide_phase import RESOLVED, wide_moments
+from .angular_spread import profile_moments
+from .profile import LampProfile
+from .wide_phase import BEYOND, DEGREES, RESOLVED, moments_beyond, wide_moments
 
 Array = NDArray[np.float64]
 
-DEGREES = 32
-"""Highest degree of harmonics, of directions and of profiles."""
 ROWS = 24
 NEAREST, FARTHEST = 0.06, 10.0
 """Distances of the rows, in mean free paths."""
 _ROW = (FARTHEST / NEAREST) ** (1.0 / (ROWS - 1.0))
+_FEW_DEGREES = 16
 AROUND = 10
 """Orders m, from 0 on."""
 _WAVES = 160  # wave numbers
@@ -63,12 +66,16 @@ class Harmonics(ComparedByContent):
     phase : BandPhase
     degrees : int
         Highest one of harmonics.
+    beyond : float
+        Angle in rad as which light is turned at least that is followed; by 0 all is, smoothed as
+        far as the degrees resolve it.
     """
 
     a: Array
     b: Array
     phase: BandPhase
     degrees: int = DEGREES
+    beyond: float = 0.0
 
     @property
     def scale(self) -> float:
@@ -76,10 +83,16 @@ class Harmonics(ComparedByContent):
         c = max(float(np.mean(self.a + self.b)), _CLEAREST)
         return _ROW ** round(math.log(c) / math.log(_ROW))
 
+    def for_patches(self) -> Harmonics:
+        """Return what is enough for the irradiance of patches, whose cosine is smooth."""
+        return replace(self, degrees=min(self.degrees, _FEW_DEGREES), beyond=BEYOND)
+
     @property
-    def angle(self) -> float:
-        """Angle within which the phase function is smoothed, rad."""
-        return RESOLVED * DEGREES / self.degrees
+    def moments(self) -> Array:
+        """Of what is scattered, shape (l, n)."""
+        if self.beyond:
+            return moments_beyond(self.phase, self.degrees, self.beyond)
+        return wide_moments(self.phase, self.degrees, RESOLVED * DEGREES / self.degrees)
 
     @property
     def distances(self) -> Array:
@@ -88,21 +101,53 @@ class Harmonics(ComparedByContent):
 
     @property
     def radial(self) -> Array:
-        """Coefficients g at the distances, shape (ROWS, m, l, j, n), 1/m³."""
+        """Coefficients g at the distances, shape (ROWS, m, l, j, n), 1/m²."""
         return _radial(self)
+
+    @property
+    def scattering(self) -> Array:
+        """Coefficients b χ_l of each degree, shape (l, n), 1/m."""
+        return np.minimum(self.b * self.moments, (1.0 - _LEAST_ABSORPTION) * self.extinction)
+
+    def around(
+        self, profile: LampProfile, turns: Array, degrees: int | None = None, blur: float = 1.0
+    ) -> Array:
+        """Coefficients of L round a lamp of an intensity of 1, shape (ROWS, turns, m, l, n), 1/m².
+
+        Parameters
+        ----------
+        profile : LampProfile
+        turns : array
+            Angles θ, rad.
+        degrees : int, optional
+            Highest order m.
+        blur : float
+            Of the profile: the higher, the less of it rings on the lamp's dark side.
+        """
+        highest = self.degrees
+        # Blurred as far as the harmonics go, or what is beyond them would ring.
+        fading = np.exp(-blur * (np.arange(highest + 1.0) / highest) ** 2)
+        moments = 4.0 * math.pi * profile_moments(profile)[: highest + 1] * fading
+        orders = AROUND if degrees is None else degrees + 1
+        on_axis = on_sphere(np.cos(turns), highest)[:orders]
+        return np.einsum(
+            "rmljn,j,mjt->rtmln", self.radial[:, :orders], moments, on_axis, optimize=True
+        )
+
+    @property
+    def extinction(self) -> Array:
+        """Extinction of each band without what is taken for straight on, 1/m."""
+        return np.maximum(self.a + self.b * self.moments[0], _CLEAREST)
 
 
 @functools.lru_cache(maxsize=8)
 def _radial(field: Harmonics) -> Array:
     highest = field.degrees
-    scattering = field.b * wide_moments(field.phase, highest, field.angle)
     turned, hankel = _turned(highest), _hankel(highest)
     waves = _waves() * field.scale
     found = []
-    for a, b in zip(field.a, scattering.T, strict=True):
-        c = max(float(a + b[0]), _CLEAREST)
-        b = np.minimum(b, (1.0 - _LEAST_ABSORPTION) * c)
-        solved = np.stack([_solved(order, c, b, waves) for order in range(highest + 1)])
+    for c, b in zip(field.extinction, field.scattering.T, strict=True):
+        solved = np.stack([_solved(order, float(c), b, waves) for order in range(highest + 1)])
         rows = []
         for degree, turn in enumerate(turned):
             # (j, m λ, m') by (j, m', k), then (j, m, λ k) by (λ k, r).
@@ -118,7 +163,7 @@ def _radial(field: Harmonics) -> Array:
 
 
 def _solved(order: int, c: float, scattering: Array, waves: Array) -> Array:
-    """What is scattered after what was scattered, of waves along z, shape (k, l, j).
+    """Radiance of what was scattered, of waves along z, shape (k, l, j).
 
     Times i^(l - j) it is the amplitude of the degree l for a source of the degree j.
     """
@@ -127,7 +172,7 @@ def _solved(order: int, c: float, scattering: Array, waves: Array) -> Array:
     ends = _closure(order, count, c, waves)
     once = b[:, None] * _inverse(np.full(len(b), c), beside, ends, waves, np.eye(len(b)))
     found = np.zeros((len(waves), count, count))
-    found[:, order:, order:] = b[:, None] * _inverse(c - b, beside, ends, waves, once)
+    found[:, order:, order:] = _inverse(c - b, beside, ends, waves, once)
     return _without_tiny(found)
 
 

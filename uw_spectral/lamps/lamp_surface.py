@@ -21,11 +21,11 @@ from .angular_spread import (
     PROFILE_LENGTHS,
     length_place,
     profile_place,
-    tilt_place,
 )
 from .lamp import Lamp
 from .lamp_shadow import left_in_shadow
 from .multiple_scattering import LampWater
+from .scattered_irradiance import arriving_on
 
 USUAL_DISTANCE = 2.0
 """Of things from the lamps that light them, m."""
@@ -126,6 +126,8 @@ class PatchPastLamp:
         Between the patch's normal and the direction to the lamp; negative behind it.
     off_axis : float or array
         Cosine between the lamp's axis and the direction to the patch.
+    against : float or array
+        Cosine between the lamp's axis and the direction into the patch.
     wet : float or array
         Of the distance what is in the water, m.
     left : float or array
@@ -136,6 +138,7 @@ class PatchPastLamp:
     per_intensity: Operand
     cosine: Operand
     off_axis: Operand
+    against: Operand
     wet: Operand
     left: Operand = 0.0
 
@@ -172,8 +175,9 @@ def patch_past_lamp(
     z = place[2]
     per_intensity = lamp.profile.value(off_axis, m) * _normal(lamp, r) * lamp.under(z, m)
     left = 0.0 if lamp.soft is None else left_in_shadow(lamp.soft, place, m)
-    cosine = 0.0 - dot(normal, u)
-    return PatchPastLamp(r, per_intensity, cosine, off_axis, lamp.wet(r, z, m), left)
+    cosine, against = 0.0 - dot(normal, u), 0.0 - dot(normal, lamp.axis)
+    wet = lamp.wet(r, z, m)
+    return PatchPastLamp(r, per_intensity, cosine, off_axis, against, wet, left)
 
 
 def _normal(lamp: Lamp, r: Operand) -> Operand:
@@ -208,35 +212,28 @@ def surface_irradiance(
     >>> lamp = Lamp((0.0, 0.0, 2.0), (0.0, 0.0, -1.0), np.array([1.0]))
     >>> patch = patch_past_lamp(lamp, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0))
     >>> [float(E[0].round(4)) for E in surface_irradiance(lamp, patch, water)]
-    [0.092, 0.1012, 0.0063]
+    [0.092, 0.1044, 0.0072]
     """
     light = lamp.intensity * np.exp(-water.a * patch.wet)
-    direct, about, rest = scattered_onto(lamp, patch, water)
-    return light * direct, light * about, light * rest
+    direct, about, rest = arriving_parts(lamp, patch, water)
+    facing = np.maximum(patch.cosine, 0.0)
+    return light * direct * facing, light * about * facing, light * rest
 
 
-def scattered_onto(
+def arriving_parts(
     lamp: Lamp, patch: PatchPastLamp, water: LampWater, m: Mathematics = NUMPY
 ) -> tuple[Operand, Operand, Operand]:
-    """Return the parts of :func:`surface_irradiance` over the intensity, absorption apart."""
-    facing = m.maximum(patch.cosine, 0.0)
-    direct, about = facing_lamp(lamp, patch, water, m)
-    rest = water.spread.on_patches.at(tilt_place(patch.cosine), length_place(patch.wet, LENGTHS, m))
-    return direct * facing, about * facing, _scattered(lamp, patch, water, m) * rest
+    """Return the parts of :func:`surface_irradiance` over the intensity, absorption apart.
 
-
-def facing_lamp(
-    lamp: Lamp, patch: PatchPastLamp, water: LampWater, m: Mathematics = NUMPY
-) -> tuple[Operand, Operand]:
-    """Return the first two parts of :func:`scattered_onto` on a patch that faces the lamp."""
-    about = water.spread.on_patches.at(ABOUT, length_place(patch.wet, LENGTHS, m))
+    The first two are those of a patch that faces the lamp.
+    """
     direct = m.exp(-water.b * patch.wet) * patch.per_intensity
-    return direct, _scattered(lamp, patch, water, m) * about
-
-
-def _scattered(
-    lamp: Lamp, patch: PatchPastLamp, water: LampWater, m: Mathematics = NUMPY
-) -> Operand:
-    """Scattered irradiance of a lamp over that of an isotropic one, over the intensity, 1/m²."""
+    onward = water.spread.on_patches.at(ABOUT, length_place(patch.wet, LENGTHS, m))
+    # Over that of an isotropic lamp.
     column, row = profile_place(patch.off_axis, m), length_place(patch.wet, PROFILE_LENGTHS, m)
-    return water.spread.profile(lamp.profile).at(column, row) * _normal(lamp, patch.r)
+    onward = onward * water.spread.profile(lamp.profile).at(column, row) * _normal(lamp, patch.r)
+    arriving = water.field.arriving(lamp.profile)
+    turned = arriving_on(arriving, patch.wet, patch.off_axis, patch.cosine, patch.against, m)
+    # Scattered as on the way in the water, and as faint as at r.
+    about, rest = (part * (patch.wet / (patch.r * patch.r)) for part in turned)
+    return direct, onward + about, rest

@@ -23,6 +23,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import ArrayLike, DTypeLike
 
+from ..content import ComparedByContent
 from ..errors import InputError
 from ..mathematics import NUMPY, Mathematics, Operand
 from ..water.phase import BandPhase, Mixture
@@ -31,7 +32,8 @@ from .lamp import Lamp, RayPastLamp
 from .lamp_harmonics import Harmonics
 from .lamp_path import NODES, Quadrature, gauss_sum, lit_part, path_node
 from .profile import LampProfile
-from .scattered_source import LampField, Source, source_seen
+from .scattered_irradiance import Arriving, ArrivingTable, arriving_table
+from .scattered_source import Source, SourceTable, source_seen, source_table
 from .wide_phase import RESOLVED, wide_moments
 
 MORE_NODES = 16
@@ -40,11 +42,30 @@ _REACH = 8.0  # of scattered light, in decay lengths
 
 
 class Field(Protocol):
-    """Where the sources of light are that was scattered already."""
+    """The light of lamps that was scattered already."""
 
     def source(self, profile: LampProfile) -> Source:
-        """Return that of a lamp."""
+        """Return where it is scattered once more."""
         ...
+
+    def arriving(self, profile: LampProfile) -> Arriving:
+        """Return what patches get of it."""
+        ...
+
+
+@dataclass(frozen=True, eq=False)
+class LampField(ComparedByContent):
+    """The light of lamps that was scattered already, in a water of n bands."""
+
+    harmonics: Harmonics
+
+    def source(self, profile: LampProfile) -> SourceTable:
+        """Tabulate where that of a lamp of an intensity of 1 is scattered once more."""
+        return source_table(self.harmonics, profile)
+
+    def arriving(self, profile: LampProfile) -> ArrivingTable:
+        """Tabulate what patches get of it."""
+        return arriving_table(self.harmonics, profile)
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,16 +101,7 @@ class LampWater:
         """Return the water in some of the bands."""
         chosen = np.asarray(indices, dtype=int)
         phase = BandPhase(self.phase.components, np.asarray(self.phase.weights)[:, chosen])
-        found = lamp_water(self.a[chosen], self.b[chosen], phase)
-        assert isinstance(self.field, LampField)
-        degrees = self.field.harmonics.degrees
-        return found.of_degrees(degrees)
-
-    def of_degrees(self, degrees: int) -> LampWater:
-        """Return it with harmonics up to a degree."""
-        assert isinstance(self.field, LampField)
-        harmonics = dataclasses.replace(self.field.harmonics, degrees=degrees)
-        return dataclasses.replace(self, field=LampField(harmonics))
+        return lamp_water(self.a[chosen], self.b[chosen], phase)
 
     def astype(self, dtype: DTypeLike) -> LampWater:
         """Return the numbers in another floating-point precision."""

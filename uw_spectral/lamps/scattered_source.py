@@ -15,9 +15,8 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from ..content import ComparedByContent
 from ..mathematics import NUMPY, Mathematics, Operand
-from .angular_spread import interpolated, profile_moments
+from .angular_spread import interpolated
 from .lamp_harmonics import (
     AROUND,
     FARTHEST,
@@ -63,6 +62,11 @@ def turn_place(cosine: Operand, m: Mathematics = NUMPY) -> Operand:
     (0.0, 31.0)
     """
     return _place(cosine, TURNS, 1.0 / _TURN_POWER, m)
+
+
+def turn_angles() -> Array:
+    """Angles from the axis of the columns, rad."""
+    return _angles(TURNS, _TURN_POWER)
 
 
 def bend_place(cosine: Operand, m: Mathematics = NUMPY) -> Operand:
@@ -136,29 +140,18 @@ class SourceTable:
         return interpolated(self.values, (row, azimuth, turn, bend))
 
 
-@dataclass(frozen=True, eq=False)
-class LampField(ComparedByContent):
-    """Where the light of lamps is scattered once more, in a water of n bands."""
-
-    harmonics: Harmonics
-
-    def source(self, profile: LampProfile) -> SourceTable:
-        """Tabulate the source of a lamp of an intensity of 1."""
-        return _source(self.harmonics, profile)
+def source_table(solved: Harmonics, profile: LampProfile) -> SourceTable:
+    """Tabulate the source of a lamp of an intensity of 1."""
+    return _source(solved, profile)
 
 
 @functools.lru_cache(maxsize=16)
 def _source(solved: Harmonics, profile: LampProfile) -> SourceTable:
-    highest = solved.degrees
-    # Blurred as far as the harmonics go, or what is beyond them would ring.
-    fading = np.exp(-((np.arange(highest + 1.0) / highest) ** 2))
-    moments = 4.0 * math.pi * profile_moments(profile)[: highest + 1] * fading
-    turns, bends = _angles(TURNS, _TURN_POWER), _angles(BENDS, _BEND_POWER)
-    on_axis, of_bend = (on_sphere(np.cos(angles), highest) for angles in (turns, bends))
+    of_bend = on_sphere(np.cos(_angles(BENDS, _BEND_POWER)), solved.degrees)
     orders = np.arange(AROUND)[:, None]
     around = np.where(orders > 0, 2.0, 1.0) * np.cos(orders * _angles(AZIMUTHS, _AZIMUTH_POWER))
-    by_turn = np.einsum("rmljn,j,mjt->mrtln", solved.radial, moments, on_axis, optimize=True)
-    by_bend = np.einsum("mrtln,mlk->mrtkn", by_turn, of_bend, optimize=True)
+    by_turn = solved.around(profile, turn_angles()) * solved.scattering
+    by_bend = np.einsum("rtmln,mlk->mrtkn", by_turn, of_bend, optimize=True)
     found = np.einsum("mrtkn,mz->rztkn", by_bend, around, optimize=True)
     r = solved.distances[:, None, None, None, None]
     found *= r * np.exp(solved.a * r)

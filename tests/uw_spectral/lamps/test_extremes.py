@@ -95,7 +95,8 @@ def test_a_lamp_that_comes_to_touch_a_surface(profile):
     """Its light grows as from a disc of its radius, and fades where the surface is inside it."""
     light = _smooth(lambda z: _on(_lamp((0.0, 0.0, z), profile)).sum(axis=0), 0.0, 0.1)
     assert not _on(_lamp(ORIGIN, profile))[:2].any()
-    assert light.max() <= 0.5 / RADIUS**2
+    # Scattered light comes to that of the disc.
+    assert 0.4 / RADIUS**2 < light.max() < 0.505 / RADIUS**2
     for z in (RADIUS, 0.05, 0.5):
         E = _on(_lamp((0.0, 0.0, z), profile))[0] * np.exp(WATER.c * z)
         assert pytest.approx(np.full(3, 1.0 / (z * z + RADIUS * RADIUS)), rel=1e-6) == E

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -14,6 +15,7 @@ from underwater_spectral.uw_spectral.lamps.lamp import Lamp, ray_past_lamp
 from underwater_spectral.uw_spectral.lamps.lamp_path import gauss_sum, scattered_once
 from underwater_spectral.uw_spectral.lamps.multiple_scattering import (
     BandLight,
+    LampField,
     lamp_light,
     lamp_water,
     light_along,
@@ -144,12 +146,16 @@ def test_some_of_the_bands_are_those_bands():
     )
 
 
+def _of_degrees(degrees, water):
+    return replace(water, field=LampField(replace(water.field.harmonics, degrees=degrees)))
+
+
 @pytest.mark.parametrize("dtype", [np.float64, np.float32])
 def test_extremes_are_finite(dtype):
     z = dtype(0), dtype(0), dtype(1)
     origin = (dtype(0),) * 3
     waters = [
-        lamp_water([a], [b], function).of_degrees(12).astype(dtype)
+        _of_degrees(12, lamp_water([a], [b], function)).astype(dtype)
         for a, b in [(0.0, 0.0), (0.0, 1.0), (1.0, 0.0), (1e-6, 1e-6), (100.0, 400.0)]
         for function in (MIXTURE, parse_phase("isotropic").for_bands([1.0]))
     ]
