@@ -38,7 +38,7 @@ from .openjd_template import (
 
 _FILES = {ASSETS, EXTENSION, MANIFEST, README, TEMPLATE, VALUES}
 _NAMED = 5
-_SYSTEMS = dict(zip(("Linux", "Windows", "Darwin"), SYSTEMS, strict=True))
+_SYSTEMS: dict[str, str] = dict(zip(("Linux", "Windows", "Darwin"), SYSTEMS, strict=True))
 
 Planner = Callable[[Path], FarmJob]
 

@@ -29,6 +29,7 @@ _FINE_WIDTH = 2.0
 # Share of the light at the surface that still counts as light: the gain for less overflows in
 # single precision.
 _DARKEST = 1e-30
+_ALIKE = 1e-12  # relative, of responses
 # Share of a metered picture that may be brighter than white.
 _HIGHLIGHTS = 0.02
 
@@ -47,7 +48,8 @@ class SensorReduction:
         The part of ``weights`` that acts on the sensor's three responses; of few bands it may
         have no inverse.
     response : array, shape (3, n)
-        Sensitivities of the sensor's channels times band widths.
+        Sensitivities of the sensor's channels times band widths, or what was fitted in their
+        place.
     white : array, shape (3,)
         Sensor responses to a white diffuser in the light that was balanced
         for (in the surface light if the white balance is ``"none"``).
@@ -427,6 +429,8 @@ def _white_preserving_fit(
 ) -> NDArray[np.float64]:
     """Least-squares 3×3 matrix from responses to colours whose rows sum to 1."""
     free = responses[:, :2] - responses[:, 2:]
+    # Behind one band all channels are alike: what differs is rounding, and fits anything.
+    free[np.abs(free) < _ALIKE * np.abs(responses).max()] = 0.0
     rows = np.linalg.lstsq(free, colours - responses[:, 2:], rcond=None)[0]
     return np.vstack([rows, 1 - rows.sum(axis=0)]).T
 
