@@ -8,7 +8,6 @@ from __future__ import annotations
 import importlib
 import sys
 
-import addon_utils
 import bpy
 
 
@@ -21,6 +20,8 @@ def main(arguments: list[str]) -> int:
         )
         bpy.ops.wm.save_userpref()
         return 0
+    import addon_utils  # found once bpy is there
+
     bpy.ops.wm.read_userpref()
     command, name, *rest = arguments
     assert command == "--command"
