@@ -37,7 +37,7 @@ def _water(context: bpy.types.Context) -> bpy.types.PropertyGroup:
     return getattr(context.scene, optics.PROPERTY)
 
 
-class _Operator(bpy.types.Operator):
+class ReportingOperator(bpy.types.Operator):
     """Reports errors of the input instead of raising them."""
 
     bl_options = {"REGISTER", "UNDO"}  # noqa: RUF012 - as Blender wants it
@@ -61,7 +61,7 @@ class _Operator(bpy.types.Operator):
             self.report({"WARNING"}, note)
 
 
-class AddWater(_Operator):
+class AddWater(ReportingOperator):
     """Puts live water into the scene."""
 
     bl_idname = "underwater.add_water"
@@ -127,7 +127,7 @@ def _show_water(context: bpy.types.Context) -> None:
         space.region_3d.view_perspective = "CAMERA"
 
 
-class AddExample(_Operator):
+class AddExample(ReportingOperator):
     """Builds an example."""
 
     bl_idname = "underwater.add_example"
@@ -151,7 +151,7 @@ class AddExample(_Operator):
         _show_water(context)
 
 
-class _LiveOperator(_Operator):
+class _LiveOperator(ReportingOperator):
     """Needs water in the scene."""
 
     @classmethod
@@ -204,7 +204,7 @@ class Rebuild(_LiveOperator):
         self.tell(live.rebuild(context.scene))
 
 
-class _CameraOperator(_Operator):
+class _CameraOperator(ReportingOperator):
     """Needs a camera."""
 
     @classmethod
@@ -264,7 +264,7 @@ class AddLamps(_CameraOperator):
             live.update(context.scene)
 
 
-class ChooseSpectrum(_Operator):
+class ChooseSpectrum(ReportingOperator):
     """Gives a lamp a measured spectrum."""
 
     bl_idname = "underwater.choose_spectrum"
@@ -288,7 +288,7 @@ class ChooseSpectrum(_Operator):
         getattr(light, stored_lamps.PROPERTY).spectrum = self.spectrum
 
 
-class OpenWater(_Operator, ImportHelper):
+class OpenWater(ReportingOperator, ImportHelper):
     """Uses a table of a water."""
 
     bl_idname = "underwater.open_water"
@@ -306,7 +306,7 @@ class OpenWater(_Operator, ImportHelper):
         _water(context).water = name
 
 
-class OpenSensor(_Operator, ImportHelper):
+class OpenSensor(ReportingOperator, ImportHelper):
     """Uses a file of spectral sensitivities."""
 
     bl_idname = "underwater.open_sensor"
@@ -324,7 +324,7 @@ class OpenSensor(_Operator, ImportHelper):
         _water(context).sensor = name
 
 
-class Auto(_Operator):
+class Auto(ReportingOperator):
     """Chooses everything by what the scene requires."""
 
     bl_idname = "underwater.auto"
@@ -521,7 +521,7 @@ class RenderReference(_RenderOperator):
         return "Stopped; there is no reference of this frame"
 
 
-class FarmBundle(_Operator):
+class FarmBundle(ReportingOperator):
     """Writes the render as a job for a farm."""
 
     bl_idname = "underwater.farm_bundle"
