@@ -354,19 +354,6 @@ class Auto(ReportingOperator):
             self.report({"INFO"}, line)
 
 
-def time_left(seconds: float, done: int, left: int) -> str:
-    """Say how long a render will still take, by the mean time of its passes.
-
-    Examples
-    --------
-    >>> time_left(30.0, 3, 14)
-    '0:02:20 left'
-    """
-    minutes, rest = divmod(round(seconds / max(done, 1) * left), 60)
-    hours, minutes = divmod(minutes, 60)
-    return f"{hours:d}:{minutes:02d}:{rest:02d} left"
-
-
 class _RenderOperator(bpy.types.Operator):
     """Renders pass by pass, while the window answers in between, and shows what is finished."""
 
@@ -409,13 +396,15 @@ class _RenderOperator(bpy.types.Operator):
     @override
     def modal(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
         if event.type == "ESC":
-            self._end(context)
-            self.report({"WARNING"}, self.stopped())
-            return {"CANCELLED"}
+            return self._stop(context)
         if event.type != "TIMER":
             return {"RUNNING_MODAL"}
+        from ..jobs.progress import time_left
+
         try:
             step = next(self._steps)
+        except KeyboardInterrupt:  # Esc within a pass
+            return self._stop(context)
         except StopIteration:
             self._end(context)
             return {"FINISHED"}
@@ -469,6 +458,11 @@ class _RenderOperator(bpy.types.Operator):
         for note in notes:
             self.report({"WARNING"}, note)
         self.report({"INFO"}, f"{len(job.frames)} frame(s) in {job.out}")
+
+    def _stop(self, context: bpy.types.Context) -> set[str]:
+        self._end(context)
+        self.report({"WARNING"}, self.stopped())
+        return {"CANCELLED"}
 
     def _end(self, context: bpy.types.Context) -> None:
         self._steps.close()

@@ -105,7 +105,7 @@ class _Modal:
     """An operator as a window drives it: Blender gives operators to nobody else."""
 
     invoke, modal, cancel = Render.invoke, Render.modal, Render.cancel
-    _passes, _end = Render._passes, Render._end
+    _passes, _end, _stop = Render._passes, Render._end, Render._stop
 
     def __init__(self, *, resume=False, operator=Render):
         self.resume, self.reports = resume, []
@@ -176,6 +176,27 @@ def test_the_window_renders_a_pass_at_each_tick(tmp_path):
     (picture,) = _pictures()
     assert picture.name == f"{tmp_path.name} Camera 0003"
     bpy.data.images.remove(picture)
+    assert snapshot.differences(before, snapshot.snapshot()) == []
+
+
+def test_esc_within_a_pass_stops_as_between_passes(tmp_path):
+    _, before = _live(tmp_path)
+    modal = _Modal()
+    modal.start()
+    modal.event("TIMER")
+
+    def cancel(*_):  # what Blender calls when Esc ends a render
+        for handler in list(bpy.app.handlers.render_cancel):
+            handler(bpy.context.scene, None)
+
+    bpy.app.handlers.render_pre.append(cancel)
+    try:
+        assert modal.event("TIMER") == {"CANCELLED"}
+    finally:
+        bpy.app.handlers.render_pre.remove(cancel)
+    assert modal.reports == [("WARNING", "Stopped; Continue goes on with the finished passes")]
+    assert modal.calls == [*BEGUN, *ENDED]
+    assert [p.name for p in (tmp_path / "passes" / "0003").glob("pass_??.exr")] == ["pass_00.exr"]
     assert snapshot.differences(before, snapshot.snapshot()) == []
 
 
