@@ -120,7 +120,9 @@ def run(
         spec = read_spec(index.spec)
         _develop(index, progress)
         progress.say(
-            data_set_export.export(index, spec, _opener(index, open_scene, inside_blender))
+            data_set_export.export(
+                index, spec, _opener(index, open_scene, inside_blender), progress.note
+            )
         )
         return
     spec = read_spec(request.spec)
@@ -139,7 +141,7 @@ def run(
     if request.only_plan:
         return
     render(index, progress, insist=True)
-    progress.say(data_set_export.export(index, spec, lambda: scene))
+    progress.say(data_set_export.export(index, spec, lambda: scene, progress.note))
 
 
 def render(index: Index, progress: Progress, *, insist: bool) -> None:

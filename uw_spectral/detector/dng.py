@@ -1,7 +1,8 @@
 """Raw pictures as DNG: uncompressed counts behind a mosaic, and what a developer must know.
 
 One image directory, as *Digital Negative Specification 1.4* and TIFF 6.0 describe it, little
-endian, with the linear counts as they are. Of EXIF it has the ISO; lens corrections and previews are not in it.
+endian, with the linear counts as they are. Of EXIF it has the ISO; lens corrections and previews
+are not in it.
 """
 
 from __future__ import annotations
