@@ -16,7 +16,7 @@ import bpy
 
 from ..quality.terms import SHAFTS
 from ..scene import colour_space, stored_settings
-from ..scene.quiet import quiet
+from ..scene.blender_prints import without_file_lines
 from ..scene.seen import picture_size
 from ..scene.session import is_live
 from ..scene.viewport import live
@@ -176,7 +176,7 @@ def _open_file(blend: Path | None, inside_blender: bool) -> None:
     if not is_file(blend):
         raise InputError(f"cannot open {blend}: there is no such file; check the path")
     try:
-        with quiet():
+        with without_file_lines():
             bpy.ops.wm.open_mainfile(filepath=str(blend.resolve()))
     except RuntimeError as error:
         raise InputError(f"cannot open {blend}: {str(error).strip()}") from error

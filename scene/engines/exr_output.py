@@ -9,8 +9,8 @@ import bpy
 
 from ...uw_spectral.errors import InputError
 from ...uw_spectral.spectra.spectral_image import replacing
+from ..blender_prints import without_file_lines
 from ..interruption import interrupted_afterwards
-from ..quiet import quiet
 
 
 def write_float_exr(scene: bpy.types.Scene, destination: Path) -> None:
@@ -56,7 +56,7 @@ def write_exr(scene: bpy.types.Scene, destination: Path, *, passes: bool = False
 
         bpy.app.handlers.render_cancel.append(stop)
         try:
-            with interrupted_afterwards(), quiet():
+            with interrupted_afterwards(), without_file_lines():
                 bpy.ops.render.render(write_still=True, scene=scene.name)
         except RuntimeError as error:
             raise InputError(f"rendering {destination} failed: {str(error).strip()}") from error

@@ -595,11 +595,32 @@ def test_models_of_bop_are_the_discs_in_millimetres(made):
     assert (camera["fx"], camera["fy"], camera["cx"], camera["cy"]) == (150, 160, 84, 54.75)
 
 
+@pytest.mark.parametrize("engine", ["cycles", "eevee"])
+def test_pairs_of_layered_water_are_made_or_refused_before_a_render(tmp_path, capsys, engine):
+    """Cycles rendered such a set and then had no J to make the pairs of."""
+    profile, out = tmp_path / "profile.csv", tmp_path / "out"
+    profile.write_text("depth_m,cdom\n0,0.02\n4,0.5\n")
+    small = SPEC.replace('"jerlov:IB", "air"', f'"file:{profile}"').replace(
+        "count = 2", "count = 1"
+    )
+    small = small.replace(json.dumps(list(FORMATS)), '["pairs"]').replace('layers = "position"', "")
+    if engine == "cycles":
+        small = small.replace('"eevee"\nmode = "realtime"', '"cycles"')
+        small = small.replace("diffuse_shadows = false\n", "")
+    (tmp_path / "spec.toml").write_text(small)
+    _discs(tmp_path / "discs.blend")
+    plan = ["--dataset", tmp_path / "spec.toml", "--dataset-plan", "--out", out]
+    assert _run(*plan) == (2 if engine == "cycles" else 0)
+    told = capsys.readouterr().err
+    assert ("pairs is made of the layer J, which Cycles" in told) is (engine == "cycles")
+    assert (out / "dataset.json").exists() is (engine == "eevee")
+
+
 def test_a_model_without_a_mesh_is_named(made, tmp_path, capsys):
     """An object of geometry nodes that make instances has none, and was left out in silence."""
     # The first disc becomes one; its number, poses and pixels are those of the set.
     folder, index = tmp_path / "set", made.index
-    shutil.copytree(made.folder, folder)
+    shutil.copytree(made.folder, folder, ignore=shutil.ignore_patterns("bop"))
     bpy.ops.wm.open_mainfile(filepath=str(made.spec.with_name("discs.blend")))
     (lost,) = (thing for thing in index.things if thing.name == "disc 0")
     others = {thing.name for thing in index.things if thing.model == lost.model}

@@ -15,7 +15,7 @@ from underwater_spectral.jobs import batch
 from underwater_spectral.jobs.band_passes import RenderedPass
 from underwater_spectral.jobs.progress import Progress
 from underwater_spectral.jobs.render_job import Step
-from underwater_spectral.scene.quiet import quiet
+from underwater_spectral.scene.blender_prints import without_file_lines
 from underwater_spectral.tests.scene import scenes
 
 FAST = ["--engine", "cycles", "--samples", 1, "--resolution", 16, 9, "--phase", "hg:0.8",
@@ -103,7 +103,7 @@ def test_a_log_is_short_and_all_ours(blend, tmp_path, capfd):
 
 
 def test_what_blender_says_otherwise_is_kept(capfd):
-    with quiet():
+    with without_file_lines():
         os.write(1, b"00:01.794  render           | Saved: '/tmp/x.exr'\n")
         os.write(1, b"00:01.795  render           | WARNING odd\n")
     assert capfd.readouterr().out == "00:01.795  render           | WARNING odd\n"

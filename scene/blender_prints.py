@@ -15,7 +15,7 @@ _NOISE = (b" | Saved: ", b" | Read blend: ")
 
 
 @contextlib.contextmanager
-def quiet() -> Iterator[None]:
+def without_file_lines() -> Iterator[None]:
     """Leave those lines out of what is printed while the block runs; all others come after it.
 
     A window's terminal is left alone.
