@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import threading
 from pathlib import Path
 
 import bpy
@@ -49,10 +48,10 @@ def write_exr(scene: bpy.types.Scene, destination: Path, *, passes: bool = False
     with replacing(destination) as temporary:
         # Blender fills in what stands in braces.
         render.filepath = str(temporary).replace("{", "{{").replace("}", "}}")
-        cancelled = threading.Event()
+        cancelled: list[object] = []
 
         def stop(*_: object) -> None:
-            cancelled.set()
+            cancelled.append(True)
 
         bpy.app.handlers.render_cancel.append(stop)
         try:
@@ -62,7 +61,7 @@ def write_exr(scene: bpy.types.Scene, destination: Path, *, passes: bool = False
             raise InputError(f"rendering {destination} failed: {str(error).strip()}") from error
         finally:
             bpy.app.handlers.render_cancel.remove(stop)
-        if cancelled.is_set():
+        if cancelled:
             raise KeyboardInterrupt
         if not temporary.exists():
             raise InputError(

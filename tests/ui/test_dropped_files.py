@@ -192,6 +192,17 @@ def test_the_menu_offers_what_the_file_can_be(files, monkeypatch):
     assert shown == ["Water", "Reflectance of the Floor"]
 
 
+def test_one_undo_takes_dropped_files_back(files):
+    bpy.context.preferences.edit.use_global_undo = True
+    before = _settings()
+    bpy.ops.ed.undo_push(message="start")
+    names = [{"name": name} for name in ("sea.csv", "camera.csv", "torch.ies")]
+    bpy.ops.underwater.use_files("EXEC_DEFAULT", True, directory=str(files), files=names)
+    assert _settings() != before
+    bpy.ops.ed.undo()
+    assert (_settings(), len(bpy.data.lights)) == (before, 0)
+
+
 class _Again:
     def __init__(self) -> None:
         self.files = SimpleNamespace(add=SimpleNamespace)

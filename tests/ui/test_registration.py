@@ -48,7 +48,9 @@ def _everything():
     operators = dir(bpy.ops.underwater)
     groups = [g.name for g in bpy.data.node_groups]
     paths = sorted(bpy.utils._preset_path_registry)
-    return handlers, ours, properties, operators, groups, paths
+    manuals = list(bpy.utils._manual_map)
+    droppers = [cls.__name__ for cls in bpy.types.FileHandler.__subclasses__() if cls.is_registered]
+    return handlers, ours, properties, operators, groups, paths, manuals, droppers
 
 
 def test_twenty_times_leaves_no_trace():
