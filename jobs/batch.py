@@ -167,11 +167,11 @@ def _open(report_note: Callable[[str], None], blend: Path | None, inside_blender
 def _open_file(blend: Path | None, inside_blender: bool) -> None:
     if inside_blender:
         if blend is not None:
-            raise InputError(f"{blend}: inside Blender, name the scene before -P, not after --")
+            raise InputError(
+                f"{blend}: Blender has opened a scene; name one, before -P or --command"
+            )
         return
     if blend is None:
-        if bpy.data.filepath:  # blender scene.blend --command underwater OPTIONS
-            return
         raise InputError("name a scene before the options: scene.blend OPTIONS")
     if not is_file(blend):
         raise InputError(f"cannot open {blend}: there is no such file; check the path")

@@ -136,7 +136,11 @@ def _data_set(
 
 
 def _scene_of(manifest: Manifest) -> Path:
-    if manifest.scene is None or not manifest.scene.is_file():
+    if manifest.scene is None:
+        raise InputError(
+            "the scene of the manifest was never saved; save it, and name it before --from"
+        )
+    if not manifest.scene.is_file():
         raise InputError(
             f"the scene of the manifest, {manifest.scene}, is not there; copy it, or name it "
             "before --from"

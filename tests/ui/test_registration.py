@@ -9,6 +9,7 @@ from pathlib import Path
 
 import bpy
 from underwater_spectral import registration
+from underwater_spectral.jobs import batch
 from underwater_spectral.ui import panels
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -90,7 +91,7 @@ def test_no_panel_is_the_parent_class_of_another():
     assert {cls.bl_space_type for cls in panels.PROPERTIES} == {"PROPERTIES"}
 
 
-def test_the_command_of_blender_runs_the_batch(monkeypatch, capsys):
+def test_the_command_of_blender_runs_the_batch(monkeypatch, capsys, tmp_path):
     registration.unregister()
     known = {}
     monkeypatch.setattr(
@@ -106,6 +107,12 @@ def test_the_command_of_blender_runs_the_batch(monkeypatch, capsys):
     assert capsys.readouterr().out.startswith("usage: underwater ")
     assert run([]) == 2
     assert capsys.readouterr().err.startswith("underwater: name a scene before the options")
+    opened = []
+    blend = str(tmp_path / "open.blend")
+    bpy.ops.wm.save_as_mainfile(filepath=blend)
+    monkeypatch.setattr(batch, "main", lambda _, **how: opened.append(how["inside_blender"]) or 0)
+    assert run(["--from", "job.json"]) == 0
+    assert opened == [True], "blender open.blend --command underwater --from job.json"
     registration.unregister()
     assert known == {}
     monkeypatch.undo()
