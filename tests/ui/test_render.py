@@ -13,7 +13,9 @@ from types import SimpleNamespace
 import bpy
 import numpy as np
 import pytest
+from underwater_spectral.jobs import job_files
 from underwater_spectral.scene.engines.exr_output import write_float_exr
+from underwater_spectral.scene.seen.external_files import external_files
 from underwater_spectral.scene.session import is_live
 from underwater_spectral.scene.stored_settings import stored_settings
 from underwater_spectral.scene.viewport import live
@@ -216,6 +218,20 @@ def test_a_picture_is_shown_as_it_is_in_its_file_and_read_again(tmp_path):
     assert not image.use_view_as_render
     shown_pictures.load(path, "out Camera 0002")
     assert len(_pictures()) == 2
+
+
+def test_a_picture_that_is_shown_is_no_file_of_a_job(tmp_path):
+    """A job of the same .blend was refused for another picture, or for none, in the folder."""
+    path = tmp_path / "0001.png"
+    write_png(path, np.zeros((2, 2, 3), np.float32))
+    image = shown_pictures.load(path, "ours")
+    assert job_files.scene_files() == ()
+    assert path not in external_files().files
+    # Unless something is made of it.
+    material = bpy.data.materials.new("poster")
+    material.node_tree.nodes.new("ShaderNodeTexImage").image = image
+    assert [item.path for item in job_files.scene_files()] == [str(path)]
+    assert path in external_files().files
 
 
 def test_an_open_image_editor_is_used_unless_it_is_for_something_else(tmp_path):
