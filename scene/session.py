@@ -1,4 +1,4 @@
-"""Marks of scenes with live water and of pictures that are shown; nothing here is slow to import."""
+"""Marks of scenes with live water and of shown pictures; nothing here is slow to import."""
 
 from __future__ import annotations
 

@@ -434,6 +434,7 @@ class _RenderOperator(bpy.types.Operator):
         scene = context.scene
         # Water that cannot be computed could not come back after the render.
         render_plan.plan_of(optics.stored_settings(scene))
+        property_group.require_folder(scene)
         job = self.job(scene)
         migration.stamp(scene)
         frame = scene.frame_current

@@ -316,6 +316,15 @@ def test_stopping_before_the_first_pass_changes_nothing(tmp_path):
     assert snapshot.differences(before, snapshot.snapshot()) == []
 
 
+def test_a_folder_beside_a_file_that_was_never_saved_is_refused(tmp_path, monkeypatch):
+    """The pictures went into the folder that Blender was started in."""
+    _scene(tmp_path).underwater_panel.output = "//underwater"
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(RuntimeError, match="which was never saved; save it, or choose another"):
+        bpy.ops.underwater.render()
+    assert not list(tmp_path.iterdir())
+
+
 def test_an_error_ends_the_render_of_a_window(tmp_path):
     scene, _ = _live(tmp_path)
     scene.underwater.sensor = "ARRI D20"
