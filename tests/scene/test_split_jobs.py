@@ -471,7 +471,7 @@ def test_inside_blender_the_open_scene_counts(dive, capsys):
     assert batch.main(arguments, inside_blender=True) == 0
     assert (dive.with_name("split") / "passes" / "0001" / "pass_00.exr").exists()
     assert batch.main([str(dive), *arguments], inside_blender=True) == 2
-    assert "name the scene before -P" in capsys.readouterr().err
+    assert "name one, before -P or --command" in capsys.readouterr().err
     bpy.context.scene.render.fps = 12
     bpy.ops.wm.save_as_mainfile(filepath=str(dive.with_name("other.blend")))
     assert batch.main(arguments, inside_blender=True) == 2
