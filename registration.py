@@ -9,6 +9,7 @@ from .ui import (
     asset_library,
     command,
     dropped_assets,
+    dropped_files,
     handlers,
     help_pages,
     live_updates,
@@ -38,6 +39,7 @@ _MODULES = (
     help_pages,
     asset_library,
     dropped_assets,
+    dropped_files,
 )
 
 

@@ -68,8 +68,18 @@ class DataCard:
                 raise InputError(f"data card: the {name} is empty; nobody can use a set without")
 
 
-def write_card(path: Path, card: DataCard, views: Sequence[DataSetView]) -> None:
+def write_card(
+    path: Path, card: DataCard, views: Sequence[DataSetView], notes: Sequence[str] = ()
+) -> None:
     """Write a card as Markdown, with what can be counted in the views.
+
+    Parameters
+    ----------
+    path : Path
+    card : DataCard
+    views : sequence of DataSetView
+    notes : sequence of str
+        What the set could not hold, a line each.
 
     Raises
     ------
@@ -100,6 +110,8 @@ def write_card(path: Path, card: DataCard, views: Sequence[DataSetView]) -> None
     if categories:
         lines += ["", "| category | instances in views |", "|---|---|"]
         lines += [f"| {name} | {count} |" for name, count in sorted(categories.items())]
+    if notes:
+        lines += ["", "## Left out", "", *(f"- {note}" for note in notes)]
     lines += ["", "## Conventions", "", *(f"- {x}" for x in (_WORLD, *card.conventions))]
     lines += [_PICTURES, "", "## Sources", ""]
     lines += ["| what | licence | reference |", "|---|---|---|"]

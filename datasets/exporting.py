@@ -27,7 +27,7 @@ from .instance_maps import write_instance_map
 from .layer_file import FrameLayers, read_layers
 from .outputs import Outputs
 from .raw_files import write_raw
-from .set_files import RenderedView, SetFiles, Shapes, no_shapes
+from .set_files import RenderedView, SetFiles, Shapes, no_note, no_shapes
 from .specification import DataSetSpec
 from .view import DataSetView, SeenInstance
 
@@ -54,6 +54,7 @@ def export_set(
     versions: Mapping[str, str],
     silhouettes: Silhouettes,
     shapes: Shapes = no_shapes,
+    report_note: Callable[[str], None] = no_note,
 ) -> list[DataSetView]:
     """Write the files of the views that are rendered, and return these.
 
@@ -67,6 +68,8 @@ def export_set(
         Of the software.
     silhouettes, shapes : callable
         For BOP.
+    report_note : callable
+        Receives what a format could not hold; the data card says it too.
 
     Raises
     ------
@@ -81,11 +84,14 @@ def export_set(
     things = {thing.name: (number, thing) for number, thing in enumerate(index.things, 1)}
     views = [_view(folder, spec, view, found[view.name], things, silhouettes) for view in there]
     card = _card(spec, index, versions, [x.record for x in found.values() if x.record is not None])
-    files = SetFiles(folder, views, card, outputs.points, spec.seed, found, shapes)
+    notes: list[str] = []
+    files = SetFiles(folder, views, card, outputs.points, spec.seed, found, shapes, notes.append)
     for name, each in FORMATS.items():
         if name in outputs.formats:
             each.write(files)
-    write_card(folder / "README.md", card, views)
+    write_card(folder / "README.md", card, views, notes)
+    for note in notes:
+        report_note(note)
     return views
 
 

@@ -135,7 +135,14 @@ def _bop(files: SetFiles) -> None:
             [f"camera_{plain_name(name)}.json"] if len(cameras) > 1 else []
         ):
             write_json(root / file, camera_record(camera))
-    shapes = files.shapes({item.model for view in files.views for item in view.instances})
+    seen = {item.model: item.category for view in files.views for item in view.instances}
+    shapes = files.shapes(seen.keys())
+    without = [f"{number} ({seen[number]})" for number in sorted(seen.keys() - shapes.keys())]
+    if without:
+        files.report_note(
+            f"BOP: models {', '.join(without)} have no mesh of their own: their poses, masks and "
+            "targets are written, a PLY is not; make them meshes, or leave these models out"
+        )
     for folder in ("models", "models_eval") if shapes else ():
         write_bop_models(root / folder, shapes)
 

@@ -71,6 +71,10 @@ def no_shapes(_: Collection[int]) -> Mapping[int, Shape]:
     return {}
 
 
+def no_note(_: str) -> None:
+    """Do nothing."""
+
+
 @dataclass(frozen=True)
 class SetFiles:
     """A set whose views are written, for the files that describe them.
@@ -87,6 +91,8 @@ class SetFiles:
         What was rendered of the views, by name.
     shapes : callable
         Of the models.
+    report_note : callable
+        Receives what a format could not hold, a line each.
     """
 
     folder: Path
@@ -96,6 +102,7 @@ class SetFiles:
     seed: int = 0
     rendered: Mapping[str, RenderedView] = field(default_factory=dict)
     shapes: Shapes = no_shapes
+    report_note: Callable[[str], None] = no_note
 
     def of_split(self, split: str) -> list[DataSetView]:
         """Return the views of a split."""

@@ -13,7 +13,9 @@ sys.path.insert(0, str(ROOT))
 project = "Underwater Spectral"
 author = "Underwater Spectral developers"
 copyright = author  # noqa: A001 - as Sphinx wants it
-release = tomllib.loads((ROOT / "blender_manifest.toml").read_text(encoding="utf-8"))["version"]
+_manifest = tomllib.loads((ROOT / "blender_manifest.toml").read_text(encoding="utf-8"))
+release = _manifest["version"]
+html_baseurl = _manifest.get("website", "")
 extensions = ["myst_parser", "sphinx.ext.autodoc", "numpydoc"]
 root_doc = "docs/index"
 source_suffix = {".md": "markdown", ".rst": "restructuredtext"}

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from ..datasets.layer_file import write_layers
 from ..scene.engines.band_engine import RenderPass
+from ..scene.interruption import interrupted_afterwards
 from ..uw_spectral.errors import InputError
 from ..uw_spectral.spectra.exr_header import read_header
 from ..uw_spectral.spectra.spectral_image import read_exr, temporary_name, write_rgb_exr
@@ -78,7 +79,16 @@ def render_pass(
     ------
     InputError
         If it cannot be rendered or written.
+    KeyboardInterrupt
+        Once it is written, if it was asked for meanwhile.
     """
+    with interrupted_afterwards():
+        return _render_pass(render, bands, path, key, notes)
+
+
+def _render_pass(
+    render: RenderPass, bands: tuple[int, ...], path: Path, key: str, notes: Sequence[str]
+) -> float:
     raw = temporary_name(path, "raw")
     start = time.perf_counter()
     try:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import contextlib
+import functools
 import sys
 import warnings
 from collections.abc import Callable, Iterator, Sequence
@@ -15,6 +16,7 @@ import bpy
 
 from ..quality.terms import SHAFTS
 from ..scene import colour_space, stored_settings
+from ..scene.blender_prints import without_file_lines
 from ..scene.seen import picture_size
 from ..scene.session import is_live
 from ..scene.viewport import live
@@ -27,7 +29,9 @@ from . import command_line, data_set_batch, render_job, scene_requirements, spli
 from .farm import farm_bundle
 from .job import AutoRequest, Job
 from .planning import find_cameras
-from .progress import Progress, print_note
+from .progress import Progress
+
+_GO_ON = "The same command goes on; without a data set or --from, it takes --resume"
 
 
 def main(
@@ -47,7 +51,7 @@ def main(
     Returns
     -------
     int
-        0 if everything was written, 2 if the input cannot be used.
+        0 if everything was written, 2 if the input cannot be used, 130 if it was stopped.
     """
     try:
         with _notes_to_stderr():
@@ -58,6 +62,10 @@ def main(
         print(f"{program}: {error}", file=sys.stderr)
         _print_failure(arguments, str(error))
         return 2
+    except KeyboardInterrupt:
+        print(f"\n{program}: stopped; finished passes stay. {_GO_ON}", file=sys.stderr)
+        _print_failure(arguments, "stopped")
+        return 130
     except SystemExit as stop:  # argparse, after --help
         return int(stop.code or 0)
     except BaseException as error:
@@ -83,18 +91,20 @@ def run(options: argparse.Namespace, *, inside_blender: bool) -> None:
         return
     if not hasattr(bpy.types.Scene, stored_settings.PROPERTY):
         stored_settings.register()
-    asked, progress = data_set_batch.request_of(options), Progress(options.progress)
+    asked = data_set_batch.request_of(options)
+    progress = Progress(options.progress, options.quiet)
+    opened = functools.partial(_open, progress.note)
     if asked is not None:
-        data_set_batch.run(asked, options, progress, _open, inside_blender=inside_blender)
+        data_set_batch.run(asked, options, progress, opened, inside_blender=inside_blender)
         return
     split = command_line.split(options)
     if split is not None and split.plan is None and split.bundle is None:
-        split_batch.run(split, options.blend, progress, _open, inside_blender=inside_blender)
+        split_batch.run(split, options.blend, progress, opened, inside_blender=inside_blender)
         return
     job, auto = command_line.job(options), command_line.auto(options)
     if job.resolution is not None:
         picture_size.check_resolution(job.resolution)
-    _open(job.blend, inside_blender)
+    opened(job.blend, inside_blender)
     scene = bpy.context.scene
     if job.resolution is not None:
         scene.render.resolution_x, scene.render.resolution_y = job.resolution
@@ -106,15 +116,17 @@ def run(options: argparse.Namespace, *, inside_blender: bool) -> None:
     if auto is not None:
         job, settings_now = _chosen(scene, settings_now, job, auto)
     if split is not None and split.plan is not None:
-        split_batch.plan(scene, settings_now, job, split.plan)
+        split_batch.plan(scene, settings_now, job, split.plan, progress)
         return
     if split is not None and split.bundle is not None:
         made = farm_bundle.bundle_job(split.bundle, scene, settings_now, job)
-        print(f"bundled: {len(made.frames)} frame(s), {made.passes} pass(es), in {split.bundle}")
+        progress.say(
+            f"bundled: {len(made.frames)} frame(s), {made.passes} pass(es), in {split.bundle}"
+        )
         return
-    for step in render_job.render(scene, settings_now, job, print_note):
+    for step in render_job.render(scene, settings_now, job, progress.note):
         progress.report(step)
-    print(f"done: {len(job.frames) or 1} frame(s) in {job.out}")
+    progress.say(f"done: {len(job.frames) or 1} frame(s) in {job.out}")
 
 
 def _chosen(
@@ -139,14 +151,14 @@ def _chosen(
     return job, lambda: replace(settings_now(), **choice.settings)
 
 
-def _open(blend: Path | None, inside_blender: bool) -> None:
+def _open(report_note: Callable[[str], None], blend: Path | None, inside_blender: bool) -> None:
     """Open a scene; live water makes way for that of the batch."""
     _open_file(blend, inside_blender)
     # What is not saved may be converted; a window shows the user's file.
     if bpy.app.background:
         for note in (colour_space.bring_to_rec709(), colour_space.bring_images()):
             if note:
-                print_note(note)
+                report_note(note)
     for scene in bpy.data.scenes:
         if is_live(scene):
             live.remove(scene)
@@ -155,16 +167,17 @@ def _open(blend: Path | None, inside_blender: bool) -> None:
 def _open_file(blend: Path | None, inside_blender: bool) -> None:
     if inside_blender:
         if blend is not None:
-            raise InputError(f"{blend}: inside Blender, name the scene before -P, not after --")
+            raise InputError(
+                f"{blend}: Blender has opened a scene; name one, before -P or --command"
+            )
         return
     if blend is None:
-        if bpy.data.filepath:  # blender scene.blend --command underwater OPTIONS
-            return
         raise InputError("name a scene before the options: scene.blend OPTIONS")
     if not is_file(blend):
         raise InputError(f"cannot open {blend}: there is no such file; check the path")
     try:
-        bpy.ops.wm.open_mainfile(filepath=str(blend.resolve()))
+        with without_file_lines():
+            bpy.ops.wm.open_mainfile(filepath=str(blend.resolve()))
     except RuntimeError as error:
         raise InputError(f"cannot open {blend}: {str(error).strip()}") from error
 

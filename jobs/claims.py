@@ -7,6 +7,7 @@ over. Should two workers ever render the same pass nevertheless, they write the 
 from __future__ import annotations
 
 import contextlib
+import functools
 import json
 import os
 import platform
@@ -25,13 +26,17 @@ _UNREADABLE = 30.0  # a claim without content is being written, unless it is old
 
 @dataclass(frozen=True)
 class Claim:
-    """Who renders a pass; ``started`` tells a process from a later one of the same number."""
+    """Who renders a pass; ``started`` tells a process from a later one of the same number.
+
+    ``machine`` tells machines, and containers, of one name apart.
+    """
 
     host: str
     pid: int
     time: float
     started: str
     token: str
+    machine: str = ""
 
 
 def claim_path(path: Path) -> Path:
@@ -61,13 +66,22 @@ def claimed(path: Path, *, force: bool = False) -> Iterator[bool]:
         If the folder cannot be written to.
     """
     place = claim_path(path)
-    mine = Claim(platform.node(), os.getpid(), time.time(), _started(os.getpid()), uuid.uuid4().hex)
+    mine = Claim(
+        platform.node(),
+        os.getpid(),
+        time.time(),
+        _started(os.getpid()),
+        uuid.uuid4().hex,
+        _machine(),
+    )
     held = _make(place, mine)
-    if not held and (force or not is_living(place)):
-        dead = _take_away(place, force=force)
-        held = _make(place, mine)
-        if held and dead is not None and not force:
-            _sweep(path, dead)
+    if not held:
+        now = None if force else _time_in(place.parent)
+        if now is None or not is_living(place, now):
+            dead = _take_away(place, now)
+            held = _make(place, mine)
+            if held and dead is not None and not force:
+                _sweep(path, dead)
     try:
         yield held
     finally:
@@ -75,10 +89,13 @@ def claimed(path: Path, *, force: bool = False) -> Iterator[bool]:
             place.unlink(missing_ok=True)
 
 
-def is_living(place: Path) -> bool:
-    """Whether a claim is there and its worker may still be at work."""
+def is_living(place: Path, now: float | None = None) -> bool:
+    """Whether a claim is there and its worker may still be at work.
+
+    ``now`` is the time by the clock that dates the claim; else that of this machine counts.
+    """
     try:
-        age = time.time() - place.stat().st_mtime
+        age = (time.time() if now is None else now) - place.stat().st_mtime
     except OSError:
         return False
     found = _read(place)
@@ -86,7 +103,8 @@ def is_living(place: Path) -> bool:
         return age < _UNREADABLE
     if age > TIMEOUT:
         return False
-    return found.host != platform.node() or _is_running(found)
+    here = found.host == platform.node() and found.machine == _machine()
+    return not here or _is_running(found)
 
 
 def _make(place: Path, claim: Claim) -> bool:
@@ -104,14 +122,17 @@ def _make(place: Path, claim: Claim) -> bool:
     return True
 
 
-def _take_away(place: Path, *, force: bool) -> Claim | None:
-    """Remove the claim of a dead worker, and nobody else's that came meanwhile; return it."""
+def _take_away(place: Path, now: float | None) -> Claim | None:
+    """Remove the claim of a dead worker, and nobody else's that came meanwhile; return it.
+
+    Without a time, that of a living one too.
+    """
     aside = place.with_name(f"{place.name}.{uuid.uuid4().hex}")
     try:
         place.rename(aside)
     except OSError:  # another was quicker
         return None
-    if not force and is_living(aside):
+    if now is not None and is_living(aside, now):
         with contextlib.suppress(OSError):
             if not place.exists():
                 aside.rename(place)
@@ -134,6 +155,32 @@ def _read(place: Path) -> Claim | None:
         return Claim(**json.loads(place.read_text(encoding="utf-8")))
     except (OSError, ValueError, TypeError):
         return None
+
+
+def _time_in(folder: Path) -> float:
+    """Return the time by the clock that dates the files of a folder, maybe another machine's."""
+    probe = folder / f".{uuid.uuid4().hex}.clock"
+    try:
+        probe.touch(exist_ok=False)
+        return probe.stat().st_mtime
+    except OSError:
+        return time.time()
+    finally:
+        with contextlib.suppress(OSError):
+            probe.unlink()
+
+
+@functools.cache
+def _machine() -> str:
+    """Return what tells this machine, and its numbers of processes, from a namesake's on Linux."""
+    try:
+        name = Path("/etc/machine-id").read_text().strip()
+    except OSError:
+        name = ""
+    try:
+        return f"{name} {Path('/proc/self/ns/pid').stat().st_ino}"
+    except OSError:
+        return name
 
 
 def _is_running(claim: Claim) -> bool:

@@ -168,8 +168,11 @@ def _add_splitting(result: argparse.ArgumentParser) -> None:
     group.add_argument("--json", action="store_true", default=False, help="with --status")
     group.add_argument(
         "--progress", choices=PROGRESS, default=PROGRESS[0],
-        help="openjd: also print lines that Open Job Description reads",
+        help="openjd: print lines that Open Job Description reads",
     )  # fmt: skip
+    group.add_argument(
+        "--quiet", action="store_true", default=False, help="print notes and errors only"
+    )
 
 
 def _add_data_sets(result: argparse.ArgumentParser) -> None:

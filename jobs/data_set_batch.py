@@ -30,7 +30,7 @@ from . import (
 from .data_set_plan import plan_data_set
 from .frame_plans import FramePlans
 from .manifest import Manifest, View, read_manifest
-from .progress import Progress, print_note
+from .progress import Progress
 from .render_job import Step
 
 _DECIDED = ("quality", "target_delta_e", "time_budget")
@@ -119,7 +119,11 @@ def run(
         index = read_index(request.export / NAME)
         spec = read_spec(index.spec)
         _develop(index, progress)
-        print(data_set_export.export(index, spec, _opener(index, open_scene, inside_blender)))
+        progress.say(
+            data_set_export.export(
+                index, spec, _opener(index, open_scene, inside_blender), progress.note
+            )
+        )
         return
     spec = read_spec(request.spec)
     _open(options.blend or spec.scene, request.spec, open_scene, inside_blender=inside_blender)
@@ -131,11 +135,13 @@ def run(
 
     index = plan_data_set(scene, spec, request.spec, settings_now, chosen)
     _check_room(index, spec)
-    print(f"planned: {len(index.views)} view(s) in {len(index.jobs)} job(s), in {index.folder}")
+    progress.say(
+        f"planned: {len(index.views)} view(s) in {len(index.jobs)} job(s), in {index.folder}"
+    )
     if request.only_plan:
         return
     render(index, progress, insist=True)
-    print(data_set_export.export(index, spec, lambda: scene))
+    progress.say(data_set_export.export(index, spec, lambda: scene, progress.note))
 
 
 def render(index: Index, progress: Progress, *, insist: bool) -> None:
@@ -148,29 +154,26 @@ def render(index: Index, progress: Progress, *, insist: bool) -> None:
     insist : bool
         Answer for all of them and develop; else leave to others what they are rendering.
     """
-    scene, done, total = bpy.context.scene, 0, len(index.views)
-    for name in index.jobs:
+    scene, done, passes = bpy.context.scene, 0, 0
+    left = {name: tasks for name in index.jobs if (tasks := _left(index, name))}
+    total = sum(map(len, left.values()))
+    for name, tasks in left.items():
         manifest = _manifest(index, name)
-        tasks = _tasks(index, name, manifest)
-        views = dict.fromkeys(task.view for task in tasks)
-        left = {view for view in views if not pictures.is_developed(manifest, view)}
-        tasks = [task for task in tasks if task.view in left]
-        if not tasks:
-            continue
         same_job.check_scene(manifest, job_files.open_blend())
         plans = FramePlans(manifest)
         finished: dict[object, list[work.Rendered]] = {}
-        steps = work.render(scene, manifest, tasks, plans, print_note, insist=insist)
-        for number, (found, is_new) in enumerate(steps, start=1):
+        steps = work.render(scene, manifest, tasks, plans, progress.note, insist=insist)
+        for found, is_new in steps:
+            passes += 1
             file = found.file if is_new else replace(found.file, seconds=None)
             of_view = finished.setdefault(found.task.view, [])
             of_view.append(replace(found, file=file))
             if insist and len(of_view) == len(manifest.passes):
                 for note in pictures.develop(manifest, found.task.view, of_view, plans):
-                    print_note(note)
-            progress.report(Step(found.task.view.frame, file, number, len(tasks)))
+                    progress.note(note)
+            progress.report(Step(found.task.view.frame, file, passes, total))
         done += len(finished)
-    print(f"done: {done} of {total} view(s) rendered here, in {index.folder}")
+    progress.say(f"done: {done} of {len(index.views)} view(s) rendered here, in {index.folder}")
 
 
 def status(index: Index) -> tuple[str, str]:
@@ -231,7 +234,7 @@ def _develop(index: Index, progress: Progress) -> None:
         ]
         if left:
             same_job.check_programs(manifest)
-        developed = render_job.develop(manifest, left, print_note)
+        developed = render_job.develop(manifest, left, progress.note)
         for number, view in enumerate(developed, start=1):
             progress.tell(f"{name}: frame {view.frame} developed", number, len(left))
 
@@ -243,6 +246,15 @@ def _manifest(index: Index, name: str) -> Manifest:
 def _tasks(index: Index, name: str, manifest: Manifest) -> list[work.Task]:
     frames = tuple(index.frames(name))
     return work.Part(frames=frames).tasks(manifest) if frames else []
+
+
+def _left(index: Index, name: str) -> list[work.Task]:
+    """Return the passes of the views of a job that have no pictures."""
+    manifest = _manifest(index, name)
+    tasks = _tasks(index, name, manifest)
+    views = dict.fromkeys(task.view for task in tasks)
+    left = {view for view in views if not pictures.is_developed(manifest, view)}
+    return [task for task in tasks if task.view in left]
 
 
 def _check_room(index: Index, spec: DataSetSpec) -> None:

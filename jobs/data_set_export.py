@@ -21,7 +21,12 @@ from .frame_plans import FramePlans
 from .manifest import read_manifest
 
 
-def export(index: Index, spec: DataSetSpec, scene: Callable[[], bpy.types.Scene]) -> str:
+def export(
+    index: Index,
+    spec: DataSetSpec,
+    scene: Callable[[], bpy.types.Scene],
+    report_note: Callable[[str], None],
+) -> str:
     """Write the files of a set, and return a line that says how many.
 
     Parameters
@@ -30,6 +35,8 @@ def export(index: Index, spec: DataSetSpec, scene: Callable[[], bpy.types.Scene]
     spec : DataSetSpec
     scene : callable
         Opens the scene, where silhouettes are needed.
+    report_note : callable
+        Receives what a format could not hold.
 
     Raises
     ------
@@ -77,6 +84,6 @@ def export(index: Index, spec: DataSetSpec, scene: Callable[[], bpy.types.Scene]
         return {model: shape for model, shape in made.items() if shape is not None}
 
     versions = jobs[index.jobs[0]].versions
-    views = export_set(index, spec, rendered, versions, alone, shapes)
+    views = export_set(index, spec, rendered, versions, alone, shapes, report_note)
     left = len(index.views) - len(views)
     return f"exported: {len(views)} view(s)" + (f", {left} not rendered yet" if left else "")

@@ -11,6 +11,7 @@ import bpy
 
 from ..datasets.enumeration import PlannedView, enumerate_views, unfinished
 from ..datasets.exporting import needed_layers
+from ..datasets.formats import FORMATS
 from ..datasets.grouping import ViewJob, group_views
 from ..datasets.index import (
     NAME,
@@ -34,8 +35,10 @@ from ..uw_spectral.errors import InputError
 from ..uw_spectral.imaging.layers import parse_layers
 from . import job_files
 from .band_passes import make_folder
+from .frame_plans import FramePlans
 from .job import Job
 from .manifest import Manifest, read_manifest, write_manifest
+from .picture_layers import missing_layers
 from .planning import plan_job
 from .render_job import JOB_FILE
 from .stage import Place, Stage, StageCamera, StageLamp
@@ -112,6 +115,7 @@ def plan_data_set(
     for item in new:
         manifest = _plan_one(scene, item, settings_now, job, held, layers)
         job_files.require_all(manifest.files)
+        _require_layers(spec, manifest)
         make_folder(manifest.out)
         write_manifest(manifest.out / JOB_FILE, manifest)
     found = {view.name: _placed(view, known, places) for view in views}
@@ -142,6 +146,20 @@ def _check(spec: DataSetSpec, *, seeded: bool) -> None:
             "repeats: the noise of EEVEE has no seed, so the pictures would be the same; give a "
             "[detector], or render with --engine cycles"
         )
+
+
+def _require_layers(spec: DataSetSpec, manifest: Manifest) -> None:
+    """Refuse formats that would lack a layer in the end, before anything is rendered."""
+    plan = FramePlans(manifest).of(manifest.frames[0])
+    method = method_of(manifest.output.engine, manifest.output.mode)
+    for name in spec.outputs.formats:
+        missing = missing_layers(plan, FORMATS[name].layers, traced=method.traced)
+        if missing:
+            raise InputError(
+                f"{name} is made of the layer {', '.join(missing)}, which Cycles gives in water "
+                "that is the same at every depth only; render with engine = 'eevee', or leave "
+                f"{name} out"
+            )
 
 
 def with_scene_paths(spec: DataSetSpec, scene: bpy.types.Scene) -> DataSetSpec:

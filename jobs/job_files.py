@@ -12,7 +12,7 @@ from typing import Any
 
 import bpy
 
-from ..scene.seen.external_files import is_read
+from ..scene.seen.external_files import is_read, is_shown_only
 from ..scene.seen.lamp_files import lamp_files
 from ..uw_spectral.errors import InputError
 from ..uw_spectral.spectra.spectrum import split_location
@@ -77,7 +77,7 @@ def _references() -> Iterator[tuple[str, str, Path]]:
     for item, paths in bpy.data.file_path_map(include_libraries=True).items():
         kind = _KINDS.get(item.bl_rna.identifier, str(item.bl_rna.name).lower())
         is_library = isinstance(item, bpy.types.Library)
-        if is_library and not is_read(item):
+        if (is_library and not is_read(item)) or is_shown_only(item):
             continue
         owner = getattr(item, "parent", None) if is_library else item.library
         for path in paths:

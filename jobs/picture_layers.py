@@ -40,6 +40,10 @@ _FROM_BANDS = "sum over bands by the responses of the sensor"
 _SENSOR = "response of {sensor} to {units}, before white balance and exposure"
 
 
+OF_ONE_WATER = ("J", "D", "F", "T")
+"""Layers that :func:`_unscattered` makes."""
+
+
 def layers_path(picture: Path) -> Path:
     """Return the file of the layers of a picture."""
     return picture.with_name(f"{picture.stem}_layers.exr")
@@ -48,6 +52,13 @@ def layers_path(picture: Path) -> Path:
 def truth_path(picture: Path) -> Path:
     """Return the file of the truth of a picture."""
     return picture.with_name(f"{picture.stem}_truth.json")
+
+
+def missing_layers(plan: RenderPlan, wanted: Sequence[str], *, traced: bool) -> tuple[str, ...]:
+    """Return those of some layers that there are none of: what Cycles takes apart by one c."""
+    if not (traced and plan.column.below):
+        return ()
+    return tuple(name for name in wanted if name in OF_ONE_WATER)
 
 
 def develop_layers(
@@ -79,7 +90,7 @@ def develop_layers(
     if not wanted:
         return []
     output = manifest.output
-    draws_colours = method_of(output.engine, output.mode).draws_colours
+    method = method_of(output.engine, output.mode)
     by_pass: dict[int, list[FrameLayers]] = {}
     for item in passes:
         of_pass = by_pass.setdefault(item.task.number // manifest.parts, [])
@@ -89,7 +100,7 @@ def develop_layers(
     seen = _seen(manifest, picture, found.header)
     if UNTOUCHED in together:
         together |= _unscattered(plan, seen, together)
-    elif "T" in wanted and not draws_colours:
+    elif "T" in wanted and not method.draws_colours:
         together[bands_name("T")] = _transmittance(plan, seen, together["range"])
     together |= _of_sensor(together, plan, plan.response(view.depth))
     together |= _derived(together)
@@ -103,7 +114,15 @@ def develop_layers(
     }
     chosen = _chosen(together, wanted)
     write_layers(layers_path(picture), FrameLayers(chosen, header, found.attributes))
-    return _write_truth(manifest, view, plan, seen, found.header["lamps"])
+    notes = _write_truth(manifest, view, plan, seen, found.header["lamps"])
+    missing = missing_layers(plan, wanted, traced=method.traced)
+    if missing:
+        notes = [
+            f"layers {', '.join(missing)} were not written: Cycles gives them in water that is the "
+            "same at every depth only",
+            *notes,
+        ]
+    return notes
 
 
 def _mean(parts: Sequence[FrameLayers]) -> FrameLayers:

@@ -17,7 +17,7 @@ from .job import Job, SplitRequest
 from .manifest import Manifest, read_manifest, write_manifest
 from .path_mapping import PathMapping, apply_to_scene, read_path_mapping
 from .planning import plan_job
-from .progress import Progress, print_note
+from .progress import Progress
 from .redevelopment import redeveloped, take_folder
 from .render_job import Step
 from .rounds import require_fixed
@@ -28,7 +28,11 @@ OpenScene = Callable[[Path | None, bool], None]
 
 
 def plan(
-    scene: bpy.types.Scene, settings_now: Callable[[], SceneSettings], job: Job, path: Path
+    scene: bpy.types.Scene,
+    settings_now: Callable[[], SceneSettings],
+    job: Job,
+    path: Path,
+    progress: Progress,
 ) -> None:
     """Plan a job and write its manifest; nothing is rendered.
 
@@ -43,7 +47,7 @@ def plan(
         raise InputError("--plan: the scene was never saved, so no worker can open it; save it")
     job_files.require_all(manifest.files)
     write_manifest(path, manifest)
-    print(
+    progress.say(
         f"planned: {len(manifest.frames)} frame(s), {len(manifest.cameras)} camera(s), "
         f"{len(manifest.passes)} pass(es) each, in {path}"
     )
@@ -132,7 +136,11 @@ def _data_set(
 
 
 def _scene_of(manifest: Manifest) -> Path:
-    if manifest.scene is None or not manifest.scene.is_file():
+    if manifest.scene is None:
+        raise InputError(
+            "the scene of the manifest was never saved; save it, and name it before --from"
+        )
+    if not manifest.scene.is_file():
         raise InputError(
             f"the scene of the manifest, {manifest.scene}, is not there; copy it, or name it "
             "before --from"
@@ -146,14 +154,19 @@ def _work(manifest: Manifest, mapping: PathMapping, part: Part, progress: Progre
     render_job.join(manifest)
     kept = rendered = 0
     steps = work.render(
-        bpy.context.scene, manifest, tasks, FramePlans(manifest), print_note, insist=part.is_named
+        bpy.context.scene,
+        manifest,
+        tasks,
+        FramePlans(manifest),
+        progress.note,
+        insist=part.is_named,
     )
     for number, (found, is_new) in enumerate(steps, start=1):
         file = found.file if is_new else replace(found.file, seconds=None)
         progress.report(Step(found.task.view.frame, file, number, len(tasks)))
         rendered, kept = rendered + is_new, kept + (not is_new)
     left = len(tasks) - rendered - kept
-    print(
+    progress.say(
         f"done: {rendered} pass(es) rendered, {kept} there before"
         + (f", {left} left to other workers" if left else "")
         + f", in {manifest.out}"
@@ -168,7 +181,7 @@ def _develop(manifest: Manifest, part: Part, progress: Progress) -> None:
     if manifest.rendered_in is not None:
         take_folder(manifest, views)
     count = 0
-    for count, view in enumerate(render_job.develop(manifest, views, print_note), start=1):
+    for count, view in enumerate(render_job.develop(manifest, views, progress.note), start=1):
         text = f"frame {view.frame} of {view.camera} developed, {count} of {len(views)}"
         progress.tell(text, count, len(views))
-    print(f"done: {count} picture(s) in {manifest.out}")
+    progress.say(f"done: {count} picture(s) in {manifest.out}")

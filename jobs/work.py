@@ -160,8 +160,8 @@ def render(
     with as_rendered(scene), stereo.two_eyes(scene), staging.staged(scene, manifest.stage):
         rounds = functools.partial(_round, scene, manifest, plans, report_note, said, insist)
         yield from rounds(tasks, left, force=False)
-        if insist and left:
-            yield from rounds(left, [], force=True)
+        if left:  # by now their workers may have died
+            yield from rounds(left, [], force=insist)
 
 
 def _round(

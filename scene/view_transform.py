@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from ..uw_spectral.errors import InputError
 from ..uw_spectral.spectra.spectral_image import replacing, write_png
 from ..uw_spectral.spectra.tone import AGX, CAMERA_CURVES, MEDIUM, STANDARD, camera_curve
+from .blender_prints import without_file_lines
 
 # Blender's own names, and those of the ACES configurations that come with OpenColorIO.
 _PLAIN_VIEWS, _DISPLAYS = ("Standard", "Un-tone-mapped"), ("sRGB", "sRGB - Display")
@@ -122,7 +123,8 @@ def write_shown(path: Path, rgb: NDArray[np.float32], tone: str, contrast: str) 
         image.pixels.foreach_set(pixels.ravel())
         with replacing(path) as temporary:
             try:
-                image.save_render(str(temporary), scene=scene)
+                with without_file_lines():
+                    image.save_render(str(temporary), scene=scene)
             except RuntimeError as error:
                 raise InputError(f"cannot write {path}: {str(error).strip()}") from error
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.util
+import itertools
 import re
 import runpy
 import shlex
@@ -203,3 +204,26 @@ def test_the_reference_of_settings_is_that_of_their_table():
     page = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(page)
     assert page.PAGE.read_text(encoding="utf-8") == page.page()
+
+
+def _rows_of_the_review() -> list[list[str]]:
+    lines = (ROOT / "docs" / "listing" / "review.md").read_text().splitlines()
+    first = lines.index("| rule | how it is met | check |") + 2
+    rows = itertools.takewhile(lambda line: line.startswith("|"), lines[first:])
+    return [[cell.strip() for cell in row.strip("|").split("|")] for row in rows]
+
+
+@pytest.mark.parametrize("row", _rows_of_the_review(), ids=lambda row: row[0])
+def test_each_rule_of_a_review_has_the_checks_that_it_names(row):
+    *_, check = row
+    if check == "reading":
+        return
+    named = 0
+    for part in check.split(";"):
+        paths = re.findall(r"`(tests/[\w/.]+)`", part) or ["tests/test_extension.py"]
+        assert "Zip" in part or "tests/" in part
+        there = re.findall(r"(?m)^def (test_\w+)\(", (ROOT / paths[0]).read_text())
+        names = re.findall(r"`(test_\w+)`", part)
+        assert set(names) <= set(there), paths[0]
+        named += len(names)
+    assert named

@@ -69,7 +69,8 @@ def test_zip_holds_what_is_needed_and_no_more(built_zip):
     tops = {name.split("/")[0] for name in names}
     assert {"blender_manifest.toml", "__init__.py", "uw_spectral", "node_groups", "data"} <= tops
     left_out = (
-        "tests benchmarks reference docs dev.py render_bands.py flamenco out tools typings .venv"
+        "tests benchmarks reference docs dev.py render_bands.py deadline flamenco out tools "
+        "typings .venv"
     )
     assert not tops & set(left_out.split())
     examples = {name.split("/")[1] for name in names if name.startswith("examples/")}
@@ -216,6 +217,16 @@ def test_a_lone_script_finds_the_installed_extension(installed, lone_script, ena
     assert result.returncode == 0
 
 
+def _own_files(profile: Path) -> dict[str, int]:
+    """Files of the installed add-on and when they were written, what Python compiles apart."""
+    folder = profile / "extensions" / "user_default" / "underwater_spectral"
+    return {
+        path.relative_to(folder).as_posix(): path.stat().st_mtime_ns
+        for path in folder.rglob("*")
+        if path.is_file() and "__pycache__" not in path.parts
+    }
+
+
 def test_a_lone_script_renders_with_the_installed_extension(installed, lone_script, tmp_path):
     make = (
         "import bpy, sys; s = bpy.context.scene; s.camera.location.z = -3.0; "
@@ -224,8 +235,11 @@ def test_a_lone_script_renders_with_the_installed_extension(installed, lone_scri
     blend, out = tmp_path / "scene.blend", tmp_path / "out"
     _python(installed[0], "-c", make, blend)
     options = ["--bands", 3, "--resolution", 8, 8, "--samples", 1, "--phase", "hg:0.8"]
+    before = _own_files(installed[0])
     result = _python(installed[0], lone_script, blend, *options, "--out", out)
     assert result.returncode == 0, result.stderr
+    assert len(before) > 300
+    assert _own_files(installed[0]) == before, "something was written into the add-on's folder"
     assert (out / "0001_spectral.exr").exists()
 
 

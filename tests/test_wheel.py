@@ -5,6 +5,8 @@ from __future__ import annotations
 import importlib.util
 import json
 import os
+import re
+import shutil
 import subprocess
 import sys
 import tomllib
@@ -46,6 +48,23 @@ def tool():
 @pytest.fixture(scope="module")
 def wheel(tool, tmp_path_factory) -> Path:
     return tool.build_twice(tmp_path_factory.mktemp("wheel"))
+
+
+@pytest.mark.parametrize("page", ["", "https://example.org/sea"])
+def test_the_website_of_the_manifest_is_that_of_the_wheel(tmp_path, page):
+    for name in ("pyproject.toml", "LICENSE", "__init__.py", "tools/wheel_metadata.py"):
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        shutil.copy(ROOT / name, tmp_path / name)
+    for name in ("uw_spectral", "datasets", "data"):
+        (tmp_path / name).mkdir()
+    manifest = (ROOT / "blender_manifest.toml").read_text()
+    assert "\n# website = " in manifest
+    if page:
+        manifest = re.sub(r"(?m)^# website = .*", f'website = "{page}"', manifest)
+    (tmp_path / "blender_manifest.toml").write_text(manifest)
+    command = [sys.executable, "-m", "hatchling", "metadata", "urls"]
+    found = subprocess.run(command, cwd=tmp_path, check=True, capture_output=True, text=True)
+    assert json.loads(found.stdout) == ({"Homepage": page} if page else {})
 
 
 @pytest.fixture(scope="module")

@@ -44,12 +44,16 @@ def fetch_wheels() -> None:
     if not missing:
         return
     names = [wheel.name.split("-", maxsplit=1)[0].replace("_", "-") for wheel in missing]
-    with tempfile.TemporaryDirectory() as folder:
+    with tempfile.TemporaryDirectory(dir=ROOT, prefix=".wheels-") as folder:
         requirements = Path(folder) / "requirements.txt"
         requirements.write_text(locked(names))
         command = [sys.executable, "-m", "pip", "download", "-q", "--no-deps", "--require-hashes"]
-        command += ["--only-binary=:all:", "-r", str(requirements), "-d", str(ROOT / "wheels")]
+        command += ["--only-binary=:all:", "-r", str(requirements), "-d", folder]
         subprocess.run(command, check=True)
+        # Whole under their names, or not at all: another process may be building too.
+        for wheel in missing:
+            (ROOT / wheel).parent.mkdir(exist_ok=True)
+            Path(folder, wheel.name).replace(ROOT / wheel)
 
 
 def make_assets() -> None:
@@ -70,17 +74,23 @@ def make_assets() -> None:
 
 def build(destination: Path) -> Path:
     """Build the zip into a folder and return its path."""
-    fetch_wheels()
     make_assets()
     destination.mkdir(parents=True, exist_ok=True)
-    command = [sys.executable, str(blender_command())]
-    source = ["--source-dir", str(ROOT), "--output-dir", str(destination)]
-    subprocess.run([*command, "build", *source], check=True)
-    built = max(
-        destination.glob("underwater_spectral-*.zip"), key=lambda path: path.stat().st_mtime
-    )
-    subprocess.run([*command, "validate", str(built)], check=True)
+    manifest = tomllib.loads((ROOT / "blender_manifest.toml").read_text())
+    built = destination / f"{manifest['id']}-{manifest['version']}.zip"
+    pack(built)
+    _command("validate", str(built))
     return built
+
+
+def pack(path: Path) -> None:
+    """Write the zip from what is here; the asset library goes along if it was built."""
+    fetch_wheels()
+    _command("build", "--source-dir", str(ROOT), "--output-filepath", str(path))
+
+
+def _command(*arguments: str) -> None:
+    subprocess.run([sys.executable, str(blender_command()), *arguments], check=True)
 
 
 def size_table(built: Path) -> str:

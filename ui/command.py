@@ -14,7 +14,8 @@ def run(arguments: list[str]) -> int:
     """Run the batch with the options of ``render_bands.py``; return the exit status."""
     from ..jobs import batch
 
-    return batch.main(arguments, program=NAME, inside_blender=False)
+    # blender scene.blend --command underwater OPTIONS
+    return batch.main(arguments, program=NAME, inside_blender=bool(bpy.data.filepath))
 
 
 def register() -> None:

@@ -37,7 +37,7 @@ def _water(context: bpy.types.Context) -> bpy.types.PropertyGroup:
     return getattr(context.scene, optics.PROPERTY)
 
 
-class _Operator(bpy.types.Operator):
+class ReportingOperator(bpy.types.Operator):
     """Reports errors of the input instead of raising them."""
 
     bl_options = {"REGISTER", "UNDO"}  # noqa: RUF012 - as Blender wants it
@@ -61,7 +61,7 @@ class _Operator(bpy.types.Operator):
             self.report({"WARNING"}, note)
 
 
-class AddWater(_Operator):
+class AddWater(ReportingOperator):
     """Puts live water into the scene."""
 
     bl_idname = "underwater.add_water"
@@ -127,7 +127,7 @@ def _show_water(context: bpy.types.Context) -> None:
         space.region_3d.view_perspective = "CAMERA"
 
 
-class AddExample(_Operator):
+class AddExample(ReportingOperator):
     """Builds an example."""
 
     bl_idname = "underwater.add_example"
@@ -151,7 +151,7 @@ class AddExample(_Operator):
         _show_water(context)
 
 
-class _LiveOperator(_Operator):
+class _LiveOperator(ReportingOperator):
     """Needs water in the scene."""
 
     @classmethod
@@ -204,7 +204,7 @@ class Rebuild(_LiveOperator):
         self.tell(live.rebuild(context.scene))
 
 
-class _CameraOperator(_Operator):
+class _CameraOperator(ReportingOperator):
     """Needs a camera."""
 
     @classmethod
@@ -264,7 +264,7 @@ class AddLamps(_CameraOperator):
             live.update(context.scene)
 
 
-class ChooseSpectrum(_Operator):
+class ChooseSpectrum(ReportingOperator):
     """Gives a lamp a measured spectrum."""
 
     bl_idname = "underwater.choose_spectrum"
@@ -288,7 +288,7 @@ class ChooseSpectrum(_Operator):
         getattr(light, stored_lamps.PROPERTY).spectrum = self.spectrum
 
 
-class OpenWater(_Operator, ImportHelper):
+class OpenWater(ReportingOperator, ImportHelper):
     """Uses a table of a water."""
 
     bl_idname = "underwater.open_water"
@@ -306,7 +306,7 @@ class OpenWater(_Operator, ImportHelper):
         _water(context).water = name
 
 
-class OpenSensor(_Operator, ImportHelper):
+class OpenSensor(ReportingOperator, ImportHelper):
     """Uses a file of spectral sensitivities."""
 
     bl_idname = "underwater.open_sensor"
@@ -324,7 +324,7 @@ class OpenSensor(_Operator, ImportHelper):
         _water(context).sensor = name
 
 
-class Auto(_Operator):
+class Auto(ReportingOperator):
     """Chooses everything by what the scene requires."""
 
     bl_idname = "underwater.auto"
@@ -352,19 +352,6 @@ class Auto(_Operator):
         property_group.write_choice(scene, earlier, choice)
         for line in choice.lines:
             self.report({"INFO"}, line)
-
-
-def time_left(seconds: float, done: int, left: int) -> str:
-    """Say how long a render will still take, by the mean time of its passes.
-
-    Examples
-    --------
-    >>> time_left(30.0, 3, 14)
-    '0:02:20 left'
-    """
-    minutes, rest = divmod(round(seconds / max(done, 1) * left), 60)
-    hours, minutes = divmod(minutes, 60)
-    return f"{hours:d}:{minutes:02d}:{rest:02d} left"
 
 
 class _RenderOperator(bpy.types.Operator):
@@ -409,13 +396,15 @@ class _RenderOperator(bpy.types.Operator):
     @override
     def modal(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
         if event.type == "ESC":
-            self._end(context)
-            self.report({"WARNING"}, self.stopped())
-            return {"CANCELLED"}
+            return self._stop(context)
         if event.type != "TIMER":
             return {"RUNNING_MODAL"}
+        from ..jobs.progress import time_left
+
         try:
             step = next(self._steps)
+        except KeyboardInterrupt:  # Esc within a pass
+            return self._stop(context)
         except StopIteration:
             self._end(context)
             return {"FINISHED"}
@@ -445,6 +434,7 @@ class _RenderOperator(bpy.types.Operator):
         scene = context.scene
         # Water that cannot be computed could not come back after the render.
         render_plan.plan_of(optics.stored_settings(scene))
+        property_group.require_folder(scene)
         job = self.job(scene)
         migration.stamp(scene)
         frame = scene.frame_current
@@ -469,6 +459,11 @@ class _RenderOperator(bpy.types.Operator):
         for note in notes:
             self.report({"WARNING"}, note)
         self.report({"INFO"}, f"{len(job.frames)} frame(s) in {job.out}")
+
+    def _stop(self, context: bpy.types.Context) -> set[str]:
+        self._end(context)
+        self.report({"WARNING"}, self.stopped())
+        return {"CANCELLED"}
 
     def _end(self, context: bpy.types.Context) -> None:
         self._steps.close()
@@ -521,7 +516,7 @@ class RenderReference(_RenderOperator):
         return "Stopped; there is no reference of this frame"
 
 
-class FarmBundle(_Operator):
+class FarmBundle(ReportingOperator):
     """Writes the render as a job for a farm."""
 
     bl_idname = "underwater.farm_bundle"

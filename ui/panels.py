@@ -99,7 +99,8 @@ class MainPanel(_Panel, bpy.types.Panel):
         if problem:
             _say(layout, problem, "ERROR")
         depth = live.camera_depth(scene)
-        if depth is not None and depth <= 0:
+        # Add Water lowers a dry scene itself.
+        if is_live(scene) and depth is not None and depth <= 0:
             _say(layout, "The camera looks at the water from above.", "INFO")
             layout.operator("underwater.submerge", icon="TRIA_DOWN_BAR")
         if is_live(scene) and not _shows_water(context):
@@ -152,7 +153,9 @@ class EssentialsPanel(_SubPanel, bpy.types.Panel):
         water, panel = _water(context), _panel(context)
         _draw_water(self.layout, context)
         column = self.column()
-        column.prop(panel, "visibility")
+        row = column.row()
+        row.active = panel.visibility > 0.0  # else it is not known, as from above the water
+        row.prop(panel, "visibility")
         _draw_depth(column, context)
         column.prop(water, "floor_depth")
         column.prop(water, "surface")

@@ -330,6 +330,22 @@ class UnderwaterPanelProperties(bpy.types.PropertyGroup):
     )
 
 
+def require_folder(scene: bpy.types.Scene) -> None:
+    """Refuse a folder beside a .blend that was never saved: it would be anywhere.
+
+    Raises
+    ------
+    InputError
+        If the panel names such a folder.
+    """
+    output = getattr(scene, PROPERTY).output
+    if output.startswith("//") and not bpy.data.filepath:
+        raise InputError(
+            f"the folder {output} lies beside the .blend, which was never saved; save it, or "
+            "choose another folder"
+        )
+
+
 def job(scene: bpy.types.Scene, *, resume: bool = False) -> Job:
     """Return the job that the panel describes, as the command line would."""
     group = getattr(scene, PROPERTY)

@@ -7,8 +7,7 @@ from pathlib import Path
 
 import bpy
 
-_PICTURE = "underwater_picture"
-"""Mark of an image that shows a picture of ours: what it is of."""
+from ..scene.session import PICTURE
 
 
 def load(path: Path, name: str) -> bpy.types.Image:
@@ -21,10 +20,10 @@ def load(path: Path, name: str) -> bpy.types.Image:
     name : str
         What it is of: camera and frame.
     """
-    image = next((i for i in bpy.data.images if i.get(_PICTURE) == name), None)
+    image = next((i for i in bpy.data.images if i.get(PICTURE) == name), None)
     if image is None:
         image = bpy.data.images.load(str(path))
-        image[_PICTURE] = image.name = name
+        image[PICTURE] = image.name = name
     else:
         image.filepath = str(path)
         image.reload()
@@ -57,4 +56,4 @@ def editor(windows: Iterable[bpy.types.Window]) -> bpy.types.SpaceImageEditor | 
 
 
 def _is_picture(image: bpy.types.Image | None) -> bool:
-    return image is not None and (_PICTURE in image or image.type == "RENDER_RESULT")
+    return image is not None and (PICTURE in image or image.type == "RENDER_RESULT")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import platform
 import shutil
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -23,10 +24,21 @@ from ..job import Job
 from ..manifest import Manifest, tables, write_manifest
 from ..rounds import require_fixed
 from . import openjd_template
-from .openjd_template import ASSETS, MANIFEST, README, TEMPLATE, VALUES, FarmJob
+from .extension_zip import write_extension
+from .openjd_template import (
+    ASSETS,
+    EXTENSION,
+    MANIFEST,
+    README,
+    SYSTEMS,
+    TEMPLATE,
+    VALUES,
+    FarmJob,
+)
 
-_FILES = {ASSETS, MANIFEST, README, TEMPLATE, VALUES}
+_FILES = {ASSETS, EXTENSION, MANIFEST, README, TEMPLATE, VALUES}
 _NAMED = 5
+_SYSTEMS: dict[str, str] = dict(zip(("Linux", "Windows", "Darwin"), SYSTEMS, strict=True))
 
 Planner = Callable[[Path], FarmJob]
 
@@ -83,6 +95,7 @@ def farm_job(planned: Manifest) -> FarmJob:
         len(planned.passes),
         memory=picture_size.least_memory(output.size, bands),
         gpu=not method.traced or output.device == "gpu",
+        system=_SYSTEMS.get(platform.system(), SYSTEMS[0]),
         cameras=names if len(names) > 1 else (),
     )
 
@@ -129,6 +142,7 @@ def write_bundle(folder: Path, settings: SceneSettings, plan: Planner) -> FarmJo
     _check_folder(folder)
     with _replacing(folder) as temporary:
         job = plan(temporary / MANIFEST)
+        write_extension(temporary / EXTENSION)
         files = [*found.files, *(path.absolute() for path in of_settings)]
         _write_json(temporary / TEMPLATE, openjd_template.template(job))
         _write_json(temporary / VALUES, openjd_template.parameter_values(job))

@@ -16,16 +16,22 @@ from typing import Any
 
 TEMPLATE, VALUES, ASSETS = "template.json", "parameter_values.json", "asset_references.json"
 MANIFEST, README = "manifest.json", "README.md"
+EXTENSION = "underwater_spectral.zip"
 RENDER, DEVELOP = "RenderPasses", "Develop"
+
+SYSTEMS = ("linux", "windows", "macos")
+"""Operating systems of workers, by their names in Open Job Description."""
 
 _LONGEST_NAME = 128
 # Seconds after which a task is taken for hung, and that one has to end: a pass lands whole or
 # not at all, so nothing is lost but the pass.
-_RENDER_TIMEOUT, _DEVELOP_TIMEOUT = 172_800, 21_600
+_RENDER_TIMEOUT, _DEVELOP_TIMEOUT, _INSTALL_TIMEOUT = 172_800, 21_600, 1_800
 _NOTIFY_SECONDS = 30
 _MIB = 2**20
 # Blender and the extension without a scene.
 _BLENDER_MIB = 2048
+# The fewest that farms rent.
+_CORES = 2
 
 
 @dataclass(frozen=True)
@@ -46,6 +52,8 @@ class FarmJob:
         Memory in bytes that a frame takes at least.
     gpu : bool
         Whether the engine draws on a graphics card.
+    system : str
+        Operating system of the workers, of :data:`SYSTEMS`.
     cameras : tuple of str
         Names of the cameras where there are several, each rendered by tasks of its own.
     """
@@ -56,6 +64,7 @@ class FarmJob:
     passes: int
     memory: float = 0.0
     gpu: bool = False
+    system: str = SYSTEMS[0]
     cameras: tuple[str, ...] = ()
 
 
@@ -80,9 +89,10 @@ def template(job: FarmJob) -> dict[str, Any]:
         "extensions": ["TASK_CHUNKING"],
         "name": _name(job),
         "description": "Spectral bands of an underwater scene, rendered pass by pass from the "
-        "plan in manifest.json and developed into pictures. The workers need Blender with the "
-        "extension Underwater Spectral enabled.",
+        "plan in manifest.json and developed into pictures. The workers need Blender; the "
+        "extension Underwater Spectral goes along.",
         "parameterDefinitions": _parameters(job),
+        "jobEnvironments": [_extension()],
         "steps": [_render_step(job), _develop_step(job)],
     }
 
@@ -117,8 +127,9 @@ def readme(job: FarmJob) -> str:
 # {job.scene.name} on a render farm
 
 {len(job.frames)} frame(s) of {job.passes} pass(es), planned already: `{MANIFEST}`. Every machine
-needs Blender with the extension Underwater Spectral enabled. Write the bundle again after a change
-of the scene or of its settings; a task refuses a scene that the plan does not fit.
+needs Blender, of the version that planned; the extension is `{EXTENSION}`, which each session
+installs into a profile of its own. Write the bundle again after a change of the scene or of its
+settings; a task refuses a scene that the plan does not fit.
 
 ## On this machine
 `pip install openjd-cli`, then, in this folder:
@@ -145,6 +156,7 @@ elsewhere on a worker is found by the path mapping of its session.
 | `Frames`, `Passes` | what to render of the plan, such as `1-24` and `0-{job.passes - 1}` |
 | `PassesPerTask`, `FramesPerTask` | more where Blender takes long to start |
 | `Blender` | Blender's executable on the workers |
+| `System` | their operating system: {", ".join(SYSTEMS)} |
 
 Tasks may be run again at any time: finished passes are kept.
 """
@@ -169,7 +181,47 @@ def _parameters(job: FarmJob) -> list[dict[str, Any]]:
         _count("PassesPerTask", "Passes per task", "Passes that one start of Blender renders"),
         _count("FramesPerTask", "Frames per development", "Frames that one start develops", 10),
         _text("Blender", "Blender", "blender", "Blender's executable on the workers"),
+        {
+            **_path("Extension", "Extension", "FILE", "IN", "The extension that planned the job"),
+            "default": EXTENSION,
+        },
+        {
+            "name": "System",
+            "type": "STRING",
+            "default": job.system,
+            "allowedValues": list(SYSTEMS),
+            "description": "Operating system of the workers",
+            "userInterface": {"control": "DROPDOWN_LIST", "label": "System"},
+        },
     ]
+
+
+def _extension() -> dict[str, Any]:
+    """Return what each session begins with: the extension, in a profile of the session's own.
+
+    A worker's own profile is neither read nor written, and goes with the session's folder.
+    """
+    profile = "{{Session.WorkingDirectory}}/blender"
+    install = ["--command", "extension", "install-file", "-r", "user_default", "-e"]
+    return {
+        "name": "Extension",
+        "description": "Installs the extension of the bundle into a profile of the session.",
+        # Extensions and preferences may have places of their own on a worker.
+        "variables": {
+            "BLENDER_USER_RESOURCES": profile,
+            "BLENDER_USER_CONFIG": f"{profile}/config",
+            "BLENDER_USER_EXTENSIONS": f"{profile}/extensions",
+        },
+        "script": {
+            "actions": {
+                "onEnter": {
+                    "command": "{{Param.Blender}}",
+                    "args": [*install, "{{Param.Extension}}"],
+                    "timeout": _INSTALL_TIMEOUT,
+                }
+            }
+        },
+    }
 
 
 def _path(name: str, label: str, kind: str, flow: str, text: str) -> dict[str, Any]:
@@ -274,8 +326,12 @@ def _script(job: FarmJob, work: list[str], timeout: int) -> dict[str, Any]:
 
 def _requirements(job: FarmJob, *, gpu: bool) -> dict[str, Any]:
     amounts: list[dict[str, Any]] = [
-        {"name": "amount.worker.memory", "min": _BLENDER_MIB + int(job.memory / _MIB)}
+        {"name": "amount.worker.memory", "min": _BLENDER_MIB + int(job.memory / _MIB)},
+        {"name": "amount.worker.vcpu", "min": _CORES},
     ]
     if gpu:
         amounts.append({"name": "amount.worker.gpu", "min": 1})
-    return {"amounts": amounts}
+    return {
+        "amounts": amounts,
+        "attributes": [{"name": "attr.worker.os.family", "anyOf": ["{{Param.System}}"]}],
+    }

@@ -8,6 +8,8 @@ import bpy
 
 from ...uw_spectral.errors import InputError
 from ...uw_spectral.spectra.spectral_image import replacing
+from ..blender_prints import without_file_lines
+from ..interruption import interrupted_afterwards
 
 
 def write_float_exr(scene: bpy.types.Scene, destination: Path) -> None:
@@ -30,7 +32,9 @@ def write_exr(scene: bpy.types.Scene, destination: Path, *, passes: bool = False
     Raises
     ------
     InputError
-        If nothing was written (folder gone, disk full, render cancelled).
+        If nothing was written (folder gone, disk full).
+    KeyboardInterrupt
+        If it was asked for meanwhile, or the render was cancelled: in Blender, Ctrl+C or Esc.
     """
     render = scene.render
     image = render.image_settings
@@ -44,10 +48,21 @@ def write_exr(scene: bpy.types.Scene, destination: Path, *, passes: bool = False
     with replacing(destination) as temporary:
         # Blender fills in what stands in braces.
         render.filepath = str(temporary).replace("{", "{{").replace("}", "}}")
+        cancelled: list[object] = []
+
+        def stop(*_: object) -> None:
+            cancelled.append(True)
+
+        bpy.app.handlers.render_cancel.append(stop)
         try:
-            bpy.ops.render.render(write_still=True, scene=scene.name)
+            with interrupted_afterwards(), without_file_lines():
+                bpy.ops.render.render(write_still=True, scene=scene.name)
         except RuntimeError as error:
             raise InputError(f"rendering {destination} failed: {str(error).strip()}") from error
+        finally:
+            bpy.app.handlers.render_cancel.remove(stop)
+        if cancelled:
+            raise KeyboardInterrupt
         if not temporary.exists():
             raise InputError(
                 f"{destination} was not written; is the folder writable and the disk free?"

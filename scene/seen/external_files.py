@@ -8,6 +8,7 @@ from pathlib import Path
 
 import bpy
 
+from ..session import PICTURE
 from .lamp_files import lamp_files
 
 # What a render can do without, should it be missing.
@@ -59,6 +60,13 @@ def is_read(library: bpy.types.Library) -> bool:
     return not packed and bool(library.users_id)
 
 
+def is_shown_only(block: bpy.types.ID) -> bool:
+    """Whether it is a finished picture of ours that an editor shows, and nothing renders."""
+    if not isinstance(block, bpy.types.Image) or PICTURE not in block:
+        return False
+    return all(isinstance(x, bpy.types.Screen) for x in bpy.data.user_map(subset=[block])[block])
+
+
 def _counts(owner: str, path: Path) -> bool:
     kind = owner.partition(" ")[0]
     # A folder is one of a simulation, which fills it once it is baked.
@@ -73,6 +81,8 @@ def _visited(flags: set[str]) -> Iterator[tuple[str, Path]]:
 
     def visit(block: bpy.types.ID, path: str, _: object) -> None:
         if isinstance(block, bpy.types.Library) and not is_read(block):
+            return
+        if is_shown_only(block):
             return
         if path and not path.startswith("<"):
             absolute = bpy.path.abspath(path, library=block.library)

@@ -27,7 +27,7 @@ from ...uw_spectral.lamps.profile import (
 from .. import marks
 from ..stored_lamps import ROV, LampSettings, stored_lamp
 from .lamp_files import PROFILE, LampFile, files_of
-from .lamp_nodes import LampNodes, nodes_of
+from .lamp_nodes import LampNodes
 
 _POINTS = 24
 """Of a measured profile."""
@@ -64,15 +64,15 @@ class LampForm:
     share: float
 
 
-def form_of(item: bpy.types.Object, n: float) -> LampForm:
-    """Return the form of a lamp in water of a refractive index.
+def form_of(item: bpy.types.Object, nodes: LampNodes, n: float) -> LampForm:
+    """Return the form of a lamp with its nodes in water of a refractive index.
 
     Raises
     ------
     InputError
         If a file cannot be used, or the intensity on the axis is asked for where there is none.
     """
-    light, chosen, nodes = item.data, stored_lamp(item.data), nodes_of(item.data)
+    light, chosen = item.data, stored_lamp(item.data)
     measured = _measured(chosen, files_of(light).get(PROFILE))
     gain, blenders = nodes.factor, measured is None
     profile = _of_blender(item) if measured is None else measured
@@ -122,24 +122,23 @@ def radius_of(item: bpy.types.Object) -> float:
     return math.sqrt(area / math.pi)
 
 
-def why_no_light(item: bpy.types.Object) -> str:
+def why_no_light(item: bpy.types.Object, nodes: LampNodes) -> str:
     """Say why a lamp sends no light at this frame, empty if it does."""
     light = item.data
     if light.energy < 0:
         return "its power is negative, which no light is"
-    nodes = nodes_of(light)
     if not stored_lamp(light).spectrum and np.any(nodes.factor * colour_of(light) < 0):
         return "its colour is negative, which no light is"
     return "" if np.any(nodes.factor) else "its nodes send no light"
 
 
-def unheeded(item: bpy.types.Object) -> tuple[str, ...]:
+def unheeded(item: bpy.types.Object, nodes: LampNodes) -> tuple[str, ...]:
     """Return what a lamp asks for that changes nothing, or is not as Blender has it."""
-    return tuple(_unheeded(item))
+    return tuple(_unheeded(item, nodes))
 
 
-def _unheeded(item: bpy.types.Object) -> Iterator[str]:
-    light, chosen, nodes = item.data, stored_lamp(item.data), nodes_of(item.data)
+def _unheeded(item: bpy.types.Object, nodes: LampNodes) -> Iterator[str]:
+    light, chosen = item.data, stored_lamp(item.data)
     if nodes.unheeded:
         yield f"its nodes {', '.join(map(repr, nodes.unheeded))} are not heeded"
     if nodes.photometry is not None and (chosen.profile or light.type == "AREA"):

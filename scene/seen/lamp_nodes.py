@@ -184,5 +184,5 @@ def _source(socket: bpy.types.NodeSocket) -> bpy.types.NodeSocket | None:
 
 
 def _constant(socket: bpy.types.NodeSocket) -> Array:
-    value = np.ravel(np.array(socket.default_value, dtype=np.float64))[:3]
-    return np.broadcast_to(value, 3).copy()
+    value = socket.default_value
+    return np.full(3, value, np.float64) if isinstance(value, float | int) else np.array(value[:3])

@@ -175,16 +175,18 @@ def why_dark(item: bpy.types.Object) -> str:
 def said_of(item: bpy.types.Object) -> tuple[str, ...]:
     """Return what to know of a lamp that lights the water, for the panel."""
     try:
-        why = why_no_light(item)
+        nodes = nodes_of(item.data)
+        why = why_no_light(item, nodes)
         notes = [f"it is dark: {why}"] if why else [_THROUGH] if _is_above(item) else []
-        return (*unheeded(item), *notes)
+        return (*unheeded(item, nodes), *notes)
     except InputError as error:
         return (str(error),)
 
 
-def _why_not_now(item: bpy.types.Object) -> str:
-    """Say why a lamp does not light the water at this frame, empty if it does."""
-    why = why_dark(item) or ("it is hidden" if marks.is_hidden(item) else why_no_light(item))
+def _why_not_now(item: bpy.types.Object, nodes: LampNodes) -> str:
+    """Say why a lamp with its nodes does not light the water at this frame, empty if it does."""
+    hidden = "it is hidden" if marks.is_hidden(item) else ""
+    why = why_dark(item) or hidden or why_no_light(item, nodes)
     return why or (_ABOVE if _stays_dark_above(item) else "")
 
 
@@ -253,9 +255,10 @@ def lamps_of(
     notes = [f"lamp {item.name!r} is left out: {why}" for item, why in left_out(scene).items()]
     for item in objects:
         try:
-            why = _why_not_now(item)
-            lamp = through_surface(_lamp(item, bands, unit, n, dark=bool(why)), surface)
-            notes += [f"lamp {item.name!r}: {said}" for said in unheeded(item)]
+            nodes = nodes_of(item.data)
+            why = _why_not_now(item, nodes)
+            lamp = through_surface(_lamp(item, nodes, bands, unit, n, dark=bool(why)), surface)
+            notes += [f"lamp {item.name!r}: {said}" for said in unheeded(item, nodes)]
         except InputError as error:
             raise InputError(f"lamp {item.name!r}: {error}") from error
         if why and not marks.is_hidden(item):
@@ -298,18 +301,27 @@ def lamplight(
 
 def records(scene: bpy.types.Scene) -> tuple[dict[str, Any], ...]:
     """Return the lamps of a scene's current frame as JSON holds them, dark ones with the reason."""
-    return tuple(
-        {**record(item), **({"left_out": why} if (why := _why_not_now(item)) else {})}
-        for item in _shown(scene)
-    )
+    found = []
+    for item in _shown(scene):
+        nodes = _nodes(item)
+        why = _why_not_now(item, nodes)
+        found.append({**_record(item, nodes), **({"left_out": why} if why else {})})
+    return tuple(found)
 
 
 def record(item: bpy.types.Object) -> dict[str, Any]:
     """Return what a lamp is, where it is and where it shines to; lengths are m."""
-    light, chosen, place = item.data, stored_lamp(item.data), item.matrix_world
+    return _record(item, _nodes(item))
+
+
+def _nodes(item: bpy.types.Object) -> LampNodes:
     # The files of lamps that are left out may be missing.
-    nodes = LampNodes() if why_dark(item) else nodes_of(light)
-    found = {
+    return LampNodes() if why_dark(item) else nodes_of(item.data)
+
+
+def _record(item: bpy.types.Object, nodes: LampNodes) -> dict[str, Any]:
+    light, chosen, place = item.data, stored_lamp(item.data), item.matrix_world
+    found: dict[str, Any] = {
         "name": item.name,
         "kind": light.type.lower(),
         "spectrum": chosen.spectrum or "colour",
@@ -370,8 +382,10 @@ def state(scene: bpy.types.Scene) -> tuple[object, ...]:
     return tuple(found)
 
 
-def _lamp(item: bpy.types.Object, bands: Bands, unit: str, n: float, *, dark: bool) -> Lamp:
-    light, chosen, form = item.data, stored_lamp(item.data), form_of(item, n)
+def _lamp(
+    item: bpy.types.Object, nodes: LampNodes, bands: Bands, unit: str, n: float, *, dark: bool
+) -> Lamp:
+    light, chosen, form = item.data, stored_lamp(item.data), form_of(item, nodes, n)
     if dark:
         intensity = np.zeros(len(bands))
     elif chosen.spectrum:

@@ -83,15 +83,10 @@ def add_rig(
         raise InputError("the scene has no camera for the lamps to hang on; add one")
     rig, made = RIGS[name], []
     for place in rig.places:
-        light = bpy.data.lights.new(rig.label, "POINT" if rig.profile else "SPOT")
-        if light.type == "SPOT":
-            light.spot_size, light.spot_blend = math.radians(rig.cone), _BLEND
-        light.energy, light.shadow_soft_size = rig.lumens, _RADIUS
-        chosen = getattr(light, PROPERTY)
-        chosen.spectrum, chosen.unit, chosen.profile = "led", LUMENS, rig.profile
-        item = bpy.data.objects.new(rig.label, light)
-        item.visible_camera = True
-        scene.collection.objects.link(item)
+        item = add_lamp(scene, rig.label, rig.lumens, rig.profile)
+        if not rig.profile:
+            item.data.type = "SPOT"
+            item.data.spot_size, item.data.spot_blend = math.radians(rig.cone), _BLEND
         item.parent = camera
         x, y, _ = place
         aim = Matrix.Rotation(-math.atan2(-x, rig.aim), 4, "Y")
@@ -99,3 +94,24 @@ def add_rig(
         item.matrix_local = Matrix.Translation(place) @ aim @ tilt
         made.append(item)
     return made
+
+
+def add_lamp(scene: bpy.types.Scene, name: str, lumens: float, profile: str) -> bpy.types.Object:
+    """Add an LED lamp at the origin that shines down.
+
+    Parameters
+    ----------
+    scene : Scene
+    name : str
+    lumens : float
+    profile : str
+        As lamps store it; empty for light to all sides.
+    """
+    light = bpy.data.lights.new(name, "POINT")
+    light.energy, light.shadow_soft_size = lumens, _RADIUS
+    chosen = getattr(light, PROPERTY)
+    chosen.spectrum, chosen.unit, chosen.profile = "led", LUMENS, profile
+    item = bpy.data.objects.new(name, light)
+    item.visible_camera = True
+    scene.collection.objects.link(item)
+    return item

@@ -217,7 +217,7 @@ def set_values(scene: bpy.types.Scene, water: RealtimeWater) -> None:
     for item in marks.objects(scene):
         if item.get(marks.IS_SUN):
             if water.seen.above is not None:
-                scene_water.fan_out_floor(scene, water.seen.above.camera)
+                scene_water.centre_floor(scene, water.seen.above.camera)
                 drawn = (water.numbers.single[name] for name in realtime_values.DRAWN_SUN)
                 scene_water.turn(item, drawn)
             # At night it would hide the shadows of lamps.

@@ -220,12 +220,10 @@ def _place_floor(
         item.location.z = -(depth if own_seabed is not None else seabed.clear_depth(scene, depth))
 
 
-def fan_out_floor(scene: bpy.types.Scene, camera: Sequence[float]) -> None:
-    """Give the added floor fine faces below the camera, and bring their middle there."""
+def centre_floor(scene: bpy.types.Scene, camera: Sequence[float]) -> None:
+    """Bring the middle of the added floor, where its faces are fine, below the camera."""
     for item in marks.objects(scene):
         if marks.FLOOR_DEPTH in item:
-            if len(item.data.polygons) == 1:
-                water_body.fan_out(item.data)
             item.location.x, item.location.y = camera[:2]
 
 

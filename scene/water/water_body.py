@@ -8,11 +8,13 @@ from dataclasses import dataclass
 
 import bpy
 import numpy as np
+from numpy.typing import NDArray
 
 from ...node_groups.node_mathematics import MARK
 from ...uw_spectral.transfer.water_column import WaterColumn
 from ..seen.visible_meshes import visible_instances
 
+Place = tuple[float, float, float]
 _SOLID = {"MESH", "CURVE", "SURFACE", "META", "FONT", "CURVES", "POINTCLOUD", "VOLUME"}
 _FAR = 12.0
 _LARGEST = 5000.0
@@ -101,20 +103,20 @@ def box(name: str, extent: WaterExtent, top: float) -> bpy.types.Object:
 
 
 def floor_plane(extent: WaterExtent, material: bpy.types.Material) -> bpy.types.Object:
-    """Make a floor at z = 0; it is wider than the water."""
-    # A floor wider than the water closes the view below the horizon.
-    floor = plane(material.name, 2.0 * extent.half_width, 0.0)
+    """Make a floor at z = 0, of rings that widen outwards; it is wider than the water."""
+    # A floor wider than the water closes the view below the horizon. As one face of kilometres
+    # EEVEE draws it 2 % too far: the depth of a face is interpolated from its corners.
+    rings = np.geomspace(_FIRST_RING, 2.0 * extent.half_width, _RINGS)
+    floor = _mesh_object(material.name, *_fan(rings))
     floor.data.materials.append(material)
     return floor
 
 
-def fan_out(mesh: bpy.types.Mesh) -> None:
-    """Turn a level square into rings around its middle that widen outwards."""
-    half = max(abs(v.co.x) for v in mesh.vertices)
-    material = mesh.materials[0] if mesh.materials else None
+def _fan(radii: NDArray[np.float64]) -> tuple[list[Place], list[tuple[int, ...]]]:
+    """Corners and faces of level rings around the origin."""
     turns = np.linspace(0.0, 2.0 * math.pi, _SECTORS, endpoint=False)
     around = np.stack([np.cos(turns), np.sin(turns), np.zeros(_SECTORS)], axis=1)
-    rings = np.geomspace(_FIRST_RING, half, _RINGS)[:, None, None] * around
+    rings = radii[:, None, None] * around
     places = np.concatenate([np.zeros((1, 3)), rings.reshape(-1, 3)])
     faces: list[tuple[int, ...]] = [(0, 1 + i, 1 + (i + 1) % _SECTORS) for i in range(_SECTORS)]
     for ring in range(_RINGS - 1):
@@ -122,10 +124,7 @@ def fan_out(mesh: bpy.types.Mesh) -> None:
         for i in range(_SECTORS):
             j = (i + 1) % _SECTORS
             faces.append((here + i, out + i, out + j, here + j))
-    mesh.clear_geometry()
-    mesh.from_pydata(places.tolist(), [], faces)
-    if material is not None and not mesh.materials:
-        mesh.materials.append(material)
+    return [(x, y, z) for x, y, z in places.tolist()], faces
 
 
 def plane(name: str, half_width: float, height: float) -> bpy.types.Object:
@@ -135,9 +134,7 @@ def plane(name: str, half_width: float, height: float) -> bpy.types.Object:
     return _mesh_object(name, corners, [(0, 1, 2, 3)])
 
 
-def _mesh_object(
-    name: str, corners: list[tuple[float, float, float]], faces: list[tuple[int, ...]]
-) -> bpy.types.Object:
+def _mesh_object(name: str, corners: list[Place], faces: list[tuple[int, ...]]) -> bpy.types.Object:
     mesh = bpy.data.meshes.new(name)
     mesh.from_pydata(corners, [], faces)
     return bpy.data.objects.new(name, mesh)

@@ -14,7 +14,7 @@ from underwater_spectral.uw_spectral.spectra.spectral_image import read_exr
 ROOT = Path(__file__).resolve().parents[2]
 FRAMES, BANDS = (1, 2), 6
 PASSES = 4
-"""Some hold two neighbouring bands or three."""
+"""Some hold two neighbouring bands or three; each has a file of guides for the denoiser."""
 TABLE = "wavelength_nm,a,b\n400,0.02,0.2\n550,0.06,0.15\n700,0.6,0.1\n"
 
 
@@ -49,7 +49,9 @@ def run_batch(*arguments: object) -> None:
     subprocess.run(command, check=True)
 
 
-def assert_same_files(first: Path, second: Path, count: int = len(FRAMES) * (PASSES + 3)) -> None:
+def assert_same_files(
+    first: Path, second: Path, count: int = len(FRAMES) * (2 * PASSES + 3)
+) -> None:
     suffixes = {".exr", ".png"}
     names = sorted(p.relative_to(first) for p in first.rglob("*") if p.suffix in suffixes)
     assert names == sorted(p.relative_to(second) for p in second.rglob("*") if p.suffix in suffixes)

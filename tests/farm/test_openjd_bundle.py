@@ -86,7 +86,25 @@ def test_development_waits_for_the_passes_and_both_can_be_interrupted(tmp_path):
     needs = {item.name: item.min for item in render.hostRequirements.amounts}
     assert needs["amount.worker.memory"] > 3e9 / 2**20
     assert needs["amount.worker.gpu"] == 1
-    assert [item.name for item in develop.hostRequirements.amounts] == ["amount.worker.memory"]
+    assert needs["amount.worker.vcpu"] == 2
+    names = [item.name for item in develop.hostRequirements.amounts]
+    assert names == ["amount.worker.memory", "amount.worker.vcpu"]
+
+
+@pytest.mark.parametrize(("given", "system"), [({}, "linux"), ({"System": "windows"}, "windows")])
+def test_workers_of_one_system_are_asked_for(tmp_path, given, system):
+    for step in _job(JOB, tmp_path, **given).steps:
+        (needed,) = step.hostRequirements.attributes
+        assert (needed.name, needed.anyOf) == ("attr.worker.os.family", [system])
+
+
+def test_a_session_installs_the_extension_into_a_profile_of_its_own(tmp_path):
+    (extension,) = _job(JOB, tmp_path).jobEnvironments
+    for name in ("RESOURCES", "CONFIG", "EXTENSIONS"):
+        place = extension.variables[f"BLENDER_USER_{name}"]
+        assert str(place).startswith("{{Session.WorkingDirectory}}/")
+    install = extension.script.actions.onEnter
+    assert install.args[-1] == "{{Param.Extension}}"
 
 
 def test_braces_in_a_file_name_are_no_parameter():
@@ -98,8 +116,9 @@ def test_braces_in_a_file_name_are_no_parameter():
 
 
 @pytest.fixture
-def saved(empty_blender, tmp_path) -> Path:
+def saved(empty_blender, tmp_path, monkeypatch) -> Path:
     """A saved scene with a texture, numbered pictures, tiles and a linked mesh."""
+    monkeypatch.setattr(farm_bundle, "write_extension", lambda path: path.write_bytes(b"a zip"))
     for name in ("sand.png", "foam_0001.png", "foam_0002.png", "rock.1001.png", "rock.1002.png"):
         (tmp_path / name).touch()
     mesh = bpy.data.meshes.new("coral")
@@ -146,7 +165,8 @@ def _bundle(saved: Path) -> Path:
 def test_a_bundle_holds_the_job_and_lists_what_goes_along(saved):
     folder = _bundle(saved)
     names = {"README.md", "asset_references.json", "manifest.json", "parameter_values.json"}
-    assert {path.name for path in folder.iterdir()} == {*names, "template.json"}
+    names |= {"template.json", "underwater_spectral.zip"}
+    assert {path.name for path in folder.iterdir()} == names
     assert {path.name for path in folder.parent.glob(".bundle*")} == set()
     assets = json.loads((folder / "asset_references.json").read_text())["assetReferences"]
     files = {
@@ -187,8 +207,10 @@ def test_deadline_cloud_reads_a_bundle_and_finds_its_files(saved):
     values = {item["name"]: item.get("value", item.get("default")) for item in parameters}
     assert values["Scene"] == str(saved)
     assert values["Manifest"] == str(Path(folder).resolve() / "manifest.json")
+    assert values["Extension"] == str(Path(folder).resolve() / "underwater_spectral.zip")
     apply_job_parameters([], folder, parameters, assets)
-    assert values["Manifest"] in {os.path.realpath(path) for path in assets.input_filenames}
+    along = {os.path.realpath(path) for path in assets.input_filenames}
+    assert {values["Manifest"], values["Extension"]} <= along
     assert str(saved) in assets.input_filenames
     assert assets.output_directories == {str(saved.parent / "out")}
     assert all(Path(path).is_file() for path in assets.input_filenames)

@@ -63,7 +63,7 @@ def test_writes_picture_spectra_and_record(blend, tmp_path, capfd):
     assert all(p["seconds"] > 0 for p in record["passes"])
     assert record["settings"]["sensor"] == "ARRI D21"
     assert "Solonenko" in record["sources"]["water"]
-    assert "pass 2 of 2, 0 s left" in capfd.readouterr().out
+    assert "pass 2 of 2, 0:00:00 left" in capfd.readouterr().out
 
 
 def _record(blend, out, *arguments):

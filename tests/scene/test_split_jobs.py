@@ -10,6 +10,7 @@ import signal
 import subprocess
 import sys
 import time
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path, PureWindowsPath
 
@@ -149,22 +150,32 @@ def test_a_dive_that_is_cut_at_every_frame_is_the_uncut_one(dive, options):
     _assert_equal(_rendered(dive, *options), dive.with_name("split"))
 
 
+def _until(there: Callable[[], object], *workers: subprocess.Popen) -> None:
+    deadline = time.monotonic() + 120
+    while not there():
+        assert all(worker.poll() is None for worker in workers)
+        assert time.monotonic() < deadline
+        time.sleep(0.01)
+
+
 @pytest.mark.slow
-def test_a_worker_that_is_killed_in_a_pass_loses_nothing(dive):
+@pytest.mark.parametrize("others", [0, 1])
+def test_a_worker_that_is_killed_loses_its_pass_which_others_render(dive, others):
     options = ["--frames", 1, "--samples", 1500, "--resolution", 32, 18]
     path, out = _planned(dive, *options), dive.with_name("split")
     worker = _worker("--from", path)
-    deadline = time.monotonic() + 120
-    while not list(out.rglob(".*.claim")):
-        assert worker.poll() is None
-        assert time.monotonic() < deadline
-        time.sleep(0.01)
+    _until(lambda: list(out.rglob(".pass_00.claim")), worker)
+    rest = [_worker("--from", path) for _ in range(others)]
+    if others:
+        _until(lambda: list(out.rglob(".pass_01.claim")), worker, *rest)
     time.sleep(0.2)
     worker.send_signal(signal.SIGKILL)
     worker.communicate()
     assert not list(out.rglob("pass_00.exr"))
-    assert list(out.rglob(".*.claim"))
-    _finish(_worker("--from", path))
+    assert list(out.rglob(".pass_00.claim"))
+    # With another at work it renders that pass too, else one that is started later.
+    _finish(*rest or [_worker("--from", path)])
+    assert not list(out.rglob(".*"))
     assert _run("--from", path, "--develop") == 0
     _assert_equal(_rendered(dive, *options), out)
 
@@ -460,7 +471,7 @@ def test_inside_blender_the_open_scene_counts(dive, capsys):
     assert batch.main(arguments, inside_blender=True) == 0
     assert (dive.with_name("split") / "passes" / "0001" / "pass_00.exr").exists()
     assert batch.main([str(dive), *arguments], inside_blender=True) == 2
-    assert "name the scene before -P" in capsys.readouterr().err
+    assert "name one, before -P or --command" in capsys.readouterr().err
     bpy.context.scene.render.fps = 12
     bpy.ops.wm.save_as_mainfile(filepath=str(dive.with_name("other.blend")))
     assert batch.main(arguments, inside_blender=True) == 2
@@ -523,6 +534,9 @@ def test_one_worker_at_a_time_has_a_pass(tmp_path):
         ({"started": "1"}, 0, True),
         ({"host": "elsewhere", "pid": 2**22 + 1}, 0, False),
         ({"host": "elsewhere"}, claims.TIMEOUT + 60, True),
+        # A container or a clone of this name.
+        ({"machine": "another", "pid": 2**22 + 1}, 0, False),
+        ({"machine": "another"}, claims.TIMEOUT + 60, True),
         (None, 0, False),
         (None, 60, True),
     ],
@@ -541,6 +555,22 @@ def test_the_claim_of_a_dead_worker_is_taken_over(tmp_path, changes, age, taken)
         assert ours == taken
     assert place.exists() == (not taken)
     assert left.exists() == (not taken or changes is None)
+
+
+@pytest.mark.parametrize("hours", [-13, 13])
+def test_the_clock_of_a_machine_does_not_age_claims(tmp_path, monkeypatch, hours):
+    """What dates the files of a shared folder is the clock of its server."""
+    path, right = tmp_path / "pass_00.exr", time.time
+    monkeypatch.setattr(time, "time", lambda: right() + hours * 3600)
+    place = claims.claim_path(path)
+    with claims.claimed(path):
+        content = json.loads(place.read_text())
+    place.write_text(json.dumps(content | {"host": "elsewhere"}))
+    for age, taken in ((60, False), (claims.TIMEOUT + 60, True)):
+        os.utime(place, (right() - age,) * 2)
+        with claims.claimed(path) as ours:
+            assert ours == taken
+    assert list(tmp_path.iterdir()) == []
 
 
 # --- Large jobs -------------------------------------------------------------------------------

@@ -58,9 +58,9 @@ def test_the_button_writes_what_the_option_writes(tmp_path):
     assert is_live(scene)
     _batch(path, "--out", tmp_path / "out", "--bundle", tmp_path / "option")
     names = sorted(item.name for item in (tmp_path / "panel").iterdir())
-    assert len(names) == 5
+    assert len(names) == 6
     for name in names:
-        panel, option = ((tmp_path / which / name).read_text() for which in ("panel", "option"))
+        panel, option = ((tmp_path / which / name).read_bytes() for which in ("panel", "option"))
         assert panel == option, name
     assert not (tmp_path / "out").exists()
 

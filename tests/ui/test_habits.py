@@ -12,6 +12,7 @@ import bpy
 import pytest
 from mathutils import Vector
 from underwater_spectral import registration
+from underwater_spectral.jobs.progress import time_left
 from underwater_spectral.quality.methods import METHODS
 from underwater_spectral.scene import stored_settings
 from underwater_spectral.scene.viewport import first_settings, live
@@ -165,9 +166,9 @@ def test_live_water_follows_the_handle():
 
 
 def test_the_time_that_is_left():
-    assert operators.time_left(30.0, 3, 14) == "0:02:20 left"
-    assert operators.time_left(7200.0, 1, 2) == "4:00:00 left"
-    assert re.fullmatch(r"\d+:\d\d:\d\d left", operators.time_left(0.0, 0, 5))
+    assert time_left(30.0, 3, 14) == "0:02:20 left"
+    assert time_left(7200.0, 1, 2) == "4:00:00 left"
+    assert re.fullmatch(r"\d+:\d\d:\d\d left", time_left(0.0, 0, 5))
 
 
 def test_a_new_registration_finds_its_tab():

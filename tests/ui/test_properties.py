@@ -275,7 +275,7 @@ def test_files_of_every_kind_are_in_the_browser():
         operator.get_rna_type().properties["filter_glob"].default.split(";")
         for operator in (ours.open_water, ours.open_sensor)
     ]
-    assert patterns == [["*.csv", "*.txt", "*.sb"], ["*.csv", "*.json", "*.txt"]]
+    assert patterns == [["*.csv", "*.txt", "*.sb", "*.env"], ["*.csv", "*.json", "*.txt"]]
 
 
 def test_exposure_is_metered_or_by_hand():

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import bpy
 from underwater_spectral import registration
+from underwater_spectral.jobs import batch
 from underwater_spectral.ui import panels
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -48,7 +49,9 @@ def _everything():
     operators = dir(bpy.ops.underwater)
     groups = [g.name for g in bpy.data.node_groups]
     paths = sorted(bpy.utils._preset_path_registry)
-    return handlers, ours, properties, operators, groups, paths
+    manuals = list(bpy.utils._manual_map)
+    droppers = [cls.__name__ for cls in bpy.types.FileHandler.__subclasses__() if cls.is_registered]
+    return handlers, ours, properties, operators, groups, paths, manuals, droppers
 
 
 def test_twenty_times_leaves_no_trace():
@@ -88,7 +91,7 @@ def test_no_panel_is_the_parent_class_of_another():
     assert {cls.bl_space_type for cls in panels.PROPERTIES} == {"PROPERTIES"}
 
 
-def test_the_command_of_blender_runs_the_batch(monkeypatch, capsys):
+def test_the_command_of_blender_runs_the_batch(monkeypatch, capsys, tmp_path):
     registration.unregister()
     known = {}
     monkeypatch.setattr(
@@ -104,6 +107,12 @@ def test_the_command_of_blender_runs_the_batch(monkeypatch, capsys):
     assert capsys.readouterr().out.startswith("usage: underwater ")
     assert run([]) == 2
     assert capsys.readouterr().err.startswith("underwater: name a scene before the options")
+    opened = []
+    blend = str(tmp_path / "open.blend")
+    bpy.ops.wm.save_as_mainfile(filepath=blend)
+    monkeypatch.setattr(batch, "main", lambda _, **how: opened.append(how["inside_blender"]) or 0)
+    assert run(["--from", "job.json"]) == 0
+    assert opened == [True], "blender open.blend --command underwater --from job.json"
     registration.unregister()
     assert known == {}
     monkeypatch.undo()

@@ -13,7 +13,9 @@ from types import SimpleNamespace
 import bpy
 import numpy as np
 import pytest
+from underwater_spectral.jobs import job_files
 from underwater_spectral.scene.engines.exr_output import write_float_exr
+from underwater_spectral.scene.seen.external_files import external_files
 from underwater_spectral.scene.session import is_live
 from underwater_spectral.scene.stored_settings import stored_settings
 from underwater_spectral.scene.viewport import live
@@ -105,7 +107,7 @@ class _Modal:
     """An operator as a window drives it: Blender gives operators to nobody else."""
 
     invoke, modal, cancel = Render.invoke, Render.modal, Render.cancel
-    _passes, _end = Render._passes, Render._end
+    _passes, _end, _stop = Render._passes, Render._end, Render._stop
 
     def __init__(self, *, resume=False, operator=Render):
         self.resume, self.reports = resume, []
@@ -179,6 +181,27 @@ def test_the_window_renders_a_pass_at_each_tick(tmp_path):
     assert snapshot.differences(before, snapshot.snapshot()) == []
 
 
+def test_esc_within_a_pass_stops_as_between_passes(tmp_path):
+    _, before = _live(tmp_path)
+    modal = _Modal()
+    modal.start()
+    modal.event("TIMER")
+
+    def cancel(*_):  # what Blender calls when Esc ends a render
+        for handler in list(bpy.app.handlers.render_cancel):
+            handler(bpy.context.scene, None)
+
+    bpy.app.handlers.render_pre.append(cancel)
+    try:
+        assert modal.event("TIMER") == {"CANCELLED"}
+    finally:
+        bpy.app.handlers.render_pre.remove(cancel)
+    assert modal.reports == [("WARNING", "Stopped; Continue goes on with the finished passes")]
+    assert modal.calls == [*BEGUN, *ENDED]
+    assert [p.name for p in (tmp_path / "passes" / "0003").glob("pass_??.exr")] == ["pass_00.exr"]
+    assert snapshot.differences(before, snapshot.snapshot()) == []
+
+
 def _pictures():
     return [image for image in bpy.data.images if "underwater_picture" in image]
 
@@ -195,6 +218,20 @@ def test_a_picture_is_shown_as_it_is_in_its_file_and_read_again(tmp_path):
     assert not image.use_view_as_render
     shown_pictures.load(path, "out Camera 0002")
     assert len(_pictures()) == 2
+
+
+def test_a_picture_that_is_shown_is_no_file_of_a_job(tmp_path):
+    """A job of the same .blend was refused for another picture, or for none, in the folder."""
+    path = tmp_path / "0001.png"
+    write_png(path, np.zeros((2, 2, 3), np.float32))
+    image = shown_pictures.load(path, "ours")
+    assert job_files.scene_files() == ()
+    assert path not in external_files().files
+    # Unless something is made of it.
+    material = bpy.data.materials.new("poster")
+    material.node_tree.nodes.new("ShaderNodeTexImage").image = image
+    assert [item.path for item in job_files.scene_files()] == [str(path)]
+    assert path in external_files().files
 
 
 def test_an_open_image_editor_is_used_unless_it_is_for_something_else(tmp_path):
@@ -277,6 +314,15 @@ def test_stopping_before_the_first_pass_changes_nothing(tmp_path):
     assert modal.event("ESC") == {"CANCELLED"}
     assert modal.calls == [*BEGUN, *ENDED]
     assert snapshot.differences(before, snapshot.snapshot()) == []
+
+
+def test_a_folder_beside_a_file_that_was_never_saved_is_refused(tmp_path, monkeypatch):
+    """The pictures went into the folder that Blender was started in."""
+    _scene(tmp_path).underwater_panel.output = "//underwater"
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(RuntimeError, match="which was never saved; save it, or choose another"):
+        bpy.ops.underwater.render()
+    assert not list(tmp_path.iterdir())
 
 
 def test_an_error_ends_the_render_of_a_window(tmp_path):

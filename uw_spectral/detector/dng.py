@@ -1,7 +1,8 @@
 """Raw pictures as DNG: uncompressed counts behind a mosaic, and what a developer must know.
 
 One image directory, as *Digital Negative Specification 1.4* and TIFF 6.0 describe it, little
-endian, with the linear counts as they are. Lens corrections, previews and EXIF are not in it.
+endian, with the linear counts as they are. Of EXIF it has the ISO; lens corrections and previews
+are not in it.
 """
 
 from __future__ import annotations
@@ -22,8 +23,12 @@ from .linear_detector import Detector
 _BYTE, _ASCII, _SHORT, _LONG, _RATIONAL, _SRATIONAL = 1, 2, 3, 4, 5, 10
 _CODES = {_BYTE: "B", _SHORT: "H", _LONG: "I", _RATIONAL: "I", _SRATIONAL: "i"}
 _MOSAIC, _D65 = 32803, 21
-_STRIP = 273  # tag with the place of the counts
+_STRIP, _EXIF = 273, 34665  # tags with the places of the counts and of EXIF's directory
+_HEADER = 8  # bytes
 _DENOMINATOR = 1_000_000
+_HIGHEST_ISO = 65535  # as EXIF writes what its tag cannot hold
+Tags = dict[int, tuple[int, list[int] | str]]
+"""Of a directory: kind and content by number."""
 
 
 def write_dng(
@@ -80,7 +85,7 @@ def write_dng(
     white = np.array([0.9505, 1.0, 1.089])
     matrix = matrix / np.max(matrix @ white)
     pixels = counts.astype("<u2").tobytes()
-    tags = {
+    tags: Tags = {
         254: (_LONG, [0]),  # a full picture
         256: (_LONG, [width]),
         257: (_LONG, [height]),
@@ -98,6 +103,7 @@ def write_dng(
         305: (_ASCII, software),
         33421: (_SHORT, [2, 2]),
         33422: (_BYTE, ["RGB".index(letter) for letter in pattern]),
+        _EXIF: (_LONG, [0]),
         50706: (_BYTE, [1, 4, 0, 0]),
         50707: (_BYTE, [1, 1, 0, 0]),
         50708: (_ASCII, camera),
@@ -107,8 +113,10 @@ def write_dng(
         50728: (_RATIONAL, _rationals((grey / grey.max()).tolist())),
         50778: (_SHORT, [_D65]),
     }
+    taken_at = detector.base_iso if iso is None else iso
+    exif: Tags = {34855: (_SHORT, [min(round(taken_at), _HIGHEST_ISO)])}
     with replacing(path) as temporary:
-        temporary.write_bytes(_tiff(tags, pixels))
+        temporary.write_bytes(_tiff(tags, exif, pixels))
 
 
 def _rationals(values: Sequence[float]) -> list[int]:
@@ -116,10 +124,23 @@ def _rationals(values: Sequence[float]) -> list[int]:
     return [part for value in found for part in (value.numerator, value.denominator)]
 
 
-def _tiff(tags: dict[int, tuple[int, list[int] | str]], pixels: bytes) -> bytes:
-    """One directory after the header, then what does not fit into it, then the counts."""
-    start = 8 + 2 + 12 * len(tags) + 4
-    entries, extra = [], b""
+def _tiff(tags: Tags, exif: Tags, pixels: bytes) -> bytes:
+    """The directory after the header, then that of EXIF, then the counts."""
+    place_of_exif = _HEADER + len(_directory(tags, _HEADER))
+    directory_of_exif = _directory(exif, place_of_exif)
+    placed = {
+        **tags,
+        _EXIF: (_LONG, [place_of_exif]),
+        _STRIP: (_LONG, [place_of_exif + len(directory_of_exif)]),
+    }
+    header = struct.pack("<2sHI", b"II", 42, _HEADER)
+    return header + _directory(placed, _HEADER) + directory_of_exif + pixels
+
+
+def _directory(tags: Tags, place: int) -> bytes:
+    """One directory that lies at a place, and what does not fit into it."""
+    entries, extra = b"", b""
+    start = place + 2 + 12 * len(tags) + 4
     for tag, (kind, values) in sorted(tags.items()):
         if isinstance(values, str):
             content = values.encode("ascii", "replace") + b"\0"
@@ -127,15 +148,10 @@ def _tiff(tags: dict[int, tuple[int, list[int] | str]], pixels: bytes) -> bytes:
         else:
             content = struct.pack(f"<{len(values)}{_CODES[kind]}", *values)
             count = len(values) // (2 if kind in (_RATIONAL, _SRATIONAL) else 1)
+        entries += struct.pack("<HHI", tag, kind, count)
         if len(content) > 4:
-            place = struct.pack("<I", start + len(extra))
+            entries += struct.pack("<I", start + len(extra))
             extra += content + b"\0" * (len(content) % 2)
         else:
-            place = content.ljust(4, b"\0")
-        entries.append([tag, kind, count, place])
-    for entry in entries:
-        if entry[0] == _STRIP:
-            entry[3] = struct.pack("<I", start + len(extra))
-    directory = struct.pack("<H", len(entries))
-    directory += b"".join(struct.pack("<HHI", *entry[:3]) + entry[3] for entry in entries)
-    return struct.pack("<2sHI", b"II", 42, 8) + directory + struct.pack("<I", 0) + extra + pixels
+            entries += content.ljust(4, b"\0")
+    return struct.pack("<H", len(tags)) + entries + struct.pack("<I", 0) + extra

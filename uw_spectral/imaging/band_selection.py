@@ -196,10 +196,13 @@ def fitted_reduction(view: Viewpoint, reference: Viewpoint) -> SensorReduction:
         )
     target = _Target.of(view, reference)
     count = len(view.column.bands)
-    weights, delta_e = target.solve(np.arange(count)[None])
+    found, delta_e = target.solve(np.arange(count)[None])
+    weights, develop = found[0] * target.scale, reference.reduction
     return dataclasses.replace(
-        reference.reduction,
-        weights=weights[0] * target.scale,
+        develop,
+        weights=weights,
+        # Many bands have a matrix with an inverse.
+        response=np.linalg.solve(develop.matrix, weights),
         method=f"{view.sensor.name} in {view.illuminant.name}, {count} bands with weights "
         f"fitted to {len(reference.column.bands)}, white balance {reference.white_balance}, "
         f"expected ΔE2000 {delta_e[0]:.2f}",

@@ -130,8 +130,9 @@ class ValueGrid:
         cells = []
         for place, size in zip((row, column), self.values.shape, strict=False):
             place = np.asarray(place)
-            low = np.clip(np.floor(place).astype(int), 0, size - 2)
-            cells.append((low, np.clip(place - low, 0.0, 1.0)))
+            # Not clip, which takes many times as long on few numbers.
+            low = np.minimum(np.maximum(np.floor(place).astype(int), 0), size - 2)
+            cells.append((low, np.minimum(np.maximum(place - low, 0.0), 1.0)))
         (v, down), (h, along) = ((_squeezed(low), share) for low, share in cells)
         near = self.values[v, h] + along * (self.values[v, h + 1] - self.values[v, h])
         far = self.values[v + 1, h] + along * (self.values[v + 1, h + 1] - self.values[v + 1, h])

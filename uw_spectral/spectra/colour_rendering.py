@@ -29,6 +29,7 @@ _FINE_WIDTH = 2.0
 # Share of the light at the surface that still counts as light: the gain for less overflows in
 # single precision.
 _DARKEST = 1e-30
+_ALIKE = 1e-12  # relative, of responses
 # Share of a metered picture that may be brighter than white.
 _HIGHLIGHTS = 0.02
 
@@ -44,7 +45,11 @@ class SensorReduction:
     weights : array, shape (3, n)
         Sensitivity times band width, white balance, colour matrix, exposure.
     matrix : array, shape (3, 3)
-        The part of ``weights`` that acts on the sensor's three responses.
+        The part of ``weights`` that acts on the sensor's three responses; of few bands it may
+        have no inverse.
+    response : array, shape (3, n)
+        Sensitivities of the sensor's channels times band widths, or what was fitted in their
+        place.
     white : array, shape (3,)
         Sensor responses to a white diffuser in the light that was balanced
         for (in the surface light if the white balance is ``"none"``).
@@ -60,6 +65,7 @@ class SensorReduction:
 
     weights: NDArray[np.float64]
     matrix: NDArray[np.float64]
+    response: NDArray[np.float64]
     white: NDArray[np.float64]
     delta_e: float
     method: str
@@ -76,14 +82,6 @@ class SensorReduction:
         return replace(
             self, weights=self.weights * gain, matrix=self.matrix * gain, stops=self.stops + stops
         )
-
-    @property
-    def response(self) -> NDArray[np.float64]:
-        """Responses of the sensor's channels that ``weights`` stand for, shape (3, n).
-
-        They are its sensitivities times band widths, or what was fitted in their place.
-        """
-        return np.linalg.solve(self.matrix, self.weights)
 
     def stops_to(self, weights: ArrayLike) -> float:
         """Return the stops that the exposure of weights lies above that of these.
@@ -201,7 +199,9 @@ def reduction(
         f"{sensor.name} in {illuminant.name}, {len(bands)} bands, white balance {white_balance} "
         f"({how}), mean ΔE2000 {daylight.delta_e:.2f} in daylight"
     )
-    developed = SensorReduction(matrix @ response, matrix, white, daylight.delta_e, method)
+    developed = SensorReduction(
+        matrix @ response, matrix, response, white, daylight.delta_e, method
+    )
     return developed.exposed(exposure_stops)
 
 
@@ -429,6 +429,8 @@ def _white_preserving_fit(
 ) -> NDArray[np.float64]:
     """Least-squares 3×3 matrix from responses to colours whose rows sum to 1."""
     free = responses[:, :2] - responses[:, 2:]
+    # Behind one band all channels are alike: what differs is rounding, and fits anything.
+    free[np.abs(free) < _ALIKE * np.abs(responses).max()] = 0.0
     rows = np.linalg.lstsq(free, colours - responses[:, 2:], rcond=None)[0]
     return np.vstack([rows, 1 - rows.sum(axis=0)]).T
 

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from ..spectra.spectrum import read_table
+from ..spectra.spectrum import read_table, read_text
 from .kd_inversion import water_from_Kd_csv
 from .optical_properties import Water
 from .profile import DEPTH, WaterProfile, read_profile
-from .seabass import water_from_seabass
+from .seabass import is_seabass, water_from_seabass
 
-PATTERNS = ("*.csv", "*.txt", "*.sb")
+PATTERNS = ("*.csv", "*.txt", "*.sb", "*.env")
 """Names of the files, for those who look for one."""
 
 CONTENT = (
@@ -26,7 +26,7 @@ def read_water(path: str | Path) -> Water | WaterProfile:
     Parameters
     ----------
     path : str or Path
-        ``.sb``: SeaBASS, see :func:`.water_from_seabass`. Else a CSV table:
+        ``.sb``, or what begins as SeaBASS does: see :func:`.water_from_seabass`. Else a CSV table:
         ``wavelength_nm,a,b[,Kd]``, or ``wavelength_nm,Kd``, which is inverted
         (:func:`.invert_Kd`). With a column ``depth_m``: see :func:`.read_profile`.
 
@@ -36,7 +36,7 @@ def read_water(path: str | Path) -> Water | WaterProfile:
         If the file cannot be used.
     """
     path = Path(path)
-    if path.suffix.lower() == ".sb":
+    if path.suffix.lower() == ".sb" or is_seabass(read_text(path)):
         return water_from_seabass(path)
     columns = read_table(path, ()).columns
     if DEPTH in columns:

@@ -26,6 +26,7 @@ _PER_METRE = {"": 1.0, "1/m": 1.0, "m^-1": 1.0, "1/cm": 100.0, "cm^-1": 100.0}
 _FLAGS = ("missing", "above_detection_limit", "below_detection_limit")
 _SPECTRAL_FIELD = re.compile(r"(kd|agp|cgp|bbp|ed|ap|ag|a|b|c)_?(\d{3}(?:\.\d+)?)(nm)?")
 _INHERENT = ("a", "b", "c", "agp", "cgp", "ap", "ag", "bbp")
+_BEGIN = "/begin_header"
 # Of these pure water is subtracted; where little is left, noise makes it negative.
 _WITHOUT_WATER = ("agp", "cgp", "ap", "ag", "bbp")
 _NOISE = 0.005  # 1/m
@@ -58,6 +59,17 @@ class SeaBASS:
     units: tuple[str, ...]
     columns: dict[str, NDArray[np.float64]]
     lines: NDArray[np.int_]
+
+
+def is_seabass(text: str) -> bool:
+    """Whether a text begins as a SeaBASS file does.
+
+    Examples
+    --------
+    >>> is_seabass("/begin_header"), is_seabass("wavelength_nm,a,b")
+    (True, False)
+    """
+    return text.partition("\n")[0].strip().lower() == _BEGIN
 
 
 def read_seabass(path: str | Path) -> SeaBASS:
@@ -389,8 +401,8 @@ def Kd_from_profile(data: SeaBASS) -> Spectrum:
 
 
 def _header(path: Path, lines: list[str]) -> tuple[dict[str, str], int]:
-    if not lines or lines[0].strip().lower() != "/begin_header":
-        raise InputError(f"{path}, line 1: a SeaBASS file starts with /begin_header; add it")
+    if not lines or lines[0].strip().lower() != _BEGIN:
+        raise InputError(f"{path}, line 1: a SeaBASS file starts with {_BEGIN}; add it")
     header: dict[str, str] = {}
     for number, line in enumerate(lines[1:], start=2):
         text = line.strip()

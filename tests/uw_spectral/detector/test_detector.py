@@ -216,6 +216,17 @@ def test_a_full_well_is_white_in_a_dng(tmp_path, iso, white):
     assert rgb[8:-8, 8:-8].min() == rgb[8:-8, 8:-8].max() == 2**16 - 1
 
 
+@pytest.mark.parametrize(("iso", "said"), [(None, 200), (800.0, 800), (1e6, 65535)])
+def test_readers_know_the_iso_of_a_dng(tmp_path, iso, said):
+    path, counts = tmp_path / "raw.dng", np.full((32, 32), 500, np.uint16)
+    detector = Detector(base_iso=200.0)
+    write_dng(path, counts, detector, "RGGB", np.eye(3), np.ones(3), "a", iso=iso)
+    with rawpy.imread(str(path)) as raw:  # LibRaw
+        assert raw.other.iso_speed == said
+    tags = oiio.ImageInput.open(str(path)).spec()  # by its TIFF reader
+    assert tags.getattribute("Exif:ISOSpeedRatings") == (said,)
+
+
 def test_a_dng_is_a_tiff_with_the_counts_at_its_end(tmp_path):
     counts = np.arange(64, dtype=np.uint16).reshape(8, 8)
     write_dng(tmp_path / "a.dng", counts, Detector(), "RGGB", np.eye(3), np.ones(3), "a")

@@ -67,6 +67,20 @@ def test_every_sensor_develops_daylight_within_a_few_delta_e():
     assert np.median(list(worst.values())) < 2.0
 
 
+@pytest.mark.parametrize("count", [1, 2, 3, 9])
+@pytest.mark.parametrize("balance", ["daylight", "depth", "none"])
+def test_responses_are_the_sensors_through_however_few_bands(count, balance):
+    """The matrix of this camera has no inverse in one band or two."""
+    camera, bands = parse_sensor("Canon EOS 5D Mark IV"), Bands.uniform(count)
+    depth = np.linspace(0.2, 1.0, count)
+    develop = reduction(camera, bands, D65, depth, balance, 1.5)
+    assert np.array_equal(develop.response, camera.response_in(bands))
+    assert develop.matrix @ develop.response == pytest.approx(develop.weights, rel=1e-9)
+    if balance != "none":
+        white = depth if balance == "depth" else D65.total_in(bands)
+        assert develop.apply(white / math.pi) == pytest.approx(2.0**1.5, rel=1e-9)
+
+
 def test_automatic_exposure():
     develop = reduction(parse_sensor("cie1931"), BANDS, D65, AT_DEPTH)
     stops = auto_exposure_stops(develop, AT_DEPTH)

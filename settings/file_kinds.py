@@ -1,0 +1,127 @@
+"""What a file can be for a scene: told by its header, checked by its reader."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from ..uw_spectral.errors import InputError, printable
+from ..uw_spectral.lamps.emission import parse_emission
+from ..uw_spectral.lamps.ies import read_ies
+from ..uw_spectral.lamps.profile import profile_from_csv
+from ..uw_spectral.spectra.illuminant import parse_illuminant
+from ..uw_spectral.spectra.reflectance import reflectance_from_csv
+from ..uw_spectral.spectra.sensor import parse_sensor
+from ..uw_spectral.spectra.spectrum import read_text
+from ..uw_spectral.water import measured
+from ..uw_spectral.water.seabass import is_seabass
+
+_IES = ".ies"
+
+
+@dataclass(frozen=True)
+class FileKind:
+    """One thing that a file can be.
+
+    Attributes
+    ----------
+    label : str
+    text : str
+        What such a file holds.
+    columns : tuple of str
+        A table with one of these is meant for it.
+    read : callable
+        Reads the file; raises InputError if it cannot be used.
+    setting : str
+        The setting of the scene that takes it.
+    of_lamp : str
+        The property of a lamp that takes it, where it is no setting.
+    """
+
+    label: str
+    text: str
+    columns: tuple[str, ...]
+    read: Callable[[Path], object]
+    setting: str = ""
+    of_lamp: str = ""
+
+
+def _profile(path: Path) -> object:
+    return read_ies(path) if path.suffix.lower() == _IES else profile_from_csv(str(path))
+
+
+FILE_KINDS = {
+    "water": FileKind(
+        "Water", measured.CONTENT, ("a", "b", "Kd", "depth_m"), measured.read_water, "water"
+    ),
+    "sensor": FileKind(
+        "Camera", "wavelength_nm, R, G, B", ("R", "G", "B"),
+        lambda path: parse_sensor(f"file:{path}"), "sensor",
+    ),
+    "floor": FileKind(
+        "Reflectance of the Floor", "wavelength_nm, reflectance", ("reflectance",),
+        reflectance_from_csv, "floor_reflectance",
+    ),
+    "light": FileKind(
+        "Light above the Water", "wavelength_nm, irradiance", ("irradiance",),
+        lambda path: parse_illuminant(f"file:{path}"), "illuminant",
+    ),
+    "spectrum": FileKind(
+        "Spectrum of the Lamp", "wavelength_nm, power", ("power",),
+        lambda path: parse_emission(f"file:{path}"), of_lamp="spectrum",
+    ),
+    "profile": FileKind(
+        "Profile of the Lamp", "IES, or angle_deg, intensity", ("angle_deg",), _profile,
+        of_lamp="profile",
+    ),
+}  # fmt: skip
+"""The kinds of files by their names."""
+
+
+def kinds_of_file(path: Path) -> tuple[str, ...]:
+    """Return what a file can be: the names of kinds whose readers take it, one or more.
+
+    Raises
+    ------
+    InputError
+        If it is none of them, or is not right.
+    """
+    meant = _meant(path)
+    if len(meant) == 1:
+        FILE_KINDS[meant[0]].read(path)
+        return meant
+    usable, errors = [], []
+    for name in meant:
+        try:
+            FILE_KINDS[name].read(path)
+        except InputError as error:
+            errors.append(error)
+        else:
+            usable.append(name)
+    if not usable:
+        raise errors[0]
+    return tuple(usable)
+
+
+def _meant(path: Path) -> tuple[str, ...]:
+    """Return the kinds that a file's name and header speak of."""
+    suffix = path.suffix.lower()
+    if suffix == _IES:
+        return ("profile",)
+    text = read_text(path)
+    if suffix == ".sb" or is_seabass(text):
+        return ("water",)
+    lines = (line for line in text.splitlines() if line.strip() and not line.startswith("#"))
+    header = next(lines, "")
+    if suffix == ".json" or (suffix != ".csv" and "," not in header):
+        return ("sensor",)
+    names = {name.strip() for name in header.split(",")}
+    meant = tuple(name for name, kind in FILE_KINDS.items() if names & set(kind.columns))
+    if not meant:
+        known = "; ".join(f"{kind.label}: {kind.text}" for kind in FILE_KINDS.values())
+        raise InputError(
+            f"{path}: its columns {printable(header)!r} tell nothing that a scene can use. Name "
+            f"them as one of these does. {known}"
+        )
+    return meant
