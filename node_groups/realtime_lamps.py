@@ -31,7 +31,7 @@ from ..uw_spectral.lamps.angular_spread import (
     ValueGrid,
     WaterSpread,
 )
-from ..uw_spectral.lamps.lamp import Lamp, ray_past_lamp
+from ..uw_spectral.lamps.lamp import Lamp, LitPart, ray_past_lamp
 from ..uw_spectral.lamps.lamp_channels import (
     COLOURS,
     ChannelLight,
@@ -45,12 +45,13 @@ from ..uw_spectral.lamps.lamp_channels import (
 from ..uw_spectral.lamps.lamp_channels import LENGTHS as SAMPLES
 from ..uw_spectral.lamps.lamp_path import NODES as PATH_NODES
 from ..uw_spectral.lamps.lamp_path import gauss
-from ..uw_spectral.lamps.lamp_shadow import DISTANCES, SIDE, SOFT_SIDE
+from ..uw_spectral.lamps.lamp_shadow import DISTANCES, PART_SIDE, SIDE, SOFT_SIDE
 from ..uw_spectral.lamps.lamp_surface import patch_past_lamp
 from ..uw_spectral.lamps.multiple_scattering import MORE_NODES, LampField, LampWater
 from ..uw_spectral.lamps.profile import NO_EDGE, LampProfile, sample_place
 from ..uw_spectral.lamps.soft_shadow import SoftMap
 from ..uw_spectral.lamps.three_bands import COUNT as BANDS
+from ..uw_spectral.lamps.thrown_back import COUNT as PARTS
 from ..uw_spectral.mathematics import NUMPY, Mathematics, Operand
 from ..uw_spectral.transfer.facets import Facets
 from ..uw_spectral.transfer.radiance_field import distance_in_water
@@ -86,16 +87,19 @@ NO_SHADOW = (0.0, 0.0, 0.0)
 """In place of the colour of what stands for things, and of lamps that cast no shadow."""
 # Custom properties of the image.
 _PARTS, _MEASURED, _FROM_AIR = "uw_parts", "uw_measured", "uw_from_air"
+_THROWN = "uw_thrown"
 _QUADRATURES = (PATH_NODES, MORE_NODES)
 _NUMBERS = sum(_QUADRATURES)  # first column after them
 _EXTENT, _IN_WATER, _ON_THINGS, _WIDE, _SCALES = range(_NUMBERS, _NUMBERS + 5)
-_POSITION, _AXIS, _FORM, _COLOUR, _SEEN, _STANDS, _DRY = range(7)
+_POSITION, _AXIS, _FORM, _COLOUR, _SEEN, _STANDS, _DRY, _FIRST_PART = range(8)
 _PROFILE, _FOLDED = 1, 2  # rows of a block; its numbers are in the first
 _MARGIN = 1
 _SPREAD, _SPREAD_ROWS = 1, LENGTHS + 2 * _MARGIN
 _PATCHES = ANGLES + 2 * _MARGIN  # first column of the irradiance on patches
 _PROFILE_COLUMNS = PROFILE_ANGLES + 2 * _MARGIN
 _SHADOW = _PROFILE_COLUMNS  # first column of the map of shadows
+_PART_COLUMNS = PART_SIDE + 2 * _MARGIN
+_BESIDE = 3  # maps of parts of lit things, in place of the map of shadows
 _SOFT = _SHADOW + SIDE + 2 * _MARGIN  # that of the maps of scattered light, side by side
 _SOFT_COLUMNS = SOFT_SIDE + 2 * _MARGIN
 _TABLE_ROWS = max(PROFILE_LENGTHS, SIDE) + 2 * _MARGIN
@@ -104,6 +108,7 @@ _WIDTH = max(
 )
 _UNHIDDEN = SoftMap(np.tile((1.0, 0.0), (DISTANCES, SOFT_SIDE, SOFT_SIDE, 1)))
 _DARKEST = 1e-12
+_LEAST_RADIUS = 1e-3  # m
 _OF_SHADOWS = (
     "shadow_filter_radius", "shadow_maximum_resolution", "use_absolute_resolution",
     "use_shadow_jitter", "shadow_jitter_overblur",
@@ -157,7 +162,13 @@ class _Rows:
 
 
 def new_images(
-    lamps: int, profiles: int, parts: int, measured: int = 0, *, from_air: bool = False
+    lamps: int,
+    profiles: int,
+    parts: int,
+    measured: int = 0,
+    thrown: int = 0,
+    *,
+    from_air: bool = False,
 ) -> LampImages:
     """Make the images of so many lamps, which are dark.
 
@@ -171,6 +182,8 @@ def new_images(
         Of the phase function.
     measured : int
         Measured reflectances of things.
+    thrown : int
+        How many of the lamps stand for things; they come last.
     from_air : bool
         Whether some may shine into the water from above.
     """
@@ -178,6 +191,7 @@ def new_images(
     image = number_image(NAME, _WIDTH, height)
     image.use_half_precision = False  # numbers keep their digits
     image[_PARTS], image[_MEASURED], image[_FROM_AIR] = parts, measured, from_air
+    image[_THROWN] = thrown
     return LampImages(image, lamp_sources.new_image(profiles))
 
 
@@ -229,6 +243,12 @@ def _pixels(
         if lamp.shadow is not None:
             assert isinstance(lamp.shadow, ValueGrid)
             _put(block[rows.tables :], _SHADOW, lamp.shadow.values)
+        for place, part in enumerate(lamp.parts):
+            if part.shadow is not None:
+                assert isinstance(part.shadow, ValueGrid)
+                down, across = divmod(place, _BESIDE)
+                row, column = (_PART_COLUMNS * x for x in (down, across))
+                _put(block[rows.tables + row :], _SHADOW + column, part.shadow.values)
         soft = _UNHIDDEN if lamp.soft is None else lamp.soft
         assert isinstance(soft, SoftMap)
         for place, layer in enumerate(soft.values):
@@ -257,6 +277,11 @@ def _put_lamp(
     unblocked = max(lamp.thrown, lamp.unblocked)
     numbers[_COLOUR, :3], numbers[_SEEN, :3] = colour, (lamp.seen, lamp.thrown, unblocked)
     numbers[_STANDS, :3], numbers[_DRY, 0] = lamp.own_place, lamp.dry
+    for index, part in enumerate(lamp.parts):
+        place = _FIRST_PART + 3 * index
+        numbers[place, :3], numbers[place + 2, :3] = part.position, part.share
+        # One texel has both: a direction has no length.
+        numbers[place + 1, :3] = np.array(part.axis) * max(float(part.radius), _LEAST_RADIUS)
     block[_PROFILE, :SAMPLES, 0] = lamp.profile.sampled(SAMPLES)
     coloured = folded.coloured.reshape(-1, SAMPLES, 3)
     tables = [folded.scattered, folded.unscattered[None], folded.in_water, coloured]
@@ -417,6 +442,26 @@ class LampTable:
     def count(self) -> int:
         """Number of lamps."""
         return (self.image.size[1] - _SPREAD - _SPREAD_ROWS) // self.rows.all
+
+    @property
+    def thrown(self) -> int:
+        """How many of them stand for things; these come last."""
+        return int(self.image[_THROWN])
+
+    def parts(self, index: NodeValue) -> list[LitPart]:
+        """Return the parts of what a lamp stands for."""
+        row, found = self._row(index), []
+        for number in range(PARTS):
+            place = _FIRST_PART + 3 * number
+            position, turned, share = (self._at(place + i, row) for i in range(3))
+            radius = NODES.sqrt(turned.dot(turned))
+            axis = self.graph.components(turned * (1.0 / radius))
+            down, across = (float(_PART_COLUMNS * x) for x in divmod(number, _BESIDE))
+            tables = row + (self.rows.tables + down)
+            shadow = _ImageShadow(self.graph, self.image, _SHADOW + across, tables)
+            at = self.graph.components(position)
+            found.append(LitPart(at, axis, share, radius, shadow))
+        return found
 
     def colour(self, index: NodeValue) -> NodeValue:
         """Return the colour of the lamp that casts the shadows of one."""
@@ -585,10 +630,18 @@ def build_patch(
     matte = matte_part(colour, _facets(graph, given, facets), NODES) if facets else colour
 
     def of_lamp(index: NodeValue) -> tuple[NodeValue, ...]:
-        lamp, light = table.lamp(index), table.on_things(index)
-        patch = patch_past_lamp(lamp, here, normal, NODES)
+        lamp = table.lamp(index)
         visible = given[VISIBILITY].dot(table.colour(index)) + lamp.unblocked
-        arriving = light.parts(lamp, patch, visible, NODES)
+        return found_of(index, lamp, visible)
+
+    def of_thrown(index: NodeValue) -> tuple[NodeValue, ...]:
+        at = index + float(table.count - table.thrown)
+        return found_of(at, dataclasses.replace(table.lamp(at), parts=table.parts(at)), 1.0)
+
+    def found_of(index: NodeValue, lamp: Lamp, visible: Operand) -> tuple[NodeValue, ...]:
+        light = table.on_things(index)
+        patch = patch_past_lamp(lamp, here, normal, NODES)
+        arriving = light.arriving_at(lamp, patch, visible, NODES)
         bands = light.on_patch(arriving, patch, NODES)
         to_lamp = [-part for part in lamp.towards(here, NODES)[1]]
         thrown = [
@@ -621,15 +674,18 @@ def build_patch(
         if not {SEEN, UNSCATTERED, FORWARD}.isdisjoint(outputs):
             shares = {UNSCATTERED: light.unscattered(P, NODES), FORWARD: light.forward(P, NODES)}
             shares[SEEN] = shares[UNSCATTERED] + shares[FORWARD]
-            found |= reflected(patch.wet + P, shares)
+            found |= reflected(patch.length + P, shares)
         if not {THERE, IRRADIANCE}.isdisjoint(outputs):
-            tables = light.tables(patch.wet)
-            found |= reflected(patch.wet, {THERE: 1.0})
+            tables = light.tables(patch.length)
+            found |= reflected(patch.length, {THERE: 1.0})
             if IRRADIANCE in outputs:
                 found[IRRADIANCE] = light.arriving(bands, of_colour(tables, (1.0, 1.0, 1.0)))
         return tuple(found[name] for name in outputs)
 
-    totals = summed(graph, table.count, of_lamp)
+    totals = summed(graph, table.count - table.thrown, of_lamp)
+    if table.thrown:
+        more = summed(graph, table.thrown, of_thrown)
+        totals = tuple(one + other for one, other in zip(totals, more, strict=True))
     return _finished(tree, graph, dict(zip(outputs, totals, strict=True)))
 
 
@@ -666,7 +722,7 @@ def visibility(
         bright = NODES.maximum(patch.cosine, 0.0) / (patch.r * patch.r)
         return (table.colour(index) * bright,)
 
-    (expected,) = summed(graph, table.count, of_lamp)
+    (expected,) = summed(graph, table.count - table.thrown, of_lamp)
     seen = light_on_white(graph, normal)
     sun = graph.components(seen)[0] * sunlit
     found = (seen - sun) * (math.pi / code) / NODES.maximum(expected, _DARKEST)

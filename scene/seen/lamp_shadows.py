@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import bpy
@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from ...node_groups.node_mathematics import MARK
 from ...uw_spectral.lamps.angular_spread import ValueGrid
-from ...uw_spectral.lamps.lamp import Lamp
-from ...uw_spectral.lamps.lamp_shadow import SIDE, shadow_map
+from ...uw_spectral.lamps.lamp import Lamp, LitPart
+from ...uw_spectral.lamps.lamp_shadow import PART_SIDE, SIDE, shadow_directions, shadow_map
 from ...uw_spectral.lamps.profile import LampProfile
 from ...uw_spectral.lamps.thrown_back import rays_of
 from ..materials.mean_colours import Rgb, mean_colour
@@ -35,6 +35,7 @@ class KeptLampShadows:
     def __init__(self) -> None:
         self._things = b""
         self._maps: dict[_Key, _Map] = {}
+        self._meshes: Meshes | None = None
 
     def of(
         self, scene: bpy.types.Scene, found: SceneLamps, *, unchanged: bool = False
@@ -56,11 +57,24 @@ class KeptLampShadows:
         )
         return replace(found, lamps=lamps, seen=tuple(near and near.seen for near in maps))
 
+    def of_thrown(self, found: SceneLamps) -> SceneLamps:
+        """Return lamps that know how far the parts of what they light shine on other things."""
+        meshes = self._meshes
+        if meshes is None:
+            return found
+        parts = [part for lamp in found.thrown for part in lamp.parts]
+        shadows = iter(_around_parts(meshes, parts))
+        thrown = tuple(
+            replace(lamp, parts=tuple(replace(part, shadow=next(shadows)) for part in lamp.parts))
+            for lamp in found.thrown
+        )
+        return replace(found, thrown=thrown)
+
     def _look(self, scene: bpy.types.Scene, shining: Iterable[Lamp]) -> None:
         """Bring the maps to what is there now."""
         without = [item for item in scene.objects if MARK in item]
         meshes = Meshes(bpy.context.evaluated_depsgraph_get(), without, "shadow")
-        colours = _colours(meshes)
+        self._meshes, colours = meshes, _colours(meshes)
         things = _digest(meshes, colours)
         known = self._maps if things == self._things else {}
         self._things, self._maps = things, {}
@@ -70,7 +84,8 @@ class KeptLampShadows:
                 self._maps[key] = known.get(key) or _around(meshes, lamp, colours)
 
 
-_LEVEL = 0.02  # of a ray that goes down, at least
+_LEVEL = 0.02  # of a ray that goes down, or over what it begins at, at least
+_OVER = 1e-3  # m, from where parts of things are looked from
 
 type _Key = tuple[LampProfile | float, ...]
 
@@ -120,6 +135,24 @@ def _around(meshes: Meshes, lamp: Lamp, colours: dict[bpy.types.Material | None,
     base = np.array([colours[None if hit is None else hit.material] for hit in hits])
     shines = np.where(lit, distances, start)[: SIDE**2]
     return _Map(SeenByLamp(rays, distances, normals, base), shadow_map(shines))
+
+
+def _around_parts(meshes: Meshes, parts: Sequence[LitPart]) -> list[ValueGrid]:
+    """Look around parts of lit things, from over them: their middles may be within."""
+    directions = shadow_directions(PART_SIDE)
+    rays, wanted = [], []
+    for part in parts:
+        axis = np.array(part.axis)
+        origin = np.array(part.position) + (float(part.radius) + _OVER) * axis
+        above = (directions @ axis > _LEVEL) & bool(np.any(part.share))
+        wanted.append(above)
+        rays += [(origin, u) for u in directions[above]]
+    found = np.full((len(parts), len(directions)), np.inf)
+    if rays:
+        origins, ways = (np.array(x) for x in zip(*rays, strict=True))
+        hits = meshes.first(origins, ways, np.full(len(rays), np.inf))
+        found[np.array(wanted)] = [np.inf if hit is None else hit.distance for hit in hits]
+    return [shadow_map(distances, PART_SIDE) for distances in found]
 
 
 def _entered(

@@ -119,8 +119,7 @@ class SceneLamps:
         """Return the lamps in some of the bands."""
         chosen = list(indices)
         lamps, thrown = (
-            tuple(replace(lamp, intensity=lamp.intensity[chosen]) for lamp in part)
-            for part in (self.lamps, self.thrown)
+            tuple(lamp.of_bands(chosen) for lamp in part) for part in (self.lamps, self.thrown)
         )
         return replace(self, lamps=lamps, thrown=thrown)
 

@@ -113,6 +113,7 @@ def eevee_water(
         shining = shining.in_layers(plan.column, plan.phase, eye.depth)
         water = shining.around or plan.lamp_water(max(eye.depth, 0.0))
         shining = shining.with_thrown_back(water, plan.bands, place)
+        shining = kept.lamp_shadows.of_thrown(shining)
     reflectances = {
         material.name: reflectance.at(plan.bands.centres)
         for material, reflectance in band_colors.measured_reflectances(scene)

@@ -263,6 +263,7 @@ def _lamp_images(water: RealtimeWater) -> realtime_lamps.LampImages:
         profiles,
         len(shape.lamp_components),
         shape.measured,
+        len(lamps.thrown),
         from_air=shape.lamps_in_air,
     )
 

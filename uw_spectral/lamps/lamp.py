@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -19,6 +19,29 @@ NEAREST = 1e-3
 pixel is as wide. A ray that meets the lamp sees the lamp, not the water around it."""
 _SMALLEST = 1e-6  # m
 _COTANGENT = 1.0 / math.tan(THING)
+
+
+@dataclass(frozen=True, eq=False)
+class LitPart:
+    """A part of the things that a lamp stands for, which shine on what is near them.
+
+    Parameters
+    ----------
+    position, axis : sequence of 3
+        World coordinates, m; unit vector about which it is Lambertian.
+    share : array, shape (n,)
+        Of the lamp's intensity.
+    radius : float
+        m.
+    shadow : Lookup, optional
+        How far it shines, a map of :data:`.PART_SIDE`.
+    """
+
+    position: Sequence[Operand]
+    axis: Sequence[Operand]
+    share: Operand
+    radius: Operand
+    shadow: Lookup | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,6 +74,8 @@ class Lamp:
         Where it is, m, if that is not where it seems to be.
     soft : SoftShadow, optional
         What of its scattered light things leave; without, what they leave of the other.
+    parts : sequence of LitPart
+        Of the things that it stands for: what is not scattered comes from these to others.
     """
 
     position: Sequence[Operand]
@@ -65,11 +90,17 @@ class Lamp:
     dry: Operand = 0.0
     stands: Sequence[Operand] | None = None
     soft: SoftShadow | None = None
+    parts: Sequence[LitPart] = ()
 
     @property
     def own_place(self) -> Sequence[Operand]:
         """Where it is, m."""
         return self.position if self.stands is None else self.stands
+
+    def of_bands(self, indices: Sequence[int]) -> Lamp:
+        """Return the lamp in some of its bands."""
+        parts = tuple(replace(part, share=part.share[indices]) for part in self.parts)
+        return replace(self, intensity=self.intensity[indices], parts=parts)
 
     def lit(self, place: Sequence[Operand], m: Mathematics = NUMPY) -> Operand:
         """Share of its light that reaches a place seen from it, m; 1 where nothing is known."""

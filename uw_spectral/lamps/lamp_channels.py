@@ -47,8 +47,9 @@ from .angular_spread import LENGTHS as SPREAD_LENGTHS
 from .lamp import Lamp, RayPastLamp, disc_seen, ray_past_lamp
 from .lamp_path import Quadrature, gauss_sum
 from .lamp_surface import (
+    ArrivingLight,
     PatchPastLamp,
-    arriving_parts,
+    arriving_light,
     carried_share,
     patch_past_lamp,
 )
@@ -59,8 +60,6 @@ from .soft_shadow import soft_map
 from .three_bands import COUNT, ThreeBands, three_bands
 
 Array = NDArray[np.float64]
-ArrivingParts = tuple[Operand, Operand, Operand]
-"""Irradiance: unscattered and from about the lamp, on a patch that faces it; from elsewhere."""
 
 LENGTHS = 256
 """Entries of the tables over the length of a path."""
@@ -202,23 +201,21 @@ class ThingLight:
     coloured: Sequence[Sequence[LengthTable]]
     split: Callable[[Operand], Sequence[Operand]]
 
-    def parts(
+    def arriving_at(
         self, lamp: Lamp, patch: PatchPastLamp, visible: Operand = 1.0, m: Mathematics = NUMPY
-    ) -> ArrivingParts:
-        """Return the parts of :func:`.arriving_parts` where so much of the lamp is seen."""
-        direct, about, rest = arriving_parts(lamp, patch, self.water, m)
-        return direct * visible, about * patch.about(visible), rest
+    ) -> ArrivingLight:
+        """Return the light at a patch from which so much of the lamp is seen."""
+        return arriving_light(lamp, patch, self.water, m).shadowed(patch, visible)
 
     def on_patch(
-        self, parts: ArrivingParts, patch: PatchPastLamp, m: Mathematics = NUMPY
+        self, light: ArrivingLight, patch: PatchPastLamp, m: Mathematics = NUMPY
     ) -> Operand:
         """Irradiance in the three bands over the intensity, absorption apart."""
-        direct, about, rest = parts
-        return (direct + about) * m.maximum(patch.cosine, 0.0) + rest
+        return light.direct + light.about * m.maximum(patch.cosine, 0.0) + light.rest
 
     def on_facets(
         self,
-        parts: ArrivingParts,
+        light: ArrivingLight,
         lamp: Lamp,
         patch: PatchPastLamp,
         facets: Facets,
@@ -232,7 +229,6 @@ class ThingLight:
         What comes from all other sides lights facets as it does a matte surface.
         """
         half = halfway(to_eye, to_lamp, m)
-        direct, about, rest = parts
         disc = 0.5 * lamp.radius * lamp.radius / (patch.r * patch.r)
         row = length_place(patch.wet, SPREAD_LENGTHS, m)
         x, y, z = self.split(self.water.spread.on_patches.at(ANGLE2, row))
@@ -241,7 +237,7 @@ class ThingLight:
             facets.highlight(to_eye, half, to_lamp, angle2, m) for angle2 in (disc, spread)
         )
         facing = m.maximum(dot(facets.normal, to_lamp), 0.0)
-        bands = direct * (sharp * facing) + about * (wide * facing) + rest
+        bands = light.straight * (sharp * facing) + light.about * (wide * facing) + light.rest
         return bands, facets.colour(dot(half, to_lamp), m)
 
     def unscattered(self, P: Operand, m: Mathematics = NUMPY) -> Operand:
@@ -368,20 +364,20 @@ class LampChannels:
         mirroring = [one.with_all_light(to_eye) for one in facets]
         for lamp, folded in zip(self.lamps, self.folded, strict=True):
             light, patch = self._on_thing(folded), patch_past_lamp(lamp, point, normal)
-            found = light.tables(patch.wet + P)
+            found = light.tables(patch.length + P)
             tables = of_colour(found[:COLOURS], matte)
             if measured is not None:
                 tables = found[COLOURS + measured]
             shares = light.unscattered(P), light.forward(P)
-            parts = light.parts(lamp, patch, visible)
-            bands = light.on_patch(parts, patch) / math.pi
+            arriving = light.arriving_at(lamp, patch, visible)
+            bands = light.on_patch(arriving, patch) / math.pi
             D, F = (
                 total + light.arriving(bands * share, tables)
                 for total, share in zip((D, F), shares, strict=True)
             )
             to_lamp = [-part for part in lamp.towards(point)[1]]
             for one in mirroring:
-                bands, seen = light.on_facets(parts, lamp, patch, one, to_eye, to_lamp)
+                bands, seen = light.on_facets(arriving, lamp, patch, one, to_eye, to_lamp)
                 tables = of_colour(found[:COLOURS], seen)
                 D, F = (
                     total + light.arriving(bands / math.pi * share, tables)
@@ -396,9 +392,9 @@ class LampChannels:
         E = np.zeros(3)
         for lamp, folded in zip(self.lamps, self.folded, strict=True):
             light, patch = self._on_thing(folded), patch_past_lamp(lamp, point, normal)
-            white = of_colour(light.tables(patch.wet)[:COLOURS], (1.0, 1.0, 1.0))
-            parts = light.parts(lamp, patch, visible)
-            E = E + light.arriving(light.on_patch(parts, patch), white)
+            white = of_colour(light.tables(patch.length)[:COLOURS], (1.0, 1.0, 1.0))
+            arriving = light.arriving_at(lamp, patch, visible)
+            E = E + light.arriving(light.on_patch(arriving, patch), white)
         return E
 
     def _on_thing(self, folded: FoldedLamp) -> ThingLight:
@@ -471,7 +467,7 @@ def fold_lamps(
     waters = [*own, *[water] * (len(lamps) - len(own))]
     three = _of_three(water, in_water)
     return LampChannels(
-        tuple(_softly_shadowed(lamp, three) for lamp in lamps),
+        tuple(_softly_shadowed(lamp, three).of_bands(on_things.indices) for lamp in lamps),
         tuple(itertools.starmap(folded, zip(intensities, waters, strict=True))),
         three,
         _of_three(water, on_things),
@@ -512,7 +508,7 @@ def _bands_on_things(water: LampWater, seen: Array) -> ThreeBands:
     patch = PatchPastLamp(r, lit, tilt, cosine, tilt * cosine, r)
     light = ThingLight(water, (), _bands_of)
     arriving = light.unscattered(P) + light.forward(P)
-    values = light.on_patch(light.parts(_USUAL, patch), patch) * arriving
+    values = light.on_patch(light.arriving_at(_USUAL, patch), patch) * arriving
     return three_bands(values, _light_in(seen, water, r + P))
 
 

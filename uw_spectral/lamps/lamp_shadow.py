@@ -21,6 +21,8 @@ from .angular_spread import Lookup, ValueGrid
 
 SIDE = 48
 """Entries of the map, each way."""
+PART_SIDE = 8
+"""Entries of the map of a part of lit things, each way."""
 SOFT_SIDE, DISTANCES = 20, 8
 """Entries of a map of scattered light, each way, and distances from the lamp."""
 NEAREST, FARTHEST = 0.25, 16.0
@@ -29,27 +31,28 @@ _SOFT = 0.1  # share of the distance of a thing, over which it grows dark behind
 _SMALLEST = 1e-6  # m
 
 
-def shadow_directions() -> NDArray[np.float64]:
-    """Unit vectors of the entries of a map, shape (SIDE², 3).
+def shadow_directions(side: int = SIDE) -> NDArray[np.float64]:
+    """Unit vectors of the entries of a map, shape (side², 3).
 
     Examples
     --------
     >>> shadow_directions().shape, float(shadow_directions()[0, 2])
     ((2304, 3), -1.0)
     """
-    return lattice(SIDE)
+    return lattice(side)
 
 
-def shadow_map(distances: ArrayLike) -> ValueGrid:
+def shadow_map(distances: ArrayLike, side: int = SIDE) -> ValueGrid:
     """Return a map of the distances in m to the first thing in each direction, infinite without.
 
     Parameters
     ----------
-    distances : array_like, shape (SIDE²,)
+    distances : array_like, shape (side²,)
         In the order of :func:`shadow_directions`.
+    side : int
     """
-    summed = np.abs(shadow_directions()).sum(axis=-1) * np.asarray(distances, dtype=np.float64)
-    inverse = (1.0 / np.maximum(summed, _SMALLEST)).reshape(SIDE, SIDE)
+    summed = np.abs(shadow_directions(side)).sum(axis=-1) * np.asarray(distances, dtype=np.float64)
+    inverse = (1.0 / np.maximum(summed, _SMALLEST)).reshape(side, side)
     return ValueGrid(np.where(inverse > 0, inverse, -highest_near(inverse))[..., None])
 
 
@@ -61,7 +64,9 @@ def highest_near(values: NDArray[np.float64]) -> NDArray[np.float64]:
     return values
 
 
-def lit(shadow: Lookup, place: Sequence[Operand], m: Mathematics = NUMPY) -> Operand:
+def lit(
+    shadow: Lookup, place: Sequence[Operand], m: Mathematics = NUMPY, side: int = SIDE
+) -> Operand:
     """Share of a lamp's light that reaches a place, 0 to 1.
 
     Parameters
@@ -72,6 +77,8 @@ def lit(shadow: Lookup, place: Sequence[Operand], m: Mathematics = NUMPY) -> Ope
         Seen from the lamp, m, in the axes of the world.
     m : Mathematics
         Elementary functions.
+    side : int
+        Entries of the map, each way.
 
     Examples
     --------
@@ -79,12 +86,14 @@ def lit(shadow: Lookup, place: Sequence[Operand], m: Mathematics = NUMPY) -> Ope
     >>> [float(lit(shadow_map(wall), (0.0, 0.0, z))[0]) for z in (-5.0, 1.9, 2.5)]
     [1.0, 1.0, 0.0]
     """
-    return m.clamp((1.0 + _SOFT - behind(shadow, place, m)) / _SOFT, 0.0, 1.0)
+    return m.clamp((1.0 + _SOFT - behind(shadow, place, m, side)) / _SOFT, 0.0, 1.0)
 
 
-def behind(shadow: Lookup, place: Sequence[Operand], m: Mathematics = NUMPY) -> Operand:
+def behind(
+    shadow: Lookup, place: Sequence[Operand], m: Mathematics = NUMPY, side: int = SIDE
+) -> Operand:
     """Distance of a place over that of the thing in its direction; above 1 behind the thing."""
-    column, row, r = _on_square(place, SIDE, m)
+    column, row, r = _on_square(place, side, m)
     return r * shadow.at(column, row)
 
 

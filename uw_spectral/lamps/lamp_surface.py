@@ -7,6 +7,8 @@ Most of it still comes from about the lamp, and has the lamp's shadows.
 
 from __future__ import annotations
 
+import functools
+import operator
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -22,8 +24,8 @@ from .angular_spread import (
     length_place,
     profile_place,
 )
-from .lamp import Lamp
-from .lamp_shadow import left_in_shadow
+from .lamp import Lamp, LitPart
+from .lamp_shadow import PART_SIDE, left_in_shadow, lit
 from .multiple_scattering import LampWater
 from .scattered_irradiance import arriving_on
 
@@ -31,6 +33,8 @@ USUAL_DISTANCE = 2.0
 """Of things from the lamps that light them, m."""
 _FAINTEST = 0.05
 _FLATTEST = 0.05  # cosine to the vertical
+_FAINTEST_PART = 1e-9  # 1/m²
+_SMALLEST = 1e-6  # m²
 
 
 def lamplight(
@@ -113,6 +117,25 @@ def _dimmed(
 
 
 @dataclass(frozen=True, eq=False)
+class PartSeen:
+    """A part of what a lamp stands for, as a patch sees it.
+
+    Attributes
+    ----------
+    r : float or array
+        Distance, m.
+    facing : float or array
+        Irradiance over the part's intensity without water, 1/m².
+    share : float or array
+        Of the lamp's intensity, by band.
+    """
+
+    r: Operand
+    facing: Operand
+    share: Operand
+
+
+@dataclass(frozen=True, eq=False)
 class PatchPastLamp:
     """A lamp as a patch sees it: what all bands share.
 
@@ -132,6 +155,8 @@ class PatchPastLamp:
         Of the distance what is in the water, m.
     left : float or array
         Share of what is scattered to it from about the lamp that it gets where it does not see it.
+    parts : tuple of PartSeen
+        Of what the lamp stands for.
     """
 
     r: Operand
@@ -141,6 +166,17 @@ class PatchPastLamp:
     against: Operand
     wet: Operand
     left: Operand = 0.0
+    parts: tuple[PartSeen, ...] = ()
+
+    @property
+    def length(self) -> Operand:
+        """Of the way of what is not scattered in the water, m."""
+        if not self.parts:
+            return self.wet
+        light, way = _FAINTEST_PART, _FAINTEST_PART * self.wet
+        for part in self.parts:
+            light, way = light + part.facing, way + part.facing * part.r
+        return way / light
 
     def about(self, visible: Operand) -> Operand:
         """Share of that light where so much of the lamp is seen."""
@@ -177,7 +213,21 @@ def patch_past_lamp(
     left = 0.0 if lamp.soft is None else left_in_shadow(lamp.soft, place, m)
     cosine, against = 0.0 - dot(normal, u), 0.0 - dot(normal, lamp.axis)
     wet = lamp.wet(r, z, m)
-    return PatchPastLamp(r, per_intensity, cosine, off_axis, against, wet, left)
+    parts = tuple(_part_seen(part, point, normal, m) for part in lamp.parts)
+    return PatchPastLamp(r, per_intensity, cosine, off_axis, against, wet, left, parts)
+
+
+def _part_seen(
+    part: LitPart, point: Sequence[Operand], normal: Sequence[Operand], m: Mathematics
+) -> PartSeen:
+    place = [point[i] - part.position[i] for i in range(3)]
+    r2 = dot(place, place)
+    r = m.sqrt(r2 + _SMALLEST)
+    facing = m.maximum(dot(part.axis, place), 0.0) * m.maximum(0.0 - dot(normal, place), 0.0)
+    facing = facing / ((r2 + _SMALLEST) * (r2 + part.radius * part.radius + _SMALLEST))
+    if part.shadow is not None:
+        facing = facing * lit(part.shadow, place, m, PART_SIDE)
+    return PartSeen(r, facing, part.share)
 
 
 def _normal(lamp: Lamp, r: Operand) -> Operand:
@@ -214,20 +264,42 @@ def surface_irradiance(
     >>> [float(E[0].round(4)) for E in surface_irradiance(lamp, patch, water)]
     [0.092, 0.1044, 0.0072]
     """
-    light = lamp.intensity * np.exp(-water.a * patch.wet)
-    direct, about, rest = arriving_parts(lamp, patch, water)
-    facing = np.maximum(patch.cosine, 0.0)
-    return light * direct * facing, light * about * facing, light * rest
+    light = lamp.intensity * np.exp(-water.a * patch.length)
+    found = arriving_light(lamp, patch, water)
+    about = found.about * np.maximum(patch.cosine, 0.0)
+    return light * found.direct, light * about, light * found.rest
 
 
-def arriving_parts(
-    lamp: Lamp, patch: PatchPastLamp, water: LampWater, m: Mathematics = NUMPY
-) -> tuple[Operand, Operand, Operand]:
-    """Return the parts of :func:`surface_irradiance` over the intensity, absorption apart.
+@dataclass(frozen=True, eq=False)
+class ArrivingLight:
+    """Irradiance over the intensity of a lamp, absorption apart.
 
-    The first two are those of a patch that faces the lamp.
+    Attributes
+    ----------
+    direct : array
+        Unscattered.
+    straight, about : array
+        Unscattered, and scattered from about the lamp, on a patch that faces it.
+    rest : array
+        Scattered from elsewhere.
     """
-    direct = m.exp(-water.b * patch.wet) * patch.per_intensity
+
+    direct: Operand
+    straight: Operand
+    about: Operand
+    rest: Operand
+
+    def shadowed(self, patch: PatchPastLamp, visible: Operand) -> ArrivingLight:
+        """Return what arrives where so much of the lamp is seen."""
+        direct, straight = self.direct * visible, self.straight * visible
+        return ArrivingLight(direct, straight, self.about * patch.about(visible), self.rest)
+
+
+def arriving_light(
+    lamp: Lamp, patch: PatchPastLamp, water: LampWater, m: Mathematics = NUMPY
+) -> ArrivingLight:
+    """Return the light of :func:`surface_irradiance` over the intensity, absorption apart."""
+    straight = m.exp(-water.b * patch.wet) * patch.per_intensity
     onward = water.spread.on_patches.at(ABOUT, length_place(patch.wet, LENGTHS, m))
     # Over that of an isotropic lamp.
     column, row = profile_place(patch.off_axis, m), length_place(patch.wet, PROFILE_LENGTHS, m)
@@ -236,4 +308,10 @@ def arriving_parts(
     turned = arriving_on(arriving, patch.wet, patch.off_axis, patch.cosine, patch.against, m)
     # Scattered as on the way in the water, and as faint as at r.
     about, rest = (part * (patch.wet / (patch.r * patch.r)) for part in turned)
-    return direct, onward + about, rest
+    direct = straight * m.maximum(patch.cosine, 0.0)
+    if patch.parts:
+        direct = functools.reduce(
+            operator.add,
+            (m.exp(-water.b * part.r) * part.facing * part.share for part in patch.parts),
+        )
+    return ArrivingLight(direct, straight, onward + about, rest)

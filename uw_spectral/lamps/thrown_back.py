@@ -4,7 +4,8 @@ What a lamp lights is a lamp itself (Keller, Instant radiosity, Proc. SIGGRAPH 1
 Lambertian about its normal, as strong as the light that it gets and throws back. A few of them
 stand for all that is lit: each has the middle and half the spread of its places, weighted by what
 they bring to the camera, e^{-c r}/r², and all that they bring. Places belong to several of them by
-shares that change smoothly as lamps, camera and things move. What is lit is found by rays, most of
+shares that change smoothly as lamps, camera and things move. Of each there are as many parts, found
+likewise: what is near lit things gets its light from these. What is lit is found by rays, most of
 them where the lamp shines: the edges of things pass few of them as it moves.
 """
 
@@ -17,7 +18,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from .lamp import Lamp
+from .lamp import Lamp, LitPart
 from .lamp_shadow import SIDE, shadow_directions
 from .lamp_surface import patch_past_lamp, surface_irradiance
 from .multiple_scattering import LampWater
@@ -96,12 +97,19 @@ def thrown_back(
     camera : sequence of 3
         Its place, m.
     """
-    dark = Lamp((0.0, 0.0, 0.0), (0.0, 0.0, 1.0), 0.0 * water.a, LAMBERT, 1.0, 0.0, None, 1.0)
+    place, up, none = (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), 0.0 * water.a
+    dark = Lamp(place, up, none, LAMBERT, 1.0, 0.0, None, 1.0)
+    dark = replace(dark, parts=(LitPart(place, up, none, 1.0),) * COUNT)
     found = [_of_lamp(lamp, lit, water, camera) for lamp, lit in zip(lamps, things, strict=True)]
     lit = _Lit.joined(found) if found else None
     if lit is None or not len(lit.points):
         return (dark,) * COUNT
-    return tuple(_stands_for(lit.shared(share)) for share in _shares(lit, np.array(camera)))
+    place = np.array(camera)
+    shares = _shares(lit, place)
+    return tuple(
+        _with_parts(lamp, lit.shared(share), place)
+        for lamp, share in zip(_middles(lit, shares), shares, strict=True)
+    )
 
 
 def rays_of(lamp: Lamp) -> LampRays:
@@ -145,30 +153,30 @@ def rays_of(lamp: Lamp) -> LampRays:
 
 @dataclass(frozen=True, eq=False)
 class _Lit:
-    """Places that are lit: normals, radiant intensity by band, share that reaches the camera."""
+    """Places that are lit: what of their light, by band, and which share of it arrives."""
 
     points: Array
     normals: Array
-    intensity: Array
-    arriving: Array
+    brought: Array
+    log_arriving: Array
+    weights: Array
+    share: Array
+
+    @classmethod
+    def of(cls, points: Array, normals: Array, intensity: Array, arriving: Array) -> _Lit:
+        brought = intensity * arriving
+        weights = brought.mean(axis=-1)
+        lit = weights > 0
+        found = points, normals, brought, np.log(arriving), weights, np.ones(len(points))
+        return cls(*(x[lit] for x in found))
 
     @classmethod
     def joined(cls, parts: Sequence[_Lit]) -> _Lit:
-        names = ("points", "normals", "intensity", "arriving")
-        return cls(*(np.concatenate([getattr(part, name) for part in parts]) for name in names))
-
-    def part(self, chosen: NDArray[np.bool_]) -> _Lit:
-        return _Lit(*(x[chosen] for x in vars(self).values()))
+        each = zip(*(vars(part).values() for part in parts), strict=True)
+        return cls(*(np.concatenate(x) for x in each))
 
     def shared(self, share: Array) -> _Lit:
-        return replace(self, intensity=self.intensity * share[:, None])
-
-    @property
-    def weights(self) -> Array:
-        return (self.intensity * self.arriving).mean(axis=-1)
-
-    def mean(self, values: Array) -> Array:
-        return np.average(values, axis=0, weights=self.weights)
+        return replace(self, share=self.share * share, weights=self.weights * share)
 
 
 def _of_lamp(lamp: Lamp, lit: LitThings, water: LampWater, camera: Sequence[float]) -> _Lit:
@@ -183,8 +191,7 @@ def _of_lamp(lamp: Lamp, lit: LitThings, water: LampWater, camera: Sequence[floa
     intensity = E * area[:, None] * lit.reflectance[hit] / math.pi
     away = np.maximum(np.linalg.norm(points - np.array(camera), axis=-1), _NEAREST)[:, None]
     arriving = np.maximum(np.exp(-water.c * away) / away**2, _FAINTEST)
-    found = _Lit(points, normals, intensity, arriving)
-    return found.part(found.weights > 0)
+    return _Lit.of(points, normals, intensity, arriving)
 
 
 def _shares(lit: _Lit, camera: Array) -> Array:
@@ -209,12 +216,28 @@ def _shares(lit: _Lit, camera: Array) -> Array:
     return near / near.sum(axis=0)
 
 
-def _stands_for(lit: _Lit) -> Lamp:
-    middle, normal = lit.mean(lit.points), lit.mean(lit.normals)
+def _with_parts(lamp: Lamp, lit: _Lit, camera: Array) -> Lamp:
+    """Return the lamp for places with its parts, which are what stands for them in turn."""
+    parts = []
+    for one in _middles(lit, _shares(lit, camera)):
+        share = one.intensity / np.maximum(lamp.intensity, _SMALLEST)
+        parts.append(LitPart(one.position, one.axis, share, one.radius))
+    return replace(lamp, parts=tuple(parts))
+
+
+def _middles(lit: _Lit, shares: Array) -> list[Lamp]:
+    """Return the lamps for shares of places, shape (k, places)."""
+    weights = shares * lit.weights
+    weights /= weights.sum(axis=-1, keepdims=True)
+    middles, normals = weights @ lit.points, weights @ lit.normals
     # An even disc of radius R is spread by R²/2. What a ray through its middle gets goes with the
     # mean of one over the distance from it, 2/R: as of a lamp of half that radius.
-    radius = math.sqrt(lit.mean(((lit.points - middle) ** 2).sum(axis=-1)) / 2.0)
-    arriving = np.exp(lit.mean(np.log(lit.arriving)))
-    intensity = (lit.intensity * lit.arriving).sum(axis=0) / arriving
-    axis = normal / max(float(np.linalg.norm(normal)), _SMALLEST)
-    return Lamp(tuple(middle), tuple(axis), intensity, LAMBERT, radius, 0.0, None, 1.0)
+    off = lit.points - lit.points.mean(axis=0)
+    square = weights @ (off * off).sum(axis=-1) - ((weights @ off) ** 2).sum(axis=-1)
+    radii = np.sqrt(np.maximum(square, 0.0) / 2.0)
+    intensities = ((shares * lit.share) @ lit.brought) / np.exp(weights @ lit.log_arriving)
+    axes = normals / np.maximum(np.linalg.norm(normals, axis=-1, keepdims=True), _SMALLEST)
+    return [
+        Lamp(tuple(middle), tuple(axis), intensity, LAMBERT, float(radius), 0.0, None, 1.0)
+        for middle, axis, intensity, radius in zip(middles, axes, intensities, radii, strict=True)
+    ]

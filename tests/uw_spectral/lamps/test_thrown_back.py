@@ -90,7 +90,8 @@ def test_light_changes_steadily_past_a_ball(turn):
         made = thrown_back(lamps, [_with_ball(lamp) for lamp in lamps], water, (0.0, y, 0.0))
         light.append([_on_ceiling(made, point, water) for point in ceiling])
     change = np.diff(np.log(light), axis=0)
-    assert np.abs(np.diff(change, axis=0)).max() < 0.01
+    # 3 % at worst is what is wanted of whole frames.
+    assert np.abs(np.diff(change, axis=0)).max() < 0.015
 
 
 def _with_ball(lamp, middle=(0.4, 4.0, -0.6), radius=0.6, reflectance=0.2):
