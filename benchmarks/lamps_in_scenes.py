@@ -47,6 +47,7 @@ _SAND = (0.5, 0.42, 0.3)
 _BALL, _BALL_RADIUS, _RED = (0.6, 3.2, -0.5), 0.6, (0.6, 0.08, 0.05)
 _BOX, _BOX_SIZE, _WHITE = (-1.3, 4.2, -0.7), 1.0, (0.8, 0.8, 0.8)
 _FISH, _FISH_AXES, _GREY = (0.1, 4.4, 0.0), (0.42, 0.14, 0.21), (0.3, 0.3, 0.35)
+_NET_AT, _NET_REACH, _MESH, _CORD = 4.4, 0.9, 0.3, 0.02
 _TOWARDS = math.pi / 2  # a lamp that is turned so about x shines along y
 _HEAD = "| scene | mean | 95 % | worst | noise | coarse | noise | bright | backscatter | noise"
 _COUNTS = (0, 1, 4, 16, 32)
@@ -175,14 +176,24 @@ def _sphere(place: Sequence[float], axes: Sequence[float], colour: Sequence[floa
     bpy.context.object.data.materials.append(matt(colour))
 
 
-def _for_photons(*, fish: bool = False) -> _lamp_room.Room:
+def _for_photons(*, fish: bool = False, net: bool = False) -> _lamp_room.Room:
     ellipsoids, colours = [(*_BALL, *(_BALL_RADIUS,) * 3)], [_SAND, _RED]
     if fish:
         ellipsoids.append((*_FISH, *_FISH_AXES))
         colours.append(_GREY)
-    boxes = [(*_BOX, *(_BOX_SIZE / 2.0,) * 3)]
-    things = np.array(ellipsoids), np.array(boxes), np.array([*colours, _WHITE])
+    boxes, of_boxes = [(*_BOX, *(_BOX_SIZE / 2.0,) * 3)], [_WHITE]
+    if net:
+        cords = [(*middle, *half) for middle, half in _cords()]
+        boxes, of_boxes = boxes + cords, of_boxes + [_GREY] * len(cords)
+    things = np.array(ellipsoids), np.array(boxes), np.array([*colours, *of_boxes])
     return _lamp_room.Room(-_ABOVE_SAND, *things)
+
+
+def _cords() -> list[tuple[tuple[float, ...], tuple[float, ...]]]:
+    """Middles and half sizes of the cords of a net."""
+    places = np.arange(-_NET_REACH, _NET_REACH + _MESH / 2.0, _MESH)
+    upright = [((x, _NET_AT, 0.0), (_CORD, _CORD, _NET_REACH)) for x in places]
+    return upright + [((0.0, _NET_AT, z), (_NET_REACH, _CORD, _CORD)) for z in places]
 
 
 def add_lamp(
@@ -234,6 +245,16 @@ def _behind_a_fish() -> bpy.types.Object:
     return camera
 
 
+def _behind_a_net() -> bpy.types.Object:
+    camera = sand_room()
+    add_lamp((0.05, 5.2, 0.1), (_TOWARDS, 0.0, math.pi), 8000.0, 90.0)
+    for middle, half in _cords():
+        bpy.ops.mesh.primitive_cube_add(size=2.0, location=_seen(middle))
+        bpy.context.object.scale = half
+        bpy.context.object.data.materials.append(matt(_GREY))
+    return camera
+
+
 def _wreck(folder: Path) -> Callable[[], bpy.types.Object]:
     file = folder / "wreck.blend"
     if not file.exists():
@@ -251,7 +272,7 @@ def _wreck(folder: Path) -> Callable[[], bpy.types.Object]:
 
 
 _SCENES: tuple[tuple[str, Callable[[], bpy.types.Object], Sequence[str]], ...] = (
-    ("torch across", _torch((0.9, 5.0, 0.5), 0.75 * math.pi), ("I", "II")),
+    ("torch across", _torch((0.9, 5.0, 0.5), 0.75 * math.pi), ("I", "II", "III", "3C")),
     ("torch along", _torch((0.25, 0.0, -0.1), 0.0, 8000.0), ("II",)),
     ("torch against", _torch((-0.5, 6.0, 0.4), math.pi + 0.15), ("II",)),
     ("strobe pair", _strobes, ("II",)),
@@ -269,6 +290,11 @@ def places(folder: Path) -> list[LitPlace]:
     ]
     found += [
         LitPlace(f"lamp behind a fish, {water}", _behind_a_fish, water, room=with_fish)
+        for water in ("I", "II")
+    ]
+    behind_net = _for_photons(net=True)
+    found += [
+        LitPlace(f"lamp behind a net, {water}", _behind_a_net, water, room=behind_net)
         for water in ("I", "II")
     ]
     by_cycles = [

@@ -10,11 +10,16 @@ import pytest
 from underwater_spectral.node_groups import realtime_lamps
 from underwater_spectral.node_groups.node_mathematics import MARK, NODES, Graph
 from underwater_spectral.scene.engines import exr_output
-from underwater_spectral.uw_spectral.lamps.lamp import Lamp, ray_past_lamp
+from underwater_spectral.uw_spectral.lamps.lamp import Lamp, LitPart, ray_past_lamp
 from underwater_spectral.uw_spectral.lamps.lamp_channels import fold_lamps
-from underwater_spectral.uw_spectral.lamps.lamp_shadow import shadow_directions, shadow_map
+from underwater_spectral.uw_spectral.lamps.lamp_shadow import (
+    PART_SIDE,
+    shadow_directions,
+    shadow_map,
+)
 from underwater_spectral.uw_spectral.lamps.multiple_scattering import lamp_water
 from underwater_spectral.uw_spectral.lamps.profile import IsotropicProfile, SpotProfile, rov_lamp
+from underwater_spectral.uw_spectral.lamps.thrown_back import COUNT as PARTS
 from underwater_spectral.uw_spectral.mathematics import NUMPY
 from underwater_spectral.uw_spectral.spectra.bands import Bands
 from underwater_spectral.uw_spectral.spectra.spectral_image import read_exr
@@ -214,6 +219,43 @@ def test_the_group_of_things_is_the_formula(square, tmp_path, measured):
     wanted = {"D": D, "F": F, "Seen": D + F, "E": folded.irradiance(*patch, 0.7), "J": J}
     for name in names:
         _agree(seen[name], wanted[name])
+
+
+def test_parts_of_lit_things_are_the_formula(square, tmp_path):
+    at = _position(square, tmp_path)
+    # Walls at the height of the square's middle keep the light of some from one side of it.
+    down, x = -shadow_directions(PART_SIDE)[:, 2], shadow_directions(PART_SIDE)[:, 0]
+    wall = np.where((down > 0.0) & (x > 0.0), 0.7 / np.maximum(down, 1e-9), np.inf)
+    parts = [
+        LitPart(
+            (0.3 * number - 0.8, 0.2 * number - 0.5, 0.8 + 0.1 * number),
+            (0.0, 0.6 - 0.1 * number, -math.sqrt(1.0 - (0.6 - 0.1 * number) ** 2)),
+            (0.1 + 0.05 * number) * (1.0 - 0.1 * number * WAVES),
+            0.1 * number,
+            shadow_map(wall, PART_SIDE) if number % 2 else None,
+        )
+        for number in range(PARTS)
+    ]
+    folded = _folded(shadow=None, unblocked=1.0, parts=tuple(parts))
+    images = realtime_lamps.new_images(2, 2, folded.parts, folded.measured, 1)
+    realtime_lamps.write_lamps(images, folded, [(1.0, 0.0, 0.0), realtime_lamps.NO_SHADOW])
+    group = realtime_lamps.build_patch(images, ("Seen", "E"))
+    colour, normal = (0.8, 0.4, 0.1), (0.0, 0.6, 0.8)
+    x, y = at[..., :1], at[..., 1:2]
+    patch = (x, y, 0.0), normal
+    for name, wanted in (
+        ("Seen", sum(folded.reflected(*patch, colour, 3.0 + 0.0 * x))),
+        ("E", folded.irradiance(*patch)),
+    ):
+
+        def nodes(graph, position, name=name):
+            del position
+            node = graph.node("ShaderNodeGroup", node_tree=group)
+            node.inputs["Normal"].default_value = normal
+            node.inputs["Color"].default_value = (*colour, 1.0)
+            return graph.term(node.outputs[name])
+
+        _agree(square(nodes, tmp_path / "lamp.exr"), wanted)
 
 
 @pytest.mark.parametrize("facets", [1, 2])

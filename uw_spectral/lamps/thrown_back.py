@@ -33,13 +33,20 @@ IN_BEAM = 2048
 _GOLDEN = math.pi * (3.0 - math.sqrt(5.0))
 _PLACES = 512  # of a profile's integral
 _TURN = 0.5  # of the distance, as which a difference of unit normals counts
-_WIDE = math.sqrt(3.0)  # deviations from its middle to the ends of what is spread evenly
+_WIDE = 2.1  # deviations from its middle to the ends of what is spread evenly over a disc
 _SOFT = 0.05  # of all variance, as that of each lamp's share
 _LEAST_COSINE = 0.05  # of a place that is lit
 _NEAREST = 0.1  # m
 _LEAST_SHARE = 1e-6
 _FAINTEST = 1e-200  # of what reaches the camera
 _SMALLEST = 1e-30
+_AXES = np.array(
+    [
+        [math.sqrt(2.0), 0.0, 1.0],
+        [-math.sqrt(0.5), math.sqrt(1.5), 1.0],
+        [-math.sqrt(0.5), -math.sqrt(1.5), 1.0],
+    ]
+) / math.sqrt(3.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -197,8 +204,9 @@ def _of_lamp(lamp: Lamp, lit: LitThings, water: LampWater, camera: Sequence[floa
 def _shares(lit: _Lit, camera: Array) -> Array:
     """Share of each place in each lamp, shape (COUNT, places).
 
-    Lamps are wanted on both sides of the middle of all places, along three axes and as far as the
-    places are spread; a place belongs to those near it. Distances count by those from the camera.
+    Lamps are wanted on both sides of the middle of all places, along three axes that are equally
+    steep, so that there are six on a floor, and as far as the places are spread; a place belongs to
+    those near it. Distances count by those from the camera.
     """
     seen, weights = lit.points - camera, lit.weights / lit.weights.sum()
     away = np.maximum(np.linalg.norm(seen, axis=-1), _NEAREST)
@@ -209,7 +217,8 @@ def _shares(lit: _Lit, camera: Array) -> Array:
     # Its symmetric root changes smoothly even where eigenvectors are exchanged.
     variance, along = np.linalg.eigh(covariance)
     root = (along * np.sqrt(np.maximum(variance, 0.0))) @ along.T
-    wanted = _WIDE * np.concatenate([root[:3], -root[:3]])
+    sides = _AXES @ root[:3]
+    wanted = _WIDE * np.concatenate([sides, -sides])
     off = ((features - wanted[:, None]) ** 2).sum(axis=-1)
     near = np.exp((off.min(axis=0) - off) / (2.0 * _SOFT * variance.sum() + _SMALLEST))
     near += _LEAST_SHARE

@@ -8,11 +8,16 @@ import math
 import numpy as np
 import pytest
 from underwater_spectral.benchmarks import _lamp_photons
-from underwater_spectral.uw_spectral.lamps.lamp import Lamp, ray_past_lamp
-from underwater_spectral.uw_spectral.lamps.lamp_shadow import SIDE, shadow_directions, shadow_map
+from underwater_spectral.uw_spectral.lamps.lamp import Lamp, LitPart, ray_past_lamp
+from underwater_spectral.uw_spectral.lamps.lamp_shadow import (
+    PART_SIDE,
+    SIDE,
+    shadow_directions,
+    shadow_map,
+)
 from underwater_spectral.uw_spectral.lamps.lamp_surface import patch_past_lamp, surface_irradiance
 from underwater_spectral.uw_spectral.lamps.multiple_scattering import lamp_light, lamp_water
-from underwater_spectral.uw_spectral.lamps.profile import SpotProfile
+from underwater_spectral.uw_spectral.lamps.profile import LAMBERT, SpotProfile
 from underwater_spectral.uw_spectral.lamps.thrown_back import (
     COUNT,
     LitThings,
@@ -116,6 +121,44 @@ def _on_ceiling(lamps, point, water):
     return sum(
         float(np.sum(surface_irradiance(*pair, water))) for pair in zip(lamps, patches, strict=True)
     )
+
+
+@pytest.mark.parametrize(("height", "near"), [(0.3, 0.25), (0.6, 0.04)])
+def test_what_is_near_a_lit_floor_gets_its_light(height, near):
+    """Parts against many lamps; those that stand for all would not do."""
+    water = lamp_water([0.06], [0.05], PHASE)
+    lamp = Lamp((0.5, 1.0, 0.3), DOWN, np.ones(1), SPOT)
+    things, point = _over_floor(lamp), (0.2 + height / 2.0, 2.2, FLOOR + height)
+    few = thrown_back([lamp], [things], water, CAMERA)
+    many = _without_parts(_by_many(lamp, things, water, 32))
+    in_parts, wanted, whole = (
+        sum(
+            float(surface_irradiance(one, patch_past_lamp(one, point, (0, 0, -1)), water)[0][0])
+            for one in made
+        )
+        for made in (few, many, _without_parts(few))
+    )
+    assert in_parts == pytest.approx(wanted, rel=near)
+    assert abs(whole - wanted) > 2.0 * abs(in_parts - wanted)
+
+
+def _without_parts(lamps):
+    return [dataclasses.replace(one, parts=()) for one in lamps]
+
+
+def test_a_part_has_a_shadow():
+    water = lamp_water([1e-9], [0.0], PHASE)
+    wall = np.where(shadow_directions(PART_SIDE)[:, 0] > 0.0, 0.5, np.inf)
+    place, up = (0.0, 0.0, 0.0), (0.0, 0.0, 1.0)
+    part = LitPart(place, up, np.ones(1), 0.1, shadow_map(wall, PART_SIDE))
+    lamp = Lamp(place, up, np.ones(1), LAMBERT, 0.1, thrown=1.0, parts=(part,))
+    free, hidden = (
+        surface_irradiance(lamp, patch_past_lamp(lamp, (x, 0.0, 1.0), (0.0, 0.0, -1.0)), water)[0]
+        for x in (-1.0, 1.0)
+    )
+    # 45° at both ends, √2 m away.
+    assert free == pytest.approx(0.5 / 2.01, rel=1e-3)
+    assert hidden == 0.0
 
 
 def test_nothing_lit_makes_dark_lamps():
