@@ -123,7 +123,7 @@ def _on_ceiling(lamps, point, water):
     )
 
 
-@pytest.mark.parametrize(("height", "near"), [(0.3, 0.25), (0.6, 0.04)])
+@pytest.mark.parametrize(("height", "near"), [(0.3, 0.25), (0.6, 0.06)])
 def test_what_is_near_a_lit_floor_gets_its_light(height, near):
     """Parts against many lamps; those that stand for all would not do."""
     water = lamp_water([0.06], [0.05], PHASE)
