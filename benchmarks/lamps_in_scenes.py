@@ -399,8 +399,8 @@ Wanted were a mean of 2, with noise below 0.7, and backscatter within 5 % in the
 In clear water, with the torch across the view, most of it is right down to a ten-thousandth of
 the brightest block; sand in the ball's shadow is up to 1.8 times too bright, as what is scattered
 on things from the side has no shadows, sand right under the ball a third of what it is, and a block
-at the lamp has a share of its beam by the pixel filter (the worst). The fish in II has light round it, but a
-third too little at its sides and up to 60 % too much right behind.
+at the lamp has a share of its beam by the pixel filter (the worst). The fish in II has light round
+it, but a third too little at its sides and up to 60 % too much right behind.
 
 ## Seconds of a frame
 CPU seconds on the software rasteriser, {WIDTH} × {HEIGHT}, the less of two, sun on, shaders
