@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..mathematics import NUMPY, Mathematics, Operand, dot
 from .angular_spread import THING, Lookup
@@ -97,7 +98,7 @@ class Lamp:
         """Where it is, m."""
         return self.position if self.stands is None else self.stands
 
-    def of_bands(self, indices: Sequence[int]) -> Lamp:
+    def of_bands(self, indices: Sequence[int] | NDArray[np.intp]) -> Lamp:
         """Return the lamp in some of its bands."""
         parts = tuple(replace(part, share=part.share[indices]) for part in self.parts)
         return replace(self, intensity=self.intensity[indices], parts=parts)
