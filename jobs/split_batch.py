@@ -46,6 +46,7 @@ def plan(
     if manifest.scene is None:
         raise InputError("--plan: the scene was never saved, so no worker can open it; save it")
     job_files.require_all(manifest.files)
+    path.parent.mkdir(parents=True, exist_ok=True)
     write_manifest(path, manifest)
     progress.say(
         f"planned: {len(manifest.frames)} frame(s), {len(manifest.cameras)} camera(s), "

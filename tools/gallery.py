@@ -22,8 +22,8 @@ from PIL import Image, ImageDraw
 
 ROOT = Path(__file__).resolve().parent.parent
 OUT, PICTURES = ROOT / "out" / "gallery", ROOT / "docs" / "pictures"
-TYPES = ("I", "IA", "IB", "II", "III", "1C", "3C", "5C", "7C", "9C")
-EACH = 4
+TYPES = ("I", "IA", "IB", "II", "III", "1C", "3C", "5C")
+EACH = 5
 FRAMES, RATE = EACH * len(TYPES), 6
 LIGHT = ("--illuminant", "clear-sky", "--irradiance", "above", "--sky", "clear")
 ENGINES = {
@@ -31,15 +31,16 @@ ENGINES = {
     "cycles": ("--engine", "cycles", "--bands", "6", "--samples", "48"),
 }
 SIDE_BY_SIDE = (
-    *LIGHT, "--water", "jerlov:IB", "--surface", "flat", "--sun-zenith", "30", "--sun-azimuth", "100",
-    "--white-balance", "depth", "--tone", "nikon-d7000", "--resolution", "560", "315",
+    *LIGHT, "--water", "jerlov:IB", "--surface", "flat", "--sun-zenith", "30",
+    "--sun-azimuth", "100", "--white-balance", "depth", "--tone", "nikon-d7000",
+    "--resolution", "560", "315",
 )  # fmt: skip
 TURNED = (
     *LIGHT, "--engine", "eevee", "--mode", "realtime", "--bands", "6", "--surface", "flat",
     "--sun-zenith", "30", "--sun-azimuth", "120", "--white-balance", "daylight",
     "--tone", "nikon-d7000", "--resolution", "360", "203", "--samples", "8",
 )  # fmt: skip
-DEPTH, EYE, TARGET = 5.0, (0.0, -4.6, -4.1), (0.0, 0.0, -4.6)
+DEPTH, EYE, TARGET = 5.0, (0.1, -2.4, -4.25), (0.25, 0.0, -4.68)
 
 
 def render(scene: Path, out: Path, *options: str) -> None:
@@ -69,7 +70,7 @@ def build_turntable(path: Path) -> None:
     named = {
         name: importlib.import_module(f"{parts}.{name}")
         for name in ("parts.growth", "parts.materials", "parts.detail", "parts.shapes",
-                     "parts.rocks", "parts.cameras", "reef.color_checker")
+                     "parts.cameras", "reef.color_checker")
     }  # fmt: skip
     shapes, detail = named["parts.shapes"], named["parts.detail"].DETAILS["panel"]
     materials = named["parts.materials"].Materials(1, detail)
@@ -77,33 +78,31 @@ def build_turntable(path: Path) -> None:
     turning = bpy.data.objects.new("Turntable", None)
     turning.location.z = -DEPTH
     scene.collection.objects.link(turning)
-    rock = named["parts.rocks"].stone(1, "turntable", detail.level(4))
     things = [
-        (shapes.to_mesh(rock, "Stone", [materials.rock]), (0.0, 0.0, -0.05), (1.9, 1.7, 0.6)),
-        (growth.meshes("brain")[0], (-0.35, -0.25, 0.22), 0.62),
-        (growth.meshes("staghorn")[0], (0.4, 0.1, 0.24), 0.95),
-        (growth.meshes("fan")[1], (-0.15, 0.42, 0.2), 0.9),
-        (growth.meshes("sponge")[0], (0.15, -0.5, 0.18), 0.8),
-        (growth.meshes("small table")[1], (-0.62, 0.2, 0.16), 0.8),
+        (growth.meshes("brain")[0], (-0.35, -0.25, 0.1), 0.62),
+        (growth.meshes("staghorn")[0], (0.4, 0.15, -0.02), 0.95),
+        (growth.meshes("fan")[1], (-0.15, 0.42, -0.02), 0.9),
+        (growth.meshes("sponge")[0], (0.15, -0.45, -0.02), 0.8),
+        (growth.meshes("small table")[1], (-0.62, 0.3, -0.02), 0.8),
     ]
     for mesh, place, scale in things:
         item = shapes.place(mesh, scene.collection, place, scale=scale)
         item.parent = turning
     board = named["reef.color_checker"].color_checker(materials)
-    shapes.place(board, scene.collection, (1.2, -0.2, 0.05 - DEPTH))
+    shapes.place(board, scene.collection, (1.12, -0.35, 0.05 - DEPTH))
     bpy.ops.mesh.primitive_plane_add(size=80.0, location=(0.0, 0.0, -DEPTH))
     bpy.context.object.data.materials.append(materials.sand)
     for frame in range(1, FRAMES + 1):
         turning.rotation_euler.z = 2.0 * math.pi * (frame - 1) / FRAMES
         turning.keyframe_insert("rotation_euler", index=2, frame=frame)
     scene.frame_start, scene.frame_end = 1, FRAMES
-    scene.camera = named["parts.cameras"].camera("Turntable", EYE, TARGET, 38.0)
+    scene.camera = named["parts.cameras"].camera("Turntable", EYE, TARGET, 33.0)
     path.parent.mkdir(parents=True, exist_ok=True)
     bpy.ops.wm.save_as_mainfile(filepath=str(path), copy=True, compress=True)
 
 
 def turntable() -> None:
-    """Write one turn of the corals in ten waters, four frames each."""
+    """Write one turn of the corals in eight waters, five frames each."""
     scene = OUT / "turntable.blend"
     if not scene.exists():
         build_turntable(scene)

@@ -101,6 +101,13 @@ def _planned(dive: Path, *options: object, out: str = "split") -> Path:
     return path
 
 
+def test_a_plan_brings_its_own_folder(dive):
+    path = dive.with_name("plans") / "of today" / "job.json"
+    assert _run(dive, *DIVE, "--out", dive.with_name("results"), "--plan", path) == 0
+    assert json.loads(path.read_text())["scene"] == "../../dive.blend"
+    assert not dive.with_name("results").exists()
+
+
 def _rendered(dive: Path, *options: object) -> Path:
     assert _run(dive, *DIVE, *options, "--out", dive.with_name("whole")) == 0
     return dive.with_name("whole")
