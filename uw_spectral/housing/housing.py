@@ -66,8 +66,7 @@ class Housing:
             Points of the outer face, and unit directions in the water; NaN for pixels that see
             nothing through the port.
         """
-        given = np.asarray(pixels, dtype=np.float64)
-        nm = np.broadcast_to(wavelength, given.shape[:-1])
+        given, nm = _together(pixels, wavelength)
         return self._traced(self.camera.directions(given, nm), nm)
 
     def _traced(self, directions: Array, wavelength: Array) -> tuple[Array, Array]:
@@ -93,8 +92,7 @@ class Housing:
         array, shape (..., 2)
             NaN for points that are not in the water before the port, or not seen by the lens.
         """
-        given = np.asarray(points, dtype=np.float64)
-        nm = np.broadcast_to(wavelength, given.shape[:-1])
+        given, nm = _together(points, wavelength)
         axis, indices = self.port.axis, self._indices(nm)
         along, across, side = _split(given, axis)
         angle = self.port.angle_towards(along, across, *indices)
@@ -108,8 +106,7 @@ class Housing:
 
         Radiance in air is that in the water times this over n², the square of the water's index.
         """
-        given = np.asarray(pixels, dtype=np.float64)
-        nm = np.broadcast_to(wavelength, given.shape[:-1])
+        given, nm = _together(pixels, wavelength)
         glass, water = self._indices(nm)
         directions = self.camera.directions(given, nm)
         along, across, _ = _split(directions, self.port.axis)
@@ -118,6 +115,13 @@ class Housing:
             1.0 - fresnel_reflectance(outer, water / glass)
         )
         return np.where(np.isfinite(self.ray_in_water(given, nm)[0]).all(axis=-1), passed, np.nan)
+
+
+def _together(vectors: ArrayLike, wavelength: ArrayLike) -> tuple[Array, Array]:
+    """Vectors along the last axis and wavelengths, of one shape."""
+    given, nm = (np.asarray(x, dtype=np.float64) for x in (vectors, wavelength))
+    shape = np.broadcast_shapes(given.shape[:-1], nm.shape)
+    return np.broadcast_to(given, (*shape, given.shape[-1])), np.broadcast_to(nm, shape)
 
 
 def _split(vectors: Array, axis: Array) -> tuple[Array, Array, Array]:

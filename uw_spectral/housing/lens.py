@@ -99,7 +99,7 @@ class BrownConrady:
         for _ in range(_ITERATIONS):
             at_x, at_y = self._distorted(x, y)
             miss_x, miss_y = wanted[..., 0] - at_x, wanted[..., 1] - at_y
-            if not np.nanmax(np.hypot(miss_x, miss_y), initial=0.0) > _EXACT:
+            if _largest(np.hypot(miss_x, miss_y)) <= _EXACT:
                 break
             xx, xy, yy = self._derivatives(x, y)
             det = xx * yy - xy * xy
@@ -273,13 +273,18 @@ class LateralColour:
         r = goal / scale
         for _ in range(_ITERATIONS):
             miss = r * (scale + cubic * r * r) - goal
-            if not np.nanmax(np.abs(miss), initial=0.0) > _EXACT:
+            if _largest(np.abs(miss)) <= _EXACT:
                 break
             slope = scale + 3.0 * cubic * r * r
             r = r - miss / np.where(slope > 0, slope, np.nan)
         miss = np.abs(r * (scale + cubic * r * r) - goal)
         r = np.where(miss < 1e3 * _EXACT, r, np.nan)
         return wanted * _ratio(r, goal, 1.0 / scale)[..., None]
+
+
+def _largest(values: NDArray) -> float:
+    """Largest of values, NaN left out."""
+    return float(np.nan_to_num(values).max(initial=0.0))
 
 
 def _ratio(above: NDArray, below: NDArray, at_zero: ArrayLike = 1.0) -> Array:

@@ -22,9 +22,11 @@ from .view import PinholeView
 Array = NDArray[np.float64]
 Sampling = Literal["nearest", "linear", "cubic"]
 
-_LOOKS = 30
+_LOOKS = 12
 _SETTLED = 1e-6  # pixels
-_EDGE = 0.1  # pixels of parallax between neighbours: beyond it they are different things
+# Neighbours are different things if their parallax differs by more pixels, or their inverse depth
+# by a larger factor.
+_EDGE, _STEP = 0.1, 1.25
 _STARTS, _SEARCHED, _HALVINGS = 5, 64, 30
 _FARTHEST = 1e9  # m: stands for infinity where a point is needed
 
@@ -105,14 +107,14 @@ def seen_places(
             "warp: the pinhole picture is too small for this port, lens and depth; make it as "
             "field_needed says, with the distance of the nearest thing"
         )
-    with np.errstate(divide="ignore"):
-        points = line.point(rho)
-        far = np.isinf(points).any(axis=-1)
-        distances = np.where(far, np.inf, np.linalg.norm(points - origins, axis=-1))
-    ahead = points - np.array(view.position)
+    points = line.point(rho)
+    far, position = np.isinf(points).any(axis=-1), np.array(view.position)
+    there = np.where(far[..., None], origins, points)
+    water = np.linalg.norm(there - origins, axis=-1)
     # At infinity the ways differ by what lies along the ray.
-    end = np.einsum("...i,...i->...", origins - np.array(view.position), w)
-    extra = np.where(far, end, np.linalg.norm(ahead, axis=-1) - distances)
+    end = np.einsum("...i,...i->...", origins - position, w)
+    extra = np.where(far, end, np.linalg.norm(there - position, axis=-1) - water)
+    distances = np.where(far, np.inf, water)
     return SeenPlaces(at, points, distances, hidden, extra)
 
 
@@ -339,8 +341,8 @@ class _Line:
         first = np.floor(place).astype(np.int64)
         x, y = first[..., 0], first[..., 1]
         corners = [_pixels(inverse, x + i, y + j) for j in (0, 1) for i in (0, 1)]
-        spread = np.max(corners, axis=0) - np.min(corners, axis=0)
-        edge = spread * self.parallax > _EDGE
+        least, most = np.min(corners, axis=0), np.max(corners, axis=0)
+        edge = ((most - least) * self.parallax > _EDGE) | (most > _STEP * least)
         found = np.where(edge, sample(inverse, at, "nearest"), sample(inverse, at, "linear"))
         return np.where(known, found, 0.0)
 
