@@ -86,23 +86,11 @@ def seen_places(
     inverse = _inverse(depth, view)
     origins, w = housing.ray_in_water(housing.camera.pixel_centres(), wavelength)
     line = _Line.of(view, origins, w)
-    lowest, highest = float(inverse.min()), float(inverse.max())
-    tries = np.linspace(lowest, highest, _STARTS)
-    rho = np.max([line.looked_up(inverse, np.full(w.shape[:2], x)) for x in tries], axis=0)
-    for _ in range(_LOOKS):
-        found = line.looked_up(inverse, rho)
-        change = np.abs(found - rho) * line.parallax
-        rho = found
-        if not (change > _SETTLED).any():
-            break
-    restless = np.abs(line.looked_up(inverse, rho) - rho) * line.parallax > _EDGE
-    hidden = np.zeros_like(restless)
-    at = line.at(rho)
-    if restless.any():
-        rho[restless], at[restless], hidden[restless] = line.chosen(restless).searched(
-            inverse, lowest, highest
-        )
-    if (_outside(at, inverse) & np.isfinite(at).all(axis=-1)).any():
+    known = np.isfinite(w).all(axis=-1)
+    at, rho = np.full((*known.shape, 2), np.nan), np.full(known.shape, np.nan)
+    hidden = np.zeros(known.shape, dtype=bool)
+    rho[known], at[known], hidden[known] = line.chosen(known).seen(inverse)
+    if (_outside(at, inverse) & known).any():
         raise InputError(
             "warp: the pinhole picture is too small for this port, lens and depth; make it as "
             "field_needed says, with the distance of the nearest thing"
@@ -317,7 +305,8 @@ class _Line:
         """Pixels for a change of ρ by 1/m."""
         return np.hypot(self.along[..., 0], self.along[..., 1])
 
-    def chosen(self, which: NDArray[np.bool_]) -> _Line:
+    def chosen(self, which: NDArray) -> _Line:
+        """Lines of an index or a mask."""
         return _Line(
             self.start[which], self.along[which], self.slopes[which], self.foot[which],
             self.position,
@@ -331,20 +320,49 @@ class _Line:
         away = np.where(rho > 0, rho, 1.0)[..., None]
         near = self.position + self.foot + self.slopes / away
         far = np.where(self.slopes == 0, 0.0, np.copysign(np.inf, self.slopes))
-        return np.where((rho > 0)[..., None], near, np.where(np.isnan(self.slopes), np.nan, far))
+        return np.where((rho == 0)[..., None], far, near)
 
     def looked_up(self, inverse: Array, rho: Array) -> Array:
         """Inverse depth of the picture at ρ; that of the nearest pixel at the edge of a thing."""
-        at = self.at(rho)
-        known = np.isfinite(at).all(axis=-1)
-        place = np.where(known[..., None], at, 0.5) - 0.5
-        first = np.floor(place).astype(np.int64)
-        x, y = first[..., 0], first[..., 1]
-        corners = [_pixels(inverse, x + i, y + j) for j in (0, 1) for i in (0, 1)]
-        least, most = np.min(corners, axis=0), np.max(corners, axis=0)
+        rows, columns = inverse.shape
+        x, y = (self.at(rho) - 0.5).T
+        left, top = np.floor(x), np.floor(y)
+        right, down = x - left, y - top
+        i = [np.clip(left + n, 0, columns - 1).astype(np.intp) for n in (0, 1)]
+        j = [np.clip(top + n, 0, rows - 1).astype(np.intp) * columns for n in (0, 1)]
+        a, b, c, d = (inverse.ravel().take(row + column) for row in j for column in i)
+        least = np.minimum(np.minimum(a, b), np.minimum(c, d))
+        most = np.maximum(np.maximum(a, b), np.maximum(c, d))
         edge = ((most - least) * self.parallax > _EDGE) | (most > _STEP * least)
-        found = np.where(edge, sample(inverse, at, "nearest"), sample(inverse, at, "linear"))
-        return np.where(known, found, 0.0)
+        smooth = (a + right * (b - a)) * (1.0 - down) + (c + right * (d - c)) * down
+        nearest = np.where(down < 0.5, np.where(right < 0.5, a, b), np.where(right < 0.5, c, d))
+        return np.where(edge, nearest, smooth)
+
+    def seen(self, inverse: Array) -> tuple[Array, Array, NDArray[np.bool_]]:
+        """Inverse depth that is seen, its place in the picture, and whether it is hidden there."""
+        lowest, highest = float(inverse.min()), float(inverse.max())
+        rho = self.looked_up(inverse, np.full(len(self.parallax), 0.5 * (lowest + highest)))
+        # What is nearest anywhere on a line is tried first: it may hide the rest.
+        long = np.flatnonzero((highest - lowest) * self.parallax > 0.5)
+        part = self.chosen(long)
+        for start in np.linspace(lowest, highest, _STARTS):
+            there = part.looked_up(inverse, np.full(len(long), start))
+            rho[long] = np.maximum(rho[long], there)
+        moving, change = np.arange(len(rho)), np.zeros(len(rho))
+        for _ in range(_LOOKS):
+            part = self.chosen(moving)
+            found = part.looked_up(inverse, rho[moving])
+            change[moving] = np.abs(found - rho[moving]) * part.parallax
+            rho[moving] = found
+            moving = np.flatnonzero(change > _SETTLED)
+            if not len(moving):
+                break
+        at, hidden = self.at(rho), np.zeros(len(rho), dtype=bool)
+        restless = np.flatnonzero(change > _EDGE)
+        if len(restless):
+            part = self.chosen(restless)
+            rho[restless], at[restless], hidden[restless] = part.searched(inverse, lowest, highest)
+        return rho, at, hidden
 
     def searched(
         self, inverse: Array, lowest: float, highest: float

@@ -17,7 +17,9 @@ from underwater_spectral.uw_spectral.housing import (
 )
 
 NM = 550.0
-CAMERA = LensCamera(1920, 1080, 1400.0, 1395.0, 955.0, 548.0, BrownConrady(-0.12, 0.05, 1e-3, -5e-4))
+CAMERA = LensCamera(
+    1920, 1080, 1400.0, 1395.0, 955.0, 548.0, BrownConrady(-0.12, 0.05, 1e-3, -5e-4)
+)
 PORT = FlatPort.tilted(0.035, 0.008, GLASSES["BK7"], degrees=3.0, towards=120.0)
 POSES = cases.poses(14, 0.5, 1.6)
 

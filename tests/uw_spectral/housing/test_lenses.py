@@ -23,10 +23,10 @@ BROWNS = (
 FISHEYES = ((0.0, 0.0, 0.0, 0.0), (-0.03, 0.004, -0.002, 0.0005), (0.05, 0.01, -0.004, 0.001))
 
 
-def _camera(matrix, lens, lateral=LateralColour()):
+def _camera(matrix, lens, lateral=None):
     return LensCamera(
         1920, 1080, matrix[0, 0], matrix[1, 1], matrix[0, 2] + 0.5, matrix[1, 2] + 0.5, lens,
-        lateral,
+        lateral or LateralColour(),
     )  # fmt: skip
 
 
