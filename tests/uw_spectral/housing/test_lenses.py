@@ -77,6 +77,9 @@ def test_what_a_lens_does_not_see_is_nan():
     folding = BrownConrady(-0.3)
     assert np.isnan(folding.image([[2.0, 0.0, 1.0], [0.1, 0.0, -1.0]])).all()
     assert np.isnan(folding.directions([5.0, 0.0])).all()
+    for lens, fold in ((BrownConrady(k2=-0.1), 2**0.25), (BrownConrady(k3=-0.1), 0.7 ** (-1 / 6))):
+        seen = np.isfinite(lens.image([[0.99 * fold, 0.0, 1.0], [0.0, 1.01 * fold, 1.0]]))
+        assert seen.all(axis=-1).tolist() == [True, False]
     fisheye = KannalaBrandt(-0.2)
     limit = np.sqrt(1 / 0.6)
     for angle, seen in ((limit - 0.01, True), (limit + 0.01, False)):

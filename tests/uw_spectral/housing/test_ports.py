@@ -157,6 +157,28 @@ def test_light_that_ports_let_through():
     assert dome.transmittance([960.0, 540.0], 550.0) == pytest.approx(expected, rel=1e-9)
 
 
+def test_light_through_a_decentred_dome_by_its_normals():
+    port = DomePort(0.05, 0.006, pupil=(0.02, -0.01, -0.015))
+    housing = Housing(PLAIN, port)
+    pixel, centre = np.array([1700.0, 200.0]), -np.array(port.pupil)
+    n, m = (float(x.refractive_index(450.0)) for x in (port.glass, housing.water))
+    ray, (origin, w) = PLAIN.directions(pixel), housing.ray_in_water(pixel, 450.0)
+    # Where the ray in air meets the inner sphere.
+    way = np.roots([1.0, -2.0 * ray @ centre, centre @ centre - port.inner_radius**2]).max()
+    normals = (way * ray - centre) / port.inner_radius, (origin - centre) / port.radius
+    passed = 1.0
+    for before, after, cosine, beyond in (
+        (1.0, n, ray @ normals[0], None), (n, m, None, w @ normals[1])
+    ):  # fmt: skip
+        other = cosine if cosine is not None else beyond
+        sine = np.sqrt(1.0 - other**2) * (before if cosine is not None else after)
+        a, b = np.sqrt(1.0 - (sine / before) ** 2), np.sqrt(1.0 - (sine / after) ** 2)
+        s, p = (before * a - after * b), (after * a - before * b)
+        s, p = s / (before * a + after * b), p / (after * a + before * b)
+        passed *= 1.0 - 0.5 * (s * s + p * p)
+    assert housing.transmittance(pixel, 450.0) == pytest.approx(passed, rel=1e-9)
+
+
 def test_what_no_port_shows_is_nan():
     flat = Housing(PLAIN, FlatPort.tilted(0.03, 0.01, GLASSES["BK7"], degrees=70.0))
     assert np.isnan(flat.ray_in_water([[100.0, 540.0]], 550.0)).all()
@@ -202,7 +224,12 @@ def test_published_indices():
 
 def test_what_pressure_adds_is_what_was_measured():
     """Pure water, 1.56 °C, R. M. Waxler et al., J. Res. NBS 68A, 489 (1964): absolute indices."""
-    for nm, surface, deep in ((467.82, 1.33951, 1.34734), (501.57, 1.33772, 1.34552)):
-        water = SeaWater(0.0, 1.56, 5064.0)
-        rise = water.refractive_index(nm) - SeaWater(0.0, 1.56).refractive_index(nm)
-        assert float(rise) == pytest.approx(deep - surface, abs=1e-4)
+    bars = np.array([507.4, 768.5, 1049.7])
+    for nm, surface, deep in (
+        (467.82, 1.33951, [1.34734, 1.35106, 1.35479]),
+        (501.57, 1.33772, [1.34552, 1.34923, 1.35296]),
+    ):
+        for bar, index in zip(bars, deep, strict=True):
+            water = SeaWater(0.0, 1.56, 10.0 * (bar - 1.0))
+            rise = water.refractive_index(nm) - SeaWater(0.0, 1.56).refractive_index(nm)
+            assert float(rise) == pytest.approx(index - surface, abs=6e-5)
