@@ -187,6 +187,30 @@ def painted(points: Array) -> Array:
     return 0.5 + 0.2 * np.sin(200 * x + 60 * z) + 0.2 * np.cos(200 * y)
 
 
+def edges(which: NDArray[np.int64]) -> NDArray[np.bool_]:
+    """Pixels within two of another board."""
+    steps = range(-2, 3)
+    return np.any([np.roll(which, (x, y), (0, 1)) != which for x in steps for y in steps], axis=0)
+
+
+def shift(expected: Array, miss: Array, where: NDArray[np.bool_]) -> Array:
+    """Least-squares shift, pixels, that explains a difference (Lucas & Kanade)."""
+    down, across = (g[where] for g in np.gradient(expected))
+    return np.linalg.lstsq(np.stack([across, down], axis=-1), miss[where], rcond=None)[0]
+
+
+def traced_focus(port: FlatPort | DomePort, distance: float, nm: float) -> float:
+    """Distance at which rays from the sides of the pupil to a thing on the axis meet."""
+    step, found = 1e-5, []
+    for side in (-step, step):
+        moved = port
+        if isinstance(port, DomePort):
+            moved = dataclasses.replace(port, pupil=(side, 0.0, port.pupil[2]))
+        x, _ = Housing(CAMERA, moved).project([-side, 0.0, distance], nm)
+        found.append(-side * CAMERA.fx / (float(x) - CAMERA.cx))
+    return float(np.mean(found))
+
+
 # A board of corners in many poses, as a user calibrates with.
 GRID = np.stack([*np.meshgrid(np.arange(9), np.arange(6)), np.zeros((6, 9))], axis=-1)
 CORNERS: Array = GRID.reshape(-1, 3) * 0.04 - (0.16, 0.1, 0.0)
@@ -201,6 +225,14 @@ def poses(count: int, near: float, far: float) -> list[tuple[Array, Array]]:
         aside = rng.uniform(-0.25, 0.25, 2) * z * (1.0, 0.6)
         found.append((rng.uniform(-0.6, 0.6, 3), np.array([*aside, z])))
     return found
+
+
+MIDDLE = 550.0
+IN_AIR = LensCamera(
+    1920, 1080, 1400.0, 1395.0, 955.0, 548.0, BrownConrady(-0.12, 0.05, 1e-3, -5e-4)
+)
+TILTED = FlatPort.tilted(0.035, 0.008, _BK7, degrees=3.0, towards=120.0)
+POSES = poses(14, 0.5, 1.6)
 
 
 def placed(pose: tuple[Array, Array]) -> Array:

@@ -7,21 +7,15 @@ import dataclasses
 import numpy as np
 import pytest
 from underwater_spectral.benchmarks import _housing_cases as cases
+from underwater_spectral.benchmarks import housing as benchmark
 from underwater_spectral.uw_spectral.housing import (
-    GLASSES,
     BrownConrady,
     FlatPort,
     Housing,
-    LensCamera,
-    SeaWater,
 )
 
-NM = 550.0
-CAMERA = LensCamera(
-    1920, 1080, 1400.0, 1395.0, 955.0, 548.0, BrownConrady(-0.12, 0.05, 1e-3, -5e-4)
-)
-PORT = FlatPort.tilted(0.035, 0.008, GLASSES["BK7"], degrees=3.0, towards=120.0)
-POSES = cases.poses(14, 0.5, 1.6)
+NM, CAMERA, POSES = cases.MIDDLE, cases.IN_AIR, cases.POSES
+PORT = cases.TILTED
 
 
 def test_in_air_opencv_returns_the_camera():
@@ -53,14 +47,7 @@ def test_in_water_opencv_returns_the_known_bias():
 
 @pytest.mark.parametrize(("noise", "distance", "degrees"), [(0.0, 1e-7, 1e-5), (0.05, 1e-3, 0.1)])
 def test_a_refractive_calibration_recovers_the_port(noise, distance, degrees):
-    housing = Housing(CAMERA, PORT, SeaWater(20.0, 10.0))
-    rng = np.random.default_rng(3)
-    pictures = [housing.project(cases.placed(pose), NM) for pose in POSES]
-    pictures = [picture + noise * rng.standard_normal(picture.shape) for picture in pictures]
-    # The start: poses of a pinhole calibration in water, and a port straight ahead.
-    _, _, start = cases.calibrated(CAMERA, pictures)
-    guess = dataclasses.replace(housing, port=FlatPort(0.01, 0.008))
-    found, error = cases.calibrated_port(guess, pictures, start, NM)
+    found, error = benchmark.port_from_corners(noise)
     assert error < 1e-6 if noise == 0 else error == pytest.approx(noise * np.sqrt(2), rel=0.1)
     assert found.distance == pytest.approx(PORT.distance, abs=distance)
     turned = np.degrees(np.arccos(min(float(found.axis @ PORT.axis), 1.0)))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
 
 import numpy as np
@@ -130,16 +129,8 @@ def test_a_large_dome_close_by_is_a_flat_port():
 @pytest.mark.parametrize("distance", [0.3, 2.0, 1e7])
 def test_focus_lies_where_two_rays_meet(port, distance):
     """Rays from both sides of the pupil to a thing on the axis meet in its image."""
-    step = 1e-5
-    meet = []
-    for side in (-step, step):
-        moved = port
-        if isinstance(port, DomePort):
-            moved = dataclasses.replace(port, pupil=(side, 0.0, port.pupil[2]))
-        x, _ = Housing(PLAIN, moved).project([-side, 0.0, distance], 500.0)
-        meet.append(-side * 1400.0 / (x - 960.0))
     formula = float(focus_distance(Housing(PLAIN, port), distance, 500.0))
-    np.testing.assert_allclose(meet, formula, rtol=1e-5)
+    assert cases.traced_focus(port, distance, 500.0) == pytest.approx(formula, rel=1e-5)
     if distance == 1e7 and isinstance(port, DomePort):
         far = float(focus_distance(Housing(PLAIN, port), math.inf, 500.0))
         assert far == pytest.approx(formula, rel=1e-5)
