@@ -90,7 +90,7 @@ def effects() -> str:
         origin, there = housing.ray_in_water(corner, 550.0)
         blue, red = (housing.project(origin + 2.0 * there, nm)[0] for nm in (450.0, 650.0))
         colour = np.linalg.norm(red - blue)
-        behind = -1000.0 * viewpoint(housing)[2]
+        behind = round(-1000.0 * viewpoint(housing)[2], 1) + 0.0
         passed = housing.transmittance(np.concatenate([middle[:1], corner]), 550.0)
         angle = math.degrees(math.acos(float(w[0, 2])))
         focus = " | ".join(
@@ -191,6 +191,10 @@ def port_from_corners(noise: float) -> tuple[FlatPort, float]:
     return cases.calibrated_port(guess, corners, start, cases.MIDDLE)
 
 
+def _listed(values: tuple[float, ...]) -> str:
+    return ", ".join(f"{value:g}" for value in values)
+
+
 def _k1(camera: LensCamera) -> float:
     assert isinstance(camera.lens, BrownConrady)
     return camera.lens.k1
@@ -217,9 +221,8 @@ def main(_arguments: list[str]) -> None:
 Written by `python3 dev.py run -m benchmarks housing`.
 
 Flat and dome ports of `uw_spectral.housing`, without Blender: a Full HD camera of focal length 1400
-pixels (72° in air), sea water of 35 g/kg, 12 °C and 40 dbar, {
-        ", ".join(f"{x:g}" for x in cases.NM)
-    } nm, points at {", ".join(f"{x:g}" for x in cases.DISTANCES)} m.
+pixels (72° in air), sea water of 35 g/kg, 12 °C and 40 dbar, {_listed(cases.NM)} nm,
+points at {_listed(cases.DISTANCES)} m.
 
 ## Rays against least time
 Pixels of points against the path of least time from the pupil to the point over both faces of the
@@ -273,5 +276,6 @@ The port is clean, of even thickness, and mirrors nothing that the camera sees. 
 point for all directions and wavelengths. Softness at the edges of a dome's picture (curvature of
 its virtual image) is not drawn. The water between the pinhole and the port is in the rendered
 picture: `SeenPlaces.extra` says how much.
-"""(ROOT / "docs" / "measured" / "housing.md").write_text(text, encoding="utf-8")
+"""
+    (ROOT / "docs" / "measured" / "housing.md").write_text(text, encoding="utf-8")
     print(text)

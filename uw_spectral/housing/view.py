@@ -40,16 +40,12 @@ class PinholeView:
         directions = self.camera.directions(self.camera.pixel_centres())
         return directions / directions[..., 2:]
 
-    def planar_depth(self, distances: ArrayLike) -> Array:
-        """Depth along the axis, m, of distances of pixels from the pinhole."""
-        return np.asarray(distances, dtype=np.float64) / np.linalg.norm(self.rays(), axis=-1)
-
 
 def viewpoint(housing: Housing, wavelength: float = 550.0) -> tuple[float, float, float]:
     """Point that the rays of a picture come closest to, by least squares.
 
     Seen from there a pinhole picture differs least from the one through the port: behind a centred
-    dome it is the pupil, behind a flat port it lies about (n - 1) times its distance behind it.
+    dome it is the pupil, behind a flat port it lies behind the pupil, by about (n - 1) times the port's distance.
 
     Raises
     ------
