@@ -90,7 +90,8 @@ class Housing:
         Returns
         -------
         array, shape (..., 2)
-            NaN for points that are not in the water before the port, or not seen by the lens.
+            NaN for points that are not finite, not in the water before the port, or not seen by
+            the lens.
         """
         given, nm = _together(points, wavelength)
         axis, indices = self.port.axis, self._indices(nm)
@@ -118,8 +119,9 @@ class Housing:
 
 
 def _together(vectors: ArrayLike, wavelength: ArrayLike) -> tuple[Array, Array]:
-    """Vectors along the last axis and wavelengths, of one shape."""
+    """Vectors along the last axis and wavelengths, of one shape; what is not finite is NaN."""
     given, nm = (np.asarray(x, dtype=np.float64) for x in (vectors, wavelength))
+    given = np.where(np.isfinite(given), given, np.nan)
     shape = np.broadcast_shapes(given.shape[:-1], nm.shape)
     return np.broadcast_to(given, (*shape, given.shape[-1])), np.broadcast_to(nm, shape)
 

@@ -45,7 +45,8 @@ def viewpoint(housing: Housing, wavelength: float = 550.0) -> tuple[float, float
     """Point that the rays of a picture come closest to, by least squares.
 
     Seen from there a pinhole picture differs least from the one through the port: behind a centred
-    dome it is the pupil, behind a flat port it lies behind the pupil, by about (n - 1) times the port's distance.
+    dome it is the pupil; with a flat port it lies behind the pupil, by about (n - 1) times the
+    distance of the port.
 
     Raises
     ------

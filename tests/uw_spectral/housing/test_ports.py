@@ -44,6 +44,34 @@ def test_every_pixel_is_where_its_ray_goes(name):
             np.testing.assert_allclose(back, pixels, atol=1e-9, rtol=0)
 
 
+def _any_port(rng):
+    """From a pupil that touches the port to one metres behind it, thin and thick."""
+    glass = GLASSES[rng.choice(list(GLASSES))]
+    if rng.random() < 0.5:
+        return FlatPort.tilted(
+            10 ** rng.uniform(-5, 0.5), 10 ** rng.uniform(-4, 0), glass,
+            degrees=rng.uniform(0, 80), towards=rng.uniform(0, 360),
+        )  # fmt: skip
+    radius = 10 ** rng.uniform(-2.5, 1)
+    thickness = radius * rng.uniform(0, 0.9)
+    to_pupil = rng.standard_normal(3)
+    to_pupil *= 0.999 * (radius - thickness) * rng.random() ** 0.3 / np.linalg.norm(to_pupil)
+    return DomePort(radius, thickness, glass, tuple(to_pupil), half_angle=180.0)
+
+
+def test_extreme_ports():
+    rng = np.random.default_rng(0)
+    for _ in range(60):
+        water = SeaWater(rng.uniform(0, 40), rng.uniform(0, 30), rng.uniform(0, 11000))
+        housing = Housing(PLAIN, _any_port(rng), water)
+        pixels = rng.uniform(0, 1000, (100, 2))
+        origins, w = housing.ray_in_water(pixels, 450.0)
+        seen = np.isfinite(w).all(axis=-1)
+        for way in (1e-4, 1.0, 1e5):
+            back = housing.project(origins + way * w, 450.0)
+            np.testing.assert_allclose(back[seen], pixels[seen], atol=1e-8, rtol=0)
+
+
 def test_wavelengths_go_with_points():
     housing = Housing(PLAIN, FlatPort(0.03, 0.008))
     points = cases.seen_points(1.0)
@@ -174,6 +202,10 @@ def test_what_no_port_shows_is_nan():
     flat = Housing(PLAIN, FlatPort.tilted(0.03, 0.01, GLASSES["BK7"], degrees=70.0))
     assert np.isnan(flat.ray_in_water([[100.0, 540.0]], 550.0)).all()
     assert np.isnan(flat.project([[0.0, 0.0, 0.005], [0.0, 0.0, -1.0]], 550.0)).all()
+    for housing in (flat, Housing(PLAIN, DomePort(0.05, 0.01, pupil=(0.0, 0.01, 0.0)))):
+        nowhere = [[np.nan, 0.0, 1.0], [np.inf, 0.0, 1.0], [0.0, 0.0, np.inf]]
+        assert np.isnan(housing.project(nowhere, 550.0)).all()
+        assert np.isnan(housing.ray_in_water([np.nan, 3.0], 550.0)).all()
     dome = Housing(PLAIN, DomePort(0.05, 0.005, half_angle=20.0))
     origins, _ = dome.ray_in_water([[960.0, 540.0], [1910.0, 540.0]], 550.0)
     assert np.isfinite(origins[0]).all()
