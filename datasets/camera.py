@@ -9,13 +9,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..uw_spectral.errors import InputError
+from ..uw_spectral.housing import PIXEL_CENTRE, BrownConrady
 
 Array = NDArray[np.float64]
-
-PIXEL_CENTRE = 0.5
-"""Image coordinates of the first pixel's centre; OpenCV and BOP count it as 0."""
-_ITERATIONS = 20
-_EXACT = 1e-9
 
 
 @dataclass(frozen=True)
@@ -84,6 +80,11 @@ class PinholeCamera:
         return cls(width, height, f, f, width / 2, height / 2)
 
     @property
+    def lens(self) -> BrownConrady:
+        """The distortion."""
+        return BrownConrady(*self.distortion)
+
+    @property
     def K(self) -> Array:
         """Calibration matrix in our image coordinates, shape (3, 3)."""
         return np.array([[self.fx, 0.0, self.cx], [0.0, self.fy, self.cy], [0.0, 0.0, 1.0]])
@@ -98,7 +99,7 @@ class PinholeCamera:
     def project(self, points: ArrayLike) -> Array:
         """Image coordinates of points, shape (..., 3) in OpenCV's camera axes, m, to (..., 2).
 
-        Points behind the camera are NaN.
+        Points behind the camera are NaN, and those beyond where the distortion folds.
 
         Examples
         --------
@@ -106,10 +107,7 @@ class PinholeCamera:
         >>> camera.project([0.5, -0.25, 2.0]).round(6).tolist()
         [400.0, 200.0]
         """
-        found = np.asarray(points, dtype=np.float64)
-        z = np.where(found[..., 2] > 0, found[..., 2], np.nan)
-        x, y = self._distorted(found[..., 0] / z, found[..., 1] / z)
-        return np.stack([self.fx * x + self.cx, self.fy * y + self.cy], axis=-1)
+        return self.lens.image(points) * (self.fx, self.fy) + (self.cx, self.cy)
 
     def rays(self) -> Array:
         """Unit view directions of the pixels' centres in OpenCV's axes, shape (height, width, 3).
@@ -122,40 +120,10 @@ class PinholeCamera:
         u = (np.arange(self.width, dtype=np.float64) + PIXEL_CENTRE - self.cx) / self.fx
         v = (np.arange(self.height, dtype=np.float64) + PIXEL_CENTRE - self.cy) / self.fy
         wanted = np.stack(np.meshgrid(u, v), axis=-1)
-        found = wanted
-        if any(self.distortion):
-            found = self._undistorted(wanted)
-        directions = np.concatenate([found, np.ones_like(found[..., :1])], axis=-1)
-        return directions / np.linalg.norm(directions, axis=-1, keepdims=True)
-
-    def _distorted(self, x: Array, y: Array) -> tuple[Array, Array]:
-        k1, k2, p1, p2, k3 = self.distortion
-        r2 = x * x + y * y
-        radial = 1.0 + r2 * (k1 + r2 * (k2 + r2 * k3))
-        return (
-            x * radial + 2.0 * p1 * x * y + p2 * (r2 + 2.0 * x * x),
-            y * radial + p1 * (r2 + 2.0 * y * y) + 2.0 * p2 * x * y,
-        )
-
-    def _undistorted(self, wanted: Array) -> Array:
-        """Newton's iteration from the distorted coordinates."""
-        found = wanted.copy()
-        step = 1e-6
-        for _ in range(_ITERATIONS):
-            x, y = found[..., 0], found[..., 1]
-            here = np.stack(self._distorted(x, y), axis=-1)
-            along = (np.stack(self._distorted(x + step, y), axis=-1) - here) / step
-            down = (np.stack(self._distorted(x, y + step), axis=-1) - here) / step
-            miss = wanted - here
-            if np.abs(miss).max() < _EXACT:
-                return found
-            det = along[..., 0] * down[..., 1] - along[..., 1] * down[..., 0]
-            if not (det > 0).all():
-                break
-            dx = (miss[..., 0] * down[..., 1] - miss[..., 1] * down[..., 0]) / det
-            dy = (along[..., 0] * miss[..., 1] - along[..., 1] * miss[..., 0]) / det
-            found = found + np.stack([dx, dy], axis=-1)
-        raise InputError(
-            f"camera: the distortion {self.distortion} folds the picture over; take smaller "
-            "coefficients or a narrower lens"
-        )
+        directions = self.lens.directions(wanted)
+        if np.isnan(directions).any():
+            raise InputError(
+                f"camera: the distortion {self.distortion} folds the picture over; take smaller "
+                "coefficients or a narrower lens"
+            )
+        return directions

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -46,6 +47,8 @@ def plan(
     if manifest.scene is None:
         raise InputError("--plan: the scene was never saved, so no worker can open it; save it")
     job_files.require_all(manifest.files)
+    with contextlib.suppress(OSError):  # of which writing tells
+        path.parent.mkdir(parents=True, exist_ok=True)
     write_manifest(path, manifest)
     progress.say(
         f"planned: {len(manifest.frames)} frame(s), {len(manifest.cameras)} camera(s), "

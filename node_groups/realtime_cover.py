@@ -17,7 +17,7 @@ from .value_fields import ValueFields
 NAME = "UW Cover"
 FIELDS = ValueFields(ViewMap, "view", dict.fromkeys(("centre", "right", "up", "ahead"), 3))
 """Numbers of a view."""
-_TILES = 2  # what is blocked, and what comes from beside
+_TILES = 3  # what is blocked, what of it has the pixel's light, and what comes from beside
 
 
 def new_image() -> bpy.types.Image:
@@ -28,7 +28,7 @@ def new_image() -> bpy.types.Image:
 def write_cover(image: bpy.types.Image, carried: CarriedLight) -> None:
     """Put what things in view do into the image."""
     out = np.ones((_TILES, SIZE, SIZE, 4), np.float32)
-    for tile, values in zip(out, (carried.blocked, carried.beside), strict=True):
+    for tile, values in zip(out, (carried.blocked, carried.own, carried.beside), strict=True):
         tile[..., :3] = np.moveaxis(values, 0, 2)
     image.pixels.foreach_set(np.ravel(out))
     image.update()
@@ -54,7 +54,7 @@ def around(
     """
     h, v = FIELDS.read(graph, values).place(point, NODES)
     rows = float(_TILES * SIZE)
-    blocked, beside = (
+    blocked, own, beside = (
         texel(graph, image, h, v + float(tile * SIZE), float(SIZE), rows) for tile in range(_TILES)
     )
-    return Around(blocked, beside)
+    return Around(blocked, own, beside)

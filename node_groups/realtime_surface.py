@@ -189,8 +189,7 @@ class _Surface:
     def sunlit(self) -> dict[str, Operand]:
         """What channels see of the white sun on colours, and the share of whole closures."""
         ray, y, P = self._ray, self._y, self._P
-        left = ray.kept(y, P, self._around)
-        factor = left * self._turned(self._water.sun)
+        factor = ray.kept_of_own(y, P, self._around) * self._turned(self._water.sun)
         factor = factor * self._values[SUN_GAIN]
         wanted: dict[str, Operand] = dict(zip(COLUMNS, COLOURS, strict=True))
         if self._shape.measured:
@@ -321,12 +320,13 @@ class _Surface:
 
     def _made_pixel(self) -> ChannelPixel:
         ray, y, n = self._ray, self._y, self._normal
-        leaving = ray.leaving(self._thing, y, n, self._P)
+        leaving = ray.leaving(replace(self._thing, emitted=()), y, n, self._P)
         coverage = self._given[COVERAGE]
         tint = self._tint() if self._shape.filters else None
         pixel = ray.surface(
             self._y_o, y, self._w, self._P, leaving, shade=self._path_shade(),
             around=self._around, coverage=coverage, tint=tint,
+            glow=ray.glow(self._thing, y, self._P),
         )  # fmt: skip
         if not {"J", "I"}.isdisjoint(self._shape.layers):
             pixel = replace(pixel, L_end=ray.leaving(self._thing, y, n, 0.0))

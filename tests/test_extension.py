@@ -80,6 +80,18 @@ def test_zip_holds_what_is_needed_and_no_more(built_zip):
     assert sum(name.endswith(".whl") for name in names) == 2
 
 
+def test_the_same_files_give_the_same_bytes(tool, built_zip, tmp_path):
+    """Whatever their times are: a checkout gets them anew."""
+    entries = zipfile.ZipFile(built_zip).infolist()
+    assert {entry.date_time for entry in entries} == {(1980, 1, 1, 0, 0, 0)}
+    assert {entry.external_attr for entry in entries} == {0o644 << 16}
+    names = [entry.filename for entry in entries]
+    assert names == sorted(names)
+    again = tmp_path / "again.zip"
+    tool.pack(again)
+    assert again.read_bytes() == built_zip.read_bytes()
+
+
 def test_zip_leaves_the_import_system_alone(built_zip):
     archive = zipfile.ZipFile(built_zip)
     scripts = [name for name in archive.namelist() if name.endswith(".py")]

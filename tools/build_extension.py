@@ -38,7 +38,13 @@ def locked(names: list[str]) -> str:
 
 
 def fetch_wheels() -> None:
-    """Download the wheels that the manifest lists and that are not here yet."""
+    """Download the wheels that the manifest lists and that are not here yet.
+
+    Raises
+    ------
+    ConnectionError
+        If that fails.
+    """
     manifest = tomllib.loads((ROOT / "blender_manifest.toml").read_text())
     missing = [Path(wheel) for wheel in manifest["wheels"] if not (ROOT / wheel).exists()]
     if not missing:
@@ -49,7 +55,13 @@ def fetch_wheels() -> None:
         requirements.write_text(locked(names))
         command = [sys.executable, "-m", "pip", "download", "-q", "--no-deps", "--require-hashes"]
         command += ["--only-binary=:all:", "-r", str(requirements), "-d", folder]
-        subprocess.run(command, check=True)
+        done = subprocess.run(command, capture_output=True, text=True)
+        if done.returncode:
+            said = (done.stderr or done.stdout).strip().splitlines() or ["pip says nothing"]
+            raise ConnectionError(
+                f"{', '.join(wheel.name for wheel in missing)}: not there, and could not be "
+                f"downloaded: {said[-1]}; build once with a network, or put them into wheels/"
+            )
         # Whole under their names, or not at all: another process may be building too.
         for wheel in missing:
             (ROOT / wheel).parent.mkdir(exist_ok=True)
@@ -87,6 +99,19 @@ def pack(path: Path) -> None:
     """Write the zip from what is here; the asset library goes along if it was built."""
     fetch_wheels()
     _command("build", "--source-dir", str(ROOT), "--output-filepath", str(path))
+    _settle(path)
+
+
+def _settle(path: Path) -> None:
+    """Write a zip again so that the same files give the same bytes, whenever and wherever."""
+    with zipfile.ZipFile(path) as archive:
+        files = {name: archive.read(name) for name in sorted(archive.namelist())}
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name, content in files.items():
+            entry = zipfile.ZipInfo(name)  # of 1980
+            entry.compress_type, entry.external_attr = zipfile.ZIP_DEFLATED, 0o644 << 16
+            if not name.endswith("/"):
+                archive.writestr(entry, content)
 
 
 def _command(*arguments: str) -> None:
@@ -120,7 +145,10 @@ def write_manual(table: str, manual: Path = MANUAL) -> None:
 
 
 if __name__ == "__main__":
-    sizes = size_table(build(ROOT / "dist"))
+    try:
+        sizes = size_table(build(ROOT / "dist"))
+    except ConnectionError as error:
+        sys.exit(str(error))
     sys.stdout.write(sizes + "\n")
     if "--manual" in sys.argv[1:]:
         write_manual(sizes)

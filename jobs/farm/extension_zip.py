@@ -6,6 +6,8 @@ import runpy
 import zipfile
 from pathlib import Path
 
+from ...uw_spectral.errors import InputError
+
 _ROOT = Path(__file__).resolve().parents[2]
 _BUILDER = _ROOT / "tools" / "build_extension.py"
 _CACHES = "__pycache__"
@@ -21,9 +23,17 @@ def write_extension(path: Path) -> None:
     ----------
     path : Path
         The zip to create.
+
+    Raises
+    ------
+    InputError
+        If a checkout lacks what it has to bring.
     """
     if _BUILDER.is_file():
-        runpy.run_path(str(_BUILDER))["pack"](path)
+        try:
+            runpy.run_path(str(_BUILDER))["pack"](path)
+        except ConnectionError as error:
+            raise InputError(f"a bundle brings the extension: {error}") from error
         return
     with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
         for file in sorted(_ROOT.rglob("*")):

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import shutil
 import zipfile
 from pathlib import Path
 
+import pytest
 from underwater_spectral.jobs import job_files
 from underwater_spectral.jobs.farm import extension_zip
+from underwater_spectral.uw_spectral.errors import InputError
 
 
 def _contents(path: Path) -> dict[str, bytes]:
@@ -33,3 +36,17 @@ def test_an_installed_extension_is_packed_as_it_was_built(tmp_path, monkeypatch)
         assert job_files.versions() == ours
     finally:
         job_files._source_digest.cache_clear()
+
+
+def test_a_fresh_checkout_without_a_network_says_what_is_missing(tmp_path, monkeypatch, capfd):
+    root = Path(extension_zip.__file__).resolve().parents[2]
+    for name in ("blender_manifest.toml", "requirements.lock", "tools/build_extension.py"):
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        shutil.copy(root / name, tmp_path / name)
+    builder = tmp_path / "tools" / "build_extension.py"
+    monkeypatch.setattr(extension_zip, "_BUILDER", builder)
+    monkeypatch.setenv("PIP_NO_INDEX", "1")
+    with pytest.raises(InputError, match=r"jerlov.*\.whl: not there.*wheels/"):
+        extension_zip.write_extension(tmp_path / "bundle.zip")
+    assert capfd.readouterr() == ("", "")
+    assert not (tmp_path / "bundle.zip").exists()

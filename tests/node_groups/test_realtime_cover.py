@@ -36,13 +36,16 @@ def test_a_square_is_drawn_as_numpy_has_it(tmp_path):
     seen = Snapshot(shade=without_shade(3), cover=view_cover(view, []))
     water = frame_water.realtime_water(column, lobes, VIEW.depth, np.eye(3), seen=seen)
     level = float(water.field.scalar_irradiance(VIEW.depth).max())
-    carried = CarriedLight(_wave(0.1, 0.4, 0.0), _wave(-0.02, 0.1, 1.0) * level)
+    carried = CarriedLight(
+        _wave(0.1, 0.4, 0.0), _wave(0.2, 1.0, 2.0), _wave(-0.02, 0.1, 1.0) * level
+    )
 
     def around(points: np.ndarray, *factors: float) -> Around:
         h, v = view.place(list(points.T))
+        images = carried.blocked, carried.own, carried.beside
         parts = (
             factor * np.stack([map_coordinates(x, [v, h], order=1) for x in image], axis=1)
-            for factor, image in zip(factors, (carried.blocked, carried.beside), strict=True)
+            for factor, image in zip(factors, images, strict=True)
         )
         return Around(*parts)
 
@@ -54,9 +57,9 @@ def test_a_square_is_drawn_as_numpy_has_it(tmp_path):
 
     with mock.patch.object(frame_water.RealtimeWater, "carried", new=carried):
         found = probe.render(water, VIEW, tmp_path / "a.exr")
-    right = errors(1.0, 1.0)
+    right = errors(1.0, 1.0, 1.0)
     assert len(right) > 30
     assert np.median(right) < 2e-3
     assert np.quantile(right, 0.99) < 0.01
-    for factors in ((0.9, 1.0), (1.0, 0.9)):
+    for factors in ((0.9, 1.0, 1.0), (1.0, 0.9, 1.0), (1.0, 1.0, 0.9)):
         assert np.quantile(errors(*factors), 0.9) > 0.01

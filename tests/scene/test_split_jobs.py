@@ -101,6 +101,13 @@ def _planned(dive: Path, *options: object, out: str = "split") -> Path:
     return path
 
 
+def test_a_plan_brings_its_own_folder(dive):
+    path = dive.with_name("plans") / "of today" / "job.json"
+    assert _run(dive, *DIVE, "--out", dive.with_name("results"), "--plan", path) == 0
+    assert json.loads(path.read_text())["scene"] == "../../dive.blend"
+    assert not dive.with_name("results").exists()
+
+
 def _rendered(dive: Path, *options: object) -> Path:
     assert _run(dive, *DIVE, *options, "--out", dive.with_name("whole")) == 0
     return dive.with_name("whole")
@@ -293,9 +300,10 @@ def test_a_worker_refuses_another_job(dive, capsys):
     content = json.loads(whole)
     assert content["settings"]["water"] == "file:water.csv"
     assert content["scene"] == "dive.blend"
+    version = content["versions"]["the extension"]
     for versions, message in (
         ({"Blender": "5.3.0"}, "Blender is 5.2.3 LTS, not 5.3.0"),
-        ({"the extension": "9.9"}, "the extension is 0.2.0, not 9.9"),
+        ({"the extension": "9.9"}, f"the extension is {version}, not 9.9"),
         ({"the source of the extension": "0"}, "the source of the extension is"),
     ):
         _edit(path, versions={**content["versions"], **versions})

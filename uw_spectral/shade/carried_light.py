@@ -5,10 +5,14 @@ Of a pixel's path the share b (K * cover) of scattering stays within things, see
 the things comes instead. The share that is the pixel's own thing's, or one like it, has the
 pixel's light; what stands beside may be brighter or darker. Where the floor is seen, it counts as a
 thing: what is scattered forward before it comes from around there, which may lie in a shadow.
+
+At an edge a texel holds several surfaces, and a pixel of any of them looks it up. There only the
+share that is scattered within the texel has the pixel's light; the rest has that of all around.
 """
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -17,12 +21,14 @@ from numpy.typing import NDArray
 
 from ..transfer.channel_pixel import COLOURS, LightLeft, Thing, along_rays
 from ..transfer.folded_light import FoldedLight
-from .forward_share import spread
+from .forward_share import at_middle, spread
 from .grid import Array
 from .shade_table import ShadeTable
 from .view_cover import ViewCover
 
 _LEAST = 1e-6
+_EDGE = 0.2  # difference from which on surfaces are not one
+_AROUND_EDGE = 2  # texels: a look-up reaches one, and so do soft edges
 _COLOUR_COUNT = len(COLOURS)
 
 
@@ -34,11 +40,15 @@ class CarriedLight:
     ----------
     blocked : array, shape (3, SIZE, SIZE)
         Share of scattering that stays within things.
+    own : array, shape (3, SIZE, SIZE)
+        Share of that which has the light of the pixel.
     beside : array, shape (3, SIZE, SIZE)
-        Mean radiance of the things there, less that of the one that is seen.
+        What the things there send besides: their mean radiance, less that share of the one that is
+        seen.
     """
 
     blocked: Array
+    own: Array
     beside: Array
 
 
@@ -64,21 +74,53 @@ def carried_light(
     """
     nothing = np.zeros((_COLOUR_COUNT, *cover.covered.shape))
     if not cover.covered.any():
-        return CarriedLight(nothing, nothing)
-    L = _radiance(cover, light, sun, shade, floor)
-    blocked, mean = _spread(cover.covered, L, cover, light)
+        return CarriedLight(nothing, nothing + 1.0, nothing)
+    of_things, of_floor = _radiances(cover, light, sun, shade, floor)
+    known = cover.seen | cover.plane
+    blocked, mean = _spread(cover.covered, cover.covered * of_things, cover, light)
+    L, covered = of_things, cover.covered
     if cover.floor.any():
-        on_floor = _spread(cover.with_floor, L, cover, light)
-        blocked, mean = (
-            np.where(cover.floor, x, y) for x, y in zip(on_floor, (blocked, mean), strict=True)
+        around = cover.covered * of_things + (cover.with_floor - cover.covered) * of_floor
+        on_floor = _spread(cover.with_floor, around, cover, light)
+        (blocked, mean), L, covered = (
+            np.where(cover.floor, x, y)
+            for x, y in (
+                (np.stack(on_floor), np.stack([blocked, mean])),
+                (of_floor, of_things),
+                (cover.with_floor, cover.covered),
+            )
         )
-    beside = np.where(cover.known & (blocked > _LEAST), mean - L, 0.0)
-    return CarriedLight(np.clip(blocked, 0.0, 1.0), _extended(beside, cover.known))
+    within = sum(
+        part[:, None, None] * at_middle(phase, cover.view)
+        for part, phase in zip(light.parts, light.components, strict=True)
+    )
+    own = np.clip(within * covered / np.maximum(blocked, _LEAST), 0.0, 1.0)
+    own += (1.0 - own) * _one_surface(L, known)
+    blocks = known & (blocked > _LEAST)
+    own, beside = np.where(blocks, own, 1.0), np.where(blocks, mean - own * L, 0.0)
+    own = 1.0 + _extended(own - 1.0, known)
+    return CarriedLight(np.clip(blocked, 0.0, 1.0), own, _extended(beside, known))
+
+
+def _one_surface(L: Array, known: NDArray[np.bool_]) -> Array:
+    """Whether texels and those about them show one surface: 1, down to 0 at its edges.
+
+    Across a surface radiance changes steadily, at an edge it jumps.
+    """
+    jump = np.zeros(known.shape)
+    for across, up in itertools.product(range(-_AROUND_EDGE, _AROUND_EDGE + 1), repeat=2):
+        sides = [
+            np.where(np.roll(known, step, axis=(0, 1)), np.roll(L, step, axis=(1, 2)), L)
+            for step in ((up, across), (-up, -across))
+        ]
+        highest = np.maximum.reduce([L, *sides, np.full_like(L, np.finfo(float).tiny)])
+        jump = np.maximum(jump, (np.abs(sides[0] + sides[1] - 2.0 * L) / highest).max(axis=0))
+    return np.clip(1.0 - jump / _EDGE, 0.0, 1.0)
 
 
 def _spread(covered: Array, L: Array, cover: ViewCover, light: FoldedLight) -> tuple[Array, Array]:
     """Share of scattering that stays within what is covered, and its mean radiance."""
-    pictures = np.concatenate([covered[None], covered * L])
+    pictures = np.concatenate([covered[None], L])
     blocked, carried = np.zeros_like(L), np.zeros_like(L)
     for part, phase in zip(light.parts, light.components, strict=True):
         of_cover, *of_light = spread(pictures, phase, cover.view)
@@ -87,39 +129,54 @@ def _spread(covered: Array, L: Array, cover: ViewCover, light: FoldedLight) -> t
     return blocked, carried / np.maximum(blocked, _LEAST)
 
 
-def _radiance(
+def _radiances(
     cover: ViewCover,
     light: FoldedLight,
     sun: Sequence[float],
     shade: ShadeTable,
     floor: int | Sequence[float],
+) -> tuple[Array, Array]:
+    """Radiance of the things in each texel, and of the floor there, (3, SIZE, SIZE) each."""
+    seen, level = cover.seen, np.isfinite(cover.level)
+    of_seen = _radiance(
+        cover, seen, cover.distance, cover.normal[seen],
+        COLOURS, list(cover.colour[seen].T[..., None]), light, sun, shade,
+    )  # fmt: skip
+    up = np.tile((0.0, 0.0, 1.0), (int(level.sum()), 1))
+    columns, colour = (COLOURS, floor) if not isinstance(floor, int) else ((floor,), (1.0,))
+    base = [np.full((len(up), 1), part) for part in colour]
+    of_level = _radiance(cover, level, cover.level, up, columns, base, light, sun, shade)
+    on_floor = cover.floor & ~cover.plane
+    of_things = np.where(on_floor, _extended(of_seen, seen & ~on_floor), of_seen)
+    return of_things, np.where(on_floor, of_seen, of_level)
+
+
+def _radiance(
+    cover: ViewCover,
+    here: NDArray[np.bool_],
+    distance: Array,
+    normal: Array,
+    columns: Sequence[int],
+    base: Sequence[Array],
+    light: FoldedLight,
+    sun: Sequence[float],
+    shade: ShadeTable,
 ) -> Array:
-    """Radiance of what is seen, by its mean colour, (3, SIZE, SIZE)."""
-    here = cover.known
+    """Radiance of patches of mean colours in some texels, 0 elsewhere, (3, SIZE, SIZE)."""
     found = np.zeros((_COLOUR_COUNT, *here.shape))
-    ways = cover.view.ways().reshape(*here.shape, 3)[here]
-    points = np.asarray(cover.view.centre) + ways * cover.distance[here][:, None]
-    normal = cover.normal[here]
+    P = distance[here][:, None]
+    points = cover.view.ways().reshape(*here.shape, 3)[here] * P + np.asarray(cover.view.centre)
     mean, share, sunlit = shade.on_patches(points, normal).T
     facing = np.maximum(normal @ -np.asarray(sun), 0.0) * sunlit / np.pi
+    thing = Thing(
+        columns,
+        [colour * facing[:, None] for colour in base],
+        base,
+        shade=LightLeft(mean[:, None], share[:, None]),
+    )
+    along = along_rays(light, sun, [np.zeros((1, 1))] * 3)
     y = np.maximum(-points[:, 2:], 0.0)
-    along, normals = along_rays(light, sun, [np.zeros((1, 1))] * 3), list(normal.T[..., None])
-
-    def leaving(columns: Sequence[int], base: Sequence[Array]) -> Array:
-        lit = [colour * facing[:, None] for colour in base]
-        left = LightLeft(mean[:, None], share[:, None])
-        return np.asarray(along.leaving(Thing(columns, lit, base, shade=left), y, normals, 0.0 * y))
-
-    plane, colours = cover.plane[here][:, None], cover.colour[here].T
-    if isinstance(floor, int):
-        of_floor = leaving((floor,), [np.ones((len(points), 1))])
-        L = np.where(plane, of_floor, leaving(COLOURS, list(colours[..., None])))
-    else:
-        parts = [
-            np.where(plane, x, colour[:, None]) for x, colour in zip(floor, colours, strict=True)
-        ]
-        L = leaving(COLOURS, parts)
-    found[:, here] = L.T
+    found[:, here] = np.asarray(along.leaving(thing, y, list(normal.T[..., None]), P)).T
     return found
 
 

@@ -26,15 +26,20 @@ from .view_map import SIZE, ViewMap
 
 _ANGLES, _STEPS = 1500, 200
 _FINE = 5  # parts along a texel in which the kernel is added up
+_TWICE = (2 * SIZE, 2 * SIZE)  # so that nothing comes round the sides
 _NEAR = 6  # texels from its middle that it is done in
 
 
 def spread(pictures: Array, phase: PhaseFunction, view: ViewMap) -> Array:
     """Pictures (..., SIZE, SIZE) as scattering forward spreads them: K * picture."""
-    size = (2 * SIZE, 2 * SIZE)
     kernel = _kernel(phase, float(view.per_unit))
-    found = np.fft.irfft2(np.fft.rfft2(pictures, size) * kernel, size)
+    found = np.fft.irfft2(np.fft.rfft2(pictures, _TWICE) * kernel, _TWICE)
     return found[..., :SIZE, :SIZE]
+
+
+def at_middle(phase: PhaseFunction, view: ViewMap) -> float:
+    """Share of scattering that stays within a texel: the middle of K."""
+    return _middle(phase, float(view.per_unit))
 
 
 def blocked_along(
@@ -92,6 +97,11 @@ def share_on_path(phase: PhaseFunction, tangent: Array) -> Array:
     """Mean F̄ of that share over a path, of a disc of a size over its distance (angle's tangent)."""
     u = (np.arange(_STEPS) + 0.5) / _STEPS
     return share_within(phase, np.arctan2(tangent[:, None], u)).mean(axis=1)
+
+
+@functools.lru_cache(maxsize=16)
+def _middle(phase: PhaseFunction, per_unit: float) -> float:
+    return float(np.fft.irfft2(_kernel(phase, per_unit), _TWICE)[0, 0])
 
 
 @functools.lru_cache(maxsize=16)

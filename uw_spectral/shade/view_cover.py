@@ -27,6 +27,7 @@ _FADE = 0.25  # m over a floor of the water: lower things are like it
 _NEARER = 4  # power of nearness that makes things show before those behind
 _BEHIND = 2.5  # angle from the middle of what may be on either side of the picture, rad
 _STANDS = 0.5  # share above the floor from which on a thing counts as one
+_MOST = 0.5  # of a texel: what covers less before the floor is not what is seen there
 _LEVEL = 0.01  # downward cosine of a ray to a floor that is out of sight
 _BACK = 1e-3  # weight of faces that look away, which show where there are no others
 
@@ -59,24 +60,27 @@ class ViewCover:
     view : ViewMap
     covered, with_floor : array, shape (SIZE, SIZE)
         Share of each texel that things cover, rows upwards; and that they and the floor do.
-    known, floor, plane : array of bool, shape (SIZE, SIZE)
-        Where surfaces are seen, what follows is 0 elsewhere; where they are the floor or lie on
-        it; and where nothing of the scene, but the level floor of the water itself.
+    seen, floor : array of bool, shape (SIZE, SIZE)
+        Where there are surfaces, what follows is 0 elsewhere; and where the floor is what is seen:
+        the level one of the water itself, or surfaces that lie on it.
     distance : array, shape (SIZE, SIZE)
         From the camera, m.
     normal, colour : array, shape (SIZE, SIZE, 3)
         Towards the camera's side; what they reflect.
+    level, plane : array of float, of bool, shape (SIZE, SIZE)
+        Distance of the level floor, m, infinite without; and where it is what is seen.
     """
 
     view: ViewMap
     covered: Array
     with_floor: Array
-    known: NDArray[np.bool_]
+    seen: NDArray[np.bool_]
     floor: NDArray[np.bool_]
-    plane: NDArray[np.bool_]
     distance: Array
     normal: Array
     colour: Array
+    level: Array
+    plane: NDArray[np.bool_]
 
 
 class KeptPicture:
@@ -172,14 +176,15 @@ class _Picture:
         seen = total > 0.0
         means = self._sums[1:] / np.where(seen, total, 1.0)
         normal = means[1:4] / np.maximum(np.linalg.norm(means[1:4], axis=0), _LEAST)
-        to_floor = self._to_floor()
-        plane = np.isfinite(to_floor) & (~seen | (to_floor < means[0] - _FADE))
-        normal[:, plane] = np.eye(3)[:, 2:]
+        level = self._to_floor()
         covered, with_floor = np.minimum(self._sides.max(axis=1), 1.0)
+        stands = means[7] >= _STANDS
+        hidden = (level < means[0] - _FADE) | (stands & (covered < _MOST))
+        plane = np.isfinite(level) & (~seen | hidden)
         return ViewCover(
-            self._view, covered, np.where(np.isfinite(to_floor), 1.0, with_floor), seen | plane,
-            plane | (seen & (means[7] < _STANDS)), plane, np.where(plane, to_floor, means[0]),
-            np.moveaxis(normal, 0, 2), np.moveaxis(means[4:7], 0, 2),
+            self._view, covered, np.where(np.isfinite(level), 1.0, with_floor), seen,
+            plane | (seen & ~stands), means[0], np.moveaxis(normal, 0, 2),
+            np.moveaxis(means[4:7], 0, 2), level, plane,
         )  # fmt: skip
 
     def _to_floor(self) -> Array:

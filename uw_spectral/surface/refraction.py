@@ -174,7 +174,7 @@ def direction_in_air(
 
 def fresnel_reflectance(
     cosine: Operand,
-    relative_index: float = REFRACTIVE_INDEX,
+    relative_index: Operand = REFRACTIVE_INDEX,
     m: Mathematics = NUMPY,
 ) -> Operand:
     """Fresnel reflectance of unpolarised light at a flat interface.
@@ -183,7 +183,7 @@ def fresnel_reflectance(
     ----------
     cosine : float or array
         Cosine of the angle of incidence, 0 to 1.
-    relative_index : float
+    relative_index : float or array
         Index beyond the interface over the index before it: n from air into
         water, 1/n from water into air (1 where the reflection is total).
     m : Mathematics

@@ -141,11 +141,14 @@ class Around:
     ----------
     blocked : channels
         Share of scattering that stays within them.
+    own : channels
+        Share of that which has the light of what is seen.
     beside : channels
-        Their mean radiance, less that of the one that is seen.
+        What they send besides: their mean radiance, less that share of the one that is seen.
     """
 
     blocked: Operand
+    own: Operand = 1.0
     beside: Operand = 0.0
 
 
@@ -248,6 +251,13 @@ class ChannelWater:
         if around is None:
             return self.left(y, P)
         return self.m.minimum(self.left_within(y, P, around.blocked), self.left_with_peak(y, P))
+
+    def kept_of_own(self, y: Operand, P: Operand, around: Around | None) -> Operand:
+        """Share of a thing's light that is left of what the pixel itself shows."""
+        direct = self.left(y, P)
+        if around is None:
+            return direct
+        return direct + (self.kept(y, P, around) - direct) * around.own
 
     def _rate(self, name: str, y: Operand) -> Operand:
         return self.tables.rate(name, y) if self.layered else getattr(self.numbers, name)
@@ -373,9 +383,15 @@ class ChannelWater:
                     share = thing.mirrored[place]
                     light = (base - share) * E[j] + share * L[j]
                 total = left * light + total
-        for k, radiance in enumerate(thing.emitted):
-            total = radiance * self.tables.glowing(y, P, k) + total
-        return total
+        glow = self.glow(thing, y, P)
+        return total if glow is None else glow + total
+
+    def glow(self, thing: Thing, y: Operand, P: Operand) -> Operand | None:
+        """The emitted part of :meth:`leaving`, if it emits."""
+        parts = [
+            radiance * self.tables.glowing(y, P, k) for k, radiance in enumerate(thing.emitted)
+        ]
+        return _sum(parts) if parts else None
 
     def surface(
         self,
@@ -389,6 +405,7 @@ class ChannelWater:
         around: Around | None = None,
         coverage: Operand = 1.0,
         tint: Operand | None = None,
+        glow: Operand | None = None,
     ) -> ChannelPixel:
         """Pixel of a thing.
 
@@ -408,6 +425,8 @@ class ChannelWater:
         tint : channels, optional
             What it lets through of each channel beyond 1 - ``coverage``, which is drawn; for what
             lies behind it stands undisturbed water.
+        glow : channels, optional
+            Of :meth:`glow`, if ``leaving`` is without it: what things around emit is not known.
         """
         m = self.m
         M_near, (M_far, beyond) = self.scattered(y_o, w), self.ahead(y_e, w)
@@ -423,12 +442,14 @@ class ChannelWater:
         blocks = kept * far
         own = (kept - direct) * leaving
         if around is not None:
-            own = own + (kept - direct) * around.beside * coverage
+            own = (kept - direct) * (around.own * leaving + around.beside * coverage)
             # Between both, each with its spectrum.
             share = (kept - direct) / m.maximum(peaked - direct, _LEAST)
             split = self.tables.split(M_far)
             with_peak = [c * x for c, x in zip(self.tables.peaked(y_e, P), split, strict=True)]
             blocks = direct * far + share * (peaked * _sum(with_peak) - direct * far)
+        if glow is not None:
+            own, leaving = own + (kept - direct) * glow, leaving + glow
         path = once * shade.once + self.shaded(M_near - blocks, shade.scattered, y_o)
         surroundings = self.shaded(past * rest + boundary, shade.scattered, y_o) * coverage
         if tint is not None:

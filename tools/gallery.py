@@ -1,0 +1,126 @@
+"""Render what the gallery compares: the engines side by side, and a turntable of Jerlov types.
+
+    python3 dev.py run tools/gallery.py engines       docs/pictures/engines.jpg
+    python3 dev.py run tools/gallery.py turntable     docs/pictures/jerlov_types.webp
+
+Passes are kept in out/gallery: a job that was stopped goes on.
+"""
+
+from __future__ import annotations
+
+import importlib
+import math
+import subprocess
+import sys
+from pathlib import Path
+
+import bpy
+import make_pictures
+import numpy as np
+import photographs
+from PIL import Image, ImageDraw
+
+ROOT = Path(__file__).resolve().parent.parent
+OUT, PICTURES = ROOT / "out" / "gallery", ROOT / "docs" / "pictures"
+TYPES = ("I", "IA", "IB", "II", "III", "1C", "3C", "5C")
+EACH = 5
+FRAMES, RATE = EACH * len(TYPES), 6
+LIGHT = ("--illuminant", "clear-sky", "--irradiance", "above", "--sky", "clear")
+ENGINES = {
+    "eevee": ("--engine", "eevee", "--bands", "6", "--samples", "16"),
+    "cycles": ("--engine", "cycles", "--bands", "6", "--samples", "48"),
+}
+SIDE_BY_SIDE = (
+    *LIGHT, "--water", "jerlov:IB", "--surface", "flat", "--sun-zenith", "30",
+    "--sun-azimuth", "100", "--white-balance", "depth", "--tone", "nikon-d7000",
+    "--resolution", "560", "315",
+)  # fmt: skip
+TURNED = (
+    *LIGHT, "--engine", "eevee", "--mode", "realtime", "--bands", "6", "--surface", "flat",
+    "--sun-zenith", "30", "--sun-azimuth", "120", "--white-balance", "daylight",
+    "--tone", "nikon-d7000", "--resolution", "360", "203", "--samples", "8",
+)  # fmt: skip
+DEPTH, EYE, TARGET = 5.0, (0.1, -2.4, -4.25), (0.25, 0.0, -4.68)
+
+
+def render(scene: Path, out: Path, *options: str) -> None:
+    """Render a scene, or go on with it."""
+    command = [sys.executable, ROOT / "render_bands.py", scene, *options, "--out", out, "--resume"]
+    subprocess.run(list(map(str, command)), check=True)
+
+
+def engines() -> None:
+    """Write the near side of the reef as both engines draw it."""
+    scene = OUT / "reef.blend"
+    if not scene.exists():
+        make_pictures.start()
+        photographs.build("reef", scene)
+    sides = []
+    for name, options in ENGINES.items():
+        render(scene, OUT / name, *SIDE_BY_SIDE, *options)
+        sides.append(np.asarray(Image.open(OUT / name / "0001.png").convert("RGB")))
+    picture = Image.fromarray(np.concatenate(sides, axis=1))
+    picture.save(PICTURES / "engines.jpg", quality=86)
+
+
+def build_turntable(path: Path) -> None:
+    """Build corals that turn once on sand, with a chart beside them that does not."""
+    scene = make_pictures.start()
+    parts = "underwater_spectral.examples"
+    named = {
+        name: importlib.import_module(f"{parts}.{name}")
+        for name in ("parts.growth", "parts.materials", "parts.detail", "parts.shapes",
+                     "parts.cameras", "reef.color_checker")
+    }  # fmt: skip
+    shapes, detail = named["parts.shapes"], named["parts.detail"].DETAILS["panel"]
+    materials = named["parts.materials"].Materials(1, detail)
+    growth = named["parts.growth"].Growth(1, detail, materials)
+    turning = bpy.data.objects.new("Turntable", None)
+    turning.location.z = -DEPTH
+    scene.collection.objects.link(turning)
+    things = [
+        (growth.meshes("brain")[0], (-0.35, -0.25, 0.1), 0.62),
+        (growth.meshes("staghorn")[0], (0.4, 0.15, -0.02), 0.95),
+        (growth.meshes("fan")[1], (-0.15, 0.42, -0.02), 0.9),
+        (growth.meshes("sponge")[0], (0.15, -0.45, -0.02), 0.8),
+        (growth.meshes("small table")[1], (-0.62, 0.3, -0.02), 0.8),
+    ]
+    for mesh, place, scale in things:
+        item = shapes.place(mesh, scene.collection, place, scale=scale)
+        item.parent = turning
+    board = named["reef.color_checker"].color_checker(materials)
+    shapes.place(board, scene.collection, (1.12, -0.35, 0.05 - DEPTH))
+    bpy.ops.mesh.primitive_plane_add(size=80.0, location=(0.0, 0.0, -DEPTH))
+    bpy.context.object.data.materials.append(materials.sand)
+    for frame in range(1, FRAMES + 1):
+        turning.rotation_euler.z = 2.0 * math.pi * (frame - 1) / FRAMES
+        turning.keyframe_insert("rotation_euler", index=2, frame=frame)
+    scene.frame_start, scene.frame_end = 1, FRAMES
+    scene.camera = named["parts.cameras"].camera("Turntable", EYE, TARGET, 33.0)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    bpy.ops.wm.save_as_mainfile(filepath=str(path), copy=True, compress=True)
+
+
+def turntable() -> None:
+    """Write one turn of the corals in eight waters, five frames each."""
+    scene = OUT / "turntable.blend"
+    if not scene.exists():
+        build_turntable(scene)
+    pictures = []
+    for number, water in enumerate(TYPES):
+        first = EACH * number + 1
+        frames, out = f"{first}-{first + EACH - 1}", OUT / f"jerlov_{water}"
+        render(scene, out, *TURNED, "--water", f"jerlov:{water}", "--frames", frames)
+        for frame in range(first, first + EACH):
+            picture = Image.open(out / f"{frame:04d}.png").convert("RGB")
+            ImageDraw.Draw(picture).text((8, 6), f"Jerlov {water}", "white", font_size=16)
+            pictures.append(picture)
+    pictures[0].save(
+        PICTURES / "jerlov_types.webp", save_all=True, append_images=pictures[1:],
+        duration=round(1000 / RATE), loop=0, quality=70, method=6,
+    )  # fmt: skip
+
+
+if __name__ == "__main__":
+    for wanted in sys.argv[1:]:
+        {"engines": engines, "turntable": turntable}[wanted]()

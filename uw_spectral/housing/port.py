@@ -1,0 +1,322 @@
+"""Ports: a flat window or a dome between the air around a lens and the water.
+
+Both are symmetric about an axis through the lens's entrance pupil: the normal of a flat port, and
+the line from the centre of a dome to the pupil. A ray stays in the plane of its direction and that
+axis, so tracing it is a formula of one angle, and aiming it at a point is one equation
+(A. Agrawal et al., CVPR 2012, 3346; M. She et al., ISPRS J. 2022 for the dome).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import InputError
+from .media import GLASSES, Glass
+
+Array = NDArray[np.float64]
+Vector = tuple[float, float, float]
+
+_STEPS = 100
+_ROUNDING = 4e-16
+_FORWARD = (0.0, 0.0, 1.0)
+
+
+class Port(Protocol):
+    """A port in the axes of the camera, its pupil at the origin, lengths in m."""
+
+    glass: Glass
+
+    @property
+    def axis(self) -> Array:
+        """Unit vector of the axis of symmetry, shape (3,)."""
+        ...
+
+    def leaving(self, angle: Array, glass: Array, water: Array) -> tuple[Array, Array, Array]:
+        """Trace a ray from the pupil to the outer face.
+
+        Parameters
+        ----------
+        angle : array
+            To the axis in air, 0 to π; NaN comes of rays that do not meet the port.
+        glass, water : array
+            Refractive indices.
+
+        Returns
+        -------
+        along, across, angle : array
+            Place on the outer face by its distance along the axis and from it, and the angle to
+            the axis in the water.
+        """
+        ...
+
+    def angle_towards(self, along: Array, across: Array, glass: Array, water: Array) -> Array:
+        """Angle in air of the ray that reaches a point in the water; NaN if none does."""
+        ...
+
+    def incidence(self, angle: Array, glass: Array) -> tuple[Array, Array]:
+        """Cosines to the normals: in air at the inner face, in the glass at the outer."""
+        ...
+
+    def passes(self, points: Array) -> NDArray[np.bool_]:
+        """Whether points of the outer face, shape (..., 3), are glass and not frame."""
+        ...
+
+
+@dataclass(frozen=True)
+class FlatPort:
+    """A plane window.
+
+    Parameters
+    ----------
+    distance : float
+        From the entrance pupil to the inner face along its normal, m.
+    thickness : float
+        m; 0 is a window that does not count.
+    glass : Glass
+    normal : three floats
+        Outwards, in the camera's axes, of any length; a tilt turns it away from (0, 0, 1).
+
+    Raises
+    ------
+    InputError
+        If the pupil is not behind the port, or the port does not look forward.
+
+    Examples
+    --------
+    >>> port = FlatPort(0.03, 0.01)
+    >>> along, across, angle = port.leaving(np.radians(45.0), np.array(1.5168), np.array(1.34))
+    >>> float(along), round(float(across), 5), round(float(np.degrees(angle)), 2)
+    (0.04, 0.03527, 31.85)
+    """
+
+    distance: float
+    thickness: float
+    glass: Glass = field(default_factory=lambda: GLASSES["BK7"])
+    normal: Vector = _FORWARD
+
+    def __post_init__(self) -> None:
+        if not 0 < self.distance < math.inf:
+            raise InputError(
+                f"flat port: the entrance pupil must be behind it, got a distance of "
+                f"{self.distance:g} m"
+            )
+        if not 0 <= self.thickness < math.inf:
+            raise InputError(f"flat port: a thickness of {self.thickness:g} m is none")
+        if not (all(map(math.isfinite, self.normal)) and self.normal[2] > 0):
+            raise InputError(f"flat port: its normal {self.normal} must look forward, z above 0")
+
+    @classmethod
+    def tilted(
+        cls,
+        distance: float,
+        thickness: float,
+        glass: Glass,
+        *,
+        degrees: float,
+        towards: float = 0.0,
+    ) -> FlatPort:
+        """Return a port whose normal is turned away from the optical axis.
+
+        Parameters
+        ----------
+        distance, thickness, glass
+            As of the class.
+        degrees : float
+            Angle between normal and optical axis.
+        towards : float
+            Degrees, from the right of the picture (0) to below (90).
+        """
+        tilt, turn = math.radians(degrees), math.radians(towards)
+        side = math.sin(tilt)
+        normal = (side * math.cos(turn), side * math.sin(turn), math.cos(tilt))
+        return cls(distance, thickness, glass, normal)
+
+    @property
+    def axis(self) -> Array:
+        """The normal."""
+        normal = np.array(self.normal)
+        return normal / np.linalg.norm(normal)
+
+    def leaving(self, angle: Array, glass: Array, water: Array) -> tuple[Array, Array, Array]:
+        """As of :class:`Port`."""
+        tangent = np.tan(np.where(angle < math.pi / 2, angle, np.nan))
+        across = self.distance * tangent + self.thickness * _slope(tangent, glass)[0]
+        along = np.full_like(across, self.distance + self.thickness)
+        return along, across, np.arctan(_slope(tangent, water)[0])
+
+    def angle_towards(self, along: Array, across: Array, glass: Array, water: Array) -> Array:
+        """As of :class:`Port`.
+
+        The distance from the axis is a concave function of the tangent: Newton's method from
+        below never oversteps, and needs no bounds.
+        """
+        beyond = along - (self.distance + self.thickness)
+        beyond = np.where(beyond >= 0, beyond, np.nan)
+        tangent = np.zeros(np.broadcast(beyond, across, glass, water).shape)
+        for _ in range(_STEPS):
+            in_glass, of_glass = _slope(tangent, glass)
+            in_water, of_water = _slope(tangent, water)
+            reached = self.distance * tangent + self.thickness * in_glass + beyond * in_water
+            slope = self.distance + self.thickness * of_glass + beyond * of_water
+            step = (across - reached) / slope
+            tangent = np.maximum(tangent + step, 0.0)
+            if not (np.abs(step) > _ROUNDING * (1.0 + tangent)).any():
+                break
+        return np.arctan(tangent)
+
+    def incidence(self, angle: Array, glass: Array) -> tuple[Array, Array]:
+        """As of :class:`Port`."""
+        return np.cos(angle), np.sqrt(1.0 - (np.sin(angle) / glass) ** 2)
+
+    def passes(self, points: Array) -> NDArray[np.bool_]:
+        """As of :class:`Port`: the window has no frame."""
+        return np.isfinite(points).all(axis=-1)
+
+
+def _slope(tangent: Array, index: Array) -> tuple[Array, Array]:
+    """Tangent of the angle in a medium by that in air (Snell's law), and its derivative."""
+    n2 = index * index
+    root = n2 + (n2 - 1.0) * tangent * tangent
+    return tangent / np.sqrt(root), n2 / root**1.5
+
+
+@dataclass(frozen=True)
+class DomePort:
+    """A spherical shell.
+
+    Parameters
+    ----------
+    radius : float
+        Of the outer face, m.
+    thickness : float
+        m; 0 is a shell that does not count.
+    glass : Glass
+    pupil : three floats
+        Place of the entrance pupil, from the centre of the dome, in the camera's axes, m;
+        (0, 0, 0) is centred, and z above 0 is too far forward.
+    half_angle : float
+        How far the dome reaches to all sides, degrees from the optical axis at its centre.
+
+    Raises
+    ------
+    InputError
+        If the pupil is not inside the dome, or a size is none.
+
+    Examples
+    --------
+    >>> dome = DomePort(0.05, 0.006, pupil=(0.0, 0.0, 0.01))
+    >>> _, _, angle = dome.leaving(np.radians(45.0), np.array(1.5168), np.array(1.34))
+    >>> round(float(np.degrees(angle)), 2)
+    42.54
+    """
+
+    radius: float
+    thickness: float
+    glass: Glass = field(default_factory=lambda: GLASSES["BK7"])
+    pupil: Vector = (0.0, 0.0, 0.0)
+    half_angle: float = 90.0
+
+    def __post_init__(self) -> None:
+        if not 0 < self.radius < math.inf:
+            raise InputError(f"dome port: a radius of {self.radius:g} m is none")
+        if not 0 <= self.thickness < self.radius:
+            raise InputError(
+                f"dome port: the thickness must be less than the radius of {self.radius:g} m, got "
+                f"{self.thickness:g} m"
+            )
+        if not self.offset < self.inner_radius:
+            raise InputError(
+                f"dome port: the entrance pupil lies {self.offset:g} m from the centre, which is "
+                f"not inside the inner face of {self.inner_radius:g} m radius"
+            )
+        if not 0 < self.half_angle <= 180:
+            raise InputError(f"dome port: a half angle of {self.half_angle:g}° is not 0 to 180")
+
+    @property
+    def inner_radius(self) -> float:
+        """Of the inner face, m."""
+        return self.radius - self.thickness
+
+    @property
+    def offset(self) -> float:
+        """Distance of the pupil from the centre, m."""
+        return math.hypot(*self.pupil)
+
+    @property
+    def axis(self) -> Array:
+        """From the centre to the pupil; forward if the dome is centred, where any would do."""
+        return np.array(self.pupil) / self.offset if self.offset > 0 else np.array(_FORWARD)
+
+    def leaving(self, angle: Array, glass: Array, water: Array) -> tuple[Array, Array, Array]:
+        """As of :class:`Port`.
+
+        Refractive index times distance of the ray from the centre is the same in all media
+        (Bouguer), and the ray comes around the centre by the difference of two arcsines.
+        """
+        turned, invariant = self._at_outer_face(angle, glass)
+        along = self.radius * np.cos(turned) - self.offset
+        across = self.radius * np.sin(turned)
+        return along, across, turned + np.arcsin(invariant / (water * self.radius))
+
+    def angle_towards(self, along: Array, across: Array, glass: Array, water: Array) -> Array:
+        """As of :class:`Port`, by Newton's method within bounds."""
+        along = along + self.offset
+        far = np.hypot(along, across)
+        far = np.where(far >= self.radius, far, np.nan)
+        wanted = np.arctan2(across, along)
+        angle = np.broadcast_to(wanted, np.broadcast(wanted, far, glass, water).shape).copy()
+        low, high = np.zeros_like(angle), np.full_like(angle, math.pi)
+        for _ in range(_STEPS):
+            turned, invariant = self._at_outer_face(angle, glass)
+            at = turned + np.arcsin(invariant / (water * self.radius))
+            miss = at - np.arcsin(invariant / (water * far)) - wanted
+            low, high = np.where(miss < 0, angle, low), np.where(miss > 0, angle, high)
+            step = miss / self._turning(angle, invariant, glass, water, far)
+            moved = angle - step
+            inside = (moved >= low) & (moved <= high)
+            moved = np.where(inside, moved, 0.5 * (low + high))
+            changed = np.abs(moved - angle) > _ROUNDING * 4.0
+            angle = moved
+            if not (changed & np.isfinite(miss)).any():
+                break
+        return np.where(np.isfinite(far), angle, np.nan)
+
+    def incidence(self, angle: Array, glass: Array) -> tuple[Array, Array]:
+        """As of :class:`Port`."""
+        invariant = self.offset * np.sin(angle)
+        inner, outer = invariant / self.inner_radius, invariant / (glass * self.radius)
+        return np.sqrt(1.0 - inner * inner), np.sqrt(1.0 - outer * outer)
+
+    def passes(self, points: Array) -> NDArray[np.bool_]:
+        """As of :class:`Port`: within the half angle."""
+        from_centre = points + np.array(self.pupil)
+        least = self.radius * math.cos(math.radians(self.half_angle))
+        return from_centre[..., 2] >= least
+
+    def _at_outer_face(self, angle: Array, glass: Array) -> tuple[Array, Array]:
+        """Polar angle about the centre where a ray leaves the shell, and its invariant, m."""
+        invariant = self.offset * np.sin(angle)
+        inside = angle - np.arcsin(invariant / self.inner_radius)
+        return (
+            inside
+            + np.arcsin(invariant / (glass * self.inner_radius))
+            - np.arcsin(invariant / (glass * self.radius))
+        ), invariant
+
+    def _turning(
+        self, angle: Array, invariant: Array, glass: Array, water: Array, far: Array
+    ) -> Array:
+        """Derivative of the polar angle at a distance by the angle in air."""
+
+        def of(length: Array | float) -> Array:
+            return 1.0 / np.sqrt(length * length - invariant * invariant)
+
+        inner, outer = self.inner_radius, self.radius
+        change = of(inner) - of(glass * inner) + of(glass * outer)
+        change = change - of(water * outer) + of(water * far)
+        return 1.0 - self.offset * np.cos(angle) * change

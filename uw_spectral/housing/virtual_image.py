@@ -1,0 +1,64 @@
+"""Where a port makes things seem to lie, for focus: the paraxial image."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from .housing import Housing
+from .port import DomePort, FlatPort
+
+Array = NDArray[np.float64]
+
+
+def focus_distance(housing: Housing, distance: ArrayLike, wavelength: ArrayLike) -> Array:
+    """Distance from the pupil on which to focus, for a thing on the axis of the port.
+
+    Gauss's equation at each face, n'/s' = n/s + (n' - n)/R, which is n'/s' = n/s if it is flat.
+    It holds along the axis of the port; for a dome, whose pupil lies beside the optical axis, along
+    the line through its centre that is parallel to that.
+
+    Parameters
+    ----------
+    housing : Housing
+    distance : array_like
+        Of the thing from the pupil, m; infinite is allowed.
+    wavelength : array_like
+        nm.
+
+    Returns
+    -------
+    array
+        m; infinite for a thing at infinity behind a flat port.
+
+    References
+    ----------
+    E. Hecht, Optics, 5.2. For far things a thin dome of radius R images at R / (n - 1) before its
+    face, some three radii.
+
+    Examples
+    --------
+    >>> from underwater_spectral.uw_spectral.housing import Glass, LensCamera
+    >>> camera = LensCamera(1920, 1080, 1400.0, 1400.0, 960.0, 540.0)
+    >>> thin = DomePort(0.1, 0.0)
+    >>> focus_distance(Housing(camera, thin), np.inf, 550.0).round(3).item()
+    0.393
+    """
+    port = housing.port
+    if isinstance(port, FlatPort):
+        faces, pupil = (np.inf, np.inf), port.distance
+        thickness = port.thickness
+    elif isinstance(port, DomePort):
+        faces, pupil = (port.radius, port.inner_radius), port.inner_radius - port.pupil[2]
+        thickness = port.thickness
+    else:
+        raise TypeError(f"no paraxial image behind {type(port).__name__}")
+    glass = port.glass.refractive_index(wavelength)
+    water = housing.water.refractive_index(wavelength)
+    # Lengths count outwards, so that 1/s is positive before a face whose centre lies behind it.
+    to_outer = np.asarray(distance, dtype=np.float64) - pupil - thickness
+    with np.errstate(divide="ignore"):
+        outer = water / to_outer + (water - glass) / faces[0]
+        seen_in_glass = glass / outer
+        inner = glass / (seen_in_glass + thickness) + (glass - 1.0) / faces[1]
+        return pupil + 1.0 / inner
