@@ -402,7 +402,7 @@ def picture(comparisons: Sequence[Comparison], path: Path) -> None:
     for axis in axes.flat:
         axis.set(xticks=[], yticks=[])
     figure.tight_layout()
-    figure.savefig(path, dpi=60)
+    figure.savefig(path, dpi=60, pil_kwargs={"quality": 90})
 
 
 COMBINATIONS = (("3C", 3.0), ("3C", 9.0), ("I", 5.0), ("IA", 9.0), ("IB", 5.0), ("II", 3.0))
@@ -451,7 +451,7 @@ def report(comparisons: Sequence[Comparison], samples: int) -> str:
     for name in ours[0]:
         rmse, delta_e = np.mean([(d[name].srgb_rmse, d[name].delta_e) for d in ours], axis=0)
         lines.append(f"| **mean, clear sky** | | {name} | **{rmse:.4f}** | **{delta_e:.2f}** | | |")
-    lines += ["", "![Cycles, EEVEE, solved field, closed form, differences](grey_scene.png)", ""]
+    lines += ["", "![Cycles, EEVEE, solved field, closed form, differences](grey_scene.jpg)", ""]
     lines += ["With the papers' forms beside them: [realtime_accuracy.md](realtime_accuracy.md)."]
     lines += ["", "Repeat: `python3 dev.py run -m benchmarks grey_scene`", ""]
     return "\n".join(lines)
@@ -471,5 +471,5 @@ def main(arguments: Sequence[str]) -> None:
             k: (round(d.srgb_rmse, 4), round(d.delta_e, 2)) for k, d in last.deviations.items()
         }
         print(f"{water} {depth:g} m: RMSE, ΔE {found}", flush=True)
-    picture(comparisons, docs / "grey_scene.png")
+    picture(comparisons, docs / "grey_scene.jpg")
     (docs / "grey_scene.md").write_text(report(comparisons, options.samples), encoding="utf-8")

@@ -117,7 +117,7 @@ def turntable() -> None:
             pictures.append(picture)
     pictures[0].save(
         PICTURES / "jerlov_types.webp", save_all=True, append_images=pictures[1:],
-        duration=round(1000 / RATE), loop=0, quality=70, method=6,
+        duration=round(1000 / RATE), loop=0, quality=86, method=6,
     )  # fmt: skip
 
 

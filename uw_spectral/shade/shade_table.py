@@ -269,6 +269,9 @@ def shade_table(
         beyond[:, 0], beyond[:, 1] = 1.0, 0.0
         beyond[:PATCHES, 0] = light.weight
         beyond[:PATCHES, 2], beyond[PATCHES:, 2] = light.weight, 1.0
+    # What reaches out of the top is dark inside, and its own top lies beyond.
+    inside = ~light.valid.reshape(nx, ny, nz)[:, :, -1]
+    texels[:, inside, -1] = beyond[:, None]
     texels = _ringed(texels, beyond)
     grid = light.grid
     size = float(np.linalg.norm(grid.upper - np.asarray(grid.lower)))

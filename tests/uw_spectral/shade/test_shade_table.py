@@ -66,3 +66,13 @@ def test_where_things_go_on_shade_does():
     table = _table(ratio, 0.1, alone=False, valid=ratio < 1)
     three = _read(table, SCATTERED, 1e5, WAYS[2])
     np.testing.assert_allclose(three, [0.3, 0.0, 0.1], atol=1e-3)
+
+
+def test_what_reaches_out_of_the_top_has_the_light_beyond_on_its_own_top():
+    ratio = np.ones(GRID.shape)
+    ratio[4:8, 4:8] = 0.0
+    table = _table(ratio.ravel(), 1.0, alone=True, valid=ratio.ravel() > 0)
+    on_top = table.mixed(ON_PATCH, np.array([[0.1, 0.1, -3.6]]), np.array([[0.0, 0.0, 1.0]]))[0]
+    np.testing.assert_allclose(on_top, [1.0, 0.0, 1.0], atol=1e-6)
+    # Deeper within the grid it stays dark.
+    assert table.mixed(ON_PATCH, np.array([[0.1, 0.1, -5.0]]), np.array([WAYS[0]]))[0, 0] < 1e-6
