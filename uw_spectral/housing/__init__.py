@@ -5,7 +5,7 @@ from .housing import Housing
 from .lens import BrownConrady, KannalaBrandt, LateralColour, Lens
 from .media import GLASSES, Glass, SeaWater, find_glass
 from .port import DomePort, FlatPort, Port
-from .view import PinholeView, field_needed, viewpoint
+from .view import PinholeView, field_needed, intrinsics_in_water, viewpoint
 from .virtual_image import focus_distance
 from .warp import SeenPlaces, effective_wavelength, sample, seen_places, warped, warped_flow
 
@@ -29,6 +29,7 @@ __all__ = [
     "field_needed",
     "find_glass",
     "focus_distance",
+    "intrinsics_in_water",
     "sample",
     "seen_places",
     "viewpoint",

@@ -124,6 +124,55 @@ def field_needed(
     return PinholeView(camera, placed)
 
 
+def intrinsics_in_water(
+    housing: Housing, wavelength: float, distance: float = 2.0
+) -> tuple[PinholeView, float]:
+    """Return the pinhole that a camera in its housing resembles most, and how well.
+
+    Software that knows no ports takes it for the camera. Its picture has the size of the camera's;
+    lens distortion and what the port adds to it are what does not fit.
+
+    Parameters
+    ----------
+    housing : Housing
+    wavelength : float
+        nm.
+    distance : float
+        Of things from the port, m, at which it fits best.
+
+    Returns
+    -------
+    view : PinholeView
+    error : float
+        Root mean square, pixels, over the picture.
+
+    Raises
+    ------
+    InputError
+        If the picture sees nothing through the port, or more than a half-space.
+
+    Examples
+    --------
+    >>> from underwater_spectral.uw_spectral.housing import FlatPort
+    >>> camera = LensCamera(200, 200, 4000.0, 4000.0, 100.0, 100.0)
+    >>> view, error = intrinsics_in_water(Housing(camera, FlatPort(0.03, 0.0)), 550.0)
+    >>> round(view.camera.fx / camera.fx, 3), round(error, 3)
+    (1.341, 0.005)
+    """
+    position, grid = viewpoint(housing, wavelength), _grid(housing.camera)
+    origins, w = housing.ray_in_water(grid, wavelength)
+    offsets = origins + distance * w - position
+    seen = np.isfinite(offsets).all(axis=-1)
+    offsets, pixels = offsets[seen], grid[seen]
+    if not (offsets[:, 2] > 0).all():
+        raise InputError("housing: the picture holds more than a half-space, which no pinhole does")
+    slopes = offsets[:, :2] / offsets[:, 2:]
+    (fx, cx), (fy, cy) = (np.polyfit(slopes[:, i], pixels[:, i], 1).tolist() for i in (0, 1))
+    camera = LensCamera(housing.camera.width, housing.camera.height, fx, fy, cx, cy)
+    missed = camera.project(offsets) - pixels
+    return PinholeView(camera, position), float(np.sqrt((missed**2).sum(axis=-1).mean()))
+
+
 def _finest(
     grid: Array, origins: Array, w: Array, position: tuple[float, float, float]
 ) -> tuple[float, float]:

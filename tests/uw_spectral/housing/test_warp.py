@@ -17,6 +17,7 @@ from underwater_spectral.uw_spectral.housing import (
     LensCamera,
     effective_wavelength,
     field_needed,
+    intrinsics_in_water,
     sample,
     seen_places,
     viewpoint,
@@ -127,6 +128,29 @@ def test_the_pinhole_stands_behind_a_flat_port():
     x, y, z = viewpoint(housing)
     assert abs(x) + abs(y) < 1e-9
     assert z == pytest.approx(0.06 - n * (0.05 + 0.01 / m), rel=1e-3)
+
+
+def test_intrinsics_in_water():
+    """A centred dome's are those in air; a flat port's n times, and n differs with the band."""
+    plain = LensCamera(320, 180, 233.3, 230.0, 158.0, 92.0)
+    view, error = intrinsics_in_water(Housing(plain, DomePort(0.05, 0.004)), 550.0)
+    np.testing.assert_allclose(
+        [view.camera.fx, view.camera.fy, view.camera.cx, view.camera.cy],
+        [233.3, 230.0, 158.0, 92.0], rtol=1e-9,
+    )  # fmt: skip
+    assert error < 1e-9
+    narrow = LensCamera(320, 180, 6000.0, 6000.0, 160.0, 90.0)
+    for nm in BLUE_TO_RED:
+        housing = Housing(narrow, FlatPort(0.05, 0.008))
+        view, error = intrinsics_in_water(housing, nm)
+        n = float(housing.water.refractive_index(nm))
+        assert view.camera.fx == pytest.approx(6000.0 * n, rel=5e-4)
+        # It sees points of that distance where the camera does.
+        points = np.array([[0.02, 0.01, 2.05], [-0.03, -0.01, 2.05]])
+        seen = view.camera.project(points - view.position)
+        np.testing.assert_allclose(seen, housing.project(points, nm), atol=0.02)
+    _, wide = intrinsics_in_water(Housing(SMALL, FlatPort(0.05, 0.008)), 550.0)
+    assert wide > 1.0
 
 
 def test_flow_through_the_port():
