@@ -101,7 +101,12 @@ def test_the_version_is_the_same_everywhere():
     version = tomllib.loads((ROOT / "blender_manifest.toml").read_text())["version"]
     (zipped,) = re.findall(r"underwater_spectral-([\d.]+)\.zip", _PIPELINE.read_text())
     wheels = re.findall(r"underwater_spectral-([\d.]+)-py3", _RESEARCHER.read_text())
-    last = re.search(r"^## (\d[\d.]*)$", (ROOT / "CHANGELOG.md").read_text(), re.MULTILINE)[1]
+    headings = re.findall(
+        r"^## (\d[\d.]*)(?: - \d{4}-\d\d-\d\d)?$",
+        (ROOT / "CHANGELOG.md").read_text(),
+        re.MULTILINE,
+    )
+    last = headings[0]
     assert len({version, zipped, last, *wheels}) == 1
 
 

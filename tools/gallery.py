@@ -17,23 +17,22 @@ from pathlib import Path
 import bpy
 import make_pictures
 import numpy as np
-import photographs
 from PIL import Image, ImageDraw
 
 ROOT = Path(__file__).resolve().parent.parent
 OUT, PICTURES = ROOT / "out" / "gallery", ROOT / "docs" / "pictures"
 TYPES = ("I", "IA", "IB", "II", "III", "1C", "3C", "5C")
 EACH = 5
-FRAMES, RATE = EACH * len(TYPES), 6
+FRAMES, RATE, SHOWN = EACH * len(TYPES), 6, 3
 LIGHT = ("--illuminant", "clear-sky", "--irradiance", "above", "--sky", "clear")
 ENGINES = {
     "eevee": ("--engine", "eevee", "--bands", "6", "--samples", "16"),
-    "cycles": ("--engine", "cycles", "--bands", "6", "--samples", "48"),
+    "cycles": ("--engine", "cycles", "--bands", "6", "--samples", "32"),
 }
 SIDE_BY_SIDE = (
     *LIGHT, "--water", "jerlov:IB", "--surface", "flat", "--sun-zenith", "30",
     "--sun-azimuth", "100", "--white-balance", "depth", "--tone", "nikon-d7000",
-    "--resolution", "560", "315",
+    "--resolution", "480", "270",
 )  # fmt: skip
 TURNED = (
     *LIGHT, "--engine", "eevee", "--mode", "realtime", "--bands", "6", "--surface", "flat",
@@ -50,15 +49,12 @@ def render(scene: Path, out: Path, *options: str) -> None:
 
 
 def engines() -> None:
-    """Write the near side of the reef as both engines draw it."""
-    scene = OUT / "reef.blend"
-    if not scene.exists():
-        make_pictures.start()
-        photographs.build("reef", scene)
+    """Write the corals of the turntable as both engines draw them."""
+    scene = turntable_scene()
     sides = []
     for name, options in ENGINES.items():
-        render(scene, OUT / name, *SIDE_BY_SIDE, *options)
-        sides.append(np.asarray(Image.open(OUT / name / "0001.png").convert("RGB")))
+        render(scene, OUT / name, *SIDE_BY_SIDE, *options, "--frames", str(SHOWN))
+        sides.append(np.asarray(Image.open(OUT / name / f"{SHOWN:04d}.png").convert("RGB")))
     picture = Image.fromarray(np.concatenate(sides, axis=1))
     picture.save(PICTURES / "engines.jpg", quality=86)
 
@@ -101,11 +97,17 @@ def build_turntable(path: Path) -> None:
     bpy.ops.wm.save_as_mainfile(filepath=str(path), copy=True, compress=True)
 
 
-def turntable() -> None:
-    """Write one turn of the corals in eight waters, five frames each."""
+def turntable_scene() -> Path:
+    """Return the stored turntable, built if there is none."""
     scene = OUT / "turntable.blend"
     if not scene.exists():
         build_turntable(scene)
+    return scene
+
+
+def turntable() -> None:
+    """Write one turn of the corals in eight waters, five frames each."""
+    scene = turntable_scene()
     pictures = []
     for number, water in enumerate(TYPES):
         first = EACH * number + 1
