@@ -292,11 +292,8 @@ def places(folder: Path) -> list[LitPlace]:
         LitPlace(f"lamp behind a fish, {water}", _behind_a_fish, water, room=with_fish)
         for water in ("I", "II")
     ]
-    behind_net = _for_photons(net=True)
-    found += [
-        LitPlace(f"lamp behind a net, {water}", _behind_a_net, water, room=behind_net)
-        for water in ("I", "II")
-    ]
+    net = _for_photons(net=True)
+    found.append(LitPlace("lamp behind a net, I", _behind_a_net, "I", room=net))
     by_cycles = [
         LitPlace("vehicle and sun, IB", _vehicle, "IB", sunlight=0.05),
         LitPlace("wreck by night, IB", _wreck(folder), "IB"),
