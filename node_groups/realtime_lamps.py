@@ -636,7 +636,9 @@ def build_patch(
 
     def of_thrown(index: NodeValue) -> tuple[NodeValue, ...]:
         at = index + float(table.count - table.thrown)
-        return found_of(at, dataclasses.replace(table.lamp(at), parts=table.parts(at)), 1.0)
+        # Nothing hides it, so that what finds its way round things need not be looked up.
+        lamp = dataclasses.replace(table.lamp(at), parts=table.parts(at), soft=None)
+        return found_of(at, lamp, 1.0)
 
     def found_of(index: NodeValue, lamp: Lamp, visible: Operand) -> tuple[NodeValue, ...]:
         light = table.on_things(index)

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -82,7 +81,7 @@ class Lamp:
     position: Sequence[Operand]
     axis: Sequence[Operand]
     intensity: Operand
-    profile: LampProfile = dataclasses.field(default_factory=IsotropicProfile)
+    profile: LampProfile = field(default_factory=IsotropicProfile)
     radius: Operand = 0.01
     seen: Operand = 1.0
     shadow: Lookup | None = None
