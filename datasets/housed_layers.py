@@ -107,31 +107,43 @@ def seen_layers(
         layers[name] = replace(image, values=values)
     header = dict(found.header)
     if "camera" in header:
-        header |= camera_header(camera, port, camera_to_world)
+        header |= _camera_header(camera, port, camera_to_world, wavelengths)
     return replace(found, layers=layers, header=header)
 
 
-def camera_header(name: str, port: PortView, camera_to_world: ArrayLike) -> dict[str, Any]:
+def _camera_header(
+    name: str, port: PortView, camera_to_world: ArrayLike, wavelengths: Mapping[str, float]
+) -> dict[str, Any]:
     """Return what the layers say of the camera: as calibrated in water, and all of its housing."""
-    fitted, error = intrinsics_in_water(port.housing, USUAL_WAVELENGTH, distorted=True)
-    camera = fitted.camera
-    shown = port.places(USUAL_WAVELENGTH)
+    housing, shown = port.housing, port.places(USUAL_WAVELENGTH)
     return {
         "camera": {
             "name": name,
-            "width": camera.width,
-            "height": camera.height,
-            "K": [[camera.fx, 0.0, camera.cx], [0.0, camera.fy, camera.cy], [0.0, 0.0, 1.0]],
-            "distortion": list(camera.lens.numbers.values()),
+            **_calibrated(housing, USUAL_WAVELENGTH),
             "camera_to_world": np.asarray(camera_to_world).tolist(),
         },
         "housing": {
-            **record_of(port.housing),
+            **record_of(housing),
+            "cameras_in_water": {
+                f"{nm:g} nm": _calibrated(housing, nm) for nm in wavelengths.values()
+            },
             "pinhole_in_water_m": list(port.view.position),
-            "water_begins_m": water_begins(port.housing, port.view),
-            "pinhole_error_pixels": error,
+            "water_begins_m": water_begins(housing, port.view),
             "hidden_from_pinhole": float(shown.hidden.mean()),
         },
+    }
+
+
+def _calibrated(housing: Housing, wavelength: float) -> dict[str, Any]:
+    """Return the pinhole that a calibration in water finds, and its error in pixels."""
+    fitted, error = intrinsics_in_water(housing, wavelength, distorted=True)
+    camera = fitted.camera
+    return {
+        "width": camera.width,
+        "height": camera.height,
+        "K": [[camera.fx, 0.0, camera.cx], [0.0, camera.fy, camera.cy], [0.0, 0.0, 1.0]],
+        "distortion": list(camera.lens.numbers.values()),
+        "error_pixels": error,
     }
 
 

@@ -10,12 +10,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..datasets.camera import PinholeCamera
 from ..datasets.layer_file import (
     SENSOR,
     FrameLayers,
     LayerImage,
     bands_name,
+    camera_of,
     is_of_bands,
     read_layers,
     side_by_side,
@@ -228,14 +228,9 @@ def _unscattered(
 
 def _seen(manifest: Manifest, picture: Path, header: Mapping[str, Any]) -> DataSetView:
     """Return the picture and its camera."""
-    camera = header["camera"]
-    K = np.array(camera["K"])
-    pinhole = PinholeCamera(
-        camera["width"], camera["height"], K[0, 0], K[1, 1], K[0, 2], K[1, 2],
-        tuple(camera["distortion"]),
-    )  # fmt: skip
+    pinhole, pose = camera_of(header)
     name = picture.relative_to(manifest.out).with_suffix("").as_posix()
-    return DataSetView(name, picture, pinhole, np.array(camera["camera_to_world"]))
+    return DataSetView(name, picture, pinhole, pose)
 
 
 def _write_truth(
