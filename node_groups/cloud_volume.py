@@ -1,0 +1,52 @@
+"""Materials of clouds for Cycles: matter besides the water, where its density is."""
+
+from __future__ import annotations
+
+import bpy
+
+from ..uw_spectral.clouds.puff import Puff
+from . import attributes, water_volume
+from .node_mathematics import NODES, Graph, NodeValue
+from .water_volume import ScatteringLobe
+
+NAME = "UW Cloud"
+_DEVIATIONS_PER_OUTLINE = 2.0
+
+
+def build_puff(lobes: tuple[ScatteringLobe, ...], index: int) -> bpy.types.Material:
+    """Build the material of a puff: its object's own space has the outline as the unit sphere."""
+
+    def density(graph: Graph) -> NodeValue:
+        place = _own_place(graph)
+        # Own axes in standard deviations: the formula of the optics, with its numbers.
+        rows = [_DEVIATIONS_PER_OUTLINE * float(i % 4 == 0) for i in range(9)]
+        return Puff((0.0, 0.0, 0.0), rows).density(place, NODES) * _wet(graph)
+
+    return _named(water_volume.build(lobes, attributes.cloud(index), density))
+
+
+def build_grid(
+    lobes: tuple[ScatteringLobe, ...], index: int, grid: str = "density"
+) -> bpy.types.Material:
+    """Build the material of an object with a grid of its own."""
+
+    def density(graph: Graph) -> NodeValue:
+        node = graph.node("ShaderNodeAttribute", attribute_name=grid)
+        return NODES.maximum(graph.term(node.outputs["Factor"]), 0.0) * _wet(graph)
+
+    return _named(water_volume.build(lobes, attributes.cloud(index), density))
+
+
+def _named(material: bpy.types.Material) -> bpy.types.Material:
+    material.name = NAME
+    return material
+
+
+def _own_place(graph: Graph) -> tuple[NodeValue, NodeValue, NodeValue]:
+    return graph.components(graph.term(graph.node("ShaderNodeTexCoord").outputs["Object"]))
+
+
+def _wet(graph: Graph) -> NodeValue:
+    """Whether a place is in the water."""
+    place = graph.term(graph.node("ShaderNodeNewGeometry").outputs["Position"])
+    return NODES.less(graph.components(place)[2], 0.0)
