@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import bpy
+import numpy as np
 
 from ..uw_spectral.clouds.puff import Puff
 from . import attributes, water_volume
@@ -10,17 +11,16 @@ from .node_mathematics import NODES, Graph, NodeValue
 from .water_volume import ScatteringLobe
 
 NAME = "UW Cloud"
-_DEVIATIONS_PER_OUTLINE = 2.0
 
 
-def build_puff(lobes: tuple[ScatteringLobe, ...], index: int) -> bpy.types.Material:
-    """Build the material of a puff: its object's own space has the outline as the unit sphere."""
+def build_puff(
+    lobes: tuple[ScatteringLobe, ...], index: int, outline: float
+) -> bpy.types.Material:
+    """Build the material of a puff, whose outline is a sphere in its object's own space."""
+    puff = Puff.of_axes((0.0, 0.0, 0.0), outline * np.eye(3))
 
     def density(graph: Graph) -> NodeValue:
-        place = _own_place(graph)
-        # Own axes in standard deviations: the formula of the optics, with its numbers.
-        rows = [_DEVIATIONS_PER_OUTLINE * float(i % 4 == 0) for i in range(9)]
-        return Puff((0.0, 0.0, 0.0), rows).density(place, NODES) * _wet(graph)
+        return puff.density(_own_place(graph), NODES) * _wet(graph)
 
     return _named(water_volume.build(lobes, attributes.cloud(index), density))
 

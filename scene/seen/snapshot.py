@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from ...uw_spectral.clouds.solved_cloud import Cloud
 from ...uw_spectral.shade.shade_table import ShadeTable
 from ...uw_spectral.shade.view_cover import ViewCover
 from ..materials.realtime_materials import Kinds
@@ -56,6 +57,8 @@ class Snapshot:
         such seabed; None without that floor.
     seabed_colour : three floats
         Of that floor, linear Rec.709.
+    clouds : tuple of (Cloud, float)
+        Clouds, and how far each is from the camera, m.
     frame : four floats
         Left, bottom, width and height of the picture of an orthographic camera, m; zero of others.
     """
@@ -68,4 +71,5 @@ class Snapshot:
     kinds: Kinds = field(default_factory=Kinds)
     seabed: float | None = None
     seabed_colour: tuple[float, float, float] = (0.5, 0.5, 0.5)
+    clouds: tuple[tuple[Cloud, float], ...] = ()
     frame: tuple[float, ...] = (0.0, 0.0, 0.0, 0.0)
