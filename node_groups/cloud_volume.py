@@ -13,9 +13,7 @@ from .water_volume import ScatteringLobe
 NAME = "UW Cloud"
 
 
-def build_puff(
-    lobes: tuple[ScatteringLobe, ...], index: int, outline: float
-) -> bpy.types.Material:
+def build_puff(lobes: tuple[ScatteringLobe, ...], index: int, outline: float) -> bpy.types.Material:
     """Build the material of a puff, whose outline is a sphere in its object's own space."""
     puff = Puff.of_axes((0.0, 0.0, 0.0), outline * np.eye(3))
 

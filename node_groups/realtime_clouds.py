@@ -17,7 +17,7 @@ NAME = "UW Clouds"
 UNSCATTERED, PASSED, LIGHT, MIDDLE, FORWARD = (
     "Unscattered", "Passed", "Light", "Middle", "Forward",
 )  # fmt: skip
-SUNLIGHT = "Sunlight"
+SUNLIGHT, SKYLIGHT = "Sunlight", "Skylight"
 _OUTPUTS = (UNSCATTERED, PASSED, LIGHT, MIDDLE, FORWARD)
 
 
@@ -38,13 +38,13 @@ def build(
     rays : ShaderNodeTree, optional
         Of :mod:`.realtime_refraction`.
     ahead : bool
-        Whether the path goes to the boundary. Else there is the output :data:`SUNLIGHT`: share of
-        the sun's light that clouds leave on the thing.
+        Whether the path goes to the boundary. Else there are the outputs :data:`SUNLIGHT` and
+        :data:`SKYLIGHT`: shares of the sun's and of other light that clouds leave on the thing.
     """
     tree = new_group(NAME)
     graph = Graph(tree, PART_SIZE, rays=rays)
     found = Values(graph, values, shape)
-    clouds, w = _clouds(graph, found, shape), view_direction(graph)
+    clouds, w = _clouds(found, shape), view_direction(graph)
     if ahead:
         origin = camera_place(graph, found.of(*FRAME))
         y_o = NODES.maximum(-origin[2], 0.0)
@@ -66,6 +66,7 @@ def build(
     }
     if not ahead:
         results[SUNLIGHT] = clouds.sunlight_left(place_here(graph))
+        results[SKYLIGHT] = clouds.skylight_left(place_here(graph))
     for name in results:
         kind = "NodeSocketFloat" if name == MIDDLE else "NodeSocketVector"
         tree.interface.new_socket(name, in_out="OUTPUT", socket_type=kind)
@@ -80,12 +81,12 @@ def veil_of(found: dict[str, NodeValue]) -> Veil:
     return Veil(*(found[name] for name in _OUTPUTS))
 
 
-def _clouds(graph: Graph, values: Values, shape: Shape) -> Clouds:
+def _clouds(values: Values, shape: Shape) -> Clouds:
     numbers = []
     for index in range(len(shape.clouds)):
-        parts = {
-            field: values.of(*names) if len(names) > 1 else values[names[0]]
-            for field, names in cloud_names(index).items()
-        }
+        parts: dict[str, Operand] = {}
+        for field, names in cloud_names(index).items():
+            found = values.of(*names)
+            parts[field] = found if len(names) > 1 else found[-1]
         numbers.append(CloudNumbers(**parts))
     return Clouds(numbers, shape.clouds, values.of(*SUN), NODES)

@@ -195,7 +195,9 @@ class _Surface:
         """What channels see of the white sun on colours, and the share of whole closures."""
         ray, y, P = self._ray, self._y, self._P
         factor = ray.kept_of_own(y, P, self._around) * self._turned(self._water.sun)
-        factor = factor * self._values[SUN_GAIN] * self._clouds.get(realtime_clouds.UNSCATTERED, 1.0)
+        factor = (
+            factor * self._values[SUN_GAIN] * self._clouds.get(realtime_clouds.UNSCATTERED, 1.0)
+        )
         factor = factor * self._under_clouds()
         wanted: dict[str, Operand] = dict(zip(COLUMNS, COLOURS, strict=True))
         if self._shape.measured:
@@ -300,10 +302,11 @@ class _Surface:
 
     def _left(self) -> LightLeft:
         """What things leave of the light from all sides on this one."""
+        clouds = self._clouds.get(realtime_clouds.SKYLIGHT, 1.0)
         if not self._shape.shade:
-            return ALL_LEFT
+            return LightLeft(clouds) if self._clouds else ALL_LEFT
         mean, share, _ = self._graph.components(self._shade[ON_IT])
-        return LightLeft(mean, share)
+        return LightLeft(clouds * mean, clouds * share)
 
     def _left_behind(self) -> LightLeft:
         """Return the same of the light on the other side; inside a body there is no probe."""

@@ -1,4 +1,4 @@
-"""What an object stores besides Blender's own properties if it is a cloud: ``object.underwater``."""
+"""What an object that is a cloud stores besides Blender's own properties: ``object.underwater``."""
 
 from __future__ import annotations
 

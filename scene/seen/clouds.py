@@ -24,6 +24,7 @@ _NEITHER = (
     "add that as a volume object"
 )
 _INDIRECT = "lamps light it in Cycles only; EEVEE draws it in the light of sun and sky"
+_SHAFTS = "shafts of light are drawn as if it were not there"
 _AS_PUFF = (
     "EEVEE does not draw clouds of volume objects; Cycles does, or add an empty as a cloud there"
 )
@@ -51,10 +52,16 @@ class SceneClouds:
         pairs = zip(self.objects, self.clouds, strict=True)
         return tuple(cloud for item, cloud in pairs if item.type == PUFF)
 
-    @property
-    def has_grids(self) -> bool:
-        """Whether some are volume objects."""
-        return any(item.type == GRID for item in self.objects)
+    def unseen_by_eevee(self, *, lamps: bool, shafts: bool) -> tuple[str, ...]:
+        """Return what EEVEE does not draw of them, one line each."""
+        notes = list(self.notes)
+        for item in self.objects:
+            if item.type == GRID:
+                notes.append(f"cloud {item.name!r}: {_AS_PUFF}")
+                continue
+            notes += [f"cloud {item.name!r}: {_INDIRECT}"] if lamps else []
+            notes += [f"cloud {item.name!r}: {_SHAFTS}"] if shafts else []
+        return tuple(notes)
 
 
 def objects_of(scene: bpy.types.Scene) -> list[bpy.types.Object]:
@@ -108,13 +115,15 @@ def outline(item: bpy.types.Object) -> float:
     return float(item.empty_display_size) if item.type == PUFF else 1.0
 
 
-def notes_of_eevee(clouds: SceneClouds, *, lamps: bool) -> list[str]:
-    """Return what EEVEE does not draw of clouds, one line each."""
-    pairs = zip(clouds.objects, clouds.clouds, strict=True)
-    notes = [f"cloud {item.name!r}: {_AS_PUFF}" for item, _ in pairs if item.type == GRID]
-    if lamps:
-        notes += [f"cloud {x.name!r}: {_INDIRECT}" for x in clouds.objects if x.type == PUFF]
-    return notes
+def state(scene: bpy.types.Scene) -> tuple[object, ...]:
+    """Return all that the clouds of a scene depend on, to be compared."""
+    return tuple(
+        (
+            item.name_full, stored_cloud(item), outline(item), marks.is_hidden(item),
+            *(x for row in item.matrix_world for x in row),
+        )
+        for item in objects_of(scene)
+    )  # fmt: skip
 
 
 def records(scene: bpy.types.Scene) -> tuple[dict[str, Any], ...]:

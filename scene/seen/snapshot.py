@@ -59,6 +59,8 @@ class Snapshot:
         Of that floor, linear Rec.709.
     clouds : tuple of (Cloud, float)
         Clouds, and how far each is from the camera, m.
+    cloud_notes : tuple of str
+        What is not drawn of clouds.
     frame : four floats
         Left, bottom, width and height of the picture of an orthographic camera, m; zero of others.
     """
@@ -72,4 +74,5 @@ class Snapshot:
     seabed: float | None = None
     seabed_colour: tuple[float, float, float] = (0.5, 0.5, 0.5)
     clouds: tuple[tuple[Cloud, float], ...] = ()
+    cloud_notes: tuple[str, ...] = ()
     frame: tuple[float, ...] = (0.0, 0.0, 0.0, 0.0)

@@ -67,7 +67,9 @@ def hide(item: bpy.types.Object) -> None:
 def _phases(found: SceneClouds, plan: RenderPlan) -> list[CyclesPhase]:
     bounded = plan.settings.forward_peak == BOUNDED
     n = len(plan.bands)
-    return [cycles_phase(x.matter.phase.for_bands(np.ones(n)), bounded=bounded) for x in found.clouds]
+    return [
+        cycles_phase(x.matter.phase.for_bands(np.ones(n)), bounded=bounded) for x in found.clouds
+    ]
 
 
 def _box(item: bpy.types.Object) -> bpy.types.Object:

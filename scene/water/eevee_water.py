@@ -124,8 +124,10 @@ def eevee_water(
     seabed = continued_seabed.depth_of(ground) if continues else None
     cover = _cover(scene, eye, around or kept.looked, over, kept.picture) if shades else None
     seen = Snapshot(reflectances, shaded, cover, shining, eye.from_air, kinds, seabed)
-    puffs = clouds.clouds_of(scene, plan.bands.centres).puffs
-    seen = replace(seen, clouds=_clouds(puffs, place))
+    floating = clouds.clouds_of(scene, plan.bands.centres)
+    if floating.objects:
+        unseen = floating.unseen_by_eevee(lamps=bool(shining.lamps), shafts=plan.draws_shafts)
+        seen = replace(seen, clouds=_away(floating.puffs, place), cloud_notes=unseen)
     if ground is not None:
         seen = replace(seen, seabed_colour=ground.colour)
     frame = cameras.orthographic_frame(scene, eye.camera)
@@ -147,9 +149,7 @@ def eevee_water(
     )
 
 
-def _clouds(
-    puffs: Sequence[Cloud], place: Sequence[float]
-) -> tuple[tuple[Cloud, float], ...]:
+def _away(puffs: Sequence[Cloud], place: Sequence[float]) -> tuple[tuple[Cloud, float], ...]:
     """Return clouds with how far each is from a place, m."""
     return tuple((puff, math.dist(puff.puff.middle, place)) for puff in puffs)
 

@@ -156,6 +156,18 @@ class Clouds:
         """Share of the sun's light that clouds leave on a thing at a place, in channels."""
         return self.m.exp(-self._towards_sun(point, [cloud.kept for cloud in self.clouds]))
 
+    def skylight_left(self, point: Sequence[Operand]) -> Operand:
+        """Share of all other light from above that they leave there, in channels.
+
+        The part of it that comes along the sun's beam is dimmed as that is; the rest is not.
+        """
+        left: Operand = 1.0
+        for cloud in self.clouds:
+            share = cloud.spread / (cloud.spread + cloud.ambient + _LEAST)
+            kept = self.m.exp(-(cloud.kept * self._column(cloud, point)))
+            left = (1.0 - share * (1.0 - kept)) * left
+        return left
+
     def veil(
         self,
         origin: Sequence[Operand],
@@ -182,7 +194,9 @@ class Clouds:
         m = self.m
         rays = [cloud.puff.along(origin, w, m) for cloud in self.clouds]
         columns = [ray.column(P, m) for ray in rays]
-        direct = _sum([c.extinction * column for c, column in zip(self.clouds, columns, strict=True)])
+        direct = _sum(
+            [c.extinction * column for c, column in zip(self.clouds, columns, strict=True)]
+        )
         scaled = _sum([c.scaled * column for c, column in zip(self.clouds, columns, strict=True)])
         light: Operand = 0.0
         weight: Operand = _LEAST
@@ -256,12 +270,13 @@ class Clouds:
         return m.maximum(total, 0.0) * cloud.albedo * way
 
     def _towards_sun(self, point: Sequence[Operand], rates: Sequence[Operand]) -> Operand:
+        pairs = zip(rates, self.clouds, strict=True)
+        return _sum([rate * self._column(cloud, point) for rate, cloud in pairs])
+
+    def _column(self, cloud: CloudNumbers, point: Sequence[Operand]) -> Operand:
+        """Integral of the density of a cloud from a place towards the sun, m."""
         back = [-x for x in self.sun]
-        found = [
-            rate * cloud.puff.along(point, back, self.m).column(FAR, self.m)
-            for rate, cloud in zip(rates, self.clouds, strict=True)
-        ]
-        return _sum(found)
+        return cloud.puff.along(point, back, self.m).column(FAR, self.m)
 
 
 def _sum(terms: Sequence[Operand]) -> Operand:

@@ -43,7 +43,7 @@ class SuspendedMatter(ComparedByContent):
 
     @property
     def extinction(self) -> NDArray[np.float64]:
-        """a + b, 1/m, shape (n,)."""
+        """Sum of both, 1/m, shape (n,)."""
         return self.absorption + self.scattering
 
 

@@ -89,9 +89,7 @@ def cloud_numbers(
     )
 
 
-def _blocked(
-    cloud: Cloud, field: SolvedField, y: float, distance: float
-) -> NDArray[np.float64]:
+def _blocked(cloud: Cloud, field: SolvedField, y: float, distance: float) -> NDArray[np.float64]:
     """Return the share of the water's scattering before a cloud that stays within its outline.
 
     A part of the picture gets as much of that as it gives, shape (n,).

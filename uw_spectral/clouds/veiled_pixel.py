@@ -56,9 +56,7 @@ def veiled(
     )
 
 
-def water_before(
-    ray: ChannelWater, veil: Veil, y_o: Operand, w: Sequence[Operand]
-) -> Operand:
+def water_before(ray: ChannelWater, veil: Veil, y_o: Operand, w: Sequence[Operand]) -> Operand:
     """Light that the water between the camera and clouds sends, less what these block of it."""
     s, m = veil.middle, ray.m
     y = m.maximum(y_o - w[2] * s, 0.0)
