@@ -147,4 +147,8 @@ def _record(item: bpy.types.Object) -> dict[str, Any]:
 
 
 def _marked(scene: bpy.types.Scene) -> list[bpy.types.Object]:
-    return [item for item in ever_rendered(scene) if stored_cloud(item).constituent]
+    own = [item for item in ever_rendered(scene) if marks.MARK not in item]
+    # Volume objects are hidden while their copies are in the water.
+    hidden = [item for item in scene.objects if marks.HIDDEN in item and item not in own]
+    found = [item for item in (*own, *hidden) if stored_cloud(item).constituent]
+    return sorted(found, key=lambda item: item.name_full)

@@ -28,13 +28,12 @@ def add_clouds(scene: bpy.types.Scene, plan: RenderPlan) -> list[str]:
     """
     found = clouds_of(scene, plan.bands.centres)
     for index, (item, phase) in enumerate(zip(found.objects, _phases(found, plan), strict=True)):
-        made = _box(item) if item.type == PUFF else bpy.data.objects.new(NAME, item.data.copy())
+        made = _box(item) if item.type == PUFF else _copy(item)
         material = (
             cloud_volume.build_puff(phase.lobes, index, outline(item))
             if item.type == PUFF
             else cloud_volume.build_grid(phase.lobes, index)
         )
-        made.constraints.new("COPY_TRANSFORMS").target = item
         _dress(made, material)
         scene_water.link(scene, made)
         made[marks.CLOUD] = index
@@ -79,7 +78,17 @@ def _box(item: bpy.types.Object) -> bpy.types.Object:
     faces = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
     mesh = bpy.data.meshes.new(NAME)
     mesh.from_pydata(corners, [], faces)
-    return bpy.data.objects.new(NAME, mesh)
+    made = bpy.data.objects.new(NAME, mesh)
+    made.constraints.new("COPY_TRANSFORMS").target = item
+    return made
+
+
+def _copy(item: bpy.types.Object) -> bpy.types.Object:
+    """Copy a volume object with its modifiers, parent and animation."""
+    made = item.copy()
+    made.data = item.data.copy()
+    made.name = NAME
+    return made
 
 
 def _dress(item: bpy.types.Object, material: bpy.types.Material) -> None:
