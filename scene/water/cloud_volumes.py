@@ -34,7 +34,12 @@ def add_clouds(scene: bpy.types.Scene, plan: RenderPlan) -> list[str]:
             if item.type == PUFF
             else cloud_volume.build_grid(phase.lobes, index)
         )
-        _dress(made, material)
+        made.data.materials.clear()
+        made.data.materials.append(material)
+        if item.type == GRID:
+            # What geometry nodes make has a material of its own, or none.
+            tree = cloud_volume.build_dress(material)
+            made.modifiers.new(tree.name, "NODES").node_group = tree
         scene_water.link(scene, made)
         made[marks.CLOUD] = index
         if item.type == GRID:
@@ -90,7 +95,3 @@ def _copy(item: bpy.types.Object) -> bpy.types.Object:
     made.name = NAME
     return made
 
-
-def _dress(item: bpy.types.Object, material: bpy.types.Material) -> None:
-    item.data.materials.clear()
-    item.data.materials.append(material)
