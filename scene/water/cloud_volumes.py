@@ -94,4 +94,3 @@ def _copy(item: bpy.types.Object) -> bpy.types.Object:
     made.data = item.data.copy()
     made.name = NAME
     return made
-
