@@ -17,7 +17,7 @@ from ...uw_spectral.errors import InputError
 from ...uw_spectral.imaging.layers import parse_layers
 from ...uw_spectral.spectra.spectral_image import read_exr, write_rgb_exr
 from ..materials import band_colors
-from ..seen import waterline
+from ..seen import clouds, waterline
 from ..seen.lamps import plan_lamps
 from ..seen.surroundings import Ground
 from ..water import (
@@ -79,6 +79,8 @@ def cycles_bands(
     )  # fmt: skip
     notes += [note for phase in cycles_phases(plan) for note in phase.notes]
     notes += cloud_volumes.add_clouds(scene, plan)
+    if wanted and clouds.objects_of(scene):
+        notes.append(cloud_volumes.LAYERS)
     notes += continued_seabed.notes(plan, ground)
     light, layers = first.emission(), None
     if light is not None:

@@ -16,6 +16,11 @@ from . import scene_water
 from .cycles_phase import CyclesPhase, cycles_phase
 
 NAME = "UW Cloud"
+LAYERS = (
+    "layers J, D, F and T of Cycles take clouds for part of the things behind them: their "
+    "extinction is the water's alone; layers of EEVEE have that of clouds too"
+)
+"""What layers of Cycles do not tell of clouds."""
 
 
 def add_clouds(scene: bpy.types.Scene, plan: RenderPlan) -> list[str]:
