@@ -42,6 +42,7 @@ _ALWAYS = (
     *(CAMERA_DEPTH, *FRAME, INDEX, SUN_GAIN, SHAFT_END, SHAFT_SCALE),
 )
 IN_AIR, RAY_INDEX = "camera in air", "index of rays"
+PORT = "port before the camera"
 CAMERA = ("camera x", "camera y", "camera z")
 DRAWN_SUN = ("drawn sun x", "drawn sun y", "drawn sun z")
 MIRRORED_SHARE = "mirrored sky"
@@ -119,6 +120,8 @@ class Shape:
         Measured reflectances.
     clouds : tuple of PhaseFunction
         Of the matter of each cloud.
+    port : bool
+        Whether the camera looks through a port, where the water begins.
     """
 
     components: tuple[PhaseFunction, ...]
@@ -144,6 +147,7 @@ class Shape:
     glows: bool = False
     measured: int = 0
     clouds: tuple[PhaseFunction, ...] = ()
+    port: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -178,6 +182,7 @@ def single_names(shape: Shape) -> list[str]:
     names += realtime_shade.FIELDS.names if shape.shade else ()
     names += realtime_cover.FIELDS.names if shape.covers else ()
     names += _ABOVE if shape.above else ()
+    names += (PORT,) if shape.port else ()
     names += realtime_lamps.NUMBERS if shape.lamps else ()
     names += _of_clouds(shape, single=True)
     return names + [_of_zone(field, i) for i in range(shape.zones) for field in ZONE]

@@ -63,6 +63,8 @@ class Snapshot:
         What is not drawn of clouds.
     frame : four floats
         Left, bottom, width and height of the picture of an orthographic camera, m; zero of others.
+    port : float
+        Distance from the camera along its axis at which the water begins, m; 0 without a port.
     """
 
     reflectances: Mapping[str, NDArray[np.float64]] = field(default_factory=dict)
@@ -76,3 +78,4 @@ class Snapshot:
     clouds: tuple[tuple[Cloud, float], ...] = ()
     cloud_notes: tuple[str, ...] = ()
     frame: tuple[float, ...] = (0.0, 0.0, 0.0, 0.0)
+    port: float = 0.0

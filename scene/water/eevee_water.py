@@ -123,7 +123,10 @@ def eevee_water(
     kinds = realtime_materials.kinds(contents.materials(scene))
     seabed = continued_seabed.depth_of(ground) if continues else None
     cover = _cover(scene, eye, around or kept.looked, over, kept.picture) if shades else None
-    seen = Snapshot(reflectances, shaded, cover, shining, eye.from_air, kinds, seabed)
+    seen = Snapshot(
+        reflectances, shaded, cover, shining, eye.from_air, kinds, seabed,
+        port=cameras.before_water(eye.camera),
+    )  # fmt: skip
     floating = clouds.clouds_of(scene, plan.bands.centres)
     if floating.objects:
         unseen = floating.unseen_by_eevee(lamps=bool(shining.lamps), shafts=plan.draws_shafts)
