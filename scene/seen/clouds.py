@@ -23,6 +23,7 @@ _NEITHER = (
     "it is neither an empty nor a volume object, and no cloud is drawn; bake smoke to OpenVDB and "
     "add that as a volume object"
 )
+_ABOVE = "its middle is above the water, and it is not drawn; lower it"
 _INDIRECT = "lamps light it in Cycles only; EEVEE draws it in the light of sun and sky"
 _SHAFTS = "shafts of light are drawn as if it were not there"
 _AS_PUFF = (
@@ -73,7 +74,13 @@ def said_of(item: bpy.types.Object) -> tuple[str, ...]:
     """Return what to know of an object that is marked as a cloud, for the panel."""
     if item.type not in (PUFF, GRID):
         return (_NEITHER,)
-    return (_AS_PUFF,) if item.type == GRID else ()
+    notes = (_AS_PUFF,) if item.type == GRID else ()
+    return (*notes, _ABOVE) if is_above(item) else notes
+
+
+def is_above(item: bpy.types.Object) -> bool:
+    """Whether a puff has its middle above the water: it is none then. Grids end at the surface."""
+    return item.type == PUFF and item.matrix_world.translation.z > 0.0
 
 
 def marked(scene: bpy.types.Scene) -> list[bpy.types.Object]:
@@ -99,7 +106,9 @@ def clouds_of(scene: bpy.types.Scene, wavelengths: ArrayLike) -> SceneClouds:
     notes = [f"cloud {x.name!r}: {_NEITHER}" for x in _marked(scene) if x not in objects]
     for item in objects:
         chosen = stored_cloud(item)
-        amount = 0.0 if marks.is_hidden(item) else chosen.concentration
+        above = is_above(item)
+        notes += [f"cloud {item.name!r}: {_ABOVE}"] if above else []
+        amount = 0.0 if above or marks.is_hidden(item) else chosen.concentration
         try:
             matter = suspended_matter(chosen.constituent, amount, wavelengths)
             place = np.array(item.matrix_world, dtype=np.float64)
@@ -128,7 +137,9 @@ def state(scene: bpy.types.Scene) -> tuple[object, ...]:
 
 def records(scene: bpy.types.Scene) -> tuple[dict[str, Any], ...]:
     """Return the clouds of a scene's current frame as JSON holds them; lengths are m."""
-    return tuple(_record(item) for item in objects_of(scene) if not marks.is_hidden(item))
+    return tuple(
+        _record(item) for item in objects_of(scene) if not (marks.is_hidden(item) or is_above(item))
+    )
 
 
 def _record(item: bpy.types.Object) -> dict[str, Any]:

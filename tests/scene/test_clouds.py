@@ -13,6 +13,7 @@ from underwater_spectral.node_groups import realtime_values
 from underwater_spectral.scene import marks, stored_clouds
 from underwater_spectral.scene.engines import engines
 from underwater_spectral.scene.seen import clouds
+from underwater_spectral.scene.viewport import live
 from underwater_spectral.scene.water import new_clouds, realtime, scene_water, water_body
 from underwater_spectral.scene.water.eevee_water import Eye, eevee_water
 from underwater_spectral.settings import render_plan
@@ -214,6 +215,48 @@ def test_a_scene_without_clouds_has_no_nodes_for_them():
 
 
 @pytest.mark.parametrize("engine", ["bands", "cycles"])
+def test_live_water_follows_clouds():
+    scene, _ = bpy.context.scene, _camera()
+    group = getattr(scene, "underwater")  # noqa: B009 - added by the extension
+    group.bands, group.diffuse_shadows, group.scene_floor = 3, False, False
+    live.add(scene)
+    item = _puff(5.0)
+    assert live.update(scene, may_rebuild=False) is False
+    assert live.update(scene)
+    values = next(g for g in bpy.data.node_groups if g.name.startswith("UW Values"))
+    before = values.nodes["cloud 0 extinction"].inputs[0].default_value
+    item.underwater.concentration, item.location.x = 10.0, 1.0
+    bpy.context.view_layer.update()
+    assert live.update(scene, may_rebuild=False)
+    after = values.nodes["cloud 0 extinction"].inputs[0].default_value
+    assert after == pytest.approx(2.0 * before, rel=1e-4)
+    assert values.nodes["cloud 0 middle 0"].outputs[0].default_value == pytest.approx(1.0)
+    live.remove(scene)
+
+
+def test_lamps_and_shafts_are_said_not_to_light_clouds():
+    camera = _camera()
+    _puff()
+    lamp = bpy.data.objects.new("Torch", bpy.data.lights.new("Torch", "SPOT"))
+    lamp.location = (0.3, 0.0, -DEPTH)
+    bpy.context.scene.collection.objects.link(lamp)
+    bpy.context.view_layer.update()
+    water = eevee_water(_plan(shafts=True), bpy.context.scene, Eye(camera, DEPTH), np.eye(3))
+    said = " ".join(water.seen.cloud_notes)
+    assert "lamps light it in Cycles only" in said
+    assert "shafts of light are drawn as if it were not there" in said
+
+
+@pytest.mark.parametrize("place", [(0.0, 3.0, 2.0), (60.0, 0.0, -5.0)], ids=["air", "aside"])
+def test_a_cloud_that_is_not_in_view_changes_nothing(place, tmp_path):
+    _camera(16, 10)
+    plan = _plan()
+    clear, _ = _images("bands", plan, tmp_path / "clear.exr")
+    _puff(30.0, place)
+    beside, _ = _images("bands", plan, tmp_path / "beside.exr")
+    assert beside == pytest.approx(clear, rel=2e-3, abs=1e-6)
+
+
 def test_a_keyframed_concentration_is_that_of_the_frame(engine, tmp_path):
     _camera(8, 6)
     item = _puff(0.0)
