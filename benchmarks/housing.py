@@ -274,10 +274,9 @@ cannot hold stays as error.
 ## What is left out
 The port is clean, of even thickness, and mirrors nothing that the camera sees. The pupil is one
 point for all directions and wavelengths. Softness at the edges of a dome's picture (curvature of
-its virtual image) is not drawn. The water between the pinhole and the port is in the rendered
-picture: `SeenPlaces.extra` says how much. A flat port has no frame. Pictures that reach farther
-than 80° from the axis in the water, as of a fisheye behind a dome, are refused: no pinhole holds
-them.
+its virtual image) is not drawn. A flat port has no frame. Pictures that reach farther than 80° from
+the axis in the water, as of a fisheye behind a dome, are refused where they are moved: no pinhole
+holds them.
 """
     (ROOT / "docs" / "measured" / "housing.md").write_text(text, encoding="utf-8")
     print(text)

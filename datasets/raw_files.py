@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from ..uw_spectral.detector import write_dng
 from ..uw_spectral.spectra.colour_rendering import rec709_to_XYZ
@@ -39,10 +39,33 @@ def write_raw(
     """
     white = np.linalg.solve(to_rec709, np.ones(3))
     counts, record = raw.counts(channels, view.camera, float(white.max()), view.noise_seed)
-    if raw.file == "dng" and raw.pattern is not None:
-        sensor = view.record["camera"]["sensor"]
-        to_camera = np.linalg.inv(rec709_to_XYZ() @ to_rec709)
-        write_dng(path, counts, raw.detector, raw.pattern, to_camera, white, sensor, iso=raw.iso)
-    else:
-        write_codes(path, counts, {"black_level": raw.detector.black_level})
+    write_counts(path, raw, counts, to_rec709, view.record["camera"]["sensor"])
     return {**record, "white_response": white.tolist(), "to_linear_rec709": to_rec709.tolist()}
+
+
+def write_counts(
+    path: Path, raw: RawOutputs, counts: NDArray[np.uint16], to_rec709: Array, sensor: str
+) -> None:
+    """Write counts, as DNG if there is a mosaic, else as TIFF.
+
+    Parameters
+    ----------
+    path : Path
+    raw : RawOutputs
+    counts : array of uint16
+    to_rec709 : array, shape (3, 3)
+        As of :func:`write_raw`.
+    sensor : str
+        The camera's name.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be written.
+    """
+    if raw.file != "dng" or raw.pattern is None:
+        write_codes(path, counts, {"black_level": raw.detector.black_level})
+        return
+    white = np.linalg.solve(to_rec709, np.ones(3))
+    to_camera = np.linalg.inv(rec709_to_XYZ() @ to_rec709)
+    write_dng(path, counts, raw.detector, raw.pattern, to_camera, white, sensor, iso=raw.iso)

@@ -33,7 +33,7 @@ _PASSES = "passes"
 # developed as it is rendered.
 DEVELOPMENT = frozenset({"sensor", "white_balance", "exposure", "exposure_compensation"})
 # How a picture is shown, and when it is good enough: no pass depends on it.
-SHOWN = frozenset({"tone", "contrast", "noise"})
+SHOWN = frozenset({"tone", "contrast", "noise", "raw", "iso", "full_well", "read_noise"})
 CHANGEABLE = (DEVELOPMENT | SHOWN) - {"noise"}
 """Settings by which finished passes can be developed again."""
 

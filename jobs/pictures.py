@@ -26,7 +26,7 @@ from ..uw_spectral.spectra.spectral_image import (
     write_rgb_exr,
     write_spectral_exr,
 )
-from . import band_passes, development, picture_layers, rounds
+from . import band_passes, development, picture_layers, raw_pictures, rounds
 from .band_passes import RenderedPass
 from .frame_plans import FramePlans
 from .guides import read_guides
@@ -125,12 +125,15 @@ def develop(
     chosen = plan.settings
     shown = shown_path(manifest, view)
     view_transform.write_shown(shown, read_exr(picture)[0], chosen.tone, chosen.contrast)
+    raw = raw_pictures.write_raw_picture(manifest, view, plan, np.asarray(linear), picture)
     said += picture_layers.develop_layers(manifest, view, rendered, plan, picture)
     record = _record(manifest, view, rendered, plan)
     record["notes"] += said
     record["denoised"] = denoised
     if noise is not None:
         record["noise"] = noise.record()
+    if raw:
+        record["raw"] = raw
     if variances:
         record["parts"] = variances
     write_json(record_path(manifest, view), record)

@@ -29,7 +29,7 @@ from ..settings.render_plan import RenderPlan, make_plan
 from ..settings.scene_settings import SceneSettings
 from ..uw_spectral.errors import InputError
 from ..uw_spectral.imaging.layers import parse_layers
-from . import job_files, staging
+from . import job_files, raw_pictures, staging
 from .exposures import developments
 from .job import Job
 from .manifest import (
@@ -204,6 +204,7 @@ def _frames(
                     plans = {fixed: make_plan(fixed)}
                     chosen = fixed
         plan = plans[chosen]
+        raw_pictures.require_raw(plan)
         for camera, depth in zip(seen_by, depths, strict=True):
             housed.look_of(scene, camera, plan, depth)
         lit = tuple(lamps.lamplight(scene, camera, plan) for camera in seen_by)

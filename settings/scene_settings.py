@@ -52,6 +52,8 @@ _OF_WAVES = {"surface": (WAVES,)}
 _OF_FLOOR = {"floor_depth": (NO_FLOOR,)}
 _OF_FLAT, _OF_DOME = {"housing": (housing.FLAT,)}, {"housing": (housing.DOME,)}
 _OF_PORT = {"housing": (housing.FLAT, housing.DOME)}
+NO_RAW = "none"
+_OF_RAW = {"raw": ("dng", "tiff")}
 _OF_SECOND_WATER = "second_water", "second_water_share"
 _JERLOV = "jerlov:"
 
@@ -685,6 +687,50 @@ class SceneSettings:
         "Contrast of the PNG and the viewport: Blender's looks",
         "sensor",
         choices={name: (name.replace("-", " ").capitalize(), "") for name in CONTRASTS},
+    )
+    raw: str = _setting(
+        NO_RAW,
+        "Raw file",
+        "Counts of the camera's detector with their noise, beside the picture; what is developed "
+        "to white fills half of their range",
+        "sensor",
+        choices={
+            NO_RAW: ("None", "No raw file"),
+            "dng": ("DNG", "A mosaic of the camera's filters, for raw developers"),
+            "tiff": ("TIFF", "Three channels a pixel, 16 bits"),
+        },
+    )
+    iso: float = _setting(
+        100.0,
+        "ISO",
+        "Sensitivity; twice as much doubles the counts, and half as much light fills them",
+        "sensor",
+        limits=(1.0, 1e6),
+        usual=(100.0, 12800.0),
+        digits=0,
+        animatable=True,
+        needs=_OF_RAW,
+    )
+    full_well: float = _setting(
+        15_000.0,
+        "Full well",
+        "Electrons that a pixel holds",
+        "sensor",
+        limits=(100.0, 1e7),
+        usual=(1e3, 1e5),
+        digits=0,
+        needs=_OF_RAW,
+        who="researcher",
+    )
+    read_noise: float = _setting(
+        3.0,
+        "Read noise",
+        "Noise without light, electrons",
+        "sensor",
+        limits=(0.0, 1e4),
+        usual=(0.0, 30.0),
+        needs=_OF_RAW,
+        who="researcher",
     )
     bands: int = _setting(
         0,

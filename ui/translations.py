@@ -38,6 +38,9 @@ Lens forward | Objektiv voraus | Objetivo hacia delante | Objectif en avant | �
 Made of | Aus | Material | Matière | 材質
 Leans to | Neigt sich nach | Se inclina hacia | Penche vers | 傾く方向
 Salinity | Salzgehalt | Salinidad | Salinité | 塩分
+Raw file | Rohdatei | Archivo en bruto | Fichier brut | RAW ファイル
+Full well | Sättigungsladung | Capacidad del pozo | Capacité du puits | 飽和電荷
+Read noise | Ausleserauschen | Ruido de lectura | Bruit de lecture | 読み出しノイズ
 Camera Sensor | Kamerasensor | Sensor de la cámara | Capteur de la caméra | カメラセンサー
 Quality | Qualität | Calidad | Qualité | 品質
 Read-outs | Ablesungen | Lecturas | Relevés | 測定値

@@ -1,0 +1,87 @@
+"""Raw pictures of a job: what the camera's detector would have counted, with its noise."""
+
+from __future__ import annotations
+
+import hashlib
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..datasets.outputs import RawOutputs
+from ..datasets.raw_files import write_counts
+from ..settings.render_plan import RenderPlan
+from ..settings.scene_settings import NO_RAW, SceneSettings
+from ..uw_spectral.detector import Detector, capture
+from ..uw_spectral.errors import InputError
+from ..uw_spectral.spectra.colour_rendering import response_matrix
+from .manifest import Manifest, View
+
+_MOSAIC = "RGGB"
+_WHITE = 0.5  # of the counts' range
+_SUFFIX = {"dng": ".dng", "tiff": ".tiff"}
+
+
+def require_raw(plan: RenderPlan) -> None:
+    """Refuse a mosaic of what has none.
+
+    Raises
+    ------
+    InputError
+        If a DNG is wanted of an observer or a film.
+    """
+    sensor = plan.sensor
+    if plan.settings.raw == "dng" and sensor.kind != "camera":
+        raise InputError(
+            f"--raw dng: the {sensor.kind} {sensor.name} has no mosaic; give a camera such as "
+            "--sensor 'Nikon D7000' (--list-sensors), or --raw tiff"
+        )
+
+
+def write_raw_picture(
+    manifest: Manifest, view: View, plan: RenderPlan, linear: NDArray[np.float32], picture: Path
+) -> dict[str, Any]:
+    """Write the raw picture of a view, if one is wanted, and return how it was taken.
+
+    Parameters
+    ----------
+    manifest : Manifest
+    view : View
+    plan : RenderPlan
+        Of the frame.
+    linear : array, shape (height, width, 3)
+        The developed picture, linear Rec.709.
+    picture : Path
+        Its file; the raw one lies beside it.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be written.
+    """
+    chosen = plan.settings
+    if chosen.raw == NO_RAW:
+        return {}
+    weights = np.array(manifest.developments[view.development].weights)
+    to_rec709 = response_matrix(weights, plan.response(view.depth))
+    raw = _outputs(chosen)
+    white = np.linalg.solve(to_rec709, np.ones(3))
+    taken = raw.settings(float(white.max()), _seed(manifest, view))
+    counts = capture(linear @ np.linalg.inv(to_rec709).T, taken)
+    write_counts(picture.with_suffix(_SUFFIX[chosen.raw]), raw, counts, to_rec709, plan.sensor.name)
+    return {**taken.record(), "to_linear_rec709": to_rec709.tolist()}
+
+
+def _outputs(chosen: SceneSettings) -> RawOutputs:
+    detector = Detector(full_well=chosen.full_well, read_noise=chosen.read_noise)
+    pattern = _MOSAIC if chosen.raw == "dng" else None
+    # A higher sensitivity is for less light: the counts reach as far.
+    white = _WHITE * min(detector.base_iso / chosen.iso, 1.0)
+    return RawOutputs(detector, white, iso=chosen.iso, pattern=pattern, file=chosen.raw)
+
+
+def _seed(manifest: Manifest, view: View) -> int:
+    """Return a seed of the noise, which no other picture of the job has."""
+    text = f"{manifest.output.seed} {view.camera} {view.frame}"
+    return int.from_bytes(hashlib.sha256(text.encode()).digest()[:4], "big")
