@@ -146,6 +146,7 @@ def add_realtime(scene: bpy.types.Scene, water: RealtimeWater, extent: WaterExte
         list(zip(realtime_lamps.shadow_lamps([x.data for x in shining]), shining, strict=True)),
         floor_shades=False,
     )
+    notes += water.seen.cloud_notes
     notes += [*water.seen.lamps.notes, *scene_water.add(scene, filling, water.column, extent)]
     values[_OWNER] = marks.collection_of(scene)
     set_values(scene, water)

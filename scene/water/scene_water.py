@@ -343,6 +343,9 @@ def _let_go() -> None:
     apparent_places.give_back(set().union(*lit.values()) if lit else ())
     apparent_places.unite(waters)
     data = bpy.data
-    kinds = (data.meshes, data.lights, data.materials, data.worlds, data.node_groups, data.images)
+    kinds = (
+        data.meshes, data.volumes, data.lights, data.materials, data.worlds, data.node_groups,
+        data.images,
+    )  # fmt: skip
     while unused := [b for k in kinds for b in k if MARK in b and b.is_editable and not b.users]:
         data.batch_remove(unused)
