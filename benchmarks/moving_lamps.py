@@ -26,7 +26,7 @@ from ..scene.seen.ray_casting import Meshes
 from ..scene.water import water_body
 from ..uw_spectral.spectra.spectral_image import read_exr, replacing
 from . import grey_scene
-from .lamps_in_scenes import LitPlace, add_lamp, sand_room
+from ._lamp_scenes import LitPlace, add_lamp, sand_room
 
 _ROOT = Path(__file__).resolve().parent.parent
 _FRAMES, _STEP = 24, 0.05  # m

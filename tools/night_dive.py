@@ -54,7 +54,7 @@ def build(path: Path) -> None:
     x, z = hull.BREACH
 
     def at(places: tuple[tuple[float, ...], ...], share: float) -> np.ndarray:
-        return world(_along(places, share) + (x, 0.0, z))
+        return world(np.add(_along(places, share), (x, 0.0, z)))
 
     scene.render.fps, scene.frame_start, scene.frame_end = RATE, 1, FRAMES
     eye = scene.camera = cameras.camera("Dive", at(_EYE, 0.0), at(_LOOKS, 0.0), _LENS)
