@@ -235,6 +235,8 @@ def _of_pose(
                 )
             # The place says where its offset brings it.
             kind = {name: value for name, value in asdict(camera).items() if name != "offset"}
+            if not camera.port:  # which sets of earlier versions do not know
+                del kind["port"]
             content = [
                 there.tolist(),
                 kind,

@@ -24,7 +24,7 @@ from .files import make_folder, place_file, read_codes
 from .formats import FORMATS, conventions
 from .index import Index, IndexedView, SceneThing
 from .instance_maps import write_instance_map
-from .layer_file import FrameLayers, read_layers
+from .layer_file import FrameLayers, camera_of, read_layers
 from .outputs import Outputs
 from .raw_files import write_raw
 from .set_files import RenderedView, SetFiles, Shapes, no_note, no_shapes
@@ -106,6 +106,10 @@ def _view(
     """Write the files of one view."""
     outputs, name = spec.outputs, view.name
     layers = read_layers(files.layers)
+    camera, pose = view.camera, view.camera_to_world
+    housing = layers.header.get("housing")
+    if housing is not None:  # the one in water that the port makes of it
+        camera, pose = camera_of(layers.header)
     image = _file(folder, "images", name, outputs.picture)
     rgb = read_exr(files.picture)[0]
     if outputs.picture == "jpg":
@@ -121,7 +125,7 @@ def _view(
     depth = _file(folder, "depth", name, "png")
     write_depth_png(depth, layers[PLANAR].astype(np.float64))
     if outputs.depth_exr:
-        write_depth_exr(depth.with_suffix(".exr"), layers[RANGE], view.camera)
+        write_depth_exr(depth.with_suffix(".exr"), layers[RANGE], camera)
     numbers = _file(folder, "instances", name, "png")
     instances = _instances(numbers, view, outputs, layers, things)
     if any(FORMATS[each].silhouettes for each in outputs.formats):
@@ -134,6 +138,7 @@ def _view(
         "group": view.group,
         # An index of an earlier version lacks some of these.
         **{k: view.record[k] for k in ("pose_set", "repeat", "time_s") if k in view.record},
+        **({"housing": housing} if housing is not None else {}),
         "settings": view.record["settings"],
         "rig": view.record["rig"],
     }
@@ -143,7 +148,7 @@ def _view(
             raw, view, spec.raw, layers[IMAGE], files.development().to_rec709
         )
     return DataSetView(
-        name, image, view.camera, view.camera_to_world, view.split,
+        name, image, camera, pose, view.split,
         depth=depth, instance_map=numbers, instances=tuple(instances.values()), metadata=metadata,
     )  # fmt: skip
 

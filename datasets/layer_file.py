@@ -29,6 +29,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..uw_spectral.errors import InputError
 from ..uw_spectral.spectra.spectral_image import read_exr_texts, write_exr
+from .camera import PinholeCamera
 
 ATTRIBUTE = "underwaterLayers"
 FORMAT = 1
@@ -128,6 +129,17 @@ class FrameLayers:
     def instances(self) -> dict[int, str]:
         """Names of the objects by their numbers in the layer ``instance``."""
         return {int(number): name for number, name in self.header.get("instances", {}).items()}
+
+
+def camera_of(header: Mapping[str, Any]) -> tuple[PinholeCamera, NDArray[np.float64]]:
+    """Return the camera that took a picture, by the header of its layers, and its pose."""
+    camera = header["camera"]
+    K = np.array(camera["K"])
+    pinhole = PinholeCamera(
+        camera["width"], camera["height"], K[0, 0], K[1, 1], K[0, 2], K[1, 2],
+        tuple(camera["distortion"]),
+    )  # fmt: skip
+    return pinhole, np.array(camera["camera_to_world"], dtype=np.float64)
 
 
 def joined(parts: Sequence[FrameLayers]) -> FrameLayers:

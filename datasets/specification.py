@@ -13,6 +13,7 @@ from pathlib import Path
 from types import MappingProxyType
 
 from ..uw_spectral.errors import InputError, unknown_name
+from ..uw_spectral.housing import find_glass
 from ..uw_spectral.lamps.emission import LUMENS, UNITS, parse_emission
 from ..uw_spectral.spectra.colour_rendering import WHITE_BALANCES
 from ..uw_spectral.spectra.illuminant import parse_illuminant
@@ -42,6 +43,8 @@ class DataSetCamera:
     """A camera of a data set.
 
     ``offset`` is its place beside the pose, in the pose's axes (Blender's: right, up, back), m.
+    ``port`` is what it looks through, as pairs of a setting and its value; ``optics`` are those in
+    air, their distortion included.
     """
 
     name: str
@@ -50,6 +53,14 @@ class DataSetCamera:
     white_balance: str
     exposure: str
     offset: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    port: tuple[tuple[str, str | float], ...] = ()
+
+    @property
+    def settings(self) -> dict[str, str | float]:
+        """The settings of a render that its port and lens are."""
+        k = self.optics.distortion
+        lens = {"lens": f"brown:{','.join(map(repr, k))}"} if any(k) else {}
+        return {**dict(self.port), **lens}
 
 
 @dataclass(frozen=True)
@@ -359,10 +370,30 @@ def _camera(table: SpecTable, folder: Path) -> DataSetCamera:
     automatic = table.get("exposure", "auto") == "auto"
     exposure = "auto" if automatic else repr(table.number("exposure"))
     x, y, z = table.numbers("offset", 3, (0.0, 0.0, 0.0))
+    port = _port(table, folder)
     table.close()
     k1, k2, p1, p2, k3 = distortion
     optics = PinholeCamera(width, height, fx, fy, cx, cy, (k1, k2, p1, p2, k3))
-    return DataSetCamera(name, optics, sensor, balance, exposure, (x, y, z))
+    return DataSetCamera(name, optics, sensor, balance, exposure, (x, y, z), port)
+
+
+def _port(table: SpecTable, folder: Path) -> tuple[tuple[str, str | float], ...]:
+    """Read the port of a camera; what is left out is as the settings have it."""
+    found: list[tuple[str, str | float]] = []
+    if "port" in table:
+        found.append(("housing", _placed(table.text("port"), folder)))
+    if "port_glass" in table:
+        found.append(("port_glass", find_glass(table.text("port_glass")).name))
+    found += [(name, table.number(name)) for name in _PORT_NUMBERS if name in table]
+    if found and found[0][0] != "housing":
+        raise InputError(f"{table.where}: {found[0][0]} needs port = 'flat' or 'dome'")
+    return tuple(found)
+
+
+_PORT_NUMBERS = (
+    *("port_distance", "port_thickness", "port_tilt", "port_tilt_towards"),
+    *("dome_radius", "dome_forward", "salinity", "temperature"),
+)
 
 
 def _rig(table: SpecTable, folder: Path) -> CameraRig:

@@ -135,12 +135,6 @@ def _placed(view: PlannedView, known: Mapping[str, Any], places: Mapping[str, An
 
 
 def _check(spec: DataSetSpec, *, seeded: bool) -> None:
-    for camera in spec.cameras:
-        if any(camera.optics.distortion):
-            raise InputError(
-                f"camera {camera.name!r}: Blender renders no lens distortion; leave it out, and "
-                "distort the finished pictures"
-            )
     if spec.repeats > 1 and not seeded and spec.raw is None:
         raise InputError(
             "repeats: the noise of EEVEE has no seed, so the pictures would be the same; give a "
@@ -260,6 +254,7 @@ def _plan_one(
             "white_balance": camera.white_balance,
             "exposure": camera.exposure,
             "layers": layers,
+            **camera.settings,
             **view.settings,
         }
         if item.in_air:

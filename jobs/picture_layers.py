@@ -10,12 +10,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..datasets.camera import PinholeCamera
 from ..datasets.layer_file import (
     SENSOR,
     FrameLayers,
     LayerImage,
     bands_name,
+    camera_of,
     is_of_bands,
     read_layers,
     side_by_side,
@@ -98,10 +98,11 @@ def develop_layers(
     found = side_by_side([_mean(parts) for parts in by_pass.values()])
     together = dict(found.layers)
     seen = _seen(manifest, picture, found.header)
+    way = _way(together["range"], found.header)
     if UNTOUCHED in together:
-        together |= _unscattered(plan, seen, together)
+        together |= _unscattered(plan, seen, together, way)
     elif "T" in wanted and not method.draws_colours:
-        together[bands_name("T")] = _transmittance(plan, seen, together["range"])
+        together[bands_name("T")] = _transmittance(plan, seen, way)
     together |= _of_sensor(together, plan, plan.response(view.depth))
     together |= _derived(together)
     header = {
@@ -187,21 +188,26 @@ def _chosen(found: dict[str, LayerImage], wanted: Sequence[str]) -> dict[str, La
     return chosen
 
 
-def _transmittance(plan: RenderPlan, seen: DataSetView, distances: LayerImage) -> LayerImage:
+def _way(distances: LayerImage, header: Mapping[str, Any]) -> NDArray[Any]:
+    """Return the ways in the water, m, which begins at the port if there is one."""
+    before = header.get("housing", {}).get("water_begins_m", 0.0)
+    return np.maximum(distances.values[..., 0] - before, 0.0)
+
+
+def _transmittance(plan: RenderPlan, seen: DataSetView, way: NDArray[Any]) -> LayerImage:
     about = layer("T")
-    share = transmittance(plan, seen.camera, seen.camera_to_world, distances.values[..., 0])
+    share = transmittance(plan, seen.camera, seen.camera_to_world, way)
     text = f"{about.text}; at the centre of the pixel"
     return LayerImage(share, tuple(band_labels(plan.bands)), about.units, text)
 
 
 def _unscattered(
-    plan: RenderPlan, seen: DataSetView, found: Mapping[str, LayerImage]
+    plan: RenderPlan, seen: DataSetView, found: Mapping[str, LayerImage], distances: NDArray[Any]
 ) -> dict[str, LayerImage]:
     """Take apart what Cycles drew without the forward peak; of one layer of water only."""
     if plan.column.below:
         return {}
     drawn = found[UNTOUCHED]
-    distances = found["range"].values[..., 0]
     c, way = extinction_to(plan, seen.camera, seen.camera_to_world, distances)
     shares = np.sum(cycles_phases(plan)[0].shares, axis=0)
     parts = unscattered(drawn.values, c, c - plan.column.scattering * (1.0 - shares), way)
@@ -222,14 +228,9 @@ def _unscattered(
 
 def _seen(manifest: Manifest, picture: Path, header: Mapping[str, Any]) -> DataSetView:
     """Return the picture and its camera."""
-    camera = header["camera"]
-    K = np.array(camera["K"])
-    pinhole = PinholeCamera(
-        camera["width"], camera["height"], K[0, 0], K[1, 1], K[0, 2], K[1, 2],
-        tuple(camera["distortion"]),
-    )  # fmt: skip
+    pinhole, pose = camera_of(header)
     name = picture.relative_to(manifest.out).with_suffix("").as_posix()
-    return DataSetView(name, picture, pinhole, np.array(camera["camera_to_world"]))
+    return DataSetView(name, picture, pinhole, pose)
 
 
 def _write_truth(

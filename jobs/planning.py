@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from ..quality.methods import Device
 from ..quality.sampling import parts_of
 from ..scene import colour_space, contents, view_transform
-from ..scene.engines import cycles_settings
+from ..scene.engines import cycles_settings, housed
 from ..scene.engines.band_engine import Engine
 from ..scene.engines.engines import engine_of
 from ..scene.marks import require_no_water
@@ -202,6 +202,8 @@ def _frames(
                     plans = {fixed: make_plan(fixed)}
                     chosen = fixed
         plan = plans[chosen]
+        for camera, depth in zip(seen_by, depths, strict=True):
+            housed.look_of(scene, camera, plan, depth)
         lit = tuple(lamps.lamplight(scene, camera, plan) for camera in seen_by)
         eyes = tuple(cameras.eye_of(camera) for camera in seen_by)
         stops = metering.metered(scene, seen_by[0], plan, depths[0], lit[0])

@@ -12,13 +12,13 @@ import numpy as np
 from mathutils import Matrix, Vector
 
 from ..scene.animation import curves_of
+from ..scene.seen.pinhole import set_pinhole
 from ..scene.stored_lamps import PROPERTY
 from ..scene.temporary import render_settings
 from ..uw_spectral.errors import InputError
 from . import job_files
 from .stage import Place, Stage, StageCamera, StageLamp
 
-_SENSOR = 36.0  # mm
 _NEAR, _FAR = 1e-3, 1e4  # m
 _RADIUS = 0.03  # m, of a lamp
 _BLEND = 0.35
@@ -130,11 +130,7 @@ def _lowered(scene: bpy.types.Scene, stage: Stage) -> Iterator[None]:
 def _camera(scene: bpy.types.Scene, stage: Stage) -> Iterator[None]:
     chosen = stage.camera
     data = bpy.data.cameras.new(chosen.name)
-    data.sensor_fit, data.sensor_width = "HORIZONTAL", _SENSOR
-    data.lens = _SENSOR * chosen.fx / chosen.width
-    # Shifts count in widths of the picture; a pixel may be higher than wide.
-    data.shift_x = (chosen.width / 2 - chosen.cx) / chosen.width
-    data.shift_y = (chosen.cy - chosen.height / 2) / chosen.width * (chosen.fx / chosen.fy)
+    set_pinhole(data, (chosen.width, chosen.height), (chosen.fx, chosen.fy), (chosen.cx, chosen.cy))
     data.clip_start, data.clip_end = _NEAR, _FAR
     camera = bpy.data.objects.new(chosen.name, data)
     if camera.name != chosen.name:

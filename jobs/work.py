@@ -13,6 +13,7 @@ import bpy
 import numpy as np
 
 from ..scene import colour_space, contents
+from ..scene.engines import housed
 from ..scene.engines.band_engine import BandEngine, Engine, Opening, RenderPass
 from ..scene.engines.engines import engine_of
 from ..scene.marks import require_no_water
@@ -267,7 +268,7 @@ class _Water:
             *unheeded_of_camera(scene, camera, traced=traced),
             floor_note(plan, ground),
         )
-        engine = self._stack.enter_context(_engine(manifest).open(scene, camera, opening))
+        engine = self._stack.enter_context(housed.opened(_engine(manifest), scene, camera, opening))
         if engine.passes != [item.bands for item in manifest.passes if item.part == 0]:
             raise InputError(
                 "the passes of the manifest are not those of its settings; write it again with "

@@ -1,19 +1,20 @@
 """What a pixel knows about its ray.
 
-Where view rays may come from the air, it is the part of the ray in the water: it begins where
-the surface bends the ray.
+Where view rays may come from the air, or through a port, it is the part of the ray in the water: it
+begins where the surface bends the ray, or at the port.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import bpy
 
 from ..uw_spectral.mathematics import Operand
-from .node_mathematics import NODES, Graph, NodeValue
+from .node_mathematics import NODES, Graph, NodeValue, new_group
 
 _LEAST_COSINE = 1e-4
+_PORT_NAME = "UW Port Rays"
 DIRECTION, ORIGIN, DISTANCE, PLACE = "Direction", "Origin", "Distance", "Place"
 
 
@@ -64,6 +65,40 @@ def view_distance(graph: Graph) -> NodeValue:
     return straight_distance(graph)
 
 
+def build_port(values: bpy.types.ShaderNodeTree, distance: str) -> bpy.types.ShaderNodeTree:
+    """Build the group of the rays of a camera behind a port: straight, in the water from there on.
+
+    Parameters
+    ----------
+    values : ShaderNodeTree
+        UW Values.
+    distance : str
+        Which of them is the distance of the port from the camera along its axis, m.
+    """
+    tree = new_group(_PORT_NAME)
+    graph = Graph(tree)
+    w, eye = straight_direction(graph), eye_place(graph)
+    start = graph.term(graph.shared(values)[distance]) / _along_axis(graph, w)
+    found = {
+        DIRECTION: graph.vector(*w),
+        ORIGIN: graph.vector(*(e + start * part for e, part in zip(eye, w, strict=True))),
+        DISTANCE: NODES.maximum(straight_distance(graph) - start, 0.0),
+        PLACE: graph.vector(*drawn_place(graph)),
+    }
+    write_outputs(graph, found)
+    return tree
+
+
+def write_outputs(graph: Graph, found: Mapping[str, NodeValue]) -> None:
+    """Make the outputs of a group of rays."""
+    for name, value in found.items():
+        kind = "NodeSocketFloat" if value.size == 1 else "NodeSocketVector"
+        graph.tree.interface.new_socket(name, in_out="OUTPUT", socket_type=kind)
+    end = graph.node("NodeGroupOutput").inputs
+    for name, value in found.items():
+        graph.assign(value, end[name])
+
+
 def straight_direction(graph: Graph) -> tuple[NodeValue, NodeValue, NodeValue]:
     """Unit direction of the pixel's ray at the camera, never bent."""
     x, y, z = graph.components(_geometry(graph, "Incoming"))
@@ -77,10 +112,14 @@ def straight_distance(graph: Graph) -> NodeValue:
     over the ray's cosine with that serves for both.
     """
     depth = graph.term(graph.node("ShaderNodeCameraData").outputs["View Z Depth"])
+    return depth / _along_axis(graph, straight_direction(graph))
+
+
+def _along_axis(graph: Graph, w: tuple[NodeValue, NodeValue, NodeValue]) -> NodeValue:
+    """Cosine of a direction to the axis of the camera, not 0."""
     axis = _from_camera(graph, "VECTOR", (0.0, 0.0, -1.0))
-    w = straight_direction(graph)
     along = w[0] * axis[0] + w[1] * axis[1] + w[2] * axis[2]
-    return depth / NODES.maximum(along, _LEAST_COSINE)
+    return NODES.maximum(along, _LEAST_COSINE)
 
 
 def drawn_place(graph: Graph) -> tuple[NodeValue, NodeValue, NodeValue]:

@@ -26,6 +26,7 @@ from .realtime_rays import (
     eye_place,
     straight_direction,
     straight_distance,
+    write_outputs,
 )
 from .realtime_values import (
     CAMERA,
@@ -91,12 +92,7 @@ def build(values: bpy.types.ShaderNodeTree, images: WaveImages | None) -> bpy.ty
     }
     if slopes is not None:
         found[SLOPE] = slopes
-    for name, value in found.items():
-        kind = "NodeSocketFloat" if value.size == 1 else "NodeSocketVector"
-        tree.interface.new_socket(name, in_out="OUTPUT", socket_type=kind)
-    end = graph.node("NodeGroupOutput").inputs
-    for name, value in found.items():
-        graph.assign(value, end[name])
+    write_outputs(graph, found)
     return tree
 
 

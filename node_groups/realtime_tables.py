@@ -29,6 +29,7 @@ from .node_mathematics import NODES, Graph, NodeValue
 from .texels import number_image, texel
 
 NAME = "UW Light"
+_LARGEST = 1e30
 _MARGIN = 1
 _SIDES = 2 * _MARGIN
 _ACROSS = AZIMUTHS + _SIDES
@@ -135,7 +136,11 @@ def pixels(light: FoldedLight) -> NDArray[np.float32]:
         height, width = padded.shape[1:3]
         for place, tile in enumerate(padded):
             first = row + place * (every or height)
-            out[first : first + height, column : column + width, :3] = tile
+            # What grows beyond is multiplied with what has vanished by then; infinite, that
+            # would be no number.
+            out[first : first + height, column : column + width, :3] = tile.clip(
+                -_LARGEST, _LARGEST
+            )
 
     put(light.scattered, 0, every=_ROW)
     put(light.beyond, 0, _ACROSS, every=_ROW)

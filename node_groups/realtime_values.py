@@ -41,6 +41,7 @@ _ALWAYS = (
     *(CAMERA_DEPTH, *FRAME, INDEX, SUN_GAIN, SHAFT_END, SHAFT_SCALE),
 )
 IN_AIR, RAY_INDEX = "camera in air", "index of rays"
+PORT = "port before the camera"
 CAMERA = ("camera x", "camera y", "camera z")
 DRAWN_SUN = ("drawn sun x", "drawn sun y", "drawn sun z")
 MIRRORED_SHARE = "mirrored sky"
@@ -114,6 +115,8 @@ class Shape:
         Whether things emit light.
     measured : int
         Measured reflectances.
+    port : bool
+        Whether the camera looks through a port, where the water begins.
     """
 
     components: tuple[PhaseFunction, ...]
@@ -138,6 +141,7 @@ class Shape:
     filters: bool = False
     glows: bool = False
     measured: int = 0
+    port: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -172,6 +176,7 @@ def single_names(shape: Shape) -> list[str]:
     names += realtime_shade.FIELDS.names if shape.shade else ()
     names += realtime_cover.FIELDS.names if shape.covers else ()
     names += _ABOVE if shape.above else ()
+    names += (PORT,) if shape.port else ()
     names += realtime_lamps.NUMBERS if shape.lamps else ()
     return names + [_of_zone(field, i) for i in range(shape.zones) for field in ZONE]
 

@@ -7,6 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from ..uw_spectral.errors import InputError, printable
+from ..uw_spectral.housing import read_housing
+from ..uw_spectral.housing.description import CONTENT
 from ..uw_spectral.lamps.emission import parse_emission
 from ..uw_spectral.lamps.ies import read_ies
 from ..uw_spectral.lamps.profile import profile_from_csv
@@ -59,6 +61,7 @@ FILE_KINDS = {
         "Camera", "wavelength_nm, R, G, B", ("R", "G", "B"),
         lambda path: parse_sensor(f"file:{path}"), "sensor",
     ),
+    "housing": FileKind("Housing of the Camera", CONTENT, (), read_housing, "housing"),
     "floor": FileKind(
         "Reflectance of the Floor", "wavelength_nm, reflectance", ("reflectance",),
         reflectance_from_csv, "floor_reflectance",
@@ -114,6 +117,8 @@ def _meant(path: Path) -> tuple[str, ...]:
         return ("water",)
     lines = (line for line in text.splitlines() if line.strip() and not line.startswith("#"))
     header = next(lines, "")
+    if suffix == ".json" and any(f'"{part}"' in text for part in ("port", "lens", "camera")):
+        return ("housing",)
     if suffix == ".json" or (suffix != ".csv" and "," not in header):
         return ("sensor",)
     names = {name.strip() for name in header.split(",")}

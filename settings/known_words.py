@@ -53,6 +53,11 @@ LAMP_SPECTRA = {
     "FL11": "Fluorescent, narrow bands",
 }
 """Measured spectra of lamps by the names that :func:`.parse_emission` takes, and what they are."""
+_HOUSINGS = {
+    "none": "No port: what the lens sees in water is what it sees in air",
+    "flat": "A plane window: magnifies by 1.34, with colour fringes at the edges",
+    "dome": "A spherical shell: keeps the field of view",
+}
 _PHASES = {
     "mixture": "Molecules and sea particles by their fraction in each band",
     "petzold": "Measured average particles, the same in all bands",
@@ -72,7 +77,8 @@ def known_words(kind: str) -> tuple[tuple[str, str], ...]:
     Parameters
     ----------
     kind : str
-        ``waters``, ``sensors``, ``illuminants``, ``phases`` or ``emissions`` (of lamps).
+        ``waters``, ``sensors``, ``illuminants``, ``phases``, ``housings`` or ``emissions`` (of
+        lamps).
 
     Examples
     --------
@@ -89,7 +95,8 @@ def known_words(kind: str) -> tuple[tuple[str, str], ...]:
         found = [(name, "Eye") for name in list_sensors("observer")]
         found += [(name, "Camera") for name in list_sensors("camera")]
         return (*found, *((name, f"Film: {FILM_NOTE}") for name in list_sensors("film")))
-    return tuple({"illuminants": _ILLUMINANTS, "phases": _PHASES}[kind].items())
+    words = {"illuminants": _ILLUMINANTS, "phases": _PHASES, "housings": _HOUSINGS}
+    return tuple(words[kind].items())
 
 
 def suggestions(kind: str) -> Callable[..., list[tuple[str, str]]]:

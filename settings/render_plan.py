@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..uw_spectral.errors import DataWarning, InputError
+from ..uw_spectral.housing import HousingDescription
 from ..uw_spectral.imaging.description import (
     BandsDescription,
     CameraDescription,
@@ -234,6 +235,23 @@ def sea_of(settings: SceneSettings) -> Sea:
         settings.wave_tile,
         settings.wave_resolution,
         settings.wave_loop or None,
+    )
+
+
+def housing_of(settings: SceneSettings) -> HousingDescription:
+    """Return the housing that settings describe."""
+    return HousingDescription(
+        settings.housing,
+        settings.port_distance,
+        settings.port_thickness,
+        settings.port_glass,
+        settings.port_tilt,
+        settings.port_tilt_towards,
+        settings.dome_radius,
+        settings.dome_forward,
+        settings.lens,
+        settings.salinity,
+        settings.temperature,
     )
 
 

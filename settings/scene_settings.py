@@ -7,6 +7,8 @@ from typing import Any
 
 from ..quality.methods import DRAWN, Mode
 from ..uw_spectral.errors import InputError
+from ..uw_spectral.housing import description as housing
+from ..uw_spectral.housing.media import GLASSES
 from ..uw_spectral.imaging.layers import NAMES, NONE, parse_layers
 from ..uw_spectral.spectra.colour_rendering import WhiteBalance
 from ..uw_spectral.spectra.tone import AGX, CAMERA_CURVES, CONTRASTS, MEDIUM, STANDARD
@@ -48,6 +50,8 @@ def _setting[Default: str | float | bool](
 _OF_CONSTITUENTS = {"water": (CONSTITUENTS,)}
 _OF_WAVES = {"surface": (WAVES,)}
 _OF_FLOOR = {"floor_depth": (NO_FLOOR,)}
+_OF_FLAT, _OF_DOME = {"housing": (housing.FLAT,)}, {"housing": (housing.DOME,)}
+_OF_PORT = {"housing": (housing.FLAT, housing.DOME)}
 _OF_SECOND_WATER = "second_water", "second_water_share"
 _JERLOV = "jerlov:"
 
@@ -508,6 +512,124 @@ class SceneSettings:
         usual=(0.0, 1.0),
         digits=3,
         animatable=True,
+    )
+    housing: str = _setting(
+        housing.NONE,
+        "Housing",
+        "Port that the camera looks through: none, flat, dome, or file:PATH, a measured one "
+        f"({housing.CONTENT})",
+        "housing",
+        known="housings",
+    )
+    port_distance: float = _setting(
+        30.0,
+        "Lens to port",
+        "From the entrance pupil of the lens to the inner face of the port",
+        "housing",
+        unit="mm",
+        limits=(0.01, 1e4),
+        usual=(1.0, 200.0),
+        digits=1,
+        animatable=True,
+        needs=_OF_FLAT,
+    )
+    dome_radius: float = _setting(
+        100.0,
+        "Radius",
+        "Of the outer face of the dome",
+        "housing",
+        unit="mm",
+        limits=(1.0, 1e4),
+        usual=(30.0, 250.0),
+        digits=1,
+        needs=_OF_DOME,
+    )
+    dome_forward: float = _setting(
+        0.0,
+        "Lens forward",
+        "How far the entrance pupil lies before the centre of the dome; a dome bends least at 0",
+        "housing",
+        unit="mm",
+        limits=(-1e4, 1e4),
+        usual=(-50.0, 50.0),
+        digits=1,
+        animatable=True,
+        needs=_OF_DOME,
+    )
+    port_thickness: float = _setting(
+        8.0,
+        "Thickness",
+        "Of the port",
+        "housing",
+        unit="mm",
+        limits=(0.0, 1e3),
+        usual=(1.0, 30.0),
+        digits=1,
+        needs=_OF_PORT,
+    )
+    port_glass: str = _setting(
+        "BK7",
+        "Made of",
+        "What the port is made of",
+        "housing",
+        choices={name: (name.capitalize(), glass.source) for name, glass in GLASSES.items()},
+        needs=_OF_PORT,
+        who="researcher",
+    )
+    port_tilt: float = _setting(
+        0.0,
+        "Tilt",
+        "Angle between the normal of a flat port and the axis of the lens",
+        "housing",
+        unit="°",
+        limits=(0.0, 80.0),
+        usual=(0.0, 30.0),
+        digits=1,
+        animatable=True,
+        needs=_OF_FLAT,
+        who="researcher",
+    )
+    port_tilt_towards: float = _setting(
+        0.0,
+        "Leans to",
+        "Where the normal of a flat port leans to: 0 is right in the picture, 90 down",
+        "housing",
+        unit="°",
+        limits=(-360.0, 360.0),
+        digits=1,
+        animatable=True,
+        needs=_OF_FLAT,
+        who="researcher",
+    )
+    lens: str = _setting(
+        "",
+        "Lens",
+        "Distortion of the lens in air, as OpenCV calibrates it: brown:k1,k2,p1,p2,k3 or "
+        "fisheye:k1,k2,k3,k4; empty for none",
+        "housing",
+        who="researcher",
+    )
+    salinity: float = _setting(
+        35.0,
+        "Salinity",
+        "Of the water before the port, for its refractive index",
+        "housing",
+        unit="g/kg",
+        limits=(0.0, 40.0),
+        digits=1,
+        needs=_OF_PORT,
+        who="researcher",
+    )
+    temperature: float = _setting(
+        15.0,
+        "Temperature",
+        "Of the water before the port, for its refractive index",
+        "housing",
+        unit="°C",
+        limits=(0.0, 30.0),
+        digits=1,
+        needs=_OF_PORT,
+        who="researcher",
     )
     sensor: str = _setting(
         "cie1931",

@@ -24,6 +24,7 @@ SECTIONS = {
     "particles": Section("Snow and Bubbles", "Particles that are seen one by one"),
     "sun": Section("Sun and Sky", "The light above the water"),
     "lamps": Section("Lamps", "Lamps, and how much daylight there is beside them"),
+    "housing": Section("Housing", "The port and the lens that the camera looks through"),
     "sensor": Section("Camera Sensor", "The camera, and how its picture is developed"),
     "quality": Section("Quality", "How the water is rendered"),
 }
@@ -47,7 +48,7 @@ class Setting:
         Words that it may be: their labels, and what each means. Empty for any.
     known : str
         What is suggested where any word may be: ``waters``, ``sensors``, ``illuminants``,
-        ``phases``.
+        ``phases``, ``housings``.
     limits, usual : two floats
         What a number may be, and the range of its slider.
     digits : int

@@ -14,6 +14,7 @@ from ..scene.session import is_live
 from ..scene.unheeded import unheeded, unheeded_of_camera
 from ..settings.scene_settings import SETTINGS
 from ..settings.setting import SECTIONS
+from ..uw_spectral.housing.description import NONE
 from . import migration, preferences, presets, previews, property_group, sections, sun_handle
 
 if TYPE_CHECKING:
@@ -344,6 +345,20 @@ class LampsPanel(_SectionPanel, bpy.types.Panel):
                 _say(box, f"{said[0].upper()}{said[1:]}.")
 
 
+class HousingPanel(_SectionPanel, bpy.types.Panel):
+    """The port and the lens that the camera looks through."""
+
+    bl_idname = "UNDERWATER_PT_housing"
+    bl_label = SECTIONS["housing"].title
+    section = "housing"
+
+    @override
+    def after(self, context: bpy.types.Context) -> None:
+        water = _water(context)
+        if water.housing != NONE or water.lens:
+            _say(self.layout, "The viewport shows what there is without; renders have it.")
+
+
 class SensorPanel(_SectionPanel, bpy.types.Panel):
     """The camera's spectral sensitivities and the development."""
 
@@ -519,6 +534,7 @@ CLASSES = (
     ParticlesPanel,
     SunPanel,
     LampsPanel,
+    HousingPanel,
     SensorPanel,
     QualityPanel,
     ReadoutsPanel,

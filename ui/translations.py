@@ -32,6 +32,12 @@ Snow and Bubbles | Schnee und Blasen | Nieve y burbujas | Neige et bulles | 雪�
 Seed | Startwert | Semilla | Graine | シード
 Sun and Sky | Sonne und Himmel | Sol y cielo | Soleil et ciel | 太陽と空
 Lamps | Lampen | Lámparas | Lampes | ランプ
+Housing | Gehäuse | Carcasa | Caisson | ハウジング
+Lens to port | Objektiv bis Scheibe | Del objetivo al puerto | De l’objectif au hublot | レンズからポートまで
+Lens forward | Objektiv voraus | Objetivo hacia delante | Objectif en avant | レンズの前進
+Made of | Aus | Material | Matière | 材質
+Leans to | Neigt sich nach | Se inclina hacia | Penche vers | 傾く方向
+Salinity | Salzgehalt | Salinidad | Salinité | 塩分
 Camera Sensor | Kamerasensor | Sensor de la cámara | Capteur de la caméra | カメラセンサー
 Quality | Qualität | Calidad | Qualité | 品質
 Read-outs | Ablesungen | Lecturas | Relevés | 測定値

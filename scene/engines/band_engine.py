@@ -50,13 +50,15 @@ def _same_noise(_: int, __: int) -> None:
 class BandEngine:
     """Water in a scene, ready to be rendered.
 
-    ``passes`` are the bands of each pass; ``frame`` readies the current frame; ``draw`` sets
-    seed and samples of the passes that follow.
+    ``passes`` are the bands of each pass; ``frame`` readies the current frame; ``depth`` renders
+    planar depth of it, m, infinite in open water, with a file beside a path for the moment;
+    ``draw`` sets seed and samples of the passes that follow.
     """
 
     passes: list[tuple[int, ...]]
     notes: list[str]
     frame: ReadyFrame
+    depth: Callable[[Path], NDArray[np.float64]]
     draw: Callable[[int, int], None] = _same_noise
 
 

@@ -21,6 +21,7 @@ from ..water.closed_form_water import MOST_BANDS, ClosedFormWater
 from ..water.shade import Kept
 from . import eevee_settings
 from .band_engine import BandEngine, Opening, RenderPass, Weights
+from .eevee_layers import depth_map
 from .exr_output import write_float_exr
 
 
@@ -89,6 +90,6 @@ def closed_form(
 
                 return render
 
-            yield BandEngine(passes, notes, frame)
+            yield BandEngine(passes, notes, frame, lambda path: depth_map(scene, path))
     finally:
         scene_water.remove(scene)

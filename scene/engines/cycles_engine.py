@@ -17,7 +17,7 @@ from ...uw_spectral.errors import InputError
 from ...uw_spectral.imaging.layers import parse_layers
 from ...uw_spectral.spectra.spectral_image import read_exr, write_rgb_exr
 from ..materials import band_colors
-from ..seen import waterline
+from ..seen import cameras, waterline
 from ..seen.lamps import plan_lamps
 from ..seen.surroundings import Ground
 from ..water import (
@@ -32,7 +32,7 @@ from ..water.cycles_phase import cycles_phases
 from ..water.pass_values import PassValues
 from ..water.shade import Kept
 from ..water.water_body import WaterExtent
-from . import cycles_settings, denoising_guides
+from . import cycles_layers, cycles_settings, denoising_guides
 from .band_engine import BandEngine, Engine, Opening, RenderPass, Weights
 from .cycles_layers import CyclesLayers
 from .exr_output import write_float_exr
@@ -109,8 +109,10 @@ def cycles_bands(
                     )
 
                 split = above and waterline.splits(scene, camera)
-                # Rays begin at the glass where the waterline is on it.
-                camera.data.clip_start = waterline.PORT if split else clip_start
+                # Rays begin at the glass where the waterline is on it, or at the port.
+                camera.data.clip_start = (
+                    waterline.PORT if split else max(clip_start, cameras.before_water(camera))
+                )
 
                 def bend(both: NDArray[np.float32]) -> NDArray[np.float32]:
                     index = now.column.refractive_index
@@ -136,14 +138,17 @@ def cycles_bands(
                     shared = _sharing(indices, now.passes)
                     if len(shared) == 1:
                         return draw_bands(indices, path)
-                    return _draw_apart(shared, path, draw_bands)
+                    return draw_apart(shared, path, draw_bands)
 
                 return render
 
             def draw(part_seed: int, samples: int) -> None:
                 scene.cycles.seed, scene.cycles.samples = part_seed, samples
 
-            yield BandEngine(plan.passes, notes, frame, draw)
+            def depth(path: Path) -> NDArray[np.float64]:
+                return cycles_layers.depth_map(scene, path)
+
+            yield BandEngine(plan.passes, notes, frame, depth, draw)
     finally:
         scene_water.remove(scene)
 
@@ -154,10 +159,19 @@ def _sharing(bands: tuple[int, ...], passes: Sequence[tuple[int, ...]]) -> list[
     return [part for part in parts if part]
 
 
-def _draw_apart(
+def draw_apart(
     parts: Sequence[tuple[int, ...]], path: Path, draw: RenderPass
 ) -> FrameLayers | None:
-    """Render parts of a pass by themselves and put them into one file."""
+    """Render parts of a pass by themselves and put them into one file.
+
+    Parameters
+    ----------
+    parts : sequence of tuple of int
+        The bands of each.
+    path : Path
+    draw : callable
+        Renders a part.
+    """
     channels, layers = [], []
     for part in parts:
         found = draw(part, path)

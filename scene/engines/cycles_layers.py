@@ -148,6 +148,11 @@ def _text(name: str) -> str:
     return UNTOUCHED if name == UNTOUCHED else f"{layer(name).text}; {_NOTES[name]}"
 
 
+def depth_map(scene: bpy.types.Scene, path: Path) -> NDArray[np.float64]:
+    """Render planar depth, m, infinite in open water; beside a file one is written for it."""
+    return geometry_layers.depth_map(scene, lambda: _one_sample(scene), path)
+
+
 @contextlib.contextmanager
 def _dry(scene: bpy.types.Scene, wanted: Sequence[tuple[Any, str, Any]]) -> Iterator[object]:
     """Leave surface and volume of the water out of renders while the block runs."""

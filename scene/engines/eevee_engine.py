@@ -29,7 +29,7 @@ from ..water.shade import Kept
 from ..water.water_body import WaterExtent
 from . import closed_form_engine, eevee_settings
 from .band_engine import BandEngine, Engine, Opening, RenderPass, Weights
-from .eevee_layers import EeveeLayers
+from .eevee_layers import EeveeLayers, depth_map
 from .exr_output import write_float_exr
 
 _FEW_PIXELS = 8
@@ -93,7 +93,7 @@ def eevee_bands(
 
             return render
 
-        yield BandEngine(passes, notes, frame)
+        yield BandEngine(passes, notes, frame, lambda path: depth_map(scene, path))
 
 
 @contextlib.contextmanager
@@ -152,7 +152,7 @@ def eevee_realtime(
 
             return render
 
-        yield BandEngine(picture_passes_of(plan), notes, frame)
+        yield BandEngine(picture_passes_of(plan), notes, frame, lambda path: depth_map(scene, path))
 
 
 def _scale(white: NDArray[np.float64]) -> NDArray[np.float64]:

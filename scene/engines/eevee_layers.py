@@ -174,6 +174,11 @@ class EeveeLayers:
         return FrameLayers(found)
 
 
+def depth_map(scene: bpy.types.Scene, path: Path) -> NDArray[np.float64]:
+    """Render planar depth, m, infinite in open water; beside a file one is written for it."""
+    return geometry_layers.depth_map(scene, lambda: _one_sample(scene), path)
+
+
 @contextlib.contextmanager
 def _one_sample(scene: bpy.types.Scene) -> Iterator[object]:
     settings = [

@@ -64,8 +64,7 @@ def geometry_layers(
     switches = {"use_pass_z"}.union(*(_SWITCHES.get(name, ()) for name in wanted))
     with one_sample(), switched_on(rendered_layer(scene), sorted(switches)):
         passes = render_passes(scene, beside)
-    depth = passes["Depth"][..., 0].astype(np.float64)
-    depth[depth > _NOTHING] = np.inf
+    depth = _depth(passes)
     distances = euclidean_range(depth, view)
     found: dict[str, NDArray[Any]] = {RANGE: distances, PLANAR: depth}
     header: dict[str, Any] = {
@@ -93,6 +92,18 @@ def geometry_layers(
             header[f"{name}s"] = {str(n): text for n, text in enumerate(names, start=1)}
     layers = {name: as_layer(name, found[name]) for name in (RANGE, *wanted) if name in found}
     return FrameLayers(layers, header)
+
+
+def depth_map(scene: bpy.types.Scene, one_sample: OneSample, beside: Path) -> NDArray[np.float64]:
+    """Render planar depth, m, infinite where nothing is seen."""
+    with one_sample(), switched_on(rendered_layer(scene), ["use_pass_z"]):
+        return _depth(render_passes(scene, beside))
+
+
+def _depth(passes: Passes) -> NDArray[np.float64]:
+    depth = passes["Depth"][..., 0].astype(np.float64)
+    depth[depth > _NOTHING] = np.inf
+    return depth
 
 
 def cryptomatte_layers(scene: bpy.types.Scene, passes: Passes) -> FrameLayers:

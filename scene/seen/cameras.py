@@ -12,6 +12,14 @@ from numpy.typing import NDArray
 
 from ...uw_spectral.errors import InputError
 
+PORT_DISTANCE = "uw_port"
+"""Property of a camera that looks through a port: where the water begins, m along its axis."""
+
+
+def before_water(camera: bpy.types.Object | None) -> float:
+    """Return how far from a camera the water begins, m along its axis; 0 without a port."""
+    return 0.0 if camera is None else float(camera.get(PORT_DISTANCE, 0.0))
+
 
 def find_camera(scene: bpy.types.Scene, name: str | None) -> bpy.types.Object:
     """Return the named camera, or the scene's own.

@@ -11,6 +11,9 @@ from ...uw_spectral.errors import InputError
 from .cameras import turn_of
 from .picture_size import rendered_size
 
+SENSOR = 36.0
+"""Width of the sensor of cameras that are given intrinsics, mm."""
+
 
 def require_pinhole(camera: bpy.types.Object) -> None:
     """Refuse a camera that has no calibration matrix.
@@ -43,6 +46,28 @@ def pinhole_of(scene: bpy.types.Scene, camera: bpy.types.Object) -> PinholeCamer
     (left, bottom), (right, top) = corners.min(axis=0), corners.max(axis=0)
     fx, fy = width / (right - left), height / (top - bottom)
     return PinholeCamera(width, height, fx, fy, -left * fx, top * fy)
+
+
+def set_pinhole(
+    data: bpy.types.Camera,
+    size: tuple[int, int],
+    focal: tuple[float, float],
+    centre: tuple[float, float],
+) -> None:
+    """Give a camera intrinsics in pixels, for pictures of a size whose pixels are as they say.
+
+    Parameters
+    ----------
+    data : Camera
+    size, focal, centre : two numbers
+        Width and height, focal lengths, principal point.
+    """
+    (width, height), (fx, fy), (cx, cy) = size, focal, centre
+    data.type, data.sensor_fit, data.sensor_width = "PERSP", "HORIZONTAL", SENSOR
+    data.lens = SENSOR * fx / width
+    # Shifts count in widths of the picture; a pixel may be higher than wide.
+    data.shift_x = (width / 2 - cx) / width
+    data.shift_y = (cy - height / 2) / width * (fx / fy)
 
 
 def pose_of(camera: bpy.types.Object) -> NDArray[np.float64]:

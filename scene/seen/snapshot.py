@@ -58,6 +58,8 @@ class Snapshot:
         Of that floor, linear Rec.709.
     frame : four floats
         Left, bottom, width and height of the picture of an orthographic camera, m; zero of others.
+    port : float
+        Distance from the camera along its axis at which the water begins, m; 0 without a port.
     """
 
     reflectances: Mapping[str, NDArray[np.float64]] = field(default_factory=dict)
@@ -69,3 +71,4 @@ class Snapshot:
     seabed: float | None = None
     seabed_colour: tuple[float, float, float] = (0.5, 0.5, 0.5)
     frame: tuple[float, ...] = (0.0, 0.0, 0.0, 0.0)
+    port: float = 0.0

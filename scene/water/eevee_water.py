@@ -121,7 +121,10 @@ def eevee_water(
     kinds = realtime_materials.kinds(contents.materials(scene))
     seabed = continued_seabed.depth_of(ground) if continues else None
     cover = _cover(scene, eye, around or kept.looked, over, kept.picture) if shades else None
-    seen = Snapshot(reflectances, shaded, cover, shining, eye.from_air, kinds, seabed)
+    seen = Snapshot(
+        reflectances, shaded, cover, shining, eye.from_air, kinds, seabed,
+        port=cameras.before_water(eye.camera),
+    )  # fmt: skip
     if ground is not None:
         seen = replace(seen, seabed_colour=ground.colour)
     frame = cameras.orthographic_frame(scene, eye.camera)

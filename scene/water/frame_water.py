@@ -238,6 +238,8 @@ class RealtimeWater:
         if "reflectance" in shape.layers:
             columns = self.channels.fold(self.channels.reflectance.T)
             channels |= dict(zip(realtime_values.REFLECTANCE, columns, strict=True))
+        if shape.port:
+            single[realtime_values.PORT] = self.seen.port
         if self.seen.above is not None:
             in_air = light_in_air(column)
             channels |= _in_air(self.channels, in_air)
@@ -345,7 +347,7 @@ def realtime_water(
         above=seen.above is not None, mirrors=seen.kinds.mirrors,
         translucent=seen.kinds.translucent, filters=seen.kinds.filters,
         glows=seen.kinds.glows, highlights=seen.kinds.highlights,
-        measured=len(seen.reflectances),
+        measured=len(seen.reflectances), port=seen.port > 0.0,
     )  # fmt: skip
     around_lamps = lamps.around
     if lamps.lamps and around_lamps is None:

@@ -15,6 +15,7 @@ from ...node_groups import (
     realtime_filter,
     realtime_highlights,
     realtime_lamps,
+    realtime_rays,
     realtime_refraction,
     realtime_shade,
     realtime_surface,
@@ -24,6 +25,7 @@ from ...node_groups import (
     realtime_waves,
     uplift,
 )
+from ...node_groups.realtime_values import PORT
 from ...node_groups.realtime_water import Sources, layout_of
 from ...uw_spectral.errors import InputError
 from ...uw_spectral.lamps.grouping import grouped
@@ -93,6 +95,8 @@ def add_realtime(scene: bpy.types.Scene, water: RealtimeWater, extent: WaterExte
     shining = water.seen.lamps.objects
     lit = _lamp_images(water) if shining else None
     rays = realtime_refraction.build(values, images) if shape.above else None
+    if shape.port:
+        rays = realtime_rays.build_port(values, PORT)
     sources = Sources(values, table, shade, cover, lit, images, rays)
     surface = realtime_surface.build(shape, sources)
     keeping = realtime_surface.build(shape, sources, keeps=True) if water.keeps_closures else None

@@ -7,7 +7,6 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..surface.refraction import fresnel_reflectance
 from .camera import LensCamera
 from .media import SeaWater
 from .port import Port
@@ -108,13 +107,9 @@ class Housing:
         Radiance in air is that in the water times this over n², the square of the water's index.
         """
         given, nm = _together(pixels, wavelength)
-        glass, water = self._indices(nm)
         directions = self.camera.directions(given, nm)
         along, across, _ = _split(directions, self.port.axis)
-        inner, outer = self.port.incidence(np.arctan2(across, along), glass)
-        passed = (1.0 - fresnel_reflectance(inner, glass)) * (
-            1.0 - fresnel_reflectance(outer, water / glass)
-        )
+        passed = self.port.transmittance(np.arctan2(across, along), *self._indices(nm))
         return np.where(np.isfinite(self.ray_in_water(given, nm)[0]).all(axis=-1), passed, np.nan)
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import Protocol
 
 import numpy as np
@@ -21,6 +21,11 @@ _EXACT = 1e-13  # of a normalised image coordinate: below a billionth of a pixel
 
 class Lens(Protocol):
     """Maps directions to normalised image coordinates, which times focal length are pixels."""
+
+    @property
+    def numbers(self) -> dict[str, float]:
+        """Its coefficients by name."""
+        ...
 
     def image(self, directions: ArrayLike) -> Array:
         """Normalised image coordinates, shape (..., 2), of directions, shape (..., 3).
@@ -78,6 +83,11 @@ class BrownConrady:
     def __post_init__(self) -> None:
         if not all(map(math.isfinite, (self.k1, self.k2, self.p1, self.p2, self.k3))):
             raise InputError("lens: distortion is five finite numbers k1, k2, p1, p2, k3")
+
+    @property
+    def numbers(self) -> dict[str, float]:
+        """As of :class:`Lens`."""
+        return asdict(self)
 
     @functools.cached_property
     def _farthest(self) -> float:
@@ -165,6 +175,11 @@ class KannalaBrandt:
     def __post_init__(self) -> None:
         if not all(map(math.isfinite, self._coefficients)):
             raise InputError("lens: a fisheye's k1, k2, k3, k4 must be finite")
+
+    @property
+    def numbers(self) -> dict[str, float]:
+        """As of :class:`Lens`."""
+        return asdict(self)
 
     @property
     def _coefficients(self) -> tuple[float, ...]:

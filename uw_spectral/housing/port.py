@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import InputError
+from ..surface.refraction import fresnel_reflectance
 from .media import GLASSES, Glass
 
 Array = NDArray[np.float64]
@@ -29,7 +30,10 @@ _FORWARD = (0.0, 0.0, 1.0)
 class Port(Protocol):
     """A port in the axes of the camera, its pupil at the origin, lengths in m."""
 
-    glass: Glass
+    @property
+    def glass(self) -> Glass:
+        """What it is made of."""
+        ...
 
     @property
     def axis(self) -> Array:
@@ -58,8 +62,8 @@ class Port(Protocol):
         """Angle in air of the ray that reaches a point in the water; NaN if none does."""
         ...
 
-    def incidence(self, angle: Array, glass: Array) -> tuple[Array, Array]:
-        """Cosines to the normals: in air at the inner face, in the glass at the outer."""
+    def transmittance(self, angle: Array, glass: Array, water: Array) -> Array:
+        """Share of the light that both faces let through, by the angle to the axis in air."""
         ...
 
     def passes(self, points: Array) -> NDArray[np.bool_]:
@@ -169,13 +173,53 @@ class FlatPort:
                 break
         return np.arctan(tangent)
 
-    def incidence(self, angle: Array, glass: Array) -> tuple[Array, Array]:
+    def transmittance(self, angle: Array, glass: Array, water: Array) -> Array:
         """As of :class:`Port`."""
-        return np.cos(angle), np.sqrt(1.0 - (np.sin(angle) / glass) ** 2)
+        outer = np.sqrt(1.0 - (np.sin(angle) / glass) ** 2)
+        return _through_faces(np.cos(angle), outer, glass, water)
 
     def passes(self, points: Array) -> NDArray[np.bool_]:
         """As of :class:`Port`: the window has no frame."""
         return np.isfinite(points).all(axis=-1)
+
+
+@dataclass(frozen=True)
+class NoPort:
+    """Nothing between the lens and the water: what the lens sees is as it was calibrated."""
+
+    glass: Glass = field(default_factory=lambda: Glass.of_index(1.0))
+
+    @property
+    def axis(self) -> Array:
+        """As of :class:`Port`."""
+        return np.array(_FORWARD)
+
+    def leaving(self, angle: Array, glass: Array, water: Array) -> tuple[Array, Array, Array]:
+        """As of :class:`Port`: rays begin at the pupil and are not bent."""
+        here = np.zeros(np.broadcast(angle, glass, water).shape)
+        return here, here, angle + here
+
+    def angle_towards(self, along: Array, across: Array, glass: Array, water: Array) -> Array:
+        """As of :class:`Port`."""
+        angle = np.arctan2(across, along)
+        return angle + np.zeros(np.broadcast(angle, glass, water).shape)
+
+    def transmittance(self, angle: Array, glass: Array, water: Array) -> Array:
+        """As of :class:`Port`."""
+        return np.ones(np.broadcast(angle, glass, water).shape)
+
+    def passes(self, points: Array) -> NDArray[np.bool_]:
+        """As of :class:`Port`."""
+        return np.isfinite(points).all(axis=-1)
+
+
+def _through_faces(inner: Array, outer: Array, glass: Array, water: Array) -> Array:
+    """Share of light that two faces let through, by the cosines at them in air and glass."""
+    into_air, into_glass = (
+        fresnel_reflectance(inner, glass),
+        fresnel_reflectance(outer, water / glass),
+    )
+    return (1.0 - into_air) * (1.0 - into_glass)
 
 
 def _slope(tangent: Array, index: Array) -> tuple[Array, Array]:
@@ -286,11 +330,12 @@ class DomePort:
                 break
         return np.where(np.isfinite(far), angle, np.nan)
 
-    def incidence(self, angle: Array, glass: Array) -> tuple[Array, Array]:
+    def transmittance(self, angle: Array, glass: Array, water: Array) -> Array:
         """As of :class:`Port`."""
         invariant = self.offset * np.sin(angle)
         inner, outer = invariant / self.inner_radius, invariant / (glass * self.radius)
-        return np.sqrt(1.0 - inner * inner), np.sqrt(1.0 - outer * outer)
+        cosines = np.sqrt(1.0 - inner * inner), np.sqrt(1.0 - outer * outer)
+        return _through_faces(*cosines, glass, water)
 
     def passes(self, points: Array) -> NDArray[np.bool_]:
         """As of :class:`Port`: within the half angle."""

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from ..errors import InputError
 from .camera import LensCamera
 from .housing import Housing
+from .lens import BrownConrady
 
 Array = NDArray[np.float64]
 
@@ -18,6 +19,7 @@ _WIDEST = 80.0  # degrees from the axis that a pinhole picture may hold
 _CUSHION = 3  # pixels around what is needed, for sampling
 _GRID = 33
 _EVERYWHERE = 1e9  # m: as good as infinity
+_ROUNDS = 8
 
 
 @dataclass(frozen=True)
@@ -76,6 +78,8 @@ def field_needed(
     nearest: float,
     wavelengths: ArrayLike,
     position: tuple[float, float, float] | None = None,
+    *,
+    finest: bool = True,
 ) -> PinholeView:
     """Return the pinhole picture that holds all that a picture through the port shows.
 
@@ -88,6 +92,9 @@ def field_needed(
         nm, all that are warped.
     position : three floats, optional
         Of the pinhole; :func:`viewpoint` by default.
+    finest : bool
+        Whether its pixels are as small as the smallest of the picture; else as small as these are
+        on average, and square.
 
     Raises
     ------
@@ -116,21 +123,37 @@ def field_needed(
             f"picture holds {_WIDEST:g}° at most: take a longer focal length"
         )
     x, y = offsets[:, 0] / offsets[:, 2], offsets[:, 1] / offsets[:, 2]
-    # As fine as the picture through the port where that is finest.
-    fx, fy = _finest(grid, origins, w, placed)
+    fx, fy = _focal_lengths(grid, origins, w, placed, finest=finest)
     left, top = (math.floor(value * f) - _CUSHION for value, f in ((x.min(), fx), (y.min(), fy)))
     right, bottom = (math.ceil(v * f) + _CUSHION for v, f in ((x.max(), fx), (y.max(), fy)))
     camera = LensCamera(right - left, bottom - top, fx, fy, float(-left), float(-top))
     return PinholeView(camera, placed)
 
 
+def water_begins(housing: Housing, view: PinholeView, wavelength: float = 550.0) -> float:
+    """Distance from a pinhole along its axis to where the water begins, mean of the picture, m.
+
+    What the pinhole's rays have before them there is no water of the picture's.
+
+    Examples
+    --------
+    >>> from underwater_spectral.uw_spectral.housing import FlatPort
+    >>> camera = LensCamera(1920, 1080, 1400.0, 1400.0, 960.0, 540.0)
+    >>> housing = Housing(camera, FlatPort(0.03, 0.008))
+    >>> round(water_begins(housing, field_needed(housing, 0.1, [550.0])), 3)
+    0.05
+    """
+    origins, _ = housing.ray_in_water(_grid(housing.camera), wavelength)
+    return float(np.nanmean(origins[..., 2]) - view.position[2])
+
+
 def intrinsics_in_water(
-    housing: Housing, wavelength: float, distance: float = 2.0
+    housing: Housing, wavelength: float, distance: float = 2.0, *, distorted: bool = False
 ) -> tuple[PinholeView, float]:
     """Return the pinhole that a camera in its housing resembles most, and how well.
 
-    Software that knows no ports takes it for the camera. Its picture has the size of the camera's;
-    lens distortion and what the port adds to it are what does not fit.
+    Software that knows no ports takes it for the camera: what a calibration in water finds. Its
+    picture has the size of the camera's; what it cannot hold of lens and port is the error.
 
     Parameters
     ----------
@@ -139,6 +162,8 @@ def intrinsics_in_water(
         nm.
     distance : float
         Of things from the port, m, at which it fits best.
+    distorted : bool
+        Whether it has a lens of Brown and Conrady's five coefficients.
 
     Returns
     -------
@@ -169,19 +194,46 @@ def intrinsics_in_water(
     slopes = offsets[:, :2] / offsets[:, 2:]
     (fx, cx), (fy, cy) = (np.polyfit(slopes[:, i], pixels[:, i], 1).tolist() for i in (0, 1))
     camera = LensCamera(housing.camera.width, housing.camera.height, fx, fy, cx, cy)
+    if distorted:
+        camera = _with_distortion(camera, slopes, pixels)
     missed = camera.project(offsets) - pixels
-    return PinholeView(camera, position), float(np.sqrt((missed**2).sum(axis=-1).mean()))
+    return PinholeView(camera, position), float(np.sqrt(np.nanmean((missed**2).sum(axis=-1))))
 
 
-def _finest(
-    grid: Array, origins: Array, w: Array, position: tuple[float, float, float]
+def _with_distortion(camera: LensCamera, slopes: Array, pixels: Array) -> LensCamera:
+    """Fit intrinsics and distortion together, by Gauss and Newton's method."""
+    x, y = slopes.T
+    r2 = x * x + y * y
+    values = np.array([camera.fx, camera.fy, camera.cx, camera.cy, *[0.0] * 5])
+    zero, one = np.zeros_like(x), np.ones_like(x)
+    # Of the image coordinates by k1, k2, p1, p2, k3, which they are linear in.
+    bent = np.stack([
+        np.stack([x * r2, x * r2**2, 2 * x * y, r2 + 2 * x * x, x * r2**3], axis=-1),
+        np.stack([y * r2, y * r2**2, r2 + 2 * y * y, 2 * x * y, y * r2**3], axis=-1),
+    ])  # fmt: skip
+    for _ in range(_ROUNDS):
+        u, v = slopes.T + bent @ values[4:]
+        missed = pixels.T - (values[0] * u + values[2], values[1] * v + values[3])
+        by_x = np.column_stack([u, zero, one, zero, values[0] * bent[0]])
+        by_y = np.column_stack([zero, v, zero, one, values[1] * bent[1]])
+        step, *_ = np.linalg.lstsq(np.concatenate([by_x, by_y]), missed.ravel(), rcond=None)
+        values = values + step
+    fx, fy, cx, cy, *lens = values.tolist()
+    return LensCamera(camera.width, camera.height, fx, fy, cx, cy, BrownConrady(*lens))
+
+
+def _focal_lengths(
+    grid: Array, origins: Array, w: Array, position: tuple[float, float, float], *, finest: bool
 ) -> tuple[float, float]:
-    """Focal lengths, pixels, with which no pixel of the picture is larger in the pinhole's."""
+    """Focal lengths, pixels, with which pixels in the pinhole's picture are as fine."""
     far = origins + _EVERYWHERE * w - position
     image = far[..., :2] / far[..., 2:]
     across = np.diff(grid[0, :, 0]) / np.hypot(*np.moveaxis(np.diff(image, axis=-2), -1, 0))
     down = np.diff(grid[:, 0, 1])[:, None] / np.hypot(*np.moveaxis(np.diff(image, axis=-3), -1, 0))
-    return float(np.nanmax(across)), float(np.nanmax(down))
+    if finest:
+        return float(np.nanmax(across)), float(np.nanmax(down))
+    mean = float(np.exp(0.5 * (np.nanmean(np.log(across)) + np.nanmean(np.log(down)))))
+    return mean, mean
 
 
 def _grid(camera: LensCamera) -> Array:

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .housing import Housing
-from .port import DomePort, FlatPort
+from .port import DomePort, FlatPort, NoPort
 
 Array = NDArray[np.float64]
 
@@ -45,6 +45,8 @@ def focus_distance(housing: Housing, distance: ArrayLike, wavelength: ArrayLike)
     0.393
     """
     port = housing.port
+    if isinstance(port, NoPort):
+        return np.asarray(distance, dtype=np.float64) * np.ones_like(np.asarray(wavelength, float))
     if isinstance(port, FlatPort):
         faces, pupil = (np.inf, np.inf), port.distance
         thickness = port.thickness
@@ -62,3 +64,29 @@ def focus_distance(housing: Housing, distance: ArrayLike, wavelength: ArrayLike)
         seen_in_glass = glass / outer
         inner = glass / (seen_in_glass + thickness) + (glass - 1.0) / faces[1]
         return pupil + 1.0 / inner
+
+
+def defocus_factor(housing: Housing, distance: float, wavelength: float) -> float:
+    """How much larger discs of defocus are than without a port, by the aperture alone.
+
+    A thing is blurred by the difference of the inverse distances of its image and of the focus,
+    and the port changes these; close to the index of water for any port.
+
+    Parameters
+    ----------
+    housing : Housing
+    distance : float
+        Of the focus from the pupil, m, in water.
+    wavelength : float
+        nm.
+
+    Examples
+    --------
+    >>> from underwater_spectral.uw_spectral.housing import FlatPort, LensCamera
+    >>> camera = LensCamera(1920, 1080, 1400.0, 1400.0, 960.0, 540.0)
+    >>> round(defocus_factor(Housing(camera, FlatPort(0.001, 0.0)), 2.0, 550.0), 2)
+    1.34
+    """
+    ends = np.array([distance, 2.0 * distance])
+    near, far = 1.0 / focus_distance(housing, ends, wavelength)
+    return float((near - far) / (1.0 / ends[0] - 1.0 / ends[1]))

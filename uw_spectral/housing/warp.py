@@ -212,7 +212,8 @@ def sample(picture: ArrayLike, places: Array, sampling: Sampling = "cubic") -> A
     places : array, shape (..., 2)
         Beyond the outermost pixels' centres these are repeated.
     sampling : str
-        ``"cubic"`` is Catmull and Rom's.
+        ``"cubic"`` is Catmull and Rom's, which is kept between the least and the most of the 16
+        pixels that it is made of: beside something bright nothing becomes negative.
 
     Examples
     --------
@@ -232,12 +233,16 @@ def sample(picture: ArrayLike, places: Array, sampling: Sampling = "cubic") -> A
     shift = -1 if sampling == "cubic" else 0
     across, down = (weights(at[..., axis] - first[..., axis]) for axis in (0, 1))
     found = np.zeros(places.shape[:-1] + values.shape[2:])
+    least, most = np.full(found.shape, np.inf), np.full(found.shape, -np.inf)
     extra = (1,) * (values.ndim - 2)
     for row, share_down in enumerate(down, shift):
         for column, share_across in enumerate(across, shift):
             share = (share_down * share_across).reshape(known.shape + extra)
-            found += share * _pixels(values, first[..., 0] + column, first[..., 1] + row)
-    return _masked(found, known)
+            here = _pixels(values, first[..., 0] + column, first[..., 1] + row)
+            found += share * here
+            np.minimum(least, here, out=least)
+            np.maximum(most, here, out=most)
+    return _masked(found.clip(least, most), known)
 
 
 def _masked(found: Array, known: NDArray[np.bool_]) -> Array:

@@ -182,6 +182,8 @@ class ShadeTable:
         inner = slice(_RING, -_RING)
         mean, share = np.moveaxis(self.texels[:PATCHES, inner, inner, inner, :2], -1, 0)
         lit = mean > _DARK * mean.max(axis=(1, 2, 3), keepdims=True)
+        if not lit.any():  # as in water that scatters nothing, whose patches face no sun
+            return np.ones((len(_USUAL), len(self.spectrum)))
         found = np.quantile(share[lit] / mean[lit], _USUAL)
         return np.maximum(1.0 + found[:, None] * self.spectrum, _DARK)
 
