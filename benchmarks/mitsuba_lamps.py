@@ -239,7 +239,8 @@ blocks, and the median that noise alone would make.
 {table}
 
 CPU s: photons / Mitsuba. Mitsuba finds the lamp from each scattering, with 1/r²: places near the
-lamp are seldom met and bring much, so that its own scatter tells too little there.
+lamp are seldom met and bring much, so that its own scatter tells too little there. The photons'
+blur is in the differences of blocks too, most across a beam's edge.
 """
 
 
