@@ -2,6 +2,7 @@
 
     python3 dev.py run tools/gallery.py engines       docs/pictures/engines.jpg
     python3 dev.py run tools/gallery.py turntable     docs/pictures/jerlov_types.webp
+    python3 dev.py run tools/gallery.py ports         docs/pictures/ports.jpg
     python3 dev.py run tools/gallery.py night         docs/pictures/night_dive.webp
 
 Passes are kept in out/gallery: a job that was stopped goes on.
@@ -50,6 +51,12 @@ NIGHT = {
     "eevee": ("--engine", "eevee", "--mode", "realtime", "--samples", "8"),
     "cycles": ("--engine", "cycles", "--samples", "32"),
 }
+PORTS = {
+    "no port": (),
+    "flat port": ("--housing", "flat"),
+    "dome": ("--housing", "dome", "--dome-forward", "10"),
+}
+NEAR, WIDE = (0.15, -1.35, -4.45), 80.0
 DEPTH, EYE, TARGET = 5.0, (0.1, -2.4, -4.25), (0.25, 0.0, -4.68)
 
 
@@ -134,6 +141,24 @@ def turntable() -> None:
     )  # fmt: skip
 
 
+def ports() -> None:
+    """Write the corals near by without a port, through a flat one and through a dome."""
+    scene = OUT / "ports.blend"
+    if not scene.exists():
+        build_turntable(OUT / "turntable.blend")
+        camera = bpy.context.scene.camera
+        camera.location, camera.data.angle = NEAR, math.radians(WIDE)
+        bpy.ops.wm.save_as_mainfile(filepath=str(scene), copy=True, compress=True)
+    pictures = []
+    for name, options in PORTS.items():
+        out = OUT / f"port_{name}"
+        render(scene, out, *TURNED, *options, "--water", "jerlov:IB", "--frames", str(SHOWN))
+        picture = Image.open(out / f"{SHOWN:04d}.png").convert("RGB")
+        ImageDraw.Draw(picture).text((8, 6), name, "white", font_size=16)
+        pictures.append(np.asarray(picture))
+    Image.fromarray(np.concatenate(pictures, axis=1)).save(PICTURES / "ports.jpg", quality=84)
+
+
 def night() -> None:
     """Write frames of a night dive as EEVEE draws them in real time, some of Cycles below."""
     scene = OUT / "night.blend"
@@ -149,4 +174,4 @@ def night() -> None:
 
 if __name__ == "__main__":
     for wanted in sys.argv[1:]:
-        {"engines": engines, "turntable": turntable, "night": night}[wanted]()
+        {"engines": engines, "turntable": turntable, "night": night, "ports": ports}[wanted]()
