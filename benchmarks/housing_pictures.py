@@ -208,8 +208,8 @@ Target: mean 1.5.
 ## What a port costs
 CPU seconds of a frame after the first without a port, {_FRAME[0]} × {_FRAME[1]}, and with a port
 over that. EEVEE draws some 8 % more pixels for a flat port, one more sample for depth, and moves
-the picture. Cycles renders each band by itself, which costs where bands share a pass. Measured while
-other programs ran. Target: 1.3.
+the picture; here a flat port shows fewer things. Cycles renders each band by itself, which costs
+where bands share a pass. Measured while other programs ran. Target: 1.3.
 
 | engine | s without | {ports} |
 |---|---|---|---|
