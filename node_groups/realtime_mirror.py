@@ -18,7 +18,8 @@ from .value_fields import ValueFields
 NAME = "UW Mirrored"
 FIELDS = ValueFields(MirroredView, "mirror", dict.fromkeys(("eye", "right", "up", "ahead"), 3))
 """Numbers of the picture; all are 0 where there is none."""
-NO_VIEW = MirroredView(*[(0.0, 0.0, 0.0)] * 4, 0.0, 0.0)
+_NOWHERE = 0.0, 0.0, 0.0
+NO_VIEW = MirroredView(_NOWHERE, _NOWHERE, _NOWHERE, _NOWHERE, 0.0, 0.0)
 _SMALLEST = 4  # texels along a side
 
 

@@ -57,8 +57,8 @@ class MirroredEye:
         of = self.camera
         right = of.fx * x - of.cx * z
         up = of.fy * y - (of.height - of.cy) * z
-        numbers = (tuple(v.tolist()) for v in (self.pose[:3, 3], right, up, -z))
-        return MirroredView(*numbers, float(of.width), float(of.height))
+        eye, right, up, ahead = (tuple(v.tolist()) for v in (self.pose[:3, 3], right, up, -z))
+        return MirroredView(eye, right, up, ahead, float(of.width), float(of.height))
 
     def directions(self, across: Array, down: Array) -> Array:
         """Unit directions at image coordinates, pixels, shape (..., 3)."""
@@ -126,10 +126,10 @@ def _part(eye: MirroredEye, reach: float, spread: float) -> MirroredEye | None:
     top, bottom = _span(down, arrives.any(axis=1))
     # What waves mirror is not sharp: a wider picture has no more pixels than the camera's.
     finer = min(1.0, math.sqrt(of.width * of.height / ((right - left) * (bottom - top))))
-    size = (max(round(n * finer), _FEWEST) for n in (right - left, bottom - top))
-    part = PinholeCamera(
-        *size, of.fx * finer, of.fy * finer, (of.cx - left) * finer, (of.cy - top) * finer
-    )
+    width, height = (max(round(n * finer), _FEWEST) for n in (right - left, bottom - top))
+    fx, fy = of.fx * finer, of.fy * finer
+    cx, cy = (of.cx - left) * finer, (of.cy - top) * finer
+    part = PinholeCamera(width, height, fx, fy, cx, cy)
     return MirroredEye(eye.pose, part)
 
 
