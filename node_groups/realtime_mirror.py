@@ -21,11 +21,12 @@ FIELDS = ValueFields(MirroredView, "mirror", dict.fromkeys(("eye", "right", "up"
 _NOWHERE = 0.0, 0.0, 0.0
 NO_VIEW = MirroredView(_NOWHERE, _NOWHERE, _NOWHERE, _NOWHERE, 0.0, 0.0)
 _SMALLEST = 4  # texels along a side
+_TILES = 2  # the picture, and how near what it shows is to the surface
 
 
 def new_image() -> bpy.types.Image:
     """Make an image in which nothing is."""
-    return number_image(NAME, _SMALLEST, _SMALLEST)
+    return number_image(NAME, _SMALLEST, _TILES * _SMALLEST)
 
 
 def write_picture(
@@ -33,12 +34,11 @@ def write_picture(
 ) -> None:
     """Put a picture, shape (h, w, 3) from the top, and nearness, 1/m, (h, w), into the image."""
     h, w = picture.shape[:2]
-    out = np.zeros((h, w, 4), np.float32)
-    out[..., :3] = picture[::-1]
-    if nearness is not None:
-        out[..., 3] = nearness[::-1]
-    if tuple(image.size) != (w, h):
-        image.scale(w, h)
+    out = np.ones((_TILES, h, w, 4), np.float32)
+    out[0, ..., :3] = picture[::-1]
+    out[1, ..., :3] = 0.0 if nearness is None else nearness[::-1, :, None]
+    if tuple(image.size) != (w, _TILES * h):
+        image.scale(w, _TILES * h)
     image.pixels.foreach_set(np.ravel(out))
     image.update()
 
@@ -71,15 +71,17 @@ def seen_in(
     """
     view = FIELDS.read(graph, values)
 
-    def look(h: Operand, v: Operand) -> bpy.types.NodeOutputs:
-        size = NODES.maximum(view.columns, 1.0), NODES.maximum(view.rows, 1.0)
-        return texel(graph, image, h, v, *size).socket.node.outputs
+    columns, rows = NODES.maximum(view.columns, 1.0), NODES.maximum(view.rows, 1.0)
+
+    def look(h: Operand, v: Operand) -> NodeValue:
+        return texel(graph, image, h, v, columns, float(_TILES) * rows)
+
+    def nearness(h: Operand, v: Operand) -> NodeValue:
+        return graph.components(look(h, v + rows))[0]
 
     if waves:
         level = w[0], w[1], -w[2]
-        h, v, inside = view.found(
-            place, level, down, lambda h, v: graph.term(look(h, v)["Alpha"]), NODES
-        )
+        h, v, inside = view.found(place, level, down, nearness, NODES)
     else:
         h, v, inside = view.place(down, NODES)
-    return MirroredThings(graph.term(look(h, v)["Color"]), inside)
+    return MirroredThings(look(h, v), inside)
