@@ -40,8 +40,9 @@ def build(shape: Shape, sources: Sources) -> bpy.types.ShaderNodeTree:
     ray, y_e = water.along(w), NODES.maximum(y_o - w[2] * P, 0.0)
     path_shade = water.path_shade(found, ray.falling_off(y_e, w), P)
     pixel = ray.open_water(
-        y_o, w, water.sky, water.index, ripples=water.ripples(slope), shade=path_shade
-    )
+        y_o, w, water.sky, water.index, ripples=water.ripples(slope), shade=path_shade,
+        picture=water.picture([e + along * P for e, along in zip(eye, w, strict=True)], w),
+    )  # fmt: skip
     if sources.lamps is not None:
         path = realtime_lamps.build_path(
             sources.lamps, shape.lamp_components, ahead=True, rays=sources.rays

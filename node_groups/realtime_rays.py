@@ -1,7 +1,7 @@
 """What a pixel knows about its ray.
 
 Where view rays may come from the air, or through a port, it is the part of the ray in the water: it
-begins where the surface bends the ray, or at the port.
+begins where the surface bends the ray, or mirrors it, or at the port.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from ..uw_spectral.mathematics import Operand
 from .node_mathematics import NODES, Graph, NodeValue, new_group
 
 _LEAST_COSINE = 1e-4
-_PORT_NAME = "UW Port Rays"
+_PORT_NAME, _MIRRORED_NAME = "UW Port Rays", "UW Mirrored Rays"
 DIRECTION, ORIGIN, DISTANCE, PLACE = "Direction", "Origin", "Distance", "Place"
 
 
@@ -77,8 +77,27 @@ def build_port(values: bpy.types.ShaderNodeTree, distance: str) -> bpy.types.Sha
     """
     tree = new_group(_PORT_NAME)
     graph = Graph(tree)
-    w, eye = straight_direction(graph), eye_place(graph)
+    w = straight_direction(graph)
     start = graph.term(graph.shared(values)[distance]) / _along_axis(graph, w)
+    _write_begun(graph, start)
+    return tree
+
+
+def build_mirrored() -> bpy.types.ShaderNodeTree:
+    """Build the group of rays that begin at the surface, for an eye at a camera's mirror image.
+
+    Those of an eye in the water are as they are.
+    """
+    tree = new_group(_MIRRORED_NAME)
+    graph = Graph(tree)
+    height, down = eye_place(graph)[2], -straight_direction(graph)[2]
+    _write_begun(graph, NODES.maximum(height, 0.0) / NODES.maximum(down, _LEAST_COSINE))
+    return tree
+
+
+def _write_begun(graph: Graph, start: NodeValue) -> None:
+    """Make the outputs of straight rays that begin at a distance from the eye."""
+    w, eye = straight_direction(graph), eye_place(graph)
     found = {
         DIRECTION: graph.vector(*w),
         ORIGIN: graph.vector(*(e + start * part for e, part in zip(eye, w, strict=True))),
@@ -86,7 +105,6 @@ def build_port(values: bpy.types.ShaderNodeTree, distance: str) -> bpy.types.Sha
         PLACE: graph.vector(*drawn_place(graph)),
     }
     write_outputs(graph, found)
-    return tree
 
 
 def write_outputs(graph: Graph, found: Mapping[str, NodeValue]) -> None:

@@ -19,7 +19,7 @@ from ..uw_spectral.transfer.folded_light import RATES, FoldedLight, FoldedNumber
 from ..uw_spectral.transfer.radiance_field import FARTHEST
 from ..uw_spectral.transfer.sky import UNIFORM
 from ..uw_spectral.water.phase import PhaseFunction
-from . import realtime_cover, realtime_lamps, realtime_shade
+from . import realtime_cover, realtime_lamps, realtime_mirror, realtime_shade
 from .node_mathematics import Graph, NodeValue, new_group
 
 NAME = "UW Values"
@@ -122,6 +122,8 @@ class Shape:
         Of the matter of each cloud.
     port : bool
         Whether the camera looks through a port, where the water begins.
+    mirrored_things : bool
+        Whether a picture shows the things that the surface mirrors.
     """
 
     components: tuple[PhaseFunction, ...]
@@ -148,6 +150,7 @@ class Shape:
     measured: int = 0
     clouds: tuple[PhaseFunction, ...] = ()
     port: bool = False
+    mirrored_things: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -183,6 +186,7 @@ def single_names(shape: Shape) -> list[str]:
     names += realtime_cover.FIELDS.names if shape.covers else ()
     names += _ABOVE if shape.above else ()
     names += (PORT,) if shape.port else ()
+    names += realtime_mirror.FIELDS.names if shape.mirrored_things else ()
     names += realtime_lamps.NUMBERS if shape.lamps else ()
     names += _of_clouds(shape, single=True)
     return names + [_of_zone(field, i) for i in range(shape.zones) for field in ZONE]

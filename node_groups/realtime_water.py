@@ -17,12 +17,14 @@ from ..uw_spectral.transfer.channel_pixel import (
     ChannelPixel,
     ChannelWater,
     LightLeft,
+    MirroredPicture,
+    MirroredThings,
     ShadeOnPath,
 )
 from ..uw_spectral.transfer.radiance_field import Ripples
 from ..uw_spectral.transfer.sky import UNIFORM, Sky
 from ..uw_spectral.transfer.sun_beam import half_angle2
-from . import realtime_cover
+from . import realtime_cover, realtime_mirror
 from .node_mathematics import NODES, Graph, NodeValue
 from .realtime_lamps import LampImages
 from .realtime_rays import straight_direction
@@ -59,7 +61,10 @@ class Sources:
     shade, cover, lamps : Image, optional
     waves : WaveImages, optional
     rays : ShaderNodeTree, optional
-        Of :mod:`.realtime_refraction`, if the camera may be in the air.
+        Of :mod:`.realtime_refraction`, if the camera may be in the air, or of
+        :mod:`.realtime_rays`.
+    mirrored : Image, optional
+        Of things that the surface mirrors.
     """
 
     values: bpy.types.ShaderNodeTree
@@ -69,6 +74,7 @@ class Sources:
     lamps: LampImages | None = None
     waves: WaveImages | None = None
     rays: bpy.types.ShaderNodeTree | None = None
+    mirrored: bpy.types.Image | None = None
 
 
 def layout_of(shape: Shape) -> Layout:
@@ -141,6 +147,21 @@ class PixelWater:
         if self._sources.cover is None:
             return None
         return realtime_cover.around(self.graph, self.values.outputs, self._sources.cover, point)
+
+    def picture(self, place: Sequence[NodeValue], w: Sequence[NodeValue]) -> MirroredPicture | None:
+        """Return the look-up of things that the surface mirrors, if there is any.
+
+        A ray along ``w`` meets the surface at ``place``.
+        """
+        image = self._sources.mirrored
+        if image is None:
+            return None
+
+        def seen(down: Sequence[Operand]) -> MirroredThings:
+            values, waves = self.values.outputs, self.shape.waves
+            return realtime_mirror.seen_in(self.graph, values, image, place, w, down, waves=waves)
+
+        return seen
 
     def path_shade(
         self,

@@ -236,6 +236,15 @@ class SceneSettings:
             WAVES: ("Waves", "Waves by the wind, and their caustics"),
         },
     )
+    mirrored_things: bool = _setting(
+        True,
+        "Mirrored things",
+        "Show things near the surface mirrored in it, seen from below; where none are, it costs "
+        "nothing",
+        "waves",
+        needs={"surface": ("flat", WAVES)},
+        engine="eevee",
+    )
     wind_speed: float = _setting(
         5.0,
         "Wind",

@@ -27,10 +27,11 @@ from ..water import continued_seabed, frame_water, moving_surface, realtime, sce
 from ..water.eevee_water import Eye, eevee_water
 from ..water.shade import Kept
 from ..water.water_body import WaterExtent
-from . import closed_form_engine, eevee_settings
+from . import closed_form_engine, eevee_settings, mirrored_picture
 from .band_engine import BandEngine, Engine, Opening, RenderPass, Weights
 from .eevee_layers import EeveeLayers, depth_map
 from .exr_output import write_float_exr
+from .mirrored_picture import MirroredPictures
 
 _FEW_PIXELS = 8
 _DARKEST = 1e-20  # of the brightest: what is multiplied stays in single precision
@@ -56,7 +57,8 @@ def eevee_bands(
     passes = band_passes_of(plan)
     layers = _layers(scene, camera, plan, eyes, by_band=True)
     kept = kept or Kept(of_job=True)
-    water_of = _waters(scene, camera, eyes, kept)
+    mirrored = MirroredPictures(scene, camera, kept)
+    water_of = _waters(scene, camera, eyes, kept, mirrored)
     drawn = () if layers is None else layers.drawn
 
     def scale_of(now: RenderPlan, camera_depth: float) -> np.ndarray:
@@ -73,6 +75,7 @@ def eevee_bands(
     first_pass = part_of(water_of(plan, depth), passes[0], scale_of(plan, depth))
     with _eevee(scene, camera, first_pass, extent, plan.settings.samples, froxels) as notes:
         notes += continued_seabed.notes(plan, kept.ground)
+        notes += mirrored_picture.notes(camera, plan, eyes)
 
         def frame(now: RenderPlan, camera_depth: float, _: Weights | None = None) -> RenderPass:
             water, scale = water_of(now, camera_depth), scale_of(now, camera_depth)
@@ -80,6 +83,7 @@ def eevee_bands(
             def render(indices: tuple[int, ...], path: Path) -> FrameLayers | None:
                 white = scale[[*indices, *[indices[-1]] * (3 - len(indices))]]
                 seen = part_of(water, indices, scale)
+                mirrored.show(now, seen)
                 if layers is None:
                     write_rgb_exr(path, _drawn(scene, camera, seen, path) * white)
                     return None
@@ -115,7 +119,8 @@ def eevee_realtime(
     """
     layers = _layers(scene, camera, plan, eyes, by_band=False)
     kept = kept or Kept(of_job=True)
-    waters = _waters(scene, camera, eyes, kept)
+    mirrored = MirroredPictures(scene, camera, kept)
+    waters = _waters(scene, camera, eyes, kept, mirrored)
     drawn = () if layers is None else layers.drawn
 
     def water_of(
@@ -132,6 +137,7 @@ def eevee_realtime(
     first, samples = water_of(plan, depth)[0], plan.settings.samples
     with _eevee(scene, camera, first, extent, samples, froxels) as notes:
         notes += continued_seabed.notes(plan, kept.ground)
+        notes += mirrored_picture.notes(camera, plan, eyes)
 
         def frame(now: RenderPlan, camera_depth: float, given: Weights | None = None) -> RenderPass:
             water, white = water_of(now, camera_depth)
@@ -140,6 +146,7 @@ def eevee_realtime(
             to_picture = np.asarray(given) @ np.linalg.pinv(water.channels.weights)
 
             def render(indices: tuple[int, ...], path: Path) -> FrameLayers | None:
+                mirrored.show(now, water)
                 if layers is None:
                     image, found = _drawn(scene, camera, water, path), None
                 else:
@@ -217,17 +224,22 @@ def _waters(
     camera: bpy.types.Object,
     eyes: Sequence[tuple[float, ...]],
     kept: Kept,
+    mirrored: MirroredPictures,
 ) -> Callable[[RenderPlan, float], frame_water.RealtimeWater]:
     """Return what computes the water of the current frame, for a plan and a depth.
 
     The nodes are built for the first frame's, which is not computed again to be drawn.
     """
+    mirrors: list[bool] = []  # of the first frame, as the nodes are
 
     @functools.lru_cache(maxsize=1)
     def water_at(_: float, plan: RenderPlan, depth: float) -> frame_water.RealtimeWater:
         every = np.ones((3, len(plan.bands)))
         water = eevee_water(plan, scene, Eye(camera, depth, eyes), every, kept)
-        return moving_surface.with_waves(scene, plan, water)
+        water = moving_surface.with_waves(scene, plan, water)
+        if not mirrors:
+            mirrors.append(mirrored_picture.may_show(camera, plan, eyes, mirrored))
+        return water.with_mirrored_things() if mirrors[0] else water
 
     def water_of(plan: RenderPlan, depth: float) -> frame_water.RealtimeWater:
         return water_at(scene.frame_current_final, plan, depth)

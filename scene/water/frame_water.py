@@ -22,6 +22,7 @@ from ...node_groups.realtime_values import Numbers, Shape
 from ...uw_spectral.clouds.solved_cloud import cloud_numbers
 from ...uw_spectral.lamps.multiple_scattering import LampWater, lamp_water
 from ...uw_spectral.shade.carried_light import CarriedLight, carried_light
+from ...uw_spectral.shade.view_cover import ViewCover
 from ...uw_spectral.surface.wave_patterns import LAYERS, WavePatterns, interp, layer_position
 from ...uw_spectral.transfer.above_water import LightInAir, flattened_sun, light_in_air
 from ...uw_spectral.transfer.channel_pixel import COLOURS, along_rays
@@ -119,6 +120,10 @@ class RealtimeWater:
         seen = replace(self.seen, above=replace(self.seen.above, in_air=in_air))
         return replace(self, seen=seen)
 
+    def with_mirrored_things(self) -> RealtimeWater:
+        """Return the water whose surface may mirror a picture of things."""
+        return replace(self, shape=replace(self.shape, mirrored_things=True))
+
     def under_waves(
         self, waves: WavePatterns, contrast: NDArray[np.float64], strength: float
     ) -> RealtimeWater:
@@ -172,8 +177,12 @@ class RealtimeWater:
     @property
     def carried(self) -> CarriedLight:
         """What things in view do to light that is scattered forward."""
-        cover, shade = self.seen.cover, self.seen.shade
-        assert cover is not None
+        assert self.seen.cover is not None
+        return self.carried_by(self.seen.cover)
+
+    def carried_by(self, cover: ViewCover) -> CarriedLight:
+        """Return the same for another view."""
+        shade = self.seen.shade
         assert shade is not None
         floor = self.seen.seabed_colour
         if FLOOR in self.seen.reflectances:

@@ -8,13 +8,16 @@ from __future__ import annotations
 
 import bpy
 import numpy as np
+from numpy.typing import NDArray
 
 from ...node_groups import (
     realtime_background,
     realtime_cover,
     realtime_filter,
+    realtime_hiding,
     realtime_highlights,
     realtime_lamps,
+    realtime_mirror,
     realtime_rays,
     realtime_refraction,
     realtime_shade,
@@ -25,17 +28,20 @@ from ...node_groups import (
     realtime_waves,
     uplift,
 )
-from ...node_groups.realtime_values import PORT
+from ...node_groups.realtime_values import PORT, Numbers
 from ...node_groups.realtime_water import Sources, layout_of
 from ...uw_spectral.errors import InputError
 from ...uw_spectral.lamps.grouping import grouped
 from ...uw_spectral.lamps.lamp_channels import fold_lamps
 from ...uw_spectral.lamps.multiple_scattering import LampWater
+from ...uw_spectral.shade.view_cover import ViewCover
+from ...uw_spectral.surface.mirrored_view import MirroredView
 from .. import contents, marks
-from ..materials import bare_surfaces, realtime_materials
+from ..materials import bare_surfaces, hidden_above, realtime_materials
 from ..materials.inserted import own_input
 from ..materials.realtime_materials import Surfaces
 from ..seen.closed_bodies import closed_materials
+from ..seen.mirrored_eye import materials_above
 from . import apparent_places, particles, scene_water
 from .frame_water import FLOOR, LONGEST_SHAFT, RealtimeWater
 from .water_body import WaterExtent, box
@@ -46,10 +52,11 @@ _TABLE = "uw_table"
 _SHADE = "uw_shade"
 _COVER = "uw_cover"
 _LAMPS, _SOURCES = "uw_lamps", "uw_lamp_sources"
-_APPARENT = "uw_apparent"
+_APPARENT, _MIRRORED = "uw_apparent", "uw_mirrored"
 _PLAIN, _FILTER, _HIGHLIGHT = "uw_plain", "uw_filter", "uw_highlight "
 # Columns of red, green and blue come before those of measured reflectances.
 _FIRST_MEASURED = 3
+_RISES = -3.0  # m: what is higher may come out of the water in a job
 # Finest detail of the sun's shadow in m: Blender's millimetre costs several times as much,
 # and the sun's disc blurs a shadow by 7 mm per metre, waves by far more.
 _SHADOW, _WAVY_SHADOW = 0.01, 0.03
@@ -97,7 +104,10 @@ def add_realtime(scene: bpy.types.Scene, water: RealtimeWater, extent: WaterExte
     rays = realtime_refraction.build(values, images) if shape.above else None
     if shape.port:
         rays = realtime_rays.build_port(values, PORT)
-    sources = Sources(values, table, shade, cover, lit, images, rays)
+    mirrored = None
+    if shape.mirrored_things:
+        rays, mirrored = realtime_rays.build_mirrored(), realtime_mirror.new_image()
+    sources = Sources(values, table, shade, cover, lit, images, rays, mirrored)
     surface = realtime_surface.build(shape, sources)
     keeping = realtime_surface.build(shape, sources, keeps=True) if water.keeps_closures else None
     background = realtime_background.build(shape, sources)
@@ -114,6 +124,10 @@ def add_realtime(scene: bpy.types.Scene, water: RealtimeWater, extent: WaterExte
     highlights = {kind: realtime_highlights.build(kind, values, shape) for kind in shape.highlights}
     surfaces = Surfaces(surface, clear, keeping, measured, closed, highlights)
     notes += realtime_materials.insert(materials, surfaces)
+    if mirrored is not None:
+        high = materials_above(scene, _RISES)
+        above = [material for material in materials if material in high]
+        hidden_above.insert(above, realtime_hiding.build(values))
     apparent = realtime_refraction.build_apparent(values) if shape.above else None
     if apparent is not None:
         notes += apparent_places.insert(materials, apparent, extent.bottom)
@@ -138,6 +152,7 @@ def add_realtime(scene: bpy.types.Scene, water: RealtimeWater, extent: WaterExte
                 (_LAMPS, lit and lit.numbers),
                 (_SOURCES, lit and lit.sources),
                 (_APPARENT, apparent),
+                (_MIRRORED, mirrored),
                 (_PLAIN, plain),
                 *((_HIGHLIGHT + kind, group) for kind, group in highlights.items()),
             )
@@ -232,6 +247,40 @@ def set_values(scene: bpy.types.Scene, water: RealtimeWater) -> None:
             item.data.angle = scene_water.SUN_DIAMETER_IN_AIR / water.column.refractive_index
             of_volume = water.sun_gain / water.shafts.scale if water.shafts is not None else 0.0
             item.data.volume_factor = of_volume
+
+
+def look_from_mirror(scene: bpy.types.Scene, water: RealtimeWater, cover: ViewCover | None) -> None:
+    """Give the water what differs for an eye at the camera's mirror image, until its next values.
+
+    Shafts are not drawn for it: what they would draw counts as unshadowed.
+    """
+    values = marks.part(scene, _VALUES)
+    single = {realtime_values.SHAFT_END: 0.0}
+    if cover is not None:
+        single |= realtime_cover.FIELDS.numbers(cover.view)
+        realtime_cover.write_cover(marks.part(scene, _COVER), water.carried_by(cover))
+    realtime_values.write(values, Numbers({}, single))
+
+
+def show_mirrored(
+    scene: bpy.types.Scene,
+    view: MirroredView,
+    picture: NDArray[np.float32],
+    nearness: NDArray[np.float32] | None,
+) -> None:
+    """Let the surface mirror a picture, see :func:`.realtime_mirror.write_picture`."""
+    realtime_mirror.write_picture(marks.part(scene, _MIRRORED), picture, nearness)
+    _place_mirrored(scene, view)
+
+
+def hide_mirrored(scene: bpy.types.Scene) -> None:
+    """Let the surface mirror open water alone."""
+    _place_mirrored(scene, realtime_mirror.NO_VIEW)
+
+
+def _place_mirrored(scene: bpy.types.Scene, view: MirroredView) -> None:
+    numbers = realtime_mirror.FIELDS.numbers(view)
+    realtime_values.write(marks.part(scene, _VALUES), Numbers({}, numbers))
 
 
 def keep_images(scene: bpy.types.Scene) -> None:

@@ -207,6 +207,29 @@ def fresnel_reflectance(
     return 0.5 * (perpendicular * perpendicular + parallel * parallel)
 
 
+def is_in_window(
+    cosine: Operand, relative_index: Operand = REFRACTIVE_INDEX, m: Mathematics = NUMPY
+) -> Operand:
+    """1 for rays up that leave the water through a flat surface, 0 for those wholly mirrored.
+
+    Parameters
+    ----------
+    cosine : float or array
+        Upward component of the unit direction.
+    relative_index : float
+        Of the water against air.
+    m : Mathematics
+        Elementary functions.
+
+    Examples
+    --------
+    >>> [float(is_in_window(np.cos(np.radians(angle)), 1.34)) for angle in (48.0, 49.0)]
+    [1.0, 0.0]
+    """
+    n = relative_index
+    return m.less(m.sqrt(m.maximum(1.0 - 1.0 / (n * n), 0.0)), cosine)
+
+
 def mirrored_direction(v: Sequence[Operand], normal: Sequence[Operand]) -> list[Operand]:
     """Direction in which a ray along v goes on from a mirror with a unit normal.
 

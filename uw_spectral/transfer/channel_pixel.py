@@ -10,7 +10,7 @@ from __future__ import annotations
 import functools
 import math
 import operator
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -191,6 +191,27 @@ class Thing:
     shade: LightLeft = ALL_LEFT
     behind: Operand | None = None
     shade_behind: LightLeft = ALL_LEFT
+
+
+@dataclass(frozen=True, eq=False)
+class MirroredThings:
+    """What a picture shows of the light that the surface mirrors.
+
+    Attributes
+    ----------
+    radiance : channels
+        That comes up to the surface, things included.
+    known : number
+        1 where the picture shows it, 0 elsewhere.
+    """
+
+    radiance: Operand
+    known: Operand
+
+
+Direction = Sequence[Operand]
+MirroredPicture = Callable[[Direction], MirroredThings]
+"""What light comes up to the surface against a unit direction down, where a ray meets it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -475,10 +496,12 @@ class ChannelWater:
         *,
         ripples: Ripples | None = None,
         shade: ShadeOnPath = UNSHADED,
+        picture: MirroredPicture | None = None,
     ) -> ChannelPixel:
         """Pixel of open water with the surface or the floor behind.
 
-        ``sky`` has the level 1: that of the channels is in the tables.
+        ``sky`` has the level 1: that of the channels is in the tables. ``picture`` is that of
+        things which the surface mirrors.
         """
         m, n = self.m, self.numbers
         P = distance_in_water(y_o, -w[2], n.y_f, m)
@@ -486,8 +509,9 @@ class ChannelWater:
         once = self.once(y_o, y_e, w, P) * self.aureole(y_o, w)
         path = once * shade.once + self.shaded(self.scattered(y_o, w), shade.scattered, y_o)
         up = m.less(0.0, w[2])
-        below = self.tables.along("floor", None, P) * self.left_with_peak(0.0 * P + _DEEP, P)
-        end = m.select(up, self.from_surface(w, P, sky, index, ripples), below)
+        below = self._floor_after(P)
+        above = self.from_surface(w, P, sky, index, ripples, picture)
+        end = m.select(up, above, below)
         return ChannelPixel(path, end, 0.0, end)
 
     def from_surface(
@@ -497,6 +521,7 @@ class ChannelWater:
         sky: Sky,
         index: Operand | None,
         ripples: Ripples | None = None,
+        picture: MirroredPicture | None = None,
     ) -> Operand:
         """Radiance that comes down from the surface against w and is left after P."""
         m = self.m
@@ -512,14 +537,29 @@ class ChannelWater:
         risen = _sum(
             [c * part for c, part in zip(columns, self.tables.split(M + rest), strict=True)]
         )
-        floor = self.tables.along("floor", None, P + to_floor) * self.left_with_peak(
-            0.0 * P + _DEEP, P + to_floor
-        )
+        floor = self._floor_after(P + to_floor)
         total = skylight * seen + mirrored * (peaked * risen + floor)
+        if picture is not None:
+            rising = M + rest + self._floor_after(to_floor)
+            total = total + mirrored * self._brought(picture(down), rising, P)
         if ripples is not None:
             image = sun_image(self.sun, w, index, ripples, m)
             total = total + image * self.tables.along("glitter", None, P) * self.left(0.0 * P, P)
         return total
+
+    def _floor_after(self, P: Operand) -> Operand:
+        """Radiance of the floor that is left after P."""
+        return self.tables.along("floor", None, P) * self.left_with_peak(0.0 * P + _DEEP, P)
+
+    def _brought(self, things: MirroredThings, rising: Operand, P: Operand) -> Operand:
+        """What things bring, or keep away, of light that rises to the surface, left after P.
+
+        What differs from open water is that of things, and is seen without the forward peak.
+        """
+        y = 0.0 * P
+        differs = self.tables.split((things.radiance - rising) * things.known)
+        columns = self.tables.dimmed(y, P)
+        return self.left(y, P) * _sum([c * x for c, x in zip(columns, differs, strict=True)])
 
     def _direction(self, w: Sequence[Operand]) -> tuple[Operand, Operand]:
         return azimuth(w, self.sun, AZIMUTHS, self.m), elevation(w[2], self.m)

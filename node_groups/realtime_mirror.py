@@ -1,0 +1,87 @@
+"""The picture of what the surface mirrors, as node groups read it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import bpy
+import numpy as np
+from numpy.typing import NDArray
+
+from ..uw_spectral.mathematics import Operand
+from ..uw_spectral.surface.mirrored_view import MirroredView
+from ..uw_spectral.transfer.channel_pixel import MirroredThings
+from .node_mathematics import NODES, Graph, NodeValue
+from .texels import number_image, texel
+from .value_fields import ValueFields
+
+NAME = "UW Mirrored"
+FIELDS = ValueFields(MirroredView, "mirror", dict.fromkeys(("eye", "right", "up", "ahead"), 3))
+"""Numbers of the picture; all are 0 where there is none."""
+_NOWHERE = 0.0, 0.0, 0.0
+NO_VIEW = MirroredView(_NOWHERE, _NOWHERE, _NOWHERE, _NOWHERE, 0.0, 0.0)
+_SMALLEST = 4  # texels along a side
+_TILES = 2  # the picture, and how near what it shows is to the surface
+
+
+def new_image() -> bpy.types.Image:
+    """Make an image in which nothing is."""
+    return number_image(NAME, _SMALLEST, _TILES * _SMALLEST)
+
+
+def write_picture(
+    image: bpy.types.Image, picture: NDArray[np.float32], nearness: NDArray[np.float32] | None
+) -> None:
+    """Put a picture, shape (h, w, 3) from the top, and nearness, 1/m, (h, w), into the image."""
+    h, w = picture.shape[:2]
+    out = np.ones((_TILES, h, w, 4), np.float32)
+    out[0, ..., :3] = picture[::-1]
+    out[1, ..., :3] = 0.0 if nearness is None else nearness[::-1, :, None]
+    if tuple(image.size) != (w, _TILES * h):
+        image.scale(w, _TILES * h)
+    image.pixels.foreach_set(np.ravel(out))
+    image.update()
+
+
+def seen_in(
+    graph: Graph,
+    values: bpy.types.NodeOutputs,
+    image: bpy.types.Image,
+    place: Sequence[NodeValue],
+    w: Sequence[NodeValue],
+    down: Sequence[Operand],
+    *,
+    waves: bool,
+) -> MirroredThings:
+    """Look up what a ray brings that the surface mirrors.
+
+    Parameters
+    ----------
+    graph : Graph
+    values : NodeOutputs
+        Of the group of all numbers.
+    image : Image
+        Of :func:`new_image`.
+    place : three NodeValues
+        Where the ray meets the surface, m.
+    w, down : three NodeValues
+        Its unit directions before and after.
+    waves : bool
+        Whether the surface is not flat.
+    """
+    view = FIELDS.read(graph, values)
+
+    columns, rows = NODES.maximum(view.columns, 1.0), NODES.maximum(view.rows, 1.0)
+
+    def look(h: Operand, v: Operand) -> NodeValue:
+        return texel(graph, image, h, v, columns, float(_TILES) * rows)
+
+    def nearness(h: Operand, v: Operand) -> NodeValue:
+        return graph.components(look(h, v + rows))[0]
+
+    if waves:
+        level = w[0], w[1], -w[2]
+        h, v, inside = view.found(place, level, down, nearness, NODES)
+    else:
+        h, v, inside = view.place(down, NODES)
+    return MirroredThings(look(h, v), inside)

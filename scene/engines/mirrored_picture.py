@@ -1,0 +1,146 @@
+"""Draws what the surface mirrors to a camera below it, for the main picture to look up.
+
+Light that a flat surface mirrors comes as if straight from the mirror image of the camera: one
+render from there, of rays that begin at the surface, is what arrives at it from below.
+"""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Sequence
+from pathlib import Path
+
+import bpy
+import numpy as np
+from numpy.typing import NDArray
+
+from ...settings.render_plan import RenderPlan
+from ...uw_spectral.imaging.layers import parse_layers
+from ...uw_spectral.shade.view_cover import ViewCover
+from ...uw_spectral.spectra.spectral_image import read_exr
+from ...uw_spectral.transfer.water_column import WAVES
+from ..seen import cameras, mirrored_eye, waterline
+from ..seen.filled_view import filled_view
+from ..seen.mirrored_eye import MirroredEye
+from ..water import realtime
+from ..water.frame_water import RealtimeWater
+from ..water.shade import Kept
+from .eevee_layers import depth_map
+from .exr_output import write_float_exr
+
+_REACH = (
+    3.0  # optical depths of the clearest band, by the surface, after which nothing is looked for
+)
+_FARTHEST = 200.0  # m
+
+
+class MirroredPictures:
+    """What the surface mirrors to a camera, frame by frame of a job.
+
+    Parameters
+    ----------
+    scene : Scene
+    camera : Object
+    kept : Kept
+        Has seen the things of the frame, if they shade.
+    """
+
+    def __init__(self, scene: bpy.types.Scene, camera: bpy.types.Object, kept: Kept) -> None:
+        self._scene, self._camera, self._kept = scene, camera, kept
+        self._found: tuple[object, MirroredEye | None] = None, None
+        self._near: tuple[object, NDArray[np.float32]] | None = None
+
+    def eye(self, plan: RenderPlan) -> MirroredEye | None:
+        """Return the mirrored eye of the current frame, if it sees things."""
+        waves, reach = plan.settings.surface == WAVES, _reach(plan)
+        asked = self._scene.frame_current_final, reach, waves
+        if self._found[0] != asked:
+            eye = mirrored_eye.mirrored_eye(self._scene, self._camera, reach, waves=waves)
+            if eye is not None and not mirrored_eye.sees_things(self._scene, eye, reach):
+                eye = None
+            self._found = asked, eye
+        return self._found[1]
+
+    def show(self, plan: RenderPlan, water: RealtimeWater) -> None:
+        """Draw the picture of the current frame into the water of the scene.
+
+        The numbers of the water are those of the mirrored eye afterwards.
+        """
+        if not water.shape.mirrored_things:
+            return
+        eye = self.eye(plan)
+        if eye is None:
+            realtime.hide_mirrored(self._scene)
+            return
+        realtime.set_values(self._scene, water)
+        with (
+            mirrored_eye.looking(self._scene, eye, self._camera) as camera,
+            tempfile.TemporaryDirectory() as folder,
+        ):
+            path = Path(folder, "mirrored.exr")
+            realtime.look_from_mirror(self._scene, water, self._cover(camera, water))
+            write_float_exr(self._scene, path)
+            picture = read_exr(path)[0][..., :3]
+            nearness = self._nearness(eye, path) if water.shape.waves else None
+        realtime.show_mirrored(self._scene, eye.view, picture, nearness)
+
+    def _nearness(self, eye: MirroredEye, path: Path) -> NDArray[np.float32]:
+        if self._near is None or self._near[0] is not eye:
+            self._near = eye, eye.nearness(depth_map(self._scene, path))
+        return self._near[1]
+
+    def _cover(self, camera: bpy.types.Object, water: RealtimeWater) -> ViewCover | None:
+        if water.seen.cover is None:
+            return None
+        around = self._kept.looked
+        things = None if around is None else around.things
+        return filled_view(self._scene, camera, things, water.field.floor_depth)
+
+
+def may_show(
+    camera: bpy.types.Object,
+    plan: RenderPlan,
+    eyes: Sequence[tuple[float, ...]],
+    mirrored: MirroredPictures,
+) -> bool:
+    """Whether a job may show what the surface mirrors, at this frame or at one to come."""
+    if not plan.settings.mirrored_things or _why_not(camera, plan, eyes):
+        return False
+    return len(eyes) > 1 or mirrored.eye(plan) is not None
+
+
+def notes(
+    camera: bpy.types.Object,
+    plan: RenderPlan,
+    eyes: Sequence[tuple[float, ...]],
+) -> list[str]:
+    """Return why things are not mirrored in a surface, if they are not."""
+    why = _why_not(camera, plan, eyes)
+    if not (plan.settings.mirrored_things and plan.column.reflects and why):
+        return []
+    return [f"things are not seen mirrored in the water surface: {why}"]
+
+
+def _why_not(
+    camera: bpy.types.Object,
+    plan: RenderPlan,
+    eyes: Sequence[tuple[float, ...]],
+) -> str:
+    if not plan.column.reflects:
+        return "there is no surface"
+    if waterline.above(camera, eyes):
+        return "the camera is above the water or at its surface"
+    if cameras.before_water(camera):
+        return "the camera looks through a port"
+    if camera.data.type != "PERSP" or camera.matrix_world.is_negative:
+        return "the camera is no perspective one, or mirrored by a negative scale"
+    if plan.column.below:
+        return "the water differs with depth"
+    if parse_layers(plan.settings.layers):
+        return "layers are written"
+    return ""
+
+
+def _reach(plan: RenderPlan) -> float:
+    clearest = float(plan.column.attenuation.min())
+    return min(_REACH / max(clearest, 1e-6), _FARTHEST)

@@ -1,0 +1,117 @@
+"""A picture of what a flat surface mirrors, and where in it rays are found that waves mirror.
+
+A ray that a flat surface mirrors goes on as if it came straight from the mirror image of the camera
+above the water. So one picture from there, of the water below, holds all that is mirrored. A wave
+turns the ray: what it meets is then looked for where that lies in the picture, at the distance that
+the picture itself has near there.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+from ..mathematics import NUMPY, Mathematics, Operand, dot
+
+_LEAST = 1e-6
+_LOOKS = 2  # for the distance; a third one changes pixels at edges only
+
+
+@dataclass(frozen=True)
+class MirroredView:
+    """Places of the picture of a pinhole at the mirror image of a camera.
+
+    Attributes
+    ----------
+    eye : sequence of 3
+        The mirror image, m, above the surface.
+    right, up : sequences of 3
+        Columns from the left and rows from below are d·right/d·ahead and d·up/d·ahead, for a
+        direction d from the eye.
+    ahead : sequence of 3
+        Unit vector, the axis.
+    columns, rows : float
+        Size of the picture; 0 if there is none.
+    """
+
+    eye: Sequence[Operand]
+    right: Sequence[Operand]
+    up: Sequence[Operand]
+    ahead: Sequence[Operand]
+    columns: Operand
+    rows: Operand
+
+    def place(
+        self, d: Sequence[Operand], m: Mathematics = NUMPY
+    ) -> tuple[Operand, Operand, Operand]:
+        """Column and row of a direction, in texels from the middle of the first, and 1 if inside.
+
+        Examples
+        --------
+        >>> view = MirroredView((0, 0, 1), (4, 0, -4), (0, 3, -3), (0, 0, -1), 8, 6)
+        >>> [float(x) for x in view.place((0.5, 0.0, -1.0))]
+        [5.5, 2.5, 1.0]
+        >>> float(view.place((0.0, 2.0, -1.0))[2])
+        0.0
+        """
+        depth = dot(d, self.ahead)
+        near = 1.0 / m.maximum(depth, _LEAST)
+        h, v = dot(d, self.right) * near, dot(d, self.up) * near
+        inside = m.less(_LEAST, depth)
+        for x, size in ((h, self.columns), (v, self.rows)):
+            inside = inside * m.less(0.0, x) * m.less(x, size)
+        return (
+            m.clamp(h - 0.5, 0.0, m.maximum(self.columns - 1.0, 0.0)),
+            m.clamp(v - 0.5, 0.0, m.maximum(self.rows - 1.0, 0.0)),
+            inside,
+        )
+
+    def towards(
+        self,
+        place: Sequence[Operand],
+        down: Sequence[Operand],
+        nearness: Operand,
+    ) -> list[Operand]:
+        """Direction from the eye to what a ray meets.
+
+        Parameters
+        ----------
+        place : three numbers
+            Where the ray leaves the surface, m.
+        down : three numbers
+            Its unit direction from there on.
+        nearness : number
+            One over the distance of what it meets from there, 1/m.
+
+        Examples
+        --------
+        >>> view = MirroredView((0, 0, 1), (4, 0, -4), (0, 3, -3), (0, 0, -1), 8, 6)
+        >>> view.towards((2.0, 0.0, 0.0), (0.0, 0.0, -1.0), 0.5)
+        [1.0, 0.0, -1.5]
+        """
+        return [(p - e) * nearness + d for p, e, d in zip(place, self.eye, down, strict=True)]
+
+    def found(
+        self,
+        place: Sequence[Operand],
+        level: Sequence[Operand],
+        down: Sequence[Operand],
+        nearness: Callable[[Operand, Operand], Operand],
+        m: Mathematics = NUMPY,
+    ) -> tuple[Operand, Operand, Operand]:
+        """Place in the picture of what a ray meets that a wave has mirrored, as of :meth:`place`.
+
+        Parameters
+        ----------
+        place : three numbers
+            Where the ray leaves the surface, m.
+        level, down : three numbers
+            Its unit directions from there on, if the surface were flat and as it is.
+        nearness : callable
+            What the picture has at a column and row.
+        """
+        h, v, inside = self.place(level, m)
+        for _ in range(_LOOKS):
+            q = nearness(h, v) * inside
+            h, v, inside = self.place(self.towards(place, down, q), m)
+        return h, v, inside
