@@ -237,7 +237,7 @@ class SceneSettings:
         },
     )
     mirrored_things: bool = _setting(
-        True,
+        False,
         "Mirrored things",
         "Show things near the surface mirrored in it, seen from below; where none are, it costs "
         "nothing",

@@ -21,7 +21,13 @@ _FOLDER = Path(__file__).resolve().parent.parent
 _SCENE = "bpy.context.scene.underwater"
 
 _WATER, _CAMERA = settings_of("water"), settings_of("sensor")
-_LOOK = settings_of(*(name for name in SECTIONS if name != "quality"))
+# Of the camera that one dives with, whatever the look.
+_DEVICE = {"raw", "iso", "full_well", "read_noise", *settings_of("housing")}
+_LOOK = tuple(
+    name
+    for name in settings_of(*(section for section in SECTIONS if section != "quality"))
+    if name not in _DEVICE
+)
 
 
 def _values(names: tuple[str, ...]) -> list[str]:

@@ -707,7 +707,6 @@ def test_the_way_of_a_camera_of_the_scene_is_planned(tmp_path, capsys):
         ("samples = 1", "sample = 1", r"\[render\].*--sample"),
         ("samples = 1", "samples = 0", "--samples: 0 is outside"),
         ("radius = 3", "radius = 30", "above the water"),
-        ("height = 120", "height = 120\ndistortion = [0.1, 0, 0, 0, 0]", "no lens distortion"),
         ('name = "probe"', 'name = "disc 0"', "the scene has an object of that name"),
         ("seed = 5", "seed = 5\nrepeats = 2", None),
         ('[detector]\npattern = "GRBG"', '[detector]\npattern = "GBRB"', "GBRB"),

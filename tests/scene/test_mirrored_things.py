@@ -63,7 +63,9 @@ def _ball(place: np.ndarray = BALL) -> bpy.types.Object:
 def _plan(**options: object) -> render_plan.RenderPlan:
     chosen = {"surface": "flat", "sky": "clear", "illuminant": "clear-sky", "bands": 3}
     chosen |= {"diffuse_shadows": False, "samples": 8}
-    return render_plan.make_plan(SceneSettings(**{"water": "jerlov:IB"} | chosen | options))
+    return render_plan.make_plan(
+        SceneSettings(**{"water": "jerlov:IB", "mirrored_things": True} | chosen | options)
+    )
 
 
 def _bands(scene, camera, plan) -> np.ndarray:

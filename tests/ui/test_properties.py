@@ -12,6 +12,7 @@ from unittest.mock import MagicMock
 import bpy
 import numpy as np
 import pytest
+from underwater_spectral.datasets.outputs import RAW_FILES
 from underwater_spectral.scene import stored_settings
 from underwater_spectral.settings.known_words import known_words, suggestions
 from underwater_spectral.settings.render_plan import plan_of, quiet
@@ -20,6 +21,7 @@ from underwater_spectral.settings.setting import SECTIONS
 from underwater_spectral.ui import migration, panels, presets, previews
 from underwater_spectral.ui import property_group as panel_group
 from underwater_spectral.uw_spectral.errors import InputError
+from underwater_spectral.uw_spectral.housing import GLASSES
 from underwater_spectral.uw_spectral.imaging.layers import LAYERS
 from underwater_spectral.uw_spectral.spectra.colour_rendering import WHITE_BALANCES
 from underwater_spectral.uw_spectral.spectra.sensor import list_sensors
@@ -92,6 +94,7 @@ def test_choices_are_those_of_the_optics():
         "irradiance": ("auto", "below", "above"), "white_balance": WHITE_BALANCES, "tone": TONES,
         "contrast": CONTRASTS, "band_placement": ("equal", "optimised"),
         "forward_peak": ("bounded", "exact"), "field": ("solved", "closed-form"),
+        "port_glass": tuple(GLASSES), "raw": ("none", *RAW_FILES),
     }  # fmt: skip
 
 
@@ -326,7 +329,9 @@ def test_own_preset_round_trip(tmp_path, monkeypatch):
 def test_a_look_holds_every_setting_of_the_picture(tmp_path, monkeypatch):
     """All but how it is rendered; what has been changed since comes back."""
     held = set(presets.held_by("look"))
-    assert held == {name for name, setting in SETTINGS.items() if setting.section != "quality"}
+    device = {"raw", "iso", "full_well", "read_noise"}
+    picture = {n for n, s in SETTINGS.items() if s.section not in ("quality", "housing")}
+    assert held == picture - device
     monkeypatch.setattr(bpy.utils, "user_resource", lambda *_, path, **__: _made(tmp_path / path))
     monkeypatch.setattr(
         bpy.utils, "preset_paths", lambda folder: [str(tmp_path / "presets" / folder)]

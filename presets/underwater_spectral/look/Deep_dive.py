@@ -21,6 +21,7 @@ water.floor_depth = 0.0
 water.floor_reflectance = "0.2"
 water.scene_floor = True
 water.surface = "flat"
+water.mirrored_things = False
 water.wind_speed = 5.0
 water.wind_direction = 0.0
 water.fetch = 500.0
