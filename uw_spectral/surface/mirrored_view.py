@@ -14,7 +14,9 @@ from dataclasses import dataclass
 from ..mathematics import NUMPY, Mathematics, Operand, dot
 
 _LEAST = 1e-6
-_LOOKS = 2  # for the distance; a third one changes pixels at edges only
+_RATIO = 2.0
+_STEPS = tuple(8.0 / _RATIO**k for k in range(6))
+"""Distances from the surface, m, at which a ray is looked for behind what the picture shows."""
 
 
 @dataclass(frozen=True)
@@ -101,6 +103,8 @@ class MirroredView:
     ) -> tuple[Operand, Operand, Operand]:
         """Place in the picture of what a ray meets that a wave has mirrored, as of :meth:`place`.
 
+        The ray is followed over the picture in a few steps; what hides behind others is not met.
+
         Parameters
         ----------
         place : three numbers
@@ -111,7 +115,15 @@ class MirroredView:
             What the picture has at a column and row.
         """
         h, v, inside = self.place(level, m)
-        for _ in range(_LOOKS):
-            q = nearness(h, v) * inside
-            h, v, inside = self.place(self.towards(place, down, q), m)
-        return h, v, inside
+        q = nearness(h, v) * inside
+        # The nearest of these steps comes last, and holds.
+        for t in _STEPS:
+            d = [p - e + t * x for p, e, x in zip(place, self.eye, down, strict=True)]
+            h, v, inside = self.place(d, m)
+            near = nearness(h, v) * inside
+            below = m.sqrt(dot(d, d)) * (1.0 - self.eye[2] / m.maximum(-d[2], _LEAST))
+            met = m.less(1.0, near * below) * m.less(near * (below - t / _RATIO), 1.0)
+            q = m.select(met, near, q)
+        h, v, inside = self.place(self.towards(place, down, q), m)
+        q = nearness(h, v) * inside
+        return self.place(self.towards(place, down, q), m)
