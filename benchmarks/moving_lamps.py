@@ -26,7 +26,7 @@ from ..scene.seen.ray_casting import Meshes
 from ..scene.water import water_body
 from ..uw_spectral.spectra.spectral_image import read_exr, replacing
 from . import grey_scene
-from .lamps_in_scenes import LitPlace, add_lamp, sand_room
+from ._lamp_scenes import LitPlace, add_lamp, sand_room
 
 _ROOT = Path(__file__).resolve().parent.parent
 _FRAMES, _STEP = 24, 0.05  # m
@@ -156,8 +156,8 @@ worst.
 Wanted were 1 % of blocks in the median and 3 % at worst, and .1 s of a frame. Shadows of things on
 things are Blender's own: their edges, and sand that the light grazes, change the most.
 
-Seconds were measured while other programs ran. With the computer less loaded the median is .07 s;
-every sixth frame or so Python's garbage collector adds .1 s.
+Seconds were measured while other programs ran, four to each core; an earlier version took .08 s on
+a computer less loaded. Every sixth frame or so Python's garbage collector adds .1 s.
 """
 
 

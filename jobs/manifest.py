@@ -163,6 +163,8 @@ class Manifest:
     files : tuple of ExternalFile
     lamps : mapping
         Those of the scene by frame, where they are others than at the frame before.
+    clouds : mapping
+        Likewise.
     stage : Stage, optional
         What is added to the scene.
     exposed : mapping
@@ -187,6 +189,7 @@ class Manifest:
     views: tuple[View, ...]
     files: tuple[ExternalFile, ...]
     lamps: Mapping[int, tuple[Mapping[str, Any], ...]] = field(default_factory=dict)
+    clouds: Mapping[int, tuple[Mapping[str, Any], ...]] = field(default_factory=dict)
     stage: Stage | None = None
     exposed: Mapping[int, Exposed] = field(default_factory=dict)
     rendered_in: Path | None = None
@@ -194,6 +197,10 @@ class Manifest:
     def lamps_of(self, frame: int) -> tuple[Mapping[str, Any], ...]:
         """Return the lamps at a frame, as records have them."""
         return self._latest(self.lamps, frame, ())
+
+    def clouds_of(self, frame: int) -> tuple[Mapping[str, Any], ...]:
+        """Return the clouds at a frame, as records have them."""
+        return self._latest(self.clouds, frame, ())
 
     def exposed_of(self, frame: int) -> Exposed:
         """Return what a frame is exposed by besides the water."""
@@ -393,6 +400,7 @@ def write_manifest(path: Path, manifest: Manifest) -> None:
         "developments": [asdict(item) for item in manifest.developments],
         "views": [[v.frame, v.camera, v.depth, v.development, v.eye] for v in manifest.views],
         "lamps": manifest.lamps,
+        **({"clouds": manifest.clouds} if manifest.clouds else {}),
         "stage": _stage(manifest.stage, path.parent),
         "exposed": {frame: asdict(item) for frame, item in manifest.exposed.items()},
         "rendered_in": relative(manifest.rendered_in, path.parent) if manifest.rendered_in else "",
@@ -480,6 +488,7 @@ def _manifest(content: dict[str, Any], folder: Path) -> Manifest:
             for item in content["files"]
         ),
         lamps={int(frame): tuple(rows) for frame, rows in content.get("lamps", {}).items()},
+        clouds={int(frame): tuple(rows) for frame, rows in content.get("clouds", {}).items()},
         stage=stage_of(content["stage"]).moved(lambda name: joined(name, folder))
         if content.get("stage")
         else None,

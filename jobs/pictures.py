@@ -255,6 +255,7 @@ def _record(
             "contrast": plan.settings.contrast,
         },
         **({"lamps": shining} if (shining := manifest.lamps_of(view.frame)) else {}),
+        **({"clouds": floating} if (floating := manifest.clouds_of(view.frame)) else {}),
         "passes": [
             {
                 "file": _relative(manifest, item.file.path),

@@ -21,7 +21,7 @@ from ..scene.engines.band_engine import Engine
 from ..scene.engines.engines import engine_of
 from ..scene.marks import require_no_water
 from ..scene.rendered import as_rendered
-from ..scene.seen import cameras, lamps, picture_size, stereo
+from ..scene.seen import cameras, clouds, lamps, picture_size, stereo
 from ..scene.seen.pinhole import require_pinhole
 from ..scene.water import metering
 from ..scene.water.water_body import SceneReach, WaterExtent, extent_around, reach_of, scene_reach
@@ -55,6 +55,7 @@ class _Frame:
     stops: float | None
     eyes: tuple[tuple[float, ...], ...]
     lamps: tuple[Mapping[str, Any], ...]
+    clouds: tuple[Mapping[str, Any], ...]
     reach: SceneReach
 
 
@@ -141,7 +142,8 @@ def _plan(
         developments=developments,
         views=views,
         files=(*job_files.setting_files(base), *files),
-        lamps=_lamps(frames),
+        lamps=_changed((frame.number, frame.lamps) for frame in frames),
+        clouds=_changed((frame.number, frame.clouds) for frame in frames),
         exposed=_exposed(frames),
         stage=job.stage,
     )
@@ -208,9 +210,10 @@ def _frames(
         lit = tuple(lamps.lamplight(scene, camera, plan) for camera in seen_by)
         eyes = tuple(cameras.eye_of(camera) for camera in seen_by)
         stops = metering.metered(scene, seen_by[0], plan, depths[0], lit[0])
-        shining = lamps.records(scene)
+        shining, floating = lamps.records(scene), clouds.records(scene)
+        clouds.clouds_of(scene, plan.bands.centres)
         reach = reach_now().and_of(reach_of(eyes))
-        frames.append(_Frame(number, plan, depths, lit, stops, eyes, shining, reach))
+        frames.append(_Frame(number, plan, depths, lit, stops, eyes, shining, floating, reach))
     first = frames[0].plan.column
     for frame in frames:
         if math.isfinite(frame.plan.column.floor_depth) != math.isfinite(first.floor_depth):
@@ -260,12 +263,14 @@ def _changes(frames: Iterable[_Frame]) -> dict[int, dict[str, object]]:
     return found
 
 
-def _lamps(frames: Iterable[_Frame]) -> dict[int, tuple[Mapping[str, Any], ...]]:
-    """Return the lamps of each frame that are not those of the frame before."""
+def _changed(
+    frames: Iterable[tuple[int, tuple[Mapping[str, Any], ...]]],
+) -> dict[int, tuple[Mapping[str, Any], ...]]:
+    """Return the records of each frame that are not those of the frame before."""
     found, before = {}, ()
-    for frame in frames:
-        if frame.lamps != before:
-            found[frame.number] = before = frame.lamps
+    for number, now in frames:
+        if now != before:
+            found[number] = before = now
     return found
 
 

@@ -17,22 +17,27 @@ REFLECTANCE_BASIS = ("uw_reflectance_red", "uw_reflectance_green", "uw_reflectan
 EMISSION_BASIS = ("uw_emission_red", "uw_emission_green", "uw_emission_blue")
 
 
-def absorption(layer: int) -> str:
-    """Name of the absorption coefficient of one layer of the water."""
+def cloud(index: int) -> str:
+    """Name of a cloud where a layer of the water has its number."""
+    return f"cloud_{index}"
+
+
+def absorption(layer: int | str) -> str:
+    """Name of the absorption coefficient of one layer of the water, or of a cloud."""
     return f"uw_absorption_{layer}"
 
 
-def scattering(layer: int, component: int) -> str:
+def scattering(layer: int | str, component: int) -> str:
     """Name of a layer's scattering coefficient, of one component of its phase function."""
     return f"uw_scattering_{layer}_{component}"
 
 
-def asymmetry(layer: int, component: int) -> str:
+def asymmetry(layer: int | str, component: int) -> str:
     """Name of the asymmetry of one component of a layer's phase function."""
     return f"uw_asymmetry_{layer}_{component}"
 
 
-def alpha(layer: int, component: int) -> str:
+def alpha(layer: int | str, component: int) -> str:
     """Name of the weight of cos² of one component of a layer's phase function."""
     return f"uw_alpha_{layer}_{component}"
 

@@ -6,9 +6,10 @@ from dataclasses import replace
 
 import bpy
 
+from ..uw_spectral.clouds.veiled_pixel import veiled
 from ..uw_spectral.mathematics import Operand
 from ..uw_spectral.transfer.radiance_field import distance_in_water
-from . import realtime_lamps, realtime_layers
+from . import realtime_clouds, realtime_lamps, realtime_layers
 from .data_blocks import new_world
 from .node_mathematics import NODES, PART_SIZE, Graph, new_group
 from .realtime_rays import camera_place, view_direction
@@ -51,6 +52,10 @@ def build(shape: Shape, sources: Sources) -> bpy.types.ShaderNodeTree:
     if "B_single" in shape.layers:
         once = ray.single_scattering(y_o, y_e, w, P) * path_shade.once
         pixel = replace(pixel, single_scattering=once)
+    if shape.clouds:
+        group = realtime_clouds.build(shape, sources.values, sources.rays, ahead=True)
+        veil = realtime_clouds.veil_of(in_group(graph, group, {}))
+        pixel = veiled(pixel, veil, ray, y_o, w)
     seen: Operand = water.seen(pixel.total)
     if shape.shafts:
         # The volume has shadows of its own.

@@ -11,6 +11,7 @@ from dataclasses import replace
 
 import bpy
 
+from ..uw_spectral.clouds.veiled_pixel import surroundings, veiled
 from ..uw_spectral.mathematics import Operand, dot
 from ..uw_spectral.surface.refraction import mirrored_direction
 from ..uw_spectral.surface.wave_patterns import sunlight_factor
@@ -26,7 +27,7 @@ from ..uw_spectral.transfer.channel_pixel import (
 )
 from ..uw_spectral.transfer.closures import BOTH_SIDES
 from ..uw_spectral.transfer.folded_light import ON_PATCH
-from . import realtime_lamps, realtime_layers
+from . import realtime_clouds, realtime_lamps, realtime_layers
 from .node_mathematics import NODES, PART_SIZE, Graph, NodeValue, new_group
 from .realtime_rays import (
     camera_depth_behind,
@@ -152,6 +153,10 @@ class _Surface:
             self._shade |= shade.on_path(camera, self._w, self._P)
         self._around = self._water.around(here)
         self._lamps = {} if sources.lamps is None else self._lit_by_lamps(sources)
+        self._clouds = {}
+        if shape.clouds:
+            group = realtime_clouds.build(shape, sources.values, sources.rays, ahead=False)
+            self._clouds = in_group(graph, group, {})
         self._thing = self._made_thing()
         self._pixel = self._made_pixel()
 
@@ -190,7 +195,10 @@ class _Surface:
         """What channels see of the white sun on colours, and the share of whole closures."""
         ray, y, P = self._ray, self._y, self._P
         factor = ray.kept_of_own(y, P, self._around) * self._turned(self._water.sun)
-        factor = factor * self._values[SUN_GAIN]
+        factor = (
+            factor * self._values[SUN_GAIN] * self._clouds.get(realtime_clouds.UNSCATTERED, 1.0)
+        )
+        factor = factor * self._under_clouds()
         wanted: dict[str, Operand] = dict(zip(COLUMNS, COLOURS, strict=True))
         if self._shape.measured:
             wanted[MEASURED] = self._given[COLUMN]
@@ -247,7 +255,7 @@ class _Surface:
         response = ()
         if LIT in given:
             lit = self._lit() * self._values[SUN_GAIN]
-            turned = self._turned(self._water.sun)
+            turned = self._turned(self._water.sun) * self._under_clouds()
             response = [part * turned for part in self._in_columns(lit, base)]
         mirrored, L_mirrored = (), 0.0
         if self._shape.mirrors:
@@ -294,10 +302,11 @@ class _Surface:
 
     def _left(self) -> LightLeft:
         """What things leave of the light from all sides on this one."""
+        clouds = self._clouds.get(realtime_clouds.SKYLIGHT, 1.0)
         if not self._shape.shade:
-            return ALL_LEFT
+            return LightLeft(clouds) if self._clouds else ALL_LEFT
         mean, share, _ = self._graph.components(self._shade[ON_IT])
-        return LightLeft(mean, share)
+        return LightLeft(clouds * mean, clouds * share)
 
     def _left_behind(self) -> LightLeft:
         """Return the same of the light on the other side; inside a body there is no probe."""
@@ -330,7 +339,17 @@ class _Surface:
         )  # fmt: skip
         if not {"J", "I"}.isdisjoint(self._shape.layers):
             pixel = replace(pixel, L_end=ray.leaving(self._thing, y, n, 0.0))
-        return self._with_lamps(pixel)
+        pixel = self._with_lamps(pixel)
+        if not self._clouds:
+            return pixel
+        y_o, w = self._y_o, self._w
+        around = surroundings(ray, y_o, y, w, self._P)
+        veil = realtime_clouds.veil_of(self._clouds)
+        return veiled(pixel, veil, ray, y_o, w, surroundings=around, coverage=coverage)
+
+    def _under_clouds(self) -> Operand:
+        """Share of the sun's light on the thing that clouds leave."""
+        return self._clouds.get(realtime_clouds.SUNLIGHT, 1.0)
 
     def _tint(self) -> Operand:
         """Return what channels see through beyond the mean of them, which EEVEE lets through.

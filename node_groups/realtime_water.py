@@ -27,6 +27,7 @@ from ..uw_spectral.transfer.sun_beam import half_angle2
 from . import realtime_cover, realtime_mirror
 from .node_mathematics import NODES, Graph, NodeValue
 from .realtime_lamps import LampImages
+from .realtime_rays import straight_direction
 from .realtime_refraction import LEAVING, MIRRORED_SKY, REFLECTANCE
 from .realtime_shade import ON_PATH, REACH, Shade
 from .realtime_tables import ImageTables, Layout
@@ -201,7 +202,8 @@ class PixelWater:
             return seen
         ripples = self.ripples(self.ray(SLOPE))
         assert ripples is not None
-        glitter = glitter_from_above(1.0, v, R, ripples, self.values[INDEX], SUN_RADIUS**2, NODES)
+        view = straight_direction(self.graph)
+        glitter = glitter_from_above(1.0, view, ripples, self.values[INDEX], SUN_RADIUS**2, NODES)
         return seen + NODES.less(0.0, self.ray(LEAVING)) * glitter * self.values[SUN_LEVEL]
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal
 
@@ -9,7 +10,7 @@ import bpy
 
 from . import attributes
 from .data_blocks import new_material, of_view_layer, vector_of_view_layer
-from .node_mathematics import Graph
+from .node_mathematics import Graph, NodeValue
 
 NAME = "UW Water"
 
@@ -40,19 +41,32 @@ class ScatteringLobe:
     by_band: bool = False
 
 
-def build(lobes: tuple[ScatteringLobe, ...], layer: int = 0) -> bpy.types.Material:
-    """Build the material of a layer of the water, which scatters with some lobes."""
+def build(
+    lobes: tuple[ScatteringLobe, ...],
+    layer: int | str = 0,
+    density: Callable[[Graph], NodeValue] | None = None,
+) -> bpy.types.Material:
+    """Build the material of a layer of the water, which scatters with some lobes.
+
+    Parameters
+    ----------
+    lobes : tuple of ScatteringLobe
+    layer : int or str
+        Its number, or :func:`.attributes.cloud`.
+    density : callable, optional
+        Makes the nodes of what the coefficients are multiplied with; 1 without.
+    """
     material, graph, output = new_material(NAME)
-    total = None
+    share, total = density(graph) if density is not None else 1.0, None
     for index, lobe in enumerate(lobes):
         node = volume_coefficients(graph)
         if index == 0:
             graph.assign(
-                vector_of_view_layer(graph, attributes.absorption(layer)),
+                share * vector_of_view_layer(graph, attributes.absorption(layer)),
                 _input(node, "Absorption Coefficients"),
             )
         graph.assign(
-            vector_of_view_layer(graph, attributes.scattering(layer, index)),
+            share * vector_of_view_layer(graph, attributes.scattering(layer, index)),
             _input(node, "Scatter Coefficients"),
         )
         node.phase = lobe.phase

@@ -15,6 +15,8 @@ SURFACE, KEEPING = "uw_surface", "uw_keeping"
 """Part that lights the materials in real time; see :func:`part`."""
 PARTICLES = "uw_particles"
 """Mark of objects that are particles: their kind."""
+CLOUD = "uw_cloud"
+"""Mark of objects that are clouds: their number."""
 FLOOR = "uw_floor"
 """Part that is the material of the added floor."""
 FLOOR_DEPTH = "uw_floor_depth"
@@ -68,7 +70,8 @@ def objects(scene: bpy.types.Scene) -> list[bpy.types.Object]:
 def bodies(scene: bpy.types.Scene) -> list[bpy.types.Object]:
     """Surface and volumes of the water in a scene, floor, lamps and particles left out."""
     others = (FLOOR_DEPTH, PARTICLES)
-    return [i for i in objects(scene) if i.type == "MESH" and not any(x in i for x in others)]
+    kinds = ("MESH", "VOLUME")
+    return [i for i in objects(scene) if i.type in kinds and not any(x in i for x in others)]
 
 
 def followers(scene: bpy.types.Scene) -> list[bpy.types.Object]:

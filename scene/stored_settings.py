@@ -10,7 +10,7 @@ import bpy
 from ..settings.known_words import suggestions
 from ..settings.scene_settings import SETTINGS, SceneSettings
 from ..settings.setting import Setting
-from . import stored_lamps, stored_materials
+from . import stored_clouds, stored_lamps, stored_materials
 
 PROPERTY = "underwater"
 
@@ -68,6 +68,7 @@ def register(on_change: OnChange | None = None, on_material_change: OnChange | N
     group = type(_CLASS, (bpy.types.PropertyGroup,), description)
     bpy.utils.register_class(group)
     setattr(bpy.types.Scene, PROPERTY, bpy.props.PointerProperty(type=group))
+    stored_clouds.register()
     stored_lamps.register()
     stored_materials.register(on_material_change)
 
@@ -76,6 +77,7 @@ def unregister() -> None:
     """Take them away; the values stay in the file."""
     stored_materials.unregister()
     stored_lamps.unregister()
+    stored_clouds.unregister()
     delattr(bpy.types.Scene, PROPERTY)
     bpy.utils.unregister_class(bpy.types.PropertyGroup.bl_rna_get_subclass_py(_CLASS))
 

@@ -1,7 +1,9 @@
-"""Render what the gallery compares: the engines side by side, and a turntable of Jerlov types.
+"""Render what the gallery compares: engines, a turntable of Jerlov types, a night dive.
 
     python3 dev.py run tools/gallery.py engines       docs/pictures/engines.jpg
     python3 dev.py run tools/gallery.py turntable     docs/pictures/jerlov_types.webp
+    python3 dev.py run tools/gallery.py ports         docs/pictures/ports.jpg
+    python3 dev.py run tools/gallery.py night         docs/pictures/night_dive.webp
 
 Passes are kept in out/gallery: a job that was stopped goes on.
 """
@@ -16,6 +18,7 @@ from pathlib import Path
 
 import bpy
 import make_pictures
+import night_dive
 import numpy as np
 from PIL import Image, ImageDraw
 
@@ -39,6 +42,21 @@ TURNED = (
     "--sun-zenith", "30", "--sun-azimuth", "120", "--white-balance", "daylight",
     "--tone", "nikon-d7000", "--resolution", "360", "203", "--samples", "8",
 )  # fmt: skip
+BY_NIGHT = (
+    "--water", "jerlov:IB", "--sunlight", "0", "--surface", "flat",
+    "--white-balance", "daylight", "--tone", "nikon-d7000", "--exposure", "10.5",
+    "--resolution", "320", "180", "--bands", "6",
+)  # fmt: skip
+NIGHT = {
+    "eevee": ("--engine", "eevee", "--mode", "realtime", "--samples", "8"),
+    "cycles": ("--engine", "cycles", "--samples", "32"),
+}
+PORTS = {
+    "no port": (),
+    "flat port": ("--housing", "flat"),
+    "dome": ("--housing", "dome", "--dome-forward", "10"),
+}
+NEAR, WIDE = (0.15, -1.35, -4.45), 80.0
 DEPTH, EYE, TARGET = 5.0, (0.1, -2.4, -4.25), (0.25, 0.0, -4.68)
 
 
@@ -123,6 +141,37 @@ def turntable() -> None:
     )  # fmt: skip
 
 
+def ports() -> None:
+    """Write the corals near by without a port, through a flat one and through a dome."""
+    scene = OUT / "ports.blend"
+    if not scene.exists():
+        build_turntable(OUT / "turntable.blend")
+        camera = bpy.context.scene.camera
+        camera.location, camera.data.angle = NEAR, math.radians(WIDE)
+        bpy.ops.wm.save_as_mainfile(filepath=str(scene), copy=True, compress=True)
+    pictures = []
+    for name, options in PORTS.items():
+        out = OUT / f"port_{name}"
+        render(scene, out, *TURNED, *options, "--water", "jerlov:IB", "--frames", str(SHOWN))
+        picture = Image.open(out / f"{SHOWN:04d}.png").convert("RGB")
+        ImageDraw.Draw(picture).text((8, 6), name, "white", font_size=16)
+        pictures.append(np.asarray(picture))
+    Image.fromarray(np.concatenate(pictures, axis=1)).save(PICTURES / "ports.jpg", quality=84)
+
+
+def night() -> None:
+    """Write frames of a night dive as EEVEE draws them in real time, some of Cycles below."""
+    scene = OUT / "night.blend"
+    if not scene.exists():
+        night_dive.build(scene)
+    frames = {"eevee": night_dive.SHOWN, "cycles": night_dive.BESIDE}
+    for name, options in NIGHT.items():
+        chosen = ",".join(map(str, frames[name]))
+        render(scene, OUT / f"night_{name}", *BY_NIGHT, *options, "--frames", chosen)
+    picture = night_dive.sheet(OUT / "night_eevee", OUT / "night_cycles")
+    picture.save(PICTURES / "night_dive.webp", quality=80, method=6)
+
+
 if __name__ == "__main__":
     for wanted in sys.argv[1:]:
-        {"engines": engines, "turntable": turntable}[wanted]()
+        {"engines": engines, "turntable": turntable, "night": night, "ports": ports}[wanted]()

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import bpy
 
-from ..scene import stored_lamps, stored_materials, stored_settings
+from ..scene import stored_clouds, stored_lamps, stored_materials, stored_settings
 from . import asset_library, operators, property_group, sections, sun_handle
 
 _FILE = "help.html"
@@ -26,6 +26,7 @@ def entries() -> Iterator[tuple[str, str, str]]:
         ("UnderwaterProperties", bpy.types.Scene, stored_settings.PROPERTY),
         ("UnderwaterPanelProperties", bpy.types.Scene, property_group.PROPERTY),
         ("UnderwaterLamp", bpy.types.Light, stored_lamps.PROPERTY),
+        ("UnderwaterCloud", bpy.types.Object, stored_clouds.PROPERTY),
         ("UnderwaterMaterial", bpy.types.Material, stored_materials.PROPERTY),
     )
     for kind, owner, name in groups:

@@ -18,7 +18,7 @@ from bpy_extras.io_utils import ImportHelper
 from ..scene import stored_lamps
 from ..scene import stored_settings as optics
 from ..scene.session import is_live
-from ..scene.water import lamp_rigs
+from ..scene.water import lamp_rigs, new_clouds
 from ..settings.known_words import LAMP_SPECTRA
 from ..uw_spectral.errors import InputError
 from ..uw_spectral.spectra import sensor as sensors
@@ -258,6 +258,26 @@ class AddLamps(_CameraOperator):
     @override
     def run(self, context: bpy.types.Context) -> None:
         lamp_rigs.add_rig(context.scene, self.rig)
+        if is_live(context.scene):
+            from ..scene.viewport import live
+
+            live.update(context.scene)
+
+
+class AddCloud(ReportingOperator):
+    """Adds a cloud of silt before the camera."""
+
+    bl_idname = "underwater.add_cloud"
+    bl_label = "Add Cloud"
+    bl_description = "Add a cloud of silt before the camera: an empty, whose outline is its size"
+
+    @override
+    def run(self, context: bpy.types.Context) -> None:
+        made = new_clouds.add_puff(context.scene)
+        for item in context.selected_objects:
+            item.select_set(False)
+        made.select_set(True)
+        context.view_layer.objects.active = made
         if is_live(context.scene):
             from ..scene.viewport import live
 
@@ -578,6 +598,7 @@ CLASSES = (
     Rebuild,
     Submerge,
     AddLamps,
+    AddCloud,
     ChooseSpectrum,
     OpenWater,
     OpenSensor,

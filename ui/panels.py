@@ -8,12 +8,13 @@ from typing import TYPE_CHECKING, Any, ClassVar, override
 import bpy
 
 from ..quality.methods import METHODS
-from ..scene import stored_lamps, stored_materials
+from ..scene import stored_clouds, stored_lamps, stored_materials
 from ..scene import stored_settings as optics
 from ..scene.session import is_live
 from ..scene.unheeded import unheeded, unheeded_of_camera
 from ..settings.scene_settings import SETTINGS
 from ..settings.setting import SECTIONS
+from ..uw_spectral.clouds.matter import UNITS
 from ..uw_spectral.housing.description import NONE
 from . import migration, preferences, presets, previews, property_group, sections, sun_handle
 
@@ -286,6 +287,26 @@ class ParticlesPanel(_SectionPanel, bpy.types.Panel):
     @override
     def before(self, context: bpy.types.Context) -> None:
         self.column().label(text="Larger than 0.1 mm, per litre", icon="PARTICLES")
+
+    @override
+    def after(self, context: bpy.types.Context) -> None:
+        from ..scene.seen import clouds
+
+        column = self.column()
+        column.separator()
+        column.operator("underwater.add_cloud", icon="OUTLINER_OB_VOLUME")
+        found, active = clouds.marked(context.scene), context.object
+        if active is not None and active not in found and active.type in (clouds.PUFF, clouds.GRID):
+            own = getattr(active, stored_clouds.PROPERTY)
+            column.prop(own, "constituent", text=active.name)
+        for item in found:
+            box = column.box().column()
+            box.label(text=item.name, icon="OUTLINER_OB_VOLUME")
+            own = getattr(item, stored_clouds.PROPERTY)
+            box.prop(own, "constituent")
+            box.prop(own, "concentration", text=f"Concentration ({UNITS[own.constituent]})")
+            for said in clouds.said_of(item):
+                _say(box, f"{said[0].upper()}{said[1:]}.")
 
 
 class SunPanel(_SectionPanel, bpy.types.Panel):

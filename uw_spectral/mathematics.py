@@ -72,6 +72,25 @@ def dot(one: Sequence[Operand], other: Sequence[Operand]) -> Operand:
     return one[0] * other[0] + one[1] * other[1] + one[2] * other[2]
 
 
+def error_function(x: Operand, m: Mathematics) -> Operand:
+    """Error function of a number, within 1.5e-7.
+
+    Abramowitz & Stegun 1964, 7.1.26.
+
+    Examples
+    --------
+    >>> error_function(np.array([-1.0, 0.0, 0.5]), NUMPY).round(6)
+    array([-0.842701,  0.      ,  0.5205  ])
+    """
+    size = m.absolute(x)
+    t = 1.0 / (1.0 + 0.3275911 * size)
+    total: Operand = 0.0
+    for factor in (1.061405429, -1.453152027, 1.421413741, -0.284496736, 0.254829592):
+        total = (total + factor) * t
+    sign = 1.0 - 2.0 * m.less(x, 0.0 * size)
+    return sign * (1.0 - total * m.exp(-(size * size)))
+
+
 def _interpolate(x: Operand, xs: Operand, ys: Operand) -> Operand:
     x = np.asarray(x)
     return np.interp(x, xs, ys).astype(x.dtype)

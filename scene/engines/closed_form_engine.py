@@ -15,6 +15,7 @@ from ...datasets.layer_file import FrameLayers
 from ...settings.render_plan import RenderPlan
 from ...uw_spectral.spectra.spectral_image import read_exr, write_rgb_exr
 from ..seen import waterline
+from ..seen.clouds import objects_of
 from ..seen.lamps import plan_lamps
 from ..water import closed_form_water, continued_seabed, scene_water
 from ..water.closed_form_water import MOST_BANDS, ClosedFormWater
@@ -68,6 +69,7 @@ def closed_form(
     first = water_of(plan, given_of(plan, opening.depth, opening.weights))
     notes = closed_form_water.add(scene, first.of_bands(passes[0], len(passes[0])), opening.extent)
     notes += closed_form_water.notes(plan.settings, plan.phase)
+    notes += [f"cloud {x.name!r} is not drawn by --field closed-form" for x in objects_of(scene)]
     try:
         with eevee_settings.realtime_settings(
             scene, camera, samples=plan.settings.samples, water=None

@@ -17,10 +17,11 @@ from ...uw_spectral.errors import InputError
 from ...uw_spectral.imaging.layers import parse_layers
 from ...uw_spectral.spectra.spectral_image import read_exr, write_rgb_exr
 from ..materials import band_colors
-from ..seen import cameras, waterline
+from ..seen import cameras, clouds, waterline
 from ..seen.lamps import plan_lamps
 from ..seen.surroundings import Ground
 from ..water import (
+    cloud_volumes,
     continued_seabed,
     cycles_water,
     inelastic_layers,
@@ -77,6 +78,9 @@ def cycles_bands(
         indices_in_water=chosen.indices_in_water,
     )  # fmt: skip
     notes += [note for phase in cycles_phases(plan) for note in phase.notes]
+    notes += cloud_volumes.add_clouds(scene, plan)
+    if wanted and clouds.objects_of(scene):
+        notes.append(cloud_volumes.LAYERS)
     notes += continued_seabed.notes(plan, ground)
     light, layers = first.emission(), None
     if light is not None:
@@ -102,6 +106,7 @@ def cycles_bands(
                 floating = particles.particles_of(now.settings, now.column)
                 particles.bring(scene, floating, lambda m: band_colors.insert([m]))
                 values = PassValues.of_plan(now, scene)
+                values = values.with_values(cloud_volumes.values(scene, now))
                 light = now.emission()
                 if layers is not None and light is not None:
                     values = values.with_values(

@@ -16,6 +16,7 @@ from mathutils import Color
 from numpy.typing import NDArray
 
 from ...node_groups import uplift
+from ...uw_spectral.spectra.colour_rendering import luminance
 from ...uw_spectral.surface.refraction import REFRACTIVE_INDEX
 from ...uw_spectral.surface.wet_reflectance import (
     GRAIN_INDEX,
@@ -63,6 +64,20 @@ _GRAZING = 0.1  # mean share of what shows at grazing angles
 _GRAZING_NODES = {"ShaderNodeFresnel", "ShaderNodeLayerWeight"}
 _GRAINS = GRAIN_INDEX / REFRACTIVE_INDEX
 _CLEAR, _DARK = nodes_that(PASSES, REFRACTS), nodes_that(EMITS, HIDES)
+_TEXTURES = {"ShaderNodeTexChecker", "ShaderNodeTexBrick"}
+_MATH: dict[str, Callable[..., float]] = {
+    "ADD": lambda a, b: a + b,
+    "SUBTRACT": lambda a, b: a - b,
+    "MULTIPLY": lambda a, b: a * b,
+    "DIVIDE": lambda a, b: a / b if b else 0.0,
+    "MULTIPLY_ADD": lambda a, b, c: a * b + c,
+    "POWER": lambda a, b: max(a, 0.0) ** b if a > 0 or b > 0 else 0.0,
+    "SQRT": lambda a: max(a, 0.0) ** 0.5,
+    "ABSOLUTE": lambda a: abs(a),
+    "MINIMUM": min,
+    "MAXIMUM": max,
+}
+"""What numbers become, as if they did not vary."""
 _PASSED_ON = {
     "ShaderNodeGamma", "ShaderNodeBrightContrast", "ShaderNodeHueSaturation", "ShaderNodeRGBCurve",
     "NodeReroute",
@@ -201,6 +216,25 @@ class _Means:
             return _PLAIN if mapped is None else _rgb([mapped.mean()] * 3)
         if kind in ("ShaderNodeMix", "ShaderNodeMixRGB"):
             return self._mixed(node)
+        if kind in _TEXTURES:
+            return self._texture(node, output)
+        if kind == "ShaderNodeMath" and node.operation in _MATH:
+            values = [self.of(i)[0] for i in node.inputs if not i.is_unavailable]
+            found = _MATH[node.operation](*values)
+            return _rgb([min(max(found, 0.0), 1.0) if node.use_clamp else found] * 3)
+        if kind == "ShaderNodeInvert":
+            factor, colour = (np.array(self.of(i)) for i in node.inputs)
+            return _rgb(colour + factor * (1.0 - 2.0 * colour))
+        if kind == "ShaderNodeRGBToBW":
+            return _rgb([luminance(self.of(node.inputs[0]))] * 3)
+        if kind == "ShaderNodeSeparateColor" and node.mode == "RGB":
+            place = [o.name for o in node.outputs].index(output.name)
+            return _rgb([self.of(node.inputs[0])[place]] * 3)
+        if kind == "ShaderNodeCombineColor" and node.mode == "RGB":
+            return _rgb([self.of(i)[0] for i in node.inputs])
+        if kind == "ShaderNodeClamp":
+            value, low, high = (self.of(i)[0] for i in node.inputs)
+            return _rgb([min(max(value, low), high)] * 3)
         if kind == "ShaderNodeTexImage":
             return _image_mean(node.image, alpha=output.name == "Alpha")
         if kind in _GRAZING_NODES:
@@ -215,6 +249,24 @@ class _Means:
         if kind == "NodeGroupInput" and self.groups:
             return self._outside(output, self.of)
         return _PLAIN
+
+    def _texture(self, node: bpy.types.Node, output: bpy.types.NodeSocket) -> Rgb:
+        """Mean of a pattern of two colours."""
+        if output.name != "Color":
+            return _PLAIN
+        if node.bl_idname == "ShaderNodeTexChecker":
+            one, other = (np.array(self.of(node.inputs[n])) for n in ("Color1", "Color2"))
+            return _rgb(0.5 * (one + other))
+        names = ("Color1", "Color2", "Mortar", "Mortar Size", "Bias", "Brick Width", "Row Height")
+        one, other, between, gap, bias, wide, high = (
+            np.array(self.of(node.inputs[name])) for name in names
+        )
+        sides = np.clip(1.0 - 2.0 * gap / np.maximum((wide, high), _THINNEST), 0.0, 1.0)
+        # Of a number from 0 to 1 and the bias, cut to 0 to 1.
+        least, most = np.clip(bias, -1.0, 0.0), np.clip(bias, 0.0, 1.0)
+        share = np.where(bias < 0, 0.5 * (1.0 + least) ** 2, 1.0 - 0.5 * (1.0 - most) ** 2)
+        bricks = one + share * (other - one)
+        return _rgb(between + sides.prod(axis=0) * (bricks - between))
 
     def _values(self, socket: bpy.types.NodeSocket) -> Array | None:
         """Return values of a number that varies as noise does, all as frequent; None of others."""

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from ...uw_spectral.clouds.solved_cloud import Cloud
 from ...uw_spectral.shade.shade_table import ShadeTable
 from ...uw_spectral.shade.view_cover import ViewCover
 from ..materials.realtime_materials import Kinds
@@ -56,6 +57,10 @@ class Snapshot:
         such seabed; None without that floor.
     seabed_colour : three floats
         Of that floor, linear Rec.709.
+    clouds : tuple of (Cloud, float)
+        Clouds, and how far each is from the camera, m.
+    cloud_notes : tuple of str
+        What is not drawn of clouds.
     frame : four floats
         Left, bottom, width and height of the picture of an orthographic camera, m; zero of others.
     port : float
@@ -70,5 +75,7 @@ class Snapshot:
     kinds: Kinds = field(default_factory=Kinds)
     seabed: float | None = None
     seabed_colour: tuple[float, float, float] = (0.5, 0.5, 0.5)
+    clouds: tuple[tuple[Cloud, float], ...] = ()
+    cloud_notes: tuple[str, ...] = ()
     frame: tuple[float, ...] = (0.0, 0.0, 0.0, 0.0)
     port: float = 0.0

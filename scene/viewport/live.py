@@ -22,7 +22,7 @@ from ...uw_spectral.transfer.water_column import WaterColumn
 from .. import colour_space, contents, marks, stored_settings
 from ..engines.eevee_settings import ENGINE
 from ..materials import realtime_materials, wet_colours
-from ..seen import lamps
+from ..seen import clouds, lamps
 from ..session import SESSION
 from ..water import continued_seabed, frame_water, metering, moving_surface, realtime, scene_water
 from ..water.eevee_water import Eye, eevee_water
@@ -381,7 +381,7 @@ def _engine_name(scene: bpy.types.Scene) -> str:
 def _key(scene: bpy.types.Scene, chosen: SceneSettings, depth: float) -> str:
     moving = chosen.surface == moving_surface.WAVES
     time = moving_surface.wave_time(scene, chosen) if moving else 0.0
-    return repr((chosen, depth, time, lamps.state(scene)))
+    return repr((chosen, depth, time, lamps.state(scene), clouds.state(scene)))
 
 
 def _settings(scene: bpy.types.Scene) -> SceneSettings:

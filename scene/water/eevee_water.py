@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -10,13 +11,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...settings.render_plan import RenderPlan, plan_of
+from ...uw_spectral.clouds.solved_cloud import Cloud
 from ...uw_spectral.errors import InputError
 from ...uw_spectral.shade.shade_table import ShadeTable, without_shade
 from ...uw_spectral.shade.view_cover import KeptPicture, ViewCover, no_cover
 from ...uw_spectral.transfer.radiance_table import TABLE_STREAMS
 from .. import contents
 from ..materials import band_colors, realtime_materials
-from ..seen import cameras, lamps, waterline
+from ..seen import cameras, clouds, lamps, waterline
 from ..seen.filled_view import filled_view
 from ..seen.snapshot import Snapshot, ViewFromAir
 from ..seen.surroundings import Surroundings, has_things
@@ -125,6 +127,10 @@ def eevee_water(
         reflectances, shaded, cover, shining, eye.from_air, kinds, seabed,
         port=cameras.before_water(eye.camera),
     )  # fmt: skip
+    floating = clouds.clouds_of(scene, plan.bands.centres)
+    if floating.objects:
+        unseen = floating.unseen_by_eevee(lamps=bool(shining.lamps), shafts=plan.draws_shafts)
+        seen = replace(seen, clouds=_away(floating.puffs, place), cloud_notes=unseen)
     if ground is not None:
         seen = replace(seen, seabed_colour=ground.colour)
     frame = cameras.orthographic_frame(scene, eye.camera)
@@ -144,6 +150,11 @@ def eevee_water(
     return replace(
         water, column=plan.column, particles=particles, indices_in_water=chosen.indices_in_water
     )
+
+
+def _away(puffs: Sequence[Cloud], place: Sequence[float]) -> tuple[tuple[Cloud, float], ...]:
+    """Return clouds with how far each is from a place, m."""
+    return tuple((puff, math.dist(puff.puff.middle, place)) for puff in puffs)
 
 
 def _cover(

@@ -19,6 +19,7 @@ from ...node_groups import (
     realtime_volume,
 )
 from ...node_groups.realtime_values import Numbers, Shape
+from ...uw_spectral.clouds.solved_cloud import cloud_numbers
 from ...uw_spectral.lamps.multiple_scattering import LampWater, lamp_water
 from ...uw_spectral.shade.carried_light import CarriedLight, carried_light
 from ...uw_spectral.shade.view_cover import ViewCover
@@ -265,7 +266,10 @@ class RealtimeWater:
                 realtime_values.GLITTER: column.glitter * bool(self.waves.slope_x.any()),
                 realtime_values.GLITTER_WIDTH: self.waves.glitter_width(column.refractive_index),
             }
-        return Numbers(channels, single)
+        clouds = realtime_values.of_clouds(
+            [cloud_numbers(x, self.field, self.channels, away) for x, away in self.seen.clouds]
+        )
+        return Numbers(channels | dict(clouds.channels), single | dict(clouds.single))
 
 
 def _in_air(channels: Channels, light: LightInAir) -> dict[str, NDArray[np.float64]]:
@@ -357,6 +361,7 @@ def realtime_water(
         translucent=seen.kinds.translucent, filters=seen.kinds.filters,
         glows=seen.kinds.glows, highlights=seen.kinds.highlights,
         measured=len(seen.reflectances), port=seen.port > 0.0,
+        clouds=tuple(cloud.matter.phase for cloud, _ in seen.clouds),
     )  # fmt: skip
     around_lamps = lamps.around
     if lamps.lamps and around_lamps is None:

@@ -159,8 +159,10 @@ def add_realtime(scene: bpy.types.Scene, water: RealtimeWater, extent: WaterExte
             if image is not None
         },
         list(zip(realtime_lamps.shadow_lamps([x.data for x in shining]), shining, strict=True)),
+        followers_seen=False,  # EEVEE would draw them; the shaders draw the lamps
         floor_shades=False,
     )
+    notes += water.seen.cloud_notes
     notes += [*water.seen.lamps.notes, *scene_water.add(scene, filling, water.column, extent)]
     values[_OWNER] = marks.collection_of(scene)
     set_values(scene, water)

@@ -60,7 +60,9 @@ class Filling:
     parts : mapping of str to ID
         Data-blocks that :func:`part` returns.
     followers : sequence of tuples
-        Lamps that are where objects of the scene are, and seen where these are.
+        Lamps that are where objects of the scene are.
+    followers_seen : bool
+        Whether cameras see them where they see these objects; else never.
     floor_shades : bool
         Whether the floor throws shadows; nothing is seen under it, and maps of it cost time.
     """
@@ -72,6 +74,7 @@ class Filling:
     images: WaveImages | None = None
     parts: Mapping[str, bpy.types.ID] = field(default_factory=dict)
     followers: Sequence[tuple[bpy.types.Light, bpy.types.Object]] = ()
+    followers_seen: bool = True
     floor_shades: bool = True
 
 
@@ -143,7 +146,7 @@ def add(
         items.append(bpy.data.objects.new(lamp.name, lamp))
         items[-1][marks.IS_SUN] = lamp == filling.lamps[0]
     for number, (lamp, leader) in enumerate(filling.followers):
-        items.append(_follower(lamp, leader))
+        items.append(_follower(lamp, leader, seen=filling.followers_seen))
         items[-1][marks.FOLLOWS] = number
     if filling.images is not None:
         parts[marks.CAUSTICS], parts[marks.SLOPES] = filling.images.caustics, filling.images.slopes
@@ -233,9 +236,9 @@ def turn(lamp: bpy.types.Object, direction: Iterable[float]) -> None:
     lamp.rotation_quaternion = Vector([float(x) for x in direction]).to_track_quat("-Z", "Y")
 
 
-def _follower(lamp: bpy.types.Light, leader: bpy.types.Object) -> bpy.types.Object:
+def _follower(lamp: bpy.types.Light, leader: bpy.types.Object, *, seen: bool) -> bpy.types.Object:
     item = bpy.data.objects.new(lamp.name, lamp)
-    item.visible_camera = marks.is_seen(leader)
+    item.visible_camera = seen and marks.is_seen(leader)
     item.constraints.new("COPY_TRANSFORMS").target = leader
     if lamp.type != "AREA":
         # Scale is in the profile; here it would stretch the directions that nodes read.
@@ -343,6 +346,9 @@ def _let_go() -> None:
     apparent_places.give_back(set().union(*lit.values()) if lit else ())
     apparent_places.unite(waters)
     data = bpy.data
-    kinds = (data.meshes, data.lights, data.materials, data.worlds, data.node_groups, data.images)
+    kinds = (
+        data.meshes, data.volumes, data.lights, data.materials, data.worlds, data.node_groups,
+        data.images,
+    )  # fmt: skip
     while unused := [b for k in kinds for b in k if MARK in b and b.is_editable and not b.users]:
         data.batch_remove(unused)

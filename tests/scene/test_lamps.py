@@ -137,6 +137,16 @@ def test_shadows_of_two_lamps_are_told_apart(scene, tmp_path, sunlight):
     assert beside["both"] - beside["none"] > 0
 
 
+def test_a_lamp_that_shines_away_is_dark(scene, tmp_path):
+    """EEVEE would draw what casts its shadows: a lamp of one channel, a bright spot."""
+    spot = _lamp((0.03, 2.0, -DEPTH + 0.03), kind="SPOT")
+    spot.data.shadow_soft_size = 0.1
+    pictures = []
+    for spot.visible_camera in (False, True):
+        pictures.append(_by("eevee", scene, folder=tmp_path)[1])
+    assert pictures[1] == pytest.approx(pictures[0], rel=0.01)
+
+
 def test_a_metal_ball_shows_the_image_of_a_lamp(scene, tmp_path):
     """All light of its highlight is that of the image in a convex mirror, focal length R/2.
 

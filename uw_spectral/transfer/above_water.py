@@ -14,11 +14,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..mathematics import NUMPY, Mathematics, Operand
+from ..mathematics import NUMPY, Mathematics, Operand, dot
+from ..surface.refraction import fresnel_reflectance
 from .radiance_field import Ripples
 from .rough_surface import beam_reflectance
 from .water_column import WaterColumn
 
+_STEEPEST, _FLATTEST = 0.3, 0.02  # cosines of facets to the level, and of views to the surface
 _LOWEST_VIEW = 0.25  # downward component of a view for which the sun is turned
 _MOST_TURN = 3.0  # factor on the sun's cosine, close to where a thing turns away from it
 
@@ -114,8 +116,7 @@ def turned_sun(cosine: Operand, other: Operand, m: Mathematics = NUMPY) -> Opera
 
 def glitter_from_above(
     sun_irradiance: Operand,
-    mirrored: Sequence[Operand],
-    reflectance: Operand,
+    view: Sequence[Operand],
     ripples: Ripples,
     relative_index: Operand,
     sun_disc2: float,
@@ -123,17 +124,15 @@ def glitter_from_above(
 ) -> Operand:
     """Radiance of the sun's image on the waves, seen from the air.
 
-    As :func:`.sun_glitter` is from below: the finer waves spread a mirrored ray by twice the angle
-    of a facet, a refracted one by n - 1 of it.
+    Facets whose slopes mirror the sun into the eye, by their share of the surface that is seen: the
+    finer waves' slopes are Gaussian about those of the surface there.
 
     Parameters
     ----------
     sun_irradiance : float or array
         Across the sunlight, in air.
-    mirrored : three floats or arrays
-        Of :func:`.seen_from_air`.
-    reflectance : float or array
-        Of the surface there.
+    view : three floats or arrays
+        Unit direction away from the camera; z < 0.
     ripples : Ripples
         The surface there, with the direction that sunlight travels to in air.
     relative_index : float
@@ -142,14 +141,26 @@ def glitter_from_above(
         Mean squared angle of the sun's disc, rad².
     m : Mathematics
         Elementary functions.
+
+    References
+    ----------
+    C. Cox & W. Munk, J. Opt. Soc. Am. 44, 838 (1954): R E p / (4 cos θ cos⁴ β).
     """
-    turn = 2.0 / (relative_index - 1.0)
-    width2 = (ripples.glitter_width - sun_disc2) * turn * turn + sun_disc2
-    sun = ripples.sun
+    sun, n = ripples.sun, relative_index
     assert sun is not None, "the sun in air is known"
-    x, y, z = (a + b for a, b in zip(mirrored, sun, strict=True))
-    image = m.exp(-m.minimum((x * x + y * y + z * z) / width2, 80.0)) / (math.pi * width2)
-    return reflectance * image * sun_irradiance * ripples.glitter
+    # A mirrored ray turns by twice the angle of a facet.
+    width2 = (ripples.glitter_width - sun_disc2) / ((n - 1.0) * (n - 1.0)) + sun_disc2 / 4.0
+    x, y, z = (-a - b for a, b in zip(view, sun, strict=True))
+    length = m.sqrt(m.maximum(x * x + y * y + z * z, 1e-9))
+    x, y, up = x / length, y / length, m.maximum(z / length, _STEEPEST)
+    away_x, away_y = -x / up - ripples.slopes[0], -y / up - ripples.slopes[1]
+    off = (away_x * away_x + away_y * away_y) / width2
+    share = m.exp(-m.minimum(off, 80.0)) / (math.pi * width2)
+    reflectance = fresnel_reflectance(m.maximum(-dot((x, y, up), view), 0.0), n, m)
+    # What is seen of the surface there, over its area on the level.
+    seen = view[0] * ripples.slopes[0] + view[1] * ripples.slopes[1] - view[2]
+    shown = 4.0 * m.maximum(seen, _FLATTEST) * up * up * up * up
+    return m.less(0.0, ripples.glitter) * reflectance * share * sun_irradiance / shown
 
 
 def flattened_sun(

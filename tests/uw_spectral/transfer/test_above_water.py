@@ -16,9 +16,11 @@ from underwater_spectral.uw_spectral.surface.refraction import (
 )
 from underwater_spectral.uw_spectral.transfer.above_water import (
     flattened_sun,
+    glitter_from_above,
     leaving_share,
     light_in_air,
 )
+from underwater_spectral.uw_spectral.transfer.radiance_field import Ripples
 
 N = 1.34
 
@@ -96,3 +98,33 @@ def test_a_flattened_sun_keeps_shadows_where_they_seem_to_fall():
         flat = flattened_sun(sun, towards, N)
         shadow = flat[:2] / -flat[2] * (seeming[1] - seeming[0])
         np.testing.assert_allclose(shadow, sun[:2] / -sun[2], rtol=2e-3)
+
+
+@pytest.mark.parametrize("zenith", [30.0, 60.0, 75.0])
+def test_glitter_is_what_thrown_facets_mirror(zenith):
+    """Facets of Gaussian slopes, each mirroring the sun by itself, counted by direction."""
+    rng, variance, count = np.random.default_rng(3), 0.03, 4_000_000
+    slopes = rng.normal(scale=math.sqrt(variance / 2.0), size=(2, count))
+    up = 1.0 / np.sqrt(1.0 + (slopes**2).sum(axis=0))
+    facet = np.stack([-slopes[0] * up, -slopes[1] * up, up])
+    tilt = math.radians(zenith)
+    sun = np.array([math.sin(tilt), 0.0, -math.cos(tilt)])
+    cosine = -sun @ facet
+    mirrored = sun[:, None] + 2.0 * cosine * facet
+    # Of a square metre on the level: a facet is larger than what it covers.
+    power = np.maximum(cosine, 0.0) / up * fresnel_reflectance(np.maximum(cosine, 0.0), N)
+    power = np.where(mirrored[2] > 0.0, power, 0.0) / count
+    width = (N - 1.0) ** 2 * variance
+    for angle, side in ((zenith, 0.0), (zenith + 8.0, 0.0), (zenith - 15.0, 8.0)):
+        a, b = math.radians(angle), math.radians(side)
+        towards = np.array([math.sin(a) * math.cos(b), math.sin(a) * math.sin(b), math.cos(a)])
+        radius = math.radians(2.0)
+        near = towards @ mirrored > math.cos(radius)
+        seen = power[near].sum() / (2.0 * math.pi * (1.0 - math.cos(radius)))
+        ripples = Ripples((0.0, 0.0), width, 1.0, tuple(sun))
+        cone = towards + rng.uniform(-1.1, 1.1, size=(20_000, 3)) * radius
+        cone /= np.linalg.norm(cone, axis=1, keepdims=True)
+        cone = cone[cone @ towards > math.cos(radius)].T
+        found = (glitter_from_above(1.0, list(-cone), ripples, N, 0.0) * cone[2]).mean()
+        noise = 3.0 / math.sqrt(near.sum())
+        assert found == pytest.approx(seen, rel=0.01 + noise)

@@ -1,0 +1,264 @@
+"""Scenes that lamps shine in, for pictures and for photons."""
+
+from __future__ import annotations
+
+import math
+import runpy
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import bpy
+import numpy as np
+from mathutils import Vector
+
+from ..scene.water import lamp_rigs
+from ..settings import render_plan
+from . import _lamp_room
+from ._shade_scenes import Place, matt
+
+DEPTH = 15.0
+FIELD_OF_VIEW = math.radians(70)
+PHOTONS = 400_000
+SAMPLES = 256
+"""Of Cycles, in IB."""
+_ABOVE_SAND = 1.2
+# Middles and sizes in m, seen from the camera, and colours.
+_SAND = (0.5, 0.42, 0.3)
+_BALL, _BALL_RADIUS, _RED = (0.6, 3.2, -0.5), 0.6, (0.6, 0.08, 0.05)
+_BOX, _BOX_SIZE, _WHITE = (-1.3, 4.2, -0.7), 1.0, (0.8, 0.8, 0.8)
+_FISH, _FISH_AXES, _GREY = (0.1, 4.4, 0.0), (0.42, 0.14, 0.21), (0.3, 0.3, 0.35)
+_DIVERS_Y = 4.3
+# Of a diver who hangs upright, the tank behind: middles and half axes beside that distance.
+_BODY = (
+    ((0.0, 0.0, 0.25), (0.22, 0.14, 0.36)),
+    ((0.0, 0.0, 0.72), (0.11, 0.13, 0.14)),
+    ((-0.13, 0.0, -0.4), (0.09, 0.1, 0.42)),
+    ((0.13, 0.0, -0.4), (0.09, 0.1, 0.42)),
+    ((-0.33, 0.0, 0.25), (0.06, 0.08, 0.32)),
+    ((0.33, 0.0, 0.25), (0.06, 0.08, 0.32)),
+)
+_GEAR = (
+    ((0.0, 0.22, 0.3), (0.09, 0.09, 0.3)),
+    ((-0.13, 0.1, -0.85), (0.1, 0.26, 0.02)),
+    ((0.13, 0.1, -0.85), (0.1, 0.26, 0.02)),
+)
+_NEOPRENE = (0.05, 0.05, 0.06)
+_NET_AT, _NET_REACH, _MESH, _CORD = 4.4, 0.9, 0.3, 0.02
+_TOWARDS = math.pi / 2  # a lamp that is turned so about x shines along y
+_ROOT = Path(__file__).resolve().parent.parent
+type _Solid = tuple[tuple[float, ...], tuple[float, ...]]
+
+
+@dataclass(frozen=True)
+class LitPlace(Place):
+    """A place with lamps.
+
+    Parameters
+    ----------
+    sunlight : float
+        Factor on sun and sky.
+    room : Room, optional
+        The same for photons.
+    photons : int
+        From the lamps, in each of ten batches and bands.
+    """
+
+    sunlight: float = 0.0
+    room: _lamp_room.Room | None = None
+    photons: int = PHOTONS
+
+    def plan(self, samples: int, **changes: object) -> render_plan.RenderPlan:
+        """Resolve it; ``changes`` are other settings."""
+        return super().plan(samples, **({"sunlight": self.sunlight} | changes))
+
+
+def sand_room() -> bpy.types.Object:
+    """Make sand, a ball, a box and open water, seen from 1.2 m above the sand."""
+    scene = bpy.context.scene
+    camera = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))
+    camera.location, camera.rotation_euler.x = (0.0, 0.0, -DEPTH), _TOWARDS
+    camera.data.angle = FIELD_OF_VIEW
+    scene.collection.objects.link(camera)
+    bpy.ops.mesh.primitive_plane_add(size=60.0, location=(0.0, 20.0, -DEPTH - _ABOVE_SAND))
+    bpy.context.object.data.materials.append(matt(_SAND))
+    _sphere(_BALL, (_BALL_RADIUS,) * 3, _RED)
+    bpy.ops.object.shade_smooth()
+    bpy.ops.mesh.primitive_cube_add(size=_BOX_SIZE, location=_seen(_BOX))
+    bpy.context.object.data.materials.append(matt(_WHITE))
+    return camera
+
+
+def _seen(place: Sequence[float]) -> Vector:
+    return Vector(place) - Vector((0.0, 0.0, DEPTH))
+
+
+def _sphere(place: Sequence[float], axes: Sequence[float], colour: Sequence[float]) -> None:
+    bpy.ops.mesh.primitive_uv_sphere_add(segments=32, ring_count=16, location=_seen(place))
+    bpy.context.object.scale = axes
+    bpy.context.object.data.materials.append(matt(colour))
+
+
+def _cube(solid: _Solid, colour: Sequence[float]) -> None:
+    bpy.ops.mesh.primitive_cube_add(size=2.0, location=_seen(solid[0]))
+    bpy.context.object.scale = solid[1]
+    bpy.context.object.data.materials.append(matt(colour))
+
+
+def _for_photons(
+    balls: Sequence[_Solid] = (), boxes: Sequence[_Solid] = (), colour: Sequence[float] = _GREY
+) -> _lamp_room.Room:
+    ellipsoids = [(_BALL, (_BALL_RADIUS,) * 3), *balls]
+    blocks = [(_BOX, (_BOX_SIZE / 2.0,) * 3), *boxes]
+    colours = [_SAND, _RED, *[colour] * len(balls), _WHITE, *[colour] * len(boxes)]
+    balls_of, boxes_of = (
+        np.array([(*at, *half) for at, half in kind]) for kind in (ellipsoids, blocks)
+    )
+    return _lamp_room.Room(-_ABOVE_SAND, balls_of, boxes_of, np.array(colours))
+
+
+def _cords() -> list[_Solid]:
+    """Middles and half sizes of the cords of a net."""
+    places = np.arange(-_NET_REACH, _NET_REACH + _MESH / 2.0, _MESH)
+    upright = [((x, _NET_AT, 0.0), (_CORD, _CORD, _NET_REACH)) for x in places]
+    return upright + [((0.0, _NET_AT, z), (_NET_REACH, _CORD, _CORD)) for z in places]
+
+
+def _diver() -> tuple[list[_Solid], list[_Solid]]:
+    """Ellipsoids and boxes of a diver."""
+    found = [
+        [((x, _DIVERS_Y + y, z), half) for (x, y, z), half in parts] for parts in (_BODY, _GEAR)
+    ]
+    return found[0], found[1]
+
+
+def add_lamp(
+    place: Sequence[float], turn: Sequence[float], lumens: float = 8000.0, cone: float = 70.0
+) -> None:
+    """Add a spot of a cone in degrees at a place seen from the camera, turned from down."""
+    light = bpy.data.lights.new("Lamp", "SPOT")
+    light.spot_size, light.spot_blend = math.radians(cone), 0.4
+    light.energy, light.shadow_soft_size = lumens, 0.03
+    chosen = light.underwater
+    chosen.spectrum, chosen.unit = "led", "lm"
+    item = bpy.data.objects.new("Lamp", light)
+    item.location = _seen(place)
+    item.rotation_euler = turn
+    bpy.context.scene.collection.objects.link(item)
+
+
+def _vehicle() -> bpy.types.Object:
+    """Fill a file with two lamps beside the camera and two above it that shine outwards."""
+    camera = sand_room()
+    for side in (-1.0, 1.0):
+        add_lamp((side, 0.0, -0.2), (_TOWARDS, 0.0, math.atan2(side, 5.0)))
+        add_lamp((side * 0.5, 0.0, 0.6), (_TOWARDS - 0.15, 0.0, -side * 0.3))
+    return camera
+
+
+def _torch(
+    place: Sequence[float], turned: float, lumens: float = 3000.0
+) -> Callable[[], bpy.types.Object]:
+    def build() -> bpy.types.Object:
+        camera = sand_room()
+        add_lamp(place, (_TOWARDS, 0.0, turned), lumens, 50.0)
+        return camera
+
+    return build
+
+
+def _strobes() -> bpy.types.Object:
+    camera = sand_room()
+    for side in (-1.0, 1.0):
+        add_lamp((side * 1.2, 0.3, 0.5), (_TOWARDS - 0.25, 0.0, side * 0.4), 20000.0, 100.0)
+    return camera
+
+
+def _behind_a_fish() -> bpy.types.Object:
+    camera = sand_room()
+    add_lamp((0.0, 5.2, 0.1), (_TOWARDS, 0.0, math.pi), 8000.0, 90.0)
+    _sphere(_FISH, _FISH_AXES, _GREY)
+    return camera
+
+
+def _behind_a_net() -> bpy.types.Object:
+    camera = sand_room()
+    add_lamp((0.05, 5.2, 0.1), (_TOWARDS, 0.0, math.pi), 8000.0, 90.0)
+    for cord in _cords():
+        _cube(cord, _GREY)
+    return camera
+
+
+def _behind_a_diver() -> bpy.types.Object:
+    camera = sand_room()
+    add_lamp((0.1, 5.4, 0.4), (_TOWARDS, 0.0, math.pi), 8000.0, 90.0)
+    body, gear = _diver()
+    for place, axes in body:
+        _sphere(place, axes, _NEOPRENE)
+    for part in gear:
+        _cube(part, _NEOPRENE)
+    return camera
+
+
+def _wreck(folder: Path) -> Callable[[], bpy.types.Object]:
+    file = folder / "wreck.blend"
+    if not file.exists():
+        build = runpy.run_path(str(_ROOT / "examples" / "build_scene.py"))["main"]
+        build(["wreck", str(file), "--detail", "draft"])
+
+    def build_it() -> bpy.types.Object:
+        bpy.ops.wm.open_mainfile(filepath=str(file))
+        scene = bpy.context.scene
+        bpy.context.view_layer.update()
+        lamp_rigs.add_rig(scene, "rov2", scene.camera)
+        return scene.camera
+
+    return build_it
+
+
+_SCENES: tuple[tuple[str, Callable[[], bpy.types.Object], Sequence[str]], ...] = (
+    ("torch across", _torch((0.9, 5.0, 0.5), 0.75 * math.pi), ("I", "II", "III", "3C")),
+    ("torch along", _torch((0.25, 0.0, -0.1), 0.0, 8000.0), ("II",)),
+    ("torch against", _torch((-0.5, 6.0, 0.4), math.pi + 0.15), ("II",)),
+    ("strobe pair", _strobes, ("II",)),
+    ("vehicle with four lamps", _vehicle, ("I",)),
+)
+
+
+TURBID = 0.25
+"""Of the photons, where each is scattered so much more often that they cost as much."""
+
+
+def places(folder: Path) -> list[LitPlace]:
+    """Return the places.
+
+    Parameters
+    ----------
+    folder : Path
+        For scenes that are built once.
+    """
+    room = _for_photons()
+    found = [
+        LitPlace(f"{name}, {water}", build, water, room=room)
+        for name, build, waters in _SCENES
+        for water in waters
+    ]
+    fewer = int(TURBID * PHOTONS)
+    found = [replace(x, photons=fewer) if x.water in ("III", "3C") else x for x in found]
+    fish = _for_photons([(_FISH, _FISH_AXES)])
+    net, diver = _for_photons(boxes=_cords()), _for_photons(*_diver(), _NEOPRENE)
+    found += [
+        LitPlace(f"lamp behind a {name}, {water}", build, water, room=things, photons=photons)
+        for name, build, things, water, photons in (
+            ("fish", _behind_a_fish, fish, "I", PHOTONS),
+            ("fish", _behind_a_fish, fish, "II", PHOTONS),
+            ("net", _behind_a_net, net, "I", PHOTONS),
+            ("net", _behind_a_net, net, "II", fewer),
+            ("diver", _behind_a_diver, diver, "II", fewer),
+        )
+    ]
+    by_cycles = [
+        LitPlace("vehicle and sun, IB", _vehicle, "IB", sunlight=0.05),
+        LitPlace("wreck by night, IB", _wreck(folder), "IB"),
+    ]
+    return found + [replace(place, samples=SAMPLES) for place in by_cycles]

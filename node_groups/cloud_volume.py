@@ -1,0 +1,63 @@
+"""Materials of clouds for Cycles: matter besides the water, where its density is."""
+
+from __future__ import annotations
+
+import bpy
+import numpy as np
+
+from ..uw_spectral.clouds.puff import Puff
+from . import attributes, water_volume
+from .node_mathematics import NODES, Graph, NodeValue, new_group
+from .water_volume import ScatteringLobe
+
+NAME = "UW Cloud"
+
+
+def build_puff(lobes: tuple[ScatteringLobe, ...], index: int, outline: float) -> bpy.types.Material:
+    """Build the material of a puff, whose outline is a sphere in its object's own space."""
+    puff = Puff.of_axes((0.0, 0.0, 0.0), outline * np.eye(3))
+
+    def density(graph: Graph) -> NodeValue:
+        return puff.density(_own_place(graph), NODES) * _wet(graph)
+
+    return _named(water_volume.build(lobes, attributes.cloud(index), density))
+
+
+def build_grid(
+    lobes: tuple[ScatteringLobe, ...], index: int, grid: str = "density"
+) -> bpy.types.Material:
+    """Build the material of an object with a grid of its own."""
+
+    def density(graph: Graph) -> NodeValue:
+        node = graph.node("ShaderNodeAttribute", attribute_name=grid)
+        return NODES.maximum(graph.term(node.outputs["Factor"]), 0.0) * _wet(graph)
+
+    return _named(water_volume.build(lobes, attributes.cloud(index), density))
+
+
+def build_dress(material: bpy.types.Material) -> bpy.types.NodeTree:
+    """Build the geometry nodes that give a volume its material, wherever it comes from."""
+    tree = new_group(NAME, "GeometryNodeTree")
+    tree.is_modifier = True
+    for way in ("OUTPUT", "INPUT"):
+        tree.interface.new_socket("Geometry", in_out=way, socket_type="NodeSocketGeometry")
+    dressed = tree.nodes.new("GeometryNodeSetMaterial")
+    dressed.inputs["Material"].default_value = material
+    tree.links.new(tree.nodes.new("NodeGroupInput").outputs[0], dressed.inputs["Geometry"])
+    tree.links.new(dressed.outputs[0], tree.nodes.new("NodeGroupOutput").inputs[0])
+    return tree
+
+
+def _named(material: bpy.types.Material) -> bpy.types.Material:
+    material.name = NAME
+    return material
+
+
+def _own_place(graph: Graph) -> tuple[NodeValue, NodeValue, NodeValue]:
+    return graph.components(graph.term(graph.node("ShaderNodeTexCoord").outputs["Object"]))
+
+
+def _wet(graph: Graph) -> NodeValue:
+    """Whether a place is in the water."""
+    place = graph.term(graph.node("ShaderNodeNewGeometry").outputs["Position"])
+    return NODES.less(graph.components(place)[2], 0.0)

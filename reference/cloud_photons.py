@@ -1,0 +1,152 @@
+"""Photons in a puff, one by one: its light without the closed forms of uw_spectral/clouds."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..uw_spectral.clouds.matter import BluntPhase, blunt_phase
+from ..uw_spectral.water.phase import PhaseFunction
+
+Array = NDArray[np.float64]
+
+_AROUND = 4.4  # standard deviations: radius of the disc that photons start from
+_ORDERS = 60
+_FAINT = 1e-4
+_ANGLES, _PLACES = 4001, 4001
+
+
+@dataclass(frozen=True, eq=False)
+class GreyPuff:
+    """A sphere of Gaussian density in empty space, in one band.
+
+    Parameters
+    ----------
+    sigma : float
+        Standard deviation, m.
+    absorption, scattering : float
+        In the middle, 1/m.
+    phase : PhaseFunction
+    """
+
+    sigma: float
+    absorption: float
+    scattering: float
+    phase: PhaseFunction
+
+
+def radiance(
+    puff: GreyPuff,
+    beam: Sequence[float],
+    views: Mapping[str, Sequence[float]],
+    *,
+    isotropic: bool = False,
+    count: int = 100_000,
+    radius: float = 0.5,
+    seed: int = 1,
+) -> dict[str, float]:
+    """Return the mean radiance about the middle of a puff, seen from far away.
+
+    The forward peak of its phase function counts as unscattered, as :class:`.BluntPhase` says.
+
+    Parameters
+    ----------
+    puff : GreyPuff
+    beam : three floats
+        Unit direction that light of the normal irradiance 1 travels to.
+    views : mapping of str to three floats
+        Unit view directions, away from the camera.
+    isotropic : bool
+        Light of the scalar irradiance 1 from all sides instead.
+    count : int
+        Photons.
+    radius : float
+        Of the disc about the middle that is seen, standard deviations.
+    seed : int
+    """
+    rng = np.random.default_rng(seed)
+    blunt = blunt_phase(puff.phase)
+    b = puff.scattering * (1.0 - blunt.peak)
+    c = (puff.absorption + b) * puff.sigma
+    angles, p = _phase(puff.phase, blunt)
+    turned = np.cumsum(p * np.sin(angles))
+    s = np.asarray(beam, dtype=np.float64)
+    d = np.tile(s, (count, 1))
+    if isotropic:
+        d = _turned(d, 2.0 * rng.random(count) - 1.0, rng)
+    around = _turned(d, np.zeros(count), rng)
+    x = around * (_AROUND * np.sqrt(rng.random(count)))[:, None] - 10.0 * d
+    weight = np.full(count, math.pi * _AROUND**2 / count)
+    found = dict.fromkeys(views, 0.0)
+    for _ in range(_ORDERS):
+        x, met = _next_place(x, d, c, rng)
+        weight = weight * met * (b / (puff.absorption + b))
+        for name, view in views.items():
+            v = np.asarray(view, dtype=np.float64)
+            seen = np.linalg.norm(x - (x @ v)[:, None] * v, axis=1) < radius
+            turn = np.arccos(np.clip(-d[seen] @ v, -1.0, 1.0))
+            left = np.exp(-c * _beyond(x[seen], -v))
+            share = np.interp(turn, angles, p) * weight[seen] * left
+            found[name] += float(share.sum()) / (math.pi * radius**2)
+        cosines = np.cos(np.interp(rng.random(len(d)), turned / turned[-1], angles))
+        d = _turned(d, cosines, rng)
+        bright = weight > _FAINT * math.pi * _AROUND**2 / count
+        x, d, weight = x[bright], d[bright], weight[bright]
+        if not len(x):
+            break
+    return found
+
+
+def _phase(phase: PhaseFunction, blunt: BluntPhase) -> tuple[Array, Array]:
+    angles = np.linspace(0.0, math.pi, _ANGLES)
+    s2 = np.maximum(np.sin(angles / 2.0) ** 2, 1e-9)
+    return angles, np.minimum(phase.per_steradian(s2) / (1.0 - blunt.peak), blunt.ceiling)
+
+
+def _turned(d: Array, cosines: Array, rng: np.random.Generator) -> Array:
+    """Turn directions by angles about them."""
+    upright = np.abs(d[:, 2:3]) < 0.9
+    other = np.where(upright, [[0.0, 0.0, 1.0]], [[1.0, 0.0, 0.0]])
+    u = np.cross(other, d)
+    u /= np.linalg.norm(u, axis=1, keepdims=True)
+    v, turn = np.cross(d, u), 2.0 * math.pi * rng.random(len(d))
+    sines = np.sqrt(1.0 - cosines**2)[:, None]
+    sideways = np.cos(turn)[:, None] * u + np.sin(turn)[:, None] * v
+    return cosines[:, None] * d + sines * sideways
+
+
+_STEPS = np.linspace(-6.0, 6.0, _PLACES)
+_TABLE = np.concatenate(
+    [
+        [0.0],
+        np.cumsum(
+            0.5
+            * np.diff(_STEPS)
+            * (np.exp(-0.5 * _STEPS[1:] ** 2) + np.exp(-0.5 * _STEPS[:-1] ** 2))
+        ),
+    ]
+)
+"""Integral of a Gaussian by the trapezoidal rule: no closed form is taken for it."""
+
+
+def _beyond(x: Array, d: Array) -> Array:
+    """Integral of the density from places along a direction, standard deviations."""
+    along = x @ d if d.ndim == 1 else np.sum(x * d, axis=1)
+    near = np.sum(x * x, axis=1) - along**2
+    return np.exp(-0.5 * near) * (_TABLE[-1] - np.interp(along, _STEPS, _TABLE))
+
+
+def _next_place(x: Array, d: Array, c: float, rng: np.random.Generator) -> tuple[Array, Array]:
+    """Return where photons meet matter next, and the chance that they do."""
+    along = np.sum(x * d, axis=1)
+    near = np.exp(-0.5 * (np.sum(x * x, axis=1) - along**2))
+    met = 1.0 - np.exp(-c * _beyond(x, d))
+    depth = -np.log1p(-rng.random(len(x)) * met) / c
+    at = np.interp(
+        np.interp(along, _STEPS, _TABLE) + depth / np.maximum(near, 1e-300), _TABLE, _STEPS
+    )
+    return x + (at - along)[:, None] * d, met

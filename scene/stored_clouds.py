@@ -1,0 +1,70 @@
+"""What an object that is a cloud stores besides Blender's own properties: ``object.underwater``."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import bpy
+
+from ..uw_spectral.clouds.matter import MINERALS, PHYTOPLANKTON, UNITS
+
+PROPERTY = "underwater"
+NO_CLOUD = "none"
+
+_CLASS = "UnderwaterCloud"
+_WORDS = {
+    MINERALS: ("Minerals", "Silt and clay that was stirred up or flows in"),
+    PHYTOPLANKTON: ("Phytoplankton", "A bloom, by its chlorophyll"),
+}
+
+
+@dataclass(frozen=True)
+class CloudSettings:
+    """Constituent of a cloud, empty without one, and its concentration in that one's unit."""
+
+    constituent: str = ""
+    concentration: float = 0.0
+
+
+def register() -> None:
+    """Add ``object.underwater``."""
+    items = [(NO_CLOUD, "No Cloud", "An ordinary object")]
+    items += [(name, *_WORDS[name]) for name in UNITS]
+    properties = {
+        "constituent": bpy.props.EnumProperty(
+            name="Cloud of",
+            description="What floats in the water where the object is: about an empty, densest in "
+            "its middle and down to a seventh at the outline that its size and scale draw; of a "
+            "volume object, where its density is",
+            items=items,
+        ),
+        "concentration": bpy.props.FloatProperty(
+            name="Concentration",
+            description="How much there is where the density is 1, besides what the water holds "
+            "everywhere: g/m³ of minerals, mg/m³ of chlorophyll. A diver's fins stir up some tens "
+            "of g/m³, rivers in flood bring hundreds",
+            default=10.0,
+            min=0.0,
+            soft_max=200.0,
+            max=10000.0,
+        ),
+    }
+    description = {"__doc__": "What a cloud stores.", "__annotations__": properties}
+    group = type(_CLASS, (bpy.types.PropertyGroup,), description)
+    bpy.utils.register_class(group)
+    setattr(bpy.types.Object, PROPERTY, bpy.props.PointerProperty(type=group))
+
+
+def unregister() -> None:
+    """Take ``object.underwater`` away; the values stay in the file."""
+    delattr(bpy.types.Object, PROPERTY)
+    bpy.utils.unregister_class(bpy.types.PropertyGroup.bl_rna_get_subclass_py(_CLASS))
+
+
+def stored_cloud(item: bpy.types.Object) -> CloudSettings:
+    """Return what an object stores."""
+    group = getattr(item, PROPERTY, None)
+    if group is None or group.constituent == NO_CLOUD:
+        return CloudSettings()
+    # Properties are float32.
+    return CloudSettings(group.constituent, float(f"{group.concentration:.7g}"))

@@ -1,0 +1,101 @@
+"""Clouds in Cycles: volumes in the water, which add to it."""
+
+from __future__ import annotations
+
+import bpy
+import numpy as np
+from numpy.typing import NDArray
+
+from ...node_groups import attributes, cloud_volume
+from ...settings.render_plan import RenderPlan
+from ...settings.scene_settings import BOUNDED
+from ...uw_spectral.clouds.puff import REACH
+from .. import marks
+from ..seen.clouds import GRID, PUFF, SceneClouds, clouds_of, outline
+from . import scene_water
+from .cycles_phase import CyclesPhase, cycles_phase
+
+NAME = "UW Cloud"
+LAYERS = (
+    "layers J, D, F and T of Cycles take clouds for part of the things behind them: their "
+    "extinction is the water's alone; layers of EEVEE have that of clouds too"
+)
+"""What layers of Cycles do not tell of clouds."""
+
+
+def add_clouds(scene: bpy.types.Scene, plan: RenderPlan) -> list[str]:
+    """Add the clouds of a scene to its water; they follow their objects, and leave with it.
+
+    Returns
+    -------
+    list of str
+        What could not be treated, one line each.
+    """
+    found = clouds_of(scene, plan.bands.centres)
+    for index, (item, phase) in enumerate(zip(found.objects, _phases(found, plan), strict=True)):
+        made = _box(item) if item.type == PUFF else _copy(item)
+        material = (
+            cloud_volume.build_puff(phase.lobes, index, outline(item))
+            if item.type == PUFF
+            else cloud_volume.build_grid(phase.lobes, index)
+        )
+        made.data.materials.clear()
+        made.data.materials.append(material)
+        if item.type == GRID:
+            # What geometry nodes make has a material of its own, or none.
+            tree = cloud_volume.build_dress(material)
+            made.modifiers.new(tree.name, "NODES").node_group = tree
+        scene_water.link(scene, made)
+        made[marks.CLOUD] = index
+        if item.type == GRID:
+            hide(item)
+    return list(found.notes)
+
+
+def values(scene: bpy.types.Scene, plan: RenderPlan) -> dict[str, NDArray[np.float64]]:
+    """Return what differs by band of the clouds of the current frame, by attribute."""
+    found, out = clouds_of(scene, plan.bands.centres), {}
+    for index, (cloud, phase) in enumerate(zip(found.clouds, _phases(found, plan), strict=True)):
+        layer, matter = attributes.cloud(index), cloud.matter
+        out[attributes.absorption(layer)] = matter.absorption
+        for number, share in enumerate(phase.shares):
+            out[attributes.scattering(layer, number)] = matter.scattering * share
+        for number, (asymmetry, alpha) in enumerate(phase.shapes):
+            out[attributes.asymmetry(layer, number)] = asymmetry
+            out[attributes.alpha(layer, number)] = alpha
+    return out
+
+
+def hide(item: bpy.types.Object) -> None:
+    """Keep an object out of renders while there is water; the water gives it back."""
+    if marks.HIDDEN not in item:
+        item[marks.HIDDEN] = [item.hide_render, item.hide_viewport]
+        item.hide_render = True
+
+
+def _phases(found: SceneClouds, plan: RenderPlan) -> list[CyclesPhase]:
+    bounded = plan.settings.forward_peak == BOUNDED
+    n = len(plan.bands)
+    return [
+        cycles_phase(x.matter.phase.for_bands(np.ones(n)), bounded=bounded) for x in found.clouds
+    ]
+
+
+def _box(item: bpy.types.Object) -> bpy.types.Object:
+    """Make the box about a puff, in the space of its object."""
+    half = 0.5 * REACH * outline(item)
+    corners = [(x, y, z) for x in (-half, half) for y in (-half, half) for z in (-half, half)]
+    faces = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+    mesh = bpy.data.meshes.new(NAME)
+    mesh.from_pydata(corners, [], faces)
+    made = bpy.data.objects.new(NAME, mesh)
+    made.constraints.new("COPY_TRANSFORMS").target = item
+    return made
+
+
+def _copy(item: bpy.types.Object) -> bpy.types.Object:
+    """Copy a volume object with its modifiers, parent and animation."""
+    made = item.copy()
+    made.data = item.data.copy()
+    made.name = NAME
+    return made

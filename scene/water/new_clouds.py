@@ -1,0 +1,37 @@
+"""A cloud for a scene: an empty that is marked as one."""
+
+from __future__ import annotations
+
+import bpy
+from mathutils import Vector
+
+from ...uw_spectral.clouds.matter import MINERALS
+from ..stored_clouds import PROPERTY
+
+_AHEAD = 3.0  # m from the camera
+_SIZE = 1.0
+
+
+def add_puff(scene: bpy.types.Scene, constituent: str = MINERALS) -> bpy.types.Object:
+    """Add a puff to a scene, before its camera if it has one.
+
+    Parameters
+    ----------
+    scene : Scene
+    constituent : str
+        One of :data:`.matter.UNITS`.
+
+    Returns
+    -------
+    Object
+    """
+    item = bpy.data.objects.new("Silt Cloud", None)
+    item.empty_display_type, item.empty_display_size = "SPHERE", _SIZE
+    camera = scene.camera
+    if camera is not None:
+        item.location = camera.matrix_world @ Vector((0.0, 0.0, -_AHEAD))
+    else:
+        item.location = scene.cursor.location
+    getattr(item, PROPERTY).constituent = constituent
+    scene.collection.objects.link(item)
+    return item

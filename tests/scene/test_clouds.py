@@ -1,0 +1,319 @@
+"""Clouds of a scene: in Cycles, in EEVEE, in records, and that they leave."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import bpy
+import numpy as np
+import pytest
+from underwater_spectral.datasets.layer_file import bands_name
+from underwater_spectral.node_groups import realtime_values
+from underwater_spectral.scene import marks, stored_clouds
+from underwater_spectral.scene.engines import engines
+from underwater_spectral.scene.seen import clouds
+from underwater_spectral.scene.viewport import live
+from underwater_spectral.scene.water import new_clouds, realtime, scene_water, water_body
+from underwater_spectral.scene.water.eevee_water import Eye, eevee_water
+from underwater_spectral.settings import render_plan
+from underwater_spectral.settings.scene_settings import SceneSettings
+from underwater_spectral.tests.scene import snapshot
+from underwater_spectral.uw_spectral.clouds.cloud_light import Clouds
+from underwater_spectral.uw_spectral.clouds.matter import suspended_matter
+from underwater_spectral.uw_spectral.clouds.solved_cloud import cloud_numbers
+from underwater_spectral.uw_spectral.errors import InputError
+from underwater_spectral.uw_spectral.spectra.spectral_image import read_exr
+
+DEPTH, SIGMA = 5.0, 0.5
+PLAIN = SceneSettings(
+    water="jerlov:II", bands=3, samples=4, diffuse_shadows=False, scene_floor=False
+)
+
+pytestmark = pytest.mark.usefixtures("properties")
+
+
+def _camera(width=32, height=20, angle=60.0):
+    scene = bpy.context.scene
+    camera = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))
+    camera.location, camera.rotation_euler = (0.0, 0.0, -DEPTH), (math.pi / 2, 0.0, 0.0)
+    camera.data.clip_start, camera.data.angle = 0.01, math.radians(angle)
+    scene.collection.objects.link(camera)
+    scene.camera = camera
+    scene.render.resolution_x, scene.render.resolution_y = width, height
+    scene.render.resolution_percentage = 100
+    bpy.context.view_layer.update()
+    return camera
+
+
+def _puff(concentration=8.0, location=(0.0, 3.0, -DEPTH), constituent="minerals"):
+    item = new_clouds.add_puff(bpy.context.scene, constituent)
+    item.location = location
+    item.underwater.concentration = concentration
+    bpy.context.view_layer.update()
+    return item
+
+
+def _wall(distance=6.0, size=40.0, colour=0.8):
+    bpy.ops.mesh.primitive_plane_add(
+        size=size, location=(0.0, distance, -DEPTH), rotation=(math.pi / 2, 0.0, 0.0)
+    )
+    item = bpy.context.object
+    material = bpy.data.materials.new("Wall")
+    tree = material.node_tree
+    tree.nodes.clear()
+    shader = tree.nodes.new("ShaderNodeBsdfDiffuse")
+    shader.inputs["Color"].default_value = (colour, colour, colour, 1.0)
+    tree.links.new(shader.outputs[0], tree.nodes.new("ShaderNodeOutputMaterial").inputs[0])
+    item.data.materials.append(material)
+    return item
+
+
+def _images(engine, plan, path):
+    """Render all bands; shape (height, width, n), and the notes."""
+    scene = bpy.context.scene
+    extent = water_body.water_extent(scene, plan.column, DEPTH)
+    render = scene.render
+    image = np.zeros((render.resolution_y, render.resolution_x, len(plan.bands)))
+    if engine == "cycles":
+        opened = engines.cycles_bands(scene, scene.camera, plan, extent, seed=1)
+    elif engine == "realtime":
+        opened = engines.eevee_realtime(scene, scene.camera, plan, extent, DEPTH)
+    else:
+        opened = engines.eevee_bands(scene, scene.camera, plan, extent, DEPTH)
+    with opened as found:
+        draw = found.frame(plan, DEPTH)
+        for bands in found.passes:
+            draw(bands, path)
+            image[..., list(bands)[:3]] = read_exr(path)[0][..., : len(bands)]
+    return image, found.notes
+
+
+def _plan(**changes):
+    return render_plan.make_plan(replace(PLAIN, **changes))
+
+
+def test_what_a_cloud_lets_through_of_a_wall_is_its_transmittance(tmp_path):
+    camera = _camera(angle=8.0)
+    _wall()
+    plan = _plan(layers="T")
+    scene, extent = (
+        bpy.context.scene,
+        water_body.water_extent(bpy.context.scene, plan.column, DEPTH),
+    )
+
+    def drawn(concentration):
+        if concentration:
+            _puff(concentration)
+        with engines.eevee_bands(scene, camera, plan, extent, DEPTH) as found:
+            bands = found.passes[0]
+            layers = found.frame(plan, DEPTH)(bands, tmp_path / "wall.exr")
+        return layers.layers[bands_name("D")].values[10, 16]
+
+    clear, veiled = drawn(0.0), drawn(1.5)
+    matter = suspended_matter("minerals", 1.5, plan.bands.centres)
+    wanted = np.exp(-matter.extinction * SIGMA * math.sqrt(2.0 * math.pi))
+    assert veiled / clear == pytest.approx(wanted, rel=0.02)
+
+
+def test_nodes_do_what_numpy_does(tmp_path):
+    camera = _camera()
+    plan = _plan()
+    clear, _ = _images("bands", plan, tmp_path / "clear.exr")
+    _puff()
+    seen, _ = _images("bands", plan, tmp_path / "seen.exr")
+    water = eevee_water(plan, bpy.context.scene, Eye(camera, DEPTH), np.eye(3))
+    ((cloud, away),) = water.seen.clouds
+    assert away == pytest.approx(3.0)
+    numbers = cloud_numbers(cloud, water.field, water.channels, away)
+    for row, column in ((10, 16), (6, 12), (14, 20)):
+        x = (column + 0.5) / 32 * 2 - 1
+        y = (1 - (row + 0.5) / 20 * 2) * 20 / 32
+        t = math.tan(math.radians(30.0))
+        w = np.array([x * t, 1.0, y * t]) / math.hypot(x * t, 1.0, y * t)
+        found = Clouds([numbers], [cloud.matter.phase], water.field.sun)
+        s2 = np.sum((w + water.field.sun) ** 2) / 4.0
+        veil = found.veil([0.0, 0.0, -DEPTH], list(w), 200.0, s2)
+        light = seen[row, column] - veil.passed * clear[row, column]
+        # Besides its own there is light of the water before it, less than the whole.
+        before = light - veil.light
+        assert np.all(before > -0.01 * clear[row, column])
+        assert np.all(before < (1.0 - veil.passed) * clear[row, column] * 1.01)
+
+
+@pytest.mark.parametrize("water", ["jerlov:IB", "jerlov:II"])
+def test_both_engines_draw_the_same_cloud(water, tmp_path):
+    _camera(24, 16)
+    plan = _plan(water=water, bands=6)
+    _puff(12.0)
+    eevee, _ = _images("bands", plan, tmp_path / "eevee.exr")
+    cycles, _ = _images("cycles", replace(plan, settings=replace(plan.settings, samples=512)),
+                        tmp_path / "cycles.exr")  # fmt: skip
+    middle = np.s_[5:11, 8:16]
+    # Blue and green; in red there is hardly any light.
+    for band in (1, 2):
+        one, other = eevee[middle][..., band].mean(), cycles[middle][..., band].mean()
+        assert one == pytest.approx(other, rel=0.1)
+
+
+def test_a_grid_is_what_a_puff_of_its_density_is(tmp_path):
+    _camera(16, 12)
+    plan = _plan(bands=3, samples=512)
+    puff = _puff(10.0)
+    one, _ = _images("cycles", plan, tmp_path / "puff.exr")
+    puff.underwater.constituent = stored_clouds.NO_CLOUD
+    item = _volume_of_a_puff(puff.location)
+    item.underwater.constituent, item.underwater.concentration = "minerals", 10.0
+    before = snapshot.snapshot()
+    other, _ = _images("cycles", plan, tmp_path / "grid.exr")
+    assert snapshot.snapshot() == before
+    middle = np.s_[3:9, 5:11]
+    assert other[middle].mean((0, 1))[:2] == pytest.approx(one[middle].mean((0, 1))[:2], rel=0.06)
+    notes = _images("bands", plan, tmp_path / "eevee.exr")[1]
+    assert any("EEVEE does not draw clouds of volume objects" in note for note in notes)
+
+
+def _volume_of_a_puff(place):
+    """Add a volume whose density is that of a puff, from geometry nodes."""
+    tree = bpy.data.node_groups.new("Volume", "GeometryNodeTree")
+    tree.interface.new_socket("Geometry", in_out="OUTPUT", socket_type="NodeSocketGeometry")
+    cube = tree.nodes.new("GeometryNodeVolumeCube")
+    cube.inputs["Min"].default_value, cube.inputs["Max"].default_value = (-1.75,) * 3, (1.75,) * 3
+    for name in ("X", "Y", "Z"):
+        cube.inputs[f"Resolution {name}"].default_value = 48
+    where = tree.nodes.new("GeometryNodeInputPosition")
+    square = tree.nodes.new("ShaderNodeVectorMath")
+    square.operation = "DOT_PRODUCT"
+    tree.links.new(where.outputs[0], square.inputs[0])
+    tree.links.new(where.outputs[0], square.inputs[1])
+    scaled = tree.nodes.new("ShaderNodeMath")
+    scaled.operation, scaled.inputs[1].default_value = "MULTIPLY", -0.5 / SIGMA**2
+    tree.links.new(square.outputs["Value"], scaled.inputs[0])
+    exponent = tree.nodes.new("ShaderNodeMath")
+    exponent.operation = "EXPONENT"
+    tree.links.new(scaled.outputs[0], exponent.inputs[0])
+    tree.links.new(exponent.outputs[0], cube.inputs["Density"])
+    tree.links.new(cube.outputs[0], tree.nodes.new("NodeGroupOutput").inputs[0])
+    item = bpy.data.objects.new("Smoke", bpy.data.volumes.new("Smoke"))
+    item.modifiers.new("Volume", "NODES").node_group = tree
+    item.location = place
+    bpy.context.scene.collection.objects.link(item)
+    bpy.context.view_layer.update()
+    return item
+
+
+def test_a_scene_without_clouds_has_no_nodes_for_them():
+    camera = _camera()
+    water = eevee_water(_plan(), bpy.context.scene, Eye(camera, DEPTH), np.eye(3))
+    assert water.shape.clouds == ()
+    assert not any("cloud" in name for name in realtime_values.single_names(water.shape))
+    realtime.add_realtime(
+        bpy.context.scene, water, water_body.water_extent(bpy.context.scene, water.column, DEPTH)
+    )
+    assert not any("Cloud" in group.name for group in bpy.data.node_groups)
+    scene_water.remove(bpy.context.scene)
+
+
+def test_live_water_follows_clouds():
+    scene, _ = bpy.context.scene, _camera()
+    group = getattr(scene, "underwater")  # noqa: B009 - added by the extension
+    group.bands, group.diffuse_shadows, group.scene_floor = 3, False, False
+    live.add(scene)
+    item = _puff(5.0)
+    assert live.update(scene, may_rebuild=False) is False
+    assert live.update(scene)
+    values = next(g for g in bpy.data.node_groups if g.name.startswith("UW Values"))
+    before = values.nodes["cloud 0 extinction"].inputs[0].default_value
+    item.underwater.concentration = 10.0
+    assert live.update(scene, may_rebuild=False)
+    after = values.nodes["cloud 0 extinction"].inputs[0].default_value
+    assert after == pytest.approx(2.0 * before, rel=1e-4)
+    item.location.x = 1.0
+    bpy.context.view_layer.update()
+    assert live.update(scene, may_rebuild=False)
+    assert values.nodes["cloud 0 middle 0"].outputs[0].default_value == pytest.approx(1.0)
+    live.remove(scene)
+
+
+def test_lamps_and_shafts_are_said_not_to_light_clouds():
+    camera = _camera()
+    _puff()
+    lamp = bpy.data.objects.new("Torch", bpy.data.lights.new("Torch", "SPOT"))
+    lamp.location = (0.3, 0.0, -DEPTH)
+    bpy.context.scene.collection.objects.link(lamp)
+    bpy.context.view_layer.update()
+    water = eevee_water(_plan(shafts=True), bpy.context.scene, Eye(camera, DEPTH), np.eye(3))
+    said = " ".join(water.seen.cloud_notes)
+    assert "lamps light it in Cycles only" in said
+    assert "shafts of light are drawn as if it were not there" in said
+
+
+@pytest.mark.parametrize("place", [(0.0, 3.0, 2.0), (60.0, 0.0, -5.0)], ids=["air", "aside"])
+def test_a_cloud_that_is_not_in_view_changes_nothing(place, tmp_path):
+    _camera(16, 10)
+    plan = _plan()
+    clear, _ = _images("bands", plan, tmp_path / "clear.exr")
+    _puff(30.0, place)
+    beside, _ = _images("bands", plan, tmp_path / "beside.exr")
+    assert beside == pytest.approx(clear, rel=2e-3, abs=1e-6)
+
+
+@pytest.mark.parametrize("engine", ["bands", "cycles"])
+def test_a_keyframed_concentration_is_that_of_the_frame(engine, tmp_path):
+    _camera(8, 6)
+    item = _puff(0.0)
+    plan = _plan(samples=64)
+    for frame, amount in ((1, 0.0), (2, 60.0)):
+        item.underwater.concentration = amount
+        item.keyframe_insert("underwater.concentration", frame=frame)
+    means = []
+    for frame in (1, 2):
+        bpy.context.scene.frame_set(frame)
+        means.append(_images(engine, plan, tmp_path / "frame.exr")[0][2:4, 3:5, 1].mean())
+    assert means[1] > 1.2 * means[0]
+
+
+def test_records_say_what_and_where():
+    _camera()
+    item = _puff(7.5, (1.0, 2.0, -4.0))
+    item.scale = (1.0, 2.0, 3.0)
+    bpy.context.view_layer.update()
+    (found,) = clouds.records(bpy.context.scene)
+    assert found["constituent"] == "minerals"
+    assert found["concentration"] == 7.5
+    assert found["unit"] == "g/m³"
+    assert found["position"] == pytest.approx([1.0, 2.0, -4.0])
+    assert np.linalg.norm(found["half_axes"], axis=1) == pytest.approx([1.0, 2.0, 3.0])
+
+
+def test_a_hidden_cloud_is_none():
+    _camera()
+    item = _puff()
+    item.hide_render = True
+    assert clouds.clouds_of(bpy.context.scene, [550.0]).objects == ()
+    assert clouds.records(bpy.context.scene) == ()
+
+
+def test_what_cannot_be_a_cloud_is_said():
+    _camera()
+    wall = _wall()
+    wall.underwater.constituent = "minerals"
+    found = clouds.clouds_of(bpy.context.scene, [550.0])
+    assert found.objects == ()
+    assert "neither an empty nor a volume object" in found.notes[0]
+    flat = _puff()
+    flat.scale = (1.0, 0.0, 1.0)
+    bpy.context.view_layer.update()
+    with pytest.raises(InputError, match=f"cloud '{flat.name}'.*flat"):
+        clouds.clouds_of(bpy.context.scene, [550.0])
+
+
+def test_clouds_leave_with_the_water():
+    scene, camera = bpy.context.scene, _camera()
+    _puff()
+    before = snapshot.snapshot()
+    plan = _plan()
+    extent = water_body.water_extent(scene, plan.column, DEPTH)
+    with engines.cycles_bands(scene, camera, plan, extent, seed=1):
+        assert any(marks.CLOUD in item for item in marks.objects(scene))
+    assert snapshot.snapshot() == before

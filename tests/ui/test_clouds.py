@@ -1,0 +1,39 @@
+"""The button that adds a cloud, and what a plan keeps of it."""
+
+from __future__ import annotations
+
+import bpy
+import pytest
+from underwater_spectral.jobs import manifest as manifests
+from underwater_spectral.scene.seen import clouds
+from underwater_spectral.tests.scene.manifests import small_manifest
+
+
+def test_the_button_puts_a_cloud_before_the_camera(registered):
+    camera = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))
+    camera.location = (1.0, 2.0, -8.0)
+    registered.collection.objects.link(camera)
+    registered.camera = camera
+    bpy.context.view_layer.update()
+    assert bpy.ops.underwater.add_cloud() == {"FINISHED"}
+    bpy.context.view_layer.update()
+    (found,) = clouds.records(registered)
+    # The camera looks down.
+    assert found["position"] == pytest.approx([1.0, 2.0, -11.0])
+    assert (found["constituent"], found["concentration"]) == ("minerals", 10.0)
+    assert bpy.context.view_layer.objects.active.name == found["name"]
+
+
+def test_a_manifest_keeps_the_clouds_of_each_frame(tmp_path):
+    one = ({"name": "Silt", "concentration": 10.0},)
+    planned = small_manifest(tmp_path, frames=3, clouds={2: one})
+    path = tmp_path / "job.json"
+    manifests.write_manifest(path, planned)
+    read = manifests.read_manifest(path)
+    assert [read.clouds_of(frame) for frame in (1, 2, 3)] == [(), one, one]
+
+
+def test_a_manifest_without_clouds_says_nothing_of_them(tmp_path):
+    path = tmp_path / "job.json"
+    manifests.write_manifest(path, small_manifest(tmp_path))
+    assert "clouds" not in path.read_text()

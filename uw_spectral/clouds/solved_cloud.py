@@ -1,0 +1,113 @@
+"""The numbers of a cloud in a solved water, in channels."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..shade.forward_share import share_within
+from ..transfer.channels import Channels
+from ..transfer.solved_field import SolvedField
+from .cloud_light import CloudNumbers
+from .matter import SuspendedMatter, blunt_phase
+from .puff import Puff
+
+_SHALLOWEST, _STEP = 0.02, 0.25  # m
+_TINY = 1e-30
+# Standard deviations up to which a cloud is bright.
+_BRIGHT = 1.5
+_PLACES = 16
+
+
+@dataclass(frozen=True, eq=False)
+class Cloud:
+    """A puff of some matter.
+
+    Attributes
+    ----------
+    puff : Puff
+    matter : SuspendedMatter
+    """
+
+    puff: Puff
+    matter: SuspendedMatter
+
+
+def cloud_numbers(
+    cloud: Cloud, field: SolvedField, channels: Channels, distance: float
+) -> CloudNumbers:
+    """Return what a pixel needs of a cloud.
+
+    Parameters
+    ----------
+    cloud : Cloud
+    field : SolvedField
+        Of the water around it.
+    channels : Channels
+    distance : float
+        About how far it is from the camera, m.
+    """
+    matter, blunt = cloud.matter, blunt_phase(cloud.matter.phase)
+    y = float(np.clip(-float(cloud.puff.middle[2]), _SHALLOWEST, field.floor_depth))
+    near = np.clip(np.array([y - _STEP, y, y + _STEP]), _SHALLOWEST / 2.0, field.floor_depth)
+    sun, spread, ambient = _light(field, near)
+    span = near[2] - near[0]
+    decays = [np.log((x[0] + _TINY) / (x[2] + _TINY)) / span for x in (sun, spread + ambient)]
+    scattered = field.scattering_at([y])[0]
+    blocked = scattered * _blocked(cloud, field, y, distance)
+    c = field.extinction_between(y, y, scaled=False) - blocked
+    left = np.exp(-c * distance)
+    seen = (sun + spread + ambient)[1] * left
+    wide = matter.scattering * (1.0 - blunt.peak)
+    scaled = matter.absorption + wide
+
+    def mean(values: NDArray[np.float64], light: NDArray[np.float64] = seen) -> NDArray[np.float64]:
+        return channels.mean(values, light)
+
+    kept = matter.absorption + matter.scattering * (1.0 - matter.phase.g)
+    return CloudNumbers(
+        cloud.puff.middle,
+        cloud.puff.rows,
+        mean(matter.extinction),
+        mean(scaled),
+        np.minimum(mean(wide) / np.maximum(mean(scaled), _TINY), 1.0),
+        channels.fold(sun[1] * left),
+        channels.fold(spread[1] * left),
+        channels.fold(ambient[1] * left),
+        mean(decays[0], sun[1] * left),
+        mean(decays[1], (spread + ambient)[1] * left),
+        mean(c),
+        mean(blocked - scattered * field.peak_at(y)),
+        mean(kept),
+        np.minimum(mean(kept - matter.absorption) / np.maximum(mean(kept), _TINY), 1.0),
+        distance,
+        blunt.asymmetry,
+        blunt.ceiling,
+        blunt.peak,
+    )
+
+
+def _blocked(cloud: Cloud, field: SolvedField, y: float, distance: float) -> NDArray[np.float64]:
+    """Return the share of the water's scattering before a cloud that stays within its outline.
+
+    A part of the picture gets as much of that as it gives, shape (n,).
+    """
+    reach = _BRIGHT * cloud.puff.size / max(distance, _SHALLOWEST)
+    angles = np.arctan(reach / ((np.arange(_PLACES) + 0.5) / _PLACES))
+    phase = field.phase_at(y)
+    within = [float(np.mean(share_within(part, angles))) for part in phase.components]
+    return np.clip(np.asarray(within) @ phase.weights, 0.0, 1.0)
+
+
+def _light(
+    field: SolvedField, depths: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    """Return scalar irradiances of sun, beam beside it and rest, see :class:`.CloudNumbers`."""
+    mu_s = field.light.mu_s
+    beam = (field.light.E[:, None] * field.beam(depths)).T
+    E0 = field.scalar_irradiance(depths) - beam / mu_s
+    net = field.Ed(depths) - field.Eu(depths) - beam
+    spread = np.clip(net / mu_s, 0.0, np.maximum(E0, 0.0))
+    return beam / mu_s, spread, np.maximum(E0 - spread, 0.0)

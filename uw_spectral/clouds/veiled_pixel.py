@@ -1,0 +1,81 @@
+"""A pixel behind clouds: what they leave of its light, and their own."""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+import operator
+from collections.abc import Sequence
+
+from ..mathematics import Operand
+from ..transfer.channel_pixel import ChannelPixel, ChannelWater
+from .cloud_light import Veil
+
+
+def veiled(
+    pixel: ChannelPixel,
+    veil: Veil,
+    ray: ChannelWater,
+    y_o: Operand,
+    w: Sequence[Operand],
+    *,
+    surroundings: Operand | None = None,
+    coverage: Operand = 1.0,
+) -> ChannelPixel:
+    """Return what a pixel is with clouds before it.
+
+    Light of the water between the camera and the clouds is untouched; they let through a share of
+    all that comes from behind. What they scatter within their forward peak of a thing's light is
+    lost in the light of its surroundings.
+
+    Parameters
+    ----------
+    pixel : ChannelPixel
+        Without them.
+    veil : Veil
+    ray : ChannelWater
+    y_o : number
+        Depth of the camera, m.
+    w : three numbers
+        Unit view direction, away from the camera.
+    surroundings : channels, optional
+        Light from where the thing is, as if it were not there; its own without.
+    coverage : number
+        Share of the pixel that the thing fills; its light is multiplied with that already.
+    """
+    T, passed = veil.unscattered, veil.passed
+    before = water_before(ray, veil, y_o, w) * coverage
+    around = pixel.direct if surroundings is None else surroundings * coverage
+    return dataclasses.replace(
+        pixel,
+        path=before + (pixel.path - before) * passed + veil.light * coverage,
+        direct=pixel.direct * T,
+        forward_scattered=pixel.forward_scattered * passed + around * (passed - T),
+        single_scattering=pixel.single_scattering * passed,
+        lamps=pixel.lamps * passed,
+    )
+
+
+def water_before(ray: ChannelWater, veil: Veil, y_o: Operand, w: Sequence[Operand]) -> Operand:
+    """Light that the water between the camera and clouds sends, less what these block of it."""
+    s, m = veil.middle, ray.m
+    y = m.maximum(y_o - w[2] * s, 0.0)
+    M, _ = ray.ahead(y, w)
+    behind = _peaked(ray, y, s, M) * m.exp(veil.forward * s)
+    once = ray.once(y_o, y, w, s) * ray.aureole(y_o, w)
+    return m.maximum(once + ray.scattered(y_o, w) - behind, 0.0)
+
+
+def surroundings(
+    ray: ChannelWater, y_o: Operand, y: Operand, w: Sequence[Operand], P: Operand
+) -> Operand:
+    """Light that comes from beyond a distance P, depth y, along a ray that meets no thing there."""
+    M, rest = ray.ahead(y, w)
+    return _peaked(ray, y, P, M + rest) + ray.boundary(y_o, w)
+
+
+def _peaked(ray: ChannelWater, y: Operand, P: Operand, light: Operand) -> Operand:
+    """What is left of light at depth y after P, the forward peak included."""
+    columns, parts = ray.tables.peaked(y, P), ray.tables.split(light)
+    left = [column * part for column, part in zip(columns, parts, strict=True)]
+    return functools.reduce(operator.add, left) * ray.left_with_peak(y, P)
