@@ -41,7 +41,7 @@ def build(shape: Shape, sources: Sources) -> bpy.types.ShaderNodeTree:
     path_shade = water.path_shade(found, ray.falling_off(y_e, w), P)
     pixel = ray.open_water(
         y_o, w, water.sky, water.index, ripples=water.ripples(slope), shade=path_shade,
-        picture=water.picture([e + along * P for e, along in zip(eye, w, strict=True)], w),
+        picture=water.picture([e + along * P for e, along in zip(eye, w, strict=True)]),
     )  # fmt: skip
     if sources.lamps is not None:
         path = realtime_lamps.build_path(

@@ -48,7 +48,6 @@ def seen_in(
     values: bpy.types.NodeOutputs,
     image: bpy.types.Image,
     place: Sequence[NodeValue],
-    w: Sequence[NodeValue],
     down: Sequence[Operand],
     *,
     waves: bool,
@@ -64,8 +63,8 @@ def seen_in(
         Of :func:`new_image`.
     place : three NodeValues
         Where the ray meets the surface, m.
-    w, down : three NodeValues
-        Its unit directions before and after.
+    down : three NodeValues
+        Its unit direction from there on.
     waves : bool
         Whether the surface is not flat.
     """
@@ -80,8 +79,7 @@ def seen_in(
         return graph.components(look(h, v + rows))[0]
 
     if waves:
-        level = w[0], w[1], -w[2]
-        h, v, inside = view.found(place, level, down, nearness, NODES)
+        h, v, inside = view.found(place, down, nearness, NODES)
     else:
         h, v, inside = view.place(down, NODES)
     return MirroredThings(look(h, v), inside)

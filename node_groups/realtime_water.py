@@ -148,18 +148,15 @@ class PixelWater:
             return None
         return realtime_cover.around(self.graph, self.values.outputs, self._sources.cover, point)
 
-    def picture(self, place: Sequence[NodeValue], w: Sequence[NodeValue]) -> MirroredPicture | None:
-        """Return the look-up of things that the surface mirrors, if there is any.
-
-        A ray along ``w`` meets the surface at ``place``.
-        """
+    def picture(self, place: Sequence[NodeValue]) -> MirroredPicture | None:
+        """Return the look-up of things that the surface mirrors at a place, if there is any."""
         image = self._sources.mirrored
         if image is None:
             return None
 
         def seen(down: Sequence[Operand]) -> MirroredThings:
             values, waves = self.values.outputs, self.shape.waves
-            return realtime_mirror.seen_in(self.graph, values, image, place, w, down, waves=waves)
+            return realtime_mirror.seen_in(self.graph, values, image, place, down, waves=waves)
 
         return seen
 

@@ -239,8 +239,8 @@ class SceneSettings:
     mirrored_things: bool = _setting(
         False,
         "Mirrored things",
-        "Show things near the surface mirrored in it, seen from below; where none are, it costs "
-        "nothing",
+        "Show things near the surface mirrored in it, seen from below, in renders; a frame takes "
+        "twice as long where there are some",
         "waves",
         needs={"surface": ("flat", WAVES)},
         engine="eevee",

@@ -107,6 +107,7 @@ Brighter | Heller | Más claro | Plus clair | 明るく
 Samples | Abtastungen | Muestras | Échantillons | サンプル
 Layers | Ebenen | Capas | Couches | レイヤー
 Shafts of light | Lichtstrahlen | Rayos de luz | Rayons de lumière | 光芒
+Mirrored things | Gespiegelte Dinge | Objetos reflejados | Objets reflétés | 映り込む物
 Diffuse shadows | Diffuse Schatten | Sombras difusas | Ombres diffuses | 拡散シャドウ
 Reset Section | Abschnitt zurücksetzen | Restablecer sección | Réinitialiser la section | セクションをリセット
 """

@@ -14,7 +14,9 @@ from dataclasses import dataclass
 from ..mathematics import NUMPY, Mathematics, Operand, dot
 
 _LEAST = 1e-6
-_LOOKS = 2  # for the distance; a third one changes pixels at edges only
+_RATIO, _LOOKS = 2.0, 2
+_STEPS = tuple(8.0 / _RATIO**k for k in range(6))
+"""Distances from the surface, m, at which a ray is looked for behind what the picture shows."""
 
 
 @dataclass(frozen=True)
@@ -94,24 +96,50 @@ class MirroredView:
     def found(
         self,
         place: Sequence[Operand],
-        level: Sequence[Operand],
         down: Sequence[Operand],
         nearness: Callable[[Operand, Operand], Operand],
         m: Mathematics = NUMPY,
     ) -> tuple[Operand, Operand, Operand]:
         """Place in the picture of what a ray meets that a wave has mirrored, as of :meth:`place`.
 
+        The ray is followed over the picture in a few steps; what hides behind others is not met.
+
         Parameters
         ----------
         place : three numbers
             Where the ray leaves the surface, m.
-        level, down : three numbers
-            Its unit directions from there on, if the surface were flat and as it is.
+        down : three numbers
+            Its unit direction from there on.
         nearness : callable
             What the picture has at a column and row.
         """
-        h, v, inside = self.place(level, m)
+        q: Operand = 0.0
+        # The nearest of these steps comes last, and holds.
+        for t in _STEPS:
+            d = [p - e + t * x for p, e, x in zip(place, self.eye, down, strict=True)]
+            h, v, inside = self.place(d, m)
+            near = nearness(h, v) * inside
+            below = m.sqrt(dot(d, d)) * (1.0 - self.eye[2] / m.maximum(-d[2], _LEAST))
+            met = m.less(1.0, near * below) * m.less(near * (below - t / _RATIO), 1.0)
+            q = m.select(met, near, q)
         for _ in range(_LOOKS):
-            q = nearness(h, v) * inside
-            h, v, inside = self.place(self.towards(place, down, q), m)
-        return h, v, inside
+            d = self.towards(place, down, q)
+            h, v, inside = self.place(d, m)
+            near = self._from(place, d, nearness(h, v) * inside, m)
+            q = m.select(m.less(0.0, near), near, q)  # open water is no better guess
+        return self.place(self.towards(place, down, q), m)
+
+    def _from(
+        self, place: Sequence[Operand], d: Sequence[Operand], nearness: Operand, m: Mathematics
+    ) -> Operand:
+        """One over the distance from a place of what is seen in a direction, 1/m.
+
+        ``nearness`` is that from where the direction meets the surface.
+        """
+        to_surface = self.eye[2] / m.maximum(-d[2], _LEAST)
+        near = 1.0 / m.sqrt(dot(d, d))
+        way = [
+            (e + to_surface * x - p) * nearness + x * near
+            for p, e, x in zip(place, self.eye, d, strict=True)
+        ]
+        return nearness / m.maximum(m.sqrt(dot(way, way)), _LEAST)
