@@ -50,27 +50,30 @@ class PortView:
     housing: Housing
     view: PinholeView
     depth: Array
-    _known: dict[float, SeenPlaces] = field(default_factory=dict)
+    _known: dict[float, tuple[SeenPlaces, Array]] = field(default_factory=dict)
 
     def places(self, wavelength: float) -> SeenPlaces:
         """Return what each pixel sees at a wavelength in nm."""
-        if wavelength not in self._known:
-            found = seen_places(self.housing, self.view, self.depth, wavelength)
-            self._known[wavelength] = found
-        return self._known[wavelength]
+        return self._at(wavelength)[0]
 
     def picture(self, image: ArrayLike, wavelengths: Sequence[float]) -> NDArray[np.float32]:
         """Return an image as it is seen, shape (h, w, n): black where the port shows nothing.
 
         What the faces of the port reflect is lost.
         """
-        values = np.asarray(image)
-        centres = self.housing.camera.pixel_centres()
-        found = []
+        values, found = np.asarray(image), []
         for channel, nm in enumerate(wavelengths):
-            passed = self.housing.transmittance(centres, nm)
-            found.append(self.places(nm).sampled(values[..., channel]) * passed)
+            places, passed = self._at(nm)
+            found.append(places.sampled(values[..., channel]) * passed)
         return np.nan_to_num(np.stack(found, axis=-1)).astype(np.float32)
+
+    def _at(self, wavelength: float) -> tuple[SeenPlaces, Array]:
+        """What each pixel sees, and the share of it that the port lets through."""
+        if wavelength not in self._known:
+            passed = self.housing.transmittance(self.housing.camera.pixel_centres(), wavelength)
+            places = seen_places(self.housing, self.view, self.depth, wavelength)
+            self._known[wavelength] = places, passed
+        return self._known[wavelength]
 
 
 def seen_layers(

@@ -21,6 +21,7 @@ from ..scene.rendered import as_rendered
 from ..scene.seen import cameras, picture_size, stereo
 from ..scene.seen.own_seabed import floor_note
 from ..scene.seen.surroundings import has_things
+from ..scene.temporary import held
 from ..scene.unheeded import unheeded, unheeded_of_camera
 from ..scene.water.shade import Kept
 from ..uw_spectral.errors import InputError
@@ -292,16 +293,9 @@ def _weights(manifest: Manifest, view: View) -> np.ndarray:
 @contextlib.contextmanager
 def _resolution(scene: bpy.types.Scene, wanted: tuple[int, int, int]) -> Iterator[None]:
     """Give a scene a resolution while the block runs."""
-    render = scene.render
     names = ("resolution_x", "resolution_y", "resolution_percentage")
-    before = [getattr(render, name) for name in names]
-    for name, value in zip(names, wanted, strict=True):
-        setattr(render, name, value)
-    try:
+    with held((scene.render, name, value) for name, value in zip(names, wanted, strict=True)):
         yield
-    finally:
-        for name, value in zip(names, before, strict=True):
-            setattr(render, name, value)
 
 
 def _require(named: Iterable[object], known: Iterable[object], option: str, what: str) -> None:

@@ -15,6 +15,16 @@ _IMAGE_SETTINGS = ("exr_codec", "color_depth", "color_mode", "file_format", "med
 
 
 @contextlib.contextmanager
+def held(wanted: Iterable[tuple[Any, str, Any]]) -> Iterator[None]:
+    """Give attributes values while the block runs: (owner, name, value) each."""
+    with contextlib.ExitStack() as stack:
+        for owner, name, value in wanted:
+            stack.callback(setattr, owner, name, getattr(owner, name))
+            setattr(owner, name, value)
+        yield
+
+
+@contextlib.contextmanager
 def render_settings(
     scene: bpy.types.Scene, wanted: Iterable[tuple[Any, str, Any]]
 ) -> Iterator[bpy.types.ViewLayer]:
@@ -53,10 +63,7 @@ def render_settings(
         (rendered, "samples", 0),
         (scene.render, "use_freestyle", False),
     ]
-    with contextlib.ExitStack() as stack:
-        for owner, name, value in [*wanted, *layers]:
-            stack.callback(setattr, owner, name, getattr(owner, name))
-            setattr(owner, name, value)
+    with held([*wanted, *layers]), contextlib.ExitStack() as stack:
         for owner, names in (
             (scene.render, ("filepath", "use_file_extension")),
             (scene.render.image_settings, _IMAGE_SETTINGS),

@@ -8,12 +8,14 @@ where it can and no layers are wanted: warped noise is no longer each pixel's ow
 from __future__ import annotations
 
 import contextlib
+import functools
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 import bpy
 import numpy as np
+from numpy.typing import NDArray
 
 from ...datasets.housed_layers import USUAL_WAVELENGTH, PortView, seen_layers
 from ...datasets.layer_file import FrameLayers
@@ -162,30 +164,25 @@ def _warped(
         yield replace(inner, frame=frame)
 
 
+@dataclass
 class _Warp:
     """The passes of a frame, moved to where the port shows what they hold."""
 
-    def __init__(
-        self,
-        scene: bpy.types.Scene,
-        camera: bpy.types.Object,
-        eye: bpy.types.Object,
-        inner: BandEngine,
-        look: _Look,
-        plan: RenderPlan,
-        depth: float,
-        colours: Sequence[float] | None,
-    ) -> None:
-        self._scene, self._camera, self._eye = scene, camera, eye
-        self._inner, self._look, self._plan = inner, look, plan
-        self._depth, self._colours = depth, colours
-        self._port: PortView | None = None
+    scene: bpy.types.Scene
+    camera: bpy.types.Object
+    eye: bpy.types.Object
+    inner: BandEngine
+    look: _Look
+    plan: RenderPlan
+    depth: float
+    colours: Sequence[float] | None
+    port: PortView | None = None
 
     def around(self, draw: RenderPass) -> RenderPass:
         """Return what renders a pass and moves it."""
 
         def render(indices: tuple[int, ...], path: Path) -> FrameLayers | None:
-            with port_eye.picture_of(self._scene, self._look.view):
+            with port_eye.picture_of(self.scene, self.look.view):
                 port = self._seen(path)
                 layers = draw(indices, path)
             image, _ = read_exr(path)
@@ -195,23 +192,23 @@ class _Warp:
         return render
 
     def _seen(self, path: Path) -> PortView:
-        if self._port is None:
-            depth = self._inner.depth(path)
-            self._port = PortView(self._look.housing, self._look.view, depth)
-        return self._port
+        if self.port is None:
+            depth = self.inner.depth(path)
+            self.port = PortView(self.look.housing, self.look.view, depth)
+        return self.port
 
     def _wavelengths(self, indices: tuple[int, ...]) -> Sequence[float]:
-        if self._colours is not None:
-            return self._colours
-        centres = self._plan.bands.centres
+        if self.colours is not None:
+            return self.colours
+        centres = self.plan.bands.centres
         return [float(centres[i]) for i in [*indices, *[indices[-1]] * (3 - len(indices))]]
 
     def _moved(self, layers: FrameLayers, port: PortView) -> FrameLayers:
-        bands, place = self._plan.bands, self._plan.viewpoint(self._depth, 0.0)
+        bands, place = self.plan.bands, self.plan.viewpoint(self.depth, 0.0)
         labels = dict(zip(band_labels(bands), bands.centres.tolist(), strict=True))
         sensor = effective_wavelength(bands.centres, (place.reduction.response * place.light).T)
         return seen_layers(
-            layers, port, labels, sensor.tolist(), pose_of(self._eye), self._camera.name
+            layers, port, labels, sensor.tolist(), pose_of(self.eye), self.camera.name
         )
 
 
@@ -224,12 +221,12 @@ def _traced(
     opening: Opening,
 ) -> Iterator[BandEngine]:
     with engine.open(scene, eye, opening) as inner:
-        known: dict[tuple[Housing, float], RayFit] = {}
 
-        def fit(housing: Housing, nm: float) -> RayFit:
-            if (housing, nm) not in known:
-                known[housing, nm] = fit_rays(housing, nm)
-            return known[housing, nm]
+        @functools.lru_cache(maxsize=len(opening.plan.bands))
+        def port(housing: Housing, nm: float) -> tuple[RayFit, NDArray[np.float64]]:
+            """Rays of a band, and the share of its light that is let through."""
+            passed = housing.transmittance(housing.camera.pixel_centres(), nm)
+            return fit_rays(housing, nm), np.nan_to_num(passed)
 
         def frame(now: RenderPlan, depth: float, weights: Weights | None = None) -> RenderPass:
             housing = look_of(scene, camera, now, depth)
@@ -238,12 +235,11 @@ def _traced(
             radius, focus = _lens(housing, camera, now)
 
             def one(indices: tuple[int, ...], path: Path) -> FrameLayers | None:
-                nm = float(now.bands.centres[indices[0]])
-                with traced_port.rays(eye, fit(housing, nm), radius, focus):
+                rays, passed = port(housing, float(now.bands.centres[indices[0]]))
+                with traced_port.rays(eye, rays, radius, focus):
                     layers = draw(indices, path)
-                passed = housing.transmittance(housing.camera.pixel_centres(), nm)
                 image, _ = read_exr(path)
-                write_rgb_exr(path, image * np.nan_to_num(passed)[..., None].astype(np.float32))
+                write_rgb_exr(path, image * passed[..., None].astype(np.float32))
                 return layers
 
             def render(indices: tuple[int, ...], path: Path) -> FrameLayers | None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
 from collections.abc import Iterator
 
@@ -19,6 +20,22 @@ PORT_DISTANCE = "uw_port"
 def before_water(camera: bpy.types.Object | None) -> float:
     """Return how far from a camera the water begins, m along its axis; 0 without a port."""
     return 0.0 if camera is None else float(camera.get(PORT_DISTANCE, 0.0))
+
+
+@contextlib.contextmanager
+def stand_in(
+    scene: bpy.types.Scene, camera: bpy.types.Object, name: str
+) -> Iterator[bpy.types.Object]:
+    """Make a camera with the data of another, without its animation, while the block runs."""
+    data = camera.data.copy()
+    data.animation_data_clear()
+    made = bpy.data.objects.new(f"{camera.name} {name}", data)
+    scene.collection.objects.link(made)
+    try:
+        yield made
+    finally:
+        bpy.data.objects.remove(made)
+        bpy.data.cameras.remove(data)
 
 
 def find_camera(scene: bpy.types.Scene, name: str | None) -> bpy.types.Object:

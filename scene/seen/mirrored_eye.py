@@ -15,6 +15,8 @@ from numpy.typing import NDArray
 from ...datasets.camera import PinholeCamera
 from ...uw_spectral.surface.mirrored_view import MirroredView
 from .. import marks
+from ..temporary import held
+from .cameras import stand_in
 from .pinhole import pinhole_of, pose_of, set_pinhole
 from .ray_casting import Meshes
 
@@ -194,29 +196,20 @@ def looking(
     scene: bpy.types.Scene, eye: MirroredEye, camera: bpy.types.Object
 ) -> Iterator[bpy.types.Object]:
     """Let a scene be seen by a mirrored eye while the block runs."""
-    data = camera.data.copy()
-    data.animation_data_clear()
-    found = bpy.data.objects.new(f"{camera.name} mirrored", data)
-    scene.collection.objects.link(found)
     of, render = eye.camera, scene.render
-    set_pinhole(data, (of.width, of.height), (of.fx, of.fy), (of.cx, of.cy))
-    # The main picture blurs what is on the surface as what is far away.
-    data.dof.use_dof = False
-    data.clip_start = max(min(camera.data.clip_start, eye.height), _CLIP_START)
-    found.matrix_world = Matrix(eye.pose.tolist())
-    wanted = [
-        (render, "resolution_x", of.width),
-        (render, "resolution_y", of.height),
-        (render, "resolution_percentage", 100),
-        (scene, "camera", found),
-    ]
-    try:
-        with contextlib.ExitStack() as stack:
-            for owner, name, value in wanted:
-                stack.callback(setattr, owner, name, getattr(owner, name))
-                setattr(owner, name, value)
+    with stand_in(scene, camera, "mirrored") as found:
+        data = found.data
+        set_pinhole(data, (of.width, of.height), (of.fx, of.fy), (of.cx, of.cy))
+        # The main picture blurs what is on the surface as what is far away.
+        data.dof.use_dof = False
+        data.clip_start = max(min(camera.data.clip_start, eye.height), _CLIP_START)
+        found.matrix_world = Matrix(eye.pose.tolist())
+        wanted = [
+            (render, "resolution_x", of.width),
+            (render, "resolution_y", of.height),
+            (render, "resolution_percentage", 100),
+            (scene, "camera", found),
+        ]
+        with held(wanted):
             bpy.context.view_layer.update()
             yield found
-    finally:
-        bpy.data.objects.remove(found)
-        bpy.data.cameras.remove(data)

@@ -9,7 +9,8 @@ import bpy
 
 from ...uw_spectral.errors import InputError
 from ...uw_spectral.housing import LensCamera, PinholeView
-from .cameras import PORT_DISTANCE
+from ..temporary import held
+from .cameras import PORT_DISTANCE, stand_in
 from .pinhole import pinhole_of, set_pinhole
 from .waterline import above
 
@@ -56,16 +57,9 @@ def require_under_water(camera: bpy.types.Object, eyes: tuple[tuple[float, ...],
 @contextlib.contextmanager
 def port_eye(scene: bpy.types.Scene, camera: bpy.types.Object) -> Iterator[bpy.types.Object]:
     """Make a camera that hangs on another while the block runs."""
-    data = camera.data.copy()
-    data.animation_data_clear()
-    eye = bpy.data.objects.new(f"{camera.name} port", data)
-    scene.collection.objects.link(eye)
-    eye.parent = camera
-    try:
+    with stand_in(scene, camera, "port") as eye:
+        eye.parent = camera
         yield eye
-    finally:
-        bpy.data.objects.remove(eye)
-        bpy.data.cameras.remove(data)
 
 
 def focus_of(camera: bpy.types.Object) -> float:
@@ -124,8 +118,5 @@ def picture_of(scene: bpy.types.Scene, view: PinholeView) -> Iterator[None]:
         (render, "pixel_aspect_x", 1.0),
         (render, "pixel_aspect_y", 1.0),
     ]
-    with contextlib.ExitStack() as stack:
-        for owner, name, value in wanted:
-            stack.callback(setattr, owner, name, getattr(owner, name))
-            setattr(owner, name, value)
+    with held(wanted):
         yield
