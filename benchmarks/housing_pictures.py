@@ -8,11 +8,8 @@ writes docs/measured/housing_pictures.md.
 from __future__ import annotations
 
 import argparse
-import contextlib
-import io
 import math
 import tempfile
-import time
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -20,11 +17,10 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from ..jobs import batch
 from ..scene import stored_settings
-from ..uw_spectral.errors import InputError
 from ..uw_spectral.spectra.colour_rendering import delta_e_CIE2000_images
 from ..uw_spectral.spectra.spectral_image import read_exr
+from ._jobs import rendered_seconds
 from ._layer_scenes import DEPTH, camera, empty_scene
 
 PAGE = Path(__file__).resolve().parent.parent / "docs" / "measured" / "housing_pictures.md"
@@ -97,14 +93,7 @@ def render(blend: Path, out: Path, *options: str) -> float:
     InputError
         If it fails.
     """
-    start, said = time.process_time(), io.StringIO()
-    with contextlib.redirect_stdout(said):
-        status = batch.main(
-            [str(blend), *_SHARED, "--out", str(out), *options], inside_blender=False
-        )
-    if status:
-        raise InputError(f"benchmark: the job in {out} failed")
-    return time.process_time() - start
+    return rendered_seconds(blend, out, *_SHARED, *options)
 
 
 def picture(blend: Path, out: Path, engine: str, *options: str) -> NDArray[np.float64]:

@@ -9,11 +9,8 @@ writes docs/measured/layers.md.
 from __future__ import annotations
 
 import argparse
-import contextlib
-import io
 import json
 import tempfile
-import time
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -24,10 +21,9 @@ from numpy.typing import NDArray
 
 from ..datasets.layer_file import FrameLayers, bands_name, read_layers
 from ..datasets.truth import read_formation
-from ..jobs import batch
-from ..uw_spectral.errors import InputError
 from ..uw_spectral.imaging.formation_fit import BLACK, FormationFit, fit_formation
 from ..uw_spectral.imaging.image_formation import FormationCurves
+from ._jobs import rendered_seconds
 from ._layer_scenes import BEFORE, FAR, NEAR, targets
 
 PAGE = Path(__file__).resolve().parent.parent / "docs" / "measured" / "layers.md"
@@ -63,15 +59,7 @@ def render(blend: Path, out: Path, *options: str, layers: str = "all") -> float:
     InputError
         If it fails.
     """
-    start, said = time.process_time(), io.StringIO()
-    with contextlib.redirect_stdout(said):
-        status = batch.main(
-            [str(blend), *_SHARED, "--out", str(out), *_asked(layers), *options],
-            inside_blender=False,
-        )
-    if status:
-        raise InputError(f"benchmark: the job in {out} failed")
-    return time.process_time() - start
+    return rendered_seconds(blend, out, *_SHARED, *_asked(layers), *options)
 
 
 def _asked(layers: str) -> list[str]:

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...uw_spectral.spectra.exr_parts import read_passes
+from ..temporary import held
 from .exr_output import write_exr
 
 Passes = dict[str, NDArray[np.float32]]
@@ -31,12 +32,11 @@ def switched_on(
     outputs : iterable of str
         Names of colours that shaders write.
     """
-    with contextlib.ExitStack() as stack:
-        for switch in switches:
-            of_engine, _, name = switch.rpartition(".")
-            owner = getattr(layer, of_engine) if of_engine else layer
-            stack.callback(setattr, owner, name, getattr(owner, name))
-            setattr(owner, name, True)
+    parts = (switch.rpartition(".") for switch in switches)
+    wanted = [
+        (getattr(layer, engine) if engine else layer, name, True) for engine, _, name in parts
+    ]
+    with held(wanted):
         for name in outputs:
             made = layer.aovs.add()
             made.name = name

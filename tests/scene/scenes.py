@@ -59,6 +59,15 @@ def textured() -> bpy.types.Material:
     return material
 
 
+def glow(strength: float) -> bpy.types.Material:
+    """A material that emits and reflects nothing."""
+    material, tree, output = _material("glow")
+    emission = tree.nodes.new("ShaderNodeEmission")
+    emission.inputs["Strength"].default_value = strength
+    tree.links.new(emission.outputs[0], output.inputs["Surface"])
+    return material
+
+
 def muted_link() -> bpy.types.Material:
     material = textured()
     material.name = "muted"

@@ -17,7 +17,7 @@ from underwater_spectral.settings.scene_settings import SceneSettings
 from underwater_spectral.uw_spectral.surface.refraction import apparent_depth, seen_from_air
 from underwater_spectral.uw_spectral.transfer.above_water import leaving_share, light_in_air
 
-from . import snapshot
+from . import scenes, snapshot
 
 HEIGHT, FLOOR, N, SIZE = 2.0, 4.0, 1.34, 48
 ANGLE = math.radians(60.0)  # of the view, from straight down
@@ -39,14 +39,7 @@ def _camera(scene: bpy.types.Scene) -> bpy.types.Object:
 
 def _ball() -> None:
     bpy.ops.mesh.primitive_uv_sphere_add(radius=0.1, location=BALL, segments=16, ring_count=8)
-    material = bpy.data.materials.new("glow")
-    tree = material.node_tree
-    tree.nodes.clear()
-    emission = tree.nodes.new("ShaderNodeEmission")
-    emission.inputs["Strength"].default_value = GLOW
-    output = tree.nodes.new("ShaderNodeOutputMaterial")
-    tree.links.new(emission.outputs[0], output.inputs["Surface"])
-    bpy.context.object.data.materials.append(material)
+    bpy.context.object.data.materials.append(scenes.glow(GLOW))
 
 
 def _paint_white(scene: bpy.types.Scene) -> None:

@@ -34,14 +34,6 @@ OPTIONS = {
 }
 
 
-def _emission(name, strength):
-    material, tree, output = scenes._material(name)
-    node = tree.nodes.new("ShaderNodeEmission")
-    node.inputs["Strength"].default_value = strength
-    tree.links.new(node.outputs[0], output.inputs["Surface"])
-    return material
-
-
 def _camera():
     """A turned camera on a scaled parent: what hangs on it must not be scaled."""
     camera = scenes.add_camera((0.3, -0.2, -DEPTH), (math.radians(80), 0.0, math.radians(25)))
@@ -65,7 +57,7 @@ def _ball(camera, place, radius, material):
 @pytest.fixture
 def balls(properties, tmp_path):
     """Bright balls before the camera, at PLACES."""
-    camera, light = _camera(), _emission("light", 30.0)
+    camera, light = _camera(), scenes.glow(30.0)
     for place in PLACES:
         _ball(camera, place, 0.012 * place[2], light)
     path = tmp_path / "balls.blend"
@@ -133,7 +125,7 @@ def test_water_begins_at_the_port(properties, tmp_path, engine):
     scenes.wall("wall", (0.0, 0.0, 0.0), 20.0)
     wall = bpy.context.object
     wall.data.materials.clear()
-    wall.data.materials.append(_emission("light", 1.0))
+    wall.data.materials.append(scenes.glow(1.0))
     wall.parent, wall.location = camera, (0.0, 0.0, -0.5)
     wall.scale = (0.5, 0.5, 0.5)
     wall.rotation_euler = (0.0, 0.0, 0.0)

@@ -21,7 +21,7 @@ from underwater_spectral.uw_spectral.spectra.reflectance import emission_basis
 from underwater_spectral.uw_spectral.spectra.spectral_image import read_exr
 from underwater_spectral.uw_spectral.surface.refraction import fresnel_reflectance
 
-from . import snapshot
+from . import scenes, snapshot
 
 DEPTH, SIZE, FIELD = 1.5, 48, math.radians(50.0)
 BALL, RADIUS, GLOW = np.array([0.3, 3.0, -0.6]), 0.25, 40.0
@@ -49,14 +49,7 @@ def _camera(scene: bpy.types.Scene, towards: np.ndarray) -> bpy.types.Object:
 
 def _ball(place: np.ndarray = BALL) -> bpy.types.Object:
     bpy.ops.mesh.primitive_uv_sphere_add(radius=RADIUS, location=place, segments=48, ring_count=24)
-    material = bpy.data.materials.new("glow")
-    tree = material.node_tree
-    tree.nodes.clear()
-    emission = tree.nodes.new("ShaderNodeEmission")
-    emission.inputs["Strength"].default_value = GLOW
-    output = tree.nodes.new("ShaderNodeOutputMaterial")
-    tree.links.new(emission.outputs[0], output.inputs["Surface"])
-    bpy.context.object.data.materials.append(material)
+    bpy.context.object.data.materials.append(scenes.glow(GLOW))
     return bpy.context.object
 
 

@@ -1,0 +1,27 @@
+"""Jobs that benchmarks render."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import time
+from pathlib import Path
+
+from ..jobs import batch
+from ..uw_spectral.errors import InputError
+
+
+def rendered_seconds(blend: Path, out: Path, *options: str) -> float:
+    """Render a job into a folder and return its CPU time, s.
+
+    Raises
+    ------
+    InputError
+        If it fails.
+    """
+    start = time.process_time()
+    with contextlib.redirect_stdout(io.StringIO()):
+        status = batch.main([str(blend), "--out", str(out), *options], inside_blender=False)
+    if status:
+        raise InputError(f"benchmark: the job in {out} failed")
+    return time.process_time() - start
