@@ -99,9 +99,9 @@ _PATCHES = ANGLES + 2 * _MARGIN  # first column of the irradiance on patches
 _PROFILE_COLUMNS = PROFILE_ANGLES + 2 * _MARGIN
 _SHADOW = _PROFILE_COLUMNS  # first column of the map of shadows
 _PART_COLUMNS = PART_SIDE + 2 * _MARGIN
-_BESIDE = 3  # maps of parts of lit things, in place of the map of shadows
 _SOFT = _SHADOW + SIDE + 2 * _MARGIN  # that of the maps of scattered light, side by side
 _SOFT_COLUMNS = SOFT_SIDE + 2 * _MARGIN
+_BESIDE = 3  # maps of parts of lit things, in rows below those of scattered light
 _TABLE_ROWS = max(PROFILE_LENGTHS, SIDE) + 2 * _MARGIN
 _WIDTH = max(
     SAMPLES, _SCALES + 1, _SOFT + DISTANCES * _SOFT_COLUMNS, _PATCHES + ON_PATCHES + 2 * _MARGIN
@@ -248,7 +248,8 @@ def _pixels(
                 assert isinstance(part.shadow, ValueGrid)
                 down, across = divmod(place, _BESIDE)
                 row, column = (_PART_COLUMNS * x for x in (down, across))
-                _put(block[rows.tables + row :], _SHADOW + column, part.shadow.values)
+                row += rows.tables + _SOFT_COLUMNS
+                _put(block[row:], _SOFT + column, part.shadow.values)
         soft = _UNHIDDEN if lamp.soft is None else lamp.soft
         assert isinstance(soft, SoftMap)
         for place, layer in enumerate(soft.values):
@@ -457,8 +458,8 @@ class LampTable:
             radius = NODES.sqrt(turned.dot(turned))
             axis = self.graph.components(turned * (1.0 / radius))
             down, across = (float(_PART_COLUMNS * x) for x in divmod(number, _BESIDE))
-            tables = row + (self.rows.tables + down)
-            shadow = _ImageShadow(self.graph, self.image, _SHADOW + across, tables)
+            tables = row + (self.rows.tables + _SOFT_COLUMNS + down)
+            shadow = _ImageShadow(self.graph, self.image, _SOFT + across, tables)
             at = self.graph.components(position)
             found.append(LitPart(at, axis, share, radius, shadow))
         return found

@@ -124,8 +124,10 @@ class Lamp:
 
     def scattered_lit(self, place: Sequence[Operand], m: Mathematics = NUMPY) -> Operand:
         """Share of its scattered light that reaches a place, likewise."""
-        seen = self.lit(place, m)
-        return seen if self.soft is None else scattered_lit(self.soft, seen, place, m)
+        if self.soft is None:
+            return self.lit(place, m)
+        reached = scattered_lit(self.soft, place, m)
+        return reached * self.under(place[2], m) if self.shines_in else reached
 
     def towards(
         self, point: Sequence[Operand], m: Mathematics = NUMPY

@@ -70,10 +70,16 @@ class LitPart:
     first: Operand
     width: Operand
 
+    @property
+    def ends(self) -> tuple[Operand, Operand]:
+        """Angles ξ at its ends, rad."""
+        last = self.first + self.width
+        return self.first * self.first * self.first, last * last * last
+
 
 def lit_part(lamp: Lamp, ray: RayPastLamp, m: Mathematics = NUMPY) -> LitPart:
     """Part of a ray that is in the cone of a lamp; all of it where the lamp has none."""
-    start, end = _scattering_angle(ray.first, ray.h, m), _scattering_angle(ray.far, ray.h, m)
+    start, end = half_angle(ray.first, ray.h, m), half_angle(ray.far, ray.h, m)
     if lamp.profile.edge is not None:
         low, high = _in_cone(ray, lamp.profile.edge, m)
         start, end = m.maximum(start, low), m.minimum(end, high)
@@ -162,8 +168,11 @@ def scattered_once(
     return b * lamp.intensity * gauss_sum(nodes, light)[0]
 
 
-def _scattering_angle(s: Operand, h: Operand, m: Mathematics) -> Operand:
-    """Return ξ at the distance s beyond the nearest point: its tangent is (r + s)/h."""
+def half_angle(s: Operand, h: Operand, m: Mathematics) -> Operand:
+    """Half the angle by which light is scattered that goes straight there from the lamp, rad.
+
+    ξ at the distance s beyond the nearest point: its tangent is (r + s)/h.
+    """
     r = m.sqrt(s * s + h * h)
     # r + s would cancel before the nearest point.
     small = m.arctan2(h, r + m.absolute(s))

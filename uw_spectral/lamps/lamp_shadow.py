@@ -86,14 +86,19 @@ def lit(
     >>> [float(lit(shadow_map(wall), (0.0, 0.0, z))[0]) for z in (-5.0, 1.9, 2.5)]
     [1.0, 1.0, 0.0]
     """
-    return m.clamp((1.0 + _SOFT - behind(shadow, place, m, side)) / _SOFT, 0.0, 1.0)
+    return lit_before(behind(shadow, place, m, side), m)
+
+
+def lit_before(behind: Operand, m: Mathematics = NUMPY) -> Operand:
+    """Share of a lamp's light that reaches a place so far :func:`behind` a thing."""
+    return m.clamp((1.0 + _SOFT - behind) / _SOFT, 0.0, 1.0)
 
 
 def behind(
     shadow: Lookup, place: Sequence[Operand], m: Mathematics = NUMPY, side: int = SIDE
 ) -> Operand:
     """Distance of a place over that of the thing in its direction; above 1 behind the thing."""
-    column, row, r = _on_square(place, side, m)
+    column, row, r = on_square(place, side, m)
     return r * shadow.at(column, row)
 
 
@@ -101,27 +106,22 @@ class SoftShadow(Protocol):
     """Shares of a lamp's scattered light that reach places, by their direction and distance."""
 
     def at(self, distance: Operand, column: Operand, row: Operand) -> Sequence[Operand]:
-        """Return those of places that the lamp sees, and that it does not see."""
+        """Return those of places as they are, and as if the lamp did not see them."""
         ...
 
 
-def scattered_lit(
-    soft: SoftShadow, seen: Operand, place: Sequence[Operand], m: Mathematics = NUMPY
-) -> Operand:
+def scattered_lit(soft: SoftShadow, place: Sequence[Operand], m: Mathematics = NUMPY) -> Operand:
     """Share of a lamp's scattered light that reaches a place, 0 to 1.
 
     Parameters
     ----------
     soft : SoftShadow
-    seen : float or array
-        Share of the lamp that is seen from there, of :func:`lit`.
     place : three floats or arrays
         Seen from the lamp, m, in the axes of the world.
     m : Mathematics
         Elementary functions.
     """
-    bright, dark = _looked_up(soft, place, m)
-    return dark + (bright - dark) * seen
+    return _looked_up(soft, place, m)[0]
 
 
 def left_in_shadow(soft: SoftShadow, place: Sequence[Operand], m: Mathematics = NUMPY) -> Operand:
@@ -141,8 +141,8 @@ def left_in_shadow(soft: SoftShadow, place: Sequence[Operand], m: Mathematics = 
 def _looked_up(soft: SoftShadow, place: Sequence[Operand], m: Mathematics) -> Sequence[Operand]:
     x, y, z = place
     distance = m.sqrt(x * x + y * y + z * z)
-    column, row, _ = _on_square(place, SOFT_SIDE, m)
-    return soft.at(_distance_place(distance, m), column, row)
+    column, row, _ = on_square(place, SOFT_SIDE, m)
+    return soft.at(distance_place(distance, m), column, row)
 
 
 def soft_distances() -> NDArray[np.float64]:
@@ -150,13 +150,14 @@ def soft_distances() -> NDArray[np.float64]:
     return np.geomspace(NEAREST, FARTHEST, DISTANCES)
 
 
-def _distance_place(distance: Operand, m: Mathematics) -> Operand:
+def distance_place(distance: Operand, m: Mathematics = NUMPY) -> Operand:
+    """Place of a distance in m among those of such a map."""
     scale = (DISTANCES - 1.0) / math.log(FARTHEST / NEAREST)
     return (m.log(m.clamp(distance, NEAREST, FARTHEST)) - math.log(NEAREST)) * scale
 
 
-def _on_square(
-    place: Sequence[Operand], side: int, m: Mathematics
+def on_square(
+    place: Sequence[Operand], side: int, m: Mathematics = NUMPY
 ) -> tuple[Operand, Operand, Operand]:
     """Column and row of a place's direction, and the sum of the sizes of its parts."""
     x, y, z = place

@@ -12,6 +12,13 @@ less the K' of what the source has (:mod:`.wide_phase`):
 
 l the path from the lamp over the place to the camera, t that from there, Θ the deflection, b' the
 scattering that the source has. docs/measured/lamp_light.md has the errors.
+
+Shadows of the source are of two kinds. Light that is turned by most of Θ where it meets the ray
+came there from about the lamp, by b/r p(Θ); what was turned before it came nearly along the ray,
+from all places beyond: by b/h ∫ p dψ over the angles ψ by which the lamp's light is turned there,
+up to the last one that the lamp lights. With p falling as ψ^-2 the latter is Θ/sin Θ (1 - Θ/ψ1)
+times the former, and half of it comes from before 1/ψ = (1/Θ + 1/ψ1)/2: what reaches the two
+places, each by its share, reaches the camera.
 """
 
 from __future__ import annotations
@@ -30,7 +37,7 @@ from ..water.phase import BandPhase, Mixture
 from .angular_spread import LENGTHS, Spread, WaterSpread, deflection_place, length_place
 from .lamp import Lamp, RayPastLamp
 from .lamp_harmonics import Harmonics
-from .lamp_path import NODES, Quadrature, gauss_sum, lit_part, path_node
+from .lamp_path import NODES, LitPart, Quadrature, gauss_sum, half_angle, lit_part, path_node
 from .profile import LampProfile
 from .scattered_irradiance import Arriving, ArrivingTable, arriving_table
 from .scattered_source import Source, SourceTable, source_seen, source_table
@@ -39,6 +46,7 @@ from .wide_phase import RESOLVED, wide_moments
 MORE_NODES = 16
 """Of the integral of the source."""
 _REACH = 8.0  # of scattered light, in decay lengths
+_SMALLEST = 1e-6
 
 
 class Field(Protocol):
@@ -259,11 +267,16 @@ def light_along(
         return once, light.arriving(onward, node.length, m)
 
     once, onward = integrate(NODES, of_place)
-    return once, onward + _turned(lamp, ray, light, m, integrate)
+    return once, onward + _turned(lamp, ray, part, light, m, integrate)
 
 
 def _turned(
-    lamp: Lamp, ray: RayPastLamp, light: LampSpectrum, m: Mathematics, integrate: Quadrature
+    lamp: Lamp,
+    ray: RayPastLamp,
+    part: LitPart,
+    light: LampSpectrum,
+    m: Mathematics,
+    integrate: Quadrature,
 ) -> Operand:
     """Radiance of light that was scattered already when it is scattered into the ray.
 
@@ -281,7 +294,7 @@ def _turned(
         s, r = ray.h * (grown - 1.0 / grown) / 2.0, ray.h * (grown + 1.0 / grown) / 2.0
         turned, t = (ray.across * ray.h + ray.along * s) / r, m.maximum(ray.t0 + s, 0.0)
         where = ray.place(s)
-        lit = lamp.scattered_lit(where, m)
+        lit = _source_lit(lamp, ray, part, s, m)
         leg = lamp.wet(r, where[2], m)
         if lamp.shines_in:
             # Scattered as on the leg in the water, and as faint as at r.
@@ -291,6 +304,22 @@ def _turned(
         return (light.arriving(seen, leg + t, m),)
 
     return integrate(MORE_NODES, of_place)[0]
+
+
+def _source_lit(lamp: Lamp, ray: RayPastLamp, part: LitPart, s: Operand, m: Mathematics) -> Operand:
+    """Share of a source's light that things leave, at the distance s along the ray."""
+    here = lamp.scattered_lit(ray.place(s), m)
+    if lamp.soft is None:
+        return here
+    half = half_angle(s, ray.h, m)
+    first, last = part.ends
+    begin = m.maximum(half, first)
+    ahead = m.maximum(half * (1.0 / begin - 1.0 / m.maximum(last, begin)), 0.0)
+    sine = m.maximum(ray.h / m.sqrt(s * s + ray.h * ray.h), _SMALLEST)
+    share = 2.0 * half * ahead
+    middle = 2.0 * begin * last / (begin + last)
+    beyond = lamp.scattered_lit(ray.place(0.0 - ray.h / m.tan(2.0 * middle)), m)
+    return (sine * here + share * beyond) / (sine + share)
 
 
 def _asinh(s: Operand, h: Operand, m: Mathematics) -> Operand:

@@ -59,13 +59,48 @@ def _drawn(x, profile, count=2_000_000):
     return float((weight * arrives).sum() / weight.sum())
 
 
-@pytest.mark.parametrize("profile", [IsotropicProfile(), SpotProfile(math.radians(90.0), 0.4)])
-@pytest.mark.parametrize("x", [(0.0, 0.0, 2.0), (0.2, 0.0, 3.0), (1.2, 0.0, 2.0)])
-def test_it_is_what_points_of_all_water_bring(x, profile):
-    seen = float(not _crosses(np.zeros(3), np.array(x)))
-    soft = soft_map(_lamp(_disc(), profile), WATER)
-    found = float(np.ravel(scattered_lit(soft, seen, x))[0])
+def _walked(x, profile, orders, count=300_000):
+    """Share of the light scattered up to so often that arrives at x, by photons that walk."""
+    rng = np.random.default_rng(5)
+    at, way = np.zeros((count, 3)), rng.normal(size=(count, 3))
+    way /= np.linalg.norm(way, axis=1, keepdims=True)
+    weight, free, got = profile.value(way[:, 2]) * np.ones(count), np.ones(count, bool), []
+    for _ in range(orders):
+        there = at - np.log(rng.random(count))[:, None] / 0.5 * way
+        free = free & ~_crosses(at, there)
+        at, weight = there, weight * 0.8
+        d = np.linalg.norm(x - at, axis=1)
+        s2 = (1.0 - ((x - at) * way).sum(axis=1) / d) / 2.0
+        p = np.asarray(PHASE.per_steradian(s2[:, None]))[:, 0]
+        light = weight * p * np.exp(-0.5 * d) / np.maximum(d, 0.1) ** 2
+        arrives = free & ~_crosses(at, np.broadcast_to(x, at.shape))
+        got.append(((light * arrives).sum(), light.sum()))
+        mu = (1.36 - (0.64 / (0.4 + 1.2 * rng.random(count))) ** 2) / 1.2
+        across = np.cross(way, rng.normal(size=(count, 3)))
+        across /= np.linalg.norm(across, axis=1, keepdims=True)
+        way = way * mu[:, None] + across * np.sqrt(1.0 - mu * mu)[:, None]
+    arrived, whole = np.sum(got, axis=0)
+    return float(arrived / whole)
+
+
+_PLACES = [(0.0, 0.0, 2.0), (0.2, 0.0, 3.0), (1.2, 0.0, 2.0)]
+_PROFILES = [IsotropicProfile(), SpotProfile(math.radians(90.0), 0.4)]
+
+
+@pytest.mark.parametrize("profile", _PROFILES)
+@pytest.mark.parametrize("x", _PLACES)
+def test_once_scattered_it_is_what_points_of_all_water_bring(x, profile):
+    soft = soft_map(_lamp(_disc(), profile), WATER, 1)
+    found = float(np.ravel(scattered_lit(soft, x))[0])
     assert found == pytest.approx(_drawn(np.array(x), profile), abs=0.07)
+
+
+@pytest.mark.parametrize("profile", _PROFILES)
+@pytest.mark.parametrize("x", _PLACES)
+def test_more_often_scattered_it_is_what_photons_bring(x, profile):
+    soft = soft_map(_lamp(_disc(), profile), WATER, 3)
+    found = float(np.ravel(scattered_lit(soft, x))[0])
+    assert found == pytest.approx(_walked(np.array(x), profile, 3), abs=0.1)
 
 
 def test_without_things_all_of_it_arrives():
@@ -77,7 +112,7 @@ def test_behind_a_wall_there_is_little():
     u = shadow_directions()[:, 2]
     soft = soft_map(_lamp(np.where(u > 0, 1.0 / np.maximum(u, 1e-9), np.inf)), WATER)
     place = (0.0, 0.0, 3.0)
-    assert float(np.ravel(scattered_lit(soft, 0.0, place))[0]) < 0.1
+    assert float(np.ravel(scattered_lit(soft, place))[0]) < 0.1
     before = (0.0, 0.0, -1.0)
-    assert float(np.ravel(scattered_lit(soft, 1.0, before))[0]) > 0.9
+    assert float(np.ravel(scattered_lit(soft, before))[0]) > 0.85
     assert float(np.ravel(left_in_shadow(soft, place))[0]) < 0.1
