@@ -171,6 +171,8 @@ class Thing:
         Radiance that it mirrors, the direct sun's apart.
     emitted : sequence of numbers
         Per red, green and blue: radiance that it emits; empty if it emits nothing.
+    fluorescing : sequence of numbers
+        Per fluorophore: how much it is excited, over π; its emission is a column that follows.
     pattern : number, optional
         Of the waves there, of mean 1.
     shade : LightLeft
@@ -187,6 +189,7 @@ class Thing:
     mirrored: Sequence[Operand] = ()
     L_mirrored: Operand = 0.0
     emitted: Sequence[Operand] = ()
+    fluorescing: Sequence[Operand] = ()
     pattern: Operand | None = None
     shade: LightLeft = ALL_LEFT
     behind: Operand | None = None
@@ -410,7 +413,9 @@ class ChannelWater:
     def glow(self, thing: Thing, y: Operand, P: Operand) -> Operand | None:
         """The emitted part of :meth:`leaving`, if it emits."""
         parts = [
-            radiance * self.tables.glowing(y, P, k) for k, radiance in enumerate(thing.emitted)
+            radiance * self.tables.glowing(y, P, k)
+            for first, emitted in ((0, thing.emitted), (len(COLOURS), thing.fluorescing))
+            for k, radiance in enumerate(emitted, first)
         ]
         return _sum(parts) if parts else None
 
