@@ -3,12 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any
 
 import bpy
 
+from ..settings.known_words import suggestions
+
 PROPERTY = "underwater"
 _CLASS = "UnderwaterMaterial"
+
+
+@dataclass(frozen=True)
+class Fluorescence:
+    """Name of a fluorophore, and the share of light that it absorbs where it absorbs most."""
+
+    fluorophore: str
+    strength: float
 
 
 type OnChange = Callable[[Any, bpy.types.Context], None]
@@ -31,6 +42,25 @@ def register(on_change: OnChange | None = None) -> None:
             "with water, as those of sand, soil, cloth and wood do: in water it is darker, sand "
             "by about half. Measured reflectances stay as they are",
             options=set(),
+            update=on_change,
+        ),
+        "fluorophore": bpy.props.StringProperty(
+            name="Fluorophore",
+            description="What of the material glows in the light that it absorbs: coral-green, "
+            "chlorophyll, another one by name, or file:PATH with wavelength_nm, excitation, "
+            "emission. Empty: nothing. EEVEE draws it, in real time and in bands",
+            search=suggestions("fluorophores"),
+            options=set(),
+            update=on_change,
+        ),
+        "fluorescence": bpy.props.FloatProperty(
+            name="Absorbed",
+            description="Share of the light that the fluorophore absorbs at the wavelength where "
+            "it absorbs most; what it emits of that is its quantum yield",
+            default=0.5,
+            min=0.0,
+            max=1.0,
+            subtype="FACTOR",
             update=on_change,
         ),
     }
@@ -56,3 +86,10 @@ def is_filled_with_air(material: bpy.types.Material) -> bool:
     """Whether the refractive indices of a material stay as they are given."""
     group = getattr(material, PROPERTY, None)
     return group is not None and group.filled_with_air
+
+
+def fluorescence_of(material: bpy.types.Material) -> Fluorescence | None:
+    """Return by what a material fluoresces, if it does."""
+    group = getattr(material, PROPERTY, None)
+    name = "" if group is None else group.fluorophore.strip()
+    return Fluorescence(name, group.fluorescence) if name else None

@@ -26,6 +26,7 @@ _ILLUMINANTS = {
 _EMISSIONS = {
     "led": "Cold white LED",
     "led-warm": "Warm white LED",
+    "led:450,20": "LED of one colour by its peak and width in nm; blue ones make corals glow",
     "halogen": "Halogen lamp",
     "hid": "Metal halide lamp",
     "blackbody:5600": "Black body of a temperature in K",

@@ -71,7 +71,9 @@ class Fluorophore(ComparedByContent):
             )
         for spectrum in (self.excitation, self.emission):
             if len(spectrum.wavelengths) < 2 or not np.any(spectrum.values > 0.0):
-                raise InputError(f"{spectrum.name} is zero at every wavelength; give one that is not")
+                raise InputError(
+                    f"{spectrum.name} is zero at every wavelength; give one that is not"
+                )
 
     @functools.cached_property
     def peak(self) -> float:
@@ -166,9 +168,7 @@ def _idealised(row: dict[str, str]) -> Fluorophore:
     name = row["name"]
 
     def band(kind: str) -> Spectrum:
-        peak, below, above = (
-            float(row[f"{kind}{part}_nm"]) for part in ("", "_below", "_above")
-        )
+        peak, below, above = (float(row[f"{kind}{part}_nm"]) for part in ("", "_below", "_above"))
         away = _GRID - peak
         width = np.where(away < 0.0, below, above)
         return Spectrum(_GRID, 0.5 ** ((away / width) ** 2), f"{kind} of {name}", _SOURCE)
@@ -184,7 +184,9 @@ def _from_file(path: Path) -> Fluorophore:
             f"{path} does not say how much it emits; add a line '# {_YIELD}: ' and photons "
             "emitted per photon absorbed"
         )
-    spectra = (table.spectrum(kind, f"{kind} of {path.name}") for kind in ("excitation", "emission"))
+    spectra = (
+        table.spectrum(kind, f"{kind} of {path.name}") for kind in ("excitation", "emission")
+    )
     return Fluorophore(path.stem, *spectra, stated, f"file {path.name}")
 
 

@@ -171,8 +171,6 @@ class Thing:
         Radiance that it mirrors, the direct sun's apart.
     emitted : sequence of numbers
         Per red, green and blue: radiance that it emits; empty if it emits nothing.
-    fluorescing : sequence of numbers
-        Per fluorophore: how much it is excited, over π; its emission is a column that follows.
     pattern : number, optional
         Of the waves there, of mean 1.
     shade : LightLeft
@@ -181,6 +179,8 @@ class Thing:
         Share of its matte colours that the light from behind it shines through.
     shade_behind : LightLeft
         Of the light from all sides that falls on the other side.
+    fluorescing : sequence of numbers
+        Per emission that is no colour: how much it is excited, over π.
     """
 
     columns: Sequence[Operand]
@@ -189,11 +189,11 @@ class Thing:
     mirrored: Sequence[Operand] = ()
     L_mirrored: Operand = 0.0
     emitted: Sequence[Operand] = ()
-    fluorescing: Sequence[Operand] = ()
     pattern: Operand | None = None
     shade: LightLeft = ALL_LEFT
     behind: Operand | None = None
     shade_behind: LightLeft = ALL_LEFT
+    fluorescing: Sequence[Operand] = ()
 
 
 @dataclass(frozen=True, eq=False)
