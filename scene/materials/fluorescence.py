@@ -49,6 +49,11 @@ class FluorescentThings:
         """Radiance of each, of bands, per unit of what excites it, over π."""
         return [one.emission_in(bands) for one in self.fluorophores]
 
+    def brightened(self, light: NDArray[np.float64], bands: Bands) -> NDArray[np.float64]:
+        """Return an irradiance of bands, and what all fluorophores make of it at most, (n,)."""
+        made = (one.reradiation(bands) @ light for one in self.fluorophores)
+        return sum(made, start=light)
+
 
 def of(materials: Iterable[bpy.types.Material]) -> dict[str, Fluorescence]:
     """Return what fluoresces, by the names of materials."""
