@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import bpy
@@ -12,6 +13,26 @@ from ..settings.known_words import suggestions
 
 PROPERTY = "underwater"
 _CLASS = "UnderwaterMaterial"
+
+
+_SCHEME = "file:"
+
+
+@dataclass(frozen=True)
+class FluorophoreFile:
+    """A file that a material names as its fluorophore, and the path as it is stored."""
+
+    material: bpy.types.Material
+    path: str
+
+    @property
+    def whole(self) -> Path:
+        """The full path; a relative one is seen from the .blend of the material."""
+        return Path(bpy.path.abspath(self.path, library=self.material.library))
+
+    def move(self, path: str) -> None:
+        """Let the material read another file."""
+        getattr(self.material, PROPERTY).fluorophore = f"{_SCHEME}{path}"
 
 
 @dataclass(frozen=True)
@@ -92,4 +113,15 @@ def fluorescence_of(material: bpy.types.Material) -> Fluorescence | None:
     """Return by what a material fluoresces, if it does."""
     group = getattr(material, PROPERTY, None)
     name = "" if group is None else group.fluorophore.strip()
+    if name.startswith(_SCHEME):
+        name = f"{_SCHEME}{FluorophoreFile(material, name.removeprefix(_SCHEME)).whole}"
     return Fluorescence(name, group.fluorescence) if name else None
+
+
+def fluorophore_files() -> Iterator[FluorophoreFile]:
+    """Yield the files that materials of the open .blend name as fluorophores."""
+    for material in bpy.data.materials:
+        group = getattr(material, PROPERTY, None)
+        name = "" if group is None else group.fluorophore.strip()
+        if material.users and name.startswith(_SCHEME):
+            yield FluorophoreFile(material, name.removeprefix(_SCHEME))

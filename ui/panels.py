@@ -549,7 +549,9 @@ class MaterialPanel(bpy.types.Panel):
         self.layout.prop(own, "fluorescence")
         _say(self.layout, "Real time and bands draw it; the reference of Cycles leaves it out.")
         try:
-            parse_fluorophore(own.fluorophore)
+            fluorescence = stored_materials.fluorescence_of(context.material)
+            assert fluorescence is not None
+            parse_fluorophore(fluorescence.fluorophore)
         except InputError as error:
             _say(self.layout, str(error), "ERROR")
 

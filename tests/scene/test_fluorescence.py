@@ -112,16 +112,17 @@ def _by_lamp(scene, plan):
 
 
 def _bispectral(dye, bands, E):
-    """Radiance of a wall in bands, by summation over nanometres that come in and go out."""
-    grid = np.arange(300.0, 900.0)
+    """Radiance of a wall in bands, by summation over wavelengths that come in and go out."""
+    step = 0.25
+    grid = np.arange(300.0, 900.0, step) + step / 2
     low, high = bands.centres - bands.widths / 2, bands.centres + bands.widths / 2
     inside = (grid[:, None] >= low) & (grid[:, None] < high)
     E_nm = E @ inside.T
     photons = np.interp(grid, dye.emission.wavelengths, dye.emission.values)
-    photons = photons / photons.sum()
+    photons = photons / (photons.sum() * step)
     absorbed = np.interp(grid, dye.excitation.wavelengths, dye.excitation.values)
     matrix = dye.quantum_yield * photons[:, None] * absorbed * grid / grid[:, None]
-    L_nm = E_nm @ matrix.T / math.pi
+    L_nm = E_nm @ matrix.T * step / math.pi
     return L_nm @ inside / inside.sum(axis=0)
 
 
