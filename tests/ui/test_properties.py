@@ -115,7 +115,8 @@ def test_every_row_of_the_table_is_whole():
 
 
 @pytest.mark.parametrize(
-    ("name", "count"), [("water", 16), ("sensor", 90), ("illuminant", 4), ("phase", 8)]
+    ("name", "count"),
+    [("water", 16), ("sensor", 90), ("illuminant", 4), ("phase", 8), ("filter", 5)],
 )
 @pytest.mark.filterwarnings("ignore::underwater_spectral.uw_spectral.errors.DataWarning")
 def test_every_word_that_is_suggested_can_be_used(name, count):
