@@ -57,15 +57,12 @@ PORTS = {
     "flat port": ("--housing", "flat"),
     "dome": ("--housing", "dome", "--dome-forward", "10"),
 }
-GLOWING = {
-    "white LED": ("led", ()),
-    "blue LED, 450 nm": ("led:450,20", ("--exposure", "9")),
-    "the same, yellow filter": ("led:450,20", ("--exposure", "9", "--filter", "long-pass:500,15")),
-}
+GLOWING = {"blue LED, 450 nm": "none", "behind a yellow filter": "long-pass:500,15"}
+GAZE = (0.1, 0.0, -4.8)
 CORALS = {"brain": "coral-green", "staghorn": "coral-cyan", "small table": "coral-red"}
 AT_NIGHT = (
     "--water", "jerlov:IB", "--sunlight", "0", "--surface", "none", "--white-balance", "daylight",
-    "--engine", "eevee", "--mode", "realtime", "--resolution", "400", "300", "--samples", "16",
+    "--engine", "eevee", "--bands", "12", "--resolution", "400", "267", "--samples", "8",
 )  # fmt: skip
 NEAR, WIDE = (0.15, -1.35, -4.45), 80.0
 DEPTH, EYE, TARGET = 5.0, (0.1, -2.4, -4.25), (0.25, 0.0, -4.68)
@@ -184,14 +181,17 @@ def night() -> None:
 
 
 def glow() -> None:
-    """Write corals at night by a white lamp, by a blue one, and behind a barrier filter."""
+    """Write corals at night by a blue lamp, and the same passes behind a barrier filter."""
+    scene, out = OUT / "glow.blend", OUT / "glow"
+    if not scene.exists():
+        build_glow(scene, "led:450,20")
+    render(scene, out, *AT_NIGHT)
     pictures = []
-    for place, (name, (spectrum, options)) in enumerate(GLOWING.items()):
-        scene = OUT / f"glow_{spectrum.replace(':', '_')}.blend"
-        if not scene.exists():
-            build_glow(scene, spectrum)
-        render(scene, OUT / f"glow_{place}", *AT_NIGHT, *options)
-        picture = Image.open(OUT / f"glow_{place}" / "0001.png").convert("RGB")
+    for name, barrier in GLOWING.items():
+        options = ("--from", out / "job.json", "--develop", "--filter", barrier)
+        command = [sys.executable, ROOT / "render_bands.py", *options]
+        subprocess.run(list(map(str, command)), check=True)
+        picture = Image.open(out / "0001.png").convert("RGB")
         ImageDraw.Draw(picture).text((8, 6), name, "white", font_size=16)
         pictures.append(np.asarray(picture))
     picture = Image.fromarray(np.concatenate(pictures, axis=1))
@@ -210,20 +210,21 @@ def build_glow(path: Path, spectrum: str) -> None:
     shapes, detail = named["shapes"], named["detail"].DETAILS["panel"]
     materials = named["materials"].Materials(1, detail)
     growth = named["growth"].Growth(1, detail, materials)
-    places = ((-0.35, -0.25, 0.1 - DEPTH), (0.4, 0.15, -DEPTH), (-0.5, 0.4, -DEPTH))
-    for (kind, fluorophore), place in zip(CORALS.items(), places, strict=True):
-        item = shapes.place(growth.meshes(kind)[0], scene.collection, place, scale=0.8)
+    places = ((-0.4, -0.3, 0.05, 0.4), (0.45, -0.4, 0.0, 1.1), (0.1, 0.45, 0.0, 0.9))
+    for (kind, fluorophore), (x, y, z, scale) in zip(CORALS.items(), places, strict=True):
+        mesh = growth.meshes(kind)[-1]
+        item = shapes.place(mesh, scene.collection, (x, y, z - DEPTH), scale=scale)
         for material in item.data.materials:
             material.underwater.fluorophore, material.underwater.fluorescence = fluorophore, 0.3
     bpy.ops.mesh.primitive_plane_add(size=80.0, location=(0.0, 0.0, -DEPTH))
     bpy.context.object.data.materials.append(materials.sand)
-    scene.camera = named["cameras"].camera("Night", EYE, TARGET, 40.0)
+    scene.camera = named["cameras"].camera("Night", EYE, GAZE, 45.0)
     light = bpy.data.lights.new("Lamp", "SPOT")
     light.energy, light.spot_size, light.shadow_soft_size = 20.0, math.radians(70), 0.03
     light.underwater.spectrum = spectrum
     lamp = bpy.data.objects.new("Lamp", light)
     scene.collection.objects.link(lamp)
-    named["cameras"].aim(lamp, (-0.7, -2.2, -3.7), TARGET)
+    named["cameras"].aim(lamp, (-0.7, -2.2, -3.7), GAZE)
     path.parent.mkdir(parents=True, exist_ok=True)
     bpy.ops.wm.save_as_mainfile(filepath=str(path), copy=True, compress=True)
 
