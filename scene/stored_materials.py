@@ -112,7 +112,9 @@ def is_filled_with_air(material: bpy.types.Material) -> bool:
 def fluorescence_of(material: bpy.types.Material) -> Fluorescence | None:
     """Return by what a material fluoresces, if it does."""
     group = getattr(material, PROPERTY, None)
-    name = "" if group is None else group.fluorophore.strip()
+    if group is None:
+        return None
+    name = group.fluorophore.strip()
     if name.startswith(_SCHEME):
         name = f"{_SCHEME}{FluorophoreFile(material, name.removeprefix(_SCHEME)).whole}"
     return Fluorescence(name, group.fluorescence) if name else None

@@ -57,7 +57,10 @@ PORTS = {
     "flat port": ("--housing", "flat"),
     "dome": ("--housing", "dome", "--dome-forward", "10"),
 }
-GLOWING = {"blue LED, 450 nm": "none", "behind a yellow filter": "long-pass:500,15"}
+GLOWING = {
+    "blue LED, 450 nm": ("none", "auto"),
+    "behind a yellow filter": ("long-pass:500,15", "auto"),
+}
 GAZE = (0.1, 0.0, -4.8)
 CORALS = {"brain": "coral-green", "staghorn": "coral-cyan", "small table": "coral-red"}
 AT_NIGHT = (
@@ -187,11 +190,20 @@ def glow() -> None:
         build_glow(scene, "led:450,20")
     render(scene, out, *AT_NIGHT)
     pictures = []
-    for name, barrier in GLOWING.items():
-        options = ("--from", out / "job.json", "--develop", "--filter", barrier)
-        command = [sys.executable, ROOT / "render_bands.py", *options]
+    for name, (barrier, stops) in GLOWING.items():
+        developed = OUT / f"glow_{barrier.replace(':', '_')}"
+        options = (
+            "--from",
+            out / "job.json",
+            "--develop",
+            "--filter",
+            barrier,
+            "--exposure",
+            stops,
+        )
+        command = [sys.executable, ROOT / "render_bands.py", *options, "--out", developed]
         subprocess.run(list(map(str, command)), check=True)
-        picture = Image.open(out / "0001.png").convert("RGB")
+        picture = Image.open(developed / "0001.png").convert("RGB")
         ImageDraw.Draw(picture).text((8, 6), name, "white", font_size=16)
         pictures.append(np.asarray(picture))
     picture = Image.fromarray(np.concatenate(pictures, axis=1))

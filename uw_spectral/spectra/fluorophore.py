@@ -184,10 +184,10 @@ def _from_file(path: Path) -> Fluorophore:
             f"{path} does not say how much it emits; add a line '# {_YIELD}: ' and photons "
             "emitted per photon absorbed"
         )
-    spectra = (
+    excitation, emission = (
         table.spectrum(kind, f"{kind} of {path.name}") for kind in ("excitation", "emission")
     )
-    return Fluorophore(path.stem, *spectra, stated, f"file {path.name}")
+    return Fluorophore(path.stem, excitation, emission, stated, f"file {path.name}")
 
 
 def _mean(spectrum: Spectrum, bands: Bands) -> Array:
