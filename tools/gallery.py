@@ -57,10 +57,7 @@ PORTS = {
     "flat port": ("--housing", "flat"),
     "dome": ("--housing", "dome", "--dome-forward", "10"),
 }
-GLOWING = {
-    "blue LED, 450 nm": ("none", "auto"),
-    "behind a yellow filter": ("long-pass:500,15", "auto"),
-}
+GLOWING = {"blue LED, 450 nm": "none", "behind a yellow filter": "long-pass:500,15"}
 GAZE = (0.1, 0.0, -4.8)
 CORALS = {"brain": "coral-green", "staghorn": "coral-cyan", "small table": "coral-red"}
 AT_NIGHT = (
@@ -187,20 +184,12 @@ def glow() -> None:
     """Write corals at night by a blue lamp, and the same passes behind a barrier filter."""
     scene, out = OUT / "glow.blend", OUT / "glow"
     if not scene.exists():
-        build_glow(scene, "led:450,20")
+        build_glow(scene)
     render(scene, out, *AT_NIGHT)
     pictures = []
-    for name, (barrier, stops) in GLOWING.items():
+    for name, barrier in GLOWING.items():
         developed = OUT / f"glow_{barrier.replace(':', '_')}"
-        options = (
-            "--from",
-            out / "job.json",
-            "--develop",
-            "--filter",
-            barrier,
-            "--exposure",
-            stops,
-        )
+        options = ("--from", out / "job.json", "--develop", "--filter", barrier)
         command = [sys.executable, ROOT / "render_bands.py", *options, "--out", developed]
         subprocess.run(list(map(str, command)), check=True)
         picture = Image.open(developed / "0001.png").convert("RGB")
@@ -210,8 +199,8 @@ def glow() -> None:
     picture.save(PICTURES / "fluorescence.jpg", quality=86)
 
 
-def build_glow(path: Path, spectrum: str) -> None:
-    """Build three corals that fluoresce, on sand, in the light of one lamp."""
+def build_glow(path: Path) -> None:
+    """Build three corals that fluoresce, on sand, in the light of one blue lamp."""
     scene = make_pictures.start()
     package, stored = "underwater_spectral", "scene.stored_settings"
     importlib.import_module(f"{package}.{stored}").register()
@@ -233,7 +222,7 @@ def build_glow(path: Path, spectrum: str) -> None:
     scene.camera = named["cameras"].camera("Night", EYE, GAZE, 45.0)
     light = bpy.data.lights.new("Lamp", "SPOT")
     light.energy, light.spot_size, light.shadow_soft_size = 20.0, math.radians(70), 0.03
-    light.underwater.spectrum = spectrum
+    light.underwater.spectrum = "led:450,20"
     lamp = bpy.data.objects.new("Lamp", light)
     scene.collection.objects.link(lamp)
     named["cameras"].aim(lamp, (-0.7, -2.2, -3.7), GAZE)
