@@ -14,6 +14,7 @@ import bpy
 
 from ..scene.seen.external_files import is_read, is_shown_only
 from ..scene.seen.lamp_files import lamp_files
+from ..scene.stored_materials import fluorophore_files
 from ..uw_spectral.errors import InputError
 from ..uw_spectral.spectra.spectrum import split_location
 from .manifest import ExternalFile, table_name, tables
@@ -85,6 +86,8 @@ def _references() -> Iterator[tuple[str, str, Path]]:
                 yield kind, path, _whole_path(item, path, owner)
     for file in lamp_files():
         yield f"{file.setting} of lamp {file.light.name!r},", file.path, file.whole
+    for file in fluorophore_files():
+        yield f"fluorophore of material {file.material.name!r},", file.path, file.whole
 
 
 def _whole_path(item: bpy.types.ID, path: str, owner: bpy.types.Library | None) -> Path:

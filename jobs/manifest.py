@@ -31,7 +31,7 @@ _KIND = "underwater-spectral job"
 _PASSES = "passes"
 # Settings that only the development reads: a pass does not depend on them, unless it is
 # developed as it is rendered.
-DEVELOPMENT = frozenset({"sensor", "white_balance", "exposure", "exposure_compensation"})
+DEVELOPMENT = frozenset({"sensor", "filter", "white_balance", "exposure", "exposure_compensation"})
 # How a picture is shown, and when it is good enough: no pass depends on it.
 SHOWN = frozenset({"tone", "contrast", "noise", "raw", "iso", "full_well", "read_noise"})
 CHANGEABLE = (DEVELOPMENT | SHOWN) - {"noise"}

@@ -10,6 +10,7 @@ from pathlib import Path, PurePath, PurePosixPath, PureWindowsPath
 import bpy
 
 from ..scene.seen.lamp_files import lamp_files
+from ..scene.stored_materials import fluorophore_files
 from ..uw_spectral.errors import InputError
 from ..uw_spectral.spectra.spectrum import split_location
 from .manifest import Manifest, tables
@@ -134,7 +135,7 @@ def apply_to_scene(mapping: PathMapping) -> None:
     bpy.data.file_path_foreach(mapped, flags=flags)
     for library in _moved(before):
         library.reload()
-    for file in lamp_files():
+    for file in (*lamp_files(), *fluorophore_files()):
         path = mapping.apply(file.path)
         if path != file.path:
             file.move(path)

@@ -76,7 +76,7 @@ FACETS: tuple[dict[str, str], ...] = (
     {COAT: _FLOAT, COAT_ROUGHNESS: _FLOAT, COAT_INDEX: _FLOAT, COAT_NORMAL: "NodeSocketVector"},
 )
 """Inputs of the facets of things and of those of coats over them: see :class:`.Facets`."""
-SEEN, UNSCATTERED, FORWARD, THERE, IRRADIANCE = "Seen", "D", "F", "J", "E"
+SEEN, UNSCATTERED, FORWARD, THERE, IRRADIANCE, EXCITING = "Seen", "D", "F", "J", "E", "Exciting"
 """Outputs of :func:`build_patch`."""
 SUNLIT, CODE = "lamps beside the sun", "lamp code"
 NUMBERS = (SUNLIT, CODE)
@@ -87,7 +87,7 @@ NO_SHADOW = (0.0, 0.0, 0.0)
 """In place of the colour of what stands for things, and of lamps that cast no shadow."""
 # Custom properties of the image.
 _PARTS, _MEASURED, _FROM_AIR = "uw_parts", "uw_measured", "uw_from_air"
-_THROWN = "uw_thrown"
+_THROWN, _EXCITING = "uw_thrown", "uw_exciting"
 _QUADRATURES = (PATH_NODES, MORE_NODES)
 _NUMBERS = sum(_QUADRATURES)  # first column after them
 _EXTENT, _IN_WATER, _ON_THINGS, _WIDE, _SCALES = range(_NUMBERS, _NUMBERS + 5)
@@ -135,10 +135,14 @@ class LampImages:
 
 @dataclass(frozen=True)
 class _Rows:
-    """Rows of a lamp's block, of so many parts of the phase function and measured reflectances."""
+    """Rows of a lamp's block.
+
+    Of so many parts of the phase function, measured reflectances and bands that excite.
+    """
 
     parts: int
     measured: int
+    exciting: int
 
     @property
     def unscattered(self) -> int:
@@ -153,8 +157,12 @@ class _Rows:
         return self.in_water + BANDS
 
     @property
-    def tables(self) -> int:
+    def excited(self) -> int:
         return self.coloured + BANDS * (COLOURS + self.measured)
+
+    @property
+    def tables(self) -> int:
+        return self.excited + self.exciting
 
     @property
     def all(self) -> int:
@@ -169,6 +177,7 @@ def new_images(
     thrown: int = 0,
     *,
     from_air: bool = False,
+    exciting: bool = False,
 ) -> LampImages:
     """Make the images of so many lamps, which are dark.
 
@@ -186,12 +195,15 @@ def new_images(
         How many of the lamps stand for things; they come last.
     from_air : bool
         Whether some may shine into the water from above.
+    exciting : bool
+        Whether their light excites fluorophores.
     """
-    height = _SPREAD + _SPREAD_ROWS + _Rows(parts, measured).all * lamps
+    excited = BANDS * exciting
+    height = _SPREAD + _SPREAD_ROWS + _Rows(parts, measured, excited).all * lamps
     image = number_image(NAME, _WIDTH, height)
     image.use_half_precision = False  # numbers keep their digits
     image[_PARTS], image[_MEASURED], image[_FROM_AIR] = parts, measured, from_air
-    image[_THROWN] = thrown
+    image[_THROWN], image[_EXCITING] = thrown, excited
     return LampImages(image, lamp_sources.new_image(profiles))
 
 
@@ -235,7 +247,8 @@ def _pixels(
     assert isinstance(on_spread, WaterSpread)
     _put(out[_SPREAD:], 0, in_spread.narrow.values)
     _put(out[_SPREAD:], _PATCHES, on_spread.on_patches.values)
-    first, rows = _SPREAD + _SPREAD_ROWS, _Rows(folded.parts, folded.measured)
+    first = _SPREAD + _SPREAD_ROWS
+    rows = _Rows(folded.parts, folded.measured, BANDS * folded.excites)
     for index, (lamp, tables) in enumerate(zip(folded.lamps, folded.folded, strict=True)):
         block = out[first + rows.all * index :][: rows.all]
         _put_lamp(block, lamp, tables, colours[index], profiles.index(lamp.profile))
@@ -285,7 +298,9 @@ def _put_lamp(
         numbers[place + 1, :3] = np.array(part.axis) * max(float(part.radius), _LEAST_RADIUS)
     block[_PROFILE, :SAMPLES, 0] = lamp.profile.sampled(SAMPLES)
     coloured = folded.coloured.reshape(-1, SAMPLES, 3)
-    tables = [folded.scattered, folded.unscattered[None], folded.in_water, coloured]
+    tables = [
+        folded.scattered, folded.unscattered[None], folded.in_water, coloured, folded.exciting,
+    ]  # fmt: skip
     rows = np.concatenate(tables)
     block[_FOLDED : _FOLDED + len(rows), :SAMPLES, :3] = rows
 
@@ -432,7 +447,7 @@ class LampTable:
     def of(cls, graph: Graph, images: LampImages) -> LampTable:
         """Make it of images of :func:`new_images`."""
         image = images.numbers
-        return cls(graph, images, _Rows(image[_PARTS], image[_MEASURED]))
+        return cls(graph, images, _Rows(image[_PARTS], image[_MEASURED], image[_EXCITING]))
 
     @property
     def image(self) -> bpy.types.Image:
@@ -512,6 +527,10 @@ class LampTable:
         first = self._row(index) + float(self.rows.coloured + BANDS * (COLOURS - 1))
         rows = self._rows(first + number * float(BANDS), BANDS)
         return [row.at(length) for row in rows]
+
+    def exciting(self, index: NodeValue, length: NodeValue) -> list[Operand]:
+        """Look up the tables of what excites fluorophores."""
+        return [row.at(length) for row in self._folded(index, self.rows.excited, BANDS)]
 
     def integrate(
         self, count: int, term: Callable[[Operand, Operand], tuple[Operand, ...]]
@@ -612,7 +631,7 @@ def build_patch(
     outputs : collection of str
         Which of these, in three channels: :data:`SEEN`, the radiance that arrives at the camera,
         of which :data:`UNSCATTERED` and :data:`FORWARD` are the parts; :data:`THERE`, the radiance
-        at the thing; :data:`IRRADIANCE`, on it.
+        at the thing; :data:`IRRADIANCE`, on it; :data:`EXCITING`, that as fluorophores weigh it.
     rays : ShaderNodeTree, optional
         Of :mod:`.realtime_refraction`.
     facets : int
@@ -683,6 +702,8 @@ def build_patch(
             found |= reflected(patch.length, {THERE: 1.0})
             if IRRADIANCE in outputs:
                 found[IRRADIANCE] = light.arriving(bands, of_colour(tables, (1.0, 1.0, 1.0)))
+        if EXCITING in outputs:
+            found[EXCITING] = light.arriving(bands, table.exciting(index, patch.length))
         return tuple(found[name] for name in outputs)
 
     totals = summed(graph, table.count - table.thrown, of_lamp)

@@ -6,6 +6,7 @@ a shader that emits what the channels see comes out. All bands in one pass.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -58,11 +59,13 @@ from .realtime_waves import caustics_here
 from .uplift import COLUMNS, SHARE
 
 NAME, KEEPING = "UW Thing in Water", "UW Water before Thing"
+FLUORESCENT = "UW Fluorescent Thing in Water"
 
 LIT, COLOR, EMITTED = "Lit", "Color", "Emission"
 MIRRORED, BEHIND, CLOSED = "Mirrored", "Behind", "Closed"
 COVERAGE, COVERED, NORMAL = "Coverage", "Covered", "Normal"
 COLUMN, MEASURED = "Column", "Measured"
+FLUORESCENCE = "Fluorescence"
 _INPUTS = {
     LIT: "NodeSocketColor",
     COLOR: "NodeSocketColor",
@@ -75,7 +78,9 @@ _BEHIND_IT = "Shade behind It"
 _DARKEST = 1e-3  # reflectance below which a colour does not tell how a thing is lit
 
 
-def build(shape: Shape, sources: Sources, *, keeps: bool = False) -> bpy.types.ShaderNodeTree:
+def build(
+    shape: Shape, sources: Sources, *, keeps: bool = False, fluoresces: bool = False
+) -> bpy.types.ShaderNodeTree:
     """Build the group.
 
     With ``keeps`` the closures of the material stay: instead of the input ``Lit`` there are
@@ -91,9 +96,10 @@ def build(shape: Shape, sources: Sources, *, keeps: bool = False) -> bpy.types.S
     through; if things are either, ``Closed``, 1 where there is a wall behind a wall; if lamps shine
     on facets, :data:`.realtime_lamps.FACETS`; and if
     reflectances were measured, ``Column``, where that of the material is found if it is not 0, and
-    ``Measured``, its channels.
+    ``Measured``, its channels. With ``fluoresces`` there is ``Fluorescence``, the absorptance of up
+    to three fluorophores.
     """
-    tree = new_group(KEEPING if keeps else NAME)
+    tree = new_group(FLUORESCENT if fluoresces else KEEPING if keeps else NAME)
     left_out = ({LIT} if keeps else set()) | (set() if shape.glows else {EMITTED})
     own = {name: kind for name, kind in _INPUTS.items() if name not in left_out}
     kinds = own | ({MIRRORED: "NodeSocketColor"} if shape.mirrors else {})
@@ -101,6 +107,7 @@ def build(shape: Shape, sources: Sources, *, keeps: bool = False) -> bpy.types.S
     kinds |= {COVERED: "NodeSocketVector"} if shape.filters else {}
     kinds |= {CLOSED: "NodeSocketFloat"} if shape.translucent or shape.filters else {}
     kinds |= _MEASURED_INPUTS if shape.measured else {}
+    kinds |= {FLUORESCENCE: "NodeSocketVector"} if fluoresces else {}
     for facets in realtime_lamps.FACETS[: shape.facets]:
         kinds |= facets
     for name, kind in kinds.items():
@@ -167,6 +174,7 @@ class _Surface:
         outputs = [lamps.UNSCATTERED, lamps.FORWARD] if layers else [lamps.SEEN]
         outputs += [lamps.THERE] if "J" in layers else []
         outputs += [lamps.IRRADIANCE] if "E" in layers else []
+        outputs += [lamps.EXCITING] if FLUORESCENCE in given else []
         inputs: dict[str, Operand] = {
             lamps.NORMAL: given[NORMAL],
             lamps.COLOR: given[COLOR],
@@ -269,8 +277,20 @@ class _Surface:
             behind = behind * NODES.select(given[CLOSED], BOTH_SIDES, 1.0)
         return Thing(
             columns, response, base, mirrored, L_mirrored, emitted, self._pattern, self._left(),
-            behind, self._left_behind(),
+            behind, self._left_behind(), self._fluorescing(),
         )  # fmt: skip
+
+    def _fluorescing(self) -> Sequence[Operand]:
+        """How much each fluorophore is excited, over π."""
+        if FLUORESCENCE not in self._given:
+            return ()
+        graph, water = self._graph, self._water
+        sun = sun_visibility(graph, self._given[NORMAL], water.sun, self._values[SUN_GAIN])
+        sun = sun * self._under_clouds()
+        E = self._irradiance(water.exciting(self._w), COLOURS[:1], sun, self._pattern)
+        E = E + self._lamps.get(realtime_lamps.EXCITING, 0.0)
+        absorbed = self._given[FLUORESCENCE] * self._given[COVERAGE]
+        return graph.components(E * absorbed * (1.0 / math.pi))[: self._shape.fluorophores]
 
     def _sum(self, colour: NodeValue) -> Operand:
         x, y, z = self._graph.components(colour)
@@ -329,7 +349,7 @@ class _Surface:
 
     def _made_pixel(self) -> ChannelPixel:
         ray, y, n = self._ray, self._y, self._normal
-        leaving = ray.leaving(replace(self._thing, emitted=()), y, n, self._P)
+        leaving = ray.leaving(replace(self._thing, emitted=(), fluorescing=()), y, n, self._P)
         coverage = self._given[COVERAGE]
         tint = self._tint() if self._shape.filters else None
         pixel = ray.surface(
@@ -411,14 +431,19 @@ class _Surface:
 
     def _illumination(self, sun: Operand) -> Operand:
         """Irradiance on the thing with its normal."""
+        E = self._irradiance(self._ray, COLOURS, sun, self._pattern)
+        return E + self._lamps.get(realtime_lamps.IRRADIANCE, 0.0)
+
+    def _irradiance(
+        self, ray: ChannelWater, white: Sequence[int], sun: Operand, pattern: Operand | None
+    ) -> Operand:
+        """Irradiance by daylight; of a ray whose colours are white together."""
         facing = NODES.maximum(-dot(self._normal, self._water.sun), 0.0)
         direct: Operand = 0.0
-        for k in COLOURS:
-            direct = self._ray.sunlight(self._y, 0.0, k, self._thing.pattern) + direct
-        E = direct * (facing * sun)
-        around = self._ray.irradiance(self._y, self._normal)
-        E = E + self._ray.shaded(around, self._thing.shade, self._y, ON_PATCH)
-        return E + self._lamps.get(realtime_lamps.IRRADIANCE, 0.0)
+        for k in white:
+            direct = ray.sunlight(self._y, 0.0, k, pattern) + direct
+        around = ray.irradiance(self._y, self._normal)
+        return direct * (facing * sun) + ray.shaded(around, self._left(), self._y, ON_PATCH)
 
 
 def shaft(ray: ChannelWater, y_o: Operand, w: Sequence[Operand], reach: Operand) -> Operand:

@@ -37,6 +37,7 @@ _PATCHES = 2 * _ACROSS  # first column of the irradiance
 _WIDTH = max(_PATCHES + TURNS + _SIDES, LENGTHS + _SIDES, ANGLES + _SIDES)
 _ROW = max(ELEVATIONS, TILTS) + _SIDES
 _BEFORE_LAST = 1.001  # slices from the deepest position that has a slice behind it
+_COLOURS = 3
 _ALONG = 1 + _SIDES  # rows of a table of one dimension
 
 
@@ -56,6 +57,8 @@ class Layout:
         Whether the water differs with depth.
     waves : bool
         Whether waves throw caustics.
+    emissions : int
+        That are no colour.
     """
 
     slices: int
@@ -63,13 +66,15 @@ class Layout:
     parts: int
     layered: bool
     waves: bool
+    emissions: int = 0
 
     @classmethod
     def of(cls, light: FoldedLight) -> Layout:
         """Return the rows of folded light."""
         columns, parts = len(light.sunlit), len(light.components)
         waves = bool(len(light.caustics))
-        return cls(light.depth_scale.slices, columns, parts, light.layered, waves)
+        emissions = len(light.glowing) - _COLOURS
+        return cls(light.depth_scale.slices, columns, parts, light.layered, waves, emissions)
 
     @property
     def deep(self) -> int:
@@ -93,7 +98,7 @@ class Layout:
         yield "matte", 3 * self.columns, self.deep
         yield "sunlit", self.columns, self.deep
         yield "caustics", self.waves * self.columns, self.deep
-        yield "glowing", 3, self.deep
+        yield "glowing", _COLOURS + self.emissions, self.deep
         yield "aureole", 1, self.deep
         yield "image", 1, ELEVATIONS + _SIDES
         yield "on path", self.layered * self.parts, ELEVATIONS + _SIDES

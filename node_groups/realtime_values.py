@@ -65,6 +65,8 @@ SKY_ABOVE = tuple(f"sky above on {c}" for c in ("red", "green", "blue"))
 GLOW_ABOVE = tuple(f"glow in air {c}" for c in ("red", "green", "blue"))
 SKY_LEVEL, SUN_LEVEL = "sky above", "sun above"
 FILTERS = tuple(f"let through of {c}" for c in ("red", "green", "blue"))
+EXCITING = {name: f"exciting {name}" for name in _OF_LIGHT}
+"""Numbers of the light that excites fluorophores, by what they are of the light that is seen."""
 REFLECTANCE = tuple(f"reflectance {c}" for c in ("red", "green", "blue"))
 _OF_CLOUD_SIZES = {"middle": 3, "rows": 9}
 _OF_CLOUD_SINGLE = ("reference", "asymmetry", "ceiling", "peak")
@@ -124,6 +126,10 @@ class Shape:
         Whether the camera looks through a port, where the water begins.
     mirrored_things : bool
         Whether a picture shows the things that the surface mirrors.
+    fluorophores : int
+        Of things.
+    fluorescent : tuple of str
+        Names of the materials that have them.
     """
 
     components: tuple[PhaseFunction, ...]
@@ -151,6 +157,8 @@ class Shape:
     clouds: tuple[PhaseFunction, ...] = ()
     port: bool = False
     mirrored_things: bool = False
+    fluorophores: int = 0
+    fluorescent: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -173,6 +181,7 @@ def channel_names(shape: Shape) -> list[str]:
     """Names of the quantities that each channel has its own of."""
     names: list[str] = [*_OF_LIGHT, *FILTERS]
     names += REFLECTANCE if "reflectance" in shape.layers else ()
+    names += EXCITING.values() if shape.fluorophores else ()
     if shape.above:
         names += [*SUN_ABOVE, *SKY_ABOVE, *GLOW_ABOVE, SKY_LEVEL, SUN_LEVEL]
     return names + _of_clouds(shape, single=False)
@@ -302,7 +311,14 @@ class Values:
     @property
     def numbers(self) -> FoldedNumbers:
         """The numbers of folded light."""
-        light = {name: self[name] for name in _OF_LIGHT}
+        return self._numbers({name: self[name] for name in _OF_LIGHT})
+
+    @property
+    def exciting(self) -> FoldedNumbers:
+        """Those of the light that excites fluorophores."""
+        return self._numbers({name: self[EXCITING[name]] for name in _OF_LIGHT})
+
+    def _numbers(self, light: dict[str, NodeValue]) -> FoldedNumbers:
         return FoldedNumbers(**light, lengths=self.lengths, mu_s=self[MU_S], y_f=self[FLOOR_DEPTH])
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import bpy
 
@@ -65,6 +65,8 @@ class Sources:
         :mod:`.realtime_rays`.
     mirrored : Image, optional
         Of things that the surface mirrors.
+    exciting : Image, optional
+        Of :mod:`.realtime_tables`, where things fluoresce: of the light that excites them.
     """
 
     values: bpy.types.ShaderNodeTree
@@ -75,13 +77,20 @@ class Sources:
     waves: WaveImages | None = None
     rays: bpy.types.ShaderNodeTree | None = None
     mirrored: bpy.types.Image | None = None
+    exciting: bpy.types.Image | None = None
 
 
 def layout_of(shape: Shape) -> Layout:
     """Return the layout of the tables of a shape."""
     return Layout(
-        shape.slices, 3 + shape.measured, len(shape.components), shape.layered, shape.waves
-    )
+        shape.slices, 3 + shape.measured, len(shape.components), shape.layered, shape.waves,
+        shape.fluorophores,
+    )  # fmt: skip
+
+
+def exciting_layout(shape: Shape) -> Layout:
+    """Return the layout of the tables of the light that excites fluorophores."""
+    return replace(layout_of(shape), columns=3, emissions=0)
 
 
 class PixelWater:
@@ -115,6 +124,14 @@ class PixelWater:
             self._tables, self.values.numbers, self.sun, parts, self.shape.layered,
             self.values[FASTEST], NODES,
         )  # fmt: skip
+
+    def exciting(self, w: Sequence[NodeValue]) -> ChannelWater:
+        """Return the same of the light that excites fluorophores, each a channel."""
+        image, values = self._sources.exciting, self.values
+        assert image is not None, "things fluoresce"
+        layout = exciting_layout(self.shape)
+        tables = ImageTables(self.graph, image, layout, values.depth_scale, values.lengths)
+        return replace(self.along(w), tables=tables, numbers=values.exciting)
 
     @property
     def sky(self) -> Sky:

@@ -2,13 +2,45 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import bpy
 
+from ..settings.known_words import suggestions
+
 PROPERTY = "underwater"
 _CLASS = "UnderwaterMaterial"
+
+
+_SCHEME = "file:"
+
+
+@dataclass(frozen=True)
+class FluorophoreFile:
+    """A file that a material names as its fluorophore, and the path as it is stored."""
+
+    material: bpy.types.Material
+    path: str
+
+    @property
+    def whole(self) -> Path:
+        """The full path; a relative one is seen from the .blend of the material."""
+        return Path(bpy.path.abspath(self.path, library=self.material.library))
+
+    def move(self, path: str) -> None:
+        """Let the material read another file."""
+        getattr(self.material, PROPERTY).fluorophore = f"{_SCHEME}{path}"
+
+
+@dataclass(frozen=True)
+class Fluorescence:
+    """Name of a fluorophore, and the share of light that it absorbs where it absorbs most."""
+
+    fluorophore: str
+    strength: float
 
 
 type OnChange = Callable[[Any, bpy.types.Context], None]
@@ -31,6 +63,25 @@ def register(on_change: OnChange | None = None) -> None:
             "with water, as those of sand, soil, cloth and wood do: in water it is darker, sand "
             "by about half. Measured reflectances stay as they are",
             options=set(),
+            update=on_change,
+        ),
+        "fluorophore": bpy.props.StringProperty(
+            name="Fluorophore",
+            description="What of the material glows in the light that it absorbs: coral-green, "
+            "chlorophyll, another one by name, or file:PATH with wavelength_nm, excitation, "
+            "emission. Empty: nothing. EEVEE draws it, in real time and in bands",
+            search=suggestions("fluorophores"),
+            options=set(),
+            update=on_change,
+        ),
+        "fluorescence": bpy.props.FloatProperty(
+            name="Absorbed",
+            description="Share of the light that the fluorophore absorbs at the wavelength where "
+            "it absorbs most; what it emits of that is its quantum yield",
+            default=0.5,
+            min=0.0,
+            max=1.0,
+            subtype="FACTOR",
             update=on_change,
         ),
     }
@@ -56,3 +107,23 @@ def is_filled_with_air(material: bpy.types.Material) -> bool:
     """Whether the refractive indices of a material stay as they are given."""
     group = getattr(material, PROPERTY, None)
     return group is not None and group.filled_with_air
+
+
+def fluorescence_of(material: bpy.types.Material) -> Fluorescence | None:
+    """Return by what a material fluoresces, if it does."""
+    group = getattr(material, PROPERTY, None)
+    if group is None:
+        return None
+    name = group.fluorophore.strip()
+    if name.startswith(_SCHEME):
+        name = f"{_SCHEME}{FluorophoreFile(material, name.removeprefix(_SCHEME)).whole}"
+    return Fluorescence(name, group.fluorescence) if name else None
+
+
+def fluorophore_files() -> Iterator[FluorophoreFile]:
+    """Yield the files that materials of the open .blend name as fluorophores."""
+    for material in bpy.data.materials:
+        group = getattr(material, PROPERTY, None)
+        name = "" if group is None else group.fluorophore.strip()
+        if material.users and name.startswith(_SCHEME):
+            yield FluorophoreFile(material, name.removeprefix(_SCHEME))

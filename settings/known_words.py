@@ -26,6 +26,7 @@ _ILLUMINANTS = {
 _EMISSIONS = {
     "led": "Cold white LED",
     "led-warm": "Warm white LED",
+    "led:450,20": "LED of one colour by its peak and width in nm; blue ones make corals glow",
     "halogen": "Halogen lamp",
     "hid": "Metal halide lamp",
     "blackbody:5600": "Black body of a temperature in K",
@@ -58,6 +59,13 @@ _HOUSINGS = {
     "flat": "A plane window: magnifies by 1.34, with colour fringes at the edges",
     "dome": "A spherical shell: keeps the field of view",
 }
+_FILTERS = {
+    "none": "Nothing before the camera",
+    "long-pass:480,15": "Pale yellow: with royal blue lamps, for cyan to red",
+    "long-pass:500,15": "Yellow: with blue lamps, for green to red",
+    "long-pass:520,15": "Deep yellow",
+    "long-pass:600,15": "Red: for chlorophyll",
+}
 _PHASES = {
     "mixture": "Molecules and sea particles by their fraction in each band",
     "petzold": "Measured average particles, the same in all bands",
@@ -77,8 +85,8 @@ def known_words(kind: str) -> tuple[tuple[str, str], ...]:
     Parameters
     ----------
     kind : str
-        ``waters``, ``sensors``, ``illuminants``, ``phases``, ``housings`` or ``emissions`` (of
-        lamps).
+        ``waters``, ``sensors``, ``filters``, ``illuminants``, ``phases``, ``housings``,
+        ``emissions`` (of lamps) or ``fluorophores`` (of materials).
 
     Examples
     --------
@@ -89,13 +97,19 @@ def known_words(kind: str) -> tuple[tuple[str, str], ...]:
         return _waters()
     if kind == "emissions":
         return _emissions()
+    if kind == "fluorophores":
+        from ..uw_spectral.spectra.fluorophore import list_fluorophores
+
+        return tuple(list_fluorophores().items())
     if kind == "sensors":
         from ..uw_spectral.spectra.sensor import FILM_NOTE, list_sensors
 
         found = [(name, "Eye") for name in list_sensors("observer")]
         found += [(name, "Camera") for name in list_sensors("camera")]
         return (*found, *((name, f"Film: {FILM_NOTE}") for name in list_sensors("film")))
-    words = {"illuminants": _ILLUMINANTS, "phases": _PHASES, "housings": _HOUSINGS}
+    words = {
+        "illuminants": _ILLUMINANTS, "phases": _PHASES, "housings": _HOUSINGS, "filters": _FILTERS,
+    }  # fmt: skip
     return tuple(words[kind].items())
 
 

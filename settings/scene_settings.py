@@ -10,6 +10,8 @@ from ..uw_spectral.errors import InputError
 from ..uw_spectral.housing import description as housing
 from ..uw_spectral.housing.media import GLASSES
 from ..uw_spectral.imaging.layers import NAMES, NONE, parse_layers
+from ..uw_spectral.spectra.barrier_filter import CONTENT as FILTER_CONTENT
+from ..uw_spectral.spectra.barrier_filter import NO_FILTER
 from ..uw_spectral.spectra.colour_rendering import WhiteBalance
 from ..uw_spectral.spectra.tone import AGX, CAMERA_CURVES, CONTRASTS, MEDIUM, STANDARD
 from ..uw_spectral.transfer.sky import UNIFORM
@@ -648,6 +650,14 @@ class SceneSettings:
         "Camera (see --list-sensors), cie1931 for the eye, or file:PATH",
         "sensor",
         known="sensors",
+    )
+    filter: str = _setting(
+        NO_FILTER,
+        "Filter",
+        f"Barrier filter before the camera: {NO_FILTER}, or {FILTER_CONTENT}; white balance and "
+        "automatic exposure stay those without it",
+        "sensor",
+        known="filters",
     )
     white_balance: WhiteBalance = _setting(  # noqa: RUF009 - a field, as the others
         "daylight",

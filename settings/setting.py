@@ -47,8 +47,8 @@ class Setting:
     choices : mapping
         Words that it may be: their labels, and what each means. Empty for any.
     known : str
-        What is suggested where any word may be: ``waters``, ``sensors``, ``illuminants``,
-        ``phases``, ``housings``.
+        What is suggested where any word may be: ``waters``, ``sensors``, ``filters``,
+        ``illuminants``, ``phases``, ``housings``.
     limits, usual : two floats
         What a number may be, and the range of its slider.
     digits : int

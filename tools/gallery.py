@@ -4,6 +4,7 @@
     python3 dev.py run tools/gallery.py turntable     docs/pictures/jerlov_types.webp
     python3 dev.py run tools/gallery.py ports         docs/pictures/ports.jpg
     python3 dev.py run tools/gallery.py night         docs/pictures/night_dive.webp
+    python3 dev.py run tools/gallery.py glow          docs/pictures/fluorescence.jpg
 
 Passes are kept in out/gallery: a job that was stopped goes on.
 """
@@ -56,6 +57,13 @@ PORTS = {
     "flat port": ("--housing", "flat"),
     "dome": ("--housing", "dome", "--dome-forward", "10"),
 }
+GLOWING = {"blue LED, 450 nm": "none", "behind a yellow filter": "long-pass:500,15"}
+GAZE = (0.1, 0.0, -4.8)
+CORALS = {"brain": "coral-green", "staghorn": "coral-cyan", "small table": "coral-red"}
+AT_NIGHT = (
+    "--water", "jerlov:IB", "--sunlight", "0", "--surface", "none", "--white-balance", "daylight",
+    "--engine", "eevee", "--bands", "12", "--resolution", "400", "267", "--samples", "8",
+)  # fmt: skip
 NEAR, WIDE = (0.15, -1.35, -4.45), 80.0
 DEPTH, EYE, TARGET = 5.0, (0.1, -2.4, -4.25), (0.25, 0.0, -4.68)
 
@@ -172,6 +180,57 @@ def night() -> None:
     picture.save(PICTURES / "night_dive.webp", quality=80, method=6)
 
 
+def glow() -> None:
+    """Write corals at night by a blue lamp, and the same passes behind a barrier filter."""
+    scene, out = OUT / "glow.blend", OUT / "glow"
+    if not scene.exists():
+        build_glow(scene)
+    render(scene, out, *AT_NIGHT)
+    pictures = []
+    for name, barrier in GLOWING.items():
+        developed = OUT / f"glow_{barrier.replace(':', '_')}"
+        options = ("--from", out / "job.json", "--develop", "--filter", barrier)
+        command = [sys.executable, ROOT / "render_bands.py", *options, "--out", developed]
+        subprocess.run(list(map(str, command)), check=True)
+        picture = Image.open(developed / "0001.png").convert("RGB")
+        ImageDraw.Draw(picture).text((8, 6), name, "white", font_size=16)
+        pictures.append(np.asarray(picture))
+    picture = Image.fromarray(np.concatenate(pictures, axis=1))
+    picture.save(PICTURES / "fluorescence.jpg", quality=86)
+
+
+def build_glow(path: Path) -> None:
+    """Build three corals that fluoresce, on sand, in the light of one blue lamp."""
+    scene = make_pictures.start()
+    package, stored = "underwater_spectral", "scene.stored_settings"
+    importlib.import_module(f"{package}.{stored}").register()
+    named = {
+        name: importlib.import_module(f"{package}.examples.parts.{name}")
+        for name in ("growth", "materials", "detail", "shapes", "cameras")
+    }
+    shapes, detail = named["shapes"], named["detail"].DETAILS["panel"]
+    materials = named["materials"].Materials(1, detail)
+    growth = named["growth"].Growth(1, detail, materials)
+    places = ((-0.4, -0.3, 0.05, 0.4), (0.45, -0.4, 0.0, 1.1), (0.1, 0.45, 0.0, 0.9))
+    for (kind, fluorophore), (x, y, z, scale) in zip(CORALS.items(), places, strict=True):
+        mesh = growth.meshes(kind)[-1]
+        item = shapes.place(mesh, scene.collection, (x, y, z - DEPTH), scale=scale)
+        for material in item.data.materials:
+            material.underwater.fluorophore, material.underwater.fluorescence = fluorophore, 0.3
+    bpy.ops.mesh.primitive_plane_add(size=80.0, location=(0.0, 0.0, -DEPTH))
+    bpy.context.object.data.materials.append(materials.sand)
+    scene.camera = named["cameras"].camera("Night", EYE, GAZE, 45.0)
+    light = bpy.data.lights.new("Lamp", "SPOT")
+    light.energy, light.spot_size, light.shadow_soft_size = 20.0, math.radians(70), 0.03
+    light.underwater.spectrum = "led:450,20"
+    lamp = bpy.data.objects.new("Lamp", light)
+    scene.collection.objects.link(lamp)
+    named["cameras"].aim(lamp, (-0.7, -2.2, -3.7), GAZE)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    bpy.ops.wm.save_as_mainfile(filepath=str(path), copy=True, compress=True)
+
+
 if __name__ == "__main__":
     for wanted in sys.argv[1:]:
-        {"engines": engines, "turntable": turntable, "night": night, "ports": ports}[wanted]()
+        known = (engines, turntable, night, ports, glow)
+        {one.__name__: one for one in known}[wanted]()

@@ -70,7 +70,7 @@ def _values(setting: Setting) -> str:
             f"`{word}`: {text[:1].lower()}{text[1:]}" if text else f"`{word}`"
             for word, (_, text) in setting.choices.items()
         )
-    if setting.known in {"illuminants", "phases"}:
+    if setting.known in {"illuminants", "phases", "filters"}:
         return "<br>".join(f"`{word}`" for word, _ in known_words(setting.known))
     return setting.facts
 

@@ -60,11 +60,10 @@ def follow_property(group: bpy.types.PropertyGroup, _: bpy.types.Context) -> Non
 def follow_material(group: bpy.types.PropertyGroup, _: bpy.types.Context) -> None:
     """Follow a change of what a material stores."""
     from ..scene.materials import refractive_indices  # enabling loads little
-    from ..scene.viewport import live
 
     refractive_indices.follow(group.id_data)
     for scene in bpy.data.scenes:
-        if is_live(scene) and live.has_new_kinds(scene):
+        if is_live(scene):
             follow(scene)
 
 

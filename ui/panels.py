@@ -15,7 +15,9 @@ from ..scene.unheeded import unheeded, unheeded_of_camera
 from ..settings.scene_settings import SETTINGS
 from ..settings.setting import SECTIONS
 from ..uw_spectral.clouds.matter import UNITS
+from ..uw_spectral.errors import InputError
 from ..uw_spectral.housing.description import NONE
+from ..uw_spectral.spectra.fluorophore import parse_fluorophore
 from . import migration, preferences, presets, previews, property_group, sections, sun_handle
 
 if TYPE_CHECKING:
@@ -541,6 +543,17 @@ class MaterialPanel(bpy.types.Panel):
         self.layout.use_property_split = True
         self.layout.prop(own, "filled_with_air")
         self.layout.prop(own, "porous")
+        self.layout.prop(own, "fluorophore")
+        if not own.fluorophore.strip():
+            return
+        self.layout.prop(own, "fluorescence")
+        _say(self.layout, "Real time and bands draw it; the reference of Cycles leaves it out.")
+        try:
+            fluorescence = stored_materials.fluorescence_of(context.material)
+            assert fluorescence is not None
+            parse_fluorophore(fluorescence.fluorophore)
+        except InputError as error:
+            _say(self.layout, str(error), "ERROR")
 
 
 CLASSES = (

@@ -14,6 +14,8 @@ from numpy.typing import NDArray
 from ...datasets.layer_file import FrameLayers
 from ...settings.render_plan import RenderPlan
 from ...uw_spectral.spectra.spectral_image import read_exr, write_rgb_exr
+from .. import contents
+from ..materials import fluorescence
 from ..seen import waterline
 from ..seen.clouds import objects_of
 from ..seen.lamps import plan_lamps
@@ -69,6 +71,7 @@ def closed_form(
     first = water_of(plan, given_of(plan, opening.depth, opening.weights))
     notes = closed_form_water.add(scene, first.of_bands(passes[0], len(passes[0])), opening.extent)
     notes += closed_form_water.notes(plan.settings, plan.phase)
+    notes += fluorescence.unseen(contents.materials(scene), "the closed form")
     notes += [f"cloud {x.name!r} is not drawn by --field closed-form" for x in objects_of(scene)]
     try:
         with eevee_settings.realtime_settings(

@@ -16,7 +16,8 @@ from ...settings.render_plan import RenderPlan
 from ...uw_spectral.errors import InputError
 from ...uw_spectral.imaging.layers import parse_layers
 from ...uw_spectral.spectra.spectral_image import read_exr, write_rgb_exr
-from ..materials import band_colors
+from .. import contents
+from ..materials import band_colors, fluorescence
 from ..seen import cameras, clouds, waterline
 from ..seen.lamps import plan_lamps
 from ..seen.surroundings import Ground
@@ -79,6 +80,7 @@ def cycles_bands(
     )  # fmt: skip
     notes += [note for phase in cycles_phases(plan) for note in phase.notes]
     notes += cloud_volumes.add_clouds(scene, plan)
+    notes += fluorescence.unseen(contents.materials(scene), "Cycles")
     if wanted and clouds.objects_of(scene):
         notes.append(cloud_volumes.LAYERS)
     notes += continued_seabed.notes(plan, ground)

@@ -21,6 +21,8 @@ from ...uw_spectral.errors import InputError
 from ...uw_spectral.imaging.layers import parse_layers
 from ...uw_spectral.spectra.spectral_image import read_exr, write_rgb_exr
 from ...uw_spectral.transfer.channels import channels_of, channels_of_bands
+from .. import contents
+from ..materials import fluorescence
 from ..seen import lamps, waterline
 from ..temporary import render_settings
 from ..water import continued_seabed, frame_water, moving_surface, realtime, scene_water
@@ -62,8 +64,7 @@ def eevee_bands(
     drawn = () if layers is None else layers.drawn
 
     def scale_of(now: RenderPlan, camera_depth: float) -> np.ndarray:
-        light = now.viewpoint(camera_depth, lamplight=lamps.lamplight(scene, camera, now)).light
-        return _scale(light / np.pi)
+        return _scale(_white_light(scene, camera, now, camera_depth) / np.pi)
 
     def part_of(
         water: frame_water.RealtimeWater, indices: tuple[int, ...], scale: np.ndarray
@@ -128,7 +129,7 @@ def eevee_realtime(
     ) -> tuple[frame_water.RealtimeWater, NDArray[np.float64]]:
         """Return water, and the sensor's response per number drawn."""
         response = now.response(camera_depth)
-        light = now.viewpoint(camera_depth, lamplight=lamps.lamplight(scene, camera, now)).light
+        light = _white_light(scene, camera, now, camera_depth)
         white = _scale(np.abs(response @ light) / np.pi)
         channels = channels_of(now.bands, response / white[:, None])
         water = waters(now, camera_depth).in_channels(channels, drawn)
@@ -160,6 +161,15 @@ def eevee_realtime(
             return render
 
         yield BandEngine(picture_passes_of(plan), notes, frame, lambda path: depth_map(scene, path))
+
+
+def _white_light(
+    scene: bpy.types.Scene, camera: bpy.types.Object, now: RenderPlan, depth: float
+) -> NDArray[np.float64]:
+    """Irradiance that makes white what is as bright as a white thing that fluoresces, (n,)."""
+    light = now.viewpoint(depth, lamplight=lamps.lamplight(scene, camera, now)).light
+    glowing = fluorescence.fluorescent_things(contents.materials(scene))
+    return glowing.brightened(light, now.bands)
 
 
 def _scale(white: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -365,6 +365,10 @@ class Surfaces:
         Those of bodies that are closed; of the others light from behind crosses one sheet.
     highlights : mapping of str to ShaderNodeTree
         Groups of :mod:`.realtime_highlights`.
+    fluorescent : ShaderNodeTree, optional
+        The one for shaders that are lit first and fluoresce.
+    fluorescing : collection of str
+        Names of the materials that do.
     """
 
     lit: bpy.types.ShaderNodeTree
@@ -373,6 +377,8 @@ class Surfaces:
     floor: bpy.types.Material | None = None
     closed: Collection[bpy.types.Material] = ()
     highlights: Mapping[str, bpy.types.ShaderNodeTree] = field(default_factory=dict)
+    fluorescent: bpy.types.ShaderNodeTree | None = None
+    fluorescing: Collection[str] = ()
 
     @property
     def facets(self) -> int:
@@ -446,7 +452,9 @@ def insert(materials: list[bpy.types.Material], surfaces: Surfaces) -> list[str]
         dithered = material.surface_render_method == "DITHERED"
         walk = _Walk(material.node_tree, name, notes, surfaces, closed, dithered)
         band_colors.darken(material.node_tree, surfaces.is_apart)
-        if surfaces.keeping is not None and _keeps(material.node_tree):
+        if surfaces.fluorescent is not None and material.name in surfaces.fluorescing:
+            _insert(walk, material, output, surfaces.fluorescent)
+        elif surfaces.keeping is not None and _keeps(material.node_tree):
             measured = band_colors.is_measured(material) or material == surfaces.floor
             _keep(walk, material, output, surfaces.keeping, measured=measured)
         else:
@@ -573,6 +581,13 @@ def write_reflectance(
         if node.bl_idname == "ShaderNodeGroup" and (_MUTED in node or _SUNLIGHT in node):
             node.inputs[realtime_surface.COLUMN].default_value = float(column)
             node.inputs[realtime_surface.MEASURED].default_value = channels
+
+
+def write_fluorescence(material: bpy.types.Material, absorptance: NDArray[np.float64]) -> None:
+    """Tell a wet material how much each fluorophore in it absorbs."""
+    surface = _surface_node(material.node_tree)
+    if surface is not None and realtime_surface.FLUORESCENCE in surface.inputs:
+        surface.inputs[realtime_surface.FLUORESCENCE].default_value = absorptance
 
 
 def refresh() -> None:

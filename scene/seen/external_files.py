@@ -9,11 +9,12 @@ from pathlib import Path
 import bpy
 
 from ..session import PICTURE
+from ..stored_materials import fluorophore_files
 from .lamp_files import lamp_files
 
 # What a render can do without, should it be missing.
 _DISPENSABLE = {"sound", "text", "screen", "brush", "palette"}
-_LAMP = "lamp"
+_LAMP, _FLUOROPHORE = "lamp", "fluorophore"
 _FLAGS = {"SKIP_PACKED", "SKIP_WEAK_REFERENCES"}
 # Tiles and numbered pictures come one by one.
 _EXPANDED = {*_FLAGS, "EXPAND_TOKENS", "EXPAND_SEQUENCES", "EXPAND_CACHES"}
@@ -70,13 +71,15 @@ def is_shown_only(block: bpy.types.ID) -> bool:
 def _counts(owner: str, path: Path) -> bool:
     kind = owner.partition(" ")[0]
     # A folder is one of a simulation, which fills it once it is baked.
-    return kind == _LAMP or (bool(path.suffix) and kind not in _DISPENSABLE)
+    return kind in {_LAMP, _FLUOROPHORE} or (bool(path.suffix) and kind not in _DISPENSABLE)
 
 
 def _visited(flags: set[str]) -> Iterator[tuple[str, Path]]:
     """Yield an owner, such as ``image 'sand'``, and the absolute path of each file it names."""
     for file in lamp_files():
         yield f"{_LAMP} {file.light.name!r}", file.whole
+    for file in fluorophore_files():
+        yield f"{_FLUOROPHORE} {file.material.name!r}", file.whole
     visited: list[tuple[str, Path]] = []
 
     def visit(block: bpy.types.ID, path: str, _: object) -> None:

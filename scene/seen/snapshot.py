@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from ...uw_spectral.clouds.solved_cloud import Cloud
 from ...uw_spectral.shade.shade_table import ShadeTable
 from ...uw_spectral.shade.view_cover import ViewCover
+from ..materials.fluorescence import FluorescentThings
 from ..materials.realtime_materials import Kinds
 from .lamps import SceneLamps
 
@@ -65,6 +66,7 @@ class Snapshot:
         Left, bottom, width and height of the picture of an orthographic camera, m; zero of others.
     port : float
         Distance from the camera along its axis at which the water begins, m; 0 without a port.
+    fluorescent : FluorescentThings
     """
 
     reflectances: Mapping[str, NDArray[np.float64]] = field(default_factory=dict)
@@ -79,3 +81,4 @@ class Snapshot:
     cloud_notes: tuple[str, ...] = ()
     frame: tuple[float, ...] = (0.0, 0.0, 0.0, 0.0)
     port: float = 0.0
+    fluorescent: FluorescentThings = field(default_factory=FluorescentThings)

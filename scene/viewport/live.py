@@ -21,7 +21,7 @@ from ...uw_spectral.spectra.bands import Bands
 from ...uw_spectral.transfer.water_column import WaterColumn
 from .. import colour_space, contents, marks, stored_settings
 from ..engines.eevee_settings import ENGINE
-from ..materials import realtime_materials, wet_colours
+from ..materials import fluorescence, realtime_materials, wet_colours
 from ..seen import clouds, lamps
 from ..session import SESSION
 from ..water import continued_seabed, frame_water, metering, moving_surface, realtime, scene_water
@@ -242,7 +242,9 @@ def has_new_kinds(scene: bpy.types.Scene) -> bool:
 
 def _kinds(scene: bpy.types.Scene) -> str:
     materials = list(contents.materials(scene))
-    return repr((realtime_materials.kinds(materials), wet_colours.of(materials)))
+    kinds = realtime_materials.kinds(materials), wet_colours.of(materials)
+    glowing = [(name, one.fluorophore) for name, one in fluorescence.of(materials).items()]
+    return repr((*kinds, glowing))
 
 
 def is_stale(scene: bpy.types.Scene) -> bool:
@@ -381,7 +383,8 @@ def _engine_name(scene: bpy.types.Scene) -> str:
 def _key(scene: bpy.types.Scene, chosen: SceneSettings, depth: float) -> str:
     moving = chosen.surface == moving_surface.WAVES
     time = moving_surface.wave_time(scene, chosen) if moving else 0.0
-    return repr((chosen, depth, time, lamps.state(scene), clouds.state(scene)))
+    glowing = fluorescence.of(contents.materials(scene))
+    return repr((chosen, depth, time, lamps.state(scene), clouds.state(scene), glowing))
 
 
 def _settings(scene: bpy.types.Scene) -> SceneSettings:

@@ -17,7 +17,7 @@ from ...uw_spectral.shade.shade_table import ShadeTable, without_shade
 from ...uw_spectral.shade.view_cover import KeptPicture, ViewCover, no_cover
 from ...uw_spectral.transfer.radiance_table import TABLE_STREAMS
 from .. import contents
-from ..materials import band_colors, realtime_materials
+from ..materials import band_colors, fluorescence, realtime_materials
 from ..seen import cameras, clouds, lamps, waterline
 from ..seen.filled_view import filled_view
 from ..seen.snapshot import Snapshot, ViewFromAir
@@ -126,6 +126,7 @@ def eevee_water(
     seen = Snapshot(
         reflectances, shaded, cover, shining, eye.from_air, kinds, seabed,
         port=cameras.before_water(eye.camera),
+        fluorescent=fluorescence.fluorescent_things(contents.materials(scene)),
     )  # fmt: skip
     floating = clouds.clouds_of(scene, plan.bands.centres)
     if floating.objects:

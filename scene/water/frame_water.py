@@ -161,18 +161,40 @@ class RealtimeWater:
     @functools.cached_property
     def folded(self) -> FoldedLight:
         """Light of the water in the channels."""
+        emissions = self.seen.fluorescent.emissions_in(self.column.bands)
+        return self._fold(self.channels, list(self.seen.reflectances.values()), emissions)
+
+    def _fold(
+        self,
+        channels: Channels,
+        measured: Sequence[NDArray[np.float64]] = (),
+        emissions: Sequence[NDArray[np.float64]] = (),
+    ) -> FoldedLight:
         shade, shades = self.seen.shade, None
         if shade is not None and self.straight is not None:
             shades = Shades(shade.spectrum, shade.usual, self.straight)
         return fold(
             self.field,
-            self.channels,
+            channels,
             self.depth,
             self.column.skylight.level,
-            list(self.seen.reflectances.values()),
+            measured,
             shades,
             None if self.contrast is None else self._contrast_at,
+            emissions,
         )
+
+    @functools.cached_property
+    def excitation(self) -> NDArray[np.float64]:
+        """Weights of bands by which fluorophores are excited, (3, n), or (0, n)."""
+        return self.seen.fluorescent.excitation_in(self.column.bands)
+
+    @functools.cached_property
+    def exciting(self) -> FoldedLight:
+        """Light of the water as fluorophores absorb it; its first colour is white."""
+        white = np.zeros((len(self.column.bands), len(COLOURS)))
+        white[:, 0] = 1.0
+        return self._fold(Channels(self.excitation, white, white))
 
     @property
     def carried(self) -> CarriedLight:
@@ -250,6 +272,10 @@ class RealtimeWater:
             channels |= dict(zip(realtime_values.REFLECTANCE, columns, strict=True))
         if shape.port:
             single[realtime_values.PORT] = self.seen.port
+        if shape.fluorophores:
+            light = self.exciting.numbers
+            named = realtime_values.EXCITING
+            channels |= {name: getattr(light, key) for key, name in named.items()}
         if self.seen.above is not None:
             in_air = light_in_air(column)
             channels |= _in_air(self.channels, in_air)
@@ -361,6 +387,8 @@ def realtime_water(
         translucent=seen.kinds.translucent, filters=seen.kinds.filters,
         glows=seen.kinds.glows, highlights=seen.kinds.highlights,
         measured=len(seen.reflectances), port=seen.port > 0.0,
+        fluorophores=len(seen.fluorescent.fluorophores),
+        fluorescent=tuple(seen.fluorescent.materials),
         clouds=tuple(cloud.matter.phase for cloud, _ in seen.clouds),
     )  # fmt: skip
     around_lamps = lamps.around

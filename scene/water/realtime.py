@@ -29,7 +29,7 @@ from ...node_groups import (
     uplift,
 )
 from ...node_groups.realtime_values import PORT, Numbers
-from ...node_groups.realtime_water import Sources, layout_of
+from ...node_groups.realtime_water import Sources, exciting_layout, layout_of
 from ...uw_spectral.errors import InputError
 from ...uw_spectral.lamps.grouping import grouped
 from ...uw_spectral.lamps.lamp_channels import fold_lamps
@@ -37,7 +37,7 @@ from ...uw_spectral.lamps.multiple_scattering import LampWater
 from ...uw_spectral.shade.view_cover import ViewCover
 from ...uw_spectral.surface.mirrored_view import MirroredView
 from .. import contents, marks
-from ..materials import bare_surfaces, hidden_above, realtime_materials
+from ..materials import bare_surfaces, fluorescence, hidden_above, realtime_materials
 from ..materials.inserted import own_input
 from ..materials.realtime_materials import Surfaces
 from ..seen.closed_bodies import closed_materials
@@ -53,6 +53,7 @@ _SHADE = "uw_shade"
 _COVER = "uw_cover"
 _LAMPS, _SOURCES = "uw_lamps", "uw_lamp_sources"
 _APPARENT, _MIRRORED = "uw_apparent", "uw_mirrored"
+_EXCITING = "uw_exciting"
 _PLAIN, _FILTER, _HIGHLIGHT = "uw_plain", "uw_filter", "uw_highlight "
 # Columns of red, green and blue come before those of measured reflectances.
 _FIRST_MEASURED = 3
@@ -107,9 +108,13 @@ def add_realtime(scene: bpy.types.Scene, water: RealtimeWater, extent: WaterExte
     mirrored = None
     if shape.mirrored_things:
         rays, mirrored = realtime_rays.build_mirrored(), realtime_mirror.new_image()
-    sources = Sources(values, table, shade, cover, lit, images, rays, mirrored)
+    exciting = realtime_tables.new_image(exciting_layout(shape)) if shape.fluorophores else None
+    sources = Sources(values, table, shade, cover, lit, images, rays, mirrored, exciting)
     surface = realtime_surface.build(shape, sources)
     keeping = realtime_surface.build(shape, sources, keeps=True) if water.keeps_closures else None
+    fluorescent = None
+    if shape.fluorophores:
+        fluorescent = realtime_surface.build(shape, sources, fluoresces=True)
     background = realtime_background.build(shape, sources)
     floor, objects = None, []
     if water.has_floor:
@@ -122,7 +127,9 @@ def add_realtime(scene: bpy.types.Scene, water: RealtimeWater, extent: WaterExte
     measured = floor if FLOOR in water.seen.reflectances else None
     closed = closed_materials(scene) if shape.translucent or shape.filters else ()
     highlights = {kind: realtime_highlights.build(kind, values, shape) for kind in shape.highlights}
-    surfaces = Surfaces(surface, clear, keeping, measured, closed, highlights)
+    surfaces = Surfaces(
+        surface, clear, keeping, measured, closed, highlights, fluorescent, shape.fluorescent
+    )
     notes += realtime_materials.insert(materials, surfaces)
     if mirrored is not None:
         high = materials_above(scene, _RISES)
@@ -153,6 +160,8 @@ def add_realtime(scene: bpy.types.Scene, water: RealtimeWater, extent: WaterExte
                 (_SOURCES, lit and lit.sources),
                 (_APPARENT, apparent),
                 (_MIRRORED, mirrored),
+                (_EXCITING, exciting),
+                (marks.FLUORESCENT, fluorescent),
                 (_PLAIN, plain),
                 *((_HIGHLIGHT + kind, group) for kind, group in highlights.items()),
             )
@@ -213,6 +222,8 @@ def set_values(scene: bpy.types.Scene, water: RealtimeWater) -> None:
         )
     realtime_values.write(values, water.numbers)
     realtime_tables.write_light(marks.part(scene, _TABLE), water.folded)
+    if water.shape.fluorophores:
+        realtime_tables.write_light(marks.part(scene, _EXCITING), water.exciting)
     if water.seen.shade is not None:
         realtime_shade.write_table(marks.part(scene, _SHADE), water.seen.shade)
     if water.seen.cover is not None:
@@ -228,6 +239,9 @@ def set_values(scene: bpy.types.Scene, water: RealtimeWater) -> None:
         if known.get(name) is not None:
             measured = water.channels.fold(reflectance)
             realtime_materials.write_reflectance(known[name], _FIRST_MEASURED + place, measured)
+    for name, absorptance in water.seen.fluorescent.materials.items():
+        if known.get(name) is not None:
+            realtime_materials.write_fluorescence(known[name], absorptance)
     floor = marks.part(scene, marks.FLOOR)
     if water.seen.seabed is not None and floor is not None:
         _paint(floor, water.seen.seabed_colour)
@@ -285,7 +299,7 @@ def _place_mirrored(scene: bpy.types.Scene, view: MirroredView) -> None:
 
 def keep_images(scene: bpy.types.Scene) -> None:
     """Pack what :func:`set_values` has drawn: a file that is saved then shows it without us."""
-    drawn = [marks.part(scene, name) for name in (_TABLE, _SHADE, _COVER, _LAMPS)]
+    drawn = [marks.part(scene, name) for name in (_TABLE, _SHADE, _COVER, _LAMPS, _EXCITING)]
     waves = marks.images(scene)
     for image in (*drawn, waves.caustics, waves.slopes):
         if image is not None and image.is_dirty:
@@ -302,7 +316,10 @@ def _wet(scene: bpy.types.Scene, material: bpy.types.Material) -> None:
     kinds = realtime_highlights.NUMBERS
     found = {kind: marks.part(scene, _HIGHLIGHT + kind) for kind in kinds}
     highlights = {kind: group for kind, group in found.items() if group is not None}
-    surfaces = Surfaces(lit, clear, keeping, closed=closed, highlights=highlights)
+    surfaces = Surfaces(
+        lit, clear, keeping, closed=closed, highlights=highlights,
+        fluorescent=marks.part(scene, marks.FLUORESCENT), fluorescing=fluorescence.of([material]),
+    )  # fmt: skip
     realtime_materials.insert([material], surfaces)
     apparent = marks.part(scene, _APPARENT)
     if apparent is not None:
@@ -320,6 +337,7 @@ def _lamp_images(water: RealtimeWater) -> realtime_lamps.LampImages:
         shape.measured,
         len(lamps.thrown),
         from_air=shape.lamps_in_air,
+        exciting=shape.fluorophores > 0,
     )
 
 
@@ -334,8 +352,9 @@ def _set_lamps(scene: bpy.types.Scene, water: RealtimeWater, around: LampWater) 
     shown = colours + [realtime_lamps.NO_SHADOW] * len(water.seen.lamps.thrown)
     measured = list(water.seen.reflectances.values())
     folded = fold_lamps(
-        water.seen.lamps.all, around, water.channels, measured, water.seen.lamps.waters
-    )
+        water.seen.lamps.all, around, water.channels, measured, water.seen.lamps.waters,
+        water.excitation,
+    )  # fmt: skip
     images = realtime_lamps.LampImages(marks.part(scene, _LAMPS), marks.part(scene, _SOURCES))
     realtime_lamps.write_lamps(images, folded, shown)
     for item, lamp, colour in zip(marks.followers(scene), lamps, colours, strict=True):

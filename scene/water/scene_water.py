@@ -331,7 +331,7 @@ def _let_go() -> None:
     for scene, water in waters.items():
         materials = set(contents.materials(scene))
         if marks.SURFACE in water:
-            for name in (marks.SURFACE, marks.KEEPING):
+            for name in (marks.SURFACE, marks.KEEPING, marks.FLUORESCENT):
                 if name in water:
                     lit[water[name]] = lit.get(water[name], set()) | materials
         else:

@@ -115,7 +115,8 @@ def test_every_row_of_the_table_is_whole():
 
 
 @pytest.mark.parametrize(
-    ("name", "count"), [("water", 16), ("sensor", 90), ("illuminant", 4), ("phase", 8)]
+    ("name", "count"),
+    [("water", 16), ("sensor", 90), ("illuminant", 4), ("phase", 8), ("filter", 5)],
 )
 @pytest.mark.filterwarnings("ignore::underwater_spectral.uw_spectral.errors.DataWarning")
 def test_every_word_that_is_suggested_can_be_used(name, count):
@@ -329,7 +330,7 @@ def test_own_preset_round_trip(tmp_path, monkeypatch):
 def test_a_look_holds_every_setting_of_the_picture(tmp_path, monkeypatch):
     """All but how it is rendered; what has been changed since comes back."""
     held = set(presets.held_by("look"))
-    device = {"raw", "iso", "full_well", "read_noise"}
+    device = {"filter", "raw", "iso", "full_well", "read_noise"}
     picture = {n for n, s in SETTINGS.items() if s.section not in ("quality", "housing")}
     assert held == picture - device
     monkeypatch.setattr(bpy.utils, "user_resource", lambda *_, path, **__: _made(tmp_path / path))

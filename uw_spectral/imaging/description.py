@@ -10,6 +10,7 @@ import math
 from dataclasses import dataclass
 
 from ..spectra.bands import Bands
+from ..spectra.barrier_filter import NO_FILTER
 from ..spectra.colour_rendering import WhiteBalance
 from ..spectra.illuminant import Illuminant
 from ..spectra.sensor import Sensor
@@ -142,12 +143,15 @@ class CameraDescription:
         None exposes automatically.
     compensation : float
         Stops that are added to an automatic exposure.
+    filter : str
+        Before the sensor: text as :func:`.transmittance` takes it.
     """
 
     sensor: str | Sensor = "cie1931"
     white_balance: WhiteBalance = "daylight"
     exposure_stops: float | None = None
     compensation: float = 0.0
+    filter: str = NO_FILTER
 
 
 @dataclass(frozen=True)

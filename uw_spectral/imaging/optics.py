@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from ..content import ComparedByContent
 from ..errors import InputError
 from ..spectra.bands import Bands
+from ..spectra.barrier_filter import check as check_filter
 from ..spectra.colour_rendering import WhiteBalance
 from ..spectra.illuminant import Illuminant, parse_illuminant
 from ..spectra.reflectance import parse_reflectance
@@ -146,14 +147,14 @@ class ResolvedOptics(ComparedByContent):
             chosen.white_balance,
             chosen.exposure_stops if stops is None else stops,
         )
-        more = chosen.compensation
+        more = chosen.compensation, chosen.filter
         if self.reference is None:
-            return Viewpoint(self.column, self.phase, *camera, lamplight, more)
+            return Viewpoint(self.column, self.phase, *camera, lamplight, *more)
         fine = lamplight
         if lamplight is not None:
             fine = np.interp(self.reference[0].bands.centres, self.bands.centres, lamplight)
-        reference = Viewpoint(*self.reference, *camera, fine, more)
-        view = self.column, self.phase, *camera, lamplight, more
+        reference = Viewpoint(*self.reference, *camera, fine, *more)
+        view = self.column, self.phase, *camera, lamplight, *more
         return FittedViewpoint(*view, reference=reference)
 
 
@@ -228,6 +229,7 @@ def resolve(description: Description) -> ResolvedOptics:
     sensor = description.camera.sensor
     if isinstance(sensor, str):
         sensor = parse_sensor(sensor)
+    check_filter(description.camera.filter)
     return ResolvedOptics(
         description,
         mixtures.map(lambda mixture: mixture.water),

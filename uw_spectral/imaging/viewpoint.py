@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from ..content import ComparedByContent
 from ..errors import InputError
 from ..spectra.bands import Bands
+from ..spectra.barrier_filter import NO_FILTER, transmittance
 from ..spectra.colour_rendering import (
     SensorReduction,
     WhiteBalance,
@@ -46,6 +47,9 @@ class Viewpoint(ComparedByContent):
         Irradiance that lamps put on things before the camera (:func:`.lamplight`).
     compensation : float
         Stops that are added to the automatic exposure.
+    filter : str
+        Before the sensor, as :func:`.transmittance` takes it. White balance and automatic exposure
+        are those without it.
 
     Raises
     ------
@@ -63,6 +67,7 @@ class Viewpoint(ComparedByContent):
     exposure_stops: float | None = None
     lamplight: NDArray[np.float64] | None = None
     compensation: float = 0.0
+    filter: str = NO_FILTER
 
     def __post_init__(self) -> None:
         if not 0 <= self.depth <= self.column.floor_depth:
@@ -113,7 +118,10 @@ class Viewpoint(ComparedByContent):
     @functools.cached_property
     def reduction(self) -> SensorReduction:
         """Map from band radiances to scene-linear Rec.709."""
-        return self._balanced.exposed(self.stops)
+        exposed = self._balanced.exposed(self.stops)
+        if self.filter == NO_FILTER:
+            return exposed
+        return exposed.behind(transmittance(self.filter, self.column.bands), self.filter)
 
     @functools.cached_property
     def stops(self) -> float:

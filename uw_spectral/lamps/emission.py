@@ -110,7 +110,8 @@ def parse_emission(text: str) -> Spectrum:
     Parameters
     ----------
     text : str
-        ``"blackbody:5600"``; ``"led"``, ``"led-warm"``, ``"halogen"``, ``"hid"``; the name of
+        ``"blackbody:5600"``; ``"led:450,20"``, a diode of one colour by its peak and its full width
+        at half maximum in nm; ``"led"``, ``"led-warm"``, ``"halogen"``, ``"hid"``; the name of
         a light source or an illuminant of colour-science, such as ``"LED-B3"`` or
         ``"Metal Halide"``; ``"file:PATH"``, a table ``wavelength_nm,power`` in any unit
         proportional to W/nm.
@@ -134,17 +135,37 @@ def parse_emission(text: str) -> Spectrum:
                 f"emission {text!r}: the temperature is not a number; write blackbody:5600"
             ) from error
         return blackbody(temperature)
+    if scheme.lower() == "led" and rest:
+        return _diode(text, rest)
     if scheme == "file" and rest:
         return _from_file(rest)
     measured = _measured()
     wanted = ALIASES.get(text.strip().lower(), text.strip()).lower()
     name = {n.lower(): n for n in measured}.get(wanted)
     if name is None:
-        known = [*ALIASES, "blackbody:KELVIN", "file:PATH", *measured]
+        known = [*ALIASES, "blackbody:KELVIN", "led:PEAK,WIDTH", "file:PATH", *measured]
         raise unknown_name("emission", text, known)
     data = measured[name]
     values = np.maximum(data.values, 0.0)
     return Spectrum(data.wavelengths, values, f"light source {name}", "colour-science")
+
+
+def _diode(text: str, rest: str) -> Spectrum:
+    """Return a Gaussian line."""
+    try:
+        peak, width = map(float, rest.split(","))
+    except ValueError as error:
+        raise InputError(
+            f"emission {text!r}: write led:PEAK,WIDTH in nm, such as led:450,20"
+        ) from error
+    if not FIRST_NM <= peak <= LAST_NM or not 1.0 <= width <= 200.0:
+        raise InputError(
+            f"emission {text!r}: give a peak of {FIRST_NM:g} to {LAST_NM:g} nm and a width of 1 to "
+            "200 nm"
+        )
+    wavelengths = np.linspace(FIRST_NM, LAST_NM, int(LAST_NM - FIRST_NM) * 2 + 1)
+    values = 0.5 ** ((2.0 * (wavelengths - peak) / width) ** 2)
+    return Spectrum(wavelengths, values, f"diode of {peak:g} nm", "Gaussian")
 
 
 def list_emissions() -> tuple[str, ...]:

@@ -128,12 +128,15 @@ class FoldedLamp:
     coloured : array, shape (3 + m, 3, LENGTHS, 3)
         S, of a red, a green and a blue surface and of m measured reflectances, of the three bands
         for light on things.
+    exciting : array, shape (3, LENGTHS, 3), or (0, LENGTHS, 3)
+        S, of the three bands for light on things; its channels are what excites fluorophores.
     """
 
     scattered: Array
     unscattered: Array
     in_water: Array
     coloured: Array
+    exciting: Array
 
 
 @dataclass(frozen=True, eq=False)
@@ -301,6 +304,11 @@ class LampChannels:
         """Parts of the phase function."""
         return len(self.components)
 
+    @property
+    def excites(self) -> bool:
+        """Whether there are tables of what excites fluorophores."""
+        return any(len(one.exciting) for one in self.folded)
+
     def path_light(
         self,
         origin: Sequence[Operand],
@@ -397,6 +405,18 @@ class LampChannels:
             E = E + light.arriving(light.on_patch(arriving, patch), white)
         return E
 
+    def excitation(
+        self, point: Sequence[Operand], normal: Sequence[Operand], visible: Operand = 1.0
+    ) -> Array:
+        """Irradiance on patches as the fluorophores weigh it, shape (..., 3)."""
+        X = np.zeros(3)
+        for lamp, folded in zip(self.lamps, self.folded, strict=True):
+            light, patch = self._on_thing(folded), patch_past_lamp(lamp, point, normal)
+            tables = [row.at(patch.length) for row in self._rows(folded.exciting)]
+            arriving = light.arriving_at(lamp, patch, visible)
+            X = X + light.arriving(light.on_patch(arriving, patch), tables)
+        return X
+
     def _on_thing(self, folded: FoldedLamp) -> ThingLight:
         coloured = [self._rows(tables) for tables in folded.coloured]
         return ThingLight(self.on_things, coloured, _bands_of)
@@ -411,6 +431,7 @@ def fold_lamps(
     channels: Channels,
     measured: ArrayLike = (),
     own: Sequence[LampWater] = (),
+    exciting: ArrayLike = (),
 ) -> LampChannels:
     """Fold the light of lamps into channels.
 
@@ -427,6 +448,8 @@ def fold_lamps(
     own : sequence of LampWater, optional
         Water of the first lamps where it differs from that of all: absorption, and light that is
         scattered once.
+    exciting : array_like, shape (3, n), optional
+        Weights of bands by which fluorophores are excited.
 
     Examples
     --------
@@ -443,8 +466,13 @@ def fold_lamps(
     """
     spectra = np.asarray(measured, dtype=np.float64).reshape(-1, len(water.a))
     intensities = [np.broadcast_to(lamp.intensity, water.a.shape) for lamp in lamps]
-    seen = np.abs(channels.weights) * _mean_spectrum(intensities, len(water.a))
-    in_water, on_things = _bands_in_water(water, seen), _bands_on_things(water, seen)
+    excitation = np.asarray(exciting, dtype=np.float64).reshape(-1, len(water.a))
+    shining = _mean_spectrum(intensities, len(water.a))
+    seen = np.abs(channels.weights) * shining
+    in_water, on_things = (
+        _bands_in_water(water, seen),
+        _bands_on_things(water, np.concatenate([seen, excitation * shining])),
+    )
     lost = water.a + _LOST * water.b
     middle = math.sqrt(float(lost.min() * lost.max()))
     stretch = min(_STRETCH / max(middle, _STRETCH / _LONGEST_STRETCH), _LONGEST_STRETCH)
@@ -462,7 +490,13 @@ def fold_lamps(
             channels.fold(intensity * unscattered),
             channels.fold(intensity * in_water.shares[:, None, :] * passed),
             channels.fold(intensity * coloured),
+            exciting_on_things(intensity * passed),
         )
+
+    def exciting_on_things(light: Array) -> Array:
+        if not len(excitation):
+            return np.zeros((0, LENGTHS, 3))
+        return (light * on_things.shares[:, None, :]) @ excitation.T
 
     waters = [*own, *[water] * (len(lamps) - len(own))]
     three = _of_three(water, in_water)

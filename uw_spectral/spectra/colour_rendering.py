@@ -83,6 +83,23 @@ class SensorReduction:
             self, weights=self.weights * gain, matrix=self.matrix * gain, stops=self.stops + stops
         )
 
+    def behind(self, transmittance: ArrayLike, name: str) -> SensorReduction:
+        """Return the map of the same camera, set as it is, behind a filter.
+
+        Parameters
+        ----------
+        transmittance : array_like, shape (n,)
+        name : str
+            Of the filter.
+        """
+        T = np.asarray(transmittance, dtype=np.float64)
+        return replace(
+            self,
+            weights=self.weights * T,
+            response=self.response * T,
+            method=f"{self.method}, behind the filter {name}",
+        )
+
     def stops_to(self, weights: ArrayLike) -> float:
         """Return the stops that the exposure of weights lies above that of these.
 

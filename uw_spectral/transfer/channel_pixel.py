@@ -179,6 +179,8 @@ class Thing:
         Share of its matte colours that the light from behind it shines through.
     shade_behind : LightLeft
         Of the light from all sides that falls on the other side.
+    fluorescing : sequence of numbers
+        Per emission that is no colour: how much it is excited, over π.
     """
 
     columns: Sequence[Operand]
@@ -191,6 +193,7 @@ class Thing:
     shade: LightLeft = ALL_LEFT
     behind: Operand | None = None
     shade_behind: LightLeft = ALL_LEFT
+    fluorescing: Sequence[Operand] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -410,7 +413,9 @@ class ChannelWater:
     def glow(self, thing: Thing, y: Operand, P: Operand) -> Operand | None:
         """The emitted part of :meth:`leaving`, if it emits."""
         parts = [
-            radiance * self.tables.glowing(y, P, k) for k, radiance in enumerate(thing.emitted)
+            radiance * self.tables.glowing(y, P, k)
+            for first, emitted in ((0, thing.emitted), (len(COLOURS), thing.fluorescing))
+            for k, radiance in enumerate(emitted, first)
         ]
         return _sum(parts) if parts else None
 

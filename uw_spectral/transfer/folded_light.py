@@ -166,8 +166,8 @@ class FoldedLight:
         [k]: what is left over a distance of direct sunlight on colour k, normal irradiance.
     caustics : array, shape (3 + i, 3, slices, LENGTHS), or (0, ...) without waves
         [k]: what is added to that per unit of the waves' pattern above 1.
-    glowing : array, shape (3, 3, slices, LENGTHS)
-        [k]: of the light of a lamp of colour k.
+    glowing : array, shape (3 + e, 3, slices, LENGTHS)
+        [k]: of the light of a lamp of colour k; after red, green and blue other emissions.
     shading : array, shape (2, 3, 3, slices)
         [i, j]: of light times the spectrum of the shade, per unit of its channel j: on patches
         (:data:`ON_PATCH`) or along paths (:data:`ON_PATH`).
@@ -283,6 +283,7 @@ def fold(
     measured: Sequence[Array] = (),
     shade: Shades | None = None,
     contrast: Callable[[Array], Array] | None = None,
+    emissions: Sequence[Array] = (),
 ) -> FoldedLight:
     """Fold a solved field.
 
@@ -302,6 +303,8 @@ def fold(
         If things shade: the sun's forward peak is then part of the direct sun.
     contrast : callable, optional
         Of caustics, at depths (d,), of shape (d, n), under waves.
+    emissions : sequence of array, shape (n,)
+        Radiance of things that emit what is no colour.
     """
     table = tabulate(field)
     depths = table.depth_scale.depths()
@@ -352,7 +355,8 @@ def fold(
     )  # fmt: skip
     image, image_left = _image(spectra)
     dimmed, peaked = _dimmed(spectra, [scattered, beyond])
-    glow = channels.fold_colours(spectra.transmittance, channels.emission)
+    emitted = np.column_stack([channels.emission, *emissions])
+    glow = channels.fold_colours(spectra.transmittance, emitted)
     up = np.exp(-spectra.cp_up * lengths.lengths()[:, None])
     sun_up = np.exp(-spectra.c_up * lengths.lengths()[:, None])
     down = np.exp(-spectra.cp_down * lengths.lengths()[:, None])

@@ -23,6 +23,7 @@ from underwater_spectral.uw_spectral.imaging import (
 )
 from underwater_spectral.uw_spectral.imaging.description import REFERENCE_BANDS
 from underwater_spectral.uw_spectral.spectra.bands import Bands
+from underwater_spectral.uw_spectral.spectra.barrier_filter import transmittance
 from underwater_spectral.uw_spectral.spectra.illuminant import parse_illuminant
 from underwater_spectral.uw_spectral.spectra.reflectance import parse_reflectance
 from underwater_spectral.uw_spectral.spectra.sensor import parse_sensor
@@ -61,6 +62,19 @@ def test_text_and_the_thing_it_stands_for_are_the_same():
     assert one.phase == other.phase
     assert one.viewpoint(5.0) == other.viewpoint(5.0)
     assert one.viewpoint(5.0).white_balance == "depth"
+
+
+def test_a_filter_dims_bands_and_leaves_balance_and_exposure():
+    plain = Description()
+    filtered = replace(plain, camera=replace(plain.camera, filter="long-pass:500,15"))
+    one, other = (resolve(x).viewpoint(5.0).reduction for x in (plain, filtered))
+    T = transmittance("long-pass:500,15", resolve(plain).bands)
+    assert T[0] < 1e-3 < 0.9 < T[-1]
+    np.testing.assert_allclose(other.weights, one.weights * T)
+    np.testing.assert_allclose(other.response, one.response * T)
+    assert other.stops == one.stops
+    with pytest.raises(InputError, match="filter 'yellow' is not known"):
+        resolve(replace(plain, camera=replace(plain.camera, filter="yellow")))
 
 
 def test_light_above_the_surface_is_partly_reflected():

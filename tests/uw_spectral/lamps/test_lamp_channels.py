@@ -20,6 +20,7 @@ from underwater_spectral.uw_spectral.lamps.lamp_surface import (
 from underwater_spectral.uw_spectral.lamps.multiple_scattering import lamp_light, lamp_water
 from underwater_spectral.uw_spectral.lamps.profile import IsotropicProfile, SpotProfile, rov_lamp
 from underwater_spectral.uw_spectral.spectra.bands import Bands
+from underwater_spectral.uw_spectral.spectra.fluorophore import parse_fluorophore
 from underwater_spectral.uw_spectral.spectra.illuminant import band_mean
 from underwater_spectral.uw_spectral.spectra.reflectance import uplift
 from underwater_spectral.uw_spectral.spectra.sensor import parse_sensor
@@ -38,6 +39,7 @@ LIGHTS = ("equal", "led", "halogen")
 PROFILES = (rov_lamp(), IsotropicProfile(), SpotProfile(math.radians(50), 0.3))
 # Places that get less than this share of what an even lamp would give are dark.
 DARK = 1e-3
+FLUOROPHORES = ("coral-cyan", "coral-green", "coral-red")
 
 
 @functools.cache
@@ -190,6 +192,20 @@ def test_a_measured_reflectance_replaces_the_colour():
     found = sum(folded.reflected(*patch, (0.2, 0.2, 0.2), P, measured=1))
     assert found == pytest.approx(channels.fold(steps * E * arriving / math.pi), rel=5e-3)
     assert folded.measured == 2
+
+
+@pytest.mark.parametrize("sensor", ["cie1931", "bands"])
+def test_what_excites_is_the_sum_over_all_bands(sensor):
+    """Though a red channel sees nothing of a blue lamp."""
+    light = band_mean(parse_emission("led:450,20"), BANDS)
+    lamp = Lamp((0.0, 0.0, 2.0), (0.0, 0.0, -1.0), light, rov_lamp())
+    water = _water("II")
+    exciting = np.array([parse_fluorophore(x).excitation_in(BANDS) for x in FLUOROPHORES])
+    folded = fold_lamps([lamp], water, _channels(sensor), exciting=exciting)
+    patch = (0.3, 0.0, 0.0), (0.0, 0.0, 1.0)
+    E = sum(surface_irradiance(lamp, patch_past_lamp(lamp, *patch), water))
+    assert folded.excitation(*patch) == pytest.approx(exciting @ E, rel=5e-3)
+    assert not fold_lamps([lamp], water, _channels(sensor)).excites
 
 
 def test_lamps_add_up_and_each_has_its_spectrum():
