@@ -68,7 +68,12 @@ def test_groups_equal_numpy(tmp_path, n, phase, surface):
 
 @pytest.mark.parametrize(
     ("sky", "surface"),
-    [("uniform", "flat"), ("overcast", "flat"), ("clear", "flat"), ("clear", "none")],
+    [
+        pytest.param("uniform", "flat", marks=pytest.mark.slow),
+        pytest.param("overcast", "flat", marks=pytest.mark.slow),
+        ("clear", "flat"),
+        ("clear", "none"),
+    ],
 )
 def test_sky_by_direction(tmp_path, empty_blender, sky, surface):
     """Seen directly, and scattered forward in front of a thing."""

@@ -93,6 +93,7 @@ def _plan(**changes):
     return render_plan.make_plan(replace(PLAIN, **changes))
 
 
+@pytest.mark.slow
 def test_what_a_cloud_lets_through_of_a_wall_is_its_transmittance(tmp_path):
     camera = _camera(angle=8.0)
     _wall()
@@ -141,7 +142,7 @@ def test_nodes_do_what_numpy_does(tmp_path):
         assert np.all(before < (1.0 - veil.passed) * clear[row, column] * 1.01)
 
 
-@pytest.mark.parametrize("water", ["jerlov:IB", "jerlov:II"])
+@pytest.mark.parametrize("water", ["jerlov:IB", pytest.param("jerlov:II", marks=pytest.mark.slow)])
 def test_both_engines_draw_the_same_cloud(water, tmp_path):
     _camera(24, 16)
     plan = _plan(water=water, bands=6)
@@ -156,6 +157,7 @@ def test_both_engines_draw_the_same_cloud(water, tmp_path):
         assert one == pytest.approx(other, rel=0.1)
 
 
+@pytest.mark.slow
 def test_a_grid_is_what_a_puff_of_its_density_is(tmp_path):
     _camera(16, 12)
     plan = _plan(bands=3, samples=512)
@@ -258,7 +260,7 @@ def test_a_cloud_that_is_not_in_view_changes_nothing(place, tmp_path):
     assert beside == pytest.approx(clear, rel=2e-3, abs=1e-6)
 
 
-@pytest.mark.parametrize("engine", ["bands", "cycles"])
+@pytest.mark.parametrize("engine", ["bands", pytest.param("cycles", marks=pytest.mark.slow)])
 def test_a_keyframed_concentration_is_that_of_the_frame(engine, tmp_path):
     _camera(8, 6)
     item = _puff(0.0)

@@ -470,6 +470,7 @@ def test_pictures_of_another_scene_are_not_exported(made, tmp_path):
     assert all(new[name] != old[name] for name in new)
 
 
+@pytest.mark.slow
 def test_a_detector_and_layers_can_be_added_to_a_finished_set(made, tmp_path, capsys):
     """The former ended in "there is no 'I'" for ever, the latter were left out in silence."""
     full = SPEC.replace('"jerlov:IB", "air"', '"jerlov:IB"').replace("count = 2", "count = 1")

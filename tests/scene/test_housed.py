@@ -118,7 +118,7 @@ def test_things_are_where_the_port_shows_them(balls, tmp_path, port, engine):
         assert np.abs(shift[2] - shift[0]).max() > 0.3
 
 
-@pytest.mark.parametrize("engine", ["eevee", "cycles"])
+@pytest.mark.parametrize("engine", [pytest.param("eevee", marks=pytest.mark.slow), "cycles"])
 def test_water_begins_at_the_port(properties, tmp_path, engine):
     """In water that only absorbs, light is left by the way from the port on."""
     camera = _camera()
@@ -154,7 +154,8 @@ def test_water_begins_at_the_port(properties, tmp_path, engine):
         assert ratio == pytest.approx(expected, rel=0.015)
 
 
-@pytest.mark.parametrize("port", [pytest.param("tilted", marks=pytest.mark.slow), "dome"])
+@pytest.mark.slow
+@pytest.mark.parametrize("port", ["tilted", "dome"])
 def test_truth_lies_where_the_picture_shows_it(properties, tmp_path, port):
     camera = _camera()
     bpy.ops.mesh.primitive_plane_add(size=60.0, location=(0.0, 0.0, -7.0))

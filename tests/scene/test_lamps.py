@@ -147,6 +147,7 @@ def test_a_lamp_that_shines_away_is_dark(scene, tmp_path):
     assert pictures[1] == pytest.approx(pictures[0], rel=0.01)
 
 
+@pytest.mark.slow
 def test_a_metal_ball_shows_the_image_of_a_lamp(scene, tmp_path):
     """All light of its highlight is that of the image in a convex mirror, focal length R/2.
 
@@ -362,7 +363,7 @@ def test_without_a_surface_light_from_above_goes_straight(scene):
     assert refracted.position[2] > 2.6
 
 
-@pytest.mark.parametrize("engine", ["eevee", "cycles"])
+@pytest.mark.parametrize("engine", [pytest.param("eevee", marks=pytest.mark.slow), "cycles"])
 def test_a_lamp_in_the_air_lights_the_bottom_by_snell_and_fresnel(scene, tmp_path, engine):
     """Straight below it by n², (1 - R), and a source n H above the water; it only absorbs there."""
     wall, depth, height = bpy.data.objects["wall"], 3.0, 2.0

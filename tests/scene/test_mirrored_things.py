@@ -99,7 +99,12 @@ def _seen(scene: bpy.types.Scene, camera: bpy.types.Object, glow: float, mode: s
 
 
 @pytest.mark.parametrize(
-    ("mode", "ball"), [("bands", BALL), ("realtime", BALL), ("bands", IN_WINDOW)]
+    ("mode", "ball"),
+    [
+        ("bands", BALL),
+        pytest.param("realtime", BALL, marks=pytest.mark.slow),
+        pytest.param("bands", IN_WINDOW, marks=pytest.mark.slow),
+    ],
 )
 def test_a_ball_is_mirrored_where_and_as_bright_as_it_should(empty_blender, mode, ball):
     """R e^{-c P} L, for the way P by the surface, at the mirror image of the ball."""

@@ -213,6 +213,7 @@ def test_the_record_says_what_was_drawn():
     assert particles.particles_of(PLAIN, plan.column).clouds == ()
 
 
+@pytest.mark.slow
 def test_they_are_as_bright_in_eevee_as_in_cycles_and_named_in_layers(
     camera, tmp_path, monkeypatch
 ):

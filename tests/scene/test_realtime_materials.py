@@ -172,6 +172,7 @@ def _balls() -> list[bpy.types.Material]:
     return materials
 
 
+@pytest.mark.slow
 def test_closures_that_are_kept_are_as_bright_as_lit_ones(tmp_path, monkeypatch):
     """Within the thousandth of their range in which EEVEE keeps the colours of closures."""
     scene, materials = bpy.context.scene, _balls()

@@ -205,7 +205,7 @@ def _picture(scene, camera, options):
         return np.clip(read_exr(path)[0].astype(np.float64), 0.0, 1.0)
 
 
-@pytest.mark.parametrize("grey", [0.0, 0.4])
+@pytest.mark.parametrize("grey", [pytest.param(0.0, marks=pytest.mark.slow), 0.4])
 def test_what_things_block_is_worth_what_renders_say(grey):
     scenes._cube("block", (0.0, 4.0, -5.6)).data.materials.append(
         scenes.principled("paint", (grey, grey, grey, 1.0))

@@ -127,6 +127,7 @@ def _off(one, other):
     return float((np.abs(tiles[0] - tiles[1]) / np.maximum(tiles[1], 0.02)).max())
 
 
+@pytest.mark.slow
 def test_what_is_kept_changes_next_to_nothing_however_long_it_swims():
     """Some 100 frames do not drift from what each is by itself."""
     scene, plan, kept = _under_a_slab(), _plan(), shade.Kept()
