@@ -453,8 +453,8 @@ The pattern alone (no scattering) shows the same down to where ripples focus:
 |---|---|---|---|
 {near}
 
-± 15 % from 0.8 to 10 m is not reached by either. With the c-meter's share and linear waves it is,
-from 2.8 m down, but for one value.
+± 15 % from 0.8 to 10 m is reached by none of the four. Nearest are linear waves in the second
+water, within 19 % from 2.8 m down.
 
 ## Against the sea: Gernez & Antoine 2009
 
@@ -499,7 +499,9 @@ energy only before the first focus and knows one of the many rays that meet in a
 ## One grey image for all bands and depths
 
 Octave layers from 1 to 16 m, blended in log depth; error of the CV of Ed at 443 / 532 / 670 nm in
-%, with the gain of `CausticLayers.contrast`, and plainly blended.
+%, with the gain of `CausticLayers.contrast`, and plainly blended. In water as turbid as this the
+gain is held at its bound of 1.5 from 2.8 m down, where nearly all light has been scattered:
+caustics are drawn weaker there than they are.
 
 | depth, m | with gain | plain |
 |---|---|---|
