@@ -432,9 +432,7 @@ class WaveComponents:
         safe = np.where(stretch < 0, -1.0, 1.0) * np.maximum(np.abs(stretch), _LEAST_STRETCH)
         slope_x = ((1 + yy) * rise_x - xy * rise_y) / safe
         slope_y = ((1 + xx) * rise_y - xy * rise_x) / safe
-        return ChoppySurface(
-            self.tile, elevation, shift_x, shift_y, slope_x, slope_y, stretch
-        )
+        return ChoppySurface(self.tile, elevation, shift_x, shift_y, slope_x, slope_y, stretch)
 
     def _transform(self, resolution: int, t: float) -> tuple[NDArray, NDArray, NDArray]:
         """Elevation as irfft2 with norm "forward" takes it, and the wave numbers of its columns
@@ -514,9 +512,7 @@ class ChoppySurface:
     slope_y: NDArray[np.float64]
     stretch: NDArray[np.float64]
 
-    def over_mean(
-        self, resolution: int, *fields: NDArray[np.float64]
-    ) -> list[NDArray[np.float64]]:
+    def over_mean(self, resolution: int, *fields: NDArray[np.float64]) -> list[NDArray[np.float64]]:
         """Return fields of the points at the places over which the points are.
 
         Where the surface folds it is one of the layers that lie over a place.
