@@ -381,7 +381,8 @@ def main(_arguments: list[str]) -> None:
     figure(ROOT / "docs" / "measured" / "caustics.png", found)
     text = _TEXT.format(
         darecki=darecki, inside=", ".join(map(str, inside)), gernez=gernez, slopes=slopes,
-        crests=crests, near=near, seeds=_CREST_SEEDS, traces="\n".join(traces), jacobians="\n".join(jacobians), layers="\n".join(layers),
+        crests=crests, near=near, seeds=_CREST_SEEDS,
+        traces="\n".join(traces), jacobians="\n".join(jacobians), layers="\n".join(layers),
         seconds=seconds,
         mild=DARECKI_WINDS[0], middle=DARECKI_WINDS[1], fresh=DARECKI_WINDS[2],
     )  # fmt: skip
@@ -437,7 +438,7 @@ too weak.
 
 A linear surface has no sharp crests; with the horizontal displacement of Nouguier et al. (2009)
 it has, and slope variance grows by 2 % only. The hypothesis was that they bring the contrast that
-is missing above 2 m. Modelled over measured at 443 / 532 / 670 nm, {middle:g} m/s, {seeds} seas each;
+is missing above 2 m. Modelled over measured at 443 / 532 / 670 nm, {middle:g} m/s, {seeds} seas;
 in the last two columns b is larger by what a c-meter does not see:
 
 | depth, m | linear | choppy | linear, c-meter | choppy, c-meter |

@@ -1,8 +1,9 @@
-"""The moving surface as node groups read it: two images, and where to look them up.
+"""The moving surface as node groups read it: images, and where to look them up.
 
 The images are ordinary data-blocks, so a file opens without the extension: one
 holds the relative sunlight at four depths, one per channel, the other the slopes
-of the surface along x and y.
+of the surface along x and y. Where the surface has heights, these are in the third
+channel, and one more image holds the same of the long waves.
 """
 
 from __future__ import annotations
@@ -24,6 +25,8 @@ from .node_mathematics import NODES, Graph, NodeValue
 from .realtime_rays import place_here
 from .realtime_values import (
     SUN,
+    WAVES_FAR_HALF_CELL,
+    WAVES_FAR_PER_METRE,
     WAVES_HALF_CELL,
     WAVES_LOG_DEPTH,
     WAVES_PER_LOG,
@@ -38,16 +41,19 @@ _CALM = 4  # pixels
 
 @dataclass(frozen=True)
 class WaveImages:
-    """The two images of a moving surface."""
+    """The images of a moving surface; that of long waves if it has heights."""
 
     caustics: bpy.types.Image
     slopes: bpy.types.Image
+    far: bpy.types.Image | None = None
 
 
-def new_images() -> WaveImages:
-    """Make the images of a surface without waves."""
+def new_images(*, raised: bool = False) -> WaveImages:
+    """Make the images of a surface without waves, which may get heights."""
     return WaveImages(
-        number_image("UW Caustics", _CALM, _CALM), number_image("UW Slopes", _CALM, _CALM)
+        number_image("UW Caustics", _CALM, _CALM),
+        number_image("UW Slopes", _CALM, _CALM),
+        number_image("UW Long Waves", _CALM, _CALM) if raised else None,
     )
 
 
@@ -60,6 +66,8 @@ def write_patterns(images: WaveImages, waves: WavePatterns, *, fresh: bool = Fal
     """
     _write(images.caustics, waves.caustics_image(), fresh=fresh)
     _write(images.slopes, waves.slopes_image(), fresh=fresh)
+    if images.far is not None and waves.raised is not None:
+        _write(images.far, waves.raised.far.image(), fresh=fresh)
 
 
 def _write(image: bpy.types.Image, pixels: NDArray[np.float32], *, fresh: bool) -> None:
@@ -117,10 +125,23 @@ def caustics_here(
     return pattern_at(depth, position, layers, NODES)
 
 
+def surface_at(
+    graph: Graph, number: Callable[[str], NodeValue], images: WaveImages, x: NodeValue, y: NodeValue
+) -> tuple[NodeValue, NodeValue]:
+    """Slopes and height of the surface at a place, and how crowded the water is there."""
+    place = number(WAVES_PER_METRE), number(WAVES_HALF_CELL)
+    near = sample(graph, images.slopes, x, y, *place)
+    if images.far is None:
+        return near
+    place = number(WAVES_FAR_PER_METRE), number(WAVES_FAR_HALF_CELL)
+    far = sample(graph, images.far, x, y, *place)
+    return near[0] + far[0], near[1] + far[1]
+
+
 def slope_ahead(
     graph: Graph,
     values: bpy.types.ShaderNodeTree,
-    slopes: bpy.types.Image,
+    images: WaveImages,
     eye: Sequence[NodeValue],
     w: Sequence[NodeValue],
 ) -> dict[str, NodeValue]:
@@ -128,14 +149,7 @@ def slope_ahead(
     number = _numbers(graph, values)
     x, y, z = eye
     reach = NODES.maximum(-z, 0.0) / NODES.maximum(w[2], _FLATTEST)
-    slope, _ = sample(
-        graph,
-        slopes,
-        x + w[0] * reach,
-        y + w[1] * reach,
-        number(WAVES_PER_METRE),
-        number(WAVES_HALF_CELL),
-    )
+    slope, _ = surface_at(graph, number, images, x + w[0] * reach, y + w[1] * reach)
     return {SLOPE: slope}
 
 

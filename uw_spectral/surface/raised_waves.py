@@ -94,6 +94,9 @@ class Swell:
         )
 
 
+NO_SWELL = Swell()
+
+
 @dataclass(frozen=True, eq=False)
 class HeightTile:
     """A periodic part of the surface over the mean level.

@@ -19,6 +19,7 @@ from ..mathematics import NUMPY, Mathematics, Operand
 from .caustics import SUN_RADIUS, CausticLayers, PatternCarrier, bake_layers
 from .raised_waves import (
     FAR_RESOLUTION,
+    NO_SWELL,
     RaisedWaves,
     Swell,
     far_waves,
@@ -75,7 +76,7 @@ class Sea:
     resolution: int = 512
     loop_seconds: float | None = None
     raised: bool = False
-    swell: Swell = Swell()
+    swell: Swell = NO_SWELL
 
     @property
     def spectrum(self) -> WaveSpectrum:

@@ -436,7 +436,8 @@ class WaveComponents:
 
     def _transform(self, resolution: int, t: float) -> tuple[NDArray, NDArray, NDArray]:
         """Elevation as irfft2 with norm "forward" takes it, and the wave numbers of its columns
-        and rows."""
+        and rows.
+        """
         if len(self) and resolution <= 2 * np.abs(self.index).max():
             raise InputError(
                 f"waves: a grid of {resolution} cannot carry {np.abs(self.index).max()} periods; "
