@@ -77,9 +77,7 @@ def _build_crossing(
     return tree
 
 
-def _build_height(
-    values: bpy.types.ShaderNodeTree, images: WaveImages
-) -> bpy.types.ShaderNodeTree:
+def _build_height(values: bpy.types.ShaderNodeTree, images: WaveImages) -> bpy.types.ShaderNodeTree:
     tree = new_group(_HEIGHT_NAME)
     graph = Graph(tree)
     for name in (_X, _Y):

@@ -103,9 +103,7 @@ def _waves(graph: Graph, images: WaveImages, ray_length: NodeValue) -> tuple[Nod
     return normal, sunlight_factor(pattern, number[CAUSTIC_STRENGTH], NODES)
 
 
-def write(
-    material: bpy.types.Material, numbers: Mapping[str, float], sun: Sequence[float]
-) -> None:
+def write(material: bpy.types.Material, numbers: Mapping[str, float], sun: Sequence[float]) -> None:
     """Give the waves their numbers.
 
     Parameters

@@ -62,9 +62,7 @@ def follow(scene: bpy.types.Scene, waves: RaisedWaves, middle: Sequence[float]) 
             _raise(item.data, waves, middle, item[_SINKS])
 
 
-def _raise(
-    mesh: bpy.types.Mesh, waves: RaisedWaves, middle: Sequence[float], sinks: float
-) -> None:
+def _raise(mesh: bpy.types.Mesh, waves: RaisedWaves, middle: Sequence[float], sinks: float) -> None:
     places = np.empty(3 * len(mesh.vertices), np.float32)
     mesh.vertices.foreach_get("co", places)
     places = places.reshape(-1, 3)
