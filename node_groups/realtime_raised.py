@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable, Sequence
 
 import bpy
 
 from ..uw_spectral.surface.raised_waves import surface_ahead
+from .loops import iterated
 from .node_mathematics import NODES, PART_SIZE, Graph, NodeValue, new_group
 from .realtime_values import WAVES_HIGHEST
 from .realtime_waves import WaveImages, surface_at
@@ -70,7 +72,8 @@ def _build_crossing(
 
     highest = graph.term(graph.shared(values)[WAVES_HIGHEST])
     side = 1.0 if in_air else -1.0
-    found, distance = surface_ahead(start, w, elevation, highest, side, first, NODES)
+    iterate = functools.partial(iterated, graph)
+    found, distance = surface_ahead(start, w, elevation, highest, side, first, NODES, iterate)
     end = graph.node("NodeGroupOutput").inputs
     graph.assign(found, end[_FOUND])
     graph.assign(distance, end[_DISTANCE])

@@ -204,6 +204,24 @@ def highest_crest(parts: Sequence[WaveComponents]) -> float:
     return _CRESTS * math.sqrt(sum(part.elevation_variance for part in parts))
 
 
+Step = Callable[..., tuple[Operand, ...]]
+Iterate = Callable[[int, Sequence[Operand], Step], tuple[Operand, ...]]
+
+
+def repeated(count: int, state: Sequence[Operand], step: Step) -> tuple[Operand, ...]:
+    """Take a state through steps, each of which gets its number and the state before it.
+
+    Examples
+    --------
+    >>> repeated(3, (0, 1), lambda number, total, product: (total + number, 2 * product))
+    (3, 8)
+    """
+    found = tuple(state)
+    for number in range(count):
+        found = step(number, *found)
+    return found
+
+
 def surface_ahead(
     start: Sequence[Operand],
     w: Sequence[Operand],
@@ -212,6 +230,7 @@ def surface_ahead(
     side: float,
     first: float = 0.0,
     m: Mathematics = NUMPY,
+    iterate: Iterate = repeated,
 ) -> tuple[Operand, Operand]:
     """Where a ray first meets a surface with heights.
 
@@ -232,6 +251,8 @@ def surface_ahead(
         Distance from the start at which the ray begins to look, m.
     m : Mathematics
         Elementary functions.
+    iterate : callable
+        How steps are repeated, as :func:`repeated` does it.
 
     Returns
     -------
@@ -256,26 +277,35 @@ def surface_ahead(
     down, up = (-1.0 * highest - z) / steep, (highest - z) / steep
     begin = m.clamp(m.minimum(down, up), first, FARTHEST)
     end = m.clamp(m.maximum(down, up), first, FARTHEST)
-    low, above = begin, over(begin)
-    high, below, found = end, above, 0.0 * above
-    t_before, f_before = low, above
-    for step in range(1, _STEPS + 1):
-        t = begin + (end - begin) * (step / _STEPS) ** 2
+    at_first = over(begin)
+
+    def march(step: Operand, *state: Operand) -> tuple[Operand, ...]:
+        t_before, f_before, low, above, high, below, found = state
+        share = (step + 1.0) * (1.0 / _STEPS)
+        t = begin + (end - begin) * (share * share)
         f = over(t)
         here = (1.0 - found) * m.less(f, 0.0) * m.less(0.0, f_before)
         low, above = m.select(here, t_before, low), m.select(here, f_before, above)
         high, below = m.select(here, t, high), m.select(here, f, below)
-        found = m.maximum(found, here)
-        t_before, f_before = t, f
+        return t, f, low, above, high, below, m.maximum(found, here)
 
-    def between() -> Operand:
-        share = above / m.maximum(above - below, 1e-9)
-        return low + (high - low) * m.clamp(share, 0.0, 1.0)
-
-    for _ in range(_REFINED):
-        t = between()
+    def refine(_: Operand, *state: Operand) -> tuple[Operand, ...]:
+        low, above, high, below = state
+        t = _crossed(*state, m)
         f = over(t)
         under = m.less(f, 0.0)
         low, above = m.select(under, low, t), m.select(under, above, f)
-        high, below = m.select(under, t, high), m.select(under, f, below)
-    return found, m.select(found, between(), end)
+        return low, above, m.select(under, t, high), m.select(under, f, below)
+
+    start_state = begin, at_first, begin, at_first, end, at_first, 0.0 * begin
+    *_, low, above, high, below, found = iterate(_STEPS, start_state, march)
+    bracket = iterate(_REFINED, (low, above, high, below), refine)
+    return found, m.select(found, _crossed(*bracket, m), end)
+
+
+def _crossed(
+    low: Operand, above: Operand, high: Operand, below: Operand, m: Mathematics
+) -> Operand:
+    """Distance at which what is above 0 at one and below at another is 0."""
+    share = above / m.maximum(above - below, 1e-9)
+    return low + (high - low) * m.clamp(share, 0.0, 1.0)
