@@ -88,7 +88,7 @@ def _build_height(values: bpy.types.ShaderNodeTree, images: WaveImages) -> bpy.t
     tree.interface.new_socket(_HEIGHT, in_out="OUTPUT", socket_type="NodeSocketFloat")
     given = graph.node("NodeGroupInput").outputs
     x, y = (graph.term(given[name]) for name in (_X, _Y))
-    surface, _ = surface_at(graph, numbers_of(graph, values), images, x, y)
+    surface = surface_at(graph, numbers_of(graph, values), images, x, y)
     graph.assign(graph.components(surface)[2], graph.node("NodeGroupOutput").inputs[_HEIGHT])
     return tree
 

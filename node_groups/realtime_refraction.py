@@ -70,7 +70,7 @@ def build(values: bpy.types.ShaderNodeTree, images: WaveImages | None) -> bpy.ty
     _, at_rest, _ = seen_from_air(v, level, n, NODES)
     slopes, normal = None, level
     if images is not None:
-        slopes, _ = surface_at(graph, number, images, sx, sy)
+        slopes = surface_at(graph, number, images, sx, sy)
         normal = surface_normal(*graph.components(slopes)[:2], NODES)
     R, bent, mirrored = seen_from_air(v, normal, n, NODES)
     # A ray into the sky has none in the water; straight down is as good as any.

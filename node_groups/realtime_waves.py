@@ -127,15 +127,14 @@ def caustics_here(
 
 def surface_at(
     graph: Graph, number: Callable[[str], NodeValue], images: WaveImages, x: NodeValue, y: NodeValue
-) -> tuple[NodeValue, NodeValue]:
-    """Slopes and height of the surface at a place, and how crowded the water is there."""
+) -> NodeValue:
+    """Slopes of the surface at a place along x and y, and its height where it has any."""
     place = number(WAVES_PER_METRE), number(WAVES_HALF_CELL)
-    near = sample(graph, images.slopes, x, y, *place)
+    near, _ = sample(graph, images.slopes, x, y, *place)
     if images.far is None:
         return near
     place = number(WAVES_FAR_PER_METRE), number(WAVES_FAR_HALF_CELL)
-    far = sample(graph, images.far, x, y, *place)
-    return near[0] + far[0], near[1] + far[1]
+    return near + sample(graph, images.far, x, y, *place)[0]
 
 
 def slope_ahead(
@@ -149,8 +148,7 @@ def slope_ahead(
     number = _numbers(graph, values)
     x, y, z = eye
     reach = NODES.maximum(-z, 0.0) / NODES.maximum(w[2], _FLATTEST)
-    slope, _ = surface_at(graph, number, images, x + w[0] * reach, y + w[1] * reach)
-    return {SLOPE: slope}
+    return {SLOPE: surface_at(graph, number, images, x + w[0] * reach, y + w[1] * reach)}
 
 
 def _numbers(graph: Graph, values: bpy.types.ShaderNodeTree) -> Callable[[str], NodeValue]:

@@ -89,7 +89,7 @@ def _waves(graph: Graph, images: WaveImages, ray_length: NodeValue) -> tuple[Nod
     place = number[WAVES_PER_METRE], number[WAVES_HALF_CELL]
     geometry = graph.node("ShaderNodeNewGeometry").outputs
     x, y, z = graph.components(graph.term(geometry["Position"]))
-    slopes, _ = surface_at(graph, number.__getitem__, images, x, y)
+    slopes = surface_at(graph, number.__getitem__, images, x, y)
     facing = 1.0 - 2.0 * graph.term(geometry["Backfacing"])
     normal = graph.vector(*surface_normal(*graph.components(slopes)[:2], NODES)) * facing
     depth = ray_length * number[_SUN_HEIGHT]

@@ -10,20 +10,27 @@ import bpy
 import numpy as np
 import pytest
 from underwater_spectral.node_groups import realtime_values
+from underwater_spectral.scene.seen.snapshot import Snapshot, ViewFromAir
 from underwater_spectral.scene.water import frame_water
 from underwater_spectral.tests.node_groups import realtime_probe as probe
 from underwater_spectral.uw_spectral.spectra.bands import Bands
 from underwater_spectral.uw_spectral.surface.raised_waves import Swell, surface_ahead
-from underwater_spectral.uw_spectral.surface.refraction import in_water_cosine, sun_travel_direction
+from underwater_spectral.uw_spectral.surface.refraction import (
+    in_water_cosine,
+    seen_from_air,
+    sun_travel_direction,
+)
 from underwater_spectral.uw_spectral.surface.wave_patterns import (
     Sea,
     layer_position,
     pattern_at,
     under_waves,
 )
+from underwater_spectral.uw_spectral.transfer.above_water import leaving_share
 from underwater_spectral.uw_spectral.transfer.channel_pixel import COLOURS, Thing, along_rays
 from underwater_spectral.uw_spectral.transfer.radiance_field import (
     Ripples,
+    surface_normal,
 )
 from underwater_spectral.uw_spectral.transfer.radiance_table import TABLE_STREAMS
 from underwater_spectral.uw_spectral.transfer.sunlit_water import SunlitWater
@@ -241,6 +248,42 @@ def test_surface_with_heights_from_below(tmp_path, empty_blender):
     error = np.abs(seen[judged] - wanted) / wanted
     assert np.median(error) < 0.02
     assert np.quantile(error, 0.9) < 0.2  # waves finer than a pixel
+    assert np.median(np.abs(level - wanted) / wanted) > 0.1
+
+
+def test_surface_with_heights_from_above(tmp_path, empty_blender):
+    """The sky that its crests mirror, and what comes through, where numpy's rays meet it."""
+    sea = dataclasses.replace(SEA, raised=True, swell=Swell(0.6, 8.0, 60.0))
+    column, n = _column(60.0, sky=1.0), 1.34
+    view = dataclasses.replace(UP, depth=-1.0, turn=50.0, angle=25.0)
+    water, now, contrast = _water(column, 0.0, sea=sea)
+    seen_by = Snapshot(above=ViewFromAir((0.0, 0.0, 1.0), True, (0.0, 0.9, -0.4)))
+    water = frame_water.realtime_water(column, PHASE, 0.0, WEIGHTS, seen=seen_by)
+    water = water.under_waves(now, contrast, 1.0)
+    water.numbers.single.update({realtime_values.GLITTER: 0.0})
+    seen, rays, raised = probe.render(water, view, tmp_path / "a.exr"), view.rays(), now.raised
+    v = tuple(np.moveaxis(rays, -1, 0))
+    found, away = surface_ahead((0.0, 0.0, 1.0), v, raised.elevation, raised.highest, 1.0, 0.1)
+    judged = (found > 0) & (v[2] < -0.15)
+    assert judged.mean() > 0.4
+
+    def picture(reach):
+        place = reach * v[0], reach * v[1]
+        slopes = [
+            sum(part.at(*place, part.slope_x if axis == "x" else part.slope_y)[0]
+                for part in (raised.near, raised.far))
+            for axis in "xy"
+        ]  # fmt: skip
+        R, bent, _ = seen_from_air(v, surface_normal(*slopes), n)
+        bent = tuple(part[..., None] for part in bent)
+        ray = along_rays(water.folded, water.field.sun, bent)
+        below = ray.open_water(0.0 * bent[2], bent, column.skylight, None).total
+        R = R[..., None]
+        return (leaving_share(R, n) * below + R * column.skylight.level)[judged]
+
+    wanted, level = picture(away), picture(-1.0 / np.minimum(v[2], -1e-3))
+    error = np.abs(seen[judged] - wanted) / wanted
+    assert np.median(error) < 0.02
     assert np.median(np.abs(level - wanted) / wanted) > 0.1
 
 

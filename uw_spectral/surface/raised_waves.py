@@ -108,20 +108,16 @@ class HeightTile:
     elevation : array, shape (N, N)
         m; row i, column j is y = i tile/N, x = j tile/N.
     slope_x, slope_y : array, shape (N, N)
-    crowding : array, shape (N, N)
-        How much the water is pushed together: 1 less the Jacobian of the displacement, with what
-        breakers of the last seconds left where they were.
     """
 
     tile: float
     elevation: NDArray[np.float64]
     slope_x: NDArray[np.float64]
     slope_y: NDArray[np.float64]
-    crowding: NDArray[np.float64]
 
     def image(self) -> NDArray[np.float32]:
-        """Slopes, elevation and crowding, shape (N, N, 4)."""
-        parts = self.slope_x, self.slope_y, self.elevation, self.crowding
+        """Slopes and elevation, shape (N, N, 4)."""
+        parts = self.slope_x, self.slope_y, self.elevation, np.ones_like(self.elevation)
         return np.ascontiguousarray(np.stack(parts, axis=-1), dtype=np.float32)
 
     def at(self, x: ArrayLike, y: ArrayLike, *fields: NDArray) -> list[NDArray[np.float64]]:
@@ -167,9 +163,7 @@ def height_tile(waves: WaveComponents, resolution: int, t: float) -> HeightTile:
         Time, s.
     """
     surface = waves.choppy(2 * resolution, t)
-    fields = surface.over_mean(
-        resolution, surface.elevation, surface.slope_x, surface.slope_y, 1 - surface.stretch
-    )
+    fields = surface.over_mean(resolution, surface.elevation, surface.slope_x, surface.slope_y)
     return HeightTile(waves.tile, *fields)
 
 

@@ -237,7 +237,7 @@ class WavePatterns:
     def slopes_image(self) -> NDArray[np.float32]:
         """Slopes along x and y in the first two channels, shape (N, N, 4).
 
-        With heights, elevation and crowding are in the others.
+        With heights, the elevation is in the third.
         """
         if self.raised is not None:
             return self.raised.near.image()

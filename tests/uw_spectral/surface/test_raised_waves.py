@@ -83,8 +83,8 @@ def _swell_only(height, length):
     level = np.broadcast_to(height / 2 * np.cos(2 * np.pi * x / length), (n, n))
     nothing = np.zeros((n, n))
     return RaisedWaves(
-        HeightTile(tile, nothing, nothing, nothing, nothing),
-        HeightTile(tile, level, nothing, nothing, nothing),
+        HeightTile(tile, nothing, nothing, nothing),
+        HeightTile(tile, level, nothing, nothing),
     )
 
 
