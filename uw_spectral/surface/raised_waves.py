@@ -285,7 +285,7 @@ def surface_ahead(
 
     def refine(_: Operand, *state: Operand) -> tuple[Operand, ...]:
         low, above, high, below = state
-        t = _crossed(*state, m)
+        t = _crossed(state, m)
         f = over(t)
         under = m.less(f, 0.0)
         low, above = m.select(under, low, t), m.select(under, above, f)
@@ -294,12 +294,11 @@ def surface_ahead(
     start_state = begin, at_first, begin, at_first, end, at_first, 0.0 * begin
     *_, low, above, high, below, found = iterate(_STEPS, start_state, march)
     bracket = iterate(_REFINED, (low, above, high, below), refine)
-    return found, m.select(found, _crossed(*bracket, m), end)
+    return found, m.select(found, _crossed(bracket, m), end)
 
 
-def _crossed(
-    low: Operand, above: Operand, high: Operand, below: Operand, m: Mathematics
-) -> Operand:
+def _crossed(bracket: Sequence[Operand], m: Mathematics) -> Operand:
     """Distance at which what is above 0 at one and below at another is 0."""
+    low, above, high, below = bracket
     share = above / m.maximum(above - below, 1e-9)
     return low + (high - low) * m.clamp(share, 0.0, 1.0)

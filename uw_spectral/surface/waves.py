@@ -421,7 +421,9 @@ class WaveComponents:
         k = np.hypot(kx, ky)
         per_k = choppiness / np.where(k > 0, k, 1.0)
         elevation, rise_x, rise_y, shift_x, shift_y, xx, xy, yy = (
-            np.fft.irfft2(factor * half, (resolution, resolution), norm="forward")
+            np.asarray(
+                np.fft.irfft2(factor * half, (resolution, resolution), norm="forward"), np.float64
+            )
             for factor in (
                 1.0, 1j * kx, 1j * ky, 1j * kx * per_k, 1j * ky * per_k,
                 -kx * kx * per_k, -kx * ky * per_k, -ky * ky * per_k,
@@ -532,9 +534,10 @@ class ChoppySurface:
         """
         size = len(self.elevation)
         per_cell = size / self.tile
-        rest = np.arange(resolution) * (size / resolution)
+        rest = np.arange(resolution, dtype=np.float64) * (size / resolution)
         x, y = np.meshgrid(rest, rest)
-        row, column = y, x
+        row: NDArray[np.float64] = y
+        column: NDArray[np.float64] = x
         for _ in range(_RESTING):
             shift_x, shift_y = periodic_at([self.shift_x, self.shift_y], row, column)
             row, column = y - per_cell * shift_y, x - per_cell * shift_x
