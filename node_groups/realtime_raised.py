@@ -10,15 +10,8 @@ import bpy
 from ..uw_spectral.surface.raised_waves import surface_ahead
 from .loops import iterated
 from .node_mathematics import NODES, PART_SIZE, Graph, NodeValue, new_group
-from .realtime_values import (
-    WAVES_FAR_HALF_CELL,
-    WAVES_FAR_PER_METRE,
-    WAVES_HALF_CELL,
-    WAVES_HIGHEST,
-    WAVES_PER_METRE,
-)
-from .realtime_waves import WaveImages
-from .texels import texel
+from .realtime_values import WAVES_HIGHEST
+from .realtime_waves import WaveImages, raised_at
 
 _HEIGHT_NAME, _CROSSING_NAME = "UW Surface Height", "UW Surface Crossing"
 _X, _Y, _HEIGHT = "X", "Y", "Height"
@@ -95,31 +88,9 @@ def _build_height(values: bpy.types.ShaderNodeTree, images: WaveImages) -> bpy.t
     tree.interface.new_socket(_HEIGHT, in_out="OUTPUT", socket_type="NodeSocketFloat")
     given = graph.node("NodeGroupInput").outputs
     x, y = (graph.term(given[name]) for name in (_X, _Y))
-    number = numbers_of(graph, values)
-    height = _height(graph, images.slopes, x, y, number, (WAVES_PER_METRE, WAVES_HALF_CELL))
-    if images.far is not None:
-        far = (WAVES_FAR_PER_METRE, WAVES_FAR_HALF_CELL)
-        height = height + _height(graph, images.far, x, y, number, far)
-    graph.assign(height, graph.node("NodeGroupOutput").inputs[_HEIGHT])
+    surface = raised_at(graph, numbers_of(graph, values), images, x, y)
+    graph.assign(graph.components(surface)[2], graph.node("NodeGroupOutput").inputs[_HEIGHT])
     return tree
-
-
-def _height(
-    graph: Graph,
-    image: bpy.types.Image,
-    x: NodeValue,
-    y: NodeValue,
-    number: Callable[[str], NodeValue],
-    names: tuple[str, str],
-) -> NodeValue:
-    """Height in a tiled image at a place, unfiltered: places of a search jump between pixels."""
-    per_metre, half_cell = (number(name) for name in names)
-    size = 0.5 / half_cell
-    at = []
-    for along in (x, y):
-        turns = along * per_metre + half_cell
-        at.append((turns - NODES.floor(turns)) * size - 0.5)
-    return graph.components(texel(graph, image, *at, size, size))[2]
 
 
 def numbers_of(graph: Graph, values: bpy.types.ShaderNodeTree) -> Callable[[str], NodeValue]:

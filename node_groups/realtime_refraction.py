@@ -30,7 +30,7 @@ from .realtime_rays import (
     write_outputs,
 )
 from .realtime_values import CAMERA, IN_AIR, RAY_INDEX
-from .realtime_waves import SLOPE, WaveImages, surface_at
+from .realtime_waves import SLOPE, WaveImages, raised_at
 
 NAME = "UW Rays"
 APPARENT_NAME = "UW Apparent Place"
@@ -70,7 +70,7 @@ def build(values: bpy.types.ShaderNodeTree, images: WaveImages | None) -> bpy.ty
     _, at_rest, _ = seen_from_air(v, level, n, NODES)
     slopes, normal = None, level
     if images is not None:
-        slopes = surface_at(graph, number, images, sx, sy)
+        slopes = raised_at(graph, number, images, sx, sy)
         normal = surface_normal(*graph.components(slopes)[:2], NODES)
     R, bent, mirrored = seen_from_air(v, normal, n, NODES)
     # A ray into the sky has none in the water; straight down is as good as any.

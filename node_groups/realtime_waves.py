@@ -32,7 +32,7 @@ from .realtime_values import (
     WAVES_PER_LOG,
     WAVES_PER_METRE,
 )
-from .texels import number_image
+from .texels import number_image, texel
 
 SLOPE = "Slope"
 _FLATTEST = 1e-3  # vertical component of a view ray that still finds a place on the surface
@@ -137,6 +137,35 @@ def surface_at(
     return near + sample(graph, images.far, x, y, *place)[0]
 
 
+def raised_at(
+    graph: Graph, number: Callable[[str], NodeValue], images: WaveImages, x: NodeValue, y: NodeValue
+) -> NodeValue:
+    """As :func:`surface_at`, unfiltered where there are heights: places jump between pixels.
+
+    There a software rasteriser filters for ever.
+    """
+    if images.far is None:
+        return surface_at(graph, number, images, x, y)
+    near = _unfiltered(graph, images.slopes, x, y, number(WAVES_PER_METRE), number(WAVES_HALF_CELL))
+    place = number(WAVES_FAR_PER_METRE), number(WAVES_FAR_HALF_CELL)
+    return near + _unfiltered(graph, images.far, x, y, *place)
+
+
+def _unfiltered(
+    graph: Graph,
+    image: bpy.types.Image,
+    x: NodeValue,
+    y: NodeValue,
+    per_metre: NodeValue,
+    half_cell: NodeValue,
+) -> NodeValue:
+    size, at = 0.5 / half_cell, []
+    for along in (x, y):
+        turns = along * per_metre + half_cell
+        at.append((turns - NODES.floor(turns)) * size - 0.5)
+    return texel(graph, image, *at, size, size)
+
+
 def slope_ahead(
     graph: Graph,
     values: bpy.types.ShaderNodeTree,
@@ -148,7 +177,7 @@ def slope_ahead(
     number = _numbers(graph, values)
     x, y, z = eye
     reach = NODES.maximum(-z, 0.0) / NODES.maximum(w[2], _FLATTEST)
-    return {SLOPE: surface_at(graph, number, images, x + w[0] * reach, y + w[1] * reach)}
+    return {SLOPE: raised_at(graph, number, images, x + w[0] * reach, y + w[1] * reach)}
 
 
 def _numbers(graph: Graph, values: bpy.types.ShaderNodeTree) -> Callable[[str], NodeValue]:

@@ -291,7 +291,10 @@ def surface_ahead(
         low, above = m.select(under, low, t), m.select(under, above, f)
         return low, above, m.select(under, t, high), m.select(under, f, below)
 
-    start_state = begin, at_first, begin, at_first, end, at_first, 0.0 * begin
+    # What begins behind the surface has met it there.
+    behind = m.less(at_first, 0.0)
+    high = m.select(behind, begin, end)
+    start_state = begin, at_first, begin, at_first, high, at_first, behind
     *_, low, above, high, below, found = iterate(_STEPS, start_state, march)
     bracket = iterate(_REFINED, (low, above, high, below), refine)
     return found, m.select(found, _crossed(bracket, m), end)
