@@ -159,11 +159,13 @@ def _unfiltered(
     per_metre: NodeValue,
     half_cell: NodeValue,
 ) -> NodeValue:
-    size, at = 0.5 / half_cell, []
-    for along in (x, y):
+    size = 0.5 / half_cell
+
+    def texels(along: NodeValue) -> NodeValue:
         turns = along * per_metre + half_cell
-        at.append((turns - NODES.floor(turns)) * size - 0.5)
-    return texel(graph, image, *at, size, size)
+        return (turns - NODES.floor(turns)) * size - 0.5
+
+    return texel(graph, image, texels(x), texels(y), size, size)
 
 
 def slope_ahead(
