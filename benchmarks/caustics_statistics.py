@@ -48,6 +48,7 @@ DARECKI_ZENITH = 31.5
 GERNEZ_WATER = {510.0: (0.050, 0.153)}
 TRACE_WINDS, TRACE_DEPTHS = (2.0, 5.0, 10.0), (0.5, 2.0, 5.0, 10.0)
 TRACE_TILE, TRACE_WAVES, TRACE_BINS = 4.0, 256, 128
+_CREST_SEEDS = 3
 
 
 def sunlit_water(
@@ -78,14 +79,21 @@ def sunlit_water(
 
 
 def variation(
-    water: SunlitWater, wind: float, depth: float, collector: float, seeds: int = 1
+    water: SunlitWater,
+    wind: float,
+    depth: float,
+    collector: float,
+    seeds: int = 1,
+    choppiness: float = 0.0,
 ) -> NDArray[np.float64]:
     """Coefficient of variation of Ed per band; the tile is 2.5 times the depth."""
     tile, resolution = 2.5 * depth, 1024
     squares = 0.0
     for seed in range(seeds):
         waves = WaveSpectrum(wind).realise(tile, resolution, seed)
-        pattern = caustic_pattern(waves, np.asarray(water.field.sun), depth, 10.0, resolution)
+        pattern = caustic_pattern(
+            waves, np.asarray(water.field.sun), depth, 10.0, resolution, choppiness=choppiness
+        )
         squares = squares + water.variation(pattern, tile, depth, collector) ** 2
     return np.sqrt(squares / seeds)
 
@@ -101,6 +109,49 @@ def against_darecki(wind: float, seeds: int = 1) -> tuple[NDArray, NDArray, NDAr
         for depth in sea.depth_m.tolist()
     ]
     return sea.depth_m, sea.cv, np.array(modelled)
+
+
+def sharp_crests(wind: float) -> list[tuple[float, NDArray, NDArray, NDArray, NDArray]]:
+    """CV over that of Darecki et al. by depth: of linear and of choppy waves, in two waters.
+
+    The second water has what a c-meter does not see of its scattering.
+    """
+    import jerlov
+
+    from ._caustic_causes import seen_by_meter
+
+    sea = jerlov.darecki2011_irradiance_cv()
+    waters = [
+        sunlit_water(water, DARECKI_ZENITH)
+        for water in (DARECKI_WATER, seen_by_meter(DARECKI_WATER))
+    ]
+    rows = []
+    for depth, cv in zip(sea.depth_m.tolist(), sea.cv, strict=True):
+        linear, choppy, linear_seen, choppy_seen = (
+            variation(water, wind, depth, sea.collector_mm / 1000, _CREST_SEEDS, crests) / cv
+            for water in waters
+            for crests in (0.0, 1.0)
+        )
+        rows.append((depth, linear, choppy, linear_seen, choppy_seen))
+    return rows
+
+
+def near_the_surface(wind: float) -> list[tuple[float, float, float]]:
+    """Depth and the CV of the pattern alone, of linear and of choppy waves."""
+    sun, rows = sun_travel_direction(DARECKI_ZENITH, WIND_AZIMUTH), []
+    for depth in (0.05, 0.1, 0.2, 0.4, 0.8):
+        found = []
+        for crests in (0.0, 1.0):
+            patterns = [
+                caustic_pattern(
+                    WaveSpectrum(wind).realise(1.0, 512, seed), sun, depth, 10.0, 512,
+                    choppiness=crests,
+                )
+                for seed in range(_CREST_SEEDS)
+            ]  # fmt: skip
+            found.append(math.sqrt(np.mean([pattern.var() for pattern in patterns])))
+        rows.append((depth, found[0], found[1]))
+    return rows
 
 
 def against_gernez() -> list[tuple[float, float, float, float]]:
@@ -282,6 +333,14 @@ def main(_arguments: list[str]) -> None:
         f"| {zenith:g}° | {sea:.3f} ± {sd:.3f} | {model:.3f} | ×{model / sea:.2f} |"
         for zenith, sea, sd, model in against_gernez()
     )
+    crests = "\n".join(
+        f"| {depth:g} | " + " | ".join(" / ".join(f"{v:.2f}" for v in x) for x in found_there)
+        + " |" for depth, *found_there in sharp_crests(DARECKI_WINDS[1])
+    )  # fmt: skip
+    near = "\n".join(
+        f"| {depth:g} | {linear:.3f} | {choppy:.3f} | ×{choppy / linear:.2f} |"
+        for depth, linear, choppy in near_the_surface(DARECKI_WINDS[1])
+    )
     slopes = "\n".join(
         f"| {wind:g} | {_pair(slope_variance_CoxMunk1954(wind))} | "
         f"{_pair(WaveSpectrum(wind).slope_variance())} | {_published(wind):.4f} |"
@@ -322,6 +381,7 @@ def main(_arguments: list[str]) -> None:
     figure(ROOT / "docs" / "measured" / "caustics.png", found)
     text = _TEXT.format(
         darecki=darecki, inside=", ".join(map(str, inside)), gernez=gernez, slopes=slopes,
+        crests=crests, near=near, seeds=_CREST_SEEDS,
         traces="\n".join(traces), jacobians="\n".join(jacobians), layers="\n".join(layers),
         seconds=seconds,
         mild=DARECKI_WINDS[0], middle=DARECKI_WINDS[1], fresh=DARECKI_WINDS[2],
@@ -374,6 +434,29 @@ model is within 19 % at 5.25 m/s from 2.8 to 9.6 m
 ([tested one by one](outside.md#caustics-what-makes-them-too-strong)); near the surface it stays
 too weak.
 
+### Sharp crests do not mend it
+
+A linear surface has no sharp crests; with the horizontal displacement of Nouguier et al. (2009)
+it has, and slope variance grows by 2 % only. The hypothesis was that they bring the contrast that
+is missing above 2 m. Modelled over measured at 443 / 532 / 670 nm, {middle:g} m/s, {seeds} seas;
+in the last two columns b is larger by what a c-meter does not see:
+
+| depth, m | linear | choppy | linear, c-meter | choppy, c-meter |
+|---|---|---|---|---|
+{crests}
+
+**Refuted:** choppy waves lower the contrast by a tenth at all depths, so what is too strong below
+becomes better and what is too weak above becomes worse. Crests are the lenses that
+gather light; a sharp one is a shorter lens of smaller area, and between them the water is flatter.
+The pattern alone (no scattering) shows the same down to where ripples focus:
+
+| depth, m | linear | choppy | ratio |
+|---|---|---|---|
+{near}
+
+± 15 % from 0.8 to 10 m is reached by none of the four. Nearest are linear waves in the second
+water, within 19 % from 2.8 m down.
+
 ## Against the sea: Gernez & Antoine 2009
 
 510 nm, 2.7 to 3.7 m (3.2 m here), collector 8 mm, the diffuse fraction of the sky that they print.
@@ -417,7 +500,9 @@ energy only before the first focus and knows one of the many rays that meet in a
 ## One grey image for all bands and depths
 
 Octave layers from 1 to 16 m, blended in log depth; error of the CV of Ed at 443 / 532 / 670 nm in
-%, with the gain of `CausticLayers.contrast`, and plainly blended.
+%, with the gain of `CausticLayers.contrast`, and plainly blended. In water as turbid as this the
+gain is held at its bound of 1.5 from 2.8 m down, where nearly all light has been scattered:
+caustics are drawn weaker there than they are.
 
 | depth, m | with gain | plain |
 |---|---|---|

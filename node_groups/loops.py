@@ -1,9 +1,12 @@
-"""Sums over the places of a repeat zone: what is compiled does not grow with their number."""
+"""Repeat zones: what is compiled does not grow with the number of their iterations."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
+import bpy
+
+from ..uw_spectral.mathematics import Operand
 from .node_mathematics import Graph, NodeValue
 
 
@@ -19,10 +22,7 @@ def summed(
     terms : callable
         Makes the nodes of one iteration, for its index.
     """
-    begin = graph.node("GeometryNodeRepeatInput")
-    end = graph.node("GeometryNodeRepeatOutput")
-    begin.pair_with_output(end)
-    begin.inputs["Iterations"].default_value = count
+    begin, end = _zone(graph, count)
     with graph.apart():
         found = terms(graph.term(begin.outputs["Iteration"]))
         end.repeat_items.clear()
@@ -32,3 +32,46 @@ def summed(
         for name, term in zip(names, found, strict=True):
             graph.assign(graph.term(begin.outputs[name]) + term, end.inputs[name])
     return tuple(graph.term(end.outputs[name]) for name in names)
+
+
+def iterated(
+    graph: Graph,
+    count: int,
+    state: Sequence[Operand],
+    step: Callable[..., Sequence[Operand]],
+) -> tuple[NodeValue, ...]:
+    """Take numbers through the steps of a repeat zone.
+
+    Parameters
+    ----------
+    graph : Graph
+    count : int
+        Iterations.
+    state : sequence
+        Numbers before the first.
+    step : callable
+        Makes the nodes of one iteration, for its index and the numbers before it; returns
+        those after it.
+    """
+    begin, end = _zone(graph, count)
+    end.repeat_items.clear()
+    names = [f"State {place}" for place in range(len(state))]
+    for name in names:
+        end.repeat_items.new("FLOAT", name)
+    for name, value in zip(names, state, strict=True):
+        graph.assign(value, begin.inputs[name])
+    with graph.apart():
+        before = [graph.term(begin.outputs[name]) for name in names]
+        after = step(graph.term(begin.outputs["Iteration"]), *before)
+        for name, value in zip(names, after, strict=True):
+            graph.assign(value, end.inputs[name])
+    return tuple(graph.term(end.outputs[name]) for name in names)
+
+
+def _zone(graph: Graph, count: int) -> tuple[bpy.types.Node, bpy.types.Node]:
+    """Make the ends of a repeat zone."""
+    begin = graph.node("GeometryNodeRepeatInput")
+    end = graph.node("GeometryNodeRepeatOutput")
+    begin.pair_with_output(end)
+    begin.inputs["Iterations"].default_value = count
+    return begin, end

@@ -11,10 +11,11 @@ from ..uw_spectral.mathematics import Operand
 from ..uw_spectral.transfer.radiance_field import distance_in_water
 from . import realtime_clouds, realtime_lamps, realtime_layers
 from .data_blocks import new_world
-from .node_mathematics import NODES, PART_SIZE, Graph, new_group
+from .node_mathematics import NODES, PART_SIZE, Graph, NodeValue, new_group
+from .realtime_raised import crossing
 from .realtime_rays import camera_place, view_direction
 from .realtime_surface import shaft
-from .realtime_values import FLOOR_DEPTH, FRAME, SHAFT_END, Shape
+from .realtime_values import FLOOR_DEPTH, FRAME, IN_AIR, SHAFT_END, Shape
 from .realtime_water import PixelWater, Sources, in_group, pixel_layers
 from .realtime_waves import SLOPE, slope_ahead
 
@@ -29,9 +30,12 @@ def build(shape: Shape, sources: Sources) -> bpy.types.ShaderNodeTree:
     water = PixelWater(graph, shape, sources)
     w, eye = view_direction(graph), camera_place(graph, water.values.of(*FRAME))
     y_o = NODES.maximum(-eye[2], 0.0)
+    if shape.raised:
+        y_o = _depth_below(graph, sources, eye, w, y_o, above=shape.above)
+        eye = (*eye[:2], -y_o)
     slope = None
     if sources.waves is not None:
-        slope = slope_ahead(graph, sources.values, sources.waves.slopes, eye, w)[SLOPE]
+        slope = slope_ahead(graph, sources.values, sources.waves, eye, w)[SLOPE]
     P = distance_in_water(y_o, -w[2], water.values[FLOOR_DEPTH], NODES)
     found = {}
     shade = water.shade()
@@ -64,6 +68,25 @@ def build(shape: Shape, sources: Sources) -> bpy.types.ShaderNodeTree:
     graph.assign(seen, graph.node("NodeGroupOutput").inputs[0])
     realtime_layers.write(graph, shape.layers, pixel_layers(pixel))
     return tree
+
+
+def _depth_below(
+    graph: Graph,
+    sources: Sources,
+    eye: tuple[NodeValue, NodeValue, NodeValue],
+    w: tuple[NodeValue, NodeValue, NodeValue],
+    y_o: NodeValue,
+    *,
+    above: bool,
+) -> NodeValue:
+    """Depth of the eye below where its ray up meets waves with heights; else below the mean."""
+    assert sources.waves is not None, "only waves have heights"
+    found, away = crossing(graph, sources.values, sources.waves, eye, w, in_air=False)
+    risen = found * NODES.less(0.0, w[2])
+    if above:
+        # Rays from the air begin at the surface.
+        risen = risen * (1.0 - graph.term(graph.shared(sources.values)[IN_AIR]))
+    return NODES.select(risen, NODES.maximum(away * w[2], 0.0), y_o)
 
 
 def build_world(group: bpy.types.ShaderNodeTree) -> bpy.types.World:

@@ -17,6 +17,7 @@ from ..uw_spectral.surface.refraction import apparent_depth, seen_from_air
 from ..uw_spectral.transfer.above_water import leaving_share
 from ..uw_spectral.transfer.radiance_field import surface_normal
 from .node_mathematics import NODES, Graph, NodeValue, new_group
+from .realtime_raised import crossing
 from .realtime_rays import (
     DIRECTION,
     DISTANCE,
@@ -28,18 +29,14 @@ from .realtime_rays import (
     straight_distance,
     write_outputs,
 )
-from .realtime_values import (
-    CAMERA,
-    IN_AIR,
-    RAY_INDEX,
-    WAVES_HALF_CELL,
-    WAVES_PER_METRE,
-)
-from .realtime_waves import SLOPE, WaveImages, sample
+from .realtime_values import CAMERA, IN_AIR, RAY_INDEX
+from .realtime_waves import SLOPE, WaveImages, raised_at
 
 NAME = "UW Rays"
 APPARENT_NAME = "UW Apparent Place"
 MIRRORED_SKY, REFLECTANCE, LEAVING, DRY = "Mirrored", "Reflectance", "Leaving", "Dry"
+WATERLINE = 0.1
+"""Distance in m of the glass at which the water may stand before a camera."""
 LOWEST = 1e-3
 """Height in m, and downward share of a direction, that count as the least."""
 
@@ -60,20 +57,25 @@ def build(values: bpy.types.ShaderNodeTree, images: WaveImages | None) -> bpy.ty
     straight = straight_distance(graph)
     height = NODES.maximum(eye[2], LOWEST)
     to_surface = height / NODES.maximum(-v[2], LOWEST)
+    up, dry = NODES.less(0.0, v[2]), in_air * NODES.less(0.0, drawn[2])
+    if images is not None and images.far is not None:
+        # A ray that is near the water's glass begins there, whatever is before it.
+        found, away = crossing(graph, values, images, eye, v, in_air=True, first=WATERLINE)
+        level = NODES.maximum(to_surface, away)
+        to_surface = NODES.select(found, away, level)
+        up = up * (1.0 - found)
+        dry = in_air * NODES.maximum(up, NODES.less(straight, to_surface))
     sx, sy = (e + along * to_surface for e, along in zip(eye[:2], v[:2], strict=True))
     level = (0.0, 0.0, 1.0)
     _, at_rest, _ = seen_from_air(v, level, n, NODES)
     slopes, normal = None, level
     if images is not None:
-        place = number(WAVES_PER_METRE), number(WAVES_HALF_CELL)
-        slopes, _ = sample(graph, images.slopes, sx, sy, *place)
+        slopes = raised_at(graph, number, images, sx, sy)
         normal = surface_normal(*graph.components(slopes)[:2], NODES)
     R, bent, mirrored = seen_from_air(v, normal, n, NODES)
-    up = NODES.less(0.0, v[2])
     # A ray into the sky has none in the water; straight down is as good as any.
     bent = [NODES.select(up, a, b) for a, b in zip((0.0, 0.0, -1.0), bent, strict=True)]
     depth = -at_rest[2] * n * NODES.maximum(straight - to_surface, 0.0)
-    dry = in_air * NODES.less(0.0, drawn[2])
 
     def pick(air: Sequence[Operand], water: Sequence[Operand]) -> NodeValue:
         parts = (NODES.select(in_air, a, b) for a, b in zip(air, water, strict=True))

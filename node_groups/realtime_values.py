@@ -49,6 +49,8 @@ MIRRORED_SHARE = "mirrored sky"
 _ABOVE = (IN_AIR, RAY_INDEX, *CAMERA, *DRAWN_SUN, MIRRORED_SHARE)
 WAVES_PER_METRE = "waves per metre"
 WAVES_HALF_CELL = "waves half cell"
+WAVES_FAR_PER_METRE, WAVES_FAR_HALF_CELL = "long waves per metre", "long waves half cell"
+WAVES_HIGHEST = "waves highest"
 WAVES_LOG_DEPTH = "waves log depth"
 WAVES_PER_LOG = "waves per log"
 GLITTER = "glitter"
@@ -58,6 +60,8 @@ _WAVES = (
     *(WAVES_PER_METRE, WAVES_HALF_CELL, WAVES_LOG_DEPTH, WAVES_PER_LOG),
     *(GLITTER, GLITTER_WIDTH, CAUSTIC_STRENGTH, LEAST_PATTERN),
 )
+
+_RAISED = (WAVES_FAR_PER_METRE, WAVES_FAR_HALF_CELL, WAVES_HIGHEST)
 
 _OF_LIGHT = ("scale", "decay", *RATES, "once_decay")
 SUN_ABOVE = tuple(f"sun above on {c}" for c in ("red", "green", "blue"))
@@ -88,6 +92,8 @@ class Shape:
         Whether single scattering comes from the volume.
     waves : bool
         Whether the surface moves and throws caustics.
+    raised : bool
+        Whether it has heights.
     sky : str
         Distribution of the sky's radiance.
     layered : bool
@@ -159,6 +165,7 @@ class Shape:
     mirrored_things: bool = False
     fluorophores: int = 0
     fluorescent: tuple[str, ...] = ()
+    raised: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -191,6 +198,7 @@ def single_names(shape: Shape) -> list[str]:
     """Names of the quantities that are the same in every channel."""
     names = list(_ALWAYS)
     names += _WAVES if shape.waves else ()
+    names += _RAISED if shape.raised else ()
     names += realtime_shade.FIELDS.names if shape.shade else ()
     names += realtime_cover.FIELDS.names if shape.covers else ()
     names += _ABOVE if shape.above else ()

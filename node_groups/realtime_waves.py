@@ -1,8 +1,9 @@
-"""The moving surface as node groups read it: two images, and where to look them up.
+"""The moving surface as node groups read it: images, and where to look them up.
 
 The images are ordinary data-blocks, so a file opens without the extension: one
 holds the relative sunlight at four depths, one per channel, the other the slopes
-of the surface along x and y.
+of the surface along x and y. Where the surface has heights, these are in the third
+channel, and one more image holds the same of the long waves.
 """
 
 from __future__ import annotations
@@ -24,12 +25,14 @@ from .node_mathematics import NODES, Graph, NodeValue
 from .realtime_rays import place_here
 from .realtime_values import (
     SUN,
+    WAVES_FAR_HALF_CELL,
+    WAVES_FAR_PER_METRE,
     WAVES_HALF_CELL,
     WAVES_LOG_DEPTH,
     WAVES_PER_LOG,
     WAVES_PER_METRE,
 )
-from .texels import number_image
+from .texels import number_image, texel
 
 SLOPE = "Slope"
 _FLATTEST = 1e-3  # vertical component of a view ray that still finds a place on the surface
@@ -38,16 +41,19 @@ _CALM = 4  # pixels
 
 @dataclass(frozen=True)
 class WaveImages:
-    """The two images of a moving surface."""
+    """The images of a moving surface; that of long waves if it has heights."""
 
     caustics: bpy.types.Image
     slopes: bpy.types.Image
+    far: bpy.types.Image | None = None
 
 
-def new_images() -> WaveImages:
-    """Make the images of a surface without waves."""
+def new_images(*, raised: bool = False) -> WaveImages:
+    """Make the images of a surface without waves, which may get heights."""
     return WaveImages(
-        number_image("UW Caustics", _CALM, _CALM), number_image("UW Slopes", _CALM, _CALM)
+        number_image("UW Caustics", _CALM, _CALM),
+        number_image("UW Slopes", _CALM, _CALM),
+        number_image("UW Long Waves", _CALM, _CALM) if raised else None,
     )
 
 
@@ -60,6 +66,8 @@ def write_patterns(images: WaveImages, waves: WavePatterns, *, fresh: bool = Fal
     """
     _write(images.caustics, waves.caustics_image(), fresh=fresh)
     _write(images.slopes, waves.slopes_image(), fresh=fresh)
+    if images.far is not None and waves.raised is not None:
+        _write(images.far, waves.raised.far.image(), fresh=fresh)
 
 
 def _write(image: bpy.types.Image, pixels: NDArray[np.float32], *, fresh: bool) -> None:
@@ -117,10 +125,53 @@ def caustics_here(
     return pattern_at(depth, position, layers, NODES)
 
 
+def surface_at(
+    graph: Graph, number: Callable[[str], NodeValue], images: WaveImages, x: NodeValue, y: NodeValue
+) -> NodeValue:
+    """Slopes of the surface at a place along x and y, and its height where it has any."""
+    place = number(WAVES_PER_METRE), number(WAVES_HALF_CELL)
+    near, _ = sample(graph, images.slopes, x, y, *place)
+    if images.far is None:
+        return near
+    place = number(WAVES_FAR_PER_METRE), number(WAVES_FAR_HALF_CELL)
+    return near + sample(graph, images.far, x, y, *place)[0]
+
+
+def raised_at(
+    graph: Graph, number: Callable[[str], NodeValue], images: WaveImages, x: NodeValue, y: NodeValue
+) -> NodeValue:
+    """As :func:`surface_at`, unfiltered where there are heights: places jump between pixels.
+
+    There a software rasteriser filters for ever.
+    """
+    if images.far is None:
+        return surface_at(graph, number, images, x, y)
+    near = _unfiltered(graph, images.slopes, x, y, number(WAVES_PER_METRE), number(WAVES_HALF_CELL))
+    place = number(WAVES_FAR_PER_METRE), number(WAVES_FAR_HALF_CELL)
+    return near + _unfiltered(graph, images.far, x, y, *place)
+
+
+def _unfiltered(
+    graph: Graph,
+    image: bpy.types.Image,
+    x: NodeValue,
+    y: NodeValue,
+    per_metre: NodeValue,
+    half_cell: NodeValue,
+) -> NodeValue:
+    size = 0.5 / half_cell
+
+    def texels(along: NodeValue) -> NodeValue:
+        turns = along * per_metre + half_cell
+        return (turns - NODES.floor(turns)) * size - 0.5
+
+    return texel(graph, image, texels(x), texels(y), size, size)
+
+
 def slope_ahead(
     graph: Graph,
     values: bpy.types.ShaderNodeTree,
-    slopes: bpy.types.Image,
+    images: WaveImages,
     eye: Sequence[NodeValue],
     w: Sequence[NodeValue],
 ) -> dict[str, NodeValue]:
@@ -128,15 +179,7 @@ def slope_ahead(
     number = _numbers(graph, values)
     x, y, z = eye
     reach = NODES.maximum(-z, 0.0) / NODES.maximum(w[2], _FLATTEST)
-    slope, _ = sample(
-        graph,
-        slopes,
-        x + w[0] * reach,
-        y + w[1] * reach,
-        number(WAVES_PER_METRE),
-        number(WAVES_HALF_CELL),
-    )
-    return {SLOPE: slope}
+    return {SLOPE: raised_at(graph, number, images, x + w[0] * reach, y + w[1] * reach)}
 
 
 def _numbers(graph: Graph, values: bpy.types.ShaderNodeTree) -> Callable[[str], NodeValue]:

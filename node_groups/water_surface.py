@@ -11,7 +11,7 @@ point that it lights. What follows, in surfaces and by scattering, is up to Cycl
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import bpy
 
@@ -20,15 +20,19 @@ from ..uw_spectral.transfer.radiance_field import surface_normal
 from .node_mathematics import NODES, Graph, NodeValue
 from .realtime_values import (
     CAUSTIC_STRENGTH,
+    WAVES_FAR_HALF_CELL,
+    WAVES_FAR_PER_METRE,
     WAVES_HALF_CELL,
     WAVES_LOG_DEPTH,
     WAVES_PER_LOG,
     WAVES_PER_METRE,
 )
-from .realtime_waves import WaveImages, layers_at, sample
+from .realtime_waves import WaveImages, layers_at, surface_at
 
 NAME = "UW Surface"
 _SUN_HEIGHT = "sun height"
+_SUN_RUN = ("sun run x", "sun run y")
+_OF_HEIGHTS = (WAVES_FAR_PER_METRE, WAVES_FAR_HALF_CELL, *_SUN_RUN)
 _NUMBERS = (
     WAVES_PER_METRE,
     WAVES_HALF_CELL,
@@ -77,24 +81,29 @@ def build(refractive_index: float, images: WaveImages | None = None) -> bpy.type
 
 def _waves(graph: Graph, images: WaveImages, ray_length: NodeValue) -> tuple[NodeValue, NodeValue]:
     """Normal of the surface, and what it lets through to a shadow ray of a length."""
+    raised = images.far is not None
     number = {
         name: graph.term(graph.node("ShaderNodeValue", name=name, label=name).outputs[0])
-        for name in _NUMBERS
+        for name in (*_NUMBERS, *(_OF_HEIGHTS if raised else ()))
     }
     place = number[WAVES_PER_METRE], number[WAVES_HALF_CELL]
     geometry = graph.node("ShaderNodeNewGeometry").outputs
-    x, y, _ = graph.components(graph.term(geometry["Position"]))
-    slopes, _ = sample(graph, images.slopes, x, y, *place)
+    x, y, z = graph.components(graph.term(geometry["Position"]))
+    slopes = surface_at(graph, number.__getitem__, images, x, y)
     facing = 1.0 - 2.0 * graph.term(geometry["Backfacing"])
     normal = graph.vector(*surface_normal(*graph.components(slopes)[:2], NODES)) * facing
     depth = ray_length * number[_SUN_HEIGHT]
+    if raised:
+        # Patterns belong to where a straight ray meets the mean level.
+        depth = depth - z
+        x, y = x + z * number[_SUN_RUN[0]], y + z * number[_SUN_RUN[1]]
     position = layer_position(depth, number[WAVES_LOG_DEPTH], number[WAVES_PER_LOG], NODES)
     layers = layers_at(graph, images.caustics, x, y, *place)
     pattern = pattern_at(depth, position, layers, NODES)
     return normal, sunlight_factor(pattern, number[CAUSTIC_STRENGTH], NODES)
 
 
-def write(material: bpy.types.Material, numbers: Mapping[str, float], sun_height: float) -> None:
+def write(material: bpy.types.Material, numbers: Mapping[str, float], sun: Sequence[float]) -> None:
     """Give the waves their numbers.
 
     Parameters
@@ -103,9 +112,11 @@ def write(material: bpy.types.Material, numbers: Mapping[str, float], sun_height
         Of :func:`build` with images.
     numbers : mapping of str to float
         Those of the images, by the names of :mod:`.realtime_values`.
-    sun_height : float
-        Cosine of the sun's zenith angle in the water.
+    sun : three floats
+        Travel direction of the sunlight in the water.
     """
-    for name in _NUMBERS:
-        value = sun_height if name == _SUN_HEIGHT else numbers[name]
-        material.node_tree.nodes[name].outputs[0].default_value = value
+    of_sun = {_SUN_HEIGHT: -sun[2], _SUN_RUN[0]: -sun[0] / sun[2], _SUN_RUN[1]: -sun[1] / sun[2]}
+    for name, value in {**numbers, **of_sun}.items():
+        node = material.node_tree.nodes.get(name)
+        if node is not None:
+            node.outputs[0].default_value = value

@@ -21,7 +21,7 @@ FLOOR = "uw_floor"
 """Part that is the material of the added floor."""
 FLOOR_DEPTH = "uw_floor_depth"
 """Mark of the added floor: its depth in m."""
-CAUSTICS, SLOPES = "uw_caustics", "uw_slopes"
+CAUSTICS, SLOPES, LONG_WAVES = "uw_caustics", "uw_slopes", "uw_long_waves"
 """Parts that are the images of the moving surface."""
 FOLLOWS = "uw_follows"
 """Mark of a lamp that follows one of the scene's: its number."""
@@ -59,7 +59,7 @@ def part(scene: bpy.types.Scene, name: str) -> bpy.types.ID | None:
 
 def images(scene: bpy.types.Scene) -> WaveImages:
     """Return the images of the moving surface of a scene."""
-    return WaveImages(part(scene, CAUSTICS), part(scene, SLOPES))
+    return WaveImages(part(scene, CAUSTICS), part(scene, SLOPES), part(scene, LONG_WAVES))
 
 
 def objects(scene: bpy.types.Scene) -> list[bpy.types.Object]:

@@ -31,6 +31,7 @@ from ..uw_spectral.spectra.colour_rendering import SensorReduction
 from ..uw_spectral.spectra.illuminant import RELATIVE
 from ..uw_spectral.spectra.reflectance import uplift_basis
 from ..uw_spectral.spectra.spectral_image import IRRADIANCE_UNITS, RADIANCE_UNITS
+from ..uw_spectral.surface.raised_waves import NO_SWELL, Swell
 from ..uw_spectral.surface.wave_patterns import Sea
 from ..uw_spectral.transfer.water_column import WAVES
 from ..uw_spectral.water.bio_optics import Constituents
@@ -235,7 +236,13 @@ def sea_of(settings: SceneSettings) -> Sea:
         settings.wave_tile,
         settings.wave_resolution,
         settings.wave_loop or None,
+        settings.raised_waves,
+        _swell_of(settings) if settings.raised_waves else NO_SWELL,
     )
+
+
+def _swell_of(settings: SceneSettings) -> Swell:
+    return Swell(settings.swell_height, settings.swell_length, settings.swell_direction)
 
 
 def housing_of(settings: SceneSettings) -> HousingDescription:

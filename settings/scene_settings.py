@@ -51,6 +51,7 @@ def _setting[Default: str | float | bool](
 
 _OF_CONSTITUENTS = {"water": (CONSTITUENTS,)}
 _OF_WAVES = {"surface": (WAVES,)}
+_OF_RAISED = {"surface": (WAVES,), "raised_waves": ()}
 _OF_FLOOR = {"floor_depth": (NO_FLOOR,)}
 _OF_FLAT, _OF_DOME = {"housing": (housing.FLAT,)}, {"housing": (housing.DOME,)}
 _OF_PORT = {"housing": (housing.FLAT, housing.DOME)}
@@ -338,6 +339,45 @@ class SceneSettings:
         limits=(16, 4096),
         usual=(64, 1024),
         needs=_OF_WAVES,
+    )
+    raised_waves: bool = _setting(
+        False,
+        "Waves with height",
+        "Give the surface heights, sharp crests and long waves, not slopes alone: the waterline "
+        "follows the waves",
+        "waves",
+        needs=_OF_WAVES,
+    )
+    swell_height: float = _setting(
+        0.0,
+        "Swell",
+        "Height from trough to crest of a long wave from afar, under the wind's waves",
+        "waves",
+        unit="m",
+        limits=(0.0, 30.0),
+        usual=(0.0, 3.0),
+        animatable=True,
+        needs=_OF_RAISED,
+    )
+    swell_length: float = _setting(
+        25.0,
+        "Swell length",
+        "From crest to crest of the swell; at least ten times its height",
+        "waves",
+        unit="m",
+        limits=(1.0, 1000.0),
+        usual=(5.0, 100.0),
+        needs=_OF_RAISED,
+    )
+    swell_direction: float = _setting(
+        0.0,
+        "Swell to",
+        "Direction the swell runs to, from +x towards +y",
+        "waves",
+        unit="°",
+        limits=(-360.0, 360.0),
+        digits=1,
+        needs=_OF_RAISED,
     )
     snow: float = _setting(
         0.0,

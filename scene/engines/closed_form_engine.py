@@ -19,7 +19,7 @@ from ..materials import fluorescence
 from ..seen import waterline
 from ..seen.clouds import objects_of
 from ..seen.lamps import plan_lamps
-from ..water import closed_form_water, continued_seabed, scene_water
+from ..water import closed_form_water, continued_seabed, moving_surface, scene_water
 from ..water.closed_form_water import MOST_BANDS, ClosedFormWater
 from ..water.shade import Kept
 from . import eevee_settings
@@ -51,7 +51,9 @@ def closed_form(
     continues = continued_seabed.may_continue(scene, plan)
     passes = plan.bands.packed(3) if by_band else picture_passes_of(plan)
     plan.column.require_one_layer("the closed form (--field) knows")
-    lamps, above = bool(plan_lamps(scene, plan).lamps), waterline.above(camera, opening.eyes)
+    lamps = bool(plan_lamps(scene, plan).lamps)
+    trough = moving_surface.deepest_trough(plan.settings)
+    above = waterline.above(camera, opening.eyes, trough)
     closed_form_water.refuse(plan.settings, lamps=lamps, above=above)
 
     def water_of(now: RenderPlan, weights: Weights) -> ClosedFormWater:

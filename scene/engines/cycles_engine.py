@@ -64,7 +64,7 @@ def cycles_bands(
     """
     lamps = plan_lamps(scene, plan)
     chosen, wanted = plan.settings, parse_layers(plan.settings.layers)
-    above = waterline.above(camera, eyes)
+    above = waterline.above(camera, eyes, moving_surface.deepest_trough(chosen))
     if above and wanted:
         raise InputError(waterline.NO_LAYERS)
     kept, continues = kept or Kept(of_job=True), continued_seabed.may_continue(scene, plan)
@@ -76,7 +76,7 @@ def cycles_bands(
     first = continued_seabed.over(plan, ground)
     notes = cycles_water.add_water(
         scene, plan.column, cycles_phases(plan), extent, lamps, above=above, own_seabed=continues,
-        indices_in_water=chosen.indices_in_water,
+        indices_in_water=chosen.indices_in_water, raised=chosen.raised_waves,
     )  # fmt: skip
     notes += [note for phase in cycles_phases(plan) for note in phase.notes]
     notes += cloud_volumes.add_clouds(scene, plan)
@@ -104,7 +104,7 @@ def cycles_bands(
                 cycles_water.place(scene, now.column, seabed)
                 cycles_water.shape_lamps(scene, plan_lamps(scene, now))
                 now = continued_seabed.over(now, ground)
-                moving_surface.move_surface(scene, now)
+                moving_surface.move_surface(scene, now, cameras.eye_of(camera))
                 floating = particles.particles_of(now.settings, now.column)
                 particles.bring(scene, floating, lambda m: band_colors.insert([m]))
                 values = PassValues.of_plan(now, scene)
@@ -115,7 +115,8 @@ def cycles_bands(
                         inelastic_layers.emission(light, now.column.floor_depth, layers)
                     )
 
-                split = above and waterline.splits(scene, camera)
+                raised = moving_surface.heights(scene, now.settings)
+                split = above and waterline.splits(scene, camera, raised)
                 # Rays begin at the glass where the waterline is on it, or at the port.
                 camera.data.clip_start = (
                     waterline.PORT if split else max(clip_start, cameras.before_water(camera))
@@ -123,7 +124,7 @@ def cycles_bands(
 
                 def bend(both: NDArray[np.float32]) -> NDArray[np.float32]:
                     index = now.column.refractive_index
-                    return waterline.joined(scene, camera, both, both, index)
+                    return waterline.joined(scene, camera, both, both, index, raised)
 
                 def draw_bands(indices: tuple[int, ...], path: Path) -> FrameLayers | None:
                     values.apply(layer, indices)

@@ -191,11 +191,12 @@ def _drawn(
         write_float_exr(scene, path)
         return read_exr(path)[0]
 
-    if water.seen.above is None or not waterline.splits(scene, camera):
+    raised = None if water.waves is None else water.waves.raised
+    if water.seen.above is None or not waterline.splits(scene, camera, raised):
         return render(water)
     air, wet = (render(water.seen_from(in_air=in_air)) for in_air in (True, False))
     index = water.column.refractive_index
-    both = waterline.joined(scene, camera, air, wet, index)
+    both = waterline.joined(scene, camera, air, wet, index, raised)
     write_rgb_exr(path, both)
     return both
 
@@ -223,7 +224,7 @@ def _layers(
     wanted = parse_layers(plan.settings.layers)
     if not wanted:
         return None
-    if waterline.above(camera, eyes):
+    if waterline.above(camera, eyes, moving_surface.deepest_trough(plan.settings)):
         raise InputError(waterline.NO_LAYERS)
     lit = bool(lamps.plan_lamps(scene, plan).lamps)
     return EeveeLayers(wanted, plan, by_band, plan.draws_shafts, lit)

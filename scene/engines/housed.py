@@ -36,6 +36,7 @@ from ...uw_spectral.imaging.layers import parse_layers
 from ...uw_spectral.spectra.spectral_image import band_labels, read_exr, write_rgb_exr
 from ..seen import port_eye
 from ..seen.pinhole import pose_of
+from ..water import moving_surface
 from . import traced_port
 from .band_engine import BandEngine, Engine, Opening, RenderPass, Weights
 from .cycles_engine import draw_apart
@@ -94,7 +95,8 @@ def opened(
         with engine.open(scene, camera, opening) as found:
             yield found
         return
-    port_eye.require_under_water(camera, opening.eyes)
+    trough = moving_surface.deepest_trough(opening.plan.settings)
+    port_eye.require_under_water(camera, opening.eyes, trough)
     way = _traced if _traces(engine, camera, opening) else _warped
     with (
         port_eye.port_eye(scene, camera) as eye,

@@ -22,7 +22,7 @@ from ...uw_spectral.transfer.water_column import WAVES
 from ..seen import cameras, mirrored_eye, waterline
 from ..seen.filled_view import filled_view
 from ..seen.mirrored_eye import MirroredEye
-from ..water import realtime
+from ..water import moving_surface, realtime
 from ..water.frame_water import RealtimeWater
 from ..water.shade import Kept
 from .eevee_layers import depth_map
@@ -128,7 +128,7 @@ def _why_not(
 ) -> str:
     if not plan.column.reflects:
         return "there is no surface"
-    if waterline.above(camera, eyes):
+    if waterline.above(camera, eyes, moving_surface.deepest_trough(plan.settings)):
         return "the camera is above the water or at its surface"
     if cameras.before_water(camera):
         return "the camera looks through a port"

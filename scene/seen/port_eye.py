@@ -39,15 +39,19 @@ def lens_camera(scene: bpy.types.Scene, camera: bpy.types.Object) -> LensCamera:
     return LensCamera(found.width, found.height, found.fx, found.fy, found.cx, found.cy)
 
 
-def require_under_water(camera: bpy.types.Object, eyes: tuple[tuple[float, ...], ...]) -> None:
+def require_under_water(
+    camera: bpy.types.Object, eyes: tuple[tuple[float, ...], ...], trough: float
+) -> None:
     """Refuse a port that is not under water at every frame of a job.
+
+    The surface may fall by ``trough``, in m.
 
     Raises
     ------
     InputError
         If it is not.
     """
-    if above(camera, eyes):
+    if above(camera, eyes, trough):
         raise InputError(
             f"--housing: camera {camera.name!r} is above the water or at its surface; a port is "
             "drawn under water only: lower the camera, or use --housing none"

@@ -8,10 +8,12 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
+from ...node_groups.realtime_refraction import WATERLINE
 from ...uw_spectral.imaging.waterline import split_picture
+from ...uw_spectral.surface.raised_waves import RaisedWaves
 from .cameras import eye_of
 
-PORT = 0.1
+PORT = WATERLINE
 """Distance in m between the camera and the glass that the water stands at."""
 NO_LAYERS = (
     "layers are only known in the water, and the camera is above it or at its surface; "
@@ -21,17 +23,40 @@ _COARSE = (64, 64)  # places on the glass that decide whether a picture is split
 _RISE = 0.004  # m above the water to which the meniscus still shows
 
 
-def above(camera: bpy.types.Object, eyes: Sequence[tuple[float, ...]] = ()) -> bool:
-    """Whether a camera may have air before its glass, now or where it is at frames of a job."""
-    return any(eye[2] > -PORT for eye in (eye_of(camera), *eyes))
+def above(
+    camera: bpy.types.Object, eyes: Sequence[tuple[float, ...]] = (), trough: float = 0.0
+) -> bool:
+    """Whether a camera may have air before its glass, now or where it is at frames of a job.
+
+    Parameters
+    ----------
+    camera : Object
+    eyes : sequence of tuple
+        Where it is at the frames; the third number of each is its height, m.
+    trough : float
+        How far the surface may fall below its mean level, m.
+    """
+    return any(eye[2] > -PORT - trough for eye in (eye_of(camera), *eyes))
 
 
 def glass_heights(
-    scene: bpy.types.Scene, camera: bpy.types.Object, shape: tuple[int, int]
+    scene: bpy.types.Scene,
+    camera: bpy.types.Object,
+    shape: tuple[int, int],
+    waves: RaisedWaves | None = None,
 ) -> NDArray[np.float64] | None:
-    """Heights over the mean surface of the pixels' places on the glass, shape (h, w).
+    """Heights over the surface of the pixels' places on the glass, shape (h, w).
 
     None if all are in the air, or all in the water, and for cameras without a pinhole.
+
+    Parameters
+    ----------
+    scene : Scene
+    camera : Object
+    shape : two ints
+        Rows and columns.
+    waves : RaisedWaves, optional
+        Heights of the surface; it is level without.
     """
     if camera.data.type != "PERSP":
         return None
@@ -44,13 +69,22 @@ def glass_heights(
     down = ((np.arange(h) + 0.5) / h)[:, None, None]
     at = left + (corner - left) * across + (opposite - left) * down
     turn = place[:3, :3] / np.linalg.norm(place[:3, :3], axis=0)
-    heights = at @ turn[2] + place[2, 3]
+    x, y, heights = (at @ turn[i] + place[i, 3] for i in range(3))
+    if waves is not None:
+        heights = heights - waves.elevation(x, y)
     return heights if heights.min() < _RISE and heights.max() > 0.0 else None
 
 
-def splits(scene: bpy.types.Scene, camera: bpy.types.Object) -> bool:
-    """Whether the waterline is in a camera's picture."""
-    return glass_heights(scene, camera, _COARSE) is not None
+def splits(
+    scene: bpy.types.Scene, camera: bpy.types.Object, waves: RaisedWaves | None = None
+) -> bool:
+    """Whether the waterline is in a camera's picture, on waves with heights or a level surface."""
+    return glass_heights(scene, camera, _COARSE, waves) is not None
+
+
+def is_in_air(eye: Sequence[float], waves: RaisedWaves | None = None) -> bool:
+    """Whether a place in m is over the surface."""
+    return eye[2] > (0.0 if waves is None else float(waves.elevation(eye[0], eye[1])))
 
 
 def joined(
@@ -59,6 +93,7 @@ def joined(
     air: NDArray[np.float32],
     water: NDArray[np.float32],
     refractive_index: float,
+    waves: RaisedWaves | None = None,
 ) -> NDArray[np.float32]:
     """Join the pictures of a camera in the air and in the water at the waterline.
 
@@ -69,8 +104,10 @@ def joined(
         At the surface: it has :func:`glass_heights`.
     air, water : array, shape (h, w, c)
     refractive_index : float
+    waves : RaisedWaves, optional
+        As of :func:`glass_heights`.
     """
-    heights = glass_heights(scene, camera, air.shape[:2])
+    heights = glass_heights(scene, camera, air.shape[:2], waves)
     assert heights is not None, "the camera is at the surface"
     falls = -np.array([gradient.mean() for gradient in np.gradient(heights)])
     falls /= max(float(np.linalg.norm(falls)), 1e-12)

@@ -32,7 +32,7 @@ from ..materials import (
     wet_colours,
 )
 from ..seen.lamps import SceneLamps
-from . import scene_water
+from . import raised_surface, scene_water
 from .cycles_phase import CyclesPhase
 from .water_body import WaterExtent, box, plane
 
@@ -61,6 +61,7 @@ def add_water(
     above: bool = False,
     indices_in_water: bool = True,
     own_seabed: bool = False,
+    raised: bool = False,
 ) -> list[str]:
     """Put water into a scene.
 
@@ -87,6 +88,8 @@ def add_water(
         Whether refractive indices of materials are taken against the water.
     own_seabed : bool
         Whether a floor may continue the scene's own seabed; it is hidden until it is placed.
+    raised : bool
+        Whether waves have heights.
 
     Returns
     -------
@@ -111,12 +114,14 @@ def add_water(
     if indices_in_water:
         refractive_indices.insert(materials)
         uplift.set_water_index(column.refractive_index)
-    objects, parts, images = _layers(column, phases, extent), {}, None
+    raised = raised and column.surface == "waves"
+    objects, parts, images = _layers(column, phases, extent, raised=raised), {}, None
     if column.reflects:
         if column.surface == "waves":
-            images = realtime_waves.new_images()
+            images = realtime_waves.new_images(raised=raised)
         parts[INTERFACE] = water_surface.build(column.refractive_index, images)
-        objects.append(plane("UW Surface", 2.0 * extent.half_width, 0.0))
+        make = raised_surface.surface if raised else plane
+        objects.append(make("UW Surface", 2.0 * extent.half_width))
         objects[-1].data.materials.append(parts[INTERFACE])
     gain = column.refractive_index**2 if above and column.reflects else 1.0
     world = sky_world.build(column.sky, gain)
@@ -220,6 +225,8 @@ def _layers(
     column: WaterColumn,
     phases: Sequence[CyclesPhase],
     extent: WaterExtent,
+    *,
+    raised: bool,
 ) -> list[bpy.types.Object]:
     """Make a box for each layer of the water, one upon the other."""
     gap = _gap(column.attenuation)
@@ -237,7 +244,9 @@ def _layers(
     boxes = []
     # Layers below the water's bottom have no box.
     for index, (top, bottom, phase) in enumerate(zip(tops, bottoms, phases, strict=False)):
-        boxes.append(box("UW Water", WaterExtent(extent.half_width, bottom), -top))
+        part = WaterExtent(extent.half_width, bottom)
+        follows = raised and index == 0
+        boxes.append((raised_surface.body if follows else box)("UW Water", part, top))
         boxes[-1].data.materials.append(water_volume.build(phase.lobes, index))
     return boxes
 

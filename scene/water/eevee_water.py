@@ -22,7 +22,7 @@ from ..seen import cameras, clouds, lamps, waterline
 from ..seen.filled_view import filled_view
 from ..seen.snapshot import Snapshot, ViewFromAir
 from ..seen.surroundings import Surroundings, has_things
-from . import continued_seabed, shade
+from . import continued_seabed, moving_surface, shade
 from .frame_water import RealtimeWater, realtime_water
 from .particles import particles_of
 
@@ -51,13 +51,15 @@ class Eye:
     in_air: bool | None = None
     lit_places: Sequence[tuple[float, ...]] | None = None
 
-    @property
-    def from_air(self) -> ViewFromAir | None:
+    def from_air(self, scene: bpy.types.Scene, plan: RenderPlan) -> ViewFromAir | None:
         """What is special about views from the air; None if a job has none."""
-        if self.camera is None or not waterline.above(self.camera, self.path):
+        trough = moving_surface.deepest_trough(plan.settings)
+        if self.camera is None or not waterline.above(self.camera, self.path, trough):
             return None
-        eye = cameras.eye_of(self.camera)
-        return ViewFromAir(eye[:3], eye[2] > 0.0 if self.in_air is None else self.in_air, eye[3:])
+        eye, in_air = cameras.eye_of(self.camera), self.in_air
+        if in_air is None:
+            in_air = waterline.is_in_air(eye, moving_surface.heights(scene, plan.settings))
+        return ViewFromAir(eye[:3], in_air, eye[3:])
 
 
 def eevee_water(
@@ -124,7 +126,7 @@ def eevee_water(
     seabed = continued_seabed.depth_of(ground) if continues else None
     cover = _cover(scene, eye, around or kept.looked, over, kept.picture) if shades else None
     seen = Snapshot(
-        reflectances, shaded, cover, shining, eye.from_air, kinds, seabed,
+        reflectances, shaded, cover, shining, eye.from_air(scene, plan), kinds, seabed,
         port=cameras.before_water(eye.camera),
         fluorescent=fluorescence.fluorescent_things(contents.materials(scene)),
     )  # fmt: skip
@@ -166,7 +168,7 @@ def _cover(
     picture: KeptPicture,
 ) -> ViewCover:
     """Return what of the view things fill; by night and from the air nothing, as nodes have it."""
-    view = eye.from_air
+    view = eye.from_air(scene, over)
     if over.settings.sunlight == 0 or (view is not None and view.in_air):
         return no_cover()
     things = None if around is None else around.things

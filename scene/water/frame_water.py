@@ -138,7 +138,7 @@ class RealtimeWater:
         strength : float
             Of the caustics in the shafts; 1 is physical.
         """
-        shape = replace(self.shape, waves=True)
+        shape = replace(self.shape, waves=True, raised=waves.raised is not None)
         return replace(self, shape=shape, waves=waves, contrast=contrast, strength=strength)
 
     @property
@@ -329,8 +329,15 @@ def _of_view(view: ViewFromAir, column: WaterColumn) -> dict[str, float]:
 
 def wave_numbers(waves: WavePatterns, strength: float) -> dict[str, float]:
     """Return what the nodes need to look up the images of waves, by name."""
-    depths = waves.layers.depths
-    return {
+    depths, raised = waves.layers.depths, waves.raised
+    far = {}
+    if raised is not None:
+        far = {
+            realtime_values.WAVES_FAR_PER_METRE: 1 / raised.far.tile,
+            realtime_values.WAVES_FAR_HALF_CELL: 0.5 / len(raised.far.elevation),
+            realtime_values.WAVES_HIGHEST: raised.highest,
+        }
+    return far | {
         realtime_values.WAVES_PER_METRE: 1 / waves.layers.tile,
         realtime_values.WAVES_HALF_CELL: 0.5 / len(waves.slope_x),
         realtime_values.WAVES_LOG_DEPTH: math.log(depths[0]),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 
 import bpy
@@ -12,12 +12,13 @@ from ...settings.render_plan import RenderPlan, sea_of
 from ...settings.scene_settings import SceneSettings
 from ...uw_spectral.spectra.spectral_image import write_exr
 from ...uw_spectral.surface.caustics import SUN_RADIUS
+from ...uw_spectral.surface.raised_waves import RaisedWaves
 from ...uw_spectral.surface.wave_patterns import WavePatterns
 from ...uw_spectral.transfer.radiance_table import TABLE_STREAMS
 from ...uw_spectral.transfer.sunlit_water import SunlitWater
 from ...uw_spectral.transfer.water_column import WAVES
 from .. import marks
-from . import cycles_water
+from . import cycles_water, raised_surface
 from .frame_water import RealtimeWater, wave_numbers
 
 
@@ -49,6 +50,18 @@ def patterns(scene: bpy.types.Scene, plan: RenderPlan, *, sun_disc: bool = True)
     )
 
 
+def heights(scene: bpy.types.Scene, settings: SceneSettings) -> RaisedWaves | None:
+    """Return the heights of the surface at the current frame; None if it is a plane."""
+    if settings.surface != WAVES:
+        return None
+    return sea_of(settings).raised_at(wave_time(scene, settings))
+
+
+def deepest_trough(settings: SceneSettings) -> float:
+    """How far the surface may fall below its mean level, m; 0 if it is a plane."""
+    return sea_of(settings).highest_crest() if settings.surface == WAVES else 0.0
+
+
 def with_waves(scene: bpy.types.Scene, plan: RenderPlan, water: RealtimeWater) -> RealtimeWater:
     """Return real-time water with the waves of the current frame, or as it is without waves."""
     if plan.settings.surface != WAVES:
@@ -60,8 +73,18 @@ def with_waves(scene: bpy.types.Scene, plan: RenderPlan, water: RealtimeWater) -
     return water.under_waves(now, contrast, plan.settings.caustics)
 
 
-def move_surface(scene: bpy.types.Scene, plan: RenderPlan) -> None:
-    """Bring the surface of the Cycles reference to the current frame; nothing without waves."""
+def move_surface(
+    scene: bpy.types.Scene, plan: RenderPlan, middle: Sequence[float] = (0.0, 0.0)
+) -> None:
+    """Bring the surface of the Cycles reference to the current frame; nothing without waves.
+
+    Parameters
+    ----------
+    scene : Scene
+    plan : RenderPlan
+    middle : two floats
+        About which a surface with heights is finest, x and y, m.
+    """
     if plan.settings.surface != WAVES:
         return
     # Its sun has a disc already.
@@ -69,7 +92,9 @@ def move_surface(scene: bpy.types.Scene, plan: RenderPlan) -> None:
     realtime_waves.write_patterns(marks.images(scene), now, fresh=True)
     material = marks.part(scene, cycles_water.INTERFACE)
     numbers = wave_numbers(now, plan.settings.caustics)
-    water_surface.write(material, numbers, -float(plan.column.sun_direction[2]))
+    water_surface.write(material, numbers, plan.column.sun_direction.tolist())
+    if now.raised is not None:
+        raised_surface.follow(scene, now.raised, middle)
 
 
 def bake(

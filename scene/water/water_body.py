@@ -94,9 +94,9 @@ def extent_around(reach_of_things: SceneReach, column: WaterColumn, depth: float
 
 
 def box(name: str, extent: WaterExtent, top: float) -> bpy.types.Object:
-    """Make the box of water, from its bottom up to the height ``top``."""
+    """Make the box of water, from its bottom up to the depth ``top``."""
     w, bottom = extent.half_width, -extent.bottom
-    corners = [(x, y, z) for z in (bottom, top) for x, y in ((-w, -w), (w, -w), (w, w), (-w, w))]
+    corners = [(x, y, z) for z in (bottom, -top) for x, y in ((-w, -w), (w, -w), (w, w), (-w, w))]
     faces = [(3, 2, 1, 0), (4, 5, 6, 7)]
     faces += [(i, (i + 1) % 4, (i + 1) % 4 + 4, i + 4) for i in range(4)]
     return _mesh_object(name, corners, faces)
@@ -127,7 +127,7 @@ def _fan(radii: NDArray[np.float64]) -> tuple[list[Place], list[tuple[int, ...]]
     return [(x, y, z) for x, y, z in places.tolist()], faces
 
 
-def plane(name: str, half_width: float, height: float) -> bpy.types.Object:
+def plane(name: str, half_width: float, height: float = 0.0) -> bpy.types.Object:
     """Make a horizontal square around the origin, facing up."""
     w = half_width
     corners = [(-w, -w, height), (w, -w, height), (w, w, height), (-w, w, height)]

@@ -10,19 +10,27 @@ import bpy
 import numpy as np
 import pytest
 from underwater_spectral.node_groups import realtime_values
+from underwater_spectral.scene.seen.snapshot import Snapshot, ViewFromAir
 from underwater_spectral.scene.water import frame_water
 from underwater_spectral.tests.node_groups import realtime_probe as probe
 from underwater_spectral.uw_spectral.spectra.bands import Bands
-from underwater_spectral.uw_spectral.surface.refraction import in_water_cosine, sun_travel_direction
+from underwater_spectral.uw_spectral.surface.raised_waves import Swell, surface_ahead
+from underwater_spectral.uw_spectral.surface.refraction import (
+    in_water_cosine,
+    seen_from_air,
+    sun_travel_direction,
+)
 from underwater_spectral.uw_spectral.surface.wave_patterns import (
     Sea,
     layer_position,
     pattern_at,
     under_waves,
 )
+from underwater_spectral.uw_spectral.transfer.above_water import leaving_share
 from underwater_spectral.uw_spectral.transfer.channel_pixel import COLOURS, Thing, along_rays
 from underwater_spectral.uw_spectral.transfer.radiance_field import (
     Ripples,
+    surface_normal,
 )
 from underwater_spectral.uw_spectral.transfer.radiance_table import TABLE_STREAMS
 from underwater_spectral.uw_spectral.transfer.sunlit_water import SunlitWater
@@ -171,11 +179,12 @@ def _up(now, column, view, width2=None):
     return _open_water(column, view, ripples), sun
 
 
-def _open_water(column, view, ripples=None, *, sky=1.0):
+def _open_water(column, view, ripples=None, *, sky=1.0, depth=None):
     """Picture of open water under a surface, by numpy."""
     w = tuple(view.rays()[..., i, None] for i in range(3))
     water = frame_water.realtime_water(column, PHASE, view.depth, WEIGHTS)
-    depth, above = np.full(w[0].shape, view.depth), dataclasses.replace(column.skylight, level=sky)
+    depth = np.full(w[0].shape, view.depth) if depth is None else depth
+    above = dataclasses.replace(column.skylight, level=sky)
     ray = along_rays(water.folded, water.field.sun, w)
     return ray.open_water(depth, w, above, column.refractive_index, ripples=ripples).total
 
@@ -205,6 +214,77 @@ def test_clear_sky_from_below(tmp_path, empty_blender):
     assert np.median(error) < 5e-3
     assert seen.mean() == pytest.approx(wanted.mean(), rel=0.01)
     assert np.median(np.abs(even - wanted) / wanted) > 0.2
+
+
+def test_surface_with_heights_from_below(tmp_path, empty_blender):
+    """Rays end where numpy's meet the raised surface, not on the mean level."""
+    sea = dataclasses.replace(SEA, raised=True, swell=Swell(0.6, 8.0, 60.0))
+    column, view = _column(60.0, "clear", sky=1.0), dataclasses.replace(UP, depth=0.5, turn=150.0)
+    water, now, _ = _water(column, view.depth, sea=sea)
+    seen, rays, n = probe.render(water, view, tmp_path / "a.exr"), view.rays(), 1.34
+    raised = now.raised
+    start, w = (0.0, 0.0, -view.depth), tuple(np.moveaxis(rays, -1, 0))
+    found, away = surface_ahead(start, w, raised.elevation, raised.highest, -1.0)
+    sun = np.degrees(np.arccos(np.clip(rays @ -np.asarray(column.sun_direction), -1, 1)))
+    judged = (found > 0) & (w[2] > 0.2) & (sun > 35.0)
+
+    def picture(reach):
+        x, y = reach * w[0], reach * w[1]
+        slopes = [
+            sum(
+                part.at(x, y, getattr(part, f"slope_{axis}"))[0]
+                for part in (raised.near, raised.far)
+            )
+            for axis in "xy"
+        ]
+        ripples = Ripples(
+            tuple(slope[..., None] for slope in slopes),
+            now.glitter_width(n),
+            sun=column.skylight.sun,
+        )
+        return _open_water(column, view, ripples, depth=(reach * w[2])[..., None])[judged]
+
+    wanted, level = picture(away), picture(view.depth / np.maximum(w[2], 1e-3))
+    error = np.abs(seen[judged] - wanted) / wanted
+    assert np.median(error) < 0.02
+    assert np.quantile(error, 0.9) < 0.2  # waves finer than a pixel
+    assert np.median(np.abs(level - wanted) / wanted) > 0.1
+
+
+def test_surface_with_heights_from_above(tmp_path, empty_blender):
+    """The sky that its crests mirror, and what comes through, where numpy's rays meet it."""
+    sea = dataclasses.replace(SEA, raised=True, swell=Swell(0.6, 8.0, 60.0))
+    column, n = _column(60.0, sky=1.0), 1.34
+    view = dataclasses.replace(UP, depth=-1.0, turn=50.0, angle=25.0)
+    water, now, contrast = _water(column, 0.0, sea=sea)
+    seen_by = Snapshot(above=ViewFromAir((0.0, 0.0, 1.0), True, (0.0, 0.9, -0.4)))
+    water = frame_water.realtime_water(column, PHASE, 0.0, WEIGHTS, seen=seen_by)
+    water = water.under_waves(now, contrast, 1.0)
+    water.numbers.single.update({realtime_values.GLITTER: 0.0})
+    seen, rays, raised = probe.render(water, view, tmp_path / "a.exr"), view.rays(), now.raised
+    v = tuple(np.moveaxis(rays, -1, 0))
+    found, away = surface_ahead((0.0, 0.0, 1.0), v, raised.elevation, raised.highest, 1.0, 0.1)
+    judged = (found > 0) & (v[2] < -0.15)
+    assert judged.mean() > 0.4
+
+    def picture(reach):
+        place = reach * v[0], reach * v[1]
+        slopes = [
+            sum(part.at(*place, part.slope_x if axis == "x" else part.slope_y)[0]
+                for part in (raised.near, raised.far))
+            for axis in "xy"
+        ]  # fmt: skip
+        R, bent, _ = seen_from_air(v, surface_normal(*slopes), n)
+        bent = tuple(part[..., None] for part in bent)
+        ray = along_rays(water.folded, water.field.sun, bent)
+        below = ray.open_water(0.0 * bent[2], bent, column.skylight, None).total
+        R = R[..., None]
+        return (leaving_share(R, n) * below + R * column.skylight.level)[judged]
+
+    wanted, level = picture(away), picture(-1.0 / np.minimum(v[2], -1e-3))
+    error = np.abs(seen[judged] - wanted) / wanted
+    assert np.median(error) < 0.02
+    assert np.median(np.abs(level - wanted) / wanted) > 0.1
 
 
 def test_image_of_the_sun(pictures):

@@ -81,6 +81,7 @@ def ray_density(
     *,
     refractive_index: float = REFRACTIVE_INDEX,
     rays: int | None = None,
+    choppiness: float = 0.0,
 ) -> NDArray[np.float64]:
     """Irradiance by a point sun in water that does not scatter, mean 1.
 
@@ -99,6 +100,8 @@ def ray_density(
         Of the water against air.
     rays : int, optional
         Rays along the side; N by default.
+    choppiness : float
+        Of the crests, see :meth:`.WaveComponents.choppy`.
 
     Returns
     -------
@@ -109,7 +112,15 @@ def ray_density(
     if not len(waves):
         return np.ones((resolution, resolution))
     rays = rays or resolution
-    height, slope_x, slope_y = waves.on_grid(rays, t)
+    shift_x = shift_y = 0.0
+    if choppiness:
+        surface = waves.choppy(rays, t, choppiness)
+        height, slope_x, slope_y = surface.elevation, surface.slope_x, surface.slope_y
+        shift_x, shift_y = surface.shift_x, surface.shift_y
+        area = np.maximum(surface.stretch, 0.0)
+    else:
+        height, slope_x, slope_y = waves.on_grid(rays, t)
+        area = 1.0
     offset_x, offset_y, flux = refracted_offset(slope_x, slope_y, sun_direction, refractive_index)
     straight = refracted_offset(0.0, 0.0, sun_direction, refractive_index)
     if not flux.any():
@@ -117,9 +128,9 @@ def ray_density(
     drop = np.maximum(depth + height, 0.0)
     cell = waves.tile / resolution
     grid = np.arange(rays) * (resolution / rays)
-    x = grid + (drop * offset_x - depth * straight[0]) / cell
-    y = grid[:, None] + (drop * offset_y - depth * straight[1]) / cell
-    total = _splat(x, y, flux, resolution)
+    x = grid + (shift_x + drop * offset_x - depth * straight[0]) / cell
+    y = grid[:, None] + (shift_y + drop * offset_y - depth * straight[1]) / cell
+    total = _splat(x, y, flux * area, resolution)
     return total / total.mean()
 
 
@@ -176,6 +187,7 @@ def caustic_pattern(
     *,
     refractive_index: float = REFRACTIVE_INDEX,
     sun_radius: float = SUN_RADIUS,
+    choppiness: float = 0.0,
 ) -> NDArray[np.float64]:
     """Irradiance of unscattered sunlight at a depth, relative to its mean.
 
@@ -194,6 +206,8 @@ def caustic_pattern(
         Of the water against air.
     sun_radius : float
         Angular radius of the sun in air, rad.
+    choppiness : float
+        Of the crests, see :meth:`.WaveComponents.choppy`.
 
     Returns
     -------
@@ -217,8 +231,9 @@ def caustic_pattern(
     # A disc smaller than a cell does not hide the gaps between rays: take four per cell.
     rays = resolution if disc > waves.tile / resolution else 2 * resolution
     density = ray_density(
-        seen, sun_direction, depth, t, resolution, refractive_index=refractive_index, rays=rays
-    )
+        seen, sun_direction, depth, t, resolution, refractive_index=refractive_index, rays=rays,
+        choppiness=choppiness,
+    )  # fmt: skip
     kx, ky = wave_numbers(waves.tile, resolution)
     transfer = _sun_transfer(kx, ky, sun_direction, depth, refractive_index, sun_radius)
     transfer = transfer * _tail_transfer(kx, ky, seen, sun_direction, depth, refractive_index)
@@ -319,6 +334,7 @@ def bake_layers(
     *,
     refractive_index: float = REFRACTIVE_INDEX,
     sun_radius: float = SUN_RADIUS,
+    choppiness: float = 0.0,
 ) -> CausticLayers:
     """Compute the patterns of one moment; arguments as :func:`caustic_pattern`.
 
@@ -333,7 +349,7 @@ def bake_layers(
     images = [
         caustic_pattern(
             waves, sun_direction, depth, t, resolution,
-            refractive_index=refractive_index, sun_radius=sun_radius,
+            refractive_index=refractive_index, sun_radius=sun_radius, choppiness=choppiness,
         )
         for depth in depths.tolist()
     ]  # fmt: skip

@@ -17,6 +17,15 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..mathematics import NUMPY, Mathematics, Operand
 from .caustics import SUN_RADIUS, CausticLayers, PatternCarrier, bake_layers
+from .raised_waves import (
+    FAR_RESOLUTION,
+    NO_SWELL,
+    RaisedWaves,
+    Swell,
+    far_waves,
+    height_tile,
+    highest_crest,
+)
 from .waves import LONGEST_FETCH, WaveComponents, WaveSpectrum
 
 LAYERS = 4
@@ -52,6 +61,10 @@ class Sea:
         Samples along it.
     loop_seconds : float, optional
         Time after which the motion repeats.
+    raised : bool
+        Whether the surface has heights and sharp crests; else it is a plane with slopes.
+    swell : Swell
+        That runs under the wind's waves, if they are raised.
     """
 
     wind_speed: float
@@ -62,6 +75,8 @@ class Sea:
     tile: float = 10.0
     resolution: int = 512
     loop_seconds: float | None = None
+    raised: bool = False
+    swell: Swell = NO_SWELL
 
     @property
     def spectrum(self) -> WaveSpectrum:
@@ -83,6 +98,26 @@ class Sea:
             If a value is out of its range.
         """
         return _components(self)
+
+    def highest_crest(self) -> float:
+        """Height over the mean level that crests hardly ever exceed, m; 0 of a plane.
+
+        Raises
+        ------
+        InputError
+            If a value is out of its range.
+        """
+        return highest_crest([self.components(), _far_components(self)]) if self.raised else 0.0
+
+    def raised_at(self, t: float) -> RaisedWaves | None:
+        """Return the heights at a moment in s; None of a plane.
+
+        Raises
+        ------
+        InputError
+            If a value is out of its range.
+        """
+        return _raised(self, t) if self.raised else None
 
     def layer_depths(self, floor_depth: float = math.inf) -> NDArray[np.float64]:
         """Depths of the layers, m: from what the images resolve to the floor, or to 32 m.
@@ -129,15 +164,32 @@ class Sea:
             self.resolution,
             refractive_index=refractive_index,
             sun_radius=sun_radius,
+            choppiness=float(self.raised),
         )
-        return WavePatterns(
-            layers, *waves.on_grid(self.resolution, t)[1:], float(waves.shorter.sum())
-        )
+        raised = self.raised_at(t)
+        if raised is None:
+            slopes = waves.on_grid(self.resolution, t)[1:]
+        else:
+            slopes = raised.near.slope_x, raised.near.slope_y
+        return WavePatterns(layers, *slopes, float(waves.shorter.sum()), raised)
 
 
 @functools.lru_cache(maxsize=4)
 def _components(sea: Sea) -> WaveComponents:
     return sea.spectrum.realise(sea.tile, sea.resolution, sea.seed, loop_seconds=sea.loop_seconds)
+
+
+@functools.lru_cache(maxsize=4)
+def _far_components(sea: Sea) -> WaveComponents:
+    return far_waves(sea.spectrum, sea.tile, sea.seed, sea.swell, sea.loop_seconds)
+
+
+@functools.lru_cache(maxsize=2)
+def _raised(sea: Sea, t: float) -> RaisedWaves:
+    return RaisedWaves(
+        height_tile(sea.components(), sea.resolution, t),
+        height_tile(_far_components(sea), FAR_RESOLUTION, t),
+    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -152,12 +204,15 @@ class WavePatterns:
         Slopes of the surface; row i, column j is y = i tile/N, x = j tile/N.
     finer : float
         Slope variance of the waves too short for them.
+    raised : RaisedWaves, optional
+        Heights, if the surface has any.
     """
 
     layers: CausticLayers
     slope_x: NDArray[np.float64]
     slope_y: NDArray[np.float64]
     finer: float
+    raised: RaisedWaves | None = None
 
     def glitter_width(self, refractive_index: float) -> float:
         """Mean squared angle over which the finer waves and its disc spread the sun, rad².
@@ -180,7 +235,12 @@ class WavePatterns:
         return np.ascontiguousarray(np.moveaxis(self.layers.images, 0, -1), dtype=np.float32)
 
     def slopes_image(self) -> NDArray[np.float32]:
-        """Slopes along x and y in the first two channels, shape (N, N, 4)."""
+        """Slopes along x and y in the first two channels, shape (N, N, 4).
+
+        With heights, the elevation is in the third.
+        """
+        if self.raised is not None:
+            return self.raised.near.image()
         image = np.zeros((*self.slope_x.shape, 4), np.float32)
         image[..., 0], image[..., 1], image[..., 3] = self.slope_x, self.slope_y, 1.0
         return image

@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import functools
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -34,6 +35,8 @@ _SHORTEST = 6000.0  # rad/m; the spectrum is zero well before
 _SHORT = 10.0  # times the peak: where the scaling of the shorter waves is half of its whole
 _FINE_CELLS = 24  # lattice cells from the origin that are integrated, not sampled
 _CHUNK = 1 << 22
+_LEAST_STRETCH = 0.02
+_RESTING = 5  # steps that find where a point rests; each leaves a share of the steepness
 
 
 @dataclass(frozen=True)
@@ -386,6 +389,57 @@ class WaveComponents:
         InputError
             If the grid is too coarse for the shortest wave.
         """
+        half, kx, ky = self._transform(resolution, t)
+        elevation, slope_x, slope_y = (
+            np.fft.irfft2(factor * half, (resolution, resolution), norm="forward")
+            for factor in (1.0, 1j * kx, 1j * ky)
+        )
+        return elevation, slope_x, slope_y
+
+    def choppy(self, resolution: int, t: float, choppiness: float = 1.0) -> ChoppySurface:
+        """Move the water to and fro beneath its waves, which sharpens crests, on a grid by FFT.
+
+        Parameters
+        ----------
+        resolution, t
+            As for :meth:`on_grid`.
+        choppiness : float
+            1 moves a particle of deep water on its circle; 0 is the linear surface.
+
+        Raises
+        ------
+        InputError
+            If the grid is too coarse for the shortest wave.
+
+        Notes
+        -----
+        F. Nouguier, C.-A. Guérin & B. Chapron, J. Geophys. Res. 114, C09012 (2009): the horizontal
+        displacement is the Hilbert transform of the elevation, as in J. Tessendorf,
+        *Simulating Ocean Water*, SIGGRAPH course notes (1999). A single wave becomes Gerstner's.
+        """
+        half, kx, ky = self._transform(resolution, t)
+        k = np.hypot(kx, ky)
+        per_k = choppiness / np.where(k > 0, k, 1.0)
+        elevation, rise_x, rise_y, shift_x, shift_y, xx, xy, yy = (
+            np.asarray(
+                np.fft.irfft2(factor * half, (resolution, resolution), norm="forward"), np.float64
+            )
+            for factor in (
+                1.0, 1j * kx, 1j * ky, 1j * kx * per_k, 1j * ky * per_k,
+                -kx * kx * per_k, -kx * ky * per_k, -ky * ky * per_k,
+            )
+        )  # fmt: skip
+        stretch = (1 + xx) * (1 + yy) - xy * xy
+        # Where the surface folds it stands upright: no slope is steeper than this.
+        safe = np.where(stretch < 0, -1.0, 1.0) * np.maximum(np.abs(stretch), _LEAST_STRETCH)
+        slope_x = ((1 + yy) * rise_x - xy * rise_y) / safe
+        slope_y = ((1 + xx) * rise_y - xy * rise_x) / safe
+        return ChoppySurface(self.tile, elevation, shift_x, shift_y, slope_x, slope_y, stretch)
+
+    def _transform(self, resolution: int, t: float) -> tuple[NDArray, NDArray, NDArray]:
+        """Elevation as irfft2 with norm "forward" takes it, and the wave numbers of its columns
+        and rows.
+        """
         if len(self) and resolution <= 2 * np.abs(self.index).max():
             raise InputError(
                 f"waves: a grid of {resolution} cannot carry {np.abs(self.index).max()} periods; "
@@ -404,11 +458,7 @@ class WaveComponents:
         unit = 2 * math.pi / self.tile
         kx = unit * np.arange(resolution // 2 + 1)
         ky = unit * resolution * np.fft.fftfreq(resolution)[:, None]
-        elevation, slope_x, slope_y = (
-            np.fft.irfft2(factor * half, (resolution, resolution), norm="forward")
-            for factor in (1.0, 1j * kx, 1j * ky)
-        )
-        return elevation, slope_x, slope_y
+        return half, kx, ky
 
     def _only(self, kept: NDArray, shorter: NDArray[np.float64] | None = None) -> WaveComponents:
         return WaveComponents(
@@ -434,6 +484,92 @@ class WaveComponents:
             total[1:] -= (a[:, None] * k).T @ np.sin(angle)
         elevation, slope_x, slope_y = total.reshape(3, *x.shape)
         return elevation, slope_x, slope_y
+
+
+@dataclass(frozen=True, eq=False)
+class ChoppySurface:
+    """A surface whose points are displaced horizontally too; all arrays have shape (N, N).
+
+    The point that rests at y = i tile/N, x = j tile/N is at that place plus its shift.
+
+    Attributes
+    ----------
+    tile : float
+        Side of the square after which the surface repeats, m.
+    elevation : array
+        m.
+    shift_x, shift_y : array
+        Horizontal displacement, m.
+    slope_x, slope_y : array
+        Slopes of the displaced surface at the point.
+    stretch : array
+        Jacobian of the displacement: area of the mean surface that a unit of area at rest covers.
+        Small at crests; below 0 the surface folds over.
+    """
+
+    tile: float
+    elevation: NDArray[np.float64]
+    shift_x: NDArray[np.float64]
+    shift_y: NDArray[np.float64]
+    slope_x: NDArray[np.float64]
+    slope_y: NDArray[np.float64]
+    stretch: NDArray[np.float64]
+
+    def over_mean(self, resolution: int, *fields: NDArray[np.float64]) -> list[NDArray[np.float64]]:
+        """Return fields of the points at the places over which the points are.
+
+        Where the surface folds it is one of the layers that lie over a place.
+
+        Parameters
+        ----------
+        resolution : int
+            Samples M along a side; half of N keeps the shortest waves.
+        *fields : arrays of shape (N, N)
+            Such as :attr:`elevation`: of the points, by where they rest.
+
+        Returns
+        -------
+        list of arrays of shape (M, M)
+            Row i, column j is at y = i tile/M, x = j tile/M.
+        """
+        size = len(self.elevation)
+        per_cell = size / self.tile
+        rest = np.arange(resolution, dtype=np.float64) * (size / resolution)
+        x, y = np.meshgrid(rest, rest)
+        row: NDArray[np.float64] = y
+        column: NDArray[np.float64] = x
+        for _ in range(_RESTING):
+            shift_x, shift_y = periodic_at([self.shift_x, self.shift_y], row, column)
+            row, column = y - per_cell * shift_y, x - per_cell * shift_x
+        return periodic_at(fields, row, column)
+
+
+def periodic_at(
+    fields: Sequence[NDArray[np.float64]], row: NDArray[np.float64], column: NDArray[np.float64]
+) -> list[NDArray[np.float64]]:
+    """Interpolate periodic fields of one square shape between their samples, bilinearly.
+
+    Parameters
+    ----------
+    fields : sequence of arrays of shape (N, N)
+    row, column : array
+        Places, in samples.
+
+    Examples
+    --------
+    >>> periodic_at([np.arange(4.0).reshape(2, 2)], np.array([0.0, 0.5]), np.array([0.5, 1.0]))
+    [array([0.5, 2. ])]
+    """
+    size = len(fields[0])
+    lower, left = np.floor(row), np.floor(column)
+    up, right = row - lower, column - left
+    i, j = np.mod(lower, size).astype(np.intp), np.mod(left, size).astype(np.intp)
+    k, m = np.where(i == size - 1, 0, i + 1), np.where(j == size - 1, 0, j + 1)
+    return [
+        (1 - up) * ((1 - right) * f[i, j] + right * f[i, m])
+        + up * ((1 - right) * f[k, j] + right * f[k, m])
+        for f in fields
+    ]
 
 
 def angular_frequency(k: ArrayLike, depth: float = math.inf) -> NDArray[np.float64]:

@@ -14,8 +14,11 @@ from underwater_spectral.uw_spectral.surface.caustics import (
     ray_density,
     refracted_offset,
 )
-from underwater_spectral.uw_spectral.surface.refraction import sun_travel_direction
-from underwater_spectral.uw_spectral.surface.waves import WaveSpectrum
+from underwater_spectral.uw_spectral.surface.refraction import (
+    fresnel_reflectance,
+    sun_travel_direction,
+)
+from underwater_spectral.uw_spectral.surface.waves import WaveComponents, WaveSpectrum
 from underwater_spectral.uw_spectral.transfer.discrete_ordinates import (
     OpticalLayer,
     solve_discrete_ordinates,
@@ -222,3 +225,26 @@ def test_bad_layers(depths):
 def test_bad_layer_range():
     with pytest.raises(InputError, match="shallowest"):
         layer_depths(0.0, 3.0)
+
+
+def test_rays_of_a_choppy_wave_land_where_gerstners_send_them():
+    """Sun overhead, one wave along x: rays counted by their own places, Snell by angles."""
+    tile, k, steep, depth, bins = 2.0, 3 * math.pi, 0.2, 0.7, 64
+    none = np.zeros(2)
+    wave = WaveComponents(
+        tile, np.array([[3, 0]]), np.array([steep / k]), np.ones(1), np.zeros(1), 0.0, none, none
+    )
+    straight_down = sun_travel_direction(0.0, 0.0)
+    found = ray_density(wave, straight_down, depth, 0.0, 512, rays=2048, choppiness=1.0)
+    q = (np.arange(400_000) + 0.5) * tile / 400_000
+    height, x = steep / k * np.cos(k * q), q - steep / k * np.sin(k * q)
+    fall = np.arctan(steep * np.sin(k * q) / (1 - steep * np.cos(k * q)))  # of the surface, to +x
+    refracted = fall - np.arcsin(np.sin(fall) / 1.34)
+    lands = np.mod(x - (depth + height) * np.tan(refracted), tile)
+    weight = (1 - steep * np.cos(k * q)) * (1 - fresnel_reflectance(np.cos(fall), 1.34))
+    counted = np.histogram(lands, bins, (0.0, tile), weights=weight)[0]
+    shown = found.mean(axis=0)
+    shown = (shown + np.roll(shown, -1)) / 2  # samples stand for places, bins begin at their edge
+    shown = shown.reshape(bins, -1).mean(axis=1)
+    np.testing.assert_allclose(shown, counted / counted.mean(), atol=0.05 * shown.max())
+    assert shown.std() == pytest.approx((counted / counted.mean()).std(), rel=0.02)

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from underwater_spectral.uw_spectral.errors import InputError
 from underwater_spectral.uw_spectral.surface.waves import (
+    WaveComponents,
     WaveSpectrum,
     angular_frequency,
     slope_variance_CoxMunk1954,
@@ -161,3 +162,59 @@ def test_bad_tile(settings):
 def test_grid_too_coarse():
     with pytest.raises(InputError, match="finer"):
         WaveSpectrum(5.0).realise(4.0, 64).on_grid(32, 0.0)
+
+
+def _single_wave(steepness=0.3, periods=3, tile=2.0):
+    """One wave along x, whose crest is at the origin."""
+    k = 2 * np.pi * periods / tile
+    none = np.zeros(2)
+    return k, WaveComponents(
+        tile, np.array([[periods, 0]]), np.array([steepness / k]), np.array([2.0]),
+        np.zeros(1), 0.0, none, none,
+    )  # fmt: skip
+
+
+def test_a_single_choppy_wave_is_gerstners():
+    """x = q - a sin kq, z = a cos kq."""
+    k, wave = _single_wave()
+    q, a = np.arange(64) * 2.0 / 64, 0.3 / k
+    found = wave.choppy(64, 0.0)
+    np.testing.assert_allclose(found.shift_x[5], -a * np.sin(k * q), atol=1e-12)
+    assert not found.shift_y.any()
+    stretch = 1 - 0.3 * np.cos(k * q)
+    np.testing.assert_allclose(found.stretch[7], stretch, atol=1e-12)
+    np.testing.assert_allclose(found.slope_x[9], -0.3 * np.sin(k * q) / stretch, atol=1e-12)
+
+
+def test_heights_and_slopes_over_places_of_a_choppy_wave():
+    k, wave = _single_wave()
+    surface = wave.choppy(256, 0.0)
+    elevation, slope = surface.over_mean(128, surface.elevation, surface.slope_x)
+    q, a = np.linspace(-1.0, 3.0, 40001), 0.3 / k
+    x, at = np.arange(128) * 2.0 / 128, q - a * np.sin(k * q)
+    np.testing.assert_allclose(elevation[3], np.interp(x, at, a * np.cos(k * q)), atol=3e-3 * a)
+    rise = -0.3 * np.sin(k * q) / (1 - 0.3 * np.cos(k * q))
+    np.testing.assert_allclose(slope[3], np.interp(x, at, rise), atol=3e-3)
+
+
+def test_the_sea_has_sharp_crests_and_the_slopes_of_cox_and_munk():
+    sea = WaveSpectrum(5.0)
+    waves = sea.realise(16.0, 256, seed=1)
+
+    def curvature_skewness(choppiness):
+        surface = waves.choppy(512, 3.0, choppiness)
+        (elevation,) = surface.over_mean(512, surface.elevation)
+        step = 8  # cells; what is finer is noise of the interpolation
+        curvature = sum(np.roll(elevation, n, axis) for n in (step, -step) for axis in (0, 1))
+        curvature = curvature - 4 * elevation
+        return float((curvature**3).mean() / curvature.std() ** 3)
+
+    assert curvature_skewness(1.0) < -0.1  # crests turn down sharply, troughs up gently
+    assert abs(curvature_skewness(0.0)) < 0.05
+    assert curvature_skewness(-1.0) > 0.1
+    surface = waves.choppy(512, 3.0)
+    steep, gentle = surface.over_mean(256, surface.slope_x, surface.slope_y)
+    shown = steep.var() + gentle.var() + waves.longer.sum() + waves.shorter.sum()
+    assert shown == pytest.approx(slope_variance_CoxMunk1954(5.0).sum(), abs=0.004)
+    (level,) = surface.over_mean(256, surface.elevation)
+    assert level.std() == pytest.approx(np.sqrt(waves.elevation_variance), rel=0.05)

@@ -1,0 +1,108 @@
+"""Meshes of a surface with heights, for Cycles: rings around the camera, moved every frame."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import bpy
+import numpy as np
+from numpy.typing import NDArray
+
+from ...uw_spectral.surface.raised_waves import FARTHEST, RaisedWaves
+from .. import marks
+from .water_body import WaterExtent
+
+_SINKS = "uw_sinks"
+"""Mark of a mesh that follows the surface: how far it lies below it, m."""
+_SECTORS, _RINGS, _FIRST, _FADED = 360, 340, 0.03, 1.5
+
+
+def surface(name: str, half_width: float) -> bpy.types.Object:
+    """Make a surface that faces up, and reaches so far from the middle in m."""
+    places, faces = _fan(half_width)
+    return _object(name, places, faces, 0.0)
+
+
+def body(name: str, extent: WaterExtent, gap: float) -> bpy.types.Object:
+    """Make a closed body of water below such a surface.
+
+    Parameters
+    ----------
+    name : str
+    extent : WaterExtent
+    gap : float
+        How far its upper face stays below the surface, m.
+    """
+    top, faces = _fan(extent.half_width)
+    rim = top[-_SECTORS:].copy()
+    rim[:, 2] = -extent.bottom
+    upper, lower = len(top) - _SECTORS, len(top)
+    around = [
+        (upper + j, upper + i, lower + i, lower + j)
+        for i, j in ((i, (i + 1) % _SECTORS) for i in range(_SECTORS))
+    ]
+    bottom = tuple(range(lower + _SECTORS - 1, lower - 1, -1))
+    return _object(name, np.concatenate([top, rim]), [*faces, *around, bottom], gap)
+
+
+def follow(scene: bpy.types.Scene, waves: RaisedWaves, middle: Sequence[float]) -> None:
+    """Bring the meshes in a scene's water to the heights of a moment.
+
+    Parameters
+    ----------
+    scene : Scene
+    waves : RaisedWaves
+    middle : two floats
+        About which they are finest, x and y, m.
+    """
+    for item in marks.objects(scene):
+        if _SINKS in item:
+            item.location.x, item.location.y = middle[0], middle[1]
+            _raise(item.data, waves, middle, item[_SINKS])
+
+
+def _raise(mesh: bpy.types.Mesh, waves: RaisedWaves, middle: Sequence[float], sinks: float) -> None:
+    places = np.empty(3 * len(mesh.vertices), np.float32)
+    mesh.vertices.foreach_get("co", places)
+    places = places.reshape(-1, 3)
+    top = 1 + _SECTORS * _count(len(places))
+    x, y = (places[:top, i].astype(np.float64) for i in range(2))
+    # Beyond where rays look for heights the surface is level, as EEVEE has it.
+    away = np.hypot(x, y) / FARTHEST
+    share = np.clip((_FADED - away) / (_FADED - 1.0), 0.0, 1.0)
+    places[:top, 2] = share * waves.elevation(x + middle[0], y + middle[1]) - sinks
+    mesh.vertices.foreach_set("co", places.ravel())
+    mesh.update()
+
+
+def _count(vertices: int) -> int:
+    """Rings of a surface, or of the top of a body, that has so many vertices."""
+    return min((vertices - 1) // _SECTORS, _RINGS + 1)
+
+
+def _fan(half_width: float) -> tuple[NDArray[np.float32], list[tuple[int, ...]]]:
+    """Corners and faces of rings around the origin, fine as far as there are heights."""
+    rings = np.geomspace(_FIRST, _FADED * FARTHEST, _RINGS)
+    rings = np.append(rings, max(half_width, 1.01 * rings[-1]))
+    turns = np.arange(_SECTORS) * (2.0 * math.pi / _SECTORS)
+    around = np.stack([np.cos(turns), np.sin(turns), np.zeros(_SECTORS)], axis=1)
+    places = np.concatenate([np.zeros((1, 3)), (rings[:, None, None] * around).reshape(-1, 3)])
+    first = np.arange(_SECTORS)
+    after = (first + 1) % _SECTORS
+    start = 1 + _SECTORS * np.arange(len(rings) - 1)[:, None]
+    out = start + _SECTORS
+    quads = np.stack([start + first, out + first, out + after, start + after], axis=-1)
+    faces: list[tuple[int, ...]] = [(0, 1 + i, 1 + (i + 1) % _SECTORS) for i in range(_SECTORS)]
+    faces += [tuple(face) for face in quads.reshape(-1, 4).tolist()]
+    return places.astype(np.float32), faces
+
+
+def _object(
+    name: str, places: NDArray[np.float32], faces: list[tuple[int, ...]], sinks: float
+) -> bpy.types.Object:
+    mesh = bpy.data.meshes.new(name)
+    mesh.from_pydata(places.tolist(), [], faces)
+    item = bpy.data.objects.new(name, mesh)
+    item[_SINKS] = sinks
+    return item

@@ -1,0 +1,93 @@
+"""Waves with height in a scene: the waterline on the glass, and the meshes of Cycles."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import bpy
+import numpy as np
+import pytest
+from underwater_spectral.scene.engines import engines
+from underwater_spectral.scene.seen import waterline
+from underwater_spectral.scene.water import moving_surface, water_body
+from underwater_spectral.scene.water.eevee_water import Eye
+from underwater_spectral.settings import render_plan
+from underwater_spectral.settings.scene_settings import SceneSettings
+
+from . import snapshot
+
+CHOSEN = SceneSettings(
+    water="jerlov:IB", phase="hg:0.9", bands=3, surface="waves", wind_speed=5.0, samples=1,
+    wave_resolution=64, raised_waves=True, swell_height=0.8, swell_length=12.0,
+    swell_direction=90.0, floor_depth=6.0,
+)  # fmt: skip
+SHAPE = 9, 16
+
+
+@pytest.fixture
+def camera(empty_blender):
+    """Level, looking along +y."""
+    item = bpy.data.objects.new("camera", bpy.data.cameras.new("camera"))
+    item.rotation_euler = (math.radians(90.0), 0.0, 0.0)
+    empty_blender.collection.objects.link(item)
+    empty_blender.camera = item
+    empty_blender.render.resolution_x, empty_blender.render.resolution_y = SHAPE[::-1]
+    empty_blender.render.resolution_percentage = 100
+    return item
+
+
+def _put(camera: bpy.types.Object, height: float) -> None:
+    camera.location = (0.4, 0.7, height)
+    bpy.context.view_layer.update()
+
+
+def test_the_waterline_follows_the_waves(camera):
+    scene = bpy.context.scene
+    waves = moving_surface.heights(scene, CHOSEN)
+    level = float(waves.elevation(0.4, 0.7))
+    assert abs(level) > 0.1  # a level surface would leave the camera dry, or drown it
+    _put(camera, level)
+    assert waterline.splits(scene, camera, waves)
+    assert not waterline.splits(scene, camera)
+    found = waterline.glass_heights(scene, camera, SHAPE, waves)
+    half = 0.1 * math.tan(camera.data.angle / 2)
+    right = half * ((np.arange(16) + 0.5) / 8.0 - 1.0)
+    up = half * (4.5 - np.arange(9) - 0.5) / 8.0
+    wanted = level + up[:, None] - waves.elevation(0.4 + right, 0.8)
+    np.testing.assert_allclose(found, wanted, atol=1e-6)
+
+
+def test_the_waves_decide_in_which_medium_a_camera_is(camera):
+    scene, plan = bpy.context.scene, render_plan.make_plan(CHOSEN)
+    crest = float(moving_surface.heights(scene, CHOSEN).elevation(0.4, 0.7))
+    for height, in_air in ((crest - 0.2, False), (crest + 0.2, True)):
+        _put(camera, height)
+        assert Eye(camera, 0.0).from_air(scene, plan).in_air == in_air
+    flat = render_plan.make_plan(replace(CHOSEN, raised_waves=False))
+    _put(camera, -0.5)  # in a trough it may be in the air; a plane has none
+    assert Eye(camera, 0.5).from_air(scene, plan) is not None
+    assert Eye(camera, 0.5).from_air(scene, flat) is None
+    _put(camera, -5.0)
+    assert Eye(camera, 5.0).from_air(scene, plan) is None
+
+
+def test_meshes_of_cycles_follow_the_waves_and_leave(camera):
+    scene, plan = bpy.context.scene, render_plan.make_plan(CHOSEN)
+    _put(camera, -2.0)
+    before = snapshot.snapshot()
+    extent = water_body.water_extent(scene, plan.column, 2.0)
+    waves = moving_surface.heights(scene, CHOSEN)
+    with engines.cycles_bands(scene, camera, plan, extent, seed=1) as engine:
+        engine.frame(plan, 2.0)
+        found = [item for item in scene.objects if item.name.startswith(("UW Surf", "UW Wat"))]
+        assert len(found) == 2
+        for item in found:
+            places = np.array([v.co[:] for v in item.data.vertices][:5000])
+            places += np.array(item.location)
+            away = np.hypot(places[:, 0] - 0.4, places[:, 1] - 0.7)
+            assert away.max() < 60.0
+            gap = waves.elevation(places[:, 0], places[:, 1]) - places[:, 2]
+            np.testing.assert_allclose(gap, gap[0], atol=1e-5)
+            assert 0.0 <= gap[0] + 1e-6 <= 0.011
+    assert snapshot.differences(before, snapshot.snapshot()) == []

@@ -1,0 +1,307 @@
+"""The sea with its heights at one moment: two periodic tiles, and where rays meet it.
+
+Short waves repeat after the tile of the caustics; those that are longer than it, and a swell,
+after one that is :data:`FAR` times as wide. Both are choppy (:meth:`.WaveComponents.choppy`).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..errors import InputError
+from ..mathematics import NUMPY, Mathematics, Operand
+from .waves import WaveComponents, WaveSpectrum, angular_frequency, periodic_at
+
+FAR = 24
+"""Side of the tile of the long waves, in tiles of the short ones."""
+FAR_RESOLUTION = 256
+"""Samples along it."""
+FARTHEST = 60.0
+"""Distance in m up to which rays look for heights; beyond, the surface is level."""
+STEEPEST_SWELL = 0.1
+"""Height over length at which a swell breaks."""
+
+_STEPS, _REFINED = 10, 2
+_FLATTEST = 1e-4
+_CRESTS = 4.5  # standard deviations that hardly any crest exceeds
+
+
+@dataclass(frozen=True)
+class Swell:
+    """A long wave that comes from afar.
+
+    Parameters
+    ----------
+    height : float
+        From trough to crest, m; 0 for none.
+    length : float
+        From crest to crest, m.
+    direction : float
+        It runs *to* it, degrees from +x towards +y.
+
+    Raises
+    ------
+    InputError
+        If it would break, or has no length.
+    """
+
+    height: float = 0.0
+    length: float = 25.0
+    direction: float = 0.0
+
+    def __post_init__(self) -> None:
+        if not (self.length > 0 and self.height >= 0):
+            raise InputError(
+                f"swell: height must be 0 or more and length positive, got {self.height:g} m "
+                f"and {self.length:g} m"
+            )
+        if self.height > STEEPEST_SWELL * self.length:
+            raise InputError(
+                f"swell: {self.height:g} m would break at a length of {self.length:g} m; make it "
+                f"lower than {STEEPEST_SWELL * self.length:g} m, or longer"
+            )
+
+    def on(self, waves: WaveComponents, depth: float = math.inf) -> WaveComponents:
+        """Add the swell to waves, by the wave of their tile that is nearest to it.
+
+        Parameters
+        ----------
+        waves : WaveComponents
+        depth : float
+            Of the water, m.
+        """
+        if self.height == 0:
+            return waves
+        periods, turn = waves.tile / self.length, math.radians(self.direction)
+        index = np.rint([periods * math.cos(turn), periods * math.sin(turn)]).astype(np.int64)
+        k = 2 * math.pi / waves.tile * math.hypot(*index.tolist())
+        if k == 0:
+            raise InputError(
+                f"swell: {self.length:g} m is longer than the {waves.tile:g} m after which long "
+                "waves repeat; make the tile of the waves wider"
+            )
+        return replace(
+            waves,
+            index=np.vstack([waves.index, index]),
+            amplitude=np.append(waves.amplitude, self.height / 2),
+            frequency=np.append(waves.frequency, angular_frequency(k, depth)),
+            phase=np.append(waves.phase, 0.0),
+        )
+
+
+NO_SWELL = Swell()
+
+
+@dataclass(frozen=True, eq=False)
+class HeightTile:
+    """A periodic part of the surface over the mean level.
+
+    Attributes
+    ----------
+    tile : float
+        Its side, m.
+    elevation : array, shape (N, N)
+        m; row i, column j is y = i tile/N, x = j tile/N.
+    slope_x, slope_y : array, shape (N, N)
+    """
+
+    tile: float
+    elevation: NDArray[np.float64]
+    slope_x: NDArray[np.float64]
+    slope_y: NDArray[np.float64]
+
+    def image(self) -> NDArray[np.float32]:
+        """Slopes and elevation, shape (N, N, 4)."""
+        parts = self.slope_x, self.slope_y, self.elevation, np.ones_like(self.elevation)
+        return np.ascontiguousarray(np.stack(parts, axis=-1), dtype=np.float32)
+
+    def at(self, x: ArrayLike, y: ArrayLike, *fields: NDArray) -> list[NDArray[np.float64]]:
+        """Interpolate fields of the tile at places, m."""
+        x, y = np.broadcast_arrays(np.asarray(x, np.float64), np.asarray(y, np.float64))
+        per_metre = len(self.elevation) / self.tile
+        return periodic_at(fields, y * per_metre, x * per_metre)
+
+
+@dataclass(frozen=True, eq=False)
+class RaisedWaves:
+    """The surface with its heights.
+
+    Attributes
+    ----------
+    near, far : HeightTile
+        Short waves, and those that are longer than their tile.
+    """
+
+    near: HeightTile
+    far: HeightTile
+
+    @property
+    def highest(self) -> float:
+        """Height that nothing of the surface exceeds, up or down, m."""
+        return sum(float(np.abs(part.elevation).max()) for part in (self.near, self.far))
+
+    def elevation(self, x: ArrayLike, y: ArrayLike) -> NDArray[np.float64]:
+        """Height of the surface over the mean level at places, m."""
+        near, far = self.near, self.far
+        return near.at(x, y, near.elevation)[0] + far.at(x, y, far.elevation)[0]
+
+
+def height_tile(waves: WaveComponents, resolution: int, t: float) -> HeightTile:
+    """Compute a part of the choppy surface at a moment.
+
+    Parameters
+    ----------
+    waves : WaveComponents
+    resolution : int
+        Samples along the side of the tile.
+    t : float
+        Time, s.
+    """
+    surface = waves.choppy(2 * resolution, t)
+    fields = surface.over_mean(resolution, surface.elevation, surface.slope_x, surface.slope_y)
+    return HeightTile(waves.tile, *fields)
+
+
+def far_waves(
+    spectrum: WaveSpectrum, tile: float, seed: int, swell: Swell, loop_seconds: float | None
+) -> WaveComponents:
+    """Realise the waves that are longer than a tile, and the swell.
+
+    Parameters
+    ----------
+    spectrum : WaveSpectrum
+    tile : float
+        Of the short waves, m.
+    seed : int
+    swell : Swell
+    loop_seconds : float, optional
+        Time after which the motion repeats.
+    """
+    longest = 2 * math.pi / tile / math.sqrt(math.pi)  # of the short ones, as these count it
+    waves = spectrum.realise(
+        FAR * tile, FAR_RESOLUTION, seed, k_max=longest, loop_seconds=loop_seconds
+    )
+    waves = swell.on(waves, spectrum.depth)
+    if loop_seconds is not None:
+        step = 2 * math.pi / loop_seconds
+        waves = replace(waves, frequency=np.maximum(np.round(waves.frequency / step), 1) * step)
+    return waves
+
+
+def highest_crest(parts: Sequence[WaveComponents]) -> float:
+    """Height over the mean level that waves of some parts hardly ever exceed, m."""
+    return _CRESTS * math.sqrt(sum(part.elevation_variance for part in parts))
+
+
+Step = Callable[..., tuple[Operand, ...]]
+Iterate = Callable[[int, Sequence[Operand], Step], tuple[Operand, ...]]
+
+
+def repeated(count: int, state: Sequence[Operand], step: Step) -> tuple[Operand, ...]:
+    """Take a state through steps, each of which gets its number and the state before it.
+
+    Examples
+    --------
+    >>> repeated(3, (0, 1), lambda number, total, product: (total + number, 2 * product))
+    (3, 8)
+    """
+    found = tuple(state)
+    for number in range(count):
+        found = step(number, *found)
+    return found
+
+
+def surface_ahead(
+    start: Sequence[Operand],
+    w: Sequence[Operand],
+    elevation: Callable[[Operand, Operand], Operand],
+    highest: Operand,
+    side: float,
+    first: float = 0.0,
+    m: Mathematics = NUMPY,
+    iterate: Iterate = repeated,
+) -> tuple[Operand, Operand]:
+    """Where a ray first meets a surface with heights.
+
+    The surface is sampled along the ray, closer near the start, and the crossing refined by
+    the rule of false position. What lies between two samples on the same side is missed.
+
+    Parameters
+    ----------
+    start, w : three floats or arrays
+        Where the ray begins, and its unit direction, z up; m.
+    elevation : callable
+        Height of the surface at x and y.
+    highest : float or array
+        That nothing of the surface exceeds, up or down, m.
+    side : float
+        1 for a ray that begins in the air, -1 for one in the water.
+    first : float
+        Distance from the start at which the ray begins to look, m.
+    m : Mathematics
+        Elementary functions.
+    iterate : callable
+        How steps are repeated, as :func:`repeated` does it.
+
+    Returns
+    -------
+    found : float or array
+        1 where the ray meets the surface within :data:`FARTHEST`, else 0.
+    distance : float or array
+        From the start, m; where nothing is found, the end of the search.
+
+    Examples
+    --------
+    >>> level = lambda x, y: 0.5 + 0.0 * x
+    >>> found, t = surface_ahead((0.0, 0.0, 2.0), (0.6, 0.0, -0.8), level, 1.0, 1.0)
+    >>> float(found), round(float(t), 3)
+    (1.0, 1.875)
+    """
+    x, y, z = start
+
+    def over(t: Operand) -> Operand:
+        return side * (z + t * w[2] - elevation(x + t * w[0], y + t * w[1]))
+
+    steep = m.select(m.less(w[2], 0.0), -1.0, 1.0) * m.maximum(m.absolute(w[2]), _FLATTEST)
+    down, up = (-1.0 * highest - z) / steep, (highest - z) / steep
+    begin = m.clamp(m.minimum(down, up), first, FARTHEST)
+    end = m.clamp(m.maximum(down, up), first, FARTHEST)
+    at_first = over(begin)
+
+    def march(step: Operand, *state: Operand) -> tuple[Operand, ...]:
+        t_before, f_before, low, above, high, below, found = state
+        share = (step + 1.0) * (1.0 / _STEPS)
+        t = begin + (end - begin) * (share * share)
+        f = over(t)
+        here = (1.0 - found) * m.less(f, 0.0) * m.less(0.0, f_before)
+        low, above = m.select(here, t_before, low), m.select(here, f_before, above)
+        high, below = m.select(here, t, high), m.select(here, f, below)
+        return t, f, low, above, high, below, m.maximum(found, here)
+
+    def refine(_: Operand, *state: Operand) -> tuple[Operand, ...]:
+        low, above, high, below = state
+        t = _crossed(state, m)
+        f = over(t)
+        under = m.less(f, 0.0)
+        low, above = m.select(under, low, t), m.select(under, above, f)
+        return low, above, m.select(under, t, high), m.select(under, f, below)
+
+    # What begins behind the surface has met it there.
+    behind = m.less(at_first, 0.0)
+    high = m.select(behind, begin, end)
+    start_state = begin, at_first, begin, at_first, high, at_first, behind
+    *_, low, above, high, below, found = iterate(_STEPS, start_state, march)
+    bracket = iterate(_REFINED, (low, above, high, below), refine)
+    return found, m.select(found, _crossed(bracket, m), end)
+
+
+def _crossed(bracket: Sequence[Operand], m: Mathematics) -> Operand:
+    """Distance at which what is above 0 at one and below at another is 0."""
+    low, above, high, below = bracket
+    share = above / m.maximum(above - below, 1e-9)
+    return low + (high - low) * m.clamp(share, 0.0, 1.0)
