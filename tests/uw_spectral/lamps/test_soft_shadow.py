@@ -130,7 +130,11 @@ def _seen(camera, w, g, count=400_000, reach=20.0):
         there = at - np.log(rng.random(count))[:, None] / 0.5 * way
         free = free & ~_crosses(at, there)
         at, weight = there, weight * 0.8
-        t = reach * rng.random(count)
+        # Places on the ray that are spread evenly in the angle that the photon sees it under.
+        near = (at - camera) @ w
+        h = np.maximum(np.linalg.norm(at - camera - near[:, None] * w, axis=1), 0.02)
+        low, high = np.arctan2(-near, h), np.arctan2(reach - near, h)
+        t = near + h * np.tan(low + (high - low) * rng.random(count))
         x = camera + t[:, None] * w
         d = np.linalg.norm(x - at, axis=1)
         u = (x - at) / d[:, None]
@@ -138,7 +142,7 @@ def _seen(camera, w, g, count=400_000, reach=20.0):
             np.asarray(phase.per_steradian((1.0 - mu[:, None]) / 2.0))[:, 0]
             for mu in ((u * way).sum(axis=1), -(u @ w))
         )
-        light = weight * first * last * np.exp(-0.5 * (d + t)) / np.maximum(d, 0.1) ** 2
+        light = weight * first * last * np.exp(-0.5 * (d + t)) * (high - low) / h
         clear = ~_crosses(at, x) & ~_crosses(x, np.broadcast_to(camera, x.shape))
         arrived, whole = arrived + (light * free * clear).sum(), whole + light.sum()
         root = (1.0 - g * g) / (1.0 - g + 2.0 * g * rng.random(count))
