@@ -134,6 +134,8 @@ def _why_not(
         return "the camera looks through a port"
     if camera.data.type != "PERSP" or camera.matrix_world.is_negative:
         return "the camera is no perspective one, or mirrored by a negative scale"
+    if plan.settings.raised_waves and plan.settings.surface == WAVES:
+        return "the waves have height"
     if plan.column.below:
         return "the water differs with depth"
     if parse_layers(plan.settings.layers):
