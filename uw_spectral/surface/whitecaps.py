@@ -75,6 +75,7 @@ def foam_reflectance(wavelength: ArrayLike) -> NDArray[np.float64]:
     >>> foam_reflectance([450.0, 670.0]).round(3)
     array([0.55 , 0.489])
     """
+    wavelength = np.asarray(wavelength, dtype=np.float64)
     return FRESH_REFLECTANCE * np.interp(wavelength, _WAVELENGTHS, _FALL)
 
 
