@@ -16,9 +16,9 @@ scattering that the source has. docs/measured/lamp_light.md has the errors.
 Shadows of the source are of two kinds. Light that is turned by most of Θ where it meets the ray
 came there from about the lamp, by b/r p(Θ); what was turned before it came nearly along the ray,
 from all places beyond: by b/h ∫ p dψ over the angles ψ by which the lamp's light is turned there,
-up to the last one that the lamp lights. With p falling as ψ^-2 the latter is Θ/sin Θ (1 - Θ/ψ1)
-times the former, and half of it comes from before 1/ψ = (1/Θ + 1/ψ1)/2: what reaches the two
-places, each by its share, reaches the camera.
+up to the last one that the lamp lights. With p falling as ψ^-3 (sea particles from 15° to 80°:
+-2.0 to -2.8) the latter is Θ/(2 sin Θ) (1 - Θ²/ψ1²) times the former, and half of it comes from
+before 1/ψ² = (1/Θ² + 1/ψ1²)/2: what reaches the two places, each by its share, reaches the camera.
 """
 
 from __future__ import annotations
@@ -311,14 +311,14 @@ def _source_lit(lamp: Lamp, ray: RayPastLamp, part: LitPart, s: Operand, m: Math
     here = lamp.scattered_lit(ray.place(s), m)
     if lamp.soft is None:
         return here
-    half = half_angle(s, ray.h, m)
-    first, last = part.ends
-    begin = m.maximum(half, first)
-    ahead = m.maximum(half * (1.0 / begin - 1.0 / m.maximum(last, begin)), 0.0)
+    turned = 2.0 * half_angle(s, ray.h, m)
+    first, last = (2.0 * end for end in part.ends)
+    begin = m.maximum(turned, first)
+    near, far = 1.0 / (begin * begin), 1.0 / m.power(m.maximum(last, begin), 2.0)
     sine = m.maximum(ray.h / m.sqrt(s * s + ray.h * ray.h), _SMALLEST)
-    share = 2.0 * half * ahead
-    middle = 2.0 * begin * last / (begin + last)
-    beyond = lamp.scattered_lit(ray.place(0.0 - ray.h / m.tan(2.0 * middle)), m)
+    share = 0.5 * turned * turned * turned * (near - far)
+    middle = m.sqrt(2.0 / (near + far))
+    beyond = lamp.scattered_lit(ray.place(0.0 - ray.h / m.tan(middle)), m)
     return (sine * here + share * beyond) / (sine + share)
 
 
