@@ -13,6 +13,7 @@ SUN_IRRADIANCE = "uw_sun_irradiance"
 SUN_IN_AIR = "uw_sun_in_air"
 SKY_RADIANCE = "uw_sky_radiance"
 FLOOR_REFLECTANCE = "uw_floor_reflectance"
+FOAM_REFLECTANCE, FOAM_BELOW = "uw_foam_reflectance", "uw_foam_below"
 REFLECTANCE_BASIS = ("uw_reflectance_red", "uw_reflectance_green", "uw_reflectance_blue")
 EMISSION_BASIS = ("uw_emission_red", "uw_emission_green", "uw_emission_blue")
 

@@ -17,7 +17,7 @@ from .realtime_rays import camera_place, view_direction
 from .realtime_surface import shaft
 from .realtime_values import FLOOR_DEPTH, FRAME, IN_AIR, SHAFT_END, Shape
 from .realtime_water import PixelWater, Sources, in_group, pixel_layers
-from .realtime_waves import SLOPE, slope_ahead
+from .realtime_waves import FOAM, SLOPE, slope_ahead
 
 NAME = "UW Background"
 
@@ -33,9 +33,9 @@ def build(shape: Shape, sources: Sources) -> bpy.types.ShaderNodeTree:
     if shape.raised:
         y_o = _depth_below(graph, sources, eye, w, y_o, above=shape.above)
         eye = (*eye[:2], -y_o)
-    slope = None
+    ahead = {}
     if sources.waves is not None:
-        slope = slope_ahead(graph, sources.values, sources.waves, eye, w)[SLOPE]
+        ahead = slope_ahead(graph, sources.values, sources.waves, eye, w)
     P = distance_in_water(y_o, -w[2], water.values[FLOOR_DEPTH], NODES)
     found = {}
     shade = water.shade()
@@ -44,8 +44,9 @@ def build(shape: Shape, sources: Sources) -> bpy.types.ShaderNodeTree:
     ray, y_e = water.along(w), NODES.maximum(y_o - w[2] * P, 0.0)
     path_shade = water.path_shade(found, ray.falling_off(y_e, w), P)
     pixel = ray.open_water(
-        y_o, w, water.sky, water.index, ripples=water.ripples(slope), shade=path_shade,
+        y_o, w, water.sky, water.index, ripples=water.ripples(ahead.get(SLOPE)), shade=path_shade,
         picture=water.picture([e + along * P for e, along in zip(eye, w, strict=True)]),
+        foam=water.foam(ahead.get(FOAM)),
     )  # fmt: skip
     if sources.lamps is not None:
         path = realtime_lamps.build_path(

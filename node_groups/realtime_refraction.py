@@ -30,7 +30,7 @@ from .realtime_rays import (
     write_outputs,
 )
 from .realtime_values import CAMERA, IN_AIR, RAY_INDEX
-from .realtime_waves import SLOPE, WaveImages, raised_at
+from .realtime_waves import FOAM, SLOPE, WaveImages, foam_at, raised_at
 
 NAME = "UW Rays"
 APPARENT_NAME = "UW Apparent Place"
@@ -47,7 +47,8 @@ def build(values: bpy.types.ShaderNodeTree, images: WaveImages | None) -> bpy.ty
     Outputs: direction, origin, distance and place of its part in the water, as of
     :mod:`.realtime_rays`; the direction in which it is mirrored, or goes on into the sky;
     reflectance of the surface, and what is left of radiance from below; whether the shaded
-    point lies in the air; slopes of the surface. Without a camera in the air the ray is straight.
+    point lies in the air; slopes of the surface, and the share of foam, which hides what the
+    surface mirrors and lets through. Without a camera in the air the ray is straight.
     """
     tree = new_group(NAME)
     graph = Graph(tree)
@@ -68,8 +69,9 @@ def build(values: bpy.types.ShaderNodeTree, images: WaveImages | None) -> bpy.ty
     sx, sy = (e + along * to_surface for e, along in zip(eye[:2], v[:2], strict=True))
     level = (0.0, 0.0, 1.0)
     _, at_rest, _ = seen_from_air(v, level, n, NODES)
-    slopes, normal = None, level
+    slopes, foam, normal = None, None, level
     if images is not None:
+        foam = foam_at(graph, number, images, sx, sy)
         slopes = raised_at(graph, number, images, sx, sy)
         normal = surface_normal(*graph.components(slopes)[:2], NODES)
     R, bent, mirrored = seen_from_air(v, normal, n, NODES)
@@ -94,6 +96,10 @@ def build(values: bpy.types.ShaderNodeTree, images: WaveImages | None) -> bpy.ty
     }
     if slopes is not None:
         found[SLOPE] = slopes
+    if foam is not None:
+        found[FOAM] = in_air * (1.0 - up) * foam
+        for name in (REFLECTANCE, LEAVING):
+            found[name] = (1.0 - found[FOAM]) * found[name]
     write_outputs(graph, found)
     return tree
 

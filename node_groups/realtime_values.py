@@ -62,6 +62,9 @@ _WAVES = (
 )
 
 _RAISED = (WAVES_FAR_PER_METRE, WAVES_FAR_HALF_CELL, WAVES_HIGHEST)
+FOAM_FIRST, FOAM_PER_CROWDING = "foam first", "foam per crowding"
+_FOAM = FOAM_FIRST, FOAM_PER_CROWDING
+FOAM_IN_SUN, FOAM_IN_SKY, FOAM_BELOW = "foam in sun", "foam in sky", "foam below"
 
 _OF_LIGHT = ("scale", "decay", *RATES, "once_decay")
 SUN_ABOVE = tuple(f"sun above on {c}" for c in ("red", "green", "blue"))
@@ -94,6 +97,8 @@ class Shape:
         Whether the surface moves and throws caustics.
     raised : bool
         Whether it has heights.
+    foam : bool
+        Whether waves with heights leave foam.
     sky : str
         Distribution of the sky's radiance.
     layered : bool
@@ -166,6 +171,7 @@ class Shape:
     fluorophores: int = 0
     fluorescent: tuple[str, ...] = ()
     raised: bool = False
+    foam: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -189,6 +195,8 @@ def channel_names(shape: Shape) -> list[str]:
     names: list[str] = [*_OF_LIGHT, *FILTERS]
     names += REFLECTANCE if "reflectance" in shape.layers else ()
     names += EXCITING.values() if shape.fluorophores else ()
+    if shape.foam:
+        names += [FOAM_BELOW, FOAM_IN_SUN, FOAM_IN_SKY]
     if shape.above:
         names += [*SUN_ABOVE, *SKY_ABOVE, *GLOW_ABOVE, SKY_LEVEL, SUN_LEVEL]
     return names + _of_clouds(shape, single=False)
@@ -199,6 +207,7 @@ def single_names(shape: Shape) -> list[str]:
     names = list(_ALWAYS)
     names += _WAVES if shape.waves else ()
     names += _RAISED if shape.raised else ()
+    names += _FOAM if shape.foam else ()
     names += realtime_shade.FIELDS.names if shape.shade else ()
     names += realtime_cover.FIELDS.names if shape.covers else ()
     names += _ABOVE if shape.above else ()

@@ -21,7 +21,8 @@ from ..uw_spectral.transfer.channel_pixel import (
     MirroredThings,
     ShadeOnPath,
 )
-from ..uw_spectral.transfer.radiance_field import Ripples
+from ..uw_spectral.transfer.foam_light import FoamAhead, foam_from_above
+from ..uw_spectral.transfer.radiance_field import Ripples, surface_normal
 from ..uw_spectral.transfer.sky import UNIFORM, Sky
 from ..uw_spectral.transfer.sun_beam import half_angle2
 from . import realtime_cover, realtime_mirror
@@ -33,6 +34,9 @@ from .realtime_shade import ON_PATH, REACH, Shade
 from .realtime_tables import ImageTables, Layout
 from .realtime_values import (
     FASTEST,
+    FOAM_BELOW,
+    FOAM_IN_SKY,
+    FOAM_IN_SUN,
     GLITTER,
     GLITTER_WIDTH,
     INDEX,
@@ -43,7 +47,7 @@ from .realtime_values import (
     Shape,
     Values,
 )
-from .realtime_waves import SLOPE, WaveImages
+from .realtime_waves import FOAM, SLOPE, WaveImages
 
 SEEN = "Seen"
 
@@ -153,6 +157,10 @@ class PixelWater:
         width, strength = self.values.of(GLITTER_WIDTH, GLITTER)
         return Ripples(slopes, width, strength, self.values.of(*SUN_IN_AIR))
 
+    def foam(self, share: NodeValue | None) -> FoamAhead | None:
+        """Return the foam where a ray meets the surface from below; None without foam."""
+        return None if share is None else FoamAhead(share, self.values[FOAM_BELOW])
+
     def shade(self) -> Shade | None:
         """Return the look-ups of the shade, if there is any."""
         if self._sources.shade is None:
@@ -221,7 +229,13 @@ class PixelWater:
         assert ripples is not None
         view = straight_direction(self.graph)
         glitter = glitter_from_above(1.0, view, ripples, self.values[INDEX], SUN_RADIUS**2, NODES)
-        return seen + NODES.less(0.0, self.ray(LEAVING)) * glitter * self.values[SUN_LEVEL]
+        glitter = NODES.less(0.0, self.ray(LEAVING)) * glitter * self.values[SUN_LEVEL]
+        if not self.shape.foam:
+            return seen + glitter
+        sun, sky = self.values.of(FOAM_IN_SUN, FOAM_IN_SKY)
+        normal, foam = surface_normal(*ripples.slopes, NODES), self.ray(FOAM)
+        matte = foam_from_above(sun, sky, normal, self.values.of(*SUN_IN_AIR), NODES)
+        return seen + (1.0 - foam) * glitter + foam * matte
 
 
 def in_group(

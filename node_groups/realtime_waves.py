@@ -3,7 +3,8 @@
 The images are ordinary data-blocks, so a file opens without the extension: one
 holds the relative sunlight at four depths, one per channel, the other the slopes
 of the surface along x and y. Where the surface has heights, these are in the third
-channel, and one more image holds the same of the long waves.
+channel, and one more image holds the same of the long waves. Where waves leave foam, two more
+hold how much either crowd the water together.
 """
 
 from __future__ import annotations
@@ -21,9 +22,12 @@ from ..uw_spectral.surface.wave_patterns import (
     pattern_at,
     under_waves,
 )
+from ..uw_spectral.surface.whitecaps import foam_share
 from .node_mathematics import NODES, Graph, NodeValue
 from .realtime_rays import place_here
 from .realtime_values import (
+    FOAM_FIRST,
+    FOAM_PER_CROWDING,
     SUN,
     WAVES_FAR_HALF_CELL,
     WAVES_FAR_PER_METRE,
@@ -34,26 +38,33 @@ from .realtime_values import (
 )
 from .texels import number_image, texel
 
-SLOPE = "Slope"
+SLOPE, FOAM = "Slope", "Foam"
 _FLATTEST = 1e-3  # vertical component of a view ray that still finds a place on the surface
 _CALM = 4  # pixels
 
 
 @dataclass(frozen=True)
 class WaveImages:
-    """The images of a moving surface; that of long waves if it has heights."""
+    """The images of a moving surface; that of long waves if it has heights.
+
+    Those of the crowding of short and of long waves if they leave foam.
+    """
 
     caustics: bpy.types.Image
     slopes: bpy.types.Image
     far: bpy.types.Image | None = None
+    crowding: bpy.types.Image | None = None
+    far_crowding: bpy.types.Image | None = None
 
 
-def new_images(*, raised: bool = False) -> WaveImages:
-    """Make the images of a surface without waves, which may get heights."""
+def new_images(*, raised: bool = False, foam: bool = False) -> WaveImages:
+    """Make the images of a surface without waves, which may get heights and foam."""
     return WaveImages(
         number_image("UW Caustics", _CALM, _CALM),
         number_image("UW Slopes", _CALM, _CALM),
         number_image("UW Long Waves", _CALM, _CALM) if raised else None,
+        number_image("UW Crowding", _CALM, _CALM) if foam else None,
+        number_image("UW Long Crowding", _CALM, _CALM) if foam else None,
     )
 
 
@@ -68,6 +79,9 @@ def write_patterns(images: WaveImages, waves: WavePatterns, *, fresh: bool = Fal
     _write(images.slopes, waves.slopes_image(), fresh=fresh)
     if images.far is not None and waves.raised is not None:
         _write(images.far, waves.raised.far.image(), fresh=fresh)
+    if images.crowding is not None and images.far_crowding is not None and waves.raised is not None:
+        _write(images.crowding, waves.raised.near.crowding_image(), fresh=fresh)
+        _write(images.far_crowding, waves.raised.far.crowding_image(), fresh=fresh)
 
 
 def _write(image: bpy.types.Image, pixels: NDArray[np.float32], *, fresh: bool) -> None:
@@ -151,6 +165,33 @@ def raised_at(
     return near + _unfiltered(graph, images.far, x, y, *place)
 
 
+def foam_at(
+    graph: Graph,
+    number: Callable[[str], NodeValue],
+    images: WaveImages,
+    x: NodeValue,
+    y: NodeValue,
+    *,
+    filtered: bool = False,
+) -> NodeValue | None:
+    """Share of fresh foam at a place on the surface; None where waves leave none.
+
+    Filtered where places never jump between pixels, see :func:`raised_at`.
+    """
+    if images.crowding is None or images.far_crowding is None:
+        return None
+    near = number(WAVES_PER_METRE), number(WAVES_HALF_CELL)
+    far = number(WAVES_FAR_PER_METRE), number(WAVES_FAR_HALF_CELL)
+    crowding = [
+        sample(graph, image, x, y, *place)[0]
+        if filtered
+        else _unfiltered(graph, image, x, y, *place)
+        for image, place in ((images.crowding, near), (images.far_crowding, far))
+    ]
+    total = graph.components(crowding[0] + crowding[1])[0]
+    return foam_share(total, number(FOAM_FIRST), number(FOAM_PER_CROWDING), NODES)
+
+
 def _unfiltered(
     graph: Graph,
     image: bpy.types.Image,
@@ -175,11 +216,14 @@ def slope_ahead(
     eye: Sequence[NodeValue],
     w: Sequence[NodeValue],
 ) -> dict[str, NodeValue]:
-    """Slopes of the surface where the view ray w of the background from an eye meets it."""
+    """Slopes and foam of the surface where a view ray w of the background from an eye meets it."""
     number = _numbers(graph, values)
     x, y, z = eye
     reach = NODES.maximum(-z, 0.0) / NODES.maximum(w[2], _FLATTEST)
-    return {SLOPE: raised_at(graph, number, images, x + w[0] * reach, y + w[1] * reach)}
+    place = x + w[0] * reach, y + w[1] * reach
+    found = {SLOPE: raised_at(graph, number, images, *place)}
+    foam = foam_at(graph, number, images, *place)
+    return found if foam is None else found | {FOAM: foam}
 
 
 def _numbers(graph: Graph, values: bpy.types.ShaderNodeTree) -> Callable[[str], NodeValue]:

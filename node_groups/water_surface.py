@@ -7,6 +7,9 @@ Waves turn the normal of the dielectric, and colour the shadow rays by the
 caustic pattern: a shadow ray goes along the refracted sun, so it meets the
 surface just where the pattern is defined, and its length tells the depth of the
 point that it lights. What follows, in surfaces and by scattering, is up to Cycles.
+
+Foam is matte from above; from below it glows with what it lets through. Only what is seen has it:
+the light that things and water get is that without.
 """
 
 from __future__ import annotations
@@ -17,9 +20,13 @@ import bpy
 
 from ..uw_spectral.surface.wave_patterns import layer_position, pattern_at, sunlight_factor
 from ..uw_spectral.transfer.radiance_field import surface_normal
+from . import attributes
+from .data_blocks import of_view_layer
 from .node_mathematics import NODES, Graph, NodeValue
 from .realtime_values import (
     CAUSTIC_STRENGTH,
+    FOAM_FIRST,
+    FOAM_PER_CROWDING,
     WAVES_FAR_HALF_CELL,
     WAVES_FAR_PER_METRE,
     WAVES_HALF_CELL,
@@ -27,12 +34,13 @@ from .realtime_values import (
     WAVES_PER_LOG,
     WAVES_PER_METRE,
 )
-from .realtime_waves import WaveImages, layers_at, surface_at
+from .realtime_waves import WaveImages, foam_at, layers_at, surface_at
 
 NAME = "UW Surface"
 _SUN_HEIGHT = "sun height"
 _SUN_RUN = ("sun run x", "sun run y")
 _OF_HEIGHTS = (WAVES_FAR_PER_METRE, WAVES_FAR_HALF_CELL, *_SUN_RUN)
+_OF_FOAM = FOAM_FIRST, FOAM_PER_CROWDING
 _NUMBERS = (
     WAVES_PER_METRE,
     WAVES_HALF_CELL,
@@ -67,25 +75,68 @@ def build(refractive_index: float, images: WaveImages | None = None) -> bpy.type
     glass.inputs["IOR"].default_value = refractive_index
     clear = graph.node("ShaderNodeBsdfTransparent")
     clear.inputs["Color"].default_value = (1.0, 1.0, 1.0, 1.0)
+    seen = glass.outputs[0]
     if images is not None:
-        normal, sunlight = _waves(graph, images, graph.term(path["Ray Length"]))
+        number = _numbers_of(graph, images)
+        normal, sunlight = _waves(graph, images, number, graph.term(path["Ray Length"]))
         graph.assign(normal, glass.inputs["Normal"])
         graph.assign(sunlight, clear.inputs["Color"])
+        if images.crowding is not None:
+            seen = _with_foam(graph, images, number, seen, normal)
+            material.cycles.emission_sampling = "NONE"
     mix, output = graph.node("ShaderNodeMixShader"), graph.node("ShaderNodeOutputMaterial")
     tree.links.new(path["Is Shadow Ray"], mix.inputs[0])
-    tree.links.new(glass.outputs[0], mix.inputs[1])
+    tree.links.new(seen, mix.inputs[1])
     tree.links.new(clear.outputs[0], mix.inputs[2])
     tree.links.new(mix.outputs[0], output.inputs["Surface"])
     return material
 
 
-def _waves(graph: Graph, images: WaveImages, ray_length: NodeValue) -> tuple[NodeValue, NodeValue]:
+def _numbers_of(graph: Graph, images: WaveImages) -> dict[str, NodeValue]:
+    names = _NUMBERS if images.far is None else _NUMBERS + _OF_HEIGHTS
+    names += () if images.crowding is None else _OF_FOAM
+    return {
+        name: graph.term(graph.node("ShaderNodeValue", name=name, label=name).outputs[0])
+        for name in names
+    }
+
+
+def _with_foam(
+    graph: Graph,
+    images: WaveImages,
+    number: Mapping[str, NodeValue],
+    glass: bpy.types.NodeSocket,
+    normal: NodeValue,
+) -> bpy.types.NodeSocket:
+    """Shader of the surface with foam on it."""
+    geometry = graph.node("ShaderNodeNewGeometry").outputs
+    x, y, _ = graph.components(graph.term(geometry["Position"]))
+    foam = foam_at(graph, number.__getitem__, images, x, y, filtered=True)
+    assert foam is not None, "there are images of the crowding"
+    path = graph.node("ShaderNodeLightPath").outputs
+    lights = NODES.maximum(
+        graph.term(path["Is Diffuse Ray"]), graph.term(path["Is Volume Scatter Ray"])
+    )
+    matte, glow = graph.node("ShaderNodeBsdfDiffuse"), graph.node("ShaderNodeEmission")
+    links = graph.tree.links
+    for name, node in ((attributes.FOAM_REFLECTANCE, matte), (attributes.FOAM_BELOW, glow)):
+        links.new(of_view_layer(graph, name).outputs["Color"], node.inputs["Color"])
+    graph.assign(normal, matte.inputs["Normal"])
+    sides, mix = graph.node("ShaderNodeMixShader"), graph.node("ShaderNodeMixShader")
+    links.new(geometry["Backfacing"], sides.inputs[0])
+    links.new(matte.outputs[0], sides.inputs[1])
+    links.new(glow.outputs[0], sides.inputs[2])
+    graph.assign((1.0 - lights) * foam, mix.inputs[0])
+    links.new(glass, mix.inputs[1])
+    links.new(sides.outputs[0], mix.inputs[2])
+    return mix.outputs[0]
+
+
+def _waves(
+    graph: Graph, images: WaveImages, number: Mapping[str, NodeValue], ray_length: NodeValue
+) -> tuple[NodeValue, NodeValue]:
     """Normal of the surface, and what it lets through to a shadow ray of a length."""
     raised = images.far is not None
-    number = {
-        name: graph.term(graph.node("ShaderNodeValue", name=name, label=name).outputs[0])
-        for name in (*_NUMBERS, *(_OF_HEIGHTS if raised else ()))
-    }
     place = number[WAVES_PER_METRE], number[WAVES_HALF_CELL]
     geometry = graph.node("ShaderNodeNewGeometry").outputs
     x, y, z = graph.components(graph.term(geometry["Position"]))

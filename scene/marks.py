@@ -22,6 +22,7 @@ FLOOR = "uw_floor"
 FLOOR_DEPTH = "uw_floor_depth"
 """Mark of the added floor: its depth in m."""
 CAUSTICS, SLOPES, LONG_WAVES = "uw_caustics", "uw_slopes", "uw_long_waves"
+CROWDING, LONG_CROWDING = "uw_crowding", "uw_long_crowding"
 """Parts that are the images of the moving surface."""
 FOLLOWS = "uw_follows"
 """Mark of a lamp that follows one of the scene's: its number."""
@@ -59,7 +60,8 @@ def part(scene: bpy.types.Scene, name: str) -> bpy.types.ID | None:
 
 def images(scene: bpy.types.Scene) -> WaveImages:
     """Return the images of the moving surface of a scene."""
-    return WaveImages(part(scene, CAUSTICS), part(scene, SLOPES), part(scene, LONG_WAVES))
+    names = CAUSTICS, SLOPES, LONG_WAVES, CROWDING, LONG_CROWDING
+    return WaveImages(*(part(scene, name) for name in names))
 
 
 def objects(scene: bpy.types.Scene) -> list[bpy.types.Object]:

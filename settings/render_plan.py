@@ -238,6 +238,7 @@ def sea_of(settings: SceneSettings) -> Sea:
         settings.wave_loop or None,
         settings.raised_waves,
         _swell_of(settings) if settings.raised_waves else NO_SWELL,
+        settings.raised_waves and settings.whitecaps,
     )
 
 

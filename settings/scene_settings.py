@@ -379,6 +379,14 @@ class SceneSettings:
         digits=1,
         needs=_OF_RAISED,
     )
+    whitecaps: bool = _setting(
+        False,
+        "Whitecaps",
+        "Foam where waves with height break: as much as was measured over the sea at that wind, "
+        "hardly any below 5 m/s",
+        "waves",
+        needs=_OF_RAISED,
+    )
     snow: float = _setting(
         0.0,
         "Marine snow",

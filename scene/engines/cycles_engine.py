@@ -77,6 +77,7 @@ def cycles_bands(
     notes = cycles_water.add_water(
         scene, plan.column, cycles_phases(plan), extent, lamps, above=above, own_seabed=continues,
         indices_in_water=chosen.indices_in_water, raised=chosen.raised_waves,
+        foam=chosen.whitecaps,
     )  # fmt: skip
     notes += [note for phase in cycles_phases(plan) for note in phase.notes]
     notes += cloud_volumes.add_clouds(scene, plan)

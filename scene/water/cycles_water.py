@@ -62,6 +62,7 @@ def add_water(
     indices_in_water: bool = True,
     own_seabed: bool = False,
     raised: bool = False,
+    foam: bool = False,
 ) -> list[str]:
     """Put water into a scene.
 
@@ -90,6 +91,8 @@ def add_water(
         Whether a floor may continue the scene's own seabed; it is hidden until it is placed.
     raised : bool
         Whether waves have heights.
+    foam : bool
+        Whether these leave foam.
 
     Returns
     -------
@@ -118,7 +121,7 @@ def add_water(
     objects, parts, images = _layers(column, phases, extent, raised=raised), {}, None
     if column.reflects:
         if column.surface == "waves":
-            images = realtime_waves.new_images(raised=raised)
+            images = realtime_waves.new_images(raised=raised, foam=raised and foam)
         parts[INTERFACE] = water_surface.build(column.refractive_index, images)
         make = raised_surface.surface if raised else plane
         objects.append(make("UW Surface", 2.0 * extent.half_width))

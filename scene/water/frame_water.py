@@ -27,6 +27,7 @@ from ...uw_spectral.surface.wave_patterns import LAYERS, WavePatterns, interp, l
 from ...uw_spectral.transfer.above_water import LightInAir, flattened_sun, light_in_air
 from ...uw_spectral.transfer.channel_pixel import COLOURS, along_rays
 from ...uw_spectral.transfer.channels import Channels, channels_of
+from ...uw_spectral.transfer.foam_light import foam_light
 from ...uw_spectral.transfer.folded_light import FoldedLight, Shades, fold
 from ...uw_spectral.transfer.radiance_table import SHADED_STREAMS, TABLE_STREAMS, tabulate
 from ...uw_spectral.transfer.solved_field import SolvedField
@@ -138,7 +139,13 @@ class RealtimeWater:
         strength : float
             Of the caustics in the shafts; 1 is physical.
         """
-        shape = replace(self.shape, waves=True, raised=waves.raised is not None)
+        raised = waves.raised
+        shape = replace(
+            self.shape,
+            waves=True,
+            raised=raised is not None,
+            foam=raised is not None and raised.foam is not None,
+        )
         return replace(self, shape=shape, waves=waves, contrast=contrast, strength=strength)
 
     @property
@@ -292,6 +299,13 @@ class RealtimeWater:
                 realtime_values.GLITTER: column.glitter * bool(self.waves.slope_x.any()),
                 realtime_values.GLITTER_WIDTH: self.waves.glitter_width(column.refractive_index),
             }
+        if shape.foam:
+            foam = foam_light(column)
+            channels |= {
+                realtime_values.FOAM_BELOW: self.channels.fold(foam.below),
+                realtime_values.FOAM_IN_SUN: self.channels.fold(foam.sun),
+                realtime_values.FOAM_IN_SKY: self.channels.fold(foam.sky),
+            }
         clouds = realtime_values.of_clouds(
             [cloud_numbers(x, self.field, self.channels, away) for x, away in self.seen.clouds]
         )
@@ -337,6 +351,11 @@ def wave_numbers(waves: WavePatterns, strength: float) -> dict[str, float]:
             realtime_values.WAVES_FAR_HALF_CELL: 0.5 / len(raised.far.elevation),
             realtime_values.WAVES_HIGHEST: raised.highest,
         }
+        if raised.foam is not None:
+            far |= {
+                realtime_values.FOAM_FIRST: raised.foam.first,
+                realtime_values.FOAM_PER_CROWDING: raised.foam.per_crowding,
+            }
     return far | {
         realtime_values.WAVES_PER_METRE: 1 / waves.layers.tile,
         realtime_values.WAVES_HALF_CELL: 0.5 / len(waves.slope_x),

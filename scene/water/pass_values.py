@@ -10,10 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...node_groups import attributes
-from ...settings.render_plan import RenderPlan
+from ...settings.render_plan import RenderPlan, sea_of
 from ...uw_spectral.spectra.reflectance import emission_basis, uplift_basis
+from ...uw_spectral.surface.whitecaps import foam_reflectance
 from ...uw_spectral.transfer.above_water import light_in_air
-from ...uw_spectral.transfer.water_column import WaterColumn
+from ...uw_spectral.transfer.foam_light import foam_light
+from ...uw_spectral.transfer.water_column import WAVES, WaterColumn
 from .. import contents
 from ..materials import band_colors
 from ..seen.lamps import plan_lamps
@@ -73,6 +75,9 @@ class PassValues:
                 values[name] = reflectance.at(plan.bands.centres)
         for index, lamp in enumerate(plan_lamps(scene, plan).lamps):
             values[attributes.lamp(index)] = lamp.intensity
+        if plan.settings.surface == WAVES and sea_of(plan.settings).foam:
+            values[attributes.FOAM_REFLECTANCE] = foam_reflectance(plan.bands.centres)
+            values[attributes.FOAM_BELOW] = foam_light(plan.column).below
         return cls.of_column(plan.column, cycles_phases(plan)).with_values(values)
 
     def with_values(self, values: dict[str, NDArray[np.float64]]) -> PassValues:

@@ -95,7 +95,11 @@ def add_realtime(scene: bpy.types.Scene, water: RealtimeWater, extent: WaterExte
     materials, notes = scene_water.own_materials(scene, routed=False)
     notes += bare
     shape = water.shape
-    images = None if water.waves is None else realtime_waves.new_images(raised=shape.raised)
+    images = (
+        None
+        if water.waves is None
+        else realtime_waves.new_images(raised=shape.raised, foam=shape.foam)
+    )
     table = realtime_tables.new_image(layout_of(shape))
     values = realtime_values.build(shape)
     shade = None if water.seen.shade is None else realtime_shade.new_image()

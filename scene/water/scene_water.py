@@ -150,8 +150,13 @@ def add(
         items[-1][marks.FOLLOWS] = number
     if filling.images is not None:
         parts[marks.CAUSTICS], parts[marks.SLOPES] = filling.images.caustics, filling.images.slopes
-        if filling.images.far is not None:
-            parts[marks.LONG_WAVES] = filling.images.far
+        for name, image in (
+            (marks.LONG_WAVES, filling.images.far),
+            (marks.CROWDING, filling.images.crowding),
+            (marks.LONG_CROWDING, filling.images.far_crowding),
+        ):
+            if image is not None:
+                parts[name] = image
     if filling.floor is not None:
         parts[marks.FLOOR] = filling.floor
         items.append(water_body.floor_plane(extent, filling.floor))

@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from ..errors import InputError
 from ..mathematics import NUMPY, Mathematics, Operand
 from .waves import WaveComponents, WaveSpectrum, angular_frequency, periodic_at
+from .whitecaps import Foam
 
 FAR = 24
 """Side of the tile of the long waves, in tiles of the short ones."""
@@ -108,16 +109,25 @@ class HeightTile:
     elevation : array, shape (N, N)
         m; row i, column j is y = i tile/N, x = j tile/N.
     slope_x, slope_y : array, shape (N, N)
+    crowding : array, shape (N, N), optional
+        Of the waves that break, if there is foam.
     """
 
     tile: float
     elevation: NDArray[np.float64]
     slope_x: NDArray[np.float64]
     slope_y: NDArray[np.float64]
+    crowding: NDArray[np.float64] | None = None
 
     def image(self) -> NDArray[np.float32]:
         """Slopes and elevation, shape (N, N, 4)."""
         parts = self.slope_x, self.slope_y, self.elevation, np.ones_like(self.elevation)
+        return np.ascontiguousarray(np.stack(parts, axis=-1), dtype=np.float32)
+
+    def crowding_image(self) -> NDArray[np.float32]:
+        """Crowding, shape (N, N, 4); 0 without foam."""
+        crowding = 0.0 * self.elevation if self.crowding is None else self.crowding
+        parts = crowding, crowding, crowding, np.ones_like(crowding)
         return np.ascontiguousarray(np.stack(parts, axis=-1), dtype=np.float32)
 
     def at(self, x: ArrayLike, y: ArrayLike, *fields: NDArray) -> list[NDArray[np.float64]]:
@@ -135,10 +145,13 @@ class RaisedWaves:
     ----------
     near, far : HeightTile
         Short waves, and those that are longer than their tile.
+    foam : Foam, optional
+        Bounds of their crowding, if there is foam.
     """
 
     near: HeightTile
     far: HeightTile
+    foam: Foam | None = None
 
     @property
     def highest(self) -> float:
@@ -150,8 +163,17 @@ class RaisedWaves:
         near, far = self.near, self.far
         return near.at(x, y, near.elevation)[0] + far.at(x, y, far.elevation)[0]
 
+    def foam_share(self, x: ArrayLike, y: ArrayLike) -> NDArray[np.float64]:
+        """Share of the surface that is fresh foam at places; 0 without foam."""
+        near, far = self.near, self.far
+        if self.foam is None or near.crowding is None or far.crowding is None:
+            return np.zeros(np.broadcast_shapes(np.shape(x), np.shape(y)))
+        return self.foam.share(near.at(x, y, near.crowding)[0] + far.at(x, y, far.crowding)[0])
 
-def height_tile(waves: WaveComponents, resolution: int, t: float) -> HeightTile:
+
+def height_tile(
+    waves: WaveComponents, resolution: int, t: float, breaking: WaveComponents | None = None
+) -> HeightTile:
     """Compute a part of the choppy surface at a moment.
 
     Parameters
@@ -161,10 +183,14 @@ def height_tile(waves: WaveComponents, resolution: int, t: float) -> HeightTile:
         Samples along the side of the tile.
     t : float
         Time, s.
+    breaking : WaveComponents, optional
+        Those that leave foam.
     """
     surface = waves.choppy(2 * resolution, t)
-    fields = surface.over_mean(resolution, surface.elevation, surface.slope_x, surface.slope_y)
-    return HeightTile(waves.tile, *fields)
+    fields = [surface.elevation, surface.slope_x, surface.slope_y]
+    if breaking is not None:
+        fields.append(breaking.crowding(2 * resolution, t))
+    return HeightTile(waves.tile, *surface.over_mean(resolution, *fields))
 
 
 def far_waves(

@@ -10,7 +10,7 @@ import functools
 import itertools
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -27,6 +27,7 @@ from .raised_waves import (
     highest_crest,
 )
 from .waves import LONGEST_FETCH, WaveComponents, WaveSpectrum
+from .whitecaps import Foam, breaking, foam_of, whitecap_cover_Monahan1980
 
 LAYERS = 4
 """Patterns of a frame, one per channel of an image."""
@@ -65,6 +66,8 @@ class Sea:
         Whether the surface has heights and sharp crests; else it is a plane with slopes.
     swell : Swell
         That runs under the wind's waves, if they are raised.
+    foam : bool
+        Whether they leave foam where they break, if they are raised.
     """
 
     wind_speed: float
@@ -77,6 +80,7 @@ class Sea:
     loop_seconds: float | None = None
     raised: bool = False
     swell: Swell = NO_SWELL
+    foam: bool = False
 
     @property
     def spectrum(self) -> WaveSpectrum:
@@ -186,10 +190,24 @@ def _far_components(sea: Sea) -> WaveComponents:
 
 @functools.lru_cache(maxsize=2)
 def _raised(sea: Sea, t: float) -> RaisedWaves:
+    breaks = _breaking(sea) if sea.foam else (None, None)
     return RaisedWaves(
-        height_tile(sea.components(), sea.resolution, t),
-        height_tile(_far_components(sea), FAR_RESOLUTION, t),
+        height_tile(sea.components(), sea.resolution, t, breaks[0]),
+        height_tile(_far_components(sea), FAR_RESOLUTION, t, breaks[1]),
+        _foam(sea) if sea.foam else None,
     )
+
+
+@functools.lru_cache(maxsize=4)
+def _breaking(sea: Sea) -> tuple[WaveComponents, WaveComponents]:
+    # A swell does not break, or it would be none.
+    far = _far_components(replace(sea, swell=NO_SWELL))
+    return breaking(sea.components(), sea.resolution), breaking(far, FAR_RESOLUTION)
+
+
+@functools.lru_cache(maxsize=4)
+def _foam(sea: Sea) -> Foam:
+    return foam_of(_breaking(sea), whitecap_cover_Monahan1980(sea.wind_speed))
 
 
 @dataclass(frozen=True, eq=False)

@@ -436,6 +436,24 @@ class WaveComponents:
         slope_y = ((1 + xx) * rise_y - xy * rise_x) / safe
         return ChoppySurface(self.tile, elevation, shift_x, shift_y, slope_x, slope_y, stretch)
 
+    def crowding(self, resolution: int, t: float) -> NDArray[np.float64]:
+        """How much the choppy waves crowd the water together where it rests, on a grid by FFT.
+
+        Parameters
+        ----------
+        resolution, t
+            As for :meth:`on_grid`.
+
+        Returns
+        -------
+        array, shape (N, N)
+            1 less the Jacobian of the displacement of :meth:`choppy`, to first order in the
+            steepness: ``Σ k a cos``.
+        """
+        half, kx, ky = self._transform(resolution, t)
+        shape = resolution, resolution
+        return np.asarray(np.fft.irfft2(np.hypot(kx, ky) * half, shape, norm="forward"), np.float64)
+
     def _transform(self, resolution: int, t: float) -> tuple[NDArray, NDArray, NDArray]:
         """Elevation as irfft2 with norm "forward" takes it, and the wave numbers of its columns
         and rows.

@@ -16,6 +16,8 @@ from typing import Protocol
 
 from ..mathematics import NUMPY, Mathematics, Operand
 from ..surface.refraction import fresnel_reflectance
+from ..surface.whitecaps import seen_with_foam
+from .foam_light import FoamAhead
 from .folded_light import (
     ON_PATCH,
     ON_PATH,
@@ -502,11 +504,12 @@ class ChannelWater:
         ripples: Ripples | None = None,
         shade: ShadeOnPath = UNSHADED,
         picture: MirroredPicture | None = None,
+        foam: FoamAhead | None = None,
     ) -> ChannelPixel:
         """Pixel of open water with the surface or the floor behind.
 
         ``sky`` has the level 1: that of the channels is in the tables. ``picture`` is that of
-        things which the surface mirrors.
+        things which the surface mirrors, ``foam`` lies on it.
         """
         m, n = self.m, self.numbers
         P = distance_in_water(y_o, -w[2], n.y_f, m)
@@ -515,7 +518,7 @@ class ChannelWater:
         path = once * shade.once + self.shaded(self.scattered(y_o, w), shade.scattered, y_o)
         up = m.less(0.0, w[2])
         below = self._floor_after(P)
-        above = self.from_surface(w, P, sky, index, ripples, picture)
+        above = self.from_surface(w, P, sky, index, ripples, picture, foam)
         end = m.select(up, above, below)
         return ChannelPixel(path, end, 0.0, end)
 
@@ -527,6 +530,7 @@ class ChannelWater:
         index: Operand | None,
         ripples: Ripples | None = None,
         picture: MirroredPicture | None = None,
+        foam: FoamAhead | None = None,
     ) -> Operand:
         """Radiance that comes down from the surface against w and is left after P."""
         m = self.m
@@ -550,6 +554,10 @@ class ChannelWater:
         if ripples is not None:
             image = sun_image(self.sun, w, index, ripples, m)
             total = total + image * self.tables.along("glitter", None, P) * self.left(0.0 * P, P)
+        if foam is not None:
+            left, parts = self.tables.peaked(0.0 * P, P), self.tables.split(foam.radiance)
+            matte = peaked * _sum([c * x for c, x in zip(left, parts, strict=True)])
+            total = seen_with_foam(total, matte, foam.share)
         return total
 
     def _floor_after(self, P: Operand) -> Operand:

@@ -26,6 +26,7 @@ water.raised_waves = False
 water.swell_direction = 0.0
 water.swell_height = 0.0
 water.swell_length = 25.0
+water.whitecaps = False
 water.wind_speed = 5.0
 water.wind_direction = 0.0
 water.fetch = 500.0
