@@ -40,7 +40,7 @@ def transmittance(text: str, bands: Bands) -> NDArray[np.float64]:
     Examples
     --------
     >>> transmittance("long-pass:500,15", Bands.uniform(3)).round(2)
-    array([0., 1., 1.])
+    array([0.02, 0.98, 1.  ])
     """
     known = _parsed(text)
     if known is None:

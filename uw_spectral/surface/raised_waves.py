@@ -304,7 +304,7 @@ def surface_ahead(
         share = (step + 1.0) * (1.0 / _STEPS)
         t = begin + (end - begin) * (share * share)
         f = over(t)
-        here = (1.0 - found) * m.less(f, 0.0) * m.less(0.0, f_before)
+        here = (1.0 - found) * m.less(f, 0.0) * (1.0 - m.less(f_before, 0.0))
         low, above = m.select(here, t_before, low), m.select(here, f_before, above)
         high, below = m.select(here, t, high), m.select(here, f, below)
         return t, f, low, above, high, below, m.maximum(found, here)
