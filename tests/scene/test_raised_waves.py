@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import math
-import time
 from dataclasses import replace
 
-import bmesh
 import bpy
 import numpy as np
 import pytest
@@ -17,7 +15,6 @@ from underwater_spectral.scene.water import moving_surface, water_body
 from underwater_spectral.scene.water.eevee_water import Eye
 from underwater_spectral.settings import render_plan
 from underwater_spectral.settings.scene_settings import SceneSettings
-from underwater_spectral.uw_spectral.spectra.spectral_image import read_exr
 
 from . import snapshot
 
@@ -112,6 +109,8 @@ def test_what_is_not_drawn_right_is_said(camera):
     dives = moving_surface.limits(camera, CHOSEN, [(0.0, 0.0, -2.0)], eevee=True)
     assert any(trough in line for line in dives)
     assert said(0.0, eevee=False).endswith(f"waves longer than 10 m and the swell {caustics}")
+    assert "take Cycles" in said(0.0)
+    assert "take Cycles" not in said(-8.0) + said(8.0)
     assert "no waterline" in said(0.0, live=True)
     assert not said(0.0, replace(CHOSEN, raised_waves=False))
     assert not said(0.0, replace(CHOSEN, surface="flat"))
@@ -126,45 +125,3 @@ def test_the_viewport_says_what_it_does_not_show(camera):
     notes = live.add(scene)
     live.remove(scene)
     assert any("no waterline" in note for note in notes)
-
-
-def _half_under(scene: bpy.types.Scene, camera: bpy.types.Object) -> None:
-    """A ball under the surface and a post through it, before a camera at the waterline."""
-    for name, place, size in (
-        ("ball", (-0.5, 4.0, -0.7), (0.5, 0.5, 0.5)),
-        ("post", (1.0, 4.5, -2.0), (0.12, 0.12, 4.0)),
-    ):
-        mesh = bpy.data.meshes.new(name)
-        form = bmesh.new()
-        bmesh.ops.create_uvsphere(form, u_segments=24, v_segments=12, radius=1.0)
-        form.to_mesh(mesh)
-        form.free()
-        item = bpy.data.objects.new(name, mesh)
-        item.location, item.scale = place, size
-        mesh.materials.append(bpy.data.materials.new(name))
-        scene.collection.objects.link(item)
-    waves = moving_surface.heights(scene, CHOSEN)
-    _put(camera, float(waves.elevation(0.4, 0.7)))
-
-
-@pytest.mark.slow
-def test_half_under_with_things_takes_no_longer_than_under_a_plane(camera, tmp_path):
-    scene = bpy.context.scene
-    scene.render.resolution_x, scene.render.resolution_y = 128, 72
-    _half_under(scene, camera)
-    seconds = {}
-    for raised in (False, True):
-        plan = render_plan.make_plan(replace(CHOSEN, raised_waves=raised, samples=4))
-        extent = water_body.water_extent(scene, plan.column, 0.5)
-        with engines.eevee_realtime(scene, camera, plan, extent, 0.5) as engine:
-            notes = " ".join(engine.notes)
-            assert ("as a level surface" in notes) == raised
-            render = engine.frame(plan, 0.5)
-            render(engine.passes[0], tmp_path / "first.exr")  # compiles
-            before = time.process_time()
-            render(engine.passes[0], tmp_path / f"{raised}.exr")
-            seconds[raised] = time.process_time() - before
-    picture, _ = read_exr(tmp_path / "True.exr")
-    assert np.isfinite(picture).all()
-    # Of a surface with heights two pictures are joined; the plane is wholly under or over.
-    assert seconds[True] < 8.0 * seconds[False], seconds
