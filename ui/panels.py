@@ -10,6 +10,7 @@ import bpy
 from ..quality.methods import METHODS
 from ..scene import stored_clouds, stored_lamps, stored_materials
 from ..scene import stored_settings as optics
+from ..scene.raised_limits import raised_limits
 from ..scene.session import is_live
 from ..scene.unheeded import unheeded, unheeded_of_camera
 from ..settings.scene_settings import SETTINGS
@@ -18,6 +19,7 @@ from ..uw_spectral.clouds.matter import UNITS
 from ..uw_spectral.errors import InputError
 from ..uw_spectral.housing.description import NONE
 from ..uw_spectral.spectra.fluorophore import parse_fluorophore
+from ..uw_spectral.transfer.water_column import WAVES
 from . import migration, preferences, presets, previews, property_group, sections, sun_handle
 
 if TYPE_CHECKING:
@@ -277,6 +279,13 @@ class WavesPanel(_SectionPanel, bpy.types.Panel):
     bl_idname = "UNDERWATER_PT_waves"
     bl_label = SECTIONS["waves"].title
     section = "waves"
+
+    @override
+    def after(self, context: bpy.types.Context) -> None:
+        water = _water(context)
+        if water.surface == WAVES and water.raised_waves:
+            for said in raised_limits(water.wave_tile, eevee=True, live=True):
+                _say(self.layout, f"{said[0].upper()}{said[1:]}.")
 
 
 class ParticlesPanel(_SectionPanel, bpy.types.Panel):

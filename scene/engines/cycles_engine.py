@@ -85,6 +85,7 @@ def cycles_bands(
     if wanted and clouds.objects_of(scene):
         notes.append(cloud_volumes.LAYERS)
     notes += continued_seabed.notes(plan, ground)
+    notes += moving_surface.limits(camera, chosen, eyes, eevee=False)
     light, layers = first.emission(), None
     if light is not None:
         layers = inelastic_layers.add_layers(scene, light, first.column.floor_depth, extent)

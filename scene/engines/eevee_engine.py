@@ -77,6 +77,7 @@ def eevee_bands(
     with _eevee(scene, camera, first_pass, extent, plan.settings.samples, froxels) as notes:
         notes += continued_seabed.notes(plan, kept.ground)
         notes += mirrored_picture.notes(camera, plan, eyes)
+        notes += moving_surface.limits(camera, plan.settings, eyes, eevee=True)
 
         def frame(now: RenderPlan, camera_depth: float, _: Weights | None = None) -> RenderPass:
             water, scale = water_of(now, camera_depth), scale_of(now, camera_depth)
@@ -139,6 +140,7 @@ def eevee_realtime(
     with _eevee(scene, camera, first, extent, samples, froxels) as notes:
         notes += continued_seabed.notes(plan, kept.ground)
         notes += mirrored_picture.notes(camera, plan, eyes)
+        notes += moving_surface.limits(camera, plan.settings, eyes, eevee=True)
 
         def frame(now: RenderPlan, camera_depth: float, given: Weights | None = None) -> RenderPass:
             water, white = water_of(now, camera_depth)

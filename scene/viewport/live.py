@@ -102,6 +102,8 @@ def add(scene: bpy.types.Scene) -> list[str]:
     notes = realtime.add_realtime(scene, water, extent)
     known = _state.known[scene.session_uid]
     notes += continued_seabed.notes(plan_of(chosen), known.kept.ground)
+    if scene.camera is not None:
+        notes += moving_surface.limits(scene.camera, chosen, eevee=True, live=True)
     realtime.keep_images(scene)
     if chosen.field == CLOSED_FORM:
         notes.append("the viewport shows the solved field; only renders take the closed form")

@@ -18,6 +18,8 @@ from ...uw_spectral.transfer.radiance_table import TABLE_STREAMS
 from ...uw_spectral.transfer.sunlit_water import SunlitWater
 from ...uw_spectral.transfer.water_column import WAVES
 from .. import marks
+from ..raised_limits import raised_limits
+from ..seen import cameras, waterline
 from . import cycles_water, raised_surface
 from .frame_water import RealtimeWater, wave_numbers
 
@@ -60,6 +62,38 @@ def heights(scene: bpy.types.Scene, settings: SceneSettings) -> RaisedWaves | No
 def deepest_trough(settings: SceneSettings) -> float:
     """How far the surface may fall below its mean level, m; 0 if it is a plane."""
     return sea_of(settings).highest_crest() if settings.surface == WAVES else 0.0
+
+
+def limits(
+    camera: bpy.types.Object,
+    settings: SceneSettings,
+    eyes: Sequence[tuple[float, ...]] = (),
+    *,
+    eevee: bool,
+    live: bool = False,
+) -> list[str]:
+    """Return what is not drawn right of a surface with heights, a line each; none of a plane.
+
+    Parameters
+    ----------
+    camera : Object
+    settings : SceneSettings
+    eyes : sequence of tuple
+        Where it is at the frames of a job; the third number of each is its height, m.
+    eevee, live : bool
+        As of :func:`.raised_limits`.
+    """
+    if settings.surface != WAVES or not settings.raised_waves:
+        return []
+    reach = deepest_trough(settings)
+    lowest = min(eye[2] for eye in (cameras.eye_of(camera), *eyes))
+    return raised_limits(
+        settings.wave_tile,
+        eevee=eevee,
+        above=waterline.above(camera, eyes, reach),
+        below=lowest < reach + waterline.PORT,
+        live=live,
+    )
 
 
 def with_waves(scene: bpy.types.Scene, plan: RenderPlan, water: RealtimeWater) -> RealtimeWater:

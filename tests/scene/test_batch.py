@@ -86,6 +86,7 @@ def test_the_record_holds_nothing_that_plays_no_part(blend, tmp_path):
     assert "floor_reflectance" not in record["bands"]
     told = json.dumps(record["notes"])
     assert "by inverting Kd" in told
+    assert "waves with height" not in told
     assert not any(word in told for word in ("9C", "3C", "5C", "Kd0", "KdH"))
 
     mixed = [
@@ -95,6 +96,7 @@ def test_the_record_holds_nothing_that_plays_no_part(blend, tmp_path):
         0.5,
         "--surface",
         "waves",
+        "--raised-waves",
         "--floor-depth",
         9,
     ]
@@ -105,6 +107,7 @@ def test_the_record_holds_nothing_that_plays_no_part(blend, tmp_path):
     assert settings["wind_speed"] == 9
     assert settings["water_source"] == "solonenko2015"
     assert "floor_reflectance" in settings.keys() & record["bands"].keys()
+    assert any("the swell move no caustics" in note for note in record["notes"])
 
     record = _record(blend, tmp_path / "bio", "--water", "bio:chl=1")
     assert "water_source" not in record["settings"]

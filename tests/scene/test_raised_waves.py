@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from underwater_spectral.scene.engines import engines
 from underwater_spectral.scene.seen import waterline
+from underwater_spectral.scene.viewport import live
 from underwater_spectral.scene.water import moving_surface, water_body
 from underwater_spectral.scene.water.eevee_water import Eye
 from underwater_spectral.settings import render_plan
@@ -91,3 +92,36 @@ def test_meshes_of_cycles_follow_the_waves_and_leave(camera):
             np.testing.assert_allclose(gap, gap[0], atol=1e-5)
             assert 0.0 <= gap[0] + 1e-6 <= 0.011
     assert snapshot.differences(before, snapshot.snapshot()) == []
+
+
+def test_what_is_not_drawn_right_is_said(camera):
+    def said(height: float, chosen: SceneSettings = CHOSEN, **options: bool) -> str:
+        _put(camera, height)
+        return " ".join(moving_surface.limits(camera, chosen, **({"eevee": True} | options)))
+
+    caustics, level, trough = "move no caustics", "as a level surface", "behind a trough"
+    for height, wanted in (
+        (-8.0, {caustics, trough}), (0.0, {caustics, level, trough}), (8.0, {caustics, level})
+    ):  # fmt: skip
+        found = said(height)
+        assert {part for part in (caustics, level, trough) if part in found} == wanted
+    _put(camera, 8.0)
+    dives = moving_surface.limits(camera, CHOSEN, [(0.0, 0.0, -2.0)], eevee=True)
+    assert any(trough in line for line in dives)
+    assert said(0.0, eevee=False).endswith(f"waves longer than 10 m and the swell {caustics}")
+    assert "take Cycles" in said(0.0)
+    assert "take Cycles" not in said(-8.0) + said(8.0)
+    assert "no waterline" in said(0.0, live=True)
+    assert not said(0.0, replace(CHOSEN, raised_waves=False))
+    assert not said(0.0, replace(CHOSEN, surface="flat"))
+
+
+@pytest.mark.usefixtures("properties")
+def test_the_viewport_says_what_it_does_not_show(camera):
+    scene = bpy.context.scene
+    _put(camera, -2.0)
+    stored = scene.underwater
+    stored.surface, stored.raised_waves, stored.wave_resolution = "waves", True, 64
+    notes = live.add(scene)
+    live.remove(scene)
+    assert any("no waterline" in note for note in notes)

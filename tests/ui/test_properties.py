@@ -416,3 +416,17 @@ def test_save_and_reload_keeps_everything(tmp_path):
     assert panel.version == migration.VERSION
     job = panel_group.job(bpy.context.scene)
     assert (job.engine, job.mode, job.out) == ("cycles", "bands", tmp_path / "elsewhere")
+
+
+def test_the_waves_panel_says_what_heights_do_not_show(monkeypatch):
+    lines = []
+    monkeypatch.setattr(panels, "_say", lambda _, text, *__: lines.append(text))
+    water, panel = bpy.context.scene.underwater, SimpleNamespace(layout=MagicMock())
+    water.surface = "waves"
+    panels.WavesPanel.after(panel, bpy.context)
+    assert lines == []
+    water.raised_waves = True
+    panels.WavesPanel.after(panel, bpy.context)
+    assert all(line.startswith("Waves with height: ") for line in lines)
+    for part in ("no caustics", "level surface", "behind a trough", "no waterline"):
+        assert sum(part in line for line in lines) == 1

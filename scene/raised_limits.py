@@ -1,0 +1,41 @@
+"""What is not drawn right of waves with height: said in log, record and panel."""
+
+from __future__ import annotations
+
+
+def raised_limits(
+    tile: float,
+    *,
+    eevee: bool,
+    above: bool = True,
+    below: bool = True,
+    live: bool = False,
+) -> list[str]:
+    """Return what to know before waves with height are rendered, a line each.
+
+    Parameters
+    ----------
+    tile : float
+        Side of the square after which caustics repeat, m.
+    eevee : bool
+        Whether EEVEE draws them, not Cycles.
+    above, below : bool
+        Whether the camera may be over them, or under them.
+    live : bool
+        Whether the viewport shows them.
+
+    Examples
+    --------
+    >>> raised_limits(10.0, eevee=False)
+    ['waves with height: waves longer than 10 m and the swell move no caustics']
+    """
+    found = [f"waves longer than {tile:g} m and the swell move no caustics"]
+    if eevee and above:
+        found.append("EEVEE refracts things under water as a level surface would")
+    if eevee and below:
+        found.append("from below, EEVEE shows open water where a thing lies behind a trough")
+    if eevee and above and below:
+        found.append("without a graphics card EEVEE may never end half under; take Cycles there")
+    if live:
+        found.append("the viewport has no waterline, it shows the side that the camera is on")
+    return [f"waves with height: {text}" for text in found]
