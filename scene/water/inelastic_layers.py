@@ -76,7 +76,7 @@ def add_layers(
     edges = boundaries(light, floor_depth, extent.bottom)
     for layer, (upper, lower) in enumerate(itertools.pairwise(edges)):
         inside = WaterExtent(extent.half_width - _APART, float(lower) - _APART)
-        item = box(f"{NAME} {layer}", inside, -float(upper) - _APART)
+        item = box(f"{NAME} {layer}", inside, float(upper) + _APART)
         item.data.materials.append(_material(layer))
         scene_water.link(scene, item)
     return edges
