@@ -142,7 +142,8 @@ def test_nodes_do_what_numpy_does(tmp_path):
         assert np.all(before < (1.0 - veil.passed) * clear[row, column] * 1.01)
 
 
-@pytest.mark.parametrize("water", ["jerlov:IB", pytest.param("jerlov:II", marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("water", ["jerlov:IB", "jerlov:II"])
 def test_both_engines_draw_the_same_cloud(water, tmp_path):
     _camera(24, 16)
     plan = _plan(water=water, bands=6)

@@ -158,6 +158,7 @@ def _lamps(folder):
     }
 
 
+@pytest.mark.slow
 def test_modes_agree(scene, tmp_path):
     """Within 3 %, each lamp on a wall of its own in one picture of each mode."""
     made = _lamps(tmp_path)

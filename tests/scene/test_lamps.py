@@ -137,6 +137,7 @@ def test_shadows_of_two_lamps_are_told_apart(scene, tmp_path, sunlight):
     assert beside["both"] - beside["none"] > 0
 
 
+@pytest.mark.slow
 def test_a_lamp_that_shines_away_is_dark(scene, tmp_path):
     """EEVEE would draw what casts its shadows: a lamp of one channel, a bright spot."""
     spot = _lamp((0.03, 2.0, -DEPTH + 0.03), kind="SPOT")

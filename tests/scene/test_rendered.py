@@ -312,6 +312,7 @@ def _night(tmp_path, *, keyed):
     return np.array(found)
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore::underwater_spectral.uw_spectral.errors.DataWarning")
 def test_a_keyframed_lamp_goes_out_and_is_not_lit_twice(tmp_path):
     """Blender's own lamp came back with the next frame, four times too bright in Cycles."""
@@ -394,7 +395,7 @@ def _asset(how: str) -> None:
         scene.collection.children.unlink(found)
 
 
-@pytest.mark.parametrize("engine", ["cycles", "eevee"])
+@pytest.mark.parametrize("engine", ["cycles", pytest.param("eevee", marks=pytest.mark.slow)])
 def test_what_is_linked_renders_as_if_it_were_local(engine, tmp_path, capfd):
     """A texture beside the library, too."""
     asset = bpy.data.collections.new("Asset")
