@@ -455,6 +455,7 @@ def _copy(made, folder):
     return folder / "out", folder / "spec.toml"
 
 
+@pytest.mark.slow
 def test_pictures_of_another_scene_are_not_exported(made, tmp_path):
     """With dataset.json deleted and the scene changed, old pictures were taken for the new ones."""
     out, spec = _copy(made, tmp_path / "set")

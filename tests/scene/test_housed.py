@@ -99,9 +99,12 @@ NEAR = {"eevee": 0.2, "cycles": 0.1}
 
 @pytest.mark.parametrize(
     ("port", "engine"),
-    [(port, "cycles") for port in PORTS]
-    + [("tilted", "eevee")]
-    + [pytest.param(port, "eevee", marks=pytest.mark.slow) for port in ("flat", "dome")],
+    [
+        ("tilted", "cycles"),
+        ("dome", "cycles"),
+        pytest.param("flat", "cycles", marks=pytest.mark.slow),
+    ]
+    + [pytest.param(port, "eevee", marks=pytest.mark.slow) for port in PORTS],
 )
 def test_things_are_where_the_port_shows_them(balls, tmp_path, port, engine):
     samples = ("--samples", 64, "--water", "jerlov:I", "--engine", engine)
