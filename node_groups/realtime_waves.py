@@ -143,12 +143,7 @@ def surface_at(
     graph: Graph, number: Callable[[str], NodeValue], images: WaveImages, x: NodeValue, y: NodeValue
 ) -> NodeValue:
     """Slopes of the surface at a place along x and y, and its height where it has any."""
-    place = number(WAVES_PER_METRE), number(WAVES_HALF_CELL)
-    near, _ = sample(graph, images.slopes, x, y, *place)
-    if images.far is None:
-        return near
-    place = number(WAVES_FAR_PER_METRE), number(WAVES_FAR_HALF_CELL)
-    return near + sample(graph, images.far, x, y, *place)[0]
+    return _added(graph, number, (images.slopes, images.far), x, y, filtered=True)
 
 
 def raised_at(
@@ -158,11 +153,8 @@ def raised_at(
 
     There a software rasteriser filters for ever.
     """
-    if images.far is None:
-        return surface_at(graph, number, images, x, y)
-    near = _unfiltered(graph, images.slopes, x, y, number(WAVES_PER_METRE), number(WAVES_HALF_CELL))
-    place = number(WAVES_FAR_PER_METRE), number(WAVES_FAR_HALF_CELL)
-    return near + _unfiltered(graph, images.far, x, y, *place)
+    filtered = images.far is None
+    return _added(graph, number, (images.slopes, images.far), x, y, filtered=filtered)
 
 
 def foam_at(
@@ -180,16 +172,31 @@ def foam_at(
     """
     if images.crowding is None or images.far_crowding is None:
         return None
-    near = number(WAVES_PER_METRE), number(WAVES_HALF_CELL)
-    far = number(WAVES_FAR_PER_METRE), number(WAVES_FAR_HALF_CELL)
-    crowding = [
-        sample(graph, image, x, y, *place)[0]
-        if filtered
-        else _unfiltered(graph, image, x, y, *place)
-        for image, place in ((images.crowding, near), (images.far_crowding, far))
-    ]
-    total = graph.components(crowding[0] + crowding[1])[0]
+    both = images.crowding, images.far_crowding
+    total = graph.components(_added(graph, number, both, x, y, filtered=filtered))[0]
     return foam_share(total, number(FOAM_FIRST), number(FOAM_PER_CROWDING), NODES)
+
+
+def _added(
+    graph: Graph,
+    number: Callable[[str], NodeValue],
+    near_and_far: tuple[bpy.types.Image, bpy.types.Image | None],
+    x: NodeValue,
+    y: NodeValue,
+    *,
+    filtered: bool,
+) -> NodeValue:
+    """Sum of the images of short and of long waves at a place."""
+
+    def found(image: bpy.types.Image, *names: str) -> NodeValue:
+        place = x, y, *map(number, names)
+        return sample(graph, image, *place)[0] if filtered else _unfiltered(graph, image, *place)
+
+    near, far = near_and_far
+    short = found(near, WAVES_PER_METRE, WAVES_HALF_CELL)
+    if far is None:
+        return short
+    return short + found(far, WAVES_FAR_PER_METRE, WAVES_FAR_HALF_CELL)
 
 
 def _unfiltered(

@@ -16,7 +16,6 @@ from ...settings.render_plan import RenderPlan
 from ...uw_spectral.spectra.spectral_image import read_exr, write_rgb_exr
 from .. import contents
 from ..materials import fluorescence
-from ..seen import waterline
 from ..seen.clouds import objects_of
 from ..seen.lamps import plan_lamps
 from ..water import closed_form_water, continued_seabed, moving_surface, scene_water
@@ -52,8 +51,7 @@ def closed_form(
     passes = plan.bands.packed(3) if by_band else picture_passes_of(plan)
     plan.column.require_one_layer("the closed form (--field) knows")
     lamps = bool(plan_lamps(scene, plan).lamps)
-    trough = moving_surface.deepest_trough(plan.settings)
-    above = waterline.above(camera, opening.eyes, trough)
+    above = moving_surface.may_be_over(camera, plan.settings, opening.eyes)
     closed_form_water.refuse(plan.settings, lamps=lamps, above=above)
 
     def water_of(now: RenderPlan, weights: Weights) -> ClosedFormWater:

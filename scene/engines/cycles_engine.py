@@ -64,7 +64,7 @@ def cycles_bands(
     """
     lamps = plan_lamps(scene, plan)
     chosen, wanted = plan.settings, parse_layers(plan.settings.layers)
-    above = waterline.above(camera, eyes, moving_surface.deepest_trough(chosen))
+    above = moving_surface.may_be_over(camera, chosen, eyes)
     if above and wanted:
         raise InputError(waterline.NO_LAYERS)
     kept, continues = kept or Kept(of_job=True), continued_seabed.may_continue(scene, plan)

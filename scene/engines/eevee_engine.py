@@ -21,8 +21,6 @@ from ...uw_spectral.errors import InputError
 from ...uw_spectral.imaging.layers import parse_layers
 from ...uw_spectral.spectra.spectral_image import read_exr, write_rgb_exr
 from ...uw_spectral.transfer.channels import channels_of, channels_of_bands
-from .. import contents
-from ..materials import fluorescence
 from ..seen import lamps, waterline
 from ..temporary import render_settings
 from ..water import continued_seabed, frame_water, moving_surface, realtime, scene_water
@@ -64,7 +62,8 @@ def eevee_bands(
     drawn = () if layers is None else layers.drawn
 
     def scale_of(now: RenderPlan, camera_depth: float) -> np.ndarray:
-        return _scale(_white_light(scene, camera, now, camera_depth) / np.pi)
+        water = water_of(now, camera_depth)
+        return _scale(_white_light(scene, camera, now, camera_depth, water) / np.pi)
 
     def part_of(
         water: frame_water.RealtimeWater, indices: tuple[int, ...], scale: np.ndarray
@@ -130,11 +129,11 @@ def eevee_realtime(
     ) -> tuple[frame_water.RealtimeWater, NDArray[np.float64]]:
         """Return water, and the sensor's response per number drawn."""
         response = now.response(camera_depth)
-        light = _white_light(scene, camera, now, camera_depth)
+        water = waters(now, camera_depth)
+        light = _white_light(scene, camera, now, camera_depth, water)
         white = _scale(np.abs(response @ light) / np.pi)
         channels = channels_of(now.bands, response / white[:, None])
-        water = waters(now, camera_depth).in_channels(channels, drawn)
-        return replace(water, pictures=True), white
+        return replace(water.in_channels(channels, drawn), pictures=True), white
 
     first, samples = water_of(plan, depth)[0], plan.settings.samples
     with _eevee(scene, camera, first, extent, samples, froxels) as notes:
@@ -166,12 +165,15 @@ def eevee_realtime(
 
 
 def _white_light(
-    scene: bpy.types.Scene, camera: bpy.types.Object, now: RenderPlan, depth: float
+    scene: bpy.types.Scene,
+    camera: bpy.types.Object,
+    now: RenderPlan,
+    depth: float,
+    water: frame_water.RealtimeWater,
 ) -> NDArray[np.float64]:
     """Irradiance that makes white what is as bright as a white thing that fluoresces, (n,)."""
     light = now.viewpoint(depth, lamplight=lamps.lamplight(scene, camera, now)).light
-    glowing = fluorescence.fluorescent_things(contents.materials(scene))
-    return glowing.brightened(light, now.bands)
+    return water.seen.fluorescent.brightened(light, now.bands)
 
 
 def _scale(white: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -226,7 +228,7 @@ def _layers(
     wanted = parse_layers(plan.settings.layers)
     if not wanted:
         return None
-    if waterline.above(camera, eyes, moving_surface.deepest_trough(plan.settings)):
+    if moving_surface.may_be_over(camera, plan.settings, eyes):
         raise InputError(waterline.NO_LAYERS)
     lit = bool(lamps.plan_lamps(scene, plan).lamps)
     return EeveeLayers(wanted, plan, by_band, plan.draws_shafts, lit)

@@ -19,7 +19,7 @@ from ...uw_spectral.imaging.layers import parse_layers
 from ...uw_spectral.shade.view_cover import ViewCover
 from ...uw_spectral.spectra.spectral_image import read_exr
 from ...uw_spectral.transfer.water_column import WAVES
-from ..seen import cameras, mirrored_eye, waterline
+from ..seen import cameras, mirrored_eye
 from ..seen.filled_view import filled_view
 from ..seen.mirrored_eye import MirroredEye
 from ..water import moving_surface, realtime
@@ -128,13 +128,13 @@ def _why_not(
 ) -> str:
     if not plan.column.reflects:
         return "there is no surface"
-    if waterline.above(camera, eyes, moving_surface.deepest_trough(plan.settings)):
+    if moving_surface.may_be_over(camera, plan.settings, eyes):
         return "the camera is above the water or at its surface"
     if cameras.before_water(camera):
         return "the camera looks through a port"
     if camera.data.type != "PERSP" or camera.matrix_world.is_negative:
         return "the camera is no perspective one, or mirrored by a negative scale"
-    if plan.settings.raised_waves and plan.settings.surface == WAVES:
+    if moving_surface.has_heights(plan.settings):
         return "the waves have height"
     if plan.column.below:
         return "the water differs with depth"

@@ -53,8 +53,9 @@ class Eye:
 
     def from_air(self, scene: bpy.types.Scene, plan: RenderPlan) -> ViewFromAir | None:
         """What is special about views from the air; None if a job has none."""
-        trough = moving_surface.deepest_trough(plan.settings)
-        if self.camera is None or not waterline.above(self.camera, self.path, trough):
+        if self.camera is None:
+            return None
+        if not moving_surface.may_be_over(self.camera, plan.settings, self.path):
             return None
         eye, in_air = cameras.eye_of(self.camera), self.in_air
         if in_air is None:

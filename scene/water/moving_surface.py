@@ -64,6 +64,18 @@ def deepest_trough(settings: SceneSettings) -> float:
     return sea_of(settings).highest_crest() if settings.surface == WAVES else 0.0
 
 
+def may_be_over(
+    camera: bpy.types.Object, settings: SceneSettings, eyes: Sequence[tuple[float, ...]] = ()
+) -> bool:
+    """Whether a camera may have air before its glass, as :func:`.waterline.above` has it."""
+    return waterline.above(camera, eyes, deepest_trough(settings))
+
+
+def has_heights(settings: SceneSettings) -> bool:
+    """Whether the surface has heights."""
+    return settings.surface == WAVES and settings.raised_waves
+
+
 def limits(
     camera: bpy.types.Object,
     settings: SceneSettings,
@@ -83,14 +95,14 @@ def limits(
     eevee, live : bool
         As of :func:`.raised_limits`.
     """
-    if settings.surface != WAVES or not settings.raised_waves:
+    if not has_heights(settings):
         return []
     reach = deepest_trough(settings)
     lowest = min(eye[2] for eye in (cameras.eye_of(camera), *eyes))
     return raised_limits(
         settings.wave_tile,
         eevee=eevee,
-        above=waterline.above(camera, eyes, reach),
+        above=may_be_over(camera, settings, eyes),
         below=lowest < reach + waterline.PORT,
         live=live,
     )

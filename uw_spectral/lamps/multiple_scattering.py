@@ -24,6 +24,7 @@ before 1/ψ² = (1/Θ² + 1/ψ1²)/2: what reaches the two places, each by its s
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -46,7 +47,6 @@ from .wide_phase import RESOLVED, wide_moments
 MORE_NODES = 16
 """Of the integral of the source."""
 _REACH = 8.0  # of scattered light, in decay lengths
-_SMALLEST = 1e-6
 
 
 class Field(Protocol):
@@ -294,7 +294,7 @@ def _turned(
         s, r = ray.h * (grown - 1.0 / grown) / 2.0, ray.h * (grown + 1.0 / grown) / 2.0
         turned, t = (ray.across * ray.h + ray.along * s) / r, m.maximum(ray.t0 + s, 0.0)
         where = ray.place(s)
-        lit = _source_lit(lamp, ray, part, s, m)
+        lit = _source_lit(lamp, ray, part, (s, r, where), m)
         leg = lamp.wet(r, where[2], m)
         if lamp.shines_in:
             # Scattered as on the leg in the water, and as faint as at r.
@@ -306,16 +306,26 @@ def _turned(
     return integrate(MORE_NODES, of_place)[0]
 
 
-def _source_lit(lamp: Lamp, ray: RayPastLamp, part: LitPart, s: Operand, m: Mathematics) -> Operand:
-    """Share of a source's light that things leave, at the distance s along the ray."""
-    here = lamp.scattered_lit(ray.place(s), m)
+def _source_lit(
+    lamp: Lamp,
+    ray: RayPastLamp,
+    part: LitPart,
+    at: tuple[Operand, Operand, Sequence[Operand]],
+    m: Mathematics,
+) -> Operand:
+    """Share of a source's light that things leave.
+
+    ``at`` are the distance along the ray, that from the lamp, and the place as the lamp sees it.
+    """
+    s, r, where = at
+    here = lamp.scattered_lit(where, m)
     if lamp.soft is None:
         return here
     turned = 2.0 * half_angle(s, ray.h, m)
     first, last = (2.0 * end for end in part.ends)
     begin = m.maximum(turned, first)
     near, far = 1.0 / (begin * begin), 1.0 / m.power(m.maximum(last, begin), 2.0)
-    sine = m.maximum(ray.h / m.sqrt(s * s + ray.h * ray.h), _SMALLEST)
+    sine = ray.h / r
     share = 0.5 * turned * turned * turned * (near - far)
     middle = m.sqrt(2.0 / (near + far))
     beyond = lamp.scattered_lit(ray.place(0.0 - ray.h / m.tan(middle)), m)

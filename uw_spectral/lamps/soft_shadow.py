@@ -164,12 +164,17 @@ class _Points:
     length: Array
     gain: float
 
+    @functools.cached_property
+    def _cells(self) -> tuple[Operand, Operand]:
+        """Rows and columns of the directions on the map."""
+        column, row, _ = on_square(list(self.ways[..., None]), SOFT_SIDE)
+        return row, column
+
     def carried_on(self, found: Array) -> tuple[Array, Array]:
         """Interpolate values of the places, (distance, direction, 2), at the points of each."""
-        column, row, _ = on_square(list(self.ways[..., None]), SOFT_SIDE)
         across = np.moveaxis(found, 0, 1).reshape(SOFT_SIDE, SOFT_SIDE, -1)
         shape = (*self.ways.shape[1:], DISTANCES, 2)
-        at_all = interpolated(across, (row, column)).reshape(shape)
+        at_all = interpolated(across, self._cells).reshape(shape)
         place = np.asarray(distance_place(soft_distances()[:, None] * self.from_lamp))
         low = np.minimum(place.astype(int), DISTANCES - 2)
         share, point = (place - low)[..., None], np.arange(len(self.from_lamp))
