@@ -24,7 +24,7 @@ from ..uw_spectral.surface.wave_patterns import (
 )
 from ..uw_spectral.surface.whitecaps import foam_share
 from .node_mathematics import NODES, Graph, NodeValue
-from .realtime_rays import place_here
+from .realtime_rays import eye_place, place_here
 from .realtime_values import (
     FOAM_FIRST,
     FOAM_PER_CROWDING,
@@ -41,6 +41,9 @@ from .texels import number_image, texel
 SLOPE, FOAM = "Slope", "Foam"
 _FLATTEST = 1e-3  # vertical component of a view ray that still finds a place on the surface
 _CALM = 4  # pixels
+# m from the eye. Beside a face seen edge-on a place may lie anywhere; the anisotropic filter of a
+# software rasteriser then sums all texels between the two.
+_FARTHEST = 500.0
 
 
 @dataclass(frozen=True)
@@ -134,6 +137,10 @@ def caustics_here(
     px, py, pz = place_here(graph)
     depth = NODES.maximum(-pz, 0.0)
     x, y = under_waves(px, py, depth, [number(name) for name in SUN])
+    x, y = (
+        NODES.clamp(at, eye - _FARTHEST, eye + _FARTHEST)
+        for at, eye in zip((x, y), eye_place(graph)[:2], strict=True)
+    )
     layers = layers_at(graph, caustics, x, y, number(WAVES_PER_METRE), number(WAVES_HALF_CELL))
     position = layer_position(depth, number(WAVES_LOG_DEPTH), number(WAVES_PER_LOG), NODES)
     return pattern_at(depth, position, layers, NODES)

@@ -34,8 +34,6 @@ def raised_limits(
         found.append("EEVEE refracts things under water as a level surface would")
     if eevee and below:
         found.append("from below, EEVEE shows open water where a thing lies behind a trough")
-    if eevee and above and below:
-        found.append("without a graphics card EEVEE may never end half under; take Cycles there")
     if live:
         found.append("the viewport has no waterline, it shows the side that the camera is on")
     return [f"waves with height: {text}" for text in found]

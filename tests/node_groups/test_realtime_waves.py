@@ -9,7 +9,7 @@ import warnings
 import bpy
 import numpy as np
 import pytest
-from underwater_spectral.node_groups import realtime_values
+from underwater_spectral.node_groups import realtime_values, realtime_waves
 from underwater_spectral.scene.seen.snapshot import Snapshot, ViewFromAir
 from underwater_spectral.scene.water import frame_water
 from underwater_spectral.tests.node_groups import realtime_probe as probe
@@ -82,24 +82,25 @@ def _tiled(image, x, y, tile):
     return rows[0] * (1 - fv) + rows[1] * fv
 
 
-def _pattern(now, column, points):
-    """Relative sunlight at points, by numpy."""
+def _pattern(now, column, points, reach=np.inf):
+    """Relative sunlight at points, by numpy; looked up no farther than that from the middle."""
     depth = -points[..., 2]
     x, y = under_waves(points[..., 0], points[..., 1], depth, column.sun_direction)
+    x, y = (np.clip(at, -reach, reach) for at in (x, y))
     layers = _tiled(now.caustics_image(), x, y, now.layers.tile)
     first, last = now.layers.depths[[0, -1]]
     position = layer_position(depth, math.log(first), 3 / math.log(last / first))
     return pattern_at(depth, position, np.moveaxis(layers, -1, 0))
 
 
-def _floor(now, contrast, column, view):
+def _floor(now, contrast, column, view, reach=np.inf):
     """Picture of a level square that fills the view, by numpy."""
     rays = view.rays()
     w = tuple(rays[..., i, None] for i in range(3))
     floor = view.depth - view.square[0][2]
     P = ((view.depth - floor) / rays[..., 2])[..., None]
     points = np.array([0.0, 0.0, -view.depth]) + P * rays
-    pattern = np.maximum(_pattern(now, column, points), 1.0 - 1.0 / contrast.max())
+    pattern = np.maximum(_pattern(now, column, points, reach), 1.0 - 1.0 / contrast.max())
     water = frame_water.realtime_water(column, PHASE, view.depth, WEIGHTS)
     water = water.under_waves(now, contrast, 1.0)
     ray = along_rays(water.folded, water.field.sun, w)
@@ -158,6 +159,21 @@ def test_caustics_on_a_floor(pictures, depths):
     assert same > 0.998
     assert rmse < 0.02
     assert spread > 0.1
+
+
+def test_places_are_looked_up_no_farther_than_that_from_the_eye(
+    tmp_path, empty_blender, monkeypatch
+):
+    """Beside edges of things they jump for miles, and a processor's filter takes every texel."""
+    monkeypatch.setattr(realtime_waves, "_FARTHEST", 0.8)
+    empty_blender.eevee.shadow_pool_size = "128"
+    water, now, contrast = _water(_column(), 3.0)
+    seen = probe.render(water, _above(3.0, 2.0), tmp_path / "a.exr")
+    error = {}
+    for reach in (0.8, np.inf):
+        wanted = _floor(now, contrast, _column(), _above(3.0, 2.0), reach)
+        error[reach] = np.sqrt((((seen - wanted) / wanted) ** 2).mean())
+    assert error[0.8] < 0.02 < 0.05 < error[np.inf]
 
 
 def test_without_wind_the_light_is_even(pictures):

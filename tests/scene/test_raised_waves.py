@@ -109,8 +109,6 @@ def test_what_is_not_drawn_right_is_said(camera):
     dives = moving_surface.limits(camera, CHOSEN, [(0.0, 0.0, -2.0)], eevee=True)
     assert any(trough in line for line in dives)
     assert said(0.0, eevee=False).endswith(f"waves longer than 10 m and the swell {caustics}")
-    assert "take Cycles" in said(0.0)
-    assert "take Cycles" not in said(-8.0) + said(8.0)
     assert "no waterline" in said(0.0, live=True)
     assert not said(0.0, replace(CHOSEN, raised_waves=False))
     assert not said(0.0, replace(CHOSEN, surface="flat"))
