@@ -77,7 +77,8 @@ class SceneSettings:
         "jerlov:IB",
         "Water",
         "Water: jerlov:TYPE or case:NAME (see --list-waters); bio:chl=1,cdom=0.1, made of "
-        f"constituents; file:PATH, {measured.CONTENT}; constituents takes chlorophyll, cdom, "
+        "constituents; chl:3, open sea with this chlorophyll in mg/m³ and the Kd measured at it; "
+        f"file:PATH, {measured.CONTENT}; constituents takes chlorophyll, cdom, "
         "minerals and detritus",
         "water",
         known="waters",

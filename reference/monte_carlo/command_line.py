@@ -58,7 +58,7 @@ def _parser() -> argparse.ArgumentParser:
     add(
         "--water",
         default="jerlov:IB",
-        help="jerlov:TYPE, bio:chl=1,cdom=0.1, case:baltic, file:PATH, or a,b in 1/m",
+        help="jerlov:TYPE, bio:chl=1,cdom=0.1, chl:3, case:baltic, file:PATH, or a,b in 1/m",
     )
     add(
         "--phase",

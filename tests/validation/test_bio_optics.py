@@ -8,7 +8,11 @@ from underwater_spectral.benchmarks import gutierrez_figures as figures
 from underwater_spectral.benchmarks import inelastic_table
 from underwater_spectral.benchmarks.path_radiance_table import ROOT
 from underwater_spectral.uw_spectral.water.bio_optics import Constituents, named_waters
-from underwater_spectral.uw_spectral.water.diffuse_attenuation import Kd_Lee2013
+from underwater_spectral.uw_spectral.water.diffuse_attenuation import (
+    Kd490_Morel2007,
+    Kd_Lee2013,
+)
+from underwater_spectral.uw_spectral.water.kd_inversion import water_of_chlorophyll
 
 
 @pytest.fixture(scope="module")
@@ -103,6 +107,13 @@ def test_lee_2013_against_the_solver(zenith):
         ratios.append(found / figures.kd_solved(sea, nm, zenith))
     assert np.median(ratios) == pytest.approx(1.0, abs=0.04)
     np.testing.assert_allclose(ratios, 1.0, atol=0.07)
+
+
+@pytest.mark.parametrize("C", figures.CASE1)
+def test_water_of_chlorophyll_has_the_measured_Kd(C):
+    """By discrete ordinates, at 490 nm, for the sun of the inversion."""
+    found = figures.kd_solved(water_of_chlorophyll(C), np.array([490.0]), figures.SUN_ZENITH)[0]
+    assert found == pytest.approx(float(Kd490_Morel2007(C)), rel=0.05)
 
 
 def test_case1_waters_against_measured_Kd():

@@ -6,6 +6,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import InputError
+from ..spectra.spectrum import Spectrum, shipped_table
+from .pure_water import molecular_scattering, pure_water_absorption
 
 # A. Morel et al., Remote Sens. Environ. 111, 69 (2007): Kd(490) = Kw + χ C^e, of the measurements
 # by the laboratory whose absorption and scattering the case 1 waters have. Their Eq. 8, with
@@ -107,6 +109,34 @@ def Kd490_Morel2007(chlorophyll: ArrayLike) -> NDArray[np.float64]:
     if not np.all(np.isfinite(chlorophyll) & (chlorophyll >= 0)):
         raise InputError("Kd(490): chlorophyll must be finite and not negative")
     return _KW_490 + _CHI_490 * chlorophyll**_E_490
+
+
+def Kd_Morel2001(chlorophyll: float) -> Spectrum:
+    """Kd, 1/m, of a case 1 water with this chlorophyll, mg/m³, 350 to 700 nm.
+
+    ``Kw + χ C^e`` with Kw = a + b/2 of pure water, where Kd comes nearer to a than it is.
+
+    Raises
+    ------
+    InputError
+        If the chlorophyll is negative or not finite.
+
+    References
+    ----------
+    A. Morel & S. Maritorena, J. Geophys. Res. 106, 7163 (2001), Table 2.
+
+    Examples
+    --------
+    >>> Kd_Morel2001(1.0).at([443, 490]).round(3)
+    array([0.117, 0.089])
+    """
+    if not (np.isfinite(chlorophyll) and chlorophyll >= 0):
+        raise InputError(f"chlorophyll must be finite and not negative, got {chlorophyll:g} mg/m³")
+    table = shipped_table("oceanic_diffuse_attenuation.csv").columns
+    nm = table["wavelength_nm"]
+    pure = pure_water_absorption(nm) + 0.5 * molecular_scattering(nm)
+    name = f"Kd of case 1 water, {chlorophyll:g} mg/m³"
+    return Spectrum(nm, pure + table["chi"] * chlorophyll ** table["e"], name)
 
 
 def chlorophyll_Morel2007(Kd490: ArrayLike) -> NDArray[np.float64]:

@@ -10,6 +10,7 @@ spread of particle scattering.
 
 from __future__ import annotations
 
+import dataclasses
 import warnings
 from dataclasses import dataclass
 from pathlib import Path
@@ -21,10 +22,10 @@ from ..errors import DataWarning, InputError
 from ..spectra.spectral_table import read_spectral_table
 from ..spectra.spectrum import Spectrum
 from .bio_optics import particle_backscatter_Morel2001, particle_scattering_Loisel1998
-from .diffuse_attenuation import Kd_Lee2013, chlorophyll_Morel2007
+from .diffuse_attenuation import Kd_Lee2013, Kd_Morel2001, chlorophyll_Morel2007
 from .optical_properties import BACKSCATTER, Water
 from .phase import BACKSCATTER_RANGE
-from .pure_water import molecular_scattering
+from .pure_water import molecular_scattering, pure_water_absorption
 
 REFERENCE_WAVELENGTH = 490.0
 USUAL_SUN_ZENITH = 30.0
@@ -37,6 +38,7 @@ SUN_ZENITH = "sun_zenith"
 _SCATTERING_SPREAD = (0.4, 1.5)
 _LARGEST_CHLOROPHYLL = 100.0
 _PURE_WATER = (300.0, 800.0)  # nm
+_MEASURED_CHLOROPHYLL = (0.01, 30.0)  # mg/m³
 _STEPS = 60
 _ACCURACY = (
     "From light solved for case 1 waters of 0.03 to 10 mg/m³, sun at 0 to 70°, a comes back within "
@@ -209,6 +211,46 @@ def water_from_Kd_csv(path: str | Path) -> Water:
     table = read_spectral_table(path, ("Kd",))
     Kd = table.spectrum("Kd", f"Kd of {Path(path).name}")
     return invert_Kd(Kd, table.stated(SUN_ZENITH), table.stated(BACKSCATTER)).water
+
+
+def water_of_chlorophyll(chlorophyll: float) -> Water:
+    """Case 1 water whose Kd is as measured: that of Morel & Maritorena (2001), inverted.
+
+    For a sun at 30°. Its constituents are not told apart. Above 560 nm their Kd is close to a of
+    pure water, less than Kd of any water: nowhere is a taken to be below that of pure water.
+
+    Parameters
+    ----------
+    chlorophyll : float
+        mg/m³, 0.01 to 30.
+
+    Raises
+    ------
+    InputError
+        If the chlorophyll is outside that.
+
+    Examples
+    --------
+    >>> water_of_chlorophyll(3.0).a([443, 490]).round(2)
+    array([0.18, 0.13])
+    """
+    low, high = _MEASURED_CHLOROPHYLL
+    if not low <= chlorophyll <= high:
+        raise InputError(
+            f"chlorophyll must be {low:g} to {high:g} mg/m³, where Kd was measured, got "
+            f"{chlorophyll:g}"
+        )
+    Kd = Kd_Morel2001(chlorophyll)
+    found = invert_Kd(Kd, USUAL_SUN_ZENITH).water
+    nm = found.absorption.wavelengths
+    a = np.maximum(found.absorption.values, pure_water_absorption(nm))
+    return dataclasses.replace(
+        found,
+        absorption=Spectrum(nm, a, f"a from {Kd.name}"),
+        diffuse_attenuation=None,
+        name=f"case 1 water, chlorophyll {chlorophyll:g} mg/m³",
+        source="Kd of Morel & Maritorena (2001)",
+    )
 
 
 def _absorption(

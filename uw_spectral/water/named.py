@@ -6,6 +6,7 @@ import functools
 
 from ..errors import InputError
 from .bio_optics import named_water, named_waters, parse_constituents
+from .kd_inversion import water_of_chlorophyll
 from .measured import read_water
 from .optical_properties import DEFAULT_SOURCE, JERLOV_SOURCES, Water
 from .profile import DepthProfile, WaterProfile
@@ -29,7 +30,8 @@ def parse_water(text: str, source: str = DEFAULT_SOURCE) -> Water | WaterProfile
     ----------
     text : str
         ``"jerlov:IB"``; ``"bio:chl=1,cdom=0.1"``, constituents as
-        :func:`.parse_constituents` reads them; ``"case:baltic"``, one of
+        :func:`.parse_constituents` reads them; ``"chl:3"``, mg/m³, see
+        :func:`.water_of_chlorophyll`; ``"case:baltic"``, one of
         :func:`.named_waters`; or a file, as :func:`.read_water` reads it:
         ``"file:water.csv"``, ``"file:profile.csv"``, ``"file:station.sb"``.
     source : str
@@ -45,13 +47,15 @@ def parse_water(text: str, source: str = DEFAULT_SOURCE) -> Water | WaterProfile
         return _jerlov(rest, source)
     if scheme == "bio":
         return parse_constituents(rest).water()
+    if scheme == "chl":
+        return water_of_chlorophyll(_amount(text, rest))
     if scheme == "case" and rest:
         return named_water(rest)
     if scheme == "file" and rest:
         return read_water(rest)
     raise InputError(
-        f"water {text!r} is not understood; write jerlov:IB, bio:chl=1,cdom=0.1, case:baltic or "
-        "file:water.csv"
+        f"water {text!r} is not understood; write jerlov:IB, bio:chl=1,cdom=0.1, chl:3, "
+        "case:baltic or file:water.csv"
     )
 
 
@@ -67,6 +71,15 @@ def parse_uniform_water(text: str, source: str = DEFAULT_SOURCE) -> Water:
     if isinstance(water, DepthProfile):
         raise InputError(f"water {text!r} differs with depth; give one that does not here")
     return water
+
+
+def _amount(text: str, number: str) -> float:
+    try:
+        return float(number)
+    except ValueError:
+        raise InputError(
+            f"water {text!r} is not understood; write the chlorophyll in mg/m³, as chl:3"
+        ) from None
 
 
 @functools.lru_cache(maxsize=32)

@@ -14,16 +14,21 @@ from underwater_spectral.uw_spectral.water.diffuse_attenuation import (
     Kd490_Morel2007,
     Kd_Lee2005,
     Kd_Lee2013,
+    Kd_Morel2001,
     chlorophyll_Morel2007,
 )
 from underwater_spectral.uw_spectral.water.kd_inversion import invert_Kd, water_from_Kd_csv
 from underwater_spectral.uw_spectral.water.measured import read_water
+from underwater_spectral.uw_spectral.water.named import parse_water
 from underwater_spectral.uw_spectral.water.optical_properties import (
     JERLOV_TYPES,
     Water,
 )
 from underwater_spectral.uw_spectral.water.phase import SeawaterMixture
-from underwater_spectral.uw_spectral.water.pure_water import molecular_scattering
+from underwater_spectral.uw_spectral.water.pure_water import (
+    molecular_scattering,
+    pure_water_absorption,
+)
 
 NM = np.arange(400.0, 701.0, 25.0)
 
@@ -105,6 +110,25 @@ def test_closure_and_picture_have_one_backscatter():
     assert drawn.components[1].backscatter_ratio == pytest.approx(0.0093, rel=0.01)
     assert water.scaled(2.0, 2.0).particle_backscatter == water.particle_backscatter
     assert Water.jerlov("IB").phase_model == SeawaterMixture()
+
+
+def test_water_by_its_chlorophyll():
+    # Kw(443) + 0.1070 · 3^0.6729 by hand from the rows of 425 and 450 nm.
+    assert Kd_Morel2001(3.0).at([443])[0] == pytest.approx(0.00706 + 0.0027 + 0.2242, rel=0.01)
+    np.testing.assert_allclose(
+        [Kd_Morel2001(C).at([490])[0] for C in (0.1, 1.0, 10.0)],
+        Kd490_Morel2007([0.1, 1.0, 10.0]), rtol=0.01,
+    )  # fmt: skip
+    water = parse_water("chl:3")
+    assert water.name == "case 1 water, chlorophyll 3 mg/m³"
+    assert np.all(water.a(NM) >= pure_water_absorption(NM))
+    for wrong, match in (
+        ("chl:", "mg/m³, as chl:3"),
+        ("chl:nan", "0.01 to 30"),
+        ("chl:31", "0.01"),
+    ):
+        with pytest.raises(InputError, match=match):
+            parse_water(wrong)
 
 
 def test_backscatter_of_mixed_water_is_weighted_by_scattering():
