@@ -179,10 +179,12 @@ def raman() -> Section:
     """Raman light, and inelastic light against the Monte Carlo."""
     nm, coefficient = _raman_at_sea.published("b_R")
     off = raman_coefficient(nm) / coefficient - 1
-    lines, ratios = [], []
+    lines, ratios, older = [], [], []
     for C in _raman_at_sea.CHLOROPHYLL:
         wavelengths, ours, theirs = _raman_at_sea.at_the_surface(C)
         ratios.append(ours / theirs)
+        _, with_older, theirs_then = _raman_at_sea.at_the_surface(C, older=True)
+        older.append(with_older / theirs_then)
         lines.append(
             f"| {C:g} | "
             + " | ".join(
@@ -191,6 +193,13 @@ def raman() -> Section:
             + " |"
         )
     surface = grid("| C, mg/m³ | " + " | ".join(f"{x:.0f} nm" for x in wavelengths) + " |", lines)
+    surface_older = grid(
+        "| C, mg/m³ | " + " | ".join(f"{x:.0f} nm" for x in wavelengths) + " |",
+        [
+            f"| {C:g} | " + " | ".join(f"{x:.2f}" for x in row) + " |"
+            for C, row in zip(_raman_at_sea.CHLOROPHYLL, older, strict=True)
+        ],
+    )
     deep = grid(
         "| C, mg/m³ | " + " | ".join(f"{y:g} m" for y in RAMAN_DEPTHS) + " |",
         [
@@ -200,7 +209,7 @@ def raman() -> Section:
             for C in _raman_at_sea.CHLOROPHYLL
         ],
     )
-    ratios = np.array(ratios)
+    ratios, older = np.array(ratios), np.array(older)
     verdict = inelastic_table.verdict(
         (ROOT / "docs" / "measured" / "inelastic.md").read_text(encoding="utf-8")
     )
@@ -214,6 +223,8 @@ def raman() -> Section:
             f"× {ratios[:, 2:4].min():.2f} … {ratios[:, 2:4].max():.2f}", "1 ± 0.25", PARTLY),
         Row("the same, 412 and 443 nm", "Lee et al. 2013",
             f"× {ratios[:, :2].min():.2f} … {ratios[:, :2].max():.2f}", "1 ± 0.25", MISSED),
+        Row("the same, pure water below 420 nm by Smith & Baker (1981)", "Lee et al. 2013",
+            f"× {older[:, :2].min():.2f} … {older[:, :2].max():.2f}", "1 ± 0.25", PARTLY),
         Row("fraction of Raman light at 650 nm, 20 m", "none found with numbers",
             f"{100 * _raman_at_sea.share(0.1, 650.0, 20.0):.0f} % (C = 0.1)",
             "–", OPEN),
@@ -228,8 +239,14 @@ law that NASA uses. Below: Raman over elastic light in what leaves deep case 1 w
 {surface}
 
 At 412 and 443 nm ours is {ratios[:, :2].min():.1f} to {ratios[:, :2].max():.1f} times theirs.
-That light is excited at 360 to 390 nm, where CDOM decides, which our case 1 water probably has
-less of than their runs. Problem 7 above holds the transfer itself to 3 %.
+That light is excited at 360 to 390 nm, where pure water absorbs less than was thought when their
+runs were made. With Smith & Baker (1981) below 420 nm, an upper bound, ours over theirs becomes
+
+{surface_older}
+
+so that in the clearest water more than half of what is too much at 412 nm, nearly all at 443 nm, is
+theirs. The newer absorption is kept. The rest, where there is more chlorophyll, is CDOM, which our
+case 1 water probably has less of than their runs. Problem 7 above holds the transfer itself to 3 %.
 
 Fraction of Raman light in the radiance seen straight down at 650 nm:
 

@@ -18,10 +18,12 @@ from ..uw_spectral.transfer.water_column import WaterColumn
 from ..uw_spectral.water.bio_optics import Constituents
 from ..uw_spectral.water.inelastic_processes import EXCITATION, inelastic_processes
 from ..uw_spectral.water.phase import BandPhase
+from ..uw_spectral.water.pure_water import pure_water_absorption
 from ._sunlight import entering
 from .gutierrez_figures import SUN_ZENITH, column
 
 CHLOROPHYLL = (0.03, 0.1, 0.3, 1.0)
+_POPE_FRY_BEGINS = 420.0  # nm
 _NADIR, _STREAMS, _WIDTH = (0.0, 0.0, -1.0), 16, 10.0
 
 
@@ -37,14 +39,23 @@ def published(quantity: str) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     return wavelengths, values
 
 
-def fields(chlorophyll: float, wavelengths: NDArray[np.float64]) -> tuple[SolvedField, SolvedField]:
-    """Elastic and Raman light of deep case 1 water, flat surface, clear sky, sun at 30°."""
+def fields(
+    chlorophyll: float, wavelengths: NDArray[np.float64], *, older: bool = False
+) -> tuple[SolvedField, SolvedField]:
+    """Elastic and Raman light of deep case 1 water, flat surface, clear sky, sun at 30°.
+
+    With ``older`` pure water absorbs below 420 nm as Smith & Baker (1981) have it.
+    """
     water = Constituents.case1(chlorophyll)
     emission = Bands(wavelengths, np.full(len(wavelengths), _WIDTH))
 
     def lit(bands: Bands) -> tuple[WaterColumn, BandPhase]:
         nm = bands.centres
-        return column(bands, water.absorption(nm), water.scattering(nm)), water.phase(nm)
+        a = water.absorption(nm)
+        if older:
+            more = pure_water_absorption(nm, "smith_baker_1981") - pure_water_absorption(nm)
+            a = a + np.where(nm < _POPE_FRY_BEGINS, more, 0.0)
+        return column(bands, a, water.scattering(nm)), water.phase(nm)
 
     raman = inelastic_processes(water, EXCITATION, emission, ("raman",))
     light, phase = lit(EXCITATION)
@@ -62,12 +73,15 @@ def share(chlorophyll: float, wavelength: float, depth: float) -> float:
     return changed / (changed + float(elastic.radiance(depth, _NADIR)[0]))
 
 
-def at_the_surface(chlorophyll: float) -> tuple[NDArray, NDArray, NDArray]:
-    """Wavelengths, and Raman over elastic light that leaves the water: ours, Lee et al. (2013)."""
+def at_the_surface(chlorophyll: float, *, older: bool = False) -> tuple[NDArray, NDArray, NDArray]:
+    """Wavelengths, and Raman over elastic light that leaves the water: ours, Lee et al. (2013).
+
+    With the older absorption of pure water see :func:`fields`.
+    """
     wavelengths, alpha = published("alpha")
     beta1, beta2 = (published(name)[1] for name in ("beta1", "beta2"))
     every = np.union1d(wavelengths, [440.0, 550.0])
-    elastic, raman = fields(chlorophyll, every)
+    elastic, raman = fields(chlorophyll, every, older=older)
     upwelling, changed = (each.radiance(0.0, _NADIR) for each in (elastic, raman))
     # Out of the water a radiance loses 1/n² and what the surface reflects; Ed gains the sky's.
     leaving = (1.0 - float(fresnel_reflectance(1.0))) / REFRACTIVE_INDEX**2
