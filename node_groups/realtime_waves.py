@@ -43,7 +43,7 @@ _FLATTEST = 1e-3  # vertical component of a view ray that still finds a place on
 _CALM = 4  # pixels
 # m from the eye. Beside a face seen edge-on a place may lie anywhere; the anisotropic filter of a
 # software rasteriser then sums all texels between the two.
-_FARTHEST = 500.0
+_FARTHEST, _FARTHEST_PER_HEIGHT = 100.0, 4.0
 
 
 @dataclass(frozen=True)
@@ -137,9 +137,10 @@ def caustics_here(
     px, py, pz = place_here(graph)
     depth = NODES.maximum(-pz, 0.0)
     x, y = under_waves(px, py, depth, [number(name) for name in SUN])
+    *eye, height = eye_place(graph)
+    reach = _FARTHEST + _FARTHEST_PER_HEIGHT * NODES.maximum(height, -height)
     x, y = (
-        NODES.clamp(at, eye - _FARTHEST, eye + _FARTHEST)
-        for at, eye in zip((x, y), eye_place(graph)[:2], strict=True)
+        NODES.clamp(at, here - reach, here + reach) for at, here in zip((x, y), eye, strict=True)
     )
     layers = layers_at(graph, caustics, x, y, number(WAVES_PER_METRE), number(WAVES_HALF_CELL))
     position = layer_position(depth, number(WAVES_LOG_DEPTH), number(WAVES_PER_LOG), NODES)

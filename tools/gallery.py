@@ -5,6 +5,7 @@
     python3 dev.py run tools/gallery.py ports         docs/pictures/ports.jpg
     python3 dev.py run tools/gallery.py night         docs/pictures/night_dive.webp
     python3 dev.py run tools/gallery.py glow          docs/pictures/fluorescence.jpg
+    python3 dev.py run tools/gallery.py swell         docs/pictures/swell.webp
 
 Passes are kept in out/gallery: a job that was stopped goes on.
 """
@@ -21,6 +22,7 @@ import bpy
 import make_pictures
 import night_dive
 import numpy as np
+import swell_scene
 from PIL import Image, ImageDraw
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -63,6 +65,12 @@ CORALS = {"brain": "coral-green", "staghorn": "coral-cyan", "small table": "cora
 AT_NIGHT = (
     "--water", "jerlov:IB", "--sunlight", "0", "--surface", "none", "--white-balance", "daylight",
     "--engine", "eevee", "--bands", "12", "--resolution", "400", "267", "--samples", "8",
+)  # fmt: skip
+IN_SWELL = (
+    *LIGHT, "--engine", "eevee", "--mode", "realtime", "--water", "jerlov:IB", "--bands", "6",
+    "--sun-zenith", "40", "--sun-azimuth", "200", "--raised-waves", "--whitecaps",
+    "--tone", "nikon-d7000", "--resolution", "320", "180", "--samples", "4",
+    *(word for option in swell_scene.OPTIONS.items() for word in option),
 )  # fmt: skip
 NEAR, WIDE = (0.15, -1.35, -4.45), 80.0
 DEPTH, EYE, TARGET = 5.0, (0.1, -2.4, -4.25), (0.25, 0.0, -4.68)
@@ -199,6 +207,22 @@ def glow() -> None:
     picture.save(PICTURES / "fluorescence.jpg", quality=86)
 
 
+def swell() -> None:
+    """Write ten seconds half under water, as EEVEE draws them in real time."""
+    scene, out = OUT / "swell.blend", OUT / "swell"
+    if not scene.exists():
+        swell_scene.build(scene)
+    render(scene, out, *IN_SWELL)
+    frames = [
+        Image.open(out / f"{frame:04d}.png").convert("RGB")
+        for frame in range(1, swell_scene.FRAMES + 1)
+    ]
+    frames[0].save(
+        PICTURES / "swell.webp", save_all=True, append_images=frames[1:], quality=70, method=6,
+        duration=1000 // swell_scene.RATE, loop=0,
+    )  # fmt: skip
+
+
 def build_glow(path: Path) -> None:
     """Build three corals that fluoresce, on sand, in the light of one blue lamp."""
     scene = make_pictures.start()
@@ -232,5 +256,5 @@ def build_glow(path: Path) -> None:
 
 if __name__ == "__main__":
     for wanted in sys.argv[1:]:
-        known = (engines, turntable, night, ports, glow)
+        known = (engines, turntable, night, ports, glow, swell)
         {one.__name__: one for one in known}[wanted]()

@@ -165,7 +165,8 @@ def test_places_are_looked_up_no_farther_than_that_from_the_eye(
     tmp_path, empty_blender, monkeypatch
 ):
     """Beside edges of things they jump for miles, and a processor's filter takes every texel."""
-    monkeypatch.setattr(realtime_waves, "_FARTHEST", 0.8)
+    monkeypatch.setattr(realtime_waves, "_FARTHEST", 0.2)
+    monkeypatch.setattr(realtime_waves, "_FARTHEST_PER_HEIGHT", 0.2)
     empty_blender.eevee.shadow_pool_size = "128"
     water, now, contrast = _water(_column(), 3.0)
     seen = probe.render(water, _above(3.0, 2.0), tmp_path / "a.exr")
