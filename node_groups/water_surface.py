@@ -68,9 +68,11 @@ def build(refractive_index: float, images: WaveImages | None = None) -> bpy.type
     path = graph.node("ShaderNodeLightPath").outputs
     glass = graph.node("ShaderNodeBsdfGlass")
     # Cycles leaves out that radiance has a factor n² in the water. The sky brings it, and what
-    # is seen from the air, the mirrored sky too, loses it here.
+    # is seen from the air, the mirrored sky too, loses it here; but for eyes in the water.
     inside = graph.term(graph.node("ShaderNodeNewGeometry").outputs["Backfacing"])
-    graph.assign(NODES.select(inside, 1.0, refractive_index**-2), glass.inputs["Color"])
+    through = graph.term(path["Transmission Depth"])
+    of_water = NODES.maximum(inside, NODES.less(0.5, through))
+    graph.assign(NODES.select(of_water, 1.0, refractive_index**-2), glass.inputs["Color"])
     glass.inputs["Roughness"].default_value = 0.0
     glass.inputs["IOR"].default_value = refractive_index
     clear = graph.node("ShaderNodeBsdfTransparent")
