@@ -13,14 +13,15 @@ from dataclasses import dataclass, replace
 
 import bpy
 import numpy as np
-from mathutils import Matrix
+from mathutils import Matrix, Vector
 from numpy.typing import NDArray
 
 from ...datasets.camera import PinholeCamera
 from ...uw_spectral.surface.mirrored_view import MirroredView
 from ...uw_spectral.surface.refraction import apparent_height, direction_in_air, is_in_window
-from .. import marks
+from .. import contents, marks
 from ..temporary import held
+from . import lamps
 from .cameras import stand_in
 from .pinhole import pinhole_of, pose_of, set_pinhole
 from .ray_casting import Meshes
@@ -36,6 +37,11 @@ _CLIP_START = 1e-3  # m
 _FARTHEST = 1e4  # m, in the air
 RISES = -3.0
 """Height in m: what is higher may come out of the water in a job."""
+_SOLID = ("MESH", "CURVE", "SURFACE", "FONT", "META", "CURVES")
+_DEFORMING = (
+    "ARMATURE", "CLOTH", "FLUID", "HOOK", "LATTICE", "MESH_CACHE", "MESH_DEFORM",
+    "MESH_SEQUENCE_CACHE", "NODES", "OCEAN", "SOFT_BODY", "WAVE",
+)  # fmt: skip
 
 Array = NDArray[np.float64]
 
@@ -273,12 +279,30 @@ def materials_above(scene: bpy.types.Scene, height: float) -> set[bpy.types.Mate
 def may_rise(scene: bpy.types.Scene, frames: int) -> bool:
     """Whether things may stand out of the water in a job of some frames, of which it is the first.
 
-    What is less than some metres deep may come out later.
+    What moves and is less than some metres deep may come out later.
     """
     depsgraph = bpy.context.evaluated_depsgraph_get()
     meshes = Meshes(depsgraph, marks.objects(scene), "camera")
-    height = RISES if frames > 1 else 0.0
-    return any(shown.high[2] > height for shown in meshes.instances)
+    if any(shown.high[2] > 0.0 for shown in meshes.instances):
+        return True
+    return frames > 1 and any(
+        item.type in _SOLID and _changes(item) and _top(item) > RISES
+        for item in contents.objects(scene)
+        if item not in marks.objects(scene)
+    )
+
+
+def _changes(item: bpy.types.Object) -> bool:
+    """Whether an object may come to another place or be deformed."""
+    keys = getattr(item.data, "shape_keys", None)
+    deformed = any(modifier.type in _DEFORMING for modifier in item.modifiers)
+    keyed = keys is not None and keys.animation_data is not None
+    return keyed or deformed or lamps.moves(item)
+
+
+def _top(item: bpy.types.Object) -> float:
+    """Height of the highest corner of an object's box, m."""
+    return max((item.matrix_world @ Vector(corner)).z for corner in item.bound_box)
 
 
 @contextlib.contextmanager

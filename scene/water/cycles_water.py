@@ -125,7 +125,9 @@ def add_water(
     if column.reflects:
         if column.surface == "waves":
             images = realtime_waves.new_images(raised=raised, foam=raised and foam)
-        parts[INTERFACE] = water_surface.build(column.refractive_index, images)
+        parts[INTERFACE] = water_surface.build(
+            column.refractive_index, images, from_air=above or not dry
+        )
         make = raised_surface.surface if raised else plane
         objects.append(make("UW Surface", 2.0 * extent.half_width))
         objects[-1].data.materials.append(parts[INTERFACE])
@@ -137,7 +139,8 @@ def add_water(
     world.cycles.sampling_method = "NONE"
     suns = [sun_lamp.build(scene_water.SUN_DIAMETER_IN_AIR / column.refractive_index)]
     if (above or (dry and column.reflects)) and _suns_differ(column):
-        gain = column.refractive_index**2 if column.reflects else 1.0
+        # What is seen through the surface has n², which Cycles leaves out.
+        gain = 1.0 if above else column.refractive_index**2
         in_air = sun_lamp.build(scene_water.SUN_DIAMETER_IN_AIR, attributes.SUN_IN_AIR, gain)
         suns.append(in_air)
         parts[_LID] = sun_lid.build(_LID_HEIGHT)

@@ -13,6 +13,7 @@ import pytest
 from underwater_spectral.benchmarks import grey_scene
 from underwater_spectral.scene.engines import engines, mirrored_picture
 from underwater_spectral.scene.engines.mirrored_picture import MirroredPictures
+from underwater_spectral.scene.seen import mirrored_eye
 from underwater_spectral.scene.water import water_body
 from underwater_spectral.scene.water.shade import Kept
 from underwater_spectral.settings import render_plan
@@ -276,3 +277,37 @@ def test_cycles_lights_what_is_seen_through_the_surface_by_the_sun_of_the_air(em
     E = E + (light.sky * (1.0 + light.mirrored) + light.leaving) / 2
     wanted = left * (uplift_basis(plan.bands) @ ([0.8] * 3)) / math.pi * E
     np.testing.assert_allclose(seen[1] - seen[0], wanted, rtol=0.03)
+
+
+def test_what_moves_near_the_surface_may_come_out_in_a_job(empty_blender):
+    scene = empty_blender
+    bpy.ops.mesh.primitive_uv_sphere_add(radius=0.3, location=(0.0, 2.0, -1.0))
+    ball = bpy.context.object
+    bpy.context.view_layer.update()
+    assert not mirrored_eye.may_rise(scene, 10)
+    ball.keyframe_insert("location", frame=1)
+    assert mirrored_eye.may_rise(scene, 10)
+    assert not mirrored_eye.may_rise(scene, 1)
+    ball.animation_data_clear()
+    ball.modifiers.new("armature", "ARMATURE")
+    assert mirrored_eye.may_rise(scene, 10)
+    ball.modifiers.clear()
+    ball.location.z = 0.0
+    bpy.context.view_layer.update()
+    assert mirrored_eye.may_rise(scene, 1)
+
+
+def test_a_material_with_a_displacement_of_its_own_is_said(empty_blender):
+    scene, plan = empty_blender, _plan()
+    camera = _camera(scene, _seeming(BALL))
+    material = _matt("rough", 0.5)
+    tree = material.node_tree
+    displaced = tree.nodes.new("ShaderNodeDisplacement")
+    output = tree.get_output_node("EEVEE")
+    tree.links.new(displaced.outputs[0], output.inputs["Displacement"])
+    _ball(material)
+    before = snapshot.snapshot()
+    extent = water_body.water_extent(scene, plan.column, DEPTH)
+    with engines.eevee_bands(scene, camera, plan, extent, DEPTH) as engine:
+        assert any("'rough' is displaced; above the water" in note for note in engine.notes)
+    assert snapshot.differences(before, snapshot.snapshot()) == []

@@ -362,7 +362,7 @@ def lifted_height(depth: Operand, share: Operand, m: Mathematics = NUMPY) -> Ope
 
     Examples
     --------
-    >>> lifted_height(2.0, 0.5)
+    >>> float(lifted_height(2.0, 0.5))
     2.0
     """
     return depth * share / m.maximum(1.0 - share, _MATCHED)
