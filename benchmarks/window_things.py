@@ -61,9 +61,10 @@ def _post(place: Place, radius: float, length: float, tilt: float, colour: Place
     _coat(colour, smooth=True)
 
 
-def _posts(_: float) -> None:
-    _post((0.4, 1.0, 0.5), 0.08, 4.0, 0.0, (0.6, 0.5, 0.3))
-    _post((-0.9, 1.4, 0.5), 0.12, 5.0, 0.15, (0.7, 0.2, 0.1))
+def _posts(depth: float) -> None:
+    ahead = 0.7 * (depth - 1.5)
+    _post((0.4, 1.0 + ahead, 0.5), 0.08, 4.0, 0.0, (0.6, 0.5, 0.3))
+    _post((-0.9, 1.4 + ahead, 0.5), 0.12, 5.0, 0.15, (0.7, 0.2, 0.1))
 
 
 def _pier(depth: float) -> None:
