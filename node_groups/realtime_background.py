@@ -43,10 +43,10 @@ def build(shape: Shape, sources: Sources) -> bpy.types.ShaderNodeTree:
         found = shade.on_path(eye, w, P)
     ray, y_e = water.along(w), NODES.maximum(y_o - w[2] * P, 0.0)
     path_shade = water.path_shade(found, ray.falling_off(y_e, w), P)
+    end = [e + along * P for e, along in zip(eye, w, strict=True)]
     pixel = ray.open_water(
         y_o, w, water.sky, water.index, ripples=water.ripples(ahead.get(SLOPE)), shade=path_shade,
-        picture=water.picture([e + along * P for e, along in zip(eye, w, strict=True)]),
-        foam=water.foam(ahead.get(FOAM)),
+        picture=water.picture(end), foam=water.foam(ahead.get(FOAM)), window=water.window(end, w),
     )  # fmt: skip
     if sources.lamps is not None:
         path = realtime_lamps.build_path(

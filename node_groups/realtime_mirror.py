@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import bpy
 import numpy as np
@@ -24,19 +24,35 @@ _SMALLEST = 4  # texels along a side
 _TILES = 2  # the picture, and how near what it shows is to the surface
 
 
-def new_image() -> bpy.types.Image:
+def new_image(name: str = NAME) -> bpy.types.Image:
     """Make an image in which nothing is."""
-    return number_image(NAME, _SMALLEST, _TILES * _SMALLEST)
+    return number_image(name, _SMALLEST, _TILES * _SMALLEST)
 
 
 def write_picture(
-    image: bpy.types.Image, picture: NDArray[np.float32], nearness: NDArray[np.float32] | None
+    image: bpy.types.Image,
+    picture: NDArray[np.float32],
+    nearness: NDArray[np.float32] | None,
+    covered: NDArray[np.float32] | None = None,
 ) -> None:
-    """Put a picture, shape (h, w, 3) from the top, and nearness, 1/m, (h, w), into the image."""
+    """Put a picture into the image.
+
+    Parameters
+    ----------
+    image : Image
+    picture : array, shape (h, w, 3)
+        From the top.
+    nearness : array, shape (h, w), optional
+        1/m.
+    covered : array, shape (h, w), optional
+        Share of a pixel that things cover.
+    """
     h, w = picture.shape[:2]
     out = np.ones((_TILES, h, w, 4), np.float32)
     out[0, ..., :3] = picture[::-1]
     out[1, ..., :3] = 0.0 if nearness is None else nearness[::-1, :, None]
+    if covered is not None:
+        out[1, ..., 1] = covered[::-1]
     if tuple(image.size) != (w, _TILES * h):
         image.scale(w, _TILES * h)
     image.pixels.foreach_set(np.ravel(out))
@@ -69,17 +85,25 @@ def seen_in(
         Whether the surface is not flat.
     """
     view = FIELDS.read(graph, values)
-
-    columns, rows = NODES.maximum(view.columns, 1.0), NODES.maximum(view.rows, 1.0)
-
-    def look(h: Operand, v: Operand) -> NodeValue:
-        return texel(graph, image, h, v, columns, float(_TILES) * rows)
+    look, near = looks(graph, view, image)
 
     def nearness(h: Operand, v: Operand) -> NodeValue:
-        return graph.components(look(h, v + rows))[0]
+        return graph.components(near(h, v))[0]
 
     if waves:
         h, v, inside = view.found(place, down, nearness, NODES)
     else:
         h, v, inside = view.place(down, NODES)
     return MirroredThings(look(h, v), inside)
+
+
+def looks(
+    graph: Graph, view: MirroredView, image: bpy.types.Image
+) -> tuple[Callable[[Operand, Operand], NodeValue], Callable[[Operand, Operand], NodeValue]]:
+    """Return what looks up, at a column and row, a picture, and what was written beside it."""
+    columns, rows = NODES.maximum(view.columns, 1.0), NODES.maximum(view.rows, 1.0)
+
+    def look(h: Operand, v: Operand) -> NodeValue:
+        return texel(graph, image, h, v, columns, float(_TILES) * rows)
+
+    return look, lambda h, v: look(h, v + rows)

@@ -10,10 +10,11 @@ from collections.abc import Mapping, Sequence
 
 import bpy
 
-from ..uw_spectral.mathematics import Operand
+from ..uw_spectral.mathematics import Operand, dot
 from .node_mathematics import NODES, Graph, NodeValue, new_group
 
 _LEAST_COSINE = 1e-4
+_UNMOVED = 1e-3  # m
 _PORT_NAME, _MIRRORED_NAME = "UW Port Rays", "UW Mirrored Rays"
 DIRECTION, ORIGIN, DISTANCE, PLACE = "Direction", "Origin", "Distance", "Place"
 
@@ -143,6 +144,24 @@ def _along_axis(graph: Graph, w: tuple[NodeValue, NodeValue, NodeValue]) -> Node
 def drawn_place(graph: Graph) -> tuple[NodeValue, NodeValue, NodeValue]:
     """Coordinates at which the shaded point is drawn."""
     return graph.components(_geometry(graph, "Position"))
+
+
+def is_at_rest(graph: Graph) -> NodeValue:
+    """Whether a displacement is asked for a vertex, 0 or 1, not for the normal of what it moved.
+
+    EEVEE turns the normals of what is displaced as those of a bump, and wrongly: it takes the
+    displacement along the normal for a height. It finds none where things have been moved.
+    """
+    given = graph.node("ShaderNodeAttribute", attribute_type="GEOMETRY", attribute_name="position")
+    world = graph.node(
+        "ShaderNodeVectorTransform", vector_type="POINT", convert_from="OBJECT", convert_to="WORLD"
+    )
+    graph.tree.links.new(given.outputs["Vector"], world.inputs[0])
+    own = graph.components(graph.term(world.outputs[0]))
+    away = [a - b for a, b in zip(own, drawn_place(graph), strict=True)]
+    unmoved = NODES.less(dot(away, away), _UNMOVED * _UNMOVED)
+    strand = graph.term(graph.node("ShaderNodeHairInfo").outputs["Is Strand"])
+    return NODES.maximum(unmoved, strand)
 
 
 def eye_place(

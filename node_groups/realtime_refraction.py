@@ -13,7 +13,7 @@ from collections.abc import Callable, Sequence
 import bpy
 
 from ..uw_spectral.mathematics import Operand
-from ..uw_spectral.surface.refraction import apparent_depth, seen_from_air
+from ..uw_spectral.surface.refraction import apparent_depth, apparent_height, seen_from_air
 from ..uw_spectral.transfer.above_water import leaving_share
 from ..uw_spectral.transfer.radiance_field import surface_normal
 from .node_mathematics import NODES, Graph, NodeValue, new_group
@@ -25,11 +25,12 @@ from .realtime_rays import (
     PLACE,
     drawn_place,
     eye_place,
+    is_at_rest,
     straight_direction,
     straight_distance,
     write_outputs,
 )
-from .realtime_values import CAMERA, IN_AIR, RAY_INDEX
+from .realtime_values import CAMERA, IN_AIR, INDEX, RAY_INDEX, THROUGH
 from .realtime_waves import FOAM, SLOPE, WaveImages, foam_at, raised_at
 
 NAME = "UW Rays"
@@ -104,21 +105,31 @@ def build(values: bpy.types.ShaderNodeTree, images: WaveImages | None) -> bpy.ty
     return tree
 
 
-def build_apparent(values: bpy.types.ShaderNodeTree) -> bpy.types.ShaderNodeTree:
+def build_apparent(
+    values: bpy.types.ShaderNodeTree, *, from_air: bool = True
+) -> bpy.types.ShaderNodeTree:
     """Build the group that moves a vertex to where it seems to lie; output: the way it goes.
 
-    The surface counts as flat.
+    The surface counts as flat. Seen from the air, things in the water move; else those in the air,
+    while the picture of these is drawn, and what is under them follows them.
     """
     tree = new_group(APPARENT_NAME)
     graph = Graph(tree)
     number = _numbers(graph, values)
     x, y, z = drawn_place(graph)
     cx, cy, cz = (number(name) for name in CAMERA)
-    dx, dy, depth = x - cx, y - cy, NODES.maximum(-z, LOWEST)
-    distance, height = NODES.sqrt(dx * dx + dy * dy), NODES.maximum(cz, LOWEST)
-    seeming = apparent_depth(distance, depth, height, number(RAY_INDEX), NODES)
-    moved = number(IN_AIR) * NODES.less(z, -LOWEST) * (depth - seeming)
+    dx, dy = x - cx, y - cy
+    distance = NODES.sqrt(dx * dx + dy * dy)
+    if from_air:
+        depth, height = NODES.maximum(-z, LOWEST), NODES.maximum(cz, LOWEST)
+        seeming = apparent_depth(distance, depth, height, number(RAY_INDEX), NODES)
+        moved = number(IN_AIR) * NODES.less(z, -LOWEST) * (depth - seeming)
+    else:
+        height, depth = NODES.maximum(z, LOWEST), NODES.maximum(-cz, LOWEST)
+        seeming = apparent_height(distance, height, depth, number(INDEX), NODES)
+        moved = number(THROUGH) * (seeming - height)
     tree.interface.new_socket("Displacement", in_out="OUTPUT", socket_type="NodeSocketVector")
+    moved = is_at_rest(graph) * moved
     graph.assign(graph.vector(0.0, 0.0, moved), graph.node("NodeGroupOutput").inputs[0])
     return tree
 

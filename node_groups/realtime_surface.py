@@ -16,7 +16,7 @@ from ..uw_spectral.clouds.veiled_pixel import surroundings, veiled
 from ..uw_spectral.mathematics import Operand, dot
 from ..uw_spectral.surface.refraction import mirrored_direction
 from ..uw_spectral.surface.wave_patterns import sunlight_factor
-from ..uw_spectral.transfer.above_water import LightInAir, turned_sun
+from ..uw_spectral.transfer.above_water import LightInAir, facing_mirrored, turned_sun
 from ..uw_spectral.transfer.channel_pixel import (
     ALL_LEFT,
     COLOURS,
@@ -46,12 +46,15 @@ from .realtime_values import (
     GLOW_ABOVE,
     LEAST_PATTERN,
     MIRRORED_SHARE,
+    MIRRORED_SUN,
     REFLECTANCE,
     SHAFT_END,
     SKY_ABOVE,
     SUN_ABOVE,
     SUN_GAIN,
     SUN_IN_AIR,
+    THROUGH,
+    WATER_ABOVE,
     Shape,
 )
 from .realtime_water import PixelWater, Sources, in_group, pixel_layers
@@ -193,8 +196,9 @@ class _Surface:
     def seen(self) -> Operand:
         """Radiance that the camera sees."""
         seen = self._water.seen(self._pixel.total, self._given[COVERAGE])
-        if self._shape.above:
-            seen = NODES.select(self._water.ray(DRY), self._dry(), seen)
+        dry = self._is_dry()
+        if dry is not None:
+            seen = NODES.select(dry, self._dry(), seen)
         if self._shape.shafts:
             seen = seen - NODES.maximum(self._drawn(), 0.0)
         return seen
@@ -213,12 +217,13 @@ class _Surface:
         columns = [ray.sunlight(y, P, k, self._thing.pattern) * factor for k in wanted.values()]
         if self._shape.above:
             columns = [self._water.ray(LEAVING) * column for column in columns]
+        pick = self._is_dry()
+        if pick is not None:
             turned = self._turned(self._values.of(*SUN_IN_AIR))
             turned = turned * self._values[SUN_GAIN]
             dry = [self._values[name] * turned for name in SUN_ABOVE]
             # A measured reflectance is only known in the water: red stands for it in the air.
             dry += dry[:1] * (len(columns) - len(dry))
-            pick = self._water.ray(DRY)
             columns = [NODES.select(pick, a, b) for a, b in zip(dry, columns, strict=True)]
         white = columns[0] + columns[1] + columns[2]
         x, y, z = self._graph.components(white)
@@ -336,6 +341,12 @@ class _Surface:
         mean, share, _ = self._graph.components(NODES.select(self._given[CLOSED], *sides))
         return LightLeft(mean, share)
 
+    def _is_dry(self) -> NodeValue | None:
+        """Return whether what is drawn lies in the air, 0 or 1; None if nothing can."""
+        if self._shape.above:
+            return self._water.ray(DRY)
+        return self._values[THROUGH] if self._shape.window else None
+
     def _turned(self, sun: Sequence[Operand]) -> Operand:
         """Factor on the light of the sun as it is drawn, for a patch that another sun lights."""
         if not self._shape.above:
@@ -397,7 +408,8 @@ class _Surface:
 
     def _dry(self) -> Operand:
         """Radiance of the thing where it lies in the air."""
-        turned, up = self._turned(self._values.of(*SUN_IN_AIR)), self._normal[2]
+        sun, up = self._values.of(*SUN_IN_AIR), self._normal[2]
+        turned, facing = self._turned(sun), facing_mirrored(self._normal, sun, NODES)
         lit: Sequence[Operand] = (0.0, 0.0, 0.0)
         if LIT in self._given:
             lit = self._graph.components(self._lit() * self._values[SUN_GAIN])
@@ -405,9 +417,13 @@ class _Surface:
         total: Operand = 0.0
         for k in range(3):
             light = LightInAir(
-                self._values[SUN_ABOVE[k]], self._values[SKY_ABOVE[k]], self._values[MIRRORED_SHARE]
+                self._values[SUN_ABOVE[k]],
+                self._values[SKY_ABOVE[k]],
+                self._values[MIRRORED_SHARE],
+                sun_mirrored=self._values[MIRRORED_SUN],
+                leaving=self._values[WATER_ABOVE[k]],
             )
-            total = light.reflected(lit[k], base[k], turned, up) + total
+            total = light.reflected(lit[k], base[k], turned, up, facing) + total
         for k, radiance in enumerate(self._thing.emitted):
             total = radiance * self._values[GLOW_ABOVE[k]] + total
         return total

@@ -19,7 +19,7 @@ from ..uw_spectral.transfer.folded_light import RATES, FoldedLight, FoldedNumber
 from ..uw_spectral.transfer.radiance_field import FARTHEST
 from ..uw_spectral.transfer.sky import UNIFORM
 from ..uw_spectral.water.phase import PhaseFunction
-from . import realtime_cover, realtime_lamps, realtime_mirror, realtime_shade
+from . import realtime_cover, realtime_lamps, realtime_mirror, realtime_shade, realtime_window
 from .node_mathematics import Graph, NodeValue, new_group
 
 NAME = "UW Values"
@@ -45,8 +45,11 @@ IN_AIR, RAY_INDEX = "camera in air", "index of rays"
 PORT = "port before the camera"
 CAMERA = ("camera x", "camera y", "camera z")
 DRAWN_SUN = ("drawn sun x", "drawn sun y", "drawn sun z")
-MIRRORED_SHARE = "mirrored sky"
-_ABOVE = (IN_AIR, RAY_INDEX, *CAMERA, *DRAWN_SUN, MIRRORED_SHARE)
+MIRRORED_SHARE, MIRRORED_SUN = "mirrored sky", "mirrored sun"
+_ABOVE = (IN_AIR, RAY_INDEX, *CAMERA, *DRAWN_SUN, MIRRORED_SHARE, MIRRORED_SUN)
+THROUGH = "picture of the air"
+"""1 while the picture is drawn that shows what lies above the water, else 0."""
+_WINDOW = (THROUGH, *CAMERA, MIRRORED_SHARE, MIRRORED_SUN, *realtime_window.FIELDS.names)
 WAVES_PER_METRE = "waves per metre"
 WAVES_HALF_CELL = "waves half cell"
 WAVES_FAR_PER_METRE, WAVES_FAR_HALF_CELL = "long waves per metre", "long waves half cell"
@@ -69,6 +72,7 @@ FOAM_IN_SUN, FOAM_IN_SKY, FOAM_BELOW = "foam in sun", "foam in sky", "foam below
 _OF_LIGHT = ("scale", "decay", *RATES, "once_decay")
 SUN_ABOVE = tuple(f"sun above on {c}" for c in ("red", "green", "blue"))
 SKY_ABOVE = tuple(f"sky above on {c}" for c in ("red", "green", "blue"))
+WATER_ABOVE = tuple(f"light of water on {c}" for c in ("red", "green", "blue"))
 GLOW_ABOVE = tuple(f"glow in air {c}" for c in ("red", "green", "blue"))
 SKY_LEVEL, SUN_LEVEL = "sky above", "sun above"
 FILTERS = tuple(f"let through of {c}" for c in ("red", "green", "blue"))
@@ -137,6 +141,8 @@ class Shape:
         Whether the camera looks through a port, where the water begins.
     mirrored_things : bool
         Whether a picture shows the things that the surface mirrors.
+    window : bool
+        Whether a picture shows the things in the air that are seen through the surface.
     fluorophores : int
         Of things.
     fluorescent : tuple of str
@@ -172,6 +178,7 @@ class Shape:
     fluorescent: tuple[str, ...] = ()
     raised: bool = False
     foam: bool = False
+    window: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -197,8 +204,8 @@ def channel_names(shape: Shape) -> list[str]:
     names += EXCITING.values() if shape.fluorophores else ()
     if shape.foam:
         names += [FOAM_BELOW, FOAM_IN_SUN, FOAM_IN_SKY]
-    if shape.above:
-        names += [*SUN_ABOVE, *SKY_ABOVE, *GLOW_ABOVE, SKY_LEVEL, SUN_LEVEL]
+    if shape.above or shape.window:
+        names += [*SUN_ABOVE, *SKY_ABOVE, *WATER_ABOVE, *GLOW_ABOVE, SKY_LEVEL, SUN_LEVEL]
     return names + _of_clouds(shape, single=False)
 
 
@@ -211,6 +218,7 @@ def single_names(shape: Shape) -> list[str]:
     names += realtime_shade.FIELDS.names if shape.shade else ()
     names += realtime_cover.FIELDS.names if shape.covers else ()
     names += _ABOVE if shape.above else ()
+    names += _WINDOW if shape.window else ()
     names += (PORT,) if shape.port else ()
     names += realtime_mirror.FIELDS.names if shape.mirrored_things else ()
     names += realtime_lamps.NUMBERS if shape.lamps else ()

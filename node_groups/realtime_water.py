@@ -20,12 +20,14 @@ from ..uw_spectral.transfer.channel_pixel import (
     MirroredPicture,
     MirroredThings,
     ShadeOnPath,
+    ThingsInAir,
+    WindowPicture,
 )
 from ..uw_spectral.transfer.foam_light import FoamAhead, foam_from_above
 from ..uw_spectral.transfer.radiance_field import Ripples, surface_normal
 from ..uw_spectral.transfer.sky import UNIFORM, Sky
 from ..uw_spectral.transfer.sun_beam import half_angle2
-from . import realtime_cover, realtime_mirror
+from . import realtime_cover, realtime_mirror, realtime_window
 from .node_mathematics import NODES, Graph, NodeValue
 from .realtime_lamps import LampImages
 from .realtime_rays import straight_direction
@@ -67,8 +69,8 @@ class Sources:
     rays : ShaderNodeTree, optional
         Of :mod:`.realtime_refraction`, if the camera may be in the air, or of
         :mod:`.realtime_rays`.
-    mirrored : Image, optional
-        Of things that the surface mirrors.
+    mirrored, window : Image, optional
+        Of things that the surface mirrors, and of those in the air that are seen through it.
     exciting : Image, optional
         Of :mod:`.realtime_tables`, where things fluoresce: of the light that excites them.
     """
@@ -82,6 +84,7 @@ class Sources:
     rays: bpy.types.ShaderNodeTree | None = None
     mirrored: bpy.types.Image | None = None
     exciting: bpy.types.Image | None = None
+    window: bpy.types.Image | None = None
 
 
 def layout_of(shape: Shape) -> Layout:
@@ -182,6 +185,20 @@ class PixelWater:
         def seen(down: Sequence[Operand]) -> MirroredThings:
             values, waves = self.values.outputs, self.shape.waves
             return realtime_mirror.seen_in(self.graph, values, image, place, down, waves=waves)
+
+        return seen
+
+    def window(self, place: Sequence[NodeValue], w: Sequence[NodeValue]) -> WindowPicture | None:
+        """Return the look-up of things in the air, for a ray that leaves the water at a place."""
+        image, index = self._sources.window, self.index
+        if image is None or index is None:
+            return None
+
+        def seen(up: Sequence[Operand]) -> ThingsInAir:
+            values, waves = self.values.outputs, self.shape.waves
+            return realtime_window.seen_in(
+                self.graph, values, image, place, w, up, index=index, waves=waves
+            )
 
         return seen
 

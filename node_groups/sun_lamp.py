@@ -10,7 +10,9 @@ NAME = "UW Sun"
 
 
 def build(
-    angular_diameter: float, irradiance: str = attributes.SUN_IRRADIANCE
+    angular_diameter: float,
+    irradiance: str = attributes.SUN_IRRADIANCE,
+    gain: float = 1.0,
 ) -> bpy.types.SunLight:
     """Build the lamp.
 
@@ -20,6 +22,8 @@ def build(
         Diameter of the sun's disc as it is seen, radians.
     irradiance : str
         Attribute that holds what it brings on a plane across its light.
+    gain : float
+        Factor on that.
     """
     light = bpy.data.lights.new(NAME, "SUN")
     light.energy = 1.0
@@ -30,6 +34,7 @@ def build(
     attribute.attribute_type = "VIEW_LAYER"
     attribute.attribute_name = irradiance
     emission = tree.nodes.new("ShaderNodeEmission")
+    emission.inputs["Strength"].default_value = gain
     output = tree.nodes.new("ShaderNodeOutputLight")
     tree.links.new(attribute.outputs["Color"], emission.inputs["Color"])
     tree.links.new(emission.outputs["Emission"], output.inputs["Surface"])

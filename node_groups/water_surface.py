@@ -51,7 +51,9 @@ _NUMBERS = (
 )
 
 
-def build(refractive_index: float, images: WaveImages | None = None) -> bpy.types.Material:
+def build(
+    refractive_index: float, images: WaveImages | None = None, *, from_air: bool = True
+) -> bpy.types.Material:
     """Build the material; the surface's normal points up, into the air.
 
     Parameters
@@ -60,6 +62,9 @@ def build(refractive_index: float, images: WaveImages | None = None) -> bpy.type
         Of the water.
     images : WaveImages, optional
         Of a surface with waves.
+    from_air : bool
+        Whether the camera may be in the air. To one in the water, light that things in the air
+        have from the water's side comes with the factor n² that it has there.
     """
     material = bpy.data.materials.new(NAME)
     tree = material.node_tree
@@ -69,8 +74,11 @@ def build(refractive_index: float, images: WaveImages | None = None) -> bpy.type
     glass = graph.node("ShaderNodeBsdfGlass")
     # Cycles leaves out that radiance has a factor n² in the water. The sky brings it, and what
     # is seen from the air, the mirrored sky too, loses it here.
-    inside = graph.term(graph.node("ShaderNodeNewGeometry").outputs["Backfacing"])
-    graph.assign(NODES.select(inside, 1.0, refractive_index**-2), glass.inputs["Color"])
+    if from_air:
+        inside = graph.term(graph.node("ShaderNodeNewGeometry").outputs["Backfacing"])
+        graph.assign(NODES.select(inside, 1.0, refractive_index**-2), glass.inputs["Color"])
+    else:
+        glass.inputs["Color"].default_value = (1.0, 1.0, 1.0, 1.0)
     glass.inputs["Roughness"].default_value = 0.0
     glass.inputs["IOR"].default_value = refractive_index
     clear = graph.node("ShaderNodeBsdfTransparent")

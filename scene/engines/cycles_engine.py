@@ -18,7 +18,7 @@ from ...uw_spectral.imaging.layers import parse_layers
 from ...uw_spectral.spectra.spectral_image import read_exr, write_rgb_exr
 from .. import contents
 from ..materials import band_colors, fluorescence
-from ..seen import cameras, clouds, waterline
+from ..seen import cameras, clouds, mirrored_eye, waterline
 from ..seen.lamps import plan_lamps
 from ..seen.surroundings import Ground
 from ..water import (
@@ -75,7 +75,8 @@ def cycles_bands(
     ground = ground_of(plan)
     first = continued_seabed.over(plan, ground)
     notes = cycles_water.add_water(
-        scene, plan.column, cycles_phases(plan), extent, lamps, above=above, own_seabed=continues,
+        scene, plan.column, cycles_phases(plan), extent, lamps, above=above,
+        dry=mirrored_eye.may_rise(scene, len(eyes)), own_seabed=continues,
         indices_in_water=chosen.indices_in_water, raised=chosen.raised_waves,
         foam=chosen.whitecaps,
     )  # fmt: skip

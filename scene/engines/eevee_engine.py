@@ -21,7 +21,7 @@ from ...uw_spectral.errors import InputError
 from ...uw_spectral.imaging.layers import parse_layers
 from ...uw_spectral.spectra.spectral_image import read_exr, write_rgb_exr
 from ...uw_spectral.transfer.channels import channels_of, channels_of_bands
-from ..seen import lamps, waterline
+from ..seen import cameras, lamps, waterline
 from ..temporary import render_settings
 from ..water import continued_seabed, frame_water, moving_surface, realtime, scene_water
 from ..water.eevee_water import Eye, eevee_water
@@ -76,6 +76,7 @@ def eevee_bands(
     with _eevee(scene, camera, first_pass, extent, plan.settings.samples, froxels) as notes:
         notes += continued_seabed.notes(plan, kept.ground)
         notes += mirrored_picture.notes(camera, plan, eyes)
+        notes += mirrored_picture.notes_of_air(scene, camera, plan, eyes)
         notes += moving_surface.limits(camera, plan.settings, eyes, eevee=True)
 
         def frame(now: RenderPlan, camera_depth: float, _: Weights | None = None) -> RenderPass:
@@ -139,6 +140,7 @@ def eevee_realtime(
     with _eevee(scene, camera, first, extent, samples, froxels) as notes:
         notes += continued_seabed.notes(plan, kept.ground)
         notes += mirrored_picture.notes(camera, plan, eyes)
+        notes += mirrored_picture.notes_of_air(scene, camera, plan, eyes)
         notes += moving_surface.limits(camera, plan.settings, eyes, eevee=True)
 
         def frame(now: RenderPlan, camera_depth: float, given: Weights | None = None) -> RenderPass:
@@ -245,16 +247,20 @@ def _waters(
 
     The nodes are built for the first frame's, which is not computed again to be drawn.
     """
-    mirrors: list[bool] = []  # of the first frame, as the nodes are
+    shows: list[tuple[bool, bool]] = []  # in the first frame, as the nodes are
 
     @functools.lru_cache(maxsize=1)
     def water_at(_: float, plan: RenderPlan, depth: float) -> frame_water.RealtimeWater:
         every = np.ones((3, len(plan.bands)))
         water = eevee_water(plan, scene, Eye(camera, depth, eyes), every, kept)
         water = moving_surface.with_waves(scene, plan, water)
-        if not mirrors:
-            mirrors.append(mirrored_picture.may_show(camera, plan, eyes, mirrored))
-        return water.with_mirrored_things() if mirrors[0] else water
+        if not shows:
+            mirrors = mirrored_picture.may_show(camera, plan, eyes, mirrored)
+            air = mirrored_picture.may_show_air(scene, camera, plan, eyes, mirrored)
+            shows.append((mirrors, air))
+        mirrors, air = shows[0]
+        place = cameras.eye_of(camera)[:3] if air else None
+        return water.with_pictures(mirrored=mirrors, window_from=place)
 
     def water_of(plan: RenderPlan, depth: float) -> frame_water.RealtimeWater:
         return water_at(scene.frame_current_final, plan, depth)

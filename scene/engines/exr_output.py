@@ -12,12 +12,14 @@ from ..blender_prints import without_file_lines
 from ..interruption import interrupted_afterwards
 
 
-def write_float_exr(scene: bpy.types.Scene, destination: Path) -> None:
-    """Render a scene into a 32-bit RGB EXR, as :func:`write_exr` does."""
-    write_exr(scene, destination)
+def write_float_exr(scene: bpy.types.Scene, destination: Path, *, alpha: bool = False) -> None:
+    """Render a scene into a 32-bit RGB or RGBA EXR, as :func:`write_exr` does."""
+    write_exr(scene, destination, alpha=alpha)
 
 
-def write_exr(scene: bpy.types.Scene, destination: Path, *, passes: bool = False) -> None:
+def write_exr(
+    scene: bpy.types.Scene, destination: Path, *, passes: bool = False, alpha: bool = False
+) -> None:
     """Render a scene into a 32-bit EXR.
 
     Parameters
@@ -28,6 +30,8 @@ def write_exr(scene: bpy.types.Scene, destination: Path, *, passes: bool = False
         The file; written under a temporary name beside it and renamed.
     passes : bool
         Every pass of the view layer; else the picture's RGB.
+    alpha : bool
+        Of the picture, besides.
 
     Raises
     ------
@@ -41,7 +45,7 @@ def write_exr(scene: bpy.types.Scene, destination: Path, *, passes: bool = False
     image.media_type = "MULTI_LAYER_IMAGE" if passes else "IMAGE"
     image.file_format = "OPEN_EXR_MULTILAYER" if passes else "OPEN_EXR"
     if not passes:
-        image.color_mode = "RGB"
+        image.color_mode = "RGBA" if alpha else "RGB"
     image.color_depth = "32"
     image.exr_codec = "ZIP"
     render.use_file_extension = False

@@ -1,7 +1,9 @@
-"""Draws what the surface mirrors to a camera below it, for the main picture to look up.
+"""Draws what the surface mirrors to a camera below it, and what is seen through it in the air.
 
-Light that a flat surface mirrors comes as if straight from the mirror image of the camera: one
-render from there, of rays that begin at the surface, is what arrives at it from below.
+The main picture looks both up. Light that a flat surface mirrors comes as if straight from the
+mirror image of the camera: one render from there, of rays that begin at the surface, is what
+arrives at it from below. Things in the air are drawn by the camera itself, where refraction puts
+them, without water and sky.
 """
 
 from __future__ import annotations
@@ -35,7 +37,7 @@ _FARTHEST = 200.0  # m
 
 
 class MirroredPictures:
-    """What the surface mirrors to a camera, frame by frame of a job.
+    """What the surface mirrors to a camera, and lets through to it, frame by frame of a job.
 
     Parameters
     ----------
@@ -48,7 +50,8 @@ class MirroredPictures:
     def __init__(self, scene: bpy.types.Scene, camera: bpy.types.Object, kept: Kept) -> None:
         self._scene, self._camera, self._kept = scene, camera, kept
         self._found: tuple[object, MirroredEye | None] = None, None
-        self._near: tuple[object, NDArray[np.float32]] | None = None
+        self._above: tuple[object, MirroredEye | None] = None, None
+        self._near: dict[int, tuple[MirroredEye, NDArray[np.float32]]] = {}
 
     def eye(self, plan: RenderPlan) -> MirroredEye | None:
         """Return the mirrored eye of the current frame, if it sees things."""
@@ -61,13 +64,47 @@ class MirroredPictures:
             self._found = asked, eye
         return self._found[1]
 
-    def show(self, plan: RenderPlan, water: RealtimeWater) -> None:
-        """Draw the picture of the current frame into the water of the scene.
+    def window_eye(self, plan: RenderPlan) -> MirroredEye | None:
+        """Return the eye of the current frame that sees things in the air, if there are any."""
+        waves, reach = plan.settings.surface == WAVES, _reach(plan)
+        index = plan.column.refractive_index
+        asked = self._scene.frame_current_final, reach, waves, index
+        if self._above[0] != asked:
+            eye = mirrored_eye.window_eye(self._scene, self._camera, reach, index, waves=waves)
+            if eye is not None and not mirrored_eye.sees_things(self._scene, eye, reach):
+                eye = None
+            self._above = asked, eye
+        return self._above[1]
 
-        The numbers of the water are those of the mirrored eye afterwards.
+    def show(self, plan: RenderPlan, water: RealtimeWater) -> None:
+        """Draw the pictures of the current frame into the water of the scene.
+
+        The numbers of the water are those of the last of them afterwards.
         """
-        if not water.shape.mirrored_things:
+        if water.shape.window:
+            self._show_window(plan, water)
+        if water.shape.mirrored_things:
+            self._show_mirrored(plan, water)
+
+    def _show_window(self, plan: RenderPlan, water: RealtimeWater) -> None:
+        eye = self.window_eye(plan)
+        if eye is None:
+            realtime.hide_window(self._scene)
             return
+        realtime.set_values(self._scene, water)
+        with (
+            mirrored_eye.looking(self._scene, eye, self._camera),
+            tempfile.TemporaryDirectory() as folder,
+        ):
+            path = Path(folder, "window.exr")
+            realtime.look_into_air(self._scene, water, eye.view)
+            write_float_exr(self._scene, path, alpha=True)
+            pixels, names = read_exr(path)
+            picture = pixels[..., [names.index(name) for name in "RGBA"]]
+            nearness = self._nearness(eye, path) if water.shape.waves else None
+        realtime.show_window(self._scene, eye.view, picture, nearness)
+
+    def _show_mirrored(self, plan: RenderPlan, water: RealtimeWater) -> None:
         eye = self.eye(plan)
         if eye is None:
             realtime.hide_mirrored(self._scene)
@@ -85,9 +122,10 @@ class MirroredPictures:
         realtime.show_mirrored(self._scene, eye.view, picture, nearness)
 
     def _nearness(self, eye: MirroredEye, path: Path) -> NDArray[np.float32]:
-        if self._near is None or self._near[0] is not eye:
-            self._near = eye, eye.nearness(depth_map(self._scene, path))
-        return self._near[1]
+        kind = int(eye.towards_surface)
+        if kind not in self._near or self._near[kind][0] is not eye:
+            self._near[kind] = eye, eye.nearness(depth_map(self._scene, path))
+        return self._near[kind][1]
 
     def _cover(self, camera: bpy.types.Object, water: RealtimeWater) -> ViewCover | None:
         if water.seen.cover is None:
@@ -109,6 +147,21 @@ def may_show(
     return len(eyes) > 1 or mirrored.eye(plan) is not None
 
 
+def may_show_air(
+    scene: bpy.types.Scene,
+    camera: bpy.types.Object,
+    plan: RenderPlan,
+    eyes: Sequence[tuple[float, ...]],
+    mirrored: MirroredPictures,
+) -> bool:
+    """Whether a job may show things in the air through the surface, at any of its frames."""
+    if _why_not(camera, plan, eyes):
+        return False
+    if len(eyes) > 1:
+        return mirrored_eye.may_rise(scene, len(eyes))
+    return mirrored.window_eye(plan) is not None
+
+
 def notes(
     camera: bpy.types.Object,
     plan: RenderPlan,
@@ -119,6 +172,22 @@ def notes(
     if not (plan.settings.mirrored_things and plan.column.reflects and why):
         return []
     return [f"things are not seen mirrored in the water surface: {why}"]
+
+
+def notes_of_air(
+    scene: bpy.types.Scene,
+    camera: bpy.types.Object,
+    plan: RenderPlan,
+    eyes: Sequence[tuple[float, ...]],
+) -> list[str]:
+    """Return why things in the air are not refracted to a camera in the water, if they are not."""
+    lowest = min(eye[2] for eye in (cameras.eye_of(camera), *eyes))
+    why = _why_not(camera, plan, eyes)
+    if not (plan.column.reflects and why and lowest < 0.0):
+        return []
+    if not mirrored_eye.may_rise(scene, len(eyes)):
+        return []
+    return [f"things above the water are seen from below as if it did not refract: {why}"]
 
 
 def _why_not(

@@ -168,7 +168,7 @@ def why_dark(item: bpy.types.Object) -> str:
         return "it belongs to the air; let it light the water with its switch"
     if getattr(getattr(item.data, "cycles", None), "is_portal", False):
         return "it is a portal, which sends no light itself"
-    return _ABOVE if _stays_dark_above(item) and not _moves(item) else ""
+    return _ABOVE if _stays_dark_above(item) and not moves(item) else ""
 
 
 def said_of(item: bpy.types.Object) -> tuple[str, ...]:
@@ -212,7 +212,7 @@ def _is_lamp(item: bpy.types.Object) -> bool:
     return item.type == "LIGHT" and item.data.type in KINDS
 
 
-def _moves(item: bpy.types.Object | None) -> bool:
+def moves(item: bpy.types.Object | None) -> bool:
     """Whether an object may come to another place: keyed, driven, bound, or by a simulation."""
     while item is not None:
         if item.animation_data is not None or item.constraints or item.rigid_body is not None:
@@ -267,7 +267,7 @@ def lamps_of(
         lamps.append(lamp)
     # One that moves may rise: its nodes are there in all frames.
     shining_in = [item for item in objects if stored_lamp(item.data).from_above]
-    from_air = any(_is_above(item) or _moves(item) for item in shining_in)
+    from_air = any(_is_above(item) or moves(item) for item in shining_in)
     return SceneLamps(tuple(objects), tuple(lamps), tuple(notes), from_air=from_air)
 
 

@@ -1,4 +1,6 @@
-"""Moves what is under water to where it seems to lie from the air, in EEVEE's vertices.
+"""Moves things to where they seem to lie beyond the surface, in EEVEE's vertices.
+
+Those under water seen from the air, and those in the air seen from the water.
 
 Materials get a displacement, and coarse meshes a subdivision that is not saved with them. Both
 leave with the water.
@@ -19,12 +21,17 @@ from .. import contents
 _BEFORE = "uw_displacement"
 _MODIFIER = "UW Subdivision"
 _LONGEST = 0.25  # size of a face that stays whole, over its distance from the camera
+_LONGEST_ABOVE = 0.15  # the same in the air: near the rim of the window places bend more
 _MOST_LEVELS = 7
 _MOST_FACES = 300_000
 
 
 def insert(
-    materials: Iterable[bpy.types.Material], group: bpy.types.ShaderNodeTree, reach: float
+    materials: Iterable[bpy.types.Material],
+    group: bpy.types.ShaderNodeTree,
+    reach: float,
+    *,
+    from_air: bool = True,
 ) -> list[str]:
     """Let the vertices of materials move as a group of :mod:`.realtime_refraction` says.
 
@@ -35,6 +42,8 @@ def insert(
     group : ShaderNodeTree
     reach : float
         Farthest that a vertex moves, m.
+    from_air : bool
+        Whether the camera is in the air, not in the water.
 
     Returns
     -------
@@ -49,9 +58,11 @@ def insert(
             continue
         socket = output.inputs["Displacement"]
         if socket.is_linked:
+            where = "under water" if from_air else "above the water"
+            eye = "the air" if from_air else "below"
             notes.append(
-                f"material {material.name!r} is displaced; under water it is not drawn where "
-                "refraction puts it, seen from the air"
+                f"material {material.name!r} is displaced; {where} it is not drawn where "
+                f"refraction puts it, seen from {eye}"
             )
             continue
         material[_BEFORE] = [material.displacement_method, str(material.max_vertex_displacement)]
@@ -71,19 +82,21 @@ def give_back(kept: Iterable[bpy.types.Material]) -> None:
         del material[_BEFORE]
 
 
-def subdivide(scene: bpy.types.Scene, camera: Sequence[float]) -> None:
-    """Subdivide meshes under water whose edges are too long to be bent as refraction asks.
+def subdivide(scene: bpy.types.Scene, camera: Sequence[float], *, from_air: bool = True) -> None:
+    """Subdivide meshes beyond the surface whose edges are too long to be bent as refraction asks.
 
     Parameters
     ----------
     scene : Scene
     camera : three floats
         Where the camera is, m.
+    from_air : bool
+        Whether that is in the air, and the meshes in the water.
     """
     for item in contents.objects(scene):
         if item.type != "MESH" or not item.is_editable or _MODIFIER in item.modifiers:
             continue
-        levels = _levels(item, np.array(camera))
+        levels = _levels(item, np.array(camera), from_air=from_air)
         if levels:
             modifier = item.modifiers.new(_MODIFIER, "SUBSURF")
             modifier.subdivision_type = "SIMPLE"
@@ -99,7 +112,7 @@ def unite(scenes: Iterable[bpy.types.Scene]) -> None:
             item.modifiers.remove(item.modifiers[_MODIFIER])
 
 
-def _levels(item: bpy.types.Object, camera: NDArray[np.float64]) -> int:
+def _levels(item: bpy.types.Object, camera: NDArray[np.float64], *, from_air: bool) -> int:
     """How often the faces of an object are to be halved in each direction."""
     mesh = item.data
     if not mesh.polygons:
@@ -113,8 +126,10 @@ def _levels(item: bpy.types.Object, camera: NDArray[np.float64]) -> int:
     mesh.polygons.foreach_get("loop_start", starts)
     low, high = (f.reduceat(places[corners], starts) for f in (np.minimum, np.maximum))
     away = np.linalg.norm(np.maximum(np.maximum(low - camera, camera - high), 0.0), axis=1)
-    size = np.linalg.norm(high - low, axis=1) / (_LONGEST * np.maximum(away, 1.0))
-    coarsest = float(np.where(low[:, 2] < 0, size, 0.0).max())
+    longest = _LONGEST if from_air else _LONGEST_ABOVE
+    size = np.linalg.norm(high - low, axis=1) / (longest * np.maximum(away, 1.0))
+    moves = low[:, 2] < 0 if from_air else high[:, 2] > 0
+    coarsest = float(np.where(moves, size, 0.0).max())
     wanted = math.ceil(math.log2(max(coarsest, 1.0)))
     affordable = math.floor(math.log(max(_MOST_FACES / len(mesh.polygons), 1.0), 4))
     return min(wanted, affordable, _MOST_LEVELS)

@@ -59,6 +59,7 @@ def add_water(
     lamps: SceneLamps | None = None,
     *,
     above: bool = False,
+    dry: bool = False,
     indices_in_water: bool = True,
     own_seabed: bool = False,
     raised: bool = False,
@@ -84,7 +85,9 @@ def add_water(
     lamps : SceneLamps, optional
         In the water.
     above : bool
-        Whether the camera may be in the air: things there then have the sun and sky of the air.
+        Whether the camera may be in the air, and sees the sky of the air.
+    dry : bool
+        Whether there may be things in the air: they have the sun of the air.
     indices_in_water : bool
         Whether refractive indices of materials are taken against the water.
     own_seabed : bool
@@ -122,7 +125,9 @@ def add_water(
     if column.reflects:
         if column.surface == "waves":
             images = realtime_waves.new_images(raised=raised, foam=raised and foam)
-        parts[INTERFACE] = water_surface.build(column.refractive_index, images)
+        parts[INTERFACE] = water_surface.build(
+            column.refractive_index, images, from_air=above or not dry
+        )
         make = raised_surface.surface if raised else plane
         objects.append(make("UW Surface", 2.0 * extent.half_width))
         objects[-1].data.materials.append(parts[INTERFACE])
@@ -133,8 +138,11 @@ def add_water(
     # draws water that scatters forward 1 to 2 % too bright, in twice the time; rays find it anyway.
     world.cycles.sampling_method = "NONE"
     suns = [sun_lamp.build(scene_water.SUN_DIAMETER_IN_AIR / column.refractive_index)]
-    if above and _suns_differ(column):
-        suns.append(sun_lamp.build(scene_water.SUN_DIAMETER_IN_AIR, attributes.SUN_IN_AIR))
+    if (above or (dry and column.reflects)) and _suns_differ(column):
+        # What is seen through the surface has n², which Cycles leaves out.
+        gain = 1.0 if above else column.refractive_index**2
+        in_air = sun_lamp.build(scene_water.SUN_DIAMETER_IN_AIR, attributes.SUN_IN_AIR, gain)
+        suns.append(in_air)
         parts[_LID] = sun_lid.build(_LID_HEIGHT)
         objects.append(_lid(extent, parts[_LID]))
     floor = sea_floor.build() if own_seabed or math.isfinite(column.floor_depth) else None

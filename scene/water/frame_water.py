@@ -91,6 +91,8 @@ class RealtimeWater:
         Whether refractive indices of materials are taken against the water.
     waves, contrast, strength : WavePatterns, array (KNOTS, n), float
         The moving surface: its patterns, and the strength of what they throw.
+    window_from : three floats, optional
+        Where the camera is, m, if it may see things in the air through the surface.
     """
 
     column: WaterColumn
@@ -109,6 +111,7 @@ class RealtimeWater:
     strength: float = 0.0
     pictures: bool = False
     indices_in_water: bool = True
+    window_from: Sequence[float] | None = None
 
     def in_channels(self, channels: Channels, layers: Sequence[str] = ()) -> RealtimeWater:
         """Return the water in other channels, with layers that are written beside the picture."""
@@ -121,9 +124,20 @@ class RealtimeWater:
         seen = replace(self.seen, above=replace(self.seen.above, in_air=in_air))
         return replace(self, seen=seen)
 
-    def with_mirrored_things(self) -> RealtimeWater:
-        """Return the water whose surface may mirror a picture of things."""
-        return replace(self, shape=replace(self.shape, mirrored_things=True))
+    def with_pictures(
+        self, *, mirrored: bool, window_from: Sequence[float] | None
+    ) -> RealtimeWater:
+        """Return the water whose surface may mirror a picture of things, or show one of the air.
+
+        Parameters
+        ----------
+        mirrored : bool
+        window_from : three floats, optional
+            Where the camera is, m, if it may see things in the air.
+        """
+        window = window_from is not None
+        shape = replace(self.shape, mirrored_things=mirrored, window=window)
+        return replace(self, shape=shape, window_from=window_from)
 
     def under_waves(
         self, waves: WavePatterns, contrast: NDArray[np.float64], strength: float
@@ -283,11 +297,15 @@ class RealtimeWater:
             light = self.exciting.numbers
             named = realtime_values.EXCITING
             channels |= {name: getattr(light, key) for key, name in named.items()}
-        if self.seen.above is not None:
-            in_air = light_in_air(column)
+        if self.seen.above is not None or shape.window:
+            in_air = light_in_air(column, self.field)
             channels |= _in_air(self.channels, in_air)
-            single |= _of_view(self.seen.above, column)
             single[realtime_values.MIRRORED_SHARE] = float(in_air.mirrored)
+            single[realtime_values.MIRRORED_SUN] = float(in_air.sun_mirrored)
+        if self.seen.above is not None:
+            single |= _of_view(self.seen.above, column)
+        if shape.window:
+            single[realtime_values.THROUGH] = 0.0
         if self.around_lamps is not None:
             single |= _of_lamps(self.seen.lamps, column, self.phase, self.depth)
         if self.waves is not None and self.contrast is not None:
@@ -321,6 +339,7 @@ def _in_air(channels: Channels, light: LightInAir) -> dict[str, NDArray[np.float
     for names, columns in (
         (realtime_values.SUN_ABOVE, channels.fold_colours(light.sun)),
         (realtime_values.SKY_ABOVE, channels.fold_colours(light.sky)),
+        (realtime_values.WATER_ABOVE, channels.fold_colours(light.leaving)),
         (realtime_values.GLOW_ABOVE, channels.fold(channels.emission.T).T),
     ):
         found |= dict(zip(names, columns.T, strict=True))

@@ -26,6 +26,7 @@ from ...node_groups import (
     realtime_values,
     realtime_volume,
     realtime_waves,
+    realtime_window,
     uplift,
 )
 from ...node_groups.realtime_values import PORT, Numbers
@@ -41,7 +42,7 @@ from ..materials import bare_surfaces, fluorescence, hidden_above, realtime_mate
 from ..materials.inserted import own_input
 from ..materials.realtime_materials import Surfaces
 from ..seen.closed_bodies import closed_materials
-from ..seen.mirrored_eye import materials_above
+from ..seen.mirrored_eye import RISES, materials_above
 from . import apparent_places, particles, scene_water
 from .frame_water import FLOOR, LONGEST_SHAFT, RealtimeWater
 from .water_body import WaterExtent, box
@@ -52,12 +53,11 @@ _TABLE = "uw_table"
 _SHADE = "uw_shade"
 _COVER = "uw_cover"
 _LAMPS, _SOURCES = "uw_lamps", "uw_lamp_sources"
-_APPARENT, _MIRRORED = "uw_apparent", "uw_mirrored"
+_APPARENT, _MIRRORED, _WINDOW = "uw_apparent", "uw_mirrored", "uw_window"
 _EXCITING = "uw_exciting"
 _PLAIN, _FILTER, _HIGHLIGHT = "uw_plain", "uw_filter", "uw_highlight "
 # Columns of red, green and blue come before those of measured reflectances.
 _FIRST_MEASURED = 3
-_RISES = -3.0  # m: what is higher may come out of the water in a job
 # Finest detail of the sun's shadow in m: Blender's millimetre costs several times as much,
 # and the sun's disc blurs a shadow by 7 mm per metre, waves by far more.
 _SHADOW, _WAVY_SHADOW = 0.01, 0.03
@@ -112,8 +112,9 @@ def add_realtime(scene: bpy.types.Scene, water: RealtimeWater, extent: WaterExte
     mirrored = None
     if shape.mirrored_things:
         rays, mirrored = realtime_rays.build_mirrored(), realtime_mirror.new_image()
+    window = realtime_mirror.new_image(realtime_window.NAME) if shape.window else None
     exciting = realtime_tables.new_image(exciting_layout(shape)) if shape.fluorophores else None
-    sources = Sources(values, table, shade, cover, lit, images, rays, mirrored, exciting)
+    sources = Sources(values, table, shade, cover, lit, images, rays, mirrored, exciting, window)
     surface = realtime_surface.build(shape, sources)
     keeping = realtime_surface.build(shape, sources, keeps=True) if water.keeps_closures else None
     fluorescent = None
@@ -135,13 +136,20 @@ def add_realtime(scene: bpy.types.Scene, water: RealtimeWater, extent: WaterExte
         surface, clear, keeping, measured, closed, highlights, fluorescent, shape.fluorescent
     )
     notes += realtime_materials.insert(materials, surfaces)
-    if mirrored is not None:
-        high = materials_above(scene, _RISES)
+    above: list[bpy.types.Material] = []
+    if mirrored is not None or window is not None:
+        high = materials_above(scene, RISES)
         above = [material for material in materials if material in high]
-        hidden_above.insert(above, realtime_hiding.build(values))
-    apparent = realtime_refraction.build_apparent(values) if shape.above else None
-    if apparent is not None:
+        # In the picture of the air nothing is to be seen that is in the water.
+        hidden = above if window is None else [m for m in materials if m != floor]
+        hidden_above.insert(hidden, realtime_hiding.build(values, shape))
+    apparent = None
+    if shape.above:
+        apparent = realtime_refraction.build_apparent(values)
         notes += apparent_places.insert(materials, apparent, extent.bottom)
+    elif window is not None:
+        lifting = realtime_refraction.build_apparent(values, from_air=False)
+        notes += apparent_places.insert(above, lifting, LONGEST_SHAFT, from_air=False)
     sun = bpy.data.lights.new("UW Sun", "SUN")
     sun.energy = 1.0
     sun.shadow_maximum_resolution = _SHADOW if water.waves is None else _WAVY_SHADOW
@@ -164,6 +172,7 @@ def add_realtime(scene: bpy.types.Scene, water: RealtimeWater, extent: WaterExte
                 (_SOURCES, lit and lit.sources),
                 (_APPARENT, apparent),
                 (_MIRRORED, mirrored),
+                (_WINDOW, window),
                 (_EXCITING, exciting),
                 (marks.FLUORESCENT, fluorescent),
                 (_PLAIN, plain),
@@ -181,6 +190,8 @@ def add_realtime(scene: bpy.types.Scene, water: RealtimeWater, extent: WaterExte
     set_values(scene, water)
     if water.seen.above is not None:
         apparent_places.subdivide(scene, water.seen.above.camera)
+    elif water.window_from is not None:
+        apparent_places.subdivide(scene, water.window_from, from_air=False)
     return notes
 
 
@@ -289,6 +300,43 @@ def show_mirrored(
     """Let the surface mirror a picture, see :func:`.realtime_mirror.write_picture`."""
     realtime_mirror.write_picture(marks.part(scene, _MIRRORED), picture, nearness)
     _place_mirrored(scene, view)
+
+
+def look_into_air(scene: bpy.types.Scene, water: RealtimeWater, view: MirroredView) -> None:
+    """Let the scene show what is above the water, to an eye in it, until its next values.
+
+    The sun is that of the air; shadows fall as if things were where they seem to be.
+    """
+    numbers = {
+        realtime_values.THROUGH: 1.0,
+        **dict(zip(realtime_values.CAMERA, view.eye, strict=True)),
+    }
+    realtime_values.write(marks.part(scene, _VALUES), Numbers({}, numbers))
+    for item in marks.objects(scene):
+        if item.get(marks.IS_SUN):
+            scene_water.turn(item, water.column.skylight.sun)
+
+
+def show_window(
+    scene: bpy.types.Scene,
+    view: MirroredView,
+    picture: NDArray[np.float32],
+    nearness: NDArray[np.float32] | None,
+) -> None:
+    """Let things in the air be seen through the surface, from a picture of shape (h, w, 4)."""
+    image = marks.part(scene, _WINDOW)
+    realtime_mirror.write_picture(image, picture[..., :3], nearness, picture[..., 3])
+    _place_window(scene, view)
+
+
+def hide_window(scene: bpy.types.Scene) -> None:
+    """Let the sky alone be seen through the surface."""
+    _place_window(scene, realtime_mirror.NO_VIEW)
+
+
+def _place_window(scene: bpy.types.Scene, view: MirroredView) -> None:
+    numbers = realtime_window.FIELDS.numbers(view)
+    realtime_values.write(marks.part(scene, _VALUES), Numbers({}, numbers))
 
 
 def hide_mirrored(scene: bpy.types.Scene) -> None:

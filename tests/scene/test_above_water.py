@@ -14,7 +14,11 @@ from underwater_spectral.scene.water import realtime, scene_water, water_body
 from underwater_spectral.scene.water.eevee_water import Eye, eevee_water
 from underwater_spectral.settings import render_plan
 from underwater_spectral.settings.scene_settings import SceneSettings
-from underwater_spectral.uw_spectral.surface.refraction import apparent_depth, seen_from_air
+from underwater_spectral.uw_spectral.surface.refraction import (
+    apparent_depth,
+    fresnel_reflectance,
+    seen_from_air,
+)
 from underwater_spectral.uw_spectral.transfer.above_water import leaving_share, light_in_air
 
 from . import scenes, snapshot
@@ -169,7 +173,10 @@ def test_cycles_lights_things_in_the_air_by_the_sun_and_sky_of_the_air(empty_ble
 
 @pytest.mark.parametrize("height", [1.0, 0.3])
 def test_eevee_lights_things_in_the_air_by_the_sun_and_sky_of_the_air(empty_blender, height):
-    """A wall that faces the sun and the camera; the sun is drawn from elsewhere."""
+    """A wall that faces the sun and the camera; the sun is drawn from elsewhere.
+
+    An upright wall faces the mirrored sun as it does the sun, and half of what comes from below.
+    """
     scene = empty_blender
     plan = _plan(sky="uniform", phase="hg:0.9", sun_zenith=50.0, sun_azimuth=80.0)
     camera = _camera(scene)
@@ -181,7 +188,40 @@ def test_eevee_lights_things_in_the_air_by_the_sun_and_sky_of_the_air(empty_blen
     extent = water_body.water_extent(scene, plan.column, 0.0)
     with engines.eevee_bands(scene, camera, plan, extent, 0.0) as engine:
         image = grey_scene.band_image(engine, plan, 0.0)
-    light = light_in_air(plan.column)
+    light = light_in_air(plan.column, plan.solved_field(16))
+    R = fresnel_reflectance(math.cos(math.radians(50.0)), N)
     cosine = math.sin(math.radians(50.0)) * math.sin(math.radians(80.0))
-    wanted = 0.8 / math.pi * (light.sun * cosine + light.sky * (1.0 + light.mirrored) / 2)
+    below = (light.sky * light.mirrored + light.leaving) / 2
+    wanted = 0.8 / math.pi * (light.sun * cosine * (1.0 + R) + light.sky / 2 + below)
     np.testing.assert_allclose(image[6, 6], wanted, rtol=0.02)
+
+
+@pytest.mark.parametrize("in_air", [True, False])
+def test_undersides_are_lit_from_the_water_as_cycles_does_it(empty_blender, in_air):
+    """A small board level over the water, seen from right below it."""
+    scene = empty_blender
+    plan = _plan(sky="uniform", phase="hg:0.9", sun_zenith=50.0)
+    camera = _camera(scene)
+    depth = 0.0 if in_air else 0.2
+    # Rays along the seam of two triangles may find neither.
+    camera.location = (0.02, 0.03, 0.5 if in_air else -depth)
+    camera.rotation_euler.x = math.pi
+    camera.data.angle = 0.05
+    bpy.ops.mesh.primitive_plane_add(size=0.3, location=(0.0, 0.0, 1.5), rotation=(math.pi, 0, 0))
+    _paint_white(scene)
+    seen = []
+    colour = bpy.data.materials["white"].node_tree.nodes["Diffuse BSDF"].inputs["Color"]
+    many = replace(plan, settings=replace(plan.settings, samples=1500))
+    extent = water_body.water_extent(scene, plan.column, depth)
+    for grey in (0.0, 0.8):
+        colour.default_value = (grey, grey, grey, 1.0)
+        with engines.cycles_bands(scene, camera, many, extent, seed=1) as engine:
+            seen.append(grey_scene.band_image(engine, many, depth).mean(axis=(0, 1)))
+    # Its surface does not mirror the sun.
+    light = light_in_air(plan.column, plan.solved_field(16))
+    left = 1.0
+    if not in_air:
+        c = plan.column.absorption + plan.column.scattering
+        left = N**2 * (1.0 - fresnel_reflectance(1.0, N)) * np.exp(-c * depth)
+    wanted = left * 0.8 / math.pi * (light.leaving + light.mirrored * light.sky)
+    np.testing.assert_allclose(seen[1] - seen[0], wanted, rtol=0.03)

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Protocol
 
 from ..mathematics import NUMPY, Mathematics, Operand, dot
 
@@ -73,6 +74,7 @@ class MirroredView:
         place: Sequence[Operand],
         down: Sequence[Operand],
         nearness: Operand,
+        m: Mathematics = NUMPY,
     ) -> list[Operand]:
         """Direction from the eye to what a ray meets.
 
@@ -84,6 +86,8 @@ class MirroredView:
             Its unit direction from there on.
         nearness : number
             One over the distance of what it meets from there, 1/m.
+        m : Mathematics
+            Elementary functions.
 
         Examples
         --------
@@ -91,6 +95,7 @@ class MirroredView:
         >>> view.towards((2.0, 0.0, 0.0), (0.0, 0.0, -1.0), 0.5)
         [1.0, 0.0, -1.5]
         """
+        del m
         return [(p - e) * nearness + d for p, e, d in zip(place, self.eye, down, strict=True)]
 
     def found(
@@ -113,23 +118,26 @@ class MirroredView:
         nearness : callable
             What the picture has at a column and row.
         """
-        q: Operand = 0.0
-        # The nearest of these steps comes last, and holds.
-        for t in _STEPS:
-            d = [p - e + t * x for p, e, x in zip(place, self.eye, down, strict=True)]
-            h, v, inside = self.place(d, m)
-            near = nearness(h, v) * inside
-            below = m.sqrt(dot(d, d)) * (1.0 - self.eye[2] / m.maximum(-d[2], _LEAST))
-            met = m.less(1.0, near * below) * m.less(near * (below - t / _RATIO), 1.0)
-            q = m.select(met, near, q)
-        for _ in range(_LOOKS):
-            d = self.towards(place, down, q)
-            h, v, inside = self.place(d, m)
-            near = self._from(place, d, nearness(h, v) * inside, m)
-            q = m.select(m.less(0.0, near), near, q)  # open water is no better guess
-        return self.place(self.towards(place, down, q), m)
+        return followed(self, self, place, down, nearness, m)
 
-    def _from(
+    def at(
+        self, place: Sequence[Operand], down: Sequence[Operand], t: float, m: Mathematics = NUMPY
+    ) -> tuple[list[Operand], Operand]:
+        """Direction from the eye to a point of a ray, and how far that lies beyond the surface.
+
+        Parameters
+        ----------
+        place, down : three numbers
+            As of :meth:`found`.
+        t : float
+            Distance of the point from there, m.
+        m : Mathematics
+            Elementary functions.
+        """
+        d = [p - e + t * x for p, e, x in zip(place, self.eye, down, strict=True)]
+        return d, m.sqrt(dot(d, d)) * (1.0 - self.eye[2] / m.maximum(-d[2], _LEAST))
+
+    def nearness_from(
         self, place: Sequence[Operand], d: Sequence[Operand], nearness: Operand, m: Mathematics
     ) -> Operand:
         """One over the distance from a place of what is seen in a direction, 1/m.
@@ -143,3 +151,59 @@ class MirroredView:
             for p, e, x in zip(place, self.eye, d, strict=True)
         ]
         return nearness / m.maximum(m.sqrt(dot(way, way)), _LEAST)
+
+
+class Follower(Protocol):
+    """How what a ray meets beyond the surface is seen from an eye; see :class:`MirroredView`."""
+
+    def at(  # noqa: D102
+        self, place: Sequence[Operand], way: Sequence[Operand], t: float, m: Mathematics, /
+    ) -> tuple[list[Operand], Operand]: ...
+    def towards(  # noqa: D102
+        self,
+        place: Sequence[Operand],
+        way: Sequence[Operand],
+        nearness: Operand,
+        m: Mathematics,
+        /,
+    ) -> list[Operand]: ...
+    def nearness_from(  # noqa: D102
+        self, place: Sequence[Operand], d: Sequence[Operand], nearness: Operand, m: Mathematics, /
+    ) -> Operand: ...
+
+
+def followed(
+    picture: MirroredView,
+    view: Follower,
+    place: Sequence[Operand],
+    way: Sequence[Operand],
+    nearness: Callable[[Operand, Operand], Operand],
+    m: Mathematics = NUMPY,
+) -> tuple[Operand, Operand, Operand]:
+    """Place in a picture of what a ray meets beyond the surface, as of :meth:`MirroredView.place`.
+
+    Parameters
+    ----------
+    picture : MirroredView
+    view : Follower
+    place, way : three numbers
+        Where the ray leaves the surface, m, and its unit direction from there on.
+    nearness : callable
+        What the picture has at a column and row.
+    m : Mathematics
+        Elementary functions.
+    """
+    q: Operand = 0.0
+    # The nearest of these steps comes last, and holds.
+    for t in _STEPS:
+        d, beyond = view.at(place, way, t, m)
+        h, v, inside = picture.place(d, m)
+        near = nearness(h, v) * inside
+        met = m.less(1.0, near * beyond) * m.less(near * (beyond - t / _RATIO), 1.0)
+        q = m.select(met, near, q)
+    for _ in range(_LOOKS):
+        d = view.towards(place, way, q, m)
+        h, v, inside = picture.place(d, m)
+        near = view.nearness_from(place, d, nearness(h, v) * inside, m)
+        q = m.select(m.less(0.0, near), near, q)  # open water, or the sky, is no better guess
+    return picture.place(view.towards(place, way, q, m), m)

@@ -294,8 +294,7 @@ def apparent_depth(
     """Depth at which a thing under a flat surface seems to lie, seen from the air.
 
     It is that of the point straight above the thing, or below it, on the ray that arrives, drawn
-    on without refraction. The place of refraction is found by Newton's method, from the
-    nearer of two bounds: an observer high above, and the critical angle.
+    on without refraction.
 
     Parameters
     ----------
@@ -317,6 +316,86 @@ def apparent_depth(
     >>> round(float(apparent_depth(3.0, 1.0, 2.0, 1.34)), 4)
     0.5911
     """
+    share = share_in_air(distance, depth, height, relative_index, m)
+    return height * (1.0 - share) / share
+
+
+def apparent_height(
+    distance: Operand,
+    height: Operand,
+    depth: Operand,
+    relative_index: Operand,
+    m: Mathematics = NUMPY,
+) -> Operand:
+    """Height at which a thing over a flat surface seems to be, seen from the water.
+
+    As :func:`apparent_depth`, the other way: it lies on the straight line on which the refracted
+    ray reaches the eye. What is just above the surface seems to stand on the rim of Snell's window
+    where it is farther away than the window reaches on the surface.
+
+    Parameters
+    ----------
+    distance : float or array
+        Horizontal distance of the thing from the camera, m.
+    height : float or array
+        Of the thing, m, positive.
+    depth : float or array
+        Of the camera, m, positive.
+    relative_index : float
+        Of the water against air.
+    m : Mathematics
+        Elementary functions.
+
+    Examples
+    --------
+    >>> round(float(apparent_height(0.0, 1.0, 2.0, 1.34)), 4)
+    1.34
+    >>> round(float(apparent_height(10.0, 1e-3, 2.0, 1.34)), 2)  # on the rim
+    6.92
+    """
+    share = share_in_air(distance, depth, height, relative_index, m)
+    return lifted_height(depth, share, m)
+
+
+def lifted_height(depth: Operand, share: Operand, m: Mathematics = NUMPY) -> Operand:
+    """Height of :func:`apparent_height` for an eye at a depth, by what :func:`share_in_air` is.
+
+    Examples
+    --------
+    >>> float(lifted_height(2.0, 0.5))
+    2.0
+    """
+    return depth * share / m.maximum(1.0 - share, _MATCHED)
+
+
+def share_in_air(
+    distance: Operand,
+    depth: Operand,
+    height: Operand,
+    relative_index: Operand,
+    m: Mathematics = NUMPY,
+) -> Operand:
+    """Share of the horizontal distance between two points that light goes in the air.
+
+    The place of refraction is found by Newton's method, from the nearer of two bounds: a point
+    high above, and the critical angle.
+
+    Parameters
+    ----------
+    distance : float or array
+        Horizontal distance of the points, m.
+    depth, height : float or array
+        Of the one in the water and of the one in the air, m, positive.
+    relative_index : float
+        Of the water against air.
+    m : Mathematics
+        Elementary functions.
+
+    Examples
+    --------
+    >>> round(float(share_in_air(3.0, 1.0, 2.0, 1.34)), 4)
+    0.7719
+    """
     n = relative_index
     farthest = depth / m.sqrt(n * n - 1.0 + _MATCHED)  # that a ray turns to the side in the water
     least = m.maximum(1.0 - farthest / m.maximum(distance, _NEAR), _NEAR)
@@ -329,7 +408,7 @@ def apparent_depth(
         error = share / root_air - n * rest / root_water
         slope = h2 / (air * root_air) + n * y2 / (water * root_water)
         share = m.clamp(share - error / slope, least, 1.0)
-    return height * (1.0 - share) / share
+    return share
 
 
 @functools.lru_cache(maxsize=64)

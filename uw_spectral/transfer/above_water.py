@@ -10,13 +10,14 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..mathematics import NUMPY, Mathematics, Operand, dot
-from ..surface.refraction import fresnel_reflectance
-from .radiance_field import Ripples
+from ..surface.refraction import fresnel_reflectance, seen_from_air
+from .radiance_field import Ripples, upwelling_irradiance
 from .rough_surface import beam_reflectance
 from .water_column import WaterColumn
 
@@ -50,12 +51,18 @@ class LightInAir:
         Share of the sky's irradiance that the water sends back up.
     level : array, shape (n,)
         Of the sky's radiance, see :class:`.Sky`.
+    sun_mirrored : float
+        Share of the sun's irradiance that the water sends on, as a mirror does.
+    leaving : array, shape (n,)
+        Irradiance, on a level plane that looks down, of the light that comes out of the water.
     """
 
     sun: Operand
     sky: Operand
     mirrored: Operand
     level: Operand = 0.0
+    sun_mirrored: Operand = 0.0
+    leaving: Operand = 0.0
 
     def reflected(
         self,
@@ -63,8 +70,12 @@ class LightInAir:
         albedo: Operand,
         turned: Operand,
         up: Operand,
+        facing: Operand = 0.0,
     ) -> Operand:
         """Radiance that a patch reflects.
+
+        What comes from the water has no shadows; the sky mirrored in it, and the light out of it,
+        count as even over its half of the view.
 
         Parameters
         ----------
@@ -76,14 +87,74 @@ class LightInAir:
             Of :func:`turned_sun`, from there to the sun in air.
         up : float or array
             Upward component of its normal.
+        facing : float or array
+            Of :func:`facing_mirrored`.
         """
         above, below = 0.5 + 0.5 * up, 0.5 - 0.5 * up
-        diffuse = (above + below * self.mirrored) * self.sky
+        diffuse = (above + below * self.mirrored) * self.sky + below * self.leaving
+        diffuse = diffuse + facing * self.sun_mirrored * self.sun
         return sun_response * turned * self.sun + albedo / math.pi * diffuse
 
 
-def light_in_air(column: WaterColumn) -> LightInAir:
+def facing_mirrored(
+    normal: Sequence[Operand], sun: Sequence[Operand], m: Mathematics = NUMPY
+) -> Operand:
+    """Cosine of a patch to the sun that a level surface mirrors.
+
+    Parameters
+    ----------
+    normal : three floats or arrays
+        Of the patch.
+    sun : three floats or arrays
+        Unit direction that sunlight travels to in air.
+    m : Mathematics
+        Elementary functions.
+
+    Examples
+    --------
+    >>> float(facing_mirrored((0.0, 0.0, -1.0), (0.6, 0.0, -0.8)))
+    0.8
+    """
+    return m.maximum(normal[2] * sun[2] - normal[0] * sun[0] - normal[1] * sun[1], 0.0)
+
+
+class LightBelow(Protocol):
+    """Light in the water; :meth:`.SolvedField.radiance` says what its radiance is."""
+
+    def radiance(self, y: Operand, w: Sequence[Operand], /) -> Operand: ...  # noqa: D102
+
+
+def leaving_irradiance(field: LightBelow, relative_index: float) -> NDArray[np.float64]:
+    """Irradiance, on a level plane above, of the light that comes out through a level surface.
+
+    Parameters
+    ----------
+    field : LightBelow
+        The light in the water.
+    relative_index : float
+        Of the water against air.
+
+    Returns
+    -------
+    array, shape (n,)
+    """
+
+    def leaving(y: Operand, v: Sequence[Operand]) -> Operand:
+        R, w, _ = seen_from_air(v, (0.0, 0.0, 1.0), relative_index)
+        along = [np.ravel(component) for component in w]  # the field has an axis of bands itself
+        return leaving_share(R, relative_index) * field.radiance(y, along)
+
+    return upwelling_irradiance(leaving, 0.0)
+
+
+def light_in_air(column: WaterColumn, field: LightBelow | None = None) -> LightInAir:
     """Return the light above the water of a column.
+
+    Parameters
+    ----------
+    column : WaterColumn
+    field : LightBelow, optional
+        The light in it, if what comes up from there is wanted.
 
     Examples
     --------
@@ -95,12 +166,15 @@ def light_in_air(column: WaterColumn) -> LightInAir:
     (array([1.]), array([0.314]), 0.068)
     """
     sky, n, high = column.skylight, column.refractive_index, -float(column.skylight.sun[2])
-    lets_in, mirrored = 1.0, 0.0
+    lets_in, mirrored, leaving = 1.0, 0.0, np.zeros_like(column.sun_irradiance)
+    if field is not None:
+        leaving = leaving_irradiance(field, n if column.reflects else 1.0)
     if column.reflects:
         lets_in = 1.0 - float(beam_reflectance(high, n, column.roughness))
         mirrored = 1.0 - sky.transmittance(n, column.roughness)
     sun: NDArray[np.float64] = column.sun_irradiance / (lets_in * max(high, 1e-3))
-    return LightInAir(sun, math.pi * column.sky_radiance, mirrored, sky.level)
+    sky_irradiance = math.pi * column.sky_radiance
+    return LightInAir(sun, sky_irradiance, mirrored, sky.level, 1.0 - lets_in, leaving)
 
 
 def turned_sun(cosine: Operand, other: Operand, m: Mathematics = NUMPY) -> Operand:

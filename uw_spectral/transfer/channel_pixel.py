@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from ..mathematics import NUMPY, Mathematics, Operand
-from ..surface.refraction import fresnel_reflectance
+from ..surface.refraction import direction_in_air, fresnel_reflectance
 from ..surface.whitecaps import seen_with_foam
 from .foam_light import FoamAhead
 from .folded_light import (
@@ -26,7 +26,13 @@ from .folded_light import (
     NumpyTables,
     path_unit,
 )
-from .radiance_field import Ripples, distance_in_water, mirrored_ray, sun_image
+from .radiance_field import (
+    Ripples,
+    distance_in_water,
+    mirrored_ray,
+    sun_image,
+    surface_normal,
+)
 from .radiance_table import AZIMUTHS, TURNS, azimuth, elevation, sun_angle, tilt
 from .sky import Sky
 from .sun_beam import half_angle2
@@ -214,9 +220,27 @@ class MirroredThings:
     known: Operand
 
 
+@dataclass(frozen=True, eq=False)
+class ThingsInAir:
+    """What a picture shows of the things above the water.
+
+    Attributes
+    ----------
+    radiance : channels
+        In air, times what they cover.
+    covered : number
+        Share of the sky behind that they hide.
+    """
+
+    radiance: Operand
+    covered: Operand
+
+
 Direction = Sequence[Operand]
 MirroredPicture = Callable[[Direction], MirroredThings]
 """What light comes up to the surface against a unit direction down, where a ray meets it."""
+WindowPicture = Callable[[Direction], ThingsInAir]
+"""What things in the air are seen along a unit direction up, where a ray leaves the water."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -505,11 +529,12 @@ class ChannelWater:
         shade: ShadeOnPath = UNSHADED,
         picture: MirroredPicture | None = None,
         foam: FoamAhead | None = None,
+        window: WindowPicture | None = None,
     ) -> ChannelPixel:
         """Pixel of open water with the surface or the floor behind.
 
         ``sky`` has the level 1: that of the channels is in the tables. ``picture`` is that of
-        things which the surface mirrors, ``foam`` lies on it.
+        things which the surface mirrors, ``window`` of those in the air, ``foam`` lies on it.
         """
         m, n = self.m, self.numbers
         P = distance_in_water(y_o, -w[2], n.y_f, m)
@@ -518,7 +543,7 @@ class ChannelWater:
         path = once * shade.once + self.shaded(self.scattered(y_o, w), shade.scattered, y_o)
         up = m.less(0.0, w[2])
         below = self._floor_after(P)
-        above = self.from_surface(w, P, sky, index, ripples, picture, foam)
+        above = self.from_surface(w, P, sky, index, ripples, picture, foam, window)
         end = m.select(up, above, below)
         return ChannelPixel(path, end, 0.0, end)
 
@@ -531,6 +556,7 @@ class ChannelWater:
         ripples: Ripples | None = None,
         picture: MirroredPicture | None = None,
         foam: FoamAhead | None = None,
+        window: WindowPicture | None = None,
     ) -> Operand:
         """Radiance that comes down from the surface against w and is left after P."""
         m = self.m
@@ -551,8 +577,17 @@ class ChannelWater:
         if picture is not None:
             rising = M + rest + self._floor_after(to_floor)
             total = total + mirrored * self._brought(picture(down), rising, P)
+        free: Operand = 1.0
+        if window is not None:
+            normal = (0.0, 0.0, 1.0) if slopes is None else surface_normal(*slopes, m)
+            things = window(direction_in_air(w, normal, index, m))
+            through = (1.0 - mirrored) * (index * index)
+            behind = self.tables.along("sky", None, 0.0 * P) * seen
+            total = total + self._differing(through * things.radiance - things.covered * behind, P)
+            free = 1.0 - things.covered
         if ripples is not None:
             image = sun_image(self.sun, w, index, ripples, m)
+            image = image if window is None else free * image
             total = total + image * self.tables.along("glitter", None, P) * self.left(0.0 * P, P)
         if foam is not None:
             left, parts = self.tables.peaked(0.0 * P, P), self.tables.split(foam.radiance)
@@ -569,8 +604,12 @@ class ChannelWater:
 
         What differs from open water is that of things, and is seen without the forward peak.
         """
+        return self._differing((things.radiance - rising) * things.known, P)
+
+    def _differing(self, radiance: Operand, P: Operand) -> Operand:
+        """What is left after P of what the surface sends otherwise than under open water."""
         y = 0.0 * P
-        differs = self.tables.split((things.radiance - rising) * things.known)
+        differs = self.tables.split(radiance)
         columns = self.tables.dimmed(y, P)
         return self.left(y, P) * _sum([c * x for c, x in zip(columns, differs, strict=True)])
 

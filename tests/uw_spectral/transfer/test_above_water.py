@@ -15,8 +15,10 @@ from underwater_spectral.uw_spectral.surface.refraction import (
     seen_from_air,
 )
 from underwater_spectral.uw_spectral.transfer.above_water import (
+    facing_mirrored,
     flattened_sun,
     glitter_from_above,
+    leaving_irradiance,
     leaving_share,
     light_in_air,
 )
@@ -128,3 +130,30 @@ def test_glitter_is_what_thrown_facets_mirror(zenith):
         found = (glitter_from_above(1.0, list(-cone), ripples, N, 0.0) * cone[2]).mean()
         noise = 3.0 / math.sqrt(near.sum())
         assert found == pytest.approx(seen, rel=0.01 + noise)
+
+
+def test_what_leaves_the_water_is_the_flux_that_the_surface_lets_through():
+    """As counted below the surface, where the rays that leave fill a narrower cone."""
+
+    class Field:
+        def radiance(self, y, w):
+            assert y == 0.0
+            return (1.0 + 0.5 * w[0] - 0.8 * w[2])[:, None] * np.array([1.0, 2.0])
+
+    cosine, weight = np.polynomial.legendre.leggauss(400)
+    critical = math.sqrt(1.0 - 1.0 / N**2)
+    cosine = critical + (1.0 - critical) * (cosine + 1.0) / 2.0
+    through = 1.0 - fresnel_reflectance(cosine, 1.0 / N)
+    flux = 2.0 * math.pi * (weight * (1.0 - critical) / 2.0 * cosine * through) @ (1 + 0.8 * cosine)
+    np.testing.assert_allclose(leaving_irradiance(Field(), N), [flux, 2.0 * flux], rtol=0.01)
+
+
+def test_a_level_mirror_lights_undersides_as_the_suns_mirror_image_would():
+    normal = np.array([0.36, 0.48, -0.8])
+    sun = np.array([0.6, 0.0, -0.8])
+    rising = sun * [1.0, 1.0, -1.0]
+    assert facing_mirrored(normal, sun) == pytest.approx(float(-(normal @ rising)))
+    assert facing_mirrored(-normal, sun) == 0.0
+    column = make_plan(SceneSettings(water="jerlov:IB", surface="flat", sun_zenith=60.0)).column
+    light = light_in_air(column)
+    assert light.sun_mirrored == pytest.approx(float(fresnel_reflectance(0.5, N)), rel=1e-3)
