@@ -13,6 +13,7 @@ from collections.abc import Callable, Sequence
 import bpy
 
 from ..uw_spectral.mathematics import Operand
+from ..uw_spectral.surface.raised_waves import sunk_below_crests
 from ..uw_spectral.surface.refraction import apparent_depth, apparent_height, seen_from_air
 from ..uw_spectral.transfer.above_water import leaving_share
 from ..uw_spectral.transfer.radiance_field import surface_normal
@@ -30,8 +31,8 @@ from .realtime_rays import (
     straight_distance,
     write_outputs,
 )
-from .realtime_values import CAMERA, IN_AIR, INDEX, RAY_INDEX, THROUGH
-from .realtime_waves import FOAM, SLOPE, WaveImages, foam_at, raised_at
+from .realtime_values import CAMERA, IN_AIR, INDEX, RAY_INDEX, THROUGH, WAVES_HIGHEST
+from .realtime_waves import FOAM, SLOPE, WaveImages, foam_at, raised_at, water_level
 
 NAME = "UW Rays"
 APPARENT_NAME = "UW Apparent Place"
@@ -106,23 +107,29 @@ def build(values: bpy.types.ShaderNodeTree, images: WaveImages | None) -> bpy.ty
 
 
 def build_apparent(
-    values: bpy.types.ShaderNodeTree, *, from_air: bool = True
+    values: bpy.types.ShaderNodeTree, images: WaveImages | None, *, from_air: bool = True
 ) -> bpy.types.ShaderNodeTree:
     """Build the group that moves a vertex to where it seems to lie; output: the way it goes.
 
-    The surface counts as flat. Seen from the air, things in the water move; else those in the air,
-    while the picture of these is drawn, and what is under them follows them.
+    The surface counts as level, where it has heights at that above or below the vertex. Seen from
+    the air, things in the water move; else those in the air, while the picture of these is drawn,
+    and what is under them follows them.
     """
     tree = new_group(APPARENT_NAME)
     graph = Graph(tree)
     number = _numbers(graph, values)
     x, y, z = drawn_place(graph)
     cx, cy, cz = (number(name) for name in CAMERA)
+    level = water_level(graph, number, images, x, y)
+    z, cz = z - level, cz - level
     dx, dy = x - cx, y - cy
     distance = NODES.sqrt(dx * dx + dy * dy)
     if from_air:
         depth, height = NODES.maximum(-z, LOWEST), NODES.maximum(cz, LOWEST)
         seeming = apparent_depth(distance, depth, height, number(RAY_INDEX), NODES)
+        if images is not None and images.far is not None:
+            highest = number(WAVES_HIGHEST)
+            seeming = seeming + sunk_below_crests(depth, distance, highest, NODES)
         moved = number(IN_AIR) * NODES.less(z, -LOWEST) * (depth - seeming)
     else:
         height, depth = NODES.maximum(z, LOWEST), NODES.maximum(-cz, LOWEST)

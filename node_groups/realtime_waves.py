@@ -165,6 +165,19 @@ def raised_at(
     return _added(graph, number, (images.slopes, images.far), x, y, filtered=filtered)
 
 
+def water_level(
+    graph: Graph,
+    number: Callable[[str], NodeValue],
+    images: WaveImages | None,
+    x: NodeValue,
+    y: NodeValue,
+) -> NodeValue | float:
+    """Height of the surface at a place over its mean; 0 where it has none."""
+    if images is None or images.far is None:
+        return 0.0
+    return graph.components(raised_at(graph, number, images, x, y))[2]
+
+
 def foam_at(
     graph: Graph,
     number: Callable[[str], NodeValue],

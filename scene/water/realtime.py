@@ -137,18 +137,18 @@ def add_realtime(scene: bpy.types.Scene, water: RealtimeWater, extent: WaterExte
     )
     notes += realtime_materials.insert(materials, surfaces)
     above: list[bpy.types.Material] = []
-    if mirrored is not None or window is not None:
+    if mirrored is not None or window is not None or shape.above:
         high = materials_above(scene, RISES)
         above = [material for material in materials if material in high]
         # In the picture of the air nothing is to be seen that is in the water.
         hidden = above if window is None else [m for m in materials if m != floor]
-        hidden_above.insert(hidden, realtime_hiding.build(values, shape))
+        hidden_above.insert(hidden, realtime_hiding.build(values, shape, images))
     apparent = None
     if shape.above:
-        apparent = realtime_refraction.build_apparent(values)
+        apparent = realtime_refraction.build_apparent(values, images)
         notes += apparent_places.insert(materials, apparent, extent.bottom)
     elif window is not None:
-        lifting = realtime_refraction.build_apparent(values, from_air=False)
+        lifting = realtime_refraction.build_apparent(values, images, from_air=False)
         notes += apparent_places.insert(above, lifting, LONGEST_SHAFT, from_air=False)
     sun = bpy.data.lights.new("UW Sun", "SUN")
     sun.energy = 1.0

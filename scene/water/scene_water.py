@@ -26,6 +26,7 @@ from ..materials import (
     bare_colours,
     bare_surfaces,
     clear_shadows,
+    hidden_above,
     realtime_materials,
 )
 from ..rendered import is_hidden_by_animation
@@ -350,7 +351,9 @@ def _let_go() -> None:
     clear_shadows.remove(wet)
     realtime_materials.remove(lit)
     bare_colours.remove(wet)
-    apparent_places.give_back(set().union(*lit.values()) if lit else ())
+    stay = set().union(*lit.values()) if lit else ()
+    apparent_places.give_back(stay)
+    hidden_above.give_back(stay)
     apparent_places.unite(waters)
     data = bpy.data
     kinds = (

@@ -8,6 +8,7 @@ from dataclasses import replace
 import bpy
 import numpy as np
 import pytest
+from underwater_spectral.benchmarks import grey_scene
 from underwater_spectral.scene.engines import engines
 from underwater_spectral.scene.seen import waterline
 from underwater_spectral.scene.viewport import live
@@ -112,6 +113,44 @@ def test_what_is_not_drawn_right_is_said(camera):
     assert "no waterline" in said(0.0, live=True)
     assert not said(0.0, replace(CHOSEN, raised_waves=False))
     assert not said(0.0, replace(CHOSEN, surface="flat"))
+
+
+def _trough(waves) -> tuple[float, float]:
+    """Lowest place ahead of the camera."""
+    x, y = np.meshgrid(np.linspace(-0.4, 1.2, 9), np.linspace(3.0, 6.0, 13))
+    at = np.argmin(waves.elevation(x, y))
+    return float(x.flat[at]), float(y.flat[at])
+
+
+def test_what_floats_in_a_trough_and_nothing_from_the_deep_is_seen_in_the_air(camera):
+    """Everything is red; light from below has lost its red."""
+    scene = bpy.context.scene
+    scene.render.resolution_x, scene.render.resolution_y = 96, 54
+    waves = moving_surface.heights(scene, CHOSEN)
+    x, y = _trough(waves)
+    level = float(waves.elevation(x, y))
+    assert level < -0.1
+    red = bpy.data.materials.new("red")
+    red.node_tree.nodes["Principled BSDF"].inputs["Base Color"].default_value = (0.8, 0.0, 0.0, 1)
+    bpy.ops.mesh.primitive_uv_sphere_add(radius=0.3, location=(x, y, level), segments=48)
+    bpy.context.object.data.materials.append(red)
+    bpy.ops.mesh.primitive_plane_add(size=80.0, location=(0.0, 0.0, -5.9))
+    bpy.context.object.data.materials.append(red)
+    _put(camera, 1.4)
+    camera.rotation_euler.x = math.radians(75.0)
+    bpy.context.view_layer.update()
+    plan = render_plan.make_plan(replace(CHOSEN, samples=4))
+    extent = water_body.water_extent(scene, plan.column, 0.0)
+    with engines.eevee_bands(scene, camera, plan, extent, 0.0) as engine:
+        found = plan.reduction(0.0).apply(grey_scene.band_image(engine, plan, 0.0))
+    seen = found[..., 0] > 2.0 * found[..., 2]
+    away = math.dist((x, y, level), (0.4, 0.7, 1.4))
+    pixels = 96 / (2 * math.tan(camera.data.angle / 2)) * 0.3 / away
+    # A half ball from a little above: half a disc and half the ellipse of its waterline.
+    steep = (1.4 - level) / away
+    assert seen.sum() == pytest.approx(math.pi / 2 * pixels**2 * (1 + steep), rel=0.2)
+    assert not red.get("uw_transparent_shadow")
+    assert red.use_transparent_shadow
 
 
 @pytest.mark.usefixtures("properties")

@@ -32,6 +32,37 @@ _FLATTEST = 1e-4
 _CRESTS = 4.5  # standard deviations that hardly any crest exceeds
 
 
+_MARGIN = 0.02  # m per m of distance that vertices may be off the waves between them
+
+
+def sunk_below_crests(
+    depth: Operand, distance: Operand, highest: Operand, m: Mathematics = NUMPY
+) -> Operand:
+    """How much deeper than it seems a vertex under water is drawn, m, so that no trough bares it.
+
+    Seen at a grazing angle from the air, all that is under water seems to lie right below the
+    surface, while faces between vertices far away are longer than waves. What is itself near the
+    surface stays where it is.
+
+    Parameters
+    ----------
+    depth : float or array
+        Of the vertex below the waves, m, not negative.
+    distance : float or array
+        Horizontal, from the camera, m.
+    highest : float
+        Height that hardly any crest exceeds, m.
+    m : Mathematics
+        Elementary functions.
+
+    Examples
+    --------
+    >>> [sunk_below_crests(depth, 20.0, 0.6) for depth in (0.1, 4.0)]
+    [0.04000000000000001, 0.4]
+    """
+    return m.minimum(_MARGIN * distance, highest) * m.minimum(depth, 1.0)
+
+
 @dataclass(frozen=True)
 class Swell:
     """A long wave that comes from afar.
