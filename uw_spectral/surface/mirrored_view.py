@@ -179,6 +179,7 @@ def followed(
     way: Sequence[Operand],
     nearness: Callable[[Operand, Operand], Operand],
     m: Mathematics = NUMPY,
+    steps: Sequence[float] = _STEPS,
 ) -> tuple[Operand, Operand, Operand]:
     """Place in a picture of what a ray meets beyond the surface, as of :meth:`MirroredView.place`.
 
@@ -192,10 +193,12 @@ def followed(
         What the picture has at a column and row.
     m : Mathematics
         Elementary functions.
+    steps : sequence of float
+        Distances from the surface, m, at which the ray is looked for, the farthest first.
     """
     q: Operand = 0.0
     # The nearest of these steps comes last, and holds.
-    for t in _STEPS:
+    for t in steps:
         d, beyond = view.at(place, way, t, m)
         h, v, inside = picture.place(d, m)
         near = nearness(h, v) * inside

@@ -17,6 +17,8 @@ from .refraction import direction_in_air, lifted_height, share_in_air
 _LEAST = 1e-6
 _FARTHEST = 3e-4  # 1/m: what is farther away counts as there, for single precision
 _LEVEL = 0.0, 0.0, 1.0
+_STEPS = tuple(8.0 / 2.0**k for k in range(8))
+"""Distances from the surface, m, at which a ray is looked for; posts and hulls stand in it."""
 
 
 @dataclass(frozen=True)
@@ -86,7 +88,7 @@ class WindowView:
         m: Mathematics = NUMPY,
     ) -> tuple[Operand, Operand, Operand]:
         """Place in the picture of what a ray meets, as of :meth:`.MirroredView.found`."""
-        return followed(self.picture, self, place, up, nearness, m)
+        return followed(self.picture, self, place, up, nearness, m, _STEPS)
 
     def nearness_from(
         self, place: Sequence[Operand], d: Sequence[Operand], nearness: Operand, m: Mathematics
