@@ -16,15 +16,17 @@ from pathlib import Path
 
 import bpy
 import numpy as np
+from mathutils import Vector
 from numpy.typing import NDArray
 
 from ..reference.cloud_photons import GreyPuff, radiance
 from ..scene import stored_settings
 from ..scene.engines import engines
+from ..scene.seen import lamps
 from ..scene.water import new_clouds, water_body
 from ..settings.render_plan import RenderPlan, make_plan
 from ..settings.scene_settings import SceneSettings
-from ..uw_spectral.clouds.cloud_light import CloudNumbers, Clouds
+from ..uw_spectral.clouds.cloud_light import CloudNumbers, Clouds, Several
 from ..uw_spectral.clouds.matter import BluntPhase, SuspendedMatter, blunt_phase, suspended_matter
 from ..uw_spectral.clouds.puff import Puff
 from ..uw_spectral.spectra.colour_rendering import delta_e_CIE2000_images, srgb_encode
@@ -41,22 +43,43 @@ _SUN = (0.373, 0.0, -0.928)
 _VIEWS = {"level": (0.0, 1.0, 0.0), "down": (0.0, 0.766, -0.643), "up": (0.0, 0.866, 0.5)}
 _COST_SIZE, _COST_SAMPLES = (240, 135), 16
 _TARGET = 3.0
+# A torch beside the camera, which shines to the middle of the cloud.
+_TORCH, _WATTS, _CONE, _BLEND = (0.45, 0.0, -_DEPTH + 0.25), 400.0, math.radians(50.0), 0.5
+_MIDDLE = (0.0, 3.0, -_DEPTH)
 
 Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
 class Case:
-    """Water, concentration in g/m³, and the camera's angle from straight down in degrees."""
+    """Water, concentration in g/m³, and the light.
+
+    ``look`` is the camera's angle from straight down in degrees, ``watts`` the power of a torch
+    beside it, ``sunlight`` a factor on sun and sky.
+    """
 
     water: str
     concentration: float
     look: float = 90.0
     floor: bool = True
+    watts: float = 0.0
+    sunlight: float = 1.0
+
+    @property
+    def light(self) -> str:
+        """What lights it."""
+        if not self.watts:
+            return "day"
+        return "day and torch" if self.sunlight else "torch"
 
 
-_CASES = (Case("jerlov:II", 0.0), Case("jerlov:II", 12.0), Case("jerlov:IB", 12.0))
-_SHOWN = 1
+_CASES = (
+    *(Case("jerlov:II", 0.0), Case("jerlov:II", 12.0), Case("jerlov:IB", 12.0)),
+    *(Case("jerlov:II", x, watts=_WATTS, sunlight=0.0) for x in (0.0, 12.0)),
+    *(Case("jerlov:IB", x, watts=_WATTS, sunlight=0.0) for x in (0.0, 12.0)),
+    *(Case(f"jerlov:{x}", 12.0, watts=_WATTS) for x in ("II", "IB")),
+)
+_SHOWN = {1: "clouds.png", 4: "clouds_by_torch.png"}
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,8 +101,8 @@ class Compared:
         noise = _delta_e(*self.halves) / 2.0
         light = self.eevee[..., 1].sum() / self.cycles[..., 1].sum()
         return (
-            f"| {self.case.water.removeprefix('jerlov:')} | {self.case.concentration:g} | "
-            f"{found.mean():.2f} | {np.quantile(found, 0.95):.2f} | "
+            f"| {self.case.water.removeprefix('jerlov:')} | {self.case.light} | "
+            f"{self.case.concentration:g} | {found.mean():.2f} | {np.quantile(found, 0.95):.2f} | "
             f"{noise.mean():.2f} | {light:.3f} |"
         )
 
@@ -116,8 +139,19 @@ def build(case: Case, size: tuple[int, int], puffs: int = 1) -> bpy.types.Object
             _paint(bpy.context.object, colour)
         bpy.ops.mesh.primitive_plane_add(size=200.0, location=(0.0, 0.0, -_FLOOR))
         _paint(bpy.context.object, (0.35, 0.33, 0.28))
+    if case.watts:
+        _hang_torch(scene, case.watts)
     bpy.context.view_layer.update()
     return camera
+
+
+def _hang_torch(scene: bpy.types.Scene, watts: float) -> None:
+    torch = bpy.data.objects.new("Torch", bpy.data.lights.new("Torch", "SPOT"))
+    torch.data.energy, torch.data.shadow_soft_size = watts, 0.03
+    torch.data.spot_size, torch.data.spot_blend = _CONE, _BLEND
+    torch.location = _TORCH
+    torch.rotation_euler = (Vector(_MIDDLE) - Vector(_TORCH)).to_track_quat("-Z", "Y").to_euler()
+    scene.collection.objects.link(torch)
 
 
 def _paint(item: bpy.types.Object, colour: tuple[float, ...]) -> None:
@@ -133,7 +167,9 @@ def _paint(item: bpy.types.Object, colour: tuple[float, ...]) -> None:
 def compare(case: Case, samples: int) -> Compared:
     """Render a case by both engines."""
     camera = build(case, _SIZE)
-    plan = make_plan(SceneSettings(water=case.water, samples=_EEVEE_SAMPLES))
+    plan = make_plan(
+        SceneSettings(water=case.water, samples=_EEVEE_SAMPLES, sunlight=case.sunlight)
+    )
     traced = replace(plan, settings=replace(plan.settings, samples=samples // 2))
     scene, extent = (
         bpy.context.scene,
@@ -145,7 +181,8 @@ def compare(case: Case, samples: int) -> Compared:
     for seed in (1, 2):
         with engines.cycles_bands(scene, camera, traced, extent, seed=seed) as engine:
             halves.append(grey_scene.band_image(engine, traced, _DEPTH))
-    develop = plan.reduction(_DEPTH).apply
+    lit = lamps.lamplight(scene, camera, plan) if case.watts else None
+    develop = plan.reduction(_DEPTH, lit).apply
     return Compared(case, develop(eevee), (develop(halves[0]), develop(halves[1])))
 
 
@@ -176,7 +213,7 @@ def _formula(
         (a + turned) * one, turned / (a + turned) * one, 0.0,
         blunt.asymmetry, blunt.ceiling, blunt.peak,
     )  # fmt: skip
-    clouds, v = Clouds([cloud], [matter.phase], _SUN), np.array(view)
+    clouds, v = Clouds(Several([cloud]), [matter.phase], _SUN), np.array(view)
     u = np.cross(v, [1.0, 0.2, 0.1])
     u /= np.linalg.norm(u)
     r = _SEEN * _SIGMA * np.sqrt((np.arange(6) + 0.5) / 6)[:, None]

@@ -71,6 +71,8 @@ class Sources:
         Of things that the surface mirrors.
     exciting : Image, optional
         Of :mod:`.realtime_tables`, where things fluoresce: of the light that excites them.
+    clouds : Image, optional
+        Of :mod:`.realtime_clouds`.
     """
 
     values: bpy.types.ShaderNodeTree
@@ -82,6 +84,7 @@ class Sources:
     rays: bpy.types.ShaderNodeTree | None = None
     mirrored: bpy.types.Image | None = None
     exciting: bpy.types.Image | None = None
+    clouds: bpy.types.Image | None = None
 
 
 def layout_of(shape: Shape) -> Layout:

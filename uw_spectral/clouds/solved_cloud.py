@@ -2,20 +2,25 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
+from ..lamps.lamp import Lamp
+from ..lamps.multiple_scattering import LampWater
+from ..mathematics import dot
 from ..shade.forward_share import share_within
 from ..transfer.channels import Channels
 from ..transfer.solved_field import SolvedField
-from .cloud_light import CloudNumbers
+from .cloud_light import CloudNumbers, with_escapes
 from .matter import SuspendedMatter, blunt_phase
 from .puff import Puff
 
 _SHALLOWEST, _STEP = 0.02, 0.25  # m
 _TINY = 1e-30
+_BESIDE_BEAM = 0.05  # of the intensity
 # Standard deviations up to which a cloud is bright.
 _BRIGHT = 1.5
 _PLACES = 16
@@ -36,7 +41,11 @@ class Cloud:
 
 
 def cloud_numbers(
-    cloud: Cloud, field: SolvedField, channels: Channels, distance: float
+    cloud: Cloud,
+    field: SolvedField,
+    channels: Channels,
+    distance: float,
+    by_lamps: ArrayLike | None = None,
 ) -> CloudNumbers:
     """Return what a pixel needs of a cloud.
 
@@ -48,6 +57,8 @@ def cloud_numbers(
     channels : Channels
     distance : float
         About how far it is from the camera, m.
+    by_lamps : array_like, shape (n,), optional
+        Irradiance of lamps there, see :func:`lamplight_on`.
     """
     matter, blunt = cloud.matter, blunt_phase(cloud.matter.phase)
     y = float(np.clip(-float(cloud.puff.middle[2]), _SHALLOWEST, field.floor_depth))
@@ -60,6 +71,8 @@ def cloud_numbers(
     c = field.extinction_between(y, y, scaled=False) - blocked
     left = np.exp(-c * distance)
     seen = (sun + spread + ambient)[1] * left
+    if by_lamps is not None:
+        seen = seen + np.asarray(by_lamps) * left
     wide = matter.scattering * (1.0 - blunt.peak)
     scaled = matter.absorption + wide
 
@@ -67,7 +80,7 @@ def cloud_numbers(
         return channels.mean(values, light)
 
     kept = matter.absorption + matter.scattering * (1.0 - matter.phase.g)
-    return CloudNumbers(
+    numbers = CloudNumbers(
         cloud.puff.middle,
         cloud.puff.rows,
         mean(matter.extinction),
@@ -87,6 +100,20 @@ def cloud_numbers(
         blunt.ceiling,
         blunt.peak,
     )
+    return numbers if by_lamps is None else with_escapes(numbers)
+
+
+def lamplight_on(cloud: Cloud, lamps: Sequence[Lamp], water: LampWater) -> NDArray[np.float64]:
+    """Irradiance of lamps on a cloud by which channels weigh its coefficients, shape (n,).
+
+    But for what water scatters; where its middle is beside a beam, some light counts still.
+    """
+    total = np.zeros(np.shape(water.a))
+    for lamp in lamps:
+        r, u = lamp.towards(cloud.puff.middle)
+        value = np.maximum(lamp.profile.value(dot(lamp.axis, u)), _BESIDE_BEAM)
+        total = total + lamp.intensity * np.exp(-water.a * r) * (value / (r * r))
+    return total
 
 
 def _blocked(cloud: Cloud, field: SolvedField, y: float, distance: float) -> NDArray[np.float64]:
