@@ -311,6 +311,12 @@ class RealtimeWater:
         return Numbers(channels, single)
 
     @property
+    def cloud_size(self) -> float:
+        """Mean size of the clouds, m; 0 without."""
+        sizes = [cloud.puff.size for cloud, _ in self.seen.clouds]
+        return float(np.mean(sizes)) if sizes else 0.0
+
+    @property
     def clouds(self) -> list[CloudNumbers]:
         """Numbers of the clouds."""
         lamps, found = self.seen.lamps.lamps, []

@@ -363,7 +363,7 @@ def _set_lamps(scene: bpy.types.Scene, water: RealtimeWater, around: LampWater) 
     measured = list(water.seen.reflectances.values())
     folded = fold_lamps(
         water.seen.lamps.all, around, water.channels, measured, water.seen.lamps.waters,
-        water.excitation, in_clouds=bool(water.shape.clouds),
+        water.excitation, clouds=water.cloud_size,
     )  # fmt: skip
     images = realtime_lamps.LampImages(marks.part(scene, _LAMPS), marks.part(scene, _SOURCES))
     realtime_lamps.write_lamps(images, folded, shown)

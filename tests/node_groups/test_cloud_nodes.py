@@ -92,7 +92,7 @@ def test_lamps_in_clouds(square, tmp_path, count, part):  # noqa: F811
     """Cycles, which draws the nodes here, has no room for both parts and the water at once."""
     at = _position(square, tmp_path)
     clouds, in_nodes = _clouds(count)
-    folded = _folded(IsotropicProfile(), in_clouds=True)
+    folded = _folded(IsotropicProfile(), clouds=0.4)
     images = realtime_lamps.new_images(2, 2, folded.parts, folded.measured, in_clouds=True)
     realtime_lamps.write_lamps(images, folded, [(1.0, 0.0, 0.0), (0.0, 1.0, 0.0)])
     w, P = (0.0, 0.6, -0.8), 4.5
@@ -121,7 +121,7 @@ def test_lamps_in_clouds(square, tmp_path, count, part):  # noqa: F811
 def test_lamps_on_things_below_clouds(square, tmp_path):  # noqa: F811
     at = _position(square, tmp_path)
     clouds, in_nodes = _clouds(1)
-    folded = _folded(thrown=0.2, in_clouds=True)
+    folded = _folded(thrown=0.2, clouds=0.4)
     images = realtime_lamps.new_images(2, 2, folded.parts, folded.measured, in_clouds=True)
     realtime_lamps.write_lamps(images, folded, [(1.0, 0.0, 0.0), (0.0, 1.0, 0.0)])
     group = realtime_lamps.build_patch(images, ("J",), clouds=in_nodes)

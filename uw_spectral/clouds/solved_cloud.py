@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from ..lamps.lamp import Lamp
 from ..lamps.multiple_scattering import LampWater
 from ..mathematics import dot
-from ..shade.forward_share import share_within
+from ..shade.forward_share import within_outline
 from ..transfer.channels import Channels
 from ..transfer.solved_field import SolvedField
 from .cloud_light import CloudNumbers, with_escapes
@@ -21,9 +21,6 @@ from .puff import Puff
 _SHALLOWEST, _STEP = 0.02, 0.25  # m
 _TINY = 1e-30
 _BESIDE_BEAM = 0.05  # of the intensity
-# Standard deviations up to which a cloud is bright.
-_BRIGHT = 1.5
-_PLACES = 16
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,7 +64,7 @@ def cloud_numbers(
     span = near[2] - near[0]
     decays = [np.log((x[0] + _TINY) / (x[2] + _TINY)) / span for x in (sun, spread + ambient)]
     scattered = field.scattering_at([y])[0]
-    blocked = scattered * _blocked(cloud, field, y, distance)
+    blocked = scattered * within_outline(field.phase_at(y), cloud.puff.size, distance)
     c = field.extinction_between(y, y, scaled=False) - blocked
     left = np.exp(-c * distance)
     seen = (sun + spread + ambient)[1] * left
@@ -114,18 +111,6 @@ def lamplight_on(cloud: Cloud, lamps: Sequence[Lamp], water: LampWater) -> NDArr
         value = np.maximum(lamp.profile.value(dot(lamp.axis, u)), _BESIDE_BEAM)
         total = total + lamp.intensity * np.exp(-water.a * r) * (value / (r * r))
     return total
-
-
-def _blocked(cloud: Cloud, field: SolvedField, y: float, distance: float) -> NDArray[np.float64]:
-    """Return the share of the water's scattering before a cloud that stays within its outline.
-
-    A part of the picture gets as much of that as it gives, shape (n,).
-    """
-    reach = _BRIGHT * cloud.puff.size / max(distance, _SHALLOWEST)
-    angles = np.arctan(reach / ((np.arange(_PLACES) + 0.5) / _PLACES))
-    phase = field.phase_at(y)
-    within = [float(np.mean(share_within(part, angles))) for part in phase.components]
-    return np.clip(np.asarray(within) @ phase.weights, 0.0, 1.0)
 
 
 def _light(

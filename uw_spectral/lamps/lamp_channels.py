@@ -38,6 +38,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..mathematics import NUMPY, Mathematics, Operand, dot
+from ..shade.forward_share import within_outline
 from ..transfer.channels import Channels
 from ..transfer.facets import Facets
 from ..transfer.highlights import Vector, halfway
@@ -466,7 +467,7 @@ def fold_lamps(
     own: Sequence[LampWater] = (),
     exciting: ArrayLike = (),
     *,
-    in_clouds: bool = False,
+    clouds: float = 0.0,
 ) -> LampChannels:
     """Fold the light of lamps into channels.
 
@@ -485,8 +486,8 @@ def fold_lamps(
         scattered once.
     exciting : array_like, shape (3, n), optional
         Weights of bands by which fluorophores are excited.
-    in_clouds : bool
-        Whether clouds float in the water.
+    clouds : float
+        About how large clouds in the water are, as their standard deviation, m; 0 without.
 
     Examples
     --------
@@ -539,9 +540,9 @@ def fold_lamps(
     three_on_things = _of_three(water, on_things)
 
     def on_floating(lamp: Lamp, intensity: Array, water: LampWater) -> Array:
-        if not in_clouds:
+        if not clouds:
             return np.zeros((0, FLOATING, 3))
-        bands = _on_floating(lamp, three_on_things)
+        bands = _on_floating(lamp, three_on_things, clouds)
         length = _FLOATING_LENGTHS[:, None] + _FLOATING_LENGTHS
         passed = intensity * np.exp(-length[..., None] * water.a)
         return channels.fold((bands @ on_things.shares) * passed)
@@ -559,18 +560,19 @@ def fold_lamps(
     )
 
 
-def _on_floating(lamp: Lamp, water: LampWater) -> Array:
+def _on_floating(lamp: Lamp, water: LampWater, size: float) -> Array:
     """What scattering leaves of a lamp's light on its brightest axis, over that without water.
 
-    By the distance from the lamp (rows) and on to the camera, in the three bands.
+    By the distance from the lamp (rows) and on to the camera, in the three bands. Of the light of
+    clouds that arrives which is not scattered out of their outline.
     """
     cosine, r = _brightest(lamp), _FLOATING_LENGTHS[:, None]
     value = lamp.profile.value(np.array([cosine]))
     patch = PatchPastLamp(r, value / (r * r), 1.0, cosine, cosine, r)
-    light, things = arriving_light(lamp, patch, water), ThingLight(water, (), _bands_of)
+    light = arriving_light(lamp, patch, water)
     reaching = (light.straight + light.about) * (r * r / value)
-    arriving = things.unscattered(r) + things.forward(r)
-    return reaching[:, None] * arriving
+    within = [within_outline(water.phase, size, float(s)) for s in _FLOATING_LENGTHS]
+    return reaching[:, None] * np.exp(-water.b * (1.0 - np.array(within)) * r)
 
 
 def _brightest(lamp: Lamp) -> float:

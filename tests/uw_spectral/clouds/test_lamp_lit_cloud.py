@@ -57,7 +57,7 @@ def _disc(view, radius=0.5):
 def test_light_of_a_lamp_is_that_of_photons(concentration, bound):
     cloud, matter = _numbers(concentration)
     empty = lamp_water([0.0] * 3, [1e-9] * 3, parse_phase("isotropic").for_bands([1e-9] * 3))
-    folded = fold_lamps([_torch()], empty, CHANNELS, in_clouds=True)
+    folded = fold_lamps([_torch()], empty, CHANNELS, clouds=SIGMA)
     grey = GreyPuff(SIGMA, float(matter.absorption[0]), float(matter.scattering[0]), matter.phase)
     photons = radiance(grey, SUN, SIDES, lamp=TORCH, count=200_000)
     found = {}
@@ -72,7 +72,7 @@ def test_light_of_a_lamp_is_that_of_photons(concentration, bound):
 @pytest.mark.parametrize("profile", [IsotropicProfile(), SpotProfile(math.radians(50.0), 0.5)])
 def test_a_black_cloud_takes_light_of_the_water_along_both_ways(profile):
     cloud, matter = _numbers(12.0, albedo=0.0, at=(0.0, 0.0, 0.0))
-    folded = fold_lamps([_torch(profile)], _water(), CHANNELS, in_clouds=True)
+    folded = fold_lamps([_torch(profile)], _water(), CHANNELS, clouds=SIGMA)
     origin, w = (0.0, -3.0, 0.0), (0.0, 1.0, 0.0)
     found = lamp_lit_cloud.path_light(folded, _clouds((cloud, matter)), origin, w, 8.0)
     # The light of the water up to each distance, of which each piece is dimmed for itself.
@@ -95,7 +95,7 @@ def test_a_black_cloud_takes_light_of_the_water_along_both_ways(profile):
 
 def test_what_floats_is_lit_as_a_white_thing_in_its_place():
     torch = _torch(SpotProfile(math.radians(50.0), 0.5))
-    folded = fold_lamps([torch], _water(), CHANNELS, in_clouds=True)
+    folded = fold_lamps([torch], _water(), CHANNELS, clouds=SIGMA)
     ((_, light),) = folded.lights()
     for r, s in ((1.0, 1.5), (3.0, 2.5), (5.0, 4.0)):
         place = np.array(torch.position) + r * np.array(torch.axis)
@@ -106,14 +106,14 @@ def test_what_floats_is_lit_as_a_white_thing_in_its_place():
 
 
 def test_a_cloud_aside_changes_nothing():
-    folded = fold_lamps([_torch()], _water(), CHANNELS, in_clouds=True)
+    folded = fold_lamps([_torch()], _water(), CHANNELS, clouds=SIGMA)
     ray = (0.0, -3.0, 0.0), (0.0, 1.0, 0.0), 8.0
     aside = lamp_lit_cloud.path_light(folded, _clouds(_numbers(30.0, at=(90.0, 0.0, 0.0))), *ray)
     assert aside == pytest.approx(folded.path_light(*ray), rel=1e-6)
 
 
 def test_two_halves_in_one_place_are_the_whole_by_lamp():
-    folded = fold_lamps([_torch()], _water(), CHANNELS, in_clouds=True)
+    folded = fold_lamps([_torch()], _water(), CHANNELS, clouds=SIGMA)
     ray = (0.1, -3.0, 0.0), (0.0, 1.0, 0.0), 8.0
     whole = lamp_lit_cloud.path_light(folded, _clouds(_numbers(2.0)), *ray)
     halves = lamp_lit_cloud.path_light(folded, _clouds(_numbers(1.0), _numbers(1.0)), *ray)
@@ -123,7 +123,7 @@ def test_two_halves_in_one_place_are_the_whole_by_lamp():
 
 def test_a_lamp_within_a_cloud_is_added_up_in_few_steps(monkeypatch):
     torch = Lamp((0.2, 0.1, 0.0), (0.0, 1.0, 0.0), np.ones(3), IsotropicProfile(), 0.02)
-    folded = fold_lamps([torch], _water(), CHANNELS, in_clouds=True)
+    folded = fold_lamps([torch], _water(), CHANNELS, clouds=SIGMA)
     ray = (0.0, -2.0, 0.0), (0.0, 1.0, 0.0), 8.0
     few = lamp_lit_cloud.path_light(folded, _clouds(_numbers(6.0)), *ray)
     monkeypatch.setattr(lamp_lit_cloud, "STEPS", 200)
