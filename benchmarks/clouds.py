@@ -337,8 +337,8 @@ mean of {_TARGET:g}. A row of 0 g/m³ is the same scene without the cloud.
 |---|---|---|---|---|---|---|
 {rows(compared)}
 
-Rows without the cloud tell what is not of it: light of lamps in turbid water errs for itself, and few
-samples of Cycles miss some of it.
+Rows without the cloud tell what is not of it: light of lamps in turbid water errs for itself, and
+few samples of Cycles miss some of it.
 
 ## The light of a puff against photons
 In empty space, at 550 nm, radiance about the middle over that of photons, one by one: seen
