@@ -1,7 +1,7 @@
 """Clouds of silt: EEVEE against Cycles, their light against photons, and what they cost.
 
 ``python3 dev.py run -m benchmarks clouds`` writes docs/measured/clouds.md and clouds.png. Takes
-about ten minutes.
+about twenty minutes.
 """
 
 from __future__ import annotations
@@ -16,47 +16,90 @@ from pathlib import Path
 
 import bpy
 import numpy as np
+from mathutils import Vector
 from numpy.typing import NDArray
 
 from ..reference.cloud_photons import GreyPuff, radiance
 from ..scene import stored_settings
 from ..scene.engines import engines
+from ..scene.seen import lamps
 from ..scene.water import new_clouds, water_body
 from ..settings.render_plan import RenderPlan, make_plan
 from ..settings.scene_settings import SceneSettings
-from ..uw_spectral.clouds.cloud_light import CloudNumbers, Clouds
+from ..uw_spectral.clouds.cloud_light import CloudNumbers, Clouds, Several, with_escapes
+from ..uw_spectral.clouds.lamp_lit_cloud import path_light
 from ..uw_spectral.clouds.matter import BluntPhase, SuspendedMatter, blunt_phase, suspended_matter
 from ..uw_spectral.clouds.puff import Puff
+from ..uw_spectral.lamps.lamp import Lamp
+from ..uw_spectral.lamps.lamp_channels import fold_lamps
+from ..uw_spectral.lamps.multiple_scattering import lamp_water
+from ..uw_spectral.spectra.bands import Bands
 from ..uw_spectral.spectra.colour_rendering import delta_e_CIE2000_images, srgb_encode
 from ..uw_spectral.spectra.spectral_image import replacing, write_png
+from ..uw_spectral.transfer.channels import channels_of_bands
 from ..uw_spectral.transfer.sun_beam import half_angle2
+from ..uw_spectral.water.phase import parse_phase
 from . import grey_scene
 
 _ROOT = Path(__file__).resolve().parent.parent
 _DEPTH, _FLOOR = 5.0, 6.5  # m
-_SIZE, _BLOCK = (48, 30), 3
-_EEVEE_SAMPLES = 32
+_SIZE = (48, 30)
+_MORE = 2  # samples of Cycles by torch
+_EEVEE_SAMPLES = 8
 _SIGMA, _SEEN = 0.5, 0.5
 _SUN = (0.373, 0.0, -0.928)
 _VIEWS = {"level": (0.0, 1.0, 0.0), "down": (0.0, 0.766, -0.643), "up": (0.0, 0.866, 0.5)}
 _COST_SIZE, _COST_SAMPLES = (240, 135), 16
 _TARGET = 3.0
+# A torch beside the camera, which shines to the middle of the cloud.
+_TORCH, _WATTS, _CONE, _BLEND = (0.45, 0.0, -_DEPTH + 0.25), 400.0, math.radians(50.0), 0.5
+_MIDDLE = (0.0, 3.0, -_DEPTH)
+# Of a lamp before photons, from the middle of the puff.
+_LAMP = (0.4, -3.0, 0.2)
 
 Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
 class Case:
-    """Water, concentration in g/m³, and the camera's angle from straight down in degrees."""
+    """Water, concentration in g/m³, and the light.
+
+    ``look`` is the camera's angle from straight down in degrees, ``watts`` the power of a torch
+    beside it, ``sunlight`` a factor on sun and sky.
+    """
 
     water: str
     concentration: float
     look: float = 90.0
     floor: bool = True
+    watts: float = 0.0
+    sunlight: float = 1.0
+
+    @property
+    def bands(self) -> int:
+        """How many; few where Cycles takes long."""
+        return 3 if self.watts else 8
+
+    @property
+    def block(self) -> int:
+        """Pixels along a side of what is compared."""
+        return 6 if self.watts else 3
+
+    @property
+    def light(self) -> str:
+        """What lights it."""
+        if not self.watts:
+            return "day"
+        return "day and torch" if self.sunlight else "torch"
 
 
-_CASES = (Case("jerlov:II", 0.0), Case("jerlov:II", 12.0), Case("jerlov:IB", 12.0))
-_SHOWN = 1
+_CASES = (
+    *(Case("jerlov:II", 0.0), Case("jerlov:II", 12.0), Case("jerlov:IB", 12.0)),
+    *(Case("jerlov:II", x, watts=_WATTS, sunlight=0.0) for x in (0.0, 12.0)),
+    Case("jerlov:IB", 12.0, watts=_WATTS, sunlight=0.0),
+    *(Case(f"jerlov:{x}", 12.0, watts=_WATTS) for x in ("II", "IB")),
+)
+_SHOWN = {1: "clouds.png", 4: "clouds_by_torch.png"}
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,18 +117,18 @@ class Compared:
 
     def row(self) -> str:
         """Write it as cells of a table."""
-        found = _delta_e(self.eevee, self.cycles)
-        noise = _delta_e(*self.halves) / 2.0
+        found = _delta_e(self.eevee, self.cycles, self.case.block)
+        noise = _delta_e(*self.halves, self.case.block) / 2.0
         light = self.eevee[..., 1].sum() / self.cycles[..., 1].sum()
         return (
-            f"| {self.case.water.removeprefix('jerlov:')} | {self.case.concentration:g} | "
-            f"{found.mean():.2f} | {np.quantile(found, 0.95):.2f} | "
+            f"| {self.case.water.removeprefix('jerlov:')} | {self.case.light} | "
+            f"{self.case.concentration:g} | {found.mean():.2f} | {np.quantile(found, 0.95):.2f} | "
             f"{noise.mean():.2f} | {light:.3f} |"
         )
 
 
-def _delta_e(one: Array, other: Array) -> Array:
-    pictures = (srgb_encode(np.clip(grey_scene.blocks(x, _BLOCK), 0.0, 1.0)) for x in (one, other))
+def _delta_e(one: Array, other: Array, block: int) -> Array:
+    pictures = (srgb_encode(np.clip(grey_scene.blocks(x, block), 0.0, 1.0)) for x in (one, other))
     return delta_e_CIE2000_images(*pictures)
 
 
@@ -116,8 +159,19 @@ def build(case: Case, size: tuple[int, int], puffs: int = 1) -> bpy.types.Object
             _paint(bpy.context.object, colour)
         bpy.ops.mesh.primitive_plane_add(size=200.0, location=(0.0, 0.0, -_FLOOR))
         _paint(bpy.context.object, (0.35, 0.33, 0.28))
+    if case.watts:
+        _hang_torch(scene, case.watts)
     bpy.context.view_layer.update()
     return camera
+
+
+def _hang_torch(scene: bpy.types.Scene, watts: float) -> None:
+    torch = bpy.data.objects.new("Torch", bpy.data.lights.new("Torch", "SPOT"))
+    torch.data.energy, torch.data.shadow_soft_size = watts, 0.03
+    torch.data.spot_size, torch.data.spot_blend = _CONE, _BLEND
+    torch.location = _TORCH
+    torch.rotation_euler = (Vector(_MIDDLE) - Vector(_TORCH)).to_track_quat("-Z", "Y").to_euler()
+    scene.collection.objects.link(torch)
 
 
 def _paint(item: bpy.types.Object, colour: tuple[float, ...]) -> None:
@@ -133,7 +187,12 @@ def _paint(item: bpy.types.Object, colour: tuple[float, ...]) -> None:
 def compare(case: Case, samples: int) -> Compared:
     """Render a case by both engines."""
     camera = build(case, _SIZE)
-    plan = make_plan(SceneSettings(water=case.water, samples=_EEVEE_SAMPLES))
+    plan = make_plan(
+        SceneSettings(
+            water=case.water, samples=_EEVEE_SAMPLES, sunlight=case.sunlight, bands=case.bands
+        )
+    )
+    samples *= _MORE if case.watts else 1
     traced = replace(plan, settings=replace(plan.settings, samples=samples // 2))
     scene, extent = (
         bpy.context.scene,
@@ -145,7 +204,8 @@ def compare(case: Case, samples: int) -> Compared:
     for seed in (1, 2):
         with engines.cycles_bands(scene, camera, traced, extent, seed=seed) as engine:
             halves.append(grey_scene.band_image(engine, traced, _DEPTH))
-    develop = plan.reduction(_DEPTH).apply
+    lit = lamps.lamplight(scene, camera, plan) if case.watts else None
+    develop = plan.reduction(_DEPTH, lit).apply
     return Compared(case, develop(eevee), (develop(halves[0]), develop(halves[1])))
 
 
@@ -164,34 +224,66 @@ def photons_row(concentration: float) -> str:
     return f"| {concentration:g} | {tau:.1f} | {cells[0]} | {cells[1]} |"
 
 
-def _formula(
-    matter: SuspendedMatter, blunt: BluntPhase, view: Sequence[float], *, isotropic: bool
-) -> float:
-    a, b, one = float(matter.absorption[0]), float(matter.scattering[0]), np.ones(3)
-    wide, turned = b * (1.0 - blunt.peak), b * (1.0 - matter.phase.g)
-    puff, sun = Puff.of_axes((0, 0, 0), 2.0 * _SIGMA * np.eye(3)), np.array(_SUN)
-    cloud = CloudNumbers(
-        puff.middle, puff.rows, (a + b) * one, (a + wide) * one, wide / (a + wide) * one,
-        (not isotropic) * one, 0 * one, isotropic * one, 0 * one, 0 * one, 0 * one, 0 * one,
-        (a + turned) * one, turned / (a + turned) * one, 0.0,
-        blunt.asymmetry, blunt.ceiling, blunt.peak,
-    )  # fmt: skip
-    clouds, v = Clouds([cloud], [matter.phase], _SUN), np.array(view)
+def lamp_row(concentration: float) -> str:
+    """Compare the light of a puff in the light of a lamp with photons."""
+    matter = suspended_matter("minerals", concentration, [550.0])
+    a, b = float(matter.absorption[0]), float(matter.scattering[0])
+    grey = GreyPuff(_SIGMA, a, b, matter.phase)
+    views = _VIEWS | {"side": (1.0, 0.0, 0.0), "towards": (0.0, -1.0, 0.0)}
+    traced = radiance(grey, _SUN, views, lamp=_LAMP, count=200_000)
+    nothing = parse_phase("isotropic").for_bands([0.0] * 3)
+    water = lamp_water([0.0] * 3, [0.0] * 3, nothing)
+    lamp = Lamp(_LAMP, (0.0, 1.0, 0.0), np.ones(3))
+    channels = channels_of_bands(Bands.uniform(3), [0, 1, 2])
+    folded = fold_lamps([lamp], water, channels, clouds=_SIGMA)
+    cloud = with_escapes(_grey_cloud(matter, blunt_phase(matter.phase), sun=0.0, ambient=0.0))
+    clouds = Clouds(Several([cloud]), [matter.phase], _SUN)
+    ratios = []
+    for name, view in views.items():
+        light = path_light(folded, clouds, *_parallel(view, 60.0), np.full((48, 1), 200.0))
+        ratios.append(float(light[:, 0].mean()) / traced[name])
+    tau = (a + b) * _SIGMA * math.sqrt(2.0 * math.pi)
+    return f"| {concentration:g} | {tau:.1f} | {' / '.join(f'{x:.2f}' for x in ratios)} |"
+
+
+def _parallel(view: Sequence[float], away: float) -> tuple[list[Array], list[float]]:
+    """Rays about the middle of the puff: where they begin, and their direction."""
+    v = np.array(view)
     u = np.cross(v, [1.0, 0.2, 0.1])
     u /= np.linalg.norm(u)
     r = _SEEN * _SIGMA * np.sqrt((np.arange(6) + 0.5) / 6)[:, None]
     t = np.arange(8) * math.pi / 4
     sides = (r * np.cos(t)).ravel(), (r * np.sin(t)).ravel()
-    places = -6.0 * v + np.outer(sides[0], u) + np.outer(sides[1], np.cross(v, u))
-    veil = clouds.veil(
-        list(places.T[..., None]), list(v), 60.0 * np.ones((48, 1)), half_angle2(list(v), list(sun))
-    )
+    places = -away * v + np.outer(sides[0], u) + np.outer(sides[1], np.cross(v, u))
+    return list(places.T[..., None]), list(v)
+
+
+def _formula(
+    matter: SuspendedMatter, blunt: BluntPhase, view: Sequence[float], *, isotropic: bool
+) -> float:
+    cloud = _grey_cloud(matter, blunt, sun=float(not isotropic), ambient=float(isotropic))
+    clouds, origins = Clouds(Several([cloud]), [matter.phase], _SUN), _parallel(view, 6.0)
+    veil = clouds.veil(*origins, 60.0 * np.ones((48, 1)), half_angle2(origins[1], list(_SUN)))
     return float(veil.light[:, 0].mean())
 
 
-def cost_row(puffs: int) -> str:
+def _grey_cloud(
+    matter: SuspendedMatter, blunt: BluntPhase, *, sun: float, ambient: float
+) -> CloudNumbers:
+    a, b, one = float(matter.absorption[0]), float(matter.scattering[0]), np.ones(3)
+    wide, turned = b * (1.0 - blunt.peak), b * (1.0 - matter.phase.g)
+    puff = Puff.of_axes((0, 0, 0), 2.0 * _SIGMA * np.eye(3))
+    return CloudNumbers(
+        puff.middle, puff.rows, (a + b) * one, (a + wide) * one, wide / (a + wide) * one,
+        sun * one, 0 * one, ambient * one, 0 * one, 0 * one, 0 * one, 0 * one,
+        (a + turned) * one, turned / (a + turned) * one, 0.0,
+        blunt.asymmetry, blunt.ceiling, blunt.peak,
+    )  # fmt: skip
+
+
+def cost_row(puffs: int, watts: float = 0.0) -> str:
     """Measure CPU seconds of the first and of a later picture in real time."""
-    camera = build(Case("jerlov:II", 12.0), _COST_SIZE, puffs)
+    camera = build(Case("jerlov:II", 12.0, watts=watts), _COST_SIZE, puffs)
     plan: RenderPlan = make_plan(
         SceneSettings(water="jerlov:II", samples=_COST_SAMPLES, diffuse_shadows=False)
     )
@@ -206,36 +298,47 @@ def cost_row(puffs: int) -> str:
                 draw(engine.passes[0], path)
                 seconds.append(_cpu())
     first, *later = np.diff(seconds)
-    return f"| {puffs} | {first:.1f} | {min(later):.1f} |"
+    lamps_there = "a torch" if watts else "none"
+    return f"| {puffs} | {lamps_there} | {first:.1f} | {min(later):.1f} |"
 
 
 def _cpu() -> float:
     return sum(resource.getrusage(resource.RUSAGE_SELF)[:2])
 
 
-def report(compared: Sequence[str], photons: Sequence[str], costs: Sequence[str]) -> str:
+def report(
+    compared: Sequence[str], photons: Sequence[str], by_lamp: Sequence[str], costs: Sequence[str]
+) -> str:
     """Return the page."""
     rows = "\n".join
     return f"""# Clouds
 
 Written by `python3 dev.py run -m benchmarks clouds`.
 
-A puff of minerals (outline 1 m, σ .5 m) 3 m before a camera at {_DEPTH:g} m, by day. Shown are the
-middle of the view and all round it, {_SIZE[0]} × {_SIZE[1]} pixels, 8 bands.
+A puff of minerals (outline 1 m, σ .5 m) 3 m before a camera at {_DEPTH:g} m, by day, and by a torch
+of 50° that hangs half a metre beside the camera. Shown are the middle of the view and all round it,
+{_SIZE[0]} × {_SIZE[1]} pixels, 8 bands by day and 3 with the torch.
 
 ![EEVEE, Cycles](clouds.png)
 
-*Type II, 12 g/m³, sand at {_FLOOR:g} m, three balls before, in and behind the cloud: EEVEE,
+*By day, type II, 12 g/m³, sand at {_FLOOR:g} m, three balls before, in and behind the cloud: EEVEE,
 and Cycles with its noise.*
 
-## EEVEE against Cycles
-ΔE2000 of blocks of {_BLOCK} × {_BLOCK} pixels, the mean and 95 %; that of the noise of Cycles
-alone, which is in both; the light of the green channel over that of Cycles. Wanted was a mean of
-{_TARGET:g}. A row of 0 g/m³ is the same scene without the cloud.
+![EEVEE, Cycles, by torch](clouds_by_torch.png)
 
-| water | g/m³ | ΔE mean | 95 % | noise | light |
-|---|---|---|---|---|---|
+*The same by night, with the torch at the right.*
+
+## EEVEE against Cycles
+ΔE2000 of blocks of 3 × 3 pixels by day, 6 × 6 by torch, the mean and 95 %; that of the noise of
+Cycles alone, which is in both; the light of the green channel over that of Cycles. Wanted was a
+mean of {_TARGET:g}. A row of 0 g/m³ is the same scene without the cloud.
+
+| water | light of | g/m³ | ΔE mean | 95 % | noise | light |
+|---|---|---|---|---|---|---|
 {rows(compared)}
+
+Rows without the cloud tell what is not of it: light of lamps in turbid water errs for itself, and
+few samples of Cycles miss some of it.
 
 ## The light of a puff against photons
 In empty space, at 550 nm, radiance about the middle over that of photons, one by one: seen
@@ -245,6 +348,13 @@ level, down and up, in a beam that comes down at 22° from the vertical, and in 
 |---|---|---|---|
 {rows(photons)}
 
+The same of a lamp 3 m away, which shines to all sides, a little beside the first view: seen along
+its light, down, up, from the side and towards the lamp.
+
+| g/m³ | optical depth | along / down / up / side / towards |
+|---|---|---|
+{rows(by_lamp)}
+
 Photons have a noise of 1 to 3 %. A puff that absorbs nothing is invisible in light from all sides,
 within .2 %. Transmission along rays is a closed form, within 10⁻⁴ of a sum.
 
@@ -253,14 +363,15 @@ CPU seconds in real time, {_COST_SIZE[0]} × {_COST_SIZE[1]}, {_COST_SAMPLES} sa
 diffuse shadows: the first picture, in which shaders are compiled unless they are cached, and the
 best of two more. Scenes without clouds have no nodes of them. Measured while other programs ran.
 
-| clouds | first | later |
-|---|---|---|
+| clouds | lamps | first | later |
+|---|---|---|---|
 {rows(costs)}
 
 ## What is not drawn
-By EEVEE: grids of volume objects, lamps' light in clouds, clouds' shadows in the water (on things
-they are drawn) and in shafts, and a bend of the light around clouds: what a cloud scatters forward
-of a thing's light is lost in the light of its surroundings. All is drawn by Cycles.
+By EEVEE: grids of volume objects, clouds' shadows in the daylight of the water (on things, and in
+the light of lamps, they are drawn) and in shafts, and a bend of the light around clouds: what a
+cloud scatters forward of a thing's daylight is lost in the light of its surroundings, that of its
+lamplight is put where the thing is. All is drawn by Cycles.
 """
 
 
@@ -273,16 +384,17 @@ def main(arguments: Sequence[str]) -> None:
     if not hasattr(bpy.types.Scene, stored_settings.PROPERTY):
         stored_settings.register()
     photons = [photons_row(x) for x in (2.0, 8.0, 30.0)]
-    print(*photons, sep="\n", flush=True)
+    by_lamp = [lamp_row(x) for x in (2.0, 8.0, 30.0)]
+    print(*photons, *by_lamp, sep="\n", flush=True)
     compared = []
     for number, case in enumerate(_CASES):
         found = compare(case, options.samples)
         compared.append(found.row())
         print(compared[-1], flush=True)
-        if number == _SHOWN:
+        if number in _SHOWN:
             both = np.concatenate([found.eevee, found.cycles], axis=1)
             larger = np.repeat(np.repeat(both, 6, axis=0), 6, axis=1)
-            write_png(options.docs / "clouds.png", np.clip(larger, 0.0, 1.0))
-    costs = [cost_row(x) for x in (0, 1, 3)]
+            write_png(options.docs / _SHOWN[number], np.clip(larger, 0.0, 1.0))
+    costs = [cost_row(*x) for x in ((0, 0.0), (1, 0.0), (3, 0.0), (0, _WATTS), (1, _WATTS))]
     with replacing(options.docs / "clouds.md") as temporary:
-        temporary.write_text(report(compared, photons, costs))
+        temporary.write_text(report(compared, photons, by_lamp, costs))

@@ -43,12 +43,15 @@ class Graph:
         Only with parts.
     rays: ShaderNodeTree, optional
         The group of :mod:`.realtime_refraction`, where view rays may be bent at the surface.
+    slim_numbers : bool
+        Whether that holds for operations on single numbers too.
     """
 
     tree: bpy.types.ShaderNodeTree
     part_size: int | None = None
     slim: bool = False
     rays: bpy.types.ShaderNodeTree | None = None
+    slim_numbers: bool = False
     _made: dict[tuple[Operand, ...], Operand] = field(default_factory=dict)
     _parts: list[_Part] = field(default_factory=list)
     _open: bool = False
@@ -85,7 +88,9 @@ class Graph:
         key = _key(name, operands)
         if key not in self._made:
             numbers = max(o.size for o in operands if isinstance(o, NodeValue)) == 1
-            if numbers or not self.slim:
+            if numbers and self.slim_numbers:
+                node, sockets, operands = self._slim_number(name, operands)
+            elif numbers or not self.slim:
                 kind = "ShaderNodeMath" if numbers else "ShaderNodeVectorMath"
                 node = self.inner_node(kind, operation=name)
                 sockets = node.inputs[: len(operands)]
@@ -96,6 +101,20 @@ class Graph:
             output = node.outputs["Value"] if name in _TO_NUMBER else node.outputs[0]
             self._made[key] = self.term(output)
         return self._made[key]
+
+    def _slim_number(
+        self, name: str, operands: Sequence[NodeValue | float]
+    ) -> tuple[bpy.types.Node, list[bpy.types.NodeSocket], list[NodeValue]]:
+        """Return the same for one number: three inputs that are all given take no room."""
+        if name in _FUSED:
+            name, operands = "MULTIPLY_ADD", _FUSED[name](*operands)
+        node = self.inner_node("ShaderNodeMath", operation=name)
+        return node, list(node.inputs)[: len(operands)], self._given(operands)
+
+    def _given(self, operands: Sequence[NodeValue | float]) -> list[NodeValue]:
+        """Return operands of which none is a constant, for the part that is being filled."""
+        number = self._parts[-1].number
+        return [v if isinstance(v, NodeValue) else self.term(number(float(v))) for v in operands]
 
     def _slim_node(
         self, name: str, operands: Sequence[NodeValue | float]
@@ -113,9 +132,7 @@ class Graph:
         else:
             node = self.inner_node("ShaderNodeVectorMath", operation=name)
             sockets = list(node.inputs)[: len(operands)]
-        number = self._parts[-1].number
-        terms = [v if isinstance(v, NodeValue) else self.term(number(v)) for v in operands]
-        return node, sockets, terms
+        return node, sockets, self._given(operands)
 
     def vector(self, x: NodeValue | float, y: NodeValue | float, z: NodeValue | float) -> NodeValue:
         """Join three numbers."""

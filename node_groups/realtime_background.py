@@ -26,7 +26,8 @@ def build(shape: Shape, sources: Sources) -> bpy.types.ShaderNodeTree:
     """Build the group; output ``Color`` is what the channels see."""
     tree = new_group(NAME)
     tree.interface.new_socket("Color", in_out="OUTPUT", socket_type="NodeSocketColor")
-    graph = Graph(tree, PART_SIZE, rays=sources.rays)
+    slim = realtime_clouds.is_crowded(shape)
+    graph = Graph(tree, PART_SIZE, slim=slim, rays=sources.rays, slim_numbers=slim)
     water = PixelWater(graph, shape, sources)
     w, eye = view_direction(graph), camera_place(graph, water.values.of(*FRAME))
     y_o = NODES.maximum(-eye[2], 0.0)
@@ -50,15 +51,16 @@ def build(shape: Shape, sources: Sources) -> bpy.types.ShaderNodeTree:
     )  # fmt: skip
     if sources.lamps is not None:
         path = realtime_lamps.build_path(
-            sources.lamps, shape.lamp_components, ahead=True, rays=sources.rays
-        )
+            sources.lamps, shape.lamp_components, ahead=True, rays=sources.rays,
+            clouds=realtime_clouds.for_lamps(sources, shape),
+        )  # fmt: skip
         lit = in_group(graph, path, {FLOOR_DEPTH: water.values[FLOOR_DEPTH]})
         pixel = replace(pixel, lamps=lit[realtime_lamps.LIGHT])
     if "B_single" in shape.layers:
         once = ray.single_scattering(y_o, y_e, w, P) * path_shade.once
         pixel = replace(pixel, single_scattering=once)
     if shape.clouds:
-        group = realtime_clouds.build(shape, sources.values, sources.rays, ahead=True)
+        group = realtime_clouds.build(shape, sources, ahead=True)
         veil = realtime_clouds.veil_of(in_group(graph, group, {}))
         pixel = veiled(pixel, veil, ray, y_o, w)
     seen: Operand = water.seen(pixel.total)

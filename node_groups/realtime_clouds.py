@@ -2,16 +2,25 @@
 
 from __future__ import annotations
 
-import bpy
+import functools
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, fields
 
-from ..uw_spectral.clouds.cloud_light import CloudNumbers, Clouds, Veil
-from ..uw_spectral.mathematics import Operand
+import bpy
+import numpy as np
+
+from ..uw_spectral.clouds.cloud_light import ESCAPES, ArrayRow, CloudNumbers, Clouds, Veil
+from ..uw_spectral.mathematics import Mathematics, Operand
 from ..uw_spectral.transfer.radiance_field import distance_in_water
 from ..uw_spectral.transfer.sun_beam import half_angle2
+from ..uw_spectral.water.phase import PhaseFunction
 from .loops import summed
 from .node_mathematics import NODES, PART_SIZE, Graph, NodeValue, new_group
+from .realtime_lamps import CloudsOf
 from .realtime_rays import camera_place, place_here, view_direction, view_distance
-from .realtime_values import FLOOR_DEPTH, FRAME, SUN, Shape, Values, cloud_names
+from .realtime_values import FLOOR_DEPTH, FRAME, SUN, Shape, Values
+from .realtime_water import Sources
+from .texels import closest, number_image
 
 NAME = "UW Clouds"
 UNSCATTERED, PASSED, LIGHT, MIDDLE, FORWARD = (
@@ -19,32 +28,35 @@ UNSCATTERED, PASSED, LIGHT, MIDDLE, FORWARD = (
 )  # fmt: skip
 SUNLIGHT, SKYLIGHT = "Sunlight", "Skylight"
 _OUTPUTS = (UNSCATTERED, PASSED, LIGHT, MIDDLE, FORWARD)
+# Texels of a cloud: single numbers, three to each, and how many the other fields take.
+_SINGLE = ("reference", "asymmetry", "ceiling", "peak", "kind")
+_OF_PLACE = {"middle": 1, "rows": 3}
+_TRIPLES = {
+    field.name: _OF_PLACE.get(field.name, 1)
+    for field in fields(CloudNumbers)
+    if field.name not in (*_SINGLE, "escapes")
+}
+_FIRST = -(-len(_SINGLE) // 3)  # texels of single numbers
+_ESCAPES = _FIRST + sum(_TRIPLES.values())
+_WIDTH = _ESCAPES + ESCAPES
 
 
-def build(
-    shape: Shape,
-    values: bpy.types.ShaderNodeTree,
-    rays: bpy.types.ShaderNodeTree | None = None,
-    *,
-    ahead: bool,
-) -> bpy.types.ShaderNodeTree:
+def build(shape: Shape, sources: Sources, *, ahead: bool) -> bpy.types.ShaderNodeTree:
     """Build the group of clouds before a thing, or up to the boundary.
 
     Parameters
     ----------
     shape : Shape
-    values : ShaderNodeTree
-        Of :func:`.realtime_values.build`.
-    rays : ShaderNodeTree, optional
-        Of :mod:`.realtime_refraction`.
+    sources : Sources
     ahead : bool
         Whether the path goes to the boundary. Else there are the outputs :data:`SUNLIGHT` and
         :data:`SKYLIGHT`: shares of the sun's and of other light that clouds leave on the thing.
     """
     tree = new_group(NAME)
-    graph = Graph(tree, PART_SIZE, rays=rays)
-    found = Values(graph, values, shape)
-    clouds, w = _clouds(found, shape), view_direction(graph)
+    slim = is_crowded(shape)
+    graph = Graph(tree, PART_SIZE, slim=slim, rays=sources.rays, slim_numbers=slim)
+    found = Values(graph, sources.values, shape)
+    clouds, w = clouds_in(graph, sources, shape), view_direction(graph)
     if ahead:
         origin = camera_place(graph, found.of(*FRAME))
         y_o = NODES.maximum(-origin[2], 0.0)
@@ -81,12 +93,123 @@ def veil_of(found: dict[str, NodeValue]) -> Veil:
     return Veil(*(found[name] for name in _OUTPUTS))
 
 
-def _clouds(values: Values, shape: Shape) -> Clouds:
-    numbers = []
-    for index in range(len(shape.clouds)):
-        parts: dict[str, Operand] = {}
-        for field, names in cloud_names(index).items():
-            found = values.of(*names)
-            parts[field] = found if len(names) > 1 else found[-1]
-        numbers.append(CloudNumbers(**parts))
-    return Clouds(numbers, shape.clouds, values.of(*SUN), NODES)
+def new_image(shape: Shape) -> bpy.types.Image:
+    """Make the image of the numbers of so many clouds."""
+    image = number_image(NAME, _WIDTH, len(shape.clouds))
+    image.use_half_precision = False  # numbers keep their digits
+    return image
+
+
+def write_clouds(image: bpy.types.Image, clouds: Sequence[CloudNumbers]) -> None:
+    """Put the numbers of clouds into an image of their size."""
+    out = np.zeros((len(clouds), _WIDTH, 4), np.float32)
+    out[..., 3] = 1.0
+    for row, cloud in zip(out, clouds, strict=True):
+        single = [getattr(cloud, name) for name in _SINGLE] + [0.0] * (3 * _FIRST - len(_SINGLE))
+        values = [np.ravel(getattr(cloud, name)) for name in _TRIPLES]
+        row[:_ESCAPES, :3] = np.reshape(np.concatenate([single, *values]), (-1, 3))
+        if cloud.escapes is not None:
+            assert isinstance(cloud.escapes, ArrayRow)
+            row[_ESCAPES:, :3] = cloud.escapes.values
+    image.pixels.foreach_set(np.ravel(out))
+    image.update()
+
+
+@dataclass(frozen=True, eq=False)
+class _Escapes:
+    """Of a cloud in the image; a :class:`.Row`."""
+
+    graph: Graph
+    image: bpy.types.Image
+    row: NodeValue | float
+
+    def at(self, place: NodeValue) -> NodeValue:
+        below = self.graph.operation("FLOOR", (place,))
+        one, other = (
+            closest(self.graph, self.image, below + beyond, self.row)
+            for beyond in (float(_ESCAPES), _ESCAPES + 1.0)
+        )
+        return one + (other - one) * (place - below)
+
+
+@dataclass(frozen=True, eq=False)
+class CloudTable:
+    """Clouds in an image, in a node tree; a :class:`.Group`.
+
+    One is read where it is needed; several are looped over, so that what is compiled does not grow
+    with their number.
+
+    Attributes
+    ----------
+    graph : Graph
+    image : Image
+        Of :func:`new_image`.
+    """
+
+    graph: Graph
+    image: bpy.types.Image
+
+    @property
+    def count(self) -> int:
+        """Number of clouds."""
+        return int(self.image.size[1])
+
+    def total(self, terms: Callable[[CloudNumbers], Sequence[Operand]]) -> Sequence[Operand]:
+        """Add up terms of each."""
+        if self.count == 1:
+            return terms(self._cloud(0.0))
+        return summed(self.graph, self.count, lambda index: terms(self._cloud(index)))
+
+    def product(self, factor: Callable[[CloudNumbers], Operand]) -> Operand:
+        """Multiply channels of each, which are positive."""
+        if self.count == 1:
+            return factor(self._cloud(0.0))
+
+        def logarithms(index: NodeValue) -> Sequence[NodeValue]:
+            return [NODES.log(x) for x in self.graph.components(factor(self._cloud(index)))]
+
+        return NODES.exp(self.graph.vector(*summed(self.graph, self.count, logarithms)))
+
+    def others(self, whole: Callable[[], Operand], own: Operand, m: Mathematics) -> Operand:
+        """Share that the others leave."""
+        return 1.0 if self.count == 1 else m.exp(own - whole())
+
+    def _cloud(self, index: NodeValue | float) -> CloudNumbers:
+        texels = [closest(self.graph, self.image, float(i), index) for i in range(_ESCAPES)]
+        first = _FIRST
+        single = [x for place in texels[:first] for x in self.graph.components(place)]
+        parts: dict[str, Operand] = dict(zip(_SINGLE, single, strict=False))
+        for name, size in _TRIPLES.items():
+            found = texels[first : first + size]
+            first += size
+            parts[name] = found[0]
+            if name in _OF_PLACE:
+                parts[name] = [x for place in found for x in self.graph.components(place)]
+        return CloudNumbers(**parts, escapes=_Escapes(self.graph, self.image, index))
+
+
+def clouds_in(graph: Graph, sources: Sources, shape: Shape) -> Clouds:
+    """Return the clouds in a node tree."""
+    assert sources.clouds is not None, "there are clouds"
+    sun = Values(graph, sources.values, shape).of(*SUN)
+    return Clouds(CloudTable(graph, sources.clouds), kinds(shape.clouds), sun, NODES)
+
+
+def for_lamps(sources: Sources, shape: Shape) -> CloudsOf | None:
+    """Return what makes the clouds that lamps shine on; None where there are none."""
+    if not shape.clouds:
+        return None
+    return functools.partial(clouds_in, sources=sources, shape=shape)
+
+
+def is_crowded(shape: Shape) -> bool:
+    """Whether constants have to be few: clouds and lamps together need most that a shader holds."""
+    return bool(shape.clouds and shape.lamps)
+
+
+def kinds(phases: Sequence[PhaseFunction]) -> list[PhaseFunction]:
+    """Return the phase functions of clouds, each once; its place is the kind of a cloud."""
+    found: list[PhaseFunction] = []
+    for phase in phases:
+        found += [] if phase in found else [phase]
+    return found

@@ -22,6 +22,8 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
+from ..uw_spectral.clouds.cloud_light import Clouds
+from ..uw_spectral.clouds.lamp_lit_cloud import LampAndClouds, left_on_thing
 from ..uw_spectral.lamps.angular_spread import (
     ANGLES,
     LENGTHS,
@@ -34,6 +36,7 @@ from ..uw_spectral.lamps.angular_spread import (
 from ..uw_spectral.lamps.lamp import Lamp, LitPart, ray_past_lamp
 from ..uw_spectral.lamps.lamp_channels import (
     COLOURS,
+    FLOATING,
     ChannelLight,
     FoldedLamp,
     LampChannels,
@@ -85,9 +88,11 @@ CODES = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 """Colours of the lamps that cast shadows; the first is the sun's where it shines."""
 NO_SHADOW = (0.0, 0.0, 0.0)
 """In place of the colour of what stands for things, and of lamps that cast no shadow."""
+CloudsOf = Callable[[Graph], Clouds]
+"""Makes the clouds of a scene in a node tree."""
 # Custom properties of the image.
 _PARTS, _MEASURED, _FROM_AIR = "uw_parts", "uw_measured", "uw_from_air"
-_THROWN, _EXCITING = "uw_thrown", "uw_exciting"
+_THROWN, _EXCITING, _FLOATING = "uw_thrown", "uw_exciting", "uw_floating"
 _QUADRATURES = (PATH_NODES, MORE_NODES)
 _NUMBERS = sum(_QUADRATURES)  # first column after them
 _EXTENT, _IN_WATER, _ON_THINGS, _WIDE, _SCALES = range(_NUMBERS, _NUMBERS + 5)
@@ -101,10 +106,15 @@ _SHADOW = _PROFILE_COLUMNS  # first column of the map of shadows
 _PART_COLUMNS = PART_SIDE + 2 * _MARGIN
 _SOFT = _SHADOW + SIDE + 2 * _MARGIN  # that of the maps of scattered light, side by side
 _SOFT_COLUMNS = SOFT_SIDE + 2 * _MARGIN
+_FLOATING_ROWS = FLOATING + 2 * _MARGIN
 _BESIDE = 3  # maps of parts of lit things, in rows below those of scattered light
 _TABLE_ROWS = max(PROFILE_LENGTHS, SIDE) + 2 * _MARGIN
 _WIDTH = max(
-    SAMPLES, _SCALES + 1, _SOFT + DISTANCES * _SOFT_COLUMNS, _PATCHES + ON_PATCHES + 2 * _MARGIN
+    SAMPLES,
+    _SCALES + 1,
+    _SOFT + DISTANCES * _SOFT_COLUMNS,
+    _PATCHES + ON_PATCHES + 2 * _MARGIN,
+    _FLOATING_ROWS,
 )
 _UNHIDDEN = SoftMap(np.tile((1.0, 0.0), (DISTANCES, SOFT_SIDE, SOFT_SIDE, 1)))
 _DARKEST = 1e-12
@@ -137,12 +147,14 @@ class LampImages:
 class _Rows:
     """Rows of a lamp's block.
 
-    Of so many parts of the phase function, measured reflectances and bands that excite.
+    Of so many parts of the phase function, measured reflectances, bands that excite, and of the
+    table of what floats.
     """
 
     parts: int
     measured: int
     exciting: int
+    floating: int
 
     @property
     def unscattered(self) -> int:
@@ -161,8 +173,12 @@ class _Rows:
         return self.coloured + BANDS * (COLOURS + self.measured)
 
     @property
-    def tables(self) -> int:
+    def floats(self) -> int:
         return self.excited + self.exciting
+
+    @property
+    def tables(self) -> int:
+        return self.floats + self.floating
 
     @property
     def all(self) -> int:
@@ -178,6 +194,7 @@ def new_images(
     *,
     from_air: bool = False,
     exciting: bool = False,
+    in_clouds: bool = False,
 ) -> LampImages:
     """Make the images of so many lamps, which are dark.
 
@@ -197,13 +214,15 @@ def new_images(
         Whether some may shine into the water from above.
     exciting : bool
         Whether their light excites fluorophores.
+    in_clouds : bool
+        Whether there are clouds that scatter it.
     """
-    excited = BANDS * exciting
-    height = _SPREAD + _SPREAD_ROWS + _Rows(parts, measured, excited).all * lamps
+    excited, floating = BANDS * exciting, _FLOATING_ROWS * in_clouds
+    height = _SPREAD + _SPREAD_ROWS + _Rows(parts, measured, excited, floating).all * lamps
     image = number_image(NAME, _WIDTH, height)
     image.use_half_precision = False  # numbers keep their digits
     image[_PARTS], image[_MEASURED], image[_FROM_AIR] = parts, measured, from_air
-    image[_THROWN], image[_EXCITING] = thrown, excited
+    image[_THROWN], image[_EXCITING], image[_FLOATING] = thrown, excited, floating
     return LampImages(image, lamp_sources.new_image(profiles))
 
 
@@ -248,7 +267,8 @@ def _pixels(
     _put(out[_SPREAD:], 0, in_spread.narrow.values)
     _put(out[_SPREAD:], _PATCHES, on_spread.on_patches.values)
     first = _SPREAD + _SPREAD_ROWS
-    rows = _Rows(folded.parts, folded.measured, BANDS * folded.excites)
+    floating = _FLOATING_ROWS * folded.floats
+    rows = _Rows(folded.parts, folded.measured, BANDS * folded.excites, floating)
     for index, (lamp, tables) in enumerate(zip(folded.lamps, folded.folded, strict=True)):
         block = out[first + rows.all * index :][: rows.all]
         _put_lamp(block, lamp, tables, colours[index], profiles.index(lamp.profile))
@@ -256,6 +276,8 @@ def _pixels(
         if lamp.shadow is not None:
             assert isinstance(lamp.shadow, ValueGrid)
             _put(block[rows.tables :], _SHADOW, lamp.shadow.values)
+        if folded.floats:
+            _put(block[rows.floats :], 0, tables.floating)
         for place, part in enumerate(lamp.parts):
             if part.shadow is not None:
                 assert isinstance(part.shadow, ValueGrid)
@@ -447,7 +469,8 @@ class LampTable:
     def of(cls, graph: Graph, images: LampImages) -> LampTable:
         """Make it of images of :func:`new_images`."""
         image = images.numbers
-        return cls(graph, images, _Rows(image[_PARTS], image[_MEASURED], image[_EXCITING]))
+        counts = (image[name] for name in (_PARTS, _MEASURED, _EXCITING, _FLOATING))
+        return cls(graph, images, _Rows(*counts))
 
     @property
     def image(self) -> bpy.types.Image:
@@ -512,6 +535,7 @@ class LampTable:
             self._folded(index, self.rows.unscattered, 1)[0],
             self._folded(index, self.rows.in_water, BANDS),
             self.graph.components,
+            _ImageGrid(self.graph, self.image, 0.0, self._row(index) + float(self.rows.floats)),
         )
 
     def on_things(self, index: NodeValue) -> ThingLight:
@@ -576,6 +600,7 @@ def build_path(
     *,
     ahead: bool,
     rays: bpy.types.ShaderNodeTree | None = None,
+    clouds: CloudsOf | None = None,
 ) -> bpy.types.ShaderNodeTree:
     """Build the group of the light of lamps in the water before a thing, or up to the boundary.
 
@@ -588,14 +613,16 @@ def build_path(
         Whether it goes to the boundary; the group has the input ``y_f`` then, else none.
     rays : ShaderNodeTree, optional
         Of :mod:`.realtime_refraction`.
+    clouds : callable, optional
+        Which they shine through; images have to be made for these.
 
     Returns
     -------
     ShaderNodeTree
-        Output :data:`LIGHT`: three channels, the lamps themselves included.
+        Output :data:`LIGHT`: three channels, the lamps themselves and what clouds scatter included.
     """
     inputs = {"y_f": "NodeSocketFloat"} if ahead else {}
-    tree, graph, given = _group(f"{NAME} in the Water", inputs, rays)
+    tree, graph, given = _group(f"{NAME} in the Water", inputs, rays, slim=clouds is not None)
     table, w = LampTable.of(graph, images), view_direction(graph)
     if ahead:
         origin = camera_place(graph)
@@ -604,11 +631,19 @@ def build_path(
         P = view_distance(graph)
         origin = [x - along * P for x, along in zip(place_here(graph), w, strict=True)]
 
+    floating = None if clouds is None else clouds(graph)
+
+    def add_up(count: int, terms: Callable[[Operand], Sequence[Operand]]) -> Sequence[Operand]:
+        return summed(graph, count, terms)
+
     def of_lamp(index: NodeValue) -> tuple[NodeValue]:
         lamp = table.lamp(index)
         ray = ray_past_lamp(lamp, origin, w, P, NODES, before_thing=not ahead)
         light = table.in_water(index, components)
-        return (light.along(lamp, ray, NODES, table.integrate),)
+        if floating is None:
+            return (light.along(lamp, ray, NODES, table.integrate),)
+        through = LampAndClouds(floating, lamp, ray, origin, w, P)
+        return (through.seen(light, table.integrate, add_up),)
 
     return _finished(tree, graph, {LIGHT: summed(graph, table.count, of_lamp)[0]})
 
@@ -618,6 +653,7 @@ def build_patch(
     outputs: Collection[str] = (SEEN,),
     rays: bpy.types.ShaderNodeTree | None = None,
     facets: int = 0,
+    clouds: CloudsOf | None = None,
 ) -> bpy.types.ShaderNodeTree:
     """Build the group of the light of lamps on a thing.
 
@@ -636,15 +672,18 @@ def build_patch(
         Of :mod:`.realtime_refraction`.
     facets : int
         How many of :data:`FACETS` things may have.
+    clouds : callable, optional
+        Which are between lamps and things.
     """
     inputs = dict.fromkeys((NORMAL, VISIBILITY), "NodeSocketVector") | {COLOR: "NodeSocketColor"}
     for one in FACETS[:facets]:
         inputs |= one
     measured = bool(images.numbers[_MEASURED])
     inputs |= {MEASURED: "NodeSocketFloat"} if measured else {}
-    tree, graph, given = _group(f"{NAME} on Things", inputs, rays)
+    tree, graph, given = _group(f"{NAME} on Things", inputs, rays, slim=clouds is not None)
     table, here, P = LampTable.of(graph, images), place_here(graph), view_distance(graph)
     normal, colour = (graph.components(given[name]) for name in (NORMAL, COLOR))
+    floating = None if clouds is None else clouds(graph)
     to_eye = [-part for part in view_direction(graph)]
     mirroring = [one.with_all_light(to_eye, NODES) for one in _facets(graph, given, facets)]
     matte = matte_part(colour, _facets(graph, given, facets), NODES) if facets else colour
@@ -652,7 +691,12 @@ def build_patch(
     def of_lamp(index: NodeValue) -> tuple[NodeValue, ...]:
         lamp = table.lamp(index)
         visible = given[VISIBILITY].dot(table.colour(index)) + lamp.unblocked
-        return found_of(index, lamp, visible)
+        found = found_of(index, lamp, visible)
+        if floating is None:
+            return found
+        # What things throw back comes from near by.
+        left = left_on_thing(floating, lamp, here)
+        return tuple(value * left for value in found)
 
     def of_thrown(index: NodeValue) -> tuple[NodeValue, ...]:
         at = index + float(table.count - table.thrown)
@@ -775,12 +819,17 @@ def write_shadow_lamp(
 
 
 def _group(
-    name: str, inputs: dict[str, str], rays: bpy.types.ShaderNodeTree | None
+    name: str,
+    inputs: dict[str, str],
+    rays: bpy.types.ShaderNodeTree | None,
+    *,
+    slim: bool,
 ) -> tuple[bpy.types.ShaderNodeTree, Graph, dict[str, NodeValue]]:
     tree = new_group(name)
     for socket, kind in inputs.items():
         tree.interface.new_socket(socket, in_out="INPUT", socket_type=kind)
-    graph = Graph(tree, PART_SIZE, rays=rays)
+    # Clouds besides would need more constants than a shader holds.
+    graph = Graph(tree, PART_SIZE, slim=slim, rays=rays, slim_numbers=slim)
     outputs = graph.node("NodeGroupInput").outputs
     return tree, graph, {s.name: graph.term(s) for s in outputs if s.name}
 

@@ -118,7 +118,8 @@ def build(
         if name in (COVERAGE, COVERED):
             socket.default_value = 1.0 if name == COVERAGE else (1.0, 1.0, 1.0)
     tree.interface.new_socket("Shader", in_out="OUTPUT", socket_type="NodeSocketShader")
-    graph = Graph(tree, PART_SIZE, rays=sources.rays)
+    slim = realtime_clouds.is_crowded(shape)
+    graph = Graph(tree, PART_SIZE, slim=slim, rays=sources.rays, slim_numbers=slim)
     outputs = graph.node("NodeGroupInput").outputs
     given = {socket.name: graph.term(socket) for socket in outputs if socket.name}
     surface = _Surface(graph, shape, sources, given)
@@ -165,7 +166,7 @@ class _Surface:
         self._lamps = {} if sources.lamps is None else self._lit_by_lamps(sources)
         self._clouds = {}
         if shape.clouds:
-            group = realtime_clouds.build(shape, sources.values, sources.rays, ahead=False)
+            group = realtime_clouds.build(shape, sources, ahead=False)
             self._clouds = in_group(graph, group, {})
         self._thing = self._made_thing()
         self._pixel = self._made_pixel()
@@ -188,9 +189,12 @@ class _Surface:
             inputs[lamps.MEASURED] = NODES.maximum(given[COLUMN] - (len(COLOURS) - 1.0), 0.0)
         for facets in lamps.FACETS[: self._shape.facets]:
             inputs |= {name: given[name] for name in facets}
-        patch = lamps.build_patch(images, outputs, sources.rays, self._shape.facets)
+        clouds = realtime_clouds.for_lamps(sources, self._shape)
+        patch = lamps.build_patch(images, outputs, sources.rays, self._shape.facets, clouds)
         found = in_group(graph, patch, inputs)
-        path = lamps.build_path(images, self._shape.lamp_components, ahead=False, rays=sources.rays)
+        path = lamps.build_path(
+            images, self._shape.lamp_components, ahead=False, rays=sources.rays, clouds=clouds
+        )
         return found | in_group(graph, path, {})
 
     def seen(self) -> Operand:
@@ -374,9 +378,9 @@ class _Surface:
         if not self._clouds:
             return pixel
         y_o, w = self._y_o, self._w
-        around = surroundings(ray, y_o, y, w, self._P)
+        around = surroundings(ray, y_o, y, w, self._P) * coverage + self._by_lamps()
         veil = realtime_clouds.veil_of(self._clouds)
-        return veiled(pixel, veil, ray, y_o, w, surroundings=around, coverage=coverage)
+        return veiled(pixel, veil, ray, y_o, w, around=around, coverage=coverage)
 
     def _under_clouds(self) -> Operand:
         """Share of the sun's light on the thing that clouds leave."""
@@ -397,14 +401,18 @@ class _Surface:
         found, lamps = self._lamps, realtime_lamps
         if not found:
             return pixel
-        direct = found.get(lamps.SEEN, found.get(lamps.UNSCATTERED, 0.0))
         return replace(
             pixel,
-            direct=pixel.direct + direct,
+            direct=pixel.direct + self._by_lamps(),
             forward_scattered=pixel.forward_scattered + found.get(lamps.FORWARD, 0.0),
             L_end=pixel.L_end + found.get(lamps.THERE, 0.0),
             lamps=found[lamps.LIGHT] * self._given[COVERAGE],
         )
+
+    def _by_lamps(self) -> Operand:
+        """Light of lamps from the thing, but for what is scattered forward if that is apart."""
+        found, lamps = self._lamps, realtime_lamps
+        return found.get(lamps.SEEN, found.get(lamps.UNSCATTERED, 0.0))
 
     def _dry(self) -> Operand:
         """Radiance of the thing where it lies in the air."""

@@ -6,14 +6,13 @@ writes numbers here and reaches every material; no node is added or removed.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, fields
 
 import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from ..uw_spectral.clouds.cloud_light import CloudNumbers
 from ..uw_spectral.transfer.depth_scale import DepthScale, Zone
 from ..uw_spectral.transfer.folded_light import RATES, FoldedLight, FoldedNumbers, LengthScale
 from ..uw_spectral.transfer.radiance_field import FARTHEST
@@ -79,8 +78,6 @@ FILTERS = tuple(f"let through of {c}" for c in ("red", "green", "blue"))
 EXCITING = {name: f"exciting {name}" for name in _OF_LIGHT}
 """Numbers of the light that excites fluorophores, by what they are of the light that is seen."""
 REFLECTANCE = tuple(f"reflectance {c}" for c in ("red", "green", "blue"))
-_OF_CLOUD_SIZES = {"middle": 3, "rows": 9}
-_OF_CLOUD_SINGLE = ("reference", "asymmetry", "ceiling", "peak")
 
 
 @dataclass(frozen=True)
@@ -206,7 +203,7 @@ def channel_names(shape: Shape) -> list[str]:
         names += [FOAM_BELOW, FOAM_IN_SUN, FOAM_IN_SKY]
     if shape.above or shape.window:
         names += [*SUN_ABOVE, *SKY_ABOVE, *WATER_ABOVE, *GLOW_ABOVE, SKY_LEVEL, SUN_LEVEL]
-    return names + _of_clouds(shape, single=False)
+    return names
 
 
 def single_names(shape: Shape) -> list[str]:
@@ -222,48 +219,7 @@ def single_names(shape: Shape) -> list[str]:
     names += (PORT,) if shape.port else ()
     names += realtime_mirror.FIELDS.names if shape.mirrored_things else ()
     names += realtime_lamps.NUMBERS if shape.lamps else ()
-    names += _of_clouds(shape, single=True)
     return names + [_of_zone(field, i) for i in range(shape.zones) for field in ZONE]
-
-
-def cloud_names(index: int) -> dict[str, tuple[str, ...]]:
-    """Names of the numbers of a cloud, by field of :class:`.CloudNumbers`."""
-    return {
-        field.name: tuple(
-            f"cloud {index} {field.name} {i}" for i in range(_OF_CLOUD_SIZES[field.name])
-        )
-        if field.name in _OF_CLOUD_SIZES
-        else (f"cloud {index} {field.name}",)
-        for field in fields(CloudNumbers)
-    }
-
-
-def of_clouds(clouds: Sequence[CloudNumbers]) -> Numbers:
-    """Return the numbers of clouds."""
-    channels: dict[str, NDArray[np.float64]] = {}
-    single: dict[str, float] = {}
-    for index, cloud in enumerate(clouds):
-        for field, names in cloud_names(index).items():
-            value = getattr(cloud, field)
-            if _is_single(field):
-                single |= dict(zip(names, np.ravel(value).tolist(), strict=True))
-            else:
-                channels[names[0]] = value
-    return Numbers(channels, single)
-
-
-def _of_clouds(shape: Shape, *, single: bool) -> list[str]:
-    return [
-        name
-        for index in range(len(shape.clouds))
-        for field, names in cloud_names(index).items()
-        if _is_single(field) == single
-        for name in names
-    ]
-
-
-def _is_single(field: str) -> bool:
-    return field in _OF_CLOUD_SIZES or field in _OF_CLOUD_SINGLE
 
 
 def _of_zone(field: str, place: int) -> str:

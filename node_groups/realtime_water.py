@@ -73,6 +73,8 @@ class Sources:
         Of things that the surface mirrors, and of those in the air that are seen through it.
     exciting : Image, optional
         Of :mod:`.realtime_tables`, where things fluoresce: of the light that excites them.
+    clouds : Image, optional
+        Of :mod:`.realtime_clouds`.
     """
 
     values: bpy.types.ShaderNodeTree
@@ -85,6 +87,7 @@ class Sources:
     mirrored: bpy.types.Image | None = None
     exciting: bpy.types.Image | None = None
     window: bpy.types.Image | None = None
+    clouds: bpy.types.Image | None = None
 
 
 def layout_of(shape: Shape) -> Layout:

@@ -45,6 +45,7 @@ def radiance(
     views: Mapping[str, Sequence[float]],
     *,
     isotropic: bool = False,
+    lamp: Sequence[float] | None = None,
     count: int = 100_000,
     radius: float = 0.5,
     seed: int = 1,
@@ -62,6 +63,8 @@ def radiance(
         Unit view directions, away from the camera.
     isotropic : bool
         Light of the scalar irradiance 1 from all sides instead.
+    lamp : three floats, optional
+        Place of a lamp of the radiant intensity 1 outside the puff instead, from its middle, m.
     count : int
         Photons.
     radius : float
@@ -74,13 +77,14 @@ def radiance(
     c = (puff.absorption + b) * puff.sigma
     angles, p = _phase(puff.phase, blunt)
     turned = np.cumsum(p * np.sin(angles))
-    s = np.asarray(beam, dtype=np.float64)
-    d = np.tile(s, (count, 1))
-    if isotropic:
-        d = _turned(d, 2.0 * rng.random(count) - 1.0, rng)
-    around = _turned(d, np.zeros(count), rng)
-    x = around * (_AROUND * np.sqrt(rng.random(count)))[:, None] - 10.0 * d
-    weight = np.full(count, math.pi * _AROUND**2 / count)
+    if lamp is None:
+        x, d = _in_beam(beam, count, rng, isotropic=isotropic)
+        first = math.pi * _AROUND**2 / count
+    else:
+        x, d, solid_angle = _from_lamp(np.asarray(lamp, np.float64) / puff.sigma, count, rng)
+        # Intensity to flux; areas are in squares of the standard deviation.
+        first = solid_angle / puff.sigma**2 / count
+    weight = np.full(count, first)
     found = dict.fromkeys(views, 0.0)
     for _ in range(_ORDERS):
         x, met = _next_place(x, d, c, rng)
@@ -94,11 +98,30 @@ def radiance(
             found[name] += float(share.sum()) / (math.pi * radius**2)
         cosines = np.cos(np.interp(rng.random(len(d)), turned / turned[-1], angles))
         d = _turned(d, cosines, rng)
-        bright = weight > _FAINT * math.pi * _AROUND**2 / count
+        bright = weight > _FAINT * first
         x, d, weight = x[bright], d[bright], weight[bright]
         if not len(x):
             break
     return found
+
+
+def _in_beam(
+    beam: Sequence[float], count: int, rng: np.random.Generator, *, isotropic: bool
+) -> tuple[Array, Array]:
+    d = np.tile(np.asarray(beam, dtype=np.float64), (count, 1))
+    if isotropic:
+        d = _turned(d, 2.0 * rng.random(count) - 1.0, rng)
+    around = _turned(d, np.zeros(count), rng)
+    return around * (_AROUND * np.sqrt(rng.random(count)))[:, None] - 10.0 * d, d
+
+
+def _from_lamp(place: Array, count: int, rng: np.random.Generator) -> tuple[Array, Array, float]:
+    """Start photons within the cone about the sphere that matter is in; its solid angle, sr."""
+    away = float(np.linalg.norm(place))
+    edge = math.sqrt(1.0 - (_AROUND / away) ** 2) if away > _AROUND else -1.0
+    axis = np.tile(-place / away, (count, 1))
+    d = _turned(axis, edge + (1.0 - edge) * rng.random(count), rng)
+    return np.tile(place, (count, 1)), d, 2.0 * math.pi * (1.0 - edge)
 
 
 def _phase(phase: PhaseFunction, blunt: BluntPhase) -> tuple[Array, Array]:

@@ -212,7 +212,7 @@ def swell() -> None:
     scene, out = OUT / "swell.blend", OUT / "swell"
     if not scene.exists():
         swell_scene.build(scene)
-    render(scene, out, *IN_SWELL)
+    render(scene, out, *IN_SWELL, "--frames", f"1-{swell_scene.FRAMES}")
     frames = [
         Image.open(out / f"{frame:04d}.png").convert("RGB")
         for frame in range(1, swell_scene.FRAMES + 1)

@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+_FAR_OUT = 6.0  # standard deviations
 Operand = Any
 """What a formula computes with: a number, an array, or the value of a shader node."""
 
@@ -89,6 +90,20 @@ def error_function(x: Operand, m: Mathematics) -> Operand:
         total = (total + factor) * t
     sign = 1.0 - 2.0 * m.less(x, 0.0 * size)
     return sign * (1.0 - total * m.exp(-(size * size)))
+
+
+def normal_share(x: Operand, m: Mathematics) -> Operand:
+    """Share of a normal distribution below x standard deviations, within 1.4e-4, in few steps.
+
+    Bowling, Khasawneh, Kaewkuekool & Cho, J. Ind. Eng. Manag. 2, 114, 2009.
+
+    Examples
+    --------
+    >>> normal_share(np.array([-1.0, 0.0, 2.0]), NUMPY).round(3)
+    array([0.159, 0.5  , 0.977])
+    """
+    held = m.clamp(x, -_FAR_OUT, _FAR_OUT)
+    return 1.0 / (1.0 + m.exp(held * (-1.5976 - 0.07056 * (held * held))))
 
 
 def _interpolate(x: Operand, xs: Operand, ys: Operand) -> Operand:

@@ -24,7 +24,6 @@ _NEITHER = (
     "add that as a volume object"
 )
 _ABOVE = "its middle is above the water, and it is not drawn; lower it"
-_INDIRECT = "lamps light it in Cycles only; EEVEE draws it in the light of sun and sky"
 _SHAFTS = "shafts of light are drawn as if it were not there"
 _AS_PUFF = (
     "EEVEE does not draw clouds of volume objects; Cycles does, or add an empty as a cloud there"
@@ -53,14 +52,13 @@ class SceneClouds:
         pairs = zip(self.objects, self.clouds, strict=True)
         return tuple(cloud for item, cloud in pairs if item.type == PUFF)
 
-    def unseen_by_eevee(self, *, lamps: bool, shafts: bool) -> tuple[str, ...]:
+    def unseen_by_eevee(self, *, shafts: bool) -> tuple[str, ...]:
         """Return what EEVEE does not draw of them, one line each."""
         notes = list(self.notes)
         for item in self.objects:
             if item.type == GRID:
                 notes.append(f"cloud {item.name!r}: {_AS_PUFF}")
                 continue
-            notes += [f"cloud {item.name!r}: {_INDIRECT}"] if lamps else []
             notes += [f"cloud {item.name!r}: {_SHAFTS}"] if shafts else []
         return tuple(notes)
 

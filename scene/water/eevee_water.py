@@ -133,7 +133,7 @@ def eevee_water(
     )  # fmt: skip
     floating = clouds.clouds_of(scene, plan.bands.centres)
     if floating.objects:
-        unseen = floating.unseen_by_eevee(lamps=bool(shining.lamps), shafts=plan.draws_shafts)
+        unseen = floating.unseen_by_eevee(shafts=plan.draws_shafts)
         seen = replace(seen, clouds=_away(floating.puffs, place), cloud_notes=unseen)
     if ground is not None:
         seen = replace(seen, seabed_colour=ground.colour)

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...node_groups import (
+    realtime_clouds,
     realtime_cover,
     realtime_lamps,
     realtime_shade,
@@ -19,7 +20,8 @@ from ...node_groups import (
     realtime_volume,
 )
 from ...node_groups.realtime_values import Numbers, Shape
-from ...uw_spectral.clouds.solved_cloud import cloud_numbers
+from ...uw_spectral.clouds.cloud_light import CloudNumbers
+from ...uw_spectral.clouds.solved_cloud import cloud_numbers, lamplight_on
 from ...uw_spectral.lamps.multiple_scattering import LampWater, lamp_water
 from ...uw_spectral.shade.carried_light import CarriedLight, carried_light
 from ...uw_spectral.shade.view_cover import ViewCover
@@ -324,10 +326,26 @@ class RealtimeWater:
                 realtime_values.FOAM_IN_SUN: self.channels.fold(foam.sun),
                 realtime_values.FOAM_IN_SKY: self.channels.fold(foam.sky),
             }
-        clouds = realtime_values.of_clouds(
-            [cloud_numbers(x, self.field, self.channels, away) for x, away in self.seen.clouds]
-        )
-        return Numbers(channels | dict(clouds.channels), single | dict(clouds.single))
+        return Numbers(channels, single)
+
+    @property
+    def cloud_size(self) -> float:
+        """Mean size of the clouds, m; 0 without."""
+        sizes = [cloud.puff.size for cloud, _ in self.seen.clouds]
+        return float(np.mean(sizes)) if sizes else 0.0
+
+    @property
+    def clouds(self) -> list[CloudNumbers]:
+        """Numbers of the clouds."""
+        lamps, found = self.seen.lamps.lamps, []
+        phases = realtime_clouds.kinds(self.shape.clouds)
+        for cloud, away in self.seen.clouds:
+            lit = None
+            if self.around_lamps is not None:
+                lit = lamplight_on(cloud, lamps, self.around_lamps)
+            numbers = cloud_numbers(cloud, self.field, self.channels, away, lit)
+            found.append(replace(numbers, kind=float(phases.index(cloud.matter.phase))))
+        return found
 
 
 def _in_air(channels: Channels, light: LightInAir) -> dict[str, NDArray[np.float64]]:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from ...node_groups import (
     realtime_background,
+    realtime_clouds,
     realtime_cover,
     realtime_filter,
     realtime_hiding,
@@ -54,7 +55,7 @@ _SHADE = "uw_shade"
 _COVER = "uw_cover"
 _LAMPS, _SOURCES = "uw_lamps", "uw_lamp_sources"
 _APPARENT, _MIRRORED, _WINDOW = "uw_apparent", "uw_mirrored", "uw_window"
-_EXCITING = "uw_exciting"
+_EXCITING, _CLOUDS = "uw_exciting", "uw_clouds"
 _PLAIN, _FILTER, _HIGHLIGHT = "uw_plain", "uw_filter", "uw_highlight "
 # Columns of red, green and blue come before those of measured reflectances.
 _FIRST_MEASURED = 3
@@ -114,7 +115,10 @@ def add_realtime(scene: bpy.types.Scene, water: RealtimeWater, extent: WaterExte
         rays, mirrored = realtime_rays.build_mirrored(), realtime_mirror.new_image()
     window = realtime_mirror.new_image(realtime_window.NAME) if shape.window else None
     exciting = realtime_tables.new_image(exciting_layout(shape)) if shape.fluorophores else None
-    sources = Sources(values, table, shade, cover, lit, images, rays, mirrored, exciting, window)
+    floating = realtime_clouds.new_image(shape) if shape.clouds else None
+    sources = Sources(
+        values, table, shade, cover, lit, images, rays, mirrored, exciting, window, floating
+    )
     surface = realtime_surface.build(shape, sources)
     keeping = realtime_surface.build(shape, sources, keeps=True) if water.keeps_closures else None
     fluorescent = None
@@ -174,6 +178,7 @@ def add_realtime(scene: bpy.types.Scene, water: RealtimeWater, extent: WaterExte
                 (_MIRRORED, mirrored),
                 (_WINDOW, window),
                 (_EXCITING, exciting),
+                (_CLOUDS, floating),
                 (marks.FLUORESCENT, fluorescent),
                 (_PLAIN, plain),
                 *((_HIGHLIGHT + kind, group) for kind, group in highlights.items()),
@@ -243,6 +248,8 @@ def set_values(scene: bpy.types.Scene, water: RealtimeWater) -> None:
         realtime_shade.write_table(marks.part(scene, _SHADE), water.seen.shade)
     if water.seen.cover is not None:
         realtime_cover.write_cover(marks.part(scene, _COVER), water.carried)
+    if water.shape.clouds:
+        realtime_clouds.write_clouds(marks.part(scene, _CLOUDS), water.clouds)
     if water.around_lamps is not None:
         _set_lamps(scene, water, water.around_lamps)
     if water.waves is not None:
@@ -390,6 +397,7 @@ def _lamp_images(water: RealtimeWater) -> realtime_lamps.LampImages:
         len(lamps.thrown),
         from_air=shape.lamps_in_air,
         exciting=shape.fluorophores > 0,
+        in_clouds=bool(shape.clouds),
     )
 
 
@@ -405,7 +413,7 @@ def _set_lamps(scene: bpy.types.Scene, water: RealtimeWater, around: LampWater) 
     measured = list(water.seen.reflectances.values())
     folded = fold_lamps(
         water.seen.lamps.all, around, water.channels, measured, water.seen.lamps.waters,
-        water.excitation,
+        water.excitation, clouds=water.cloud_size,
     )  # fmt: skip
     images = realtime_lamps.LampImages(marks.part(scene, _LAMPS), marks.part(scene, _SOURCES))
     realtime_lamps.write_lamps(images, folded, shown)

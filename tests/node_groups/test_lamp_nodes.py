@@ -97,7 +97,7 @@ CHANNELS = channels_of(
 MEASURED = [0.9 - 0.8 * WAVES, 0.1 + 0.7 * WAVES]
 
 
-def _folded(profile=None, **more):
+def _folded(profile=None, *, clouds=0.0, **more):
     """Two lamps, of which the second is looked up, in water of seven bands."""
     b = 0.6 - 0.3 * WAVES
     water = lamp_water(0.05 + 0.3 * WAVES, b, seawater_mixture(b, [0.02] * 7))
@@ -108,7 +108,7 @@ def _folded(profile=None, **more):
     form = profile or SpotProfile(math.radians(50), 0.3)
     given = {"shadow": wall, "thrown": 1.0, "seen": 0.0, "radius": 0.02} | more
     lamp = Lamp((0.2, 0.0, 1.0), AXIS, INTENSITY, form, **given)
-    return fold_lamps([other, lamp], water, CHANNELS, MEASURED)
+    return fold_lamps([other, lamp], water, CHANNELS, MEASURED, clouds=clouds)
 
 
 def _images(folded):

@@ -17,23 +17,39 @@ import functools
 import math
 import operator
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol
 
+import numpy as np
+from numpy.typing import NDArray
+
+from ..lamps.angular_spread import interpolated
 from ..mathematics import NUMPY, Mathematics, Operand, dot
 from .puff import FAR, Puff, RayInPuff
 
 STEPS = 8
 """Steps in which the light that a cloud scatters to the camera is added up."""
-# Standard deviations about the middle that are divided into steps.
-_SPAN = 2.6
+SPAN = 2.6
+"""Standard deviations about the middle that are divided into steps."""
 _LEAST = 1e-12
-_ISOTROPIC = 1.0 / (4.0 * math.pi)
+ISOTROPIC = 1.0 / (4.0 * math.pi)
+"""Phase function of light that is scattered alike to all sides, 1/sr."""
 # Depth in m over which light may differ from that in the middle by its decay there.
 _DEEPEST_DIFFERENCE = 40.0
+ESCAPES = 24
+"""Entries of the row of light that leaves a cloud, from its middle outwards."""
+_FARTHEST_OUT = 4.5  # standard deviations
 
 Sum = Callable[[int, Callable[[Operand], Sequence[Operand]]], Sequence[Operand]]
 """Adds up terms of 0 to count - 1."""
+
+
+class Row(Protocol):
+    """A few entries, in channels."""
+
+    def at(self, place: Operand) -> Operand:
+        """Interpolate linearly between them."""
+        ...
 
 
 class Wide(Protocol):
@@ -75,6 +91,11 @@ class CloudNumbers:
         Distance in m that the light is given for.
     asymmetry, ceiling, peak : numbers
         Of :class:`.BluntPhase`.
+    kind : number
+        Place of the phase function of its matter among those of :class:`Clouds`.
+    escapes : Row, optional
+        What :meth:`escaping` is at so many standard deviations from the middle, as a mean over
+        all sides; see :func:`with_escapes`.
     """
 
     middle: Sequence[Operand]
@@ -95,11 +116,34 @@ class CloudNumbers:
     asymmetry: Operand
     ceiling: Operand
     peak: Operand
+    kind: Operand = 0.0
+    escapes: Row | None = None
 
     @property
     def puff(self) -> Puff:
         """Where it is."""
         return Puff(self.middle, self.rows)
+
+    def escaping(self, point: Sequence[Operand], m: Mathematics) -> Operand:
+        """Share of light scattered at a place that leaves the cloud, in channels."""
+        return _sum([m.exp(-self.kept * x) for x in self.puff.outwards(point, m)]) / 6.0
+
+    def escaping_about(self, point: Sequence[Operand], m: Mathematics) -> Operand:
+        """Return the same as a mean over all places as far out; in short."""
+        if self.escapes is None:
+            return self.escaping(point, m)
+        u = self.puff.place(point)
+        out = m.minimum(m.sqrt(dot(u, u)) * ((ESCAPES - 1.0) / _FARTHEST_OUT), ESCAPES - 1.001)
+        return self.escapes.at(out)
+
+    def again(self, escaping: Operand, light: Operand) -> Operand:
+        """Scalar irradiance of what of a place's light is scattered there twice and more often."""
+        again = (1.0 - escaping) * self.albedo_kept
+        return again * light / (1.0 - again)
+
+    def linear(self, cosine: Operand) -> Operand:
+        """Phase function of the same mean cosine that is linear in that of the angle, 1/sr."""
+        return ISOTROPIC * (1.0 + 3.0 * self.asymmetry * cosine)
 
 
 @dataclass(frozen=True, eq=False)
@@ -127,10 +171,73 @@ class Veil:
     forward: Operand
 
 
+@dataclass(frozen=True, eq=False)
+class ArrayRow:
+    """A row of arrays, shape (k, 3)."""
+
+    values: NDArray[np.float64]
+
+    def at(self, place: Operand) -> Operand:
+        """Interpolate at places of shape (..., 1), or of no shape; shape (..., 3)."""
+        return interpolated(self.values, (place,))
+
+
+def with_escapes(cloud: CloudNumbers) -> CloudNumbers:
+    """Return a cloud with the row of what leaves it."""
+    sides = np.array([x for x in np.ndindex(3, 3, 3) if x != (1, 1, 1)]) - 1.0
+    sides /= np.linalg.norm(sides, axis=1, keepdims=True)
+    out = np.linspace(0.0, _FARTHEST_OUT, ESCAPES)
+    own = np.linalg.inv(np.reshape(cloud.rows, (3, 3)))
+    places = np.asarray(cloud.middle) + out[:, None, None] * sides @ own.T
+    found = cloud.escaping(list(np.moveaxis(places[..., None], 2, 0)), NUMPY)
+    return replace(cloud, escapes=ArrayRow(np.asarray(found).mean(axis=1)))
+
+
 def add_up(count: int, terms: Callable[[Operand], Sequence[Operand]]) -> Sequence[Operand]:
     """Add up terms as :data:`Sum` says, of arrays."""
     found = [terms(float(i)) for i in range(count)]
     return [functools.reduce(operator.add, parts) for parts in zip(*found, strict=True)]
+
+
+class Group(Protocol):
+    """Some clouds, which formulas add up over without knowing how many there are."""
+
+    def total(self, terms: Callable[[CloudNumbers], Sequence[Operand]]) -> Sequence[Operand]:
+        """Add up several terms of each cloud."""
+        ...
+
+    def product(self, factor: Callable[[CloudNumbers], Operand]) -> Operand:
+        """Multiply channels of each cloud, which are positive."""
+        ...
+
+    def others(self, whole: Callable[[], Operand], own: Operand, m: Mathematics) -> Operand:
+        """Share of light that all clouds but one leave, of the exponents of all and of that one."""
+        ...
+
+
+@dataclass(frozen=True, eq=False)
+class Several:
+    """Clouds one by one; a :class:`Group`.
+
+    Attributes
+    ----------
+    clouds : sequence of CloudNumbers
+    """
+
+    clouds: Sequence[CloudNumbers]
+
+    def total(self, terms: Callable[[CloudNumbers], Sequence[Operand]]) -> Sequence[Operand]:
+        """Add up terms of each."""
+        found = [terms(cloud) for cloud in self.clouds]
+        return [functools.reduce(operator.add, parts) for parts in zip(*found, strict=True)]
+
+    def product(self, factor: Callable[[CloudNumbers], Operand]) -> Operand:
+        """Multiply factors of each."""
+        return functools.reduce(operator.mul, [factor(cloud) for cloud in self.clouds])
+
+    def others(self, whole: Callable[[], Operand], own: Operand, m: Mathematics) -> Operand:
+        """Share that the others leave."""
+        return 1.0 if len(self.clouds) == 1 else m.exp(own - whole())
 
 
 @dataclass(frozen=True, eq=False)
@@ -139,34 +246,47 @@ class Clouds:
 
     Attributes
     ----------
-    clouds : sequence of CloudNumbers
+    group : Group
     phases : sequence of Wide
-        Phase function of the matter of each.
+        Phase functions of their matter, by kind.
     sun : three numbers
         Unit direction that sunlight travels to in the water, z up.
     m : Mathematics
     """
 
-    clouds: Sequence[CloudNumbers]
+    group: Group
     phases: Sequence[Wide]
     sun: Sequence[Operand]
     m: Mathematics = NUMPY
 
     def sunlight_left(self, point: Sequence[Operand]) -> Operand:
         """Share of the sun's light that clouds leave on a thing at a place, in channels."""
-        return self.m.exp(-self._towards_sun(point, [cloud.kept for cloud in self.clouds]))
+        return self.left("kept", lambda cloud: self._towards_sun(cloud, point))
 
     def skylight_left(self, point: Sequence[Operand]) -> Operand:
         """Share of all other light from above that they leave there, in channels.
 
         The part of it that comes along the sun's beam is dimmed as that is; the rest is not.
         """
-        left: Operand = 1.0
-        for cloud in self.clouds:
+
+        def left(cloud: CloudNumbers) -> Operand:
             share = cloud.spread / (cloud.spread + cloud.ambient + _LEAST)
-            kept = self.m.exp(-(cloud.kept * self._column(cloud, point)))
-            left = (1.0 - share * (1.0 - kept)) * left
-        return left
+            kept = self.m.exp(-(cloud.kept * self._towards_sun(cloud, point)))
+            return 1.0 - share * (1.0 - kept)
+
+        return self.group.product(left)
+
+    def left(self, rate: str, column: Callable[[CloudNumbers], Operand]) -> Operand:
+        """Share of light that clouds leave, in channels.
+
+        Parameters
+        ----------
+        rate : str
+            Field of :class:`CloudNumbers`.
+        column : callable
+            Integral of the density of a cloud along the way, m.
+        """
+        return self.m.exp(-self.group.total(lambda x: (getattr(x, rate) * column(x),))[0])
 
     def veil(
         self,
@@ -192,55 +312,82 @@ class Clouds:
             Adds up the steps.
         """
         m = self.m
-        rays = [cloud.puff.along(origin, w, m) for cloud in self.clouds]
-        columns = [ray.column(P, m) for ray in rays]
-        direct = _sum(
-            [c.extinction * column for c, column in zip(self.clouds, columns, strict=True)]
-        )
-        scaled = _sum([c.scaled * column for c, column in zip(self.clouds, columns, strict=True)])
-        light: Operand = 0.0
-        weight: Operand = _LEAST
-        middle: Operand = 0.0
-        forward: Operand = 0.0
-        for number, (ray, share) in enumerate(zip(rays, columns, strict=True)):
-            light = self._scattered(number, rays, origin, w, P, s2, add)[0] + light
-            middle = m.clamp(ray.middle, 0.0 * P, P) * share + middle
-            forward = self.clouds[number].forward * share + forward
-            weight = share + weight
+
+        def way(cloud: CloudNumbers) -> RayInPuff:
+            return cloud.puff.along(origin, w, m)
+
+        def of_cloud(cloud: CloudNumbers) -> Sequence[Operand]:
+            ray = way(cloud)
+            share = ray.column(P, m)
+            p = self.bluntly(cloud, s2)
+            start = m.clamp(ray.middle - SPAN / ray.rate, 0.0 * P, P)
+            step = (m.clamp(ray.middle + SPAN / ray.rate, 0.0 * P, P) - start) / STEPS
+
+            def places(index: Operand) -> Sequence[Operand]:
+                near = start + index * step
+                return near, near + 0.5 * step, near + step
+
+            def source(s: Operand) -> Operand:
+                point = [x + along * s for x, along in zip(origin, w, strict=True)]
+                return self._source(cloud, point, s, p, w)
+
+            (light,) = add(STEPS, self.steps(cloud, way, places, (0.0, P, STEPS), source))
+            middle = m.clamp(ray.middle, 0.0 * P, P) * share
+            direct, scaled = cloud.extinction * share, cloud.scaled * share
+            return direct, scaled, light, middle, cloud.forward * share, share
+
+        direct, scaled, light, middle, forward, weight = self.group.total(of_cloud)
+        weight = weight + _LEAST
         return Veil(m.exp(-direct), m.exp(-scaled), light, middle / weight, forward / weight)
 
-    def _scattered(
+    def steps(
         self,
-        number: int,
-        rays: Sequence[RayInPuff],
-        origin: Sequence[Operand],
-        w: Sequence[Operand],
-        P: Operand,
-        s2: Operand,
-        add: Sum,
-    ) -> Sequence[Operand]:
-        """Light that one cloud scatters to the camera, on its way through all of them."""
-        m, cloud, ray = self.m, self.clouds[number], rays[number]
-        others = [i for i in range(len(rays)) if i != number]
-        p = self.phases[number].per_steradian(s2, m)
-        p = m.minimum(p / (1.0 - cloud.peak), cloud.ceiling)
-        start = m.clamp(ray.middle - _SPAN / ray.rate, 0.0 * P, P)
-        step = (m.clamp(ray.middle + _SPAN / ray.rate, 0.0 * P, P) - start) / STEPS
+        cloud: CloudNumbers,
+        ray: Callable[[CloudNumbers], RayInPuff],
+        places: Callable[[Operand], Sequence[Operand]],
+        ends: tuple[Operand, Operand, int],
+        source: Callable[[Operand], Operand],
+    ) -> Callable[[Operand], Sequence[Operand]]:
+        """Return the steps in which what a cloud scatters along a ray is added up.
+
+        Parameters
+        ----------
+        cloud : CloudNumbers
+        ray : callable
+            The way through each cloud.
+        places : callable
+            Distances of the beginning, the middle and the end of a step along it, m.
+        ends : number, number, int
+            Of the path, and the number of steps: what is before and beyond these counts to the
+            first and the last one.
+        source : callable
+            Radiance of endless matter with the light of a place at a distance, as it arrives.
+        """
+        m, (first, last, count) = self.m, ends
+        own_ray = ray(cloud)
 
         def term(index: Operand) -> Sequence[Operand]:
-            near = start + index * step
-            here = near + 0.5 * step
-            # The tails count to the first and the last step.
-            far = m.select(m.less(STEPS - 1.5, index), P, near + step)
-            near = near * m.less(0.5, index)
-            left, gone = (m.exp(-cloud.scaled * ray.column(s, m)) for s in (near, far))
-            share = left - gone
-            for i in others:
-                share = share * m.exp(-self.clouds[i].scaled * rays[i].column(here, m))
-            point = [x + along * here for x, along in zip(origin, w, strict=True)]
-            return (share * self._source(cloud, point, here, p, w),)
+            near, here, far = places(index)
+            near = m.select(m.less(0.5, index), near, first)
+            far = m.select(m.less(count - 1.5, index), last, far)
+            left, gone = (m.exp(-cloud.scaled * own_ray.column(s, m)) for s in (near, far))
 
-        return add(STEPS, term)
+            def dimmed(other: CloudNumbers) -> Sequence[Operand]:
+                return (other.scaled * ray(other).column(here, m),)
+
+            own = cloud.scaled * own_ray.column(here, m)
+            share = (left - gone) * self.group.others(lambda: self.group.total(dimmed)[0], own, m)
+            return (share * source(here),)
+
+        return term
+
+    def bluntly(self, cloud: CloudNumbers, s2: Operand) -> Operand:
+        """Return what the phase function of a cloud has beyond its peak, see :meth:`veil`."""
+        p = self.phases[0].per_steradian(s2, self.m)
+        for place, phase in enumerate(self.phases[1:], 1):
+            chosen = self.m.less(place - 0.5, cloud.kind)
+            p = self.m.select(chosen, phase.per_steradian(s2, self.m), p)
+        return self.m.minimum(p / (1.0 - cloud.peak), cloud.ceiling)
 
     def _source(
         self, cloud: CloudNumbers, point: Sequence[Operand], s: Operand, p: Operand,
@@ -249,31 +396,28 @@ class Clouds:
         """Radiance of endless matter with the light of a place, less what the water takes."""
         m = self.m
         below = m.clamp(cloud.middle[2] - point[2], -_DEEPEST_DIFFERENCE, _DEEPEST_DIFFERENCE)
-        left, widely = (
-            m.exp(-self._towards_sun(point, [getattr(c, rate) for c in self.clouds]))
-            for rate in ("scaled", "kept")
-        )
+
+        def towards_sun(other: CloudNumbers) -> Sequence[Operand]:
+            column = self._towards_sun(other, point)
+            return other.scaled * column, other.kept * column
+
+        left, widely = (m.exp(-part) for part in self.group.total(towards_sun))
         unspread = cloud.sun * m.exp(-(cloud.sun_decay * below))
         decay = m.exp(-(cloud.ambient_decay * below))
         sun = unspread * left
         turned = unspread * (widely - left)
         spread = cloud.spread * decay * widely
-        escaping = _sum([m.exp(-cloud.kept * x) for x in cloud.puff.outwards(point, m)]) / 6.0
+        escaping = cloud.escaping(point, m)
         ambient = cloud.ambient * decay * escaping
-        again = (1.0 - escaping) * cloud.albedo_kept
-        again = again * (sun + turned + spread + ambient) / (1.0 - again)
-        linear = _ISOTROPIC * (1.0 + 3.0 * cloud.asymmetry * -dot(w, self.sun))
+        again = cloud.again(escaping, sun + turned + spread + ambient)
+        linear = cloud.linear(-dot(w, self.sun))
         total = p * sun + 0.5 * (p + linear) * spread + linear * turned
-        total = total + _ISOTROPIC * (ambient + again)
+        total = total + ISOTROPIC * (ambient + again)
         # Light that is nearer than the reference would grow without bound in a long sum.
         way = m.exp(-(cloud.water * (s - cloud.reference)))
         return m.maximum(total, 0.0) * cloud.albedo * way
 
-    def _towards_sun(self, point: Sequence[Operand], rates: Sequence[Operand]) -> Operand:
-        pairs = zip(rates, self.clouds, strict=True)
-        return _sum([rate * self._column(cloud, point) for rate, cloud in pairs])
-
-    def _column(self, cloud: CloudNumbers, point: Sequence[Operand]) -> Operand:
+    def _towards_sun(self, cloud: CloudNumbers, point: Sequence[Operand]) -> Operand:
         """Integral of the density of a cloud from a place towards the sun, m."""
         back = [-x for x in self.sun]
         return cloud.puff.along(point, back, self.m).column(FAR, self.m)

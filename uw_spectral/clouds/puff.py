@@ -10,13 +10,14 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..errors import InputError
-from ..mathematics import NUMPY, Mathematics, Operand, dot, error_function
+from ..mathematics import NUMPY, Mathematics, Operand, dot, error_function, normal_share
 
 _HALF = math.sqrt(math.pi / 2.0)
 _EDGE = 2.0
 """Standard deviations at which the outline of a puff is drawn: its density is e^-2 there."""
 REACH = 3.5
 """Standard deviations beyond which nothing of a puff is left: 0.05 % of a path through it."""
+_LEAST = 1e-12  # square of a way in standard deviations
 FAR = 1e5
 """Length in m of a path that does not end."""
 
@@ -33,14 +34,19 @@ class RayInPuff:
         Inverse of its standard deviation, 1/m.
     whole : number
         Integral of the density over the endless path, m.
+    nearly : bool
+        Whether shares of it may err by 1.4e-4, in a third of the steps.
     """
 
     middle: Operand
     rate: Operand
     whole: Operand
+    nearly: bool = False
 
     def until(self, s: Operand, m: Mathematics = NUMPY) -> Operand:
         """Share of the integral that lies before a distance, 0 to 1."""
+        if self.nearly:
+            return normal_share((s - self.middle) * self.rate, m)
         x = (s - self.middle) * self.rate * math.sqrt(0.5)
         return 0.5 + 0.5 * error_function(x, m)
 
@@ -119,7 +125,12 @@ class Puff:
         return m.exp(-0.5 * dot(u, u))
 
     def along(
-        self, origin: Sequence[Operand], w: Sequence[Operand], m: Mathematics = NUMPY
+        self,
+        origin: Sequence[Operand],
+        w: Sequence[Operand],
+        m: Mathematics = NUMPY,
+        *,
+        nearly: bool = False,
     ) -> RayInPuff:
         """Return the density along a ray.
 
@@ -129,6 +140,9 @@ class Puff:
             Where it begins, m.
         w : three numbers
             Its unit direction.
+        m : Mathematics
+        nearly : bool
+            Of :class:`RayInPuff`.
 
         Examples
         --------
@@ -136,13 +150,42 @@ class Puff:
         >>> float(puff.along((0, -9, -5), (0, 1, 0)).whole) / (2 * np.pi) ** 0.5
         1.0
         """
-        u, q = self.place(origin), self.own(w)
-        square = dot(q, q)
+        q = self.own(w)
+        return self._along(origin, q, dot(q, q), m, nearly=nearly)
+
+    def between(
+        self, start: Sequence[Operand], way: Sequence[Operand], m: Mathematics = NUMPY
+    ) -> Operand:
+        """Integral of the density from a place over a way, m, which may be nothing.
+
+        Within 3e-4 of that over the endless path.
+
+        Examples
+        --------
+        >>> puff = Puff.of_axes((0, 0, -5), 2.0 * np.eye(3))
+        >>> round(float(puff.between((0, -9, -5), (0, 9, 0))) / (np.pi / 2.0) ** 0.5, 3)
+        1.0
+        """
+        q = self.own(way)
+        ray = self._along(start, q, dot(q, q) + _LEAST, m, nearly=True)
+        return ray.column(1.0, m) * m.sqrt(dot(way, way))
+
+    def _along(
+        self,
+        origin: Sequence[Operand],
+        q: Sequence[Operand],
+        square: Operand,
+        m: Mathematics,
+        *,
+        nearly: bool,
+    ) -> RayInPuff:
+        u = self.place(origin)
         middle = -dot(u, q) / square
         # What is nearest to the middle of the puff: differences of squares would lose digits.
         nearest = [a + b * middle for a, b in zip(u, q, strict=True)]
         rate = m.sqrt(square)
-        return RayInPuff(middle, rate, m.exp(-0.5 * dot(nearest, nearest)) * (_HALF * 2.0 / rate))
+        whole = m.exp(-0.5 * dot(nearest, nearest)) * (_HALF * 2.0 / rate)
+        return RayInPuff(middle, rate, whole, nearly)
 
     def outwards(self, point: Sequence[Operand], m: Mathematics = NUMPY) -> list[Operand]:
         """Integrals of the density from a place along the six directions of the axes, m."""

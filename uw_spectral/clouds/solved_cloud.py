@@ -2,23 +2,25 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
-from ..shade.forward_share import share_within
+from ..lamps.lamp import Lamp
+from ..lamps.multiple_scattering import LampWater
+from ..mathematics import dot
+from ..shade.forward_share import within_outline
 from ..transfer.channels import Channels
 from ..transfer.solved_field import SolvedField
-from .cloud_light import CloudNumbers
+from .cloud_light import CloudNumbers, with_escapes
 from .matter import SuspendedMatter, blunt_phase
 from .puff import Puff
 
 _SHALLOWEST, _STEP = 0.02, 0.25  # m
 _TINY = 1e-30
-# Standard deviations up to which a cloud is bright.
-_BRIGHT = 1.5
-_PLACES = 16
+_BESIDE_BEAM = 0.05  # of the intensity
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,7 +38,11 @@ class Cloud:
 
 
 def cloud_numbers(
-    cloud: Cloud, field: SolvedField, channels: Channels, distance: float
+    cloud: Cloud,
+    field: SolvedField,
+    channels: Channels,
+    distance: float,
+    by_lamps: ArrayLike | None = None,
 ) -> CloudNumbers:
     """Return what a pixel needs of a cloud.
 
@@ -48,6 +54,8 @@ def cloud_numbers(
     channels : Channels
     distance : float
         About how far it is from the camera, m.
+    by_lamps : array_like, shape (n,), optional
+        Irradiance of lamps there, see :func:`lamplight_on`.
     """
     matter, blunt = cloud.matter, blunt_phase(cloud.matter.phase)
     y = float(np.clip(-float(cloud.puff.middle[2]), _SHALLOWEST, field.floor_depth))
@@ -56,10 +64,12 @@ def cloud_numbers(
     span = near[2] - near[0]
     decays = [np.log((x[0] + _TINY) / (x[2] + _TINY)) / span for x in (sun, spread + ambient)]
     scattered = field.scattering_at([y])[0]
-    blocked = scattered * _blocked(cloud, field, y, distance)
+    blocked = scattered * within_outline(field.phase_at(y), cloud.puff.size, distance)
     c = field.extinction_between(y, y, scaled=False) - blocked
     left = np.exp(-c * distance)
     seen = (sun + spread + ambient)[1] * left
+    if by_lamps is not None:
+        seen = seen + np.asarray(by_lamps) * left
     wide = matter.scattering * (1.0 - blunt.peak)
     scaled = matter.absorption + wide
 
@@ -67,7 +77,7 @@ def cloud_numbers(
         return channels.mean(values, light)
 
     kept = matter.absorption + matter.scattering * (1.0 - matter.phase.g)
-    return CloudNumbers(
+    numbers = CloudNumbers(
         cloud.puff.middle,
         cloud.puff.rows,
         mean(matter.extinction),
@@ -87,18 +97,20 @@ def cloud_numbers(
         blunt.ceiling,
         blunt.peak,
     )
+    return numbers if by_lamps is None else with_escapes(numbers)
 
 
-def _blocked(cloud: Cloud, field: SolvedField, y: float, distance: float) -> NDArray[np.float64]:
-    """Return the share of the water's scattering before a cloud that stays within its outline.
+def lamplight_on(cloud: Cloud, lamps: Sequence[Lamp], water: LampWater) -> NDArray[np.float64]:
+    """Irradiance of lamps on a cloud by which channels weigh its coefficients, shape (n,).
 
-    A part of the picture gets as much of that as it gives, shape (n,).
+    But for what water scatters; where its middle is beside a beam, some light counts still.
     """
-    reach = _BRIGHT * cloud.puff.size / max(distance, _SHALLOWEST)
-    angles = np.arctan(reach / ((np.arange(_PLACES) + 0.5) / _PLACES))
-    phase = field.phase_at(y)
-    within = [float(np.mean(share_within(part, angles))) for part in phase.components]
-    return np.clip(np.asarray(within) @ phase.weights, 0.0, 1.0)
+    total = np.zeros(np.shape(water.a))
+    for lamp in lamps:
+        r, u = lamp.towards(cloud.puff.middle)
+        value = np.maximum(lamp.profile.value(dot(lamp.axis, u)), _BESIDE_BEAM)
+        total = total + lamp.intensity * np.exp(-water.a * r) * (value / (r * r))
+    return total
 
 
 def _light(

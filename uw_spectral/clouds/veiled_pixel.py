@@ -19,14 +19,14 @@ def veiled(
     y_o: Operand,
     w: Sequence[Operand],
     *,
-    surroundings: Operand | None = None,
+    around: Operand | None = None,
     coverage: Operand = 1.0,
 ) -> ChannelPixel:
     """Return what a pixel is with clouds before it.
 
     Light of the water between the camera and the clouds is untouched; they let through a share of
     all that comes from behind. What they scatter within their forward peak of a thing's light is
-    lost in the light of its surroundings.
+    lost in the light of its surroundings. Light of lamps in the water has been through them.
 
     Parameters
     ----------
@@ -38,21 +38,20 @@ def veiled(
         Depth of the camera, m.
     w : three numbers
         Unit view direction, away from the camera.
-    surroundings : channels, optional
-        Light from where the thing is, as if it were not there; its own without.
+    around : channels, optional
+        Light from about the thing, over the share of the pixel that it fills; its own without.
     coverage : number
         Share of the pixel that the thing fills; its light is multiplied with that already.
     """
     T, passed = veil.unscattered, veil.passed
     before = water_before(ray, veil, y_o, w) * coverage
-    around = pixel.direct if surroundings is None else surroundings * coverage
+    around = pixel.direct if around is None else around
     return dataclasses.replace(
         pixel,
         path=before + (pixel.path - before) * passed + veil.light * coverage,
         direct=pixel.direct * T,
         forward_scattered=pixel.forward_scattered * passed + around * (passed - T),
         single_scattering=pixel.single_scattering * passed,
-        lamps=pixel.lamps * passed,
     )
 
 

@@ -30,7 +30,7 @@ import functools
 import itertools
 import math
 import operator
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -38,11 +38,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..mathematics import NUMPY, Mathematics, Operand, dot
+from ..shade.forward_share import within_outline
 from ..transfer.channels import Channels
 from ..transfer.facets import Facets
 from ..transfer.highlights import Vector, halfway
 from ..water.phase import PhaseFunction
-from .angular_spread import ANGLE2, length_place
+from .angular_spread import ANGLE2, LONGEST, SHORTEST, Lookup, ValueGrid, length_place
 from .angular_spread import LENGTHS as SPREAD_LENGTHS
 from .lamp import Lamp, RayPastLamp, disc_seen, ray_past_lamp
 from .lamp_path import Quadrature, gauss_sum
@@ -63,6 +64,8 @@ Array = NDArray[np.float64]
 
 LENGTHS = 256
 """Entries of the tables over the length of a path."""
+FLOATING = 96
+"""Rows and columns of the table of light on what floats in the water."""
 COLOURS = 3
 """Of surfaces: a red, a green and a blue one."""
 _STRETCH = 2.5  # decay lengths, in which half the entries lie
@@ -75,6 +78,8 @@ _OFF_AXIS = (1.0, 0.8, 0.5, -0.2)  # in the beam and beside it
 _TILTS = (1.0, 0.3)
 _HALF_DEFLECTIONS = (0.01, 0.05, 0.1, 0.3, 0.6, 0.9, 1.2)
 _NEAR = _DISTANCES[:-1]  # from where light that is turned is seen
+_FLOATING_LENGTHS = np.geomspace(SHORTEST, LONGEST, FLOATING)
+_CANDIDATES = 721  # cosines from the axis
 _USUAL = Lamp((0.0, 0.0, 0.0), (0.0, 0.0, 1.0), 1.0, SpotProfile(math.radians(60.0), 0.5))
 
 
@@ -130,6 +135,8 @@ class FoldedLamp:
         for light on things.
     exciting : array, shape (3, LENGTHS, 3), or (0, LENGTHS, 3)
         S, of the three bands for light on things; its channels are what excites fluorophores.
+    floating : array, shape (FLOATING, FLOATING, 3), or (0, FLOATING, 3)
+        Of light on what floats in the water: see :meth:`ChannelLight.floating_at`.
     """
 
     scattered: Array
@@ -137,6 +144,7 @@ class FoldedLamp:
     in_water: Array
     coloured: Array
     exciting: Array
+    floating: Array
 
 
 @dataclass(frozen=True, eq=False)
@@ -153,6 +161,8 @@ class ChannelLight:
     unscattered : LengthTable
     split : callable
         Returns the three bands of a value.
+    floating : Lookup, optional
+        As of :class:`FoldedLamp`.
     """
 
     water: LampWater
@@ -161,6 +171,7 @@ class ChannelLight:
     unscattered: LengthTable
     in_water: Sequence[LengthTable]
     split: Callable[[Operand], Sequence[Operand]]
+    floating: Lookup | None = None
 
     def once(self, s2: Operand, length: Operand, m: Mathematics = NUMPY) -> Operand:
         """Return the light scattered once over a length, by the squared sine of half the angle."""
@@ -172,6 +183,16 @@ class ChannelLight:
         del m
         tables = [table.at(length) for table in self.in_water]
         return _weighted(self.split(bands), tables)
+
+    def floating_at(self, wet: Operand, s: Operand, m: Mathematics = NUMPY) -> Operand:
+        """Return the light on what floats in the water, as it arrives at the camera.
+
+        On a way of ``wet`` from the lamp, times the square of the distance; and then of ``s`` to
+        the camera, m. Light that the water scatters forward on either way is in it.
+        """
+        assert self.floating is not None, "there are clouds"
+        row, column = (length_place(length, FLOATING, m) for length in (wet, s))
+        return self.floating.at(column, row)
 
     def along(
         self,
@@ -309,6 +330,11 @@ class LampChannels:
         """Whether there are tables of what excites fluorophores."""
         return any(len(one.exciting) for one in self.folded)
 
+    @property
+    def floats(self) -> bool:
+        """Whether there are tables of light on what floats in the water."""
+        return any(len(one.floating) for one in self.folded)
+
     def path_light(
         self,
         origin: Sequence[Operand],
@@ -319,18 +345,26 @@ class LampChannels:
     ) -> Array:
         """Radiance of the lamps along rays, as of :func:`.ray_past_lamp`, shape (..., 3)."""
         total = np.zeros(3)
-        for lamp, folded in zip(self.lamps, self.folded, strict=True):
-            light = ChannelLight(
-                self.in_water,
-                self.components,
-                self._rows(folded.scattered),
-                LengthRow(folded.unscattered, self.stretch),
-                self._rows(folded.in_water),
-                _bands_of,
-            )
+        for lamp, light in self.lights():
             ray = ray_past_lamp(lamp, origin, w, P, before_thing=before_thing)
             total = total + light.along(lamp, ray)
         return total
+
+    def lights(self) -> Iterator[tuple[Lamp, ChannelLight]]:
+        """Return each lamp with its light in the water."""
+        for lamp, folded in zip(self.lamps, self.folded, strict=True):
+            yield (
+                lamp,
+                ChannelLight(
+                    self.in_water,
+                    self.components,
+                    self._rows(folded.scattered),
+                    LengthRow(folded.unscattered, self.stretch),
+                    self._rows(folded.in_water),
+                    _bands_of,
+                    ValueGrid(folded.floating) if len(folded.floating) else None,
+                ),
+            )
 
     def reflected(
         self,
@@ -432,6 +466,8 @@ def fold_lamps(
     measured: ArrayLike = (),
     own: Sequence[LampWater] = (),
     exciting: ArrayLike = (),
+    *,
+    clouds: float = 0.0,
 ) -> LampChannels:
     """Fold the light of lamps into channels.
 
@@ -450,6 +486,8 @@ def fold_lamps(
         scattered once.
     exciting : array_like, shape (3, n), optional
         Weights of bands by which fluorophores are excited.
+    clouds : float
+        About how large clouds in the water are, as their standard deviation, m; 0 without.
 
     Examples
     --------
@@ -480,7 +518,7 @@ def fold_lamps(
     lengths = stretch * share / np.maximum(1.0 - share, stretch / _FARTHEST)
     reflectances = np.concatenate([channels.reflectance.T, spectra])
 
-    def folded(intensity: Array, water: LampWater) -> FoldedLamp:
+    def folded(lamp: Lamp, intensity: Array, water: LampWater) -> FoldedLamp:
         passed = np.exp(-lengths[:, None] * water.a)
         unscattered = np.exp(-lengths[:, None] * water.c)
         once = water.b * np.asarray(water.phase.weights)[:, None, :] * unscattered
@@ -491,6 +529,7 @@ def fold_lamps(
             channels.fold(intensity * in_water.shares[:, None, :] * passed),
             channels.fold(intensity * coloured),
             exciting_on_things(intensity * passed),
+            on_floating(lamp, intensity, water),
         )
 
     def exciting_on_things(light: Array) -> Array:
@@ -498,17 +537,48 @@ def fold_lamps(
             return np.zeros((0, LENGTHS, 3))
         return (light * on_things.shares[:, None, :]) @ excitation.T
 
+    three_on_things = _of_three(water, on_things)
+
+    def on_floating(lamp: Lamp, intensity: Array, water: LampWater) -> Array:
+        if not clouds:
+            return np.zeros((0, FLOATING, 3))
+        bands = _on_floating(lamp, three_on_things, clouds)
+        length = _FLOATING_LENGTHS[:, None] + _FLOATING_LENGTHS
+        passed = intensity * np.exp(-length[..., None] * water.a)
+        return channels.fold((bands @ on_things.shares) * passed)
+
     waters = [*own, *[water] * (len(lamps) - len(own))]
     three = _of_three(water, in_water)
     return LampChannels(
         tuple(_softly_shadowed(lamp, three).of_bands(on_things.indices) for lamp in lamps),
-        tuple(itertools.starmap(folded, zip(intensities, waters, strict=True))),
+        tuple(itertools.starmap(folded, zip(lamps, intensities, waters, strict=True))),
         three,
-        _of_three(water, on_things),
+        three_on_things,
         water.phase.components,
         len(spectra),
         stretch,
     )
+
+
+def _on_floating(lamp: Lamp, water: LampWater, size: float) -> Array:
+    """What scattering leaves of a lamp's light on its brightest axis, over that without water.
+
+    By the distance from the lamp (rows) and on to the camera, in the three bands. Of the light of
+    clouds that arrives which is not scattered out of their outline.
+    """
+    cosine, r = _brightest(lamp), _FLOATING_LENGTHS[:, None]
+    value = lamp.profile.value(np.array([cosine]))
+    patch = PatchPastLamp(r, value / (r * r), 1.0, cosine, cosine, r)
+    light = arriving_light(lamp, patch, water)
+    reaching = (light.straight + light.about) * (r * r / value)
+    within = [within_outline(water.phase, size, float(s)) for s in _FLOATING_LENGTHS]
+    return reaching[:, None] * np.exp(-water.b * (1.0 - np.array(within)) * r)
+
+
+def _brightest(lamp: Lamp) -> float:
+    """Cosine from its axis at which a lamp is brightest."""
+    cosines = np.linspace(1.0, -1.0, _CANDIDATES)
+    return float(cosines[np.argmax(lamp.profile.value(cosines))])
 
 
 def _softly_shadowed(lamp: Lamp, water: LampWater) -> Lamp:

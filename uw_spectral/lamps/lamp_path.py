@@ -18,7 +18,7 @@ from __future__ import annotations
 import functools
 import math
 import operator
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -54,6 +54,10 @@ class PathNode:
         From the lamp to the place, m.
     length : float or array
         From the lamp over the place to the camera, m; in the water.
+    s : float or array
+        Distance along the ray from the point nearest to the lamp, m.
+    where : three floats or arrays
+        The place as the lamp sees it, m.
     """
 
     weight: Operand
@@ -61,6 +65,8 @@ class PathNode:
     half: Operand
     distance: Operand
     length: Operand
+    s: Operand
+    where: Sequence[Operand]
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,7 +111,8 @@ def path_node(
     t2 = tangent * tangent
     cosine = (2.0 * ray.across * tangent + ray.along * (t2 - 1.0)) / (1.0 + t2)
     weight = part.width * q * q * (2.0 * _POWER * share) / ray.h
-    where = ray.place(ray.h * (tangent - 1.0 / tangent) / 2.0)
+    s = ray.h * (tangent - 1.0 / tangent) / 2.0
+    where = ray.place(s)
     weight = weight * lamp.lit(where, m)
     distance, length = ray.h * (1.0 + t2) / (2.0 * tangent), ray.t0 + ray.h * tangent
     if lamp.shines_in:
@@ -116,6 +123,8 @@ def path_node(
         angle,
         distance,
         m.maximum(length, 0.0),
+        s,
+        where,
     )
 
 

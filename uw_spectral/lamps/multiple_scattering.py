@@ -24,7 +24,7 @@ before 1/ψ² = (1/Θ² + 1/ψ1²)/2: what reaches the two places, each by its s
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -47,6 +47,9 @@ from .wide_phase import RESOLVED, wide_moments
 MORE_NODES = 16
 """Of the integral of the source."""
 _REACH = 8.0  # of scattered light, in decay lengths
+Left = Callable[[Operand, Sequence[Operand]], Operand]
+"""Share of light, in channels, that matter in its way leaves: of a place at a distance along the
+ray in m, and as the lamp sees it."""
 
 
 class Field(Protocol):
@@ -243,6 +246,7 @@ def light_along(
     light: LampSpectrum,
     m: Mathematics = NUMPY,
     integrate: Quadrature = gauss_sum,
+    left: Left | None = None,
 ) -> tuple[Operand, Operand]:
     """Radiance of a lamp's light along a ray: scattered once, and more often.
 
@@ -256,6 +260,8 @@ def light_along(
         Elementary functions.
     integrate : callable
         Adds up the terms of the quadratures; a shader has a loop for it.
+    left : callable, optional
+        What other matter than the water leaves of it; all without.
     """
     part, spread = lit_part(lamp, ray, m), light.water.spread
 
@@ -264,10 +270,14 @@ def light_along(
         row = length_place(node.length, LENGTHS, m)
         onward = m.exp(spread.narrow.at(deflection_place(node.half, m), row)) * node.weight
         once = light.once(node.s2, node.length, m) * node.weight
-        return once, light.arriving(onward, node.length, m)
+        more = light.arriving(onward, node.length, m)
+        if left is None:
+            return once, more
+        share = left(ray.t0 + node.s, node.where)
+        return once * share, more * share
 
     once, onward = integrate(NODES, of_place)
-    return once, onward + _turned(lamp, ray, part, light, m, integrate)
+    return once, onward + _turned(lamp, ray, part, light, m, integrate, left)
 
 
 def _turned(
@@ -277,6 +287,7 @@ def _turned(
     light: LampSpectrum,
     m: Mathematics,
     integrate: Quadrature,
+    left: Left | None,
 ) -> Operand:
     """Radiance of light that was scattered already when it is scattered into the ray.
 
@@ -286,7 +297,7 @@ def _turned(
     source, off_axis = water.field.source(lamp.profile), 0.0 - ray.along
     end = m.maximum(ray.near, 0.0) + water.reach
     last = m.maximum(m.minimum(ray.far, m.maximum(end, ray.near)), ray.first)
-    first, stop = (_asinh(s, ray.h, m) for s in (ray.first, last))
+    first, stop = (asinh(s, ray.h, m) for s in (ray.first, last))
     width = m.maximum(stop - first, 0.0)
 
     def of_place(place: Operand, share: Operand) -> tuple[Operand]:
@@ -301,7 +312,8 @@ def _turned(
             lit = lit * leg / r
         seen = source_seen(source, leg, turned, 0.0 - s / r, off_axis, m)
         seen = seen * m.exp(0.0 - water.wide * t) * (width * share * lit)
-        return (light.arriving(seen, leg + t, m),)
+        arriving = light.arriving(seen, leg + t, m)
+        return (arriving if left is None else arriving * left(ray.t0 + s, where),)
 
     return integrate(MORE_NODES, of_place)[0]
 
@@ -332,6 +344,13 @@ def _source_lit(
     return (sine * here + share * beyond) / (sine + share)
 
 
-def _asinh(s: Operand, h: Operand, m: Mathematics) -> Operand:
+def asinh(s: Operand, h: Operand, m: Mathematics) -> Operand:
+    """Return asinh(s/h), over which places on a ray are even about a lamp.
+
+    Examples
+    --------
+    >>> bool(np.isclose(asinh(-3.0, 2.0, NUMPY), np.arcsinh(-1.5)))
+    True
+    """
     size = m.log((m.absolute(s) + m.sqrt(s * s + h * h)) / h)
     return m.select(m.less(s, 0.0), 0.0 - size, size)

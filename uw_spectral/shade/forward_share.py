@@ -19,7 +19,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from ..water.phase import BandPhase, PhaseFunction
+from ..water.phase import BandPhase, Mixture, PhaseFunction
 from .grid import Array
 from .view_cover import ViewCover
 from .view_map import SIZE, ViewMap
@@ -27,6 +27,8 @@ from .view_map import SIZE, ViewMap
 _ANGLES, _STEPS = 1500, 200
 _FINE = 5  # parts along a texel in which the kernel is added up
 _TWICE = (2 * SIZE, 2 * SIZE)  # so that nothing comes round the sides
+_BRIGHT = 1.5  # standard deviations up to which a cloud is bright
+_PLACES, _NEAREST = 16, 0.02  # m
 _NEAR = 6  # texels from its middle that it is done in
 
 
@@ -67,6 +69,26 @@ def blocked_along(
     each = [spread(pictures, part, cover.view)[:, *at] for part in phase.components]
     shares = np.stack([np.where(on_floor, floor, things) for things, floor in each], axis=1)
     return np.clip(shares @ phase.weights, 0.0, 1.0)
+
+
+def within_outline(phase: BandPhase | Mixture, size: float, distance: float) -> Array:
+    """Share of scattering before a cloud that stays within its outline, shape (n,).
+
+    A part of the picture gets as much of that as it gives.
+
+    Parameters
+    ----------
+    phase : BandPhase
+        Of n bands.
+    size : float
+        Standard deviation of the cloud's density, m.
+    distance : float
+        From the camera, m.
+    """
+    reach = _BRIGHT * size / max(distance, _NEAREST)
+    angles = np.arctan(reach / ((np.arange(_PLACES) + 0.5) / _PLACES))
+    within = [float(np.mean(share_within(part, angles))) for part in phase.components]
+    return np.clip(np.asarray(within) @ np.asarray(phase.weights), 0.0, 1.0)
 
 
 def share_within(phase: PhaseFunction, angle: Array) -> Array:

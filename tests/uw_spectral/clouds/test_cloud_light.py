@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from underwater_spectral.reference.cloud_photons import GreyPuff, radiance
-from underwater_spectral.uw_spectral.clouds.cloud_light import CloudNumbers, Clouds
+from underwater_spectral.uw_spectral.clouds.cloud_light import CloudNumbers, Clouds, Several
 from underwater_spectral.uw_spectral.clouds.matter import blunt_phase, suspended_matter
 from underwater_spectral.uw_spectral.clouds.puff import Puff
 from underwater_spectral.uw_spectral.transfer.sun_beam import half_angle2
@@ -34,7 +34,7 @@ def _numbers(concentration, *, sun=0.0, spread=0.0, ambient=0.0, albedo=None, at
 
 
 def _veil(clouds, phases, w, origin, P=60.0):
-    found = Clouds(clouds, phases, tuple(SUN))
+    found = Clouds(Several(clouds), phases, tuple(SUN))
     origin = [np.array([float(x)]) for x in origin]
     return found.veil(origin, [np.array([x]) for x in w], np.array([P]), half_angle2(w, SUN))
 
@@ -84,7 +84,7 @@ def test_a_cloud_before_another_dims_it():
 def test_the_sun_beneath_a_cloud_is_dimmed_by_what_does_not_go_forward():
     cloud, matter = _numbers(10.0, sun=1.0, spread=0.6, ambient=0.4)
     below, beside = 3.0 * SUN, 3.0 * SUN + np.array([0.0, 4.0, 0.0])
-    clouds = Clouds([cloud], [matter.phase], tuple(SUN))
+    clouds = Clouds(Several([cloud]), [matter.phase], tuple(SUN))
     wide = float(matter.absorption[0] + matter.scattering[0] * (1.0 - matter.phase.g))
     wanted = np.exp(-wide * SIGMA * np.sqrt(2.0 * np.pi))
     assert float(clouds.sunlight_left(list(below))[0]) == pytest.approx(wanted, rel=1e-3)

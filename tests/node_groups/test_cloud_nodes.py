@@ -1,0 +1,155 @@
+"""Clouds as shader nodes, rendered, against the same formulas in numpy."""
+
+from __future__ import annotations
+
+import functools
+import math
+from dataclasses import replace
+
+import bpy
+import numpy as np
+import pytest
+from underwater_spectral.node_groups import realtime_clouds, realtime_lamps
+from underwater_spectral.node_groups.loops import summed
+from underwater_spectral.node_groups.node_mathematics import NODES
+from underwater_spectral.node_groups.realtime_values import Shape
+from underwater_spectral.uw_spectral.clouds import lamp_lit_cloud
+from underwater_spectral.uw_spectral.clouds.cloud_light import (
+    CloudNumbers,
+    Clouds,
+    Several,
+    add_up,
+    with_escapes,
+)
+from underwater_spectral.uw_spectral.clouds.lamp_lit_cloud import LampAndClouds
+from underwater_spectral.uw_spectral.clouds.matter import blunt_phase, suspended_matter
+from underwater_spectral.uw_spectral.clouds.puff import Puff
+from underwater_spectral.uw_spectral.lamps.lamp import ray_past_lamp
+from underwater_spectral.uw_spectral.lamps.profile import IsotropicProfile
+
+from .test_lamp_nodes import _agree, _folded, _position, square  # noqa: F401 - a fixture
+
+SUN = (0.373, 0.0, -0.928)
+PLACES = ((0.0, 0.0, 0.4), (0.7, 0.3, 1.2))
+KINDS = ("minerals", "phytoplankton")
+COUNTS = pytest.mark.parametrize("count", [1, pytest.param(2, marks=pytest.mark.slow)])
+
+
+def _clouds(count):
+    """A cloud in the middle of the square of :func:`square`, and one of other matter beside it."""
+    found, phases = [], []
+    for number, (kind, at) in enumerate(zip(KINDS[:count], PLACES, strict=False)):
+        matter = suspended_matter(kind, 8.0, [450.0, 550.0, 650.0])
+        blunt = blunt_phase(matter.phase)
+        a, b = matter.absorption, matter.scattering
+        wide, turned = b * (1.0 - blunt.peak), b * (1.0 - matter.phase.g)
+        axes = np.diag([0.9, 0.6, 0.8])
+        puff, up = Puff.of_axes(at, axes), 1.0 + number
+        cloud = CloudNumbers(
+            puff.middle, puff.rows, a + b, a + wide, wide / (a + wide),
+            up * np.array([1.0, 0.8, 0.5]), np.array([0.3, 0.3, 0.2]), np.array([0.5, 0.6, 0.2]),
+            np.array([0.1, 0.1, 0.3]), np.array([0.1, 0.2, 0.3]), np.array([0.2, 0.2, 0.4]),
+            np.array([0.02, 0.03, 0.01]), a + turned, turned / (a + turned), 2.0,
+            blunt.asymmetry, blunt.ceiling, blunt.peak, float(number),
+        )  # fmt: skip
+        found.append(with_escapes(cloud))
+        phases.append(matter.phase)
+    shape = Shape((), flat=False, clouds=tuple(phases))
+    image = realtime_clouds.new_image(shape)
+    realtime_clouds.write_clouds(image, found)
+
+    def nodes(graph):
+        table = realtime_clouds.CloudTable(graph, image)
+        return Clouds(table, realtime_clouds.kinds(phases), SUN, NODES)
+
+    return Clouds(Several(found), phases, SUN), nodes
+
+
+@COUNTS
+@pytest.mark.parametrize("name", ["light", "passed", "skylight"])
+def test_daylight_in_clouds(square, tmp_path, count, name):  # noqa: F811
+    at = _position(square, tmp_path)
+    clouds, in_nodes = _clouds(count)
+    w, s2 = (0.0, 0.6, -0.8), 0.4
+
+    def of(found, x, y, add):
+        if name == "skylight":
+            return found.skylight_left((x, y, -0.3))
+        return getattr(found.veil((x, y, 3.0), w, 4.5, s2, **add), name)
+
+    def nodes(graph, position):
+        x, y, _ = graph.components(position)
+        loop = {"add": lambda steps, terms: summed(graph, steps, terms)}
+        return of(in_nodes(graph), x, y, loop)
+
+    seen = square(nodes, tmp_path / "clouds.exr")
+    _agree(seen, of(clouds, at[..., :1], at[..., 1:2], {}))
+
+
+@COUNTS
+@pytest.mark.parametrize("part", ["scattered", "left"])
+def test_lamps_in_clouds(square, tmp_path, count, part):  # noqa: F811
+    """Cycles, which draws the nodes here, has no room for both parts and the water at once."""
+    at = _position(square, tmp_path)
+    clouds, in_nodes = _clouds(count)
+    folded = _folded(IsotropicProfile(), clouds=0.4)
+    images = realtime_lamps.new_images(2, 2, folded.parts, folded.measured, in_clouds=True)
+    realtime_lamps.write_lamps(images, folded, [(1.0, 0.0, 0.0), (0.0, 1.0, 0.0)])
+    w, P = (0.0, 0.6, -0.8), 4.5
+
+    def of(found, lamp, light, x, y, add):
+        origin = (x, y, 3.0)
+        past = ray_past_lamp(lamp, origin, w, P, found.m, before_thing=True)
+        through = LampAndClouds(found, lamp, past, origin, w, P)
+        if part == "left":
+            return through.left(3.0 + x, past.place(x + 0.2))
+        return found.group.total(lambda cloud: through.scattered(cloud, light, add))[0]
+
+    def nodes(graph, position):
+        x, y, _ = graph.components(position)
+        table = realtime_lamps.LampTable.of(graph, images)
+        index = graph.operation("ADD", (graph.operation("MULTIPLY", (x, 0.0)), 1.0))
+        light = table.in_water(index, folded.components)
+        add = functools.partial(summed, graph)
+        return of(in_nodes(graph), table.lamp(index), light, x, y, add)
+
+    seen = square(nodes, tmp_path / "lamp.exr")
+    _, (lamp, light) = folded.lights()
+    _agree(seen, of(clouds, lamp, light, at[..., :1], at[..., 1:2], add_up))
+
+
+def test_lamps_on_things_below_clouds(square, tmp_path):  # noqa: F811
+    at = _position(square, tmp_path)
+    clouds, in_nodes = _clouds(1)
+    folded = _folded(thrown=0.2, clouds=0.4)
+    images = realtime_lamps.new_images(2, 2, folded.parts, folded.measured, in_clouds=True)
+    realtime_lamps.write_lamps(images, folded, [(1.0, 0.0, 0.0), (0.0, 1.0, 0.0)])
+    group = realtime_lamps.build_patch(images, ("J",), clouds=in_nodes)
+    colour, normal = (0.8, 0.4, 0.1), (0.0, 0.6, 0.8)
+
+    def nodes(graph, position):
+        del position
+        node = graph.node("ShaderNodeGroup", node_tree=group)
+        node.inputs["Normal"].default_value = normal
+        node.inputs["Color"].default_value = (*colour, 1.0)
+        node.inputs["Lamp Visibility"].default_value = (0.0, 1.0, 0.0)
+        return graph.term(node.outputs["J"])
+
+    seen = square(nodes, tmp_path / "lamp.exr")
+    x, y = at[..., :1], at[..., 1:2]
+    J = sum(folded.reflected((x, y, 0.0), normal, colour, 0.0 * x, visible=1.2))
+    left = lamp_lit_cloud.left_on_thing(clouds, folded.lamps[1], (x, y, 0.0 * x))
+    assert left.min() < 0.8
+    _agree(seen, J * left)
+
+
+def test_numbers_of_clouds_keep_their_places_in_the_image():
+    clouds, _ = _clouds(2)
+    shape = Shape((), flat=False, clouds=tuple(clouds.phases))
+    image = realtime_clouds.new_image(shape)
+    first, second = clouds.group.clouds
+    realtime_clouds.write_clouds(image, [first, replace(second, kept=np.array([7.0, 8.0, 9.0]))])
+    texels = np.array(image.pixels).reshape(*reversed(image.size), 4)
+    assert np.any(np.all(texels[1, :, :3] == (7.0, 8.0, 9.0), axis=-1))
+    assert math.isclose(texels[0, 0, 0], first.reference)
+    bpy.data.images.remove(image)

@@ -1,0 +1,158 @@
+"""What clouds do to the light of lamps, and what of it they scatter to the camera.
+
+A cloud's light is that of :mod:`.cloud_light` with the lamp in place of the sun: scattered once,
+spread forward on the way, and scattered again where it is. It comes to a place in the cloud as it
+comes to a thing that faces the lamp, and from there to the camera as the light of a thing does:
+what the water scatters forward on either way is in it (:attr:`.ChannelLight.floating`). Steps are
+even in asinh(s/h), s from the point of the ray that is nearest to the lamp and h its distance from
+it: fine about a lamp in the cloud.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..lamps.lamp import Lamp, RayPastLamp, disc_seen, ray_past_lamp
+from ..lamps.lamp_channels import ChannelLight, LampChannels
+from ..lamps.lamp_path import Quadrature, gauss_sum
+from ..lamps.multiple_scattering import asinh, light_along
+from ..mathematics import Operand, dot
+from ..transfer.sun_beam import half_angle2
+from .cloud_light import ISOTROPIC, SPAN, CloudNumbers, Clouds, Sum, add_up
+from .puff import RayInPuff
+
+STEPS = 8
+"""Steps in which the light of a lamp that a cloud scatters is added up."""
+
+
+@dataclass(frozen=True, eq=False)
+class LampAndClouds:
+    """A lamp, clouds, and a ray that passes them.
+
+    Attributes
+    ----------
+    clouds : Clouds
+    lamp : Lamp
+    past : RayPastLamp
+        Where the ray passes the lamp.
+    origin, w : three numbers
+        Where the ray begins, m, and its unit direction.
+    P : number
+        Its length, m.
+    """
+
+    clouds: Clouds
+    lamp: Lamp
+    past: RayPastLamp
+    origin: Sequence[Operand]
+    w: Sequence[Operand]
+    P: Operand
+
+    def seen(
+        self, light: ChannelLight, integrate: Quadrature = gauss_sum, add: Sum = add_up
+    ) -> Operand:
+        """Return the light of the lamp along the ray, in channels.
+
+        Parameters
+        ----------
+        light : ChannelLight
+            Of the lamp in the water, and in clouds.
+        integrate, add : callable
+            Add up the terms of the quadratures and of the steps.
+        """
+        m, lamp, past = self.clouds.m, self.lamp, self.past
+        t0 = m.maximum(past.t0, 0.0)
+        straight = self.clouds.left("extinction", lambda cloud: self._column(cloud, t0))
+        disc = light.unscattered.at(t0) * disc_seen(lamp, past, m)
+        once, more = light_along(lamp, past, light, m, integrate, self.left)
+
+        (turned,) = self.clouds.group.total(lambda cloud: self.scattered(cloud, light, add))
+        return once + more + disc * straight + turned
+
+    def left(self, s: Operand, where: Sequence[Operand]) -> Operand:
+        """Share of the light of a place that clouds leave, from the lamp on: a :data:`.Left`."""
+        m, start = self.clouds.m, self.lamp.position
+
+        def lost(cloud: CloudNumbers) -> Sequence[Operand]:
+            seen, lit = self._column(cloud, s), cloud.puff.between(start, where, m)
+            return (cloud.scaled * seen + cloud.kept * lit,)
+
+        return m.exp(-self.clouds.group.total(lost)[0])
+
+    def _ray(self, cloud: CloudNumbers) -> RayInPuff:
+        return cloud.puff.along(self.origin, self.w, self.clouds.m, nearly=True)
+
+    def _column(self, cloud: CloudNumbers, s: Operand) -> Operand:
+        return self._ray(cloud).column(s, self.clouds.m)
+
+    def scattered(self, cloud: CloudNumbers, light: ChannelLight, add: Sum) -> Sequence[Operand]:
+        """Light that one cloud scatters to the camera, on its way through all of them."""
+        m, past = self.clouds.m, self.past
+        ray = self._ray(cloud)
+        first = m.maximum(past.t0 + past.first, 0.0)
+        last = m.maximum(self.P, first)
+        ends = (m.clamp(ray.middle + x / ray.rate, first, last) for x in (-SPAN, SPAN))
+        start, end = (asinh(s - past.t0, past.h, m) for s in ends)
+        step = (end - start) / STEPS
+        # What all steps need is made before them.
+        ray.until(0.0, m)
+
+        def distance(place: Operand) -> Operand:
+            grown = m.exp(start + place * step)
+            return m.clamp(past.t0 + past.h * (grown - 1.0 / grown) / 2.0, first, last)
+
+        def places(index: Operand) -> Sequence[Operand]:
+            return [distance(index + beyond) for beyond in (0.0, 0.5, 1.0)]
+
+        def source(s: Operand) -> Operand:
+            return self._source(cloud, light, s)
+
+        terms = self.clouds.steps(cloud, self._ray, places, (first, last, STEPS), source)
+        return add(STEPS, terms)
+
+    def _source(self, cloud: CloudNumbers, light: ChannelLight, s: Operand) -> Operand:
+        """Radiance of endless matter with the light of a place, less what the water takes."""
+        m, lamp = self.clouds.m, self.lamp
+        point = [x + along * s for x, along in zip(self.origin, self.w, strict=True)]
+        r, u = lamp.towards(point, m)
+        where = [x - x0 for x, x0 in zip(point, lamp.position, strict=True)]
+        E = light.floating_at(lamp.wet(r, where[2], m), s, m)
+        lit = lamp.profile.value(dot(lamp.axis, u), m) * lamp.lit(where, m)
+        E = E * (lit / (r * r + lamp.radius * lamp.radius))
+
+        def between(other: CloudNumbers) -> Sequence[Operand]:
+            column = other.puff.between(lamp.position, where, m)
+            return other.scaled * column, other.kept * column
+
+        left, widely = (m.exp(-part) for part in self.clouds.group.total(between))
+        p = self.clouds.bluntly(cloud, half_angle2(self.w, u, m))
+        total = p * left + cloud.linear(-dot(self.w, u)) * (widely - left)
+        total = total + ISOTROPIC * cloud.again(cloud.escaping_about(point, m), widely)
+        return m.maximum(total, 0.0) * cloud.albedo * E
+
+
+def path_light(
+    folded: LampChannels,
+    clouds: Clouds,
+    origin: Sequence[Operand],
+    w: Sequence[Operand],
+    P: Operand,
+    *,
+    before_thing: bool = False,
+) -> NDArray[np.float64]:
+    """Radiance of lamps along rays through clouds, as :meth:`.LampChannels.path_light`."""
+    total = np.zeros(3)
+    for lamp, light in folded.lights():
+        past = ray_past_lamp(lamp, origin, w, P, before_thing=before_thing)
+        total = total + LampAndClouds(clouds, lamp, past, origin, w, P).seen(light)
+    return total
+
+
+def left_on_thing(clouds: Clouds, lamp: Lamp, point: Sequence[Operand]) -> Operand:
+    """Share of the light of a lamp on a thing at a place that clouds leave, in channels."""
+    way = [x - x0 for x, x0 in zip(point, lamp.position, strict=True)]
+    return clouds.left("kept", lambda cloud: cloud.puff.between(lamp.position, way, clouds.m))
