@@ -7,7 +7,6 @@ writes docs/measured/mirrored.md and docs/measured/mirrored.jpg.
 
 from __future__ import annotations
 
-import argparse
 import math
 import tempfile
 import time
@@ -16,7 +15,6 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import bpy
-import matplotlib as mpl
 import numpy as np
 from numpy.typing import NDArray
 
@@ -25,11 +23,11 @@ from ..scene.engines.band_engine import BandEngine
 from ..scene.water import water_body
 from ..settings import render_plan
 from ..settings.scene_settings import SceneSettings
-from ..uw_spectral.spectra.colour_rendering import delta_e_CIE2000_images, srgb_encode
+from ..uw_spectral.spectra.colour_rendering import delta_e_CIE2000_images
 from ..uw_spectral.spectra.spectral_image import read_exr
 from . import grey_scene
+from ._against_cycles import Pair, run, write_sheet
 from ._shade_scenes import matt
-from .path_radiance_table import ROOT
 
 TARGET = 2.0
 _WIDTH, _HEIGHT, _BLOCK = 120, 66, 6
@@ -249,40 +247,17 @@ def report(found: dict[Case, Found], samples: int) -> str:
     )  # fmt: skip
 
 
-def _sheet(found: dict[Case, Found], path: Path) -> None:
-    mpl.use("agg")
-    import matplotlib.pyplot as plt
-
-    figure, axes = plt.subplots(4, len(found) // 2, figsize=(10.0, 6.6))
-    for number, (case, pictures) in enumerate(found.items()):
-        white = float(np.quantile(pictures.cycles, 0.995))
-        row, column = 2 * (number % 2), number // 2
-        for picture, name, axis in zip(
-            (pictures.cycles, pictures.eevee), ("Cycles", "EEVEE"), axes[row:, column], strict=False
-        ):
-            shown = srgb_encode(np.clip(picture / white, 0.0, 1.0))
-            axis.imshow(np.clip(shown, 0.0, 1.0), interpolation="nearest")
-            axis.set_title(f"{case.title}: {name}" if name == "Cycles" else name, fontsize=7)
-            axis.axis("off")
-    figure.tight_layout(h_pad=0.4, w_pad=0.4)
-    figure.savefig(path, dpi=80, pil_kwargs={"quality": 80})
-    plt.close(figure)
+def _write(found: dict[Case, Found], samples: int, docs: Path) -> None:
+    pairs = [Pair(case.title, x.cycles, x.eevee) for case, x in found.items()]
+    across = len(pairs) // 2
+    write_sheet([*pairs[::2], *pairs[1::2]], across, (10.0, 6.6), docs / "mirrored.jpg")
+    (docs / "mirrored.md").write_text(report(found, samples), encoding="utf-8")
 
 
 def main(arguments: Sequence[str]) -> None:
     """Measure the scenes and write the page."""
-    parser = argparse.ArgumentParser(prog="mirrored")
-    parser.add_argument("--samples", type=int, default=128)
-    parser.add_argument("--case", type=int, help="only this one, and no page")
-    options = parser.parse_args(arguments)
-    found: dict[Case, Found] = {}
-    for number, case in enumerate(CASES):
-        if options.case in (None, number):
-            x = found[case] = measure(case, options.samples)
-            numbers = x.without, x.bands, x.realtime, x.worst, x.noise, *x.seconds
-            print(case.title, *(f"{value:.2f}" for value in numbers), flush=True)
-    docs = ROOT / "docs" / "measured"
-    if options.case is not None:
-        return
-    _sheet(found, docs / "mirrored.jpg")
-    (docs / "mirrored.md").write_text(report(found, options.samples), encoding="utf-8")
+
+    def numbers(x: Found) -> tuple[float, ...]:
+        return x.without, x.bands, x.realtime, x.worst, x.noise, *x.seconds
+
+    run("mirrored", CASES, measure, numbers, _write, arguments, samples=128)

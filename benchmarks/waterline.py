@@ -7,7 +7,6 @@ writes docs/measured/waterline.md and docs/measured/waterline.png.
 
 from __future__ import annotations
 
-import argparse
 import math
 import tempfile
 from collections.abc import Sequence
@@ -15,7 +14,6 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import bpy
-import matplotlib as mpl
 import numpy as np
 from numpy.typing import NDArray
 
@@ -24,11 +22,11 @@ from ..scene.engines.band_engine import BandEngine
 from ..scene.water import water_body
 from ..settings import render_plan
 from ..settings.scene_settings import SceneSettings
-from ..uw_spectral.spectra.colour_rendering import delta_e_CIE2000_images, srgb_encode
+from ..uw_spectral.spectra.colour_rendering import delta_e_CIE2000_images
 from ..uw_spectral.spectra.spectral_image import read_exr
 from . import grey_scene
+from ._against_cycles import Pair, run, write_sheet
 from ._shade_scenes import matt
-from .path_radiance_table import ROOT
 
 TARGET = 2.0
 _WIDTH, _HEIGHT, _BLOCK = 96, 54, 6
@@ -229,37 +227,16 @@ def report(found: dict[Case, Found], samples: int) -> str:
     )  # fmt: skip
 
 
-def _sheet(found: dict[Case, Found], path: Path) -> None:
-    mpl.use("agg")
-    import matplotlib.pyplot as plt
-
-    figure, axes = plt.subplots(2, len(found), figsize=(3.2 * len(found), 3.9))
-    for (case, pictures), column in zip(found.items(), axes.T, strict=True):
-        for picture, name, axis in zip(
-            (pictures.cycles, pictures.eevee), ("Cycles", "EEVEE"), column, strict=True
-        ):
-            axis.imshow(srgb_encode(np.clip(picture, 0.0, 1.0)), interpolation="nearest")
-            axis.set_title(f"{case.title}: {name}" if name == "Cycles" else name, fontsize=7)
-            axis.axis("off")
-    figure.tight_layout(h_pad=1.5)
-    figure.savefig(path, dpi=80)
-    plt.close(figure)
+def _write(found: dict[Case, Found], samples: int, docs: Path) -> None:
+    pairs = [Pair(case.title, x.cycles, x.eevee, white=1.0) for case, x in found.items()]
+    write_sheet(pairs, len(pairs), (3.2 * len(pairs), 3.9), docs / "waterline.png")
+    (docs / "waterline.md").write_text(report(found, samples), encoding="utf-8")
 
 
 def main(arguments: Sequence[str]) -> None:
     """Measure the views and write the page."""
-    parser = argparse.ArgumentParser(prog="waterline")
-    parser.add_argument("--samples", type=int, default=256)
-    parser.add_argument("--case", type=int, help="only this one, and no page")
-    options = parser.parse_args(arguments)
-    found: dict[Case, Found] = {}
-    for number, case in enumerate(CASES):
-        if options.case in (None, number):
-            found[case] = measure(case, options.samples)
-            x = found[case]
-            print(f"{case.title}: {x.bands:.2f} {x.realtime:.2f} {x.worst:.2f} {x.noise:.2f}")
-    docs = ROOT / "docs" / "measured"
-    if options.case is not None:
-        return
-    _sheet(found, docs / "waterline.png")
-    (docs / "waterline.md").write_text(report(found, options.samples), encoding="utf-8")
+
+    def numbers(x: Found) -> tuple[float, ...]:
+        return x.bands, x.realtime, x.worst, x.noise
+
+    run("waterline", CASES, measure, numbers, _write, arguments, samples=256)

@@ -7,7 +7,6 @@ writes docs/measured/window_things.md and docs/measured/window_things.jpg.
 
 from __future__ import annotations
 
-import argparse
 import math
 import time
 from collections.abc import Callable, Sequence
@@ -15,7 +14,6 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import bpy
-import matplotlib as mpl
 import numpy as np
 from numpy.typing import NDArray
 
@@ -25,7 +23,7 @@ from ..scene.seen.ray_casting import Meshes
 from ..scene.water import water_body
 from ..settings import render_plan
 from ..settings.scene_settings import SceneSettings
-from ..uw_spectral.spectra.colour_rendering import delta_e_CIE2000_images, srgb_encode
+from ..uw_spectral.spectra.colour_rendering import delta_e_CIE2000_images
 from ..uw_spectral.spectra.reflectance import emission_basis
 from ..uw_spectral.surface.refraction import (
     direction_in_air,
@@ -33,8 +31,8 @@ from ..uw_spectral.surface.refraction import (
     is_in_window,
 )
 from . import grey_scene
+from ._against_cycles import Pair, run, write_sheet
 from ._shade_scenes import matt
-from .path_radiance_table import ROOT
 
 TARGET, EDGE_TARGET = 2.0, 0.3
 _WIDTH, _HEIGHT, _BLOCK = 96, 54, 6
@@ -332,40 +330,16 @@ def report(found: dict[Case, Found], samples: int) -> str:
     )  # fmt: skip
 
 
-def _sheet(found: dict[Case, Found], path: Path) -> None:
-    mpl.use("agg")
-    import matplotlib.pyplot as plt
-
-    figure, axes = plt.subplots(4, len(found) // 2, figsize=(11.0, 5.2))
-    for number, (case, pictures) in enumerate(found.items()):
-        white = float(np.quantile(pictures.cycles, 0.995))
-        row, column = 2 * (2 * number // len(found)), number % (len(found) // 2)
-        for picture, name, axis in zip(
-            (pictures.cycles, pictures.eevee), ("Cycles", "EEVEE"), axes[row:, column], strict=False
-        ):
-            shown = srgb_encode(np.clip(picture / white, 0.0, 1.0))
-            axis.imshow(np.clip(shown, 0.0, 1.0), interpolation="nearest")
-            axis.set_title(f"{case.title}: {name}" if name == "Cycles" else name, fontsize=6)
-            axis.axis("off")
-    figure.tight_layout(h_pad=0.4, w_pad=0.4)
-    figure.savefig(path, dpi=80, pil_kwargs={"quality": 80})
-    plt.close(figure)
+def _write(found: dict[Case, Found], samples: int, docs: Path) -> None:
+    pairs = [Pair(case.title, x.cycles, x.eevee) for case, x in found.items()]
+    write_sheet(pairs, len(pairs) // 2, (11.0, 5.2), docs / "window_things.jpg")
+    (docs / "window_things.md").write_text(report(found, samples), encoding="utf-8")
 
 
 def main(arguments: Sequence[str]) -> None:
     """Measure the scenes and write the page."""
-    parser = argparse.ArgumentParser(prog="window_things")
-    parser.add_argument("--samples", type=int, default=128)
-    parser.add_argument("--case", type=int, help="only this one, and no page")
-    options = parser.parse_args(arguments)
-    found: dict[Case, Found] = {}
-    for number, case in enumerate(CASES):
-        if options.case in (None, number):
-            x = found[case] = measure(case, options.samples)
-            numbers = x.mean, x.worst, x.noise, x.seconds, *(x.edges or ())
-            print(case.title, *(f"{value:.2f}" for value in numbers), flush=True)
-    docs = ROOT / "docs" / "measured"
-    if options.case is not None:
-        return
-    _sheet(found, docs / "window_things.jpg")
-    (docs / "window_things.md").write_text(report(found, options.samples), encoding="utf-8")
+
+    def numbers(x: Found) -> tuple[float, ...]:
+        return x.mean, x.worst, x.noise, x.seconds, *(x.edges or ())
+
+    run("window_things", CASES, measure, numbers, _write, arguments, samples=128)
