@@ -67,7 +67,7 @@ def build(path: Path) -> None:
     bpy.ops.mesh.primitive_uv_sphere_add(radius=0.32, location=(x, y, 0.0))
     bpy.ops.object.shade_smooth()
     buoy = _coated((0.75, 0.16, 0.02))
-    _cylinder((x, y, -_DEPTH / 2), 0.02, _DEPTH, (0.1, 0.1, 0.1))
+    chain = _cylinder((x, y, -_DEPTH), 0.02, 1.0, (0.1, 0.1, 0.1))
     chosen = settings(
         surface="waves", raised_waves=True,
         wind_speed=float(OPTIONS["--wind"]), swell_height=float(OPTIONS["--swell-height"]),
@@ -78,6 +78,10 @@ def build(path: Path) -> None:
     for frame in range(1, FRAMES + 1):
         scene.frame_set(frame)
         buoy.location.z = float(surface.heights(scene, chosen).elevation(x, y)) + 0.06
-        buoy.keyframe_insert("location", frame=frame)
+        chain.scale.z = buoy.location.z + _DEPTH
+        chain.location.z = buoy.location.z - chain.scale.z / 2
+        for item, channels in ((buoy, ("location",)), (chain, ("location", "scale"))):
+            for channel in channels:
+                item.keyframe_insert(channel, frame=frame)
     path.parent.mkdir(parents=True, exist_ok=True)
     bpy.ops.wm.save_as_mainfile(filepath=str(path), copy=True, compress=True)

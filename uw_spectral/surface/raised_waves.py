@@ -57,8 +57,8 @@ def sunk_below_crests(
 
     Examples
     --------
-    >>> [sunk_below_crests(depth, 20.0, 0.6) for depth in (0.1, 4.0)]
-    [0.04000000000000001, 0.4]
+    >>> [round(float(sunk_below_crests(depth, 20.0, 0.6)), 3) for depth in (0.1, 4.0)]
+    [0.04, 0.4]
     """
     return m.minimum(_MARGIN * distance, highest) * m.minimum(depth, 1.0)
 
