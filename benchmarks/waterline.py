@@ -2,7 +2,7 @@
 
     python3 dev.py run -m benchmarks waterline [--samples N]
 
-writes docs/measured/waterline.md and docs/measured/waterline.png.
+writes docs/measured/waterline.md and docs/measured/waterline.jpg.
 """
 
 from __future__ import annotations
@@ -197,7 +197,7 @@ pixels each way and 2 samples in EEVEE. ΔE2000 of means over {block} × {block}
 
 **The mean of the views measured is {mean:.1f}; the target is {target:g} or less: {verdict}.**
 
-![Cycles above, EEVEE below](waterline.png)
+![Cycles above, EEVEE below](waterline.jpg)
 
 What is not drawn: [limits](../limits.md#from-above-and-at-the-waterline). Auto, against 30 bands,
 was at ΔE 1.0 and 0.7 in the third and fourth view, where it expected 0.6 and 0.9.
@@ -229,7 +229,7 @@ def report(found: dict[Case, Found], samples: int) -> str:
 
 def _write(found: dict[Case, Found], samples: int, docs: Path) -> None:
     pairs = [Pair(case.title, x.cycles, x.eevee, white=1.0) for case, x in found.items()]
-    write_sheet(pairs, len(pairs), (3.2 * len(pairs), 3.9), docs / "waterline.png")
+    write_sheet(pairs, len(pairs), (3.2 * len(pairs), 3.9), docs / "waterline.jpg")
     (docs / "waterline.md").write_text(report(found, samples), encoding="utf-8")
 
 

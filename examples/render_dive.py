@@ -95,7 +95,7 @@ def report(pictures: list[np.ndarray]) -> str:
         [
             "# A dive from 1 m to 15 m, from Jerlov IB to 3C",
             "",
-            "![Twenty-four frames](dive.png)",
+            "![Twenty-four frames](dive.jpg)",
             "",
             "EEVEE in real-time mode, 8 bands, flat surface, a wall of boulders over a",
             "floor at 17 m. Depth, camera and fraction of the second water are keyframes; exposure",
@@ -131,7 +131,7 @@ def main() -> None:
     sheet = np.vstack(rows)
     image = oiio.ImageBuf(oiio.ImageSpec(sheet.shape[1], sheet.shape[0], 3, "uint8"))
     image.set_pixels(oiio.ROI(), np.ascontiguousarray(sheet))
-    image.write(str(ROOT / "docs" / "measured" / "dive.png"))
+    image.write(str(ROOT / "docs" / "measured" / "dive.jpg"))
     (ROOT / "docs" / "measured" / "dive.md").write_text(report(pictures), encoding="utf-8")
 
 

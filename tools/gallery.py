@@ -218,7 +218,7 @@ def swell() -> None:
         for frame in range(1, swell_scene.FRAMES + 1)
     ]
     frames[0].save(
-        PICTURES / "swell.webp", save_all=True, append_images=frames[1:], quality=45, method=6,
+        PICTURES / "swell.webp", save_all=True, append_images=frames[1:], quality=30, method=6,
         duration=1000 // swell_scene.RATE, loop=0,
     )  # fmt: skip
 
