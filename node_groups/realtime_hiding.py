@@ -6,10 +6,9 @@ import bpy
 
 from ..uw_spectral.surface.refraction import is_in_window
 from .node_mathematics import NODES, Graph, new_group
-from .realtime_raised import numbers_of
 from .realtime_rays import drawn_place, eye_place, straight_direction
 from .realtime_values import IN_AIR, INDEX, THROUGH, Shape
-from .realtime_waves import WaveImages, water_level
+from .realtime_waves import WaveImages, numbers_of, water_level
 
 NAME = "UW Above the Water"
 _UNDER = 1e-4  # m

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 import bpy
 
@@ -11,7 +11,7 @@ from ..uw_spectral.surface.raised_waves import surface_ahead
 from .loops import iterated
 from .node_mathematics import NODES, PART_SIZE, Graph, NodeValue, new_group
 from .realtime_values import WAVES_HIGHEST
-from .realtime_waves import WaveImages, raised_at
+from .realtime_waves import WaveImages, numbers_of, raised_at
 
 _HEIGHT_NAME, _CROSSING_NAME = "UW Surface Height", "UW Surface Crossing"
 _X, _Y, _HEIGHT = "X", "Y", "Height"
@@ -91,8 +91,3 @@ def _build_height(values: bpy.types.ShaderNodeTree, images: WaveImages) -> bpy.t
     surface = raised_at(graph, numbers_of(graph, values), images, x, y)
     graph.assign(graph.components(surface)[2], graph.node("NodeGroupOutput").inputs[_HEIGHT])
     return tree
-
-
-def numbers_of(graph: Graph, values: bpy.types.ShaderNodeTree) -> Callable[[str], NodeValue]:
-    """Return what looks a number of UW Values up by its name."""
-    return lambda name: graph.term(graph.shared(values)[name])

@@ -8,7 +8,7 @@ those of the bent ray over the index.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 import bpy
 
@@ -32,7 +32,7 @@ from .realtime_rays import (
     write_outputs,
 )
 from .realtime_values import CAMERA, IN_AIR, INDEX, RAY_INDEX, THROUGH, WAVES_HIGHEST
-from .realtime_waves import FOAM, SLOPE, WaveImages, foam_at, raised_at, water_level
+from .realtime_waves import FOAM, SLOPE, WaveImages, foam_at, numbers_of, raised_at, water_level
 
 NAME = "UW Rays"
 APPARENT_NAME = "UW Apparent Place"
@@ -54,7 +54,7 @@ def build(values: bpy.types.ShaderNodeTree, images: WaveImages | None) -> bpy.ty
     """
     tree = new_group(NAME)
     graph = Graph(tree)
-    number = _numbers(graph, values)
+    number = numbers_of(graph, values)
     in_air, n = number(IN_AIR), number(RAY_INDEX)
     v, eye, drawn = straight_direction(graph), eye_place(graph), drawn_place(graph)
     straight = straight_distance(graph)
@@ -117,7 +117,7 @@ def build_apparent(
     """
     tree = new_group(APPARENT_NAME)
     graph = Graph(tree)
-    number = _numbers(graph, values)
+    number = numbers_of(graph, values)
     x, y, z = drawn_place(graph)
     cx, cy, cz = (number(name) for name in CAMERA)
     level = water_level(graph, number, images, x, y)
@@ -139,7 +139,3 @@ def build_apparent(
     moved = is_at_rest(graph) * moved
     graph.assign(graph.vector(0.0, 0.0, moved), graph.node("NodeGroupOutput").inputs[0])
     return tree
-
-
-def _numbers(graph: Graph, values: bpy.types.ShaderNodeTree) -> Callable[[str], NodeValue]:
-    return lambda name: graph.term(graph.shared(values)[name])

@@ -133,7 +133,7 @@ def caustics_here(
     graph: Graph, values: bpy.types.ShaderNodeTree, caustics: bpy.types.Image
 ) -> NodeValue:
     """Relative sunlight at the shaded point."""
-    number = _numbers(graph, values)
+    number = numbers_of(graph, values)
     px, py, pz = place_here(graph)
     depth = NODES.maximum(-pz, 0.0)
     x, y = under_waves(px, py, depth, [number(name) for name in SUN])
@@ -245,7 +245,7 @@ def slope_ahead(
     w: Sequence[NodeValue],
 ) -> dict[str, NodeValue]:
     """Slopes and foam of the surface where a view ray w of the background from an eye meets it."""
-    number = _numbers(graph, values)
+    number = numbers_of(graph, values)
     x, y, z = eye
     reach = NODES.maximum(-z, 0.0) / NODES.maximum(w[2], _FLATTEST)
     place = x + w[0] * reach, y + w[1] * reach
@@ -254,6 +254,7 @@ def slope_ahead(
     return found if foam is None else found | {FOAM: foam}
 
 
-def _numbers(graph: Graph, values: bpy.types.ShaderNodeTree) -> Callable[[str], NodeValue]:
+def numbers_of(graph: Graph, values: bpy.types.ShaderNodeTree) -> Callable[[str], NodeValue]:
+    """Return what looks a number of UW Values up by its name."""
     outputs = graph.shared(values)
     return lambda name: graph.term(outputs[name])

@@ -195,7 +195,10 @@ def with_escapes(cloud: CloudNumbers) -> CloudNumbers:
 
 def add_up(count: int, terms: Callable[[Operand], Sequence[Operand]]) -> Sequence[Operand]:
     """Add up terms as :data:`Sum` says, of arrays."""
-    found = [terms(float(i)) for i in range(count)]
+    return _added([terms(float(i)) for i in range(count)])
+
+
+def _added(found: Sequence[Sequence[Operand]]) -> Sequence[Operand]:
     return [functools.reduce(operator.add, parts) for parts in zip(*found, strict=True)]
 
 
@@ -228,8 +231,7 @@ class Several:
 
     def total(self, terms: Callable[[CloudNumbers], Sequence[Operand]]) -> Sequence[Operand]:
         """Add up terms of each."""
-        found = [terms(cloud) for cloud in self.clouds]
-        return [functools.reduce(operator.add, parts) for parts in zip(*found, strict=True)]
+        return _added([terms(cloud) for cloud in self.clouds])
 
     def product(self, factor: Callable[[CloudNumbers], Operand]) -> Operand:
         """Multiply factors of each."""

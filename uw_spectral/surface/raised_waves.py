@@ -30,8 +30,6 @@ STEEPEST_SWELL = 0.1
 _STEPS, _REFINED = 10, 2
 _FLATTEST = 1e-4
 _CRESTS = 4.5  # standard deviations that hardly any crest exceeds
-
-
 _MARGIN = 0.02  # m per m of distance that vertices may be off the waves between them
 
 
