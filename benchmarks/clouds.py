@@ -54,6 +54,7 @@ _TARGET = 3.0
 # A torch beside the camera, which shines to the middle of the cloud.
 _TORCH, _WATTS, _CONE, _BLEND = (0.45, 0.0, -_DEPTH + 0.25), 400.0, math.radians(50.0), 0.5
 _MIDDLE = (0.0, 3.0, -_DEPTH)
+_VOXELS = 64  # along each side of a plume
 # Of a lamp before photons, from the middle of the puff.
 _LAMP = (0.4, -3.0, 0.2)
 
@@ -74,6 +75,7 @@ class Case:
     floor: bool = True
     watts: float = 0.0
     sunlight: float = 1.0
+    grid: bool = False
 
     @property
     def bands(self) -> int:
@@ -144,7 +146,10 @@ def build(case: Case, size: tuple[int, int], puffs: int = 1) -> bpy.types.Object
     scene.render.resolution_x, scene.render.resolution_y = size
     scene.render.resolution_percentage = 100
     bpy.context.view_layer.update()
-    for number in range(puffs if case.concentration else 0):
+    if case.grid:
+        item = _plume(scene)
+        item.underwater.constituent, item.underwater.concentration = "minerals", case.concentration
+    for number in range(puffs if case.concentration and not case.grid else 0):
         item = new_clouds.add_puff(scene)
         item.location.x += 1.5 * number
         item.location.y += 1.0 * number
@@ -163,6 +168,45 @@ def build(case: Case, size: tuple[int, int], puffs: int = 1) -> bpy.types.Object
         _hang_torch(scene, case.watts)
     bpy.context.view_layer.update()
     return camera
+
+
+def _plume(scene: bpy.types.Scene) -> bpy.types.Object:
+    """Add a volume object before the camera whose density is noise that ends in a ball."""
+    tree = bpy.data.node_groups.new("Plume", "GeometryNodeTree")
+    tree.interface.new_socket("Geometry", in_out="OUTPUT", socket_type="NodeSocketGeometry")
+    new, link = tree.nodes.new, tree.links.new
+    cube, noise, place = (
+        new(f"GeometryNode{x}") if x != "TexNoise" else new("ShaderNodeTexNoise")
+        for x in ("VolumeCube", "TexNoise", "InputPosition")
+    )
+    cube.inputs["Min"].default_value, cube.inputs["Max"].default_value = (-1.2,) * 3, (1.2,) * 3
+    for axis in "XYZ":
+        cube.inputs[f"Resolution {axis}"].default_value = _VOXELS
+    noise.inputs["Scale"].default_value, noise.inputs["Detail"].default_value = 1.6, 3.0
+
+    def number(operation: str, one: bpy.types.NodeSocket, other: float) -> bpy.types.NodeSocket:
+        node = new("ShaderNodeMath")
+        node.operation, node.inputs[1].default_value = operation, other
+        link(one, node.inputs[0])
+        return node.outputs[0]
+
+    away = new("ShaderNodeVectorMath")
+    away.operation = "LENGTH"
+    link(place.outputs[0], away.inputs[0])
+    rim = number("SUBTRACT", number("MULTIPLY", away.outputs["Value"], -1.0), -1.2)
+    rim = number("MINIMUM", number("MAXIMUM", number("MULTIPLY", rim, 2.5), 0.0), 1.0)
+    thick = number("MAXIMUM", number("SUBTRACT", noise.outputs[0], 0.42), 0.0)
+    product = new("ShaderNodeMath")
+    product.operation = "MULTIPLY"
+    link(rim, product.inputs[0])
+    link(number("MULTIPLY", thick, 7.0), product.inputs[1])
+    link(product.outputs[0], cube.inputs["Density"])
+    link(cube.outputs[0], new("NodeGroupOutput").inputs[0])
+    item = bpy.data.objects.new("Plume", bpy.data.volumes.new("Plume"))
+    item.modifiers.new("Plume", "NODES").node_group = tree
+    item.location, item.rotation_euler = _MIDDLE, (0.0, 0.0, 0.5)
+    scene.collection.objects.link(item)
+    return item
 
 
 def _hang_torch(scene: bpy.types.Scene, watts: float) -> None:

@@ -7,7 +7,7 @@ import numpy as np
 
 from ..uw_spectral.clouds.puff import Puff
 from . import attributes, water_volume
-from .node_mathematics import NODES, Graph, NodeValue, new_group
+from .node_mathematics import NODES, Graph, NodeValue
 from .water_volume import ScatteringLobe
 
 NAME = "UW Cloud"
@@ -33,19 +33,6 @@ def build_grid(
         return NODES.maximum(graph.term(node.outputs["Factor"]), 0.0) * _wet(graph)
 
     return _named(water_volume.build(lobes, attributes.cloud(index), density))
-
-
-def build_dress(material: bpy.types.Material) -> bpy.types.NodeTree:
-    """Build the geometry nodes that give a volume its material, wherever it comes from."""
-    tree = new_group(NAME, "GeometryNodeTree")
-    tree.is_modifier = True
-    for way in ("OUTPUT", "INPUT"):
-        tree.interface.new_socket("Geometry", in_out=way, socket_type="NodeSocketGeometry")
-    dressed = tree.nodes.new("GeometryNodeSetMaterial")
-    dressed.inputs["Material"].default_value = material
-    tree.links.new(tree.nodes.new("NodeGroupInput").outputs[0], dressed.inputs["Geometry"])
-    tree.links.new(dressed.outputs[0], tree.nodes.new("NodeGroupOutput").inputs[0])
-    return tree
 
 
 def _named(material: bpy.types.Material) -> bpy.types.Material:

@@ -34,6 +34,36 @@ def summed(
     return tuple(graph.term(end.outputs[name]) for name in names)
 
 
+def followed(
+    graph: Graph,
+    count: int,
+    terms: Callable[[NodeValue, NodeValue], tuple[NodeValue, Sequence[NodeValue]]],
+) -> tuple[NodeValue, ...]:
+    """Add up a number over 0 to count - 1, and terms that know its sum before them.
+
+    Parameters
+    ----------
+    graph : Graph
+    count : int
+    terms : callable
+        Makes the nodes of one iteration, for its index and that sum: returns the number, and terms.
+    """
+    begin, end = _zone(graph, count)
+    names = ["Sum 0"]
+    with graph.apart():
+        end.repeat_items.clear()
+        end.repeat_items.new("FLOAT", names[0])
+        before = graph.term(begin.outputs[names[0]])
+        number, others = terms(graph.term(begin.outputs["Iteration"]), before)
+        found = (number, *others)
+        for place, term in enumerate(others, 1):
+            names.append(f"Sum {place}")
+            end.repeat_items.new("FLOAT" if term.size == 1 else "VECTOR", names[place])
+        for name, term in zip(names, found, strict=True):
+            graph.assign(graph.term(begin.outputs[name]) + term, end.inputs[name])
+    return tuple(graph.term(end.outputs[name]) for name in names)
+
+
 def iterated(
     graph: Graph,
     count: int,

@@ -59,7 +59,7 @@ def build(shape: Shape, sources: Sources) -> bpy.types.ShaderNodeTree:
     if "B_single" in shape.layers:
         once = ray.single_scattering(y_o, y_e, w, P) * path_shade.once
         pixel = replace(pixel, single_scattering=once)
-    if shape.clouds:
+    if shape.floating:
         group = realtime_clouds.build(shape, sources, ahead=True)
         veil = realtime_clouds.veil_of(in_group(graph, group, {}))
         pixel = veiled(pixel, veil, ray, y_o, w)

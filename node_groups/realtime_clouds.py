@@ -4,17 +4,26 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 
 import bpy
 import numpy as np
+from numpy.typing import NDArray
 
-from ..uw_spectral.clouds.cloud_light import ESCAPES, ArrayRow, CloudNumbers, Clouds, Veil
-from ..uw_spectral.mathematics import Mathematics, Operand
+from ..uw_spectral.clouds.cloud_light import (
+    ESCAPES,
+    ArrayRow,
+    CloudNumbers,
+    Clouds,
+    Together,
+    Veil,
+)
+from ..uw_spectral.mathematics import Operand
 from ..uw_spectral.transfer.radiance_field import distance_in_water
 from ..uw_spectral.transfer.sun_beam import half_angle2
 from ..uw_spectral.water.phase import PhaseFunction
-from .loops import summed
+from . import cloud_grids
+from .loops import followed, summed
 from .node_mathematics import NODES, PART_SIZE, Graph, NodeValue, new_group
 from .realtime_lamps import CloudsOf
 from .realtime_rays import camera_place, place_here, view_direction, view_distance
@@ -34,7 +43,7 @@ _OF_PLACE = {"middle": 1, "rows": 3}
 _TRIPLES = {
     field.name: _OF_PLACE.get(field.name, 1)
     for field in fields(CloudNumbers)
-    if field.name not in (*_SINGLE, "escapes")
+    if field.name not in (*_SINGLE, "escapes", "grid")
 }
 _FIRST = -(-len(_SINGLE) // 3)  # texels of single numbers
 _ESCAPES = _FIRST + sum(_TRIPLES.values())
@@ -68,7 +77,8 @@ def build(shape: Shape, sources: Sources, *, ahead: bool) -> bpy.types.ShaderNod
     def add_up(count: int, terms: object) -> tuple[NodeValue, ...]:
         return summed(graph, count, terms)  # pyright: ignore[reportArgumentType]
 
-    veil = clouds.veil(origin, w, P, half_angle2(w, found.of(*SUN), NODES), add_up)
+    follow = functools.partial(followed, graph)
+    veil = clouds.veil(origin, w, P, half_angle2(w, found.of(*SUN), NODES), add_up, follow)
     results: dict[str, Operand] = {
         UNSCATTERED: veil.unscattered,
         PASSED: veil.passed,
@@ -105,14 +115,39 @@ def write_clouds(image: bpy.types.Image, clouds: Sequence[CloudNumbers]) -> None
     out = np.zeros((len(clouds), _WIDTH, 4), np.float32)
     out[..., 3] = 1.0
     for row, cloud in zip(out, clouds, strict=True):
-        single = [getattr(cloud, name) for name in _SINGLE] + [0.0] * (3 * _FIRST - len(_SINGLE))
-        values = [np.ravel(getattr(cloud, name)) for name in _TRIPLES]
-        row[:_ESCAPES, :3] = np.reshape(np.concatenate([single, *values]), (-1, 3))
+        row[:_ESCAPES, :3] = _texels(cloud)
         if cloud.escapes is not None:
             assert isinstance(cloud.escapes, ArrayRow)
             row[_ESCAPES:, :3] = cloud.escapes.values
     image.pixels.foreach_set(np.ravel(out))
     image.update()
+
+
+def write_grids(image: bpy.types.Image, clouds: Sequence[CloudNumbers]) -> None:
+    """Put the numbers of clouds with grids, and these, into an image of their number."""
+    cloud_grids.write(image, [(_texels(cloud), cloud.grid) for cloud in clouds])
+
+
+def _texels(cloud: CloudNumbers) -> NDArray[np.float64]:
+    """Return what all clouds have, three numbers each."""
+    single = [getattr(cloud, name) for name in _SINGLE] + [0.0] * (3 * _FIRST - len(_SINGLE))
+    values = [np.ravel(getattr(cloud, name)) for name in _TRIPLES]
+    return np.reshape(np.concatenate([single, *values]), (-1, 3))
+
+
+def _read(graph: Graph, image: bpy.types.Image, row: NodeValue | float) -> CloudNumbers:
+    """Look up what all clouds have in a row of an image."""
+    texels = [closest(graph, image, float(i), row) for i in range(_ESCAPES)]
+    first = _FIRST
+    single = [x for place in texels[:first] for x in graph.components(place)]
+    parts: dict[str, Operand] = dict(zip(_SINGLE, single, strict=False))
+    for name, size in _TRIPLES.items():
+        found = texels[first : first + size]
+        first += size
+        parts[name] = found[0]
+        if name in _OF_PLACE:
+            parts[name] = [x for place in found for x in graph.components(place)]
+    return CloudNumbers(**parts)
 
 
 @dataclass(frozen=True, eq=False)
@@ -170,29 +205,39 @@ class CloudTable:
 
         return NODES.exp(self.graph.vector(*summed(self.graph, self.count, logarithms)))
 
-    def others(self, whole: Callable[[], Operand], own: Operand, m: Mathematics) -> Operand:
-        """Share that the others leave."""
-        return 1.0 if self.count == 1 else m.exp(own - whole())
+    @property
+    def alone(self) -> bool:
+        """Whether there is one only."""
+        return self.count == 1
+
+    @property
+    def grids(self) -> Sequence[CloudNumbers]:
+        """None of them."""
+        return ()
 
     def _cloud(self, index: NodeValue | float) -> CloudNumbers:
-        texels = [closest(self.graph, self.image, float(i), index) for i in range(_ESCAPES)]
-        first = _FIRST
-        single = [x for place in texels[:first] for x in self.graph.components(place)]
-        parts: dict[str, Operand] = dict(zip(_SINGLE, single, strict=False))
-        for name, size in _TRIPLES.items():
-            found = texels[first : first + size]
-            first += size
-            parts[name] = found[0]
-            if name in _OF_PLACE:
-                parts[name] = [x for place in found for x in self.graph.components(place)]
-        return CloudNumbers(**parts, escapes=_Escapes(self.graph, self.image, index))
+        found = _read(self.graph, self.image, index)
+        return replace(found, escapes=_Escapes(self.graph, self.image, index))
 
 
 def clouds_in(graph: Graph, sources: Sources, shape: Shape) -> Clouds:
     """Return the clouds in a node tree."""
-    assert sources.clouds is not None, "there are clouds"
     sun = Values(graph, sources.values, shape).of(*SUN)
-    return Clouds(CloudTable(graph, sources.clouds), kinds(shape.clouds), sun, NODES)
+    group = None if sources.clouds is None else CloudTable(graph, sources.clouds)
+    if sources.grids is not None:
+        group = Together(group, grids_in(graph, sources.grids))
+    assert group is not None, "there are clouds"
+    return Clouds(group, kinds(shape.floating), sun, NODES)
+
+
+def grids_in(graph: Graph, image: bpy.types.Image) -> list[CloudNumbers]:
+    """Return the clouds with grids in an image, in a node tree."""
+    return [
+        replace(
+            _read(graph, image, cloud_grids.row(index)), grid=cloud_grids.grid(graph, image, index)
+        )
+        for index in range(cloud_grids.count(image))
+    ]
 
 
 def for_lamps(sources: Sources, shape: Shape) -> CloudsOf | None:
@@ -204,7 +249,7 @@ def for_lamps(sources: Sources, shape: Shape) -> CloudsOf | None:
 
 def is_crowded(shape: Shape) -> bool:
     """Whether constants have to be few: clouds and lamps together need most that a shader holds."""
-    return bool(shape.clouds and shape.lamps)
+    return bool(shape.floating and shape.lamps)
 
 
 def kinds(phases: Sequence[PhaseFunction]) -> list[PhaseFunction]:

@@ -165,7 +165,7 @@ class _Surface:
         self._around = self._water.around(here)
         self._lamps = {} if sources.lamps is None else self._lit_by_lamps(sources)
         self._clouds = {}
-        if shape.clouds:
+        if shape.floating:
             group = realtime_clouds.build(shape, sources, ahead=False)
             self._clouds = in_group(graph, group, {})
         self._thing = self._made_thing()

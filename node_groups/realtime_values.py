@@ -132,8 +132,8 @@ class Shape:
         Whether things emit light.
     measured : int
         Measured reflectances.
-    clouds : tuple of PhaseFunction
-        Of the matter of each cloud.
+    clouds, grids : tuple of PhaseFunction
+        Of the matter of each cloud: of puffs, and of grids.
     port : bool
         Whether the camera looks through a port, where the water begins.
     mirrored_things : bool
@@ -169,6 +169,7 @@ class Shape:
     glows: bool = False
     measured: int = 0
     clouds: tuple[PhaseFunction, ...] = ()
+    grids: tuple[PhaseFunction, ...] = ()
     port: bool = False
     mirrored_things: bool = False
     fluorophores: int = 0
@@ -176,6 +177,11 @@ class Shape:
     raised: bool = False
     foam: bool = False
     window: bool = False
+
+    @property
+    def floating(self) -> tuple[PhaseFunction, ...]:
+        """Of the matter of all clouds."""
+        return self.clouds + self.grids
 
 
 @dataclass(frozen=True, eq=False)

@@ -75,6 +75,8 @@ class Sources:
         Of :mod:`.realtime_tables`, where things fluoresce: of the light that excites them.
     clouds : Image, optional
         Of :mod:`.realtime_clouds`.
+    grids : Image, optional
+        Of :mod:`.cloud_grids`.
     """
 
     values: bpy.types.ShaderNodeTree
@@ -88,6 +90,7 @@ class Sources:
     exciting: bpy.types.Image | None = None
     window: bpy.types.Image | None = None
     clouds: bpy.types.Image | None = None
+    grids: bpy.types.Image | None = None
 
 
 def layout_of(shape: Shape) -> Layout:

@@ -18,7 +18,8 @@ NAME = "UW Plain"
 STANDS_IN = "uw_stands_in"
 """Property of the material: it goes when the water goes."""
 _ADDED = "uw_slot"  # property of a data-block: its one slot is not its own
-_MODIFIER = "UW Material"
+MODIFIER = "UW Material"
+"""Name of the modifier that gives things a material while water is there."""
 _KINDS = {"MESH", "CURVE", "SURFACE", "META", "FONT", "CURVES", "POINTCLOUD"}
 
 
@@ -70,7 +71,7 @@ def dress(
         layer.update()
         for item in (i for i in makers if _makes_bare(i, layer.depsgraph)):
             material = material or _grey()
-            item.modifiers.new(_MODIFIER, "NODES").node_group = _setting(material)
+            give_material(item, material)
     return material, notes
 
 
@@ -78,10 +79,10 @@ def undress(kept: Collection[bpy.types.Object]) -> None:
     """Take the materials back that stand in, but for those of some objects."""
     data = {item.data for item in kept}
     for item in bpy.data.objects:
-        if item in kept or item.type not in _KINDS:
+        if item in kept or item.type not in {*_KINDS, "VOLUME"}:
             continue
-        if _MODIFIER in item.modifiers and item.is_editable:
-            item.modifiers.remove(item.modifiers[_MODIFIER])
+        if MODIFIER in item.modifiers and item.is_editable:
+            item.modifiers.remove(item.modifiers[MODIFIER])
         for slot in _standing_in(item):
             if slot.link == "OBJECT" or item.data not in data:
                 slot.material = None
@@ -98,7 +99,7 @@ def _may_make_bare(item: bpy.types.Object) -> bool:
         and MARK not in item
         and item.is_editable
         and item.override_library is None
-        and _MODIFIER not in item.modifiers
+        and MODIFIER not in item.modifiers
         and any(modifier.type == "NODES" for modifier in item.modifiers)
     )
 
@@ -111,9 +112,14 @@ def _makes_bare(item: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> bool:
     return bare and geometry.instances_pointcloud() is None
 
 
-def _setting(material: bpy.types.Material) -> bpy.types.NodeTree:
+def give_material(item: bpy.types.Object, material: bpy.types.Material) -> None:
+    """Give what an object's modifiers make a material."""
+    item.modifiers.new(MODIFIER, "NODES").node_group = setting(material)
+
+
+def setting(material: bpy.types.Material) -> bpy.types.NodeTree:
     """Make geometry nodes that set a material."""
-    tree = new_group(_MODIFIER, "GeometryNodeTree")
+    tree = new_group(MODIFIER, "GeometryNodeTree")
     tree.is_modifier = True
     for way in ("INPUT", "OUTPUT"):
         tree.interface.new_socket("Geometry", in_out=way, socket_type="NodeSocketGeometry")

@@ -25,9 +25,6 @@ _NEITHER = (
 )
 _ABOVE = "its middle is above the water, and it is not drawn; lower it"
 _SHAFTS = "shafts of light are drawn as if it were not there"
-_AS_PUFF = (
-    "EEVEE does not draw clouds of volume objects; Cycles does, or add an empty as a cloud there"
-)
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,13 +49,16 @@ class SceneClouds:
         pairs = zip(self.objects, self.clouds, strict=True)
         return tuple(cloud for item, cloud in pairs if item.type == PUFF)
 
+    @property
+    def grids(self) -> tuple[tuple[bpy.types.Object, Cloud], ...]:
+        """Those of volume objects, with these; their density is read by :mod:`.volume_grids`."""
+        pairs = zip(self.objects, self.clouds, strict=True)
+        return tuple((item, cloud) for item, cloud in pairs if item.type == GRID)
+
     def unseen_by_eevee(self, *, shafts: bool) -> tuple[str, ...]:
         """Return what EEVEE does not draw of them, one line each."""
         notes = list(self.notes)
         for item in self.objects:
-            if item.type == GRID:
-                notes.append(f"cloud {item.name!r}: {_AS_PUFF}")
-                continue
             notes += [f"cloud {item.name!r}: {_SHAFTS}"] if shafts else []
         return tuple(notes)
 
@@ -68,12 +68,16 @@ def objects_of(scene: bpy.types.Scene) -> list[bpy.types.Object]:
     return [item for item in _marked(scene) if item.type in (PUFF, GRID)]
 
 
+def grids_of(scene: bpy.types.Scene) -> list[bpy.types.Object]:
+    """Return those of them that have grids."""
+    return [item for item in objects_of(scene) if item.type == GRID]
+
+
 def said_of(item: bpy.types.Object) -> tuple[str, ...]:
     """Return what to know of an object that is marked as a cloud, for the panel."""
     if item.type not in (PUFF, GRID):
         return (_NEITHER,)
-    notes = (_AS_PUFF,) if item.type == GRID else ()
-    return (*notes, _ABOVE) if is_above(item) else notes
+    return (_ABOVE,) if is_above(item) else ()
 
 
 def is_above(item: bpy.types.Object) -> bool:

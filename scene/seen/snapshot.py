@@ -58,8 +58,8 @@ class Snapshot:
         such seabed; None without that floor.
     seabed_colour : three floats
         Of that floor, linear Rec.709.
-    clouds : tuple of (Cloud, float)
-        Clouds, and how far each is from the camera, m.
+    clouds, grids : tuple of (Cloud, float)
+        Clouds that are puffs, and that have grids, and how far each is from the camera, m.
     cloud_notes : tuple of str
         What is not drawn of clouds.
     frame : four floats
@@ -78,6 +78,7 @@ class Snapshot:
     seabed: float | None = None
     seabed_colour: tuple[float, float, float] = (0.5, 0.5, 0.5)
     clouds: tuple[tuple[Cloud, float], ...] = ()
+    grids: tuple[tuple[Cloud, float], ...] = ()
     cloud_notes: tuple[str, ...] = ()
     frame: tuple[float, ...] = (0.0, 0.0, 0.0, 0.0)
     port: float = 0.0

@@ -7,10 +7,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...node_groups import attributes, cloud_volume
+from ...node_groups.node_mathematics import MARK
 from ...settings.render_plan import RenderPlan
 from ...settings.scene_settings import BOUNDED
 from ...uw_spectral.clouds.puff import REACH
 from .. import marks
+from ..materials import bare_surfaces
 from ..seen.clouds import GRID, PUFF, SceneClouds, clouds_of, outline
 from . import scene_water
 from .cycles_phase import CyclesPhase, cycles_phase
@@ -43,8 +45,7 @@ def add_clouds(scene: bpy.types.Scene, plan: RenderPlan) -> list[str]:
         made.data.materials.append(material)
         if item.type == GRID:
             # What geometry nodes make has a material of its own, or none.
-            tree = cloud_volume.build_dress(material)
-            made.modifiers.new(tree.name, "NODES").node_group = tree
+            bare_surfaces.give_material(made, material)
         scene_water.link(scene, made)
         made[marks.CLOUD] = index
         if item.type == GRID:
@@ -64,6 +65,24 @@ def values(scene: bpy.types.Scene, plan: RenderPlan) -> dict[str, NDArray[np.flo
             out[attributes.asymmetry(layer, number)] = asymmetry
             out[attributes.alpha(layer, number)] = alpha
     return out
+
+
+def clear(item: bpy.types.Object) -> str:
+    """Keep EEVEE from drawing a volume object by itself while there is water.
+
+    Returns
+    -------
+    str
+        What to say if it could not be done.
+    """
+    if not item.is_editable:
+        return f"cloud {item.name!r} is linked and drawn twice by EEVEE; make it local"
+    if bare_surfaces.MODIFIER not in item.modifiers:
+        material = bpy.data.materials.new(NAME)
+        material.node_tree.nodes.clear()
+        material[MARK] = True
+        bare_surfaces.give_material(item, material)
+    return ""
 
 
 def hide(item: bpy.types.Object) -> None:

@@ -134,7 +134,13 @@ def eevee_water(
     floating = clouds.clouds_of(scene, plan.bands.centres)
     if floating.objects:
         unseen = floating.unseen_by_eevee(shafts=plan.draws_shafts)
-        seen = replace(seen, clouds=_away(floating.puffs, place), cloud_notes=unseen)
+        grids, empty = kept.grids.of(scene, floating.grids, unchanged=unchanged)
+        seen = replace(
+            seen,
+            clouds=_away(floating.puffs, place),
+            grids=_away(grids, place),
+            cloud_notes=(*unseen, *empty),
+        )
     if ground is not None:
         seen = replace(seen, seabed_colour=ground.colour)
     frame = cameras.orthographic_frame(scene, eye.camera)
@@ -156,9 +162,9 @@ def eevee_water(
     )
 
 
-def _away(puffs: Sequence[Cloud], place: Sequence[float]) -> tuple[tuple[Cloud, float], ...]:
+def _away(clouds: Sequence[Cloud], place: Sequence[float]) -> tuple[tuple[Cloud, float], ...]:
     """Return clouds with how far each is from a place, m."""
-    return tuple((puff, math.dist(puff.puff.middle, place)) for puff in puffs)
+    return tuple((cloud, math.dist(cloud.puff.middle, place)) for cloud in clouds)
 
 
 def _cover(

@@ -21,7 +21,7 @@ from ...node_groups import (
 )
 from ...node_groups.realtime_values import Numbers, Shape
 from ...uw_spectral.clouds.cloud_light import CloudNumbers
-from ...uw_spectral.clouds.solved_cloud import cloud_numbers, lamplight_on
+from ...uw_spectral.clouds.solved_cloud import Cloud, cloud_numbers, lamplight_on
 from ...uw_spectral.lamps.multiple_scattering import LampWater, lamp_water
 from ...uw_spectral.shade.carried_light import CarriedLight, carried_light
 from ...uw_spectral.shade.view_cover import ViewCover
@@ -336,10 +336,18 @@ class RealtimeWater:
 
     @property
     def clouds(self) -> list[CloudNumbers]:
-        """Numbers of the clouds."""
+        """Numbers of the clouds that are puffs."""
+        return self._numbers_of(self.seen.clouds)
+
+    @property
+    def grids(self) -> list[CloudNumbers]:
+        """Numbers of those that have grids."""
+        return self._numbers_of(self.seen.grids)
+
+    def _numbers_of(self, clouds: Sequence[tuple[Cloud, float]]) -> list[CloudNumbers]:
         lamps, found = self.seen.lamps.lamps, []
-        phases = realtime_clouds.kinds(self.shape.clouds)
-        for cloud, away in self.seen.clouds:
+        phases = realtime_clouds.kinds(self.shape.floating)
+        for cloud, away in clouds:
             lit = None
             if self.around_lamps is not None:
                 lit = lamplight_on(cloud, lamps, self.around_lamps)
@@ -453,6 +461,7 @@ def realtime_water(
         fluorophores=len(seen.fluorescent.fluorophores),
         fluorescent=tuple(seen.fluorescent.materials),
         clouds=tuple(cloud.matter.phase for cloud, _ in seen.clouds),
+        grids=tuple(cloud.matter.phase for cloud, _ in seen.grids),
     )  # fmt: skip
     around_lamps = lamps.around
     if lamps.lamps and around_lamps is None:

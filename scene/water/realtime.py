@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...node_groups import (
+    cloud_grids,
     realtime_background,
     realtime_clouds,
     realtime_cover,
@@ -42,9 +43,10 @@ from .. import contents, marks
 from ..materials import bare_surfaces, fluorescence, hidden_above, realtime_materials
 from ..materials.inserted import own_input
 from ..materials.realtime_materials import Surfaces
+from ..seen import clouds
 from ..seen.closed_bodies import closed_materials
 from ..seen.mirrored_eye import RISES, materials_above
-from . import apparent_places, particles, scene_water
+from . import apparent_places, cloud_volumes, particles, scene_water
 from .frame_water import FLOOR, LONGEST_SHAFT, RealtimeWater
 from .water_body import WaterExtent, box
 
@@ -55,7 +57,7 @@ _SHADE = "uw_shade"
 _COVER = "uw_cover"
 _LAMPS, _SOURCES = "uw_lamps", "uw_lamp_sources"
 _APPARENT, _MIRRORED, _WINDOW = "uw_apparent", "uw_mirrored", "uw_window"
-_EXCITING, _CLOUDS = "uw_exciting", "uw_clouds"
+_EXCITING, _CLOUDS, _GRIDS = "uw_exciting", "uw_clouds", "uw_cloud_grids"
 _PLAIN, _FILTER, _HIGHLIGHT = "uw_plain", "uw_filter", "uw_highlight "
 # Columns of red, green and blue come before those of measured reflectances.
 _FIRST_MEASURED = 3
@@ -116,8 +118,9 @@ def add_realtime(scene: bpy.types.Scene, water: RealtimeWater, extent: WaterExte
     window = realtime_mirror.new_image(realtime_window.NAME) if shape.window else None
     exciting = realtime_tables.new_image(exciting_layout(shape)) if shape.fluorophores else None
     floating = realtime_clouds.new_image(shape) if shape.clouds else None
+    grids = cloud_grids.new_image(len(shape.grids)) if shape.grids else None
     sources = Sources(
-        values, table, shade, cover, lit, images, rays, mirrored, exciting, window, floating
+        values, table, shade, cover, lit, images, rays, mirrored, exciting, window, floating, grids
     )
     surface = realtime_surface.build(shape, sources)
     keeping = realtime_surface.build(shape, sources, keeps=True) if water.keeps_closures else None
@@ -179,6 +182,7 @@ def add_realtime(scene: bpy.types.Scene, water: RealtimeWater, extent: WaterExte
                 (_WINDOW, window),
                 (_EXCITING, exciting),
                 (_CLOUDS, floating),
+                (_GRIDS, grids),
                 (marks.FLUORESCENT, fluorescent),
                 (_PLAIN, plain),
                 *((_HIGHLIGHT + kind, group) for kind, group in highlights.items()),
@@ -190,6 +194,9 @@ def add_realtime(scene: bpy.types.Scene, water: RealtimeWater, extent: WaterExte
         floor_shades=False,
     )
     notes += water.seen.cloud_notes
+    if shape.grids:
+        cleared = (cloud_volumes.clear(item) for item in clouds.grids_of(scene))
+        notes += [said for said in cleared if said]
     notes += [*water.seen.lamps.notes, *scene_water.add(scene, filling, water.column, extent)]
     values[_OWNER] = marks.collection_of(scene)
     set_values(scene, water)
@@ -250,6 +257,8 @@ def set_values(scene: bpy.types.Scene, water: RealtimeWater) -> None:
         realtime_cover.write_cover(marks.part(scene, _COVER), water.carried)
     if water.shape.clouds:
         realtime_clouds.write_clouds(marks.part(scene, _CLOUDS), water.clouds)
+    if water.shape.grids:
+        realtime_clouds.write_grids(marks.part(scene, _GRIDS), water.grids)
     if water.around_lamps is not None:
         _set_lamps(scene, water, water.around_lamps)
     if water.waves is not None:

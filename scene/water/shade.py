@@ -22,6 +22,7 @@ from ...uw_spectral.transfer.water_column import WaterColumn
 from ..seen.lamp_shadows import KeptLampShadows
 from ..seen.surface_samples import KeptSamples
 from ..seen.surroundings import Ground, Surroundings, look_around
+from ..seen.volume_grids import KeptGrids
 
 Array = NDArray[np.float64]
 
@@ -85,6 +86,7 @@ class Kept:
         self._looked: tuple[tuple[object, ...], Surroundings] | None = None
         self.samples = KeptSamples()
         self.lamp_shadows = KeptLampShadows()
+        self.grids = KeptGrids(of_job=of_job)
         self.picture = KeptPicture()
         self.ground: Ground | None = None
         """That of the last look around."""

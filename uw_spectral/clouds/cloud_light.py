@@ -25,6 +25,8 @@ from numpy.typing import NDArray
 
 from ..lamps.angular_spread import interpolated
 from ..mathematics import NUMPY, Mathematics, Operand, dot
+from . import density_grid
+from .density_grid import Grid
 from .puff import FAR, Puff, RayInPuff
 
 STEPS = 8
@@ -42,6 +44,10 @@ _FARTHEST_OUT = 4.5  # standard deviations
 
 Sum = Callable[[int, Callable[[Operand], Sequence[Operand]]], Sequence[Operand]]
 """Adds up terms of 0 to count - 1."""
+March = Callable[
+    [int, Callable[[Operand, Operand], tuple[Operand, Sequence[Operand]]]], Sequence[Operand]
+]
+"""Adds up the same of a number, and of terms that know the sum of the number before them."""
 
 
 class Row(Protocol):
@@ -96,6 +102,9 @@ class CloudNumbers:
     escapes : Row, optional
         What :meth:`escaping` is at so many standard deviations from the middle, as a mean over
         all sides; see :func:`with_escapes`.
+    grid : Grid, optional
+        Its density, if it is none of a puff: ``middle`` and ``rows`` are then those of the puff
+        that is most like it.
     """
 
     middle: Sequence[Operand]
@@ -118,14 +127,25 @@ class CloudNumbers:
     peak: Operand
     kind: Operand = 0.0
     escapes: Row | None = None
+    grid: Grid | None = None
 
     @property
     def puff(self) -> Puff:
         """Where it is."""
         return Puff(self.middle, self.rows)
 
+    def towards_sun(
+        self, point: Sequence[Operand], back: Sequence[Operand], m: Mathematics
+    ) -> Operand:
+        """Integral of the density from a place along the direction to the sun, m."""
+        if self.grid is not None:
+            return self.grid.towards_sun(point, back, m)
+        return self.puff.along(point, back, m).column(FAR, m)
+
     def escaping(self, point: Sequence[Operand], m: Mathematics) -> Operand:
         """Share of light scattered at a place that leaves the cloud, in channels."""
+        if self.grid is not None:
+            return m.exp(-self.kept * self.grid.at(point, m)[2])
         return _sum([m.exp(-self.kept * x) for x in self.puff.outwards(point, m)]) / 6.0
 
     def escaping_about(self, point: Sequence[Operand], m: Mathematics) -> Operand:
@@ -198,6 +218,18 @@ def add_up(count: int, terms: Callable[[Operand], Sequence[Operand]]) -> Sequenc
     return _added([terms(float(i)) for i in range(count)])
 
 
+def march(
+    count: int, terms: Callable[[Operand, Operand], tuple[Operand, Sequence[Operand]]]
+) -> Sequence[Operand]:
+    """Add up as :data:`March` says, of arrays."""
+    before, found = 0.0, []
+    for index in range(count):
+        number, others = terms(float(index), before)
+        before = before + number
+        found.append((number, *others))
+    return _added(found)
+
+
 def _added(found: Sequence[Sequence[Operand]]) -> Sequence[Operand]:
     return [functools.reduce(operator.add, parts) for parts in zip(*found, strict=True)]
 
@@ -213,8 +245,14 @@ class Group(Protocol):
         """Multiply channels of each cloud, which are positive."""
         ...
 
-    def others(self, whole: Callable[[], Operand], own: Operand, m: Mathematics) -> Operand:
-        """Share of light that all clouds but one leave, of the exponents of all and of that one."""
+    @property
+    def alone(self) -> bool:
+        """Whether there is one only."""
+        ...
+
+    @property
+    def grids(self) -> Sequence[CloudNumbers]:
+        """Those that have a grid."""
         ...
 
 
@@ -237,9 +275,45 @@ class Several:
         """Multiply factors of each."""
         return functools.reduce(operator.mul, [factor(cloud) for cloud in self.clouds])
 
-    def others(self, whole: Callable[[], Operand], own: Operand, m: Mathematics) -> Operand:
-        """Share that the others leave."""
-        return 1.0 if len(self.clouds) == 1 else m.exp(own - whole())
+    @property
+    def alone(self) -> bool:
+        """Whether there is one only."""
+        return len(self.clouds) == 1
+
+    @property
+    def grids(self) -> Sequence[CloudNumbers]:
+        """Those that have a grid."""
+        return [cloud for cloud in self.clouds if cloud.grid is not None]
+
+
+@dataclass(frozen=True, eq=False)
+class Together:
+    """Puffs, and grids one by one; a :class:`Group`.
+
+    Attributes
+    ----------
+    puffs : Group, optional
+    grids : sequence of CloudNumbers
+        One or more.
+    """
+
+    puffs: Group | None
+    grids: Sequence[CloudNumbers]
+
+    @property
+    def alone(self) -> bool:
+        """Whether there is one only."""
+        return self.puffs is None and len(self.grids) == 1
+
+    def total(self, terms: Callable[[CloudNumbers], Sequence[Operand]]) -> Sequence[Operand]:
+        """Add up terms of each."""
+        own = [] if self.puffs is None else [self.puffs.total(terms)]
+        return _added([*own, *(terms(cloud) for cloud in self.grids)])
+
+    def product(self, factor: Callable[[CloudNumbers], Operand]) -> Operand:
+        """Multiply factors of each."""
+        own = [] if self.puffs is None else [self.puffs.product(factor)]
+        return functools.reduce(operator.mul, [*own, *(factor(cloud) for cloud in self.grids)])
 
 
 @dataclass(frozen=True, eq=False)
@@ -261,9 +335,14 @@ class Clouds:
     sun: Sequence[Operand]
     m: Mathematics = NUMPY
 
+    @property
+    def back(self) -> list[Operand]:
+        """Unit direction to the sun."""
+        return [-x for x in self.sun]
+
     def sunlight_left(self, point: Sequence[Operand]) -> Operand:
         """Share of the sun's light that clouds leave on a thing at a place, in channels."""
-        return self.left("kept", lambda cloud: self._towards_sun(cloud, point))
+        return self.left("kept", lambda cloud: cloud.towards_sun(point, self.back, self.m))
 
     def skylight_left(self, point: Sequence[Operand]) -> Operand:
         """Share of all other light from above that they leave there, in channels.
@@ -273,7 +352,8 @@ class Clouds:
 
         def left(cloud: CloudNumbers) -> Operand:
             share = cloud.spread / (cloud.spread + cloud.ambient + _LEAST)
-            kept = self.m.exp(-(cloud.kept * self._towards_sun(cloud, point)))
+            column = cloud.towards_sun(point, self.back, self.m)
+            kept = self.m.exp(-(cloud.kept * column))
             return 1.0 - share * (1.0 - kept)
 
         return self.group.product(left)
@@ -297,6 +377,7 @@ class Clouds:
         P: Operand,
         s2: Operand,
         add: Sum = add_up,
+        follow: March = march,
     ) -> Veil:
         """Return what clouds on a path do to what is seen along it.
 
@@ -310,18 +391,28 @@ class Clouds:
             Length of the path, m.
         s2 : number
             sin² of half the angle by which sunlight turns to travel against w.
-        add : callable
-            Adds up the steps.
+        add, follow : callable
+            Add up the steps, through puffs and through grids.
         """
         m = self.m
 
+        # Loops cannot look into each other: what others need of grids is found before.
+        grids = () if self.group.alone else self.group.grids
+        rays = [self._moments(x.grid, origin, w, P, add) for x in grids if x.grid is not None]
+
         def way(cloud: CloudNumbers) -> RayInPuff:
+            for other, ray in zip(grids, rays, strict=True):
+                if other is cloud:
+                    return ray
             return cloud.puff.along(origin, w, m)
 
         def of_cloud(cloud: CloudNumbers) -> Sequence[Operand]:
+            p = self.bluntly(cloud, s2)
+            if cloud.grid is not None:
+                found = self._through_grid(cloud, cloud.grid, origin, w, P, p, way, follow)
+                return of_column(cloud, *found)
             ray = way(cloud)
             share = ray.column(P, m)
-            p = self.bluntly(cloud, s2)
             start = m.clamp(ray.middle - SPAN / ray.rate, 0.0 * P, P)
             step = (m.clamp(ray.middle + SPAN / ray.rate, 0.0 * P, P) - start) / STEPS
 
@@ -334,7 +425,11 @@ class Clouds:
                 return self._source(cloud, point, s, p, w)
 
             (light,) = add(STEPS, self.steps(cloud, way, places, (0.0, P, STEPS), source))
-            middle = m.clamp(ray.middle, 0.0 * P, P) * share
+            return of_column(cloud, share, light, m.clamp(ray.middle, 0.0 * P, P) * share)
+
+        def of_column(
+            cloud: CloudNumbers, share: Operand, light: Operand, middle: Operand
+        ) -> Sequence[Operand]:
             direct, scaled = cloud.extinction * share, cloud.scaled * share
             return direct, scaled, light, middle, cloud.forward * share, share
 
@@ -377,8 +472,10 @@ class Clouds:
             def dimmed(other: CloudNumbers) -> Sequence[Operand]:
                 return (other.scaled * ray(other).column(here, m),)
 
-            own = cloud.scaled * own_ray.column(here, m)
-            share = (left - gone) * self.group.others(lambda: self.group.total(dimmed)[0], own, m)
+            share = left - gone
+            if not self.group.alone:
+                own = cloud.scaled * own_ray.column(here, m)
+                share = share * m.exp(own - self.group.total(dimmed)[0])
             return (share * source(here),)
 
         return term
@@ -391,25 +488,74 @@ class Clouds:
             p = self.m.select(chosen, phase.per_steradian(s2, self.m), p)
         return self.m.minimum(p / (1.0 - cloud.peak), cloud.ceiling)
 
+    def _moments(
+        self, grid: Grid, origin: Sequence[Operand], w: Sequence[Operand], P: Operand, add: Sum
+    ) -> RayInPuff:
+        """Return the way through a grid as that through a puff of the same moments."""
+        m = self.m
+        start, step = grid.steps(origin, w, P, m)
+
+        def moments(index: Operand) -> Sequence[Operand]:
+            s = start + (index + 0.5) * step
+            point = [x + along * s for x, along in zip(origin, w, strict=True)]
+            column = grid.at(point, m)[0] * step
+            return column, column * s, column * s * s
+
+        return density_grid.ray_of(*add(density_grid.STEPS, moments), m)
+
+    def _through_grid(
+        self, cloud: CloudNumbers, grid: Grid, origin: Sequence[Operand], w: Sequence[Operand],
+        P: Operand, p: Operand, way: Callable[[CloudNumbers], RayInPuff], follow: March,
+    ) -> Sequence[Operand]:  # fmt: skip
+        """Column of a grid along a path, its light, and its column times the distance."""
+        m = self.m
+        start, step = grid.steps(origin, w, P, m)
+
+        def term(index: Operand, before: Operand) -> tuple[Operand, Sequence[Operand]]:
+            s = start + (index + 0.5) * step
+            point = [x + along * s for x, along in zip(origin, w, strict=True)]
+            here = grid.at(point, m)
+            column = here[0] * step
+            left, gone = (m.exp(-cloud.scaled * x) for x in (before, before + column))
+
+            def dimmed(other: CloudNumbers) -> Sequence[Operand]:
+                return (other.scaled * way(other).column(s, m),)
+
+            share = left - gone
+            if not self.group.alone:
+                own = cloud.scaled * way(cloud).column(s, m)
+                share = share * m.exp(own - self.group.total(dimmed)[0])
+            source = self._source(cloud, point, s, p, w, here)
+            return column, (share * source, column * s)
+
+        return follow(density_grid.STEPS, term)
+
     def _source(
         self, cloud: CloudNumbers, point: Sequence[Operand], s: Operand, p: Operand,
-        w: Sequence[Operand],
+        w: Sequence[Operand], here: Sequence[Operand] | None = None,
     ) -> Operand:  # fmt: skip
-        """Radiance of endless matter with the light of a place, less what the water takes."""
+        """Radiance of endless matter with the light of a place, less what the water takes.
+
+        ``here`` is what the nodes of a grid have there.
+        """
         m = self.m
         below = m.clamp(cloud.middle[2] - point[2], -_DEEPEST_DIFFERENCE, _DEEPEST_DIFFERENCE)
 
         def towards_sun(other: CloudNumbers) -> Sequence[Operand]:
-            column = self._towards_sun(other, point)
+            column = other.towards_sun(point, self.back, m)
             return other.scaled * column, other.kept * column
 
-        left, widely = (m.exp(-part) for part in self.group.total(towards_sun))
+        if here is not None and self.group.alone:
+            columns = cloud.scaled * here[1], cloud.kept * here[1]
+        else:
+            columns = self.group.total(towards_sun)
+        left, widely = (m.exp(-part) for part in columns)
         unspread = cloud.sun * m.exp(-(cloud.sun_decay * below))
         decay = m.exp(-(cloud.ambient_decay * below))
         sun = unspread * left
         turned = unspread * (widely - left)
         spread = cloud.spread * decay * widely
-        escaping = cloud.escaping(point, m)
+        escaping = cloud.escaping(point, m) if here is None else m.exp(-(cloud.kept * here[2]))
         ambient = cloud.ambient * decay * escaping
         again = cloud.again(escaping, sun + turned + spread + ambient)
         linear = cloud.linear(-dot(w, self.sun))
@@ -418,11 +564,6 @@ class Clouds:
         # Light that is nearer than the reference would grow without bound in a long sum.
         way = m.exp(-(cloud.water * (s - cloud.reference)))
         return m.maximum(total, 0.0) * cloud.albedo * way
-
-    def _towards_sun(self, cloud: CloudNumbers, point: Sequence[Operand]) -> Operand:
-        """Integral of the density of a cloud from a place towards the sun, m."""
-        back = [-x for x in self.sun]
-        return cloud.puff.along(point, back, self.m).column(FAR, self.m)
 
 
 def _sum(terms: Sequence[Operand]) -> Operand:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -15,6 +15,7 @@ from ..shade.forward_share import within_outline
 from ..transfer.channels import Channels
 from ..transfer.solved_field import SolvedField
 from .cloud_light import CloudNumbers, with_escapes
+from .density_grid import DensityGrid
 from .matter import SuspendedMatter, blunt_phase
 from .puff import Puff
 
@@ -25,16 +26,19 @@ _BESIDE_BEAM = 0.05  # of the intensity
 
 @dataclass(frozen=True, eq=False)
 class Cloud:
-    """A puff of some matter.
+    """A cloud of some matter.
 
     Attributes
     ----------
     puff : Puff
+        Of one with a grid, the puff that is most like it.
     matter : SuspendedMatter
+    grid : DensityGrid, optional
     """
 
     puff: Puff
     matter: SuspendedMatter
+    grid: DensityGrid | None = None
 
 
 def cloud_numbers(
@@ -97,6 +101,10 @@ def cloud_numbers(
         blunt.ceiling,
         blunt.peak,
     )
+    if cloud.grid is not None:
+        # One length of matter serves the channels, whose coefficients are much alike.
+        kept_mean = float(np.mean(numbers.kept))
+        numbers = replace(numbers, grid=cloud.grid.lit(field.sun, kept_mean))
     return numbers if by_lamps is None else with_escapes(numbers)
 
 

@@ -1,0 +1,307 @@
+"""A cloud whose density is known at the nodes of a box, and linear between them."""
+
+from __future__ import annotations
+
+import functools
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..errors import InputError
+from ..mathematics import NUMPY, Mathematics, Operand, dot
+from .puff import Puff, RayInPuff
+
+STEPS = 32
+"""Steps in which a ray is followed through a grid."""
+BLOCK = (512, 256)
+"""Columns and rows of the nodes of a grid, slices side by side."""
+_MOST = 64
+"""Nodes along the longest side of a box."""
+_EMPTY = 1e-9  # m, of matter along a ray
+_STILL = 1e-6  # nodes per metre
+_THINNEST = 1e-3  # of a node, so that no blob is flat
+
+Array = NDArray[np.float64]
+
+
+class Nodes(Protocol):
+    """Three numbers at each node."""
+
+    def at(self, place: Sequence[Operand]) -> Sequence[Operand]:
+        """Interpolate linearly at a place in the box, counted in nodes along each axis."""
+        ...
+
+
+@dataclass(frozen=True, eq=False)
+class Grid:
+    """A box of nodes.
+
+    Formulas run on arrays and build shader nodes.
+
+    Attributes
+    ----------
+    corner : three numbers
+        Place of the first node, m, z up.
+    rows : nine numbers
+        Rows of the matrix that turns a way in the world, m, into nodes along the box's own axes.
+    counts : three numbers
+        Nodes along each axis.
+    nodes : Nodes
+        Density, its integral from there to the sun, and the length of matter, both m, that lets
+        through what escapes from there, see :func:`escape_column`.
+    """
+
+    corner: Sequence[Operand]
+    rows: Sequence[Operand]
+    counts: Sequence[Operand]
+    nodes: Nodes
+
+    def own(self, way: Sequence[Operand]) -> list[Operand]:
+        """Return a way in the world, m, in nodes along the own axes."""
+        return [dot(self.rows[3 * i : 3 * i + 3], way) for i in range(3)]
+
+    def at(self, point: Sequence[Operand], m: Mathematics = NUMPY) -> Sequence[Operand]:
+        """Return the three numbers at a place, or what is nearest to it in the box."""
+        u = self.own([x - x0 for x, x0 in zip(point, self.corner, strict=True)])
+        last = [count - 1.0 for count in self.counts]
+        return self.nodes.at([m.clamp(x, 0.0, end) for x, end in zip(u, last, strict=True)])
+
+    def crossing(
+        self, origin: Sequence[Operand], w: Sequence[Operand], m: Mathematics = NUMPY
+    ) -> tuple[Operand, Operand]:
+        """Distances at which a line enters and leaves the box, m; the first is larger beside it."""
+        u = self.own([x - x0 for x, x0 in zip(origin, self.corner, strict=True)])
+        entry, end = None, None
+        for x, rate, count in zip(u, self.own(w), self.counts, strict=True):
+            rate = m.select(m.less(m.absolute(rate), _STILL), _STILL, rate)
+            one, other = -x / rate, (count - 1.0 - x) / rate
+            near, far = m.minimum(one, other), m.maximum(one, other)
+            entry = near if entry is None else m.maximum(entry, near)
+            end = far if end is None else m.minimum(end, far)
+        return entry, end
+
+    def steps(
+        self, origin: Sequence[Operand], w: Sequence[Operand], P: Operand, m: Mathematics = NUMPY
+    ) -> tuple[Operand, Operand]:
+        """Return where the steps through the box begin on a path of length P, and their length."""
+        entry, end = self.crossing(origin, w, m)
+        start = m.clamp(entry, 0.0 * P, P)
+        return start, (m.maximum(m.minimum(end, P), start) - start) / STEPS
+
+    def towards_sun(
+        self, point: Sequence[Operand], back: Sequence[Operand], m: Mathematics = NUMPY
+    ) -> Operand:
+        """Integral of the density from a place towards the sun, m.
+
+        Parameters
+        ----------
+        point : three numbers
+            In the box or outside it, m.
+        back : three numbers
+            Unit direction to the sun.
+        """
+        entry, end = self.crossing(point, back, m)
+        start = m.maximum(entry, 0.0 * entry)
+        _, column, _ = self.at([x + d * start for x, d in zip(point, back, strict=True)], m)
+        return m.less(start, end) * column
+
+
+def ray_of(column: Operand, first: Operand, second: Operand, m: Mathematics) -> RayInPuff:
+    """Return the Gaussian whose integral along a ray has the same moments.
+
+    Parameters
+    ----------
+    column, first, second : number
+        Integrals of the density, of it times the distance, and of it times its square.
+    m : Mathematics
+    """
+    mass = m.maximum(column, _EMPTY)
+    middle = first / mass
+    spread = m.sqrt(m.maximum(second / mass - middle * middle, _EMPTY))
+    return RayInPuff(middle, 1.0 / spread, column, nearly=True)
+
+
+@dataclass(frozen=True, eq=False)
+class ArrayNodes:
+    """Numbers at nodes as an array, shape (nx, ny, nz, 3)."""
+
+    values: Array
+
+    def at(self, place: Sequence[Operand]) -> Sequence[Operand]:
+        """Interpolate at places of any shape."""
+        values = self.values
+        below, share = [], []
+        for x, count in zip(place, values.shape, strict=False):
+            x = np.asarray(x, dtype=np.float64)
+            low = np.clip(np.floor(x).astype(int), 0, count - 2)
+            below.append(low)
+            share.append(x - low)
+        total = 0.0
+        for corner in np.ndindex(2, 2, 2):
+            weight = 1.0
+            for far, part in zip(corner, share, strict=True):
+                weight = weight * (part if far else 1.0 - part)
+            found = values[tuple(low + far for low, far in zip(below, corner, strict=True))]
+            total = total + np.asarray(weight)[..., None] * found
+        return [total[..., k] for k in range(3)]
+
+
+@dataclass(frozen=True, eq=False)
+class DensityGrid:
+    """Density of a cloud at the nodes of a box in the world.
+
+    Attributes
+    ----------
+    density : array, shape (nx, ny, nz)
+        Not negative, zero at the outermost nodes.
+    corner : array, shape (3,)
+        Place of the first node, m, z up.
+    axes : array, shape (3, 3)
+        Ways in m to the next node along each axis, as columns.
+    """
+
+    density: Array
+    corner: Array
+    axes: Array
+
+    @property
+    def counts(self) -> tuple[int, int, int]:
+        """Nodes along each axis."""
+        x, y, z = self.density.shape
+        return x, y, z
+
+    @property
+    def rows(self) -> Array:
+        """Of :class:`Grid`, shape (3, 3)."""
+        try:
+            return np.linalg.inv(self.axes)
+        except np.linalg.LinAlgError as error:
+            raise InputError("a cloud is flat; give it a size along each axis") from error
+
+    def places(self) -> Array:
+        """Places of the nodes, m, shape (nx, ny, nz, 3)."""
+        return self.corner + np.moveaxis(np.indices(self.counts), 0, -1) @ self.axes.T
+
+    def is_like(self, other: DensityGrid) -> bool:
+        """Whether both are the same."""
+        pairs = ((getattr(self, x), getattr(other, x)) for x in ("density", "corner", "axes"))
+        return all(np.array_equal(one, two) for one, two in pairs)
+
+    def lit(self, sun: ArrayLike, kept: float) -> Grid:
+        """Return what formulas need of it.
+
+        Parameters
+        ----------
+        sun : array_like, shape (3,)
+            Unit direction that sunlight travels to, z up.
+        kept : float
+            Of :func:`escape_column`.
+        """
+        found = (
+            self.density,
+            self.column_towards(-np.asarray(sun, dtype=np.float64)),
+            escape_column(self.outwards, kept),
+        )
+        nodes = ArrayNodes(np.stack(found, axis=-1))
+        return Grid(self.corner, self.rows.ravel(), self.counts, nodes)
+
+    def wet(self) -> DensityGrid:
+        """Return the same with nothing above the water."""
+        below = self.places()[..., 2] < 0.0
+        return DensityGrid(self.density * below, self.corner, self.axes)
+
+    def blob(self) -> Puff:
+        """Return the puff of the same middle and spread along each axis."""
+        mass = self.density.sum()
+        u = np.indices(self.counts).reshape(3, -1)
+        weight = self.density.ravel() / mass if mass > 0 else np.full(u.shape[1], 1.0 / u.shape[1])
+        middle = u @ weight
+        spread = np.sqrt(((u - middle[:, None]) ** 2) @ weight + _THINNEST)
+        return Puff.of_axes(self.corner + self.axes @ middle, self.axes * (2.0 * spread))
+
+    def column_towards(self, direction: ArrayLike) -> Array:
+        """Integral of the density from each node along a direction, m, by the trapezoidal rule."""
+        way = self.rows @ np.asarray(direction, dtype=np.float64)
+        along = int(np.argmax(np.abs(way)))
+        density = np.moveaxis(self.density, along, 0)
+        sides = np.delete(way, along) / abs(way[along])
+        if way[along] < 0:
+            density = density[::-1]
+        total, last = 0.5 * density, len(density) - 1
+        for step in range(1, last + 1):
+            # All places of a slice look at the same place of one that is so many slices farther.
+            moved = density[step:]
+            for axis, side in enumerate(sides, 1):
+                moved = _shifted(moved, step * side, axis)
+            total[: last + 1 - step] += moved
+        total = total[::-1] if way[along] < 0 else total
+        return np.moveaxis(total, 0, along) / abs(way[along])
+
+    @functools.cached_property
+    def outwards(self) -> Array:
+        """Integrals from each node along both ways of each axis, m, shape (6, nx, ny, nz)."""
+        found = []
+        for axis, length in enumerate(np.linalg.norm(self.axes, axis=0)):
+            for turned in (False, True):
+                density = np.flip(self.density, axis) if turned else self.density
+                column = (np.cumsum(density, axis) - 0.5 * density) * length
+                found.append(np.flip(column, axis) if turned else column)
+        return np.array(found)
+
+
+def _shifted(values: Array, by: float, axis: int) -> Array:
+    """Values that many places farther along an axis, linear between them, zero outside."""
+    low = math.floor(by)
+    near, far = (_moved(values, low + beyond, axis) for beyond in (0, 1))
+    return near + (by - low) * (far - near)
+
+
+def _moved(values: Array, by: int, axis: int) -> Array:
+    out, count = np.zeros_like(values), values.shape[axis]
+    if abs(by) >= count:
+        return out
+    ahead, behind = [slice(None)] * values.ndim, [slice(None)] * values.ndim
+    ahead[axis] = slice(max(by, 0), count + min(by, 0))
+    behind[axis] = slice(max(-by, 0), count - max(by, 0))
+    out[tuple(behind)] = values[tuple(ahead)]
+    return out
+
+
+def escape_column(outwards: Array, kept: float) -> Array:
+    """Length of matter that lets through as much as what leaves along six ways does on average.
+
+    Parameters
+    ----------
+    outwards : array, shape (6, ...)
+        Integrals of the density along the ways, m.
+    kept : float
+        What keeps light at density 1, 1/m.
+    """
+    if kept <= 0:
+        return outwards.mean(0)
+    return -np.log(np.exp(-kept * outwards).mean(0)) / kept
+
+
+def node_counts(size: ArrayLike) -> tuple[int, int, int]:
+    """Return how many nodes, a margin included, a box of a size gets along each axis.
+
+    As many as a block has room for, at about the same distance along each axis.
+
+    Examples
+    --------
+    >>> node_counts((1.0, 1.0, 1.0)), node_counts((4.0, 1.0, 1.0))
+    ((48, 48, 48), (64, 18, 18))
+    """
+    lengths = np.asarray(size, dtype=np.float64)
+    if not (np.all(np.isfinite(lengths)) and np.all(lengths > 0)):
+        raise InputError("a cloud is flat; give it a size along each axis")
+    for most in range(_MOST, 4, -1):
+        counts = [max(int(n), 2) + 2 for n in np.ceil(lengths / lengths.max() * (most - 2))]
+        across = BLOCK[0] // counts[0]
+        if across and -(-counts[2] // across) * counts[1] <= BLOCK[1]:
+            return counts[0], counts[1], counts[2]
+    raise InputError("a cloud is flat; give it a size along each axis")
