@@ -14,6 +14,7 @@ from ...uw_spectral.clouds.puff import Puff
 from ...uw_spectral.clouds.solved_cloud import Cloud
 from ...uw_spectral.errors import InputError
 from .. import marks
+from ..materials import bare_surfaces
 from ..rendered import ever_rendered
 from ..stored_clouds import stored_cloud
 
@@ -66,6 +67,12 @@ class SceneClouds:
 def objects_of(scene: bpy.types.Scene) -> list[bpy.types.Object]:
     """Return the objects of a scene that are clouds now or at another frame, by name."""
     return [item for item in _marked(scene) if item.type in (PUFF, GRID)]
+
+
+def is_grid(block: bpy.types.ID) -> bool:
+    """Whether a data-block is a volume object that is a cloud."""
+    is_volume = isinstance(block, bpy.types.Object) and block.type == GRID
+    return is_volume and bool(stored_cloud(block).constituent)
 
 
 def grids_of(scene: bpy.types.Scene) -> list[bpy.types.Object]:
@@ -131,10 +138,20 @@ def state(scene: bpy.types.Scene) -> tuple[object, ...]:
     return tuple(
         (
             item.name_full, stored_cloud(item), outline(item), marks.is_hidden(item),
-            *(x for row in item.matrix_world for x in row),
+            *(x for row in item.matrix_world for x in row), *_contents(scene, item),
         )
         for item in objects_of(scene)
     )  # fmt: skip
+
+
+def _contents(scene: bpy.types.Scene, item: bpy.types.Object) -> tuple[object, ...]:
+    """What the density of a volume object depends on; how its nodes are set is not looked at."""
+    if item.type != GRID:
+        return ()
+    volume, own = item.data, [x for x in item.modifiers if x.name != bare_surfaces.MODIFIER]
+    changes = volume.is_sequence or bool(own)
+    modifiers = [(x.name, x.type, x.show_render, x.show_viewport) for x in own]
+    return volume.name_full, volume.filepath, *modifiers, scene.frame_current_final * changes
 
 
 def records(scene: bpy.types.Scene) -> tuple[dict[str, Any], ...]:

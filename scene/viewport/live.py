@@ -256,9 +256,16 @@ def is_stale(scene: bpy.types.Scene) -> bool:
 
 
 def note_moves(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
-    """Take note that the shade, if there is any, is not what it was if things have moved."""
+    """Take note that shade and grids, if there are any, are not what they were.
+
+    Things may have moved, and densities of volume objects may be others.
+    """
     known = _state.known.get(scene.session_uid)
-    if known is None or known.table is None:
+    if known is None:
+        return
+    if any(u.is_updated_geometry and clouds.is_grid(u.id.original) for u in depsgraph.updates):
+        scene[SESSION][_STALE] = True
+    if known.table is None:
         return
     moved = any(u.is_updated_geometry or u.is_updated_transform for u in depsgraph.updates)
     if moved and known.places != _places(scene, depsgraph):

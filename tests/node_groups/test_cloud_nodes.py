@@ -9,8 +9,8 @@ from dataclasses import replace
 import bpy
 import numpy as np
 import pytest
-from underwater_spectral.node_groups import realtime_clouds, realtime_lamps
-from underwater_spectral.node_groups.loops import summed
+from underwater_spectral.node_groups import cloud_grids, realtime_clouds, realtime_lamps
+from underwater_spectral.node_groups.loops import followed, summed
 from underwater_spectral.node_groups.node_mathematics import NODES
 from underwater_spectral.node_groups.realtime_values import Shape
 from underwater_spectral.uw_spectral.clouds import lamp_lit_cloud
@@ -18,9 +18,11 @@ from underwater_spectral.uw_spectral.clouds.cloud_light import (
     CloudNumbers,
     Clouds,
     Several,
+    Together,
     add_up,
     with_escapes,
 )
+from underwater_spectral.uw_spectral.clouds.density_grid import DensityGrid
 from underwater_spectral.uw_spectral.clouds.lamp_lit_cloud import LampAndClouds
 from underwater_spectral.uw_spectral.clouds.matter import blunt_phase, suspended_matter
 from underwater_spectral.uw_spectral.clouds.puff import Puff
@@ -84,6 +86,68 @@ def test_daylight_in_clouds(square, tmp_path, count, name):  # noqa: F811
 
     seen = square(nodes, tmp_path / "clouds.exr")
     _agree(seen, of(clouds, at[..., :1], at[..., 1:2], {}))
+
+
+def _with_grid(puffs):
+    """A cloud with a box of nodes, turned in the middle of the square, and so many puffs."""
+    clouds, in_nodes = _clouds(max(puffs, 1))
+    density = np.random.default_rng(3).random((9, 12, 7))
+    for axis in range(3):
+        density = (np.roll(density, 1, axis) + density + np.roll(density, -1, axis)) / 3.0
+        np.moveaxis(density, axis, 0)[[0, -1]] = 0.0
+    turned = np.array([[0.8, -0.6, 0.0], [0.6, 0.8, 0.0], [0.0, 0.0, 1.0]])
+    box = DensityGrid(density, np.array([-0.1, 0.4, 0.1]), turned * 0.15)
+    like = clouds.group.clouds[-1]
+    one = replace(like, escapes=None, grid=box.lit(SUN, float(like.kept.mean())))
+    image = cloud_grids.new_image(1)
+    realtime_clouds.write_grids(image, [one])
+    group = Several([*clouds.group.clouds[:puffs], one])
+
+    def nodes(graph):
+        others = in_nodes(graph)
+        table = others.group if puffs else None
+        together = Together(table, realtime_clouds.grids_in(graph, image))
+        return replace(others, group=together)
+
+    return replace(clouds, group=group), nodes
+
+
+@pytest.mark.parametrize(
+    ("puffs", "name"),
+    [(0, "light"), (0, "passed"), (0, "sunlight"), (1, "sunlight")],
+)
+def test_daylight_in_a_grid(square, tmp_path, puffs, name):  # noqa: F811
+    """Cycles, which draws the nodes here, has no room for the light of both kinds at once."""
+    at = _position(square, tmp_path)
+    clouds, in_nodes = _with_grid(puffs)
+    w, s2 = (0.0, 0.6, -0.8), 0.4
+
+    def of(found, x, y, **how):
+        if name == "sunlight":
+            return found.sunlight_left((x, y, -0.3))
+        return getattr(found.veil((x, y, 3.0), w, 4.5, s2, **how), name)
+
+    def nodes(graph, position):
+        x, y, _ = graph.components(position)
+        add, follow = functools.partial(summed, graph), functools.partial(followed, graph)
+        return of(in_nodes(graph), x, y, add=add, follow=follow)
+
+    seen = square(nodes, tmp_path / "grid.exr")
+    wanted = of(clouds, at[..., :1], at[..., 1:2])
+    assert wanted.max() > 1.2 * wanted.min()
+    _agree(seen, wanted)
+
+
+def test_a_grid_is_written_only_where_it_differs():
+    clouds, _ = _with_grid(0)
+    image = next(x for x in bpy.data.images if x.name.startswith(cloud_grids.NAME))
+    image.pack()
+    realtime_clouds.write_grids(image, clouds.group.clouds)
+    assert not image.is_dirty
+    (one,) = clouds.group.clouds
+    realtime_clouds.write_grids(image, [replace(one, kept=2.0 * one.kept)])
+    assert image.is_dirty
+    bpy.data.images.remove(image)
 
 
 @COUNTS

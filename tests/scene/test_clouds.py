@@ -9,10 +9,10 @@ import bpy
 import numpy as np
 import pytest
 from underwater_spectral.datasets.layer_file import bands_name
-from underwater_spectral.node_groups import realtime_clouds, realtime_values
+from underwater_spectral.node_groups import cloud_grids, realtime_clouds, realtime_values
 from underwater_spectral.scene import marks, stored_clouds
 from underwater_spectral.scene.engines import engines
-from underwater_spectral.scene.seen import clouds
+from underwater_spectral.scene.seen import clouds, volume_grids
 from underwater_spectral.scene.viewport import live
 from underwater_spectral.scene.water import new_clouds, realtime, scene_water, water_body
 from underwater_spectral.scene.water.eevee_water import Eye, eevee_water
@@ -172,8 +172,161 @@ def test_a_grid_is_what_a_puff_of_its_density_is(tmp_path):
     assert snapshot.snapshot() == before
     middle = np.s_[3:9, 5:11]
     assert other[middle].mean((0, 1))[:2] == pytest.approx(one[middle].mean((0, 1))[:2], rel=0.06)
-    notes = _images("bands", plan, tmp_path / "eevee.exr")[1]
-    assert any("EEVEE does not draw clouds of volume objects" in note for note in notes)
+
+
+@pytest.mark.parametrize("engine", ["bands", pytest.param("realtime", marks=pytest.mark.slow)])
+def test_eevee_draws_a_grid_as_a_puff_of_its_density(engine, tmp_path):
+    _camera(16, 12)
+    plan = _plan()
+    puff = _puff(10.0)
+    one, _ = _images(engine, plan, tmp_path / "puff.exr")
+    puff.underwater.constituent = stored_clouds.NO_CLOUD
+    item = _volume_of_a_puff(puff.location)
+    item.underwater.constituent, item.underwater.concentration = "minerals", 10.0
+    item.rotation_euler.z = 0.4
+    bpy.context.view_layer.update()
+    before = snapshot.snapshot()
+    other, notes = _images(engine, plan, tmp_path / "grid.exr")
+    bpy.context.view_layer.update()
+    assert snapshot.snapshot() == before
+    assert not notes
+    assert other[..., :2] == pytest.approx(one[..., :2], rel=0.02)
+
+
+@pytest.mark.slow
+def test_a_puff_in_its_grid_is_one_cloud_twice_as_dense(tmp_path):
+    _camera(16, 12)
+    plan = _plan()
+    _, other = _puff(6.0), _puff(6.0)
+    two, _ = _images("bands", plan, tmp_path / "two.exr")
+    bpy.data.objects.remove(other)
+    item = _volume_of_a_puff((0.0, 3.0, -DEPTH))
+    item.underwater.constituent, item.underwater.concentration = "minerals", 6.0
+    mixed, _ = _images("bands", plan, tmp_path / "mixed.exr")
+    assert mixed[..., :2] == pytest.approx(two[..., :2], rel=0.03)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("water", ["jerlov:IB", "jerlov:II"])
+def test_both_engines_draw_the_same_structure(water, tmp_path):
+    """Two dense halves with a gap between them, which no puff has."""
+    _camera(24, 16)
+    plan = _plan(water=water, bands=6)
+    item = _halves((0.0, 3.0, -DEPTH))
+    item.underwater.constituent, item.underwater.concentration = "minerals", 8.0
+    eevee, _ = _images("bands", plan, tmp_path / "eevee.exr")
+    traced = replace(plan, settings=replace(plan.settings, samples=512))
+    cycles, _ = _images("cycles", traced, tmp_path / "cycles.exr")
+    columns = np.r_[3:9, 15:21]
+    # In the last band there is hardly any light; few samples of Cycles have noise.
+    dense, thin = (x[5:11, columns, :4].mean((0, 1)) for x in (eevee, cycles))
+    assert np.mean(dense / thin) == pytest.approx(1.0, abs=0.08)
+    one, other = (x[5:11, 10:14, :4].mean((0, 1)) for x in (eevee, cycles))
+    assert np.mean(one / other) == pytest.approx(1.0, abs=0.08)
+    assert np.all(one < 0.6 * dense)
+
+
+@pytest.mark.slow
+def test_what_a_grid_lets_through_of_a_wall_is_its_transmittance(tmp_path):
+    camera = _camera(angle=8.0)
+    _wall()
+    plan = _plan(layers="T")
+    scene, extent = (
+        bpy.context.scene,
+        water_body.water_extent(bpy.context.scene, plan.column, DEPTH),
+    )
+
+    def drawn(concentration):
+        if concentration:
+            item = _volume_of_a_puff((0.0, 3.0, -DEPTH))
+            item.underwater.constituent = "minerals"
+            item.underwater.concentration = concentration
+        with engines.eevee_bands(scene, camera, plan, extent, DEPTH) as found:
+            bands = found.passes[0]
+            layers = found.frame(plan, DEPTH)(bands, tmp_path / "wall.exr")
+        return layers.layers[bands_name("D")].values[10, 16]
+
+    clear, veiled = drawn(0.0), drawn(1.5)
+    matter = suspended_matter("minerals", 1.5, plan.bands.centres)
+    wanted = np.exp(-matter.extinction * SIGMA * math.sqrt(2.0 * math.pi))
+    assert veiled / clear == pytest.approx(wanted, rel=0.02)
+
+
+def test_a_grid_without_density_is_said(tmp_path):
+    _camera(8, 6)
+    plan = _plan()
+    clear, _ = _images("bands", plan, tmp_path / "clear.exr")
+    item = bpy.data.objects.new("Nothing", bpy.data.volumes.new("Nothing"))
+    bpy.context.scene.collection.objects.link(item)
+    item.underwater.constituent = "minerals"
+    bpy.context.view_layer.update()
+    seen, notes = _images("bands", plan, tmp_path / "nothing.exr")
+    assert any("no grid named 'density'" in note for note in notes)
+    assert seen == pytest.approx(clear, rel=1e-3)
+
+
+def test_a_density_is_read_at_each_frame_and_not_more_often():
+    _camera()
+    item = _volume_of_a_puff((0.0, 3.0, -DEPTH))
+    item.underwater.constituent = "minerals"
+    cube = next(n for n in item.modifiers[0].node_group.nodes if "VolumeCube" in n.bl_idname)
+    for frame, size in ((1, 1.75), (2, 0.5)):
+        cube.inputs["Max"].default_value = (size,) * 3
+        cube.inputs["Max"].keyframe_insert("default_value", frame=frame)
+    scene, kept = bpy.context.scene, volume_grids.KeptGrids(of_job=True)
+
+    def grid(frame):
+        scene.frame_set(frame)
+        ((cloud,), notes) = kept.of(scene, clouds.clouds_of(scene, [550.0]).grids)
+        assert not notes
+        return cloud.grid
+
+    first, again, smaller = grid(1), grid(1), grid(2)
+    assert again is first
+    assert smaller.density.sum() * abs(np.linalg.det(smaller.axes)) < 0.8 * (
+        first.density.sum() * abs(np.linalg.det(first.axes))
+    )
+    volume = first.density.sum() * abs(np.linalg.det(first.axes))
+    assert volume == pytest.approx((2.0 * np.pi * SIGMA**2) ** 1.5, rel=0.02)
+
+
+def test_live_water_follows_a_grid():
+    scene, _ = bpy.context.scene, _camera()
+    group = getattr(scene, "underwater")  # noqa: B009 - added by the extension
+    group.bands, group.diffuse_shadows, group.scene_floor = 3, False, False
+    live.add(scene)
+    item = _volume_of_a_puff((0.0, 3.0, -DEPTH))
+    item.underwater.constituent = "minerals"
+    assert live.update(scene)
+    image = next(x for x in bpy.data.images if x.name.startswith(cloud_grids.NAME))
+    before = np.array(image.pixels)
+    item.location.x = 1.0
+    bpy.context.view_layer.update()
+    assert live.update(scene, may_rebuild=False)
+    assert np.abs(np.array(image.pixels) - before).max() == pytest.approx(1.0, rel=1e-3)
+    live.remove(scene)
+    assert [x.name for x in item.modifiers] == ["Volume"]
+
+
+def _halves(place):
+    """Add a volume of two boxes beside each other, from geometry nodes."""
+    item = _volume_of_a_puff(place)
+    tree = item.modifiers[0].node_group
+    cube = next(n for n in tree.nodes if "VolumeCube" in n.bl_idname)
+    cube.inputs["Min"].default_value, cube.inputs["Max"].default_value = (-1.0,) * 3, (1.0,) * 3
+    where = next(n for n in tree.nodes if "InputPosition" in n.bl_idname)
+    apart = tree.nodes.new("ShaderNodeSeparateXYZ")
+    tree.links.new(where.outputs[0], apart.inputs[0])
+    last = apart.outputs["X"]
+    for operation, other in (("ABSOLUTE", 0.0), ("SUBTRACT", 0.35), ("MULTIPLY", 8.0),
+                             ("MINIMUM", 1.0), ("MAXIMUM", 0.0)):  # fmt: skip
+        node = tree.nodes.new("ShaderNodeMath")
+        node.operation, node.inputs[1].default_value = operation, other
+        tree.links.new(last, node.inputs[0])
+        last = node.outputs[0]
+    tree.links.new(last, cube.inputs["Density"])
+    bpy.context.view_layer.update()
+    return item
 
 
 def _volume_of_a_puff(place):

@@ -501,7 +501,8 @@ class Clouds:
             column = grid.at(point, m)[0] * step
             return column, column * s, column * s * s
 
-        return density_grid.ray_of(*add(density_grid.STEPS, moments), m)
+        column, first, second = add(density_grid.STEPS, moments)
+        return density_grid.ray_of(column, first, second, m)
 
     def _through_grid(
         self, cloud: CloudNumbers, grid: Grid, origin: Sequence[Operand], w: Sequence[Operand],

@@ -19,6 +19,11 @@ STEPS = 32
 """Steps in which a ray is followed through a grid."""
 BLOCK = (512, 256)
 """Columns and rows of the nodes of a grid, slices side by side."""
+WAYS = np.array(
+    [*np.eye(3), *-np.eye(3), *((np.array(list(np.ndindex(2, 2, 2))) - 0.5) * 2.0 / math.sqrt(3.0))]
+)
+WEIGHTS = np.array([1.0 / 15.0] * 6 + [3.0 / 40.0] * 8)
+"""Directions along axes and diagonals, and their shares of a mean over all (Lebedev's rule)."""
 _MOST = 64
 """Nodes along the longest side of a box."""
 _EMPTY = 1e-9  # m, of matter along a ray
@@ -140,7 +145,7 @@ class ArrayNodes:
             low = np.clip(np.floor(x).astype(int), 0, count - 2)
             below.append(low)
             share.append(x - low)
-        total = 0.0
+        total = np.zeros(3)
         for corner in np.ndindex(2, 2, 2):
             weight = 1.0
             for far, part in zip(corner, share, strict=True):
@@ -207,7 +212,7 @@ class DensityGrid:
             escape_column(self.outwards, kept),
         )
         nodes = ArrayNodes(np.stack(found, axis=-1))
-        return Grid(self.corner, self.rows.ravel(), self.counts, nodes)
+        return Grid(list(self.corner), list(self.rows.ravel()), self.counts, nodes)
 
     def wet(self) -> DensityGrid:
         """Return the same with nothing above the water."""
@@ -243,14 +248,9 @@ class DensityGrid:
 
     @functools.cached_property
     def outwards(self) -> Array:
-        """Integrals from each node along both ways of each axis, m, shape (6, nx, ny, nz)."""
-        found = []
-        for axis, length in enumerate(np.linalg.norm(self.axes, axis=0)):
-            for turned in (False, True):
-                density = np.flip(self.density, axis) if turned else self.density
-                column = (np.cumsum(density, axis) - 0.5 * density) * length
-                found.append(np.flip(column, axis) if turned else column)
-        return np.array(found)
+        """Integrals from each node along :data:`WAYS` of the box, m, shape (14, nx, ny, nz)."""
+        own = self.axes / np.linalg.norm(self.axes, axis=0)
+        return np.array([self.column_towards(own @ way) for way in WAYS])
 
 
 def _shifted(values: Array, by: float, axis: int) -> Array:
@@ -272,18 +272,18 @@ def _moved(values: Array, by: int, axis: int) -> Array:
 
 
 def escape_column(outwards: Array, kept: float) -> Array:
-    """Length of matter that lets through as much as what leaves along six ways does on average.
+    """Length of matter that lets through as much as what leaves to all sides does on average.
 
     Parameters
     ----------
-    outwards : array, shape (6, ...)
-        Integrals of the density along the ways, m.
+    outwards : array, shape (14, ...)
+        Integrals of the density along :data:`WAYS`, m.
     kept : float
         What keeps light at density 1, 1/m.
     """
     if kept <= 0:
-        return outwards.mean(0)
-    return -np.log(np.exp(-kept * outwards).mean(0)) / kept
+        return np.tensordot(WEIGHTS, outwards, 1)
+    return -np.log(np.tensordot(WEIGHTS, np.exp(-kept * outwards), 1)) / kept
 
 
 def node_counts(size: ArrayLike) -> tuple[int, int, int]:
