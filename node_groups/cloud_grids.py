@@ -9,18 +9,27 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from ..uw_spectral.clouds.density_grid import BLOCK, ArrayNodes, Grid
+from ..uw_spectral.clouds.density_grid import (
+    BLOCK,
+    LAMP_NODES,
+    ArrayLampNodes,
+    ArrayNodes,
+    Grid,
+)
 from ..uw_spectral.mathematics import Operand
 from .node_mathematics import NODES, Graph, NodeValue
 from .texels import closest, number_image, texel
 
-NAME = "UW Cloud Grids"
+NAME, LAMPS_NAME = "UW Cloud Grids", "UW Cloud Lamps"
 _WIDTH, _HIGH = BLOCK
 _ROWS = 1 + _HIGH  # of a grid
 # Its own numbers stand at the end of its row: corner, counts, rows.
 _OWN = 5
 _FIRST = _WIDTH - _OWN
 _ROUNDING = 1e-3
+# Of what is between nodes and lamps: slices beside and above each other, a lamp in each channel.
+_ACROSS = _WIDTH // LAMP_NODES
+_LAMP_ROWS = -(-LAMP_NODES // _ACROSS) * LAMP_NODES
 
 
 def new_image(number: int) -> bpy.types.Image:
@@ -28,6 +37,11 @@ def new_image(number: int) -> bpy.types.Image:
     image = number_image(NAME, _WIDTH, number * _ROWS)
     image.use_half_precision = False  # numbers keep their digits
     return image
+
+
+def new_lamp_image(grids: int, lamps: int) -> bpy.types.Image:
+    """Make the image of what is between so many grids and so many lamps."""
+    return number_image(LAMPS_NAME, _WIDTH, grids * -(-lamps // 3) * _LAMP_ROWS)
 
 
 def count(image: bpy.types.Image) -> int:
@@ -56,6 +70,24 @@ def write(
         own = np.concatenate([np.ravel(x) for x in (grid.corner, grid.counts, grid.rows)])
         block[0, _FIRST:, :3] = own.reshape(_OWN, 3)
         _lay(block[1:, :, :3], grid.nodes.values)
+    _bring(image, out)
+
+
+def write_lamps(image: bpy.types.Image, grids: Sequence[Grid | None]) -> None:
+    """Put what is between grids and lamps into the image of their numbers."""
+    width, height = image.size
+    out = np.zeros((len(grids), height // len(grids) // _LAMP_ROWS, _LAMP_ROWS, width, 4))
+    for blocks, grid in zip(out, grids, strict=True):
+        assert grid is not None, "a cloud with a grid"
+        assert isinstance(grid.lamps, ArrayLampNodes)
+        for number, values in enumerate(grid.lamps.values):
+            block, channel = divmod(number, 3)
+            _lay(blocks[block, ..., channel : channel + 1], values[..., None])
+    _bring(image, out.astype(np.float32))
+
+
+def _bring(image: bpy.types.Image, out: NDArray[np.float32]) -> None:
+    """Put numbers into an image if it has others."""
     before = np.empty(out.size, np.float32)
     image.pixels.foreach_get(before)
     if not np.array_equal(before, np.ravel(out)):
@@ -63,7 +95,7 @@ def write(
         image.update()
 
 
-def _lay(block: NDArray[np.float32], values: NDArray[np.float64]) -> None:
+def _lay(block: NDArray[np.floating], values: NDArray[np.float64]) -> None:
     """Lay slices of one height side by side."""
     nx, ny, nz, _ = values.shape
     across = _WIDTH // nx
@@ -99,9 +131,62 @@ class _Nodes:
         return texel(self.graph, self.image, h, v, width, height)
 
 
-def grid(graph: Graph, image: bpy.types.Image, index: int) -> Grid:
-    """Return a grid in a node tree."""
+@dataclass(frozen=True, eq=False)
+class _LampNodes:
+    """Of a grid in the image of lamps; :class:`.LampNodes`."""
+
+    graph: Graph
+    image: bpy.types.Image
+    first: float
+    lamps: float
+
+    def at(self, lamp: Operand, place: Sequence[Operand]) -> Operand:
+        x, y, z = place
+        # Whole numbers come out of loops as such.
+        block = NODES.floor((lamp + 0.5) / 3.0)
+        channel = lamp - block * 3.0
+        below = NODES.minimum(NODES.floor(z), LAMP_NODES - 2.0)
+        first = NODES.minimum(block, float((self.lamps - 1) // 3)) * float(_LAMP_ROWS) + self.first
+        one, other = (self._slice(x, y, below + beyond, first) for beyond in (0.0, 1.0))
+        found = self.graph.components(one + (other - one) * (z - below))
+        total = 0.0
+        for number, value in enumerate(found):
+            own = NODES.less(number - 0.5, channel) * NODES.less(channel, number + 0.5)
+            total = own * value + total
+        return total * NODES.less(lamp, self.lamps - 0.5)
+
+    def _slice(self, x: Operand, y: Operand, k: Operand, first: Operand) -> NodeValue:
+        down = NODES.floor((k + 0.5) / float(_ACROSS))
+        h = (k - down * float(_ACROSS)) * float(LAMP_NODES) + x
+        width, height = map(float, self.image.size)
+        return texel(self.graph, self.image, h, down * float(LAMP_NODES) + y + first, width, height)
+
+
+def grid(
+    graph: Graph,
+    image: bpy.types.Image,
+    index: int,
+    of_lamps: bpy.types.Image | None = None,
+    lamps: int = 0,
+) -> Grid:
+    """Return a grid in a node tree.
+
+    Parameters
+    ----------
+    graph : Graph
+    image : Image
+        Of :func:`new_image`.
+    index : int
+    of_lamps : Image, optional
+        Of :func:`new_lamp_image`.
+    lamps : int
+        How many it is for.
+    """
     texels = [closest(graph, image, float(_FIRST + i), row(index)) for i in range(_OWN)]
     corner, counts, *rows = (graph.components(x) for x in texels)
     nodes = _Nodes(graph, image, row(index) + 1.0, counts)
-    return Grid(corner, [x for three in rows for x in three], counts, nodes)
+    shining = None
+    if of_lamps is not None:
+        first = float(index * (of_lamps.size[1] // count(image)))
+        shining = _LampNodes(graph, of_lamps, first, float(lamps))
+    return Grid(corner, [x for three in rows for x in three], counts, nodes, shining)

@@ -128,6 +128,11 @@ def write_grids(image: bpy.types.Image, clouds: Sequence[CloudNumbers]) -> None:
     cloud_grids.write(image, [(_texels(cloud), cloud.grid) for cloud in clouds])
 
 
+def write_lamps(image: bpy.types.Image, clouds: Sequence[CloudNumbers]) -> None:
+    """Put what is between grids and lamps into an image of their numbers."""
+    cloud_grids.write_lamps(image, [cloud.grid for cloud in clouds])
+
+
 def _texels(cloud: CloudNumbers) -> NDArray[np.float64]:
     """Return what all clouds have, three numbers each."""
     single = [getattr(cloud, name) for name in _SINGLE] + [0.0] * (3 * _FIRST - len(_SINGLE))
@@ -225,24 +230,30 @@ def clouds_in(graph: Graph, sources: Sources, shape: Shape) -> Clouds:
     sun = Values(graph, sources.values, shape).of(*SUN)
     group = None if sources.clouds is None else CloudTable(graph, sources.clouds)
     if sources.grids is not None:
-        group = Together(group, grids_in(graph, sources.grids))
+        lamps = shape.lamps - shape.thrown
+        group = Together(group, grids_in(graph, sources.grids, sources.grid_lamps, lamps))
     assert group is not None, "there are clouds"
     return Clouds(group, kinds(shape.floating), sun, NODES)
 
 
-def grids_in(graph: Graph, image: bpy.types.Image) -> list[CloudNumbers]:
-    """Return the clouds with grids in an image, in a node tree."""
-    return [
-        replace(
-            _read(graph, image, cloud_grids.row(index)), grid=cloud_grids.grid(graph, image, index)
-        )
-        for index in range(cloud_grids.count(image))
-    ]
+def grids_in(
+    graph: Graph,
+    image: bpy.types.Image,
+    of_lamps: bpy.types.Image | None = None,
+    lamps: int = 0,
+) -> list[CloudNumbers]:
+    """Return the clouds with grids in an image, in a node tree; arguments of :func:`.grid`."""
+    found = []
+    for index in range(cloud_grids.count(image)):
+        numbers = _read(graph, image, cloud_grids.row(index))
+        box = cloud_grids.grid(graph, image, index, of_lamps, lamps)
+        found.append(replace(numbers, grid=box))
+    return found
 
 
 def for_lamps(sources: Sources, shape: Shape) -> CloudsOf | None:
     """Return what makes the clouds that lamps shine on; None where there are none."""
-    if not shape.clouds:
+    if not shape.floating:
         return None
     return functools.partial(clouds_in, sources=sources, shape=shape)
 

@@ -60,7 +60,7 @@ from ..uw_spectral.transfer.facets import Facets
 from ..uw_spectral.transfer.radiance_field import distance_in_water
 from ..uw_spectral.water.phase import Mixture, PhaseFunction
 from . import lamp_sources
-from .loops import summed
+from .loops import followed, summed
 from .node_mathematics import NODES, PART_SIZE, Graph, NodeValue, new_group
 from .realtime_rays import camera_depth, camera_place, place_here, view_direction, view_distance
 from .realtime_shadows import light_on_white
@@ -632,9 +632,14 @@ def build_path(
         origin = [x - along * P for x, along in zip(place_here(graph), w, strict=True)]
 
     floating = None if clouds is None else clouds(graph)
+    follow = functools.partial(followed, graph)
 
     def add_up(count: int, terms: Callable[[Operand], Sequence[Operand]]) -> Sequence[Operand]:
         return summed(graph, count, terms)
+
+    passed = {}
+    if floating is not None:
+        passed = floating.rays(floating.group.grids, origin, w, P, add_up)
 
     def of_lamp(index: NodeValue) -> tuple[NodeValue]:
         lamp = table.lamp(index)
@@ -642,8 +647,8 @@ def build_path(
         light = table.in_water(index, components)
         if floating is None:
             return (light.along(lamp, ray, NODES, table.integrate),)
-        through = LampAndClouds(floating, lamp, ray, origin, w, P)
-        return (through.seen(light, table.integrate, add_up),)
+        through = LampAndClouds(floating, lamp, ray, origin, w, P, index, passed)
+        return (through.seen(light, table.integrate, add_up, follow),)
 
     return _finished(tree, graph, {LIGHT: summed(graph, table.count, of_lamp)[0]})
 
@@ -695,7 +700,7 @@ def build_patch(
         if floating is None:
             return found
         # What things throw back comes from near by.
-        left = left_on_thing(floating, lamp, here)
+        left = left_on_thing(floating, lamp, here, index)
         return tuple(value * left for value in found)
 
     def of_thrown(index: NodeValue) -> tuple[NodeValue, ...]:

@@ -108,8 +108,8 @@ class Shape:
         Whether things keep all kinds of light away, and throw some back.
     covers : bool
         Whether it is known which part of the view things fill.
-    lamps : int
-        Lamps in the water.
+    lamps, thrown : int
+        Lamps in the water, and how many of them stand for what lit things throw back.
     lamp_components : tuple of PhaseFunction
         Parts of the phase function of the water that they shine in.
     lamps_in_air : bool
@@ -157,6 +157,7 @@ class Shape:
     shade: bool = False
     covers: bool = False
     lamps: int = 0
+    thrown: int = 0
     lamp_components: tuple[PhaseFunction, ...] = ()
     lamps_in_air: bool = False
     facets: int = 0

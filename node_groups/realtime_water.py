@@ -75,8 +75,8 @@ class Sources:
         Of :mod:`.realtime_tables`, where things fluoresce: of the light that excites them.
     clouds : Image, optional
         Of :mod:`.realtime_clouds`.
-    grids : Image, optional
-        Of :mod:`.cloud_grids`.
+    grids, grid_lamps : Image, optional
+        Of :mod:`.cloud_grids`: grids, and what is between them and lamps.
     """
 
     values: bpy.types.ShaderNodeTree
@@ -91,6 +91,7 @@ class Sources:
     window: bpy.types.Image | None = None
     clouds: bpy.types.Image | None = None
     grids: bpy.types.Image | None = None
+    grid_lamps: bpy.types.Image | None = None
 
 
 def layout_of(shape: Shape) -> Layout:

@@ -331,7 +331,7 @@ class RealtimeWater:
     @property
     def cloud_size(self) -> float:
         """Mean size of the clouds, m; 0 without."""
-        sizes = [cloud.puff.size for cloud, _ in self.seen.clouds]
+        sizes = [cloud.puff.size for cloud, _ in (*self.seen.clouds, *self.seen.grids)]
         return float(np.mean(sizes)) if sizes else 0.0
 
     @property
@@ -351,7 +351,7 @@ class RealtimeWater:
             lit = None
             if self.around_lamps is not None:
                 lit = lamplight_on(cloud, lamps, self.around_lamps)
-            numbers = cloud_numbers(cloud, self.field, self.channels, away, lit)
+            numbers = cloud_numbers(cloud, self.field, self.channels, away, lit, lamps)
             found.append(replace(numbers, kind=float(phases.index(cloud.matter.phase))))
         return found
 
@@ -451,7 +451,7 @@ def realtime_water(
     shape = Shape(
         field.components, column.reflects, len(scale.zones), scale.slices, shafts,
         sky=column.sky, layered=field.layered, shade=seen.shade is not None,
-        covers=seen.cover is not None, lamps=len(lamps.all),
+        covers=seen.cover is not None, lamps=len(lamps.all), thrown=len(lamps.thrown),
         lamp_components=phase.components if lamps.lamps else (), lamps_in_air=lamps.from_air,
         facets=seen.kinds.facets if lamps.lamps else 0,
         above=seen.above is not None, mirrors=seen.kinds.mirrors,

@@ -58,6 +58,7 @@ _COVER = "uw_cover"
 _LAMPS, _SOURCES = "uw_lamps", "uw_lamp_sources"
 _APPARENT, _MIRRORED, _WINDOW = "uw_apparent", "uw_mirrored", "uw_window"
 _EXCITING, _CLOUDS, _GRIDS = "uw_exciting", "uw_clouds", "uw_cloud_grids"
+_GRID_LAMPS = "uw_cloud_lamps"
 _PLAIN, _FILTER, _HIGHLIGHT = "uw_plain", "uw_filter", "uw_highlight "
 # Columns of red, green and blue come before those of measured reflectances.
 _FIRST_MEASURED = 3
@@ -119,9 +120,13 @@ def add_realtime(scene: bpy.types.Scene, water: RealtimeWater, extent: WaterExte
     exciting = realtime_tables.new_image(exciting_layout(shape)) if shape.fluorophores else None
     floating = realtime_clouds.new_image(shape) if shape.clouds else None
     grids = cloud_grids.new_image(len(shape.grids)) if shape.grids else None
+    grid_lamps = None
+    if shape.grids and shape.lamps > shape.thrown:
+        grid_lamps = cloud_grids.new_lamp_image(len(shape.grids), shape.lamps - shape.thrown)
     sources = Sources(
-        values, table, shade, cover, lit, images, rays, mirrored, exciting, window, floating, grids
-    )
+        values, table, shade, cover, lit, images, rays, mirrored, exciting, window, floating, grids,
+        grid_lamps,
+    )  # fmt: skip
     surface = realtime_surface.build(shape, sources)
     keeping = realtime_surface.build(shape, sources, keeps=True) if water.keeps_closures else None
     fluorescent = None
@@ -183,6 +188,7 @@ def add_realtime(scene: bpy.types.Scene, water: RealtimeWater, extent: WaterExte
                 (_EXCITING, exciting),
                 (_CLOUDS, floating),
                 (_GRIDS, grids),
+                (_GRID_LAMPS, grid_lamps),
                 (marks.FLUORESCENT, fluorescent),
                 (_PLAIN, plain),
                 *((_HIGHLIGHT + kind, group) for kind, group in highlights.items()),
@@ -258,7 +264,7 @@ def set_values(scene: bpy.types.Scene, water: RealtimeWater) -> None:
     if water.shape.clouds:
         realtime_clouds.write_clouds(marks.part(scene, _CLOUDS), water.clouds)
     if water.shape.grids:
-        realtime_clouds.write_grids(marks.part(scene, _GRIDS), water.grids)
+        _set_grids(scene, water)
     if water.around_lamps is not None:
         _set_lamps(scene, water, water.around_lamps)
     if water.waves is not None:
@@ -406,8 +412,15 @@ def _lamp_images(water: RealtimeWater) -> realtime_lamps.LampImages:
         len(lamps.thrown),
         from_air=shape.lamps_in_air,
         exciting=shape.fluorophores > 0,
-        in_clouds=bool(shape.clouds),
+        in_clouds=bool(shape.floating),
     )
+
+
+def _set_grids(scene: bpy.types.Scene, water: RealtimeWater) -> None:
+    grids, of_lamps = water.grids, marks.part(scene, _GRID_LAMPS)
+    realtime_clouds.write_grids(marks.part(scene, _GRIDS), grids)
+    if of_lamps is not None:
+        realtime_clouds.write_lamps(of_lamps, grids)
 
 
 def _set_lamps(scene: bpy.types.Scene, water: RealtimeWater, around: LampWater) -> None:

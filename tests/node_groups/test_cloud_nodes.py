@@ -20,6 +20,7 @@ from underwater_spectral.uw_spectral.clouds.cloud_light import (
     Several,
     Together,
     add_up,
+    march,
     with_escapes,
 )
 from underwater_spectral.uw_spectral.clouds.density_grid import DensityGrid
@@ -98,15 +99,18 @@ def _with_grid(puffs):
     turned = np.array([[0.8, -0.6, 0.0], [0.6, 0.8, 0.0], [0.0, 0.0, 1.0]])
     box = DensityGrid(density, np.array([-0.1, 0.4, 0.1]), turned * 0.15)
     like = clouds.group.clouds[-1]
-    one = replace(like, escapes=None, grid=box.lit(SUN, float(like.kept.mean())))
-    image = cloud_grids.new_image(1)
+    lamps = [x.position for x in _folded(IsotropicProfile(), clouds=0.4).lamps]
+    one = replace(like, escapes=None, grid=box.lit(SUN, float(like.kept.mean()), lamps))
+    image, of_lamps = cloud_grids.new_image(1), cloud_grids.new_lamp_image(1, len(lamps))
     realtime_clouds.write_grids(image, [one])
+    realtime_clouds.write_lamps(of_lamps, [one])
     group = Several([*clouds.group.clouds[:puffs], one])
 
     def nodes(graph):
         others = in_nodes(graph)
         table = others.group if puffs else None
-        together = Together(table, realtime_clouds.grids_in(graph, image))
+        grids = realtime_clouds.grids_in(graph, image, of_lamps, len(lamps))
+        together = Together(table, grids)
         return replace(others, group=together)
 
     return replace(clouds, group=group), nodes
@@ -180,6 +184,45 @@ def test_lamps_in_clouds(square, tmp_path, count, part):  # noqa: F811
     seen = square(nodes, tmp_path / "lamp.exr")
     _, (lamp, light) = folded.lights()
     _agree(seen, of(clouds, lamp, light, at[..., :1], at[..., 1:2], add_up))
+
+
+@pytest.mark.parametrize("part", ["scattered", "between", "rays"])
+def test_lamps_in_a_grid(square, tmp_path, part):  # noqa: F811
+    at = _position(square, tmp_path)
+    clouds, in_nodes = _with_grid(0)
+    folded = _folded(IsotropicProfile(), clouds=0.4)
+    images = realtime_lamps.new_images(2, 2, folded.parts, folded.measured, in_clouds=True)
+    realtime_lamps.write_lamps(images, folded, [(1.0, 0.0, 0.0), (0.0, 1.0, 0.0)])
+    w, P = (0.0, 0.6, -0.8), 4.5
+
+    def of(found, lamp, light, number, x, y, add, follow):
+        origin = (x, y, 3.0)
+        (cloud,) = found.group.grids
+        if part == "between":
+            beyond = (-0.1 + 0.6 * x, 1.4 + 0.6 * y, 0.55 + 0.0 * x)
+            way = [1.3 * (a - b) for a, b in zip(beyond, lamp.position, strict=True)]
+            return found.m.exp(-(cloud.kept * cloud.from_lamp(number, lamp.position, way, found.m)))
+        rays = found.rays(found.group.grids, origin, w, P, add)
+        if part == "rays":
+            ray = rays[id(cloud)]
+            return cloud.kept * ray.column(3.2, found.m) + ray.middle
+        past = ray_past_lamp(lamp, origin, w, P, found.m, before_thing=True)
+        through = LampAndClouds(found, lamp, past, origin, w, P, number, rays)
+        return through.scattered(cloud, light, add, follow)[0]
+
+    def nodes(graph, position):
+        x, y, _ = graph.components(position)
+        table = realtime_lamps.LampTable.of(graph, images)
+        index = graph.operation("ADD", (graph.operation("MULTIPLY", (x, 0.0)), 1.0))
+        light = table.in_water(index, folded.components)
+        add, follow = functools.partial(summed, graph), functools.partial(followed, graph)
+        return of(in_nodes(graph), table.lamp(index), light, index, x, y, add, follow)
+
+    seen = square(nodes, tmp_path / "lamp.exr")
+    _, (lamp, light) = folded.lights()
+    wanted = of(clouds, lamp, light, 1, at[..., :1], at[..., 1:2], add_up, march)
+    assert wanted.max() > 1.2 * wanted.min()
+    _agree(seen, wanted)
 
 
 def test_lamps_on_things_below_clouds(square, tmp_path):  # noqa: F811

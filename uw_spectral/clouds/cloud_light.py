@@ -142,6 +142,14 @@ class CloudNumbers:
             return self.grid.towards_sun(point, back, m)
         return self.puff.along(point, back, m).column(FAR, m)
 
+    def from_lamp(
+        self, number: Operand, lamp: Sequence[Operand], way: Sequence[Operand], m: Mathematics
+    ) -> Operand:
+        """Integral of the density from a lamp of a number over a way, m."""
+        if self.grid is not None:
+            return self.grid.from_lamp(number, lamp, way, m)
+        return self.puff.between(lamp, way, m)
+
     def escaping(self, point: Sequence[Operand], m: Mathematics) -> Operand:
         """Share of light scattered at a place that leaves the cloud, in channels."""
         if self.grid is not None:
@@ -396,21 +404,17 @@ class Clouds:
         """
         m = self.m
 
-        # Loops cannot look into each other: what others need of grids is found before.
+        # What is alone follows its own way.
         grids = () if self.group.alone else self.group.grids
-        rays = [self._moments(x.grid, origin, w, P, add) for x in grids if x.grid is not None]
+        rays = self.rays(grids, origin, w, P, add)
 
         def way(cloud: CloudNumbers) -> RayInPuff:
-            for other, ray in zip(grids, rays, strict=True):
-                if other is cloud:
-                    return ray
-            return cloud.puff.along(origin, w, m)
+            return rays.get(id(cloud)) or cloud.puff.along(origin, w, m)
 
         def of_cloud(cloud: CloudNumbers) -> Sequence[Operand]:
             p = self.bluntly(cloud, s2)
             if cloud.grid is not None:
-                found = self._through_grid(cloud, cloud.grid, origin, w, P, p, way, follow)
-                return of_column(cloud, *found)
+                return of_column(cloud, *through_grid(cloud, cloud.grid, p))
             ray = way(cloud)
             share = ray.column(P, m)
             start = m.clamp(ray.middle - SPAN / ray.rate, 0.0 * P, P)
@@ -426,6 +430,19 @@ class Clouds:
 
             (light,) = add(STEPS, self.steps(cloud, way, places, (0.0, P, STEPS), source))
             return of_column(cloud, share, light, m.clamp(ray.middle, 0.0 * P, P) * share)
+
+        def through_grid(cloud: CloudNumbers, grid: Grid, p: Operand) -> Sequence[Operand]:
+            start, step = grid.steps(origin, w, P, m)
+
+            def places(index: Operand) -> Sequence[Operand]:
+                near = start + index * step
+                return near, near + 0.5 * step, near + step
+
+            def source(point: Sequence[Operand], s: Operand, here: Sequence[Operand]) -> Operand:
+                return self._source(cloud, point, s, p, w, here)
+
+            terms = self.grid_steps(cloud, way, (origin, w), places, source)
+            return follow(density_grid.STEPS, terms)
 
         def of_column(
             cloud: CloudNumbers, share: Operand, light: Operand, middle: Operand
@@ -488,10 +505,19 @@ class Clouds:
             p = self.m.select(chosen, phase.per_steradian(s2, self.m), p)
         return self.m.minimum(p / (1.0 - cloud.peak), cloud.ceiling)
 
+    def rays(
+        self, grids: Sequence[CloudNumbers], origin: Sequence[Operand], w: Sequence[Operand],
+        P: Operand, add: Sum,
+    ) -> dict[int, RayInPuff]:  # fmt: skip
+        """Return ways through grids as those through puffs of the same moments, by identity.
+
+        Loops cannot look into each other: what they need of grids is found before them.
+        """
+        return {id(x): self._moments(x.grid, origin, w, P, add) for x in grids if x.grid}
+
     def _moments(
         self, grid: Grid, origin: Sequence[Operand], w: Sequence[Operand], P: Operand, add: Sum
     ) -> RayInPuff:
-        """Return the way through a grid as that through a puff of the same moments."""
         m = self.m
         start, step = grid.steps(origin, w, P, m)
 
@@ -504,32 +530,51 @@ class Clouds:
         column, first, second = add(density_grid.STEPS, moments)
         return density_grid.ray_of(column, first, second, m)
 
-    def _through_grid(
-        self, cloud: CloudNumbers, grid: Grid, origin: Sequence[Operand], w: Sequence[Operand],
-        P: Operand, p: Operand, way: Callable[[CloudNumbers], RayInPuff], follow: March,
-    ) -> Sequence[Operand]:  # fmt: skip
-        """Column of a grid along a path, its light, and its column times the distance."""
-        m = self.m
-        start, step = grid.steps(origin, w, P, m)
+    def grid_steps(
+        self,
+        cloud: CloudNumbers,
+        ray: Callable[[CloudNumbers], RayInPuff],
+        path: tuple[Sequence[Operand], Sequence[Operand]],
+        places: Callable[[Operand], Sequence[Operand]],
+        source: Callable[[Sequence[Operand], Operand, Sequence[Operand]], Operand],
+    ) -> Callable[[Operand, Operand], tuple[Operand, Sequence[Operand]]]:
+        """Return the same for a cloud with a grid, of which each step knows what is before it.
+
+        Parameters
+        ----------
+        cloud : CloudNumbers
+        ray, places : callable
+            Of :meth:`steps`.
+        path : three numbers, three numbers
+            Where the ray begins, m, and its unit direction.
+        source : callable
+            As there, of a place, its distance, and what the nodes have there.
+
+        Returns
+        -------
+        callable
+            Column of a step, what it scatters, and its column times the distance.
+        """
+        m, grid = self.m, cloud.grid
+        assert grid is not None, "a cloud with a grid"
 
         def term(index: Operand, before: Operand) -> tuple[Operand, Sequence[Operand]]:
-            s = start + (index + 0.5) * step
-            point = [x + along * s for x, along in zip(origin, w, strict=True)]
+            near, s, far = places(index)
+            point = [x + along * s for x, along in zip(*path, strict=True)]
             here = grid.at(point, m)
-            column = here[0] * step
+            column = here[0] * (far - near)
             left, gone = (m.exp(-cloud.scaled * x) for x in (before, before + column))
 
             def dimmed(other: CloudNumbers) -> Sequence[Operand]:
-                return (other.scaled * way(other).column(s, m),)
+                return (other.scaled * ray(other).column(s, m),)
 
             share = left - gone
             if not self.group.alone:
-                own = cloud.scaled * way(cloud).column(s, m)
+                own = cloud.scaled * ray(cloud).column(s, m)
                 share = share * m.exp(own - self.group.total(dimmed)[0])
-            source = self._source(cloud, point, s, p, w, here)
-            return column, (share * source, column * s)
+            return column, (share * source(point, s, here), column * s)
 
-        return follow(density_grid.STEPS, term)
+        return term
 
     def _source(
         self, cloud: CloudNumbers, point: Sequence[Operand], s: Operand, p: Operand,

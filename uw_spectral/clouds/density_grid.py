@@ -24,6 +24,9 @@ WAYS = np.array(
 )
 WEIGHTS = np.array([1.0 / 15.0] * 6 + [3.0 / 40.0] * 8)
 """Directions along axes and diagonals, and their shares of a mean over all (Lebedev's rule)."""
+LAMP_NODES = 24
+"""Nodes along each side of a box that know what is between them and lamps."""
+_LAMP_STEPS = 40
 _MOST = 64
 """Nodes along the longest side of a box."""
 _EMPTY = 1e-9  # m, of matter along a ray
@@ -38,6 +41,14 @@ class Nodes(Protocol):
 
     def at(self, place: Sequence[Operand]) -> Sequence[Operand]:
         """Interpolate linearly at a place in the box, counted in nodes along each axis."""
+        ...
+
+
+class LampNodes(Protocol):
+    """One number for each lamp at each of :data:`LAMP_NODES` along each axis."""
+
+    def at(self, lamp: Operand, place: Sequence[Operand]) -> Operand:
+        """Interpolate linearly, for the number of a lamp; 0 of one that has none."""
         ...
 
 
@@ -58,12 +69,15 @@ class Grid:
     nodes : Nodes
         Density, its integral from there to the sun, and the length of matter, both m, that lets
         through what escapes from there, see :func:`escape_column`.
+    lamps : LampNodes, optional
+        Integral of the density from there to each lamp, m.
     """
 
     corner: Sequence[Operand]
     rows: Sequence[Operand]
     counts: Sequence[Operand]
     nodes: Nodes
+    lamps: LampNodes | None = None
 
     def own(self, way: Sequence[Operand]) -> list[Operand]:
         """Return a way in the world, m, in nodes along the own axes."""
@@ -71,9 +85,13 @@ class Grid:
 
     def at(self, point: Sequence[Operand], m: Mathematics = NUMPY) -> Sequence[Operand]:
         """Return the three numbers at a place, or what is nearest to it in the box."""
+        return self.nodes.at(self._held(point, m))
+
+    def _held(self, point: Sequence[Operand], m: Mathematics) -> list[Operand]:
+        """Return a place in nodes, or the nearest of the box."""
         u = self.own([x - x0 for x, x0 in zip(point, self.corner, strict=True)])
         last = [count - 1.0 for count in self.counts]
-        return self.nodes.at([m.clamp(x, 0.0, end) for x, end in zip(u, last, strict=True)])
+        return [m.clamp(x, 0.0, end) for x, end in zip(u, last, strict=True)]
 
     def crossing(
         self, origin: Sequence[Operand], w: Sequence[Operand], m: Mathematics = NUMPY
@@ -114,6 +132,30 @@ class Grid:
         _, column, _ = self.at([x + d * start for x, d in zip(point, back, strict=True)], m)
         return m.less(start, end) * column
 
+    def from_lamp(
+        self, number: Operand, lamp: Sequence[Operand], way: Sequence[Operand],
+        m: Mathematics = NUMPY,
+    ) -> Operand:  # fmt: skip
+        """Integral of the density from a lamp over a way, m.
+
+        Parameters
+        ----------
+        number : number
+            Of the lamp.
+        lamp : three numbers
+            Where it is, m.
+        way : three numbers
+            To a place in the box or outside it, m.
+        """
+        assert self.lamps is not None, "there are lamps"
+        point, back = [x + d for x, d in zip(lamp, way, strict=True)], [-d for d in way]
+        entry, end = self.crossing(point, back, m)
+        start = m.maximum(entry, 0.0 * entry)
+        u = self._held([x + d * start for x, d in zip(point, back, strict=True)], m)
+        places = [x * ((LAMP_NODES - 1.0) / (n - 1.0)) for x, n in zip(u, self.counts, strict=True)]
+        # Nothing is between them if the box begins beyond the lamp.
+        return m.less(start, m.minimum(end, 1.0)) * self.lamps.at(number, places)
+
 
 def ray_of(column: Operand, first: Operand, second: Operand, m: Mathematics) -> RayInPuff:
     """Return the Gaussian whose integral along a ray has the same moments.
@@ -138,21 +180,39 @@ class ArrayNodes:
 
     def at(self, place: Sequence[Operand]) -> Sequence[Operand]:
         """Interpolate at places of any shape."""
-        values = self.values
-        below, share = [], []
-        for x, count in zip(place, values.shape, strict=False):
-            x = np.asarray(x, dtype=np.float64)
-            low = np.clip(np.floor(x).astype(int), 0, count - 2)
-            below.append(low)
-            share.append(x - low)
-        total = np.zeros(3)
-        for corner in np.ndindex(2, 2, 2):
-            weight = 1.0
-            for far, part in zip(corner, share, strict=True):
-                weight = weight * (part if far else 1.0 - part)
-            found = values[tuple(low + far for low, far in zip(below, corner, strict=True))]
-            total = total + np.asarray(weight)[..., None] * found
-        return [total[..., k] for k in range(3)]
+        found = _trilinear(self.values, place)
+        return [found[..., k] for k in range(3)]
+
+
+@dataclass(frozen=True, eq=False)
+class ArrayLampNodes:
+    """Numbers at nodes as an array, shape (lamps, n, n, n), n of :data:`LAMP_NODES`."""
+
+    values: Array
+
+    def at(self, lamp: Operand, place: Sequence[Operand]) -> Operand:
+        """Interpolate at places of any shape."""
+        if lamp >= len(self.values):
+            return 0.0 * np.asarray(place[0])
+        return _trilinear(self.values[int(lamp)][..., None], place)[..., 0]
+
+
+def _trilinear(values: Array, place: Sequence[Operand]) -> Array:
+    """Interpolate an array of shape (nx, ny, nz, k) at places of any shape; shape (..., k)."""
+    below, share = [], []
+    for x, count in zip(place, values.shape, strict=False):
+        x = np.asarray(x, dtype=np.float64)
+        low = np.clip(np.floor(x).astype(int), 0, count - 2)
+        below.append(low)
+        share.append(x - low)
+    total = np.zeros(values.shape[-1])
+    for corner in np.ndindex(2, 2, 2):
+        weight = 1.0
+        for far, part in zip(corner, share, strict=True):
+            weight = weight * (part if far else 1.0 - part)
+        found = values[tuple(low + far for low, far in zip(below, corner, strict=True))]
+        total = total + np.asarray(weight)[..., None] * found
+    return total
 
 
 @dataclass(frozen=True, eq=False)
@@ -196,7 +256,7 @@ class DensityGrid:
         pairs = ((getattr(self, x), getattr(other, x)) for x in ("density", "corner", "axes"))
         return all(np.array_equal(one, two) for one, two in pairs)
 
-    def lit(self, sun: ArrayLike, kept: float) -> Grid:
+    def lit(self, sun: ArrayLike, kept: float, lamps: Sequence[Sequence[float]] = ()) -> Grid:
         """Return what formulas need of it.
 
         Parameters
@@ -205,6 +265,7 @@ class DensityGrid:
             Unit direction that sunlight travels to, z up.
         kept : float
             Of :func:`escape_column`.
+        lamps : sequence of places, m
         """
         found = (
             self.density,
@@ -212,7 +273,10 @@ class DensityGrid:
             escape_column(self.outwards, kept),
         )
         nodes = ArrayNodes(np.stack(found, axis=-1))
-        return Grid(list(self.corner), list(self.rows.ravel()), self.counts, nodes)
+        shining = None
+        if lamps:
+            shining = ArrayLampNodes(np.array([self.column_to(tuple(lamp)) for lamp in lamps]))
+        return Grid(list(self.corner), list(self.rows.ravel()), self.counts, nodes, shining)
 
     def wet(self) -> DensityGrid:
         """Return the same with nothing above the water."""
@@ -245,6 +309,32 @@ class DensityGrid:
             total[: last + 1 - step] += moved
         total = total[::-1] if way[along] < 0 else total
         return np.moveaxis(total, 0, along) / abs(way[along])
+
+    def column_to(self, lamp: tuple[float, ...]) -> Array:
+        """Integral of the density from some nodes to a lamp, m, shape (n, n, n).
+
+        There are :data:`LAMP_NODES` along each axis; for a lamp it is computed once.
+        """
+        if lamp not in self._to_lamps:
+            self._to_lamps[lamp] = self._column_to(lamp)
+        return self._to_lamps[lamp]
+
+    @functools.cached_property
+    def _to_lamps(self) -> dict[tuple[float, ...], Array]:
+        return {}
+
+    def _column_to(self, lamp: tuple[float, ...]) -> Array:
+        last = np.array(self.counts) - 1.0
+        some = np.moveaxis(np.indices((LAMP_NODES,) * 3), 0, -1) * (last / (LAMP_NODES - 1.0))
+        way = self.rows @ (np.asarray(lamp, dtype=np.float64) - self.corner) - some
+        ahead = np.where(np.abs(way) < _STILL, _STILL, way)
+        # Until the box ends, or the lamp is met.
+        end = np.minimum(np.where(ahead > 0, last - some, some) / np.abs(ahead), 1.0).min(axis=-1)
+        total = np.zeros(some.shape[:3])
+        for step in range(_LAMP_STEPS):
+            u = some + way * (end * ((step + 0.5) / _LAMP_STEPS))[..., None]
+            total += _trilinear(self.density[..., None], list(np.moveaxis(u, -1, 0)))[..., 0]
+        return total * end * np.linalg.norm(way @ self.axes.T, axis=-1) / _LAMP_STEPS
 
     @functools.cached_property
     def outwards(self) -> Array:

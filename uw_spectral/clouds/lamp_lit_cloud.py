@@ -10,8 +10,8 @@ it: fine about a lamp in the cloud.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,7 +22,8 @@ from ..lamps.lamp_path import Quadrature, gauss_sum
 from ..lamps.multiple_scattering import asinh, light_along
 from ..mathematics import Operand, dot
 from ..transfer.sun_beam import half_angle2
-from .cloud_light import ISOTROPIC, SPAN, CloudNumbers, Clouds, Sum, add_up
+from . import density_grid
+from .cloud_light import ISOTROPIC, SPAN, CloudNumbers, Clouds, March, Sum, add_up, march
 from .puff import RayInPuff
 
 STEPS = 8
@@ -43,6 +44,10 @@ class LampAndClouds:
         Where the ray begins, m, and its unit direction.
     P : number
         Its length, m.
+    number : number
+        Of the lamp.
+    rays : mapping
+        Of :meth:`.Clouds.rays`, for all grids.
     """
 
     clouds: Clouds
@@ -51,9 +56,15 @@ class LampAndClouds:
     origin: Sequence[Operand]
     w: Sequence[Operand]
     P: Operand
+    number: Operand = 0.0
+    rays: Mapping[int, RayInPuff] = field(default_factory=dict)
 
     def seen(
-        self, light: ChannelLight, integrate: Quadrature = gauss_sum, add: Sum = add_up
+        self,
+        light: ChannelLight,
+        integrate: Quadrature = gauss_sum,
+        add: Sum = add_up,
+        follow: March = march,
     ) -> Operand:
         """Return the light of the lamp along the ray, in channels.
 
@@ -61,8 +72,8 @@ class LampAndClouds:
         ----------
         light : ChannelLight
             Of the lamp in the water, and in clouds.
-        integrate, add : callable
-            Add up the terms of the quadratures and of the steps.
+        integrate, add, follow : callable
+            Add up the terms of the quadratures, and of the steps through puffs and grids.
         """
         m, lamp, past = self.clouds.m, self.lamp, self.past
         t0 = m.maximum(past.t0, 0.0)
@@ -70,7 +81,7 @@ class LampAndClouds:
         disc = light.unscattered.at(t0) * disc_seen(lamp, past, m)
         once, more = light_along(lamp, past, light, m, integrate, self.left)
 
-        (turned,) = self.clouds.group.total(lambda cloud: self.scattered(cloud, light, add))
+        (turned,) = self.clouds.group.total(lambda x: self.scattered(x, light, add, follow))
         return once + more + disc * straight + turned
 
     def left(self, s: Operand, where: Sequence[Operand]) -> Operand:
@@ -78,26 +89,35 @@ class LampAndClouds:
         m, start = self.clouds.m, self.lamp.position
 
         def lost(cloud: CloudNumbers) -> Sequence[Operand]:
-            seen, lit = self._column(cloud, s), cloud.puff.between(start, where, m)
-            return (cloud.scaled * seen + cloud.kept * lit,)
+            seen = self._column(cloud, s)
+            between = cloud.from_lamp(self.number, start, where, m)
+            return (cloud.scaled * seen + cloud.kept * between,)
 
         return m.exp(-self.clouds.group.total(lost)[0])
 
     def _ray(self, cloud: CloudNumbers) -> RayInPuff:
-        return cloud.puff.along(self.origin, self.w, self.clouds.m, nearly=True)
+        known = self.rays.get(id(cloud))
+        return known or cloud.puff.along(self.origin, self.w, self.clouds.m, nearly=True)
 
     def _column(self, cloud: CloudNumbers, s: Operand) -> Operand:
         return self._ray(cloud).column(s, self.clouds.m)
 
-    def scattered(self, cloud: CloudNumbers, light: ChannelLight, add: Sum) -> Sequence[Operand]:
+    def scattered(
+        self, cloud: CloudNumbers, light: ChannelLight, add: Sum = add_up, follow: March = march
+    ) -> Sequence[Operand]:
         """Light that one cloud scatters to the camera, on its way through all of them."""
         m, past = self.clouds.m, self.past
         ray = self._ray(cloud)
         first = m.maximum(past.t0 + past.first, 0.0)
         last = m.maximum(self.P, first)
-        ends = (m.clamp(ray.middle + x / ray.rate, first, last) for x in (-SPAN, SPAN))
+        count = STEPS if cloud.grid is None else density_grid.STEPS
+        if cloud.grid is None:
+            ends = [ray.middle + x / ray.rate for x in (-SPAN, SPAN)]
+        else:
+            ends = cloud.grid.crossing(self.origin, self.w, m)
+        ends = (m.clamp(x, first, last) for x in ends)
         start, end = (asinh(s - past.t0, past.h, m) for s in ends)
-        step = (end - start) / STEPS
+        step = (end - start) / count
         # What all steps need is made before them.
         ray.until(0.0, m)
 
@@ -108,16 +128,28 @@ class LampAndClouds:
         def places(index: Operand) -> Sequence[Operand]:
             return [distance(index + beyond) for beyond in (0.0, 0.5, 1.0)]
 
+        if cloud.grid is not None:
+
+            def in_grid(point: Sequence[Operand], s: Operand, here: Sequence[Operand]) -> Operand:
+                return self._source(cloud, light, s, point, m.exp(-(cloud.kept * here[2])))
+
+            path = self.origin, self.w
+            of_grid = self.clouds.grid_steps(cloud, self._ray, path, places, in_grid)
+            return (follow(count, of_grid)[1],)
+
         def source(s: Operand) -> Operand:
-            return self._source(cloud, light, s)
+            point = [x + along * s for x, along in zip(self.origin, self.w, strict=True)]
+            return self._source(cloud, light, s, point, cloud.escaping_about(point, m))
 
         terms = self.clouds.steps(cloud, self._ray, places, (first, last, STEPS), source)
         return add(STEPS, terms)
 
-    def _source(self, cloud: CloudNumbers, light: ChannelLight, s: Operand) -> Operand:
+    def _source(
+        self, cloud: CloudNumbers, light: ChannelLight, s: Operand, point: Sequence[Operand],
+        escaping: Operand,
+    ) -> Operand:  # fmt: skip
         """Radiance of endless matter with the light of a place, less what the water takes."""
         m, lamp = self.clouds.m, self.lamp
-        point = [x + along * s for x, along in zip(self.origin, self.w, strict=True)]
         r, u = lamp.towards(point, m)
         where = [x - x0 for x, x0 in zip(point, lamp.position, strict=True)]
         E = light.floating_at(lamp.wet(r, where[2], m), s, m)
@@ -125,13 +157,13 @@ class LampAndClouds:
         E = E * (lit / (r * r + lamp.radius * lamp.radius))
 
         def between(other: CloudNumbers) -> Sequence[Operand]:
-            column = other.puff.between(lamp.position, where, m)
+            column = other.from_lamp(self.number, lamp.position, where, m)
             return other.scaled * column, other.kept * column
 
         left, widely = (m.exp(-part) for part in self.clouds.group.total(between))
         p = self.clouds.bluntly(cloud, half_angle2(self.w, u, m))
         total = p * left + cloud.linear(-dot(self.w, u)) * (widely - left)
-        total = total + ISOTROPIC * cloud.again(cloud.escaping_about(point, m), widely)
+        total = total + ISOTROPIC * cloud.again(escaping, widely)
         return m.maximum(total, 0.0) * cloud.albedo * E
 
 
@@ -145,14 +177,17 @@ def path_light(
     before_thing: bool = False,
 ) -> NDArray[np.float64]:
     """Radiance of lamps along rays through clouds, as :meth:`.LampChannels.path_light`."""
-    total = np.zeros(3)
-    for lamp, light in folded.lights():
+    total, rays = np.zeros(3), clouds.rays(clouds.group.grids, origin, w, P, add_up)
+    for number, (lamp, light) in enumerate(folded.lights()):
         past = ray_past_lamp(lamp, origin, w, P, before_thing=before_thing)
-        total = total + LampAndClouds(clouds, lamp, past, origin, w, P).seen(light)
+        through = LampAndClouds(clouds, lamp, past, origin, w, P, number, rays)
+        total = total + through.seen(light)
     return total
 
 
-def left_on_thing(clouds: Clouds, lamp: Lamp, point: Sequence[Operand]) -> Operand:
+def left_on_thing(
+    clouds: Clouds, lamp: Lamp, point: Sequence[Operand], number: Operand = 0.0
+) -> Operand:
     """Share of the light of a lamp on a thing at a place that clouds leave, in channels."""
     way = [x - x0 for x, x0 in zip(point, lamp.position, strict=True)]
-    return clouds.left("kept", lambda cloud: cloud.puff.between(lamp.position, way, clouds.m))
+    return clouds.left("kept", lambda x: x.from_lamp(number, lamp.position, way, clouds.m))

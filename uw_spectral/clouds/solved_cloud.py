@@ -47,6 +47,7 @@ def cloud_numbers(
     channels: Channels,
     distance: float,
     by_lamps: ArrayLike | None = None,
+    lamps: Sequence[Lamp] = (),
 ) -> CloudNumbers:
     """Return what a pixel needs of a cloud.
 
@@ -60,6 +61,8 @@ def cloud_numbers(
         About how far it is from the camera, m.
     by_lamps : array_like, shape (n,), optional
         Irradiance of lamps there, see :func:`lamplight_on`.
+    lamps : sequence of Lamp
+        That shine on it, in the order of their numbers.
     """
     matter, blunt = cloud.matter, blunt_phase(cloud.matter.phase)
     y = float(np.clip(-float(cloud.puff.middle[2]), _SHALLOWEST, field.floor_depth))
@@ -104,7 +107,8 @@ def cloud_numbers(
     if cloud.grid is not None:
         # One length of matter serves the channels, whose coefficients are much alike.
         kept_mean = float(np.mean(numbers.kept))
-        numbers = replace(numbers, grid=cloud.grid.lit(field.sun, kept_mean))
+        places = [tuple(float(x) for x in lamp.position) for lamp in lamps]
+        return replace(numbers, grid=cloud.grid.lit(field.sun, kept_mean, places))
     return numbers if by_lamps is None else with_escapes(numbers)
 
 

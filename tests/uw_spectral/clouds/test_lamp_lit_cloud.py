@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from underwater_spectral.reference.cloud_photons import GreyPuff, radiance
 from underwater_spectral.uw_spectral.clouds import lamp_lit_cloud
 from underwater_spectral.uw_spectral.clouds.cloud_light import Clouds, Several, with_escapes
+from underwater_spectral.uw_spectral.clouds.density_grid import DensityGrid
 from underwater_spectral.uw_spectral.lamps.lamp import Lamp
 from underwater_spectral.uw_spectral.lamps.lamp_channels import fold_lamps
 from underwater_spectral.uw_spectral.lamps.multiple_scattering import lamp_water
 from underwater_spectral.uw_spectral.lamps.profile import IsotropicProfile, SpotProfile
+from underwater_spectral.uw_spectral.mathematics import NUMPY
 from underwater_spectral.uw_spectral.spectra.bands import Bands
 from underwater_spectral.uw_spectral.transfer.channels import channels_of_bands
 from underwater_spectral.uw_spectral.water.phase import parse_phase
@@ -139,3 +142,54 @@ def test_what_lies_behind_a_cloud_is_lit_through_it():
     assert left == pytest.approx(np.exp(-wide * SIGMA * math.sqrt(2.0 * math.pi)), rel=1e-3)
     aside = lamp_lit_cloud.left_on_thing(_clouds((cloud, matter)), torch, (-6.0, -3.0, 0.0))
     assert aside == pytest.approx(1.0, abs=1e-3)
+
+
+def _gridded(found, torch, count=48):
+    """Clouds of a puff whose density is at nodes."""
+    cloud, matter = found
+    axes = np.eye(3) * (3.6 / (count - 1))
+    corner = np.asarray(cloud.middle, dtype=float) - 1.8
+    empty = DensityGrid(np.zeros((count,) * 3), corner, axes)
+    density = np.asarray(cloud.puff.density(list(np.moveaxis(empty.places(), -1, 0))))
+    grid = replace(empty, density=density).lit(SUN, float(cloud.kept.mean()), [torch.position])
+    return Clouds(Several([replace(cloud, grid=grid)]), [matter.phase], tuple(SUN))
+
+
+@pytest.mark.parametrize(("concentration", "bound"), [(2.0, 0.05), (8.0, 0.09)])
+def test_light_of_a_lamp_in_a_grid_is_that_of_photons(concentration, bound):
+    cloud, matter = _numbers(concentration)
+    empty = lamp_water([0.0] * 3, [1e-9] * 3, parse_phase("isotropic").for_bands([1e-9] * 3))
+    folded = fold_lamps([_torch()], empty, CHANNELS, clouds=SIGMA)
+    grey = GreyPuff(SIGMA, float(matter.absorption[0]), float(matter.scattering[0]), matter.phase)
+    photons = radiance(grey, SUN, SIDES, lamp=TORCH, count=200_000)
+    found = {}
+    for name, view in SIDES.items():
+        light = lamp_lit_cloud.path_light(
+            folded, _gridded((cloud, matter), _torch()), *_disc(view), np.full((36, 1), 200.0)
+        )
+        found[name] = float(light[:, 0].mean())
+    assert found == pytest.approx(photons, rel=bound)
+
+
+@pytest.mark.parametrize("place", [(0.2, 0.1, 0.0), (0.0, -2.2, 0.3)], ids=["in it", "outside"])
+def test_a_lamp_shines_in_a_grid_as_in_its_puff(place):
+    torch = Lamp(place, (0.0, 1.0, 0.0), np.ones(3), IsotropicProfile(), 0.02)
+    folded = fold_lamps([torch], _water(), CHANNELS, clouds=SIGMA)
+    for side in (0.0, 0.3, -0.5):
+        ray = [np.array([x]) for x in (side, -3.0, 0.1)], (0.0, 1.0, 0.0), np.array([8.0])
+        one = lamp_lit_cloud.path_light(folded, _clouds(_numbers(6.0)), *ray)
+        other = lamp_lit_cloud.path_light(folded, _gridded(_numbers(6.0), torch), *ray)
+        assert other == pytest.approx(one, rel=0.05)
+
+
+def test_columns_to_a_lamp_are_those_of_the_puff():
+    found = _numbers(6.0)
+    for place in ((0.2, 0.1, 0.0), TORCH):
+        torch = Lamp(place, (0.0, 1.0, 0.0), np.ones(3))
+        ((cloud, gridded),) = [(found[0], _gridded(found, torch).group.clouds[0])]
+        ends = np.random.default_rng(5).uniform(-3.0, 3.0, (400, 3))
+        way = list((ends - place).T[..., None])
+        one = cloud.from_lamp(0, place, way, NUMPY)
+        other = gridded.from_lamp(0, place, way, NUMPY)
+        assert other == pytest.approx(one, abs=0.03)
+        assert np.max(one) > 0.6
