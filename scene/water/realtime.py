@@ -373,7 +373,8 @@ def _place_mirrored(scene: bpy.types.Scene, view: MirroredView) -> None:
 
 def keep_images(scene: bpy.types.Scene) -> None:
     """Pack what :func:`set_values` has drawn: a file that is saved then shows it without us."""
-    drawn = [marks.part(scene, name) for name in (_TABLE, _SHADE, _COVER, _LAMPS, _EXCITING)]
+    names = (_TABLE, _SHADE, _COVER, _LAMPS, _EXCITING, _CLOUDS, _GRIDS, _GRID_LAMPS)
+    drawn = [marks.part(scene, name) for name in names]
     waves = marks.images(scene)
     for image in (*drawn, waves.caustics, waves.slopes):
         if image is not None and image.is_dirty:

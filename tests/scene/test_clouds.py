@@ -290,6 +290,32 @@ def test_a_density_is_read_at_each_frame_and_not_more_often():
     assert volume == pytest.approx((2.0 * np.pi * SIGMA**2) ** 1.5, rel=0.02)
 
 
+def test_files_and_sequences_are_read_as_they_stand_at_a_frame(tmp_path):
+    scene, _ = bpy.context.scene, _camera()
+    made = _volume_of_a_puff((0.0, 3.0, -DEPTH))
+    cube = next(n for n in made.modifiers[0].node_group.nodes if "VolumeCube" in n.bl_idname)
+    for frame, size in ((1, 1.75), (2, 0.5)):
+        cube.inputs["Max"].default_value = (size,) * 3
+        bpy.context.view_layer.update()
+        seen = made.evaluated_get(bpy.context.evaluated_depsgraph_get())
+        geometry = seen.evaluated_geometry()
+        assert geometry.volume.grids.save(filepath=str(tmp_path / f"silt_{frame:04d}.vdb"))
+    volume = bpy.data.volumes.new("Silt")
+    volume.filepath, volume.is_sequence = str(tmp_path / "silt_0001.vdb"), True
+    volume.frame_start, volume.frame_duration = 1, 2
+    item = bpy.data.objects.new("Silt", volume)
+    scene.collection.objects.link(item)
+    bpy.context.view_layer.update()
+    masses = []
+    for frame in (1, 2):
+        scene.frame_set(frame)
+        density, _, cell = volume_grids.read_density(scene, item)
+        masses.append(density.sum() * np.prod(cell))
+    assert masses[0] == pytest.approx((2.0 * np.pi * SIGMA**2) ** 1.5, rel=0.02)
+    # Of three axes as much is gone as beyond a standard deviation.
+    assert masses[1] == pytest.approx(masses[0] * 0.841**3, rel=0.05)
+
+
 def test_live_water_follows_a_grid():
     scene, _ = bpy.context.scene, _camera()
     group = getattr(scene, "underwater")  # noqa: B009 - added by the extension
