@@ -104,10 +104,8 @@ class KeptGrids:
         place = np.array(item.matrix_world, dtype=np.float64)
         axes = place[:3, :3] * own.cell
         grid = DensityGrid(own.density, place[:3, :3] @ own.low + place[:3, 3], axes).wet()
-        last = self._placed.get(item.name_full)
-        if last is None or not last.is_like(grid):
-            self._placed[item.name_full] = last = grid
-        return last
+        self._placed[item.name_full] = grid = grid.or_known(self._placed.get(item.name_full))
+        return grid
 
 
 def read_density(

@@ -15,7 +15,7 @@ from ..errors import InputError
 from ..mathematics import NUMPY, Mathematics, Operand, dot
 from .puff import Puff, RayInPuff
 
-STEPS = 32
+STEPS = 40
 """Steps in which a ray is followed through a grid."""
 BLOCK = (512, 256)
 """Columns and rows of the nodes of a grid, slices side by side."""
@@ -27,6 +27,7 @@ WEIGHTS = np.array([1.0 / 15.0] * 6 + [3.0 / 40.0] * 8)
 LAMP_NODES = 24
 """Nodes along each side of a box that know what is between them and lamps."""
 _LAMP_STEPS = 40
+_MOST_LAMPS = 64  # of which a grid keeps what is between
 _MOST = 64
 """Nodes along the longest side of a box."""
 _EMPTY = 1e-9  # m, of matter along a ray
@@ -251,10 +252,16 @@ class DensityGrid:
         """Places of the nodes, m, shape (nx, ny, nz, 3)."""
         return self.corner + np.moveaxis(np.indices(self.counts), 0, -1) @ self.axes.T
 
-    def is_like(self, other: DensityGrid) -> bool:
-        """Whether both are the same."""
-        pairs = ((getattr(self, x), getattr(other, x)) for x in ("density", "corner", "axes"))
-        return all(np.array_equal(one, two) for one, two in pairs)
+    def or_known(self, known: DensityGrid | None) -> DensityGrid:
+        """Return one that is the same, or what is known of one that only stands elsewhere."""
+        if known is None or not all(
+            np.array_equal(getattr(self, x), getattr(known, x)) for x in ("density", "axes")
+        ):
+            return self
+        if np.array_equal(self.corner, known.corner):
+            return known
+        vars(self)["outwards"] = known.outwards
+        return self
 
     def lit(self, sun: ArrayLike, kept: float, lamps: Sequence[Sequence[float]] = ()) -> Grid:
         """Return what formulas need of it.
@@ -316,6 +323,8 @@ class DensityGrid:
         There are :data:`LAMP_NODES` along each axis; for a lamp it is computed once.
         """
         if lamp not in self._to_lamps:
+            if len(self._to_lamps) >= _MOST_LAMPS:
+                self._to_lamps.clear()
             self._to_lamps[lamp] = self._column_to(lamp)
         return self._to_lamps[lamp]
 
@@ -384,7 +393,7 @@ def node_counts(size: ArrayLike) -> tuple[int, int, int]:
     Examples
     --------
     >>> node_counts((1.0, 1.0, 1.0)), node_counts((4.0, 1.0, 1.0))
-    ((48, 48, 48), (64, 18, 18))
+    ((50, 50, 50), (64, 18, 18))
     """
     lengths = np.asarray(size, dtype=np.float64)
     if not (np.all(np.isfinite(lengths)) and np.all(lengths > 0)):

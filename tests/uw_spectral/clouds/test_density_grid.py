@@ -95,17 +95,17 @@ def test_transmittance_is_that_of_an_integral_of_the_density():
     rough, (origin, w) = _rough(), _rays()
     cloud, matter = _numbers(2.0)
     cloud = dataclasses.replace(cloud, grid=rough.lit(SUN, 1.0))
-    found = _veil([cloud], matter.phase)
+    found, off = _veil([cloud], matter.phase), []
     s = (np.arange(4000) + 0.5) / 4000 * 6.0
-    worst = most = 0.0
-    for ray in range(0, len(w[0]), 4):
+    for ray in range(len(w[0])):
         places = [float(x[ray, 0]) + float(d[ray, 0]) * s for x, d in zip(origin, w, strict=True)]
         column = _trilinear(rough, np.stack(places, axis=-1)).sum() * 6.0 / 4000
-        wanted = np.exp(-cloud.extinction * column)
-        worst = max(worst, np.abs(found.unscattered[ray] / wanted - 1.0).max())
-        most = max(most, column)
-    assert worst < 0.02
-    assert most > 0.5
+        if column > 0.1:
+            wanted = np.exp(-cloud.extinction * column)
+            off.append(np.abs(found.unscattered[ray] / wanted - 1.0).max())
+    assert len(off) > 30
+    assert np.quantile(off, 0.95) < 0.02
+    assert np.max(off) < 0.03
 
 
 def test_columns_towards_the_sun_are_integrals_inside_the_box_and_outside():
@@ -212,6 +212,16 @@ def test_nodes_have_room_in_a_block(size):
     assert max(nx, ny, nz) >= 50
     # A ray meets no more nodes than twice its steps, but for margins.
     assert max(nx, ny, nz) <= 2 * STEPS
+
+
+def test_a_grid_that_moves_keeps_its_ways_out():
+    one = _rough()
+    elsewhere = dataclasses.replace(one, corner=one.corner + 1.0)
+    assert dataclasses.replace(one).or_known(one) is one
+    assert elsewhere.or_known(one) is elsewhere
+    assert elsewhere.outwards is one.outwards
+    turned = dataclasses.replace(one, axes=one.axes @ TURNED)
+    assert turned.or_known(one).outwards is not one.outwards
 
 
 def test_flat_objects_are_named():
