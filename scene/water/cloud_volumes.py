@@ -11,9 +11,9 @@ from ...node_groups.node_mathematics import MARK
 from ...settings.render_plan import RenderPlan
 from ...settings.scene_settings import BOUNDED
 from ...uw_spectral.clouds.puff import REACH
-from .. import marks
+from .. import contents, marks
 from ..materials import bare_surfaces
-from ..seen.clouds import GRID, PUFF, SceneClouds, clouds_of, outline
+from ..seen.clouds import GRID, PUFF, SceneClouds, clouds_of, is_grid, outline
 from . import scene_water
 from .cycles_phase import CyclesPhase, cycles_phase
 
@@ -83,6 +83,27 @@ def clear(item: bpy.types.Object) -> str:
         material[MARK] = True
         bare_surfaces.give_material(item, material)
     return ""
+
+
+def leave_out(scene: bpy.types.Scene) -> list[str]:
+    """Keep EEVEE from drawing volume objects that are no clouds and that it has a material for.
+
+    Those that have one of their own are left out with it.
+
+    Returns
+    -------
+    list of str
+        Which, one line each.
+    """
+    notes, depsgraph = [], bpy.context.evaluated_depsgraph_get()
+    for item in contents.objects(scene):
+        if item.type != GRID or MARK in item or is_grid(item) or not item.is_editable:
+            continue
+        geometry = item.evaluated_get(depsgraph).evaluated_geometry()
+        if geometry.volume is not None and not any(geometry.volume.materials):
+            clear(item)
+            notes.append(f"volume {item.name!r} has no material and is left out by EEVEE")
+    return notes
 
 
 def hide(item: bpy.types.Object) -> None:

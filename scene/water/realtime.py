@@ -200,6 +200,7 @@ def add_realtime(scene: bpy.types.Scene, water: RealtimeWater, extent: WaterExte
         floor_shades=False,
     )
     notes += water.seen.cloud_notes
+    notes += cloud_volumes.leave_out(scene)
     if shape.grids:
         cleared = (cloud_volumes.clear(item) for item in clouds.grids_of(scene))
         notes += [said for said in cleared if said]

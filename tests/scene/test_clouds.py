@@ -252,6 +252,18 @@ def test_what_a_grid_lets_through_of_a_wall_is_its_transmittance(tmp_path):
     assert veiled / clear == pytest.approx(wanted, rel=0.02)
 
 
+def test_a_volume_that_is_no_cloud_and_has_no_material_is_left_out(tmp_path):
+    """EEVEE draws a fog of its own for it, in which there is no water."""
+    _camera(8, 6)
+    plan = _plan()
+    clear, _ = _images("bands", plan, tmp_path / "clear.exr")
+    item = _volume_of_a_puff((0.0, 3.0, -DEPTH))
+    seen, notes = _images("bands", plan, tmp_path / "fog.exr")
+    assert notes == ["volume 'Smoke' has no material and is left out by EEVEE"]
+    assert seen == pytest.approx(clear, rel=1e-3)
+    assert [x.name for x in item.modifiers] == ["Volume"]
+
+
 def test_a_grid_without_density_is_said(tmp_path):
     _camera(8, 6)
     plan = _plan()
