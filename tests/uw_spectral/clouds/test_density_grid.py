@@ -65,15 +65,15 @@ def _numbers(concentration, *, albedo=None, sun=1.0, spread=0.4, ambient=0.6):
     return cloud, matter
 
 
-def _rays(count=80):
+def _rays(count=80, y=0.0):
     rng = np.random.default_rng(1)
     w = np.array([rng.normal(size=count) * 0.12, np.ones(count), rng.normal(size=count) * 0.12])
     w /= np.linalg.norm(w, axis=0)
-    return [np.full((count, 1), x) for x in (0.0, 0.0, -5.0)], [x[:, None] for x in w]
+    return [np.full((count, 1), x) for x in (0.0, y, -5.0)], [x[:, None] for x in w]
 
 
-def _veil(clouds, phase, P=FAR):
-    origin, w = _rays()
+def _veil(clouds, phase, P=FAR, y=0.0):
+    origin, w = _rays(y=y)
     found = Clouds(Several(clouds), [phase], tuple(SUN))
     return found.veil(origin, w, np.full((len(w[0]), 1), P), half_angle2(w, list(SUN)))
 
@@ -158,11 +158,13 @@ def test_the_puff_that_is_most_like_it_is_its_own():
 
 
 @pytest.mark.parametrize("concentration", [2.0, 8.0])
-@pytest.mark.parametrize("P", [3.2, FAR], ids=["in it", "behind it"])
-def test_a_grid_of_a_puff_shines_as_the_puff_does(concentration, P):
+@pytest.mark.parametrize(
+    ("y", "P"), [(0.0, 3.2), (0.0, FAR), (2.8, FAR)], ids=["end in it", "past it", "from within"]
+)
+def test_a_grid_of_a_puff_shines_as_the_puff_does(concentration, y, P):
     cloud, matter = _numbers(concentration)
     gridded = dataclasses.replace(cloud, grid=_of_puff().lit(SUN, float(cloud.kept.mean())))
-    one, other = _veil([cloud], matter.phase, P), _veil([gridded], matter.phase, P)
+    one, other = _veil([cloud], matter.phase, P, y), _veil([gridded], matter.phase, P, y)
     assert other.light == pytest.approx(one.light, rel=0.02)
     assert other.passed == pytest.approx(one.passed, abs=0.004)
 
