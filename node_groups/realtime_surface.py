@@ -99,9 +99,9 @@ def build(
     the three are multiplied already; ``Normal``; if things filter, ``Covered``, the share of each
     channel that is not transparent; if things mirror, ``Mirrored``, the part of the reflectance
     that does, and ``Mirror Roughness``; if things are translucent, ``Behind``, the part that light
-    from behind shines through; if things are either, ``Closed``, 1 where there is a wall behind a wall; if lamps shine
-    on facets, :data:`.realtime_lamps.FACETS`; and if
-    reflectances were measured, ``Column``, where that of the material is found if it is not 0, and
+    from behind shines through; if things are either, ``Closed``, 1 where there is a wall behind a
+    wall; if lamps shine on facets, :data:`.realtime_lamps.FACETS`; and if reflectances were
+    measured, ``Column``, where that of the material is found if it is not 0, and
     ``Measured``, its channels. With ``fluoresces`` there is ``Fluorescence``, the absorptance of up
     to three fluorophores.
     """
