@@ -337,9 +337,10 @@ class _Surface:
         ray = self._water.along(r)
         M, once = ray.ahead(self._y, r)
         L = M + once + ray.boundary(self._y, r)
-        white = Facets(self._normal, roughness, [self._sum(self._given[MIRRORED]) / 3.0], [0.0])
-        (gain,) = white.with_all_light([-x for x in self._w], NODES).even
-        return ray.shaded(L, self._left(), self._y) * weight * gain
+        colour = NODES.maximum(self._sum(self._given[MIRRORED]) / 3.0, _DARKEST)
+        facets = Facets(self._normal, roughness, [colour], [0.0])
+        (brighter,) = facets.with_all_light([-x for x in self._w], NODES).even
+        return ray.shaded(L, self._left(), self._y) * weight * (brighter / colour)
 
     def _left(self) -> LightLeft:
         """What things leave of the light from all sides on this one."""

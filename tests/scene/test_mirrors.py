@@ -94,7 +94,7 @@ def test_a_mirror_shows_the_water_that_it_faces(empty_blender, turn, tilt):
 @pytest.mark.parametrize("roughness", [0.5, pytest.param(0.8, marks=pytest.mark.slow)])
 def test_a_rough_mirror_shows_the_mean_of_the_water_that_its_facets_face(empty_blender, roughness):
     """The same plate, against the solver in all directions and GGX's facets."""
-    plan = _plan(16)
+    plan = _plan(32)
     seen, n = _on_plate(empty_blender, plan, 0.0, 15.0, roughness)
     turned = (np.arange(48) + 0.5) * math.pi / 24
     z, angle = np.meshgrid(np.sqrt((np.arange(24) + 0.5) / 24), turned)
