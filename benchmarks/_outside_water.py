@@ -200,9 +200,9 @@ Coefficient of variation of Ed, modelled over measured by Darecki et al. (2011),
   there: they blur the pattern that the long ones focus.
 - **Waves of some decimetres carry what is missing near the surface.** They focus there. The
   spectrum that the sea has here, Elfouhaily's, dips between its long and its short waves; that of
-  Romeiser & Alpers (1997) has 1.5 times as much slope in waves of 10 to 30 cm and half of it in ripples, and
-  with it the contrast at .9 m rises by 16 %. Twice as much, and b as the c-meter sees it, bring
-  all depths and wavelengths within {100 * np.abs(both - 1.0).max():.0f} %, and
+  Romeiser & Alpers (1997) has 1.5 times as much slope in waves of 10 to 30 cm and half of it in
+  ripples, and with it the contrast at .9 m rises by 16 %. Twice as much, and b as the c-meter
+  sees it, bring all depths and wavelengths within {100 * np.abs(both - 1.0).max():.0f} %, and
   {(np.abs(both - 1.0) <= _WANTED).sum()} of {both.size} within {100 * _WANTED:.0f} %. How rough
   that sea was at these lengths was not measured, so the model keeps its spectrum.
 - Whitecaps cover {100 * causes.whitecaps(WIND):.1f} % of the sea at this wind (Monahan &

@@ -444,9 +444,9 @@ def insert(materials: list[bpy.types.Material], surfaces: Surfaces) -> list[str]
                 "dry; make it local"
             )
             continue
+        output = _surface_output(material.node_tree)
         if MARK not in material:
             _leave_volume_out(material, notes)
-        output = _surface_output(material.node_tree)
         if output is None:
             continue
         name, closed = f"material {material.name!r}", material in surfaces.closed
@@ -471,6 +471,10 @@ def _leave_volume_out(material: bpy.types.Material, notes: list[str]) -> None:
     for link in [link for link in output.inputs["Volume"].links if not link.is_muted]:
         link.is_muted, output[_MUTED_VOLUME] = True, True
     if output.get(_MUTED_VOLUME):
+        if not output.inputs["Surface"].is_linked:
+            # Without anything EEVEE draws black.
+            clear = Graph(material.node_tree).node("ShaderNodeBsdfTransparent")
+            material.node_tree.links.new(clear.outputs[0], output.inputs["Surface"])
         notes.append(
             f"the volume of material {material.name!r} is left out in real time; the reference "
             "draws it"
