@@ -44,6 +44,12 @@ def build(shape: Shape, sources: Sources) -> bpy.types.ShaderNodeTree:
         found = shade.on_path(eye, w, P)
     ray, y_e = water.along(w), NODES.maximum(y_o - w[2] * P, 0.0)
     path_shade = water.path_shade(found, ray.falling_off(y_e, w), P)
+    floating = {}
+    if shape.floating:
+        group = realtime_clouds.build(shape, sources, ahead=True)
+        rate = ray.falling_off(y_e, w)[1]
+        floating = in_group(graph, group, {realtime_clouds.RATE: rate})
+        path_shade = realtime_clouds.shadowed(path_shade, floating)
     end = [e + along * P for e, along in zip(eye, w, strict=True)]
     pixel = ray.open_water(
         y_o, w, water.sky, water.index, ripples=water.ripples(ahead.get(SLOPE)), shade=path_shade,
@@ -59,10 +65,8 @@ def build(shape: Shape, sources: Sources) -> bpy.types.ShaderNodeTree:
     if "B_single" in shape.layers:
         once = ray.single_scattering(y_o, y_e, w, P) * path_shade.once
         pixel = replace(pixel, single_scattering=once)
-    if shape.floating:
-        group = realtime_clouds.build(shape, sources, ahead=True)
-        veil = realtime_clouds.veil_of(in_group(graph, group, {}))
-        pixel = veiled(pixel, veil, ray, y_o, w)
+    if floating:
+        pixel = veiled(pixel, realtime_clouds.veil_of(floating), ray, y_o, w)
     seen: Operand = water.seen(pixel.total)
     if shape.shafts:
         # The volume has shadows of its own.

@@ -18,11 +18,14 @@ from ..uw_spectral.clouds.cloud_light import (
     Together,
     Veil,
 )
+from ..uw_spectral.clouds.cloud_shadow import sunlit_share
 from ..uw_spectral.mathematics import Operand
+from ..uw_spectral.transfer.channel_pixel import ShadeOnPath
 from ..uw_spectral.transfer.radiance_field import distance_in_water
 from ..uw_spectral.transfer.sun_beam import half_angle2
 from ..uw_spectral.water.phase import PhaseFunction
 from . import cloud_grids
+from .chance import chance
 from .loops import followed, summed
 from .node_mathematics import NODES, PART_SIZE, Graph, NodeValue, new_group
 from .realtime_lamps import CloudsOf
@@ -35,8 +38,9 @@ NAME = "UW Clouds"
 UNSCATTERED, PASSED, LIGHT, MIDDLE, FORWARD = (
     "Unscattered", "Passed", "Light", "Middle", "Forward",
 )  # fmt: skip
+SUNLIT, RATE = "Sunlit", "Rate"
 SUNLIGHT, SKYLIGHT = "Sunlight", "Skylight"
-_OUTPUTS = (UNSCATTERED, PASSED, LIGHT, MIDDLE, FORWARD)
+_OUTPUTS = (UNSCATTERED, PASSED, LIGHT, MIDDLE, FORWARD, SUNLIT)
 # Texels of a cloud: single numbers, three to each, and how many the other fields take.
 _SINGLE = ("reference", "asymmetry", "ceiling", "peak", "kind")
 _OF_PLACE = {"middle": 1, "rows": 3}
@@ -53,6 +57,8 @@ _WIDTH = _ESCAPES + ESCAPES
 def build(shape: Shape, sources: Sources, *, ahead: bool) -> bpy.types.ShaderNodeTree:
     """Build the group of clouds before a thing, or up to the boundary.
 
+    Its input :data:`RATE` is that of :func:`.sunlit_share`.
+
     Parameters
     ----------
     shape : Shape
@@ -62,6 +68,7 @@ def build(shape: Shape, sources: Sources, *, ahead: bool) -> bpy.types.ShaderNod
         :data:`SKYLIGHT`: shares of the sun's and of other light that clouds leave on the thing.
     """
     tree = new_group(NAME)
+    tree.interface.new_socket(RATE, in_out="INPUT", socket_type="NodeSocketFloat")
     slim = is_crowded(shape)
     graph = Graph(tree, PART_SIZE, slim=slim, rays=sources.rays, slim_numbers=slim)
     found = Values(graph, sources.values, shape)
@@ -85,7 +92,11 @@ def build(shape: Shape, sources: Sources, *, ahead: bool) -> bpy.types.ShaderNod
         LIGHT: veil.light,
         MIDDLE: veil.middle,
         FORWARD: veil.forward,
-    }
+        SUNLIT: sunlit_share(
+            clouds, origin, w, P, graph.term(graph.node("NodeGroupInput").outputs[RATE]),
+            chance(graph, w)[0], add_up,
+        ),
+    }  # fmt: skip
     if not ahead:
         results[SUNLIGHT] = clouds.sunlight_left(place_here(graph))
         results[SKYLIGHT] = clouds.skylight_left(place_here(graph))
@@ -101,6 +112,11 @@ def build(shape: Shape, sources: Sources, *, ahead: bool) -> bpy.types.ShaderNod
 def veil_of(found: dict[str, NodeValue]) -> Veil:
     """Return the veil from the outputs of the group."""
     return Veil(*(found[name] for name in _OUTPUTS))
+
+
+def shadowed(shade: ShadeOnPath, found: dict[str, NodeValue]) -> ShadeOnPath:
+    """Return what is left of a path's light in the shadows of clouds, if there are any."""
+    return replace(shade, once=shade.once * found[SUNLIT]) if found else shade
 
 
 def new_image(shape: Shape) -> bpy.types.Image:

@@ -14,7 +14,6 @@ import bpy
 
 from ..uw_spectral.clouds.veiled_pixel import surroundings, veiled
 from ..uw_spectral.mathematics import Operand, dot
-from ..uw_spectral.surface.refraction import mirrored_direction
 from ..uw_spectral.surface.wave_patterns import sunlight_factor
 from ..uw_spectral.transfer.above_water import LightInAir, facing_mirrored, turned_sun
 from ..uw_spectral.transfer.channel_pixel import (
@@ -27,8 +26,11 @@ from ..uw_spectral.transfer.channel_pixel import (
     Thing,
 )
 from ..uw_spectral.transfer.closures import BOTH_SIDES
+from ..uw_spectral.transfer.facets import Facets
 from ..uw_spectral.transfer.folded_light import ON_PATCH
+from ..uw_spectral.transfer.rough_mirror import mirrored_by_chance
 from . import realtime_clouds, realtime_lamps, realtime_layers
+from .chance import chance
 from .node_mathematics import NODES, PART_SIZE, Graph, NodeValue, new_group
 from .realtime_rays import (
     camera_depth_behind,
@@ -65,7 +67,8 @@ NAME, KEEPING = "UW Thing in Water", "UW Water before Thing"
 FLUORESCENT = "UW Fluorescent Thing in Water"
 
 LIT, COLOR, EMITTED = "Lit", "Color", "Emission"
-MIRRORED, BEHIND, CLOSED = "Mirrored", "Behind", "Closed"
+MIRRORED, MIRROR_ROUGHNESS = "Mirrored", "Mirror Roughness"
+BEHIND, CLOSED = "Behind", "Closed"
 COVERAGE, COVERED, NORMAL = "Coverage", "Covered", "Normal"
 COLUMN, MEASURED = "Column", "Measured"
 FLUORESCENCE = "Fluorescence"
@@ -76,6 +79,7 @@ _INPUTS = {
     COVERAGE: "NodeSocketFloat",
     NORMAL: "NodeSocketVector",
 }
+_MIRROR_INPUTS = {MIRRORED: "NodeSocketColor", MIRROR_ROUGHNESS: "NodeSocketFloat"}
 _MEASURED_INPUTS = {COLUMN: "NodeSocketFloat", MEASURED: "NodeSocketVector"}
 _BEHIND_IT = "Shade behind It"
 _DARKEST = 1e-3  # reflectance below which a colour does not tell how a thing is lit
@@ -95,17 +99,17 @@ def build(
     RGB radiance; ``Coverage``, the share that is not transparent, with which
     the three are multiplied already; ``Normal``; if things filter, ``Covered``, the share of each
     channel that is not transparent; if things mirror, ``Mirrored``, the part of the reflectance
-    that does; if things are translucent, ``Behind``, the part that light from behind shines
-    through; if things are either, ``Closed``, 1 where there is a wall behind a wall; if lamps shine
-    on facets, :data:`.realtime_lamps.FACETS`; and if
-    reflectances were measured, ``Column``, where that of the material is found if it is not 0, and
+    that does, and ``Mirror Roughness``; if things are translucent, ``Behind``, the part that light
+    from behind shines through; if things are either, ``Closed``, 1 where there is a wall behind a
+    wall; if lamps shine on facets, :data:`.realtime_lamps.FACETS`; and if reflectances were
+    measured, ``Column``, where that of the material is found if it is not 0, and
     ``Measured``, its channels. With ``fluoresces`` there is ``Fluorescence``, the absorptance of up
     to three fluorophores.
     """
     tree = new_group(FLUORESCENT if fluoresces else KEEPING if keeps else NAME)
     left_out = ({LIT} if keeps else set()) | (set() if shape.glows else {EMITTED})
     own = {name: kind for name, kind in _INPUTS.items() if name not in left_out}
-    kinds = own | ({MIRRORED: "NodeSocketColor"} if shape.mirrors else {})
+    kinds = own | (_MIRROR_INPUTS if shape.mirrors else {})
     kinds |= {BEHIND: "NodeSocketColor"} if shape.translucent else {}
     kinds |= {COVERED: "NodeSocketVector"} if shape.filters else {}
     kinds |= {CLOSED: "NodeSocketFloat"} if shape.translucent or shape.filters else {}
@@ -167,7 +171,8 @@ class _Surface:
         self._clouds = {}
         if shape.floating:
             group = realtime_clouds.build(shape, sources, ahead=False)
-            self._clouds = in_group(graph, group, {})
+            rate = self._ray.falling_off(self._y, self._w)[1]
+            self._clouds = in_group(graph, group, {realtime_clouds.RATE: rate})
         self._thing = self._made_thing()
         self._pixel = self._made_pixel()
 
@@ -322,12 +327,19 @@ class _Surface:
         return [first, *((1.0 - known) * part for part in parts[1:])]
 
     def _mirrored_light(self) -> Operand:
-        """Radiance that comes to the thing along the mirrored view ray."""
-        r = mirrored_direction(self._w, self._normal)
+        """Radiance that comes to the thing along the mirrored view ray, one of many if rough."""
+        here = place_here(self._graph)
+        roughness = self._given[MIRROR_ROUGHNESS]
+        r, weight = mirrored_by_chance(
+            self._w, self._normal, roughness, chance(self._graph, here)[:2], NODES
+        )
         ray = self._water.along(r)
         M, once = ray.ahead(self._y, r)
         L = M + once + ray.boundary(self._y, r)
-        return ray.shaded(L, self._left(), self._y)
+        colour = NODES.maximum(self._sum(self._given[MIRRORED]) / 3.0, _DARKEST)
+        facets = Facets(self._normal, roughness, [colour], [0.0])
+        (brighter,) = facets.with_all_light([-x for x in self._w], NODES).even
+        return ray.shaded(L, self._left(), self._y) * weight * (brighter / colour)
 
     def _left(self) -> LightLeft:
         """What things leave of the light from all sides on this one."""
@@ -360,7 +372,8 @@ class _Surface:
 
     def _path_shade(self) -> ShadeOnPath:
         rates = self._ray.falling_off(self._y, self._w)
-        return self._water.path_shade(self._shade, rates, self._P)
+        shade = self._water.path_shade(self._shade, rates, self._P)
+        return realtime_clouds.shadowed(shade, self._clouds)
 
     def _made_pixel(self) -> ChannelPixel:
         ray, y, n = self._ray, self._y, self._normal

@@ -23,6 +23,7 @@ from ...uw_spectral.surface.wet_reflectance import (
     mean_cosine_of_grains,
     wet_reflectance_TwomeyEtAl1986,
 )
+from ...uw_spectral.transfer.closures import hair_albedo, sheen_albedo
 from ..stored_materials import is_porous
 from .realtime_materials import own_shader
 from .shader_nodes import EMITS, HIDES, PASSES, PRINCIPLED, REFRACTS, SHADER_NODES, nodes_that
@@ -63,6 +64,11 @@ _DEEPEST = 32  # nodes in a row
 _GRAZING = 0.1  # mean share of what shows at grazing angles
 _GRAZING_NODES = {"ShaderNodeFresnel", "ShaderNodeLayerWeight"}
 _GRAINS = GRAIN_INDEX / REFRACTIVE_INDEX
+_FROM_BEHIND = (
+    0.5  # of what comes through, by the light on this side: sides seen are mostly the lit
+)
+_SIDES = 64
+_THREADS = {"ShaderNodeBsdfHair", "ShaderNodeBsdfHairPrincipled"}
 _CLEAR, _DARK = nodes_that(PASSES, REFRACTS), nodes_that(EMITS, HIDES)
 _TEXTURES = {"ShaderNodeTexChecker", "ShaderNodeTexBrick"}
 _MATH: dict[str, Callable[..., float]] = {
@@ -178,8 +184,15 @@ class _Means:
             return np.zeros(3), 1.0 - float(np.mean(passing))
         colour = inputs.get("Base Color") or inputs.get("Color")
         base = np.array(_PLAIN if colour is None else self.of(colour))
+        if kind == "ShaderNodeBsdfSheen":
+            return base * _mean_sheen(self.of(inputs["Roughness"])[0]), 1.0
+        if kind in _THREADS:
+            return np.asarray(hair_albedo(base)), 1.0
         if kind != PRINCIPLED:
-            return base, 1.0
+            known = SHADER_NODES.get(kind)
+            return base * (_FROM_BEHIND if known is not None and known.behind else 1.0), 1.0
+        coat, tint = self.of(inputs["Coat Weight"])[0], np.array(self.of(inputs["Coat Tint"]))
+        base = base * (1.0 + coat * (tint - 1.0))
         alpha, passing = (self.of(inputs[name])[0] for name in ("Alpha", "Transmission Weight"))
         through = alpha * passing * float(base.mean())
         return base * (alpha * (1.0 - passing)), alpha - through
@@ -338,6 +351,12 @@ class _Means:
             return mean(next(i for i in group.inputs if i.identifier == output.identifier))
         finally:
             self.groups.append(group)
+
+
+def _mean_sheen(roughness: float) -> float:
+    """Share of light that a white sheen throws back, in the mean over a round thing."""
+    side = (np.arange(_SIDES) + 0.5) / _SIDES
+    return float(np.mean(sheen_albedo(roughness, np.sqrt(side))))
 
 
 def _value(socket: bpy.types.NodeSocket) -> Rgb:

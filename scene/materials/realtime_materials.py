@@ -23,8 +23,6 @@ from ...node_groups import realtime_highlights, realtime_lamps, realtime_surface
 from ...node_groups.node_mathematics import MARK, NODES, Graph, NodeValue
 from ...uw_spectral.mathematics import Operand
 from ...uw_spectral.transfer.closures import (
-    mirroring_share,
-    stretched_mirroring_share,
     whole_closure,
 )
 from ...uw_spectral.transfer.facets import specular_index
@@ -64,6 +62,7 @@ _OUTPUTS = {
     "clear": "UW Clear",
     "facets": "UW Facets",
     "roughness": "UW Roughness",
+    "mirror_roughness": "UW Mirror Roughness",
     "index": "UW Index",
     "coat": "UW Coat",
     "coat_roughness": "UW Coat Roughness",
@@ -92,8 +91,8 @@ class _Closure:
     Of the colour, ``mirrored`` is the part that mirrors, and ``behind`` the part that the light
     from behind shines through; ``highlight`` is the colour of a matte closure that is as bright in
     the sun as closures that EEVEE lacks. By ``mirror``, ``edge`` and ``clear`` facets throw back
-    lamps (:class:`.Facets`); ``roughness`` is times the weight ``facets``, ``index`` times
-    ``clear``, and what coats have times ``coat``.
+    lamps (:class:`.Facets`); ``roughness`` is times the weight ``facets``, ``mirror_roughness``
+    times ``mirrored``, ``index`` times ``clear``, and what coats have times ``coat``.
     """
 
     colour: Operand = 0.0
@@ -107,6 +106,7 @@ class _Closure:
     clear: Operand = 0.0
     facets: Operand = 0.0
     roughness: Operand = 0.0
+    mirror_roughness: Operand = 0.0
     index: Operand = 0.0
     coat: Operand = 0.0
     coat_roughness: Operand = 0.0
@@ -168,7 +168,7 @@ class _Walk:
     def _known(self, node: bpy.types.Node, known: ShaderNode, normal: NodeValue | None) -> _Closure:
         if known.approximate:
             self._note(known.approximate)
-        colour, mirrored = self._value(node.inputs[known.colour]), 0.0
+        colour, mirrored = self._value(node.inputs[known.colour]), {}
         if known.does == EMITS:
             return _Closure(emission=colour * self._value(node.inputs["Strength"]))
         if known.does == PASSES:
@@ -182,17 +182,19 @@ class _Walk:
         elif known.mirrors and not is_idle(self.tree, node, "Anisotropy"):
             self._note(_ANISOTROPIC)
         if known.mirrors:
-            roughness = self._value(node.inputs["Roughness"])
-            share = mirroring_share(roughness)
-            if not _is_zero(highlight):
-                anisotropy = self._value(node.inputs["Anisotropy"])
-                share = stretched_mirroring_share(roughness, anisotropy, NODES)
-            mirrored = colour * share
+            mirrored = self._mirrored(colour, node.inputs["Roughness"])
         behind: Operand = 0.0
         if known.behind:
             # Light comes into a body through one wall and out through another.
             behind = colour = colour * colour if self.closed else colour
-        return _Closure(colour, 0.0, 0.0, mirrored, behind, highlight, normal=normal, **facets)
+        return _Closure(
+            colour, behind=behind, highlight=highlight, normal=normal, **mirrored, **facets
+        )
+
+    def _mirrored(self, colour: Operand, roughness: bpy.types.NodeSocket) -> dict[str, Operand]:
+        """Return what of a closure mirrors the water, and how roughly."""
+        rough = _mean(colour) * self._value(roughness)
+        return {"mirrored": colour, "mirror_roughness": rough}
 
     def _facets(self, node: bpy.types.Node, kind: str, colour: Operand) -> dict[str, Operand]:
         """Return what a closure of facets throws back of lamps."""
@@ -282,13 +284,12 @@ class _Walk:
             base = base * (1.0 + coat * (tint - 1.0))
         facets = self._principled_facets(node, base, alpha, metallic, passing)
         colour = base * (alpha * (1.0 - passing))
-        mirrored = 0.0
         if not _is_zero(metallic):
-            mirrored = colour * (metallic * mirroring_share(self._value(inputs["Roughness"])))
+            facets |= self._mirrored(colour * metallic, inputs["Roughness"])
         normals = self._normal(node), self._normal(node, "Coat Normal")
         return _Closure(
-            colour, glow * alpha, transmittance, mirrored, normal=normals[0],
-            coat_normal=normals[1], **facets,
+            colour, glow * alpha, transmittance, normal=normals[0], coat_normal=normals[1],
+            **facets,
         )  # fmt: skip
 
     def _group(self, node: bpy.types.Node, output: bpy.types.NodeSocket) -> _Closure:
@@ -443,9 +444,9 @@ def insert(materials: list[bpy.types.Material], surfaces: Surfaces) -> list[str]
                 "dry; make it local"
             )
             continue
+        output = _surface_output(material.node_tree)
         if MARK not in material:
             _leave_volume_out(material, notes)
-        output = _surface_output(material.node_tree)
         if output is None:
             continue
         name, closed = f"material {material.name!r}", material in surfaces.closed
@@ -470,6 +471,10 @@ def _leave_volume_out(material: bpy.types.Material, notes: list[str]) -> None:
     for link in [link for link in output.inputs["Volume"].links if not link.is_muted]:
         link.is_muted, output[_MUTED_VOLUME] = True, True
     if output.get(_MUTED_VOLUME):
+        if not output.inputs["Surface"].is_linked:
+            # Without anything EEVEE draws black.
+            clear = Graph(material.node_tree).node("ShaderNodeBsdfTransparent")
+            material.node_tree.links.new(clear.outputs[0], output.inputs["Surface"])
         notes.append(
             f"the volume of material {material.name!r} is left out in real time; the reference "
             "draws it"
@@ -776,6 +781,8 @@ def _describe(walk: _Walk, closure: _Closure, surface: bpy.types.Node) -> Operan
         graph.assign(closure.emission, surface.inputs[realtime_surface.EMITTED])
     if realtime_surface.MIRRORED in surface.inputs:
         graph.assign(closure.mirrored, surface.inputs[realtime_surface.MIRRORED])
+        rough = _per_weight(closure.mirror_roughness, closure.mirrored)
+        graph.assign(rough, surface.inputs[realtime_surface.MIRROR_ROUGHNESS])
     elif not _is_zero(closure.mirrored):
         walk.notes.append(f"{walk.name} {_MATTE}")
     if walk.surfaces.facets:
@@ -800,11 +807,7 @@ def _describe(walk: _Walk, closure: _Closure, surface: bpy.types.Node) -> Operan
 
 def _describe_facets(walk: _Walk, closure: _Closure, surface: bpy.types.Node) -> None:
     """Tell a surface group what throws back the light of lamps."""
-    graph, lamps = walk.graph, realtime_lamps
-
-    def mean(total: Operand, weight: Operand) -> Operand:
-        return _mean(total) / NODES.maximum(_mean(weight), _LEAST_FACETS)
-
+    graph, lamps, mean = walk.graph, realtime_lamps, _per_weight
     values = {
         lamps.MIRROR: closure.mirror,
         lamps.EDGE: closure.edge,
@@ -987,6 +990,10 @@ def _same(node: bpy.types.Node, other: bpy.types.Node) -> bool:
     ]
     names = ("image", "interpolation", "projection", "extension")
     return places[0] == places[1] and all(getattr(node, x) == getattr(other, x) for x in names)
+
+
+def _per_weight(total: Operand, weight: Operand) -> Operand:
+    return _mean(total) / NODES.maximum(_mean(weight), _LEAST_FACETS)
 
 
 def _mean(colour: Operand) -> Operand:

@@ -28,7 +28,7 @@ class ShaderNode:
     colour : str
         Input with the colour that it does it by.
     mirrors : bool
-        Whether the less of it is matte the less rough it is.
+        Whether it shows the water around it.
     behind : bool
         Whether it is the light from behind that it throws on.
     facets : str

@@ -18,6 +18,7 @@ from underwater_spectral.scene.water.eevee_water import Eye, eevee_water
 from underwater_spectral.settings import render_plan
 from underwater_spectral.settings.scene_settings import SceneSettings
 from underwater_spectral.tests.scene import scenes
+from underwater_spectral.uw_spectral.transfer.highlights import halfway, round_highlight
 
 DEPTH, NEAR = 6.0, 0.2
 
@@ -27,6 +28,46 @@ def _metal(colour=1.0, roughness=0.0):
     shader = material.node_tree.nodes["Principled BSDF"].inputs
     shader["Metallic"].default_value, shader["Roughness"].default_value = 1.0, roughness
     return material
+
+
+def _on_plate(scene, plan, turn, tilt, roughness=0.0):
+    """What a white mirror close to the camera throws on, and its normal."""
+    scene.camera = camera = scenes.add_camera((0.0, 0.0, -DEPTH), (math.pi / 2, 0.0, 0.0))
+    camera.data.angle = math.radians(4.0)
+    scene.render.resolution_x = scene.render.resolution_y = 8
+    scene.render.resolution_percentage = 100
+    bpy.ops.mesh.primitive_plane_add(size=0.2, location=(0.0, NEAR, -DEPTH))
+    plate = bpy.context.object
+    plate.rotation_euler = (math.pi / 2 - math.radians(tilt), 0.0, math.radians(turn) / 2)
+    plate.data.materials.append(_metal(roughness=roughness))
+    bpy.context.view_layer.update()
+    shader = plate.active_material.node_tree.nodes["Principled BSDF"].inputs
+    extent = water_body.water_extent(scene, plan.column, DEPTH)
+    found = []
+    for colour in (1.0, 0.0):
+        shader["Base Color"].default_value = (colour, colour, colour, 1.0)
+        with engines.eevee_bands(scene, camera, plan, extent, DEPTH) as engine:
+            found.append(grey_scene.band_image(engine, plan, DEPTH).mean(axis=(0, 1)))
+    n = np.array(plate.matrix_world.to_3x3().col[2])
+    assert n[1] < 0
+    return found[0] - found[1], n
+
+
+def _plan(samples):
+    """The sun is behind the plates, so that no highlight is in them."""
+    return render_plan.make_plan(
+        SceneSettings(
+            water="jerlov:II",
+            bands=3,
+            samples=samples,
+            surface="flat",
+            sky="uniform",
+            phase="hg:0.9",
+            sun_azimuth=270.0,
+            sun_zenith=60.0,
+            diffuse_shadows=False,
+        )
+    )
 
 
 @pytest.mark.parametrize(
@@ -39,49 +80,37 @@ def _metal(colour=1.0, roughness=0.0):
 )
 def test_a_mirror_shows_the_water_that_it_faces(empty_blender, turn, tilt):
     """A plate close to the camera, against the solver along the mirrored ray."""
-    scene = empty_blender
-    scene.camera = camera = scenes.add_camera((0.0, 0.0, -DEPTH), (math.pi / 2, 0.0, 0.0))
-    camera.data.angle = math.radians(4.0)
-    scene.render.resolution_x = scene.render.resolution_y = 8
-    scene.render.resolution_percentage = 100
-    # The sun is behind the plate, so that no highlight is in it.
-    plan = render_plan.make_plan(
-        SceneSettings(
-            water="jerlov:II",
-            bands=3,
-            samples=4,
-            surface="flat",
-            sky="uniform",
-            phase="hg:0.9",
-            sun_azimuth=270.0,
-            sun_zenith=60.0,
-            diffuse_shadows=False,
-        )
-    )
-    bpy.ops.mesh.primitive_plane_add(size=0.2, location=(0.0, NEAR, -DEPTH))
-    plate = bpy.context.object
-    plate.rotation_euler = (math.pi / 2 - math.radians(tilt), 0.0, math.radians(turn) / 2)
-    plate.data.materials.append(_metal())
-    bpy.context.view_layer.update()
-    shader = plate.active_material.node_tree.nodes["Principled BSDF"].inputs
-    extent = water_body.water_extent(scene, plan.column, DEPTH)
-    found = []
-    for metallic, colour in ((1.0, 1.0), (1.0, 0.0)):
-        shader["Metallic"].default_value = metallic
-        shader["Base Color"].default_value = (colour, colour, colour, 1.0)
-        with engines.eevee_bands(scene, camera, plan, extent, DEPTH) as engine:
-            found.append(grey_scene.band_image(engine, plan, DEPTH)[3:5, 3:5].mean(axis=(0, 1)))
-    n = np.array(plate.matrix_world.to_3x3().col[2])
-    r = np.array([0.0, 1.0, 0.0]) - 2.0 * n[1] * n
-    assert n[1] < 0
-    direction = tuple(np.array([x]) for x in r)
+    plan = _plan(4)
+    seen, n = _on_plate(empty_blender, plan, turn, tilt)
+    direction = tuple(np.array([x]) for x in np.array([0.0, 1.0, 0.0]) - 2.0 * n[1] * n)
     L = plan.solved_field(16).radiance(DEPTH, direction).ravel()
     # So near, no light is scattered out of the view.
     wanted = L * np.exp(-NEAR * plan.column.absorption)
     low = L * np.exp(-NEAR * plan.column.attenuation)
-    seen = found[0] - found[1]
     assert (seen < 1.02 * wanted).all()
     assert (seen > 0.98 * low).all()
+
+
+@pytest.mark.parametrize("roughness", [0.5, pytest.param(0.8, marks=pytest.mark.slow)])
+def test_a_rough_mirror_shows_the_mean_of_the_water_that_its_facets_face(empty_blender, roughness):
+    """The same plate, against the solver in all directions and GGX's facets."""
+    plan = _plan(32)
+    seen, n = _on_plate(empty_blender, plan, 0.0, 15.0, roughness)
+    turned = (np.arange(48) + 0.5) * math.pi / 24
+    z, angle = np.meshgrid(np.sqrt((np.arange(24) + 0.5) / 24), turned)
+    side = np.cross(n, [1.0, 0.0, 0.0])
+    side /= np.linalg.norm(side)
+    r = np.sqrt(1.0 - z * z)[..., None]
+    w = z[..., None] * n + r * np.cos(angle)[..., None] * side
+    w = (w + r * np.sin(angle)[..., None] * np.cross(n, side)).reshape(-1, 3).T
+    eye = (0.0, -1.0, 0.0)
+    share = round_highlight(n, eye, halfway(eye, w), w, roughness**4)
+    L = plan.solved_field(16).radiance(DEPTH, tuple(w))
+    # What white facets throw from one to another comes as the rest does.
+    wanted = share @ L / share.sum() * np.exp(-NEAR * plan.column.absorption)
+    low = wanted * np.exp(-NEAR * plan.column.scattering)
+    assert (seen < 1.03 * wanted).all()
+    assert (seen > 0.97 * low).all()
 
 
 def test_only_scenes_with_mirrors_pay_for_them(empty_blender):

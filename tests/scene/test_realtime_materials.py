@@ -233,7 +233,10 @@ def test_volumes_are_left_out_and_said_and_come_back(empty_blender):
     notes = realtime_materials.insert([material], surfaces)
     assert output.inputs["Volume"].links[0].is_muted
     assert any("'smoke'" in note and "volume" in note for note in notes)
+    (clear,) = output.inputs["Surface"].links
+    assert clear.from_node.bl_idname == "ShaderNodeBsdfTransparent"
     realtime_materials.remove({})
+    assert not output.inputs["Surface"].is_linked
     assert not output.inputs["Volume"].links[0].is_muted
 
 

@@ -190,6 +190,8 @@ class Veil:
         Mean distance of the clouds, m.
     forward : channels
         Of the clouds, see :class:`CloudNumbers`, as a mean.
+    sunlit : channels
+        Of :func:`.sunlit_share`.
     """
 
     unscattered: Operand
@@ -197,6 +199,7 @@ class Veil:
     light: Operand
     middle: Operand
     forward: Operand
+    sunlit: Operand = 1.0
 
 
 @dataclass(frozen=True, eq=False)

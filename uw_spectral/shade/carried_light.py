@@ -28,6 +28,9 @@ from .view_cover import ViewCover
 
 _LEAST = 1e-6
 _EDGE = 0.2  # difference from which on surfaces are not one
+_SIDES = (
+    3.0  # added to normals, so that those of a crease differ by half and of round things little
+)
 _AROUND_EDGE = 2  # texels: a look-up reaches one, and so do soft edges
 _COLOUR_COUNT = len(COLOURS)
 
@@ -95,26 +98,43 @@ def carried_light(
         for part, phase in zip(light.parts, light.components, strict=True)
     )
     own = np.clip(within * covered / np.maximum(blocked, _LEAST), 0.0, 1.0)
-    own += (1.0 - own) * _one_surface(L, known)
+    own += (1.0 - own) * _one_surface(cover, of_floor, known)
     blocks = known & (blocked > _LEAST)
     own, beside = np.where(blocks, own, 1.0), np.where(blocks, mean - own * L, 0.0)
     own = 1.0 + _extended(own - 1.0, known)
     return CarriedLight(np.clip(blocked, 0.0, 1.0), own, _extended(beside, known))
 
 
-def _one_surface(L: Array, known: NDArray[np.bool_]) -> Array:
+def _one_surface(cover: ViewCover, of_floor: Array, known: NDArray[np.bool_]) -> Array:
     """Whether texels and those about them show one surface: 1, down to 0 at its edges.
 
-    Across a surface radiance changes steadily, at an edge it jumps.
+    Across a surface all changes steadily, at an edge something jumps: how much of a texel is
+    covered, how near it is, its colour or side. How light falls on a round thing is no edge, but
+    shadows on the floor have some.
     """
+    distance = np.where(cover.plane, cover.level, cover.distance)
+    near = 1.0 / np.where(known, distance, np.inf)
+    normal = np.where(cover.plane[..., None], (0.0, 0.0, 1.0), cover.normal)
+    colour = np.where(cover.plane[..., None], 0.0, cover.colour)
+    signals = np.concatenate(
+        [
+            np.stack([cover.covered, cover.floor, near]),
+            np.moveaxis(colour, 2, 0),
+            np.moveaxis(normal + _SIDES, 2, 0),
+            np.where(cover.floor, of_floor, 0.0),
+        ]
+    )
     jump = np.zeros(known.shape)
     for across, up in itertools.product(range(-_AROUND_EDGE, _AROUND_EDGE + 1), repeat=2):
         sides = [
-            np.where(np.roll(known, step, axis=(0, 1)), np.roll(L, step, axis=(1, 2)), L)
+            np.where(
+                np.roll(known, step, axis=(0, 1)), np.roll(signals, step, axis=(1, 2)), signals
+            )
             for step in ((up, across), (-up, -across))
         ]
-        highest = np.maximum.reduce([L, *sides, np.full_like(L, np.finfo(float).tiny)])
-        jump = np.maximum(jump, (np.abs(sides[0] + sides[1] - 2.0 * L) / highest).max(axis=0))
+        highest = np.maximum.reduce([signals, *sides, np.full_like(signals, _LEAST)])
+        bend = np.abs(sides[0] + sides[1] - 2.0 * signals)
+        jump = np.maximum(jump, (bend / highest).max(axis=0))
     return np.clip(1.0 - jump / _EDGE, 0.0, 1.0)
 
 

@@ -5,23 +5,11 @@ from __future__ import annotations
 import math
 
 from ..mathematics import NUMPY, Mathematics, Operand
-from .highlights import widths
 
 # Fitted to what Cycles 5.2 throws back in a white furnace, roughness .1 to 1, within .03.
 _SHEEN = (0.056, 0.236, 2.6, -1.793)
 _SMOOTHEST = 0.05
 _HAIR, _DARKEST = 1.7, 1e-6
-
-
-def mirroring_share(roughness: Operand) -> Operand:
-    """Share of a mirror that a rough one still is; the rest is taken for matte.
-
-    Examples
-    --------
-    >>> mirroring_share(0.5)
-    0.75
-    """
-    return 1.0 - roughness * roughness
 
 
 BOTH_SIDES = 0.5
@@ -54,20 +42,6 @@ def whole_closure(colour: Operand, m: Mathematics = NUMPY, *, closed: bool = Fal
     (0.5, 0.25)
     """
     return m.sqrt(m.maximum(colour * (math.pi / 4.0 if closed else 1.0), 0.0))
-
-
-def stretched_mirroring_share(
-    roughness: Operand, anisotropy: Operand, m: Mathematics = NUMPY
-) -> Operand:
-    """Return the same for one that is smoother along its tangent than across it.
-
-    Examples
-    --------
-    >>> stretched_mirroring_share(0.5, 0.0).item(), stretched_mirroring_share(0.5, -0.5).item()
-    (0.75, 0.6875)
-    """
-    narrow, wide = widths(roughness, anisotropy, m)
-    return m.maximum(1.0 - 0.5 * (narrow + wide), 0.0)
 
 
 def sheen_albedo(roughness: Operand, cosine: Operand, m: Mathematics = NUMPY) -> Operand:

@@ -1,0 +1,51 @@
+"""Shadows of clouds in the water's daylight: what they leave of sunlight along a path."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from ..mathematics import Operand
+from .cloud_light import Clouds, Sum, add_up
+
+STEPS = 6
+"""Places of a path that are looked at, one in each equal share of the light that it brings."""
+_SHORTEST = 1e-3  # optical depth
+
+
+def sunlit_share(
+    clouds: Clouds,
+    origin: Sequence[Operand],
+    w: Sequence[Operand],
+    P: Operand,
+    rate: Operand,
+    chance: Operand,
+    add: Sum = add_up,
+) -> Operand:
+    """Share of sunlight that a path scatters once which clouds leave, in channels.
+
+    Parameters
+    ----------
+    clouds : Clouds
+    origin, w : three numbers
+        Where the camera is, m, and the unit view direction.
+    P : number
+        Length of the path, m.
+    rate : number
+        At which that light falls off along it, 1/m: :meth:`.ChannelWater.falling_off`.
+    chance : number
+        Even from 0 to 1: where in its share each place lies.
+    add : callable
+        Adds up the places.
+    """
+    m = clouds.m
+    x = rate * P
+    x = m.select(m.less(m.absolute(x), _SHORTEST), _SHORTEST, x)
+    span = 1.0 - m.exp(-x)
+
+    def terms(index: Operand) -> Sequence[Operand]:
+        share = (index + chance) * (1.0 / STEPS)
+        s = P * (-m.log(1.0 - share * span) / x)
+        return (clouds.sunlight_left([a + b * s for a, b in zip(origin, w, strict=True)]),)
+
+    (total,) = add(STEPS, terms)
+    return total * (1.0 / STEPS)
