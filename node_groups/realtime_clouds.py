@@ -18,9 +18,9 @@ from ..uw_spectral.clouds.cloud_light import (
     Together,
     Veil,
 )
-from ..uw_spectral.clouds.cloud_shadow import sunlit_share
+from ..uw_spectral.clouds.cloud_shadow import daylit_shares
 from ..uw_spectral.mathematics import Operand
-from ..uw_spectral.transfer.channel_pixel import ShadeOnPath
+from ..uw_spectral.transfer.channel_pixel import LightLeft, ShadeOnPath
 from ..uw_spectral.transfer.radiance_field import distance_in_water
 from ..uw_spectral.transfer.sun_beam import half_angle2
 from ..uw_spectral.water.phase import PhaseFunction
@@ -38,9 +38,9 @@ NAME = "UW Clouds"
 UNSCATTERED, PASSED, LIGHT, MIDDLE, FORWARD = (
     "Unscattered", "Passed", "Light", "Middle", "Forward",
 )  # fmt: skip
-SUNLIT, RATE = "Sunlit", "Rate"
+SUNLIT, DAYLIT, RATE = "Sunlit", "Daylit", "Rate"
 SUNLIGHT, SKYLIGHT = "Sunlight", "Skylight"
-_OUTPUTS = (UNSCATTERED, PASSED, LIGHT, MIDDLE, FORWARD, SUNLIT)
+_OUTPUTS = (UNSCATTERED, PASSED, LIGHT, MIDDLE, FORWARD, SUNLIT, DAYLIT)
 # Texels of a cloud: single numbers, three to each, and how many the other fields take.
 _SINGLE = ("reference", "asymmetry", "ceiling", "peak", "kind")
 _OF_PLACE = {"middle": 1, "rows": 3}
@@ -57,7 +57,7 @@ _WIDTH = _ESCAPES + ESCAPES
 def build(shape: Shape, sources: Sources, *, ahead: bool) -> bpy.types.ShaderNodeTree:
     """Build the group of clouds before a thing, or up to the boundary.
 
-    Its input :data:`RATE` is that of :func:`.sunlit_share`.
+    Its input :data:`RATE` is that of :func:`.daylit_shares`.
 
     Parameters
     ----------
@@ -85,6 +85,8 @@ def build(shape: Shape, sources: Sources, *, ahead: bool) -> bpy.types.ShaderNod
         return summed(graph, count, terms)  # pyright: ignore[reportArgumentType]
 
     follow = functools.partial(followed, graph)
+    rate = graph.term(graph.node("NodeGroupInput").outputs[RATE])
+    daylit = daylit_shares(clouds, origin, w, P, rate, chance(graph, w)[0], add_up)
     veil = clouds.veil(origin, w, P, half_angle2(w, found.of(*SUN), NODES), add_up, follow)
     results: dict[str, Operand] = {
         UNSCATTERED: veil.unscattered,
@@ -92,11 +94,9 @@ def build(shape: Shape, sources: Sources, *, ahead: bool) -> bpy.types.ShaderNod
         LIGHT: veil.light,
         MIDDLE: veil.middle,
         FORWARD: veil.forward,
-        SUNLIT: sunlit_share(
-            clouds, origin, w, P, graph.term(graph.node("NodeGroupInput").outputs[RATE]),
-            chance(graph, w)[0], add_up,
-        ),
-    }  # fmt: skip
+        SUNLIT: daylit[0],
+        DAYLIT: daylit[1],
+    }
     if not ahead:
         results[SUNLIGHT] = clouds.sunlight_left(place_here(graph))
         results[SKYLIGHT] = clouds.skylight_left(place_here(graph))
@@ -116,7 +116,11 @@ def veil_of(found: dict[str, NodeValue]) -> Veil:
 
 def shadowed(shade: ShadeOnPath, found: dict[str, NodeValue]) -> ShadeOnPath:
     """Return what is left of a path's light in the shadows of clouds, if there are any."""
-    return replace(shade, once=shade.once * found[SUNLIT]) if found else shade
+    if not found:
+        return shade
+    left, here = shade.scattered, found[DAYLIT]
+    scattered = LightLeft(left.mean * here, None if left.share is None else left.share * here)
+    return ShadeOnPath(scattered, shade.once * found[SUNLIT])
 
 
 def new_image(shape: Shape) -> bpy.types.Image:

@@ -23,6 +23,7 @@ from underwater_spectral.uw_spectral.clouds.cloud_light import (
     march,
     with_escapes,
 )
+from underwater_spectral.uw_spectral.clouds.cloud_shadow import daylit_shares
 from underwater_spectral.uw_spectral.clouds.density_grid import DensityGrid
 from underwater_spectral.uw_spectral.clouds.lamp_lit_cloud import LampAndClouds
 from underwater_spectral.uw_spectral.clouds.matter import blunt_phase, suspended_matter
@@ -69,7 +70,7 @@ def _clouds(count):
 
 
 @COUNTS
-@pytest.mark.parametrize("name", ["light", "passed", "skylight"])
+@pytest.mark.parametrize("name", ["light", "passed", "skylight", "shadow"])
 def test_daylight_in_clouds(square, tmp_path, count, name):  # noqa: F811
     at = _position(square, tmp_path)
     clouds, in_nodes = _clouds(count)
@@ -78,6 +79,9 @@ def test_daylight_in_clouds(square, tmp_path, count, name):  # noqa: F811
     def of(found, x, y, add):
         if name == "skylight":
             return found.skylight_left((x, y, -0.3))
+        if name == "shadow":
+            once, scattered = daylit_shares(found, (x, y, 1.0), w, 3.0, 0.4, 0.3, **add)
+            return once - 0.5 * scattered
         return getattr(found.veil((x, y, 3.0), w, 4.5, s2, **add), name)
 
     def nodes(graph, position):

@@ -8,6 +8,7 @@ from dataclasses import replace
 import bpy
 import numpy as np
 import pytest
+from underwater_spectral.benchmarks import grey_scene
 from underwater_spectral.datasets.layer_file import bands_name
 from underwater_spectral.node_groups import cloud_grids, realtime_clouds, realtime_values
 from underwater_spectral.scene import marks, stored_clouds
@@ -485,6 +486,33 @@ def test_records_say_what_and_where():
     assert found["unit"] == "g/m³"
     assert found["position"] == pytest.approx([1.0, 2.0, -4.0])
     assert np.linalg.norm(found["half_axes"], axis=1) == pytest.approx([1.0, 2.0, 3.0])
+
+
+@pytest.mark.slow
+def test_water_below_a_cloud_is_in_its_shadow():
+    """Over the same water without the cloud, in both engines."""
+    scene, camera = bpy.context.scene, _camera(32, 24)
+    item = _puff(80.0, (0.0, 4.0, -2.6))
+    item.scale = (1.5, 1.5, 0.7)
+    left = {}
+    for engine, samples in (("eevee", 16), ("cycles", 2000)):
+        chosen = replace(PLAIN, sun_zenith=20.0, sun_azimuth=90.0, samples=samples)
+        plan, found = render_plan.make_plan(chosen), []
+        for concentration in (80.0, 0.0):
+            item.underwater.concentration = concentration
+            bpy.context.view_layer.update()
+            extent = water_body.water_extent(scene, plan.column, DEPTH)
+            with (
+                engines.eevee_bands(scene, camera, plan, extent, DEPTH)
+                if engine == "eevee"
+                else engines.cycles_bands(scene, camera, plan, extent, seed=1)
+            ) as made:
+                found.append(grey_scene.band_image(made, plan, DEPTH))
+        # From the middle down, below the cloud.
+        with_cloud, without = (x[12:, 10:22].mean(axis=(0, 1)) for x in found)
+        left[engine] = with_cloud / without
+    assert np.all(left["cycles"] < 0.95)
+    assert left["eevee"] == pytest.approx(left["cycles"], abs=0.04)
 
 
 def test_a_hidden_cloud_is_none():

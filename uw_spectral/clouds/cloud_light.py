@@ -190,8 +190,8 @@ class Veil:
         Mean distance of the clouds, m.
     forward : channels
         Of the clouds, see :class:`CloudNumbers`, as a mean.
-    sunlit : channels
-        Of :func:`.sunlit_share`.
+    sunlit, daylit : channels
+        Of :func:`.daylit_shares`.
     """
 
     unscattered: Operand
@@ -200,6 +200,7 @@ class Veil:
     middle: Operand
     forward: Operand
     sunlit: Operand = 1.0
+    daylit: Operand = 1.0
 
 
 @dataclass(frozen=True, eq=False)

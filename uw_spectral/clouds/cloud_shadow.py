@@ -1,4 +1,4 @@
-"""Shadows of clouds in the water's daylight: what they leave of sunlight along a path."""
+"""Shadows of clouds in the water's daylight: what they leave of it along a path."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ STEPS = 6
 _SHORTEST = 1e-3  # optical depth
 
 
-def sunlit_share(
+def daylit_shares(
     clouds: Clouds,
     origin: Sequence[Operand],
     w: Sequence[Operand],
@@ -20,8 +20,10 @@ def sunlit_share(
     rate: Operand,
     chance: Operand,
     add: Sum = add_up,
-) -> Operand:
-    """Share of sunlight that a path scatters once which clouds leave, in channels.
+) -> tuple[Operand, Operand]:
+    """Shares of daylight on a path that clouds leave, in channels: of the sun's, and of the rest.
+
+    What was scattered before comes along the sun's beam in part, and is dimmed there as that is.
 
     Parameters
     ----------
@@ -31,7 +33,8 @@ def sunlit_share(
     P : number
         Length of the path, m.
     rate : number
-        At which that light falls off along it, 1/m: :meth:`.ChannelWater.falling_off`.
+        At which sunlight that is scattered once falls off along it, 1/m:
+        :meth:`.ChannelWater.falling_off`.
     chance : number
         Even from 0 to 1: where in its share each place lies.
     add : callable
@@ -45,7 +48,8 @@ def sunlit_share(
     def terms(index: Operand) -> Sequence[Operand]:
         share = (index + chance) * (1.0 / STEPS)
         s = P * (-m.log(1.0 - share * span) / x)
-        return (clouds.sunlight_left([a + b * s for a, b in zip(origin, w, strict=True)]),)
+        point = [a + b * s for a, b in zip(origin, w, strict=True)]
+        return clouds.sunlight_left(point), clouds.skylight_left(point)
 
-    (total,) = add(STEPS, terms)
-    return total * (1.0 / STEPS)
+    once, scattered = add(STEPS, terms)
+    return once * (1.0 / STEPS), scattered * (1.0 / STEPS)

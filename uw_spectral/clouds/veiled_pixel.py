@@ -62,7 +62,7 @@ def water_before(ray: ChannelWater, veil: Veil, y_o: Operand, w: Sequence[Operan
     M, _ = ray.ahead(y, w)
     behind = _peaked(ray, y, s, M) * m.exp(veil.forward * s)
     once = ray.once(y_o, y, w, s) * ray.aureole(y_o, w) * veil.sunlit
-    return m.maximum(once + ray.scattered(y_o, w) - behind, 0.0)
+    return m.maximum(once + (ray.scattered(y_o, w) - behind) * veil.daylit, 0.0)
 
 
 def surroundings(
