@@ -62,7 +62,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Case:
-    """Water, concentration in g/m³, and the light.
+    """Water, concentration, what there is so much of, and the light.
 
     ``look`` is the camera's angle from straight down in degrees, ``watts`` the power of a torch
     beside it, ``sunlight`` a factor on sun and sky.
@@ -74,6 +74,7 @@ class Case:
     floor: bool = True
     watts: float = 0.0
     sunlight: float = 1.0
+    constituent: str = "minerals"
 
     @property
     def bands(self) -> int:
@@ -145,7 +146,7 @@ def build(case: Case, size: tuple[int, int], puffs: int = 1) -> bpy.types.Object
     scene.render.resolution_percentage = 100
     bpy.context.view_layer.update()
     for number in range(puffs if case.concentration else 0):
-        item = new_clouds.add_puff(scene)
+        item = new_clouds.add_puff(scene, case.constituent)
         item.location.x += 1.5 * number
         item.location.y += 1.0 * number
         item.underwater.concentration = case.concentration
@@ -209,9 +210,9 @@ def compare(case: Case, samples: int) -> Compared:
     return Compared(case, develop(eevee), (develop(halves[0]), develop(halves[1])))
 
 
-def photons_row(concentration: float) -> str:
+def photons_row(concentration: float, constituent: str = "minerals") -> str:
     """Compare the light of a puff in a beam, and in light from all sides, with photons."""
-    matter = suspended_matter("minerals", concentration, [550.0])
+    matter = suspended_matter(constituent, concentration, [550.0])
     a, b = float(matter.absorption[0]), float(matter.scattering[0])
     grey, blunt = GreyPuff(_SIGMA, a, b, matter.phase), blunt_phase(matter.phase)
     cells = []
@@ -224,9 +225,9 @@ def photons_row(concentration: float) -> str:
     return f"| {concentration:g} | {tau:.1f} | {cells[0]} | {cells[1]} |"
 
 
-def lamp_row(concentration: float) -> str:
+def lamp_row(concentration: float, constituent: str = "minerals") -> str:
     """Compare the light of a puff in the light of a lamp with photons."""
-    matter = suspended_matter("minerals", concentration, [550.0])
+    matter = suspended_matter(constituent, concentration, [550.0])
     a, b = float(matter.absorption[0]), float(matter.scattering[0])
     grey = GreyPuff(_SIGMA, a, b, matter.phase)
     views = _VIEWS | {"side": (1.0, 0.0, 0.0), "towards": (0.0, -1.0, 0.0)}
@@ -281,9 +282,10 @@ def _grey_cloud(
     )  # fmt: skip
 
 
-def cost_row(puffs: int, watts: float = 0.0) -> str:
+def cost_row(puffs: int, watts: float = 0.0, constituent: str = "minerals") -> str:
     """Measure CPU seconds of the first and of a later picture in real time."""
-    camera = build(Case("jerlov:II", 12.0, watts=watts), _COST_SIZE, puffs)
+    case = Case("jerlov:II", 12.0, watts=watts, constituent=constituent)
+    camera = build(case, _COST_SIZE, puffs)
     plan: RenderPlan = make_plan(
         SceneSettings(water="jerlov:II", samples=_COST_SAMPLES, diffuse_shadows=False)
     )

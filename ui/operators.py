@@ -15,11 +15,12 @@ from typing import TYPE_CHECKING, override
 import bpy
 from bpy_extras.io_utils import ImportHelper
 
-from ..scene import stored_lamps
+from ..scene import stored_clouds, stored_lamps
 from ..scene import stored_settings as optics
 from ..scene.session import is_live
 from ..scene.water import lamp_rigs, new_clouds
 from ..settings.known_words import LAMP_SPECTRA
+from ..uw_spectral.clouds.matter import UNITS
 from ..uw_spectral.errors import InputError
 from ..uw_spectral.spectra import sensor as sensors
 from ..uw_spectral.water import measured
@@ -265,15 +266,21 @@ class AddLamps(_CameraOperator):
 
 
 class AddCloud(ReportingOperator):
-    """Adds a cloud of silt before the camera."""
+    """Adds a cloud before the camera."""
 
     bl_idname = "underwater.add_cloud"
     bl_label = "Add Cloud"
-    bl_description = "Add a cloud of silt before the camera: an empty, whose outline is its size"
+    bl_description = "Add a cloud before the camera: an empty, whose outline is its size"
+
+    constituent: bpy.props.EnumProperty(
+        name="Cloud of",
+        description="What floats in it",
+        items=[(name, *stored_clouds.WORDS[name]) for name in UNITS],
+    )
 
     @override
     def run(self, context: bpy.types.Context) -> None:
-        made = new_clouds.add_puff(context.scene)
+        made = new_clouds.add_puff(context.scene, self.constituent)
         for item in context.selected_objects:
             item.select_set(False)
         made.select_set(True)

@@ -305,7 +305,7 @@ class ParticlesPanel(_SectionPanel, bpy.types.Panel):
 
         column = self.column()
         column.separator()
-        column.operator("underwater.add_cloud", icon="OUTLINER_OB_VOLUME")
+        column.operator_menu_enum("underwater.add_cloud", "constituent", icon="OUTLINER_OB_VOLUME")
         found, active = clouds.marked(context.scene), context.object
         if active is not None and active not in found and active.type in (clouds.PUFF, clouds.GRID):
             own = getattr(active, stored_clouds.PROPERTY)

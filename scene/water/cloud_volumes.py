@@ -32,7 +32,8 @@ def add_clouds(scene: bpy.types.Scene, plan: RenderPlan) -> list[str]:
         What could not be treated, one line each.
     """
     found = clouds_of(scene, plan.bands.centres)
-    for index, (item, phase) in enumerate(zip(found.objects, _phases(found, plan), strict=True)):
+    phases = _phases(found, plan)
+    for index, (item, phase) in enumerate(zip(found.objects, phases, strict=True)):
         made = _box(item) if item.type == PUFF else _copy(item)
         material = (
             cloud_volume.build_puff(phase.lobes, index, outline(item))
@@ -49,7 +50,8 @@ def add_clouds(scene: bpy.types.Scene, plan: RenderPlan) -> list[str]:
         made[marks.CLOUD] = index
         if item.type == GRID:
             hide(item)
-    return list(found.notes)
+    of_phases = [f"clouds: {note}" for phase in phases for note in phase.notes]
+    return [*found.notes, *dict.fromkeys(of_phases)]
 
 
 def values(scene: bpy.types.Scene, plan: RenderPlan) -> dict[str, NDArray[np.float64]]:

@@ -13,6 +13,7 @@ from ...settings.render_plan import RenderPlan
 from ...settings.scene_settings import BOUNDED
 from ...uw_spectral.errors import InputError
 from ...uw_spectral.water.bounded_peak import bound_forward_peak
+from ...uw_spectral.water.bubbles import BubblePhase
 from ...uw_spectral.water.phase import (
     BandPhase,
     EinsteinSmoluchowski,
@@ -32,6 +33,10 @@ _PETZOLD_NOTE = (
 _SHARP_NOTE = (
     "the forward peak of this phase function is too sharp to be bounded; Cycles draws it exactly, "
     "with much noise"
+)
+_BUBBLES_NOTE = (
+    "Cycles has no phase function of bubbles: a Henyey-Greenstein one of their mean cosine stands "
+    "for it, so that thin clouds of them are too bright seen with the sun behind, up to 3.5 times"
 )
 LARGEST_ERROR = 0.25
 """Error of a bounded phase function up to which it is drawn."""
@@ -90,6 +95,8 @@ def cycles_phase(phase: BandPhase, *, bounded: bool = False) -> CyclesPhase:
         notes.append(_SHARP_NOTE)
     if any(isinstance(c, PetzoldAverage) for c in peaked):
         notes.append(_PETZOLD_NOTE)
+    if any(isinstance(c, BubblePhase) for c in phase.components):
+        notes.append(_BUBBLES_NOTE)
     parts = [
         (lobe, share * weights)
         for component, weights in zip(phase.components, phase.weights, strict=True)
@@ -118,6 +125,8 @@ def _lobes(phase: PhaseFunction) -> list[tuple[ScatteringLobe, float]]:
         return [(_henyey_greenstein(0.0), 1.0)]
     if isinstance(phase, HenyeyGreenstein):
         return [(_henyey_greenstein(phase.asymmetry), 1.0)]
+    if isinstance(phase, BubblePhase):
+        return [(_henyey_greenstein(phase.g), 1.0)]
     if isinstance(phase, TwoTermHenyeyGreenstein):
         return [
             (_henyey_greenstein(phase.g1), phase.share),

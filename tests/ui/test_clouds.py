@@ -24,6 +24,16 @@ def test_the_button_puts_a_cloud_before_the_camera(registered):
     assert bpy.context.view_layer.objects.active.name == found["name"]
 
 
+def test_the_button_adds_bubbles_too(registered):
+    assert bpy.ops.underwater.add_cloud(constituent="bubbles") == {"FINISHED"}
+    item = bpy.context.view_layer.objects.active
+    item.location.z = -4.0
+    bpy.context.view_layer.update()
+    (found,) = clouds.records(registered)
+    assert found["name"].startswith("Bubble Cloud")
+    assert (found["constituent"], found["unit"]) == ("bubbles", "l/m³")
+
+
 def test_a_manifest_keeps_the_clouds_of_each_frame(tmp_path):
     one = ({"name": "Silt", "concentration": 10.0},)
     planned = small_manifest(tmp_path, frames=3, clouds={2: one})

@@ -1,0 +1,187 @@
+"""Clouds of bubbles: their optics against the literature, EEVEE against Cycles, photons, costs.
+
+``python3 dev.py run -m benchmarks bubbles`` writes docs/measured/bubbles.md and bubbles.png. Takes
+about twenty minutes.
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+from collections.abc import Sequence
+from pathlib import Path
+
+import bpy
+import numpy as np
+
+from ..reference.bubbles import Population, bubbles
+from ..reference.cloud_photons import GreyPuff, radiance
+from ..scene import stored_settings
+from ..uw_spectral.clouds.matter import BUBBLES, suspended_matter
+from ..uw_spectral.spectra.spectral_image import replacing, write_png
+from ..uw_spectral.water.bubbles import DIFFRACTED, BubblePhase
+from ..uw_spectral.water.phase import HenyeyGreenstein, PhaseFunction
+from . import clouds
+from .clouds import Case
+
+_ROOT = Path(__file__).resolve().parent.parent
+_SIGMA = 0.5  # m
+_SUN = (0.373, 0.0, -0.928)
+_VIEWS = {
+    "level": (0.0, 1.0, 0.0), "down": (0.0, 0.766, -0.643), "up": (0.0, 0.866, 0.5),
+    "towards": (-0.5, 0.0, 0.866),
+}  # fmt: skip
+_CASES = (
+    Case("jerlov:II", 1.0, constituent=BUBBLES),
+    Case("jerlov:II", 3.0, constituent=BUBBLES),
+    Case("jerlov:IB", 3.0, constituent=BUBBLES),
+    Case("jerlov:IB", 10.0, constituent=BUBBLES),
+    Case("jerlov:IB", 3.0, watts=400.0, sunlight=0.0, constituent=BUBBLES),
+)
+_SHOWN = 2
+_AMOUNTS = (0.5, 2.0, 5.0, 10.0)
+_COUNTS = (0, 1, 3, 6, 10)
+
+
+class _Whole(PhaseFunction):
+    """A phase function of which nothing counts as unscattered."""
+
+    def __init__(self, of: PhaseFunction) -> None:
+        self._of = of
+
+    def per_steradian(self, s2, m=None):  # noqa: ANN001, ANN202, ARG002
+        return self._of.per_steradian(s2)
+
+    def moments(self, count: int):  # noqa: ANN202
+        return np.zeros(count) if count > 1 else self._of.moments(1)
+
+
+def optics_row(name: str, found: Population) -> str:
+    """Write what a population scatters as cells of a table."""
+    return (
+        f"| {name} | {1e-3 * found.per_void:.2f} | {found.asymmetry:.3f} | "
+        f"{found.backscatter_ratio:.4f} | {found.diffracted:.3f} | "
+        f"{found.mean(78, 82) / found.mean(86, 90):.1f} |"
+    )
+
+
+def lobe_row(tau: float) -> str:
+    """Compare the lobe that Cycles draws with the phase function, photon by photon."""
+    b, own = tau / (_SIGMA * math.sqrt(2.0 * math.pi)), BubblePhase()
+    lights = [
+        radiance(GreyPuff(_SIGMA, 0.0, b, _Whole(phase)), _SUN, _VIEWS, count=300_000)
+        for phase in (own, HenyeyGreenstein(own.g))
+    ]
+    ratios = [f"{lights[1][name] / lights[0][name]:.2f}" for name in _VIEWS]
+    return f"| {tau:g} | {' / '.join(ratios)} |"
+
+
+def report(
+    optics: Sequence[str], lobes: Sequence[str], photons: Sequence[str], lamps: Sequence[str],
+    compared: Sequence[str], costs: Sequence[str],
+) -> str:  # fmt: skip
+    """Return the page."""
+    rows, shipped, rest = "\n".join, BubblePhase(), 1.0 - DIFFRACTED
+    b = suspended_matter(BUBBLES, 1.0, [550.0]).scattering[0]
+    return f"""# Bubbles
+
+Written by `python3 dev.py run -m benchmarks bubbles`. How they are drawn:
+[physics](../physics.md#bubbles).
+
+## Optics
+The Lorenz-Mie series over sizes: b of a litre of air in a m³, mean cosine, bb/b and the share that
+is only diffracted, all with diffraction; and the phase function at 80° over that at 88°.
+
+| sizes | b, 1/m | g | bb/b | diffracted | step |
+|---|---|---|---|---|---|
+{rows(optics)}
+
+Published: bb/b about .01 of clean bubbles and up to five times as much with an organic film (Zhang
+et al. 1998), g of about .85, and the end of total reflection at 83° (Marston 1979). What is drawn is
+the first row spread by 6°: {b:.2f} 1/m, which is all that is not diffracted, g {shipped.g:.3f}
+and bb/b {shipped.backscatter_ratio:.4f}; with diffraction {DIFFRACTED + rest * shipped.g:.3f} and
+{rest * shipped.backscatter_ratio:.4f}.
+
+## The lobe that Cycles draws
+Cycles has Henyey-Greenstein's phase function of the same mean cosine. In a beam that comes down at
+22° from the vertical, photon by photon, radiance of a puff with it over that of one with the phase
+function of bubbles:
+
+| optical depth | level / down / up / towards the sun |
+|---|---|
+{rows(lobes)}
+
+No sum of Henyey-Greenstein lobes has the moments of bubbles, whose second is smaller than the square
+of the first.
+
+## The closed form of EEVEE against photons
+As for [silt](clouds.md#the-light-of-a-puff-against-photons); optical depth without diffraction.
+In a beam, and in light from all sides:
+
+| l/m³ | optical depth | beam: level / down / up | all sides: level / down / up |
+|---|---|---|---|
+{rows(photons)}
+
+By a lamp 3 m away:
+
+| l/m³ | optical depth | along / down / up / side / towards |
+|---|---|---|
+{rows(lamps)}
+
+Along its light little is thrown straight back by bubbles; what is scattered again and again makes up
+for that, and is too bright there.
+
+## EEVEE against Cycles
+As for [silt](clouds.md#eevee-against-cycles): ΔE2000 of blocks, wanted a mean of 3 by day.
+
+| water | light of | l/m³ | ΔE mean | 95 % | noise | light |
+|---|---|---|---|---|---|---|
+{rows(compared)}
+
+![EEVEE, Cycles](bubbles.png)
+
+*By day, type IB, 3 l/m³: EEVEE, and Cycles with its noise.*
+
+## What they cost
+CPU seconds of EEVEE in real time, 240 × 135, 16 samples, as for [silt](clouds.md#what-they-cost).
+
+| clouds | lamps | first | later |
+|---|---|---|---|
+{rows(costs)}
+"""
+
+
+def main(arguments: Sequence[str]) -> None:
+    """Measure and write the page."""
+    parser = argparse.ArgumentParser(prog="bubbles")
+    parser.add_argument("--samples", type=int, default=384)
+    parser.add_argument("--docs", type=Path, default=_ROOT / "docs" / "measured")
+    options = parser.parse_args(arguments)
+    if not hasattr(bpy.types.Scene, stored_settings.PROPERTY):
+        stored_settings.register()
+    populations = {
+        "a plume, 20 µm to 1 mm, r^−3/2, 550 nm": bubbles(),
+        "the same, 440 nm": bubbles(wavelength=440.0, count=400),
+        "the same, 670 nm": bubbles(wavelength=670.0, count=400),
+        "far below breakers, 10 to 80 µm, r^−0.3": bubbles(1e-5, 8e-5, -0.3, count=400),
+    }
+    optics = [optics_row(name, found) for name, found in populations.items()]
+    lobes = [lobe_row(tau) for tau in (0.3, 2.0, 8.0, 25.0)]
+    photons = [clouds.photons_row(x, BUBBLES) for x in _AMOUNTS]
+    lamps = [clouds.lamp_row(x, BUBBLES) for x in _AMOUNTS]
+    print(*optics, *lobes, *photons, *lamps, sep="\n", flush=True)
+    compared = []
+    for number, case in enumerate(_CASES):
+        found = clouds.compare(case, options.samples)
+        compared.append(found.row())
+        print(compared[-1], flush=True)
+        if number == _SHOWN:
+            both = np.concatenate([found.eevee, found.cycles], axis=1)
+            larger = np.repeat(np.repeat(both, 6, axis=0), 6, axis=1)
+            write_png(options.docs / "bubbles.png", np.clip(larger, 0.0, 1.0))
+    costs = []
+    for count in _COUNTS:
+        costs.append(clouds.cost_row(count, constituent=BUBBLES))
+        print(costs[-1], flush=True)
+    with replacing(options.docs / "bubbles.md") as temporary:
+        temporary.write_text(report(optics, lobes, photons, lamps, compared, costs))
