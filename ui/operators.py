@@ -291,6 +291,33 @@ class AddCloud(ReportingOperator):
             live.update(context.scene)
 
 
+class AddPlumes(ReportingOperator):
+    """Adds plumes of bubbles below the foam of this frame."""
+
+    bl_idname = "underwater.add_plumes"
+    bl_label = "Add Bubble Plumes"
+    bl_description = (
+        "Add clouds of bubbles below the largest whitecaps before the camera at this frame. By "
+        "keyframes they follow the waves, and thin out in nine seconds"
+    )
+
+    count: bpy.props.IntProperty(name="Plumes", description="How many", default=3, min=1, max=8)
+    keyed: bpy.props.BoolProperty(
+        name="Come and Go", description="Keyframe place and concentration", default=True
+    )
+
+    @override
+    def run(self, context: bpy.types.Context) -> None:
+        from ..scene.water import new_plumes
+
+        chosen = optics.stored_settings(context.scene)
+        new_plumes.add_plumes(context.scene, chosen, self.count, keyed=self.keyed)
+        if is_live(context.scene):
+            from ..scene.viewport import live
+
+            live.update(context.scene)
+
+
 class ChooseSpectrum(ReportingOperator):
     """Gives a lamp a measured spectrum."""
 
@@ -606,6 +633,7 @@ CLASSES = (
     Submerge,
     AddLamps,
     AddCloud,
+    AddPlumes,
     ChooseSpectrum,
     OpenWater,
     OpenSensor,
