@@ -203,31 +203,33 @@ CPU seconds of EEVEE in real time, 240 × 135, 16 samples, as for [silt](clouds.
 
 ## Below breakers
 What the literature has: the cover of whitecaps (Monahan & O'Muircheartaigh 1980), the mean air of
-the top metre (0.11 m below whitecaps: Hwang 2019), the half axis down of a plume (half the height of
-the wave, Kalvoda et al. 2003; breakers are 0.8 m high at most), air in its middle seconds later, and
-the optical depth of its lower half, without diffraction, of a m² of foam.
+the top metre (0.11 m below whitecaps: arXiv:1906.11202, 2019), the half axis down of a plume (half
+the height of the wave, Kalvoda et al. 2003; breakers are 0.8 m high at most), and of a m² of foam
+the air in the middle of its plume seconds later and the optical depth below there, without
+diffraction.
 
-| wind, m/s | cover, % | air of the top metre, l/m³ | down, m | air of a plume, l/m³ | optical depth |
+| wind, m/s | cover, % | top metre, l/m³ | down, m | plume, l/m³ | optical depth |
 |---|---|---|---|---|---|
 {rows(winds)}
 
-Elsewhere there are hardly any bubbles to be seen: 2 m down the void fraction stays below 10^−4.5 up
-to 27 m/s (Czerski et al. 2022), which is a b of .4 1/m of bubbles of .1 mm and is reached rarely;
-10^−6 is .01. So a mean layer would show nothing, and the plumes are all.
+Elsewhere there are hardly any bubbles to be seen: 2 m down the void fraction stays below 10^−4.5
+up to 27 m/s (Czerski et al. 2022), which is a b of .4 1/m of bubbles of .1 mm and is reached
+rarely; 10^−6 is .01. So a mean layer would show nothing, and the plumes are all.
 
-A plume right below a flat surface (1.2 m to the sides, .4 m down, type IB, sun at 40°), seen from 5 m
-below at 6.5 m, looking 30° up: its light at 550 nm over that of open water, and that of EEVEE over
-that of Cycles, all of it and its middle.
+A plume right below a flat surface (1.2 m to the sides, .4 m down, type IB, sun at 40°), seen from
+5 m below at 6.5 m, looking 30° up: its light at 550 nm over that of open water, and that of EEVEE
+over that of Cycles, all of it and its middle.
 
 | l/m³ | over open water | EEVEE / Cycles | middle |
 |---|---|---|---|
 {rows(plumes)}
 
 They are not put there by themselves. Six puffs below the largest whitecaps hold two thirds to three
-quarters of the foam within 15 m of a camera, but cost more than four times the picture (the table
-above); foam is on crests, above the mean level, where nothing of a cloud is drawn, so that they hang
-half a metre below it; and foam runs with its crest, while plumes stay. *Add Bubble Plumes* puts a few
-where waves break at a frame, keyframed: they stay, follow the waves, and thin out.
+quarters of the foam within 15 m of a camera (one moment at 8, 10, 12 and 15 m/s), but cost more
+than four times the picture (the table above); foam is on crests, above the mean level, where
+nothing of a cloud is drawn, so that they hang half a metre and more below it; and foam runs with
+its crest, while plumes stay. *Add Bubble Plumes* puts a few where waves break at a frame,
+keyframed: they stay, follow the waves, and thin out.
 """
 
 

@@ -18,16 +18,16 @@ from .raised_waves import RaisedWaves
 
 AIR_COLUMN = 0.11 * 0.07
 """Air in m³ below a m² of foam, seconds after it was mixed in. 0.11 m lie below a m² of whitecaps
-at any wind (P. A. Hwang, arXiv:1906.11202, 2019); bubbles below the Hinze radius of 1 mm, which
-stay that long, have 7 % of the volume of Deane & Stokes' (2002) sizes up to 10 mm."""
+at any wind (estimated from their energy: arXiv:1906.11202, 2019); bubbles below the Hinze radius of
+1 mm, which stay that long, have 7 % of the volume of Deane & Stokes' (2002) sizes up to 10 mm."""
 FADES = 3.0
-"""Time in s after which 1/e of the air is left. Foam of whitecaps decays in 0.2 to 10 s: A. H.
-Callaghan et al., J. Geophys. Res. 117, C09015 (2012)."""
+"""Time in s after which 1/e of the air is left. Foam of whitecaps decays in 0.5 to 8 s: A. H.
+Callaghan et al., 18th Conference on Air-Sea Interaction, Boston, 6.3 (2012)."""
 LASTS = 9.0
 """Time in s after which a plume is over: a twentieth is left."""
 
 _DEEPEST_SHARE = 0.5  # of the height of the wave: P. M. Kalvoda, L. Xu & J. Wu (2003)
-_HIGHEST_BREAKER = 0.8  # m: a tenth of the longest waves that leave foam (Hwang 2019)
+_HIGHEST_BREAKER = 0.8  # m: a tenth of the longest waves that break (the same, up to 3.5 m/s)
 _SHALLOWEST = 0.15  # m
 _NARROWEST, _WIDEST = 0.4, 1.5  # m, half widths
 _CELL, _AROUND = 0.2, 1.0  # m: of the grid that foam is sampled on, and about its thickest place
