@@ -8,7 +8,7 @@ from mathutils import Vector
 
 from ...settings.render_plan import sea_of
 from ...settings.scene_settings import SceneSettings
-from ...uw_spectral.clouds.matter import BUBBLES, MOST_AIR
+from ...uw_spectral.clouds.matter import BUBBLES
 from ...uw_spectral.errors import InputError
 from ...uw_spectral.surface.plumes import (
     LASTS,
@@ -86,14 +86,14 @@ def _plume(
         return patch.x, patch.y, plume_middle(depth, elevation)
 
     item.location = place(now)
-    own.concentration = min(plume_air(patch, depth, 0.0), MOST_AIR)
+    own.concentration = plume_air(patch, depth, 0.0)
     if not keyed:
         return item
     path, frame_now = f"{PROPERTY}.concentration", scene.frame_current
     for age in np.arange(-_BEFORE, LASTS + _KEYS / 2.0, _KEYS).tolist():
         frame = frame_now + round(age * rate)
         item.location = place(now + age * settings.wave_time_scale)
-        own.concentration = min(plume_air(patch, depth, age), MOST_AIR)
+        own.concentration = plume_air(patch, depth, age)
         item.keyframe_insert("location", frame=frame)
         item.keyframe_insert(path, frame=frame)
     scene.frame_set(frame_now)

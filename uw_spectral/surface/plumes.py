@@ -23,8 +23,11 @@ at any wind (estimated from their energy: arXiv:1906.11202, 2019); bubbles below
 FADES = 3.0
 """Time in s after which 1/e of the air is left. Foam of whitecaps decays in 0.5 to 8 s: A. H.
 Callaghan et al., 18th Conference on Air-Sea Interaction, Boston, 6.3 (2012)."""
+MOST = 8.0
+"""Litres of air in a m³ that a plume is drawn with at most. Below a breaker there are tens, but so
+much is hardly brighter, and real time draws dense clouds with a dark middle."""
 LASTS = 9.0
-"""Time in s after which a plume is over: a twentieth is left."""
+"""Time in s after which a plume is over: a twentieth of its air is left."""
 
 _DEEPEST_SHARE = 0.5  # of the height of the wave: P. M. Kalvoda, L. Xu & J. Wu (2003)
 _HIGHEST_BREAKER = 0.8  # m: a tenth of the longest waves that break (the same, up to 3.5 m/s)
@@ -160,7 +163,8 @@ def plume_middle(depth: float, elevation: float) -> float:
 def plume_air(patch: Patch, depth: float, age: float) -> float:
     """Litres of air in a m³ where a plume is densest.
 
-    A puff of this width and depth holds, below its middle, the air below its foam.
+    A puff of this width and depth holds, below its middle, the air below its foam; but it is drawn
+    with :data:`MOST` at most.
 
     Parameters
     ----------
@@ -173,14 +177,13 @@ def plume_air(patch: Patch, depth: float, age: float) -> float:
 
     Examples
     --------
-    >>> foam = Patch(0.0, 0.0, 3.0, 1.0, 1.0)
-    >>> round(plume_air(foam, 0.4, 0.0), 1), round(plume_air(foam, 0.4, 3.0), 1)
-    (58.7, 21.6)
-    >>> plume_air(foam, 0.4, 9.0)
-    0.0
+    >>> foam = Patch(0.0, 0.0, 0.5, 0.8, 0.4)
+    >>> [round(plume_air(foam, 0.4, age), 1) for age in (0.0, 3.0, 6.0, 9.0)]
+    [8.0, 8.0, 4.1, 0.0]
     """
     if not 0.0 <= age < LASTS:
         return 0.0
     across = 2.0 * math.pi * patch.long * patch.short / _EDGE**2
     down = math.sqrt(math.pi / 2.0) * depth / _EDGE
-    return 1e3 * AIR_COLUMN * patch.area / (across * down) * math.exp(-age / FADES)
+    air = 1e3 * AIR_COLUMN * patch.area / (across * down) * math.exp(-age / FADES)
+    return min(air, MOST)

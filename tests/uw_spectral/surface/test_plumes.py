@@ -11,6 +11,7 @@ from underwater_spectral.uw_spectral.surface.plumes import (
     AIR_COLUMN,
     FADES,
     LASTS,
+    MOST,
     Patch,
     patches,
     plume_air,
@@ -50,7 +51,7 @@ def test_a_patch_of_foam_has_its_place_size_and_direction():
 
 
 def test_a_plume_holds_the_air_below_its_foam():
-    patch, depth = Patch(0.0, 0.0, 1.7, 0.9, 0.6, 0.3), 0.4
+    patch, depth = Patch(0.0, 0.0, 0.2, 0.9, 0.6, 0.3), 0.4
     puff = Puff.of_axes((0, 0, 0), np.diag([patch.long, patch.short, depth]))
     x, y = np.meshgrid(*[np.linspace(-3.0, 3.0, 121)] * 2, indexing="ij")
     heights = np.linspace(-1.5, 0.0, 121)
@@ -62,8 +63,10 @@ def test_a_plume_holds_the_air_below_its_foam():
 
 
 def test_a_plume_thins_out():
-    patch = Patch(0.0, 0.0, 1.0)
+    patch = Patch(0.0, 0.0, 0.02)
     fresh = plume_air(patch, 0.3, 0.0)
+    assert 0.0 < fresh < MOST
+    assert plume_air(Patch(0.0, 0.0, 1.0), 0.3, 0.0) == MOST
     assert plume_air(patch, 0.3, FADES) == pytest.approx(fresh / math.e)
     assert plume_air(patch, 0.3, LASTS) == plume_air(patch, 0.3, -0.01) == 0.0
 
