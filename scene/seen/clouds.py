@@ -9,7 +9,7 @@ import bpy
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...uw_spectral.clouds.matter import UNITS, suspended_matter
+from ...uw_spectral.clouds.matter import BUBBLES, UNITS, suspended_matter
 from ...uw_spectral.clouds.puff import Puff
 from ...uw_spectral.clouds.solved_cloud import Cloud
 from ...uw_spectral.errors import InputError
@@ -27,6 +27,11 @@ _ABOVE = "its middle is above the water, and it is not drawn; lower it"
 _SHAFTS = "shafts of light are drawn as if it were not there"
 _AS_PUFF = (
     "EEVEE does not draw clouds of volume objects; Cycles does, or add an empty as a cloud there"
+)
+
+BUBBLES_IN_CYCLES = (
+    "Cycles has no phase function of bubbles: a Henyey-Greenstein one of their mean cosine stands "
+    "for it, so that thin clouds of them are too bright with the sun behind, up to 3.2 times"
 )
 
 
@@ -73,6 +78,7 @@ def said_of(item: bpy.types.Object) -> tuple[str, ...]:
     if item.type not in (PUFF, GRID):
         return (_NEITHER,)
     notes = (_AS_PUFF,) if item.type == GRID else ()
+    notes += (BUBBLES_IN_CYCLES,) if stored_cloud(item).constituent == BUBBLES else ()
     return (*notes, _ABOVE) if is_above(item) else notes
 
 

@@ -9,9 +9,11 @@ from numpy.typing import NDArray
 from ...node_groups import attributes, cloud_volume
 from ...settings.render_plan import RenderPlan
 from ...settings.scene_settings import BOUNDED
+from ...uw_spectral.clouds.matter import BUBBLES
 from ...uw_spectral.clouds.puff import REACH
 from .. import marks
-from ..seen.clouds import GRID, PUFF, SceneClouds, clouds_of, outline
+from ..seen.clouds import BUBBLES_IN_CYCLES, GRID, PUFF, SceneClouds, clouds_of, outline
+from ..stored_clouds import stored_cloud
 from . import scene_water
 from .cycles_phase import CyclesPhase, cycles_phase
 
@@ -32,8 +34,7 @@ def add_clouds(scene: bpy.types.Scene, plan: RenderPlan) -> list[str]:
         What could not be treated, one line each.
     """
     found = clouds_of(scene, plan.bands.centres)
-    phases = _phases(found, plan)
-    for index, (item, phase) in enumerate(zip(found.objects, phases, strict=True)):
+    for index, (item, phase) in enumerate(zip(found.objects, _phases(found, plan), strict=True)):
         made = _box(item) if item.type == PUFF else _copy(item)
         material = (
             cloud_volume.build_puff(phase.lobes, index, outline(item))
@@ -50,8 +51,8 @@ def add_clouds(scene: bpy.types.Scene, plan: RenderPlan) -> list[str]:
         made[marks.CLOUD] = index
         if item.type == GRID:
             hide(item)
-    of_phases = [f"clouds: {note}" for phase in phases for note in phase.notes]
-    return [*found.notes, *dict.fromkeys(of_phases)]
+    bubbles = any(stored_cloud(item).constituent == BUBBLES for item in found.objects)
+    return [*found.notes, *([f"clouds: {BUBBLES_IN_CYCLES}"] if bubbles else [])]
 
 
 def values(scene: bpy.types.Scene, plan: RenderPlan) -> dict[str, NDArray[np.float64]]:

@@ -34,10 +34,6 @@ _SHARP_NOTE = (
     "the forward peak of this phase function is too sharp to be bounded; Cycles draws it exactly, "
     "with much noise"
 )
-_BUBBLES_NOTE = (
-    "Cycles has no phase function of bubbles: a Henyey-Greenstein one of their mean cosine stands "
-    "for it, so that thin clouds of them are too bright seen with the sun behind, up to 3.5 times"
-)
 LARGEST_ERROR = 0.25
 """Error of a bounded phase function up to which it is drawn."""
 
@@ -95,8 +91,6 @@ def cycles_phase(phase: BandPhase, *, bounded: bool = False) -> CyclesPhase:
         notes.append(_SHARP_NOTE)
     if any(isinstance(c, PetzoldAverage) for c in peaked):
         notes.append(_PETZOLD_NOTE)
-    if any(isinstance(c, BubblePhase) for c in phase.components):
-        notes.append(_BUBBLES_NOTE)
     parts = [
         (lobe, share * weights)
         for component, weights in zip(phase.components, phase.weights, strict=True)

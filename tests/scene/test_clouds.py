@@ -148,7 +148,7 @@ def test_nodes_do_what_numpy_does(tmp_path):
     [
         ("jerlov:IB", "minerals", 12.0),
         ("jerlov:II", "minerals", 12.0),
-        ("jerlov:IB", "bubbles", 6.0),
+        ("jerlov:IB", "bubbles", 3.0),
     ],
 )
 def test_both_engines_draw_the_same_cloud(water, constituent, concentration, tmp_path):
