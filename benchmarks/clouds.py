@@ -65,7 +65,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Case:
-    """Water, concentration in g/m³, and the light.
+    """Water, concentration, what there is so much of, and the light.
 
     ``look`` is the camera's angle from straight down in degrees, ``watts`` the power of a torch
     beside it, ``sunlight`` a factor on sun and sky, ``grid`` whether the cloud is a volume object
@@ -79,6 +79,7 @@ class Case:
     watts: float = 0.0
     sunlight: float = 1.0
     grid: bool = False
+    constituent: str = "minerals"
 
     @property
     def bands(self) -> int:
@@ -158,7 +159,7 @@ def build(case: Case, size: tuple[int, int], puffs: int = 1) -> bpy.types.Object
         item = _plume(scene)
         item.underwater.constituent, item.underwater.concentration = "minerals", case.concentration
     for number in range(puffs if case.concentration and not case.grid else 0):
-        item = new_clouds.add_puff(scene)
+        item = new_clouds.add_puff(scene, case.constituent)
         item.location.x += 1.5 * number
         item.location.y += 1.0 * number
         item.underwater.concentration = case.concentration
@@ -261,9 +262,9 @@ def compare(case: Case, samples: int) -> Compared:
     return Compared(case, develop(eevee), (develop(halves[0]), develop(halves[1])))
 
 
-def photons_row(concentration: float) -> str:
+def photons_row(concentration: float, constituent: str = "minerals") -> str:
     """Compare the light of a puff in a beam, and in light from all sides, with photons."""
-    matter = suspended_matter("minerals", concentration, [550.0])
+    matter = suspended_matter(constituent, concentration, [550.0])
     a, b = float(matter.absorption[0]), float(matter.scattering[0])
     grey, blunt = GreyPuff(_SIGMA, a, b, matter.phase), blunt_phase(matter.phase)
     cells = []
@@ -276,9 +277,9 @@ def photons_row(concentration: float) -> str:
     return f"| {concentration:g} | {tau:.1f} | {cells[0]} | {cells[1]} |"
 
 
-def lamp_row(concentration: float) -> str:
+def lamp_row(concentration: float, constituent: str = "minerals") -> str:
     """Compare the light of a puff in the light of a lamp with photons."""
-    matter = suspended_matter("minerals", concentration, [550.0])
+    matter = suspended_matter(constituent, concentration, [550.0])
     a, b = float(matter.absorption[0]), float(matter.scattering[0])
     grey = GreyPuff(_SIGMA, a, b, matter.phase)
     views = _VIEWS | {"side": (1.0, 0.0, 0.0), "towards": (0.0, -1.0, 0.0)}
@@ -366,9 +367,12 @@ def column_row() -> str:
     )
 
 
-def cost_row(puffs: int, watts: float = 0.0, *, grid: bool = False) -> str:
+def cost_row(
+    puffs: int, watts: float = 0.0, constituent: str = "minerals", *, grid: bool = False
+) -> str:
     """Measure CPU seconds of the first and of a later picture in real time."""
-    camera = build(Case("jerlov:II", 12.0, watts=watts, grid=grid), _COST_SIZE, puffs)
+    case = Case("jerlov:II", 12.0, watts=watts, constituent=constituent, grid=grid)
+    camera = build(case, _COST_SIZE, puffs)
     plan: RenderPlan = make_plan(
         SceneSettings(water="jerlov:II", samples=_COST_SAMPLES, diffuse_shadows=False)
     )
@@ -480,9 +484,9 @@ best of two more. Scenes without clouds have no nodes of them. Measured while ot
 
 ## What is not drawn
 By EEVEE: clouds' shadows in shafts, what clouds scatter into the water beside them (right below a
-dense one its shadow is up to .08 too dark; farther down it is within .03), and a bend of the light around clouds: what a
-cloud scatters forward of a thing's daylight is lost in the light of its surroundings, that of its
-lamplight is put where the thing is. All is drawn by Cycles.
+dense one its shadow is up to .08 too dark; farther down it is within .03), and a bend of the light
+around clouds: what a cloud scatters forward of a thing's daylight is lost in the light of its
+surroundings, that of its lamplight is put where the thing is. All is drawn by Cycles.
 """
 
 

@@ -6,16 +6,18 @@ from dataclasses import dataclass
 
 import bpy
 
-from ..uw_spectral.clouds.matter import MINERALS, PHYTOPLANKTON, UNITS
+from ..uw_spectral.clouds.matter import BUBBLES, MINERALS, PHYTOPLANKTON, UNITS
 
 PROPERTY = "underwater"
 NO_CLOUD = "none"
 
 _CLASS = "UnderwaterCloud"
-_WORDS = {
+WORDS = {
     MINERALS: ("Minerals", "Silt and clay that was stirred up or flows in"),
     PHYTOPLANKTON: ("Phytoplankton", "A bloom, by its chlorophyll"),
+    BUBBLES: ("Bubbles", "Air below a breaker, in a wake or from divers; all colours alike"),
 }
+"""Name of a constituent, and what it is."""
 
 
 @dataclass(frozen=True)
@@ -29,7 +31,7 @@ class CloudSettings:
 def register() -> None:
     """Add ``object.underwater``."""
     items = [(NO_CLOUD, "No Cloud", "An ordinary object")]
-    items += [(name, *_WORDS[name]) for name in UNITS]
+    items += [(name, *WORDS[name]) for name in UNITS]
     properties = {
         "constituent": bpy.props.EnumProperty(
             name="Cloud of",
@@ -41,8 +43,9 @@ def register() -> None:
         "concentration": bpy.props.FloatProperty(
             name="Concentration",
             description="How much there is where the density is 1, besides what the water holds "
-            "everywhere: g/m³ of minerals, mg/m³ of chlorophyll. A diver's fins stir up some tens "
-            "of g/m³, rivers in flood bring hundreds",
+            "everywhere: g/m³ of minerals, mg/m³ of chlorophyll, litres of air per m³. A diver's "
+            "fins stir up some tens of g/m³, rivers in flood bring hundreds; a fresh breaker holds "
+            "tens of l/m³, its plume seconds later one",
             default=10.0,
             min=0.0,
             soft_max=200.0,

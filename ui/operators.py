@@ -15,11 +15,12 @@ from typing import TYPE_CHECKING, override
 import bpy
 from bpy_extras.io_utils import ImportHelper
 
-from ..scene import stored_lamps
+from ..scene import stored_clouds, stored_lamps
 from ..scene import stored_settings as optics
 from ..scene.session import is_live
 from ..scene.water import lamp_rigs, new_clouds
 from ..settings.known_words import LAMP_SPECTRA
+from ..uw_spectral.clouds.matter import UNITS
 from ..uw_spectral.errors import InputError
 from ..uw_spectral.spectra import sensor as sensors
 from ..uw_spectral.water import measured
@@ -265,19 +266,52 @@ class AddLamps(_CameraOperator):
 
 
 class AddCloud(ReportingOperator):
-    """Adds a cloud of silt before the camera."""
+    """Adds a cloud before the camera."""
 
     bl_idname = "underwater.add_cloud"
     bl_label = "Add Cloud"
-    bl_description = "Add a cloud of silt before the camera: an empty, whose outline is its size"
+    bl_description = "Add a cloud before the camera: an empty, whose outline is its size"
+
+    constituent: bpy.props.EnumProperty(
+        name="Cloud of",
+        description="What floats in it",
+        items=[(name, *stored_clouds.WORDS[name]) for name in UNITS],
+    )
 
     @override
     def run(self, context: bpy.types.Context) -> None:
-        made = new_clouds.add_puff(context.scene)
+        made = new_clouds.add_puff(context.scene, self.constituent)
         for item in context.selected_objects:
             item.select_set(False)
         made.select_set(True)
         context.view_layer.objects.active = made
+        if is_live(context.scene):
+            from ..scene.viewport import live
+
+            live.update(context.scene)
+
+
+class AddPlumes(ReportingOperator):
+    """Adds plumes of bubbles below the foam of this frame."""
+
+    bl_idname = "underwater.add_plumes"
+    bl_label = "Add Bubble Plumes"
+    bl_description = (
+        "Add clouds of bubbles below the largest whitecaps before the camera at this frame. By "
+        "keyframes they follow the waves, and thin out in nine seconds"
+    )
+
+    count: bpy.props.IntProperty(name="Plumes", description="How many", default=3, min=1, max=8)
+    keyed: bpy.props.BoolProperty(
+        name="Come and Go", description="Keyframe place and concentration", default=True
+    )
+
+    @override
+    def run(self, context: bpy.types.Context) -> None:
+        from ..scene.water import new_plumes
+
+        chosen = optics.stored_settings(context.scene)
+        new_plumes.add_plumes(context.scene, chosen, self.count, keyed=self.keyed)
         if is_live(context.scene):
             from ..scene.viewport import live
 
@@ -599,6 +633,7 @@ CLASSES = (
     Submerge,
     AddLamps,
     AddCloud,
+    AddPlumes,
     ChooseSpectrum,
     OpenWater,
     OpenSensor,

@@ -305,7 +305,10 @@ class ParticlesPanel(_SectionPanel, bpy.types.Panel):
 
         column = self.column()
         column.separator()
-        column.operator("underwater.add_cloud", icon="OUTLINER_OB_VOLUME")
+        column.operator_menu_enum("underwater.add_cloud", "constituent", icon="OUTLINER_OB_VOLUME")
+        water = _water(context)
+        if water.surface == WAVES and water.raised_waves and water.whitecaps:
+            column.operator("underwater.add_plumes", icon="MOD_OCEAN")
         found, active = clouds.marked(context.scene), context.object
         if active is not None and active not in found and active.type in (clouds.PUFF, clouds.GRID):
             own = getattr(active, stored_clouds.PROPERTY)

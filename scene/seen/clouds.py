@@ -9,7 +9,7 @@ import bpy
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...uw_spectral.clouds.matter import UNITS, suspended_matter
+from ...uw_spectral.clouds.matter import BUBBLES, UNITS, suspended_matter
 from ...uw_spectral.clouds.puff import Puff
 from ...uw_spectral.clouds.solved_cloud import Cloud
 from ...uw_spectral.errors import InputError
@@ -26,6 +26,11 @@ _NEITHER = (
 )
 _ABOVE = "its middle is above the water, and it is not drawn; lower it"
 _SHAFTS = "shafts of light are drawn as if it were not there"
+
+BUBBLES_IN_CYCLES = (
+    "Cycles has no phase function of bubbles: a Henyey-Greenstein one of their mean cosine stands "
+    "for it, so that thin clouds of them are too bright with the sun behind, up to 3.2 times"
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,7 +89,9 @@ def said_of(item: bpy.types.Object) -> tuple[str, ...]:
     """Return what to know of an object that is marked as a cloud, for the panel."""
     if item.type not in (PUFF, GRID):
         return (_NEITHER,)
-    return (_ABOVE,) if is_above(item) else ()
+    bubbles = stored_cloud(item).constituent == BUBBLES
+    notes = (BUBBLES_IN_CYCLES,) if bubbles else ()
+    return (*notes, _ABOVE) if is_above(item) else notes
 
 
 def is_above(item: bpy.types.Object) -> bool:

@@ -10,10 +10,20 @@ from ...node_groups import attributes, cloud_volume
 from ...node_groups.node_mathematics import MARK
 from ...settings.render_plan import RenderPlan
 from ...settings.scene_settings import BOUNDED
+from ...uw_spectral.clouds.matter import BUBBLES
 from ...uw_spectral.clouds.puff import REACH
 from .. import contents, marks
 from ..materials import bare_surfaces
-from ..seen.clouds import GRID, PUFF, SceneClouds, clouds_of, is_grid, outline
+from ..seen.clouds import (
+    BUBBLES_IN_CYCLES,
+    GRID,
+    PUFF,
+    SceneClouds,
+    clouds_of,
+    is_grid,
+    outline,
+)
+from ..stored_clouds import stored_cloud
 from . import scene_water
 from .cycles_phase import CyclesPhase, cycles_phase
 
@@ -50,7 +60,8 @@ def add_clouds(scene: bpy.types.Scene, plan: RenderPlan) -> list[str]:
         made[marks.CLOUD] = index
         if item.type == GRID:
             hide(item)
-    return list(found.notes)
+    bubbles = any(stored_cloud(item).constituent == BUBBLES for item in found.objects)
+    return [*found.notes, *([f"clouds: {BUBBLES_IN_CYCLES}"] if bubbles else [])]
 
 
 def values(scene: bpy.types.Scene, plan: RenderPlan) -> dict[str, NDArray[np.float64]]:

@@ -13,6 +13,7 @@ from ...settings.render_plan import RenderPlan
 from ...settings.scene_settings import BOUNDED
 from ...uw_spectral.errors import InputError
 from ...uw_spectral.water.bounded_peak import bound_forward_peak
+from ...uw_spectral.water.bubbles import BubblePhase
 from ...uw_spectral.water.phase import (
     BandPhase,
     EinsteinSmoluchowski,
@@ -118,6 +119,8 @@ def _lobes(phase: PhaseFunction) -> list[tuple[ScatteringLobe, float]]:
         return [(_henyey_greenstein(0.0), 1.0)]
     if isinstance(phase, HenyeyGreenstein):
         return [(_henyey_greenstein(phase.asymmetry), 1.0)]
+    if isinstance(phase, BubblePhase):
+        return [(_henyey_greenstein(phase.g), 1.0)]
     if isinstance(phase, TwoTermHenyeyGreenstein):
         return [
             (_henyey_greenstein(phase.g1), phase.share),

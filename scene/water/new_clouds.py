@@ -5,11 +5,14 @@ from __future__ import annotations
 import bpy
 from mathutils import Vector
 
-from ...uw_spectral.clouds.matter import MINERALS
+from ...uw_spectral.clouds.matter import BUBBLES, MINERALS, PHYTOPLANKTON
 from ..stored_clouds import PROPERTY
 
 _AHEAD = 3.0  # m from the camera
 _SIZE = 1.0
+_NAMES = {MINERALS: "Silt Cloud", PHYTOPLANKTON: "Bloom", BUBBLES: "Bubble Cloud"}
+_AMOUNTS = {BUBBLES: 3.0}
+"""Where another concentration than the usual one looks like what it is."""
 
 
 def add_puff(scene: bpy.types.Scene, constituent: str = MINERALS) -> bpy.types.Object:
@@ -25,13 +28,15 @@ def add_puff(scene: bpy.types.Scene, constituent: str = MINERALS) -> bpy.types.O
     -------
     Object
     """
-    item = bpy.data.objects.new("Silt Cloud", None)
+    item = bpy.data.objects.new(_NAMES[constituent], None)
     item.empty_display_type, item.empty_display_size = "SPHERE", _SIZE
     camera = scene.camera
     if camera is not None:
         item.location = camera.matrix_world @ Vector((0.0, 0.0, -_AHEAD))
     else:
         item.location = scene.cursor.location
-    getattr(item, PROPERTY).constituent = constituent
+    own = getattr(item, PROPERTY)
+    own.constituent = constituent
+    own.concentration = _AMOUNTS.get(constituent, own.concentration)
     scene.collection.objects.link(item)
     return item

@@ -35,7 +35,7 @@ from .test_lamp_nodes import _agree, _folded, _position, square  # noqa: F401 - 
 
 SUN = (0.373, 0.0, -0.928)
 PLACES = ((0.0, 0.0, 0.4), (0.7, 0.3, 1.2))
-KINDS = ("minerals", "phytoplankton")
+KINDS = ("bubbles", "minerals")
 COUNTS = pytest.mark.parametrize("count", [1, pytest.param(2, marks=pytest.mark.slow)])
 
 

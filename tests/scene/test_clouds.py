@@ -144,11 +144,18 @@ def test_nodes_do_what_numpy_does(tmp_path):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("water", ["jerlov:IB", "jerlov:II"])
-def test_both_engines_draw_the_same_cloud(water, tmp_path):
+@pytest.mark.parametrize(
+    ("water", "constituent", "concentration"),
+    [
+        ("jerlov:IB", "minerals", 12.0),
+        ("jerlov:II", "minerals", 12.0),
+        ("jerlov:IB", "bubbles", 3.0),
+    ],
+)
+def test_both_engines_draw_the_same_cloud(water, constituent, concentration, tmp_path):
     _camera(24, 16)
     plan = _plan(water=water, bands=6)
-    _puff(12.0)
+    _puff(concentration, constituent=constituent)
     eevee, _ = _images("bands", plan, tmp_path / "eevee.exr")
     cycles, _ = _images("cycles", replace(plan, settings=replace(plan.settings, samples=512)),
                         tmp_path / "cycles.exr")  # fmt: skip
@@ -513,6 +520,15 @@ def test_water_below_a_cloud_is_in_its_shadow():
         left[engine] = with_cloud / without
     assert np.all(left["cycles"] < 0.95)
     assert left["eevee"] == pytest.approx(left["cycles"], abs=0.04)
+
+
+def test_cycles_says_what_stands_for_the_phase_function_of_bubbles():
+    camera = _camera()
+    _puff(constituent="bubbles"), _puff(constituent="bubbles")
+    scene, plan = bpy.context.scene, _plan()
+    extent = water_body.water_extent(scene, plan.column, DEPTH)
+    with engines.cycles_bands(scene, camera, plan, extent, seed=1) as found:
+        assert sum("Cycles has no phase function of bubbles" in note for note in found.notes) == 1
 
 
 def test_a_hidden_cloud_is_none():

@@ -24,6 +24,30 @@ def test_the_button_puts_a_cloud_before_the_camera(registered):
     assert bpy.context.view_layer.objects.active.name == found["name"]
 
 
+def test_the_button_adds_bubbles_too(registered):
+    assert bpy.ops.underwater.add_cloud(constituent="bubbles") == {"FINISHED"}
+    item = bpy.context.view_layer.objects.active
+    item.location.z = -4.0
+    bpy.context.view_layer.update()
+    (found,) = clouds.records(registered)
+    assert found["name"].startswith("Bubble Cloud")
+    assert (found["constituent"], found["unit"]) == ("bubbles", "l/m³")
+
+
+def test_plumes_are_added_below_whitecaps_only(registered):
+    registered.camera = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))
+    registered.collection.objects.link(registered.camera)
+    registered.camera.location.z = -3.0
+    bpy.context.view_layer.update()
+    with pytest.raises(RuntimeError, match="no foam; switch on"):
+        bpy.ops.underwater.add_plumes()
+    water = registered.underwater
+    water.surface, water.raised_waves, water.whitecaps = "waves", True, True
+    water.wind_speed, water.wave_resolution = 12.0, 128
+    assert bpy.ops.underwater.add_plumes(count=2) == {"FINISHED"}
+    assert len(clouds.marked(registered)) == 2
+
+
 def test_a_manifest_keeps_the_clouds_of_each_frame(tmp_path):
     one = ({"name": "Silt", "concentration": 10.0},)
     planned = small_manifest(tmp_path, frames=3, clouds={2: one})

@@ -1,4 +1,4 @@
-"""What clouds are made of: a constituent of waters, at a concentration."""
+"""What clouds are made of: a constituent of waters, or bubbles, at a concentration."""
 
 from __future__ import annotations
 
@@ -11,11 +11,14 @@ from numpy.typing import ArrayLike, NDArray
 from ..content import ComparedByContent, constant
 from ..errors import InputError, unknown_name
 from ..water.bio_optics import Constituents
+from ..water.bubbles import DIFFRACTED, BubblePhase, bubble_scattering
 from ..water.phase import PhaseFunction, quadrature
 
-MINERALS, PHYTOPLANKTON = "minerals", "phytoplankton"
-UNITS = {MINERALS: "g/m³", PHYTOPLANKTON: "mg/m³"}
-"""Unit of the concentration, by constituent; both are those of :class:`.Constituents`."""
+MINERALS, PHYTOPLANKTON, BUBBLES = "minerals", "phytoplankton", "bubbles"
+UNITS = {MINERALS: "g/m³", PHYTOPLANKTON: "mg/m³", BUBBLES: "l/m³"}
+"""Unit of the concentration, by constituent: those of :class:`.Constituents`, and of air."""
+MOST_AIR = 300.0
+"""Litres of air in a cubic metre above which bubbles touch, and are foam."""
 _HALVINGS, _FAINTEST = 60, 1e-6
 
 
@@ -66,14 +69,22 @@ def suspended_matter(
     InputError
         If there is no such constituent, or the concentration is out of range.
 
+    Notes
+    -----
+    What bubbles only diffract counts as not scattered, see :mod:`.bubbles`.
+
     Examples
     --------
     >>> silt = suspended_matter("minerals", 10.0, [550.0])
     >>> silt.scattering.round(2), silt.absorption.round(3)
     (array([6.7]), array([0.083]))
+    >>> suspended_matter("bubbles", 1.0, [550.0]).scattering.round(2)
+    array([1.25])
     """
     if constituent not in UNITS:
         raise unknown_name("constituent of a cloud", constituent, UNITS)
+    if constituent == BUBBLES:
+        return _bubbles(concentration, np.size(wavelengths))
     field = "chlorophyll" if constituent == PHYTOPLANKTON else MINERALS
     held = Constituents(**{field: concentration})
     return SuspendedMatter(
@@ -81,6 +92,15 @@ def suspended_matter(
         held.scatterings(wavelengths)[constituent],
         held.phases[constituent],
     )
+
+
+def _bubbles(concentration: float, bands: int) -> SuspendedMatter:
+    if not 0.0 <= concentration <= MOST_AIR:
+        raise InputError(
+            f"bubbles must be 0 to {MOST_AIR:g} l/m³, got {concentration:g}; more is foam"
+        )
+    b = (1.0 - DIFFRACTED) * bubble_scattering(1e-3 * concentration)
+    return SuspendedMatter(np.zeros(bands), np.full(bands, b), BubblePhase())
 
 
 @dataclass(frozen=True)

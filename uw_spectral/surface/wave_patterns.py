@@ -123,6 +123,23 @@ class Sea:
         """
         return _raised(self, t) if self.raised else None
 
+    def significant_height(self) -> float:
+        """Four standard deviations of the elevation, m."""
+        parts = self.components(), _far_components(self)
+        return 4.0 * math.sqrt(sum(part.elevation_variance for part in parts))
+
+    def elevation(self, x: ArrayLike, y: ArrayLike, t: float) -> NDArray[np.float64]:
+        """Height of a raised surface over the mean level, to first order in its steepness, m.
+
+        Parameters
+        ----------
+        x, y : array_like
+            m.
+        t : float
+            Time, s.
+        """
+        return self.components().elevation(x, y, t) + _far_components(self).elevation(x, y, t)
+
     def layer_depths(self, floor_depth: float = math.inf) -> NDArray[np.float64]:
         """Depths of the layers, m: from what the images resolve to the floor, or to 32 m.
 

@@ -12,7 +12,7 @@ import math
 import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Protocol
+from typing import ClassVar, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -341,33 +341,41 @@ class FournierForand(PhaseFunction):
         return forward + back * (3.0 * cosine * cosine - 1.0)
 
 
-@dataclass(frozen=True)
-class PetzoldAverage(PhaseFunction):
-    """Average of Petzold's measured sea particles (Mobley et al. 1993, Table 2).
+class TabulatedPhase(PhaseFunction):
+    """A phase function of one of the project's own tables, :attr:`TABLE`.
 
-    Log-log interpolation in ``s2``; the power law of the first two rows below
-    0.1°; normalised over the sphere.
+    Log-log interpolation in ``s2``; the power law of the first two rows below the first;
+    normalised over the sphere.
     """
+
+    TABLE: ClassVar[str]
 
     @property
     def kinks(self) -> tuple[float, ...]:
         """The angles of the table, in rad."""
-        log_s2, _ = _petzold_table()
+        log_s2, _ = _logarithmic(self.TABLE)
         return tuple(2 * np.arcsin(np.exp(log_s2[1:-1] / 2)))
 
     def per_steradian(self, s2: Operand, m: Mathematics = NUMPY) -> Operand:
         """Return the value in 1/sr."""
-        log_s2, log_value = _petzold_table()
+        log_s2, log_value = _logarithmic(self.TABLE)
         return m.exp(m.interpolate(m.log(s2), log_s2, log_value))
 
 
+@dataclass(frozen=True)
+class PetzoldAverage(TabulatedPhase):
+    """Average of Petzold's measured sea particles (Mobley et al. 1993, Table 2)."""
+
+    TABLE = "petzold_average_particle_phase_function.csv"
+
+
 @functools.cache
-def _petzold_table() -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _logarithmic(name: str) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Logarithms of s2 and of the normalised phase function, increasing in s2."""
-    table = shipped_table("petzold_average_particle_phase_function.csv")
+    table = shipped_table(name)
     half_angle = np.radians(table.columns["angle_deg"]) / 2
     x, y = 2 * np.log(np.sin(half_angle)), np.log(table.columns["phase_function_per_sr"])
-    # The power law below 0.1° is a straight line in these axes: one far point holds it.
+    # The power law below the first angle is a straight line in these axes: one far point holds it.
     slope = (y[1] - y[0]) / (x[1] - x[0])
     far = -150.0
     x, y = np.append(far, x), np.append(y[0] + slope * (far - x[0]), y)
