@@ -108,6 +108,29 @@ Samples | Abtastungen | Muestras | Échantillons | サンプル
 Layers | Ebenen | Capas | Couches | レイヤー
 Shafts of light | Lichtstrahlen | Rayos de luz | Rayons de lumière | 光芒
 Mirrored things | Gespiegelte Dinge | Objetos reflejados | Objets reflétés | 映り込む物
+Waves with height | Wellen mit Höhe | Olas con altura | Vagues avec hauteur | 高さのある波
+Swell | Dünung | Mar de fondo | Houle | うねり
+Swell length | Länge der Dünung | Longitud del mar de fondo | Longueur de la houle | うねりの波長
+Whitecaps | Schaumkronen | Borreguillos | Moutons | 白波
+Fetch | Windweg | Alcance del viento | Fetch | 吹送距離
+Wind to | Wind nach | Viento hacia | Vent vers | 風の行き先
+Swell to | Dünung nach | Mar de fondo hacia | Houle vers | うねりの行き先
+Drift to | Strömung nach | Corriente hacia | Courant vers | 流れの行き先
+Resolution | Auflösung | Resolución | Résolution | 解像度
+Snow of the water | Schnee des Wassers | Nieve del agua | Neige de l’eau | 水自身のマリンスノー
+Add Lamps | Lampen hinzufügen | Añadir lámparas | Ajouter des lampes | ランプを追加
+Add Cloud | Wolke hinzufügen | Añadir nube | Ajouter un nuage | 濁りの雲を追加
+Add Bubble Plumes | Blasenfahnen hinzufügen | Añadir columnas de burbujas | Ajouter des panaches de bulles | 気泡の群れを追加
+Cloud of | Wolke aus | Nube de | Nuage de | 雲の成分
+No Cloud | Keine Wolke | Ninguna nube | Aucun nuage | 雲なし
+Phytoplankton | Phytoplankton | Fitoplancton | Phytoplancton | 植物プランクトン
+Refractive index | Brechungsindex | Índice de refracción | Indice de réfraction | 屈折率
+Radius | Radius | Radio | Rayon | 半径
+Thickness | Dicke | Grosor | Épaisseur | 厚さ
+Tilt | Neigung | Inclinación | Inclinaison | 傾き
+Lens | Objektiv | Objetivo | Objectif | レンズ
+Temperature | Temperatur | Temperatura | Température | 温度
+Filter | Filter | Filtro | Filtre | フィルター
 Diffuse shadows | Diffuse Schatten | Sombras difusas | Ombres diffuses | 拡散シャドウ
 Reset Section | Abschnitt zurücksetzen | Restablecer sección | Réinitialiser la section | セクションをリセット
 """
