@@ -55,7 +55,6 @@ Reflectance | Reflexionsgrad | Reflectancia | Réflectance | 反射率
 Surface | Oberfläche | Superficie | Surface | 水面
 Light | Licht | Luz | Lumière | 光
 Grab the Sun | Sonne greifen | Agarrar el sol | Saisir le soleil | 太陽をつかむ
-Add Lamps | Lampen hinzufügen | Añadir lámparas | Ajouter des lampes | ランプを追加
 White balance | Weißabgleich | Balance de blancos | Balance des blancs | ホワイトバランス
 Exposure | Belichtung | Exposición | Exposition | 露出
 By the light | Nach dem Licht | Por la luz | Selon la lumière | 光による

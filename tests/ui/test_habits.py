@@ -113,9 +113,11 @@ def test_no_label_is_left_without_its_translations():
     shown |= {setting.label for setting in SETTINGS.values()}
     shown |= {section.title for section in SECTIONS.values()}
     shown |= {method.label for method in METHODS.values()}
-    for stored in (bpy.types.Light, bpy.types.Material):
+    for stored in (bpy.types.Light, bpy.types.Material, bpy.types.Object):
         group = stored.bl_rna.properties["underwater"].fixed_type
         shown |= {prop.name for prop in group.properties}
+        choices = [prop for prop in group.properties if prop.type == "ENUM"]
+        shown |= {item.name for prop in choices for item in prop.enum_items}
     assert [name for name in names if name not in shown] == []
 
 
