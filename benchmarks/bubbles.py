@@ -184,8 +184,8 @@ up for that, and is too bright there.
 ## EEVEE against Cycles
 As for [silt](clouds.md#eevee-against-cycles): ΔE2000 of blocks, wanted a mean of 3 by day.
 
-| water | light of | l/m³ | ΔE mean | 95 % | noise | light |
-|---|---|---|---|---|---|---|
+| water | light of | l/m³ | ΔE mean | 95 % | noise | own | light |
+|---|---|---|---|---|---|---|---|
 {rows(compared)}
 
 ![EEVEE, Cycles](bubbles.png)

@@ -38,6 +38,9 @@ def followed(
     graph: Graph,
     count: int,
     terms: Callable[[NodeValue, NodeValue], tuple[NodeValue, Sequence[NodeValue]]],
+    met: NodeValue | float = 1.0,
+    *,
+    skips: bool = True,
 ) -> tuple[NodeValue, ...]:
     """Add up a number over 0 to count - 1, and terms that know its sum before them.
 
@@ -47,8 +50,14 @@ def followed(
     count : int
     terms : callable
         Makes the nodes of one iteration, for its index and that sum: returns the number, and terms.
+    met : NodeValue or float
+        Where it is 0, so are all.
+    skips : bool
+        Whether there are no iterations then: EEVEE heeds that, Cycles makes none anywhere.
     """
     begin, end = _zone(graph, count)
+    if skips and isinstance(met, NodeValue):
+        graph.assign(met * float(count), begin.inputs["Iterations"])
     names = ["Sum 0"]
     with graph.apart():
         end.repeat_items.clear()

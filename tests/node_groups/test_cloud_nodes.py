@@ -137,7 +137,10 @@ def test_daylight_in_a_grid(square, tmp_path, puffs, name):  # noqa: F811
 
     def nodes(graph, position):
         x, y, _ = graph.components(position)
-        add, follow = functools.partial(summed, graph), functools.partial(followed, graph)
+        add, follow = (
+            functools.partial(summed, graph),
+            functools.partial(followed, graph, skips=False),
+        )
         return of(in_nodes(graph), x, y, add=add, follow=follow)
 
     seen = square(nodes, tmp_path / "grid.exr")
@@ -219,7 +222,10 @@ def test_lamps_in_a_grid(square, tmp_path, part):  # noqa: F811
         table = realtime_lamps.LampTable.of(graph, images)
         index = graph.operation("ADD", (graph.operation("MULTIPLY", (x, 0.0)), 1.0))
         light = table.in_water(index, folded.components)
-        add, follow = functools.partial(summed, graph), functools.partial(followed, graph)
+        add, follow = (
+            functools.partial(summed, graph),
+            functools.partial(followed, graph, skips=False),
+        )
         return of(in_nodes(graph), table.lamp(index), light, index, x, y, add, follow)
 
     seen = square(nodes, tmp_path / "lamp.exr")

@@ -45,9 +45,13 @@ _FARTHEST_OUT = 4.5  # standard deviations
 Sum = Callable[[int, Callable[[Operand], Sequence[Operand]]], Sequence[Operand]]
 """Adds up terms of 0 to count - 1."""
 March = Callable[
-    [int, Callable[[Operand, Operand], tuple[Operand, Sequence[Operand]]]], Sequence[Operand]
+    [int, Callable[[Operand, Operand], tuple[Operand, Sequence[Operand]]], Operand],
+    Sequence[Operand],
 ]
-"""Adds up the same of a number, and of terms that know the sum of the number before them."""
+"""Adds up the same of a number, and of terms that know the sum of the number before them.
+
+Where the last operand is 0 all are 0, and need not be made.
+"""
 
 
 class Row(Protocol):
@@ -231,9 +235,12 @@ def add_up(count: int, terms: Callable[[Operand], Sequence[Operand]]) -> Sequenc
 
 
 def march(
-    count: int, terms: Callable[[Operand, Operand], tuple[Operand, Sequence[Operand]]]
+    count: int,
+    terms: Callable[[Operand, Operand], tuple[Operand, Sequence[Operand]]],
+    met: Operand = 1.0,
 ) -> Sequence[Operand]:
     """Add up as :data:`March` says, of arrays."""
+    del met
     before, found = 0.0, []
     for index in range(count):
         number, others = terms(float(index), before)
@@ -446,7 +453,7 @@ class Clouds:
                 return self._source(cloud, point, s, p, w, here)
 
             terms = self.grid_steps(cloud, way, (origin, w), places, source)
-            return follow(density_grid.STEPS, terms)
+            return follow(density_grid.STEPS, terms, m.less(0.0, step))
 
         def of_column(
             cloud: CloudNumbers, share: Operand, light: Operand, middle: Operand

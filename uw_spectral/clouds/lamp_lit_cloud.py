@@ -22,12 +22,13 @@ from ..lamps.lamp_path import Quadrature, gauss_sum
 from ..lamps.multiple_scattering import asinh, light_along
 from ..mathematics import Operand, dot
 from ..transfer.sun_beam import half_angle2
-from . import density_grid
 from .cloud_light import ISOTROPIC, SPAN, CloudNumbers, Clouds, March, Sum, add_up, march
 from .puff import RayInPuff
 
 STEPS = 8
-"""Steps in which the light of a lamp that a cloud scatters is added up."""
+"""Steps in which the light of a lamp that a puff scatters is added up."""
+GRID_STEPS = 20
+"""The same of a grid."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,7 +111,7 @@ class LampAndClouds:
         ray = self._ray(cloud)
         first = m.maximum(past.t0 + past.first, 0.0)
         last = m.maximum(self.P, first)
-        count = STEPS if cloud.grid is None else density_grid.STEPS
+        count = STEPS if cloud.grid is None else GRID_STEPS
         if cloud.grid is None:
             ends = [ray.middle + x / ray.rate for x in (-SPAN, SPAN)]
         else:
@@ -135,7 +136,7 @@ class LampAndClouds:
 
             path = self.origin, self.w
             of_grid = self.clouds.grid_steps(cloud, self._ray, path, places, in_grid)
-            return (follow(count, of_grid)[1],)
+            return (follow(count, of_grid, m.less(0.0, step))[1],)
 
         def source(s: Operand) -> Operand:
             point = [x + along * s for x, along in zip(self.origin, self.w, strict=True)]
