@@ -39,6 +39,7 @@ def plume():
     return bubbles(count=150)
 
 
+@pytest.mark.slow
 def test_a_plume_scatters_as_published(plume):
     assert plume.integral() == pytest.approx(1.0, abs=0.01)
     # Zhang et al. (1998): clean bubbles have a bb/b near 0.01; mean cosine about 0.85.

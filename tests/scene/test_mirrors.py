@@ -91,7 +91,8 @@ def test_a_mirror_shows_the_water_that_it_faces(empty_blender, turn, tilt):
     assert (seen > 0.98 * low).all()
 
 
-@pytest.mark.parametrize("roughness", [0.5, pytest.param(0.8, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("roughness", [0.5, 0.8])
 def test_a_rough_mirror_shows_the_mean_of_the_water_that_its_facets_face(empty_blender, roughness):
     """The same plate, against the solver in all directions and GGX's facets."""
     plan = _plan(32)
