@@ -488,7 +488,7 @@ best of two more. Scenes without clouds have no nodes of them. Measured while ot
 
 ## What is not drawn
 By EEVEE: clouds' shadows in shafts, what clouds scatter into the water beside them (right below a
-dense one its shadow is up to .08 too dark; farther down it is within .03), and a bend of the light
+dense one its shadow is up to .05 too dark; farther down it is within .03), and a bend of the light
 around clouds: what a cloud scatters forward of a thing's daylight is lost in the light of its
 surroundings, that of its lamplight is put where the thing is. All is drawn by Cycles.
 """

@@ -231,9 +231,10 @@ def test_both_engines_draw_the_same_structure(water, tmp_path):
     assert np.mean(dense / thin) == pytest.approx(1.0, abs=0.08)
     if water == "jerlov:II":
         return  # there the gap is as bright, by what the water scatters
-    # Water in the gap has light of both halves, too, which EEVEE does not draw: 4 to 8 % of it.
+    # Water in the gap has light of both halves, too, which EEVEE does not draw: it is 4 to 11 %
+    # too dark there, the shadow of the halves in that water included.
     one, other = (x[5:11, 10:14, :4].mean((0, 1)) for x in (eevee, cycles))
-    assert 1.0 - one / dense == pytest.approx(1.0 - other / thin, rel=0.1)
+    assert 1.0 - one / dense == pytest.approx(1.0 - other / thin, rel=0.12)
     assert np.mean(1.0 - one / dense) == pytest.approx(np.mean(1.0 - other / thin), rel=0.05)
 
 

@@ -34,6 +34,7 @@ STEPS = 8
 SPAN = 2.6
 """Standard deviations about the middle that are divided into steps."""
 _LEAST = 1e-12
+_LAYER = 0.75
 ISOTROPIC = 1.0 / (4.0 * math.pi)
 """Phase function of light that is scattered alike to all sides, 1/sr."""
 # Depth in m over which light may differ from that in the middle by its decay there.
@@ -363,16 +364,24 @@ class Clouds:
         """Share of the sun's light that clouds leave on a thing at a place, in channels."""
         return self.left("kept", lambda cloud: cloud.towards_sun(point, self.back, self.m))
 
-    def skylight_left(self, point: Sequence[Operand]) -> Operand:
+    def skylight_left(self, point: Sequence[Operand], *, all_round: bool = False) -> Operand:
         """Share of all other light from above that they leave there, in channels.
 
         The part of it that comes along the sun's beam is dimmed as that is; the rest is not.
+
+        Parameters
+        ----------
+        point : three numbers
+            m.
+        all_round : bool
+            Whether what clouds scatter out of that beam is left as well, wherever it goes: water
+            scatters it to all sides. It is that of two streams in a layer, 1 / (1 + ¾ τ (1 - g)).
         """
 
         def left(cloud: CloudNumbers) -> Operand:
             share = cloud.spread / (cloud.spread + cloud.ambient + _LEAST)
-            column = cloud.towards_sun(point, self.back, self.m)
-            kept = self.m.exp(-(cloud.kept * column))
+            lost = cloud.kept * cloud.towards_sun(point, self.back, self.m)
+            kept = 1.0 / (1.0 + _LAYER * lost) if all_round else self.m.exp(-lost)
             return 1.0 - share * (1.0 - kept)
 
         return self.group.product(left)

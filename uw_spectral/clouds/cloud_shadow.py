@@ -49,7 +49,7 @@ def daylit_shares(
         share = (index + chance) * (1.0 / STEPS)
         s = P * (-m.log(1.0 - share * span) / x)
         point = [a + b * s for a, b in zip(origin, w, strict=True)]
-        return clouds.sunlight_left(point), clouds.skylight_left(point)
+        return clouds.sunlight_left(point), clouds.skylight_left(point, all_round=True)
 
     once, scattered = add(STEPS, terms)
     return once * (1.0 / STEPS), scattered * (1.0 / STEPS)
