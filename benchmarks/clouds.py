@@ -158,7 +158,7 @@ def build(case: Case, size: tuple[int, int], puffs: int = 1) -> bpy.types.Object
     scene.render.resolution_percentage = 100
     bpy.context.view_layer.update()
     if case.grid:
-        item = _plume(scene)
+        item = add_plume(scene, _MIDDLE)
         item.underwater.constituent, item.underwater.concentration = "minerals", case.concentration
     for number in range(puffs if case.concentration and not case.grid else 0):
         item = new_clouds.add_puff(scene, case.constituent)
@@ -181,12 +181,12 @@ def build(case: Case, size: tuple[int, int], puffs: int = 1) -> bpy.types.Object
     return camera
 
 
-def _plume(scene: bpy.types.Scene) -> bpy.types.Object:
-    """Add a volume object before the camera whose density is noise that ends in a ball."""
+def add_plume(scene: bpy.types.Scene, place: Sequence[float]) -> bpy.types.Object:
+    """Add a volume object whose density is noise that ends in a ball of 1.2 m about a place."""
     tree = bpy.data.node_groups.new("Plume", "GeometryNodeTree")
     tree.interface.new_socket("Geometry", in_out="OUTPUT", socket_type="NodeSocketGeometry")
     new, link = tree.nodes.new, tree.links.new
-    cube, noise, place = (
+    cube, noise, where = (
         new(f"GeometryNode{x}") if x != "TexNoise" else new("ShaderNodeTexNoise")
         for x in ("VolumeCube", "TexNoise", "InputPosition")
     )
@@ -203,7 +203,7 @@ def _plume(scene: bpy.types.Scene) -> bpy.types.Object:
 
     away = new("ShaderNodeVectorMath")
     away.operation = "LENGTH"
-    link(place.outputs[0], away.inputs[0])
+    link(where.outputs[0], away.inputs[0])
     rim = number("SUBTRACT", number("MULTIPLY", away.outputs["Value"], -1.0), -1.2)
     rim = number("MINIMUM", number("MAXIMUM", number("MULTIPLY", rim, 2.5), 0.0), 1.0)
     thick = number("MAXIMUM", number("SUBTRACT", noise.outputs[0], 0.42), 0.0)
@@ -215,7 +215,7 @@ def _plume(scene: bpy.types.Scene) -> bpy.types.Object:
     link(cube.outputs[0], new("NodeGroupOutput").inputs[0])
     item = bpy.data.objects.new("Plume", bpy.data.volumes.new("Plume"))
     item.modifiers.new("Plume", "NODES").node_group = tree
-    item.location, item.rotation_euler = _MIDDLE, (0.0, 0.0, 0.5)
+    item.location, item.rotation_euler = place, (0.0, 0.0, 0.5)
     scene.collection.objects.link(item)
     return item
 

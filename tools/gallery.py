@@ -6,6 +6,7 @@
     python3 dev.py run tools/gallery.py night         docs/pictures/night_dive.webp
     python3 dev.py run tools/gallery.py glow          docs/pictures/fluorescence.jpg
     python3 dev.py run tools/gallery.py swell         docs/pictures/swell.webp
+    python3 dev.py run tools/gallery.py silt          docs/pictures/silt.jpg
 
 Passes are kept in out/gallery: a job that was stopped goes on.
 """
@@ -22,6 +23,7 @@ import bpy
 import make_pictures
 import night_dive
 import numpy as np
+import silt_scene
 import swell_scene
 from PIL import Image, ImageDraw
 
@@ -72,6 +74,12 @@ IN_SWELL = (
     "--tone", "nikon-d7000", "--resolution", "320", "180", "--samples", "4",
     *(word for option in swell_scene.OPTIONS.items() for word in option),
 )  # fmt: skip
+IN_SILT = (
+    *LIGHT, "--engine", "eevee", "--mode", "realtime", "--water", "jerlov:IB", "--surface", "flat",
+    "--sun-zenith", "30", "--sun-azimuth", "100", "--white-balance", "depth",
+    "--tone", "nikon-d7000", "--resolution", "400", "267", "--bands", "6", "--samples", "16",
+)  # fmt: skip
+SILT = {"by day": (), "by a torch": ("--sunlight", "0", "--white-balance", "daylight")}
 NEAR, WIDE = (0.15, -1.35, -4.45), 80.0
 DEPTH, EYE, TARGET = 5.0, (0.1, -2.4, -4.25), (0.25, 0.0, -4.68)
 
@@ -223,6 +231,22 @@ def swell() -> None:
     )  # fmt: skip
 
 
+def silt() -> None:
+    """Write corals and silt that has been stirred up, by day and by a torch."""
+    scene = OUT / "silt.blend"
+    if not scene.exists():
+        silt_scene.build(scene)
+    pictures = []
+    for name, options in SILT.items():
+        out = OUT / f"silt_{name.replace(' ', '_')}"
+        render(scene, out, *IN_SILT, *options)
+        picture = Image.open(out / "0001.png").convert("RGB")
+        ImageDraw.Draw(picture).text((8, 6), name, "white", font_size=14)
+        pictures.append(np.asarray(picture))
+    sheet = Image.fromarray(np.concatenate(pictures, axis=1))
+    sheet.save(PICTURES / "silt.jpg", quality=84)
+
+
 def build_glow(path: Path) -> None:
     """Build three corals that fluoresce, on sand, in the light of one blue lamp."""
     scene = make_pictures.start()
@@ -256,5 +280,5 @@ def build_glow(path: Path) -> None:
 
 if __name__ == "__main__":
     for wanted in sys.argv[1:]:
-        known = (engines, turntable, night, ports, glow, swell)
+        known = (engines, turntable, night, ports, glow, swell, silt)
         {one.__name__: one for one in known}[wanted]()
