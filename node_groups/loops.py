@@ -26,12 +26,7 @@ def summed(
     with graph.apart():
         found = terms(graph.term(begin.outputs["Iteration"]))
         end.repeat_items.clear()
-        names = [f"Sum {place}" for place in range(len(found))]
-        for name, term in zip(names, found, strict=True):
-            end.repeat_items.new("FLOAT" if term.size == 1 else "VECTOR", name)
-        for name, term in zip(names, found, strict=True):
-            graph.assign(graph.term(begin.outputs[name]) + term, end.inputs[name])
-    return tuple(graph.term(end.outputs[name]) for name in names)
+        return _added_up(graph, begin, end, found)
 
 
 def followed(
@@ -58,19 +53,28 @@ def followed(
     begin, end = _zone(graph, count)
     if skips and isinstance(met, NodeValue):
         graph.assign(met * float(count), begin.inputs["Iterations"])
-    names = ["Sum 0"]
     with graph.apart():
         end.repeat_items.clear()
-        end.repeat_items.new("FLOAT", names[0])
-        before = graph.term(begin.outputs[names[0]])
+        end.repeat_items.new("FLOAT", _sum(0))
+        before = graph.term(begin.outputs[_sum(0)])
         number, others = terms(graph.term(begin.outputs["Iteration"]), before)
-        found = (number, *others)
-        for place, term in enumerate(others, 1):
-            names.append(f"Sum {place}")
-            end.repeat_items.new("FLOAT" if term.size == 1 else "VECTOR", names[place])
-        for name, term in zip(names, found, strict=True):
-            graph.assign(graph.term(begin.outputs[name]) + term, end.inputs[name])
-    return tuple(graph.term(end.outputs[name]) for name in names)
+        return _added_up(graph, begin, end, (number, *others))
+
+
+def _added_up(
+    graph: Graph, begin: bpy.types.Node, end: bpy.types.Node, found: Sequence[NodeValue]
+) -> tuple[NodeValue, ...]:
+    """Add the terms of an iteration to those before; return what the zone ends with."""
+    there = len(end.repeat_items)
+    for place, term in enumerate(found[there:], there):
+        end.repeat_items.new("FLOAT" if term.size == 1 else "VECTOR", _sum(place))
+    for place, term in enumerate(found):
+        graph.assign(graph.term(begin.outputs[_sum(place)]) + term, end.inputs[_sum(place)])
+    return tuple(graph.term(end.outputs[_sum(place)]) for place in range(len(found)))
+
+
+def _sum(place: int) -> str:
+    return f"Sum {place}"
 
 
 def iterated(

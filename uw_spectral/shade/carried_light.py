@@ -28,9 +28,7 @@ from .view_cover import ViewCover
 
 _LEAST = 1e-6
 _EDGE = 0.2  # difference from which on surfaces are not one
-_SIDES = (
-    3.0  # added to normals, so that those of a crease differ by half and of round things little
-)
+_SIDES = 3.0  # added to normals: those of a crease then differ much, of round things little
 _AROUND_EDGE = 2  # texels: a look-up reaches one, and so do soft edges
 _COLOUR_COUNT = len(COLOURS)
 
